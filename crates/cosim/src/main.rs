@@ -1,0 +1,2 @@
+//! cosim
+fn main() {}

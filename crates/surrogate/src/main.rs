@@ -1,0 +1,2 @@
+//! surrogate
+fn main() {}
