@@ -1,1 +1,160 @@
-//! machine
+//! Parameters of the machine: one JSON file, its checks, and the embedded reference machine.
+//!
+//! [`Machine`] is the only door through which parameters enter the models: what has passed
+//! [`Machine::from_json`] is finite, complete and inside its physical range. SI units throughout.
+//! Frames and symbols follow the paper; field names are the JSON keys, so an error message, the
+//! file and the equation show the same symbol.
+#![forbid(unsafe_code)]
+#![allow(non_snake_case)] // fields carry the paper's symbols and are the JSON keys
+
+mod actuator;
+mod bodies;
+mod check;
+mod controller;
+mod geometry;
+
+pub use actuator::{CoreLosses, Emla, InverterLosses, Ratings};
+pub use bodies::{Bodies, Body, InertiaTensor, Limits, Start};
+pub use check::MachineError;
+pub use controller::{Controller, CubeAxes, CubicPath, Trajectories, TriangularPath};
+pub use geometry::Geometry;
+
+use serde::{Deserialize, Serialize};
+
+/// The reference machine's JSON, as shipped in `parameters/`.
+pub const REFERENCE_JSON: &str = include_str!("../../../parameters/reference_machine.json");
+
+/// Everything that describes one machine: mechanism, actuators, references and controller gains.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Machine {
+    /// Gravitational acceleration along world −y, m/s².
+    pub gravity: f64,
+    /// Mechanism dimensions.
+    pub geometry: Geometry,
+    /// Inertial parameters of the 13 bodies.
+    pub bodies: Bodies,
+    /// Viscous joint friction acting on `zeta_dot`, N·m·s/rad.
+    pub joint_viscous: [f64; 6],
+    /// Strokes, joint ranges and wrist torque limits.
+    pub limits: Limits,
+    /// Electromechanical linear actuator (the three of them are equal).
+    pub emla: Emla,
+    /// What the actuator is rated for.
+    pub ratings: Ratings,
+    /// Pose in which a run starts.
+    pub start: Start,
+    /// The paper's two tip trajectories.
+    pub trajectories: Trajectories,
+    /// Controller gains.
+    pub controller: Controller,
+}
+
+impl Machine {
+    /// The reference machine.
+    ///
+    /// # Panics
+    /// Never for the committed file; a test reads it.
+    #[must_use]
+    pub fn reference() -> Self {
+        Self::from_json(REFERENCE_JSON).expect("the embedded reference machine is valid")
+    }
+
+    /// Reads and checks a machine.
+    ///
+    /// # Errors
+    /// Malformed JSON, an unknown, missing or wrongly typed field (with line and column), or a
+    /// value outside its physical range (with name, value and rule).
+    pub fn from_json(json: &str) -> Result<Self, MachineError> {
+        let machine: Self = serde_json::from_str(json)?;
+        machine.check()?;
+        Ok(machine)
+    }
+
+    /// Checks every value; called by [`Machine::from_json`] and wherever values were changed since.
+    ///
+    /// # Errors
+    /// The first value outside its range.
+    pub fn check(&self) -> Result<(), MachineError> {
+        check::not_negative("gravity", self.gravity)?;
+        self.geometry.check()?;
+        self.bodies.check()?;
+        for (i, &d) in self.joint_viscous.iter().enumerate() {
+            check::not_negative(format_args!("joint_viscous[{}]", i + 1), d)?;
+        }
+        self.limits.check()?;
+        self.emla.check()?;
+        self.ratings.check()?;
+        self.start.check(&self.limits)?;
+        self.trajectories.check()?;
+        self.controller.check()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn reference_machine_is_valid() {
+        let machine = Machine::reference();
+        assert_eq!(machine.geometry.r_B, 0.35);
+        assert_eq!(machine.emla.p, 4);
+    }
+
+    #[test]
+    fn a_machine_survives_its_json() {
+        let machine = Machine::reference();
+        let json = serde_json::to_string(&machine).expect("serialisable");
+        assert_eq!(Machine::from_json(&json).expect("valid"), machine);
+    }
+
+    /// Changes one field of the reference JSON and returns the error text.
+    fn refused(pointer: &str, value: serde_json::Value) -> String {
+        let mut json: serde_json::Value = serde_json::from_str(REFERENCE_JSON).expect("JSON");
+        *json.pointer_mut(pointer).expect("field exists") = value;
+        Machine::from_json(&json.to_string())
+            .expect_err("must be refused")
+            .to_string()
+    }
+
+    #[test]
+    fn errors_name_field_value_and_rule() {
+        let text = refused("/emla/R_s", (-0.3).into());
+        assert_eq!(text, "`emla.R_s` = -0.3 must be finite and > 0");
+        let text = refused("/bodies/A3/mass", 0.0.into());
+        assert_eq!(text, "`bodies.A3.mass` = 0 must be finite and > 0");
+        let text = refused("/bodies/D4/inertia_com/xx", 30.0.into());
+        assert!(text.contains("bodies.D4.inertia_com"), "{text}");
+        assert!(text.contains("triangle inequality"), "{text}");
+        let text = refused("/limits/stroke_2", serde_json::json!([0.5, 0.1]));
+        assert!(text.contains("limits.stroke_2"), "{text}");
+        let text = refused("/controller/gamma", 0.0.into());
+        assert!(text.contains("controller.gamma"), "{text}");
+        let text = refused("/trajectories/triangular/edge_time", 0.0.into());
+        assert!(text.contains("trajectories.triangular.edge_time"), "{text}");
+        let text = refused("/start/zeta", serde_json::json!([0, 3.0, -1.4, 0, -0.9, 0]));
+        assert!(text.contains("start.zeta[2]"), "{text}");
+    }
+
+    #[test]
+    fn unknown_and_missing_fields_are_refused_by_name() {
+        let unknown = REFERENCE_JSON.replacen("\"gravity\"", "\"gravitas\"", 1);
+        let text = Machine::from_json(&unknown).unwrap_err().to_string();
+        assert!(text.contains("gravitas"), "{text}");
+        let text = Machine::from_json("{}").unwrap_err().to_string();
+        assert!(text.contains("missing field"), "{text}");
+    }
+
+    /// Loss sections are optional: a file without them describes an ideal inverter and core.
+    #[test]
+    fn loss_sections_may_be_left_out() {
+        let mut json: serde_json::Value = serde_json::from_str(REFERENCE_JSON).expect("JSON");
+        let emla = json["emla"].as_object_mut().expect("object");
+        emla.remove("core");
+        emla.remove("inverter");
+        let machine = Machine::from_json(&json.to_string()).expect("valid");
+        assert_eq!(machine.emla.core, None);
+        assert_eq!(machine.emla.inverter, None);
+    }
+}

@@ -1,0 +1,191 @@
+//! Parameters of the electromechanical linear actuator.
+
+use crate::check::{MachineError, not_negative, positive, refuse};
+use serde::{Deserialize, Serialize};
+
+/// Motor, gear, screw and rod of one actuator. dq quantities are peak-valued
+/// (amplitude-invariant): torque carries the factor 3/2.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Emla {
+    /// Pole pairs.
+    pub p: u32,
+    /// Stator resistance, Ω.
+    pub R_s: f64,
+    /// d-axis inductance, H.
+    pub L_d: f64,
+    /// q-axis inductance, H.
+    pub L_q: f64,
+    /// Permanent-magnet flux linkage, Wb (peak).
+    pub lambda_m: f64,
+    /// Rotor inertia, kg·m².
+    pub J_m: f64,
+    /// Viscous friction of the motor, N·m·s/rad.
+    pub C_m: f64,
+    /// Coulomb friction of the motor, N·m.
+    pub tau_C: f64,
+    /// Speed over which the Coulomb friction changes sign, rad/s.
+    pub w_C: f64,
+    /// Gear reduction ratio.
+    pub N_gear: f64,
+    /// Gear efficiency.
+    pub eta_gear: f64,
+    /// Speed over which the gear loss changes sign, rad/s.
+    pub w_eta: f64,
+    /// Screw lead, m per revolution.
+    pub rho: f64,
+    /// Screw inertia, kg·m².
+    pub J_s: f64,
+    /// Viscous friction of the screw, N·m·s/rad.
+    pub C_s: f64,
+    /// Axial rigidity of the screw (the paper's K_s), N.
+    pub EA: f64,
+    /// Bearing stiffness, N/m.
+    pub K_br: f64,
+    /// Nut stiffness, N/m.
+    pub K_n: f64,
+    /// Rod stiffness, N/m.
+    pub K_r: f64,
+    /// Torsional rigidity of the screw (the paper's K_rot), N·m².
+    pub GJ: f64,
+    /// Distance between the screw's bearings, m.
+    pub L_s: f64,
+    /// Damping between nut and rod, N·s/m.
+    pub C_b: f64,
+    /// Mass of the rod and what moves with it, kg.
+    pub M_act: f64,
+    /// Viscous friction of the rod, N·s/m.
+    pub C_act: f64,
+    /// Largest phase current (peak), A.
+    pub i_max: f64,
+    /// Largest phase voltage (peak), V.
+    pub v_max: f64,
+    /// Iron losses; left out: none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub core: Option<CoreLosses>,
+    /// Inverter losses; left out: an ideal inverter.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub inverter: Option<InverterLosses>,
+}
+
+/// Iron losses `P_core = (k_h·|w_e| + k_e·w_e²)·(lambda_d² + lambda_q²)`.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct CoreLosses {
+    /// Hysteresis coefficient, W·s/(rad·Wb²).
+    pub k_h: f64,
+    /// Eddy-current coefficient, W·s²/(rad²·Wb²).
+    pub k_e: f64,
+}
+
+/// Losses of a two-level inverter with sinusoidal current of amplitude `i`:
+/// conduction `3·(2/π·v_0·i + r_0·i²/2)`, switching `6/π·f_sw·k_sw·v_dc·i`.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct InverterLosses {
+    /// DC-link voltage, V.
+    pub v_dc: f64,
+    /// Switching frequency, Hz.
+    pub f_sw: f64,
+    /// Switching energy per volt and ampere, on and off together, J/(V·A).
+    pub k_sw: f64,
+    /// Threshold voltage of a device, V.
+    pub v_0: f64,
+    /// Differential resistance of a device, Ω.
+    pub r_0: f64,
+}
+
+/// What the actuator is rated for.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Ratings {
+    /// Largest rod force, N.
+    pub force_max: f64,
+    /// Largest rod speed, m/s.
+    pub rod_speed_max: f64,
+    /// Rated motor power, W.
+    pub motor_power: f64,
+    /// Rated motor torque, N·m.
+    pub motor_torque: f64,
+    /// Rated motor speed, rev/min.
+    pub motor_speed_rpm: f64,
+}
+
+impl Emla {
+    pub(crate) fn check(&self) -> Result<(), MachineError> {
+        positive("emla.p", f64::from(self.p))?;
+        for (name, value) in [
+            ("emla.R_s", self.R_s),
+            ("emla.L_d", self.L_d),
+            ("emla.L_q", self.L_q),
+            ("emla.lambda_m", self.lambda_m),
+            ("emla.J_m", self.J_m),
+            ("emla.w_C", self.w_C),
+            ("emla.N_gear", self.N_gear),
+            ("emla.w_eta", self.w_eta),
+            ("emla.rho", self.rho),
+            ("emla.J_s", self.J_s),
+            ("emla.EA", self.EA),
+            ("emla.K_br", self.K_br),
+            ("emla.K_n", self.K_n),
+            ("emla.K_r", self.K_r),
+            ("emla.GJ", self.GJ),
+            ("emla.L_s", self.L_s),
+            ("emla.M_act", self.M_act),
+            ("emla.i_max", self.i_max),
+            ("emla.v_max", self.v_max),
+        ] {
+            positive(name, value)?;
+        }
+        for (name, value) in [
+            ("emla.C_m", self.C_m),
+            ("emla.tau_C", self.tau_C),
+            ("emla.C_s", self.C_s),
+            ("emla.C_b", self.C_b),
+            ("emla.C_act", self.C_act),
+        ] {
+            not_negative(name, value)?;
+        }
+        if !(self.eta_gear > 0.0 && self.eta_gear <= 1.0) {
+            return Err(refuse("emla.eta_gear", self.eta_gear, "in (0, 1]"));
+        }
+        if let Some(CoreLosses { k_h, k_e }) = self.core {
+            not_negative("emla.core.k_h", k_h)?;
+            not_negative("emla.core.k_e", k_e)?;
+        }
+        if let Some(inverter) = self.inverter {
+            inverter.check()?;
+        }
+        Ok(())
+    }
+}
+
+impl InverterLosses {
+    fn check(&self) -> Result<(), MachineError> {
+        for (name, value) in [
+            ("emla.inverter.v_dc", self.v_dc),
+            ("emla.inverter.f_sw", self.f_sw),
+            ("emla.inverter.k_sw", self.k_sw),
+            ("emla.inverter.v_0", self.v_0),
+            ("emla.inverter.r_0", self.r_0),
+        ] {
+            not_negative(name, value)?;
+        }
+        Ok(())
+    }
+}
+
+impl Ratings {
+    pub(crate) fn check(&self) -> Result<(), MachineError> {
+        for (name, value) in [
+            ("ratings.force_max", self.force_max),
+            ("ratings.rod_speed_max", self.rod_speed_max),
+            ("ratings.motor_power", self.motor_power),
+            ("ratings.motor_torque", self.motor_torque),
+            ("ratings.motor_speed_rpm", self.motor_speed_rpm),
+        ] {
+            positive(name, value)?;
+        }
+        Ok(())
+    }
+}

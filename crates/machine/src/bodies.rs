@@ -1,0 +1,202 @@
+//! Inertial parameters of the bodies, and the ranges of the joints.
+
+use crate::check::{MachineError, finite, interval, positive, refuse};
+use serde::{Deserialize, Serialize};
+
+/// One rigid body.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Body {
+    /// Mass, kg.
+    pub mass: f64,
+    /// Centre of mass in body axes, m.
+    pub com: [f64; 3],
+    /// Inertia about the centre of mass in body axes, kg·m².
+    pub inertia_com: InertiaTensor,
+}
+
+/// Symmetric inertia tensor, kg·m². Off-diagonal entries are the tensor's own (−∫xy dm).
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+#[expect(missing_docs, reason = "the six entries of a symmetric tensor")]
+pub struct InertiaTensor {
+    pub xx: f64,
+    pub yy: f64,
+    pub zz: f64,
+    pub xy: f64,
+    pub xz: f64,
+    pub yz: f64,
+}
+
+impl InertiaTensor {
+    /// Rows of the full 3×3 tensor.
+    #[must_use]
+    pub fn rows(&self) -> [[f64; 3]; 3] {
+        let Self {
+            xx,
+            yy,
+            zz,
+            xy,
+            xz,
+            yz,
+        } = *self;
+        [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]
+    }
+
+    /// A mass distribution exists for this tensor exactly when Σ = ½tr(I)·1 − I is positive
+    /// definite (the principal moments then obey the triangle inequality).
+    fn is_physical(&self) -> bool {
+        let half_trace = 0.5 * (self.xx + self.yy + self.zz);
+        let mut s = self.rows().map(|row| row.map(|v| -v));
+        for (i, row) in s.iter_mut().enumerate() {
+            row[i] += half_trace;
+        }
+        let minor = s[0][0] * s[1][1] - s[0][1] * s[1][0];
+        let det = s[0][0] * (s[1][1] * s[2][2] - s[1][2] * s[2][1])
+            - s[0][1] * (s[1][0] * s[2][2] - s[1][2] * s[2][0])
+            + s[0][2] * (s[1][0] * s[2][1] - s[1][1] * s[2][0]);
+        s[0][0] > 0.0 && minor > 0.0 && det > 0.0
+    }
+}
+
+/// The 13 bodies; frames as in the paper.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Bodies {
+    /// Base column.
+    pub T1: Body,
+    /// Lift boom.
+    pub A2: Body,
+    /// Lift cylinder.
+    pub C2: Body,
+    /// Lift rod.
+    pub D2: Body,
+    /// Tilt boom.
+    pub A3: Body,
+    /// Tilt cylinder.
+    pub C3: Body,
+    /// Tilt rod.
+    pub D3: Body,
+    /// Rocker A–D of the four-bar.
+    pub RK: Body,
+    /// Coupler C–D of the four-bar.
+    pub CP: Body,
+    /// First wrist body.
+    pub A4: Body,
+    /// Second wrist body.
+    pub C4: Body,
+    /// Third wrist body, carries the tip.
+    pub D4: Body,
+    /// Payload, rigid in D4 and given in D4 axes.
+    pub PL: Body,
+}
+
+impl Bodies {
+    /// Names in parent-before-child order, the order of [`Bodies::in_order`].
+    pub const NAMES: [&'static str; 13] = [
+        "T1", "A2", "C2", "D2", "A3", "C3", "D3", "RK", "CP", "A4", "C4", "D4", "PL",
+    ];
+
+    /// The bodies in parent-before-child order.
+    #[must_use]
+    pub fn in_order(&self) -> [&Body; 13] {
+        [
+            &self.T1, &self.A2, &self.C2, &self.D2, &self.A3, &self.C3, &self.D3, &self.RK,
+            &self.CP, &self.A4, &self.C4, &self.D4, &self.PL,
+        ]
+    }
+
+    pub(crate) fn check(&self) -> Result<(), MachineError> {
+        for (name, body) in Self::NAMES.iter().zip(self.in_order()) {
+            positive(format_args!("bodies.{name}.mass"), body.mass)?;
+            finite(format_args!("bodies.{name}.com"), &body.com)?;
+            let field = format_args!("bodies.{name}.inertia_com").to_string();
+            finite(&field, body.inertia_com.rows().as_flattened())?;
+            if !body.inertia_com.is_physical() {
+                return Err(refuse(
+                    field,
+                    format_args!("{:?}", body.inertia_com.rows()),
+                    "positive definite and obey the triangle inequality",
+                ));
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Ranges of strokes and joints.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Limits {
+    /// Slew stroke range, m.
+    pub stroke_1: [f64; 2],
+    /// Lift stroke range, m.
+    pub stroke_2: [f64; 2],
+    /// Tilt stroke range, m.
+    pub stroke_3: [f64; 2],
+    /// Lower joint limits, degrees.
+    pub zeta_min_deg: [f64; 6],
+    /// Upper joint limits, degrees.
+    pub zeta_max_deg: [f64; 6],
+    /// Largest wrist torques, N·m.
+    pub tau_wrist_max: [f64; 3],
+}
+
+impl Limits {
+    /// Stroke ranges of the three actuators, m.
+    #[must_use]
+    pub fn strokes(&self) -> [[f64; 2]; 3] {
+        [self.stroke_1, self.stroke_2, self.stroke_3]
+    }
+
+    /// Joint ranges, rad.
+    #[must_use]
+    pub fn zeta(&self) -> [[f64; 2]; 6] {
+        std::array::from_fn(|i| {
+            [
+                self.zeta_min_deg[i].to_radians(),
+                self.zeta_max_deg[i].to_radians(),
+            ]
+        })
+    }
+
+    pub(crate) fn check(&self) -> Result<(), MachineError> {
+        for (i, stroke) in self.strokes().into_iter().enumerate() {
+            interval(format_args!("limits.stroke_{}", i + 1), stroke)?;
+        }
+        for i in 0..6 {
+            let range = [self.zeta_min_deg[i], self.zeta_max_deg[i]];
+            interval(
+                format_args!("limits.zeta_min_deg/zeta_max_deg[{}]", i + 1),
+                range,
+            )?;
+        }
+        for (i, &tau) in self.tau_wrist_max.iter().enumerate() {
+            positive(format_args!("limits.tau_wrist_max[{}]", i + 1), tau)?;
+        }
+        Ok(())
+    }
+}
+
+/// Where a run starts.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Start {
+    /// Joint angles, rad.
+    pub zeta: [f64; 6],
+}
+
+impl Start {
+    pub(crate) fn check(&self, limits: &Limits) -> Result<(), MachineError> {
+        for (i, (&zeta, [min, max])) in self.zeta.iter().zip(limits.zeta()).enumerate() {
+            if !(min..=max).contains(&zeta) {
+                return Err(refuse(
+                    format_args!("start.zeta[{}]", i + 1),
+                    zeta,
+                    format_args!("within the joint limits [{min}, {max}] rad"),
+                ));
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,193 @@
+//! Controller gains and reference trajectories.
+
+use crate::check::{MachineError, finite, not_negative, positive, refuse};
+use serde::{Deserialize, Serialize};
+
+/// Gains of the adaptive modular controller.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Controller {
+    /// Time for which the start pose is held before the trajectory begins, s.
+    pub settle_time: f64,
+    /// Inverse-kinematics feedback on position, Λ, 1/s.
+    pub Lambda_position: f64,
+    /// Inverse-kinematics feedback on orientation, Λ, 1/s.
+    pub Lambda_orientation: f64,
+    /// `K_A = kappa_KA · (nominal 6×6 inertia of the body)`, 1/s.
+    pub kappa_KA: f64,
+    /// Current feedback, V/A.
+    pub K_i: f64,
+    /// Force feedback, V/N.
+    pub K_f: f64,
+    /// Velocity feedback on the motor side, V·s/m.
+    pub K_v: f64,
+    /// Decay rate λ_i of the required d-axis current, 1/s.
+    #[serde(default = "lambda_i")]
+    pub lambda_i: f64,
+    /// Adaptation gain γ of the natural adaptation law (larger is slower).
+    pub gamma: f64,
+    /// Bounds on the inverse pseudo-inertia: `lower·P_0 < P < upper·P_0`.
+    pub inverse_bounds: [f64; 2],
+    /// Time constant of the filter behind d(i_qr)/dt, s.
+    pub di_qr_filter_time: f64,
+    /// Rod-velocity damping of the `pd` mode, N·s/m.
+    pub pd_actuator_damping: f64,
+    /// Wrist damping of the `pd` mode, N·m·s/rad.
+    pub pd_wrist_damping: [f64; 3],
+}
+
+/// The paper gives λ_i no value and files made before the field existed lack it.
+fn lambda_i() -> f64 {
+    50.0
+}
+
+impl Controller {
+    /// Checks every gain; also called when an FMU's importer tunes one.
+    ///
+    /// # Errors
+    /// The first gain outside its range.
+    pub fn check(&self) -> Result<(), MachineError> {
+        for (name, value) in [
+            ("controller.Lambda_position", self.Lambda_position),
+            ("controller.Lambda_orientation", self.Lambda_orientation),
+            ("controller.gamma", self.gamma),
+            ("controller.di_qr_filter_time", self.di_qr_filter_time),
+        ] {
+            positive(name, value)?;
+        }
+        for (name, value) in [
+            ("controller.settle_time", self.settle_time),
+            ("controller.kappa_KA", self.kappa_KA),
+            ("controller.K_i", self.K_i),
+            ("controller.K_f", self.K_f),
+            ("controller.K_v", self.K_v),
+            ("controller.lambda_i", self.lambda_i),
+            ("controller.pd_actuator_damping", self.pd_actuator_damping),
+        ] {
+            not_negative(name, value)?;
+        }
+        for (i, &d) in self.pd_wrist_damping.iter().enumerate() {
+            not_negative(format_args!("controller.pd_wrist_damping[{}]", i + 1), d)?;
+        }
+        let [lower, upper] = self.inverse_bounds;
+        if !(lower > 0.0 && lower < 1.0 && upper > 1.0 && upper.is_finite()) {
+            return Err(refuse(
+                "controller.inverse_bounds",
+                format_args!("[{lower}, {upper}]"),
+                "0 < lower < 1 < upper < ∞",
+            ));
+        }
+        Ok(())
+    }
+}
+
+/// The paper's two tip trajectories.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Trajectories {
+    /// Cube edges in three dimensions.
+    pub cubic: CubicPath,
+    /// Triangle in the boom plane.
+    pub triangular: TriangularPath,
+}
+
+/// Vertices on a cube, in edge lengths along three axes.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct CubicPath {
+    /// Edge length, m.
+    pub edge: f64,
+    /// Time for one edge, s.
+    pub edge_time: f64,
+    /// Rest at each vertex, s.
+    pub dwell: f64,
+    /// Directions of the cube's edges in the world frame.
+    pub axes: CubeAxes,
+    /// Vertices in edge lengths, relative to the start.
+    pub vertices: Vec<[f64; 3]>,
+}
+
+/// World directions of a cube's edges.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+#[expect(missing_docs, reason = "three directions")]
+pub struct CubeAxes {
+    pub first: [f64; 3],
+    pub second: [f64; 3],
+    pub third: [f64; 3],
+}
+
+/// Vertices relative to the start.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct TriangularPath {
+    /// Time for one edge, s.
+    pub edge_time: f64,
+    /// Rest at each vertex, s.
+    pub dwell: f64,
+    /// Vertices in the world frame relative to the start, m.
+    pub vertices: Vec<[f64; 3]>,
+}
+
+impl CubicPath {
+    /// Vertices in the world frame relative to the start, m.
+    #[must_use]
+    pub fn world_vertices(&self) -> Vec<[f64; 3]> {
+        let CubeAxes {
+            first,
+            second,
+            third,
+        } = self.axes;
+        let along = |v: &[f64; 3], j: usize| {
+            self.edge * (v[0] * first[j] + v[1] * second[j] + v[2] * third[j])
+        };
+        self.vertices
+            .iter()
+            .map(|v| [along(v, 0), along(v, 1), along(v, 2)])
+            .collect()
+    }
+}
+
+impl Trajectories {
+    pub(crate) fn check(&self) -> Result<(), MachineError> {
+        positive("trajectories.cubic.edge", self.cubic.edge)?;
+        let CubeAxes {
+            first,
+            second,
+            third,
+        } = self.cubic.axes;
+        finite(
+            "trajectories.cubic.axes",
+            [first, second, third].as_flattened(),
+        )?;
+        for (name, edge_time, dwell, vertices) in [
+            (
+                "cubic",
+                self.cubic.edge_time,
+                self.cubic.dwell,
+                &self.cubic.vertices,
+            ),
+            (
+                "triangular",
+                self.triangular.edge_time,
+                self.triangular.dwell,
+                &self.triangular.vertices,
+            ),
+        ] {
+            positive(format_args!("trajectories.{name}.edge_time"), edge_time)?;
+            not_negative(format_args!("trajectories.{name}.dwell"), dwell)?;
+            finite(
+                format_args!("trajectories.{name}.vertices"),
+                vertices.as_flattened(),
+            )?;
+            if vertices.len() < 2 {
+                return Err(refuse(
+                    format_args!("trajectories.{name}.vertices"),
+                    format_args!("{} vertices", vertices.len()),
+                    "two or more",
+                ));
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,93 @@
+//! Dimensions of the mechanism.
+
+use crate::check::{MachineError, finite, positive};
+use serde::{Deserialize, Serialize};
+
+/// Dimensions, m and rad.
+///
+/// World frame: x forward, y up, z = x × y. Points with two coordinates lie in the boom plane,
+/// which turns with `zeta_1` about y.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Geometry {
+    /// Lift joint O in T1.
+    pub r_T1_O: [f64; 3],
+    /// Radius of the slew mechanism: `x_1 = x1_mid + r_B·zeta_1`.
+    pub r_B: f64,
+    /// Slew stroke at `zeta_1 = 0`.
+    pub x1_mid: f64,
+    /// Distance O to the lift cylinder's rod pin, L_1_2.
+    pub L1_2: f64,
+    /// Distance O to the lift cylinder's foot, L_2_2.
+    pub L2_2: f64,
+    /// Angle of the foot from the downward vertical, rad.
+    pub beta1: f64,
+    /// Angle from O→rod pin up to the boom axis, rad.
+    pub beta2: f64,
+    /// Length of the lift actuator at stroke zero.
+    pub x0_2: f64,
+    /// Length of the lift actuator's rod body behind its pin, l_c2.
+    pub lc_2: f64,
+    /// Tilt joint B from O in boom axes.
+    pub r_O_B: [f64; 3],
+    /// Rocker pivot A from B in boom axes.
+    pub A_in_boom: [f64; 2],
+    /// Tilt actuator's foot E from B in boom axes.
+    pub E_in_boom: [f64; 2],
+    /// Coupler pivot C from B in tilt-boom axes.
+    pub C_in_tilt: [f64; 2],
+    /// Rocker length |AD|, d_4.
+    pub d4: f64,
+    /// Coupler length |CD|, d_5.
+    pub d5: f64,
+    /// Length of the tilt actuator at stroke zero.
+    pub x0_3: f64,
+    /// Length of the tilt actuator's rod body behind its pin, l_c3.
+    pub lc_3: f64,
+    /// Wrist base B4 from B in tilt-boom axes.
+    pub r_B_B4: [f64; 3],
+    /// First wrist joint A4 from B4 in B4 axes.
+    pub r_B4_A4: [f64; 3],
+    /// Second wrist joint C4 from A4 in A4 axes.
+    pub r_A4_C4: [f64; 3],
+    /// Third wrist joint D4 from C4 in C4 axes.
+    pub r_C4_D4: [f64; 3],
+    /// Tip T4 from D4 in D4 axes.
+    pub r_D4_T4: [f64; 3],
+}
+
+impl Geometry {
+    pub(crate) fn check(&self) -> Result<(), MachineError> {
+        for (name, value) in [
+            ("geometry.r_B", self.r_B),
+            ("geometry.L1_2", self.L1_2),
+            ("geometry.L2_2", self.L2_2),
+            ("geometry.x0_2", self.x0_2),
+            ("geometry.lc_2", self.lc_2),
+            ("geometry.d4", self.d4),
+            ("geometry.d5", self.d5),
+            ("geometry.x0_3", self.x0_3),
+            ("geometry.lc_3", self.lc_3),
+        ] {
+            positive(name, value)?;
+        }
+        finite("geometry.x1_mid", &[self.x1_mid])?;
+        finite("geometry.beta1", &[self.beta1])?;
+        finite("geometry.beta2", &[self.beta2])?;
+        for (name, point) in [
+            ("geometry.r_T1_O", &self.r_T1_O[..]),
+            ("geometry.r_O_B", &self.r_O_B),
+            ("geometry.A_in_boom", &self.A_in_boom),
+            ("geometry.E_in_boom", &self.E_in_boom),
+            ("geometry.C_in_tilt", &self.C_in_tilt),
+            ("geometry.r_B_B4", &self.r_B_B4),
+            ("geometry.r_B4_A4", &self.r_B4_A4),
+            ("geometry.r_A4_C4", &self.r_A4_C4),
+            ("geometry.r_C4_D4", &self.r_C4_D4),
+            ("geometry.r_D4_T4", &self.r_D4_T4),
+        ] {
+            finite(name, point)?;
+        }
+        Ok(())
+    }
+}
