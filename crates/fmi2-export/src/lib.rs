@@ -1,1 +1,72 @@
-//! fmi2-export
+//! Exports a Rust model as an FMI 2.0 co-simulation FMU.
+//!
+//! Needed: structs for parameters, inputs and outputs, a table of [`Variable`]s, an implementation of [`Model`], and one line
+//! `export_fmu!(MyModel);` in a crate of type `cdylib`.
+//!
+//! ```
+//! use fmi2_export::{Info, InputPolynomial, Model, ModelError, Variable};
+//! use serde::{Deserialize, Serialize};
+//!
+//! /// A first-order lag: T dy/dt = u − y.
+//! #[derive(Clone, Serialize, Deserialize)]
+//! struct Lag { y: [f64; 2] }
+//! #[derive(Clone, Serialize, Deserialize)]
+//! struct Parameters { time_constant: f64 }
+//! #[derive(Clone, Copy, Default, Serialize, Deserialize)]
+//! struct Input { u: [f64; 2] }
+//! #[derive(Clone, Copy, Default)]
+//! struct Output { y: [f64; 2], sum: f64 }
+//!
+//! type V = Variable<Lag>;
+//! #[rustfmt::skip]
+//! const VARIABLES: &[V] = &[
+//!     V::parameter("T", "time constant", |p| &p.time_constant, |p| &mut p.time_constant).unit("s").min(1e-6),
+//!     V::inputs   ("u", "what y follows", |u| &u.u, |u| &mut u.u).unit("m").display_unit("mm"),
+//!     V::outputs  ("y", "lagged u", |y| &y.y).unit("m").depends_on(&[]).initially_depends_on(&["u[i]"]),
+//!     V::output   ("sum", "sum of y and u", |y| &y.sum).unit("m").depends_on(&["u"]).initially_depends_on(&["u"]),
+//! ];
+//!
+//! impl Model for Lag {
+//!     type Parameters = Parameters;
+//!     type Input = Input;
+//!     type Output = Output;
+//!     const INFO: Info = Info::new("Lag", "two first-order lags").version(env!("CARGO_PKG_VERSION"));
+//!
+//!     fn variables() -> &'static [Variable<Self>] { VARIABLES }
+//!     fn defaults() -> (Parameters, Input) { (Parameters { time_constant: 0.1 }, Input::default()) }
+//!     fn initialize(_p: &Parameters, u: &Input, _t: f64) -> Result<Self, ModelError> { Ok(Lag { y: u.u }) }
+//!     fn output(&self, _p: &Parameters, u: &Input) -> Result<Output, ModelError> {
+//!         Ok(Output { y: self.y, sum: self.y.iter().chain(&u.u).sum() })
+//!     }
+//!     fn step(&mut self, p: &Parameters, u: &InputPolynomial<Input>, _t: f64, h: f64) -> Result<(), ModelError> {
+//!         let decay = (-h / p.time_constant).exp();
+//!         let mid = u.at::<Self>(0.5 * h); // follows the input derivatives if the importer gives them
+//!         for (y, u) in self.y.iter_mut().zip(mid.u) { *y = u + (*y - u) * decay; }
+//!         Ok(())
+//!     }
+//! }
+//! fmi2_export::export_fmu!(Lag);
+//! # fn main() {}
+//! ```
+//!
+//! Accessors point at the field (`|u| &u.x`, `|u| &mut u.x`); vectors of any array or slice work the same. Enumerations are
+//! `i32` rows with `.enumeration(&DRIVE)`, items counted from 1. See [`Variable`] for everything a row can say and [`Info`] for
+//! default experiment, documentation, icon and resources. `type V = Variable<Lag>` is needed for type inference.
+mod info;
+mod input;
+mod layout;
+mod model;
+mod units;
+mod variable;
+
+pub use info::{Base, Enumeration, File, Info, Unit};
+pub use input::{InputPolynomial, MAX_INPUT_DERIVATIVE};
+pub use model::{Model, ModelError};
+pub use units::KNOWN_UNITS;
+pub use variable::{ALL_PARAMETERS, SetString, Variable};
+
+/// Exports the C functions of FMI 2.0 for one model. Use it once, in the crate that becomes the shared library.
+#[macro_export]
+macro_rules! export_fmu {
+    ($model:ty) => {};
+}

@@ -1,0 +1,261 @@
+//! Rows of the table of variables.
+//!
+//! A row is a scalar (`x`) or a vector (`x[1]`, `x[2]`, …). The value reference of an element is its running number across
+//! the table, counted over all types, so that it can neither be given twice nor forgotten.
+
+use crate::{Enumeration, Model};
+use std::path::Path;
+
+/// In a list of initial dependencies: every parameter of the model.
+pub const ALL_PARAMETERS: &str = "*parameters";
+
+/// A row of the table: name, place in the model's structs, and what the model description says about it.
+///
+/// Constructors take (name, description, accessors). Singular ones (`input`, `integer_output` …) make a scalar, plural ones a
+/// vector, whose length is that of the slice in the default values and must not change.
+pub struct Variable<M: Model> {
+    pub(crate) name: &'static str,
+    pub(crate) description: &'static str,
+    pub(crate) causality: Causality,
+    pub(crate) place: Place<M>,
+    pub(crate) tunable: bool,
+    pub(crate) discrete: bool,
+    pub(crate) unit: Option<&'static str>,
+    pub(crate) display_unit: Option<&'static str>,
+    pub(crate) min: f64,
+    pub(crate) max: f64,
+    pub(crate) nominal: Option<f64>,
+    pub(crate) enumeration: Option<&'static Enumeration>,
+    pub(crate) dependencies: Dependencies,
+    pub(crate) initial_dependencies: Dependencies,
+}
+
+/// Causality of a row.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Causality {
+    Input,
+    Output,
+    Local,
+    Parameter,
+}
+
+/// What the elements of a row depend on.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Dependencies {
+    /// Not said: on everything.
+    Unknown,
+    /// The same list for each element (`[i]`: same index).
+    Same(&'static [&'static str]),
+    /// A list for each element.
+    Each(&'static [&'static [&'static str]]),
+}
+
+/// Where the elements of a row live, and their type.
+pub(crate) enum Place<M: Model> {
+    RealIn(Write<M::Input, f64>),
+    IntegerIn(Write<M::Input, i32>),
+    BooleanIn(Write<M::Input, bool>),
+    RealOut(Read<M::Output, f64>),
+    IntegerOut(Read<M::Output, i32>),
+    BooleanOut(Read<M::Output, bool>),
+    RealParameter(Write<M::Parameters, f64>),
+    IntegerParameter(Write<M::Parameters, i32>),
+    BooleanParameter(Write<M::Parameters, bool>),
+    StringParameter(fn(&M::Parameters) -> &str, SetString<M>),
+}
+
+/// Setter of a String parameter: parameters, text, the FMU's resources folder if the importer gave one.
+pub type SetString<M> =
+    fn(&mut <M as Model>::Parameters, &str, Option<&Path>) -> Result<(), String>;
+
+/// Read access to a scalar or a vector in `S`.
+pub(crate) enum Read<S, T> {
+    Scalar(fn(&S) -> &T),
+    Vector(fn(&S) -> &[T]),
+}
+
+/// Read and write access to a scalar or a vector in `S`.
+pub(crate) enum Write<S, T> {
+    Scalar(fn(&S) -> &T, fn(&mut S) -> &mut T),
+    Vector(fn(&S) -> &[T], fn(&mut S) -> &mut [T]),
+}
+
+macro_rules! writable_rows {
+    ($($scalar:ident $vector:ident $what:literal $causality:ident $place:ident $owner:ident $type:ty;)*) => {$(
+        #[doc = concat!("A scalar ", $what, ".")]
+        pub const fn $scalar(
+            name: &'static str,
+            description: &'static str,
+            get: fn(&M::$owner) -> &$type,
+            get_mut: fn(&mut M::$owner) -> &mut $type,
+        ) -> Self {
+            Self::row(name, description, Causality::$causality, Place::$place(Write::Scalar(get, get_mut)))
+        }
+
+        #[doc = concat!("A vector ", $what, ".")]
+        pub const fn $vector(
+            name: &'static str,
+            description: &'static str,
+            get: fn(&M::$owner) -> &[$type],
+            get_mut: fn(&mut M::$owner) -> &mut [$type],
+        ) -> Self {
+            Self::row(name, description, Causality::$causality, Place::$place(Write::Vector(get, get_mut)))
+        }
+    )*};
+}
+
+macro_rules! readable_rows {
+    ($($scalar:ident $vector:ident $what:literal $causality:ident $place:ident $type:ty;)*) => {$(
+        #[doc = concat!("A scalar ", $what, ".")]
+        pub const fn $scalar(
+            name: &'static str,
+            description: &'static str,
+            get: fn(&M::Output) -> &$type,
+        ) -> Self {
+            Self::row(name, description, Causality::$causality, Place::$place(Read::Scalar(get)))
+        }
+
+        #[doc = concat!("A vector ", $what, ".")]
+        pub const fn $vector(
+            name: &'static str,
+            description: &'static str,
+            get: fn(&M::Output) -> &[$type],
+        ) -> Self {
+            Self::row(name, description, Causality::$causality, Place::$place(Read::Vector(get)))
+        }
+    )*};
+}
+
+impl<M: Model> Variable<M> {
+    writable_rows! {
+        input inputs "Real input" Input RealIn Input f64;
+        integer_input integer_inputs "Integer input" Input IntegerIn Input i32;
+        boolean_input boolean_inputs "Boolean input" Input BooleanIn Input bool;
+        parameter parameters "Real parameter" Parameter RealParameter Parameters f64;
+        integer_parameter integer_parameters "Integer parameter" Parameter IntegerParameter Parameters i32;
+        boolean_parameter boolean_parameters "Boolean parameter" Parameter BooleanParameter Parameters bool;
+    }
+
+    readable_rows! {
+        output outputs "Real output" Output RealOut f64;
+        integer_output integer_outputs "Integer output" Output IntegerOut i32;
+        boolean_output boolean_outputs "Boolean output" Output BooleanOut bool;
+        local locals "Real local variable (a field of `Output` that is not meant for wiring)" Local RealOut f64;
+        integer_local integer_locals "Integer local variable" Local IntegerOut i32;
+        boolean_local boolean_locals "Boolean local variable" Local BooleanOut bool;
+    }
+
+    /// A String parameter (fixed). `set` may read a file and replace every other parameter: afterwards the layer sets
+    /// those again that the importer has set explicitly, so that the order of setting does not matter.
+    pub const fn string_parameter(
+        name: &'static str,
+        description: &'static str,
+        get: fn(&M::Parameters) -> &str,
+        set: SetString<M>,
+    ) -> Self {
+        let place = Place::StringParameter(get, set);
+        Self::row(name, description, Causality::Parameter, place)
+    }
+
+    const fn row(
+        name: &'static str,
+        description: &'static str,
+        causality: Causality,
+        place: Place<M>,
+    ) -> Self {
+        Self {
+            name,
+            description,
+            causality,
+            place,
+            tunable: false,
+            discrete: false,
+            unit: None,
+            display_unit: None,
+            min: f64::NEG_INFINITY,
+            max: f64::INFINITY,
+            nominal: None,
+            enumeration: None,
+            dependencies: Dependencies::Unknown,
+            initial_dependencies: Dependencies::Unknown,
+        }
+    }
+
+    /// Unit of a Real row, from [`KNOWN_UNITS`](crate::KNOWN_UNITS) or [`Info::units`](crate::Info::units).
+    pub const fn unit(mut self, unit: &'static str) -> Self {
+        self.unit = Some(unit);
+        self
+    }
+
+    /// Unit that tools show; one of the unit's display units.
+    pub const fn display_unit(mut self, unit: &'static str) -> Self {
+        self.display_unit = Some(unit);
+        self
+    }
+
+    /// Least value; a smaller one is refused when set.
+    pub const fn min(mut self, min: f64) -> Self {
+        self.min = min;
+        self
+    }
+
+    /// Greatest value; a larger one is refused when set.
+    pub const fn max(mut self, max: f64) -> Self {
+        self.max = max;
+        self
+    }
+
+    /// Typical magnitude (> 0).
+    pub const fn nominal(mut self, nominal: f64) -> Self {
+        self.nominal = Some(nominal);
+        self
+    }
+
+    /// May be set between steps ([`Model::tune`] is told); without it a parameter is fixed after initialization.
+    pub const fn tunable(mut self) -> Self {
+        self.tunable = true;
+        self
+    }
+
+    /// A Real input or output that changes at communication points only; without it a Real is continuous.
+    pub const fn discrete(mut self) -> Self {
+        self.discrete = true;
+        self
+    }
+
+    /// Makes an Integer row an enumeration; values outside its items are refused.
+    pub const fn enumeration(mut self, enumeration: &'static Enumeration) -> Self {
+        self.enumeration = Some(enumeration);
+        self
+    }
+
+    /// The inputs an output depends on directly (at fixed state): `"u"` the scalar or the whole vector, `"u[2]"` one element,
+    /// `"u[i]"` the element with the output's own index; `&[]` none. An output that does not say depends on all.
+    pub const fn depends_on(mut self, inputs: &'static [&'static str]) -> Self {
+        self.dependencies = Dependencies::Same(inputs);
+        self
+    }
+
+    /// Like [`depends_on`](Self::depends_on), with a list for each element of a vector.
+    pub const fn each_depends_on(mut self, inputs: &'static [&'static [&'static str]]) -> Self {
+        self.dependencies = Dependencies::Each(inputs);
+        self
+    }
+
+    /// The inputs AND parameters an output depends on in Initialization Mode (through [`Model::initialize`] too), written as in
+    /// [`depends_on`](Self::depends_on); [`ALL_PARAMETERS`] stands for every parameter. Without it: on all, which lets an
+    /// importer see an algebraic loop at initialization.
+    pub const fn initially_depends_on(mut self, knowns: &'static [&'static str]) -> Self {
+        self.initial_dependencies = Dependencies::Same(knowns);
+        self
+    }
+
+    /// Like [`initially_depends_on`](Self::initially_depends_on), with a list for each element of a vector.
+    pub const fn each_initially_depends_on(
+        mut self,
+        knowns: &'static [&'static [&'static str]],
+    ) -> Self {
+        self.initial_dependencies = Dependencies::Each(knowns);
+        self
+    }
+}
