@@ -1,1 +1,92 @@
-//! emla
+//! Electromechanical linear actuator: a permanent-magnet synchronous motor drives a nut over a gear
+//! and a ball screw; the nut pushes a rod through a spring and a damper.
+//!
+//! Source: section "Integrated Dynamic Model of the EMLA" of the paper; its equation labels stand
+//! at the functions, and so does each departure from it. Quantities in dq coordinates are
+//! peak-valued and oriented to the rotor flux. The rod's position `x` and its force `F` are
+//! positive when the actuator extends. SI units throughout.
+//!
+//! [`Emla`] is the configuration, immutable after [`Emla::new`]; [`State`] is what changes and is
+//! passed by value, so a step that fails leaves everything as it was. Two drive modes:
+//! in [`Drive::Motion`] the mechanism prescribes the rod's motion and the actuator answers with its
+//! force; in [`Drive::Force`] the rod is a free mass with an external force on it.
+//!
+//! The maps in [`maps`] need only parameters; the controller calls them with its own nominal set.
+#![forbid(unsafe_code)]
+#![allow(non_snake_case)] // the paper's symbols
+
+mod dynamics;
+mod input;
+mod losses;
+pub mod maps;
+mod motor;
+mod output;
+mod residual;
+mod start;
+mod step;
+mod tangent;
+
+pub use dynamics::{Energy, State};
+pub use input::{Input, InputPath};
+pub use losses::Losses;
+pub use motor::Dq;
+pub use output::Output;
+pub use residual::Residual;
+pub use step::StepError;
+
+use serde::{Deserialize, Serialize};
+
+/// Who moves the rod.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Drive {
+    /// The rod follows the inputs `x` and `x_dot`; the force on it is the answer.
+    Motion,
+    /// The rod is a mass of its own against the input `F_ext`.
+    Force,
+}
+
+/// One actuator: parameters, drive mode and blending of the surrogate.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Emla {
+    pub(crate) p: machine::Emla,
+    pub(crate) drive: Drive,
+    pub(crate) alpha: f64,
+    /// Longest substep, s.
+    pub(crate) dt_max: f64,
+}
+
+impl Emla {
+    /// An actuator whose surrogate residual is scaled by `alpha` (0…1).
+    ///
+    /// # Errors
+    /// A parameter outside its physical range.
+    pub fn new(p: machine::Emla, drive: Drive, alpha: f64) -> Result<Self, machine::MachineError> {
+        p.check()?;
+        let dt_max = step::longest_substep(&p, drive);
+        Ok(Self {
+            p,
+            drive,
+            alpha: alpha.clamp(0.0, 1.0),
+            dt_max,
+        })
+    }
+
+    /// The same actuator with another blending factor (0…1).
+    #[must_use]
+    pub fn with_alpha(self, alpha: f64) -> Self {
+        let alpha = alpha.clamp(0.0, 1.0);
+        Self { alpha, ..self }
+    }
+
+    /// Parameters.
+    #[must_use]
+    pub fn params(&self) -> &machine::Emla {
+        &self.p
+    }
+
+    /// Drive mode.
+    #[must_use]
+    pub fn drive(&self) -> Drive {
+        self.drive
+    }
+}

@@ -112,7 +112,11 @@ pub struct Ratings {
 }
 
 impl Emla {
-    pub(crate) fn check(&self) -> Result<(), MachineError> {
+    /// Checks every value; for parameters that did not come through [`crate::Machine::from_json`].
+    ///
+    /// # Errors
+    /// The first value outside its range.
+    pub fn check(&self) -> Result<(), MachineError> {
         positive("emla.p", f64::from(self.p))?;
         for (name, value) in [
             ("emla.R_s", self.R_s),

@@ -1,0 +1,232 @@
+//! Equations of motion: from state and inputs to everything that holds at one instant, and the rates.
+
+use crate::input::Input;
+use crate::losses::Losses;
+use crate::maps;
+use crate::motor::{self, Dq};
+use crate::residual::Residual;
+use crate::{Drive, Emla};
+use serde::{Deserialize, Serialize};
+
+/// Everything that changes while the actuator runs.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct State {
+    /// Direct-axis current, A (peak).
+    pub i_d: f64,
+    /// Quadrature-axis current, A (peak).
+    pub i_q: f64,
+    /// Motor angle, rad; the nut stands at `x_n = ρ/(2πN)·θ_m`.
+    pub theta_m: f64,
+    /// Motor speed, rad/s.
+    pub w_m: f64,
+    /// Rod position in [`Drive::Force`], m; stays at its start value in [`Drive::Motion`].
+    pub x: f64,
+    /// Rod velocity in [`Drive::Force`], m/s; stays at its start value in [`Drive::Motion`].
+    pub x_dot: f64,
+    /// What the network adds to the force; of the state's torque and speed, held over the next step.
+    pub residual: Residual,
+    /// Mean of the force on the load over the last step, N; at the start that force itself.
+    pub F_mean: f64,
+    /// Energies since the start.
+    pub energy: Energy,
+}
+
+/// Energies since the start, J; as a rate: powers, W.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Energy {
+    /// Taken from the DC side, core and inverter losses included.
+    pub supplied: f64,
+    /// Given to the load.
+    pub delivered: f64,
+    /// Lost.
+    pub lost: f64,
+}
+
+impl Energy {
+    fn advanced(self, dt: f64, power: Self) -> Self {
+        Self {
+            supplied: self.supplied + dt * power.supplied,
+            delivered: self.delivered + dt * power.delivered,
+            lost: self.lost + dt * power.lost,
+        }
+    }
+}
+
+/// Time derivative of the [`State`]; `F` integrates to the impulse behind `F_mean`.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Rates {
+    pub i: Dq,
+    pub theta_m: f64,
+    pub w_m: f64,
+    pub x: f64,
+    pub x_dot: f64,
+    pub F: f64,
+    pub energy: Energy,
+}
+
+impl State {
+    /// `self + dt·rates`, with `F_mean` holding an impulse in N·s.
+    pub(crate) fn advanced(&self, dt: f64, rates: &Rates) -> Self {
+        Self {
+            i_d: self.i_d + dt * rates.i.d,
+            i_q: self.i_q + dt * rates.i.q,
+            theta_m: self.theta_m + dt * rates.theta_m,
+            w_m: self.w_m + dt * rates.w_m,
+            x: self.x + dt * rates.x,
+            x_dot: self.x_dot + dt * rates.x_dot,
+            residual: self.residual,
+            F_mean: self.F_mean + dt * rates.F,
+            energy: self.energy.advanced(dt, rates.energy),
+        }
+    }
+
+    pub(crate) fn current(&self) -> Dq {
+        Dq {
+            d: self.i_d,
+            q: self.i_q,
+        }
+    }
+}
+
+/// What follows from state and inputs at one instant.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Instant {
+    /// Voltage after the limit, V.
+    pub v: Dq,
+    /// Current, A.
+    pub i: Dq,
+    /// Flux linkage, Wb.
+    pub lambda: Dq,
+    /// Electrical speed, rad/s.
+    pub w_e: f64,
+    /// Motor speed, rad/s.
+    pub w_m: f64,
+    /// Electromagnetic torque, N·m.
+    pub tau_e: f64,
+    /// Rod position, m.
+    pub x: f64,
+    /// Rod velocity, m/s.
+    pub x_dot: f64,
+    /// Nut velocity, m/s.
+    pub x_n_dot: f64,
+    /// Stiffness between nut and rod, N/m.
+    pub K_b: f64,
+    /// Its derivative by x, N/m².
+    pub K_b_slope: f64,
+    /// `x_n − x`, m.
+    pub stretch: f64,
+    /// `x_n_dot − x_dot`, m/s.
+    pub stretch_dot: f64,
+    /// Force on the load, N.
+    pub F: f64,
+    /// Torque of friction and nut on the screw, N·m.
+    pub tau_load: f64,
+    /// Gear factor.
+    pub k: f64,
+    /// Motor acceleration, rad/s².
+    pub w_m_dot: f64,
+}
+
+impl Emla {
+    /// Everything at one instant.
+    ///
+    /// Source: [eq:backdrive_torque] for the spring; [eq:rotor_dynamics], [eq:gear_torque] and
+    /// [eq:screw_dynamics] merged into one equation, because a rigid gear has one degree of freedom:
+    /// ```text
+    /// F_spring = C_b (ẋ_n − ẋ) + K_b(x)·(x_n − x),   F = F_spring − C_act ẋ,   F_nut = F_spring − α·dF
+    /// (J_m + k J_s/N²) ẇ_m = τ_e − C_m w_m − τ_C tanh(w_m/w_C) − k (C_s w_m/N + lead·F_nut)/N
+    /// ```
+    pub(crate) fn instant(&self, s: &State, u: &Input) -> Instant {
+        let p = &self.p;
+        let (x, x_dot) = match self.drive {
+            Drive::Motion => (u.x, u.x_dot),
+            Drive::Force => (s.x, s.x_dot),
+        };
+        let (i, w_m) = (s.current(), s.w_m);
+        let travel = maps::travel_per_radian(p);
+        let x_n_dot = travel * w_m;
+        let (stretch, stretch_dot) = (travel * s.theta_m - x, x_n_dot - x_dot);
+        let K_b = maps::stiffness(p, x);
+        let F_spring = p.C_b * stretch_dot + K_b * stretch;
+        let F_nut = F_spring - self.alpha * s.residual.dF;
+        let tau_load = maps::screw_load(p, F_nut, w_m);
+        let k = maps::gear_factor(p, tau_load, w_m);
+        let tau_e = maps::torque(p, i.d, i.q);
+        let torque_left = tau_e - maps::motor_friction(p, w_m) - k * tau_load / p.N_gear;
+        Instant {
+            v: motor::limited(p, Dq { d: u.v_d, q: u.v_q }),
+            i,
+            lambda: motor::flux(p, i),
+            w_e: f64::from(p.p) * w_m,
+            w_m,
+            tau_e,
+            x,
+            x_dot,
+            x_n_dot,
+            K_b,
+            K_b_slope: maps::stiffness_slope(p, x),
+            stretch,
+            stretch_dot,
+            F: F_spring - p.C_act * x_dot,
+            tau_load,
+            k,
+            w_m_dot: torque_left / maps::inertia(p, k),
+        }
+    }
+
+    /// Time derivative of the state.
+    ///
+    /// The rod, in [`Drive::Force`], by [eq:rod_dynamics]:
+    /// ```text
+    /// M_act ẍ + C_act ẋ + C_b (ẋ − ẋ_n) + K_b (x − x_n) = −F_ext
+    /// ```
+    pub(crate) fn rates(&self, s: &State, u: &Input) -> Rates {
+        let p = &self.p;
+        let now = self.instant(s, u);
+        let (x, x_dot) = match self.drive {
+            Drive::Motion => (0.0, 0.0),
+            Drive::Force => (s.x_dot, (now.F - u.F_ext) / p.M_act),
+        };
+        let losses = self.losses(s, &now);
+        Rates {
+            i: motor::di_dt(p, now.v, now.i, now.lambda, now.w_e),
+            theta_m: s.w_m,
+            w_m: now.w_m_dot,
+            x,
+            x_dot,
+            F: now.F,
+            energy: Energy {
+                supplied: power_in(&now, &losses),
+                delivered: self.power_out(&now, u),
+                lost: losses.total(),
+            },
+        }
+    }
+
+    /// Power given to the load, W: what crosses the actuator's mechanical border, which lies before
+    /// the rod's mass in [`Drive::Motion`] and behind it in [`Drive::Force`].
+    pub(crate) fn power_out(&self, now: &Instant, u: &Input) -> f64 {
+        match self.drive {
+            Drive::Motion => now.F * now.x_dot,
+            Drive::Force => u.F_ext * now.x_dot,
+        }
+    }
+
+    /// Energy in magnetic field, rotor and screw, spring, and (in [`Drive::Force`]) rod, J.
+    pub(crate) fn stored(&self, now: &Instant) -> f64 {
+        let p = &self.p;
+        let magnetic = 0.75 * (p.L_d * now.i.d * now.i.d + p.L_q * now.i.q * now.i.q);
+        let rotating = 0.5 * maps::inertia(p, 1.0) * now.w_m * now.w_m;
+        let elastic = 0.5 * now.K_b * now.stretch * now.stretch;
+        let rod = match self.drive {
+            Drive::Motion => 0.0,
+            Drive::Force => 0.5 * p.M_act * now.x_dot * now.x_dot,
+        };
+        magnetic + rotating + elastic + rod
+    }
+}
+
+/// Electrical power from the DC side, W: `3/2·(v_d i_d + v_q i_q) + P_core + P_inverter`.
+pub(crate) fn power_in(now: &Instant, losses: &Losses) -> f64 {
+    1.5 * now.v.dot(now.i) + losses.core + losses.inverter
+}

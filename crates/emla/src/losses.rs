@@ -1,0 +1,136 @@
+//! Where power goes, and the efficiency.
+
+use crate::Emla;
+use crate::dynamics::{Instant, State};
+use crate::maps;
+use std::f64::consts::FRAC_2_PI;
+
+/// Losses by kind, W. Their [`Losses::total`] closes the balance
+/// `P_in = P_out + losses + d(stored energy)/dt` exactly, before integration.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Losses {
+    /// Copper, `3/2·R_s·(i_d² + i_q²)`.
+    pub copper: f64,
+    /// Iron, `(k_h·|w_e| + k_e·w_e²)·(λ_d² + λ_q²)`; a parallel loss, without a torque of its own.
+    pub core: f64,
+    /// Inverter, conduction `3·(2/π·v_0·i + r_0·i²/2)` and switching `6/π·f_sw·k_sw·v_dc·i`.
+    pub inverter: f64,
+    /// Viscous and Coulomb friction of the motor.
+    pub motor_friction: f64,
+    /// Gear, `(k − 1)·(J_s ẇ_m/N + τ_load)·w_m/N`.
+    pub gear: f64,
+    /// Viscous friction of the screw, `C_s·(w_m/N)²`.
+    pub screw: f64,
+    /// Damping between nut and rod, `C_b·(ẋ_n − ẋ)²`.
+    pub nut: f64,
+    /// Viscous friction of the rod, `C_act·ẋ²`.
+    pub rod: f64,
+    /// Power of the network's residual force, `−α·dF·ẋ_n`; of either sign.
+    pub residual: f64,
+    /// `−½·K_b'(x)·ẋ·(x_n − x)²`: the spring's stiffness varies with x, but the paper's force law has no
+    /// term for it, so a moving rod gains or loses this power (of either sign, some 5·10⁻⁵ of `F·ẋ`).
+    pub stiffness: f64,
+}
+
+impl Losses {
+    /// Copper, core and inverter together, W.
+    #[must_use]
+    pub fn electrical(&self) -> f64 {
+        self.copper + self.core + self.inverter
+    }
+
+    /// All but the electrical ones, W.
+    #[must_use]
+    pub fn mechanical(&self) -> f64 {
+        self.motor_friction
+            + self.gear
+            + self.screw
+            + self.nut
+            + self.rod
+            + self.residual
+            + self.stiffness
+    }
+
+    /// All of them, W.
+    #[must_use]
+    pub fn total(&self) -> f64 {
+        self.electrical() + self.mechanical()
+    }
+}
+
+/// Iron loss per squared flux linkage at electrical speed `w_e`, W/Wb², and its derivative by `w_e`.
+pub(crate) fn core_loss(p: &machine::Emla, w_e: f64) -> (f64, f64) {
+    let Some(machine::CoreLosses { k_h, k_e }) = p.core else {
+        return (0.0, 0.0);
+    };
+    let size = w_e.abs();
+    (
+        (k_h + k_e * size) * size,
+        (k_h + 2.0 * k_e * size) * w_e.signum(),
+    )
+}
+
+/// Inverter loss at current amplitude `i`, W, and its derivative by `i`, V.
+///
+/// Two-level inverter, sinusoidal current: always one device per leg conducts, and the mean of |i| over
+/// a period is `2i/π`.
+pub(crate) fn inverter_loss(p: &machine::Emla, i: f64) -> (f64, f64) {
+    let Some(inverter) = p.inverter else {
+        return (0.0, 0.0);
+    };
+    let machine::InverterLosses {
+        v_dc,
+        f_sw,
+        k_sw,
+        v_0,
+        r_0,
+    } = inverter;
+    let linear = 3.0 * FRAC_2_PI * (v_0 + f_sw * k_sw * v_dc);
+    (i * (linear + 1.5 * r_0 * i), linear + 3.0 * r_0 * i)
+}
+
+impl Emla {
+    pub(crate) fn losses(&self, s: &State, now: &Instant) -> Losses {
+        let p = &self.p;
+        let N = p.N_gear;
+        let i2 = now.i.dot(now.i);
+        Losses {
+            copper: 1.5 * p.R_s * i2,
+            core: core_loss(p, now.w_e).0 * now.lambda.dot(now.lambda),
+            inverter: inverter_loss(p, i2.sqrt()).0,
+            motor_friction: maps::motor_friction(p, now.w_m) * now.w_m,
+            gear: (now.k - 1.0) * (p.J_s * now.w_m_dot / N + now.tau_load) * now.w_m / N,
+            screw: p.C_s * (now.w_m / N) * (now.w_m / N),
+            nut: p.C_b * now.stretch_dot * now.stretch_dot,
+            rod: p.C_act * now.x_dot * now.x_dot,
+            residual: -self.alpha * s.residual.dF * now.x_n_dot,
+            stiffness: -0.5 * now.K_b_slope * now.x_dot * now.stretch * now.stretch,
+        }
+    }
+}
+
+/// Numerator and denominator of the efficiency, W, or None where it is not defined.
+///
+/// Source: [eq:dnn_prediction_efficiency], with P_mech counted once: `τ_e·w_m` already feeds the
+/// mechanical losses, so only the electrical ones are added; absolute values in quadrant IV.
+/// ```text
+/// τ_e > 0, w_m > 0 (I):   η = P_out/(τ_e w_m + P_el)
+/// τ_e > 0, w_m < 0 (IV):  η = (|τ_e w_m| − P_el)/|P_out|
+/// ```
+pub(crate) fn efficiency_ratio(tau_e: f64, w_m: f64, P_out: f64, P_el: f64) -> Option<(f64, f64)> {
+    let P_shaft = tau_e * w_m;
+    match (tau_e > 0.0, w_m) {
+        (true, w) if w > 0.0 => Some((P_out, P_shaft + P_el)),
+        (true, w) if w < 0.0 => Some((-P_shaft - P_el, -P_out)),
+        _ => None,
+    }
+}
+
+/// The ratio, in [0, 1]: energy moving in and out of the stores can push the momentary ratio outside,
+/// and in quadrant IV below the speed where the load covers the electrical losses nothing is recovered.
+pub(crate) fn efficiency((numerator, denominator): (f64, f64)) -> f64 {
+    if numerator <= 0.0 || denominator <= 0.0 {
+        return 0.0;
+    }
+    (numerator / denominator).min(1.0)
+}

@@ -1,0 +1,221 @@
+//! Derivatives of the outputs: along time, and along a direction of the inputs.
+
+use crate::dynamics::{Energy, Instant, Rates, State};
+use crate::input::Input;
+use crate::losses::{Losses, core_loss, efficiency, efficiency_ratio, inverter_loss};
+use crate::motor::{self, Dq};
+use crate::output::Output;
+use crate::{Drive, Emla, maps};
+
+/// Derivatives of the members of [`Instant`] that the outputs need.
+struct InstantTangent {
+    v: Dq,
+    i: Dq,
+    lambda: Dq,
+    w_m: f64,
+    tau_e: f64,
+    x: f64,
+    x_dot: f64,
+    stretch: f64,
+    stretch_dot: f64,
+    F: f64,
+    tau_load: f64,
+    k: f64,
+    w_m_dot: f64,
+}
+
+impl Emla {
+    /// First time derivatives of the outputs. `u_dot` holds those of the inputs; the rod's position
+    /// always moves with its velocity. `F_mean` belongs to the last step and is constant; the residual is
+    /// held over a step.
+    #[must_use]
+    pub fn output_dot(&self, s: &State, u: &Input, u_dot: &Input) -> Output {
+        let u_dot = Input {
+            x: u.x_dot,
+            ..*u_dot
+        };
+        self.output_tangent(s, u, &self.rates(s, u), &u_dot)
+    }
+
+    /// Derivative of the outputs along the direction `du` of the inputs, at fixed state.
+    #[must_use]
+    pub fn output_along(&self, s: &State, u: &Input, du: &Input) -> Output {
+        self.output_tangent(s, u, &Rates::default(), du)
+    }
+
+    fn output_tangent(&self, s: &State, u: &Input, ds: &Rates, du: &Input) -> Output {
+        let p = &self.p;
+        let now = self.instant(s, u);
+        let losses = self.losses(s, &now);
+        let d = self.instant_tangent(s, u, &now, ds, du);
+        let dl = self.losses_tangent(s, &now, &d);
+        let (by_tau, by_w) = maps::quasi_static_slopes(p, now.tau_e, now.w_m);
+        let F_phys = by_tau * d.tau_e + by_w * d.w_m;
+        let P_out = match self.drive {
+            Drive::Motion => d.F * now.x_dot + now.F * d.x_dot,
+            Drive::Force => du.F_ext * now.x_dot + u.F_ext * d.x_dot,
+        };
+        let Energy {
+            supplied,
+            delivered,
+            lost,
+        } = ds.energy;
+        Output {
+            F: d.F,
+            F_mean: 0.0,
+            F_phys,
+            F_hyb: F_phys,
+            x_rod: d.x,
+            x_rod_dot: d.x_dot,
+            i_d: d.i.d,
+            i_q: d.i.q,
+            theta_m: ds.theta_m,
+            w_m: d.w_m,
+            tau_e: d.tau_e,
+            P_in: 1.5 * (d.v.dot(now.i) + now.v.dot(d.i)) + dl.core + dl.inverter,
+            P_out,
+            P_loss: dl.total(),
+            P_copper: dl.copper,
+            P_core: dl.core,
+            P_inverter: dl.inverter,
+            P_mech: dl.mechanical(),
+            E_in: supplied,
+            E_out: delivered,
+            E_loss: lost,
+            E_stored: self.stored_tangent(&now, &d),
+            efficiency: efficiency_tangent(
+                &now,
+                &d,
+                (self.power_out(&now, u), P_out),
+                (losses.electrical(), dl.electrical()),
+            ),
+            efficiency_valid: false,
+        }
+    }
+
+    fn instant_tangent(
+        &self,
+        s: &State,
+        u: &Input,
+        now: &Instant,
+        ds: &Rates,
+        du: &Input,
+    ) -> InstantTangent {
+        let p = &self.p;
+        let (x, x_dot) = match self.drive {
+            Drive::Motion => (du.x, du.x_dot),
+            Drive::Force => (ds.x, ds.x_dot),
+        };
+        let travel = maps::travel_per_radian(p);
+        let (i, w_m) = (ds.i, ds.w_m);
+        let (stretch, stretch_dot) = (travel * ds.theta_m - x, travel * w_m - x_dot);
+        let F_spring = p.C_b * stretch_dot + now.K_b * stretch + now.K_b_slope * x * now.stretch;
+        let tau_load = maps::screw_load(p, F_spring, w_m);
+        let k = maps::gear_factor_slope(p, now.tau_load, s.w_m) * w_m;
+        let lambda = Dq {
+            d: p.L_d * i.d,
+            q: p.L_q * i.q,
+        };
+        let tau_e = 1.5
+            * f64::from(p.p)
+            * (lambda.d * now.i.q + now.lambda.d * i.q - lambda.q * now.i.d - now.lambda.q * i.d);
+        let torque_left = tau_e
+            - maps::motor_friction_slope(p, s.w_m) * w_m
+            - (k * now.tau_load + now.k * tau_load) / p.N_gear;
+        let inertia = k * p.J_s / (p.N_gear * p.N_gear);
+        InstantTangent {
+            v: motor::limited_tangent(
+                p,
+                Dq { d: u.v_d, q: u.v_q },
+                Dq {
+                    d: du.v_d,
+                    q: du.v_q,
+                },
+            ),
+            i,
+            lambda,
+            w_m,
+            tau_e,
+            x,
+            x_dot,
+            stretch,
+            stretch_dot,
+            F: F_spring - p.C_act * x_dot,
+            tau_load,
+            k,
+            w_m_dot: (torque_left - now.w_m_dot * inertia) / maps::inertia(p, now.k),
+        }
+    }
+
+    fn losses_tangent(&self, s: &State, now: &Instant, d: &InstantTangent) -> Losses {
+        let p = &self.p;
+        let N = p.N_gear;
+        let size = now.i.dot(now.i).sqrt();
+        let size_dot = if size > 0.0 {
+            now.i.dot(d.i) / size
+        } else {
+            0.0
+        };
+        let (core, core_slope) = core_loss(p, now.w_e);
+        let friction = maps::motor_friction(p, now.w_m);
+        let gear_load = p.J_s * now.w_m_dot / N + now.tau_load;
+        let gear_load_dot = p.J_s * d.w_m_dot / N + d.tau_load;
+        let curvature = maps::stiffness_curvature(p, now.x);
+        let (stretch, slope) = (now.stretch, now.K_b_slope);
+        Losses {
+            copper: 3.0 * p.R_s * now.i.dot(d.i),
+            core: core_slope * f64::from(p.p) * d.w_m * now.lambda.dot(now.lambda)
+                + 2.0 * core * now.lambda.dot(d.lambda),
+            inverter: inverter_loss(p, size).1 * size_dot,
+            motor_friction: (maps::motor_friction_slope(p, now.w_m) * now.w_m + friction) * d.w_m,
+            gear: (d.k * gear_load * now.w_m
+                + (now.k - 1.0) * (gear_load_dot * now.w_m + gear_load * d.w_m))
+                / N,
+            screw: 2.0 * p.C_s * now.w_m * d.w_m / (N * N),
+            nut: 2.0 * p.C_b * now.stretch_dot * d.stretch_dot,
+            rod: 2.0 * p.C_act * now.x_dot * d.x_dot,
+            residual: -self.alpha * s.residual.dF * maps::travel_per_radian(p) * d.w_m,
+            stiffness: -0.5
+                * stretch
+                * (curvature * d.x * now.x_dot * stretch
+                    + slope * d.x_dot * stretch
+                    + 2.0 * slope * now.x_dot * d.stretch),
+        }
+    }
+
+    fn stored_tangent(&self, now: &Instant, d: &InstantTangent) -> f64 {
+        let p = &self.p;
+        let rod = match self.drive {
+            Drive::Motion => 0.0,
+            Drive::Force => p.M_act * now.x_dot * d.x_dot,
+        };
+        1.5 * (p.L_d * now.i.d * d.i.d + p.L_q * now.i.q * d.i.q)
+            + maps::inertia(p, 1.0) * now.w_m * d.w_m
+            + now.K_b * now.stretch * d.stretch
+            + 0.5 * now.K_b_slope * d.x * now.stretch * now.stretch
+            + rod
+    }
+}
+
+/// Derivative of the efficiency; zero where it is undefined or clamped. Pairs: value and derivative.
+fn efficiency_tangent(
+    now: &Instant,
+    d: &InstantTangent,
+    (P_out, P_out_dot): (f64, f64),
+    (P_el, P_el_dot): (f64, f64),
+) -> f64 {
+    let Some((numerator, denominator)) = efficiency_ratio(now.tau_e, now.w_m, P_out, P_el) else {
+        return 0.0;
+    };
+    let ratio = efficiency((numerator, denominator));
+    if ratio <= 0.0 || ratio >= 1.0 {
+        return 0.0;
+    }
+    let P_shaft_dot = d.tau_e * now.w_m + now.tau_e * d.w_m;
+    let (numerator_dot, denominator_dot) = if now.w_m > 0.0 {
+        (P_out_dot, P_shaft_dot + P_el_dot)
+    } else {
+        (-P_shaft_dot - P_el_dot, -P_out_dot)
+    };
+    (numerator_dot - ratio * denominator_dot) / denominator
+}
