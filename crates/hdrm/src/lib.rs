@@ -1,1 +1,28 @@
-//! hdrm
+//! The heavy-duty manipulator: geometry, closed loops, kinematics and dynamics.
+//!
+//! Minimal coordinates are `zeta[0..6]`: slew about +y, lift about +z, tilt about +z relative to
+//! the lift boom, wrist about x, z, x. World frame: x forward, y up, z = x × y. Both closed loops
+//! (lift triangle, tilt four-bar) are solved analytically, so all 13 bodies form a tree whose
+//! joints turn as functions of one `zeta` each ([`Tree`]). Bodies are rigid, joints without play.
+//!
+//! Source: the paper's section on the manipulator; where a formula departs from the paper, its
+//! doc comment says so.
+#![forbid(unsafe_code)]
+#![allow(non_snake_case)] // frames and symbols as in the paper
+
+mod body;
+mod lift;
+mod planar;
+mod tilt;
+mod tip;
+mod tree;
+
+pub use body::{BODIES, Body};
+pub use lift::{Lift, LiftAngles};
+pub use planar::Polar;
+pub use tilt::{FourBar, Tilt, TiltAngles};
+pub use tip::Tip;
+pub use tree::{Configuration, GeometryError, Link, Stroke, Tree};
+
+/// The six joint coordinates, rad.
+pub const DOF: usize = 6;

@@ -1,0 +1,178 @@
+//! The tilt mechanism: the four-bar A–B–C–D and the actuator from E to D.
+
+use crate::planar::{Derivatives, Polar, angle_between, perp, turned, turning, unit};
+use machine::Geometry;
+use nalgebra::Vector2;
+use serde::{Deserialize, Serialize};
+
+/// Constants of the tilt mechanism. Points are relative to the tilt joint B; A and E are fixed to
+/// the lift boom and given in boom axes, C is fixed to the tilt boom and given in its axes.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Tilt {
+    /// Rocker pivot, m.
+    pub A: Vector2<f64>,
+    /// Foot of the actuator, m.
+    pub E: Vector2<f64>,
+    /// Coupler pivot, m.
+    pub C: Vector2<f64>,
+    /// Rocker length |AD|, m.
+    pub d4: f64,
+    /// Coupler length |CD|, m.
+    pub d5: f64,
+    /// Actuator length at stroke zero, m.
+    pub x0: f64,
+    /// Length of the rod body behind its pin, m.
+    pub lc: f64,
+    /// +1 when D lies clockwise of the line A → C, −1 when counter-clockwise: the side away from
+    /// B over the working range. Fixed, so that the branch never jumps.
+    pub side: f64,
+}
+
+/// The four-bar and its actuator at one `zeta_3`, all in boom axes relative to B.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FourBar {
+    /// Coupler pivot C, m.
+    pub C: Vector2<f64>,
+    /// Pin D of rocker, coupler and rod, m.
+    pub D: Vector2<f64>,
+    /// Unit vector A → D of the rocker.
+    pub e_rocker: Vector2<f64>,
+    /// Derivatives of the rocker's angle by `zeta_3`.
+    pub rocker_d: Derivatives<f64>,
+    /// Unit vector C → D of the coupler.
+    pub e_coupler: Vector2<f64>,
+    /// Derivatives of the coupler's angle (in boom axes) by `zeta_3`.
+    pub coupler_d: Derivatives<f64>,
+    /// The actuator vector E → D.
+    pub actuator: Polar,
+}
+
+/// The paper's tilt variables at one `zeta_3` (`[paper] Eq. (Eq:4_Bar_1)` to `(Eq:4_Bar_6)`), rad
+/// and m. Angles by atan2; `gamma_3` by arcsin as printed would fail past 90°.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TiltAngles {
+    /// `q_3 = −gamma_7 − gamma_6 + zeta_3`: angle of the virtual line B → D against the line from
+    /// E to B. The tilt boom itself turns with `zeta_3`, not with `q_3` as the paper has it.
+    pub q: f64,
+    /// `q_1_3`, turn of the actuator against the line E → B.
+    pub q1: f64,
+    /// `q_2_3 = q_3 − q_1_3`.
+    pub q2: f64,
+    /// `dq_3/dzeta_3`.
+    pub q_prime: f64,
+    /// `dq_1_3/dzeta_3`.
+    pub q1_prime: f64,
+    /// `L_1_3 = |BD|`, m.
+    pub L1: f64,
+    /// `L_2_3 = |BE|`, m.
+    pub L2: f64,
+    /// Actuator length `c_3 = x_3 + x0_3`, m.
+    pub c: f64,
+    /// Rate of the rocker relative to the LIFT boom A2 per `zeta_3` rate.
+    pub phi_a_prime: f64,
+    /// Rate of the coupler relative to the TILT boom A3 per `zeta_3` rate.
+    pub phi_c_prime: f64,
+}
+
+impl Tilt {
+    pub(crate) fn new(g: &Geometry, zeta_3_mid: f64) -> Self {
+        let (A, C) = (Vector2::from(g.A_in_boom), Vector2::from(g.C_in_tilt));
+        Self {
+            A,
+            E: g.E_in_boom.into(),
+            C,
+            d4: g.d4,
+            d5: g.d5,
+            x0: g.x0_3,
+            lc: g.lc_3,
+            side: A.perp(&turned(C, unit(zeta_3_mid))).signum(),
+        }
+    }
+
+    /// Whether rocker and coupler reach each other with C at a distance from A as at this angle.
+    pub(crate) fn closes(&self, zeta_3: f64) -> bool {
+        let d3 = (turned(self.C, unit(zeta_3)) - self.A).norm();
+        d3 < self.d4 + self.d5 && d3 > (self.d4 - self.d5).abs()
+    }
+
+    /// Solves the loop from the unit vector of the tilt boom in boom axes (angle `zeta_3`).
+    ///
+    /// D is the intersection of the circles about A and C. With a, b the angles of rocker and
+    /// coupler the loop is `d4 e(a) − d5 e(b) = C − A`; its derivatives are linear in those of a
+    /// and b with the same matrix each time.
+    #[must_use]
+    pub fn four_bar(&self, e_tilt: Vector2<f64>) -> FourBar {
+        let &Self { A, E, d4, d5, .. } = self;
+        let C = turned(self.C, e_tilt);
+        let D = self.pin(C);
+        let (e_a, e_b) = ((D - A) / d4, (D - C) / d5);
+        let (n_a, n_b) = (perp(e_a), perp(e_b));
+
+        // d4 n_a x − d5 n_b y = r  ⇒  x = r·e_b / (d4 s), y = r·e_a / (d5 s), s = sin(b − a)
+        let inv_s = e_a.perp(&e_b).recip();
+        let solve = |r: Vector2<f64>| (r.dot(&e_b) * inv_s / d4, r.dot(&e_a) * inv_s / d5);
+        let [C1, C2, C3] = turning(C);
+        let (a1, b1) = solve(C1);
+        let (a2, b2) = solve(C2 + e_a * (d4 * a1 * a1) - e_b * (d5 * b1 * b1));
+        let third = |e: Vector2<f64>, n: Vector2<f64>, q1: f64, q2: f64| {
+            n * (q1 * q1 * q1) + e * (3.0 * q1 * q2)
+        };
+        let (a3, b3) = solve(C3 + third(e_a, n_a, a1, a2) * d4 - third(e_b, n_b, b1, b2) * d5);
+
+        let D1 = n_a * (d4 * a1);
+        let D2 = (n_a * a2 - e_a * (a1 * a1)) * d4;
+        let D3 = (n_a * a3 - third(e_a, n_a, a1, a2)) * d4;
+        FourBar {
+            C,
+            D,
+            e_rocker: e_a,
+            rocker_d: [a1, a2, a3],
+            e_coupler: e_b,
+            coupler_d: [b1, b2, b3],
+            actuator: Polar::new(D - E, [D1, D2, D3]),
+        }
+    }
+
+    /// D from C: along A → C by `(d3² + d4² − d5²)/(2 d3)`, then across on the side away from B.
+    fn pin(&self, C: Vector2<f64>) -> Vector2<f64> {
+        let &Self {
+            A, d4, d5, side, ..
+        } = self;
+        let AC = C - A;
+        let d3_squared = AC.norm_squared();
+        let along = 0.5 * (1.0 + (d4 * d4 - d5 * d5) / d3_squared);
+        let across = (d4 * d4 / d3_squared - along * along).sqrt();
+        A + AC * along - perp(AC) * (side * across)
+    }
+
+    /// The paper's variables at `zeta_3`.
+    #[must_use]
+    pub fn angles(&self, zeta_3: f64) -> TiltAngles {
+        let loop_ = self.four_bar(unit(zeta_3));
+        let FourBar { D, actuator, .. } = loop_;
+        let q = angle_between(-self.E, D);
+        let q1 = angle_between(-self.E, actuator.e);
+        // D′ = d4 n_a a′, so the line BD turns by n_BD·D′/|BD|.
+        let D1 = perp(loop_.e_rocker) * (self.d4 * loop_.rocker_d[0]);
+        TiltAngles {
+            q,
+            q1,
+            q2: q - q1,
+            q_prime: D.perp(&D1) / D.norm_squared(),
+            q1_prime: actuator.angle_d[0],
+            L1: D.norm(),
+            L2: self.E.norm(),
+            c: actuator.length,
+            phi_a_prime: loop_.rocker_d[0],
+            phi_c_prime: loop_.coupler_d[0] - 1.0,
+        }
+    }
+
+    /// Paper constants `(gamma_1, gamma_7)`, rad: angle of B → A above, and of B → E below, the
+    /// boom's backward direction.
+    #[must_use]
+    pub fn gamma(&self) -> (f64, f64) {
+        let above_back = |p: Vector2<f64>| p.y.atan2(-p.x);
+        (above_back(self.A), -above_back(self.E))
+    }
+}
