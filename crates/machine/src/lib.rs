@@ -20,6 +20,7 @@ pub use controller::{Controller, CubeAxes, CubicPath, Trajectories, TriangularPa
 pub use geometry::Geometry;
 
 use serde::{Deserialize, Serialize};
+use std::path::{Path, PathBuf};
 
 /// The reference machine's JSON, as shipped in `parameters/`.
 pub const REFERENCE_JSON: &str = include_str!("../../../parameters/reference_machine.json");
@@ -69,6 +70,30 @@ impl Machine {
         let machine: Self = serde_json::from_str(json)?;
         machine.check()?;
         Ok(machine)
+    }
+
+    /// Reads and checks a machine from a file. A relative path that does not exist in the working
+    /// directory is looked up in `resources`. An empty path means the reference machine.
+    ///
+    /// # Errors
+    /// As [`Machine::from_json`], with the file's name; or the file cannot be read.
+    pub fn from_file(path: &str, resources: Option<&Path>) -> Result<Self, MachineError> {
+        if path.is_empty() {
+            return Ok(Self::reference());
+        }
+        let mut file = PathBuf::from(path);
+        if let Some(resources) = resources.filter(|_| file.is_relative() && !file.exists()) {
+            file = resources.join(file);
+        }
+        let shown = || file.display().to_string();
+        let json = std::fs::read_to_string(&file).map_err(|source| MachineError::Read {
+            path: shown(),
+            source,
+        })?;
+        Self::from_json(&json).map_err(|source| MachineError::File {
+            path: shown(),
+            source: source.into(),
+        })
     }
 
     /// Checks every value; called by [`Machine::from_json`] and wherever values were changed since.
@@ -144,6 +169,24 @@ mod tests {
         assert!(text.contains("gravitas"), "{text}");
         let text = Machine::from_json("{}").unwrap_err().to_string();
         assert!(text.contains("missing field"), "{text}");
+    }
+
+    #[test]
+    fn files_are_found_in_the_resources_and_errors_name_them() {
+        let parameters = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../parameters"));
+        let machine = Machine::from_file("reference_machine.json", Some(parameters));
+        assert_eq!(machine.expect("found"), Machine::reference());
+        assert_eq!(
+            Machine::from_file("", None).expect("empty"),
+            Machine::reference()
+        );
+        let text = Machine::from_file("no such.json", None)
+            .unwrap_err()
+            .to_string();
+        assert!(text.starts_with("machine file `no such.json`: "), "{text}");
+        let manifest = concat!(env!("CARGO_MANIFEST_DIR"), "/Cargo.toml");
+        let text = Machine::from_file(manifest, None).unwrap_err().to_string();
+        assert!(text.contains("Cargo.toml`: machine JSON"), "{text}");
     }
 
     /// Loss sections are optional: a file without them describes an ideal inverter and core.

@@ -1,1 +1,23 @@
-//! vdc
+//! Adaptive modular controller of the manipulator: closed-loop inverse kinematics, virtual
+//! decomposition control with natural adaptation, and the low-level voltage law of each actuator.
+//!
+//! Source: the paper's section "Control"; labels in brackets are those of its equations, departures
+//! are said where they are made. World frame: x forward, y up, z = x × y; SI throughout; dq
+//! quantities peak-valued. The controller owns its nominal parameters: plant mismatch is one file
+//! away.
+#![forbid(unsafe_code)]
+#![allow(non_snake_case)] // the paper's symbols
+
+mod adaptation;
+mod clik;
+mod controller;
+mod decomposition;
+mod low_level;
+mod reference;
+mod signals;
+mod stability;
+
+pub use controller::{Controller, ControllerError};
+pub use reference::{Desired, Trajectory};
+pub use signals::{Input, Mode, Output, Settings};
+pub use stability::Conditions;

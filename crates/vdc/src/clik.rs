@@ -1,0 +1,111 @@
+//! Closed-loop inverse kinematics: required joint motion from the tip's error
+//! ([Eq:Inverse Kinematics2]).
+
+use crate::reference::Desired;
+use hdrm::{DOF, Tip};
+use nalgebra::{Matrix6, UnitQuaternion, Vector3, Vector6};
+
+/// |sin zeta_5| below which the inverse is damped: there the first and third wrist axes align.
+const NEAR_SINGULAR: f64 = 0.05;
+/// Damping at the singularity itself, in the Jacobian's mixed units (m and rad).
+const DAMPING: f64 = 0.03;
+
+/// Required joint rates and accelerations.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Required {
+    /// `zeta_dot_r`, rad/s.
+    pub(crate) zeta_dot: Vector6<f64>,
+    /// `zeta_ddot_r`, rad/s².
+    pub(crate) zeta_ddot: Vector6<f64>,
+}
+
+/// Present state of the tip and the joints that move it.
+pub(crate) struct TipState<'a> {
+    pub(crate) tip: &'a Tip,
+    pub(crate) orientation: UnitQuaternion<f64>,
+    pub(crate) zeta: &'a [f64; DOF],
+    pub(crate) zeta_dot: &'a [f64; DOF],
+}
+
+/// Required joint motion.
+/// ```text
+/// ζ̇_r = J⁻¹ (Π̇_d + Λ (Π_d − Π))
+/// ζ̈_r = J⁻¹ (Π̈_d + Λ (Π̇_d − Π̇) − J̇ ζ̇_r)
+/// ```
+/// The second line is the derivative of the first, exact in position and to first order in the
+/// orientation error. Near the wrist singularity the inverse is damped.
+pub(crate) fn required(
+    now: &TipState,
+    desired: &Desired,
+    [Lambda_position, Lambda_orientation]: [f64; 2],
+) -> Required {
+    let J = now.tip.jacobian();
+    let J_dot = now.tip.jacobian_dot(now.zeta_dot);
+    let Lambda = |linear: Vector3<f64>, angular: Vector3<f64>| {
+        stacked(linear * Lambda_position, angular * Lambda_orientation)
+    };
+    let e_position = desired.position - now.tip.position;
+    let e_orientation = rotation_error(&desired.orientation, &now.orientation);
+    let Pi_dot = J * Vector6::from(*now.zeta_dot);
+    let Pi_dot_d = stacked(desired.velocity, desired.angular_velocity);
+    let e_dot = Pi_dot_d - Pi_dot;
+
+    let inverse = Inverse::of(J, now.zeta[4].sin());
+    let zeta_dot = inverse.apply(Pi_dot_d + Lambda(e_position, e_orientation));
+    let Pi_ddot_r = stacked(desired.acceleration, Vector3::zeros())
+        + Lambda(
+            e_dot.fixed_rows::<3>(0).into(),
+            e_dot.fixed_rows::<3>(3).into(),
+        );
+    let zeta_ddot = inverse.apply(Pi_ddot_r - J_dot * zeta_dot);
+    Required {
+        zeta_dot,
+        zeta_ddot,
+    }
+}
+
+fn stacked(linear: Vector3<f64>, angular: Vector3<f64>) -> Vector6<f64> {
+    Vector6::new(
+        linear.x, linear.y, linear.z, angular.x, angular.y, angular.z,
+    )
+}
+
+/// World-frame rotation from the present to the desired orientation, rad for small errors:
+/// `2·sign(w)·vec(q_d·q⁻¹)`.
+fn rotation_error(desired: &UnitQuaternion<f64>, now: &UnitQuaternion<f64>) -> Vector3<f64> {
+    let q = desired * now.inverse();
+    q.imag() * (2.0 * q.w.signum())
+}
+
+/// `J⁻¹`, or `Jᵀ(J·Jᵀ + μ²)⁻¹` near the wrist singularity; μ grows smoothly from zero.
+struct Inverse {
+    lu: nalgebra::LU<f64, nalgebra::U6, nalgebra::U6>,
+    /// Jᵀ where the inverse is damped.
+    transposed: Option<Matrix6<f64>>,
+}
+
+impl Inverse {
+    fn of(J: Matrix6<f64>, sin_zeta_5: f64) -> Self {
+        let near = 1.0 - (sin_zeta_5 / NEAR_SINGULAR).powi(2);
+        if near <= 0.0 {
+            return Self {
+                lu: J.lu(),
+                transposed: None,
+            };
+        }
+        let damped = J * J.transpose() + Matrix6::from_diagonal_element(DAMPING * DAMPING * near);
+        Self {
+            lu: damped.lu(),
+            transposed: Some(J.transpose()),
+        }
+    }
+
+    fn apply(&self, b: Vector6<f64>) -> Vector6<f64> {
+        // A singular arm (stretched elbow) is outside the joint limits; nothing moves there.
+        let x = self.lu.solve(&b).unwrap_or_else(Vector6::zeros);
+        match &self.transposed {
+            None => x,
+            Some(J_transposed) => J_transposed * x,
+        }
+    }
+}

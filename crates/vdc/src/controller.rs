@@ -1,0 +1,394 @@
+//! The controller: nominal machine, states, one evaluation per communication point.
+
+use crate::adaptation::{Bounds, Estimate, adaptation_direction};
+use crate::clik::{self, TipState};
+use crate::decomposition::{self, BodyMotion};
+use crate::low_level::{self, Command, LowLevelState, Measured, RodDemand};
+use crate::reference::{Desired, Path};
+use crate::{Conditions, Input, Mode, Output, Settings, Trajectory};
+use hdrm::{BODIES, Body, Configuration, GeometryError, Tip, Tree};
+use machine::{Machine, MachineError};
+use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
+use serde::{Deserialize, Serialize};
+use spatial::Inertia;
+use thiserror::Error;
+
+/// Why no controller could be made, or a step was refused.
+#[derive(Debug, Error)]
+pub enum ControllerError {
+    /// A parameter outside its range.
+    #[error(transparent)]
+    Machine(#[from] MachineError),
+    /// Geometry that is not a working machine.
+    #[error(transparent)]
+    Geometry(#[from] GeometryError),
+    /// The adaptation needs positive definite pseudo-inertias.
+    #[error(
+        "`bodies.{body:?}`: mass, com and inertia_com are no physical body, so it cannot be adapted"
+    )]
+    NotPhysical {
+        /// The body.
+        body: Body,
+    },
+    /// A reference orientation without direction.
+    #[error("`reference.orientation` has length {norm}: it must be a quaternion of length 1")]
+    Orientation {
+        /// Its length.
+        norm: f64,
+    },
+    /// A number left its range.
+    #[error("t = {t} s: `{signal}` became {value}")]
+    NotFinite {
+        /// Time, s.
+        t: f64,
+        /// Its name.
+        signal: &'static str,
+        /// Its value.
+        value: f64,
+    },
+}
+
+/// The controller and its state.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Controller {
+    nominal: Nominal,
+    path: Option<Path>,
+    /// Pose of the tip when the controller started.
+    start: Desired,
+    state: State,
+}
+
+/// What the controller believes about the machine.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+struct Nominal {
+    tree: Tree,
+    /// About each body's frame origin.
+    inertia: [Inertia; Body::COUNT],
+    bounds: [Bounds; Body::COUNT],
+    joint_viscous: [f64; 6],
+    tau_wrist_max: [f64; 3],
+    gravity: f64,
+    emla: machine::Emla,
+}
+
+#[derive(Clone, Debug, Serialize, Deserialize)]
+struct State {
+    /// Time, s.
+    t: f64,
+    /// Time at which the controller started, s.
+    t_start: f64,
+    estimates: [Estimate; Body::COUNT],
+    drives: [LowLevelState; 3],
+}
+
+/// Everything between the inputs and the commands at one instant.
+struct Evaluation {
+    desired: Desired,
+    tip: Vector3<f64>,
+    motions: [BodyMotion; Body::COUNT],
+    demands: [RodDemand; 3],
+    measured: [Measured; 3],
+    commands: [Command; 3],
+    tau_wrist: [f64; 3],
+}
+
+impl Controller {
+    /// A controller for `machine`, starting at time `t` with the machine as `input` measures it.
+    ///
+    /// # Errors
+    /// Parameters, geometry or inertias that do not make a machine.
+    pub fn new(
+        machine: &Machine,
+        trajectory: Trajectory,
+        settings: &Settings,
+        input: &Input,
+        t: f64,
+    ) -> Result<Self, ControllerError> {
+        machine.check()?;
+        settings.gains.check()?;
+        let nominal = Nominal::new(machine, settings.gains.inverse_bounds)?;
+        let configuration = nominal.tree.configuration(&input.zeta);
+        let tip = Tip::new(&nominal.tree, &configuration);
+        let estimates = std::array::from_fn(|k| nominal.bounds[k].nominal(nominal.inertia[k]));
+        let mut controller = Self {
+            nominal,
+            path: Path::of(trajectory, &machine.trajectories),
+            start: Desired::rest(tip.position, orientation(&input.zeta)),
+            state: State {
+                t,
+                t_start: t,
+                estimates,
+                drives: Default::default(),
+            },
+        };
+        let now = controller.evaluate(settings, input)?;
+        for (drive, command) in controller.state.drives.iter_mut().zip(&now.commands) {
+            *drive = LowLevelState::settled(command.i_qr);
+        }
+        Ok(controller)
+    }
+
+    /// The stability conditions of the low-level law with these gains.
+    #[must_use]
+    pub fn conditions(&self, settings: &Settings) -> Conditions {
+        Conditions::new(&self.nominal.emla, &settings.gains)
+    }
+
+    /// Commands for the present measurements.
+    ///
+    /// # Errors
+    /// A reference orientation of length zero, or a number that is not finite.
+    pub fn output(&self, settings: &Settings, input: &Input) -> Result<Output, ControllerError> {
+        let now = self.evaluate(settings, input)?;
+        let tip_error = now.desired.position - now.tip;
+        let mut output = Output {
+            v_d: now.commands.map(|c| c.v_d),
+            v_q: now.commands.map(|c| c.v_q),
+            i_q_required: now.commands.map(|c| c.i_qr),
+            tau_wrist: now.tau_wrist,
+            f_required: now.demands.map(|d| d.f_r),
+            x_dot_required: now.demands.map(|d| d.x_r_dot),
+            desired_position: now.desired.position.into(),
+            tip_error: tip_error.into(),
+            tip_error_norm: tip_error.norm(),
+            ..Output::default()
+        };
+        self.lyapunov_terms(settings, input, &now, &mut output);
+        Ok(output)
+    }
+
+    /// Advances by `h` s with the measurements held; on error nothing has changed.
+    ///
+    /// # Errors
+    /// As [`Controller::output`].
+    pub fn step(
+        &mut self,
+        settings: &Settings,
+        input: &Input,
+        t: f64,
+        h: f64,
+    ) -> Result<(), ControllerError> {
+        let now = self.evaluate(settings, input)?;
+        if settings.mode == Mode::Adaptive {
+            for (k, motion) in now.motions.iter().enumerate() {
+                let S = adaptation_direction(&motion.w, &motion.V_r, &motion.V, &motion.s());
+                let bounds = &self.nominal.bounds[k];
+                self.state.estimates[k].advance(&S, settings.gains.gamma, h, bounds);
+            }
+        }
+        for (i, drive) in self.state.drives.iter_mut().enumerate() {
+            drive.advance(&settings.gains, &now.measured[i], now.commands[i].i_qr, h);
+        }
+        self.state.t = t + h;
+        Ok(())
+    }
+
+    fn desired(&self, settings: &Settings, input: &Input) -> Result<Desired, ControllerError> {
+        let Some(path) = &self.path else {
+            return external(input);
+        };
+        let [x, v, a] = path.at(self.state.t - self.state.t_start - settings.gains.settle_time);
+        Ok(Desired {
+            position: self.start.position + x,
+            velocity: v,
+            acceleration: a,
+            ..self.start
+        })
+    }
+
+    fn evaluate(&self, settings: &Settings, input: &Input) -> Result<Evaluation, ControllerError> {
+        let gains = &settings.gains;
+        let desired = self.desired(settings, input)?;
+        let configuration = self.nominal.tree.configuration(&input.zeta);
+        let tip = Tip::new(&self.nominal.tree, &configuration);
+        let state = TipState {
+            tip: &tip,
+            orientation: orientation(&input.zeta),
+            zeta: &input.zeta,
+            zeta_dot: &input.zeta_dot,
+        };
+        let Lambda = [gains.Lambda_position, gains.Lambda_orientation];
+        let required = clik::required(&state, &desired, Lambda);
+        let motions = decomposition::motions(
+            &configuration,
+            &input.zeta_dot,
+            &required,
+            self.nominal.gravity,
+        );
+        let mut demands = rod_motion(&configuration, input, &required);
+        let tau = match settings.mode {
+            Mode::Adaptive | Mode::Modular => {
+                let Q = self.required_joint_forces(settings, &configuration, &motions, &required);
+                for (i, demand) in demands.iter_mut().enumerate() {
+                    demand.f_r = Q[i] / configuration.strokes[i].prime;
+                }
+                [Q[3], Q[4], Q[5]]
+            }
+            Mode::Pd => {
+                for (i, demand) in demands.iter_mut().enumerate() {
+                    let x_dot = configuration.strokes[i].prime * input.zeta_dot[i];
+                    demand.f_r = gains.pd_actuator_damping * (demand.x_r_dot - x_dot);
+                }
+                std::array::from_fn(|j| {
+                    gains.pd_wrist_damping[j] * (required.zeta_dot[3 + j] - input.zeta_dot[3 + j])
+                })
+            }
+        };
+        let measured = std::array::from_fn(|i| Measured {
+            i_d: input.i_d[i],
+            i_q: input.i_q[i],
+            w_m: input.w_m[i],
+        });
+        let commands: [Command; 3] = std::array::from_fn(|i| {
+            let drive = &self.state.drives[i];
+            low_level::command(
+                &self.nominal.emla,
+                gains,
+                settings.mode,
+                drive,
+                &demands[i],
+                &measured[i],
+            )
+        });
+        let tau_wrist = std::array::from_fn(|j| {
+            let limit = self.nominal.tau_wrist_max[j];
+            tau[j].clamp(-limit, limit)
+        });
+        let evaluation = Evaluation {
+            desired,
+            tip: tip.position,
+            motions,
+            demands,
+            measured,
+            commands,
+            tau_wrist,
+        };
+        self.finite(&evaluation)?;
+        Ok(evaluation)
+    }
+
+    /// Joint forces of the required wrenches with the nominal joint friction, N·m.
+    fn required_joint_forces(
+        &self,
+        settings: &Settings,
+        configuration: &Configuration,
+        motions: &[BodyMotion; Body::COUNT],
+        required: &clik::Required,
+    ) -> [f64; 6] {
+        let mut Q = decomposition::joint_forces(
+            configuration,
+            motions,
+            &self.state.estimates,
+            &self.nominal.inertia,
+            settings.gains.kappa_KA,
+        );
+        for (i, Q) in Q.iter_mut().enumerate() {
+            *Q += self.nominal.joint_viscous[i] * required.zeta_dot[i];
+        }
+        Q
+    }
+
+    fn finite(&self, now: &Evaluation) -> Result<(), ControllerError> {
+        let signals = [
+            ("v_d", now.commands.map(|c| c.v_d)),
+            ("v_q", now.commands.map(|c| c.v_q)),
+            ("tau_wrist", now.tau_wrist),
+        ];
+        for (signal, values) in signals {
+            if let Some(&value) = values.iter().find(|v| !v.is_finite()) {
+                return Err(ControllerError::NotFinite {
+                    t: self.state.t,
+                    signal,
+                    value,
+                });
+            }
+        }
+        Ok(())
+    }
+
+    /// The accompanying functions of the stability proof and the virtual power flows at the rods.
+    fn lyapunov_terms(
+        &self,
+        settings: &Settings,
+        input: &Input,
+        now: &Evaluation,
+        output: &mut Output,
+    ) {
+        let gains = &settings.gains;
+        for (k, motion) in now.motions.iter().enumerate() {
+            let truth = self.nominal.inertia[k] * settings.true_inertia_scale;
+            let s = motion.s();
+            output.mass_hat[k] = self.state.estimates[k].inertia().m;
+            output.nu_velocity += truth.kinetic_energy(&s);
+            output.nu_adaptation += gains.gamma * self.state.estimates[k].divergence(&truth);
+            output.dissipation += 2.0 * gains.kappa_KA * self.nominal.inertia[k].kinetic_energy(&s);
+        }
+        let conditions = Conditions::new(&self.nominal.emla, gains);
+        for i in 0..3 {
+            let i_d_error = self.state.drives[i].i_dr - input.i_d[i];
+            output.nu_actuator[i] = conditions.accompanying(now.commands[i].force_error, i_d_error);
+            output.vpf[i] =
+                (now.demands[i].x_r_dot - input.x_dot[i]) * (now.demands[i].f_r - input.F[i]);
+        }
+    }
+}
+
+impl Nominal {
+    fn new(machine: &Machine, inverse_bounds: [f64; 2]) -> Result<Self, ControllerError> {
+        let inertia = machine.bodies.in_order().map(|b| {
+            let I_com = Matrix3::from_fn(|i, j| b.inertia_com.rows()[i][j]);
+            Inertia::from_com(b.mass, b.com.into(), I_com)
+        });
+        let mut bounds = Vec::with_capacity(Body::COUNT);
+        for body in BODIES {
+            let around = Bounds::around(&inertia[body as usize], inverse_bounds);
+            bounds.push(around.ok_or(ControllerError::NotPhysical { body })?);
+        }
+        Ok(Self {
+            tree: Tree::new(machine)?,
+            inertia,
+            bounds: bounds.try_into().expect("one per body"),
+            joint_viscous: machine.joint_viscous,
+            tau_wrist_max: machine.limits.tau_wrist_max,
+            gravity: machine.gravity,
+            emla: machine.emla,
+        })
+    }
+}
+
+/// Required rod motion, without the force: `ẋ_r = x'·ζ̇_r`, `ẍ_r = x'·ζ̈_r + x''·ζ̇·ζ̇_r`.
+fn rod_motion(
+    configuration: &Configuration,
+    input: &Input,
+    required: &clik::Required,
+) -> [RodDemand; 3] {
+    std::array::from_fn(|i| {
+        let stroke = &configuration.strokes[i];
+        let rate_r = required.zeta_dot[i];
+        RodDemand {
+            f_r: 0.0,
+            x_r_dot: stroke.prime * rate_r,
+            x_r_ddot: stroke.prime * required.zeta_ddot[i]
+                + stroke.second * input.zeta_dot[i] * rate_r,
+        }
+    })
+}
+
+fn orientation(zeta: &[f64; 6]) -> UnitQuaternion<f64> {
+    UnitQuaternion::new_unchecked(Tip::orientation(zeta))
+}
+
+/// The external reference as the inputs give it.
+fn external(input: &Input) -> Result<Desired, ControllerError> {
+    let [w, x, y, z] = input.reference_orientation;
+    let q = Quaternion::new(w, x, y, z);
+    let orientation =
+        UnitQuaternion::try_new(q, 1e-3).ok_or(ControllerError::Orientation { norm: q.norm() })?;
+    Ok(Desired {
+        position: input.reference_position.into(),
+        velocity: input.reference_velocity.into(),
+        acceleration: input.reference_acceleration.into(),
+        orientation,
+        angular_velocity: input.reference_angular_velocity.into(),
+    })
+}

@@ -1,0 +1,96 @@
+//! Required twists and wrenches of the decomposed machine
+//! ([Eq:Base_Required_Kinematics] to [Eq:Actuator_Base_Required_Dynamics2]).
+//!
+//! The bodies form a tree of geared joints (`hdrm`), so the paper's equations per object become
+//! one recursion up the tree for the twists and one down for the wrenches. Projected on the joints
+//! it gives the corrected actuator forces (see `docs/departures.md`).
+
+use crate::adaptation::Estimate;
+use crate::clik::Required;
+use hdrm::{BODIES, Body, Configuration, DOF};
+use nalgebra::Vector3;
+use spatial::{Inertia, Twist, Wrench};
+
+/// Motion of one body, in and about its own frame.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct BodyMotion {
+    /// Twist V.
+    pub(crate) V: Twist,
+    /// Required twist V_r.
+    pub(crate) V_r: Twist,
+    /// `w = V_r' + V × V_r − a_g`, what the inertia resists.
+    pub(crate) w: Twist,
+}
+
+impl BodyMotion {
+    /// `s = V_r − V`.
+    pub(crate) fn s(&self) -> Twist {
+        self.V_r - self.V
+    }
+}
+
+/// Motions of all bodies.
+/// ```text
+/// V_k   = X V_p   + s_k g_k ζ̇
+/// V_r,k = X V_r,p + s_k g_k ζ̇_r
+/// w_k   = X w_p   + s_k (g_k ζ̈_r + g_k' ζ̇ ζ̇_r) + V_k × s_k g_k ζ̇_r
+/// ```
+/// Frame derivatives use the actual rates, which makes the Coriolis form skew against V.
+pub(crate) fn motions(
+    configuration: &Configuration,
+    zeta_dot: &[f64; DOF],
+    required: &Required,
+    gravity: f64,
+) -> [BodyMotion; Body::COUNT] {
+    let ground = BodyMotion {
+        w: Twist::new(Vector3::y() * gravity, Vector3::zeros()),
+        ..BodyMotion::default()
+    };
+    let mut motions = [BodyMotion::default(); Body::COUNT];
+    for body in BODIES {
+        let parent = body.parent().map_or(&ground, |p| &motions[p as usize]);
+        let link = configuration.link(body);
+        let (axis, i) = (body.axis(), body.coordinate());
+        let (rate, rate_r) = (zeta_dot[i], required.zeta_dot[i]);
+        let V = link.pose.twist_to_B(&parent.V) + axis * (link.gear * rate);
+        let joint_r = axis * (link.gear * rate_r);
+        let drive = link.gear * required.zeta_ddot[i] + link.gear_prime * rate * rate_r;
+        motions[body as usize] = BodyMotion {
+            V,
+            V_r: link.pose.twist_to_B(&parent.V_r) + joint_r,
+            w: link.pose.twist_to_B(&parent.w) + axis * drive + V.crm(&joint_r),
+        };
+    }
+    motions
+}
+
+/// Generalised forces on the six joints, N·m, that the required wrenches
+/// `F*_r = Y·θ̂ + K_A·(V_r − V)` ([Eq:Required_Force]) add up to; `K_A = kappa·M_nominal`.
+pub(crate) fn joint_forces(
+    configuration: &Configuration,
+    motions: &[BodyMotion; Body::COUNT],
+    estimates: &[Estimate; Body::COUNT],
+    nominal: &[Inertia; Body::COUNT],
+    kappa: f64,
+) -> [f64; DOF] {
+    let mut wrenches = [Wrench::zero(); Body::COUNT];
+    let mut Q = [0.0; DOF];
+    for body in BODIES.into_iter().rev() {
+        let k = body as usize;
+        let motion = &motions[k];
+        let F = wrenches[k]
+            + required_net_wrench(motion, estimates[k].inertia())
+            + nominal[k].apply(&(motion.s() * kappa));
+        let link = configuration.link(body);
+        Q[body.coordinate()] += link.gear * body.axis().power(&F);
+        if let Some(parent) = body.parent() {
+            wrenches[parent as usize] = wrenches[parent as usize] + link.pose.wrench_to_A(&F);
+        }
+    }
+    Q
+}
+
+/// `Y·θ̂ = M·w + V ×* (M·V_r)`: the form in which `C = M·crm(V) + crf(V)·M` is skew.
+fn required_net_wrench(motion: &BodyMotion, inertia: &Inertia) -> Wrench {
+    inertia.apply(&motion.w) + motion.V.crf(&inertia.apply(&motion.V_r))
+}

@@ -1,0 +1,91 @@
+//! What goes into the controller and what comes out.
+
+use hdrm::{Body, DOF};
+use machine::Controller as Gains;
+use serde::{Deserialize, Serialize};
+
+/// How much of the controller is at work.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Mode {
+    /// Model-based with natural adaptation (the paper's proposal).
+    Adaptive,
+    /// Model-based with the nominal parameters.
+    Modular,
+    /// Neither model nor adaptation: inverse kinematics, damping and decoupling only.
+    Pd,
+}
+
+/// What may be changed while the controller runs.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Settings {
+    /// Which parts are at work.
+    pub mode: Mode,
+    /// Gains.
+    pub gains: Gains,
+    /// Inertia of the plant over nominal, for the Lyapunov outputs only.
+    pub true_inertia_scale: f64,
+}
+
+/// Measurements and the external reference.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Input {
+    /// Joint angles, rad.
+    pub zeta: [f64; DOF],
+    /// Joint rates, rad/s.
+    pub zeta_dot: [f64; DOF],
+    /// Direct-axis currents, A.
+    pub i_d: [f64; 3],
+    /// Quadrature-axis currents, A.
+    pub i_q: [f64; 3],
+    /// Motor speeds, rad/s.
+    pub w_m: [f64; 3],
+    /// Rod velocities, m/s; only the virtual power flows read them.
+    pub x_dot: [f64; 3],
+    /// Actuator forces, N; only the virtual power flows read them.
+    pub F: [f64; 3],
+    /// External reference: tip position in the world, m.
+    pub reference_position: [f64; 3],
+    /// External reference: tip velocity, m/s.
+    pub reference_velocity: [f64; 3],
+    /// External reference: tip acceleration, m/s².
+    pub reference_acceleration: [f64; 3],
+    /// External reference: tip orientation, quaternion w, x, y, z (normalised when read).
+    pub reference_orientation: [f64; 4],
+    /// External reference: tip angular velocity in the world, rad/s.
+    pub reference_angular_velocity: [f64; 3],
+}
+
+/// Commands and what led to them.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Output {
+    /// Direct-axis voltages, V.
+    pub v_d: [f64; 3],
+    /// Quadrature-axis voltages, V.
+    pub v_q: [f64; 3],
+    /// Wrist torques, N·m, held to their limits.
+    pub tau_wrist: [f64; 3],
+    /// Required actuator forces, N.
+    pub f_required: [f64; 3],
+    /// Required rod velocities, m/s.
+    pub x_dot_required: [f64; 3],
+    /// Required quadrature-axis currents, A.
+    pub i_q_required: [f64; 3],
+    /// Desired tip position, m.
+    pub desired_position: [f64; 3],
+    /// Desired minus actual tip position, m.
+    pub tip_error: [f64; 3],
+    /// Length of the tip error, m.
+    pub tip_error_norm: f64,
+    /// Estimated body masses, kg, in the order of [`hdrm::BODIES`].
+    pub mass_hat: [f64; Body::COUNT],
+    /// Σ ½ sᵀ M s with the plant's inertias (nominal times `true_inertia_scale`), W·s.
+    pub nu_velocity: f64,
+    /// Σ γ D_F(L‖L̂).
+    pub nu_adaptation: f64,
+    /// ν_a of each actuator.
+    pub nu_actuator: [f64; 3],
+    /// Σ sᵀ K_A s, the dissipation of Theorem 2, W.
+    pub dissipation: f64,
+    /// Virtual power flow (ẋ_r − ẋ)(f_r − F) into the manipulator at each rod, W.
+    pub vpf: [f64; 3],
+}

@@ -1,0 +1,63 @@
+//! Stability conditions of the low-level law ([eq:EMLA_stability_conditions]) and its accompanying
+//! function ([eq:v_EMLA]).
+//!
+//! The paper bounds the cross term of ν̇_a by Young's inequality with weight 1, which adds N² to A²
+//! and cannot hold with these units: its first condition needs β₂ ≤ 2 N/A, passed at 0.05 A. With a
+//! weight ε (A/N), `F·i ≤ (ε F² + i²/ε)/2`, the conditions become
+//! ```text
+//! β₁ K_f/L_q ≥ ε β₂ K_i/(2 L_d),   K_2 ≥ K_1 β₂/(2 ε),   K_1 = L_q/(β₁ K_v)
+//! ```
+//! and any ε up to [`Conditions::epsilon_max`] serves.
+
+use emla::maps;
+use machine::{Controller as Gains, Emla};
+
+/// The conditions in numbers, for the largest current.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Conditions {
+    /// β₁ at `i_d = 0`, N/A.
+    pub beta_1: f64,
+    /// |β₂| at `|i_q| = i_max`, N/A.
+    pub beta_2: f64,
+    /// Left side over right side of the paper's first condition as printed (ε = 1): ≥ 1 would hold.
+    pub printed_margin: f64,
+    /// Largest weight ε for which the first condition holds, A/N.
+    pub epsilon_max: f64,
+    /// `K_1` of ν_a, m/(N·s)·… as in the paper's third condition.
+    pub K_1: f64,
+    /// `K_2` of ν_a: twice the least value at ε = epsilon_max/2.
+    pub K_2: f64,
+}
+
+impl Conditions {
+    /// Evaluates the conditions for the nominal actuator and the gains.
+    #[must_use]
+    pub fn new(p: &Emla, gains: &Gains) -> Self {
+        let beta_1 = maps::beta_1(p, 0.0);
+        let beta_2 = maps::beta_2(p, p.i_max);
+        let left = beta_1 * gains.K_f / p.L_q;
+        let right = beta_2 * gains.K_i / (2.0 * p.L_d);
+        let epsilon_max = left / right;
+        let K_1 = p.L_q / (beta_1 * gains.K_v);
+        Self {
+            beta_1,
+            beta_2,
+            printed_margin: left / right,
+            epsilon_max,
+            K_1,
+            K_2: 2.0 * K_1 * beta_2 / epsilon_max,
+        }
+    }
+
+    /// Whether some weight satisfies the conditions: all three gains must be positive.
+    #[must_use]
+    pub fn hold(&self) -> bool {
+        let positive = |v: f64| v.is_finite() && v > 0.0;
+        positive(self.epsilon_max) && positive(self.K_1) && positive(self.K_2)
+    }
+
+    /// ν_a of one actuator ([eq:v_EMLA]).
+    pub(crate) fn accompanying(&self, force_error: f64, i_d_error: f64) -> f64 {
+        0.5 * (self.K_1 * force_error * force_error + self.K_2 * i_d_error * i_d_error)
+    }
+}
