@@ -1,2 +1,324 @@
-//! cosim
-fn main() {}
+//! Command line of the co-simulation master.
+#![forbid(unsafe_code)]
+
+use std::fs::File;
+use std::io::{BufWriter, Write};
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::time::Duration;
+
+use anyhow::{Context, Result};
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use cosim::exchange::Exchange;
+use cosim::master::{Grid, Schedule, Setting};
+use cosim::run::{Experiment, parse_setting};
+use cosim::signals::Signals;
+use cosim::system::System;
+use cosim::table;
+use indicatif::{ProgressBar, ProgressStyle};
+
+/// Run systems of FMUs: coupled experiments, the robustness table, the speed, the wiring.
+#[derive(Parser)]
+#[command(version, about, long_about = None)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Run one experiment and print tip error, power residuals and speed
+    Run(RunArgs),
+    /// Tip RMSE for inertia errors x trajectories x controllers, beside the paper's
+    Table(TableArgs),
+    /// Measure how many times faster than real time the coupled system runs, without recording
+    Bench(BenchArgs),
+    /// Show components, stages of the exchange and power bonds; reports algebraic loops
+    Wiring(SystemArgs),
+}
+
+#[derive(Args)]
+struct SystemArgs {
+    /// System: a packed .ssp, or a .ssd with --fmu-dir [default: fmu/Manipulator.ssp in the cargo target directory]
+    #[arg(long, value_name = "FILE")]
+    system: Option<PathBuf>,
+    /// Take the FMUs from this directory, by file name
+    #[arg(long, value_name = "DIR")]
+    fmu_dir: Option<PathBuf>,
+}
+
+#[derive(Args)]
+struct GridArgs {
+    /// Communication step H, s
+    #[arg(long, default_value_t = 1e-3, value_name = "SECONDS")]
+    step: f64,
+    /// Stop time, s [default: the whole trajectory where the FMUs tell it, else the default experiment of the system]
+    #[arg(long, value_name = "SECONDS")]
+    stop_time: Option<f64>,
+    /// Order of stepping
+    #[arg(long, value_enum, default_value_t = ScheduleArg::GaussSeidel)]
+    schedule: ScheduleArg,
+    /// With --schedule jacobi: pass first time derivatives of continuous signals instead of holding them
+    #[arg(long)]
+    input_derivatives: bool,
+    /// Start value of any variable, repeatable, applied last; an enumeration item may be given by name
+    #[arg(long = "set", value_name = "COMPONENT.VARIABLE=VALUE", value_parser = parse_setting)]
+    settings: Vec<Setting>,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum ScheduleArg {
+    /// Components one after the other in the order of the system; later ones get the mean force of the step
+    GaussSeidel,
+    /// All components at once from the values at the communication point
+    Jacobi,
+}
+
+#[derive(Args)]
+struct ConditionArgs {
+    /// Reference trajectory
+    #[arg(long, value_parser = ["cubic", "triangular", "external"])]
+    trajectory: Option<String>,
+    /// Controller
+    #[arg(long, value_parser = ["adaptive", "modular", "pd"])]
+    mode: Option<String>,
+    /// Factor on mass and inertia of every body of the manipulator (the controller keeps nominal ones)
+    #[arg(long, value_name = "FACTOR")]
+    inertia_scale: Option<f64>,
+}
+
+#[derive(Args)]
+struct RunArgs {
+    #[command(flatten)]
+    system: SystemArgs,
+    #[command(flatten)]
+    conditions: ConditionArgs,
+    #[command(flatten)]
+    grid: GridArgs,
+    /// Write signals at every communication point to this CSV file
+    #[arg(long, value_name = "FILE")]
+    csv: Option<PathBuf>,
+    /// Signals for --csv, comma-separated, * as wildcard: `hdrm.tip.*,*.F` [default: all outputs]
+    #[arg(long, value_delimiter = ',', value_name = "PATTERNS", requires = "csv")]
+    signals: Vec<String>,
+    /// No progress bar
+    #[arg(long)]
+    quiet: bool,
+}
+
+#[derive(Args)]
+struct TableArgs {
+    #[command(flatten)]
+    system: SystemArgs,
+    #[command(flatten)]
+    grid: GridArgs,
+    /// Also write the cells to this CSV file
+    #[arg(long, value_name = "FILE")]
+    csv: Option<PathBuf>,
+}
+
+#[derive(Args)]
+struct BenchArgs {
+    #[command(flatten)]
+    system: SystemArgs,
+    #[command(flatten)]
+    conditions: ConditionArgs,
+    #[command(flatten)]
+    grid: GridArgs,
+    /// Repetitions; the median is reported
+    #[arg(long, default_value_t = 5)]
+    repeat: usize,
+}
+
+fn main() -> ExitCode {
+    let result = match Cli::parse().command {
+        Command::Run(args) => run(&args),
+        Command::Table(args) => run_table(&args),
+        Command::Bench(args) => bench(&args),
+        Command::Wiring(args) => wiring(&args),
+    };
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error: {error:#}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+impl SystemArgs {
+    fn load(&self) -> Result<System> {
+        let path = self.system.clone().unwrap_or_else(|| {
+            let target = std::env::var_os("CARGO_TARGET_DIR")
+                .map_or_else(|| PathBuf::from("target"), PathBuf::from);
+            target.join("fmu/Manipulator.ssp")
+        });
+        let hint = || {
+            if self.system.is_none() {
+                "run `cargo xtask pack` first, or name a --system"
+            } else {
+                "the system"
+            }
+        };
+        System::load(&path, self.fmu_dir.as_deref()).with_context(hint)
+    }
+}
+
+impl GridArgs {
+    fn grid(&self, system: &System) -> Result<Grid> {
+        let schedule = match (self.schedule, self.input_derivatives) {
+            (ScheduleArg::GaussSeidel, true) => {
+                anyhow::bail!("--input-derivatives needs --schedule jacobi")
+            }
+            (ScheduleArg::GaussSeidel, false) => Schedule::GaussSeidel,
+            (ScheduleArg::Jacobi, false) => Schedule::Jacobi,
+            (ScheduleArg::Jacobi, true) => Schedule::JacobiDerivatives,
+        };
+        Ok(Grid {
+            start: system.structure.start_time,
+            step: self.step,
+            schedule,
+        })
+    }
+}
+
+fn experiment(system: &System, conditions: &ConditionArgs, grid: &GridArgs) -> Result<Experiment> {
+    let mut settings = Vec::new();
+    let scale = conditions.inertia_scale.map(|s| s.to_string());
+    for (variable, value) in [
+        ("trajectory", &conditions.trajectory),
+        ("mode", &conditions.mode),
+        ("inertia_scale", &scale),
+    ] {
+        if let Some(value) = value {
+            settings.push(system.setting(variable, value)?);
+        }
+    }
+    settings.extend(grid.settings.iter().cloned());
+    Experiment::new(system, grid.grid(system)?, grid.stop_time, settings)
+}
+
+fn run(args: &RunArgs) -> Result<()> {
+    let system = args.system.load()?;
+    let experiment = experiment(&system, &args.conditions, &args.grid)?;
+    let bar = if args.quiet {
+        ProgressBar::hidden()
+    } else {
+        bar(experiment.steps()?, "steps")
+    };
+    let mut signals = Signals::choose(&system, &args.signals)?;
+    let csv = match &args.csv {
+        Some(path) => {
+            let file = File::create(path)
+                .with_context(|| format!("`{}` cannot be written", path.display()))?;
+            Some((&mut signals, BufWriter::with_capacity(1 << 16, file)))
+        }
+        None => None,
+    };
+    let outcome = experiment.run(&system, |k| bar.set_position(k), csv);
+    bar.finish_and_clear();
+    print!("{}", outcome?.summary());
+    if let Some(path) = &args.csv {
+        println!(
+            "{} signals written to {}",
+            signals.titles.len(),
+            path.display()
+        );
+    }
+    Ok(())
+}
+
+fn run_table(args: &TableArgs) -> Result<()> {
+    let system = args.system.load()?;
+    let grid = args.grid.grid(&system)?;
+    let count = table::TRAJECTORIES.len() * table::SCALES.len() * table::MODES.len();
+    let bar = bar(count as u64, "runs");
+    let cells = table::run(
+        &system,
+        grid,
+        args.grid.stop_time,
+        &args.grid.settings,
+        || bar.inc(1),
+    );
+    bar.finish_and_clear();
+    print!("{}", table::text(&cells));
+    if let Some(path) = &args.csv {
+        let mut file = BufWriter::new(
+            File::create(path)
+                .with_context(|| format!("`{}` cannot be written", path.display()))?,
+        );
+        table::write_csv(&cells, &mut file)
+            .and_then(|()| Ok(file.flush()?))
+            .with_context(|| path.display().to_string())?;
+    }
+    let failed = cells.iter().filter(|c| c.result.is_err()).count();
+    anyhow::ensure!(failed == 0, "{failed} of {count} cells failed");
+    Ok(())
+}
+
+fn bench(args: &BenchArgs) -> Result<()> {
+    let system = args.system.load()?;
+    let experiment = experiment(&system, &args.conditions, &args.grid)?;
+    let mut factors = Vec::new();
+    for _ in 0..args.repeat.max(1) {
+        factors.push(
+            experiment
+                .run(&system, |_| (), None::<(&mut Signals, BufWriter<File>)>)?
+                .real_time_factor(),
+        );
+    }
+    factors.sort_by(f64::total_cmp);
+    let (median, worst, best) = (
+        factors[factors.len() / 2],
+        factors[0],
+        factors[factors.len() - 1],
+    );
+    println!(
+        "coupled real-time factor: median {median:.1} of {} runs ({worst:.1} to {best:.1}), {} steps of {} s, {} instances, one thread",
+        factors.len(),
+        experiment.steps()?,
+        experiment.grid.step,
+        system.structure.components.len()
+    );
+    Ok(())
+}
+
+fn wiring(args: &SystemArgs) -> Result<()> {
+    let system = args.load()?;
+    let wiring = system.wiring()?;
+    for (c, fmu) in system.structure.components.iter().zip(&system.fmus) {
+        println!(
+            "{}: {} ({}), {} variables",
+            c.name,
+            c.source,
+            fmu.description.model,
+            fmu.description.variables.len()
+        );
+    }
+    for (title, initialization) in [("initialization", true), ("communication point", false)] {
+        println!(
+            "\n{title}\n{}",
+            Exchange::new(&wiring, initialization, |_| true)?
+                .describe(&wiring)
+                .trim_end()
+        );
+    }
+    for link in wiring.links.iter().filter(|link| link.bond.is_some()) {
+        println!(
+            "\npower bond {} -> {}",
+            wiring.name(link.from),
+            wiring.name(link.to)
+        );
+    }
+    Ok(())
+}
+
+fn bar(length: u64, unit: &str) -> ProgressBar {
+    let bar = ProgressBar::new(length);
+    let template = format!("{{bar:40}} {{pos}}/{{len}} {unit}, {{elapsed}} elapsed, {{eta}} left");
+    if let Ok(style) = ProgressStyle::with_template(&template) {
+        bar.set_style(style);
+    }
+    bar.enable_steady_tick(Duration::from_millis(200));
+    bar
+}

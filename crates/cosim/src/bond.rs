@@ -1,0 +1,78 @@
+//! Power that the coupling itself creates or destroys in a bond of force and velocity.
+//!
+//! The component that exerts the force (actuator) delivers over a step the mean power `F̄·u_v`: its mean force times the velocity it was
+//! given. The other one (manipulator) receives `u_F·v̄`: the force it was given times its own mean velocity. Were both solved together the
+//! two would be equal; the residual `P = F̄·u_v − u_F·v̄` is the error of the coupling, measurable while it runs (power bonds in
+//! co-simulation, Sadjina et al. 2017, here with means over the step in place of end values). `P < 0`: the coupling creates energy.
+
+use crate::wiring::Port;
+
+/// Where the values of a bond are found.
+#[derive(Clone, Copy, Debug)]
+pub struct BondSlots {
+    /// The force output, for names.
+    pub force: Port,
+    /// Slot of the force as exchanged.
+    pub force_slot: usize,
+    /// Slot of the velocity as exchanged.
+    pub velocity_slot: usize,
+    /// Slot of the mean force among the step means.
+    pub mean_slot: usize,
+    /// True where the Gauss–Seidel schedule gives the mean force to the other component.
+    pub mean_given: bool,
+    /// Slots of the force's and the velocity's derivative where derivatives are passed.
+    pub derivative_slots: (Option<usize>, Option<usize>),
+}
+
+/// Power residual of one bond, accumulated over a run.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Residual {
+    /// Name of the force output.
+    pub bond: String,
+    /// Residual of the last step, W.
+    pub power: f64,
+    /// Largest magnitude so far, W.
+    pub peak: f64,
+    /// Sum of the residuals times h, J: energy lost (> 0) or created (< 0) by the coupling.
+    pub energy: f64,
+    /// Energy that went through the bond in either direction, J.
+    pub turnover: f64,
+}
+
+impl Residual {
+    /// Nothing yet.
+    pub fn new(bond: String) -> Self {
+        Self {
+            bond,
+            power: 0.0,
+            peak: 0.0,
+            energy: 0.0,
+            turnover: 0.0,
+        }
+    }
+
+    /// Add a step of length `h`, s: mean force `exerted` at velocity `given_velocity`; force `given_force` at mean velocity `moved`.
+    pub fn add(&mut self, h: f64, exerted: f64, given_velocity: f64, given_force: f64, moved: f64) {
+        self.power = exerted * given_velocity - given_force * moved;
+        self.peak = self.peak.max(self.power.abs());
+        self.energy += self.power * h;
+        self.turnover += (given_force * moved).abs() * h;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn equal_powers_leave_nothing_and_signs_are_kept() {
+        let mut r = Residual::new("a.F".into());
+        r.add(0.5, 3.0, 2.0, 4.0, 1.5);
+        assert_eq!((r.power, r.energy, r.turnover), (0.0, 0.0, 3.0));
+        r.add(0.5, 3.0, 2.0, 4.0, 1.75); // delivered 6 W, received 7 W: 1 W created
+        assert_eq!(
+            (r.power, r.peak, r.energy, r.turnover),
+            (-1.0, 1.0, -0.5, 6.5)
+        );
+    }
+}

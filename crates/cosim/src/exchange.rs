@@ -1,0 +1,241 @@
+//! One exchange over all connections, as precomputed batches: per stage one read per component that has outputs there, then one
+//! write per component that receives them. Running it neither looks anything up nor allocates.
+
+use std::collections::BTreeMap;
+use std::ops::Range;
+
+use anyhow::Result;
+
+use crate::slave::{At, Slave};
+use crate::wiring::{Link, Port, Wiring};
+
+/// Values of one component's variables read by one call.
+#[derive(Debug, Default)]
+pub struct Read {
+    slave: usize,
+    references: Vec<u32>,
+    slots: Range<usize>,
+}
+
+impl Read {
+    /// Component that is read.
+    pub fn component(&self) -> usize {
+        self.slave
+    }
+
+    /// Read the values into their slots.
+    pub fn run(&self, slaves: &[Slave], values: &mut [f64], at: At) -> Result<()> {
+        slaves[self.slave].get(&self.references, &mut values[self.slots.clone()], at)
+    }
+}
+
+/// Values of one component's inputs set by one call.
+#[derive(Debug, Default)]
+pub struct Write {
+    slave: usize,
+    references: Vec<u32>,
+    slots: Vec<usize>,
+}
+
+impl Write {
+    /// Component that is written to.
+    pub fn component(&self) -> usize {
+        self.slave
+    }
+
+    /// Set the inputs to the values in their slots; `buffer` has room for all of them.
+    pub fn run(&self, slaves: &[Slave], values: &[f64], buffer: &mut [f64], at: At) -> Result<()> {
+        let buffer = self.gather(values, buffer);
+        slaves[self.slave].set(&self.references, buffer, at)
+    }
+
+    fn gather<'a>(&self, values: &[f64], buffer: &'a mut [f64]) -> &'a [f64] {
+        let buffer = &mut buffer[..self.slots.len()];
+        for (b, slot) in buffer.iter_mut().zip(&self.slots) {
+            *b = values[*slot];
+        }
+        buffer
+    }
+}
+
+#[derive(Debug, Default)]
+struct Stage {
+    reads: Vec<Read>,
+    writes: Vec<Write>,
+}
+
+/// The connections in the order of direct feedthrough, with the values last passed.
+#[derive(Debug)]
+pub struct Exchange {
+    stages: Vec<Stage>,
+    slots: BTreeMap<Port, usize>,
+    /// Values last passed, one slot per connected output.
+    pub values: Vec<f64>,
+    buffer: Vec<f64>,
+    ones: Vec<i32>,
+}
+
+impl Exchange {
+    /// Plan the exchange over the connections that `chosen` keeps. Fails on an algebraic loop.
+    pub fn new(
+        wiring: &Wiring,
+        initialization: bool,
+        chosen: impl Fn(&Link) -> bool,
+    ) -> Result<Self> {
+        let levels = wiring.levels(initialization)?;
+        let mut stages = Vec::new();
+        let mut slots = BTreeMap::new();
+        for level in 0..=levels.iter().copied().max().unwrap_or(0) {
+            let links: Vec<_> = wiring
+                .links
+                .iter()
+                .zip(&levels)
+                .filter(|(link, l)| **l == level && chosen(link))
+                .map(|(link, _)| link)
+                .collect();
+            let reads = reads(wiring, links.iter().map(|link| link.from), &mut slots);
+            let writes = writes(
+                wiring,
+                links.iter().map(|link| (link.to, slots[&link.from])),
+            );
+            stages.push(Stage { reads, writes });
+        }
+        let widest = stages
+            .iter()
+            .flat_map(|s| &s.writes)
+            .map(|w| w.slots.len())
+            .max()
+            .unwrap_or(0);
+        let (values, ones) = (vec![0.0; slots.len()], vec![1; slots.len().max(widest)]);
+        Ok(Self {
+            stages,
+            values,
+            buffer: vec![0.0; widest],
+            ones,
+            slots,
+        })
+    }
+
+    /// Slot in [`Exchange::values`] of a connected output.
+    pub fn slot(&self, output: Port) -> Option<usize> {
+        self.slots.get(&output).copied()
+    }
+
+    /// Pass all values.
+    pub fn run(&mut self, slaves: &[Slave], at: At) -> Result<()> {
+        for stage in &self.stages {
+            for read in &stage.reads {
+                read.run(slaves, &mut self.values, at)?;
+            }
+            for write in &stage.writes {
+                write.run(slaves, &self.values, &mut self.buffer, at)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Pass all first time derivatives; [`Exchange::values`] then holds derivatives.
+    pub fn run_derivatives(&mut self, slaves: &[Slave], at: At) -> Result<()> {
+        for stage in &self.stages {
+            for Read {
+                slave,
+                references,
+                slots,
+            } in &stage.reads
+            {
+                slaves[*slave].get_derivatives(
+                    references,
+                    &self.ones[..slots.len()],
+                    &mut self.values[slots.clone()],
+                    at,
+                )?;
+            }
+            for write in &stage.writes {
+                let derivatives = write.gather(&self.values, &mut self.buffer);
+                slaves[write.slave].set_derivatives(
+                    &write.references,
+                    &self.ones[..derivatives.len()],
+                    derivatives,
+                    at,
+                )?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Text that shows the stages, for people.
+    pub fn describe(&self, wiring: &Wiring) -> String {
+        let mut text = String::new();
+        for (k, stage) in self.stages.iter().enumerate() {
+            let count = |n: usize| {
+                if n == 1 {
+                    "1 value".to_string()
+                } else {
+                    format!("{n} values")
+                }
+            };
+            text += &format!("stage {}\n", k + 1);
+            for r in &stage.reads {
+                let first = self
+                    .slots
+                    .iter()
+                    .find(|(_, slot)| **slot == r.slots.start)
+                    .map(|(p, _)| wiring.name(*p))
+                    .unwrap_or_default();
+                text += &format!("  get {}, {first} …\n", count(r.references.len()));
+            }
+            for w in &stage.writes {
+                text += &format!(
+                    "  set {} of {}\n",
+                    count(w.references.len()),
+                    wiring.component(w.slave)
+                );
+            }
+        }
+        text
+    }
+}
+
+/// One read per component; new slots are numbered on in `slots` so that each read fills a contiguous range.
+pub fn reads(
+    wiring: &Wiring,
+    ports: impl Iterator<Item = Port>,
+    slots: &mut BTreeMap<Port, usize>,
+) -> Vec<Read> {
+    let mut by_component: BTreeMap<usize, Vec<Port>> = BTreeMap::new();
+    for port in ports {
+        let list = by_component.entry(port.component).or_default();
+        if !list.contains(&port) {
+            list.push(port);
+        }
+    }
+    let mut reads = Vec::new();
+    for (slave, ports) in by_component {
+        let start = slots.len();
+        for (k, port) in ports.iter().enumerate() {
+            slots.insert(*port, start + k);
+        }
+        reads.push(Read {
+            slave,
+            references: ports.iter().map(|p| wiring.reference(*p)).collect(),
+            slots: start..start + ports.len(),
+        });
+    }
+    reads
+}
+
+/// One write per component, of inputs and the slots their values come from.
+pub fn writes(wiring: &Wiring, inputs: impl Iterator<Item = (Port, usize)>) -> Vec<Write> {
+    let mut by_component: BTreeMap<usize, Write> = BTreeMap::new();
+    for (input, slot) in inputs {
+        let write = by_component
+            .entry(input.component)
+            .or_insert_with(|| Write {
+                slave: input.component,
+                ..Write::default()
+            });
+        write.references.push(wiring.reference(input));
+        write.slots.push(slot);
+    }
+    by_component.into_values().collect()
+}

@@ -1,0 +1,326 @@
+//! The co-simulation master: initialization, exchange and stepping of a system's instances.
+
+use std::collections::BTreeMap;
+
+use anyhow::{Context, Result, bail};
+
+use crate::bond::{BondSlots, Residual};
+use crate::exchange::{Exchange, Read, Write, reads, writes};
+use crate::slave::{At, Slave};
+use crate::system::System;
+use crate::wiring::{Link, Wiring};
+
+/// Order in which the components are stepped.
+#[derive(Clone, Copy, Debug, Default, Eq, PartialEq)]
+pub enum Schedule {
+    /// One after the other in the order of the system structure; a component stepped later than the one that exerts a force on it gets
+    /// the mean of that force over the step.
+    #[default]
+    GaussSeidel,
+    /// All from the values at the communication point, held over the step.
+    Jacobi,
+    /// As [`Schedule::Jacobi`], with the first time derivatives of continuous outputs passed on to the inputs that can use them.
+    JacobiDerivatives,
+}
+
+/// Times and schedule of a run.
+#[derive(Clone, Copy, Debug)]
+pub struct Grid {
+    /// Start, s.
+    pub start: f64,
+    /// Communication step, s.
+    pub step: f64,
+    /// Order of stepping.
+    pub schedule: Schedule,
+}
+
+/// A start value as text, for `component.variable`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Setting {
+    /// Component.
+    pub component: String,
+    /// Variable of its FMU.
+    pub variable: String,
+    /// Value.
+    pub value: String,
+}
+
+/// A running system.
+pub struct Master {
+    slaves: Vec<Slave>,
+    grid: Grid,
+    steps: u64,
+    exchange: Exchange,
+    derivatives: Option<Exchange>,
+    means: Means,
+    bonds: Vec<BondSlots>,
+    residuals: Vec<Residual>,
+    passed: Vec<Passed>,
+}
+
+/// What went through a bond in the step just made.
+#[derive(Clone, Copy, Debug, Default)]
+struct Passed {
+    force_exerted: f64,
+    velocity_given: f64,
+    force_given: f64,
+    velocity_before: f64,
+}
+
+/// Step means of the bonds' forces: read after a component was stepped, given to those stepped later (Gauss–Seidel).
+#[derive(Default)]
+struct Means {
+    reads: Vec<Option<Read>>,
+    writes: Vec<Option<Write>>,
+    values: Vec<f64>,
+    buffer: Vec<f64>,
+}
+
+impl Master {
+    /// Instantiate and initialize all components of `system`, with the structure's parameter values, then `settings`, in this order;
+    /// afterwards all connections are passed at the start time.
+    pub fn new(system: &System, settings: &[Setting], grid: Grid) -> Result<Self> {
+        if !(grid.step.is_finite() && grid.step > 0.0 && grid.start.is_finite()) {
+            bail!(
+                "step {} s from {} s: both must be finite and the step > 0",
+                grid.step,
+                grid.start
+            );
+        }
+        let wiring = system.wiring()?;
+        let mut exchange = Exchange::new(&wiring, false, |_| true)?;
+        let mut derivatives = None;
+        if grid.schedule == Schedule::JacobiDerivatives {
+            derivatives = Some(Exchange::new(&wiring, false, |link| {
+                passes_derivative(&wiring, link)
+            })?);
+        }
+        let (means, bonds) = Means::new(&wiring, &exchange, derivatives.as_ref())?;
+        let slaves = instantiate(system, settings)?;
+        initialize(&slaves, &wiring, grid.start)?;
+        let at = At::Time(grid.start);
+        exchange.run(&slaves, at)?;
+        if let Some(d) = &mut derivatives {
+            d.run_derivatives(&slaves, at)?;
+        }
+        let residuals = bonds
+            .iter()
+            .map(|b| Residual::new(wiring.name(b.force)))
+            .collect();
+        let passed = vec![Passed::default(); bonds.len()];
+        Ok(Self {
+            slaves,
+            grid,
+            steps: 0,
+            exchange,
+            derivatives,
+            means,
+            bonds,
+            residuals,
+            passed,
+        })
+    }
+
+    /// Present time `t_0 + k·h`, s.
+    #[expect(clippy::cast_precision_loss, reason = "2^53 steps are never reached")]
+    pub fn time(&self) -> f64 {
+        self.grid.start + self.steps as f64 * self.grid.step
+    }
+
+    /// The instances, in the order of the structure's components.
+    pub fn slaves(&self) -> &[Slave] {
+        &self.slaves
+    }
+
+    /// Power residuals of the bonds so far.
+    pub fn residuals(&self) -> &[Residual] {
+        &self.residuals
+    }
+
+    /// One communication step: all components, then the exchange at the new time. Does not allocate unless it fails.
+    pub fn step(&mut self) -> Result<()> {
+        let (t, h) = (self.time(), self.grid.step);
+        let gauss_seidel = self.grid.schedule == Schedule::GaussSeidel;
+        for (k, slave) in self.slaves.iter().enumerate() {
+            if gauss_seidel && let Some(write) = &self.means.writes[k] {
+                write.run(
+                    &self.slaves,
+                    &self.means.values,
+                    &mut self.means.buffer,
+                    At::Time(t),
+                )?;
+            }
+            slave.step(t, h)?;
+            if let Some(read) = &self.means.reads[k] {
+                read.run(&self.slaves, &mut self.means.values, At::Time(t))?;
+            }
+        }
+        self.note_passed();
+        self.steps += 1;
+        let at = At::Time(self.time());
+        self.exchange.run(&self.slaves, at)?;
+        self.account();
+        if let Some(d) = &mut self.derivatives {
+            d.run_derivatives(&self.slaves, at)?;
+        }
+        Ok(())
+    }
+
+    /// Note, before the next exchange overwrites them, the means of force and velocity that the components were given.
+    fn note_passed(&mut self) {
+        let half = 0.5 * self.grid.step;
+        let gauss_seidel = self.grid.schedule == Schedule::GaussSeidel;
+        let rise = |slot: Option<usize>| {
+            self.derivatives
+                .as_ref()
+                .zip(slot)
+                .map_or(0.0, |(d, slot)| half * d.values[slot])
+        };
+        for (passed, bond) in self.passed.iter_mut().zip(&self.bonds) {
+            let force_exerted = self.means.values[bond.mean_slot];
+            let velocity_before = self.exchange.values[bond.velocity_slot];
+            let held = self.exchange.values[bond.force_slot] + rise(bond.derivative_slots.0);
+            let force_given = if gauss_seidel && bond.mean_given {
+                force_exerted
+            } else {
+                held
+            };
+            let velocity_given = velocity_before + rise(bond.derivative_slots.1);
+            *passed = Passed {
+                force_exerted,
+                velocity_given,
+                force_given,
+                velocity_before,
+            };
+        }
+    }
+
+    /// Add the step to the bonds' residuals; the velocities at its end have just been read.
+    fn account(&mut self) {
+        for ((residual, passed), bond) in
+            self.residuals.iter_mut().zip(&self.passed).zip(&self.bonds)
+        {
+            let moved = 0.5 * (passed.velocity_before + self.exchange.values[bond.velocity_slot]);
+            residual.add(
+                self.grid.step,
+                passed.force_exerted,
+                passed.velocity_given,
+                passed.force_given,
+                moved,
+            );
+        }
+    }
+
+    /// `fmi2Terminate` for all.
+    pub fn terminate(self) -> Result<()> {
+        let at = At::Time(self.time());
+        self.slaves.iter().try_for_each(|s| s.terminate(at))
+    }
+}
+
+impl Means {
+    fn new(
+        wiring: &Wiring,
+        exchange: &Exchange,
+        derivatives: Option<&Exchange>,
+    ) -> Result<(Self, Vec<BondSlots>)> {
+        let mut slots = BTreeMap::new();
+        let ports = wiring
+            .links
+            .iter()
+            .filter_map(|link| link.bond.map(|b| b.step_mean));
+        let count = wiring.component_count();
+        let mut means = Self {
+            reads: by_component(count),
+            writes: by_component(count),
+            ..Self::default()
+        };
+        for read in reads(wiring, ports, &mut slots) {
+            let k = read.component();
+            means.reads[k] = Some(read);
+        }
+        let mut bonds = Vec::new();
+        let mut given = Vec::new();
+        for link in &wiring.links {
+            let Some(b) = link.bond else { continue };
+            let Some(velocity) = wiring.driver(b.flow).map(|k| wiring.links[k].from) else {
+                bail!(
+                    "power bond of {}: no connection drives its velocity {}",
+                    wiring.name(link.from),
+                    wiring.name(b.flow)
+                );
+            };
+            let slot = |port| exchange.slot(port).context("every connection has a slot");
+            let (mean_slot, mean_given) =
+                (slots[&b.step_mean], link.from.component < link.to.component);
+            if mean_given {
+                given.push((link.to, mean_slot));
+            }
+            let derivative = |port| derivatives.and_then(|d| d.slot(port));
+            bonds.push(BondSlots {
+                force: link.from,
+                force_slot: slot(link.from)?,
+                velocity_slot: slot(velocity)?,
+                mean_slot,
+                mean_given,
+                derivative_slots: (derivative(link.from), derivative(velocity)),
+            });
+        }
+        for write in writes(wiring, given.iter().copied()) {
+            let k = write.component();
+            means.writes[k] = Some(write);
+        }
+        means.values = vec![0.0; slots.len()];
+        means.buffer = vec![0.0; given.len()];
+        Ok((means, bonds))
+    }
+}
+
+fn by_component<T>(count: usize) -> Vec<Option<T>> {
+    std::iter::repeat_with(|| None).take(count).collect()
+}
+
+/// An output's derivative is passed where the source gives it, the target uses it and the signal is not sampled.
+fn passes_derivative(wiring: &Wiring, link: &Link) -> bool {
+    let (from, to) = (
+        wiring.description(link.from.component),
+        wiring.description(link.to.component),
+    );
+    from.output_derivatives >= 1
+        && to.interpolates_inputs
+        && from.variables[link.from.variable].variability == "continuous"
+}
+
+fn instantiate(system: &System, settings: &[Setting]) -> Result<Vec<Slave>> {
+    for s in settings {
+        system.component(&s.component)?;
+    }
+    let mut slaves = Vec::new();
+    for (component, fmu) in system.structure.components.iter().zip(&system.fmus) {
+        let slave = Slave::new(fmu, &component.name)?;
+        for (variable, value) in &component.parameters {
+            slave
+                .set_from_text(variable, value)
+                .context("parameter value of the system structure")?;
+        }
+        for s in settings.iter().filter(|s| s.component == component.name) {
+            slave.set_from_text(&s.variable, &s.value)?;
+        }
+        slaves.push(slave);
+    }
+    Ok(slaves)
+}
+
+/// Pass the connections in initialization mode, in the order of the initial dependencies, so that every component starts from what
+/// the others start from.
+fn initialize(slaves: &[Slave], wiring: &Wiring, start: f64) -> Result<()> {
+    let mut exchange = Exchange::new(wiring, true, |_| true)?;
+    for slave in slaves {
+        slave.enter_initialization(start)?;
+    }
+    exchange.run(slaves, At::Initialization)?;
+    for slave in slaves {
+        slave.exit_initialization()?;
+    }
+    Ok(())
+}

@@ -1,0 +1,504 @@
+//! System structure description (SSP 1.0, `SystemStructure.ssd`): components, connections, parameter values.
+//!
+//! Read is what a flat system of co-simulation FMUs needs; nested systems, signal dictionaries and external parameter files are refused
+//! by name rather than skipped.
+
+use anyhow::{Context, Result, bail};
+use serde::Deserialize;
+
+/// One FMU instance of the system; the order in the file is the stepping order of the Gauss–Seidel schedule.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Component {
+    /// Name of the instance.
+    pub name: String,
+    /// FMU file relative to the system structure, for example `resources/Emla.fmu`.
+    pub source: String,
+    /// Declared inputs, outputs and parameters.
+    pub connectors: Vec<Connector>,
+    /// Start values from the parameter bindings: variable and value as text.
+    pub parameters: Vec<(String, String)>,
+}
+
+/// A declared variable of a component.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Connector {
+    /// Variable name in the FMU.
+    pub name: String,
+    /// `input`, `output`, `parameter`, ….
+    pub kind: String,
+    /// Unit of a real connector.
+    pub unit: Option<String>,
+}
+
+/// A connection from an output to an input.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Connection {
+    /// Component and output.
+    pub start: (String, String),
+    /// Component and input.
+    pub end: (String, String),
+    /// Set where the connection carries the force of a power bond.
+    pub bond: Option<PowerBond>,
+}
+
+/// Annotation `cosim.power-bond` of a force connection.
+#[derive(Clone, Debug, Deserialize, PartialEq)]
+pub struct PowerBond {
+    /// Output of the start element: mean of the connected force over the last step.
+    #[serde(rename = "@stepMean")]
+    pub step_mean: String,
+    /// Input of the start element that receives the conjugate velocity.
+    #[serde(rename = "@flow")]
+    pub flow: String,
+}
+
+/// A system: components, connections and the default experiment.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Structure {
+    /// Name of the system.
+    pub name: String,
+    /// Components in stepping order.
+    pub components: Vec<Component>,
+    /// Connections in file order.
+    pub connections: Vec<Connection>,
+    /// Start time of the default experiment, s (0 when absent).
+    pub start_time: f64,
+    /// Stop time of the default experiment, s.
+    pub stop_time: Option<f64>,
+}
+
+impl Structure {
+    /// Read the text of a `.ssd` file.
+    pub fn parse(text: &str) -> Result<Self> {
+        let file: xml::File = quick_xml::de::from_str(text)
+            .context("the system structure is not a readable SSP 1.0 description")?;
+        let system = file.system;
+        if !system.connectors.connectors.is_empty() {
+            bail!(
+                "system `{}`: connectors of the outer system are not supported",
+                system.name
+            );
+        }
+        if let Some(nested) = system.elements.systems.first() {
+            bail!(
+                "system `{}`: the nested system `{}` is not supported, only components",
+                system.name,
+                nested.name
+            );
+        }
+        let components = system
+            .elements
+            .components
+            .into_iter()
+            .map(component)
+            .collect::<Result<Vec<_>>>()?;
+        for (k, c) in components.iter().enumerate() {
+            if components[..k].iter().any(|other| other.name == c.name) {
+                bail!("the system has two components named `{}`", c.name);
+            }
+        }
+        let connections = system
+            .connections
+            .connections
+            .into_iter()
+            .map(connection)
+            .collect::<Result<Vec<_>>>()?;
+        let (start_time, stop_time) = file
+            .default_experiment
+            .map_or((0.0, None), |e| (e.start_time.unwrap_or(0.0), e.stop_time));
+        let structure = Self {
+            name: system.name,
+            components,
+            connections,
+            start_time,
+            stop_time,
+        };
+        structure.check()?;
+        Ok(structure)
+    }
+
+    /// Index of the component named `name`.
+    pub fn component(&self, name: &str) -> Option<usize> {
+        self.components.iter().position(|c| c.name == name)
+    }
+
+    /// Every connection must end at declared connectors of the right kind and the same unit, every input at most once.
+    fn check(&self) -> Result<()> {
+        for (k, c) in self.connections.iter().enumerate() {
+            let start = self.connector(&c.start, "output")?;
+            let end = self.connector(&c.end, "input")?;
+            if start.unit != end.unit {
+                let text = |unit: &Option<String>| unit.clone().unwrap_or_else(|| "none".into());
+                bail!(
+                    "connection {c}: the units differ, {} and {}",
+                    text(&start.unit),
+                    text(&end.unit)
+                );
+            }
+            if let Some(other) = self.connections[..k]
+                .iter()
+                .find(|other| other.end == c.end)
+            {
+                bail!(
+                    "input {}.{} is driven twice, by {}.{} and by {}.{}",
+                    c.end.0,
+                    c.end.1,
+                    other.start.0,
+                    other.start.1,
+                    c.start.0,
+                    c.start.1
+                );
+            }
+        }
+        Ok(())
+    }
+
+    fn connector(&self, (component, name): &(String, String), kind: &str) -> Result<&Connector> {
+        let Some(index) = self.component(component) else {
+            bail!("a connection names the component `{component}`, which the system does not have");
+        };
+        let Some(found) = self.components[index]
+            .connectors
+            .iter()
+            .find(|c| c.name == *name)
+        else {
+            bail!(
+                "component `{component}` declares no connector `{name}`, but a connection uses it"
+            );
+        };
+        if found.kind != kind {
+            bail!(
+                "connector `{component}.{name}` is declared as {}, but a connection uses it as {kind}",
+                found.kind
+            );
+        }
+        Ok(found)
+    }
+}
+
+impl std::fmt::Display for Connection {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(
+            f,
+            "{}.{} -> {}.{}",
+            self.start.0, self.start.1, self.end.0, self.end.1
+        )
+    }
+}
+
+fn component(c: xml::Component) -> Result<Component> {
+    let mut parameters = Vec::new();
+    for binding in c.bindings.bindings {
+        let prefix = binding.prefix.unwrap_or_default();
+        let Some(values) = binding.values else {
+            bail!(
+                "component `{}`: only parameter values written inside the system structure are supported, not an external file",
+                c.name
+            );
+        };
+        for p in values.set.parameters.parameters {
+            let Some(value) = [p.real, p.integer, p.boolean, p.string, p.enumeration]
+                .into_iter()
+                .flatten()
+                .next()
+            else {
+                bail!(
+                    "component `{}`: parameter `{}` has no value",
+                    c.name,
+                    p.name
+                );
+            };
+            parameters.push((format!("{prefix}{}", p.name), value.value));
+        }
+    }
+    let connectors = c.connectors.connectors.into_iter().map(|k| Connector {
+        name: k.name,
+        kind: k.kind,
+        unit: k.real.and_then(|r| r.unit),
+    });
+    Ok(Component {
+        name: c.name,
+        source: c.source,
+        connectors: connectors.collect(),
+        parameters,
+    })
+}
+
+fn connection(c: xml::Connection) -> Result<Connection> {
+    let (Some(from), Some(to)) = (c.start_element, c.end_element) else {
+        bail!(
+            "connection {} -> {}: both ends must name a component",
+            c.start_connector,
+            c.end_connector
+        );
+    };
+    if c.transformed.is_some() {
+        bail!(
+            "connection {from}.{} -> {to}.{}: transformations are not supported",
+            c.start_connector,
+            c.end_connector
+        );
+    }
+    let bond = c
+        .annotations
+        .annotations
+        .into_iter()
+        .filter(|a| a.kind == "cosim.power-bond")
+        .find_map(|a| a.bond);
+    Ok(Connection {
+        start: (from, c.start_connector),
+        end: (to, c.end_connector),
+        bond,
+    })
+}
+
+/// The elements of the file as they stand; only what is read.
+mod xml {
+    use super::{Deserialize, PowerBond};
+
+    #[derive(Deserialize)]
+    pub struct File {
+        #[serde(rename = "System")]
+        pub system: System,
+        #[serde(rename = "DefaultExperiment")]
+        pub default_experiment: Option<Experiment>,
+    }
+    #[derive(Deserialize)]
+    pub struct Experiment {
+        #[serde(rename = "@startTime")]
+        pub start_time: Option<f64>,
+        #[serde(rename = "@stopTime")]
+        pub stop_time: Option<f64>,
+    }
+    #[derive(Deserialize)]
+    pub struct System {
+        #[serde(rename = "@name")]
+        pub name: String,
+        #[serde(rename = "Connectors", default)]
+        pub connectors: Connectors,
+        #[serde(rename = "Elements", default)]
+        pub elements: Elements,
+        #[serde(rename = "Connections", default)]
+        pub connections: Connections,
+    }
+    #[derive(Default, Deserialize)]
+    pub struct Elements {
+        #[serde(rename = "Component", default)]
+        pub components: Vec<Component>,
+        #[serde(rename = "System", default)]
+        pub systems: Vec<Nested>,
+    }
+    #[derive(Deserialize)]
+    pub struct Nested {
+        #[serde(rename = "@name")]
+        pub name: String,
+    }
+    #[derive(Deserialize)]
+    pub struct Component {
+        #[serde(rename = "@name")]
+        pub name: String,
+        #[serde(rename = "@source")]
+        pub source: String,
+        #[serde(rename = "Connectors", default)]
+        pub connectors: Connectors,
+        #[serde(rename = "ParameterBindings", default)]
+        pub bindings: Bindings,
+    }
+    #[derive(Default, Deserialize)]
+    pub struct Connectors {
+        #[serde(rename = "Connector", default)]
+        pub connectors: Vec<Connector>,
+    }
+    #[derive(Deserialize)]
+    pub struct Connector {
+        #[serde(rename = "@name")]
+        pub name: String,
+        #[serde(rename = "@kind")]
+        pub kind: String,
+        #[serde(rename = "Real")]
+        pub real: Option<Real>,
+    }
+    #[derive(Deserialize)]
+    pub struct Real {
+        #[serde(rename = "@unit")]
+        pub unit: Option<String>,
+    }
+    #[derive(Default, Deserialize)]
+    pub struct Bindings {
+        #[serde(rename = "ParameterBinding", default)]
+        pub bindings: Vec<Binding>,
+    }
+    #[derive(Deserialize)]
+    pub struct Binding {
+        #[serde(rename = "@prefix")]
+        pub prefix: Option<String>,
+        #[serde(rename = "ParameterValues")]
+        pub values: Option<Values>,
+    }
+    #[derive(Deserialize)]
+    pub struct Values {
+        #[serde(rename = "ParameterSet")]
+        pub set: Set,
+    }
+    #[derive(Deserialize)]
+    pub struct Set {
+        #[serde(rename = "Parameters")]
+        pub parameters: Parameters,
+    }
+    #[derive(Deserialize)]
+    pub struct Parameters {
+        #[serde(rename = "Parameter", default)]
+        pub parameters: Vec<Parameter>,
+    }
+    #[derive(Deserialize)]
+    pub struct Parameter {
+        #[serde(rename = "@name")]
+        pub name: String,
+        #[serde(rename = "Real")]
+        pub real: Option<Value>,
+        #[serde(rename = "Integer")]
+        pub integer: Option<Value>,
+        #[serde(rename = "Boolean")]
+        pub boolean: Option<Value>,
+        #[serde(rename = "String")]
+        pub string: Option<Value>,
+        #[serde(rename = "Enumeration")]
+        pub enumeration: Option<Value>,
+    }
+    #[derive(Deserialize)]
+    pub struct Value {
+        #[serde(rename = "@value")]
+        pub value: String,
+    }
+    #[derive(Default, Deserialize)]
+    pub struct Connections {
+        #[serde(rename = "Connection", default)]
+        pub connections: Vec<Connection>,
+    }
+    #[derive(Deserialize)]
+    pub struct Connection {
+        #[serde(rename = "@startElement")]
+        pub start_element: Option<String>,
+        #[serde(rename = "@startConnector")]
+        pub start_connector: String,
+        #[serde(rename = "@endElement")]
+        pub end_element: Option<String>,
+        #[serde(rename = "@endConnector")]
+        pub end_connector: String,
+        #[serde(
+            rename = "LinearTransformation",
+            alias = "BooleanMappingTransformation",
+            alias = "IntegerMappingTransformation"
+        )]
+        pub transformed: Option<serde::de::IgnoredAny>,
+        #[serde(rename = "Annotations", default)]
+        pub annotations: Annotations,
+    }
+    #[derive(Default, Deserialize)]
+    pub struct Annotations {
+        #[serde(rename = "Annotation", default)]
+        pub annotations: Vec<Annotation>,
+    }
+    #[derive(Deserialize)]
+    pub struct Annotation {
+        #[serde(rename = "@type")]
+        pub kind: String,
+        #[serde(rename = "PowerBond")]
+        pub bond: Option<PowerBond>,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const REPOSITORY: &str = include_str!("../../../system/SystemStructure.ssd");
+
+    fn small(connections: &str) -> String {
+        format!(
+            r#"<ssd:SystemStructureDescription xmlns:ssd="urn:ssd" xmlns:ssc="urn:ssc" xmlns:ssv="urn:ssv" version="1.0" name="s">
+            <ssd:System name="s"><ssd:Elements>
+              <ssd:Component name="a" source="resources/A.fmu"><ssd:Connectors>
+                <ssd:Connector name="y" kind="output"><ssc:Real unit="N"/></ssd:Connector>
+                <ssd:Connector name="z" kind="output"><ssc:Real unit="m"/></ssd:Connector></ssd:Connectors>
+                <ssd:ParameterBindings><ssd:ParameterBinding prefix="p."><ssd:ParameterValues>
+                  <ssv:ParameterSet version="1.0" name="x"><ssv:Parameters>
+                    <ssv:Parameter name="k"><ssv:Real value="2.5"/></ssv:Parameter>
+                    <ssv:Parameter name="n"><ssv:Integer value="3"/></ssv:Parameter></ssv:Parameters></ssv:ParameterSet>
+                </ssd:ParameterValues></ssd:ParameterBinding></ssd:ParameterBindings></ssd:Component>
+              <ssd:Component name="b" source="resources/B.fmu"><ssd:Connectors>
+                <ssd:Connector name="u" kind="input"><ssc:Real unit="N"/></ssd:Connector></ssd:Connectors></ssd:Component>
+            </ssd:Elements><ssd:Connections>{connections}</ssd:Connections></ssd:System></ssd:SystemStructureDescription>"#
+        )
+    }
+
+    fn link(a: &str, y: &str, b: &str, u: &str) -> String {
+        format!(
+            r#"<ssd:Connection startElement="{a}" startConnector="{y}" endElement="{b}" endConnector="{u}"/>"#
+        )
+    }
+
+    #[test]
+    fn the_repository_system_is_read_whole() {
+        let s = Structure::parse(REPOSITORY).unwrap();
+        let names: Vec<_> = s.components.iter().map(|c| c.name.as_str()).collect();
+        assert_eq!(names, ["controller", "emla_1", "emla_2", "emla_3", "hdrm"]);
+        // 3 actuators × (3 motion + 1 force + 4 measurements + 2 voltages) + 12 joint + 3 rod measurements + 3 torques
+        assert_eq!(s.connections.len(), 3 * 10 + 12 + 3 + 3);
+        let bonds: Vec<_> = s
+            .connections
+            .iter()
+            .filter(|c| c.bond.is_some())
+            .map(ToString::to_string)
+            .collect();
+        assert_eq!(
+            bonds,
+            [
+                "emla_1.F -> hdrm.f[1]",
+                "emla_2.F -> hdrm.f[2]",
+                "emla_3.F -> hdrm.f[3]"
+            ]
+        );
+        let bond = PowerBond {
+            step_mean: "F_mean".into(),
+            flow: "x_dot".into(),
+        };
+        assert!(
+            s.connections
+                .iter()
+                .filter_map(|c| c.bond.as_ref())
+                .all(|b| *b == bond)
+        );
+        assert_eq!((s.start_time, s.stop_time), (0.0, Some(24.25)));
+    }
+
+    #[test]
+    fn parameter_values_carry_their_prefix() {
+        let s = Structure::parse(&small("")).unwrap();
+        assert_eq!(
+            s.components[0].parameters,
+            [("p.k".into(), "2.5".into()), ("p.n".into(), "3".into())]
+        );
+    }
+
+    #[test]
+    fn wrong_connections_are_named() {
+        for (connections, expected) in [
+            (link("a", "y", "c", "u"), "component `c`"),
+            (link("a", "q", "b", "u"), "no connector `q`"),
+            (link("b", "u", "b", "u"), "declared as input"),
+            (link("a", "z", "b", "u"), "units differ, m and N"),
+            (
+                link("a", "y", "b", "u") + &link("a", "y", "b", "u"),
+                "driven twice",
+            ),
+        ] {
+            let error = Structure::parse(&small(&connections))
+                .unwrap_err()
+                .to_string();
+            assert!(error.contains(expected), "{error}");
+        }
+        assert!(Structure::parse("<a/>").is_err());
+        assert!(Structure::parse("no xml").is_err());
+    }
+}

@@ -1,0 +1,303 @@
+//! Who must be read before whom: connections resolved against the model descriptions and put in the order of direct feedthrough.
+
+use std::collections::HashMap;
+
+use anyhow::{Result, bail};
+
+use crate::description::{Description, Kind};
+use crate::ssd::{Connection, Structure};
+
+/// A variable of a component: both as indices.
+#[derive(Clone, Copy, Debug, Eq, Hash, Ord, PartialEq, PartialOrd)]
+pub struct Port {
+    /// Index of the component in the structure.
+    pub component: usize,
+    /// Index of the variable in its description.
+    pub variable: usize,
+}
+
+/// A resolved connection.
+#[derive(Clone, Debug)]
+pub struct Link {
+    /// Output.
+    pub from: Port,
+    /// Input.
+    pub to: Port,
+    /// Power bond of which it carries the force.
+    pub bond: Option<BondPorts>,
+}
+
+/// The other variables of a power bond whose force a [`Link`] carries.
+#[derive(Clone, Copy, Debug)]
+pub struct BondPorts {
+    /// Mean force over the last step: an output of the component that exerts the force.
+    pub step_mean: Port,
+    /// Conjugate velocity: an input of the same component.
+    pub flow: Port,
+}
+
+/// The system's connections with everything that is needed to order them.
+pub struct Wiring<'a> {
+    components: Vec<(&'a str, &'a Description)>,
+    /// The connections, in file order.
+    pub links: Vec<Link>,
+    driver: HashMap<Port, usize>,
+}
+
+impl<'a> Wiring<'a> {
+    /// Resolve the connections of `structure`; `descriptions` has one entry per component.
+    pub fn new(structure: &'a Structure, descriptions: &[&'a Description]) -> Result<Self> {
+        let names = structure.components.iter().map(|c| c.name.as_str());
+        let mut wiring = Self {
+            components: names.zip(descriptions.iter().copied()).collect(),
+            links: Vec::new(),
+            driver: HashMap::new(),
+        };
+        for c in &structure.connections {
+            let link = wiring.resolve(structure, c)?;
+            wiring.driver.insert(link.to, wiring.links.len());
+            wiring.links.push(link);
+        }
+        Ok(wiring)
+    }
+
+    fn resolve(&self, structure: &Structure, c: &Connection) -> Result<Link> {
+        let from = self.port(structure, &c.start.0, &c.start.1, "output")?;
+        let to = self.port(structure, &c.end.0, &c.end.1, "input")?;
+        let unit = |p: Port| {
+            self.components[p.component].1.variables[p.variable]
+                .unit
+                .as_deref()
+                .unwrap_or("none")
+        };
+        if unit(from) != unit(to) {
+            bail!(
+                "connection {c}: the FMUs' units differ, {} and {}",
+                unit(from),
+                unit(to)
+            );
+        }
+        let bond = match &c.bond {
+            None => None,
+            Some(b) => Some(BondPorts {
+                step_mean: self.port(structure, &c.start.0, &b.step_mean, "output")?,
+                flow: self.port(structure, &c.start.0, &b.flow, "input")?,
+            }),
+        };
+        Ok(Link { from, to, bond })
+    }
+
+    fn port(
+        &self,
+        structure: &Structure,
+        component: &str,
+        variable: &str,
+        causality: &str,
+    ) -> Result<Port> {
+        let Some(k) = structure.component(component) else {
+            bail!("the system has no component `{component}`")
+        };
+        let description = self.components[k].1;
+        let v = description.variable(variable)?;
+        if v.kind != Kind::Real || v.causality != causality {
+            bail!(
+                "{component}.{variable} must be a real {causality} to be connected; it is {:?}, {}",
+                v.kind,
+                v.causality
+            );
+        }
+        Ok(Port {
+            component: k,
+            variable: description.index(variable).unwrap_or_default(),
+        })
+    }
+
+    /// `component.variable`.
+    pub fn name(&self, p: Port) -> String {
+        let (component, description) = self.components[p.component];
+        format!("{component}.{}", description.variables[p.variable].name)
+    }
+
+    /// Number of components.
+    pub fn component_count(&self) -> usize {
+        self.components.len()
+    }
+
+    /// Name of a component.
+    pub fn component(&self, index: usize) -> &str {
+        self.components[index].0
+    }
+
+    /// Value reference of a variable.
+    pub fn reference(&self, p: Port) -> u32 {
+        self.description(p.component).variables[p.variable].reference
+    }
+
+    /// Description of a component.
+    pub fn description(&self, component: usize) -> &Description {
+        self.components[component].1
+    }
+
+    /// Index of the connection that drives an input.
+    pub fn driver(&self, input: Port) -> Option<usize> {
+        self.driver.get(&input).copied()
+    }
+
+    /// Level of the output of each connection: 0 where it depends on no connected input, else one more than the highest level it
+    /// depends on. All outputs of one level can be read together after the inputs from all lower levels are set.
+    ///
+    /// # Errors
+    /// An algebraic loop, by the names along it.
+    pub fn levels(&self, initialization: bool) -> Result<Vec<usize>> {
+        let mut known = HashMap::new();
+        self.links
+            .iter()
+            .map(|link| self.level(link.from, initialization, &mut known, &mut Vec::new()))
+            .collect()
+    }
+
+    fn level(
+        &self,
+        output: Port,
+        initialization: bool,
+        known: &mut HashMap<Port, usize>,
+        path: &mut Vec<Port>,
+    ) -> Result<usize> {
+        if let Some(level) = known.get(&output) {
+            return Ok(*level);
+        }
+        if let Some(start) = path.iter().position(|p| *p == output) {
+            // The path holds outputs and the inputs between them, each depending on the next one.
+            let names: Vec<_> = path[start..]
+                .iter()
+                .chain([&output])
+                .rev()
+                .map(|p| self.name(*p))
+                .collect();
+            let when = if initialization {
+                " in initialization"
+            } else {
+                ""
+            };
+            bail!("algebraic loop{when}: {}", names.join(" -> "));
+        }
+        let mut level = 0;
+        for variable in self.components[output.component]
+            .1
+            .feedthrough(output.variable, initialization)
+        {
+            let input = Port {
+                component: output.component,
+                variable,
+            };
+            if let Some(driver) = self.driver(input) {
+                path.extend([output, input]);
+                level = level
+                    .max(1 + self.level(self.links[driver].from, initialization, known, path)?);
+                path.truncate(path.len() - 2);
+            }
+        }
+        known.insert(output, level);
+        Ok(level)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A component with inputs u, v and outputs y, z; y depends on `y_on`, z on nothing.
+    fn description(model: &str, y_on: &str) -> Description {
+        Description::parse(&format!(
+            r#"<fmiModelDescription fmiVersion="2.0" modelName="{model}" guid="g"><CoSimulation modelIdentifier="{model}"/><ModelVariables>
+            <ScalarVariable name="u" valueReference="0" causality="input"><Real unit="N"/></ScalarVariable>
+            <ScalarVariable name="v" valueReference="1" causality="input"><Real unit="N"/></ScalarVariable>
+            <ScalarVariable name="y" valueReference="2" causality="output"><Real unit="N"/></ScalarVariable>
+            <ScalarVariable name="z" valueReference="3" causality="output"><Real unit="N"/></ScalarVariable>
+            </ModelVariables><ModelStructure><Outputs><Unknown index="3" {y_on}/><Unknown index="4" dependencies=""/></Outputs></ModelStructure>
+            </fmiModelDescription>"#
+        ))
+        .unwrap()
+    }
+
+    fn structure(links: &[(&str, &str)]) -> Structure {
+        let connectors = [
+            ("u", "input"),
+            ("v", "input"),
+            ("y", "output"),
+            ("z", "output"),
+        ]
+        .map(|(name, kind)| crate::ssd::Connector {
+            name: name.into(),
+            kind: kind.into(),
+            unit: None,
+        });
+        let split = |text: &str| {
+            text.split_once('.')
+                .map(|(c, v)| (c.to_string(), v.to_string()))
+                .unwrap()
+        };
+        Structure {
+            name: "s".into(),
+            components: ["a", "b", "c"]
+                .map(|name| crate::ssd::Component {
+                    name: name.into(),
+                    source: String::new(),
+                    connectors: connectors.to_vec(),
+                    parameters: Vec::new(),
+                })
+                .to_vec(),
+            connections: links
+                .iter()
+                .map(|(y, u)| Connection {
+                    start: split(y),
+                    end: split(u),
+                    bond: None,
+                })
+                .collect(),
+            start_time: 0.0,
+            stop_time: None,
+        }
+    }
+
+    #[test]
+    fn levels_follow_the_feedthrough() {
+        let (u, none, all) = (
+            description("U", "dependencies=\"1\""),
+            description("N", "dependencies=\"\""),
+            description("A", ""),
+        );
+        // a.y <- a.u <- b.y <- (nothing); c.y <- c.u, c.v <- a.y; b is fed by c.y, which is no loop because b.y has no feedthrough.
+        let s = structure(&[
+            ("b.y", "a.u"),
+            ("a.y", "c.v"),
+            ("c.y", "b.u"),
+            ("c.z", "a.v"),
+        ]);
+        let wiring = Wiring::new(&s, &[&u, &none, &all]).unwrap();
+        assert_eq!(wiring.levels(false).unwrap(), [0, 1, 2, 0]);
+    }
+
+    #[test]
+    fn a_loop_is_named_in_signal_order() {
+        let (u, all) = (description("U", "dependencies=\"1\""), description("A", ""));
+        let s = structure(&[("c.z", "b.u"), ("a.y", "b.v"), ("b.y", "a.u")]);
+        let error = Wiring::new(&s, &[&u, &all, &all])
+            .unwrap()
+            .levels(false)
+            .unwrap_err()
+            .to_string();
+        assert_eq!(error, "algebraic loop: a.y -> b.v -> b.y -> a.u -> a.y");
+    }
+
+    #[test]
+    fn wrong_ends_are_named() {
+        let d = description("U", "");
+        let s = structure(&[("a.y", "b.z")]);
+        let error = Wiring::new(&s, &[&d, &d, &d]).err().unwrap().to_string();
+        assert_eq!(
+            error,
+            "b.z must be a real input to be connected; it is Real, output"
+        );
+    }
+}
