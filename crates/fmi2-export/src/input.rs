@@ -67,4 +67,13 @@ impl<I: Copy + Default> InputPolynomial<I> {
             layout::taylor::<M>(self, s, 0)
         }
     }
+
+    /// Makes the inputs held again.
+    #[inline]
+    pub(crate) fn clear_derivatives(&mut self) {
+        if self.order > 0 {
+            self.derivatives = [I::default(); MAX_INPUT_DERIVATIVE];
+            self.order = 0;
+        }
+    }
 }

@@ -1,39 +1,132 @@
-//! Value references.
+//! Value references: which element of which row each is.
 
+use crate::variable::{Causality, Place, Read, Variable, Write};
 use crate::{
     InputPolynomial, Model,
-    variable::{Place, Write},
+    failure::{Failure, refuse},
 };
 
-/// The `order`-th derivative of the Taylor polynomial of all Real inputs, `s` seconds into the step.
-pub(crate) fn taylor<M: Model>(u: &InputPolynomial<M::Input>, s: f64, order: usize) -> M::Input {
-    let mut result = if order == 0 {
-        u.value
-    } else {
-        M::Input::default()
-    };
-    for row in M::variables() {
-        let Place::RealIn(place) = &row.place else {
-            continue;
-        };
-        for i in 0..place.len(&u.value) {
-            let mut sum = 0.0;
-            for k in (order..=u.order).rev() {
-                let c = if k == 0 {
-                    place.get(&u.value, i)
-                } else {
-                    place.get(&u.derivatives[k - 1], i)
-                };
-                sum = c + sum * s / (k - order + 1) as f64;
+/// The element behind a value reference.
+#[derive(Clone, Copy)]
+pub(crate) struct Element {
+    row: u32,
+    /// Index within the row, from 0.
+    pub(crate) index: u32,
+}
+
+/// All elements of a table in order; a value reference is an index into it.
+pub(crate) struct Layout<M: Model> {
+    rows: &'static [Variable<M>],
+    elements: Vec<Element>,
+}
+
+impl<M: Model> Layout<M> {
+    /// Counts the elements of each row in the default values.
+    pub(crate) fn new() -> Self {
+        let (parameters, input) = M::defaults();
+        let output = M::Output::default();
+        let rows = M::variables();
+        let mut elements = Vec::new();
+        for (row, variable) in (0..).zip(rows) {
+            let len = variable.place.len(&parameters, &input, &output);
+            elements.extend((0..len as u32).map(|index| Element { row, index }));
+        }
+        Self { rows, elements }
+    }
+
+    pub(crate) fn len(&self) -> usize {
+        self.elements.len()
+    }
+
+    /// All elements with their rows, in the order of their value references.
+    pub(crate) fn iter(&self) -> impl Iterator<Item = (Element, &'static Variable<M>)> {
+        self.elements
+            .iter()
+            .map(|element| (*element, &self.rows[element.row as usize]))
+    }
+
+    /// The element of a value reference.
+    #[inline]
+    pub(crate) fn find(&self, vr: u32) -> Result<(usize, &'static Variable<M>), Failure> {
+        match self.elements.get(vr as usize) {
+            Some(element) => Ok((element.index as usize, &self.rows[element.row as usize])),
+            None => {
+                let last = self.len().saturating_sub(1);
+                refuse!("unknown value reference {vr}; allowed are 0 to {last}")
             }
-            *place.get_mut(&mut result, i) = sum;
         }
     }
-    result
+}
+
+impl<M: Model> Variable<M> {
+    /// Name of an element: `x`, or `x[1]` for the first of a vector.
+    pub(crate) fn element_name(&self, index: usize) -> String {
+        if self.scalar {
+            self.name.to_owned()
+        } else {
+            format!("{}[{}]", self.name, index + 1)
+        }
+    }
+
+    /// Type and causality in words, for messages.
+    pub(crate) fn kind(&self) -> String {
+        let causality = match self.causality {
+            Causality::Input => "input",
+            Causality::Output => "output",
+            Causality::Local => "local variable",
+            Causality::Parameter if self.tunable => "tunable parameter",
+            Causality::Parameter => "fixed parameter",
+        };
+        format!("{} {causality}", self.place.type_name())
+    }
+}
+
+impl<M: Model> Place<M> {
+    fn len(&self, p: &M::Parameters, u: &M::Input, y: &M::Output) -> usize {
+        match self {
+            Place::RealIn(place) => place.len(u),
+            Place::IntegerIn(place) => place.len(u),
+            Place::BooleanIn(place) => place.len(u),
+            Place::RealOut(place) => place.len(y),
+            Place::IntegerOut(place) => place.len(y),
+            Place::BooleanOut(place) => place.len(y),
+            Place::RealParameter(place) => place.len(p),
+            Place::IntegerParameter(place) => place.len(p),
+            Place::BooleanParameter(place) => place.len(p),
+            Place::StringParameter(..) => 1,
+        }
+    }
+
+    /// Name of the type in FMI.
+    pub(crate) fn type_name(&self) -> &'static str {
+        match self {
+            Place::RealIn(_) | Place::RealOut(_) | Place::RealParameter(_) => "Real",
+            Place::IntegerIn(_) | Place::IntegerOut(_) | Place::IntegerParameter(_) => "Integer",
+            Place::BooleanIn(_) | Place::BooleanOut(_) | Place::BooleanParameter(_) => "Boolean",
+            Place::StringParameter(..) => "String",
+        }
+    }
+}
+
+impl<S, T: Copy> Read<S, T> {
+    fn len(&self, s: &S) -> usize {
+        match self {
+            Read::Scalar(_) => 1,
+            Read::Vector(get) => get(s).len(),
+        }
+    }
+
+    #[inline]
+    pub(crate) fn get(&self, s: &S, i: usize) -> T {
+        match self {
+            Read::Scalar(get) => *get(s),
+            Read::Vector(get) => get(s)[i],
+        }
+    }
 }
 
 impl<S, T: Copy> Write<S, T> {
-    pub(crate) fn len(&self, s: &S) -> usize {
+    fn len(&self, s: &S) -> usize {
         match self {
             Write::Scalar(..) => 1,
             Write::Vector(get, _) => get(s).len(),
@@ -55,4 +148,32 @@ impl<S, T: Copy> Write<S, T> {
             Write::Vector(_, get_mut) => &mut get_mut(s)[i],
         }
     }
+}
+
+/// The `order`-th time derivative of all Real inputs, `s` seconds into the step; other inputs as they are.
+pub(crate) fn taylor<M: Model>(u: &InputPolynomial<M::Input>, s: f64, order: usize) -> M::Input {
+    let mut result = if order == 0 {
+        u.value
+    } else {
+        M::Input::default()
+    };
+    for row in M::variables() {
+        let Place::RealIn(place) = &row.place else {
+            continue;
+        };
+        for i in 0..place.len(&u.value) {
+            // Horner from the highest order down: a_k + s/(k − order + 1)·(…), a_k the k-th derivative at the start.
+            let mut sum = 0.0;
+            for k in (order..=u.order).rev() {
+                let a_k = if k == 0 {
+                    &u.value
+                } else {
+                    &u.derivatives[k - 1]
+                };
+                sum = place.get(a_k, i) + sum * s / (k - order + 1) as f64;
+            }
+            *place.get_mut(&mut result, i) = sum;
+        }
+    }
+    result
 }

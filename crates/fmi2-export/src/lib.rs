@@ -52,21 +52,36 @@
 //! Accessors point at the field (`|u| &u.x`, `|u| &mut u.x`); vectors of any array or slice work the same. Enumerations are
 //! `i32` rows with `.enumeration(&DRIVE)`, items counted from 1. See [`Variable`] for everything a row can say and [`Info`] for
 //! default experiment, documentation, icon and resources. `type V = Variable<Lag>` is needed for type inference.
+
+mod access;
+mod birth;
+mod border;
+mod calls;
+mod description;
+#[doc(hidden)]
+pub mod entry;
+mod export;
+mod failure;
+pub mod ffi;
+mod files;
 mod info;
 mod input;
+mod instance;
 mod layout;
+mod log;
 mod model;
+mod panic;
+mod saved;
+mod status;
+mod step;
 mod units;
+mod uri;
+mod value;
 mod variable;
 
+pub use description::model_description;
 pub use info::{Base, Enumeration, File, Info, Unit};
 pub use input::{InputPolynomial, MAX_INPUT_DERIVATIVE};
 pub use model::{Model, ModelError};
 pub use units::KNOWN_UNITS;
 pub use variable::{ALL_PARAMETERS, SetString, Variable};
-
-/// Exports the C functions of FMI 2.0 for one model. Use it once, in the crate that becomes the shared library.
-#[macro_export]
-macro_rules! export_fmu {
-    ($model:ty) => {};
-}

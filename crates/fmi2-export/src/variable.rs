@@ -18,6 +18,8 @@ pub struct Variable<M: Model> {
     pub(crate) description: &'static str,
     pub(crate) causality: Causality,
     pub(crate) place: Place<M>,
+    /// `x`, not `x[1]`.
+    pub(crate) scalar: bool,
     pub(crate) tunable: bool,
     pub(crate) discrete: bool,
     pub(crate) unit: Option<&'static str>,
@@ -89,7 +91,7 @@ macro_rules! writable_rows {
             get: fn(&M::$owner) -> &$type,
             get_mut: fn(&mut M::$owner) -> &mut $type,
         ) -> Self {
-            Self::row(name, description, Causality::$causality, Place::$place(Write::Scalar(get, get_mut)))
+            Self::row(name, description, Causality::$causality, Place::$place(Write::Scalar(get, get_mut)), true)
         }
 
         #[doc = concat!("A vector ", $what, ".")]
@@ -99,7 +101,7 @@ macro_rules! writable_rows {
             get: fn(&M::$owner) -> &[$type],
             get_mut: fn(&mut M::$owner) -> &mut [$type],
         ) -> Self {
-            Self::row(name, description, Causality::$causality, Place::$place(Write::Vector(get, get_mut)))
+            Self::row(name, description, Causality::$causality, Place::$place(Write::Vector(get, get_mut)), false)
         }
     )*};
 }
@@ -112,7 +114,7 @@ macro_rules! readable_rows {
             description: &'static str,
             get: fn(&M::Output) -> &$type,
         ) -> Self {
-            Self::row(name, description, Causality::$causality, Place::$place(Read::Scalar(get)))
+            Self::row(name, description, Causality::$causality, Place::$place(Read::Scalar(get)), true)
         }
 
         #[doc = concat!("A vector ", $what, ".")]
@@ -121,7 +123,7 @@ macro_rules! readable_rows {
             description: &'static str,
             get: fn(&M::Output) -> &[$type],
         ) -> Self {
-            Self::row(name, description, Causality::$causality, Place::$place(Read::Vector(get)))
+            Self::row(name, description, Causality::$causality, Place::$place(Read::Vector(get)), false)
         }
     )*};
 }
@@ -154,7 +156,7 @@ impl<M: Model> Variable<M> {
         set: SetString<M>,
     ) -> Self {
         let place = Place::StringParameter(get, set);
-        Self::row(name, description, Causality::Parameter, place)
+        Self::row(name, description, Causality::Parameter, place, true)
     }
 
     const fn row(
@@ -162,12 +164,14 @@ impl<M: Model> Variable<M> {
         description: &'static str,
         causality: Causality,
         place: Place<M>,
+        scalar: bool,
     ) -> Self {
         Self {
             name,
             description,
             causality,
             place,
+            scalar,
             tunable: false,
             discrete: false,
             unit: None,

@@ -1,0 +1,155 @@
+//! `<ModelStructure>`: what the outputs depend on, while stepping and in Initialization Mode.
+
+use super::Xml;
+use crate::Model;
+use crate::layout::{Element, Layout};
+use crate::variable::{ALL_PARAMETERS, Causality, Dependencies, Variable};
+use std::collections::{BTreeMap, BTreeSet};
+use std::io;
+use std::ops::Range;
+
+pub(super) fn write<M: Model>(xml: &mut Xml, layout: &Layout<M>) -> io::Result<()> {
+    if !layout
+        .iter()
+        .any(|(_, row)| row.causality == Causality::Output)
+    {
+        return xml
+            .create_element("ModelStructure")
+            .write_empty()
+            .map(|_| ());
+    }
+    xml.create_element("ModelStructure")
+        .write_inner_content(|xml| {
+            let knowns = Knowns::new(layout);
+            unknowns(xml, "Outputs", layout, |row, element| {
+                knowns.resolve(row.dependencies, element, false)
+            })?;
+            unknowns(xml, "InitialUnknowns", layout, |row, element| {
+                knowns.resolve(row.initial_dependencies, element, true)
+            })
+        })?;
+    Ok(())
+}
+
+fn unknowns<M: Model>(
+    xml: &mut Xml,
+    element: &str,
+    layout: &Layout<M>,
+    knowns: impl Fn(&Variable<M>, Element) -> Result<Option<BTreeSet<usize>>, String>,
+) -> io::Result<()> {
+    xml.create_element(element).write_inner_content(|xml| {
+        for (position, (element, row)) in (1..).zip(layout.iter()) {
+            if row.causality != Causality::Output {
+                continue;
+            }
+            let index = usize::to_string(&position);
+            let mut attributes = vec![("index", index)];
+            if let Some(knowns) = knowns(row, element).map_err(io::Error::other)? {
+                let knowns: Vec<_> = knowns.iter().map(usize::to_string).collect();
+                attributes.push(("dependencies", knowns.join(" ")));
+            }
+            let attributes = attributes
+                .iter()
+                .map(|(name, value)| (*name, value.as_str()));
+            xml.create_element("Unknown")
+                .with_attributes(attributes)
+                .write_empty()?;
+        }
+        Ok(())
+    })?;
+    Ok(())
+}
+
+/// Rows that others may depend on, by name.
+pub(super) struct Knowns {
+    rows: BTreeMap<&'static str, Known>,
+    parameters: BTreeSet<usize>,
+}
+
+/// An input or parameter: the 1-based position of its first element in `<ModelVariables>`, and how many there are.
+struct Known {
+    first: usize,
+    len: usize,
+    is_input: bool,
+}
+
+impl Knowns {
+    pub(super) fn new<M: Model>(layout: &Layout<M>) -> Self {
+        let mut rows: BTreeMap<_, Known> = BTreeMap::new();
+        let mut parameters = BTreeSet::new();
+        for (position, (_, row)) in (1..).zip(layout.iter()) {
+            let is_input = row.causality == Causality::Input;
+            if row.causality == Causality::Parameter {
+                parameters.insert(position);
+            } else if !is_input {
+                continue;
+            }
+            rows.entry(row.name)
+                .or_insert(Known {
+                    first: position,
+                    len: 0,
+                    is_input,
+                })
+                .len += 1;
+        }
+        Self { rows, parameters }
+    }
+
+    /// The positions of what an element depends on, ascending; None: not said. Without `parameters`, only inputs may be named.
+    pub(super) fn resolve(
+        &self,
+        dependencies: Dependencies,
+        element: Element,
+        parameters: bool,
+    ) -> Result<Option<BTreeSet<usize>>, String> {
+        let i = element.index as usize;
+        let names = match dependencies {
+            Dependencies::Unknown => return Ok(None),
+            Dependencies::Same(names) => names,
+            Dependencies::Each(lists) => match lists.get(i) {
+                Some(list) => list,
+                None => {
+                    return Err(format!(
+                        "has {} lists of dependencies, fewer than elements",
+                        lists.len()
+                    ));
+                }
+            },
+        };
+        let mut positions = BTreeSet::new();
+        for name in names {
+            match self.find(name, i) {
+                _ if parameters && *name == ALL_PARAMETERS => positions.extend(&self.parameters),
+                Some((known, range)) if known.is_input || parameters => positions.extend(range),
+                _ => {
+                    let allowed = if parameters {
+                        "inputs and parameters"
+                    } else {
+                        "inputs"
+                    };
+                    return Err(format!(
+                        "depends on `{name}`; allowed are {allowed} of the table"
+                    ));
+                }
+            }
+        }
+        Ok(Some(positions))
+    }
+
+    /// `x`: all of a row; `x[2]`: one element; `x[i]`: the element with index `i` (from 0).
+    fn find(&self, name: &str, i: usize) -> Option<(&Known, Range<usize>)> {
+        let Some((row, index)) = name.strip_suffix(']').and_then(|name| name.split_once('['))
+        else {
+            let known = self.rows.get(name)?;
+            return Some((known, known.first..known.first + known.len));
+        };
+        let known = self.rows.get(row)?;
+        let index = if index == "i" {
+            i + 1
+        } else {
+            index.parse().ok()?
+        };
+        let position = known.first + index.checked_sub(1)?;
+        (index <= known.len).then_some((known, position..position + 1))
+    }
+}

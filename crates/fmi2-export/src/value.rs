@@ -1,0 +1,152 @@
+//! The three types with fixed size: Real, Integer (and Enumeration), Boolean.
+
+use crate::Model;
+use crate::variable::{Place, Read, Variable, Write};
+use std::ffi::c_int;
+use std::fmt::Display;
+
+/// A type of variable: how C sees it, where rows keep it, what is allowed.
+pub(crate) trait Value: Copy + Display + 'static {
+    /// Its type in C.
+    type C: Copy;
+    fn from_c(c: Self::C) -> Self;
+    fn to_c(self) -> Self::C;
+    const TYPE: &'static str;
+
+    fn input<M: Model>(place: &Place<M>) -> Option<&Write<M::Input, Self>>;
+    fn parameter<M: Model>(place: &Place<M>) -> Option<&Write<M::Parameters, Self>>;
+    fn output<M: Model>(place: &Place<M>) -> Option<&Read<M::Output, Self>>;
+
+    /// Whether the value is finite, in the row's bounds and in its enumeration.
+    fn is_allowed<M: Model>(self, row: &Variable<M>) -> bool;
+
+    /// Whether the value may be given out: no NaN, no infinity.
+    fn is_finite(self) -> bool {
+        true
+    }
+}
+
+macro_rules! places {
+    ($input:ident $parameter:ident $output:ident) => {
+        #[inline]
+        fn input<M: Model>(place: &Place<M>) -> Option<&Write<M::Input, Self>> {
+            if let Place::$input(place) = place {
+                Some(place)
+            } else {
+                None
+            }
+        }
+
+        #[inline]
+        fn parameter<M: Model>(place: &Place<M>) -> Option<&Write<M::Parameters, Self>> {
+            if let Place::$parameter(place) = place {
+                Some(place)
+            } else {
+                None
+            }
+        }
+
+        #[inline]
+        fn output<M: Model>(place: &Place<M>) -> Option<&Read<M::Output, Self>> {
+            if let Place::$output(place) = place {
+                Some(place)
+            } else {
+                None
+            }
+        }
+    };
+}
+
+impl Value for f64 {
+    type C = f64;
+    const TYPE: &'static str = "Real";
+    places!(RealIn RealParameter RealOut);
+
+    #[inline]
+    fn from_c(c: f64) -> f64 {
+        c
+    }
+
+    #[inline]
+    fn to_c(self) -> f64 {
+        self
+    }
+
+    #[inline]
+    fn is_allowed<M: Model>(self, row: &Variable<M>) -> bool {
+        f64::is_finite(self) && row.min <= self && self <= row.max
+    }
+
+    #[inline]
+    fn is_finite(self) -> bool {
+        f64::is_finite(self)
+    }
+}
+
+impl Value for i32 {
+    type C = c_int;
+    const TYPE: &'static str = "Integer";
+    places!(IntegerIn IntegerParameter IntegerOut);
+
+    #[inline]
+    fn from_c(c: c_int) -> i32 {
+        c
+    }
+
+    #[inline]
+    fn to_c(self) -> c_int {
+        self
+    }
+
+    #[inline]
+    fn is_allowed<M: Model>(self, row: &Variable<M>) -> bool {
+        let value = f64::from(self);
+        let items = row
+            .enumeration
+            .map_or(f64::INFINITY, |e| e.items.len() as f64);
+        let first = if row.enumeration.is_some() {
+            1.0
+        } else {
+            f64::NEG_INFINITY
+        };
+        row.min.max(first) <= value && value <= row.max.min(items)
+    }
+}
+
+impl Value for bool {
+    type C = c_int;
+    const TYPE: &'static str = "Boolean";
+    places!(BooleanIn BooleanParameter BooleanOut);
+
+    #[inline]
+    fn from_c(c: c_int) -> bool {
+        c != 0
+    }
+
+    #[inline]
+    fn to_c(self) -> c_int {
+        self.into()
+    }
+
+    #[inline]
+    fn is_allowed<M: Model>(self, _row: &Variable<M>) -> bool {
+        true
+    }
+}
+
+/// What a row allows, in words: `1 (motion), 2 (force)`, `finite values from 0 to 1`.
+pub(crate) fn allowed<M: Model>(row: &Variable<M>) -> String {
+    if let Some(enumeration) = row.enumeration {
+        let items = (1..).zip(enumeration.items);
+        let items: Vec<_> = items
+            .map(|(value, (name, _))| format!("{value} ({name})"))
+            .collect();
+        return items.join(", ");
+    }
+    match (row.min.is_finite(), row.max.is_finite()) {
+        (true, true) => format!("values from {} to {}", row.min, row.max),
+        (true, false) => format!("finite values ≥ {}", row.min),
+        (false, true) => format!("finite values ≤ {}", row.max),
+        (false, false) => "finite values".to_owned(),
+    }
+}
