@@ -68,7 +68,8 @@ pub(crate) fn longest_substep(p: &machine::Emla, drive: Drive) -> f64 {
 /// What one attempt at a step came to.
 enum Attempt {
     Done(State),
-    /// The electrical mode turned faster than the substep resolves, at this motor speed in rad/s.
+    /// The electrical mode turned faster than the substep resolves, at this motor speed in rad/s
+    /// (or not a number).
     TooCoarse(f64),
 }
 
@@ -89,17 +90,22 @@ impl Emla {
         }
         // 1e-9: a step that is a whole number of substeps up to rounding gets that number.
         let mut n = (h / self.dt_max - 1e-9).ceil().max(1.0);
-        loop {
-            if n > MAX_SUBSTEPS {
-                return Err(bad_step);
-            }
+        let mut last = s.w_m;
+        while n <= MAX_SUBSTEPS {
             match self.attempt(s, path, h, n as u32) {
                 Attempt::Done(next) => return next.finite(t),
-                Attempt::TooCoarse(w_m) => {
-                    n = (2.0 * n).max((h * self.w_e(w_m) / RATE_STEP).ceil())
-                }
+                // How much too coarse is not known: the currents may have run away already.
+                Attempt::TooCoarse(w_m) => (n, last) = (4.0 * n, w_m),
             }
         }
+        if last.is_finite() {
+            return Err(bad_step);
+        }
+        Err(StepError::NotFinite {
+            t,
+            signal: "w_m",
+            value: last,
+        })
     }
 
     fn w_e(&self, w_m: f64) -> f64 {
@@ -115,7 +121,8 @@ impl Emla {
         };
         for j in 0..n {
             s = self.rk4(&s, path, f64::from(j) * dt, dt);
-            if self.w_e(s.w_m) * dt > RATE_STEP {
+            let resolved = self.w_e(s.w_m) * dt <= RATE_STEP;
+            if !resolved {
                 return Attempt::TooCoarse(s.w_m);
             }
         }

@@ -1,0 +1,143 @@
+//! Analytic derivatives of the outputs against finite differences, at seeded random points.
+#![allow(non_snake_case)]
+
+use emla::{Drive, Emla, Input, InputPath, Output, State};
+use machine::Machine;
+
+mod random;
+use random::Random;
+
+/// An output's name, how to read it, and the size against which its derivative's error counts.
+type Row = (&'static str, fn(&Output) -> f64, f64);
+
+const ROWS: &[Row] = &[
+    ("F", |y| y.F, 1e4),
+    ("F_mean", |y| y.F_mean, 1.0),
+    ("F_phys", |y| y.F_phys, 1e4),
+    ("F_hyb", |y| y.F_hyb, 1e4),
+    ("x_rod", |y| y.x_rod, 1e-2),
+    ("x_rod_dot", |y| y.x_rod_dot, 1e-2),
+    ("i_d", |y| y.i_d, 1.0),
+    ("i_q", |y| y.i_q, 1.0),
+    ("theta_m", |y| y.theta_m, 1.0),
+    ("w_m", |y| y.w_m, 1.0),
+    ("tau_e", |y| y.tau_e, 1.0),
+    ("P_in", |y| y.P_in, 1e2),
+    ("P_out", |y| y.P_out, 1e2),
+    ("P_loss", |y| y.P_loss, 2e3),
+    ("P_copper", |y| y.P_copper, 1.0),
+    ("P_core", |y| y.P_core, 1.0),
+    ("P_inverter", |y| y.P_inverter, 1.0),
+    ("P_mech", |y| y.P_mech, 2e3),
+    ("E_in", |y| y.E_in, 1.0),
+    ("E_out", |y| y.E_out, 1.0),
+    ("E_loss", |y| y.E_loss, 1.0),
+    ("E_stored", |y| y.E_stored, 10.0),
+    ("efficiency", |y| y.efficiency, 1e-2),
+];
+
+/// A field of the input, with a step that keeps central differences above rounding.
+type Direction = (&'static str, fn(&mut Input) -> &mut f64, f64);
+
+const DIRECTIONS: &[Direction] = &[
+    ("v_d", |u| &mut u.v_d, 1e-2),
+    ("v_q", |u| &mut u.v_q, 1e-2),
+    ("x", |u| &mut u.x, 1e-8),
+    ("x_dot", |u| &mut u.x_dot, 1e-7),
+    ("F_ext", |u| &mut u.F_ext, 1.0),
+    ("F_hold", |u| &mut u.F_hold, 1.0),
+];
+
+/// A point in one of the four quadrants, away from the kinks; every third beyond the voltage circle.
+fn point(random: &mut Random, k: usize, drive: Drive) -> (Emla, State, Input) {
+    let emla = Emla::new(Machine::reference().emla, drive, 0.0).expect("reference");
+    let volts = if k.is_multiple_of(3) { 900.0 } else { 150.0 };
+    let mut u = Input {
+        x: random.within(0.05, 0.75),
+        x_dot: random.within(0.01, 0.07) * random.within(-1.0, 1.0).signum(),
+        F_hold: random.within(5e3, 70e3) * random.within(-1.0, 1.0).signum(),
+        ..Input::default()
+    };
+    let start = emla.start(&u).expect("finite");
+    let state = State {
+        i_d: random.within(-5.0, 5.0),
+        i_q: start.i_q * random.within(0.9, 1.2),
+        w_m: start.w_m * random.within(0.95, 1.05),
+        ..start
+    };
+    u.v_d = random.within(-volts, volts);
+    u.v_q = random.within(-volts, volts);
+    u.F_ext = random.within(-70e3, 70e3);
+    (emla, state, u)
+}
+
+/// Central differences; their error is rounding (1e-16 of the output over the step) plus curvature.
+#[test]
+fn directional_derivatives_match_differences() {
+    let mut random = Random::new(7);
+    for (k, drive) in (0..300).flat_map(|k| [(k, Drive::Motion), (k, Drive::Force)]) {
+        let (emla, s, u) = point(&mut random, k, drive);
+        for &(input, field, step) in DIRECTIONS {
+            let moved = |by: f64| {
+                let mut u = u;
+                *field(&mut u) += by;
+                emla.output(&s, &u)
+            };
+            let (up, down) = (moved(step), moved(-step));
+            let mut du = Input::default();
+            *field(&mut du) = step;
+            let along = emla.output_along(&s, &u, &du);
+            for &(output, get, scale) in ROWS {
+                let numeric = (get(&up) - get(&down)) / 2.0;
+                let (analytic, tol) = (get(&along), 1e-8 * scale + 2e-6 * numeric.abs());
+                assert!(
+                    (analytic - numeric).abs() < tol,
+                    "{drive:?} {k}: d{output}/d{input} = {analytic:e}, numerically {numeric:e}, at {s:?} {u:?}"
+                );
+            }
+        }
+    }
+}
+
+/// One-sided third-order differences along the model's own steps, with all inputs changing. (Second order
+/// is not enough: the free rod's jerk makes the damper's power turn within 0.1 ms.)
+#[test]
+fn time_derivatives_match_differences() {
+    let mut random = Random::new(8);
+    let h = 2e-7;
+    for (k, drive) in (0..300).flat_map(|k| [(k, Drive::Motion), (k, Drive::Force)]) {
+        let (emla, s, u) = point(&mut random, k, drive);
+        let u_dot = Input {
+            v_d: random.within(-1e4, 1e4),
+            v_q: random.within(-1e4, 1e4),
+            x_dot: random.within(-1.0, 1.0),
+            F_ext: random.within(-1e6, 1e6),
+            ..Input::default()
+        };
+        let mut path = InputPath::held(u);
+        path.derivatives[0] = u_dot;
+        let after = |t: f64| {
+            let s = State {
+                F_mean: s.F_mean,
+                ..emla.step(&s, &path, 0.0, t).expect("finite")
+            };
+            emla.output(&s, &path.at(t))
+        };
+        let (y0, y1, y2, y3) = (
+            emla.output(&s, &u),
+            after(h),
+            after(2.0 * h),
+            after(3.0 * h),
+        );
+        let dot = emla.output_dot(&s, &u, &u_dot);
+        for &(output, get, scale) in ROWS {
+            let numeric =
+                (18.0 * get(&y1) - 11.0 * get(&y0) - 9.0 * get(&y2) + 2.0 * get(&y3)) / (6.0 * h);
+            let (analytic, tol) = (get(&dot), 1e-2 * scale + 3e-4 * numeric.abs());
+            assert!(
+                (analytic - numeric).abs() < tol,
+                "{drive:?} {k}: d{output}/dt = {analytic:e}, numerically {numeric:e}, at {s:?} {u:?}"
+            );
+        }
+    }
+}
