@@ -52,7 +52,7 @@ struct GridArgs {
     /// Communication step H, s
     #[arg(long, default_value_t = 1e-3, value_name = "SECONDS")]
     step: f64,
-    /// Stop time, s [default: the whole trajectory where the FMUs tell it, else the default experiment of the system]
+    /// Stop time, s [default: the end of the motion where the controller tells it, else the default experiment of the system]
     #[arg(long, value_name = "SECONDS")]
     stop_time: Option<f64>,
     /// Order of stepping
@@ -195,7 +195,11 @@ fn experiment(system: &System, conditions: &ConditionArgs, grid: &GridArgs) -> R
         }
     }
     settings.extend(grid.settings.iter().cloned());
-    Experiment::new(system, grid.grid(system)?, grid.stop_time, settings)
+    Ok(Experiment {
+        grid: grid.grid(system)?,
+        stop: grid.stop_time,
+        settings,
+    })
 }
 
 fn run(args: &RunArgs) -> Result<()> {
@@ -204,7 +208,7 @@ fn run(args: &RunArgs) -> Result<()> {
     let bar = if args.quiet {
         ProgressBar::hidden()
     } else {
-        bar(experiment.steps()?, "steps")
+        bar(0, "steps")
     };
     let mut signals = Signals::choose(&system, &args.signals)?;
     let csv = match &args.csv {
@@ -215,7 +219,14 @@ fn run(args: &RunArgs) -> Result<()> {
         }
         None => None,
     };
-    let outcome = experiment.run(&system, |k| bar.set_position(k), csv);
+    let outcome = experiment.run(
+        &system,
+        |k, steps| {
+            bar.set_length(steps);
+            bar.set_position(k);
+        },
+        csv,
+    );
     bar.finish_and_clear();
     print!("{}", outcome?.summary());
     if let Some(path) = &args.csv {
@@ -259,13 +270,12 @@ fn run_table(args: &TableArgs) -> Result<()> {
 fn bench(args: &BenchArgs) -> Result<()> {
     let system = args.system.load()?;
     let experiment = experiment(&system, &args.conditions, &args.grid)?;
-    let mut factors = Vec::new();
+    let (mut factors, mut simulated) = (Vec::new(), 0.0);
     for _ in 0..args.repeat.max(1) {
-        factors.push(
-            experiment
-                .run(&system, |_| (), None::<(&mut Signals, BufWriter<File>)>)?
-                .real_time_factor(),
-        );
+        let outcome =
+            experiment.run(&system, |_, _| (), None::<(&mut Signals, BufWriter<File>)>)?;
+        factors.push(outcome.real_time_factor());
+        simulated = outcome.simulated;
     }
     factors.sort_by(f64::total_cmp);
     let (median, worst, best) = (
@@ -274,9 +284,8 @@ fn bench(args: &BenchArgs) -> Result<()> {
         factors[factors.len() - 1],
     );
     println!(
-        "coupled real-time factor: median {median:.1} of {} runs ({worst:.1} to {best:.1}), {} steps of {} s, {} instances, one thread",
+        "coupled real-time factor: median {median:.1} of {} runs ({worst:.1} to {best:.1}), {simulated:.3} s in steps of {} s, {} instances, one thread",
         factors.len(),
-        experiment.steps()?,
         experiment.grid.step,
         system.structure.components.len()
     );

@@ -19,14 +19,16 @@ use crate::tip::TipError;
 const TIP_ERROR: &str = "tip_error_norm";
 /// The controller's parameter that says when the reference begins to move.
 const MOTION_START: &str = "settle_time";
+/// The controller's output that says when the reference has come to its end.
+const MOTION_END: &str = "motion_end";
 
 /// An experiment.
 #[derive(Clone, Debug)]
 pub struct Experiment {
     /// Start, step and schedule.
     pub grid: Grid,
-    /// Stop time, s; the last step ends at or just behind it.
-    pub stop: f64,
+    /// Stop time, s, where it is not the end of the motion; the last step ends at or just behind it.
+    pub stop: Option<f64>,
     /// Start values.
     pub settings: Vec<Setting>,
 }
@@ -47,24 +49,7 @@ pub struct Outcome {
 }
 
 impl Experiment {
-    /// An experiment that stops at `stop`, or where the default experiment of the system says.
-    pub fn new(
-        system: &System,
-        grid: Grid,
-        stop: Option<f64>,
-        settings: Vec<Setting>,
-    ) -> Result<Self> {
-        let Some(stop) = stop.or(system.structure.stop_time) else {
-            bail!("neither a stop time is given nor has the system structure one");
-        };
-        Ok(Self {
-            grid,
-            stop,
-            settings,
-        })
-    }
-
-    /// Number of communication steps.
+    /// Number of communication steps to `stop`, s.
     ///
     /// # Errors
     /// A stop time before the start, or not finite.
@@ -73,13 +58,12 @@ impl Experiment {
         clippy::cast_sign_loss,
         reason = "checked to be in range"
     )]
-    pub fn steps(&self) -> Result<u64> {
-        let steps = (self.stop - self.grid.start) / self.grid.step;
+    fn steps(&self, stop: f64) -> Result<u64> {
+        let steps = (stop - self.grid.start) / self.grid.step;
         if !(steps > 0.0 && steps < 1e12) {
             bail!(
-                "from {} s to {} s in steps of {} s: no run",
+                "from {} s to {stop} s in steps of {} s: no run",
                 self.grid.start,
-                self.stop,
                 self.grid.step
             );
         }
@@ -87,16 +71,30 @@ impl Experiment {
         Ok((steps - 1e-6).ceil() as u64)
     }
 
-    /// Run. `progress` is told the number of finished steps from time to time; rows go to `csv` where signals are given.
+    /// The stop time asked for, else the end of the motion as the controller tells it, else that of the default experiment.
+    fn stop(&self, system: &System, master: &Master) -> Result<f64> {
+        if let Some(stop) = self.stop {
+            return Ok(stop);
+        }
+        if let Ok((k, variable)) = system.owner(MOTION_END) {
+            return master.slaves()[k].number(variable, At::Time(master.time()));
+        }
+        system
+            .structure
+            .stop_time
+            .context("neither a stop time is given nor has the system structure one")
+    }
+
+    /// Run. `progress` is told the numbers of finished and of all steps from time to time; rows go to `csv` where signals are given.
     pub fn run<W: Write>(
         &self,
         system: &System,
-        progress: impl Fn(u64),
+        progress: impl Fn(u64, u64),
         mut csv: Option<(&mut Signals, W)>,
     ) -> Result<Outcome> {
-        let steps = self.steps()?;
         messages::take();
         let mut master = Master::new(system, &self.settings, self.grid)?;
+        let steps = self.steps(self.stop(system, &master)?)?;
         let (mut tip_signal, mut tip) = tip_error(system, &master)?.unzip();
         let mut log = match &mut csv {
             Some((signals, out)) => Some((CsvLog::new(out, &signals.titles)?, signals)),
@@ -116,10 +114,10 @@ impl Experiment {
                 log.row(master.time(), &signals.values)?;
             }
             if k % 256 == 0 {
-                progress(k);
+                progress(k, steps);
             }
         }
-        progress(steps);
+        progress(steps, steps);
         let elapsed = clock.elapsed();
         if let Some((log, _)) = log {
             log.finish()?;
@@ -223,16 +221,17 @@ mod tests {
     #[test]
     fn a_stop_time_that_is_a_multiple_of_the_step_is_met() {
         let steps = |stop, step| {
+            let grid = Grid {
+                start: 0.5,
+                step,
+                schedule: Schedule::Jacobi,
+            };
             Experiment {
-                grid: Grid {
-                    start: 0.5,
-                    step,
-                    schedule: Schedule::Jacobi,
-                },
-                stop,
+                grid,
+                stop: None,
                 settings: Vec::new(),
             }
-            .steps()
+            .steps(stop)
         };
         assert_eq!(steps(0.8, 0.1).unwrap(), 3); // 0.8 - 0.5 = 0.30000000000000004
         assert_eq!(steps(0.85, 0.1).unwrap(), 4);

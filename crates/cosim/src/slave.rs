@@ -135,11 +135,11 @@ impl Slave {
         let vr = [v.reference];
         let unfit =
             |expected: &str| anyhow!("{}.{variable}: `{text}` is not {expected}", self.name);
-        // SAFETY: one reference and one value of the type of the call.
         let (status, call) = match &v.kind {
             Kind::Real => {
                 let value = text.parse::<f64>().map_err(|_| unfit("a number"))?;
                 (
+                    // SAFETY: one reference and one value of the type of the call.
                     unsafe { api.fmi2SetReal(self.component, vr.as_ptr(), 1, &value) },
                     "fmi2SetReal",
                 )
@@ -147,6 +147,7 @@ impl Slave {
             Kind::Integer | Kind::Enumeration(_) => {
                 let value = integer(&v.kind, text).map_err(|expected| unfit(&expected))?;
                 (
+                    // SAFETY: one reference and one value of the type of the call.
                     unsafe { api.fmi2SetInteger(self.component, vr.as_ptr(), 1, &value) },
                     "fmi2SetInteger",
                 )
@@ -158,6 +159,7 @@ impl Slave {
                     _ => return Err(unfit("true or false")),
                 };
                 (
+                    // SAFETY: one reference and one value of the type of the call.
                     unsafe { api.fmi2SetBoolean(self.component, vr.as_ptr(), 1, &value) },
                     "fmi2SetBoolean",
                 )
@@ -166,6 +168,7 @@ impl Slave {
                 let value =
                     CString::new(text).map_err(|_| unfit("a string without NUL characters"))?;
                 (
+                    // SAFETY: one reference and one value of the type of the call.
                     unsafe { api.fmi2SetString(self.component, vr.as_ptr(), 1, &value.as_ptr()) },
                     "fmi2SetString",
                 )
@@ -184,7 +187,6 @@ impl Slave {
         let vr = [variable.reference];
         let api = &self.fmu.api;
         let mut int = 0;
-        // SAFETY: one reference and room for one value of the type of the call.
         let (status, call) = match variable.kind {
             Kind::Real => {
                 let mut value = [0.0];
@@ -192,10 +194,12 @@ impl Slave {
                 return Ok(value[0]);
             }
             Kind::Boolean => (
+                // SAFETY: one reference and one value of the type of the call.
                 unsafe { api.fmi2GetBoolean(self.component, vr.as_ptr(), 1, &mut int) },
                 "fmi2GetBoolean",
             ),
             Kind::Integer | Kind::Enumeration(_) => (
+                // SAFETY: one reference and one value of the type of the call.
                 unsafe { api.fmi2GetInteger(self.component, vr.as_ptr(), 1, &mut int) },
                 "fmi2GetInteger",
             ),

@@ -79,8 +79,12 @@ fn cell(
     ] {
         all.push(system.setting(variable, value)?);
     }
-    let experiment = Experiment::new(system, grid, stop, all)?;
-    let outcome = experiment.run(system, |_| (), None::<(&mut _, std::io::Sink)>)?;
+    let experiment = Experiment {
+        grid,
+        stop,
+        settings: all,
+    };
+    let outcome = experiment.run(system, |_, _| (), None::<(&mut _, std::io::Sink)>)?;
     outcome
         .tip
         .ok_or_else(|| anyhow::anyhow!("the system has no output `tip_error_norm`"))
