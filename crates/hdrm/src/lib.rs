@@ -11,15 +11,28 @@
 #![allow(non_snake_case)] // frames and symbols as in the paper
 
 mod body;
+mod boom_frame;
+mod end_stop;
+mod factor;
 mod lift;
+mod output;
 mod planar;
+mod plane;
+mod plant;
+mod recursion;
+mod sensitivity;
+mod step;
 mod tilt;
 mod tip;
 mod tree;
 
 pub use body::{BODIES, Body};
+pub use end_stop::EndStop;
 pub use lift::{Lift, LiftAngles};
+pub use output::Output;
 pub use planar::Polar;
+pub use plant::{Hdrm, HdrmError, Input, Options, State};
+pub use step::StepError;
 pub use tilt::{FourBar, Tilt, TiltAngles};
 pub use tip::Tip;
 pub use tree::{Configuration, GeometryError, Link, Stroke, Tree};

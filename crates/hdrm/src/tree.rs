@@ -11,8 +11,8 @@
 //! model with constraints.
 
 use crate::lift::Lift;
-use crate::planar::{relative, turned, unit};
-use crate::tilt::Tilt;
+use crate::planar::{Polar, relative, turned, unit};
+use crate::tilt::{FourBar, Tilt};
 use crate::{Body, DOF};
 use machine::Machine;
 use nalgebra::{Vector2, Vector3};
@@ -174,17 +174,33 @@ impl Tree {
         Ok(())
     }
 
+    /// Solves both loops at `zeta`, rad.
+    #[must_use]
+    pub(crate) fn solve(&self, zeta: &[f64; DOF]) -> Solved {
+        let e: [Vector2<f64>; DOF] = std::array::from_fn(|i| unit(zeta[i]));
+        let e_A2 = relative(e[1], self.e_boom);
+        Solved {
+            e,
+            e_A2,
+            lift: self.lift.actuator(e_A2),
+            tilt: self.tilt.four_bar(e[2]),
+        }
+    }
+
     /// Poses, gears and strokes at `zeta`, rad.
     #[must_use]
     pub fn configuration(&self, zeta: &[f64; DOF]) -> Configuration {
-        let e: [Vector2<f64>; DOF] = std::array::from_fn(|i| unit(zeta[i]));
-        let e_A2 = relative(e[1], self.e_boom);
-        let actuator_2 = self.lift.actuator(e_A2);
-        let four_bar = self.tilt.four_bar(e[2]);
-        let actuator_3 = &four_bar.actuator;
-        let foot = self.r_T1_O + self.lift.foot.push(0.0);
-        let in_A2 = |e_in_boom: Vector2<f64>| turned(e_in_boom, self.e_boom);
+        let solved = self.solve(zeta);
+        Configuration {
+            links: self.links(&solved),
+            strokes: self.strokes(zeta[0], &solved),
+        }
+    }
 
+    fn links(&self, solved: &Solved) -> [Link; Body::COUNT] {
+        let &Solved { e, e_A2, .. } = solved;
+        let (lift, tilt) = (&solved.lift, &solved.tilt);
+        let in_A2 = |e_in_boom: Vector2<f64>| turned(e_in_boom, self.e_boom);
         let turn_z = |r: Vector3<f64>, e: Vector2<f64>, d: [f64; 3]| Link {
             pose: Pose::turn_z(r, e.x, e.y),
             gear: d[0],
@@ -202,47 +218,60 @@ impl Tree {
             gear: 1.0,
             ..Link::default()
         };
-        let [b1, b2, b3] = four_bar.coupler_d;
+        let [b1, b2, b3] = tilt.coupler_d;
+        let foot = self.r_T1_O + self.lift.foot.push(0.0);
+        let x_D2 = lift.length - self.lift.lc;
+        let x_D3 = tilt.actuator.length - self.tilt.lc;
+        let e_coupler = relative(tilt.e_coupler, e[2]);
 
         // In the order of `Body`.
-        let links = [
+        [
             direct(Pose::turn_y(Vector3::zeros(), e[0].x, e[0].y)),
             direct(Pose::turn_z(self.r_T1_O, e_A2.x, e_A2.y)),
-            turn_z(foot, actuator_2.e, actuator_2.angle_d),
-            slide(actuator_2.length - self.lift.lc, actuator_2.length_d),
+            turn_z(foot, lift.e, lift.angle_d),
+            slide(x_D2, lift.length_d),
             turn_z(self.r_A2_B, in_A2(e[2]), [1.0, 0.0, 0.0]),
-            turn_z(self.r_A2_E, in_A2(actuator_3.e), actuator_3.angle_d),
-            slide(actuator_3.length - self.tilt.lc, actuator_3.length_d),
-            turn_z(self.r_A2_A, in_A2(four_bar.e_rocker), four_bar.rocker_d),
-            turn_z(
-                self.tilt.C.push(0.0),
-                relative(four_bar.e_coupler, e[2]),
-                [b1 - 1.0, b2, b3],
-            ),
+            turn_z(self.r_A2_E, in_A2(tilt.actuator.e), tilt.actuator.angle_d),
+            slide(x_D3, tilt.actuator.length_d),
+            turn_z(self.r_A2_A, in_A2(tilt.e_rocker), tilt.rocker_d),
+            turn_z(self.tilt.C.push(0.0), e_coupler, [b1 - 1.0, b2, b3]),
             direct(Pose::turn_x(self.r_A3_A4, e[3].x, e[3].y)),
             direct(Pose::turn_z(self.r_A4_C4, e[4].x, e[4].y)),
             direct(Pose::turn_x(self.r_C4_D4, e[5].x, e[5].y)),
             Link::default(),
-        ];
-        let strokes = [
+        ]
+    }
+
+    /// Strokes of slew (`x_1 = x1_mid + r_B·zeta_1`), lift and tilt.
+    pub(crate) fn strokes(&self, zeta_1: f64, solved: &Solved) -> [Stroke; 3] {
+        let of = |actuator: &Polar, x0: f64| Stroke {
+            x: actuator.length - x0,
+            prime: actuator.length_d[0],
+            second: actuator.length_d[1],
+        };
+        [
             Stroke {
-                x: self.x1_mid + self.r_B * zeta[0],
+                x: self.x1_mid + self.r_B * zeta_1,
                 prime: self.r_B,
                 second: 0.0,
             },
-            Stroke {
-                x: actuator_2.length - self.lift.x0,
-                prime: actuator_2.length_d[0],
-                second: actuator_2.length_d[1],
-            },
-            Stroke {
-                x: actuator_3.length - self.tilt.x0,
-                prime: actuator_3.length_d[0],
-                second: actuator_3.length_d[1],
-            },
-        ];
-        Configuration { links, strokes }
+            of(&solved.lift, self.lift.x0),
+            of(&solved.tilt.actuator, self.tilt.x0),
+        ]
     }
+}
+
+/// Both loops solved at one pose.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Solved {
+    /// Unit vectors of the six joint angles.
+    pub e: [Vector2<f64>; DOF],
+    /// Unit vector of A2's x axis in T1's axes.
+    pub e_A2: Vector2<f64>,
+    /// Lift actuator in T1's axes.
+    pub lift: Polar,
+    /// Four-bar in boom axes.
+    pub tilt: FourBar,
 }
 
 impl Configuration {

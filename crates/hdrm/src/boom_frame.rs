@@ -1,0 +1,288 @@
+//! Mass matrix and bias forces of the whole machine, assembled in one frame.
+//!
+//! Frame P has T1's axes and origin, so it turns with `zeta_1` about y. Lift and tilt move their
+//! eight bodies in the plane of P; only the wrist is spatial. With everything expressed in and
+//! about P, the twists of a chain simply add, composite inertias and wrenches are sums, and for a
+//! body of the plane most entries are zero ([`crate::plane`]).
+//!
+//! Equations of motion: `M(zeta)·zeta_ddot + h(zeta, zeta_dot) = Q`, with gravity in h.
+
+use crate::planar::turned;
+use crate::plane::{PlaneInertia, PlaneJoint, PlaneMotion, PlaneTwist, PlaneWrench};
+use crate::tree::Solved;
+use crate::{Body, DOF, Tree};
+use nalgebra::{Matrix6, Vector2, Vector3, Vector6};
+use serde::{Deserialize, Serialize};
+use spatial::{Inertia, Pose, Twist, Wrench};
+
+/// Inertial parameters as the assembly needs them: each in its body's axes about its origin.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct MovingParts {
+    pub T1: Inertia,
+    pub A2: Inertia,
+    pub C2: Inertia,
+    pub D2: Inertia,
+    pub A3: Inertia,
+    pub C3: Inertia,
+    pub D3: Inertia,
+    pub RK: Inertia,
+    pub CP: Inertia,
+    pub A4: Inertia,
+    pub C4: Inertia,
+    /// Payload included.
+    pub D4: Inertia,
+}
+
+impl MovingParts {
+    /// From all bodies by index; the payload is rigid in D4.
+    pub fn new(bodies: &[Inertia; Body::COUNT]) -> Self {
+        let of = |body: Body| bodies[body as usize];
+        Self {
+            T1: of(Body::T1),
+            A2: of(Body::A2),
+            C2: of(Body::C2),
+            D2: of(Body::D2),
+            A3: of(Body::A3),
+            C3: of(Body::C3),
+            D3: of(Body::D3),
+            RK: of(Body::RK),
+            CP: of(Body::CP),
+            A4: of(Body::A4),
+            C4: of(Body::C4),
+            D4: of(Body::D4) + of(Body::PL),
+        }
+    }
+}
+
+/// A body of the plane with its joint.
+struct PlaneBody {
+    joint: PlaneJoint,
+    inertia: PlaneInertia,
+}
+
+/// A wrist body with its joint axis.
+struct WristBody {
+    S: Twist,
+    inertia: Inertia,
+}
+
+/// The machine at one pose, everything in and about P.
+pub(crate) struct BoomFrame {
+    T1: PlaneInertia,
+    A2: PlaneBody,
+    C2: PlaneBody,
+    D2: PlaneBody,
+    A3: PlaneBody,
+    C3: PlaneBody,
+    D3: PlaneBody,
+    RK: PlaneBody,
+    CP: PlaneBody,
+    /// A4, C4, D4.
+    wrist: [WristBody; 3],
+    /// Pose of T4.
+    tip: Pose,
+}
+
+impl BoomFrame {
+    /// Places joints and inertias.
+    #[rustfmt::skip] // one body a line
+    pub fn new(tree: &Tree, parts: &MovingParts, solved: &Solved) -> Self {
+        let Solved { e, e_A2, lift, tilt } = solved;
+        let e_boom = e[1];
+        let in_P = |p| turned(p, e_boom);
+        let e_A3 = in_P(e[2]);
+        let (e_3, e_RK, e_CP) = (in_P(tilt.actuator.e), in_P(tilt.e_rocker), in_P(tilt.e_coupler));
+
+        // Joint positions.
+        let O = tree.r_T1_O;
+        let foot = O + tree.lift.foot.push(0.0);
+        let B = O + turned(tree.r_A2_B.xy(), *e_A2).push(tree.r_A2_B.z);
+        let A = B + in_P(tree.tilt.A).push(0.0);
+        let C = B + in_P(tilt.C).push(0.0);
+        let E = B + in_P(tree.tilt.E).push(0.0);
+        let rod_2 = foot + (lift.e * (lift.length - tree.lift.lc)).push(0.0);
+        let rod_3 = E + (e_3 * (tilt.actuator.length - tree.tilt.lc)).push(0.0);
+
+        let turn = |r: Vector3<f64>, d| PlaneJoint::new(PlaneTwist::turn(r.xy()), d);
+        let slide = |e, d| PlaneJoint::new(PlaneTwist::slide(e), d);
+        let body = |joint, inertia, e, r| PlaneBody { joint, inertia: PlaneInertia::placed(inertia, e, r) };
+        let [b1, b2, b3] = tilt.coupler_d;
+        let (wrist, tip) = place_wrist(tree, parts, &Pose::turn_z(B, e_A3.x, e_A3.y), e);
+        Self {
+            T1: PlaneInertia::from(&parts.T1),
+            A2: body(PlaneJoint::turn(O.xy()), &parts.A2, *e_A2, O),
+            C2: body(turn(foot, lift.angle_d), &parts.C2, lift.e, foot),
+            D2: body(slide(lift.e, lift.length_d), &parts.D2, lift.e, rod_2),
+            A3: body(PlaneJoint::turn(B.xy()), &parts.A3, e_A3, B),
+            C3: body(turn(E, tilt.actuator.angle_d), &parts.C3, e_3, E),
+            D3: body(slide(e_3, tilt.actuator.length_d), &parts.D3, e_3, rod_3),
+            RK: body(turn(A, tilt.rocker_d), &parts.RK, e_RK, A),
+            CP: body(turn(C, [b1 - 1.0, b2, b3]), &parts.CP, e_CP, C),
+            wrist,
+            tip,
+        }
+    }
+
+    /// Mass matrix: `M_ij = Σ_k J_kiᵀ I_k J_kj`, J_ki the twist of body k for `zeta_i_dot = 1`.
+    pub fn mass_matrix(&self) -> Matrix6<f64> {
+        let mut M = Matrix6::zeros();
+        let (S2, S3) = (self.A2.joint.S, self.A3.joint.S);
+
+        // Wrist: a column is the momentum of all that joint i carries, M_ij = S_jᵀ Ic_i S_i.
+        let mut carried = Inertia::default();
+        for i in (0..3).rev() {
+            carried += self.wrist[i].inertia;
+            let P = carried.apply(&self.wrist[i].S);
+            for j in 0..=i {
+                M[(3 + i, 3 + j)] = self.wrist[j].S.power(&P);
+            }
+            let P = PlaneWrench::from(P);
+            M[(3 + i, 2)] = S3.power(P);
+            M[(3 + i, 1)] = S2.power(P);
+            M[(3 + i, 0)] = P.m_y;
+        }
+
+        // Tilt: the bodies that zeta_3 moves, each with its own J.
+        let boom_3 = self.A3.inertia + PlaneInertia::from(&carried);
+        let J_C3 = self.C3.joint.S;
+        let tilt = [
+            (S3, boom_3),
+            (S3 + self.CP.joint.S, self.CP.inertia),
+            (J_C3, self.C3.inertia),
+            (J_C3 + self.D3.joint.S, self.D3.inertia),
+            (self.RK.joint.S, self.RK.inertia),
+        ];
+        let (P3, M_33) = momentum(&tilt);
+        M[(2, 2)] = M_33;
+        M[(2, 1)] = S2.power(P3);
+        M[(2, 0)] = P3.m_y;
+
+        // Lift: zeta_2 moves the boom with all of the tilt as one body.
+        let boom_2 = tilt
+            .iter()
+            .fold(self.A2.inertia, |sum, (_, inertia)| sum + *inertia);
+        let J_C2 = self.C2.joint.S;
+        let lift = [
+            (S2, boom_2),
+            (J_C2, self.C2.inertia),
+            (J_C2 + self.D2.joint.S, self.D2.inertia),
+        ];
+        let (P2, M_22) = momentum(&lift);
+        M[(1, 1)] = M_22;
+        M[(1, 0)] = P2.m_y;
+
+        M[(0, 0)] = lift
+            .iter()
+            .fold(self.T1.yy, |sum, (_, inertia)| sum + inertia.yy);
+        M.fill_upper_triangle_with_lower_triangle();
+        M
+    }
+
+    /// Bias forces `h`: what must act on the coordinates for `zeta_ddot = 0`, with gravity `g`
+    /// (m/s², along −y).
+    pub fn bias(&self, zeta_dot: &[f64; DOF], g: f64) -> Vector6<f64> {
+        let [w_1, w_2, w_3, ..] = *zeta_dot;
+        let rest = PlaneMotion::default();
+        let A2 = self.A2.joint.child(&rest, w_2);
+        let C2 = self.C2.joint.child(&rest, w_2);
+        let D2 = self.D2.joint.child(&C2, w_2);
+        let A3 = self.A3.joint.child(&A2, w_3);
+        let C3 = self.C3.joint.child(&A2, w_3);
+        let D3 = self.D3.joint.child(&C3, w_3);
+        let RK = self.RK.joint.child(&A2, w_3);
+        let CP = self.CP.joint.child(&A3, w_3);
+
+        let F_wrist = self.wrist_bias(&A3, zeta_dot, g);
+        let F = |body: &PlaneBody, motion| body.inertia.net_wrench(motion, w_1, g);
+        // Wrenches accumulated from the subtree.
+        let F_CP = F(&self.CP, &CP);
+        let F_A3 = F(&self.A3, &A3) + F_CP + PlaneWrench::from(F_wrist[0]);
+        let F_D3 = F(&self.D3, &D3);
+        let F_C3 = F(&self.C3, &C3) + F_D3;
+        let F_RK = F(&self.RK, &RK);
+        let F_A2 = F(&self.A2, &A2) + F_A3 + F_C3 + F_RK;
+        let F_D2 = F(&self.D2, &D2);
+        let F_C2 = F(&self.C2, &C2) + F_D2;
+
+        let Q = |body: &PlaneBody, F| body.joint.S.power(F);
+        let h_3 = Q(&self.A3, F_A3)
+            + Q(&self.CP, F_CP)
+            + Q(&self.C3, F_C3)
+            + Q(&self.D3, F_D3)
+            + Q(&self.RK, F_RK);
+        let h_2 = Q(&self.A2, F_A2) + Q(&self.C2, F_C2) + Q(&self.D2, F_D2);
+        let h_1 = F_A2.m_y + F_C2.m_y;
+        let [h_4, h_5, h_6] = std::array::from_fn(|i| self.wrist[i].S.power(&F_wrist[i]));
+        Vector6::new(h_1, h_2, h_3, h_4, h_5, h_6)
+    }
+
+    /// Wrenches through the three wrist joints.
+    fn wrist_bias(&self, A3: &PlaneMotion, zeta_dot: &[f64; DOF], g: f64) -> [Wrench; 3] {
+        let (mut V, mut A) = A3.spatial(zeta_dot[0], g);
+        let mut F = [Wrench::zero(); 3];
+        for (i, WristBody { S, inertia }) in self.wrist.iter().enumerate() {
+            let relative = *S * zeta_dot[3 + i];
+            V += relative;
+            A += V.crm(&relative);
+            F[i] = inertia.net_wrench(&V, &A);
+        }
+        F[1] += F[2];
+        F[0] += F[1];
+        F
+    }
+
+    /// `J_T4ᵀ W`: what a wrench on the end-effector, at T4 in T4 axes, gives the coordinates.
+    pub fn tip_forces(&self, W: &Wrench) -> Vector6<f64> {
+        let F = self.tip.wrench_to_A(W);
+        let plane = PlaneWrench::from(F);
+        let [Q_4, Q_5, Q_6] = std::array::from_fn(|i| self.wrist[i].S.power(&F));
+        let Q_2 = self.A2.joint.S.power(plane);
+        let Q_3 = self.A3.joint.S.power(plane);
+        Vector6::new(plane.m_y, Q_2, Q_3, Q_4, Q_5, Q_6)
+    }
+
+    /// First moment of the whole machine along y, kg·m: the potential energy is `g` times this.
+    pub fn first_moment_y(&self) -> f64 {
+        let plane = [
+            &self.A2, &self.C2, &self.D2, &self.A3, &self.C3, &self.D3, &self.RK, &self.CP,
+        ];
+        let wrist: f64 = self.wrist.iter().map(|body| body.inertia.h.y).sum();
+        plane
+            .iter()
+            .fold(self.T1.h.y + wrist, |sum, body| sum + body.inertia.h.y)
+    }
+}
+
+/// Momentum `Σ I_k J_k` and `Σ J_kᵀ I_k J_k` of bodies with unit twists J_k.
+fn momentum(bodies: &[(PlaneTwist, PlaneInertia)]) -> (PlaneWrench, f64) {
+    let mut sum = PlaneWrench::default();
+    let mut energy = 0.0;
+    for (J, inertia) in bodies {
+        let P = inertia.apply(*J);
+        energy += J.power(P);
+        sum = sum + P;
+    }
+    (sum, energy)
+}
+
+/// Wrist bodies and tip in P.
+fn place_wrist(
+    tree: &Tree,
+    parts: &MovingParts,
+    X_A3: &Pose,
+    e: &[Vector2<f64>; DOF],
+) -> ([WristBody; 3], Pose) {
+    let X_A4 = *X_A3 * Pose::turn_x(tree.r_A3_A4, e[3].x, e[3].y);
+    let X_C4 = X_A4 * Pose::turn_z(tree.r_A4_C4, e[4].x, e[4].y);
+    let X_D4 = X_C4 * Pose::turn_x(tree.r_C4_D4, e[5].x, e[5].y);
+    let placed = |X: &Pose, body: Body, inertia: &Inertia| WristBody {
+        S: X.twist_to_A(&body.axis()),
+        inertia: X.inertia_to_A(inertia),
+    };
+    let wrist = [
+        placed(&X_A4, Body::A4, &parts.A4),
+        placed(&X_C4, Body::C4, &parts.C4),
+        placed(&X_D4, Body::D4, &parts.D4),
+    ];
+    (wrist, X_D4 * Pose::translation(tree.r_D4_T4))
+}

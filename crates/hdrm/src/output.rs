@@ -1,0 +1,125 @@
+//! What the plant shows, as functions of state and input, and its first time derivative.
+
+use crate::plant::{Hdrm, Input, State};
+use crate::{DOF, Stroke, Tip, recursion};
+use nalgebra::{Quaternion, Vector3, Vector6};
+use serde::{Deserialize, Serialize};
+
+/// Outputs of the plant; the same type carries their time derivatives and sensitivities.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Output {
+    /// Strokes of slew, lift and tilt, m.
+    pub x: [f64; 3],
+    /// Stroke rates, m/s.
+    pub x_dot: [f64; 3],
+    /// Joint angles, rad.
+    pub zeta: [f64; DOF],
+    /// Joint rates, rad/s.
+    pub zeta_dot: [f64; DOF],
+    /// Joint accelerations, rad/s²; these alone depend on the input.
+    pub zeta_ddot: [f64; DOF],
+    /// Actuator forces that hold the present pose against gravity, N.
+    pub f_hold: [f64; 3],
+    /// Wrist torques that hold the present pose against gravity, N·m.
+    pub tau_hold: [f64; 3],
+    /// Tip position in the world, m.
+    pub tip_position: [f64; 3],
+    /// Tip orientation in the world, unit quaternion w, x, y, z.
+    pub tip_orientation: [f64; 4],
+    /// Tip velocity and angular velocity in world axes, m/s and rad/s.
+    pub tip_velocity: [f64; 6],
+    /// Kinetic energy, J.
+    pub energy_kinetic: f64,
+    /// Potential energy, J, zero at the height of the world's origin.
+    pub energy_potential: f64,
+}
+
+impl Hdrm {
+    /// Outputs at a state under an input.
+    #[must_use]
+    pub fn output(&self, state: &State, input: &Input) -> Output {
+        let State { zeta, zeta_dot } = state;
+        let dynamics = self.dynamics(zeta);
+        let configuration = self.tree.configuration(zeta);
+        let tip = Tip::new(&self.tree, &configuration);
+        let holding = dynamics.frame.bias(&[0.0; DOF], self.gravity);
+        let (energy_kinetic, energy_potential) = self.energies_of(&dynamics, zeta_dot);
+        let strokes = &dynamics.strokes;
+        Output {
+            x: strokes.map(|stroke| stroke.x),
+            x_dot: std::array::from_fn(|i| strokes[i].prime * zeta_dot[i]),
+            zeta: *zeta,
+            zeta_dot: *zeta_dot,
+            zeta_ddot: self.acceleration(&dynamics, state, input).into(),
+            f_hold: std::array::from_fn(|i| holding[i] / strokes[i].prime),
+            tau_hold: std::array::from_fn(|i| holding[3 + i]),
+            tip_position: tip.position.into(),
+            tip_orientation: components(&Tip::orientation(zeta)),
+            tip_velocity: (tip.jacobian() * Vector6::from(*zeta_dot)).into(),
+            energy_kinetic,
+            energy_potential,
+        }
+    }
+
+    /// Exact time derivative of [`Hdrm::output`] while the input changes with `input_dot`.
+    #[must_use]
+    pub fn output_derivative(&self, state: &State, input: &Input, input_dot: &Input) -> Output {
+        let State { zeta, zeta_dot } = state;
+        let dynamics = self.dynamics(zeta);
+        let acceleration = self.acceleration(&dynamics, state, input);
+        let zeta_ddot: [f64; DOF] = acceleration.into();
+        let configuration = self.tree.configuration(zeta);
+        let tip = Tip::new(&self.tree, &configuration);
+        let w = Vector6::from(*zeta_dot);
+        let J = tip.jacobian();
+        let V_tip: Vector6<f64> = J * w;
+        let strokes = &dynamics.strokes;
+
+        let holding =
+            recursion::gravity_forces(&configuration, &self.bodies, zeta_dot, self.gravity);
+        // d/dt (Q/x′) = (Q_dot − (Q/x′) x″ zeta_dot)/x′
+        let f_hold_rate = |i: usize| {
+            let Stroke { prime, second, .. } = strokes[i];
+            (holding.rate[i] - holding.value[i] / prime * second * zeta_dot[i]) / prime
+        };
+        let power_of_gravity = holding.value.dot(&w);
+        let power: f64 = self.generalised_forces(&dynamics, state, input).dot(&w);
+        Output {
+            x: std::array::from_fn(|i| strokes[i].prime * zeta_dot[i]),
+            x_dot: std::array::from_fn(|i| {
+                let Stroke { prime, second, .. } = strokes[i];
+                second * zeta_dot[i] * zeta_dot[i] + prime * zeta_ddot[i]
+            }),
+            zeta: *zeta_dot,
+            zeta_dot: zeta_ddot,
+            zeta_ddot: self
+                .acceleration_rate(
+                    &dynamics,
+                    &configuration,
+                    state,
+                    &zeta_ddot,
+                    input,
+                    input_dot,
+                )
+                .into(),
+            f_hold: std::array::from_fn(f_hold_rate),
+            tau_hold: std::array::from_fn(|i| holding.rate[3 + i]),
+            tip_position: [V_tip[0], V_tip[1], V_tip[2]],
+            tip_orientation: components(&quaternion_rate(&Tip::orientation(zeta), &V_tip)),
+            tip_velocity: (J * acceleration + tip.jacobian_dot(zeta_dot) * w).into(),
+            energy_kinetic: power - power_of_gravity,
+            energy_potential: power_of_gravity,
+        }
+    }
+}
+
+/// w, x, y, z.
+fn components(q: &Quaternion<f64>) -> [f64; 4] {
+    [q.w, q.i, q.j, q.k]
+}
+
+/// `q_dot = ½ (0, w)·q` for the angular velocity w in world axes.
+fn quaternion_rate(q: &Quaternion<f64>, V_tip: &Vector6<f64>) -> Quaternion<f64> {
+    let w = Vector3::new(V_tip[3], V_tip[4], V_tip[5]);
+    Quaternion::from_imag(w) * q * 0.5
+}

@@ -1,0 +1,343 @@
+//! The manipulator as a plant: equations of motion with drives, friction and end stops.
+
+use crate::boom_frame::{BoomFrame, MovingParts};
+use crate::end_stop::{EndStop, JOINT_DISSIPATION, STROKE_DISSIPATION};
+use crate::factor::Factor;
+use crate::recursion;
+use crate::tree::Stroke;
+use crate::{BODIES, Body, DOF, GeometryError, Tree};
+use machine::Machine;
+use nalgebra::{Matrix3, Matrix6, Vector6};
+use serde::{Deserialize, Serialize};
+use spatial::{Inertia, Wrench};
+use thiserror::Error;
+
+/// What may differ from the machine file.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Options {
+    /// Factor s on mass, first moment and inertia of every body, payload included.
+    pub inertia_scale: f64,
+    /// Payload mass, kg, before scaling; the payload keeps its centre of mass, and its inertia
+    /// goes with the mass. Zero: no payload.
+    pub payload_mass: f64,
+    /// Viscous joint friction on `zeta_dot`, N·m·s/rad.
+    pub joint_viscous: [f64; DOF],
+}
+
+impl Options {
+    /// The machine as its file has it.
+    #[must_use]
+    pub fn of(machine: &Machine) -> Self {
+        Self {
+            inertia_scale: 1.0,
+            payload_mass: machine.bodies.PL.mass,
+            joint_viscous: machine.joint_viscous,
+        }
+    }
+}
+
+/// Why a plant could not be built.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum HdrmError {
+    /// The mechanism does not work.
+    #[error(transparent)]
+    Geometry(#[from] GeometryError),
+    /// A number is out of its range.
+    #[error("`{name}` is {value}: it must be {rule}")]
+    Value {
+        /// Parameter.
+        name: &'static str,
+        /// Its value.
+        value: f64,
+        /// What is allowed.
+        rule: &'static str,
+    },
+}
+
+/// What acts on the machine.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Input {
+    /// Actuator forces of slew, lift and tilt, N, positive when extending.
+    pub f: [f64; 3],
+    /// Wrist torques, N·m; beyond the machine's limits they saturate.
+    pub tau_wrist: [f64; 3],
+    /// Wrench `[f; m]` of the environment on the end-effector at T4 in T4 axes, N and N·m.
+    pub wrench_env: [f64; 6],
+}
+
+/// Joint angles and rates.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct State {
+    /// Joint angles, rad.
+    pub zeta: [f64; DOF],
+    /// Joint rates, rad/s.
+    pub zeta_dot: [f64; DOF],
+}
+
+/// The plant; its parameters do not change after [`Hdrm::new`].
+///
+/// ```text
+/// M(zeta)·zeta_ddot + h(zeta, zeta_dot) + D·zeta_dot
+///     = Jxᵀ·(f + f_stop) + [0, 0, 0, tau + tau_stop] + J_T4ᵀ·W_env
+/// ```
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Hdrm {
+    pub(crate) tree: Tree,
+    /// In the order of [`BODIES`].
+    pub(crate) bodies: [Inertia; Body::COUNT],
+    parts: MovingParts,
+    /// m/s².
+    pub(crate) gravity: f64,
+    pub(crate) joint_viscous: [f64; DOF],
+    tau_wrist_max: [f64; 3],
+    /// On the strokes of slew, lift, tilt, then on the wrist angles.
+    pub(crate) stops: [EndStop; DOF],
+}
+
+/// Everything about one state that forces do not change.
+pub(crate) struct Dynamics {
+    pub frame: BoomFrame,
+    pub strokes: [Stroke; 3],
+    pub M: Matrix6<f64>,
+    pub factor: Factor,
+}
+
+impl Hdrm {
+    /// Plant of a machine.
+    ///
+    /// # Errors
+    /// A mechanism that does not work over its joint range, or an option out of range.
+    pub fn new(machine: &Machine, options: &Options) -> Result<Self, HdrmError> {
+        check(options)?;
+        let tree = Tree::new(machine)?;
+        let bodies = inertias(machine, options);
+        let free = EndStop {
+            range: [f64::NEG_INFINITY, f64::INFINITY],
+            stiffness: 0.0,
+            dissipation: 0.0,
+        };
+        let mut plant = Self {
+            parts: MovingParts::new(&bodies),
+            tree,
+            bodies,
+            gravity: machine.gravity,
+            joint_viscous: options.joint_viscous,
+            tau_wrist_max: machine.limits.tau_wrist_max,
+            stops: [free; DOF],
+        };
+        plant.stops = plant.end_stops(machine);
+        Ok(plant)
+    }
+
+    /// Stops of slew, lift and tilt where the stroke ends or the joint range does, whichever comes
+    /// first (the tilt linkage has a dead point just below stroke zero, far beyond its joint
+    /// range); stops of the wrist at its joint limits. Dimensioned for the mass that each
+    /// coordinate feels in the start pose.
+    fn end_stops(&self, machine: &Machine) -> [EndStop; DOF] {
+        let limits = machine.limits.zeta();
+        let strokes = machine.limits.strokes();
+        let Dynamics {
+            strokes: start,
+            factor,
+            ..
+        } = self.dynamics(&machine.start.zeta);
+        // x_i depends on zeta_i only, so a pose at all lower limits gives all lower strokes.
+        let at_limit = |end: usize| {
+            let zeta = limits.map(|range| range[end]);
+            self.tree.strokes(zeta[0], &self.tree.solve(&zeta))
+        };
+        let (low, high) = (at_limit(0), at_limit(1));
+        std::array::from_fn(|i| {
+            let mobility = factor.mobility(i);
+            if i < 3 {
+                let [min, max] = strokes[i];
+                let range = [min.max(low[i].x), max.min(high[i].x)];
+                let mass = 1.0 / (start[i].prime * start[i].prime * mobility);
+                EndStop::new(range, mass, STROKE_DISSIPATION)
+            } else {
+                EndStop::new(limits[i], 1.0 / mobility, JOINT_DISSIPATION)
+            }
+        })
+    }
+
+    /// The plant's geometry.
+    #[must_use]
+    pub fn tree(&self) -> &Tree {
+        &self.tree
+    }
+
+    /// Inertias in the order of [`BODIES`], in body axes about body origins.
+    #[must_use]
+    pub fn inertias(&self) -> &[Inertia; Body::COUNT] {
+        &self.bodies
+    }
+
+    /// End stops on the strokes of slew, lift and tilt (m), then on the wrist angles (rad).
+    #[must_use]
+    pub fn end_stops_of(&self) -> &[EndStop; DOF] {
+        &self.stops
+    }
+
+    pub(crate) fn dynamics(&self, zeta: &[f64; DOF]) -> Dynamics {
+        let solved = self.tree.solve(zeta);
+        let frame = BoomFrame::new(&self.tree, &self.parts, &solved);
+        let M = frame.mass_matrix();
+        Dynamics {
+            strokes: self.tree.strokes(zeta[0], &solved),
+            factor: Factor::new(&M),
+            M,
+            frame,
+        }
+    }
+
+    /// Mass matrix `M` and bias `h` with gravity, without friction and stops.
+    #[must_use]
+    pub fn equations_of_motion(&self, state: &State) -> (Matrix6<f64>, Vector6<f64>) {
+        let dynamics = self.dynamics(&state.zeta);
+        let h = dynamics.frame.bias(&state.zeta_dot, self.gravity);
+        (dynamics.M, h)
+    }
+
+    /// Joint accelerations, rad/s².
+    #[must_use]
+    pub fn forward_dynamics(&self, state: &State, input: &Input) -> [f64; DOF] {
+        let dynamics = self.dynamics(&state.zeta);
+        self.acceleration(&dynamics, state, input).into()
+    }
+
+    /// `M⁻¹·(Q − h − D·zeta_dot)`.
+    pub(crate) fn acceleration(
+        &self,
+        dynamics: &Dynamics,
+        state: &State,
+        input: &Input,
+    ) -> Vector6<f64> {
+        let h = dynamics.frame.bias(&state.zeta_dot, self.gravity);
+        let Q = self.generalised_forces(dynamics, state, input);
+        dynamics.factor.solve(&(Q - h))
+    }
+
+    /// Drives, end stops, friction and environment on the coordinates, N·m.
+    pub(crate) fn generalised_forces(
+        &self,
+        dynamics: &Dynamics,
+        State { zeta, zeta_dot }: &State,
+        input: &Input,
+    ) -> Vector6<f64> {
+        let mut Q = dynamics.frame.tip_forces(&wrench(&input.wrench_env));
+        for i in 0..DOF {
+            let w = zeta_dot[i];
+            Q[i] -= self.joint_viscous[i] * w;
+            Q[i] += if i < 3 {
+                let Stroke { x, prime, .. } = dynamics.strokes[i];
+                prime * (input.f[i] + self.stops[i].force(x, prime * w))
+            } else {
+                self.saturated(i - 3, input.tau_wrist[i - 3]) + self.stops[i].force(zeta[i], w)
+            };
+        }
+        Q
+    }
+
+    /// Torque that wrist drive i gives: the ideal source obeys up to its limit.
+    fn saturated(&self, i: usize, tau: f64) -> f64 {
+        tau.clamp(-self.tau_wrist_max[i], self.tau_wrist_max[i])
+    }
+
+    /// 1 while wrist drive i follows its command, 0 in saturation.
+    pub(crate) fn wrist_gain(&self, i: usize, tau: f64) -> f64 {
+        f64::from(u8::from(tau.abs() <= self.tau_wrist_max[i]))
+    }
+
+    /// Drive forces and torques for which the machine moves with `zeta_ddot`, rad/s², in free
+    /// range (end stops left out) under the wrench `wrench_env` on its tip. Independent of the path
+    /// that [`Hdrm::forward_dynamics`] takes. Wrist torques are not limited.
+    #[must_use]
+    pub fn inverse_dynamics(
+        &self,
+        state: &State,
+        zeta_ddot: &[f64; DOF],
+        wrench_env: &[f64; 6],
+    ) -> ([f64; 3], [f64; 3]) {
+        let State { zeta, zeta_dot } = state;
+        let configuration = self.tree.configuration(zeta);
+        let mut Q = recursion::inverse_dynamics(
+            &configuration,
+            &self.bodies,
+            zeta_dot,
+            zeta_ddot,
+            self.gravity,
+        )
+        .value;
+        Q += Vector6::from(self.joint_viscous).component_mul(&Vector6::from(*zeta_dot));
+        let W = wrench(wrench_env);
+        Q -= recursion::tip_forces(&configuration, &self.tree, zeta_dot, &W).value;
+        let f = std::array::from_fn(|i| Q[i] / configuration.strokes[i].prime);
+        (f, [Q[3], Q[4], Q[5]])
+    }
+
+    /// Forces of the actuators, N, and torques of the wrist, N·m, that hold the machine still in
+    /// the pose `zeta` against gravity alone.
+    #[must_use]
+    pub fn holding(&self, zeta: &[f64; DOF]) -> ([f64; 3], [f64; 3]) {
+        let state = State {
+            zeta: *zeta,
+            zeta_dot: [0.0; DOF],
+        };
+        self.inverse_dynamics(&state, &[0.0; DOF], &[0.0; 6])
+    }
+
+    /// Kinetic and potential energy, J; the latter is zero with all masses at the height of the
+    /// world's origin.
+    #[must_use]
+    pub fn energies(&self, state: &State) -> (f64, f64) {
+        self.energies_of(&self.dynamics(&state.zeta), &state.zeta_dot)
+    }
+
+    pub(crate) fn energies_of(&self, dynamics: &Dynamics, zeta_dot: &[f64; DOF]) -> (f64, f64) {
+        let w = Vector6::from(*zeta_dot);
+        let kinetic = 0.5 * w.dot(&(dynamics.M * w));
+        (kinetic, self.gravity * dynamics.frame.first_moment_y())
+    }
+}
+
+/// `[f; m]` as a wrench.
+pub(crate) fn wrench(components: &[f64; 6]) -> Wrench {
+    Wrench::from_vector(&Vector6::from(*components))
+}
+
+fn check(options: &Options) -> Result<(), HdrmError> {
+    let refuse = |name, value, rule| Err(HdrmError::Value { name, value, rule });
+    let not_negative = |value: f64| value.is_finite() && value >= 0.0;
+    let &Options {
+        inertia_scale,
+        payload_mass,
+        joint_viscous,
+    } = options;
+    if !(inertia_scale.is_finite() && inertia_scale > 0.0) {
+        return refuse("inertia_scale", inertia_scale, "finite and > 0");
+    }
+    if !not_negative(payload_mass) {
+        return refuse("payload.mass", payload_mass, "finite and ≥ 0");
+    }
+    match joint_viscous.into_iter().find(|&d| !not_negative(d)) {
+        Some(d) => refuse("joint_viscous", d, "finite and ≥ 0"),
+        None => Ok(()),
+    }
+}
+
+/// Inertias about body origins with the options applied.
+fn inertias(machine: &Machine, options: &Options) -> [Inertia; Body::COUNT] {
+    let bodies = machine.bodies.in_order();
+    std::array::from_fn(|k| {
+        let body = bodies[k];
+        let [x, y, z] = body.inertia_com.rows();
+        let I_com = Matrix3::new(x[0], x[1], x[2], y[0], y[1], y[2], z[0], z[1], z[2]);
+        let inertia = Inertia::from_com(body.mass, body.com.into(), I_com);
+        let share = if BODIES[k] == Body::PL {
+            options.payload_mass / body.mass
+        } else {
+            1.0
+        };
+        inertia * (share * options.inertia_scale)
+    })
+}

@@ -1,0 +1,162 @@
+//! Inverse dynamics by recursion over the tree, in body frames, with its time derivative.
+//!
+//! The general form of the equations: an outward pass for twists and accelerations, an inward
+//! pass for wrenches (see [`crate::Tree`]). The plant's forward dynamics take the specialised
+//! path of [`crate::boom_frame`]; the two are independent and tested against each other.
+
+use crate::{BODIES, Body, Configuration, DOF, Tree};
+use nalgebra::{Vector3, Vector6};
+use spatial::{Inertia, Pose, Twist, Wrench};
+
+/// A quantity and its time derivative.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Rated<T> {
+    pub value: T,
+    pub rate: T,
+}
+
+/// Motion of one body in its own axes.
+#[derive(Clone, Copy, Debug, Default)]
+struct BodyMotion {
+    /// Twist.
+    V: Twist,
+    /// Rate of V.
+    A: Twist,
+    /// Rate of A for `zeta_dddot = 0`.
+    A_dot: Twist,
+    /// World's y axis.
+    up: Vector3<f64>,
+}
+
+/// Generalised forces `M·zeta_ddot + h` (friction left out) and their time derivative for
+/// `zeta_dddot = 0`; gravity `g` along −y, m/s².
+///
+/// Per body, with `A^ = A + g·up` (acceleration minus gravity) and `up_dot = −w × up`:
+/// ```text
+/// F*     = M A^ + crf(V) M V
+/// F*_dot = M A^_dot + crf(A) M V + crf(V) M A
+/// ```
+pub(crate) fn inverse_dynamics(
+    configuration: &Configuration,
+    bodies: &[Inertia; Body::COUNT],
+    zeta_dot: &[f64; DOF],
+    zeta_ddot: &[f64; DOF],
+    g: f64,
+) -> Rated<Vector6<f64>> {
+    let motions = outward(configuration, zeta_dot, zeta_ddot);
+    let wrenches = std::array::from_fn(|k| {
+        let BodyMotion { V, A, A_dot, up } = motions[k];
+        let M = &bodies[k];
+        let gravity = Twist::new(up * g, Vector3::zeros());
+        let gravity_dot = Twist::new(up.cross(&V.w) * g, Vector3::zeros());
+        Rated {
+            value: M.net_wrench(&V, &(A + gravity)),
+            rate: M.apply(&(A_dot + gravity_dot)) + A.crf(&M.apply(&V)) + V.crf(&M.apply(&A)),
+        }
+    });
+    inward(configuration, zeta_dot, wrenches)
+}
+
+/// Generalised forces that hold the machine still against gravity in this pose, and their time
+/// derivative while the pose changes with `zeta_dot`.
+pub(crate) fn gravity_forces(
+    configuration: &Configuration,
+    bodies: &[Inertia; Body::COUNT],
+    zeta_dot: &[f64; DOF],
+    g: f64,
+) -> Rated<Vector6<f64>> {
+    let motions = outward(configuration, zeta_dot, &[0.0; DOF]);
+    let wrenches = std::array::from_fn(|k| {
+        let BodyMotion { V, up, .. } = motions[k];
+        let of = |up: Vector3<f64>| bodies[k].apply(&Twist::new(up * g, Vector3::zeros()));
+        Rated {
+            value: of(up),
+            rate: of(up.cross(&V.w)),
+        }
+    });
+    inward(configuration, zeta_dot, wrenches)
+}
+
+/// Generalised forces `J_T4ᵀ W` of a constant wrench W on the end-effector, at T4 in T4 axes, and
+/// their time derivative.
+pub(crate) fn tip_forces(
+    configuration: &Configuration,
+    tree: &Tree,
+    zeta_dot: &[f64; DOF],
+    W: &Wrench,
+) -> Rated<Vector6<f64>> {
+    let mut wrenches = [Rated::default(); Body::COUNT];
+    wrenches[Body::D4 as usize].value = Pose::translation(tree.r_D4_T4).wrench_to_A(W);
+    inward(configuration, zeta_dot, wrenches)
+}
+
+/// Motions of all bodies:
+/// ```text
+/// V     = X V_p + s q_dot
+/// A     = X A_p + s q_ddot + crm(V) s q_dot
+/// A_dot = X A_p_dot − crm(s q_dot) X A_p + s q_dddot + crm(A) s q_dot + crm(V) s q_ddot
+/// ```
+/// with `q_dot = g w`, `q_ddot = g a + g′w²`, `q_dddot = 3g′w a + g″w³` for `w = zeta_c_dot`,
+/// `a = zeta_c_ddot`.
+fn outward(
+    configuration: &Configuration,
+    zeta_dot: &[f64; DOF],
+    zeta_ddot: &[f64; DOF],
+) -> [BodyMotion; Body::COUNT] {
+    let ground = BodyMotion {
+        up: Vector3::y(),
+        ..BodyMotion::default()
+    };
+    let mut motions = [ground; Body::COUNT];
+    for body in BODIES {
+        let parent = body.parent().map_or(ground, |p| motions[p as usize]);
+        let link = configuration.link(body);
+        let (w, a) = (zeta_dot[body.coordinate()], zeta_ddot[body.coordinate()]);
+        let s = body.axis();
+        let s_dot = s * (link.gear * w);
+        let s_ddot = s * (link.gear * a + link.gear_prime * w * w);
+        let s_dddot = s * (3.0 * link.gear_prime * w * a + link.gear_second * w * w * w);
+
+        let X = &link.pose;
+        let V = X.twist_to_B(&parent.V) + s_dot;
+        let X_A = X.twist_to_B(&parent.A);
+        let A = X_A + s_ddot + V.crm(&s_dot);
+        motions[body as usize] = BodyMotion {
+            V,
+            A,
+            A_dot: X.twist_to_B(&parent.A_dot) - s_dot.crm(&X_A)
+                + s_dddot
+                + A.crm(&s_dot)
+                + V.crm(&s_ddot),
+            up: X.R.tr_mul(&parent.up),
+        };
+    }
+    motions
+}
+
+/// Accumulates the wrenches towards the ground and projects them on the joints:
+/// `Q_i = Σ g_k s_kᵀ F_k`, `F_p += U F`, `d/dt (U F) = U (F_dot + crf(s q_dot) F)`.
+fn inward(
+    configuration: &Configuration,
+    zeta_dot: &[f64; DOF],
+    mut wrenches: [Rated<Wrench>; Body::COUNT],
+) -> Rated<Vector6<f64>> {
+    let mut Q = Rated::<Vector6<f64>>::default();
+    for body in BODIES.into_iter().rev() {
+        let Rated {
+            value: F,
+            rate: F_dot,
+        } = wrenches[body as usize];
+        let link = configuration.link(body);
+        let (i, s) = (body.coordinate(), body.axis());
+        Q.value[i] += link.gear * s.power(&F);
+        Q.rate[i] += link.gear * s.power(&F_dot) + link.gear_prime * zeta_dot[i] * s.power(&F);
+        if let Some(parent) = body.parent() {
+            let s_dot = s * (link.gear * zeta_dot[i]);
+            let parent = &mut wrenches[parent as usize];
+            parent.value += link.pose.wrench_to_A(&F);
+            parent.rate += link.pose.wrench_to_A(&(F_dot + s_dot.crf(&F)));
+        }
+    }
+    Q
+}

@@ -1,0 +1,71 @@
+//! Exact derivatives of the joint accelerations: along the motion, and by the inputs.
+
+use crate::plant::{Dynamics, Hdrm, Input, State, wrench};
+use crate::{Configuration, DOF, Output, Stroke, recursion};
+use nalgebra::Vector6;
+
+impl Hdrm {
+    /// Change of the outputs for a change `seed` of the input, the state held: only the
+    /// accelerations move, `δzeta_ddot = M⁻¹·(Jxᵀ·δf + δtau + J_T4ᵀ·δW)`. A wrist drive in saturation
+    /// does not follow.
+    #[must_use]
+    pub fn directional_derivative(&self, state: &State, input: &Input, seed: &Input) -> Output {
+        let dynamics = self.dynamics(&state.zeta);
+        let Q = self.drive_forces(&dynamics, input, seed);
+        Output {
+            zeta_ddot: dynamics.factor.solve(&Q).into(),
+            ..Output::default()
+        }
+    }
+
+    /// Generalised forces of a change `seed` of the input.
+    fn drive_forces(&self, dynamics: &Dynamics, input: &Input, seed: &Input) -> Vector6<f64> {
+        let mut Q = dynamics.frame.tip_forces(&wrench(&seed.wrench_env));
+        for i in 0..3 {
+            Q[i] += dynamics.strokes[i].prime * seed.f[i];
+            Q[3 + i] += self.wrist_gain(i, input.tau_wrist[i]) * seed.tau_wrist[i];
+        }
+        Q
+    }
+
+    /// `zeta_dddot = M⁻¹·(Q_dot − M_dot·zeta_ddot − h_dot − D·zeta_ddot)`, rad/s³. The middle terms
+    /// come from the recursion, which also moves the tip wrench along.
+    pub(crate) fn acceleration_rate(
+        &self,
+        dynamics: &Dynamics,
+        configuration: &Configuration,
+        State { zeta, zeta_dot }: &State,
+        zeta_ddot: &[f64; DOF],
+        input: &Input,
+        input_dot: &Input,
+    ) -> Vector6<f64> {
+        let inertial = recursion::inverse_dynamics(
+            configuration,
+            &self.bodies,
+            zeta_dot,
+            zeta_ddot,
+            self.gravity,
+        );
+        let tip = recursion::tip_forces(
+            configuration,
+            &self.tree,
+            zeta_dot,
+            &wrench(&input.wrench_env),
+        );
+        let mut Q_dot = self.drive_forces(dynamics, input, input_dot) + tip.rate - inertial.rate;
+        for i in 0..DOF {
+            let (w, a) = (zeta_dot[i], zeta_ddot[i]);
+            Q_dot[i] -= self.joint_viscous[i] * a;
+            let stop = &self.stops[i];
+            Q_dot[i] += if i < 3 {
+                let Stroke { x, prime, second } = dynamics.strokes[i];
+                let (x_dot, x_ddot) = (prime * w, prime * a + second * w * w);
+                second * w * (input.f[i] + stop.force(x, x_dot))
+                    + prime * stop.force_rate(x, x_dot, x_ddot)
+            } else {
+                stop.force_rate(zeta[i], w, a)
+            };
+        }
+        dynamics.factor.solve(&Q_dot)
+    }
+}

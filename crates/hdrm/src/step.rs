@@ -1,0 +1,154 @@
+//! Integration of the plant over one communication step.
+
+use crate::plant::{Dynamics, Hdrm, Input, State};
+use crate::{DOF, Stroke};
+use nalgebra::Vector6;
+use thiserror::Error;
+
+/// Largest substep in free motion, s: RK4 then drifts by some 1e-8 J in 10 s of free fall.
+const H_MAX: f64 = 1e-3;
+
+/// `h·λ` allowed per substep in contact; RK4 is stable up to 2.78.
+const CONTACT_STEP: f64 = 0.5;
+
+/// Most contact substeps that a free substep is divided into.
+const CONTACT_SUBSTEPS_MAX: f64 = 200.0;
+
+/// Why a step could not be done; the state is left as before the step.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum StepError {
+    /// Unusable step size.
+    #[error("t = {t} s: step h = {h} s must be finite and positive")]
+    BadStep {
+        /// Start of the step, s.
+        t: f64,
+        /// Step, s.
+        h: f64,
+    },
+    /// The motion left the numbers.
+    #[error("t = {t} s: `{signal}` became {value}")]
+    NotFinite {
+        /// Start of the step, s.
+        t: f64,
+        /// Signal and index.
+        signal: &'static str,
+        /// Its value.
+        value: f64,
+    },
+}
+
+impl Hdrm {
+    /// The state after a step from `t` by `h`, both s, by RK4. `input(s)` is what acts at the time
+    /// `t + s`. Substeps divide `h`; near an end stop they are as short as the contact demands.
+    ///
+    /// # Errors
+    /// A step that is not positive, or a result that is not finite.
+    pub fn step(
+        &self,
+        state: &State,
+        input: impl Fn(f64) -> Input,
+        t: f64,
+        h: f64,
+    ) -> Result<State, StepError> {
+        if !(h.is_finite() && h > 0.0) {
+            return Err(StepError::BadStep { t, h });
+        }
+        let n = (h / H_MAX * (1.0 - f64::EPSILON)).ceil();
+        let dt = h / n;
+        let mut now = *state;
+        let mut k = 0.0;
+        while k < n {
+            now = self.substep(&now, &input, k * dt, dt);
+            finite(&now, t)?;
+            k += 1.0;
+        }
+        Ok(now)
+    }
+
+    /// One substep from `s` by `dt`, divided further in contact.
+    fn substep(&self, state: &State, input: &impl Fn(f64) -> Input, s: f64, dt: f64) -> State {
+        let n = self.contact_substeps(state, dt);
+        let dt = dt / f64::from(n);
+        (0..n).fold(*state, |now, k| {
+            self.rk4(&now, input, s + f64::from(k) * dt, dt)
+        })
+    }
+
+    /// How many parts of `dt` resolve the contacts that can be reached within it; 1 when free.
+    fn contact_substeps(&self, State { zeta, zeta_dot }: &State, dt: f64) -> u32 {
+        let strokes = self.tree.strokes(zeta[0], &self.tree.solve(zeta));
+        let position = |i: usize| match strokes.get(i) {
+            Some(&Stroke { x, prime, .. }) => (x, prime),
+            None => (zeta[i], 1.0),
+        };
+        let is_near = |i: &usize| {
+            let (y, prime) = position(*i);
+            self.stops[*i].is_near(y, prime * zeta_dot[*i], dt)
+        };
+        if !(0..DOF).any(|i| is_near(&i)) {
+            return 1;
+        }
+        let Dynamics { factor, .. } = self.dynamics(zeta);
+        let rate: f64 = (0..DOF)
+            .filter(is_near)
+            .map(|i| {
+                let (y, prime) = position(i);
+                let mobility = prime * prime * factor.mobility(i);
+                self.stops[i].rate_ahead(y, prime * zeta_dot[i], mobility, dt)
+            })
+            .sum();
+        (dt * rate / CONTACT_STEP)
+            .ceil()
+            .clamp(1.0, CONTACT_SUBSTEPS_MAX) as u32
+    }
+
+    /// Classical Runge–Kutta of fourth order.
+    fn rk4(&self, state: &State, input: &impl Fn(f64) -> Input, s: f64, dt: f64) -> State {
+        let (q, w) = (Vector6::from(state.zeta), Vector6::from(state.zeta_dot));
+        let acceleration = |q: Vector6<f64>, w: Vector6<f64>, u: &Input| {
+            let state = State {
+                zeta: q.into(),
+                zeta_dot: w.into(),
+            };
+            let dynamics = self.dynamics(&state.zeta);
+            self.acceleration(&dynamics, &state, u)
+        };
+        let [start, middle, end] = [0.0, 0.5, 1.0].map(|part| input(s + part * dt));
+        let half = 0.5 * dt;
+        let (w1, a1) = (w, acceleration(q, w, &start));
+        let w2 = w + a1 * half;
+        let a2 = acceleration(q + w1 * half, w2, &middle);
+        let w3 = w + a2 * half;
+        let a3 = acceleration(q + w2 * half, w3, &middle);
+        let w4 = w + a3 * dt;
+        let a4 = acceleration(q + w3 * dt, w4, &end);
+        State {
+            zeta: (q + (w1 + (w2 + w3) * 2.0 + w4) * (dt / 6.0)).into(),
+            zeta_dot: (w + (a1 + (a2 + a3) * 2.0 + a4) * (dt / 6.0)).into(),
+        }
+    }
+}
+
+fn finite(state: &State, t: f64) -> Result<(), StepError> {
+    const ZETA: [&str; DOF] = [
+        "zeta[1]", "zeta[2]", "zeta[3]", "zeta[4]", "zeta[5]", "zeta[6]",
+    ];
+    const ZETA_DOT: [&str; DOF] = [
+        "zeta_dot[1]",
+        "zeta_dot[2]",
+        "zeta_dot[3]",
+        "zeta_dot[4]",
+        "zeta_dot[5]",
+        "zeta_dot[6]",
+    ];
+    let signals = ZETA
+        .iter()
+        .zip(&state.zeta)
+        .chain(ZETA_DOT.iter().zip(&state.zeta_dot));
+    for (signal, &value) in signals {
+        if !value.is_finite() {
+            return Err(StepError::NotFinite { t, signal, value });
+        }
+    }
+    Ok(())
+}
