@@ -16,6 +16,7 @@
 #![allow(non_snake_case)] // the paper's symbols
 
 mod dynamics;
+mod efficiency;
 mod input;
 mod losses;
 pub mod maps;
@@ -24,6 +25,7 @@ mod output;
 mod residual;
 mod start;
 mod step;
+mod surrogate;
 mod tangent;
 
 pub use dynamics::{Energy, State};
@@ -33,6 +35,10 @@ pub use motor::Dq;
 pub use output::Output;
 pub use residual::Residual;
 pub use step::StepError;
+pub use surrogate::{
+    LayerFile, MinMax, Ranges, Split, Surrogate, SurrogateError, SurrogateFile, SurrogateOutput,
+    TrainingRecord, WIDTHS,
+};
 
 use serde::{Deserialize, Serialize};
 
@@ -45,33 +51,45 @@ pub enum Drive {
     Force,
 }
 
-/// One actuator: parameters, drive mode and blending of the surrogate.
+/// One actuator: parameters, drive mode, and the surrogate network with its blending factor.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Emla {
     pub(crate) p: machine::Emla,
     pub(crate) drive: Drive,
+    pub(crate) surrogate: Option<Surrogate>,
     pub(crate) alpha: f64,
-    /// Longest substep, s.
-    pub(crate) dt_max: f64,
 }
 
 impl Emla {
-    /// An actuator whose surrogate residual is scaled by `alpha` (0…1).
+    /// An actuator without a network: physics alone.
+    ///
+    /// `i_max` is not enforced here: it is a limit for the drive's controller. `v_max` is, because no
+    /// inverter can give more.
     ///
     /// # Errors
     /// A parameter outside its physical range.
-    pub fn new(p: machine::Emla, drive: Drive, alpha: f64) -> Result<Self, machine::MachineError> {
+    pub fn new(p: machine::Emla, drive: Drive) -> Result<Self, machine::MachineError> {
         p.check()?;
-        let dt_max = step::longest_substep(&p, drive);
         Ok(Self {
             p,
             drive,
-            alpha: alpha.clamp(0.0, 1.0),
-            dt_max,
+            surrogate: None,
+            alpha: 0.0,
         })
     }
 
-    /// The same actuator with another blending factor (0…1).
+    /// The same actuator with this network, whose residual is scaled by `alpha` (0…1). At α = 0 the network
+    /// only shows in the outputs.
+    #[must_use]
+    pub fn with_surrogate(self, surrogate: Surrogate, alpha: f64) -> Self {
+        Self {
+            surrogate: Some(surrogate),
+            ..self
+        }
+        .with_alpha(alpha)
+    }
+
+    /// The same actuator with another blending factor, kept inside 0…1.
     #[must_use]
     pub fn with_alpha(self, alpha: f64) -> Self {
         let alpha = alpha.clamp(0.0, 1.0);

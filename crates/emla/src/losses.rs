@@ -108,29 +108,3 @@ impl Emla {
         }
     }
 }
-
-/// Numerator and denominator of the efficiency, W, or None where it is not defined.
-///
-/// Source: [eq:dnn_prediction_efficiency], with P_mech counted once: `τ_e·w_m` already feeds the
-/// mechanical losses, so only the electrical ones are added; absolute values in quadrant IV.
-/// ```text
-/// τ_e > 0, w_m > 0 (I):   η = P_out/(τ_e w_m + P_el)
-/// τ_e > 0, w_m < 0 (IV):  η = (|τ_e w_m| − P_el)/|P_out|
-/// ```
-pub(crate) fn efficiency_ratio(tau_e: f64, w_m: f64, P_out: f64, P_el: f64) -> Option<(f64, f64)> {
-    let P_shaft = tau_e * w_m;
-    match (tau_e > 0.0, w_m) {
-        (true, w) if w > 0.0 => Some((P_out, P_shaft + P_el)),
-        (true, w) if w < 0.0 => Some((-P_shaft - P_el, -P_out)),
-        _ => None,
-    }
-}
-
-/// The ratio, in [0, 1]: energy moving in and out of the stores can push the momentary ratio outside,
-/// and in quadrant IV below the speed where the load covers the electrical losses nothing is recovered.
-pub(crate) fn efficiency((numerator, denominator): (f64, f64)) -> f64 {
-    if numerator <= 0.0 || denominator <= 0.0 {
-        return 0.0;
-    }
-    (numerator / denominator).min(1.0)
-}

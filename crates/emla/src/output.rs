@@ -2,9 +2,11 @@
 
 use crate::Emla;
 use crate::dynamics::{State, power_in};
+use crate::efficiency::{Efficiency, Powers, is_defined};
 use crate::input::Input;
-use crate::losses::{Losses, efficiency, efficiency_ratio};
+use crate::losses::Losses;
 use crate::maps;
+use crate::residual::Residual;
 use serde::{Deserialize, Serialize};
 
 /// Outputs, of the state and the current inputs.
@@ -18,10 +20,16 @@ pub struct Output {
     pub F_phys: f64,
     /// Quasi-static force of the hybrid model, `F_phys + α·dF`, N.
     pub F_hyb: f64,
+    /// Force of the network at this torque and speed, N; 0 without one.
+    pub F_net: f64,
     /// Rod position, m.
     pub x_rod: f64,
     /// Rod velocity, m/s.
     pub x_rod_dot: f64,
+    /// Rod velocity of the network, m/s; 0 without one.
+    pub x_dot_net: f64,
+    /// Quasi-static rod velocity of the hybrid model, `x_dot + α·(x_dot_net − x_dot)`, m/s.
+    pub x_dot_hyb: f64,
     /// Direct-axis current, A (peak).
     pub i_d: f64,
     /// Quadrature-axis current, A (peak).
@@ -54,10 +62,16 @@ pub struct Output {
     pub E_loss: f64,
     /// Energy stored in field, rotating parts, spring and free rod, J.
     pub E_stored: f64,
-    /// Efficiency; 0 where it is not defined.
+    /// Efficiency of the hybrid model, `η + α·(η_net − η)`; 0 where it is not defined.
     pub efficiency: f64,
+    /// Efficiency of the physics; 0 where it is not defined.
+    pub efficiency_phys: f64,
+    /// Efficiency of the network; 0 where it is not defined, and without a network.
+    pub efficiency_net: f64,
     /// Whether the efficiency is defined: τ_e > 0 and w_m ≠ 0 (quadrants I and IV).
     pub efficiency_valid: bool,
+    /// Whether torque and speed lie where the network was trained.
+    pub in_trained_range: bool,
 }
 
 impl Emla {
@@ -68,14 +82,37 @@ impl Emla {
         let losses = self.losses(s, &now);
         let F_phys = maps::quasi_static_force(&self.p, now.tau_e, now.w_m);
         let P_out = self.power_out(&now, u);
-        let ratio = efficiency_ratio(now.tau_e, now.w_m, P_out, losses.electrical());
+        let valid = is_defined(now.tau_e, now.w_m);
+        let efficiency = |out: f64| {
+            let powers = Powers {
+                shaft: now.tau_e * now.w_m,
+                electrical: losses.electrical(),
+                out,
+            };
+            if valid {
+                Efficiency::of(powers, now.w_m).value()
+            } else {
+                0.0
+            }
+        };
+        let Residual {
+            dF,
+            F_net,
+            x_dot_net,
+            in_trained_range,
+        } = s.residual;
+        let efficiency_phys = efficiency(F_phys * now.x_n_dot);
+        let efficiency_net = efficiency(F_net * x_dot_net);
         Output {
             F: now.F,
             F_mean: s.F_mean,
             F_phys,
-            F_hyb: F_phys + self.alpha * s.residual.dF,
+            F_hyb: F_phys + self.alpha * dF,
+            F_net,
             x_rod: now.x,
             x_rod_dot: now.x_dot,
+            x_dot_net,
+            x_dot_hyb: self.blended(now.x_n_dot, x_dot_net),
             i_d: s.i_d,
             i_q: s.i_q,
             theta_m: s.theta_m,
@@ -92,8 +129,19 @@ impl Emla {
             E_out: s.energy.delivered,
             E_loss: s.energy.lost,
             E_stored: self.stored(&now),
-            efficiency: ratio.map_or(0.0, efficiency),
-            efficiency_valid: ratio.is_some(),
+            efficiency: self.blended(efficiency_phys, efficiency_net),
+            efficiency_phys,
+            efficiency_net,
+            efficiency_valid: valid,
+            in_trained_range,
+        }
+    }
+
+    /// `physics + α·(network − physics)`, [eq:residual_blending_hat]; α counts only with a network.
+    pub(crate) fn blended(&self, physics: f64, network: f64) -> f64 {
+        match self.surrogate {
+            Some(_) => physics + self.alpha * (network - physics),
+            None => physics,
         }
     }
 

@@ -1,14 +1,41 @@
 //! Hybrid blending: the network's correction of the quasi-static force map.
 
+use crate::{Emla, maps};
 use serde::{Deserialize, Serialize};
 
-/// What the network adds to the physics at one operating point.
+/// What the network says, and what it adds to the physics, at one operating point.
 ///
 /// Source: [eq:residual_blending_hat], on the quasi-static maps. `α·dF` acts as a load on the nut,
 /// `F_nut = F_spring − α·dF`, so that in steady state the delivered force is `F_qs + α·dF = F_hyb`.
-/// The default, all zero, is the actuator without a network.
+/// Added on the rod side instead, it would act as a spring force without the motor's inertia behind it
+/// and peak far above the load. The default, all zero, is the actuator without a network.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Residual {
-    /// `F_net(τ_e, w_m) − F_qs(τ_e, w_m)`, N.
+    /// `F_net − F_qs`, both inside the network's guards, N.
     pub dF: f64,
+    /// Force of the network, N.
+    pub F_net: f64,
+    /// Rod velocity of the network, m/s.
+    pub x_dot_net: f64,
+    /// Whether the point lies where the network was trained.
+    pub in_trained_range: bool,
+}
+
+impl Emla {
+    /// The residual at torque `tau_e`, N·m, and motor speed `w_m`, rad/s. One network evaluation.
+    pub(crate) fn residual(&self, tau_e: f64, w_m: f64) -> Residual {
+        let Some(surrogate) = &self.surrogate else {
+            return Residual::default();
+        };
+        let net = surrogate.evaluate(tau_e, w_m);
+        let F_qs = surrogate.guard(tau_e, w_m, |tau, w| {
+            maps::quasi_static_force(&self.p, tau, w)
+        });
+        Residual {
+            dF: net.F - F_qs,
+            F_net: net.F,
+            x_dot_net: net.x_dot,
+            in_trained_range: net.in_trained_range,
+        }
+    }
 }

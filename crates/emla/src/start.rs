@@ -6,6 +6,9 @@ use crate::maps;
 use crate::residual::Residual;
 use crate::{Emla, StepError};
 
+/// Secant steps for the torque of the start; the residual is smooth, so a handful converges.
+const STEADY_STEPS: u32 = 20;
+
 impl Emla {
     /// The state in equilibrium with the load `F_hold` at rod position `x`; with `x_dot` ≠ 0, in steady
     /// motion at that velocity.
@@ -21,8 +24,7 @@ impl Emla {
         let travel = maps::travel_per_radian(p);
         let w_m = u.x_dot / travel;
         let stretch = (u.F_hold + p.C_act * u.x_dot) / maps::stiffness(p, u.x);
-        let residual = Residual::default();
-        let tau_e = maps::required_torque(p, u.F_hold - self.alpha * residual.dF, w_m, 0.0);
+        let (tau_e, residual) = self.steady_torque(u.F_hold, w_m);
         let state = State {
             i_d: 0.0,
             i_q: tau_e / (1.5 * f64::from(p.p) * p.lambda_m),
@@ -35,5 +37,30 @@ impl Emla {
             energy: Energy::default(),
         };
         state.finite(0.0)
+    }
+
+    /// Torque that delivers `F` steadily at `w_m`, and the residual there: secant steps on
+    /// `F_qs(τ) + α·dF(τ) = F`. Without a network the first of them is exact.
+    fn steady_torque(&self, F: f64, w_m: f64) -> (f64, Residual) {
+        let p = &self.p;
+        let at = |tau_e: f64| {
+            let residual = self.residual(tau_e, w_m);
+            let F_hyb = maps::quasi_static_force(p, tau_e, w_m) + self.alpha * residual.dF;
+            (tau_e, F_hyb - F, residual)
+        };
+        let mut old = at(maps::required_torque(p, F, w_m, 0.0));
+        if self.alpha * old.2.dF == 0.0 {
+            return (old.0, old.2);
+        }
+        let mut new = at(maps::required_torque(p, F - old.1, w_m, 0.0));
+        for _ in 0..STEADY_STEPS {
+            let slope = (new.1 - old.1) / (new.0 - old.0);
+            let next = new.0 - new.1 / slope;
+            if !next.is_finite() {
+                break; // two equal points: converged to the last bit
+            }
+            (old, new) = (new, at(next));
+        }
+        (new.0, new.2)
     }
 }

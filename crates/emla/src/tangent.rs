@@ -1,8 +1,9 @@
 //! Derivatives of the outputs: along time, and along a direction of the inputs.
 
 use crate::dynamics::{Energy, Instant, Rates, State};
+use crate::efficiency::{Efficiency, Powers, is_defined};
 use crate::input::Input;
-use crate::losses::{Losses, core_loss, efficiency, efficiency_ratio, inverter_loss};
+use crate::losses::{Losses, core_loss, inverter_loss};
 use crate::motor::{self, Dq};
 use crate::output::Output;
 use crate::{Drive, Emla, maps};
@@ -26,8 +27,8 @@ struct InstantTangent {
 
 impl Emla {
     /// First time derivatives of the outputs. `u_dot` holds those of the inputs; the rod's position
-    /// always moves with its velocity. `F_mean` belongs to the last step and is constant; the residual is
-    /// held over a step.
+    /// always moves with its velocity. `F_mean` belongs to the last step and is constant; the network's
+    /// residual is held over a step.
     #[must_use]
     pub fn output_dot(&self, s: &State, u: &Input, u_dot: &Input) -> Output {
         let u_dot = Input {
@@ -55,6 +56,15 @@ impl Emla {
             Drive::Motion => d.F * now.x_dot + now.F * d.x_dot,
             Drive::Force => du.F_ext * now.x_dot + u.F_ext * d.x_dot,
         };
+        let electrical = (losses.electrical(), dl.electrical());
+        let (force, speed) = (maps::quasi_static_force(p, now.tau_e, now.w_m), now.x_n_dot);
+        let out = (
+            force * speed,
+            F_phys * speed + force * maps::travel_per_radian(p) * d.w_m,
+        );
+        let efficiency_phys = efficiency_tangent(&now, &d, electrical, out);
+        let net = (s.residual.F_net * s.residual.x_dot_net, 0.0);
+        let efficiency_net = efficiency_tangent(&now, &d, electrical, net);
         let Energy {
             supplied,
             delivered,
@@ -65,8 +75,11 @@ impl Emla {
             F_mean: 0.0,
             F_phys,
             F_hyb: F_phys,
+            F_net: 0.0,
             x_rod: d.x,
             x_rod_dot: d.x_dot,
+            x_dot_net: 0.0,
+            x_dot_hyb: self.blended(maps::travel_per_radian(p) * d.w_m, 0.0),
             i_d: d.i.d,
             i_q: d.i.q,
             theta_m: ds.theta_m,
@@ -83,13 +96,11 @@ impl Emla {
             E_out: delivered,
             E_loss: lost,
             E_stored: self.stored_tangent(&now, &d),
-            efficiency: efficiency_tangent(
-                &now,
-                &d,
-                (self.power_out(&now, u), P_out),
-                (losses.electrical(), dl.electrical()),
-            ),
+            efficiency: self.blended(efficiency_phys, efficiency_net),
+            efficiency_phys,
+            efficiency_net,
             efficiency_valid: false,
+            in_trained_range: false,
         }
     }
 
@@ -197,25 +208,24 @@ impl Emla {
     }
 }
 
-/// Derivative of the efficiency; zero where it is undefined or clamped. Pairs: value and derivative.
+/// Derivative of the efficiency. Pairs: value and derivative.
 fn efficiency_tangent(
     now: &Instant,
     d: &InstantTangent,
-    (P_out, P_out_dot): (f64, f64),
-    (P_el, P_el_dot): (f64, f64),
+    (electrical, electrical_dot): (f64, f64),
+    (out, out_dot): (f64, f64),
 ) -> f64 {
-    let Some((numerator, denominator)) = efficiency_ratio(now.tau_e, now.w_m, P_out, P_el) else {
-        return 0.0;
-    };
-    let ratio = efficiency((numerator, denominator));
-    if ratio <= 0.0 || ratio >= 1.0 {
+    if !is_defined(now.tau_e, now.w_m) {
         return 0.0;
     }
-    let P_shaft_dot = d.tau_e * now.w_m + now.tau_e * d.w_m;
-    let (numerator_dot, denominator_dot) = if now.w_m > 0.0 {
-        (P_out_dot, P_shaft_dot + P_el_dot)
-    } else {
-        (-P_shaft_dot - P_el_dot, -P_out_dot)
+    let powers = Powers {
+        shaft: now.tau_e * now.w_m,
+        electrical,
+        out,
     };
-    (numerator_dot - ratio * denominator_dot) / denominator
+    Efficiency::of(powers, now.w_m).tangent(Powers {
+        shaft: d.tau_e * now.w_m + now.tau_e * d.w_m,
+        electrical: electrical_dot,
+        out: out_dot,
+    })
 }

@@ -33,7 +33,12 @@ const ROWS: &[Row] = &[
     ("E_out", |y| y.E_out, 1.0),
     ("E_loss", |y| y.E_loss, 1.0),
     ("E_stored", |y| y.E_stored, 10.0),
+    ("F_net", |y| y.F_net, 1e4),
+    ("x_dot_net", |y| y.x_dot_net, 1e-2),
+    ("x_dot_hyb", |y| y.x_dot_hyb, 1e-2),
     ("efficiency", |y| y.efficiency, 1e-2),
+    ("efficiency_phys", |y| y.efficiency_phys, 1e-2),
+    ("efficiency_net", |y| y.efficiency_net, 1e-2),
 ];
 
 /// A field of the input, with a step that keeps central differences above rounding.
@@ -50,7 +55,7 @@ const DIRECTIONS: &[Direction] = &[
 
 /// A point in one of the four quadrants, away from the kinks; every third beyond the voltage circle.
 fn point(random: &mut Random, k: usize, drive: Drive) -> (Emla, State, Input) {
-    let emla = Emla::new(Machine::reference().emla, drive, 0.0).expect("reference");
+    let emla = Emla::new(Machine::reference().emla, drive).expect("reference");
     let volts = if k.is_multiple_of(3) { 900.0 } else { 150.0 };
     let mut u = Input {
         x: random.within(0.05, 0.75),

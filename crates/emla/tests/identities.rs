@@ -11,7 +11,7 @@ fn reference() -> machine::Emla {
 }
 
 fn actuator(p: machine::Emla, drive: Drive) -> Emla {
-    Emla::new(p, drive, 0.0).expect("valid parameters")
+    Emla::new(p, drive).expect("valid parameters")
 }
 
 /// Oracle: a locked rotor (an immense inertia) is two RL circuits, i(t) = (v/R)(1 − e^(−tR/L)).

@@ -81,7 +81,7 @@ fn path(case: &Case, t: f64, [v_d, v_q]: [f64; 2]) -> InputPath {
 
 fn compare(golden: &Golden, case: &Case, drive: Drive) -> Worst {
     assert_eq!(golden.columns, ["F", "F_mean", "i_d", "i_q", "w_m", "x"]);
-    let emla = Emla::new(Machine::reference().emla, drive, 0.0).expect("reference");
+    let emla = Emla::new(Machine::reference().emla, drive).expect("reference");
     let mut s: State = emla.start(&path(case, 0.0, [0.0; 2]).u).expect("finite");
     let mut worst = Worst::default();
     let grow = |worst: &mut f64, a: f64, b: f64| *worst = worst.max((a - b).abs());

@@ -11,7 +11,7 @@ use random::Random;
 const H: f64 = 1e-3;
 
 fn reference(drive: Drive) -> Emla {
-    Emla::new(Machine::reference().emla, drive, 0.0).expect("reference")
+    Emla::new(Machine::reference().emla, drive).expect("reference")
 }
 
 /// Runs `ms` milliseconds of inputs drawn anew from ±`bounds` every `hold` milliseconds. In between the rod
@@ -99,7 +99,7 @@ fn unusable_steps_and_inputs_are_refused() {
         C_m: -1.0,
         ..*emla.params()
     };
-    let text = Emla::new(p, Drive::Motion, 0.0)
+    let text = Emla::new(p, Drive::Motion)
         .expect_err("negative")
         .to_string();
     assert!(text.contains("emla.C_m"), "{text}");

@@ -1,0 +1,79 @@
+//! Efficiency on the quasi-static maps.
+
+/// Efficiency of an operating point and, when all its quantities move, its derivative.
+///
+/// Source: [eq:dnn_prediction_efficiency], with P_mech counted once: `τ_e·w_m` already feeds the mechanical
+/// losses, so only the electrical ones (copper, core, inverter) are added; absolute values in quadrant IV.
+/// ```text
+/// τ_e > 0, w_m > 0 (I):   η = P_out/(τ_e w_m + P_el)
+/// τ_e > 0, w_m < 0 (IV):  η = (|τ_e w_m| − P_el)/|P_out|
+/// ```
+/// `P_out` is the power of a quasi-static map, so energy moving in and out of the stores does not
+/// disturb the ratio. It is kept in [0, 1]: near standstill friction or the copper losses take all.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Efficiency {
+    numerator: f64,
+    denominator: f64,
+    generating: bool,
+}
+
+/// The powers that make up an efficiency, W (or their derivatives).
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Powers {
+    /// Shaft power `τ_e·w_m`.
+    pub shaft: f64,
+    /// Electrical losses.
+    pub electrical: f64,
+    /// Output of the map.
+    pub out: f64,
+}
+
+impl Powers {
+    fn fraction(self, generating: bool) -> (f64, f64) {
+        let Self {
+            shaft,
+            electrical,
+            out,
+        } = self;
+        if generating {
+            (-shaft - electrical, -out)
+        } else {
+            (out, shaft + electrical)
+        }
+    }
+}
+
+/// Whether the efficiency is defined: quadrants I and IV.
+pub(crate) fn is_defined(tau_e: f64, w_m: f64) -> bool {
+    tau_e > 0.0 && w_m != 0.0
+}
+
+impl Efficiency {
+    /// Of a point where [`is_defined`] holds.
+    pub(crate) fn of(powers: Powers, w_m: f64) -> Self {
+        let generating = w_m < 0.0;
+        let (numerator, denominator) = powers.fraction(generating);
+        Self {
+            numerator,
+            denominator,
+            generating,
+        }
+    }
+
+    pub(crate) fn value(self) -> f64 {
+        if self.numerator <= 0.0 || self.denominator <= 0.0 {
+            return 0.0;
+        }
+        (self.numerator / self.denominator).min(1.0)
+    }
+
+    /// Derivative when the powers change at `dot`; zero at the ends of [0, 1].
+    pub(crate) fn tangent(self, dot: Powers) -> f64 {
+        let value = self.value();
+        if value <= 0.0 || value >= 1.0 {
+            return 0.0;
+        }
+        let (numerator, denominator) = dot.fraction(self.generating);
+        (numerator - value * denominator) / self.denominator
+    }
+}

@@ -1,0 +1,117 @@
+//! Hybrid blending, with a network that says the same force everywhere.
+#![allow(non_snake_case)]
+
+use emla::{Drive, Emla, Input, InputPath, State, Surrogate, maps};
+use machine::Machine;
+
+const H: f64 = 1e-3;
+
+/// The shipped network with all weights zero and these outputs (inside its ranges) as last biases.
+fn constant_network(F: f64, x_dot: f64) -> Surrogate {
+    let mut file = Surrogate::reference().file().clone();
+    for layer in &mut file.layers {
+        layer.weights.iter_mut().flatten().for_each(|w| *w = 0.0);
+        layer.bias.fill(0.0);
+    }
+    let last = file.layers.last_mut().expect("six layers");
+    last.bias = vec![file.ranges.f_ext.scale(F), file.ranges.x_dot.scale(x_dot)];
+    Surrogate::new(file).expect("valid")
+}
+
+fn physics() -> Emla {
+    Emla::new(Machine::reference().emla, Drive::Motion).expect("reference")
+}
+
+/// One second at constant rod speed, voltage held at what the start needs.
+fn steady_run(emla: &Emla, mut u: Input) -> (State, Input) {
+    let p = *emla.params();
+    let mut s = emla.start(&u).expect("finite");
+    let w_e = f64::from(p.p) * s.w_m;
+    u.v_d = -w_e * p.L_q * s.i_q;
+    u.v_q = p.R_s * s.i_q + w_e * p.lambda_m;
+    for k in 0..1000 {
+        s = emla
+            .step(&s, &InputPath::held(u), f64::from(k) * H, H)
+            .expect("finite");
+        u.x += H * u.x_dot;
+    }
+    (s, u)
+}
+
+/// In steady motion the delivered force is F_hyb = F_qs + α(F_net − F_qs): with a constant network of 30 kN
+/// and half of each, F_qs must be 2·F − 30 kN. A newton or two come from K_b(x), as without a network.
+#[test]
+fn steady_force_is_the_hybrid_force() {
+    for (alpha, x_dot) in [(0.2, 0.03), (0.5, 0.03), (0.9, 0.03), (0.5, -0.03)] {
+        let net = 30e3_f64.copysign(x_dot);
+        let emla = physics().with_surrogate(constant_network(30e3, 0.05), alpha);
+        let u = Input {
+            x: 0.3,
+            x_dot,
+            F_hold: 26e3_f64.copysign(x_dot),
+            ..Input::default()
+        };
+        let start = emla.output(&emla.start(&u).expect("finite"), &u);
+        assert!((start.F - u.F_hold).abs() < 1e-6, "{}", start.F);
+        assert!((start.F_hyb - u.F_hold).abs() < 1e-6, "{}", start.F_hyb);
+        let (s, u) = steady_run(&emla, u);
+        let y = emla.output(&s, &u);
+        let expected = (1.0 - alpha) * y.F_phys + alpha * net;
+        assert!((y.F_hyb - expected).abs() < 1e-6 * expected.abs(), "{y:?}");
+        assert!(
+            (y.F - y.F_hyb).abs() < 5.0,
+            "α {alpha}: {} {}",
+            y.F,
+            y.F_hyb
+        );
+        assert!((y.F_net - net).abs() < 1e-6 && (y.F_phys - y.F).abs() > 400.0);
+        assert!((y.x_dot_net - 0.05_f64.copysign(x_dot)).abs() < 1e-12);
+        let x_dot_phys = maps::travel_per_radian(emla.params()) * y.w_m;
+        let blended = x_dot_phys + alpha * (y.x_dot_net - x_dot_phys);
+        assert!((y.x_dot_hyb - blended).abs() < 1e-15);
+        assert!(y.in_trained_range);
+    }
+}
+
+/// At α = 0 the network shows, but the motion is that of the physics, bit for bit.
+#[test]
+fn without_blending_the_network_only_shows() {
+    let u = Input {
+        x: 0.3,
+        x_dot: 0.03,
+        F_hold: 26e3,
+        ..Input::default()
+    };
+    let (plain, u_plain) = steady_run(&physics(), u);
+    let watched = physics().with_surrogate(constant_network(30e3, 0.05), 0.0);
+    let (s, u) = steady_run(&watched, u);
+    assert_eq!(
+        physics().output(&plain, &u_plain).F,
+        watched.output(&s, &u).F
+    );
+    assert_eq!(s.energy, plain.energy);
+    assert_eq!(watched.output(&s, &u).F_hyb, watched.output(&s, &u).F_phys);
+    assert!((watched.output(&s, &u).F_net - 30e3).abs() < 1e-6);
+}
+
+/// The residual's power counts among the losses, so the balance closes with blending too.
+#[test]
+fn power_balance_closes_with_blending() {
+    let emla = physics().with_surrogate(constant_network(30e3, 0.05), 0.4);
+    let u = Input {
+        x: 0.3,
+        x_dot: 0.03,
+        F_hold: 26e3,
+        ..Input::default()
+    };
+    let stored = emla.output(&emla.start(&u).expect("finite"), &u).E_stored;
+    let (s, u) = steady_run(&emla, u);
+    let y = emla.output(&s, &u);
+    let gap = y.E_in - y.E_out - y.E_loss - (y.E_stored - stored);
+    assert!(
+        y.E_in > 800.0 && gap.abs() < 1e-8 * y.E_in,
+        "{gap:e} of {}",
+        y.E_in
+    );
+    assert!(emla.losses_at(&s, &u).residual.abs() > 10.0);
+}
