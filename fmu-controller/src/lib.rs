@@ -1,1 +1,143 @@
-//! FMU shell Controller.
+//! FMI 2.0 co-simulation FMU `Controller`: the adaptive modular controller of the manipulator.
+//!
+//! [`table`] is the single source of names, units, bounds and dependencies; this file connects it
+//! to the `vdc` library.
+#![allow(non_snake_case)] // the paper's symbols
+
+mod table;
+
+use fmi2_export::{Info, InputPolynomial, Model, ModelError, Variable};
+use machine::Machine;
+use serde::{Deserialize, Serialize};
+use vdc::{Controller, Input, Mode, Output, Settings, Trajectory};
+
+/// The controller behind the FMI border.
+#[derive(Clone, Serialize, Deserialize)]
+pub struct ControllerFmu {
+    controller: Controller,
+    /// Not part of the behaviour: handed to the importer's log once.
+    #[serde(skip)]
+    warning: Option<String>,
+}
+
+/// Parameters as the importer sees them.
+#[derive(Clone, Serialize, Deserialize)]
+pub struct Parameters {
+    /// Nominal machine with the gains in `machine.controller`.
+    machine: Machine,
+    /// File the machine came from; empty: the embedded reference machine.
+    machine_file: String,
+    /// Item of [`table::MODE`].
+    mode: i32,
+    /// Item of [`table::TRAJECTORY`].
+    trajectory: i32,
+    /// Inertia of the plant over nominal, for the Lyapunov outputs.
+    true_inertia_scale: f64,
+}
+
+impl Parameters {
+    fn settings(&self) -> Settings {
+        let mode = match self.mode {
+            table::MODE_ADAPTIVE => Mode::Adaptive,
+            table::MODE_MODULAR => Mode::Modular,
+            _ => Mode::Pd,
+        };
+        Settings {
+            mode,
+            gains: self.machine.controller,
+            true_inertia_scale: self.true_inertia_scale,
+        }
+    }
+
+    fn trajectory(&self) -> Trajectory {
+        match self.trajectory {
+            table::TRAJECTORY_CUBIC => Trajectory::Cubic,
+            table::TRAJECTORY_TRIANGULAR => Trajectory::Triangular,
+            _ => Trajectory::External,
+        }
+    }
+}
+
+impl ControllerFmu {
+    /// What to tell the importer about the stability conditions of the low-level law, if they fail.
+    fn stability_warning(&self, p: &Parameters) -> Option<String> {
+        let conditions = self.controller.conditions(&p.settings());
+        if conditions.hold() {
+            return None;
+        }
+        let gains = &p.machine.controller;
+        Some(format!(
+            "the stability conditions of the low-level law fail: `K_i` = {}, `K_f` = {}, `K_v` = {} give \
+             epsilon_max = {} A/N, K_1 = {}, K_2 = {}; all must be finite and > 0, so must the gains",
+            gains.K_i, gains.K_f, gains.K_v, conditions.epsilon_max, conditions.K_1, conditions.K_2
+        ))
+    }
+}
+
+impl Model for ControllerFmu {
+    type Parameters = Parameters;
+    type Input = Input;
+    type Output = Output;
+    const INFO: Info = table::INFO;
+
+    fn variables() -> &'static [Variable<Self>] {
+        table::VARIABLES
+    }
+
+    fn defaults() -> (Parameters, Input) {
+        let machine = Machine::reference();
+        let (position, orientation) =
+            vdc::tip_pose(&machine, &machine.start.zeta).expect("the reference machine works");
+        let input = Input {
+            zeta: machine.start.zeta,
+            reference_position: position,
+            reference_orientation: orientation,
+            ..Input::default()
+        };
+        let parameters = Parameters {
+            machine,
+            machine_file: String::new(),
+            mode: table::MODE_ADAPTIVE,
+            trajectory: table::TRAJECTORY_CUBIC,
+            true_inertia_scale: 1.0,
+        };
+        (parameters, input)
+    }
+
+    fn initialize(p: &Parameters, u: &Input, t: f64) -> Result<Self, ModelError> {
+        let controller = Controller::new(&p.machine, p.trajectory(), &p.settings(), u, t)?;
+        let mut fmu = Self {
+            controller,
+            warning: None,
+        };
+        fmu.warning = fmu.stability_warning(p);
+        Ok(fmu)
+    }
+
+    fn tune(&mut self, p: &Parameters) -> Result<(), ModelError> {
+        p.machine.controller.check()?;
+        self.warning = self.stability_warning(p);
+        Ok(())
+    }
+
+    fn output(&self, p: &Parameters, u: &Input) -> Result<Output, ModelError> {
+        Ok(self.controller.output(&p.settings(), u)?)
+    }
+
+    fn step(
+        &mut self,
+        p: &Parameters,
+        u: &InputPolynomial<Input>,
+        t: f64,
+        h: f64,
+    ) -> Result<(), ModelError> {
+        // A sampled controller: it uses the measurements of the communication point.
+        Ok(self.controller.step(&p.settings(), u.value(), t, h)?)
+    }
+
+    fn take_warning(&mut self) -> Option<String> {
+        self.warning.take()
+    }
+}
+
+fmi2_export::export_fmu!(ControllerFmu);

@@ -17,7 +17,7 @@ mod reference;
 mod signals;
 mod stability;
 
-pub use controller::{Controller, ControllerError};
+pub use controller::{Controller, ControllerError, tip_pose};
 pub use reference::{Desired, Trajectory};
 pub use signals::{Input, Mode, Output, Settings};
 pub use stability::Conditions;

@@ -1,0 +1,222 @@
+//! Variables of the FMU `Controller`.
+
+use crate::{ControllerFmu, Parameters};
+use fmi2_export::{ALL_PARAMETERS, Base, Enumeration, File, Info, Unit, Variable};
+use machine::Machine;
+use std::path::Path;
+
+pub(crate) const MODE_ADAPTIVE: i32 = 1;
+pub(crate) const MODE_MODULAR: i32 = 2;
+static MODE: Enumeration = Enumeration::new(
+    "Mode",
+    "how much of the controller is at work",
+    &[
+        (
+            "adaptive",
+            "model-based, with natural adaptation of the inertias",
+        ),
+        ("modular", "model-based, with the nominal inertias"),
+        (
+            "pd",
+            "no model: inverse kinematics, damping and decoupling only",
+        ),
+    ],
+);
+
+pub(crate) const TRAJECTORY_CUBIC: i32 = 1;
+pub(crate) const TRAJECTORY_TRIANGULAR: i32 = 2;
+static TRAJECTORY: Enumeration = Enumeration::new(
+    "Trajectory",
+    "desired motion of the tip",
+    &[
+        ("cubic", "edges of a cube"),
+        ("triangular", "a triangle in the boom plane"),
+        ("external", "the inputs reference.*"),
+    ],
+);
+
+pub(crate) const INFO: Info = Info::new(
+    "Controller",
+    "Adaptive modular controller of an all-electric heavy-duty manipulator: virtual decomposition control with natural \
+     adaptation, and a voltage law for each actuator",
+)
+.version(env!("CARGO_PKG_VERSION"))
+.license("MIT OR Apache-2.0")
+.experiment(0.0, 24.25, 1e-3)
+.documentation(&[File { path: "index.html", bytes: include_bytes!("../documentation/index.html") }])
+.icon(include_bytes!("../model.png"))
+.resources(&[File { path: "reference_machine.json", bytes: machine::REFERENCE_JSON.as_bytes() }])
+.units(&[Unit { name: "V/N", base: Base { m: 1, s: -1, A: -1, ..Base::ONE }, display: &[("V/kN", 1e3)] }]);
+
+type V = Variable<ControllerFmu>;
+
+/// Joint motion and reference: what the required wrenches depend on.
+const MOTION: &[&str] = &[
+    "zeta",
+    "zeta_dot",
+    "reference.position",
+    "reference.velocity",
+    "reference.acceleration",
+    "reference.orientation",
+    "reference.angular_velocity",
+];
+/// The same without the acceleration: what the required twists depend on.
+const TWISTS: &[&str] = &[
+    "zeta",
+    "zeta_dot",
+    "reference.position",
+    "reference.velocity",
+    "reference.orientation",
+    "reference.angular_velocity",
+];
+const RATES: &[&str] = &[
+    "zeta",
+    "reference.position",
+    "reference.velocity",
+    "reference.orientation",
+    "reference.angular_velocity",
+];
+
+/// [`MOTION`] and further inputs.
+macro_rules! motion_and {
+    ($($more:literal),*) => {
+        &[
+            "zeta", "zeta_dot", "reference.position", "reference.velocity", "reference.acceleration",
+            "reference.orientation", "reference.angular_velocity", $($more),*
+        ]
+    };
+}
+
+/// The row of a gain in `machine.controller` from its name, unit and description.
+macro_rules! gain {
+    ($field:ident, $unit:literal, $description:literal) => {
+        V::parameter(
+            stringify!($field),
+            $description,
+            |p| &p.machine.controller.$field,
+            |p| &mut p.machine.controller.$field,
+        )
+        .unit($unit)
+        .tunable()
+        .min(0.0)
+    };
+}
+
+/// The estimated mass of a body.
+macro_rules! mass_hat {
+    ($name:literal, $body:ident) => {
+        V::output(
+            concat!("mass_hat.", $name),
+            concat!("estimated mass of body ", $name),
+            |y| &y.mass_hat[hdrm::Body::$body as usize],
+        )
+        .unit("kg")
+        .depends_on(&[])
+        .initially_depends_on(&[ALL_PARAMETERS])
+        .discrete()
+    };
+}
+
+fn read_machine(p: &mut Parameters, file: &str, resources: Option<&Path>) -> Result<(), String> {
+    p.machine = Machine::from_file(file, resources).map_err(|e| e.to_string())?;
+    p.machine_file = file.to_owned();
+    Ok(())
+}
+
+const ANGLE_MAX: f64 = 100.0;
+const RATE_MAX: f64 = 1e4;
+const CURRENT_MAX: f64 = 1e5;
+const FORCE_MAX: f64 = 1e8;
+
+#[rustfmt::skip]
+pub(crate) const VARIABLES: &[V] = &[
+    // Measurements
+    V::inputs("zeta", "joint angles: slew, lift, tilt, wrist", |u| &u.zeta, |u| &mut u.zeta)
+        .unit("rad").display_unit("deg").min(-ANGLE_MAX).max(ANGLE_MAX),
+    V::inputs("zeta_dot", "joint rates", |u| &u.zeta_dot, |u| &mut u.zeta_dot)
+        .unit("rad/s").display_unit("deg/s").min(-RATE_MAX).max(RATE_MAX),
+    V::inputs("i_d", "direct-axis currents of slew, lift and tilt actuator (peak)", |u| &u.i_d, |u| &mut u.i_d)
+        .unit("A").min(-CURRENT_MAX).max(CURRENT_MAX),
+    V::inputs("i_q", "quadrature-axis currents (peak)", |u| &u.i_q, |u| &mut u.i_q)
+        .unit("A").min(-CURRENT_MAX).max(CURRENT_MAX),
+    V::inputs("w_m", "motor speeds", |u| &u.w_m, |u| &mut u.w_m)
+        .unit("rad/s").display_unit("rpm").min(-1e6).max(1e6),
+    V::inputs("x_dot", "rod velocities; only the virtual power flows read them", |u| &u.x_dot, |u| &mut u.x_dot)
+        .unit("m/s").display_unit("mm/s").min(-100.0).max(100.0),
+    V::inputs("F", "actuator forces, positive when pushing; only the virtual power flows read them", |u| &u.F, |u| &mut u.F)
+        .unit("N").display_unit("kN").min(-FORCE_MAX).max(FORCE_MAX),
+    // External reference
+    V::inputs("reference.position", "desired tip position in the world, read if trajectory = external",
+        |u| &u.reference_position, |u| &mut u.reference_position).unit("m").min(-100.0).max(100.0),
+    V::inputs("reference.velocity", "desired tip velocity in the world, read if trajectory = external",
+        |u| &u.reference_velocity, |u| &mut u.reference_velocity).unit("m/s").min(-100.0).max(100.0),
+    V::inputs("reference.acceleration", "desired tip acceleration in the world, read if trajectory = external",
+        |u| &u.reference_acceleration, |u| &mut u.reference_acceleration).unit("m/s2").min(-1e4).max(1e4),
+    V::inputs("reference.orientation", "desired tip orientation, quaternion w, x, y, z of length 1, read if trajectory = external",
+        |u| &u.reference_orientation, |u| &mut u.reference_orientation).unit("1").min(-1.001).max(1.001),
+    V::inputs("reference.angular_velocity", "desired angular velocity of the tip in the world, read if trajectory = external",
+        |u| &u.reference_angular_velocity, |u| &mut u.reference_angular_velocity).unit("rad/s").display_unit("deg/s").min(-RATE_MAX).max(RATE_MAX),
+
+    // Commands
+    V::outputs("v_d", "direct-axis voltages (peak)", |y| &y.v_d)
+        .unit("V").depends_on(&["i_d[i]", "i_q[i]", "w_m[i]"]).initially_depends_on(&["i_d[i]", "i_q[i]", "w_m[i]", ALL_PARAMETERS]),
+    V::outputs("v_q", "quadrature-axis voltages (peak)", |y| &y.v_q)
+        .unit("V").depends_on(motion_and!("i_d[i]", "i_q[i]", "w_m[i]")),
+    V::outputs("tau_wrist", "wrist torques, held to their limits", |y| &y.tau_wrist)
+        .unit("N.m").depends_on(MOTION),
+    V::outputs("f_required", "required actuator forces", |y| &y.f_required)
+        .unit("N").display_unit("kN").depends_on(MOTION),
+    V::outputs("x_dot_required", "required rod velocities", |y| &y.x_dot_required)
+        .unit("m/s").display_unit("mm/s").depends_on(RATES),
+    V::outputs("i_q_required", "required quadrature-axis currents (peak)", |y| &y.i_q_required)
+        .unit("A").depends_on(motion_and!("i_d[i]", "i_q[i]")),
+    V::outputs("desired.position", "desired tip position in the world", |y| &y.desired_position)
+        .unit("m").depends_on(&["reference.position"]),
+    V::outputs("tip_error", "desired minus actual tip position in the world", |y| &y.tip_error)
+        .unit("m").display_unit("mm").depends_on(&["zeta", "reference.position"]),
+    V::output("tip_error_norm", "length of the tip error", |y| &y.tip_error_norm)
+        .unit("m").display_unit("mm").depends_on(&["zeta", "reference.position"]),
+
+    // Adaptation
+    mass_hat!("T1", T1), mass_hat!("A2", A2), mass_hat!("C2", C2), mass_hat!("D2", D2), mass_hat!("A3", A3),
+    mass_hat!("C3", C3), mass_hat!("D3", D3), mass_hat!("RK", RK), mass_hat!("CP", CP), mass_hat!("A4", A4),
+    mass_hat!("C4", C4), mass_hat!("D4", D4), mass_hat!("PL", PL),
+
+    // Stability in numbers
+    V::output("lyapunov.nu_velocity", "sum of 1/2 s'Ms over the bodies, s = V_r - V, with the plant's inertias", |y| &y.nu_velocity)
+        .unit("J").depends_on(TWISTS),
+    V::output("lyapunov.nu_adaptation", "sum of gamma D_F(L||L_hat) over the bodies", |y| &y.nu_adaptation)
+        .unit("J").depends_on(&[]).initially_depends_on(&[ALL_PARAMETERS]).discrete(),
+    V::outputs("lyapunov.nu_actuator", "accompanying function of each actuator", |y| &y.nu_actuator)
+        .unit("J").depends_on(motion_and!("i_d[i]", "i_q[i]")),
+    V::output("lyapunov.dissipation", "sum of s'K_A s over the bodies", |y| &y.dissipation)
+        .unit("W").depends_on(TWISTS),
+    V::outputs("lyapunov.vpf", "virtual power flow (x_dot_r - x_dot)(f_r - F) at each rod", |y| &y.vpf)
+        .unit("W").depends_on(motion_and!("x_dot[i]", "F[i]")),
+
+    // Parameters
+    V::integer_parameter("mode", "how much of the controller is at work", |p| &p.mode, |p| &mut p.mode)
+        .enumeration(&MODE).tunable(),
+    V::integer_parameter("trajectory", "desired motion of the tip", |p| &p.trajectory, |p| &mut p.trajectory)
+        .enumeration(&TRAJECTORY),
+    V::string_parameter("machine_file", "machine JSON to use for the nominal parameters and gains instead of the embedded reference machine",
+        |p| &p.machine_file, read_machine),
+    V::parameter("settle_time", "time for which the start pose is held before the trajectory begins",
+        |p| &p.machine.controller.settle_time, |p| &mut p.machine.controller.settle_time).unit("s").min(0.0).max(1e6),
+    gain!(Lambda_position, "1/s", "inverse-kinematics feedback on the position"),
+    gain!(Lambda_orientation, "1/s", "inverse-kinematics feedback on the orientation"),
+    gain!(kappa_KA, "1/s", "K_A = kappa_KA times the nominal inertia of each body"),
+    gain!(K_i, "V/A", "current feedback"),
+    gain!(K_f, "V/N", "force feedback"),
+    gain!(K_v, "V.s/m", "velocity feedback on the motor side"),
+    gain!(lambda_i, "1/s", "decay rate of the required direct-axis current"),
+    gain!(gamma, "J", "adaptation gain of the natural adaptation law; larger is slower").min(1e-6),
+    gain!(di_qr_filter_time, "s", "time constant of the filter behind d(i_qr)/dt").display_unit("ms").min(1e-6),
+    gain!(pd_actuator_damping, "N.s/m", "rod-velocity damping in mode pd"),
+    V::parameters("pd_wrist_damping", "wrist damping in mode pd",
+        |p| &p.machine.controller.pd_wrist_damping, |p| &mut p.machine.controller.pd_wrist_damping).unit("N.m.s/rad").tunable().min(0.0),
+    V::parameters("inverse_bounds", "bounds on the inverse pseudo-inertia over its nominal value: lower, upper",
+        |p| &p.machine.controller.inverse_bounds, |p| &mut p.machine.controller.inverse_bounds).unit("1").min(1e-6).max(1e6),
+    V::parameter("lyapunov.inertia_scale", "inertia of the plant over nominal, for the lyapunov.* outputs only",
+        |p| &p.true_inertia_scale, |p| &mut p.true_inertia_scale).unit("1").tunable().min(0.01).max(100.0),
+];
