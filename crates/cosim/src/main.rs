@@ -3,7 +3,7 @@
 
 use std::fs::File;
 use std::io::{BufWriter, Write};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Duration;
 
@@ -11,7 +11,7 @@ use anyhow::{Context, Result};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use cosim::exchange::Exchange;
 use cosim::master::{Grid, Schedule, Setting};
-use cosim::run::{Experiment, parse_setting};
+use cosim::run::{Experiment, Outcome, parse_setting};
 use cosim::signals::Signals;
 use cosim::system::System;
 use cosim::table;
@@ -29,6 +29,8 @@ struct Cli {
 enum Command {
     /// Run one experiment and print tip error, power residuals and speed
     Run(RunArgs),
+    /// Run one trajectory with the three controllers and print their tip RMSE beside the paper's
+    Compare(CompareArgs),
     /// Tip RMSE for inertia errors x trajectories x controllers, beside the paper's
     Table(TableArgs),
     /// Measure how many times faster than real time the coupled system runs, without recording
@@ -107,6 +109,23 @@ struct RunArgs {
 }
 
 #[derive(Args)]
+struct CompareArgs {
+    #[command(flatten)]
+    system: SystemArgs,
+    /// Reference trajectory
+    #[arg(long, value_parser = ["cubic", "triangular"], default_value = "cubic")]
+    trajectory: String,
+    /// Factor on mass and inertia of every body of the manipulator (the controller keeps nominal ones)
+    #[arg(long, value_name = "FACTOR", default_value_t = 1.0)]
+    inertia_scale: f64,
+    #[command(flatten)]
+    grid: GridArgs,
+    /// Write all outputs of each run to TRAJECTORY_CONTROLLER.csv in this directory
+    #[arg(long, value_name = "DIR")]
+    csv_dir: Option<PathBuf>,
+}
+
+#[derive(Args)]
 struct TableArgs {
     #[command(flatten)]
     system: SystemArgs,
@@ -133,6 +152,7 @@ struct BenchArgs {
 fn main() -> ExitCode {
     let result = match Cli::parse().command {
         Command::Run(args) => run(&args),
+        Command::Compare(args) => compare(&args),
         Command::Table(args) => run_table(&args),
         Command::Bench(args) => bench(&args),
         Command::Wiring(args) => wiring(&args),
@@ -205,36 +225,105 @@ fn experiment(system: &System, conditions: &ConditionArgs, grid: &GridArgs) -> R
 fn run(args: &RunArgs) -> Result<()> {
     let system = args.system.load()?;
     let experiment = experiment(&system, &args.conditions, &args.grid)?;
-    let bar = if args.quiet {
+    let outcome = shown(
+        &system,
+        &experiment,
+        &args.signals,
+        args.csv.as_deref(),
+        args.quiet,
+    )?;
+    print!("{}", outcome.summary());
+    if let Some(path) = &args.csv {
+        println!("signals written to {}", path.display());
+    }
+    Ok(())
+}
+
+/// Run with a progress bar and, where asked for, a CSV file.
+fn shown(
+    system: &System,
+    experiment: &Experiment,
+    patterns: &[String],
+    csv: Option<&Path>,
+    quiet: bool,
+) -> Result<Outcome> {
+    let mut signals = Signals::choose(system, patterns)?;
+    let file = match csv {
+        Some(path) => Some((
+            &mut signals,
+            BufWriter::with_capacity(1 << 16, create(path)?),
+        )),
+        None => None,
+    };
+    let bar = if quiet {
         ProgressBar::hidden()
     } else {
         bar(0, "steps")
     };
-    let mut signals = Signals::choose(&system, &args.signals)?;
-    let csv = match &args.csv {
-        Some(path) => {
-            let file = File::create(path)
-                .with_context(|| format!("`{}` cannot be written", path.display()))?;
-            Some((&mut signals, BufWriter::with_capacity(1 << 16, file)))
-        }
-        None => None,
+    let progress = |k, steps| {
+        bar.set_length(steps);
+        bar.set_position(k);
     };
-    let outcome = experiment.run(
-        &system,
-        |k, steps| {
-            bar.set_length(steps);
-            bar.set_position(k);
-        },
-        csv,
-    );
+    let outcome = experiment.run(system, progress, file);
     bar.finish_and_clear();
-    print!("{}", outcome?.summary());
-    if let Some(path) = &args.csv {
-        println!(
-            "{} signals written to {}",
-            signals.titles.len(),
-            path.display()
+    outcome
+}
+
+fn create(path: &Path) -> Result<File> {
+    File::create(path).with_context(|| format!("`{}` cannot be written", path.display()))
+}
+
+fn compare(args: &CompareArgs) -> Result<()> {
+    let system = args.system.load()?;
+    let scale = args.inertia_scale.to_string();
+    let mut rows = Vec::new();
+    for mode in table::MODES {
+        eprintln!(
+            "{} trajectory, controller {mode}, inertia x {scale}",
+            args.trajectory
         );
+        let conditions = ConditionArgs {
+            trajectory: Some(args.trajectory.clone()),
+            mode: Some(mode.into()),
+            inertia_scale: Some(args.inertia_scale),
+        };
+        let experiment = experiment(&system, &conditions, &args.grid)?;
+        let csv = args
+            .csv_dir
+            .as_ref()
+            .map(|dir| dir.join(format!("{}_{mode}.csv", args.trajectory)));
+        rows.push((
+            mode,
+            shown(&system, &experiment, &[], csv.as_deref(), false)?,
+            csv,
+        ));
+    }
+    println!(
+        "\ntip error over the {} trajectory, inertia x {scale}, H = {} s, in mm",
+        args.trajectory, args.grid.step
+    );
+    println!(
+        "{:<12}{:>10}{:>10}{:>14}{:>16}",
+        "controller", "RMSE", "max", "paper, RMSE", "x real time"
+    );
+    for (mode, outcome, _) in &rows {
+        let tip = outcome
+            .tip
+            .context("the system has no output `tip_error_norm`")?
+            .motion;
+        let paper = table::paper(&args.trajectory, args.inertia_scale, mode)
+            .map_or("-".into(), |m| format!("{:.1}", 1e3 * m));
+        println!(
+            "{mode:<12}{:>10.4}{:>10.4}{paper:>14}{:>16.0}",
+            1e3 * tip.rms(),
+            1e3 * tip.max,
+            outcome.real_time_factor()
+        );
+    }
+    for (.., csv) in &rows {
+        if let Some(path) = csv {
+            println!("signals written to {}", path.display());
+        }
     }
     Ok(())
 }
@@ -254,10 +343,7 @@ fn run_table(args: &TableArgs) -> Result<()> {
     bar.finish_and_clear();
     print!("{}", table::text(&cells));
     if let Some(path) = &args.csv {
-        let mut file = BufWriter::new(
-            File::create(path)
-                .with_context(|| format!("`{}` cannot be written", path.display()))?,
-        );
+        let mut file = BufWriter::new(create(path)?);
         table::write_csv(&cells, &mut file)
             .and_then(|()| Ok(file.flush()?))
             .with_context(|| path.display().to_string())?;

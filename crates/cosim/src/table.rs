@@ -20,6 +20,13 @@ pub const TRAJECTORIES: [(&str, [f64; 5]); 2] = [
     ("triangular", [0.0042, 0.0035, 0.0029, 0.0050, 0.0060]),
 ];
 
+/// The paper's RMSE for these conditions, m, where it gives one.
+pub fn paper(trajectory: &str, scale: f64, mode: &str) -> Option<f64> {
+    let (_, column) = TRAJECTORIES.iter().find(|(name, _)| *name == trajectory)?;
+    let row = SCALES.iter().position(|s| (s - scale).abs() < 1e-9)?;
+    (mode == "adaptive").then_some(column[row])
+}
+
 /// One cell: its conditions and the tip error, or why there is none.
 pub struct Cell {
     /// Trajectory.

@@ -1,2 +1,100 @@
-//! xtask
-fn main() {}
+//! `cargo xtask`: builds, describes, packs, demonstrates, tests and measures the FMU suite. `cargo xtask help` lists the commands.
+
+mod bench;
+mod demo;
+mod describe;
+mod libclang;
+mod library;
+mod pack;
+mod python;
+mod test;
+mod workspace;
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use anyhow::Result;
+use clap::{Parser, Subcommand};
+use workspace::Workspace;
+
+/// Build, pack, demonstrate, test and measure the FMU suite.
+#[derive(Parser)]
+#[command(bin_name = "cargo xtask")]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Write modelDescription/*.xml from the built libraries
+    Describe {
+        /// Write nothing; fail when a committed file differs from what the library says
+        #[arg(long)]
+        check: bool,
+    },
+    /// Build the FMU crates and pack target/fmu/*.fmu and Manipulator.ssp
+    Pack {
+        /// Directory for the packed files [default: fmu/ in the cargo target directory]
+        #[arg(long, value_name = "DIR")]
+        out: Option<PathBuf>,
+        /// Pack this package's cdylib instead of the suite, repeatable
+        #[arg(short, long = "package", value_name = "PACKAGE")]
+        packages: Vec<String>,
+        /// Pack this cdylib example instead of the suite, repeatable
+        #[arg(long = "example", value_name = "EXAMPLE")]
+        examples: Vec<String>,
+    },
+    /// From a fresh checkout to the coupled machine: build, pack, run the cubic trajectory with three controllers
+    Demo,
+    /// Everything that CI checks
+    Test,
+    /// Criterion-style benchmarks of the crates and the coupled real-time factor
+    Bench,
+    /// Provide libclang, so that plain `cargo build -p cosim` works
+    Setup,
+    /// Run the co-simulation program: `cargo xtask cosim -- run --help`
+    Cosim {
+        /// Arguments of `cosim`
+        #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
+        arguments: Vec<String>,
+    },
+}
+
+fn main() -> ExitCode {
+    match run(Cli::parse().command) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error: {error:#}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn run(command: Command) -> Result<()> {
+    let workspace = Workspace::find()?;
+    match command {
+        Command::Describe { check } => describe::run(&workspace, check),
+        Command::Pack {
+            out,
+            packages,
+            examples,
+        } => {
+            let out = out.unwrap_or_else(|| workspace.fmu_dir());
+            let targets = workspace::Fmu::chosen(&packages, &examples);
+            if targets.is_empty() {
+                pack::suite(&workspace, &out)
+            } else {
+                pack::fmus(&workspace, &targets, &out).map(drop)
+            }
+        }
+        Command::Demo => demo::run(&workspace),
+        Command::Test => test::run(&workspace),
+        Command::Bench => bench::run(&workspace),
+        Command::Setup => libclang::provide(&workspace).map(drop),
+        Command::Cosim { arguments } => {
+            let cosim = libclang::build_cosim(&workspace)?;
+            workspace::execute(workspace.command(cosim).args(arguments))
+        }
+    }
+}

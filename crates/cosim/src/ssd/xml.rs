@@ -1,0 +1,157 @@
+//! The elements of the file as they stand; only what is read.
+#![allow(missing_docs)] // named like the elements and attributes
+
+use serde::Deserialize;
+
+use super::PowerBond;
+
+#[derive(Deserialize)]
+pub struct File {
+    #[serde(rename = "System")]
+    pub system: System,
+    #[serde(rename = "DefaultExperiment")]
+    pub default_experiment: Option<Experiment>,
+}
+#[derive(Deserialize)]
+pub struct Experiment {
+    #[serde(rename = "@startTime")]
+    pub start_time: Option<f64>,
+    #[serde(rename = "@stopTime")]
+    pub stop_time: Option<f64>,
+}
+#[derive(Deserialize)]
+pub struct System {
+    #[serde(rename = "@name")]
+    pub name: String,
+    #[serde(rename = "Connectors", default)]
+    pub connectors: Connectors,
+    #[serde(rename = "Elements", default)]
+    pub elements: Elements,
+    #[serde(rename = "Connections", default)]
+    pub connections: Connections,
+}
+#[derive(Default, Deserialize)]
+pub struct Elements {
+    #[serde(rename = "Component", default)]
+    pub components: Vec<Component>,
+    #[serde(rename = "System", default)]
+    pub systems: Vec<Nested>,
+}
+#[derive(Deserialize)]
+pub struct Nested {
+    #[serde(rename = "@name")]
+    pub name: String,
+}
+#[derive(Deserialize)]
+pub struct Component {
+    #[serde(rename = "@name")]
+    pub name: String,
+    #[serde(rename = "@source")]
+    pub source: String,
+    #[serde(rename = "Connectors", default)]
+    pub connectors: Connectors,
+    #[serde(rename = "ParameterBindings", default)]
+    pub bindings: Bindings,
+}
+#[derive(Default, Deserialize)]
+pub struct Connectors {
+    #[serde(rename = "Connector", default)]
+    pub connectors: Vec<Connector>,
+}
+#[derive(Deserialize)]
+pub struct Connector {
+    #[serde(rename = "@name")]
+    pub name: String,
+    #[serde(rename = "@kind")]
+    pub kind: String,
+    #[serde(rename = "Real")]
+    pub real: Option<Real>,
+}
+#[derive(Deserialize)]
+pub struct Real {
+    #[serde(rename = "@unit")]
+    pub unit: Option<String>,
+}
+#[derive(Default, Deserialize)]
+pub struct Bindings {
+    #[serde(rename = "ParameterBinding", default)]
+    pub bindings: Vec<Binding>,
+}
+#[derive(Deserialize)]
+pub struct Binding {
+    #[serde(rename = "@prefix")]
+    pub prefix: Option<String>,
+    #[serde(rename = "ParameterValues")]
+    pub values: Option<Values>,
+}
+#[derive(Deserialize)]
+pub struct Values {
+    #[serde(rename = "ParameterSet")]
+    pub set: Set,
+}
+#[derive(Deserialize)]
+pub struct Set {
+    #[serde(rename = "Parameters")]
+    pub parameters: Parameters,
+}
+#[derive(Deserialize)]
+pub struct Parameters {
+    #[serde(rename = "Parameter", default)]
+    pub parameters: Vec<Parameter>,
+}
+#[derive(Deserialize)]
+pub struct Parameter {
+    #[serde(rename = "@name")]
+    pub name: String,
+    #[serde(rename = "Real")]
+    pub real: Option<Value>,
+    #[serde(rename = "Integer")]
+    pub integer: Option<Value>,
+    #[serde(rename = "Boolean")]
+    pub boolean: Option<Value>,
+    #[serde(rename = "String")]
+    pub string: Option<Value>,
+    #[serde(rename = "Enumeration")]
+    pub enumeration: Option<Value>,
+}
+#[derive(Deserialize)]
+pub struct Value {
+    #[serde(rename = "@value")]
+    pub value: String,
+}
+#[derive(Default, Deserialize)]
+pub struct Connections {
+    #[serde(rename = "Connection", default)]
+    pub connections: Vec<Connection>,
+}
+#[derive(Deserialize)]
+pub struct Connection {
+    #[serde(rename = "@startElement")]
+    pub start_element: Option<String>,
+    #[serde(rename = "@startConnector")]
+    pub start_connector: String,
+    #[serde(rename = "@endElement")]
+    pub end_element: Option<String>,
+    #[serde(rename = "@endConnector")]
+    pub end_connector: String,
+    #[serde(
+        rename = "LinearTransformation",
+        alias = "BooleanMappingTransformation",
+        alias = "IntegerMappingTransformation"
+    )]
+    pub transformed: Option<serde::de::IgnoredAny>,
+    #[serde(rename = "Annotations", default)]
+    pub annotations: Annotations,
+}
+#[derive(Default, Deserialize)]
+pub struct Annotations {
+    #[serde(rename = "Annotation", default)]
+    pub annotations: Vec<Annotation>,
+}
+#[derive(Deserialize)]
+pub struct Annotation {
+    #[serde(rename = "@type")]
+    pub kind: String,
+    #[serde(rename = "PowerBond")]
+    pub bond: Option<PowerBond>,
+}

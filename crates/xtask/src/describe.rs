@@ -1,0 +1,35 @@
+//! `modelDescription/*.xml`: what the libraries say about themselves, committed so that a change of the interface is seen in a review.
+
+use std::fs;
+
+use anyhow::{Context, Result, bail};
+
+use crate::library;
+use crate::workspace::Workspace;
+
+/// Write the model descriptions, or check that the committed ones are what the libraries say.
+pub fn run(workspace: &Workspace, check: bool) -> Result<()> {
+    let dir = workspace.root.join("modelDescription");
+    let mut stale = Vec::new();
+    for fmu in workspace.suite() {
+        let files = library::files(&workspace.build_fmu(&fmu)?)?;
+        let text = library::description(&files)?;
+        let path = dir.join(library::identifier(text)?).with_extension("xml");
+        let committed = fs::read_to_string(&path).ok();
+        // Git may have given the file the line ends of the platform.
+        let same = committed.is_some_and(|c| c.replace("\r\n", "\n") == text);
+        if !same && check {
+            stale.push(path.display().to_string());
+        } else if !same {
+            fs::write(&path, text).with_context(|| path.display().to_string())?;
+            println!("wrote {}", path.display());
+        }
+    }
+    if !stale.is_empty() {
+        bail!(
+            "not what the libraries say: {}; run `cargo xtask describe` and commit the result",
+            stale.join(", ")
+        );
+    }
+    Ok(())
+}

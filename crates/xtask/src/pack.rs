@@ -1,0 +1,151 @@
+//! Packs FMUs and the system: ZIP archives with fixed order and times, so that equal contents give equal files.
+
+use std::collections::BTreeMap;
+use std::fs::{self, File};
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result, bail};
+use zip::write::SimpleFileOptions;
+use zip::{CompressionMethod, DateTime, ZipWriter};
+
+use crate::library;
+use crate::workspace::{Fmu, Workspace};
+
+/// Pack the suite's FMUs and `Manipulator.ssp` into `out`.
+pub fn suite(workspace: &Workspace, out: &Path) -> Result<()> {
+    let packed = fmus(workspace, &workspace.suite(), out)?;
+    system(workspace, &packed, out)
+}
+
+/// Pack FMUs into `out`; the files written.
+pub fn fmus(workspace: &Workspace, targets: &[Fmu], out: &Path) -> Result<Vec<PathBuf>> {
+    fs::create_dir_all(out).with_context(|| out.display().to_string())?;
+    targets
+        .iter()
+        .map(|target| fmu(workspace, target, out))
+        .collect()
+}
+
+fn fmu(workspace: &Workspace, target: &Fmu, out: &Path) -> Result<PathBuf> {
+    let built = workspace.build_fmu(target)?;
+    let files = library::files(&built)?;
+    let identifier = library::identifier(library::description(&files)?)?;
+    let mut entries: BTreeMap<String, Vec<u8>> = files.into_iter().collect();
+    let (folder, suffix) = platform()?;
+    let binary = fs::read(&built).with_context(|| built.display().to_string())?;
+    entries.insert(format!("binaries/{folder}/{identifier}{suffix}"), binary);
+    entries.extend(licences(workspace)?);
+    let path = out.join(identifier).with_extension("fmu");
+    write_zip(&path, &entries)?;
+    println!(
+        "packed {} ({} kB)",
+        path.display(),
+        fs::metadata(&path)?.len() / 1000
+    );
+    Ok(path)
+}
+
+/// Folder in `binaries/` and suffix of the library for the machine this runs on (FMI 2.0.4, section 2.3).
+fn platform() -> Result<(&'static str, &'static str)> {
+    let folder = match (std::env::consts::OS, std::env::consts::ARCH) {
+        ("linux", "x86_64" | "aarch64") => "linux64",
+        ("macos", "x86_64" | "aarch64") => "darwin64",
+        ("windows", "x86_64") => "win64",
+        (os, arch) => bail!("FMI 2.0 has no folder for the platform {os} {arch}"),
+    };
+    Ok((folder, std::env::consts::DLL_SUFFIX))
+}
+
+/// The workspace's licence files, below `licenses/`, with the entry point that FMI asks for.
+fn licences(workspace: &Workspace) -> Result<BTreeMap<String, Vec<u8>>> {
+    let mut found = BTreeMap::new();
+    let mut names = Vec::new();
+    for entry in fs::read_dir(&workspace.root)? {
+        let entry = entry?;
+        let name = entry.file_name().to_string_lossy().into_owned();
+        if name.starts_with("LICENSE") {
+            found.insert(format!("licenses/{name}"), fs::read(entry.path())?);
+            names.push(name);
+        }
+    }
+    if !names.is_empty() {
+        names.sort();
+        let text = format!(
+            "MIT OR Apache-2.0, at your option; the texts: {}\n",
+            names.join(", ")
+        );
+        found.insert("licenses/license.txt".to_string(), text.into_bytes());
+    }
+    Ok(found)
+}
+
+/// `Manipulator.ssp`: the system structure with the FMUs it names.
+fn system(workspace: &Workspace, packed: &[PathBuf], out: &Path) -> Result<()> {
+    let file = workspace.root.join("system/SystemStructure.ssd");
+    let text = fs::read_to_string(&file).with_context(|| file.display().to_string())?;
+    let mut entries = BTreeMap::new();
+    for source in text
+        .split("source=\"")
+        .skip(1)
+        .filter_map(|rest| rest.split('"').next())
+    {
+        let fmu = packed
+            .iter()
+            .find(|p| p.file_name() == Path::new(source).file_name());
+        let fmu = fmu.with_context(|| {
+            format!("{} names {source}, which no package makes", file.display())
+        })?;
+        entries.insert(source.to_string(), fs::read(fmu)?);
+    }
+    entries.insert("SystemStructure.ssd".to_string(), text.into_bytes());
+    let path = out.join("Manipulator.ssp");
+    write_zip(&path, &entries)?;
+    println!(
+        "packed {} ({} kB)",
+        path.display(),
+        fs::metadata(&path)?.len() / 1000
+    );
+    Ok(())
+}
+
+fn write_zip(path: &Path, entries: &BTreeMap<String, Vec<u8>>) -> Result<()> {
+    let mut zip = ZipWriter::new(File::create(path).with_context(|| path.display().to_string())?);
+    for (name, bytes) in entries {
+        let mode = if name.starts_with("binaries/") {
+            0o755
+        } else {
+            0o644
+        };
+        let options = SimpleFileOptions::default()
+            .compression_method(CompressionMethod::Deflated)
+            .last_modified_time(DateTime::default())
+            .unix_permissions(mode);
+        zip.start_file(name.as_str(), options)
+            .with_context(|| name.clone())?;
+        zip.write_all(bytes)?;
+    }
+    zip.finish()?;
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn equal_contents_give_equal_archives() {
+        let dir = std::env::temp_dir().join(format!("xtask-pack-{}", std::process::id()));
+        fs::create_dir_all(&dir).unwrap();
+        let entries = BTreeMap::from([
+            ("b/x".to_string(), vec![1; 1000]),
+            ("a".to_string(), b"text".to_vec()),
+        ]);
+        let (first, second) = (dir.join("1.zip"), dir.join("2.zip"));
+        write_zip(&first, &entries).unwrap();
+        std::thread::sleep(std::time::Duration::from_millis(2100)); // ZIP times have a resolution of 2 s
+        write_zip(&second, &entries).unwrap();
+        assert_eq!(fs::read(&first).unwrap(), fs::read(&second).unwrap());
+        fs::remove_dir_all(&dir).unwrap();
+    }
+}

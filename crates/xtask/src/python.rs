@@ -1,0 +1,64 @@
+//! The repository's own Python environment in `.venv`: `libclang` for bindgen, and what the tests need.
+
+use std::fs;
+use std::path::PathBuf;
+
+use anyhow::{Context, Result};
+
+use crate::workspace::{Workspace, execute};
+
+/// A virtual environment with pinned packages.
+pub struct Python {
+    dir: PathBuf,
+}
+
+impl Python {
+    /// The environment in `.venv`, made where it is missing.
+    pub fn provide(workspace: &Workspace) -> Result<Self> {
+        let python = Self {
+            dir: workspace.root.join(".venv"),
+        };
+        if !python.program().is_file() {
+            println!("making the Python environment {}", python.dir.display());
+            let host = if cfg!(windows) { "python" } else { "python3" };
+            execute(
+                workspace
+                    .command(host)
+                    .args(["-m", "venv"])
+                    .arg(&python.dir),
+            )
+            .context("is Python 3 with its venv module installed?")?;
+        }
+        Ok(python)
+    }
+
+    /// Its interpreter.
+    pub fn program(&self) -> PathBuf {
+        self.dir.join(if cfg!(windows) {
+            "Scripts/python.exe"
+        } else {
+            "bin/python"
+        })
+    }
+
+    /// Install pinned requirements (text of a requirements file), unless just these are installed under `name`.
+    pub fn install(&self, workspace: &Workspace, name: &str, requirements: &str) -> Result<()> {
+        let stamp = self.dir.join(format!("{name}.installed.txt"));
+        if fs::read_to_string(&stamp).is_ok_and(|installed| installed == requirements) {
+            return Ok(());
+        }
+        println!("installing {name} into {}", self.dir.display());
+        let file = self.dir.join(format!("{name}.txt"));
+        fs::write(&file, requirements)?;
+        let pip = [
+            "-m",
+            "pip",
+            "install",
+            "--quiet",
+            "--disable-pip-version-check",
+            "--requirement",
+        ];
+        execute(workspace.command(self.program()).args(pip).arg(&file))?;
+        fs::write(&stamp, requirements).with_context(|| stamp.display().to_string())
+    }
+}

@@ -1,0 +1,181 @@
+//! The cargo workspace: where it is, what is in it, and running its tools.
+
+use std::ffi::OsStr;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+use anyhow::{Context, Result, anyhow, bail, ensure};
+use serde_json::Value;
+
+/// What `cargo metadata` says.
+pub struct Workspace {
+    /// Directory of the root Cargo.toml.
+    pub root: PathBuf,
+    /// Target directory, wherever the user has put it.
+    pub target: PathBuf,
+    metadata: Value,
+}
+
+/// A cdylib that becomes an FMU.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Fmu {
+    /// The library of a package.
+    Package(String),
+    /// An example of any package.
+    Example(String),
+}
+
+impl Fmu {
+    /// The packages and examples named on the command line.
+    pub fn chosen(packages: &[String], examples: &[String]) -> Vec<Self> {
+        let packages = packages.iter().cloned().map(Self::Package);
+        packages
+            .chain(examples.iter().cloned().map(Self::Example))
+            .collect()
+    }
+}
+
+impl Workspace {
+    /// The workspace this program belongs to.
+    pub fn find() -> Result<Self> {
+        let root = Path::new(env!("CARGO_MANIFEST_DIR"))
+            .ancestors()
+            .nth(2)
+            .context("xtask lies in crates/")?;
+        let mut command = Command::new(cargo());
+        command
+            .current_dir(root)
+            .args(["metadata", "--format-version", "1", "--no-deps"]);
+        let metadata: Value =
+            serde_json::from_str(&output(&mut command)?).context("cargo metadata")?;
+        let text = |key: &str| {
+            metadata[key]
+                .as_str()
+                .map(PathBuf::from)
+                .with_context(|| format!("cargo metadata has no {key}"))
+        };
+        Ok(Self {
+            root: text("workspace_root")?,
+            target: text("target_directory")?,
+            metadata,
+        })
+    }
+
+    /// Where packed FMUs go.
+    pub fn fmu_dir(&self) -> PathBuf {
+        self.target.join("fmu")
+    }
+
+    /// The suite: packages in `fmu-*` folders.
+    pub fn suite(&self) -> Vec<Fmu> {
+        let packages = self.metadata["packages"].as_array().into_iter().flatten();
+        let names = packages
+            .filter_map(|p| p["name"].as_str())
+            .filter(|name| name.starts_with("fmu-"));
+        names.map(|name| Fmu::Package(name.to_string())).collect()
+    }
+
+    /// A command in the root folder, with the target directory of this workspace.
+    pub fn command(&self, program: impl AsRef<OsStr>) -> Command {
+        let mut command = Command::new(program);
+        command
+            .current_dir(&self.root)
+            .env("CARGO_TARGET_DIR", &self.target);
+        command
+    }
+
+    /// A cargo command in the root folder.
+    pub fn cargo<'a>(&self, arguments: impl IntoIterator<Item = &'a str>) -> Command {
+        let mut command = self.command(cargo());
+        command.args(arguments);
+        command
+    }
+
+    /// Build in release mode; the artifact of kind `kind` (`cdylib` or `bin`) that cargo reports.
+    pub fn build(
+        &self,
+        target: &[&str],
+        kind: &str,
+        environment: &[(String, String)],
+    ) -> Result<PathBuf> {
+        let mut command = self.cargo([
+            "build",
+            "--release",
+            "--message-format",
+            "json-render-diagnostics",
+        ]);
+        command.args(target).envs(environment.iter().cloned());
+        let messages = output(&mut command)?;
+        let artifacts = messages
+            .lines()
+            .filter_map(|line| serde_json::from_str::<Value>(line).ok());
+        let of_kind = |m: &Value| {
+            m["target"]["crate_types"]
+                .as_array()
+                .is_some_and(|kinds| kinds.iter().any(|k| k == kind))
+        };
+        let path = |m: Value| match kind {
+            "bin" => m["executable"].as_str().map(PathBuf::from),
+            _ => m["filenames"]
+                .as_array()?
+                .iter()
+                .filter_map(Value::as_str)
+                .find(|f| is_shared_library(f))
+                .map(PathBuf::from),
+        };
+        let built = artifacts
+            .filter(|m| m["reason"] == "compiler-artifact" && of_kind(m))
+            .filter_map(path)
+            .next_back();
+        built.ok_or_else(|| anyhow!("cargo build {} made no {kind}", target.join(" ")))
+    }
+
+    /// Build the shared library of an FMU.
+    pub fn build_fmu(&self, fmu: &Fmu) -> Result<PathBuf> {
+        match fmu {
+            Fmu::Package(name) => self.build(&["--package", name, "--lib"], "cdylib", &[]),
+            Fmu::Example(name) => self.build(&["--example", name], "cdylib", &[]),
+        }
+    }
+}
+
+fn is_shared_library(file: &str) -> bool {
+    let extension = Path::new(file).extension().and_then(OsStr::to_str);
+    extension.is_some_and(|e| e == std::env::consts::DLL_EXTENSION)
+}
+
+/// The cargo that runs this program.
+fn cargo() -> PathBuf {
+    std::env::var_os("CARGO").map_or_else(|| PathBuf::from("cargo"), PathBuf::from)
+}
+
+/// Run a command; an error names it.
+pub fn execute(command: &mut Command) -> Result<()> {
+    let text = shown(command);
+    let status = command
+        .status()
+        .with_context(|| format!("`{text}` cannot be started"))?;
+    ensure!(status.success(), "`{text}` failed ({status})");
+    Ok(())
+}
+
+/// Run a command; what it wrote to standard output.
+pub fn output(command: &mut Command) -> Result<String> {
+    let text = shown(command);
+    let result = command
+        .stderr(Stdio::inherit())
+        .output()
+        .with_context(|| format!("`{text}` cannot be started"))?;
+    if !result.status.success() {
+        bail!("`{text}` failed ({})", result.status);
+    }
+    String::from_utf8(result.stdout).with_context(|| format!("`{text}` wrote no UTF-8"))
+}
+
+fn shown(command: &Command) -> String {
+    let words = std::iter::once(command.get_program()).chain(command.get_args());
+    words
+        .map(|w| w.to_string_lossy().into_owned())
+        .collect::<Vec<_>>()
+        .join(" ")
+}
