@@ -84,7 +84,7 @@ impl<M: Model> Instance<M> {
             }
             _ => "cannot be set any more; allowed until fmi2ExitInitializationMode".to_owned(),
         };
-        Failure::Error(format!("`{name}` = {value}: a {kind} {reason}"))
+        Failure::Error(format!("`{name}` = {value}: {kind} {reason}"))
     }
 
     /// fmi2GetReal, fmi2GetInteger, fmi2GetBoolean.
@@ -184,6 +184,6 @@ impl<M: Model> Instance<M> {
 fn not_gettable<M: Model>(row: &Variable<M>, i: usize, given: &str) -> Failure {
     let (name, kind, right) = (row.element_name(i), row.kind(), row.place.type_name());
     Failure::Error(format!(
-        "`{name}` is a {kind} and cannot be read as {given}; allowed is fmi2Get{right}"
+        "`{name}` is {kind} and cannot be read as {given}; allowed is fmi2Get{right}"
     ))
 }

@@ -68,7 +68,7 @@ impl<M: Model> Variable<M> {
         }
     }
 
-    /// Type and causality in words, for messages.
+    /// Type and causality in words, for messages: `an Integer input`.
     pub(crate) fn kind(&self) -> String {
         let causality = match self.causality {
             Causality::Input => "input",
@@ -77,7 +77,9 @@ impl<M: Model> Variable<M> {
             Causality::Parameter if self.tunable => "tunable parameter",
             Causality::Parameter => "fixed parameter",
         };
-        format!("{} {causality}", self.place.type_name())
+        let name = self.place.type_name();
+        let article = if name == "Integer" { "an" } else { "a" };
+        format!("{article} {name} {causality}")
     }
 }
 

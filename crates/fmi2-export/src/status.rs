@@ -34,7 +34,7 @@ impl<M: Model> Instance<M> {
 
     /// fmi2GetIntegerStatus: FMI 2.0 defines no Integer status.
     pub(crate) fn integer_status(&self, kind: c_int) -> Result<i32, Failure> {
-        refuse!("status kind = {kind}; FMI 2.0 allows none here")
+        refuse!("status kind = {kind}; allowed is none, FMI 2.0 has no Integer status")
     }
 
     /// fmi2GetBooleanStatus: the model never ends the simulation by itself.

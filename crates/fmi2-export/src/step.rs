@@ -56,7 +56,7 @@ impl<M: Model> Instance<M> {
         if !(h.is_finite() && h > 0.0) {
             return refuse!("communicationStepSize = {h} s; allowed are finite values > 0");
         }
-        let is_now = (t - now).abs() <= slack(t, now, h); // false for NaN
+        let is_now = t.is_finite() && (t - now).abs() <= slack(t, now, h);
         if !is_now {
             return refuse!(
                 "currentCommunicationPoint = {t} s; allowed is the present time {now} s"
@@ -89,7 +89,7 @@ impl<M: Model> Instance<M> {
             if !matches!(row.place, Place::RealIn(_)) || row.discrete {
                 let kind = row.kind();
                 return refuse!(
-                    "`{name}` is a {kind} without derivatives; allowed are continuous Real inputs"
+                    "`{name}` is {kind} without derivatives; allowed are continuous Real inputs"
                 );
             }
             if !(1..=MAX_INPUT_DERIVATIVE as i32).contains(&order) {
@@ -129,7 +129,7 @@ impl<M: Model> Instance<M> {
             let name = row.element_name(i);
             if !matches!(row.place, Place::RealOut(_)) || row.causality != Causality::Output {
                 let kind = row.kind();
-                return refuse!("`{name}` is a {kind}; allowed are Real outputs");
+                return refuse!("`{name}` is {kind}; allowed are Real outputs");
             }
             if order != 1 {
                 return refuse!("`{name}`: order of derivative = {order}; allowed is 1");
@@ -176,7 +176,7 @@ impl<M: Model> Instance<M> {
             let (i, row) = self.layout.find(vr)?;
             let (name, kind) = (row.element_name(i), row.kind());
             let Place::RealIn(place) = &row.place else {
-                return refuse!("known `{name}` is a {kind}; allowed are Real inputs");
+                return refuse!("known `{name}` is {kind}; allowed are Real inputs");
             };
             if !seed.is_finite() {
                 return refuse!("known `{name}`: seed = {seed}; allowed are finite values");
@@ -187,7 +187,7 @@ impl<M: Model> Instance<M> {
             let (i, row) = self.layout.find(vr)?;
             if !matches!(row.place, Place::RealOut(_)) {
                 let (name, kind) = (row.element_name(i), row.kind());
-                return refuse!("unknown `{name}` is a {kind}; allowed are Real outputs");
+                return refuse!("unknown `{name}` is {kind}; allowed are Real outputs");
             }
         }
         if unknown.is_empty() {

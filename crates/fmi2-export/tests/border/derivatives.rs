@@ -1,0 +1,108 @@
+//! Input, output and directional derivatives.
+
+use crate::client::*;
+use crate::probe::vr;
+use fmi2_export::ffi::*;
+
+/// Oracle: ∫(2 + 3s + 5s²/2 + 7s³/6) ds over h = 0.5, all numbers exact in binary.
+#[test]
+fn input_derivatives_act_for_one_step() {
+    let fmu = Fmu::stepping();
+    let u = vr::U[0];
+    assert_eq!(fmu.set(&[u], &[2.0]), Status::Ok);
+    assert_eq!(
+        fmu.derivatives(&[u, u, u], &[1, 2, 3], &[3.0, 5.0, 7.0 * 3.0]),
+        Status::Ok
+    );
+    assert_eq!(fmu.step(0.0, 0.5), Status::Ok);
+    let h: f64 = 0.5;
+    let x = 2.0 * h + 3.0 * h * h / 2.0 + 5.0 * h.powi(3) / 6.0 + 21.0 * h.powi(4) / 24.0;
+    // 4 rounded terms of size 1.
+    assert!((fmu.get([vr::X[0]])[0] - x).abs() < 4.0 * f64::EPSILON);
+    // The input has gone on to the end of the step and is held from there: 2 + 3h + 5h²/2 + 21h³/6.
+    let end = 2.0 + 3.0 * h + 5.0 * h * h / 2.0 + 21.0 * h.powi(3) / 6.0;
+    assert!((fmu.get([u])[0] - end).abs() < 8.0 * f64::EPSILON);
+    // Its slope there shows in the derivative of y = 3 x₁ + u₂ only for u₂; x₁' is the input itself.
+    let (status, x_dot) = fmu.output_derivative(vr::X[0], 1);
+    assert_eq!((status, x_dot), (Status::Ok, fmu.get([u])[0]));
+    let (u_end, x_end) = (fmu.get([u])[0], fmu.get([vr::X[0]])[0]);
+    assert_eq!(fmu.step(0.5, 0.5), Status::Ok);
+    assert_eq!(fmu.get([u, vr::X[0]]), [u_end, x_end + 0.5 * u_end]);
+}
+
+#[test]
+fn output_derivatives_see_the_slope_of_the_inputs() {
+    let fmu = Fmu::stepping();
+    let u = vr::U[1];
+    assert_eq!(fmu.output_derivative(vr::Y, 1), (Status::Ok, 0.0));
+    assert_eq!(fmu.derivatives(&[u, u], &[1, 2], &[3.0, 4.0]), Status::Ok);
+    assert_eq!(fmu.output_derivative(vr::Y, 1), (Status::Ok, 3.0)); // given for the step to come
+    assert_eq!(fmu.step(0.0, 0.5), Status::Ok);
+    assert_eq!(fmu.output_derivative(vr::Y, 1), (Status::Ok, 5.0)); // at its end: 3 + 4·0.5
+    assert_eq!(fmu.step(0.5, 0.5), Status::Ok);
+    assert_eq!(fmu.output_derivative(vr::Y, 1), (Status::Ok, 0.0)); // held
+}
+
+#[test]
+fn directional_derivatives_go_through() {
+    let fmu = Fmu::stepping();
+    let known = [vr::U[1], vr::U[0], vr::U[1]]; // named twice: seeds add up
+    let (status, dy) = fmu.directional(&[vr::Y, vr::X[0]], &known, &[2.0, 5.0, 0.5]);
+    assert_eq!((status, dy), (Status::Ok, vec![2.5, 0.0]));
+}
+
+#[test]
+fn derivatives_of_the_wrong_things_are_refused() {
+    let fmu = Fmu::stepping();
+    let refused = |status: Status, text: &str| {
+        assert_eq!(status, Status::Error, "{text}");
+        assert!(
+            fmu.last().text.contains(text),
+            "`{}` lacks `{text}`",
+            fmu.last().text
+        );
+    };
+    let before = fmu.snapshot();
+    #[rustfmt::skip]
+    let inputs = [
+        (vr::U[0],  0, 1.0,           "`u[1]`: order of derivative = 0; allowed are 1 to 3"),
+        (vr::U[0],  4, 1.0,           "`u[1]`: order of derivative = 4; allowed are 1 to 3"),
+        (vr::U[1], -1, 1.0,           "`u[2]`: order of derivative = -1"),
+        (vr::U[1],  1, f64::NAN,      "`u[2]`: derivative of order 1 = NaN; allowed are finite values"),
+        (vr::HELD,  1, 1.0,           "`held` is a Real input without derivatives; allowed are continuous Real inputs"),
+        (vr::FAULT, 1, 1.0,           "`fault` is an Integer input without derivatives"),
+        (vr::GAIN,  1, 1.0,           "`gain` is a Real tunable parameter without derivatives"),
+        (77,        1, 1.0,           "unknown value reference 77"),
+    ];
+    for (wrong, order, value, text) in inputs {
+        refused(
+            fmu.derivatives(&[vr::U[0], wrong], &[1, order], &[9.0, value]),
+            text,
+        );
+    }
+    assert_eq!(fmu.snapshot(), before);
+    refused(
+        fmu.output_derivative(vr::Y, 2).0,
+        "`y`: order of derivative = 2; allowed is 1",
+    );
+    refused(
+        fmu.output_derivative(vr::U[0], 1).0,
+        "`u[1]` is a Real input; allowed are Real outputs",
+    );
+    refused(
+        fmu.output_derivative(vr::DOUBLED, 1).0,
+        "`doubled` is an Integer output; allowed are Real outputs",
+    );
+    refused(
+        fmu.directional(&[vr::Y], &[vr::GAIN], &[1.0]).0,
+        "known `gain` is a Real tunable parameter; allowed are Real inputs",
+    );
+    refused(
+        fmu.directional(&[vr::LAW], &[vr::U[0]], &[1.0]).0,
+        "unknown `law` is an Integer fixed parameter; allowed are Real outputs",
+    );
+    refused(
+        fmu.directional(&[vr::Y], &[vr::U[0]], &[f64::INFINITY]).0,
+        "known `u[1]`: seed = inf; allowed are finite values",
+    );
+}

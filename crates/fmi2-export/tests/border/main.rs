@@ -1,0 +1,14 @@
+//! The C border, called as an importer calls it: by C name, through pointers.
+//! Each unsafe call gets an instance that is live or NULL, and pointers that are NULL or valid for the number beside them.
+#![allow(missing_docs, clippy::undocumented_unsafe_blocks)]
+
+mod client;
+mod derivatives;
+mod life;
+mod misuse;
+mod order;
+mod panics;
+mod probe;
+mod saved;
+mod time;
+mod xml;

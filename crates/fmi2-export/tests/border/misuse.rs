@@ -1,0 +1,266 @@
+//! Wrong arguments: fmi2Error, a message with name, value and what is allowed, and nothing changed.
+
+use crate::client::*;
+use crate::probe::vr;
+use fmi2_export::ffi::*;
+use std::ptr;
+
+/// Checks that `wrong` is refused with `text` in the message and changes nothing that can be saved.
+fn refused(fmu: &Fmu, text: &str, wrong: impl FnOnce() -> Status) {
+    let before = fmu.snapshot();
+    assert_eq!(wrong(), Status::Error, "{text}");
+    let message = fmu.last();
+    assert!(
+        message.text.contains(text),
+        "`{}` lacks `{text}`",
+        message.text
+    );
+    assert_eq!(
+        (message.status, message.category.as_str()),
+        (Status::Error, "logStatusError")
+    );
+    assert_eq!(message.format, "%s");
+    assert_eq!(fmu.snapshot(), before, "{text}");
+}
+
+#[test]
+fn reals_out_of_place_are_refused() {
+    let fmu = Fmu::stepping();
+    #[rustfmt::skip]
+    let cases = [
+        (vr::COUNT,   1.0,               "fmi2SetReal: unknown value reference 18; allowed are 0 to 17"),
+        (u32::MAX,    1.0,               "unknown value reference 4294967295; allowed are 0 to 17"),
+        (vr::U[1],    f64::NAN,          "`u[2]` = NaN; allowed are finite values ≥ -1000000"),
+        (vr::U[0],    f64::INFINITY,     "`u[1]` = inf; allowed are finite values ≥ -1000000"),
+        (vr::HELD,    f64::NEG_INFINITY, "`held` = -inf; allowed are finite values"),
+        (vr::U[0],    -1000001.0,        "`u[1]` = -1000001; allowed are finite values ≥ -1000000"),
+        (vr::GAIN,    10.000001,         "`gain` = 10.000001; allowed are values from 0 to 10"),
+        (vr::GAIN,    -0.5,              "`gain` = -0.5; allowed are values from 0 to 10"),
+        (vr::GAIN,    9.0,               "gain = 9 is for nobody"),
+        (vr::RATE[1], 1.0,               "`rate[2]` = 1: a Real fixed parameter cannot be set any more; allowed until fmi2ExitInitializationMode"),
+        (vr::X[1],    1.0,               "`x[2]` = 1: a Real output cannot be set; allowed are inputs and parameters"),
+        (vr::INNER,   1.0,               "`inner` = 1: a Real local variable cannot be set; allowed are inputs and parameters"),
+        (vr::LAW,     1.0,               "`law` = 1: an Integer fixed parameter cannot be set as Real; allowed is fmi2SetInteger"),
+        (vr::SWITCH,  1.0,               "`switch` = 1: a Boolean input cannot be set as Real; allowed is fmi2SetBoolean"),
+        (vr::FILE,    1.0,               "`file` = 1: a String fixed parameter cannot be set as Real; allowed is fmi2SetString"),
+    ];
+    for (wrong, value, text) in cases {
+        // The rest of the batch is right, and must not be written either.
+        refused(&fmu, text, || {
+            fmu.set(&[vr::U[0], vr::GAIN, wrong], &[2.0, 4.0, value])
+        });
+    }
+}
+
+#[test]
+fn integers_booleans_and_strings_out_of_place_are_refused() {
+    let fmu = Fmu::initializing();
+    #[rustfmt::skip]
+    let cases = [
+        (vr::LAW,   0,  "`law` = 0; allowed are 1 (plain), 2 (other)"),
+        (vr::LAW,   3,  "`law` = 3; allowed are 1 (plain), 2 (other)"),
+        (vr::LEVEL, 8,  "`level` = 8; allowed are values from -3 to 7"),
+        (vr::LEVEL, -4, "`level` = -4; allowed are values from -3 to 7"),
+        (vr::GAIN,  1,  "`gain` = 1: a Real tunable parameter cannot be set as Integer; allowed is fmi2SetReal"),
+        (99,        1,  "unknown value reference 99"),
+    ];
+    for (wrong, value, text) in cases {
+        refused(&fmu, text, || fmu.set_integer(wrong, value));
+    }
+    refused(&fmu, "`on` = true: a Boolean output cannot be set", || {
+        fmu.set_boolean(vr::ON, 1)
+    });
+    refused(
+        &fmu,
+        "`u[1]` = false: a Real input cannot be set as Boolean",
+        || fmu.set_boolean(vr::U[0], 0),
+    );
+    refused(
+        &fmu,
+        "`file` = \"x\": invalid digit found in string; allowed are numbers",
+        || fmu.set_string(vr::FILE, c"x"),
+    );
+    refused(&fmu, "value[0] = \"\\xff\" is not UTF-8", || {
+        fmu.set_string(vr::FILE, c"\xff")
+    });
+    refused(
+        &fmu,
+        "`gain` = \"x\": a Real tunable parameter cannot be set as String",
+        || fmu.set_string(vr::GAIN, c"x"),
+    );
+    // SAFETY: one value reference, one NULL string.
+    refused(&fmu, "value[0] = NULL; allowed are strings", || unsafe {
+        fmi2SetString(fmu.c, &vr::FILE, 1, &ptr::null())
+    });
+}
+
+#[test]
+fn reading_with_the_wrong_function_is_refused() {
+    let fmu = Fmu::stepping();
+    refused(
+        &fmu,
+        "`law` is an Integer fixed parameter and cannot be read as Real; allowed is fmi2GetInteger",
+        || fmu.try_get(vr::LAW),
+    );
+    refused(
+        &fmu,
+        "fmi2GetReal: unknown value reference 18; allowed are 0 to 17",
+        || fmu.try_get(vr::COUNT),
+    );
+    // SAFETY: one value reference and one place each.
+    unsafe {
+        refused(
+            &fmu,
+            "`x[1]` is a Real output and cannot be read as Integer",
+            || fmi2GetInteger(fmu.c, &vr::X[0], 1, &mut 0),
+        );
+        refused(
+            &fmu,
+            "`file` is a String fixed parameter and cannot be read as Boolean",
+            || fmi2GetBoolean(fmu.c, &vr::FILE, 1, &mut 0),
+        );
+        refused(
+            &fmu,
+            "`gain` is a Real tunable parameter and cannot be read as String",
+            || fmi2GetString(fmu.c, &vr::GAIN, 1, &mut ptr::null()),
+        );
+    }
+}
+
+#[test]
+fn null_arrays_are_refused() {
+    let fmu = Fmu::stepping();
+    let (c, vr) = (fmu.c, &vr::U[0]);
+    // SAFETY: NULL is what is tested; everything else has one element.
+    unsafe {
+        refused(
+            &fmu,
+            "vr = NULL with 1 elements; allowed is NULL with 0 elements only",
+            || fmi2SetReal(c, ptr::null(), 1, &1.0),
+        );
+        refused(&fmu, "value = NULL with 1 elements", || {
+            fmi2SetReal(c, vr, 1, ptr::null())
+        });
+        refused(&fmu, "value = NULL with 1 elements", || {
+            fmi2GetReal(c, vr, 1, ptr::null_mut())
+        });
+        refused(&fmu, "is no array", || fmi2SetReal(c, vr, usize::MAX, &1.0));
+        refused(&fmu, "is no array", || {
+            fmi2GetReal(c, vr, 1, ptr::without_provenance_mut(12345))
+        });
+        refused(&fmu, "order = NULL with 1 elements", || {
+            fmi2SetRealInputDerivatives(c, vr, 1, ptr::null(), &1.0)
+        });
+        refused(&fmu, "dvKnown = NULL with 1 elements", || {
+            fmi2GetDirectionalDerivative(c, vr, 1, vr, 1, ptr::null(), &mut 0.0)
+        });
+        refused(&fmu, "categories = NULL with 2 elements", || {
+            fmi2SetDebugLogging(c, 1, 2, ptr::null())
+        });
+        refused(
+            &fmu,
+            "FMUstate = 0x0; allowed is a place for the result",
+            || fmi2GetFMUstate(c, ptr::null_mut()),
+        );
+        refused(&fmu, "value = 0x0; allowed is a place", || {
+            fmi2GetRealStatus(c, LAST_SUCCESSFUL_TIME, ptr::null_mut())
+        });
+        assert_eq!(fmi2FreeFMUstate(c, ptr::null_mut()), Status::Ok);
+    }
+}
+
+#[test]
+fn experiments_without_sense_are_refused() {
+    let fmu = Fmu::instantiated();
+    // SAFETY: a live instance.
+    let setup = |tolerance: Option<f64>, start, stop: Option<f64>| unsafe {
+        let (t, s) = (tolerance.unwrap_or(0.0), stop.unwrap_or(0.0));
+        fmi2SetupExperiment(
+            fmu.c,
+            tolerance.is_some().into(),
+            t,
+            start,
+            stop.is_some().into(),
+            s,
+        )
+    };
+    refused(&fmu, "startTime = NaN; allowed are finite values", || {
+        setup(None, f64::NAN, None)
+    });
+    refused(
+        &fmu,
+        "stopTime = 1; allowed are finite values ≥ startTime = 2",
+        || setup(None, 2.0, Some(1.0)),
+    );
+    refused(&fmu, "stopTime = inf", || {
+        setup(None, 2.0, Some(f64::INFINITY))
+    });
+    refused(&fmu, "tolerance = 0; allowed are finite values > 0", || {
+        setup(Some(0.0), 2.0, None)
+    });
+    assert_eq!(setup(Some(1e-6), 2.0, Some(2.0)), Status::Ok);
+}
+
+#[test]
+fn an_initialization_the_model_refuses_can_be_mended() {
+    let fmu = Fmu::initializing();
+    assert_eq!(fmu.set_integer(vr::LEVEL, 6), Status::Ok);
+    refused(
+        &fmu,
+        "fmi2ExitInitializationMode: level = 6 is for nobody",
+        || fmu.call(fmi2ExitInitializationMode),
+    );
+    refused(&fmu, "fmi2GetReal: level = 6 is for nobody", || {
+        fmu.try_get(vr::Y)
+    });
+    assert_eq!(fmu.set_integer(vr::LEVEL, 5), Status::Ok);
+    fmu.start();
+}
+
+#[test]
+fn outputs_are_never_nan_and_a_failed_output_is_an_error() {
+    let fmu = Fmu::stepping();
+    assert_eq!(fmu.set_integer(vr::FAULT, 6), Status::Ok);
+    refused(&fmu, "`y` became NaN; allowed are finite values", || {
+        fmu.try_get(vr::Y)
+    });
+    assert_eq!(fmu.get(vr::X), [0.0, 0.25]);
+    assert_eq!(fmu.set_integer(vr::FAULT, 5), Status::Ok);
+    refused(&fmu, "fmi2GetReal: no output for fault = 5", || {
+        fmu.try_get(vr::X[0])
+    });
+    assert_eq!(fmu.set_integer(vr::FAULT, 0), Status::Ok);
+    assert_eq!(fmu.get([vr::Y]), [0.0]);
+}
+
+#[test]
+fn inquiries_of_the_wrong_kind_are_refused() {
+    let fmu = Fmu::stepping();
+    // SAFETY: a live instance, one place each.
+    unsafe {
+        refused(
+            &fmu,
+            "status kind = 2; allowed is 0 (fmi2DoStepStatus)",
+            || fmi2GetStatus(fmu.c, LAST_SUCCESSFUL_TIME, &mut Status::Ok),
+        );
+        refused(
+            &fmu,
+            "status kind = -5; allowed is 2 (fmi2LastSuccessfulTime)",
+            || fmi2GetRealStatus(fmu.c, -5, &mut 0.0),
+        );
+        refused(&fmu, "status kind = 0; allowed is none", || {
+            fmi2GetIntegerStatus(fmu.c, 0, &mut 0)
+        });
+        refused(
+            &fmu,
+            "status kind = 9; allowed is 3 (fmi2Terminated)",
+            || fmi2GetBooleanStatus(fmu.c, 9, &mut 0),
+        );
+        refused(
+            &fmu,
+            "status kind = 0; allowed is 1 (fmi2PendingStatus)",
+            || fmi2GetStringStatus(fmu.c, 0, &mut ptr::null()),
+        );
+    }
+    refused(&fmu, "no step is in progress", || fmu.call(fmi2CancelStep));
+}

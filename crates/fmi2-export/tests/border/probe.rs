@@ -1,0 +1,240 @@
+//! A model made to be tested: integrators with a known solution, one variable of every kind, and faults on demand.
+
+use fmi2_export::{
+    ALL_PARAMETERS, Enumeration, File, Info, InputPolynomial, Model, ModelError, Variable,
+};
+use serde::{Deserialize, Serialize};
+use std::path::Path;
+
+/// `x_dot = u + rate` for both elements of `x`.
+#[derive(Clone, Serialize, Deserialize)]
+pub struct Probe {
+    x: [f64; 2],
+    gain: f64,
+    faulty: bool,
+    #[serde(skip)]
+    warning: Option<String>,
+}
+
+#[derive(Clone, Serialize, Deserialize)]
+pub struct Parameters {
+    gain: f64,
+    rate: [f64; 2],
+    law: i32,
+    level: i32,
+    enabled: bool,
+    file: String,
+}
+
+#[derive(Clone, Copy, Default, Serialize, Deserialize)]
+pub struct Input {
+    u: [f64; 2],
+    held: f64,
+    fault: i32,
+    switch: bool,
+}
+
+#[derive(Clone, Copy, Default)]
+pub struct Output {
+    x: [f64; 2],
+    y: f64,
+    doubled: i32,
+    on: bool,
+    inner: f64,
+}
+
+const LAW: Enumeration = Enumeration::new(
+    "Law",
+    "an enumeration",
+    &[("plain", "first & <plain>"), ("other", "the other")],
+);
+
+type V = Variable<Probe>;
+
+/// Value references, counted by hand: the table must agree with them.
+#[rustfmt::skip]
+pub mod vr {
+    pub const GAIN: u32 = 0; pub const RATE: [u32; 2] = [1, 2]; pub const LAW: u32 = 3; pub const LEVEL: u32 = 4;
+    pub const ENABLED: u32 = 5; pub const FILE: u32 = 6; pub const U: [u32; 2] = [7, 8]; pub const HELD: u32 = 9;
+    pub const FAULT: u32 = 10; pub const SWITCH: u32 = 11; pub const X: [u32; 2] = [12, 13]; pub const Y: u32 = 14;
+    pub const DOUBLED: u32 = 15; pub const ON: u32 = 16; pub const INNER: u32 = 17; pub const COUNT: u32 = 18;
+}
+
+#[rustfmt::skip]
+const VARIABLES: &[V] = &[
+    V::parameter("gain", "factor of y", |p| &p.gain, |p| &mut p.gain).unit("1").min(0.0).max(10.0).tunable(),
+    V::parameters("rate", "added to u", |p| &p.rate, |p| &mut p.rate).unit("m/s").display_unit("mm/s"),
+    V::integer_parameter("law", "of the enumeration", |p| &p.law, |p| &mut p.law).enumeration(&LAW),
+    V::integer_parameter("level", "a number", |p| &p.level, |p| &mut p.level).min(-3.0).max(7.0),
+    V::boolean_parameter("enabled", "a flag", |p| &p.enabled, |p| &mut p.enabled),
+    V::string_parameter("file", "sets everything", |p| &p.file, read_file),
+    V::inputs("u", "what is integrated", |u| &u.u, |u| &mut u.u).unit("m/s").min(-1e6),
+    V::input("held", "changes at communication points", |u| &u.held, |u| &mut u.held).discrete(),
+    V::integer_input("fault", "1 panic, 2 error, 3 warning in step; 4 panic, 5 error, 6 NaN in output", |u| &u.fault, |u| &mut u.fault),
+    V::boolean_input("switch", "a switch", |u| &u.switch, |u| &mut u.switch),
+    V::outputs("x", "integral of u + rate", |y| &y.x).unit("m").nominal(2.5).depends_on(&[]).each_initially_depends_on(&[&["rate[i]"], &[ALL_PARAMETERS]]),
+    V::output("y", "gain x[1] + u[2]", |y| &y.y).unit("m/s").depends_on(&["u[2]", "fault"]).initially_depends_on(&["gain", "u"]),
+    V::integer_output("doubled", "twice the fault", |y| &y.doubled),
+    V::boolean_output("on", "the switch", |y| &y.on).depends_on(&["switch"]),
+    V::local("inner", "not for wiring", |y| &y.inner),
+];
+
+fn read_file(p: &mut Parameters, text: &str, resources: Option<&Path>) -> Result<(), String> {
+    let level = text
+        .parse()
+        .map_err(|e| format!("{e}; allowed are numbers"))?;
+    let folder = resources
+        .map(|folder| folder.display().to_string())
+        .unwrap_or_default();
+    *p = Parameters {
+        level,
+        gain: 0.5,
+        rate: [7.5, 8.5],
+        file: format!("{text}@{folder}"),
+        ..p.clone()
+    };
+    p.file = text.to_owned();
+    p.law = if folder == "/tmp/a b" { 2 } else { 1 };
+    Ok(())
+}
+
+impl Model for Probe {
+    type Parameters = Parameters;
+    type Input = Input;
+    type Output = Output;
+
+    const INFO: Info = Info::new("Probe", "a \"model\" to be tested & nothing else")
+        .version("1.2.3")
+        .author("nobody")
+        .experiment(0.0, 2.0, 0.125)
+        .documentation(&[File {
+            path: "index.html",
+            bytes: b"<p>probe</p>",
+        }])
+        .icon(b"png")
+        .resources(&[File {
+            path: "a/b.txt",
+            bytes: b"text",
+        }])
+        .with_output_derivatives()
+        .with_directional_derivatives();
+
+    fn variables() -> &'static [V] {
+        VARIABLES
+    }
+
+    fn defaults() -> (Parameters, Input) {
+        let rate = [0.0, 0.25];
+        let file = "4".to_owned();
+        let p = Parameters {
+            gain: 3.0,
+            rate,
+            law: 1,
+            level: 4,
+            enabled: true,
+            file,
+        };
+        (
+            p,
+            Input {
+                held: 1.5,
+                ..Input::default()
+            },
+        )
+    }
+
+    fn initialize(p: &Parameters, _u: &Input, t: f64) -> Result<Self, ModelError> {
+        if p.level == 6 {
+            return Err(ModelError::new("level = 6 is for nobody"));
+        }
+        Ok(Probe {
+            x: [t, p.rate[1]],
+            gain: p.gain,
+            faulty: false,
+            warning: None,
+        })
+    }
+
+    fn tune(&mut self, p: &Parameters) -> Result<(), ModelError> {
+        if p.gain == 9.0 {
+            return Err(ModelError::new("gain = 9 is for nobody"));
+        }
+        self.gain = p.gain;
+        Ok(())
+    }
+
+    fn output(&self, _p: &Parameters, u: &Input) -> Result<Output, ModelError> {
+        let mut y = self.gain * self.x[0] + u.u[1];
+        match u.fault {
+            4 => panic!("asked to in output"),
+            5 => return Err(ModelError::new("no output for fault = 5")),
+            6 => y = f64::NAN,
+            _ => {}
+        }
+        Ok(Output {
+            x: self.x,
+            y,
+            doubled: 2 * u.fault,
+            on: u.switch,
+            inner: self.x[0] + self.x[1],
+        })
+    }
+
+    fn step(
+        &mut self,
+        p: &Parameters,
+        u: &InputPolynomial<Input>,
+        _t: f64,
+        h: f64,
+    ) -> Result<(), ModelError> {
+        match u.value().fault {
+            1 => {
+                self.faulty = true; // half a step: what a panic may leave behind
+                panic!("asked to in step");
+            }
+            2 => return Err(ModelError::new("no step for fault = 2")),
+            3 => self.warning = Some("careful in step".to_owned()),
+            _ => {}
+        }
+        assert!(!self.faulty, "a poisoned instance was stepped");
+        for i in 0..2 {
+            // The exact integral of the polynomial, from the derivatives themselves.
+            let d = |k| u.derivative(k).u[i];
+            self.x[i] +=
+                h * (d(0) + p.rate[i] + h * (d(1) / 2.0 + h * (d(2) / 6.0 + h * d(3) / 24.0)));
+        }
+        Ok(())
+    }
+
+    fn output_derivative(
+        &self,
+        p: &Parameters,
+        u: &Input,
+        u_dot: &Input,
+    ) -> Result<Output, ModelError> {
+        let x = [u.u[0] + p.rate[0], u.u[1] + p.rate[1]];
+        Ok(Output {
+            x,
+            y: self.gain * x[0] + u_dot.u[1],
+            ..Output::default()
+        })
+    }
+
+    fn directional_derivative(
+        &self,
+        _p: &Parameters,
+        _u: &Input,
+        du: &Input,
+    ) -> Result<Output, ModelError> {
+        Ok(Output {
+            y: du.u[1],
+            ..Output::default()
+        })
+    }
+
+    fn take_warning(&mut self) -> Option<String> {
+        self.warning.take()
+    }
+}
+
+fmi2_export::export_fmu!(Probe);

@@ -1,0 +1,192 @@
+//! Saved states.
+
+use crate::client::*;
+use crate::probe::vr;
+use fmi2_export::ffi::*;
+use std::ptr;
+
+/// Steps four times with numbers that round, and returns the bits of all outputs on the way.
+fn go_on(fmu: &Fmu, k0: u32) -> Vec<u64> {
+    let mut bits = Vec::new();
+    for k in k0..k0 + 4 {
+        let u = (f64::from(k) * 0.7).sin();
+        assert_eq!(fmu.set(&[vr::U[0], vr::U[1]], &[u, u * u]), Status::Ok);
+        assert_eq!(
+            fmu.step(f64::from(k) * 0.1, 0.1),
+            Status::Ok,
+            "{:?}",
+            fmu.messages()
+        );
+        bits.extend(fmu.get([vr::X[0], vr::X[1], vr::Y]).map(f64::to_bits));
+    }
+    bits
+}
+
+#[test]
+fn a_restored_state_continues_bit_for_bit() {
+    let fmu = Fmu::stepping();
+    go_on(&fmu, 0);
+    let state = fmu.save();
+    let expected = go_on(&fmu, 4);
+    assert_eq!(fmu.restore(state), Status::Ok);
+    assert_eq!(fmu.last_time(), 3.0 * 0.1 + 0.1);
+    assert_eq!(go_on(&fmu, 4), expected);
+    // Also through bytes, straight into a fresh instance, whatever its mode.
+    let bytes = fmu.serialize(state);
+    for fresh in [Fmu::instantiated(), Fmu::initializing(), Fmu::stepping()] {
+        let (status, copy) = fresh.deserialize(&bytes);
+        assert_eq!((status, fresh.restore(copy)), (Status::Ok, Status::Ok));
+        assert_eq!(go_on(&fresh, 4), expected);
+        assert_eq!(fresh.serialize(copy), bytes);
+    }
+}
+
+#[test]
+fn a_state_holds_mode_parameters_and_pending_derivatives() {
+    let fmu = Fmu::initializing();
+    assert_eq!(fmu.set(&[vr::RATE[0]], &[2.0]), Status::Ok);
+    assert_eq!(fmu.derivatives(&[vr::U[0]], &[1], &[8.0]), Status::Ok);
+    let bytes = fmu.serialize(fmu.save());
+    let fresh = Fmu::instantiated();
+    assert_eq!(fresh.restore(fresh.deserialize(&bytes).1), Status::Ok);
+    assert_eq!(fresh.set_string(vr::FILE, c"1"), Status::Ok); // rate[1] counts as set by hand
+    fresh.start(); // it was in Initialization Mode
+    assert_eq!(fresh.step(0.0, 1.0), Status::Ok);
+    assert_eq!(fresh.get([vr::X[0], vr::RATE[1]]), [2.0 + 8.0 / 2.0, 8.5]);
+}
+
+#[test]
+fn an_existing_state_is_overwritten() {
+    let fmu = Fmu::stepping();
+    let mut state = fmu.save();
+    let old = state;
+    assert_eq!(fmu.step(0.0, 0.5), Status::Ok);
+    // SAFETY: a live instance and one of its handles.
+    assert_eq!(unsafe { fmi2GetFMUstate(fmu.c, &mut state) }, Status::Ok);
+    assert_eq!(state, old);
+    assert_eq!(fmu.call(fmi2Reset), Status::Ok);
+    assert_eq!(fmu.restore(state), Status::Ok);
+    assert_eq!(fmu.last_time(), 0.5);
+    assert_eq!(fmu.free(&mut state), Status::Ok);
+    assert!(state.is_null());
+    assert_eq!(fmu.free(&mut state), Status::Ok);
+}
+
+#[test]
+fn freed_foreign_and_invented_states_are_refused() {
+    let (fmu, other) = (Fmu::stepping(), Fmu::stepping());
+    let freed = {
+        let mut state = fmu.save();
+        let copy = state;
+        assert_eq!(fmu.free(&mut state), Status::Ok);
+        copy
+    };
+    let invented = ptr::without_provenance_mut(0xdead_beef);
+    for mut state in [freed, other.save(), invented] {
+        let before = fmu.snapshot();
+        assert_eq!(fmu.restore(state), Status::Error);
+        assert_eq!(fmu.free(&mut state), Status::Error);
+        // SAFETY: the handle is only looked up.
+        unsafe {
+            assert_eq!(fmi2GetFMUstate(fmu.c, &mut state), Status::Error);
+            assert_eq!(
+                fmi2SerializedFMUstateSize(fmu.c, state, &mut 0),
+                Status::Error
+            );
+        }
+        let text = fmu.last().text;
+        assert!(
+            text.contains(&format!(
+                "FMUstate {state:?} is not a saved state of this instance"
+            )),
+            "{text}"
+        );
+        assert_eq!(fmu.snapshot(), before);
+    }
+    assert_eq!(fmu.restore(ptr::null_mut()), Status::Error);
+}
+
+#[test]
+fn foreign_truncated_and_damaged_bytes_are_refused() {
+    let fmu = Fmu::stepping();
+    let bytes = fmu.serialize(fmu.save());
+    let mut damaged: Vec<(Vec<u8>, &str)> = vec![
+        (vec![], "0 bytes; allowed are at least 40"),
+        (
+            b"something that is not a state at all, but long enough".to_vec(),
+            "does not start with `fmi2-exp`",
+        ),
+    ];
+    damaged.extend((0..bytes.len()).map(|n| {
+        (
+            bytes[..n].to_vec(),
+            if n < 40 {
+                "allowed are at least 40"
+            } else {
+                "truncated"
+            },
+        )
+    }));
+    for i in 0..bytes.len() {
+        for bit in [0, 7] {
+            let mut copy = bytes.clone();
+            copy[i] ^= 1 << bit;
+            let text = match i {
+                0..8 => "does not start with",
+                8..12 => "format version",
+                12..28 => "of an FMU with GUID",
+                28..36 => "", // the length: truncated or damaged
+                _ => "damaged: checksum",
+            };
+            damaged.push((copy, text));
+        }
+    }
+    for (bytes, text) in damaged {
+        let (status, state) = fmu.deserialize(&bytes);
+        assert_eq!(status, Status::Error);
+        assert!(state.is_null());
+        assert!(
+            fmu.last().text.contains(text),
+            "{} lacks {text}",
+            fmu.last().text
+        );
+    }
+    let mut longer = bytes.clone();
+    longer.push(0);
+    assert_eq!(fmu.deserialize(&longer).0, Status::Ok);
+}
+
+#[test]
+fn a_buffer_that_is_too_small_is_refused() {
+    let fmu = Fmu::stepping();
+    let state = fmu.save();
+    let needed = fmu.serialize(state).len();
+    let mut bytes = vec![0; needed + 3];
+    for size in [0, 1, needed - 1] {
+        // SAFETY: the buffer has more than `size` bytes.
+        let status = unsafe { fmi2SerializeFMUstate(fmu.c, state, bytes.as_mut_ptr(), size) };
+        assert_eq!(status, Status::Error);
+        assert!(fmu.last().text.contains(&format!(
+            "size = {size}; allowed are at least {needed} bytes"
+        )));
+    }
+    // SAFETY: the buffer has that size.
+    assert_eq!(
+        unsafe { fmi2SerializeFMUstate(fmu.c, state, bytes.as_mut_ptr(), bytes.len()) },
+        Status::Ok
+    );
+}
+
+/// States left behind go with the instance (the leak shows under valgrind, the crash here).
+#[test]
+fn states_may_be_left_to_the_instance() {
+    let fmu = Fmu::stepping();
+    let states: Vec<_> = (0..100).map(|_| fmu.save()).collect();
+    assert_eq!(
+        states
+            .iter()
+            .collect::<std::collections::BTreeSet<_>>()
+            .len(),
+        100
+    );
+}

@@ -1,0 +1,147 @@
+//! Communication points, and steps that are discarded.
+
+use crate::client::*;
+use crate::probe::vr;
+use fmi2_export::ffi::*;
+
+fn refused(fmu: &Fmu, t: f64, h: f64, text: &str) {
+    let before = fmu.snapshot();
+    assert_eq!(fmu.step(t, h), Status::Error, "{text}");
+    let message = fmu.last().text;
+    assert!(message.contains(text), "`{message}` lacks `{text}`");
+    assert_eq!(fmu.snapshot(), before);
+}
+
+#[test]
+fn steps_without_sense_are_refused() {
+    let fmu = Fmu::stepping();
+    assert_eq!(fmu.step(0.0, 0.5), Status::Ok);
+    for (h, text) in [
+        (
+            0.0,
+            "communicationStepSize = 0 s; allowed are finite values > 0",
+        ),
+        (-0.5, "communicationStepSize = -0.5 s"),
+        (f64::NAN, "communicationStepSize = NaN s"),
+        (f64::INFINITY, "communicationStepSize = inf s"),
+        (1e-300, "does not move the time 0.5 s"),
+    ] {
+        refused(&fmu, 0.5, h, text);
+    }
+    for (t, shown) in [
+        (0.0, "0"),
+        (0.6, "0.6"),
+        (f64::NAN, "NaN"),
+        (f64::INFINITY, "inf"),
+        (-0.5, "-0.5"),
+    ] {
+        refused(
+            &fmu,
+            t,
+            0.5,
+            &format!("currentCommunicationPoint = {shown} s; allowed is the present time 0.5 s"),
+        );
+    }
+    // "The same time" is relative to the step: 1e-8 s is nothing for 0.5 s and a jump for 1e-4 s.
+    refused(&fmu, 0.5 + 1e-8, 1e-4, "currentCommunicationPoint");
+    assert_eq!(fmu.step(0.5 + 1e-8, 0.5), Status::Ok);
+}
+
+#[test]
+fn the_stop_time_is_not_passed() {
+    let fmu = Fmu::instantiated();
+    fmu.setup(0.0, Some(1.0));
+    assert_eq!(fmu.call(fmi2EnterInitializationMode), Status::Ok);
+    fmu.start();
+    for k in 0..9 {
+        assert_eq!(fmu.step(f64::from(k) * 0.1, 0.1), Status::Ok);
+    }
+    refused(&fmu, 0.9, 0.2, "passes stopTime; allowed is up to 1 s");
+    assert_eq!(fmu.step(0.9, 0.1), Status::Ok);
+    refused(&fmu, 1.0, 0.1, "the step from 1 s by 0.1 s passes stopTime");
+}
+
+/// Both an importer that computes t_k = k h and one that adds up, over 10⁶ steps of a step that binary cannot hold. The sum of the
+/// second is 10⁻⁹ s off (its rounding, not ours); a layer with a clock of its own would be told of a jump.
+#[test]
+fn no_rounding_adds_up() {
+    let (by_index, by_sum) = (Fmu::stepping(), Fmu::stepping());
+    let h = 1e-3;
+    let mut t = 0.0;
+    for k in 0..1_000_000 {
+        assert_eq!(by_index.step(f64::from(k) * h, h), Status::Ok);
+        assert_eq!(by_sum.step(t, h), Status::Ok);
+        t += h;
+    }
+    assert_eq!(by_index.last_time(), 999_999.0 * h + h);
+    assert_eq!(by_sum.last_time(), t);
+    assert_ne!(by_sum.last_time(), by_index.last_time());
+}
+
+#[test]
+fn a_large_start_time_leaves_room_for_rounding() {
+    let fmu = Fmu::instantiated();
+    fmu.setup(1e9, None);
+    assert_eq!(fmu.call(fmi2EnterInitializationMode), Status::Ok);
+    fmu.start();
+    for k in 0..100 {
+        assert_eq!(
+            fmu.step(1e9 + f64::from(k) * 1e-3, 1e-3),
+            Status::Ok,
+            "{:?}",
+            fmu.messages()
+        );
+    }
+}
+
+#[test]
+fn a_step_the_model_cannot_do_is_discarded() {
+    let fmu = Fmu::stepping();
+    assert_eq!(fmu.set(&[vr::U[0]], &[2.0]), Status::Ok);
+    assert_eq!(fmu.step(0.0, 0.5), Status::Ok);
+    assert_eq!(fmu.derivatives(&[vr::U[0]], &[1], &[4.0]), Status::Ok);
+    assert_eq!(fmu.set_integer(vr::FAULT, 2), Status::Ok);
+    let before = fmu.snapshot();
+    assert_eq!(fmu.step(0.5, 0.5), Status::Discard);
+    let message = fmu.last();
+    assert_eq!(
+        (message.status, message.category.as_str()),
+        (Status::Discard, "logStatusDiscard")
+    );
+    assert_eq!(
+        message.text,
+        "fmi2DoStep: t = 0.5 s, h = 0.5 s: no step for fault = 2"
+    );
+    assert_eq!(fmu.snapshot(), before);
+    assert_eq!(fmu.last_time(), 0.5);
+    let (mut status, mut terminated) = (Status::Ok, -1);
+    // SAFETY: a live instance, places for the results.
+    unsafe {
+        assert_eq!(
+            fmi2GetStatus(fmu.c, DO_STEP_STATUS, &mut status),
+            Status::Ok
+        );
+        assert_eq!(
+            fmi2GetBooleanStatus(fmu.c, TERMINATED, &mut terminated),
+            Status::Ok
+        );
+    }
+    assert_eq!((status, terminated), (Status::Discard, 0));
+    // A smaller step from the same point, with the derivative still pending: 1 + 2·0.25 + 4·0.25²/2.
+    assert_eq!(fmu.set_integer(vr::FAULT, 0), Status::Ok);
+    assert_eq!(fmu.step(0.5, 0.25), Status::Ok);
+    assert_eq!(fmu.get([vr::X[0]]), [1.625]);
+}
+
+#[test]
+fn a_warning_is_logged_and_the_step_is_ok() {
+    let fmu = Fmu::stepping();
+    assert_eq!(fmu.set_integer(vr::FAULT, 3), Status::Ok);
+    assert_eq!(fmu.step(0.0, 0.5), Status::Ok);
+    let message = fmu.last();
+    assert_eq!(
+        (message.status, message.category.as_str()),
+        (Status::Warning, "logStatusWarning")
+    );
+    assert_eq!(message.text, "careful in step");
+}
