@@ -1,1 +1,121 @@
-//! FMU shell Hdrm.
+//! FMI 2.0 co-simulation FMU `Hdrm`: the heavy-duty manipulator, both closed loops included.
+//!
+//! [`table`] is the single source of names, units, bounds and dependencies; this file connects it
+//! to the `hdrm` library.
+#![allow(non_snake_case)] // the paper's symbols
+
+mod table;
+
+use fmi2_export::{Info, InputPolynomial, Model, ModelError, Variable};
+use hdrm::{DOF, Hdrm, Input, Options, Output, State};
+use machine::Machine;
+use serde::{Deserialize, Serialize};
+
+/// The manipulator behind the FMI border.
+#[derive(Clone, Serialize, Deserialize)]
+pub struct HdrmFmu {
+    plant: Hdrm,
+    state: State,
+}
+
+/// Parameters as the importer sees them.
+#[derive(Clone, Serialize, Deserialize)]
+pub struct Parameters {
+    machine: Machine,
+    /// File the machine came from; empty: the embedded reference machine.
+    machine_file: String,
+    options: Options,
+    zeta_start: [f64; DOF],
+    zeta_dot_start: [f64; DOF],
+}
+
+impl Parameters {
+    fn of(machine: Machine, machine_file: String) -> Self {
+        Self {
+            options: Options::of(&machine),
+            zeta_start: machine.start.zeta,
+            zeta_dot_start: [0.0; DOF],
+            machine,
+            machine_file,
+        }
+    }
+
+    /// A start outside the joint limits would begin inside an end stop.
+    fn check_start(&self) -> Result<(), ModelError> {
+        for (i, [min, max]) in self.machine.limits.zeta().into_iter().enumerate() {
+            let zeta = self.zeta_start[i];
+            if !(min..=max).contains(&zeta) {
+                let name = i + 1;
+                return Err(ModelError::new(format!(
+                    "`zeta_start[{name}]` = {zeta} rad must be within the joint limits [{min}, {max}] rad"
+                )));
+            }
+        }
+        Ok(())
+    }
+}
+
+impl Model for HdrmFmu {
+    type Parameters = Parameters;
+    type Input = Input;
+    type Output = Output;
+    const INFO: Info = table::INFO;
+
+    fn variables() -> &'static [Variable<Self>] {
+        table::VARIABLES
+    }
+
+    fn defaults() -> (Parameters, Input) {
+        (
+            Parameters::of(Machine::reference(), String::new()),
+            Input::default(),
+        )
+    }
+
+    fn initialize(p: &Parameters, _u: &Input, _t: f64) -> Result<Self, ModelError> {
+        p.check_start()?;
+        let state = State {
+            zeta: p.zeta_start,
+            zeta_dot: p.zeta_dot_start,
+        };
+        Ok(Self {
+            plant: Hdrm::new(&p.machine, &p.options)?,
+            state,
+        })
+    }
+
+    fn output(&self, _p: &Parameters, u: &Input) -> Result<Output, ModelError> {
+        Ok(self.plant.output(&self.state, u))
+    }
+
+    fn step(
+        &mut self,
+        _p: &Parameters,
+        u: &InputPolynomial<Input>,
+        t: f64,
+        h: f64,
+    ) -> Result<(), ModelError> {
+        self.state = self.plant.step(&self.state, |s| u.at::<Self>(s), t, h)?;
+        Ok(())
+    }
+
+    fn output_derivative(
+        &self,
+        _p: &Parameters,
+        u: &Input,
+        u_dot: &Input,
+    ) -> Result<Output, ModelError> {
+        Ok(self.plant.output_derivative(&self.state, u, u_dot))
+    }
+
+    fn directional_derivative(
+        &self,
+        _p: &Parameters,
+        u: &Input,
+        du: &Input,
+    ) -> Result<Output, ModelError> {
+        Ok(self.plant.directional_derivative(&self.state, u, du))
+    }
+}
+
+fmi2_export::export_fmu!(HdrmFmu);
