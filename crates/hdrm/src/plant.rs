@@ -125,7 +125,7 @@ impl Hdrm {
             tau_wrist_max: machine.limits.tau_wrist_max,
             stops: [free; DOF],
         };
-        plant.stops = plant.end_stops(machine);
+        plant.stops = plant.dimension_stops(machine);
         Ok(plant)
     }
 
@@ -133,7 +133,7 @@ impl Hdrm {
     /// first (the tilt linkage has a dead point just below stroke zero, far beyond its joint
     /// range); stops of the wrist at its joint limits. Dimensioned for the mass that each
     /// coordinate feels in the start pose.
-    fn end_stops(&self, machine: &Machine) -> [EndStop; DOF] {
+    fn dimension_stops(&self, machine: &Machine) -> [EndStop; DOF] {
         let limits = machine.limits.zeta();
         let strokes = machine.limits.strokes();
         let Dynamics {
@@ -174,7 +174,7 @@ impl Hdrm {
 
     /// End stops on the strokes of slew, lift and tilt (m), then on the wrist angles (rad).
     #[must_use]
-    pub fn end_stops_of(&self) -> &[EndStop; DOF] {
+    pub fn end_stops(&self) -> &[EndStop; DOF] {
         &self.stops
     }
 

@@ -9,7 +9,7 @@ use thiserror::Error;
 const H_MAX: f64 = 1e-3;
 
 /// `h·λ` allowed per substep in contact; RK4 is stable up to 2.78.
-const CONTACT_STEP: f64 = 0.5;
+const CONTACT_STEP: f64 = 1.0;
 
 /// Most contact substeps that a free substep is divided into.
 const CONTACT_SUBSTEPS_MAX: f64 = 200.0;

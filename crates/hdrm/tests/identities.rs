@@ -1,0 +1,545 @@
+//! Identities that exact dynamics must satisfy: energy, power, inverses, orders, derivatives.
+#![allow(non_snake_case)]
+
+use hdrm::{BODIES, Body, DOF, Hdrm, Input, Options, Output, State};
+use machine::Machine;
+use nalgebra::{DVector, Matrix6, Vector6};
+
+/// Seeded numbers in [−1, 1).
+struct Random(u64);
+
+impl Random {
+    fn next(&mut self) -> f64 {
+        self.0 ^= self.0 << 13;
+        self.0 ^= self.0 >> 7;
+        self.0 ^= self.0 << 17;
+        (self.0 >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
+    }
+
+    fn within<const N: usize>(&mut self, ranges: [[f64; 2]; N]) -> [f64; N] {
+        ranges.map(|[min, max]| 0.5 * (min + max) + 0.5 * (max - min) * self.next())
+    }
+
+    fn array<const N: usize>(&mut self, scale: f64) -> [f64; N] {
+        std::array::from_fn(|_| scale * self.next())
+    }
+
+    fn state(&mut self, machine: &Machine) -> State {
+        State {
+            zeta: self.within(machine.limits.zeta()),
+            zeta_dot: self.array(1.5),
+        }
+    }
+
+    fn input(&mut self) -> Input {
+        Input {
+            f: self.array(70e3),
+            tau_wrist: self.array(700.0),
+            wrench_env: self.array(1500.0),
+        }
+    }
+}
+
+/// Reference machine with distinct, non-round options.
+fn plant() -> (Machine, Hdrm) {
+    let machine = Machine::reference();
+    let options = Options {
+        inertia_scale: 1.13,
+        payload_mass: 271.0,
+        ..Options::of(&machine)
+    };
+    let hdrm = Hdrm::new(&machine, &options).expect("valid reference");
+    (machine, hdrm)
+}
+
+fn moved(state: &State, zeta_ddot: &[f64; DOF], s: f64) -> State {
+    let State { zeta, zeta_dot } = state;
+    State {
+        zeta: std::array::from_fn(|i| zeta[i] + s * zeta_dot[i] + 0.5 * s * s * zeta_ddot[i]),
+        zeta_dot: std::array::from_fn(|i| zeta_dot[i] + s * zeta_ddot[i]),
+    }
+}
+
+/// Bare mechanism (no friction, no stops, no forces) by RK4: largest energy error and kinetic
+/// energy, J, over `n` steps of `h`.
+fn unforced(zeta: [f64; DOF], zeta_dot: [f64; DOF], h: f64, n: usize) -> (f64, f64) {
+    let machine = Machine::reference();
+    let hdrm = Hdrm::new(&machine, &Options::of(&machine)).expect("valid reference");
+    let state = |q: Vector6<f64>, w: Vector6<f64>| State {
+        zeta: q.into(),
+        zeta_dot: w.into(),
+    };
+    let rate = |q, w| {
+        let (M, h) = hdrm.equations_of_motion(&state(q, w));
+        M.cholesky().expect("positive definite").solve(&-h)
+    };
+    let (mut q, mut w) = (Vector6::from(zeta), Vector6::from(zeta_dot));
+    let start = hdrm.energies(&state(q, w));
+    let (mut worst, mut most_kinetic): (f64, f64) = (0.0, 0.0);
+    for _ in 0..n {
+        let a1 = rate(q, w);
+        let w2 = w + a1 * (h / 2.0);
+        let a2 = rate(q + w * (h / 2.0), w2);
+        let w3 = w + a2 * (h / 2.0);
+        let a3 = rate(q + w2 * (h / 2.0), w3);
+        let w4 = w + a3 * h;
+        let a4 = rate(q + w3 * h, w4);
+        q += (w + (w2 + w3) * 2.0 + w4) * (h / 6.0);
+        w += (a1 + (a2 + a3) * 2.0 + a4) * (h / 6.0);
+        let (kinetic, potential) = hdrm.energies(&state(q, w));
+        most_kinetic = most_kinetic.max(kinetic);
+        worst = worst.max((kinetic + potential - start.0 - start.1).abs());
+    }
+    (worst, most_kinetic)
+}
+
+/// Swinging about the pose in which the machine hangs: 1e-6 J over 10 s at 1 ms is the requirement.
+#[test]
+fn unforced_energy_drifts_less_than_a_microjoule() {
+    let hanging = [0.0, -1.6, 0.0, 0.0, -0.1, -0.67];
+    let push = [0.9, 0.6, -0.9, 0.7, 1.1, -1.2];
+    let (worst, kinetic) = unforced(hanging, push, 1e-3, 10_000);
+    println!("energy drift {worst:e} J with up to {kinetic} J kinetic");
+    assert!(kinetic > 300.0, "the machine must move: {kinetic} J");
+    assert!(worst < 1e-6, "{worst:e} J");
+}
+
+/// Free fall from the start pose, through everything, with tens of kJ and a wrist that whips
+/// around: what energy RK4 loses or gains vanishes with at least the fourth power of the step, so
+/// the equations themselves conserve it.
+#[test]
+fn energy_error_of_a_violent_fall_is_truncation_only() {
+    let zeta = Machine::reference().start.zeta;
+    let (coarse, kinetic) = unforced(zeta, [0.0; DOF], 5e-4, 2000);
+    let (fine, _) = unforced(zeta, [0.0; DOF], 2.5e-4, 4000);
+    assert!(kinetic > 1e4, "the machine must fall: {kinetic} J");
+    assert!(fine < coarse / 14.0, "{coarse:e} J, {fine:e} J");
+}
+
+/// d(T + U)/dt = power of drives, friction, stops and environment: the derivative outputs against
+/// forces times rates. Rounding only: 1e-12 of the summed powers.
+#[test]
+fn power_balances() {
+    let (machine, hdrm) = plant();
+    let mut random = Random(0x1234_5678_9ABC_DEF1);
+    for _ in 0..300 {
+        let (state, input) = (random.state(&machine), random.input());
+        let rates = hdrm.output_derivative(&state, &input, &Input::default());
+        let out = hdrm.output(&state, &input);
+        let drives: f64 = (0..3)
+            .map(|i| input.f[i] * out.x_dot[i] + input.tau_wrist[i] * state.zeta_dot[3 + i])
+            .sum();
+        let friction: f64 = (0..DOF)
+            .map(|i| -machine.joint_viscous[i] * state.zeta_dot[i].powi(2))
+            .sum();
+        // W_env acts in T4 axes; turn it to the world where tip_velocity is given.
+        let [w, i, j, k] = out.tip_orientation;
+        let q = nalgebra::UnitQuaternion::new_unchecked(nalgebra::Quaternion::new(w, i, j, k));
+        let world = |v: &[f64]| q * nalgebra::Vector3::from_column_slice(v);
+        let (f, m) = (world(&input.wrench_env[..3]), world(&input.wrench_env[3..]));
+        let V = Vector6::from(out.tip_velocity);
+        let environment = V.fixed_rows::<3>(0).dot(&f) + V.fixed_rows::<3>(3).dot(&m);
+        let power = drives + friction + environment;
+        let scale =
+            drives.abs() + friction.abs() + environment.abs() + rates.energy_potential.abs();
+        let residual = rates.energy_kinetic + rates.energy_potential - power;
+        assert!(
+            residual.abs() < 1e-12 * scale,
+            "{residual:e} W of {scale:e} W at {state:?}"
+        );
+
+        // The same kinetic power from M and its bias: ζ̇ᵀ(M ζ̈) + ½ζ̇ᵀṀζ̇, Ṁ by difference.
+        let h = 1e-5;
+        let M = |s: f64| hdrm.equations_of_motion(&moved(&state, &[0.0; DOF], s)).0;
+        let M_dot: Matrix6<f64> = (M(h) - M(-h)) / (2.0 * h);
+        let w = Vector6::from(state.zeta_dot);
+        let kinetic = w.dot(&(M(0.0) * Vector6::from(out.zeta_ddot))) + 0.5 * w.dot(&(M_dot * w));
+        // Central differences: ε·|M|/h ≈ 1e-7 on some 1e4 W.
+        let error = kinetic - rates.energy_kinetic;
+        assert!(
+            error.abs() < 1e-8 * scale,
+            "{error:e} W of {scale:e} W at {state:?}"
+        );
+    }
+}
+
+/// ζ̇ᵀ(½Ṁζ̇ − C ζ̇) = 0: the Coriolis part `h(ζ, ζ̇) − h(ζ, 0)` does as much work as ½Ṁ.
+#[test]
+fn coriolis_forces_do_no_work_beyond_the_change_of_inertia() {
+    let (machine, hdrm) = plant();
+    let mut random = Random(0x0BAD_CAFE_DEAD_BEEF);
+    for _ in 0..100 {
+        let state = random.state(&machine);
+        let still = State {
+            zeta_dot: [0.0; DOF],
+            ..state
+        };
+        let w = Vector6::from(state.zeta_dot);
+        let coriolis = hdrm.equations_of_motion(&state).1 - hdrm.equations_of_motion(&still).1;
+        let h = 1e-5;
+        let M = |s: f64| hdrm.equations_of_motion(&moved(&state, &[0.0; DOF], s)).0;
+        let M_dot = (M(h) - M(-h)) / (2.0 * h);
+        let work = w.dot(&coriolis) - 0.5 * w.dot(&(M_dot * w));
+        let scale = w.norm() * coriolis.norm();
+        // Central differences of M, entries to 1e4: truncation and rounding below 1e-6.
+        assert!(
+            work.abs() < 1e-8 * (scale + 1e3),
+            "{work:e} of {scale:e} at {state:?}"
+        );
+    }
+}
+
+#[test]
+fn inverse_of_forward_is_identity() {
+    let (machine, hdrm) = plant();
+    let mut random = Random(0x7777_1234_ABCD_0001);
+    for _ in 0..1000 {
+        let (state, input) = (random.state(&machine), random.input());
+        let zeta_ddot = hdrm.forward_dynamics(&state, &input);
+        let (f, tau) = hdrm.inverse_dynamics(&state, &zeta_ddot, &input.wrench_env);
+        for i in 0..3 {
+            // Forces to 1e5 N, κ(M)·ε ≈ 1e-12.
+            let (df, dtau) = (f[i] - input.f[i], tau[i] - input.tau_wrist[i]);
+            assert!(
+                df.abs() < 1e-6 && dtau.abs() < 1e-8,
+                "{df:e} {dtau:e} at {state:?}"
+            );
+        }
+    }
+}
+
+/// The derivative outputs against central differences of the outputs along the true motion,
+/// including the rate of the accelerations, within free range and inside a stop.
+#[test]
+fn output_derivatives_are_exact() {
+    let (machine, hdrm) = plant();
+    let mut random = Random(0x5555_AAAA_1111_2222);
+    for k in 0..200 {
+        let (mut state, input, input_dot) =
+            (random.state(&machine), random.input(), random.input());
+        if k % 2 == 0 {
+            // Into the lower wrist stop and the upper stroke stop, moving further in.
+            state.zeta[4] = machine.limits.zeta()[4][0] - 1e-3;
+            state.zeta[2] = machine.limits.zeta()[2][1] + 1e-3;
+            state.zeta_dot[4] = -state.zeta_dot[4].abs();
+            state.zeta_dot[2] = state.zeta_dot[2].abs();
+        }
+        let a = hdrm.forward_dynamics(&state, &input);
+        // Sideways by the exact state derivative; second order is enough for a central difference.
+        let h = 1e-6;
+        let at = |s: f64| {
+            let u = Input {
+                f: std::array::from_fn(|i| input.f[i] + s * input_dot.f[i]),
+                tau_wrist: std::array::from_fn(|i| input.tau_wrist[i] + s * input_dot.tau_wrist[i]),
+                wrench_env: std::array::from_fn(|i| {
+                    input.wrench_env[i] + s * input_dot.wrench_env[i]
+                }),
+            };
+            hdrm.output(&moved(&state, &a, s), &u)
+        };
+        let exact = hdrm.output_derivative(&state, &input, &input_dot);
+        let blocks = flat(&at(-h))
+            .into_iter()
+            .zip(flat(&at(h)))
+            .zip(flat(&exact));
+        for (n, ((low, high), exact)) in blocks.enumerate() {
+            let numeric = (&high - &low) / (2.0 * h);
+            // Rounding: ε/h = 2e-10 of the block's size, times κ(M) for the accelerations.
+            let error = (&numeric - &exact).norm();
+            let tolerance = 1e-8 * (high.norm() + exact.norm()) + 1e-9;
+            assert!(
+                error < tolerance,
+                "block {n}: {numeric} vs {exact} at {state:?}"
+            );
+        }
+    }
+}
+
+/// The outputs in blocks of one kind each.
+fn flat(out: &Output) -> Vec<DVector<f64>> {
+    [
+        &out.x[..],
+        &out.x_dot,
+        &out.zeta,
+        &out.zeta_dot,
+        &out.zeta_ddot,
+        &out.f_hold,
+        &out.tau_hold,
+        &out.tip_position,
+        &out.tip_orientation,
+        &out.tip_velocity,
+        &[out.energy_kinetic],
+        &[out.energy_potential],
+    ]
+    .map(DVector::from_column_slice)
+    .to_vec()
+}
+
+/// Accelerations are linear in the forces, so a finite difference of any size is exact; a wrist
+/// drive in saturation does not follow.
+#[test]
+fn directional_derivatives_are_exact() {
+    let (machine, hdrm) = plant();
+    let mut random = Random(0x0F0F_1357_2468_ACE1);
+    for _ in 0..200 {
+        let (state, mut input, seed) = (random.state(&machine), random.input(), random.input());
+        input.tau_wrist[1] = 9000.0;
+        let mut more = input;
+        for i in 0..3 {
+            more.f[i] += seed.f[i];
+            more.wrench_env[i] += seed.wrench_env[i];
+            more.wrench_env[3 + i] += seed.wrench_env[3 + i];
+        }
+        more.tau_wrist[0] += 0.01 * seed.tau_wrist[0];
+        more.tau_wrist[1] += seed.tau_wrist[1];
+        let mut seed = seed;
+        seed.tau_wrist[0] *= 0.01;
+        seed.tau_wrist[2] = 0.0;
+        let exact = hdrm.directional_derivative(&state, &input, &seed).zeta_ddot;
+        let (a, b) = (
+            hdrm.forward_dynamics(&state, &input),
+            hdrm.forward_dynamics(&state, &more),
+        );
+        for i in 0..DOF {
+            let error = (b[i] - a[i] - exact[i]).abs();
+            assert!(
+                error < 1e-10 * (a[i].abs() + b[i].abs() + 1.0),
+                "{error:e} at {state:?}"
+            );
+        }
+    }
+}
+
+/// Halving the substep divides the error by 16. Below the largest substep the step itself is the
+/// substep.
+#[test]
+fn the_step_is_of_fourth_order() {
+    let (machine, hdrm) = plant();
+    let start = State {
+        zeta: machine.start.zeta,
+        zeta_dot: [0.3, -0.2, 0.4, 2.1, -1.7, 2.9],
+    };
+    // Strongly varying forces, so that truncation stands out of rounding.
+    let input = |t: f64| Input {
+        f: [30e3, 41e3, 32e3].map(|f| f * (1.0 + (700.0 * t).sin())),
+        tau_wrist: [500.0, 300.0, 700.0].map(|tau| tau * (900.0 * t).cos()),
+        wrench_env: [0.0; 6],
+    };
+    let end = |n: u32| {
+        let h = 0.016 / f64::from(n);
+        (0..n).fold(start, |state, k| {
+            let t = f64::from(k) * h;
+            hdrm.step(&state, |s| input(t + s), t, h).expect("finite")
+        })
+    };
+    let exact = Vector6::from(end(512).zeta_dot);
+    let error = |n: u32| (Vector6::from(end(n).zeta_dot) - exact).norm();
+    let (coarse, fine) = (error(16), error(32));
+    let order = (coarse / fine).log2();
+    assert!(
+        (order - 4.0).abs() < 0.15,
+        "order {order}: {coarse:e}, {fine:e}"
+    );
+}
+
+/// One long step is the same as its substeps one by one, to the bit.
+#[test]
+fn a_long_step_is_its_substeps() {
+    let (machine, hdrm) = plant();
+    let start = State {
+        zeta: machine.start.zeta,
+        zeta_dot: [0.0; DOF],
+    };
+    let input = Input {
+        f: [1000.0, 40e3, 30e3],
+        ..Input::default()
+    };
+    let long = hdrm
+        .step(&start, |_| input, 0.0, 4.0 / 1024.0)
+        .expect("finite");
+    let short = (0..4).fold(start, |state, _| {
+        hdrm.step(&state, |_| input, 0.0, 1.0 / 1024.0)
+            .expect("finite")
+    });
+    assert_eq!(long, short);
+}
+
+#[test]
+fn a_step_that_fails_says_why() {
+    let (machine, hdrm) = plant();
+    let state = State {
+        zeta: machine.start.zeta,
+        zeta_dot: [0.0; DOF],
+    };
+    for h in [0.0, -1e-3, f64::NAN, f64::INFINITY] {
+        let error = hdrm
+            .step(&state, |_| Input::default(), 1.5, h)
+            .expect_err("bad step");
+        assert!(
+            error.to_string().starts_with("t = 1.5 s: step h = "),
+            "{error}"
+        );
+    }
+    let endless = Input {
+        f: [0.0, f64::MAX, 0.0],
+        ..Input::default()
+    };
+    let error = hdrm
+        .step(&state, |_| endless, 0.0, 1e-3)
+        .expect_err("not finite");
+    assert!(error.to_string().contains("zeta"), "{error}");
+}
+
+/// The corrected actuator formulas of the paper against inverse dynamics: slew
+/// [Eq:Base_Dynamics2], lift [Eq:Actuator_Lift_Dynamics] as printed, tilt
+/// [Eq:Actuator_Tilt_Dynamics] replaced by the exact one with massive bars.
+#[test]
+fn actuator_force_formulas_equal_inverse_dynamics() {
+    let (machine, hdrm) = plant();
+    let mut random = Random(0x1357_9BDF_0246_8ACE);
+    for _ in 0..300 {
+        let state = random.state(&machine);
+        let zeta_ddot: [f64; DOF] = random.array(2.0);
+        let friction = machine.joint_viscous;
+        let (f, _) = hdrm.inverse_dynamics(&state, &zeta_ddot, &[0.0; 6]);
+        let strokes = hdrm.tree().configuration(&state.zeta).strokes;
+        let printed = printed_forces(&machine, &hdrm, &state, &zeta_ddot);
+        for i in 0..3 {
+            // Friction is not in the paper's formulas.
+            let f = f[i] - friction[i] * state.zeta_dot[i] / strokes[i].prime;
+            let error = (printed[i] - f).abs() / f.abs().max(1e3);
+            assert!(
+                error < 1e-12,
+                "f_{}: {} vs {f} at {state:?}",
+                i + 1,
+                printed[i]
+            );
+        }
+    }
+}
+
+/// f_1, f_2, f_3 by the paper's wrench transmission with the corrections.
+fn printed_forces(
+    machine: &Machine,
+    hdrm: &Hdrm,
+    state: &State,
+    zeta_ddot: &[f64; DOF],
+) -> [f64; 3] {
+    use spatial::{Pose, Twist, Wrench};
+    let g = &machine.geometry;
+    let tree = hdrm.tree();
+    let configuration = tree.configuration(&state.zeta);
+    let X = |body: Body| configuration.link(body).pose;
+
+    // Net wrenches F* of all bodies.
+    let ground = (
+        Twist::zero(),
+        Twist::new(
+            machine.gravity * nalgebra::Vector3::y(),
+            nalgebra::Vector3::zeros(),
+        ),
+    );
+    let mut motion = [ground; Body::COUNT];
+    let mut F = [Wrench::zero(); Body::COUNT];
+    for body in BODIES {
+        let link = configuration.link(body);
+        let (V_p, A_p) = body.parent().map_or(ground, |p| motion[p as usize]);
+        let (w, a) = (
+            state.zeta_dot[body.coordinate()],
+            zeta_ddot[body.coordinate()],
+        );
+        let s = body.axis();
+        let V = link.pose.twist_to_B(&V_p) + s * (link.gear * w);
+        let A = link.pose.twist_to_B(&A_p)
+            + s * (link.gear * a + link.gear_prime * w * w)
+            + V.crm(&(s * (link.gear * w)));
+        motion[body as usize] = (V, A);
+        F[body as usize] = hdrm.inertias()[body as usize].net_wrench(&V, &A);
+    }
+    let net = |body: Body| F[body as usize];
+    let up = |body: Body, F: Wrench| X(body).wrench_to_A(&F);
+
+    // Wrist [Eq:Wrist_Dynamics]; A3U_B4·B4F is what A4 hands to A3.
+    let F_D4 = net(Body::D4) + net(Body::PL);
+    let F_C4 = net(Body::C4) + up(Body::D4, F_D4);
+    let F_A4 = net(Body::A4) + up(Body::C4, F_C4);
+    let wrist_on_A3 = up(Body::A4, F_A4);
+
+    // Tilt, with rocker and coupler.
+    let z = |F: Wrench| F.m.z;
+    let tilt = tree.tilt.angles(state.zeta[2]);
+    let x_3_prime = configuration.strokes[2].prime;
+    let lever_3 = tilt.c - g.lc_3;
+    let chain = net(Body::A3) + wrist_on_A3 + up(Body::CP, net(Body::CP));
+    let f_3 = net(Body::D3).f.x
+        + (z(chain)
+            + tilt.phi_c_prime * z(net(Body::CP))
+            + tilt.phi_a_prime * z(net(Body::RK))
+            + tilt.q1_prime * (z(net(Body::C3)) + z(net(Body::D3)) + net(Body::D3).f.y * lever_3))
+            / x_3_prime;
+
+    // [Eq:Wrist_to_Tilt_Dynamics] with the bars, about B with A2's axes, then lift as printed.
+    let to_A2 = Pose::translation(X(Body::A3).r);
+    let at_B = |F: Wrench| to_A2.wrench_to_B(&F);
+    let on_C3 = net(Body::C3) + up(Body::D3, net(Body::D3));
+    let F_Bc3 =
+        at_B(up(Body::A3, chain)) + at_B(up(Body::C3, on_C3)) + at_B(up(Body::RK, net(Body::RK)));
+    let lift = tree.lift.angles(state.zeta[1]);
+    let on_A2 = net(Body::A2) + to_A2.wrench_to_A(&F_Bc3);
+    let (sin, tan) = (lift.q2.sin(), lift.q2.tan());
+    let lever_2 = lift.c - g.lc_2;
+    let f_2 = net(Body::D2).f.x
+        - z(on_A2) / (g.L1_2 * sin)
+        - (z(net(Body::C2)) + z(net(Body::D2)) + net(Body::D2).f.y * lever_2) / (lift.c * tan);
+
+    // [Eq:Tilt_to_Lift_Dynamics], [Eq:Base_Dynamics1], [Eq:Base_Dynamics2].
+    let on_C2 = net(Body::C2) + up(Body::D2, net(Body::D2));
+    let F_T1 = net(Body::T1) + up(Body::A2, on_A2) + up(Body::C2, on_C2);
+    [F_T1.m.y / g.r_B, f_2, f_3]
+}
+
+/// An independent prototype holds the start pose with f = [0, 41143, 32179] N and
+/// tau = [−90.2, 147.2, 0] N·m (printed digits).
+#[test]
+fn start_equilibrium() {
+    let machine = Machine::reference();
+    let hdrm = Hdrm::new(&machine, &Options::of(&machine)).expect("valid reference");
+    let (f, tau) = hdrm.holding(&machine.start.zeta);
+    for (value, expected, digit) in [
+        (f[0], 0.0, 1e-9),
+        (f[1], 41143.0, 0.5),
+        (f[2], 32179.0, 0.5),
+        (tau[0], -90.2, 0.051),
+        (tau[1], 147.2, 0.051),
+        (tau[2], 0.0, 0.05),
+    ] {
+        assert!((value - expected).abs() <= digit, "{value} vs {expected}");
+    }
+}
+
+#[test]
+fn bad_options_are_named() {
+    let machine = Machine::reference();
+    let good = Options::of(&machine);
+    let refused = |options: Options| {
+        Hdrm::new(&machine, &options)
+            .expect_err("must be refused")
+            .to_string()
+    };
+    let text = refused(Options {
+        inertia_scale: 0.0,
+        ..good
+    });
+    assert!(text.contains("inertia_scale"), "{text}");
+    let text = refused(Options {
+        payload_mass: f64::NAN,
+        ..good
+    });
+    assert!(text.contains("payload.mass"), "{text}");
+    let mut geometry = machine.clone();
+    geometry.geometry.d4 = 0.05;
+    let text = Hdrm::new(&geometry, &good)
+        .expect_err("open loop")
+        .to_string();
+    assert!(text.contains("four-bar"), "{text}");
+}
