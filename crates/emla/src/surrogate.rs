@@ -1,0 +1,218 @@
+//! The surrogate: a trained network `(tau_e, w_m) → (F, x_dot)` with guards around it.
+//!
+//! `[paper]` Eqs. (eq:dnn_prediction_efficiency), first line, and (eq:dnn_structure). The
+//! network 2-64-48-32-16-8-2 is trained on one direction of motion, in steady sliding, inside a
+//! box of torque and speed. Outside the box a network is wrong without notice, so the paper's
+//! map is kept inside by two guards that the paper does not have:
+//!
+//! - torque and |speed| are clamped to the trained box;
+//! - the other direction follows by odd symmetry, blended through standstill:
+//!   `F = (1+s)/2·N(tau,|w|) − (1−s)/2·N(−tau,|w|)`, `s = tanh(w_m/2)`.
+//!
+//! Whoever compares the network with a physical map must pass that map through the same guards
+//! ([`Surrogate::guard`]), or the clamped difference of the two would not be their difference.
+//!
+//! Results do not depend on the processor: see [`network`]. The network's tanh is off by less
+//! than 6e-15, which moves the trained force by less than 1e-8 N against the library's tanh (tested).
+
+mod file;
+mod network;
+
+use std::sync::Arc;
+
+use serde::{Deserialize, Serialize};
+
+pub use file::{LayerFile, MinMax, Ranges, Split, SurrogateError, SurrogateFile, TrainingRecord};
+pub use network::WIDTHS;
+use network::{Layer, Network};
+
+/// The shipped network; trained on a simulation (the virtual testbed), not on measurements.
+const REFERENCE: &str = include_str!("../../../parameters/surrogate.json");
+
+/// Motor speed over which the two directions are blended, rad/s.
+const FOLD_SPEED: f64 = 2.0;
+
+/// What the network says of one operating point.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[allow(non_snake_case)]
+pub struct SurrogateOutput {
+    /// Force on the load F, N, positive when it pushes.
+    pub F: f64,
+    /// Rod speed, m/s.
+    pub x_dot: f64,
+    /// Did the point lie inside the trained box, so that no guard changed it?
+    pub in_trained_range: bool,
+}
+
+/// A trained network, checked; cheap to clone, immutable.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(try_from = "SurrogateFile", into = "SurrogateFile")]
+pub struct Surrogate(Arc<Inner>);
+
+#[derive(Debug)]
+struct Inner {
+    network: Network,
+    file: SurrogateFile,
+}
+
+impl Surrogate {
+    /// The shipped network.
+    #[must_use]
+    pub fn reference() -> Self {
+        Self::from_json(REFERENCE).expect("the shipped network is valid (tested)")
+    }
+
+    /// Read a network file.
+    pub fn from_json(text: &str) -> Result<Self, SurrogateError> {
+        let file: SurrogateFile =
+            serde_json::from_str(text).map_err(|e| SurrogateError::Json(e.to_string()))?;
+        Self::new(file)
+    }
+
+    /// The only door: refuses wrong shapes, numbers that are not finite, empty ranges.
+    pub fn new(file: SurrogateFile) -> Result<Self, SurrogateError> {
+        file.check()?;
+        let mut network = Network::ZERO;
+        let Network {
+            l1,
+            l2,
+            l3,
+            l4,
+            l5,
+            l6,
+        } = &mut network;
+        fill(l1, &file.layers[0]);
+        fill(l2, &file.layers[1]);
+        fill(l3, &file.layers[2]);
+        fill(l4, &file.layers[3]);
+        fill(l5, &file.layers[4]);
+        fill(l6, &file.layers[5]);
+        Ok(Self(Arc::new(Inner { network, file })))
+    }
+
+    /// The file's contents, with the training record.
+    #[must_use]
+    pub fn file(&self) -> &SurrogateFile {
+        &self.0.file
+    }
+
+    /// Force and rod speed at an air-gap torque `tau_e`, N·m, and a motor speed `w_m`, rad/s, of
+    /// either sign. NaN gives NaN. Does not allocate.
+    #[must_use]
+    pub fn evaluate(&self, tau_e: f64, w_m: f64) -> SurrogateOutput {
+        let fold = Fold::of(w_m);
+        // Away from standstill the other direction has no weight at all: one evaluation is enough.
+        let [[f_fwd, x_fwd], [f_rev, x_rev]] = if fold.reverse == 0.0 {
+            let [forward] = self.sliding([[tau_e, w_m]]);
+            [forward, [0.0; 2]]
+        } else if fold.forward == 0.0 {
+            let [reverse] = self.sliding([[-tau_e, -w_m]]);
+            [[0.0; 2], reverse]
+        } else {
+            self.sliding([[tau_e, w_m.abs()], [-tau_e, w_m.abs()]])
+        };
+        SurrogateOutput {
+            F: fold.apply(f_fwd, f_rev),
+            x_dot: fold.apply(x_fwd, x_rev),
+            in_trained_range: self.in_trained_range(tau_e, w_m),
+        }
+    }
+
+    /// Pass a map of (tau_e, w_m) that holds for positive speed through the network's guards:
+    /// clamp to the trained box, fold by odd symmetry. `evaluate` is this for the network.
+    #[must_use]
+    pub fn guard(&self, tau_e: f64, w_m: f64, map: impl Fn(f64, f64) -> f64) -> f64 {
+        let Ranges {
+            tau_e: tau_range,
+            w_m: w_range,
+            ..
+        } = self.0.file.ranges;
+        let w = w_range.clamp(w_m.abs());
+        let fold = Fold::of(w_m);
+        fold.apply(
+            map(tau_range.clamp(tau_e), w),
+            map(tau_range.clamp(-tau_e), w),
+        )
+    }
+
+    /// Does the point, mirrored to positive speed, lie in the trained box?
+    #[must_use]
+    pub fn in_trained_range(&self, tau_e: f64, w_m: f64) -> bool {
+        let Ranges {
+            tau_e: tau_range,
+            w_m: w_range,
+            ..
+        } = self.0.file.ranges;
+        let tau = if w_m < 0.0 { -tau_e } else { tau_e };
+        tau_range.contains(tau) && w_range.contains(w_m.abs())
+    }
+
+    /// [F, x_dot] of points (tau_e, w_m ≥ 0), clamped to the trained box.
+    fn sliding<const B: usize>(&self, points: [[f64; 2]; B]) -> [[f64; 2]; B] {
+        let Ranges {
+            tau_e,
+            w_m,
+            f_ext,
+            x_dot,
+        } = self.0.file.ranges;
+        let x = points.map(|[tau, w]| [tau_e.scale(tau_e.clamp(tau)), w_m.scale(w_m.clamp(w))]);
+        self.0
+            .network
+            .evaluate(x)
+            .map(|[f, v]| [f_ext.unscale(f), x_dot.unscale(v)])
+    }
+}
+
+/// Shares of the two directions of motion: (1 ± s)/2, `s = tanh(w_m/2)`.
+#[derive(Clone, Copy)]
+struct Fold {
+    forward: f64,
+    reverse: f64,
+}
+
+impl Fold {
+    fn of(w_m: f64) -> Self {
+        let s = network::tanh(w_m / FOLD_SPEED);
+        Self {
+            forward: (1.0 + s) / 2.0,
+            reverse: (1.0 - s) / 2.0,
+        }
+    }
+
+    fn apply(self, forward: f64, reverse: f64) -> f64 {
+        self.forward * forward - self.reverse * reverse
+    }
+}
+
+impl PartialEq for Surrogate {
+    fn eq(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.0, &other.0) || self.0.file == other.0.file
+    }
+}
+
+impl TryFrom<SurrogateFile> for Surrogate {
+    type Error = SurrogateError;
+
+    fn try_from(file: SurrogateFile) -> Result<Self, SurrogateError> {
+        Self::new(file)
+    }
+}
+
+impl From<Surrogate> for SurrogateFile {
+    fn from(surrogate: Surrogate) -> Self {
+        surrogate.0.file.clone()
+    }
+}
+
+/// Transpose a checked layer into its fixed shape.
+fn fill<const IN: usize, const OUT: usize>(layer: &mut Layer<IN, OUT>, file: &LayerFile) {
+    for (j, row) in file.weights.iter().enumerate() {
+        for (i, w) in row.iter().enumerate() {
+            layer.weights[i][j] = *w;
+        }
+        layer.bias[j] = file.bias[j];
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,249 @@
+//! The trained network's JSON file.
+
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
+
+use super::network::WIDTHS;
+
+/// Why a network file was refused.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum SurrogateError {
+    /// Not JSON, an unknown or missing field, or a value of the wrong type.
+    #[error("surrogate network: {0}")]
+    Json(String),
+    /// Sizes that do not fit the network.
+    #[error("surrogate network: `{field}` has {found} elements, {expected} are needed")]
+    Shape {
+        /// Which field.
+        field: String,
+        /// How many elements the file has.
+        found: usize,
+        /// How many the network needs.
+        expected: usize,
+    },
+    /// A weight, bound or error that is NaN or infinite.
+    #[error("surrogate network: `{field}` = {value} is not finite")]
+    NotFinite {
+        /// Which field.
+        field: String,
+        /// Its value.
+        value: f64,
+    },
+    /// A range whose ends are the wrong way round, equal or negative where they must not be.
+    #[error("surrogate network: `{field}` = [{min}, {max}]: {rule}")]
+    Range {
+        /// Which field.
+        field: &'static str,
+        /// Lower end.
+        min: f64,
+        /// Upper end.
+        max: f64,
+        /// What is required.
+        rule: &'static str,
+    },
+}
+
+/// Smallest and largest value of a column in the training data; `mapminmax` takes it to [−1, 1].
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MinMax {
+    /// Smallest value.
+    pub min: f64,
+    /// Largest value.
+    pub max: f64,
+}
+
+impl MinMax {
+    /// `y = 2·(x − min)/(max − min) − 1`.
+    #[must_use]
+    pub fn scale(self, x: f64) -> f64 {
+        2.0 * (x - self.min) / (self.max - self.min) - 1.0
+    }
+
+    /// `x = (y + 1)·(max − min)/2 + min`.
+    #[must_use]
+    pub fn unscale(self, y: f64) -> f64 {
+        (y + 1.0) * (self.max - self.min) / 2.0 + self.min
+    }
+
+    /// Nearest value in the range; NaN stays NaN.
+    #[must_use]
+    pub fn clamp(self, x: f64) -> f64 {
+        x.clamp(self.min, self.max)
+    }
+
+    /// Is `x` in the range, ends included?
+    #[must_use]
+    pub fn contains(self, x: f64) -> bool {
+        (self.min..=self.max).contains(&x)
+    }
+
+    fn check(self, field: &'static str) -> Result<(), SurrogateError> {
+        let Self { min, max } = self;
+        finite(&format!("{field}.min"), min)?;
+        finite(&format!("{field}.max"), max)?;
+        if min >= max {
+            return Err(SurrogateError::Range {
+                field,
+                min,
+                max,
+                rule: "min must lie below max",
+            });
+        }
+        Ok(())
+    }
+}
+
+/// Ranges of the four columns: the scaling, and for the inputs the trained box.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Ranges {
+    /// Air-gap torque, N·m.
+    pub tau_e: MinMax,
+    /// Motor speed, rad/s; never negative (the other direction follows by symmetry).
+    pub w_m: MinMax,
+    /// Force on the load, N, positive when it pushes against an extending rod.
+    #[serde(rename = "F_ext")]
+    pub f_ext: MinMax,
+    /// Rod speed, m/s.
+    pub x_dot: MinMax,
+}
+
+/// One affine layer as it stands in the file.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct LayerFile {
+    /// One row per neuron, one column per input.
+    pub weights: Vec<Vec<f64>>,
+    /// One number per neuron.
+    pub bias: Vec<f64>,
+}
+
+/// A number for each part of the split data.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Split<T> {
+    /// Rows the weights were fitted to.
+    pub training: T,
+    /// Rows that stopped the training.
+    pub validation: T,
+    /// Rows used for nothing but the quality.
+    pub test: T,
+}
+
+/// Where the weights come from.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct TrainingRecord {
+    /// What the data are, in words: a simulation or someone's measurements.
+    pub data: String,
+    /// SHA-256 of the data file, hexadecimal.
+    pub data_sha256: String,
+    /// Seed of the split and of the first weights.
+    pub seed: u64,
+    /// Accepted Levenberg–Marquardt steps until the stop.
+    pub epochs: u32,
+    /// Epoch whose weights these are: the smallest validation error.
+    pub best_epoch: u32,
+    /// Why the training stopped.
+    pub stop: String,
+    /// Number of rows.
+    pub rows: Split<u32>,
+    /// Mean squared error of both outputs, scaled to [−1, 1].
+    pub mse: Split<f64>,
+    /// Correlation of predicted and true force.
+    #[serde(rename = "R_F")]
+    pub r_f: Split<f64>,
+    /// Correlation of predicted and true rod speed.
+    #[serde(rename = "R_x_dot")]
+    pub r_x_dot: Split<f64>,
+}
+
+/// The whole file.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SurrogateFile {
+    /// Where the weights come from.
+    pub training: TrainingRecord,
+    /// Scaling and trained box.
+    pub ranges: Ranges,
+    /// The six layers, from the inputs on.
+    pub layers: Vec<LayerFile>,
+}
+
+impl SurrogateFile {
+    pub(super) fn check(&self) -> Result<(), SurrogateError> {
+        let Ranges {
+            tau_e,
+            w_m,
+            f_ext,
+            x_dot,
+        } = self.ranges;
+        tau_e.check("ranges.tau_e")?;
+        w_m.check("ranges.w_m")?;
+        f_ext.check("ranges.F_ext")?;
+        x_dot.check("ranges.x_dot")?;
+        if w_m.min < 0.0 {
+            let MinMax { min, max } = w_m;
+            let rule = "the network is trained on one direction, speeds must not be negative";
+            return Err(SurrogateError::Range {
+                field: "ranges.w_m",
+                min,
+                max,
+                rule,
+            });
+        }
+        length("layers", self.layers.len(), WIDTHS.len() - 1)?;
+        for (k, (layer, widths)) in self.layers.iter().zip(WIDTHS.windows(2)).enumerate() {
+            layer.check(k, widths[0], widths[1])?;
+        }
+        let TrainingRecord {
+            mse, r_f, r_x_dot, ..
+        } = &self.training;
+        for (name, split) in [("mse", mse), ("R_F", r_f), ("R_x_dot", r_x_dot)] {
+            for value in [split.training, split.validation, split.test] {
+                finite(&format!("training.{name}"), value)?;
+            }
+        }
+        Ok(())
+    }
+}
+
+impl LayerFile {
+    fn check(&self, k: usize, inputs: usize, outputs: usize) -> Result<(), SurrogateError> {
+        let name = format!("layers[{k}].weights");
+        length(&name, self.weights.len(), outputs)?;
+        length(&format!("layers[{k}].bias"), self.bias.len(), outputs)?;
+        for (j, row) in self.weights.iter().enumerate() {
+            length(&format!("{name}[{j}]"), row.len(), inputs)?;
+            for (i, &w) in row.iter().enumerate() {
+                finite(&format!("{name}[{j}][{i}]"), w)?;
+            }
+        }
+        for (j, &b) in self.bias.iter().enumerate() {
+            finite(&format!("layers[{k}].bias[{j}]"), b)?;
+        }
+        Ok(())
+    }
+}
+
+fn length(field: &str, found: usize, expected: usize) -> Result<(), SurrogateError> {
+    if found == expected {
+        return Ok(());
+    }
+    Err(SurrogateError::Shape {
+        field: field.into(),
+        found,
+        expected,
+    })
+}
+
+fn finite(field: &str, value: f64) -> Result<(), SurrogateError> {
+    if value.is_finite() {
+        return Ok(());
+    }
+    Err(SurrogateError::NotFinite {
+        field: field.into(),
+        value,
+    })
+}

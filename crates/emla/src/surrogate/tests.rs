@@ -1,0 +1,233 @@
+//! Tests of the network's evaluation, its guards and the refusals of its file.
+
+use super::*;
+use crate::maps;
+use serde_json::Value;
+
+fn reference_file() -> Value {
+    serde_json::from_str(REFERENCE).expect("JSON")
+}
+
+/// Oracle: the standard library. The bound is derived at `TANH_ERROR`.
+#[test]
+fn fast_tanh_keeps_its_error() {
+    let mut worst: f64 = 0.0;
+    for k in -2_000_000..=2_000_000 {
+        let x = f64::from(k) * 1.1e-5;
+        worst = worst.max((network::tanh(x) - x.tanh()).abs());
+    }
+    assert!(worst < network::TANH_ERROR, "{worst:e}");
+    assert!(
+        worst > 0.05 * network::TANH_ERROR,
+        "bound is not sharp: {worst:e}"
+    );
+    assert_eq!(network::tanh(f64::INFINITY), 1.0);
+    assert_eq!(network::tanh(-1e300), -1.0);
+    assert!(network::tanh(f64::NAN).is_nan());
+}
+
+/// Oracle: NumPy, `tests/oracle/surrogate_inference.py`. Scaled outputs of order 1 leave the last
+/// layer after some thousand rounded operations; 1e-12 of the range covers both summation orders.
+#[test]
+fn evaluation_matches_numpy() {
+    let text = include_str!("../../../../tests/oracle/surrogate_inference.json");
+    let golden: Value = serde_json::from_str(text).expect("JSON");
+    let surrogate = Surrogate::reference();
+    let rows = golden["rows"].as_array().expect("rows");
+    assert_eq!(rows.len(), 300);
+    for row in rows {
+        let [tau, w, f, x_dot] = std::array::from_fn(|k| row[k].as_f64().expect("number"));
+        let y = surrogate.evaluate(tau, w);
+        assert!(
+            (y.F - f).abs() < 1.4e5 * 1e-12,
+            "F at {tau} N·m, {w} rad/s: {} vs {f}",
+            y.F
+        );
+        assert!(
+            (y.x_dot - x_dot).abs() < 0.07 * 1e-12,
+            "x_dot at {tau}, {w}"
+        );
+    }
+}
+
+/// The number of points evaluated together must not show: a point just inside the double
+/// evaluation near standstill and the same point alone have the same forward bits.
+#[test]
+fn batches_have_the_same_bits() {
+    let surrogate = Surrogate::reference();
+    let [alone] = surrogate.sliding([[12.3, 45.6]]);
+    let [first, second] = surrogate.sliding([[12.3, 45.6], [-7.8, 90.1]]);
+    let [other] = surrogate.sliding([[-7.8, 90.1]]);
+    assert_eq!((alone, other), (first, second));
+}
+
+/// Reversing torque and speed reverses force and rod speed, bit for bit.
+#[test]
+fn odd_symmetry() {
+    let surrogate = Surrogate::reference();
+    for k in 0..200 {
+        let (tau, w) = (0.31 * f64::from(k) - 30.0, 0.9 * f64::from(k % 37) - 2.0);
+        let (a, b) = (surrogate.evaluate(tau, w), surrogate.evaluate(-tau, -w));
+        assert!(
+            (a.F + b.F).abs() < 1e-9 && (a.x_dot + b.x_dot).abs() < 1e-15,
+            "{tau} {w}"
+        );
+        assert_eq!(a.in_trained_range, b.in_trained_range, "{tau} {w}");
+    }
+}
+
+/// F_qs and the hybrid force at α = 0.9 for physics `p`.
+fn forces(surrogate: &Surrogate, p: &machine::Emla, tau: f64, w: f64) -> (f64, f64) {
+    let F_qs = |tau, w| maps::quasi_static_force(p, tau, w);
+    let physics = F_qs(tau, w);
+    let dF = surrogate.evaluate(tau, w).F - surrogate.guard(tau, w, F_qs);
+    (physics, physics + 0.9 * dF)
+}
+
+/// Far outside: loads of ±80 kN from standstill to 0.1 m/s and back in reverse.
+#[test]
+fn hybrid_stays_near_the_physics_outside_the_range() {
+    let surrogate = Surrogate::reference();
+    let p = machine::Machine::reference().emla;
+    let mut worst: f64 = 0.0;
+    for F in [-80e3, 80e3] {
+        for k in -100..=100 {
+            let w = f64::from(k) * 1e-3 / maps::travel_per_radian(&p);
+            let tau = maps::required_torque(&p, F, w, 0.0);
+            let (physics, hybrid) = forces(&surrogate, &p, tau, w);
+            worst = worst.max(((hybrid - physics) / physics).abs());
+        }
+    }
+    assert!(worst < 0.10, "{worst}");
+    assert!(worst > 0.01, "the network adds nothing: {worst}");
+}
+
+/// No jump: the residual moves no faster than a physical slope allows. Per newton metre the map itself
+/// gains N/lead = 2356 N; the residual is a correction of it, so a half of that is generous. Per
+/// rad/s the friction of both directions is exchanged within a few rad/s: 2·4 kN over the fold's width.
+#[test]
+fn hybrid_is_continuous() {
+    let surrogate = Surrogate::reference();
+    let p = machine::Machine::reference().emla;
+    let residual = |tau, w| {
+        let F_qs = |tau, w| maps::quasi_static_force(&p, tau, w);
+        surrogate.evaluate(tau, w).F - surrogate.guard(tau, w, F_qs)
+    };
+    let (d_tau, d_w) = (0.02, 0.05);
+    for tau in [-60.0, -41.0, -20.0, -4.0, 0.0, 3.0, 17.0, 38.0, 55.0] {
+        for k in -5_000..5_000 {
+            let w = f64::from(k) * d_w;
+            let jump = (residual(tau, w + d_w) - residual(tau, w)).abs();
+            assert!(
+                jump < 4000.0 * d_w,
+                "{jump} N from {w} to {} rad/s at {tau} N·m",
+                w + d_w
+            );
+        }
+    }
+    for w in [
+        -240.0, -165.0, -50.0, -3.0, -0.5, 0.0, 0.7, 2.4, 30.0, 160.0, 240.0,
+    ] {
+        for k in -3_000..3_000 {
+            let tau = f64::from(k) * d_tau;
+            let jump = (residual(tau + d_tau, w) - residual(tau, w)).abs();
+            assert!(
+                jump < 1200.0 * d_tau,
+                "{jump} N from {tau} to {} N·m",
+                tau + d_tau
+            );
+        }
+    }
+}
+
+#[test]
+fn trained_range_and_nan() {
+    let surrogate = Surrogate::reference();
+    let at = |tau, w| surrogate.evaluate(tau, w).in_trained_range;
+    assert!(at(10.0, 80.0) && at(-10.0, -80.0) && at(-20.0, 30.0));
+    assert!(!at(60.0, 80.0) && !at(10.0, 240.0) && !at(10.0, 0.0) && !at(-36.0, 80.0));
+    assert!(surrogate.evaluate(f64::NAN, 1.0).F.is_nan());
+    assert!(surrogate.evaluate(1.0, f64::NAN).F.is_nan());
+}
+
+#[test]
+fn file_survives_the_round_trip() {
+    let surrogate = Surrogate::reference();
+    let text = serde_json::to_string(&surrogate).expect("JSON");
+    assert_eq!(Surrogate::from_json(&text).expect("valid"), surrogate);
+}
+
+/// Every refusal says what is wrong and where.
+#[test]
+fn bad_files_are_refused() {
+    let refuse = |change: &dyn Fn(&mut Value), reason: &str| {
+        let mut file = reference_file();
+        change(&mut file);
+        let error = Surrogate::from_json(&file.to_string())
+            .expect_err(reason)
+            .to_string();
+        assert!(error.contains(reason), "`{error}` does not say `{reason}`");
+    };
+    refuse(&|f| f["colour"] = 1.into(), "unknown field `colour`");
+    refuse(
+        &|f| f["training"]["mood"] = 1.into(),
+        "unknown field `mood`",
+    );
+    refuse(&|f| f["layers"][0]["weights"] = 3.into(), "invalid type");
+    refuse(
+        &|f| drop(f.as_object_mut().expect("object").remove("ranges")),
+        "missing field `ranges`",
+    );
+    refuse(
+        &|f| drop(array(&mut f["layers"]).pop()),
+        "`layers` has 5 elements, 6 are needed",
+    );
+    refuse(
+        &|f| drop(array(&mut f["layers"][1]["weights"]).pop()),
+        "`layers[1].weights` has 47 elements, 48 are needed",
+    );
+    refuse(
+        &|f| array(&mut f["layers"][2]["weights"][5]).push(0.5.into()),
+        "`layers[2].weights[5]` has 49 elements, 48 are needed",
+    );
+    refuse(
+        &|f| drop(array(&mut f["layers"][5]["bias"]).pop()),
+        "`layers[5].bias` has 1 elements, 2 are needed",
+    );
+    refuse(
+        &|f| f["ranges"]["tau_e"]["max"] = (-1e3).into(),
+        "min must lie below max",
+    );
+    refuse(
+        &|f| f["ranges"]["w_m"]["min"] = (-3.0).into(),
+        "speeds must not be negative",
+    );
+}
+
+/// JSON has no NaN, so such a number can only come from a program.
+#[test]
+fn numbers_that_are_not_finite_are_refused() {
+    let refuse = |change: &dyn Fn(&mut SurrogateFile), reason: &str| {
+        let mut file = Surrogate::reference().file().clone();
+        change(&mut file);
+        let error = Surrogate::new(file).expect_err(reason).to_string();
+        assert!(error.contains(reason), "`{error}` does not say `{reason}`");
+    };
+    refuse(
+        &|f| f.layers[3].weights[2][7] = f64::NAN,
+        "`layers[3].weights[2][7]` = NaN",
+    );
+    refuse(
+        &|f| f.layers[0].bias[9] = f64::INFINITY,
+        "`layers[0].bias[9]` = inf",
+    );
+    refuse(
+        &|f| f.ranges.f_ext.max = f64::NAN,
+        "`ranges.F_ext.max` = NaN",
+    );
+    refuse(&|f| f.training.mse.test = f64::NAN, "`training.mse` = NaN");
+}
+
+fn array(value: &mut Value) -> &mut Vec<Value> {
+    value.as_array_mut().expect("array")
+}
