@@ -1,0 +1,220 @@
+//! Rows of a campaign and the CSV file they are kept in.
+//!
+//! The header names each column and may give its unit in brackets: `tau_e [N.m]`. Training
+//! needs `tau_e`, `w_m`, `F_ext` and `x_dot`; other columns are allowed. Lines that begin
+//! with `#` are comments. Every refusal names the file, the line and the column.
+
+use std::fmt::Write as _;
+use std::path::Path;
+
+use anyhow::{Context as _, Result, bail};
+
+/// One operating point; SI, dq quantities peak-valued.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Row {
+    /// Direct-axis voltage, V.
+    pub v_d: f64,
+    /// Quadrature-axis voltage, V.
+    pub v_q: f64,
+    /// Direct-axis current, A.
+    pub i_d: f64,
+    /// Quadrature-axis current, A.
+    pub i_q: f64,
+    /// Air-gap torque, N·m.
+    pub tau_e: f64,
+    /// Motor speed, rad/s.
+    pub w_m: f64,
+    /// Load force, N, positive against extension.
+    pub f_ext: f64,
+    /// Rod speed, m/s.
+    pub x_dot: f64,
+}
+
+/// Name and unit of each column, in the order of [`Row::values`].
+const COLUMNS: [(&str, &str); 8] = [
+    ("v_d", "V"),
+    ("v_q", "V"),
+    ("i_d", "A"),
+    ("i_q", "A"),
+    ("tau_e", "N.m"),
+    ("w_m", "rad/s"),
+    ("F_ext", "N"),
+    ("x_dot", "m/s"),
+];
+
+/// The four of [`COLUMNS`] that training needs: two inputs, two targets.
+const NEEDED: [usize; 4] = [4, 5, 6, 7];
+
+/// Fewest rows that can be split and fitted.
+pub const FEWEST_ROWS: usize = 50;
+
+impl Row {
+    fn values(&self) -> [f64; 8] {
+        let Self {
+            v_d,
+            v_q,
+            i_d,
+            i_q,
+            tau_e,
+            w_m,
+            f_ext,
+            x_dot,
+        } = *self;
+        [v_d, v_q, i_d, i_q, tau_e, w_m, f_ext, x_dot]
+    }
+
+    fn from_values([v_d, v_q, i_d, i_q, tau_e, w_m, f_ext, x_dot]: [f64; 8]) -> Self {
+        Self {
+            v_d,
+            v_q,
+            i_d,
+            i_q,
+            tau_e,
+            w_m,
+            f_ext,
+            x_dot,
+        }
+    }
+
+    pub(crate) fn plus(&self, other: &Self) -> Self {
+        let (a, b) = (self.values(), other.values());
+        Self::from_values(std::array::from_fn(|k| a[k] + b[k]))
+    }
+
+    pub(crate) fn divided_by(&self, n: f64) -> Self {
+        Self::from_values(self.values().map(|x| x / n))
+    }
+}
+
+/// CSV text of `rows` under a comment that says what they are.
+#[must_use]
+pub fn to_csv(rows: &[Row], comment: &str) -> String {
+    let header: Vec<String> = COLUMNS
+        .iter()
+        .map(|(name, unit)| format!("{name} [{unit}]"))
+        .collect();
+    let mut text = format!("# {comment}\n{}\n", header.join(","));
+    for row in rows {
+        let cells = row.values().map(|x| x.to_string());
+        writeln!(text, "{}", cells.join(",")).expect("writing to a string cannot fail");
+    }
+    text
+}
+
+/// What training sees of a file: rows of (tau_e, w_m) and of (F_ext, x_dot), and where they are from.
+#[derive(Clone, Debug)]
+pub struct Data {
+    /// [tau_e, w_m], N·m and rad/s.
+    pub inputs: Vec<[f64; 2]>,
+    /// [F_ext, x_dot], N and m/s.
+    pub targets: Vec<[f64; 2]>,
+    /// First comment line, or the file's name.
+    pub origin: String,
+    /// SHA-256 of the file, hexadecimal.
+    pub sha256: String,
+}
+
+/// Read a CSV file for training.
+pub fn read_csv(path: &Path) -> Result<Data> {
+    let name = path.display().to_string();
+    let text = std::fs::read_to_string(path).with_context(|| format!("cannot read {name}"))?;
+    parse_csv(&name, &text)
+}
+
+/// Read CSV text for training; `name` is what errors call the file.
+pub fn parse_csv(name: &str, text: &str) -> Result<Data> {
+    let mut reader = csv::ReaderBuilder::new()
+        .comment(Some(b'#'))
+        .trim(csv::Trim::All)
+        .from_reader(text.as_bytes());
+    let header = reader
+        .headers()
+        .with_context(|| format!("{name}: cannot read the header"))?
+        .clone();
+    let line = header.position().map_or(1, csv::Position::line);
+    let places = find_columns(name, line, &header)?;
+    let mut cells = Vec::new();
+    for record in reader.records() {
+        let record = record.with_context(|| format!("{name}: not a table"))?;
+        let line = record.position().map_or(0, csv::Position::line);
+        let mut row = [0.0; 4];
+        for ((cell, &place), &column) in row.iter_mut().zip(&places).zip(&NEEDED) {
+            *cell = number(name, line, COLUMNS[column].0, &record[place])?;
+        }
+        if row[1] < 0.0 {
+            bail!(
+                "{name}, line {line}, column w_m: {} rad/s is negative; train on one direction of \
+                 motion (the other follows by symmetry)",
+                row[1]
+            );
+        }
+        cells.push(row);
+    }
+    check_columns(name, line, &cells)?;
+    let comment = text.lines().find_map(|line| line.strip_prefix('#'));
+    Ok(Data {
+        inputs: cells.iter().map(|r| [r[0], r[1]]).collect(),
+        targets: cells.iter().map(|r| [r[2], r[3]]).collect(),
+        origin: comment.map_or_else(|| name.to_owned(), |c| c.trim().to_owned()),
+        sha256: sha256(text),
+    })
+}
+
+fn find_columns(name: &str, line: u64, header: &csv::StringRecord) -> Result<[usize; 4]> {
+    let mut places = [0; 4];
+    for (place, &column) in places.iter_mut().zip(&NEEDED) {
+        let (wanted, unit) = COLUMNS[column];
+        let found = header
+            .iter()
+            .position(|h| h.split('[').next().unwrap_or(h).trim() == wanted);
+        let Some(found) = found else {
+            bail!("{name}, line {line}: column {wanted} [{unit}] is missing");
+        };
+        let given = header[found]
+            .split_once('[')
+            .map(|(_, u)| u.trim_end_matches(']').trim());
+        if given.is_some_and(|u| u != unit) {
+            let given = given.unwrap_or_default();
+            bail!("{name}, line {line}, column {wanted}: unit [{given}] where [{unit}] is needed");
+        }
+        *place = found;
+    }
+    Ok(places)
+}
+
+fn number(name: &str, line: u64, column: &str, cell: &str) -> Result<f64> {
+    match cell.parse::<f64>() {
+        Ok(x) if x.is_finite() => Ok(x),
+        _ => bail!("{name}, line {line}, column {column}: `{cell}` is not a finite number"),
+    }
+}
+
+fn check_columns(name: &str, header_line: u64, cells: &[[f64; 4]]) -> Result<()> {
+    if cells.len() < FEWEST_ROWS {
+        bail!(
+            "{name}, after line {header_line}: {} rows, at least {FEWEST_ROWS} are needed",
+            cells.len()
+        );
+    }
+    for (k, &column) in NEEDED.iter().enumerate() {
+        let first = cells[0][k];
+        if cells.iter().all(|row| row[k] == first) {
+            let column = COLUMNS[column].0;
+            bail!(
+                "{name}, after line {header_line}, column {column}: constant ({first} in every row), \
+                 nothing can be learnt from it"
+            );
+        }
+    }
+    Ok(())
+}
+
+fn sha256(text: &str) -> String {
+    use sha2::Digest as _;
+    sha2::Sha256::digest(text.as_bytes())
+        .iter()
+        .fold(String::new(), |mut hex, byte| {
+            write!(hex, "{byte:02x}").expect("writing to a string cannot fail");
+            hex
+        })
+}

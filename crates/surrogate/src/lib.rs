@@ -1,0 +1,16 @@
+//! Virtual testbed and training of the actuator's surrogate network.
+//!
+//! The testbed is a simulation ([`testbed`], [`campaign`]); nothing here is a measurement, unless a
+//! user brings a CSV file of his own ([`data`]). Training is Levenberg–Marquardt as in the paper
+//! ([`lm`], [`training`]) on scaled inputs and targets; the trained network is evaluated by
+//! [`emla::Surrogate`]. SI units; dq quantities peak-valued. Source: the paper's section
+//! "Surrogate-Enhanced Hybrid Model of the EMLA".
+#![forbid(unsafe_code)]
+
+pub mod campaign;
+pub mod data;
+pub mod lm;
+pub mod network;
+pub mod normal;
+pub mod testbed;
+pub mod training;
