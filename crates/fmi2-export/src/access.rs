@@ -2,12 +2,13 @@
 
 use crate::Model;
 use crate::calls::Mode;
-use crate::failure::{Failure, refuse};
+use crate::failure::Failure;
 use crate::instance::{Instance, warn};
 use crate::log::c_string;
 use crate::value::{Value, allowed};
 use crate::variable::{Causality, Place, Variable};
 use std::ffi::CString;
+use std::fmt::Display;
 
 impl<M: Model> Instance<M> {
     /// fmi2SetReal, fmi2SetInteger, fmi2SetBoolean.
@@ -23,8 +24,7 @@ impl<M: Model> Instance<M> {
                 _ => return Err(self.not_settable(row, i, value, T::TYPE)),
             };
             if !value.is_allowed(row) {
-                let (name, allowed) = (row.element_name(i), allowed(row));
-                return refuse!("`{name}` = {value}; allowed are {allowed}");
+                return Err(not_allowed(row, i, value));
             }
         }
         if parameters {
@@ -68,7 +68,7 @@ impl<M: Model> Instance<M> {
         &self,
         row: &Variable<M>,
         i: usize,
-        value: impl std::fmt::Display,
+        value: impl Display,
         given: &str,
     ) -> Failure {
         let (name, kind) = (row.element_name(i), row.kind());
@@ -103,8 +103,7 @@ impl<M: Model> Instance<M> {
                 return Err(not_gettable(row, i, T::TYPE));
             };
             if !value.is_finite() {
-                let name = row.element_name(i);
-                return refuse!("`{name}` became {value}; allowed are finite values");
+                return Err(not_finite(row, i, value));
             }
             *slot = value.to_c();
         }
@@ -153,8 +152,7 @@ impl<M: Model> Instance<M> {
     /// Copies the numbers the importer has set from the present parameters.
     fn copy_explicit(&self, to: &mut M::Parameters) {
         let from = &self.state.parameters;
-        for ((element, row), explicit) in self.layout.iter().zip(&self.state.explicit) {
-            let i = element.index as usize;
+        for ((i, row), explicit) in self.layout.iter().zip(&self.state.explicit) {
             match &row.place {
                 _ if !explicit => {}
                 Place::RealParameter(place) => *place.get_mut(to, i) = place.get(from, i),
@@ -178,6 +176,20 @@ impl<M: Model> Instance<M> {
         self.strings = strings;
         Ok(&self.strings)
     }
+}
+
+#[cold]
+fn not_allowed<M: Model>(row: &Variable<M>, i: usize, value: impl Display) -> Failure {
+    let (name, allowed) = (row.element_name(i), allowed(row));
+    Failure::Error(format!("`{name}` = {value}; allowed are {allowed}"))
+}
+
+#[cold]
+fn not_finite<M: Model>(row: &Variable<M>, i: usize, value: impl Display) -> Failure {
+    let name = row.element_name(i);
+    Failure::Error(format!(
+        "`{name}` became {value}; allowed are finite values"
+    ))
 }
 
 #[cold]

@@ -17,8 +17,17 @@ impl From<ModelError> for Failure {
     }
 }
 
-/// `Err(Failure::Error(format!(…)))`.
+impl Failure {
+    /// fmi2Error with a message; out of line, so that the checks of the hot path stay short.
+    #[cold]
+    #[inline(never)]
+    pub(crate) fn error(message: std::fmt::Arguments<'_>) -> Self {
+        Failure::Error(message.to_string())
+    }
+}
+
+/// `Err` of fmi2Error with a formatted message.
 macro_rules! refuse {
-    ($($text:tt)*) => { Err($crate::failure::Failure::Error(format!($($text)*))) };
+    ($($text:tt)*) => { Err($crate::failure::Failure::error(format_args!($($text)*))) };
 }
 pub(crate) use refuse;

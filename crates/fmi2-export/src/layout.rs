@@ -1,60 +1,50 @@
 //! Value references: which element of which row each is.
 
 use crate::variable::{Causality, Place, Read, Variable, Write};
-use crate::{
-    InputPolynomial, Model,
-    failure::{Failure, refuse},
-};
+use crate::{InputPolynomial, Model, failure::Failure};
 
-/// The element behind a value reference.
-#[derive(Clone, Copy)]
-pub(crate) struct Element {
-    row: u32,
-    /// Index within the row, from 0.
-    pub(crate) index: u32,
-}
+/// The element behind a value reference: a row, and the index within it, from 0.
+pub(crate) type Element<M> = (usize, &'static Variable<M>);
 
 /// All elements of a table in order; a value reference is an index into it.
-pub(crate) struct Layout<M: Model> {
-    rows: &'static [Variable<M>],
-    elements: Vec<Element>,
-}
+pub(crate) struct Layout<M: Model>(Vec<Element<M>>);
 
 impl<M: Model> Layout<M> {
     /// Counts the elements of each row in the default values.
     pub(crate) fn new() -> Self {
         let (parameters, input) = M::defaults();
         let output = M::Output::default();
-        let rows = M::variables();
-        let mut elements = Vec::new();
-        for (row, variable) in (0..).zip(rows) {
-            let len = variable.place.len(&parameters, &input, &output);
-            elements.extend((0..len as u32).map(|index| Element { row, index }));
-        }
-        Self { rows, elements }
+        let elements = M::variables().iter().flat_map(|row| {
+            let len = row.place.len(&parameters, &input, &output);
+            (0..len).map(move |i| (i, row))
+        });
+        Self(elements.collect())
     }
 
     pub(crate) fn len(&self) -> usize {
-        self.elements.len()
+        self.0.len()
     }
 
-    /// All elements with their rows, in the order of their value references.
-    pub(crate) fn iter(&self) -> impl Iterator<Item = (Element, &'static Variable<M>)> {
-        self.elements
-            .iter()
-            .map(|element| (*element, &self.rows[element.row as usize]))
+    /// All elements, in the order of their value references.
+    pub(crate) fn iter(&self) -> impl Iterator<Item = Element<M>> {
+        self.0.iter().copied()
     }
 
     /// The element of a value reference.
     #[inline]
-    pub(crate) fn find(&self, vr: u32) -> Result<(usize, &'static Variable<M>), Failure> {
-        match self.elements.get(vr as usize) {
-            Some(element) => Ok((element.index as usize, &self.rows[element.row as usize])),
-            None => {
-                let last = self.len().saturating_sub(1);
-                refuse!("unknown value reference {vr}; allowed are 0 to {last}")
-            }
-        }
+    pub(crate) fn find(&self, vr: u32) -> Result<Element<M>, Failure> {
+        self.0
+            .get(vr as usize)
+            .copied()
+            .ok_or_else(|| self.unknown(vr))
+    }
+
+    #[cold]
+    fn unknown(&self, vr: u32) -> Failure {
+        let last = self.len().saturating_sub(1);
+        Failure::error(format_args!(
+            "unknown value reference {vr}; allowed are 0 to {last}"
+        ))
     }
 }
 

@@ -85,19 +85,20 @@ impl<M: Model> Instance<M> {
     ) -> Result<(), Failure> {
         for ((&vr, &order), &value) in vr.iter().zip(order).zip(values) {
             let (i, row) = self.layout.find(vr)?;
-            let name = row.element_name(i);
             if !matches!(row.place, Place::RealIn(_)) || row.discrete {
-                let kind = row.kind();
+                let (name, kind) = (row.element_name(i), row.kind());
                 return refuse!(
                     "`{name}` is {kind} without derivatives; allowed are continuous Real inputs"
                 );
             }
             if !(1..=MAX_INPUT_DERIVATIVE as i32).contains(&order) {
+                let name = row.element_name(i);
                 return refuse!(
                     "`{name}`: order of derivative = {order}; allowed are 1 to {MAX_INPUT_DERIVATIVE}"
                 );
             }
             if !value.is_finite() {
+                let name = row.element_name(i);
                 return refuse!(
                     "`{name}`: derivative of order {order} = {value}; allowed are finite values"
                 );
@@ -126,12 +127,12 @@ impl<M: Model> Instance<M> {
         }
         for (&vr, &order) in vr.iter().zip(order) {
             let (i, row) = self.layout.find(vr)?;
-            let name = row.element_name(i);
             if !matches!(row.place, Place::RealOut(_)) || row.causality != Causality::Output {
-                let kind = row.kind();
+                let (name, kind) = (row.element_name(i), row.kind());
                 return refuse!("`{name}` is {kind}; allowed are Real outputs");
             }
             if order != 1 {
+                let name = row.element_name(i);
                 return refuse!("`{name}`: order of derivative = {order}; allowed is 1");
             }
         }
@@ -174,11 +175,12 @@ impl<M: Model> Instance<M> {
         let mut du = M::Input::default();
         for (&vr, &seed) in known.iter().zip(seed) {
             let (i, row) = self.layout.find(vr)?;
-            let (name, kind) = (row.element_name(i), row.kind());
             let Place::RealIn(place) = &row.place else {
+                let (name, kind) = (row.element_name(i), row.kind());
                 return refuse!("known `{name}` is {kind}; allowed are Real inputs");
             };
             if !seed.is_finite() {
+                let name = row.element_name(i);
                 return refuse!("known `{name}`: seed = {seed}; allowed are finite values");
             }
             *place.get_mut(&mut du, i) += seed;

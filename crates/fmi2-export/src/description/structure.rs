@@ -2,7 +2,7 @@
 
 use super::Xml;
 use crate::Model;
-use crate::layout::{Element, Layout};
+use crate::layout::Layout;
 use crate::variable::{ALL_PARAMETERS, Causality, Dependencies, Variable};
 use std::collections::{BTreeMap, BTreeSet};
 use std::io;
@@ -21,11 +21,11 @@ pub(super) fn write<M: Model>(xml: &mut Xml, layout: &Layout<M>) -> io::Result<(
     xml.create_element("ModelStructure")
         .write_inner_content(|xml| {
             let knowns = Knowns::new(layout);
-            unknowns(xml, "Outputs", layout, |row, element| {
-                knowns.resolve(row.dependencies, element, false)
+            unknowns(xml, "Outputs", layout, |row, i| {
+                knowns.resolve(row.dependencies, i, false)
             })?;
-            unknowns(xml, "InitialUnknowns", layout, |row, element| {
-                knowns.resolve(row.initial_dependencies, element, true)
+            unknowns(xml, "InitialUnknowns", layout, |row, i| {
+                knowns.resolve(row.initial_dependencies, i, true)
             })
         })?;
     Ok(())
@@ -35,16 +35,16 @@ fn unknowns<M: Model>(
     xml: &mut Xml,
     element: &str,
     layout: &Layout<M>,
-    knowns: impl Fn(&Variable<M>, Element) -> Result<Option<BTreeSet<usize>>, String>,
+    knowns: impl Fn(&Variable<M>, usize) -> Result<Option<BTreeSet<usize>>, String>,
 ) -> io::Result<()> {
     xml.create_element(element).write_inner_content(|xml| {
-        for (position, (element, row)) in (1..).zip(layout.iter()) {
+        for (position, (i, row)) in (1..).zip(layout.iter()) {
             if row.causality != Causality::Output {
                 continue;
             }
             let index = usize::to_string(&position);
             let mut attributes = vec![("index", index)];
-            if let Some(knowns) = knowns(row, element).map_err(io::Error::other)? {
+            if let Some(knowns) = knowns(row, i).map_err(io::Error::other)? {
                 let knowns: Vec<_> = knowns.iter().map(usize::to_string).collect();
                 attributes.push(("dependencies", knowns.join(" ")));
             }
@@ -99,10 +99,9 @@ impl Knowns {
     pub(super) fn resolve(
         &self,
         dependencies: Dependencies,
-        element: Element,
+        i: usize,
         parameters: bool,
     ) -> Result<Option<BTreeSet<usize>>, String> {
-        let i = element.index as usize;
         let names = match dependencies {
             Dependencies::Unknown => return Ok(None),
             Dependencies::Same(names) => names,

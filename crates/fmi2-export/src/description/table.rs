@@ -15,8 +15,7 @@ pub(super) fn check<M: Model>(layout: &Layout<M>) -> Result<(), String> {
     let (parameters, input) = M::defaults();
     let knowns = Knowns::new(layout);
     let mut names = BTreeSet::new();
-    for (element, row) in layout.iter() {
-        let i = element.index as usize;
+    for (i, row) in layout.iter() {
         let name = row.element_name(i);
         let wrong = |reason: &str| Err(format!("variable `{name}`: {reason}"));
         if !is_structured(row.name) {
@@ -36,9 +35,9 @@ pub(super) fn check<M: Model>(layout: &Layout<M>) -> Result<(), String> {
             return wrong(&reason);
         }
         let has_any = knowns
-            .resolve(row.dependencies, element, false)
+            .resolve(row.dependencies, i, false)
             .and_then(|while_stepping| {
-                let initially = knowns.resolve(row.initial_dependencies, element, true)?;
+                let initially = knowns.resolve(row.initial_dependencies, i, true)?;
                 Ok(while_stepping.is_some() || initially.is_some())
             });
         match has_any {

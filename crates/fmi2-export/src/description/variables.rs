@@ -10,8 +10,7 @@ pub(super) fn write<M: Model>(xml: &mut Xml, layout: &Layout<M>) -> io::Result<(
     let (parameters, input) = M::defaults();
     xml.create_element("ModelVariables")
         .write_inner_content(|xml| {
-            for (vr, (element, row)) in layout.iter().enumerate() {
-                let i = element.index as usize;
+            for (vr, (i, row)) in layout.iter().enumerate() {
                 let start = row.place.start(&parameters, &input, i);
                 write_variable(xml, vr, row, i, start)?;
             }

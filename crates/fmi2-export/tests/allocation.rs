@@ -1,0 +1,71 @@
+//! Set, step and get do not allocate, seen by an allocator that counts.
+#![allow(missing_docs)]
+
+#[path = "border/client.rs"]
+#[allow(dead_code, clippy::undocumented_unsafe_blocks)]
+// an importer for several tests, see border/main.rs
+mod client;
+#[path = "border/probe.rs"]
+#[allow(dead_code)] // see above
+mod probe;
+
+use client::*;
+use fmi2_export::ffi::*;
+use probe::vr;
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::cell::Cell;
+
+struct Counting;
+
+thread_local! {
+    static COUNT: Cell<u64> = const { Cell::new(0) };
+}
+
+// SAFETY: everything is left to the system's allocator.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        COUNT.set(COUNT.get() + 1);
+        // SAFETY: forwarded.
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn dealloc(&self, memory: *mut u8, layout: Layout) {
+        // SAFETY: forwarded.
+        unsafe { System.dealloc(memory, layout) }
+    }
+}
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
+
+/// Allocations of this thread during `f`.
+fn allocations(f: impl FnOnce()) -> u64 {
+    let before = COUNT.get();
+    f();
+    COUNT.get() - before
+}
+
+#[test]
+fn the_hot_path_does_not_allocate() {
+    let fmu = Fmu::stepping();
+    let hot = || {
+        for k in 0..1000 {
+            assert_eq!(
+                fmu.set(&[vr::U[0], vr::U[1]], &[1.0, f64::from(k)]),
+                Status::Ok
+            );
+            assert_eq!(fmu.derivatives(&[vr::U[0]], &[1], &[2.0]), Status::Ok);
+            assert_eq!(fmu.set_boolean(vr::SWITCH, k % 2), Status::Ok);
+            assert_eq!(fmu.step(f64::from(k) * 0.5, 0.5), Status::Ok);
+            fmu.get([vr::X[0], vr::X[1], vr::Y]);
+            assert_eq!(fmu.get_boolean(vr::ON), k % 2);
+            assert_eq!(fmu.output_derivative(vr::Y, 1).0, Status::Ok);
+        }
+    };
+    assert_eq!(allocations(hot), 0);
+    assert_ne!(
+        allocations(|| assert!(!fmu.save().is_null())),
+        0,
+        "the counter does not count"
+    );
+}
