@@ -81,19 +81,15 @@ impl Emla {
     /// The same actuator with this network, whose residual is scaled by `alpha` (0…1). At α = 0 the network
     /// only shows in the outputs.
     #[must_use]
-    pub fn with_surrogate(self, surrogate: Surrogate, alpha: f64) -> Self {
-        Self {
-            surrogate: Some(surrogate),
-            ..self
-        }
-        .with_alpha(alpha)
+    pub fn with_surrogate(mut self, surrogate: Surrogate, alpha: f64) -> Self {
+        self.surrogate = Some(surrogate);
+        self.set_alpha(alpha);
+        self
     }
 
-    /// The same actuator with another blending factor, kept inside 0…1.
-    #[must_use]
-    pub fn with_alpha(self, alpha: f64) -> Self {
-        let alpha = alpha.clamp(0.0, 1.0);
-        Self { alpha, ..self }
+    /// Sets the blending factor, kept inside 0…1.
+    pub fn set_alpha(&mut self, alpha: f64) {
+        self.alpha = alpha.clamp(0.0, 1.0);
     }
 
     /// Parameters.
