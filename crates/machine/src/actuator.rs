@@ -61,10 +61,10 @@ pub struct Emla {
     /// Largest phase voltage (peak), V.
     pub v_max: f64,
     /// Iron losses; left out: none.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(default)]
     pub core: Option<CoreLosses>,
     /// Inverter losses; left out: an ideal inverter.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(default)]
     pub inverter: Option<InverterLosses>,
 }
 
