@@ -11,8 +11,8 @@ use crate::workspace::Workspace;
 pub fn run(workspace: &Workspace, check: bool) -> Result<()> {
     let dir = workspace.root.join("modelDescription");
     let mut stale = Vec::new();
-    for fmu in workspace.suite() {
-        let files = library::files(&workspace.build_fmu(&fmu)?)?;
+    for built in workspace.build_fmus(&workspace.suite())? {
+        let files = library::files(&built)?;
         let text = library::description(&files)?;
         let path = dir.join(library::identifier(text)?).with_extension("xml");
         let committed = fs::read_to_string(&path).ok();

@@ -37,11 +37,7 @@ pub fn provide(workspace: &Workspace) -> Result<Vec<(String, String)>> {
 /// Build the co-simulation program in release mode; its path.
 pub fn build_cosim(workspace: &Workspace) -> Result<PathBuf> {
     let environment = provide(workspace)?;
-    workspace.build(
-        &["--package", "cosim", "--bin", "cosim"],
-        "bin",
-        &environment,
-    )
+    workspace.build_program("cosim", "cosim", &environment)
 }
 
 fn remember(workspace: &Workspace, variables: &[(String, String)]) -> Result<()> {

@@ -21,19 +21,19 @@ pub fn suite(workspace: &Workspace, out: &Path) -> Result<()> {
 /// Pack FMUs into `out`; the files written.
 pub fn fmus(workspace: &Workspace, targets: &[Fmu], out: &Path) -> Result<Vec<PathBuf>> {
     fs::create_dir_all(out).with_context(|| out.display().to_string())?;
-    targets
+    let built = workspace.build_fmus(targets)?;
+    built
         .iter()
-        .map(|target| fmu(workspace, target, out))
+        .map(|library| fmu(workspace, library, out))
         .collect()
 }
 
-fn fmu(workspace: &Workspace, target: &Fmu, out: &Path) -> Result<PathBuf> {
-    let built = workspace.build_fmu(target)?;
-    let files = library::files(&built)?;
+fn fmu(workspace: &Workspace, built: &Path, out: &Path) -> Result<PathBuf> {
+    let files = library::files(built)?;
     let identifier = library::identifier(library::description(&files)?)?;
     let mut entries: BTreeMap<String, Vec<u8>> = files.into_iter().collect();
     let (folder, suffix) = platform()?;
-    let binary = fs::read(&built).with_context(|| built.display().to_string())?;
+    let binary = fs::read(built).with_context(|| built.display().to_string())?;
     entries.insert(format!("binaries/{folder}/{identifier}{suffix}"), binary);
     entries.extend(licences(workspace)?);
     let path = out.join(identifier).with_extension("fmu");

@@ -1,5 +1,6 @@
 //! The cargo workspace: where it is, what is in it, and running its tools.
 
+use std::collections::BTreeMap;
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
@@ -66,12 +67,21 @@ impl Workspace {
         self.target.join("fmu")
     }
 
-    /// The suite: packages in `fmu-*` folders.
+    /// The suite: packages in `fmu-*` folders of the root.
     pub fn suite(&self) -> Vec<Fmu> {
         let packages = self.metadata["packages"].as_array().into_iter().flatten();
-        let names = packages
-            .filter_map(|p| p["name"].as_str())
-            .filter(|name| name.starts_with("fmu-"));
+        let at_root = |p: &&Value| {
+            let folder = p["manifest_path"]
+                .as_str()
+                .map(Path::new)
+                .and_then(Path::parent);
+            folder.is_some_and(|f| {
+                f.parent() == Some(&self.root)
+                    && f.file_name()
+                        .is_some_and(|n| n.to_string_lossy().starts_with("fmu-"))
+            })
+        };
+        let names = packages.filter(at_root).filter_map(|p| p["name"].as_str());
         names.map(|name| Fmu::Package(name.to_string())).collect()
     }
 
@@ -91,20 +101,20 @@ impl Workspace {
         command
     }
 
-    /// Build in release mode; the artifact of kind `kind` (`cdylib` or `bin`) that cargo reports.
-    pub fn build(
+    /// Build in release mode; the artifacts of kind `kind` (`cdylib` or `bin`) that cargo reports, by target name.
+    fn build(
         &self,
-        target: &[&str],
+        targets: &[&str],
         kind: &str,
         environment: &[(String, String)],
-    ) -> Result<PathBuf> {
+    ) -> Result<BTreeMap<String, PathBuf>> {
         let mut command = self.cargo([
             "build",
             "--release",
             "--message-format",
             "json-render-diagnostics",
         ]);
-        command.args(target).envs(environment.iter().cloned());
+        command.args(targets).envs(environment.iter().cloned());
         let messages = output(&mut command)?;
         let artifacts = messages
             .lines()
@@ -114,28 +124,65 @@ impl Workspace {
                 .as_array()
                 .is_some_and(|kinds| kinds.iter().any(|k| k == kind))
         };
-        let path = |m: Value| match kind {
-            "bin" => m["executable"].as_str().map(PathBuf::from),
-            _ => m["filenames"]
-                .as_array()?
-                .iter()
-                .filter_map(Value::as_str)
-                .find(|f| is_shared_library(f))
-                .map(PathBuf::from),
+        let built = |m: Value| {
+            let path = match kind {
+                "bin" => m["executable"].as_str(),
+                _ => m["filenames"]
+                    .as_array()?
+                    .iter()
+                    .filter_map(Value::as_str)
+                    .find(|f| is_shared_library(f)),
+            };
+            Some((
+                m["target"]["name"].as_str()?.to_string(),
+                PathBuf::from(path?),
+            ))
         };
-        let built = artifacts
+        Ok(artifacts
             .filter(|m| m["reason"] == "compiler-artifact" && of_kind(m))
-            .filter_map(path)
-            .next_back();
-        built.ok_or_else(|| anyhow!("cargo build {} made no {kind}", target.join(" ")))
+            .filter_map(built)
+            .collect())
     }
 
-    /// Build the shared library of an FMU.
-    pub fn build_fmu(&self, fmu: &Fmu) -> Result<PathBuf> {
-        match fmu {
-            Fmu::Package(name) => self.build(&["--package", name, "--lib"], "cdylib", &[]),
-            Fmu::Example(name) => self.build(&["--example", name], "cdylib", &[]),
+    /// Build the shared libraries of FMUs, in one go so that their dependencies are built once.
+    pub fn build_fmus(&self, fmus: &[Fmu]) -> Result<Vec<PathBuf>> {
+        let mut targets = Vec::new();
+        for fmu in fmus {
+            match fmu {
+                Fmu::Package(name) => targets.extend(["--package", name]),
+                Fmu::Example(name) => targets.extend(["--example", name]),
+            }
         }
+        if fmus.iter().any(|f| matches!(f, Fmu::Package(_))) {
+            targets.push("--lib");
+        }
+        let built = self.build(&targets, "cdylib", &[])?;
+        let library = |fmu: &Fmu| {
+            let name = match fmu {
+                Fmu::Package(name) | Fmu::Example(name) => name,
+            };
+            let found = built
+                .get(name)
+                .or_else(|| built.get(&name.replace('-', "_")));
+            found
+                .cloned()
+                .ok_or_else(|| anyhow!("`{name}` has no cdylib"))
+        };
+        fmus.iter().map(library).collect()
+    }
+
+    /// Build a program.
+    pub fn build_program(
+        &self,
+        package: &str,
+        name: &str,
+        environment: &[(String, String)],
+    ) -> Result<PathBuf> {
+        let built = self.build(&["--package", package, "--bin", name], "bin", environment)?;
+        built
+            .get(name)
+            .cloned()
+            .ok_or_else(|| anyhow!("`{package}` has no program `{name}`"))
     }
 }
 
