@@ -119,6 +119,8 @@ pub(crate) struct Instant {
     pub stretch_dot: f64,
     /// Force on the load, N.
     pub F: f64,
+    /// Friction of the motor, N·m.
+    pub tau_friction: f64,
     /// Torque of friction and nut on the screw, N·m.
     pub tau_load: f64,
     /// Gear factor.
@@ -146,13 +148,14 @@ impl Emla {
         let travel = maps::travel_per_radian(p);
         let x_n_dot = travel * w_m;
         let (stretch, stretch_dot) = (travel * s.theta_m - x, x_n_dot - x_dot);
-        let K_b = maps::stiffness(p, x);
+        let (K_b, K_b_slope) = maps::stiffness_and_slope(p, x);
         let F_spring = p.C_b * stretch_dot + K_b * stretch;
         let F_nut = F_spring - self.alpha * s.residual.dF;
         let tau_load = maps::screw_load(p, F_nut, w_m);
         let k = maps::gear_factor(p, tau_load, w_m);
         let tau_e = maps::torque(p, i.d, i.q);
-        let torque_left = tau_e - maps::motor_friction(p, w_m) - k * tau_load / p.N_gear;
+        let tau_friction = maps::motor_friction(p, w_m);
+        let torque_left = tau_e - tau_friction - k * tau_load / p.N_gear;
         Instant {
             v: motor::limited(p, Dq { d: u.v_d, q: u.v_q }),
             i,
@@ -164,10 +167,11 @@ impl Emla {
             x_dot,
             x_n_dot,
             K_b,
-            K_b_slope: maps::stiffness_slope(p, x),
+            K_b_slope,
             stretch,
             stretch_dot,
             F: F_spring - p.C_act * x_dot,
+            tau_friction,
             tau_load,
             k,
             w_m_dot: torque_left / maps::inertia(p, k),

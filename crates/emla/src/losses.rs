@@ -2,7 +2,6 @@
 
 use crate::Emla;
 use crate::dynamics::{Instant, State};
-use crate::maps;
 use std::f64::consts::FRAC_2_PI;
 
 /// Losses by kind, W. Their [`Losses::total`] closes the balance
@@ -98,7 +97,7 @@ impl Emla {
             copper: 1.5 * p.R_s * i2,
             core: core_loss(p, now.w_e).0 * now.lambda.dot(now.lambda),
             inverter: inverter_loss(p, i2.sqrt()).0,
-            motor_friction: maps::motor_friction(p, now.w_m) * now.w_m,
+            motor_friction: now.tau_friction * now.w_m,
             gear: (now.k - 1.0) * (p.J_s * now.w_m_dot / N + now.tau_load) * now.w_m / N,
             screw: p.C_s * (now.w_m / N) * (now.w_m / N),
             nut: p.C_b * now.stretch_dot * now.stretch_dot,

@@ -39,33 +39,40 @@ pub fn torque(p: &Emla, i_d: f64, i_q: f64) -> f64 {
 /// Outside the screw, x ∉ [0, L_s], the value at the nearer end holds.
 #[must_use]
 pub fn stiffness(p: &Emla, x: f64) -> f64 {
-    let x = x.clamp(0.0, p.L_s);
-    let l_s = x * (p.L_s - x) / p.L_s;
-    let fixed = 1.0 / (2.0 * p.K_br) + 1.0 / p.K_n + 1.0 / p.K_r;
-    1.0 / (l_s / p.EA + fixed + lead(p) * lead(p) * x / p.GJ)
-}
-
-/// First and second derivative of the compliance `1/K_b` with respect to x, 1/N and 1/(N·m).
-fn compliance_slopes(p: &Emla, x: f64) -> (f64, f64) {
-    if !(0.0..=p.L_s).contains(&x) {
-        return (0.0, 0.0);
-    }
-    let slope = (1.0 - 2.0 * x / p.L_s) / p.EA + lead(p) * lead(p) / p.GJ;
-    (slope, -2.0 / (p.L_s * p.EA))
+    stiffness_and_slope(p, x).0
 }
 
 /// Derivative of [`stiffness`] with respect to x, N/m²: `K_b' = −K_b²·(1/K_b)'`.
 #[must_use]
 pub fn stiffness_slope(p: &Emla, x: f64) -> f64 {
-    let K_b = stiffness(p, x);
-    -K_b * K_b * compliance_slopes(p, x).0
+    stiffness_and_slope(p, x).1
+}
+
+/// [`stiffness`] and [`stiffness_slope`] together.
+pub(crate) fn stiffness_and_slope(p: &Emla, x: f64) -> (f64, f64) {
+    let inside = x.clamp(0.0, p.L_s);
+    let l_s = inside * (p.L_s - inside) / p.L_s;
+    let fixed = 1.0 / (2.0 * p.K_br) + 1.0 / p.K_n + 1.0 / p.K_r;
+    let twist = lead(p) * lead(p) / p.GJ;
+    let K_b = 1.0 / (l_s / p.EA + fixed + twist * inside);
+    (K_b, -K_b * K_b * compliance_slope(p, x))
+}
+
+/// Derivative of the compliance `1/K_b` with respect to x, 1/N.
+fn compliance_slope(p: &Emla, x: f64) -> f64 {
+    if !(0.0..=p.L_s).contains(&x) {
+        return 0.0;
+    }
+    (1.0 - 2.0 * x / p.L_s) / p.EA + lead(p) * lead(p) / p.GJ
 }
 
 /// Second derivative of [`stiffness`], N/m³: `K_b'' = 2 K_b³ (1/K_b)'² − K_b² (1/K_b)''`.
 pub(crate) fn stiffness_curvature(p: &Emla, x: f64) -> f64 {
-    let K_b = stiffness(p, x);
-    let (slope, curvature) = compliance_slopes(p, x);
-    K_b * K_b * (2.0 * K_b * slope * slope - curvature)
+    if !(0.0..=p.L_s).contains(&x) {
+        return 0.0;
+    }
+    let (K_b, slope) = (stiffness(p, x), compliance_slope(p, x));
+    K_b * K_b * (2.0 * K_b * slope * slope + 2.0 / (p.L_s * p.EA))
 }
 
 /// Ratio of gear input torque to the lossless one, for a screw-side torque `tau_load` (only its sign

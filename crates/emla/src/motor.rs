@@ -48,11 +48,11 @@ pub(crate) fn di_dt(p: &machine::Emla, v: Dq, i: Dq, lambda: Dq, w_e: f64) -> Dq
 
 /// The voltage that the inverter can give, V: scaled back onto the circle |v| = v_max.
 pub(crate) fn limited(p: &machine::Emla, v: Dq) -> Dq {
-    let size = v.d.hypot(v.q);
-    if size <= p.v_max {
+    let square = v.dot(v);
+    if square <= p.v_max * p.v_max {
         return v;
     }
-    v.scaled(p.v_max / size)
+    v.scaled(p.v_max / square.sqrt())
 }
 
 /// Derivative of [`limited`] at `v` along `dv`: outside the circle only the turn remains.
@@ -60,14 +60,14 @@ pub(crate) fn limited(p: &machine::Emla, v: Dq) -> Dq {
 /// d(v·v_max/|v|) = (v_max/|v|)·(dv − v (v·dv)/|v|²)
 /// ```
 pub(crate) fn limited_tangent(p: &machine::Emla, v: Dq, dv: Dq) -> Dq {
-    let size = v.d.hypot(v.q);
-    if size <= p.v_max {
+    let square = v.dot(v);
+    if square <= p.v_max * p.v_max {
         return dv;
     }
-    let radial = v.dot(dv) / (size * size);
+    let radial = v.dot(dv) / square;
     Dq {
         d: dv.d - v.d * radial,
         q: dv.q - v.q * radial,
     }
-    .scaled(p.v_max / size)
+    .scaled(p.v_max / square.sqrt())
 }

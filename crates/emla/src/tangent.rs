@@ -168,7 +168,6 @@ impl Emla {
             0.0
         };
         let (core, core_slope) = core_loss(p, now.w_e);
-        let friction = maps::motor_friction(p, now.w_m);
         let gear_load = p.J_s * now.w_m_dot / N + now.tau_load;
         let gear_load_dot = p.J_s * d.w_m_dot / N + d.tau_load;
         let curvature = maps::stiffness_curvature(p, now.x);
@@ -178,7 +177,8 @@ impl Emla {
             core: core_slope * f64::from(p.p) * d.w_m * now.lambda.dot(now.lambda)
                 + 2.0 * core * now.lambda.dot(d.lambda),
             inverter: inverter_loss(p, size).1 * size_dot,
-            motor_friction: (maps::motor_friction_slope(p, now.w_m) * now.w_m + friction) * d.w_m,
+            motor_friction: (maps::motor_friction_slope(p, now.w_m) * now.w_m + now.tau_friction)
+                * d.w_m,
             gear: (d.k * gear_load * now.w_m
                 + (now.k - 1.0) * (gear_load_dot * now.w_m + gear_load * d.w_m))
                 / N,
