@@ -1,7 +1,7 @@
 //! Seeded states and inputs for the tests, and the plant they are for.
 #![allow(dead_code)] // each test binary uses its part
 
-use hdrm::{DOF, Hdrm, Input, Options, State};
+use hdrm::{Hdrm, Input, Options, State};
 use machine::Machine;
 
 /// Seeded numbers in [−1, 1).
