@@ -1,0 +1,146 @@
+//! Mistakes in a table of variables are found before an FMU is made, and named.
+#![allow(missing_docs)]
+
+use fmi2_export::{
+    Enumeration, Info, InputPolynomial, Model, ModelError, Variable, model_description,
+};
+use serde::{Deserialize, Serialize};
+
+/// A model with the `K`-th wrong table.
+#[derive(Clone, Serialize, Deserialize)]
+struct Wrong<const K: usize>;
+
+#[derive(Clone, Serialize, Deserialize)]
+struct Parameters {
+    p: f64,
+    text: String,
+    n: i32,
+}
+
+#[derive(Clone, Copy, Default, Serialize, Deserialize)]
+struct Input {
+    u: [f64; 2],
+}
+
+#[derive(Clone, Copy, Default)]
+struct Output {
+    y: [f64; 3],
+    n: i32,
+}
+
+type V<const K: usize> = Variable<Wrong<K>>;
+const ENUMERATION: Enumeration =
+    Enumeration::new("E", "two items", &[("a", "first"), ("b", "second")]);
+
+const fn u<const K: usize>(name: &'static str) -> V<K> {
+    V::inputs(name, "input", |u| &u.u, |u| &mut u.u)
+}
+
+const fn y<const K: usize>() -> V<K> {
+    V::outputs("y", "output", |y| &y.y)
+}
+
+const fn p<const K: usize>() -> V<K> {
+    V::parameter("p", "parameter", |p| &p.p, |p| &mut p.p)
+}
+
+const fn n<const K: usize>() -> V<K> {
+    V::integer_parameter("n", "number", |p| &p.n, |p| &mut p.n)
+}
+
+const fn text<const K: usize>() -> V<K> {
+    V::string_parameter("text", "text", |p| &p.text, |_, _, _| Ok(()))
+}
+
+/// Tables and what is said of them; the first is right.
+#[rustfmt::skip]
+macro_rules! tables {
+    ($($k:literal $rows:expr, $said:literal;)*) => {
+        impl<const K: usize> Wrong<K> {
+            fn table() -> &'static [V<K>] {
+                match K {
+                    $($k => const { &$rows },)*
+                    _ => &[],
+                }
+            }
+        }
+
+        #[test]
+        fn mistakes_are_named() {
+            $(match ($said, model_description::<Wrong<$k>>()) {
+                ("", result) => { result.unwrap(); }
+                (said, result) => {
+                    let error = result.expect_err(said);
+                    assert!(error.contains(said), "`{error}` lacks `{said}`");
+                }
+            })*
+        }
+    };
+}
+
+#[rustfmt::skip]
+tables! {
+    0  [u("u"), y().depends_on(&["u[2]"]).initially_depends_on(&["u", "p"]), p(), n().enumeration(&ENUMERATION), text()], "";
+    1  [u("u"), p(), u("u")],                            "variable `u[1]`: is in the table twice";
+    2  [u("a b")],                                       "variable `a b[1]`: is not a structured name";
+    3  [u("u").unit("furlong")],                         "unit `furlong` is neither in KNOWN_UNITS nor in Info::units";
+    4  [u("u").unit("rad").display_unit("mm")],          "display unit `mm` is not one of unit `rad`";
+    5  [u("u").display_unit("mm")],                      "display unit `mm` without a unit";
+    6  [p().min(2.0)],                                   "variable `p`: start value 1; allowed are finite values ≥ 2";
+    7  [p().min(2.0).max(1.0)],                          "min = 2 and max = 1 are no bounds";
+    8  [n().max(2.5)],                                   "min = -inf and max = 2.5 are no bounds";
+    9  [u("u").nominal(0.0)],                            "nominal = 0; allowed are finite values > 0";
+    10 [u("u").tunable()],                               "only numeric parameters can be tunable";
+    11 [text().tunable()],                               "only numeric parameters can be tunable";
+    12 [p().discrete()],                                 "only a Real that is not a parameter can be declared discrete";
+    13 [p().enumeration(&ENUMERATION)],                  "only an Integer row can have an enumeration";
+    14 [n().unit("m")],                                  "only a Real has a unit or a nominal value";
+    15 [u("u"), y().depends_on(&["v"])],                 "variable `y[1]`: depends on `v`; allowed are inputs of the table";
+    16 [u("u"), p(), y().depends_on(&["p"])],            "depends on `p`; allowed are inputs of the table";
+    17 [u("u"), y().depends_on(&["u[i]"])],              "variable `y[3]`: depends on `u[i]`";
+    18 [u("u"), y().depends_on(&["u[0]"])],              "depends on `u[0]`";
+    19 [y().initially_depends_on(&["y"])],               "depends on `y`; allowed are inputs and parameters of the table";
+    20 [u("u"), y().each_depends_on(&[&["u"], &[]])],    "variable `y[3]`: has 2 lists of dependencies, fewer than elements";
+    21 [u("u").depends_on(&[])],                         "only outputs have dependencies";
+    22 [V::integer_output("n", "", |y| &y.n)],           "variable `n`: has no description";
+}
+
+impl<const K: usize> Model for Wrong<K> {
+    type Parameters = Parameters;
+    type Input = Input;
+    type Output = Output;
+    const INFO: Info = Info::new("Wrong", "tables with one mistake each");
+
+    fn variables() -> &'static [V<K>] {
+        Self::table()
+    }
+
+    fn defaults() -> (Parameters, Input) {
+        (
+            Parameters {
+                p: 1.0,
+                text: String::new(),
+                n: 1,
+            },
+            Input::default(),
+        )
+    }
+
+    fn initialize(_p: &Parameters, _u: &Input, _t: f64) -> Result<Self, ModelError> {
+        Ok(Self)
+    }
+
+    fn output(&self, _p: &Parameters, _u: &Input) -> Result<Output, ModelError> {
+        Ok(Output::default())
+    }
+
+    fn step(
+        &mut self,
+        _p: &Parameters,
+        _u: &InputPolynomial<Input>,
+        _t: f64,
+        _h: f64,
+    ) -> Result<(), ModelError> {
+        Ok(())
+    }
+}
