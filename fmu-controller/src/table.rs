@@ -143,7 +143,7 @@ pub(crate) const VARIABLES: &[V] = &[
         .unit("rad/s").display_unit("rpm").min(-1e6).max(1e6),
     V::inputs("x_dot", "rod velocities; only the virtual power flows read them", |u| &u.x_dot, |u| &mut u.x_dot)
         .unit("m/s").display_unit("mm/s").min(-100.0).max(100.0),
-    V::inputs("F", "actuator forces, positive when pushing; only the virtual power flows read them", |u| &u.F, |u| &mut u.F)
+    V::inputs("F", "actuator forces, positive when pushing; read by the virtual power flows and, in a step, by the disturbance observer", |u| &u.F, |u| &mut u.F)
         .unit("N").display_unit("kN").min(-FORCE_MAX).max(FORCE_MAX),
     // External reference
     V::inputs("reference.position", "desired tip position in the world, read if trajectory = external",
@@ -210,6 +210,8 @@ pub(crate) const VARIABLES: &[V] = &[
     gain!(K_f, "V/N", "force feedback"),
     gain!(K_v, "V.s/m", "velocity feedback on the motor side"),
     gain!(lambda_i, "1/s", "decay rate of the required direct-axis current"),
+    gain!(omega_i, "1/s", "integral rate of the voltage law; 0: the paper's law"),
+    gain!(omega_d, "1/s", "bandwidth of the disturbance observer; 0: the paper's law"),
     gain!(gamma, "J", "adaptation gain of the natural adaptation law; larger is slower").min(1e-6),
     gain!(di_qr_filter_time, "s", "time constant of the filter behind d(i_qr)/dt").display_unit("ms").min(1e-6),
     gain!(pd_actuator_damping, "N.s/m", "rod-velocity damping in mode pd"),

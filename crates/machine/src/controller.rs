@@ -24,6 +24,12 @@ pub struct Controller {
     /// Decay rate λ_i of the required d-axis current, 1/s.
     #[serde(default = "lambda_i")]
     pub lambda_i: f64,
+    /// Integral rate ω_i of the voltage law, 1/s; left out: none, as in the paper.
+    #[serde(default)]
+    pub omega_i: f64,
+    /// Bandwidth ω_d of the disturbance observer, 1/s; left out: none, as in the paper.
+    #[serde(default)]
+    pub omega_d: f64,
     /// Adaptation gain γ of the natural adaptation law (larger is slower).
     pub gamma: f64,
     /// Bounds on the inverse pseudo-inertia: `lower·P_0 < P < upper·P_0`.
@@ -62,6 +68,8 @@ impl Controller {
             ("controller.K_f", self.K_f),
             ("controller.K_v", self.K_v),
             ("controller.lambda_i", self.lambda_i),
+            ("controller.omega_i", self.omega_i),
+            ("controller.omega_d", self.omega_d),
             ("controller.pd_actuator_damping", self.pd_actuator_damping),
         ] {
             not_negative(name, value)?;

@@ -118,12 +118,14 @@ impl Controller {
                 t,
                 t_start: t,
                 estimates,
-                drives: Default::default(),
+                drives: input
+                    .w_m
+                    .map(|w_m| LowLevelState::undisturbed(&machine.emla, w_m)),
             },
         };
         let now = controller.evaluate(settings, input)?;
         for (drive, command) in controller.state.drives.iter_mut().zip(&now.commands) {
-            *drive = LowLevelState::settled(command.i_qr);
+            *drive = drive.settled(command.i_qr);
         }
         Ok(controller)
     }
@@ -177,7 +179,8 @@ impl Controller {
             }
         }
         for (i, drive) in self.state.drives.iter_mut().enumerate() {
-            drive.advance(&settings.gains, &now.measured[i], now.commands[i].i_qr, h);
+            let (measured, command) = (&now.measured[i], &now.commands[i]);
+            drive.advance(&self.nominal.emla, &settings.gains, measured, command, h);
         }
         self.state.t = t + h;
         Ok(())
@@ -238,6 +241,7 @@ impl Controller {
             i_d: input.i_d[i],
             i_q: input.i_q[i],
             w_m: input.w_m[i],
+            F: input.F[i],
         });
         let commands: [Command; 3] = std::array::from_fn(|i| {
             let drive = &self.state.drives[i];

@@ -27,6 +27,8 @@ pub(crate) struct Measured {
     pub(crate) i_q: f64,
     /// Motor speed, rad/s.
     pub(crate) w_m: f64,
+    /// Force on the load, N.
+    pub(crate) F: f64,
 }
 
 /// States of the law.
@@ -36,6 +38,12 @@ pub(crate) struct LowLevelState {
     pub(crate) i_dr: f64,
     /// Required quadrature-axis current behind the filter whose slope is d(i_qr)/dt, A.
     pub(crate) i_qr_filtered: f64,
+    /// Integral parts of the voltages, V.
+    pub(crate) v_d_integral: f64,
+    /// As `v_d_integral`, quadrature axis.
+    pub(crate) v_q_integral: f64,
+    /// State of the disturbance observer, N·m·s.
+    observer: f64,
 }
 
 /// What the law gives.
@@ -47,8 +55,23 @@ pub(crate) struct Command {
     pub(crate) v_q: f64,
     /// Required quadrature-axis current, A.
     pub(crate) i_qr: f64,
+    /// Feedback part of `v_d`, V.
+    pub(crate) e_d: f64,
+    /// Feedback part of `v_q`, V.
+    pub(crate) e_q: f64,
     /// `F_hyb,r − F_hyb` by [eq:Error_Force_EMLA], N.
     pub(crate) force_error: f64,
+}
+
+/// Torque that the nominal actuator model does not explain, N·m, low-pass filtered at ω_d: gear
+/// losses, friction and torque constant other than nominal.
+/// ```text
+/// d̂ = ω_d (z − J w_m),   z' = ω_d (J w_m + (τ_e − τ_load(F, w_m))/ω_d − z)
+/// ```
+/// Not in the paper (ω_d = 0 is its law). z depends on earlier measurements only, so the measured
+/// force has no direct path to the voltages.
+fn disturbance(p: &Emla, gains: &Gains, state: &LowLevelState, now: &Measured) -> f64 {
+    gains.omega_d * (state.observer - maps::inertia(p, 1.0) * now.w_m)
 }
 
 /// Required quadrature-axis current, A, held to the drive's limit.
@@ -57,27 +80,35 @@ pub(crate) struct Command {
 /// at the required rates, and the required instead of the measured acceleration: the measured one
 /// closes an unfiltered loop around the current and is unstable. In `pd` mode there is no model but
 /// the lossless transmission.
-fn required_current(p: &Emla, mode: Mode, demand: &RodDemand, now: &Measured, i_dr: f64) -> f64 {
+fn required_current(
+    p: &Emla,
+    gains: &Gains,
+    mode: Mode,
+    state: &LowLevelState,
+    demand: &RodDemand,
+    now: &Measured,
+) -> f64 {
     let travel = maps::travel_per_radian(p);
     let tau_r = match mode {
         Mode::Pd => demand.f_r * travel,
-        Mode::Adaptive | Mode::Modular => maps::required_torque(
-            p,
-            demand.f_r,
-            demand.x_r_dot / travel,
-            demand.x_r_ddot / travel,
-        ),
+        Mode::Adaptive | Mode::Modular => {
+            let (w_r, w_r_dot) = (demand.x_r_dot / travel, demand.x_r_ddot / travel);
+            maps::required_torque(p, demand.f_r, w_r, w_r_dot) + disturbance(p, gains, state, now)
+        }
     };
     let (lambda_d, lambda_q) = (p.L_d * now.i_d + p.lambda_m, p.L_q * now.i_q);
-    let i_qr = (tau_r / (1.5 * f64::from(p.p)) + lambda_q * i_dr) / lambda_d;
+    let i_qr = (tau_r / (1.5 * f64::from(p.p)) + lambda_q * state.i_dr) / lambda_d;
     i_qr.clamp(-p.i_max, p.i_max)
 }
 
 /// The voltage law.
 /// ```text
-/// v_d = R_s i_d + L_d di_dr/dt − p w_m λ_q + K_i (i_dr − i_d)
-/// v_q = R_s i_q + L_q di_qr/dt + p w_m λ_d + K_f (F_r − F) + K_v (ẋ_r − ẋ_n)
+/// v_d = R_s i_d + L_d di_dr/dt − p w_m λ_q + e_d + ω_i ∫e_d dt,   e_d = K_i (i_dr − i_d)
+/// v_q = R_s i_q + L_q di_qr/dt + p w_m λ_d + e_q + ω_i ∫e_q dt,   e_q = K_f (F_r − F) + K_v (ẋ_r − ẋ_n)
 /// ```
+/// The integrals are not in the paper (ω_i = 0 is its law): they take up what wrong motor parameters
+/// leave over, above all the back-EMF of a wrong λ_m. They integrate the sum of both errors, so in
+/// steady state the velocity feedback keeps its force.
 /// The velocity feedback acts on the motor side, `ẋ_n = lead·w_m/N`: on the rod side, as printed, it
 /// is not collocated and unstable at these gains.
 pub(crate) fn command(
@@ -88,22 +119,27 @@ pub(crate) fn command(
     demand: &RodDemand,
     now: &Measured,
 ) -> Command {
-    let Measured { i_d, i_q, w_m } = *now;
+    let Measured { i_d, i_q, w_m, .. } = *now;
     let i_dr = state.i_dr;
-    let i_qr = required_current(p, mode, demand, now, i_dr);
+    let i_qr = required_current(p, gains, mode, state, demand, now);
     let di_qr = (i_qr - state.i_qr_filtered) / gains.di_qr_filter_time;
     let force_error = maps::beta_1(p, i_d) * (i_qr - i_q) - maps::beta_2(p, i_q) * (i_dr - i_d);
     let velocity_error = demand.x_r_dot - maps::travel_per_radian(p) * w_m;
     let w_e = f64::from(p.p) * w_m;
+    let e_d = gains.K_i * (i_dr - i_d);
+    let e_q = gains.K_f * force_error + gains.K_v * velocity_error;
     Command {
         v_d: p.R_s * i_d + p.L_d * i_dr_dot(gains, now) - w_e * p.L_q * i_q
-            + gains.K_i * (i_dr - i_d),
+            + e_d
+            + state.v_d_integral,
         v_q: p.R_s * i_q
             + p.L_q * di_qr
             + w_e * (p.L_d * i_d + p.lambda_m)
-            + gains.K_f * force_error
-            + gains.K_v * velocity_error,
+            + e_q
+            + state.v_q_integral,
         i_qr,
+        e_d,
+        e_q,
         force_error,
     }
 }
@@ -114,18 +150,44 @@ fn i_dr_dot(gains: &Gains, now: &Measured) -> f64 {
 }
 
 impl LowLevelState {
-    /// Rest at a required current: no slope at the start.
-    pub(crate) fn settled(i_qr: f64) -> Self {
+    /// Nothing unexplained at motor speed `w_m`.
+    pub(crate) fn undisturbed(p: &Emla, w_m: f64) -> Self {
         Self {
-            i_dr: 0.0,
-            i_qr_filtered: i_qr,
+            observer: maps::inertia(p, 1.0) * w_m,
+            ..Self::default()
         }
     }
 
-    /// Advances by `h` s with the measured and required currents held; the filter is exact for that.
-    pub(crate) fn advance(&mut self, gains: &Gains, now: &Measured, i_qr: f64, h: f64) {
+    /// The required current has been `i_qr`: no slope at the start.
+    pub(crate) fn settled(self, i_qr: f64) -> Self {
+        Self {
+            i_qr_filtered: i_qr,
+            ..self
+        }
+    }
+
+    /// Advances by `h` s with measurements and command held; the filter is exact for that. While the
+    /// command is beyond the inverter's voltage the integrals rest, or they would wind up.
+    pub(crate) fn advance(
+        &mut self,
+        p: &Emla,
+        gains: &Gains,
+        now: &Measured,
+        command: &Command,
+        h: f64,
+    ) {
         self.i_dr += h * i_dr_dot(gains, now);
         let reached = -(-h / gains.di_qr_filter_time).exp_m1();
-        self.i_qr_filtered += reached * (i_qr - self.i_qr_filtered);
+        self.i_qr_filtered += reached * (command.i_qr - self.i_qr_filtered);
+        if gains.omega_d > 0.0 {
+            let tau_e = maps::torque(p, now.i_d, now.i_q);
+            let unexplained = tau_e - maps::required_torque(p, now.F, now.w_m, 0.0);
+            let target = maps::inertia(p, 1.0) * now.w_m + unexplained / gains.omega_d;
+            self.observer += -(-h * gains.omega_d).exp_m1() * (target - self.observer);
+        }
+        if command.v_d.hypot(command.v_q) < p.v_max {
+            self.v_d_integral += h * gains.omega_i * command.e_d;
+            self.v_q_integral += h * gains.omega_i * command.e_q;
+        }
     }
 }

@@ -41,7 +41,7 @@ pub struct Input {
     pub w_m: [f64; 3],
     /// Rod velocities, m/s; only the virtual power flows read them.
     pub x_dot: [f64; 3],
-    /// Actuator forces, N; only the virtual power flows read them.
+    /// Actuator forces, N; read by the virtual power flows and, in a step, by the disturbance observer.
     pub F: [f64; 3],
     /// External reference: tip position in the world, m.
     pub reference_position: [f64; 3],
