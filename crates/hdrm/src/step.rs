@@ -12,7 +12,7 @@ const H_MAX: f64 = 1e-3;
 const CONTACT_STEP: f64 = 1.0;
 
 /// Most contact substeps that a free substep is divided into.
-const CONTACT_SUBSTEPS_MAX: f64 = 200.0;
+const CONTACT_SUBSTEPS_MAX: u32 = 200;
 
 /// Why a step could not be done; the state is left as before the step.
 #[derive(Clone, Debug, PartialEq, Error)]
@@ -97,9 +97,7 @@ impl Hdrm {
                 self.stops[i].rate_ahead(y, prime * zeta_dot[i], mobility, dt)
             })
             .sum();
-        (dt * rate / CONTACT_STEP)
-            .ceil()
-            .clamp(1.0, CONTACT_SUBSTEPS_MAX) as u32
+        ((dt * rate / CONTACT_STEP).ceil() as u32).clamp(1, CONTACT_SUBSTEPS_MAX)
     }
 
     /// Classical Runge–Kutta of fourth order.
