@@ -157,6 +157,8 @@ pub struct TrainingRecord {
     /// Correlation of predicted and true rod speed.
     #[serde(rename = "R_x_dot")]
     pub r_x_dot: Split<f64>,
+    /// Learning curve: mean squared errors before the first epoch and after each.
+    pub curve: Vec<Split<f64>>,
 }
 
 /// The whole file.
@@ -198,9 +200,15 @@ impl SurrogateFile {
             layer.check(k, widths[0], widths[1])?;
         }
         let TrainingRecord {
-            mse, r_f, r_x_dot, ..
+            mse,
+            r_f,
+            r_x_dot,
+            curve,
+            ..
         } = &self.training;
-        for (name, split) in [("mse", mse), ("R_F", r_f), ("R_x_dot", r_x_dot)] {
+        let named = [("mse", mse), ("R_F", r_f), ("R_x_dot", r_x_dot)];
+        let curve = curve.iter().map(|split| ("curve", split));
+        for (name, split) in named.into_iter().chain(curve) {
             for value in [split.training, split.validation, split.test] {
                 finite(&format!("training.{name}"), value)?;
             }
