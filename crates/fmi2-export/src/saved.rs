@@ -5,6 +5,7 @@
 //! magic (8), version (4), GUID (16), length of the rest (8), CRC-32 of everything but itself (4).
 
 use crate::Model;
+use crate::calls::Mode;
 use crate::failure::{Failure, refuse};
 use crate::ffi::FmuState;
 use crate::instance::{Instance, State};
@@ -19,7 +20,10 @@ const HEADER: usize = 40;
 impl<M: Model> Instance<M> {
     /// fmi2GetFMUstate: a new copy, or one that overwrites the state behind `old`.
     pub(crate) fn save(&mut self, old: FmuState) -> Result<FmuState, Failure> {
-        let state = Box::new(self.state.clone());
+        let mut state = Box::new(self.state.clone());
+        if state.mode == Mode::Initialization {
+            state.model = None; // only kept from one get to the next: made again when needed
+        }
         self.keep(state, old)
     }
 

@@ -9,6 +9,7 @@ mod misuse;
 mod order;
 mod panics;
 mod probe;
+mod random;
 mod saved;
 mod time;
 mod xml;

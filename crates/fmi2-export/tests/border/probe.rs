@@ -174,7 +174,7 @@ impl Model for Probe {
         Ok(Output {
             x: self.x,
             y,
-            doubled: 2 * u.fault,
+            doubled: u.fault.wrapping_mul(2),
             on: u.switch,
             inner: self.x[0] + self.x[1],
         })
