@@ -1,6 +1,6 @@
 //! FMI 2.0 co-simulation FMU `Emla`: an electromechanical linear actuator.
 //!
-//! [`table`] is the single source of names, units, bounds and dependencies; this file connects it to the
+//! `table` is the single source of names, units, bounds and dependencies; this file connects it to the
 //! `emla` library.
 #![allow(non_snake_case)] // the paper's symbols
 
@@ -21,7 +21,7 @@ pub struct EmlaFmu {
 /// Parameters as the importer sees them.
 #[derive(Clone, Serialize, Deserialize)]
 pub struct Parameters {
-    /// Item of [`table::DRIVE`].
+    /// Item of `table::DRIVE`.
     drive: i32,
     /// Blending of the network, 0…1.
     alpha: f64,

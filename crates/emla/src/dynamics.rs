@@ -132,8 +132,8 @@ pub(crate) struct Instant {
 impl Emla {
     /// Everything at one instant.
     ///
-    /// Source: [eq:backdrive_torque] for the spring; [eq:rotor_dynamics], [eq:gear_torque] and
-    /// [eq:screw_dynamics] merged into one equation, because a rigid gear has one degree of freedom:
+    /// Source: `[paper]` Eq. (eq:backdrive_torque) for the spring; Eq. (eq:rotor_dynamics), Eq. (eq:gear_torque) and
+    /// Eq. (eq:screw_dynamics) merged into one equation, because a rigid gear has one degree of freedom:
     /// ```text
     /// F_spring = C_b (ẋ_n − ẋ) + K_b(x)·(x_n − x),   F = F_spring − C_act ẋ,   F_nut = F_spring − α·dF
     /// (J_m + k J_s/N²) ẇ_m = τ_e − C_m w_m − τ_C tanh(w_m/w_C) − k (C_s w_m/N + lead·F_nut)/N
@@ -180,7 +180,7 @@ impl Emla {
 
     /// Time derivative of the state.
     ///
-    /// The rod, in [`Drive::Force`], by [eq:rod_dynamics]:
+    /// The rod, in [`Drive::Force`], by Eq. (eq:rod_dynamics):
     /// ```text
     /// M_act ẍ + C_act ẋ + C_b (ẋ − ẋ_n) + K_b (x − x_n) = −F_ext
     /// ```

@@ -2,7 +2,7 @@
 
 /// Efficiency of an operating point and, when all its quantities move, its derivative.
 ///
-/// Source: [eq:dnn_prediction_efficiency], with P_mech counted once: `τ_e·w_m` already feeds the mechanical
+/// Source: `[paper]` Eq. (eq:dnn_prediction_efficiency), with P_mech counted once: `τ_e·w_m` already feeds the mechanical
 /// losses, so only the electrical ones (copper, core, inverter) are added; absolute values in quadrant IV.
 /// ```text
 /// τ_e > 0, w_m > 0 (I):   η = P_out/(τ_e w_m + P_el)

@@ -5,19 +5,19 @@
 use crate::motor::{self, Dq};
 use machine::Emla;
 
-/// Nut travel per radian of the screw, `ρ/2π`, m/rad. Source: [eq:linear_velocity].
+/// Nut travel per radian of the screw, `ρ/2π`, m/rad. Source: `[paper]` Eq. (eq:linear_velocity).
 #[must_use]
 pub fn lead(p: &Emla) -> f64 {
     p.rho / std::f64::consts::TAU
 }
 
-/// Nut travel per radian of the motor, `ρ/(2πN)`, m/rad. Source: [eq:gear_velocity].
+/// Nut travel per radian of the motor, `ρ/(2πN)`, m/rad. Source: `[paper]` Eq. (eq:gear_velocity).
 #[must_use]
 pub fn travel_per_radian(p: &Emla) -> f64 {
     lead(p) / p.N_gear
 }
 
-/// Electromagnetic torque, N·m. Source: [eq:PMSM_torque].
+/// Electromagnetic torque, N·m. Source: `[paper]` Eq. (eq:PMSM_torque).
 /// ```text
 /// τ_e = 3/2·p·(λ_d i_q − λ_q i_d)
 /// ```
@@ -29,7 +29,7 @@ pub fn torque(p: &Emla, i_d: f64, i_q: f64) -> f64 {
 
 /// Axial stiffness between nut and rod at rod position `x`, N/m.
 ///
-/// Source: [eq:ballscrew_stiffness], [eq:shaft_effective_length]. A series stiffness: the paper's
+/// Source: `[paper]` Eqs. (eq:ballscrew_stiffness), (eq:shaft_effective_length). A series stiffness: the paper's
 /// text calls it parallel, its formula is in series; its K_s is the axial rigidity EA in N, its
 /// K_rot the torsional rigidity GJ in N·m².
 /// ```text
@@ -82,7 +82,7 @@ pub(crate) fn stiffness_curvature(p: &Emla, x: f64) -> f64 {
 /// k = (1/η + η)/2 + (1/η − η)/2·sign(τ_load)·tanh(w_m/w_η)
 /// ```
 /// 1/η when the motor drives the load, η when the load drives the motor. Departs from
-/// [eq:gear_torque], whose single η would make a back-driven gear create energy. At rest
+/// Eq. (eq:gear_torque), whose single η would make a back-driven gear create energy. At rest
 /// k = (1/η + η)/2 > 1, so below |w_m| = w_η·artanh((1−η)/(1+η)) a back-driven gear still gains
 /// `(k − 1)` of the load's power: at most (m−1)²/(4d)·w_η·|τ_load|/N with m = (1/η + η)/2 and
 /// d = (1/η − η)/2, 0.25 mW for the reference actuator at 70 kN.
@@ -113,7 +113,7 @@ pub(crate) fn sech2(z: f64) -> f64 {
     1.0 - t * t
 }
 
-/// Friction of the motor, N·m: `C_m w_m + τ_C tanh(w_m/w_C)`. Source: [eq:rotor_dynamics], with the
+/// Friction of the motor, N·m: `C_m w_m + τ_C tanh(w_m/w_C)`. Source: `[paper]` Eq. (eq:rotor_dynamics), with the
 /// Coulomb friction opposing the motion and zero at rest.
 #[must_use]
 pub fn motor_friction(p: &Emla, w_m: f64) -> f64 {
@@ -134,7 +134,7 @@ pub fn screw_load(p: &Emla, F_nut: f64, w_m: f64) -> f64 {
 /// Inertia that the motor accelerates, kg·m²: `J_m + k J_s/N²`.
 ///
 /// Rotor, gear and screw equations of the paper over-determine the rigid gear; this is their single
-/// inertia. It replaces the dimensionally wrong `J_m + M_act/(N + η_f)` of [eq:current_q_required].
+/// inertia. It replaces the dimensionally wrong `J_m + M_act/(N + η_f)` of Eq. (eq:current_q_required).
 #[must_use]
 pub fn inertia(p: &Emla, k: f64) -> f64 {
     p.J_m + k * p.J_s / (p.N_gear * p.N_gear)
@@ -155,7 +155,7 @@ pub fn required_torque(p: &Emla, F: f64, w_m: f64, w_m_dot: f64) -> f64 {
 }
 
 /// Quasi-static force on the load at torque `tau_e` and constant motor speed `w_m`, N:
-/// `F_ext(θ̇_m, τ_e)` of [eq:residual_blending_hat], the inverse of [`required_torque`] at `ẇ_m = 0`.
+/// `F_ext(θ̇_m, τ_e)` of Eq. (eq:residual_blending_hat), the inverse of [`required_torque`] at `ẇ_m = 0`.
 ///
 /// k > 0, so the load's sign is that of the torque left over after the motor's friction.
 #[must_use]
@@ -178,14 +178,14 @@ pub(crate) fn quasi_static_slopes(p: &Emla, tau_e: f64, w_m: f64) -> (f64, f64) 
     (by_tau, by_w)
 }
 
-/// β₁ of [eq:Error_Force_EMLA] at α = 0, N/A: lossless force per quadrature current,
+/// β₁ of Eq. (eq:Error_Force_EMLA) at α = 0, N/A: lossless force per quadrature current,
 /// `(2πN/ρ)·(3/2)·p·λ_d` (the paper's second line repeats the factor 3/2·p).
 #[must_use]
 pub fn beta_1(p: &Emla, i_d: f64) -> f64 {
     1.5 * f64::from(p.p) * (p.L_d * i_d + p.lambda_m) / travel_per_radian(p)
 }
 
-/// β₂ of [eq:Error_Force_EMLA] at α = 0, N/A: `(2πN/ρ)·(3/2)·p·λ_q`.
+/// β₂ of Eq. (eq:Error_Force_EMLA) at α = 0, N/A: `(2πN/ρ)·(3/2)·p·λ_q`.
 #[must_use]
 pub fn beta_2(p: &Emla, i_q: f64) -> f64 {
     1.5 * f64::from(p.p) * p.L_q * i_q / travel_per_radian(p)

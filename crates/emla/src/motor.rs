@@ -34,7 +34,7 @@ pub(crate) fn flux(p: &machine::Emla, i: Dq) -> Dq {
 
 /// Current derivative, A/s.
 ///
-/// Source: [eq:dq_voltages], solved for the derivative (p pole pairs, `w_m` mechanical rad/s):
+/// Source: `[paper]` Eq. (eq:dq_voltages), solved for the derivative (p pole pairs, `w_m` mechanical rad/s):
 /// ```text
 /// L_d di_d/dt = v_d − R_s i_d + p w_m λ_q
 /// L_q di_q/dt = v_q − R_s i_q − p w_m λ_d

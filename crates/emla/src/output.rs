@@ -137,7 +137,7 @@ impl Emla {
         }
     }
 
-    /// `physics + α·(network − physics)`, [eq:residual_blending_hat]; α counts only with a network.
+    /// `physics + α·(network − physics)`, Eq. (eq:residual_blending_hat); α counts only with a network.
     pub(crate) fn blended(&self, physics: f64, network: f64) -> f64 {
         match self.surrogate {
             Some(_) => physics + self.alpha * (network - physics),

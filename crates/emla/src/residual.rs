@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 /// What the network says, and what it adds to the physics, at one operating point.
 ///
-/// Source: [eq:residual_blending_hat], on the quasi-static maps. `α·dF` acts as a load on the nut,
+/// Source: `[paper]` Eq. (eq:residual_blending_hat), on the quasi-static maps. `α·dF` acts as a load on the nut,
 /// `F_nut = F_spring − α·dF`, so that in steady state the delivered force is `F_qs + α·dF = F_hyb`.
 /// Added on the rod side instead, it would act as a spring force without the motor's inertia behind it
 /// and peak far above the load. The default, all zero, is the actuator without a network.
