@@ -124,12 +124,10 @@ fn sample(
 pub struct Instant {
     /// Time, s.
     pub t: f64,
-    /// What the sensors would show without noise.
+    /// What the sensors would show without noise; voltages are means until the next instant.
     pub row: Row,
     /// Rod position, m.
     pub x: f64,
-    /// Motor acceleration, rad/s².
-    pub w_m_dot: f64,
     /// Core and inverter losses of the testbed, W.
     pub electrical_losses: f64,
 }
@@ -145,7 +143,7 @@ pub fn motion_profile(testbed: &Testbed, seconds: f64) -> Vec<Instant> {
     let load = |t: f64| 28_000.0 + 24_000.0 * (0.55 * t + 0.4).sin() - 9_000.0 * (1.7 * t).sin();
     let mut s = testbed.steady(speed(0.0), load(0.0));
     let mut drive = Drive::steady(&s, p);
-    let mut profile = Vec::new();
+    let mut profile: Vec<Instant> = Vec::new();
     for k in 0..(seconds / DT).round() as u32 {
         let t = f64::from(k) * DT;
         let w_ref = speed(t) / travel;
@@ -153,13 +151,18 @@ pub fn motion_profile(testbed: &Testbed, seconds: f64) -> Vec<Instant> {
         let v = drive.command(&s, p, w_ref, w_ref_dot, DT);
         let next = testbed.step(&s, v, load(t), DT);
         if k % LOG_EVERY == 0 {
+            let row = sample(testbed, &s, [0.0; 2], load(t), None);
             profile.push(Instant {
                 t,
-                row: sample(testbed, &s, v, load(t), None),
+                row,
                 x: s.x,
-                w_m_dot: (next.w_m - s.w_m) / DT,
                 electrical_losses: testbed.electrical_losses(s.i, s.w_m),
             });
+        }
+        // The voltages of an instant are the means until the next one.
+        if let Some(instant) = profile.last_mut() {
+            instant.row.v_d += v[0] / f64::from(LOG_EVERY);
+            instant.row.v_q += v[1] / f64::from(LOG_EVERY);
         }
         s = next;
     }

@@ -6,11 +6,12 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use anyhow::{Context as _, Result};
 use clap::{Args, Parser};
+use emla::Surrogate;
 use indicatif::{ProgressBar, ProgressStyle};
-use surrogate::campaign;
 use surrogate::data;
 use surrogate::testbed::Testbed;
 use surrogate::training::{EPOCHS, Prepared, Progress};
+use surrogate::{campaign, comparison, plots};
 
 /// Virtual testbed and Levenberg–Marquardt training of the actuator's surrogate network.
 #[derive(Parser)]
@@ -20,13 +21,19 @@ pub enum Command {
     Testbed(TestbedArgs),
     /// Train the network on a CSV file; Ctrl-C keeps the state, --resume goes on.
     Train(TrainArgs),
+    /// Draw the efficiency map of physics, hybrid and virtual testbed over load and speed.
+    Map(MapArgs),
+    /// Draw predicted against true, residuals and learning curve.
+    Plots(PlotsArgs),
+    /// Print how much closer the hybrid comes to the virtual testbed's truth than the physics.
+    Compare(CompareArgs),
 }
 
 /// Arguments of `testbed`.
 #[derive(Args)]
 pub struct TestbedArgs {
     /// Number of operating points.
-    #[arg(long, default_value_t = 3000)]
+    #[arg(long, default_value_t = 8000)]
     points: u32,
     /// Seed of operating points and sensor noise.
     #[arg(long, default_value_t = 1)]
@@ -59,12 +66,146 @@ pub struct TrainArgs {
     resume: bool,
 }
 
+/// The network that a picture or comparison is of.
+#[derive(Args)]
+struct NetworkArg {
+    /// Network file; the shipped network without it.
+    #[arg(long)]
+    network: Option<PathBuf>,
+}
+
+impl NetworkArg {
+    fn read(&self) -> Result<Surrogate> {
+        let Some(path) = &self.network else {
+            return Ok(Surrogate::reference());
+        };
+        let name = path.display();
+        let text = std::fs::read_to_string(path).with_context(|| format!("cannot read {name}"))?;
+        Surrogate::from_json(&text).with_context(|| name.to_string())
+    }
+}
+
+/// Arguments of `map`.
+#[derive(Args)]
+pub struct MapArgs {
+    #[command(flatten)]
+    network: NetworkArg,
+    /// Share of the network in the hybrid, 0 to 1.
+    #[arg(long, default_value_t = 0.2)]
+    alpha: f64,
+    /// Folder for efficiency_map.png, .svg and .csv.
+    #[arg(long, default_value = "target/surrogate")]
+    out: PathBuf,
+}
+
+/// Arguments of `plots`.
+#[derive(Args)]
+pub struct PlotsArgs {
+    #[command(flatten)]
+    network: NetworkArg,
+    /// The CSV file the network was trained on; its test rows are shown.
+    #[arg(long)]
+    data: PathBuf,
+    /// Folder for the pictures.
+    #[arg(long, default_value = "target/surrogate")]
+    out: PathBuf,
+}
+
+/// Arguments of `compare`.
+#[derive(Args)]
+pub struct CompareArgs {
+    #[command(flatten)]
+    network: NetworkArg,
+    /// Number of held-out operating points.
+    #[arg(long, default_value_t = 2000)]
+    points: u32,
+    /// Their seed.
+    #[arg(long, default_value_t = 20_260)]
+    seed: u64,
+    /// Length of the held-out motion profile, s.
+    #[arg(long, default_value_t = 20.0)]
+    seconds: f64,
+}
+
+impl MapArgs {
+    fn run(self) -> Result<()> {
+        let testbed = Testbed::new(machine::Machine::reference().emla);
+        let surrogate = self.network.read()?;
+        make_folder(&self.out.join("x"))?;
+        let maps = comparison::efficiency_maps(&testbed, &surrogate, self.alpha)?;
+        let mut csv = String::from("load [N],x_dot [m/s],physics [1],hybrid [1],testbed [1]\n");
+        for i in 0..plots::MAP_CELLS[0] {
+            for j in 0..plots::MAP_CELLS[1] {
+                let (load, x_dot) = plots::cell_centre(i, j);
+                let [a, b, c] = [0, 1, 2].map(|k: usize| maps[k].cells[i][j]);
+                csv += &format!("{load},{x_dot},{a},{b},{c}\n");
+            }
+        }
+        write(&self.out.join("efficiency_map.csv"), &csv)?;
+        for file in plots::efficiency_maps(&maps, &self.out)? {
+            println!("{}", file.display());
+        }
+        Ok(())
+    }
+}
+
+impl PlotsArgs {
+    fn run(self) -> Result<()> {
+        let surrogate = self.network.read()?;
+        let data = data::read_csv(&self.data)?;
+        let record = &surrogate.file().training;
+        if record.data_sha256 != data.sha256 {
+            println!("note: the network was trained on other data; all rows are new to it");
+        }
+        make_folder(&self.out.join("x"))?;
+        let (inputs, targets) = Prepared::new(data, record.seed).test_rows();
+        for file in plots::quality(&surrogate, &inputs, &targets, &self.out)? {
+            println!("{}", file.display());
+        }
+        Ok(())
+    }
+}
+
+impl CompareArgs {
+    fn run(self) -> Result<()> {
+        let testbed = Testbed::new(machine::Machine::reference().emla);
+        let surrogate = self.network.read()?;
+        println!("RMS error against the virtual testbed (a simulation), and factor to the physics");
+        println!(
+            "        {} held-out operating points            {} s held-out motion profile",
+            self.points, self.seconds
+        );
+        println!("alpha   force N          efficiency %       force N          efficiency %");
+        let errors = |alpha| -> Result<[f64; 4]> {
+            let a = comparison::on_points(&testbed, &surrogate, alpha, self.points, self.seed)?;
+            let b = comparison::on_profile(&testbed, &surrogate, alpha, self.seconds)?;
+            Ok([a.force, 100.0 * a.efficiency, b.force, 100.0 * b.efficiency])
+        };
+        let physics = errors(0.0)?;
+        for alpha in [0.0, 0.2, 0.5, 0.9, 1.0] {
+            let now = errors(alpha)?;
+            let cell = |k: usize| format!("{:8.3} /{:5.1}", now[k], physics[k] / now[k]);
+            println!(
+                "{alpha:<6}{}   {}   {}   {}",
+                cell(0),
+                cell(1),
+                cell(2),
+                cell(3)
+            );
+        }
+        Ok(())
+    }
+}
+
 impl Command {
     /// Do it.
     pub fn run(self) -> Result<()> {
         match self {
             Self::Testbed(args) => args.run(),
             Self::Train(args) => args.run(),
+            Self::Map(args) => args.run(),
+            Self::Plots(args) => args.run(),
+            Self::Compare(args) => args.run(),
         }
     }
 }

@@ -8,9 +8,11 @@
 #![forbid(unsafe_code)]
 
 pub mod campaign;
+pub mod comparison;
 pub mod data;
 pub mod lm;
 pub mod network;
 pub mod normal;
+pub mod plots;
 pub mod testbed;
 pub mod training;

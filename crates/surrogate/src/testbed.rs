@@ -163,7 +163,13 @@ impl Testbed {
         e.core * core + e.inverter * inverter
     }
 
-    /// Force of nut on rod, N.
+    /// Inertia of motor, gear and screw at the motor, kg·m².
+    #[must_use]
+    pub fn inertia(&self) -> f64 {
+        self.p.J_m + self.p.J_s / (self.p.N_gear * self.p.N_gear)
+    }
+
+    /// Force of nut on rod, N, and the rate of their distance, m/s.
     fn spring(&self, s: &State) -> (f64, f64) {
         let stretch_dot = emla::maps::travel_per_radian(&self.p) * s.w_m - s.x_dot;
         let k_b = emla::maps::stiffness(&self.p, s.x);
@@ -176,7 +182,6 @@ impl Testbed {
         let flux = [p.L_d * s.i[0] + p.lambda_m, p.L_q * s.i[1]];
         let (spring, stretch_dot) = self.spring(s);
         let cogging = e.cogging[0] * (e.cogging[1] * s.theta_m).sin();
-        let inertia = p.J_m + p.J_s / (p.N_gear * p.N_gear);
         let drive = self.torque(s.i) + cogging - self.load_torque(spring, s.w_m);
         let seal = e.seal * (s.x_dot / (e.w_sign * emla::maps::travel_per_radian(p))).tanh();
         State {
@@ -185,7 +190,7 @@ impl Testbed {
                 (v[1] - p.R_s * s.i[1] - w_e * flux[0]) / p.L_q,
             ],
             theta_m: s.w_m,
-            w_m: drive / inertia,
+            w_m: drive / self.inertia(),
             x: s.x_dot,
             x_dot: (spring - seal - p.C_act * s.x_dot - f_ext) / p.M_act,
             stretch: stretch_dot,

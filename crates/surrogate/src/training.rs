@@ -4,7 +4,7 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use anyhow::{Context as _, Result, bail};
-use emla::{Ranges, Split, SurrogateFile, TrainingRecord};
+use emla::{MinMax, Ranges, Split, SurrogateFile, TrainingRecord};
 use rand::SeedableRng;
 use rand::seq::SliceRandom;
 use rand_chacha::ChaCha8Rng;
@@ -58,6 +58,27 @@ impl Prepared {
             samples,
             data,
         }
+    }
+
+    /// Inputs and targets of the test rows, unscaled.
+    #[must_use]
+    pub fn test_rows(&self) -> (Vec<[f64; 2]>, Vec<[f64; 2]>) {
+        let Ranges {
+            tau_e,
+            w_m,
+            f_ext,
+            x_dot,
+        } = self.ranges;
+        let Samples { inputs, targets } = &self.samples.test;
+        let unscaled = |rows: &[[f64; 2]], a: MinMax, b: MinMax| {
+            rows.iter()
+                .map(|r| [a.unscale(r[0]), b.unscale(r[1])])
+                .collect()
+        };
+        (
+            unscaled(inputs, tau_e, w_m),
+            unscaled(targets, f_ext, x_dot),
+        )
     }
 
     fn mse(&self, shape: &Shape, weights: &[f64]) -> Split<f64> {
@@ -235,6 +256,7 @@ impl Progress {
                 mse: self.curve[self.best_epoch as usize],
                 r_f: correlation(0),
                 r_x_dot: correlation(1),
+                curve: self.curve.clone(),
             },
             ranges: prepared.ranges,
             layers: shape.to_layers(&self.best_weights),

@@ -1,0 +1,318 @@
+//! Pictures as PNG and SVG: efficiency map, predicted against true, residuals, learning curve.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{Result, anyhow};
+use emla::{Split, Surrogate};
+use plotters::coord::Shift;
+use plotters::prelude::*;
+use plotters::style::{FontStyle, register_font};
+
+use crate::campaign::{LOAD_MAX, SPEED};
+
+const SIZE: (u32, u32) = (1200, 520);
+const FONT: (&str, i32) = ("sans-serif", 16);
+const TITLE: (&str, i32) = ("sans-serif", 18);
+/// Bars of a histogram.
+const BARS: usize = 61;
+/// Cells of the efficiency map along load and speed.
+pub const MAP_CELLS: [usize; 2] = [70, 70];
+
+/// Area of any backend.
+type Area<'a, B> = DrawingArea<B, Shift>;
+
+/// Something that can be drawn on any backend.
+trait Picture {
+    fn draw<B: DrawingBackend>(
+        &self,
+        area: &Area<'_, B>,
+    ) -> Result<(), DrawingAreaErrorKind<B::ErrorType>>;
+}
+
+/// Draw `picture` as `folder/name.png` and `.svg`; the files' names.
+fn save(picture: &impl Picture, folder: &Path, name: &str) -> Result<[PathBuf; 2]> {
+    // Without system fonts; a second registration changes nothing.
+    register_font(
+        FONT.0,
+        FontStyle::Normal,
+        epaint_default_fonts::UBUNTU_LIGHT,
+    )
+    .map_err(|_| anyhow!("the built-in font is unreadable"))?;
+    let files = [
+        folder.join(format!("{name}.png")),
+        folder.join(format!("{name}.svg")),
+    ];
+    let failed = |e: &dyn std::fmt::Display| anyhow!("{name}: {e}");
+    {
+        let area = BitMapBackend::new(&files[0], SIZE).into_drawing_area();
+        let drawn = picture.draw(&area).and_then(|()| area.present());
+        drawn.map_err(|e| failed(&e))?;
+        let area = SVGBackend::new(&files[1], SIZE).into_drawing_area();
+        let drawn = picture.draw(&area).and_then(|()| area.present());
+        drawn.map_err(|e| failed(&e))?;
+    }
+    Ok(files)
+}
+
+/// Predicted and true values of force, kN, and rod speed, mm/s.
+struct Agreement {
+    pairs: [Vec<[f64; 2]>; 2],
+}
+
+const QUANTITIES: [&str; 2] = ["force, kN", "rod speed, mm/s"];
+
+impl Picture for Agreement {
+    fn draw<B: DrawingBackend>(
+        &self,
+        area: &Area<'_, B>,
+    ) -> Result<(), DrawingAreaErrorKind<B::ErrorType>> {
+        area.fill(&WHITE)?;
+        for (k, part) in area.split_evenly((1, 2)).iter().enumerate() {
+            let pairs = &self.pairs[k];
+            let (low, high) = extent(pairs.iter().flatten());
+            let mut chart = ChartBuilder::on(part)
+                .caption(format!("Test set: {}", QUANTITIES[k]), TITLE)
+                .margin(12)
+                .x_label_area_size(44)
+                .y_label_area_size(64)
+                .build_cartesian_2d(low..high, low..high)?;
+            chart
+                .configure_mesh()
+                .label_style(FONT)
+                .x_desc("data")
+                .y_desc("network")
+                .draw()?;
+            chart.draw_series(LineSeries::new([(low, low), (high, high)], &RED))?;
+            let dot = |p: &[f64; 2]| Circle::new((p[1], p[0]), 2, BLUE.mix(0.6).filled());
+            chart.draw_series(pairs.iter().map(dot))?;
+        }
+        Ok(())
+    }
+}
+
+/// Errors of force, N, and rod speed, mm/s.
+struct Residuals {
+    errors: [Vec<f64>; 2],
+}
+
+impl Picture for Residuals {
+    fn draw<B: DrawingBackend>(
+        &self,
+        area: &Area<'_, B>,
+    ) -> Result<(), DrawingAreaErrorKind<B::ErrorType>> {
+        area.fill(&WHITE)?;
+        let names = ["force error, N", "rod speed error, mm/s"];
+        for (k, part) in area.split_evenly((1, 2)).iter().enumerate() {
+            let errors = &self.errors[k];
+            let reach = errors.iter().fold(0.0_f64, |m, e| m.max(e.abs())) * 1.05;
+            let width = 2.0 * reach / BARS as f64;
+            let mut counts = vec![0_u32; BARS];
+            for e in errors {
+                counts[(((e + reach) / width) as usize).min(BARS - 1)] += 1;
+            }
+            let top = f64::from(counts.iter().copied().max().unwrap_or(1)) * 1.1;
+            let mut chart = ChartBuilder::on(part)
+                .caption("Test set: network less data", TITLE)
+                .margin(12)
+                .x_label_area_size(44)
+                .y_label_area_size(56)
+                .build_cartesian_2d(-reach..reach, 0.0..top)?;
+            chart
+                .configure_mesh()
+                .label_style(FONT)
+                .x_desc(names[k])
+                .y_desc("points")
+                .draw()?;
+            chart.draw_series(counts.iter().enumerate().map(|(bar, &n)| {
+                let left = -reach + bar as f64 * width;
+                Rectangle::new(
+                    [(left, 0.0), (left + width, f64::from(n))],
+                    BLUE.mix(0.6).filled(),
+                )
+            }))?;
+        }
+        Ok(())
+    }
+}
+
+/// Mean squared errors by epoch.
+struct LearningCurve<'a> {
+    curve: &'a [Split<f64>],
+}
+
+impl Picture for LearningCurve<'_> {
+    fn draw<B: DrawingBackend>(
+        &self,
+        area: &Area<'_, B>,
+    ) -> Result<(), DrawingAreaErrorKind<B::ErrorType>> {
+        area.fill(&WHITE)?;
+        let all = self
+            .curve
+            .iter()
+            .flat_map(|s| [&s.training, &s.validation, &s.test]);
+        let low = all.clone().fold(f64::INFINITY, |m, x| m.min(*x)) * 0.5;
+        let high = all.fold(0.0_f64, |m, x| m.max(*x)) * 2.0;
+        let mut chart = ChartBuilder::on(area)
+            .caption("Learning curve", TITLE)
+            .margin(12)
+            .x_label_area_size(44)
+            .y_label_area_size(80)
+            .build_cartesian_2d(0.0..self.curve.len() as f64 - 1.0, (low..high).log_scale())?;
+        chart
+            .configure_mesh()
+            .label_style(FONT)
+            .y_label_formatter(&|y| format!("{y:.0e}"))
+            .x_desc("epoch")
+            .y_desc("mean squared error, scaled")
+            .draw()?;
+        type Part = fn(&Split<f64>) -> f64;
+        let parts: [(&str, RGBColor, Part); 3] = [
+            ("training", BLUE, |s| s.training),
+            ("validation", GREEN, |s| s.validation),
+            ("test", RED, |s| s.test),
+        ];
+        for (name, color, part) in parts {
+            let line = self
+                .curve
+                .iter()
+                .enumerate()
+                .map(|(k, s)| (k as f64, part(s)));
+            chart
+                .draw_series(LineSeries::new(line, color.stroke_width(2)))?
+                .label(name)
+                .legend(move |(x, y)| PathElement::new([(x, y), (x + 24, y)], color));
+        }
+        chart
+            .configure_series_labels()
+            .label_font(FONT)
+            .background_style(WHITE)
+            .border_style(BLACK)
+            .draw()?;
+        Ok(())
+    }
+}
+
+/// Efficiency by load (rows, 0 … 70 kN) and rod speed (columns, 0 … 70 mm/s).
+pub struct Map {
+    /// What it shows.
+    pub title: String,
+    /// `cells[load][speed]`, 0 … 1.
+    pub cells: Vec<Vec<f64>>,
+}
+
+/// Load, N, and rod speed, m/s, in the middle of a cell.
+#[must_use]
+pub fn cell_centre(load: usize, speed: usize) -> (f64, f64) {
+    let middle = |k: usize, n: usize| (k as f64 + 0.5) / n as f64;
+    (
+        LOAD_MAX * middle(load, MAP_CELLS[0]),
+        SPEED[1] * middle(speed, MAP_CELLS[1]),
+    )
+}
+
+struct EfficiencyMaps<'a>(&'a [Map]);
+
+impl Picture for EfficiencyMaps<'_> {
+    fn draw<B: DrawingBackend>(
+        &self,
+        area: &Area<'_, B>,
+    ) -> Result<(), DrawingAreaErrorKind<B::ErrorType>> {
+        area.fill(&WHITE)?;
+        let (maps, legend) = area.split_horizontally(SIZE.0 - 90);
+        for (map, part) in self.0.iter().zip(maps.split_evenly((1, self.0.len()))) {
+            let (load_max, speed_max) = (LOAD_MAX / 1e3, SPEED[1] * 1e3);
+            let mut chart = ChartBuilder::on(&part)
+                .caption(&map.title, TITLE)
+                .margin(10)
+                .x_label_area_size(44)
+                .y_label_area_size(52)
+                .build_cartesian_2d(0.0..speed_max, 0.0..load_max)?;
+            let (d_load, d_speed) = (
+                load_max / MAP_CELLS[0] as f64,
+                speed_max / MAP_CELLS[1] as f64,
+            );
+            for (i, row) in map.cells.iter().enumerate() {
+                chart.draw_series(row.iter().enumerate().map(|(j, &eta)| {
+                    let (x, y) = (j as f64 * d_speed, i as f64 * d_load);
+                    Rectangle::new([(x, y), (x + d_speed, y + d_load)], heat(eta).filled())
+                }))?;
+            }
+            chart
+                .configure_mesh()
+                .disable_mesh()
+                .label_style(FONT)
+                .x_desc("rod speed, mm/s")
+                .y_desc("load, kN")
+                .draw()?;
+        }
+        let mut chart = ChartBuilder::on(&legend)
+            .margin(10)
+            .margin_top(34)
+            .margin_bottom(54)
+            .y_label_area_size(44)
+            .build_cartesian_2d(0.0..1.0, 0.0..1.0)?;
+        chart.draw_series((0..100).map(|k| {
+            let eta = f64::from(k) / 100.0;
+            Rectangle::new([(0.0, eta), (1.0, eta + 0.01)], heat(eta).filled())
+        }))?;
+        chart
+            .configure_mesh()
+            .disable_mesh()
+            .disable_x_axis()
+            .label_style(FONT)
+            .draw()?;
+        Ok(())
+    }
+}
+
+/// Blue through green to red; most of the colours go to 0.5 … 0.9, where the map lives.
+fn heat(eta: f64) -> HSLColor {
+    let share = eta.clamp(0.0, 1.0).powi(2);
+    HSLColor(0.66 * (1.0 - share), 0.85, 0.5)
+}
+
+fn extent<'a>(values: impl Iterator<Item = &'a f64>) -> (f64, f64) {
+    values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &x| {
+        (low.min(x), high.max(x))
+    })
+}
+
+/// Efficiency maps side by side.
+pub fn efficiency_maps(maps: &[Map], folder: &Path) -> Result<[PathBuf; 2]> {
+    save(&EfficiencyMaps(maps), folder, "efficiency_map")
+}
+
+/// The quality pictures of a network on `inputs` (tau_e, w_m) and `targets` (F_ext, x_dot), SI.
+pub fn quality(
+    surrogate: &Surrogate,
+    inputs: &[[f64; 2]],
+    targets: &[[f64; 2]],
+    folder: &Path,
+) -> Result<Vec<PathBuf>> {
+    let predicted: Vec<_> = inputs
+        .iter()
+        .map(|&[tau, w]| surrogate.evaluate(tau, w))
+        .collect();
+    let force = predicted
+        .iter()
+        .zip(targets)
+        .map(|(y, t)| [y.F / 1e3, t[0] / 1e3]);
+    let speed = predicted
+        .iter()
+        .zip(targets)
+        .map(|(y, t)| [y.x_dot * 1e3, t[1] * 1e3]);
+    let pairs = [force.collect::<Vec<_>>(), speed.collect()];
+    let errors = [
+        pairs[0].iter().map(|p| 1e3 * (p[0] - p[1])).collect(),
+        pairs[1].iter().map(|p| p[0] - p[1]).collect(),
+    ];
+    let curve = LearningCurve {
+        curve: &surrogate.file().training.curve,
+    };
+    let files = [
+        save(&Agreement { pairs }, folder, "predicted_against_true")?,
+        save(&Residuals { errors }, folder, "residuals")?,
+        save(&curve, folder, "learning_curve")?,
+    ];
+    Ok(files.concat())
+}

@@ -1,0 +1,95 @@
+//! A user's CSV: what is read, and what is refused with which words.
+
+use surrogate::data::{FEWEST_ROWS, Row, parse_csv, to_csv};
+
+fn rows(count: usize) -> Vec<Row> {
+    let row = |k: usize| {
+        let k = k as f64;
+        Row {
+            tau_e: 0.5 * k,
+            w_m: k + 1.0,
+            f_ext: 100.0 * k,
+            x_dot: 0.001 * k,
+            ..Row::default()
+        }
+    };
+    (0..count).map(row).collect()
+}
+
+fn csv() -> String {
+    to_csv(&rows(FEWEST_ROWS), "made up")
+}
+
+fn refusal(text: &str) -> String {
+    format!(
+        "{:#}",
+        parse_csv("rig.csv", text).expect_err("must be refused")
+    )
+}
+
+#[test]
+fn written_rows_are_read_back() {
+    let data = parse_csv("rig.csv", &csv()).expect("valid");
+    assert_eq!(data.inputs[3], [1.5, 4.0]);
+    assert_eq!(data.targets[3], [300.0, 0.003]);
+    assert_eq!(data.origin, "made up");
+    assert_eq!(data.sha256.len(), 64);
+}
+
+/// Any order of columns, further columns, no units, comments in between.
+#[test]
+fn a_users_layout_is_read() {
+    let mut text = String::from("time,x_dot,F_ext,w_m,tau_e\n# warm\n");
+    for k in 0..FEWEST_ROWS {
+        text += &format!("{k}, {}, {}, {}, {}\n", 0.1 + k as f64, 7 * k, k + 2, 3 * k);
+    }
+    let data = parse_csv("rig.csv", &text).expect("valid");
+    assert_eq!((data.inputs[2], data.targets[2]), ([6.0, 4.0], [14.0, 2.1]));
+}
+
+#[test]
+fn refusals_name_file_line_and_column() {
+    let text = csv();
+    assert_eq!(
+        refusal(&text.replace("w_m [rad/s]", "speed")),
+        "rig.csv, line 2: column w_m [rad/s] is missing"
+    );
+    assert_eq!(
+        refusal(&text.replace("w_m [rad/s]", "w_m [rpm]")),
+        "rig.csv, line 2, column w_m: unit [rpm] where [rad/s] is needed"
+    );
+    let broken = |from: &str, to: &str| refusal(&text.replacen(from, to, 1));
+    assert_eq!(
+        broken("0,0,0,0,1.5,4,300,0.003", "0,0,0,0,1.5,4,three,0.003"),
+        "rig.csv, line 6, column F_ext: `three` is not a finite number"
+    );
+    assert_eq!(
+        broken("0,0,0,0,1.5,4,300,0.003", "0,0,0,0,NaN,4,300,0.003"),
+        "rig.csv, line 6, column tau_e: `NaN` is not a finite number"
+    );
+    assert_eq!(
+        broken("0,0,0,0,1.5,4,300,0.003", "0,0,0,0,1.5,4,300"),
+        "rig.csv: not a table: CSV error: record 4 (line: 6, byte: 156): found record with 7 fields, \
+         but the previous record has 8 fields"
+    );
+    assert!(
+        broken("0,0,0,0,1.5,4,300,0.003", "0,0,0,0,1.5,-4,300,0.003")
+            .starts_with("rig.csv, line 6, column w_m: -4 rad/s is negative")
+    );
+}
+
+#[test]
+fn too_few_rows_and_constant_columns_are_refused() {
+    assert_eq!(
+        refusal(&to_csv(&rows(FEWEST_ROWS - 1), "short")),
+        "rig.csv, after line 2: 49 rows, at least 50 are needed"
+    );
+    let mut held = rows(FEWEST_ROWS);
+    held.iter_mut().for_each(|row| row.x_dot = 0.02);
+    assert_eq!(
+        refusal(&to_csv(&held, "held")),
+        "rig.csv, after line 2, column x_dot: constant (0.02 in every row), nothing can be learnt \
+         from it"
+    );
+    assert!(refusal("").contains("column tau_e [N.m] is missing"));
+}
