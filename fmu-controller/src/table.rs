@@ -170,6 +170,8 @@ pub(crate) const VARIABLES: &[V] = &[
         .unit("m/s").display_unit("mm/s").depends_on(RATES),
     V::outputs("i_q_required", "required quadrature-axis currents (peak)", |y| &y.i_q_required)
         .unit("A").depends_on(motion_and!("i_d[i]", "i_q[i]")),
+    V::output("motion_end", "time at which the reference has come to its end; the start time if trajectory = external", |y| &y.motion_end)
+        .unit("s").depends_on(&[]).initially_depends_on(&[ALL_PARAMETERS]).discrete(),
     V::outputs("desired.position", "desired tip position in the world", |y| &y.desired_position)
         .unit("m").depends_on(&["reference.position"]),
     V::outputs("tip_error", "desired minus actual tip position in the world", |y| &y.tip_error)

@@ -77,7 +77,10 @@ impl Experiment {
             return Ok(stop);
         }
         if let Ok((k, variable)) = system.owner(MOTION_END) {
-            return master.slaves()[k].number(variable, At::Time(master.time()));
+            let end = master.slaves()[k].number(variable, At::Time(master.time()))?;
+            if end > self.grid.start {
+                return Ok(end);
+            }
         }
         system
             .structure

@@ -150,6 +150,7 @@ impl Controller {
             tau_wrist: now.tau_wrist,
             f_required: now.demands.map(|d| d.f_r),
             x_dot_required: now.demands.map(|d| d.x_r_dot),
+            motion_end: self.motion_end(settings),
             desired_position: now.desired.position.into(),
             tip_error: tip_error.into(),
             tip_error_norm: tip_error.norm(),
@@ -184,6 +185,15 @@ impl Controller {
         }
         self.state.t = t + h;
         Ok(())
+    }
+
+    /// Time at which the reference has come to its end, s; the start time for an external one.
+    fn motion_end(&self, settings: &Settings) -> f64 {
+        let motion = self
+            .path
+            .as_ref()
+            .map_or(0.0, |path| settings.gains.settle_time + path.duration());
+        self.state.t_start + motion
     }
 
     fn desired(&self, settings: &Settings, input: &Input) -> Result<Desired, ControllerError> {

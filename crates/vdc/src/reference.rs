@@ -84,6 +84,11 @@ impl Path {
         })
     }
 
+    /// Time from the first edge to the end of the last rest, s.
+    pub(crate) fn duration(&self) -> f64 {
+        (self.vertices.len() - 1) as f64 * (self.edge_time + self.dwell)
+    }
+
     /// Displacement from the start and its first two derivatives, `t` s after the path began.
     pub(crate) fn at(&self, t: f64) -> [Vector3<f64>; 3] {
         let edges = self.vertices.len() - 1;

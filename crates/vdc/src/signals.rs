@@ -70,6 +70,8 @@ pub struct Output {
     pub x_dot_required: [f64; 3],
     /// Required quadrature-axis currents, A.
     pub i_q_required: [f64; 3],
+    /// Time at which the reference has come to its end, s; the start time for an external one.
+    pub motion_end: f64,
     /// Desired tip position, m.
     pub desired_position: [f64; 3],
     /// Desired minus actual tip position, m.
