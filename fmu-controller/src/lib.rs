@@ -1,11 +1,12 @@
 //! FMI 2.0 co-simulation FMU `Controller`: the adaptive modular controller of the manipulator.
 //!
-//! [`table`] is the single source of names, units, bounds and dependencies; this file connects it
+//! `table` is the single source of names, units, bounds and dependencies; this file connects it
 //! to the `vdc` library.
 #![allow(non_snake_case)] // the paper's symbols
 
 mod table;
 
+use emla::Surrogate;
 use fmi2_export::{Info, InputPolynomial, Model, ModelError, Variable};
 use machine::Machine;
 use serde::{Deserialize, Serialize};
@@ -27,6 +28,12 @@ pub struct Parameters {
     machine: Machine,
     /// File the machine came from; empty: the embedded reference machine.
     machine_file: String,
+    /// Network of the hybrid actuators.
+    surrogate: Surrogate,
+    /// File the network came from; empty: the embedded one.
+    surrogate_file: String,
+    /// Blending factor the low-level law reckons with.
+    alpha: f64,
     /// Item of [`table::MODE`].
     mode: i32,
     /// Item of [`table::TRAJECTORY`].
@@ -45,6 +52,7 @@ impl Parameters {
         Settings {
             mode,
             gains: self.machine.controller,
+            alpha: self.alpha,
             true_inertia_scale: self.true_inertia_scale,
         }
     }
@@ -97,6 +105,9 @@ impl Model for ControllerFmu {
         let parameters = Parameters {
             machine,
             machine_file: String::new(),
+            surrogate: Surrogate::reference(),
+            surrogate_file: String::new(),
+            alpha: 0.0,
             mode: table::MODE_ADAPTIVE,
             trajectory: table::TRAJECTORY_CUBIC,
             true_inertia_scale: 1.0,
@@ -105,7 +116,14 @@ impl Model for ControllerFmu {
     }
 
     fn initialize(p: &Parameters, u: &Input, t: f64) -> Result<Self, ModelError> {
-        let controller = Controller::new(&p.machine, p.trajectory(), &p.settings(), u, t)?;
+        let controller = Controller::new(
+            &p.machine,
+            &p.surrogate,
+            p.trajectory(),
+            &p.settings(),
+            u,
+            t,
+        )?;
         let mut fmu = Self {
             controller,
             warning: None,

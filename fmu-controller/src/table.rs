@@ -1,6 +1,7 @@
 //! Variables of the FMU `Controller`.
 
 use crate::{ControllerFmu, Parameters};
+use emla::Surrogate;
 use fmi2_export::{ALL_PARAMETERS, Base, Enumeration, File, Info, Unit, Variable};
 use machine::Machine;
 use std::path::Path;
@@ -123,6 +124,12 @@ fn read_machine(p: &mut Parameters, file: &str, resources: Option<&Path>) -> Res
     Ok(())
 }
 
+fn read_surrogate(p: &mut Parameters, file: &str, resources: Option<&Path>) -> Result<(), String> {
+    p.surrogate = Surrogate::from_file(file, resources).map_err(|e| e.to_string())?;
+    p.surrogate_file = file.to_owned();
+    Ok(())
+}
+
 const ANGLE_MAX: f64 = 100.0;
 const RATE_MAX: f64 = 1e4;
 const CURRENT_MAX: f64 = 1e5;
@@ -203,6 +210,10 @@ pub(crate) const VARIABLES: &[V] = &[
         .enumeration(&TRAJECTORY),
     V::string_parameter("machine_file", "machine JSON to use for the nominal parameters and gains instead of the embedded reference machine",
         |p| &p.machine_file, read_machine),
+    V::string_parameter("surrogate_file", "network JSON of the hybrid actuators to use instead of the embedded network",
+        |p| &p.surrogate_file, read_surrogate),
+    V::parameter("alpha", "blending factor of the hybrid actuators that the voltage law reckons with; 0: it knows the physics only",
+        |p| &p.alpha, |p| &mut p.alpha).unit("1").tunable().min(0.0).max(1.0),
     V::parameter("settle_time", "time for which the start pose is held before the trajectory begins",
         |p| &p.machine.controller.settle_time, |p| &mut p.machine.controller.settle_time).unit("s").min(0.0).max(1e6),
     gain!(Lambda_position, "1/s", "inverse-kinematics feedback on the position"),

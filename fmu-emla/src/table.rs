@@ -4,7 +4,7 @@ use crate::{EmlaFmu, Parameters};
 use emla::Surrogate;
 use fmi2_export::{ALL_PARAMETERS, Base, Enumeration, File, Info, Unit, Variable};
 use machine::Machine;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 pub(crate) const DRIVE_MOTION: i32 = 1;
 static DRIVE: Enumeration = Enumeration::new(
@@ -69,18 +69,7 @@ fn read_machine(p: &mut Parameters, file: &str, resources: Option<&Path>) -> Res
 
 /// Paths mean the same as those of `machine_file`.
 fn read_surrogate(p: &mut Parameters, file: &str, resources: Option<&Path>) -> Result<(), String> {
-    p.surrogate = if file.is_empty() {
-        Surrogate::reference()
-    } else {
-        let mut path = PathBuf::from(file);
-        if let Some(resources) = resources.filter(|_| path.is_relative() && !path.exists()) {
-            path = resources.join(path);
-        }
-        let shown = path.display();
-        let json =
-            std::fs::read_to_string(&path).map_err(|e| format!("surrogate file `{shown}`: {e}"))?;
-        Surrogate::from_json(&json).map_err(|e| format!("surrogate file `{shown}`: {e}"))?
-    };
+    p.surrogate = Surrogate::from_file(file, resources).map_err(|e| e.to_string())?;
     p.surrogate_file = file.to_owned();
     Ok(())
 }

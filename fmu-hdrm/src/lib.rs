@@ -1,6 +1,6 @@
 //! FMI 2.0 co-simulation FMU `Hdrm`: the heavy-duty manipulator, both closed loops included.
 //!
-//! [`table`] is the single source of names, units, bounds and dependencies; this file connects it
+//! `table` is the single source of names, units, bounds and dependencies; this file connects it
 //! to the `hdrm` library.
 #![allow(non_snake_case)] // the paper's symbols
 

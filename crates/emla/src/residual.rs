@@ -22,8 +22,10 @@ pub struct Residual {
 }
 
 impl Emla {
-    /// The residual at torque `tau_e`, N·m, and motor speed `w_m`, rad/s. One network evaluation.
-    pub(crate) fn residual(&self, tau_e: f64, w_m: f64) -> Residual {
+    /// The residual at torque `tau_e`, N·m, and motor speed `w_m`, rad/s. One network evaluation. The
+    /// controller calls it too, with its own nominal actuator.
+    #[must_use]
+    pub fn residual(&self, tau_e: f64, w_m: f64) -> Residual {
         let Some(surrogate) = &self.surrogate else {
             return Residual::default();
         };

@@ -18,6 +18,7 @@
 mod file;
 mod network;
 
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
@@ -60,6 +61,27 @@ impl Surrogate {
     #[must_use]
     pub fn reference() -> Self {
         Self::from_json(REFERENCE).expect("the shipped network is valid (tested)")
+    }
+
+    /// Read a network from a file. A relative path that does not exist in the working directory is
+    /// looked up in `resources`. An empty path means the shipped network.
+    ///
+    /// # Errors
+    /// As [`Surrogate::from_json`], with the file's name; or the file cannot be read.
+    pub fn from_file(path: &str, resources: Option<&Path>) -> Result<Self, SurrogateError> {
+        if path.is_empty() {
+            return Ok(Self::reference());
+        }
+        let mut file = PathBuf::from(path);
+        if let Some(resources) = resources.filter(|_| file.is_relative() && !file.exists()) {
+            file = resources.join(file);
+        }
+        let named = |reason: String| SurrogateError::File {
+            path: file.display().to_string(),
+            reason,
+        };
+        let text = std::fs::read_to_string(&file).map_err(|e| named(e.to_string()))?;
+        Self::from_json(&text).map_err(|e| named(e.to_string()))
     }
 
     /// Read a network file.

@@ -3,9 +3,10 @@
 use crate::adaptation::{Bounds, Estimate, adaptation_direction};
 use crate::clik::{self, TipState};
 use crate::decomposition::{self, BodyMotion};
-use crate::low_level::{self, Command, LowLevelState, Measured, RodDemand};
+use crate::low_level::{Command, Law, LowLevelState, Measured, RodDemand};
 use crate::reference::{Desired, Path};
 use crate::{Conditions, Input, Mode, Output, Settings, Trajectory};
+use emla::{Drive, Emla, Surrogate};
 use hdrm::{BODIES, Body, Configuration, GeometryError, Tip, Tree};
 use machine::{Machine, MachineError};
 use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
@@ -68,7 +69,8 @@ struct Nominal {
     joint_viscous: [f64; 6],
     tau_wrist_max: [f64; 3],
     gravity: f64,
-    emla: machine::Emla,
+    /// All three are equal.
+    actuator: Emla,
 }
 
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -93,12 +95,14 @@ struct Evaluation {
 }
 
 impl Controller {
-    /// A controller for `machine`, starting at time `t` with the machine as `input` measures it.
+    /// A controller for `machine` whose actuators follow `surrogate` as far as `settings.alpha` says,
+    /// starting at time `t` with the machine as `input` measures it.
     ///
     /// # Errors
     /// Parameters, geometry or inertias that do not make a machine.
     pub fn new(
         machine: &Machine,
+        surrogate: &Surrogate,
         trajectory: Trajectory,
         settings: &Settings,
         input: &Input,
@@ -106,7 +110,7 @@ impl Controller {
     ) -> Result<Self, ControllerError> {
         machine.check()?;
         settings.gains.check()?;
-        let nominal = Nominal::new(machine, settings.gains.inverse_bounds)?;
+        let nominal = Nominal::new(machine, surrogate, settings.gains.inverse_bounds)?;
         let configuration = nominal.tree.configuration(&input.zeta);
         let tip = Tip::new(&nominal.tree, &configuration);
         let estimates = std::array::from_fn(|k| nominal.bounds[k].nominal(nominal.inertia[k]));
@@ -133,7 +137,7 @@ impl Controller {
     /// The stability conditions of the low-level law with these gains.
     #[must_use]
     pub fn conditions(&self, settings: &Settings) -> Conditions {
-        Conditions::new(&self.nominal.emla, &settings.gains)
+        Conditions::new(self.nominal.actuator.params(), &settings.gains)
     }
 
     /// Commands for the present measurements.
@@ -179,9 +183,12 @@ impl Controller {
                 self.state.estimates[k].advance(&S, settings.gains.gamma, h, bounds);
             }
         }
+        let law = Law {
+            actuator: &self.nominal.actuator,
+            settings,
+        };
         for (i, drive) in self.state.drives.iter_mut().enumerate() {
-            let (measured, command) = (&now.measured[i], &now.commands[i]);
-            drive.advance(&self.nominal.emla, &settings.gains, measured, command, h);
+            law.advance(drive, &now.measured[i], &now.commands[i], h);
         }
         self.state.t = t + h;
         Ok(())
@@ -253,17 +260,12 @@ impl Controller {
             w_m: input.w_m[i],
             F: input.F[i],
         });
-        let commands: [Command; 3] = std::array::from_fn(|i| {
-            let drive = &self.state.drives[i];
-            low_level::command(
-                &self.nominal.emla,
-                gains,
-                settings.mode,
-                drive,
-                &demands[i],
-                &measured[i],
-            )
-        });
+        let law = Law {
+            actuator: &self.nominal.actuator,
+            settings,
+        };
+        let commands: [Command; 3] =
+            std::array::from_fn(|i| law.command(&self.state.drives[i], &demands[i], &measured[i]));
         let tau_wrist = std::array::from_fn(|j| {
             let limit = self.nominal.tau_wrist_max[j];
             tau[j].clamp(-limit, limit)
@@ -337,7 +339,7 @@ impl Controller {
             output.nu_adaptation += gains.gamma * self.state.estimates[k].divergence(&truth);
             output.dissipation += 2.0 * gains.kappa_KA * self.nominal.inertia[k].kinetic_energy(&s);
         }
-        let conditions = Conditions::new(&self.nominal.emla, gains);
+        let conditions = Conditions::new(self.nominal.actuator.params(), gains);
         for i in 0..3 {
             let i_d_error = self.state.drives[i].i_dr - input.i_d[i];
             output.nu_actuator[i] = conditions.accompanying(now.commands[i].force_error, i_d_error);
@@ -348,7 +350,11 @@ impl Controller {
 }
 
 impl Nominal {
-    fn new(machine: &Machine, inverse_bounds: [f64; 2]) -> Result<Self, ControllerError> {
+    fn new(
+        machine: &Machine,
+        surrogate: &Surrogate,
+        inverse_bounds: [f64; 2],
+    ) -> Result<Self, ControllerError> {
         let inertia = machine.bodies.in_order().map(|b| {
             let I_com = Matrix3::from_fn(|i, j| b.inertia_com.rows()[i][j]);
             Inertia::from_com(b.mass, b.com.into(), I_com)
@@ -365,7 +371,8 @@ impl Nominal {
             joint_viscous: machine.joint_viscous,
             tau_wrist_max: machine.limits.tau_wrist_max,
             gravity: machine.gravity,
-            emla: machine.emla,
+            actuator: Emla::new(machine.emla, Drive::Motion)?
+                .with_surrogate(surrogate.clone(), 0.0),
         })
     }
 }

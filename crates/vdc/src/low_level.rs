@@ -3,9 +3,8 @@
 //! From the required force and rod motion to the dq voltages, with the controller's own nominal
 //! actuator parameters. dq quantities are peak-valued.
 
-use crate::Mode;
-use emla::maps;
-use machine::{Controller as Gains, Emla};
+use crate::{Mode, Settings};
+use emla::{Emla, maps};
 
 /// What the law asks of one actuator.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -63,95 +62,142 @@ pub(crate) struct Command {
     pub(crate) force_error: f64,
 }
 
-/// Torque that the nominal actuator model does not explain, N·m, low-pass filtered at ω_d: gear
-/// losses, friction and torque constant other than nominal.
-/// ```text
-/// d̂ = ω_d (z − J w_m),   z' = ω_d (J w_m + (τ_e − τ_load(F, w_m))/ω_d − z)
-/// ```
-/// Not in the paper (ω_d = 0 is its law). z depends on earlier measurements only, so the measured
-/// force has no direct path to the voltages.
-fn disturbance(p: &Emla, gains: &Gains, state: &LowLevelState, now: &Measured) -> f64 {
-    gains.omega_d * (state.observer - maps::inertia(p, 1.0) * now.w_m)
+/// The law with its constants.
+pub(crate) struct Law<'a> {
+    /// Nominal actuator.
+    pub(crate) actuator: &'a Emla,
+    /// Mode, gains, blending factor.
+    pub(crate) settings: &'a Settings,
 }
 
-/// Required quadrature-axis current, A, held to the drive's limit.
-///
-/// Source: [eq:current_q_required] solved for `i_qr`, with the reflected inertia corrected, friction
-/// at the required rates, and the required instead of the measured acceleration: the measured one
-/// closes an unfiltered loop around the current and is unstable. In `pd` mode there is no model but
-/// the lossless transmission.
-fn required_current(
-    p: &Emla,
-    gains: &Gains,
-    mode: Mode,
-    state: &LowLevelState,
-    demand: &RodDemand,
-    now: &Measured,
-) -> f64 {
-    let travel = maps::travel_per_radian(p);
-    let tau_r = match mode {
-        Mode::Pd => demand.f_r * travel,
-        Mode::Adaptive | Mode::Modular => {
-            let (w_r, w_r_dot) = (demand.x_r_dot / travel, demand.x_r_ddot / travel);
-            maps::required_torque(p, demand.f_r, w_r, w_r_dot) + disturbance(p, gains, state, now)
-        }
-    };
-    let (lambda_d, lambda_q) = (p.L_d * now.i_d + p.lambda_m, p.L_q * now.i_q);
-    let i_qr = (tau_r / (1.5 * f64::from(p.p)) + lambda_q * state.i_dr) / lambda_d;
-    i_qr.clamp(-p.i_max, p.i_max)
-}
-
-/// The voltage law.
-/// ```text
-/// v_d = R_s i_d + L_d di_dr/dt − p w_m λ_q + e_d + ω_i ∫e_d dt,   e_d = K_i (i_dr − i_d)
-/// v_q = R_s i_q + L_q di_qr/dt + p w_m λ_d + e_q + ω_i ∫e_q dt,   e_q = K_f (F_r − F) + K_v (ẋ_r − ẋ_n)
-/// ```
-/// The integrals are not in the paper (ω_i = 0 is its law): they take up what wrong motor parameters
-/// leave over, above all the back-EMF of a wrong λ_m. They integrate the sum of both errors, so in
-/// steady state the velocity feedback keeps its force.
-/// The velocity feedback acts on the motor side, `ẋ_n = lead·w_m/N`: on the rod side, as printed, it
-/// is not collocated and unstable at these gains.
-pub(crate) fn command(
-    p: &Emla,
-    gains: &Gains,
-    mode: Mode,
-    state: &LowLevelState,
-    demand: &RodDemand,
-    now: &Measured,
-) -> Command {
-    let Measured { i_d, i_q, w_m, .. } = *now;
-    let i_dr = state.i_dr;
-    let i_qr = required_current(p, gains, mode, state, demand, now);
-    let di_qr = (i_qr - state.i_qr_filtered) / gains.di_qr_filter_time;
-    let force_error = maps::beta_1(p, i_d) * (i_qr - i_q) - maps::beta_2(p, i_q) * (i_dr - i_d);
-    let velocity_error = demand.x_r_dot - maps::travel_per_radian(p) * w_m;
-    let w_e = f64::from(p.p) * w_m;
-    let e_d = gains.K_i * (i_dr - i_d);
-    let e_q = gains.K_f * force_error + gains.K_v * velocity_error;
-    Command {
-        v_d: p.R_s * i_d + p.L_d * i_dr_dot(gains, now) - w_e * p.L_q * i_q
-            + e_d
-            + state.v_d_integral,
-        v_q: p.R_s * i_q
-            + p.L_q * di_qr
-            + w_e * (p.L_d * i_d + p.lambda_m)
-            + e_q
-            + state.v_q_integral,
-        i_qr,
-        e_d,
-        e_q,
-        force_error,
+impl Law<'_> {
+    fn p(&self) -> &machine::Emla {
+        self.actuator.params()
     }
-}
 
-/// `di_dr/dt = −λ_i·i_d` ([eq:current_d_required] with `i_dd = 0`), A/s.
-fn i_dr_dot(gains: &Gains, now: &Measured) -> f64 {
-    -gains.lambda_i * now.i_d
+    /// What the network adds to the physics at the present operating point, `α·dF`, N. The hybrid
+    /// actuator holds the same value over the step to come, so it is cancelled, not fed back.
+    fn residual_force(&self, now: &Measured) -> f64 {
+        if self.settings.alpha == 0.0 {
+            return 0.0;
+        }
+        let tau_e = maps::torque(self.p(), now.i_d, now.i_q);
+        self.settings.alpha * self.actuator.residual(tau_e, now.w_m).dF
+    }
+
+    /// Torque that the nominal actuator model does not explain, N·m, low-pass filtered at ω_d: gear
+    /// losses, friction and torque constant other than nominal.
+    /// ```text
+    /// d̂ = ω_d (z − J w_m),   z' = ω_d (J w_m + (τ_e − τ_load(F, w_m))/ω_d − z)
+    /// ```
+    /// Not in the paper (ω_d = 0 is its law). z depends on earlier measurements only, so the
+    /// measured force has no direct path to the voltages.
+    fn disturbance(&self, state: &LowLevelState, now: &Measured) -> f64 {
+        let momentum = maps::inertia(self.p(), 1.0) * now.w_m;
+        self.settings.gains.omega_d * (state.observer - momentum)
+    }
+
+    /// Required quadrature-axis current, A, held to the drive's limit.
+    ///
+    /// Source: [eq:current_q_required] solved for `i_qr`, with the reflected inertia corrected,
+    /// friction at the required rates, and the required instead of the measured acceleration: the
+    /// measured one closes an unfiltered loop around the current and is unstable. In `pd` mode there
+    /// is no model but the lossless transmission.
+    fn required_current(&self, state: &LowLevelState, demand: &RodDemand, now: &Measured) -> f64 {
+        let p = self.p();
+        let travel = maps::travel_per_radian(p);
+        let tau_r = match self.settings.mode {
+            Mode::Pd => demand.f_r * travel,
+            Mode::Adaptive | Mode::Modular => {
+                let (w_r, w_r_dot) = (demand.x_r_dot / travel, demand.x_r_ddot / travel);
+                let F_r = demand.f_r - self.residual_force(now);
+                maps::required_torque(p, F_r, w_r, w_r_dot) + self.disturbance(state, now)
+            }
+        };
+        let (lambda_d, lambda_q) = (p.L_d * now.i_d + p.lambda_m, p.L_q * now.i_q);
+        let i_qr = (tau_r / (1.5 * f64::from(p.p)) + lambda_q * state.i_dr) / lambda_d;
+        i_qr.clamp(-p.i_max, p.i_max)
+    }
+
+    /// `di_dr/dt = −λ_i·i_d` ([eq:current_d_required] with `i_dd = 0`), A/s.
+    fn i_dr_dot(&self, now: &Measured) -> f64 {
+        -self.settings.gains.lambda_i * now.i_d
+    }
+
+    /// The voltage law.
+    /// ```text
+    /// v_d = R_s i_d + L_d di_dr/dt − p w_m λ_q + e_d + ω_i ∫e_d dt,   e_d = K_i (i_dr − i_d)
+    /// v_q = R_s i_q + L_q di_qr/dt + p w_m λ_d + e_q + ω_i ∫e_q dt,   e_q = K_f (F_r − F) + K_v (ẋ_r − ẋ_n)
+    /// ```
+    /// The integrals are not in the paper (ω_i = 0 is its law): they take up what wrong motor
+    /// parameters leave over, above all the back-EMF of a wrong λ_m. They integrate the sum of both
+    /// errors, so in steady state the velocity feedback keeps its force.
+    /// The velocity feedback acts on the motor side, `ẋ_n = lead·w_m/N`: on the rod side, as printed,
+    /// it is not collocated and unstable at these gains.
+    pub(crate) fn command(
+        &self,
+        state: &LowLevelState,
+        demand: &RodDemand,
+        now: &Measured,
+    ) -> Command {
+        let (p, gains) = (self.p(), &self.settings.gains);
+        let Measured { i_d, i_q, w_m, .. } = *now;
+        let i_dr = state.i_dr;
+        let i_qr = self.required_current(state, demand, now);
+        let di_qr = (i_qr - state.i_qr_filtered) / gains.di_qr_filter_time;
+        let force_error = maps::beta_1(p, i_d) * (i_qr - i_q) - maps::beta_2(p, i_q) * (i_dr - i_d);
+        let velocity_error = demand.x_r_dot - maps::travel_per_radian(p) * w_m;
+        let w_e = f64::from(p.p) * w_m;
+        let e_d = gains.K_i * (i_dr - i_d);
+        let e_q = gains.K_f * force_error + gains.K_v * velocity_error;
+        Command {
+            v_d: p.R_s * i_d + p.L_d * self.i_dr_dot(now) - w_e * p.L_q * i_q
+                + e_d
+                + state.v_d_integral,
+            v_q: p.R_s * i_q
+                + p.L_q * di_qr
+                + w_e * (p.L_d * i_d + p.lambda_m)
+                + e_q
+                + state.v_q_integral,
+            i_qr,
+            e_d,
+            e_q,
+            force_error,
+        }
+    }
+
+    /// Advances the law's state by `h` s with measurements and command held; the filters are exact
+    /// for that. While the command is beyond the inverter's voltage the integrals rest, or they would
+    /// wind up.
+    pub(crate) fn advance(
+        &self,
+        state: &mut LowLevelState,
+        now: &Measured,
+        command: &Command,
+        h: f64,
+    ) {
+        let (p, gains) = (self.p(), &self.settings.gains);
+        let reached = |rate: f64| -(-h * rate).exp_m1();
+        state.i_dr += h * self.i_dr_dot(now);
+        state.i_qr_filtered +=
+            reached(1.0 / gains.di_qr_filter_time) * (command.i_qr - state.i_qr_filtered);
+        if gains.omega_d > 0.0 {
+            let F = now.F - self.residual_force(now);
+            let unexplained =
+                maps::torque(p, now.i_d, now.i_q) - maps::required_torque(p, F, now.w_m, 0.0);
+            let target = maps::inertia(p, 1.0) * now.w_m + unexplained / gains.omega_d;
+            state.observer += reached(gains.omega_d) * (target - state.observer);
+        }
+        if command.v_d.hypot(command.v_q) < p.v_max {
+            state.v_d_integral += h * gains.omega_i * command.e_d;
+            state.v_q_integral += h * gains.omega_i * command.e_q;
+        }
+    }
 }
 
 impl LowLevelState {
     /// Nothing unexplained at motor speed `w_m`.
-    pub(crate) fn undisturbed(p: &Emla, w_m: f64) -> Self {
+    pub(crate) fn undisturbed(p: &machine::Emla, w_m: f64) -> Self {
         Self {
             observer: maps::inertia(p, 1.0) * w_m,
             ..Self::default()
@@ -163,31 +209,6 @@ impl LowLevelState {
         Self {
             i_qr_filtered: i_qr,
             ..self
-        }
-    }
-
-    /// Advances by `h` s with measurements and command held; the filter is exact for that. While the
-    /// command is beyond the inverter's voltage the integrals rest, or they would wind up.
-    pub(crate) fn advance(
-        &mut self,
-        p: &Emla,
-        gains: &Gains,
-        now: &Measured,
-        command: &Command,
-        h: f64,
-    ) {
-        self.i_dr += h * i_dr_dot(gains, now);
-        let reached = -(-h / gains.di_qr_filter_time).exp_m1();
-        self.i_qr_filtered += reached * (command.i_qr - self.i_qr_filtered);
-        if gains.omega_d > 0.0 {
-            let tau_e = maps::torque(p, now.i_d, now.i_q);
-            let unexplained = tau_e - maps::required_torque(p, now.F, now.w_m, 0.0);
-            let target = maps::inertia(p, 1.0) * now.w_m + unexplained / gains.omega_d;
-            self.observer += -(-h * gains.omega_d).exp_m1() * (target - self.observer);
-        }
-        if command.v_d.hypot(command.v_q) < p.v_max {
-            self.v_d_integral += h * gains.omega_i * command.e_d;
-            self.v_q_integral += h * gains.omega_i * command.e_q;
         }
     }
 }

@@ -22,6 +22,9 @@ pub struct Settings {
     pub mode: Mode,
     /// Gains.
     pub gains: Gains,
+    /// Blending factor α of the hybrid actuator that the low-level law reckons with, 0…1; 0: it
+    /// knows the physics only.
+    pub alpha: f64,
     /// Inertia of the plant over nominal, for the Lyapunov outputs only.
     pub true_inertia_scale: f64,
 }
