@@ -239,7 +239,6 @@ impl TrainArgs {
         for path in [&self.out, &self.checkpoint] {
             make_folder(path)?;
         }
-        progress.stop = None;
         let interrupted = Arc::new(AtomicBool::new(false));
         let flag = Arc::clone(&interrupted);
         ctrlc::set_handler(move || flag.store(true, Ordering::Relaxed))

@@ -131,12 +131,12 @@ pub fn parse_csv(name: &str, text: &str) -> Result<Data> {
         .headers()
         .with_context(|| format!("{name}: cannot read the header"))?
         .clone();
-    let line = header.position().map_or(1, csv::Position::line);
+    let line = line_of(text, header.position());
     let places = find_columns(name, line, &header)?;
     let mut cells = Vec::new();
     for record in reader.records() {
         let record = record.with_context(|| format!("{name}: not a table"))?;
-        let line = record.position().map_or(0, csv::Position::line);
+        let line = line_of(text, record.position());
         let mut row = [0.0; 4];
         for ((cell, &place), &column) in row.iter_mut().zip(&places).zip(&NEEDED) {
             *cell = number(name, line, COLUMNS[column].0, &record[place])?;
@@ -158,6 +158,17 @@ pub fn parse_csv(name: &str, text: &str) -> Result<Data> {
         origin: comment.map_or_else(|| name.to_owned(), |c| c.trim().to_owned()),
         sha256: sha256(text),
     })
+}
+
+/// Line of a record, counted from 1. The reader's position stands before the comments and empty lines
+/// that it skips on the way to the record.
+fn line_of(text: &str, position: Option<&csv::Position>) -> u64 {
+    let start = position.map_or(1, csv::Position::line);
+    let skipped = text
+        .lines()
+        .skip(start as usize - 1)
+        .take_while(|line| line.is_empty() || line.starts_with('#'));
+    start + skipped.count() as u64
 }
 
 fn find_columns(name: &str, line: u64, header: &csv::StringRecord) -> Result<[usize; 4]> {

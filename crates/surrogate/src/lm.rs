@@ -62,7 +62,7 @@ pub enum Outcome {
 
 /// Take one iteration; changes `weights` and `mu`.
 pub fn iterate(shape: &Shape, samples: &Samples, weights: &mut Vec<f64>, mu: &mut f64) -> Outcome {
-    let form = Form::smaller(shape, samples.inputs.len());
+    let form = Form::cheaper(shape, samples.inputs.len());
     iterate_in(form, shape, samples, weights, mu)
 }
 

@@ -1,6 +1,6 @@
 //! The normal matrix of a Levenberg–Marquardt step, and its Cholesky factor, in square tiles.
 //!
-//! The step `−(JᵀJ + c·I)⁻¹·Jᵀe` equals `−Jᵀ·(J·Jᵀ + c·I)⁻¹·e`. The smaller matrix is taken. `J·Jᵀ`
+//! The step `−(JᵀJ + c·I)⁻¹·Jᵀe` equals `−Jᵀ·(J·Jᵀ + c·I)⁻¹·e`. The cheaper one is solved. `J·Jᵀ`
 //! never needs J: rows of J are sums over layers of outer products, so
 //! `(J·Jᵀ)_{(n,o),(m,p)} = Σ_l (delta_{l,o,n}·delta_{l,p,m})·(input_{l,n}·input_{l,m} + 1)`,
 //! some 25 times fewer operations than the plain product for the paper's network.
@@ -40,10 +40,20 @@ pub enum Form {
 }
 
 impl Form {
-    /// The smaller one.
+    /// The one with fewer operations: with R residuals, W weights, `W²R + W³/3` for forming and
+    /// factoring `JᵀJ`, `R³/3` and the tiles of [`kernel_tile`] for `J·Jᵀ`. Mostly the smaller one.
     #[must_use]
-    pub fn smaller(shape: &Shape, samples: usize) -> Self {
-        if samples * shape.outputs() < shape.weights() {
+    pub fn cheaper(shape: &Shape, samples: usize) -> Self {
+        let outputs = shape.outputs() as f64;
+        let (w, n) = (shape.weights() as f64, samples as f64);
+        let r = outputs * n;
+        let pair = |l| {
+            let (inputs, width) = shape.size(l);
+            inputs as f64 + outputs * outputs * width as f64
+        };
+        let kernel = n * n * (0..shape.layers()).map(pair).sum::<f64>();
+        let cubic = |x: f64| x * x * x / 3.0;
+        if kernel + cubic(r) < w * w * r + cubic(w) {
             Self::Residuals
         } else {
             Self::Weights

@@ -147,7 +147,7 @@ impl Progress {
     pub fn resume(path: &Path, widths: &[usize], seed: u64, prepared: &Prepared) -> Result<Self> {
         let name = path.display();
         let text = std::fs::read_to_string(path).with_context(|| format!("cannot read {name}"))?;
-        let progress: Self =
+        let mut progress: Self =
             serde_json::from_str(&text).with_context(|| format!("{name}: not a checkpoint"))?;
         if progress.data_sha256 != prepared.data.sha256 {
             bail!(
@@ -167,6 +167,10 @@ impl Progress {
             if weights.len() != shape.weights() || weights.iter().any(|w| !w.is_finite()) {
                 bail!("{name}: {} finite weights are needed", shape.weights());
             }
+        }
+        // A run that used up its epochs may be given more.
+        if progress.failures < FAILURES {
+            progress.stop = None;
         }
         Ok(progress)
     }

@@ -50,7 +50,7 @@ fn largest_difference(a: &[f64], b: &[f64]) -> f64 {
 #[test]
 fn path_matches_numpy() {
     for (k, case) in cases().iter().enumerate() {
-        let automatic = Form::smaller(&case.shape, case.samples.inputs.len());
+        let automatic = Form::cheaper(&case.shape, case.samples.inputs.len());
         assert_eq!(automatic, [Form::Weights, Form::Residuals][k]);
         for form in [Form::Weights, Form::Residuals] {
             let (mut weights, mut mu) = (case.first.clone(), lm::MU_START);
