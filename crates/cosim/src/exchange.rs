@@ -4,8 +4,10 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-use anyhow::Result;
+use anyhow::{Result, bail};
 
+use crate::description::{Kind, Variable};
+use crate::noise::{Noise, Source, is_element};
 use crate::slave::{At, Slave};
 use crate::wiring::{Link, Port, Wiring};
 
@@ -35,6 +37,8 @@ pub struct Write {
     slave: usize,
     references: Vec<u32>,
     slots: Vec<usize>,
+    /// Standard deviations of the noise on the inputs; empty where there is none.
+    sigma: Vec<f64>,
 }
 
 impl Write {
@@ -49,7 +53,7 @@ impl Write {
         slaves[self.slave].set(&self.references, buffer, at)
     }
 
-    fn gather<'a>(&self, values: &[f64], buffer: &'a mut [f64]) -> &'a [f64] {
+    fn gather<'a>(&self, values: &[f64], buffer: &'a mut [f64]) -> &'a mut [f64] {
         let buffer = &mut buffer[..self.slots.len()];
         for (b, slot) in buffer.iter_mut().zip(&self.slots) {
             *b = values[*slot];
@@ -73,6 +77,7 @@ pub struct Exchange {
     pub values: Vec<f64>,
     buffer: Vec<f64>,
     ones: Vec<i32>,
+    noise: Option<Source>,
 }
 
 impl Exchange {
@@ -113,7 +118,44 @@ impl Exchange {
             buffer: vec![0.0; widest],
             ones,
             slots,
+            noise: None,
         })
+    }
+
+    /// From now on add noise to the inputs it names; an input that no connection drives is refused.
+    pub fn disturb(&mut self, wiring: &Wiring, noise: &Noise) -> Result<()> {
+        noise.check()?;
+        let mut unused: Vec<_> = noise.sensors.iter().collect();
+        for write in self.stages.iter_mut().flat_map(|s| &mut s.writes) {
+            let (component, description) = (
+                wiring.component(write.slave),
+                wiring.description(write.slave),
+            );
+            let name = |reference: &u32| {
+                let is_it = |v: &&Variable| {
+                    v.kind == Kind::Real && v.causality == "input" && v.reference == *reference
+                };
+                let input = description.variables.iter().find(is_it);
+                input.map_or("", |v| v.name.as_str())
+            };
+            let names: Vec<&str> = write.references.iter().map(name).collect();
+            let sigma: Vec<f64> = names.iter().map(|v| noise.sigma(component, v)).collect();
+            unused.retain(|s| {
+                s.component != component || !names.iter().any(|v| is_element(&s.variable, v))
+            });
+            if sigma.iter().any(|s| *s > 0.0) {
+                write.sigma = sigma;
+            }
+        }
+        if let Some(s) = unused.first() {
+            bail!(
+                "noise: no connection drives an input {}.{}",
+                s.component,
+                s.variable
+            );
+        }
+        self.noise = Some(Source::new(noise.seed));
+        Ok(())
     }
 
     /// Slot in [`Exchange::values`] of a connected output.
@@ -128,7 +170,11 @@ impl Exchange {
                 read.run(slaves, &mut self.values, at)?;
             }
             for write in &stage.writes {
-                write.run(slaves, &self.values, &mut self.buffer, at)?;
+                let inputs = write.gather(&self.values, &mut self.buffer);
+                if let Some(source) = &mut self.noise {
+                    source.disturb(inputs, &write.sigma);
+                }
+                slaves[write.slave].set(&write.references, inputs, at)?;
             }
         }
         Ok(())

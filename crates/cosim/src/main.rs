@@ -1,8 +1,10 @@
 //! Command line of the co-simulation master.
 #![forbid(unsafe_code)]
 
+mod evaluation;
+
 use std::fs::File;
-use std::io::{BufWriter, Write};
+use std::io::BufWriter;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Duration;
@@ -11,6 +13,7 @@ use anyhow::{Context, Result};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use cosim::exchange::Exchange;
 use cosim::master::{Grid, Schedule, Setting};
+use cosim::noise::Noise;
 use cosim::run::{Experiment, Outcome, parse_setting};
 use cosim::signals::Signals;
 use cosim::system::System;
@@ -31,8 +34,8 @@ enum Command {
     Run(RunArgs),
     /// Run one trajectory with the three controllers and print their tip RMSE beside the paper's
     Compare(CompareArgs),
-    /// Tip RMSE for inertia errors x trajectories x controllers, beside the paper's
-    Table(TableArgs),
+    /// Tip RMSE for parameter errors, noise and loads x trajectories x controllers, for inertia errors beside the paper's
+    Table(evaluation::TableArgs),
     /// Measure how many times faster than real time the coupled system runs, without recording
     Bench(BenchArgs),
     /// Show components, stages of the exchange and power bonds; reports algebraic loops
@@ -126,17 +129,6 @@ struct CompareArgs {
 }
 
 #[derive(Args)]
-struct TableArgs {
-    #[command(flatten)]
-    system: SystemArgs,
-    #[command(flatten)]
-    grid: GridArgs,
-    /// Also write the cells to this CSV file
-    #[arg(long, value_name = "FILE")]
-    csv: Option<PathBuf>,
-}
-
-#[derive(Args)]
 struct BenchArgs {
     #[command(flatten)]
     system: SystemArgs,
@@ -153,7 +145,7 @@ fn main() -> ExitCode {
     let result = match Cli::parse().command {
         Command::Run(args) => run(&args),
         Command::Compare(args) => compare(&args),
-        Command::Table(args) => run_table(&args),
+        Command::Table(args) => evaluation::tables(&args),
         Command::Bench(args) => bench(&args),
         Command::Wiring(args) => wiring(&args),
     };
@@ -219,6 +211,7 @@ fn experiment(system: &System, conditions: &ConditionArgs, grid: &GridArgs) -> R
         grid: grid.grid(system)?,
         stop: grid.stop_time,
         settings,
+        noise: Noise::default(),
     })
 }
 
@@ -325,31 +318,6 @@ fn compare(args: &CompareArgs) -> Result<()> {
             println!("signals written to {}", path.display());
         }
     }
-    Ok(())
-}
-
-fn run_table(args: &TableArgs) -> Result<()> {
-    let system = args.system.load()?;
-    let grid = args.grid.grid(&system)?;
-    let count = table::TRAJECTORIES.len() * table::SCALES.len() * table::MODES.len();
-    let bar = bar(count as u64, "runs");
-    let cells = table::run(
-        &system,
-        grid,
-        args.grid.stop_time,
-        &args.grid.settings,
-        || bar.inc(1),
-    );
-    bar.finish_and_clear();
-    print!("{}", table::text(&cells));
-    if let Some(path) = &args.csv {
-        let mut file = BufWriter::new(create(path)?);
-        table::write_csv(&cells, &mut file)
-            .and_then(|()| Ok(file.flush()?))
-            .with_context(|| path.display().to_string())?;
-    }
-    let failed = cells.iter().filter(|c| c.result.is_err()).count();
-    anyhow::ensure!(failed == 0, "{failed} of {count} cells failed");
     Ok(())
 }
 

@@ -6,6 +6,7 @@ use anyhow::{Context, Result, bail};
 
 use crate::bond::{BondSlots, Residual};
 use crate::exchange::{Exchange, Read, Write, reads, writes};
+use crate::noise::Noise;
 use crate::slave::{At, Slave};
 use crate::system::System;
 use crate::wiring::{Link, Wiring};
@@ -130,6 +131,17 @@ impl Master {
     /// The instances, in the order of the structure's components.
     pub fn slaves(&self) -> &[Slave] {
         &self.slaves
+    }
+
+    /// From now on disturb the chosen inputs; what was passed at the present time is passed again, disturbed.
+    pub fn disturb(&mut self, system: &System, noise: &Noise) -> Result<()> {
+        self.exchange.disturb(&system.wiring()?, noise)?;
+        self.pass()
+    }
+
+    /// Pass all connections again at the present time: after inputs that no connection drives have been set.
+    pub fn pass(&mut self) -> Result<()> {
+        self.exchange.run(&self.slaves, At::Time(self.time()))
     }
 
     /// Power residuals of the bonds so far.

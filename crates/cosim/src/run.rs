@@ -10,6 +10,7 @@ use crate::bond::Residual;
 use crate::description::Kind;
 use crate::master::{Grid, Master, Setting};
 use crate::messages;
+use crate::noise::Noise;
 use crate::signals::{CsvLog, Signals};
 use crate::slave::At;
 use crate::system::System;
@@ -31,6 +32,8 @@ pub struct Experiment {
     pub stop: Option<f64>,
     /// Start values.
     pub settings: Vec<Setting>,
+    /// Noise on inputs.
+    pub noise: Noise,
 }
 
 /// What came out.
@@ -93,16 +96,32 @@ impl Experiment {
         &self,
         system: &System,
         progress: impl Fn(u64, u64),
-        mut csv: Option<(&mut Signals, W)>,
+        csv: Option<(&mut Signals, W)>,
+    ) -> Result<Outcome> {
+        let Some((signals, out)) = csv else {
+            return self.watch(system, progress, None, |_, _| Ok(()));
+        };
+        let mut log = CsvLog::new(out, &signals.titles)?;
+        let outcome = self.watch(system, progress, Some(signals), |t, row| log.row(t, row))?;
+        log.finish()?;
+        Ok(outcome)
+    }
+
+    /// Run; at every communication point `each` is given the time and the values of `signals`.
+    pub fn watch(
+        &self,
+        system: &System,
+        progress: impl Fn(u64, u64),
+        mut signals: Option<&mut Signals>,
+        mut each: impl FnMut(f64, &[f64]) -> Result<()>,
     ) -> Result<Outcome> {
         messages::take();
         let mut master = Master::new(system, &self.settings, self.grid)?;
+        if !self.noise.sensors.is_empty() {
+            master.disturb(system, &self.noise)?;
+        }
         let steps = self.steps(self.stop(system, &master)?)?;
         let (mut tip_signal, mut tip) = tip_error(system, &master)?.unzip();
-        let mut log = match &mut csv {
-            Some((signals, out)) => Some((CsvLog::new(out, &signals.titles)?, signals)),
-            None => None,
-        };
         let clock = Instant::now();
         for k in 0..=steps {
             if k > 0 {
@@ -112,9 +131,9 @@ impl Experiment {
                 signal.read(&master)?;
                 tip.add(master.time(), signal.values[0]);
             }
-            if let Some((log, signals)) = &mut log {
+            if let Some(signals) = &mut signals {
                 signals.read(&master)?;
-                log.row(master.time(), &signals.values)?;
+                each(master.time(), &signals.values)?;
             }
             if k % 256 == 0 {
                 progress(k, steps);
@@ -122,9 +141,6 @@ impl Experiment {
         }
         progress(steps, steps);
         let elapsed = clock.elapsed();
-        if let Some((log, _)) = log {
-            log.finish()?;
-        }
         let (residuals, simulated) = (master.residuals().to_vec(), master.time() - self.grid.start);
         master.terminate()?;
         Ok(Outcome {
@@ -233,6 +249,7 @@ mod tests {
                 grid,
                 stop: None,
                 settings: Vec::new(),
+                noise: Noise::default(),
             }
             .steps(stop)
         };

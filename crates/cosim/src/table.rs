@@ -6,6 +6,7 @@ use anyhow::Result;
 use rayon::prelude::*;
 
 use crate::master::{Grid, Setting};
+use crate::noise::Noise;
 use crate::run::Experiment;
 use crate::system::System;
 use crate::tip::TipError;
@@ -90,6 +91,7 @@ fn cell(
         grid,
         stop,
         settings: all,
+        noise: Noise::default(),
     };
     let outcome = experiment.run(system, |_, _| (), None::<(&mut _, std::io::Sink)>)?;
     outcome

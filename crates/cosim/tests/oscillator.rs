@@ -174,6 +174,7 @@ fn runs_in_parallel_threads_are_bit_equal() {
 fn csv_holds_a_row_per_communication_point_with_units() {
     let system = system("csv", &oscillator()).unwrap();
     let experiment = Experiment {
+        noise: cosim::noise::Noise::default(),
         grid: grid(0.1, Schedule::Jacobi),
         stop: None,
         settings: parameters(0.0),

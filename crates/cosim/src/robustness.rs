@@ -1,0 +1,364 @@
+//! Robustness beyond the paper's table: errors of motor and transmission parameters, of the payload alone, sensor noise, and a load on
+//! the tip that the controller does not know. The controller keeps its nominal values throughout.
+//!
+//! The tip error is taken between the controller's desired position and the manipulator's true one, so that noise on the measurements
+//! does not count as motion.
+
+use std::fmt::Write as _;
+
+use anyhow::{Context, Result};
+use rayon::prelude::*;
+use serde::Serialize;
+
+use crate::master::{Grid, Setting};
+use crate::noise::{Noise, Sensor};
+use crate::recording::Recording;
+use crate::run::Experiment;
+use crate::slave::{At, Slave};
+use crate::system::System;
+use crate::table::{MODES, TRAJECTORIES};
+use crate::tip::TipError;
+
+/// What is varied.
+#[derive(Clone, Copy, Debug, Eq, PartialEq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Study {
+    /// Motor and transmission parameters of all actuators by ±40 %, each and together.
+    Motor,
+    /// Mass of the payload by ±40 %.
+    Payload,
+    /// Noise on everything the controller measures.
+    Noise,
+    /// A wrench on the end-effector that nobody told the controller of.
+    TipLoad,
+}
+
+/// All studies.
+pub const STUDIES: [Study; 4] = [Study::Motor, Study::Payload, Study::Noise, Study::TipLoad];
+
+/// Motor and transmission parameters that are varied: name in the tables, variables of the actuator.
+const MOTOR: [(&str, &[&str]); 7] = [
+    ("R_s", &["R_s"]),
+    ("L_d, L_q", &["L_d", "L_q"]),
+    ("lambda_m", &["lambda_m"]),
+    ("J_m", &["J_m"]),
+    ("C_m", &["C_m"]),
+    ("tau_C", &["tau_C"]),
+    ("eta_gear", &["eta_gear"]),
+];
+/// Errors of parameters.
+const FACTORS: [f64; 2] = [1.4, 0.6];
+/// Standard deviations on the controller's inputs: rad, rad/s, A, A, rad/s, m/s, N. A 20-bit encoder at a joint resolves 6e-6 rad, its
+/// rate is filtered; current transducers and motor encoders of servo drives; a 70 kN load cell of class 0.1.
+pub const SENSORS: [(&str, f64); 7] = [
+    ("zeta", 1e-5),
+    ("zeta_dot", 1e-3),
+    ("i_d", 0.1),
+    ("i_q", 0.1),
+    ("w_m", 0.3),
+    ("x_dot", 1e-4),
+    ("F", 70.0),
+];
+/// Wrenches on the tip in T4 axes, whose x axis points down in the start pose: N and N·m.
+const TIP_LOADS: [(&str, [f64; 6]); 3] = [
+    ("50 kg hung on the tip", [490.5, 0.0, 0.0, 0.0, 0.0, 0.0]),
+    ("300 N sideways", [0.0, 0.0, 300.0, 0.0, 0.0, 0.0]),
+    (
+        "400 N upwards, 200 N forwards, 50 N.m",
+        [-400.0, 200.0, 0.0, 0.0, 0.0, 50.0],
+    ),
+];
+
+impl Study {
+    /// Name on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Motor => "motor",
+            Self::Payload => "payload",
+            Self::Noise => "noise",
+            Self::TipLoad => "tip-load",
+        }
+    }
+
+    /// RMSE that the adaptive controller is to stay below, m, where one is set.
+    pub fn target(self) -> Option<f64> {
+        match self {
+            Self::Motor | Self::Payload => Some(0.5e-3),
+            Self::Noise => Some(0.3e-3),
+            Self::TipLoad => None,
+        }
+    }
+
+    /// The rows of the study.
+    pub fn cases(self, system: &System, seed: u64) -> Result<Vec<Case>> {
+        match self {
+            Self::Motor => motor_cases(system),
+            Self::Payload => payload_cases(system),
+            Self::Noise => noise_cases(system, seed),
+            Self::TipLoad => tip_load_cases(system),
+        }
+    }
+}
+
+/// One row: what differs from nominal.
+#[derive(Clone, Debug)]
+pub struct Case {
+    /// Name in the table.
+    pub label: String,
+    /// Start values.
+    pub settings: Vec<Setting>,
+    /// Noise.
+    pub noise: Noise,
+}
+
+/// One run of a case.
+pub struct Cell {
+    /// The study it belongs to.
+    pub study: Study,
+    /// Name of the case.
+    pub case: String,
+    /// Trajectory.
+    pub trajectory: &'static str,
+    /// Controller.
+    pub mode: &'static str,
+    /// Tip error, or why there is none.
+    pub result: Result<TipError>,
+}
+
+impl Case {
+    fn of(label: impl Into<String>, settings: Vec<Setting>) -> Self {
+        Self {
+            label: label.into(),
+            settings,
+            noise: Noise::default(),
+        }
+    }
+}
+
+fn motor_cases(system: &System) -> Result<Vec<Case>> {
+    let all: Vec<&str> = MOTOR.iter().flat_map(|(_, v)| v.iter().copied()).collect();
+    let rows = MOTOR.into_iter().chain([("all of these", &all[..])]);
+    let mut cases = Vec::new();
+    for (label, variables) in rows {
+        for factor in FACTORS {
+            let mut settings = Vec::new();
+            for variable in variables {
+                settings.extend(scaled(system, variable, factor)?);
+            }
+            cases.push(Case::of(percent(label, factor), settings));
+        }
+    }
+    Ok(cases)
+}
+
+fn payload_cases(system: &System) -> Result<Vec<Case>> {
+    let case = |factor| {
+        Ok(Case::of(
+            percent("payload", factor),
+            scaled(system, "payload.mass", factor)?,
+        ))
+    };
+    FACTORS.into_iter().map(case).collect()
+}
+
+/// The same noise with three seeds.
+fn noise_cases(system: &System, seed: u64) -> Result<Vec<Case>> {
+    let (controller, _) = system.owner("trajectory")?;
+    let component = &system.structure.components[controller].name;
+    let sensors = SENSORS.map(|(variable, sigma)| Sensor {
+        component: component.clone(),
+        variable: variable.into(),
+        sigma,
+    });
+    let case = |seed| Case {
+        label: format!("seed {seed}"),
+        settings: Vec::new(),
+        noise: Noise {
+            sensors: sensors.to_vec(),
+            seed,
+        },
+    };
+    Ok((seed..seed + 3).map(case).collect())
+}
+
+fn tip_load_cases(system: &System) -> Result<Vec<Case>> {
+    let mut cases = Vec::new();
+    for (label, wrench) in TIP_LOADS {
+        let settings = (1..)
+            .zip(wrench)
+            .map(|(k, value)| system.setting(&format!("wrench_env[{k}]"), &value.to_string()));
+        cases.push(Case::of(label, settings.collect::<Result<_>>()?));
+    }
+    Ok(cases)
+}
+
+fn percent(label: &str, factor: f64) -> String {
+    format!("{label} {:+.0} %", 100.0 * (factor - 1.0))
+}
+
+/// `variable` times `factor` in every component that has it; an efficiency at most 1.
+fn scaled(system: &System, variable: &str, factor: f64) -> Result<Vec<Setting>> {
+    let mut settings = Vec::new();
+    for (k, component) in system.structure.components.iter().enumerate() {
+        if system.fmus[k].description.variable(variable).is_err() {
+            continue;
+        }
+        let nominal = start_value(system, k, variable)?;
+        let mut value = nominal * factor;
+        if variable == "eta_gear" {
+            value = value.min(1.0);
+        }
+        settings.push(Setting {
+            component: component.name.clone(),
+            variable: variable.into(),
+            value: value.to_string(),
+        });
+    }
+    anyhow::ensure!(
+        !settings.is_empty(),
+        "no component has a parameter `{variable}`"
+    );
+    Ok(settings)
+}
+
+/// Value that a component's variable has before anybody sets it.
+pub fn start_value(system: &System, component: usize, variable: &str) -> Result<f64> {
+    let (c, fmu) = (
+        &system.structure.components[component],
+        &system.fmus[component],
+    );
+    let slave = Slave::new(fmu, &c.name)?;
+    for (variable, value) in &c.parameters {
+        slave.set_from_text(variable, value)?;
+    }
+    slave.enter_initialization(system.structure.start_time)?;
+    slave.number(fmu.description.variable(variable)?, At::Initialization)
+}
+
+/// Run all cells of a study in parallel; `done` is called after each. A failed cell keeps its error and the others go on.
+pub fn run(
+    system: &System,
+    base: &Experiment,
+    study: Study,
+    cases: &[Case],
+    done: impl Fn() + Sync,
+) -> Vec<Cell> {
+    let mut cells = Vec::new();
+    for (trajectory, _) in TRAJECTORIES {
+        for case in cases {
+            cells.extend(MODES.map(|mode| (trajectory, case, mode)));
+        }
+    }
+    let run_one = |(trajectory, case, mode): (&'static str, &Case, &'static str)| {
+        let result = tip_error(system, base, case, trajectory, mode);
+        done();
+        Cell {
+            study,
+            case: case.label.clone(),
+            trajectory,
+            mode,
+            result,
+        }
+    };
+    cells.into_par_iter().map(run_one).collect()
+}
+
+/// Cells that [`run`] makes of these cases.
+pub fn count(cases: &[Case]) -> usize {
+    cases.len() * TRAJECTORIES.len() * MODES.len()
+}
+
+fn tip_error(
+    system: &System,
+    base: &Experiment,
+    case: &Case,
+    trajectory: &str,
+    mode: &str,
+) -> Result<TipError> {
+    let mut experiment = Experiment {
+        noise: case.noise.clone(),
+        ..base.clone()
+    };
+    experiment.settings.extend(case.settings.iter().cloned());
+    experiment
+        .settings
+        .push(system.setting("trajectory", trajectory)?);
+    experiment.settings.push(system.setting("mode", mode)?);
+    let name = |variable: &str| {
+        let (k, _) = system.owner(&format!("{variable}[1]"))?;
+        anyhow::Ok(format!(
+            "{}.{variable}",
+            system.structure.components[k].name
+        ))
+    };
+    let (desired, actual) = (name("desired.position")?, name("tip.position")?);
+    let patterns = [format!("{desired}*"), format!("{actual}*")];
+    let recording = Recording::of(system, &experiment, &patterns, |_, _| ())?;
+    distance(&recording, &desired, &actual)
+}
+
+/// Distance between two points over a recording.
+fn distance(recording: &Recording, desired: &str, actual: &str) -> Result<TipError> {
+    let measured = recording
+        .outcome
+        .tip
+        .context("the system has no output `tip_error_norm`")?;
+    let mut error = TipError::new(measured.motion_start);
+    let mut columns = Vec::new();
+    for k in 1..=3 {
+        columns.push((
+            recording.column(&format!("{desired}[{k}]"))?,
+            recording.column(&format!("{actual}[{k}]"))?,
+        ));
+    }
+    for (row, t) in recording.times.iter().enumerate() {
+        let square: f64 = columns.iter().map(|(d, a)| (d[row] - a[row]).powi(2)).sum();
+        error.add(*t, square.sqrt());
+    }
+    Ok(error)
+}
+
+/// The cells of one study as a table for people, with the target and the failures.
+pub fn text(cells: &[Cell]) -> String {
+    let Some(study) = cells.first().map(|c| c.study) else {
+        return String::new();
+    };
+    let mut text = format!("{:<11}  {:<38}", "trajectory", study.name());
+    let mut failures = String::new();
+    for mode in MODES {
+        write!(text, "{:>20}", format!("{mode} (max)")).expect("a String takes every text");
+    }
+    text += "\n";
+    for row in cells.chunks(MODES.len()) {
+        text += &format!("{:<11}  {:<38}", row[0].trajectory, row[0].case);
+        for c in row {
+            let cell = match &c.result {
+                Ok(tip) => format!(
+                    "{:.3} ({:.3})",
+                    1e3 * tip.motion.rms(),
+                    1e3 * tip.motion.max
+                ),
+                Err(error) => {
+                    failures += &format!("{} {}, {}: {error:#}\n", c.trajectory, c.case, c.mode);
+                    "failed".into()
+                }
+            };
+            write!(text, "{cell:>20}").expect("a String takes every text");
+        }
+        text += "\n";
+    }
+    text + &verdict(study, cells) + &failures
+}
+
+/// Worst adaptive cell beside the target.
+fn verdict(study: Study, cells: &[Cell]) -> String {
+    let adaptive = cells.iter().filter(|c| c.mode == "adaptive");
+    let rms = adaptive.filter_map(|c| c.result.as_ref().ok().map(|tip| tip.motion.rms()));
+    let worst = 1e3 * rms.fold(0.0, f64::max);
+    let end = match study.target() {
+        None => String::new(),
+        Some(target) if worst <= 1e3 * target => format!(", target {:.1}: met", 1e3 * target),
+        Some(target) => format!(", target {:.1}: NOT met", 1e3 * target),
+    };
+    format!("tip RMSE and maximum in mm over the motion; worst adaptive RMSE {worst:.3}{end}\n")
+}
