@@ -69,7 +69,7 @@ fn refusals_name_file_line_and_column() {
     );
     assert_eq!(
         broken("0,0,0,0,1.5,4,300,0.003", "0,0,0,0,1.5,4,300"),
-        "rig.csv: not a table: CSV error: record 4 (line: 6, byte: 156): found record with 7 fields, \
+        "rig.csv: not a table: CSV error: record 4 (line: 6, byte: 150): found record with 7 fields, \
          but the previous record has 8 fields"
     );
     assert!(
