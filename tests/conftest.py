@@ -1,0 +1,66 @@
+"""Fixtures: the packed FMUs (environment variable FMU_DIR, default target/fmu), unpacked once."""
+
+import os
+from pathlib import Path
+
+import pytest
+
+from fmpy_master import ROOT, Master
+from fmu import Fmu
+from system import System
+
+FMU_DIR = Path(os.environ.get("FMU_DIR", ROOT / "target/fmu"))
+NAMES = ("Emla", "Hdrm", "Controller")
+
+
+@pytest.fixture(scope="session")
+def fmu_dir():
+    assert (FMU_DIR / "Hdrm.fmu").is_file(), f"no FMUs in {FMU_DIR}; run `cargo xtask pack`"
+    return FMU_DIR
+
+
+@pytest.fixture(scope="session")
+def fmus(fmu_dir, tmp_path_factory):
+    """The three FMUs by file name."""
+    folder = tmp_path_factory.mktemp("fmus")
+    return {f"{n}.fmu": Fmu(fmu_dir / f"{n}.fmu", folder / n) for n in NAMES}
+
+
+@pytest.fixture(scope="session")
+def emla(fmus):
+    return fmus["Emla.fmu"]
+
+
+@pytest.fixture(scope="session")
+def hdrm(fmus):
+    return fmus["Hdrm.fmu"]
+
+
+@pytest.fixture(scope="session")
+def controller(fmus):
+    return fmus["Controller.fmu"]
+
+
+@pytest.fixture(params=NAMES)
+def fmu(request, fmus):
+    """Each of the three in turn."""
+    return fmus[f"{request.param}.fmu"]
+
+
+@pytest.fixture(scope="session")
+def system():
+    return System.read(ROOT / "system/SystemStructure.ssd")
+
+
+@pytest.fixture
+def couple(system, fmus):
+    """Makes masters of the shipped system; frees their instances."""
+    made = []
+
+    def couple(**options):
+        made.append(Master(system, fmus, **options))
+        return made[-1]
+
+    yield couple
+    for master in made:
+        master.free()

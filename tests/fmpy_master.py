@@ -1,0 +1,213 @@
+"""Co-simulation master on FMPy: instances coupled as a system structure says, Gauss-Seidel and Jacobi schedules.
+
+    python tests/fmpy_master.py --fmu-dir target/fmu --set controller.mode=3 --csv pd.csv
+"""
+
+import argparse
+import csv
+import tempfile
+import time
+from ctypes import POINTER, c_double, c_int, c_uint
+from itertools import groupby
+from pathlib import Path
+
+import numpy as np
+
+from fmu import Fmu
+from system import System, levels
+
+ROOT = Path(__file__).resolve().parent.parent
+SCHEDULES = ("gauss-seidel", "jacobi", "jacobi-derivatives")
+
+
+def pointer(array, ctype=c_double):
+    return array.ctypes.data_as(POINTER(ctype))
+
+
+class Transfer:
+    """One fmi2GetReal or fmi2SetReal (or of derivatives), with everything allocated."""
+
+    def __init__(self, instance, verb, names, slots, values):
+        self.instance, self.verb, self.slots, self.values = instance, verb, np.array(slots), values
+        self.n, self.references = len(names), instance.references(names)
+        self.buffer = np.zeros(self.n)
+        self.pointer, self.orders = pointer(self.buffer), (c_int * self.n)(*[1] * self.n)
+
+    def _call(self, derivatives):
+        if derivatives:
+            function = {"Get": "fmi2GetRealOutputDerivatives", "Set": "fmi2SetRealInputDerivatives"}[self.verb]
+            self.instance.call(function, self.references, self.n, self.orders, self.pointer)
+        else:
+            self.instance.call(f"fmi2{self.verb}Real", self.references, self.n, self.pointer)
+
+    def run(self, derivatives=False):
+        if self.verb == "Get":
+            self._call(derivatives)
+            self.values[self.slots] = self.buffer
+        else:
+            self.values.take(self.slots, out=self.buffer)
+            self._call(derivatives)
+
+
+class Exchange:
+    """Links passed level by level: reads, then writes, one call per component."""
+
+    def __init__(self, instances, links, levels):
+        sources = list(dict.fromkeys(link.source for link in links))
+        slot = {source: i for i, source in enumerate(sources)}
+        self.values = np.zeros(len(sources))
+        self.transfers = []
+        for level in sorted(set(levels)):
+            now = [link for link, of in zip(links, levels) if of == level]
+            self._add(instances, "Get", list(dict.fromkeys((*link.source, slot[link.source]) for link in now)))
+            self._add(instances, "Set", [(*link.target, slot[link.source]) for link in now])
+
+    def _add(self, instances, verb, ends):
+        for component, group in groupby(sorted(ends), key=lambda end: end[0]):
+            _, names, slots = zip(*group)
+            self.transfers.append(Transfer(instances[component], verb, names, slots, self.values))
+
+    def run(self, derivatives=False):
+        for transfer in self.transfers:
+            transfer.run(derivatives)
+
+
+class Master:
+    """A coupled system. `settings`: {component: {variable: value}}, set before initialization."""
+
+    def __init__(self, system, fmus, settings=None, schedule="gauss-seidel", h=1e-3, start=0.0):
+        assert schedule in SCHEDULES
+        self.system, self.schedule, self.h, self.start, self.steps = system, schedule, h, start, 0
+        self.instances = {name: fmus[file].instance(name) for name, file in system.components.items()}
+        for name, values in (settings or {}).items():
+            self.instances[name].set(values)
+        for instance in self.instances.values():
+            instance.setup(start)
+            instance.call("fmi2EnterInitializationMode")
+        Exchange(self.instances, system.links, levels(system, fmus, initialization=True)).run()
+        for instance in self.instances.values():
+            instance.call("fmi2ExitInitializationMode")
+        order = levels(system, fmus)
+        self.exchange = Exchange(self.instances, system.links, order)
+        self.slopes = None
+        if schedule == "jacobi-derivatives":
+            smooth = [(link, k) for link, k in zip(system.links, order) if passes_derivative(system, fmus, link)]
+            self.slopes = Exchange(self.instances, *map(list, zip(*smooth)))
+        self.means = self._means() if schedule == "gauss-seidel" else {}
+        self.pass_all()
+
+    def _means(self):
+        """By component: how it gets the mean forces of the step from components stepped before it."""
+        order = list(self.system.components)
+        bonds = [b for b in self.system.links if b.step_mean and order.index(b.source[0]) < order.index(b.target[0])]
+        values, means = np.zeros(len(bonds)), {}
+        for slot, bond in enumerate(bonds):
+            (source, _), (target, name) = bond.source, bond.target
+            read = Transfer(self.instances[source], "Get", [bond.step_mean], [slot], values)
+            means.setdefault(target, ([], [], []))
+            for kept, new in zip(means[target], (read, name, slot)):
+                kept.append(new)
+        return {
+            target: [*reads, Transfer(self.instances[target], "Set", names, slots, values)]
+            for target, (reads, names, slots) in means.items()
+        }
+
+    @property
+    def time(self):
+        return self.start + self.steps * self.h
+
+    def pass_all(self):
+        self.exchange.run()
+        if self.slopes:
+            self.slopes.run(derivatives=True)
+
+    def step(self):
+        t = self.time
+        for name, instance in self.instances.items():
+            for transfer in self.means.get(name, ()):
+                transfer.run()
+            instance.step(t, self.h)
+        self.steps += 1
+        self.pass_all()
+
+    def record(self, until, names):
+        """Run to `until`; times and a row of `names` (component.variable) per communication point, the first included."""
+        probes = [name.split(".", 1) for name in names]
+        row = np.zeros(len(probes))
+        reads = []
+        for component, group in groupby(sorted((c, n, i) for i, (c, n) in enumerate(probes)), key=lambda p: p[0]):
+            _, some, slots = zip(*group)
+            reads.append(Transfer(self.instances[component], "Get", some, slots, row))
+        count = self.steps + round((until - self.time) / self.h)
+        times, rows = [], []
+        while True:
+            for read in reads:
+                read.run()
+            times.append(self.time)
+            rows.append(row.copy())
+            if self.steps >= count:
+                return np.array(times), np.array(rows)
+            self.step()
+
+    def free(self):
+        for instance in self.instances.values():
+            instance.free()
+
+
+def passes_derivative(system, fmus, link):
+    """Derivatives go where the source gives them, the target uses them and the signal is continuous."""
+    (source, output), (target, _) = link.source, link.target
+    of = lambda name: fmus[system.components[name]]
+    return (
+        of(source).description.coSimulation.maxOutputDerivativeOrder >= 1
+        and of(target).description.coSimulation.canInterpolateInputs
+        and of(source).variables[output].variability == "continuous"
+    )
+
+
+def tip_rmse(times, error, settle):
+    """Root mean square of the tip error in m from the end of settling on."""
+    moving = error[times >= settle]
+    return float(np.sqrt(np.mean(moving**2)))
+
+
+def arguments():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--ssd", type=Path, default=ROOT / "system/SystemStructure.ssd")
+    parser.add_argument("--fmu-dir", type=Path, default=ROOT / "target/fmu")
+    parser.add_argument("--schedule", choices=SCHEDULES, default=SCHEDULES[0])
+    parser.add_argument("--step", type=float, default=1e-3, help="communication step, s")
+    parser.add_argument("--stop-time", type=float, help="s; default: the system's")
+    parser.add_argument("--set", action="append", default=[], metavar="COMPONENT.VARIABLE=NUMBER")
+    parser.add_argument("--signals", nargs="+", default=["controller.tip_error_norm"], metavar="COMPONENT.VARIABLE")
+    parser.add_argument("--csv", type=Path)
+    return parser.parse_args()
+
+
+def main():
+    args = arguments()
+    system = System.read(args.ssd)
+    with tempfile.TemporaryDirectory() as folder:
+        fmus = {f: Fmu(args.fmu_dir / f, Path(folder) / f) for f in set(system.components.values())}
+        settings = {}
+        for text in args.set:
+            name, value = text.split("=")
+            component, variable = name.split(".", 1)
+            number = float(value) if fmus[system.components[component]].variables[variable].type == "Real" else int(value)
+            settings.setdefault(component, {})[variable] = number
+        master = Master(system, fmus, settings, args.schedule, args.step)
+        clock = time.perf_counter()
+        times, rows = master.record(args.stop_time or system.stop, args.signals)
+        print(f"{times[-1]:.3f} s simulated in {time.perf_counter() - clock:.1f} s")
+        for name, last, largest in zip(args.signals, rows[-1], np.abs(rows).max(axis=0)):
+            print(f"{name}: last {last:.6g}, largest magnitude {largest:.6g}")
+        if args.csv:
+            with args.csv.open("w", newline="") as file:
+                writer = csv.writer(file)
+                writer.writerow(["time", *args.signals])
+                writer.writerows([t, *row] for t, row in zip(times, rows))
+        master.free()
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,185 @@
+"""An FMU and its instances on FMPy's FMU2Slave, by variable name; statuses and messages can be looked at."""
+
+import itertools
+from ctypes import CFUNCTYPE, byref, c_char_p, c_double, c_int, c_uint, c_void_p, cast, string_at
+
+import fmpy
+from fmpy import fmi2
+
+OK, WARNING, DISCARD, ERROR, FATAL = range(5)
+
+# The message is the one argument of the format "%s"; where variadic arguments travel like named ones (Linux, Windows and
+# macOS on x86-64, Linux on arm64) it can be received as a sixth parameter.
+LOGGER = CFUNCTYPE(None, c_void_p, c_char_p, c_int, c_char_p, c_char_p, c_char_p)
+
+_names = itertools.count(1)
+
+
+class Refused(Exception):
+    """A call that did not return fmi2OK, with status and text."""
+
+    def __init__(self, function, status, text):
+        super().__init__(f"{function} returned {status}: {text}")
+        self.status, self.text = status, text
+
+
+class Fmu:
+    """An unpacked FMU."""
+
+    def __init__(self, path, folder):
+        self.path = str(path)
+        self.folder = str(fmpy.extract(self.path, unzipdir=str(folder)))
+        self.description = fmpy.read_model_description(self.folder, validate=False)
+        self.variables = {v.name: v for v in self.description.modelVariables}
+        self.identifier = self.description.coSimulation.modelIdentifier
+        self.index = {v.name: i for i, v in enumerate(self.description.modelVariables)}
+
+    def names(self, causality):
+        return [v.name for v in self.description.modelVariables if v.causality == causality]
+
+    def instance(self, name=None, **options):
+        return Instance(self, name or f"{self.identifier.lower()}_{next(_names)}", **options)
+
+    def running(self, start=0.0, **values):
+        """An instance in Step Complete; `values` go by name, dots and brackets with `set`."""
+        return self.instance().start(start, values)
+
+
+class Instance:
+    """One instance. Every method but `status` raises `Refused` if the FMU does not return fmi2OK."""
+
+    def __init__(self, fmu, name, guid=None, resources="", logging=False, callbacks=True):
+        self.fmu, self.name, self.messages = fmu, name, []
+        self.slave = fmi2.FMU2Slave(
+            guid=fmu.description.guid, modelIdentifier=fmu.identifier, unzipDirectory=fmu.folder, instanceName=name
+        )
+        self._logger = LOGGER(self._log)
+        self.callbacks = fmi2.fmi2CallbackFunctions()
+        if callbacks:
+            self.callbacks.logger = cast(self._logger, fmi2.fmi2CallbackLoggerTYPE)
+        if resources == "":
+            resources = f"file://{fmu.folder}/resources"
+        self.component = self.slave.dll.fmi2Instantiate(
+            name.encode(),
+            fmi2.fmi2CoSimulation,
+            (fmu.description.guid if guid is None else guid).encode(),
+            None if resources is None else resources.encode(),
+            byref(self.callbacks),
+            0,
+            int(logging),
+        )
+        self.slave.component = self.component
+
+    def _log(self, _environment, name, status, category, form, text):
+        self.messages.append((name.decode(), status, category.decode(), form.decode(), text.decode()))
+
+    @property
+    def text(self):
+        """The last message."""
+        return self.messages[-1][4] if self.messages else ""
+
+    def status(self, function, *arguments):
+        """Call a C function with this instance as first argument; the status it returns."""
+        return getattr(self.slave.dll, function)(self.component, *arguments)
+
+    def call(self, function, *arguments):
+        status = self.status(function, *arguments)
+        if status != OK:
+            raise Refused(function, status, self.text)
+
+    def references(self, names):
+        return (c_uint * len(names))(*(self.fmu.variables[n].valueReference for n in names))
+
+    def set(self, values):
+        """Set by name, one call a type."""
+        for kind, ctype, names in _by_type(self.fmu, values):
+            data = (ctype * len(names))(*(_coded(values[n]) for n in names))
+            self.call(f"fmi2Set{kind}", self.references(names), len(names), data)
+
+    def get(self, *names):
+        """Values by name, as a list; one name: its value."""
+        found = {}
+        for kind, ctype, some in _by_type(self.fmu, names):
+            data = (ctype * len(some))()
+            self.call(f"fmi2Get{kind}", self.references(some), len(some), data)
+            found.update(zip(some, data))
+        values = [v.decode() if isinstance(v := found[n], bytes) else v for n in names]
+        return values[0] if len(values) == 1 else values
+
+    def outputs(self):
+        """All outputs by name."""
+        names = self.fmu.names("output")
+        return dict(zip(names, self.get(*names)))
+
+    def start(self, start=0.0, values=None, stop=None):
+        """Set `values`, then to Step Complete."""
+        if values:
+            self.set(values)
+        self.setup(start, stop)
+        self.call("fmi2EnterInitializationMode")
+        self.call("fmi2ExitInitializationMode")
+        return self
+
+    def setup(self, start=0.0, stop=None):
+        self.call("fmi2SetupExperiment", 0, 0.0, start, int(stop is not None), stop or 0.0)
+
+    def step(self, t, h):
+        self.call("fmi2DoStep", t, h, 1)
+
+    def set_derivatives(self, values, order=1):
+        names = list(values)
+        data = (c_double * len(names))(*values.values())
+        orders = (c_int * len(names))(*[order] * len(names))
+        self.call("fmi2SetRealInputDerivatives", self.references(names), len(names), orders, data)
+
+    def derivatives(self, *names):
+        """First time derivatives of outputs."""
+        data, orders = (c_double * len(names))(), (c_int * len(names))(*[1] * len(names))
+        self.call("fmi2GetRealOutputDerivatives", self.references(names), len(names), orders, data)
+        return list(data)
+
+    def directional(self, unknowns, seed):
+        """Directional derivative of `unknowns` along `seed`, a value per known input."""
+        knowns = list(seed)
+        direction, result = (c_double * len(knowns))(*seed.values()), (c_double * len(unknowns))()
+        unknown, known = self.references(unknowns), self.references(knowns)
+        self.call("fmi2GetDirectionalDerivative", unknown, len(unknowns), known, len(knowns), direction, result)
+        return list(result)
+
+    def save(self):
+        return self.slave.getFMUstate()
+
+    def restore(self, state):
+        self.slave.setFMUstate(state)
+
+    def serialize(self):
+        """Bytes of the present state."""
+        state = self.save()
+        data = self.slave.serializeFMUstate(state)
+        self.slave.freeFMUstate(state)
+        return data
+
+    def deserialize(self, data):
+        state = self.slave.deSerializeFMUstate(data)
+        self.slave.setFMUstate(state)
+        self.slave.freeFMUstate(state)
+
+    def free(self):
+        self.slave.dll.fmi2FreeInstance(self.component)
+        self.component = self.slave.component = None
+
+
+TYPES = {"Real": c_double, "Integer": c_int, "Boolean": c_int, "String": c_char_p}
+
+
+def _by_type(fmu, names):
+    """(FMI type, C type, names) for each type among the names; enumerations are integers."""
+    kinds = {}
+    for name in names:
+        kind = fmu.variables[name].type
+        kinds.setdefault("Integer" if kind == "Enumeration" else kind, []).append(name)
+    return [(kind, TYPES[kind], some) for kind, some in kinds.items()]
+
+
+def _coded(value):
+    return value.encode() if isinstance(value, str) else value

@@ -1,0 +1,107 @@
+"""The interface other people's wiring relies on: names with sizes, units ("" where a vector mixes them), causality."""
+
+INPUTS = {
+    "Emla": {"v_d": "V", "v_q": "V", "x": "m", "x_dot": "m/s", "F_ext": "N", "F_hold": "N"},
+    "Hdrm": {"f[1..3]": "N", "tau_wrist[1..3]": "N.m", "wrench_env[1..6]": ""},
+    "Controller": {
+        "zeta[1..6]": "rad",
+        "zeta_dot[1..6]": "rad/s",
+        "i_d[1..3]": "A",
+        "i_q[1..3]": "A",
+        "w_m[1..3]": "rad/s",
+        "x_dot[1..3]": "m/s",
+        "F[1..3]": "N",
+        "reference.position[1..3]": "m",
+        "reference.velocity[1..3]": "m/s",
+        "reference.acceleration[1..3]": "m/s2",
+        "reference.orientation[1..4]": "1",
+        "reference.angular_velocity[1..3]": "rad/s",
+    },
+}
+
+OUTPUTS = {
+    "Emla": {
+        **dict.fromkeys(["F", "F_mean", "F_phys", "F_hyb"], "N"),
+        "x_rod": "m",
+        "x_rod_dot": "m/s",
+        "i_d": "A",
+        "i_q": "A",
+        "theta_m": "rad",
+        "w_m": "rad/s",
+        "tau_e": "N.m",
+        **dict.fromkeys(["P_in", "P_out", "P_loss"], "W"),
+        "efficiency": "1",
+        "efficiency_valid": None,
+    },
+    "Hdrm": {
+        "x[1..3]": "m",
+        "x_dot[1..3]": "m/s",
+        "zeta[1..6]": "rad",
+        "zeta_dot[1..6]": "rad/s",
+        "zeta_ddot[1..6]": "rad/s2",
+        "f_hold[1..3]": "N",
+        "tip.position[1..3]": "m",
+        "tip.orientation[1..4]": "1",
+        "tip.velocity[1..6]": "",
+        "energy.kinetic": "J",
+        "energy.potential": "J",
+    },
+    "Controller": {
+        "v_d[1..3]": "V",
+        "v_q[1..3]": "V",
+        "tau_wrist[1..3]": "N.m",
+        "f_required[1..3]": "N",
+        "x_dot_required[1..3]": "m/s",
+        "desired.position[1..3]": "m",
+        "tip_error[1..3]": "m",
+        "tip_error_norm": "m",
+        **{f"mass_hat.{body}": "kg" for body in "T1 A2 C2 D2 A3 C3 D3 RK CP A4 C4 D4 PL".split()},
+        "lyapunov.nu_velocity": "J",
+        "lyapunov.nu_adaptation": "J",
+        "lyapunov.nu_actuator[1..3]": "J",
+    },
+}
+
+PARAMETERS = {
+    "Emla": {
+        "drive": None,
+        "alpha": "1",
+        "machine_file": None,
+        **dict.fromkeys("p R_s L_d L_q lambda_m J_m C_m tau_C w_C N_gear eta_gear w_eta rho J_s C_s".split()),
+        **dict.fromkeys("EA K_br K_n K_r GJ L_s C_b M_act C_act i_max v_max".split()),
+    },
+    "Hdrm": {
+        "zeta_start[1..6]": "rad",
+        "zeta_dot_start[1..6]": "rad/s",
+        "inertia_scale": "1",
+        "payload.mass": "kg",
+        "joint_viscous[1..6]": "N.m.s/rad",
+        "machine_file": None,
+    },
+    "Controller": {
+        "mode": None,
+        "trajectory": None,
+        "machine_file": None,
+        **dict.fromkeys("Lambda_position Lambda_orientation kappa_KA K_i K_f K_v lambda_i gamma".split()),
+    },
+}
+
+TUNABLE = {
+    "Emla": ["alpha"],
+    "Hdrm": [],
+    "Controller": "mode Lambda_position Lambda_orientation kappa_KA K_i K_f K_v lambda_i gamma".split(),
+}
+
+ENUMERATIONS = {
+    ("Emla", "drive"): ["motion", "force"],
+    ("Controller", "mode"): ["adaptive", "modular", "pd"],
+    ("Controller", "trajectory"): ["cubic", "triangular", "external"],
+}
+
+
+def elements(name):
+    """`x[1..3]` as x[1], x[2], x[3]."""
+    if ".." not in name:
+        return [name]
+    stem, size = name[:-1].split("[1..")
+    return [f"{stem}[{i}]" for i in range(1, int(size) + 1)]

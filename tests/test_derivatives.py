@@ -1,0 +1,137 @@
+"""Directional derivatives, output derivatives and input derivatives against differences."""
+
+import numpy as np
+import pytest
+
+
+@pytest.fixture(params=[0, 1, 2])
+def moving(request, hdrm, emla):
+    """Instances at a point inside a run that is different for each seed; by name, with sizes of their inputs."""
+    random = np.random.default_rng(request.param)
+    plant = hdrm.instance()
+    plant.set({f"zeta_start[{i + 1}]": v for i, v in enumerate(random.uniform([-0.5, 0.2, -1.8, -1, -1.4, -1], [0.5, 0.9, -0.8, 1, -0.6, 1]))})
+    plant.set({f"zeta_dot_start[{i + 1}]": v for i, v in enumerate(random.uniform(-0.3, 0.3, 6))})
+    plant.set({f"f[{i + 1}]": v for i, v in enumerate(random.uniform(-3e4, 4e4, 3))})
+    actuator = emla.instance()
+    actuator.set({"x": 0.31, "x_dot": 0.02, "F_hold": random.uniform(1e4, 3e4), "v_q": random.uniform(5, 30), "v_d": -4.0})
+    for instance in (plant, actuator):
+        instance.start()
+        instance.step(0.0, 1e-3)
+    yield {"hdrm": plant, "emla": actuator}
+    plant.free()
+    actuator.free()
+
+
+SIZES = {"f": 1e4, "tau_wrist": 100.0, "wrench_env": 100.0, "v_d": 10.0, "v_q": 10.0, "x": 1e-4, "x_dot": 1e-3, "F_ext": 1e4, "F_hold": 1e4}  # fmt: skip
+
+
+def real_outputs(instance):
+    return [n for n in instance.fmu.names("output") if instance.fmu.variables[n].type == "Real"]
+
+
+def worst(found, expected, scale):
+    """Largest difference relative to the largest magnitude of each output."""
+    return max(abs(a - b) / s for a, b, s in zip(found, expected, scale))
+
+
+@pytest.mark.parametrize("name", ["hdrm", "emla"])
+def test_directional_derivatives(moving, name):
+    """Against central differences over each input: their truncation is below 1e-5 of the change where outputs bend
+    (losses), rounding below 1e-8 of the value."""
+    instance = moving[name]
+    outputs = real_outputs(instance)
+    for known in instance.fmu.names("input"):
+        step, here = 1e-3 * SIZES[known.split("[")[0]], instance.get(known)
+        sides = []
+        for sign in (1, -1):
+            instance.set({known: here + sign * step})
+            sides.append(np.array(instance.get(*outputs)))
+        instance.set({known: here})
+        difference = (sides[0] - sides[1]) / 2
+        exact = np.array(instance.directional(outputs, {known: step}))
+        scale = 1e-5 * np.abs(difference) + 1e-9 * np.abs(sides[0]) + 1e-14
+        assert (np.abs(exact - difference) <= scale).all(), [(known, *t) for t in zip(outputs, exact, difference) if t[1] != t[2]]
+
+
+def test_directional_derivative_is_linear(moving):
+    """Along a sum of inputs it is the sum; twice the same known adds up."""
+    instance = moving["hdrm"]
+    unknowns = [f"zeta_ddot[{i}]" for i in range(1, 7)]
+    both = instance.directional(unknowns, {"f[2]": 3.0, "tau_wrist[1]": -2.0})
+    one, other = instance.directional(unknowns, {"f[2]": 3.0}), instance.directional(unknowns, {"tau_wrist[1]": -2.0})
+    np.testing.assert_allclose(both, np.add(one, other), rtol=1e-12, atol=1e-15)
+    assert np.abs(both).min() > 0
+
+
+@pytest.mark.parametrize("name", ["hdrm", "emla"])
+def test_output_derivatives(moving, name):
+    """Against the next samples: y(h) - y(0) = h y' + O(h^2) with inputs changing at a given rate; Richardson over h and
+    h/2 leaves O(h^2)."""
+    instance = moving[name]
+    # F_mean starts anew with each step; the network behind *_net is evaluated once a step.
+    outputs = [o for o in real_outputs(instance) if o != "F_mean" and not o.endswith("_net")]
+    inputs = [i for i in instance.fmu.names("input") if i not in ("x", "F_hold")]
+    rates = {i: SIZES[i.split("[")[0]] * r for i, r in zip(inputs, np.random.default_rng(5).uniform(-1, 1, len(inputs)))}
+    if name == "emla":
+        rates["x"] = instance.get("x_dot")  # the motion must be one
+    instance.set_derivatives(rates)
+    exact, start = np.array(instance.derivatives(*outputs)), np.array(instance.get(*outputs))
+    state, ends, h = instance.save(), {}, 1e-5
+    for part in (1, 2, 4):
+        instance.step(1e-3, h / part)
+        ends[part] = (np.array(instance.get(*outputs)) - start) * part / h
+        instance.restore(state)
+    first, second = 2 * ends[2] - ends[1], 2 * ends[4] - ends[2]
+    estimate = (4 * second - first) / 3
+    scale = np.abs(estimate) * 1e-4 + np.abs(start) * 1e-15 * 64 / h + 1e-9
+    bad = [(o, a, b) for o, a, b, s in zip(outputs, exact, estimate, scale) if abs(a - b) > s]
+    assert not bad
+    assert np.count_nonzero(exact) > len(outputs) / 2
+
+
+def swung(hdrm, h, order, until=0.5):
+    """Joint angles after forces that follow sines; inputs sampled at each communication point with `order` derivatives."""
+    instance, w = hdrm.running(), 2 * np.pi * 1.3
+    mean, swing = {"f[1]": 0.0, "f[2]": 41e3, "f[3]": 31e3}, 4e3
+    for k in range(round(until / h)):
+        t = k * h
+        instance.set({n: v + swing * np.sin(w * t) for n, v in mean.items()})
+        if order:
+            instance.set_derivatives({n: swing * w * np.cos(w * t) for n in mean})
+        instance.step(t, h)
+    angles = np.array(instance.get(*(f"zeta[{i}]" for i in range(1, 7))))
+    instance.free()
+    return angles
+
+
+def test_input_derivatives_raise_the_order_of_the_coupling(hdrm):
+    """Held inputs leave a coupling error of first order in the communication step, with first derivatives of second."""
+    exact = swung(hdrm, 1.25e-4, order=1)
+    errors = {o: [np.abs(swung(hdrm, h, o) - exact).max() for h in (8e-3 / 3.2, 4e-3 / 3.2)] for o in (0, 1)}
+    held, slopes = (np.log2(errors[o][0] / errors[o][1]) for o in (0, 1))
+    assert held == pytest.approx(1, abs=0.15)
+    assert slopes == pytest.approx(2, abs=0.2)
+    assert errors[1][1] < 0.02 * errors[0][1]
+
+
+def test_a_derivative_counts_for_one_step_only(hdrm):
+    """FMI 2.0: derivatives are for the next fmi2DoStep; the value reached stays."""
+    instance = hdrm.running()
+    instance.set({"f[2]": 10e3})
+    instance.set_derivatives({"f[2]": 1e6})
+    instance.step(0.0, 1e-3)
+    assert instance.get("f[2]") == pytest.approx(11e3)
+    instance.step(1e-3, 1e-3)
+    assert instance.get("f[2]") == pytest.approx(11e3)
+    instance.free()
+
+
+def test_force_of_the_actuator_is_for_the_new_time(emla):
+    """After a step and before x is set again, F refers to the rod moved on with its velocity, not to the old x."""
+    moved, told = (emla.instance().start(0.0, {"x": 0.3, "x_dot": 0.06, "F_hold": 2e4}) for _ in range(2))
+    for instance in (moved, told):
+        instance.step(0.0, 1e-3)
+    told.set({"x": 0.3 + 0.06e-3})
+    assert moved.get("F") == pytest.approx(told.get("F"), rel=1e-9)
+    told.set({"x": 0.3})
+    assert abs(moved.get("F") - told.get("F")) > 5e3

@@ -1,0 +1,329 @@
+"""Misuse: each kind is refused with a message that names what was wrong, the value and what is allowed, and changes nothing."""
+
+import re
+from ctypes import byref, c_char_p, c_double, c_int, c_size_t, c_uint, c_void_p, create_string_buffer
+
+import pytest
+
+from fmu import DISCARD, ERROR, OK, Refused
+
+REAL_INPUT = {"Emla": "x", "Hdrm": "f[2]", "Controller": "zeta[2]"}
+REAL_OUTPUT = {"Emla": "F", "Hdrm": "x[1]", "Controller": "v_q[1]"}
+FIXED = {"Emla": "R_s", "Hdrm": "payload.mass", "Controller": "settle_time"}
+LIMITED = {"Emla": ("R_s", -1.0, "from 0.000001 to 1000"), "Hdrm": ("payload.mass", -2.0, "from 0 to 100000"), "Controller": ("gamma", 0.0, "≥ 0.000001")}  # fmt: skip
+
+
+@pytest.fixture
+def running(fmu):
+    """Each FMU in Step Complete after one step."""
+    instance = fmu.running()
+    instance.step(0.0, 1e-3)
+    yield instance
+    instance.free()
+
+
+def refused(instance, call, *words, status=ERROR):
+    """`call` is refused with `status`, the message has all `words`, category and format are right, nothing is changed."""
+    before, count = instance.serialize(), len(instance.messages)
+    try:
+        result = call()
+    except Refused as refusal:
+        result = refusal.status
+    assert result == status
+    name, level, category, form, text = instance.messages[-1]
+    assert len(instance.messages) == count + 1
+    assert (name, level, form) == (instance.name, status, "%s")
+    assert category == {ERROR: "logStatusError", DISCARD: "logStatusDiscard"}[status]
+    for word in words:
+        assert word in text, text
+    assert instance.serialize() == before, "the refused call changed the instance"
+
+
+def test_the_instance_can_go_on_after_a_refused_call(running):
+    vr = (c_uint * 1)(99999)
+    refused(running, lambda: running.status("fmi2GetReal", vr, 1, (c_double * 1)()), "99999")
+    running.step(1e-3, 1e-3)
+
+
+@pytest.mark.parametrize("kind, ctype", [("Real", c_double), ("Integer", c_int), ("Boolean", c_int)])
+@pytest.mark.parametrize("verb", ["Get", "Set"])
+def test_unknown_reference(running, verb, kind, ctype):
+    vr, last = (c_uint * 1)(4000), len(running.fmu.variables) - 1
+    refused(running, lambda: running.status(f"fmi2{verb}{kind}", vr, 1, (ctype * 1)()), f"fmi2{verb}{kind}", "4000", f"{last}")
+
+
+def test_wrong_type(running):
+    name = REAL_INPUT[running.fmu.identifier]
+    vr, value = running.references([name]), (c_int * 1)(1)
+    refused(running, lambda: running.status("fmi2GetInteger", vr, 1, value), f"`{name}`", "Integer", "fmi2GetReal")
+    refused(running, lambda: running.status("fmi2SetBoolean", vr, 1, value), f"`{name}`", "Boolean", "fmi2SetReal")
+    refused(running, lambda: running.status("fmi2GetString", vr, 1, (c_char_p * 1)()), f"`{name}`", "String", "fmi2GetReal")
+    refused(running, lambda: running.status("fmi2SetString", vr, 1, (c_char_p * 1)(b"1")), f"`{name}`", "String", "fmi2SetReal")
+
+
+@pytest.mark.parametrize("value", [float("nan"), float("inf"), float("-inf")])
+def test_value_that_is_not_finite(running, value):
+    name = REAL_INPUT[running.fmu.identifier]
+    shown = {"nan": "NaN", "inf": "inf", "-inf": "-inf"}[str(value)]
+    refused(running, lambda: running.set({name: value}), f"`{name}` = {shown}", "allowed are")
+
+
+def test_a_bad_value_spoils_the_whole_batch(running):
+    """Nothing of a batch is written if one of its values is refused."""
+    names = running.fmu.names("input")[:3]
+    refused(running, lambda: running.set(dict(zip(names, [0.01, 0.02, float("nan")]))), f"`{names[2]}`")
+
+
+def test_parameter_out_of_bounds(fmu):
+    name, value, allowed = LIMITED[fmu.identifier]
+    instance = fmu.instance()
+    refused(instance, lambda: instance.set({name: value}), f"`{name}` = {value:g}", f"allowed are", allowed)
+    instance.free()
+
+
+def test_input_out_of_bounds(running):
+    name = REAL_INPUT[running.fmu.identifier]
+    refused(running, lambda: running.set({name: 1e30}), f"`{name}`", "allowed are values from")
+
+
+def test_enumeration_out_of_items(controller):
+    instance = controller.instance()
+    for value in (0, 4, -1):
+        refused(instance, lambda: instance.set({"mode": value}), f"`mode` = {value}", "1 (adaptive), 2 (modular), 3 (pd)")
+    instance.free()
+
+
+def test_setting_an_output(running):
+    name = REAL_OUTPUT[running.fmu.identifier]
+    refused(running, lambda: running.set({name: 1.0}), f"`{name}` = 1", "output", "allowed are inputs and parameters")
+
+
+def test_setting_a_fixed_parameter_after_initialization(running):
+    name = FIXED[running.fmu.identifier]
+    refused(running, lambda: running.set({name: 1.0}), f"`{name}`", "fixed", "until fmi2ExitInitializationMode")
+
+
+def test_setting_a_file_after_initialization(running):
+    refused(running, lambda: running.set({"machine_file": "x.json"}), "`machine_file`", "x.json", "until fmi2Exit")
+
+
+NOT_ALLOWED = {
+    "Instantiated": ["fmi2ExitInitializationMode", "fmi2Terminate", "fmi2DoStep", "fmi2GetReal"],
+    "Initialization Mode": ["fmi2EnterInitializationMode", "fmi2Terminate", "fmi2DoStep", "fmi2SetupExperiment"],
+    "Step Complete": ["fmi2EnterInitializationMode", "fmi2ExitInitializationMode", "fmi2SetupExperiment"],
+    "Terminated": ["fmi2EnterInitializationMode", "fmi2Terminate", "fmi2DoStep", "fmi2SetReal", "fmi2SetupExperiment"],
+}
+ARGUMENTS = {"fmi2DoStep": (0.0, 1e-3, 1), "fmi2SetupExperiment": (0, 0.0, 0.0, 0, 0.0), "fmi2GetReal": (None, 0, None), "fmi2SetReal": (None, 0, None)}  # fmt: skip
+
+
+@pytest.mark.parametrize("mode", NOT_ALLOWED)
+def test_call_out_of_order(fmu, mode):
+    for function in NOT_ALLOWED[mode]:
+        instance = fmu.instance()
+        if mode != "Instantiated":
+            instance.setup()
+            instance.call("fmi2EnterInitializationMode")
+        if mode in ("Step Complete", "Terminated"):
+            instance.call("fmi2ExitInitializationMode")
+        if mode == "Terminated":
+            instance.call("fmi2Terminate")
+        call = lambda: instance.status(function, *ARGUMENTS.get(function, ()))
+        refused(instance, call, function, f"not allowed in state {mode}", "allowed in")
+        instance.free()
+
+
+@pytest.mark.parametrize("h", [0.0, -1e-3, float("nan"), float("inf"), 1e-300])
+def test_wrong_step_size(running, h):
+    word = "does not move" if h == 1e-300 else "allowed are finite values > 0"
+    refused(running, lambda: running.step(1e-3, h), "communicationStepSize", word)
+
+
+@pytest.mark.parametrize("t", [0.0, 5e-4, 2e-3, -1.0, float("nan"), float("inf")])
+def test_jump_in_time(running, t):
+    refused(running, lambda: running.step(t, 1e-3), "currentCommunicationPoint", "allowed is the present time 0.001 s")
+
+
+def test_step_past_the_stop_time(fmu):
+    instance = fmu.instance().start(stop=2e-3)
+    instance.step(0.0, 1e-3)
+    refused(instance, lambda: instance.step(1e-3, 1.1e-3), "stopTime", "allowed is up to 0.002 s")
+    instance.step(1e-3, 1e-3)
+    instance.free()
+
+
+def test_null_arrays_are_fine_only_when_empty(running):
+    for kind in ("Real", "Integer", "Boolean", "String"):
+        for verb in ("Get", "Set"):
+            assert running.status(f"fmi2{verb}{kind}", None, 0, None) == OK
+            refused(running, lambda: running.status(f"fmi2{verb}{kind}", None, 2, None), "NULL with 2 elements")
+    assert running.status("fmi2SetRealInputDerivatives", None, 0, None, None) == OK
+    for name, arguments in [
+        ("fmi2GetFMUstate", (None,)),
+        ("fmi2SerializedFMUstateSize", (None, None)),
+        ("fmi2DeSerializeFMUstate", (None, 8, None)),
+        ("fmi2GetStatus", (0, None)),
+    ]:
+        assert running.status(name, *arguments) == ERROR, name
+
+
+def test_null_string(fmu):
+    instance = fmu.instance()
+    vr, null = instance.references(["machine_file"]), (c_char_p * 1)(None)
+    refused(instance, lambda: instance.status("fmi2SetString", vr, 1, null), "value[0] = NULL", "allowed are strings")
+    instance.free()
+
+
+def test_null_instance_is_an_error(fmu):
+    dll = fmu.instance().slave.dll
+    assert dll.fmi2DoStep(None, 0.0, 1e-3, 1) == ERROR
+    assert dll.fmi2Reset(None) == ERROR
+    dll.fmi2FreeInstance(None)
+
+
+@pytest.mark.parametrize("guid", ["", "nonsense", "{00000000-0000-0000-0000-000000000000}"])
+def test_wrong_guid_gives_no_instance(fmu, guid):
+    instance = fmu.instance(guid=guid)
+    assert not instance.component
+    assert f"fmuGUID = {guid}" in instance.text and f"allowed is {fmu.description.guid}" in instance.text
+
+
+def test_wrong_kind_and_missing_callbacks_give_no_instance(fmu):
+    instance = fmu.instance()
+    instantiate, guid = instance.slave.dll.fmi2Instantiate, fmu.description.guid.encode()
+    assert not instantiate(b"x", 0, guid, None, byref(instance.callbacks), 0, 0)
+    assert "fmuType = 0; allowed is 1 (fmi2CoSimulation)" in instance.text
+    assert not instantiate(b"x", 1, guid, None, None, 0, 0)
+    assert not instantiate(None, 1, guid, None, byref(instance.callbacks), 0, 0)
+    assert "instanceName = NULL" in instance.text
+    instance.free()
+
+
+@pytest.mark.parametrize("content, words", [
+    (None, ["nowhere.json"]),
+    ("", ["EOF"]),
+    ("{", ["EOF"]),
+    ("[]", ["machine"]),
+    ('{"gravity": 9.81, "surprise": 1}', ["surprise"]),
+])  # fmt: skip
+def test_wrong_machine_file(fmu, tmp_path, content, words):
+    path = tmp_path / "nowhere.json"
+    if content is not None:
+        path.write_text(content)
+    instance = fmu.instance()
+    refused(instance, lambda: instance.set({"machine_file": str(path)}), "`machine_file`", str(path), *words)
+    instance.start()
+    instance.free()
+
+
+def test_machine_file_with_an_impossible_number(fmu, tmp_path):
+    from pathlib import Path
+
+    text = Path(fmu.folder, "resources/reference_machine.json").read_text()
+    path = tmp_path / "machine.json"
+    path.write_text(re.sub(r'"R_s": [\d.]+', '"R_s": -1', text))
+    instance = fmu.instance()
+    refused(instance, lambda: instance.set({"machine_file": str(path)}), "R_s", "-1")
+    instance.free()
+
+
+def test_start_outside_the_joint_limits(hdrm):
+    instance = hdrm.instance()
+    instance.set({"zeta_start[3]": 0.5})
+    instance.setup()
+    instance.call("fmi2EnterInitializationMode")
+    refused(instance, lambda: instance.call("fmi2ExitInitializationMode"), "`zeta_start[3]` = 0.5 rad", "joint limits [")
+    instance.set({"zeta_start[3]": -1.0})
+    instance.call("fmi2ExitInitializationMode")
+    instance.free()
+
+
+def test_foreign_and_freed_states(running):
+    foreign = c_void_p(12345)
+    refused(running, lambda: running.status("fmi2SetFMUstate", foreign), "not a saved state of this instance", "allowed are")
+    state = running.save()
+    kept = c_void_p(state.value)
+    running.slave.freeFMUstate(state)
+    refused(running, lambda: running.status("fmi2SetFMUstate", kept), "freed")
+    refused(running, lambda: running.status("fmi2FreeFMUstate", byref(kept)), "freed")
+
+
+def damages(data):
+    """(bytes, words of the message) for each way to spoil a serialized state."""
+    flipped = bytearray(data)
+    flipped[len(data) // 2] ^= 0x10
+    return {
+        "empty": (b"", "has 0 bytes"),
+        "foreign": (b"somebody else's state" + data[21:], "from elsewhere"),
+        "other version": (data[:8] + b"\xff" + data[9:], "format version"),
+        "other FMU": (data[:12] + bytes(16) + data[28:], "GUID {00000000-0000-0000-0000-000000000000}; allowed is"),
+        "cut": (data[:-1], "truncated"),
+        "flipped bit": (bytes(flipped), "damaged: checksum"),
+        "huge length": (data[:28] + b"\xff" * 8 + data[36:], "truncated"),
+    }
+
+
+@pytest.mark.parametrize("damage", damages(bytes(100)))
+def test_damaged_serialized_state(running, damage):
+    data, words = damages(running.serialize())[damage]
+    state, buffer = c_void_p(), create_string_buffer(data, max(len(data), 1))
+    refused(running, lambda: running.status("fmi2DeSerializeFMUstate", buffer, len(data), byref(state)), words)
+    assert state.value is None
+
+
+def test_no_single_flipped_byte_is_accepted(hdrm):
+    """A burst over the whole state: every byte changed in turn is found by header or checksum."""
+    instance = hdrm.running()
+    data = instance.serialize()
+    for i in range(0, len(data), 7):
+        spoilt = data[:i] + bytes([data[i] ^ 0xFF]) + data[i + 1 :]
+        buffer, state = create_string_buffer(spoilt, len(spoilt)), c_void_p()
+        assert instance.status("fmi2DeSerializeFMUstate", buffer, len(spoilt), byref(state)) == ERROR, i
+    instance.free()
+
+
+def test_serializing_into_too_little_room(running):
+    state, size = running.save(), c_size_t()
+    running.call("fmi2SerializedFMUstateSize", state, byref(size))
+    buffer = create_string_buffer(size.value)
+    call = lambda: running.status("fmi2SerializeFMUstate", state, buffer, size.value - 1)
+    refused(running, call, f"size = {size.value - 1}", f"at least {size.value}")
+    running.slave.freeFMUstate(state)
+
+
+def test_input_derivatives_of_what_has_none(running):
+    name, output = REAL_INPUT[running.fmu.identifier], REAL_OUTPUT[running.fmu.identifier]
+    refused(running, lambda: running.set_derivatives({output: 1.0}), f"`{output}`", "allowed are continuous Real inputs")
+    refused(running, lambda: running.set_derivatives({name: 1.0}, order=0), f"`{name}`", "= 0; allowed are 1 to")
+    refused(running, lambda: running.set_derivatives({name: 1.0}, order=99), f"`{name}`", "= 99; allowed are 1 to")
+    refused(running, lambda: running.set_derivatives({name: float("nan")}), f"`{name}`", "NaN; allowed are finite")
+
+
+def test_output_derivatives_of_what_has_none(fmu, running):
+    name, output = REAL_INPUT[fmu.identifier], REAL_OUTPUT[fmu.identifier]
+    if fmu.identifier == "Controller":
+        refused(running, lambda: running.derivatives(output), "maxOutputDerivativeOrder = 0")
+        refused(running, lambda: running.directional([output], {name: 1.0}), "providesDirectionalDerivative = false")
+    else:
+        refused(running, lambda: running.derivatives(name), f"`{name}`", "allowed are Real outputs")
+        refused(running, lambda: running.directional([output], {output: 1.0}), f"`{output}`", "allowed are Real inputs")
+        refused(running, lambda: running.directional([output], {name: float("inf")}), f"`{name}`", "inf; allowed are finite")
+
+
+def test_debug_logging(fmu):
+    instance = fmu.instance(logging=True)
+    unknown = (c_char_p * 1)(b"logGossip")
+    refused(instance, lambda: instance.status("fmi2SetDebugLogging", 1, 1, unknown), "`logGossip`", "allowed are logAll")
+    instance.start()
+    assert [m[2] for m in instance.messages[1:]].count("logEvents") == 1
+    instance.call("fmi2SetDebugLogging", 0, 0, None)
+    count = len(instance.messages)
+    assert instance.status("fmi2DoStep", 0.0, -1.0, 1) == ERROR
+    assert len(instance.messages) == count, "a message came though logging is off"
+    instance.free()
+
+
+def test_refusals_without_a_logger(fmu):
+    instance = fmu.instance(callbacks=False)
+    assert instance.status("fmi2DoStep", 0.0, 1e-3, 1) == ERROR
+    instance.start()
+    instance.free()
