@@ -1,7 +1,7 @@
 """One Levenberg-Marquardt iteration of the full network, Rust and NumPy/SciPy (OpenBLAS) side by side.
 
     cargo build --release -p surrogate --example lm_iteration
-    python tests/oracle/surrogate_bench.py target/release/examples/lm_iteration [ROWS]
+    python tests/oracle/surrogate_bench.py target/release/examples/lm_iteration [ROWS [ROUNDS]]
 
 Both take one step with one Cholesky factorisation: Jacobian by backpropagation, normal matrix, factor, solve,
 error at the new weights. NumPy forms J and the smaller of J'J and JJ' (numpy calls syrk), SciPy factors it in
@@ -18,7 +18,6 @@ import numpy as np
 from scipy.linalg import cho_factor, cho_solve
 
 WIDTHS = [2, 64, 48, 32, 16, 8, 2]
-ROUNDS = 5
 
 
 def layers(weights):
@@ -89,6 +88,7 @@ def iteration(weights, inputs, targets, mu, trick):
 
 def main():
     program, rows = sys.argv[1], int(sys.argv[2]) if len(sys.argv) > 2 else 3000
+    rounds = int(sys.argv[3]) if len(sys.argv) > 3 else 5
     k = np.arange(rows)
     inputs = np.column_stack([np.sin(1.7 * k), np.cos(0.9 * k + 0.3)])
     x, y = inputs.T
@@ -97,7 +97,7 @@ def main():
     count = sum((n + 1) * m for n, m in zip(WIDTHS, WIDTHS[1:]))
     weights = rng.uniform(-0.3, 0.3, count)
     times = {"Rust": [], "NumPy/SciPy, plain": [], "NumPy/SciPy, with the layer-wise J J'": []}
-    for _ in range(ROUNDS):
+    for _ in range(rounds):
         run = subprocess.run([program, str(rows), "1"], capture_output=True, text=True, check=True)
         times["Rust"].append(float(run.stdout))
         for name, trick in list(zip(times, [None, False, True]))[1:]:
@@ -105,7 +105,7 @@ def main():
             iteration(weights, inputs, targets, 1.0, trick)
             times[name].append(time.perf_counter() - clock)
     rust = statistics.median(times["Rust"])
-    print(f"one LM iteration, {count} weights, {rows} rows, median of {ROUNDS}")
+    print(f"one LM iteration, {count} weights, {rows} rows, median of {rounds}")
     for name, seconds in times.items():
         median = statistics.median(seconds)
         print(f"{name:40s} {median:7.3f} s   Rust takes {rust / median:.2f} of it")
