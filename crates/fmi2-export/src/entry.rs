@@ -354,7 +354,8 @@ macro_rules! inquiries {
             // SAFETY: forwarded.
             unsafe {
                 enter::<M>(c, calls::$call, |i| {
-                    *place("value", value)? = i.$method(kind)?;
+                    let value = place("value", value)?;
+                    *value = i.$method(kind)?;
                     Ok(())
                 })
             }

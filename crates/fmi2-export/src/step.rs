@@ -3,12 +3,28 @@
 use crate::failure::{Failure, refuse};
 use crate::ffi::Status;
 use crate::instance::{Instance, State, warn};
-use crate::layout::taylor;
+use crate::layout::{Layout, taylor};
+use crate::value::{Value, allowed};
 use crate::variable::{Causality, Place};
-use crate::{MAX_INPUT_DERIVATIVE, Model};
+use crate::{MAX_INPUT_DERIVATIVE, Model, ModelError};
 
 /// Times that differ by less than this part of the step (and their rounding) are the same.
 const TIME_TOLERANCE: f64 = 1e-6;
+
+/// Refuses inputs that their derivatives would carry out of their bounds within the step.
+fn check_inputs<M: Model>(layout: &Layout<M>, u: &M::Input) -> Result<(), ModelError> {
+    for (i, row) in layout.iter() {
+        if let Place::RealIn(place) = &row.place
+            && !place.get(u, i).is_allowed(row)
+        {
+            let (name, value, allowed) = (row.element_name(i), place.get(u, i), allowed(row));
+            return Err(ModelError::new(format!(
+                "the derivatives of `{name}` take it to {value}; allowed are {allowed}"
+            )));
+        }
+    }
+    Ok(())
+}
 
 /// How far `t` may be from `limit` in a step of `h` and still count as equal, all s.
 fn slack(t: f64, limit: f64, h: f64) -> f64 {
@@ -31,12 +47,17 @@ impl<M: Model> Instance<M> {
         let Some(model) = model else {
             return refuse!("the model is not initialized");
         };
-        if let Err(error) = model.step(parameters, input, t, h) {
+        let next = M::extrapolate(parameters, input, h);
+        let outcome = if input.order == 0 {
+            Ok(())
+        } else {
+            check_inputs(&self.layout, &next)
+        };
+        if let Err(error) = outcome.and_then(|()| model.step(parameters, input, t, h)) {
             self.last_step = Status::Discard;
             return Err(Failure::Discard(format!("t = {t} s, h = {h} s: {error}")));
         }
         warn(&self.log, model);
-        let next = M::extrapolate(parameters, input, h);
         *input_dot = if input.order == 0 {
             M::Input::default()
         } else {

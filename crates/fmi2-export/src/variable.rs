@@ -23,6 +23,8 @@ pub struct Variable<M: Model> {
     pub(crate) tunable: bool,
     pub(crate) discrete: bool,
     pub(crate) unit: Option<&'static str>,
+    /// Units element by element, where they differ.
+    pub(crate) each_unit: &'static [&'static str],
     pub(crate) display_unit: Option<&'static str>,
     pub(crate) min: f64,
     pub(crate) max: f64,
@@ -175,6 +177,7 @@ impl<M: Model> Variable<M> {
             tunable: false,
             discrete: false,
             unit: None,
+            each_unit: &[],
             display_unit: None,
             min: f64::NEG_INFINITY,
             max: f64::INFINITY,
@@ -189,6 +192,17 @@ impl<M: Model> Variable<M> {
     pub const fn unit(mut self, unit: &'static str) -> Self {
         self.unit = Some(unit);
         self
+    }
+
+    /// Like [`unit`](Self::unit), one for each element of a vector, e.g. of a wrench.
+    pub const fn each_unit(mut self, units: &'static [&'static str]) -> Self {
+        self.each_unit = units;
+        self
+    }
+
+    /// Unit of element `i`.
+    pub(crate) fn unit_of(&self, i: usize) -> Option<&'static str> {
+        self.each_unit.get(i).copied().or(self.unit)
     }
 
     /// Unit that tools show; one of the unit's display units.

@@ -103,6 +103,7 @@ tables! {
     20 [u("u"), y().each_depends_on(&[&["u"], &[]])],    "variable `y[3]`: has 2 lists of dependencies, fewer than elements";
     21 [u("u").depends_on(&[])],                         "only outputs have dependencies";
     22 [V::integer_output("n", "", |y| &y.n)],           "variable `n`: has no description";
+    23 [u("u").each_unit(&["m"])],                       "variable `u[2]`: has units for 1 elements only";
 }
 
 impl<const K: usize> Model for Wrong<K> {

@@ -113,8 +113,8 @@ fn unit<M: Model>(name: &str) -> Option<&'static Unit> {
 /// The units in use, in the order of first use.
 fn units<M: Model>(xml: &mut Xml, layout: &Layout<M>) -> io::Result<()> {
     let mut used: Vec<&Unit> = Vec::new();
-    for (_, row) in layout.iter() {
-        if let Some(unit) = row.unit.and_then(unit::<M>)
+    for (i, row) in layout.iter() {
+        if let Some(unit) = row.unit_of(i).and_then(unit::<M>)
             && !used.iter().any(|known| known.name == unit.name)
         {
             used.push(unit);

@@ -27,7 +27,7 @@ pub(super) fn check<M: Model>(layout: &Layout<M>) -> Result<(), String> {
             return wrong("is in the table twice");
         }
         let checks = [
-            attributes(row),
+            attributes(row, i),
             bounds(row),
             start(row, &parameters, &input, i),
         ];
@@ -64,7 +64,7 @@ fn is_structured(name: &str) -> bool {
 }
 
 /// What makes sense for the row's type and causality only.
-fn attributes<M: Model>(row: &Variable<M>) -> Result<(), String> {
+fn attributes<M: Model>(row: &Variable<M>, i: usize) -> Result<(), String> {
     let is_real = row.place.type_name() == "Real";
     if row.description.is_empty() {
         return Err("has no description".to_owned());
@@ -81,10 +81,23 @@ fn attributes<M: Model>(row: &Variable<M>) -> Result<(), String> {
     if row.enumeration.is_some() && row.place.type_name() != "Integer" {
         return Err("only an Integer row can have an enumeration".to_owned());
     }
-    if !is_real && (row.unit.is_some() || row.display_unit.is_some() || row.nominal.is_some()) {
+    let unit_of_element = row.unit_of(i);
+    if !row.each_unit.is_empty() && i >= row.each_unit.len() {
+        return Err(format!(
+            "has units for {} elements only",
+            row.each_unit.len()
+        ));
+    }
+    if !is_real
+        && (unit_of_element.is_some() || row.display_unit.is_some() || row.nominal.is_some())
+    {
         return Err("only a Real has a unit or a nominal value".to_owned());
     }
-    match (row.unit, row.unit.and_then(unit::<M>), row.display_unit) {
+    match (
+        unit_of_element,
+        unit_of_element.and_then(unit::<M>),
+        row.display_unit,
+    ) {
         (Some(name), None, _) => Err(format!(
             "unit `{name}` is neither in KNOWN_UNITS nor in Info::units"
         )),

@@ -44,7 +44,7 @@ fn write_variable<M: Model>(
     xml.create_element("ScalarVariable")
         .with_attributes(attributes)
         .write_inner_content(|xml| {
-            let attributes = type_attributes(row, start);
+            let attributes = type_attributes(row, i, start);
             let attributes = attributes
                 .iter()
                 .map(|(name, value)| (*name, value.as_str()));
@@ -58,6 +58,7 @@ fn write_variable<M: Model>(
 
 fn type_attributes<M: Model>(
     row: &Variable<M>,
+    i: usize,
     start: Option<String>,
 ) -> Vec<(&'static str, String)> {
     let mut attributes = Vec::new();
@@ -68,7 +69,7 @@ fn type_attributes<M: Model>(
             .then(|| if is_real { real(x) } else { x.to_string() })
     };
     add("declaredType", row.enumeration.map(|e| e.name.to_owned()));
-    add("unit", row.unit.map(str::to_owned));
+    add("unit", row.unit_of(i).map(str::to_owned));
     add("displayUnit", row.display_unit.map(str::to_owned));
     add("min", bound(row.min));
     add("max", bound(row.max));

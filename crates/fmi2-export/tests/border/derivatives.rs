@@ -30,6 +30,30 @@ fn input_derivatives_act_for_one_step() {
     assert_eq!(fmu.get([u, vr::X[0]]), [u_end, x_end + 0.5 * u_end]);
 }
 
+/// What is held after the step must be what the importer could have set itself.
+#[test]
+fn input_derivatives_that_leave_the_bounds_discard_the_step() {
+    for slope in [-3e6, 1e308] {
+        let fmu = Fmu::stepping();
+        let u = vr::U[0]; // at least -1e6
+        assert_eq!(
+            fmu.derivatives(&[u, u], &[1, 2], &[slope, slope]),
+            Status::Ok
+        );
+        let before = fmu.snapshot();
+        assert_eq!(fmu.step(0.0, 100.0), Status::Discard);
+        let text = fmu.last().text;
+        assert!(
+            text.contains("the derivatives of `u[1]` take it to"),
+            "{text}"
+        );
+        assert_eq!(fmu.snapshot(), before);
+    }
+    let fmu = Fmu::stepping();
+    assert_eq!(fmu.derivatives(&[vr::U[0]], &[1], &[-3e6]), Status::Ok);
+    assert_eq!(fmu.step(0.0, 0.25), Status::Ok); // to -0.75e6
+}
+
 #[test]
 fn output_derivatives_see_the_slope_of_the_inputs() {
     let fmu = Fmu::stepping();

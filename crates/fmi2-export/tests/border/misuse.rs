@@ -165,6 +165,11 @@ fn null_arrays_are_refused() {
         refused(&fmu, "value = 0x0; allowed is a place", || {
             fmi2GetRealStatus(c, LAST_SUCCESSFUL_TIME, ptr::null_mut())
         });
+        refused(
+            &fmu,
+            "value = 0x0; allowed is a place for the result",
+            || fmi2GetStringStatus(c, PENDING_STATUS, ptr::null_mut()),
+        );
         assert_eq!(fmi2FreeFMUstate(c, ptr::null_mut()), Status::Ok);
     }
 }
