@@ -37,8 +37,8 @@ pub(crate) const VARIABLES: &[V] = &[
         .unit("N").display_unit("kN").min(-1e7).max(1e7).nominal(3e4),
     V::inputs("tau_wrist", "wrist torques; beyond the machine's limits they saturate", |u| &u.tau_wrist, |u| &mut u.tau_wrist)
         .unit("N.m").min(-1e6).max(1e6).nominal(100.0),
-    V::inputs("wrench_env", "wrench of the environment on the end-effector at T4 in T4 axes: forces 1 to 3 in N, moments 4 to 6 in N.m",
-        |u| &u.wrench_env, |u| &mut u.wrench_env).min(-1e6).max(1e6).nominal(100.0),
+    V::inputs("wrench_env", "wrench of the environment on the end-effector at T4 in T4 axes: forces 1 to 3, moments 4 to 6",
+        |u| &u.wrench_env, |u| &mut u.wrench_env).each_unit(&["N", "N", "N", "N.m", "N.m", "N.m"]).min(-1e6).max(1e6).nominal(100.0),
 
     // Strokes and joints
     V::outputs("x", "strokes of slew, lift and tilt actuator", |y| &y.x)
@@ -62,8 +62,8 @@ pub(crate) const VARIABLES: &[V] = &[
         .unit("m").depends_on(&[]).initially_depends_on(START),
     V::outputs("tip.orientation", "orientation of T4 in the world, unit quaternion w, x, y, z", |y| &y.tip_orientation)
         .unit("1").depends_on(&[]).initially_depends_on(START),
-    V::outputs("tip.velocity", "velocity (1 to 3, m/s) and angular velocity (4 to 6, rad/s) of T4 in world axes", |y| &y.tip_velocity)
-        .depends_on(&[]).initially_depends_on(START),
+    V::outputs("tip.velocity", "velocity (1 to 3) and angular velocity (4 to 6) of T4 in world axes", |y| &y.tip_velocity)
+        .each_unit(&["m/s", "m/s", "m/s", "rad/s", "rad/s", "rad/s"]).depends_on(&[]).initially_depends_on(START),
     V::output("energy.kinetic", "kinetic energy", |y| &y.energy_kinetic)
         .unit("J").depends_on(&[]).initially_depends_on(START),
     V::output("energy.potential", "potential energy, zero at the height of the world's origin", |y| &y.energy_potential)
