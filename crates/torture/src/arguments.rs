@@ -1,0 +1,99 @@
+//! Random arguments: half of the calls are meant well, the others hold anything that has the right type in C.
+
+use crate::description::{Kind, Variable};
+use crate::fmu::Fmu;
+use crate::random::Random;
+
+const STRANGE: [f64; 12] = [
+    f64::NAN,
+    f64::INFINITY,
+    f64::NEG_INFINITY,
+    f64::MAX,
+    f64::MIN,
+    1e300,
+    -1e300,
+    f64::MIN_POSITIVE,
+    5e-324,
+    -0.0,
+    -1.0,
+    1e9,
+];
+
+/// Any number.
+pub fn real(r: &mut Random) -> f64 {
+    match r.below(4) {
+        0 => r.unit() * 2.0 - 1.0,
+        1 => (r.unit() - 0.5) * 1e4,
+        _ => r.of(&STRANGE),
+    }
+}
+
+/// Any integer.
+pub fn integer(r: &mut Random) -> i32 {
+    r.of(&[0, 1, 2, 3, 4, 5, 7, -1, 100, i32::MIN, i32::MAX])
+}
+
+/// A value inside the bounds: near the start value, anywhere, or on a bound.
+fn inside(r: &mut Random, v: &Variable) -> f64 {
+    let [min, max] = v.bounds;
+    let value = match r.below(8) {
+        0..4 => v.start * (0.5 + r.unit()) + 0.01 * (r.unit() - 0.5),
+        4 if min.is_finite() && max.is_finite() => min + (max - min) * r.unit(),
+        5 if min.is_finite() => min,
+        6 if max.is_finite() => max,
+        _ => v.start + 10.0 * (r.unit() - 0.5),
+    };
+    value.clamp(min, max)
+}
+
+/// A Real value for a variable.
+pub fn real_for(r: &mut Random, v: Option<&Variable>, kindly: bool) -> f64 {
+    match v {
+        Some(v) if kindly || r.one_in(2) => inside(r, v),
+        Some(v) if r.one_in(4) => r.of(&[
+            v.bounds[0] - v.bounds[0].abs() * 1e-9 - 1e-9,
+            v.bounds[1] + v.bounds[1].abs() * 1e-9 + 1e-9,
+        ]),
+        _ => real(r),
+    }
+}
+
+/// An Integer or Boolean value for a variable.
+pub fn integer_for(r: &mut Random, v: Option<&Variable>, kindly: bool) -> i32 {
+    match v {
+        Some(v) if kindly && v.kind == Kind::Integer => {
+            let [min, max] = v.bounds.map(|b| b.clamp(-8.0, 8.0) as i32);
+            min + r.below((max - min + 1) as usize) as i32
+        }
+        Some(_) if kindly => r.of(&[0, 1]),
+        _ => integer(r),
+    }
+}
+
+/// Value references: those of `wanted` variables if meant kindly, else any, known or not.
+pub fn references(
+    r: &mut Random,
+    fmu: &Fmu,
+    kindly: bool,
+    wanted: impl Fn(&Variable) -> bool,
+) -> Vec<u32> {
+    let n = r.of(&[0, 1, 1, 1, 2, 3, 8]);
+    let variables = &fmu.description.variables;
+    let wanted: Vec<u32> = match kindly {
+        true => variables
+            .iter()
+            .filter(|v| wanted(v))
+            .map(|v| v.reference)
+            .collect(),
+        false => Vec::new(),
+    };
+    let one = |r: &mut Random| match kindly {
+        true => r.of(&wanted),
+        false if r.one_in(16) => r.of(&[u32::MAX, 1 << 31, variables.len() as u32]),
+        false => variables[r.below(variables.len())].reference,
+    };
+    match kindly && wanted.is_empty() {
+        true => Vec::new(),
+        false => (0..n).map(|_| one(r)).collect(),
+    }
+}

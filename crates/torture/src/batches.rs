@@ -1,0 +1,211 @@
+//! Batches of random calls in processes of their own; the seed of a batch also decides which FMU it is for.
+
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::time::{Duration, Instant};
+use std::{fs, thread};
+
+use anyhow::{Context, Result, anyhow, bail, ensure};
+
+use crate::fmu::Fmu;
+use crate::functions::Functions;
+use crate::session::{Counts, Session};
+
+/// A batch that takes longer than this hangs. Under valgrind and sanitizers everything is slow.
+const PATIENCE: Duration = Duration::from_secs(600);
+/// Last calls that are printed of a batch that failed.
+const SHOWN: usize = 25;
+
+/// The FMU of a batch, and the one whose serialized states it is given as foreign ones.
+fn chosen(fmus: &[PathBuf], seed: u64) -> [&Path; 2] {
+    let k = (seed % fmus.len() as u64) as usize;
+    [&fmus[k], &fmus[(k + 1) % fmus.len()]]
+}
+
+/// One batch in this process; the counts go to standard output, which the FMU must leave alone.
+pub fn one(fmus: &[PathBuf], calls: usize, seed: u64, is_traced: bool) -> Result<()> {
+    let [path, foreign] = chosen(fmus, seed);
+    let (fmu, foreign) = (Fmu::open(path)?, Fmu::open(foreign)?);
+    let mut session = Session::new(&fmu, &foreign, seed, is_traced).map_err(|e| anyhow!(e))?;
+    session.run(calls).map_err(|e| anyhow!(e))?;
+    println!("compared {}", session.compared);
+    for (name, [done, discarded, refused]) in &session.counts {
+        println!("{name} {done} {discarded} {refused}");
+    }
+    Ok(())
+}
+
+/// How a batch is run as a process.
+fn process(fmus: &[PathBuf], calls: usize, seed: u64) -> Result<Command> {
+    let mut command = Command::new(std::env::current_exe()?);
+    let (calls, seed) = (calls.to_string(), seed.to_string());
+    command
+        .args(["batch", "--calls", &calls, "--seed", &seed])
+        .args(fmus);
+    command.stdin(Stdio::null());
+    Ok(command)
+}
+
+/// Repeats a batch with every call printed.
+pub fn replay(fmus: &[PathBuf], calls: usize, seed: u64) -> Result<()> {
+    let status = process(fmus, calls, seed)?.arg("--trace").status()?;
+    ensure!(status.success(), "batch of seed {seed}: {status}");
+    println!("batch of seed {seed}: no complaint");
+    Ok(())
+}
+
+/// Runs batches until `calls` are made; fails if any batch does.
+pub fn run(
+    fmus: &[PathBuf],
+    calls: usize,
+    batch: usize,
+    seed: u64,
+    jobs: Option<usize>,
+) -> Result<()> {
+    let clock = Instant::now();
+    let batches = calls.div_ceil(batch);
+    let jobs = jobs.unwrap_or_else(|| thread::available_parallelism().map_or(1, Into::into));
+    let (next, total) = (AtomicUsize::new(0), Mutex::new(Total::default()));
+    thread::scope(|scope| {
+        for _ in 0..jobs {
+            scope.spawn(|| {
+                loop {
+                    let k = next.fetch_add(1, Ordering::Relaxed);
+                    if k >= batches {
+                        return;
+                    }
+                    let result = supervised(fmus, batch, seed + k as u64);
+                    total.lock().expect("no thread panics").add(result);
+                }
+            });
+        }
+    });
+    let total = total.into_inner().expect("no thread panics");
+    total.print(batches, clock.elapsed());
+    ensure!(
+        total.failures.is_empty(),
+        "{} of {batches} batches failed",
+        total.failures.len()
+    );
+    Ok(())
+}
+
+/// Counts of all batches.
+#[derive(Default)]
+struct Total {
+    counts: Counts,
+    compared: u64,
+    failures: Vec<String>,
+}
+
+impl Total {
+    fn add(&mut self, result: Result<String>) {
+        let added = result.and_then(|report| self.count(&report));
+        if let Err(error) = added {
+            eprintln!("{error:#}\n");
+            self.failures.push(format!("{error:#}"));
+        }
+    }
+
+    fn count(&mut self, report: &str) -> Result<()> {
+        for line in report.lines() {
+            let words: Vec<&str> = line.split(' ').collect();
+            match *words {
+                ["compared", n] => self.compared += n.parse::<u64>()?,
+                [name, done, discarded, refused] => {
+                    let known = Functions::NAMES.iter().find(|n| **n == name);
+                    let counts = self
+                        .counts
+                        .entry(known.with_context(|| line.to_string())?)
+                        .or_default();
+                    for (count, word) in counts.iter_mut().zip([done, discarded, refused]) {
+                        *count += word.parse::<u64>()?;
+                    }
+                }
+                _ => bail!("something was written to standard output: {line}"),
+            }
+        }
+        Ok(())
+    }
+
+    fn print(&self, batches: usize, time: Duration) {
+        println!(
+            "{:30} {:>9} {:>9} {:>9}",
+            "function", "done", "discarded", "refused"
+        );
+        for (name, [done, discarded, refused]) in &self.counts {
+            println!("{name:30} {done:9} {discarded:9} {refused:9}");
+        }
+        let all: u64 = self.counts.values().flatten().sum();
+        println!(
+            "{all} random calls in {batches} processes, {:.0} s: {} batches failed; after {} refused calls the instance was compared \
+             with before",
+            time.as_secs_f64(),
+            self.failures.len(),
+            self.compared
+        );
+    }
+}
+
+/// A batch in a process: its report, or why it failed, with its last calls.
+fn supervised(fmus: &[PathBuf], calls: usize, seed: u64) -> Result<String> {
+    let log = std::env::temp_dir().join(format!("torture-{}-{seed}.log", std::process::id()));
+    let (out, err) = (log.with_extension("out"), fs::File::create(&log)?);
+    let mut command = process(fmus, calls, seed)?;
+    let status = wait(
+        command
+            .stdout(fs::File::create(&out)?)
+            .stderr(err)
+            .spawn()?,
+    )?;
+    let (report, complaint) = (fs::read_to_string(&out)?, fs::read_to_string(&log)?);
+    let traced = || -> Result<String> {
+        let mut command = process(fmus, calls, seed)?;
+        let file = fs::File::create(&log)?;
+        wait(
+            command
+                .arg("--trace")
+                .stdout(Stdio::null())
+                .stderr(file)
+                .spawn()?,
+        )?;
+        let trace = String::from_utf8_lossy(&fs::read(&log)?).into_owned();
+        let lines: Vec<&str> = trace.lines().collect();
+        Ok(lines[lines.len().saturating_sub(SHOWN)..].join("\n"))
+    };
+    let [fmu, _] = chosen(fmus, seed);
+    let result = match status.as_deref() {
+        Some("exit status: 0") if complaint.is_empty() => Ok(report),
+        Some("exit status: 0") => Err(anyhow!(
+            "seed {seed}: {} wrote to stderr: {complaint}",
+            fmu.display()
+        )),
+        Some(status) => Err(anyhow!(
+            "seed {seed}, {}: {status}; last calls of its repetition (all of them with --replay {seed}):\n{}",
+            fmu.display(),
+            traced()?
+        )),
+        None => Err(anyhow!(
+            "seed {seed}, {}: hangs; see --replay {seed}",
+            fmu.display()
+        )),
+    };
+    let _ = (fs::remove_file(&log), fs::remove_file(&out)); // a leftover in the temporary folder does no harm
+    result
+}
+
+/// Waits for a process; its status in words, or None if it had to be killed.
+fn wait(mut child: Child) -> Result<Option<String>> {
+    let clock = Instant::now();
+    while clock.elapsed() < PATIENCE {
+        if let Some(status) = child.try_wait()? {
+            return Ok(Some(status.to_string()));
+        }
+        thread::sleep(Duration::from_millis(5));
+    }
+    child.kill()?;
+    child.wait()?;
+    Ok(None)
+}

@@ -1,0 +1,283 @@
+//! An instance with its log, and what an importer that follows the standard knows about it: the oracle's side of the state.
+
+use crate::description::Kind;
+use crate::fmu::Fmu;
+use crate::functions::*;
+use std::cell::RefCell;
+use std::ffi::{CStr, CString, c_int};
+use std::ptr;
+
+/// States of FMI 2.0.4, section 4.2.4.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Mode {
+    /// After fmi2Instantiate and fmi2Reset.
+    Instantiated,
+    /// Between fmi2EnterInitializationMode and fmi2ExitInitializationMode.
+    Initialization,
+    /// Ready for fmi2DoStep.
+    Stepping,
+    /// After fmi2Terminate.
+    Terminated,
+}
+
+/// What the oracle remembers of an instance, and of each of its saved states.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Known {
+    /// State.
+    pub mode: Mode,
+    /// Time of the last communication point, s.
+    pub time: f64,
+    /// A stop time was given.
+    pub has_stop: bool,
+}
+
+const NEW: Known = Known {
+    mode: Mode::Instantiated,
+    time: 0.0,
+    has_stop: false,
+};
+
+/// A message as the logger got it.
+#[derive(Clone, Debug)]
+pub struct Message {
+    /// Name of the instance.
+    pub name: String,
+    /// Status.
+    pub status: c_int,
+    /// Category.
+    pub category: String,
+    /// Format.
+    pub format: String,
+    /// Text for the format.
+    pub text: String,
+}
+
+type Log = RefCell<Vec<Message>>;
+
+unsafe extern "C" fn logger(
+    environment: Pointer,
+    name: Text,
+    status: c_int,
+    category: Text,
+    format: Text,
+    text: Text,
+) {
+    // SAFETY: the environment is the log of the instance, which outlives it; all texts are C strings.
+    unsafe {
+        let string = |s: Text| CStr::from_ptr(s).to_string_lossy().into_owned();
+        let message = Message {
+            name: string(name),
+            status,
+            category: string(category),
+            format: string(format),
+            text: string(text),
+        };
+        (*environment.cast::<Log>()).borrow_mut().push(message);
+    }
+}
+
+/// Which messages the importer has asked for.
+#[derive(Clone, Debug, Default)]
+pub struct Logging {
+    /// Warnings and failures, as after fmi2Instantiate.
+    pub failures: bool,
+    /// Categories named to fmi2SetDebugLogging.
+    pub named: Vec<String>,
+}
+
+impl Logging {
+    /// Whether a failure of this category must be reported.
+    pub fn expects(&self, category: &str) -> bool {
+        self.failures || self.named.iter().any(|n| n == category || n == "logAll")
+    }
+}
+
+/// A live instance; freed when dropped.
+pub struct Instance<'a> {
+    /// Its FMU.
+    pub fmu: &'a Fmu,
+    /// `fmi2Component`.
+    pub c: Pointer,
+    /// instanceName.
+    pub name: String,
+    log: Box<Log>,
+    _callbacks: Box<Callbacks>,
+    /// State as the oracle knows it.
+    pub known: Known,
+    /// Saved states that have not been freed.
+    pub saved: Vec<(Pointer, Known)>,
+    /// What the logger must hear.
+    pub logging: Logging,
+}
+
+impl<'a> Instance<'a> {
+    /// fmi2Instantiate as it should be done.
+    pub fn new(fmu: &'a Fmu, name: &str) -> Result<Self, String> {
+        let log = Box::new(Log::default());
+        let callbacks = Box::new(Callbacks {
+            logger: Some(logger),
+            allocate_memory: ptr::null_mut(),
+            free_memory: ptr::null_mut(),
+            step_finished: ptr::null_mut(),
+            environment: ptr::from_ref(&*log).cast_mut().cast(),
+        });
+        let (c_name, guid) = (text(name), text(&fmu.description.guid));
+        let resources = match fmu.resources.is_empty() {
+            true => ptr::null(),
+            false => fmu.resources.as_ptr(),
+        };
+        // SAFETY: valid strings, and callbacks that outlive the instance.
+        let c = unsafe {
+            (fmu.functions.fmi2Instantiate)(
+                c_name.as_ptr(),
+                1,
+                guid.as_ptr(),
+                resources,
+                &*callbacks,
+                0,
+                0,
+            )
+        };
+        if c.is_null() {
+            return Err(format!("fmi2Instantiate gave NULL: {:?}", log.borrow()));
+        }
+        Ok(Self {
+            fmu,
+            c,
+            name: name.to_owned(),
+            log,
+            _callbacks: callbacks,
+            known: NEW,
+            saved: Vec::new(),
+            logging: Logging {
+                failures: true,
+                named: Vec::new(),
+            },
+        })
+    }
+
+    /// Messages since the last call of this function.
+    pub fn messages(&self) -> Vec<Message> {
+        self.log.take()
+    }
+
+    /// What the oracle must remember after fmi2Reset.
+    pub fn forget(&mut self) {
+        self.known = NEW;
+    }
+
+    /// A call that must succeed.
+    pub fn must(&self, name: &str, status: c_int) -> Result<(), String> {
+        if status == OK {
+            return Ok(());
+        }
+        Err(format!(
+            "{name} gave {status}, expected 0 (fmi2OK): {:?}",
+            self.messages()
+        ))
+    }
+
+    /// From Instantiated to the first communication point, with the start values.
+    pub fn initialize(&mut self) -> Result<(), String> {
+        let f = &self.fmu.functions;
+        // SAFETY: a live instance.
+        unsafe {
+            self.must(
+                "fmi2SetupExperiment",
+                (f.fmi2SetupExperiment)(self.c, 0, 0.0, 0.0, 0, 0.0),
+            )?;
+            self.must(
+                "fmi2EnterInitializationMode",
+                (f.fmi2EnterInitializationMode)(self.c),
+            )?;
+            self.must(
+                "fmi2ExitInitializationMode",
+                (f.fmi2ExitInitializationMode)(self.c),
+            )?;
+        }
+        self.known = Known {
+            mode: Mode::Stepping,
+            ..NEW
+        };
+        Ok(())
+    }
+
+    /// fmi2DoStep at the present time, which must succeed.
+    pub fn advance(&mut self, h: f64) -> Result<(), String> {
+        let t = self.known.time;
+        // SAFETY: a live instance.
+        let status = unsafe { (self.fmu.functions.fmi2DoStep)(self.c, t, h, 1) };
+        self.must("fmi2DoStep", status)?;
+        self.known.time = t + h;
+        Ok(())
+    }
+
+    /// fmi2Reset, which must succeed.
+    pub fn reset(&mut self) -> Result<(), String> {
+        // SAFETY: a live instance.
+        let status = unsafe { (self.fmu.functions.fmi2Reset)(self.c) };
+        self.forget();
+        self.must("fmi2Reset", status)
+    }
+
+    /// All computed Real variables; the status, and the numbers if it is fmi2OK.
+    pub fn outputs(&self) -> (c_int, Vec<f64>) {
+        let variables = self.fmu.description.variables.iter();
+        let vr: Vec<u32> = variables
+            .filter(|v| v.is_computed() && v.kind == Kind::Real)
+            .map(|v| v.reference)
+            .collect();
+        let mut values = vec![0.0; vr.len()];
+        // SAFETY: a live instance, arrays of equal length.
+        let status = unsafe {
+            (self.fmu.functions.fmi2GetReal)(self.c, vr.as_ptr(), vr.len(), values.as_mut_ptr())
+        };
+        (status, values)
+    }
+
+    /// All of the instance that can be saved, as bytes.
+    pub fn snapshot(&self) -> Result<Vec<u8>, String> {
+        let f = &self.fmu.functions;
+        let (mut state, mut size) = (ptr::null_mut(), 0);
+        // SAFETY: a live instance, places for the results, and as many bytes as asked for.
+        unsafe {
+            self.must("fmi2GetFMUstate", (f.fmi2GetFMUstate)(self.c, &mut state))?;
+            self.must(
+                "fmi2SerializedFMUstateSize",
+                (f.fmi2SerializedFMUstateSize)(self.c, state, &mut size),
+            )?;
+            let mut bytes = vec![0; size];
+            self.must(
+                "fmi2SerializeFMUstate",
+                (f.fmi2SerializeFMUstate)(self.c, state, bytes.as_mut_ptr(), size),
+            )?;
+            self.must("fmi2FreeFMUstate", (f.fmi2FreeFMUstate)(self.c, &mut state))?;
+            Ok(bytes)
+        }
+    }
+}
+
+impl Drop for Instance<'_> {
+    fn drop(&mut self) {
+        // SAFETY: a live instance, freed once.
+        unsafe { (self.fmu.functions.fmi2FreeInstance)(self.c) }
+    }
+}
+
+/// A C string.
+pub fn text(s: &str) -> CString {
+    CString::new(s).expect("names have no NUL")
+}
+
+/// What a freshly made instance does in its first steps of 1 ms, bit for bit.
+pub fn first_steps(instance: &mut Instance) -> Result<Vec<u64>, String> {
+    instance.initialize()?;
+    let mut bits = Vec::new();
+    for _ in 0..5 {
+        instance.advance(1e-3)?;
+        let (status, values) = instance.outputs();
+        instance.must("fmi2GetReal", status)?;
+        bits.extend(values.iter().map(|v| v.to_bits()));
+    }
+    Ok(bits)
+}

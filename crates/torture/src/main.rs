@@ -1,0 +1,155 @@
+//! Mistreats FMI 2.0 co-simulation FMUs and checks that they bear it.
+//!
+//! `calls`: random calls over all 34 functions, with any arguments of the right C types, against an oracle made of the standard's call
+//! order and the FMU's own model description; each batch in a process of its own, so that a crash or a hang is caught, its last calls
+//! are printed, and it can be replayed by its seed. `life`: loads, instances, saved states and unloads, for valgrind. `threads`:
+//! instances in parallel threads, for helgrind. `long`: many steps; memory, time and outputs are watched.
+//!
+//! It works on any packed FMU; that a refused call changes nothing and that messages name what was wrong is asked of those made with
+//! `fmi2-export`.
+#![allow(clippy::missing_errors_doc)] // a program: every error is printed
+
+mod arguments;
+mod batches;
+mod description;
+mod fmu;
+mod functions;
+mod instance;
+mod life;
+mod life_calls;
+mod long;
+mod oracle;
+mod random;
+mod session;
+mod state_calls;
+mod threads;
+mod value_calls;
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use anyhow::Result;
+use clap::{Args, Parser, Subcommand};
+
+#[derive(Parser)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+/// The FMUs under test.
+#[derive(Args)]
+struct Fmus {
+    /// Packed FMUs, or libraries made with fmi2-export
+    #[arg(required = true)]
+    fmus: Vec<PathBuf>,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Random calls in batches, each in a process of its own
+    Calls {
+        #[command(flatten)]
+        fmus: Fmus,
+        /// Calls in total
+        #[arg(long, default_value_t = 1_000_000)]
+        calls: usize,
+        /// Calls of one batch
+        #[arg(long, default_value_t = 20_000)]
+        batch: usize,
+        /// Seed of the first batch
+        #[arg(long, default_value_t = 1)]
+        seed: u64,
+        /// Processes at a time [default: number of cores]
+        #[arg(long)]
+        jobs: Option<usize>,
+        /// Repeat this batch only, printing every call before it is made
+        #[arg(long, value_name = "SEED")]
+        replay: Option<u64>,
+    },
+    /// One batch, in this process
+    #[command(hide = true)]
+    Batch {
+        #[command(flatten)]
+        fmus: Fmus,
+        #[arg(long)]
+        calls: usize,
+        #[arg(long)]
+        seed: u64,
+        #[arg(long)]
+        trace: bool,
+    },
+    /// Loads, instances with steps and saved states, unloads
+    Life {
+        #[command(flatten)]
+        fmus: Fmus,
+        /// Instances of each FMU
+        #[arg(long, default_value_t = 2000)]
+        instances: usize,
+        /// Times each library is loaded and unloaded
+        #[arg(long, default_value_t = 5)]
+        loads: usize,
+    },
+    /// Instances of all FMUs in parallel threads, compared with one alone
+    Threads {
+        #[command(flatten)]
+        fmus: Fmus,
+        /// Threads for each FMU
+        #[arg(long, default_value_t = 4)]
+        threads: usize,
+        /// Steps of each instance
+        #[arg(long, default_value_t = 200)]
+        steps: usize,
+    },
+    /// Many steps of 1 ms with moving inputs
+    Long {
+        #[command(flatten)]
+        fmus: Fmus,
+        /// Steps of each FMU
+        #[arg(long, default_value_t = 100_000)]
+        steps: u64,
+    },
+}
+
+fn main() -> ExitCode {
+    match run(Cli::parse().command) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error: {error:#}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn run(command: Command) -> Result<()> {
+    match command {
+        Command::Calls {
+            fmus: Fmus { fmus },
+            calls,
+            batch,
+            seed,
+            jobs,
+            replay,
+        } => match replay {
+            Some(seed) => batches::replay(&fmus, batch, seed),
+            None => batches::run(&fmus, calls, batch, seed, jobs),
+        },
+        Command::Batch {
+            fmus,
+            calls,
+            seed,
+            trace,
+        } => batches::one(&fmus.fmus, calls, seed, trace),
+        Command::Life {
+            fmus,
+            instances,
+            loads,
+        } => life::run(&fmus.fmus, instances, loads),
+        Command::Threads {
+            fmus,
+            threads,
+            steps,
+        } => threads::run(&fmus.fmus, threads, steps),
+        Command::Long { fmus, steps } => long::run(&fmus.fmus, steps),
+    }
+}

@@ -1,0 +1,161 @@
+//! What a call must answer, by the standard and the model description, and the check that it did.
+
+use crate::functions::{DISCARD, ERROR, OK, WARNING};
+use crate::instance::{Instance, Message, Mode};
+use std::ffi::c_int;
+
+/// What the standard lets a call answer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Expect {
+    /// fmi2OK only.
+    Done,
+    /// fmi2Error only.
+    Refused,
+    /// fmi2Discard only.
+    Discarded,
+    /// A step, which may be discarded.
+    Step,
+    /// A step that may pass the stop time, or starts nearly at the present time.
+    StepOrRefused,
+    /// fmi2OK, or fmi2Error where the model finds the values together impossible.
+    ModelDecides,
+}
+
+impl Expect {
+    /// `Done` if `sound`, else `Refused`.
+    pub fn done_if(sound: bool) -> Self {
+        if sound { Self::Done } else { Self::Refused }
+    }
+
+    fn allows(self, status: c_int) -> bool {
+        match self {
+            Self::Done => status == OK,
+            Self::Refused => status == ERROR,
+            Self::Discarded => status == DISCARD,
+            Self::Step => matches!(status, OK | DISCARD),
+            Self::StepOrRefused => matches!(status, OK | DISCARD | ERROR),
+            Self::ModelDecides => matches!(status, OK | ERROR),
+        }
+    }
+}
+
+/// A call that was made.
+pub struct Call {
+    /// C name.
+    pub name: &'static str,
+    /// Answer.
+    pub status: c_int,
+    /// What it may be.
+    pub expect: Expect,
+    /// Names of the variables in its arguments: a refusal must name one of them. Empty where the arguments are wrong as such.
+    pub variables: Vec<String>,
+    /// Called with `c` = NULL.
+    pub without_instance: bool,
+}
+
+const INSTANTIATED: u8 = 1;
+const INITIALIZATION: u8 = 2;
+const STEPPING: u8 = 4;
+const TERMINATED: u8 = 8;
+const ALL: u8 = 15;
+
+/// FMI 2.0.4, section 4.2.4, as a table: in which states a function may be called. On the strict side of it, as documented:
+/// directional derivatives and output derivatives need a state.
+pub fn is_allowed(name: &str, mode: Mode) -> bool {
+    let allowed = match name {
+        "fmi2SetupExperiment" | "fmi2EnterInitializationMode" => INSTANTIATED,
+        "fmi2ExitInitializationMode" => INITIALIZATION,
+        "fmi2Terminate" | "fmi2DoStep" => STEPPING,
+        "fmi2GetReal" | "fmi2GetInteger" | "fmi2GetBoolean" | "fmi2GetString" => {
+            INITIALIZATION | STEPPING | TERMINATED
+        }
+        "fmi2SetReal"
+        | "fmi2SetInteger"
+        | "fmi2SetBoolean"
+        | "fmi2SetString"
+        | "fmi2SetRealInputDerivatives" => INSTANTIATED | INITIALIZATION | STEPPING,
+        "fmi2GetDirectionalDerivative"
+        | "fmi2GetRealOutputDerivatives"
+        | "fmi2GetStatus"
+        | "fmi2GetRealStatus"
+        | "fmi2GetIntegerStatus"
+        | "fmi2GetBooleanStatus"
+        | "fmi2GetStringStatus" => STEPPING | TERMINATED,
+        _ => ALL,
+    };
+    let bit = match mode {
+        Mode::Instantiated => INSTANTIATED,
+        Mode::Initialization => INITIALIZATION,
+        Mode::Stepping => STEPPING,
+        Mode::Terminated => TERMINATED,
+    };
+    allowed & bit != 0
+}
+
+/// Checks answer and messages of a call.
+pub fn judge(instance: &Instance, call: &Call) -> Result<(), String> {
+    let messages = instance.messages();
+    let Call { name, status, .. } = *call;
+    let problem = |what: String| Err(format!("{name} gave {status}: {what}; log: {messages:?}"));
+    if !call.expect.allows(status) {
+        return problem(format!("allowed is {:?}", call.expect));
+    }
+    for message in &messages {
+        if let Some(what) = fault(instance, message, status) {
+            return problem(what);
+        }
+    }
+    let Some(category) = category(status).filter(|_| status != OK && !call.without_instance) else {
+        return Ok(());
+    };
+    if !instance.logging.expects(category) {
+        return match messages.is_empty() {
+            true => Ok(()),
+            false => problem("a message that was not asked for".into()),
+        };
+    }
+    let Some(message) = messages.iter().find(|m| m.status == status) else {
+        return problem("no message tells why".into());
+    };
+    let text = &message.text;
+    if !text.starts_with(&format!("{name}: ")) {
+        return problem("the message does not name the function".into());
+    }
+    let named = |v: &String| text.contains(&format!("`{v}`"));
+    if !call.variables.is_empty() && !call.variables.iter().any(named) {
+        return problem(format!(
+            "the message names none of the variables {:?}",
+            call.variables
+        ));
+    }
+    Ok(())
+}
+
+/// What is wrong with a message.
+fn fault(instance: &Instance, message: &Message, status: c_int) -> Option<String> {
+    let declared = &instance.fmu.description.categories;
+    if !declared.contains(&message.category) {
+        return Some(format!("category `{}` is not declared", message.category));
+    }
+    if category(message.status) != Some(message.category.as_str()) {
+        return Some("status and category of a message do not fit".into());
+    }
+    if message.status != status && message.status > WARNING {
+        return Some("status of a message is not that of the call".into());
+    }
+    let sound = message.name == instance.name && message.format == "%s";
+    (!sound || message.text.is_empty()).then(|| "name, format or text of a message".into())
+}
+
+/// The category that belongs to a status.
+fn category(status: c_int) -> Option<&'static str> {
+    [
+        "logEvents",
+        "logStatusWarning",
+        "logStatusDiscard",
+        "logStatusError",
+        "logStatusFatal",
+    ]
+    .get(usize::try_from(status).ok()?)
+    .copied()
+}

@@ -1,0 +1,218 @@
+//! A batch of random calls on several instances of one FMU, each judged by the oracle.
+
+use crate::fmu::Fmu;
+use crate::functions::*;
+use crate::instance::{Instance, Known, Mode, first_steps};
+use crate::oracle::{Call, Expect, is_allowed, judge};
+use crate::random::Random;
+use std::collections::BTreeMap;
+use std::ffi::c_int;
+use std::fmt::Arguments;
+use std::ptr;
+
+/// Instances that take turns.
+const INSTANCES: usize = 3;
+/// Calls between two tests that an instance still works as a new one.
+const REVIVAL: usize = 2000;
+
+/// How often each function was called: done, discarded, refused.
+pub type Counts = BTreeMap<&'static str, [u64; 3]>;
+
+/// Serialized bytes and what they hold; those of another FMU hold nothing.
+pub struct Bytes {
+    pub bytes: Vec<u8>,
+    pub known: Option<Known>,
+}
+
+/// The state of a batch.
+pub struct Session<'a> {
+    pub fmu: &'a Fmu,
+    pub random: Random,
+    pub instances: Vec<Instance<'a>>,
+    /// Serialized states that any instance may be given.
+    pub bytes: Vec<Bytes>,
+    /// Handles that are freed, or belong to no instance.
+    pub stale: Vec<Pointer>,
+    pristine: Vec<u64>,
+    is_traced: bool,
+    pub counts: Counts,
+    /// Refused calls after which the instance was compared with before.
+    pub compared: u64,
+}
+
+/// What is compared before and after a refused call.
+#[derive(PartialEq, Debug)]
+enum Observed {
+    Nothing,
+    Outputs(c_int, Vec<u64>),
+    Bytes(Vec<u8>),
+}
+
+impl<'a> Session<'a> {
+    /// A batch with the bytes of a `foreign` FMU.
+    pub fn new(fmu: &'a Fmu, foreign: &Fmu, seed: u64, is_traced: bool) -> Result<Self, String> {
+        let other = Instance::new(foreign, "other")?.snapshot()?;
+        let pristine = first_steps(&mut Instance::new(fmu, "pristine")?)?;
+        let names = (0..INSTANCES).map(|k| Instance::new(fmu, &format!("instance {k}")));
+        Ok(Self {
+            fmu,
+            random: Random::new(seed),
+            instances: names.collect::<Result<_, _>>()?,
+            bytes: vec![Bytes {
+                bytes: other,
+                known: None,
+            }],
+            stale: vec![ptr::null_mut(), ptr::dangling_mut::<u64>().cast()],
+            pristine,
+            is_traced,
+            counts: Counts::new(),
+            compared: 0,
+        })
+    }
+
+    /// Makes `n` calls.
+    pub fn run(&mut self, n: usize) -> Result<(), String> {
+        for k in 0..n {
+            let i = self.random.below(INSTANCES);
+            self.turn(i)
+                .map_err(|e| format!("call {k} on instance {i}: {e}"))?;
+            if k % REVIVAL == REVIVAL - 1 {
+                self.revive(i)
+                    .map_err(|e| format!("reset after call {k} on instance {i}: {e}"))?;
+            }
+        }
+        (0..INSTANCES).try_for_each(|i| self.revive(i))
+    }
+
+    /// Prints a call before it is made, when replaying.
+    pub fn trace(&self, i: usize, call: Arguments) {
+        if self.is_traced {
+            eprintln!("instance {i}: {call}");
+        }
+    }
+
+    /// One call with all checks.
+    fn turn(&mut self, i: usize) -> Result<(), String> {
+        let before = match self.random.below(8) {
+            0..4 => Observed::Nothing,
+            4..7 => self.outputs(i)?,
+            _ => Observed::Bytes(self.instances[i].snapshot()?),
+        };
+        self.instances[i].messages();
+        let call = self.call(i)?;
+        judge(&self.instances[i], &call)?;
+        let column = match call.status {
+            OK => 0,
+            DISCARD => 1,
+            _ => 2,
+        };
+        self.counts.entry(call.name).or_default()[column] += 1;
+        if call.status == OK {
+            return Ok(());
+        }
+        let after = match before {
+            Observed::Nothing => return Ok(()),
+            Observed::Outputs(..) => self.outputs(i)?,
+            Observed::Bytes(_) => Observed::Bytes(self.instances[i].snapshot()?),
+        };
+        self.compared += 1;
+        if before != after {
+            return Err(format!(
+                "{} gave {} and changed the instance: {before:?} -> {after:?}",
+                call.name, call.status
+            ));
+        }
+        Ok(())
+    }
+
+    /// Outputs and time, which must be finite, and readable at a communication point.
+    fn outputs(&self, i: usize) -> Result<Observed, String> {
+        let instance = &self.instances[i];
+        instance.messages();
+        let (status, mut values) = instance.outputs();
+        let mode = instance.known.mode;
+        if status == OK && values.iter().any(|v| !v.is_finite()) {
+            return Err(format!("an output is not finite: {values:?}"));
+        }
+        if status != OK && is_allowed("fmi2GetReal", mode) && mode != Mode::Initialization {
+            return Err(format!("outputs cannot be read: {:?}", instance.messages()));
+        }
+        if status == OK && mode != Mode::Initialization {
+            let mut time = f64::NAN;
+            // SAFETY: a live instance, a place for the result.
+            let got = unsafe { (self.fmu.functions.fmi2GetRealStatus)(instance.c, 2, &mut time) };
+            instance.must("fmi2GetRealStatus", got)?;
+            if time != instance.known.time {
+                return Err(format!("time is {time}, expected {}", instance.known.time));
+            }
+            values.push(time);
+        }
+        if status != OK {
+            values.clear();
+        }
+        let bits = values.iter().map(|v| v.to_bits()).collect();
+        Ok(Observed::Outputs(status, bits))
+    }
+
+    /// After whatever was done to it, a reset instance must do what a new one does, bit for bit.
+    fn revive(&mut self, i: usize) -> Result<(), String> {
+        let instance = &mut self.instances[i];
+        instance.reset()?;
+        if first_steps(instance)? != self.pristine {
+            return Err("a reset instance does not do what a new one does".into());
+        }
+        instance.reset()
+    }
+
+    /// Makes a random call.
+    fn call(&mut self, i: usize) -> Result<Call, String> {
+        if self.random.one_in(64) {
+            return self.without_instance(i);
+        }
+        match self.random.below(64) {
+            0..3 => self.setup_experiment(i),
+            3..6 => self.simple(i, "fmi2EnterInitializationMode"),
+            6..9 => self.simple(i, "fmi2ExitInitializationMode"),
+            9 if self.random.one_in(4) => self.simple(i, "fmi2Terminate"),
+            10 if self.random.one_in(4) => self.simple(i, "fmi2Reset"),
+            11 => self.simple(i, "fmi2CancelStep"),
+            12 => self.set_debug_logging(i),
+            13..15 => self.status(i),
+            15..17 => Ok(self.birth(i)),
+            17..22 => self.set_real(i),
+            22..24 => self.set_integer(i),
+            24 => self.set_string(i),
+            25..30 => self.get_real(i),
+            30..32 => self.get_integer(i),
+            32 => self.get_string(i),
+            33..35 => self.set_input_derivatives(i),
+            35..37 => self.get_output_derivatives(i),
+            37..39 => self.get_directional_derivative(i),
+            39..41 => self.get_state(i),
+            41..43 => self.set_state(i),
+            43..45 => self.free_state(i),
+            45..47 => self.serialize(i),
+            47..49 => self.deserialize(i),
+            _ => self.do_step(i),
+        }
+    }
+
+    /// `Refused` where the standard does not allow the call in the present state.
+    pub fn in_order(&self, i: usize, name: &str, expect: Expect) -> Expect {
+        match is_allowed(name, self.instances[i].known.mode) {
+            true => expect,
+            false => Expect::Refused,
+        }
+    }
+
+    /// A call whose refusal need not name a variable.
+    pub fn plain(&self, i: usize, name: &'static str, status: c_int, expect: Expect) -> Call {
+        Call {
+            name,
+            status,
+            expect: self.in_order(i, name, expect),
+            variables: Vec::new(),
+            without_instance: false,
+        }
+    }
+}

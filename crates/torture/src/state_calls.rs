@@ -1,0 +1,235 @@
+//! Random calls about saved states: copies, handles, bytes; whole and damaged, own and foreign, live and freed.
+
+use crate::functions::*;
+use crate::instance::Known;
+use crate::oracle::{Call, Expect};
+use crate::session::{Bytes, Session};
+use std::ptr;
+
+/// Saved states an instance holds at most in a batch, so that memory stays bounded.
+const MOST_SAVED: usize = 8;
+/// Serialized states kept at most.
+const MOST_BYTES: usize = 12;
+
+impl Session<'_> {
+    /// A handle for instance `i`: one of its own, with what it holds; or a freed, foreign or invented one.
+    fn handle(&mut self, i: usize) -> (Pointer, Option<Known>) {
+        let r = &mut self.random;
+        let own = &self.instances[i].saved;
+        if !own.is_empty() && !r.one_in(4) {
+            let (handle, known) = own[r.below(own.len())];
+            return (handle, Some(known));
+        }
+        let other = &self.instances[r.below(self.instances.len())].saved;
+        let handle = match other.is_empty() || r.one_in(2) {
+            true => self.stale[r.below(self.stale.len())],
+            false => other[r.below(other.len())].0,
+        };
+        // A freed handle may have been given out again.
+        let known = self.instances[i].saved.iter().find(|(h, _)| *h == handle);
+        (handle, known.map(|(_, known)| *known))
+    }
+
+    /// Remembers that `handle` of instance `i` now holds `known`.
+    fn remember(&mut self, i: usize, handle: Pointer, known: Known) {
+        let saved = &mut self.instances[i].saved;
+        saved.retain(|(h, _)| *h != handle);
+        saved.push((handle, known));
+    }
+
+    pub fn get_state(&mut self, i: usize) -> Result<Call, String> {
+        let name = "fmi2GetFMUstate";
+        let (old, held) = match self.instances[i].saved.len() < MOST_SAVED && !self.random.one_in(4)
+        {
+            true => (ptr::null_mut(), None),
+            false => self.handle(i),
+        };
+        let is_null = self.random.one_in(16);
+        let sound = !is_null && (old.is_null() || held.is_some());
+        self.trace(i, format_args!("{name}({old:?}, NULL: {is_null})"));
+        let mut state = old;
+        let place = if is_null {
+            ptr::null_mut()
+        } else {
+            &raw mut state
+        };
+        // SAFETY: a live instance; NULL or a place with a handle, which is looked up.
+        let status = unsafe { (self.fmu.functions.fmi2GetFMUstate)(self.instances[i].c, place) };
+        if status == OK {
+            let known = self.instances[i].known;
+            self.remember(i, state, known);
+        } else if state != old {
+            return Err(format!("{name} gave {status} and changed the handle"));
+        }
+        Ok(self.plain(i, name, status, Expect::done_if(sound)))
+    }
+
+    pub fn set_state(&mut self, i: usize) -> Result<Call, String> {
+        let name = "fmi2SetFMUstate";
+        let (handle, held) = self.handle(i);
+        self.trace(i, format_args!("{name}({handle:?}: {held:?})"));
+        // SAFETY: a live instance; the handle is looked up.
+        let status = unsafe { (self.fmu.functions.fmi2SetFMUstate)(self.instances[i].c, handle) };
+        if let (OK, Some(known)) = (status, held) {
+            self.instances[i].known = known;
+        }
+        Ok(self.plain(i, name, status, Expect::done_if(held.is_some())))
+    }
+
+    pub fn free_state(&mut self, i: usize) -> Result<Call, String> {
+        let name = "fmi2FreeFMUstate";
+        let (handle, held) = self.handle(i);
+        let is_null = self.random.one_in(16);
+        let sound = is_null || handle.is_null() || held.is_some();
+        self.trace(
+            i,
+            format_args!("{name}({handle:?}: {held:?}, NULL: {is_null})"),
+        );
+        let mut state = handle;
+        let place = if is_null {
+            ptr::null_mut()
+        } else {
+            &raw mut state
+        };
+        // SAFETY: a live instance; NULL or a place with a handle, which is looked up.
+        let status = unsafe { (self.fmu.functions.fmi2FreeFMUstate)(self.instances[i].c, place) };
+        if status == OK && !is_null {
+            if !state.is_null() {
+                return Err(format!("{name} left a handle behind"));
+            }
+            self.instances[i].saved.retain(|(h, _)| *h != handle);
+            let at = 2 + self.random.below(8);
+            self.stale.truncate(at);
+            self.stale.push(handle);
+        }
+        Ok(self.plain(i, name, status, Expect::done_if(sound)))
+    }
+
+    pub fn serialize(&mut self, i: usize) -> Result<Call, String> {
+        let (f, c) = (&self.fmu.functions, self.instances[i].c);
+        let (handle, held) = self.handle(i);
+        let mut size = 0;
+        let name = "fmi2SerializedFMUstateSize";
+        self.trace(i, format_args!("{name}({handle:?}: {held:?})"));
+        let is_null = self.random.one_in(16);
+        let place = if is_null {
+            ptr::null_mut()
+        } else {
+            &raw mut size
+        };
+        // SAFETY: a live instance; the handle is looked up; NULL or a place.
+        let status = unsafe { (f.fmi2SerializedFMUstateSize)(c, handle, place) };
+        let sound = held.is_some() && !is_null;
+        if status != OK || !sound {
+            return Ok(self.plain(i, name, status, Expect::done_if(sound)));
+        }
+        let room = match self.random.below(8) {
+            0 => self.random.below(size),
+            1 => size + 1 + self.random.below(64),
+            _ => size,
+        };
+        let mut bytes = vec![0xa5; room];
+        let name = "fmi2SerializeFMUstate";
+        self.trace(i, format_args!("{name}({handle:?}, {room} of {size})"));
+        // SAFETY: as above; `room` bytes.
+        let status = unsafe { (f.fmi2SerializeFMUstate)(c, handle, bytes.as_mut_ptr(), room) };
+        if bytes.iter().skip(size).any(|b| *b != 0xa5) {
+            return Err(format!("{name} wrote beyond the end of the state"));
+        }
+        if status == OK {
+            let at = match self.bytes.len() < MOST_BYTES {
+                true => self.bytes.len(),
+                false => 1 + self.random.below(MOST_BYTES - 1),
+            };
+            self.bytes.truncate(at.max(1));
+            self.bytes.push(Bytes { bytes, known: held });
+        }
+        Ok(self.plain(i, name, status, Expect::done_if(room >= size)))
+    }
+
+    pub fn deserialize(&mut self, i: usize) -> Result<Call, String> {
+        let name = "fmi2DeSerializeFMUstate";
+        let (old, held) = match self.instances[i].saved.len() < MOST_SAVED && !self.random.one_in(4)
+        {
+            true => (ptr::null_mut(), None),
+            false => self.handle(i),
+        };
+        let r = &mut self.random;
+        let pick = r.below(self.bytes.len());
+        let mut bytes = self.bytes[pick].bytes.clone();
+        let mut known = self.bytes[pick].known;
+        let what = damage(r, &mut bytes);
+        if what != "whole" {
+            known = None;
+        }
+        let (no_bytes, no_place) = (r.one_in(16), r.one_in(16));
+        let sound = known.is_some() && !no_bytes && !no_place && (old.is_null() || held.is_some());
+        self.trace(
+            i,
+            format_args!(
+                "{name}({} bytes, {what}, {no_bytes}, {old:?}, {no_place})",
+                bytes.len()
+            ),
+        );
+        let mut state = old;
+        let from = if no_bytes {
+            ptr::null()
+        } else {
+            bytes.as_ptr()
+        };
+        let place = if no_place {
+            ptr::null_mut()
+        } else {
+            &raw mut state
+        };
+        // SAFETY: a live instance; NULL or an array; NULL or a place with a handle, which is looked up.
+        let status = unsafe {
+            (self.fmu.functions.fmi2DeSerializeFMUstate)(
+                self.instances[i].c,
+                from,
+                bytes.len(),
+                place,
+            )
+        };
+        if let (OK, Some(known)) = (status, known) {
+            self.remember(i, state, known);
+        } else if state != old {
+            return Err(format!("{name} gave {status} and changed the handle"));
+        }
+        Ok(self.plain(i, name, status, Expect::done_if(sound)))
+    }
+}
+
+/// Damages half of the bytes it is given, so that a sound reader must refuse them.
+fn damage(r: &mut crate::random::Random, bytes: &mut Vec<u8>) -> &'static str {
+    // Bytes after the end of a state are allowed, and must not be taken for it.
+    let state = 40 + u64::from_le_bytes(bytes[28..36].try_into().expect("8 bytes")) as usize;
+    match r.below(8) {
+        0 => {
+            let at = r.below(state);
+            bytes[at] ^= 1 << r.below(8);
+            "one bit flipped"
+        }
+        1 => {
+            bytes.truncate(r.below(state));
+            "cut off"
+        }
+        2 => {
+            let (at, n) = (r.below(state), 1 + r.below(16));
+            let sound = bytes.clone();
+            for b in bytes.iter_mut().skip(at).take(n) {
+                *b = r.byte();
+            }
+            if sound == *bytes {
+                "whole"
+            } else {
+                "overwritten"
+            }
+        }
+        3 => {
+            *bytes = (0..r.below(100)).map(|_| r.byte()).collect();
+            "noise"
+        }
+        _ => "whole",
+    }
+}

@@ -1,0 +1,424 @@
+//! Random calls that set and get variables, and derivatives.
+
+use crate::arguments::*;
+use crate::description::{Kind, Variable};
+use crate::functions::*;
+use crate::instance::Mode;
+use crate::oracle::{Call, Expect};
+use crate::session::Session;
+use std::ffi::{CStr, c_int};
+use std::ptr;
+
+/// NULL or the array: NULL is an error unless the array is empty.
+fn pointer<T>(values: &[T], is_null: bool) -> *const T {
+    if is_null {
+        ptr::null()
+    } else {
+        values.as_ptr()
+    }
+}
+
+impl Session<'_> {
+    /// Names for the judge, and whether all references are known.
+    fn names(&self, vr: &[u32]) -> (Vec<String>, bool) {
+        let found = vr.iter().map(|vr| self.fmu.description.find(*vr));
+        let names: Vec<_> = found.flatten().map(|v| v.name.clone()).collect();
+        let is_complete = names.len() == vr.len();
+        (names, is_complete)
+    }
+
+    /// The verdict on a call with value references.
+    fn with_variables(
+        &self,
+        i: usize,
+        name: &'static str,
+        status: c_int,
+        expect: Expect,
+        vr: &[u32],
+        is_null: bool,
+    ) -> Call {
+        let call = self.plain(i, name, status, expect);
+        let in_order = self.in_order(i, name, Expect::Done) == Expect::Done;
+        let (variables, is_complete) = self.names(vr);
+        let by_value = in_order && is_complete && !is_null && expect == Expect::Refused;
+        Call {
+            variables: if by_value { variables } else { Vec::new() },
+            ..call
+        }
+    }
+
+    /// What fmi2SetXxx may answer, by causality, variability and bounds.
+    fn settable(&self, i: usize, vr: &[u32], kind: Kind, values: &[f64]) -> Expect {
+        let is_running = self.instances[i].known.mode == Mode::Stepping;
+        let mut expect = Expect::Done;
+        for (vr, &value) in vr.iter().zip(values) {
+            let Some(v) = self.fmu.description.find(*vr) else {
+                return Expect::Refused;
+            };
+            let settable =
+                v.is_input() || v.is_tunable() || (v.causality == "parameter" && !is_running);
+            let [min, max] = v.bounds;
+            let allowed =
+                kind == Kind::Boolean || (value.is_finite() && min <= value && value <= max);
+            if v.kind != kind || !settable || !allowed {
+                return Expect::Refused;
+            }
+            if v.is_tunable() && is_running {
+                expect = Expect::ModelDecides;
+            }
+        }
+        expect
+    }
+
+    fn is_settable(&self, i: usize, kind: Kind) -> impl Fn(&Variable) -> bool + use<> {
+        let is_running = self.instances[i].known.mode == Mode::Stepping;
+        move |v| {
+            let settable =
+                v.is_input() || v.is_tunable() || (v.causality == "parameter" && !is_running);
+            v.kind == kind && settable
+        }
+    }
+
+    pub fn set_real(&mut self, i: usize) -> Result<Call, String> {
+        let wanted = self.is_settable(i, Kind::Real);
+        let r = &mut self.random;
+        let kindly = r.one_in(2);
+        let vr = references(r, self.fmu, kindly, wanted);
+        let find = |vr: u32| self.fmu.description.find(vr);
+        let values: Vec<f64> = vr.iter().map(|vr| real_for(r, find(*vr), kindly)).collect();
+        let (no_vr, no_values) = (!kindly && r.one_in(16), !kindly && r.one_in(16));
+        let is_null = (no_vr || no_values) && !vr.is_empty();
+        let expect = match is_null {
+            true => Expect::Refused,
+            false => self.settable(i, &vr, Kind::Real, &values),
+        };
+        let name = "fmi2SetReal";
+        self.trace(
+            i,
+            format_args!("{name}({vr:?}, {values:?}, {no_vr}, {no_values})"),
+        );
+        let c = self.instances[i].c;
+        // SAFETY: a live instance; NULL or arrays of equal length.
+        let status = unsafe {
+            (self.fmu.functions.fmi2SetReal)(
+                c,
+                pointer(&vr, no_vr),
+                vr.len(),
+                pointer(&values, no_values),
+            )
+        };
+        let readable = matches!(
+            self.instances[i].known.mode,
+            Mode::Initialization | Mode::Stepping
+        );
+        if let ([vr], [value], OK, true) = (&*vr, &*values, status, readable) {
+            let mut back = f64::NAN;
+            // SAFETY: a live instance; one element each.
+            let got = unsafe { (self.fmu.functions.fmi2GetReal)(c, vr, 1, &mut back) };
+            if got != OK || back.to_bits() != value.to_bits() {
+                return Err(format!(
+                    "value reference {vr}: {value} was set, {back} came back"
+                ));
+            }
+        }
+        Ok(self.with_variables(i, name, status, expect, &vr, is_null))
+    }
+
+    pub fn set_integer(&mut self, i: usize) -> Result<Call, String> {
+        let is_boolean = self.random.one_in(3);
+        let kind = if is_boolean {
+            Kind::Boolean
+        } else {
+            Kind::Integer
+        };
+        let wanted = self.is_settable(i, kind);
+        let r = &mut self.random;
+        let kindly = r.one_in(2);
+        let vr = references(r, self.fmu, kindly, wanted);
+        let find = |vr: u32| self.fmu.description.find(vr);
+        let values: Vec<c_int> = vr
+            .iter()
+            .map(|vr| integer_for(r, find(*vr), kindly))
+            .collect();
+        let numbers: Vec<f64> = values.iter().map(|v| f64::from(*v)).collect();
+        let no_values = r.one_in(16);
+        let is_null = no_values && !vr.is_empty();
+        let expect = match is_null {
+            true => Expect::Refused,
+            false => self.settable(i, &vr, kind, &numbers),
+        };
+        let (f, c) = (&self.fmu.functions, self.instances[i].c);
+        let (name, function) = match is_boolean {
+            true => ("fmi2SetBoolean", f.fmi2SetBoolean),
+            false => ("fmi2SetInteger", f.fmi2SetInteger),
+        };
+        self.trace(i, format_args!("{name}({vr:?}, {values:?}, {no_values})"));
+        // SAFETY: a live instance; NULL or arrays of equal length.
+        let status = unsafe { function(c, vr.as_ptr(), vr.len(), pointer(&values, no_values)) };
+        Ok(self.with_variables(i, name, status, expect, &vr, is_null))
+    }
+
+    pub fn set_string(&mut self, i: usize) -> Result<Call, String> {
+        let wanted = self.is_settable(i, Kind::String);
+        let r = &mut self.random;
+        let kindly = r.one_in(2);
+        let vr = references(r, self.fmu, kindly, wanted);
+        let pool: [&CStr; 6] = [
+            c"",
+            c"reference_machine.json",
+            c"no such file",
+            c"/",
+            c"\xff",
+            c"{}",
+        ];
+        let texts: Vec<&CStr> = vr
+            .iter()
+            .map(|_| r.of(&pool[..if kindly { 2 } else { 6 }]))
+            .collect();
+        let mut values: Vec<Text> = texts.iter().map(|t| t.as_ptr()).collect();
+        if !kindly && !values.is_empty() && r.one_in(8) {
+            values[0] = ptr::null();
+        }
+        let is_string = |vr: &u32| {
+            let found = self.fmu.description.find(*vr);
+            found.is_some_and(|v| v.kind == Kind::String)
+        };
+        let is_running = self.instances[i].known.mode == Mode::Stepping;
+        let impossible = !vr.iter().all(is_string) || (is_running && !vr.is_empty());
+        let expect = match impossible {
+            true => Expect::Refused,
+            false if vr.is_empty() => Expect::Done,
+            false => Expect::ModelDecides,
+        };
+        let name = "fmi2SetString";
+        self.trace(i, format_args!("{name}({vr:?}, {texts:?}, {values:?})"));
+        let c = self.instances[i].c;
+        // SAFETY: a live instance; arrays of equal length, each element NULL or a C string.
+        let status = unsafe {
+            (self.fmu.functions.fmi2SetString)(c, vr.as_ptr(), vr.len(), values.as_ptr())
+        };
+        Ok(self.plain(i, name, status, expect))
+    }
+
+    /// What fmi2GetXxx may answer. In Initialization Mode the model may find the start values impossible.
+    fn readable(&self, i: usize, vr: &[u32], kind: Kind) -> Expect {
+        let mut expect = Expect::Done;
+        for vr in vr {
+            match self.fmu.description.find(*vr) {
+                Some(v) if v.kind != kind => return Expect::Refused,
+                None => return Expect::Refused,
+                Some(v)
+                    if v.is_computed() && self.instances[i].known.mode == Mode::Initialization =>
+                {
+                    expect = Expect::ModelDecides;
+                }
+                Some(_) => {}
+            }
+        }
+        // The layer reads in order: a refused computation may come before an unknown reference; both are fmi2Error.
+        expect
+    }
+
+    pub fn get_real(&mut self, i: usize) -> Result<Call, String> {
+        let r = &mut self.random;
+        let kindly = r.one_in(2);
+        let vr = references(r, self.fmu, kindly, |v| v.kind == Kind::Real);
+        let no_values = !kindly && r.one_in(16);
+        let is_null = no_values && !vr.is_empty();
+        let mut values = vec![0.0; vr.len()];
+        let expect = match is_null {
+            true => Expect::Refused,
+            false => self.readable(i, &vr, Kind::Real),
+        };
+        let name = "fmi2GetReal";
+        self.trace(i, format_args!("{name}({vr:?}, {no_values})"));
+        let place = if no_values {
+            ptr::null_mut()
+        } else {
+            values.as_mut_ptr()
+        };
+        let c = self.instances[i].c;
+        // SAFETY: a live instance; NULL or arrays of equal length.
+        let status = unsafe { (self.fmu.functions.fmi2GetReal)(c, vr.as_ptr(), vr.len(), place) };
+        if values.iter().any(|v| !v.is_finite()) {
+            return Err(format!("{name}({vr:?}) gave {status} and {values:?}"));
+        }
+        let is_computing = self.instances[i].known.mode == Mode::Initialization;
+        Ok(self.with_variables(i, name, status, expect, &vr, is_null || is_computing))
+    }
+
+    pub fn get_integer(&mut self, i: usize) -> Result<Call, String> {
+        let r = &mut self.random;
+        let (kindly, is_boolean) = (r.one_in(2), r.one_in(2));
+        let kind = if is_boolean {
+            Kind::Boolean
+        } else {
+            Kind::Integer
+        };
+        let vr = references(r, self.fmu, kindly, |v| v.kind == kind);
+        let mut values = vec![0; vr.len()];
+        let expect = self.readable(i, &vr, kind);
+        let (f, c) = (&self.fmu.functions, self.instances[i].c);
+        let (name, function) = match is_boolean {
+            true => ("fmi2GetBoolean", f.fmi2GetBoolean),
+            false => ("fmi2GetInteger", f.fmi2GetInteger),
+        };
+        self.trace(i, format_args!("{name}({vr:?})"));
+        // SAFETY: a live instance; arrays of equal length.
+        let status = unsafe { function(c, vr.as_ptr(), vr.len(), values.as_mut_ptr()) };
+        let is_computing = self.instances[i].known.mode == Mode::Initialization;
+        Ok(self.with_variables(i, name, status, expect, &vr, is_computing))
+    }
+
+    pub fn get_string(&mut self, i: usize) -> Result<Call, String> {
+        let r = &mut self.random;
+        let kindly = r.one_in(2);
+        let vr = references(r, self.fmu, kindly, |v| v.kind == Kind::String);
+        let mut values: Vec<Text> = vec![ptr::null(); vr.len()];
+        let expect = self.readable(i, &vr, Kind::String);
+        let name = "fmi2GetString";
+        self.trace(i, format_args!("{name}({vr:?})"));
+        let c = self.instances[i].c;
+        // SAFETY: a live instance; arrays of equal length.
+        let status = unsafe {
+            (self.fmu.functions.fmi2GetString)(c, vr.as_ptr(), vr.len(), values.as_mut_ptr())
+        };
+        for value in values.iter().filter(|_| status == OK) {
+            // SAFETY: given out by the FMU, valid until the next call.
+            if value.is_null() || unsafe { CStr::from_ptr(*value) }.to_str().is_err() {
+                return Err(format!("{name}({vr:?}) gave no text"));
+            }
+        }
+        Ok(self.with_variables(i, name, status, expect, &vr, false))
+    }
+
+    pub fn set_input_derivatives(&mut self, i: usize) -> Result<Call, String> {
+        let is_input =
+            |v: &Variable| v.is_input() && v.kind == Kind::Real && v.variability == "continuous";
+        let r = &mut self.random;
+        let kindly = r.one_in(2);
+        let vr = references(r, self.fmu, kindly, is_input);
+        let order: Vec<c_int> = vr
+            .iter()
+            .map(|_| {
+                if kindly {
+                    1
+                } else {
+                    r.of(&[1, 1, 2, 0, -1, 9, c_int::MAX])
+                }
+            })
+            .collect();
+        let values: Vec<f64> = vr
+            .iter()
+            .map(|_| if kindly { r.unit() } else { real(r) })
+            .collect();
+        let known = |vr: &u32| self.fmu.description.find(*vr).is_some_and(is_input);
+        let sound = vr.iter().all(known)
+            && order.iter().all(|o| (1..=2).contains(o))
+            && values.iter().all(|v| v.is_finite());
+        let name = "fmi2SetRealInputDerivatives";
+        self.trace(i, format_args!("{name}({vr:?}, {order:?}, {values:?})"));
+        let c = self.instances[i].c;
+        // SAFETY: a live instance; arrays of equal length.
+        let status = unsafe {
+            (self.fmu.functions.fmi2SetRealInputDerivatives)(
+                c,
+                vr.as_ptr(),
+                vr.len(),
+                order.as_ptr(),
+                values.as_ptr(),
+            )
+        };
+        Ok(self.with_variables(i, name, status, Expect::done_if(sound), &vr, false))
+    }
+
+    pub fn get_output_derivatives(&mut self, i: usize) -> Result<Call, String> {
+        let is_output = |v: &Variable| v.causality == "output" && v.kind == Kind::Real;
+        let r = &mut self.random;
+        let kindly = r.one_in(2);
+        let vr = references(r, self.fmu, kindly, is_output);
+        let order: Vec<c_int> = vr
+            .iter()
+            .map(|_| {
+                if kindly {
+                    1
+                } else {
+                    r.of(&[1, 1, 1, 0, 2, -5])
+                }
+            })
+            .collect();
+        let mut values = vec![0.0; vr.len()];
+        let known = |vr: &u32| self.fmu.description.find(*vr).is_some_and(is_output);
+        let sound = vr.iter().all(known) && order.iter().all(|o| *o == 1);
+        let expect = match (self.fmu.description.output_derivatives, sound) {
+            (true, true) if vr.is_empty() => Expect::Done,
+            (true, true) => Expect::ModelDecides, // beyond the range of numbers
+            _ => Expect::Refused,
+        };
+        let name = "fmi2GetRealOutputDerivatives";
+        self.trace(i, format_args!("{name}({vr:?}, {order:?})"));
+        let c = self.instances[i].c;
+        // SAFETY: a live instance; arrays of equal length.
+        let status = unsafe {
+            (self.fmu.functions.fmi2GetRealOutputDerivatives)(
+                c,
+                vr.as_ptr(),
+                vr.len(),
+                order.as_ptr(),
+                values.as_mut_ptr(),
+            )
+        };
+        if values.iter().any(|v| !v.is_finite()) {
+            return Err(format!("{name}({vr:?}) gave {status} and {values:?}"));
+        }
+        let without = !self.fmu.description.output_derivatives;
+        Ok(self.with_variables(i, name, status, expect, &vr, without))
+    }
+
+    pub fn get_directional_derivative(&mut self, i: usize) -> Result<Call, String> {
+        let is_known = |v: &Variable| v.is_input() && v.kind == Kind::Real;
+        let is_unknown = |v: &Variable| v.is_computed() && v.kind == Kind::Real;
+        let r = &mut self.random;
+        let kindly = r.one_in(2);
+        let known = references(r, self.fmu, kindly, is_known);
+        let unknown = references(r, self.fmu, kindly, is_unknown);
+        let seed: Vec<f64> = known
+            .iter()
+            .map(|_| if kindly { r.unit() } else { real(r) })
+            .collect();
+        let mut result = vec![0.0; unknown.len()];
+        let all = |vr: &[u32], wanted: &dyn Fn(&Variable) -> bool| {
+            vr.iter()
+                .all(|vr| self.fmu.description.find(*vr).is_some_and(wanted))
+        };
+        let sound = all(&known, &is_known)
+            && all(&unknown, &is_unknown)
+            && seed.iter().all(|s| s.is_finite());
+        let expect = match (self.fmu.description.directional_derivatives, sound) {
+            (true, true) if kindly => Expect::Done,
+            (true, true) => Expect::ModelDecides, // beyond the range of numbers
+            _ => Expect::Refused,
+        };
+        let name = "fmi2GetDirectionalDerivative";
+        self.trace(i, format_args!("{name}({unknown:?}, {known:?}, {seed:?})"));
+        let c = self.instances[i].c;
+        // SAFETY: a live instance; arrays of fitting lengths.
+        let status = unsafe {
+            (self.fmu.functions.fmi2GetDirectionalDerivative)(
+                c,
+                unknown.as_ptr(),
+                unknown.len(),
+                known.as_ptr(),
+                known.len(),
+                seed.as_ptr(),
+                result.as_mut_ptr(),
+            )
+        };
+        if result.iter().any(|v| !v.is_finite()) {
+            return Err(format!("{name}({unknown:?}) gave {status} and {result:?}"));
+        }
+        let vr = [known, unknown].concat();
+        let without = !self.fmu.description.directional_derivatives;
+        Ok(self.with_variables(i, name, status, expect, &vr, without))
+    }
+}
