@@ -79,8 +79,8 @@ class Master:
         assert schedule in SCHEDULES
         self.system, self.schedule, self.h, self.start, self.steps = system, schedule, h, start, 0
         self.instances = {name: fmus[file].instance(name) for name, file in system.components.items()}
-        for name, values in (settings or {}).items():
-            self.instances[name].set(values)
+        for name, instance in self.instances.items():
+            instance.set({**system.parameters[name], **(settings or {}).get(name, {})})
         for instance in self.instances.values():
             instance.setup(start)
             instance.call("fmi2EnterInitializationMode")

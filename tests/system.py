@@ -6,6 +6,7 @@ from xml.etree import ElementTree
 
 SSD = "{http://ssp-standard.org/SSP1/SystemStructureDescription}"
 SSC = "{http://ssp-standard.org/SSP1/SystemStructureCommon}"
+SSV = "{http://ssp-standard.org/SSP1/SystemStructureParameterValues}"
 BOND = "{urn:cosim:power-bond}PowerBond"
 
 
@@ -26,6 +27,8 @@ class System:
     units: dict = field(default_factory=dict)
     links: list = field(default_factory=list)
     stop: float = 0.0
+    #: {component: {parameter: value}} of the inline parameter bindings
+    parameters: dict = field(default_factory=dict)
 
     @classmethod
     def read(cls, path):
@@ -37,6 +40,10 @@ class System:
             for connector in component.iter(f"{SSD}Connector"):
                 real = connector.find(f"{SSC}Real")
                 system.units[name, connector.get("name")] = (connector.get("kind"), real.get("unit"))
+            system.parameters[name] = {
+                parameter.get("name"): float(parameter.find(f"{SSV}Real").get("value"))
+                for parameter in component.iter(f"{SSV}Parameter")
+            }
         for c in root.iter(f"{SSD}Connection"):
             bond = next(c.iter(BOND), None)
             system.links.append(
