@@ -12,7 +12,7 @@ use crate::ffi::*;
 use crate::instance::Instance;
 use crate::log::c_string;
 use crate::{Model, panic};
-use std::ffi::{c_int, c_void};
+use libc::{c_int, c_void};
 use std::ptr;
 
 /// fmi2SetDebugLogging.

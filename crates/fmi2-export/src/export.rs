@@ -10,7 +10,6 @@ macro_rules! export_fmu {
         const _: () = {
             use $crate::entry as e;
             use $crate::ffi::*;
-            use ::std::ffi::{c_int, c_void};
 
             static GUID: e::Guid = e::Guid::new();
 

@@ -2,7 +2,7 @@
 //!
 //! Enumerations that come from the importer are plain `c_int`: a foreign value must not be undefined behaviour.
 
-use std::ffi::{c_char, c_int, c_uint, c_void};
+pub use libc::{c_char, c_int, c_uint, c_void, size_t};
 
 /// `fmi2Component`.
 pub type Component = *mut c_void;
@@ -57,7 +57,7 @@ pub const TERMINATED: c_int = 3;
 pub type CallbackLogger =
     unsafe extern "C" fn(ComponentEnvironment, Str, Status, Str, message: Str, ...);
 /// `fmi2CallbackAllocateMemory`.
-pub type CallbackAllocateMemory = unsafe extern "C" fn(usize, usize) -> *mut c_void;
+pub type CallbackAllocateMemory = unsafe extern "C" fn(size_t, size_t) -> *mut c_void;
 /// `fmi2CallbackFreeMemory`.
 pub type CallbackFreeMemory = unsafe extern "C" fn(*mut c_void);
 /// `fmi2StepFinished`.
@@ -81,4 +81,4 @@ pub struct CallbackFunctions {
 
 /// Receives one file of the FMU: context, path inside the FMU (NUL-terminated; NULL for an error text), its bytes and their number.
 pub type ReceiveFile =
-    unsafe extern "C" fn(context: *mut c_void, path: *const c_char, bytes: *const u8, size: usize);
+    unsafe extern "C" fn(context: *mut c_void, path: *const c_char, bytes: *const u8, size: size_t);

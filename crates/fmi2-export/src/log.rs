@@ -2,7 +2,8 @@
 
 use crate::failure::{Failure, refuse};
 use crate::ffi::{CallbackFunctions, CallbackLogger, ComponentEnvironment, Status};
-use std::ffi::{CString, c_char};
+use libc::c_char;
+use std::ffi::CString;
 
 /// Category of a message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -6,7 +6,7 @@ use crate::ffi::{
     Boolean, DO_STEP_STATUS, LAST_SUCCESSFUL_TIME, PENDING_STATUS, Status, Str, TERMINATED,
 };
 use crate::instance::Instance;
-use std::ffi::c_int;
+use libc::c_int;
 
 impl<M: Model> Instance<M> {
     /// fmi2CancelStep: FMI allows it during a step only, and a synchronous step is over when fmi2DoStep returns.

@@ -2,7 +2,7 @@
 
 use crate::Model;
 use crate::variable::{Place, Read, Variable, Write};
-use std::ffi::c_int;
+use libc::c_int;
 use std::fmt::Display;
 
 /// A type of variable: how C sees it, where rows keep it, what is allowed.
