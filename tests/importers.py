@@ -60,6 +60,13 @@ def fmpy_container(fmu_dir, work):
         description.modelVariables.append(variable)
         description.outputs.append(Unknown(variable=variable))
         mappings[variable] = [(components["hdrm"], variables["hdrm"][name])]
+    for name, values in system.parameters.items():
+        for parameter, value in values.items():
+            variable = ModelVariable(
+                name=f"{name}.{parameter}", valueReference=0, type="Float64", causality="parameter", variability="fixed", start=str(value)
+            )
+            description.modelVariables.append(variable)
+            mappings[variable] = [(components[name], variables[name][parameter])]
     folder, path = work / "container", work / "Container.fmu"
     folder.mkdir()
     create_container_fmu(Configuration(False, description, list(components.values()), connections, mappings), folder, path)
@@ -152,7 +159,8 @@ def toolbox(fmu_dir, work, sequential):
         "path": {f"{name}.fmu": str(fmu_dir / file) for name, file in system.components.items()},
         "link": [[f"{a}.fmu", x, f"{b}.fmu", y] for (a, x), (b, y) in ((link.source, link.target) for link in system.links)],
         "output": [["hdrm.fmu", name, f"stroke_{i}"] for i, name in enumerate(STROKES)],
-        "start": [[f"{component}.fmu", name, value] for (component, name), value in inputs.items()],
+        "start": [[f"{component}.fmu", name, value] for (component, name), value in inputs.items()]
+        + [[f"{component}.fmu", name, value] for component, values in system.parameters.items() for name, value in values.items()],
     }
     (work / "container.json").write_text(json.dumps(assembly))
     tool = Path(sys.executable).with_name("fmucontainer")

@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 
 from conftest import FMU_DIR
-from fmpy_master import tip_rmse
+from fmpy_master import ROOT, tip_rmse
 
+SSD = ROOT / "system/SystemStructure.ssd"
 MODES = {"adaptive": 1, "modular": 2, "pd": 3}
 TRAJECTORIES = {"cubic": 1, "triangular": 2}
 SCALES = (1.4, 1.2, 1.0, 0.8, 0.6)
@@ -37,14 +38,14 @@ def native(fmu_dir, tmp_path, trajectory, mode, scale, *more):
     program = next((p for p in places if p.is_file()), None)
     assert program, f"no program `cosim` among {places}; `cargo xtask cosim -- --help` builds it"
     path = tmp_path / "native.csv"
-    arguments = [program, "run", "--system", fmu_dir / "Manipulator.ssp", "--quiet", "--csv", path, "--signals", ",".join(SIGNALS)]
+    arguments = [program, "run", "--system", SSD, "--fmu-dir", fmu_dir, "--quiet", "--csv", path, "--signals", ",".join(SIGNALS)]
     arguments += ["--trajectory", trajectory, "--mode", mode, "--inertia-scale", scale, *more]
     done = subprocess.run(list(map(str, arguments)), capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
     with path.open() as file:
         titles, *rows = csv.reader(file)
-    assert [t.split(" ")[0] for t in titles] == ["time", *SIGNALS]
-    return np.array(rows, dtype=float)[:, 1:]
+    columns = dict(zip((title.split(" ")[0] for title in titles), np.array(rows, dtype=float).T))
+    return np.column_stack([columns[s] for s in SIGNALS])
 
 
 @pytest.mark.parametrize("trajectory, scale", [("triangular", 1.0), ("triangular", 1.2)])
