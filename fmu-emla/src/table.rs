@@ -128,14 +128,14 @@ pub(crate) const VARIABLES: &[V] = &[
         .unit("N").display_unit("kN").nominal(1e4).depends_on(&[]).initially_depends_on(&["x_dot", "F_hold", ALL_PARAMETERS]),
     V::output("F_hyb", "quasi-static force of the hybrid model, F_phys + alpha*(F_net - F_phys)", |y| &y.F_hyb)
         .unit("N").display_unit("kN").nominal(1e4).depends_on(&[]).initially_depends_on(&["x_dot", "F_hold", ALL_PARAMETERS]),
-    V::output("F_net", "force of the surrogate network at this torque and speed", |y| &y.F_net)
-        .unit("N").display_unit("kN").nominal(1e4).depends_on(&[]).initially_depends_on(&["x_dot", "F_hold", ALL_PARAMETERS]),
+    V::output("F_net", "force of the surrogate network at this torque and speed, evaluated once a communication step", |y| &y.F_net)
+        .unit("N").display_unit("kN").nominal(1e4).discrete().depends_on(&[]).initially_depends_on(&["x_dot", "F_hold", ALL_PARAMETERS]),
     V::output("x_rod", "rod position", |y| &y.x_rod)
         .unit("m").display_unit("mm").nominal(0.1).depends_on(&["x"]).initially_depends_on(&["x"]),
     V::output("x_rod_dot", "rod velocity", |y| &y.x_rod_dot)
         .unit("m/s").display_unit("mm/s").nominal(0.05).depends_on(&["x_dot"]).initially_depends_on(&["x_dot"]),
-    V::output("x_dot_net", "rod velocity of the surrogate network", |y| &y.x_dot_net)
-        .unit("m/s").display_unit("mm/s").nominal(0.05).depends_on(&[]).initially_depends_on(&["x_dot", "F_hold", ALL_PARAMETERS]),
+    V::output("x_dot_net", "rod velocity of the surrogate network, evaluated once a communication step", |y| &y.x_dot_net)
+        .unit("m/s").display_unit("mm/s").nominal(0.05).discrete().depends_on(&[]).initially_depends_on(&["x_dot", "F_hold", ALL_PARAMETERS]),
     V::output("x_dot_hyb", "quasi-static rod velocity of the hybrid model", |y| &y.x_dot_hyb)
         .unit("m/s").display_unit("mm/s").nominal(0.05).depends_on(&[]).initially_depends_on(&["x_dot", "F_hold", ALL_PARAMETERS]),
     // Motor
@@ -176,8 +176,8 @@ pub(crate) const VARIABLES: &[V] = &[
         .unit("1").display_unit("%").depends_on(&[]).initially_depends_on(&["x_dot", "F_hold", ALL_PARAMETERS]),
     V::output("efficiency_phys", "efficiency of the physics; 0 where it is not defined", |y| &y.efficiency_phys)
         .unit("1").display_unit("%").depends_on(&[]).initially_depends_on(&["x_dot", "F_hold", ALL_PARAMETERS]),
-    V::output("efficiency_net", "efficiency of the surrogate network; 0 where it is not defined", |y| &y.efficiency_net)
-        .unit("1").display_unit("%").depends_on(&[]).initially_depends_on(&["x_dot", "F_hold", ALL_PARAMETERS]),
+    V::output("efficiency_net", "efficiency of the surrogate network; 0 where it is not defined, evaluated once a communication step", |y| &y.efficiency_net)
+        .unit("1").display_unit("%").discrete().depends_on(&[]).initially_depends_on(&["x_dot", "F_hold", ALL_PARAMETERS]),
     V::boolean_output("efficiency_valid", "whether the efficiency is defined: tau_e > 0 and w_m not 0 (quadrants I and IV)", |y| &y.efficiency_valid)
         .depends_on(&[]).initially_depends_on(&["x_dot", "F_hold", ALL_PARAMETERS]),
     V::boolean_output("in_trained_range", "whether torque and speed lie where the network was trained", |y| &y.in_trained_range)
