@@ -18,17 +18,19 @@ const PATIENCE: Duration = Duration::from_secs(600);
 /// Last calls that are printed of a batch that failed.
 const SHOWN: usize = 25;
 
-/// The FMU of a batch, and the one whose serialized states it is given as foreign ones.
-fn chosen(fmus: &[PathBuf], seed: u64) -> [&Path; 2] {
+/// The FMU of a batch, and another one whose serialized states it is given as foreign ones.
+fn chosen(fmus: &[PathBuf], seed: u64) -> (&Path, Option<&Path>) {
     let k = (seed % fmus.len() as u64) as usize;
-    [&fmus[k], &fmus[(k + 1) % fmus.len()]]
+    let other = &fmus[(k + 1) % fmus.len()];
+    (&fmus[k], (fmus.len() > 1).then_some(other))
 }
 
 /// One batch in this process; the counts go to standard output, which the FMU must leave alone.
 pub fn one(fmus: &[PathBuf], calls: usize, seed: u64, is_traced: bool) -> Result<()> {
-    let [path, foreign] = chosen(fmus, seed);
-    let (fmu, foreign) = (Fmu::open(path)?, Fmu::open(foreign)?);
-    let mut session = Session::new(&fmu, &foreign, seed, is_traced).map_err(|e| anyhow!(e))?;
+    let (path, foreign) = chosen(fmus, seed);
+    let (fmu, foreign) = (Fmu::open(path)?, foreign.map(Fmu::open).transpose()?);
+    let session = Session::new(&fmu, foreign.as_ref(), seed, is_traced);
+    let mut session = session.map_err(|e| anyhow!(e))?;
     session.run(calls).map_err(|e| anyhow!(e))?;
     println!("compared {}", session.compared);
     for (name, [done, discarded, refused]) in &session.counts {
@@ -175,7 +177,7 @@ fn supervised(fmus: &[PathBuf], calls: usize, seed: u64) -> Result<String> {
         let lines: Vec<&str> = trace.lines().collect();
         Ok(lines[lines.len().saturating_sub(SHOWN)..].join("\n"))
     };
-    let [fmu, _] = chosen(fmus, seed);
+    let (fmu, _) = chosen(fmus, seed);
     let result = match status.as_deref() {
         Some("exit status: 0") if complaint.is_empty() => Ok(report),
         Some("exit status: 0") => Err(anyhow!(

@@ -121,6 +121,9 @@ pub fn judge(instance: &Instance, call: &Call) -> Result<(), String> {
     if !text.starts_with(&format!("{name}: ")) {
         return problem("the message does not name the function".into());
     }
+    if is_output(name) && text.contains(" became ") {
+        return problem("an output is no number".into());
+    }
     let named = |v: &String| text.contains(&format!("`{v}`"));
     if !call.variables.is_empty() && !call.variables.iter().any(named) {
         return problem(format!(
@@ -129,6 +132,11 @@ pub fn judge(instance: &Instance, call: &Call) -> Result<(), String> {
         ));
     }
     Ok(())
+}
+
+/// A function that reads values. (A step, or a derivative for a huge seed, may leave the range of numbers.)
+fn is_output(name: &str) -> bool {
+    matches!(name, "fmi2GetReal" | "fmi2GetInteger" | "fmi2GetBoolean")
 }
 
 /// What is wrong with a message.

@@ -139,9 +139,9 @@ impl Session<'_> {
         if status == OK {
             let at = match self.bytes.len() < MOST_BYTES {
                 true => self.bytes.len(),
-                false => 1 + self.random.below(MOST_BYTES - 1),
+                false => 2 + self.random.below(MOST_BYTES - 2),
             };
-            self.bytes.truncate(at.max(1));
+            self.bytes.truncate(at);
             self.bytes.push(Bytes { bytes, known: held });
         }
         Ok(self.plain(i, name, status, Expect::done_if(room >= size)))

@@ -200,23 +200,24 @@ impl Session<'_> {
         Ok(self.plain(i, name, status, expect))
     }
 
-    /// What fmi2GetXxx may answer. In Initialization Mode the model may find the start values impossible.
-    fn readable(&self, i: usize, vr: &[u32], kind: Kind) -> Expect {
+    /// What fmi2GetXxx may answer. The model may find inputs, or in Initialization Mode start values, impossible together.
+    fn readable(&self, vr: &[u32], kind: Kind) -> Expect {
         let mut expect = Expect::Done;
         for vr in vr {
             match self.fmu.description.find(*vr) {
                 Some(v) if v.kind != kind => return Expect::Refused,
                 None => return Expect::Refused,
-                Some(v)
-                    if v.is_computed() && self.instances[i].known.mode == Mode::Initialization =>
-                {
-                    expect = Expect::ModelDecides;
-                }
+                Some(v) if v.is_computed() => expect = Expect::ModelDecides,
                 Some(_) => {}
             }
         }
-        // The layer reads in order: a refused computation may come before an unknown reference; both are fmi2Error.
         expect
+    }
+
+    /// Whether the model is asked before a wrong reference is met: then the refusal may be the model's.
+    fn computes(&self, vr: &[u32], kind: Kind) -> bool {
+        let found = vr.iter().filter_map(|vr| self.fmu.description.find(*vr));
+        found.into_iter().any(|v| v.is_computed() && v.kind == kind)
     }
 
     pub fn get_real(&mut self, i: usize) -> Result<Call, String> {
@@ -228,7 +229,7 @@ impl Session<'_> {
         let mut values = vec![0.0; vr.len()];
         let expect = match is_null {
             true => Expect::Refused,
-            false => self.readable(i, &vr, Kind::Real),
+            false => self.readable(&vr, Kind::Real),
         };
         let name = "fmi2GetReal";
         self.trace(i, format_args!("{name}({vr:?}, {no_values})"));
@@ -243,7 +244,7 @@ impl Session<'_> {
         if values.iter().any(|v| !v.is_finite()) {
             return Err(format!("{name}({vr:?}) gave {status} and {values:?}"));
         }
-        let is_computing = self.instances[i].known.mode == Mode::Initialization;
+        let is_computing = self.computes(&vr, Kind::Real);
         Ok(self.with_variables(i, name, status, expect, &vr, is_null || is_computing))
     }
 
@@ -257,7 +258,7 @@ impl Session<'_> {
         };
         let vr = references(r, self.fmu, kindly, |v| v.kind == kind);
         let mut values = vec![0; vr.len()];
-        let expect = self.readable(i, &vr, kind);
+        let expect = self.readable(&vr, kind);
         let (f, c) = (&self.fmu.functions, self.instances[i].c);
         let (name, function) = match is_boolean {
             true => ("fmi2GetBoolean", f.fmi2GetBoolean),
@@ -266,7 +267,7 @@ impl Session<'_> {
         self.trace(i, format_args!("{name}({vr:?})"));
         // SAFETY: a live instance; arrays of equal length.
         let status = unsafe { function(c, vr.as_ptr(), vr.len(), values.as_mut_ptr()) };
-        let is_computing = self.instances[i].known.mode == Mode::Initialization;
+        let is_computing = self.computes(&vr, kind);
         Ok(self.with_variables(i, name, status, expect, &vr, is_computing))
     }
 
@@ -275,7 +276,7 @@ impl Session<'_> {
         let kindly = r.one_in(2);
         let vr = references(r, self.fmu, kindly, |v| v.kind == Kind::String);
         let mut values: Vec<Text> = vec![ptr::null(); vr.len()];
-        let expect = self.readable(i, &vr, Kind::String);
+        let expect = self.readable(&vr, Kind::String);
         let name = "fmi2GetString";
         self.trace(i, format_args!("{name}({vr:?})"));
         let c = self.instances[i].c;

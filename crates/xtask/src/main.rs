@@ -8,6 +8,7 @@ mod library;
 mod pack;
 mod python;
 mod test;
+mod torture;
 mod workspace;
 
 use std::path::PathBuf;
@@ -51,6 +52,8 @@ enum Command {
     Test,
     /// Criterion-style benchmarks of the crates and the coupled real-time factor
     Bench,
+    /// Mistreat the FMUs: random calls, sanitizers, valgrind, threads, fuzzing, long runs
+    Torture(torture::Options),
     /// Provide libclang, so that plain `cargo build -p cosim` works
     Setup,
     /// Run the co-simulation program: `cargo xtask cosim -- run --help`
@@ -91,6 +94,7 @@ fn run(command: Command) -> Result<()> {
         Command::Demo => demo::run(&workspace),
         Command::Test => test::run(&workspace),
         Command::Bench => bench::run(&workspace),
+        Command::Torture(options) => torture::run(&workspace, &options),
         Command::Setup => libclang::provide(&workspace).map(drop),
         Command::Cosim { arguments } => {
             let cosim = libclang::build_cosim(&workspace)?;

@@ -7,7 +7,7 @@ use anyhow::{Context, Result};
 
 use crate::python::Python;
 use crate::workspace::{Workspace, execute};
-use crate::{describe, libclang, pack};
+use crate::{describe, libclang, pack, torture};
 
 /// Run all checks; the first that fails ends it.
 pub fn run(workspace: &Workspace) -> Result<()> {
@@ -44,6 +44,7 @@ pub fn run(workspace: &Workspace) -> Result<()> {
     })?;
     step("model descriptions", || describe::run(workspace, true))?;
     step("pack", || pack::suite(workspace, &workspace.fmu_dir()))?;
+    step("torture", || torture::check(workspace))?;
     step("pytest", || pytest(workspace))?;
     println!("all checks passed");
     Ok(())
