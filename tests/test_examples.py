@@ -1,0 +1,79 @@
+"""Each of the three replaced by somebody else's FMU, made with pythonfmu: the rest works on, and tracks."""
+
+import sys
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from fmpy_master import ROOT, Master, tip_rmse
+from fmu import Fmu
+from system import System
+
+EXAMPLES = ROOT / "examples"
+
+
+@pytest.fixture(scope="module")
+def all_fmus(fmus, tmp_path_factory):
+    """Ours and those of the examples."""
+    sys.path.insert(0, str(EXAMPLES))
+    from build import SCRIPTS, build
+
+    folder = tmp_path_factory.mktemp("examples")
+    paths = [build(script, folder) for script in SCRIPTS]
+    return fmus | {path.name: Fmu(path, folder / path.stem) for path in paths}
+
+
+def test_mujoco_plant_holds_its_pose_with_our_forces(all_fmus, hdrm):
+    """Built from the same JSON: strokes equal to rounding, holding forces to the softness of MuJoCo's constraints."""
+    theirs, ours = all_fmus["MujocoHdrm.fmu"].running(), hdrm.running()
+    for name, tolerance in {"x": 1e-9, "zeta": 1e-12, "tip.position": 1e-9, "f_hold": 50.0}.items():
+        size = 6 if name == "zeta" else 3
+        names = [f"{name}[{i + 1}]" for i in range(size)]
+        np.testing.assert_allclose(theirs.get(*names), ours.get(*names), atol=tolerance, err_msg=name)
+    theirs.free()
+    ours.free()
+
+
+def test_our_controller_tracks_with_the_mujoco_plant(system, all_fmus):
+    """The adaptive controller does not know that the plant is MuJoCo's."""
+    theirs = replace(system, components=system.components | {"hdrm": "MujocoHdrm.fmu"})
+    settings = {"controller": {"trajectory": 2, "settle_time": 0.5}}
+    master = Master(theirs, all_fmus, settings)
+    times, rows = master.record(4.0, ["controller.tip_error_norm", "hdrm.tip.position[1]"])
+    master.free()
+    rmse = 1e3 * tip_rmse(times, rows[:, 0], 0.5)
+    print(f"tip RMSE with MuJoCo's plant {rmse:.4f} mm")
+    assert np.ptp(rows[:, 1]) > 0.4, "the tip did not go along the first edge"
+    assert rmse <= 0.3
+
+
+def test_somebody_elses_controller_moves_our_machine(all_fmus):
+    """All three rods at once by a few centimetres; without a model of the machine the error stays below a millimetre."""
+    system = System.read(EXAMPLES / "rod_controller.ssd")
+    distance = [0.06, -0.05, 0.04]
+    settings = {"controller": {f"distance[{i + 1}]": d for i, d in enumerate(distance)}}
+    master = Master(system, all_fmus, settings)
+    names = [f"controller.x_error[{i}]" for i in (1, 2, 3)] + [f"hdrm.x[{i}]" for i in (1, 2, 3)]
+    _, rows = master.record(system.stop, names)
+    master.free()
+    print(f"largest rod errors {1e3 * np.abs(rows[:, :3]).max(axis=0)} mm")
+    np.testing.assert_allclose(rows[-1, 3:] - rows[0, 3:], distance, atol=1e-3)
+    assert np.abs(rows[:, :3]).max() < 1e-3
+
+
+def test_our_actuator_moves_somebody_elses_load(all_fmus):
+    """One mass of 3.2 t against 15 kN, 10 cm in 2 s; energy into it is what the actuator says it gave."""
+    system = System.read(EXAMPLES / "one_mass.ssd")
+    master = Master(system, all_fmus, {"controller": {"distance[1]": 0.1}})
+    names = ["controller.x_error[1]", "load.x", "emla.energy.out", "emla.energy.in"]
+    _, rows = master.record(system.stop, names)
+    master.free()
+    print(f"largest rod error {1e3 * np.abs(rows[:, 0]).max()} mm")
+    assert np.abs(rows[:, 0]).max() < 1e-3
+    moved = rows[-1, 1] - rows[0, 1]
+    assert moved == pytest.approx(0.1, abs=1e-3)
+    # Work against the constant force, and friction 5e3 N.s/m x mean square speed x time (quintic: 10/7 d^2/T).
+    work = 15e3 * moved + 5e3 * 10 / 7 * 0.1**2 / 2.0
+    assert rows[-1, 2] == pytest.approx(work, rel=0.02)
+    assert rows[-1, 3] > rows[-1, 2]
