@@ -175,6 +175,7 @@ def arguments():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--ssd", type=Path, default=ROOT / "system/SystemStructure.ssd")
     parser.add_argument("--fmu-dir", type=Path, default=ROOT / "target/fmu")
+    parser.add_argument("--replace", action="append", default=[], metavar="COMPONENT=FMU", help="take this FMU for a component")
     parser.add_argument("--schedule", choices=SCHEDULES, default=SCHEDULES[0])
     parser.add_argument("--step", type=float, default=1e-3, help="communication step, s")
     parser.add_argument("--stop-time", type=float, help="s; default: the system's")
@@ -187,8 +188,12 @@ def arguments():
 def main():
     args = arguments()
     system = System.read(args.ssd)
+    paths = {file: args.fmu_dir / file for file in system.components.values()}
+    for component, path in (text.split("=") for text in args.replace):
+        system.components[component] = Path(path).name
+        paths[Path(path).name] = path
     with tempfile.TemporaryDirectory() as folder:
-        fmus = {f: Fmu(args.fmu_dir / f, Path(folder) / f) for f in set(system.components.values())}
+        fmus = {file: Fmu(paths[file], Path(folder) / file) for file in set(system.components.values())}
         settings = {}
         for text in args.set:
             name, value = text.split("=")
