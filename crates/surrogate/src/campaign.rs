@@ -82,7 +82,7 @@ fn operating_point(testbed: &Testbed, x_dot: f64, f_ext: f64, rng: &mut ChaCha8R
     let mut count = 0;
     for k in 0..settle + logged {
         let v = drive.command(&s, p, w_ref, 0.0, DT);
-        if k >= settle && (k - settle) % LOG_EVERY == 0 {
+        if k >= settle && (k - settle).is_multiple_of(LOG_EVERY) {
             mean = mean.plus(&sample(testbed, &s, v, f_ext, Some(rng)));
             count += 1;
         }

@@ -55,7 +55,7 @@ fn efficiency(shaft: f64, electrical: f64, out: f64) -> f64 {
 
 /// Blending factor 0 is the physics alone.
 fn actuator(testbed: &Testbed, surrogate: &Surrogate, drive: Drive, alpha: f64) -> Result<Emla> {
-    let emla = Emla::new(testbed.base().clone(), drive).context("the base machine")?;
+    let emla = Emla::new(*testbed.base(), drive).context("the base machine")?;
     Ok(emla.with_surrogate(surrogate.clone(), alpha))
 }
 
