@@ -1,8 +1,8 @@
-"""The interface other people's wiring relies on: names with sizes, units ("" where a vector mixes them), causality."""
+"""The interface other people's wiring relies on: names with sizes, units, causality."""
 
 INPUTS = {
     "Emla": {"v_d": "V", "v_q": "V", "x": "m", "x_dot": "m/s", "F_ext": "N", "F_hold": "N"},
-    "Hdrm": {"f[1..3]": "N", "tau_wrist[1..3]": "N.m", "wrench_env[1..6]": ""},
+    "Hdrm": {"f[1..3]": "N", "tau_wrist[1..3]": "N.m", "wrench_env[1..3]": "N", "wrench_env[4..6]": "N.m"},
     "Controller": {
         "zeta[1..6]": "rad",
         "zeta_dot[1..6]": "rad/s",
@@ -42,7 +42,8 @@ OUTPUTS = {
         "f_hold[1..3]": "N",
         "tip.position[1..3]": "m",
         "tip.orientation[1..4]": "1",
-        "tip.velocity[1..6]": "",
+        "tip.velocity[1..3]": "m/s",
+        "tip.velocity[4..6]": "rad/s",
         "energy.kinetic": "J",
         "energy.potential": "J",
     },
@@ -103,5 +104,6 @@ def elements(name):
     """`x[1..3]` as x[1], x[2], x[3]."""
     if ".." not in name:
         return [name]
-    stem, size = name[:-1].split("[1..")
-    return [f"{stem}[{i}]" for i in range(1, int(size) + 1)]
+    stem, numbers = name[:-1].split("[")
+    first, last = map(int, numbers.split(".."))
+    return [f"{stem}[{i}]" for i in range(first, last + 1)]

@@ -37,7 +37,7 @@ NOTES = """
 - fmu-manipulation-toolbox initializes components in a loop of connections one after the other, without the others' values, and
   so leaves the actuators at a wrong rod position if they come before the manipulator. Its container works when the manipulator is
   listed first and the connected inputs have start values; `tests/importers.py` writes such a description from the SSD.
-- fmi-sim (crate, 0.7.0) is run by hand: see `tests/README.md`.
+- fmi-sim (crate, 0.7.0) is not part of the run, since it builds for a quarter of an hour: `tests/README.md` says how to install it.
 """
 
 

@@ -2,6 +2,7 @@
 
 import re
 from ctypes import byref, c_char_p, c_double, c_int, c_size_t, c_uint, c_void_p, create_string_buffer
+from decimal import Decimal
 
 import pytest
 
@@ -10,7 +11,7 @@ from fmu import DISCARD, ERROR, OK, Refused
 REAL_INPUT = {"Emla": "x", "Hdrm": "f[2]", "Controller": "zeta[2]"}
 REAL_OUTPUT = {"Emla": "F", "Hdrm": "x[1]", "Controller": "v_q[1]"}
 FIXED = {"Emla": "R_s", "Hdrm": "payload.mass", "Controller": "settle_time"}
-LIMITED = {"Emla": ("R_s", -1.0, "from 0.000001 to 1000"), "Hdrm": ("payload.mass", -2.0, "from 0 to 100000"), "Controller": ("gamma", 0.0, "≥ 0.000001")}  # fmt: skip
+LIMITED = {"Emla": ("R_s", -1.0), "Hdrm": ("payload.mass", -2.0), "Controller": ("gamma", 0.0)}
 
 
 @pytest.fixture
@@ -75,9 +76,12 @@ def test_a_bad_value_spoils_the_whole_batch(running):
 
 
 def test_parameter_out_of_bounds(fmu):
-    name, value, allowed = LIMITED[fmu.identifier]
+    """The message says the bounds that the model description declares."""
+    name, value = LIMITED[fmu.identifier]
+    bounds = [fmu.variables[name].min, fmu.variables[name].max]
+    allowed = [format(Decimal(bound).normalize(), "f") for bound in bounds if bound is not None]
     instance = fmu.instance()
-    refused(instance, lambda: instance.set({name: value}), f"`{name}` = {value:g}", f"allowed are", allowed)
+    refused(instance, lambda: instance.set({name: value}), f"`{name}` = {value:g}", "allowed are", *allowed)
     instance.free()
 
 
