@@ -10,7 +10,7 @@ use emla::Surrogate;
 use fmi2_export::{Info, InputPolynomial, Model, ModelError, Variable};
 use machine::Machine;
 use serde::{Deserialize, Serialize};
-use vdc::{Controller, Input, Mode, Output, Settings, Trajectory};
+use vdc::{Controller, Input, Level, Mode, Output, Settings, Trajectory};
 
 /// The controller behind the FMI border.
 #[derive(Clone, Serialize, Deserialize)]
@@ -34,6 +34,8 @@ pub struct Parameters {
     surrogate_file: String,
     /// Blending factor the low-level law reckons with.
     alpha: f64,
+    /// Item of [`table::LEVEL`].
+    level: i32,
     /// Item of [`table::MODE`].
     mode: i32,
     /// Item of [`table::TRAJECTORY`].
@@ -49,8 +51,13 @@ impl Parameters {
             table::MODE_MODULAR => Mode::Modular,
             _ => Mode::Pd,
         };
+        let level = match self.level {
+            table::LEVEL_MACHINE => Level::Machine,
+            _ => Level::Actuator,
+        };
         Settings {
             mode,
+            level,
             gains: self.machine.controller,
             alpha: self.alpha,
             true_inertia_scale: self.true_inertia_scale,
@@ -108,6 +115,7 @@ impl Model for ControllerFmu {
             surrogate: Surrogate::reference(),
             surrogate_file: String::new(),
             alpha: 0.0,
+            level: table::LEVEL_MACHINE,
             mode: table::MODE_ADAPTIVE,
             trajectory: table::TRAJECTORY_CUBIC,
             true_inertia_scale: 1.0,

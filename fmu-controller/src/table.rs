@@ -26,6 +26,22 @@ static MODE: Enumeration = Enumeration::new(
 
 pub(crate) const TRAJECTORY_CUBIC: i32 = 1;
 pub(crate) const TRAJECTORY_TRIANGULAR: i32 = 2;
+pub(crate) const LEVEL_MACHINE: i32 = 1;
+static LEVEL: Enumeration = Enumeration::new(
+    "Level",
+    "what the controller follows",
+    &[
+        (
+            "machine",
+            "the tip's reference, through inverse kinematics and decomposition",
+        ),
+        (
+            "actuator",
+            "the inputs reference.rod_*, each actuator by itself",
+        ),
+    ],
+);
+
 static TRAJECTORY: Enumeration = Enumeration::new(
     "Trajectory",
     "desired motion of the tip",
@@ -47,7 +63,12 @@ pub(crate) const INFO: Info = Info::new(
 .documentation(&[File { path: "index.html", bytes: include_bytes!("../documentation/index.html") }])
 .icon(include_bytes!("../model.png"))
 .resources(&[File { path: "reference_machine.json", bytes: machine::REFERENCE_JSON.as_bytes() }])
-.units(&[Unit { name: "V/N", base: Base { m: 1, s: -1, A: -1, ..Base::ONE }, display: &[("V/kN", 1e3)] }]);
+.units(&[
+    Unit { name: "V/N", base: Base { m: 1, s: -1, A: -1, ..Base::ONE }, display: &[("V/kN", 1e3)] },
+    Unit { name: "N/A", base: Base { kg: 1, m: 1, s: -2, A: -1, ..Base::ONE }, display: &[] },
+    Unit { name: "A/N", base: Base { kg: -1, m: -1, s: 2, A: 1, ..Base::ONE }, display: &[] },
+    Unit { name: "m/N", base: Base { kg: -1, s: 2, ..Base::ONE }, display: &[] },
+]);
 
 type V = Variable<ControllerFmu>;
 
@@ -70,21 +91,35 @@ const TWISTS: &[&str] = &[
     "reference.orientation",
     "reference.angular_velocity",
 ];
-const RATES: &[&str] = &[
+/// What the required rod velocities depend on.
+const RATES_AND_RODS: &[&str] = &[
     "zeta",
     "reference.position",
     "reference.velocity",
     "reference.orientation",
     "reference.angular_velocity",
+    "x[i]",
+    "reference.rod_position[i]",
+    "reference.rod_velocity[i]",
 ];
 
 /// [`MOTION`] and further inputs.
 macro_rules! motion_and {
-    ($($more:literal),*) => {
+    ($($more:literal),* $(,)?) => {
         &[
             "zeta", "zeta_dot", "reference.position", "reference.velocity", "reference.acceleration",
             "reference.orientation", "reference.angular_velocity", $($more),*
         ]
+    };
+}
+
+/// [`motion_and`] the rods' own references and measurements.
+macro_rules! motion_rod_and {
+    ($($more:literal),*) => {
+        motion_and!(
+            "x[i]", "x_dot[i]", "reference.rod_position[i]", "reference.rod_velocity[i]",
+            "reference.rod_acceleration[i]", "reference.rod_force[i]", $($more),*
+        )
     };
 }
 
@@ -100,6 +135,7 @@ macro_rules! gain {
         .unit($unit)
         .tunable()
         .min(0.0)
+        .max(GAIN_MAX)
     };
 }
 
@@ -112,6 +148,21 @@ macro_rules! mass_hat {
             |y| &y.mass_hat[hdrm::Body::$body as usize],
         )
         .unit("kg")
+        .depends_on(&[])
+        .initially_depends_on(&[ALL_PARAMETERS])
+        .discrete()
+    };
+}
+
+/// A number of the low-level law's stability conditions.
+macro_rules! condition {
+    ($field:ident, $unit:literal, $description:literal) => {
+        V::output(
+            concat!("stability.", stringify!($field)),
+            $description,
+            |y| &y.conditions.$field,
+        )
+        .unit($unit)
         .depends_on(&[])
         .initially_depends_on(&[ALL_PARAMETERS])
         .discrete()
@@ -134,6 +185,8 @@ const ANGLE_MAX: f64 = 100.0;
 const RATE_MAX: f64 = 1e4;
 const CURRENT_MAX: f64 = 1e5;
 const FORCE_MAX: f64 = 1e8;
+/// Far beyond use; with it no product of a gain and an input leaves the range of numbers.
+const GAIN_MAX: f64 = 1e9;
 
 #[rustfmt::skip]
 pub(crate) const VARIABLES: &[V] = &[
@@ -148,7 +201,9 @@ pub(crate) const VARIABLES: &[V] = &[
         .unit("A").min(-CURRENT_MAX).max(CURRENT_MAX),
     V::inputs("w_m", "motor speeds", |u| &u.w_m, |u| &mut u.w_m)
         .unit("rad/s").display_unit("rpm").min(-1e6).max(1e6),
-    V::inputs("x_dot", "rod velocities; only the virtual power flows read them", |u| &u.x_dot, |u| &mut u.x_dot)
+    V::inputs("x", "rod positions, read if level = actuator", |u| &u.x, |u| &mut u.x)
+        .unit("m").display_unit("mm").min(-10.0).max(10.0),
+    V::inputs("x_dot", "rod velocities; read by the virtual power flows and if level = actuator", |u| &u.x_dot, |u| &mut u.x_dot)
         .unit("m/s").display_unit("mm/s").min(-100.0).max(100.0),
     V::inputs("F", "actuator forces, positive when pushing; read by the virtual power flows and, in a step, by the disturbance observer", |u| &u.F, |u| &mut u.F)
         .unit("N").display_unit("kN").min(-FORCE_MAX).max(FORCE_MAX),
@@ -164,19 +219,28 @@ pub(crate) const VARIABLES: &[V] = &[
     V::inputs("reference.angular_velocity", "desired angular velocity of the tip in the world, read if trajectory = external",
         |u| &u.reference_angular_velocity, |u| &mut u.reference_angular_velocity).unit("rad/s").display_unit("deg/s").min(-RATE_MAX).max(RATE_MAX),
 
+    V::inputs("reference.rod_position", "desired rod positions, read if level = actuator",
+        |u| &u.reference_rod_position, |u| &mut u.reference_rod_position).unit("m").display_unit("mm").min(-10.0).max(10.0),
+    V::inputs("reference.rod_velocity", "desired rod velocities, read if level = actuator",
+        |u| &u.reference_rod_velocity, |u| &mut u.reference_rod_velocity).unit("m/s").display_unit("mm/s").min(-100.0).max(100.0),
+    V::inputs("reference.rod_acceleration", "desired rod accelerations, read if level = actuator",
+        |u| &u.reference_rod_acceleration, |u| &mut u.reference_rod_acceleration).unit("m/s2").min(-1e4).max(1e4),
+    V::inputs("reference.rod_force", "desired forces on the load, read if level = actuator",
+        |u| &u.reference_rod_force, |u| &mut u.reference_rod_force).unit("N").display_unit("kN").min(-FORCE_MAX).max(FORCE_MAX),
+
     // Commands
     V::outputs("v_d", "direct-axis voltages (peak)", |y| &y.v_d)
         .unit("V").depends_on(&["i_d[i]", "i_q[i]", "w_m[i]"]).initially_depends_on(&["i_d[i]", "i_q[i]", "w_m[i]", ALL_PARAMETERS]),
     V::outputs("v_q", "quadrature-axis voltages (peak)", |y| &y.v_q)
-        .unit("V").depends_on(motion_and!("i_d[i]", "i_q[i]", "w_m[i]")),
+        .unit("V").depends_on(motion_rod_and!("i_d[i]", "i_q[i]", "w_m[i]")),
     V::outputs("tau_wrist", "wrist torques, held to their limits", |y| &y.tau_wrist)
         .unit("N.m").depends_on(MOTION),
     V::outputs("f_required", "required actuator forces", |y| &y.f_required)
-        .unit("N").display_unit("kN").depends_on(MOTION),
+        .unit("N").display_unit("kN").depends_on(motion_rod_and!()),
     V::outputs("x_dot_required", "required rod velocities", |y| &y.x_dot_required)
-        .unit("m/s").display_unit("mm/s").depends_on(RATES),
+        .unit("m/s").display_unit("mm/s").depends_on(RATES_AND_RODS),
     V::outputs("i_q_required", "required quadrature-axis currents (peak)", |y| &y.i_q_required)
-        .unit("A").depends_on(motion_and!("i_d[i]", "i_q[i]")),
+        .unit("A").depends_on(motion_rod_and!("i_d[i]", "i_q[i]", "w_m[i]")),
     V::output("motion_end", "time at which the reference has come to its end; the start time if trajectory = external", |y| &y.motion_end)
         .unit("s").depends_on(&[]).initially_depends_on(&[ALL_PARAMETERS]).discrete(),
     V::outputs("desired.position", "desired tip position in the world", |y| &y.desired_position)
@@ -197,13 +261,27 @@ pub(crate) const VARIABLES: &[V] = &[
     V::output("lyapunov.nu_adaptation", "sum of gamma D_F(L||L_hat) over the bodies", |y| &y.nu_adaptation)
         .unit("J").depends_on(&[]).initially_depends_on(&[ALL_PARAMETERS]).discrete(),
     V::outputs("lyapunov.nu_actuator", "accompanying function of each actuator", |y| &y.nu_actuator)
-        .unit("J").depends_on(motion_and!("i_d[i]", "i_q[i]")),
+        .unit("J").depends_on(motion_rod_and!("i_d[i]", "i_q[i]", "w_m[i]")),
     V::output("lyapunov.dissipation", "sum of s'K_A s over the bodies", |y| &y.dissipation)
         .unit("W").depends_on(TWISTS),
     V::outputs("lyapunov.vpf", "virtual power flow (x_dot_r - x_dot)(f_r - F) at each rod", |y| &y.vpf)
-        .unit("W").depends_on(motion_and!("x_dot[i]", "F[i]")),
+        .unit("W").depends_on(motion_rod_and!("F[i]")),
+
+    V::outputs("lyapunov.force_error", "required minus actual force of each actuator by its currents", |y| &y.force_error)
+        .unit("N").display_unit("kN").depends_on(motion_rod_and!("i_d[i]", "i_q[i]", "w_m[i]")),
+    V::outputs("lyapunov.dissipation_actuator", "dissipation of each actuator in the bound on its accompanying function", |y| &y.dissipation_actuator)
+        .unit("W").depends_on(motion_rod_and!("i_d[i]", "i_q[i]", "w_m[i]")),
+
+    condition!(beta_1, "N/A", "beta_1 at i_d = 0"),
+    condition!(beta_2, "N/A", "beta_2 at i_q = i_max"),
+    condition!(printed_margin, "1", "first stability condition as printed, left over right side at i_max: it holds from 1 on"),
+    condition!(epsilon_max, "A/N", "largest weight of Young's inequality for which the first condition holds at i_max"),
+    condition!(K_1, "m/N", "K_1 of the accompanying function, by the third condition"),
+    condition!(K_2, "H", "K_2 of the accompanying function: twice the least that the second condition allows with half the largest weight"),
 
     // Parameters
+    V::integer_parameter("level", "what the controller follows", |p| &p.level, |p| &mut p.level)
+        .enumeration(&LEVEL),
     V::integer_parameter("mode", "how much of the controller is at work", |p| &p.mode, |p| &mut p.mode)
         .enumeration(&MODE).tunable(),
     V::integer_parameter("trajectory", "desired motion of the tip", |p| &p.trajectory, |p| &mut p.trajectory)
@@ -218,6 +296,7 @@ pub(crate) const VARIABLES: &[V] = &[
         |p| &p.machine.controller.settle_time, |p| &mut p.machine.controller.settle_time).unit("s").min(0.0).max(1e6),
     gain!(Lambda_position, "1/s", "inverse-kinematics feedback on the position"),
     gain!(Lambda_orientation, "1/s", "inverse-kinematics feedback on the orientation"),
+    gain!(Lambda_rod, "1/s", "feedback on the rods' positions if level = actuator").min(1e-6),
     gain!(kappa_KA, "1/s", "K_A = kappa_KA times the nominal inertia of each body"),
     gain!(K_i, "V/A", "current feedback"),
     gain!(K_f, "V/N", "force feedback"),
@@ -229,7 +308,7 @@ pub(crate) const VARIABLES: &[V] = &[
     gain!(di_qr_filter_time, "s", "time constant of the filter behind d(i_qr)/dt").display_unit("ms").min(1e-6),
     gain!(pd_actuator_damping, "N.s/m", "rod-velocity damping in mode pd"),
     V::parameters("pd_wrist_damping", "wrist damping in mode pd",
-        |p| &p.machine.controller.pd_wrist_damping, |p| &mut p.machine.controller.pd_wrist_damping).unit("N.m.s/rad").tunable().min(0.0),
+        |p| &p.machine.controller.pd_wrist_damping, |p| &mut p.machine.controller.pd_wrist_damping).unit("N.m.s/rad").tunable().min(0.0).max(GAIN_MAX),
     V::parameters("inverse_bounds", "bounds on the inverse pseudo-inertia over its nominal value: lower, upper",
         |p| &p.machine.controller.inverse_bounds, |p| &mut p.machine.controller.inverse_bounds).unit("1").min(1e-6).max(1e6),
     V::parameter("lyapunov.inertia_scale", "inertia of the plant over nominal, for the lyapunov.* outputs only",

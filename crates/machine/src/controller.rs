@@ -13,6 +13,9 @@ pub struct Controller {
     pub Lambda_position: f64,
     /// Inverse-kinematics feedback on orientation, Λ, 1/s.
     pub Lambda_orientation: f64,
+    /// Feedback on a rod's position where the actuators follow rod references of their own, λ, 1/s.
+    #[serde(default = "Lambda_rod")]
+    pub Lambda_rod: f64,
     /// `K_A = kappa_KA · (nominal 6×6 inertia of the body)`, 1/s.
     pub kappa_KA: f64,
     /// Current feedback, V/A.
@@ -47,6 +50,11 @@ fn lambda_i() -> f64 {
     50.0
 }
 
+/// Files made before the field existed lack it; as fast as the feedback on the tip's position.
+fn Lambda_rod() -> f64 {
+    20.0
+}
+
 impl Controller {
     /// Checks every gain; also called when an FMU's importer tunes one.
     ///
@@ -56,6 +64,7 @@ impl Controller {
         for (name, value) in [
             ("controller.Lambda_position", self.Lambda_position),
             ("controller.Lambda_orientation", self.Lambda_orientation),
+            ("controller.Lambda_rod", self.Lambda_rod),
             ("controller.gamma", self.gamma),
             ("controller.di_qr_filter_time", self.di_qr_filter_time),
         ] {

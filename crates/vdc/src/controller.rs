@@ -1,11 +1,12 @@
 //! The controller: nominal machine, states, one evaluation per communication point.
 
+use crate::actuator_level;
 use crate::adaptation::{Bounds, Estimate, adaptation_direction};
 use crate::clik::{self, TipState};
 use crate::decomposition::{self, BodyMotion};
 use crate::low_level::{Command, Law, LowLevelState, Measured, RodDemand};
 use crate::reference::{Desired, Path};
-use crate::{Conditions, Input, Mode, Output, Settings, Trajectory};
+use crate::{Conditions, Input, Level, Mode, Output, Settings, Trajectory};
 use emla::{Drive, Emla, Surrogate};
 use hdrm::{BODIES, Body, Configuration, GeometryError, Tip, Tree};
 use machine::{Machine, MachineError};
@@ -85,13 +86,19 @@ struct State {
 
 /// Everything between the inputs and the commands at one instant.
 struct Evaluation {
-    desired: Desired,
-    tip: Vector3<f64>,
-    motions: [BodyMotion; Body::COUNT],
+    /// None at [`Level::Actuator`].
+    machine: Option<MachineLevel>,
     demands: [RodDemand; 3],
     measured: [Measured; 3],
     commands: [Command; 3],
     tau_wrist: [f64; 3],
+}
+
+/// What only the level of the machine has.
+struct MachineLevel {
+    desired: Desired,
+    tip: Vector3<f64>,
+    motions: [BodyMotion; Body::COUNT],
 }
 
 impl Controller {
@@ -146,7 +153,6 @@ impl Controller {
     /// A reference orientation of length zero, or a number that is not finite.
     pub fn output(&self, settings: &Settings, input: &Input) -> Result<Output, ControllerError> {
         let now = self.evaluate(settings, input)?;
-        let tip_error = now.desired.position - now.tip;
         let mut output = Output {
             v_d: now.commands.map(|c| c.v_d),
             v_q: now.commands.map(|c| c.v_q),
@@ -155,11 +161,14 @@ impl Controller {
             f_required: now.demands.map(|d| d.f_r),
             x_dot_required: now.demands.map(|d| d.x_r_dot),
             motion_end: self.motion_end(settings),
-            desired_position: now.desired.position.into(),
-            tip_error: tip_error.into(),
-            tip_error_norm: tip_error.norm(),
             ..Output::default()
         };
+        if let Some(machine) = &now.machine {
+            let tip_error = machine.desired.position - machine.tip;
+            output.desired_position = machine.desired.position.into();
+            output.tip_error = tip_error.into();
+            output.tip_error_norm = tip_error.norm();
+        }
         self.lyapunov_terms(settings, input, &now, &mut output);
         Ok(output)
     }
@@ -176,8 +185,8 @@ impl Controller {
         h: f64,
     ) -> Result<(), ControllerError> {
         let now = self.evaluate(settings, input)?;
-        if settings.mode == Mode::Adaptive {
-            for (k, motion) in now.motions.iter().enumerate() {
+        if let (Mode::Adaptive, Some(machine)) = (settings.mode, &now.machine) {
+            for (k, motion) in machine.motions.iter().enumerate() {
                 let S = adaptation_direction(&motion.w, &motion.V_r, &motion.V, &motion.s());
                 let bounds = &self.nominal.bounds[k];
                 self.state.estimates[k].advance(&S, settings.gains.gamma, h, bounds);
@@ -196,10 +205,11 @@ impl Controller {
 
     /// Time at which the reference has come to its end, s; the start time for an external one.
     fn motion_end(&self, settings: &Settings) -> f64 {
-        let motion = self
+        let path = self
             .path
             .as_ref()
-            .map_or(0.0, |path| settings.gains.settle_time + path.duration());
+            .filter(|_| settings.level == Level::Machine);
+        let motion = path.map_or(0.0, |path| settings.gains.settle_time + path.duration());
         self.state.t_start + motion
     }
 
@@ -217,6 +227,50 @@ impl Controller {
     }
 
     fn evaluate(&self, settings: &Settings, input: &Input) -> Result<Evaluation, ControllerError> {
+        let (machine, demands, tau) = match settings.level {
+            Level::Machine => {
+                let (machine, demands, tau) = self.machine_level(settings, input)?;
+                (Some(machine), demands, tau)
+            }
+            Level::Actuator => {
+                let mass = self.nominal.actuator.params().M_act;
+                let demand = |i| actuator_level::demand(mass, settings, input, i);
+                (None, std::array::from_fn(demand), [0.0; 3])
+            }
+        };
+        let measured = std::array::from_fn(|i| Measured {
+            i_d: input.i_d[i],
+            i_q: input.i_q[i],
+            w_m: input.w_m[i],
+            F: input.F[i],
+        });
+        let law = Law {
+            actuator: &self.nominal.actuator,
+            settings,
+        };
+        let commands: [Command; 3] =
+            std::array::from_fn(|i| law.command(&self.state.drives[i], &demands[i], &measured[i]));
+        let tau_wrist = std::array::from_fn(|j| {
+            let limit = self.nominal.tau_wrist_max[j];
+            tau[j].clamp(-limit, limit)
+        });
+        let evaluation = Evaluation {
+            machine,
+            demands,
+            measured,
+            commands,
+            tau_wrist,
+        };
+        self.finite(&evaluation)?;
+        Ok(evaluation)
+    }
+
+    /// Inverse kinematics and decomposition: what is asked of the rods, and the wrist torques, N·m.
+    fn machine_level(
+        &self,
+        settings: &Settings,
+        input: &Input,
+    ) -> Result<(MachineLevel, [RodDemand; 3], [f64; 3]), ControllerError> {
         let gains = &settings.gains;
         let desired = self.desired(settings, input)?;
         let configuration = self.nominal.tree.configuration(&input.zeta);
@@ -254,33 +308,12 @@ impl Controller {
                 })
             }
         };
-        let measured = std::array::from_fn(|i| Measured {
-            i_d: input.i_d[i],
-            i_q: input.i_q[i],
-            w_m: input.w_m[i],
-            F: input.F[i],
-        });
-        let law = Law {
-            actuator: &self.nominal.actuator,
-            settings,
-        };
-        let commands: [Command; 3] =
-            std::array::from_fn(|i| law.command(&self.state.drives[i], &demands[i], &measured[i]));
-        let tau_wrist = std::array::from_fn(|j| {
-            let limit = self.nominal.tau_wrist_max[j];
-            tau[j].clamp(-limit, limit)
-        });
-        let evaluation = Evaluation {
+        let machine = MachineLevel {
             desired,
             tip: tip.position,
             motions,
-            demands,
-            measured,
-            commands,
-            tau_wrist,
         };
-        self.finite(&evaluation)?;
-        Ok(evaluation)
+        Ok((machine, demands, tau))
     }
 
     /// Joint forces of the required wrenches with the nominal joint friction, N·m.
@@ -331,7 +364,8 @@ impl Controller {
         output: &mut Output,
     ) {
         let gains = &settings.gains;
-        for (k, motion) in now.motions.iter().enumerate() {
+        let motions = now.machine.as_ref().map(|machine| &machine.motions);
+        for (k, motion) in motions.into_iter().flatten().enumerate() {
             let truth = self.nominal.inertia[k] * settings.true_inertia_scale;
             let s = motion.s();
             output.mass_hat[k] = self.state.estimates[k].inertia().m;
@@ -339,10 +373,18 @@ impl Controller {
             output.nu_adaptation += gains.gamma * self.state.estimates[k].divergence(&truth);
             output.dissipation += 2.0 * gains.kappa_KA * self.nominal.inertia[k].kinetic_energy(&s);
         }
-        let conditions = Conditions::new(self.nominal.actuator.params(), gains);
+        let p = self.nominal.actuator.params();
+        let conditions = Conditions::new(p, gains);
+        if conditions.hold() {
+            output.conditions = conditions;
+        }
         for i in 0..3 {
             let i_d_error = self.state.drives[i].i_dr - input.i_d[i];
-            output.nu_actuator[i] = conditions.accompanying(now.commands[i].force_error, i_d_error);
+            let force_error = now.commands[i].force_error;
+            output.force_error[i] = force_error;
+            output.nu_actuator[i] = conditions.accompanying(force_error, i_d_error);
+            output.dissipation_actuator[i] =
+                conditions.dissipation(p, gains, force_error, i_d_error);
             output.vpf[i] =
                 (now.demands[i].x_r_dot - input.x_dot[i]) * (now.demands[i].f_r - input.F[i]);
         }

@@ -84,7 +84,7 @@ pub(crate) fn joint_forces(
         let link = configuration.link(body);
         Q[body.coordinate()] += link.gear * body.axis().power(&F);
         if let Some(parent) = body.parent() {
-            wrenches[parent as usize] = wrenches[parent as usize] + link.pose.wrench_to_A(&F);
+            wrenches[parent as usize] += link.pose.wrench_to_A(&F);
         }
     }
     Q

@@ -8,9 +8,12 @@
 #![forbid(unsafe_code)]
 #![allow(non_snake_case)] // the paper's symbols
 
+mod actuator_level;
 mod adaptation;
 mod clik;
 mod controller;
+#[cfg(test)]
+mod cuts;
 mod decomposition;
 mod low_level;
 mod reference;
@@ -19,5 +22,5 @@ mod stability;
 
 pub use controller::{Controller, ControllerError, tip_pose};
 pub use reference::{Desired, Trajectory};
-pub use signals::{Input, Mode, Output, Settings};
+pub use signals::{Input, Level, Mode, Output, Settings};
 pub use stability::Conditions;

@@ -1,5 +1,6 @@
 //! What goes into the controller and what comes out.
 
+use crate::Conditions;
 use hdrm::{Body, DOF};
 use machine::Controller as Gains;
 use serde::{Deserialize, Serialize};
@@ -15,11 +16,22 @@ pub enum Mode {
     Pd,
 }
 
+/// What the controller follows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Level {
+    /// The tip's reference, through inverse kinematics and decomposition, down to the voltages.
+    Machine,
+    /// References of the rods alone: each actuator by itself, as on a one-axis testbed.
+    Actuator,
+}
+
 /// What may be changed while the controller runs.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Settings {
     /// Which parts are at work.
     pub mode: Mode,
+    /// What is followed; not to be changed while the controller runs.
+    pub level: Level,
     /// Gains.
     pub gains: Gains,
     /// Blending factor α of the hybrid actuator that the low-level law reckons with, 0…1; 0: it
@@ -42,7 +54,9 @@ pub struct Input {
     pub i_q: [f64; 3],
     /// Motor speeds, rad/s.
     pub w_m: [f64; 3],
-    /// Rod velocities, m/s; only the virtual power flows read them.
+    /// Rod positions, m; read at [`Level::Actuator`].
+    pub x: [f64; 3],
+    /// Rod velocities, m/s; read at [`Level::Actuator`] and by the virtual power flows.
     pub x_dot: [f64; 3],
     /// Actuator forces, N; read by the virtual power flows and, in a step, by the disturbance observer.
     pub F: [f64; 3],
@@ -56,6 +70,14 @@ pub struct Input {
     pub reference_orientation: [f64; 4],
     /// External reference: tip angular velocity in the world, rad/s.
     pub reference_angular_velocity: [f64; 3],
+    /// Rod references of [`Level::Actuator`]: positions, m.
+    pub reference_rod_position: [f64; 3],
+    /// Rod references: velocities, m/s.
+    pub reference_rod_velocity: [f64; 3],
+    /// Rod references: accelerations, m/s².
+    pub reference_rod_acceleration: [f64; 3],
+    /// Rod references: forces on the load, N.
+    pub reference_rod_force: [f64; 3],
 }
 
 /// Commands and what led to them.
@@ -91,6 +113,12 @@ pub struct Output {
     pub nu_actuator: [f64; 3],
     /// Σ sᵀ K_A s, the dissipation of Theorem 2, W.
     pub dissipation: f64,
+    /// Dissipation of each actuator in the bound on ν̇_a ([eq:dv_EMLA3]), W.
+    pub dissipation_actuator: [f64; 3],
+    /// `F_hyb,r − F_hyb` of each actuator by [eq:Error_Force_EMLA], from the currents, N.
+    pub force_error: [f64; 3],
+    /// Stability conditions of the low-level law; all 0 where they fail.
+    pub conditions: Conditions,
     /// Virtual power flow (ẋ_r − ẋ)(f_r − F) into the manipulator at each rod, W.
     pub vpf: [f64; 3],
 }

@@ -13,7 +13,7 @@ use emla::maps;
 use machine::{Controller as Gains, Emla};
 
 /// The conditions in numbers, for the largest current.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Conditions {
     /// β₁ at `i_d = 0`, N/A.
     pub beta_1: f64,
@@ -56,8 +56,31 @@ impl Conditions {
         positive(self.epsilon_max) && positive(self.K_1) && positive(self.K_2)
     }
 
-    /// ν_a of one actuator ([eq:v_EMLA]).
+    /// What the bound on ν̇_a subtracts besides the virtual power flow ([eq:dv_EMLA3]), W, with the
+    /// weight ε = epsilon_max/2 that `K_2` belongs to:
+    /// `K_1 (β₁ K_f/L_q − ε β₂ K_i/(2 L_d)) F² + K_i/L_d (K_2 − K_1 β₂/(2 ε)) i²`; 0 where the conditions fail.
+    pub(crate) fn dissipation(
+        &self,
+        p: &Emla,
+        gains: &Gains,
+        force_error: f64,
+        i_d_error: f64,
+    ) -> f64 {
+        if !self.hold() {
+            return 0.0;
+        }
+        let epsilon = 0.5 * self.epsilon_max;
+        let of_force = self.K_1
+            * (self.beta_1 * gains.K_f / p.L_q - epsilon * self.beta_2 * gains.K_i / (2.0 * p.L_d));
+        let of_current = gains.K_i / p.L_d * (self.K_2 - self.K_1 * self.beta_2 / (2.0 * epsilon));
+        of_force * force_error * force_error + of_current * i_d_error * i_d_error
+    }
+
+    /// ν_a of one actuator ([eq:v_EMLA]); 0 where the conditions fail, which leaves it undefined.
     pub(crate) fn accompanying(&self, force_error: f64, i_d_error: f64) -> f64 {
+        if !self.hold() {
+            return 0.0;
+        }
         0.5 * (self.K_1 * force_error * force_error + self.K_2 * i_d_error * i_d_error)
     }
 }

@@ -7,7 +7,7 @@
 use emla::{Drive, Emla, InputPath, Surrogate};
 use hdrm::{Hdrm, Options, State};
 use machine::Machine;
-use vdc::{Controller, Input, Mode, Settings, Trajectory};
+use vdc::{Controller, Input, Level, Mode, Settings, Trajectory};
 
 /// What differs from the nominal case.
 struct Case {
@@ -79,6 +79,7 @@ impl Loop {
         });
         let settings = Settings {
             mode: case.mode,
+            level: Level::Machine,
             gains: machine.controller,
             alpha: case.alpha[1],
             true_inertia_scale: case.inertia_scale,

@@ -12,10 +12,19 @@ use zip::{CompressionMethod, DateTime, ZipWriter};
 use crate::library;
 use crate::workspace::{Fmu, Workspace};
 
-/// Pack the suite's FMUs and `Manipulator.ssp` into `out`.
+/// System structures of the repository and the archives they become.
+const SYSTEMS: [(&str, &str); 2] = [
+    ("system/SystemStructure.ssd", "Manipulator.ssp"),
+    ("system/Testbed.ssd", "Testbed.ssp"),
+];
+
+/// Pack the suite's FMUs and its systems into `out`.
 pub fn suite(workspace: &Workspace, out: &Path) -> Result<()> {
     let packed = fmus(workspace, &workspace.suite(), out)?;
-    system(workspace, &packed, out)
+    for (structure, archive) in SYSTEMS {
+        system(workspace, &packed, structure, &out.join(archive))?;
+    }
+    Ok(())
 }
 
 /// Pack FMUs into `out`; the files written.
@@ -80,9 +89,9 @@ fn licences(workspace: &Workspace) -> Result<BTreeMap<String, Vec<u8>>> {
     Ok(found)
 }
 
-/// `Manipulator.ssp`: the system structure with the FMUs it names.
-fn system(workspace: &Workspace, packed: &[PathBuf], out: &Path) -> Result<()> {
-    let file = workspace.root.join("system/SystemStructure.ssd");
+/// An archive of a system structure with the FMUs it names.
+fn system(workspace: &Workspace, packed: &[PathBuf], structure: &str, path: &Path) -> Result<()> {
+    let file = workspace.root.join(structure);
     let text = fs::read_to_string(&file).with_context(|| file.display().to_string())?;
     let mut entries = BTreeMap::new();
     for source in text
@@ -99,12 +108,11 @@ fn system(workspace: &Workspace, packed: &[PathBuf], out: &Path) -> Result<()> {
         entries.insert(source.to_string(), fs::read(fmu)?);
     }
     entries.insert("SystemStructure.ssd".to_string(), text.into_bytes());
-    let path = out.join("Manipulator.ssp");
-    write_zip(&path, &entries)?;
+    write_zip(path, &entries)?;
     println!(
         "packed {} ({} kB)",
         path.display(),
-        fs::metadata(&path)?.len() / 1000
+        fs::metadata(path)?.len() / 1000
     );
     Ok(())
 }

@@ -1,0 +1,33 @@
+//! The actuator level alone: each rod follows a reference of its own, as on a one-axis testbed.
+//!
+//! It is the decomposition of a machine with a single body, the rod, moved by one prismatic joint;
+//! what the level of the machine asks of the voltage law comes from here instead.
+
+use crate::low_level::RodDemand;
+use crate::{Input, Mode, Settings};
+
+/// Demand on rod `i` with the nominal mass `M_act`, kg.
+/// ```text
+/// ẋ_r = ẋ_d + λ (x_d − x),   ẍ_r = ẍ_d + λ (ẋ_d − ẋ)
+/// f_r = f_d + M_act ẍ_r + K_A (ẋ_r − ẋ),   K_A = kappa_KA·M_act
+/// ```
+/// Source: [Eq:Required_Joint_Velocity] for a prismatic joint, and [Eq:Required_Force] with the rod
+/// as the body; `f_d` is the force on the load. In `pd` mode damping takes the place of the model.
+pub(crate) fn demand(M_act: f64, settings: &Settings, input: &Input, i: usize) -> RodDemand {
+    let gains = &settings.gains;
+    let (x, x_dot) = (input.x[i], input.x_dot[i]);
+    let x_d_dot = input.reference_rod_velocity[i];
+    let x_r_dot = x_d_dot + gains.Lambda_rod * (input.reference_rod_position[i] - x);
+    let x_r_ddot = input.reference_rod_acceleration[i] + gains.Lambda_rod * (x_d_dot - x_dot);
+    let f_r = match settings.mode {
+        Mode::Adaptive | Mode::Modular => {
+            input.reference_rod_force[i] + M_act * (x_r_ddot + gains.kappa_KA * (x_r_dot - x_dot))
+        }
+        Mode::Pd => gains.pd_actuator_damping * (x_r_dot - x_dot),
+    };
+    RodDemand {
+        f_r,
+        x_r_dot,
+        x_r_ddot,
+    }
+}
