@@ -47,6 +47,10 @@ pub enum Kind {
 pub struct Description {
     /// Name of the model.
     pub model: String,
+    /// Version of the model, empty where none is given.
+    pub version: String,
+    /// Program that generated the FMU, empty where none is given.
+    pub tool: String,
     /// File stem of the shared library.
     pub identifier: String,
     /// `canBeInstantiatedOnlyOncePerProcess`.
@@ -115,6 +119,8 @@ impl Description {
             initial: unknowns(file.structure.initial, count)
                 .with_context(|| file.model_name.clone())?,
             model: file.model_name,
+            version: file.version,
+            tool: file.generation_tool,
             variables,
             by_name,
             inputs,
@@ -248,6 +254,10 @@ mod xml {
         pub fmi_version: String,
         #[serde(rename = "@modelName")]
         pub model_name: String,
+        #[serde(rename = "@version", default)]
+        pub version: String,
+        #[serde(rename = "@generationTool", default)]
+        pub generation_tool: String,
         #[serde(rename = "CoSimulation")]
         pub co_simulation: Option<CoSimulation>,
         #[serde(rename = "LogCategories", default)]

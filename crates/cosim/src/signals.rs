@@ -160,7 +160,7 @@ impl<W: Write> CsvLog<W> {
 }
 
 /// True where `name` is `pattern` with each `*` replaced by some text.
-fn matches_pattern(pattern: &str, name: &str) -> bool {
+pub(crate) fn matches_pattern(pattern: &str, name: &str) -> bool {
     let mut parts = pattern.split('*');
     let Some(mut rest) = parts.next().and_then(|first| name.strip_prefix(first)) else {
         return false;

@@ -1,0 +1,65 @@
+"use strict";
+/* The data of the page, and how a value is looked up in it. */
+const data = JSON.parse(document.getElementById("data").textContent);
+const element = (id) => document.getElementById(id);
+const MODES = ["adaptive", "modular", "pd"];
+const MODE_NAMES = { adaptive: "adaptive", modular: "modular", pd: "PD" };
+const MODE_COLORS = { adaptive: "#0072b2", modular: "#e69f00", pd: "#cc3355" };
+const ACTUATORS = ["slew", "lift", "tilt"];
+const ACTUATOR_COLORS = ["#7b61bf", "#00966e", "#d55e00"];
+const TRAJECTORIES = [...new Set(data.table.map((row) => row.trajectory))];
+
+/* Base64 of little-endian 32-bit floats, as a typed array. */
+function decode(text) {
+  const bytes = Uint8Array.from(atob(text), (c) => c.charCodeAt(0));
+  const view = new DataView(bytes.buffer);
+  return Float32Array.from({ length: bytes.length / 4 }, (_, k) => view.getFloat32(4 * k, true));
+}
+
+/* A signal that never changes is stored as one value. */
+const whole = (kept, count) => (kept.length === 1 ? new Float32Array(count).fill(kept[0]) : kept);
+
+const decoded = new Map();
+/* Times and values of a signal of a run, the values times `factor`; nothing where the system has no such signal. */
+function series(run, name, factor = 1) {
+  const signal = run?.signals[name];
+  if (!signal) return null;
+  if (!decoded.has(signal)) {
+    const kept = decode(signal.samples);
+    const count = Math.floor(run.simulated / signal.every + 1e-6) + 1;
+    const t = Float64Array.from({ length: count }, (_, k) => run.start + k * signal.every);
+    decoded.set(signal, { t, y: whole(kept, count), every: signal.every });
+  }
+  const { t, y, every } = decoded.get(signal);
+  return { t, y: factor === 1 ? y : y.map((v) => v * factor), every };
+}
+
+/* Value of a signal at time t, interpolated. */
+function valueAt(run, name, t) {
+  const s = series(run, name);
+  if (!s) return NaN;
+  const at = Math.min(Math.max((t - run.start) / s.every, 0), s.y.length - 1);
+  const k = Math.min(Math.floor(at), s.y.length - 2);
+  return s.y[k] + (at - k) * (s.y[k + 1] - s.y[k]);
+}
+
+const findRun = (trajectory, mode, scale = 1) =>
+  data.runs.find((r) => r.trajectory === trajectory && r.mode === mode && r.scale === scale);
+const runName = (run) =>
+  `${run.trajectory}, ${MODE_NAMES[run.mode]}` + (run.scale === 1 ? "" : `, inertia ${percent(run.scale)}`);
+const percent = (scale) => `${scale > 1 ? "+" : scale < 1 ? "−" : ""}${Math.abs(Math.round(100 * (scale - 1)))} %`;
+const mm = (m, digits = 4) => (m === null || m === undefined ? "failed" : (1000 * m).toFixed(digits));
+
+function escape(text) {
+  return String(text).replace(/[&<>"]/g, (c) => ({ "&": "&amp;", "<": "&lt;", ">": "&gt;", '"': "&quot;" })[c]);
+}
+
+/* Fill a <select> with the runs; `changed` is told the chosen one, now and after each change. */
+function chooseRun(id, changed, preferred = () => false) {
+  const select = element(id);
+  data.runs.forEach((run, k) => select.add(new Option(runName(run), k)));
+  select.value = Math.max(data.runs.findIndex(preferred), 0);
+  const tell = () => changed(data.runs[select.value]);
+  select.addEventListener("change", tell);
+  tell();
+}

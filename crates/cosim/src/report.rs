@@ -1,0 +1,213 @@
+//! The evaluation as one HTML file that opens without a network: conditions, robustness table, plots and a 3-D animation; and the same
+//! figures as PNG and SVG.
+//!
+//! Everything shown comes out of the FMUs. The one exception is the animation's drawing: the FMU gives joint angles, and the poses of the
+//! 13 bodies are made of them with the kinematics of crate `hdrm` and the machine file that the FMU runs with ([`scene`]). Every frame is
+//! checked against the tip position that the FMU gives, so a drawing of another machine is refused.
+//!
+//! The page is plain HTML with plotly.js (out of the crate `plotly`) and three.js (in `assets/`) inside.
+
+mod conditions;
+mod evaluation;
+mod figures;
+mod map;
+mod page;
+mod runs;
+mod samples;
+mod scene;
+
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use anyhow::{Context, Result, bail};
+use rayon::prelude::*;
+use serde::Serialize;
+
+use crate::master::{Grid, Setting};
+use crate::system::System;
+use crate::table::{self, MODES, SCALES, TRAJECTORIES};
+use conditions::Conditions;
+use evaluation::{Energy, Stability, Testbed, kept};
+use map::EfficiencyMap;
+use runs::{Case, Run};
+use scene::Scene;
+
+/// Inertia error with which the adaptation is shown besides nominal inertias.
+const UNCERTAIN: f64 = 1.4;
+
+/// What is to be reported on.
+pub struct Request<'a> {
+    /// The machine.
+    pub system: &'a System,
+    /// Start, step and schedule of all runs.
+    pub grid: Grid,
+    /// Stop time, s, where it is not the end of the motion.
+    pub stop: Option<f64>,
+    /// Start values for all runs.
+    pub settings: &'a [Setting],
+    /// The one-axis experiment, where there is one.
+    pub testbed: Option<&'a System>,
+    /// `efficiency_map.csv` of `surrogate map`.
+    pub efficiency_map: Option<&'a Path>,
+}
+
+/// All that the page shows.
+#[derive(Serialize)]
+pub struct Report {
+    conditions: Conditions,
+    table: Vec<Row>,
+    runs: Vec<Run>,
+    /// Runs that failed, with the reason.
+    failures: Vec<String>,
+    energy: Vec<Energy>,
+    stability: Stability,
+    testbed: Option<Testbed>,
+    scene: Scene,
+    efficiency_map: Option<EfficiencyMap>,
+}
+
+/// A row of the robustness table.
+#[derive(Serialize)]
+struct Row {
+    trajectory: &'static str,
+    scale: f64,
+    /// The paper's RMSE of its adaptive controller, m.
+    paper: f64,
+    /// In the order of [`MODES`].
+    cells: Vec<TableCell>,
+}
+
+/// Tip error over the motion, m; nothing where the run failed.
+#[derive(Serialize)]
+struct TableCell {
+    mode: &'static str,
+    rmse: Option<f64>,
+    max: Option<f64>,
+}
+
+impl Request<'_> {
+    /// Number of runs it takes.
+    pub fn count() -> u64 {
+        let table = TRAJECTORIES.len() * SCALES.len() * MODES.len();
+        (cases().len() + table) as u64 + evaluation::RUNS
+    }
+
+    /// Make all runs, in parallel; `progress` is told how many are done. A run that fails is named in the report.
+    ///
+    /// # Errors
+    /// No run succeeds, or the machine file or the efficiency map cannot be used.
+    pub fn make(&self, progress: impl Fn(u64) + Sync) -> Result<Report> {
+        let efficiency_map = self.efficiency_map.map(EfficiencyMap::read).transpose()?;
+        let machine = scene::MachineFile::of(self.system, self.settings)?;
+        let scene = Scene::new(&machine)?;
+        let done = AtomicU64::new(0);
+        let count = || progress(done.fetch_add(1, Ordering::Relaxed) + 1);
+        let results: Vec<Result<Run>> = cases()
+            .into_par_iter()
+            .map(|case| {
+                let run = Run::of(self, case, &scene);
+                count();
+                run
+            })
+            .collect();
+        let mut failures = Vec::new();
+        let runs = kept(results, &mut failures);
+        if runs.is_empty() {
+            bail!("no run succeeded: {}", failures.join("; "));
+        }
+        let cells = table::run(self.system, self.grid, self.stop, self.settings, count);
+        failures.extend(cells.iter().filter_map(failure));
+        let energy = evaluation::energies(self, count, &mut failures);
+        let stability = evaluation::stability(self, count, &mut failures);
+        let testbed = evaluation::testbed(self, &mut failures);
+        Ok(Report {
+            conditions: Conditions::of(self, &machine),
+            table: cells.chunks(MODES.len()).map(row).collect(),
+            runs,
+            failures,
+            energy,
+            stability,
+            testbed,
+            scene,
+            efficiency_map,
+        })
+    }
+}
+
+/// The runs that are kept: both trajectories with all controllers, and the adaptive one with wrong inertias.
+fn cases() -> Vec<Case> {
+    let mut cases = Vec::new();
+    for (trajectory, _) in TRAJECTORIES {
+        cases.extend(MODES.map(|mode| Case {
+            trajectory,
+            mode,
+            scale: 1.0,
+        }));
+        cases.push(Case {
+            trajectory,
+            mode: MODES[0],
+            scale: UNCERTAIN,
+        });
+    }
+    cases
+}
+
+fn failure(cell: &table::Cell) -> Option<String> {
+    let error = cell.result.as_ref().err()?;
+    let table::Cell {
+        trajectory,
+        mode,
+        scale,
+        ..
+    } = cell;
+    Some(format!(
+        "{trajectory}, {mode}, inertia x {scale}: {error:#}"
+    ))
+}
+
+fn row(cells: &[table::Cell]) -> Row {
+    let cell = |c: &table::Cell| {
+        let tip = c.result.as_ref().ok().map(|tip| tip.motion);
+        TableCell {
+            mode: c.mode,
+            rmse: tip.map(|d| d.rms()),
+            max: tip.map(|d| d.max),
+        }
+    };
+    Row {
+        trajectory: cells[0].trajectory,
+        scale: cells[0].scale,
+        paper: cells[0].paper,
+        cells: cells.iter().map(cell).collect(),
+    }
+}
+
+impl Report {
+    /// Write the page.
+    pub fn write(&self, path: &Path) -> Result<()> {
+        if let Some(folder) = path.parent() {
+            std::fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
+        }
+        std::fs::write(path, page::html(self)?)
+            .with_context(|| format!("`{}` cannot be written", path.display()))
+    }
+
+    /// Write the figures as PNG and SVG into `folder`; their names.
+    pub fn write_figures(&self, folder: &Path) -> Result<Vec<PathBuf>> {
+        std::fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
+        figures::write(self, folder)
+    }
+
+    /// A line for each run and each failure.
+    pub fn summary(&self) -> String {
+        let mut text = String::new();
+        for run in &self.runs {
+            writeln!(text, "{}", run.line()).expect("a String takes every text");
+        }
+        for failure in &self.failures {
+            writeln!(text, "failed: {failure}").expect("a String takes every text");
+        }
+        text
+    }
+}

@@ -1,0 +1,49 @@
+//! Numbers as they go into the page: single precision, little endian, base64.
+
+use base64::Engine as _;
+use base64::engine::general_purpose::STANDARD;
+use serde::{Serialize, Serializer};
+
+/// Values for plots and drawings; 24 bits are more than a screen shows.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Samples(Vec<f32>);
+
+impl Samples {
+    #[expect(clippy::cast_possible_truncation, reason = "precision of a screen")]
+    pub fn new(values: impl IntoIterator<Item = f64>) -> Self {
+        Self(values.into_iter().map(|v| v as f32).collect())
+    }
+
+    /// The values.
+    pub fn values(&self) -> impl Iterator<Item = f64> + Clone {
+        self.0.iter().copied().map(f64::from)
+    }
+}
+
+impl Serialize for Samples {
+    /// One value where all are the same, else all.
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let same = self.0.windows(2).all(|pair| pair[0] == pair[1]);
+        let kept = &self.0[..if same {
+            1.min(self.0.len())
+        } else {
+            self.0.len()
+        }];
+        let bytes: Vec<u8> = kept.iter().flat_map(|v| v.to_le_bytes()).collect();
+        serializer.serialize_str(&STANDARD.encode(bytes))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn samples_are_little_endian_base64_and_constants_are_short() {
+        let json = |v: &[f64]| serde_json::to_string(&Samples::new(v.iter().copied())).unwrap();
+        // 1.0 = 0x3f800000, -2.0 = 0xc0000000 in IEEE 754.
+        assert_eq!(json(&[1.0, -2.0]), "\"AACAPwAAAMA=\"");
+        assert_eq!(json(&[1.0, 1.0, 1.0]), "\"AACAPw==\"");
+        assert_eq!(json(&[]), "\"\"");
+    }
+}

@@ -1,0 +1,61 @@
+//! Subcommand `report`.
+
+use std::path::PathBuf;
+
+use anyhow::Result;
+use clap::Args;
+use cosim::report::Request;
+use cosim::system::System;
+
+use crate::{GridArgs, SystemArgs, bar};
+
+#[derive(Args)]
+pub struct ReportArgs {
+    #[command(flatten)]
+    system: SystemArgs,
+    #[command(flatten)]
+    grid: GridArgs,
+    /// HTML file to write
+    #[arg(long, default_value = "report.html", value_name = "FILE")]
+    out: PathBuf,
+    /// Also write the figures as PNG and SVG into this directory
+    #[arg(long, value_name = "DIR")]
+    figures: Option<PathBuf>,
+    /// One-axis experiment: a packed .ssp [default: Testbed.ssp beside the system, where there is one]
+    #[arg(long, value_name = "FILE")]
+    testbed: Option<PathBuf>,
+    /// Show this efficiency map of the actuator: efficiency_map.csv of `surrogate map`
+    #[arg(long, value_name = "FILE")]
+    efficiency_map: Option<PathBuf>,
+}
+
+/// Make the runs, then write page and figures; a run that failed is named in the page and here.
+pub fn report(args: &ReportArgs) -> Result<()> {
+    let system = args.system.load()?;
+    let beside = system.path.with_file_name("Testbed.ssp");
+    let testbed = args
+        .testbed
+        .clone()
+        .or_else(|| beside.is_file().then_some(beside));
+    let testbed = testbed.map(|path| System::load(&path, None)).transpose()?;
+    let request = Request {
+        system: &system,
+        testbed: testbed.as_ref(),
+        grid: args.grid.grid(&system)?,
+        stop: args.grid.stop_time,
+        settings: &args.grid.settings,
+        efficiency_map: args.efficiency_map.as_deref(),
+    };
+    let bar = bar(Request::count(), "runs");
+    let report = request.make(|done| bar.set_position(done));
+    bar.finish_and_clear();
+    let report = report?;
+    print!("{}", report.summary());
+    report.write(&args.out)?;
+    println!("report written to {}", args.out.display());
+    if let Some(folder) = &args.figures {
+        let files = report.write_figures(folder)?;
+        println!("{} figures written to {}", files.len(), folder.display());
+    }
+    Ok(())
+}
