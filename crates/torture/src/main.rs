@@ -100,6 +100,9 @@ enum Command {
         /// Steps of each instance
         #[arg(long, default_value_t = 200)]
         steps: usize,
+        /// Make an instance of each FMU before the threads start
+        #[arg(long)]
+        warm: bool,
     },
     /// Many steps of 1 ms with moving inputs
     Long {
@@ -149,7 +152,8 @@ fn run(command: Command) -> Result<()> {
             fmus,
             threads,
             steps,
-        } => threads::run(&fmus.fmus, threads, steps),
+            warm,
+        } => threads::run(&fmus.fmus, threads, steps, warm),
         Command::Long { fmus, steps } => long::run(&fmus.fmus, steps),
     }
 }

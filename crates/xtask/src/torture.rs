@@ -93,11 +93,14 @@ pub fn run(workspace: &Workspace, options: &Options) -> Result<()> {
         driver.run(&["long", "--steps", &steps.to_string()])?;
     }
     if valgrind {
-        driver.under(MEMCHECK, &["life", "--instances", "3000", "--loads", "3"])?;
+        driver.under(MEMCHECK, &["life", "--instances", "1000", "--loads", "5"])?;
     }
     if threads {
         driver.run(&["threads", "--threads", "8", "--steps", "2000"])?;
-        driver.under(HELGRIND, &["threads", "--threads", "2", "--steps", "40"])?;
+        driver.under(
+            HELGRIND,
+            &["threads", "--warm", "--threads", "2", "--steps", "40"],
+        )?;
     }
     Ok(())
 }
@@ -121,6 +124,7 @@ const HELGRIND: &[&str] = &[
     "--tool=helgrind",
     "--error-exitcode=99",
     "--keep-debuginfo=yes",
+    "--suppressions=crates/torture/helgrind.supp",
 ];
 
 /// The program that mistreats FMUs, and the FMUs.
