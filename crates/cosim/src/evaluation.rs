@@ -1,4 +1,4 @@
-//! Subcommands of the evaluation: robustness tables.
+//! Subcommands of the evaluation: robustness tables, testbed, stability and energy in numbers.
 
 use std::fs::File;
 use std::io::{BufWriter, Write};
@@ -9,8 +9,9 @@ use clap::{Args, ValueEnum};
 use cosim::noise::Noise;
 use cosim::robustness::{self, STUDIES, Study};
 use cosim::run::Experiment;
+use cosim::signals::CsvLog;
 use cosim::system::System;
-use cosim::table;
+use cosim::{energy, stability, table, testbed};
 use serde_json::{Value, json};
 
 use crate::{GridArgs, SystemArgs, bar, create};
@@ -31,6 +32,51 @@ pub struct TableArgs {
     #[arg(long, value_name = "FILE")]
     csv: Option<PathBuf>,
     /// Also write all cells to this JSON file
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
+}
+
+#[derive(Args)]
+pub struct TestbedArgs {
+    #[command(flatten)]
+    system: SystemArgs,
+    /// Testbed: a packed .ssp [default: Testbed.ssp beside the system]
+    #[arg(long, value_name = "FILE")]
+    testbed: Option<PathBuf>,
+    #[command(flatten)]
+    grid: GridArgs,
+    /// Time constant of the load emulators, s
+    #[arg(long, default_value_t = 0.02, value_name = "SECONDS")]
+    lag: f64,
+    /// Write reference and measurement of each axis to TRAJECTORY_AXIS.csv in this directory
+    #[arg(long, value_name = "DIR")]
+    csv_dir: Option<PathBuf>,
+    /// Also write the numbers to this JSON file
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
+}
+
+#[derive(Args)]
+pub struct StabilityArgs {
+    #[command(flatten)]
+    system: SystemArgs,
+    #[command(flatten)]
+    grid: GridArgs,
+    /// Factor on mass and inertia of every body of the manipulator (the controller keeps nominal ones)
+    #[arg(long, value_name = "FACTOR", default_value_t = 1.4)]
+    inertia_scale: f64,
+    /// Also write the numbers to this JSON file
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
+}
+
+#[derive(Args)]
+pub struct EnergyArgs {
+    #[command(flatten)]
+    system: SystemArgs,
+    #[command(flatten)]
+    grid: GridArgs,
+    /// Also write the numbers to this JSON file
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
 }
@@ -103,6 +149,101 @@ pub fn tables(args: &TableArgs) -> Result<()> {
     write_json(args.json.as_deref(), &found)?;
     anyhow::ensure!(failed == 0, "{failed} cells failed");
     Ok(())
+}
+
+/// The one-axis experiment.
+pub fn run_testbed(args: &TestbedArgs) -> Result<()> {
+    anyhow::ensure!(
+        args.lag.is_finite() && args.lag >= 0.0,
+        "--lag must be finite and not negative"
+    );
+    let machine = args.system.load()?;
+    let path = args
+        .testbed
+        .clone()
+        .unwrap_or_else(|| machine.path.with_file_name("Testbed.ssp"));
+    let bed = System::load(&path, None)?;
+    let base = base(&machine, &args.grid)?;
+    let mut axes = Vec::new();
+    for run in testbed::run(&machine, &bed, &base, args.lag) {
+        axes.extend(run?);
+    }
+    println!("load emulators with a lag of {} ms", 1e3 * args.lag);
+    print!("{}", testbed::text(&axes));
+    for axis in &axes {
+        if let Some(dir) = &args.csv_dir {
+            write_course(
+                axis,
+                &dir.join(format!("{}_{}.csv", axis.trajectory, axis.axis)),
+            )?;
+        }
+    }
+    let mut found = conditions(&base);
+    found["lag_s"] = args.lag.into();
+    found["testbed"] = serde_json::to_value(&axes)?;
+    write_json(args.json.as_deref(), &found)
+}
+
+fn write_course(axis: &testbed::Axis, path: &Path) -> Result<()> {
+    let titles = [
+        "x desired [m]",
+        "x [m]",
+        "x_dot desired [m/s]",
+        "x_dot [m/s]",
+        "F desired [N]",
+        "F [N]",
+    ];
+    let mut log = CsvLog::new(BufWriter::new(create(path)?), &titles.map(String::from))?;
+    let course = &axis.course;
+    for (k, t) in course.time.iter().enumerate() {
+        let [x, v, f] =
+            [&course.position, &course.velocity, &course.force].map(|c| [c[0][k], c[1][k]]);
+        log.row(*t, &[x[0], x[1], v[0], v[1], f[0], f[1]])?;
+    }
+    log.finish()
+}
+
+/// Accompanying functions, bound and gain conditions.
+pub fn run_stability(args: &StabilityArgs) -> Result<()> {
+    let system = args.system.load()?;
+    let base = base(&system, &args.grid)?;
+    let bar = bar(stability::RUNS, "runs");
+    let runs = stability::run(&system, &base, args.inertia_scale, || bar.inc(1));
+    bar.finish_and_clear();
+    let runs: Vec<_> = runs.into_iter().collect::<Result<_>>()?;
+    println!("inertia x {}", args.inertia_scale);
+    print!("{}", stability::text(&runs));
+    let mut found = conditions(&base);
+    found["inertia_scale"] = args.inertia_scale.into();
+    found["stability"] = serde_json::to_value(&runs)?;
+    write_json(args.json.as_deref(), &found)
+}
+
+/// Energy balances of the actuators on both trajectories.
+pub fn run_energy(args: &EnergyArgs) -> Result<()> {
+    let system = args.system.load()?;
+    let base = base(&system, &args.grid)?;
+    let mut found = conditions(&base);
+    for (trajectory, _) in table::TRAJECTORIES {
+        let mut experiment = base.clone();
+        experiment
+            .settings
+            .push(system.setting("trajectory", trajectory)?);
+        let balances = energy::run(&system, &experiment)?;
+        println!(
+            "{}",
+            energy::text(&format!("{trajectory} trajectory"), &balances)
+        );
+        found["energy"][trajectory] = balances.iter().map(balance_json).collect::<Result<_>>()?;
+    }
+    write_json(args.json.as_deref(), &found)
+}
+
+fn balance_json(balance: &energy::Balance) -> Result<Value> {
+    let mut value = serde_json::to_value(balance)?;
+    value["efficiency"] = balance.efficiency().into();
+    value["residual"] = balance.residual().into();
+    Ok(value)
 }
 
 /// The experiment that the cells vary.

@@ -11,6 +11,7 @@
 
 pub mod bond;
 pub mod description;
+pub mod energy;
 pub mod exchange;
 pub mod fmu;
 pub mod master;
@@ -22,7 +23,9 @@ pub mod run;
 pub mod signals;
 pub mod slave;
 pub mod ssd;
+pub mod stability;
 pub mod system;
 pub mod table;
+pub mod testbed;
 pub mod tip;
 pub mod wiring;

@@ -36,6 +36,12 @@ enum Command {
     Compare(CompareArgs),
     /// Tip RMSE for parameter errors, noise and loads x trajectories x controllers, for inertia errors beside the paper's
     Table(evaluation::TableArgs),
+    /// One-axis experiment: lift and tilt actuator against load emulators that replay the forces of the machine
+    Testbed(evaluation::TestbedArgs),
+    /// Stability proof in numbers: accompanying functions, bound and excess, gain conditions
+    Stability(evaluation::StabilityArgs),
+    /// Energy of each actuator: electrical, losses by kind, work, regeneration, efficiency
+    Energy(evaluation::EnergyArgs),
     /// Measure how many times faster than real time the coupled system runs, without recording
     Bench(BenchArgs),
     /// Show components, stages of the exchange and power bonds; reports algebraic loops
@@ -146,6 +152,9 @@ fn main() -> ExitCode {
         Command::Run(args) => run(&args),
         Command::Compare(args) => compare(&args),
         Command::Table(args) => evaluation::tables(&args),
+        Command::Testbed(args) => evaluation::run_testbed(&args),
+        Command::Stability(args) => evaluation::run_stability(&args),
+        Command::Energy(args) => evaluation::run_energy(&args),
         Command::Bench(args) => bench(&args),
         Command::Wiring(args) => wiring(&args),
     };

@@ -10,7 +10,7 @@ use anyhow::{Context, Result};
 use rayon::prelude::*;
 use serde::Serialize;
 
-use crate::master::{Grid, Setting};
+use crate::master::Setting;
 use crate::noise::{Noise, Sensor};
 use crate::recording::Recording;
 use crate::run::Experiment;
@@ -361,4 +361,52 @@ fn verdict(study: Study, cells: &[Cell]) -> String {
         Some(target) => format!(", target {:.1}: NOT met", 1e3 * target),
     };
     format!("tip RMSE and maximum in mm over the motion; worst adaptive RMSE {worst:.3}{end}\n")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn cell(mode: &'static str, result: Result<TipError>) -> Cell {
+        Cell {
+            study: Study::Payload,
+            case: "payload +40 %".into(),
+            trajectory: "cubic",
+            mode,
+            result,
+        }
+    }
+
+    fn error(distance: f64) -> TipError {
+        let mut tip = TipError::new(0.0);
+        tip.add(1.0, distance);
+        tip
+    }
+
+    #[test]
+    fn a_failed_cell_is_named_and_the_others_are_shown() {
+        let text = text(&[
+            cell("adaptive", Ok(error(0.6e-3))),
+            cell("modular", Err(anyhow::anyhow!("emla_2: burnt"))),
+            cell("pd", Ok(error(7.25e-3))),
+        ]);
+        for part in [
+            "0.600 (0.600)",
+            "failed",
+            "7.250 (7.250)",
+            "cubic payload +40 %, modular: emla_2: burnt",
+            "worst adaptive RMSE 0.600, target 0.5: NOT met",
+        ] {
+            assert!(text.contains(part), "`{part}` is missing in:\n{text}");
+        }
+    }
+
+    #[test]
+    fn the_verdict_looks_at_the_adaptive_cells_only() {
+        let cells = [
+            cell("adaptive", Ok(error(0.4e-3))),
+            cell("pd", Ok(error(9e-3))),
+        ];
+        assert!(verdict(Study::Payload, &cells).contains("0.400, target 0.5: met"));
+    }
 }

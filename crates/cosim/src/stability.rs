@@ -1,0 +1,362 @@
+//! The stability proof in numbers along a run: the accompanying functions, their derivative beside the bound of the last theorem, and
+//! where the bound is exceeded, which assumption of the proof fails there.
+//!
+//! With ν = ν_1 + Σ ν_a the theorem says `ν' ≤ −B`, B the dissipation of bodies and actuators. The excess `ν' + B` is the sum of
+//! ```text
+//! bodies     ν_1' + B_1 − p          p  = Σ (ẋ_r − ẋ)(f_r − F), with the measured force F at the rods
+//! actuators  Σ ν_a' + B_a + p'       p' = Σ (ẋ_r − ẋ)·e_F, with the force error e_F of the proof, from the currents
+//! cuts       p − p'
+//! ```
+//! In the proof the first two are ≤ 0 and the third is zero. In the machine the first is what sampling adds; the second what sampling
+//! adds and the voltage law has more or other than the printed one (motor-side velocity, filtered slope, integral part); the third is
+//! friction, inertia and elasticity between current and rod, which the proof leaves out.
+#![allow(non_snake_case)] // the paper's symbols
+
+use std::fmt::Write as _;
+
+use anyhow::{Context, Result, ensure};
+use rayon::prelude::*;
+use serde::Serialize;
+
+use crate::master::{Grid, Setting};
+use crate::recording::Recording;
+use crate::run::Experiment;
+use crate::system::System;
+use crate::table::TRAJECTORIES;
+
+/// Actuators.
+const RODS: usize = 3;
+/// Outputs of the controller that are recorded once.
+const SCALARS: [&str; 3] = [
+    "lyapunov.nu_velocity",
+    "lyapunov.nu_adaptation",
+    "lyapunov.dissipation",
+];
+/// Outputs of the controller that are recorded per actuator.
+const PER_ROD: [&str; 5] = [
+    "lyapunov.nu_actuator",
+    "lyapunov.dissipation_actuator",
+    "lyapunov.vpf",
+    "lyapunov.force_error",
+    "x_dot_required",
+];
+/// Stability conditions of the low-level law.
+const CONDITIONS: [&str; 6] = [
+    "stability.beta_1",
+    "stability.beta_2",
+    "stability.printed_margin",
+    "stability.epsilon_max",
+    "stability.K_1",
+    "stability.K_2",
+];
+
+/// A power over a run, W.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct Power {
+    /// Mean.
+    pub mean: f64,
+    /// Root mean square.
+    pub rms: f64,
+    /// Largest value.
+    pub max: f64,
+}
+
+/// One run in numbers.
+#[derive(Clone, Debug, Serialize)]
+pub struct Run {
+    /// Trajectory.
+    pub trajectory: &'static str,
+    /// `paper` without the extensions of the voltage law, `shipped` with them.
+    pub law: &'static str,
+    /// Communication step, s.
+    pub step: f64,
+    /// ν at the first sample of the motion, its largest and its last value, J.
+    pub nu: [f64; 3],
+    /// ν_1 without its adaptation part, as `nu`.
+    pub nu_velocity: [f64; 3],
+    /// Adaptation part of ν_1, as `nu`.
+    pub nu_adaptation: [f64; 3],
+    /// Σ ν_a, as `nu`.
+    pub nu_actuators: [f64; 3],
+    /// Dissipation B.
+    pub dissipation: Power,
+    /// ν'.
+    pub nu_dot: Power,
+    /// `ν' + B`: positive where the bound is exceeded.
+    pub excess: Power,
+    /// Share of the time in which it is.
+    pub exceeded: f64,
+    /// Part of the bodies in the excess.
+    pub bodies: Power,
+    /// Part of the actuators.
+    pub actuators: Power,
+    /// Part of the cuts at the rods.
+    pub cuts: Power,
+    /// β₁ (N/A), β₂ (N/A), printed margin, ε_max (A/N), K_1 (m/N), K_2 (H).
+    pub conditions: [f64; 6],
+}
+
+/// Run both trajectories with both laws, at the step of `base` and at a quarter of it; `scale` is the plant's inertia over nominal.
+pub fn run(
+    system: &System,
+    base: &Experiment,
+    scale: f64,
+    done: impl Fn() + Sync,
+) -> Vec<Result<Run>> {
+    let mut runs = Vec::new();
+    for (trajectory, _) in TRAJECTORIES {
+        for law in ["paper", "shipped"] {
+            runs.extend([1.0, 0.25].map(|part| (trajectory, law, part * base.grid.step)));
+        }
+    }
+    let one = |(trajectory, law, step): (&'static str, &'static str, f64)| {
+        let found = one(system, base, scale, trajectory, law, step);
+        done();
+        found.with_context(|| format!("{trajectory}, {law} law, step {step} s"))
+    };
+    runs.into_par_iter().map(one).collect()
+}
+
+/// Runs that [`run`] makes.
+pub const RUNS: u64 = 8;
+
+fn one(
+    system: &System,
+    base: &Experiment,
+    scale: f64,
+    trajectory: &'static str,
+    law: &'static str,
+    step: f64,
+) -> Result<Run> {
+    let (k, _) = system.owner(SCALARS[0])?;
+    let controller = system.structure.components[k].name.clone();
+    let (k, _) = system.owner("tip.position[1]")?;
+    let arm = &system.structure.components[k].name;
+    let mut experiment = Experiment {
+        grid: Grid { step, ..base.grid },
+        ..base.clone()
+    };
+    let mut set = |component: &str, variable: &str, value: String| {
+        experiment.settings.push(Setting {
+            component: component.into(),
+            variable: variable.into(),
+            value,
+        });
+    };
+    set(&controller, "trajectory", trajectory.into());
+    set(&controller, "lyapunov.inertia_scale", scale.to_string());
+    set(arm, "inertia_scale", scale.to_string());
+    if law == "paper" {
+        set(&controller, "omega_i", "0".into());
+        set(&controller, "omega_d", "0".into());
+    }
+    let outputs = SCALARS.iter().chain(&PER_ROD).chain(&CONDITIONS);
+    let mut patterns: Vec<String> = outputs.map(|o| format!("{controller}.{o}*")).collect();
+    patterns.push(format!("{arm}.x_dot[*"));
+    let recording = Recording::of(system, &experiment, &patterns, |_, _| ())?;
+    let course = Course::of(&recording, &controller, arm)?;
+    let mut run = course.evaluate(step)?;
+    (run.trajectory, run.law) = (trajectory, law);
+    for (value, name) in run.conditions.iter_mut().zip(CONDITIONS) {
+        *value = recording.column(&format!("{controller}.{name}"))?[0];
+    }
+    Ok(run)
+}
+
+/// What the proof speaks of, at the communication points of the motion; sums over the actuators.
+#[derive(Default)]
+struct Course {
+    nu_velocity: Vec<f64>,
+    nu_adaptation: Vec<f64>,
+    nu_actuators: Vec<f64>,
+    /// B_1.
+    dissipation_bodies: Vec<f64>,
+    /// Σ B_a.
+    dissipation_actuators: Vec<f64>,
+    /// p.
+    flow_measured: Vec<f64>,
+    /// p'.
+    flow_proof: Vec<f64>,
+}
+
+impl Course {
+    fn of(recording: &Recording, controller: &str, arm: &str) -> Result<Self> {
+        let first = recording.motion_start();
+        let column = |name: String| Ok::<_, anyhow::Error>(&recording.column(&name)?[first..]);
+        let scalar = |name: &str| column(format!("{controller}.{name}"));
+        let rods = |component: &str, name: &str| -> Result<Vec<&[f64]>> {
+            (1..=RODS)
+                .map(|i| column(format!("{component}.{name}[{i}]")))
+                .collect()
+        };
+        let sum = |columns: &[&[f64]]| -> Vec<f64> {
+            (0..columns[0].len())
+                .map(|k| columns.iter().map(|c| c[k]).sum())
+                .collect()
+        };
+        let (required, actual) = (rods(controller, "x_dot_required")?, rods(arm, "x_dot")?);
+        let error = rods(controller, "lyapunov.force_error")?;
+        let proof = |k: usize| {
+            (0..RODS)
+                .map(|i| (required[i][k] - actual[i][k]) * error[i][k])
+                .sum()
+        };
+        Ok(Self {
+            nu_velocity: scalar(SCALARS[0])?.to_vec(),
+            nu_adaptation: scalar(SCALARS[1])?.to_vec(),
+            nu_actuators: sum(&rods(controller, "lyapunov.nu_actuator")?),
+            dissipation_bodies: scalar(SCALARS[2])?.to_vec(),
+            dissipation_actuators: sum(&rods(controller, "lyapunov.dissipation_actuator")?),
+            flow_measured: sum(&rods(controller, "lyapunov.vpf")?),
+            flow_proof: (0..error[0].len()).map(proof).collect(),
+        })
+    }
+
+    /// Derivatives by differences over a step, powers by their means over it.
+    fn evaluate(&self, step: f64) -> Result<Run> {
+        let points = self.nu_velocity.len();
+        ensure!(points > 1, "the motion has no step");
+        let rate = |c: &[f64], k: usize| (c[k + 1] - c[k]) / step;
+        let mean = |c: &[f64], k: usize| 0.5 * (c[k] + c[k + 1]);
+        let over = |of: &dyn Fn(usize) -> f64| Power::of((0..points - 1).map(of));
+        let bodies = |k: usize| {
+            rate(&self.nu_velocity, k)
+                + rate(&self.nu_adaptation, k)
+                + mean(&self.dissipation_bodies, k)
+                - mean(&self.flow_measured, k)
+        };
+        let actuators = |k: usize| {
+            rate(&self.nu_actuators, k)
+                + mean(&self.dissipation_actuators, k)
+                + mean(&self.flow_proof, k)
+        };
+        let cuts = |k: usize| mean(&self.flow_measured, k) - mean(&self.flow_proof, k);
+        let excess = |k: usize| bodies(k) + actuators(k) + cuts(k);
+        let dissipation =
+            |k: usize| mean(&self.dissipation_bodies, k) + mean(&self.dissipation_actuators, k);
+        let total: Vec<f64> = (0..points)
+            .map(|k| self.nu_velocity[k] + self.nu_adaptation[k] + self.nu_actuators[k])
+            .collect();
+        let above = (0..points - 1).filter(|k| excess(*k) > 0.0).count();
+        Ok(Run {
+            trajectory: "",
+            law: "",
+            step,
+            nu: ends(&total),
+            nu_velocity: ends(&self.nu_velocity),
+            nu_adaptation: ends(&self.nu_adaptation),
+            nu_actuators: ends(&self.nu_actuators),
+            dissipation: over(&dissipation),
+            nu_dot: over(&|k| rate(&total, k)),
+            excess: over(&excess),
+            exceeded: above as f64 / (points - 1) as f64,
+            bodies: over(&bodies),
+            actuators: over(&actuators),
+            cuts: over(&cuts),
+            conditions: [0.0; 6],
+        })
+    }
+}
+
+impl Power {
+    fn of(values: impl ExactSizeIterator<Item = f64>) -> Self {
+        let count = values.len() as f64;
+        let (mut sum, mut squares, mut max) = (0.0, 0.0, f64::NEG_INFINITY);
+        for v in values {
+            sum += v;
+            squares += v * v;
+            max = f64::max(max, v);
+        }
+        Self {
+            mean: sum / count,
+            rms: (squares / count).sqrt(),
+            max,
+        }
+    }
+}
+
+/// First, largest and last value.
+fn ends(values: &[f64]) -> [f64; 3] {
+    let max = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    [values[0], max, values[values.len() - 1]]
+}
+
+/// The runs as tables for people.
+pub fn text(runs: &[Run]) -> String {
+    let mut text = format!(
+        "accompanying functions over the motion, J: first, largest, last\n{:<34}{:>28}{:>28}{:>28}\n",
+        "", "1/2 s'Ms", "gamma D_F", "sum of nu_a"
+    );
+    let three = |v: &[f64; 3]| format!("{:.3} {:.3} {:.3}", v[0], v[1], v[2]);
+    let name = |r: &Run| format!("{}, {} law, {} ms", r.trajectory, r.law, 1e3 * r.step);
+    for r in runs {
+        let columns = [&r.nu_velocity, &r.nu_adaptation, &r.nu_actuators].map(three);
+        let [a, b, c] = columns;
+        writeln!(text, "{:<34}{a:>28}{b:>28}{c:>28}", name(r)).expect("a String takes every text");
+    }
+    text += &format!(
+        "\nbound nu' <= -B: mean, rms, largest, W\n{:<34}{:>24}{:>24}{:>9}{:>24}{:>24}{:>24}\n",
+        "", "B", "excess nu' + B", "time", "of it: bodies", "actuators", "cuts at the rods"
+    );
+    let power = |p: &Power| format!("{:.3} {:.3} {:.3}", p.mean, p.rms, p.max);
+    for r in runs {
+        let [b, excess, bodies] = [&r.dissipation, &r.excess, &r.bodies].map(power);
+        let [actuators, cuts] = [&r.actuators, &r.cuts].map(power);
+        let share = format!("{:.1} %", 100.0 * r.exceeded);
+        writeln!(
+            text,
+            "{:<34}{b:>24}{excess:>24}{share:>9}{bodies:>24}{actuators:>24}{cuts:>24}",
+            name(r)
+        )
+        .expect("a String takes every text");
+    }
+    text += "bodies: sampling, so it shrinks with the step; actuators: sampling, and the velocity feedback on the motor side;\n\
+             cuts: friction, inertia and elasticity between current and rod, which the proof leaves out\n";
+    if let Some(r) = runs.first() {
+        text += &conditions(&r.conditions);
+    }
+    text
+}
+
+fn conditions([beta_1, beta_2, printed, epsilon_max, K_1, K_2]: &[f64; 6]) -> String {
+    let holds = |yes: bool| if yes { "holds" } else { "fails" };
+    format!(
+        "\ngain conditions of the low-level law, at the largest current: beta_1 = {beta_1:.1} N/A, |beta_2| = {beta_2:.1} N/A\n\
+         1. beta_1 K_f/L_q >= beta_2 K_i/(2 L_d) as printed (weight 1 A/N): left over right {printed:.3e}, {}\n   \
+         with weight epsilon: holds up to epsilon_max = {epsilon_max:.3e} A/N, margin 2 at half of it\n\
+         2. K_2 >= K_1 beta_2/(2 epsilon): K_2 = {K_2:.3e} H against {:.3e} H at half epsilon_max, margin {:.1}\n\
+         3. K_1 = L_q/(beta_1 K_v) = {K_1:.3e} m/N, an equality by construction\n",
+        holds(*printed >= 1.0),
+        K_1 * beta_2 / epsilon_max,
+        K_2 * epsilon_max / (K_1 * beta_2),
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// ν = e^(−2t) falls with exactly ν' = −2ν: B = 2ν leaves nothing but the error of the differences, h²/12·ν''' < h².
+    /// A flow that the actuators do not give shows at the cuts and, with the other sign, nowhere else.
+    #[test]
+    fn the_excess_is_split_by_its_cause() {
+        let h = 1e-3;
+        let nu: Vec<f64> = (0..100).map(|k| (-2.0 * h * f64::from(k)).exp()).collect();
+        let zero = vec![0.0; nu.len()];
+        let course = Course {
+            nu_velocity: nu.clone(),
+            nu_adaptation: zero.clone(),
+            nu_actuators: zero.clone(),
+            dissipation_bodies: nu.iter().map(|v| 2.0 * v + 0.5).collect(),
+            dissipation_actuators: zero.clone(),
+            flow_measured: vec![0.5; nu.len()],
+            flow_proof: zero,
+        };
+        let run = course.evaluate(h).unwrap();
+        assert!(run.bodies.max.abs() < h * h, "{:?}", run.bodies);
+        assert_eq!(run.actuators, Power::default());
+        assert!((run.cuts.mean - 0.5).abs() < 1e-15);
+        assert!((run.excess.max - 0.5).abs() < h * h && run.exceeded == 1.0);
+        assert_eq!((run.nu[0], run.nu[1]), (1.0, 1.0));
+    }
+}

@@ -1,0 +1,412 @@
+//! One-axis experiment (the paper's "Experimental Results"): the lift and the tilt actuator, force-driven, each against a load emulator
+//! that replays the force profile of its joint from a run of the whole machine with a first-order lag; the actuator level of the
+//! controller tracks the rod's position, velocity and force of that run.
+#![allow(non_snake_case)] // the paper's symbols
+
+use std::fmt::Write as _;
+
+use anyhow::{Context, Result, ensure};
+use rayon::prelude::*;
+use serde::Serialize;
+
+use crate::master::{Master, Setting};
+use crate::recording::Recording;
+use crate::run::Experiment;
+use crate::signals::Signals;
+use crate::slave::At;
+use crate::system::System;
+use crate::table::TRAJECTORIES;
+
+/// An axis of the testbed: name, number of its rod, component of the testbed.
+const AXES: [(&str, usize, &str); 2] = [("lift", 2, "emla_lift"), ("tilt", 3, "emla_tilt")];
+/// Component of the testbed that controls both.
+const CONTROLLER: &str = "controller";
+/// Position RMSE to stay below, m.
+pub const POSITION_TARGET: f64 = 0.05e-3;
+/// Force RMSE to stay below, as a share of the force's peak.
+pub const FORCE_TARGET: f64 = 0.01;
+
+/// Course of one rod in the run of the whole machine, at its communication points.
+struct Profile {
+    /// Position, m.
+    x: Vec<f64>,
+    /// Velocity, m/s.
+    x_dot: Vec<f64>,
+    /// Acceleration, m/s², by central differences of the velocity.
+    x_ddot: Vec<f64>,
+    /// Force of the actuator, N.
+    F: Vec<f64>,
+}
+
+/// Root mean square and maximum of an error, and the peak of what was to be followed.
+#[derive(Clone, Copy, Debug, Default, Serialize)]
+pub struct Tracking {
+    /// Root mean square error.
+    pub rmse: f64,
+    /// Largest error.
+    pub max: f64,
+    /// Largest magnitude of the reference.
+    pub peak: f64,
+}
+
+/// Result of one axis on one trajectory.
+#[derive(Clone, Debug, Serialize)]
+pub struct Axis {
+    /// Trajectory.
+    pub trajectory: &'static str,
+    /// `lift` or `tilt`.
+    pub axis: &'static str,
+    /// Position, m.
+    pub position: Tracking,
+    /// Velocity, m/s.
+    pub velocity: Tracking,
+    /// Force on the load, N.
+    pub force: Tracking,
+    /// Course over time.
+    #[serde(skip)]
+    pub course: Course,
+}
+
+/// Reference and measurement of one axis at the communication points.
+#[derive(Clone, Debug, Default)]
+pub struct Course {
+    /// Time, s.
+    pub time: Vec<f64>,
+    /// Desired and actual position, m.
+    pub position: [Vec<f64>; 2],
+    /// Desired and actual velocity, m/s.
+    pub velocity: [Vec<f64>; 2],
+    /// Desired and actual force on the load, N.
+    pub force: [Vec<f64>; 2],
+}
+
+/// Run both trajectories: record the `machine` under `base`, replay on the `testbed`. `lag` is the emulator's time constant, s.
+pub fn run(
+    machine: &System,
+    testbed: &System,
+    base: &Experiment,
+    lag: f64,
+) -> Vec<Result<Vec<Axis>>> {
+    TRAJECTORIES
+        .into_par_iter()
+        .map(|(trajectory, _)| {
+            let (recording, profiles) = record(machine, base, trajectory)
+                .with_context(|| format!("{trajectory}, run of the machine"))?;
+            replay(testbed, base, trajectory, &recording, &profiles, lag)
+                .with_context(|| format!("{trajectory}, testbed"))
+        })
+        .collect()
+}
+
+fn record(
+    machine: &System,
+    base: &Experiment,
+    trajectory: &str,
+) -> Result<(Recording, [Profile; 2])> {
+    let mut experiment = base.clone();
+    experiment
+        .settings
+        .push(machine.setting("trajectory", trajectory)?);
+    let (k, _) = machine.owner("f_hold[1]")?;
+    let arm = &machine.structure.components[k].name;
+    let rods = AXES.map(|(_, rod, _)| {
+        let driven = (arm.clone(), format!("f[{rod}]"));
+        let force = machine
+            .structure
+            .connections
+            .iter()
+            .find(|c| c.end == driven);
+        force.map(|c| {
+            [
+                format!("{arm}.x[{rod}]"),
+                format!("{arm}.x_dot[{rod}]"),
+                format!("{}.{}", c.start.0, c.start.1),
+            ]
+        })
+    });
+    let rods = [rods[0].clone(), rods[1].clone()].map(|r| r.context("nothing drives a rod"));
+    let [lift, tilt] = rods;
+    let (lift, tilt) = (lift?, tilt?);
+    let patterns: Vec<String> = lift.iter().chain(&tilt).cloned().collect();
+    let recording = Recording::of(machine, &experiment, &patterns, |_, _| ())?;
+    let profile = |names: &[String; 3]| -> Result<Profile> {
+        let column = |k: usize| Ok::<_, anyhow::Error>(recording.column(&names[k])?.to_vec());
+        let x_dot = column(1)?;
+        Ok(Profile {
+            x: column(0)?,
+            x_ddot: slope(&x_dot, base.grid.step),
+            x_dot,
+            F: column(2)?,
+        })
+    };
+    let profiles = [profile(&lift)?, profile(&tilt)?];
+    Ok((recording, profiles))
+}
+
+/// Derivative by central differences, one-sided at the ends.
+fn slope(values: &[f64], step: f64) -> Vec<f64> {
+    let last = values.len().saturating_sub(1);
+    let at = |k: usize| {
+        let (before, after) = (k.saturating_sub(1), (k + 1).min(last));
+        (values[after] - values[before]) / (step * (after - before).max(1) as f64)
+    };
+    (0..values.len()).map(at).collect()
+}
+
+/// Start values: the rods where the recording starts, in equilibrium with its forces.
+fn start(profiles: &[Profile; 2]) -> Vec<Setting> {
+    let mut settings = Vec::new();
+    for ((_, rod, component), p) in AXES.into_iter().zip(profiles) {
+        for (component, variable, value) in [
+            (component, "x".to_string(), p.x[0]),
+            (component, "x_dot".to_string(), p.x_dot[0]),
+            (component, "F_hold".to_string(), p.F[0]),
+            (component, "F_ext".to_string(), p.F[0]),
+            (CONTROLLER, format!("reference.rod_position[{rod}]"), p.x[0]),
+            (
+                CONTROLLER,
+                format!("reference.rod_velocity[{rod}]"),
+                p.x_dot[0],
+            ),
+            (CONTROLLER, format!("reference.rod_force[{rod}]"), p.F[0]),
+        ] {
+            settings.push(Setting {
+                component: component.into(),
+                variable,
+                value: value.to_string(),
+            });
+        }
+    }
+    settings
+}
+
+/// Inputs of the testbed that no connection drives, by component and value references.
+struct Inputs {
+    controller: usize,
+    references: Vec<u32>,
+    emulators: [(usize, u32); 2],
+}
+
+impl Inputs {
+    fn of(testbed: &System) -> Result<Self> {
+        let reference = |component: usize, variable: &str| {
+            Ok::<_, anyhow::Error>(
+                testbed.fmus[component]
+                    .description
+                    .variable(variable)?
+                    .reference,
+            )
+        };
+        let controller = testbed.component(CONTROLLER)?;
+        let mut references = Vec::new();
+        for (_, rod, _) in AXES {
+            for quantity in ["position", "velocity", "acceleration", "force"] {
+                references.push(reference(
+                    controller,
+                    &format!("reference.rod_{quantity}[{rod}]"),
+                )?);
+            }
+        }
+        let emulator = |component: &str| {
+            let k = testbed.component(component)?;
+            Ok::<_, anyhow::Error>((k, reference(k, "F_ext")?))
+        };
+        Ok(Self {
+            controller,
+            references,
+            emulators: [emulator(AXES[0].2)?, emulator(AXES[1].2)?],
+        })
+    }
+
+    /// Set the references of communication point `k`.
+    fn refer(&self, master: &Master, profiles: &[Profile; 2], k: usize) -> Result<()> {
+        let of = |p: &Profile| [p.x[k], p.x_dot[k], p.x_ddot[k], p.F[k]];
+        let values: Vec<f64> = profiles.iter().flat_map(of).collect();
+        master.slaves()[self.controller].set(&self.references, &values, At::Time(master.time()))
+    }
+
+    /// Load both actuators over the step to come.
+    fn load(&self, master: &Master, forces: [f64; 2]) -> Result<()> {
+        for ((component, reference), force) in self.emulators.into_iter().zip(forces) {
+            let at = At::Time(master.time());
+            master.slaves()[component].set(&[reference], &[force], at)?;
+        }
+        Ok(())
+    }
+}
+
+/// Load emulator: `lag·F' = F_profile − F`, exact for a profile held at its mean over the step; the mean force of the step.
+fn emulate(force: &mut f64, from: f64, to: f64, step: f64, lag: f64) -> f64 {
+    let before = *force;
+    let reached = if lag > 0.0 {
+        -(-step / lag).exp_m1()
+    } else {
+        1.0
+    };
+    *force += reached * (0.5 * (from + to) - before);
+    0.5 * (before + *force)
+}
+
+fn replay(
+    testbed: &System,
+    base: &Experiment,
+    trajectory: &'static str,
+    recording: &Recording,
+    profiles: &[Profile; 2],
+    lag: f64,
+) -> Result<Vec<Axis>> {
+    let points = recording.times.len();
+    ensure!(points > 1, "the recording is empty");
+    let inputs = Inputs::of(testbed)?;
+    let patterns = AXES.map(|(_, _, c)| ["x_rod", "x_rod_dot", "F"].map(|v| format!("{c}.{v}")));
+    let mut signals = Signals::choose(testbed, patterns.as_flattened())?;
+    let column = |name: &str| {
+        let title = format!("{name} [");
+        signals
+            .titles
+            .iter()
+            .position(|t| t.starts_with(&title))
+            .context("just chosen")
+    };
+    let mut columns = Vec::new();
+    for name in patterns.as_flattened() {
+        columns.push(column(name)?);
+    }
+    let mut master = Master::new(testbed, &start(profiles), base.grid)?;
+    let mut load = [profiles[0].F[0], profiles[1].F[0]];
+    let mut courses = [Course::default(), Course::default()];
+    for k in 0..points {
+        inputs.refer(&master, profiles, k)?;
+        master.pass()?;
+        signals.read(&master)?;
+        for (i, (course, p)) in courses.iter_mut().zip(profiles).enumerate() {
+            let value = |quantity: usize| signals.values[columns[3 * i + quantity]];
+            course.add(
+                master.time(),
+                [p.x[k], p.x_dot[k], p.F[k]],
+                [value(0), value(1), value(2)],
+            );
+        }
+        if k + 1 < points {
+            let forces = std::array::from_fn(|i| {
+                let F = &profiles[i].F;
+                emulate(&mut load[i], F[k], F[k + 1], base.grid.step, lag)
+            });
+            inputs.load(&master, forces)?;
+            master.step()?;
+        }
+    }
+    master.terminate()?;
+    let first = recording.motion_start();
+    let axis = |((axis, _, _), course): ((&'static str, usize, &str), Course)| Axis {
+        trajectory,
+        axis,
+        position: tracking(&course.position, first),
+        velocity: tracking(&course.velocity, first),
+        force: tracking(&course.force, first),
+        course,
+    };
+    Ok(AXES.into_iter().zip(courses).map(axis).collect())
+}
+
+impl Course {
+    fn add(&mut self, time: f64, desired: [f64; 3], actual: [f64; 3]) {
+        self.time.push(time);
+        let columns = [&mut self.position, &mut self.velocity, &mut self.force];
+        for ((column, desired), actual) in columns.into_iter().zip(desired).zip(actual) {
+            column[0].push(desired);
+            column[1].push(actual);
+        }
+    }
+}
+
+/// Errors from sample `first` on.
+fn tracking([desired, actual]: &[Vec<f64>; 2], first: usize) -> Tracking {
+    let mut sum = 0.0;
+    let mut tracking = Tracking::default();
+    for (d, a) in desired.iter().zip(actual).skip(first) {
+        sum += (d - a) * (d - a);
+        tracking.max = tracking.max.max((d - a).abs());
+        tracking.peak = tracking.peak.max(d.abs());
+    }
+    tracking.rmse = (sum / desired.len().saturating_sub(first).max(1) as f64).sqrt();
+    tracking
+}
+
+/// The axes as a table for people.
+pub fn text(axes: &[Axis]) -> String {
+    let mut text = format!(
+        "{:<12}{:<6}{:>22}{:>22}{:>22}{:>10}{:>12}\n",
+        "trajectory",
+        "axis",
+        "position, mm (max)",
+        "velocity, mm/s (max)",
+        "force, N (max)",
+        "peak, kN",
+        "% of peak"
+    );
+    let cell = |t: &Tracking, scale: f64, digits: usize| {
+        format!("{:.digits$} ({:.digits$})", scale * t.rmse, scale * t.max)
+    };
+    for a in axes {
+        writeln!(
+            text,
+            "{:<12}{:<6}{:>22}{:>22}{:>22}{:>10.1}{:>12.3}",
+            a.trajectory,
+            a.axis,
+            cell(&a.position, 1e3, 4),
+            cell(&a.velocity, 1e3, 3),
+            cell(&a.force, 1.0, 1),
+            1e-3 * a.force.peak,
+            100.0 * a.force.rmse / a.force.peak
+        )
+        .expect("a String takes every text");
+    }
+    let met = |yes: bool| if yes { "met" } else { "NOT met" };
+    let position = axes.iter().all(|a| a.position.rmse <= POSITION_TARGET);
+    let force = axes
+        .iter()
+        .all(|a| a.force.rmse <= FORCE_TARGET * a.force.peak);
+    text + &format!(
+        "RMSE and maximum over the motion; targets: position {:.2} mm {}, force {:.0} % of peak {}\n",
+        1e3 * POSITION_TARGET,
+        met(position),
+        100.0 * FORCE_TARGET,
+        met(force)
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A step of the profile: after k steps of h the force is 1 − e^(−k h/lag), closed form.
+    #[test]
+    fn the_emulator_is_a_first_order_lag() {
+        let (mut force, h, lag) = (0.0, 1e-3, 0.02);
+        for k in 1..=50 {
+            let before = force;
+            let mean = emulate(&mut force, 1.0, 1.0, h, lag);
+            let exact = -(-f64::from(k) * h / lag).exp_m1();
+            assert!((force - exact).abs() < 50.0 * f64::EPSILON, "{k}: {force}");
+            assert!((mean - 0.5 * (before + force)).abs() < f64::EPSILON);
+        }
+        let mut ideal = 3.0;
+        emulate(&mut ideal, 4.0, 6.0, h, 0.0);
+        assert_eq!(ideal, 5.0);
+    }
+
+    #[test]
+    fn errors_count_from_the_first_sample_of_the_motion() {
+        let courses = [vec![9.0, 1.0, -2.0], vec![0.0, 4.0, 2.0]];
+        let t = tracking(&courses, 1);
+        assert_eq!((t.rmse, t.max, t.peak), (12.5f64.sqrt(), 4.0, 2.0));
+    }
+
+    /// Quadratic: central differences are exact inside, half a step off at the ends.
+    #[test]
+    fn slopes_of_a_parabola() {
+        let values: Vec<f64> = (0..5).map(|k| f64::from(k * k)).collect();
+        assert_eq!(slope(&values, 1.0), [1.0, 2.0, 4.0, 6.0, 7.0]);
+    }
+}
