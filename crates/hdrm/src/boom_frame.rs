@@ -81,6 +81,8 @@ pub(crate) struct BoomFrame {
     wrist: [WristBody; 3],
     /// Pose of T4.
     tip: Pose,
+    /// P in the world.
+    slew: Pose,
 }
 
 impl BoomFrame {
@@ -120,6 +122,7 @@ impl BoomFrame {
             CP: body(turn(C, [b1 - 1.0, b2, b3]), &parts.CP, e_CP, C),
             wrist,
             tip,
+            slew: Pose::turn_y(Vector3::zeros(), e[0].x, e[0].y),
         }
     }
 
@@ -239,6 +242,18 @@ impl BoomFrame {
         let Q_2 = self.A2.joint.S.power(plane);
         let Q_3 = self.A3.joint.S.power(plane);
         Vector6::new(plane.m_y, Q_2, Q_3, Q_4, Q_5, Q_6)
+    }
+
+    /// Position of T4 in the world, m, and its velocity with the angular velocity of T4, in world axes.
+    pub fn tip_motion(&self, zeta_dot: &[f64; DOF]) -> (Vector3<f64>, Twist) {
+        let plane = self.A2.joint.S * zeta_dot[1] + self.A3.joint.S * zeta_dot[2];
+        let mut V = Twist::new(plane.v.push(0.0), Vector3::new(0.0, zeta_dot[0], plane.w));
+        for (body, rate) in self.wrist.iter().zip(&zeta_dot[3..]) {
+            V += body.S * *rate;
+        }
+        let (R, r) = (&self.slew.R, self.tip.r);
+        let velocity = Twist::new(R * (V.v + V.w.cross(&r)), R * V.w);
+        (R * r, velocity)
     }
 
     /// First moment of the whole machine along y, kg·m: the potential energy is `g` times this.

@@ -40,8 +40,7 @@ impl Hdrm {
     pub fn output(&self, state: &State, input: &Input) -> Output {
         let State { zeta, zeta_dot } = state;
         let dynamics = self.dynamics(zeta);
-        let configuration = self.tree.configuration(zeta);
-        let tip = Tip::new(&self.tree, &configuration);
+        let (tip, V_tip) = dynamics.frame.tip_motion(zeta_dot);
         let holding = dynamics.frame.bias(&[0.0; DOF], self.gravity);
         let (energy_kinetic, energy_potential) = self.energies_of(&dynamics, zeta_dot);
         let strokes = &dynamics.strokes;
@@ -53,9 +52,9 @@ impl Hdrm {
             zeta_ddot: self.acceleration(&dynamics, state, input).into(),
             f_hold: std::array::from_fn(|i| holding[i] / strokes[i].prime),
             tau_hold: std::array::from_fn(|i| holding[3 + i]),
-            tip_position: tip.position.into(),
+            tip_position: tip.into(),
             tip_orientation: components(&Tip::orientation(zeta)),
-            tip_velocity: (tip.jacobian() * Vector6::from(*zeta_dot)).into(),
+            tip_velocity: V_tip.to_vector().into(),
             energy_kinetic,
             energy_potential,
         }
