@@ -3,6 +3,7 @@
 //! parameters, so a mismatch to the plant is one file away.
 
 use crate::motor::{self, Dq};
+use crate::surrogate::tanh;
 use machine::Emla;
 
 /// Nut travel per radian of the screw, `ρ/2π`, m/rad. Source: `[paper]` Eq. (eq:linear_velocity).
@@ -89,7 +90,7 @@ pub(crate) fn stiffness_curvature(p: &Emla, x: f64) -> f64 {
 #[must_use]
 pub fn gear_factor(p: &Emla, tau_load: f64, w_m: f64) -> f64 {
     let (mean, half) = gear_factor_parts(p);
-    mean + half * sign(tau_load) * (w_m / p.w_eta).tanh()
+    mean + half * sign(tau_load) * tanh(w_m / p.w_eta)
 }
 
 /// Derivative of [`gear_factor`] with respect to `w_m`, s/rad.
@@ -109,7 +110,7 @@ fn sign(value: f64) -> f64 {
 
 /// Derivative of tanh.
 pub(crate) fn sech2(z: f64) -> f64 {
-    let t = z.tanh();
+    let t = tanh(z);
     1.0 - t * t
 }
 
@@ -117,7 +118,7 @@ pub(crate) fn sech2(z: f64) -> f64 {
 /// Coulomb friction opposing the motion and zero at rest.
 #[must_use]
 pub fn motor_friction(p: &Emla, w_m: f64) -> f64 {
-    p.C_m * w_m + p.tau_C * (w_m / p.w_C).tanh()
+    p.C_m * w_m + p.tau_C * tanh(w_m / p.w_C)
 }
 
 /// Derivative of [`motor_friction`] with respect to `w_m`, N·m·s/rad.

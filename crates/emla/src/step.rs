@@ -1,6 +1,6 @@
 //! Integration over one communication step: classical Runge–Kutta with a fixed substep.
 
-use crate::dynamics::State;
+use crate::dynamics::{Rates, State};
 use crate::input::InputPath;
 use crate::maps;
 use crate::{Drive, Emla};
@@ -133,17 +133,25 @@ impl Emla {
         Attempt::Done(s)
     }
 
-    /// One classical Runge–Kutta step of length `dt`, a time `t` after the start of the path.
+    /// One classical Runge–Kutta step of length `dt`, a time `t` after the start of the path. A loop, because
+    /// one place where the rates are computed lets the compiler move everything that depends on parameters
+    /// only out of it.
     fn rk4(&self, s: &State, path: &InputPath, t: f64, dt: f64) -> State {
-        let middle = path.at(t + 0.5 * dt);
-        let a = self.rates(s, &path.at(t));
-        let b = self.rates(&s.advanced(0.5 * dt, &a), &middle);
-        let c = self.rates(&s.advanced(0.5 * dt, &b), &middle);
-        let d = self.rates(&s.advanced(dt, &c), &path.at(t + dt));
-        s.advanced(dt / 6.0, &a)
-            .advanced(dt / 3.0, &b)
-            .advanced(dt / 3.0, &c)
-            .advanced(dt / 6.0, &d)
+        // Share of dt at which the rates are taken, and their weight.
+        const STAGES: [(f64, f64); 4] = [
+            (0.0, 1.0 / 6.0),
+            (0.5, 1.0 / 3.0),
+            (0.5, 1.0 / 3.0),
+            (1.0, 1.0 / 6.0),
+        ];
+        let mut next = *s;
+        let mut rates = Rates::default();
+        for (share, weight) in STAGES {
+            let at = share * dt;
+            rates = self.rates(&s.advanced(at, &rates), &path.at(t + at));
+            next = next.advanced(weight * dt, &rates);
+        }
+        next
     }
 }
 

@@ -19,12 +19,13 @@ mod file;
 mod network;
 
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
+use std::sync::{Arc, LazyLock};
 
 use serde::{Deserialize, Serialize};
 
 pub use file::{LayerFile, MinMax, Ranges, Split, SurrogateError, SurrogateFile, TrainingRecord};
 pub use network::WIDTHS;
+pub(crate) use network::tanh;
 use network::{Layer, Network};
 
 /// The shipped network; trained on a simulation (the virtual testbed), not on measurements.
@@ -57,10 +58,13 @@ struct Inner {
 }
 
 impl Surrogate {
-    /// The shipped network.
+    /// The shipped network. It is read once per process and then shared, because it never changes.
     #[must_use]
     pub fn reference() -> Self {
-        Self::from_json(REFERENCE).expect("the shipped network is valid (tested)")
+        static SHIPPED: LazyLock<Surrogate> = LazyLock::new(|| {
+            Surrogate::from_json(REFERENCE).expect("the shipped network is valid (tested)")
+        });
+        SHIPPED.clone()
     }
 
     /// Read a network from a file. A relative path that does not exist in the working directory is

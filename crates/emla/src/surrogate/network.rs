@@ -180,7 +180,7 @@ pub(super) const TANH_ERROR: f64 = 6e-15;
 ///
 /// `tanh x = 1 − 2/(e^{2x} + 1)`, `e^{2x} = 2ⁿ·e^r`, `n = round(2x/ln 2)`. NaN stays NaN.
 #[inline(always)]
-pub(super) fn tanh(x: f64) -> f64 {
+pub(crate) fn tanh(x: f64) -> f64 {
     let x = if x > SATURATION { SATURATION } else { x };
     let x = if x < -SATURATION { -SATURATION } else { x };
     let y = 2.0 * x;
