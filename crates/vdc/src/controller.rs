@@ -13,7 +13,11 @@ use machine::{Machine, MachineError};
 use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize};
 use spatial::Inertia;
+use std::cell::Cell;
 use thiserror::Error;
+
+/// Longest step, s: measurements held for longer than that mean nothing, and filters with large gains would overflow.
+const STEP_MAX: f64 = 100.0;
 
 /// Why no controller could be made, or a step was refused.
 #[derive(Debug, Error)]
@@ -38,6 +42,14 @@ pub enum ControllerError {
         /// Its length.
         norm: f64,
     },
+    /// Unusable step size.
+    #[error("t = {t} s: step h = {h} s must be > 0 and at most {STEP_MAX} s")]
+    BadStep {
+        /// Start of the step, s.
+        t: f64,
+        /// Step, s.
+        h: f64,
+    },
     /// A number left its range.
     #[error("t = {t} s: `{signal}` became {value}")]
     NotFinite {
@@ -58,6 +70,10 @@ pub struct Controller {
     /// Pose of the tip when the controller started.
     start: Desired,
     state: State,
+    /// The last evaluation: a step begins with the measurements of the last output, and a master asks for outputs
+    /// before and after it has passed the forces. Taken out by every step, so it belongs to the present state.
+    #[serde(skip)]
+    last: Cell<Option<Evaluated>>,
 }
 
 /// What the controller believes about the machine.
@@ -84,17 +100,38 @@ struct State {
     drives: [LowLevelState; 3],
 }
 
+/// An evaluation, the outputs, and what they were made of.
+#[derive(Clone, Copy, Debug)]
+struct Evaluated {
+    settings: Settings,
+    input: Input,
+    evaluation: Evaluation,
+    output: Output,
+}
+
+impl Evaluated {
+    /// Whether it holds for these measurements. The forces count in the virtual power flows only.
+    fn holds_for(&self, settings: &Settings, input: &Input) -> bool {
+        let but_for_forces = Input {
+            F: self.input.F,
+            ..*input
+        };
+        self.input == but_for_forces && self.settings == *settings
+    }
+}
+
 /// Everything between the inputs and the commands at one instant.
+#[derive(Clone, Copy, Debug)]
 struct Evaluation {
     /// None at [`Level::Actuator`].
     machine: Option<MachineLevel>,
     demands: [RodDemand; 3],
-    measured: [Measured; 3],
     commands: [Command; 3],
     tau_wrist: [f64; 3],
 }
 
 /// What only the level of the machine has.
+#[derive(Clone, Copy, Debug)]
 struct MachineLevel {
     desired: Desired,
     tip: Vector3<f64>,
@@ -133,6 +170,7 @@ impl Controller {
                     .w_m
                     .map(|w_m| LowLevelState::undisturbed(&machine.emla, w_m)),
             },
+            last: Cell::new(None),
         };
         let now = controller.evaluate(settings, input)?;
         for (drive, command) in controller.state.drives.iter_mut().zip(&now.commands) {
@@ -152,7 +190,32 @@ impl Controller {
     /// # Errors
     /// A reference orientation of length zero, or a number that is not finite.
     pub fn output(&self, settings: &Settings, input: &Input) -> Result<Output, ControllerError> {
-        let now = self.evaluate(settings, input)?;
+        let last = self
+            .last
+            .take()
+            .filter(|last| last.holds_for(settings, input));
+        let (evaluation, mut output) = match last {
+            Some(last) => (last.evaluation, last.output),
+            None => {
+                let now = self.evaluate(settings, input)?;
+                (now, self.outputs(settings, input, &now))
+            }
+        };
+        output.vpf = std::array::from_fn(|i| {
+            let demand = &evaluation.demands[i];
+            (demand.x_r_dot - input.x_dot[i]) * (demand.f_r - input.F[i])
+        });
+        self.last.set(Some(Evaluated {
+            settings: *settings,
+            input: *input,
+            evaluation,
+            output,
+        }));
+        Ok(output)
+    }
+
+    /// All outputs but the virtual power flows.
+    fn outputs(&self, settings: &Settings, input: &Input, now: &Evaluation) -> Output {
         let mut output = Output {
             v_d: now.commands.map(|c| c.v_d),
             v_q: now.commands.map(|c| c.v_q),
@@ -169,14 +232,14 @@ impl Controller {
             output.tip_error = tip_error.into();
             output.tip_error_norm = tip_error.norm();
         }
-        self.lyapunov_terms(settings, input, &now, &mut output);
-        Ok(output)
+        self.lyapunov_terms(settings, input, now, &mut output);
+        output
     }
 
     /// Advances by `h` s with the measurements held; on error nothing has changed.
     ///
     /// # Errors
-    /// As [`Controller::output`].
+    /// A step that is not positive or too long, and as [`Controller::output`].
     pub fn step(
         &mut self,
         settings: &Settings,
@@ -184,7 +247,13 @@ impl Controller {
         t: f64,
         h: f64,
     ) -> Result<(), ControllerError> {
-        let now = self.evaluate(settings, input)?;
+        if !(h > 0.0 && h <= STEP_MAX) {
+            return Err(ControllerError::BadStep { t, h });
+        }
+        let now = match self.last.take() {
+            Some(last) if last.holds_for(settings, input) => last.evaluation,
+            _ => self.evaluate(settings, input)?,
+        };
         if let (Mode::Adaptive, Some(machine)) = (settings.mode, &now.machine) {
             for (k, motion) in machine.motions.iter().enumerate() {
                 let S = adaptation_direction(&motion.w, &motion.V_r, &motion.V, &motion.s());
@@ -197,7 +266,7 @@ impl Controller {
             settings,
         };
         for (i, drive) in self.state.drives.iter_mut().enumerate() {
-            law.advance(drive, &now.measured[i], &now.commands[i], h);
+            law.advance(drive, &measured(input, i), &now.commands[i], h);
         }
         self.state.t = t + h;
         Ok(())
@@ -238,18 +307,13 @@ impl Controller {
                 (None, std::array::from_fn(demand), [0.0; 3])
             }
         };
-        let measured = std::array::from_fn(|i| Measured {
-            i_d: input.i_d[i],
-            i_q: input.i_q[i],
-            w_m: input.w_m[i],
-            F: input.F[i],
-        });
         let law = Law {
             actuator: &self.nominal.actuator,
             settings,
         };
-        let commands: [Command; 3] =
-            std::array::from_fn(|i| law.command(&self.state.drives[i], &demands[i], &measured[i]));
+        let commands: [Command; 3] = std::array::from_fn(|i| {
+            law.command(&self.state.drives[i], &demands[i], &measured(input, i))
+        });
         let tau_wrist = std::array::from_fn(|j| {
             let limit = self.nominal.tau_wrist_max[j];
             tau[j].clamp(-limit, limit)
@@ -257,7 +321,6 @@ impl Controller {
         let evaluation = Evaluation {
             machine,
             demands,
-            measured,
             commands,
             tau_wrist,
         };
@@ -355,7 +418,7 @@ impl Controller {
         Ok(())
     }
 
-    /// The accompanying functions of the stability proof and the virtual power flows at the rods.
+    /// The accompanying functions of the stability proof.
     fn lyapunov_terms(
         &self,
         settings: &Settings,
@@ -369,14 +432,15 @@ impl Controller {
             let truth = self.nominal.inertia[k] * settings.true_inertia_scale;
             let s = motion.s();
             output.mass_hat[k] = self.state.estimates[k].inertia().m;
-            output.nu_velocity += truth.kinetic_energy(&s);
+            let energy = self.nominal.inertia[k].kinetic_energy(&s);
+            output.nu_velocity += settings.true_inertia_scale * energy;
             output.nu_adaptation += gains.gamma * self.state.estimates[k].divergence(&truth);
-            output.dissipation += 2.0 * gains.kappa_KA * self.nominal.inertia[k].kinetic_energy(&s);
+            output.dissipation += 2.0 * gains.kappa_KA * energy;
         }
         let p = self.nominal.actuator.params();
         let conditions = Conditions::new(p, gains);
         if conditions.hold() {
-            output.conditions = conditions;
+            output.conditions = conditions; // else they are not defined, and stay 0
         }
         for i in 0..3 {
             let i_d_error = self.state.drives[i].i_dr - input.i_d[i];
@@ -385,8 +449,6 @@ impl Controller {
             output.nu_actuator[i] = conditions.accompanying(force_error, i_d_error);
             output.dissipation_actuator[i] =
                 conditions.dissipation(p, gains, force_error, i_d_error);
-            output.vpf[i] =
-                (now.demands[i].x_r_dot - input.x_dot[i]) * (now.demands[i].f_r - input.F[i]);
         }
     }
 }
@@ -416,6 +478,16 @@ impl Nominal {
             actuator: Emla::new(machine.emla, Drive::Motion)?
                 .with_surrogate(surrogate.clone(), 0.0),
         })
+    }
+}
+
+/// What drive `i` measures.
+fn measured(input: &Input, i: usize) -> Measured {
+    Measured {
+        i_d: input.i_d[i],
+        i_q: input.i_q[i],
+        w_m: input.w_m[i],
+        F: input.F[i],
     }
 }
 

@@ -60,6 +60,8 @@ pub(crate) struct Command {
     pub(crate) e_q: f64,
     /// `F_hyb,r − F_hyb` by [eq:Error_Force_EMLA], N.
     pub(crate) force_error: f64,
+    /// What the network adds to the physics, `α·dF`, N.
+    residual_force: f64,
 }
 
 /// The law with its constants.
@@ -103,14 +105,20 @@ impl Law<'_> {
     /// friction at the required rates, and the required instead of the measured acceleration: the
     /// measured one closes an unfiltered loop around the current and is unstable. In `pd` mode there
     /// is no model but the lossless transmission.
-    fn required_current(&self, state: &LowLevelState, demand: &RodDemand, now: &Measured) -> f64 {
+    fn required_current(
+        &self,
+        state: &LowLevelState,
+        demand: &RodDemand,
+        now: &Measured,
+        residual_force: f64,
+    ) -> f64 {
         let p = self.p();
         let travel = maps::travel_per_radian(p);
         let tau_r = match self.settings.mode {
             Mode::Pd => demand.f_r * travel,
             Mode::Adaptive | Mode::Modular => {
                 let (w_r, w_r_dot) = (demand.x_r_dot / travel, demand.x_r_ddot / travel);
-                let F_r = demand.f_r - self.residual_force(now);
+                let F_r = demand.f_r - residual_force;
                 maps::required_torque(p, F_r, w_r, w_r_dot) + self.disturbance(state, now)
             }
         };
@@ -143,7 +151,8 @@ impl Law<'_> {
         let (p, gains) = (self.p(), &self.settings.gains);
         let Measured { i_d, i_q, w_m, .. } = *now;
         let i_dr = state.i_dr;
-        let i_qr = self.required_current(state, demand, now);
+        let residual_force = self.residual_force(now);
+        let i_qr = self.required_current(state, demand, now, residual_force);
         let di_qr = (i_qr - state.i_qr_filtered) / gains.di_qr_filter_time;
         let force_error = maps::beta_1(p, i_d) * (i_qr - i_q) - maps::beta_2(p, i_q) * (i_dr - i_d);
         let velocity_error = demand.x_r_dot - maps::travel_per_radian(p) * w_m;
@@ -163,6 +172,7 @@ impl Law<'_> {
             e_d,
             e_q,
             force_error,
+            residual_force,
         }
     }
 
@@ -182,7 +192,7 @@ impl Law<'_> {
         state.i_qr_filtered +=
             reached(1.0 / gains.di_qr_filter_time) * (command.i_qr - state.i_qr_filtered);
         if gains.omega_d > 0.0 {
-            let F = now.F - self.residual_force(now);
+            let F = now.F - command.residual_force;
             let unexplained =
                 maps::torque(p, now.i_d, now.i_q) - maps::required_torque(p, F, now.w_m, 0.0);
             let target = maps::inertia(p, 1.0) * now.w_m + unexplained / gains.omega_d;
