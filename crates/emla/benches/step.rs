@@ -1,23 +1,14 @@
-//! Time of the actuator's step and outputs: `cargo bench -p emla`.
+//! Cost of the actuator's calls: `cargo bench -p emla`.
 #![allow(non_snake_case)]
+
+#[path = "../../../benches/measure.rs"]
+mod measure;
 
 use emla::{Drive, Emla, Input, InputPath, Surrogate};
 use std::hint::black_box;
-use std::time::Instant;
-
-/// Prints the best of several batches: the least disturbed one.
-fn measure(name: &str, mut call: impl FnMut()) {
-    const CALLS: u32 = 20_000;
-    let batch = |call: &mut dyn FnMut()| {
-        let start = Instant::now();
-        (0..CALLS).for_each(|_| call());
-        start.elapsed().as_secs_f64() / f64::from(CALLS)
-    };
-    let best = (0..10).map(|_| batch(&mut call)).fold(f64::MAX, f64::min);
-    println!("{name}: {:.3} µs", 1e6 * best);
-}
 
 fn main() {
+    let bench = measure::Bench::from_arguments();
     let p = machine::Machine::reference().emla;
     let u = Input {
         v_q: 60.0,
@@ -27,18 +18,27 @@ fn main() {
         F_hold: 30e3,
         ..Input::default()
     };
-    for drive in [Drive::Motion, Drive::Force] {
+    let network = Surrogate::reference();
+    bench.call("surrogate evaluation", || {
+        black_box(network.evaluate(black_box(20.0), black_box(90.0)));
+    });
+    for (drive, moved) in [(Drive::Motion, "motion"), (Drive::Force, "force")] {
         let physics = Emla::new(p, drive).expect("reference");
-        let hybrid = physics.clone().with_surrogate(Surrogate::reference(), 0.2);
-        for (name, emla) in [("physics", physics), ("with network", hybrid)] {
+        let hybrid = physics.clone().with_surrogate(network.clone(), 0.2);
+        for (kind, emla) in [("", physics), (", hybrid", hybrid)] {
             let s = emla.start(&u).expect("finite");
             let path = InputPath::held(u);
-            measure(&format!("{drive:?}, {name}: step of 1 ms"), || {
-                let _ = black_box(emla.step(black_box(&s), black_box(&path), 0.0, 1e-3));
-            });
-            measure(&format!("{drive:?}, {name}: outputs"), || {
-                black_box(emla.output(black_box(&s), black_box(&u)));
-            });
+            bench.call(
+                &format!("actuator step of 1 ms ({moved}-driven{kind})"),
+                || {
+                    let _ = black_box(emla.step(black_box(&s), black_box(&path), 0.0, 1e-3));
+                },
+            );
+            if moved == "motion" && kind.is_empty() {
+                bench.call("actuator outputs", || {
+                    black_box(emla.output(black_box(&s), black_box(&u)));
+                });
+            }
         }
     }
 }
