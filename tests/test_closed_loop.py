@@ -35,7 +35,7 @@ def native(fmu_dir, tmp_path, trajectory, mode, scale, *more):
     """The same by `cosim run`, from its CSV."""
     here = os.environ.get("COSIM")
     places = [Path(here)] if here else [FMU_DIR.parent / kind / "cosim" for kind in ("release", "debug")]
-    program = next((p for p in places if p.is_file()), None)
+    program = max((p for p in places if p.is_file()), key=lambda p: p.stat().st_mtime, default=None)  # the newest
     assert program, f"no program `cosim` among {places}; `cargo xtask cosim -- --help` builds it"
     path = tmp_path / "native.csv"
     arguments = [program, "run", "--system", SSD, "--fmu-dir", fmu_dir, "--quiet", "--csv", path, "--signals", ",".join(SIGNALS)]
