@@ -50,8 +50,8 @@ enum Command {
     Demo,
     /// Everything that CI checks
     Test,
-    /// Criterion-style benchmarks of the crates and the coupled real-time factor
-    Bench,
+    /// One table of what everything costs, beside other engines; or instruction counts against the recorded ones
+    Bench(bench::Options),
     /// Mistreat the FMUs: random calls, sanitizers, valgrind, threads, fuzzing, long runs
     Torture(torture::Options),
     /// Provide libclang, so that plain `cargo build -p cosim` works
@@ -93,7 +93,7 @@ fn run(command: Command) -> Result<()> {
         }
         Command::Demo => demo::run(&workspace),
         Command::Test => test::run(&workspace),
-        Command::Bench => bench::run(&workspace),
+        Command::Bench(options) => bench::run(&workspace, &options),
         Command::Torture(options) => torture::run(&workspace, &options),
         Command::Setup => libclang::provide(&workspace).map(drop),
         Command::Cosim { arguments } => {

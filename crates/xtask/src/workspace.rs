@@ -102,7 +102,7 @@ impl Workspace {
     }
 
     /// Build in release mode; the artifacts of kind `kind` (`cdylib` or `bin`) that cargo reports, by target name.
-    fn build(
+    pub fn build(
         &self,
         targets: &[&str],
         kind: &str,

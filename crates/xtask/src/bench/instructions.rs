@@ -1,0 +1,115 @@
+//! Instruction counts against recorded ones. Counts repeat from run to run where times do not, so they show a loss
+//! of a few per cent; they are not times.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::process::Command;
+
+use anyhow::{Context, Result, ensure};
+
+use super::Built;
+use crate::workspace::Workspace;
+
+/// Growth over the recorded count that is still accepted.
+const ALLOWED_GROWTH: f64 = 0.03;
+
+/// Recorded counts, relative to the root.
+const RECORD: &str = "benches/instructions.json";
+
+/// Bench program and call.
+const CALLS: [(&str, &str); 5] = [
+    ("dynamics", "forward dynamics"),
+    ("dynamics", "manipulator outputs"),
+    ("step", "actuator step of 1 ms (motion-driven)"),
+    ("step", "surrogate evaluation"),
+    ("controller", "controller output + step (adaptive)"),
+];
+
+/// Count, print, compare; fails where a count has grown too much.
+pub fn run(workspace: &Workspace, built: &Built, record: bool) -> Result<()> {
+    let mut counts = BTreeMap::new();
+    for (program, call) in CALLS {
+        let program = built.program(program)?;
+        let count = per_call([100, 200], |n| {
+            let mut command = valgrind(workspace);
+            command.arg(program).args(["--count", call, &n.to_string()]);
+            command
+        })?;
+        counts.insert(call.to_string(), count);
+    }
+    let coupled = per_call([200, 400], |n| {
+        let mut command = valgrind(workspace);
+        let cosim = built.coupled(workspace, "bench");
+        command.arg(cosim.get_program()).args(cosim.get_args());
+        let stop = format!("{}", 1e-3 * f64::from(n));
+        command.args(["--repeat", "1", "--stop-time", &stop]);
+        command
+    })?;
+    counts.insert("coupled step of 1 ms".to_string(), coupled);
+
+    let file = workspace.root.join(RECORD);
+    if record {
+        fs::write(&file, serde_json::to_string_pretty(&counts)? + "\n")?;
+    }
+    let text = fs::read_to_string(&file)
+        .with_context(|| format!("{}: run with --record first", file.display()))?;
+    let recorded: BTreeMap<String, u64> = serde_json::from_str(&text)?;
+    compare(&counts, &recorded)
+}
+
+fn compare(counts: &BTreeMap<String, u64>, recorded: &BTreeMap<String, u64>) -> Result<()> {
+    println!(
+        "{:<44} {:>12} {:>12} {:>8}",
+        "instructions per call", "now", "recorded", "growth"
+    );
+    let mut grown = Vec::new();
+    for (call, &now) in counts {
+        let &before = recorded
+            .get(call)
+            .with_context(|| format!("`{call}` is not recorded"))?;
+        let growth = now as f64 / before as f64 - 1.0;
+        println!("{call:<44} {now:>12} {before:>12} {:>7.1}%", 100.0 * growth);
+        if growth > ALLOWED_GROWTH {
+            grown.push(call.as_str());
+        }
+    }
+    let limit = 100.0 * ALLOWED_GROWTH;
+    ensure!(
+        grown.is_empty(),
+        "more than {limit} % above the record: {}",
+        grown.join(", ")
+    );
+    Ok(())
+}
+
+fn valgrind(workspace: &Workspace) -> Command {
+    let mut command = workspace.command("valgrind");
+    command.args(["--tool=callgrind", "--callgrind-out-file=/dev/null"]);
+    command
+}
+
+/// Instructions per call, from the difference of two runs: what the start of the program costs drops out.
+fn per_call([few, many]: [u32; 2], command: impl Fn(u32) -> Command) -> Result<u64> {
+    let total = |n| -> Result<u64> {
+        let result = command(n).output().context("is valgrind installed?")?;
+        let said = String::from_utf8_lossy(&result.stderr).into_owned();
+        let count = said.lines().find_map(|l| l.split("Collected :").nth(1));
+        let count = count.with_context(|| format!("callgrind gave no count: {said}"))?;
+        count.trim().parse().context("count of callgrind")
+    };
+    Ok(total(many)?.saturating_sub(total(few)?) / u64::from(many - few))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_growth_beyond_the_limit_fails() {
+        let counts = |n| BTreeMap::from([("call".to_string(), n)]);
+        assert!(compare(&counts(1030), &counts(1000)).is_ok());
+        assert!(compare(&counts(500), &counts(1000)).is_ok());
+        assert!(compare(&counts(1031), &counts(1000)).is_err());
+        assert!(compare(&counts(1000), &BTreeMap::new()).is_err());
+    }
+}
