@@ -18,6 +18,7 @@ pub mod master;
 pub mod messages;
 pub mod noise;
 pub mod recording;
+pub mod report;
 pub mod robustness;
 pub mod run;
 pub mod signals;

@@ -2,6 +2,7 @@
 #![forbid(unsafe_code)]
 
 mod evaluation;
+mod reporting;
 
 use std::fs::File;
 use std::io::BufWriter;
@@ -36,6 +37,8 @@ enum Command {
     Compare(CompareArgs),
     /// Tip RMSE for parameter errors, noise and loads x trajectories x controllers, for inertia errors beside the paper's
     Table(evaluation::TableArgs),
+    /// Write the evaluation as one HTML file with tables, plots and a 3-D animation
+    Report(reporting::ReportArgs),
     /// One-axis experiment: lift and tilt actuator against load emulators that replay the forces of the machine
     Testbed(evaluation::TestbedArgs),
     /// Stability proof in numbers: accompanying functions, bound and excess, gain conditions
@@ -152,6 +155,7 @@ fn main() -> ExitCode {
         Command::Run(args) => run(&args),
         Command::Compare(args) => compare(&args),
         Command::Table(args) => evaluation::tables(&args),
+        Command::Report(args) => reporting::report(&args),
         Command::Testbed(args) => evaluation::run_testbed(&args),
         Command::Stability(args) => evaluation::run_stability(&args),
         Command::Energy(args) => evaluation::run_energy(&args),
