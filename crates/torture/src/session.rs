@@ -105,9 +105,9 @@ impl<'a> Session<'a> {
 
     /// One call with all checks.
     fn turn(&mut self, i: usize) -> Result<(), String> {
-        let before = match self.random.below(8) {
-            0..4 => Observed::Nothing,
-            4..7 => self.outputs(i)?,
+        let before = match self.random.below(16) {
+            0..8 => Observed::Nothing,
+            8..15 => self.outputs(i)?,
             _ => Observed::Bytes(self.instances[i].snapshot()?),
         };
         self.instances[i].messages();
@@ -194,8 +194,8 @@ impl<'a> Session<'a> {
             11 => self.simple(i, "fmi2CancelStep"),
             12 => self.set_debug_logging(i),
             13..15 => self.status(i),
-            15..17 => Ok(self.birth(i)),
-            17..22 => self.set_real(i),
+            15 if self.random.one_in(2) => Ok(self.birth(i)),
+            16..22 => self.set_real(i),
             22..24 => self.set_integer(i),
             24 => self.set_string(i),
             25..30 => self.get_real(i),
