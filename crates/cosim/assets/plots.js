@@ -91,7 +91,7 @@ function pathPlot(parent, trajectory, gain) {
     ...layout({ ...titled(name), hovermode: "closest" }), margin: { l: 0, r: 0, t: 38, b: 0 }, uirevision: "keep",
     scene: {
       aspectmode: "data", xaxis: axis("x, m"), yaxis: axis("−z, m"), zaxis: axis("y, m"),
-      camera: { eye: { x: -1.25, y: -1.75, z: 0.8 }, projection: { type: "orthographic" } },
+      camera: { eye: { x: -1.2, y: -1.7, z: 0.8 } },
     },
   }, "tall");
 }

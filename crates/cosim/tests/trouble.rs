@@ -104,7 +104,7 @@ fn files_that_are_no_systems_are_refused() {
     );
     let structure = ("SystemStructure.ssd".to_string(), oscillator().into_bytes());
     assert_holds(
-        &error("no_fmu.ssp", &[structure.clone()]),
+        &error("no_fmu.ssp", std::slice::from_ref(&structure)),
         &["component `spring`", "holds no resources/Spring.fmu"],
     );
     let broken = |fmu: &[u8]| {

@@ -138,20 +138,21 @@ impl Panel {
         for curve in &self.curves {
             let color = curve.color;
             let points = curve.points.iter().map(|(x, y)| (*x, shown(*y)));
-            chart
-                .draw_series(LineSeries::new(points, color.stroke_width(2)))?
-                .label(&curve.label)
-                .legend(move |(x, y)| {
-                    PathElement::new([(x, y), (x + 22, y)], color.stroke_width(2))
-                });
+            chart.draw_series(LineSeries::new(points, color.stroke_width(2)))?;
         }
-        let (width, _) = chart.plotting_area().dim_in_pixel();
-        let beside = SeriesLabelPosition::Coordinate(i32::try_from(width).unwrap_or(0) + 6, 0);
-        chart
-            .configure_series_labels()
-            .position(beside)
-            .label_font(FONT)
-            .draw()
+        Ok(())
+    }
+
+    /// Names beside the axes, so that they cover no curve.
+    fn legend<B: DrawingBackend>(&self, area: &Area<'_, B>) -> Drawn<B> {
+        let (width, _) = area.dim_in_pixel();
+        let left = i32::try_from(width - LEGEND).unwrap_or(0) + 10;
+        for (curve, top) in self.curves.iter().zip((26..).step_by(19)) {
+            let line = [(left, top), (left + 20, top)];
+            area.draw(&PathElement::new(line, curve.color.stroke_width(3)))?;
+            area.draw(&Text::new(curve.label.as_str(), (left + 27, top - 9), FONT))?;
+        }
+        Ok(())
     }
 }
 
@@ -162,6 +163,7 @@ impl Picture for Figure {
         let parts = area.split_evenly((self.panels.len().div_ceil(2), 2));
         for (panel, part) in self.panels.iter().zip(&parts) {
             panel.draw(part)?;
+            panel.legend(part)?;
         }
         Ok(())
     }
