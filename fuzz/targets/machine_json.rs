@@ -1,0 +1,14 @@
+//! A machine that is read makes models that are built, or says why not; nothing panics.
+#![no_main]
+
+use libfuzzer_sys::fuzz_target;
+use machine::Machine;
+
+fuzz_target!(|text: &str| {
+    let Ok(machine) = Machine::from_json(text) else {
+        return;
+    };
+    let _ = hdrm::Hdrm::new(&machine, &hdrm::Options::of(&machine));
+    let _ = emla::Emla::new(machine.emla, emla::Drive::Motion);
+    let _ = vdc::tip_pose(&machine, &machine.start.zeta);
+});

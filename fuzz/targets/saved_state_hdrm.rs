@@ -1,0 +1,12 @@
+//! Damaged saved states of the FMU; its source is included, because a library with C symbols is never linked into another.
+#![no_main]
+
+#[path = "../../fmu-hdrm/src/lib.rs"]
+#[allow(missing_docs)]
+mod fmu;
+#[path = "../saved_state.rs"]
+mod saved_state;
+
+use fmu::{HdrmFmu, Parameters};
+
+libfuzzer_sys::fuzz_target!(|data: &[u8]| saved_state::run(data));
