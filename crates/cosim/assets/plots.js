@@ -149,7 +149,7 @@ function robustness() {
     traces.push(line("paper, adaptive", "#3c3c3c", own.map((r) => 1000 * r.paper), "dot"));
   });
   const x = (text) => ({ title: { text }, gridcolor: "#e6ebf0", zerolinecolor: "#c9d2db", ticksuffix: " %" });
-  const y = { ...MICRO, gridcolor: "#e6ebf0", title: { text: "tip RMSE, mm" }, range: [-3.2, 1.5] };
+  const y = { ...MICRO, gridcolor: "#e6ebf0", title: { text: "tip RMSE, mm" } };
   const target = element("robustness-plot");
   Plotly.react(target, traces, layout({
     grid: { rows: 1, columns: 2, pattern: "independent", xgap: 0.12 }, xaxis: x("error of all inertias, cubic"), yaxis: y,
@@ -279,6 +279,9 @@ function efficiencyMap(run) {
     ], layout({ ...titled(`Efficiency, ${title}`), hovermode: "closest", xaxis: { title: { text: "rod speed, mm/s" } }, yaxis: { title: { text: "load, kN" } } }), "tall");
   }
   if (!map) {
+    const hint = document.createElement("p");
+    hint.innerHTML = "The map itself is drawn where the report is made with <code>--efficiency-map</code> and the file of <code>surrogate map</code>.";
+    if (!document.getElementById("map-points")) parent.append(hint);
     draw(parent, "map-points", points, layout({ ...titled("Operating points where the efficiency is defined"), hovermode: "closest", xaxis: { title: { text: "rod speed, mm/s" } }, yaxis: { title: { text: "load, kN" } } }));
   }
 }

@@ -2,7 +2,7 @@
 //! figures as PNG and SVG.
 //!
 //! Everything shown comes out of the FMUs. The one exception is the animation's drawing: the FMU gives joint angles, and the poses of the
-//! 13 bodies are made of them with the kinematics of crate `hdrm` and the machine file that the FMU runs with ([`scene`]). Every frame is
+//! 13 bodies are made of them with the kinematics of crate `hdrm` and the machine file that the FMU runs with (module `scene`). Every frame is
 //! checked against the tip position that the FMU gives, so a drawing of another machine is refused.
 //!
 //! The page is plain HTML with plotly.js (out of the crate `plotly`) and three.js (in `assets/`) inside.
