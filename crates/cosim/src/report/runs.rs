@@ -144,6 +144,10 @@ impl Run {
         ] {
             settings.push(system.setting(variable, value)?);
         }
+        // The controller's accompanying functions need the plant's true inertias; its law does not see them.
+        if let Ok(truth) = system.setting("lyapunov.inertia_scale", &case.scale.to_string()) {
+            settings.push(truth);
+        }
         let experiment = Experiment {
             grid: request.grid,
             stop: request.stop,
