@@ -4,63 +4,17 @@ use crate::actuator_level;
 use crate::adaptation::{Bounds, Estimate, adaptation_direction};
 use crate::clik::{self, TipState};
 use crate::decomposition::{self, BodyMotion};
+use crate::error::{ControllerError, STEP_MAX};
 use crate::low_level::{Command, Law, LowLevelState, Measured, RodDemand};
 use crate::reference::{Desired, Path};
 use crate::{Conditions, Input, Level, Mode, Output, Settings, Trajectory};
 use emla::{Drive, Emla, Surrogate};
 use hdrm::{BODIES, Body, Configuration, GeometryError, Tip, Tree};
-use machine::{Machine, MachineError};
+use machine::Machine;
 use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize};
 use spatial::Inertia;
 use std::cell::Cell;
-use thiserror::Error;
-
-/// Longest step, s: measurements held for longer than that mean nothing, and filters with large gains would overflow.
-const STEP_MAX: f64 = 100.0;
-
-/// Why no controller could be made, or a step was refused.
-#[derive(Debug, Error)]
-pub enum ControllerError {
-    /// A parameter outside its range.
-    #[error(transparent)]
-    Machine(#[from] MachineError),
-    /// Geometry that is not a working machine.
-    #[error(transparent)]
-    Geometry(#[from] GeometryError),
-    /// The adaptation needs positive definite pseudo-inertias.
-    #[error(
-        "`bodies.{body:?}`: mass, com and inertia_com are no physical body, so it cannot be adapted"
-    )]
-    NotPhysical {
-        /// The body.
-        body: Body,
-    },
-    /// A reference orientation without direction.
-    #[error("`reference.orientation` has length {norm}: it must be a quaternion of length 1")]
-    Orientation {
-        /// Its length.
-        norm: f64,
-    },
-    /// Unusable step size.
-    #[error("t = {t} s: step h = {h} s must be > 0 and at most {STEP_MAX} s")]
-    BadStep {
-        /// Start of the step, s.
-        t: f64,
-        /// Step, s.
-        h: f64,
-    },
-    /// A number left its range.
-    #[error("t = {t} s: `{signal}` became {value}")]
-    NotFinite {
-        /// Time, s.
-        t: f64,
-        /// Its name.
-        signal: &'static str,
-        /// Its value.
-        value: f64,
-    },
-}
 
 /// The controller and its state.
 #[derive(Clone, Debug, Serialize, Deserialize)]

@@ -15,12 +15,14 @@ mod controller;
 #[cfg(test)]
 mod cuts;
 mod decomposition;
+mod error;
 mod low_level;
 mod reference;
 mod signals;
 mod stability;
 
-pub use controller::{Controller, ControllerError, tip_pose};
+pub use controller::{Controller, tip_pose};
+pub use error::ControllerError;
 pub use reference::{Desired, Trajectory};
 pub use signals::{Input, Level, Mode, Output, Settings};
 pub use stability::Conditions;
