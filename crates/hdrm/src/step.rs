@@ -21,6 +21,10 @@ const CONTACT_STEP: f64 = 1.0;
 /// Most substeps that a free substep is divided into.
 const DIVISION_MAX: u32 = 200;
 
+/// Largest angle, rad, and rate, rad/s, of a joint. Beyond it (friction too stiff for the substep, forces out of all proportion) the
+/// numbers are no motion any more, and the squares in the outputs would overflow soon.
+const LARGEST: f64 = 1e9;
+
 /// Why a step could not be done; the state is left as before the step.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum StepError {
@@ -159,7 +163,8 @@ fn finite(state: &State, t: f64) -> Result<(), StepError> {
         .zip(&state.zeta)
         .chain(ZETA_DOT.iter().zip(&state.zeta_dot));
     for (signal, &value) in signals {
-        if !value.is_finite() {
+        let is_motion = value.abs() <= LARGEST; // false for NaN
+        if !is_motion {
             return Err(StepError::NotFinite { t, signal, value });
         }
     }

@@ -185,7 +185,7 @@ fn supervised(fmus: &[PathBuf], calls: usize, seed: u64) -> Result<String> {
             fmu.display()
         )),
         Some(status) => Err(anyhow!(
-            "seed {seed}, {}: {status}; last calls of its repetition (all of them with --replay {seed}):\n{}",
+            "seed {seed}, {}: {status}: {complaint}last calls of its repetition (all of them with --replay {seed}):\n{}",
             fmu.display(),
             traced()?
         )),
