@@ -13,14 +13,14 @@ const DT_MAX_FORCE: f64 = 0.125e-3;
 /// Largest `rate·dt` of a linear mode. RK4 is stable to 2.78 on the real and 2.83 on the imaginary
 /// axis; 1 keeps it accurate too.
 const RATE_STEP: f64 = 1.0;
-/// Most substeps in one step, some seconds of computing. Normal operation takes 4 to 12 per millisecond.
-const MAX_SUBSTEPS: f64 = 1e7;
+/// Most substeps in one step, half a second of computing. Normal operation takes 4 to 12 per millisecond.
+const MAX_SUBSTEPS: f64 = 1e6;
 
 /// Why a step could not be completed; the caller's state is untouched.
 #[derive(Clone, Copy, Debug, Error, PartialEq)]
 pub enum StepError {
     /// The step itself is unusable.
-    #[error("t = {t} s: step h = {h} s must be finite, > 0 and at most 10⁷ substeps long")]
+    #[error("t = {t} s: step h = {h} s must be finite, > 0 and at most 10⁶ substeps long")]
     BadStep {
         /// Start of the step, s.
         t: f64,

@@ -12,8 +12,8 @@ const H_MAX: f64 = 1e-3;
 /// normal operation (0.3 rad/s) stays far below, a wrist that whips around does not.
 const TURN_MAX: f64 = 4e-3;
 
-/// Longest communication step, s: some 10⁵ substeps, half a second of computing.
-const STEP_MAX: f64 = 100.0;
+/// Longest communication step, s: 10⁴ substeps, more in fast motion and in contact.
+const STEP_MAX: f64 = 10.0;
 
 /// `h·λ` allowed per substep in contact; RK4 is stable up to 2.78.
 const CONTACT_STEP: f64 = 1.0;
