@@ -41,7 +41,7 @@ pub enum Form {
 
 impl Form {
     /// The one with fewer operations: with R residuals, W weights, `W²R + W³/3` for forming and
-    /// factoring `JᵀJ`, `R³/3` and the tiles of [`kernel_tile`] for `J·Jᵀ`. Mostly the smaller one.
+    /// factoring `JᵀJ`, `R³/3` and the tiles of `kernel_tile` for `J·Jᵀ`. Mostly the smaller one.
     #[must_use]
     pub fn cheaper(shape: &Shape, samples: usize) -> Self {
         let outputs = shape.outputs() as f64;

@@ -113,9 +113,9 @@ pub struct Output {
     pub nu_actuator: [f64; 3],
     /// Σ sᵀ K_A s, the dissipation of Theorem 2, W.
     pub dissipation: f64,
-    /// Dissipation of each actuator in the bound on ν̇_a ([eq:dv_EMLA3]), W.
+    /// Dissipation of each actuator in the bound on ν̇_a (eq:dv_EMLA3), W.
     pub dissipation_actuator: [f64; 3],
-    /// `F_hyb,r − F_hyb` of each actuator by [eq:Error_Force_EMLA], from the currents, N.
+    /// `F_hyb,r − F_hyb` of each actuator by eq:Error_Force_EMLA, from the currents, N.
     pub force_error: [f64; 3],
     /// Stability conditions of the low-level law; all 0 where they fail.
     pub conditions: Conditions,
