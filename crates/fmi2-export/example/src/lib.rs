@@ -1,4 +1,4 @@
-//! FMU `Oscillator`: the table of variables and what each call of FMI means for the model in [`oscillator`].
+//! FMU `Oscillator`: the table of variables and what each call of FMI means for the model in `oscillator`.
 
 mod oscillator;
 
