@@ -18,7 +18,7 @@
 mod file;
 mod network;
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::{Arc, LazyLock};
 
 use serde::{Deserialize, Serialize};
@@ -76,10 +76,7 @@ impl Surrogate {
         if path.is_empty() {
             return Ok(Self::reference());
         }
-        let mut file = PathBuf::from(path);
-        if let Some(resources) = resources.filter(|_| file.is_relative() && !file.exists()) {
-            file = resources.join(file);
-        }
+        let file = machine::locate(path, resources);
         let named = |reason: String| SurrogateError::File {
             path: file.display().to_string(),
             reason,

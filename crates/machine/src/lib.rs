@@ -81,10 +81,7 @@ impl Machine {
         if path.is_empty() {
             return Ok(Self::reference());
         }
-        let mut file = PathBuf::from(path);
-        if let Some(resources) = resources.filter(|_| file.is_relative() && !file.exists()) {
-            file = resources.join(file);
-        }
+        let file = locate(path, resources);
         let shown = || file.display().to_string();
         let json = std::fs::read_to_string(&file).map_err(|source| MachineError::Read {
             path: shown(),
@@ -113,6 +110,17 @@ impl Machine {
         self.start.check(&self.limits)?;
         self.trajectories.check()?;
         self.controller.check()
+    }
+}
+
+/// Where the file `path` is meant to be: as it stands, or in `resources` if it is relative and does
+/// not exist in the working directory.
+#[must_use]
+pub fn locate(path: &str, resources: Option<&Path>) -> PathBuf {
+    let file = PathBuf::from(path);
+    match resources {
+        Some(resources) if file.is_relative() && !file.exists() => resources.join(file),
+        _ => file,
     }
 }
 

@@ -215,10 +215,7 @@ impl Controller {
                 self.state.estimates[k].advance(&S, settings.gains.gamma, h, bounds);
             }
         }
-        let law = Law {
-            actuator: &self.nominal.actuator,
-            settings,
-        };
+        let law = self.nominal.law(settings);
         for (i, drive) in self.state.drives.iter_mut().enumerate() {
             law.advance(drive, &measured(input, i), &now.commands[i], h);
         }
@@ -261,10 +258,7 @@ impl Controller {
                 (None, std::array::from_fn(demand), [0.0; 3])
             }
         };
-        let law = Law {
-            actuator: &self.nominal.actuator,
-            settings,
-        };
+        let law = self.nominal.law(settings);
         let commands: [Command; 3] = std::array::from_fn(|i| {
             law.command(&self.state.drives[i], &demands[i], &measured(input, i))
         });
@@ -408,6 +402,13 @@ impl Controller {
 }
 
 impl Nominal {
+    fn law<'a>(&'a self, settings: &'a Settings) -> Law<'a> {
+        Law {
+            actuator: &self.actuator,
+            settings,
+        }
+    }
+
     fn new(
         machine: &Machine,
         surrogate: &Surrogate,
