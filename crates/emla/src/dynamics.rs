@@ -138,6 +138,7 @@ impl Emla {
     /// F_spring = C_b (ẋ_n − ẋ) + K_b(x)·(x_n − x),   F = F_spring − C_act ẋ,   F_nut = F_spring − α·dF
     /// (J_m + k J_s/N²) ẇ_m = τ_e − C_m w_m − τ_C tanh(w_m/w_C) − k (C_s w_m/N + lead·F_nut)/N
     /// ```
+    #[inline(always)] // so that what depends on parameters only moves out of the loops of a step
     pub(crate) fn instant(&self, s: &State, u: &Input) -> Instant {
         let p = &self.p;
         let (x, x_dot) = match self.drive {
@@ -155,7 +156,7 @@ impl Emla {
         let k = maps::gear_factor(p, tau_load, w_m);
         let tau_e = maps::torque(p, i.d, i.q);
         let tau_friction = maps::motor_friction(p, w_m);
-        let torque_left = tau_e - tau_friction - k * tau_load / p.N_gear;
+        let torque_left = tau_e - tau_friction - 1.0 / p.N_gear * (k * tau_load);
         Instant {
             v: motor::limited(p, Dq { d: u.v_d, q: u.v_q }),
             i,
@@ -184,6 +185,7 @@ impl Emla {
     /// ```text
     /// M_act ẍ + C_act ẋ + C_b (ẋ − ẋ_n) + K_b (x − x_n) = −F_ext
     /// ```
+    #[inline(always)]
     pub(crate) fn rates(&self, s: &State, u: &Input) -> Rates {
         let p = &self.p;
         let now = self.instant(s, u);

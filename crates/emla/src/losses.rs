@@ -91,15 +91,16 @@ pub(crate) fn inverter_loss(p: &machine::Emla, i: f64) -> (f64, f64) {
 impl Emla {
     pub(crate) fn losses(&self, s: &State, now: &Instant) -> Losses {
         let p = &self.p;
-        let N = p.N_gear;
         let i2 = now.i.dot(now.i);
+        let w_s = 1.0 / p.N_gear * now.w_m;
+        let w_s_dot = 1.0 / p.N_gear * now.w_m_dot;
         Losses {
             copper: 1.5 * p.R_s * i2,
             core: core_loss(p, now.w_e).0 * now.lambda.dot(now.lambda),
             inverter: inverter_loss(p, i2.sqrt()).0,
             motor_friction: now.tau_friction * now.w_m,
-            gear: (now.k - 1.0) * (p.J_s * now.w_m_dot / N + now.tau_load) * now.w_m / N,
-            screw: p.C_s * (now.w_m / N) * (now.w_m / N),
+            gear: (now.k - 1.0) * (p.J_s * w_s_dot + now.tau_load) * w_s,
+            screw: p.C_s * w_s * w_s,
             nut: p.C_b * now.stretch_dot * now.stretch_dot,
             rod: p.C_act * now.x_dot * now.x_dot,
             residual: -self.alpha * s.residual.dF * now.x_n_dot,

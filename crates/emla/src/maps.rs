@@ -1,6 +1,9 @@
 //! Maps that need parameters only: transmission, gear loss, stiffness, torque, and the quasi-static
 //! force of the whole actuator with its inverse. The controller calls them with its own nominal
 //! parameters, so a mismatch to the plant is one file away.
+//!
+//! Quotients of parameters stand first in a product (`1/N·τ`, not `τ/N`): the compiler takes them out of the loop over
+//! the substeps, where a division costs as much as ten sums.
 
 use crate::motor::{self, Dq};
 use crate::surrogate::tanh;
@@ -50,12 +53,13 @@ pub fn stiffness_slope(p: &Emla, x: f64) -> f64 {
 }
 
 /// [`stiffness`] and [`stiffness_slope`] together.
+#[inline(always)]
 pub(crate) fn stiffness_and_slope(p: &Emla, x: f64) -> (f64, f64) {
     let inside = x.clamp(0.0, p.L_s);
-    let l_s = inside * (p.L_s - inside) / p.L_s;
+    let l_s = inside - 1.0 / p.L_s * (inside * inside);
     let fixed = 1.0 / (2.0 * p.K_br) + 1.0 / p.K_n + 1.0 / p.K_r;
     let twist = lead(p) * lead(p) / p.GJ;
-    let K_b = 1.0 / (l_s / p.EA + fixed + twist * inside);
+    let K_b = 1.0 / (1.0 / p.EA * l_s + fixed + twist * inside);
     (K_b, -K_b * K_b * compliance_slope(p, x))
 }
 
@@ -64,7 +68,7 @@ fn compliance_slope(p: &Emla, x: f64) -> f64 {
     if !(0.0..=p.L_s).contains(&x) {
         return 0.0;
     }
-    (1.0 - 2.0 * x / p.L_s) / p.EA + lead(p) * lead(p) / p.GJ
+    1.0 / p.EA * (1.0 - 2.0 / p.L_s * x) + lead(p) * lead(p) / p.GJ
 }
 
 /// Second derivative of [`stiffness`], N/m³: `K_b'' = 2 K_b³ (1/K_b)'² − K_b² (1/K_b)''`.
@@ -90,7 +94,7 @@ pub(crate) fn stiffness_curvature(p: &Emla, x: f64) -> f64 {
 #[must_use]
 pub fn gear_factor(p: &Emla, tau_load: f64, w_m: f64) -> f64 {
     let (mean, half) = gear_factor_parts(p);
-    mean + half * sign(tau_load) * tanh(w_m / p.w_eta)
+    mean + half * sign(tau_load) * tanh(1.0 / p.w_eta * w_m)
 }
 
 /// Derivative of [`gear_factor`] with respect to `w_m`, s/rad.
@@ -118,7 +122,7 @@ pub(crate) fn sech2(z: f64) -> f64 {
 /// Coulomb friction opposing the motion and zero at rest.
 #[must_use]
 pub fn motor_friction(p: &Emla, w_m: f64) -> f64 {
-    p.C_m * w_m + p.tau_C * tanh(w_m / p.w_C)
+    p.C_m * w_m + p.tau_C * tanh(1.0 / p.w_C * w_m)
 }
 
 /// Derivative of [`motor_friction`] with respect to `w_m`, N·m·s/rad.
@@ -129,7 +133,7 @@ pub(crate) fn motor_friction_slope(p: &Emla, w_m: f64) -> f64 {
 /// Torque on the screw by its friction and by the nut, N·m: `C_s w_m/N + lead·F_nut`.
 #[must_use]
 pub fn screw_load(p: &Emla, F_nut: f64, w_m: f64) -> f64 {
-    p.C_s * w_m / p.N_gear + lead(p) * F_nut
+    p.C_s / p.N_gear * w_m + lead(p) * F_nut
 }
 
 /// Inertia that the motor accelerates, kg·m²: `J_m + k J_s/N²`.
@@ -138,7 +142,7 @@ pub fn screw_load(p: &Emla, F_nut: f64, w_m: f64) -> f64 {
 /// inertia. It replaces the dimensionally wrong `J_m + M_act/(N + η_f)` of Eq. (eq:current_q_required).
 #[must_use]
 pub fn inertia(p: &Emla, k: f64) -> f64 {
-    p.J_m + k * p.J_s / (p.N_gear * p.N_gear)
+    p.J_m + p.J_s / (p.N_gear * p.N_gear) * k
 }
 
 /// Motor torque that delivers the force `F` at motor speed `w_m` and acceleration `w_m_dot`, N·m,

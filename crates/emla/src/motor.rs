@@ -41,8 +41,8 @@ pub(crate) fn flux(p: &machine::Emla, i: Dq) -> Dq {
 /// ```
 pub(crate) fn di_dt(p: &machine::Emla, v: Dq, i: Dq, lambda: Dq, w_e: f64) -> Dq {
     Dq {
-        d: (v.d - p.R_s * i.d + w_e * lambda.q) / p.L_d,
-        q: (v.q - p.R_s * i.q - w_e * lambda.d) / p.L_q,
+        d: 1.0 / p.L_d * (v.d - p.R_s * i.d + w_e * lambda.q),
+        q: 1.0 / p.L_q * (v.q - p.R_s * i.q - w_e * lambda.d),
     }
 }
 
