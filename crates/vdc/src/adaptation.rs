@@ -5,7 +5,7 @@
 //! through its inverse, `P = L̂⁻¹`, `P' = −S/γ`: linear, exact while S is held, and without the
 //! finite escape time that explicit Euler on L̂ has.
 
-use nalgebra::{Matrix4, Vector3, Vector4};
+use nalgebra::{Matrix4, Vector3};
 use serde::{Deserialize, Serialize};
 use spatial::{Inertia, PseudoInertia, Twist};
 
@@ -14,6 +14,8 @@ use spatial::{Inertia, PseudoInertia, Twist};
 pub struct Estimate {
     /// Inverse pseudo-inertia, P = L̂⁻¹.
     P: Matrix4<f64>,
+    /// |P|.
+    determinant: f64,
     /// The same estimate as mass, first moment and rotational inertia.
     inertia: Inertia,
 }
@@ -28,82 +30,104 @@ pub(crate) struct Bounds {
 }
 
 impl Bounds {
-    /// Bounds around a nominal inertia.
+    /// Bounds around a nominal inertia; None if it is no physical body.
     pub(crate) fn around(nominal: &Inertia, [lower, upper]: [f64; 2]) -> Option<Self> {
-        let P0 = Factor::of(&PseudoInertia::from(nominal).0)?.inverse();
-        Some(Self { P0, lower, upper })
+        let L = PseudoInertia::from(nominal).0;
+        let minors = Minors::of(&L);
+        minors.are_positive().then(|| Self {
+            P0: minors.inverse(),
+            lower,
+            upper,
+        })
     }
 
     /// The estimate that equals the nominal inertia.
     pub(crate) fn nominal(&self, inertia: Inertia) -> Estimate {
         Estimate {
             P: self.P0,
+            determinant: Minors::of(&self.P0).determinant(),
             inertia,
         }
     }
 
     fn contain(&self, P: &Matrix4<f64>) -> bool {
-        Factor::of(&(P - self.P0 * self.lower)).is_some()
-            && Factor::of(&(self.P0 * self.upper - P)).is_some()
+        Minors::of(&(P - self.P0 * self.lower)).are_positive()
+            && Minors::of(&(self.P0 * self.upper - P)).are_positive()
     }
 }
 
-/// `A = L·D·Lᵀ` of a positive definite 4×4 matrix, L unit lower triangular, D diagonal. Loops of fixed length
-/// without square roots: a tenth of the instructions of nalgebra's Cholesky factor for any size.
-struct Factor {
-    L: Matrix4<f64>,
-    D: Vector4<f64>,
+/// A symmetric 4×4 matrix A and its 2×2 minors. Determinant and inverse follow by Laplace's expansion, with one
+/// division in all; whether A is positive definite, by the signs of its leading minors, without any.
+struct Minors<'a> {
+    A: &'a Matrix4<f64>,
+    /// Of the rows 0, 1 and the columns 01, 02, 03, 12, 13, 23.
+    s: [f64; 6],
+    /// Of the rows 2, 3 and the same columns.
+    c: [f64; 6],
 }
 
-impl Factor {
-    /// Reads the lower triangle; None unless all pivots are positive, which is to say that A is positive definite.
-    fn of(A: &Matrix4<f64>) -> Option<Self> {
-        let (mut L, mut D) = (*A, Vector4::zeros());
-        for j in 0..4 {
-            let pivot = L[(j, j)];
-            if pivot.is_nan() || pivot <= 0.0 {
-                return None;
-            }
-            let inverse = pivot.recip();
-            for i in j + 1..4 {
-                for k in j + 1..=i {
-                    L[(i, k)] -= L[(i, j)] * inverse * L[(k, j)];
-                }
-            }
-            for i in j + 1..4 {
-                L[(i, j)] *= inverse;
-            }
-            D[j] = pivot;
+impl<'a> Minors<'a> {
+    /// Reads the lower triangle.
+    fn of(A: &'a Matrix4<f64>) -> Self {
+        let of_columns = |x: [f64; 4], y: [f64; 4]| {
+            [
+                x[0] * y[1] - x[1] * y[0],
+                x[0] * y[2] - x[2] * y[0],
+                x[0] * y[3] - x[3] * y[0],
+                x[1] * y[2] - x[2] * y[1],
+                x[1] * y[3] - x[3] * y[1],
+                x[2] * y[3] - x[3] * y[2],
+            ]
+        };
+        Self {
+            A,
+            s: of_columns([A.m11, A.m21, A.m31, A.m41], [A.m21, A.m22, A.m32, A.m42]),
+            c: of_columns([A.m31, A.m32, A.m33, A.m43], [A.m41, A.m42, A.m43, A.m44]),
         }
-        Some(Self { L, D })
-    }
-
-    /// `A⁻¹ = Wᵀ·D⁻¹·W` with `W = L⁻¹`.
-    fn inverse(&self) -> Matrix4<f64> {
-        let Self { L, D } = self;
-        let mut W: Matrix4<f64> = Matrix4::identity();
-        for j in 0..4 {
-            for i in j + 1..4 {
-                for k in j..i {
-                    W[(i, j)] -= L[(i, k)] * W[(k, j)];
-                }
-            }
-        }
-        let reciprocals = D.map(f64::recip);
-        let mut inverse = Matrix4::zeros();
-        for i in 0..4 {
-            for j in 0..=i {
-                let sum: f64 = (i..4).map(|k| W[(k, i)] * W[(k, j)] * reciprocals[k]).sum();
-                inverse[(i, j)] = sum;
-                inverse[(j, i)] = sum;
-            }
-        }
-        inverse
     }
 
     /// `|A|`.
     fn determinant(&self) -> f64 {
-        self.D.product()
+        let Self { s, c, .. } = self;
+        s[0] * c[5] - s[1] * c[4] + s[2] * c[3] + s[3] * c[2] - s[4] * c[1] + s[5] * c[0]
+    }
+
+    /// The minor of the first three rows and columns.
+    fn third(&self) -> f64 {
+        let Self { A, s, .. } = self;
+        A[(2, 0)] * s[3] - A[(2, 1)] * s[1] + A[(2, 2)] * s[0]
+    }
+
+    /// Whether all leading minors are positive, which is to say that A is positive definite.
+    fn are_positive(&self) -> bool {
+        self.A[(0, 0)] > 0.0 && self.s[0] > 0.0 && self.third() > 0.0 && self.determinant() > 0.0
+    }
+
+    /// `A⁻¹`: cofactors over the determinant.
+    #[rustfmt::skip] // one column of the lower triangle a block
+    fn inverse(&self) -> Matrix4<f64> {
+        let Self { A, s, c } = self;
+        let a = |i: usize, j: usize| A[(i, j)];
+        let q = self.determinant().recip();
+        let B00 = a(1, 1) * c[5] - a(2, 1) * c[4] + a(3, 1) * c[3];
+        let B10 = a(2, 0) * c[4] - a(1, 0) * c[5] - a(3, 0) * c[3];
+        let B20 = a(3, 1) * s[5] - a(3, 2) * s[4] + a(3, 3) * s[3];
+        let B30 = a(2, 2) * s[4] - a(2, 1) * s[5] - a(3, 2) * s[3];
+
+        let B11 = a(0, 0) * c[5] - a(2, 0) * c[2] + a(3, 0) * c[1];
+        let B21 = a(3, 2) * s[2] - a(3, 0) * s[5] - a(3, 3) * s[1];
+        let B31 = a(2, 0) * s[5] - a(2, 2) * s[2] + a(3, 2) * s[1];
+
+        let B22 = a(3, 0) * s[4] - a(3, 1) * s[2] + a(3, 3) * s[0];
+        let B32 = a(2, 1) * s[2] - a(2, 0) * s[4] - a(3, 2) * s[0];
+
+        let B33 = self.third();
+        Matrix4::new(
+            B00, B10, B20, B30,
+            B10, B11, B21, B31,
+            B20, B21, B22, B32,
+            B30, B31, B32, B33,
+        ) * q
     }
 }
 
@@ -115,25 +139,25 @@ impl Estimate {
 
     /// Advances by `h` s with S held. A step that would leave the bounds is refused: the estimate
     /// stays, which only removes adaptation along S and keeps the Lyapunov argument (the true
-    /// parameters lie inside).
+    /// parameters lie inside). Inside the bounds P is positive definite, `P > lower·P0 > 0`.
     pub(crate) fn advance(&mut self, S: &Matrix4<f64>, gamma: f64, h: f64, bounds: &Bounds) {
         let P = self.P - S * (h / gamma);
-        if !bounds.contain(&P) {
-            return;
-        }
-        if let Some(factor) = Factor::of(&P) {
-            self.inertia = (&PseudoInertia(factor.inverse())).into();
-            self.P = P;
+        if bounds.contain(&P) {
+            let minors = Minors::of(&P);
+            *self = Self {
+                P,
+                determinant: minors.determinant(),
+                inertia: (&PseudoInertia(minors.inverse())).into(),
+            };
         }
     }
 
     /// Bregman divergence of the true inertia from the estimate ([Df]), ≥ 0, zero if equal:
-    /// `D(L‖L̂) = log(|L̂|/|L|) + tr(L̂⁻¹·L) − 4`; not a number if either is no physical body.
+    /// `D(L‖L̂) = log(|L̂|/|L|) + tr(L̂⁻¹·L) − 4`; not a number if the true one is no physical body.
     pub(crate) fn divergence(&self, truth: &Inertia) -> f64 {
         let L = PseudoInertia::from(truth).0;
-        let determinant = |A| Factor::of(A).map_or(f64::NAN, |factor| factor.determinant());
         // tr(P·L) of two symmetric matrices is the sum over equal places.
-        self.P.dot(&L) - 4.0 - (determinant(&self.P) * determinant(&L)).ln()
+        self.P.dot(&L) - 4.0 - (self.determinant * Minors::of(&L).determinant()).ln()
     }
 }
 
@@ -217,6 +241,33 @@ mod tests {
                 * (V.v.norm() + V.w.norm());
             assert!(s.power(&C_s).abs() < 60.0 * f64::EPSILON * scale, "k = {k}");
         }
+    }
+
+    /// Inverse, determinant and definiteness against what defines them: `A·A⁻¹ = 1`, the product of the
+    /// eigenvalues and their signs (nalgebra's QR iteration shares no code). Two matrices of three are
+    /// shifted and may have negative ones. Tolerance: a product of four entries and its sum are rounded 4 times.
+    #[test]
+    fn minors_give_inverse_determinant_and_definiteness() {
+        let (mut definite, mut worst) = (0, 0.0_f64);
+        for k in 0..1000 {
+            let B = Matrix4::from_fn(|i, j| noise(k, (4 * i + j).pow(2)));
+            let shift = [0.0, 0.3, 1.5][k % 3];
+            let A = B * B.transpose() - Matrix4::from_diagonal_element(shift);
+            let eigenvalues = A.symmetric_eigenvalues();
+            let determinant = eigenvalues.product();
+            let tolerance =
+                4.0 * f64::EPSILON * (eigenvalues.abs().max().powi(4) / determinant).abs();
+            let minors = Minors::of(&A);
+            let of_inverse = (A * minors.inverse() - Matrix4::identity()).norm();
+            let of_determinant = (minors.determinant() / determinant - 1.0).abs();
+            worst = worst.max(of_inverse.max(of_determinant) / tolerance);
+            assert!(worst < 1.0, "k = {k}: {of_inverse:e}, {of_determinant:e}");
+            let positive = eigenvalues.iter().all(|&value| value > 0.0);
+            assert_eq!(minors.are_positive(), positive, "k = {k}: {eigenvalues}");
+            definite += usize::from(positive);
+        }
+        assert!((340..900).contains(&definite), "{definite}");
+        assert!(worst > 0.1, "the tolerance is not sharp: {worst}");
     }
 
     /// With S held the inverse is linear in time: many small steps equal one large one.
