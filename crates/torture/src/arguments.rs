@@ -97,3 +97,39 @@ pub fn references(
         false => (0..n).map(|_| one(r)).collect(),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::description::Description;
+
+    /// On the committed model descriptions: what is meant kindly lies inside the declared bounds, the rest leaves them now and then.
+    #[test]
+    fn kind_values_keep_to_the_bounds() {
+        let mut r = Random::new(3);
+        for text in [
+            include_str!("../../../modelDescription/Emla.xml"),
+            include_str!("../../../modelDescription/Hdrm.xml"),
+            include_str!("../../../modelDescription/Controller.xml"),
+        ] {
+            let description = Description::parse(text).unwrap();
+            let mut outside = 0;
+            for v in description.variables.iter().filter(|v| v.is_input()) {
+                let [min, max] = v.bounds;
+                assert!(min < max && max.is_finite(), "{}", v.name);
+                for _ in 0..200 {
+                    let value = real_for(&mut r, Some(v), true);
+                    assert!((min..=max).contains(&value), "{} = {value}", v.name);
+                    let value = real_for(&mut r, Some(v), false);
+                    outside += u32::from(!(min..=max).contains(&value));
+                }
+            }
+            assert!(outside > 100, "{outside}");
+            let mode = description.variables.iter().find(|v| v.name == "mode");
+            for _ in 0..20 {
+                let item = integer_for(&mut r, mode, true);
+                assert!(mode.is_none() || (1..=3).contains(&item), "{item}");
+            }
+        }
+    }
+}

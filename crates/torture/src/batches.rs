@@ -33,6 +33,7 @@ pub fn one(fmus: &[PathBuf], calls: usize, seed: u64, is_traced: bool) -> Result
     let mut session = session.map_err(|e| anyhow!(e))?;
     session.run(calls).map_err(|e| anyhow!(e))?;
     println!("compared {}", session.compared);
+    println!("digest {:016x}", session.digest);
     for (name, [done, discarded, refused]) in &session.counts {
         println!("{name} {done} {discarded} {refused}");
     }
@@ -78,7 +79,10 @@ pub fn run(
                     if k >= batches {
                         return;
                     }
-                    let result = supervised(fmus, batch, seed + k as u64);
+                    let result = match k {
+                        0 => twice(|| supervised(fmus, batch, seed)),
+                        _ => supervised(fmus, batch, seed + k as u64),
+                    };
                     total.lock().expect("no thread panics").add(result);
                 }
             });
@@ -92,6 +96,16 @@ pub fn run(
         total.failures.len()
     );
     Ok(())
+}
+
+/// A seed is a test case only if a batch can be repeated: the same calls with the same answers, in another process.
+fn twice(batch: impl Fn() -> Result<String>) -> Result<String> {
+    let (first, second) = (batch()?, batch()?);
+    ensure!(
+        first == second,
+        "repeated, the first batch went otherwise:\n{first}\nthen\n{second}"
+    );
+    Ok(first)
 }
 
 /// Counts of all batches.
@@ -116,6 +130,7 @@ impl Total {
             let words: Vec<&str> = line.split(' ').collect();
             match *words {
                 ["compared", n] => self.compared += n.parse::<u64>()?,
+                ["digest", _] => (),
                 [name, done, discarded, refused] => {
                     let known = Functions::NAMES.iter().find(|n| **n == name);
                     let counts = self
@@ -143,7 +158,7 @@ impl Total {
         let all: u64 = self.counts.values().flatten().sum();
         println!(
             "{all} random calls in {batches} processes, {:.0} s: {} batches failed; after {} refused calls the instance was compared \
-             with before",
+             with before; the first batch, repeated, made the same calls with the same answers",
             time.as_secs_f64(),
             self.failures.len(),
             self.compared
@@ -210,4 +225,51 @@ fn wait(mut child: Child) -> Result<Option<String>> {
     child.kill()?;
     child.wait()?;
     Ok(None)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::cell::Cell;
+
+    #[test]
+    fn a_batch_that_cannot_be_repeated_is_a_failure() {
+        assert_eq!(twice(|| Ok("digest 1".into())).unwrap(), "digest 1");
+        let count = Cell::new(0);
+        let different = || {
+            count.set(count.get() + 1);
+            Ok(format!("digest {}", count.get()))
+        };
+        let text = twice(different).unwrap_err().to_string();
+        assert!(text.contains("digest 1\nthen\ndigest 2"), "{text}");
+        assert!(twice(|| bail!("crash")).is_err());
+    }
+
+    #[test]
+    fn reports_add_up_and_stray_words_are_failures() {
+        let mut total = Total::default();
+        total.add(Ok(
+            "compared 3\ndigest 0f\nfmi2DoStep 4 1 2\nfmi2Reset 1 0 0\n".into(),
+        ));
+        total.add(Ok("compared 2\ndigest 1f\nfmi2DoStep 1 0 0\n".into()));
+        assert_eq!(total.compared, 5);
+        assert_eq!(total.counts["fmi2DoStep"], [5, 1, 2]);
+        assert!(total.failures.is_empty());
+        total.add(Ok("hello from the FMU\n".into()));
+        total.add(Ok("fmi2DoNothing 1 0 0\n".into()));
+        total.add(Err(anyhow!("crash")));
+        assert_eq!(total.failures.len(), 3);
+    }
+
+    /// The seeds of three batches in a row are for three FMUs, each with another one's states.
+    #[test]
+    fn seeds_choose_the_fmus_in_turn() {
+        let fmus: Vec<PathBuf> = ["a", "b", "c"].map(PathBuf::from).into();
+        let names = (0..3).map(|seed| chosen(&fmus, seed));
+        let names: Vec<_> = names
+            .map(|(own, other)| (own.to_str().unwrap(), other.unwrap().to_str().unwrap()))
+            .collect();
+        assert_eq!(names, [("a", "b"), ("b", "c"), ("c", "a")]);
+        assert!(chosen(&fmus[..1], 5).1.is_none());
+    }
 }

@@ -167,3 +167,87 @@ fn category(status: c_int) -> Option<&'static str> {
     .get(usize::try_from(status).ok()?)
     .copied()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The state machine of FMI 2.0.4, section 4.2.4, spelt out for each state: what may be called of what is not allowed always.
+    #[test]
+    fn the_table_is_that_of_the_standard() {
+        let only = |mode, expected: &[&str]| {
+            let sometimes = [
+                "fmi2SetupExperiment",
+                "fmi2EnterInitializationMode",
+                "fmi2ExitInitializationMode",
+                "fmi2DoStep",
+                "fmi2Terminate",
+                "fmi2GetReal",
+                "fmi2SetReal",
+                "fmi2GetStatus",
+                "fmi2GetDirectionalDerivative",
+            ];
+            let allowed: Vec<_> = sometimes
+                .into_iter()
+                .filter(|f| is_allowed(f, mode))
+                .collect();
+            assert_eq!(allowed, expected, "{mode:?}");
+            for always in ["fmi2Reset", "fmi2GetFMUstate", "fmi2SetDebugLogging"] {
+                assert!(is_allowed(always, mode), "{always} {mode:?}");
+            }
+        };
+        only(
+            Mode::Instantiated,
+            &[
+                "fmi2SetupExperiment",
+                "fmi2EnterInitializationMode",
+                "fmi2SetReal",
+            ],
+        );
+        only(
+            Mode::Initialization,
+            &["fmi2ExitInitializationMode", "fmi2GetReal", "fmi2SetReal"],
+        );
+        only(
+            Mode::Stepping,
+            &[
+                "fmi2DoStep",
+                "fmi2Terminate",
+                "fmi2GetReal",
+                "fmi2SetReal",
+                "fmi2GetStatus",
+                "fmi2GetDirectionalDerivative",
+            ],
+        );
+        only(
+            Mode::Terminated,
+            &[
+                "fmi2GetReal",
+                "fmi2GetStatus",
+                "fmi2GetDirectionalDerivative",
+            ],
+        );
+    }
+
+    /// Never fmi2Warning, fmi2Fatal or fmi2Pending, and of the rest what each expectation says.
+    #[test]
+    fn answers_are_allowed_by_kind() {
+        let allowed = |e: Expect| (0..6).filter(|s| e.allows(*s)).collect::<Vec<_>>();
+        assert_eq!(allowed(Expect::Done), [OK]);
+        assert_eq!(allowed(Expect::Refused), [ERROR]);
+        assert_eq!(allowed(Expect::Discarded), [DISCARD]);
+        assert_eq!(allowed(Expect::Step), [OK, DISCARD]);
+        assert_eq!(allowed(Expect::StepOrRefused), [OK, DISCARD, ERROR]);
+        assert_eq!(allowed(Expect::ModelDecides), [OK, ERROR]);
+        assert_eq!(Expect::done_if(true), Expect::Done);
+        assert_eq!(Expect::done_if(false), Expect::Refused);
+    }
+
+    #[test]
+    fn statuses_have_their_categories() {
+        assert_eq!(category(DISCARD), Some("logStatusDiscard"));
+        assert_eq!(category(ERROR), Some("logStatusError"));
+        assert_eq!(category(4), Some("logStatusFatal"));
+        assert_eq!((category(5), category(-1)), (None, None));
+    }
+}

@@ -38,6 +38,14 @@ pub struct Session<'a> {
     pub counts: Counts,
     /// Refused calls after which the instance was compared with before.
     pub compared: u64,
+    /// Hash (FNV-1a) of all calls, their answers and what was observed before some of them.
+    pub digest: u64,
+}
+
+fn digest(hash: &mut u64, bytes: &[u8]) {
+    for byte in bytes {
+        *hash = (*hash ^ u64::from(*byte)).wrapping_mul(0x0100_0000_01b3);
+    }
 }
 
 /// What is compared before and after a refused call.
@@ -79,6 +87,7 @@ impl<'a> Session<'a> {
             is_traced,
             counts: Counts::new(),
             compared: 0,
+            digest: 0xcbf2_9ce4_8422_2325,
         })
     }
 
@@ -111,7 +120,13 @@ impl<'a> Session<'a> {
             _ => Observed::Bytes(self.instances[i].snapshot()?),
         };
         self.instances[i].messages();
+        if let Observed::Outputs(_, bits) = &before {
+            bits.iter()
+                .for_each(|b| digest(&mut self.digest, &b.to_le_bytes()));
+        }
         let call = self.call(i)?;
+        digest(&mut self.digest, call.name.as_bytes());
+        digest(&mut self.digest, &call.status.to_le_bytes());
         judge(&self.instances[i], &call)?;
         let column = match call.status {
             OK => 0,
