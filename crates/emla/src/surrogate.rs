@@ -19,7 +19,7 @@ mod file;
 mod network;
 
 use std::path::Path;
-use std::sync::{Arc, LazyLock};
+use std::sync::{Arc, Mutex, PoisonError, Weak};
 
 use serde::{Deserialize, Serialize};
 
@@ -57,14 +57,30 @@ struct Inner {
     file: SurrogateFile,
 }
 
+/// The shipped network while anyone has it. It owns nothing when nobody does: what a library's statics own is lost when it is
+/// unloaded.
+static SHIPPED: Mutex<Option<Weak<Inner>>> = Mutex::new(None);
+
+impl Drop for Inner {
+    fn drop(&mut self) {
+        let mut shipped = SHIPPED.lock().unwrap_or_else(PoisonError::into_inner);
+        if shipped.as_ref().is_some_and(|s| s.strong_count() == 0) {
+            *shipped = None;
+        }
+    }
+}
+
 impl Surrogate {
-    /// The shipped network. It is read once per process and then shared, because it never changes.
+    /// The shipped network. It is read once and shared by all who have it at a time, because it never changes.
     #[must_use]
     pub fn reference() -> Self {
-        static SHIPPED: LazyLock<Surrogate> = LazyLock::new(|| {
-            Surrogate::from_json(REFERENCE).expect("the shipped network is valid (tested)")
-        });
-        SHIPPED.clone()
+        let mut shipped = SHIPPED.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(inner) = shipped.as_ref().and_then(Weak::upgrade) {
+            return Self(inner);
+        }
+        let read = Self::from_json(REFERENCE).expect("the shipped network is valid (tested)");
+        *shipped = Some(Arc::downgrade(&read.0));
+        read
     }
 
     /// Read a network from a file. A relative path that does not exist in the working directory is
