@@ -331,3 +331,122 @@ def test_refusals_without_a_logger(fmu):
     assert instance.status("fmi2DoStep", 0.0, 1e-3, 1) == ERROR
     instance.start()
     instance.free()
+
+
+@pytest.mark.parametrize("arguments, words", [
+    ((1, 0.0, 0.0, 0, 0.0), ["tolerance = 0", "allowed are finite values > 0"]),
+    ((1, float("nan"), 0.0, 0, 0.0), ["tolerance = NaN", "allowed are finite values > 0"]),
+    ((0, 0.0, float("inf"), 0, 0.0), ["startTime = inf", "allowed are finite values"]),
+    ((0, 0.0, 2.0, 1, 1.5), ["stopTime = 1.5", "allowed are finite values ≥ startTime = 2"]),
+    ((0, 0.0, 2.0, 1, float("nan")), ["stopTime = NaN", "≥ startTime = 2"]),
+])  # fmt: skip
+def test_experiment_without_sense(fmu, arguments, words):
+    instance = fmu.instance()
+    given, tolerance, start, stops, stop = arguments
+    refused(instance, lambda: instance.status("fmi2SetupExperiment", given, c_double(tolerance), c_double(start), stops, c_double(stop)), *words)
+    instance.free()
+
+
+@pytest.mark.parametrize("function, kind, place, word", [
+    ("fmi2GetStatus", 1, c_int, "allowed is 0 (fmi2DoStepStatus)"),
+    ("fmi2GetRealStatus", 0, c_double, "allowed is 2 (fmi2LastSuccessfulTime)"),
+    ("fmi2GetIntegerStatus", 2, c_int, "allowed is none"),
+    ("fmi2GetBooleanStatus", 1, c_int, "allowed is 3 (fmi2Terminated)"),
+    ("fmi2GetStringStatus", 7, c_char_p, "allowed is 1 (fmi2PendingStatus)"),
+])  # fmt: skip
+def test_inquiry_of_the_wrong_kind(running, function, kind, place, word):
+    refused(running, lambda: running.status(function, kind, byref(place())), f"status kind = {kind}", word)
+
+
+def test_cancelling_what_is_not_in_progress(running):
+    refused(running, lambda: running.status("fmi2CancelStep"), "fmi2CancelStep", "steps are synchronous")
+
+
+def test_string_that_is_no_text(fmu):
+    instance = fmu.instance()
+    vr = instance.references(["machine_file"])
+    refused(instance, lambda: instance.status("fmi2SetString", vr, 1, (c_char_p * 1)(b"\xff\xfe.json")), "UTF-8")
+    instance.free()
+
+
+def test_unnamed_instance(fmu):
+    instance = fmu.instance()
+    instantiate, guid = instance.slave.dll.fmi2Instantiate, fmu.description.guid.encode()
+    assert not instantiate(b"", 1, guid, None, byref(instance.callbacks), 0, 0)
+    assert "instanceName is empty; allowed are non-empty names" in instance.text
+    instance.free()
+
+
+@pytest.mark.parametrize("content, words", [
+    (None, ["nowhere.json"]),
+    ("{}", ["missing field"]),
+    ('{"surprise": 1}', ["surprise", "expected one of"]),
+])  # fmt: skip
+def test_wrong_surrogate_file(fmu, tmp_path, content, words):
+    if fmu.identifier == "Hdrm":
+        pytest.skip("has no network")
+    path = tmp_path / "nowhere.json"
+    if content is not None:
+        path.write_text(content)
+    instance = fmu.instance()
+    refused(instance, lambda: instance.set({"surrogate_file": str(path)}), "`surrogate_file`", str(path), *words)
+    instance.free()
+
+
+def test_machine_that_cannot_be_assembled(hdrm, tmp_path):
+    """Each number is allowed, together they are no mechanism: the message says where it does not close, and what would."""
+    from pathlib import Path
+
+    text = Path(hdrm.folder, "resources/reference_machine.json").read_text()
+    path = tmp_path / "machine.json"
+    path.write_text(re.sub(r'"d4": [\d.]+', '"d4": 0.05', text))
+    instance = hdrm.instance()
+    instance.set({"machine_file": str(path)})
+    instance.setup()
+    instance.call("fmi2EnterInitializationMode")
+    words = ["the four-bar does not close at zeta_3 = ", "|AC| must lie between"]
+    refused(instance, lambda: instance.call("fmi2ExitInitializationMode"), *words)
+    instance.free()
+
+
+def test_derivative_of_an_order_that_is_not_provided(fmu, running):
+    if fmu.identifier == "Controller":
+        pytest.skip("has no output derivatives")
+    name, value, order = REAL_OUTPUT[fmu.identifier], (c_double * 1)(), (c_int * 1)(2)
+    call = lambda: running.status("fmi2GetRealOutputDerivatives", running.references([name]), 1, order, value)
+    refused(running, call, f"`{name}`", "order of derivative = 2", "allowed is 1")
+
+
+def test_derivatives_that_carry_an_input_out_of_bounds(hdrm):
+    instance = hdrm.running()
+    instance.set({"f[2]": 9e6})
+    instance.set_derivatives({"f[2]": 1e9})
+    refused(instance, lambda: instance.step(0.0, 1e-2), "`f[2]`", "to 19000000", "allowed are values from", status=DISCARD)
+    instance.step(0.0, 5e-4)
+    instance.free()
+
+
+def test_step_that_would_take_for_ever(fmu, running):
+    refused(running, lambda: running.step(1e-3, 1e5), "h = 100000 s", "at most", status=DISCARD)
+    running.step(1e-3, 1e-3)
+
+
+def test_orientation_without_length(controller):
+    instance = controller.instance()
+    instance.set({"trajectory": 3})
+    instance.start()
+    instance.set({f"reference.orientation[{i}]": 0.0 for i in range(1, 5)})
+    words = ["`reference.orientation` has length 0", "must be a quaternion of length 1"]
+    refused(instance, lambda: instance.get("v_q[1]"), *words)
+    refused(instance, lambda: instance.step(0.0, 1e-3), *words, status=DISCARD)
+    instance.free()
+
+
+def test_motion_out_of_all_proportion(hdrm):
+    """Joint friction far too stiff for the step size: the step is refused, the outputs stay numbers."""
+    instance = hdrm.instance()
+    instance.set({"joint_viscous[6]": 1e9, "zeta_dot_start[6]": 0.1})
+    instance.start()
+    refused(instance, lambda: instance.step(0.0, 1e-2), "`zeta", "became", "allowed are magnitudes up to 1000000000", status=DISCARD)
+    assert instance.get("zeta_dot[6]") == 0.1
+    instance.free()

@@ -28,7 +28,7 @@ pub enum StepError {
         h: f64,
     },
     /// A quantity left the finite numbers.
-    #[error("t = {t} s: `{signal}` became {value}")]
+    #[error("t = {t} s: `{signal}` became {value}; allowed are finite values")]
     NotFinite {
         /// Start of the step, s.
         t: f64,

@@ -37,7 +37,7 @@ pub enum StepError {
         h: f64,
     },
     /// The motion left the numbers.
-    #[error("t = {t} s: `{signal}` became {value}")]
+    #[error("t = {t} s: `{signal}` became {value}; allowed are magnitudes up to {LARGEST}")]
     NotFinite {
         /// Start of the step, s.
         t: f64,

@@ -39,7 +39,7 @@ pub enum ControllerError {
         h: f64,
     },
     /// A number left its range.
-    #[error("t = {t} s: `{signal}` became {value}")]
+    #[error("t = {t} s: `{signal}` became {value}; allowed are finite values")]
     NotFinite {
         /// Time, s.
         t: f64,
