@@ -14,7 +14,7 @@ use machine::Machine;
 use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize};
 use spatial::Inertia;
-use std::cell::Cell;
+use std::cell::{RefCell, RefMut};
 
 /// The controller and its state.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -25,9 +25,9 @@ pub struct Controller {
     start: Desired,
     state: State,
     /// The last evaluation: a step begins with the measurements of the last output, and a master asks for outputs
-    /// before and after it has passed the forces. Taken out by every step, so it belongs to the present state.
+    /// before and after it has passed the forces. Every step ends with none, so it belongs to the present state.
     #[serde(skip)]
-    last: Cell<Option<Evaluated>>,
+    last: RefCell<Option<Evaluated>>,
 }
 
 /// What the controller believes about the machine.
@@ -60,6 +60,7 @@ struct Evaluated {
     settings: Settings,
     input: Input,
     evaluation: Evaluation,
+    /// But for the virtual power flows.
     output: Output,
 }
 
@@ -90,6 +91,8 @@ struct MachineLevel {
     desired: Desired,
     tip: Vector3<f64>,
     motions: [BodyMotion; Body::COUNT],
+    /// Σ ½ sᵀ M s with the nominal inertias, J.
+    energy: f64,
 }
 
 impl Controller {
@@ -124,7 +127,7 @@ impl Controller {
                     .w_m
                     .map(|w_m| LowLevelState::undisturbed(&machine.emla, w_m)),
             },
-            last: Cell::new(None),
+            last: RefCell::new(None),
         };
         let now = controller.evaluate(settings, input)?;
         for (drive, command) in controller.state.drives.iter_mut().zip(&now.commands) {
@@ -144,28 +147,35 @@ impl Controller {
     /// # Errors
     /// A reference orientation of length zero, or a number that is not finite.
     pub fn output(&self, settings: &Settings, input: &Input) -> Result<Output, ControllerError> {
-        let last = self
-            .last
-            .take()
-            .filter(|last| last.holds_for(settings, input));
-        let (evaluation, mut output) = match last {
-            Some(last) => (last.evaluation, last.output),
-            None => {
-                let now = self.evaluate(settings, input)?;
-                (now, self.outputs(settings, input, &now))
-            }
-        };
-        output.vpf = std::array::from_fn(|i| {
-            let demand = &evaluation.demands[i];
-            (demand.x_r_dot - input.x_dot[i]) * (demand.f_r - input.F[i])
-        });
-        self.last.set(Some(Evaluated {
-            settings: *settings,
-            input: *input,
-            evaluation,
-            output,
-        }));
-        Ok(output)
+        let now = self.evaluated(settings, input)?;
+        let demands = &now.evaluation.demands;
+        Ok(Output {
+            vpf: std::array::from_fn(|i| {
+                (demands[i].x_r_dot - input.x_dot[i]) * (demands[i].f_r - input.F[i])
+            }),
+            ..now.output
+        })
+    }
+
+    /// The last evaluation if it holds for these measurements, else a new one.
+    fn evaluated(
+        &self,
+        settings: &Settings,
+        input: &Input,
+    ) -> Result<RefMut<'_, Evaluated>, ControllerError> {
+        let mut last = self.last.borrow_mut();
+        if !(last.as_ref()).is_some_and(|last| last.holds_for(settings, input)) {
+            let evaluation = self.evaluate(settings, input)?;
+            *last = Some(Evaluated {
+                settings: *settings,
+                input: *input,
+                output: self.outputs(settings, input, &evaluation),
+                evaluation,
+            });
+        }
+        Ok(RefMut::map(last, |last| {
+            last.as_mut().expect("made where there was none")
+        }))
     }
 
     /// All outputs but the virtual power flows.
@@ -204,10 +214,9 @@ impl Controller {
         if !(h > 0.0 && h <= STEP_MAX) {
             return Err(ControllerError::BadStep { t, h });
         }
-        let now = match self.last.take() {
-            Some(last) if last.holds_for(settings, input) => last.evaluation,
-            _ => self.evaluate(settings, input)?,
-        };
+        drop(self.evaluated(settings, input)?);
+        let last = self.last.get_mut();
+        let now = &last.as_ref().expect("evaluated above").evaluation;
         if let (Mode::Adaptive, Some(machine)) = (settings.mode, &now.machine) {
             for (k, motion) in machine.motions.iter().enumerate() {
                 let S = adaptation_direction(&motion.w, &motion.V_r, &motion.V, &motion.s());
@@ -220,6 +229,7 @@ impl Controller {
             law.advance(drive, &measured(input, i), &now.commands[i], h);
         }
         self.state.t = t + h;
+        *last = None;
         Ok(())
     }
 
@@ -300,10 +310,20 @@ impl Controller {
             &required,
             self.nominal.gravity,
         );
+        let errors = decomposition::velocity_errors(&motions, &self.nominal.inertia);
         let mut demands = rod_motion(&configuration, input, &required);
         let tau = match settings.mode {
             Mode::Adaptive | Mode::Modular => {
-                let Q = self.required_joint_forces(settings, &configuration, &motions, &required);
+                let mut Q = decomposition::joint_forces(
+                    &configuration,
+                    &motions,
+                    &self.state.estimates,
+                    &errors,
+                    gains.kappa_KA,
+                );
+                for (i, Q) in Q.iter_mut().enumerate() {
+                    *Q += self.nominal.joint_viscous[i] * required.zeta_dot[i];
+                }
                 for (i, demand) in demands.iter_mut().enumerate() {
                     demand.f_r = Q[i] / configuration.strokes[i].prime;
                 }
@@ -323,29 +343,9 @@ impl Controller {
             desired,
             tip: tip.position,
             motions,
+            energy: errors.energy,
         };
         Ok((machine, demands, tau))
-    }
-
-    /// Joint forces of the required wrenches with the nominal joint friction, N·m.
-    fn required_joint_forces(
-        &self,
-        settings: &Settings,
-        configuration: &Configuration,
-        motions: &[BodyMotion; Body::COUNT],
-        required: &clik::Required,
-    ) -> [f64; 6] {
-        let mut Q = decomposition::joint_forces(
-            configuration,
-            motions,
-            &self.state.estimates,
-            &self.nominal.inertia,
-            settings.gains.kappa_KA,
-        );
-        for (i, Q) in Q.iter_mut().enumerate() {
-            *Q += self.nominal.joint_viscous[i] * required.zeta_dot[i];
-        }
-        Q
     }
 
     fn finite(&self, now: &Evaluation) -> Result<(), ControllerError> {
@@ -375,15 +375,14 @@ impl Controller {
         output: &mut Output,
     ) {
         let gains = &settings.gains;
-        let motions = now.machine.as_ref().map(|machine| &machine.motions);
-        for (k, motion) in motions.into_iter().flatten().enumerate() {
-            let truth = self.nominal.inertia[k] * settings.true_inertia_scale;
-            let s = motion.s();
-            output.mass_hat[k] = self.state.estimates[k].inertia().m;
-            let energy = self.nominal.inertia[k].kinetic_energy(&s);
-            output.nu_velocity += settings.true_inertia_scale * energy;
-            output.nu_adaptation += gains.gamma * self.state.estimates[k].divergence(&truth);
-            output.dissipation += 2.0 * gains.kappa_KA * energy;
+        if let Some(machine) = &now.machine {
+            output.nu_velocity = settings.true_inertia_scale * machine.energy;
+            output.dissipation = 2.0 * gains.kappa_KA * machine.energy;
+            for (k, estimate) in self.state.estimates.iter().enumerate() {
+                let truth = self.nominal.inertia[k] * settings.true_inertia_scale;
+                output.mass_hat[k] = estimate.inertia().m;
+                output.nu_adaptation += gains.gamma * estimate.divergence(&truth);
+            }
         }
         let p = self.nominal.actuator.params();
         let conditions = Conditions::new(p, gains);

@@ -71,7 +71,8 @@ fn instant(k: usize) -> Instant {
         scale += m.s().to_vector().norm() * (size(&F_r) + size(&F));
         F_r - F
     });
-    let Q_r = decomposition::joint_forces(&configuration, &motions, &estimates, &believed, KAPPA);
+    let errors = decomposition::velocity_errors(&motions, &believed);
+    let Q_r = decomposition::joint_forces(&configuration, &motions, &estimates, &errors, KAPPA);
     let state = State { zeta, zeta_dot };
     let (f, tau) = plant.inverse_dynamics(&state, &zeta_ddot, &[0.0; 6]);
     let Q = |i: usize| match i {

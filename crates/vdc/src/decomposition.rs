@@ -64,13 +64,36 @@ pub(crate) fn motions(
     motions
 }
 
+/// What the errors `s = V_r − V` weigh with the nominal inertias M.
+pub(crate) struct VelocityErrors {
+    /// `M s` of each body.
+    momenta: [Wrench; Body::COUNT],
+    /// Σ ½ sᵀ M s, J.
+    pub(crate) energy: f64,
+}
+
+/// Momenta and energy of the velocity errors.
+pub(crate) fn velocity_errors(
+    motions: &[BodyMotion; Body::COUNT],
+    nominal: &[Inertia; Body::COUNT],
+) -> VelocityErrors {
+    let mut energy = 0.0;
+    let momenta = std::array::from_fn(|k| {
+        let s = motions[k].s();
+        let momentum = nominal[k].apply(&s);
+        energy += 0.5 * s.power(&momentum);
+        momentum
+    });
+    VelocityErrors { momenta, energy }
+}
+
 /// Generalised forces on the six joints, N·m, that the required wrenches
 /// `F*_r = Y·θ̂ + K_A·(V_r − V)` ([Eq:Required_Force]) add up to; `K_A = kappa·M_nominal`.
 pub(crate) fn joint_forces(
     configuration: &Configuration,
     motions: &[BodyMotion; Body::COUNT],
     estimates: &[Estimate; Body::COUNT],
-    nominal: &[Inertia; Body::COUNT],
+    errors: &VelocityErrors,
     kappa: f64,
 ) -> [f64; DOF] {
     let mut wrenches = [Wrench::zero(); Body::COUNT];
@@ -80,7 +103,7 @@ pub(crate) fn joint_forces(
         let motion = &motions[k];
         let F = wrenches[k]
             + required_net_wrench(motion, estimates[k].inertia())
-            + nominal[k].apply(&(motion.s() * kappa));
+            + errors.momenta[k] * kappa;
         let link = configuration.link(body);
         Q[body.coordinate()] += link.gear * body.axis().power(&F);
         if let Some(parent) = body.parent() {
