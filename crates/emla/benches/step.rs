@@ -19,6 +19,9 @@ fn main() {
         ..Input::default()
     };
     let network = Surrogate::reference();
+    bench.call("surrogate evaluation, near standstill", || {
+        black_box(network.evaluate(black_box(20.0), black_box(2.0)));
+    });
     bench.call("surrogate evaluation", || {
         black_box(network.evaluate(black_box(20.0), black_box(90.0)));
     });
