@@ -5,15 +5,42 @@
 //! through its inverse, `P = L̂⁻¹`, `P' = −S/γ`: linear, exact while S is held, and without the
 //! finite escape time that explicit Euler on L̂ has.
 
-use nalgebra::{Matrix4, Vector3};
+use nalgebra::{Matrix4, SVector};
 use serde::{Deserialize, Serialize};
 use spatial::{Inertia, PseudoInertia, Twist};
+
+/// A symmetric 4×4 matrix: its lower triangle, column by column.
+pub(crate) type Symmetric = SVector<f64, 10>;
+
+#[rustfmt::skip] // one column a line
+fn packed(A: &Matrix4<f64>) -> Symmetric {
+    [
+        A.m11, A.m21, A.m31, A.m41,
+        A.m22, A.m32, A.m42,
+        A.m33, A.m43,
+        A.m44,
+    ].into()
+}
+
+fn unpacked(A: &Symmetric) -> Matrix4<f64> {
+    let [a11, a21, a31, a41, a22, a32, a42, a33, a43, a44] = (*A).into();
+    Matrix4::new(
+        a11, a21, a31, a41, a21, a22, a32, a42, a31, a32, a33, a43, a41, a42, a43, a44,
+    )
+}
+
+/// `tr(A·B)`: places off the diagonal count twice.
+fn trace_of_product(A: &Symmetric, B: &Symmetric) -> f64 {
+    let AB = A.component_mul(B);
+    let diagonal = AB[0] + AB[4] + AB[7] + AB[9];
+    2.0 * AB.sum() - diagonal
+}
 
 /// Estimated inertia of one body about its frame origin.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Estimate {
     /// Inverse pseudo-inertia, P = L̂⁻¹.
-    P: Matrix4<f64>,
+    P: Symmetric,
     /// |P|.
     determinant: f64,
     /// The same estimate as mass, first moment and rotational inertia.
@@ -24,7 +51,7 @@ pub struct Estimate {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Bounds {
     /// Inverse of the nominal pseudo-inertia.
-    P0: Matrix4<f64>,
+    P0: Symmetric,
     lower: f64,
     upper: f64,
 }
@@ -32,7 +59,7 @@ pub(crate) struct Bounds {
 impl Bounds {
     /// Bounds around a nominal inertia; None if it is no physical body.
     pub(crate) fn around(nominal: &Inertia, [lower, upper]: [f64; 2]) -> Option<Self> {
-        let L = PseudoInertia::from(nominal).0;
+        let L = packed(&PseudoInertia::from(nominal).0);
         let minors = Minors::of(&L);
         minors.are_positive().then(|| Self {
             P0: minors.inverse(),
@@ -50,7 +77,7 @@ impl Bounds {
         }
     }
 
-    fn contain(&self, P: &Matrix4<f64>) -> bool {
+    fn contain(&self, P: &Symmetric) -> bool {
         Minors::of(&(P - self.P0 * self.lower)).are_positive()
             && Minors::of(&(self.P0 * self.upper - P)).are_positive()
     }
@@ -59,17 +86,17 @@ impl Bounds {
 /// A symmetric 4×4 matrix A and its 2×2 minors. Determinant and inverse follow by Laplace's expansion, with one
 /// division in all; whether A is positive definite, by the signs of its leading minors, without any.
 struct Minors<'a> {
-    A: &'a Matrix4<f64>,
-    /// Of the rows 0, 1 and the columns 01, 02, 03, 12, 13, 23.
+    A: &'a Symmetric,
+    /// Of the rows 1, 2 and the columns 12, 13, 14, 23, 24, 34.
     s: [f64; 6],
-    /// Of the rows 2, 3 and the same columns.
+    /// Of the rows 3, 4 and the same columns.
     c: [f64; 6],
 }
 
 impl<'a> Minors<'a> {
-    /// Reads the lower triangle.
-    fn of(A: &'a Matrix4<f64>) -> Self {
-        let of_columns = |x: [f64; 4], y: [f64; 4]| {
+    fn of(A: &'a Symmetric) -> Self {
+        let [a11, a21, a31, a41, a22, a32, a42, a33, a43, a44] = (*A).into();
+        let of_rows = |x: [f64; 4], y: [f64; 4]| {
             [
                 x[0] * y[1] - x[1] * y[0],
                 x[0] * y[2] - x[2] * y[0],
@@ -81,8 +108,8 @@ impl<'a> Minors<'a> {
         };
         Self {
             A,
-            s: of_columns([A.m11, A.m21, A.m31, A.m41], [A.m21, A.m22, A.m32, A.m42]),
-            c: of_columns([A.m31, A.m32, A.m33, A.m43], [A.m41, A.m42, A.m43, A.m44]),
+            s: of_rows([a11, a21, a31, a41], [a21, a22, a32, a42]),
+            c: of_rows([a31, a32, a33, a43], [a41, a42, a43, a44]),
         }
     }
 
@@ -94,40 +121,32 @@ impl<'a> Minors<'a> {
 
     /// The minor of the first three rows and columns.
     fn third(&self) -> f64 {
-        let Self { A, s, .. } = self;
-        A[(2, 0)] * s[3] - A[(2, 1)] * s[1] + A[(2, 2)] * s[0]
+        let [_, _, a31, _, _, a32, _, a33, ..] = self.A.data.0[0];
+        a31 * self.s[3] - a32 * self.s[1] + a33 * self.s[0]
     }
 
     /// Whether all leading minors are positive, which is to say that A is positive definite.
     fn are_positive(&self) -> bool {
-        self.A[(0, 0)] > 0.0 && self.s[0] > 0.0 && self.third() > 0.0 && self.determinant() > 0.0
+        self.A[0] > 0.0 && self.s[0] > 0.0 && self.third() > 0.0 && self.determinant() > 0.0
     }
 
     /// `A⁻¹`: cofactors over the determinant.
-    #[rustfmt::skip] // one column of the lower triangle a block
-    fn inverse(&self) -> Matrix4<f64> {
+    fn inverse(&self) -> Symmetric {
         let Self { A, s, c } = self;
-        let a = |i: usize, j: usize| A[(i, j)];
-        let q = self.determinant().recip();
-        let B00 = a(1, 1) * c[5] - a(2, 1) * c[4] + a(3, 1) * c[3];
-        let B10 = a(2, 0) * c[4] - a(1, 0) * c[5] - a(3, 0) * c[3];
-        let B20 = a(3, 1) * s[5] - a(3, 2) * s[4] + a(3, 3) * s[3];
-        let B30 = a(2, 2) * s[4] - a(2, 1) * s[5] - a(3, 2) * s[3];
-
-        let B11 = a(0, 0) * c[5] - a(2, 0) * c[2] + a(3, 0) * c[1];
-        let B21 = a(3, 2) * s[2] - a(3, 0) * s[5] - a(3, 3) * s[1];
-        let B31 = a(2, 0) * s[5] - a(2, 2) * s[2] + a(3, 2) * s[1];
-
-        let B22 = a(3, 0) * s[4] - a(3, 1) * s[2] + a(3, 3) * s[0];
-        let B32 = a(2, 1) * s[2] - a(2, 0) * s[4] - a(3, 2) * s[0];
-
-        let B33 = self.third();
-        Matrix4::new(
-            B00, B10, B20, B30,
-            B10, B11, B21, B31,
-            B20, B21, B22, B32,
-            B30, B31, B32, B33,
-        ) * q
+        let [a11, a21, a31, a41, a22, a32, a42, a33, a43, a44] = (**A).into();
+        let cofactors = Symmetric::from([
+            a22 * c[5] - a32 * c[4] + a42 * c[3],
+            a31 * c[4] - a21 * c[5] - a41 * c[3],
+            a42 * s[5] - a43 * s[4] + a44 * s[3],
+            a33 * s[4] - a32 * s[5] - a43 * s[3],
+            a11 * c[5] - a31 * c[2] + a41 * c[1],
+            a43 * s[2] - a41 * s[5] - a44 * s[1],
+            a31 * s[5] - a33 * s[2] + a43 * s[1],
+            a41 * s[4] - a42 * s[2] + a44 * s[0],
+            a32 * s[2] - a31 * s[4] - a43 * s[0],
+            self.third(),
+        ]);
+        cofactors * self.determinant().recip()
     }
 }
 
@@ -140,14 +159,14 @@ impl Estimate {
     /// Advances by `h` s with S held. A step that would leave the bounds is refused: the estimate
     /// stays, which only removes adaptation along S and keeps the Lyapunov argument (the true
     /// parameters lie inside). Inside the bounds P is positive definite, `P > lower·P0 > 0`.
-    pub(crate) fn advance(&mut self, S: &Matrix4<f64>, gamma: f64, h: f64, bounds: &Bounds) {
+    pub(crate) fn advance(&mut self, S: &Symmetric, gamma: f64, h: f64, bounds: &Bounds) {
         let P = self.P - S * (h / gamma);
         if bounds.contain(&P) {
             let minors = Minors::of(&P);
             *self = Self {
                 P,
                 determinant: minors.determinant(),
-                inertia: (&PseudoInertia(minors.inverse())).into(),
+                inertia: (&PseudoInertia(unpacked(&minors.inverse()))).into(),
             };
         }
     }
@@ -155,39 +174,43 @@ impl Estimate {
     /// Bregman divergence of the true inertia from the estimate ([Df]), ≥ 0, zero if equal:
     /// `D(L‖L̂) = log(|L̂|/|L|) + tr(L̂⁻¹·L) − 4`; not a number if the true one is no physical body.
     pub(crate) fn divergence(&self, truth: &Inertia) -> f64 {
-        let L = PseudoInertia::from(truth).0;
-        // tr(P·L) of two symmetric matrices is the sum over equal places.
-        self.P.dot(&L) - 4.0 - (self.determinant * Minors::of(&L).determinant()).ln()
+        let L = packed(&PseudoInertia::from(truth).0);
+        trace_of_product(&self.P, &L) - 4.0 - (self.determinant * Minors::of(&L).determinant()).ln()
     }
 }
 
 /// The unique symmetric matrix with `tr(f(θ~)·S) = θ~ᵀ·Yᵀ·s`:
 /// `S = sym(ŵᵀ·ŝ) − sym(V̂_rᵀ·[V × s]^)`, with `w = V_r' + V × V_r − a_g` and û the 4×4 form of a
 /// twist.
-pub(crate) fn adaptation_direction(w: &Twist, V_r: &Twist, V: &Twist, s: &Twist) -> Matrix4<f64> {
+pub(crate) fn adaptation_direction(w: &Twist, V_r: &Twist, V: &Twist, s: &Twist) -> Symmetric {
     symmetric_product(w, s) - symmetric_product(V_r, &V.crm(s))
 }
 
-/// `sym(âᵀ·b̂)`: with ρ = (x; 1) the integral of (âρ)·(b̂ρ) over a body is `tr(L·sym(âᵀ·b̂))`.
-fn symmetric_product(a: &Twist, b: &Twist) -> Matrix4<f64> {
-    let outer = b.w * a.w.transpose();
-    let rotation =
-        nalgebra::Matrix3::from_diagonal_element(a.w.dot(&b.w)) - (outer + outer.transpose()) * 0.5;
-    let mixed: Vector3<f64> = (a.w.cross(&b.v) + b.w.cross(&a.v)) * -0.5;
-    let mut product = Matrix4::zeros();
-    product.fixed_view_mut::<3, 3>(0, 0).copy_from(&rotation);
-    product.fixed_view_mut::<3, 1>(0, 3).copy_from(&mixed);
-    product
-        .fixed_view_mut::<1, 3>(3, 0)
-        .copy_from(&mixed.transpose());
-    product[(3, 3)] = a.v.dot(&b.v);
-    product
+/// `sym(âᵀ·b̂)`: with ρ = (x; 1) the integral of (âρ)·(b̂ρ) over a body is `tr(L·sym(âᵀ·b̂))`. Its blocks are
+/// `(a.w·b.w)·1 − ½(a.w b.wᵀ + b.w a.wᵀ)`, `−½(a.w × b.v + b.w × a.v)` and `a.v·b.v`.
+fn symmetric_product(a: &Twist, b: &Twist) -> Symmetric {
+    let squares = a.w.component_mul(&b.w);
+    let half = |i: usize, j: usize| -0.5 * (a.w[i] * b.w[j] + a.w[j] * b.w[i]);
+    let mixed = (a.w.cross(&b.v) + b.w.cross(&a.v)) * -0.5;
+    [
+        squares.y + squares.z,
+        half(1, 0),
+        half(2, 0),
+        mixed.x,
+        squares.x + squares.z,
+        half(2, 1),
+        mixed.y,
+        squares.x + squares.y,
+        mixed.z,
+        a.v.dot(&b.v),
+    ]
+    .into()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use nalgebra::Matrix3;
+    use nalgebra::{Matrix3, Vector3};
 
     /// Reproducible numbers in (−1, 1).
     fn noise(k: usize, j: usize) -> f64 {
@@ -218,7 +241,7 @@ mod tests {
             let (w, V_r, V, s) = (twist(k, 1), twist(k, 8), twist(k, 15), twist(k, 22));
             let theta = inertia(k);
             let L = PseudoInertia::from(&theta).0;
-            let left = (L * adaptation_direction(&w, &V_r, &V, &s)).trace();
+            let left = (L * unpacked(&adaptation_direction(&w, &V_r, &V, &s))).trace();
             let right = s.power(&(theta.apply(&w) + V.crf(&theta.apply(&V_r))));
             let size = |t: &Twist| t.v.norm() + t.w.norm();
             let scale = theta.to_matrix().norm() * size(&s) * (size(&w) + size(&V) * size(&V_r));
@@ -257,8 +280,9 @@ mod tests {
             let determinant = eigenvalues.product();
             let tolerance =
                 4.0 * f64::EPSILON * (eigenvalues.abs().max().powi(4) / determinant).abs();
-            let minors = Minors::of(&A);
-            let of_inverse = (A * minors.inverse() - Matrix4::identity()).norm();
+            let packed = packed(&A);
+            let minors = Minors::of(&packed);
+            let of_inverse = (A * unpacked(&minors.inverse()) - Matrix4::identity()).norm();
             let of_determinant = (minors.determinant() / determinant - 1.0).abs();
             worst = worst.max(of_inverse.max(of_determinant) / tolerance);
             assert!(worst < 1.0, "k = {k}: {of_inverse:e}, {of_determinant:e}");
