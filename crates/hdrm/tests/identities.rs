@@ -323,6 +323,32 @@ fn a_long_step_is_its_substeps() {
     assert_eq!(long, short);
 }
 
+/// Masters take h as a difference of times, (t + h) − t: what rounding adds to it must not add a substep.
+#[test]
+fn rounding_of_the_step_adds_no_substep() {
+    let (machine, hdrm) = plant();
+    let start = State {
+        zeta: machine.start.zeta,
+        zeta_dot: [0.0; DOF],
+    };
+    let evaluations = |h: f64| {
+        let count = std::cell::Cell::new(0);
+        let input = |_| {
+            count.set(count.get() + 1);
+            Input::default()
+        };
+        hdrm.step(&start, input, 0.0, h).expect("finite");
+        count.get()
+    };
+    let rounded = (0..1000).map(|k| f64::from(k) * 1e-3);
+    let steps: Vec<f64> = rounded.map(|t| (t + 1e-3) - t).collect();
+    assert!(steps.iter().any(|&h| h > 1e-3));
+    for h in steps {
+        assert_eq!(evaluations(h), evaluations(1e-3), "h = {h:e}");
+    }
+    assert_eq!(evaluations(1.001e-3), 2 * evaluations(1e-3));
+}
+
 #[test]
 fn a_step_that_fails_says_why() {
     let (machine, hdrm) = plant();
