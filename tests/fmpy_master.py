@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from fmu import Fmu
-from system import System, levels
+from system import System, levels, read_set
 
 ROOT = Path(__file__).resolve().parent.parent
 SCHEDULES = ("gauss-seidel", "jacobi", "jacobi-derivatives")
@@ -171,6 +171,17 @@ def tip_rmse(times, error, settle):
     return float(np.sqrt(np.mean(moving**2)))
 
 
+def addressed(system, fmus, values):
+    """A parameter set by component: its names are component.variable, or a variable that one component alone has."""
+    found = {}
+    for name, value in values.items():
+        component, _, variable = name.partition(".")
+        if component not in system.components:
+            (component,), variable = [c for c, file in system.components.items() if name in fmus[file].variables], name
+        found.setdefault(component, {})[variable] = value
+    return found
+
+
 def arguments():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--ssd", type=Path, default=ROOT / "system/SystemStructure.ssd")
@@ -179,6 +190,7 @@ def arguments():
     parser.add_argument("--schedule", choices=SCHEDULES, default=SCHEDULES[0])
     parser.add_argument("--step", type=float, default=1e-3, help="communication step, s")
     parser.add_argument("--stop-time", type=float, help="s; default: the system's")
+    parser.add_argument("--parameters", action="append", default=[], type=Path, metavar="SSV", help="parameter set")
     parser.add_argument("--set", action="append", default=[], metavar="COMPONENT.VARIABLE=NUMBER")
     parser.add_argument("--signals", nargs="+", default=["controller.tip_error_norm"], metavar="COMPONENT.VARIABLE")
     parser.add_argument("--csv", type=Path)
@@ -195,6 +207,9 @@ def main():
     with tempfile.TemporaryDirectory() as folder:
         fmus = {file: Fmu(paths[file], Path(folder) / file) for file in set(system.components.values())}
         settings = {}
+        for path in args.parameters:
+            for component, values in addressed(system, fmus, read_set(path.read_bytes())).items():
+                settings.setdefault(component, {}).update(values)
         for text in args.set:
             name, value = text.split("=")
             component, variable = name.split(".", 1)

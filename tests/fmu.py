@@ -91,9 +91,9 @@ class Instance:
         return (c_uint * len(names))(*(self.fmu.variables[n].valueReference for n in names))
 
     def set(self, values):
-        """Set by name, one call a type."""
+        """Set by name, one call a type; an enumeration by number or by the name of its item."""
         for kind, ctype, names in _by_type(self.fmu, values):
-            data = (ctype * len(names))(*(_coded(values[n]) for n in names))
+            data = (ctype * len(names))(*(_coded(self.fmu.variables[n], values[n]) for n in names))
             self.call(f"fmi2Set{kind}", self.references(names), len(names), data)
 
     def get(self, *names):
@@ -181,5 +181,7 @@ def _by_type(fmu, names):
     return [(kind, TYPES[kind], some) for kind, some in kinds.items()]
 
 
-def _coded(value):
+def _coded(variable, value):
+    if variable.type == "Enumeration" and isinstance(value, str):
+        return {item.name: int(item.value) for item in variable.declaredType.items}[value]
     return value.encode() if isinstance(value, str) else value

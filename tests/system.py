@@ -1,13 +1,31 @@
-"""The system structure: components and connections of an SSD file, sorted by the FMUs' dependencies."""
+"""The system structure: components and connections of an SSD file, sorted by the FMUs' dependencies; parameter sets."""
 
+import zipfile
 from dataclasses import dataclass, field
-from pathlib import PurePosixPath
+from pathlib import Path, PurePosixPath
 from xml.etree import ElementTree
 
 SSD = "{http://ssp-standard.org/SSP1/SystemStructureDescription}"
 SSC = "{http://ssp-standard.org/SSP1/SystemStructureCommon}"
 SSV = "{http://ssp-standard.org/SSP1/SystemStructureParameterValues}"
 BOND = "{urn:cosim:power-bond}PowerBond"
+
+#: Python's values of SSP's types; an enumeration stays the name of its item.
+VALUES = {"Real": float, "Integer": int, "Boolean": lambda text: text in ("true", "1"), "String": str, "Enumeration": str}
+
+
+def parameters(element):
+    """{name: value} of what is below `element`."""
+    found = {}
+    for parameter in element.iter(f"{SSV}Parameter"):
+        (value,) = parameter
+        found[parameter.get("name")] = VALUES[value.tag.removeprefix(SSV)](value.get("value"))
+    return found
+
+
+def read_set(text):
+    """{name: value} of a parameter set."""
+    return parameters(ElementTree.fromstring(text))
 
 
 @dataclass(frozen=True)
@@ -27,12 +45,22 @@ class System:
     units: dict = field(default_factory=dict)
     links: list = field(default_factory=list)
     stop: float = 0.0
-    #: {component: {parameter: value}} of the inline parameter bindings
+    #: {component: {parameter: value}} of the parameter bindings
     parameters: dict = field(default_factory=dict)
 
     @classmethod
-    def read(cls, path):
-        root = ElementTree.parse(path).getroot()
+    def read(cls, path, variant="SystemStructure.ssd"):
+        """Of a .ssd with its files beside it, or of a packed .ssp, there the structure named `variant`."""
+        path = Path(path)
+        if path.suffix != ".ssp":
+            return cls.parse(path.read_bytes(), lambda name: (path.parent / name).read_bytes())
+        with zipfile.ZipFile(path) as archive:
+            return cls.parse(archive.read(variant), archive.read)
+
+    @classmethod
+    def parse(cls, text, file):
+        """Of a text; `file` gives the parameter sets that it names."""
+        root = ElementTree.fromstring(text)
         system = cls(stop=float(root.find(f"{SSD}DefaultExperiment").get("stopTime")))
         for component in root.iter(f"{SSD}Component"):
             name = component.get("name")
@@ -40,10 +68,10 @@ class System:
             for connector in component.iter(f"{SSD}Connector"):
                 real = connector.find(f"{SSC}Real")
                 system.units[name, connector.get("name")] = (connector.get("kind"), real.get("unit"))
-            system.parameters[name] = {
-                parameter.get("name"): float(parameter.find(f"{SSV}Real").get("value"))
-                for parameter in component.iter(f"{SSV}Parameter")
-            }
+            system.parameters[name] = values = {}
+            for binding in component.iter(f"{SSD}ParameterBinding"):
+                source = binding.get("source")
+                values |= parameters(binding) if source is None else read_set(file(source))
         for c in root.iter(f"{SSD}Connection"):
             bond = next(c.iter(BOND), None)
             system.links.append(

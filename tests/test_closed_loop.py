@@ -31,14 +31,19 @@ def run(couple, trajectory, mode, scale, signals=SIGNALS[:1], **options):
     return times, rows, rmse
 
 
-def native(fmu_dir, tmp_path, trajectory, mode, scale, *more):
-    """The same by `cosim run`, from its CSV."""
+def cosim():
+    """The native program."""
     here = os.environ.get("COSIM")
     places = [Path(here)] if here else [FMU_DIR.parent / kind / "cosim" for kind in ("release", "debug")]
     program = max((p for p in places if p.is_file()), key=lambda p: p.stat().st_mtime, default=None)  # the newest
     assert program, f"no program `cosim` among {places}; `cargo xtask cosim -- --help` builds it"
+    return program
+
+
+def native(fmu_dir, tmp_path, trajectory, mode, scale, *more):
+    """The same by `cosim run`, from its CSV."""
     path = tmp_path / "native.csv"
-    arguments = [program, "run", "--system", SSD, "--fmu-dir", fmu_dir, "--quiet", "--csv", path, "--signals", ",".join(SIGNALS)]
+    arguments = [cosim(), "run", "--system", SSD, "--fmu-dir", fmu_dir, "--quiet", "--csv", path, "--signals", ",".join(SIGNALS)]
     arguments += ["--trajectory", trajectory, "--mode", mode, "--inertia-scale", scale, *more]
     done = subprocess.run(list(map(str, arguments)), capture_output=True, text=True)
     assert done.returncode == 0, done.stderr

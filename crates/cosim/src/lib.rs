@@ -17,6 +17,7 @@ pub mod fmu;
 pub mod master;
 pub mod messages;
 pub mod noise;
+pub mod package;
 pub mod recording;
 pub mod report;
 pub mod robustness;

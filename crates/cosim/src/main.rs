@@ -59,6 +59,12 @@ struct SystemArgs {
     /// Take the FMUs from this directory, by file name
     #[arg(long, value_name = "DIR")]
     fmu_dir: Option<PathBuf>,
+    /// System structure to take from the packed system: `triangular_pd.ssd` [default: SystemStructure.ssd]
+    #[arg(long, value_name = "NAME")]
+    variant: Option<String>,
+    /// Parameter set for the system, in the packed system (`resources/triangular.ssv`) or a file; repeatable, before all other options
+    #[arg(long, value_name = "FILE")]
+    parameters: Vec<PathBuf>,
 }
 
 #[derive(Args)]
@@ -185,7 +191,13 @@ impl SystemArgs {
                 "the system"
             }
         };
-        System::load(&path, self.fmu_dir.as_deref()).with_context(hint)
+        let mut system =
+            System::load_variant(&path, self.variant.as_deref(), self.fmu_dir.as_deref())
+                .with_context(hint)?;
+        self.parameters
+            .iter()
+            .try_for_each(|set| system.apply_set(set))?;
+        Ok(system)
     }
 }
 

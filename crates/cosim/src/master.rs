@@ -310,10 +310,10 @@ fn instantiate(system: &System, settings: &[Setting]) -> Result<Vec<Slave>> {
     let mut slaves = Vec::new();
     for (component, fmu) in system.structure.components.iter().zip(&system.fmus) {
         let slave = Slave::new(fmu, &component.name)?;
-        for (variable, value) in &component.parameters {
+        for p in &component.parameters {
             slave
-                .set_from_text(variable, value)
-                .context("parameter value of the system structure")?;
+                .set_from_text(&p.name, &p.value)
+                .with_context(|| p.origin.clone())?;
         }
         for s in settings.iter().filter(|s| s.component == component.name) {
             slave.set_from_text(&s.variable, &s.value)?;

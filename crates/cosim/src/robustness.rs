@@ -228,8 +228,8 @@ pub fn start_value(system: &System, component: usize, variable: &str) -> Result<
         &system.fmus[component],
     );
     let slave = Slave::new(fmu, &c.name)?;
-    for (variable, value) in &c.parameters {
-        slave.set_from_text(variable, value)?;
+    for p in &c.parameters {
+        slave.set_from_text(&p.name, &p.value)?;
     }
     slave.enter_initialization(system.structure.start_time)?;
     slave.number(fmu.description.variable(variable)?, At::Initialization)

@@ -1,9 +1,12 @@
 //! System structure description (SSP 1.0, `SystemStructure.ssd`): components, connections, parameter values.
 //!
-//! Read is what a flat system of co-simulation FMUs needs; nested systems, signal dictionaries and external parameter files are refused
-//! by name rather than skipped.
+//! Read is what a flat system of co-simulation FMUs needs; nested systems, signal dictionaries and parameter mappings are refused by name
+//! rather than skipped.
 
+mod parameters;
 mod xml;
+
+pub use parameters::{Parameter, parse_set};
 
 use anyhow::{Context, Result, bail};
 use serde::Deserialize;
@@ -17,8 +20,8 @@ pub struct Component {
     pub source: String,
     /// Declared inputs, outputs and parameters.
     pub connectors: Vec<Connector>,
-    /// Start values from the parameter bindings: variable and value as text.
-    pub parameters: Vec<(String, String)>,
+    /// Start values from the parameter bindings, applied in this order.
+    pub parameters: Vec<Parameter>,
 }
 
 /// A declared variable of a component.
@@ -70,11 +73,16 @@ pub struct Structure {
 }
 
 impl Structure {
-    /// Read the text of a `.ssd` file.
+    /// Read the text of a `.ssd` file that names no parameter sets in other files.
     pub fn parse(text: &str) -> Result<Self> {
-        let file: xml::File = quick_xml::de::from_str(text)
+        Self::read(text, |source| bail!("the file `{source}` is not at hand"))
+    }
+
+    /// Read the text of a `.ssd` file; `file` gives the text of a parameter set by the name it has there.
+    pub fn read(text: &str, mut file: impl FnMut(&str) -> Result<String>) -> Result<Self> {
+        let read: xml::File = xml::read(text)
             .context("the system structure is not a readable SSP 1.0 description")?;
-        let system = file.system;
+        let system = read.system;
         if !system.connectors.connectors.is_empty() {
             bail!(
                 "system `{}`: connectors of the outer system are not supported",
@@ -92,7 +100,7 @@ impl Structure {
             .elements
             .components
             .into_iter()
-            .map(component)
+            .map(|c| component(c, &mut file))
             .collect::<Result<Vec<_>>>()?;
         for (k, c) in components.iter().enumerate() {
             if components[..k].iter().any(|other| other.name == c.name) {
@@ -105,10 +113,11 @@ impl Structure {
             .into_iter()
             .map(connection)
             .collect::<Result<Vec<_>>>()?;
-        let (start_time, stop_time) = file
+        let (start_time, stop_time) = read
             .default_experiment
             .map_or((0.0, None), |e| (e.start_time.unwrap_or(0.0), e.stop_time));
-        let structure = Self {
+        let owner = format!("system `{}`", system.name);
+        let mut structure = Self {
             name: system.name,
             components,
             connections,
@@ -116,7 +125,26 @@ impl Structure {
             stop_time,
         };
         structure.check()?;
+        for parameter in parameters::bound(system.bindings, &owner, &mut file)? {
+            let Some((k, variable)) = structure.split(&parameter.name) else {
+                bail!(
+                    "{owner}: {}: `{}` is not a variable of one of its components, component.variable",
+                    parameter.origin,
+                    parameter.name
+                );
+            };
+            let name = variable.to_string();
+            structure.components[k]
+                .parameters
+                .push(Parameter { name, ..parameter });
+        }
         Ok(structure)
+    }
+
+    /// Component and variable of a name `component.variable`.
+    pub fn split<'a>(&self, name: &'a str) -> Option<(usize, &'a str)> {
+        let (component, variable) = name.split_once('.')?;
+        Some((self.component(component)?, variable))
     }
 
     /// Index of the component named `name`.
@@ -188,31 +216,9 @@ impl std::fmt::Display for Connection {
     }
 }
 
-fn component(c: xml::Component) -> Result<Component> {
-    let mut parameters = Vec::new();
-    for binding in c.bindings.bindings {
-        let prefix = binding.prefix.unwrap_or_default();
-        let Some(values) = binding.values else {
-            bail!(
-                "component `{}`: only parameter values written inside the system structure are supported, not an external file",
-                c.name
-            );
-        };
-        for p in values.set.parameters.parameters {
-            let Some(value) = [p.real, p.integer, p.boolean, p.string, p.enumeration]
-                .into_iter()
-                .flatten()
-                .next()
-            else {
-                bail!(
-                    "component `{}`: parameter `{}` has no value",
-                    c.name,
-                    p.name
-                );
-            };
-            parameters.push((format!("{prefix}{}", p.name), value.value));
-        }
-    }
+fn component(c: xml::Component, file: &mut dyn FnMut(&str) -> Result<String>) -> Result<Component> {
+    let owner = format!("component `{}`", c.name);
+    let parameters = parameters::bound(c.bindings, &owner, file)?;
     let connectors = c.connectors.connectors.into_iter().map(|k| Connector {
         name: k.name,
         kind: k.kind,
@@ -321,10 +327,67 @@ mod tests {
     #[test]
     fn parameter_values_carry_their_prefix() {
         let s = Structure::parse(&small("")).unwrap();
+        assert_eq!(values(&s.components[0]), ["p.k=2.5", "p.n=3"]);
+    }
+
+    fn values(c: &Component) -> Vec<String> {
+        c.parameters
+            .iter()
+            .map(|p| format!("{}={}", p.name, p.value))
+            .collect()
+    }
+
+    /// A set bound to a component names its variables, one bound to the system component and variable; the latter has the last word.
+    #[test]
+    fn sets_in_files_are_bound_to_components_and_to_the_system() {
+        let bind = |source: &str| {
+            format!(
+                r#"<ssd:ParameterBindings><ssd:ParameterBinding source="{source}"/></ssd:ParameterBindings>"#
+            )
+        };
+        let set = |name: &str, value: &str| {
+            format!(
+                r#"<ParameterSet><Parameters><Parameter name="{name}"><Real value="{value}"/></Parameter></Parameters></ParameterSet>"#
+            )
+        };
+        let text = small("")
+            .replace(
+                "</ssd:Connectors></ssd:Component>", // of b; a has bindings in between
+                &format!("</ssd:Connectors>{}</ssd:Component>", bind("b.ssv")),
+            )
+            .replace(
+                "<ssd:Elements>",
+                &format!("{}<ssd:Elements>", bind("all.ssv")),
+            );
+        let s = Structure::read(&text, |source| {
+            Ok(match source {
+                "b.ssv" => set("u.0", "1"),
+                _ => set("b.u.0", "2"),
+            })
+        })
+        .unwrap();
+        assert_eq!(values(&s.components[1]), ["u.0=1", "u.0=2"]);
         assert_eq!(
-            s.components[0].parameters,
-            [("p.k".into(), "2.5".into()), ("p.n".into(), "3".into())]
+            s.components[1].parameters[1].origin,
+            "parameter set `all.ssv`"
         );
+
+        let error = |found: Result<String>| {
+            let mut found = Some(found);
+            let read = Structure::read(&text, |_| found.take().unwrap());
+            format!("{:#}", read.unwrap_err())
+        };
+        let missing = error(Err(anyhow::anyhow!("no such file")));
+        assert!(
+            missing.contains("component `b`") && missing.contains("no such file"),
+            "{missing}"
+        );
+        let foreign = Structure::read(&text, |_| Ok(set("c.u", "1"))).unwrap_err();
+        assert!(
+            foreign.to_string().contains("`c.u` is not a variable"),
+            "{foreign}"
+        );
+        assert!(Structure::parse(&text).is_err());
     }
 
     #[test]

@@ -2,7 +2,6 @@
 
 use std::collections::BTreeMap;
 use std::fs;
-use std::io::{Cursor, Read};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -11,7 +10,8 @@ use anyhow::{Context, Result, anyhow, bail};
 use crate::description::{Description, Variable};
 use crate::fmu::Fmu;
 use crate::master::Setting;
-use crate::ssd::Structure;
+use crate::package::Package;
+use crate::ssd::{Parameter, Structure, parse_set};
 use crate::wiring::Wiring;
 
 /// A system structure with one loaded FMU per component (shared where the source is the same).
@@ -27,42 +27,30 @@ pub struct System {
 impl System {
     /// Load a packed system (`.ssp`), or a `.ssd` whose FMUs lie where it says or, by file name, in `fmu_dir`.
     pub fn load(path: &Path, fmu_dir: Option<&Path>) -> Result<Self> {
-        let bytes = fs::read(path)
-            .with_context(|| format!("system `{}` cannot be read", path.display()))?;
-        if path.extension().is_some_and(|e| e == "ssp") {
-            let name = path.display();
-            let mut archive = zip::ZipArchive::new(Cursor::new(bytes))
-                .with_context(|| format!("`{name}` is not a ZIP archive"))?;
-            let text =
-                entry(&mut archive, "SystemStructure.ssd").with_context(|| format!("`{name}`"))?;
-            let structure =
-                String::from_utf8(text).context("SystemStructure.ssd is not UTF-8 text")?;
-            Self::new(path, &structure, |source| match fmu_dir {
-                Some(dir) => beside(source, dir),
-                None => entry(&mut archive, source).with_context(|| format!("`{name}`")),
-            })
-        } else {
-            let text = String::from_utf8(bytes)
-                .with_context(|| format!("`{}` is not UTF-8 text", path.display()))?;
-            let here = path.parent().unwrap_or(Path::new("."));
-            Self::new(path, &text, |source| match fmu_dir {
-                Some(dir) => beside(source, dir),
-                None => fs::read(here.join(source))
-                    .with_context(|| format!("`{}` cannot be read", here.join(source).display())),
-            })
-        }
+        Self::load_variant(path, None, fmu_dir)
     }
 
-    fn new(path: &Path, text: &str, mut read: impl FnMut(&str) -> Result<Vec<u8>>) -> Result<Self> {
-        let structure = Structure::parse(text).with_context(|| format!("`{}`", path.display()))?;
+    /// As [`System::load`]; of a packed system the structure `variant` instead of the default.
+    pub fn load_variant(
+        path: &Path,
+        variant: Option<&str>,
+        fmu_dir: Option<&Path>,
+    ) -> Result<Self> {
+        let mut package = Package::open(path)?;
+        let text = package.structure(variant)?;
+        let structure = Structure::read(&text, |source| package.text(source))
+            .with_context(|| format!("`{}`", path.display()))?;
         let mut loaded: BTreeMap<&str, Arc<Fmu>> = BTreeMap::new();
         let mut fmus = Vec::new();
         for c in &structure.components {
             let fmu = match loaded.get(c.source.as_str()) {
                 Some(fmu) => fmu.clone(),
                 None => {
-                    let bytes = read(&c.source)
-                        .with_context(|| format!("FMU of component `{}`", c.name))?;
+                    let bytes = match fmu_dir {
+                        Some(dir) => beside(&c.source, dir),
+                        None => package.file(&c.source),
+                    };
+                    let bytes = bytes.with_context(|| format!("FMU of component `{}`", c.name))?;
                     let fmu = Fmu::load(&c.source, bytes)?;
                     loaded.insert(&c.source, fmu.clone());
                     fmu
@@ -70,11 +58,48 @@ impl System {
             };
             fmus.push(fmu);
         }
-        Ok(Self {
+        let system = Self {
             path: path.to_path_buf(),
             structure,
             fmus,
-        })
+        };
+        for (c, fmu) in system.structure.components.iter().zip(&system.fmus) {
+            for parameter in &c.parameters {
+                check_unit(&c.name, fmu, parameter)?;
+            }
+        }
+        Ok(system)
+    }
+
+    /// Apply a parameter set (`.ssv`) after the values that the structure binds: a file of the packed system, else one on disk. Its
+    /// parameters are named `component.variable`, or only by variable where one component alone has it.
+    pub fn apply_set(&mut self, file: &Path) -> Result<()> {
+        let name = file.display().to_string();
+        let mut package = Package::open(&self.path)?;
+        let text = if package.holds(&name) {
+            package.text(&name)?
+        } else {
+            let hint = || {
+                let system = self.path.display();
+                format!("parameter set `{name}`: neither a file in `{system}` nor a readable one")
+            };
+            fs::read_to_string(file).with_context(hint)?
+        };
+        for parameter in parse_set(&text, &name)? {
+            let (k, variable) = match self.structure.split(&parameter.name) {
+                Some((k, variable)) => (k, variable),
+                None => {
+                    let owner = self.owner(&parameter.name);
+                    (owner.context(parameter.origin.clone())?.0, &*parameter.name)
+                }
+            };
+            let name = variable.to_string();
+            let parameter = Parameter { name, ..parameter };
+            let component = &mut self.structure.components[k];
+            check_unit(&component.name, &self.fmus[k], &parameter)?;
+            component.parameters.push(parameter);
+        }
+        Ok(())
     }
 
     /// The connections, resolved.
@@ -120,7 +145,9 @@ impl System {
         match (owners.next(), owners.next()) {
             (Some(only), None) => Ok(only),
             (None, _) => bail!("no component of the system has a variable `{name}`"),
-            _ => bail!("several components have a variable `{name}`; use --set component.{name}=…"),
+            _ => bail!(
+                "several components have a variable `{name}`; name the component: component.{name}"
+            ),
         }
     }
 }
@@ -130,11 +157,19 @@ fn beside(source: &str, dir: &Path) -> Result<Vec<u8>> {
     fs::read(&file).with_context(|| format!("`{}` cannot be read", file.display()))
 }
 
-fn entry(archive: &mut zip::ZipArchive<Cursor<Vec<u8>>>, name: &str) -> Result<Vec<u8>> {
-    let mut file = archive
-        .by_name(name)
-        .map_err(|_| anyhow!("the archive holds no {name}"))?;
-    let mut bytes = Vec::new();
-    file.read_to_end(&mut bytes)?;
-    Ok(bytes)
+/// A value with a unit must be of the unit of its variable: nothing is converted.
+fn check_unit(component: &str, fmu: &Fmu, parameter: &Parameter) -> Result<()> {
+    let Parameter { name, origin, .. } = parameter;
+    let variable = fmu.description.variable(name);
+    let variable = variable.with_context(|| format!("{origin}: component `{component}`"))?;
+    if let Some(unit) = &parameter.unit
+        && variable.unit.as_ref() != Some(unit)
+    {
+        bail!(
+            "{origin}: `{component}.{name}` = {} {unit}; allowed is the unit of the variable, {}",
+            parameter.value,
+            variable.unit.as_deref().unwrap_or("none")
+        );
+    }
+    Ok(())
 }

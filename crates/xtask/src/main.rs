@@ -9,6 +9,7 @@ mod pack;
 mod python;
 mod test;
 mod torture;
+mod variants;
 mod workspace;
 
 use std::path::PathBuf;

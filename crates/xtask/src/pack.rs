@@ -9,8 +9,8 @@ use anyhow::{Context, Result, bail};
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, DateTime, ZipWriter};
 
-use crate::library;
 use crate::workspace::{Fmu, Workspace};
+use crate::{library, variants};
 
 /// System structures of the repository and the archives they become.
 const SYSTEMS: [(&str, &str); 2] = [
@@ -93,21 +93,27 @@ fn licences(workspace: &Workspace) -> Result<BTreeMap<String, Vec<u8>>> {
 fn system(workspace: &Workspace, packed: &[PathBuf], structure: &str, path: &Path) -> Result<()> {
     let file = workspace.root.join(structure);
     let text = fs::read_to_string(&file).with_context(|| file.display().to_string())?;
+    let mut structures = variants::of(&text).with_context(|| file.display().to_string())?;
+    structures.push(("SystemStructure.ssd".to_string(), text));
     let mut entries = BTreeMap::new();
-    for source in text
-        .split("source=\"")
-        .skip(1)
-        .filter_map(|rest| rest.split('"').next())
-    {
-        let fmu = packed
-            .iter()
-            .find(|p| p.file_name() == Path::new(source).file_name());
-        let fmu = fmu.with_context(|| {
-            format!("{} names {source}, which no package makes", file.display())
-        })?;
-        entries.insert(source.to_string(), fs::read(fmu)?);
+    for (name, text) in structures {
+        for source in text
+            .split("source=\"")
+            .skip(1)
+            .filter_map(|rest| rest.split('"').next())
+        {
+            // An FMU that has just been packed, else a file beside the structure.
+            let fmu = packed
+                .iter()
+                .find(|p| p.file_name() == Path::new(source).file_name());
+            let path = fmu.map_or_else(|| file.with_file_name(source), PathBuf::clone);
+            let bytes = fs::read(&path).with_context(|| {
+                format!("{} names {source}: {}", file.display(), path.display())
+            })?;
+            entries.insert(source.to_string(), bytes);
+        }
+        entries.insert(name, text.into_bytes());
     }
-    entries.insert("SystemStructure.ssd".to_string(), text.into_bytes());
     write_zip(path, &entries)?;
     println!(
         "packed {} ({} kB)",

@@ -1,9 +1,22 @@
 //! The elements of the file as they stand; only what is read.
 #![allow(missing_docs)] // named like the elements and attributes
 
+use anyhow::{Result, bail};
 use serde::Deserialize;
+use serde::de::DeserializeOwned;
 
 use super::PowerBond;
+
+/// Read a text; the error never repeats more than the beginning of it.
+pub fn read<T: DeserializeOwned>(text: &str) -> Result<T> {
+    if !text.trim_start().starts_with('<') {
+        bail!("it is no XML");
+    }
+    quick_xml::de::from_str(text).map_err(|e| {
+        let reason: String = e.to_string().chars().take(200).collect();
+        anyhow::anyhow!(reason)
+    })
+}
 
 #[derive(Deserialize)]
 pub struct File {
@@ -25,6 +38,8 @@ pub struct System {
     pub name: String,
     #[serde(rename = "Connectors", default)]
     pub connectors: Connectors,
+    #[serde(rename = "ParameterBindings", default)]
+    pub bindings: Bindings,
     #[serde(rename = "Elements", default)]
     pub elements: Elements,
     #[serde(rename = "Connections", default)]
@@ -81,6 +96,12 @@ pub struct Bindings {
 pub struct Binding {
     #[serde(rename = "@prefix")]
     pub prefix: Option<String>,
+    #[serde(rename = "@source")]
+    pub source: Option<String>,
+    #[serde(rename = "@sourceBase")]
+    pub source_base: Option<String>,
+    #[serde(rename = "ParameterMapping")]
+    pub mapping: Option<serde::de::IgnoredAny>,
     #[serde(rename = "ParameterValues")]
     pub values: Option<Values>,
 }
@@ -118,6 +139,8 @@ pub struct Parameter {
 pub struct Value {
     #[serde(rename = "@value")]
     pub value: String,
+    #[serde(rename = "@unit")]
+    pub unit: Option<String>,
 }
 #[derive(Default, Deserialize)]
 pub struct Connections {

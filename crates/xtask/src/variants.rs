@@ -1,0 +1,73 @@
+//! Variants of a packed system: its one structure with parameter sets bound, made while packing, so that the wiring is written once.
+
+use anyhow::{Result, ensure};
+
+/// Where the sets are bound: inside the parameter bindings of the component that they are for.
+const MARK: &str = "<!-- parameter sets of a variant -->";
+/// Trajectories and when their motion ends, s (`tests/test_parameter_sets.py` compares with what the controller says).
+const TRAJECTORIES: [(&str, &str); 2] = [("cubic", "24.25"), ("triangular", "13.75")];
+/// Controllers.
+const MODES: [&str; 3] = ["adaptive", "modular", "pd"];
+
+/// File names and texts of the variants of a structure; none where it has no mark.
+pub fn of(structure: &str) -> Result<Vec<(String, String)>> {
+    let mut made = Vec::new();
+    if !structure.contains(MARK) {
+        return Ok(made);
+    }
+    let (_, default_stop) = TRAJECTORIES[0];
+    for (trajectory, stop) in TRAJECTORIES {
+        for mode in MODES {
+            let sets = [trajectory, mode]
+                .map(|set| format!(r#"<ssd:ParameterBinding source="resources/{set}.ssv"/>"#));
+            let text = once(structure, MARK, &sets.join("\n          "))?;
+            let attribute = |stop| format!(r#"stopTime="{stop}""#);
+            let text = once(&text, &attribute(default_stop), &attribute(stop))?;
+            made.push((format!("{trajectory}_{mode}.ssd"), text));
+        }
+    }
+    Ok(made)
+}
+
+fn once(text: &str, from: &str, to: &str) -> Result<String> {
+    let found = text.matches(from).count();
+    ensure!(
+        found == 1,
+        "the system structure must hold `{from}` once for its variants, but holds it {found} times"
+    );
+    Ok(text.replace(from, to))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const STRUCTURE: &str = include_str!("../../../system/SystemStructure.ssd");
+
+    #[test]
+    fn variants_differ_from_the_structure_in_two_bindings_and_the_stop_time() {
+        let variants = of(STRUCTURE).unwrap();
+        assert_eq!(variants.len(), 6);
+        for (name, text) in variants {
+            let (trajectory, mode) = name.strip_suffix(".ssd").unwrap().split_once('_').unwrap();
+            let lines: Vec<_> = text
+                .lines()
+                .filter(|line| !STRUCTURE.lines().any(|l| l == *line))
+                .collect();
+            assert!(lines[0].contains(&format!("resources/{trajectory}.ssv")));
+            assert!(lines[1].contains(&format!("resources/{mode}.ssv")));
+            assert_eq!(lines.len(), if trajectory == "cubic" { 2 } else { 3 });
+        }
+    }
+
+    #[test]
+    fn a_structure_with_two_marks_or_another_stop_time_is_refused() {
+        for wrong in [
+            STRUCTURE.replace(MARK, &MARK.repeat(2)),
+            STRUCTURE.replace("24.25", "20"),
+        ] {
+            assert!(of(&wrong).unwrap_err().to_string().contains("times"));
+        }
+        assert!(of("no mark").unwrap().is_empty());
+    }
+}

@@ -1,0 +1,155 @@
+"""Parameter sets (.ssv) and variants (.ssd) of the packed system: valid, complete, and the same runs as with options by name."""
+
+import csv
+import io
+import subprocess
+import zipfile
+from pathlib import Path
+from xml.etree import ElementTree
+
+import numpy as np
+import pyssp_standard
+import pytest
+from lxml import etree
+
+from fmpy_master import ROOT, Master, addressed
+from system import SSC, SSD, SSV, System, read_set
+from test_closed_loop import cosim
+
+TRAJECTORIES, MODES = ("cubic", "triangular"), ("adaptive", "modular", "pd")
+VARIANTS = [f"{t}_{m}.ssd" for t in TRAJECTORIES for m in MODES]
+SIGNALS = ["controller.tip_error_norm", "hdrm.x[2]", "emla_2.F", "controller.v_q[1]"]
+SCHEMAS = Path(pyssp_standard.__file__).parent / "resources"
+
+
+@pytest.fixture(scope="module")
+def packed(fmu_dir):
+    with zipfile.ZipFile(fmu_dir / "Manipulator.ssp") as archive:
+        yield {name: archive.read(name) for name in archive.namelist()}
+
+
+def valid(text, schema):
+    return etree.XMLSchema(file=str(SCHEMAS / schema)).validate(etree.fromstring(text))
+
+
+@pytest.mark.parametrize("name", TRAJECTORIES + MODES)
+def test_sets_are_valid_and_packed(packed, name):
+    text = packed[f"resources/{name}.ssv"]
+    assert text == (ROOT / f"system/resources/{name}.ssv").read_bytes()
+    assert valid(text, "SystemStructureParameterValues.xsd")
+    assert not valid(text.replace(b"Parameter name", b"Parameter title"), "SystemStructureParameterValues.xsd")
+
+
+@pytest.mark.parametrize("name", ["SystemStructure.ssd", *VARIANTS])
+def test_structures_are_valid(packed, name):
+    assert valid(packed[name], "SystemStructureDescription.xsd")
+    assert not valid(packed[name].replace(b"startElement", b"from"), "SystemStructureDescription.xsd")
+
+
+@pytest.mark.parametrize("name", TRAJECTORIES + MODES)
+def test_sets_hold_start_values_with_the_units_of_the_fmu(packed, controller, name):
+    """Every value has the variable's unit, which the set defines as the FMU does; all but the enumeration are the FMU's start values."""
+    root = ElementTree.fromstring(packed[f"resources/{name}.ssv"])
+    units = {unit.get("name"): dict(unit.find(f"{SSC}BaseUnit").attrib) for unit in root.iter(f"{SSC}Unit")}
+    described = {u.name: u.baseUnit for u in controller.description.unitDefinitions}
+    for unit, exponents in units.items():
+        for base in "kg m s A K mol cd rad".split():
+            assert int(exponents.get(base, 0)) == getattr(described[unit], base), (unit, base)
+    for parameter in root.iter(f"{SSV}Parameter"):
+        variable = controller.variables[parameter.get("name")]
+        (value,) = parameter
+        assert variable.causality == "parameter" and value.tag == f"{SSV}{variable.type}"
+        if variable.type == "Enumeration":
+            assert value.get("value") == name in [item.name for item in variable.declaredType.items]
+        else:
+            assert value.get("unit") == variable.unit and variable.unit in units
+            assert float(value.get("value")) == float(variable.start)
+
+
+@pytest.mark.parametrize("name", VARIANTS)
+def test_variants_are_the_structure_with_two_sets_bound(fmu_dir, system, controller, name):
+    variant = System.read(fmu_dir / "Manipulator.ssp", name)
+    assert (variant.components, variant.units, variant.links) == (system.components, system.units, system.links)
+    trajectory, mode = name.removesuffix(".ssd").split("_")
+    assert variant.parameters["controller"] == system.parameters["controller"] | sets(trajectory, mode)
+    assert {c: p for c, p in variant.parameters.items() if c != "controller"} == {
+        c: p for c, p in system.parameters.items() if c != "controller"
+    }
+    instance = controller.running(trajectory=trajectory)
+    assert variant.stop == instance.get("motion_end")
+    instance.free()
+
+
+def sets(*names):
+    return {n: v for name in names for n, v in read_set((ROOT / f"system/resources/{name}.ssv").read_bytes()).items()}
+
+
+def rows(system, fmus, settings=None):
+    master = Master(system, fmus, settings)
+    found = master.record(4.5, SIGNALS)[1]
+    master.free()
+    return found
+
+
+def test_a_variant_is_the_same_run_as_options_by_name_in_fmpy(fmu_dir, fmus, system):
+    """To the last bit, from the variant, from the sets, and from numbers by name; and not the run of the default."""
+    by_name = rows(system, fmus, {"controller": {"trajectory": 2, "mode": 3}})
+    variant = System.read(fmu_dir / "Manipulator.ssp", "triangular_pd.ssd")
+    np.testing.assert_array_equal(rows(variant, fmus), by_name)
+    np.testing.assert_array_equal(rows(system, fmus, addressed(system, fmus, sets("triangular", "pd"))), by_name)
+    assert np.abs(rows(system, fmus) - by_name).max() > 1e-3
+
+
+def native(fmu_dir, *options):
+    return subprocess.run(
+        [cosim(), "run", "--quiet", "--system", fmu_dir / "Manipulator.ssp", *options], capture_output=True, text=True
+    )
+
+
+def recorded(fmu_dir, path, *options):
+    done = native(fmu_dir, "--csv", path, "--stop-time", "4.5", *options)
+    assert done.returncode == 0, done.stderr
+    return path.read_text()
+
+
+@pytest.mark.parametrize("trajectory, mode", [("triangular", "pd"), ("triangular", "modular"), ("cubic", "adaptive")])
+def test_a_set_is_the_same_run_as_options_by_name_in_the_native_master(fmu_dir, tmp_path, trajectory, mode):
+    by_name = recorded(fmu_dir, tmp_path / "1.csv", "--trajectory", trajectory, "--mode", mode)
+    sets = [option for name in (trajectory, mode) for option in ("--parameters", f"resources/{name}.ssv")]
+    assert recorded(fmu_dir, tmp_path / "2.csv", *sets) == by_name
+    assert recorded(fmu_dir, tmp_path / "3.csv", "--variant", f"{trajectory}_{mode}.ssd") == by_name
+    default = recorded(fmu_dir, tmp_path / "4.csv")
+    assert (default == by_name) == ((trajectory, mode) == ("cubic", "adaptive"))
+    assert len(list(csv.reader(io.StringIO(by_name)))) == 4502
+
+
+SET = (ROOT / "system/resources/triangular.ssv").read_text()
+
+
+@pytest.mark.parametrize("right, wrong, expected", [
+    ('value="triangular"', 'value="circle"', ["controller.trajectory", "`circle`", "cubic, triangular, external"]),
+    ('unit="s"', 'unit="ms"', ["`controller.settle_time` = 4 ms", "allowed is the unit of the variable, s"]),
+    ('value="4"', 'value="-4"', ["settle_time", "-4", "allowed are values from 0"]),
+    ('name="settle_time"', 'name="settling"', ["no component", "`settling`"]),
+    ('name="trajectory"', 'name="alpha"', ["several components", "`alpha`"]),
+    ('name="trajectory"', 'name="emla_1.alfa"', ["emla_1", "`alfa`"]),
+])  # fmt: skip
+def test_a_wrong_set_is_refused_with_file_parameter_value_and_what_is_allowed(fmu_dir, tmp_path, right, wrong, expected):
+    assert right in SET
+    path = tmp_path / "wrong.ssv"
+    path.write_text(SET.replace(right, wrong))
+    done = native(fmu_dir, "--parameters", path)
+    assert done.returncode == 1
+    for part in [f"parameter set `{path}`", *expected]:
+        assert part in done.stderr, done.stderr
+
+
+def test_missing_sets_and_variants_are_named_beside_what_there_is(fmu_dir, tmp_path):
+    done = native(fmu_dir, "--parameters", "resources/circle.ssv")
+    assert done.returncode == 1 and "`resources/circle.ssv`" in done.stderr
+    done = native(fmu_dir, "--variant", "circle_pd.ssd")
+    assert done.returncode == 1 and all(name in done.stderr for name in ["circle_pd.ssd", *VARIANTS]), done.stderr
+    path = tmp_path / "table.ssv"
+    path.write_text("time,x\n0,1\n")
+    done = native(fmu_dir, "--parameters", path)
+    assert done.returncode == 1 and str(path) in done.stderr and "no XML" in done.stderr
