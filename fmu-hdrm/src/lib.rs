@@ -7,15 +7,26 @@
 mod table;
 
 use fmi2_export::{Info, InputPolynomial, Model, ModelError, Variable};
-use hdrm::{DOF, Hdrm, Input, Options, Output, State};
+use hdrm::{DOF, Dynamics, Hdrm, Input, Options, Output, State};
 use machine::Machine;
 use serde::{Deserialize, Serialize};
+use std::cell::OnceCell;
 
 /// The manipulator behind the FMI border.
 #[derive(Clone, Serialize, Deserialize)]
 pub struct HdrmFmu {
     plant: Hdrm,
     state: State,
+    /// At `state`, once outputs or a step have asked for them: the step begins where the outputs are.
+    #[serde(skip)]
+    dynamics: OnceCell<Dynamics>,
+}
+
+impl HdrmFmu {
+    fn dynamics(&self) -> &Dynamics {
+        self.dynamics
+            .get_or_init(|| self.plant.dynamics(&self.state))
+    }
 }
 
 /// Parameters as the importer sees them.
@@ -81,11 +92,12 @@ impl Model for HdrmFmu {
         Ok(Self {
             plant: Hdrm::new(&p.machine, &p.options)?,
             state,
+            dynamics: OnceCell::new(),
         })
     }
 
     fn output(&self, _p: &Parameters, u: &Input) -> Result<Output, ModelError> {
-        Ok(self.plant.output(&self.state, u))
+        Ok(self.plant.output_at(self.dynamics(), u))
     }
 
     fn step(
@@ -95,7 +107,9 @@ impl Model for HdrmFmu {
         t: f64,
         h: f64,
     ) -> Result<(), ModelError> {
-        self.state = self.plant.step(&self.state, |s| u.at::<Self>(s), t, h)?;
+        let start = self.dynamics();
+        self.state = (self.plant).step_from(start, |s| u.at::<Self>(s), t, h)?;
+        self.dynamics = OnceCell::new();
         Ok(())
     }
 

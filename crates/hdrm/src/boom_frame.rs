@@ -55,18 +55,21 @@ impl MovingParts {
 }
 
 /// A body of the plane with its joint.
+#[derive(Clone, Debug)]
 struct PlaneBody {
     joint: PlaneJoint,
     inertia: PlaneInertia,
 }
 
 /// A wrist body with its joint axis.
+#[derive(Clone, Debug)]
 struct WristBody {
     S: Twist,
     inertia: Inertia,
 }
 
 /// The machine at one pose, everything in and about P.
+#[derive(Clone, Debug)]
 pub(crate) struct BoomFrame {
     T1: PlaneInertia,
     A2: PlaneBody,
@@ -126,9 +129,11 @@ impl BoomFrame {
         }
     }
 
-    /// Mass matrix: `M_ij = Σ_k J_kiᵀ I_k J_kj`, J_ki the twist of body k for `zeta_i_dot = 1`.
-    pub fn mass_matrix(&self) -> Matrix6<f64> {
+    /// Mass matrix `M_ij = Σ_k J_kiᵀ I_k J_kj`, J_ki the twist of body k for `zeta_i_dot = 1`, and the machine's
+    /// momentum along y for each such motion, kg·m: `g` times it holds the machine against gravity.
+    pub fn mass_matrix(&self) -> (Matrix6<f64>, Vector6<f64>) {
         let mut M = Matrix6::zeros();
+        let mut momentum_y = Vector6::zeros();
         let (S2, S3) = (self.A2.joint.S, self.A3.joint.S);
 
         // Wrist: a column is the momentum of all that joint i carries, M_ij = S_jᵀ Ic_i S_i.
@@ -140,6 +145,7 @@ impl BoomFrame {
                 M[(3 + i, 3 + j)] = self.wrist[j].S.power(&P);
             }
             let P = PlaneWrench::from(P);
+            momentum_y[3 + i] = P.f.y;
             M[(3 + i, 2)] = S3.power(P);
             M[(3 + i, 1)] = S2.power(P);
             M[(3 + i, 0)] = P.m_y;
@@ -159,6 +165,7 @@ impl BoomFrame {
         M[(2, 2)] = M_33;
         M[(2, 1)] = S2.power(P3);
         M[(2, 0)] = P3.m_y;
+        momentum_y[2] = P3.f.y;
 
         // Lift: zeta_2 moves the boom with all of the tilt as one body.
         let boom_2 = tilt
@@ -173,12 +180,13 @@ impl BoomFrame {
         let (P2, M_22) = momentum(&lift);
         M[(1, 1)] = M_22;
         M[(1, 0)] = P2.m_y;
+        momentum_y[1] = P2.f.y;
 
         M[(0, 0)] = lift
             .iter()
             .fold(self.T1.yy, |sum, (_, inertia)| sum + inertia.yy);
         M.fill_upper_triangle_with_lower_triangle();
-        M
+        (M, momentum_y)
     }
 
     /// Bias forces `h`: what must act on the coordinates for `zeta_ddot = 0`, with gravity `g`

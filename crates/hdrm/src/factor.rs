@@ -4,6 +4,7 @@ use crate::DOF;
 use nalgebra::{Matrix6, Vector6};
 
 /// `M = L Lᵀ`; the reciprocals of L's diagonal are kept.
+#[derive(Clone, Debug)]
 pub(crate) struct Factor {
     L: Matrix6<f64>,
     inverse_diagonal: [f64; DOF],

@@ -1,6 +1,6 @@
 //! What the plant shows, as functions of state and input, and its first time derivative.
 
-use crate::plant::{Hdrm, Input, State};
+use crate::plant::{Dynamics, Hdrm, Input, State};
 use crate::{DOF, Stroke, Tip, recursion};
 use nalgebra::{Quaternion, Vector3, Vector6};
 use serde::{Deserialize, Serialize};
@@ -38,18 +38,24 @@ impl Hdrm {
     /// Outputs at a state under an input.
     #[must_use]
     pub fn output(&self, state: &State, input: &Input) -> Output {
-        let State { zeta, zeta_dot } = state;
-        let dynamics = self.dynamics(zeta);
+        self.output_at(&self.dynamics(state), input)
+    }
+
+    /// Outputs where the dynamics are known.
+    #[must_use]
+    pub fn output_at(&self, dynamics: &Dynamics, input: &Input) -> Output {
+        let Dynamics {
+            strokes, holding, ..
+        } = dynamics;
+        let State { zeta, zeta_dot } = &dynamics.state;
         let (tip, V_tip) = dynamics.frame.tip_motion(zeta_dot);
-        let holding = dynamics.frame.bias(&[0.0; DOF], self.gravity);
-        let (energy_kinetic, energy_potential) = self.energies_of(&dynamics, zeta_dot);
-        let strokes = &dynamics.strokes;
+        let (energy_kinetic, energy_potential) = self.energies_of(dynamics);
         Output {
             x: strokes.map(|stroke| stroke.x),
             x_dot: std::array::from_fn(|i| strokes[i].prime * zeta_dot[i]),
             zeta: *zeta,
             zeta_dot: *zeta_dot,
-            zeta_ddot: self.acceleration(&dynamics, state, input).into(),
+            zeta_ddot: self.acceleration(dynamics, input).into(),
             f_hold: std::array::from_fn(|i| holding[i] / strokes[i].prime),
             tau_hold: std::array::from_fn(|i| holding[3 + i]),
             tip_position: tip.into(),
@@ -64,8 +70,8 @@ impl Hdrm {
     #[must_use]
     pub fn output_derivative(&self, state: &State, input: &Input, input_dot: &Input) -> Output {
         let State { zeta, zeta_dot } = state;
-        let dynamics = self.dynamics(zeta);
-        let acceleration = self.acceleration(&dynamics, state, input);
+        let dynamics = self.dynamics(state);
+        let acceleration = self.acceleration(&dynamics, input);
         let zeta_ddot: [f64; DOF] = acceleration.into();
         let configuration = self.tree.configuration(zeta);
         let tip = Tip::new(&self.tree, &configuration);
@@ -82,7 +88,7 @@ impl Hdrm {
             (holding.rate[i] - holding.value[i] / prime * second * zeta_dot[i]) / prime
         };
         let power_of_gravity = holding.value.dot(&w);
-        let power: f64 = self.generalised_forces(&dynamics, state, input).dot(&w);
+        let power: f64 = self.generalised_forces(&dynamics, input).dot(&w);
         Output {
             x: std::array::from_fn(|i| strokes[i].prime * zeta_dot[i]),
             x_dot: std::array::from_fn(|i| {
@@ -92,14 +98,7 @@ impl Hdrm {
             zeta: *zeta_dot,
             zeta_dot: zeta_ddot,
             zeta_ddot: self
-                .acceleration_rate(
-                    &dynamics,
-                    &configuration,
-                    state,
-                    &zeta_ddot,
-                    input,
-                    input_dot,
-                )
+                .acceleration_rate(&dynamics, &configuration, &zeta_ddot, input, input_dot)
                 .into(),
             f_hold: std::array::from_fn(f_hold_rate),
             tau_hold: std::array::from_fn(|i| holding.rate[3 + i]),

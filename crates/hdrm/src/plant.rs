@@ -74,6 +74,16 @@ pub struct State {
     pub zeta_dot: [f64; DOF],
 }
 
+impl State {
+    /// The machine at rest in the pose `zeta`, rad.
+    pub(crate) fn at_rest(zeta: [f64; DOF]) -> Self {
+        Self {
+            zeta,
+            zeta_dot: [0.0; DOF],
+        }
+    }
+}
+
 /// The plant; its parameters do not change after [`Hdrm::new`].
 ///
 /// ```text
@@ -94,12 +104,18 @@ pub struct Hdrm {
     pub(crate) stops: [EndStop; DOF],
 }
 
-/// Everything about one state that forces do not change.
-pub(crate) struct Dynamics {
-    pub frame: BoomFrame,
-    pub strokes: [Stroke; 3],
-    pub M: Matrix6<f64>,
-    pub factor: Factor,
+/// The plant at one state: everything that inputs do not change.
+#[derive(Clone, Debug)]
+pub struct Dynamics {
+    pub(crate) state: State,
+    pub(crate) frame: BoomFrame,
+    pub(crate) strokes: [Stroke; 3],
+    pub(crate) M: Matrix6<f64>,
+    pub(crate) factor: Factor,
+    /// Bias forces with gravity.
+    pub(crate) h: Vector6<f64>,
+    /// What holds the machine still against gravity.
+    pub(crate) holding: Vector6<f64>,
 }
 
 impl Hdrm {
@@ -140,7 +156,7 @@ impl Hdrm {
             strokes: start,
             factor,
             ..
-        } = self.dynamics(&machine.start.zeta);
+        } = self.dynamics(&State::at_rest(machine.start.zeta));
         // x_i depends on zeta_i only, so a pose at all lower limits gives all lower strokes.
         let at_limit = |end: usize| {
             let zeta = limits.map(|range| range[end]);
@@ -178,14 +194,20 @@ impl Hdrm {
         &self.stops
     }
 
-    pub(crate) fn dynamics(&self, zeta: &[f64; DOF]) -> Dynamics {
+    /// Loops, mass matrix and bias forces at a state.
+    #[must_use]
+    pub fn dynamics(&self, state: &State) -> Dynamics {
+        let State { zeta, zeta_dot } = state;
         let solved = self.tree.solve(zeta);
         let frame = BoomFrame::new(&self.tree, &self.parts, &solved);
-        let M = frame.mass_matrix();
+        let (M, momentum_y) = frame.mass_matrix();
         Dynamics {
+            state: *state,
             strokes: self.tree.strokes(zeta[0], &solved),
             factor: Factor::new(&M),
             M,
+            h: frame.bias(zeta_dot, self.gravity),
+            holding: momentum_y * self.gravity,
             frame,
         }
     }
@@ -193,37 +215,25 @@ impl Hdrm {
     /// Mass matrix `M` and bias `h` with gravity, without friction and stops.
     #[must_use]
     pub fn equations_of_motion(&self, state: &State) -> (Matrix6<f64>, Vector6<f64>) {
-        let dynamics = self.dynamics(&state.zeta);
-        let h = dynamics.frame.bias(&state.zeta_dot, self.gravity);
-        (dynamics.M, h)
+        let Dynamics { M, h, .. } = self.dynamics(state);
+        (M, h)
     }
 
     /// Joint accelerations, rad/s².
     #[must_use]
     pub fn forward_dynamics(&self, state: &State, input: &Input) -> [f64; DOF] {
-        let dynamics = self.dynamics(&state.zeta);
-        self.acceleration(&dynamics, state, input).into()
+        self.acceleration(&self.dynamics(state), input).into()
     }
 
     /// `M⁻¹·(Q − h − D·zeta_dot)`.
-    pub(crate) fn acceleration(
-        &self,
-        dynamics: &Dynamics,
-        state: &State,
-        input: &Input,
-    ) -> Vector6<f64> {
-        let h = dynamics.frame.bias(&state.zeta_dot, self.gravity);
-        let Q = self.generalised_forces(dynamics, state, input);
-        dynamics.factor.solve(&(Q - h))
+    pub(crate) fn acceleration(&self, dynamics: &Dynamics, input: &Input) -> Vector6<f64> {
+        let Q = self.generalised_forces(dynamics, input);
+        dynamics.factor.solve(&(Q - dynamics.h))
     }
 
     /// Drives, end stops, friction and environment on the coordinates, N·m.
-    pub(crate) fn generalised_forces(
-        &self,
-        dynamics: &Dynamics,
-        State { zeta, zeta_dot }: &State,
-        input: &Input,
-    ) -> Vector6<f64> {
+    pub(crate) fn generalised_forces(&self, dynamics: &Dynamics, input: &Input) -> Vector6<f64> {
+        let State { zeta, zeta_dot } = &dynamics.state;
         let mut Q = dynamics.frame.tip_forces(&wrench(&input.wrench_env));
         for i in 0..DOF {
             let w = zeta_dot[i];
@@ -279,22 +289,18 @@ impl Hdrm {
     /// the pose `zeta` against gravity alone.
     #[must_use]
     pub fn holding(&self, zeta: &[f64; DOF]) -> ([f64; 3], [f64; 3]) {
-        let state = State {
-            zeta: *zeta,
-            zeta_dot: [0.0; DOF],
-        };
-        self.inverse_dynamics(&state, &[0.0; DOF], &[0.0; 6])
+        self.inverse_dynamics(&State::at_rest(*zeta), &[0.0; DOF], &[0.0; 6])
     }
 
     /// Kinetic and potential energy, J; the latter is zero with all masses at the height of the
     /// world's origin.
     #[must_use]
     pub fn energies(&self, state: &State) -> (f64, f64) {
-        self.energies_of(&self.dynamics(&state.zeta), &state.zeta_dot)
+        self.energies_of(&self.dynamics(state))
     }
 
-    pub(crate) fn energies_of(&self, dynamics: &Dynamics, zeta_dot: &[f64; DOF]) -> (f64, f64) {
-        let w = Vector6::from(*zeta_dot);
+    pub(crate) fn energies_of(&self, dynamics: &Dynamics) -> (f64, f64) {
+        let w = Vector6::from(dynamics.state.zeta_dot);
         let kinetic = 0.5 * w.dot(&(dynamics.M * w));
         (kinetic, self.gravity * dynamics.frame.first_moment_y())
     }

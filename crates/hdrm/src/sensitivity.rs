@@ -10,7 +10,7 @@ impl Hdrm {
     /// does not follow.
     #[must_use]
     pub fn directional_derivative(&self, state: &State, input: &Input, seed: &Input) -> Output {
-        let dynamics = self.dynamics(&state.zeta);
+        let dynamics = self.dynamics(state);
         let Q = self.drive_forces(&dynamics, input, seed);
         Output {
             zeta_ddot: dynamics.factor.solve(&Q).into(),
@@ -34,11 +34,11 @@ impl Hdrm {
         &self,
         dynamics: &Dynamics,
         configuration: &Configuration,
-        State { zeta, zeta_dot }: &State,
         zeta_ddot: &[f64; DOF],
         input: &Input,
         input_dot: &Input,
     ) -> Vector6<f64> {
+        let State { zeta, zeta_dot } = &dynamics.state;
         let inertial = recursion::inverse_dynamics(
             configuration,
             &self.bodies,

@@ -61,16 +61,31 @@ impl Hdrm {
         t: f64,
         h: f64,
     ) -> Result<State, StepError> {
+        self.step_from(&self.dynamics(state), input, t, h)
+    }
+
+    /// [`Hdrm::step`] from where the dynamics are known.
+    ///
+    /// # Errors
+    /// As [`Hdrm::step`].
+    pub fn step_from(
+        &self,
+        start: &Dynamics,
+        input: impl Fn(f64) -> Input,
+        t: f64,
+        h: f64,
+    ) -> Result<State, StepError> {
         if !(h > 0.0 && h <= STEP_MAX) {
             return Err(StepError::BadStep { t, h });
         }
         // 1e-9: masters take h as a difference of times; a whole number of substeps up to its rounding gets that number.
         let n = (h / H_MAX - 1e-9).ceil().max(1.0);
         let dt = h / n;
-        let mut now = *state;
-        let mut k = 0.0;
+        let mut now = self.substep(start, &input, 0.0, dt);
+        finite(&now, t)?;
+        let mut k = 1.0;
         while k < n {
-            now = self.substep(&now, &input, k * dt, dt);
+            now = self.substep(&self.dynamics(&now), &input, k * dt, dt);
             finite(&now, t)?;
             k += 1.0;
         }
@@ -78,20 +93,21 @@ impl Hdrm {
     }
 
     /// One substep from `s` by `dt`, divided further in contact and in fast motion.
-    fn substep(&self, state: &State, input: &impl Fn(f64) -> Input, s: f64, dt: f64) -> State {
+    fn substep(&self, start: &Dynamics, input: &impl Fn(f64) -> Input, s: f64, dt: f64) -> State {
         let n = self
-            .contact_substeps(state, dt)
-            .max(turning_substeps(state, dt));
+            .contact_substeps(start, dt)
+            .max(turning_substeps(&start.state, dt));
         let dt = dt / f64::from(n);
-        (0..n).fold(*state, |now, k| {
-            self.rk4(&now, input, s + f64::from(k) * dt, dt)
+        let first = self.rk4(start, input, s, dt);
+        (1..n).fold(first, |now, k| {
+            self.rk4(&self.dynamics(&now), input, s + f64::from(k) * dt, dt)
         })
     }
 
     /// How many parts of `dt` resolve the contacts that can be reached within it; 1 when free.
-    fn contact_substeps(&self, State { zeta, zeta_dot }: &State, dt: f64) -> u32 {
-        let strokes = self.tree.strokes(zeta[0], &self.tree.solve(zeta));
-        let position = |i: usize| match strokes.get(i) {
+    fn contact_substeps(&self, start: &Dynamics, dt: f64) -> u32 {
+        let State { zeta, zeta_dot } = &start.state;
+        let position = |i: usize| match start.strokes.get(i) {
             Some(&Stroke { x, prime, .. }) => (x, prime),
             None => (zeta[i], 1.0),
         };
@@ -99,15 +115,11 @@ impl Hdrm {
             let (y, prime) = position(*i);
             self.stops[*i].is_near(y, prime * zeta_dot[*i], dt)
         };
-        if !(0..DOF).any(|i| is_near(&i)) {
-            return 1;
-        }
-        let Dynamics { factor, .. } = self.dynamics(zeta);
         let rate: f64 = (0..DOF)
             .filter(is_near)
             .map(|i| {
                 let (y, prime) = position(i);
-                let mobility = prime * prime * factor.mobility(i);
+                let mobility = prime * prime * start.factor.mobility(i);
                 self.stops[i].rate_ahead(y, prime * zeta_dot[i], mobility, dt)
             })
             .sum();
@@ -115,19 +127,19 @@ impl Hdrm {
     }
 
     /// Classical Runge–Kutta of fourth order.
-    fn rk4(&self, state: &State, input: &impl Fn(f64) -> Input, s: f64, dt: f64) -> State {
-        let (q, w) = (Vector6::from(state.zeta), Vector6::from(state.zeta_dot));
+    fn rk4(&self, start: &Dynamics, input: &impl Fn(f64) -> Input, s: f64, dt: f64) -> State {
+        let State { zeta, zeta_dot } = start.state;
+        let (q, w) = (Vector6::from(zeta), Vector6::from(zeta_dot));
         let acceleration = |q: Vector6<f64>, w: Vector6<f64>, u: &Input| {
             let state = State {
                 zeta: q.into(),
                 zeta_dot: w.into(),
             };
-            let dynamics = self.dynamics(&state.zeta);
-            self.acceleration(&dynamics, &state, u)
+            self.acceleration(&self.dynamics(&state), u)
         };
-        let [start, middle, end] = [0.0, 0.5, 1.0].map(|part| input(s + part * dt));
+        let [begin, middle, end] = [0.0, 0.5, 1.0].map(|part| input(s + part * dt));
         let half = 0.5 * dt;
-        let (w1, a1) = (w, acceleration(q, w, &start));
+        let (w1, a1) = (w, self.acceleration(start, &begin));
         let w2 = w + a1 * half;
         let a2 = acceleration(q + w1 * half, w2, &middle);
         let w3 = w + a2 * half;
