@@ -1,0 +1,125 @@
+"""What masters with step control do, as OMSimulator's: try a step, go back, take two halves, with extrapolated inputs.
+
+Every call must return fmi2OK (`Instance.call` raises at fmi2Warning too), every output must be a number.
+"""
+
+import numpy as np
+import pytest
+
+from fmpy_master import ROOT, Master
+from system import System
+
+SETTINGS = {"controller": {"trajectory": "triangular", "settle_time": 0.1}, "hdrm": {"inertia_scale": 1.2}}
+
+
+class Rollback:
+    """The coupled system by Jacobi with first derivatives of inputs; states of all instances can be kept and brought back."""
+
+    def __init__(self, couple):
+        self.master = couple(settings=SETTINGS, schedule="jacobi-derivatives")
+        self.instances, self.time = self.master.instances, 0.0
+        self.names = {c: [n for n in i.fmu.names("output") if i.fmu.variables[n].type == "Real"] for c, i in self.instances.items()}
+
+    def outputs(self):
+        values = np.concatenate([i.get(*self.names[c]) for c, i in self.instances.items()])
+        assert np.isfinite(values).all(), (self.time, values)
+        return values
+
+    def advance(self, h):
+        for instance in self.instances.values():
+            instance.step(self.time, h)
+        self.time += h
+        self.master.pass_all()
+        return self.outputs()
+
+    def keep(self):
+        return self.time, {c: i.save() for c, i in self.instances.items()}
+
+    def back(self, kept):
+        self.time, states = kept
+        for c, i in self.instances.items():
+            i.restore(states[c])
+
+    def drop(self, kept):
+        for c, i in self.instances.items():
+            i.slave.freeFMUstate(kept[1][c])
+
+    def doubled(self, h):
+        """A step of h, taken back, then two of h/2; how far the two ends are apart, relative to what the outputs are."""
+        kept, before = self.keep(), self.outputs()
+        once = self.advance(h)
+        self.back(kept)
+        np.testing.assert_array_equal(self.outputs(), before)
+        self.advance(h / 2)
+        twice = self.advance(h / 2)
+        return kept, np.abs(once - twice)
+
+
+def tip(instances):
+    return np.array(instances["hdrm"].get(*(f"tip.position[{i}]" for i in (1, 2, 3))))
+
+
+def test_steps_taken_back_leave_no_trace(couple):
+    """A run in which every step is first tried with twice its size equals, bit for bit, the run without trials."""
+    plain, tried = Rollback(couple), Rollback(couple)
+    for _ in range(300):
+        kept = tried.keep()
+        tried.advance(2e-3)
+        tried.back(kept)
+        tried.drop(kept)
+        np.testing.assert_array_equal(tried.advance(1e-3), plain.advance(1e-3))
+
+
+def test_a_master_with_step_control_tracks(couple):
+    """Steps of 0.125 to 6 ms, chosen so that one step and two halves differ by 3 N in the actuators' forces: steps are refused and
+    accepted, and the tip is where a fixed step of 0.25 ms has it, to a quarter of what a fixed step of 1 ms is allowed
+    (tests/test_closed_loop.py)."""
+    run = Rollback(couple)
+    forces = np.cumsum([0] + [len(n) for n in run.names.values()])[[1, 2, 3]]
+    h, taken, refused, end = 1e-3, [], 0, 1.5
+    while run.time < end - 1e-9:
+        h = min(h, end - run.time)
+        kept, difference = run.doubled(h)
+        worst = difference[forces].max() / 3.0  # F is the first output of the actuators; N
+        if worst > 1.0 and h > 1.25e-4:
+            run.back(kept)
+            refused += 1
+        else:
+            taken.append(h)
+        run.drop(kept)
+        h = float(np.clip(h * (0.9 / np.sqrt(max(worst, 0.2))), 1.25e-4, 6e-3))
+    assert refused > 5 and min(taken) < 0.5 * max(taken), (refused, len(taken), min(taken), max(taken))
+    fine = couple(settings=SETTINGS, h=2.5e-4)
+    fine.record(end, ["hdrm.x[1]"])
+    apart = np.linalg.norm(tip(run.instances) - tip(fine.instances))
+    moved = np.linalg.norm(tip(fine.instances) - tip(couple(settings=SETTINGS).instances))
+    print(f"{len(taken)} steps of {1e3 * min(taken):.3f} to {1e3 * max(taken):.3f} ms, {refused} refused; tip {1e6 * apart:.2f} um apart")
+    assert moved > 0.05 and apart < 5e-6
+
+
+@pytest.mark.parametrize("mode", ["adaptive", "modular", "pd"])
+def test_outputs_are_numbers_from_initialization_on(fmus, mode):
+    """Of every instance in Initialization Mode, before and after the exchange, and at every communication point of a run."""
+    system = System.read(ROOT / "system/SystemStructure.ssd")
+
+    class Watched(Master):
+        def pass_all(self):
+            finite(self.instances)
+            super().pass_all()
+            finite(self.instances)
+
+    def finite(instances):
+        for name, instance in instances.items():
+            wrong = {n: v for n, v in instance.outputs().items() if not np.isfinite(v)}
+            assert wrong == {}, name
+
+    instances = {name: fmus[file].instance(name) for name, file in system.components.items()}
+    for instance in instances.values():
+        instance.setup(0.0)
+        instance.call("fmi2EnterInitializationMode")
+    finite(instances)
+    for instance in instances.values():
+        instance.free()
+    master = Watched(system, fmus, {"controller": {"mode": mode, "trajectory": "triangular", "settle_time": 0.1}}, h=2e-3)
+    master.record(2.0, ["hdrm.x[1]"])
+    master.free()
