@@ -123,3 +123,25 @@ def test_outputs_are_numbers_from_initialization_on(fmus, mode):
     master = Watched(system, fmus, {"controller": {"mode": mode, "trajectory": "triangular", "settle_time": 0.1}}, h=2e-3)
     master.record(2.0, ["hdrm.x[1]"])
     master.free()
+
+
+def test_continuous_outputs_of_the_hybrid_actuator_have_derivatives(emla):
+    """What extrapolating masters take from it. With alpha > 0 the network counts, which is evaluated once a communication step; what
+    holds a part of it is declared discrete, and the derivatives of all others are those of differences."""
+    instance = emla.instance()
+    instance.start(values={"alpha": 0.5, "x": 0.31, "x_dot": 0.02, "F_hold": 2e4, "v_q": 60.0, "v_d": -4.0})
+    for k in range(20):  # away from the equilibrium of the start
+        instance.step(k * 1e-3, 1e-3)
+    outputs = [v.name for v in emla.variables.values() if v.causality == "output" and v.variability == "continuous"]
+    outputs = [o for o in outputs if emla.variables[o].type == "Real" and o != "F_mean"]  # a mean starts anew with each step
+    exact, start, kept, slopes = np.array(instance.derivatives(*outputs)), np.array(instance.get(*outputs)), instance.save(), {}
+    for part in (1, 2, 4):  # Richardson, as in tests/test_derivatives.py
+        h = 1e-5 / part
+        instance.step(0.02, h)
+        slopes[part] = (np.array(instance.get(*outputs)) - start) / h
+        instance.restore(kept)
+    instance.free()
+    found = (4 * (2 * slopes[4] - slopes[2]) - (2 * slopes[2] - slopes[1])) / 3
+    scale = np.abs(found) * 1e-4 + np.abs(start) * 1e-8 + 1e-9
+    assert {o: (a, b) for o, a, b, s in zip(outputs, exact, found, scale) if abs(a - b) > s} == {}
+    assert np.count_nonzero(exact) > len(outputs) / 2

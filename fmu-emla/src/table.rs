@@ -126,8 +126,8 @@ pub(crate) const VARIABLES: &[V] = &[
         .unit("N").display_unit("kN").nominal(1e4).depends_on(&[]).initially_depends_on(&["F_hold"]),
     V::output("F_phys", "quasi-static force of the physics at this torque and speed", |y| &y.F_phys)
         .unit("N").display_unit("kN").nominal(1e4).depends_on(&[]).initially_depends_on(&["x_dot", "F_hold", ALL_PARAMETERS]),
-    V::output("F_hyb", "quasi-static force of the hybrid model, F_phys + alpha*(F_net - F_phys)", |y| &y.F_hyb)
-        .unit("N").display_unit("kN").nominal(1e4).depends_on(&[]).initially_depends_on(&["x_dot", "F_hold", ALL_PARAMETERS]),
+    V::output("F_hyb", "quasi-static force of the hybrid model, F_phys + alpha*(F_net - F_phys); its network part once a communication step", |y| &y.F_hyb)
+        .unit("N").display_unit("kN").nominal(1e4).discrete().depends_on(&[]).initially_depends_on(&["x_dot", "F_hold", ALL_PARAMETERS]),
     V::output("F_net", "force of the surrogate network at this torque and speed, evaluated once a communication step", |y| &y.F_net)
         .unit("N").display_unit("kN").nominal(1e4).discrete().depends_on(&[]).initially_depends_on(&["x_dot", "F_hold", ALL_PARAMETERS]),
     V::output("x_rod", "rod position", |y| &y.x_rod)
@@ -136,8 +136,8 @@ pub(crate) const VARIABLES: &[V] = &[
         .unit("m/s").display_unit("mm/s").nominal(0.05).depends_on(&["x_dot"]).initially_depends_on(&["x_dot"]),
     V::output("x_dot_net", "rod velocity of the surrogate network, evaluated once a communication step", |y| &y.x_dot_net)
         .unit("m/s").display_unit("mm/s").nominal(0.05).discrete().depends_on(&[]).initially_depends_on(&["x_dot", "F_hold", ALL_PARAMETERS]),
-    V::output("x_dot_hyb", "quasi-static rod velocity of the hybrid model", |y| &y.x_dot_hyb)
-        .unit("m/s").display_unit("mm/s").nominal(0.05).depends_on(&[]).initially_depends_on(&["x_dot", "F_hold", ALL_PARAMETERS]),
+    V::output("x_dot_hyb", "quasi-static rod velocity of the hybrid model; its network part once a communication step", |y| &y.x_dot_hyb)
+        .unit("m/s").display_unit("mm/s").nominal(0.05).discrete().depends_on(&[]).initially_depends_on(&["x_dot", "F_hold", ALL_PARAMETERS]),
     // Motor
     V::output("i_d", "direct-axis current (peak)", |y| &y.i_d)
         .unit("A").nominal(10.0).depends_on(&[]).initially_depends_on(&[]),
@@ -154,16 +154,16 @@ pub(crate) const VARIABLES: &[V] = &[
         .unit("W").display_unit("kW").nominal(1e3).depends_on(&["v_d", "v_q"]).initially_depends_on(&["v_d", "v_q", "x_dot", "F_hold", ALL_PARAMETERS]),
     V::output("P_out", "mechanical power to the load", |y| &y.P_out)
         .unit("W").display_unit("kW").nominal(1e3).depends_on(&["x", "x_dot", "F_ext"]).initially_depends_on(&["x", "x_dot", "F_ext", "F_hold", ALL_PARAMETERS]),
-    V::output("P_loss", "all losses; P_in = P_out + P_loss + d(energy.stored)/dt", |y| &y.P_loss)
-        .unit("W").display_unit("kW").nominal(1e2).depends_on(&["x", "x_dot"]).initially_depends_on(&["x", "x_dot", "F_hold", ALL_PARAMETERS]),
+    V::output("P_loss", "all losses; P_in = P_out + P_loss + d(energy.stored)/dt; its network part once a communication step", |y| &y.P_loss)
+        .unit("W").display_unit("kW").nominal(1e2).discrete().depends_on(&["x", "x_dot"]).initially_depends_on(&["x", "x_dot", "F_hold", ALL_PARAMETERS]),
     V::output("loss.copper", "copper losses", |y| &y.P_copper)
         .unit("W").display_unit("kW").nominal(1e2).depends_on(&[]).initially_depends_on(&["x_dot", "F_hold", ALL_PARAMETERS]),
     V::output("loss.core", "iron losses", |y| &y.P_core)
         .unit("W").display_unit("kW").nominal(1e2).depends_on(&[]).initially_depends_on(&["x_dot", "F_hold", ALL_PARAMETERS]),
     V::output("loss.inverter", "conduction and switching losses of the inverter", |y| &y.P_inverter)
         .unit("W").display_unit("kW").nominal(1e2).depends_on(&[]).initially_depends_on(&["x_dot", "F_hold", ALL_PARAMETERS]),
-    V::output("loss.mechanical", "friction of motor, gear, screw, nut and rod, and the power of the network's residual", |y| &y.P_mech)
-        .unit("W").display_unit("kW").nominal(1e2).depends_on(&["x", "x_dot"]).initially_depends_on(&["x", "x_dot", "F_hold", ALL_PARAMETERS]),
+    V::output("loss.mechanical", "friction of motor, gear, screw, nut and rod, and the power of the network's residual, taken once a communication step", |y| &y.P_mech)
+        .unit("W").display_unit("kW").nominal(1e2).discrete().depends_on(&["x", "x_dot"]).initially_depends_on(&["x", "x_dot", "F_hold", ALL_PARAMETERS]),
     V::output("energy.in", "energy taken from the DC side since the start", |y| &y.E_in)
         .unit("J").display_unit("kJ").nominal(1e3).depends_on(&[]).initially_depends_on(&[]),
     V::output("energy.out", "energy given to the load since the start", |y| &y.E_out)
@@ -172,8 +172,8 @@ pub(crate) const VARIABLES: &[V] = &[
         .unit("J").display_unit("kJ").nominal(1e3).depends_on(&[]).initially_depends_on(&[]),
     V::output("energy.stored", "energy in magnetic field, rotor and screw, spring and (drive = force) rod", |y| &y.E_stored)
         .unit("J").display_unit("kJ").nominal(10.0).depends_on(&["x"]).initially_depends_on(&["x", "x_dot", "F_hold", ALL_PARAMETERS]),
-    V::output("efficiency", "efficiency of the hybrid model on the quasi-static maps; 0 where it is not defined", |y| &y.efficiency)
-        .unit("1").display_unit("%").depends_on(&[]).initially_depends_on(&["x_dot", "F_hold", ALL_PARAMETERS]),
+    V::output("efficiency", "efficiency of the hybrid model on the quasi-static maps; 0 where it is not defined, its network part once a communication step", |y| &y.efficiency)
+        .unit("1").display_unit("%").discrete().depends_on(&[]).initially_depends_on(&["x_dot", "F_hold", ALL_PARAMETERS]),
     V::output("efficiency_phys", "efficiency of the physics; 0 where it is not defined", |y| &y.efficiency_phys)
         .unit("1").display_unit("%").depends_on(&[]).initially_depends_on(&["x_dot", "F_hold", ALL_PARAMETERS]),
     V::output("efficiency_net", "efficiency of the surrogate network; 0 where it is not defined, evaluated once a communication step", |y| &y.efficiency_net)
