@@ -1,4 +1,4 @@
-//! Subcommands of the evaluation: robustness tables, testbed, stability and energy in numbers.
+//! Subcommands of the evaluation: robustness tables, testbed, stability, energy and endurance in numbers.
 
 use std::fs::File;
 use std::io::{BufWriter, Write};
@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
 use clap::{Args, ValueEnum};
+use cosim::endurance::{self, Part, Wander};
 use cosim::noise::Noise;
 use cosim::robustness::{self, STUDIES, Study};
 use cosim::run::Experiment;
@@ -79,6 +80,29 @@ pub struct EnergyArgs {
     /// Also write the numbers to this JSON file
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
+}
+
+#[derive(Args)]
+pub struct EnduranceArgs {
+    #[command(flatten)]
+    system: SystemArgs,
+    #[command(flatten)]
+    grid: GridArgs,
+    /// Communication steps; 10000000 of 1 ms are 2.8 h of machine time
+    #[arg(long, default_value_t = 1_000_000)]
+    steps: u64,
+    /// Edges of the box that the tip moves through, from its start on, m, world frame
+    #[arg(long, default_values_t = [-0.2, 0.2, 0.2], num_args = 3, value_names = ["X", "Y", "Z"], allow_negative_numbers = true)]
+    edges: Vec<f64>,
+    /// Period of the motion along X, s; those along Y and Z are sqrt(2) and 1.618 times as long
+    #[arg(long, default_value_t = 5.0, value_name = "SECONDS")]
+    period: f64,
+    /// Controller
+    #[arg(long, value_parser = ["adaptive", "modular", "pd"], default_value = "adaptive")]
+    mode: String,
+    /// Factor on mass and inertia of every body of the manipulator (the controller keeps nominal ones)
+    #[arg(long, value_name = "FACTOR", default_value_t = 1.2)]
+    inertia_scale: f64,
 }
 
 #[derive(Clone, Copy, PartialEq, ValueEnum)]
@@ -237,6 +261,31 @@ pub fn run_energy(args: &EnergyArgs) -> Result<()> {
         found["energy"][trajectory] = balances.iter().map(balance_json).collect::<Result<_>>()?;
     }
     write_json(args.json.as_deref(), &found)
+}
+
+/// A long coupled run.
+pub fn run_endurance(args: &EnduranceArgs) -> Result<()> {
+    let system = args.system.load()?;
+    anyhow::ensure!(
+        args.grid.stop_time.is_none(),
+        "--stop-time: the length is told by --steps"
+    );
+    let scale = args.inertia_scale.to_string();
+    let mut experiment = base(&system, &args.grid)?;
+    experiment.settings.splice(
+        0..0,
+        [
+            system.setting("mode", &args.mode)?,
+            system.setting("inertia_scale", &scale)?,
+            system.setting("lyapunov.inertia_scale", &scale)?,
+        ],
+    );
+    let wander = Wander::new([args.edges[0], args.edges[1], args.edges[2]], args.period)?;
+    println!("{}", Part::titles());
+    let told = |part: &Part| println!("{}", part.row());
+    let endurance = endurance::run(&system, &experiment, &wander, args.steps, told)?;
+    print!("{}", endurance.summary());
+    endurance.check()
 }
 
 fn balance_json(balance: &energy::Balance) -> Result<Value> {

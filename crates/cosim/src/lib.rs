@@ -11,6 +11,7 @@
 
 pub mod bond;
 pub mod description;
+pub mod endurance;
 pub mod energy;
 pub mod exchange;
 pub mod fmu;

@@ -45,6 +45,8 @@ enum Command {
     Stability(evaluation::StabilityArgs),
     /// Energy of each actuator: electrical, losses by kind, work, regeneration, efficiency
     Energy(evaluation::EnergyArgs),
+    /// Long run with a reference that never ends: memory, time, tracking and estimates; fails where one of them does not endure
+    Endurance(evaluation::EnduranceArgs),
     /// Measure how many times faster than real time the coupled system runs, without recording
     Bench(BenchArgs),
     /// Show components, stages of the exchange and power bonds; reports algebraic loops
@@ -165,6 +167,7 @@ fn main() -> ExitCode {
         Command::Testbed(args) => evaluation::run_testbed(&args),
         Command::Stability(args) => evaluation::run_stability(&args),
         Command::Energy(args) => evaluation::run_energy(&args),
+        Command::Endurance(args) => evaluation::run_endurance(&args),
         Command::Bench(args) => bench(&args),
         Command::Wiring(args) => wiring(&args),
     };

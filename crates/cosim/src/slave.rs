@@ -313,6 +313,21 @@ impl Slave {
         self.check(status, "fmi2DoStep", &[], At::Time(t))
     }
 
+    /// The instance's own time, s: the end of its last successful step.
+    pub fn time(&self) -> Result<f64> {
+        let mut time = f64::NAN;
+        // SAFETY: room for one value.
+        let status = unsafe {
+            self.fmu.api.fmi2GetRealStatus(
+                self.component,
+                binding::fmi2StatusKind_fmi2LastSuccessfulTime,
+                &mut time,
+            )
+        };
+        self.check(status, "fmi2GetRealStatus", &[], At::Time(time))?;
+        Ok(time)
+    }
+
     /// `fmi2Terminate`.
     pub fn terminate(&self, at: At) -> Result<()> {
         // SAFETY: the component is alive.

@@ -10,7 +10,8 @@ pub struct Distance {
 }
 
 impl Distance {
-    fn add(&mut self, distance: f64) {
+    /// Add a sample, m.
+    pub fn add(&mut self, distance: f64) {
         self.sum_of_squares += distance * distance;
         self.count += 1;
         self.max = self.max.max(distance);
