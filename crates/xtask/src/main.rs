@@ -7,6 +7,7 @@ mod libclang;
 mod library;
 mod pack;
 mod python;
+mod sanitize;
 mod test;
 mod torture;
 mod variants;

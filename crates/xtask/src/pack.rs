@@ -2,12 +2,12 @@
 
 use std::collections::BTreeMap;
 use std::fs::{self, File};
-use std::io::Write;
+use std::io::{Read, Write};
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
 use zip::write::SimpleFileOptions;
-use zip::{CompressionMethod, DateTime, ZipWriter};
+use zip::{CompressionMethod, DateTime, ZipArchive, ZipWriter};
 
 use crate::workspace::{Fmu, Workspace};
 use crate::{library, variants};
@@ -53,6 +53,23 @@ fn fmu(workspace: &Workspace, built: &Path, out: &Path) -> Result<PathBuf> {
         fs::metadata(&path)?.len() / 1000
     );
     Ok(path)
+}
+
+/// A packed FMU with another library in it, which was built otherwise from the same source.
+pub fn with_library(packed: &Path, library: &Path, out: &Path) -> Result<()> {
+    let mut archive = ZipArchive::new(File::open(packed)?)?;
+    let mut entries = BTreeMap::new();
+    for index in 0..archive.len() {
+        let mut entry = archive.by_index(index)?;
+        let name = entry.name()?.into_owned();
+        let mut bytes = Vec::new();
+        entry.read_to_end(&mut bytes)?;
+        if name.starts_with("binaries/") {
+            bytes = fs::read(library).with_context(|| library.display().to_string())?;
+        }
+        entries.insert(name, bytes);
+    }
+    write_zip(out, &entries)
 }
 
 /// Folder in `binaries/` and suffix of the library for the machine this runs on (FMI 2.0.4, section 2.3).
