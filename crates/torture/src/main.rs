@@ -100,7 +100,7 @@ enum Command {
         /// Steps of each instance
         #[arg(long, default_value_t = 200)]
         steps: usize,
-        /// Make an instance of each FMU before the threads start
+        /// Make an instance of each FMU before the threads start and keep it until they have ended
         #[arg(long)]
         warm: bool,
     },

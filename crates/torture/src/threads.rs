@@ -11,18 +11,18 @@ use crate::instance::Instance;
 
 /// `threads` instances of each FMU, `steps` steps each, all at once.
 ///
-/// Helgrind does not understand atomics, by which the libraries publish what they compute once (their GUID, the processor's
-/// abilities); `is_warm` has that done before the threads start, so that what helgrind still finds is a finding.
+/// Helgrind does not understand atomics and futexes, by which the libraries publish what they compute once or share (their GUID, the
+/// processor's abilities, the network); `is_warm` has an instance of each FMU made before the threads start and kept until they have
+/// ended, so that what helgrind still finds is a finding.
 pub fn run(paths: &[PathBuf], threads: usize, steps: usize, is_warm: bool) -> Result<()> {
     let clock = Instant::now();
     let fmus = paths
         .iter()
         .map(|p| Fmu::open(p))
         .collect::<Result<Vec<_>>>()?;
-    if is_warm {
-        let first = fmus.iter().try_for_each(|fmu| trajectory(fmu, 1).map(drop));
-        first.map_err(|e| anyhow!(e))?;
-    }
+    let first = if is_warm { &fmus[..] } else { &[] };
+    let kept: Result<Vec<_>, String> = first.iter().map(warm).collect();
+    let kept = kept.map_err(|e| anyhow!(e))?;
     // Made at once, so that also the first instance of a library is made by several threads.
     let results: Vec<Vec<Result<Vec<u64>, String>>> = thread::scope(|scope| {
         let spawn = |fmu| {
@@ -40,6 +40,7 @@ pub fn run(paths: &[PathBuf], threads: usize, steps: usize, is_warm: bool) -> Re
             .map(|group| group.into_iter().map(join).collect())
             .collect()
     });
+    drop(kept);
     for ((path, fmu), group) in paths.iter().zip(&fmus).zip(results) {
         let alone = trajectory(fmu, steps).map_err(|e| anyhow!(e))?;
         for result in group {
@@ -59,9 +60,20 @@ pub fn run(paths: &[PathBuf], threads: usize, steps: usize, is_warm: bool) -> Re
     Ok(())
 }
 
-/// Outputs of an instance that is made, stepped, saved and freed in this thread. Wrong calls in between exercise the log.
+/// An instance that has done everything once.
+fn warm(fmu: &Fmu) -> Result<Instance<'_>, String> {
+    let mut instance = Instance::new(fmu, "first")?;
+    follow(&mut instance, 1)?;
+    Ok(instance)
+}
+
+/// Outputs of an instance that is made, stepped, saved and freed in this thread.
 fn trajectory(fmu: &Fmu, steps: usize) -> Result<Vec<u64>, String> {
-    let mut instance = Instance::new(fmu, "thread")?;
+    follow(&mut Instance::new(fmu, "thread")?, steps)
+}
+
+/// Outputs over some steps. Saved states and wrong calls in between exercise memory and log.
+fn follow(instance: &mut Instance, steps: usize) -> Result<Vec<u64>, String> {
     instance.initialize()?;
     let mut bits = Vec::new();
     for k in 0..steps {
@@ -72,7 +84,7 @@ fn trajectory(fmu: &Fmu, steps: usize) -> Result<Vec<u64>, String> {
         if k % 16 == 0 {
             instance.snapshot()?;
             // SAFETY: a live instance; the reference is unknown, which must be refused.
-            unsafe { (fmu.functions.fmi2SetReal)(instance.c, &u32::MAX, 1, &0.0) };
+            unsafe { (instance.fmu.functions.fmi2SetReal)(instance.c, &u32::MAX, 1, &0.0) };
         }
     }
     Ok(bits)

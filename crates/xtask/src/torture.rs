@@ -113,10 +113,10 @@ pub fn run(workspace: &Workspace, options: &Options) -> Result<()> {
         driver.run(&["threads", "--threads", "8", "--steps", "2000"])?;
         driver.under(
             HELGRIND,
-            &["threads", "--warm", "--threads", "2", "--steps", "40"],
+            &["threads", "--warm", "--threads", "4", "--steps", "200"],
         )?;
         println!(
-            "threads: 24 in parallel with 2000 steps each, then 6 with 40 steps each under helgrind: 0 errors"
+            "threads: 24 in parallel with 2000 steps each, then 12 with 200 steps each under helgrind: 0 errors"
         );
     }
     Ok(())
