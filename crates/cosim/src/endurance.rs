@@ -53,8 +53,8 @@ impl Wander {
     pub fn at(&self, s: f64) -> [[f64; 3]; 3] {
         let mut motion = [[0.0; 3]; 3];
         if s > 0.0 {
-            for i in 0..3 {
-                let (half, w) = (0.5 * self.edges[i], TAU / self.periods[i]);
+            for (i, (edge, period)) in self.edges.iter().zip(self.periods).enumerate() {
+                let (half, w) = (0.5 * edge, TAU / period);
                 let (sin, cos) = (w * s).sin_cos();
                 motion[0][i] = half * (1.0 - cos);
                 motion[1][i] = half * w * sin;
