@@ -7,6 +7,7 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
+use std::time::Instant;
 
 use anyhow::{Context, Result};
 use clap::Args;
@@ -19,7 +20,7 @@ use crate::{libclang, library, pack};
 const PROGRAMS: [&str; 3] = ["dynamics", "step", "controller"];
 
 /// Ours beside others, by the beginnings of the rows' names; the ratio is theirs over ours.
-const COMPARISONS: [(&str, &str); 6] = [
+const COMPARISONS: [(&str, &str); 7] = [
     ("forward dynamics", "Pinocchio"),
     ("forward dynamics", "MuJoCo"),
     ("manipulator step of 1 ms (RK4)", "MuJoCo"),
@@ -32,7 +33,12 @@ const COMPARISONS: [(&str, &str); 6] = [
         "coupled step of 1 ms, cosim,",
         "coupled step of 1 ms, cosim with CSV",
     ),
+    (TABLE_ON_ALL_CORES, TABLE_ON_ONE_CORE),
 ];
+
+/// The paper's table, 30 runs; its ratio to the one below is the gain by the cores of the machine.
+const TABLE_ON_ALL_CORES: &str = "cosim table, all cores";
+const TABLE_ON_ONE_CORE: &str = "cosim table, one core";
 
 /// What to measure.
 #[derive(Args)]
@@ -49,6 +55,22 @@ pub struct Options {
     /// Leave out what needs Python: MuJoCo, Pinocchio, FMPy, load times
     #[arg(long)]
     no_python: bool,
+}
+
+/// A program to be run once a round.
+struct Job {
+    command: Command,
+    /// The row that gets its whole time; without a name it prints its rows itself.
+    whole: Option<&'static str>,
+}
+
+impl From<Command> for Job {
+    fn from(command: Command) -> Self {
+        Self {
+            command,
+            whole: None,
+        }
+    }
 }
 
 /// Built programs and packed FMUs.
@@ -79,10 +101,14 @@ pub fn run(workspace: &Workspace, options: &Options) -> Result<()> {
     }
     let mut rows: Vec<Row> = Vec::new();
     for round in 1..=options.rounds.max(1) {
-        for job in &mut jobs {
-            eprintln!("round {round}: {}", job.get_program().display());
-            let text = output(job)?;
-            for (name, unit, median, least) in text.lines().filter_map(parse) {
+        for Job { command, whole } in &mut jobs {
+            eprintln!("round {round}: {}", command.get_program().display());
+            let start = Instant::now();
+            let text = output(command)?;
+            let seconds = start.elapsed().as_secs_f64();
+            let printed = text.lines().filter_map(parse);
+            let timed = whole.map(|name| (name, "s", seconds, seconds));
+            for (name, unit, median, least) in printed.chain(timed) {
                 note(&mut rows, name, unit, median, least);
             }
         }
@@ -108,7 +134,7 @@ impl Built {
         found.with_context(|| format!("cargo has built no bench `{name}`"))
     }
 
-    /// `cosim` on the packed system: 10 s of the cubic trajectory, adaptive.
+    /// `cosim` on the packed system: the cubic trajectory, adaptive.
     fn coupled(&self, workspace: &Workspace, command: &str) -> Command {
         let mut cosim = workspace.command(&self.cosim);
         let system = self.fmus.join("Manipulator.ssp");
@@ -119,10 +145,10 @@ impl Built {
 }
 
 /// What needs cargo and a C compiler only.
-fn jobs(workspace: &Workspace, built: &Built) -> Result<Vec<Command>> {
-    let mut jobs = Vec::new();
+fn jobs(workspace: &Workspace, built: &Built) -> Result<Vec<Job>> {
+    let mut jobs: Vec<Job> = Vec::new();
     for name in PROGRAMS {
-        jobs.push(workspace.command(built.program(name)?));
+        jobs.push(workspace.command(built.program(name)?).into());
     }
     let mut bare = built.coupled(workspace, "bench");
     bare.args(["--stop-time", "10", "--repeat", "3"]);
@@ -131,8 +157,22 @@ fn jobs(workspace: &Workspace, built: &Built) -> Result<Vec<Command>> {
     recorded
         .args(["--stop-time", "10", "--quiet", "--csv"])
         .arg(csv);
-    jobs.extend([bare, recorded]);
-    jobs.extend(overhead(workspace)?);
+    jobs.extend([bare, recorded].map(Job::from));
+    let table = |threads: Option<&str>, name| {
+        let mut command = workspace.command(&built.cosim);
+        command.args(["table", "--system"]);
+        command.arg(built.fmus.join("Manipulator.ssp"));
+        command.envs(threads.map(|number| ("RAYON_NUM_THREADS", number)));
+        Job {
+            command,
+            whole: Some(name),
+        }
+    };
+    jobs.extend([
+        table(Some("1"), TABLE_ON_ONE_CORE),
+        table(None, TABLE_ON_ALL_CORES),
+    ]);
+    jobs.extend(overhead(workspace)?.map(Job::from));
     Ok(jobs)
 }
 
@@ -169,7 +209,7 @@ fn overhead(workspace: &Workspace) -> Result<[Command; 2]> {
 }
 
 /// Other engines, the FMPy master, and what loading costs.
-fn python_jobs(workspace: &Workspace, built: &Built) -> Result<Vec<Command>> {
+fn python_jobs(workspace: &Workspace, built: &Built) -> Result<Vec<Job>> {
     let folder = workspace.root.join("tests/bench");
     let requirements = fs::read_to_string(folder.join("requirements.txt"))?;
     let python = Python::provide(workspace)?;
@@ -177,7 +217,7 @@ fn python_jobs(workspace: &Workspace, built: &Built) -> Result<Vec<Command>> {
     let job = |script: &str| {
         let mut command = workspace.command(python.program());
         command.arg(folder.join(script)).arg(&built.fmus);
-        command
+        Job::from(command)
     };
     Ok(["engines.py", "fmpy_coupled.py", "footprint.py"]
         .map(job)
