@@ -1,14 +1,15 @@
 //! Instruction counts against recorded ones. Counts repeat from run to run where times do not, so they show a loss
-//! of a few per cent; they are not times.
+//! of a few per cent; they are not times. They are those of one compiler and one C library, so a record holds its environment, and
+//! elsewhere nothing is compared.
 
 use std::collections::BTreeMap;
 use std::fs;
 use std::process::Command;
 
 use anyhow::{Context, Result, ensure};
+use serde::{Deserialize, Serialize};
 
-use super::Built;
-use crate::workspace::Workspace;
+use crate::workspace::{Workspace, output};
 
 /// Growth over the recorded count that is still accepted.
 const ALLOWED_GROWTH: f64 = 0.03;
@@ -25,8 +26,68 @@ const CALLS: [(&str, &str); 5] = [
     ("controller", "controller output + step (adaptive)"),
 ];
 
+/// The file.
+#[derive(Serialize, Deserialize)]
+struct Record {
+    /// What the counts depend on beside our code.
+    environment: Vec<String>,
+    /// Instructions of each call.
+    counts: BTreeMap<String, u64>,
+}
+
+/// Whether there is a valgrind to count with.
+pub fn is_possible() -> bool {
+    output(Command::new("valgrind").arg("--version")).is_ok()
+}
+
+/// Count and record.
+pub fn record(workspace: &Workspace) -> Result<()> {
+    let record = Record {
+        environment: environment()?,
+        counts: count(workspace)?,
+    };
+    let text = serde_json::to_string_pretty(&record)? + "\n";
+    fs::write(workspace.root.join(RECORD), &text)?;
+    println!("{text}");
+    Ok(())
+}
+
 /// Count, print, compare; fails where a count has grown too much.
-pub fn run(workspace: &Workspace, built: &Built, record: bool) -> Result<()> {
+pub fn check(workspace: &Workspace) -> Result<()> {
+    let file = workspace.root.join(RECORD);
+    let text = fs::read_to_string(&file)
+        .with_context(|| format!("{}: run with --record first", file.display()))?;
+    let recorded: Record =
+        serde_json::from_str(&text).with_context(|| file.display().to_string())?;
+    let environment = environment()?;
+    if environment != recorded.environment {
+        println!(
+            "instruction counts are not compared: they were recorded with {}, here is {}",
+            recorded.environment.join(", "),
+            environment.join(", ")
+        );
+        return Ok(());
+    }
+    compare(&count(workspace)?, &recorded.counts)
+}
+
+/// Processor family, compiler, C library and valgrind.
+fn environment() -> Result<Vec<String>> {
+    let first_line = |program: &str| -> Result<String> {
+        let text = output(Command::new(program).arg("--version"))?;
+        Ok(text.lines().next().unwrap_or_default().to_string())
+    };
+    let (os, arch) = (std::env::consts::OS, std::env::consts::ARCH);
+    Ok(vec![
+        format!("{os} {arch}"),
+        first_line("rustc")?,
+        first_line("ldd")?,
+        first_line("valgrind")?,
+    ])
+}
+
+fn count(workspace: &Workspace) -> Result<BTreeMap<String, u64>> {
+    let built = super::build(workspace)?;
     let mut counts = BTreeMap::new();
     for (program, call) in CALLS {
         let program = built.program(program)?;
@@ -37,7 +98,8 @@ pub fn run(workspace: &Workspace, built: &Built, record: bool) -> Result<()> {
         })?;
         counts.insert(call.to_string(), count);
     }
-    let coupled = per_call([200, 400], |n| {
+    // In motion, which starts after 4 s of settling.
+    let coupled = per_call([4600, 4800], |n| {
         let mut command = valgrind(workspace);
         let cosim = built.coupled(workspace, "bench");
         command.arg(cosim.get_program()).args(cosim.get_args());
@@ -46,15 +108,7 @@ pub fn run(workspace: &Workspace, built: &Built, record: bool) -> Result<()> {
         command
     })?;
     counts.insert("coupled step of 1 ms".to_string(), coupled);
-
-    let file = workspace.root.join(RECORD);
-    if record {
-        fs::write(&file, serde_json::to_string_pretty(&counts)? + "\n")?;
-    }
-    let text = fs::read_to_string(&file)
-        .with_context(|| format!("{}: run with --record first", file.display()))?;
-    let recorded: BTreeMap<String, u64> = serde_json::from_str(&text)?;
-    compare(&counts, &recorded)
+    Ok(counts)
 }
 
 fn compare(counts: &BTreeMap<String, u64>, recorded: &BTreeMap<String, u64>) -> Result<()> {
