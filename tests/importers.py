@@ -1,189 +1,194 @@
-"""Runs the packed system in one importer, in a process of its own: `python importers.py NAME FMU_DIR WORK_DIR` prints JSON.
+"""Runs FMUs in one importer, in a process of its own, and prints what came out as JSON:
 
-Every importer runs what it is given and nothing else: the packed .ssp with its start values, `END` seconds at 1 ms; and, alone,
-the manipulator falling for `ALONE` seconds with no forces.
+    python importers.py IMPORTER alone MODEL FMU_DIR WORK_DIR     one FMU driven by `driven`, `ALONE` seconds
+    python importers.py IMPORTER coupled - FMU_DIR WORK_DIR       the packed system with its own values, `COUPLED` seconds
+
+Every importer gets the files as they are packed and nothing else, in steps of `H`.
 """
 
+import csv
 import ctypes
 import json
 import logging
+import math
 import os
 import subprocess
 import sys
 from pathlib import Path
 
-H, END, ALONE = 1e-3, 5.0, 0.5
-STROKES = [f"x[{i}]" for i in (1, 2, 3)]
-ANGLES = [f"zeta[{i}]" for i in range(1, 7)]
+H, ALONE, COUPLED = 1e-3, 0.5, 6.0
+STEPS, EVERY = round(ALONE / H), round(0.5 / H)
+
+MODELS = ("Emla", "Hdrm", "Controller")
+ROOT = Path(__file__).resolve().parent.parent
+POSE = json.loads((ROOT / "parameters/reference_machine.json").read_text())["start"]["zeta"]
+#: What is compared of an FMU alone.
+OUTPUTS = {
+    "Emla": ["F", "i_d", "i_q", "w_m", "energy.in"],
+    "Hdrm": [*(f"zeta[{i}]" for i in range(1, 7)), *(f"x[{i}]" for i in (1, 2, 3)), *(f"tip.position[{i}]" for i in (1, 2, 3))],
+    "Controller": [*(f"{v}[{i}]" for v in ("v_d", "v_q", "tau_wrist") for i in (1, 2, 3)), "mass_hat.PL"],
+}
+#: What is compared of the coupled system, by model.
+SIGNALS = {
+    "Emla": [f"emla_{k}.i_q" for k in (1, 2, 3)],
+    "Hdrm": [f"hdrm.x[{k}]" for k in (1, 2, 3)],
+    "Controller": [f"controller.v_q[{k}]" for k in (1, 2, 3)],
+}
+ALL = [signal for model in MODELS for signal in SIGNALS[model]]
 
 
-def fmpy_alone(fmu_dir, work):
+def driven(model, t):
+    """Inputs of an FMU alone at time t; at t = 0 they are its start values."""
+    s, c = (lambda w: math.sin(w * t)), (lambda w: 1.0 - math.cos(w * t))
+    if model == "Emla":
+        return {"v_d": -20.0 * s(8.0), "v_q": 60.0 * s(5.0), "x": 0.3 + 0.004 * c(6.0), "x_dot": 0.024 * s(6.0)}
+    if model == "Hdrm":
+        forces = {"f[1]": 2e4 * s(6.0), "f[2]": -9e4 * t, "f[3]": -7e4 * t}
+        return forces | {"tau_wrist[1]": 50.0 * s(9.0), "tau_wrist[2]": -300.0 * t, "tau_wrist[3]": 20.0 * t}
+    angles = {f"zeta[{i}]": POSE[i - 1] + 0.003 * i * c(4.0 + i) for i in range(1, 7)}
+    rates = {f"zeta_dot[{i}]": 0.003 * i * (4.0 + i) * s(4.0 + i) for i in range(1, 7)}
+    currents = {f"{v}[{k}]": a * s(3.0 + k) for v, a in (("i_d", 1.5), ("i_q", 20.0), ("w_m", 40.0), ("F", 3e4)) for k in (1, 2, 3)}
+    return angles | rates | currents | {f"x_dot[{k}]": 0.01 * s(5.0 + k) for k in (1, 2, 3)}
+
+
+def table(model):
+    """Time and inputs at all communication points: titles and rows."""
+    rows = [{"time": k * H} | driven(model, k * H) for k in range(STEPS + 1)]
+    return list(rows[0]), [list(row.values()) for row in rows]
+
+
+def simulated(path, model=None, names=None, end=ALONE):
+    """Rows of an FMU run by FMPy, driven by the inputs of `model` where one is given."""
     import fmpy
+    import numpy as np
 
-    result = fmpy.simulate_fmu(str(fmu_dir / "Hdrm.fmu"), stop_time=ALONE, step_size=H, output_interval=H, output=ANGLES)
-    return [float(result[name][-1]) for name in ANGLES]
-
-
-def fmpy_container(fmu_dir, work):
-    """FMPy's container FMU with the components and connections of the SSD, run in FMPy."""
-    import fmpy
-    from fmpy.container_fmu import Configuration
-    from fmpy.container_fmu.cli import create_container_fmu
-    from fmpy.container_fmu.config import Component, Connection
-    from fmpy.model_description import CoSimulation, DefaultExperiment, ModelDescription, ModelVariable, Unknown
-
-    from fmpy_master import ROOT
-    from system import System
-
-    system = System.read(ROOT / "system/SystemStructure.ssd")
-    components, variables = {}, {}
-    for name, file in system.components.items():
-        description = fmpy.read_model_description(str(fmu_dir / file))
-        components[name] = Component(name, fmu_dir / file, description)
-        variables[name] = {v.name: v for v in description.modelVariables}
-        for variable in description.modelVariables:
-            variable.type = {"Real": "Float64"}.get(variable.type, variable.type)  # the container speaks FMI 3
-    connections = [
-        Connection(components[a], [variables[a][x]], components[b], [variables[b][y]])
-        for (a, x), (b, y) in ((link.source, link.target) for link in system.links)
-    ]
-    description = ModelDescription(
-        fmiVersion="3.0", modelName="Container", instantiationToken="container",
-        coSimulation=CoSimulation(modelIdentifier="container_fmu", fixedInternalStepSize=H, canHandleVariableCommunicationStepSize=True),
-        defaultExperiment=DefaultExperiment(startTime="0", stopTime=str(END)),
-    )  # fmt: skip
-    mappings = {}
-    time = ModelVariable(name="time", valueReference=0, type="Float64", causality="independent", variability="continuous")
-    description.modelVariables.append(time)
-    for name in STROKES:
-        variable = ModelVariable(name=f"hdrm.{name}", valueReference=0, type="Float64", causality="output", variability="continuous")
-        description.modelVariables.append(variable)
-        description.outputs.append(Unknown(variable=variable))
-        mappings[variable] = [(components["hdrm"], variables["hdrm"][name])]
-    for name, values in system.parameters.items():
-        for parameter, value in values.items():
-            variable = ModelVariable(
-                name=f"{name}.{parameter}", valueReference=0, type="Float64", causality="parameter", variability="fixed", start=str(value)
-            )
-            description.modelVariables.append(variable)
-            mappings[variable] = [(components[name], variables[name][parameter])]
-    folder, path = work / "container", work / "Container.fmu"
-    folder.mkdir()
-    create_container_fmu(Configuration(False, description, list(components.values()), connections, mappings), folder, path)
-    result = fmpy.simulate_fmu(str(path), stop_time=END, step_size=H, output_interval=H)
-    return [float(result[f"hdrm.{name}"][-1]) for name in STROKES]
+    signals = None
+    if model:
+        titles, rows = table(model)
+        signals = np.array([tuple(row) for row in rows], dtype=[(title, float) for title in titles])
+    names = names or OUTPUTS[model]
+    result = fmpy.simulate_fmu(str(path), stop_time=end, step_size=H, output_interval=H, input=signals, output=names)
+    return [[float(row[name]) for name in names] for row in result][1:]
 
 
-def ecos(fmu_dir):
-    # The wheel does not bring its libtbb.so.12; that of the tbb wheel, loaded first, is found by name.
-    ctypes.CDLL(str(Path(sys.prefix, "lib/libtbb.so.12")), ctypes.RTLD_GLOBAL)
-    import ecospy
+class FMPy:
+    def alone(self, model, fmu_dir, work):
+        return simulated(fmu_dir / f"{model}.fmu", model)
 
-    ecospy.EcosLib.set_log_level("warn")
-    return ecospy
+    def coupled(self, fmu_dir, work):
+        from fmpy_master import Master
+        from fmu import Fmu
+        from system import System
 
-
-def ecos_alone(fmu_dir, work):
-    ecospy = ecos(fmu_dir)
-    structure = ecospy.EcosSimulationStructure()
-    structure.add_model("hdrm", fmu_dir / "Hdrm.fmu")
-    simulation = ecospy.EcosSimulation(H, structure=structure)
-    return _ecos(simulation, ALONE, ANGLES)
+        system = System.read(fmu_dir / "Manipulator.ssp")
+        fmus = {file: Fmu(fmu_dir / file, work / file) for file in set(system.components.values())}
+        return Master(system, fmus, h=H).record(COUPLED, ALL)[1][EVERY::EVERY].tolist()
 
 
-def ecos_coupled(fmu_dir, work):
-    return _ecos(ecos(fmu_dir).EcosSimulation(H, ssp_path=str(fmu_dir / "Manipulator.ssp")), END, STROKES)
+class Ecos:
+    def __init__(self):
+        # The wheel does not bring its libtbb.so.12; that of the tbb wheel, loaded first, is found by name.
+        ctypes.CDLL(str(Path(sys.prefix, "lib/libtbb.so.12")), ctypes.RTLD_GLOBAL)
+        import ecospy
+
+        ecospy.EcosLib.set_log_level("warn")
+        self.ecospy = ecospy
+
+    def alone(self, model, fmu_dir, work):
+        structure = self.ecospy.EcosSimulationStructure()
+        structure.add_model("fmu", fmu_dir / f"{model}.fmu")
+        simulation = self.ecospy.EcosSimulation(H, structure=structure)
+        assert simulation.init()
+        rows = []
+        for k in range(STEPS):
+            for name, value in driven(model, k * H).items():
+                simulation.set_real(f"fmu::{name}", value)
+            simulation.step()
+            rows.append([simulation.get_real(f"fmu::{name}") for name in OUTPUTS[model]])
+        return rows
+
+    def coupled(self, fmu_dir, work):
+        simulation = self.ecospy.EcosSimulation(H, ssp_path=str(fmu_dir / "Manipulator.ssp"))
+        assert simulation.init(parameter_set="hybrid")  # ecos applies no parameter set that is not asked for by name
+        assert simulation.get_real("emla_1::alpha") == 0.2
+        rows = []
+        for _ in range(round(COUPLED / H) // EVERY):
+            simulation.step(EVERY)
+            rows.append([simulation.get_real(name.replace(".", "::", 1)) for name in ALL])
+        return rows
 
 
-def _ecos(simulation, end, names):
-    assert simulation.init()
-    simulation.step(round(end / H))
-    return [simulation.get_real(f"hdrm::{name}") for name in names]
+class Libcosim:
+    def __init__(self):
+        from libcosimpy.CosimExecution import CosimExecution
+        from libcosimpy.CosimObserver import CosimObserver
+
+        self.Execution, self.observer = CosimExecution, CosimObserver.create_last_value()
+
+    def reader(self, execution, slave):
+        """Slave index and references by name."""
+        index = execution.slave_index_from_instance_name(slave)
+        return index, {v.name.decode(): v.reference for v in execution.slave_variables(index)}
+
+    def alone(self, model, fmu_dir, work):
+        from libcosimpy.CosimManipulator import CosimManipulator
+        from libcosimpy.CosimSlave import CosimLocalSlave
+
+        execution = self.Execution.from_step_size(H * 1e9)
+        assert execution.add_local_slave(CosimLocalSlave(str(fmu_dir / f"{model}.fmu"), "fmu")) == 0
+        override = CosimManipulator.create_override()
+        assert execution.add_manipulator(override) and execution.add_observer(self.observer)
+        slave, references = self.reader(execution, "fmu")
+        rows = []
+        for k in range(STEPS):
+            inputs = driven(model, k * H)
+            assert override.slave_real_values(slave, [references[n] for n in inputs], list(inputs.values()))
+            assert execution.step()
+            rows.append(list(self.observer.last_real_values(slave, [references[n] for n in OUTPUTS[model]])))
+        return rows
+
+    def coupled(self, fmu_dir, work):
+        execution = self.Execution.from_ssp_file(str(fmu_dir / "Manipulator.ssp"), H * 1e9)
+        assert execution.add_observer(self.observer)
+        ends = [name.split(".", 1) for name in ALL]
+        slaves = {component: self.reader(execution, component) for component, _ in ends}
+        rows = []
+        for k in range(1, round(COUPLED / H) // EVERY + 1):
+            assert execution.simulate_until(round(k * EVERY * H * 1e9))
+            found = [(slaves[c][0], slaves[c][1][name]) for c, name in ends]
+            rows.append([self.observer.last_real_values(index, [reference])[0] for index, reference in found])
+        return rows
 
 
-def cosim_alone(fmu_dir, work):
-    from libcosimpy.CosimExecution import CosimExecution
-    from libcosimpy.CosimSlave import CosimLocalSlave
+class FmiSim:
+    """rust-fmi's command line: one FMU, inputs and outputs as CSV."""
 
-    execution = CosimExecution.from_step_size(H * 1e9)
-    assert execution.add_local_slave(CosimLocalSlave(str(fmu_dir / "Hdrm.fmu"), "hdrm")) == 0
-    return _cosim(execution, ALONE, ANGLES)
+    PROGRAM = os.environ.get("FMI_SIM", "fmi-sim")
 
-
-def cosim_coupled(fmu_dir, work):
-    from libcosimpy.CosimExecution import CosimExecution
-
-    return _cosim(CosimExecution.from_ssp_file(str(fmu_dir / "Manipulator.ssp"), H * 1e9), END, STROKES)
-
-
-def _cosim(execution, end, names):
-    from libcosimpy.CosimObserver import CosimObserver
-
-    observer = CosimObserver.create_last_value()
-    assert execution.add_observer(observer)
-    slave = execution.slave_index_from_instance_name("hdrm")
-    references = {v.name.decode(): v.reference for v in execution.slave_variables(slave)}
-    assert execution.simulate_until(end * 1e9)
-    return observer.last_real_values(slave, [references[name] for name in names])
-
-
-def initialized(fmu_dir, work):
-    """The system, and what each connected input is after initialization, by the FMPy master."""
-    from fmpy_master import ROOT, Master
-    from fmu import Fmu
-    from system import System
-
-    system = System.read(ROOT / "system/SystemStructure.ssd")
-    fmus = {f: Fmu(fmu_dir / f, work / "unpacked" / f) for f in set(system.components.values())}
-    master = Master(system, fmus)
-    return system, {link.target: master.instances[link.target[0]].get(link.target[1]) for link in system.links}
-
-
-def toolbox(fmu_dir, work, sequential):
-    """A container FMU of the five instances by fmu-manipulation-toolbox, run in FMPy.
-
-    The toolbox initializes components of a loop of links one by one without each other's values, so that the actuators would
-    start at a wrong rod position; the start values say what the inputs are.
-    """
-    import fmpy
-
-    system, inputs = initialized(fmu_dir, work)
-    assembly = {
-        "name": "Container.fmu",
-        "step_size": H,
-        "sequential": sequential,
-        "auto_link": False,
-        "auto_input": False,
-        "auto_output": False,
-        "fmu": [f"{name}.fmu" for name in reversed(system.components)],
-        "path": {f"{name}.fmu": str(fmu_dir / file) for name, file in system.components.items()},
-        "link": [[f"{a}.fmu", x, f"{b}.fmu", y] for (a, x), (b, y) in ((link.source, link.target) for link in system.links)],
-        "output": [["hdrm.fmu", name, f"stroke_{i}"] for i, name in enumerate(STROKES)],
-        "start": [[f"{component}.fmu", name, value] for (component, name), value in inputs.items()]
-        + [[f"{component}.fmu", name, value] for component, values in system.parameters.items() for name, value in values.items()],
-    }
-    (work / "container.json").write_text(json.dumps(assembly))
-    tool = Path(sys.executable).with_name("fmucontainer")
-    subprocess.run([tool, "-container", "container.json", "-fmu-directory", "."], cwd=work, check=True, stdout=sys.stderr)
-    names = [f"stroke_{i}" for i in range(len(STROKES))]
-    result = fmpy.simulate_fmu(str(work / "Container.fmu"), stop_time=END, step_size=H, output_interval=H, output=names)
-    return [float(result[name][-1]) for name in names]
-
-
-def toolbox_parallel(fmu_dir, work):
-    return toolbox(fmu_dir, work, sequential=False)
-
-
-def toolbox_sequential(fmu_dir, work):
-    return toolbox(fmu_dir, work, sequential=True)
+    def alone(self, model, fmu_dir, work):
+        titles, rows = table(model)
+        with (work / "in.csv").open("w", newline="") as file:
+            csv.writer(file).writerows([titles, *([repr(value) for value in row] for row in rows)])
+        command = [self.PROGRAM, "--model", fmu_dir / f"{model}.fmu", "-i", "in.csv", "-o", "out.csv"]
+        command += ["co-simulation", "-s", "0", "-f", ALONE, "--output-interval", H]
+        subprocess.run(list(map(str, command)), cwd=work, check=True, stdout=subprocess.DEVNULL)
+        with (work / "out.csv").open() as file:
+            found = list(csv.DictReader(file))
+        return [[float(row[name]) for name in OUTPUTS[model]] for row in found][1:]
 
 
 def main():
-    name, fmu_dir, work = sys.argv[1], Path(sys.argv[2]), Path(sys.argv[3])
+    importer, kind, model, fmu_dir, work = sys.argv[1:]
+    fmu_dir, work = Path(fmu_dir), Path(work)
+    logging.disable(logging.INFO)
     kept = os.dup(1)
     os.dup2(2, 1)  # importers print; only the result goes to stdout
-    values = globals()[name](fmu_dir, work)
-    os.write(kept, json.dumps(list(values)).encode())
+    from containers import FMPyContainer, ToolboxParallel, ToolboxSequential
+
+    classes = (FMPy, FMPyContainer, Ecos, Libcosim, FmiSim, ToolboxParallel, ToolboxSequential)
+    runner = {c.__name__: c for c in classes}[importer]()
+    values = runner.alone(model, fmu_dir, work) if kind == "alone" else runner.coupled(fmu_dir, work)
+    os.write(kept, json.dumps(values).encode())
     os._exit(0)  # some importers crash while Python takes them down; what they computed is out
 
 

@@ -3,6 +3,7 @@
 mod bench;
 mod demo;
 mod describe;
+mod importers;
 mod libclang;
 mod library;
 mod pack;

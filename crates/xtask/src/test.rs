@@ -1,13 +1,15 @@
 //! Everything that CI checks, in one run.
 
 use std::fs;
+use std::path::PathBuf;
 use std::time::Instant;
 
 use anyhow::{Context, Result};
 
+use crate::bench::instructions;
 use crate::python::Python;
 use crate::workspace::{Workspace, execute};
-use crate::{describe, libclang, pack, torture};
+use crate::{describe, importers, libclang, pack, torture};
 
 /// Run all checks; the first that fails ends it.
 pub fn run(workspace: &Workspace) -> Result<()> {
@@ -45,7 +47,16 @@ pub fn run(workspace: &Workspace) -> Result<()> {
     step("model descriptions", || describe::run(workspace, true))?;
     step("pack", || pack::suite(workspace, &workspace.fmu_dir()))?;
     step("torture", || torture::check(workspace))?;
-    step("pytest", || pytest(workspace))?;
+    let fmi_sim = importers::fmi_sim(workspace, &environment)
+        .inspect_err(|e| println!("fmi-sim could not be installed, its tests are skipped: {e:#}"));
+    step("instruction counts", || {
+        if instructions::is_possible() {
+            return instructions::check(workspace);
+        }
+        println!("no valgrind: not counted");
+        Ok(())
+    })?;
+    step("pytest", || pytest(workspace, fmi_sim.ok()))?;
     println!("all checks passed");
     Ok(())
 }
@@ -61,7 +72,7 @@ fn step(name: &str, check: impl FnOnce() -> Result<()>) -> Result<()> {
     Ok(())
 }
 
-fn pytest(workspace: &Workspace) -> Result<()> {
+fn pytest(workspace: &Workspace, fmi_sim: Option<PathBuf>) -> Result<()> {
     let requirements = workspace.root.join("tests/requirements.txt");
     let requirements =
         fs::read_to_string(&requirements).with_context(|| requirements.display().to_string())?;
@@ -71,6 +82,7 @@ fn pytest(workspace: &Workspace) -> Result<()> {
     execute(
         command
             .args(["-m", "pytest", "tests"])
-            .env("FMU_DIR", workspace.fmu_dir()),
+            .env("FMU_DIR", workspace.fmu_dir())
+            .envs(fmi_sim.map(|program| ("FMI_SIM", program))),
     )
 }
