@@ -182,16 +182,35 @@ def addressed(system, fmus, values):
     return found
 
 
+def setting(system, fmus, text):
+    """Component, variable and value of `component.variable=value`; an enumeration by number or name of the item."""
+    name, _, value = text.partition("=")
+    component, _, variable = name.partition(".")
+    if component not in system.components:
+        raise SystemExit(f"{text}: no component `{component}`; the system has {', '.join(system.components)}")
+    found = fmus[system.components[component]].variables.get(variable)
+    if found is None:
+        raise SystemExit(f"{text}: {component} has no variable `{variable}`")
+    items = [item.name for item in found.declaredType.items] if found.type == "Enumeration" else []
+    if value in items:
+        return component, variable, value
+    try:
+        return component, variable, {"Real": float, "String": str}.get(found.type, int)(value)
+    except ValueError:
+        raise SystemExit(f"{text}: allowed is {' or '.join(items) or 'a number'}") from None
+
+
 def arguments():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--ssd", type=Path, default=ROOT / "system/SystemStructure.ssd")
+    parser.add_argument("--ssd", type=Path, default=ROOT / "system/SystemStructure.ssd", help=".ssd, or a packed .ssp")
+    parser.add_argument("--variant", default="SystemStructure.ssd", help="structure to take from the .ssp, as triangular_pd.ssd")
     parser.add_argument("--fmu-dir", type=Path, default=ROOT / "target/fmu")
     parser.add_argument("--replace", action="append", default=[], metavar="COMPONENT=FMU", help="take this FMU for a component")
     parser.add_argument("--schedule", choices=SCHEDULES, default=SCHEDULES[0])
     parser.add_argument("--step", type=float, default=1e-3, help="communication step, s")
     parser.add_argument("--stop-time", type=float, help="s; default: the system's")
     parser.add_argument("--parameters", action="append", default=[], type=Path, metavar="SSV", help="parameter set")
-    parser.add_argument("--set", action="append", default=[], metavar="COMPONENT.VARIABLE=NUMBER")
+    parser.add_argument("--set", action="append", default=[], metavar="COMPONENT.VARIABLE=VALUE")
     parser.add_argument("--signals", nargs="+", default=["controller.tip_error_norm"], metavar="COMPONENT.VARIABLE")
     parser.add_argument("--csv", type=Path)
     return parser.parse_args()
@@ -199,7 +218,7 @@ def arguments():
 
 def main():
     args = arguments()
-    system = System.read(args.ssd)
+    system = System.read(args.ssd, args.variant)
     paths = {file: args.fmu_dir / file for file in system.components.values()}
     for component, path in (text.split("=") for text in args.replace):
         system.components[component] = Path(path).name
@@ -211,10 +230,8 @@ def main():
             for component, values in addressed(system, fmus, read_set(path.read_bytes())).items():
                 settings.setdefault(component, {}).update(values)
         for text in args.set:
-            name, value = text.split("=")
-            component, variable = name.split(".", 1)
-            number = float(value) if fmus[system.components[component]].variables[variable].type == "Real" else int(value)
-            settings.setdefault(component, {})[variable] = number
+            component, variable, value = setting(system, fmus, text)
+            settings.setdefault(component, {})[variable] = value
         master = Master(system, fmus, settings, args.schedule, args.step)
         clock = time.perf_counter()
         times, rows = master.record(args.stop_time or system.stop, args.signals)

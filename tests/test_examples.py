@@ -45,11 +45,28 @@ def test_our_controller_tracks_with_the_mujoco_plant(system, all_fmus):
     rmse = 1e3 * tip_rmse(times, rows[:, 0], 0.5)
     print(f"tip RMSE with MuJoCo's plant {rmse:.4f} mm")
     assert np.ptp(rows[:, 1]) > 0.4, "the tip did not go along the first edge"
-    assert rmse <= 0.3
+    assert rmse <= 0.01
+
+
+def test_mujoco_plant_agrees_with_ours(system, all_fmus):
+    """Under the PD controller, which knows no model and so hides nothing: tip and actuator forces of the two plants."""
+    rows = {}
+    names = [*(f"hdrm.tip.position[{i}]" for i in (1, 2, 3)), *(f"emla_{k}.F_mean" for k in (1, 2, 3))]
+    for plant in ("Hdrm.fmu", "MujocoHdrm.fmu"):
+        settings = {"controller": {"trajectory": "triangular", "mode": "pd", "settle_time": 0.5}}
+        master = Master(replace(system, components=system.components | {"hdrm": plant}), all_fmus, settings)
+        rows[plant] = master.record(3.0, names)[1][500:]
+        master.free()
+    ours, theirs = rows.values()
+    tip = np.linalg.norm(ours[:, :3] - theirs[:, :3], axis=1).max()
+    force = np.abs(ours[:, 3:] - theirs[:, 3:]).max(axis=0) / np.abs(ours[:, 3:]).max()
+    print(f"tips at most {1e6 * tip:.1f} um apart, forces {1e2 * force} % of the largest")
+    assert np.ptp(ours[:, 0]) > 0.3
+    assert tip < 2e-6 and force.max() < 1e-4
 
 
 def test_somebody_elses_controller_moves_our_machine(all_fmus):
-    """All three rods at once by a few centimetres; without a model of the machine the error stays below a millimetre."""
+    """All three rods at once by a few centimetres; without a model of the machine the error stays below a quarter of a millimetre."""
     system = System.read(EXAMPLES / "rod_controller.ssd")
     distance = [0.06, -0.05, 0.04]
     settings = {"controller": {f"distance[{i + 1}]": d for i, d in enumerate(distance)}}
@@ -58,8 +75,8 @@ def test_somebody_elses_controller_moves_our_machine(all_fmus):
     _, rows = master.record(system.stop, names)
     master.free()
     print(f"largest rod errors {1e3 * np.abs(rows[:, :3]).max(axis=0)} mm")
-    np.testing.assert_allclose(rows[-1, 3:] - rows[0, 3:], distance, atol=1e-3)
-    assert np.abs(rows[:, :3]).max() < 1e-3
+    np.testing.assert_allclose(rows[-1, 3:] - rows[0, 3:], distance, atol=1e-5)
+    assert np.abs(rows[:, :3]).max() < 2.5e-4
 
 
 def test_our_actuator_moves_somebody_elses_load(all_fmus):
@@ -70,10 +87,11 @@ def test_our_actuator_moves_somebody_elses_load(all_fmus):
     _, rows = master.record(system.stop, names)
     master.free()
     print(f"largest rod error {1e3 * np.abs(rows[:, 0]).max()} mm")
-    assert np.abs(rows[:, 0]).max() < 1e-3
+    assert np.abs(rows[:, 0]).max() < 2e-4
     moved = rows[-1, 1] - rows[0, 1]
-    assert moved == pytest.approx(0.1, abs=1e-3)
+    assert moved == pytest.approx(0.1, abs=1e-5)
     # Work against the constant force, and friction 5e3 N.s/m x mean square speed x time (quintic: 10/7 d^2/T).
     work = 15e3 * moved + 5e3 * 10 / 7 * 0.1**2 / 2.0
-    assert rows[-1, 2] == pytest.approx(work, rel=0.02)
+    print(f"energy given {rows[-1, 2]:.2f} J, taken by the load {work:.2f} J")
+    assert rows[-1, 2] == pytest.approx(work, rel=2e-4)
     assert rows[-1, 3] > rows[-1, 2]
