@@ -44,8 +44,10 @@ const MOTOR: [(&str, &[&str]); 7] = [
     ("J_m", &["J_m"]),
     ("C_m", &["C_m"]),
     ("tau_C", &["tau_C"]),
-    ("eta_gear", &["eta_gear"]),
+    (EFFICIENCY, &[EFFICIENCY]),
 ];
+/// Of the gear: no more than 1.
+const EFFICIENCY: &str = "eta_gear";
 /// Errors of parameters.
 const FACTORS: [f64; 2] = [1.4, 0.6];
 /// Standard deviations on the controller's inputs: rad, rad/s, A, A, rad/s, m/s, N. A 20-bit encoder at a joint resolves 6e-6 rad, its
@@ -145,7 +147,11 @@ fn motor_cases(system: &System) -> Result<Vec<Case>> {
             for variable in variables {
                 settings.extend(scaled(system, variable, factor)?);
             }
-            cases.push(Case::of(percent(label, factor), settings));
+            let mut case = percent(label, factor);
+            if variables.contains(&EFFICIENCY) && factor > 1.0 {
+                case += " (eta_gear: 1)";
+            }
+            cases.push(Case::of(case, settings));
         }
     }
     Ok(cases)
@@ -205,7 +211,7 @@ fn scaled(system: &System, variable: &str, factor: f64) -> Result<Vec<Setting>> 
         }
         let nominal = start_value(system, k, variable)?;
         let mut value = nominal * factor;
-        if variable == "eta_gear" {
+        if variable == EFFICIENCY {
             value = value.min(1.0);
         }
         settings.push(Setting {
