@@ -33,6 +33,12 @@ fn main() {
     bench.call("manipulator outputs", || {
         black_box(hdrm.output(black_box(&state), black_box(&input)));
     });
+    bench.call("manipulator outputs + step of 1 ms (as coupled)", || {
+        let input = black_box(input);
+        let dynamics = hdrm.dynamics(black_box(&state));
+        black_box(hdrm.output_at(&dynamics, &input));
+        let _ = black_box(hdrm.step_from(&dynamics, |_| input, 0.0, 1e-3));
+    });
     bench.call("manipulator output derivatives", || {
         let input = black_box(input);
         black_box(hdrm.output_derivative(black_box(&state), &input, &input));
