@@ -1,4 +1,4 @@
-//! A system structure is read or refused. The parser's source is included, because `cosim` itself needs libclang.
+//! A system structure, or a parameter set, is read or refused. The parser's source is included, because `cosim` itself needs libclang.
 #![no_main]
 
 #[path = "../../crates/cosim/src"]
@@ -14,5 +14,8 @@ fuzz_target!(|text: &str| {
         for connection in &structure.connections {
             assert!(structure.component(&connection.start.0).is_some(), "{connection}");
         }
+    }
+    if let Ok(set) = cosim::ssd::parse_set(text, "set.ssv") {
+        assert!(set.iter().all(|parameter| parameter.origin.contains("set.ssv")));
     }
 });
