@@ -55,7 +55,7 @@ pub fn stiffness_slope(p: &Emla, x: f64) -> f64 {
 /// [`stiffness`] and [`stiffness_slope`] together.
 #[inline(always)]
 pub(crate) fn stiffness_and_slope(p: &Emla, x: f64) -> (f64, f64) {
-    let inside = x.clamp(0.0, p.L_s);
+    let inside = machine::held(x, 0.0, p.L_s);
     let l_s = inside - 1.0 / p.L_s * (inside * inside);
     let fixed = 1.0 / (2.0 * p.K_br) + 1.0 / p.K_n + 1.0 / p.K_r;
     let twist = lead(p) * lead(p) / p.GJ;

@@ -250,7 +250,7 @@ impl Hdrm {
 
     /// Torque that wrist drive i gives: the ideal source obeys up to its limit.
     fn saturated(&self, i: usize, tau: f64) -> f64 {
-        tau.clamp(-self.tau_wrist_max[i], self.tau_wrist_max[i])
+        machine::held(tau, -self.tau_wrist_max[i], self.tau_wrist_max[i])
     }
 
     /// 1 while wrist drive i follows its command, 0 in saturation.

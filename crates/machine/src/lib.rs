@@ -124,6 +124,20 @@ pub fn locate(path: &str, resources: Option<&Path>) -> PathBuf {
     }
 }
 
+/// `x` held to the limits, as by [`f64::clamp`], but without its panic where `low > high`: the limits of a saved state that was damaged
+/// and got a right checksum again need not make sense.
+#[inline(always)]
+#[must_use]
+pub fn held(x: f64, low: f64, high: f64) -> f64 {
+    if x < low {
+        low
+    } else if x > high {
+        high
+    } else {
+        x
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -195,6 +209,15 @@ mod tests {
         let manifest = concat!(env!("CARGO_MANIFEST_DIR"), "/Cargo.toml");
         let text = Machine::from_file(manifest, None).unwrap_err().to_string();
         assert!(text.contains("Cargo.toml`: machine JSON"), "{text}");
+    }
+
+    #[test]
+    fn limits_hold_and_senseless_ones_do_not_panic() {
+        for x in [-3.0, -2.0, 0.5, 2.0, 7.0] {
+            assert_eq!(held(x, -2.0, 2.0), x.clamp(-2.0, 2.0));
+        }
+        assert!(held(f64::NAN, -2.0, 2.0).is_nan());
+        assert!(held(1.0, 2.0, -2.0).is_finite() && held(1.0, f64::NAN, f64::NAN) == 1.0);
     }
 
     /// Loss sections are optional: a file without them describes an ideal inverter and core.

@@ -274,7 +274,7 @@ impl Controller {
         });
         let tau_wrist = std::array::from_fn(|j| {
             let limit = self.nominal.tau_wrist_max[j];
-            tau[j].clamp(-limit, limit)
+            machine::held(tau[j], -limit, limit)
         });
         let evaluation = Evaluation {
             machine,

@@ -124,7 +124,7 @@ impl Law<'_> {
         };
         let (lambda_d, lambda_q) = (p.L_d * now.i_d + p.lambda_m, p.L_q * now.i_q);
         let i_qr = (tau_r / (1.5 * f64::from(p.p)) + lambda_q * state.i_dr) / lambda_d;
-        i_qr.clamp(-p.i_max, p.i_max)
+        machine::held(i_qr, -p.i_max, p.i_max)
     }
 
     /// `di_dr/dt = −λ_i·i_d` ([eq:current_d_required] with `i_dd = 0`), A/s.
