@@ -171,6 +171,16 @@ def test_fmpy_reads_the_ssp(cells, fmu_dir):
     cells["FMPy", "Manipulator.ssp", "check"] = "none"
 
 
+def test_fmpy_cannot_start_the_ssp_by_itself(fmu_dir, capfd):
+    """simulate_ssp passes no values in initialization and sets every connected input to 0 before the first step: the rods jump to 0, and
+    the manipulator refuses the forces by name. Should this fail one day, FMPy has learnt it: see docs/interoperability.md."""
+    from fmpy.ssp.simulation import simulate_ssp
+
+    with pytest.raises(Exception, match="fmi2SetReal failed with status 3"):
+        simulate_ssp(str(fmu_dir / "Manipulator.ssp"), stop_time=0.01, step_size=H)
+    assert "`f[1]` = " in (said := capfd.readouterr().out) and "allowed are values" in said, said
+
+
 @pytest.mark.parametrize("name", NAMES)
 def test_toolbox_has_no_complaint(cells, fmu_dir, name, tmp_path):
     """fmutool -check: schema and semantics."""
