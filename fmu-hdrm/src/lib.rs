@@ -133,3 +133,32 @@ impl Model for HdrmFmu {
 }
 
 fmi2_export::export_fmu!(HdrmFmu);
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Whether and when outputs are asked for changes nothing, bit for bit: the plant itself keeps no dynamics.
+    #[test]
+    fn kept_dynamics_change_no_result() {
+        let (p, _) = HdrmFmu::defaults();
+        let (t, h) = (0.0, 1e-3);
+        let mut fmu = HdrmFmu::initialize(&p, &Input::default(), t).expect("valid defaults");
+        for k in 0..50 {
+            let u = Input {
+                f: [311.0 * f64::from(k), 43_100.0, 31_700.0],
+                ..Input::default()
+            };
+            if k % 3 > 0 {
+                let output = fmu.output(&p, &u).expect("finite");
+                assert_eq!(output, fmu.plant.output(&fmu.state, &u), "step {k}");
+            }
+            let expected = fmu.plant.step(&fmu.state, |_| u, t, h).expect("finite");
+            let refused = fmu.step(&p, &InputPolynomial::held(u), t, -h);
+            assert!(refused.is_err());
+            fmu.step(&p, &InputPolynomial::held(u), t, h)
+                .expect("finite");
+            assert_eq!(fmu.state, expected, "step {k}");
+        }
+    }
+}
