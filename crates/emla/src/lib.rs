@@ -56,6 +56,8 @@ pub enum Drive {
 pub struct Emla {
     pub(crate) p: machine::Emla,
     pub(crate) drive: Drive,
+    /// Longest substep for these parameters, s.
+    pub(crate) dt_max: f64,
     pub(crate) surrogate: Option<Surrogate>,
     pub(crate) alpha: f64,
 }
@@ -71,6 +73,7 @@ impl Emla {
     pub fn new(p: machine::Emla, drive: Drive) -> Result<Self, machine::MachineError> {
         p.check()?;
         Ok(Self {
+            dt_max: step::longest_substep(&p, drive),
             p,
             drive,
             surrogate: None,

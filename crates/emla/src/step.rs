@@ -51,7 +51,7 @@ fn fast_rate(m: f64, c: f64, k: f64) -> f64 {
 }
 
 /// Longest substep for these parameters, s: the fixed limit, or less where a mode is faster.
-fn longest_substep(p: &machine::Emla, drive: Drive) -> f64 {
+pub(crate) fn longest_substep(p: &machine::Emla, drive: Drive) -> f64 {
     let travel = maps::travel_per_radian(p);
     let nut_mass = p.J_m / (travel * travel);
     let K_max = maps::stiffness(p, 0.0).max(maps::stiffness(p, p.L_s));
@@ -89,9 +89,7 @@ impl Emla {
             return Err(bad_step);
         }
         // 1e-9: a step that is a whole number of substeps up to rounding gets that number.
-        let mut n = (h / longest_substep(&self.p, self.drive) - 1e-9)
-            .ceil()
-            .max(1.0);
+        let mut n = (h / self.dt_max - 1e-9).ceil().max(1.0);
         let mut last = s.w_m;
         while n <= MAX_SUBSTEPS {
             match self.attempt(s, path, h, n as u32) {

@@ -168,10 +168,11 @@ impl Surrogate {
         } = self.0.file.ranges;
         let w = w_range.clamp(w_m.abs());
         let fold = Fold::of(w_m);
-        fold.apply(
-            map(tau_range.clamp(tau_e), w),
-            map(tau_range.clamp(-tau_e), w),
-        )
+        let weighed = |weight, tau| match weight {
+            0.0 => 0.0,
+            _ => map(tau_range.clamp(tau), w),
+        };
+        fold.apply(weighed(fold.forward, tau_e), weighed(fold.reverse, -tau_e))
     }
 
     /// Does the point, mirrored to positive speed, lie in the trained box?

@@ -32,7 +32,11 @@ impl<const IN: usize, const OUT: usize> Layer<IN, OUT> {
     fn affine<S: Simd, const B: usize>(&self, simd: S, x: &[[f64; IN]; B]) -> [[f64; OUT]; B] {
         let mut y = [self.bias; B];
         let mut first = 0;
-        // Eight sums in flight hide the latency of an addition and still fit 16 registers.
+        // Eight sums in flight hide the latency of an addition and still fit 16 registers; where vectors are widest there are 32.
+        while B == 1 && S::F64_LANES == 8 && first + 6 * S::F64_LANES <= OUT {
+            self.add_columns::<S, B, 6>(simd, x, &mut y, first);
+            first += 6 * S::F64_LANES;
+        }
         while B == 1 && first + 4 * S::F64_LANES <= OUT {
             self.add_columns::<S, B, 4>(simd, x, &mut y, first);
             first += 4 * S::F64_LANES;
