@@ -79,7 +79,7 @@ pub(crate) const VARIABLES: &[V] = &[
     V::parameter("payload.mass", "mass of the payload before inertia_scale; its inertia goes with it",
         |p| &p.options.payload_mass, |p| &mut p.options.payload_mass).unit("kg").min(0.0).max(1e5),
     V::parameters("joint_viscous", "viscous joint friction", |p| &p.options.joint_viscous, |p| &mut p.options.joint_viscous)
-        .unit("N.m.s/rad").min(0.0).max(1e9),
+        .unit("N.m.s/rad").min(0.0).max(1e6),
     V::string_parameter("machine_file", "machine JSON to use instead of the embedded reference machine",
         |p| &p.machine_file, read_machine),
 ];

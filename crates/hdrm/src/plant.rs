@@ -99,6 +99,8 @@ pub struct Hdrm {
     /// m/s².
     pub(crate) gravity: f64,
     pub(crate) joint_viscous: [f64; DOF],
+    /// Whether substeps look at friction.
+    pub(crate) friction_is_stiff: bool,
     tau_wrist_max: [f64; 3],
     /// On the strokes of slew, lift, tilt, then on the wrist angles.
     pub(crate) stops: [EndStop; DOF],
@@ -138,9 +140,15 @@ impl Hdrm {
             bodies,
             gravity: machine.gravity,
             joint_viscous: options.joint_viscous,
+            friction_is_stiff: false,
             tau_wrist_max: machine.limits.tau_wrist_max,
             stops: [free; DOF],
         };
+        let start = plant.dynamics(&State {
+            zeta: machine.start.zeta,
+            zeta_dot: [0.0; DOF],
+        });
+        plant.friction_is_stiff = plant.has_stiff_friction(&start);
         plant.stops = plant.dimension_stops(machine);
         Ok(plant)
     }

@@ -15,13 +15,13 @@ const TURN_MAX: f64 = 4e-3;
 /// Longest communication step, s: 10⁴ substeps, more in fast motion and in contact.
 const STEP_MAX: f64 = 10.0;
 
-/// `h·λ` allowed per substep in contact; RK4 is stable up to 2.78.
-const CONTACT_STEP: f64 = 1.0;
+/// `h·λ` allowed per substep in contact and under friction; RK4 is stable up to 2.78.
+const RATE_STEP: f64 = 1.0;
 
 /// Most substeps that a free substep is divided into.
 const DIVISION_MAX: u32 = 200;
 
-/// Largest angle, rad, and rate, rad/s, of a joint. Beyond it (friction too stiff for the substep, forces out of all proportion) the
+/// Largest angle, rad, and rate, rad/s, of a joint. Beyond it (friction too stiff for any substep, forces out of all proportion) the
 /// numbers are no motion any more, and the squares in the outputs would overflow soon.
 const LARGEST: f64 = 1e9;
 
@@ -96,6 +96,7 @@ impl Hdrm {
     fn substep(&self, start: &Dynamics, input: &impl Fn(f64) -> Input, s: f64, dt: f64) -> State {
         let n = self
             .contact_substeps(start, dt)
+            .max(self.friction_substeps(start, dt))
             .max(turning_substeps(&start.state, dt));
         let dt = dt / f64::from(n);
         let first = self.rk4(start, input, s, dt);
@@ -123,7 +124,28 @@ impl Hdrm {
                 self.stops[i].rate_ahead(y, prime * zeta_dot[i], mobility, dt)
             })
             .sum();
-        ((dt * rate / CONTACT_STEP).ceil() as u32).clamp(1, DIVISION_MAX)
+        parts(dt * rate / RATE_STEP)
+    }
+
+    /// How many parts of `dt` resolve the decay by joint friction; 1 with any usual friction.
+    fn friction_substeps(&self, start: &Dynamics, dt: f64) -> u32 {
+        if !self.friction_is_stiff {
+            return 1;
+        }
+        parts(dt * self.friction_rate(start) / RATE_STEP)
+    }
+
+    /// Upper bound of the rates, 1/s, at which friction slows the joints: the trace of `M⁻¹·D`.
+    fn friction_rate(&self, at: &Dynamics) -> f64 {
+        (0..DOF)
+            .map(|i| self.joint_viscous[i] * at.factor.mobility(i))
+            .sum()
+    }
+
+    /// Whether friction may count in the choice of substeps. The mobilities change with the pose, by far less than the
+    /// margin of 100.
+    pub(crate) fn has_stiff_friction(&self, start: &Dynamics) -> bool {
+        H_MAX * self.friction_rate(start) > 0.01 * RATE_STEP
     }
 
     /// Classical Runge–Kutta of fourth order.
@@ -156,7 +178,12 @@ impl Hdrm {
 /// How many parts of `dt` keep each joint's turn per part below [`TURN_MAX`].
 fn turning_substeps(state: &State, dt: f64) -> u32 {
     let fastest = state.zeta_dot.iter().fold(0.0, |w: f64, z| w.max(z.abs()));
-    ((dt * fastest / TURN_MAX).ceil() as u32).clamp(1, DIVISION_MAX)
+    parts(dt * fastest / TURN_MAX)
+}
+
+/// At least so many parts, as far as they are allowed.
+fn parts(number: f64) -> u32 {
+    (number.ceil() as u32).clamp(1, DIVISION_MAX)
 }
 
 fn finite(state: &State, t: f64) -> Result<(), StepError> {

@@ -1,4 +1,4 @@
-//! Joint friction that is too stiff for RK4, and what becomes of it.
+//! Joint friction that is stiff for RK4, and friction that is too stiff.
 #![allow(non_snake_case)]
 
 use hdrm::{DOF, Hdrm, Input, Options, State, StepError};
@@ -48,24 +48,24 @@ fn rate(viscous: f64, substeps: u32) -> Result<f64, StepError> {
     Ok(state.zeta_dot[STIFF].abs())
 }
 
-/// The joint decays with d·(M⁻¹)₆₆, which is unstable from RK4's limit on: 5 % below it the rate dies away, 5 % above it grows (to some
-/// rad/s, where fast motion makes the substeps shorter). Far beyond, a substep multiplies the rate by z⁴/24 until the step is refused.
-/// So it is the integrator and not the model that overflows.
+/// The joint decays with d·(M⁻¹)₆₆, which whole substeps would not follow from RK4's limit on. Substeps look at friction, so
+/// that the rate dies away with whatever friction the FMU allows (10⁶).
 #[test]
-fn stiff_friction_is_stable_up_to_the_limit_of_the_integrator() {
+fn stiff_friction_decays() {
     let limit = RK4_LIMIT / (SUBSTEP * mobility());
-    println!("joint_viscous[6] up to {limit} N.m.s/rad");
-    assert!(rate(0.95 * limit, 400).unwrap() < 1e-5);
-    let growing = rate(1.05 * limit, 20).unwrap();
-    assert!(growing > 5e-3, "{growing:e}");
-    assert!(rate(1.05 * limit, 10_000).unwrap() < 10.0);
-    let refused = rate(1000.0 * limit, 1000).unwrap_err();
-    let StepError::NotFinite { signal, value, .. } = refused else {
+    println!("joint_viscous[6] up to {limit} N.m.s/rad in whole substeps");
+    for viscous in [0.95 * limit, 1.05 * limit, 1e6] {
+        let left = rate(viscous, 400).unwrap();
+        assert!(left < 1e-5, "{viscous} N.m.s/rad: {left:e} rad/s");
+    }
+}
+
+/// Far beyond, even the shortest substep multiplies the rate by z⁴/24, and the step is refused.
+#[test]
+fn friction_beyond_all_substeps_is_refused() {
+    let refused = rate(1e9, 1000).unwrap_err();
+    let StepError::NotFinite { value, .. } = refused else {
         panic!("{refused}");
     };
-    assert!(signal.starts_with("zeta") && value.abs() > 1e9, "{refused}");
-    assert!(
-        value.is_finite(),
-        "refused before numbers overflow: {refused}"
-    );
+    assert!(value.is_nan() || value.abs() > 1e9, "{refused}");
 }
