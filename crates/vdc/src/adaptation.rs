@@ -329,6 +329,37 @@ mod tests {
         assert!(moved);
     }
 
+    /// With bounds as wide as the FMU allows them, P comes near singular ones, where minors are rounding errors. Eigenvalues
+    /// of both matrices, scaled to a diagonal of ones, judge: nalgebra's QR iteration finds them to some ε.
+    #[test]
+    fn the_estimate_stays_physical_within_the_widest_bounds() {
+        let mut moved = 0;
+        for body in 0..20 {
+            let nominal = inertia(body);
+            let bounds = Bounds::around(&nominal, [1e-6, 1e6]).expect("physical");
+            let mut estimate = bounds.nominal(nominal);
+            for k in 0..2000 {
+                let j = 2000 * body + k / 40;
+                let S =
+                    adaptation_direction(&twist(j, 1), &twist(j, 8), &twist(j, 15), &twist(j, 22));
+                let before = estimate;
+                estimate.advance(&S, 10.0_f64.powf(6.0 * noise(k, 50)), 1e-3, &bounds);
+                moved += usize::from(estimate != before);
+                let L = PseudoInertia::from(estimate.inertia()).0;
+                for (name, A) in [("P", unpacked(&estimate.P)), ("L", L)] {
+                    let scaled =
+                        Matrix4::from_fn(|i, j| A[(i, j)] / (A[(i, i)] * A[(j, j)]).sqrt());
+                    let least = scaled.symmetric_eigenvalues().min();
+                    assert!(
+                        least > 0.0,
+                        "body {body}, step {k}: {name} has {least:e}, {A}"
+                    );
+                }
+            }
+        }
+        assert!(moved > 2000, "{moved}");
+    }
+
     #[test]
     fn the_divergence_is_zero_for_the_truth_and_positive_elsewhere() {
         let nominal = inertia(7);

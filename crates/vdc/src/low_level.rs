@@ -195,8 +195,11 @@ impl Law<'_> {
             let F = now.F - command.residual_force;
             let unexplained =
                 maps::torque(p, now.i_d, now.i_q) - maps::required_torque(p, F, now.w_m, 0.0);
-            let target = maps::inertia(p, 1.0) * now.w_m + unexplained / gains.omega_d;
-            state.observer += reached(gains.omega_d) * (target - state.observer);
+            let momentum = maps::inertia(p, 1.0) * now.w_m;
+            // The share over ω_d is at most h, the quotient of the torque alone would overflow for the smallest ω_d.
+            let share = reached(gains.omega_d);
+            state.observer +=
+                share * (momentum - state.observer) + share / gains.omega_d * unexplained;
         }
         if command.v_d.hypot(command.v_q) < p.v_max {
             state.v_d_integral += h * gains.omega_i * command.e_d;

@@ -49,10 +49,11 @@ impl Conditions {
         }
     }
 
-    /// Whether some weight satisfies the conditions: all three gains must be positive.
+    /// Whether some weight satisfies the conditions: all three gains must be positive, and in all proportion, or what follows
+    /// from them would leave the range of numbers.
     #[must_use]
     pub fn hold(&self) -> bool {
-        let positive = |v: f64| v.is_finite() && v > 0.0;
+        let positive = |v: f64| (1e-100..1e100).contains(&v);
         positive(self.epsilon_max) && positive(self.K_1) && positive(self.K_2)
     }
 

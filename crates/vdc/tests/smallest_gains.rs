@@ -1,0 +1,44 @@
+//! Gains next to zero are allowed, and must not take the numbers out of their range.
+#![allow(non_snake_case)]
+
+use emla::Surrogate;
+use machine::Machine;
+use vdc::{Controller, Input, Level, Mode, Settings, Trajectory};
+
+#[test]
+fn the_smallest_gains_keep_outputs_finite() {
+    let machine = Machine::reference();
+    let input = Input {
+        zeta: machine.start.zeta,
+        i_q: [2.0, 9.0, 8.0],
+        w_m: [5.0, 40.0, -60.0],
+        F: [1e8, -1e8, 3e4],
+        ..Input::default()
+    };
+    for (omega_d, K_v) in [(f64::MIN_POSITIVE, 900.0), (5e-324, 900.0), (300.0, 1e-307)] {
+        let mut settings = Settings {
+            mode: Mode::Adaptive,
+            level: Level::Machine,
+            gains: machine.controller,
+            alpha: 0.0,
+            true_inertia_scale: 1.0,
+        };
+        (settings.gains.omega_d, settings.gains.K_v) = (omega_d, K_v);
+        let surrogate = Surrogate::reference();
+        let path = Trajectory::Cubic;
+        let mut controller =
+            Controller::new(&machine, &surrogate, path, &settings, &input, 0.0).expect("works");
+        for k in 0..3 {
+            let y = controller.output(&settings, &input).expect("numbers");
+            let outputs = y.v_d.iter().chain(&y.v_q).chain(&y.nu_actuator);
+            for value in outputs.chain(&y.dissipation_actuator) {
+                assert!(
+                    value.is_finite(),
+                    "omega_d = {omega_d:e}, K_v = {K_v:e}: {value}"
+                );
+            }
+            let t = f64::from(k) * 1e-3;
+            controller.step(&settings, &input, t, 1e-3).expect("a step");
+        }
+    }
+}
