@@ -443,9 +443,10 @@ def test_orientation_without_length(controller):
 
 
 def test_motion_out_of_all_proportion(hdrm):
-    """Joint friction far too stiff for the step size: the step is refused, the outputs stay numbers."""
+    """Joint friction too stiff for the shortest substep on a machine of a hundredth of the inertia: the step is refused, the
+    outputs stay numbers."""
     instance = hdrm.instance()
-    instance.set({"joint_viscous[6]": 1e9, "zeta_dot_start[6]": 0.1})
+    instance.set({"joint_viscous[6]": 1e6, "inertia_scale": 0.01, "zeta_dot_start[6]": 0.1})
     instance.start()
     refused(instance, lambda: instance.step(0.0, 1e-2), "`zeta", "became", "allowed are magnitudes up to 1000000000", status=DISCARD)
     assert instance.get("zeta_dot[6]") == 0.1

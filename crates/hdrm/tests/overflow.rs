@@ -49,7 +49,7 @@ fn rate(viscous: f64, substeps: u32) -> Result<f64, StepError> {
 }
 
 /// The joint decays with d·(M⁻¹)₆₆, which whole substeps would not follow from RK4's limit on. Substeps look at friction, so
-/// that the rate dies away with whatever friction the FMU allows (10⁶).
+/// that the rate of the reference machine dies away with whatever friction the FMU allows (10⁶).
 #[test]
 fn stiff_friction_decays() {
     let limit = RK4_LIMIT / (SUBSTEP * mobility());
