@@ -144,27 +144,19 @@ impl Hdrm {
             tau_wrist_max: machine.limits.tau_wrist_max,
             stops: [free; DOF],
         };
-        let start = plant.dynamics(&State {
-            zeta: machine.start.zeta,
-            zeta_dot: [0.0; DOF],
-        });
+        let start = plant.dynamics(&State::at_rest(machine.start.zeta));
         plant.friction_is_stiff = plant.has_stiff_friction(&start);
-        plant.stops = plant.dimension_stops(machine);
+        plant.stops = plant.dimension_stops(machine, &start);
         Ok(plant)
     }
 
     /// Stops of slew, lift and tilt where the stroke ends or the joint range does, whichever comes
     /// first (the tilt linkage has a dead point just below stroke zero, far beyond its joint
     /// range); stops of the wrist at its joint limits. Dimensioned for the mass that each
-    /// coordinate feels in the start pose.
-    fn dimension_stops(&self, machine: &Machine) -> [EndStop; DOF] {
+    /// coordinate feels at `start`.
+    fn dimension_stops(&self, machine: &Machine, start: &Dynamics) -> [EndStop; DOF] {
         let limits = machine.limits.zeta();
         let strokes = machine.limits.strokes();
-        let Dynamics {
-            strokes: start,
-            factor,
-            ..
-        } = self.dynamics(&State::at_rest(machine.start.zeta));
         // x_i depends on zeta_i only, so a pose at all lower limits gives all lower strokes.
         let at_limit = |end: usize| {
             let zeta = limits.map(|range| range[end]);
@@ -172,11 +164,12 @@ impl Hdrm {
         };
         let (low, high) = (at_limit(0), at_limit(1));
         std::array::from_fn(|i| {
-            let mobility = factor.mobility(i);
+            let mobility = start.factor.mobility(i);
             if i < 3 {
                 let [min, max] = strokes[i];
                 let range = [min.max(low[i].x), max.min(high[i].x)];
-                let mass = 1.0 / (start[i].prime * start[i].prime * mobility);
+                let prime = start.strokes[i].prime;
+                let mass = 1.0 / (prime * prime * mobility);
                 EndStop::new(range, mass, STROKE_DISSIPATION)
             } else {
                 EndStop::new(limits[i], 1.0 / mobility, JOINT_DISSIPATION)
