@@ -2,7 +2,7 @@
 //!
 //! A valid state is taken from the FMU and patched as the fuzzer says, so that small inputs reach deep into large states.
 
-use fmi2_export::ffi::*;
+use fmu_export::ffi::*;
 use std::cell::RefCell;
 use std::ffi::{CString, c_char, c_int, c_void};
 use std::ptr;

@@ -7,7 +7,7 @@
 mod table;
 
 use emla::Surrogate;
-use fmi2_export::{Info, InputPolynomial, Model, ModelError, Variable};
+use fmu_export::{Info, InputPolynomial, Model, ModelError, Variable};
 use machine::Machine;
 use serde::{Deserialize, Serialize};
 use vdc::{Controller, Input, Level, Mode, Output, Settings, Trajectory};
@@ -166,4 +166,4 @@ impl Model for ControllerFmu {
     }
 }
 
-fmi2_export::export_fmu!(ControllerFmu);
+fmu_export::export_fmu!(ControllerFmu);

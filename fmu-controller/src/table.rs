@@ -2,7 +2,7 @@
 
 use crate::{ControllerFmu, Parameters};
 use emla::Surrogate;
-use fmi2_export::{ALL_PARAMETERS, Base, Enumeration, File, Info, Unit, Variable};
+use fmu_export::{ALL_PARAMETERS, Base, Enumeration, File, Info, Unit, Variable};
 use machine::Machine;
 use std::path::Path;
 

@@ -7,7 +7,7 @@
 mod table;
 
 use emla::{Drive, Emla, Input, InputPath, Output, State, Surrogate};
-use fmi2_export::{Info, InputPolynomial, Model, ModelError, Variable};
+use fmu_export::{Info, InputPolynomial, Model, ModelError, Variable};
 use machine::{CoreLosses, InverterLosses, Machine};
 use serde::{Deserialize, Serialize};
 
@@ -167,4 +167,4 @@ impl Model for EmlaFmu {
     }
 }
 
-fmi2_export::export_fmu!(EmlaFmu);
+fmu_export::export_fmu!(EmlaFmu);

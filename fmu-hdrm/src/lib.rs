@@ -6,7 +6,7 @@
 
 mod table;
 
-use fmi2_export::{Info, InputPolynomial, Model, ModelError, Variable};
+use fmu_export::{Info, InputPolynomial, Model, ModelError, Variable};
 use hdrm::{DOF, Dynamics, Hdrm, Input, Options, Output, State};
 use machine::Machine;
 use serde::{Deserialize, Serialize};
@@ -132,7 +132,7 @@ impl Model for HdrmFmu {
     }
 }
 
-fmi2_export::export_fmu!(HdrmFmu);
+fmu_export::export_fmu!(HdrmFmu);
 
 #[cfg(test)]
 mod tests {

@@ -1,7 +1,7 @@
 //! Variables of the FMU `Hdrm`.
 
 use crate::{HdrmFmu, Parameters};
-use fmi2_export::{ALL_PARAMETERS, File, Info, Variable};
+use fmu_export::{ALL_PARAMETERS, File, Info, Variable};
 use machine::Machine;
 use std::path::Path;
 

@@ -1,11 +1,11 @@
-//! The C types that `fmi2-export` writes by hand have the size, alignment, layout and values of the standard's headers, as bindgen
+//! The C types that `fmu-export` writes by hand have the size, alignment, layout and values of the standard's headers, as bindgen
 //! reads them for `fmi-sys`.
 #![forbid(unsafe_code)]
 
 use std::mem::{align_of, offset_of, size_of};
 
 use fmi::fmi2::binding as standard;
-use fmi2_export::ffi as ours;
+use fmu_export::ffi as ours;
 
 macro_rules! same_layout {
     ($($ours:ty = $standard:ty),* $(,)?) => {$(

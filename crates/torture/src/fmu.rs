@@ -70,7 +70,7 @@ fn load(path: &Path) -> Result<Library> {
 
 type Receive = unsafe extern "C" fn(*mut c_void, *const c_char, *const u8, usize);
 
-/// The model description that a library made with fmi2-export carries.
+/// The model description that a library made with fmu-export carries.
 fn own_description(library: &Library) -> Result<String> {
     unsafe extern "C" fn receive(to: *mut c_void, path: *const c_char, bytes: *const u8, n: usize) {
         // SAFETY: `to` is the text below; path is NULL or a C string, and `bytes` are `n` bytes.
@@ -82,7 +82,7 @@ fn own_description(library: &Library) -> Result<String> {
         }
     }
     let mut text = String::new();
-    // SAFETY: the symbol has this signature in fmi2-export; the context is what `receive` expects.
+    // SAFETY: the symbol has this signature in fmu-export; the context is what `receive` expects.
     unsafe {
         let export = library.get::<unsafe extern "C" fn(*mut c_void, Option<Receive>) -> c_int>(
             b"fmi2ExportFiles\0",

@@ -6,7 +6,7 @@
 //! instances in parallel threads, for helgrind. `long`: many steps; memory, time and outputs are watched.
 //!
 //! It works on any packed FMU; that a refused call changes nothing and that messages name what was wrong is asked of those made with
-//! `fmi2-export`.
+//! `fmu-export`.
 #![allow(clippy::missing_errors_doc)] // a program: every error is printed
 
 mod arguments;
@@ -40,7 +40,7 @@ struct Cli {
 /// The FMUs under test.
 #[derive(Args)]
 struct Fmus {
-    /// Packed FMUs, or libraries made with fmi2-export
+    /// Packed FMUs, or libraries made with fmu-export
     #[arg(required = true)]
     fmus: Vec<PathBuf>,
 }

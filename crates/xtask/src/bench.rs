@@ -207,7 +207,7 @@ fn overhead(workspace: &Workspace) -> Result<[Command; 2]> {
         command
     };
     Ok([
-        job("set of 4 + step + get of 4, Rust (fmi2-export)", &in_rust),
+        job("set of 4 + step + get of 4, Rust (fmu-export)", &in_rust),
         job("set of 4 + step + get of 4, C by hand", &in_c),
     ])
 }

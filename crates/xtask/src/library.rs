@@ -1,4 +1,4 @@
-//! Reads the files of an FMU from its built library, through the function `fmi2ExportFiles` that `fmi2_export::export_fmu!` adds.
+//! Reads the files of an FMU from its built library, through the function `fmi2ExportFiles` that `fmu_export::export_fmu!` adds.
 
 use std::ffi::{CStr, c_char, c_int, c_void};
 use std::path::Path;
@@ -24,7 +24,7 @@ pub fn files(library: &Path) -> Result<Vec<FmuFile>> {
     // SAFETY: a library just built from this workspace; loading it runs no code of its own.
     let loaded = unsafe { libloading::Library::new(library) }
         .with_context(|| format!("{name} cannot be loaded"))?;
-    // SAFETY: the symbol has this signature in `fmi2_export::export_fmu!`.
+    // SAFETY: the symbol has this signature in `fmu_export::export_fmu!`.
     let export = unsafe { loaded.get::<ExportFiles>(b"fmi2ExportFiles\0") };
     let export = export.with_context(|| {
         format!("{name} exports no fmi2ExportFiles; does the crate use export_fmu!?")

@@ -72,7 +72,7 @@ pub fn run(workspace: &Workspace, calls: usize, seed: u64) -> Result<()> {
         coupled(workspace, &built.join("cosim"), &fmu_dir, schedule)?;
     }
     println!(
-        "AddressSanitizer and LeakSanitizer: tests of fmi2-export, {calls} random calls, 3 x 300 instances over 3 loads and unloads, 12 \
+        "AddressSanitizer and LeakSanitizer: tests of fmu-export, {calls} random calls, 3 x 300 instances over 3 loads and unloads, 12 \
          threads, 2 coupled runs of 5 instances over the whole trajectory: 0 reports"
     );
     Ok(())
@@ -113,7 +113,7 @@ fn build(workspace: &Workspace) -> Result<PathBuf> {
         execute(&mut command)
             .context("needed is the nightly compiler: `rustup toolchain install nightly`")
     };
-    cargo(&["test", "--tests", "-p", "fmi2-export"])?;
+    cargo(&["test", "--tests", "-p", "fmu-export"])?;
     cargo(&[&["build"], &PACKAGES[..]].concat())?;
     Ok(workspace.target.join("asan").join(&target).join("debug"))
 }

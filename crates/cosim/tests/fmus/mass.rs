@@ -1,6 +1,6 @@
 //! Test FMU: a free mass under a force that is held or linear over the step; integrated exactly.
 
-use fmi2_export::{Info, InputPolynomial, Model, ModelError, Variable};
+use fmu_export::{Info, InputPolynomial, Model, ModelError, Variable};
 use serde::{Deserialize, Serialize};
 
 #[derive(Clone, Serialize, Deserialize)]
@@ -106,4 +106,4 @@ impl Model for Mass {
     }
 }
 
-fmi2_export::export_fmu!(Mass);
+fmu_export::export_fmu!(Mass);

@@ -2,7 +2,7 @@
 //!
 //! F = −k x − d x_dot − m x_ddot (m = 0 unless set). Inside a step x follows x + x_dot·s where no derivatives are given.
 
-use fmi2_export::{Info, InputPolynomial, Model, ModelError, Variable};
+use fmu_export::{Info, InputPolynomial, Model, ModelError, Variable};
 use serde::{Deserialize, Serialize};
 
 #[derive(Clone, Serialize, Deserialize)]
@@ -115,4 +115,4 @@ impl Model for Spring {
     }
 }
 
-fmi2_export::export_fmu!(Spring);
+fmu_export::export_fmu!(Spring);

@@ -2,7 +2,7 @@
 
 use crate::client::*;
 use crate::probe::vr;
-use fmi2_export::ffi::*;
+use fmu_export::ffi::*;
 use std::ffi::{CStr, CString};
 use std::ptr;
 use std::sync::Mutex;

@@ -4,7 +4,7 @@
 //! `export_fmu!(MyModel);` in a crate of type `cdylib`.
 //!
 //! ```
-//! use fmi2_export::{Info, InputPolynomial, Model, ModelError, Variable};
+//! use fmu_export::{Info, InputPolynomial, Model, ModelError, Variable};
 //! use serde::{Deserialize, Serialize};
 //!
 //! /// A first-order lag: T dy/dt = u − y.
@@ -45,7 +45,7 @@
 //!         Ok(())
 //!     }
 //! }
-//! fmi2_export::export_fmu!(Lag);
+//! fmu_export::export_fmu!(Lag);
 //! # fn main() {}
 //! ```
 //!

@@ -1,7 +1,7 @@
 //! A model that does next to nothing, so that a step through its FMU costs what the export layer costs.
 //! `cargo xtask bench` times it beside `tests/bench/integrators.c`, the same FMU written by hand in C.
 
-use fmi2_export::{Info, InputPolynomial, Model, ModelError, Variable};
+use fmu_export::{Info, InputPolynomial, Model, ModelError, Variable};
 use serde::{Deserialize, Serialize};
 
 /// `x_dot = u` in four places.
@@ -70,4 +70,4 @@ impl Model for Integrators {
     }
 }
 
-fmi2_export::export_fmu!(Integrators);
+fmu_export::export_fmu!(Integrators);

@@ -2,7 +2,7 @@
 
 use crate::client::*;
 use crate::probe::vr;
-use fmi2_export::ffi::*;
+use fmu_export::ffi::*;
 use std::ptr;
 
 /// Checks that `wrong` is refused with `text` in the message and changes nothing that can be saved.

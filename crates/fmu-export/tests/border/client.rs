@@ -1,7 +1,7 @@
 //! An importer: the C functions by their C names, and an instance with a log.
 
 use crate::probe::Probe;
-use fmi2_export::ffi::*;
+use fmu_export::ffi::*;
 use std::ffi::{CStr, CString, c_char, c_int, c_void};
 use std::ptr;
 use std::sync::Mutex;
@@ -97,7 +97,7 @@ pub fn callbacks(log: &Mutex<Vec<Message>>) -> CallbackFunctions {
 
 /// The GUID, read from the model description.
 pub fn guid() -> CString {
-    let xml = fmi2_export::model_description::<Probe>().unwrap();
+    let xml = fmu_export::model_description::<Probe>().unwrap();
     let (_, rest) = xml.split_once("guid=\"").unwrap();
     CString::new(rest.split_once('"').unwrap().0).unwrap()
 }

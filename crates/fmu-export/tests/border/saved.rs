@@ -2,7 +2,7 @@
 
 use crate::client::*;
 use crate::probe::vr;
-use fmi2_export::ffi::*;
+use fmu_export::ffi::*;
 use std::ptr;
 
 /// Steps four times with numbers that round, and returns the bits of all outputs on the way.

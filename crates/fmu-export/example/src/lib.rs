@@ -2,7 +2,7 @@
 
 mod oscillator;
 
-use fmi2_export::{Enumeration, File, Info, InputPolynomial, Model, ModelError, Variable};
+use fmu_export::{Enumeration, File, Info, InputPolynomial, Model, ModelError, Variable};
 use oscillator::{Parameters, State, advance};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
@@ -206,7 +206,7 @@ impl Model for Oscillator {
     }
 }
 
-fmi2_export::export_fmu!(Oscillator);
+fmu_export::export_fmu!(Oscillator);
 
 #[cfg(test)]
 mod tests {
@@ -214,7 +214,7 @@ mod tests {
 
     #[test]
     fn the_table_is_in_order() {
-        fmi2_export::model_description::<Oscillator>().unwrap();
+        fmu_export::model_description::<Oscillator>().unwrap();
     }
 
     /// Oracle: a central difference of the outputs over ±e. Its error is e²/6 of the third derivative, here ≤ (k/m)^1.5 times

@@ -2,7 +2,7 @@
 
 use crate::client::*;
 use crate::probe::vr;
-use fmi2_export::ffi::*;
+use fmu_export::ffi::*;
 
 /// Oracle: ∫(2 + 3s + 5s²/2 + 7s³/6) ds over h = 0.5, all numbers exact in binary.
 #[test]

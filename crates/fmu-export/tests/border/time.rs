@@ -2,7 +2,7 @@
 
 use crate::client::*;
 use crate::probe::vr;
-use fmi2_export::ffi::*;
+use fmu_export::ffi::*;
 
 fn refused(fmu: &Fmu, t: f64, h: f64, text: &str) {
     let before = fmu.snapshot();

@@ -1,7 +1,7 @@
 //! Mistakes in a table of variables are found before an FMU is made, and named.
 #![allow(missing_docs)]
 
-use fmi2_export::{
+use fmu_export::{
     Enumeration, Info, InputPolynomial, Model, ModelError, Variable, model_description,
 };
 use serde::{Deserialize, Serialize};

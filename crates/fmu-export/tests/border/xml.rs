@@ -43,7 +43,7 @@ fn elements(xml: &str) -> Vec<Element> {
 }
 
 fn probe() -> Vec<Element> {
-    elements(&fmi2_export::model_description::<Probe>().unwrap())
+    elements(&fmu_export::model_description::<Probe>().unwrap())
 }
 
 fn show((path, attributes): &Element) -> String {
@@ -218,7 +218,7 @@ fn files_can_be_read_from_the_library() {
         unsafe { fmi2ExportFiles((&raw mut files).cast(), Some(receive)) },
         0
     );
-    let xml = fmi2_export::model_description::<Probe>().unwrap();
+    let xml = fmu_export::model_description::<Probe>().unwrap();
     let expected: [(&str, &[u8]); 4] = [
         ("modelDescription.xml", xml.as_bytes()),
         ("model.png", b"png"),

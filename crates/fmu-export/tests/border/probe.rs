@@ -1,6 +1,6 @@
 //! A model made to be tested: integrators with a known solution, one variable of every kind, and faults on demand.
 
-use fmi2_export::{
+use fmu_export::{
     ALL_PARAMETERS, Enumeration, File, Info, InputPolynomial, Model, ModelError, Variable,
 };
 use serde::{Deserialize, Serialize};
@@ -237,4 +237,4 @@ impl Model for Probe {
     }
 }
 
-fmi2_export::export_fmu!(Probe);
+fmu_export::export_fmu!(Probe);

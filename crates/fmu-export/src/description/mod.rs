@@ -45,7 +45,7 @@ pub(crate) fn describe<M: Model>(layout: &Layout<M>) -> Result<Description, Stri
 fn write<M: Model>(xml: &mut Xml, layout: &Layout<M>) -> io::Result<()> {
     xml.write_event(Event::Decl(BytesDecl::new("1.0", Some("UTF-8"), None)))?;
     let info = &M::INFO;
-    let generator = concat!("fmi2-export ", env!("CARGO_PKG_VERSION"));
+    let generator = concat!("fmu-export ", env!("CARGO_PKG_VERSION"));
     let mut attributes = vec![
         ("fmiVersion", "2.0"),
         ("modelName", info.model),

@@ -10,7 +10,7 @@ mod client;
 mod probe;
 
 use client::*;
-use fmi2_export::ffi::*;
+use fmu_export::ffi::*;
 use probe::vr;
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;

@@ -1,7 +1,7 @@
 //! Random calls in random order with random arguments: nothing crashes, and a refused call changes nothing.
 
 use crate::client::*;
-use fmi2_export::ffi::*;
+use fmu_export::ffi::*;
 use std::ptr;
 
 /// xorshift64: the same sequence everywhere.
