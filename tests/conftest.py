@@ -9,7 +9,7 @@ from fmpy_master import ROOT, Master
 from fmu import Fmu
 from system import System
 
-FMU_DIR = Path(os.environ.get("FMU_DIR", ROOT / "target/fmu"))
+FMU_DIR = Path(os.environ.get("FMU_DIR", ROOT / "target/fmu")).resolve()  # as the caller's shell means it
 NAMES = ("Emla", "Hdrm", "Controller")
 
 

@@ -21,7 +21,8 @@ class FMPyContainer:
 
         system = System.read(fmu_dir / "Manipulator.ssp")
         outputs = [tuple(name.split(".", 1)) for name in ALL]
-        path = self._make(fmu_dir, work, system.components, system.links, [], outputs, system.parameters)
+        values = {c: {n: p.value for n, p in found.items()} for c, found in system.parameters.items()}
+        path = self._make(fmu_dir, work, system.components, system.links, [], outputs, values)
         return simulated(path, names=ALL, end=COUPLED)[EVERY - 1 :: EVERY]
 
     def _make(self, fmu_dir, work, files, links, inputs, outputs, parameters):

@@ -1,4 +1,9 @@
-"""Co-simulation master on FMPy: instances coupled as a system structure says, Gauss-Seidel and Jacobi schedules.
+"""Co-simulation master on FMPy: instances coupled as a system structure says.
+
+Schedules: `standard` exchanges values once a step (get all, set all, step all), which is all that FMI 2.0 promises between masters and
+FMUs. The others use the staged exchange: an FMU's outputs are read again after its inputs have been set at the same communication point.
+`gauss-seidel` steps the components in the order of the system and gives later ones the mean force of the step; `jacobi` steps all from the
+same values; `jacobi-derivatives` passes first time derivatives too.
 
     python tests/fmpy_master.py --fmu-dir target/fmu --set controller.mode=3 --csv pd.csv
 """
@@ -13,11 +18,12 @@ from pathlib import Path
 
 import numpy as np
 
-from fmu import Fmu
-from system import System, levels, read_set
+from fmu import Fmu, Refused
+from system import BadSystem, System, check_parameter, described, levels, read_set
 
 ROOT = Path(__file__).resolve().parent.parent
-SCHEDULES = ("gauss-seidel", "jacobi", "jacobi-derivatives")
+STAGED = ("gauss-seidel", "jacobi", "jacobi-derivatives")
+SCHEDULES = (*STAGED, "standard")
 
 
 def pointer(array, ctype=c_double):
@@ -50,7 +56,7 @@ class Transfer:
 
 
 class Exchange:
-    """Links passed level by level: reads, then writes, one call per component."""
+    """Links passed level by level: reads, then writes, one call per component. With all links on one level all is read, then all written."""
 
     def __init__(self, instances, links, levels):
         sources = list(dict.fromkeys(link.source for link in links))
@@ -67,9 +73,11 @@ class Exchange:
             _, names, slots = zip(*group)
             self.transfers.append(Transfer(instances[component], verb, names, slots, self.values))
 
-    def run(self, derivatives=False):
+    def run(self, derivatives=False, verb=None):
+        """All, or only what is read ("Get") or written ("Set")."""
         for transfer in self.transfers:
-            transfer.run(derivatives)
+            if verb in (None, transfer.verb):
+                transfer.run(derivatives)
 
 
 class Master:
@@ -77,18 +85,20 @@ class Master:
 
     def __init__(self, system, fmus, settings=None, schedule="gauss-seidel", h=1e-3, start=0.0):
         assert schedule in SCHEDULES
+        system.check(fmus)
+        order, initial = levels(system, fmus), levels(system, fmus, initialization=True)
         self.system, self.schedule, self.h, self.start, self.steps = system, schedule, h, start, 0
         self.instances = {name: fmus[file].instance(name) for name, file in system.components.items()}
         for name, instance in self.instances.items():
-            instance.set({**system.parameters[name], **(settings or {}).get(name, {})})
+            bound = {variable: parameter.value for variable, parameter in system.parameters[name].items()}
+            instance.set({**bound, **(settings or {}).get(name, {})})
         for instance in self.instances.values():
             instance.setup(start)
             instance.call("fmi2EnterInitializationMode")
-        Exchange(self.instances, system.links, levels(system, fmus, initialization=True)).run()
+        Exchange(self.instances, system.links, initial).run()
         for instance in self.instances.values():
             instance.call("fmi2ExitInitializationMode")
-        order = levels(system, fmus)
-        self.exchange = Exchange(self.instances, system.links, order)
+        self.exchange = Exchange(self.instances, system.links, [0] * len(order) if schedule == "standard" else order)
         self.slopes = None
         if schedule == "jacobi-derivatives":
             smooth = [(link, k) for link, k in zip(system.links, order) if passes_derivative(system, fmus, link)]
@@ -117,12 +127,19 @@ class Master:
         return self.start + self.steps * self.h
 
     def pass_all(self):
+        """What follows a step. By `standard` outputs are only read: inputs are set just before the next step, so that whoever looks at
+        outputs in between gets them before any set."""
+        if self.schedule == "standard":
+            self.exchange.run(verb="Get")
+            return
         self.exchange.run()
         if self.slopes:
             self.slopes.run(derivatives=True)
 
     def step(self):
         t = self.time
+        if self.schedule == "standard":
+            self.exchange.run(verb="Set")
         for name, instance in self.instances.items():
             for transfer in self.means.get(name, ()):
                 transfer.run()
@@ -171,14 +188,18 @@ def tip_rmse(times, error, settle):
     return float(np.sqrt(np.mean(moving**2)))
 
 
-def addressed(system, fmus, values):
-    """A parameter set by component: its names are component.variable, or a variable that one component alone has."""
+def addressed(system, fmus, parameters):
+    """Values of a parameter set by component: its names are component.variable, or a variable that one component alone has."""
     found = {}
-    for name, value in values.items():
+    for name, parameter in parameters.items():
         component, _, variable = name.partition(".")
         if component not in system.components:
-            (component,), variable = [c for c, file in system.components.items() if name in fmus[file].variables], name
-        found.setdefault(component, {})[variable] = value
+            owners, variable = [c for c, file in system.components.items() if name in fmus[file].variables], name
+            if len(owners) != 1:
+                raise BadSystem(f"`{name}` must be a variable of one component, but {' and '.join(owners) or 'none'} has it")
+            (component,) = owners
+        check_parameter(f"{component}.{variable}", parameter, described(fmus[system.components[component]], variable))
+        found.setdefault(component, {})[variable] = parameter.value
     return found
 
 
@@ -247,4 +268,7 @@ def main():
 
 
 if __name__ == "__main__":
-    main()
+    try:
+        main()
+    except (BadSystem, Refused) as error:
+        raise SystemExit(f"error: {error}") from None

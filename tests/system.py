@@ -1,40 +1,130 @@
-"""The system structure: components and connections of an SSD file, sorted by the FMUs' dependencies; parameter sets."""
+"""The system structure: components, connections and parameter values of an SSD file, checked; the order that the FMUs' dependencies ask for.
+
+What this master does not support, and what does not fit, is refused with the reason (`BadSystem`) rather than skipped.
+"""
 
 import zipfile
 from dataclasses import dataclass, field
 from pathlib import Path, PurePosixPath
+from typing import NamedTuple
 from xml.etree import ElementTree
 
 SSD = "{http://ssp-standard.org/SSP1/SystemStructureDescription}"
 SSC = "{http://ssp-standard.org/SSP1/SystemStructureCommon}"
 SSV = "{http://ssp-standard.org/SSP1/SystemStructureParameterValues}"
-BOND = "{urn:cosim:power-bond}PowerBond"
+BOND = "cosim.power-bond"
 
 #: Python's values of SSP's types; an enumeration stays the name of its item.
-VALUES = {"Real": float, "Integer": int, "Boolean": lambda text: text in ("true", "1"), "String": str, "Enumeration": str}
+VALUES = {"Real": float, "Integer": int, "Boolean": {"true": True, "1": True, "false": False, "0": False}.__getitem__}
+VALUES |= {"String": str, "Enumeration": str}
+
+#: SSP's types that a value may have, by the type of the FMU's variable.
+ACCEPTED = {"Real": ("Real", "Integer"), "Enumeration": ("Enumeration", "Integer")}
+ACCEPTED |= {kind: (kind,) for kind in ("Integer", "Boolean", "String")}
 
 
-def parameters(element):
-    """{name: value} of what is below `element`."""
-    found = {}
-    for parameter in element.iter(f"{SSV}Parameter"):
-        (value,) = parameter
-        found[parameter.get("name")] = VALUES[value.tag.removeprefix(SSV)](value.get("value"))
-    return found
+class BadSystem(Exception):
+    """Why a system cannot be run."""
 
 
-def read_set(text):
-    """{name: value} of a parameter set."""
-    return parameters(ElementTree.fromstring(text))
+class AlgebraicLoop(BadSystem):
+    pass
+
+
+class Parameter(NamedTuple):
+    """A start value, its SSP type, and its unit where the set gives one."""
+
+    value: object
+    type: str
+    unit: str | None
+
+
+class Connector(NamedTuple):
+    """A connector as declared: input or output, SSP type, unit."""
+
+    kind: str
+    type: str
+    unit: str | None
 
 
 @dataclass(frozen=True)
 class Link:
-    """A connection: (component, output) to (component, input); `step_mean` as in the power-bond annotation."""
+    """A connection: (component, output) to (component, input). One that carries the force of a power bond names the output with the mean
+    of the force over the last step and the input with the conjugate velocity."""
 
     source: tuple
     target: tuple
     step_mean: str | None = None
+    flow: str | None = None
+
+    def __str__(self):
+        return f"{'.'.join(self.source)} -> {'.'.join(self.target)}"
+
+
+def parse_xml(text, root, what):
+    try:
+        found = ElementTree.fromstring(text)
+    except ElementTree.ParseError as error:
+        raise BadSystem(f"{what} is not a readable SSP 1.0 description: it is no XML ({error})") from None
+    if found.tag != root:
+        raise BadSystem(f"{what} is not a readable SSP 1.0 description: its root is {found.tag}")
+    return found
+
+
+def read_set(text):
+    """{name: Parameter} of a parameter set's text."""
+    return parameters(parse_xml(text, f"{SSV}ParameterSet", "the parameter set"))
+
+
+def parameters(element, prefix=""):
+    """{name: Parameter} of what is below `element`."""
+    found = {}
+    for parameter in element.iter(f"{SSV}Parameter"):
+        name = parameter.get("name")
+        if len(parameter) != 1:
+            raise BadSystem(f"parameter `{name}` has no value")
+        (value,) = parameter
+        kind, text = value.tag.removeprefix(SSV), value.get("value")
+        try:
+            found[prefix + name] = Parameter(VALUES[kind](text), kind, value.get("unit"))
+        except (KeyError, ValueError):
+            raise BadSystem(f"parameter `{name}` = `{text}`: the value must be of type {kind}") from None
+    return found
+
+
+def bound(element, owner, file):
+    """{name: Parameter} of the parameter bindings of a component or system; `file` gives the sets that they name."""
+    found = {}
+    for binding in element.iterfind(f"{SSD}ParameterBindings/{SSD}ParameterBinding"):
+        source, values = binding.get("source"), binding.find(f"{SSD}ParameterValues")
+        if binding.find(f"{SSD}ParameterMapping") is not None:
+            raise BadSystem(f"{owner}: parameter mappings are not supported")
+        if (source is None) == (values is None):
+            raise BadSystem(f"{owner}: a parameter binding needs either a source or values, and not both")
+        if binding.get("sourceBase", "SSD") != "SSD":
+            raise BadSystem(f"{owner}: parameter set `{source}`: only sources relative to the system structure are supported")
+        if source is not None:
+            try:
+                values = parse_xml(file(source), f"{SSV}ParameterSet", f"{owner}: parameter set `{source}`")
+            except (OSError, KeyError) as error:
+                raise BadSystem(f"{owner}: parameter set `{source}` cannot be read: {error}") from None
+        found |= parameters(values, binding.get("prefix", ""))
+    return found
+
+
+def connection(element):
+    """The link of an ssd:Connection."""
+    ends = [element.get(name) for name in ("startElement", "startConnector", "endElement", "endConnector")]
+    link = Link((ends[0], ends[1]), (ends[2], ends[3]))
+    if None in ends:
+        raise BadSystem(f"connection {ends[1]} -> {ends[3]}: both ends must name a component")
+    if any(child.tag.endswith("Transformation") for child in element):
+        raise BadSystem(f"connection {link}: transformations are not supported")
+    for annotation in element.iter(f"{SSC}Annotation"):
+        if annotation.get("type") == BOND:
+            (bond,) = annotation
+            return Link(link.source, link.target, bond.get("stepMean"), bond.get("flow"))
+    return link
 
 
 @dataclass
@@ -42,10 +132,11 @@ class System:
     """Components in stepping order with the name of their FMU's file, and the links between them."""
 
     components: dict = field(default_factory=dict)
-    units: dict = field(default_factory=dict)
+    #: {(component, name): Connector}
+    connectors: dict = field(default_factory=dict)
     links: list = field(default_factory=list)
     stop: float = 0.0
-    #: {component: {parameter: value}} of the parameter bindings
+    #: {component: {name: Parameter}} of the parameter bindings
     parameters: dict = field(default_factory=dict)
 
     @classmethod
@@ -60,28 +151,119 @@ class System:
     @classmethod
     def parse(cls, text, file):
         """Of a text; `file` gives the parameter sets that it names."""
-        root = ElementTree.fromstring(text)
-        system = cls(stop=float(root.find(f"{SSD}DefaultExperiment").get("stopTime")))
-        for component in root.iter(f"{SSD}Component"):
-            name = component.get("name")
-            system.components[name] = PurePosixPath(component.get("source")).name
-            for connector in component.iter(f"{SSD}Connector"):
-                real = connector.find(f"{SSC}Real")
-                system.units[name, connector.get("name")] = (connector.get("kind"), real.get("unit"))
-            system.parameters[name] = values = {}
-            for binding in component.iter(f"{SSD}ParameterBinding"):
-                source = binding.get("source")
-                values |= parameters(binding) if source is None else read_set(file(source))
-        for c in root.iter(f"{SSD}Connection"):
-            bond = next(c.iter(BOND), None)
-            system.links.append(
-                Link(
-                    (c.get("startElement"), c.get("startConnector")),
-                    (c.get("endElement"), c.get("endConnector")),
-                    None if bond is None else bond.get("stepMean"),
-                )
-            )
+        root = parse_xml(text, f"{SSD}SystemStructureDescription", "the system structure")
+        outer, experiment = root.find(f"{SSD}System"), root.find(f"{SSD}DefaultExperiment")
+        system = cls(stop=float(experiment.get("stopTime"))) if experiment is not None else cls()
+        owner = f"system `{outer.get('name')}`"
+        if outer.find(f"{SSD}Connectors/{SSD}Connector") is not None:
+            raise BadSystem(f"{owner}: connectors of the outer system are not supported")
+        for element in outer.iterfind(f"{SSD}Elements/*"):
+            system._add(element, owner, file)
+        system.links = [connection(element) for element in outer.iterfind(f"{SSD}Connections/{SSD}Connection")]
+        system._check_links()
+        for name, parameter in bound(outer, owner, file).items():
+            component, _, variable = name.partition(".")
+            if component not in system.components:
+                raise BadSystem(f"{owner}: `{name}` is not a variable of one of its components, component.variable")
+            system.parameters[component][variable] = parameter
         return system
+
+    def _add(self, element, owner, file):
+        name = element.get("name")
+        if element.tag != f"{SSD}Component":
+            kind = "nested system" if element.tag == f"{SSD}System" else "element"
+            raise BadSystem(f"{owner}: the {kind} `{name}` is not supported, only components")
+        if name in self.components:
+            raise BadSystem(f"the system has two components named `{name}`")
+        self.components[name] = PurePosixPath(element.get("source")).name
+        self.parameters[name] = bound(element, f"component `{name}`", file)
+        for connector in element.iterfind(f"{SSD}Connectors/{SSD}Connector"):
+            types = [child for child in connector if child.tag.startswith(SSC)]
+            kind, unit = (types[0].tag.removeprefix(SSC), types[0].get("unit")) if types else ("nothing", None)
+            self.connectors[name, connector.get("name")] = Connector(connector.get("kind"), kind, unit)
+
+    def _check_links(self):
+        """Each link must join declared Real connectors, an output and an input, of the same unit, every input at most once."""
+        driven = {}
+        for link in self.links:
+            start, end = self._connector(link.source, "output"), self._connector(link.target, "input")
+            if start.unit != end.unit:
+                raise BadSystem(f"connection {link}: the units differ, {start.unit or 'none'} and {end.unit or 'none'}")
+            if link.target in driven:
+                first, second = driven[link.target], ".".join(link.source)
+                raise BadSystem(f"input {'.'.join(link.target)} is driven twice, by {first} and by {second}")
+            driven[link.target] = ".".join(link.source)
+
+    def _connector(self, end, kind):
+        component, name = end
+        if component not in self.components:
+            raise BadSystem(f"a connection names the component `{component}`, which the system does not have")
+        if end not in self.connectors:
+            raise BadSystem(f"component `{component}` declares no connector `{name}`, but a connection uses it")
+        found = self.connectors[end]
+        if found.kind != kind:
+            raise BadSystem(f"connector `{component}.{name}` is declared as {found.kind}, but a connection uses it as {kind}")
+        if found.type != "Real":
+            raise BadSystem(f"connector `{component}.{name}` is declared as {found.type}; only Real connectors can be connected")
+        return found
+
+    def check(self, fmus):
+        """Connectors, links and parameters against the FMUs by file name. A unit that an FMU does not tell is not checked."""
+        variable = lambda component, name: described(fmus[self.components[component]], name)
+        for (component, name), connector in self.connectors.items():
+            found = fmus[self.components[component]].variables.get(name)
+            unit = found and unit_of(found)
+            if connector.unit and unit and connector.unit != unit:
+                raise BadSystem(f"connector `{component}.{name}` is declared in {connector.unit}, but its FMU has it in {unit}")
+        for link in self.links:
+            units = []
+            for (component, name), causality in ((link.source, "output"), (link.target, "input")):
+                found = variable(component, name)
+                if (found.type, found.causality) != ("Real", causality):
+                    raise BadSystem(
+                        f"{component}.{name} must be a real {causality} to be connected; it is {found.type}, {found.causality}"
+                    )
+                units.append(unit_of(found))
+            if all(units) and units[0] != units[1]:
+                raise BadSystem(f"connection {link}: the FMUs' units differ, {units[0]} and {units[1]}")
+            self._check_bond(link, variable)
+        for component, values in self.parameters.items():
+            for name, parameter in values.items():
+                check_parameter(f"{component}.{name}", parameter, variable(component, name))
+
+    def _check_bond(self, link, variable):
+        if link.step_mean is None:
+            return
+        component, _ = link.source
+        for name in (link.step_mean, link.flow):
+            variable(component, name)
+        if not any(other.target == (component, link.flow) for other in self.links):
+            force = ".".join(link.source)
+            raise BadSystem(f"power bond of {force}: no connection drives its velocity {component}.{link.flow}")
+
+
+def described(fmu, name):
+    """A variable of an FMU."""
+    if name not in fmu.variables:
+        raise BadSystem(f"model `{fmu.description.modelName}` has no variable `{name}`")
+    return fmu.variables[name]
+
+
+def unit_of(variable):
+    """Unit of a variable or of its type, or None."""
+    return variable.unit or (variable.declaredType.unit if variable.declaredType else None)
+
+
+def check_parameter(name, parameter, variable):
+    """A start value must be of the type, the unit and, for an enumeration by name, the items of its variable."""
+    value, kind, unit = parameter
+    if kind not in ACCEPTED[variable.type]:
+        raise BadSystem(f"`{name}` = {value}: given as {kind}, but the variable is of type {variable.type}")
+    if unit is not None and unit != unit_of(variable):
+        raise BadSystem(f"`{name}` = {value} {unit}: the unit must be the unit of the variable, {unit_of(variable)}")
+    items = [item.name for item in variable.declaredType.items] if variable.type == "Enumeration" else []
+    if kind == "Enumeration" and value not in items:
+        raise BadSystem(f"`{name}` = `{value}` must be one of {', '.join(items)}")
 
 
 def feedthrough(fmu, initialization):
@@ -95,10 +277,6 @@ def feedthrough(fmu, initialization):
     }
 
 
-class AlgebraicLoop(Exception):
-    pass
-
-
 def levels(system, fmus, initialization=False):
     """Level of each link: 0 if its output depends on no connected input, else one more than the links it depends on."""
     through = {name: feedthrough(fmus[file], initialization) for name, file in system.components.items()}
@@ -110,7 +288,7 @@ def levels(system, fmus, initialization=False):
             return found[link]
         if link in under_way:
             ends = under_way[under_way.index(link) :] + [link]
-            raise AlgebraicLoop(" -> ".join(".".join(end.source) for end in ends))
+            raise AlgebraicLoop("algebraic loop: " + " -> ".join(".".join(end.source) for end in ends))
         under_way.append(link)
         component, output = link.source
         before = [into[component, i] for i in through[component].get(output, []) if (component, i) in into]

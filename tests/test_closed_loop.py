@@ -1,15 +1,13 @@
 """The coupled machine through the FMPy master: tracking of the three controllers, beside the native master's numbers."""
 
 import csv
-import os
 import subprocess
-from pathlib import Path
 
 import numpy as np
 import pytest
 
-from conftest import FMU_DIR
 from fmpy_master import ROOT, tip_rmse
+from native import cosim
 
 SSD = ROOT / "system/SystemStructure.ssd"
 MODES = {"adaptive": 1, "modular": 2, "pd": 3}
@@ -29,15 +27,6 @@ def run(couple, trajectory, mode, scale, signals=SIGNALS[:1], **options):
     rmse = 1e3 * tip_rmse(times, rows[:, 0], controller.get("settle_time"))
     print(f"{trajectory} {mode} x{scale} {options}: tip RMSE {rmse:.4f} mm")
     return times, rows, rmse
-
-
-def cosim():
-    """The native program."""
-    here = os.environ.get("COSIM")
-    places = [Path(here)] if here else [FMU_DIR.parent / kind / "cosim" for kind in ("release", "debug")]
-    program = max((p for p in places if p.is_file()), key=lambda p: p.stat().st_mtime, default=None)  # the newest
-    assert program, f"no program `cosim` among {places}; `cargo xtask cosim -- --help` builds it"
-    return program
 
 
 def native(fmu_dir, tmp_path, trajectory, mode, scale, *more):

@@ -18,8 +18,8 @@ import pytest
 import importers
 from conftest import NAMES
 from fmpy_master import ROOT
+from native import cosim
 from importers import ALL, ALONE, COUPLED, EVERY, H, MODELS, OUTPUTS, SIGNALS, STEPS, driven
-from test_closed_loop import cosim
 
 FMI_SIM = "0.7.0"
 IMPORTERS = {  # class in `importers` or `containers`: name in the table

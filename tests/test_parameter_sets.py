@@ -13,8 +13,8 @@ import pytest
 from lxml import etree
 
 from fmpy_master import ROOT, Master, addressed
+from native import cosim
 from system import SSC, SSD, SSV, System, read_set
-from test_closed_loop import cosim
 
 TRAJECTORIES, MODES = ("cubic", "triangular"), ("adaptive", "modular", "pd")
 VARIANTS = [f"{t}_{m}.ssd" for t in TRAJECTORIES for m in MODES]
@@ -69,7 +69,7 @@ def test_sets_hold_start_values_with_the_units_of_the_fmu(packed, controller, na
 @pytest.mark.parametrize("name", VARIANTS)
 def test_variants_are_the_structure_with_two_sets_bound(fmu_dir, system, controller, name):
     variant = System.read(fmu_dir / "Manipulator.ssp", name)
-    assert (variant.components, variant.units, variant.links) == (system.components, system.units, system.links)
+    assert (variant.components, variant.connectors, variant.links) == (system.components, system.connectors, system.links)
     trajectory, mode = name.removesuffix(".ssd").split("_")
     assert variant.parameters["controller"] == system.parameters["controller"] | sets(trajectory, mode)
     assert {c: p for c, p in variant.parameters.items() if c != "controller"} == {

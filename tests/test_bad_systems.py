@@ -1,0 +1,78 @@
+"""Systems that cannot be run are refused by both masters, each with the reason in `bad_systems/systems.json`.
+
+An entry changes some text of the good system `bad_systems/good.ssd`, which both masters run.
+"""
+
+import json
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from fmpy_master import Master
+from fmu import Refused
+from native import cosim
+from system import BadSystem, System
+
+FOLDER = Path(__file__).parent / "bad_systems"
+GOOD = (FOLDER / "good.ssd").read_text()
+BAD = {entry["name"]: entry for entry in json.loads((FOLDER / "systems.json").read_text())}
+
+
+def changed(entry):
+    """The good system's text with the entry's edits."""
+    text = GOOD
+    for old, new in entry["edits"]:
+        assert text.count(old) == 1, f"{old} is there {text.count(old)} times"
+        text = text.replace(old, new)
+    return text
+
+
+@pytest.fixture
+def fmpy(fmus, tmp_path):
+    """Runs a structure for two steps in the FMPy master."""
+
+    def run(text):
+        path = tmp_path / "system.ssd"
+        path.write_text(text)
+        system = System.read(path)
+        for file in system.components.values():
+            if file not in fmus:
+                raise BadSystem(f"FMU `{file}` cannot be read")
+        master = Master(system, fmus)
+        master.record(2e-3, ["hdrm.x[1]"])
+        master.free()
+
+    return run
+
+
+@pytest.fixture
+def native(fmu_dir, tmp_path):
+    """Runs a structure for two steps in the native master."""
+
+    def run(text):
+        path = tmp_path / "system.ssd"
+        path.write_text(text)
+        arguments = [cosim(), "run", "--system", path, "--fmu-dir", fmu_dir, "--quiet", "--stop-time", "2e-3"]
+        return subprocess.run(list(map(str, arguments)), capture_output=True, text=True)
+
+    return run
+
+
+def test_both_masters_run_the_good_system(fmpy, native):
+    fmpy(GOOD)
+    done = native(GOOD)
+    assert done.returncode == 0, done.stderr
+
+
+@pytest.mark.parametrize("name", BAD)
+def test_the_fmpy_master_refuses(fmpy, name):
+    with pytest.raises((BadSystem, Refused)) as refused:
+        fmpy(changed(BAD[name]))
+    assert BAD[name]["reason"] in str(refused.value)
+
+
+@pytest.mark.parametrize("name", BAD)
+def test_the_native_master_refuses(native, name):
+    done = native(changed(BAD[name]))
+    assert done.returncode == 1 and BAD[name]["reason"] in done.stderr, (done.returncode, done.stderr)
