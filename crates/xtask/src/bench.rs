@@ -13,7 +13,7 @@ use anyhow::{Context, Result};
 use clap::Args;
 
 use crate::python::Python;
-use crate::workspace::{Fmu, Workspace, execute, output};
+use crate::workspace::{FMU_PROFILE, Fmu, Workspace, execute, output};
 use crate::{libclang, library, pack};
 
 /// Bench programs of the crates (`crates/*/benches`).
@@ -126,7 +126,7 @@ fn build(workspace: &Workspace) -> Result<Built> {
     pack::suite(workspace, &fmus)?;
     let targets: Vec<&str> = PROGRAMS.iter().flat_map(|name| ["--bench", name]).collect();
     Ok(Built {
-        programs: workspace.build(&targets, "bin", &[])?,
+        programs: workspace.build(FMU_PROFILE, &targets, "bin", &[])?,
         cosim: libclang::build_cosim(workspace)?,
         fmus,
     })

@@ -2,39 +2,35 @@
 
 use anyhow::Result;
 
+use crate::phases::Phases;
 use crate::workspace::{Workspace, execute};
 use crate::{libclang, pack};
 
 /// Do it all, with CSV files, report and figures in `demo/` of the target directory.
 pub fn run(workspace: &Workspace) -> Result<()> {
-    println!("building and packing the three FMUs");
-    pack::suite(workspace, &workspace.fmu_dir())?;
-    println!("building the co-simulation master");
-    let cosim = libclang::build_cosim(workspace)?;
+    let mut phases = Phases::default();
+    phases.run("build and pack the FMUs", || {
+        pack::suite(workspace, &workspace.fmu_dir())
+    })?;
+    let cosim = phases.run("build the co-simulation master", || {
+        libclang::build_cosim(workspace)
+    })?;
     let system = workspace.fmu_dir().join("Manipulator.ssp");
     let out = workspace.target.join("demo");
     std::fs::create_dir_all(&out)?;
-    println!("running the cubic trajectory: five coupled FMU instances, H = 1 ms");
-    execute(
-        workspace
-            .command(&cosim)
-            .args(["compare", "--trajectory", "cubic", "--system"])
-            .arg(&system)
-            .arg("--csv-dir")
-            .arg(&out),
-    )?;
-    println!("\nwriting the report: both trajectories, the robustness table, testbed, energy");
+    phases.run("run the cubic trajectory", || {
+        let mut compare = workspace.command(&cosim);
+        compare.args(["compare", "--trajectory", "cubic", "--system"]);
+        execute(compare.arg(&system).arg("--csv-dir").arg(&out))
+    })?;
     let report = out.join("report.html");
-    execute(
-        workspace
-            .command(&cosim)
-            .args(["report", "--system"])
-            .arg(&system)
-            .arg("--out")
-            .arg(&report)
-            .arg("--figures")
-            .arg(out.join("figures")),
-    )?;
+    phases.run("write the report", || {
+        let mut command = workspace.command(&cosim);
+        command.args(["report", "--system"]).arg(&system);
+        command.arg("--out").arg(&report);
+        execute(command.arg("--figures").arg(out.join("figures")))
+    })?;
+    print!("\n{}", phases.table());
     println!("open {} in a browser", report.display());
     Ok(())
 }

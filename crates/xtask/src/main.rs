@@ -7,6 +7,7 @@ mod importers;
 mod libclang;
 mod library;
 mod pack;
+mod phases;
 mod python;
 mod sanitize;
 mod test;

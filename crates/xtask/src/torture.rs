@@ -128,10 +128,9 @@ pub fn check(workspace: &Workspace) -> Result<()> {
     driver.run(&["calls", "--calls", &CI_CALLS.to_string()])?;
     driver.run(&["threads"])?;
     driver.run(&["long", "--steps", &CI_STEPS.to_string()])?;
-    // Not in release mode: the tests have built it so, and the work is done in the FMUs.
-    let mut coupled = workspace.cargo(["run", "--quiet", "--package", "cosim", "--", "endurance"]);
-    coupled.envs(libclang::provide(workspace)?);
-    execute(coupled.args(["--steps", &CI_COUPLED_STEPS.to_string()]))
+    let mut coupled = workspace.command(libclang::build_cosim(workspace)?);
+    coupled.args(["endurance", "--steps", &CI_COUPLED_STEPS.to_string()]);
+    execute(&mut coupled)
 }
 
 const MEMCHECK: &[&str] = &[

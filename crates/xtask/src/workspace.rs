@@ -17,6 +17,9 @@ pub struct Workspace {
     metadata: Value,
 }
 
+/// Profile of the libraries that are packed, and of the benches.
+pub const FMU_PROFILE: &str = "fmu-release";
+
 /// A cdylib that becomes an FMU.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Fmu {
@@ -101,16 +104,18 @@ impl Workspace {
         command
     }
 
-    /// Build in release mode; the artifacts of kind `kind` (`cdylib` or `bin`) that cargo reports, by target name.
+    /// Build with a profile; the artifacts of kind `kind` (`cdylib` or `bin`) that cargo reports, by target name.
     pub fn build(
         &self,
+        profile: &str,
         targets: &[&str],
         kind: &str,
         environment: &[(String, String)],
     ) -> Result<BTreeMap<String, PathBuf>> {
         let mut command = self.cargo([
             "build",
-            "--release",
+            "--profile",
+            profile,
             "--message-format",
             "json-render-diagnostics",
         ]);
@@ -156,7 +161,7 @@ impl Workspace {
         if fmus.iter().any(|f| matches!(f, Fmu::Package(_))) {
             targets.push("--lib");
         }
-        let built = self.build(&targets, "cdylib", &[])?;
+        let built = self.build(FMU_PROFILE, &targets, "cdylib", &[])?;
         let library = |fmu: &Fmu| {
             let name = match fmu {
                 Fmu::Package(name) | Fmu::Example(name) => name,
@@ -178,7 +183,8 @@ impl Workspace {
         name: &str,
         environment: &[(String, String)],
     ) -> Result<PathBuf> {
-        let built = self.build(&["--package", package, "--bin", name], "bin", environment)?;
+        let target = ["--package", package, "--bin", name];
+        let built = self.build("release", &target, "bin", environment)?;
         built
             .get(name)
             .cloned()
