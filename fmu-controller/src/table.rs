@@ -2,7 +2,9 @@
 
 use crate::{ControllerFmu, Parameters};
 use emla::Surrogate;
-use fmu_export::{ALL_PARAMETERS, Base, Enumeration, File, Info, Unit, Variable};
+use fmu_export::{
+    ALL_PARAMETERS, Base, Enumeration, File, Info, Unit, Variable, read_parameter_file,
+};
 use machine::Machine;
 use std::path::Path;
 
@@ -170,13 +172,19 @@ macro_rules! condition {
 }
 
 fn read_machine(p: &mut Parameters, file: &str, resources: Option<&Path>) -> Result<(), String> {
-    p.machine = Machine::from_file(file, resources).map_err(|e| e.to_string())?;
+    p.machine = match file {
+        "" => Machine::reference(),
+        _ => read_parameter_file(file, resources, Machine::from_json)?,
+    };
     p.machine_file = file.to_owned();
     Ok(())
 }
 
 fn read_surrogate(p: &mut Parameters, file: &str, resources: Option<&Path>) -> Result<(), String> {
-    p.surrogate = Surrogate::from_file(file, resources).map_err(|e| e.to_string())?;
+    p.surrogate = match file {
+        "" => Surrogate::reference(),
+        _ => read_parameter_file(file, resources, Surrogate::from_json)?,
+    };
     p.surrogate_file = file.to_owned();
     Ok(())
 }

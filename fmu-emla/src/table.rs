@@ -2,7 +2,9 @@
 
 use crate::{EmlaFmu, Parameters};
 use emla::Surrogate;
-use fmu_export::{ALL_PARAMETERS, Base, Enumeration, File, Info, Unit, Variable};
+use fmu_export::{
+    ALL_PARAMETERS, Base, Enumeration, File, Info, Unit, Variable, read_parameter_file,
+};
 use machine::Machine;
 use std::path::Path;
 
@@ -58,18 +60,21 @@ type V = Variable<EmlaFmu>;
 pub(crate) const X_START: f64 = 0.3;
 
 fn read_machine(p: &mut Parameters, file: &str, resources: Option<&Path>) -> Result<(), String> {
-    p.take(
-        Machine::from_file(file, resources)
-            .map_err(|e| e.to_string())?
-            .emla,
-    );
+    let machine = match file {
+        "" => Machine::reference(),
+        _ => read_parameter_file(file, resources, Machine::from_json)?,
+    };
+    p.take(machine.emla);
     p.machine_file = file.to_owned();
     Ok(())
 }
 
 /// Paths mean the same as those of `machine_file`.
 fn read_surrogate(p: &mut Parameters, file: &str, resources: Option<&Path>) -> Result<(), String> {
-    p.surrogate = Surrogate::from_file(file, resources).map_err(|e| e.to_string())?;
+    p.surrogate = match file {
+        "" => Surrogate::reference(),
+        _ => read_parameter_file(file, resources, Surrogate::from_json)?,
+    };
     p.surrogate_file = file.to_owned();
     Ok(())
 }

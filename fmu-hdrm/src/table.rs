@@ -1,7 +1,7 @@
 //! Variables of the FMU `Hdrm`.
 
 use crate::{HdrmFmu, Parameters};
-use fmu_export::{ALL_PARAMETERS, File, Info, Variable};
+use fmu_export::{ALL_PARAMETERS, File, Info, Variable, read_parameter_file};
 use machine::Machine;
 use std::path::Path;
 
@@ -25,7 +25,10 @@ type V = Variable<HdrmFmu>;
 const START: &[&str] = &[ALL_PARAMETERS];
 
 fn read_machine(p: &mut Parameters, file: &str, resources: Option<&Path>) -> Result<(), String> {
-    let machine = Machine::from_file(file, resources).map_err(|e| e.to_string())?;
+    let machine = match file {
+        "" => Machine::reference(),
+        _ => read_parameter_file(file, resources, Machine::from_json)?,
+    };
     *p = Parameters::of(machine, file.to_owned());
     Ok(())
 }

@@ -55,7 +55,8 @@ pub fn stiffness_slope(p: &Emla, x: f64) -> f64 {
 /// [`stiffness`] and [`stiffness_slope`] together.
 #[inline(always)]
 pub(crate) fn stiffness_and_slope(p: &Emla, x: f64) -> (f64, f64) {
-    let inside = machine::held(x, 0.0, p.L_s);
+    // Not `clamp`, which panics for a senseless L_s: a saved state that was damaged may hold one.
+    let inside = x.max(0.0).min(p.L_s);
     let l_s = inside - 1.0 / p.L_s * (inside * inside);
     let fixed = 1.0 / (2.0 * p.K_br) + 1.0 / p.K_n + 1.0 / p.K_r;
     let twist = lead(p) * lead(p) / p.GJ;

@@ -27,8 +27,8 @@ pub enum StepError {
         /// Length of the step, s.
         h: f64,
     },
-    /// A quantity left the finite numbers.
-    #[error("t = {t} s: `{signal}` became {value}; allowed are finite values")]
+    /// A quantity became infinite or NaN.
+    #[error("t = {t} s: `{signal}` became {value}; it must be finite")]
     NotFinite {
         /// Start of the step, s.
         t: f64,

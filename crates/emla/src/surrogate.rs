@@ -18,7 +18,6 @@
 mod file;
 mod network;
 
-use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError, Weak};
 
 use serde::{Deserialize, Serialize};
@@ -57,7 +56,7 @@ struct Inner {
     file: SurrogateFile,
 }
 
-/// The shipped network while anyone has it. It owns nothing when nobody does: what a library's statics own is lost when it is
+/// The shipped network while anyone has it. The static itself owns nothing: what a library's statics own is leaked when it is
 /// unloaded.
 static SHIPPED: Mutex<Option<Weak<Inner>>> = Mutex::new(None);
 
@@ -81,24 +80,6 @@ impl Surrogate {
         let read = Self::from_json(REFERENCE).expect("the shipped network is valid (tested)");
         *shipped = Some(Arc::downgrade(&read.0));
         read
-    }
-
-    /// Read a network from a file. A relative path that does not exist in the working directory is
-    /// looked up in `resources`. An empty path means the shipped network.
-    ///
-    /// # Errors
-    /// As [`Surrogate::from_json`], with the file's name; or the file cannot be read.
-    pub fn from_file(path: &str, resources: Option<&Path>) -> Result<Self, SurrogateError> {
-        if path.is_empty() {
-            return Ok(Self::reference());
-        }
-        let file = machine::locate(path, resources);
-        let named = |reason: String| SurrogateError::File {
-            path: file.display().to_string(),
-            reason,
-        };
-        let text = std::fs::read_to_string(&file).map_err(|e| named(e.to_string()))?;
-        Self::from_json(&text).map_err(|e| named(e.to_string()))
     }
 
     /// Read a network file.

@@ -3,7 +3,7 @@
 use crate::DOF;
 use nalgebra::{Matrix6, Vector6};
 
-/// `M = L·D·Lᵀ`, L unit lower triangular, D diagonal: Cholesky without square roots, whose latency would be waited for.
+/// `M = L·D·Lᵀ`, L unit lower triangular, D diagonal: Cholesky without square roots, which take long and hold up all that follows.
 #[derive(Clone, Debug)]
 pub(crate) struct Factor {
     L: Matrix6<f64>,

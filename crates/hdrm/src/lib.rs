@@ -31,7 +31,7 @@ pub use end_stop::EndStop;
 pub use lift::{Lift, LiftAngles};
 pub use output::Output;
 pub use planar::Polar;
-pub use plant::{Dynamics, Hdrm, HdrmError, Input, Options, State};
+pub use plant::{Dynamics, Hdrm, HdrmError, Input, Options, State, saturate};
 pub use step::StepError;
 pub use tilt::{FourBar, Tilt, TiltAngles};
 pub use tip::Tip;

@@ -251,7 +251,7 @@ impl Hdrm {
 
     /// Torque that wrist drive i gives: the ideal source obeys up to its limit.
     fn saturated(&self, i: usize, tau: f64) -> f64 {
-        machine::held(tau, -self.tau_wrist_max[i], self.tau_wrist_max[i])
+        saturate(tau, self.tau_wrist_max[i])
     }
 
     /// 1 while wrist drive i follows its command, 0 in saturation.
@@ -307,6 +307,18 @@ impl Hdrm {
     }
 }
 
+/// `x` saturated to ±`limit`. Unlike [`f64::clamp`] it does not panic where the limit is senseless, as it may be in a saved state
+/// that was damaged. NaN stays NaN.
+#[inline(always)]
+#[must_use]
+pub fn saturate(x: f64, limit: f64) -> f64 {
+    if x.abs() > limit {
+        limit.copysign(x)
+    } else {
+        x
+    }
+}
+
 /// `[f; m]` as a wrench.
 pub(crate) fn wrench(components: &[f64; 6]) -> Wrench {
     Wrench::from_vector(&Vector6::from(*components))
@@ -347,4 +359,18 @@ fn inertias(machine: &Machine, options: &Options) -> [Inertia; Body::COUNT] {
         };
         inertia * (share * options.inertia_scale)
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn saturation_is_symmetric_and_senseless_limits_do_not_panic() {
+        for x in [-3.0, -2.0, 0.5, 2.0, 7.0] {
+            assert_eq!(saturate(x, 2.0), x.clamp(-2.0, 2.0));
+        }
+        assert!(saturate(f64::NAN, 2.0).is_nan());
+        assert!(saturate(1.0, -2.0).is_finite() && saturate(1.0, f64::NAN) == 1.0);
+    }
 }

@@ -15,14 +15,14 @@ const TURN_MAX: f64 = 4e-3;
 /// Longest communication step, s: 10⁴ substeps, more in fast motion and in contact.
 const STEP_MAX: f64 = 10.0;
 
-/// `h·λ` allowed per substep in contact and under friction; RK4 is stable up to 2.78.
+/// Largest `h·λ` per substep in contact and under friction; RK4 is stable up to 2.78.
 const RATE_STEP: f64 = 1.0;
 
 /// Most substeps that a free substep is divided into.
 const DIVISION_MAX: u32 = 200;
 
-/// Largest angle, rad, and rate, rad/s, of a joint. Beyond it (friction too stiff for any substep, forces out of all proportion) the
-/// numbers are no motion any more, and the squares in the outputs would overflow soon.
+/// Largest angle, rad, and rate, rad/s, of a joint. Only a computation that diverges goes beyond it (friction too stiff for the shortest
+/// substep, forces far beyond the machine's), and the squares in the outputs would soon overflow.
 const LARGEST: f64 = 1e9;
 
 /// Why a step could not be done; the state is left as before the step.
@@ -36,8 +36,8 @@ pub enum StepError {
         /// Step, s.
         h: f64,
     },
-    /// The motion left the numbers.
-    #[error("t = {t} s: `{signal}` became {value}; allowed are magnitudes up to {LARGEST}")]
+    /// A joint angle or rate became too large, infinite or NaN.
+    #[error("t = {t} s: `{signal}` became {value}; its magnitude must be at most {LARGEST}")]
     NotFinite {
         /// Start of the step, s.
         t: f64,

@@ -9,22 +9,6 @@ pub enum MachineError {
     /// Not JSON, or not of the machine's shape.
     #[error("machine JSON: {0}")]
     Json(#[from] serde_json::Error),
-    /// The file cannot be read.
-    #[error("machine file `{path}`: {source}")]
-    Read {
-        /// The file asked for.
-        path: String,
-        /// Why not.
-        source: std::io::Error,
-    },
-    /// The file holds no machine.
-    #[error("machine file `{path}`: {source}")]
-    File {
-        /// The file read.
-        path: String,
-        /// What is wrong with it.
-        source: Box<MachineError>,
-    },
     /// A value outside its range.
     #[error("`{name}` = {value} must be {rule}")]
     Value {
@@ -32,7 +16,7 @@ pub enum MachineError {
         name: String,
         /// The refused value.
         value: String,
-        /// What is allowed.
+        /// What must hold.
         rule: String,
     },
 }

@@ -20,7 +20,6 @@ pub use controller::{Controller, CubeAxes, CubicPath, Trajectories, TriangularPa
 pub use geometry::Geometry;
 
 use serde::{Deserialize, Serialize};
-use std::path::{Path, PathBuf};
 
 /// The reference machine's JSON, as shipped in `parameters/`.
 pub const REFERENCE_JSON: &str = include_str!("../../../parameters/reference_machine.json");
@@ -72,27 +71,6 @@ impl Machine {
         Ok(machine)
     }
 
-    /// Reads and checks a machine from a file. A relative path that does not exist in the working
-    /// directory is looked up in `resources`. An empty path means the reference machine.
-    ///
-    /// # Errors
-    /// As [`Machine::from_json`], with the file's name; or the file cannot be read.
-    pub fn from_file(path: &str, resources: Option<&Path>) -> Result<Self, MachineError> {
-        if path.is_empty() {
-            return Ok(Self::reference());
-        }
-        let file = locate(path, resources);
-        let shown = || file.display().to_string();
-        let json = std::fs::read_to_string(&file).map_err(|source| MachineError::Read {
-            path: shown(),
-            source,
-        })?;
-        Self::from_json(&json).map_err(|source| MachineError::File {
-            path: shown(),
-            source: source.into(),
-        })
-    }
-
     /// Checks every value; called by [`Machine::from_json`] and wherever values were changed since.
     ///
     /// # Errors
@@ -110,31 +88,6 @@ impl Machine {
         self.start.check(&self.limits)?;
         self.trajectories.check()?;
         self.controller.check()
-    }
-}
-
-/// Where the file `path` is meant to be: as it stands, or in `resources` if it is relative and does
-/// not exist in the working directory.
-#[must_use]
-pub fn locate(path: &str, resources: Option<&Path>) -> PathBuf {
-    let file = PathBuf::from(path);
-    match resources {
-        Some(resources) if file.is_relative() && !file.exists() => resources.join(file),
-        _ => file,
-    }
-}
-
-/// `x` held to the limits, as by [`f64::clamp`], but without its panic where `low > high`: the limits of a saved state that was damaged
-/// and got a right checksum again need not make sense.
-#[inline(always)]
-#[must_use]
-pub fn held(x: f64, low: f64, high: f64) -> f64 {
-    if x < low {
-        low
-    } else if x > high {
-        high
-    } else {
-        x
     }
 }
 
@@ -191,33 +144,6 @@ mod tests {
         assert!(text.contains("gravitas"), "{text}");
         let text = Machine::from_json("{}").unwrap_err().to_string();
         assert!(text.contains("missing field"), "{text}");
-    }
-
-    #[test]
-    fn files_are_found_in_the_resources_and_errors_name_them() {
-        let parameters = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../parameters"));
-        let machine = Machine::from_file("reference_machine.json", Some(parameters));
-        assert_eq!(machine.expect("found"), Machine::reference());
-        assert_eq!(
-            Machine::from_file("", None).expect("empty"),
-            Machine::reference()
-        );
-        let text = Machine::from_file("no such.json", None)
-            .unwrap_err()
-            .to_string();
-        assert!(text.starts_with("machine file `no such.json`: "), "{text}");
-        let manifest = concat!(env!("CARGO_MANIFEST_DIR"), "/Cargo.toml");
-        let text = Machine::from_file(manifest, None).unwrap_err().to_string();
-        assert!(text.contains("Cargo.toml`: machine JSON"), "{text}");
-    }
-
-    #[test]
-    fn limits_hold_and_senseless_ones_do_not_panic() {
-        for x in [-3.0, -2.0, 0.5, 2.0, 7.0] {
-            assert_eq!(held(x, -2.0, 2.0), x.clamp(-2.0, 2.0));
-        }
-        assert!(held(f64::NAN, -2.0, 2.0).is_nan());
-        assert!(held(1.0, 2.0, -2.0).is_finite() && held(1.0, f64::NAN, f64::NAN) == 1.0);
     }
 
     /// Loss sections are optional: a file without them describes an ideal inverter and core.

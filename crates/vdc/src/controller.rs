@@ -9,7 +9,7 @@ use crate::low_level::{Command, Law, LowLevelState, Measured, RodDemand};
 use crate::reference::{Desired, Path};
 use crate::{Conditions, Input, Level, Mode, Output, Settings, Trajectory};
 use emla::{Drive, Emla, Surrogate};
-use hdrm::{BODIES, Body, Configuration, GeometryError, Tip, Tree};
+use hdrm::{BODIES, Body, Configuration, GeometryError, Tip, Tree, saturate};
 use machine::Machine;
 use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize};
@@ -272,10 +272,7 @@ impl Controller {
         let commands: [Command; 3] = std::array::from_fn(|i| {
             law.command(&self.state.drives[i], &demands[i], &measured(input, i))
         });
-        let tau_wrist = std::array::from_fn(|j| {
-            let limit = self.nominal.tau_wrist_max[j];
-            machine::held(tau[j], -limit, limit)
-        });
+        let tau_wrist = std::array::from_fn(|j| saturate(tau[j], self.nominal.tau_wrist_max[j]));
         let evaluation = Evaluation {
             machine,
             demands,

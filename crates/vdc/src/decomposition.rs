@@ -117,3 +117,6 @@ pub(crate) fn joint_forces(
 fn required_net_wrench(motion: &BodyMotion, inertia: &Inertia) -> Wrench {
     inertia.apply(&motion.w) + motion.V.crf(&inertia.apply(&motion.V_r))
 }
+
+#[cfg(test)]
+mod tests;

@@ -38,8 +38,8 @@ pub enum ControllerError {
         /// Step, s.
         h: f64,
     },
-    /// A number left its range.
-    #[error("t = {t} s: `{signal}` became {value}; allowed are finite values")]
+    /// A command became infinite or NaN.
+    #[error("t = {t} s: `{signal}` became {value}; it must be finite")]
     NotFinite {
         /// Time, s.
         t: f64,

@@ -12,8 +12,6 @@ mod actuator_level;
 mod adaptation;
 mod clik;
 mod controller;
-#[cfg(test)]
-mod cuts;
 mod decomposition;
 mod error;
 mod low_level;

@@ -5,6 +5,7 @@
 
 use crate::{Mode, Settings};
 use emla::{Emla, maps};
+use hdrm::saturate;
 
 /// What the law asks of one actuator.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -99,7 +100,7 @@ impl Law<'_> {
         self.settings.gains.omega_d * (state.observer - momentum)
     }
 
-    /// Required quadrature-axis current, A, held to the drive's limit.
+    /// Required quadrature-axis current, A, saturated at the drive's limit.
     ///
     /// Source: [eq:current_q_required] solved for `i_qr`, with the reflected inertia corrected,
     /// friction at the required rates, and the required instead of the measured acceleration: the
@@ -124,7 +125,7 @@ impl Law<'_> {
         };
         let (lambda_d, lambda_q) = (p.L_d * now.i_d + p.lambda_m, p.L_q * now.i_q);
         let i_qr = (tau_r / (1.5 * f64::from(p.p)) + lambda_q * state.i_dr) / lambda_d;
-        machine::held(i_qr, -p.i_max, p.i_max)
+        saturate(i_qr, p.i_max)
     }
 
     /// `di_dr/dt = −λ_i·i_d` ([eq:current_d_required] with `i_dd = 0`), A/s.

@@ -87,7 +87,7 @@ pub struct Output {
     pub v_d: [f64; 3],
     /// Quadrature-axis voltages, V.
     pub v_q: [f64; 3],
-    /// Wrist torques, N·m, held to their limits.
+    /// Wrist torques, N·m, saturated at their limits.
     pub tau_wrist: [f64; 3],
     /// Required actuator forces, N.
     pub f_required: [f64; 3],

@@ -49,8 +49,8 @@ impl Conditions {
         }
     }
 
-    /// Whether some weight satisfies the conditions: all three gains must be positive, and in all proportion, or what follows
-    /// from them would leave the range of numbers.
+    /// Whether some weight satisfies the conditions: all three gains must be positive, and neither so small nor so large that
+    /// what follows from them overflows.
     #[must_use]
     pub fn hold(&self) -> bool {
         let positive = |v: f64| (1e-100..1e100).contains(&v);

@@ -8,14 +8,6 @@ use super::network::WIDTHS;
 /// Why a network file was refused.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum SurrogateError {
-    /// A file that cannot be read or holds no network.
-    #[error("surrogate file `{path}`: {reason}")]
-    File {
-        /// The file asked for.
-        path: String,
-        /// What is wrong.
-        reason: String,
-    },
     /// Not JSON, an unknown or missing field, or a value of the wrong type.
     #[error("surrogate network: {0}")]
     Json(String),

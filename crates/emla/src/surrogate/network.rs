@@ -181,8 +181,8 @@ const INVERSE_FACTORIALS: [f64; 12] = [
 #[cfg(test)]
 pub(super) const TANH_ERROR: f64 = 6e-15;
 
-/// tanh for the equations of the physics. Beyond saturation, where a moving actuator's friction is, nothing waits for
-/// the series; its value there is ±1 too.
+/// tanh for the equations of the physics. Beyond saturation, where the friction of a moving actuator is, the
+/// series is not computed; its value there is ±1 too.
 pub(crate) fn tanh(x: f64) -> f64 {
     if x.abs() >= SATURATION {
         return 1.0_f64.copysign(x);
@@ -193,7 +193,7 @@ pub(crate) fn tanh(x: f64) -> f64 {
 /// tanh without a branch or a call, so that a loop over it vectorises.
 ///
 /// `tanh x = 1 − 2/(e^{2x} + 1)`, `e^{2x} = 2ⁿ·e^r`, `n = round(2x/ln 2)`. The series is summed in pairs (Estrin), which
-/// wait for each other less than Horner's chain does. NaN stays NaN.
+/// the processor computes side by side, unlike Horner's chain. NaN stays NaN.
 #[inline(always)]
 fn tanh_series(x: f64, mul_add: impl Fn(f64, f64, f64) -> f64) -> f64 {
     let x = if x > SATURATION { SATURATION } else { x };
