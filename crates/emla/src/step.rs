@@ -6,15 +6,21 @@ use crate::maps;
 use crate::{Drive, Emla};
 use thiserror::Error;
 
-/// Longest substep with the rod's motion prescribed, s: 4 substeps per millisecond.
-const DT_MAX_MOTION: f64 = 0.25e-3;
+/// Largest error of the force by the integration, N, while the load keeps its sign; see [`dt_of_error`].
+const FORCE_ERROR: f64 = 0.05;
+/// Time in which the voltage changes by `v_max`, s, for which [`FORCE_ERROR`] holds: some 20 times as fast as the reference motions
+/// ask for.
+const VOLTAGE_SWEEP: f64 = 0.1;
 /// Longest substep with a free rod, s.
 const DT_MAX_FORCE: f64 = 0.125e-3;
 /// Largest `rate·dt` of a linear mode. RK4 is stable to 2.78 on the real and 2.83 on the imaginary
 /// axis; 1 keeps it accurate too.
 const RATE_STEP: f64 = 1.0;
-/// Most substeps in one step, half a second of computing. Normal operation takes 4 to 12 per millisecond.
+/// Most substeps in one step, half a second of computing. Normal operation takes 2 to 12 per millisecond.
 const MAX_SUBSTEPS: f64 = 1e6;
+/// Part of a step by which the substeps may be longer than the longest: an importer's clock may be off by so much, and a nanosecond
+/// more than a millisecond must not cost another substep.
+const TIME_SLACK: f64 = 1e-3;
 
 /// Why a step could not be completed; the caller's state is untouched.
 #[derive(Clone, Copy, Debug, Error, PartialEq)]
@@ -50,19 +56,41 @@ fn fast_rate(m: f64, c: f64, k: f64) -> f64 {
     }
 }
 
-/// Longest substep for these parameters, s: the fixed limit, or less where a mode is faster.
+/// Substep with which RK4 misses the force by [`FORCE_ERROR`], s, when the rod's motion is prescribed and the voltage changes at the
+/// rate `v̇ = v_max/VOLTAGE_SWEEP`.
+///
+/// RK4 misses `e^z` by `z⁵/120`. For a linear system `y' = A·y + B·v` whose voltage is held over each communication step but grows
+/// at the mean rate `v̇`, the errors of all substeps add up to `A²·B·v̇·dt⁴/120` in the steady state, whatever the
+/// communication step. For the force the leading term is
+/// ```text
+/// δF = ω₀²·(β₁/L)·v̇·dt⁴/120,   ω₀² = K_b·(ρ/(2πN))²/J
+/// ```
+/// `β₁/L·v̇` is how the voltage bends the force (N/s²), ω₀ the natural frequency of rotor and screw on the spring.
+///
+/// Where the load changes sign, the gear factor k jumps by at most `1/η − η`, and the inertia `J_m + k·J_s/N²` with it. RK4 expects
+/// smooth rates: in the substep that holds the jump it misses up to a third of its effect,
+/// `δF = (1/η − η)·(J_s/N²)·ẇ_m·ω₀·(2πN/ρ)·dt/3`, some 0.2 N in usual motion, which decays with the spring's oscillation. No
+/// substep of reasonable length would bring this below [`FORCE_ERROR`].
+fn dt_of_error(p: &machine::Emla, K_b: f64) -> f64 {
+    let travel = maps::travel_per_radian(p);
+    let w_0_squared = K_b * travel * travel / maps::inertia(p, 1.0);
+    let bend = maps::beta_1(p, 0.0) / p.L_d.min(p.L_q) * p.v_max / VOLTAGE_SWEEP;
+    (120.0 * FORCE_ERROR / (w_0_squared * bend)).powf(0.25)
+}
+
+/// Longest substep for these parameters, s: that of the error bound, or less where a mode is faster.
 pub(crate) fn longest_substep(p: &machine::Emla, drive: Drive) -> f64 {
     let travel = maps::travel_per_radian(p);
     let nut_mass = p.J_m / (travel * travel);
     let K_max = maps::stiffness(p, 0.0).max(maps::stiffness(p, p.L_s));
-    let (fixed, mass) = match drive {
-        Drive::Motion => (DT_MAX_MOTION, nut_mass),
+    let (accurate, mass) = match drive {
+        Drive::Motion => (dt_of_error(p, K_max), nut_mass),
         Drive::Force => (DT_MAX_FORCE, 1.0 / (1.0 / nut_mass + 1.0 / p.M_act)),
     };
     let rate = fast_rate(mass, p.C_b + p.C_act, K_max)
         .max(p.R_s / p.L_d.min(p.L_q))
         .max(maps::motor_friction_slope(p, 0.0) / p.J_m);
-    fixed.min(RATE_STEP / rate)
+    accurate.min(RATE_STEP / rate)
 }
 
 /// What one attempt at a step came to.
@@ -77,9 +105,8 @@ impl Emla {
     /// The state a time `h` after `s`, both times s. `path` gives the inputs in between; `t` only names the
     /// time in an error.
     ///
-    /// The substep shrinks (the whole step is taken again) when `p·|w_m|·dt` exceeds 1, at more than
-    /// three times the reference motor's rated speed: with any bounded voltage and motion the currents
-    /// stay on the stable side of RK4.
+    /// The substep shrinks (the whole step is taken again) when `p·|w_m|·dt` exceeds 1, beyond the reference motor's rated speed:
+    /// with any bounded voltage and motion the currents stay on the stable side of RK4.
     ///
     /// # Errors
     /// An unusable step, or a result that is not finite.
@@ -88,8 +115,7 @@ impl Emla {
         if !(h.is_finite() && h > 0.0) {
             return Err(bad_step);
         }
-        // 1e-9: a step that is a whole number of substeps up to rounding gets that number.
-        let mut n = (h / self.dt_max - 1e-9).ceil().max(1.0);
+        let mut n = self.substeps(h);
         let mut last = s.w_m;
         while n <= MAX_SUBSTEPS {
             match self.attempt(s, path, h, n as u32) {
@@ -106,6 +132,12 @@ impl Emla {
             signal: "w_m",
             value: last,
         })
+    }
+
+    /// In how many substeps a step of `h`, s, is taken, unless the motor is too fast for them.
+    #[must_use]
+    pub fn substeps(&self, h: f64) -> f64 {
+        (h * (1.0 - TIME_SLACK) / self.dt_max).ceil().max(1.0)
     }
 
     fn w_e(&self, w_m: f64) -> f64 {

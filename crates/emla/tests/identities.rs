@@ -35,7 +35,7 @@ fn locked_rotor_current_follows_rl_law() {
     for k in 1..=100 {
         s = emla.step(&s, &InputPath::held(u), 0.0, H).expect("finite");
         for (axis, i, v, L) in [(0, s.i_d, u.v_d, p.L_d), (1, s.i_q, u.v_q, p.L_q)] {
-            let z = 0.25e-3 * p.R_s / L;
+            let z = H / emla.substeps(H) * p.R_s / L;
             let tol = 1.1 * (v / p.R_s).abs() * z.powi(4) * (z - 1.0).exp() / 120.0;
             let exact = -v / p.R_s * (-f64::from(k) * H * p.R_s / L).exp_m1();
             let err = (i - exact).abs();
@@ -314,5 +314,32 @@ fn efficiency_in_its_quadrants() {
         };
         assert!((y.efficiency - expected).abs() < 1e-9, "{y:?}");
         assert!(!valid || (0.6..0.95).contains(&y.efficiency), "{y:?}");
+    }
+}
+
+/// Importers' clocks are off by rounding: a nanosecond more or less than a millisecond takes as many substeps as a millisecond.
+#[test]
+fn a_nanosecond_is_no_substep_more() {
+    for drive in [Drive::Motion, Drive::Force] {
+        // A stiffness at which a millisecond is a whole number of substeps.
+        let p = reference();
+        let emla = actuator(p, drive);
+        let whole = emla.substeps(1e3 * H) / 1e3;
+        let n = emla.substeps(H);
+        assert!(n >= whole && n < whole + 1.0, "{drive:?}: {n}, {whole}");
+        // The longest step of n substeps, found by bisection: its end lies a thousandth beyond n longest substeps.
+        let (mut short, mut long) = (H / n, 2.0 * H);
+        for _ in 0..80 {
+            let middle = 0.5 * (short + long);
+            if emla.substeps(middle) > n {
+                long = middle
+            } else {
+                short = middle
+            }
+        }
+        let exact = short * (1.0 - 1e-3);
+        for h in [exact, exact + 1e-9, exact * (1.0 + 0.99e-3)] {
+            assert_eq!(emla.substeps(h), n, "{drive:?}: {h}");
+        }
     }
 }

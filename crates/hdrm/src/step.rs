@@ -18,6 +18,10 @@ const STEP_MAX: f64 = 10.0;
 /// Largest `h·λ` per substep in contact and under friction; RK4 is stable up to 2.78.
 const RATE_STEP: f64 = 1.0;
 
+/// Part of a step by which the substeps may be longer than [`H_MAX`]: an importer's clock may be off by so much, and a nanosecond more
+/// than a millisecond must not cost another substep.
+const TIME_SLACK: f64 = 1e-3;
+
 /// Most substeps that a free substep is divided into.
 const DIVISION_MAX: u32 = 200;
 
@@ -78,8 +82,7 @@ impl Hdrm {
         if !(h > 0.0 && h <= STEP_MAX) {
             return Err(StepError::BadStep { t, h });
         }
-        // 1e-9: masters take h as a difference of times; a whole number of substeps up to its rounding gets that number.
-        let n = (h / H_MAX - 1e-9).ceil().max(1.0);
+        let n = (h * (1.0 - TIME_SLACK) / H_MAX).ceil().max(1.0);
         let dt = h / n;
         let mut now = self.substep(start, &input, 0.0, dt);
         finite(&now, t)?;
