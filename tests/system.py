@@ -12,7 +12,7 @@ from xml.etree import ElementTree
 SSD = "{http://ssp-standard.org/SSP1/SystemStructureDescription}"
 SSC = "{http://ssp-standard.org/SSP1/SystemStructureCommon}"
 SSV = "{http://ssp-standard.org/SSP1/SystemStructureParameterValues}"
-BOND = "cosim.power-bond"
+BOND = "io.github.hdrm-fmu.power-bond"
 
 #: Python's values of SSP's types; an enumeration stays the name of its item.
 VALUES = {"Real": float, "Integer": int, "Boolean": {"true": True, "1": True, "false": False, "0": False}.__getitem__}

@@ -46,7 +46,7 @@ pub struct Connection {
     pub bond: Option<PowerBond>,
 }
 
-/// Annotation `cosim.power-bond` of a force connection.
+/// Annotation `io.github.hdrm-fmu.power-bond` of a force connection.
 #[derive(Clone, Debug, Deserialize, PartialEq)]
 pub struct PowerBond {
     /// Output of the start element: mean of the connected force over the last step.
@@ -251,7 +251,7 @@ fn connection(c: xml::Connection) -> Result<Connection> {
         .annotations
         .annotations
         .into_iter()
-        .filter(|a| a.kind == "cosim.power-bond")
+        .filter(|a| a.kind == "io.github.hdrm-fmu.power-bond")
         .find_map(|a| a.bond);
     Ok(Connection {
         start: (from, c.start_connector),

@@ -9,7 +9,8 @@ const TRAJECTORIES: [(&str, &str); 2] = [("cubic", "24.25"), ("triangular", "13.
 /// Controllers.
 const MODES: [&str; 3] = ["adaptive", "modular", "pd"];
 
-/// File names and texts of the variants of a structure; none where it has no mark.
+/// File names and texts of the variants of a structure; none where it has no mark. Each has a name of its own, because importers keep the
+/// structures of one package apart by name.
 pub fn of(structure: &str) -> Result<Vec<(String, String)>> {
     let mut made = Vec::new();
     if !structure.contains(MARK) {
@@ -21,8 +22,11 @@ pub fn of(structure: &str) -> Result<Vec<(String, String)>> {
             let sets = [trajectory, mode]
                 .map(|set| format!(r#"<ssd:ParameterBinding source="resources/{set}.ssv"/>"#));
             let text = once(structure, MARK, &sets.join("\n          "))?;
-            let attribute = |stop| format!(r#"stopTime="{stop}""#);
-            let text = once(&text, &attribute(default_stop), &attribute(stop))?;
+            let stop_time = |stop| format!(r#"stopTime="{stop}""#);
+            let text = once(&text, &stop_time(default_stop), &stop_time(stop))?;
+            let name = |variant: &str| format!(r#"version="1.0" name="Manipulator{variant}">"#);
+            let variant = format!("_{trajectory}_{mode}");
+            let text = once(&text, &name(""), &name(&variant))?;
             made.push((format!("{trajectory}_{mode}.ssd"), text));
         }
     }
@@ -45,7 +49,7 @@ mod tests {
     const STRUCTURE: &str = include_str!("../../../system/SystemStructure.ssd");
 
     #[test]
-    fn variants_differ_from_the_structure_in_two_bindings_and_the_stop_time() {
+    fn variants_differ_from_the_structure_in_name_two_bindings_and_stop_time() {
         let variants = of(STRUCTURE).unwrap();
         assert_eq!(variants.len(), 6);
         for (name, text) in variants {
@@ -54,9 +58,10 @@ mod tests {
                 .lines()
                 .filter(|line| !STRUCTURE.lines().any(|l| l == *line))
                 .collect();
-            assert!(lines[0].contains(&format!("resources/{trajectory}.ssv")));
-            assert!(lines[1].contains(&format!("resources/{mode}.ssv")));
-            assert_eq!(lines.len(), if trajectory == "cubic" { 2 } else { 3 });
+            assert!(lines[0].contains(&format!(r#"name="Manipulator_{trajectory}_{mode}""#)));
+            assert!(lines[1].contains(&format!("resources/{trajectory}.ssv")));
+            assert!(lines[2].contains(&format!("resources/{mode}.ssv")));
+            assert_eq!(lines.len(), if trajectory == "cubic" { 3 } else { 4 });
         }
     }
 

@@ -63,7 +63,7 @@ pub fn link(from: (&str, &str), to: (&str, &str), content: &str) -> String {
 
 /// The oscillator: motion to the spring, force to the mass as a power bond.
 pub fn oscillator() -> String {
-    let bond = "<ssd:Annotations><ssc:Annotation type=\"cosim.power-bond\"><PowerBond stepMean=\"F_mean\" flow=\"x_dot\"/>\
+    let bond = "<ssd:Annotations><ssc:Annotation type=\"io.github.hdrm-fmu.power-bond\"><PowerBond stepMean=\"F_mean\" flow=\"x_dot\"/>\
                 </ssc:Annotation></ssd:Annotations>";
     ssd(&(link(("mass", "x"), ("spring", "x"), "")
         + &link(("mass", "x_dot"), ("spring", "x_dot"), "")
