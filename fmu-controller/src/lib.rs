@@ -93,6 +93,7 @@ impl Model for ControllerFmu {
     type Parameters = Parameters;
     type Input = Input;
     type Output = Output;
+    type Evaluation = ();
     const INFO: Info = table::INFO;
 
     fn variables() -> &'static [Variable<Self>] {
@@ -146,7 +147,7 @@ impl Model for ControllerFmu {
         Ok(())
     }
 
-    fn output(&self, p: &Parameters, u: &Input) -> Result<Output, ModelError> {
+    fn output(&self, p: &Parameters, u: &Input, _now: &()) -> Result<Output, ModelError> {
         Ok(self.controller.output(&p.settings(), u)?)
     }
 
@@ -154,6 +155,7 @@ impl Model for ControllerFmu {
         &mut self,
         p: &Parameters,
         u: &InputPolynomial<Input>,
+        _now: &(),
         t: f64,
         h: f64,
     ) -> Result<(), ModelError> {

@@ -4,11 +4,13 @@
 //! `emla` library.
 #![allow(non_snake_case)] // the paper's symbols
 
+mod rod;
 mod table;
 
-use emla::{Drive, Emla, Input, InputPath, Output, State, Surrogate};
+use emla::{Drive, Emla, Input, Output, State, Surrogate};
 use fmu_export::{Info, InputPolynomial, Model, ModelError, Variable};
 use machine::{CoreLosses, InverterLosses, Machine};
+use rod::Rod;
 use serde::{Deserialize, Serialize};
 
 /// The actuator behind the FMI border.
@@ -16,6 +18,7 @@ use serde::{Deserialize, Serialize};
 pub struct EmlaFmu {
     emla: Emla,
     state: State,
+    rod: Rod,
 }
 
 /// Parameters as the importer sees them.
@@ -90,19 +93,11 @@ const NO_INVERTER: InverterLosses = InverterLosses {
     r_0: 0.0,
 };
 
-/// The importer's polynomial in the library's form.
-fn path(u: &InputPolynomial<Input>) -> InputPath {
-    let mut path = InputPath::held(*u.value());
-    for (order, derivative) in (1..=u.order()).zip(&mut path.derivatives) {
-        *derivative = u.derivative(order);
-    }
-    path
-}
-
 impl Model for EmlaFmu {
     type Parameters = Parameters;
     type Input = Input;
     type Output = Output;
+    type Evaluation = ();
     const INFO: Info = table::INFO;
 
     fn variables() -> &'static [Variable<Self>] {
@@ -120,7 +115,8 @@ impl Model for EmlaFmu {
     fn initialize(p: &Parameters, u: &Input, _t: f64) -> Result<Self, ModelError> {
         let emla = p.actuator()?;
         let state = emla.start(u)?;
-        Ok(Self { emla, state })
+        let rod = Rod::at(u.x);
+        Ok(Self { emla, state, rod })
     }
 
     fn tune(&mut self, p: &Parameters) -> Result<(), ModelError> {
@@ -128,42 +124,45 @@ impl Model for EmlaFmu {
         Ok(())
     }
 
-    fn output(&self, _p: &Parameters, u: &Input) -> Result<Output, ModelError> {
-        Ok(self.emla.output(&self.state, u))
+    fn output(&self, _p: &Parameters, u: &Input, _now: &()) -> Result<Output, ModelError> {
+        Ok(self.emla.output(&self.state, &self.rod.input(u)))
     }
 
     fn step(
         &mut self,
         _p: &Parameters,
         u: &InputPolynomial<Input>,
+        _now: &(),
         t: f64,
         h: f64,
     ) -> Result<(), ModelError> {
-        self.state = self.emla.step(&self.state, &path(u), t, h)?;
+        let course = self.rod.course(u);
+        let state = self.emla.step(&self.state, |s| course.at(s), t, h)?;
+        if self.emla.drive() == Drive::Motion {
+            self.rod = course.end(h)?; // with a free rod `x` counts at the start only
+        }
+        self.state = state;
         Ok(())
-    }
-
-    /// The rod moves on with its velocity: after a step F belongs to the new time.
-    fn extrapolate(_p: &Parameters, u: &InputPolynomial<Input>, h: f64) -> Input {
-        path(u).at(h)
     }
 
     fn output_derivative(
         &self,
         _p: &Parameters,
         u: &Input,
+        _now: &(),
         u_dot: &Input,
     ) -> Result<Output, ModelError> {
-        Ok(self.emla.output_dot(&self.state, u, u_dot))
+        Ok((self.emla).output_dot(&self.state, &self.rod.input(u), u_dot))
     }
 
     fn directional_derivative(
         &self,
         _p: &Parameters,
         u: &Input,
+        _now: &(),
         du: &Input,
     ) -> Result<Output, ModelError> {
-        Ok(self.emla.output_along(&self.state, u, du))
+        Ok((self.emla).output_along(&self.state, &self.rod.input(u), du))
     }
 }
 

@@ -58,6 +58,8 @@ type V = Variable<EmlaFmu>;
 
 /// Rod position before anyone sets it, m: inside every stroke of the reference machine.
 pub(crate) const X_START: f64 = 0.3;
+/// Largest magnitude of the rod position, m.
+pub(crate) const X_LARGEST: f64 = 10.0;
 
 fn read_machine(p: &mut Parameters, file: &str, resources: Option<&Path>) -> Result<(), String> {
     let machine = match file {
@@ -117,7 +119,7 @@ pub(crate) const VARIABLES: &[V] = &[
     V::input("v_q", "quadrature-axis voltage (peak); |(v_d, v_q)| is limited to v_max", |u| &u.v_q, |u| &mut u.v_q)
         .unit("V").min(-1e4).max(1e4).nominal(100.0),
     V::input("x", "rod position, positive when extended; with drive = force only its value at the start counts", |u| &u.x, |u| &mut u.x)
-        .unit("m").display_unit("mm").min(-10.0).max(10.0).nominal(0.1),
+        .unit("m").display_unit("mm").min(-X_LARGEST).max(X_LARGEST).nominal(0.1),
     V::input("x_dot", "rod velocity; with drive = force only its value at the start counts", |u| &u.x_dot, |u| &mut u.x_dot)
         .unit("m/s").display_unit("mm/s").min(-100.0).max(100.0).nominal(0.05),
     V::input("F_ext", "external force on the rod against extension; with drive = force only", |u| &u.F_ext, |u| &mut u.F_ext)

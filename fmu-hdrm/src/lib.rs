@@ -6,26 +6,22 @@
 
 mod table;
 
-use fmu_export::{Info, InputPolynomial, Model, ModelError, Variable};
+use fmu_export::{Evaluation, Info, InputPolynomial, Model, ModelError, Variable};
 use hdrm::{DOF, Dynamics, Hdrm, Input, Options, Output, State};
 use machine::Machine;
 use serde::{Deserialize, Serialize};
-use std::cell::OnceCell;
 
 /// The manipulator behind the FMI border.
 #[derive(Clone, Serialize, Deserialize)]
 pub struct HdrmFmu {
     plant: Hdrm,
     state: State,
-    /// At `state`, once outputs or a step have asked for them: the step begins where the outputs are.
-    #[serde(skip)]
-    dynamics: OnceCell<Dynamics>,
 }
 
-impl HdrmFmu {
-    fn dynamics(&self) -> &Dynamics {
-        self.dynamics
-            .get_or_init(|| self.plant.dynamics(&self.state))
+/// Outputs and the first stage of a step both begin with the dynamics. They are of the state alone.
+impl Evaluation<HdrmFmu> for Dynamics {
+    fn of(model: &HdrmFmu, _p: &Parameters, _u: &Input) -> Result<Self, ModelError> {
+        Ok(model.plant.dynamics(&model.state))
     }
 }
 
@@ -70,6 +66,7 @@ impl Model for HdrmFmu {
     type Parameters = Parameters;
     type Input = Input;
     type Output = Output;
+    type Evaluation = Dynamics;
     const INFO: Info = table::INFO;
 
     fn variables() -> &'static [Variable<Self>] {
@@ -92,24 +89,22 @@ impl Model for HdrmFmu {
         Ok(Self {
             plant: Hdrm::new(&p.machine, &p.options)?,
             state,
-            dynamics: OnceCell::new(),
         })
     }
 
-    fn output(&self, _p: &Parameters, u: &Input) -> Result<Output, ModelError> {
-        Ok(self.plant.output_at(self.dynamics(), u))
+    fn output(&self, _p: &Parameters, u: &Input, now: &Dynamics) -> Result<Output, ModelError> {
+        Ok(self.plant.output_at(now, u))
     }
 
     fn step(
         &mut self,
         _p: &Parameters,
         u: &InputPolynomial<Input>,
+        now: &Dynamics,
         t: f64,
         h: f64,
     ) -> Result<(), ModelError> {
-        let start = self.dynamics();
-        self.state = (self.plant).step_from(start, |s| u.at::<Self>(s), t, h)?;
-        self.dynamics = OnceCell::new();
+        self.state = (self.plant).step_from(now, |s| u.at::<Self>(s), t, h)?;
         Ok(())
     }
 
@@ -117,6 +112,7 @@ impl Model for HdrmFmu {
         &self,
         _p: &Parameters,
         u: &Input,
+        _now: &Dynamics,
         u_dot: &Input,
     ) -> Result<Output, ModelError> {
         Ok(self.plant.output_derivative(&self.state, u, u_dot))
@@ -126,6 +122,7 @@ impl Model for HdrmFmu {
         &self,
         _p: &Parameters,
         u: &Input,
+        _now: &Dynamics,
         du: &Input,
     ) -> Result<Output, ModelError> {
         Ok(self.plant.directional_derivative(&self.state, u, du))
@@ -133,32 +130,3 @@ impl Model for HdrmFmu {
 }
 
 fmu_export::export_fmu!(HdrmFmu);
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// Whether and when outputs are asked for changes nothing, bit for bit: the plant itself keeps no dynamics.
-    #[test]
-    fn kept_dynamics_change_no_result() {
-        let (p, _) = HdrmFmu::defaults();
-        let (t, h) = (0.0, 1e-3);
-        let mut fmu = HdrmFmu::initialize(&p, &Input::default(), t).expect("valid defaults");
-        for k in 0..50 {
-            let u = Input {
-                f: [311.0 * f64::from(k), 43_100.0, 31_700.0],
-                ..Input::default()
-            };
-            if k % 3 > 0 {
-                let output = fmu.output(&p, &u).expect("finite");
-                assert_eq!(output, fmu.plant.output(&fmu.state, &u), "step {k}");
-            }
-            let expected = fmu.plant.step(&fmu.state, |_| u, t, h).expect("finite");
-            let refused = fmu.step(&p, &InputPolynomial::held(u), t, -h);
-            assert!(refused.is_err());
-            fmu.step(&p, &InputPolynomial::held(u), t, h)
-                .expect("finite");
-            assert_eq!(fmu.state, expected, "step {k}");
-        }
-    }
-}

@@ -37,11 +37,11 @@ fn read_machine(p: &mut Parameters, file: &str, resources: Option<&Path>) -> Res
 pub(crate) const VARIABLES: &[V] = &[
     // Inputs
     V::inputs("f", "actuator forces of slew, lift and tilt, positive when pushing", |u| &u.f, |u| &mut u.f)
-        .unit("N").display_unit("kN").min(-1e7).max(1e7).nominal(3e4),
+        .unit("N").display_unit("kN").min(-1e7).max(1e7).nominal(3e4).beside_evaluation(),
     V::inputs("tau_wrist", "wrist torques; beyond the machine's limits they saturate", |u| &u.tau_wrist, |u| &mut u.tau_wrist)
-        .unit("N.m").min(-1e6).max(1e6).nominal(100.0),
+        .unit("N.m").min(-1e6).max(1e6).nominal(100.0).beside_evaluation(),
     V::inputs("wrench_env", "wrench of the environment on the end-effector at T4 in T4 axes: forces 1 to 3, moments 4 to 6",
-        |u| &u.wrench_env, |u| &mut u.wrench_env).each_unit(&["N", "N", "N", "N.m", "N.m", "N.m"]).min(-1e6).max(1e6).nominal(100.0),
+        |u| &u.wrench_env, |u| &mut u.wrench_env).each_unit(&["N", "N", "N", "N.m", "N.m", "N.m"]).min(-1e6).max(1e6).nominal(100.0).beside_evaluation(),
 
     // Strokes and joints
     V::outputs("x", "strokes of slew, lift and tilt actuator", |y| &y.x)

@@ -4,7 +4,7 @@
 #[path = "../../../benches/measure.rs"]
 mod measure;
 
-use emla::{Drive, Emla, Input, InputPath, Surrogate};
+use emla::{Drive, Emla, Input, Surrogate};
 use std::hint::black_box;
 
 fn main() {
@@ -30,11 +30,11 @@ fn main() {
         let hybrid = physics.clone().with_surrogate(network.clone(), 0.2);
         for (kind, emla) in [("", physics), (", hybrid", hybrid)] {
             let s = emla.start(&u).expect("finite");
-            let path = InputPath::held(u);
             bench.call(
                 &format!("actuator step of 1 ms ({moved}-driven{kind})"),
                 || {
-                    let _ = black_box(emla.step(black_box(&s), black_box(&path), 0.0, 1e-3));
+                    let _ =
+                        black_box(emla.step(black_box(&s), |t| black_box(&u).moved(t), 0.0, 1e-3));
                 },
             );
             if moved == "motion" && kind.is_empty() {

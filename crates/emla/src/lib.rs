@@ -29,7 +29,7 @@ mod surrogate;
 mod tangent;
 
 pub use dynamics::{Energy, State};
-pub use input::{Input, InputPath};
+pub use input::Input;
 pub use losses::Losses;
 pub use motor::Dq;
 pub use output::Output;

@@ -1,7 +1,7 @@
 //! Integration over one communication step: classical Runge–Kutta with a fixed substep.
 
 use crate::dynamics::{Rates, State};
-use crate::input::InputPath;
+use crate::input::Input;
 use crate::maps;
 use crate::{Drive, Emla};
 use thiserror::Error;
@@ -102,15 +102,21 @@ enum Attempt {
 }
 
 impl Emla {
-    /// The state a time `h` after `s`, both times s. `path` gives the inputs in between; `t` only names the
-    /// time in an error.
+    /// The state a time `h` after `s`, both times s. `input` gives the inputs a time after the start of the step;
+    /// `t` only names the time in an error.
     ///
     /// The substep shrinks (the whole step is taken again) when `p·|w_m|·dt` exceeds 1, beyond the reference motor's rated speed:
     /// with any bounded voltage and motion the currents stay on the stable side of RK4.
     ///
     /// # Errors
     /// An unusable step, or a result that is not finite.
-    pub fn step(&self, s: &State, path: &InputPath, t: f64, h: f64) -> Result<State, StepError> {
+    pub fn step(
+        &self,
+        s: &State,
+        input: impl Fn(f64) -> Input,
+        t: f64,
+        h: f64,
+    ) -> Result<State, StepError> {
         let bad_step = StepError::BadStep { t, h };
         if !(h.is_finite() && h > 0.0) {
             return Err(bad_step);
@@ -118,7 +124,7 @@ impl Emla {
         let mut n = self.substeps(h);
         let mut last = s.w_m;
         while n <= MAX_SUBSTEPS {
-            match self.attempt(s, path, h, n as u32) {
+            match self.attempt(s, &input, h, n as u32) {
                 Attempt::Done(next) => return next.finite(t),
                 // How much too coarse is not known: the currents may have run away already.
                 Attempt::TooCoarse(w_m) => (n, last) = (4.0 * n, w_m),
@@ -145,14 +151,14 @@ impl Emla {
     }
 
     /// The step in `n` substeps.
-    fn attempt(&self, start: &State, path: &InputPath, h: f64, n: u32) -> Attempt {
+    fn attempt(&self, start: &State, input: &impl Fn(f64) -> Input, h: f64, n: u32) -> Attempt {
         let dt = h / f64::from(n);
         let mut s = State {
             F_mean: 0.0,
             ..*start
         };
         for j in 0..n {
-            s = self.rk4(&s, path, f64::from(j) * dt, dt);
+            s = self.rk4(&s, input, f64::from(j) * dt, dt);
             let resolved = self.w_e(s.w_m) * dt <= RATE_STEP;
             if !resolved {
                 return Attempt::TooCoarse(s.w_m);
@@ -163,10 +169,10 @@ impl Emla {
         Attempt::Done(s)
     }
 
-    /// One classical Runge–Kutta step of length `dt`, a time `t` after the start of the path. A loop, because
+    /// One classical Runge–Kutta step of length `dt`, a time `t` after the start of the step. A loop, because
     /// one place where the rates are computed lets the compiler move everything that depends on parameters
     /// only out of it.
-    fn rk4(&self, s: &State, path: &InputPath, t: f64, dt: f64) -> State {
+    fn rk4(&self, s: &State, input: &impl Fn(f64) -> Input, t: f64, dt: f64) -> State {
         // Share of dt at which the rates are taken, and their weight.
         const STAGES: [(f64, f64); 4] = [
             (0.0, 1.0 / 6.0),
@@ -178,7 +184,7 @@ impl Emla {
         let mut rates = Rates::default();
         for (share, weight) in STAGES {
             let at = share * dt;
-            rates = self.rates(&s.advanced(at, &rates), &path.at(t + at));
+            rates = self.rates(&s.advanced(at, &rates), &input(t + at));
             next = next.advanced(weight * dt, &rates);
         }
         next

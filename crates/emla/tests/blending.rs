@@ -1,7 +1,7 @@
 //! Hybrid blending, with a network that says the same force everywhere.
 #![allow(non_snake_case)]
 
-use emla::{Drive, Emla, Input, InputPath, State, Surrogate, maps};
+use emla::{Drive, Emla, Input, State, Surrogate, maps};
 use machine::Machine;
 
 const H: f64 = 1e-3;
@@ -31,7 +31,7 @@ fn steady_run(emla: &Emla, mut u: Input) -> (State, Input) {
     u.v_q = p.R_s * s.i_q + w_e * p.lambda_m;
     for k in 0..1000 {
         s = emla
-            .step(&s, &InputPath::held(u), f64::from(k) * H, H)
+            .step(&s, |t| u.moved(t), f64::from(k) * H, H)
             .expect("finite");
         u.x += H * u.x_dot;
     }

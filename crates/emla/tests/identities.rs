@@ -1,7 +1,7 @@
 //! Closed forms, conserved quantities and identities that the actuator must obey.
 #![allow(non_snake_case)]
 
-use emla::{Drive, Emla, Input, InputPath, State, maps};
+use emla::{Drive, Emla, Input, State, maps};
 use machine::Machine;
 
 const H: f64 = 1e-3;
@@ -33,7 +33,7 @@ fn locked_rotor_current_follows_rl_law() {
     };
     let (mut s, mut sharpness) = (State::default(), [0.0_f64; 2]);
     for k in 1..=100 {
-        s = emla.step(&s, &InputPath::held(u), 0.0, H).expect("finite");
+        s = emla.step(&s, |t| u.moved(t), 0.0, H).expect("finite");
         for (axis, i, v, L) in [(0, s.i_d, u.v_d, p.L_d), (1, s.i_q, u.v_q, p.L_q)] {
             let z = H / emla.substeps(H) * p.R_s / L;
             let tol = 1.1 * (v / p.R_s).abs() * z.powi(4) * (z - 1.0).exp() / 120.0;
@@ -65,7 +65,7 @@ fn start_is_a_static_equilibrium() {
         assert!((emla.output(&start, &u).F - u.F_hold).abs() < 1e-6);
         let mut s = start;
         for _ in 0..1000 {
-            s = emla.step(&s, &InputPath::held(u), 0.0, H).expect("finite");
+            s = emla.step(&s, |t| u.moved(t), 0.0, H).expect("finite");
         }
         let y = emla.output(&s, &u);
         assert!((y.F - u.F_hold).abs() < 1e-5, "{drive:?}: {}", y.F);
@@ -94,7 +94,7 @@ fn start_in_motion_is_steady() {
     u.v_d = -w_e * p.L_q * s.i_q;
     u.v_q = p.R_s * s.i_q + w_e * p.lambda_m;
     for _ in 0..100 {
-        s = emla.step(&s, &InputPath::held(u), 0.0, H).expect("finite");
+        s = emla.step(&s, |t| u.moved(t), 0.0, H).expect("finite");
         u.x += H * u.x_dot;
     }
     let F = emla.output(&s, &u).F;
@@ -129,7 +129,7 @@ fn power_balance_closes() {
             u.x_dot = w_ref * maps::travel_per_radian(p);
             u.F_ext = 30e3 * (3.3 * t + 0.4).sin();
             turned_over += H * emla.output(&s, &u).P_in.abs();
-            s = emla.step(&s, &InputPath::held(u), t, H).expect("finite");
+            s = emla.step(&s, |t| u.moved(t), t, H).expect("finite");
             u.x += H * u.x_dot;
         }
         let y = emla.output(&s, &u);
@@ -194,7 +194,7 @@ fn runge_kutta_is_of_fourth_order() {
             for k in 0..n {
                 let x = u.x + f64::from(k) * h * u.x_dot;
                 s = emla
-                    .step(&s, &InputPath::held(Input { x, ..u }), 0.0, h)
+                    .step(&s, |t| Input { x, ..u }.moved(t), 0.0, h)
                     .expect("finite");
             }
             s
@@ -227,7 +227,7 @@ fn voltage_is_limited_to_a_circle() {
         v_q: 4.0 * factor,
         ..Input::default()
     };
-    let after = |u| emla.step(&s, &InputPath::held(u), 0.0, H).expect("finite");
+    let after = |u| emla.step(&s, |t| u.moved(t), 0.0, H).expect("finite");
     assert_eq!(after(volts(100.0)), after(volts(75.0)));
     assert_ne!(after(volts(74.9)), after(volts(75.0)));
     let power = emla.output(&s, &volts(1e3)).P_in - emla.output(&s, &volts(0.0)).P_in;

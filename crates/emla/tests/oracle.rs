@@ -2,7 +2,7 @@
 //! apart) over 2 s of motoring, generating and load reversal, in both drive modes.
 #![allow(non_snake_case)]
 
-use emla::{Drive, Emla, Input, InputPath, State, maps};
+use emla::{Drive, Emla, Input, State, maps};
 use machine::Machine;
 use serde::Deserialize;
 use std::f64::consts::{FRAC_PI_2, TAU};
@@ -69,28 +69,21 @@ struct Worst {
     w_m_dot: f64,
 }
 
-fn path(case: &Case, t: f64, [v_d, v_q]: [f64; 2]) -> InputPath {
-    let derivative = |order: i32| Input {
-        x_dot: case.x.at(t, order + 1),
-        F_ext: case.F_ext.at(t, order),
-        ..Input::default()
-    };
-    InputPath {
-        u: Input {
-            v_d,
-            v_q,
-            x: case.x.at(t, 0),
-            F_hold: case.F_hold,
-            ..derivative(0)
-        },
-        derivatives: [derivative(1), derivative(2), derivative(3)],
+fn input(case: &Case, t: f64, [v_d, v_q]: [f64; 2]) -> Input {
+    Input {
+        v_d,
+        v_q,
+        x: case.x.at(t, 0),
+        x_dot: case.x.at(t, 1),
+        F_ext: case.F_ext.at(t, 0),
+        F_hold: case.F_hold,
     }
 }
 
 fn compare(golden: &Golden, case: &Case, drive: Drive) -> Worst {
     assert_eq!(golden.columns, ["F", "F_mean", "i_d", "i_q", "w_m", "x"]);
     let emla = Emla::new(Machine::reference().emla, drive).expect("reference");
-    let mut s: State = emla.start(&path(case, 0.0, [0.0; 2]).u).expect("finite");
+    let mut s: State = emla.start(&input(case, 0.0, [0.0; 2])).expect("finite");
     let mut worst = Worst::default();
     let (mut one_direction, mut one_sign) = (true, true);
     let (mut F_before, mut w_m_before) = (case.F_hold, s.w_m);
@@ -98,10 +91,9 @@ fn compare(golden: &Golden, case: &Case, drive: Drive) -> Worst {
     for k in 0..=case.volts.len() {
         let t = k as f64 * golden.h;
         let v = case.volts.get(k).copied().unwrap_or_default();
-        let path = path(case, t, v);
         if k % golden.every == 0 {
             let [F, F_mean, i_d, i_q, w_m, x] = case.rows[k / golden.every];
-            let y = emla.output(&s, &path.u);
+            let y = emla.output(&s, &input(case, t, v));
             one_direction &= w_m > 0.0;
             one_sign &= F > 0.0;
             if one_direction {
@@ -125,7 +117,9 @@ fn compare(golden: &Golden, case: &Case, drive: Drive) -> Worst {
         if k < case.volts.len() {
             let before = case.volts[k.saturating_sub(1)][1];
             grow(&mut worst.v_dot, v[1] / golden.h, before / golden.h);
-            s = emla.step(&s, &path, t, golden.h).expect("finite");
+            s = emla
+                .step(&s, |after| input(case, t + after, v), t, golden.h)
+                .expect("finite");
         }
     }
     worst

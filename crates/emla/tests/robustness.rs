@@ -2,7 +2,7 @@
 //! refused.
 #![allow(non_snake_case)]
 
-use emla::{Drive, Emla, Input, InputPath, StepError};
+use emla::{Drive, Emla, Input, StepError};
 use machine::Machine;
 
 mod random;
@@ -33,7 +33,7 @@ fn random_run(drive: Drive, bounds: Input, ms: u32, hold: u32) {
             };
         }
         let t = f64::from(k) * H;
-        s = emla.step(&s, &InputPath::held(u), t, H).expect("finite");
+        s = emla.step(&s, |t| u.moved(t), t, H).expect("finite");
         u.x += H * u.x_dot;
         if bounds.x == 0.0 {
             u.x = u.x.clamp(0.0, emla.params().L_s);
@@ -85,14 +85,14 @@ fn unusable_steps_and_inputs_are_refused() {
     let u = Input::default();
     let s = emla.start(&u).expect("finite");
     for h in [0.0, -1e-3, f64::NAN, f64::INFINITY, 1e9] {
-        let refused = emla.step(&s, &InputPath::held(u), 2.5, h);
+        let refused = emla.step(&s, |t| u.moved(t), 2.5, h);
         assert!(
             matches!(refused, Err(StepError::BadStep { .. })),
             "{h}: {refused:?}"
         );
     }
     let u = Input { x: f64::NAN, ..u };
-    let refused = emla.step(&s, &InputPath::held(u), 2.5, H).expect_err("NaN");
+    let refused = emla.step(&s, |t| u.moved(t), 2.5, H).expect_err("NaN");
     assert!(refused.to_string().contains("t = 2.5 s"), "{refused}");
     assert!(matches!(emla.start(&u), Err(StepError::NotFinite { .. })));
     let p = machine::Emla {

@@ -38,6 +38,7 @@ impl Model for Integrators {
     type Parameters = Nothing;
     type Input = Input;
     type Output = Output;
+    type Evaluation = ();
     const INFO: Info = Info::new("Integrators", "next to nothing");
 
     fn variables() -> &'static [V] {
@@ -52,7 +53,7 @@ impl Model for Integrators {
         Ok(Self { x: [0.0; 4] })
     }
 
-    fn output(&self, _p: &Nothing, _u: &Input) -> Result<Output, ModelError> {
+    fn output(&self, _p: &Nothing, _u: &Input, _now: &()) -> Result<Output, ModelError> {
         Ok(Output { x: self.x })
     }
 
@@ -60,6 +61,7 @@ impl Model for Integrators {
         &mut self,
         _p: &Nothing,
         u: &InputPolynomial<Input>,
+        _now: &(),
         _t: f64,
         h: f64,
     ) -> Result<(), ModelError> {

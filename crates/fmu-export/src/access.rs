@@ -29,15 +29,20 @@ impl<M: Model> Instance<M> {
         }
         if parameters {
             self.set_parameters::<T>(vr, values)?;
+            self.touch(true);
         }
+        // Nothing is out of date if an input is set to what it is.
+        let (mut is_changed, mut is_evaluated) = (false, false);
         for (&vr, &value) in vr.iter().zip(values) {
             let (i, row) = self.layout.find(vr)?;
             if let Some(place) = T::input(&row.place) {
-                *place.get_mut(&mut self.state.input.value, i) = T::from_c(value);
+                let changed = self.state.set_input(place, i, T::from_c(value));
+                is_changed |= changed;
+                is_evaluated |= changed && !row.beside_evaluation;
             }
         }
-        if !vr.is_empty() {
-            self.touch();
+        if is_changed {
+            self.touch(is_evaluated);
         }
         Ok(())
     }
@@ -145,7 +150,7 @@ impl<M: Model> Instance<M> {
         for &vr in vr {
             self.state.explicit[vr as usize] = true;
         }
-        self.touch();
+        self.touch(true);
         Ok(())
     }
 

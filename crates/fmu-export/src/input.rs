@@ -1,5 +1,8 @@
 //! Inputs over a communication step: value and time derivatives at its start.
 
+use crate::instance::{Reached, State};
+use crate::value::Value;
+use crate::variable::Write;
 use crate::{Model, layout};
 use serde::{Deserialize, Serialize};
 
@@ -70,10 +73,85 @@ impl<I: Copy + Default> InputPolynomial<I> {
 
     /// Makes the inputs held again.
     #[inline]
-    pub(crate) fn clear_derivatives(&mut self) {
+    fn clear_derivatives(&mut self) {
         if self.order > 0 {
             self.derivatives = [I::default(); MAX_INPUT_DERIVATIVE];
             self.order = 0;
+        }
+    }
+}
+
+impl<M: Model> State<M> {
+    /// The inputs of the step to come: from what acts now, with the derivatives given for it.
+    #[inline]
+    pub(crate) fn input_course(&self) -> InputPolynomial<M::Input> {
+        InputPolynomial {
+            value: *self.input(),
+            ..self.input
+        }
+    }
+
+    /// First derivative of the inputs: what was given for the step to come, else where the last one ended.
+    pub(crate) fn input_slope(&self) -> M::Input {
+        let mut slope = self.input.derivative(1);
+        if let Some(reached) = &self.reached {
+            for (i, place) in layout::real_inputs::<M>(&self.input.value) {
+                *place.get_mut(&mut slope, i) += place.get(&reached.slope, i); // one of them is zero
+            }
+        }
+        slope
+    }
+
+    /// Sets one input; its derivatives end. Whether anything is different now.
+    #[inline]
+    pub(crate) fn set_input<T: Value>(
+        &mut self,
+        place: &Write<M::Input, T>,
+        i: usize,
+        value: T,
+    ) -> bool {
+        let slot = place.get_mut(&mut self.input.value, i);
+        let old = std::mem::replace(slot, value);
+        if self.input.order == 0 && self.reached.is_none() {
+            return !old.is_same(value);
+        }
+        for derivative in &mut self.input.derivatives {
+            *place.get_mut(derivative, i) = T::default();
+        }
+        if let Some(reached) = &mut self.reached {
+            *place.get_mut(&mut reached.value, i) = value;
+            *place.get_mut(&mut reached.slope, i) = T::default();
+        }
+        true
+    }
+
+    /// Gives one derivative of a Real input for the next step.
+    pub(crate) fn set_input_derivative(
+        &mut self,
+        place: &Write<M::Input, f64>,
+        i: usize,
+        order: usize,
+        value: f64,
+    ) {
+        *place.get_mut(&mut self.input.derivatives[order - 1], i) = value;
+        self.input.order = self.input.order.max(order);
+        if let Some(reached) = &mut self.reached {
+            *place.get_mut(&mut reached.slope, i) = 0.0;
+        }
+    }
+
+    /// After a step of `h` s: derivatives have done their duty, the inputs are held where these have taken them.
+    #[inline]
+    pub(crate) fn hold_inputs(&mut self, h: f64) {
+        if self.input.order > 0 {
+            let course = self.input_course();
+            self.reached = Some(Reached {
+                value: course.at::<M>(h),
+                slope: layout::taylor::<M>(&course, h, 1),
+            });
+            self.input.clear_derivatives();
+        } else if let Some(reached) = &mut self.reached {
+            reached.slope = M::Input::default();
         }
     }
 }

@@ -5,7 +5,7 @@ use crate::failure::{Failure, refuse};
 use crate::ffi::Status;
 use crate::layout::Layout;
 use crate::log::{Category, Log};
-use crate::{InputPolynomial, Model};
+use crate::{Evaluation, InputPolynomial, Model, ModelError};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::ffi::CString;
@@ -20,6 +20,8 @@ pub(crate) struct Instance<M: Model> {
     /// A panic happened: nothing of `state` can be trusted.
     pub(crate) poisoned: bool,
     pub(crate) state: State<M>,
+    /// Of `state` and the current inputs, once something has needed it.
+    pub(crate) evaluation: Option<M::Evaluation>,
     /// Outputs of `state`, valid while `fresh`.
     pub(crate) output: M::Output,
     pub(crate) fresh: bool,
@@ -45,15 +47,32 @@ pub(crate) struct State<M: Model> {
     pub(crate) parameters: M::Parameters,
     /// By value reference: whether the importer has set this parameter.
     pub(crate) explicit: Vec<bool>,
-    /// Current inputs, and their derivatives for the next step.
+    /// Inputs as they were set, and their derivatives for the next step.
     pub(crate) input: InputPolynomial<M::Input>,
-    /// First derivative of the inputs where the last step ended.
-    pub(crate) input_dot: M::Input,
+    /// Where the derivatives of earlier steps have taken them; None while each input is what was set.
+    pub(crate) reached: Option<Reached<M::Input>>,
     /// None until initialized, and in Initialization Mode after something was set.
     pub(crate) model: Option<M>,
 }
 
+/// The inputs at the end of a step with derivatives: held there until each is set again.
+#[derive(Clone, Copy, Serialize, Deserialize)]
+pub(crate) struct Reached<I> {
+    pub(crate) value: I,
+    /// First derivative there; zero for what is held or was set since.
+    pub(crate) slope: I,
+}
+
 impl<M: Model> State<M> {
+    /// The inputs that act now.
+    #[inline]
+    pub(crate) fn input(&self) -> &M::Input {
+        match &self.reached {
+            Some(reached) => &reached.value,
+            None => &self.input.value,
+        }
+    }
+
     fn instantiated(elements: usize) -> Self {
         let (parameters, input) = M::defaults();
         Self {
@@ -64,7 +83,7 @@ impl<M: Model> State<M> {
             parameters,
             explicit: vec![false; elements],
             input: InputPolynomial::held(input),
-            input_dot: M::Input::default(),
+            reached: None,
             model: None,
         }
     }
@@ -93,6 +112,7 @@ impl<M: Model> Instance<M> {
             poisoned: false,
             state: State::instantiated(layout.len()),
             layout,
+            evaluation: None,
             output: M::Output::default(),
             fresh: false,
             last_step: Status::Ok,
@@ -154,49 +174,63 @@ impl<M: Model> Instance<M> {
     /// Puts another state in place of the present one.
     pub(crate) fn replace(&mut self, state: State<M>) {
         self.state = state;
+        self.evaluation = None;
         self.fresh = false;
         self.last_step = Status::Ok;
     }
 
-    /// Marks everything computed from parameters and inputs as out of date.
+    /// Marks what was computed from parameters and inputs as out of date: the outputs, and the evaluation if it has read them.
     #[inline]
-    pub(crate) fn touch(&mut self) {
+    pub(crate) fn touch(&mut self, is_evaluated: bool) {
         self.fresh = false;
+        if is_evaluated {
+            self.evaluation = None;
+        }
         if self.state.mode == Mode::Initialization {
             self.state.model = None;
         }
     }
 
-    /// The model; in Initialization Mode it is made when first needed.
-    pub(crate) fn model(&mut self) -> Result<&M, Failure> {
-        let State {
-            parameters,
-            input,
-            start,
-            model,
-            ..
-        } = &mut self.state;
-        if model.is_none() {
-            let mut new = M::initialize(parameters, &input.value, *start)?;
+    /// Makes the model if there is none: in Initialization Mode when it is first needed.
+    pub(crate) fn model(&mut self) -> Result<(), ModelError> {
+        let state = &mut self.state;
+        if state.model.is_none() {
+            let mut new = M::initialize(&state.parameters, &state.input.value, state.start)?;
             warn(&self.log, &mut new);
-            *model = Some(new);
+            state.model = Some(new);
+            self.evaluation = None;
         }
-        Ok(model.as_ref().expect("made above"))
+        Ok(())
+    }
+
+    /// Makes `evaluation` if it is out of date.
+    #[inline]
+    pub(crate) fn evaluate(&mut self) -> Result<(), ModelError> {
+        if self.evaluation.is_none() {
+            self.model()?;
+            let state = &self.state;
+            let model = state.model.as_ref().expect("made above");
+            self.evaluation = Some(M::Evaluation::of(model, &state.parameters, state.input())?);
+        }
+        Ok(())
+    }
+
+    /// What [`evaluate`](Self::evaluate) has made.
+    #[inline]
+    pub(crate) fn evaluated(&self) -> (&M, &M::Evaluation) {
+        match (&self.state.model, &self.evaluation) {
+            (Some(model), Some(now)) => (model, now),
+            _ => unreachable!("`evaluate` comes first"),
+        }
     }
 
     /// Makes `output` agree with the state and the current inputs.
     #[inline]
     pub(crate) fn refresh(&mut self) -> Result<(), Failure> {
         if !self.fresh {
-            self.model()?;
-            let State {
-                parameters,
-                input,
-                model,
-                ..
-            } = &self.state;
-            let model = model.as_ref().expect("made above");
-            self.output = model.output(parameters, &input.value)?;
+            self.evaluate()?;
+            let (model, now) = self.evaluated();
+            self.output = model.output(&self.state.parameters, self.state.input(), now)?;
             self.fresh = true;
         }
         Ok(())

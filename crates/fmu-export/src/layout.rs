@@ -149,23 +149,31 @@ pub(crate) fn taylor<M: Model>(u: &InputPolynomial<M::Input>, s: f64, order: usi
     } else {
         M::Input::default()
     };
-    for row in M::variables() {
-        let Place::RealIn(place) = &row.place else {
-            continue;
-        };
-        for i in 0..place.len(&u.value) {
-            // Horner from the highest order down: a_k + s/(k − order + 1)·(…), a_k the k-th derivative at the start.
-            let mut sum = 0.0;
-            for k in (order..=u.order).rev() {
-                let a_k = if k == 0 {
-                    &u.value
-                } else {
-                    &u.derivatives[k - 1]
-                };
-                sum = place.get(a_k, i) + sum * s / (k - order + 1) as f64;
-            }
-            *place.get_mut(&mut result, i) = sum;
+    for (i, place) in real_inputs::<M>(&u.value) {
+        // Horner from the highest order down: a_k + s/(k − order + 1)·(…), a_k the k-th derivative at the start.
+        let mut sum = 0.0;
+        for k in (order..=u.order).rev() {
+            let a_k = if k == 0 {
+                &u.value
+            } else {
+                &u.derivatives[k - 1]
+            };
+            sum = place.get(a_k, i) + sum * s / (k - order + 1) as f64;
         }
+        *place.get_mut(&mut result, i) = sum;
     }
     result
+}
+
+/// Every element of the Real inputs: index in its row, and place.
+pub(crate) fn real_inputs<M: Model>(
+    u: &M::Input,
+) -> impl Iterator<Item = (usize, &'static Write<M::Input, f64>)> {
+    M::variables()
+        .iter()
+        .filter_map(|row| match &row.place {
+            Place::RealIn(place) => Some(place),
+            _ => None,
+        })
+        .flat_map(|place| (0..place.len(u)).map(move |i| (i, place)))
 }

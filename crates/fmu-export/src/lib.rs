@@ -30,15 +30,16 @@
 //!     type Parameters = Parameters;
 //!     type Input = Input;
 //!     type Output = Output;
+//!     type Evaluation = (); // nothing that `output` and `step` would both compute
 //!     const INFO: Info = Info::new("Lag", "two first-order lags").version(env!("CARGO_PKG_VERSION"));
 //!
 //!     fn variables() -> &'static [Variable<Self>] { VARIABLES }
 //!     fn defaults() -> (Parameters, Input) { (Parameters { time_constant: 0.1 }, Input::default()) }
 //!     fn initialize(_p: &Parameters, u: &Input, _t: f64) -> Result<Self, ModelError> { Ok(Lag { y: u.u }) }
-//!     fn output(&self, _p: &Parameters, u: &Input) -> Result<Output, ModelError> {
+//!     fn output(&self, _p: &Parameters, u: &Input, _now: &()) -> Result<Output, ModelError> {
 //!         Ok(Output { y: self.y, sum: self.y.iter().chain(&u.u).sum() })
 //!     }
-//!     fn step(&mut self, p: &Parameters, u: &InputPolynomial<Input>, _t: f64, h: f64) -> Result<(), ModelError> {
+//!     fn step(&mut self, p: &Parameters, u: &InputPolynomial<Input>, _now: &(), _t: f64, h: f64) -> Result<(), ModelError> {
 //!         let decay = (-h / p.time_constant).exp();
 //!         let mid = u.at::<Self>(0.5 * h); // follows the input derivatives if the importer gives them
 //!         for (y, u) in self.y.iter_mut().zip(mid.u) { *y = u + (*y - u) * decay; }
@@ -83,7 +84,7 @@ mod variable;
 pub use description::model_description;
 pub use info::{Base, Enumeration, File, Info, Unit};
 pub use input::{InputPolynomial, MAX_INPUT_DERIVATIVE};
-pub use model::{Model, ModelError};
+pub use model::{Evaluation, Model, ModelError};
 pub use parameter_file::read_parameter_file;
 pub use units::KNOWN_UNITS;
 pub use variable::{ALL_PARAMETERS, SetString, Variable};

@@ -1,4 +1,4 @@
-//! The one trait a model implements.
+//! What a model implements.
 
 use crate::{Info, InputPolynomial, Variable};
 use serde::{Serialize, de::DeserializeOwned};
@@ -15,6 +15,9 @@ pub trait Model: Clone + Serialize + DeserializeOwned + Send + 'static {
     type Input: Copy + Default + Serialize + DeserializeOwned + Send + 'static;
     /// FMI outputs and locals.
     type Output: Copy + Default + Send + 'static;
+    /// What outputs, derivatives and the step have in common, computed once for a state, parameters and inputs. `()` where there
+    /// is nothing to share.
+    type Evaluation: Evaluation<Self>;
 
     /// Names, default experiment, files.
     const INFO: Info;
@@ -36,23 +39,23 @@ pub trait Model: Clone + Serialize + DeserializeOwned + Send + 'static {
     }
 
     /// Outputs of the state and the CURRENT inputs; called once per change of either. Must not give NaN or infinity.
-    fn output(&self, p: &Self::Parameters, u: &Self::Input) -> Result<Self::Output, ModelError>;
+    fn output(
+        &self,
+        p: &Self::Parameters,
+        u: &Self::Input,
+        now: &Self::Evaluation,
+    ) -> Result<Self::Output, ModelError>;
 
-    /// Advance from `t` by `h`, both s. On `Err`, `self` must be as before: compute in locals, commit at the end.
-    /// `Err` becomes fmi2Discard, so the importer may try a smaller step.
+    /// Advance from `t` by `h`, both s; `now` belongs to the state and `u.value()`. On `Err`, `self` must be as before: compute in
+    /// locals, commit at the end. `Err` becomes fmi2Discard, so the importer may try a smaller step.
     fn step(
         &mut self,
         p: &Self::Parameters,
         u: &InputPolynomial<Self::Input>,
+        now: &Self::Evaluation,
         t: f64,
         h: f64,
     ) -> Result<(), ModelError>;
-
-    /// The inputs held after a step of `h` s until the importer sets them again: by default their polynomial at `h`.
-    /// Override it where one input is known to be the rate of another.
-    fn extrapolate(_p: &Self::Parameters, u: &InputPolynomial<Self::Input>, h: f64) -> Self::Input {
-        u.at::<Self>(h)
-    }
 
     /// First time derivative of the outputs, with inputs `u` changing at `u_dot` (per s).
     /// Only called if [`Info::with_output_derivatives`] is declared.
@@ -60,6 +63,7 @@ pub trait Model: Clone + Serialize + DeserializeOwned + Send + 'static {
         &self,
         _p: &Self::Parameters,
         _u: &Self::Input,
+        _now: &Self::Evaluation,
         _u_dot: &Self::Input,
     ) -> Result<Self::Output, ModelError> {
         Err(ModelError::new("output_derivative is not implemented"))
@@ -71,6 +75,7 @@ pub trait Model: Clone + Serialize + DeserializeOwned + Send + 'static {
         &self,
         _p: &Self::Parameters,
         _u: &Self::Input,
+        _now: &Self::Evaluation,
         _du: &Self::Input,
     ) -> Result<Self::Output, ModelError> {
         Err(ModelError::new("directional_derivative is not implemented"))
@@ -79,6 +84,21 @@ pub trait Model: Clone + Serialize + DeserializeOwned + Send + 'static {
     /// A warning that arose in the last `initialize`, `tune` or `step`, handed out once. It is logged; the call still returns fmi2OK.
     fn take_warning(&mut self) -> Option<String> {
         None
+    }
+}
+
+/// Work that outputs, derivatives and the step share: the layer makes it when one of them first needs it, hands it to each of
+/// them, and drops it when the state, a parameter or an input changes. Inputs that [`of`](Self::of) does not read say so by
+/// [`Variable::beside_evaluation`]; setting them keeps it.
+pub trait Evaluation<M: Model>: Sized + Send + 'static {
+    /// The evaluation of this state, with these parameters and inputs.
+    fn of(model: &M, p: &M::Parameters, u: &M::Input) -> Result<Self, ModelError>;
+}
+
+impl<M: Model> Evaluation<M> for () {
+    #[inline]
+    fn of(_model: &M, _p: &M::Parameters, _u: &M::Input) -> Result<Self, ModelError> {
+        Ok(())
     }
 }
 

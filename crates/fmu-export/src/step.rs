@@ -2,8 +2,8 @@
 
 use crate::failure::{Failure, refuse};
 use crate::ffi::Status;
-use crate::instance::{Instance, State, warn};
-use crate::layout::{Layout, taylor};
+use crate::instance::{Instance, warn};
+use crate::layout::Layout;
 use crate::value::{Value, allowed};
 use crate::variable::{Causality, Place};
 use crate::{MAX_INPUT_DERIVATIVE, Model, ModelError};
@@ -36,38 +36,34 @@ impl<M: Model> Instance<M> {
     #[inline]
     pub(crate) fn do_step(&mut self, t: f64, h: f64) -> Result<(), Failure> {
         self.check_step(t, h)?;
-        let State {
-            parameters,
-            input,
-            input_dot,
-            model,
-            time,
-            ..
-        } = &mut self.state;
-        let Some(model) = model else {
-            return refuse!("the model is not initialized");
-        };
-        let next = M::extrapolate(parameters, input, h);
-        let outcome = if input.order == 0 {
-            Ok(())
-        } else {
-            check_inputs(&self.layout, &next)
-        };
-        if let Err(error) = outcome.and_then(|()| model.step(parameters, input, t, h)) {
+        if let Err(error) = self.advance(t, h) {
             self.last_step = Status::Discard;
             return Err(Failure::Discard(format!("t = {t} s, h = {h} s: {error}")));
         }
-        warn(&self.log, model);
-        *input_dot = if input.order == 0 {
-            M::Input::default()
-        } else {
-            taylor::<M>(input, h, 1)
-        };
-        input.value = next;
-        input.clear_derivatives();
-        *time = t + h;
+        self.state.hold_inputs(h);
+        self.state.time = t + h;
         self.last_step = Status::Ok;
+        self.evaluation = None;
         self.fresh = false;
+        Ok(())
+    }
+
+    /// Moves the model on; on error it is where it was.
+    #[inline]
+    fn advance(&mut self, t: f64, h: f64) -> Result<(), ModelError> {
+        self.evaluate()?;
+        let state = &mut self.state;
+        let with_derivatives = state.input.order > 0 || state.reached.is_some();
+        let course = with_derivatives.then(|| state.input_course());
+        if let Some(course) = &course {
+            check_inputs(&self.layout, &course.at::<M>(h))?;
+        }
+        let (Some(model), Some(now)) = (&mut state.model, &self.evaluation) else {
+            return Err(ModelError::new("the model is not initialized"));
+        };
+        let course = course.as_ref().unwrap_or(&state.input);
+        model.step(&state.parameters, course, now, t, h)?;
+        warn(&self.log, model);
         Ok(())
     }
 
@@ -125,12 +121,10 @@ impl<M: Model> Instance<M> {
                 );
             }
         }
-        let input = &mut self.state.input;
         for ((&vr, &order), &value) in vr.iter().zip(order).zip(values) {
             let (i, row) = self.layout.find(vr)?;
             if let Place::RealIn(place) = &row.place {
-                *place.get_mut(&mut input.derivatives[order as usize - 1], i) = value;
-                input.order = input.order.max(order as usize);
+                (self.state).set_input_derivative(place, i, order as usize, value);
             }
         }
         Ok(())
@@ -138,7 +132,7 @@ impl<M: Model> Instance<M> {
 
     /// fmi2GetRealOutputDerivatives, first order.
     pub(crate) fn output_derivatives(
-        &self,
+        &mut self,
         vr: &[u32],
         order: &[i32],
         values: &mut [f64],
@@ -160,29 +154,16 @@ impl<M: Model> Instance<M> {
         if vr.is_empty() {
             return Ok(());
         }
-        // Derivatives given for the next step are newer than those where the last one ended.
-        let State {
-            parameters,
-            input,
-            input_dot,
-            model,
-            ..
-        } = &self.state;
-        let Some(model) = model else {
-            return refuse!("the model is not initialized");
-        };
-        let u_dot = if input.order > 0 {
-            &input.derivatives[0]
-        } else {
-            input_dot
-        };
-        let y_dot = model.output_derivative(parameters, &input.value, u_dot)?;
+        self.evaluate()?;
+        let (state, (model, now)) = (&self.state, self.evaluated());
+        let (p, u, u_dot) = (&state.parameters, state.input(), state.input_slope());
+        let y_dot = model.output_derivative(p, u, now, &u_dot)?;
         self.read_outputs(vr, &y_dot, values, "time derivative")
     }
 
     /// fmi2GetDirectionalDerivative: ∂unknown/∂known · seed at fixed state.
     pub(crate) fn directional_derivative(
-        &self,
+        &mut self,
         unknown: &[u32],
         known: &[u32],
         seed: &[f64],
@@ -216,16 +197,9 @@ impl<M: Model> Instance<M> {
         if unknown.is_empty() {
             return Ok(());
         }
-        let State {
-            parameters,
-            input,
-            model,
-            ..
-        } = &self.state;
-        let Some(model) = model else {
-            return refuse!("the model is not initialized");
-        };
-        let dy = model.directional_derivative(parameters, &input.value, &du)?;
+        self.evaluate()?;
+        let (state, (model, now)) = (&self.state, self.evaluated());
+        let dy = model.directional_derivative(&state.parameters, state.input(), now, &du)?;
         self.read_outputs(unknown, &dy, result, "directional derivative")
     }
 

@@ -6,7 +6,7 @@ use libc::c_int;
 use std::fmt::Display;
 
 /// A type of variable: how C sees it, where rows keep it, what is allowed.
-pub(crate) trait Value: Copy + Display + 'static {
+pub(crate) trait Value: Copy + Default + Display + 'static {
     /// Its type in C.
     type C: Copy;
     fn from_c(c: Self::C) -> Self;
@@ -19,6 +19,9 @@ pub(crate) trait Value: Copy + Display + 'static {
 
     /// Whether the value is finite, in the row's bounds and in its enumeration.
     fn is_allowed<M: Model>(self, row: &Variable<M>) -> bool;
+
+    /// Whether the two are the same bits.
+    fn is_same(self, other: Self) -> bool;
 
     /// Whether the value may be given out: no NaN, no infinity.
     fn is_finite(self) -> bool {
@@ -78,6 +81,11 @@ impl Value for f64 {
     }
 
     #[inline]
+    fn is_same(self, other: f64) -> bool {
+        self.to_bits() == other.to_bits()
+    }
+
+    #[inline]
     fn is_finite(self) -> bool {
         f64::is_finite(self)
     }
@@ -111,6 +119,11 @@ impl Value for i32 {
         };
         row.min.max(first) <= value && value <= row.max.min(items)
     }
+
+    #[inline]
+    fn is_same(self, other: i32) -> bool {
+        self == other
+    }
 }
 
 impl Value for bool {
@@ -131,6 +144,11 @@ impl Value for bool {
     #[inline]
     fn is_allowed<M: Model>(self, _row: &Variable<M>) -> bool {
         true
+    }
+
+    #[inline]
+    fn is_same(self, other: bool) -> bool {
+        self == other
     }
 }
 

@@ -22,6 +22,8 @@ pub struct Variable<M: Model> {
     pub(crate) scalar: bool,
     pub(crate) tunable: bool,
     pub(crate) discrete: bool,
+    /// Not read by the model's [`Evaluation`](crate::Evaluation).
+    pub(crate) beside_evaluation: bool,
     pub(crate) unit: Option<&'static str>,
     /// Units element by element, where they differ.
     pub(crate) each_unit: &'static [&'static str],
@@ -176,6 +178,7 @@ impl<M: Model> Variable<M> {
             scalar,
             tunable: false,
             discrete: false,
+            beside_evaluation: false,
             unit: None,
             each_unit: &[],
             display_unit: None,
@@ -238,6 +241,12 @@ impl<M: Model> Variable<M> {
     /// A Real input or output that changes at communication points only; without it a Real is continuous.
     pub const fn discrete(mut self) -> Self {
         self.discrete = true;
+        self
+    }
+
+    /// An input that [`Evaluation::of`](crate::Evaluation::of) does not read: setting it keeps the evaluation.
+    pub const fn beside_evaluation(mut self) -> Self {
+        self.beside_evaluation = true;
         self
     }
 

@@ -110,6 +110,7 @@ impl<const K: usize> Model for Wrong<K> {
     type Parameters = Parameters;
     type Input = Input;
     type Output = Output;
+    type Evaluation = ();
     const INFO: Info = Info::new("Wrong", "tables with one mistake each");
 
     fn variables() -> &'static [V<K>] {
@@ -131,7 +132,7 @@ impl<const K: usize> Model for Wrong<K> {
         Ok(Self)
     }
 
-    fn output(&self, _p: &Parameters, _u: &Input) -> Result<Output, ModelError> {
+    fn output(&self, _p: &Parameters, _u: &Input, _now: &()) -> Result<Output, ModelError> {
         Ok(Output::default())
     }
 
@@ -139,6 +140,7 @@ impl<const K: usize> Model for Wrong<K> {
         &mut self,
         _p: &Parameters,
         _u: &InputPolynomial<Input>,
+        _now: &(),
         _t: f64,
         _h: f64,
     ) -> Result<(), ModelError> {

@@ -2,7 +2,7 @@
 //! training never saw. The truth is a simulation, too: that of the richer actuator.
 
 use anyhow::{Context as _, Result};
-use emla::{Drive, Emla, Input, InputPath, Residual, State, Surrogate};
+use emla::{Drive, Emla, Input, Residual, State, Surrogate};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -153,10 +153,15 @@ pub fn on_profile(
             let truth = efficiency(row.tau_e * row.w_m, electrical, row.f_ext * row.x_dot);
             ratio.add(hybrid - truth);
         }
-        let mut path = InputPath::held(input(k));
-        path.derivatives[0].x_dot = (input(k + 1).x_dot - path.u.x_dot) / H;
+        let u = input(k);
+        let acceleration = (input(k + 1).x_dot - u.x_dot) / H;
+        let moved = |s: f64| Input {
+            x: u.x + s * (u.x_dot + 0.5 * s * acceleration),
+            x_dot: u.x_dot + s * acceleration,
+            ..u
+        };
         state = emla
-            .step(&state, &path, f64::from(k as u32) * H, H)
+            .step(&state, moved, f64::from(k as u32) * H, H)
             .context("the profile")?;
     }
     Ok(Errors {

@@ -1,7 +1,7 @@
 //! The actuator level against the actuator's own model, force-driven, at 1 ms.
 #![allow(non_snake_case)] // the paper's symbols
 
-use emla::{Drive, Emla, InputPath, Surrogate};
+use emla::{Drive, Emla, Surrogate};
 use machine::Machine;
 use vdc::{Controller, Input, Level, Mode, Settings, Trajectory};
 
@@ -75,13 +75,15 @@ fn run(mode: Mode, surprise: f64) -> (f64, f64) {
             "the rest stands still"
         );
         controller.step(&settings, &u, t, H).expect("finite");
-        let held = InputPath::held(emla::Input {
+        let held = emla::Input {
             v_d: y.v_d[ROD],
             v_q: y.v_q[ROD],
             F_ext: load,
             ..Default::default()
-        });
-        state = actuator.step(&state, &held, t, H).expect("finite");
+        };
+        state = actuator
+            .step(&state, |t| held.moved(t), t, H)
+            .expect("finite");
         worst = worst.max((x_d - shown.x_rod).abs());
         force = shown.F;
     }

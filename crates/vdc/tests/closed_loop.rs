@@ -4,7 +4,7 @@
 //! Not an oracle for the plants (they have their own); it shows what the control law does.
 #![allow(non_snake_case)]
 
-use emla::{Drive, Emla, InputPath, Surrogate};
+use emla::{Drive, Emla, Surrogate};
 use hdrm::{Hdrm, Options, State};
 use machine::Machine;
 use vdc::{Controller, Input, Level, Mode, Settings, Trajectory};
@@ -121,13 +121,9 @@ impl Loop {
                 v_q: command.v_q[i],
                 ..rods[i]
             };
-            let path = InputPath {
-                u,
-                ..InputPath::default()
-            };
             self.drives[i] = self
                 .actuator
-                .step(&self.drives[i], &path, t, h)
+                .step(&self.drives[i], |s| u.moved(s), t, h)
                 .expect("finite");
             f[i] = self.drives[i].F_mean;
         }

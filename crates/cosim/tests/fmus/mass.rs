@@ -43,6 +43,7 @@ impl Model for Mass {
     type Parameters = Parameters;
     type Input = Input;
     type Output = Output;
+    type Evaluation = ();
     const INFO: Info = Info::new("Mass", "free mass").with_output_derivatives();
 
     fn variables() -> &'static [Variable<Self>] {
@@ -68,7 +69,7 @@ impl Model for Mass {
         })
     }
 
-    fn output(&self, p: &Parameters, u: &Input) -> Result<Output, ModelError> {
+    fn output(&self, p: &Parameters, u: &Input, _now: &()) -> Result<Output, ModelError> {
         Ok(Output {
             x: self.x,
             x_dot: self.x_dot,
@@ -80,6 +81,7 @@ impl Model for Mass {
         &mut self,
         p: &Parameters,
         u: &InputPolynomial<Input>,
+        _now: &(),
         t: f64,
         h: f64,
     ) -> Result<(), ModelError> {
@@ -96,6 +98,7 @@ impl Model for Mass {
         &self,
         p: &Parameters,
         u: &Input,
+        _now: &(),
         u_dot: &Input,
     ) -> Result<Output, ModelError> {
         Ok(Output {

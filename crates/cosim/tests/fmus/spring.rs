@@ -50,6 +50,7 @@ impl Model for Spring {
     type Parameters = Parameters;
     type Input = Input;
     type Output = Output;
+    type Evaluation = ();
     const INFO: Info =
         Info::new("Spring", "motion-driven spring and damper").with_output_derivatives();
 
@@ -72,7 +73,7 @@ impl Model for Spring {
         Ok(Self { mean: force(p, u) })
     }
 
-    fn output(&self, p: &Parameters, u: &Input) -> Result<Output, ModelError> {
+    fn output(&self, p: &Parameters, u: &Input, _now: &()) -> Result<Output, ModelError> {
         Ok(Output {
             force: force(p, u),
             mean: self.mean,
@@ -83,6 +84,7 @@ impl Model for Spring {
         &mut self,
         p: &Parameters,
         u: &InputPolynomial<Input>,
+        _now: &(),
         _t: f64,
         h: f64,
     ) -> Result<(), ModelError> {
@@ -106,6 +108,7 @@ impl Model for Spring {
         &self,
         p: &Parameters,
         _u: &Input,
+        _now: &(),
         u_dot: &Input,
     ) -> Result<Output, ModelError> {
         Ok(Output {

@@ -99,6 +99,7 @@ impl Model for Oscillator {
     type Parameters = Parameters;
     type Input = Input;
     type Output = Output;
+    type Evaluation = ();
 
     const INFO: Info = Info::new("Oscillator", "A mass in a plane on springs and dampers")
         .version(env!("CARGO_PKG_VERSION"))
@@ -141,7 +142,7 @@ impl Model for Oscillator {
         }))
     }
 
-    fn output(&self, p: &Parameters, u: &Input) -> Result<Output, ModelError> {
+    fn output(&self, p: &Parameters, u: &Input, _now: &()) -> Result<Output, ModelError> {
         let s = &self.0;
         let a = self.accelerations(p, u.force);
         Ok(Output {
@@ -157,6 +158,7 @@ impl Model for Oscillator {
         &mut self,
         p: &Parameters,
         u: &InputPolynomial<Input>,
+        _now: &(),
         t: f64,
         h: f64,
     ) -> Result<(), ModelError> {
@@ -176,6 +178,7 @@ impl Model for Oscillator {
         &self,
         p: &Parameters,
         u: &Input,
+        _now: &(),
         u_dot: &Input,
     ) -> Result<Output, ModelError> {
         let State { x, v } = self.0;
@@ -197,6 +200,7 @@ impl Model for Oscillator {
         &self,
         p: &Parameters,
         _u: &Input,
+        _now: &(),
         du: &Input,
     ) -> Result<Output, ModelError> {
         Ok(Output {
@@ -258,10 +262,10 @@ mod tests {
                 }
             };
             let force = [0, 1].map(|i| u.force[i] + u_dot.force[i] * h);
-            let y = Oscillator(s).output(&p, &Input { force }).unwrap();
+            let y = Oscillator(s).output(&p, &Input { force }, &()).unwrap();
             [y.x[0], y.x[1], y.v[0], y.v[1], y.a[0], y.a[1], y.energy]
         };
-        let y = middle.output_derivative(&p, &u, &u_dot).unwrap();
+        let y = middle.output_derivative(&p, &u, &(), &u_dot).unwrap();
         let analytic = [y.x[0], y.x[1], y.v[0], y.v[1], y.a[0], y.a[1], y.energy];
         for ((after, before), analytic) in at(e).into_iter().zip(at(-e)).zip(analytic) {
             let slope = (after - before) / (2.0 * e);

@@ -19,15 +19,44 @@ fn input_derivatives_act_for_one_step() {
     let x = 2.0 * h + 3.0 * h * h / 2.0 + 5.0 * h.powi(3) / 6.0 + 21.0 * h.powi(4) / 24.0;
     // 4 rounded terms of size 1.
     assert!((fmu.get([vr::X[0]])[0] - x).abs() < 4.0 * f64::EPSILON);
-    // The input has gone on to the end of the step and is held from there: 2 + 3h + 5h²/2 + 21h³/6.
+    // What was set is read back; what acts has gone on to the end of the step and is held from there: 2 + 3h + 5h²/2 + 21h³/6.
+    assert_eq!(fmu.get([u]), [2.0]);
     let end = 2.0 + 3.0 * h + 5.0 * h * h / 2.0 + 21.0 * h.powi(3) / 6.0;
-    assert!((fmu.get([u])[0] - end).abs() < 8.0 * f64::EPSILON);
-    // Its slope there shows in the derivative of y = 3 x₁ + u₂ only for u₂; x₁' is the input itself.
-    let (status, x_dot) = fmu.output_derivative(vr::X[0], 1);
-    assert_eq!((status, x_dot), (Status::Ok, fmu.get([u])[0]));
-    let (u_end, x_end) = (fmu.get([u])[0], fmu.get([vr::X[0]])[0]);
+    let (status, x_dot) = fmu.output_derivative(vr::X[0], 1); // x₁' is the input itself
+    assert_eq!(status, Status::Ok);
+    assert!((x_dot - end).abs() < 8.0 * f64::EPSILON);
+    let [x_end] = fmu.get([vr::X[0]]);
     assert_eq!(fmu.step(0.5, 0.5), Status::Ok);
-    assert_eq!(fmu.get([u, vr::X[0]]), [u_end, x_end + 0.5 * u_end]);
+    assert_eq!(fmu.get([u, vr::X[0]]), [2.0, x_end + 0.5 * x_dot]);
+}
+
+/// Each input has derivatives of its own: a set ends them, those of another input do not.
+#[test]
+fn derivatives_are_kept_per_input() {
+    let fmu = Fmu::stepping();
+    let [u_1, u_2] = vr::U;
+    let slope = |expected: f64| {
+        assert_eq!(fmu.output_derivative(vr::Y, 1), (Status::Ok, expected));
+    };
+    assert_eq!(fmu.derivatives(&vr::U, &[1, 1], &[3.0, 5.0]), Status::Ok);
+    assert_eq!(fmu.step(0.0, 0.5), Status::Ok); // to u = 1.5, 2.5
+    let x_dot = || 3.0 * fmu.output_derivative(vr::X[0], 1).1; // the share of x₁ in y'
+    slope(x_dot() + 5.0);
+    // A derivative of u₁ leaves the slope at which u₂ has arrived.
+    assert_eq!(fmu.derivatives(&[u_1], &[1], &[7.0]), Status::Ok);
+    slope(x_dot() + 5.0);
+    // A plain set of u₂ ends it, and sets u₂ alone.
+    assert_eq!(fmu.set(&[u_2], &[2.5]), Status::Ok);
+    slope(x_dot());
+    assert_eq!(x_dot(), 3.0 * 1.5);
+    // And so for what was given for the step to come.
+    assert_eq!(fmu.derivatives(&[u_2], &[1], &[9.0]), Status::Ok);
+    slope(x_dot() + 9.0);
+    assert_eq!(fmu.set(&[u_2], &[2.5]), Status::Ok);
+    slope(x_dot());
+    assert_eq!(fmu.step(0.5, 0.5), Status::Ok);
+    assert_eq!(x_dot(), 3.0 * (1.5 + 7.0 * 0.5));
+    slope(x_dot());
 }
 
 /// What is held after the step must be what the importer could have set itself.

@@ -4,6 +4,7 @@
 
 mod client;
 mod derivatives;
+mod evaluation;
 mod life;
 mod misuse;
 mod order;

@@ -1,9 +1,11 @@
 //! A model made to be tested: integrators with a known solution, one variable of every kind, and faults on demand.
 
 use fmu_export::{
-    ALL_PARAMETERS, Enumeration, File, Info, InputPolynomial, Model, ModelError, Variable,
+    ALL_PARAMETERS, Enumeration, Evaluation, File, Info, InputPolynomial, Model, ModelError,
+    Variable,
 };
 use serde::{Deserialize, Serialize};
+use std::cell::Cell;
 use std::path::Path;
 
 /// `x_dot = u + rate` for both elements of `x`.
@@ -43,6 +45,33 @@ pub struct Output {
     inner: f64,
 }
 
+/// What output and step share, so to speak: the state and the inputs it was made of.
+pub struct Now {
+    x: [f64; 2],
+    /// Without `switch`, which it does not read.
+    u: Input,
+}
+
+thread_local! {
+    /// Evaluations made in this thread.
+    pub static EVALUATIONS: Cell<u32> = const { Cell::new(0) };
+}
+
+impl Evaluation<Probe> for Now {
+    fn of(model: &Probe, _p: &Parameters, u: &Input) -> Result<Self, ModelError> {
+        EVALUATIONS.set(EVALUATIONS.get() + 1);
+        Ok(Now { x: model.x, u: *u })
+    }
+}
+
+impl Now {
+    fn assert_belongs_to(&self, model: &Probe, u: &Input) {
+        assert_eq!(self.x, model.x, "evaluation of another state");
+        let of_inputs = |u: &Input| (u.u, u.held, u.fault);
+        assert_eq!(of_inputs(&self.u), of_inputs(u), "of other inputs");
+    }
+}
+
 const LAW: Enumeration = Enumeration::new(
     "Law",
     "an enumeration",
@@ -71,7 +100,7 @@ const VARIABLES: &[V] = &[
     V::inputs("u", "what is integrated", |u| &u.u, |u| &mut u.u).unit("m/s").min(-1e6),
     V::input("held", "changes at communication points", |u| &u.held, |u| &mut u.held).discrete(),
     V::integer_input("fault", "1 panic, 2 error, 3 warning in step; 4 panic, 5 error, 6 NaN in output", |u| &u.fault, |u| &mut u.fault),
-    V::boolean_input("switch", "a switch", |u| &u.switch, |u| &mut u.switch),
+    V::boolean_input("switch", "a switch", |u| &u.switch, |u| &mut u.switch).beside_evaluation(),
     V::outputs("x", "integral of u + rate", |y| &y.x).unit("m").nominal(2.5).depends_on(&[]).each_initially_depends_on(&[&["rate[i]"], &[ALL_PARAMETERS]]),
     V::output("y", "gain x[1] + u[2]", |y| &y.y).unit("m/s").depends_on(&["u[2]", "fault"]).initially_depends_on(&["gain", "u"]),
     V::integer_output("doubled", "twice the fault", |y| &y.doubled),
@@ -102,6 +131,7 @@ impl Model for Probe {
     type Parameters = Parameters;
     type Input = Input;
     type Output = Output;
+    type Evaluation = Now;
 
     const INFO: Info = Info::new("Probe", "a \"model\" to be tested & nothing else")
         .version("1.2.3")
@@ -163,7 +193,8 @@ impl Model for Probe {
         Ok(())
     }
 
-    fn output(&self, _p: &Parameters, u: &Input) -> Result<Output, ModelError> {
+    fn output(&self, _p: &Parameters, u: &Input, now: &Now) -> Result<Output, ModelError> {
+        now.assert_belongs_to(self, u);
         let mut y = self.gain * self.x[0] + u.u[1];
         match u.fault {
             4 => panic!("asked to in output"),
@@ -184,9 +215,11 @@ impl Model for Probe {
         &mut self,
         p: &Parameters,
         u: &InputPolynomial<Input>,
+        now: &Now,
         _t: f64,
         h: f64,
     ) -> Result<(), ModelError> {
+        now.assert_belongs_to(self, u.value());
         match u.value().fault {
             1 => {
                 self.faulty = true; // half a step: what a panic may leave behind
@@ -210,8 +243,10 @@ impl Model for Probe {
         &self,
         p: &Parameters,
         u: &Input,
+        now: &Now,
         u_dot: &Input,
     ) -> Result<Output, ModelError> {
+        now.assert_belongs_to(self, u);
         let x = [u.u[0] + p.rate[0], u.u[1] + p.rate[1]];
         Ok(Output {
             x,
@@ -223,9 +258,11 @@ impl Model for Probe {
     fn directional_derivative(
         &self,
         _p: &Parameters,
-        _u: &Input,
+        u: &Input,
+        now: &Now,
         du: &Input,
     ) -> Result<Output, ModelError> {
+        now.assert_belongs_to(self, u);
         Ok(Output {
             y: du.u[1],
             ..Output::default()
