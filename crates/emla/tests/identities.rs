@@ -227,7 +227,7 @@ fn voltage_is_limited_to_a_circle() {
         v_q: 4.0 * factor,
         ..Input::default()
     };
-    let after = |u| emla.step(&s, |t| u.moved(t), 0.0, H).expect("finite");
+    let after = |u: Input| emla.step(&s, |t| u.moved(t), 0.0, H).expect("finite");
     assert_eq!(after(volts(100.0)), after(volts(75.0)));
     assert_ne!(after(volts(74.9)), after(volts(75.0)));
     let power = emla.output(&s, &volts(1e3)).P_in - emla.output(&s, &volts(0.0)).P_in;
