@@ -10,11 +10,14 @@ use std::process::Command;
 use std::time::Instant;
 
 use anyhow::{Context, Result};
+use cargo_fmu::library;
+use cargo_fmu::process::{execute, output};
+use cargo_fmu::workspace::Source;
 use clap::Args;
 
 use crate::python::Python;
-use crate::workspace::{FMU_PROFILE, Fmu, Workspace, execute, output};
-use crate::{libclang, library, pack};
+use crate::workspace::{FMU_PROFILE, Workspace};
+use crate::{libclang, pack};
 
 /// Bench programs of the crates (`crates/*/benches`).
 const PROGRAMS: [&str; 3] = ["dynamics", "step", "controller"];
@@ -126,7 +129,7 @@ fn build(workspace: &Workspace) -> Result<Built> {
     pack::suite(workspace, &fmus)?;
     let targets: Vec<&str> = PROGRAMS.iter().flat_map(|name| ["--bench", name]).collect();
     Ok(Built {
-        programs: workspace.build(FMU_PROFILE, &targets, "bin", &[])?,
+        programs: workspace.build(FMU_PROFILE, &targets, &[])?,
         cosim: libclang::build_cosim(workspace)?,
         fmus,
     })
@@ -194,16 +197,13 @@ fn overhead(workspace: &Workspace) -> Result<[Command; 2]> {
     };
     compile(&in_c, "integrators.c", &["-shared", "-fPIC"])?;
     compile(&driver, "overhead.c", &["-ldl"])?;
-    let example = Fmu::Example("integrators".to_string());
+    let example = Source::Example("integrators".to_string());
     let in_rust = workspace.build_fmus(&[example])?.remove(0);
     let files = library::files(&in_rust)?;
-    let guid = library::description(&files)?
-        .split('"')
-        .find(|text| text.starts_with('{'))
-        .context("the model description has no GUID")?;
+    let guid = library::description(&files)?.guid;
     let job = |name: &str, library: &Path| {
         let mut command = workspace.command(&driver);
-        command.arg(name).arg(library).arg(guid);
+        command.arg(name).arg(library).arg(&guid);
         command
     };
     Ok([

@@ -1,9 +1,10 @@
 //! From a fresh checkout to the coupled machine: builds, packs, runs the cubic trajectory with three controllers, and writes a report.
 
 use anyhow::Result;
+use cargo_fmu::process::execute;
 
 use crate::phases::Phases;
-use crate::workspace::{Workspace, execute};
+use crate::workspace::Workspace;
 use crate::{libclang, pack};
 
 /// Do it all, with CSV files, report and figures in `demo/` of the target directory.

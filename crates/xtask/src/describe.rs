@@ -3,8 +3,8 @@
 use std::fs;
 
 use anyhow::{Context, Result, bail};
+use cargo_fmu::library;
 
-use crate::library;
 use crate::workspace::Workspace;
 
 /// Write the model descriptions, or check that the committed ones are what the libraries say.
@@ -13,8 +13,9 @@ pub fn run(workspace: &Workspace, check: bool) -> Result<()> {
     let mut stale = Vec::new();
     for built in workspace.build_fmus(&workspace.suite())? {
         let files = library::files(&built)?;
-        let text = library::description(&files)?;
-        let path = dir.join(library::identifier(text)?).with_extension("xml");
+        let text = library::description_text(&files)?;
+        let identifier = library::description(&files)?.identifier;
+        let path = dir.join(identifier).with_extension("xml");
         let committed = fs::read_to_string(&path).ok();
         // Git may have given the file the line ends of the platform.
         let same = committed.is_some_and(|c| c.replace("\r\n", "\n") == text);

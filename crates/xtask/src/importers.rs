@@ -4,8 +4,9 @@ use std::fs;
 use std::path::PathBuf;
 
 use anyhow::Result;
+use cargo_fmu::process::execute;
 
-use crate::workspace::{Workspace, execute};
+use crate::workspace::Workspace;
 
 /// Version of fmi-sim that `tests/test_importers.py` asks for.
 const FMI_SIM: &str = "0.7.0";

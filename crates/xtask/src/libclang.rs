@@ -4,9 +4,10 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
+use cargo_fmu::process::output;
 
 use crate::python::Python;
-use crate::workspace::{Workspace, output};
+use crate::workspace::Workspace;
 
 /// Wheel of the `libclang` package on PyPI.
 const REQUIREMENT: &str = "libclang==18.1.1\n";

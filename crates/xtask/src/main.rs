@@ -3,9 +3,10 @@
 mod bench;
 mod demo;
 mod describe;
+mod fuzz;
 mod importers;
 mod libclang;
-mod library;
+mod nightly;
 mod pack;
 mod phases;
 mod python;
@@ -16,9 +17,11 @@ mod variants;
 mod workspace;
 
 use std::path::PathBuf;
-use std::process::ExitCode;
+use std::process::{Command as Process, ExitCode};
 
 use anyhow::Result;
+use cargo_fmu::process::execute;
+use cargo_fmu::workspace::Source;
 use clap::{Parser, Subcommand};
 use workspace::Workspace;
 
@@ -49,6 +52,9 @@ enum Command {
         /// Pack this cdylib example instead of the suite, repeatable
         #[arg(long = "example", value_name = "EXAMPLE")]
         examples: Vec<String>,
+        /// Cargo profile of the libraries; `release` builds faster and runs slower
+        #[arg(long, value_name = "PROFILE", default_value = workspace::FMU_PROFILE)]
+        profile: String,
     },
     /// From a fresh checkout to the coupled machine: build, pack, run the cubic trajectory with three controllers
     Demo,
@@ -80,19 +86,21 @@ fn main() -> ExitCode {
 
 fn run(command: Command) -> Result<()> {
     let workspace = Workspace::find()?;
+    let caller = std::env::current_dir()?;
     match command {
         Command::Describe { check } => describe::run(&workspace, check),
         Command::Pack {
             out,
             packages,
             examples,
+            profile,
         } => {
-            let out = out.unwrap_or_else(|| workspace.fmu_dir());
-            let targets = workspace::Fmu::chosen(&packages, &examples);
-            if targets.is_empty() {
-                pack::suite(&workspace, &out)
+            let out = caller.join(out.unwrap_or_else(|| workspace.fmu_dir()));
+            let sources = Source::chosen(packages, examples);
+            if sources.is_empty() {
+                pack::suite_with(&workspace, &profile, &out).map(drop)
             } else {
-                pack::fmus(&workspace, &targets, &out).map(drop)
+                pack::fmus(&workspace, &sources, &profile, &out).map(drop)
             }
         }
         Command::Demo => demo::run(&workspace),
@@ -102,7 +110,10 @@ fn run(command: Command) -> Result<()> {
         Command::Setup => libclang::provide(&workspace).map(drop),
         Command::Cosim { arguments } => {
             let cosim = libclang::build_cosim(&workspace)?;
-            workspace::execute(workspace.command(cosim).args(arguments))
+            // In the caller's folder, so that paths are as the shell means them.
+            let mut command = Process::new(cosim);
+            command.env("CARGO_TARGET_DIR", &workspace.target);
+            execute(command.args(arguments))
         }
     }
 }

@@ -4,8 +4,9 @@ use std::fs;
 use std::path::PathBuf;
 
 use anyhow::{Context, Result};
+use cargo_fmu::process::execute;
 
-use crate::workspace::{Workspace, execute};
+use crate::workspace::Workspace;
 
 /// A virtual environment with pinned packages.
 pub struct Python {

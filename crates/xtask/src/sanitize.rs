@@ -4,30 +4,13 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, ensure};
+use cargo_fmu::process::execute;
+use cargo_fmu::workspace::{Source, artifacts};
 
-use crate::torture::nightly;
-use crate::workspace::{Workspace, execute, output};
-use crate::{libclang, pack};
+use crate::workspace::Workspace;
+use crate::{libclang, nightly, pack};
 
-/// Name of each FMU and of its library.
-const FMUS: [(&str, &str); 3] = [
-    ("Emla", "fmu_emla"),
-    ("Hdrm", "fmu_hdrm"),
-    ("Controller", "fmu_controller"),
-];
-const PACKAGES: [&str; 10] = [
-    "-p",
-    "fmu-emla",
-    "-p",
-    "fmu-hdrm",
-    "-p",
-    "fmu-controller",
-    "-p",
-    "torture",
-    "-p",
-    "cosim",
-];
 /// The executables carry the sanitizer's functions, which the libraries they load look for among their dynamic symbols.
 const FLAGS: &str = "-Zsanitizer=address -Clink-arg=-rdynamic";
 /// Everything that is off by default; a report of any kind ends the process with a status of its own.
@@ -39,18 +22,17 @@ pub fn run(workspace: &Workspace, calls: usize, seed: u64) -> Result<()> {
     let built = build(workspace)?;
     let fmu_dir = workspace.target.join("asan").join("fmu");
     fs::create_dir_all(&fmu_dir)?;
-    pack::suite(workspace, &workspace.fmu_dir())?;
+    let packed = pack::suite(workspace, &workspace.fmu_dir())?;
     let mut fmus = Vec::new();
-    for (name, library) in FMUS {
-        let packed = workspace.fmu_dir().join(name).with_extension("fmu");
-        let out = fmu_dir.join(name).with_extension("fmu");
-        pack::with_library(&packed, &built.join(format!("lib{library}.so")), &out)?;
+    for (packed, library) in packed.iter().zip(&built.libraries) {
+        let out = fmu_dir.join(packed.file_name().unwrap_or_default());
+        pack::with_library(packed, library, &out)?;
         fmus.push(out);
     }
     let torture = |arguments: &[&str]| {
         println!("==> torture {}", arguments.join(" "));
         execute(
-            sanitized(workspace, &built.join("torture"))
+            sanitized(workspace, &built.torture)
                 .args(arguments)
                 .args(&fmus),
         )
@@ -69,7 +51,7 @@ pub fn run(workspace: &Workspace, calls: usize, seed: u64) -> Result<()> {
     torture(&["threads", "--threads", "4", "--steps", "50"])?;
     for schedule in ["gauss-seidel", "jacobi"] {
         println!("==> cosim run --schedule {schedule}");
-        coupled(workspace, &built.join("cosim"), &fmu_dir, schedule)?;
+        coupled(workspace, &built.cosim, &fmu_dir, schedule)?;
     }
     println!(
         "AddressSanitizer and LeakSanitizer: tests of fmu-export, {calls} random calls, 3 x 300 instances over 3 loads and unloads, 12 \
@@ -96,12 +78,20 @@ fn sanitized(workspace: &Workspace, program: &Path) -> Command {
     command
 }
 
-/// Test the export layer and build everything else, instrumented; the folder of what was built.
-fn build(workspace: &Workspace) -> Result<PathBuf> {
-    let target = host(workspace)?;
+/// What was built with the sanitizer.
+struct Built {
+    torture: PathBuf,
+    cosim: PathBuf,
+    /// In the order of the suite.
+    libraries: Vec<PathBuf>,
+}
+
+/// Test the export layer and build everything else, instrumented.
+fn build(workspace: &Workspace) -> Result<Built> {
+    let target = nightly::host(workspace)?;
     let environment = libclang::provide(workspace)?;
     let cargo = |arguments: &[&str]| {
-        let mut command = nightly(workspace);
+        let mut command = nightly::cargo(workspace);
         command
             .args(arguments)
             .args(["--target", &target, "--target-dir"]);
@@ -110,18 +100,33 @@ fn build(workspace: &Workspace) -> Result<PathBuf> {
             .env("RUSTFLAGS", FLAGS)
             .env("ASAN_OPTIONS", OPTIONS)
             .envs(environment.iter().cloned());
-        execute(&mut command)
-            .context("needed is the nightly compiler: `rustup toolchain install nightly`")
+        command
     };
-    cargo(&["test", "--tests", "-p", "fmu-export"])?;
-    cargo(&[&["build"], &PACKAGES[..]].concat())?;
-    Ok(workspace.target.join("asan").join(&target).join("debug"))
-}
-
-/// The target triple of this machine: named, it keeps build scripts and macros free of the sanitizer.
-fn host(workspace: &Workspace) -> Result<String> {
-    let text = output(workspace.command("rustc").arg("-vV"))?;
-    let line = text.lines().find_map(|l| l.strip_prefix("host: "));
-    line.map(ToString::to_string)
-        .context("rustc -vV names no host")
+    execute(&mut cargo(&["test", "--tests", "-p", "fmu-export"]))
+        .context("needed is the nightly compiler: `rustup toolchain install nightly`")?;
+    let suite = workspace.suite();
+    let mut build = cargo(&["build", "-p", "torture", "-p", "cosim"]);
+    for source in &suite {
+        if let Source::Package(name) = source {
+            build.args(["-p", name]);
+        }
+    }
+    let built = artifacts(&mut build)?;
+    let program = |name: &str| {
+        let found = built
+            .iter()
+            .find(|a| a.name() == name && a.executable.is_some());
+        let file = found.and_then(|a| a.executable.clone());
+        file.with_context(|| format!("cargo has built no program `{name}`"))
+    };
+    let libraries: Vec<_> = suite.iter().filter_map(|s| s.library(&built)).collect();
+    ensure!(
+        libraries.len() == suite.len(),
+        "cargo has not built the libraries of all FMUs"
+    );
+    Ok(Built {
+        torture: program("torture")?,
+        cosim: program("cosim")?,
+        libraries,
+    })
 }

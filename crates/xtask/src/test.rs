@@ -4,11 +4,12 @@ use std::fs;
 use std::path::PathBuf;
 
 use anyhow::{Context, Result, bail};
+use cargo_fmu::process::execute;
 
 use crate::bench::instructions;
 use crate::phases::Phases;
 use crate::python::Python;
-use crate::workspace::{Workspace, execute};
+use crate::workspace::Workspace;
 use crate::{describe, importers, libclang, pack, torture};
 
 /// Run all checks; the first that fails ends it.
@@ -51,8 +52,8 @@ fn checks(workspace: &Workspace, phases: &mut Phases) -> Result<()> {
     phases.run("build FMUs, model descriptions", || {
         describe::run(workspace, true)
     })?;
-    phases.run("pack", || pack::suite(workspace, &workspace.fmu_dir()))?;
-    phases.run("torture", || torture::check(workspace))?;
+    let fmus = phases.run("pack", || pack::suite(workspace, &workspace.fmu_dir()))?;
+    phases.run("torture", || torture::check(workspace, fmus))?;
     phases.run("instruction counts", || {
         if instructions::is_possible() {
             return instructions::check(workspace);

@@ -2,14 +2,14 @@
 //!
 //! Without options it does what CI does. The nightly compiler, valgrind and cargo-fuzz are only needed by the options that say so.
 
-use std::path::{Path, PathBuf};
-use std::process::Command;
+use std::path::PathBuf;
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result};
+use cargo_fmu::process::execute;
 use clap::Args;
 
-use crate::workspace::{Workspace, execute, output};
-use crate::{libclang, pack, sanitize};
+use crate::workspace::Workspace;
+use crate::{fuzz, libclang, pack, sanitize};
 
 /// Options of `cargo xtask torture`.
 #[derive(Args)]
@@ -60,26 +60,26 @@ pub fn run(workspace: &Workspace, options: &Options) -> Result<()> {
         asan,
         valgrind,
         threads,
-        fuzz,
+        fuzz: seconds,
     } = *options;
-    if let Some(seconds) = fuzz {
-        self::fuzz(workspace, seconds)?;
+    if let Some(seconds) = seconds {
+        fuzz::run(workspace, seconds)?;
     }
     if asan {
         sanitize::run(workspace, calls.unwrap_or(ASAN_CALLS), seed)?;
     }
-    let is_plain =
-        !(asan || valgrind || threads) && fuzz.or(replay).or(long).or(calls.map(|_| 0)).is_none();
+    let is_plain = !(asan || valgrind || threads)
+        && seconds.or(replay).or(long).or(calls.map(|_| 0)).is_none();
     let needs_fmus =
         is_plain || valgrind || threads || replay.or(long).is_some() || (calls.is_some() && !asan);
     if !needs_fmus {
         return Ok(());
     }
-    pack::suite(workspace, &workspace.fmu_dir())?;
+    let fmus = pack::suite(workspace, &workspace.fmu_dir())?;
     if is_plain {
-        return check(workspace);
+        return check(workspace, fmus);
     }
-    let driver = Driver::build(workspace)?;
+    let driver = Driver::build(workspace, fmus)?;
     if let Some(seed) = replay {
         driver.run(&["calls", "--replay", &seed.to_string()])?;
     }
@@ -123,8 +123,8 @@ pub fn run(workspace: &Workspace, options: &Options) -> Result<()> {
 }
 
 /// What CI does, on the FMUs as they are packed.
-pub fn check(workspace: &Workspace) -> Result<()> {
-    let driver = Driver::build(workspace)?;
+pub fn check(workspace: &Workspace, fmus: Vec<PathBuf>) -> Result<()> {
+    let driver = Driver::build(workspace, fmus)?;
     driver.run(&["calls", "--calls", &CI_CALLS.to_string()])?;
     driver.run(&["threads"])?;
     driver.run(&["long", "--steps", &CI_STEPS.to_string()])?;
@@ -155,15 +155,12 @@ struct Driver<'a> {
 }
 
 impl<'a> Driver<'a> {
-    /// Built here, for the packed FMUs.
-    fn build(workspace: &'a Workspace) -> Result<Self> {
-        let fmus = ["Emla", "Hdrm", "Controller"];
+    /// Built here, for packed FMUs.
+    fn build(workspace: &'a Workspace, fmus: Vec<PathBuf>) -> Result<Self> {
         Ok(Self {
             workspace,
             program: workspace.build_program("torture", "torture", &[])?,
-            fmus: fmus
-                .map(|name| workspace.fmu_dir().join(name).with_extension("fmu"))
-                .into(),
+            fmus,
         })
     }
 
@@ -179,65 +176,4 @@ impl<'a> Driver<'a> {
         execute(command.args(&self.fmus))
             .context("valgrind; install it with `apt-get install valgrind`")
     }
-}
-
-/// The nightly compiler's cargo.
-pub fn nightly(workspace: &Workspace) -> Command {
-    let mut command = workspace.command("rustup");
-    command.args(["run", "nightly", "cargo"]);
-    command.env_remove("CARGO").env_remove("RUSTUP_TOOLCHAIN");
-    command
-}
-
-/// Each fuzz target for some time, from the committed corpus on; what it finds beyond goes to the target directory.
-fn fuzz(workspace: &Workspace, seconds: u64) -> Result<()> {
-    let folder = workspace.root.join("fuzz");
-    let list = output(
-        nightly(workspace)
-            .args(["fuzz", "list", "--fuzz-dir"])
-            .arg(&folder),
-    )
-    .context("cargo-fuzz; install it with `cargo install cargo-fuzz`")?;
-    let mut total = 0;
-    for target in list.lines() {
-        let inputs = fuzz_target(workspace, &folder, target, seconds)?;
-        println!("{target}: {inputs} inputs in {seconds} s, no complaint");
-        total += inputs;
-    }
-    println!(
-        "fuzzing: {} targets, {total} inputs: 0 crashes, 0 hangs",
-        list.lines().count()
-    );
-    Ok(())
-}
-
-/// Fuzz one target; the number of inputs it was given.
-fn fuzz_target(workspace: &Workspace, folder: &Path, target: &str, seconds: u64) -> Result<u64> {
-    let found = workspace.target.join("fuzz-corpus").join(target);
-    std::fs::create_dir_all(&found)?;
-    let mut command = nightly(workspace);
-    command
-        .args(["fuzz", "run", "--fuzz-dir"])
-        .arg(folder)
-        .arg(target)
-        .arg(&found)
-        .arg(seeds(folder, target))
-        .env("CARGO_TARGET_DIR", workspace.target.join("fuzz"))
-        .arg("--")
-        .arg(format!("-max_total_time={seconds}"))
-        .args(["-timeout=20", "-print_final_stats=1", "-print_funcs=0"]);
-    let done = command.output().context("cargo-fuzz")?;
-    let log = String::from_utf8_lossy(&done.stderr);
-    if !done.status.success() {
-        bail!("fuzz target {target}, {}:\n{log}", done.status);
-    }
-    let count = log
-        .lines()
-        .find_map(|l| l.strip_prefix("stat::number_of_executed_units:"));
-    let count = count.context("libFuzzer printed no statistics")?;
-    Ok(count.trim().parse()?)
-}
-
-fn seeds(folder: &Path, target: &str) -> PathBuf {
-    folder.join("seeds").join(target)
 }

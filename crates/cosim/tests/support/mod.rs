@@ -10,9 +10,6 @@ use cosim::system::System;
 use zip::CompressionMethod;
 use zip::write::SimpleFileOptions;
 
-#[path = "../../../xtask/src/library.rs"]
-mod library;
-
 /// A spring and a mass; `connections` is the content of `<ssd:Connections>`.
 pub fn ssd(connections: &str) -> String {
     let connectors = |list: &[(&str, &str)]| -> String {
@@ -106,20 +103,8 @@ fn fmu(example: &str) -> Vec<u8> {
         "{} is missing; `cargo test -p cosim` builds it, `--test` alone does not",
         built.display()
     );
-    let mut files = library::files(&built).unwrap();
-    let identifier = library::identifier(library::description(&files).unwrap()).unwrap();
-    let folder = match std::env::consts::OS {
-        "macos" => "darwin64",
-        "windows" => "win64",
-        _ => "linux64",
-    };
-    files.push((
-        format!(
-            "binaries/{folder}/{identifier}{}",
-            std::env::consts::DLL_SUFFIX
-        ),
-        fs::read(&built).unwrap(),
-    ));
+    let (_, files) = cargo_fmu::pack::contents(&built).unwrap();
+    let files: Vec<_> = files.into_iter().collect();
     let mut bytes = std::io::Cursor::new(Vec::new());
     write_zip(&mut bytes, &files);
     bytes.into_inner()

@@ -7,9 +7,10 @@ use std::fs;
 use std::process::Command;
 
 use anyhow::{Context, Result, ensure};
+use cargo_fmu::process::output;
 use serde::{Deserialize, Serialize};
 
-use crate::workspace::{Workspace, output};
+use crate::workspace::Workspace;
 
 /// Growth over the recorded count that is still accepted.
 const ALLOWED_GROWTH: f64 = 0.03;

@@ -1,0 +1,79 @@
+//! ZIP archives whose bytes depend on nothing but their contents: entries in the order of their names, with one fixed time.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::io::{Cursor, Read, Write};
+use std::path::Path;
+
+use anyhow::{Context, Result};
+use zip::write::SimpleFileOptions;
+use zip::{CompressionMethod, DateTime, ZipArchive, ZipWriter};
+
+/// Files of an archive: path inside it and content.
+pub type Entries = BTreeMap<String, Vec<u8>>;
+
+/// Write an archive; its size in bytes. A file appears only once the archive is complete.
+pub fn write(path: &Path, entries: &Entries) -> Result<usize> {
+    let mut zip = ZipWriter::new(Cursor::new(Vec::new()));
+    for (name, bytes) in entries {
+        let is_executable = name.starts_with("binaries/");
+        let options = SimpleFileOptions::default()
+            .compression_method(CompressionMethod::Deflated)
+            .last_modified_time(DateTime::default())
+            .unix_permissions(if is_executable { 0o755 } else { 0o644 });
+        zip.start_file(name.as_str(), options)
+            .with_context(|| name.clone())?;
+        zip.write_all(bytes)?;
+    }
+    let bytes = zip.finish()?.into_inner();
+    fs::write(path, &bytes).with_context(|| path.display().to_string())?;
+    Ok(bytes.len())
+}
+
+/// Read all files of an archive.
+pub fn read(path: &Path) -> Result<Entries> {
+    read_bytes(fs::read(path).with_context(|| path.display().to_string())?)
+        .with_context(|| path.display().to_string())
+}
+
+fn read_bytes(bytes: Vec<u8>) -> Result<Entries> {
+    let mut archive = ZipArchive::new(Cursor::new(bytes))?;
+    let mut entries = Entries::new();
+    for index in 0..archive.len() {
+        let mut entry = archive.by_index(index)?;
+        if entry.is_file() {
+            let name = entry.name()?.into_owned();
+            let mut bytes = Vec::new();
+            entry.read_to_end(&mut bytes)?;
+            entries.insert(name, bytes);
+        }
+    }
+    Ok(entries)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The time is fixed and the order is that of the names, so that equal contents give equal bytes whenever they are packed.
+    #[test]
+    fn equal_contents_give_equal_archives() {
+        let path = std::env::temp_dir().join(format!("cargo-fmu-{}.zip", std::process::id()));
+        let entries = Entries::from([
+            ("b/x".to_string(), vec![1; 1000]),
+            ("a".to_string(), b"text".to_vec()),
+        ]);
+        let size = write(&path, &entries).unwrap();
+        let bytes = fs::read(&path).unwrap();
+        assert_eq!(bytes.len(), size);
+        let mut archive = ZipArchive::new(Cursor::new(bytes)).unwrap();
+        let written = (0..archive.len()).map(|k| {
+            let entry = archive.by_index(k).unwrap();
+            (entry.name().unwrap().into_owned(), entry.last_modified())
+        });
+        let expected = ["a", "b/x"].map(|name| (name.to_string(), Some(DateTime::default())));
+        assert_eq!(written.collect::<Vec<_>>(), expected);
+        assert_eq!(read(&path).unwrap(), entries);
+        fs::remove_file(&path).unwrap();
+    }
+}

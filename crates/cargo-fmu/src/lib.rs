@@ -1,0 +1,13 @@
+//! FMUs from libraries made with `fmu-export`: building them, reading the files they carry, and packing both into archives.
+//!
+//! The program is `cargo fmu` (see [`pack`]); other tools use its parts from here. No model is linked: libraries are loaded, asked
+//! for their files, and closed again.
+#![deny(unsafe_code)]
+
+pub mod archive;
+pub mod library;
+pub mod licences;
+pub mod pack;
+pub mod platform;
+pub mod process;
+pub mod workspace;

@@ -1,0 +1,128 @@
+//! The files that a library made with `fmu_export::export_fmu!` carries, received through its function `fmi2ExportFiles`.
+#![allow(unsafe_code)] // loads a library, and receives C strings and bytes
+
+use std::collections::BTreeMap;
+use std::ffi::{CStr, c_char, c_int, c_void};
+use std::path::Path;
+
+use anyhow::{Context, Result, bail};
+use fmu_description::Description;
+
+use crate::archive::Entries;
+
+type Receive = unsafe extern "C" fn(*mut c_void, *const c_char, *const u8, usize);
+/// The C function `fmi2ExportFiles`.
+pub type ExportFiles = unsafe extern "C" fn(*mut c_void, Option<Receive>) -> c_int;
+
+#[derive(Default)]
+struct Received {
+    files: Entries,
+    reason: Option<String>,
+}
+
+/// All files of the FMU beside the binaries: model description, documentation, icon, resources. The library must be one that this
+/// machine can load.
+pub fn files(library: &Path) -> Result<Entries> {
+    let name = library.display();
+    // SAFETY: a library that was built to be loaded as an FMU; loading it runs no code of the model.
+    let loaded = unsafe { libloading::Library::new(library) }
+        .with_context(|| format!("{name} cannot be loaded"))?;
+    // SAFETY: `fmu_export::export_fmu!` gives the symbol this signature.
+    let export = unsafe { loaded.get::<ExportFiles>(b"fmi2ExportFiles\0") };
+    let export = export.with_context(|| {
+        format!("{name} exports no fmi2ExportFiles; does the crate use fmu_export::export_fmu!?")
+    })?;
+    // SAFETY: the function of a library that stays loaded until it has returned.
+    unsafe { received(*export) }.with_context(|| name.to_string())
+}
+
+/// The files that the function hands out.
+///
+/// # Safety
+/// `export` must be what `fmu_export::export_fmu!` makes, and callable.
+pub unsafe fn received(export: ExportFiles) -> Result<Entries> {
+    let mut received = Received::default();
+    // SAFETY: the context is what `receive` expects, and outlives the call.
+    let status = unsafe { export((&raw mut received).cast(), Some(receive)) };
+    match received.reason {
+        Some(reason) => bail!("{reason}"),
+        None if status != 0 => bail!("fmi2ExportFiles returned {status}"),
+        None => Ok(received.files),
+    }
+}
+
+unsafe extern "C" fn receive(
+    context: *mut c_void,
+    path: *const c_char,
+    bytes: *const u8,
+    size: usize,
+) {
+    // SAFETY: the context given to fmi2ExportFiles, used by nothing else meanwhile.
+    let received = unsafe { &mut *context.cast::<Received>() };
+    let content = match size {
+        0 => &[],
+        // SAFETY: `size` readable bytes.
+        _ => unsafe { std::slice::from_raw_parts(bytes, size) },
+    };
+    if path.is_null() {
+        received.reason = Some(String::from_utf8_lossy(content).into_owned());
+        return;
+    }
+    // SAFETY: not NULL, hence a C string.
+    let path = unsafe { CStr::from_ptr(path) };
+    let path = path.to_string_lossy().into_owned();
+    received.files.insert(path, content.to_vec());
+}
+
+/// Text of the model description among the files.
+pub fn description_text(files: &BTreeMap<String, Vec<u8>>) -> Result<&str> {
+    let bytes = files.get("modelDescription.xml");
+    let bytes = bytes.context("the library carries no modelDescription.xml")?;
+    std::str::from_utf8(bytes).context("modelDescription.xml must be UTF-8")
+}
+
+/// The model description among the files.
+pub fn description(files: &Entries) -> Result<Description> {
+    Ok(Description::parse(description_text(files)?)?)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    unsafe extern "C" fn two_files(to: *mut c_void, receive: Option<Receive>) -> c_int {
+        let receive = receive.unwrap();
+        // SAFETY: a C string and as many bytes as are there; no bytes for an empty file.
+        unsafe {
+            receive(to, c"a/b.txt".as_ptr(), b"text".as_ptr(), 4);
+            receive(to, c"empty".as_ptr(), std::ptr::null(), 0);
+        }
+        0
+    }
+
+    unsafe extern "C" fn refusal(to: *mut c_void, receive: Option<Receive>) -> c_int {
+        // SAFETY: no path: the bytes are the reason.
+        unsafe { receive.unwrap()(to, std::ptr::null(), b"row `x`".as_ptr(), 7) };
+        1
+    }
+
+    unsafe extern "C" fn silent_failure(_: *mut c_void, _: Option<Receive>) -> c_int {
+        7
+    }
+
+    #[test]
+    fn files_and_reasons_are_received() {
+        // SAFETY: the functions above keep to the contract.
+        let (files, refused, failed) = unsafe {
+            (
+                received(two_files).unwrap(),
+                received(refusal).unwrap_err(),
+                received(silent_failure).unwrap_err(),
+            )
+        };
+        let expected = [("a/b.txt", b"text".to_vec()), ("empty", vec![])];
+        assert_eq!(files, expected.map(|(p, b)| (p.to_string(), b)).into());
+        assert_eq!(refused.to_string(), "row `x`");
+        assert_eq!(failed.to_string(), "fmi2ExportFiles returned 7");
+    }
+}

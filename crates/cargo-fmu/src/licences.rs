@@ -1,0 +1,73 @@
+//! Licence texts of a package, as FMI 2.0.4 wants them (section 2.3): in `documentation/licenses/`, with one file to begin with.
+
+use std::fs;
+use std::path::Path;
+
+use anyhow::{Context, Result};
+
+use crate::archive::Entries;
+
+const FOLDER: &str = "documentation/licenses";
+/// Beginnings of the names of files that hold licences or notices.
+const NAMES: [&str; 4] = ["LICENSE", "LICENCE", "COPYING", "NOTICE"];
+
+/// The files of the first folder that has any, and `license.txt`, which names them and the licence expression.
+pub fn files(folders: &[&Path], expression: Option<&str>) -> Result<Entries> {
+    let mut found = Entries::new();
+    for folder in folders {
+        for entry in fs::read_dir(folder).with_context(|| folder.display().to_string())? {
+            let entry = entry?;
+            let name = entry.file_name().to_string_lossy().into_owned();
+            if NAMES.iter().any(|n| name.starts_with(n)) && entry.file_type()?.is_file() {
+                found.insert(format!("{FOLDER}/{name}"), fs::read(entry.path())?);
+            }
+        }
+        if !found.is_empty() {
+            break;
+        }
+    }
+    if expression.is_some() || !found.is_empty() {
+        let mut text = format!("Licence: {}\n", expression.unwrap_or("see these files"));
+        for path in found.keys() {
+            text += &format!("{}\n", path.rsplit('/').next().unwrap_or(path));
+        }
+        found.insert(format!("{FOLDER}/license.txt"), text.into_bytes());
+    }
+    Ok(found)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_first_folder_with_licences_counts() {
+        let root = std::env::temp_dir().join(format!("cargo-fmu-licences-{}", std::process::id()));
+        let own = root.join("own");
+        fs::create_dir_all(own.join("LICENSES")).unwrap();
+        fs::write(root.join("LICENSE-MIT"), "root").unwrap();
+        let texts = |expression| {
+            let files = files(&[&own, &root], expression).unwrap();
+            let text = |(path, bytes)| (path, String::from_utf8(bytes).unwrap());
+            files
+                .into_iter()
+                .map(text)
+                .collect::<Vec<(String, String)>>()
+        };
+        let path = |name: &str| format!("documentation/licenses/{name}");
+        let listed = "Licence: MIT\nLICENSE-MIT\n".to_string();
+        let expected = [
+            (path("LICENSE-MIT"), "root".to_string()),
+            (path("license.txt"), listed),
+        ];
+        assert_eq!(texts(Some("MIT")), expected, "a folder is no licence");
+        fs::write(own.join("COPYING"), "own").unwrap();
+        let listed = "Licence: see these files\nCOPYING\n".to_string();
+        let expected = [
+            (path("COPYING"), "own".to_string()),
+            (path("license.txt"), listed),
+        ];
+        assert_eq!(texts(None), expected);
+        fs::remove_dir_all(&root).unwrap();
+    }
+}

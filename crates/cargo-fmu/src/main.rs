@@ -1,0 +1,72 @@
+//! `cargo fmu`: FMUs from libraries made with `fmu-export`, in any cargo workspace.
+#![forbid(unsafe_code)]
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use anyhow::{Context, Result};
+use cargo_fmu::pack;
+use cargo_fmu::workspace::{Source, Workspace};
+use clap::{Args, Parser, Subcommand};
+
+/// Cargo hands its subcommands their own name first.
+#[derive(Parser)]
+#[command(name = "cargo", bin_name = "cargo")]
+enum Cargo {
+    Fmu(Fmu),
+}
+
+/// FMUs from Rust models that use fmu-export
+#[derive(Args)]
+#[command(version)]
+struct Fmu {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Build libraries and pack them, with documentation, resources and licences, into FMUs for this machine's platform
+    Pack {
+        /// Package to pack, repeatable [default: the one of this folder, else all that make an FMU]
+        #[arg(short, long = "package", value_name = "PACKAGE")]
+        packages: Vec<String>,
+        /// Example with crate type cdylib to pack, repeatable
+        #[arg(long = "example", value_name = "EXAMPLE")]
+        examples: Vec<String>,
+        /// Folder for the packed files [default: fmu/ in the target directory]
+        #[arg(long, value_name = "DIR")]
+        out: Option<PathBuf>,
+        /// Cargo profile; fmu-release optimises the whole program at once, release builds faster
+        #[arg(long, value_name = "PROFILE", default_value = pack::FMU_PROFILE)]
+        profile: String,
+    },
+}
+
+fn main() -> ExitCode {
+    let Cargo::Fmu(Fmu { command }) = Cargo::parse();
+    match run(command) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error: {error:#}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn run(command: Command) -> Result<()> {
+    let Command::Pack {
+        packages,
+        examples,
+        out,
+        profile,
+    } = command;
+    let folder = std::env::current_dir().context("the current folder")?;
+    let workspace = Workspace::of(&folder)?;
+    let mut sources = Source::chosen(packages, examples);
+    if sources.is_empty() {
+        sources = workspace.fmus(&folder);
+    }
+    let out = out.unwrap_or_else(|| workspace.target.join("fmu"));
+    pack::fmus(&workspace, &sources, &pack::profile(&profile), &out).map(drop)
+}

@@ -1,0 +1,34 @@
+//! Running programs: an error names the whole command.
+
+use std::process::{Command, Stdio};
+
+use anyhow::{Context, Result, bail, ensure};
+
+/// Run a command.
+pub fn execute(command: &mut Command) -> Result<()> {
+    let text = shown(command);
+    let status = command
+        .status()
+        .with_context(|| format!("`{text}` cannot be started"))?;
+    ensure!(status.success(), "`{text}` failed ({status})");
+    Ok(())
+}
+
+/// Run a command; what it wrote to standard output.
+pub fn output(command: &mut Command) -> Result<String> {
+    let text = shown(command);
+    let result = command
+        .stderr(Stdio::inherit())
+        .output()
+        .with_context(|| format!("`{text}` cannot be started"))?;
+    if !result.status.success() {
+        bail!("`{text}` failed ({})", result.status);
+    }
+    String::from_utf8(result.stdout).with_context(|| format!("`{text}` wrote no UTF-8"))
+}
+
+fn shown(command: &Command) -> String {
+    let words = std::iter::once(command.get_program()).chain(command.get_args());
+    let words: Vec<_> = words.map(|w| w.to_string_lossy()).collect();
+    words.join(" ")
+}

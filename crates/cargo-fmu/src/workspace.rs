@@ -1,0 +1,216 @@
+//! A cargo workspace: its packages, and what cargo builds of them.
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use anyhow::{Context, Result, anyhow};
+use serde::Deserialize;
+
+use crate::process::output;
+
+/// What `cargo metadata` says.
+#[derive(Debug, Deserialize)]
+pub struct Workspace {
+    /// Folder of the root Cargo.toml.
+    #[serde(rename = "workspace_root")]
+    pub root: PathBuf,
+    /// Target directory, wherever the user has put it.
+    #[serde(rename = "target_directory")]
+    pub target: PathBuf,
+    /// The members.
+    pub packages: Vec<Package>,
+}
+
+/// A package of the workspace.
+#[derive(Debug, Deserialize)]
+pub struct Package {
+    /// Name.
+    pub name: String,
+    /// SPDX licence expression.
+    pub license: Option<String>,
+    manifest_path: PathBuf,
+    targets: Vec<Target>,
+    dependencies: Vec<Dependency>,
+}
+
+#[derive(Debug, Deserialize)]
+struct Target {
+    name: String,
+    kind: Vec<String>,
+    crate_types: Vec<String>,
+}
+
+#[derive(Debug, Deserialize)]
+struct Dependency {
+    name: String,
+}
+
+/// A cdylib that becomes an FMU.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Source {
+    /// The library of a package.
+    Package(String),
+    /// An example of any package.
+    Example(String),
+}
+
+/// A file that cargo has built.
+#[derive(Debug, Deserialize)]
+pub struct Artifact {
+    target: Target,
+    filenames: Vec<PathBuf>,
+    /// A program, test or bench.
+    pub executable: Option<PathBuf>,
+}
+
+/// The cargo that runs this program, else the one on the path.
+pub fn cargo() -> Command {
+    Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()))
+}
+
+impl Workspace {
+    /// The workspace that a folder is in.
+    pub fn of(folder: &Path) -> Result<Self> {
+        let mut command = cargo();
+        command.current_dir(folder);
+        command.args(["metadata", "--format-version", "1", "--no-deps"]);
+        serde_json::from_str(&output(&mut command)?).context("the answer of cargo metadata")
+    }
+
+    /// The packages with a library for an FMU: the one that `folder` is in, or all if it is in none.
+    pub fn fmus(&self, folder: &Path) -> Vec<Source> {
+        let around = |p: &&Package| folder.starts_with(p.folder()) && p.folder() != self.root;
+        let nearest = self.packages.iter().filter(around);
+        let nearest = nearest.max_by_key(|p| p.folder().as_os_str().len());
+        let chosen = self.packages.iter().filter(|p| match nearest {
+            Some(nearest) => nearest.name == p.name,
+            None => true,
+        });
+        let with_library = chosen.filter(|p| p.is_fmu());
+        with_library
+            .map(|p| Source::Package(p.name.clone()))
+            .collect()
+    }
+
+    /// Build the libraries of FMUs, in one go so that their dependencies are built once; with each the package that it belongs to.
+    pub fn build(
+        &self,
+        sources: &[Source],
+        profile: &[String],
+    ) -> Result<Vec<(PathBuf, &Package)>> {
+        let mut command = cargo();
+        command.current_dir(&self.root).arg("build").args(profile);
+        for source in sources {
+            match source {
+                Source::Package(name) => command.args(["--package", name]),
+                Source::Example(name) => command.args(["--example", name]),
+            };
+        }
+        if sources.iter().any(|s| matches!(s, Source::Package(_))) {
+            command.arg("--lib");
+        }
+        let built = artifacts(&mut command)?;
+        let library = |source: &Source| {
+            let package = self.package(source)?;
+            let library = source.library(&built).with_context(|| {
+                format!("`{}` is no cdylib: its [lib] or [[example]] must have crate-type = [\"cdylib\"]", source.name())
+            })?;
+            Ok((library, package))
+        };
+        sources.iter().map(library).collect()
+    }
+
+    fn package(&self, source: &Source) -> Result<&Package> {
+        let is_it = |p: &&Package| match source {
+            Source::Package(name) => p.name == *name,
+            Source::Example(name) => p.targets.iter().any(|t| t.is_example() && t.name == *name),
+        };
+        let found = self.packages.iter().find(is_it);
+        found.ok_or_else(|| match source {
+            Source::Package(name) => anyhow!("the workspace has no package `{name}`"),
+            Source::Example(name) => anyhow!("the workspace has no example `{name}`"),
+        })
+    }
+}
+
+impl Package {
+    /// Folder of its Cargo.toml.
+    pub fn folder(&self) -> &Path {
+        self.manifest_path.parent().unwrap_or(Path::new("/"))
+    }
+
+    /// A cdylib that depends on `fmu-export`.
+    fn is_fmu(&self) -> bool {
+        let is_cdylib = |t: &Target| t.kind.iter().any(|k| k == "cdylib");
+        self.targets.iter().any(is_cdylib)
+            && self.dependencies.iter().any(|d| d.name == "fmu-export")
+    }
+}
+
+impl Target {
+    fn is_example(&self) -> bool {
+        self.kind.iter().any(|k| k == "example")
+    }
+}
+
+impl Source {
+    /// The packages and examples named on a command line.
+    pub fn chosen(packages: Vec<String>, examples: Vec<String>) -> Vec<Self> {
+        let packages = packages.into_iter().map(Self::Package);
+        packages
+            .chain(examples.into_iter().map(Self::Example))
+            .collect()
+    }
+
+    /// Its shared library among what cargo has built.
+    pub fn library(&self, built: &[Artifact]) -> Option<PathBuf> {
+        let name = self.name().replace('-', "_");
+        let fits = |a: &&Artifact| a.name().replace('-', "_") == name && a.is_of(self);
+        built.iter().filter(fits).find_map(Artifact::library)
+    }
+
+    fn name(&self) -> &str {
+        match self {
+            Self::Package(name) | Self::Example(name) => name,
+        }
+    }
+}
+
+impl Artifact {
+    /// Name of the target.
+    pub fn name(&self) -> &str {
+        &self.target.name
+    }
+
+    fn is_of(&self, source: &Source) -> bool {
+        self.target.is_example() == matches!(source, Source::Example(_))
+    }
+
+    /// The shared library of a cdylib.
+    fn library(&self) -> Option<PathBuf> {
+        let is_cdylib = self.target.crate_types.iter().any(|t| t == "cdylib");
+        let mut files = self.filenames.iter();
+        let is_shared = |f: &&PathBuf| {
+            f.extension()
+                .is_some_and(|e| ["so", "dll", "dylib"].iter().any(|s| e == *s))
+        };
+        files.find(is_shared).filter(|_| is_cdylib).cloned()
+    }
+}
+
+/// Run a cargo command that builds; what it has built.
+pub fn artifacts(command: &mut Command) -> Result<Vec<Artifact>> {
+    #[derive(Deserialize)]
+    struct Message {
+        reason: String,
+    }
+    let messages = output(command.args(["--message-format", "json-render-diagnostics"]))?;
+    let is_artifact = |line: &&str| {
+        serde_json::from_str::<Message>(line).is_ok_and(|m| m.reason == "compiler-artifact")
+    };
+    let artifacts = messages.lines().filter(is_artifact);
+    let artifacts = artifacts
+        .map(serde_json::from_str)
+        .collect::<Result<_, _>>();
+    artifacts.context("the messages of cargo")
+}
