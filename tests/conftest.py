@@ -11,6 +11,16 @@ from system import System
 
 FMU_DIR = Path(os.environ.get("FMU_DIR", ROOT / "target/fmu")).resolve()  # as the caller's shell means it
 NAMES = ("Emla", "Hdrm", "Controller")
+CI = os.environ.get("CI", "") not in ("", "0", "false")
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_makereport(item, call):
+    """In continuous integration nothing may be skipped: what is missing there is a failure."""
+    report = yield
+    if report.skipped and CI:
+        report.outcome, report.longrepr = "failed", f"skipped, which is a failure where CI is set: {call.excinfo.value}"
+    return report
 
 
 @pytest.fixture(scope="session")

@@ -382,9 +382,8 @@ def test_unnamed_instance(fmu):
     ("{}", ["missing field"]),
     ('{"surprise": 1}', ["surprise", "expected one of"]),
 ])  # fmt: skip
+@pytest.mark.parametrize("fmu", ["Emla", "Controller"], indirect=True)
 def test_wrong_surrogate_file(fmu, tmp_path, content, words):
-    if fmu.identifier == "Hdrm":
-        pytest.skip("has no network")
     path = tmp_path / "nowhere.json"
     if content is not None:
         path.write_text(content)
@@ -409,9 +408,8 @@ def test_machine_that_cannot_be_assembled(hdrm, tmp_path):
     instance.free()
 
 
+@pytest.mark.parametrize("fmu", ["Emla", "Hdrm"], indirect=True)
 def test_derivative_of_an_order_that_is_not_provided(fmu, running):
-    if fmu.identifier == "Controller":
-        pytest.skip("has no output derivatives")
     name, value, order = REAL_OUTPUT[fmu.identifier], (c_double * 1)(), (c_int * 1)(2)
     call = lambda: running.status("fmi2GetRealOutputDerivatives", running.references([name]), 1, order, value)
     refused(running, call, f"`{name}`", "order of derivative = 2", "allowed is 1")

