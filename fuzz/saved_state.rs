@@ -2,9 +2,11 @@
 //!
 //! A valid state is taken from the FMU and patched as the fuzzer says, so that small inputs reach deep into large states.
 
+use fmu_description::Description;
+use fmu_export::Model;
 use fmu_export::ffi::*;
 use std::cell::RefCell;
-use std::ffi::{CString, c_char, c_int, c_void};
+use std::ffi::{CString, c_int};
 use std::ptr;
 
 #[rustfmt::skip]
@@ -23,7 +25,6 @@ unsafe extern "C" {
     fn fmi2SerializedFMUstateSize(c: Component, state: FmuState, size: *mut usize) -> Status;
     fn fmi2SerializeFMUstate(c: Component, state: FmuState, bytes: *mut Byte, size: usize) -> Status;
     fn fmi2DeSerializeFMUstate(c: Component, bytes: *const Byte, size: usize, state: *mut FmuState) -> Status;
-    fn fmi2ExportFiles(context: *mut c_void, receive: Option<ReceiveFile>) -> c_int;
 }
 
 /// Bytes before the body: magic, version, GUID, length, checksum.
@@ -40,19 +41,11 @@ thread_local! {
     static TARGET: RefCell<Option<Target>> = const { RefCell::new(None) };
 }
 
-unsafe extern "C" fn receive(to: *mut c_void, path: *const c_char, bytes: *const u8, n: usize) {
-    // SAFETY: `to` is the vector below; the first file is the model description.
-    unsafe {
-        let to = &mut *to.cast::<Vec<u8>>();
-        if !path.is_null() && to.is_empty() {
-            to.extend(std::slice::from_raw_parts(bytes, n));
-        }
-    }
-}
-
 impl Target {
-    fn new() -> Self {
-        let mut xml = Vec::new();
+    fn new<M: Model>() -> Self {
+        let xml = fmu_export::model_description::<M>().expect("a table in order");
+        let guid = Description::parse(&xml).expect("a description").guid;
+        let guid = CString::new(guid).expect("no NUL");
         let callbacks = CallbackFunctions {
             logger: None,
             allocate_memory: None,
@@ -62,10 +55,6 @@ impl Target {
         };
         // SAFETY: valid arguments throughout.
         unsafe {
-            fmi2ExportFiles((&raw mut xml).cast(), Some(receive));
-            let xml = String::from_utf8(xml).expect("UTF-8");
-            let guid = xml.split("guid=\"").nth(1).and_then(|s| s.split('"').next());
-            let guid = CString::new(guid.expect("a GUID")).expect("no NUL");
             let c = fmi2Instantiate(c"fuzz".as_ptr(), 1, guid.as_ptr(), ptr::null(), &callbacks, 0, 0);
             assert!(!c.is_null());
             assert_eq!(fmi2EnterInitializationMode(c), Status::Ok);
@@ -104,9 +93,9 @@ impl Target {
 }
 
 /// One input of the fuzzer.
-pub fn run(data: &[u8]) {
+pub fn run<M: Model>(data: &[u8]) {
     TARGET.with_borrow_mut(|target| {
-        let target = target.get_or_insert_with(Target::new);
+        let target = target.get_or_insert_with(Target::new::<M>);
         let Some((&how, rest)) = data.split_first() else {
             return;
         };

@@ -4,7 +4,7 @@
 //! x_dot ≠ 0 would cost K_b·x_dot·h of force, some 20 kN at 1 ms. So after a step the outputs belong to the new time, before the
 //! importer has set anything.
 
-use crate::{EmlaFmu, table};
+use super::{EmlaFmu, table};
 use emla::Input;
 use fmu_export::{InputPolynomial, ModelError};
 use serde::{Deserialize, Serialize};

@@ -9,4 +9,4 @@ mod saved_state;
 
 use fmu::{EmlaFmu, Parameters};
 
-libfuzzer_sys::fuzz_target!(|data: &[u8]| saved_state::run(data));
+libfuzzer_sys::fuzz_target!(|data: &[u8]| saved_state::run::<EmlaFmu>(data));

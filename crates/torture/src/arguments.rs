@@ -1,8 +1,8 @@
-//! Random arguments: half of the calls are meant well, the others hold anything that has the right type in C.
+//! Random arguments: half of the calls have valid ones, the others hold anything that has the right type in C.
 
-use crate::description::{Kind, Variable};
 use crate::fmu::Fmu;
 use crate::random::Random;
+use fmu_description::{Access, Variable};
 
 const STRANGE: [f64; 12] = [
     f64::NAN,
@@ -35,51 +35,51 @@ pub fn integer(r: &mut Random) -> i32 {
 
 /// A value inside the bounds: near the start value, anywhere, or on a bound.
 fn inside(r: &mut Random, v: &Variable) -> f64 {
-    let [min, max] = v.bounds;
+    let ([min, max], start) = (v.bounds(), v.start_number().unwrap_or(0.0));
     let value = match r.below(8) {
-        0..4 => v.start * (0.5 + r.unit()) + 0.01 * (r.unit() - 0.5),
+        0..4 => start * (0.5 + r.unit()) + 0.01 * (r.unit() - 0.5),
         4 if min.is_finite() && max.is_finite() => min + (max - min) * r.unit(),
         5 if min.is_finite() => min,
         6 if max.is_finite() => max,
-        _ => v.start + 10.0 * (r.unit() - 0.5),
+        _ => start + 10.0 * (r.unit() - 0.5),
     };
     value.clamp(min, max)
 }
 
 /// A Real value for a variable.
-pub fn real_for(r: &mut Random, v: Option<&Variable>, kindly: bool) -> f64 {
+pub fn real_for(r: &mut Random, v: Option<&Variable>, valid: bool) -> f64 {
     match v {
-        Some(v) if kindly || r.one_in(2) => inside(r, v),
-        Some(v) if r.one_in(4) => r.of(&[
-            v.bounds[0] - v.bounds[0].abs() * 1e-9 - 1e-9,
-            v.bounds[1] + v.bounds[1].abs() * 1e-9 + 1e-9,
-        ]),
+        Some(v) if valid || r.one_in(2) => inside(r, v),
+        Some(v) if r.one_in(4) => {
+            let [min, max] = v.bounds();
+            r.of(&[min - min.abs() * 1e-9 - 1e-9, max + max.abs() * 1e-9 + 1e-9])
+        }
         _ => real(r),
     }
 }
 
 /// An Integer or Boolean value for a variable.
-pub fn integer_for(r: &mut Random, v: Option<&Variable>, kindly: bool) -> i32 {
+pub fn integer_for(r: &mut Random, v: Option<&Variable>, valid: bool) -> i32 {
     match v {
-        Some(v) if kindly && v.kind == Kind::Integer => {
-            let [min, max] = v.bounds.map(|b| b.clamp(-8.0, 8.0) as i32);
+        Some(v) if valid && v.access() == Access::Integer => {
+            let [min, max] = v.bounds().map(|b| b.clamp(-8.0, 8.0) as i32);
             min + r.below((max - min + 1) as usize) as i32
         }
-        Some(_) if kindly => r.of(&[0, 1]),
+        Some(_) if valid => r.of(&[0, 1]),
         _ => integer(r),
     }
 }
 
-/// Value references: those of `wanted` variables if meant kindly, else any, known or not.
+/// Value references: those of `wanted` variables if `valid`, else any, known or not.
 pub fn references(
     r: &mut Random,
     fmu: &Fmu,
-    kindly: bool,
+    valid: bool,
     wanted: impl Fn(&Variable) -> bool,
 ) -> Vec<u32> {
     let n = r.of(&[0, 1, 1, 1, 2, 3, 8]);
     let variables = &fmu.description.variables;
-    let wanted: Vec<u32> = match kindly {
+    let wanted: Vec<u32> = match valid {
         true => variables
             .iter()
             .filter(|v| wanted(v))
@@ -87,12 +87,12 @@ pub fn references(
             .collect(),
         false => Vec::new(),
     };
-    let one = |r: &mut Random| match kindly {
+    let one = |r: &mut Random| match valid {
         true => r.of(&wanted),
         false if r.one_in(16) => r.of(&[u32::MAX, 1 << 31, variables.len() as u32]),
         false => variables[r.below(variables.len())].reference,
     };
-    match kindly && wanted.is_empty() {
+    match valid && wanted.is_empty() {
         true => Vec::new(),
         false => (0..n).map(|_| one(r)).collect(),
     }
@@ -101,11 +101,11 @@ pub fn references(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::description::Description;
+    use fmu_description::Description;
 
-    /// On the committed model descriptions: what is meant kindly lies inside the declared bounds, the rest leaves them now and then.
+    /// On the committed model descriptions: a valid value lies inside the declared bounds, the rest leaves them now and then.
     #[test]
-    fn kind_values_keep_to_the_bounds() {
+    fn valid_values_keep_to_the_bounds() {
         let mut r = Random::new(3);
         for text in [
             include_str!("../../../modelDescription/Emla.xml"),
@@ -115,7 +115,7 @@ mod tests {
             let description = Description::parse(text).unwrap();
             let mut outside = 0;
             for v in description.variables.iter().filter(|v| v.is_input()) {
-                let [min, max] = v.bounds;
+                let [min, max] = v.bounds();
                 assert!(min < max && max.is_finite(), "{}", v.name);
                 for _ in 0..200 {
                     let value = real_for(&mut r, Some(v), true);

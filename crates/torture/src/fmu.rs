@@ -1,10 +1,11 @@
 //! An FMU opened: unpacked if it is packed, its description read, its library loaded.
 
-use crate::description::Description;
 use crate::functions::Functions;
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result};
+use cargo_fmu::{library, platform};
+use fmu_description::{Description, Variable};
 use libloading::Library;
-use std::ffi::{CStr, CString, c_char, c_int, c_void};
+use std::ffi::CString;
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 
@@ -30,18 +31,20 @@ impl Fmu {
         .with_context(|| path.display().to_string())
     }
 
+    /// The variable with this value reference, which FMUs made with fmu-export give only once, whatever its type.
+    pub fn find(&self, reference: u32) -> Option<&Variable> {
+        let mut variables = self.description.variables.iter();
+        variables.find(|v| v.reference == reference)
+    }
+
     fn packed(path: &Path) -> Result<Self> {
         let folder = Folder::new(path)?;
         zip::ZipArchive::new(File::open(path)?)?.extract(&folder.0)?;
         let description = fs::read_to_string(folder.0.join("modelDescription.xml"))?;
         let description = Description::parse(&description)?;
-        let platform = match std::env::consts::OS {
-            "linux" => "linux64",
-            "windows" => "win64",
-            other => bail!("the driver does not run on {other}"),
-        };
-        let name = format!("{}{}", description.identifier, std::env::consts::DLL_SUFFIX);
-        let library = folder.0.join("binaries").join(platform).join(name);
+        let platform = platform::host()?;
+        let name = format!("{}{}", description.identifier, platform.suffix);
+        let library = folder.0.join("binaries").join(platform.folder).join(name);
         let resources = format!("file://{}/resources", folder.0.display());
         Ok(Self {
             functions: Functions::load(load(&library)?)?,
@@ -52,11 +55,9 @@ impl Fmu {
     }
 
     fn library(path: &Path) -> Result<Self> {
-        let library = load(path)?;
-        let text = own_description(&library)?;
         Ok(Self {
-            description: Description::parse(&text)?,
-            functions: Functions::load(library)?,
+            description: library::description(&library::files(path)?)?,
+            functions: Functions::load(load(path)?)?,
             resources: CString::default(),
             _folder: None,
         })
@@ -66,30 +67,6 @@ impl Fmu {
 fn load(path: &Path) -> Result<Library> {
     // SAFETY: the FMU under test; loading it runs no code of its own.
     unsafe { Library::new(path) }.with_context(|| path.display().to_string())
-}
-
-type Receive = unsafe extern "C" fn(*mut c_void, *const c_char, *const u8, usize);
-
-/// The model description that a library made with fmu-export carries.
-fn own_description(library: &Library) -> Result<String> {
-    unsafe extern "C" fn receive(to: *mut c_void, path: *const c_char, bytes: *const u8, n: usize) {
-        // SAFETY: `to` is the text below; path is NULL or a C string, and `bytes` are `n` bytes.
-        unsafe {
-            if !path.is_null() && CStr::from_ptr(path) == c"modelDescription.xml" {
-                let bytes = std::slice::from_raw_parts(bytes, n);
-                *to.cast::<String>() = String::from_utf8_lossy(bytes).into_owned();
-            }
-        }
-    }
-    let mut text = String::new();
-    // SAFETY: the symbol has this signature in fmu-export; the context is what `receive` expects.
-    unsafe {
-        let export = library.get::<unsafe extern "C" fn(*mut c_void, Option<Receive>) -> c_int>(
-            b"fmi2ExportFiles\0",
-        )?;
-        export((&raw mut text).cast(), Some(receive));
-    }
-    Ok(text)
 }
 
 /// A temporary folder, deleted with this value.

@@ -1,8 +1,8 @@
 //! An instance with its log, and what an importer that follows the standard knows about it: the oracle's side of the state.
 
-use crate::description::Kind;
 use crate::fmu::Fmu;
 use crate::functions::*;
+use fmu_description::Access;
 use std::cell::RefCell;
 use std::ffi::{CStr, CString, c_int};
 use std::ptr;
@@ -224,7 +224,7 @@ impl<'a> Instance<'a> {
     pub fn outputs(&self) -> (c_int, Vec<f64>) {
         let variables = self.fmu.description.variables.iter();
         let vr: Vec<u32> = variables
-            .filter(|v| v.is_computed() && v.kind == Kind::Real)
+            .filter(|v| v.is_computed() && v.access() == Access::Real)
             .map(|v| v.reference)
             .collect();
         let mut values = vec![0.0; vr.len()];

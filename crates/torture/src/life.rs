@@ -16,13 +16,13 @@ const ALIVE: usize = 10;
 pub fn run(paths: &[PathBuf], instances: usize, loads: usize) -> Result<()> {
     for path in paths {
         let clock = Instant::now();
-        let mut pristine = None;
+        let mut expected = None;
         for _ in 0..loads {
             let fmu = Fmu::open(path)?;
             for _ in 0..(instances / loads).div_ceil(ALIVE) {
                 let generation: Result<Vec<_>, String> = (0..ALIVE).map(|_| live(&fmu)).collect();
                 for (_, bits) in generation.map_err(|e| anyhow!("{}: {e}", path.display()))? {
-                    let first = pristine.get_or_insert_with(|| bits.clone());
+                    let first = expected.get_or_insert_with(|| bits.clone());
                     anyhow::ensure!(*first == bits, "{}: instances differ", path.display());
                 }
             }

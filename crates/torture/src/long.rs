@@ -5,10 +5,10 @@ use std::time::Instant;
 
 use anyhow::{Context, Result, anyhow, ensure};
 
-use crate::description::Kind;
 use crate::fmu::Fmu;
 use crate::functions::OK;
 use crate::instance::Instance;
+use fmu_description::Access;
 
 const STEP: f64 = 1e-3;
 /// Memory may grow by this much, kB: some pages that the allocator keeps.
@@ -30,7 +30,7 @@ fn one(path: &Path, steps: u64) -> Result<()> {
         .description
         .variables
         .iter()
-        .filter(|v| v.is_input() && v.kind == Kind::Real)
+        .filter(|v| v.is_input() && v.access() == Access::Real)
         .collect();
     let vr: Vec<u32> = inputs.iter().map(|v| v.reference).collect();
     let (mut values, mut largest, mut discarded) = (vec![0.0; vr.len()], 0.0_f64, 0_u64);
@@ -41,8 +41,8 @@ fn one(path: &Path, steps: u64) -> Result<()> {
         }
         for (i, (value, v)) in values.iter_mut().zip(&inputs).enumerate() {
             let phase = 2e-3 * k as f64 * (1.0 + 0.1 * i as f64);
-            *value = (v.start + 0.1 * v.start.abs().max(1e-2) * phase.sin())
-                .clamp(v.bounds[0], v.bounds[1]);
+            let ([min, max], start) = (v.bounds(), v.start_number().unwrap_or(0.0));
+            *value = (start + 0.1 * start.abs().max(1e-2) * phase.sin()).clamp(min, max);
         }
         // t_k from an integer, as a good importer does it.
         let t = k as f64 * STEP;
@@ -85,7 +85,7 @@ fn one(path: &Path, steps: u64) -> Result<()> {
     );
     ensure!(
         growth <= GROWTH,
-        "memory grew by {growth} kB; allowed are {GROWTH} kB"
+        "memory grew by {growth} kB, but must grow by {GROWTH} kB at most"
     );
     ensure!(
         drift.abs() <= f64::EPSILON * end,

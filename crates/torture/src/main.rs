@@ -11,12 +11,11 @@
 
 mod arguments;
 mod batches;
-mod description;
 mod fmu;
 mod functions;
 mod instance;
 mod life;
-mod life_calls;
+mod lifecycle_calls;
 mod long;
 mod oracle;
 mod random;

@@ -98,7 +98,7 @@ pub fn judge(instance: &Instance, call: &Call) -> Result<(), String> {
     let Call { name, status, .. } = *call;
     let problem = |what: String| Err(format!("{name} gave {status}: {what}; log: {messages:?}"));
     if !call.expect.allows(status) {
-        return problem(format!("allowed is {:?}", call.expect));
+        return problem(format!("must be {:?}", call.expect));
     }
     for message in &messages {
         if let Some(what) = fault(instance, message, status) {
@@ -141,7 +141,7 @@ fn is_output(name: &str) -> bool {
 
 /// What is wrong with a message.
 fn fault(instance: &Instance, message: &Message, status: c_int) -> Option<String> {
-    let declared = &instance.fmu.description.categories;
+    let declared = &instance.fmu.description.log_categories;
     if !declared.contains(&message.category) {
         return Some(format!("category `{}` is not declared", message.category));
     }

@@ -13,7 +13,7 @@ use std::ptr;
 /// Instances that take turns.
 const INSTANCES: usize = 3;
 /// Calls between two tests that an instance still works as a new one.
-const REVIVAL: usize = 2000;
+const CALLS_BETWEEN_RESETS: usize = 2000;
 
 /// How often each function was called: done, discarded, refused.
 pub type Counts = BTreeMap<&'static str, [u64; 3]>;
@@ -33,7 +33,8 @@ pub struct Session<'a> {
     pub bytes: Vec<Bytes>,
     /// Handles that are freed, or belong to no instance.
     pub stale: Vec<Pointer>,
-    pristine: Vec<u64>,
+    /// What a new instance does in its first steps.
+    new_bits: Vec<u64>,
     is_traced: bool,
     pub counts: Counts,
     /// Refused calls after which the instance was compared with before.
@@ -75,7 +76,7 @@ impl<'a> Session<'a> {
                 known: None,
             });
         }
-        let pristine = first_steps(&mut Instance::new(fmu, "pristine")?)?;
+        let new_bits = first_steps(&mut Instance::new(fmu, "new")?)?;
         let names = (0..INSTANCES).map(|k| Instance::new(fmu, &format!("instance {k}")));
         Ok(Self {
             fmu,
@@ -83,7 +84,7 @@ impl<'a> Session<'a> {
             instances: names.collect::<Result<_, _>>()?,
             bytes,
             stale: vec![ptr::null_mut(), ptr::dangling_mut::<u64>().cast()],
-            pristine,
+            new_bits,
             is_traced,
             counts: Counts::new(),
             compared: 0,
@@ -97,12 +98,12 @@ impl<'a> Session<'a> {
             let i = self.random.below(INSTANCES);
             self.turn(i)
                 .map_err(|e| format!("call {k} on instance {i}: {e}"))?;
-            if k % REVIVAL == REVIVAL - 1 {
-                self.revive(i)
+            if k % CALLS_BETWEEN_RESETS == CALLS_BETWEEN_RESETS - 1 {
+                self.check_reset(i)
                     .map_err(|e| format!("reset after call {k} on instance {i}: {e}"))?;
             }
         }
-        (0..INSTANCES).try_for_each(|i| self.revive(i))
+        (0..INSTANCES).try_for_each(|i| self.check_reset(i))
     }
 
     /// Prints a call before it is made, when replaying.
@@ -186,10 +187,10 @@ impl<'a> Session<'a> {
     }
 
     /// After whatever was done to it, a reset instance must do what a new one does, bit for bit.
-    fn revive(&mut self, i: usize) -> Result<(), String> {
+    fn check_reset(&mut self, i: usize) -> Result<(), String> {
         let instance = &mut self.instances[i];
         instance.reset()?;
-        if first_steps(instance)? != self.pristine {
+        if first_steps(instance)? != self.new_bits {
             return Err("a reset instance does not do what a new one does".into());
         }
         instance.reset()
@@ -209,7 +210,7 @@ impl<'a> Session<'a> {
             11 => self.simple(i, "fmi2CancelStep"),
             12 => self.set_debug_logging(i),
             13..15 => self.status(i),
-            15 if self.random.one_in(2) => Ok(self.birth(i)),
+            15 if self.random.one_in(2) => Ok(self.instantiate(i)),
             16..22 => self.set_real(i),
             22..24 => self.set_integer(i),
             24 => self.set_string(i),

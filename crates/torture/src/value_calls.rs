@@ -1,11 +1,11 @@
 //! Random calls that set and get variables, and derivatives.
 
 use crate::arguments::*;
-use crate::description::{Kind, Variable};
 use crate::functions::*;
 use crate::instance::Mode;
 use crate::oracle::{Call, Expect};
 use crate::session::Session;
+use fmu_description::{Access, Causality, Variability, Variable};
 use std::ffi::{CStr, c_int};
 use std::ptr;
 
@@ -21,7 +21,7 @@ fn pointer<T>(values: &[T], is_null: bool) -> *const T {
 impl Session<'_> {
     /// Names for the judge, and whether all references are known.
     fn names(&self, vr: &[u32]) -> (Vec<String>, bool) {
-        let found = vr.iter().map(|vr| self.fmu.description.find(*vr));
+        let found = vr.iter().map(|vr| self.fmu.find(*vr));
         let names: Vec<_> = found.flatten().map(|v| v.name.clone()).collect();
         let is_complete = names.len() == vr.len();
         (names, is_complete)
@@ -48,19 +48,20 @@ impl Session<'_> {
     }
 
     /// What fmi2SetXxx may answer, by causality, variability and bounds.
-    fn settable(&self, i: usize, vr: &[u32], kind: Kind, values: &[f64]) -> Expect {
+    fn settable(&self, i: usize, vr: &[u32], kind: Access, values: &[f64]) -> Expect {
         let is_running = self.instances[i].known.mode == Mode::Stepping;
         let mut expect = Expect::Done;
         for (vr, &value) in vr.iter().zip(values) {
-            let Some(v) = self.fmu.description.find(*vr) else {
+            let Some(v) = self.fmu.find(*vr) else {
                 return Expect::Refused;
             };
-            let settable =
-                v.is_input() || v.is_tunable() || (v.causality == "parameter" && !is_running);
-            let [min, max] = v.bounds;
+            let settable = v.is_input()
+                || v.is_tunable()
+                || (v.causality == Causality::Parameter && !is_running);
+            let [min, max] = v.bounds();
             let allowed =
-                kind == Kind::Boolean || (value.is_finite() && min <= value && value <= max);
-            if v.kind != kind || !settable || !allowed {
+                kind == Access::Boolean || (value.is_finite() && min <= value && value <= max);
+            if v.access() != kind || !settable || !allowed {
                 return Expect::Refused;
             }
             if v.is_tunable() && is_running {
@@ -70,27 +71,28 @@ impl Session<'_> {
         expect
     }
 
-    fn is_settable(&self, i: usize, kind: Kind) -> impl Fn(&Variable) -> bool + use<> {
+    fn is_settable(&self, i: usize, kind: Access) -> impl Fn(&Variable) -> bool + use<> {
         let is_running = self.instances[i].known.mode == Mode::Stepping;
         move |v| {
-            let settable =
-                v.is_input() || v.is_tunable() || (v.causality == "parameter" && !is_running);
-            v.kind == kind && settable
+            let settable = v.is_input()
+                || v.is_tunable()
+                || (v.causality == Causality::Parameter && !is_running);
+            v.access() == kind && settable
         }
     }
 
     pub fn set_real(&mut self, i: usize) -> Result<Call, String> {
-        let wanted = self.is_settable(i, Kind::Real);
+        let wanted = self.is_settable(i, Access::Real);
         let r = &mut self.random;
-        let kindly = r.one_in(2);
-        let vr = references(r, self.fmu, kindly, wanted);
-        let find = |vr: u32| self.fmu.description.find(vr);
-        let values: Vec<f64> = vr.iter().map(|vr| real_for(r, find(*vr), kindly)).collect();
-        let (no_vr, no_values) = (!kindly && r.one_in(16), !kindly && r.one_in(16));
+        let valid = r.one_in(2);
+        let vr = references(r, self.fmu, valid, wanted);
+        let find = |vr: u32| self.fmu.find(vr);
+        let values: Vec<f64> = vr.iter().map(|vr| real_for(r, find(*vr), valid)).collect();
+        let (no_vr, no_values) = (!valid && r.one_in(16), !valid && r.one_in(16));
         let is_null = (no_vr || no_values) && !vr.is_empty();
         let expect = match is_null {
             true => Expect::Refused,
-            false => self.settable(i, &vr, Kind::Real, &values),
+            false => self.settable(i, &vr, Access::Real, &values),
         };
         let name = "fmi2SetReal";
         self.trace(
@@ -127,18 +129,18 @@ impl Session<'_> {
     pub fn set_integer(&mut self, i: usize) -> Result<Call, String> {
         let is_boolean = self.random.one_in(3);
         let kind = if is_boolean {
-            Kind::Boolean
+            Access::Boolean
         } else {
-            Kind::Integer
+            Access::Integer
         };
         let wanted = self.is_settable(i, kind);
         let r = &mut self.random;
-        let kindly = r.one_in(2);
-        let vr = references(r, self.fmu, kindly, wanted);
-        let find = |vr: u32| self.fmu.description.find(vr);
+        let valid = r.one_in(2);
+        let vr = references(r, self.fmu, valid, wanted);
+        let find = |vr: u32| self.fmu.find(vr);
         let values: Vec<c_int> = vr
             .iter()
-            .map(|vr| integer_for(r, find(*vr), kindly))
+            .map(|vr| integer_for(r, find(*vr), valid))
             .collect();
         let numbers: Vec<f64> = values.iter().map(|v| f64::from(*v)).collect();
         let no_values = r.one_in(16);
@@ -159,10 +161,10 @@ impl Session<'_> {
     }
 
     pub fn set_string(&mut self, i: usize) -> Result<Call, String> {
-        let wanted = self.is_settable(i, Kind::String);
+        let wanted = self.is_settable(i, Access::String);
         let r = &mut self.random;
-        let kindly = r.one_in(2);
-        let vr = references(r, self.fmu, kindly, wanted);
+        let valid = r.one_in(2);
+        let vr = references(r, self.fmu, valid, wanted);
         let pool: [&CStr; 6] = [
             c"",
             c"reference_machine.json",
@@ -173,15 +175,15 @@ impl Session<'_> {
         ];
         let texts: Vec<&CStr> = vr
             .iter()
-            .map(|_| r.of(&pool[..if kindly { 2 } else { 6 }]))
+            .map(|_| r.of(&pool[..if valid { 2 } else { 6 }]))
             .collect();
         let mut values: Vec<Text> = texts.iter().map(|t| t.as_ptr()).collect();
-        if !kindly && !values.is_empty() && r.one_in(8) {
+        if !valid && !values.is_empty() && r.one_in(8) {
             values[0] = ptr::null();
         }
         let is_string = |vr: &u32| {
-            let found = self.fmu.description.find(*vr);
-            found.is_some_and(|v| v.kind == Kind::String)
+            let found = self.fmu.find(*vr);
+            found.is_some_and(|v| v.access() == Access::String)
         };
         let is_running = self.instances[i].known.mode == Mode::Stepping;
         let impossible = !vr.iter().all(is_string) || (is_running && !vr.is_empty());
@@ -201,11 +203,11 @@ impl Session<'_> {
     }
 
     /// What fmi2GetXxx may answer. The model may find inputs, or in Initialization Mode start values, impossible together.
-    fn readable(&self, vr: &[u32], kind: Kind) -> Expect {
+    fn readable(&self, vr: &[u32], kind: Access) -> Expect {
         let mut expect = Expect::Done;
         for vr in vr {
-            match self.fmu.description.find(*vr) {
-                Some(v) if v.kind != kind => return Expect::Refused,
+            match self.fmu.find(*vr) {
+                Some(v) if v.access() != kind => return Expect::Refused,
                 None => return Expect::Refused,
                 Some(v) if v.is_computed() => expect = Expect::ModelDecides,
                 Some(_) => {}
@@ -215,21 +217,23 @@ impl Session<'_> {
     }
 
     /// Whether the model is asked before a wrong reference is met: then the refusal may be the model's.
-    fn computes(&self, vr: &[u32], kind: Kind) -> bool {
-        let found = vr.iter().filter_map(|vr| self.fmu.description.find(*vr));
-        found.into_iter().any(|v| v.is_computed() && v.kind == kind)
+    fn computes(&self, vr: &[u32], kind: Access) -> bool {
+        let found = vr.iter().filter_map(|vr| self.fmu.find(*vr));
+        found
+            .into_iter()
+            .any(|v| v.is_computed() && v.access() == kind)
     }
 
     pub fn get_real(&mut self, i: usize) -> Result<Call, String> {
         let r = &mut self.random;
-        let kindly = r.one_in(2);
-        let vr = references(r, self.fmu, kindly, |v| v.kind == Kind::Real);
-        let no_values = !kindly && r.one_in(16);
+        let valid = r.one_in(2);
+        let vr = references(r, self.fmu, valid, |v| v.access() == Access::Real);
+        let no_values = !valid && r.one_in(16);
         let is_null = no_values && !vr.is_empty();
         let mut values = vec![0.0; vr.len()];
         let expect = match is_null {
             true => Expect::Refused,
-            false => self.readable(&vr, Kind::Real),
+            false => self.readable(&vr, Access::Real),
         };
         let name = "fmi2GetReal";
         self.trace(i, format_args!("{name}({vr:?}, {no_values})"));
@@ -244,19 +248,19 @@ impl Session<'_> {
         if values.iter().any(|v| !v.is_finite()) {
             return Err(format!("{name}({vr:?}) gave {status} and {values:?}"));
         }
-        let is_computing = self.computes(&vr, Kind::Real);
+        let is_computing = self.computes(&vr, Access::Real);
         Ok(self.with_variables(i, name, status, expect, &vr, is_null || is_computing))
     }
 
     pub fn get_integer(&mut self, i: usize) -> Result<Call, String> {
         let r = &mut self.random;
-        let (kindly, is_boolean) = (r.one_in(2), r.one_in(2));
+        let (valid, is_boolean) = (r.one_in(2), r.one_in(2));
         let kind = if is_boolean {
-            Kind::Boolean
+            Access::Boolean
         } else {
-            Kind::Integer
+            Access::Integer
         };
-        let vr = references(r, self.fmu, kindly, |v| v.kind == kind);
+        let vr = references(r, self.fmu, valid, |v| v.access() == kind);
         let mut values = vec![0; vr.len()];
         let expect = self.readable(&vr, kind);
         let (f, c) = (&self.fmu.functions, self.instances[i].c);
@@ -273,10 +277,10 @@ impl Session<'_> {
 
     pub fn get_string(&mut self, i: usize) -> Result<Call, String> {
         let r = &mut self.random;
-        let kindly = r.one_in(2);
-        let vr = references(r, self.fmu, kindly, |v| v.kind == Kind::String);
+        let valid = r.one_in(2);
+        let vr = references(r, self.fmu, valid, |v| v.access() == Access::String);
         let mut values: Vec<Text> = vec![ptr::null(); vr.len()];
-        let expect = self.readable(&vr, Kind::String);
+        let expect = self.readable(&vr, Access::String);
         let name = "fmi2GetString";
         self.trace(i, format_args!("{name}({vr:?})"));
         let c = self.instances[i].c;
@@ -294,15 +298,16 @@ impl Session<'_> {
     }
 
     pub fn set_input_derivatives(&mut self, i: usize) -> Result<Call, String> {
-        let is_input =
-            |v: &Variable| v.is_input() && v.kind == Kind::Real && v.variability == "continuous";
+        let is_input = |v: &Variable| {
+            v.is_input() && v.access() == Access::Real && v.variability == Variability::Continuous
+        };
         let r = &mut self.random;
-        let kindly = r.one_in(2);
-        let vr = references(r, self.fmu, kindly, is_input);
+        let valid = r.one_in(2);
+        let vr = references(r, self.fmu, valid, is_input);
         let order: Vec<c_int> = vr
             .iter()
             .map(|_| {
-                if kindly {
+                if valid {
                     1
                 } else {
                     r.of(&[1, 1, 2, 0, -1, 9, c_int::MAX])
@@ -311,9 +316,9 @@ impl Session<'_> {
             .collect();
         let values: Vec<f64> = vr
             .iter()
-            .map(|_| if kindly { r.unit() } else { real(r) })
+            .map(|_| if valid { r.unit() } else { real(r) })
             .collect();
-        let known = |vr: &u32| self.fmu.description.find(*vr).is_some_and(is_input);
+        let known = |vr: &u32| self.fmu.find(*vr).is_some_and(is_input);
         let sound = vr.iter().all(known)
             && order.iter().all(|o| (1..=2).contains(o))
             && values.iter().all(|v| v.is_finite());
@@ -334,24 +339,22 @@ impl Session<'_> {
     }
 
     pub fn get_output_derivatives(&mut self, i: usize) -> Result<Call, String> {
-        let is_output = |v: &Variable| v.causality == "output" && v.kind == Kind::Real;
+        let is_output =
+            |v: &Variable| v.causality == Causality::Output && v.access() == Access::Real;
         let r = &mut self.random;
-        let kindly = r.one_in(2);
-        let vr = references(r, self.fmu, kindly, is_output);
+        let valid = r.one_in(2);
+        let vr = references(r, self.fmu, valid, is_output);
         let order: Vec<c_int> = vr
             .iter()
-            .map(|_| {
-                if kindly {
-                    1
-                } else {
-                    r.of(&[1, 1, 1, 0, 2, -5])
-                }
-            })
+            .map(|_| if valid { 1 } else { r.of(&[1, 1, 1, 0, 2, -5]) })
             .collect();
         let mut values = vec![0.0; vr.len()];
-        let known = |vr: &u32| self.fmu.description.find(*vr).is_some_and(is_output);
+        let known = |vr: &u32| self.fmu.find(*vr).is_some_and(is_output);
         let sound = vr.iter().all(known) && order.iter().all(|o| *o == 1);
-        let expect = match (self.fmu.description.output_derivatives, sound) {
+        let expect = match (
+            self.fmu.description.capabilities.output_derivative_order > 0,
+            sound,
+        ) {
             (true, true) if vr.is_empty() => Expect::Done,
             (true, true) => Expect::ModelDecides, // beyond the range of numbers
             _ => Expect::Refused,
@@ -372,31 +375,33 @@ impl Session<'_> {
         if values.iter().any(|v| !v.is_finite()) {
             return Err(format!("{name}({vr:?}) gave {status} and {values:?}"));
         }
-        let without = !self.fmu.description.output_derivatives;
+        let without = self.fmu.description.capabilities.output_derivative_order == 0;
         Ok(self.with_variables(i, name, status, expect, &vr, without))
     }
 
     pub fn get_directional_derivative(&mut self, i: usize) -> Result<Call, String> {
-        let is_known = |v: &Variable| v.is_input() && v.kind == Kind::Real;
-        let is_unknown = |v: &Variable| v.is_computed() && v.kind == Kind::Real;
+        let is_known = |v: &Variable| v.is_input() && v.access() == Access::Real;
+        let is_unknown = |v: &Variable| v.is_computed() && v.access() == Access::Real;
         let r = &mut self.random;
-        let kindly = r.one_in(2);
-        let known = references(r, self.fmu, kindly, is_known);
-        let unknown = references(r, self.fmu, kindly, is_unknown);
+        let valid = r.one_in(2);
+        let known = references(r, self.fmu, valid, is_known);
+        let unknown = references(r, self.fmu, valid, is_unknown);
         let seed: Vec<f64> = known
             .iter()
-            .map(|_| if kindly { r.unit() } else { real(r) })
+            .map(|_| if valid { r.unit() } else { real(r) })
             .collect();
         let mut result = vec![0.0; unknown.len()];
         let all = |vr: &[u32], wanted: &dyn Fn(&Variable) -> bool| {
-            vr.iter()
-                .all(|vr| self.fmu.description.find(*vr).is_some_and(wanted))
+            vr.iter().all(|vr| self.fmu.find(*vr).is_some_and(wanted))
         };
         let sound = all(&known, &is_known)
             && all(&unknown, &is_unknown)
             && seed.iter().all(|s| s.is_finite());
-        let expect = match (self.fmu.description.directional_derivatives, sound) {
-            (true, true) if kindly => Expect::Done,
+        let expect = match (
+            self.fmu.description.capabilities.directional_derivatives,
+            sound,
+        ) {
+            (true, true) if valid => Expect::Done,
             (true, true) => Expect::ModelDecides, // beyond the range of numbers
             _ => Expect::Refused,
         };
@@ -419,7 +424,7 @@ impl Session<'_> {
             return Err(format!("{name}({unknown:?}) gave {status} and {result:?}"));
         }
         let vr = [known, unknown].concat();
-        let without = !self.fmu.description.directional_derivatives;
+        let without = !self.fmu.description.capabilities.directional_derivatives;
         Ok(self.with_variables(i, name, status, expect, &vr, without))
     }
 }

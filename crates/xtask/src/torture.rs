@@ -23,7 +23,7 @@ pub struct Options {
     /// Repeat one batch of random calls, printing every call before it is made
     #[arg(long, value_name = "SEED")]
     replay: Option<u64>,
-    /// Steps of each FMU alone and of all together in long runs; 10000000 are 2.8 h of machine time
+    /// Steps of each FMU alone and of all together in long runs; 10000000 are 2.8 h of simulated time
     #[arg(long, value_name = "STEPS")]
     long: Option<u64>,
     /// AddressSanitizer and LeakSanitizer on the export layer's tests, on random calls, on lives of instances, on instances in threads

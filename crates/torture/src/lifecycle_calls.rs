@@ -1,4 +1,4 @@
-//! Random calls about the life of an instance: birth, modes, steps, inquiries, logging.
+//! Random calls about the life cycle of an instance: instantiation, modes, steps, inquiries, logging.
 
 use crate::arguments::{integer, real};
 use crate::functions::*;
@@ -177,7 +177,7 @@ impl Session<'_> {
     }
 
     pub fn set_debug_logging(&mut self, i: usize) -> Result<Call, String> {
-        let declared = &self.fmu.description.categories;
+        let declared = &self.fmu.description.log_categories;
         let r = &mut self.random;
         let on = r.one_in(2);
         let mut sound = true;
@@ -219,7 +219,7 @@ impl Session<'_> {
     }
 
     /// fmi2Instantiate, right or wrong, fmi2FreeInstance, and the two functions that need no instance.
-    pub fn birth(&mut self, i: usize) -> Call {
+    pub fn instantiate(&mut self, i: usize) -> Call {
         let r = &mut self.random;
         let guid = match r.below(4) {
             0 => text("{00000000-0000-0000-0000-000000000000}"),
