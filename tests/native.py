@@ -1,4 +1,5 @@
-"""The native programs: `cosim`, which runs any system of FMUs, beside the packed FMUs or where the environment variable COSIM says."""
+"""The native programs: `cosim`, which runs any system of FMUs, and `hdrm-fmu`, which makes the manipulator's experiments; beside the
+packed FMUs or where the environment variables COSIM and HDRM_FMU say."""
 
 import os
 from pathlib import Path
@@ -17,3 +18,7 @@ def program(name):
 
 def cosim():
     return program("cosim")
+
+
+def hdrm_fmu():
+    return program("hdrm-fmu")

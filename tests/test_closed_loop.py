@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from fmpy_master import ROOT, tip_rmse
-from native import cosim
+from native import hdrm_fmu
 
 SSD = ROOT / "system/SystemStructure.ssd"
 MODES = {"adaptive": 1, "modular": 2, "pd": 3}
@@ -30,9 +30,9 @@ def run(couple, trajectory, mode, scale, signals=SIGNALS[:1], **options):
 
 
 def native(fmu_dir, tmp_path, trajectory, mode, scale, *more):
-    """The same by `cosim run`, from its CSV."""
+    """The same by `hdrm-fmu run`, from its CSV."""
     path = tmp_path / "native.csv"
-    arguments = [cosim(), "run", "--system", SSD, "--fmu-dir", fmu_dir, "--quiet", "--csv", path, "--signals", ",".join(SIGNALS)]
+    arguments = [hdrm_fmu(), "run", "--system", SSD, "--fmu-dir", fmu_dir, "--quiet", "--csv", path, "--signals", ",".join(SIGNALS)]
     arguments += ["--trajectory", trajectory, "--mode", mode, "--inertia-scale", scale, *more]
     done = subprocess.run(list(map(str, arguments)), capture_output=True, text=True)
     assert done.returncode == 0, done.stderr

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from fmpy_master import ROOT, Master, addressed
-from native import cosim
+from native import hdrm_fmu
 from system import System, read_set
 
 TRAJECTORIES, MODES = ("cubic", "triangular"), ("adaptive", "modular", "pd")
@@ -76,7 +76,7 @@ def test_a_variant_is_the_same_run_as_options_by_name_in_fmpy(fmu_dir, fmus, sys
 
 def native(fmu_dir, *options):
     return subprocess.run(
-        [cosim(), "run", "--quiet", "--system", fmu_dir / "Manipulator.ssp", *options], capture_output=True, text=True
+        [hdrm_fmu(), "run", "--quiet", "--system", fmu_dir / "Manipulator.ssp", *options], capture_output=True, text=True
     )
 
 

@@ -1,4 +1,4 @@
-"""The report of `cosim report`: in a headless browser without a network it shows its plots and the slider moves the arm.
+"""The report of `hdrm-fmu report`: in a headless browser without a network it shows its plots and the slider moves the arm.
 
 Needs Chromium and ChromeDriver of the system (Debian: chromium, chromium-driver). Where there are none it is skipped, except with
 REPORT_BROWSER=required in the environment, as in CI.
@@ -16,27 +16,19 @@ from selenium import webdriver
 from selenium.webdriver.common.by import By
 from selenium.webdriver.support.ui import Select, WebDriverWait
 
+from native import hdrm_fmu
+
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "chrome")
 # A cut-off motion: 2 s of it are enough to see things move, and the runs stay short.
 STOP_TIME = "6"
 
 
 @pytest.fixture(scope="module")
-def cosim(fmu_dir):
-    """The co-simulation program: environment variable COSIM, else a built one in the target directory."""
-    here = os.environ.get("COSIM")
-    places = [Path(here)] if here else [fmu_dir.parent / kind / "cosim" for kind in ("release", "debug")]
-    program = next((p for p in places if p.is_file()), None)
-    assert program, f"no program `cosim` among {places}; `cargo xtask cosim -- --help` builds it"
-    return program
-
-
-@pytest.fixture(scope="module")
-def written(cosim, fmu_dir, tmp_path_factory):
+def written(fmu_dir, tmp_path_factory):
     """Folder with report.html and figures/."""
     folder = tmp_path_factory.mktemp("report")
     subprocess.run(
-        [cosim, "report", "--system", fmu_dir / "Manipulator.ssp", "--stop-time", STOP_TIME]
+        [hdrm_fmu(), "report", "--system", fmu_dir / "Manipulator.ssp", "--stop-time", STOP_TIME]
         + ["--out", folder / "report.html", "--figures", folder / "figures"],
         check=True,
     )

@@ -18,7 +18,7 @@ pub struct BondSlots {
     pub velocity_slot: usize,
     /// Slot of the mean force among the step means.
     pub mean_slot: usize,
-    /// True where the Gauss–Seidel schedule gives the mean force to the other component.
+    /// True where the component that receives the force is stepped later, so that the Gauss–Seidel schedule gives it the mean.
     pub mean_given: bool,
     /// Slots of the force's and the velocity's derivative where derivatives are passed.
     pub derivative_slots: (Option<usize>, Option<usize>),

@@ -4,12 +4,11 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-use anyhow::{Result, bail};
-
-use crate::description::{Kind, Variable};
 use crate::noise::{Noise, Source, is_element};
 use crate::slave::{At, Slave};
 use crate::wiring::{Link, Port, Wiring};
+use anyhow::{Result, bail};
+use fmu_description::{Kind, Variable};
 
 /// Values of one component's variables read by one call.
 #[derive(Debug, Default)]
@@ -133,7 +132,7 @@ impl Exchange {
             );
             let name = |reference: &u32| {
                 let is_it = |v: &&Variable| {
-                    v.kind == Kind::Real && v.causality == "input" && v.reference == *reference
+                    v.kind == Kind::Real && v.is_input() && v.reference == *reference
                 };
                 let input = description.variables.iter().find(is_it);
                 input.map_or("", |v| v.name.as_str())

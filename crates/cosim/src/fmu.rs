@@ -8,8 +8,7 @@ use anyhow::{Context, Result, anyhow, bail};
 use fmi::fmi2::binding::Fmi2Binding;
 use fmi::fmi2::import::Fmi2Import;
 use fmi::traits::FmiImport;
-
-use crate::description::Description;
+use fmu_description::Description;
 
 /// A loaded FMU. The library and the unpacked files live as long as any instance.
 pub struct Fmu {
@@ -17,8 +16,8 @@ pub struct Fmu {
     pub file: String,
     /// What the model description says.
     pub description: Description,
-    pub(crate) guid: String,
-    pub(crate) resources: String,
+    /// URI of the unpacked resources.
+    pub resources: String,
     pub(crate) api: Fmi2Binding,
     pub(crate) instances: AtomicUsize,
     /// The directory the FMU was unpacked to; removed when dropped, hence after `api`.
@@ -49,7 +48,6 @@ impl Fmu {
         require_functions(&api)?;
         Ok(Arc::new(Self {
             file: file.to_string(),
-            guid: import.model_description().guid.clone(),
             resources: import.canonical_resource_path_string(),
             description,
             api,
@@ -60,7 +58,9 @@ impl Fmu {
 
     /// Count one more instance, or refuse where the FMU allows only one per process.
     pub(crate) fn register(&self, name: &str) -> Result<()> {
-        if self.instances.fetch_add(1, Ordering::SeqCst) > 0 && self.description.only_once {
+        if self.instances.fetch_add(1, Ordering::SeqCst) > 0
+            && self.description.capabilities.only_once
+        {
             self.instances.fetch_sub(1, Ordering::SeqCst);
             bail!(
                 "{name}: FMU `{}` allows only one instance per process",

@@ -3,13 +3,14 @@
 use std::collections::BTreeMap;
 
 use anyhow::{Context, Result, bail};
+use fmu_description::Variability;
 
 use crate::bond::{BondSlots, Residual};
 use crate::exchange::{Exchange, Read, Write, reads, writes};
 use crate::noise::Noise;
 use crate::slave::{At, Slave};
-use crate::system::System;
-use crate::wiring::{Link, Wiring};
+use crate::system::{Setting, System};
+use crate::wiring::{Link, Port, Wiring};
 
 /// Order in which the components are stepped.
 #[derive(Clone, Copy, Debug, Default, Eq, PartialEq)]
@@ -26,7 +27,7 @@ pub enum Schedule {
 
 /// Times and schedule of a run.
 #[derive(Clone, Copy, Debug)]
-pub struct Grid {
+pub struct Stepping {
     /// Start, s.
     pub start: f64,
     /// Communication step, s.
@@ -35,33 +36,22 @@ pub struct Grid {
     pub schedule: Schedule,
 }
 
-/// A start value as text, for `component.variable`.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Setting {
-    /// Component.
-    pub component: String,
-    /// Variable of its FMU.
-    pub variable: String,
-    /// Value.
-    pub value: String,
-}
-
 /// A running system.
 pub struct Master {
     slaves: Vec<Slave>,
-    grid: Grid,
+    stepping: Stepping,
     steps: u64,
     exchange: Exchange,
     derivatives: Option<Exchange>,
     means: Means,
     bonds: Vec<BondSlots>,
     residuals: Vec<Residual>,
-    passed: Vec<Passed>,
+    bond_steps: Vec<BondStep>,
 }
 
 /// What went through a bond in the step just made.
 #[derive(Clone, Copy, Debug, Default)]
-struct Passed {
+struct BondStep {
     force_exerted: f64,
     velocity_given: f64,
     force_given: f64,
@@ -80,26 +70,28 @@ struct Means {
 impl Master {
     /// Instantiate and initialize all components of `system`, with the structure's parameter values, then `settings`, in this order;
     /// afterwards all connections are passed at the start time.
-    pub fn new(system: &System, settings: &[Setting], grid: Grid) -> Result<Self> {
-        if !(grid.step.is_finite() && grid.step > 0.0 && grid.start.is_finite()) {
+    pub fn new(system: &System, settings: &[Setting], stepping: Stepping) -> Result<Self> {
+        if !(stepping.step.is_finite() && stepping.step > 0.0 && stepping.start.is_finite()) {
             bail!(
                 "step {} s from {} s: both must be finite and the step > 0",
-                grid.step,
-                grid.start
+                stepping.step,
+                stepping.start
             );
         }
         let wiring = system.wiring()?;
         let mut exchange = Exchange::new(&wiring, false, |_| true)?;
         let mut derivatives = None;
-        if grid.schedule == Schedule::JacobiDerivatives {
+        if stepping.schedule == Schedule::JacobiDerivatives {
             derivatives = Some(Exchange::new(&wiring, false, |link| {
                 passes_derivative(&wiring, link)
             })?);
         }
         let (means, bonds) = Means::new(&wiring, &exchange, derivatives.as_ref())?;
-        let slaves = instantiate(system, settings)?;
-        initialize(&slaves, &wiring, grid.start)?;
-        let at = At::Time(grid.start);
+        let slaves: Vec<Slave> = (0..system.fmus.len())
+            .map(|k| instantiate(system, k, settings))
+            .collect::<Result<_>>()?;
+        initialize(&slaves, &wiring, stepping.start)?;
+        let at = At::Time(stepping.start);
         exchange.run(&slaves, at)?;
         if let Some(d) = &mut derivatives {
             d.run_derivatives(&slaves, at)?;
@@ -108,24 +100,34 @@ impl Master {
             .iter()
             .map(|b| Residual::new(wiring.name(b.force)))
             .collect();
-        let passed = vec![Passed::default(); bonds.len()];
+        let bond_steps = vec![BondStep::default(); bonds.len()];
         Ok(Self {
             slaves,
-            grid,
+            stepping,
             steps: 0,
             exchange,
             derivatives,
             means,
             bonds,
             residuals,
-            passed,
+            bond_steps,
         })
     }
 
     /// Present time `t_0 + k·h`, s.
     #[expect(clippy::cast_precision_loss, reason = "2^53 steps are never reached")]
     pub fn time(&self) -> f64 {
-        self.grid.start + self.steps as f64 * self.grid.step
+        self.stepping.start + self.steps as f64 * self.stepping.step
+    }
+
+    /// Start, communication step and schedule.
+    pub fn stepping(&self) -> Stepping {
+        self.stepping
+    }
+
+    /// Present value of a numeric variable.
+    pub fn number(&self, system: &System, port: Port) -> Result<f64> {
+        self.slaves[port.component].number(system.variable(port), At::Time(self.time()))
     }
 
     /// The instances, in the order of the structure's components.
@@ -151,8 +153,8 @@ impl Master {
 
     /// One communication step: all components, then the exchange at the new time. Does not allocate unless it fails.
     pub fn step(&mut self) -> Result<()> {
-        let (t, h) = (self.time(), self.grid.step);
-        let gauss_seidel = self.grid.schedule == Schedule::GaussSeidel;
+        let (t, h) = (self.time(), self.stepping.step);
+        let gauss_seidel = self.stepping.schedule == Schedule::GaussSeidel;
         for (k, slave) in self.slaves.iter().enumerate() {
             if gauss_seidel && let Some(write) = &self.means.writes[k] {
                 write.run(
@@ -167,7 +169,7 @@ impl Master {
                 read.run(&self.slaves, &mut self.means.values, At::Time(t))?;
             }
         }
-        self.note_passed();
+        self.note_bond_steps();
         self.steps += 1;
         let at = At::Time(self.time());
         self.exchange.run(&self.slaves, at)?;
@@ -179,16 +181,16 @@ impl Master {
     }
 
     /// Note, before the next exchange overwrites them, the means of force and velocity that the components were given.
-    fn note_passed(&mut self) {
-        let half = 0.5 * self.grid.step;
-        let gauss_seidel = self.grid.schedule == Schedule::GaussSeidel;
+    fn note_bond_steps(&mut self) {
+        let half = 0.5 * self.stepping.step;
+        let gauss_seidel = self.stepping.schedule == Schedule::GaussSeidel;
         let rise = |slot: Option<usize>| {
             self.derivatives
                 .as_ref()
                 .zip(slot)
                 .map_or(0.0, |(d, slot)| half * d.values[slot])
         };
-        for (passed, bond) in self.passed.iter_mut().zip(&self.bonds) {
+        for (bond_step, bond) in self.bond_steps.iter_mut().zip(&self.bonds) {
             let force_exerted = self.means.values[bond.mean_slot];
             let velocity_before = self.exchange.values[bond.velocity_slot];
             let held = self.exchange.values[bond.force_slot] + rise(bond.derivative_slots.0);
@@ -198,7 +200,7 @@ impl Master {
                 held
             };
             let velocity_given = velocity_before + rise(bond.derivative_slots.1);
-            *passed = Passed {
+            *bond_step = BondStep {
                 force_exerted,
                 velocity_given,
                 force_given,
@@ -209,15 +211,14 @@ impl Master {
 
     /// Add the step to the bonds' residuals; the velocities at its end have just been read.
     fn account(&mut self) {
-        for ((residual, passed), bond) in
-            self.residuals.iter_mut().zip(&self.passed).zip(&self.bonds)
-        {
-            let moved = 0.5 * (passed.velocity_before + self.exchange.values[bond.velocity_slot]);
+        let bonds = self.bond_steps.iter().zip(&self.bonds);
+        for (residual, (given, bond)) in self.residuals.iter_mut().zip(bonds) {
+            let moved = 0.5 * (given.velocity_before + self.exchange.values[bond.velocity_slot]);
             residual.add(
-                self.grid.step,
-                passed.force_exerted,
-                passed.velocity_given,
-                passed.force_given,
+                self.stepping.step,
+                given.force_exerted,
+                given.velocity_given,
+                given.force_given,
                 moved,
             );
         }
@@ -298,29 +299,31 @@ fn passes_derivative(wiring: &Wiring, link: &Link) -> bool {
         wiring.description(link.from.component),
         wiring.description(link.to.component),
     );
-    from.output_derivatives >= 1
-        && to.interpolates_inputs
-        && from.variables[link.from.variable].variability == "continuous"
+    from.capabilities.output_derivative_order >= 1
+        && to.capabilities.interpolates_inputs
+        && from.variables[link.from.variable].variability == Variability::Continuous
 }
 
-fn instantiate(system: &System, settings: &[Setting]) -> Result<Vec<Slave>> {
-    for s in settings {
-        system.component(&s.component)?;
+/// An instance of the component with the index `k`, with the system's parameter values, then `settings`.
+fn instantiate(system: &System, k: usize, settings: &[Setting]) -> Result<Slave> {
+    let component = &system.structure.components[k];
+    let slave = Slave::new(&system.fmus[k], &component.name)?;
+    for p in &component.parameters {
+        slave
+            .set_from_text(&p.name, &p.value)
+            .with_context(|| p.origin.clone())?;
     }
-    let mut slaves = Vec::new();
-    for (component, fmu) in system.structure.components.iter().zip(&system.fmus) {
-        let slave = Slave::new(fmu, &component.name)?;
-        for p in &component.parameters {
-            slave
-                .set_from_text(&p.name, &p.value)
-                .with_context(|| p.origin.clone())?;
-        }
-        for s in settings.iter().filter(|s| s.component == component.name) {
-            slave.set_from_text(&s.variable, &s.value)?;
-        }
-        slaves.push(slave);
+    for s in settings.iter().filter(|s| s.port.component == k) {
+        slave.set_from_text(&system.variable(s.port).name, &s.value)?;
     }
-    Ok(slaves)
+    Ok(slave)
+}
+
+/// Value that a variable has in initialization mode under the system's parameter values and `settings`, before any connection is passed.
+pub fn start_value(system: &System, settings: &[Setting], port: Port) -> Result<f64> {
+    let slave = instantiate(system, port.component, settings)?;
+    slave.enter_initialization(system.structure.start_time)?;
+    slave.number(system.variable(port), At::Initialization)
 }
 
 /// Pass the connections in initialization mode, in the order of the initial dependencies, so that every component starts from what

@@ -1,62 +1,43 @@
-//! A run kept in memory: the chosen signals at every communication point, by name.
+//! Signals of a run kept in memory.
 
 use anyhow::{Context, Result};
 
-use crate::run::{Experiment, Outcome};
+use crate::master::Master;
 use crate::signals::Signals;
 use crate::system::System;
+use crate::wiring::Port;
 
-/// Signals over a run.
+/// Signals at the communication points that were recorded.
 pub struct Recording {
     /// Communication points, s.
     pub times: Vec<f64>,
-    /// What else came out.
-    pub outcome: Outcome,
-    names: Vec<String>,
+    signals: Signals,
     columns: Vec<Vec<f64>>,
 }
 
 impl Recording {
-    /// Run the experiment and keep the signals that `patterns` choose.
-    pub fn of(
-        system: &System,
-        experiment: &Experiment,
-        patterns: &[String],
-        progress: impl Fn(u64, u64),
-    ) -> Result<Self> {
-        let mut signals = Signals::choose(system, patterns)?;
-        let without_unit = |title: &String| title.split(" [").next().unwrap_or(title).to_string();
-        let names: Vec<String> = signals.titles.iter().map(without_unit).collect();
-        let mut columns = vec![Vec::new(); names.len()];
-        let mut times = Vec::new();
-        let outcome = experiment.watch(system, progress, Some(&mut signals), |t, row| {
-            times.push(t);
-            for (column, value) in columns.iter_mut().zip(row) {
-                column.push(*value);
-            }
-            Ok(())
-        })?;
+    /// An empty recording of the variables `ports`.
+    pub fn new(system: &System, ports: &[Port]) -> Result<Self> {
         Ok(Self {
-            times,
-            outcome,
-            names,
-            columns,
+            times: Vec::new(),
+            signals: Signals::new(system, ports)?,
+            columns: vec![Vec::new(); ports.len()],
         })
     }
 
-    /// Values of `component.variable`.
-    pub fn column(&self, name: &str) -> Result<&[f64]> {
-        let k = self.names.iter().position(|n| n == name);
-        let k = k.with_context(|| format!("`{name}` was not recorded"))?;
-        Ok(&self.columns[k])
+    /// Add the present communication point.
+    pub fn add(&mut self, master: &Master) -> Result<()> {
+        self.times.push(master.time());
+        let values = self.signals.read(master)?;
+        for (column, value) in self.columns.iter_mut().zip(values) {
+            column.push(*value);
+        }
+        Ok(())
     }
 
-    /// Index of the first communication point of the motion, 0 where the system tells of none.
-    pub fn motion_start(&self) -> usize {
-        let start = self
-            .outcome
-            .tip
-            .map_or(f64::NEG_INFINITY, |tip| tip.motion_start);
-        self.times.partition_point(|t| *t < start)
+    /// Values of a recorded variable.
+    pub fn column(&self, port: Port) -> Result<&[f64]> {
+        let k = self.signals.ports().iter().position(|p| *p == port);
+        Ok(&self.columns[k.context("a variable that was not recorded is asked for")?])
     }
 }

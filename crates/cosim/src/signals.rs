@@ -1,109 +1,57 @@
-//! Signals chosen by name patterns, read in one call per component and written as CSV.
+//! Variables of a running system read and set by handle, one call per component; names chosen by patterns; values written as CSV.
 
 use std::collections::BTreeMap;
 use std::io::Write;
 
-use anyhow::{Context, Result, bail};
-
-use crate::description::{Kind, Variable};
-use crate::exchange::{Read, reads};
+use crate::exchange::{self, Read, reads, writes};
 use crate::master::Master;
 use crate::slave::At;
 use crate::system::System;
 use crate::wiring::Port;
+use anyhow::{Context, Result, bail};
+use fmu_description::{Causality, Kind, Variable};
 
-/// Chosen signals, with their present values.
+/// Variables that are read together.
 pub struct Signals {
-    /// Column titles: `component.variable [unit]`.
-    pub titles: Vec<String>,
-    /// Present values in the order of the titles.
-    pub values: Vec<f64>,
+    ports: Vec<Port>,
+    values: Vec<f64>,
     reads: Vec<Read>,
-    /// Slot of each title among the raw values.
+    /// Slot of each port among the raw values.
     order: Vec<usize>,
     raw: Vec<f64>,
     discrete: Vec<(usize, usize, Variable)>,
 }
 
 impl Signals {
-    /// All outputs whose `component.variable` matches one of `patterns` (`*` stands for any text); inputs and local variables where a
-    /// pattern names them without the wildcard in the variable's first letter. No pattern: all outputs.
-    pub fn choose(system: &System, patterns: &[String]) -> Result<Self> {
-        let mut chosen = Vec::new();
-        let mut matched = vec![false; patterns.len()];
-        for (component, (c, fmu)) in system
-            .structure
-            .components
-            .iter()
-            .zip(&system.fmus)
-            .enumerate()
-        {
-            for (variable, v) in fmu.description.variables.iter().enumerate() {
-                if v.kind == Kind::String
-                    || matches!(
-                        v.causality.as_str(),
-                        "parameter" | "calculatedParameter" | "independent"
-                    )
-                {
-                    continue;
-                }
-                let name = format!("{}.{}", c.name, v.name);
-                let mut taken = patterns.is_empty() && v.causality == "output";
-                for (pattern, matched) in patterns.iter().zip(&mut matched) {
-                    if matches_pattern(pattern, &name)
-                        && (v.causality == "output" || !pattern.ends_with(".*"))
-                    {
-                        (*matched, taken) = (true, true);
-                    }
-                }
-                if taken {
-                    chosen.push(Port {
-                        component,
-                        variable,
-                    });
-                }
-            }
-        }
-        if let Some((pattern, _)) = patterns
-            .iter()
-            .zip(&matched)
-            .find(|(_, matched)| !**matched)
-        {
-            bail!(
-                "no signal matches `{pattern}`; signals are named component.variable, `*` stands for any text"
-            );
-        }
-        Self::new(system, &chosen)
-    }
-
-    fn new(system: &System, chosen: &[Port]) -> Result<Self> {
-        let wiring = system.wiring()?;
-        let variable = |p: &Port| &wiring.description(p.component).variables[p.variable];
-        let is_real = |p: &&Port| variable(p).kind == Kind::Real;
+    /// The variables `ports`, of any type but String.
+    pub fn new(system: &System, ports: &[Port]) -> Result<Self> {
+        let is_real = |p: &&Port| system.variable(**p).kind == Kind::Real;
         let mut slots = BTreeMap::new();
-        let reads = reads(&wiring, chosen.iter().filter(is_real).copied(), &mut slots);
+        let reals = ports.iter().filter(is_real).copied();
+        let reads = reads(&system.wiring()?, reals, &mut slots);
         let mut discrete = Vec::new();
-        for p in chosen.iter().filter(|p| !is_real(p)) {
+        for p in ports.iter().filter(|p| !is_real(p)) {
             let slot = slots.len();
             slots.insert(*p, slot);
-            discrete.push((p.component, slot, variable(p).clone()));
+            discrete.push((p.component, slot, system.variable(*p).clone()));
         }
-        let title = |p: &Port| {
-            let unit = variable(p).unit.as_deref().unwrap_or("1");
-            format!("{} [{unit}]", wiring.name(*p))
-        };
         Ok(Self {
-            titles: chosen.iter().map(title).collect(),
-            values: vec![0.0; chosen.len()],
+            ports: ports.to_vec(),
+            values: vec![0.0; ports.len()],
             reads,
-            order: chosen.iter().map(|p| slots[p]).collect(),
+            order: ports.iter().map(|p| slots[p]).collect(),
             raw: vec![0.0; slots.len()],
             discrete,
         })
     }
 
-    /// Read the present values.
-    pub fn read(&mut self, master: &Master) -> Result<()> {
+    /// The variables.
+    pub fn ports(&self) -> &[Port] {
+        &self.ports
+    }
+
+    /// Their present values, in the order of the ports.
+    pub fn read(&mut self, master: &Master) -> Result<&[f64]> {
         let at = At::Time(master.time());
         for read in &self.reads {
             read.run(master.slaves(), &mut self.raw, at)?;
@@ -114,8 +62,77 @@ impl Signals {
         for (value, slot) in self.values.iter_mut().zip(&self.order) {
             *value = self.raw[*slot];
         }
-        Ok(())
+        Ok(&self.values)
     }
+}
+
+/// Real inputs that no connection drives and that the caller sets together.
+pub struct Inputs {
+    writes: Vec<exchange::Write>,
+    buffer: Vec<f64>,
+}
+
+impl Inputs {
+    /// The inputs `ports`.
+    pub fn new(system: &System, ports: &[Port]) -> Result<Self> {
+        let slots = ports.iter().copied().zip(0..);
+        Ok(Self {
+            writes: writes(&system.wiring()?, slots),
+            buffer: vec![0.0; ports.len()],
+        })
+    }
+
+    /// Set them at the present time, in the order of the ports.
+    pub fn set(&mut self, master: &Master, values: &[f64]) -> Result<()> {
+        let at = At::Time(master.time());
+        let mut writes = self.writes.iter();
+        writes.try_for_each(|w| w.run(master.slaves(), values, &mut self.buffer, at))
+    }
+}
+
+/// All outputs whose `component.variable` matches one of `patterns` (`*` stands for any text); inputs and local variables where a
+/// pattern names them without the wildcard in the variable's first letter. No pattern: all outputs.
+///
+/// # Errors
+/// A pattern that matches nothing.
+pub fn matching(system: &System, patterns: &[String]) -> Result<Vec<Port>> {
+    let mut chosen = Vec::new();
+    let mut matched = vec![false; patterns.len()];
+    for (component, fmu) in system.fmus.iter().enumerate() {
+        for (variable, v) in fmu.description.variables.iter().enumerate() {
+            if v.kind == Kind::String || !(v.is_input() || v.is_computed()) {
+                continue;
+            }
+            let is_output = v.causality == Causality::Output;
+            let mut taken = patterns.is_empty() && is_output;
+            let port = Port {
+                component,
+                variable,
+            };
+            let name = system.name(port);
+            for (pattern, matched) in patterns.iter().zip(&mut matched) {
+                if matches_pattern(pattern, &name) && (is_output || !pattern.ends_with(".*")) {
+                    (*matched, taken) = (true, true);
+                }
+            }
+            if taken {
+                chosen.push(port);
+            }
+        }
+    }
+    if let Some((pattern, _)) = patterns.iter().zip(&matched).find(|(_, m)| !**m) {
+        bail!(
+            "no signal matches `{pattern}`; signals are named component.variable, `*` stands for any text"
+        );
+    }
+    Ok(chosen)
+}
+
+/// Column titles of variables: `component.variable [unit]`.
+pub fn titles(system: &System, ports: &[Port]) -> Vec<String> {
+    let unit = |p: Port| system.variable(p).unit.as_deref().unwrap_or("1");
+    let title = |p: &Port| format!("{} [{}]", system.name(*p), unit(*p));
+    ports.iter().map(title).collect()
 }
 
 /// Writes signals as comma-separated values: a header with names and units, then one row per communication point.
@@ -160,7 +177,7 @@ impl<W: Write> CsvLog<W> {
 }
 
 /// True where `name` is `pattern` with each `*` replaced by some text.
-pub(crate) fn matches_pattern(pattern: &str, name: &str) -> bool {
+pub fn matches_pattern(pattern: &str, name: &str) -> bool {
     let mut parts = pattern.split('*');
     let Some(mut rest) = parts.next().and_then(|first| name.strip_prefix(first)) else {
         return false;

@@ -9,12 +9,11 @@ use std::ptr;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
-use anyhow::{Result, anyhow, bail};
-use fmi::fmi2::{CallbackFunctions, binding};
-
-use crate::description::{Kind, Variable};
 use crate::fmu::Fmu;
 use crate::messages;
+use anyhow::{Result, anyhow, bail};
+use fmi::fmi2::{CallbackFunctions, binding};
+use fmu_description::{Kind, Variable};
 
 /// An FMU instance; terminated by the owner, freed when dropped.
 pub struct Slave {
@@ -52,7 +51,7 @@ impl Slave {
         };
         let (c_name, guid, resources) = (
             c_string(name)?,
-            c_string(&fmu.guid)?,
+            c_string(&fmu.description.guid)?,
             c_string(&fmu.resources)?,
         );
         fmu.register(name)?;
@@ -406,10 +405,10 @@ fn said(instance: &str) -> String {
 /// An integer, or an enumeration item by its name.
 fn integer(kind: &Kind, text: &str) -> Result<i32, String> {
     if let Kind::Enumeration(items) = kind {
-        if let Some((_, value)) = items.iter().find(|(name, _)| name == text) {
-            return Ok(*value);
+        if let Some(item) = items.iter().find(|item| item.name == text) {
+            return Ok(item.value);
         }
-        let names: Vec<_> = items.iter().map(|(name, _)| name.as_str()).collect();
+        let names: Vec<_> = items.iter().map(|item| item.name.as_str()).collect();
         return text
             .parse()
             .map_err(|_| format!("one of {}", names.join(", ")));

@@ -5,14 +5,21 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use anyhow::{Context, Result, anyhow, bail};
-
-use crate::description::{Description, Variable};
 use crate::fmu::Fmu;
-use crate::master::Setting;
 use crate::package::Package;
 use crate::ssd::{Parameter, Structure, parse_set};
-use crate::wiring::Wiring;
+use crate::wiring::{Port, Wiring};
+use anyhow::{Context, Result, bail};
+use fmu_description::{Description, Variable};
+
+/// A start value as text for a variable.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Setting {
+    /// The variable.
+    pub port: Port,
+    /// A number, `true` or `false`, the name or number of an enumeration item, or a string.
+    pub value: String,
+}
 
 /// A system structure with one loaded FMU per component (shared where the source is the same).
 pub struct System {
@@ -25,17 +32,9 @@ pub struct System {
 }
 
 impl System {
-    /// Load a packed system (`.ssp`), or a `.ssd` whose FMUs lie where it says or, by file name, in `fmu_dir`.
-    pub fn load(path: &Path, fmu_dir: Option<&Path>) -> Result<Self> {
-        Self::load_variant(path, None, fmu_dir)
-    }
-
-    /// As [`System::load`]; of a packed system the structure `variant` instead of the default.
-    pub fn load_variant(
-        path: &Path,
-        variant: Option<&str>,
-        fmu_dir: Option<&Path>,
-    ) -> Result<Self> {
+    /// Load a packed system (`.ssp`; of it the structure named `variant`, else the default one), or a `.ssd` whose FMUs lie where it says
+    /// or, by file name, in `fmu_dir`.
+    pub fn load(path: &Path, variant: Option<&str>, fmu_dir: Option<&Path>) -> Result<Self> {
         let mut package = Package::open(path)?;
         let text = package.structure(variant)?;
         let structure = Structure::read(&text, |source| package.text(source))
@@ -86,17 +85,12 @@ impl System {
             fs::read_to_string(file).with_context(hint)?
         };
         for parameter in parse_set(&text, &name)? {
-            let (k, variable) = match self.structure.split(&parameter.name) {
-                Some((k, variable)) => (k, variable),
-                None => {
-                    let owner = self.owner(&parameter.name);
-                    (owner.context(parameter.origin.clone())?.0, &*parameter.name)
-                }
-            };
-            let name = variable.to_string();
+            let port = self.port(&parameter.name);
+            let port = port.with_context(|| parameter.origin.clone())?;
+            let name = self.variable(port).name.clone();
             let parameter = Parameter { name, ..parameter };
-            let component = &mut self.structure.components[k];
-            check_unit(&component.name, &self.fmus[k], &parameter)?;
+            let component = &mut self.structure.components[port.component];
+            check_unit(&component.name, &self.fmus[port.component], &parameter)?;
             component.parameters.push(parameter);
         }
         Ok(())
@@ -108,47 +102,78 @@ impl System {
         Wiring::new(&self.structure, &descriptions)
     }
 
-    /// Index of the component `name`, or an error that lists what there is.
-    pub fn component(&self, name: &str) -> Result<usize> {
-        self.structure.component(name).ok_or_else(|| {
-            let names: Vec<_> = self
-                .structure
-                .components
-                .iter()
-                .map(|c| c.name.as_str())
-                .collect();
-            anyhow!(
-                "there is no component `{name}`; the system has {}",
-                names.join(", ")
-            )
-        })
-    }
-
-    /// A start value for the one component that has the variable.
-    pub fn setting(&self, variable: &str, value: &str) -> Result<Setting> {
-        let (k, _) = self.owner(variable)?;
-        let component = self.structure.components[k].name.clone();
-        Ok(Setting {
-            component,
-            variable: variable.into(),
-            value: value.into(),
-        })
-    }
-
-    /// The one component that has the variable `name`, for options that do not name a component.
-    pub fn owner(&self, name: &str) -> Result<(usize, &Variable)> {
-        let mut owners = self
-            .fmus
-            .iter()
-            .enumerate()
-            .filter_map(|(k, f)| f.description.variable(name).ok().map(|v| (k, v)));
+    /// The variable `component.variable`, or `variable` where one component alone has it.
+    pub fn port(&self, name: &str) -> Result<Port> {
+        if let Some((component, variable)) = self.structure.split(name) {
+            return self.port_of(component, variable);
+        }
+        let mut owners = (0..self.fmus.len()).filter_map(|k| self.port_of(k, name).ok());
         match (owners.next(), owners.next()) {
             (Some(only), None) => Ok(only),
-            (None, _) => bail!("no component of the system has a variable `{name}`"),
+            (None, _) => {
+                let names = self.structure.components.iter().map(|c| c.name.as_str());
+                let names: Vec<_> = names.collect();
+                bail!(
+                    "no component of the system has a variable `{name}`; its components are {}",
+                    names.join(", ")
+                )
+            }
             _ => bail!(
                 "several components have a variable `{name}`; name the component: component.{name}"
             ),
         }
+    }
+
+    /// A variable of the component with this index.
+    pub fn port_of(&self, component: usize, variable: &str) -> Result<Port> {
+        let description = &self.fmus[component].description;
+        let found = description.variable(variable);
+        found.with_context(|| {
+            let name = &self.structure.components[component].name;
+            format!("`{name}.{variable}`")
+        })?;
+        Ok(Port {
+            component,
+            variable: description.index(variable).unwrap_or_default(),
+        })
+    }
+
+    /// The elements 1 to `count` of the array `array` of the component with this index.
+    pub fn elements(&self, component: usize, array: &str, count: usize) -> Result<Vec<Port>> {
+        (1..=count)
+            .map(|k| self.port_of(component, &format!("{array}[{k}]")))
+            .collect()
+    }
+
+    /// What the model description says of a variable.
+    pub fn variable(&self, port: Port) -> &Variable {
+        &self.fmus[port.component].description.variables[port.variable]
+    }
+
+    /// Name of the component that a variable belongs to.
+    pub fn component_of(&self, port: Port) -> &str {
+        &self.structure.components[port.component].name
+    }
+
+    /// `component.variable`.
+    pub fn name(&self, port: Port) -> String {
+        format!("{}.{}", self.component_of(port), self.variable(port).name)
+    }
+
+    /// A start value for a variable named as in [`System::port`].
+    pub fn setting(&self, name: &str, value: impl ToString) -> Result<Setting> {
+        Ok(Setting {
+            port: self.port(name)?,
+            value: value.to_string(),
+        })
+    }
+
+    /// Parse `component.variable=value`, or `variable=value` where one component alone has the variable.
+    pub fn parse_setting(&self, text: &str) -> Result<Setting> {
+        let parts = text.split_once('=');
+        let (name, value) =
+            parts.with_context(|| format!("`{text}` is not component.variable=value"))?;
+        self.setting(name.trim(), value.trim())
     }
 }
 

@@ -2,10 +2,9 @@
 
 use std::collections::HashMap;
 
-use anyhow::{Result, bail};
-
-use crate::description::{Description, Kind};
 use crate::ssd::{Connection, Structure};
+use anyhow::{Result, bail};
+use fmu_description::{Causality, Description, Kind};
 
 /// A variable of a component: both as indices.
 #[derive(Clone, Copy, Debug, Eq, Hash, Ord, PartialEq, PartialOrd)]
@@ -62,8 +61,8 @@ impl<'a> Wiring<'a> {
     }
 
     fn resolve(&self, structure: &Structure, c: &Connection) -> Result<Link> {
-        let from = self.port(structure, &c.start.0, &c.start.1, "output")?;
-        let to = self.port(structure, &c.end.0, &c.end.1, "input")?;
+        let from = self.port(structure, &c.start.0, &c.start.1, Causality::Output)?;
+        let to = self.port(structure, &c.end.0, &c.end.1, Causality::Input)?;
         let unit = |p: Port| {
             self.components[p.component].1.variables[p.variable]
                 .unit
@@ -80,8 +79,8 @@ impl<'a> Wiring<'a> {
         let bond = match &c.bond {
             None => None,
             Some(b) => Some(BondPorts {
-                step_mean: self.port(structure, &c.start.0, &b.step_mean, "output")?,
-                flow: self.port(structure, &c.start.0, &b.flow, "input")?,
+                step_mean: self.port(structure, &c.start.0, &b.step_mean, Causality::Output)?,
+                flow: self.port(structure, &c.start.0, &b.flow, Causality::Input)?,
             }),
         };
         Ok(Link { from, to, bond })
@@ -92,7 +91,7 @@ impl<'a> Wiring<'a> {
         structure: &Structure,
         component: &str,
         variable: &str,
-        causality: &str,
+        causality: Causality,
     ) -> Result<Port> {
         let Some(k) = structure.component(component) else {
             bail!("the system has no component `{component}`")
@@ -101,9 +100,10 @@ impl<'a> Wiring<'a> {
         let v = description.variable(variable)?;
         if v.kind != Kind::Real || v.causality != causality {
             bail!(
-                "{component}.{variable} must be a real {causality} to be connected; it is {:?}, {}",
+                "{component}.{variable} must be a real {} to be connected; it is {:?}, {}",
+                in_words(causality),
                 v.kind,
-                v.causality
+                in_words(v.causality)
             );
         }
         Ok(Port {
@@ -200,6 +200,10 @@ impl<'a> Wiring<'a> {
         known.insert(output, level);
         Ok(level)
     }
+}
+
+fn in_words(causality: Causality) -> String {
+    format!("{causality:?}").to_lowercase()
 }
 
 #[cfg(test)]

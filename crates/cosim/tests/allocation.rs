@@ -8,7 +8,7 @@ use std::cell::Cell;
 use cosim::master::{Master, Schedule};
 
 mod support;
-use support::{grid, oscillator, system};
+use support::{oscillator, stepping, system};
 
 struct Counting;
 
@@ -42,7 +42,7 @@ fn a_step_allocates_nothing() {
         Schedule::JacobiDerivatives,
     ] {
         let before = COUNT.get();
-        let mut master = Master::new(&system, &[], grid(1e-3, schedule)).unwrap();
+        let mut master = Master::new(&system, &[], stepping(1e-3, schedule)).unwrap();
         let after_start = COUNT.get();
         assert!(after_start > before, "the counter counts");
         for _ in 0..100 {

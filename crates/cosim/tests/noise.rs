@@ -3,10 +3,10 @@
 use cosim::master::Schedule;
 use cosim::noise::{Noise, Sensor};
 use cosim::recording::Recording;
-use cosim::run::Experiment;
+use cosim::run::{self, Experiment};
 
 mod support;
-use support::{grid, oscillator, settings, system};
+use support::{oscillator, settings, stepping, system};
 
 fn noise(variable: &str, sigma: f64, seed: u64) -> Noise {
     let sensors = vec![Sensor {
@@ -22,19 +22,17 @@ fn noise_reaches_the_input_it_is_meant_for_and_repeats_with_its_seed() {
     let system = system("noise", &oscillator()).unwrap();
     let record = |noise: Noise| {
         let experiment = Experiment {
-            grid: grid(0.01, Schedule::GaussSeidel),
+            stepping: stepping(0.01, Schedule::GaussSeidel),
             stop: Some(0.6),
-            settings: settings(&["spring.k=10"]),
+            settings: settings(&system, &["spring.k=10"])?,
             noise,
         };
-        let patterns = ["spring.F", "mass.x"].map(String::from);
-        let recording = Recording::of(&system, &experiment, &patterns, |_, _| ())?;
-        let column = |name: &str| recording.column(name).unwrap().to_vec();
-        anyhow::Ok((
-            recording.times.clone(),
-            column("spring.F"),
-            column("mass.x"),
-        ))
+        let ports = [system.port("spring.F")?, system.port("mass.x")?];
+        let mut recording = Recording::new(&system, &ports)?;
+        let (master, stop) = (experiment.start(&system)?, experiment.stop(&system)?);
+        run::run(master, stop, &|_, _| (), |master| recording.add(master))?;
+        let [force, x] = ports.map(|p| recording.column(p).unwrap().to_vec());
+        anyhow::Ok((recording.times, force, x))
     };
     let (times, clean, x) = record(Noise::default()).unwrap();
     assert_eq!(

@@ -4,11 +4,12 @@ use cosim::master::{Master, Schedule};
 use cosim::system::System;
 
 mod support;
-use support::{grid, link, oscillator, scratch, settings, ssd, system, write_zip};
+use support::{link, oscillator, scratch, settings, ssd, stepping, system, write_zip};
 
 fn failure(system: &System, texts: &[&str]) -> String {
     let run = || {
-        let mut master = Master::new(system, &settings(texts), grid(0.01, Schedule::GaussSeidel))?;
+        let settings = settings(system, texts)?;
+        let mut master = Master::new(system, &settings, stepping(0.01, Schedule::GaussSeidel))?;
         (0..100).try_for_each(|_| master.step())
     };
     format!("{:#}", run().unwrap_err())
@@ -52,7 +53,7 @@ fn a_refused_value_names_the_variable() {
 fn wrong_settings_name_what_there_is() {
     let system = system("setting", &oscillator()).unwrap();
     for (setting, parts) in [
-        ("rope.k=1", ["there is no component `rope`", "spring, mass"]),
+        ("rope.k=1", ["variable `rope.k`", "spring, mass"]),
         ("spring.kk=1", ["spring", "no variable `kk`"]),
         ("spring.k=soft", ["spring.k", "`soft` is not a number"]),
         ("spring.k=-1", ["spring", "fmi2Error"]),
@@ -66,7 +67,7 @@ fn an_algebraic_loop_is_named() {
     let connections = link(("spring", "F"), ("mass", "f"), "")
         + &link(("mass", "x_ddot"), ("spring", "x_ddot"), "");
     let system = system("loop", &ssd(&connections)).unwrap();
-    let error = Master::new(&system, &[], grid(0.01, Schedule::Jacobi))
+    let error = Master::new(&system, &[], stepping(0.01, Schedule::Jacobi))
         .err()
         .unwrap()
         .to_string();
@@ -96,7 +97,7 @@ fn files_that_are_no_systems_are_refused() {
     let error = |name: &str, entries: &[(String, Vec<u8>)]| {
         let path = scratch(name);
         write_zip(std::fs::File::create(&path).unwrap(), entries);
-        format!("{:#}", System::load(&path, None).err().unwrap())
+        format!("{:#}", System::load(&path, None, None).err().unwrap())
     };
     assert_holds(
         &error("empty.ssp", &[]),
@@ -132,7 +133,9 @@ fn files_that_are_no_systems_are_refused() {
     assert_holds(
         &format!(
             "{:#}",
-            System::load(&scratch("absent.ssp"), None).err().unwrap()
+            System::load(&scratch("absent.ssp"), None, None)
+                .err()
+                .unwrap()
         ),
         &["absent.ssp", "cannot be read"],
     );

@@ -1,4 +1,4 @@
-//! The command line.
+//! Commands: virtual testbed, training, pictures and comparison of the network.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -8,10 +8,10 @@ use anyhow::{Context as _, Result};
 use clap::{Args, Parser};
 use emla::Surrogate;
 use indicatif::{ProgressBar, ProgressStyle};
-use surrogate::data;
-use surrogate::testbed::Testbed;
-use surrogate::training::{EPOCHS, Prepared, Progress};
-use surrogate::{campaign, comparison, plots};
+
+use crate::testbed::Testbed;
+use crate::training::{EPOCHS, Prepared, Progress};
+use crate::{campaign, comparison, data, plots};
 
 /// Virtual testbed and Levenberg–Marquardt training of the actuator's surrogate network.
 #[derive(Parser)]
@@ -229,7 +229,8 @@ impl TestbedArgs {
 }
 
 impl TrainArgs {
-    fn run(self) -> Result<()> {
+    /// Train.
+    pub fn run(self) -> Result<()> {
         let prepared = Prepared::new(data::read_csv(&self.data)?, self.seed);
         let mut progress = if self.resume {
             Progress::resume(&self.checkpoint, &emla::WIDTHS, self.seed, &prepared)?

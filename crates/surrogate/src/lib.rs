@@ -8,6 +8,7 @@
 #![forbid(unsafe_code)]
 
 pub mod campaign;
+pub mod commands;
 pub mod comparison;
 pub mod data;
 pub mod lm;

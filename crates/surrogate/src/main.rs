@@ -1,11 +1,10 @@
 //! `surrogate`: virtual testbed, training, quality of the actuator's surrogate network.
 #![forbid(unsafe_code)]
 
-mod commands;
-
 use anyhow::Result;
 use clap::Parser;
+use surrogate::commands::Command;
 
 fn main() -> Result<()> {
-    commands::Command::parse().run()
+    Command::parse().run()
 }

@@ -40,8 +40,8 @@ const COMPARISONS: [(&str, &str); 7] = [
 ];
 
 /// The paper's table, 30 runs; its ratio to the one below is the gain by the cores of the machine.
-const TABLE_ON_ALL_CORES: &str = "cosim table, all cores";
-const TABLE_ON_ONE_CORE: &str = "cosim table, one core";
+const TABLE_ON_ALL_CORES: &str = "hdrm-fmu table, all cores";
+const TABLE_ON_ONE_CORE: &str = "hdrm-fmu table, one core";
 
 /// What to measure.
 #[derive(Args)]
@@ -80,6 +80,7 @@ impl From<Command> for Job {
 struct Built {
     programs: BTreeMap<String, PathBuf>,
     cosim: PathBuf,
+    hdrm_fmu: PathBuf,
     fmus: PathBuf,
 }
 
@@ -131,6 +132,7 @@ fn build(workspace: &Workspace) -> Result<Built> {
     Ok(Built {
         programs: workspace.build(FMU_PROFILE, &targets, &[])?,
         cosim: libclang::build_cosim(workspace)?,
+        hdrm_fmu: libclang::build_hdrm_fmu(workspace)?,
         fmus,
     })
 }
@@ -146,7 +148,8 @@ impl Built {
         let mut cosim = workspace.command(&self.cosim);
         let system = self.fmus.join("Manipulator.ssp");
         cosim.arg(command).arg("--system").arg(system);
-        cosim.args(["--trajectory", "cubic", "--mode", "adaptive"]);
+        cosim.args(["--set", "controller.trajectory=cubic"]);
+        cosim.args(["--set", "controller.mode=adaptive"]);
         cosim
     }
 }
@@ -166,7 +169,7 @@ fn jobs(workspace: &Workspace, built: &Built) -> Result<Vec<Job>> {
         .arg(csv);
     jobs.extend([bare, recorded].map(Job::from));
     let table = |threads: Option<&str>, name| {
-        let mut command = workspace.command(&built.cosim);
+        let mut command = workspace.command(&built.hdrm_fmu);
         command.args(["table", "--system"]);
         command.arg(built.fmus.join("Manipulator.ssp"));
         command.envs(threads.map(|number| ("RAYON_NUM_THREADS", number)));

@@ -13,20 +13,20 @@ pub fn run(workspace: &Workspace) -> Result<()> {
     phases.run("build and pack the FMUs", || {
         pack::suite(workspace, &workspace.fmu_dir())
     })?;
-    let cosim = phases.run("build the co-simulation master", || {
-        libclang::build_cosim(workspace)
+    let hdrm_fmu = phases.run("build the program of the experiments", || {
+        libclang::build_hdrm_fmu(workspace)
     })?;
     let system = workspace.fmu_dir().join("Manipulator.ssp");
     let out = workspace.target.join("demo");
     std::fs::create_dir_all(&out)?;
     phases.run("run the cubic trajectory", || {
-        let mut compare = workspace.command(&cosim);
+        let mut compare = workspace.command(&hdrm_fmu);
         compare.args(["compare", "--trajectory", "cubic", "--system"]);
         execute(compare.arg(&system).arg("--csv-dir").arg(&out))
     })?;
     let report = out.join("report.html");
     phases.run("write the report", || {
-        let mut command = workspace.command(&cosim);
+        let mut command = workspace.command(&hdrm_fmu);
         command.args(["report", "--system"]).arg(&system);
         command.arg("--out").arg(&report);
         execute(command.arg("--figures").arg(out.join("figures")))

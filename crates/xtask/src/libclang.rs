@@ -35,10 +35,16 @@ pub fn provide(workspace: &Workspace) -> Result<Vec<(String, String)>> {
     Ok(variables)
 }
 
-/// Build the co-simulation program in release mode; its path.
+/// Build the master for any system of FMUs in release mode; its path.
 pub fn build_cosim(workspace: &Workspace) -> Result<PathBuf> {
     let environment = provide(workspace)?;
     workspace.build_program("cosim", "cosim", &environment)
+}
+
+/// Build the program of the manipulator's experiments in release mode; its path.
+pub fn build_hdrm_fmu(workspace: &Workspace) -> Result<PathBuf> {
+    let environment = provide(workspace)?;
+    workspace.build_program("studies", "hdrm-fmu", &environment)
 }
 
 fn remember(workspace: &Workspace, variables: &[(String, String)]) -> Result<()> {

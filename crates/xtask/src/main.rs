@@ -72,6 +72,12 @@ enum Command {
         #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
         arguments: Vec<String>,
     },
+    /// Run the manipulator's experiments: `cargo xtask hdrm-fmu -- table --help`
+    HdrmFmu {
+        /// Arguments of `hdrm-fmu`
+        #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
+        arguments: Vec<String>,
+    },
 }
 
 fn main() -> ExitCode {
@@ -111,9 +117,11 @@ fn run(command: Command) -> Result<()> {
         Command::Cosim { arguments } => {
             let cosim = libclang::build_cosim(&workspace)?;
             // In the caller's folder, so that paths are as the shell means them.
-            let mut command = Process::new(cosim);
-            command.env("CARGO_TARGET_DIR", &workspace.target);
-            execute(command.args(arguments))
+            execute(Process::new(cosim).args(arguments))
+        }
+        Command::HdrmFmu { arguments } => {
+            let hdrm_fmu = libclang::build_hdrm_fmu(&workspace)?;
+            execute(Process::new(hdrm_fmu).args(arguments))
         }
     }
 }

@@ -94,11 +94,10 @@ pub fn run(workspace: &Workspace, options: &Options) -> Result<()> {
     }
     if let Some(steps) = long {
         driver.run(&["long", "--steps", &steps.to_string()])?;
-        let environment = libclang::provide(workspace)?;
-        let cosim = workspace.build_program("cosim", "cosim", &environment)?;
+        let hdrm_fmu = libclang::build_hdrm_fmu(workspace)?;
         execute(
             workspace
-                .command(cosim)
+                .command(hdrm_fmu)
                 .args(["endurance", "--steps", &steps.to_string()]),
         )?;
         println!("long runs: {steps} steps of each FMU alone and of all five instances together");
@@ -128,7 +127,7 @@ pub fn check(workspace: &Workspace, fmus: Vec<PathBuf>) -> Result<()> {
     driver.run(&["calls", "--calls", &CI_CALLS.to_string()])?;
     driver.run(&["threads"])?;
     driver.run(&["long", "--steps", &CI_STEPS.to_string()])?;
-    let mut coupled = workspace.command(libclang::build_cosim(workspace)?);
+    let mut coupled = workspace.command(libclang::build_hdrm_fmu(workspace)?);
     coupled.args(["endurance", "--steps", &CI_COUPLED_STEPS.to_string()]);
     execute(&mut coupled)
 }

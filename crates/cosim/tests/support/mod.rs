@@ -4,9 +4,8 @@ use std::fs::{self, File};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use cosim::master::{Grid, Schedule, Setting};
-use cosim::run::parse_setting;
-use cosim::system::System;
+use cosim::master::{Schedule, Stepping};
+use cosim::system::{Setting, System};
 use zip::CompressionMethod;
 use zip::write::SimpleFileOptions;
 
@@ -82,7 +81,7 @@ pub fn system(name: &str, structure: &str) -> anyhow::Result<System> {
         entries.push((format!("resources/{model}.fmu"), bytes));
     }
     write_zip(File::create(&path).unwrap(), &entries);
-    System::load(&path, None)
+    System::load(&path, None, None)
 }
 
 fn fmu(example: &str) -> Vec<u8> {
@@ -122,12 +121,12 @@ pub fn write_zip<W: Write + std::io::Seek>(out: W, entries: &[(String, Vec<u8>)]
 }
 
 #[allow(dead_code)] // not every test sets something
-pub fn settings(texts: &[&str]) -> Vec<Setting> {
-    texts.iter().map(|t| parse_setting(t).unwrap()).collect()
+pub fn settings(system: &System, texts: &[&str]) -> anyhow::Result<Vec<Setting>> {
+    texts.iter().map(|t| system.parse_setting(t)).collect()
 }
 
-pub fn grid(step: f64, schedule: Schedule) -> Grid {
-    Grid {
+pub fn stepping(step: f64, schedule: Schedule) -> Stepping {
+    Stepping {
         start: 0.5,
         step,
         schedule,

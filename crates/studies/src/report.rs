@@ -21,12 +21,12 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use anyhow::{Context, Result, bail};
+use cosim::run::Experiment;
+use cosim::system::System;
 use rayon::prelude::*;
 use serde::Serialize;
 
-use crate::master::{Grid, Setting};
-use crate::system::System;
-use crate::table::{self, MODES, SCALES, TRAJECTORIES};
+use crate::table::{self, MODES, TRAJECTORIES};
 use conditions::Conditions;
 use evaluation::{Energy, Stability, Testbed, kept};
 use map::EfficiencyMap;
@@ -40,12 +40,8 @@ const UNCERTAIN: f64 = 1.4;
 pub struct Request<'a> {
     /// The machine.
     pub system: &'a System,
-    /// Start, step and schedule of all runs.
-    pub grid: Grid,
-    /// Stop time, s, where it is not the end of the motion.
-    pub stop: Option<f64>,
-    /// Start values for all runs.
-    pub settings: &'a [Setting],
+    /// What all runs have in common.
+    pub base: &'a Experiment,
     /// The one-axis experiment, where there is one.
     pub testbed: Option<&'a System>,
     /// `efficiency_map.csv` of `surrogate map`.
@@ -89,8 +85,7 @@ struct TableCell {
 impl Request<'_> {
     /// Number of runs it takes.
     pub fn count() -> u64 {
-        let table = TRAJECTORIES.len() * SCALES.len() * MODES.len();
-        (cases().len() + table) as u64 + evaluation::RUNS
+        (cases().len() + table::CELLS) as u64 + evaluation::RUNS
     }
 
     /// Make all runs, in parallel; `progress` is told how many are done. A run that fails is named in the report.
@@ -99,7 +94,7 @@ impl Request<'_> {
     /// No run succeeds, or the machine file or the efficiency map cannot be used.
     pub fn make(&self, progress: impl Fn(u64) + Sync) -> Result<Report> {
         let efficiency_map = self.efficiency_map.map(EfficiencyMap::read).transpose()?;
-        let machine = scene::MachineFile::of(self.system, self.settings)?;
+        let machine = scene::MachineFile::of(self.system, &self.base.settings)?;
         let scene = Scene::new(&machine)?;
         let done = AtomicU64::new(0);
         let count = || progress(done.fetch_add(1, Ordering::Relaxed) + 1);
@@ -116,7 +111,7 @@ impl Request<'_> {
         if runs.is_empty() {
             bail!("no run succeeded: {}", failures.join("; "));
         }
-        let cells = table::run(self.system, self.grid, self.stop, self.settings, count);
+        let cells = table::run(self.system, self.base, count);
         failures.extend(cells.iter().filter_map(failure));
         let energy = evaluation::energies(self, count, &mut failures);
         let stability = evaluation::stability(self, count, &mut failures);

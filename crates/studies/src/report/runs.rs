@@ -3,18 +3,15 @@
 use std::collections::BTreeMap;
 
 use anyhow::{Context, Result};
+use cosim::bond::Residual;
+use cosim::signals::matching;
+use cosim::wiring::Port;
 use serde::Serialize;
 
 use super::Request;
 use super::samples::Samples;
 use super::scene::Scene;
-use crate::bond::Residual;
-use crate::description::Kind;
-use crate::noise::Noise;
-use crate::recording::Recording;
-use crate::run::Experiment;
-use crate::signals::matches_pattern;
-use crate::system::System;
+use crate::experiment::{Recorded, vary};
 
 /// Sampling of the page, s: tip error, other signals, frames of the animation.
 const TIP_EVERY: f64 = 0.004;
@@ -136,56 +133,49 @@ impl Run {
 
     fn recorded(request: &Request<'_>, case: Case, scene: &Scene) -> Result<Self> {
         let system = request.system;
-        let mut settings = request.settings.to_vec();
-        for (variable, value) in [
-            ("trajectory", case.trajectory),
-            ("mode", case.mode),
-            ("inertia_scale", &case.scale.to_string()),
-        ] {
-            settings.push(system.setting(variable, value)?);
-        }
-        // The controller's accompanying functions need the plant's true inertias; its law does not see them.
-        if let Ok(truth) = system.setting("lyapunov.inertia_scale", &case.scale.to_string()) {
-            settings.push(truth);
-        }
-        let experiment = Experiment {
-            grid: request.grid,
-            stop: request.stop,
-            settings,
-            noise: Noise::default(),
-        };
-        let shown = shown(system);
-        let names: Vec<String> = shown.iter().map(|(name, _)| name.clone()).collect();
-        let recording = Recording::of(system, &experiment, &names, |_, _| ())?;
-        let outcome = &recording.outcome;
-        let tip = outcome
-            .tip
-            .context("the system has no output `tip_error_norm`")?;
-        let step = request.grid.step;
+        let experiment = vary(
+            system,
+            request.base,
+            &[
+                ("trajectory", &case.trajectory),
+                ("mode", &case.mode),
+                ("inertia_scale", &case.scale),
+                // The controller's accompanying functions need the plant's true inertias; its law does not see them.
+                ("lyapunov.inertia_scale", &case.scale),
+            ],
+        )?;
+        let shown = |pattern: &str| matching(system, &[pattern.into()]).unwrap_or_default();
+        let ports: Vec<Port> = SHOWN.into_iter().flat_map(shown).collect();
+        let recorded = Recorded::of(system, &experiment, &ports)?;
+        let (recording, outcome) = (&recorded.recording, &recorded.outcome);
+        let step = experiment.stepping.step;
         let mut signals = BTreeMap::new();
-        for (name, unit) in shown {
+        for port in ports {
+            let name = system.name(port);
             let is_tip = name.starts_with("controller.tip_error");
             let stride = stride(if is_tip { TIP_EVERY } else { SIGNALS_EVERY }, step);
-            let values = recording.column(&name)?.iter().step_by(stride).copied();
+            let values = recording.column(port)?.iter().step_by(stride).copied();
+            let unit = system.variable(port).unit.as_deref();
             let signal = Signal {
-                unit,
+                unit: unit.unwrap_or("1").into(),
                 every: step * stride as f64,
                 samples: Samples::new(values),
             };
             signals.insert(name, signal);
         }
         let stride = stride(FRAMES_EVERY, step);
-        let (frames, drawing_error) = scene.frames(&recording, stride)?;
+        let (frames, drawing_error) = scene.frames(system, recording, stride)?;
         Ok(Self {
             case,
-            start: request.grid.start,
-            simulated: outcome.simulated,
-            motion_start: tip.motion_start,
-            rmse: tip.motion.rms(),
-            max: tip.motion.max,
-            real_time_factor: outcome.real_time_factor(),
-            bonds: outcome.residuals.iter().map(Bond::from).collect(),
+            start: experiment.stepping.start,
+            simulated: outcome.run.simulated,
+            motion_start: outcome.tip.motion_start,
+            rmse: outcome.tip.motion.rms(),
+            max: outcome.tip.motion.max,
+            real_time_factor: outcome.run.real_time_factor(),
+            bonds: outcome.run.residuals.iter().map(Bond::from).collect(),
             warnings: outcome
+                .run
                 .warnings
                 .iter()
                 .map(|w| format!("{}: {}", w.instance, w.text))
@@ -228,19 +218,4 @@ impl Run {
 )]
 fn stride(every: f64, step: f64) -> usize {
     ((every / step).round() as usize).max(1)
-}
-
-/// Names and units of the outputs that the page shows.
-fn shown(system: &System) -> Vec<(String, String)> {
-    let mut shown = Vec::new();
-    for (component, fmu) in system.structure.components.iter().zip(&system.fmus) {
-        for v in &fmu.description.variables {
-            let name = format!("{}.{}", component.name, v.name);
-            let wanted = SHOWN.iter().any(|pattern| matches_pattern(pattern, &name));
-            if wanted && v.causality == "output" && v.kind != Kind::String {
-                shown.push((name, v.unit.clone().unwrap_or_else(|| "1".into())));
-            }
-        }
-    }
-    shown
 }

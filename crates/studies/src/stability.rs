@@ -15,13 +15,13 @@
 use std::fmt::Write as _;
 
 use anyhow::{Context, Result, ensure};
+use cosim::run::Experiment;
+use cosim::system::System;
+use cosim::wiring::Port;
 use rayon::prelude::*;
 use serde::Serialize;
 
-use crate::master::{Grid, Setting};
-use crate::recording::Recording;
-use crate::run::Experiment;
-use crate::system::System;
+use crate::experiment::{Recorded, vary};
 use crate::table::TRAJECTORIES;
 
 /// Actuators.
@@ -106,7 +106,7 @@ pub fn run(
     let mut runs = Vec::new();
     for (trajectory, _) in TRAJECTORIES {
         for law in ["paper", "shipped"] {
-            runs.extend([1.0, 0.25].map(|part| (trajectory, law, part * base.grid.step)));
+            runs.extend([1.0, 0.25].map(|part| (trajectory, law, part * base.stepping.step)));
         }
     }
     let one = |(trajectory, law, step): (&'static str, &'static str, f64)| {
@@ -128,39 +128,63 @@ fn one(
     law: &'static str,
     step: f64,
 ) -> Result<Run> {
-    let (k, _) = system.owner(SCALARS[0])?;
-    let controller = system.structure.components[k].name.clone();
-    let (k, _) = system.owner("tip.position[1]")?;
-    let arm = &system.structure.components[k].name;
-    let mut experiment = Experiment {
-        grid: Grid { step, ..base.grid },
-        ..base.clone()
-    };
-    let mut set = |component: &str, variable: &str, value: String| {
-        experiment.settings.push(Setting {
-            component: component.into(),
-            variable: variable.into(),
-            value,
-        });
-    };
-    set(&controller, "trajectory", trajectory.into());
-    set(&controller, "lyapunov.inertia_scale", scale.to_string());
-    set(arm, "inertia_scale", scale.to_string());
+    let mut experiment = vary(
+        system,
+        base,
+        &[
+            ("trajectory", &trajectory),
+            ("lyapunov.inertia_scale", &scale),
+            ("inertia_scale", &scale),
+        ],
+    )?;
     if law == "paper" {
-        set(&controller, "omega_i", "0".into());
-        set(&controller, "omega_d", "0".into());
+        experiment = vary(system, &experiment, &[("omega_i", &0), ("omega_d", &0)])?;
     }
-    let outputs = SCALARS.iter().chain(&PER_ROD).chain(&CONDITIONS);
-    let mut patterns: Vec<String> = outputs.map(|o| format!("{controller}.{o}*")).collect();
-    patterns.push(format!("{arm}.x_dot[*"));
-    let recording = Recording::of(system, &experiment, &patterns, |_, _| ())?;
-    let course = Course::of(&recording, &controller, arm)?;
-    let mut run = course.evaluate(step)?;
+    experiment.stepping.step = step;
+    let outputs = Outputs::of(system)?;
+    let recorded = Recorded::of(system, &experiment, &outputs.all())?;
+    let mut run = Course::of(&recorded, &outputs)?.evaluate(step)?;
     (run.trajectory, run.law) = (trajectory, law);
-    for (value, name) in run.conditions.iter_mut().zip(CONDITIONS) {
-        *value = recording.column(&format!("{controller}.{name}"))?[0];
+    for (value, port) in run.conditions.iter_mut().zip(&outputs.conditions) {
+        *value = recorded.recording.column(*port)?[0];
     }
     Ok(run)
+}
+
+/// What is recorded.
+struct Outputs {
+    /// [`SCALARS`].
+    scalars: Vec<Port>,
+    /// [`PER_ROD`], the rods of each.
+    per_rod: Vec<Vec<Port>>,
+    /// [`CONDITIONS`].
+    conditions: Vec<Port>,
+    /// The rods' velocities.
+    x_dot: Vec<Port>,
+}
+
+impl Outputs {
+    fn of(system: &System) -> Result<Self> {
+        let controller = system.port(SCALARS[0])?.component;
+        let arm = system.port("tip.position[1]")?.component;
+        let of_controller = |names: &[&str]| -> Result<Vec<Port>> {
+            let ports = names.iter().map(|name| system.port_of(controller, name));
+            ports.collect()
+        };
+        let rods = PER_ROD.map(|name| system.elements(controller, name, RODS));
+        Ok(Self {
+            scalars: of_controller(&SCALARS)?,
+            per_rod: rods.into_iter().collect::<Result<_>>()?,
+            conditions: of_controller(&CONDITIONS)?,
+            x_dot: system.elements(arm, "x_dot", RODS)?,
+        })
+    }
+
+    fn all(&self) -> Vec<Port> {
+        let per_rod = self.per_rod.iter().flatten();
+        let rest = [&self.scalars, &self.conditions, &self.x_dot];
+        per_rod.chain(rest.into_iter().flatten()).copied().collect()
+    }
 }
 
 /// What the proof speaks of, at the communication points of the motion; sums over the actuators.
@@ -180,34 +204,34 @@ struct Course {
 }
 
 impl Course {
-    fn of(recording: &Recording, controller: &str, arm: &str) -> Result<Self> {
-        let first = recording.motion_start();
-        let column = |name: String| Ok::<_, anyhow::Error>(&recording.column(&name)?[first..]);
-        let scalar = |name: &str| column(format!("{controller}.{name}"));
-        let rods = |component: &str, name: &str| -> Result<Vec<&[f64]>> {
-            (1..=RODS)
-                .map(|i| column(format!("{component}.{name}[{i}]")))
-                .collect()
+    fn of(recorded: &Recorded, outputs: &Outputs) -> Result<Self> {
+        let columns = |ports: &[Port]| -> Result<Vec<&[f64]>> {
+            ports.iter().map(|port| recorded.motion(*port)).collect()
         };
         let sum = |columns: &[&[f64]]| -> Vec<f64> {
             (0..columns[0].len())
                 .map(|k| columns.iter().map(|c| c[k]).sum())
                 .collect()
         };
-        let (required, actual) = (rods(controller, "x_dot_required")?, rods(arm, "x_dot")?);
-        let error = rods(controller, "lyapunov.force_error")?;
+        let scalars = columns(&outputs.scalars)?;
+        let per_rod: Vec<_> = outputs.per_rod.iter().map(|rods| columns(rods)).collect();
+        let per_rod = per_rod.into_iter().collect::<Result<Vec<_>>>()?;
+        let [nu, dissipation, flow, error, required] = &per_rod[..] else {
+            unreachable!("as many as PER_ROD");
+        };
+        let actual = columns(&outputs.x_dot)?;
         let proof = |k: usize| {
             (0..RODS)
                 .map(|i| (required[i][k] - actual[i][k]) * error[i][k])
                 .sum()
         };
         Ok(Self {
-            nu_velocity: scalar(SCALARS[0])?.to_vec(),
-            nu_adaptation: scalar(SCALARS[1])?.to_vec(),
-            nu_actuators: sum(&rods(controller, "lyapunov.nu_actuator")?),
-            dissipation_bodies: scalar(SCALARS[2])?.to_vec(),
-            dissipation_actuators: sum(&rods(controller, "lyapunov.dissipation_actuator")?),
-            flow_measured: sum(&rods(controller, "lyapunov.vpf")?),
+            nu_velocity: scalars[0].to_vec(),
+            nu_adaptation: scalars[1].to_vec(),
+            nu_actuators: sum(nu),
+            dissipation_bodies: scalars[2].to_vec(),
+            dissipation_actuators: sum(dissipation),
+            flow_measured: sum(flow),
             flow_proof: (0..error[0].len()).map(proof).collect(),
         })
     }

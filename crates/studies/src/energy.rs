@@ -3,15 +3,14 @@
 use std::fmt::Write as _;
 
 use anyhow::{Result, ensure};
+use cosim::run::Experiment;
+use cosim::system::System;
+use cosim::wiring::Port;
 use serde::Serialize;
 
-use crate::recording::Recording;
-use crate::run::Experiment;
-use crate::system::System;
+use crate::experiment::Recorded;
 
-/// Output that an actuator is known by.
-const MARK: &str = "energy.in";
-/// Outputs of an actuator that are recorded.
+/// Outputs of an actuator that are recorded; a component that has the first is one.
 const OUTPUTS: [&str; 8] = [
     "energy.in",
     "energy.out",
@@ -87,35 +86,39 @@ impl Balance {
 
 /// Run the experiment; the balances of all actuators over the motion, and their sum.
 pub fn run(system: &System, experiment: &Experiment) -> Result<Vec<Balance>> {
-    let has_mark = |k: &usize| system.fmus[*k].description.variable(MARK).is_ok();
-    let actuators: Vec<&str> = (0..system.fmus.len())
-        .filter(has_mark)
-        .map(|k| system.structure.components[k].name.as_str())
-        .collect();
-    ensure!(!actuators.is_empty(), "no component has an output `{MARK}`");
-    let patterns: Vec<String> = actuators
-        .iter()
-        .flat_map(|a| OUTPUTS.map(|o| format!("{a}.{o}")))
-        .collect();
-    let recording = Recording::of(system, experiment, &patterns, |_, _| ())?;
+    let is_actuator = |k: &usize| system.port_of(*k, OUTPUTS[0]).is_ok();
+    let actuators: Vec<usize> = (0..system.fmus.len()).filter(is_actuator).collect();
+    ensure!(
+        !actuators.is_empty(),
+        "no component has an output `{}`",
+        OUTPUTS[0]
+    );
+    let mut ports = Vec::new();
+    for k in &actuators {
+        for output in OUTPUTS {
+            ports.push(system.port_of(*k, output)?);
+        }
+    }
+    let recorded = Recorded::of(system, experiment, &ports)?;
     let mut balances = Vec::new();
-    for actuator in actuators {
-        balances.push(balance(&recording, actuator)?);
+    for (outputs, k) in ports.chunks(OUTPUTS.len()).zip(actuators) {
+        let name = &system.structure.components[k].name;
+        balances.push(balance(&recorded, name, outputs)?);
     }
     balances.push(Balance::sum(&balances));
     Ok(balances)
 }
 
-fn balance(recording: &Recording, actuator: &str) -> Result<Balance> {
-    let first = recording.motion_start();
-    let column = |name: &str| -> Result<&[f64]> {
-        Ok(&recording.column(&format!("{actuator}.{name}"))?[first..])
-    };
-    let times = &recording.times[first..];
-    let loss =
-        |kind: &str| Ok::<_, anyhow::Error>(integral(times, column(&format!("loss.{kind}"))?));
-    let (electrical, regenerated) = both_ways(column("energy.in")?);
-    let (work, returned) = both_ways(column("energy.out")?);
+/// Balance of one actuator, of its [`OUTPUTS`].
+fn balance(recorded: &Recorded, actuator: &str, outputs: &[Port]) -> Result<Balance> {
+    let columns: Vec<&[f64]> = outputs
+        .iter()
+        .map(|port| recorded.motion(*port))
+        .collect::<Result<_>>()?;
+    let times = &recorded.recording.times[recorded.motion_start()..];
+    let loss = |k: usize| integral(times, columns[k]);
+    let (electrical, regenerated) = both_ways(columns[0]);
+    let (work, returned) = both_ways(columns[1]);
     let rise = |c: &[f64]| c[c.len() - 1] - c[0];
     Ok(Balance {
         actuator: actuator.into(),
@@ -123,12 +126,12 @@ fn balance(recording: &Recording, actuator: &str) -> Result<Balance> {
         regenerated,
         work,
         returned,
-        copper: loss("copper")?,
-        core: loss("core")?,
-        inverter: loss("inverter")?,
-        mechanical: loss("mechanical")?,
-        lost: rise(column("energy.loss")?),
-        stored: rise(column("energy.stored")?),
+        copper: loss(4),
+        core: loss(5),
+        inverter: loss(6),
+        mechanical: loss(7),
+        lost: rise(columns[2]),
+        stored: rise(columns[3]),
     })
 }
 

@@ -4,17 +4,16 @@ use std::path::PathBuf;
 
 use anyhow::Result;
 use clap::Args;
-use cosim::report::Request;
+use cosim::cli::bar;
 use cosim::system::System;
+use studies::report::Request;
 
-use crate::{GridArgs, SystemArgs, bar};
+use super::MachineArgs;
 
 #[derive(Args)]
 pub struct ReportArgs {
     #[command(flatten)]
-    system: SystemArgs,
-    #[command(flatten)]
-    grid: GridArgs,
+    machine: MachineArgs,
     /// HTML file to write
     #[arg(long, default_value = "report.html", value_name = "FILE")]
     out: PathBuf,
@@ -31,22 +30,22 @@ pub struct ReportArgs {
 
 /// Make the runs, then write page and figures; a run that failed is named in the page and here.
 pub fn report(args: &ReportArgs) -> Result<()> {
-    let system = args.system.load()?;
+    let (system, base) = args.machine.load()?;
     let beside = system.path.with_file_name("Testbed.ssp");
     let testbed = args
         .testbed
         .clone()
         .or_else(|| beside.is_file().then_some(beside));
-    let testbed = testbed.map(|path| System::load(&path, None)).transpose()?;
+    let testbed = testbed
+        .map(|path| System::load(&path, None, None))
+        .transpose()?;
     let request = Request {
         system: &system,
         testbed: testbed.as_ref(),
-        grid: args.grid.grid(&system)?,
-        stop: args.grid.stop_time,
-        settings: &args.grid.settings,
+        base: &base,
         efficiency_map: args.efficiency_map.as_deref(),
     };
-    let bar = bar(Request::count(), "runs");
+    let bar = bar(Request::count(), "runs", false);
     let report = request.make(|done| bar.set_position(done));
     bar.finish_and_clear();
     let report = report?;

@@ -1,10 +1,11 @@
 //! Under which conditions the report was made.
 
+use cosim::master::Schedule;
+use cosim::system::Setting;
 use serde::Serialize;
 
 use super::Request;
 use super::scene::MachineFile;
-use crate::master::Schedule;
 
 #[derive(Serialize)]
 pub struct Conditions {
@@ -40,32 +41,31 @@ impl Conditions {
     pub fn of(request: &Request<'_>, machine: &MachineFile) -> Self {
         let system = request.system;
         let pairs = system.structure.components.iter().zip(&system.fmus);
-        let setting =
-            |s: &crate::master::Setting| format!("{}.{} = {}", s.component, s.variable, s.value);
+        let setting = |s: &Setting| format!("{} = {}", system.name(s.port), s.value);
         Self {
             date: format!("{:.0}", jiff::Timestamp::now()),
             host: gethostname::gethostname().to_string_lossy().into_owned(),
             platform: format!("{} {}", std::env::consts::OS, std::env::consts::ARCH),
             processor: processor().unwrap_or_else(|| "unknown".into()),
             cores: std::thread::available_parallelism().map_or(1, usize::from),
-            program: concat!("cosim ", env!("CARGO_PKG_VERSION")),
+            program: concat!("hdrm-fmu ", env!("CARGO_PKG_VERSION")),
             system: system.path.display().to_string(),
             machine_file: machine.name.clone(),
             machine_sha256: machine.sha256.clone(),
-            step: request.grid.step,
-            schedule: match request.grid.schedule {
+            step: request.base.stepping.step,
+            schedule: match request.base.stepping.schedule {
                 Schedule::GaussSeidel => "Gauss–Seidel",
                 Schedule::Jacobi => "Jacobi, inputs held",
                 Schedule::JacobiDerivatives => "Jacobi, with input derivatives",
             },
-            settings: request.settings.iter().map(setting).collect(),
+            settings: request.base.settings.iter().map(setting).collect(),
             components: pairs
                 .map(|(c, fmu)| Component {
                     name: c.name.clone(),
                     source: c.source.clone(),
                     model: fmu.description.model.clone(),
                     version: fmu.description.version.clone(),
-                    guid: fmu.guid.clone(),
+                    guid: fmu.description.guid.clone(),
                     tool: fmu.description.tool.clone(),
                 })
                 .collect(),

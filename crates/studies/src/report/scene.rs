@@ -7,6 +7,8 @@
 use std::path::PathBuf;
 
 use anyhow::{Context, Result, ensure};
+use cosim::recording::Recording;
+use cosim::system::{Setting, System};
 use hdrm::{BODIES, Body, Tree};
 use machine::{Geometry, Machine};
 use nalgebra::{Rotation3, UnitQuaternion, Vector3};
@@ -15,9 +17,6 @@ use serde::Serialize;
 use sha2::{Digest, Sha256};
 
 use super::samples::Samples;
-use crate::master::Setting;
-use crate::recording::Recording;
-use crate::system::System;
 
 /// A drawn tip this far from the FMU's is another machine, m.
 const SAME_MACHINE: f64 = 1e-6;
@@ -32,12 +31,11 @@ pub struct MachineFile {
 impl MachineFile {
     /// The file named by a start value of the manipulator's `machine_file`, else the one among the FMU's resources, else the reference.
     pub fn of(system: &System, settings: &[Setting]) -> Result<Self> {
-        let k = system.component("hdrm")?;
-        let set = settings
-            .iter()
-            .rev()
-            .find(|s| s.component == "hdrm" && s.variable == "machine_file");
-        let resources = system.fmus[k].resources.trim_start_matches("file://");
+        let file = system.port("hdrm.machine_file")?;
+        let set = settings.iter().rev().find(|s| s.port == file);
+        let resources = system.fmus[file.component]
+            .resources
+            .trim_start_matches("file://");
         let resources = PathBuf::from(percent_decode_str(resources).decode_utf8()?.as_ref());
         let mut file = match set {
             Some(setting) => PathBuf::from(&setting.value),
@@ -109,10 +107,16 @@ impl Scene {
     }
 
     /// Poses of all bodies at every `stride`-th point of a run, and the largest distance of the drawn tip from the FMU's, m.
-    pub fn frames(&self, recording: &Recording, stride: usize) -> Result<(Samples, f64)> {
+    pub fn frames(
+        &self,
+        system: &System,
+        recording: &Recording,
+        stride: usize,
+    ) -> Result<(Samples, f64)> {
+        let arm = system.port("hdrm.zeta[1]")?.component;
         let columns = |name: &str, n: usize| -> Result<Vec<&[f64]>> {
-            let column = |i| recording.column(&format!("hdrm.{name}[{i}]"));
-            (1..=n).map(column).collect()
+            let ports = system.elements(arm, name, n)?;
+            ports.into_iter().map(|p| recording.column(p)).collect()
         };
         let (zeta, tip) = (columns("zeta", hdrm::DOF)?, columns("tip.position", 3)?);
         let (mut frames, mut error) = (Vec::new(), 0.0_f64);

@@ -3,12 +3,11 @@
 use std::fmt::Write as _;
 
 use anyhow::Result;
+use cosim::run::Experiment;
+use cosim::system::System;
 use rayon::prelude::*;
 
-use crate::master::{Grid, Setting};
-use crate::noise::Noise;
-use crate::run::Experiment;
-use crate::system::System;
+use crate::experiment::{self, vary};
 use crate::tip::TipError;
 
 /// Inertia scales, in the paper's order.
@@ -42,14 +41,11 @@ pub struct Cell {
     pub result: Result<TipError>,
 }
 
-/// Run all cells in parallel; `done` is called after each. A failed cell keeps its error and the others go on.
-pub fn run(
-    system: &System,
-    grid: Grid,
-    stop: Option<f64>,
-    settings: &[Setting],
-    done: impl Fn() + Sync,
-) -> Vec<Cell> {
+/// Number of cells.
+pub const CELLS: usize = TRAJECTORIES.len() * SCALES.len() * MODES.len();
+
+/// Run all cells under `base` in parallel; `done` is called after each. A failed cell keeps its error and the others go on.
+pub fn run(system: &System, base: &Experiment, done: impl Fn() + Sync) -> Vec<Cell> {
     let mut cells = Vec::new();
     for (trajectory, paper) in TRAJECTORIES {
         for (scale, paper) in SCALES.into_iter().zip(paper) {
@@ -57,7 +53,7 @@ pub fn run(
         }
     }
     let run_one = |(trajectory, scale, mode, paper)| {
-        let result = cell(system, grid, stop, settings, trajectory, scale, mode);
+        let result = tip_error(system, base, trajectory, scale, mode);
         done();
         Cell {
             trajectory,
@@ -70,33 +66,23 @@ pub fn run(
     cells.into_par_iter().map(run_one).collect()
 }
 
-fn cell(
+fn tip_error(
     system: &System,
-    grid: Grid,
-    stop: Option<f64>,
-    settings: &[Setting],
+    base: &Experiment,
     trajectory: &str,
     scale: f64,
     mode: &str,
 ) -> Result<TipError> {
-    let mut all = settings.to_vec();
-    for (variable, value) in [
-        ("trajectory", trajectory),
-        ("mode", mode),
-        ("inertia_scale", &scale.to_string()),
-    ] {
-        all.push(system.setting(variable, value)?);
-    }
-    let experiment = Experiment {
-        grid,
-        stop,
-        settings: all,
-        noise: Noise::default(),
-    };
-    let outcome = experiment.run(system, |_, _| (), None::<(&mut _, std::io::Sink)>)?;
-    outcome
-        .tip
-        .ok_or_else(|| anyhow::anyhow!("the system has no output `tip_error_norm`"))
+    let experiment = vary(
+        system,
+        base,
+        &[
+            ("trajectory", &trajectory),
+            ("mode", &mode),
+            ("inertia_scale", &scale),
+        ],
+    )?;
+    Ok(experiment::run(system, &experiment, &|_, _| (), |_| Ok(()))?.tip)
 }
 
 /// The cells as a table for people, RMSE and maximum in mm, then the failures.

@@ -1,28 +1,27 @@
 //! Subcommands of the evaluation: robustness tables, testbed, stability, energy and endurance in numbers.
 
-use std::fs::File;
-use std::io::{BufWriter, Write};
+use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
 use clap::{Args, ValueEnum};
-use cosim::endurance::{self, Part, Wander};
-use cosim::noise::Noise;
-use cosim::robustness::{self, STUDIES, Study};
+use cosim::cli::{bar, create};
 use cosim::run::Experiment;
 use cosim::signals::CsvLog;
-use cosim::system::System;
-use cosim::{energy, stability, table, testbed};
+use cosim::system::{Setting, System};
 use serde_json::{Value, json};
+use studies::endurance::{self, Excursion, Part};
+use studies::experiment::vary;
+use studies::robustness::{self, STUDIES, Study};
+use studies::tip::TipError;
+use studies::{energy, stability, table, testbed};
 
-use crate::{GridArgs, SystemArgs, bar, create};
+use super::MachineArgs;
 
 #[derive(Args)]
 pub struct TableArgs {
     #[command(flatten)]
-    system: SystemArgs,
-    #[command(flatten)]
-    grid: GridArgs,
+    machine: MachineArgs,
     /// What is varied, repeatable
     #[arg(long = "study", value_enum, default_values_t = [StudyArg::Inertia])]
     studies: Vec<StudyArg>,
@@ -40,12 +39,10 @@ pub struct TableArgs {
 #[derive(Args)]
 pub struct TestbedArgs {
     #[command(flatten)]
-    system: SystemArgs,
+    machine: MachineArgs,
     /// Testbed: a packed .ssp [default: Testbed.ssp beside the system]
     #[arg(long, value_name = "FILE")]
     testbed: Option<PathBuf>,
-    #[command(flatten)]
-    grid: GridArgs,
     /// Time constant of the load emulators, s
     #[arg(long, default_value_t = 0.02, value_name = "SECONDS")]
     lag: f64,
@@ -60,9 +57,7 @@ pub struct TestbedArgs {
 #[derive(Args)]
 pub struct StabilityArgs {
     #[command(flatten)]
-    system: SystemArgs,
-    #[command(flatten)]
-    grid: GridArgs,
+    machine: MachineArgs,
     /// Factor on mass and inertia of every body of the manipulator (the controller keeps nominal ones)
     #[arg(long, value_name = "FACTOR", default_value_t = 1.4)]
     inertia_scale: f64,
@@ -74,9 +69,7 @@ pub struct StabilityArgs {
 #[derive(Args)]
 pub struct EnergyArgs {
     #[command(flatten)]
-    system: SystemArgs,
-    #[command(flatten)]
-    grid: GridArgs,
+    machine: MachineArgs,
     /// Also write the numbers to this JSON file
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
@@ -85,10 +78,8 @@ pub struct EnergyArgs {
 #[derive(Args)]
 pub struct EnduranceArgs {
     #[command(flatten)]
-    system: SystemArgs,
-    #[command(flatten)]
-    grid: GridArgs,
-    /// Communication steps; 10000000 of 1 ms are 2.8 h of machine time
+    machine: MachineArgs,
+    /// Communication steps; 10000000 of 1 ms are 2.8 h of simulated time
     #[arg(long, default_value_t = 1_000_000)]
     steps: u64,
     /// Edges of the box that the tip moves through, from its start on, m, world frame
@@ -142,18 +133,16 @@ impl TableArgs {
 
 /// Robustness tables; fails when a cell failed, after the others have been printed.
 pub fn tables(args: &TableArgs) -> Result<()> {
-    let system = args.system.load()?;
-    let base = base(&system, &args.grid)?;
+    let (system, base) = args.machine.load()?;
     let mut failed = 0;
-    let mut found = conditions(&base);
+    let mut found = conditions(&system, &base);
     if args.wants(StudyArg::Inertia) {
-        let count = table::TRAJECTORIES.len() * table::SCALES.len() * table::MODES.len();
-        let bar = bar(count as u64, "runs");
-        let cells = table::run(&system, base.grid, base.stop, &base.settings, || bar.inc(1));
+        let bar = bar(table::CELLS as u64, "runs", false);
+        let cells = table::run(&system, &base, || bar.inc(1));
         bar.finish_and_clear();
         println!("{}", table::text(&cells));
         if let Some(path) = &args.csv {
-            let mut file = BufWriter::new(create(path)?);
+            let mut file = create(path)?;
             table::write_csv(&cells, &mut file)
                 .and_then(|()| Ok(file.flush()?))
                 .with_context(|| path.display().to_string())?;
@@ -162,8 +151,8 @@ pub fn tables(args: &TableArgs) -> Result<()> {
         found["inertia"] = cells.iter().map(inertia_json).collect();
     }
     for study in args.studies() {
-        let cases = study.cases(&system, args.seed)?;
-        let bar = bar(robustness::count(&cases) as u64, "runs");
+        let cases = study.cases(&system, &base, args.seed)?;
+        let bar = bar(robustness::count(&cases) as u64, "runs", false);
         let cells = robustness::run(&system, &base, study, &cases, || bar.inc(1));
         bar.finish_and_clear();
         println!("{}", robustness::text(&cells));
@@ -181,13 +170,12 @@ pub fn run_testbed(args: &TestbedArgs) -> Result<()> {
         args.lag.is_finite() && args.lag >= 0.0,
         "--lag must be finite and not negative"
     );
-    let machine = args.system.load()?;
+    let (machine, base) = args.machine.load()?;
     let path = args
         .testbed
         .clone()
         .unwrap_or_else(|| machine.path.with_file_name("Testbed.ssp"));
-    let bed = System::load(&path, None)?;
-    let base = base(&machine, &args.grid)?;
+    let bed = System::load(&path, None, None)?;
     let mut axes = Vec::new();
     for run in testbed::run(&machine, &bed, &base, args.lag) {
         axes.extend(run?);
@@ -202,7 +190,7 @@ pub fn run_testbed(args: &TestbedArgs) -> Result<()> {
             )?;
         }
     }
-    let mut found = conditions(&base);
+    let mut found = conditions(&machine, &base);
     found["lag_s"] = args.lag.into();
     found["testbed"] = serde_json::to_value(&axes)?;
     write_json(args.json.as_deref(), &found)
@@ -217,7 +205,7 @@ fn write_course(axis: &testbed::Axis, path: &Path) -> Result<()> {
         "F desired [N]",
         "F [N]",
     ];
-    let mut log = CsvLog::new(BufWriter::new(create(path)?), &titles.map(String::from))?;
+    let mut log = CsvLog::new(create(path)?, &titles.map(String::from))?;
     let course = &axis.course;
     for (k, t) in course.time.iter().enumerate() {
         let [x, v, f] =
@@ -229,15 +217,14 @@ fn write_course(axis: &testbed::Axis, path: &Path) -> Result<()> {
 
 /// Accompanying functions, bound and gain conditions.
 pub fn run_stability(args: &StabilityArgs) -> Result<()> {
-    let system = args.system.load()?;
-    let base = base(&system, &args.grid)?;
-    let bar = bar(stability::RUNS, "runs");
+    let (system, base) = args.machine.load()?;
+    let bar = bar(stability::RUNS, "runs", false);
     let runs = stability::run(&system, &base, args.inertia_scale, || bar.inc(1));
     bar.finish_and_clear();
     let runs: Vec<_> = runs.into_iter().collect::<Result<_>>()?;
     println!("inertia x {}", args.inertia_scale);
     print!("{}", stability::text(&runs));
-    let mut found = conditions(&base);
+    let mut found = conditions(&system, &base);
     found["inertia_scale"] = args.inertia_scale.into();
     found["stability"] = serde_json::to_value(&runs)?;
     write_json(args.json.as_deref(), &found)
@@ -245,14 +232,10 @@ pub fn run_stability(args: &StabilityArgs) -> Result<()> {
 
 /// Energy balances of the actuators on both trajectories.
 pub fn run_energy(args: &EnergyArgs) -> Result<()> {
-    let system = args.system.load()?;
-    let base = base(&system, &args.grid)?;
-    let mut found = conditions(&base);
+    let (system, base) = args.machine.load()?;
+    let mut found = conditions(&system, &base);
     for (trajectory, _) in table::TRAJECTORIES {
-        let mut experiment = base.clone();
-        experiment
-            .settings
-            .push(system.setting("trajectory", trajectory)?);
+        let experiment = vary(&system, &base, &[("trajectory", &trajectory)])?;
         let balances = energy::run(&system, &experiment)?;
         println!(
             "{}",
@@ -265,25 +248,24 @@ pub fn run_energy(args: &EnergyArgs) -> Result<()> {
 
 /// A long coupled run.
 pub fn run_endurance(args: &EnduranceArgs) -> Result<()> {
-    let system = args.system.load()?;
+    let (system, base) = args.machine.load()?;
     anyhow::ensure!(
-        args.grid.stop_time.is_none(),
-        "--stop-time: the length is told by --steps"
+        base.stop.is_none(),
+        "--stop-time: the length of the run is given by --steps"
     );
-    let scale = args.inertia_scale.to_string();
-    let mut experiment = base(&system, &args.grid)?;
-    experiment.settings.splice(
-        0..0,
-        [
-            system.setting("mode", &args.mode)?,
-            system.setting("inertia_scale", &scale)?,
-            system.setting("lyapunov.inertia_scale", &scale)?,
+    let experiment = vary(
+        &system,
+        &base,
+        &[
+            ("mode", &args.mode),
+            ("inertia_scale", &args.inertia_scale),
+            ("lyapunov.inertia_scale", &args.inertia_scale),
         ],
-    );
-    let wander = Wander::new([args.edges[0], args.edges[1], args.edges[2]], args.period)?;
+    )?;
+    let excursion = Excursion::new([args.edges[0], args.edges[1], args.edges[2]], args.period)?;
     println!("{}", Part::titles());
     let told = |part: &Part| println!("{}", part.row());
-    let endurance = endurance::run(&system, &experiment, &wander, args.steps, told)?;
+    let endurance = endurance::run(&system, &experiment, &excursion, args.steps, told)?;
     print!("{}", endurance.summary());
     endurance.check()
 }
@@ -295,24 +277,13 @@ fn balance_json(balance: &energy::Balance) -> Result<Value> {
     Ok(value)
 }
 
-/// The experiment that the cells vary.
-fn base(system: &System, grid: &GridArgs) -> Result<Experiment> {
-    Ok(Experiment {
-        grid: grid.grid(system)?,
-        stop: grid.stop_time,
-        settings: grid.settings.clone(),
-        noise: Noise::default(),
-    })
-}
-
 /// What the numbers were made under.
-fn conditions(base: &Experiment) -> Value {
-    let setting =
-        |s: &cosim::master::Setting| format!("{}.{}={}", s.component, s.variable, s.value);
+fn conditions(system: &System, base: &Experiment) -> Value {
+    let setting = |s: &Setting| format!("{}={}", system.name(s.port), s.value);
     json!({
-        "cosim_version": env!("CARGO_PKG_VERSION"),
-        "step_s": base.grid.step,
-        "schedule": format!("{:?}", base.grid.schedule),
+        "version": env!("CARGO_PKG_VERSION"),
+        "step_s": base.stepping.step,
+        "schedule": format!("{:?}", base.stepping.schedule),
         "settings": base.settings.iter().map(setting).collect::<Vec<_>>(),
     })
 }
@@ -333,7 +304,7 @@ fn cell_json(c: &robustness::Cell) -> Value {
     cell
 }
 
-fn put_result(cell: &mut Value, result: &Result<cosim::tip::TipError>) {
+fn put_result(cell: &mut Value, result: &Result<TipError>) {
     match result {
         Ok(tip) => {
             cell["rmse_m"] = tip.motion.rms().into();
@@ -345,7 +316,7 @@ fn put_result(cell: &mut Value, result: &Result<cosim::tip::TipError>) {
 
 fn write_json(path: Option<&Path>, value: &Value) -> Result<()> {
     let Some(path) = path else { return Ok(()) };
-    let mut file: BufWriter<File> = BufWriter::new(create(path)?);
+    let mut file = create(path)?;
     serde_json::to_writer_pretty(&mut file, value)?;
     writeln!(file)?;
     file.flush().with_context(|| path.display().to_string())

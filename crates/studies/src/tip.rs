@@ -27,6 +27,17 @@ impl Distance {
     }
 }
 
+impl std::fmt::Display for Distance {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(
+            f,
+            "RMSE {:.4} mm, max {:.4} mm",
+            1e3 * self.rms(),
+            1e3 * self.max
+        )
+    }
+}
+
 /// Tip error over the whole run and over the motion alone.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TipError {

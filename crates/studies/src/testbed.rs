@@ -6,15 +6,15 @@
 use std::fmt::Write as _;
 
 use anyhow::{Context, Result, ensure};
+use cosim::master::Master;
+use cosim::run::Experiment;
+use cosim::signals::{Inputs, Signals};
+use cosim::system::{Setting, System};
+use cosim::wiring::Port;
 use rayon::prelude::*;
 use serde::Serialize;
 
-use crate::master::{Master, Setting};
-use crate::recording::Recording;
-use crate::run::Experiment;
-use crate::signals::Signals;
-use crate::slave::At;
-use crate::system::System;
+use crate::experiment::{Recorded, vary};
 use crate::table::TRAJECTORIES;
 
 /// An axis of the testbed: name, number of its rod, component of the testbed.
@@ -90,9 +90,9 @@ pub fn run(
     TRAJECTORIES
         .into_par_iter()
         .map(|(trajectory, _)| {
-            let (recording, profiles) = record(machine, base, trajectory)
+            let (recorded, profiles) = record(machine, base, trajectory)
                 .with_context(|| format!("{trajectory}, run of the machine"))?;
-            replay(testbed, base, trajectory, &recording, &profiles, lag)
+            replay(testbed, base, trajectory, &recorded, &profiles, lag)
                 .with_context(|| format!("{trajectory}, testbed"))
         })
         .collect()
@@ -102,45 +102,31 @@ fn record(
     machine: &System,
     base: &Experiment,
     trajectory: &str,
-) -> Result<(Recording, [Profile; 2])> {
-    let mut experiment = base.clone();
-    experiment
-        .settings
-        .push(machine.setting("trajectory", trajectory)?);
-    let (k, _) = machine.owner("f_hold[1]")?;
-    let arm = &machine.structure.components[k].name;
-    let rods = AXES.map(|(_, rod, _)| {
-        let driven = (arm.clone(), format!("f[{rod}]"));
-        let force = machine
-            .structure
-            .connections
-            .iter()
-            .find(|c| c.end == driven);
-        force.map(|c| {
-            [
-                format!("{arm}.x[{rod}]"),
-                format!("{arm}.x_dot[{rod}]"),
-                format!("{}.{}", c.start.0, c.start.1),
-            ]
-        })
-    });
-    let rods = [rods[0].clone(), rods[1].clone()].map(|r| r.context("nothing drives a rod"));
-    let [lift, tilt] = rods;
-    let (lift, tilt) = (lift?, tilt?);
-    let patterns: Vec<String> = lift.iter().chain(&tilt).cloned().collect();
-    let recording = Recording::of(machine, &experiment, &patterns, |_, _| ())?;
-    let profile = |names: &[String; 3]| -> Result<Profile> {
-        let column = |k: usize| Ok::<_, anyhow::Error>(recording.column(&names[k])?.to_vec());
-        let x_dot = column(1)?;
+) -> Result<(Recorded, [Profile; 2])> {
+    let experiment = vary(machine, base, &[("trajectory", &trajectory)])?;
+    let arm = machine.port("f_hold[1]")?.component;
+    let wiring = machine.wiring()?;
+    let rod = |rod: usize| -> Result<[Port; 3]> {
+        let of_rod = |array: &str| machine.port_of(arm, &format!("{array}[{rod}]"));
+        let force = wiring.driver(of_rod("f")?);
+        let force = force.with_context(|| format!("nothing drives rod {rod}"))?;
+        let force = wiring.links[force].from;
+        Ok([of_rod("x")?, of_rod("x_dot")?, force])
+    };
+    let rods = [rod(AXES[0].1)?, rod(AXES[1].1)?];
+    let recorded = Recorded::of(machine, &experiment, rods.as_flattened())?;
+    let profile = |[x, x_dot, force]: [Port; 3]| -> Result<Profile> {
+        let column = |port| recorded.recording.column(port).map(<[f64]>::to_vec);
+        let x_dot = column(x_dot)?;
         Ok(Profile {
-            x: column(0)?,
-            x_ddot: slope(&x_dot, base.grid.step),
+            x: column(x)?,
+            x_ddot: slope(&x_dot, base.stepping.step),
             x_dot,
-            F: column(2)?,
+            F: column(force)?,
         })
     };
-    let profiles = [profile(&lift)?, profile(&tilt)?];
-    Ok((recording, profiles))
+    let profiles = [profile(rods[0])?, profile(rods[1])?];
+    Ok((recorded, profiles))
 }
 
 /// Derivative by central differences, one-sided at the ends.
@@ -154,85 +140,42 @@ fn slope(values: &[f64], step: f64) -> Vec<f64> {
 }
 
 /// Start values: the rods where the recording starts, in equilibrium with its forces.
-fn start(profiles: &[Profile; 2]) -> Vec<Setting> {
+fn start(testbed: &System, profiles: &[Profile; 2]) -> Result<Vec<Setting>> {
     let mut settings = Vec::new();
-    for ((_, rod, component), p) in AXES.into_iter().zip(profiles) {
-        for (component, variable, value) in [
-            (component, "x".to_string(), p.x[0]),
-            (component, "x_dot".to_string(), p.x_dot[0]),
-            (component, "F_hold".to_string(), p.F[0]),
-            (component, "F_ext".to_string(), p.F[0]),
-            (CONTROLLER, format!("reference.rod_position[{rod}]"), p.x[0]),
-            (
-                CONTROLLER,
-                format!("reference.rod_velocity[{rod}]"),
-                p.x_dot[0],
-            ),
-            (CONTROLLER, format!("reference.rod_force[{rod}]"), p.F[0]),
+    for ((_, rod, actuator), p) in AXES.into_iter().zip(profiles) {
+        for (variable, value) in [
+            (format!("{actuator}.x"), p.x[0]),
+            (format!("{actuator}.x_dot"), p.x_dot[0]),
+            (format!("{actuator}.F_hold"), p.F[0]),
+            (format!("{actuator}.F_ext"), p.F[0]),
+            (reference("position", rod), p.x[0]),
+            (reference("velocity", rod), p.x_dot[0]),
+            (reference("force", rod), p.F[0]),
         ] {
-            settings.push(Setting {
-                component: component.into(),
-                variable,
-                value: value.to_string(),
-            });
+            settings.push(testbed.setting(&variable, value)?);
         }
     }
-    settings
+    Ok(settings)
 }
 
-/// Inputs of the testbed that no connection drives, by component and value references.
-struct Inputs {
-    controller: usize,
-    references: Vec<u32>,
-    emulators: [(usize, u32); 2],
+/// Input of the controller for a rod.
+fn reference(quantity: &str, rod: usize) -> String {
+    format!("{CONTROLLER}.reference.rod_{quantity}[{rod}]")
 }
 
-impl Inputs {
-    fn of(testbed: &System) -> Result<Self> {
-        let reference = |component: usize, variable: &str| {
-            Ok::<_, anyhow::Error>(
-                testbed.fmus[component]
-                    .description
-                    .variable(variable)?
-                    .reference,
-            )
-        };
-        let controller = testbed.component(CONTROLLER)?;
-        let mut references = Vec::new();
-        for (_, rod, _) in AXES {
-            for quantity in ["position", "velocity", "acceleration", "force"] {
-                references.push(reference(
-                    controller,
-                    &format!("reference.rod_{quantity}[{rod}]"),
-                )?);
-            }
-        }
-        let emulator = |component: &str| {
-            let k = testbed.component(component)?;
-            Ok::<_, anyhow::Error>((k, reference(k, "F_ext")?))
-        };
-        Ok(Self {
-            controller,
-            references,
-            emulators: [emulator(AXES[0].2)?, emulator(AXES[1].2)?],
-        })
-    }
+/// References of both rods: position, velocity, acceleration and force of each.
+fn references(testbed: &System) -> Result<Inputs> {
+    let quantities = ["position", "velocity", "acceleration", "force"];
+    let names = AXES.map(|(_, rod, _)| quantities.map(|q| reference(q, rod)));
+    inputs(testbed, names.as_flattened())
+}
 
-    /// Set the references of communication point `k`.
-    fn refer(&self, master: &Master, profiles: &[Profile; 2], k: usize) -> Result<()> {
-        let of = |p: &Profile| [p.x[k], p.x_dot[k], p.x_ddot[k], p.F[k]];
-        let values: Vec<f64> = profiles.iter().flat_map(of).collect();
-        master.slaves()[self.controller].set(&self.references, &values, At::Time(master.time()))
-    }
+fn inputs(testbed: &System, names: &[String]) -> Result<Inputs> {
+    Inputs::new(testbed, &ports(testbed, names)?)
+}
 
-    /// Load both actuators over the step to come.
-    fn load(&self, master: &Master, forces: [f64; 2]) -> Result<()> {
-        for ((component, reference), force) in self.emulators.into_iter().zip(forces) {
-            let at = At::Time(master.time());
-            master.slaves()[component].set(&[reference], &[force], at)?;
-        }
-        Ok(())
-    }
+fn ports(system: &System, names: &[String]) -> Result<Vec<Port>> {
+    names.iter().map(|name| system.port(name)).collect()
 }
 
 /// Load emulator: `lag·F' = F_profile − F`, exact for a profile held at its mean over the step; the mean force of the step.
@@ -251,53 +194,41 @@ fn replay(
     testbed: &System,
     base: &Experiment,
     trajectory: &'static str,
-    recording: &Recording,
+    recorded: &Recorded,
     profiles: &[Profile; 2],
     lag: f64,
 ) -> Result<Vec<Axis>> {
-    let points = recording.times.len();
+    let points = recorded.recording.times.len();
     ensure!(points > 1, "the recording is empty");
-    let inputs = Inputs::of(testbed)?;
-    let patterns = AXES.map(|(_, _, c)| ["x_rod", "x_rod_dot", "F"].map(|v| format!("{c}.{v}")));
-    let mut signals = Signals::choose(testbed, patterns.as_flattened())?;
-    let column = |name: &str| {
-        let title = format!("{name} [");
-        signals
-            .titles
-            .iter()
-            .position(|t| t.starts_with(&title))
-            .context("just chosen")
-    };
-    let mut columns = Vec::new();
-    for name in patterns.as_flattened() {
-        columns.push(column(name)?);
-    }
-    let mut master = Master::new(testbed, &start(profiles), base.grid)?;
+    let mut references = references(testbed)?;
+    let mut loads = inputs(testbed, &AXES.map(|(_, _, a)| format!("{a}.F_ext")))?;
+    let outputs = AXES.map(|(_, _, a)| ["x_rod", "x_rod_dot", "F"].map(|v| format!("{a}.{v}")));
+    let mut signals = Signals::new(testbed, &ports(testbed, outputs.as_flattened())?)?;
+    let settings = start(testbed, profiles)?;
+    let mut master = Master::new(testbed, &settings, base.stepping)?;
     let mut load = [profiles[0].F[0], profiles[1].F[0]];
     let mut courses = [Course::default(), Course::default()];
     for k in 0..points {
-        inputs.refer(&master, profiles, k)?;
+        let desired = profiles
+            .each_ref()
+            .map(|p| [p.x[k], p.x_dot[k], p.x_ddot[k], p.F[k]]);
+        references.set(&master, desired.as_flattened())?;
         master.pass()?;
-        signals.read(&master)?;
-        for (i, (course, p)) in courses.iter_mut().zip(profiles).enumerate() {
-            let value = |quantity: usize| signals.values[columns[3 * i + quantity]];
-            course.add(
-                master.time(),
-                [p.x[k], p.x_dot[k], p.F[k]],
-                [value(0), value(1), value(2)],
-            );
+        let actual = signals.read(&master)?.chunks_exact(3);
+        for ((course, [x, x_dot, _, F]), actual) in courses.iter_mut().zip(desired).zip(actual) {
+            course.add(master.time(), [x, x_dot, F], actual);
         }
         if k + 1 < points {
-            let forces = std::array::from_fn(|i| {
+            let forces = std::array::from_fn::<_, 2, _>(|i| {
                 let F = &profiles[i].F;
-                emulate(&mut load[i], F[k], F[k + 1], base.grid.step, lag)
+                emulate(&mut load[i], F[k], F[k + 1], base.stepping.step, lag)
             });
-            inputs.load(&master, forces)?;
+            loads.set(&master, &forces)?;
             master.step()?;
         }
     }
     master.terminate()?;
-    let first = recording.motion_start();
+    let first = recorded.motion_start();
     let axis = |((axis, _, _), course): ((&'static str, usize, &str), Course)| Axis {
         trajectory,
         axis,
@@ -310,12 +241,12 @@ fn replay(
 }
 
 impl Course {
-    fn add(&mut self, time: f64, desired: [f64; 3], actual: [f64; 3]) {
+    fn add(&mut self, time: f64, desired: [f64; 3], actual: &[f64]) {
         self.time.push(time);
         let columns = [&mut self.position, &mut self.velocity, &mut self.force];
         for ((column, desired), actual) in columns.into_iter().zip(desired).zip(actual) {
             column[0].push(desired);
-            column[1].push(actual);
+            column[1].push(*actual);
         }
     }
 }

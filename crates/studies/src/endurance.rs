@@ -9,34 +9,34 @@ use std::fmt::Write as _;
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result, ensure};
+use cosim::master::Master;
+use cosim::run::Experiment;
+use cosim::signals::{Inputs, Signals, matching};
+use cosim::system::System;
 
-use crate::master::Master;
-use crate::run::Experiment;
-use crate::signals::Signals;
-use crate::slave::At;
-use crate::system::System;
+use crate::experiment::vary;
 use crate::tip::Distance;
 
-/// Parts of a run that are told one by one.
+/// Parts of a run, each of which is reported when it ends.
 pub const PARTS: u64 = 10;
 /// What resident memory may grow by after the first part, kB: some pages that the allocator keeps.
 const GROWTH: i64 = 256;
 /// What the tip error of the last part may be, over that of the second.
 const WORSE: f64 = 1.5;
 
-/// (1 + √5)/2, the number that fractions come to slowest.
+/// (1 + √5)/2, the number that is worst approximated by fractions, so that its multiples never nearly repeat.
 const GOLDEN_RATIO: f64 = 1.618_033_988_749_895;
 
 /// The reference: a box and the period along its first edge.
 #[derive(Clone, Copy, Debug)]
-pub struct Wander {
+pub struct Excursion {
     /// Edges of the box from the start position on, m, world frame.
     pub edges: [f64; 3],
     /// Periods along the edges, s.
     periods: [f64; 3],
 }
 
-impl Wander {
+impl Excursion {
     /// Through the box with `edges`, m; the first is travelled to and fro in `period`, s.
     pub fn new(edges: [f64; 3], period: f64) -> Result<Self> {
         ensure!(
@@ -129,35 +129,26 @@ pub struct Endurance {
 
 /// What is set and read at every communication point.
 struct Watch {
-    controller: usize,
-    references: Vec<u32>,
+    references: Inputs,
     start: [f64; 3],
     settle: f64,
+    /// Tip error, `lyapunov.nu_adaptation`, then the estimated masses.
     signals: Signals,
-    /// Place of the tip error among the signals.
-    tip: usize,
-    /// Place of `lyapunov.nu_adaptation`.
-    adaptation: usize,
-    /// Places and start values of the estimated masses.
-    masses: Vec<(usize, f64)>,
+    /// Start values of the estimated masses.
+    masses: Vec<f64>,
 }
 
 impl Watch {
     fn new(system: &System, master: &Master) -> Result<Self> {
-        let (controller, _) = system.owner("tip_error_norm")?;
-        let name = &system.structure.components[controller].name;
-        let at = At::Time(master.time());
+        let tip = system.port("tip_error_norm")?;
         let number = |variable: &str| {
-            let description = &system.fmus[controller].description;
-            master.slaves()[controller].number(description.variable(variable)?, at)
+            let port = system.port_of(tip.component, variable)?;
+            master.number(system, port)
         };
         let mut references = Vec::new();
         for quantity in ["position", "velocity", "acceleration"] {
-            for i in 1..=3 {
-                let variable = format!("reference.{quantity}[{i}]");
-                let description = &system.fmus[controller].description;
-                references.push(description.variable(&variable)?.reference);
-            }
+            let array = format!("reference.{quantity}");
+            references.extend(system.elements(tip.component, &array, 3)?);
         }
         let mut start = [0.0; 3];
         for (i, start) in (1..).zip(&mut start) {
@@ -165,47 +156,34 @@ impl Watch {
             let desired = number(&format!("desired.position[{i}]"))?;
             *start = desired - number(&format!("tip_error[{i}]"))?;
         }
-        let patterns = ["tip_error_norm", "lyapunov.nu_adaptation", "mass_hat.*"];
-        let mut signals = Signals::choose(system, &patterns.map(|p| format!("{name}.{p}")))?;
-        signals.read(master)?;
-        let place = |pattern: &str| {
-            let found = signals.titles.iter().position(|t| t.contains(pattern));
-            found.with_context(|| format!("`{name}` gives no `{pattern}`"))
-        };
-        let (tip, adaptation) = (place(patterns[0])?, place(patterns[1])?);
-        let values = signals.values.iter().copied().enumerate();
+        let masses = format!("{}.mass_hat.*", system.component_of(tip));
+        let adaptation = system.port_of(tip.component, "lyapunov.nu_adaptation")?;
+        let ports = [vec![tip, adaptation], matching(system, &[masses])?].concat();
+        let mut signals = Signals::new(system, &ports)?;
         Ok(Self {
-            controller,
-            references,
+            references: Inputs::new(system, &references)?,
             start,
             settle: number("settle_time")?,
-            tip,
-            adaptation,
-            masses: values
-                .filter(|(k, _)| *k != tip && *k != adaptation)
-                .collect(),
+            masses: signals.read(master)?[2..].to_vec(),
             signals,
         })
     }
 
     /// Give the controller the reference of the present time.
-    fn refer(&self, master: &mut Master, wander: &Wander, start: f64) -> Result<()> {
-        let [mut x, v, a] = wander.at(master.time() - start - self.settle);
+    fn refer(&mut self, master: &mut Master, excursion: &Excursion, start: f64) -> Result<()> {
+        let [mut x, v, a] = excursion.at(master.time() - start - self.settle);
         x.iter_mut().zip(self.start).for_each(|(x, p)| *x += p);
-        let at = At::Time(master.time());
-        let values = [x, v, a];
-        master.slaves()[self.controller].set(&self.references, values.as_flattened(), at)?;
+        self.references.set(master, [x, v, a].as_flattened())?;
         master.pass()
     }
 
     /// Add what is seen at the present time.
     fn see(&mut self, master: &Master, part: &mut Part) -> Result<()> {
-        self.signals.read(master)?;
-        let values = &self.signals.values;
-        part.tip.add(values[self.tip]);
-        part.adaptation = part.adaptation.max(values[self.adaptation]);
-        for (place, start) in &self.masses {
-            let ratio = values[*place] / start;
+        let values = self.signals.read(master)?;
+        part.tip.add(values[0]);
+        part.adaptation = part.adaptation.max(values[1]);
+        for (mass, start) in values[2..].iter().zip(&self.masses) {
+            let ratio = mass / start;
             part.mass = [part.mass[0].min(ratio), part.mass[1].max(ratio)];
         }
         Ok(())
@@ -216,15 +194,14 @@ impl Watch {
 pub fn run(
     system: &System,
     experiment: &Experiment,
-    wander: &Wander,
+    excursion: &Excursion,
     steps: u64,
     mut each: impl FnMut(&Part),
 ) -> Result<Endurance> {
     ensure!(steps >= PARTS, "{steps} steps; at least {PARTS} are needed");
-    let mut settings = experiment.settings.clone();
-    settings.push(system.setting("trajectory", "external")?);
-    let grid = experiment.grid;
-    let mut master = Master::new(system, &settings, grid)?;
+    let experiment = vary(system, experiment, &[("trajectory", &"external")])?;
+    let mut master = experiment.start(system)?;
+    let start = master.time();
     let mut watch = Watch::new(system, &master)?;
     let bounds = bounds(system, &master)?;
     let (clock, mut parts) = (Instant::now(), Vec::new());
@@ -238,7 +215,7 @@ pub fn run(
             memory: None,
         };
         for _ in from..to {
-            watch.refer(&mut master, wander, grid.start)?;
+            watch.refer(&mut master, excursion, start)?;
             master.step()?;
             watch.see(&master, &mut seen)?;
         }
@@ -271,8 +248,7 @@ fn bounds(system: &System, master: &Master) -> Result<[f64; 2]> {
         .iter()
         .zip(&mut bounds)
     {
-        let (k, variable) = system.owner(name)?;
-        *bound = 1.0 / master.slaves()[k].number(variable, At::Time(master.time()))?;
+        *bound = 1.0 / master.number(system, system.port(name)?)?;
     }
     Ok(bounds)
 }
@@ -292,7 +268,7 @@ impl Endurance {
             .map_or("not told by the system".into(), |kb| format!("{kb} kB"));
         writeln!(
             text,
-            "{} steps, {:.0} s of machine time in {:.0} s: {:.0} x real time; growth of memory after the first tenth {growth}; \
+            "{} steps, {:.0} s simulated in {:.0} s: {:.0} x real time; growth of memory after the first tenth {growth}; \
              drift of time {:e} s; estimated masses allowed from {:.3} to {:.3} of their start values",
             self.steps,
             self.end,
@@ -383,11 +359,11 @@ mod tests {
     /// Central differences: δ²/6 times the next derivative but one, and rounding of a position of 0.3 m, ε/δ.
     #[test]
     fn rates_are_the_derivatives_of_the_reference() {
-        let wander = Wander::new([-0.2, 0.3, 0.15], 7.0).unwrap();
+        let excursion = Excursion::new([-0.2, 0.3, 0.15], 7.0).unwrap();
         let d = 1e-4;
         for k in 0..500 {
             let s = 0.37 + 1.3 * f64::from(k);
-            let [before, now, after] = [wander.at(s - d), wander.at(s), wander.at(s + d)];
+            let [before, now, after] = [excursion.at(s - d), excursion.at(s), excursion.at(s + d)];
             for i in 0..3 {
                 for order in 0..2 {
                     let slope = (after[order][i] - before[order][i]) / (2.0 * d);
@@ -395,10 +371,10 @@ mod tests {
                 }
             }
         }
-        assert_eq!(wander.at(0.0), [[0.0; 3]; 3]);
-        let [x, v, _] = wander.at(3.5);
+        assert_eq!(excursion.at(0.0), [[0.0; 3]; 3]);
+        let [x, v, _] = excursion.at(3.5);
         assert!((x[0] + 0.2).abs() < 1e-15 && v[0].abs() < 1e-15);
-        assert!(Wander::new([0.1; 3], 0.0).is_err());
+        assert!(Excursion::new([0.1; 3], 0.0).is_err());
     }
 
     #[test]

@@ -6,16 +6,15 @@
 
 use std::fmt::Write as _;
 
-use anyhow::{Context, Result};
+use anyhow::Result;
+use cosim::master::start_value;
+use cosim::noise::{Noise, Sensor};
+use cosim::run::Experiment;
+use cosim::system::{Setting, System};
 use rayon::prelude::*;
 use serde::Serialize;
 
-use crate::master::Setting;
-use crate::noise::{Noise, Sensor};
-use crate::recording::Recording;
-use crate::run::Experiment;
-use crate::slave::{At, Slave};
-use crate::system::System;
+use crate::experiment::{Recorded, vary};
 use crate::table::{MODES, TRAJECTORIES};
 use crate::tip::TipError;
 
@@ -92,10 +91,10 @@ impl Study {
     }
 
     /// The rows of the study.
-    pub fn cases(self, system: &System, seed: u64) -> Result<Vec<Case>> {
+    pub fn cases(self, system: &System, base: &Experiment, seed: u64) -> Result<Vec<Case>> {
         match self {
-            Self::Motor => motor_cases(system),
-            Self::Payload => payload_cases(system),
+            Self::Motor => motor_cases(system, base),
+            Self::Payload => payload_cases(system, base),
             Self::Noise => noise_cases(system, seed),
             Self::TipLoad => tip_load_cases(system),
         }
@@ -137,7 +136,7 @@ impl Case {
     }
 }
 
-fn motor_cases(system: &System) -> Result<Vec<Case>> {
+fn motor_cases(system: &System, base: &Experiment) -> Result<Vec<Case>> {
     let all: Vec<&str> = MOTOR.iter().flat_map(|(_, v)| v.iter().copied()).collect();
     let rows = MOTOR.into_iter().chain([("all of these", &all[..])]);
     let mut cases = Vec::new();
@@ -145,7 +144,7 @@ fn motor_cases(system: &System) -> Result<Vec<Case>> {
         for factor in FACTORS {
             let mut settings = Vec::new();
             for variable in variables {
-                settings.extend(scaled(system, variable, factor)?);
+                settings.extend(scaled(system, base, variable, factor)?);
             }
             let mut case = percent(label, factor);
             if variables.contains(&EFFICIENCY) && factor > 1.0 {
@@ -157,11 +156,11 @@ fn motor_cases(system: &System) -> Result<Vec<Case>> {
     Ok(cases)
 }
 
-fn payload_cases(system: &System) -> Result<Vec<Case>> {
+fn payload_cases(system: &System, base: &Experiment) -> Result<Vec<Case>> {
     let case = |factor| {
         Ok(Case::of(
             percent("payload", factor),
-            scaled(system, "payload.mass", factor)?,
+            scaled(system, base, "payload.mass", factor)?,
         ))
     };
     FACTORS.into_iter().map(case).collect()
@@ -169,10 +168,9 @@ fn payload_cases(system: &System) -> Result<Vec<Case>> {
 
 /// The same noise with three seeds.
 fn noise_cases(system: &System, seed: u64) -> Result<Vec<Case>> {
-    let (controller, _) = system.owner("trajectory")?;
-    let component = &system.structure.components[controller].name;
+    let controller = system.component_of(system.port("trajectory")?);
     let sensors = SENSORS.map(|(variable, sigma)| Sensor {
-        component: component.clone(),
+        component: controller.into(),
         variable: variable.into(),
         sigma,
     });
@@ -192,7 +190,7 @@ fn tip_load_cases(system: &System) -> Result<Vec<Case>> {
     for (label, wrench) in TIP_LOADS {
         let settings = (1..)
             .zip(wrench)
-            .map(|(k, value)| system.setting(&format!("wrench_env[{k}]"), &value.to_string()));
+            .map(|(k, value)| system.setting(&format!("wrench_env[{k}]"), value));
         cases.push(Case::of(label, settings.collect::<Result<_>>()?));
     }
     Ok(cases)
@@ -203,42 +201,21 @@ fn percent(label: &str, factor: f64) -> String {
 }
 
 /// `variable` times `factor` in every component that has it; an efficiency at most 1.
-fn scaled(system: &System, variable: &str, factor: f64) -> Result<Vec<Setting>> {
+fn scaled(system: &System, base: &Experiment, variable: &str, factor: f64) -> Result<Vec<Setting>> {
     let mut settings = Vec::new();
-    for (k, component) in system.structure.components.iter().enumerate() {
-        if system.fmus[k].description.variable(variable).is_err() {
-            continue;
-        }
-        let nominal = start_value(system, k, variable)?;
-        let mut value = nominal * factor;
+    for port in (0..system.fmus.len()).filter_map(|k| system.port_of(k, variable).ok()) {
+        let mut value = factor * start_value(system, &base.settings, port)?;
         if variable == EFFICIENCY {
             value = value.min(1.0);
         }
-        settings.push(Setting {
-            component: component.name.clone(),
-            variable: variable.into(),
-            value: value.to_string(),
-        });
+        let value = value.to_string();
+        settings.push(Setting { port, value });
     }
     anyhow::ensure!(
         !settings.is_empty(),
         "no component has a parameter `{variable}`"
     );
     Ok(settings)
-}
-
-/// Value that a component's variable has before anybody sets it.
-pub fn start_value(system: &System, component: usize, variable: &str) -> Result<f64> {
-    let (c, fmu) = (
-        &system.structure.components[component],
-        &system.fmus[component],
-    );
-    let slave = Slave::new(fmu, &c.name)?;
-    for p in &c.parameters {
-        slave.set_from_text(&p.name, &p.value)?;
-    }
-    slave.enter_initialization(system.structure.start_time)?;
-    slave.number(fmu.description.variable(variable)?, At::Initialization)
 }
 
 /// Run all cells of a study in parallel; `done` is called after each. A failed cell keeps its error and the others go on.
@@ -281,43 +258,26 @@ fn tip_error(
     trajectory: &str,
     mode: &str,
 ) -> Result<TipError> {
-    let mut experiment = Experiment {
-        noise: case.noise.clone(),
-        ..base.clone()
-    };
+    let mut experiment = vary(
+        system,
+        base,
+        &[("trajectory", &trajectory), ("mode", &mode)],
+    )?;
+    experiment.noise = case.noise.clone();
     experiment.settings.extend(case.settings.iter().cloned());
-    experiment
-        .settings
-        .push(system.setting("trajectory", trajectory)?);
-    experiment.settings.push(system.setting("mode", mode)?);
-    let name = |variable: &str| {
-        let (k, _) = system.owner(&format!("{variable}[1]"))?;
-        anyhow::Ok(format!(
-            "{}.{variable}",
-            system.structure.components[k].name
-        ))
+    let point = |array: &str| {
+        let first = system.port(&format!("{array}[1]"))?;
+        system.elements(first.component, array, 3)
     };
-    let (desired, actual) = (name("desired.position")?, name("tip.position")?);
-    let patterns = [format!("{desired}*"), format!("{actual}*")];
-    let recording = Recording::of(system, &experiment, &patterns, |_, _| ())?;
-    distance(&recording, &desired, &actual)
-}
-
-/// Distance between two points over a recording.
-fn distance(recording: &Recording, desired: &str, actual: &str) -> Result<TipError> {
-    let measured = recording
-        .outcome
-        .tip
-        .context("the system has no output `tip_error_norm`")?;
-    let mut error = TipError::new(measured.motion_start);
+    let (desired, actual) = (point("desired.position")?, point("tip.position")?);
+    let recorded = Recorded::of(system, &experiment, &[&desired[..], &actual[..]].concat())?;
     let mut columns = Vec::new();
-    for k in 1..=3 {
-        columns.push((
-            recording.column(&format!("{desired}[{k}]"))?,
-            recording.column(&format!("{actual}[{k}]"))?,
-        ));
+    for (desired, actual) in desired.into_iter().zip(actual) {
+        let column = |port| recorded.recording.column(port);
+        columns.push((column(desired)?, column(actual)?));
     }
-    for (row, t) in recording.times.iter().enumerate() {
+    let mut error = TipError::new(recorded.outcome.tip.motion_start);
+    for (row, t) in recorded.recording.times.iter().enumerate() {
         let square: f64 = columns.iter().map(|(d, a)| (d[row] - a[row]).powi(2)).sum();
         error.add(*t, square.sqrt());
     }

@@ -6,8 +6,7 @@ use serde::Serialize;
 
 use super::samples::Samples;
 use super::{Request, UNCERTAIN};
-use crate::noise::Noise;
-use crate::run::Experiment;
+use crate::experiment::vary;
 use crate::table::TRAJECTORIES;
 use crate::{energy, stability, testbed};
 
@@ -62,29 +61,18 @@ struct Balance {
 #[derive(Serialize)]
 pub struct Stability {
     inertia_scale: f64,
-    /// The tables of `cosim stability`.
+    /// The tables of `hdrm-fmu stability`.
     text: String,
 }
 
 /// Runs that [`energies`] and [`stability`] make.
 pub const RUNS: u64 = stability::RUNS + TRAJECTORIES.len() as u64;
 
-impl Request<'_> {
-    fn base(&self) -> Experiment {
-        Experiment {
-            grid: self.grid,
-            stop: self.stop,
-            settings: self.settings.to_vec(),
-            noise: Noise::default(),
-        }
-    }
-}
-
 /// The one-axis experiment where there is a testbed; what failed of it goes to `failures`.
 pub fn testbed(request: &Request<'_>, failures: &mut Vec<String>) -> Option<Testbed> {
     let bed = request.testbed?;
     let mut axes = Vec::new();
-    for result in testbed::run(request.system, bed, &request.base(), LAG) {
+    for result in testbed::run(request.system, bed, request.base, LAG) {
         match result {
             Ok(found) => axes.extend(found.into_iter().map(Axis::new)),
             Err(error) => failures.push(format!("testbed: {error:#}")),
@@ -135,9 +123,7 @@ pub fn energies(
     failures: &mut Vec<String>,
 ) -> Vec<Energy> {
     let one = |(trajectory, _)| -> Result<Energy> {
-        let mut experiment = request.base();
-        let setting = request.system.setting("trajectory", trajectory)?;
-        experiment.settings.push(setting);
+        let experiment = vary(request.system, request.base, &[("trajectory", &trajectory)])?;
         let balances = energy::run(request.system, &experiment);
         done();
         let balances = balances.with_context(|| format!("energy, {trajectory}"))?;
@@ -160,7 +146,7 @@ pub fn stability(
     done: impl Fn() + Sync,
     failures: &mut Vec<String>,
 ) -> Stability {
-    let results = stability::run(request.system, &request.base(), UNCERTAIN, done);
+    let results = stability::run(request.system, request.base, UNCERTAIN, done);
     let runs = kept(results, failures);
     Stability {
         inertia_scale: UNCERTAIN,

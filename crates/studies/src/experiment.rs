@@ -1,0 +1,114 @@
+//! A run of the machine together with what its controller says of it: when the reference moves, and how far the tip is from it.
+
+use anyhow::Result;
+use cosim::master::Master;
+use cosim::recording::Recording;
+use cosim::run::{self, Experiment};
+use cosim::signals::Signals;
+use cosim::system::System;
+use cosim::wiring::Port;
+
+use crate::tip::TipError;
+
+/// The controller's output of which the tip error is made.
+const TIP_ERROR: &str = "tip_error_norm";
+/// The controller's parameter that says when the reference begins to move.
+const MOTION_START: &str = "settle_time";
+/// The controller's output that says when the reference has come to its end.
+const MOTION_END: &str = "motion_end";
+
+/// What came out of a run.
+#[derive(Clone, Debug)]
+pub struct Outcome {
+    /// Residuals, times and messages.
+    pub run: run::Outcome,
+    /// Tip error.
+    pub tip: TipError,
+}
+
+/// `base` with further start values.
+pub fn vary(
+    system: &System,
+    base: &Experiment,
+    values: &[(&str, &dyn std::fmt::Display)],
+) -> Result<Experiment> {
+    let mut experiment = base.clone();
+    for (name, value) in values {
+        experiment.settings.push(system.setting(name, value)?);
+    }
+    Ok(experiment)
+}
+
+/// Run to the stop time asked for, else to the end of the motion, else to that of the default experiment; `observe` sees every
+/// communication point, `progress` is told the numbers of finished and of all steps from time to time.
+pub fn run(
+    system: &System,
+    experiment: &Experiment,
+    progress: &dyn Fn(u64, u64),
+    mut observe: impl FnMut(&Master) -> Result<()>,
+) -> Result<Outcome> {
+    let master = experiment.start(system)?;
+    let tip_error = system.port(TIP_ERROR)?;
+    let of_controller = |name| {
+        let port = system.port_of(tip_error.component, name);
+        port.and_then(|port| master.number(system, port))
+    };
+    let mut tip = TipError::new(of_controller(MOTION_START).unwrap_or(0.0));
+    let end = of_controller(MOTION_END)
+        .ok()
+        .filter(|end| *end > master.time());
+    let stop = match (experiment.stop, end) {
+        (None, Some(end)) => end,
+        _ => experiment.stop(system)?,
+    };
+    let mut signal = Signals::new(system, &[tip_error])?;
+    let run = run::run(master, stop, progress, |master| {
+        tip.add(master.time(), signal.read(master)?[0]);
+        observe(master)
+    })?;
+    Ok(Outcome { run, tip })
+}
+
+/// A run with signals kept in memory.
+pub struct Recorded {
+    /// The signals.
+    pub recording: Recording,
+    /// What else came out.
+    pub outcome: Outcome,
+}
+
+impl Recorded {
+    /// Run and keep the variables `ports`.
+    pub fn of(system: &System, experiment: &Experiment, ports: &[Port]) -> Result<Self> {
+        let mut recording = Recording::new(system, ports)?;
+        let outcome = run(system, experiment, &|_, _| (), |master| {
+            recording.add(master)
+        })?;
+        Ok(Self { recording, outcome })
+    }
+
+    /// Values of a variable over the motion: from the time on at which the reference moves.
+    pub fn motion(&self, port: Port) -> Result<&[f64]> {
+        Ok(&self.recording.column(port)?[self.motion_start()..])
+    }
+
+    /// Index of the first communication point of the motion.
+    pub fn motion_start(&self) -> usize {
+        let start = self.outcome.tip.motion_start;
+        self.recording.times.partition_point(|t| *t < start)
+    }
+}
+
+impl Outcome {
+    /// The outcome as text for people.
+    pub fn summary(&self) -> String {
+        let tip = &self.tip;
+        format!(
+            "tip error, motion from {} s on: {}\ntip error, whole run:           {}\n{}",
+            tip.motion_start,
+            tip.motion,
+            tip.whole,
+            self.run.summary()
+        )
+    }
+}

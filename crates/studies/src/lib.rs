@@ -1,0 +1,18 @@
+//! Experiments on the coupled manipulator, made with the co-simulation master `cosim`: runs with their tip error ([`experiment`],
+//! [`tip`]), the paper's table of inertia errors ([`table`]) and other errors ([`robustness`]), the one-axis experiment ([`testbed`]), the
+//! stability proof in numbers ([`stability`]), the actuators' energy ([`energy`]), a long run ([`endurance`]), and all of it as a page
+//! ([`report`]).
+//!
+//! Everything is computed by the FMUs; names such as `tip_error_norm`, `settle_time` or `inertia_scale` are variables of theirs. The crates
+//! `hdrm` and `machine` serve the report's drawing only, `surrogate` the command that trains a network.
+#![forbid(unsafe_code)]
+
+pub mod endurance;
+pub mod energy;
+pub mod experiment;
+pub mod report;
+pub mod robustness;
+pub mod stability;
+pub mod table;
+pub mod testbed;
+pub mod tip;

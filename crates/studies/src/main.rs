@@ -1,0 +1,57 @@
+//! Command line of the manipulator's experiments.
+#![forbid(unsafe_code)]
+
+mod commands;
+
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+use commands::{evaluation, report, run};
+
+/// Experiments on the coupled manipulator: three electromechanical actuators, rigid bodies and controller, as FMUs.
+#[derive(Parser)]
+#[command(version, about, long_about = None)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Run one experiment and print tip error, power residuals and speed
+    Run(run::RunArgs),
+    /// Run one trajectory with the three controllers and print their tip RMSE beside the paper's
+    Compare(run::CompareArgs),
+    /// Tip RMSE for parameter errors, noise and loads x trajectories x controllers, for inertia errors beside the paper's
+    Table(evaluation::TableArgs),
+    /// Write the evaluation as one HTML file with tables, plots and a 3-D animation
+    Report(report::ReportArgs),
+    /// One-axis experiment: lift and tilt actuator against load emulators that replay the forces of the machine
+    Testbed(evaluation::TestbedArgs),
+    /// Stability proof in numbers: accompanying functions, bound and excess, gain conditions
+    Stability(evaluation::StabilityArgs),
+    /// Energy of each actuator: electrical, losses by kind, work, regeneration, efficiency
+    Energy(evaluation::EnergyArgs),
+    /// Long run with a reference that never ends: memory, time, tracking and estimates; fails where one of them does not endure
+    Endurance(evaluation::EnduranceArgs),
+    /// Train the actuator's surrogate network on a CSV file; Ctrl-C keeps the state, --resume goes on
+    Train(surrogate::commands::TrainArgs),
+    /// What belongs to the training: virtual testbed, efficiency map, plots and comparison of the network
+    #[command(subcommand)]
+    Surrogate(surrogate::commands::Command),
+}
+
+fn main() -> ExitCode {
+    cosim::cli::exit(match Cli::parse().command {
+        Command::Run(args) => run::run(&args),
+        Command::Compare(args) => run::compare(&args),
+        Command::Table(args) => evaluation::tables(&args),
+        Command::Report(args) => report::report(&args),
+        Command::Testbed(args) => evaluation::run_testbed(&args),
+        Command::Stability(args) => evaluation::run_stability(&args),
+        Command::Energy(args) => evaluation::run_energy(&args),
+        Command::Endurance(args) => evaluation::run_endurance(&args),
+        Command::Train(args) => args.run(),
+        Command::Surrogate(command) => command.run(),
+    })
+}
