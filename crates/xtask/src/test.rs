@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use anyhow::{Context, Result, bail};
 use cargo_fmu::process::execute;
+use cargo_fmu::workspace::Source;
 
 use crate::bench::instructions;
 use crate::phases::Phases;
@@ -52,7 +53,12 @@ fn checks(workspace: &Workspace, phases: &mut Phases) -> Result<()> {
     phases.run("build FMUs, model descriptions", || {
         describe::run(workspace, true)
     })?;
-    let fmus = phases.run("pack", || pack::suite(workspace, &workspace.fmu_dir()))?;
+    let fmus = phases.run("pack", || {
+        let example = Source::Package("fmu-oscillator".to_string());
+        let examples = workspace.target.join("fmu-examples");
+        pack::fmus(workspace, &[example], "release", &examples)?;
+        pack::suite(workspace, &workspace.fmu_dir())
+    })?;
     phases.run("torture", || torture::check(workspace, fmus))?;
     phases.run("instruction counts", || {
         if instructions::is_possible() {

@@ -1,4 +1,4 @@
-//! The model description: structure here; the schema and FMPy's rules in `example/check.py`.
+//! The model description: structure here; the schema and FMPy's rules in `tests/test_export_example.py`.
 
 use crate::client::fmi2ExportFiles;
 use crate::probe::{Probe, vr};
