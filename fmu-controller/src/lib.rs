@@ -10,7 +10,7 @@ use emla::Surrogate;
 use fmu_export::{Info, InputPolynomial, Model, ModelError, Variable};
 use machine::Machine;
 use serde::{Deserialize, Serialize};
-use vdc::{Controller, Input, Level, Mode, Output, Settings, Trajectory};
+use vdc::{Controller, Evaluation, Input, Level, Mode, Output, Settings, Timing, Trajectory};
 
 /// The controller behind the FMI border.
 #[derive(Clone, Serialize, Deserialize)]
@@ -42,6 +42,10 @@ pub struct Parameters {
     trajectory: i32,
     /// Inertia of the plant over nominal, for the Lyapunov outputs.
     true_inertia_scale: f64,
+    /// Time between two samples, s; 0: each communication point is one.
+    sample_time: f64,
+    /// Communication steps by which the commands act late.
+    delay: i32,
 }
 
 impl Parameters {
@@ -62,6 +66,13 @@ impl Parameters {
             alpha: self.alpha,
             true_inertia_scale: self.true_inertia_scale,
         }
+    }
+
+    fn timing(&self) -> Result<Timing, ModelError> {
+        Ok(Timing {
+            sample_time: self.sample_time,
+            delay: u32::try_from(self.delay)?,
+        })
     }
 
     fn trajectory(&self) -> Trajectory {
@@ -89,11 +100,17 @@ impl ControllerFmu {
     }
 }
 
+impl fmu_export::Evaluation<ControllerFmu> for Evaluation {
+    fn of(model: &ControllerFmu, p: &Parameters, u: &Input) -> Result<Self, ModelError> {
+        Ok(model.controller.evaluate(&p.settings(), u)?)
+    }
+}
+
 impl Model for ControllerFmu {
     type Parameters = Parameters;
     type Input = Input;
     type Output = Output;
-    type Evaluation = ();
+    type Evaluation = Evaluation;
     const INFO: Info = table::INFO;
 
     fn variables() -> &'static [Variable<Self>] {
@@ -120,6 +137,8 @@ impl Model for ControllerFmu {
             mode: table::MODE_ADAPTIVE,
             trajectory: table::TRAJECTORY_CUBIC,
             true_inertia_scale: 1.0,
+            sample_time: 0.0,
+            delay: 0,
         };
         (parameters, input)
     }
@@ -132,7 +151,8 @@ impl Model for ControllerFmu {
             &p.settings(),
             u,
             t,
-        )?;
+        )?
+        .with_timing(p.timing()?);
         let mut fmu = Self {
             controller,
             warning: None,
@@ -147,20 +167,20 @@ impl Model for ControllerFmu {
         Ok(())
     }
 
-    fn output(&self, p: &Parameters, u: &Input, _now: &()) -> Result<Output, ModelError> {
-        Ok(self.controller.output(&p.settings(), u)?)
+    fn output(&self, _p: &Parameters, u: &Input, now: &Evaluation) -> Result<Output, ModelError> {
+        Ok(now.output(&u.F))
     }
 
     fn step(
         &mut self,
         p: &Parameters,
         u: &InputPolynomial<Input>,
-        _now: &(),
+        now: &Evaluation,
         t: f64,
         h: f64,
     ) -> Result<(), ModelError> {
         // A sampled controller: it uses the measurements of the communication point.
-        Ok(self.controller.step(&p.settings(), u.value(), t, h)?)
+        Ok((self.controller).step(now, &p.settings(), u.value(), t, h)?)
     }
 
     fn take_warning(&mut self) -> Option<String> {

@@ -7,6 +7,7 @@ use fmu_export::{
 };
 use machine::Machine;
 use std::path::Path;
+use vdc::DELAY_MAX;
 
 pub(crate) const MODE_ADAPTIVE: i32 = 1;
 pub(crate) const MODE_MODULAR: i32 = 2;
@@ -214,7 +215,7 @@ pub(crate) const VARIABLES: &[V] = &[
     V::inputs("x_dot", "rod velocities; read by the virtual power flows and if level = actuator", |u| &u.x_dot, |u| &mut u.x_dot)
         .unit("m/s").display_unit("mm/s").min(-100.0).max(100.0),
     V::inputs("F", "actuator forces, positive when pushing; read by the virtual power flows and, in a step, by the disturbance observer", |u| &u.F, |u| &mut u.F)
-        .unit("N").display_unit("kN").min(-FORCE_MAX).max(FORCE_MAX),
+        .unit("N").display_unit("kN").min(-FORCE_MAX).max(FORCE_MAX).beside_evaluation(),
     // External reference
     V::inputs("reference.position", "desired tip position in the world, read if trajectory = external",
         |u| &u.reference_position, |u| &mut u.reference_position).unit("m").min(-100.0).max(100.0),
@@ -302,6 +303,10 @@ pub(crate) const VARIABLES: &[V] = &[
         |p| &p.alpha, |p| &mut p.alpha).unit("1").tunable().min(0.0).max(1.0),
     V::parameter("settle_time", "time for which the start pose is held before the trajectory begins",
         |p| &p.machine.controller.settle_time, |p| &mut p.machine.controller.settle_time).unit("s").min(0.0).max(1e6),
+    V::parameter("sample_time", "time between two samples: outputs change at its multiples after the start only; 0: every communication point is a sample",
+        |p| &p.sample_time, |p| &mut p.sample_time).unit("s").display_unit("ms").min(0.0).max(10.0),
+    V::integer_parameter("delay", "communication steps by which the commands act later than measured, which the controller then predicts over (F must be connected); 1 where all outputs are read before any input is set",
+        |p| &p.delay, |p| &mut p.delay).min(0.0).max(DELAY_MAX as f64),
     gain!(Lambda_position, "1/s", "inverse-kinematics feedback on the position"),
     gain!(Lambda_orientation, "1/s", "inverse-kinematics feedback on the orientation"),
     gain!(Lambda_rod, "1/s", "feedback on the rods' positions if level = actuator").min(1e-6),

@@ -28,6 +28,8 @@ pub struct Parameters {
     drive: i32,
     /// Blending of the network, 0…1.
     alpha: f64,
+    /// Communication steps by which the force acts late.
+    delay: i32,
     /// All but pole pairs and losses, which have fields of their own here.
     emla: machine::Emla,
     /// FMI integers are signed.
@@ -49,6 +51,7 @@ impl Parameters {
         let mut parameters = Self {
             drive: table::DRIVE_MOTION,
             alpha: 0.0,
+            delay: 0,
             emla: Machine::reference().emla,
             pole_pairs: 0,
             core: NO_CORE,
@@ -80,7 +83,9 @@ impl Parameters {
             table::DRIVE_MOTION => Drive::Motion,
             _ => Drive::Force,
         };
-        Ok(Emla::new(p, drive)?.with_surrogate(self.surrogate.clone(), self.alpha))
+        Ok(Emla::new(p, drive)?
+            .with_surrogate(self.surrogate.clone(), self.alpha)
+            .with_delay(u32::try_from(self.delay)?))
     }
 }
 

@@ -193,6 +193,8 @@ pub(crate) const VARIABLES: &[V] = &[
     V::integer_parameter("drive", "who moves the rod", |p| &p.drive, |p| &mut p.drive).enumeration(&DRIVE),
     V::parameter("alpha", "blending: 0 physics alone, 1 network alone; stable up to 0.9", |p| &p.alpha, |p| &mut p.alpha)
         .unit("1").tunable().min(0.0).max(1.0),
+    V::integer_parameter("delay", "communication steps by which F acts later than given, which the actuator then predicts over; 1 where all outputs are read before any input is set",
+        |p| &p.delay, |p| &mut p.delay).min(0.0).max(4.0),
     V::string_parameter("machine_file", "machine JSON whose section emla replaces the embedded reference machine's",
         |p| &p.machine_file, read_machine),
     V::string_parameter("surrogate_file", "network JSON to use instead of the embedded network",

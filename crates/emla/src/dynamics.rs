@@ -27,6 +27,8 @@ pub struct State {
     pub residual: Residual,
     /// Mean of the force on the load over the last step, N; at the start that force itself.
     pub F_mean: f64,
+    /// Time by which [`crate::Output::F`] is given ahead, s.
+    pub lead: f64,
     /// Energies since the start.
     pub energy: Energy,
 }
@@ -76,6 +78,7 @@ impl State {
             x_dot: self.x_dot + dt * rates.x_dot,
             residual: self.residual,
             F_mean: self.F_mean + dt * rates.F,
+            lead: self.lead,
             energy: self.energy.advanced(dt, rates.energy),
         }
     }

@@ -60,6 +60,8 @@ pub struct Emla {
     pub(crate) dt_max: f64,
     pub(crate) surrogate: Option<Surrogate>,
     pub(crate) alpha: f64,
+    /// Steps by which `F` acts late.
+    pub(crate) delay: u32,
 }
 
 impl Emla {
@@ -78,6 +80,7 @@ impl Emla {
             drive,
             surrogate: None,
             alpha: 0.0,
+            delay: 0,
         })
     }
 
@@ -88,6 +91,15 @@ impl Emla {
         self.surrogate = Some(surrogate);
         self.set_alpha(alpha);
         self
+    }
+
+    /// The same actuator, whose force acts `delay` steps later than it is given and is therefore predicted: [`Output::F`] is
+    /// `F + delay·h·K_b·(ẋ_n − ẋ)`, h the last step. Whoever holds the force over the step that follows the exchange, as an
+    /// importer does that reads all outputs before it sets any input, takes damping `K_b·h` from the spring without it; from
+    /// `C_b = K_b·h/2` on, 2 ms here, the coupling is unstable.
+    #[must_use]
+    pub fn with_delay(self, delay: u32) -> Self {
+        Self { delay, ..self }
     }
 
     /// Sets the blending factor, kept inside 0…1.

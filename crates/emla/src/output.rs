@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 /// Outputs, of the state and the current inputs.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Output {
-    /// Force on the load, N, positive when the actuator pushes.
+    /// Force on the load, N, positive when the actuator pushes; see [`Emla::with_delay`].
     pub F: f64,
     /// Mean of `F` over the last step, N.
     pub F_mean: f64,
@@ -104,7 +104,7 @@ impl Emla {
         let efficiency_phys = efficiency(F_phys * now.x_n_dot);
         let efficiency_net = efficiency(F_net * x_dot_net);
         Output {
-            F: now.F,
+            F: now.F + s.lead * now.K_b * now.stretch_dot,
             F_mean: s.F_mean,
             F_phys,
             F_hyb: F_phys + self.alpha * dF,

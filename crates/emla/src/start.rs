@@ -34,6 +34,7 @@ impl Emla {
             x_dot: u.x_dot,
             residual,
             F_mean: u.F_hold,
+            lead: 0.0,
             energy: Energy::default(),
         };
         state.finite(0.0)

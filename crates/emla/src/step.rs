@@ -165,6 +165,7 @@ impl Emla {
             }
         }
         s.F_mean /= h;
+        s.lead = f64::from(self.delay) * h;
         s.residual = self.residual(maps::torque(&self.p, s.i_d, s.i_q), s.w_m);
         Attempt::Done(s)
     }

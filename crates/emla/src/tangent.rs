@@ -71,7 +71,7 @@ impl Emla {
             lost,
         } = ds.energy;
         Output {
-            F: d.F,
+            F: d.F + s.lead * (now.K_b * d.stretch_dot + now.K_b_slope * d.x * now.stretch_dot),
             F_mean: 0.0,
             F_phys,
             F_hyb: F_phys,

@@ -56,8 +56,10 @@ fn main() {
             if k == STEPS {
                 (controller, k) = (fresh.clone(), 0);
             }
-            let _ = black_box(controller.output(&settings, black_box(&input)));
-            let stepped = controller.step(&settings, black_box(&input), f64::from(k) * H, H);
+            let now = controller.evaluate(&settings, black_box(&input));
+            let now = now.expect("finite");
+            black_box(now.output(&input.F));
+            let stepped = controller.step(&now, &settings, &input, f64::from(k) * H, H);
             stepped.expect("finite");
             k += 1;
         });

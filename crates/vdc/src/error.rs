@@ -30,6 +30,9 @@ pub enum ControllerError {
         /// Its length.
         norm: f64,
     },
+    /// The nominal actuator cannot be computed over the delay.
+    #[error("prediction over the delay: {0}")]
+    Prediction(#[from] emla::StepError),
     /// Unusable step size.
     #[error("t = {t} s: step h = {h} s must be > 0 and at most {STEP_MAX} s")]
     BadStep {

@@ -14,13 +14,18 @@ mod clik;
 mod controller;
 mod decomposition;
 mod error;
+mod evaluation;
 mod low_level;
+mod prediction;
 mod reference;
+mod sampling;
 mod signals;
 mod stability;
 
 pub use controller::{Controller, tip_pose};
 pub use error::ControllerError;
+pub use evaluation::Evaluation;
 pub use reference::{Desired, Trajectory};
+pub use sampling::{DELAY_MAX, Timing};
 pub use signals::{Input, Level, Mode, Output, Settings};
 pub use stability::Conditions;

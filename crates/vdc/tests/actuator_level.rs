@@ -68,13 +68,14 @@ fn run(mode: Mode, surprise: f64) -> (f64, f64) {
             Controller::new(&machine, &network, Trajectory::Cubic, &settings, &u, 0.0)
                 .expect("valid controller")
         });
-        let y = controller.output(&settings, &u).expect("finite");
+        let now = controller.evaluate(&settings, &u).expect("finite");
+        let y = now.output(&u.F);
         assert_eq!(
             (y.v_q[0], y.tau_wrist, y.tip_error_norm),
             (0.0, [0.0; 3], 0.0),
             "the rest stands still"
         );
-        controller.step(&settings, &u, t, H).expect("finite");
+        controller.step(&now, &settings, &u, t, H).expect("finite");
         let held = emla::Input {
             v_d: y.v_d[ROD],
             v_q: y.v_q[ROD],

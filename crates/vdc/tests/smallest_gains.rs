@@ -29,7 +29,8 @@ fn the_smallest_gains_keep_outputs_finite() {
         let mut controller =
             Controller::new(&machine, &surrogate, path, &settings, &input, 0.0).expect("works");
         for k in 0..3 {
-            let y = controller.output(&settings, &input).expect("numbers");
+            let now = controller.evaluate(&settings, &input).expect("numbers");
+            let y = now.output(&input.F);
             let outputs = y.v_d.iter().chain(&y.v_q).chain(&y.nu_actuator);
             for value in outputs.chain(&y.dissipation_actuator) {
                 assert!(
@@ -38,7 +39,9 @@ fn the_smallest_gains_keep_outputs_finite() {
                 );
             }
             let t = f64::from(k) * 1e-3;
-            controller.step(&settings, &input, t, 1e-3).expect("a step");
+            controller
+                .step(&now, &settings, &input, t, 1e-3)
+                .expect("a step");
         }
     }
 }

@@ -1,0 +1,292 @@
+//! One evaluation of the control law: from measurements to commands, and all outputs.
+
+use crate::actuator_level;
+use crate::clik::{self, TipState};
+use crate::controller::{Controller, orientation};
+use crate::decomposition::{self, BodyMotion};
+use crate::error::ControllerError;
+use crate::low_level::{Command, Measured, RodDemand};
+use crate::reference::Desired;
+use crate::{Conditions, Input, Level, Mode, Output, Settings};
+use hdrm::{Body, Configuration, DOF, Stroke, Tip, saturate};
+use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+
+/// Everything between the measurements and the commands at one instant. The forces `F` count in the virtual power flows only.
+#[derive(Clone, Copy, Debug)]
+pub struct Evaluation {
+    /// None at [`Level::Actuator`].
+    pub(crate) machine: Option<MachineLevel>,
+    pub(crate) demands: [RodDemand; 3],
+    pub(crate) commands: [Command; 3],
+    /// Required minus measured rod velocities, m/s.
+    rate_error: [f64; 3],
+    /// Forces where measurements are held, N.
+    F: Option<[f64; 3]>,
+    /// Without the virtual power flows.
+    output: Output,
+}
+
+/// What only the level of the machine has.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct MachineLevel {
+    desired: Desired,
+    tip: Vector3<f64>,
+    /// Required joint accelerations, rad/s².
+    pub(crate) zeta_ddot_r: [f64; DOF],
+    pub(crate) strokes: [Stroke; 3],
+    pub(crate) motions: [BodyMotion; Body::COUNT],
+    /// Σ ½ sᵀ M s with the nominal inertias, J.
+    energy: f64,
+}
+
+impl Evaluation {
+    /// Outputs where the actuators deliver the forces `F`, N.
+    #[must_use]
+    pub fn output(&self, F: &[f64; 3]) -> Output {
+        let F = self.F.as_ref().unwrap_or(F);
+        let flow = |i: usize| self.rate_error[i] * (self.demands[i].f_r - F[i]);
+        Output {
+            vpf: std::array::from_fn(flow),
+            ..self.output
+        }
+    }
+}
+
+impl Controller {
+    /// Time at which the reference has come to its end, s; the start time for an external one.
+    fn motion_end(&self, settings: &Settings) -> f64 {
+        let path = self
+            .path
+            .as_ref()
+            .filter(|_| settings.level == Level::Machine);
+        let motion = path.map_or(0.0, |path| settings.gains.settle_time + path.duration());
+        self.state.t_start + motion
+    }
+
+    fn desired(&self, settings: &Settings, input: &Input) -> Result<Desired, ControllerError> {
+        let Some(path) = &self.path else {
+            return external(input);
+        };
+        let [x, v, a] = path.at(self.state.t - self.state.t_start - settings.gains.settle_time);
+        Ok(Desired {
+            position: self.start.position + x,
+            velocity: v,
+            acceleration: a,
+            ..self.start
+        })
+    }
+
+    /// Inverse kinematics, decomposition and voltage law for the present state, with the measurements `input`; while measurements are
+    /// held (`sample_time`, `delay`), with those. It holds until the state, the settings or an input other than the forces `F` change.
+    ///
+    /// # Errors
+    /// A reference orientation of length zero, or a number that is not finite.
+    pub fn evaluate(
+        &self,
+        settings: &Settings,
+        input: &Input,
+    ) -> Result<Evaluation, ControllerError> {
+        let held = self.state.sampling.held();
+        let input = held.unwrap_or(input);
+        let (machine, demands, tau) = match settings.level {
+            Level::Machine => {
+                let (machine, demands, tau) = self.machine_level(settings, input)?;
+                (Some(machine), demands, tau)
+            }
+            Level::Actuator => {
+                let mass = self.nominal.actuator.params().M_act;
+                let demand = |i| actuator_level::demand(mass, settings, input, i);
+                (None, std::array::from_fn(demand), [0.0; 3])
+            }
+        };
+        let law = self.nominal.law(settings);
+        let commands: [Command; 3] = std::array::from_fn(|i| {
+            law.command(&self.state.drives[i], &demands[i], &measured(input, i))
+        });
+        let tau_wrist = std::array::from_fn(|j| saturate(tau[j], self.nominal.tau_wrist_max[j]));
+        self.finite(&commands, &tau_wrist)?;
+        let mut evaluation = Evaluation {
+            machine,
+            demands,
+            commands,
+            rate_error: std::array::from_fn(|i| demands[i].x_r_dot - input.x_dot[i]),
+            F: held.map(|held| held.F),
+            output: Output {
+                tau_wrist,
+                ..Output::default()
+            },
+        };
+        self.fill(settings, input, &mut evaluation);
+        Ok(evaluation)
+    }
+
+    /// Inverse kinematics and decomposition: what is asked of the rods, and the wrist torques, N·m.
+    fn machine_level(
+        &self,
+        settings: &Settings,
+        input: &Input,
+    ) -> Result<(MachineLevel, [RodDemand; 3], [f64; 3]), ControllerError> {
+        let gains = &settings.gains;
+        let desired = self.desired(settings, input)?;
+        let configuration = self.nominal.tree.configuration(&input.zeta);
+        let tip = Tip::new(&self.nominal.tree, &configuration);
+        let state = TipState {
+            tip: &tip,
+            orientation: orientation(&input.zeta),
+            zeta: &input.zeta,
+            zeta_dot: &input.zeta_dot,
+        };
+        let Lambda = [gains.Lambda_position, gains.Lambda_orientation];
+        let required = clik::required(&state, &desired, Lambda);
+        let motions = decomposition::motions(
+            &configuration,
+            &input.zeta_dot,
+            &required,
+            self.nominal.gravity,
+        );
+        let errors = decomposition::velocity_errors(&motions, &self.nominal.inertia);
+        let mut demands = rod_motion(&configuration, input, &required);
+        let tau = match settings.mode {
+            Mode::Adaptive | Mode::Modular => {
+                let mut Q = decomposition::joint_forces(
+                    &configuration,
+                    &motions,
+                    &self.state.estimates,
+                    &errors,
+                    gains.kappa_KA,
+                );
+                for (i, Q) in Q.iter_mut().enumerate() {
+                    *Q += self.nominal.joint_viscous[i] * required.zeta_dot[i];
+                }
+                for (i, demand) in demands.iter_mut().enumerate() {
+                    demand.f_r = Q[i] / configuration.strokes[i].prime;
+                }
+                [Q[3], Q[4], Q[5]]
+            }
+            Mode::Pd => {
+                for (i, demand) in demands.iter_mut().enumerate() {
+                    let x_dot = configuration.strokes[i].prime * input.zeta_dot[i];
+                    demand.f_r = gains.pd_actuator_damping * (demand.x_r_dot - x_dot);
+                }
+                std::array::from_fn(|j| {
+                    gains.pd_wrist_damping[j] * (required.zeta_dot[3 + j] - input.zeta_dot[3 + j])
+                })
+            }
+        };
+        let machine = MachineLevel {
+            desired,
+            tip: tip.position,
+            zeta_ddot_r: required.zeta_ddot.into(),
+            strokes: configuration.strokes,
+            motions,
+            energy: errors.energy,
+        };
+        Ok((machine, demands, tau))
+    }
+
+    fn finite(&self, commands: &[Command; 3], tau: &[f64; 3]) -> Result<(), ControllerError> {
+        let signals = [
+            ("v_d", commands.map(|c| c.v_d)),
+            ("v_q", commands.map(|c| c.v_q)),
+            ("tau_wrist", *tau),
+        ];
+        for (signal, values) in signals {
+            if let Some(&value) = values.iter().find(|v| !v.is_finite()) {
+                return Err(ControllerError::NotFinite {
+                    t: self.state.t,
+                    signal,
+                    value,
+                });
+            }
+        }
+        Ok(())
+    }
+
+    /// All outputs besides the wrist torques and the virtual power flows.
+    fn fill(&self, settings: &Settings, input: &Input, now: &mut Evaluation) {
+        let output = &mut now.output;
+        output.v_d = now.commands.map(|c| c.v_d);
+        output.v_q = now.commands.map(|c| c.v_q);
+        output.i_q_required = now.commands.map(|c| c.i_qr);
+        output.f_required = now.demands.map(|d| d.f_r);
+        output.x_dot_required = now.demands.map(|d| d.x_r_dot);
+        output.motion_end = self.motion_end(settings);
+        if let Some(machine) = &now.machine {
+            let tip_error = machine.desired.position - machine.tip;
+            output.desired_position = machine.desired.position.into();
+            output.tip_error = tip_error.into();
+            output.tip_error_norm = tip_error.norm();
+        }
+        self.lyapunov_terms(settings, input, now);
+    }
+
+    /// The accompanying functions of the stability proof.
+    fn lyapunov_terms(&self, settings: &Settings, input: &Input, now: &mut Evaluation) {
+        let (gains, output) = (&settings.gains, &mut now.output);
+        if let Some(machine) = &now.machine {
+            output.nu_velocity = settings.true_inertia_scale * machine.energy;
+            output.dissipation = 2.0 * gains.kappa_KA * machine.energy;
+            for (k, estimate) in self.state.estimates.iter().enumerate() {
+                let truth = self.nominal.inertia[k] * settings.true_inertia_scale;
+                output.mass_hat[k] = estimate.inertia().m;
+                output.nu_adaptation += gains.gamma * estimate.divergence(&truth);
+            }
+        }
+        let p = self.nominal.actuator.params();
+        let conditions = Conditions::new(p, gains);
+        if conditions.hold() {
+            output.conditions = conditions; // else they are not defined, and stay 0
+        }
+        for i in 0..3 {
+            let i_d_error = self.state.drives[i].i_dr - input.i_d[i];
+            let force_error = now.commands[i].force_error;
+            output.force_error[i] = force_error;
+            output.nu_actuator[i] = conditions.accompanying(force_error, i_d_error);
+            output.dissipation_actuator[i] =
+                conditions.dissipation(p, gains, force_error, i_d_error);
+        }
+    }
+}
+
+/// What drive `i` measures.
+pub(crate) fn measured(input: &Input, i: usize) -> Measured {
+    Measured {
+        i_d: input.i_d[i],
+        i_q: input.i_q[i],
+        w_m: input.w_m[i],
+        F: input.F[i],
+    }
+}
+
+/// Required rod motion, without the force: `ẋ_r = x'·ζ̇_r`, `ẍ_r = x'·ζ̈_r + x''·ζ̇·ζ̇_r`.
+fn rod_motion(
+    configuration: &Configuration,
+    input: &Input,
+    required: &clik::Required,
+) -> [RodDemand; 3] {
+    std::array::from_fn(|i| {
+        let stroke = &configuration.strokes[i];
+        let rate_r = required.zeta_dot[i];
+        RodDemand {
+            f_r: 0.0,
+            x_r_dot: stroke.prime * rate_r,
+            x_r_ddot: stroke.prime * required.zeta_ddot[i]
+                + stroke.second * input.zeta_dot[i] * rate_r,
+        }
+    })
+}
+
+/// The external reference as the inputs give it.
+fn external(input: &Input) -> Result<Desired, ControllerError> {
+    let [w, x, y, z] = input.reference_orientation;
+    let q = Quaternion::new(w, x, y, z);
+    let orientation =
+        UnitQuaternion::try_new(q, 1e-3).ok_or(ControllerError::Orientation { norm: q.norm() })?;
+    Ok(Desired {
+        position: input.reference_position.into(),
+        velocity: input.reference_velocity.into(),
+        acceleration: input.reference_acceleration.into(),
+        orientation,
+        angular_velocity: input.reference_angular_velocity.into(),
+    })
+}

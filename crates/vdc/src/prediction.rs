@@ -1,0 +1,152 @@
+//! What the controller will measure one communication step later.
+
+use crate::evaluation::{Evaluation, measured};
+use crate::low_level::Measured;
+use crate::{Controller, ControllerError, Input, Settings};
+use emla::{Emla, maps};
+use hdrm::{DOF, Stroke};
+use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+use serde::{Deserialize, Serialize};
+use std::borrow::Cow;
+
+/// What acts over one communication step.
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
+pub(crate) struct Planned {
+    v_d: [f64; 3],
+    v_q: [f64; 3],
+    /// Required joint accelerations, rad/s²: what the machine is taken to do.
+    zeta_ddot: [f64; DOF],
+    /// Required rod accelerations, m/s².
+    x_ddot: [f64; 3],
+    /// Slopes of the strokes by the joint angles, m/rad, and their positions; None at [`crate::Level::Actuator`].
+    strokes: Option<[[f64; 2]; 3]>,
+}
+
+impl Planned {
+    pub(crate) fn of(now: &Evaluation) -> Self {
+        let machine = now.machine.as_ref();
+        Self {
+            v_d: now.commands.map(|c| c.v_d),
+            v_q: now.commands.map(|c| c.v_q),
+            zeta_ddot: machine.map_or([0.0; DOF], |m| m.zeta_ddot_r),
+            x_ddot: now.demands.map(|d| d.x_r_ddot),
+            strokes: machine.map(|m| m.strokes.map(|Stroke { x, prime, .. }| [x, prime])),
+        }
+    }
+}
+
+impl Controller {
+    /// The measurements and the external reference after a step of `h` s in which `planned` acts.
+    ///
+    /// Joints and rods move with the required accelerations, which they follow within the tracking error:
+    /// differentiating the measured rates instead would double their noise. Currents, motor speeds and forces follow from
+    /// the nominal actuator under the planned voltages; it begins with the measured force, so `F` must be connected. `lead` is the time by which that
+    /// force is given ahead, s ([`Emla::with_delay`]).
+    pub(crate) fn predicted(
+        &self,
+        input: &Input,
+        planned: &Planned,
+        settings: &Settings,
+        lead: f64,
+        t: f64,
+        h: f64,
+    ) -> Result<Input, ControllerError> {
+        let mut next = *input;
+        let moved = |x: f64, v: f64, a: f64| (x + h * (v + 0.5 * h * a), v + h * a);
+        for j in 0..DOF {
+            (next.zeta[j], next.zeta_dot[j]) =
+                moved(input.zeta[j], input.zeta_dot[j], planned.zeta_ddot[j]);
+        }
+        let drive = self.drive(settings);
+        for i in 0..3 {
+            let (x, x_dot) = match planned.strokes {
+                Some(strokes) => (strokes[i][0], strokes[i][1] * input.zeta_dot[i]),
+                None => (input.x[i], input.x_dot[i]),
+            };
+            let rod = Rod {
+                x,
+                x_dot,
+                x_ddot: planned.x_ddot[i],
+            };
+            let acting = |s: f64| rod.at(s, planned.v_d[i], planned.v_q[i]);
+            let start = rod.drive_state(&drive, &measured(input, i), lead);
+            let end = drive.step(&start, acting, t, h)?;
+            let y = drive.output(&end, &acting(h));
+            (next.i_d[i], next.i_q[i]) = (end.i_d, end.i_q);
+            (next.w_m[i], next.F[i]) = (end.w_m, y.F);
+            (next.x[i], next.x_dot[i]) = moved(input.x[i], x_dot, rod.x_ddot);
+            (
+                next.reference_rod_position[i],
+                next.reference_rod_velocity[i],
+            ) = moved(
+                input.reference_rod_position[i],
+                input.reference_rod_velocity[i],
+                input.reference_rod_acceleration[i],
+            );
+            (next.reference_position[i], next.reference_velocity[i]) = moved(
+                input.reference_position[i],
+                input.reference_velocity[i],
+                input.reference_acceleration[i],
+            );
+        }
+        next.reference_orientation = turned(input, h);
+        Ok(next)
+    }
+
+    /// The nominal actuator with the network's share that the settings ask for.
+    fn drive(&self, settings: &Settings) -> Cow<'_, Emla> {
+        if settings.alpha == 0.0 {
+            return Cow::Borrowed(&self.nominal.physics);
+        }
+        let mut hybrid = self.nominal.actuator.clone();
+        hybrid.set_alpha(settings.alpha);
+        Cow::Owned(hybrid)
+    }
+}
+
+/// Motion of a rod at the beginning of a step, at constant acceleration: m, m/s, m/s².
+#[derive(Clone, Copy)]
+struct Rod {
+    x: f64,
+    x_dot: f64,
+    x_ddot: f64,
+}
+
+impl Rod {
+    fn at(&self, s: f64, v_d: f64, v_q: f64) -> emla::Input {
+        emla::Input {
+            v_d,
+            v_q,
+            x: self.x + s * (self.x_dot + 0.5 * s * self.x_ddot),
+            x_dot: self.x_dot + s * self.x_ddot,
+            ..emla::Input::default()
+        }
+    }
+
+    /// The actuator's state with the rod moving so, where the measured force is given a time `lead` ahead, s.
+    fn drive_state(&self, drive: &Emla, now: &Measured, lead: f64) -> emla::State {
+        let p = drive.params();
+        let travel = maps::travel_per_radian(p);
+        let stretch_dot = travel * now.w_m - self.x_dot;
+        let K_b = maps::stiffness(p, self.x);
+        let F = now.F - lead * K_b * stretch_dot;
+        let stretch = (F + p.C_act * self.x_dot - p.C_b * stretch_dot) / K_b;
+        emla::State {
+            i_d: now.i_d,
+            i_q: now.i_q,
+            w_m: now.w_m,
+            theta_m: (self.x + stretch) / travel,
+            residual: drive.residual(maps::torque(p, now.i_d, now.i_q), now.w_m),
+            ..emla::State::default()
+        }
+    }
+}
+
+/// The reference orientation after `h` s at the reference's angular velocity; unchanged where it has no direction.
+fn turned(input: &Input, h: f64) -> [f64; 4] {
+    let [w, x, y, z] = input.reference_orientation;
+    let turn =
+        UnitQuaternion::from_scaled_axis(Vector3::from(input.reference_angular_velocity) * h);
+    let q = turn.quaternion() * Quaternion::new(w, x, y, z);
+    [q.w, q.i, q.j, q.k]
+}
