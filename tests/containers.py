@@ -16,13 +16,13 @@ class FMPyContainer:
         path = self._make(fmu_dir, work, {"fmu": f"{model}.fmu"}, [], inputs, outputs, {})
         return simulated(path, model)
 
-    def coupled(self, fmu_dir, work):
+    def coupled(self, package, work):
         from system import System
 
-        system = System.read(fmu_dir / "Manipulator.ssp")
+        system = System.read(package)
         outputs = [tuple(name.split(".", 1)) for name in ALL]
         values = {c: {n: p.value for n, p in found.items()} for c, found in system.parameters.items()}
-        path = self._make(fmu_dir, work, system.components, system.links, [], outputs, values)
+        path = self._make(package.parent, work, system.components, system.links, [], outputs, values)
         return simulated(path, names=ALL, end=COUPLED)[EVERY - 1 :: EVERY]
 
     def _make(self, fmu_dir, work, files, links, inputs, outputs, parameters):
@@ -92,8 +92,8 @@ class Toolbox:
         assembly["output"] = [[f"{model}.fmu", name, name] for name in outputs]
         return simulated(self._make(assembly, work), model)
 
-    def coupled(self, fmu_dir, work):
-        shutil.copy(fmu_dir / "Manipulator.ssp", work)
+    def coupled(self, package, work):
+        shutil.copy(package, work)
         self._run(work, f"Manipulator.ssp:{H}", "-dump-json")
         assembly = json.loads((work / "Manipulator-dump.json").read_text()) | self._settings()
         # The dump knows neither parameter values nor outputs. The manipulator must come first: see docs/interoperability.md.

@@ -1,7 +1,7 @@
 """Runs FMUs in one importer, in a process of its own, and prints what came out as JSON:
 
     python importers.py IMPORTER alone MODEL FMU_DIR WORK_DIR     one FMU driven by `driven`, `ALONE` seconds
-    python importers.py IMPORTER coupled - FMU_DIR WORK_DIR       the packed system with its own values, `COUPLED` seconds
+    python importers.py IMPORTER coupled SSP FMU_DIR WORK_DIR     the packed system SSP, a file of FMU_DIR, with its own values, `COUPLED` seconds
 
 Every importer gets the files as they are packed and nothing else, in steps of `H`.
 """
@@ -16,11 +16,11 @@ import subprocess
 import sys
 from pathlib import Path
 
+from interoperability import MODELS, ROOT
+
 H, ALONE, COUPLED = 1e-3, 0.5, 6.0
 STEPS, EVERY = round(ALONE / H), round(0.5 / H)
 
-MODELS = ("Emla", "Hdrm", "Controller")
-ROOT = Path(__file__).resolve().parent.parent
 POSE = json.loads((ROOT / "parameters/reference_machine.json").read_text())["start"]["zeta"]
 #: What is compared of an FMU alone.
 OUTPUTS = {
@@ -75,13 +75,13 @@ class FMPy:
     def alone(self, model, fmu_dir, work):
         return simulated(fmu_dir / f"{model}.fmu", model)
 
-    def coupled(self, fmu_dir, work):
+    def coupled(self, package, work):
         from fmpy_master import Master
         from fmu import Fmu
         from system import System
 
-        system = System.read(fmu_dir / "Manipulator.ssp")
-        fmus = {file: Fmu(fmu_dir / file, work / file) for file in set(system.components.values())}
+        system = System.read(package)
+        fmus = {file: Fmu(package.parent / file, work / file) for file in set(system.components.values())}
         return Master(system, fmus, h=H).record(COUPLED, ALL)[1][EVERY::EVERY].tolist()
 
 
@@ -107,8 +107,8 @@ class Ecos:
             rows.append([simulation.get_real(f"fmu::{name}") for name in OUTPUTS[model]])
         return rows
 
-    def coupled(self, fmu_dir, work):
-        simulation = self.ecospy.EcosSimulation(H, ssp_path=str(fmu_dir / "Manipulator.ssp"))
+    def coupled(self, package, work):
+        simulation = self.ecospy.EcosSimulation(H, ssp_path=str(package))
         assert simulation.init(parameter_set="hybrid")  # ecos applies no parameter set that is not asked for by name
         assert simulation.get_real("emla_1::alpha") == 0.2
         rows = []
@@ -147,8 +147,8 @@ class Libcosim:
             rows.append(list(self.observer.last_real_values(slave, [references[n] for n in OUTPUTS[model]])))
         return rows
 
-    def coupled(self, fmu_dir, work):
-        execution = self.Execution.from_ssp_file(str(fmu_dir / "Manipulator.ssp"), H * 1e9)
+    def coupled(self, package, work):
+        execution = self.Execution.from_ssp_file(str(package), H * 1e9)
         assert execution.add_observer(self.observer)
         ends = [name.split(".", 1) for name in ALL]
         slaves = {component: self.reader(execution, component) for component, _ in ends}
@@ -187,7 +187,7 @@ def main():
 
     classes = (FMPy, FMPyContainer, Ecos, Libcosim, FmiSim, ToolboxParallel, ToolboxSequential)
     runner = {c.__name__: c for c in classes}[importer]()
-    values = runner.alone(model, fmu_dir, work) if kind == "alone" else runner.coupled(fmu_dir, work)
+    values = runner.alone(model, fmu_dir, work) if kind == "alone" else runner.coupled(fmu_dir / model, work)
     os.write(kept, json.dumps(values).encode())
     os._exit(0)  # some importers crash while Python takes them down; what they computed is out
 

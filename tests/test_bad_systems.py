@@ -4,14 +4,13 @@ An entry changes some text of the good system `bad_systems/good.ssd`, which both
 """
 
 import json
-import subprocess
 from pathlib import Path
 
 import pytest
 
 from fmpy_master import Master
 from fmu import Refused
-from native import cosim
+from native import call
 from system import BadSystem, System
 
 FOLDER = Path(__file__).parent / "bad_systems"
@@ -53,8 +52,7 @@ def native(fmu_dir, tmp_path):
     def run(text):
         path = tmp_path / "system.ssd"
         path.write_text(text)
-        arguments = [cosim(), "run", "--system", path, "--fmu-dir", fmu_dir, "--quiet", "--stop-time", "2e-3"]
-        return subprocess.run(list(map(str, arguments)), capture_output=True, text=True)
+        return call("cosim", "run", "--system", path, "--fmu-dir", fmu_dir, "--quiet", "--stop-time", "2e-3")
 
     return run
 

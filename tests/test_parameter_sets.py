@@ -1,15 +1,12 @@
 """Parameter sets (.ssv) and variants (.ssd) of the packed system: complete, and the same runs as with options by name."""
 
-import csv
-import io
-import subprocess
 import zipfile
 
 import numpy as np
 import pytest
 
 from fmpy_master import ROOT, Master, addressed
-from native import hdrm_fmu
+from native import call, recorded
 from system import System, read_set
 
 TRAJECTORIES, MODES = ("cubic", "triangular"), ("adaptive", "modular", "pd")
@@ -74,27 +71,22 @@ def test_a_variant_is_the_same_run_as_options_by_name_in_fmpy(fmu_dir, fmus, sys
     assert np.abs(rows(system, fmus) - by_name).max() > 1e-3
 
 
-def native(fmu_dir, *options):
-    return subprocess.run(
-        [hdrm_fmu(), "run", "--quiet", "--system", fmu_dir / "Manipulator.ssp", *options], capture_output=True, text=True
-    )
-
-
-def recorded(fmu_dir, path, *options):
-    done = native(fmu_dir, "--csv", path, "--stop-time", "4.5", *options)
-    assert done.returncode == 0, done.stderr
-    return path.read_text()
-
-
 @pytest.mark.parametrize("trajectory, mode", [("triangular", "pd"), ("triangular", "modular"), ("cubic", "adaptive")])
 def test_a_set_is_the_same_run_as_options_by_name_in_the_native_master(fmu_dir, tmp_path, trajectory, mode):
-    by_name = recorded(fmu_dir, tmp_path / "1.csv", "--trajectory", trajectory, "--mode", mode)
+    def run(*options, **settings):
+        path = tmp_path / "run.csv"
+        return recorded(path, SIGNALS, "--system", fmu_dir / "Manipulator.ssp", "--stop-time", 4.5, *options, settings=settings)
+
+    by_name = run(controller={"trajectory": trajectory, "mode": mode})
     sets = [option for name in (trajectory, mode) for option in ("--parameters", f"resources/{name}.ssv")]
-    assert recorded(fmu_dir, tmp_path / "2.csv", *sets) == by_name
-    assert recorded(fmu_dir, tmp_path / "3.csv", "--variant", f"{trajectory}_{mode}.ssd") == by_name
-    default = recorded(fmu_dir, tmp_path / "4.csv")
-    assert (default == by_name) == ((trajectory, mode) == ("cubic", "adaptive"))
-    assert len(list(csv.reader(io.StringIO(by_name)))) == 4502
+    np.testing.assert_array_equal(run(*sets), by_name)
+    np.testing.assert_array_equal(run("--variant", f"{trajectory}_{mode}.ssd"), by_name)
+    assert np.array_equal(run(), by_name) == ((trajectory, mode) == ("cubic", "adaptive"))
+    assert len(by_name) == 4501
+
+
+def native(fmu_dir, *options):
+    return call("cosim", "run", "--quiet", "--system", fmu_dir / "Manipulator.ssp", *options)
 
 
 SET = (ROOT / "system/resources/triangular.ssv").read_text()
