@@ -183,11 +183,12 @@ impl<M: Model> Instance<M> {
     #[inline]
     pub(crate) fn touch(&mut self, is_evaluated: bool) {
         self.fresh = false;
-        if is_evaluated {
-            self.evaluation = None;
-        }
-        if self.state.mode == Mode::Initialization {
+        let is_initial = self.state.mode == Mode::Initialization;
+        if is_initial {
             self.state.model = None;
+        }
+        if is_evaluated || is_initial {
+            self.evaluation = None;
         }
     }
 
