@@ -1,6 +1,7 @@
 //! Measures small calls; included by the bench programs of the crates.
 //!
-//! Without arguments each call is timed in batches and one line is printed, `name<TAB>ns<TAB>median<TAB>fastest`.
+//! Without arguments each call is timed in batches and one line of JSON is printed:
+//! `{"name":…,"unit":"ns","median":…,"least":…}`.
 //! With `--count NAME N` the call NAME runs N times and nothing is printed: for an instruction counter around
 //! the program. `cargo xtask bench` uses both.
 
@@ -48,6 +49,7 @@ impl Bench {
             .map(|_| 1e9 * batch(calls) / f64::from(calls))
             .collect();
         times.sort_by(f64::total_cmp);
-        println!("{name}\tns\t{:.1}\t{:.1}", times[BATCHES / 2], times[0]);
+        let (median, least) = (times[BATCHES / 2], times[0]);
+        println!(r#"{{"name":"{name}","unit":"ns","median":{median:.1},"least":{least:.1}}}"#);
     }
 }

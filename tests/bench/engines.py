@@ -1,9 +1,10 @@
 """Cost of the manipulator in MuJoCo and Pinocchio on the same mechanism with the same closed loops (mechanism.xml).
 
-Prints lines `name<TAB>ns<TAB>median<TAB>fastest`. MuJoCo steps in its own C loop (`nstep`). Pinocchio's Python wheel has no
+Prints lines of JSON. MuJoCo steps in its own C loop (`nstep`). Pinocchio's Python wheel has no
 such loop; the cost of a call from Python, measured as the same call on a one-joint model, is taken off.
 """
 
+import json
 import statistics
 import time
 from pathlib import Path
@@ -17,7 +18,8 @@ BATCHES, STEPS = 15, 100
 
 
 def report(name, times):
-    print(f"{name}\tns\t{statistics.median(times):.1f}\t{min(times):.1f}", flush=True)
+    row = {"name": name, "unit": "ns", "median": round(statistics.median(times), 1), "least": round(min(times), 1)}
+    print(json.dumps(row), flush=True)
 
 
 def timed(batch, calls):

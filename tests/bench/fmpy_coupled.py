@@ -2,9 +2,10 @@
 
     python tests/bench/fmpy_coupled.py FMU_DIR
 
-Prints `name<TAB>ns<TAB>median<TAB>fastest`.
+Prints a line of JSON.
 """
 
+import json
 import statistics
 import sys
 import tempfile
@@ -34,7 +35,8 @@ def main():
                 master.step()
             times.append(1e9 * (time.perf_counter() - start) / STEPS)
         master.free()
-    print(f"coupled step of 1 ms, FMPy {version('FMPy')} master\tns\t{statistics.median(times):.1f}\t{min(times):.1f}")
+    name = f"coupled step of 1 ms, FMPy {version('FMPy')} master"
+    print(json.dumps({"name": name, "unit": "ns", "median": round(statistics.median(times), 1), "least": round(min(times), 1)}))
 
 
 if __name__ == "__main__":

@@ -1,11 +1,12 @@
 """Size, load time and memory of each FMU: python tests/bench/footprint.py FMU_DIR (Linux)
 
-Prints `name<TAB>unit<TAB>median<TAB>least`. Loading is the time from the unpacked file to the first initialized
+Prints lines of JSON. Loading is the time from the unpacked file to the first initialized
 instance; memory is what each further initialized instance adds to the process.
 """
 
 import ctypes
 import gc
+import json
 import sys
 import tempfile
 import time
@@ -61,7 +62,8 @@ def main():
                 ("each further instance", "ms", 1e3 * each),
                 ("memory per instance", "kB", memory / 1e3),
             ]:
-                print(f"{fmu.name}: {name}\t{unit}\t{value:.1f}\t{value:.1f}")
+                value = round(value, 1)
+                print(json.dumps({"name": f"{fmu.name}: {name}", "unit": unit, "median": value, "least": value}))
 
 
 if __name__ == "__main__":

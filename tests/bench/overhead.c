@@ -61,6 +61,6 @@ int main(int argc, char **argv) {
         }
     }
     qsort(times, BATCHES, sizeof *times, ascending);
-    printf("%s\tns\t%.1f\t%.1f\n", argv[1], times[BATCHES / 2], times[0]);
+    printf("{\"name\":\"%s\",\"unit\":\"ns\",\"median\":%.1f,\"least\":%.1f}\n", argv[1], times[BATCHES / 2], times[0]);
     return 0;
 }

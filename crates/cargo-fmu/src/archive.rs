@@ -26,7 +26,10 @@ pub fn write(path: &Path, entries: &Entries) -> Result<usize> {
         zip.write_all(bytes)?;
     }
     let bytes = zip.finish()?.into_inner();
-    fs::write(path, &bytes).with_context(|| path.display().to_string())?;
+    // Written beside and renamed: who reads meanwhile gets the file as it was, or as it is.
+    let new = path.with_extension(format!("{}.new", std::process::id()));
+    let written = fs::write(&new, &bytes).and_then(|()| fs::rename(&new, path));
+    written.with_context(|| path.display().to_string())?;
     Ok(bytes.len())
 }
 

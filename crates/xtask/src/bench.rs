@@ -2,6 +2,7 @@
 //! counts against the recorded ones.
 
 pub mod instructions;
+mod table;
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -14,6 +15,8 @@ use cargo_fmu::library;
 use cargo_fmu::process::{execute, output};
 use cargo_fmu::workspace::Source;
 use clap::Args;
+use serde::Deserialize;
+use table::{Measured, Row};
 
 use crate::python::Python;
 use crate::workspace::{FMU_PROFILE, Workspace};
@@ -22,22 +25,9 @@ use crate::{libclang, pack};
 /// Bench programs of the crates (`crates/*/benches`).
 const PROGRAMS: [&str; 3] = ["dynamics", "step", "controller"];
 
-/// Ours beside others, by the beginnings of the rows' names; the ratio is theirs over ours.
-const COMPARISONS: [(&str, &str); 7] = [
-    ("forward dynamics", "Pinocchio"),
-    ("forward dynamics", "MuJoCo"),
-    ("manipulator step of 1 ms (RK4)", "MuJoCo"),
-    (
-        "set of 4 + step + get of 4, Rust",
-        "set of 4 + step + get of 4, C",
-    ),
-    ("coupled step of 1 ms, cosim,", "coupled step of 1 ms, FMPy"),
-    (
-        "coupled step of 1 ms, cosim,",
-        "coupled step of 1 ms, cosim with CSV",
-    ),
-    (TABLE_ON_ALL_CORES, TABLE_ON_ONE_CORE),
-];
+/// The coupled machine under the native master.
+const COUPLED: &str = "coupled step of 1 ms, cosim, no recording";
+const COUPLED_RECORDED: &str = "coupled step of 1 ms, cosim with CSV";
 
 /// The paper's table, 30 runs; its ratio to the one below is the gain by the cores of the machine.
 const TABLE_ON_ALL_CORES: &str = "hdrm-fmu table, all cores";
@@ -63,17 +53,77 @@ pub struct Options {
 /// A program to be run once a round.
 struct Job {
     command: Command,
-    /// The row that gets its whole time; without a name it prints its rows itself.
-    whole: Option<&'static str>,
+    result: Measures,
+}
+
+/// How the result of a program becomes rows of the table.
+enum Measures {
+    /// It prints a line of JSON for each row.
+    Rows,
+    /// `cosim bench --json`: its real-time factor becomes the time of a coupled step, under this name.
+    CoupledStep(&'static str),
+    /// Its whole run time, under this name.
+    RunTime(&'static str),
 }
 
 impl From<Command> for Job {
     fn from(command: Command) -> Self {
         Self {
             command,
-            whole: None,
+            result: Measures::Rows,
         }
     }
+}
+
+impl Job {
+    fn run(&mut self) -> Result<Vec<Measured>> {
+        let start = Instant::now();
+        let text = output(&mut self.command)?;
+        let seconds = start.elapsed().as_secs_f64();
+        let program = || self.command.get_program().display().to_string();
+        match self.result {
+            Measures::Rows => rows(&text).with_context(program),
+            Measures::CoupledStep(name) => {
+                Ok(vec![coupled_step(name, &text).with_context(program)?])
+            }
+            Measures::RunTime(name) => Ok(vec![Measured {
+                name: name.to_string(),
+                unit: "s".to_string(),
+                median: seconds,
+                least: seconds,
+            }]),
+        }
+    }
+}
+
+fn rows(text: &str) -> Result<Vec<Measured>> {
+    let rows = text.lines().map(|line| {
+        serde_json::from_str(line).with_context(|| format!("`{line}` is no measurement in JSON"))
+    });
+    rows.collect()
+}
+
+fn coupled_step(name: &str, text: &str) -> Result<Measured> {
+    #[derive(Deserialize)]
+    struct Coupled {
+        real_time_factor: Factor,
+        step_s: f64,
+    }
+    #[derive(Deserialize)]
+    struct Factor {
+        median: f64,
+        best: f64,
+    }
+    let Coupled {
+        real_time_factor,
+        step_s,
+    } = serde_json::from_str(text)?;
+    Ok(Measured {
+        name: name.to_string(),
+        unit: "ns".to_string(),
+        median: 1e9 * step_s / real_time_factor.median,
+        least: 1e9 * step_s / real_time_factor.best,
+    })
 }
 
 /// Built programs and packed FMUs.
@@ -82,15 +132,6 @@ struct Built {
     cosim: PathBuf,
     hdrm_fmu: PathBuf,
     fmus: PathBuf,
-}
-
-/// Values of one row, from all rounds.
-#[derive(Default)]
-struct Row {
-    name: String,
-    unit: String,
-    medians: Vec<f64>,
-    least: f64,
 }
 
 /// Measure.
@@ -109,19 +150,14 @@ pub fn run(workspace: &Workspace, options: &Options) -> Result<()> {
     }
     let mut rows: Vec<Row> = Vec::new();
     for round in 1..=options.rounds.max(1) {
-        for Job { command, whole } in &mut jobs {
-            eprintln!("round {round}: {}", command.get_program().display());
-            let start = Instant::now();
-            let text = output(command)?;
-            let seconds = start.elapsed().as_secs_f64();
-            let printed = text.lines().filter_map(parse);
-            let timed = whole.map(|name| (name, "s", seconds, seconds));
-            for (name, unit, median, least) in printed.chain(timed) {
-                note(&mut rows, name, unit, median, least);
+        for job in &mut jobs {
+            eprintln!("round {round}: {}", job.command.get_program().display());
+            for measured in job.run()? {
+                table::note(&mut rows, measured);
             }
         }
     }
-    print!("{}", table(&rows));
+    print!("{}", table::table(&rows));
     Ok(())
 }
 
@@ -143,11 +179,11 @@ impl Built {
         found.with_context(|| format!("cargo has built no bench `{name}`"))
     }
 
-    /// `cosim` on the packed system: the cubic trajectory, adaptive.
-    fn coupled(&self, workspace: &Workspace, command: &str) -> Command {
+    /// `cosim bench` on the packed system: the cubic trajectory, adaptive.
+    fn coupled(&self, workspace: &Workspace) -> Command {
         let mut cosim = workspace.command(&self.cosim);
         let system = self.fmus.join("Manipulator.ssp");
-        cosim.arg(command).arg("--system").arg(system);
+        cosim.args(["bench", "--system"]).arg(system);
         cosim.args(["--set", "controller.trajectory=cubic"]);
         cosim.args(["--set", "controller.mode=adaptive"]);
         cosim
@@ -160,23 +196,22 @@ fn jobs(workspace: &Workspace, built: &Built) -> Result<Vec<Job>> {
     for name in PROGRAMS {
         jobs.push(workspace.command(built.program(name)?).into());
     }
-    let mut bare = built.coupled(workspace, "bench");
-    bare.args(["--stop-time", "10", "--repeat", "3"]);
-    let mut recorded = built.coupled(workspace, "run");
-    let csv = workspace.target.join("bench.csv");
-    recorded
-        .args(["--stop-time", "10", "--quiet", "--csv"])
-        .arg(csv);
-    jobs.extend([bare, recorded].map(Job::from));
+    for (name, is_recorded) in [(COUPLED, false), (COUPLED_RECORDED, true)] {
+        let mut command = built.coupled(workspace);
+        command.args(["--stop-time", "10", "--repeat", "3", "--json"]);
+        if is_recorded {
+            command.arg("--csv").arg(workspace.target.join("bench.csv"));
+        }
+        let result = Measures::CoupledStep(name);
+        jobs.push(Job { command, result });
+    }
     let table = |threads: Option<&str>, name| {
         let mut command = workspace.command(&built.hdrm_fmu);
         command.args(["table", "--system"]);
         command.arg(built.fmus.join("Manipulator.ssp"));
         command.envs(threads.map(|number| ("RAYON_NUM_THREADS", number)));
-        Job {
-            command,
-            whole: Some(name),
-        }
+        let result = Measures::RunTime(name);
+        Job { command, result }
     };
     jobs.extend([
         table(Some("1"), TABLE_ON_ONE_CORE),
@@ -231,141 +266,23 @@ fn python_jobs(workspace: &Workspace, built: &Built) -> Result<Vec<Job>> {
         .into())
 }
 
-/// Name, unit, median and least value in a line of a bench program or of `cosim`.
-fn parse(line: &str) -> Option<(&str, &str, f64, f64)> {
-    /// Nanoseconds per step of 1 ms at a real-time factor.
-    const NS: f64 = 1e6;
-    if let Some(rest) = line.strip_prefix("coupled real-time factor: median ") {
-        let median: f64 = rest.split(' ').next()?.parse().ok()?;
-        let best: f64 = rest.split(" to ").nth(1)?.split(')').next()?.parse().ok()?;
-        return Some((
-            "coupled step of 1 ms, cosim, no recording",
-            "ns",
-            NS / median,
-            NS / best,
-        ));
-    }
-    if let Some(rest) = line.strip_suffix(" x real time") {
-        let factor: f64 = rest.rsplit(' ').next()?.parse().ok()?;
-        let name = "coupled step of 1 ms, cosim with CSV of all outputs";
-        return Some((name, "ns", NS / factor, NS / factor));
-    }
-    let mut fields = line.split('\t');
-    let (name, unit) = (fields.next()?, fields.next()?);
-    let (median, least) = (fields.next()?.parse().ok()?, fields.next()?.parse().ok()?);
-    Some((name, unit, median, least))
-}
-
-fn note(rows: &mut Vec<Row>, name: &str, unit: &str, median: f64, least: f64) {
-    let known = rows.iter().position(|row| row.name == name);
-    let at = known.unwrap_or_else(|| {
-        rows.push(Row {
-            name: name.to_string(),
-            unit: unit.to_string(),
-            medians: Vec::new(),
-            least,
-        });
-        rows.len() - 1
-    });
-    let row = &mut rows[at];
-    row.medians.push(median);
-    row.least = row.least.min(least);
-}
-
-impl Row {
-    fn median(&self) -> f64 {
-        let mut sorted = self.medians.clone();
-        sorted.sort_by(f64::total_cmp);
-        sorted[sorted.len() / 2]
-    }
-}
-
-fn table(rows: &[Row]) -> String {
-    let mut lines = vec![
-        machine(),
-        format!(
-            "| {:<72} | {:>12} | {:>12} | unit |",
-            "measurement", "median", "least"
-        ),
-        format!("|:{:-<72}-|-{:->12}:|-{:->12}:|:-----|", "", "", ""),
-    ];
-    for row in rows {
-        let (name, unit) = (&row.name, &row.unit);
-        lines.push(format!(
-            "| {name:<72} | {:>12.1} | {:>12.1} | {unit:<4} |",
-            row.median(),
-            row.least
-        ));
-    }
-    lines.push(String::new());
-    for (ours, theirs) in COMPARISONS {
-        let Some(base) = rows.iter().find(|row| row.name.starts_with(ours)) else {
-            continue;
-        };
-        for other in rows.iter().filter(|row| row.name.starts_with(theirs)) {
-            let (median, least) = (other.median() / base.median(), other.least / base.least);
-            lines.push(format!(
-                "- {} / {}: {median:.2} (least: {least:.2})",
-                other.name, base.name
-            ));
-        }
-    }
-    for row in rows.iter().filter(|row| row.name.contains(", cosim")) {
-        let (median, best) = (1e6 / row.median(), 1e6 / row.least);
-        lines.push(format!(
-            "- {}: {median:.0} x real time (best: {best:.0})",
-            row.name
-        ));
-    }
-    lines.join("\n") + "\n"
-}
-
-/// Processor, load and compiler of this run.
-fn machine() -> String {
-    let first = |file: &str, key: &str| {
-        let text = fs::read_to_string(file).unwrap_or_default();
-        let line = text.lines().find(|line| line.starts_with(key));
-        line.map(|l| l.rsplit(": ").next().unwrap_or(l).to_string())
-    };
-    let processor = first("/proc/cpuinfo", "model name").unwrap_or_else(|| "unknown".to_string());
-    let load = first("/proc/loadavg", "").unwrap_or_default();
-    let cores = std::thread::available_parallelism().map_or(1, usize::from);
-    let rustc = output(Command::new("rustc").arg("--version")).unwrap_or_default();
-    let (os, arch) = (std::env::consts::OS, std::env::consts::ARCH);
-    format!(
-        "{processor}, {cores} cores, {os} {arch}, load average at the end: {load}; {}\n",
-        rustc.trim()
-    )
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
-    fn lines_of_all_programs_are_understood() {
-        assert_eq!(parse("x, y\tns\t2.5\t1.5"), Some(("x, y", "ns", 2.5, 1.5)));
-        let (_, _, median, best) = parse(
-            "coupled real-time factor: median 50.0 of 3 runs (40.0 to 80.0), 10.000 s in steps of 0.001 s, 5 instances",
-        )
-        .unwrap();
-        assert_eq!((median, best), (20_000.0, 12_500.0));
-        let (_, _, median, _) = parse("10.000 s simulated in 0.250 s: 40 x real time").unwrap();
-        assert_eq!(median, 25_000.0);
-        assert_eq!(parse("tip error, whole run: RMSE 0.1 mm"), None);
-    }
-
-    #[test]
-    fn the_table_holds_medians_and_ratios() {
-        let mut rows = Vec::new();
-        for (ours, theirs) in [(3.0, 30.0), (1.0, 10.0), (2.0, 40.0)] {
-            note(&mut rows, "forward dynamics", "ns", ours, ours);
-            note(&mut rows, "Pinocchio tree", "ns", theirs, theirs);
-        }
-        let text = table(&rows);
-        assert!(
-            text.contains("Pinocchio tree / forward dynamics: 15.00 (least: 10.00)"),
-            "{text}"
+    fn numbers_are_read_and_anything_else_is_an_error() {
+        let line = r#"{"name":"x, y","unit":"ns","median":2.5,"least":1.5}"#;
+        let [row] = &rows(line).unwrap()[..] else {
+            panic!("one row");
+        };
+        assert_eq!(
+            (row.name.as_str(), row.median, row.least),
+            ("x, y", 2.5, 1.5)
         );
+        assert!(rows("2.5 ns").is_err());
+        let text = r#"{"real_time_factor":{"median":50.0,"worst":40.0,"best":80.0},"runs":3,"simulated_s":10,"step_s":0.001,"instances":5}"#;
+        let step = coupled_step("step", text).unwrap();
+        assert_eq!((step.median, step.least), (20_000.0, 12_500.0));
     }
 }

@@ -9,13 +9,18 @@ use crate::{libclang, pack};
 
 /// Do it all, with CSV files, report and figures in `demo/` of the target directory.
 pub fn run(workspace: &Workspace) -> Result<()> {
-    let mut phases = Phases::default();
-    phases.run("build and pack the FMUs", || {
-        pack::suite(workspace, &workspace.fmu_dir())
-    })?;
-    let hdrm_fmu = phases.run("build the program of the experiments", || {
-        libclang::build_hdrm_fmu(workspace)
-    })?;
+    let phases = Phases::default();
+    let fmus = || {
+        phases.run("build and pack the FMUs", || {
+            pack::suite(workspace, &workspace.fmu_dir())
+        })
+    };
+    let program = || {
+        phases.run("build the program of the experiments", || {
+            libclang::build_hdrm_fmu(workspace)
+        })
+    };
+    let (_, hdrm_fmu) = phases.both(fmus, program)?;
     let system = workspace.fmu_dir().join("Manipulator.ssp");
     let out = workspace.target.join("demo");
     std::fs::create_dir_all(&out)?;

@@ -15,8 +15,8 @@ use crate::{describe, importers, libclang, pack, torture};
 
 /// Run all checks; the first that fails ends it.
 pub fn run(workspace: &Workspace) -> Result<()> {
-    let mut phases = Phases::default();
-    let result = checks(workspace, &mut phases);
+    let phases = Phases::default();
+    let result = checks(workspace, &phases);
     print!("\n{}", phases.table());
     result?;
     println!("all checks passed");
@@ -24,7 +24,7 @@ pub fn run(workspace: &Workspace) -> Result<()> {
 }
 
 /// The Rust checks use one profile, that of the programs, so that macros and dependencies are compiled once.
-fn checks(workspace: &Workspace, phases: &mut Phases) -> Result<()> {
+fn checks(workspace: &Workspace, phases: &Phases) -> Result<()> {
     let environment = libclang::provide(workspace)?;
     let cargo = |arguments: &str, more: &[(&str, &str)]| {
         let mut command = workspace.cargo(arguments.split(' '));
@@ -59,20 +59,27 @@ fn checks(workspace: &Workspace, phases: &mut Phases) -> Result<()> {
         pack::fmus(workspace, &[example], "release", &examples)?;
         pack::suite(workspace, &workspace.fmu_dir())
     })?;
-    phases.run("torture", || torture::check(workspace, fmus))?;
-    phases.run("instruction counts", || {
-        if instructions::is_possible() {
-            return instructions::check(workspace);
-        }
-        skipped("there is no valgrind, so instructions are not counted")
-    })?;
-    let fmi_sim = phases.run("build fmi-sim", || {
-        match importers::fmi_sim(workspace, &environment) {
-            Ok(program) => Ok(Some(program)),
-            Err(e) => skipped(&format!("fmi-sim could not be built: {e:#}")).map(|()| None),
-        }
-    })?;
-    phases.run("pytest", || pytest(workspace, fmi_sim))
+    let counts = || {
+        phases.run("instruction counts", || {
+            if instructions::is_possible() {
+                return instructions::check(workspace);
+            }
+            skipped("there is no valgrind, so instructions are not counted")
+        })
+    };
+    let robustness = || {
+        phases.run("torture", || torture::check(workspace, fmus))?;
+        counts()
+    };
+    let outside = || {
+        let fmi_sim = phases.run("build fmi-sim", || {
+            importers::fmi_sim(workspace, &environment)
+                .map(Some)
+                .or_else(|e| skipped(&format!("fmi-sim could not be built: {e:#}")).map(|()| None))
+        })?;
+        phases.run("pytest", || pytest(workspace, fmi_sim))
+    };
+    phases.both(robustness, outside).map(drop)
 }
 
 /// A check that cannot be made here: named on a developer's machine, a failure in CI.

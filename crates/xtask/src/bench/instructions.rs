@@ -105,7 +105,7 @@ fn count(workspace: &Workspace) -> Result<BTreeMap<String, u64>> {
     // In motion, which starts after 4 s of settling.
     let coupled = per_call([4600, 4800], |n| {
         let mut command = valgrind(workspace);
-        let cosim = built.coupled(workspace, "bench");
+        let cosim = built.coupled(workspace);
         command.arg(cosim.get_program()).args(cosim.get_args());
         let stop = format!("{}", 1e-3 * f64::from(n));
         command.args(["--repeat", "1", "--stop-time", &stop]);
