@@ -1,28 +1,37 @@
-//! What the command lines of programs on this library share: which system, how it is stepped, which values it starts from; a progress
-//! bar.
+//! What the command lines of programs on this library share: which system, how it is stepped, which values it starts from, which signals
+//! are written where, how a program ends.
 
-use std::fs::File;
-use std::io::BufWriter;
-use std::path::{Path, PathBuf};
+use std::fmt::Display;
+use std::io::{self, Write as _};
+use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Duration;
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result, bail, ensure};
+use clap::builder::PossibleValue;
 use clap::{Args, ValueEnum};
 use indicatif::{ProgressBar, ProgressStyle};
 
+use crate::csv::Log;
 use crate::master::{Schedule, Stepping};
 use crate::noise::Noise;
 use crate::run::Experiment;
-use crate::system::{Setting, System};
+use crate::signals::matching;
+use crate::system::{FmuPlace, Setting, System};
+use crate::verdict::Verdict;
+use crate::wiring::Port;
+
+/// Environment variable that names the folder of the packed FMUs.
+const FMU_DIR: &str = "FMU_DIR";
 
 /// Which system is run.
 #[derive(Args, Clone)]
 pub struct SystemArgs {
-    /// System: a packed .ssp, or a .ssd with --fmu-dir
+    /// System: a packed .ssp, or a .ssd
     #[arg(long, value_name = "FILE")]
     pub system: Option<PathBuf>,
-    /// Take the FMUs from this directory, by file name
+    /// Take the FMUs from this directory, by file name [default: where the system says; of a .ssd also the environment variable FMU_DIR,
+    /// or beside this program, or fmu/ in the build folder]
     #[arg(long, value_name = "DIR")]
     pub fmu_dir: Option<PathBuf>,
     /// System structure to take from the packed system: `triangular_pd.ssd` [default: SystemStructure.ssd]
@@ -37,7 +46,13 @@ impl SystemArgs {
     /// Load the system; without `--system` the one that `default` finds.
     pub fn load(&self, default: impl FnOnce() -> Result<PathBuf>) -> Result<System> {
         let path = self.system.clone().map_or_else(default, Ok)?;
-        let mut system = System::load(&path, self.variant.as_deref(), self.fmu_dir.as_deref())?;
+        let place = match &self.fmu_dir {
+            Some(folder) => FmuPlace::Folder(folder.clone()),
+            None => FmuPlace::Structure {
+                else_in: folders()?,
+            },
+        };
+        let mut system = System::load(&path, self.variant.as_deref(), &place)?;
         for set in &self.parameters {
             system.apply_set(set)?;
         }
@@ -60,9 +75,16 @@ pub struct RunArgs {
     /// With --schedule jacobi: pass first time derivatives of continuous signals instead of holding them
     #[arg(long)]
     pub input_derivatives: bool,
-    /// Start value of any variable, repeatable, applied last; an enumeration item may be given by name
+    /// Start value of any variable, repeatable, applied last; an enumeration item may be given by name, and the component left out where
+    /// one alone has the variable
     #[arg(long = "set", value_name = "COMPONENT.VARIABLE=VALUE")]
     pub settings: Vec<String>,
+    /// Refuse a system with inputs that nothing drives or sets, or with connectors that its FMUs do not have
+    #[arg(long)]
+    pub strict: bool,
+    /// End with exit code 2 where the verdict on the result is bad (0: the run is done, 1: it failed)
+    #[arg(long)]
+    pub check: bool,
 }
 
 impl RunArgs {
@@ -88,55 +110,118 @@ impl RunArgs {
             noise: Noise::default(),
         })
     }
+
+    /// What the system may have forgotten under these arguments.
+    ///
+    /// # Errors
+    /// With `--strict`, anything.
+    pub fn forgotten(&self, system: &System, experiment: &Experiment) -> Result<Verdict> {
+        let forgotten = system.forgotten(&experiment.settings)?;
+        let mut verdict = Verdict::default();
+        if !forgotten.connectors.is_empty() {
+            verdict.object(format!(
+                "connectors that the FMUs do not have: {}",
+                forgotten.connectors.join(", ")
+            ));
+        }
+        if !forgotten.inputs.is_empty() {
+            verdict.note(format!(
+                "inputs that nothing drives or sets keep their start values: {}",
+                forgotten.inputs.join(", ")
+            ));
+        }
+        if self.strict {
+            let texts: Vec<_> = verdict.findings().iter().map(|f| f.text.as_str()).collect();
+            ensure!(texts.is_empty(), "--strict: {}", texts.join("; "));
+        }
+        Ok(verdict)
+    }
+}
+
+/// Which signals of a run are written.
+#[derive(Args, Clone)]
+pub struct CsvArgs {
+    /// Write signals to this CSV file, and their units beside it to NAME.units.csv
+    #[arg(long, value_name = "FILE")]
+    pub csv: Option<PathBuf>,
+    /// Signals for --csv, comma-separated, with * for any text: `hdrm.tip.*,*.F`; `*` for all outputs [default: a useful few]
+    #[arg(long, value_delimiter = ',', value_name = "PATTERNS", requires = "csv")]
+    pub signals: Vec<String>,
+    /// Time from row to row, s, a multiple of the communication step [default: the communication step]
+    #[arg(long, value_name = "SECONDS", requires = "csv")]
+    pub interval: Option<f64>,
+}
+
+impl CsvArgs {
+    /// The log that the arguments ask for; without `--signals` of the variables `useful`.
+    pub fn log(
+        &self,
+        system: &System,
+        experiment: &Experiment,
+        useful: impl FnOnce() -> Result<Vec<Port>>,
+    ) -> Result<Option<Log>> {
+        let Some(path) = &self.csv else {
+            return Ok(None);
+        };
+        let ports = match self.signals.is_empty() {
+            true => useful()?,
+            false => matching(system, &self.signals)?,
+        };
+        Log::create(path, system, &ports, self.interval, experiment.stepping).map(Some)
+    }
 }
 
 impl ValueEnum for Schedule {
     fn value_variants<'a>() -> &'a [Self] {
-        &[Self::GaussSeidel, Self::Jacobi]
+        &[Self::Standard, Self::Jacobi, Self::GaussSeidel]
     }
 
-    fn to_possible_value(&self) -> Option<clap::builder::PossibleValue> {
+    fn to_possible_value(&self) -> Option<PossibleValue> {
         let (name, help) = match self {
-            Self::GaussSeidel => (
-                "gauss-seidel",
-                "Components one after the other in the order of the system; later ones get the mean force of the step",
+            Self::Standard => (
+                "standard",
+                "Get all outputs, set all inputs, step all: asks of an FMU and of an importer what FMI 2.0 promises, nothing more; a value \
+                 that goes through a component arrives one step later",
             ),
             Self::Jacobi => (
                 "jacobi",
-                "All components at once from the values at the communication point",
+                "Step all from the values at the communication point; asks that outputs can be read again after inputs were set at the \
+                 same communication point",
+            ),
+            Self::GaussSeidel => (
+                "gauss-seidel",
+                "Step one after the other in the order of the system, later ones with the mean force of the step; asks what jacobi asks, \
+                 and that inputs can be set between the steps of two components",
             ),
             Self::JacobiDerivatives => return None,
         };
-        Some(clap::builder::PossibleValue::new(name).help(help))
+        Some(PossibleValue::new(name).help(help))
     }
 }
 
-/// The file `name` in one of the places where the FMUs lie for a program: the folder that the environment variable `variable` names, the
-/// program's own folder, `fmu/` in it or above it (the build folder).
-pub fn find(name: &str, variable: &str) -> Result<PathBuf> {
-    let mut folders = Vec::new();
-    if let Some(folder) = std::env::var_os(variable) {
-        folders.push(PathBuf::from(folder));
-    } else if let Some(own) = std::env::current_exe()?.parent() {
-        folders.push(own.to_path_buf());
-        folders.extend(own.ancestors().take(4).map(|above| above.join("fmu")));
+/// Folders in which packed FMUs are looked for: the one that the environment variable `FMU_DIR` names; else the program's own, `fmu/` in
+/// it, and `fmu/` in the folders above it (the build folder).
+fn folders() -> Result<Vec<PathBuf>> {
+    if let Some(folder) = std::env::var_os(FMU_DIR) {
+        return Ok(vec![PathBuf::from(folder)]);
     }
-    let files: Vec<PathBuf> = folders.iter().map(|folder| folder.join(name)).collect();
+    let program = std::env::current_exe()?;
+    let own = program.parent().context("a program lies in a folder")?;
+    let above = own.ancestors().take(4).map(|folder| folder.join("fmu"));
+    Ok(std::iter::once(own.to_path_buf()).chain(above).collect())
+}
+
+/// The packed system `name` in one of the places where a program finds FMUs by itself.
+pub fn find(name: &str) -> Result<PathBuf> {
+    let files: Vec<PathBuf> = folders()?.iter().map(|folder| folder.join(name)).collect();
     let found = files.iter().find(|file| file.is_file()).cloned();
     found.with_context(|| {
         let places: Vec<_> = files.iter().map(|f| f.display().to_string()).collect();
         format!(
-            "there is no {name}; name a system (--system) or a folder (environment variable {variable}); looked for: {}",
+            "there is no {name}: name a system (--system FILE) or the folder of the FMUs (environment variable {FMU_DIR}); looked for {}",
             places.join(", ")
         )
     })
-}
-
-/// A file to write to.
-pub fn create(path: &Path) -> Result<BufWriter<File>> {
-    let file = File::create(path);
-    let file = file.with_context(|| format!("`{}` cannot be written", path.display()))?;
-    Ok(BufWriter::with_capacity(1 << 16, file))
 }
 
 /// A progress bar over `length` steps or runs; an invisible one where it is to be `hidden`.
@@ -153,10 +238,24 @@ pub fn bar(length: u64, unit: &str, hidden: bool) -> ProgressBar {
     bar
 }
 
-/// The exit code of a program that ends with `result`; an error is printed.
-pub fn exit(result: Result<()>) -> ExitCode {
+/// Write to standard output.
+pub fn print(text: impl Display) -> Result<()> {
+    let mut out = io::stdout().lock();
+    write!(out, "{text}")?;
+    Ok(out.flush()?)
+}
+
+/// End a program: exit code 0, 1 where it failed, with `check` 2 where the verdict is bad. An error is printed, but not that nobody reads
+/// the output any more.
+pub fn exit(result: Result<Verdict>, check: bool) -> ExitCode {
+    let is_closed = |e: &(dyn std::error::Error + 'static)| {
+        let error = e.downcast_ref::<io::Error>();
+        error.is_some_and(|e| e.kind() == io::ErrorKind::BrokenPipe)
+    };
     match result {
-        Ok(()) => ExitCode::SUCCESS,
+        Ok(verdict) if check && verdict.is_bad() => ExitCode::from(2),
+        Ok(_) => ExitCode::SUCCESS,
+        Err(error) if error.chain().any(is_closed) => ExitCode::SUCCESS,
         Err(error) => {
             eprintln!("error: {error:#}");
             ExitCode::FAILURE

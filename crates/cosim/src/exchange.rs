@@ -67,6 +67,17 @@ struct Stage {
     writes: Vec<Write>,
 }
 
+/// What may be read together before which inputs are set.
+#[derive(Clone, Copy, Debug, Eq, PartialEq)]
+pub enum Order {
+    /// Stages in the order of direct feedthrough in initialization mode.
+    Initialization,
+    /// Stages in the order of direct feedthrough at a communication point.
+    Stages,
+    /// One stage: all outputs, then all inputs.
+    AtOnce,
+}
+
 /// The connections in the order of direct feedthrough, with the values last passed.
 #[derive(Debug)]
 pub struct Exchange {
@@ -80,13 +91,12 @@ pub struct Exchange {
 }
 
 impl Exchange {
-    /// Plan the exchange over the connections that `chosen` keeps. Fails on an algebraic loop.
-    pub fn new(
-        wiring: &Wiring,
-        initialization: bool,
-        chosen: impl Fn(&Link) -> bool,
-    ) -> Result<Self> {
-        let levels = wiring.levels(initialization)?;
+    /// Plan the exchange over the connections that `chosen` keeps. Stages fail on an algebraic loop.
+    pub fn new(wiring: &Wiring, order: Order, chosen: impl Fn(&Link) -> bool) -> Result<Self> {
+        let levels = match order {
+            Order::AtOnce => vec![0; wiring.links.len()],
+            staged => wiring.levels(staged == Order::Initialization)?,
+        };
         let mut stages = Vec::new();
         let mut slots = BTreeMap::new();
         for level in 0..=levels.iter().copied().max().unwrap_or(0) {
@@ -162,19 +172,43 @@ impl Exchange {
         self.slots.get(&output).copied()
     }
 
-    /// Pass all values.
+    /// The connected output with this slot.
+    pub fn output(&self, slot: usize) -> Option<Port> {
+        let found = self.slots.iter().find(|(_, s)| **s == slot);
+        found.map(|(port, _)| *port)
+    }
+
+    /// Pass all values, stage by stage.
     pub fn run(&mut self, slaves: &[Slave], at: At) -> Result<()> {
-        for stage in &self.stages {
-            for read in &stage.reads {
-                read.run(slaves, &mut self.values, at)?;
+        for k in 0..self.stages.len() {
+            self.read_stage(k, slaves, at)?;
+            self.write_stage(k, slaves, at)?;
+        }
+        Ok(())
+    }
+
+    /// Read all outputs.
+    pub fn read(&mut self, slaves: &[Slave], at: At) -> Result<()> {
+        (0..self.stages.len()).try_for_each(|k| self.read_stage(k, slaves, at))
+    }
+
+    /// Set all inputs to what was last read.
+    pub fn write(&mut self, slaves: &[Slave], at: At) -> Result<()> {
+        (0..self.stages.len()).try_for_each(|k| self.write_stage(k, slaves, at))
+    }
+
+    fn read_stage(&mut self, k: usize, slaves: &[Slave], at: At) -> Result<()> {
+        let mut reads = self.stages[k].reads.iter();
+        reads.try_for_each(|read| read.run(slaves, &mut self.values, at))
+    }
+
+    fn write_stage(&mut self, k: usize, slaves: &[Slave], at: At) -> Result<()> {
+        for write in &self.stages[k].writes {
+            let inputs = write.gather(&self.values, &mut self.buffer);
+            if let Some(source) = &mut self.noise {
+                source.disturb(inputs, &write.sigma);
             }
-            for write in &stage.writes {
-                let inputs = write.gather(&self.values, &mut self.buffer);
-                if let Some(source) = &mut self.noise {
-                    source.disturb(inputs, &write.sigma);
-                }
-                slaves[write.slave].set(&write.references, inputs, at)?;
-            }
+            slaves[write.slave].set(&write.references, inputs, at)?;
         }
         Ok(())
     }
@@ -221,12 +255,8 @@ impl Exchange {
             };
             text += &format!("stage {}\n", k + 1);
             for r in &stage.reads {
-                let first = self
-                    .slots
-                    .iter()
-                    .find(|(_, slot)| **slot == r.slots.start)
-                    .map(|(p, _)| wiring.name(*p))
-                    .unwrap_or_default();
+                let first = self.output(r.slots.start).map(|p| wiring.name(p));
+                let first = first.unwrap_or_default();
                 text += &format!("  get {}, {first} …\n", count(r.references.len()));
             }
             for w in &stage.writes {

@@ -11,6 +11,8 @@
 
 pub mod bond;
 pub mod cli;
+pub mod csv;
+pub mod divergence;
 pub mod exchange;
 pub mod fmu;
 pub mod master;
@@ -23,4 +25,5 @@ pub mod signals;
 pub mod slave;
 pub mod ssd;
 pub mod system;
+pub mod verdict;
 pub mod wiring;

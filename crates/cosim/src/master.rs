@@ -6,15 +6,23 @@ use anyhow::{Context, Result, bail};
 use fmu_description::Variability;
 
 use crate::bond::{BondSlots, Residual};
-use crate::exchange::{Exchange, Read, Write, reads, writes};
+use crate::exchange::{Exchange, Order, Read, Write, reads, writes};
 use crate::noise::Noise;
 use crate::slave::{At, Slave};
 use crate::system::{Setting, System};
 use crate::wiring::{Link, Port, Wiring};
 
-/// Order in which the components are stepped.
+/// What is exchanged when, and in which order the components are stepped.
+///
+/// The staged exchange of all but [`Schedule::Standard`] reads outputs again after inputs were set at the same communication point, in the
+/// order of direct feedthrough. FMI 2.0 (section 4.2.4) does not promise that: it asks an FMU for it.
 #[derive(Clone, Copy, Debug, Default, Eq, PartialEq)]
 pub enum Schedule {
+    /// All that FMI 2.0 promises between masters and FMUs. In initialization mode values are passed in the order of the initial
+    /// dependencies, as by every schedule. Then, at every communication point t_k: all connected outputs of all components are read, once;
+    /// all connected inputs of all components are set from them, once; all components are stepped to t_(k+1). Nothing is read between a
+    /// set and the step that follows it, so a value that goes through a component arrives one step later.
+    Standard,
     /// One after the other in the order of the system structure; a component stepped later than the one that exerts a force on it gets
     /// the mean of that force over the step.
     #[default]
@@ -41,6 +49,8 @@ pub struct Master {
     slaves: Vec<Slave>,
     stepping: Stepping,
     steps: u64,
+    /// Present time, s.
+    time: f64,
     exchange: Exchange,
     derivatives: Option<Exchange>,
     means: Means,
@@ -79,10 +89,16 @@ impl Master {
             );
         }
         let wiring = system.wiring()?;
-        let mut exchange = Exchange::new(&wiring, false, |_| true)?;
+        let is_staged = stepping.schedule != Schedule::Standard;
+        let order = if is_staged {
+            Order::Stages
+        } else {
+            Order::AtOnce
+        };
+        let mut exchange = Exchange::new(&wiring, order, |_| true)?;
         let mut derivatives = None;
         if stepping.schedule == Schedule::JacobiDerivatives {
-            derivatives = Some(Exchange::new(&wiring, false, |link| {
+            derivatives = Some(Exchange::new(&wiring, Order::Stages, |link| {
                 passes_derivative(&wiring, link)
             })?);
         }
@@ -92,7 +108,11 @@ impl Master {
             .collect::<Result<_>>()?;
         initialize(&slaves, &wiring, stepping.start)?;
         let at = At::Time(stepping.start);
-        exchange.run(&slaves, at)?;
+        if is_staged {
+            exchange.run(&slaves, at)?;
+        } else {
+            exchange.read(&slaves, at)?;
+        }
         if let Some(d) = &mut derivatives {
             d.run_derivatives(&slaves, at)?;
         }
@@ -105,6 +125,7 @@ impl Master {
             slaves,
             stepping,
             steps: 0,
+            time: stepping.start,
             exchange,
             derivatives,
             means,
@@ -114,10 +135,19 @@ impl Master {
         })
     }
 
-    /// Present time `t_0 + k·h`, s.
-    #[expect(clippy::cast_precision_loss, reason = "2^53 steps are never reached")]
+    /// Present time, s: `t_0 + k·h` after k steps.
     pub fn time(&self) -> f64 {
-        self.stepping.start + self.steps as f64 * self.stepping.step
+        self.time
+    }
+
+    /// Number of steps made.
+    pub fn steps(&self) -> u64 {
+        self.steps
+    }
+
+    /// Values of all connected outputs as last exchanged; [`Exchange::slot`] tells whose.
+    pub fn exchange(&self) -> &Exchange {
+        &self.exchange
     }
 
     /// Start, communication step and schedule.
@@ -127,7 +157,7 @@ impl Master {
 
     /// Present value of a numeric variable.
     pub fn number(&self, system: &System, port: Port) -> Result<f64> {
-        self.slaves[port.component].number(system.variable(port), At::Time(self.time()))
+        self.slaves[port.component].number(system.variable(port), At::Time(self.time))
     }
 
     /// The instances, in the order of the structure's components.
@@ -141,9 +171,13 @@ impl Master {
         self.pass()
     }
 
-    /// Pass all connections again at the present time: after inputs that no connection drives have been set.
+    /// Pass all connections again at the present time: after inputs that no connection drives have been set. With
+    /// [`Schedule::Standard`] nothing is to be done: the next step passes them.
     pub fn pass(&mut self) -> Result<()> {
-        self.exchange.run(&self.slaves, At::Time(self.time()))
+        if self.stepping.schedule == Schedule::Standard {
+            return Ok(());
+        }
+        self.exchange.run(&self.slaves, At::Time(self.time))
     }
 
     /// Power residuals of the bonds so far.
@@ -152,9 +186,24 @@ impl Master {
     }
 
     /// One communication step: all components, then the exchange at the new time. Does not allocate unless it fails.
+    #[expect(clippy::cast_precision_loss, reason = "2^53 steps are never reached")]
     pub fn step(&mut self) -> Result<()> {
-        let (t, h) = (self.time(), self.stepping.step);
-        let gauss_seidel = self.stepping.schedule == Schedule::GaussSeidel;
+        let Stepping { start, step, .. } = self.stepping;
+        self.advance(step, start + (self.steps + 1) as f64 * step)
+    }
+
+    /// A last, shorter communication step that ends at `end`, s.
+    pub fn step_to(&mut self, end: f64) -> Result<()> {
+        self.advance(end - self.time, end)
+    }
+
+    fn advance(&mut self, h: f64, end: f64) -> Result<()> {
+        let t = self.time;
+        let schedule = self.stepping.schedule;
+        let gauss_seidel = schedule == Schedule::GaussSeidel;
+        if schedule == Schedule::Standard {
+            self.exchange.write(&self.slaves, At::Time(t))?;
+        }
         for (k, slave) in self.slaves.iter().enumerate() {
             if gauss_seidel && let Some(write) = &self.means.writes[k] {
                 write.run(
@@ -169,11 +218,16 @@ impl Master {
                 read.run(&self.slaves, &mut self.means.values, At::Time(t))?;
             }
         }
-        self.note_bond_steps();
+        self.note_bond_steps(h);
         self.steps += 1;
-        let at = At::Time(self.time());
-        self.exchange.run(&self.slaves, at)?;
-        self.account();
+        self.time = end;
+        let at = At::Time(end);
+        if schedule == Schedule::Standard {
+            self.exchange.read(&self.slaves, at)?;
+        } else {
+            self.exchange.run(&self.slaves, at)?;
+        }
+        self.account(h);
         if let Some(d) = &mut self.derivatives {
             d.run_derivatives(&self.slaves, at)?;
         }
@@ -181,8 +235,8 @@ impl Master {
     }
 
     /// Note, before the next exchange overwrites them, the means of force and velocity that the components were given.
-    fn note_bond_steps(&mut self) {
-        let half = 0.5 * self.stepping.step;
+    fn note_bond_steps(&mut self, h: f64) {
+        let half = 0.5 * h;
         let gauss_seidel = self.stepping.schedule == Schedule::GaussSeidel;
         let rise = |slot: Option<usize>| {
             self.derivatives
@@ -210,12 +264,12 @@ impl Master {
     }
 
     /// Add the step to the bonds' residuals; the velocities at its end have just been read.
-    fn account(&mut self) {
+    fn account(&mut self, h: f64) {
         let bonds = self.bond_steps.iter().zip(&self.bonds);
         for (residual, (given, bond)) in self.residuals.iter_mut().zip(bonds) {
             let moved = 0.5 * (given.velocity_before + self.exchange.values[bond.velocity_slot]);
             residual.add(
-                self.stepping.step,
+                h,
                 given.force_exerted,
                 given.velocity_given,
                 given.force_given,
@@ -226,7 +280,7 @@ impl Master {
 
     /// `fmi2Terminate` for all.
     pub fn terminate(self) -> Result<()> {
-        let at = At::Time(self.time());
+        let at = At::Time(self.time);
         self.slaves.iter().try_for_each(|s| s.terminate(at))
     }
 }
@@ -329,7 +383,7 @@ pub fn start_value(system: &System, settings: &[Setting], port: Port) -> Result<
 /// Pass the connections in initialization mode, in the order of the initial dependencies, so that every component starts from what
 /// the others start from.
 fn initialize(slaves: &[Slave], wiring: &Wiring, start: f64) -> Result<()> {
-    let mut exchange = Exchange::new(wiring, true, |_| true)?;
+    let mut exchange = Exchange::new(wiring, Order::Initialization, |_| true)?;
     for slave in slaves {
         slave.enter_initialization(start)?;
     }

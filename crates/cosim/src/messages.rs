@@ -7,20 +7,61 @@
 use std::cell::RefCell;
 use std::sync::Once;
 
-/// Messages kept per thread; older ones are dropped.
+/// Kinds of messages kept per thread; further ones are dropped.
 const KEPT: usize = 64;
 
 thread_local! {
     static MESSAGES: RefCell<Vec<Message>> = const { RefCell::new(Vec::new()) };
 }
 
-/// One logger message.
+/// A logger message, or several that differ in their numbers only.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Message {
     /// Instance that said it.
     pub instance: String,
-    /// Its text.
+    /// A warning, not the reason of a failure.
+    pub is_warning: bool,
+    /// Its text: the first of several warnings, the last of several reasons.
     pub text: String,
+    /// How often it came.
+    pub count: u64,
+}
+
+impl std::fmt::Display for Message {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{}: {}", self.instance, self.text)?;
+        if self.count > 1 {
+            write!(f, " ({} times)", self.count)?;
+        }
+        Ok(())
+    }
+}
+
+/// True for texts that differ in their numbers only.
+fn are_alike(a: &str, b: &str) -> bool {
+    let bare = |c: &char| !(c.is_ascii_digit() || "+-.e".contains(*c));
+    a.chars().filter(bare).eq(b.chars().filter(bare))
+}
+
+fn add(instance: &str, is_warning: bool, text: &str) {
+    MESSAGES.with_borrow_mut(|messages| {
+        let same = |m: &&mut Message| {
+            m.instance == instance && m.is_warning == is_warning && are_alike(&m.text, text)
+        };
+        if let Some(message) = messages.iter_mut().find(same) {
+            message.count += 1;
+            if !is_warning {
+                message.text = text.to_string();
+            }
+        } else if messages.len() < KEPT {
+            messages.push(Message {
+                instance: instance.to_string(),
+                is_warning,
+                text: text.to_string(),
+                count: 1,
+            });
+        }
+    });
 }
 
 struct Collector;
@@ -35,16 +76,12 @@ impl log::Log for Collector {
         if record.module_path() != Some("logger") {
             return;
         }
-        MESSAGES.with_borrow_mut(|messages| {
-            if messages.len() == KEPT {
-                messages.remove(0);
-            }
-            let text = record.args().to_string();
-            messages.push(Message {
-                instance: record.target().to_string(),
-                text: text.trim_end().to_string(),
-            });
-        });
+        let is_warning = record.level() == log::Level::Warn;
+        add(
+            record.target(),
+            is_warning,
+            record.args().to_string().trim_end(),
+        );
     }
 
     fn flush(&self) {}
@@ -62,4 +99,29 @@ pub fn collect() {
 /// Take what was said in this thread since the last call.
 pub fn take() -> Vec<Message> {
     MESSAGES.take()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn messages_that_differ_in_numbers_are_counted() {
+        for t in ["0.1", "0.2", "1e-3"] {
+            add("a", true, &format!("hot at t = {t} s"));
+            add("a", false, &format!("burnt at t = {t} s"));
+        }
+        add("b", true, "hot at t = 0.1 s");
+        let texts: Vec<_> = take().iter().map(ToString::to_string).collect();
+        let times = "(3 times)";
+        assert_eq!(
+            texts,
+            [
+                format!("a: hot at t = 0.1 s {times}"),
+                format!("a: burnt at t = 1e-3 s {times}"),
+                "b: hot at t = 0.1 s".into()
+            ]
+        );
+        assert!(take().is_empty());
+    }
 }

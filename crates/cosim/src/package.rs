@@ -21,8 +21,7 @@ impl Package {
     pub fn open(path: &Path) -> Result<Self> {
         let mut archive = None;
         if path.extension().is_some_and(|e| e == "ssp") {
-            let bytes = fs::read(path)
-                .with_context(|| format!("system `{}` cannot be read", path.display()))?;
+            let bytes = read(path).context("system")?;
             let read = ZipArchive::new(Cursor::new(bytes));
             archive =
                 Some(read.with_context(|| format!("`{}` is not a ZIP archive", path.display()))?);
@@ -44,8 +43,7 @@ impl Package {
                 self.path.display()
             );
         }
-        let bytes = fs::read(&self.path)
-            .with_context(|| format!("system `{}` cannot be read", self.path.display()))?;
+        let bytes = read(&self.path).context("system")?;
         self.utf8(bytes, "it")
     }
 
@@ -53,7 +51,7 @@ impl Package {
     pub fn file(&mut self, name: &str) -> Result<Vec<u8>> {
         let Some(archive) = &mut self.archive else {
             let file = self.path.parent().unwrap_or(Path::new(".")).join(name);
-            return fs::read(&file).with_context(|| format!("`{}` cannot be read", file.display()));
+            return read(&file);
         };
         let Ok(mut entry) = archive.by_name(name) else {
             let kind = Path::new(name).extension();
@@ -92,4 +90,18 @@ impl Package {
         String::from_utf8(bytes)
             .with_context(|| format!("`{}`: {what} is not UTF-8 text", self.path.display()))
     }
+}
+
+/// The file at `path`; an error names the path as it was given, and where that is.
+pub fn read(path: &Path) -> Result<Vec<u8>> {
+    fs::read(path).with_context(|| match std::path::absolute(path) {
+        Ok(absolute) if absolute != path => {
+            format!(
+                "`{}` cannot be read (looked for {})",
+                path.display(),
+                absolute.display()
+            )
+        }
+        _ => format!("`{}` cannot be read", path.display()),
+    })
 }

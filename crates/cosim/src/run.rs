@@ -6,10 +6,17 @@ use std::time::{Duration, Instant};
 use anyhow::{Context, Result, bail};
 
 use crate::bond::Residual;
+use crate::divergence::Watch;
 use crate::master::{Master, Stepping};
 use crate::messages;
 use crate::noise::Noise;
 use crate::system::{Setting, System};
+use crate::verdict::Verdict;
+
+/// Share of the energy through a bond that the coupling may make or lose.
+const SPURIOUS: f64 = 0.01;
+/// Energy that may be rounding, J.
+const ROUNDING: f64 = 1e-9;
 
 /// Conditions of a run.
 #[derive(Clone, Debug)]
@@ -33,8 +40,8 @@ pub struct Outcome {
     pub simulated: f64,
     /// Time it took, without loading and initialization.
     pub elapsed: Duration,
-    /// What the FMUs said without failing.
-    pub warnings: Vec<messages::Message>,
+    /// What is to be said of the result: divergence, energy that the coupling made, warnings of the FMUs.
+    pub verdict: Verdict,
 }
 
 impl Experiment {
@@ -55,38 +62,93 @@ impl Experiment {
     }
 }
 
-/// Step `master` to `stop`, s; the last step ends at or just behind it. `observe` sees every communication point, the first included;
-/// `progress` is told the numbers of finished and of all steps from time to time.
+/// Step `master`, which runs `system`, to `stop`, s; the last step is shortened where it has to be. `observe` sees every communication
+/// point, the first included; `progress` is given the numbers of finished and of all steps from time to time.
+///
+/// # Errors
+/// Besides what went wrong: where the loops of the system began to diverge before.
 pub fn run(
+    system: &System,
     mut master: Master,
     stop: f64,
     progress: &dyn Fn(u64, u64),
     mut observe: impl FnMut(&Master) -> Result<()>,
 ) -> Result<Outcome> {
     let start = master.time();
-    let steps = steps(master.stepping(), stop)?;
+    let (steps, has_rest) = steps(master.stepping(), stop)?;
+    let all = steps + u64::from(has_rest);
+    let mut watch = Watch::new(start, &master.exchange().values);
     let clock = Instant::now();
     observe(&master)?;
-    for k in 1..=steps {
-        master.step()?;
-        observe(&master)?;
+    for k in 1..=all {
+        let stepped = if k > steps {
+            master.step_to(stop)
+        } else {
+            master.step()
+        };
+        let observed = stepped.and_then(|()| observe(&master));
+        if let Err(error) = observed {
+            return Err(match divergence(system, &master, &watch) {
+                Some(cause) => error.context(cause),
+                None => error,
+            });
+        }
+        watch.add(master.time(), &master.exchange().values);
         if k % 256 == 0 {
-            progress(k, steps);
+            progress(k, all);
         }
     }
-    progress(steps, steps);
+    progress(all, all);
     let elapsed = clock.elapsed();
     let (residuals, simulated) = (master.residuals().to_vec(), master.time() - start);
+    let mut verdict = Verdict::default();
+    if let Some(text) = divergence(system, &master, &watch) {
+        verdict.object(text);
+    }
+    residuals.iter().for_each(|r| judge(r, &mut verdict));
     master.terminate()?;
+    for message in messages::take() {
+        verdict.note(message.to_string());
+    }
     Ok(Outcome {
         residuals,
         simulated,
         elapsed,
-        warnings: messages::take(),
+        verdict,
     })
 }
 
-/// Number of communication steps to `stop`, s.
+/// Where a loop began to diverge, and why.
+fn divergence(system: &System, master: &Master, watch: &Watch) -> Option<String> {
+    let (slot, since) = watch.diverged?;
+    let name = system.name(master.exchange().output(slot)?);
+    let step = master.stepping().step;
+    Some(format!(
+        "`{name}` diverges from t = {since} s on: it jumps up and down from one communication point to the next, further each time; the \
+         communication step of {step} s is too long for the loops of this system"
+    ))
+}
+
+/// Energy that the coupling made or lost at a bond, beside what went through it.
+fn judge(residual: &Residual, verdict: &mut Verdict) {
+    let Residual {
+        bond,
+        energy,
+        turnover,
+        ..
+    } = residual;
+    let share = energy.abs() / turnover;
+    if share > SPURIOUS && energy.abs() > ROUNDING {
+        let done = if *energy < 0.0 { "created" } else { "lost" };
+        verdict.object(format!(
+            "the coupling {done} {:.3e} J at the bond {bond}, {:.1} % of what went through it: a loop is unstable, or the communication step too long",
+            energy.abs(),
+            100.0 * share
+        ));
+    }
+}
+
+/// Number of whole communication steps to `stop`, s, and whether a part of one remains.
 ///
 /// # Errors
 /// A stop time before the start, or not finite.
@@ -95,13 +157,14 @@ pub fn run(
     clippy::cast_sign_loss,
     reason = "checked to be in range"
 )]
-fn steps(Stepping { start, step, .. }: Stepping, stop: f64) -> Result<u64> {
+fn steps(Stepping { start, step, .. }: Stepping, stop: f64) -> Result<(u64, bool)> {
     let steps = (stop - start) / step;
     if !(steps > 0.0 && steps < 1e12) {
         bail!("from {start} s to {stop} s in steps of {step} s: no run");
     }
     // A stop time that is a multiple of h up to rounding is met exactly; the comparison is relative to h.
-    Ok((steps - 1e-6).ceil() as u64)
+    let whole = (steps + 1e-6).floor();
+    Ok((whole as u64, steps - whole > 1e-6))
 }
 
 impl Outcome {
@@ -131,9 +194,6 @@ impl Outcome {
             self.elapsed.as_secs_f64(),
             self.real_time_factor()
         ));
-        for w in &self.warnings {
-            line(format!("{}: {}", w.instance, w.text));
-        }
         text
     }
 }
@@ -152,8 +212,9 @@ mod tests {
             };
             steps(stepping, stop)
         };
-        assert_eq!(count(0.8, 0.1).unwrap(), 3); // 0.8 - 0.5 = 0.30000000000000004
-        assert_eq!(count(0.85, 0.1).unwrap(), 4);
+        assert_eq!(count(0.8, 0.1).unwrap(), (3, false)); // 0.8 - 0.5 = 0.30000000000000004
+        assert_eq!(count(0.85, 0.1).unwrap(), (3, true));
+        assert_eq!(count(0.55, 0.1).unwrap(), (0, true));
         assert!(
             count(0.5, 0.1).is_err() && count(f64::NAN, 0.1).is_err() && count(1.0, 0.0).is_err()
         );

@@ -1,14 +1,13 @@
-//! Variables of a running system read and set by handle, one call per component; names chosen by patterns; values written as CSV.
+//! Variables of a running system read and set by handle, one call per component; names chosen by patterns.
 
 use std::collections::BTreeMap;
-use std::io::Write;
 
-use crate::exchange::{self, Read, reads, writes};
+use crate::exchange::{Read, Write, reads, writes};
 use crate::master::Master;
 use crate::slave::At;
 use crate::system::System;
 use crate::wiring::Port;
-use anyhow::{Context, Result, bail};
+use anyhow::{Result, bail};
 use fmu_description::{Causality, Kind, Variable};
 
 /// Variables that are read together.
@@ -68,7 +67,7 @@ impl Signals {
 
 /// Real inputs that no connection drives and that the caller sets together.
 pub struct Inputs {
-    writes: Vec<exchange::Write>,
+    writes: Vec<Write>,
     buffer: Vec<f64>,
 }
 
@@ -91,7 +90,7 @@ impl Inputs {
 }
 
 /// All outputs whose `component.variable` matches one of `patterns` (`*` stands for any text); inputs and local variables where a
-/// pattern names them without the wildcard in the variable's first letter. No pattern: all outputs.
+/// pattern names them without the wildcard in the variable's first letter.
 ///
 /// # Errors
 /// A pattern that matches nothing.
@@ -104,14 +103,14 @@ pub fn matching(system: &System, patterns: &[String]) -> Result<Vec<Port>> {
                 continue;
             }
             let is_output = v.causality == Causality::Output;
-            let mut taken = patterns.is_empty() && is_output;
+            let mut taken = false;
             let port = Port {
                 component,
                 variable,
             };
             let name = system.name(port);
             for (pattern, matched) in patterns.iter().zip(&mut matched) {
-                if matches_pattern(pattern, &name) && (is_output || !pattern.ends_with(".*")) {
+                if matches_pattern(pattern, &name) && (is_output || !is_wide(pattern)) {
                     (*matched, taken) = (true, true);
                 }
             }
@@ -128,52 +127,9 @@ pub fn matching(system: &System, patterns: &[String]) -> Result<Vec<Port>> {
     Ok(chosen)
 }
 
-/// Column titles of variables: `component.variable [unit]`.
-pub fn titles(system: &System, ports: &[Port]) -> Vec<String> {
-    let unit = |p: Port| system.variable(p).unit.as_deref().unwrap_or("1");
-    let title = |p: &Port| format!("{} [{}]", system.name(*p), unit(*p));
-    ports.iter().map(title).collect()
-}
-
-/// Writes signals as comma-separated values: a header with names and units, then one row per communication point.
-pub struct CsvLog<W: Write> {
-    out: W,
-    row: Vec<u8>,
-}
-
-impl<W: Write> CsvLog<W> {
-    /// Write the header.
-    pub fn new(mut out: W, titles: &[String]) -> Result<Self> {
-        write!(out, "time [s]")?;
-        for title in titles {
-            write!(out, ",{title}")?;
-        }
-        writeln!(out)?;
-        Ok(Self {
-            out,
-            row: Vec::new(),
-        })
-    }
-
-    /// Write one row; the numbers are the shortest that read back bit for bit.
-    pub fn row(&mut self, time: f64, values: &[f64]) -> Result<()> {
-        self.row.clear();
-        let mut digits = zmij::Buffer::new();
-        self.row.extend_from_slice(digits.format(time).as_bytes());
-        for value in values {
-            self.row.push(b',');
-            self.row.extend_from_slice(digits.format(*value).as_bytes());
-        }
-        self.row.push(b'\n');
-        self.out
-            .write_all(&self.row)
-            .context("the CSV file cannot be written")
-    }
-
-    /// Write what is still in memory.
-    pub fn finish(mut self) -> Result<()> {
-        self.out.flush().context("the CSV file cannot be written")
-    }
+/// True for a pattern that says nothing of the variable's name.
+fn is_wide(pattern: &str) -> bool {
+    pattern == "*" || pattern.ends_with(".*")
 }
 
 /// True where `name` is `pattern` with each `*` replaced by some text.
@@ -216,25 +172,5 @@ mod tests {
         ] {
             assert_eq!(matches_pattern(pattern, name), expected, "{pattern} {name}");
         }
-    }
-
-    #[test]
-    fn rows_read_back_bit_for_bit() {
-        let mut bytes = Vec::new();
-        let values = [1.0 / 3.0, -1e-300, 6.02e23, 0.0];
-        let mut log = CsvLog::new(&mut bytes, &["a.x [m]".into(), "a.y [N]".into()]).unwrap();
-        log.row(0.001, &values).unwrap();
-        log.finish().unwrap();
-        let text = String::from_utf8(bytes).unwrap();
-        let mut lines = text.lines();
-        assert_eq!(lines.next(), Some("time [s],a.x [m],a.y [N]"));
-        let back: Vec<f64> = lines
-            .next()
-            .unwrap()
-            .split(',')
-            .map(|v| v.parse().unwrap())
-            .collect();
-        assert_eq!(back[1..], values);
-        assert_eq!(back[0], 0.001);
     }
 }

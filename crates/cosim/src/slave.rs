@@ -388,13 +388,14 @@ impl Drop for Slave {
     }
 }
 
-/// What the instance has logged, as the end of an error text.
+/// The reasons that the instance has logged, else its warnings, as the end of an error text.
 fn said(instance: &str) -> String {
-    let texts: Vec<_> = messages::take()
-        .into_iter()
-        .filter(|m| m.instance == instance)
-        .map(|m| m.text)
-        .collect();
+    let mut messages = messages::take();
+    messages.retain(|m| m.instance == instance);
+    if messages.iter().any(|m| !m.is_warning) {
+        messages.retain(|m| !m.is_warning);
+    }
+    let texts: Vec<_> = messages.into_iter().map(|m| m.text).collect();
     if texts.is_empty() {
         String::new()
     } else {

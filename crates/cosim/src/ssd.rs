@@ -31,6 +31,8 @@ pub struct Connector {
     pub name: String,
     /// `input`, `output`, `parameter`, ….
     pub kind: String,
+    /// Declared type, `Real` where none is declared.
+    pub data_type: &'static str,
     /// Unit of a real connector.
     pub unit: Option<String>,
 }
@@ -80,7 +82,7 @@ impl Structure {
 
     /// Read the text of a `.ssd` file; `file` gives the text of a parameter set by the name it has there.
     pub fn read(text: &str, mut file: impl FnMut(&str) -> Result<String>) -> Result<Self> {
-        let read: xml::File = xml::read(text)
+        let read: xml::File = xml::read(text, "SystemStructureDescription")
             .context("the system structure is not a readable SSP 1.0 description")?;
         let system = read.system;
         if !system.connectors.connectors.is_empty() {
@@ -196,6 +198,12 @@ impl Structure {
                 "component `{component}` declares no connector `{name}`, but a connection uses it"
             );
         };
+        if found.data_type != "Real" {
+            bail!(
+                "connector `{component}.{name}` is declared as {}; only Real connectors can be connected",
+                found.data_type
+            );
+        }
         if found.kind != kind {
             bail!(
                 "connector `{component}.{name}` is declared as {}, but a connection uses it as {kind}",
@@ -220,6 +228,7 @@ fn component(c: xml::Component, file: &mut dyn FnMut(&str) -> Result<String>) ->
     let owner = format!("component `{}`", c.name);
     let parameters = parameters::bound(c.bindings, &owner, file)?;
     let connectors = c.connectors.connectors.into_iter().map(|k| Connector {
+        data_type: data_type(&k),
         name: k.name,
         kind: k.kind,
         unit: k.real.and_then(|r| r.unit),
@@ -230,6 +239,18 @@ fn component(c: xml::Component, file: &mut dyn FnMut(&str) -> Result<String>) ->
         connectors: connectors.collect(),
         parameters,
     })
+}
+
+fn data_type(connector: &xml::Connector) -> &'static str {
+    let types = [
+        (connector.integer.is_some(), "Integer"),
+        (connector.boolean.is_some(), "Boolean"),
+        (connector.string.is_some(), "String"),
+        (connector.enumeration.is_some(), "Enumeration"),
+        (connector.binary.is_some(), "Binary"),
+    ];
+    let declared = types.into_iter().find(|(is_it, _)| *is_it);
+    declared.map_or("Real", |(_, name)| name)
 }
 
 fn connection(c: xml::Connection) -> Result<Connection> {

@@ -1,16 +1,15 @@
 //! A loaded system: the structure and its FMUs, ready to be run as often and in as many threads as wanted.
 
 use std::collections::BTreeMap;
-use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use crate::fmu::Fmu;
-use crate::package::Package;
-use crate::ssd::{Parameter, Structure, parse_set};
+use crate::package::{Package, read};
+use crate::ssd::{Connector, Parameter, Structure, parse_set};
 use crate::wiring::{Port, Wiring};
-use anyhow::{Context, Result, bail};
-use fmu_description::{Description, Variable};
+use anyhow::{Context, Result, anyhow, bail};
+use fmu_description::{Description, Kind, Variable};
 
 /// A start value as text for a variable.
 #[derive(Clone, Debug, PartialEq)]
@@ -19,6 +18,28 @@ pub struct Setting {
     pub port: Port,
     /// A number, `true` or `false`, the name or number of an enumeration item, or a string.
     pub value: String,
+}
+
+/// Where the FMUs of a system lie.
+#[derive(Clone, Debug)]
+pub enum FmuPlace {
+    /// In this folder, by file name.
+    Folder(PathBuf),
+    /// Where the structure says, else in the first of these folders that has the file.
+    Structure {
+        /// Further folders.
+        else_in: Vec<PathBuf>,
+    },
+}
+
+/// What a system structure may have forgotten, as `component.variable`.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Forgotten {
+    /// Connectors that the FMU does not have.
+    pub connectors: Vec<String>,
+    /// Inputs that neither a connection nor a parameter value gives, so that they keep their start values; elements of an array, and
+    /// members of a structure, are one item.
+    pub inputs: Vec<String>,
 }
 
 /// A system structure with one loaded FMU per component (shared where the source is the same).
@@ -32,9 +53,8 @@ pub struct System {
 }
 
 impl System {
-    /// Load a packed system (`.ssp`; of it the structure named `variant`, else the default one), or a `.ssd` whose FMUs lie where it says
-    /// or, by file name, in `fmu_dir`.
-    pub fn load(path: &Path, variant: Option<&str>, fmu_dir: Option<&Path>) -> Result<Self> {
+    /// Load a packed system (`.ssp`; of it the structure named `variant`, else the default one), or a `.ssd` with its FMUs from `place`.
+    pub fn load(path: &Path, variant: Option<&str>, place: &FmuPlace) -> Result<Self> {
         let mut package = Package::open(path)?;
         let text = package.structure(variant)?;
         let structure = Structure::read(&text, |source| package.text(source))
@@ -45,10 +65,7 @@ impl System {
             let fmu = match loaded.get(c.source.as_str()) {
                 Some(fmu) => fmu.clone(),
                 None => {
-                    let bytes = match fmu_dir {
-                        Some(dir) => beside(&c.source, dir),
-                        None => package.file(&c.source),
-                    };
+                    let bytes = place.read(&c.source, &mut package);
                     let bytes = bytes.with_context(|| format!("FMU of component `{}`", c.name))?;
                     let fmu = Fmu::load(&c.source, bytes)?;
                     loaded.insert(&c.source, fmu.clone());
@@ -64,7 +81,10 @@ impl System {
         };
         for (c, fmu) in system.structure.components.iter().zip(&system.fmus) {
             for parameter in &c.parameters {
-                check_unit(&c.name, fmu, parameter)?;
+                check_value(&c.name, fmu, parameter)?;
+            }
+            for connector in &c.connectors {
+                check_unit(&c.name, fmu, connector)?;
             }
         }
         Ok(system)
@@ -78,11 +98,9 @@ impl System {
         let text = if package.holds(&name) {
             package.text(&name)?
         } else {
-            let hint = || {
-                let system = self.path.display();
-                format!("parameter set `{name}`: neither a file in `{system}` nor a readable one")
-            };
-            fs::read_to_string(file).with_context(hint)?
+            let system = self.path.display();
+            let hint = || format!("parameter set `{name}` is not in `{system}`, and as a file");
+            String::from_utf8(read(file).with_context(hint)?).with_context(hint)?
         };
         for parameter in parse_set(&text, &name)? {
             let port = self.port(&parameter.name);
@@ -90,7 +108,7 @@ impl System {
             let name = self.variable(port).name.clone();
             let parameter = Parameter { name, ..parameter };
             let component = &mut self.structure.components[port.component];
-            check_unit(&component.name, &self.fmus[port.component], &parameter)?;
+            check_value(&component.name, &self.fmus[port.component], &parameter)?;
             component.parameters.push(parameter);
         }
         Ok(())
@@ -100,6 +118,35 @@ impl System {
     pub fn wiring(&self) -> Result<Wiring<'_>> {
         let descriptions: Vec<&Description> = self.fmus.iter().map(|f| &f.description).collect();
         Wiring::new(&self.structure, &descriptions)
+    }
+
+    /// What the structure may have forgotten, under the start values `settings`.
+    pub fn forgotten(&self, settings: &[Setting]) -> Result<Forgotten> {
+        let wiring = self.wiring()?;
+        let mut forgotten = Forgotten::default();
+        for (component, (c, fmu)) in self.structure.components.iter().zip(&self.fmus).enumerate() {
+            let lacking = |name: &&str| fmu.description.index(name).is_none();
+            let declared = c.connectors.iter().map(|connector| connector.name.as_str());
+            let lacking = declared
+                .filter(lacking)
+                .map(|name| format!("{}.{name}", c.name));
+            forgotten.connectors.extend(lacking);
+            for (variable, v) in fmu.description.variables.iter().enumerate() {
+                let port = Port {
+                    component,
+                    variable,
+                };
+                let is_given = wiring.driver(port).is_some()
+                    || c.parameters.iter().any(|p| p.name == v.name)
+                    || settings.iter().any(|s| s.port == port);
+                let group = v.name.split(['[', '.']).next().unwrap_or(&v.name);
+                let name = format!("{}.{group}", c.name);
+                if v.is_input() && !is_given && !forgotten.inputs.contains(&name) {
+                    forgotten.inputs.push(name);
+                }
+            }
+        }
+        Ok(forgotten)
     }
 
     /// The variable `component.variable`, or `variable` where one component alone has it.
@@ -177,22 +224,72 @@ impl System {
     }
 }
 
-fn beside(source: &str, dir: &Path) -> Result<Vec<u8>> {
-    let file = dir.join(Path::new(source).file_name().unwrap_or_default());
-    fs::read(&file).with_context(|| format!("`{}` cannot be read", file.display()))
+impl FmuPlace {
+    fn read(&self, source: &str, package: &mut Package) -> Result<Vec<u8>> {
+        let name = Path::new(source).file_name().unwrap_or_default();
+        match self {
+            Self::Folder(folder) => read(&folder.join(name)),
+            Self::Structure { else_in } => package.file(source).or_else(|error| {
+                let files: Vec<PathBuf> = else_in.iter().map(|f| f.join(name)).collect();
+                if let Some(file) = files.iter().find(|file| file.is_file()) {
+                    return read(file);
+                }
+                let files: Vec<_> = files.iter().map(|f| f.display().to_string()).collect();
+                Err(match files.is_empty() {
+                    true => error,
+                    false => anyhow!("{error:#}, nor is it one of {}", files.join(", ")),
+                })
+            }),
+        }
+    }
 }
 
-/// A value with a unit must be of the unit of its variable: nothing is converted.
-fn check_unit(component: &str, fmu: &Fmu, parameter: &Parameter) -> Result<()> {
-    let Parameter { name, origin, .. } = parameter;
+/// A declared unit must be that of the FMU, where the FMU tells one.
+fn check_unit(component: &str, fmu: &Fmu, connector: &Connector) -> Result<()> {
+    let index = fmu.description.index(&connector.name);
+    let unit = index.and_then(|k| fmu.description.variables[k].unit.as_ref());
+    if let (Some(declared), Some(unit)) = (&connector.unit, unit)
+        && declared != unit
+    {
+        bail!(
+            "connector `{component}.{}` is declared in {declared}, but its FMU has it in {unit}",
+            connector.name
+        );
+    }
+    Ok(())
+}
+
+/// A value must be of the type of its variable, and of its unit where one is given: nothing is converted, but an Integer may be given
+/// for a Real and for an enumeration.
+fn check_value(component: &str, fmu: &Fmu, parameter: &Parameter) -> Result<()> {
+    let Parameter {
+        name,
+        value,
+        data_type,
+        unit,
+        origin,
+    } = parameter;
     let variable = fmu.description.variable(name);
     let variable = variable.with_context(|| format!("{origin}: component `{component}`"))?;
-    if let Some(unit) = &parameter.unit
+    let expected = match &variable.kind {
+        Kind::Real => "Real",
+        Kind::Integer => "Integer",
+        Kind::Boolean => "Boolean",
+        Kind::String => "String",
+        Kind::Enumeration(_) => "Enumeration",
+    };
+    let fits = *data_type == expected
+        || *data_type == "Integer" && ["Real", "Enumeration"].contains(&expected);
+    if !fits {
+        bail!(
+            "{origin}: `{component}.{name}` = {value}: given as {data_type}, but its FMU has it as {expected}"
+        );
+    }
+    if let Some(unit) = unit
         && variable.unit.as_ref() != Some(unit)
     {
         bail!(
-            "{origin}: `{component}.{name}` = {} {unit}; allowed is the unit of the variable, {}",
-            parameter.value,
+            "{origin}: `{component}.{name}` = {value} {unit}: it must be in the unit of the variable, {}",
             variable.unit.as_deref().unwrap_or("none")
         );
     }

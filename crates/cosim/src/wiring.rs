@@ -234,6 +234,7 @@ mod tests {
         .map(|(name, kind)| crate::ssd::Connector {
             name: name.into(),
             kind: kind.into(),
+            data_type: "Real",
             unit: None,
         });
         let split = |text: &str| {

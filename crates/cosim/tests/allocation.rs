@@ -37,6 +37,7 @@ static ALLOCATOR: Counting = Counting;
 fn a_step_allocates_nothing() {
     let system = system("allocation", &oscillator()).unwrap();
     for schedule in [
+        Schedule::Standard,
         Schedule::GaussSeidel,
         Schedule::Jacobi,
         Schedule::JacobiDerivatives,

@@ -30,7 +30,9 @@ fn noise_reaches_the_input_it_is_meant_for_and_repeats_with_its_seed() {
         let ports = [system.port("spring.F")?, system.port("mass.x")?];
         let mut recording = Recording::new(&system, &ports)?;
         let (master, stop) = (experiment.start(&system)?, experiment.stop(&system)?);
-        run::run(master, stop, &|_, _| (), |master| recording.add(master))?;
+        run::run(&system, master, stop, &|_, _| (), |master| {
+            recording.add(master)
+        })?;
         let [force, x] = ports.map(|p| recording.column(p).unwrap().to_vec());
         anyhow::Ok((recording.times, force, x))
     };

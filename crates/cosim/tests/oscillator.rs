@@ -1,12 +1,13 @@
 //! The master on two coupled FMUs that make a mass–spring–damper: m x'' + d x' + k x = 0.
 
+use cosim::csv::Log;
 use cosim::master::{Master, Schedule};
 use cosim::run::{self, Experiment};
-use cosim::signals::{CsvLog, Signals, matching, titles};
+use cosim::signals::matching;
 use cosim::system::{Setting, System};
 
 mod support;
-use support::{oscillator, settings, stepping, system};
+use support::{oscillator, scratch, settings, stepping, system};
 
 const M: f64 = 1.7;
 const K: f64 = 23.0;
@@ -90,7 +91,7 @@ fn every_step_is_the_map_that_the_schedule_says() {
             let force = -K * x - d * v;
             let (a, jerk) = match schedule {
                 Schedule::GaussSeidel => ((-K * (x + 0.5 * h * v) - d * v) / M, 0.0),
-                Schedule::Jacobi => (force / M, 0.0),
+                Schedule::Jacobi | Schedule::Standard => (force / M, 0.0),
                 Schedule::JacobiDerivatives => (force / M, (-K * v - d * force / M) / M),
             };
             (x, v) = (
@@ -174,51 +175,114 @@ fn runs_in_parallel_threads_are_bit_equal() {
     assert!(results.iter().all(|r| *r == alone));
 }
 
+/// Get all, set all, step all: the spring gets x and v, the mass the force of the point before, held over the step:
+/// x' = x + h v + h² a/2, v' = v + h a, a = F/m, F' = −k x' − d v' only at the next read.
 #[test]
-fn csv_holds_a_row_per_communication_point_with_units() {
-    let system = system("csv", &oscillator()).unwrap();
-    let experiment = Experiment {
+fn the_standard_schedule_passes_what_was_read_before_anything_was_set() {
+    let (h, d) = (0.01, 0.9);
+    let system = system("standard", &oscillator()).unwrap();
+    let (mut x, mut v) = (X0, V0);
+    // In initialization the spring has got the start values; its force of the second step is made of those set for the first.
+    let mut force = -K * x - d * v;
+    for _ in 0..100 {
+        let (a, next) = (force / M, -K * x - d * v);
+        (x, v) = (x + h * v + h * h * a / 2.0, v + h * a);
+        force = next;
+    }
+    let (x_fmu, v_fmu) = coupled(&system, Schedule::Standard, d, h, 100);
+    let tolerance = 1000.0 * f64::EPSILON * 3.2;
+    assert!(
+        (x_fmu - x).abs() < tolerance && (v_fmu - v).abs() < tolerance,
+        "{x_fmu} {x}, {v_fmu} {v}"
+    );
+}
+
+fn experiment(system: &System, step: f64, stop: Option<f64>) -> Experiment {
+    Experiment {
         noise: cosim::noise::Noise::default(),
-        stepping: stepping(0.1, Schedule::Jacobi),
-        stop: None,
-        settings: parameters(&system, 0.0),
-    };
-    let ports = matching(&system, &[]).unwrap();
-    let mut signals = Signals::new(&system, &ports).unwrap();
-    let mut bytes = Vec::new();
-    let mut log = CsvLog::new(&mut bytes, &titles(&system, &ports)).unwrap();
-    let (master, stop) = (experiment.start(&system), experiment.stop(&system));
-    let outcome = run::run(master.unwrap(), stop.unwrap(), &|_, _| (), |master| {
-        log.row(master.time(), signals.read(master)?)
-    })
-    .unwrap();
+        stepping: stepping(step, Schedule::Jacobi),
+        stop,
+        settings: parameters(system, 0.0),
+    }
+}
+
+/// Run with all outputs in a file; its text, the text of the units, the simulated time.
+fn logged(system: &System, name: &str, experiment: &Experiment) -> (String, String, f64) {
+    let path = scratch(&format!("{name}.csv"));
+    let ports = matching(system, &["*".into()]).unwrap();
+    let mut log = Log::create(&path, system, &ports, None, experiment.stepping).unwrap();
+    let (master, stop) = (experiment.start(system), experiment.stop(system));
+    let outcome = run::run(system, master.unwrap(), stop.unwrap(), &|_, _| (), |m| {
+        log.add(m)
+    });
     log.finish().unwrap();
-    let text = String::from_utf8(bytes).unwrap();
-    let mut lines = text.lines();
+    let text = |path| std::fs::read_to_string(path).unwrap();
+    let units = text(scratch(&format!("{name}.units.csv")));
+    (text(path), units, outcome.unwrap().simulated)
+}
+
+fn numbers(line: &str) -> Vec<f64> {
+    line.split(',').map(|v| v.parse().unwrap()).collect()
+}
+
+#[test]
+fn csv_holds_a_row_per_communication_point_and_the_units_beside_it() {
+    let system = system("csv", &oscillator()).unwrap();
+    let (text, units, simulated) = logged(&system, "csv", &experiment(&system, 0.1, None));
+    let lines: Vec<&str> = text.lines().collect();
     assert_eq!(
-        lines.next(),
-        Some(
-            "time [s],spring.F [N],spring.F_mean [N],mass.x [m],mass.x_dot [m/s],mass.x_ddot [m/s2]"
-        )
+        lines[0],
+        "time,spring.F,spring.F_mean,mass.x,mass.x_dot,mass.x_ddot"
+    );
+    assert!(
+        units.starts_with("signal,unit\ntime,s\nspring.F,N\n"),
+        "{units}"
     );
     assert_eq!(
-        lines.clone().count(),
-        21,
+        lines.len(),
+        1 + 21,
         "2 s of the default experiment in steps of 0.1 s"
     );
-    let first: Vec<f64> = lines
-        .next()
-        .unwrap()
-        .split(',')
-        .map(|v| v.parse().unwrap())
-        .collect();
-    assert_eq!(first[..5], [0.5, -K * X0, -K * X0, X0, V0]);
-    let last: Vec<f64> = lines
-        .last()
-        .unwrap()
-        .split(',')
-        .map(|v| v.parse().unwrap())
-        .collect();
+    assert_eq!(numbers(lines[1])[..5], [0.5, -K * X0, -K * X0, X0, V0]);
+    let last = numbers(lines[21]);
     assert_eq!(last[0], 0.5 + 20.0 * 0.1, "t = t_0 + k h, not a sum");
-    assert!((outcome.simulated - 2.0).abs() < 1e-12);
+    assert!((simulated - 2.0).abs() < 1e-12);
+}
+
+/// Held force over the steps: the last row is the map of two whole steps of 0.3 s and one of 0.1 s.
+#[test]
+fn the_last_step_is_shortened_to_end_at_the_stop_time() {
+    let system = system("rest", &oscillator()).unwrap();
+    let (text, _, simulated) = logged(&system, "rest", &experiment(&system, 0.3, Some(1.2)));
+    let last = numbers(text.lines().last().unwrap());
+    assert_eq!((last[0], simulated), (1.2, 0.7));
+    let (mut x, mut v) = (X0, V0);
+    for h in [0.3, 0.3, 0.1] {
+        let a = -K * x / M;
+        (x, v) = (x + h * v + h * h * a / 2.0, v + h * a);
+    }
+    assert!((last[3] - x).abs() < 1e-14 * 10.0, "{} {x}", last[3]);
+}
+
+/// Held force with ω h > 2: each step multiplies the state by a factor < −1, so that x jumps from side to side until the mass refuses the
+/// force. The error names the step that is too long, the signal and the time from which on it diverges.
+#[test]
+fn a_diverging_loop_is_named_where_it_begins() {
+    let system = system("diverging", &oscillator()).unwrap();
+    let settings = settings(&system, &["spring.k=900", "mass.x_start=1e-9"]).unwrap();
+    let experiment = Experiment {
+        settings,
+        ..experiment(&system, 0.1, Some(100.0))
+    };
+    let master = experiment.start(&system).unwrap();
+    let error = run::run(&system, master, 100.0, &|_, _| (), |_| Ok(())).unwrap_err();
+    let text = format!("{error:#}");
+    for part in [
+        "`mass.x` diverges from t = 1.3 s",
+        "communication step of 0.1 s is too long",
+        "mass",
+        "fmi2SetReal",
+    ] {
+        assert!(text.contains(part), "`{part}` is missing in: {text}");
+    }
 }

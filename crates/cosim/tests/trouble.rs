@@ -4,7 +4,7 @@ use cosim::master::{Master, Schedule};
 use cosim::system::System;
 
 mod support;
-use support::{link, oscillator, scratch, settings, ssd, stepping, system, write_zip};
+use support::{link, load, oscillator, scratch, settings, ssd, stepping, system, write_zip};
 
 fn failure(system: &System, texts: &[&str]) -> String {
     let run = || {
@@ -97,7 +97,7 @@ fn files_that_are_no_systems_are_refused() {
     let error = |name: &str, entries: &[(String, Vec<u8>)]| {
         let path = scratch(name);
         write_zip(std::fs::File::create(&path).unwrap(), entries);
-        format!("{:#}", System::load(&path, None, None).err().unwrap())
+        format!("{:#}", load(&path).err().unwrap())
     };
     assert_holds(
         &error("empty.ssp", &[]),
@@ -131,12 +131,7 @@ fn files_that_are_no_systems_are_refused() {
         &["resources/Spring.fmu", "description cannot be read"],
     );
     assert_holds(
-        &format!(
-            "{:#}",
-            System::load(&scratch("absent.ssp"), None, None)
-                .err()
-                .unwrap()
-        ),
+        &format!("{:#}", load(&scratch("absent.ssp")).err().unwrap()),
         &["absent.ssp", "cannot be read"],
     );
 }

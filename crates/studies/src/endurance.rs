@@ -196,7 +196,7 @@ pub fn run(
     experiment: &Experiment,
     excursion: &Excursion,
     steps: u64,
-    mut each: impl FnMut(&Part),
+    mut each: impl FnMut(&Part) -> Result<()>,
 ) -> Result<Endurance> {
     ensure!(steps >= PARTS, "{steps} steps; at least {PARTS} are needed");
     let experiment = vary(system, experiment, &[("trajectory", &"external")])?;
@@ -221,7 +221,7 @@ pub fn run(
         }
         seen.end = master.time();
         seen.memory = resident()?;
-        each(&seen);
+        each(&seen)?;
         parts.push(seen);
     }
     let elapsed = clock.elapsed();
@@ -287,12 +287,12 @@ impl Endurance {
         if let Some(growth) = self.growth() {
             ensure!(
                 growth <= GROWTH,
-                "memory grew by {growth} kB; allowed are {GROWTH} kB"
+                "memory grew by {growth} kB; it must grow by at most {GROWTH} kB"
             );
         }
         ensure!(
             self.drift <= 2.0 * f64::EPSILON * self.end.abs(),
-            "time drifted by {} s; allowed is the rounding of {} s",
+            "time drifted by {} s; it must not drift by more than the rounding of {} s",
             self.drift,
             self.end
         );
@@ -300,7 +300,7 @@ impl Endurance {
             let [least, most] = part.mass;
             ensure!(
                 least > self.bounds[0] && most < self.bounds[1],
-                "until {} s an estimated mass went from {least} to {most} of its start value; allowed is {:?}",
+                "until {} s an estimated mass went from {least} to {most} of its start value; it must stay within {:?}",
                 part.end,
                 self.bounds
             );
@@ -309,7 +309,7 @@ impl Endurance {
         let last = self.parts.last().context("ten parts")?.tip.rms();
         ensure!(
             last <= WORSE * second,
-            "tip RMSE of the last tenth {last} m; allowed is {WORSE} times the {second} m of the second"
+            "tip RMSE of the last tenth {last} m must be at most {WORSE} times the {second} m of the second"
         );
         Ok(())
     }

@@ -1,11 +1,11 @@
 //! A run of the machine together with what its controller says of it: when the reference moves, and how far the tip is from it.
 
-use anyhow::Result;
-use cosim::master::Master;
+use anyhow::{Result, bail};
+use cosim::master::{Master, Schedule};
 use cosim::recording::Recording;
 use cosim::run::{self, Experiment};
 use cosim::signals::Signals;
-use cosim::system::System;
+use cosim::system::{Setting, System};
 use cosim::wiring::Port;
 
 use crate::tip::TipError;
@@ -17,6 +17,24 @@ const MOTION_START: &str = "settle_time";
 /// The controller's output that says when the reference has come to its end.
 const MOTION_END: &str = "motion_end";
 
+/// The controller's parameter that says how many steps late its commands act.
+const DELAY: &str = "delay";
+
+/// Tell the controller, where it has such a parameter, that with the schedule `standard` its commands act one step late.
+pub fn tell_delay(system: &System, base: &mut Experiment) -> Result<()> {
+    let Ok(tip_error) = system.port(TIP_ERROR) else {
+        return Ok(());
+    };
+    let Ok(delay) = system.port_of(tip_error.component, DELAY) else {
+        return Ok(());
+    };
+    let is_set = base.settings.iter().any(|s| s.port == delay);
+    if base.stepping.schedule == Schedule::Standard && !is_set {
+        base.settings.push(system.setting(&system.name(delay), 1)?);
+    }
+    Ok(())
+}
+
 /// What came out of a run.
 #[derive(Clone, Debug)]
 pub struct Outcome {
@@ -26,16 +44,38 @@ pub struct Outcome {
     pub tip: TipError,
 }
 
-/// `base` with further start values.
+/// `base` with the start values that a study varies.
+///
+/// # Errors
+/// One of them is set in `base` or bound by the system, so that what was set would not count.
 pub fn vary(
     system: &System,
     base: &Experiment,
     values: &[(&str, &dyn std::fmt::Display)],
 ) -> Result<Experiment> {
-    let mut experiment = base.clone();
-    for (name, value) in values {
-        experiment.settings.push(system.setting(name, value)?);
+    let settings = values
+        .iter()
+        .map(|(name, value)| system.setting(name, value));
+    with(system, base, settings.collect::<Result<_>>()?)
+}
+
+/// As [`vary`].
+pub fn with(system: &System, base: &Experiment, settings: Vec<Setting>) -> Result<Experiment> {
+    for Setting { port, .. } in &settings {
+        let variable = &system.variable(*port).name;
+        let component = &system.structure.components[port.component];
+        let bound = component.parameters.iter().find(|p| p.name == *variable);
+        let set = base.settings.iter().any(|s| s.port == *port);
+        let origin = set.then_some("--set").or(bound.map(|p| p.origin.as_str()));
+        if let Some(origin) = origin {
+            bail!(
+                "`{}` is set ({origin}), but this command varies it itself, so it must not be set",
+                system.name(*port)
+            );
+        }
     }
+    let mut experiment = base.clone();
+    experiment.settings.extend(settings);
     Ok(experiment)
 }
 
@@ -62,7 +102,7 @@ pub fn run(
         _ => experiment.stop(system)?,
     };
     let mut signal = Signals::new(system, &[tip_error])?;
-    let run = run::run(master, stop, progress, |master| {
+    let run = run::run(system, master, stop, progress, |master| {
         tip.add(master.time(), signal.read(master)?[0]);
         observe(master)
     })?;

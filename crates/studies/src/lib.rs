@@ -3,16 +3,19 @@
 //! stability proof in numbers ([`stability`]), the actuators' energy ([`energy`]), a long run ([`endurance`]), and all of it as a page
 //! ([`report`]).
 //!
-//! Everything is computed by the FMUs; names such as `tip_error_norm`, `settle_time` or `inertia_scale` are variables of theirs. The crates
-//! `hdrm` and `machine` serve the report's drawing only, `surrogate` the command that trains a network.
+//! Everything is computed by the FMUs; names such as `tip_error_norm`, `settle_time` or `inertia_scale` are variables of theirs. The crate
+//! `hdrm` serves the report's drawing only, `machine` that and the machine's limits and ratings, `surrogate` the command that trains a network.
 #![forbid(unsafe_code)]
 
 pub mod endurance;
 pub mod energy;
 pub mod experiment;
+pub mod machine_file;
+pub mod plot;
 pub mod report;
 pub mod robustness;
 pub mod stability;
 pub mod table;
 pub mod testbed;
 pub mod tip;
+pub mod verdict;

@@ -5,8 +5,11 @@ mod commands;
 
 use std::process::ExitCode;
 
+use anyhow::Result;
 use clap::{Parser, Subcommand};
-use commands::{evaluation, report, run};
+use commands::{evaluation, plot, report, run};
+use cosim::cli::exit;
+use cosim::verdict::Verdict;
 
 /// Experiments on the coupled manipulator: three electromechanical actuators, rigid bodies and controller, as FMUs.
 #[derive(Parser)]
@@ -34,6 +37,8 @@ enum Command {
     Energy(evaluation::EnergyArgs),
     /// Long run with a reference that never ends: memory, time, tracking and estimates; fails where one of them does not endure
     Endurance(evaluation::EnduranceArgs),
+    /// Draw the signals of a CSV file over time, as PNG and SVG
+    Plot(plot::PlotArgs),
     /// Train the actuator's surrogate network on a CSV file; Ctrl-C keeps the state, --resume goes on
     Train(surrogate::commands::TrainArgs),
     /// What belongs to the training: virtual testbed, efficiency map, plots and comparison of the network
@@ -42,7 +47,10 @@ enum Command {
 }
 
 fn main() -> ExitCode {
-    cosim::cli::exit(match Cli::parse().command {
+    let command = Cli::parse().command;
+    let check = command.check();
+    let done = |result: Result<()>| result.map(|()| Verdict::default());
+    let result = match command {
         Command::Run(args) => run::run(&args),
         Command::Compare(args) => run::compare(&args),
         Command::Table(args) => evaluation::tables(&args),
@@ -51,7 +59,27 @@ fn main() -> ExitCode {
         Command::Stability(args) => evaluation::run_stability(&args),
         Command::Energy(args) => evaluation::run_energy(&args),
         Command::Endurance(args) => evaluation::run_endurance(&args),
-        Command::Train(args) => args.run(),
-        Command::Surrogate(command) => command.run(),
-    })
+        Command::Plot(args) => done(plot::plot(&args)),
+        Command::Train(args) => done(args.run()),
+        Command::Surrogate(command) => done(command.run()),
+    };
+    exit(result, check)
+}
+
+impl Command {
+    /// Whether a bad verdict ends the program with a code of its own.
+    fn check(&self) -> bool {
+        let machine = match self {
+            Self::Run(args) => &args.machine,
+            Self::Compare(args) => &args.machine,
+            Self::Table(args) => &args.machine,
+            Self::Report(args) => &args.machine,
+            Self::Testbed(args) => &args.machine,
+            Self::Stability(args) => &args.machine,
+            Self::Energy(args) => &args.machine,
+            Self::Endurance(args) => &args.machine,
+            Self::Plot(_) | Self::Train(_) | Self::Surrogate(_) => return false,
+        };
+        machine.check()
+    }
 }

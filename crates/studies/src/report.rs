@@ -26,9 +26,11 @@ use cosim::system::System;
 use rayon::prelude::*;
 use serde::Serialize;
 
+use crate::machine_file::MachineFile;
 use crate::table::{self, MODES, TRAJECTORIES};
 use conditions::Conditions;
 use evaluation::{Energy, Stability, Testbed, kept};
+pub(crate) use figures::chart;
 use map::EfficiencyMap;
 use runs::{Case, Run};
 use scene::Scene;
@@ -94,7 +96,7 @@ impl Request<'_> {
     /// No run succeeds, or the machine file or the efficiency map cannot be used.
     pub fn make(&self, progress: impl Fn(u64) + Sync) -> Result<Report> {
         let efficiency_map = self.efficiency_map.map(EfficiencyMap::read).transpose()?;
-        let machine = scene::MachineFile::of(self.system, &self.base.settings)?;
+        let machine = MachineFile::of(self.system, &self.base.settings)?;
         let scene = Scene::new(&machine)?;
         let done = AtomicU64::new(0);
         let count = || progress(done.fetch_add(1, Ordering::Relaxed) + 1);

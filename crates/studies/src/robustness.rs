@@ -14,7 +14,7 @@ use cosim::system::{Setting, System};
 use rayon::prelude::*;
 use serde::Serialize;
 
-use crate::experiment::{Recorded, vary};
+use crate::experiment::{Recorded, vary, with};
 use crate::table::{MODES, TRAJECTORIES};
 use crate::tip::TipError;
 
@@ -258,13 +258,13 @@ fn tip_error(
     trajectory: &str,
     mode: &str,
 ) -> Result<TipError> {
+    let base = with(system, base, case.settings.clone())?;
     let mut experiment = vary(
         system,
-        base,
+        &base,
         &[("trajectory", &trajectory), ("mode", &mode)],
     )?;
     experiment.noise = case.noise.clone();
-    experiment.settings.extend(case.settings.iter().cloned());
     let point = |array: &str| {
         let first = system.port(&format!("{array}[1]"))?;
         system.elements(first.component, array, 3)

@@ -209,15 +209,14 @@ fn replay(
     let mut load = [profiles[0].F[0], profiles[1].F[0]];
     let mut courses = [Course::default(), Course::default()];
     for k in 0..points {
-        let desired = profiles
-            .each_ref()
-            .map(|p| [p.x[k], p.x_dot[k], p.x_ddot[k], p.F[k]]);
-        references.set(&master, desired.as_flattened())?;
-        master.pass()?;
+        let desired = profiles.each_ref();
+        let desired = desired.map(|p| [p.x[k], p.x_dot[k], p.x_ddot[k], p.F[k]]);
         let actual = signals.read(&master)?.chunks_exact(3);
         for ((course, [x, x_dot, _, F]), actual) in courses.iter_mut().zip(desired).zip(actual) {
             course.add(master.time(), [x, x_dot, F], actual);
         }
+        references.set(&master, desired.as_flattened())?;
+        master.pass()?;
         if k + 1 < points {
             let forces = std::array::from_fn::<_, 2, _>(|i| {
                 let F = &profiles[i].F;

@@ -200,7 +200,8 @@ fn jobs(workspace: &Workspace, built: &Built) -> Result<Vec<Job>> {
         let mut command = built.coupled(workspace);
         command.args(["--stop-time", "10", "--repeat", "3", "--json"]);
         if is_recorded {
-            command.arg("--csv").arg(workspace.target.join("bench.csv"));
+            command.args(["--signals", "*", "--csv"]);
+            command.arg(workspace.target.join("bench.csv"));
         }
         let result = Measures::CoupledStep(name);
         jobs.push(Job { command, result });

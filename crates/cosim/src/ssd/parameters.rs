@@ -11,6 +11,8 @@ pub struct Parameter {
     pub name: String,
     /// Value.
     pub value: String,
+    /// Type in which it is given.
+    pub data_type: &'static str,
     /// Unit of a real value.
     pub unit: Option<String>,
     /// Where the value stands, for messages.
@@ -20,7 +22,7 @@ pub struct Parameter {
 /// Read the text of the parameter set `file`.
 pub fn parse_set(text: &str, file: &str) -> Result<Vec<Parameter>> {
     let origin = format!("parameter set `{file}`");
-    let set: xml::Set = xml::read(text)
+    let set: xml::Set = xml::read(text, "ParameterSet")
         .with_context(|| format!("{origin}: no readable SSP 1.0 parameter values"))?;
     values(set, "", &origin)
 }
@@ -67,14 +69,21 @@ fn values(set: xml::Set, prefix: &str, origin: &str) -> Result<Vec<Parameter>> {
         .parameters
         .into_iter()
         .map(|p| {
-            let value = [p.real, p.integer, p.boolean, p.string, p.enumeration]
-                .into_iter()
-                .flatten()
+            let values = [
+                ("Real", p.real),
+                ("Integer", p.integer),
+                ("Boolean", p.boolean),
+                ("String", p.string),
+                ("Enumeration", p.enumeration),
+            ];
+            let mut given = values.into_iter().filter_map(|(t, v)| v.map(|v| (t, v)));
+            let (data_type, value) = given
                 .next()
                 .with_context(|| format!("{origin}: parameter `{}` has no value", p.name))?;
             Ok(Parameter {
                 name: format!("{prefix}{}", p.name),
                 value: value.value,
+                data_type,
                 unit: value.unit,
                 origin: origin.to_string(),
             })

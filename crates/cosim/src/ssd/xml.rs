@@ -2,15 +2,27 @@
 #![allow(missing_docs)] // named like the elements and attributes
 
 use anyhow::{Result, bail};
+use quick_xml::events::Event;
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
 
 use super::PowerBond;
 
-/// Read a text; the error never repeats more than the beginning of it.
-pub fn read<T: DeserializeOwned>(text: &str) -> Result<T> {
+/// Read a text whose outermost element is `root`; the error never repeats more than the beginning of it.
+pub fn read<T: DeserializeOwned>(text: &str, root: &str) -> Result<T> {
     if !text.trim_start().starts_with('<') {
         bail!("it is no XML");
+    }
+    let mut events = quick_xml::Reader::from_str(text);
+    let first = loop {
+        match events.read_event() {
+            Ok(Event::Start(element) | Event::Empty(element)) => break element,
+            Ok(Event::Eof) | Err(_) => bail!("it has no elements"),
+            Ok(_) => {}
+        }
+    };
+    if first.local_name().as_ref() != root {
+        bail!("its outermost element is not {root}");
     }
     quick_xml::de::from_str(text).map_err(|e| {
         let reason: String = e.to_string().chars().take(200).collect();
@@ -81,6 +93,16 @@ pub struct Connector {
     pub kind: String,
     #[serde(rename = "Real")]
     pub real: Option<Real>,
+    #[serde(rename = "Integer")]
+    pub integer: Option<serde::de::IgnoredAny>,
+    #[serde(rename = "Boolean")]
+    pub boolean: Option<serde::de::IgnoredAny>,
+    #[serde(rename = "String")]
+    pub string: Option<serde::de::IgnoredAny>,
+    #[serde(rename = "Enumeration")]
+    pub enumeration: Option<serde::de::IgnoredAny>,
+    #[serde(rename = "Binary")]
+    pub binary: Option<serde::de::IgnoredAny>,
 }
 #[derive(Deserialize)]
 pub struct Real {
@@ -160,7 +182,8 @@ pub struct Connection {
     #[serde(
         rename = "LinearTransformation",
         alias = "BooleanMappingTransformation",
-        alias = "IntegerMappingTransformation"
+        alias = "IntegerMappingTransformation",
+        alias = "EnumerationMappingTransformation"
     )]
     pub transformed: Option<serde::de::IgnoredAny>,
     #[serde(rename = "Annotations", default)]

@@ -5,7 +5,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use cosim::master::{Schedule, Stepping};
-use cosim::system::{Setting, System};
+use cosim::system::{FmuPlace, Setting, System};
 use zip::CompressionMethod;
 use zip::write::SimpleFileOptions;
 
@@ -81,7 +81,13 @@ pub fn system(name: &str, structure: &str) -> anyhow::Result<System> {
         entries.push((format!("resources/{model}.fmu"), bytes));
     }
     write_zip(File::create(&path).unwrap(), &entries);
-    System::load(&path, None, None)
+    load(&path)
+}
+
+/// Load a system with its FMUs where it says.
+pub fn load(path: &Path) -> anyhow::Result<System> {
+    let else_in = Vec::new();
+    System::load(path, None, &FmuPlace::Structure { else_in })
 }
 
 fn fmu(example: &str) -> Vec<u8> {

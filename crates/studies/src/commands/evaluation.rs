@@ -1,14 +1,16 @@
 //! Subcommands of the evaluation: robustness tables, testbed, stability, energy and endurance in numbers.
 
-use std::io::Write;
+use std::fs::File;
+use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
 use clap::{Args, ValueEnum};
-use cosim::cli::{bar, create};
+use cosim::cli::{bar, print};
+use cosim::csv::CsvFile;
 use cosim::run::Experiment;
-use cosim::signals::CsvLog;
 use cosim::system::{Setting, System};
+use cosim::verdict::Verdict;
 use serde_json::{Value, json};
 use studies::endurance::{self, Excursion, Part};
 use studies::experiment::vary;
@@ -21,7 +23,7 @@ use super::MachineArgs;
 #[derive(Args)]
 pub struct TableArgs {
     #[command(flatten)]
-    machine: MachineArgs,
+    pub machine: MachineArgs,
     /// What is varied, repeatable
     #[arg(long = "study", value_enum, default_values_t = [StudyArg::Inertia])]
     studies: Vec<StudyArg>,
@@ -39,14 +41,14 @@ pub struct TableArgs {
 #[derive(Args)]
 pub struct TestbedArgs {
     #[command(flatten)]
-    machine: MachineArgs,
+    pub machine: MachineArgs,
     /// Testbed: a packed .ssp [default: Testbed.ssp beside the system]
     #[arg(long, value_name = "FILE")]
     testbed: Option<PathBuf>,
     /// Time constant of the load emulators, s
     #[arg(long, default_value_t = 0.02, value_name = "SECONDS")]
     lag: f64,
-    /// Write reference and measurement of each axis to TRAJECTORY_AXIS.csv in this directory
+    /// Write reference and measurement of each axis (s, m, m/s, N) to TRAJECTORY_AXIS.csv in this directory
     #[arg(long, value_name = "DIR")]
     csv_dir: Option<PathBuf>,
     /// Also write the numbers to this JSON file
@@ -57,7 +59,7 @@ pub struct TestbedArgs {
 #[derive(Args)]
 pub struct StabilityArgs {
     #[command(flatten)]
-    machine: MachineArgs,
+    pub machine: MachineArgs,
     /// Factor on mass and inertia of every body of the manipulator (the controller keeps nominal ones)
     #[arg(long, value_name = "FACTOR", default_value_t = 1.4)]
     inertia_scale: f64,
@@ -69,7 +71,7 @@ pub struct StabilityArgs {
 #[derive(Args)]
 pub struct EnergyArgs {
     #[command(flatten)]
-    machine: MachineArgs,
+    pub machine: MachineArgs,
     /// Also write the numbers to this JSON file
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
@@ -78,7 +80,7 @@ pub struct EnergyArgs {
 #[derive(Args)]
 pub struct EnduranceArgs {
     #[command(flatten)]
-    machine: MachineArgs,
+    pub machine: MachineArgs,
     /// Communication steps; 10000000 of 1 ms are 2.8 h of simulated time
     #[arg(long, default_value_t = 1_000_000)]
     steps: u64,
@@ -132,15 +134,15 @@ impl TableArgs {
 }
 
 /// Robustness tables; fails when a cell failed, after the others have been printed.
-pub fn tables(args: &TableArgs) -> Result<()> {
-    let (system, base) = args.machine.load()?;
+pub fn tables(args: &TableArgs) -> Result<Verdict> {
+    let (system, base, verdict) = args.machine.load()?;
     let mut failed = 0;
     let mut found = conditions(&system, &base);
     if args.wants(StudyArg::Inertia) {
         let bar = bar(table::CELLS as u64, "runs", false);
         let cells = table::run(&system, &base, || bar.inc(1));
         bar.finish_and_clear();
-        println!("{}", table::text(&cells));
+        print(table::text(&cells) + "\n")?;
         if let Some(path) = &args.csv {
             let mut file = create(path)?;
             table::write_csv(&cells, &mut file)
@@ -155,33 +157,33 @@ pub fn tables(args: &TableArgs) -> Result<()> {
         let bar = bar(robustness::count(&cases) as u64, "runs", false);
         let cells = robustness::run(&system, &base, study, &cases, || bar.inc(1));
         bar.finish_and_clear();
-        println!("{}", robustness::text(&cells));
+        print(robustness::text(&cells) + "\n")?;
         failed += cells.iter().filter(|c| c.result.is_err()).count();
         found[study.name()] = cells.iter().map(cell_json).collect();
     }
     write_json(args.json.as_deref(), &found)?;
     anyhow::ensure!(failed == 0, "{failed} cells failed");
-    Ok(())
+    Ok(verdict)
 }
 
 /// The one-axis experiment.
-pub fn run_testbed(args: &TestbedArgs) -> Result<()> {
+pub fn run_testbed(args: &TestbedArgs) -> Result<Verdict> {
     anyhow::ensure!(
         args.lag.is_finite() && args.lag >= 0.0,
         "--lag must be finite and not negative"
     );
-    let (machine, base) = args.machine.load()?;
+    let (machine, base, verdict) = args.machine.load()?;
     let path = args
         .testbed
         .clone()
         .unwrap_or_else(|| machine.path.with_file_name("Testbed.ssp"));
-    let bed = System::load(&path, None, None)?;
+    let bed = args.machine.beside(&path)?;
     let mut axes = Vec::new();
     for run in testbed::run(&machine, &bed, &base, args.lag) {
         axes.extend(run?);
     }
-    println!("load emulators with a lag of {} ms", 1e3 * args.lag);
-    print!("{}", testbed::text(&axes));
+    let lag = format!("load emulators with a lag of {} ms\n", 1e3 * args.lag);
+    print(lag + &testbed::text(&axes))?;
     for axis in &axes {
         if let Some(dir) = &args.csv_dir {
             write_course(
@@ -193,62 +195,56 @@ pub fn run_testbed(args: &TestbedArgs) -> Result<()> {
     let mut found = conditions(&machine, &base);
     found["lag_s"] = args.lag.into();
     found["testbed"] = serde_json::to_value(&axes)?;
-    write_json(args.json.as_deref(), &found)
+    write_json(args.json.as_deref(), &found)?;
+    Ok(verdict)
 }
 
 fn write_course(axis: &testbed::Axis, path: &Path) -> Result<()> {
-    let titles = [
-        "x desired [m]",
-        "x [m]",
-        "x_dot desired [m/s]",
-        "x_dot [m/s]",
-        "F desired [N]",
-        "F [N]",
-    ];
-    let mut log = CsvLog::new(create(path)?, &titles.map(String::from))?;
+    let names = ["x desired", "x", "x_dot desired", "x_dot", "F desired", "F"];
+    let mut file = CsvFile::create(path, &names.map(String::from))?;
     let course = &axis.course;
     for (k, t) in course.time.iter().enumerate() {
         let [x, v, f] =
             [&course.position, &course.velocity, &course.force].map(|c| [c[0][k], c[1][k]]);
-        log.row(*t, &[x[0], x[1], v[0], v[1], f[0], f[1]])?;
+        file.row(*t, &[x[0], x[1], v[0], v[1], f[0], f[1]])?;
     }
-    log.finish()
+    file.finish()
 }
 
 /// Accompanying functions, bound and gain conditions.
-pub fn run_stability(args: &StabilityArgs) -> Result<()> {
-    let (system, base) = args.machine.load()?;
+pub fn run_stability(args: &StabilityArgs) -> Result<Verdict> {
+    let (system, base, verdict) = args.machine.load()?;
     let bar = bar(stability::RUNS, "runs", false);
     let runs = stability::run(&system, &base, args.inertia_scale, || bar.inc(1));
     bar.finish_and_clear();
     let runs: Vec<_> = runs.into_iter().collect::<Result<_>>()?;
-    println!("inertia x {}", args.inertia_scale);
-    print!("{}", stability::text(&runs));
+    let scale = format!("inertia x {}\n", args.inertia_scale);
+    print(scale + &stability::text(&runs))?;
     let mut found = conditions(&system, &base);
     found["inertia_scale"] = args.inertia_scale.into();
     found["stability"] = serde_json::to_value(&runs)?;
-    write_json(args.json.as_deref(), &found)
+    write_json(args.json.as_deref(), &found)?;
+    Ok(verdict)
 }
 
 /// Energy balances of the actuators on both trajectories.
-pub fn run_energy(args: &EnergyArgs) -> Result<()> {
-    let (system, base) = args.machine.load()?;
+pub fn run_energy(args: &EnergyArgs) -> Result<Verdict> {
+    let (system, base, verdict) = args.machine.load()?;
     let mut found = conditions(&system, &base);
     for (trajectory, _) in table::TRAJECTORIES {
         let experiment = vary(&system, &base, &[("trajectory", &trajectory)])?;
         let balances = energy::run(&system, &experiment)?;
-        println!(
-            "{}",
-            energy::text(&format!("{trajectory} trajectory"), &balances)
-        );
+        let title = format!("{trajectory} trajectory");
+        print(energy::text(&title, &balances) + "\n")?;
         found["energy"][trajectory] = balances.iter().map(balance_json).collect::<Result<_>>()?;
     }
-    write_json(args.json.as_deref(), &found)
+    write_json(args.json.as_deref(), &found)?;
+    Ok(verdict)
 }
 
 /// A long coupled run.
-pub fn run_endurance(args: &EnduranceArgs) -> Result<()> {
-    let (system, base) = args.machine.load()?;
+pub fn run_endurance(args: &EnduranceArgs) -> Result<Verdict> {
+    let (system, base, verdict) = args.machine.load()?;
     anyhow::ensure!(
         base.stop.is_none(),
         "--stop-time: the length of the run is given by --steps"
@@ -263,11 +259,12 @@ pub fn run_endurance(args: &EnduranceArgs) -> Result<()> {
         ],
     )?;
     let excursion = Excursion::new([args.edges[0], args.edges[1], args.edges[2]], args.period)?;
-    println!("{}", Part::titles());
-    let told = |part: &Part| println!("{}", part.row());
-    let endurance = endurance::run(&system, &experiment, &excursion, args.steps, told)?;
-    print!("{}", endurance.summary());
-    endurance.check()
+    print(Part::titles() + "\n")?;
+    let each = |part: &Part| print(part.row() + "\n");
+    let endurance = endurance::run(&system, &experiment, &excursion, args.steps, each)?;
+    print(endurance.summary())?;
+    endurance.check()?;
+    Ok(verdict)
 }
 
 fn balance_json(balance: &energy::Balance) -> Result<Value> {
@@ -312,6 +309,12 @@ fn put_result(cell: &mut Value, result: &Result<TipError>) {
         }
         Err(error) => cell["error"] = format!("{error:#}").into(),
     }
+}
+
+fn create(path: &Path) -> Result<BufWriter<File>> {
+    let file = File::create(path);
+    let file = file.with_context(|| format!("`{}` cannot be written", path.display()))?;
+    Ok(BufWriter::new(file))
 }
 
 fn write_json(path: Option<&Path>, value: &Value) -> Result<()> {

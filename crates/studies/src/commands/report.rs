@@ -4,8 +4,8 @@ use std::path::PathBuf;
 
 use anyhow::Result;
 use clap::Args;
-use cosim::cli::bar;
-use cosim::system::System;
+use cosim::cli::{bar, print};
+use cosim::verdict::Verdict;
 use studies::report::Request;
 
 use super::MachineArgs;
@@ -13,7 +13,7 @@ use super::MachineArgs;
 #[derive(Args)]
 pub struct ReportArgs {
     #[command(flatten)]
-    machine: MachineArgs,
+    pub machine: MachineArgs,
     /// HTML file to write
     #[arg(long, default_value = "report.html", value_name = "FILE")]
     out: PathBuf,
@@ -29,16 +29,14 @@ pub struct ReportArgs {
 }
 
 /// Make the runs, then write page and figures; a run that failed is named in the page and here.
-pub fn report(args: &ReportArgs) -> Result<()> {
-    let (system, base) = args.machine.load()?;
+pub fn report(args: &ReportArgs) -> Result<Verdict> {
+    let (system, base, verdict) = args.machine.load()?;
     let beside = system.path.with_file_name("Testbed.ssp");
     let testbed = args
         .testbed
         .clone()
         .or_else(|| beside.is_file().then_some(beside));
-    let testbed = testbed
-        .map(|path| System::load(&path, None, None))
-        .transpose()?;
+    let testbed = testbed.map(|path| args.machine.beside(&path)).transpose()?;
     let request = Request {
         system: &system,
         testbed: testbed.as_ref(),
@@ -49,12 +47,16 @@ pub fn report(args: &ReportArgs) -> Result<()> {
     let report = request.make(|done| bar.set_position(done));
     bar.finish_and_clear();
     let report = report?;
-    print!("{}", report.summary());
+    print(report.summary())?;
     report.write(&args.out)?;
-    println!("report written to {}", args.out.display());
+    print(format_args!("report written to {}\n", args.out.display()))?;
     if let Some(folder) = &args.figures {
         let files = report.write_figures(folder)?;
-        println!("{} figures written to {}", files.len(), folder.display());
+        let count = files.len();
+        print(format_args!(
+            "{count} figures written to {}\n",
+            folder.display()
+        ))?;
     }
-    Ok(())
+    Ok(verdict)
 }

@@ -1,22 +1,44 @@
 //! Subcommands `run` and `compare`.
 
-use std::path::{Path, PathBuf};
+use std::fmt::Write as _;
+use std::path::PathBuf;
 
-use anyhow::Result;
+use anyhow::{Result, bail};
 use clap::Args;
-use cosim::cli::{bar, create};
+use cosim::cli::{CsvArgs, bar, print};
 use cosim::run::Experiment;
-use cosim::signals::{CsvLog, Signals, matching, titles};
+use cosim::signals::matching;
 use cosim::system::System;
+use cosim::verdict::Verdict;
+use cosim::wiring::Port;
 use studies::experiment::{self, Outcome, vary};
+use studies::machine_file::MachineFile;
 use studies::table;
+use studies::verdict::{self, Watch};
 
 use super::MachineArgs;
+
+/// Signals that are written where none are named.
+const USEFUL: [&str; 13] = [
+    "*.tip_error_norm",
+    "*.tip_error[*]",
+    "*.desired.position[*]",
+    "*.tip.position[*]",
+    "hdrm.zeta[*]",
+    "hdrm.x[*]",
+    "hdrm.x_dot[*]",
+    "emla_*.F",
+    "emla_*.i_d",
+    "emla_*.i_q",
+    "controller.v_d[*]",
+    "controller.v_q[*]",
+    "controller.tau_wrist[*]",
+];
 
 #[derive(Args)]
 pub struct RunArgs {
     #[command(flatten)]
-    machine: MachineArgs,
+    pub machine: MachineArgs,
     /// Reference trajectory
     #[arg(long, value_parser = ["cubic", "triangular", "external"])]
     trajectory: Option<String>,
@@ -26,12 +48,11 @@ pub struct RunArgs {
     /// Factor on mass and inertia of every body of the manipulator (the controller keeps nominal ones)
     #[arg(long, value_name = "FACTOR")]
     inertia_scale: Option<f64>,
-    /// Write signals at every communication point to this CSV file
-    #[arg(long, value_name = "FILE")]
-    csv: Option<PathBuf>,
-    /// Signals for --csv, comma-separated, * as wildcard: `hdrm.tip.*,*.F` [default: all outputs]
-    #[arg(long, value_delimiter = ',', value_name = "PATTERNS", requires = "csv")]
-    signals: Vec<String>,
+    #[command(flatten)]
+    csv: CsvArgs,
+    /// Largest tip error over the motion with which the verdict is good, m
+    #[arg(long, value_name = "METRES")]
+    max_error: Option<f64>,
     /// No progress bar
     #[arg(long)]
     quiet: bool,
@@ -40,20 +61,24 @@ pub struct RunArgs {
 #[derive(Args)]
 pub struct CompareArgs {
     #[command(flatten)]
-    machine: MachineArgs,
+    pub machine: MachineArgs,
     /// Reference trajectory
     #[arg(long, value_parser = ["cubic", "triangular"], default_value = "cubic")]
     trajectory: String,
     /// Factor on mass and inertia of every body of the manipulator (the controller keeps nominal ones)
     #[arg(long, value_name = "FACTOR", default_value_t = 1.0)]
     inertia_scale: f64,
-    /// Write all outputs of each run to TRAJECTORY_CONTROLLER.csv in this directory
+    /// Write signals of each run to TRAJECTORY_CONTROLLER.csv in this directory
     #[arg(long, value_name = "DIR")]
     csv_dir: Option<PathBuf>,
+    /// Time from row to row, s, a multiple of the communication step [default: the communication step]
+    #[arg(long, value_name = "SECONDS", requires = "csv_dir")]
+    interval: Option<f64>,
 }
 
-pub fn run(args: &RunArgs) -> Result<()> {
-    let (system, mut experiment) = args.machine.load()?;
+/// One experiment.
+pub fn run(args: &RunArgs) -> Result<Verdict> {
+    let (system, mut experiment, mut verdict) = args.machine.load()?;
     if let Some(trajectory) = &args.trajectory {
         experiment = vary(&system, &experiment, &[("trajectory", trajectory)])?;
     }
@@ -63,46 +88,62 @@ pub fn run(args: &RunArgs) -> Result<()> {
     if let Some(scale) = &args.inertia_scale {
         experiment = vary(&system, &experiment, &[("inertia_scale", scale)])?;
     }
-    let csv = args.csv.as_deref();
-    let outcome = shown(&system, &experiment, &args.signals, csv, args.quiet)?;
-    print!("{}", outcome.summary());
-    if let Some(path) = &args.csv {
-        println!("signals written to {}", path.display());
+    let (outcome, seen) = watched(&system, &experiment, &args.csv, args.quiet)?;
+    verdict.extend(outcome.run.verdict.clone());
+    verdict.extend(seen);
+    verdict.extend(verdict::tracking(&outcome.tip, args.max_error));
+    print(format_args!("{}{verdict}", outcome.summary()))?;
+    if let Some(path) = &args.csv.csv {
+        print(format_args!("signals written to {}\n", path.display()))?;
     }
-    Ok(())
+    Ok(verdict)
 }
 
-/// Run with a progress bar and, where asked for, a CSV file.
-fn shown(
+/// Run with a progress bar, the machine's limits watched, and, where asked for, a CSV file.
+fn watched(
     system: &System,
     experiment: &Experiment,
-    patterns: &[String],
-    csv: Option<&Path>,
+    csv: &CsvArgs,
     quiet: bool,
-) -> Result<Outcome> {
+) -> Result<(Outcome, Verdict)> {
+    let file = MachineFile::of(system, &experiment.settings)?;
+    let mut log = csv.log(system, experiment, || useful(system))?;
+    let mut watch: Option<Watch> = None;
+    let mut verdict = Verdict::default();
     let bar = bar(0, "steps", quiet);
     let progress = |k, steps| {
         bar.set_length(steps);
         bar.set_position(k);
     };
-    let Some(path) = csv else {
-        let outcome = experiment::run(system, experiment, &progress, |_| Ok(()));
-        bar.finish_and_clear();
-        return outcome;
-    };
-    let ports = matching(system, patterns)?;
-    let mut signals = Signals::new(system, &ports)?;
-    let mut log = CsvLog::new(create(path)?, &titles(system, &ports))?;
     let outcome = experiment::run(system, experiment, &progress, |master| {
-        log.row(master.time(), signals.read(master)?)
-    })?;
+        if watch.is_none() {
+            watch = Some(Watch::new(system, master, &file)?);
+            verdict = verdict::reference(system, master)?;
+        }
+        watch.iter_mut().try_for_each(|watch| watch.add(master))?;
+        log.iter_mut().try_for_each(|log| log.add(master))
+    });
     bar.finish_and_clear();
-    log.finish()?;
-    Ok(outcome)
+    verdict.extend(watch.map(|watch| watch.verdict()).unwrap_or_default());
+    match outcome {
+        Ok(outcome) => {
+            log.map_or(Ok(()), |log| log.finish())?;
+            Ok((outcome, verdict))
+        }
+        Err(error) if verdict.is_bad() => bail!("{error:#}\n{verdict}"),
+        Err(error) => Err(error),
+    }
 }
 
-pub fn compare(args: &CompareArgs) -> Result<()> {
-    let (system, base) = args.machine.load()?;
+/// As far as the system has them.
+fn useful(system: &System) -> Result<Vec<Port>> {
+    let ports = |pattern: &str| matching(system, &[pattern.into()]).unwrap_or_default();
+    Ok(USEFUL.into_iter().flat_map(ports).collect())
+}
+
+/// The three controllers on one trajectory.
+pub fn compare(args: &CompareArgs) -> Result<Verdict> {
+    let (system, base, mut verdict) = args.machine.load()?;
     let scale = args.inertia_scale;
     let mut rows = Vec::new();
     for mode in table::MODES {
@@ -120,34 +161,41 @@ pub fn compare(args: &CompareArgs) -> Result<()> {
             ],
         )?;
         let name = format!("{}_{mode}.csv", args.trajectory);
-        let csv = args.csv_dir.as_ref().map(|dir| dir.join(name));
-        rows.push((
-            mode,
-            shown(&system, &experiment, &[], csv.as_deref(), false)?,
-            csv,
-        ));
+        let csv = CsvArgs {
+            csv: args.csv_dir.as_ref().map(|dir| dir.join(name)),
+            signals: Vec::new(),
+            interval: args.interval,
+        };
+        let (outcome, seen) = watched(&system, &experiment, &csv, false)?;
+        verdict.extend(outcome.run.verdict.clone());
+        verdict.extend(seen);
+        rows.push((mode, outcome, csv.csv));
     }
-    println!(
-        "\ntip error over the {} trajectory, inertia x {scale}, H = {} s, in mm",
-        args.trajectory, base.stepping.step
-    );
-    println!(
-        "{:<12}{:>10}{:>10}{:>14}{:>16}",
-        "controller", "RMSE", "max", "paper, RMSE", "x real time"
+    let mut text = format!(
+        "\ntip error over the {} trajectory, inertia x {scale}, H = {} s, in mm\n{:<12}{:>10}{:>10}{:>14}{:>16}\n",
+        args.trajectory,
+        base.stepping.step,
+        "controller",
+        "RMSE",
+        "max",
+        "paper, RMSE",
+        "x real time"
     );
     for (mode, outcome, _) in &rows {
         let tip = outcome.tip.motion;
         let paper = table::paper(&args.trajectory, scale, mode)
             .map_or("-".into(), |m| format!("{:.1}", 1e3 * m));
-        println!(
+        writeln!(
+            text,
             "{mode:<12}{:>10.4}{:>10.4}{paper:>14}{:>16.0}",
             1e3 * tip.rms(),
             1e3 * tip.max,
             outcome.run.real_time_factor()
-        );
+        )?;
     }
     for path in rows.iter().filter_map(|(.., csv)| csv.as_ref()) {
-        println!("signals written to {}", path.display());
+        writeln!(text, "signals written to {}", path.display())?;
     }
-    Ok(())
+    print(format_args!("{text}{verdict}"))?;
+    Ok(verdict)
 }

@@ -5,7 +5,7 @@ use cosim::system::Setting;
 use serde::Serialize;
 
 use super::Request;
-use super::scene::MachineFile;
+use crate::machine_file::MachineFile;
 
 #[derive(Serialize)]
 pub struct Conditions {
@@ -55,6 +55,7 @@ impl Conditions {
             step: request.base.stepping.step,
             schedule: match request.base.stepping.schedule {
                 Schedule::GaussSeidel => "Gauss–Seidel",
+                Schedule::Standard => "standard: get all, set all, step all",
                 Schedule::Jacobi => "Jacobi, inputs held",
                 Schedule::JacobiDerivatives => "Jacobi, with input derivatives",
             },

@@ -1,6 +1,6 @@
 //! The figures as PNG and SVG, for papers.
 
-mod chart;
+pub mod chart;
 
 use std::path::{Path, PathBuf};
 

@@ -176,9 +176,10 @@ impl Run {
             bonds: outcome.run.residuals.iter().map(Bond::from).collect(),
             warnings: outcome
                 .run
-                .warnings
+                .verdict
+                .findings()
                 .iter()
-                .map(|w| format!("{}: {}", w.instance, w.text))
+                .map(|finding| finding.text.clone())
                 .collect(),
             signals,
             frames_every: step * stride as f64,

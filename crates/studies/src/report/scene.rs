@@ -4,60 +4,19 @@
 
 #![allow(non_snake_case)] // points as in the paper
 
-use std::path::PathBuf;
-
-use anyhow::{Context, Result, ensure};
+use anyhow::{Result, ensure};
 use cosim::recording::Recording;
-use cosim::system::{Setting, System};
+use cosim::system::System;
 use hdrm::{BODIES, Body, Tree};
 use machine::{Geometry, Machine};
 use nalgebra::{Rotation3, UnitQuaternion, Vector3};
-use percent_encoding::percent_decode_str;
 use serde::Serialize;
-use sha2::{Digest, Sha256};
 
 use super::samples::Samples;
+use crate::machine_file::MachineFile;
 
 /// A drawn tip this far from the FMU's is another machine, m.
 const SAME_MACHINE: f64 = 1e-6;
-
-/// The machine file that the manipulator FMU runs with.
-pub struct MachineFile {
-    pub name: String,
-    pub sha256: String,
-    machine: Machine,
-}
-
-impl MachineFile {
-    /// The file named by a start value of the manipulator's `machine_file`, else the one among the FMU's resources, else the reference.
-    pub fn of(system: &System, settings: &[Setting]) -> Result<Self> {
-        let file = system.port("hdrm.machine_file")?;
-        let set = settings.iter().rev().find(|s| s.port == file);
-        let resources = system.fmus[file.component]
-            .resources
-            .trim_start_matches("file://");
-        let resources = PathBuf::from(percent_decode_str(resources).decode_utf8()?.as_ref());
-        let mut file = match set {
-            Some(setting) => PathBuf::from(&setting.value),
-            None => resources.join("reference_machine.json"),
-        };
-        if file.is_relative() && !file.exists() {
-            file = resources.join(file);
-        }
-        let text = if set.is_none() && !file.exists() {
-            machine::REFERENCE_JSON.into()
-        } else {
-            std::fs::read_to_string(&file).with_context(|| file.display().to_string())?
-        };
-        let name = file.file_name().unwrap_or_default().to_string_lossy();
-        let digest = Sha256::digest(&text);
-        Ok(Self {
-            name: name.into_owned(),
-            sha256: digest.iter().map(|byte| format!("{byte:02x}")).collect(),
-            machine: Machine::from_json(&text).with_context(|| file.display().to_string())?,
-        })
-    }
-}
 
 /// The bodies to draw.
 #[derive(Serialize)]

@@ -1,0 +1,206 @@
+//! Signals written as comma-separated values: one line of plain names, then one row per communication point; the units stand in a second
+//! file beside it, `NAME.units.csv`.
+
+use std::fs::{self, File};
+use std::io::{BufWriter, Write};
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result, ensure};
+
+use crate::master::{Master, Stepping};
+use crate::signals::Signals;
+use crate::system::System;
+use crate::wiring::Port;
+
+/// A file that is being written under another name; it gets its own when it is complete, and leaves nothing when it is not.
+pub struct CsvFile {
+    path: PathBuf,
+    part: PathBuf,
+    /// Nothing after the file was completed.
+    out: Option<BufWriter<File>>,
+    row: Vec<u8>,
+}
+
+impl CsvFile {
+    /// Begin a file with the columns `time` and `names`.
+    pub fn create(path: &Path, names: &[String]) -> Result<Self> {
+        let mut part = path.as_os_str().to_owned();
+        part.push(".part");
+        let part = PathBuf::from(part);
+        let file = File::create(&part);
+        let file = file.with_context(|| format!("`{}` cannot be written", path.display()))?;
+        let mut csv = Self {
+            path: path.to_path_buf(),
+            part,
+            out: Some(BufWriter::with_capacity(1 << 16, file)),
+            row: b"time".to_vec(),
+        };
+        for name in names {
+            csv.row.push(b',');
+            csv.row.extend_from_slice(name.as_bytes());
+        }
+        csv.write_row()?;
+        Ok(csv)
+    }
+
+    /// Add a row; the numbers are the shortest that read back bit for bit.
+    pub fn row(&mut self, time: f64, values: &[f64]) -> Result<()> {
+        let mut digits = zmij::Buffer::new();
+        self.row.extend_from_slice(digits.format(time).as_bytes());
+        for value in values {
+            self.row.push(b',');
+            self.row.extend_from_slice(digits.format(*value).as_bytes());
+        }
+        self.write_row()
+    }
+
+    fn write_row(&mut self) -> Result<()> {
+        self.row.push(b'\n');
+        let out = self.out.as_mut().context("the file is complete")?;
+        let written = out.write_all(&self.row);
+        self.row.clear();
+        written.with_context(|| format!("`{}` cannot be written", self.path.display()))
+    }
+
+    /// The file is complete.
+    pub fn finish(mut self) -> Result<()> {
+        let complete = |mut out: BufWriter<File>| {
+            out.flush()?;
+            fs::rename(&self.part, &self.path)
+        };
+        let done = self.out.take().map_or(Ok(()), complete);
+        done.with_context(|| format!("`{}` cannot be written", self.path.display()))
+    }
+}
+
+impl Drop for CsvFile {
+    fn drop(&mut self) {
+        if self.out.take().is_some() {
+            // Not complete; nobody is left to be told where this fails.
+            let _ = fs::remove_file(&self.part);
+        }
+    }
+}
+
+/// Writes signals of a run to a file, and their units beside it.
+pub struct Log {
+    file: CsvFile,
+    signals: Signals,
+    /// Text of the file of units.
+    units: String,
+    /// Communication steps from row to row.
+    stride: u64,
+}
+
+impl Log {
+    /// Log the variables `ports` every `interval`, s, else at every communication point.
+    pub fn create(
+        path: &Path,
+        system: &System,
+        ports: &[Port],
+        interval: Option<f64>,
+        stepping: Stepping,
+    ) -> Result<Self> {
+        let stride = stride(interval, stepping.step)?;
+        let names: Vec<String> = ports.iter().map(|p| system.name(*p)).collect();
+        let unit = |p: &Port| system.variable(*p).unit.clone().unwrap_or("1".into());
+        let mut units = String::from("signal,unit\ntime,s\n");
+        for (name, port) in names.iter().zip(ports) {
+            units += &format!("{name},{}\n", unit(port));
+        }
+        Ok(Self {
+            file: CsvFile::create(path, &names)?,
+            units,
+            signals: Signals::new(system, ports)?,
+            stride,
+        })
+    }
+
+    /// Add the present communication point, where one is due.
+    pub fn add(&mut self, master: &Master) -> Result<()> {
+        if !master.steps().is_multiple_of(self.stride) {
+            return Ok(());
+        }
+        let values = self.signals.read(master)?;
+        self.file.row(master.time(), values)
+    }
+
+    /// The run has come to its end.
+    pub fn finish(self) -> Result<()> {
+        let beside = self.file.path.with_extension("units.csv");
+        self.file.finish()?;
+        let written = fs::write(&beside, self.units);
+        written.with_context(|| format!("`{}` cannot be written", beside.display()))
+    }
+}
+
+/// Communication steps in an interval.
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "checked to be in range"
+)]
+fn stride(interval: Option<f64>, step: f64) -> Result<u64> {
+    let Some(interval) = interval else {
+        return Ok(1);
+    };
+    let steps = interval / step;
+    ensure!(
+        steps.round() >= 1.0 && steps < 1e12 && (steps - steps.round()).abs() <= 1e-6 * steps,
+        "an interval of {interval} s must be a multiple of the communication step, {step} s"
+    );
+    Ok(steps.round() as u64)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn folder(name: &str) -> PathBuf {
+        let folder = std::env::temp_dir().join(format!("cosim-csv-{}-{name}", std::process::id()));
+        fs::create_dir_all(&folder).unwrap();
+        folder
+    }
+
+    #[test]
+    fn rows_read_back_bit_for_bit() {
+        let folder = folder("rows");
+        let path = folder.join("a.csv");
+        let values = [1.0 / 3.0, -1e-300, 6.02e23, 0.0];
+        let names = ["a.w", "a.x", "a.y", "a.z"].map(String::from);
+        let mut csv = CsvFile::create(&path, &names).unwrap();
+        csv.row(0.001, &values).unwrap();
+        csv.finish().unwrap();
+        let text = fs::read_to_string(&path).unwrap();
+        let mut lines = text.lines();
+        assert_eq!(lines.next(), Some("time,a.w,a.x,a.y,a.z"));
+        let back = lines.next().unwrap().split(',').map(|v| v.parse().unwrap());
+        let back: Vec<f64> = back.collect();
+        assert_eq!((back[0], &back[1..]), (0.001, &values[..]));
+        fs::remove_dir_all(folder).unwrap();
+    }
+
+    #[test]
+    fn a_file_that_was_not_completed_leaves_nothing_and_keeps_the_old_one() {
+        let folder = folder("part");
+        let path = folder.join("a.csv");
+        fs::write(&path, "old").unwrap();
+        let mut csv = CsvFile::create(&path, &[]).unwrap();
+        csv.row(1.0, &[]).unwrap();
+        drop(csv);
+        let files: Vec<_> = fs::read_dir(&folder).unwrap().collect();
+        assert_eq!(files.len(), 1, "{files:?}");
+        assert_eq!(fs::read_to_string(&path).unwrap(), "old");
+        fs::remove_dir_all(folder).unwrap();
+    }
+
+    #[test]
+    fn an_interval_is_a_multiple_of_the_step() {
+        assert_eq!(stride(None, 0.3).unwrap(), 1);
+        assert_eq!(stride(Some(0.02), 1e-3).unwrap(), 20);
+        for interval in [0.0, -1.0, 1.5e-3, 4e-4, f64::NAN, f64::INFINITY] {
+            let error = stride(Some(interval), 1e-3).unwrap_err().to_string();
+            assert!(error.contains("multiple"), "{error}");
+        }
+    }
+}
