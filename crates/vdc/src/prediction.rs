@@ -40,8 +40,8 @@ impl Controller {
     ///
     /// Joints and rods move with the required accelerations, which they follow within the tracking error:
     /// differentiating the measured rates instead would double their noise. Currents, motor speeds and forces follow from
-    /// the nominal actuator under the planned voltages; it begins with the measured force, so `F` must be connected. `lead` is the time by which that
-    /// force is given ahead, s ([`Emla::with_delay`]).
+    /// the nominal actuator under the planned voltages; it begins with the force, so `F` must be connected. `lead` is the time by which that force is
+    /// given ahead, s ([`Emla::with_delay`]).
     pub(crate) fn predicted(
         &self,
         input: &Input,
@@ -123,7 +123,7 @@ impl Rod {
         }
     }
 
-    /// The actuator's state with the rod moving so, where the measured force is given a time `lead` ahead, s.
+    /// The actuator's state with the rod moving so, where the force `now.F` is given a time `lead` ahead, s.
     fn drive_state(&self, drive: &Emla, now: &Measured, lead: f64) -> emla::State {
         let p = drive.params();
         let travel = maps::travel_per_radian(p);

@@ -12,6 +12,11 @@ const SAMPLES_MAX: f64 = 1e5;
 /// Part of a sample by which a communication point may miss it: importers' clocks are off by rounding.
 const SLACK: f64 = 1e-3;
 
+/// Share of the difference between measured and predicted force that the next prediction takes over. The force as it is read before
+/// new rod motions are set is out of date, by a part that grows with the rod's acceleration and would destabilize the machine at rest;
+/// the prediction alone would drift.
+const FORCE_SHARE: f64 = 0.1;
+
 /// When the controller samples, and how late its commands act; the default, all zero, is the paper's: it samples at each
 /// communication point, and its commands act at once.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -109,12 +114,15 @@ impl Controller {
         let is_sample = T == 0.0 || t >= self.sample(sampling.count) - SLACK * T;
         if is_sample {
             let mut ahead = *input;
-            // The actuators are told of the same delay; before their first step their force is that of the moment.
-            let mut lead = if sampling.count == 0 {
-                0.0
-            } else {
-                delay as f64 * h
-            };
+            // The actuators are told of the same delay; before their first step their force is that of the moment. The lead is taken off
+            // the whole force, not off its measured share alone: this damps the boom on the locked motors (tried; at 2 ms it is needed).
+            let mut lead = 0.0;
+            if let Some(held) = sampling.held() {
+                lead = delay as f64 * h;
+                for i in 0..3 {
+                    ahead.F[i] = held.F[i] + FORCE_SHARE * (input.F[i] - held.F[i]);
+                }
+            }
             for planned in &sampling.planned[..delay] {
                 ahead = self.predicted(&ahead, planned, settings, lead, t, h)?;
                 lead = 0.0;
