@@ -33,12 +33,15 @@ impl Rod {
 
     /// The inputs over a step that begins here.
     pub(crate) fn course<'a>(&self, u: &'a InputPolynomial<Input>) -> Course<'a> {
-        let derivatives = [1, 2, 3].map(|k| u.derivative(k));
+        // The importer's derivatives of x, and where it gives none those of x_dot.
+        let derivative = |k| match u.derivative(k).x {
+            0.0 => u.derivative(k - 1).x_dot,
+            given => given,
+        };
         Course {
             u,
             start: self.input(u.value()).x,
-            x_dot: [0, 1, 2, 3].map(|k| u.derivative(k).x_dot),
-            is_given: derivatives.iter().any(|d| d.x != 0.0),
+            derivatives: [1, 2, 3, 4].map(derivative),
             farthest: Cell::new(0.0),
         }
     }
@@ -49,10 +52,8 @@ pub(crate) struct Course<'a> {
     u: &'a InputPolynomial<Input>,
     /// Rod position at the start of the step, m.
     start: f64,
-    /// Rod velocity at the start of the step and its derivatives.
-    x_dot: [f64; 4],
-    /// Whether the importer has given derivatives of `x` itself.
-    is_given: bool,
+    /// Time derivatives of the rod position there, from the first on.
+    derivatives: [f64; 4],
     /// Largest magnitude of the rod position so far, m.
     farthest: Cell<f64>,
 }
@@ -60,19 +61,13 @@ pub(crate) struct Course<'a> {
 impl Course<'_> {
     /// The inputs `s` seconds into the step.
     pub(crate) fn at(&self, s: f64) -> Input {
-        let u = self.u.at::<EmlaFmu>(s);
-        let x = self.position(&u, s);
+        let [v, a, jerk, snap] = self.derivatives;
+        let x = self.start + s * (v + s / 2.0 * (a + s / 3.0 * (jerk + s / 4.0 * snap)));
         self.farthest.set(self.farthest.get().max(x.abs()));
-        Input { x, ..u }
-    }
-
-    /// x(s) from its own derivatives if the importer has given some, else ∫ x_dot.
-    fn position(&self, u: &Input, s: f64) -> f64 {
-        if self.is_given {
-            return self.start + (u.x - self.u.value().x);
+        Input {
+            x,
+            ..self.u.at::<EmlaFmu>(s)
         }
-        let [v, a, jerk, snap] = self.x_dot;
-        self.start + s * (v + s / 2.0 * (a + s / 3.0 * (jerk + s / 4.0 * snap)))
     }
 
     /// The rod after a step of `h` s, if it has stayed within the bounds of `x`.
@@ -87,5 +82,131 @@ impl Course<'_> {
         }
         let set = self.u.at::<EmlaFmu>(h).x;
         Ok(Rod { set, x })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Parameters;
+    use emla::Output;
+    use fmu_export::Model;
+
+    const H: f64 = 1e-3;
+
+    /// The FMU as its importer sees it, without the border.
+    struct Actuator {
+        parameters: Parameters,
+        fmu: EmlaFmu,
+    }
+
+    impl Actuator {
+        fn new(u: &Input) -> Self {
+            let (parameters, _) = EmlaFmu::defaults();
+            let fmu = EmlaFmu::initialize(&parameters, u, 0.0).expect("valid defaults");
+            Self { parameters, fmu }
+        }
+
+        fn step(&mut self, u: &InputPolynomial<Input>, h: f64) -> Result<(), ModelError> {
+            self.fmu.step(&self.parameters, u, &(), 0.0, h)
+        }
+
+        fn output(&self, u: &Input) -> Output {
+            let output = self.fmu.output(&self.parameters, u, &());
+            output.expect("finite")
+        }
+    }
+
+    fn inputs(x: f64, x_dot: f64) -> Input {
+        Input {
+            v_q: 30.0,
+            x,
+            x_dot,
+            F_hold: 9e3,
+            ..Input::default()
+        }
+    }
+
+    /// Set once, and set at every communication point to where the velocity has taken the rod: the same motion. Tolerance: K_b
+    /// times the rounding of a position that 1000 sums have made.
+    #[test]
+    fn a_rod_that_is_set_once_moves_on() {
+        let once = inputs(0.3, 0.1);
+        let (mut a, mut b) = (Actuator::new(&once), Actuator::new(&once));
+        for k in 0..1000 {
+            let each = inputs(0.3 + f64::from(k) * H * 0.1, 0.1);
+            a.step(&InputPolynomial::held(once), H).expect("finite");
+            b.step(&InputPolynomial::held(each), H).expect("finite");
+            let next = inputs(0.3 + f64::from(k + 1) * H * 0.1, 0.1);
+            let (of_once, of_each) = (a.output(&once), b.output(&next));
+            assert!(
+                (of_once.F - of_each.F).abs() < 3e8 * 1000.0 * f64::EPSILON,
+                "{k}"
+            );
+        }
+        assert!((a.output(&once).x_rod - 0.4).abs() < 1e-12);
+    }
+
+    /// A value that is set takes effect at once, and the rod moves on from there.
+    #[test]
+    fn a_value_that_is_set_takes_effect() {
+        let mut actuator = Actuator::new(&inputs(0.3, 0.1));
+        actuator
+            .step(&InputPolynomial::held(inputs(0.3, 0.1)), H)
+            .expect("finite");
+        assert_eq!(actuator.output(&inputs(0.3, 0.1)).x_rod, 0.3 + H * 0.1);
+        assert_eq!(actuator.output(&inputs(0.2, 0.1)).x_rod, 0.2);
+        actuator
+            .step(&InputPolynomial::held(inputs(0.2, 0.1)), H)
+            .expect("finite");
+        assert_eq!(actuator.output(&inputs(0.2, 0.1)).x_rod, 0.2 + H * 0.1);
+    }
+
+    /// x(s) is the Taylor polynomial of the derivatives of x, and of those of x_dot where x has none.
+    #[test]
+    fn derivatives_of_both_inputs_count() {
+        let of = |x: f64, x_dot: f64| Input {
+            x,
+            x_dot,
+            ..Input::default()
+        };
+        let value = of(0.3, 0.02);
+        let s: f64 = 0.5;
+        let (a, jerk, snap) = (0.4, -1.1, 2.3);
+        let expected =
+            0.3 + 0.02 * s + a * s.powi(2) / 2.0 + jerk * s.powi(3) / 6.0 + snap * s.powi(4) / 24.0;
+        for derivatives in [
+            [of(0.0, a), of(0.0, jerk), of(0.0, snap)],
+            [of(0.02, a), of(0.0, jerk), of(0.0, snap)],
+            [of(0.02, 7.0), of(a, jerk), of(0.0, snap)],
+            [of(0.02, 7.0), of(a, 8.0), of(jerk, snap)],
+        ] {
+            let u = InputPolynomial::with_derivatives(value, &derivatives);
+            let x = Rod::at(0.3).course(&u).at(s).x;
+            assert!(
+                (x - expected).abs() < 1e-15,
+                "{derivatives:?}: {x}, {expected}"
+            );
+        }
+    }
+
+    /// The bounds of `x` hold inside a step, also where the rod comes back before its end.
+    #[test]
+    fn the_rod_stays_within_the_bounds_of_x() {
+        let mut actuator = Actuator::new(&inputs(9.9, 0.0));
+        let away = InputPolynomial::held(inputs(9.9, 90.0));
+        let text = actuator.step(&away, 2e-3).expect_err("beyond").to_string();
+        assert!(
+            text.contains("10.08") && text.contains("within 10 m"),
+            "{text}"
+        );
+        let turn = Input {
+            x_dot: -2.0 * 90.0 / 2e-3,
+            ..Input::default()
+        };
+        let back = InputPolynomial::with_derivatives(inputs(9.96, 90.0), &[turn]);
+        let text = actuator.step(&back, 2e-3).expect_err("10.005 m");
+        assert!(text.to_string().contains("10.00"), "{text}");
+        assert!(actuator.step(&away, 1e-3).is_ok(), "9.99 m is within");
     }
 }

@@ -77,3 +77,50 @@ impl Efficiency {
         (numerator - value * denominator) / self.denominator
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn it_is_defined_in_quadrants_one_and_four() {
+        assert!(is_defined(1e-300, 1e-300) && is_defined(1.0, -1.0));
+        for (tau_e, w_m) in [
+            (0.0, 1.0),
+            (0.0, -1.0),
+            (1.0, 0.0),
+            (-1.0, 1.0),
+            (-1.0, -1.0),
+        ] {
+            assert!(!is_defined(tau_e, w_m), "{tau_e}, {w_m}");
+        }
+    }
+
+    /// Value and derivative with powers that give nothing, less than nothing, all and more than all.
+    #[test]
+    fn it_stays_between_nothing_and_all() {
+        let of = |shaft: f64, electrical: f64, out: f64, w_m: f64| {
+            let powers = Powers {
+                shaft,
+                electrical,
+                out,
+            };
+            let dot = Powers {
+                shaft: 2.0,
+                electrical: 0.5,
+                out: 3.0,
+            };
+            let efficiency = Efficiency::of(powers, w_m);
+            (efficiency.value(), efficiency.tangent(dot))
+        };
+        // Motoring: out/(shaft + electrical); its derivative is (3 − η·2.5)/(shaft + electrical).
+        assert_eq!(of(3.0, 1.0, 2.0, 1.0), (0.5, (3.0 - 0.5 * 2.5) / 4.0));
+        // Generating: (−shaft − electrical)/(−out).
+        assert_eq!(of(-3.0, 1.0, -4.0, -1.0), (0.5, (-2.5 + 0.5 * 3.0) / 4.0));
+        assert_eq!(of(3.0, 1.0, 0.0, 1.0), (0.0, 0.0));
+        assert_eq!(of(3.0, 1.0, -2.0, 1.0), (0.0, 0.0));
+        assert_eq!(of(-1.0, 1.0, 2.0, 1.0), (0.0, 0.0));
+        assert_eq!(of(3.0, 1.0, 4.0, 1.0), (1.0, 0.0));
+        assert_eq!(of(3.0, 1.0, 5.0, 1.0), (1.0, 0.0));
+    }
+}

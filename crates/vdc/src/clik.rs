@@ -109,3 +109,53 @@ impl Inverse {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use hdrm::Tree;
+    use machine::Machine;
+
+    fn jacobian(zeta_5: f64) -> Matrix6<f64> {
+        let machine = Machine::reference();
+        let tree = Tree::new(&machine).expect("works");
+        let mut zeta = machine.start.zeta;
+        zeta[4] = zeta_5;
+        Tip::new(&tree, &tree.configuration(&zeta)).jacobian()
+    }
+
+    /// Near zeta_5 = 0 the solution minimises |J·x − b|² + μ²|x|², so its gradient is zero, and |x| ≤ |b|/(2μ) however
+    /// singular J is. Tolerance: condition of J·Jᵀ + μ², some 1e5, times 36 rounded products.
+    #[test]
+    fn near_the_wrist_singularity_the_inverse_is_damped() {
+        let b = Vector6::new(0.3, -0.2, 0.1, 0.5, -0.7, 0.4);
+        for zeta_5 in [-0.04, -1e-9, 0.0, 1e-9, 0.02] {
+            let (J, sine) = (jacobian(zeta_5), f64::sin(zeta_5));
+            let x = Inverse::of(J, sine).apply(b);
+            let mu2 = DAMPING * DAMPING * (1.0 - (sine / NEAR_SINGULAR).powi(2));
+            let gradient = J.transpose() * (J * x - b) + x * mu2;
+            assert!(gradient.norm() < 1e-9, "zeta_5 = {zeta_5}: {gradient}");
+            assert!(
+                x.norm() <= b.norm() / (2.0 * mu2.sqrt()),
+                "zeta_5 = {zeta_5}: {x}"
+            );
+            assert!(x.norm() > 0.1, "zeta_5 = {zeta_5}: {x}");
+        }
+    }
+
+    /// Where the damping begins the inverse is exact, and there is no jump.
+    #[test]
+    fn elsewhere_the_inverse_is_exact() {
+        let b = Vector6::new(0.3, -0.2, 0.1, 0.5, -0.7, 0.4);
+        let at_edge = NEAR_SINGULAR.asin();
+        for zeta_5 in [-0.9, at_edge, 1.1] {
+            let J = jacobian(zeta_5);
+            let x = Inverse::of(J, zeta_5.sin()).apply(b);
+            assert!((J * x - b).norm() < 1e-10, "zeta_5 = {zeta_5}");
+        }
+        let J = jacobian(at_edge);
+        let [inside, outside] =
+            [1.0 - 1e-9, 1.0 + 1e-9].map(|part| Inverse::of(J, part * NEAR_SINGULAR).apply(b));
+        assert!((inside - outside).norm() < 1e-5 * outside.norm());
+    }
+}

@@ -311,23 +311,6 @@ fn hybrid_actuators_are_tracked_known_or_not() {
     }
 }
 
-/// At zeta_5 = 0 the Jacobian is singular; the damped inverse keeps the commands finite.
-#[test]
-fn the_wrist_singularity_is_passed() {
-    let start = Loop::new(&Case::nominal());
-    let (mut measured, _) = measure(&start.plant, &start.state, &start.actuator, &start.drives);
-    measured.zeta_dot = [0.1, -0.2, 0.15, 0.3, 0.5, -0.4];
-    for zeta_5 in [-0.06, -0.03, -1e-9, 0.0, 1e-9, 0.03, 0.06] {
-        measured.zeta[4] = zeta_5;
-        let now = start.controller.evaluate(&start.settings, &measured);
-        let y = now.expect("finite").output(&measured.F);
-        assert!(
-            y.v_q.iter().chain(&y.f_required).all(|v| v.is_finite()),
-            "zeta_5 = {zeta_5}"
-        );
-    }
-}
-
 /// With the exchange of the standard, commands and forces act one step later than measured. Controller and actuators that are told
 /// predict over that step. Forces held for 2 ms without prediction destabilize the coupling itself (C_b < K_b·h/2).
 #[test]

@@ -1,0 +1,43 @@
+//! Evaluations, outputs and steps of the controller allocate nothing, whatever its timing.
+#![allow(non_snake_case)]
+
+use allocation_counter::measure;
+use emla::Surrogate;
+use machine::Machine;
+use vdc::{Controller, Input, Level, Mode, Settings, Timing, Trajectory};
+
+#[test]
+fn evaluations_and_steps_allocate_nothing() {
+    let machine = Machine::reference();
+    let settings = Settings {
+        mode: Mode::Adaptive,
+        level: Level::Machine,
+        gains: machine.controller,
+        alpha: 0.2,
+        true_inertia_scale: 1.0,
+    };
+    let u = Input {
+        zeta: machine.start.zeta,
+        F: [0.0, 41_143.0, 32_179.0],
+        ..Input::default()
+    };
+    for (sample_time, delay) in [(0.0, 0), (0.0, 1), (2e-3, 0), (3e-4, 0), (2e-3, 2)] {
+        let network = Surrogate::reference();
+        let path = Trajectory::Cubic;
+        let mut controller = Controller::new(&machine, &network, path, &settings, &u, 0.0)
+            .expect("works")
+            .with_timing(Timing { sample_time, delay });
+        let made = measure(|| {
+            for k in 0..100 {
+                let now = controller.evaluate(&settings, &u).expect("finite");
+                std::hint::black_box(now.output(&u.F));
+                let t = f64::from(k) * 1e-3;
+                controller
+                    .step(&now, &settings, &u, t, 1e-3)
+                    .expect("finite");
+            }
+        });
+        assert_eq!(made.count_total, 0, "sample {sample_time}, delay {delay}");
+    }
+    assert_ne!(measure(|| drop(vec![0_u8])).count_total, 0, "it counts");
+}
