@@ -10,12 +10,15 @@ use emla::Surrogate;
 use fmu_export::{Info, InputPolynomial, Model, ModelError, Variable};
 use machine::Machine;
 use serde::{Deserialize, Serialize};
-use vdc::{Controller, Evaluation, Input, Level, Mode, Output, Settings, Timing, Trajectory};
+use vdc::{Controller, Evaluation, Input, Level, Mode, Output, Settings, Timing, Told, Trajectory};
 
 /// The controller behind the FMI border.
 #[derive(Clone, Serialize, Deserialize)]
 pub struct ControllerFmu {
     controller: Controller,
+    /// Troubles that the importer was told of and that last.
+    #[serde(skip)]
+    told: Told,
     /// Not part of the behaviour: handed to the importer's log once.
     #[serde(skip)]
     warning: Option<String>,
@@ -155,6 +158,7 @@ impl Model for ControllerFmu {
         .with_timing(p.timing()?);
         let mut fmu = Self {
             controller,
+            told: Told::default(),
             warning: None,
         };
         fmu.warning = fmu.stability_warning(p);
@@ -180,7 +184,13 @@ impl Model for ControllerFmu {
         h: f64,
     ) -> Result<(), ModelError> {
         // A sampled controller: it uses the measurements of the communication point.
-        Ok((self.controller).step(now, &p.settings(), u.value(), t, h)?)
+        let settings = p.settings();
+        self.controller.step(now, &settings, u.value(), t, h)?;
+        let trouble = self
+            .controller
+            .trouble(now, &settings, &mut self.told, t, h);
+        self.warning = trouble.map(|trouble| trouble.to_string());
+        Ok(())
     }
 
     fn take_warning(&mut self) -> Option<String> {

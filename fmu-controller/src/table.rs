@@ -239,25 +239,25 @@ pub(crate) const VARIABLES: &[V] = &[
 
     // Commands
     V::outputs("v_d", "direct-axis voltages (peak)", |y| &y.v_d)
-        .unit("V").depends_on(&["i_d[i]", "i_q[i]", "w_m[i]"]).initially_depends_on(&["i_d[i]", "i_q[i]", "w_m[i]", ALL_PARAMETERS]),
+        .unit("V").depends_on(&["i_d[i]", "i_q[i]", "w_m[i]"]).initially_depends_on(&["i_d[i]", "i_q[i]", "w_m[i]", ALL_PARAMETERS]).discrete(),
     V::outputs("v_q", "quadrature-axis voltages (peak)", |y| &y.v_q)
-        .unit("V").depends_on(motion_rod_and!("i_d[i]", "i_q[i]", "w_m[i]")),
+        .unit("V").depends_on(motion_rod_and!("i_d[i]", "i_q[i]", "w_m[i]")).discrete(),
     V::outputs("tau_wrist", "wrist torques, held to their limits", |y| &y.tau_wrist)
-        .unit("N.m").depends_on(MOTION),
+        .unit("N.m").depends_on(MOTION).discrete(),
     V::outputs("f_required", "required actuator forces", |y| &y.f_required)
-        .unit("N").display_unit("kN").depends_on(motion_rod_and!()),
+        .unit("N").display_unit("kN").depends_on(motion_rod_and!()).discrete(),
     V::outputs("x_dot_required", "required rod velocities", |y| &y.x_dot_required)
-        .unit("m/s").display_unit("mm/s").depends_on(RATES_AND_RODS),
+        .unit("m/s").display_unit("mm/s").depends_on(RATES_AND_RODS).discrete(),
     V::outputs("i_q_required", "required quadrature-axis currents (peak)", |y| &y.i_q_required)
-        .unit("A").depends_on(motion_rod_and!("i_d[i]", "i_q[i]", "w_m[i]")),
+        .unit("A").depends_on(motion_rod_and!("i_d[i]", "i_q[i]", "w_m[i]")).discrete(),
     V::output("motion_end", "time at which the reference has come to its end; the start time if trajectory = external", |y| &y.motion_end)
         .unit("s").depends_on(&[]).initially_depends_on(&[ALL_PARAMETERS]).discrete(),
     V::outputs("desired.position", "desired tip position in the world", |y| &y.desired_position)
-        .unit("m").depends_on(&["reference.position"]),
+        .unit("m").depends_on(&["reference.position"]).discrete(),
     V::outputs("tip_error", "desired minus actual tip position in the world", |y| &y.tip_error)
-        .unit("m").display_unit("mm").depends_on(&["zeta", "reference.position"]),
+        .unit("m").display_unit("mm").depends_on(&["zeta", "reference.position"]).discrete(),
     V::output("tip_error_norm", "length of the tip error", |y| &y.tip_error_norm)
-        .unit("m").display_unit("mm").depends_on(&["zeta", "reference.position"]),
+        .unit("m").display_unit("mm").depends_on(&["zeta", "reference.position"]).discrete(),
 
     // Adaptation
     mass_hat!("T1", T1), mass_hat!("A2", A2), mass_hat!("C2", C2), mass_hat!("D2", D2), mass_hat!("A3", A3),
@@ -266,20 +266,20 @@ pub(crate) const VARIABLES: &[V] = &[
 
     // Stability in numbers
     V::output("lyapunov.nu_velocity", "sum of 1/2 s'Ms over the bodies, s = V_r - V, with the plant's inertias", |y| &y.nu_velocity)
-        .unit("J").depends_on(TWISTS),
+        .unit("J").depends_on(TWISTS).discrete(),
     V::output("lyapunov.nu_adaptation", "sum of gamma D_F(L||L_hat) over the bodies", |y| &y.nu_adaptation)
         .unit("J").depends_on(&[]).initially_depends_on(&[ALL_PARAMETERS]).discrete(),
     V::outputs("lyapunov.nu_actuator", "accompanying function of each actuator", |y| &y.nu_actuator)
-        .unit("J").depends_on(motion_rod_and!("i_d[i]", "i_q[i]", "w_m[i]")),
+        .unit("J").depends_on(motion_rod_and!("i_d[i]", "i_q[i]", "w_m[i]")).discrete(),
     V::output("lyapunov.dissipation", "sum of s'K_A s over the bodies", |y| &y.dissipation)
-        .unit("W").depends_on(TWISTS),
+        .unit("W").depends_on(TWISTS).discrete(),
     V::outputs("lyapunov.vpf", "virtual power flow (x_dot_r - x_dot)(f_r - F) at each rod", |y| &y.vpf)
-        .unit("W").depends_on(motion_rod_and!("F[i]")),
+        .unit("W").depends_on(motion_rod_and!("F[i]")).discrete(),
 
     V::outputs("lyapunov.force_error", "required minus actual force of each actuator by its currents", |y| &y.force_error)
-        .unit("N").display_unit("kN").depends_on(motion_rod_and!("i_d[i]", "i_q[i]", "w_m[i]")),
+        .unit("N").display_unit("kN").depends_on(motion_rod_and!("i_d[i]", "i_q[i]", "w_m[i]")).discrete(),
     V::outputs("lyapunov.dissipation_actuator", "dissipation of each actuator in the bound on its accompanying function", |y| &y.dissipation_actuator)
-        .unit("W").depends_on(motion_rod_and!("i_d[i]", "i_q[i]", "w_m[i]")),
+        .unit("W").depends_on(motion_rod_and!("i_d[i]", "i_q[i]", "w_m[i]")).discrete(),
 
     condition!(beta_1, "N/A", "beta_1 at i_d = 0"),
     condition!(beta_2, "N/A", "beta_2 at i_q = i_max"),

@@ -19,6 +19,12 @@ pub struct EmlaFmu {
     emla: Emla,
     state: State,
     rod: Rod,
+    /// Whether the importer was told that the network is used where it was not trained.
+    #[serde(skip)]
+    told: bool,
+    /// Not part of the behaviour: handed to the importer's log once.
+    #[serde(skip)]
+    warning: Option<String>,
 }
 
 /// Parameters as the importer sees them.
@@ -121,7 +127,13 @@ impl Model for EmlaFmu {
         let emla = p.actuator()?;
         let state = emla.start(u)?;
         let rod = Rod::at(u.x);
-        Ok(Self { emla, state, rod })
+        Ok(Self {
+            emla,
+            state,
+            rod,
+            told: false,
+            warning: None,
+        })
     }
 
     fn tune(&mut self, p: &Parameters) -> Result<(), ModelError> {
@@ -147,6 +159,11 @@ impl Model for EmlaFmu {
             self.rod = course.end(h)?; // with a free rod `x` counts at the start only
         }
         self.state = state;
+        let untrained = self.emla.untrained(&self.state);
+        if let Some(point) = untrained.filter(|_| !self.told) {
+            self.warning = Some(format!("t = {} s: {point}", t + h));
+        }
+        self.told = untrained.is_some();
         Ok(())
     }
 
@@ -168,6 +185,10 @@ impl Model for EmlaFmu {
         du: &Input,
     ) -> Result<Output, ModelError> {
         Ok((self.emla).output_along(&self.state, &self.rod.input(u), du))
+    }
+
+    fn take_warning(&mut self) -> Option<String> {
+        self.warning.take()
     }
 }
 

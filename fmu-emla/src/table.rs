@@ -162,7 +162,7 @@ pub(crate) const VARIABLES: &[V] = &[
     V::output("P_out", "mechanical power to the load", |y| &y.P_out)
         .unit("W").display_unit("kW").nominal(1e3).depends_on(&["x", "x_dot", "F_ext"]).initially_depends_on(&["x", "x_dot", "F_ext", "F_hold", ALL_PARAMETERS]),
     V::output("P_loss", "all losses; P_in = P_out + P_loss + d(energy.stored)/dt; its network part once a communication step", |y| &y.P_loss)
-        .unit("W").display_unit("kW").nominal(1e2).discrete().depends_on(&["x", "x_dot"]).initially_depends_on(&["x", "x_dot", "F_hold", ALL_PARAMETERS]),
+        .unit("W").display_unit("kW").nominal(1e2).depends_on(&["x", "x_dot"]).initially_depends_on(&["x", "x_dot", "F_hold", ALL_PARAMETERS]),
     V::output("loss.copper", "copper losses", |y| &y.P_copper)
         .unit("W").display_unit("kW").nominal(1e2).depends_on(&[]).initially_depends_on(&["x_dot", "F_hold", ALL_PARAMETERS]),
     V::output("loss.core", "iron losses", |y| &y.P_core)
@@ -170,7 +170,7 @@ pub(crate) const VARIABLES: &[V] = &[
     V::output("loss.inverter", "conduction and switching losses of the inverter", |y| &y.P_inverter)
         .unit("W").display_unit("kW").nominal(1e2).depends_on(&[]).initially_depends_on(&["x_dot", "F_hold", ALL_PARAMETERS]),
     V::output("loss.mechanical", "friction of motor, gear, screw, nut and rod, and the power of the network's residual, taken once a communication step", |y| &y.P_mech)
-        .unit("W").display_unit("kW").nominal(1e2).discrete().depends_on(&["x", "x_dot"]).initially_depends_on(&["x", "x_dot", "F_hold", ALL_PARAMETERS]),
+        .unit("W").display_unit("kW").nominal(1e2).depends_on(&["x", "x_dot"]).initially_depends_on(&["x", "x_dot", "F_hold", ALL_PARAMETERS]),
     V::output("energy.in", "energy taken from the DC side since the start", |y| &y.E_in)
         .unit("J").display_unit("kJ").nominal(1e3).depends_on(&[]).initially_depends_on(&[]),
     V::output("energy.out", "energy given to the load since the start", |y| &y.E_out)

@@ -33,7 +33,7 @@ pub use input::Input;
 pub use losses::Losses;
 pub use motor::Dq;
 pub use output::Output;
-pub use residual::Residual;
+pub use residual::{Residual, Untrained};
 pub use step::StepError;
 pub use surrogate::{
     LayerFile, MinMax, Ranges, Split, Surrogate, SurrogateError, SurrogateFile, SurrogateOutput,

@@ -1,6 +1,7 @@
 //! Hybrid blending: the network's correction of the quasi-static force map.
 
-use crate::{Emla, maps};
+use crate::dynamics::State;
+use crate::{Emla, MinMax, maps};
 use serde::{Deserialize, Serialize};
 
 /// What the network says, and what it adds to the physics, at one operating point.
@@ -21,7 +22,41 @@ pub struct Residual {
     pub in_trained_range: bool,
 }
 
+/// An operating point beyond the torques and speeds that the network was trained on.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[error(
+    "torque tau_e = {tau_e} N.m, speed w_m = {w_m} rad/s: the network was trained for {}..{} N.m in the direction of motion and up to {} rad/s, \
+     beyond it keeps the value at the border", .torque.min, .torque.max, .w_m_max
+)]
+pub struct Untrained {
+    /// Torque, N·m.
+    pub tau_e: f64,
+    /// Motor speed, rad/s.
+    pub w_m: f64,
+    /// Trained torques, positive in the direction of motion, N·m.
+    pub torque: MinMax,
+    /// Largest trained speed, rad/s.
+    pub w_m_max: f64,
+}
+
 impl Emla {
+    /// Where the network counts but was not trained, in state `s`. Speeds below the trained ones are left out: every motion
+    /// begins and ends there.
+    #[must_use]
+    pub fn untrained(&self, s: &State) -> Option<Untrained> {
+        let surrogate = self.surrogate.as_ref().filter(|_| self.alpha > 0.0)?;
+        let (ranges, w_m) = (&surrogate.file().ranges, s.w_m);
+        let tau_e = maps::torque(&self.p, s.i_d, s.i_q);
+        let trained = w_m.abs() <= ranges.w_m.max
+            && (w_m.abs() < ranges.w_m.min || surrogate.in_trained_range(tau_e, w_m));
+        (!trained).then_some(Untrained {
+            tau_e,
+            w_m,
+            torque: ranges.tau_e,
+            w_m_max: ranges.w_m.max,
+        })
+    }
+
     /// The residual at torque `tau_e`, N·m, and motor speed `w_m`, rad/s. One network evaluation. The
     /// controller calls it too, with its own nominal actuator.
     #[must_use]

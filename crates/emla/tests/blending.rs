@@ -115,3 +115,33 @@ fn power_balance_closes_with_blending() {
     );
     assert!(emla.losses_at(&s, &u).residual.abs() > 10.0);
 }
+
+/// The network's use where it was not trained is told with the numbers, standstill apart, and only where the network counts.
+#[test]
+fn use_beyond_the_training_is_named() {
+    let with = |alpha: f64| {
+        Emla::new(Machine::reference().emla, Drive::Motion)
+            .expect("reference")
+            .with_surrogate(Surrogate::reference(), alpha)
+    };
+    let at = |i_q: f64, w_m: f64| emla::State {
+        i_q,
+        w_m,
+        ..emla::State::default()
+    };
+    let ranges = Surrogate::reference().file().ranges;
+    let (half, beyond) = (0.5 * ranges.w_m.max, 1.1 * ranges.w_m.max);
+    assert_eq!(with(0.5).untrained(&at(5.0, half)), None);
+    assert_eq!(with(0.5).untrained(&at(5.0, 0.0)), None, "standstill");
+    assert_eq!(
+        with(0.0).untrained(&at(5.0, beyond)),
+        None,
+        "it does not count"
+    );
+    let fast = with(0.5).untrained(&at(5.0, -beyond)).expect("too fast");
+    assert_eq!((fast.w_m, fast.w_m_max), (-beyond, ranges.w_m.max));
+    let loaded = with(0.5)
+        .untrained(&at(90.0, half))
+        .expect("too much torque");
+    assert!(loaded.to_string().contains("trained for"), "{loaded}");
+}

@@ -6,6 +6,7 @@ use crate::evaluation::{Evaluation, measured};
 use crate::low_level::{Law, LowLevelState};
 use crate::reference::{Desired, Path};
 use crate::sampling::{Sampling, Timing};
+use crate::trouble::Reach;
 use crate::{Conditions, Input, Mode, Settings, Trajectory};
 use emla::{Drive, Emla, Surrogate};
 use hdrm::{BODIES, Body, GeometryError, Tip, Tree};
@@ -39,6 +40,7 @@ pub(crate) struct Nominal {
     pub(crate) actuator: Emla,
     /// The same without the network.
     pub(crate) physics: Emla,
+    pub(crate) reach: Reach,
 }
 
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -187,6 +189,7 @@ impl Nominal {
             gravity: machine.gravity,
             actuator: physics.clone().with_surrogate(surrogate.clone(), 0.0),
             physics,
+            reach: Reach::of(&machine.geometry),
         })
     }
 }

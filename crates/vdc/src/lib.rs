@@ -21,6 +21,7 @@ mod reference;
 mod sampling;
 mod signals;
 mod stability;
+mod trouble;
 
 pub use controller::{Controller, tip_pose};
 pub use error::ControllerError;
@@ -29,3 +30,4 @@ pub use reference::{Desired, Trajectory};
 pub use sampling::{DELAY_MAX, Timing};
 pub use signals::{Input, Level, Mode, Output, Settings};
 pub use stability::Conditions;
+pub use trouble::{Told, Trouble};

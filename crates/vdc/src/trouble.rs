@@ -1,0 +1,136 @@
+//! Where trouble begins: causes that later show as voltages beyond all bounds or a machine out of control.
+
+use crate::controller::Controller;
+use crate::evaluation::Evaluation;
+use crate::{Level, Settings};
+use machine::Geometry;
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
+
+/// A cause, where it begins.
+#[derive(Clone, Copy, Debug, Error, PartialEq)]
+pub enum Trouble {
+    /// The voltage law samples too slowly for its current feedback.
+    #[error(
+        "t = {t} s: step h = {h} s is too long for the voltage law: its current feedback K_i needs h ≤ L/K_i = {longest} s"
+    )]
+    StepTooLong {
+        /// Time, s.
+        t: f64,
+        /// Interval between two samples, s.
+        h: f64,
+        /// Longest that damps the currents without overshoot, s.
+        longest: f64,
+    },
+    /// The reference lies where the stretched arm does not reach.
+    #[error(
+        "t = {t} s: the reference position is {distance} m from the lift joint, out of reach: it must be within {reach} m"
+    )]
+    OutOfReach {
+        /// Time, s.
+        t: f64,
+        /// Least distance of the reference from the lift joint, however the machine is slewed, m.
+        distance: f64,
+        /// Length of the stretched arm, m.
+        reach: f64,
+    },
+    /// A drive cannot give what the law asks for.
+    #[error(
+        "t = {t} s: the voltage law asks for {asked} V at actuator {actuator}, whose drive gives at most v_max = {v_max} V: the reference \
+         is too fast, the load too large, or control has become unstable"
+    )]
+    Voltage {
+        /// Time, s.
+        t: f64,
+        /// Actuator, counted from 1.
+        actuator: usize,
+        /// Voltage asked for, V.
+        asked: f64,
+        /// Most that the drive gives, V.
+        v_max: f64,
+    },
+}
+
+/// Which troubles last, so that each is told once, where it begins.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Told {
+    step: bool,
+    reach: bool,
+    voltage: [bool; 3],
+}
+
+/// Reach of the arm: lift joint in the plane of the boom, and the length of the stretched arm from there to the tip, m.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+pub(crate) struct Reach {
+    radius: f64,
+    height: f64,
+    length: f64,
+}
+
+impl Reach {
+    pub(crate) fn of(geometry: &Geometry) -> Self {
+        let size = |v: &[f64; 3]| v[0].hypot(v[1]).hypot(v[2]);
+        let links = [
+            &geometry.r_O_B,
+            &geometry.r_B_B4,
+            &geometry.r_B4_A4,
+            &geometry.r_A4_C4,
+            &geometry.r_C4_D4,
+            &geometry.r_D4_T4,
+        ];
+        let [x, y, z] = geometry.r_T1_O;
+        Self {
+            radius: x.hypot(z),
+            height: y,
+            length: links.into_iter().map(size).sum(),
+        }
+    }
+
+    /// Least distance of a position from the lift joint, whatever the slew angle, m.
+    fn distance(&self, [x, y, z]: [f64; 3]) -> f64 {
+        (x.hypot(z) - self.radius).hypot(y - self.height)
+    }
+}
+
+impl Controller {
+    /// What begins to go wrong with the commands of `now` in a step from `t` by `h`, both s; `told` remembers what was told already.
+    pub fn trouble(
+        &self,
+        now: &Evaluation,
+        settings: &Settings,
+        told: &mut Told,
+        t: f64,
+        h: f64,
+    ) -> Option<Trouble> {
+        let p = self.nominal.actuator.params();
+        let mut first = None;
+        let mut begins = |told: &mut bool, lasts: bool, trouble: Trouble| {
+            if lasts && !*told {
+                first.get_or_insert(trouble);
+            }
+            *told = lasts;
+        };
+        let h = h.max(self.timing().sample_time);
+        let longest = p.L_d.min(p.L_q) / settings.gains.K_i;
+        let too_long = Trouble::StepTooLong { t, h, longest };
+        begins(&mut told.step, h > longest, too_long);
+        let y = now.output(&[0.0; 3]);
+        if settings.level == Level::Machine {
+            let reach = self.nominal.reach.length;
+            let distance = self.nominal.reach.distance(y.desired_position);
+            let out_of_reach = Trouble::OutOfReach { t, distance, reach };
+            begins(&mut told.reach, distance > reach, out_of_reach);
+        }
+        for (i, told) in told.voltage.iter_mut().enumerate() {
+            let asked = y.v_d[i].hypot(y.v_q[i]);
+            let voltage = Trouble::Voltage {
+                t,
+                actuator: i + 1,
+                asked,
+                v_max: p.v_max,
+            };
+            begins(told, asked > p.v_max, voltage);
+        }
+        first
+    }
+}
