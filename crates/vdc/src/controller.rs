@@ -137,7 +137,9 @@ impl Controller {
         }
     }
 
-    pub(crate) fn timing(&self) -> Timing {
+    /// When it samples, and how late its commands act.
+    #[must_use]
+    pub fn timing(&self) -> Timing {
         self.timing
     }
 

@@ -114,11 +114,11 @@ impl Controller {
         let is_sample = T == 0.0 || t >= self.sample(sampling.count) - SLACK * T;
         if is_sample {
             let mut ahead = *input;
-            // The actuators are told of the same delay; before their first step their force is that of the moment. The lead is taken off
-            // the whole force, not off its measured share alone: this damps the boom on the locked motors (tried; at 2 ms it is needed).
+            // The actuators give their force one step ahead (their delay is 1); before their first step it is that of the moment. The lead is
+            // taken off the whole force, not off its measured share alone: this damps the boom on the locked motors (tried; at 2 ms it is needed).
             let mut lead = 0.0;
             if let Some(held) = sampling.held() {
-                lead = delay as f64 * h;
+                lead = h;
                 for i in 0..3 {
                     ahead.F[i] = held.F[i] + FORCE_SHARE * (input.F[i] - held.F[i]);
                 }
