@@ -26,9 +26,9 @@ def hdrm_fmu():
     return program("hdrm-fmu")
 
 
-def call(name, *arguments):
+def call(name, *arguments, **options):
     """Run a program; its exit code, standard output and standard error."""
-    return subprocess.run([str(part) for part in (program(name), *arguments)], capture_output=True, text=True)
+    return subprocess.run([str(part) for part in (program(name), *arguments)], capture_output=True, text=True, **options)
 
 
 def recorded(path, signals, *options, settings=None):
@@ -39,5 +39,5 @@ def recorded(path, signals, *options, settings=None):
     assert done.returncode == 0, done.stderr
     with open(path) as file:
         titles, *rows = csv.reader(file)
-    columns = dict(zip((title.split(" ")[0] for title in titles), np.array(rows, dtype=float).T))
+    columns = dict(zip(titles, np.array(rows, dtype=float).T))
     return np.column_stack([columns[s] for s in signals])

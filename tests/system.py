@@ -239,7 +239,7 @@ class System:
             variable(component, name)
         if not any(other.target == (component, link.flow) for other in self.links):
             force = ".".join(link.source)
-            raise BadSystem(f"power bond of {force}: no connection drives its velocity {component}.{link.flow}")
+            raise BadSystem(f"power bond of {force}: no connection drives its flow {component}.{link.flow}")
 
 
 def described(fmu, name):

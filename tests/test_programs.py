@@ -1,6 +1,7 @@
 """The native programs as their users meet them: what is set counts or is refused, a run says what it is worth, paths are the shell's."""
 
 import csv
+import json
 import os
 import shutil
 import subprocess
@@ -8,7 +9,7 @@ import subprocess
 import pytest
 
 from fmpy_master import ROOT
-from native import cosim, hdrm_fmu
+from native import call, hdrm_fmu
 
 SHORT = ["--stop-time", "0.02"]
 
@@ -16,10 +17,6 @@ SHORT = ["--stop-time", "0.02"]
 @pytest.fixture
 def machine(fmu_dir):
     return ["--system", fmu_dir / "Manipulator.ssp"]
-
-
-def call(program, *arguments, **options):
-    return subprocess.run([program, *map(str, arguments)], capture_output=True, text=True, timeout=600, **options)
 
 
 @pytest.mark.parametrize("command, setting", [
@@ -32,62 +29,75 @@ def call(program, *arguments, **options):
 ])  # fmt: skip
 def test_what_a_command_varies_itself_cannot_be_set(machine, command, setting):
     steps = ["--steps", "100"] if command == "endurance" else SHORT
-    done = call(hdrm_fmu(), command, *machine, *steps, "--set", setting)
+    done = call("hdrm-fmu", command, *machine, *steps, "--set", setting)
     name = setting.split("=")[0].split(".")[-1]
     assert done.returncode == 1
     assert f".{name}` is set (--set), but this command varies it itself" in done.stdout + done.stderr
 
 
 def test_a_set_that_binds_what_a_command_varies_is_refused(machine):
-    done = call(hdrm_fmu(), "energy", *machine, *SHORT, "--parameters", "resources/triangular.ssv")
+    done = call("hdrm-fmu", "energy", *machine, *SHORT, "--parameters", "resources/triangular.ssv")
     assert done.returncode == 1 and "`controller.trajectory` is set (parameter set" in done.stderr
 
 
 def test_everything_else_that_is_set_counts(machine):
     table = ["table", *machine, "--stop-time", "0.2", "--set", "settle_time=0"]
-    plain, heavy = (call(hdrm_fmu(), *table, *more).stdout for more in ([], ["--set", "hdrm.payload.mass=80"]))
+    plain, heavy = (call("hdrm-fmu", *table, *more).stdout for more in ([], ["--set", "hdrm.payload.mass=80"]))
     assert "adaptive" in plain and plain != heavy
 
 
+def test_what_is_set_on_the_machine_counts_on_the_testbed(machine):
+    """The feedback on rods' positions works on the testbed only: in the machine the tip is controlled."""
+    bed = ["testbed", *machine, "--stop-time", "4.5"]
+    plain, other = (call("hdrm-fmu", *bed, *more).stdout for more in ([], ["--set", "controller.Lambda_rod=1"]))
+    assert "lift" in plain and plain != other
+
+
 def test_a_variable_of_one_component_needs_no_component(machine):
-    runs = [call(cosim(), "run", *machine, *SHORT, "--quiet", "--set", name) for name in ("gamma=5", "controller.gamma=5")]
+    runs = [call("cosim", "run", *machine, *SHORT, "--quiet", "--set", name) for name in ("gamma=5", "controller.gamma=5")]
     assert [run.returncode for run in runs] == [0, 0]
-    refused = call(cosim(), "run", *machine, *SHORT, "--set", "alpha=0.1")
+    refused = call("cosim", "run", *machine, *SHORT, "--set", "alpha=0.1")
     assert refused.returncode == 1 and "several components have a variable `alpha`" in refused.stderr
-    refused = call(cosim(), "run", *machine, *SHORT, "--set", "gama=5")
+    refused = call("cosim", "run", *machine, *SHORT, "--set", "gama=5")
     assert refused.returncode == 1 and "no component of the system has a variable `gama`" in refused.stderr
 
 
 @pytest.mark.parametrize("arguments, finding", [
     (["--set", "controller.K_f=0", "--stop-time", "6"], "current of emla_2: at its limit of 100 A"),
     (["--set", "hdrm.payload.mass=3000", "--stop-time", "1"], "force of emla_2: up to"),
+    (["--set", "controller.machine_file=HASTY", "--stop-time", "4.3"], "rod speed of lift: up to"),
     (["--trajectory", "external", "--stop-time", "1"], "nothing drives controller.reference.position"),
     (["--stop-time", "5", "--max-error", "1e-7"], "tip error: up to"),
 ])  # fmt: skip
-def test_a_bad_run_says_so(machine, arguments, finding):
-    bad = call(hdrm_fmu(), "run", *machine, "--quiet", *arguments, "--check")
+def test_a_bad_run_says_so(machine, tmp_path, arguments, finding):
+    """HASTY: a machine file with 0.05 s for each edge of the trajectory."""
+    hasty = json.loads((ROOT / "parameters/reference_machine.json").read_text())
+    hasty["trajectories"]["cubic"]["edge_time"] = 0.05
+    (tmp_path / "hasty.json").write_text(json.dumps(hasty))
+    arguments = [argument.replace("HASTY", str(tmp_path / "hasty.json")) for argument in arguments]
+    bad = call("hdrm-fmu", "run", *machine, "--quiet", *arguments, "--check")
     assert bad.returncode == 2 and "verdict: BAD" in bad.stdout and finding in bad.stdout, bad.stdout
-    assert call(hdrm_fmu(), "run", *machine, "--quiet", *arguments).returncode == 0
+    assert call("hdrm-fmu", "run", *machine, "--quiet", *arguments).returncode == 0
 
 
 def test_a_good_run_is_good(machine):
-    good = call(hdrm_fmu(), "run", *machine, "--quiet", "--stop-time", "5", "--check", "--max-error", "1e-4")
+    good = call("hdrm-fmu", "run", *machine, "--quiet", "--stop-time", "5", "--check", "--max-error", "1e-4")
     assert good.returncode == 0 and "BAD" not in good.stdout, good.stdout
 
 
 def test_a_warning_is_printed_once(machine):
-    text = call(hdrm_fmu(), "run", *machine, "--quiet", "--set", "controller.K_f=0", "--stop-time", "0.1").stdout
+    text = call("hdrm-fmu", "run", *machine, "--quiet", "--set", "controller.K_f=0", "--stop-time", "0.1").stdout
     assert text.count("stability conditions") == 1
 
 
 def test_a_step_that_is_too_long_is_named_before_the_symptom(machine):
-    failed = call(hdrm_fmu(), "run", *machine, "--quiet", "--step", "0.01")
+    failed = call("hdrm-fmu", "run", *machine, "--quiet", "--step", "0.01")
     assert failed.returncode == 1 and "the communication step of 0.01 s is too long" in failed.stderr, failed.stderr
 
 
 def test_the_last_step_ends_at_the_stop_time(machine, tmp_path):
     path = tmp_path / "run.csv"
-    done = call(hdrm_fmu(), "run", *machine, "--quiet", "--step", "0.003", "--stop-time", "0.01", "--csv", path)
+    done = call("hdrm-fmu", "run", *machine, "--quiet", "--step", "0.003", "--stop-time", "0.01", "--csv", path)
     assert done.returncode == 0, done.stderr
     names, *rows = csv.reader(path.open())
     assert names[:2] == ["time", "controller.tip_error_norm"] and len(names) < 50
@@ -98,33 +108,36 @@ def test_the_last_step_ends_at_the_stop_time(machine, tmp_path):
 def test_an_interval_thins_the_rows_and_a_failed_run_leaves_no_file(machine, tmp_path):
     path = tmp_path / "run.csv"
     log = ["--quiet", "--csv", path, "--interval", "0.005"]
-    assert call(hdrm_fmu(), "run", *machine, *log, *SHORT).returncode == 0
+    assert call("hdrm-fmu", "run", *machine, *log, *SHORT).returncode == 0
     assert [float(line.split(",")[0]) for line in path.read_text().splitlines()[1:]] == [0.0, 0.005, 0.01, 0.015, 0.02]
-    assert call(hdrm_fmu(), "plot", path).returncode == 0 and (tmp_path / "run.svg").is_file()
+    assert call("hdrm-fmu", "plot", path).returncode == 0 and (tmp_path / "run.svg").is_file()
     for file in tmp_path.iterdir():
         file.unlink()
-    failed = call(hdrm_fmu(), "run", *machine, "--quiet", "--csv", path, "--step", "0.01", "--stop-time", "5")
+    failed = call("hdrm-fmu", "run", *machine, "--quiet", "--csv", path, "--step", "0.01", "--stop-time", "5")
     assert failed.returncode == 1 and not list(tmp_path.iterdir())
 
 
 def test_paths_are_the_shells_and_errors_say_where_was_looked(fmu_dir, tmp_path):
-    for name in ("hdrm-fmu", "Manipulator.ssp"):
-        shutil.copy(hdrm_fmu() if name == "hdrm-fmu" else fmu_dir / name, tmp_path / name)
-    beside = call("./hdrm-fmu", "run", "--quiet", *SHORT, "--csv", "here.csv", cwd=tmp_path)
+    def here(*arguments, **options):
+        return subprocess.run(["./hdrm-fmu", "run", *arguments], cwd=tmp_path, capture_output=True, text=True, **options)
+
+    shutil.copy(hdrm_fmu(), tmp_path)
+    shutil.copy(fmu_dir / "Manipulator.ssp", tmp_path)
+    beside = here("--quiet", *SHORT, "--csv", "here.csv")
     assert beside.returncode == 0 and (tmp_path / "here.csv").is_file(), beside.stderr
     (tmp_path / "fmus").mkdir()
     (tmp_path / "Manipulator.ssp").rename(tmp_path / "fmus/Manipulator.ssp")
-    missing = call("./hdrm-fmu", "run", "--quiet", *SHORT, cwd=tmp_path)
+    missing = here("--quiet", *SHORT)
     assert missing.returncode == 1 and f"{tmp_path}/fmu/Manipulator.ssp" in missing.stderr and "xtask" not in missing.stderr
-    found = call("./hdrm-fmu", "run", "--quiet", *SHORT, cwd=tmp_path, env={**os.environ, "FMU_DIR": "fmus"})
+    found = here("--quiet", *SHORT, env={**os.environ, "FMU_DIR": "fmus"})
     assert found.returncode == 0, found.stderr
-    absent = call("./hdrm-fmu", "run", "--system", "absent.ssp", cwd=tmp_path)
+    absent = here("--system", "absent.ssp")
     assert absent.returncode == 1 and f"`absent.ssp` cannot be read (looked for {tmp_path}/absent.ssp)" in absent.stderr
 
 
 def test_a_structure_finds_its_fmus_without_a_folder_being_named(fmu_dir):
     structure = ["--system", ROOT / "system/SystemStructure.ssd", "--quiet", *SHORT]
-    done = call(cosim(), "run", *structure, env={**os.environ, "FMU_DIR": str(fmu_dir)})
+    done = call("cosim", "run", *structure, env={**os.environ, "FMU_DIR": str(fmu_dir)})
     assert done.returncode == 0, done.stderr
 
 
@@ -145,9 +158,9 @@ def test_forgotten_wires_are_reported_and_strict_refuses_them(fmu_dir, tmp_path)
     path = tmp_path / "system.ssd"
     path.write_text(text)
     run = ["run", "--system", path, "--fmu-dir", fmu_dir, "--quiet", *SHORT]
-    done = call(cosim(), *run, "--check")
+    done = call("cosim", *run, "--check")
     assert done.returncode == 2 and "connectors that the FMUs do not have: controller.T_hot" in done.stdout, done.stderr
     assert "controller.i_d" in next(line for line in done.stdout.splitlines() if "nothing drives or sets" in line)
-    strict = call(cosim(), *run, "--strict")
+    strict = call("cosim", *run, "--strict")
     assert strict.returncode == 1 and "--strict: connectors that the FMUs do not have: controller.T_hot" in strict.stderr
-    assert "controller.i_d" in call(cosim(), "wiring", "--system", path, "--fmu-dir", fmu_dir).stdout
+    assert "controller.i_d" in call("cosim", "wiring", "--system", path, "--fmu-dir", fmu_dir).stdout

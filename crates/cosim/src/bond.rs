@@ -1,7 +1,7 @@
-//! Power that the coupling itself creates or destroys in a bond of force and velocity.
+//! Power that the coupling itself creates or destroys in a bond of effort and flow: force and velocity, voltage and current.
 //!
-//! The component that exerts the force (actuator) delivers over a step the mean power `F̄·u_v`: its mean force times the velocity it was
-//! given. The other one (manipulator) receives `u_F·v̄`: the force it was given times its own mean velocity. Were both solved together the
+//! The component that exerts the effort delivers over a step the mean power `F̄·u_v`: its mean effort times the flow it was
+//! given. The other one receives `u_F·v̄`: the effort it was given times its own mean flow. Were both solved together the
 //! two would be equal; the residual `P = F̄·u_v − u_F·v̄` is the error of the coupling, measurable while it runs (power bonds in
 //! co-simulation, Sadjina et al. 2017, here with means over the step in place of end values). `P < 0`: the coupling creates energy.
 
@@ -10,24 +10,24 @@ use crate::wiring::Port;
 /// Where the values of a bond are found.
 #[derive(Clone, Copy, Debug)]
 pub struct BondSlots {
-    /// The force output, for names.
-    pub force: Port,
-    /// Slot of the force as exchanged.
-    pub force_slot: usize,
-    /// Slot of the velocity as exchanged.
-    pub velocity_slot: usize,
-    /// Slot of the mean force among the step means.
+    /// The effort output, for names.
+    pub effort: Port,
+    /// Slot of the effort as exchanged.
+    pub effort_slot: usize,
+    /// Slot of the flow as exchanged.
+    pub flow_slot: usize,
+    /// Slot of the mean effort among the step means.
     pub mean_slot: usize,
-    /// True where the component that receives the force is stepped later, so that the Gauss–Seidel schedule gives it the mean.
+    /// True where the component that receives the effort is stepped later, so that the Gauss–Seidel schedule gives it the mean.
     pub mean_given: bool,
-    /// Slots of the force's and the velocity's derivative where derivatives are passed.
+    /// Slots of the effort's and the flow's derivative where derivatives are passed.
     pub derivative_slots: (Option<usize>, Option<usize>),
 }
 
 /// Power residual of one bond, accumulated over a run.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Residual {
-    /// Name of the force output.
+    /// Name of the effort output.
     pub bond: String,
     /// Residual of the last step, W.
     pub power: f64,
@@ -51,12 +51,12 @@ impl Residual {
         }
     }
 
-    /// Add a step of length `h`, s: mean force `exerted` at velocity `given_velocity`; force `given_force` at mean velocity `moved`.
-    pub fn add(&mut self, h: f64, exerted: f64, given_velocity: f64, given_force: f64, moved: f64) {
-        self.power = exerted * given_velocity - given_force * moved;
+    /// Add a step of length `h`, s: mean effort `exerted` at flow `given_flow`; effort `given_effort` at mean flow `moved`.
+    pub fn add(&mut self, h: f64, exerted: f64, given_flow: f64, given_effort: f64, moved: f64) {
+        self.power = exerted * given_flow - given_effort * moved;
         self.peak = self.peak.max(self.power.abs());
         self.energy += self.power * h;
-        self.turnover += (given_force * moved).abs() * h;
+        self.turnover += (given_effort * moved).abs() * h;
     }
 }
 

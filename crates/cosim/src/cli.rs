@@ -34,10 +34,10 @@ pub struct SystemArgs {
     /// or beside this program, or fmu/ in the build folder]
     #[arg(long, value_name = "DIR")]
     pub fmu_dir: Option<PathBuf>,
-    /// System structure to take from the packed system: `triangular_pd.ssd` [default: SystemStructure.ssd]
+    /// System structure to take from the packed system: `heavy.ssd` [default: SystemStructure.ssd]
     #[arg(long, value_name = "NAME")]
     pub variant: Option<String>,
-    /// Parameter set for the system, in the packed system (`resources/triangular.ssv`) or a file; repeatable, before all other options
+    /// Parameter set for the system, in the packed system (`resources/heavy.ssv`) or a file; repeatable, before all other options
     #[arg(long, value_name = "FILE")]
     pub parameters: Vec<PathBuf>,
 }
@@ -66,7 +66,7 @@ pub struct RunArgs {
     /// Communication step H, s
     #[arg(long, default_value_t = 1e-3, value_name = "SECONDS")]
     pub step: f64,
-    /// Stop time, s [default: that of the system's default experiment, or what the program knows better]
+    /// Stop time, s [default: the end of the motion where the program knows it, else that of the system's default experiment]
     #[arg(long, value_name = "SECONDS")]
     pub stop_time: Option<f64>,
     /// Order of stepping
@@ -144,7 +144,7 @@ pub struct CsvArgs {
     /// Write signals to this CSV file, and their units beside it to NAME.units.csv
     #[arg(long, value_name = "FILE")]
     pub csv: Option<PathBuf>,
-    /// Signals for --csv, comma-separated, with * for any text: `hdrm.tip.*,*.F`; `*` for all outputs [default: a useful few]
+    /// Signals for --csv, comma-separated, with * for any text: `arm.tip.*,*.F`; `*` for all outputs [default: a useful few]
     #[arg(long, value_delimiter = ',', value_name = "PATTERNS", requires = "csv")]
     pub signals: Vec<String>,
     /// Time from row to row, s, a multiple of the communication step [default: the communication step]
@@ -190,7 +190,7 @@ impl ValueEnum for Schedule {
             ),
             Self::GaussSeidel => (
                 "gauss-seidel",
-                "Step one after the other in the order of the system, later ones with the mean force of the step; asks what jacobi asks, \
+                "Step one after the other in the order of the system, later ones with the mean effort of the step; asks what jacobi asks, \
                  and that inputs can be set between the steps of two components",
             ),
             Self::JacobiDerivatives => return None,

@@ -23,8 +23,8 @@ pub enum Schedule {
     /// all connected inputs of all components are set from them, once; all components are stepped to t_(k+1). Nothing is read between a
     /// set and the step that follows it, so a value that goes through a component arrives one step later.
     Standard,
-    /// One after the other in the order of the system structure; a component stepped later than the one that exerts a force on it gets
-    /// the mean of that force over the step.
+    /// One after the other in the order of the system structure; a component stepped later than the one that exerts an effort on it gets
+    /// the mean of that effort over the step.
     #[default]
     GaussSeidel,
     /// All from the values at the communication point, held over the step.
@@ -62,13 +62,13 @@ pub struct Master {
 /// What went through a bond in the step just made.
 #[derive(Clone, Copy, Debug, Default)]
 struct BondStep {
-    force_exerted: f64,
-    velocity_given: f64,
-    force_given: f64,
-    velocity_before: f64,
+    effort_exerted: f64,
+    flow_given: f64,
+    effort_given: f64,
+    flow_before: f64,
 }
 
-/// Step means of the bonds' forces: read after a component was stepped, given to those stepped later (Gauss–Seidel).
+/// Step means of the bonds' efforts: read after a component was stepped, given to those stepped later (Gauss–Seidel).
 #[derive(Default)]
 struct Means {
     reads: Vec<Option<Read>>,
@@ -118,7 +118,7 @@ impl Master {
         }
         let residuals = bonds
             .iter()
-            .map(|b| Residual::new(wiring.name(b.force)))
+            .map(|b| Residual::new(wiring.name(b.effort)))
             .collect();
         let bond_steps = vec![BondStep::default(); bonds.len()];
         Ok(Self {
@@ -234,7 +234,7 @@ impl Master {
         Ok(())
     }
 
-    /// Note, before the next exchange overwrites them, the means of force and velocity that the components were given.
+    /// Note, before the next exchange overwrites them, the means of effort and flow that the components were given.
     fn note_bond_steps(&mut self, h: f64) {
         let half = 0.5 * h;
         let gauss_seidel = self.stepping.schedule == Schedule::GaussSeidel;
@@ -245,20 +245,20 @@ impl Master {
                 .map_or(0.0, |(d, slot)| half * d.values[slot])
         };
         for (bond_step, bond) in self.bond_steps.iter_mut().zip(&self.bonds) {
-            let force_exerted = self.means.values[bond.mean_slot];
-            let velocity_before = self.exchange.values[bond.velocity_slot];
-            let held = self.exchange.values[bond.force_slot] + rise(bond.derivative_slots.0);
-            let force_given = if gauss_seidel && bond.mean_given {
-                force_exerted
+            let effort_exerted = self.means.values[bond.mean_slot];
+            let flow_before = self.exchange.values[bond.flow_slot];
+            let held = self.exchange.values[bond.effort_slot] + rise(bond.derivative_slots.0);
+            let effort_given = if gauss_seidel && bond.mean_given {
+                effort_exerted
             } else {
                 held
             };
-            let velocity_given = velocity_before + rise(bond.derivative_slots.1);
+            let flow_given = flow_before + rise(bond.derivative_slots.1);
             *bond_step = BondStep {
-                force_exerted,
-                velocity_given,
-                force_given,
-                velocity_before,
+                effort_exerted,
+                flow_given,
+                effort_given,
+                flow_before,
             };
         }
     }
@@ -267,12 +267,12 @@ impl Master {
     fn account(&mut self, h: f64) {
         let bonds = self.bond_steps.iter().zip(&self.bonds);
         for (residual, (given, bond)) in self.residuals.iter_mut().zip(bonds) {
-            let moved = 0.5 * (given.velocity_before + self.exchange.values[bond.velocity_slot]);
+            let moved = 0.5 * (given.flow_before + self.exchange.values[bond.flow_slot]);
             residual.add(
                 h,
-                given.force_exerted,
-                given.velocity_given,
-                given.force_given,
+                given.effort_exerted,
+                given.flow_given,
+                given.effort_given,
                 moved,
             );
         }
@@ -310,9 +310,9 @@ impl Means {
         let mut given = Vec::new();
         for link in &wiring.links {
             let Some(b) = link.bond else { continue };
-            let Some(velocity) = wiring.driver(b.flow).map(|k| wiring.links[k].from) else {
+            let Some(flow) = wiring.driver(b.flow).map(|k| wiring.links[k].from) else {
                 bail!(
-                    "power bond of {}: no connection drives its velocity {}",
+                    "power bond of {}: no connection drives its flow {}",
                     wiring.name(link.from),
                     wiring.name(b.flow)
                 );
@@ -325,12 +325,12 @@ impl Means {
             }
             let derivative = |port| derivatives.and_then(|d| d.slot(port));
             bonds.push(BondSlots {
-                force: link.from,
-                force_slot: slot(link.from)?,
-                velocity_slot: slot(velocity)?,
+                effort: link.from,
+                effort_slot: slot(link.from)?,
+                flow_slot: slot(flow)?,
                 mean_slot,
                 mean_given,
-                derivative_slots: (derivative(link.from), derivative(velocity)),
+                derivative_slots: (derivative(link.from), derivative(flow)),
             });
         }
         for write in writes(wiring, given.iter().copied()) {

@@ -44,17 +44,17 @@ pub struct Connection {
     pub start: (String, String),
     /// Component and input.
     pub end: (String, String),
-    /// Set where the connection carries the force of a power bond.
+    /// Set where the connection carries the effort of a power bond.
     pub bond: Option<PowerBond>,
 }
 
-/// Annotation `io.github.hdrm-fmu.power-bond` of a force connection.
+/// Annotation `io.github.hdrm-fmu.power-bond` of a connection.
 #[derive(Clone, Debug, Deserialize, PartialEq)]
 pub struct PowerBond {
-    /// Output of the start element: mean of the connected force over the last step.
+    /// Output of the start element: mean of the connected effort over the last step.
     #[serde(rename = "@stepMean")]
     pub step_mean: String,
-    /// Input of the start element that receives the conjugate velocity.
+    /// Input of the start element that receives the conjugate flow.
     #[serde(rename = "@flow")]
     pub flow: String,
 }

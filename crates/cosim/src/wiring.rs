@@ -22,16 +22,16 @@ pub struct Link {
     pub from: Port,
     /// Input.
     pub to: Port,
-    /// Power bond of which it carries the force.
+    /// Power bond of which it carries the effort.
     pub bond: Option<BondPorts>,
 }
 
-/// The other variables of a power bond whose force a [`Link`] carries.
+/// The other variables of a power bond whose effort a [`Link`] carries.
 #[derive(Clone, Copy, Debug)]
 pub struct BondPorts {
-    /// Mean force over the last step: an output of the component that exerts the force.
+    /// Mean effort over the last step: an output of the component that exerts the effort.
     pub step_mean: Port,
-    /// Conjugate velocity: an input of the same component.
+    /// Conjugate flow: an input of the same component.
     pub flow: Port,
 }
 

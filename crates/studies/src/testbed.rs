@@ -6,7 +6,7 @@
 use std::fmt::Write as _;
 
 use anyhow::{Context, Result, ensure};
-use cosim::master::Master;
+use cosim::master::{Master, Stepping};
 use cosim::run::Experiment;
 use cosim::signals::{Inputs, Signals};
 use cosim::system::{Setting, System};
@@ -80,22 +80,65 @@ pub struct Course {
     pub force: [Vec<f64>; 2],
 }
 
-/// Run both trajectories: record the `machine` under `base`, replay on the `testbed`. `lag` is the emulator's time constant, s.
+/// Run both trajectories: record the `machine` under `base`, replay on the `testbed`. `lag` is the emulator's time constant, s. What is set
+/// on the machine's controller and on its lift and tilt actuators counts on the testbed too.
 pub fn run(
     machine: &System,
     testbed: &System,
     base: &Experiment,
     lag: f64,
 ) -> Vec<Result<Vec<Axis>>> {
+    let settings = match shared(machine, testbed, base) {
+        Ok(settings) => settings,
+        Err(error) => return vec![Err(error)],
+    };
     TRAJECTORIES
         .into_par_iter()
         .map(|(trajectory, _)| {
             let (recorded, profiles) = record(machine, base, trajectory)
                 .with_context(|| format!("{trajectory}, run of the machine"))?;
-            replay(testbed, base, trajectory, &recorded, &profiles, lag)
+            let bed = Bed {
+                system: testbed,
+                settings: &settings,
+                stepping: base.stepping,
+            };
+            bed.replay(trajectory, &recorded, &profiles, lag)
                 .with_context(|| format!("{trajectory}, testbed"))
         })
         .collect()
+}
+
+/// The one-axis experiment as it is run.
+struct Bed<'a> {
+    system: &'a System,
+    settings: &'a [Setting],
+    stepping: Stepping,
+}
+
+/// What is set on the machine, on the components of the testbed that stand for the same.
+fn shared(machine: &System, testbed: &System, base: &Experiment) -> Result<Vec<Setting>> {
+    let mut twins = vec![(machine.port("tip_error_norm")?.component, CONTROLLER)];
+    for (_, rod, actuator) in AXES {
+        twins.push((rod_ports(machine, rod)?[2].component, actuator));
+    }
+    let mut settings = Vec::new();
+    for Setting { port, value } in &base.settings {
+        let variable = &machine.variable(*port).name;
+        if let Some((_, twin)) = twins.iter().find(|(k, _)| *k == port.component) {
+            settings.push(testbed.setting(&format!("{twin}.{variable}"), value)?);
+        }
+    }
+    Ok(settings)
+}
+
+/// Position, velocity and force of a rod of the machine.
+fn rod_ports(machine: &System, rod: usize) -> Result<[Port; 3]> {
+    let arm = machine.port("f_hold[1]")?.component;
+    let of_rod = |array: &str| machine.port_of(arm, &format!("{array}[{rod}]"));
+    let wiring = machine.wiring()?;
+    let force = wiring.driver(of_rod("f")?);
+    let force = force.with_context(|| format!("nothing drives rod {rod}"))?;
+    Ok([of_rod("x")?, of_rod("x_dot")?, wiring.links[force].from])
 }
 
 fn record(
@@ -104,16 +147,10 @@ fn record(
     trajectory: &str,
 ) -> Result<(Recorded, [Profile; 2])> {
     let experiment = vary(machine, base, &[("trajectory", &trajectory)])?;
-    let arm = machine.port("f_hold[1]")?.component;
-    let wiring = machine.wiring()?;
-    let rod = |rod: usize| -> Result<[Port; 3]> {
-        let of_rod = |array: &str| machine.port_of(arm, &format!("{array}[{rod}]"));
-        let force = wiring.driver(of_rod("f")?);
-        let force = force.with_context(|| format!("nothing drives rod {rod}"))?;
-        let force = wiring.links[force].from;
-        Ok([of_rod("x")?, of_rod("x_dot")?, force])
-    };
-    let rods = [rod(AXES[0].1)?, rod(AXES[1].1)?];
+    let rods = [
+        rod_ports(machine, AXES[0].1)?,
+        rod_ports(machine, AXES[1].1)?,
+    ];
     let recorded = Recorded::of(machine, &experiment, rods.as_flattened())?;
     let profile = |[x, x_dot, force]: [Port; 3]| -> Result<Profile> {
         let column = |port| recorded.recording.column(port).map(<[f64]>::to_vec);
@@ -190,53 +227,60 @@ fn emulate(force: &mut f64, from: f64, to: f64, step: f64, lag: f64) -> f64 {
     0.5 * (before + *force)
 }
 
-fn replay(
-    testbed: &System,
-    base: &Experiment,
-    trajectory: &'static str,
-    recorded: &Recorded,
-    profiles: &[Profile; 2],
-    lag: f64,
-) -> Result<Vec<Axis>> {
-    let points = recorded.recording.times.len();
-    ensure!(points > 1, "the recording is empty");
-    let mut references = references(testbed)?;
-    let mut loads = inputs(testbed, &AXES.map(|(_, _, a)| format!("{a}.F_ext")))?;
-    let outputs = AXES.map(|(_, _, a)| ["x_rod", "x_rod_dot", "F"].map(|v| format!("{a}.{v}")));
-    let mut signals = Signals::new(testbed, &ports(testbed, outputs.as_flattened())?)?;
-    let settings = start(testbed, profiles)?;
-    let mut master = Master::new(testbed, &settings, base.stepping)?;
-    let mut load = [profiles[0].F[0], profiles[1].F[0]];
-    let mut courses = [Course::default(), Course::default()];
-    for k in 0..points {
-        let desired = profiles.each_ref();
-        let desired = desired.map(|p| [p.x[k], p.x_dot[k], p.x_ddot[k], p.F[k]]);
-        let actual = signals.read(&master)?.chunks_exact(3);
-        for ((course, [x, x_dot, _, F]), actual) in courses.iter_mut().zip(desired).zip(actual) {
-            course.add(master.time(), [x, x_dot, F], actual);
+impl Bed<'_> {
+    fn replay(
+        &self,
+        trajectory: &'static str,
+        recorded: &Recorded,
+        profiles: &[Profile; 2],
+        lag: f64,
+    ) -> Result<Vec<Axis>> {
+        let points = recorded.recording.times.len();
+        ensure!(points > 1, "the recording is empty");
+        let Bed {
+            system: testbed,
+            settings,
+            stepping,
+        } = *self;
+        let mut references = references(testbed)?;
+        let mut loads = inputs(testbed, &AXES.map(|(_, _, a)| format!("{a}.F_ext")))?;
+        let outputs = AXES.map(|(_, _, a)| ["x_rod", "x_rod_dot", "F"].map(|v| format!("{a}.{v}")));
+        let mut signals = Signals::new(testbed, &ports(testbed, outputs.as_flattened())?)?;
+        let settings = [settings, &start(testbed, profiles)?].concat();
+        let mut master = Master::new(testbed, &settings, stepping)?;
+        let mut load = [profiles[0].F[0], profiles[1].F[0]];
+        let mut courses = [Course::default(), Course::default()];
+        for k in 0..points {
+            let desired = profiles.each_ref();
+            let desired = desired.map(|p| [p.x[k], p.x_dot[k], p.x_ddot[k], p.F[k]]);
+            let actual = signals.read(&master)?.chunks_exact(3);
+            for ((course, [x, x_dot, _, F]), actual) in courses.iter_mut().zip(desired).zip(actual)
+            {
+                course.add(master.time(), [x, x_dot, F], actual);
+            }
+            references.set(&master, desired.as_flattened())?;
+            master.pass()?;
+            if k + 1 < points {
+                let forces = std::array::from_fn::<_, 2, _>(|i| {
+                    let F = &profiles[i].F;
+                    emulate(&mut load[i], F[k], F[k + 1], stepping.step, lag)
+                });
+                loads.set(&master, &forces)?;
+                master.step()?;
+            }
         }
-        references.set(&master, desired.as_flattened())?;
-        master.pass()?;
-        if k + 1 < points {
-            let forces = std::array::from_fn::<_, 2, _>(|i| {
-                let F = &profiles[i].F;
-                emulate(&mut load[i], F[k], F[k + 1], base.stepping.step, lag)
-            });
-            loads.set(&master, &forces)?;
-            master.step()?;
-        }
+        master.terminate()?;
+        let first = recorded.motion_start();
+        let axis = |((axis, _, _), course): ((&'static str, usize, &str), Course)| Axis {
+            trajectory,
+            axis,
+            position: tracking(&course.position, first),
+            velocity: tracking(&course.velocity, first),
+            force: tracking(&course.force, first),
+            course,
+        };
+        Ok(AXES.into_iter().zip(courses).map(axis).collect())
     }
-    master.terminate()?;
-    let first = recorded.motion_start();
-    let axis = |((axis, _, _), course): ((&'static str, usize, &str), Course)| Axis {
-        trajectory,
-        axis,
-        position: tracking(&course.position, first),
-        velocity: tracking(&course.velocity, first),
-        force: tracking(&course.force, first),
-        course,
-    };
-    Ok(AXES.into_iter().zip(courses).map(axis).collect())
 }
 
 impl Course {
