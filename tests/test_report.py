@@ -4,6 +4,8 @@ Needs Chromium and ChromeDriver of the system (Debian: chromium, chromium-driver
 REPORT_BROWSER=required in the environment, as in CI.
 """
 
+import base64
+import json
 import os
 import shutil
 import subprocess
@@ -14,6 +16,7 @@ import numpy as np
 import pytest
 from selenium import webdriver
 from selenium.webdriver.common.by import By
+from selenium.webdriver.common.keys import Keys
 from selenium.webdriver.support.ui import Select, WebDriverWait
 
 from native import hdrm_fmu
@@ -21,6 +24,8 @@ from native import hdrm_fmu
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "chrome")
 # A cut-off motion: 2 s of it are enough to see things move, and the runs stay short.
 STOP_TIME = "6"
+TRAJECTORIES = ("cubic", "triangular")
+MODES = ("adaptive", "modular", "pd")
 
 
 @pytest.fixture(scope="module")
@@ -117,7 +122,7 @@ def test_plots_hold_curves(browser):
     )
     assert len(plots) >= 30
     assert [name for name, lengths in plots if not lengths or min(lengths) == 0] == []
-    for trajectory in ("cubic", "triangular"):
+    for trajectory in TRAJECTORIES:
         names = browser.execute_script(f"return document.getElementById('path-{trajectory}').data.map((t) => t.name)")
         assert names == ["PD", "modular", "adaptive", "desired"]
 
@@ -126,6 +131,160 @@ def test_paths_in_space_are_drawn(browser):
     browser.execute_script("document.getElementById('path-cubic').scrollIntoView()")
     drawn = "return document.querySelectorAll('#path-cubic canvas').length"
     WebDriverWait(browser, 30).until(lambda b: b.execute_script(drawn) > 0)
+
+
+@pytest.mark.parametrize("trajectory", TRAJECTORIES)
+def test_the_whole_path_is_in_view(browser, trajectory):
+    """All points lie between the ends of the axes, which have one scale, and the corners of their box project into the picture."""
+    corners, ends, lengths, shown = browser.execute_script(
+        """
+        const plot = document.getElementById(`path-${arguments[0]}`);
+        const { xaxis, yaxis, zaxis, aspectratio: ratio, camera } = plot._fullLayout.scene;
+        const axes = [xaxis, yaxis, zaxis];
+        const lengths = axes.map((a, k) => (a.range[1] - a.range[0]) / [ratio.x, ratio.y, ratio.z][k]);
+        const ends = ["x", "y", "z"].map((n) => plot.data.flatMap((t) => [Math.min(...t[n]), Math.max(...t[n])]));
+        const { eye, center } = camera;
+        const minus = (a, b) => a.map((v, k) => v - b[k]), dot = (a, b) => a.reduce((s, v, k) => s + v * b[k], 0);
+        const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
+        const unit = (a) => a.map((v) => v / Math.hypot(...a));
+        const from = [eye.x, eye.y, eye.z], to = [center.x, center.y, center.z];
+        const forward = unit(minus(to, from)), right = unit(cross(forward, [0, 0, 1])), up = cross(right, forward);
+        const corners = [];
+        for (const x of [-0.5, 0.5]) for (const y of [-0.5, 0.5]) for (const z of [-0.5, 0.5]) {
+          const ray = minus([x * ratio.x, y * ratio.y, z * ratio.z], from);
+          corners.push([dot(ray, right) / dot(ray, forward), dot(ray, up) / dot(ray, forward)]);
+        }
+        return [corners, ends, lengths, axes.map((a) => a.range)];
+        """,
+        trajectory,
+    )
+    for points, (low, high) in zip(ends, shown, strict=True):
+        assert low < min(points) and max(points) < high
+    assert np.ptp(lengths) < 1e-9 * max(lengths), "a metre is as long on each axis"
+    # Plotly's camera sees 45 degrees of height, and more of width, as no picture here is higher than wide.
+    assert np.abs(corners).max() < np.tan(np.radians(22.5))
+
+
+@pytest.mark.parametrize("width", [1400, 800])
+def test_no_text_covers_other_text(browser, width):
+    """Title, legend and buttons of each plot lie apart, and the page is not wider than the window."""
+    height = browser.get_window_size()["height"]
+    browser.set_window_size(width, height)
+    try:
+        time.sleep(1.5)  # Plotly redraws after a resize.
+        covered = browser.execute_script(
+            """
+            const found = [];
+            for (const plot of document.querySelectorAll(".js-plotly-plot")) {
+              if (plot.hidden) continue;
+              const boxes = [".gtitle", ".legend", ".modebar"].map((s) => [s, plot.querySelector(s)?.getBoundingClientRect()]).filter(([, b]) => b?.width);
+              boxes.forEach(([a, p], i) => boxes.slice(i + 1).forEach(([b, q]) => {
+                if (p.left < q.right && q.left < p.right && p.top < q.bottom && q.top < p.bottom) found.push(`${plot.id}: ${a} and ${b}`);
+              }));
+            }
+            return found;
+            """
+        )
+        assert covered == []
+        assert browser.execute_script("return document.documentElement.scrollWidth <= window.innerWidth")
+    finally:
+        browser.set_window_size(1400, height)
+
+
+def data(browser, expression):
+    return browser.execute_script(f"return data.{expression}")
+
+
+def samples(text):
+    """The page's numbers: base64 of little-endian 32-bit floats."""
+    return np.frombuffer(base64.b64decode(text), "<f4")
+
+
+def test_the_page_says_what_its_numbers_are(browser):
+    reading = browser.find_element(By.ID, "reading").text
+    assert "Plant and controller share one model here" in reading
+    assert "t = 4 s" in reading
+    runs = [r for r in data(browser, "runs") if r["mode"] == "adaptive"]
+    assert f"{1000 * max(r['whole_max'] for r in runs):.4f} mm" in reading
+    assert f"{1000 * max(r['max'] for r in runs):.4f} mm" in reading
+
+
+def test_other_errors_are_those_of_the_command(browser, fmu_dir, tmp_path):
+    """Each study has a table of what `table --study` computes, and names its worst case."""
+    file = tmp_path / "cells.json"
+    subprocess.run(
+        [hdrm_fmu(), "table", "--study", "payload", "--study", "tip-load", "--system", fmu_dir / "Manipulator.ssp"]
+        + ["--stop-time", STOP_TIME, "--json", file],
+        check=True,
+    )
+    found = json.loads(file.read_text())
+    blocks = browser.find_elements(By.CSS_SELECTOR, "#studies .study")
+    titles = [block.find_element(By.TAG_NAME, "h3").text for block in blocks]
+    assert titles == ["Motor and transmission parameters", "Payload", "Sensor noise", "Unknown load on the tip"]
+    rows = [len(block.find_elements(By.CSS_SELECTOR, "tr")) - 2 for block in blocks]
+    assert rows == [16, 2, 3, 3]
+    for name, block in (("payload", blocks[1]), ("tip-load", blocks[3])):
+        cells = {(c["case"], c["trajectory"], c["mode"]): c for c in found[name]}
+        for row in block.find_elements(By.CSS_SELECTOR, "tr")[2:]:
+            case, *shown = [td.text for td in row.find_elements(By.TAG_NAME, "td")]
+            expected = [cells[case, t, m] for t in TRAJECTORIES for m in MODES]
+            assert shown == [f"{1000 * c['rmse_m']:.3f} ({1000 * c['max_m']:.3f})" for c in expected]
+        worst = max((c for c in found[name] if c["mode"] == "adaptive"), key=lambda c: c["rmse_m"])
+        sentence = f"Worst case of the adaptive controller: {worst['case']}, {worst['trajectory']}, RMSE {1000 * worst['rmse_m']:.3f} mm"
+        assert sentence in block.find_element(By.TAG_NAME, "p").text
+
+
+def test_stability_is_shown_as_tables_and_curves(browser):
+    runs = data(browser, "stability.runs")
+    names = [f"{t}, {law} law, {step} ms" for t in TRAJECTORIES for law in ("paper", "shipped") for step in ("1", "0.25")]
+    for table in ("functions", "bound"):
+        rows = browser.find_elements(By.CSS_SELECTOR, f"#stability-{table} tr")[2:]
+        assert [row.find_element(By.TAG_NAME, "td").text for row in rows] == names
+    for run, row in zip(runs, browser.find_elements(By.CSS_SELECTOR, "#stability-bound tr")[2:], strict=True):
+        assert row.find_elements(By.TAG_NAME, "td")[1].text == f"{100 * run['exceeded']:.1f} %"
+        # Independent of the table: a mean of the curve is that of the excess, a largest value is none but the curve's.
+        curves = {name: samples(text) for name, text in run["curves"].items()}
+        excess = curves["nu_dot"] + curves["dissipation"]
+        assert np.allclose(excess, curves["bodies"] + curves["actuators"] + curves["cuts"], atol=1e-4)
+        assert (excess <= curves["excess_max"] + 1e-4).all()
+        assert curves["excess_max"].max() == pytest.approx(run["excess"]["max"], abs=1e-4)
+        assert (curves["excess_max"] > 0).any() == (run["exceeded"] > 0)
+    gains = [[td.text for td in row.find_elements(By.TAG_NAME, "td")] for row in browser.find_elements(By.CSS_SELECTOR, "#stability-gains tr")[1:]]
+    assert [row[-1] for row in gains] == ["fails", "holds", "holds"]
+    for row in gains:
+        value, bound = (float(text.replace("−", "-")) for text in row[2:4])
+        assert (value >= bound) == (row[-1] == "holds")
+    select = Select(browser.find_element(By.ID, "stability-run"))
+    before = browser.execute_script("return Array.from(document.getElementById('l-excess').data[0].y)")
+    select.select_by_visible_text("triangular, paper law, 0.25 ms")
+    assert browser.execute_script("return Array.from(document.getElementById('l-excess').data[0].y)") != before
+
+
+def test_the_efficiency_map_is_that_of_the_actuator(browser, emla):
+    """Points of both quadrants, computed here through FMPy; the system blends a fifth of the network in."""
+    page = data(browser, "efficiency_map")
+    loads, speeds = np.array(page["loads"]), np.array(page["speeds"])
+    assert (speeds < 0).sum() == (speeds > 0).sum() > 10
+    for i, j in ((10, 5), (20, len(speeds) - 8), (27, len(speeds) // 2)):
+        instance = emla.running(F_hold=loads[i], x_dot=speeds[j], alpha=0.2)
+        assert instance.get("efficiency_valid")
+        for surface, name in (("physics", "efficiency_phys"), ("network", "efficiency_net"), ("hybrid", "efficiency")):
+            shown = samples(page[surface]).reshape(len(loads), len(speeds))[i, j]
+            assert shown == pytest.approx(instance.get(name), abs=1e-6), (surface, loads[i], speeds[j])
+    assert browser.execute_script("return document.getElementById('map-hybrid').data[0].z.length") == len(loads)
+
+
+def test_the_keyboard_reaches_all_controls(browser):
+    controls = browser.find_elements(By.CSS_SELECTOR, "select, input, button, nav a, #machine, .scroll")
+    assert len(controls) > 20
+    assert [c.get_attribute("id") for c in controls if c.get_property("tabIndex") < 0] == []
+    scene = browser.find_element(By.ID, "machine")
+    before = picture(browser, "#machine")
+    scene.send_keys(Keys.SHIFT, Keys.ARROW_LEFT, Keys.ARROW_LEFT)
+    assert (picture(browser, "#machine") != before).any(), "the scene turns"
+    view = Select(browser.find_element(By.ID, "animation-view"))
+    view.select_by_value("side")
+    view.select_by_value("whole")
 
 
 def test_the_testbed_is_shown(browser):
@@ -144,15 +303,15 @@ def test_the_table_has_the_papers_column(browser):
 
 def test_the_canvas_is_not_blank_and_the_slider_moves_the_arm(browser):
     assert move(browser, 0.0) == 0.0
-    before = picture(browser, "#scene")
+    before = picture(browser, "#machine")
     colours = len(np.unique(before.reshape(-1, 3), axis=0))
     assert colours > 200, "body, ground and shadow have many shades"
-    assert (picture(browser, "#scene") == before).all(), "nothing moves without the slider"
+    assert (picture(browser, "#machine") == before).all(), "nothing moves without the slider"
     assert move(browser, 1.0) == float(STOP_TIME)
-    moved = np.abs(picture(browser, "#scene") - before).max(axis=2) > 30
+    moved = np.abs(picture(browser, "#machine") - before).max(axis=2) > 30
     assert 0.002 < moved.mean() < 0.5, "the arm moves, the ground does not"
     move(browser, 0.0)
-    assert (picture(browser, "#scene") == before).all(), "and back"
+    assert (picture(browser, "#machine") == before).all(), "and back"
 
 
 def test_play_and_pause(browser):
@@ -168,12 +327,12 @@ def test_play_and_pause(browser):
 
 def test_another_run_can_be_chosen(browser):
     move(browser, 1.0)
-    cubic = picture(browser, "#scene")
+    cubic = picture(browser, "#machine")
     select = Select(browser.find_element(By.ID, "animation-run"))
     select.select_by_visible_text("triangular, PD")
-    assert (picture(browser, "#scene") != cubic).any()
+    assert (picture(browser, "#machine") != cubic).any()
     select.select_by_index(0)
-    assert (picture(browser, "#scene") == cubic).all()
+    assert (picture(browser, "#machine") == cubic).all()
 
 
 def test_size(written):
@@ -182,7 +341,7 @@ def test_size(written):
 
 def test_figures_are_written_as_png_and_svg(written):
     figures = sorted(f.name for f in (written / "figures").iterdir())
-    kinds = ("actuators", "adaptation", "testbed_lift", "testbed_tilt", "tip_error", "tip_path")
+    kinds = ("actuators", "adaptation", "stability", "testbed_lift", "testbed_tilt", "tip_error", "tip_path")
     stems = [f"{kind}_{t}" for kind in kinds for t in ("cubic", "triangular")]
     expected = sorted(f"{s}.{e}" for s in [*stems, "robustness"] for e in ("png", "svg"))
     assert figures == expected

@@ -359,7 +359,7 @@ fn passes_derivative(wiring: &Wiring, link: &Link) -> bool {
 }
 
 /// An instance of the component with the index `k`, with the system's parameter values, then `settings`.
-fn instantiate(system: &System, k: usize, settings: &[Setting]) -> Result<Slave> {
+pub fn instantiate(system: &System, k: usize, settings: &[Setting]) -> Result<Slave> {
     let component = &system.structure.components[k];
     let slave = Slave::new(&system.fmus[k], &component.name)?;
     for p in &component.parameters {

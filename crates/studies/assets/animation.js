@@ -5,7 +5,7 @@
     RK: "#e04848", CP: "#2f95dc", A4: "#8494a5", C4: "#b3c0cc", D4: "#8494a5", PL: "#a9814f",
   };
   const bodies = data.scene.bodies;
-  const canvas = element("scene");
+  const canvas = element("machine");
   const renderer = new THREE.WebGLRenderer({ canvas, antialias: true, preserveDrawingBuffer: true });
   renderer.setPixelRatio(Math.min(window.devicePixelRatio, 2));
   renderer.shadowMap.enabled = true;
@@ -16,6 +16,7 @@
   const controls = new THREE.OrbitControls(camera, canvas);
   controls.enableDamping = false;
   controls.maxPolarAngle = 0.52 * Math.PI;
+  controls.listenToKeyEvents(canvas);
 
   scene.add(new THREE.HemisphereLight("#ffffff", "#b9c3cd", 2.1));
   const sun = new THREE.DirectionalLight("#fff6e6", 3);

@@ -50,16 +50,20 @@ const runName = (run) =>
 const percent = (scale) => `${scale > 1 ? "+" : scale < 1 ? "−" : ""}${Math.abs(Math.round(100 * (scale - 1)))} %`;
 const mm = (m, digits = 4) => (m === null || m === undefined ? "failed" : (1000 * m).toFixed(digits));
 
+const capital = (text) => text[0].toUpperCase() + text.slice(1);
+
 function escape(text) {
   return String(text).replace(/[&<>"]/g, (c) => ({ "&": "&amp;", "<": "&lt;", ">": "&gt;", '"': "&quot;" })[c]);
 }
 
-/* Fill a <select> with the runs; `changed` is told the chosen one, now and after each change. */
-function chooseRun(id, changed, preferred = () => false) {
+/* Fill a <select> with the items; `changed` is told the chosen one, now and after each change. */
+function choose(id, items, name, changed, preferred = () => false) {
   const select = element(id);
-  data.runs.forEach((run, k) => select.add(new Option(runName(run), k)));
-  select.value = Math.max(data.runs.findIndex(preferred), 0);
-  const tell = () => changed(data.runs[select.value]);
+  items.forEach((item, k) => select.add(new Option(name(item), k)));
+  select.value = Math.max(items.findIndex(preferred), 0);
+  const tell = () => changed(items[select.value]);
   select.addEventListener("change", tell);
   tell();
 }
+
+const chooseRun = (id, changed, preferred) => choose(id, data.runs, runName, changed, preferred);

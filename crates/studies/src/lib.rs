@@ -1,12 +1,13 @@
 //! Experiments on the coupled manipulator, made with the co-simulation master `cosim`: runs with their tip error ([`experiment`],
 //! [`tip`]), the paper's table of inertia errors ([`table`]) and other errors ([`robustness`]), the one-axis experiment ([`testbed`]), the
-//! stability proof in numbers ([`stability`]), the actuators' energy ([`energy`]), a long run ([`endurance`]), and all of it as a page
+//! stability proof in numbers ([`stability`]), the actuators' energy ([`energy`]) and efficiency ([`efficiency`]), a long run ([`endurance`]), and all of it as a page
 //! ([`report`]).
 //!
 //! Everything is computed by the FMUs; names such as `tip_error_norm`, `settle_time` or `inertia_scale` are variables of theirs. The crate
 //! `hdrm` serves the report's drawing only, `machine` that and the machine's limits and ratings, `surrogate` the command that trains a network.
 #![forbid(unsafe_code)]
 
+pub mod efficiency;
 pub mod endurance;
 pub mod energy;
 pub mod experiment;

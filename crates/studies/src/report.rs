@@ -8,6 +8,7 @@
 //! The page is plain HTML with plotly.js (out of the crate `plotly`) and three.js (in `assets/`) inside.
 
 mod conditions;
+mod errors;
 mod evaluation;
 mod figures;
 mod map;
@@ -15,6 +16,7 @@ mod page;
 mod runs;
 mod samples;
 mod scene;
+mod stability;
 
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -26,14 +28,18 @@ use cosim::system::System;
 use rayon::prelude::*;
 use serde::Serialize;
 
+use crate::efficiency;
 use crate::machine_file::MachineFile;
 use crate::table::{self, MODES, TRAJECTORIES};
+use crate::tip::TipError;
 use conditions::Conditions;
-use evaluation::{Energy, Stability, Testbed, kept};
+use errors::{ErrorStudy, Plan};
+use evaluation::{Energy, Testbed, kept};
 pub(crate) use figures::chart;
 use map::EfficiencyMap;
 use runs::{Case, Run};
 use scene::Scene;
+use stability::Stability;
 
 /// Inertia error with which the adaptation is shown besides nominal inertias.
 const UNCERTAIN: f64 = 1.4;
@@ -46,8 +52,6 @@ pub struct Request<'a> {
     pub base: &'a Experiment,
     /// The one-axis experiment, where there is one.
     pub testbed: Option<&'a System>,
-    /// `efficiency_map.csv` of `surrogate map`.
-    pub efficiency_map: Option<&'a Path>,
 }
 
 /// All that the page shows.
@@ -55,6 +59,7 @@ pub struct Request<'a> {
 pub struct Report {
     conditions: Conditions,
     table: Vec<Row>,
+    errors: Vec<ErrorStudy>,
     runs: Vec<Run>,
     /// Runs that failed, with the reason.
     failures: Vec<String>,
@@ -84,22 +89,30 @@ struct TableCell {
     max: Option<f64>,
 }
 
-impl Request<'_> {
-    /// Number of runs it takes.
-    pub fn count() -> u64 {
-        (cases().len() + table::CELLS) as u64 + evaluation::RUNS
+impl TableCell {
+    fn of(mode: &'static str, result: &Result<TipError>) -> Self {
+        let motion = result.as_ref().ok().map(|tip| tip.motion);
+        Self {
+            mode,
+            rmse: motion.map(|d| d.rms()),
+            max: motion.map(|d| d.max),
+        }
     }
+}
 
-    /// Make all runs, in parallel; `progress` is told how many are done. A run that fails is named in the report.
+impl Request<'_> {
+    /// Make all runs, in parallel; `progress` is told how many of how many are done. A run that fails is named in the report.
     ///
     /// # Errors
-    /// No run succeeds, or the machine file or the efficiency map cannot be used.
-    pub fn make(&self, progress: impl Fn(u64) + Sync) -> Result<Report> {
-        let efficiency_map = self.efficiency_map.map(EfficiencyMap::read).transpose()?;
+    /// No run succeeds, or the machine file cannot be used.
+    pub fn make(&self, progress: impl Fn(u64, u64) + Sync) -> Result<Report> {
         let machine = MachineFile::of(self.system, &self.base.settings)?;
         let scene = Scene::new(&machine)?;
+        let plan = Plan::of(self)?;
+        let runs = cases().len() + table::CELLS + plan.count();
+        let total = runs as u64 + evaluation::RUNS + crate::stability::RUNS;
         let done = AtomicU64::new(0);
-        let count = || progress(done.fetch_add(1, Ordering::Relaxed) + 1);
+        let count = || progress(done.fetch_add(1, Ordering::Relaxed) + 1, total);
         let results: Vec<Result<Run>> = cases()
             .into_par_iter()
             .map(|case| {
@@ -115,19 +128,22 @@ impl Request<'_> {
         }
         let cells = table::run(self.system, self.base, count);
         failures.extend(cells.iter().filter_map(failure));
+        let errors = plan.run(self, count, &mut failures);
         let energy = evaluation::energies(self, count, &mut failures);
-        let stability = evaluation::stability(self, count, &mut failures);
+        let stability = stability::stability(self, count, &mut failures);
         let testbed = evaluation::testbed(self, &mut failures);
+        let map = efficiency::map(self.system, self.base).map(EfficiencyMap::from);
         Ok(Report {
             conditions: Conditions::of(self, &machine),
             table: cells.chunks(MODES.len()).map(row).collect(),
+            errors,
             runs,
-            failures,
             energy,
             stability,
             testbed,
             scene,
-            efficiency_map,
+            efficiency_map: kept(vec![map], &mut failures).pop(),
+            failures,
         })
     }
 }
@@ -164,19 +180,14 @@ fn failure(cell: &table::Cell) -> Option<String> {
 }
 
 fn row(cells: &[table::Cell]) -> Row {
-    let cell = |c: &table::Cell| {
-        let tip = c.result.as_ref().ok().map(|tip| tip.motion);
-        TableCell {
-            mode: c.mode,
-            rmse: tip.map(|d| d.rms()),
-            max: tip.map(|d| d.max),
-        }
-    };
     Row {
         trajectory: cells[0].trajectory,
         scale: cells[0].scale,
         paper: cells[0].paper,
-        cells: cells.iter().map(cell).collect(),
+        cells: cells
+            .iter()
+            .map(|c| TableCell::of(c.mode, &c.result))
+            .collect(),
     }
 }
 

@@ -49,16 +49,16 @@ const MOTOR: [(&str, &[&str]); 7] = [
 const EFFICIENCY: &str = "eta_gear";
 /// Errors of parameters.
 const FACTORS: [f64; 2] = [1.4, 0.6];
-/// Standard deviations on the controller's inputs: rad, rad/s, A, A, rad/s, m/s, N. A 20-bit encoder at a joint resolves 6e-6 rad, its
+/// Standard deviations on the controller's inputs. A 20-bit encoder at a joint resolves 6e-6 rad, its
 /// rate is filtered; current transducers and motor encoders of servo drives; a 70 kN load cell of class 0.1.
-pub const SENSORS: [(&str, f64); 7] = [
-    ("zeta", 1e-5),
-    ("zeta_dot", 1e-3),
-    ("i_d", 0.1),
-    ("i_q", 0.1),
-    ("w_m", 0.3),
-    ("x_dot", 1e-4),
-    ("F", 70.0),
+pub const SENSORS: [(&str, &str, f64); 7] = [
+    ("zeta", "rad", 1e-5),
+    ("zeta_dot", "rad/s", 1e-3),
+    ("i_d", "A", 0.1),
+    ("i_q", "A", 0.1),
+    ("w_m", "rad/s", 0.3),
+    ("x_dot", "m/s", 1e-4),
+    ("F", "N", 70.0),
 ];
 /// Wrenches on the tip in T4 axes, whose x axis points down in the start pose: N and N·m.
 const TIP_LOADS: [(&str, [f64; 6]); 3] = [
@@ -78,6 +78,37 @@ impl Study {
             Self::Payload => "payload",
             Self::Noise => "noise",
             Self::TipLoad => "tip-load",
+        }
+    }
+
+    /// What is varied, as one sentence.
+    pub fn varied(self) -> String {
+        let percent = |factor: f64| format!("{:+.0} %", 100.0 * (factor - 1.0));
+        let factors = FACTORS.map(percent).join(" or ");
+        match self {
+            Self::Motor => format!(
+                "Motor and transmission parameters of all three actuators differ by {factors} from what the controller assumes, \
+                 each alone and all together: winding resistance R_s, inductances L_d and L_q, flux linkage lambda_m, motor inertia J_m, \
+                 viscous and Coulomb friction C_m and tau_C, gear efficiency eta_gear (at most 1)."
+            ),
+            Self::Payload => {
+                format!(
+                    "The mass of the payload alone differs by {factors} from what the controller assumes."
+                )
+            }
+            Self::Noise => {
+                let sensors =
+                    SENSORS.map(|(variable, unit, sigma)| format!("{variable} {sigma} {unit}"));
+                format!(
+                    "Gaussian noise on everything that the controller measures, drawn anew at each communication point, with three \
+                     seeds; standard deviations: {}.",
+                    sensors.join(", ")
+                )
+            }
+            Self::TipLoad => {
+                "A constant wrench acts on the end-effector that the controller is not told of."
+                    .into()
+            }
         }
     }
 
@@ -169,7 +200,7 @@ fn payload_cases(system: &System, base: &Experiment) -> Result<Vec<Case>> {
 /// The same noise with three seeds.
 fn noise_cases(system: &System, seed: u64) -> Result<Vec<Case>> {
     let controller = system.component_of(system.port("trajectory")?);
-    let sensors = SENSORS.map(|(variable, sigma)| Sensor {
+    let sensors = SENSORS.map(|(variable, _, sigma)| Sensor {
         component: controller.into(),
         variable: variable.into(),
         sigma,
@@ -316,11 +347,16 @@ pub fn text(cells: &[Cell]) -> String {
     text + &verdict(study, cells) + &failures
 }
 
+/// The adaptive cell with the largest RMSE, and its tip error.
+pub fn worst(cells: &[Cell]) -> Option<(&Cell, TipError)> {
+    let adaptive = cells.iter().filter(|c| c.mode == "adaptive");
+    let found = adaptive.filter_map(|c| Some((c, *c.result.as_ref().ok()?)));
+    found.max_by(|(_, a), (_, b)| a.motion.rms().total_cmp(&b.motion.rms()))
+}
+
 /// Worst adaptive cell beside the target.
 fn verdict(study: Study, cells: &[Cell]) -> String {
-    let adaptive = cells.iter().filter(|c| c.mode == "adaptive");
-    let rms = adaptive.filter_map(|c| c.result.as_ref().ok().map(|tip| tip.motion.rms()));
-    let worst = 1e3 * rms.fold(0.0, f64::max);
+    let worst = 1e3 * worst(cells).map_or(0.0, |(_, tip)| tip.motion.rms());
     let end = match study.target() {
         None => String::new(),
         Some(target) if worst <= 1e3 * target => format!(", target {:.1}: met", 1e3 * target),

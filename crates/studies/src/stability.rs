@@ -12,6 +12,8 @@
 //! friction, inertia and elasticity between current and rod, which the proof leaves out.
 #![allow(non_snake_case)] // the paper's symbols
 
+mod gains;
+
 use std::fmt::Write as _;
 
 use anyhow::{Context, Result, ensure};
@@ -21,6 +23,7 @@ use cosim::wiring::Port;
 use rayon::prelude::*;
 use serde::Serialize;
 
+pub use self::gains::{Condition, Gains};
 use crate::experiment::{Recorded, vary};
 use crate::table::TRAJECTORIES;
 
@@ -40,8 +43,8 @@ const PER_ROD: [&str; 5] = [
     "lyapunov.force_error",
     "x_dot_required",
 ];
-/// Stability conditions of the low-level law.
-const CONDITIONS: [&str; 6] = [
+/// Constants of the low-level law's stability conditions, in the order of the fields of [`Gains`].
+const GAINS: [&str; 6] = [
     "stability.beta_1",
     "stability.beta_2",
     "stability.printed_margin",
@@ -92,8 +95,41 @@ pub struct Run {
     pub actuators: Power,
     /// Part of the cuts at the rods.
     pub cuts: Power,
-    /// β₁ (N/A), β₂ (N/A), printed margin, ε_max (A/N), K_1 (m/N), K_2 (H).
-    pub conditions: [f64; 6],
+    /// What the gain conditions are made of.
+    pub gains: Gains,
+    /// Course over the motion.
+    #[serde(skip)]
+    pub course: Powers,
+}
+
+/// The accompanying functions, J, at the communication points of the motion, and the powers, W, over the steps between them.
+#[derive(Clone, Debug, Default)]
+pub struct Powers {
+    /// Time of the first point, s.
+    pub start: f64,
+    /// ν_1 without its adaptation part.
+    pub nu_velocity: Vec<f64>,
+    /// Adaptation part of ν_1.
+    pub nu_adaptation: Vec<f64>,
+    /// Σ ν_a.
+    pub nu_actuators: Vec<f64>,
+    /// ν'.
+    pub nu_dot: Vec<f64>,
+    /// Dissipation B; the bound of ν' is −B.
+    pub dissipation: Vec<f64>,
+    /// Part of the bodies in the excess `ν' + B`.
+    pub bodies: Vec<f64>,
+    /// Part of the actuators.
+    pub actuators: Vec<f64>,
+    /// Part of the cuts at the rods.
+    pub cuts: Vec<f64>,
+}
+
+impl Powers {
+    /// `ν' + B`: positive where the bound is exceeded.
+    pub fn excess(&self) -> impl ExactSizeIterator<Item = f64> + '_ {
+        (0..self.nu_dot.len()).map(|k| self.bodies[k] + self.actuators[k] + self.cuts[k])
+    }
 }
 
 /// Run both trajectories with both laws, at the step of `base` and at a quarter of it; `scale` is the plant's inertia over nominal.
@@ -145,9 +181,9 @@ fn one(
     let recorded = Recorded::of(system, &experiment, &outputs.all())?;
     let mut run = Course::of(&recorded, &outputs)?.evaluate(step)?;
     (run.trajectory, run.law) = (trajectory, law);
-    for (value, port) in run.conditions.iter_mut().zip(&outputs.conditions) {
-        *value = recorded.recording.column(*port)?[0];
-    }
+    let start = recorded.motion_start();
+    run.course.start = recorded.recording.times[start];
+    run.gains = outputs.gains_of(&recorded)?;
     Ok(run)
 }
 
@@ -157,8 +193,8 @@ struct Outputs {
     scalars: Vec<Port>,
     /// [`PER_ROD`], the rods of each.
     per_rod: Vec<Vec<Port>>,
-    /// [`CONDITIONS`].
-    conditions: Vec<Port>,
+    /// [`GAINS`].
+    gains: Vec<Port>,
     /// The rods' velocities.
     x_dot: Vec<Port>,
 }
@@ -175,15 +211,32 @@ impl Outputs {
         Ok(Self {
             scalars: of_controller(&SCALARS)?,
             per_rod: rods.into_iter().collect::<Result<_>>()?,
-            conditions: of_controller(&CONDITIONS)?,
+            gains: of_controller(&GAINS)?,
             x_dot: system.elements(arm, "x_dot", RODS)?,
         })
     }
 
     fn all(&self) -> Vec<Port> {
         let per_rod = self.per_rod.iter().flatten();
-        let rest = [&self.scalars, &self.conditions, &self.x_dot];
+        let rest = [&self.scalars, &self.gains, &self.x_dot];
         per_rod.chain(rest.into_iter().flatten()).copied().collect()
+    }
+
+    /// The gains' constants do not change over a run.
+    fn gains_of(&self, recorded: &Recorded) -> Result<Gains> {
+        let mut values = [0.0; GAINS.len()];
+        for (value, port) in values.iter_mut().zip(&self.gains) {
+            *value = recorded.recording.column(*port)?[0];
+        }
+        let [beta_1, beta_2, printed_margin, epsilon_max, K_1, K_2] = values;
+        Ok(Gains {
+            beta_1,
+            beta_2,
+            printed_margin,
+            epsilon_max,
+            K_1,
+            K_2,
+        })
     }
 }
 
@@ -237,47 +290,56 @@ impl Course {
     }
 
     /// Derivatives by differences over a step, powers by their means over it.
-    fn evaluate(&self, step: f64) -> Result<Run> {
+    fn evaluate(self, step: f64) -> Result<Run> {
         let points = self.nu_velocity.len();
         ensure!(points > 1, "the motion has no step");
         let rate = |c: &[f64], k: usize| (c[k + 1] - c[k]) / step;
         let mean = |c: &[f64], k: usize| 0.5 * (c[k] + c[k + 1]);
-        let over = |of: &dyn Fn(usize) -> f64| Power::of((0..points - 1).map(of));
-        let bodies = |k: usize| {
-            rate(&self.nu_velocity, k)
-                + rate(&self.nu_adaptation, k)
-                + mean(&self.dissipation_bodies, k)
-                - mean(&self.flow_measured, k)
-        };
-        let actuators = |k: usize| {
-            rate(&self.nu_actuators, k)
-                + mean(&self.dissipation_actuators, k)
-                + mean(&self.flow_proof, k)
-        };
-        let cuts = |k: usize| mean(&self.flow_measured, k) - mean(&self.flow_proof, k);
-        let excess = |k: usize| bodies(k) + actuators(k) + cuts(k);
-        let dissipation =
-            |k: usize| mean(&self.dissipation_bodies, k) + mean(&self.dissipation_actuators, k);
+        let over = |of: &dyn Fn(usize) -> f64| -> Vec<f64> { (0..points - 1).map(of).collect() };
         let total: Vec<f64> = (0..points)
             .map(|k| self.nu_velocity[k] + self.nu_adaptation[k] + self.nu_actuators[k])
             .collect();
-        let above = (0..points - 1).filter(|k| excess(*k) > 0.0).count();
+        let course = Powers {
+            start: 0.0,
+            nu_dot: over(&|k| rate(&total, k)),
+            dissipation: over(&|k| {
+                mean(&self.dissipation_bodies, k) + mean(&self.dissipation_actuators, k)
+            }),
+            bodies: over(&|k| {
+                rate(&self.nu_velocity, k)
+                    + rate(&self.nu_adaptation, k)
+                    + mean(&self.dissipation_bodies, k)
+                    - mean(&self.flow_measured, k)
+            }),
+            actuators: over(&|k| {
+                rate(&self.nu_actuators, k)
+                    + mean(&self.dissipation_actuators, k)
+                    + mean(&self.flow_proof, k)
+            }),
+            cuts: over(&|k| mean(&self.flow_measured, k) - mean(&self.flow_proof, k)),
+            nu_velocity: self.nu_velocity,
+            nu_adaptation: self.nu_adaptation,
+            nu_actuators: self.nu_actuators,
+        };
+        let of = |values: &[f64]| Power::of(values.iter().copied());
+        let above = course.excess().filter(|excess| *excess > 0.0).count();
         Ok(Run {
             trajectory: "",
             law: "",
             step,
             nu: ends(&total),
-            nu_velocity: ends(&self.nu_velocity),
-            nu_adaptation: ends(&self.nu_adaptation),
-            nu_actuators: ends(&self.nu_actuators),
-            dissipation: over(&dissipation),
-            nu_dot: over(&|k| rate(&total, k)),
-            excess: over(&excess),
+            nu_velocity: ends(&course.nu_velocity),
+            nu_adaptation: ends(&course.nu_adaptation),
+            nu_actuators: ends(&course.nu_actuators),
+            dissipation: of(&course.dissipation),
+            nu_dot: of(&course.nu_dot),
+            excess: Power::of(course.excess()),
             exceeded: above as f64 / (points - 1) as f64,
-            bodies: over(&bodies),
-            actuators: over(&actuators),
-            cuts: over(&cuts),
-            conditions: [0.0; 6],
+            bodies: of(&course.bodies),
+            actuators: of(&course.actuators),
+            cuts: of(&course.cuts),
+            gains: Gains::default(),
+            course,
         })
     }
 }
@@ -337,23 +399,9 @@ pub fn text(runs: &[Run]) -> String {
     text += "bodies: sampling, so it shrinks with the step; actuators: sampling, and the velocity feedback on the motor side;\n\
              cuts: friction, inertia and elasticity between current and rod, which the proof leaves out\n";
     if let Some(r) = runs.first() {
-        text += &conditions(&r.conditions);
+        text += &r.gains.text();
     }
     text
-}
-
-fn conditions([beta_1, beta_2, printed, epsilon_max, K_1, K_2]: &[f64; 6]) -> String {
-    let holds = |yes: bool| if yes { "holds" } else { "fails" };
-    format!(
-        "\ngain conditions of the low-level law, at the largest current: beta_1 = {beta_1:.1} N/A, |beta_2| = {beta_2:.1} N/A\n\
-         1. beta_1 K_f/L_q >= beta_2 K_i/(2 L_d) as printed (weight 1 A/N): left over right {printed:.3e}, {}\n   \
-         with weight epsilon: holds up to epsilon_max = {epsilon_max:.3e} A/N, margin 2 at half of it\n\
-         2. K_2 >= K_1 beta_2/(2 epsilon): K_2 = {K_2:.3e} H against {:.3e} H at half epsilon_max, margin {:.1}\n\
-         3. K_1 = L_q/(beta_1 K_v) = {K_1:.3e} m/N, an equality by construction\n",
-        holds(*printed >= 1.0),
-        K_1 * beta_2 / epsilon_max,
-        K_2 * epsilon_max / (K_1 * beta_2),
-    )
 }
 
 #[cfg(test)]
@@ -382,5 +430,6 @@ mod tests {
         assert!((run.cuts.mean - 0.5).abs() < 1e-15);
         assert!((run.excess.max - 0.5).abs() < h * h && run.exceeded == 1.0);
         assert_eq!((run.nu[0], run.nu[1]), (1.0, 1.0));
+        assert_eq!(run.course.nu_dot.len(), run.course.nu_velocity.len() - 1);
     }
 }

@@ -23,9 +23,6 @@ pub struct ReportArgs {
     /// One-axis experiment: a packed .ssp [default: Testbed.ssp beside the system, where there is one]
     #[arg(long, value_name = "FILE")]
     testbed: Option<PathBuf>,
-    /// Show this efficiency map of the actuator: efficiency_map.csv of `surrogate map`
-    #[arg(long, value_name = "FILE")]
-    efficiency_map: Option<PathBuf>,
 }
 
 /// Make the runs, then write page and figures; a run that failed is named in the page and here.
@@ -41,10 +38,12 @@ pub fn report(args: &ReportArgs) -> Result<Verdict> {
         system: &system,
         testbed: testbed.as_ref(),
         base: &base,
-        efficiency_map: args.efficiency_map.as_deref(),
     };
-    let bar = bar(Request::count(), "runs", false);
-    let report = request.make(|done| bar.set_position(done));
+    let bar = bar(0, "runs", false);
+    let report = request.make(|done, total| {
+        bar.set_length(total);
+        bar.set_position(done);
+    });
     bar.finish_and_clear();
     let report = report?;
     print(report.summary())?;

@@ -1,14 +1,14 @@
-//! The parts of the evaluation that other modules make: testbed, energy and stability.
+//! Testbed and energy balances as the page takes them.
 
 use anyhow::{Context, Result};
 use rayon::prelude::*;
 use serde::Serialize;
 
+use super::Request;
 use super::samples::Samples;
-use super::{Request, UNCERTAIN};
 use crate::experiment::vary;
 use crate::table::TRAJECTORIES;
-use crate::{energy, stability, testbed};
+use crate::{energy, testbed};
 
 /// Time constant of the testbed's load emulators, s.
 const LAG: f64 = 0.02;
@@ -57,16 +57,8 @@ struct Balance {
     efficiency: f64,
 }
 
-/// The stability proof in numbers.
-#[derive(Serialize)]
-pub struct Stability {
-    inertia_scale: f64,
-    /// The tables of `hdrm-fmu stability`.
-    text: String,
-}
-
-/// Runs that [`energies`] and [`stability`] make.
-pub const RUNS: u64 = stability::RUNS + TRAJECTORIES.len() as u64;
+/// Runs that [`energies`] makes.
+pub const RUNS: u64 = TRAJECTORIES.len() as u64;
 
 /// The one-axis experiment where there is a testbed; what failed of it goes to `failures`.
 pub fn testbed(request: &Request<'_>, failures: &mut Vec<String>) -> Option<Testbed> {
@@ -138,20 +130,6 @@ pub fn energies(
     };
     let results: Vec<_> = TRAJECTORIES.into_par_iter().map(one).collect();
     kept(results, failures)
-}
-
-/// The stability proof in numbers, as far as its runs succeed.
-pub fn stability(
-    request: &Request<'_>,
-    done: impl Fn() + Sync,
-    failures: &mut Vec<String>,
-) -> Stability {
-    let results = stability::run(request.system, request.base, UNCERTAIN, done);
-    let runs = kept(results, failures);
-    Stability {
-        inertia_scale: UNCERTAIN,
-        text: stability::text(&runs),
-    }
 }
 
 /// The results that are there; the others go to `failures`.

@@ -10,6 +10,7 @@ use plotters::style::RGBColor;
 use super::evaluation::Axis;
 use super::runs::Run;
 use super::samples::Samples;
+use super::stability;
 use super::{Report, UNCERTAIN};
 use crate::table::{MODES, TRAJECTORIES};
 use crate::testbed;
@@ -42,6 +43,7 @@ pub fn write(report: &Report, folder: &Path) -> Result<Vec<PathBuf>> {
         figures.push(tip_error(trajectory, &nominal));
         figures.extend(nominal[0].map(actuators));
         figures.extend(report.run(trajectory, MODES[0], UNCERTAIN).map(adaptation));
+        figures.push(stability(report, trajectory));
     }
     let axes = report.testbed.iter().flat_map(|t| &t.axes);
     figures.extend(axes.map(testbed));
@@ -220,5 +222,28 @@ fn adaptation(run: &Run) -> Figure {
             )
             .logarithmic(1e-6),
         ],
+    }
+}
+
+/// How far the derivative of the accompanying functions is above its bound: both voltage laws, both communication steps.
+fn stability(report: &Report, trajectory: &str) -> Figure {
+    let panel = |law: &str| {
+        let runs = report.stability.runs.iter();
+        let own: Vec<_> = runs
+            .filter(|run| run.numbers.trajectory == trajectory && run.numbers.law == law)
+            .collect();
+        let curve = |(k, run): (usize, &&stability::Run)| {
+            let label = format!("{} ms", 1e3 * run.numbers.step);
+            Curve::new(&label, CONTROLLERS[k % 3], run.excess())
+        };
+        let curves = own.iter().enumerate().map(curve).collect();
+        Panel::over_time(&format!("{law} law: largest excess in 20 ms, W"), curves)
+    };
+    Figure {
+        name: format!("stability_{trajectory}"),
+        title: format!(
+            "Excess of the accompanying function's derivative over its bound, {trajectory} trajectory, all inertias x {UNCERTAIN}"
+        ),
+        panels: ["paper", "shipped"].map(panel).into(),
     }
 }

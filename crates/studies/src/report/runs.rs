@@ -87,6 +87,9 @@ pub struct Run {
     /// Tip error over the motion at every communication point, m.
     pub rmse: f64,
     pub max: f64,
+    /// Tip error over the whole run, with the time in which the machine settles, m.
+    whole_rmse: f64,
+    whole_max: f64,
     pub real_time_factor: f64,
     bonds: Vec<Bond>,
     warnings: Vec<String>,
@@ -172,6 +175,8 @@ impl Run {
             motion_start: outcome.tip.motion_start,
             rmse: outcome.tip.motion.rms(),
             max: outcome.tip.motion.max,
+            whole_rmse: outcome.tip.whole.rms(),
+            whole_max: outcome.tip.whole.max,
             real_time_factor: outcome.run.real_time_factor(),
             bonds: outcome.run.residuals.iter().map(Bond::from).collect(),
             warnings: outcome
@@ -217,6 +222,6 @@ impl Run {
     clippy::cast_sign_loss,
     reason = "a small positive number"
 )]
-fn stride(every: f64, step: f64) -> usize {
+pub fn stride(every: f64, step: f64) -> usize {
     ((every / step).round() as usize).max(1)
 }

@@ -1,0 +1,71 @@
+/* Energy, efficiency and the testbed. */
+function energy(run) {
+  const parent = element("energy-plots");
+  for (const [k, label] of ACTUATORS.entries()) {
+    const kinds = ["copper", "core", "inverter", "mechanical"];
+    timePlot(parent, `e-loss-${k}`, `Losses, ${label}`, "W", kinds.map((n, j) => ({
+      run, name: `emla_${k + 1}.loss.${n}`, label: n, color: wheel(j, 4) })));
+  }
+  timePlot(parent, "e-machine", "Energy of the manipulator", "kJ", ["kinetic", "potential"].map((n, k) => ({
+    run, name: `hdrm.energy.${n}`, label: n, factor: 1e-3, color: wheel(k, 2) })));
+  efficiencyMap(run);
+}
+
+/* Balances of the adaptive controller's runs with nominal inertias. */
+function energyTable() {
+  const columns = [["electrical", "electrical in"], ["regenerated", "fed back"], ["work", "work on the load"], ["returned", "work of the load"],
+    ["copper", "copper"], ["core", "core"], ["inverter", "inverter"], ["mechanical", "mechanical"], ["stored", "stored"]];
+  const name = (actuator) => ACTUATORS[Number(actuator.split("_")[1]) - 1] ?? actuator;
+  const rows = data.energy.flatMap(({ trajectory, balances }) => balances.map((b, k) =>
+    `<tr>${k ? "" : `<td class="group" rowspan="${balances.length}">${trajectory}</td>`}<td class="left">${escape(name(b.actuator))}</td>` +
+    `${columns.map(([key]) => `<td>${(b[key] / 1000).toFixed(3)}</td>`).join("")}<td>${(100 * b.efficiency).toFixed(1)} %</td></tr>`));
+  element("energy-table").innerHTML = "<h3>Energy over the motion, kJ, adaptive controller</h3>" +
+    `<table class="data dense"><tr><th class="left">trajectory</th><th class="left">actuator</th>${columns.map(([, title]) => `<th>${title}</th>`).join("")}<th>efficiency</th></tr>${rows.join("")}</table>`;
+}
+
+function testbed() {
+  if (!data.testbed?.axes.length) return;
+  document.querySelectorAll("#testbed, nav a[href='#testbed']").forEach((e) => e.classList.add("present"));
+  const quantities = [["force", "kN", 1e-3], ["velocity", "mm/s", 1e3], ["position", "mm", 1e3]];
+  const rows = data.testbed.axes.map((a) => {
+    const cell = ({ rmse, max, peak }, factor) => `<td>${(rmse * factor).toPrecision(3)}</td><td>${(max * factor).toPrecision(3)}</td><td>${((100 * rmse) / peak).toPrecision(2)} %</td>`;
+    return `<tr><td class="left">${a.axis}, ${a.trajectory}</td>${cell(a.position, 1e3)}${cell(a.velocity, 1e3)}${cell(a.force, 1)}</tr>`;
+  });
+  const heads = ["position, mm", "velocity, mm/s", "force, N"].map((q) => `<th>${q}: RMSE</th><th>max</th><th>of peak</th>`).join("");
+  element("testbed-table").innerHTML = `<p>Load emulators with a lag of ${1000 * data.testbed.lag} ms. A simulation: no measurement of a real testbed is public.</p>` +
+    `<table class="data dense"><tr><th class="left">axis</th>${heads}</tr>${rows.join("")}</table>`;
+  for (const a of data.testbed.axes) {
+    const x = Float64Array.from({ length: a.count }, (_, k) => a.start + k * a.every);
+    for (const [quantity, unit, factor] of quantities) {
+      const line = (k, name, color, dash) => ({
+        type: "scatter", mode: "lines", name, x, y: whole(decode(a.curves[quantity][k]), a.count).map((v) => v * factor), line: { color, dash, width: 1.5 } });
+      draw(element("testbed-plots"), `t-${a.trajectory}-${a.axis}-${quantity}`, [line(1, "measured", ACTUATOR_COLORS[2]), line(0, "desired", "#3c3c3c", "dot")],
+        layout({ ...titled(`${a.axis}, ${a.trajectory}: ${quantity}`), xaxis: { title: { text: "time, s" } }, yaxis: { title: { text: unit } } }));
+    }
+  }
+}
+
+/* The map of the actuator FMU with the run's operating points on it. */
+function efficiencyMap(run) {
+  const map = data.efficiency_map;
+  const points = ACTUATORS.map((label, k) => {
+    const [f, eta, valid] = ["F", "efficiency", "efficiency_valid"].map((n) => series(run, `emla_${k + 1}.${n}`));
+    const v = series(run, `hdrm.x_dot[${k + 1}]`);
+    if (!f || !v || !eta || !valid) return null;
+    const kept = [...f.y.keys()].filter((i) => valid.y[i] > 0.5);
+    return {
+      type: "scatter", mode: "markers", name: label, marker: { color: ACTUATOR_COLORS[k], size: 4, line: { width: 0.5, color: "#fff" } },
+      x: kept.map((i) => 1000 * v.y[i]), y: kept.map((i) => f.y[i] / 1000), text: kept.map((i) => `η ${eta.y[i].toFixed(3)}`),
+    };
+  }).filter(Boolean);
+  const surfaces = map ? [["hybrid", "Actuator as it runs (hybrid)"], ["physics", "Physics alone"], ["network", "Network alone"]] : [];
+  for (const [key, title] of surfaces) {
+    const cells = whole(decode(map[key]), map.loads.length * map.speeds.length);
+    const z = map.loads.map((_, i) => cells.slice(i * map.speeds.length, (i + 1) * map.speeds.length));
+    draw(element("efficiency-map"), `map-${key}`, [
+      { type: "heatmap", x: map.speeds.map((s) => 1000 * s), y: map.loads.map((l) => l / 1000), z, colorscale: "Viridis", zmin: 0, zmax: 1,
+        hovertemplate: "%{x:.1f} mm/s, %{y:.1f} kN: η %{z:.3f}<extra></extra>", colorbar: { title: { text: "η" }, thickness: 14 } },
+      ...points,
+    ], layout({ ...titled(title), hovermode: "closest", xaxis: { title: { text: "rod speed, mm/s" } }, yaxis: { title: { text: "load, kN" } } }));
+  }
+}

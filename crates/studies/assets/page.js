@@ -1,0 +1,36 @@
+/* Conditions, and all sections put on the page. */
+function conditions() {
+  const c = data.conditions;
+  const rows = [
+    ["made", `${c.date} by ${c.program} on ${c.host} (${c.platform}, ${c.processor}, ${c.cores} cores)`],
+    ["system", c.system], ["communication step", `${c.step} s, ${c.schedule}`],
+    ["machine file", `${c.machine_file}, SHA-256 <code>${c.machine_sha256}</code>`],
+    ["start values set", c.settings.length ? c.settings.map(escape).join("<br>") : "none beyond trajectory, controller and inertia"],
+    ["largest distance of the drawn tip from the FMU's", `${Math.max(...data.runs.map((r) => r.drawing_error)).toExponential(1)} m`],
+  ];
+  const parts = c.components.map((p) =>
+    `<tr><td class="left">${escape(p.name)}</td><td class="left">${escape(p.source)}</td><td class="left">${escape(p.model)} ${escape(p.version)}</td><td class="left"><code>${escape(p.guid)}</code></td><td class="left">${escape(p.tool)}</td></tr>`);
+  const runs = data.runs.map((r) => {
+    const bond = Math.max(...r.bonds.map((b) => b.peak), 0);
+    return `<tr><td class="left">${runName(r)}</td><td>${r.simulated.toFixed(3)}</td><td>${r.motion_start.toFixed(2)}</td><td>${r.real_time_factor.toFixed(0)}</td><td>${bond.toPrecision(3)}</td><td class="left">${r.warnings.map(escape).join("<br>")}</td></tr>`;
+  });
+  element("conditions-table").innerHTML =
+    `<table class="data">${rows.map(([k, v]) => `<tr><th class="left">${k}</th><td class="left">${v}</td></tr>`).join("")}</table>` +
+    `<h3>FMUs</h3><table class="data"><tr><th class="left">component</th><th class="left">file</th><th class="left">model</th><th class="left">GUID</th><th class="left">made by</th></tr>${parts.join("")}</table>` +
+    `<h3>Runs shown</h3><table class="data"><tr><th class="left">run</th><th>simulated, s</th><th>motion from, s</th><th>× real time</th><th>peak bond residual, W</th><th class="left">messages</th></tr>${runs.join("")}</table>` +
+    "<p>Times real time is what the run reached while others ran on the other cores and all signals were recorded. Plots show every 4 ms (tip error) or 20 ms; the tables count every communication point.</p>";
+}
+
+cards();
+tracking();
+robustness();
+studies();
+chooseRun("signals-run", signals);
+chooseRun("adaptation-run", adaptation, (run) => run.mode === "adaptive" && run.scale !== 1);
+stability();
+energyTable();
+chooseRun("energy-run", energy);
+testbed();
+conditions();
+/* What scrolls sideways can be reached with the keyboard. */
+document.querySelectorAll(".scroll").forEach((part) => part.setAttribute("tabindex", "0"));

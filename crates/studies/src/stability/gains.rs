@@ -1,0 +1,121 @@
+//! The low-level law's gain conditions in numbers, at the largest current.
+
+use std::fmt::Write as _;
+
+use serde::Serialize;
+
+/// Constants of the low-level law's stability conditions, at the largest current.
+#[derive(Clone, Copy, Debug, Default, Serialize)]
+pub struct Gains {
+    /// β₁, N/A.
+    pub beta_1: f64,
+    /// |β₂|, N/A.
+    pub beta_2: f64,
+    /// Left over right side of the first condition as printed.
+    pub printed_margin: f64,
+    /// Largest weight of Young's inequality with which the first condition holds, A/N.
+    pub epsilon_max: f64,
+    /// K₁, m/N.
+    pub K_1: f64,
+    /// K₂, H.
+    pub K_2: f64,
+}
+
+/// A gain condition: `value` must be at least `bound`.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Condition {
+    /// The inequality.
+    pub statement: &'static str,
+    /// Weight ε of Young's inequality, A/N.
+    pub weight: f64,
+    /// What is compared.
+    pub value: f64,
+    /// What it must reach.
+    pub bound: f64,
+    /// Unit of both.
+    pub unit: &'static str,
+}
+
+impl Condition {
+    /// Whether the condition is met.
+    pub fn holds(&self) -> bool {
+        self.value >= self.bound
+    }
+}
+
+impl Gains {
+    /// The conditions: the first as printed (weight 1 A/N) and with half of the largest weight, the second with the latter. The third
+    /// one, `K₁ = L_q/(β₁ K_v)`, is an equality by construction.
+    pub fn conditions(&self) -> [Condition; 3] {
+        let weight = 0.5 * self.epsilon_max;
+        let first = Condition {
+            statement: "β₁ K_f/L_q over ε β₂ K_i/(2 L_d)",
+            weight: 1.0,
+            value: self.printed_margin,
+            bound: 1.0,
+            unit: "1",
+        };
+        [
+            first,
+            Condition {
+                weight,
+                value: self.epsilon_max / weight,
+                ..first
+            },
+            Condition {
+                statement: "K₂ against K₁ β₂/(2 ε)",
+                weight,
+                value: self.K_2,
+                bound: self.K_1 * self.beta_2 / (2.0 * weight),
+                unit: "H",
+            },
+        ]
+    }
+
+    /// The conditions as a table for people.
+    pub fn text(&self) -> String {
+        let Self { beta_1, beta_2, .. } = self;
+        let mut text = format!(
+            "\ngain conditions of the low-level law, at the largest current: beta_1 = {beta_1:.1} N/A, |beta_2| = {beta_2:.1} N/A\n\
+         {:<36}{:>14}{:>16}{:>16}  unit\n",
+            "", "weight, A/N", "value", "must be at least"
+        );
+        for c in self.conditions() {
+            let verdict = if c.holds() { "holds" } else { "fails" };
+            writeln!(
+                text,
+                "{:<36}{:>14.3e}{:>16.3e}{:>16.3e}  {:<4} {verdict}",
+                c.statement, c.weight, c.value, c.bound, c.unit
+            )
+            .expect("a String takes every text");
+        }
+        text + &format!(
+            "the weight of the last two is half of epsilon_max = {:.3e} A/N; K_1 = L_q/(beta_1 K_v) = {:.3e} m/N is an equality by construction\n",
+            self.epsilon_max, self.K_1
+        )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Young's inequality `a b <= ε a²/2 + b²/(2 ε)`: the first condition gets harder in proportion to the weight.
+    #[test]
+    fn gain_conditions_follow_from_the_weight() {
+        let gains = Gains {
+            beta_1: 700.0,
+            beta_2: 12.0,
+            printed_margin: 0.05,
+            epsilon_max: 0.05,
+            K_1: 2e-6,
+            K_2: 3e-4,
+        };
+        let [printed, weighted, second] = gains.conditions();
+        assert!(!printed.holds() && weighted.holds());
+        let at_one = weighted.value * weighted.weight;
+        assert!((at_one - printed.value).abs() < 1e-15, "{at_one}");
+        // 2e-6 · 12 / 0.05
+        assert!((second.bound - 4.8e-4).abs() < 1e-16 && !second.holds());
+    }
+}
