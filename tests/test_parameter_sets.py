@@ -96,7 +96,7 @@ SET = (ROOT / "system/resources/triangular.ssv").read_text()
     ('Integer value="2"', 'Enumeration value="circle"', ["controller.trajectory", "`circle`", "cubic, triangular, external"]),
     ('value="2"', 'value="7"', ["trajectory", "7"]),
     ('unit="s"', 'unit="ms"', ["`controller.settle_time` = 4 ms", "it must be in the unit of the variable, s"]),
-    ('value="4"', 'value="-4"', ["settle_time", "-4", "allowed are values from 0"]),
+    ('value="4"', 'value="-4"', ["settle_time", "-4 must be from 0"]),
     ('name="settle_time"', 'name="settling"', ["no component", "`settling`"]),
     ('name="trajectory"', 'name="alpha"', ["several components", "`alpha`"]),
     ('name="trajectory"', 'name="emla_1.alfa"', ["emla_1", "`alfa`"]),

@@ -5,32 +5,34 @@
 /// Communication steps over which changes are looked at together.
 const WINDOW: u32 = 8;
 /// Changes against the one before from which on a window is not resolved: three or more in eight steps are a period of five or less.
-const TURNS: u32 = 3;
+const TURNS: f64 = 3.0;
 /// Growth of the largest change from one window to the next.
 const GROWTH: f64 = 2.0;
 /// Growth over all windows in a row, far beyond what noise does by chance.
 const TOTAL: f64 = 1e4;
 
-/// One value over the run.
+/// Windows in a row in which a value grew.
 #[derive(Clone, Copy, Debug, Default)]
-struct Course {
-    value: f64,
-    change: f64,
-    /// Of this window.
-    turns: u32,
-    largest: f64,
-    /// Largest change of the window before.
-    before: f64,
-    /// Windows in a row that grew, when the first began, s, and the largest change before it.
+struct Growth {
     windows: u32,
+    /// Start of the first of them, s.
     since: f64,
+    /// Largest change in the window before the first.
     first: f64,
+    /// Largest change in the last window.
+    last: f64,
 }
 
-/// Watches values that are exchanged.
+/// Watches values that are exchanged. What is done at every step is kept in one array for each quantity, which takes vector instructions.
 #[derive(Clone, Debug)]
 pub struct Watch {
-    courses: Vec<Course>,
+    values: Vec<f64>,
+    changes: Vec<f64>,
+    /// Changes of this window that were against the one before.
+    turns: Vec<f64>,
+    /// Largest change of this window.
+    largest: Vec<f64>,
+    growth: Vec<Growth>,
     steps: u32,
     /// Start of this window, s.
     start: f64,
@@ -41,12 +43,13 @@ pub struct Watch {
 impl Watch {
     /// Of the values at the start, time `t`, s.
     pub fn new(t: f64, values: &[f64]) -> Self {
-        let course = |value: &f64| Course {
-            value: *value,
-            ..Course::default()
-        };
+        let zeros = vec![0.0; values.len()];
         Self {
-            courses: values.iter().map(course).collect(),
+            values: values.to_vec(),
+            changes: zeros.clone(),
+            turns: zeros.clone(),
+            largest: zeros,
+            growth: vec![Growth::default(); values.len()],
             steps: 0,
             start: t,
             diverged: None,
@@ -55,37 +58,40 @@ impl Watch {
 
     /// Add the values at time `t`, s, one communication step later.
     pub fn add(&mut self, t: f64, values: &[f64]) {
-        for (course, value) in self.courses.iter_mut().zip(values) {
-            let change = value - course.value;
-            course.turns += u32::from(change * course.change < 0.0);
-            course.largest = course.largest.max(change.abs());
-            (course.value, course.change) = (*value, change);
+        let before = self.values.iter_mut().zip(&mut self.changes);
+        let window = self.turns.iter_mut().zip(&mut self.largest);
+        for ((now, (value, last)), (turns, largest)) in values.iter().zip(before).zip(window) {
+            let change = now - *value;
+            *turns += if change * *last < 0.0 { 1.0 } else { 0.0 };
+            *largest = largest.max(change.abs());
+            (*value, *last) = (*now, change);
         }
         self.steps += 1;
         if self.steps == WINDOW {
-            let start = self.start;
-            let grown = self.courses.iter_mut().map(|c| c.close(start));
-            let grown = grown.enumerate().filter_map(|(k, s)| Some((k, s?)));
-            self.diverged = grown.fold(self.diverged, |first, now| first.or(Some(now)));
+            let window = self.turns.iter_mut().zip(&mut self.largest);
+            for (k, (growth, (turns, largest))) in self.growth.iter_mut().zip(window).enumerate() {
+                let since = growth.close(self.start, *turns >= TURNS, *largest);
+                self.diverged = self.diverged.or(since.map(|since| (k, since)));
+                (*turns, *largest) = (0.0, 0.0);
+            }
             (self.steps, self.start) = (0, t);
         }
     }
 }
 
-impl Course {
+impl Growth {
     /// Close a window that began at `start`, s; since when the value has been diverging, s.
-    fn close(&mut self, start: f64) -> Option<f64> {
-        if self.turns >= TURNS && self.largest > GROWTH * self.before && self.before > 0.0 {
+    fn close(&mut self, start: f64, is_unresolved: bool, largest: f64) -> Option<f64> {
+        if is_unresolved && self.last > 0.0 && largest > GROWTH * self.last {
             if self.windows == 0 {
-                (self.since, self.first) = (start, self.before);
+                (self.since, self.first) = (start, self.last);
             }
             self.windows += 1;
         } else {
             self.windows = 0;
         }
-        let has_grown = self.windows >= 2 && self.largest > TOTAL * self.first;
-        (self.turns, self.before, self.largest) = (0, self.largest, 0.0);
-        has_grown.then_some(self.since)
+        self.last = largest;
+        (self.windows >= 2 && largest > TOTAL * self.first).then_some(self.since)
     }
 }
 

@@ -34,6 +34,15 @@ impl Verdict {
         self.0.extend(other.0);
     }
 
+    /// The same findings, each with the name of what it was found in.
+    pub fn of(self, name: &str) -> Self {
+        let named = |f: Finding| Finding {
+            text: format!("{name}: {}", f.text),
+            ..f
+        };
+        Self(self.0.into_iter().map(named).collect())
+    }
+
     /// What was found.
     pub fn findings(&self) -> &[Finding] {
         &self.0
@@ -73,8 +82,11 @@ mod tests {
         assert_eq!(verdict.to_string(), "verdict: good\n  - warm\n");
         let mut other = Verdict::default();
         other.object("burnt".into());
-        verdict.extend(other);
+        verdict.extend(other.of("motor"));
         assert!(verdict.is_bad());
-        assert_eq!(verdict.to_string(), "verdict: BAD\n  - warm\n  ! burnt\n");
+        assert_eq!(
+            verdict.to_string(),
+            "verdict: BAD\n  - warm\n  ! motor: burnt\n"
+        );
     }
 }

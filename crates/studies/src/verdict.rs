@@ -252,12 +252,9 @@ impl Limit {
     #[expect(clippy::cast_precision_loss, reason = "2^53 steps are never reached")]
     fn judge(&self, samples: u64, verdict: &mut Verdict) {
         let Self {
-            name,
-            unit,
-            worst,
-            limit,
-            ..
+            name, unit, worst, ..
         } = self;
+        let limit = (1e4 * self.limit).round() / 1e4;
         if self.meaning == Meaning::RatedMean {
             let rms = (self.squares / samples.max(1) as f64).sqrt();
             if rms > self.limit {

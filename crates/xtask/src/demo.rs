@@ -26,7 +26,14 @@ pub fn run(workspace: &Workspace) -> Result<()> {
     std::fs::create_dir_all(&out)?;
     phases.run("run the cubic trajectory", || {
         let mut compare = workspace.command(&hdrm_fmu);
-        compare.args(["compare", "--trajectory", "cubic", "--system"]);
+        compare.args([
+            "compare",
+            "--trajectory",
+            "cubic",
+            "--interval",
+            "0.01",
+            "--system",
+        ]);
         execute(compare.arg(&system).arg("--csv-dir").arg(&out))
     })?;
     let report = out.join("report.html");

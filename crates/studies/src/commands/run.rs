@@ -167,8 +167,8 @@ pub fn compare(args: &CompareArgs) -> Result<Verdict> {
             interval: args.interval,
         };
         let (outcome, seen) = watched(&system, &experiment, &csv, false)?;
-        verdict.extend(outcome.run.verdict.clone());
-        verdict.extend(seen);
+        verdict.extend(outcome.run.verdict.clone().of(mode));
+        verdict.extend(seen.of(mode));
         rows.push((mode, outcome, csv.csv));
     }
     let mut text = format!(
