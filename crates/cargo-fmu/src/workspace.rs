@@ -214,3 +214,49 @@ pub fn artifacts(command: &mut Command) -> Result<Vec<Artifact>> {
         .collect::<Result<_, _>>();
     artifacts.context("the messages of cargo")
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn packages_that_make_fmus_are_found_by_folder() {
+        let workspace = Workspace::of(Path::new(env!("CARGO_MANIFEST_DIR"))).unwrap();
+        let root = workspace.root.clone();
+        let package = |name: &str| Source::Package(name.to_string());
+        let all = workspace.fmus(&root);
+        assert!(all.contains(&package("fmu-emla")) && all.contains(&package("fmu-oscillator")));
+        assert!(!all.contains(&package("emla")) && !all.contains(&package("fmu-export")));
+        let inside = root.join("crates/fmu-export/example/src");
+        assert_eq!(workspace.fmus(&inside), [package("fmu-oscillator")]);
+        assert_eq!(workspace.fmus(&root.join("crates/emla")), []);
+        let missing = workspace.package(&package("nothing")).unwrap_err();
+        assert_eq!(
+            missing.to_string(),
+            "the workspace has no package `nothing`"
+        );
+    }
+
+    /// A package and an example of one name are told apart, and of a library's files the one that can be loaded is taken.
+    #[test]
+    fn the_library_of_a_source_is_chosen() {
+        let artifact = |kind: &str, files: &str| -> Artifact {
+            let target =
+                format!(r#"{{"name":"my_lag","kind":["{kind}"],"crate_types":["cdylib"]}}"#);
+            let text = format!(r#"{{"target":{target},"filenames":[{files}],"executable":null}}"#);
+            serde_json::from_str(&text).unwrap()
+        };
+        let built = [
+            artifact("example", r#""/x/examples/libmy_lag.so""#),
+            artifact("cdylib", r#""/x/my_lag.dll.lib","/x/my_lag.dll""#),
+        ];
+        let found = |source: Source| source.library(&built);
+        assert_eq!(
+            found(Source::Package("my-lag".into())),
+            Some("/x/my_lag.dll".into())
+        );
+        let example = Some("/x/examples/libmy_lag.so".into());
+        assert_eq!(found(Source::Example("my_lag".into())), example);
+        assert_eq!(found(Source::Package("other".into())), None);
+    }
+}

@@ -3,7 +3,7 @@
 use std::process::Command;
 
 use anyhow::{Context, Result};
-use cargo_fmu::process::output;
+use cargo_fmu::process::{execute, output};
 
 use crate::workspace::Workspace;
 
@@ -13,6 +13,14 @@ pub fn cargo(workspace: &Workspace) -> Command {
     command.args(["run", "nightly", "cargo"]);
     command.env_remove("CARGO").env_remove("RUSTUP_TOOLCHAIN");
     command
+}
+
+/// Provides a component of the nightly toolchain through rustup, which does nothing where it is installed.
+pub fn component(workspace: &Workspace, name: &str) -> Result<()> {
+    let mut rustup = workspace.command("rustup");
+    rustup.args(["component", "add", "--toolchain", "nightly", name]);
+    execute(&mut rustup)
+        .context("needed is the nightly compiler: `rustup toolchain install nightly`")
 }
 
 /// The target triple of this machine: named, it keeps build scripts and macros free of sanitizers.

@@ -40,16 +40,16 @@ pub fn fmus(
     cargo_fmu::pack::fmus(&workspace.cargo, sources, &self::profile(profile), out)
 }
 
-/// A packed FMU with another library in it, which was built otherwise from the same source.
-pub fn with_library(packed: &Path, library: &Path, out: &Path) -> Result<()> {
-    let mut entries = archive::read(packed)?;
+/// Put another library into a packed FMU, which was built otherwise from the same source.
+pub fn replace_library(fmu: &Path, library: &Path) -> Result<()> {
+    let mut entries = archive::read(fmu)?;
     let other = fs::read(library).with_context(|| library.display().to_string())?;
     for (name, bytes) in &mut entries {
         if name.starts_with("binaries/") {
             bytes.clone_from(&other);
         }
     }
-    archive::write(out, &entries).map(drop)
+    archive::write(fmu, &entries).map(drop)
 }
 
 /// An archive of a system structure with the FMUs it names.

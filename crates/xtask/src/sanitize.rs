@@ -1,44 +1,52 @@
-//! AddressSanitizer and LeakSanitizer on the export layer, the FMUs, their driver and the native master.
+//! Sanitizers, with the standard library built for them: on the tests of the export layer and of the actuator, which shares
+//! a network among instances, and on the FMUs under their driver and the native master.
 
-use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use anyhow::{Context, Result, ensure};
 use cargo_fmu::process::execute;
-use cargo_fmu::workspace::{Source, artifacts};
+use cargo_fmu::workspace::{Artifact, Source, artifacts};
 
 use crate::workspace::Workspace;
 use crate::{libclang, nightly, pack};
 
-/// The executables carry the sanitizer's functions, which the libraries they load look for among their dynamic symbols.
-const FLAGS: &str = "-Zsanitizer=address -Clink-arg=-rdynamic";
-/// Everything that is off by default; a report of any kind ends the process with a status of its own.
-const OPTIONS: &str = "detect_leaks=1:detect_stack_use_after_return=1:strict_string_checks=1:check_initialization_order=1:\
-                       detect_invalid_pointer_pairs=2:exitcode=98";
+/// A sanitizer of the nightly compiler.
+struct Sanitizer {
+    /// Folder in the target directory.
+    folder: &'static str,
+    /// Flags of the compiler. The executables carry the sanitizer's functions, which the libraries they load look for among their
+    /// dynamic symbols.
+    flags: &'static str,
+    /// Environment variable with its options.
+    variable: &'static str,
+    /// A report of any kind ends the process with a status of its own.
+    options: &'static str,
+}
 
-/// Run it all; the first report ends it.
-pub fn run(workspace: &Workspace, calls: usize, seed: u64) -> Result<()> {
-    let built = build(workspace)?;
-    let fmu_dir = workspace.target.join("asan").join("fmu");
-    fs::create_dir_all(&fmu_dir)?;
-    let packed = pack::suite(workspace, &workspace.fmu_dir())?;
-    let mut fmus = Vec::new();
-    for (packed, library) in packed.iter().zip(&built.libraries) {
-        let out = fmu_dir.join(packed.file_name().unwrap_or_default());
-        pack::with_library(packed, library, &out)?;
-        fmus.push(out);
-    }
-    let torture = |arguments: &[&str]| {
-        println!("==> torture {}", arguments.join(" "));
-        execute(
-            sanitized(workspace, &built.torture)
-                .args(arguments)
-                .args(&fmus),
-        )
-    };
+/// With LeakSanitizer, and everything that is off by default.
+const ADDRESS: Sanitizer = Sanitizer {
+    folder: "asan",
+    flags: "-Zsanitizer=address -Clink-arg=-rdynamic",
+    variable: "ASAN_OPTIONS",
+    options: "detect_leaks=1:detect_stack_use_after_return=1:strict_string_checks=1:check_initialization_order=1:\
+              detect_invalid_pointer_pairs=2:exitcode=98",
+};
+const THREAD: Sanitizer = Sanitizer {
+    folder: "tsan",
+    flags: "-Zsanitizer=thread -Clink-arg=-rdynamic",
+    variable: "TSAN_OPTIONS",
+    options: "halt_on_error=1:exitcode=98",
+};
+
+/// Tests that are run under the sanitizers.
+const TESTED: [&str; 5] = ["--tests", "-p", "fmu-export", "-p", "emla"];
+
+/// AddressSanitizer and LeakSanitizer; the first report ends it.
+pub fn address(workspace: &Workspace, calls: usize, seed: u64) -> Result<()> {
+    let built = ADDRESS.build(workspace, &["torture", "cosim"])?;
     let (calls_text, seed) = (calls.to_string(), seed.to_string());
-    torture(&[
+    let random = [
         "calls",
         "--calls",
         &calls_text,
@@ -46,87 +54,109 @@ pub fn run(workspace: &Workspace, calls: usize, seed: u64) -> Result<()> {
         "5000",
         "--seed",
         &seed,
-    ])?;
-    torture(&["life", "--instances", "300", "--loads", "3"])?;
-    torture(&["threads", "--threads", "4", "--steps", "50"])?;
+    ];
+    built.torture(&random)?;
+    built.torture(&["life", "--instances", "300", "--loads", "3"])?;
+    built.torture(&["threads", "--threads", "4", "--steps", "50"])?;
     for schedule in ["gauss-seidel", "jacobi"] {
         println!("==> cosim run --schedule {schedule}");
-        coupled(workspace, &built.cosim, &fmu_dir, schedule)?;
+        built.coupled(schedule)?;
     }
     println!(
-        "AddressSanitizer and LeakSanitizer: tests of fmu-export, {calls} random calls, 3 x 300 instances over 3 loads and unloads, 12 \
-         threads, 2 coupled runs of 5 instances over the whole trajectory: 0 reports"
+        "AddressSanitizer and LeakSanitizer: tests of fmu-export and emla, {calls} random calls, 300 instances of each FMU over 3 loads \
+         and unloads, 4 threads each, 2 coupled runs of 5 instances over the whole trajectory: 0 reports"
     );
     Ok(())
 }
 
-/// Five instances over the whole cubic trajectory.
-fn coupled(workspace: &Workspace, cosim: &Path, fmu_dir: &Path, schedule: &str) -> Result<()> {
-    let mut command = sanitized(workspace, cosim);
-    command.args(["run", "--quiet", "--schedule", schedule]);
-    if schedule == "jacobi" {
-        command.arg("--input-derivatives");
-    }
-    command.arg("--system");
-    command.arg(workspace.root.join("system/SystemStructure.ssd"));
-    execute(command.arg("--fmu-dir").arg(fmu_dir))
+/// ThreadSanitizer; the first report ends it.
+pub fn thread(workspace: &Workspace) -> Result<()> {
+    let built = THREAD.build(workspace, &["torture"])?;
+    built.torture(&["threads", "--threads", "8", "--steps", "100"])?;
+    println!("ThreadSanitizer: tests of fmu-export and emla, 8 threads of each FMU: 0 reports");
+    Ok(())
 }
 
-fn sanitized(workspace: &Workspace, program: &Path) -> Command {
-    let mut command = workspace.command(program);
-    command.env("ASAN_OPTIONS", OPTIONS);
-    command
+/// What was built with a sanitizer.
+struct Built<'a> {
+    workspace: &'a Workspace,
+    sanitizer: &'a Sanitizer,
+    programs: Vec<Artifact>,
+    fmu_dir: PathBuf,
+    fmus: Vec<PathBuf>,
 }
 
-/// What was built with the sanitizer.
-struct Built {
-    torture: PathBuf,
-    cosim: PathBuf,
-    /// In the order of the suite.
-    libraries: Vec<PathBuf>,
-}
-
-/// Test the export layer and build everything else, instrumented.
-fn build(workspace: &Workspace) -> Result<Built> {
-    let target = nightly::host(workspace)?;
-    let environment = libclang::provide(workspace)?;
-    let cargo = |arguments: &[&str]| {
-        let mut command = nightly::cargo(workspace);
-        command
-            .args(arguments)
-            .args(["--target", &target, "--target-dir"]);
-        command
-            .arg(workspace.target.join("asan"))
-            .env("RUSTFLAGS", FLAGS)
-            .env("ASAN_OPTIONS", OPTIONS)
-            .envs(environment.iter().cloned());
-        command
-    };
-    execute(&mut cargo(&["test", "--tests", "-p", "fmu-export"]))
-        .context("needed is the nightly compiler: `rustup toolchain install nightly`")?;
-    let suite = workspace.suite();
-    let mut build = cargo(&["build", "-p", "torture", "-p", "cosim"]);
-    for source in &suite {
-        if let Source::Package(name) = source {
-            build.args(["-p", name]);
+impl Sanitizer {
+    /// Run the tests, and build programs and the suite's FMUs, all instrumented.
+    fn build<'a>(&'a self, workspace: &'a Workspace, packages: &[&str]) -> Result<Built<'a>> {
+        nightly::component(workspace, "rust-src")?;
+        let environment = libclang::provide(workspace)?;
+        let target = nightly::host(workspace)?;
+        let cargo = |command: &str| {
+            let mut cargo = nightly::cargo(workspace);
+            cargo.args([command, "-Zbuild-std", "--target", &target, "--target-dir"]);
+            cargo.arg(workspace.target.join(self.folder));
+            cargo
+                .env("RUSTFLAGS", self.flags)
+                .env(self.variable, self.options);
+            cargo.envs(environment.iter().cloned());
+            cargo
+        };
+        execute(cargo("test").args(TESTED))?;
+        let suite = workspace.suite();
+        let mut build = cargo("build");
+        for source in &suite {
+            if let Source::Package(name) = source {
+                build.args(["-p", name]);
+            }
         }
+        build.args(packages.iter().flat_map(|name| ["-p", name]));
+        let built = artifacts(&mut build)?;
+        let libraries: Vec<_> = suite.iter().filter_map(|s| s.library(&built)).collect();
+        ensure!(
+            libraries.len() == suite.len(),
+            "cargo has not built the libraries of all FMUs"
+        );
+        let fmu_dir = workspace.target.join(self.folder).join("fmu");
+        // A packer cannot load an instrumented library, so it packs the plain one first.
+        let fmus = pack::suite_with(workspace, "release", &fmu_dir)?;
+        for (fmu, library) in fmus.iter().zip(&libraries) {
+            pack::replace_library(fmu, library)?;
+        }
+        Ok(Built {
+            workspace,
+            sanitizer: self,
+            programs: built,
+            fmu_dir,
+            fmus,
+        })
     }
-    let built = artifacts(&mut build)?;
-    let program = |name: &str| {
-        let found = built
-            .iter()
-            .find(|a| a.name() == name && a.executable.is_some());
-        let file = found.and_then(|a| a.executable.clone());
-        file.with_context(|| format!("cargo has built no program `{name}`"))
-    };
-    let libraries: Vec<_> = suite.iter().filter_map(|s| s.library(&built)).collect();
-    ensure!(
-        libraries.len() == suite.len(),
-        "cargo has not built the libraries of all FMUs"
-    );
-    Ok(Built {
-        torture: program("torture")?,
-        cosim: program("cosim")?,
-        libraries,
-    })
+}
+
+impl Built<'_> {
+    fn program(&self, name: &str) -> Result<Command> {
+        let mut programs = self.programs.iter().filter(|a| a.name() == name);
+        let file: Option<&Path> = programs.find_map(|a| a.executable.as_deref());
+        let file = file.with_context(|| format!("cargo has built no program `{name}`"))?;
+        let mut command = self.workspace.command(file);
+        command.env(self.sanitizer.variable, self.sanitizer.options);
+        Ok(command)
+    }
+
+    fn torture(&self, arguments: &[&str]) -> Result<()> {
+        println!("==> torture {}", arguments.join(" "));
+        execute(self.program("torture")?.args(arguments).args(&self.fmus))
+    }
+
+    /// Five instances over the whole cubic trajectory.
+    fn coupled(&self, schedule: &str) -> Result<()> {
+        let mut command = self.program("cosim")?;
+        command.args(["run", "--quiet", "--schedule", schedule]);
+        if schedule == "jacobi" {
+            command.arg("--input-derivatives");
+        }
+        command.arg("--system");
+        command.arg(self.workspace.root.join("system/SystemStructure.ssd"));
+        execute(command.arg("--fmu-dir").arg(&self.fmu_dir))
+    }
 }

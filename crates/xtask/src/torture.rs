@@ -26,10 +26,13 @@ pub struct Options {
     /// Steps of each FMU alone and of all together in long runs; 10000000 are 2.8 h of simulated time
     #[arg(long, value_name = "STEPS")]
     long: Option<u64>,
-    /// AddressSanitizer and LeakSanitizer on the export layer's tests, on random calls, on lives of instances, on instances in threads
-    /// and on a coupled run (rustup toolchain install nightly)
+    /// AddressSanitizer and LeakSanitizer on the tests of exporter and actuator, on random calls, on lives of instances, on instances in
+    /// threads and on a coupled run (rustup toolchain install nightly)
     #[arg(long)]
     asan: bool,
+    /// ThreadSanitizer on the same tests and on instances in threads (nightly as above)
+    #[arg(long)]
+    tsan: bool,
     /// Memcheck on loads, instances and unloads (apt-get install valgrind)
     #[arg(long)]
     valgrind: bool,
@@ -58,6 +61,7 @@ pub fn run(workspace: &Workspace, options: &Options) -> Result<()> {
         replay,
         long,
         asan,
+        tsan,
         valgrind,
         threads,
         fuzz: seconds,
@@ -66,9 +70,12 @@ pub fn run(workspace: &Workspace, options: &Options) -> Result<()> {
         fuzz::run(workspace, seconds)?;
     }
     if asan {
-        sanitize::run(workspace, calls.unwrap_or(ASAN_CALLS), seed)?;
+        sanitize::address(workspace, calls.unwrap_or(ASAN_CALLS), seed)?;
     }
-    let is_plain = !(asan || valgrind || threads)
+    if tsan {
+        sanitize::thread(workspace)?;
+    }
+    let is_plain = !(asan || tsan || valgrind || threads)
         && seconds.or(replay).or(long).or(calls.map(|_| 0)).is_none();
     let needs_fmus =
         is_plain || valgrind || threads || replay.or(long).is_some() || (calls.is_some() && !asan);
