@@ -47,6 +47,8 @@ def test_directional_derivatives(moving, name):
     outputs = real_outputs(instance)
     for known in instance.fmu.names("input"):
         step, here = 1e-3 * SIZES[known.split("[")[0]], instance.get(known)
+        if name == "emla" and known == "x":  # the rod has moved on since x was set
+            here = instance.get("x_rod")
         sides = []
         for sign in (1, -1):
             instance.set({known: here + sign * step})

@@ -7,11 +7,12 @@
 mod rod;
 mod table;
 
-use emla::{Drive, Emla, Input, Output, State, Surrogate};
+use emla::{Drive, Emla, Output, State, Surrogate};
 use fmu_export::{Info, InputPolynomial, Model, ModelError, Variable};
 use machine::{CoreLosses, InverterLosses, Machine};
 use rod::Rod;
 use serde::{Deserialize, Serialize};
+use std::ops::{Deref, DerefMut};
 
 /// The actuator behind the FMI border.
 #[derive(Clone, Serialize, Deserialize)]
@@ -25,6 +26,28 @@ pub struct EmlaFmu {
     /// Not part of the behaviour: handed to the importer's log once.
     #[serde(skip)]
     warning: Option<String>,
+}
+
+/// Inputs as the importer sees them.
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
+pub struct Input {
+    u: emla::Input,
+    /// How often `x` was set.
+    x_sets: u32,
+}
+
+impl Deref for Input {
+    type Target = emla::Input;
+
+    fn deref(&self) -> &emla::Input {
+        &self.u
+    }
+}
+
+impl DerefMut for Input {
+    fn deref_mut(&mut self) -> &mut emla::Input {
+        &mut self.u
+    }
 }
 
 /// Parameters as the importer sees them.
@@ -116,17 +139,18 @@ impl Model for EmlaFmu {
     }
 
     fn defaults() -> (Parameters, Input) {
-        let input = Input {
+        let u = emla::Input {
             x: table::X_START,
-            ..Input::default()
+            ..emla::Input::default()
         };
+        let input = Input { u, x_sets: 0 };
         (Parameters::reference(), input)
     }
 
     fn initialize(p: &Parameters, u: &Input, _t: f64) -> Result<Self, ModelError> {
         let emla = p.actuator()?;
         let state = emla.start(u)?;
-        let rod = Rod::at(u.x);
+        let rod = Rod::at(u);
         Ok(Self {
             emla,
             state,

@@ -1,11 +1,11 @@
 //! Where the rod is between two sets of the input `x`.
 //!
-//! The rod moves on with its velocity, in a step and from one step to the next, as long as `x` keeps its value: holding it while
+//! The rod moves on with its velocity, in a step and from one step to the next, until `x` is set again: holding it while
 //! x_dot ≠ 0 would cost K_b·x_dot·h of force, some 20 kN at 1 ms. So after a step the outputs belong to the new time, before the
 //! importer has set anything.
 
 use super::{EmlaFmu, table};
-use emla::Input;
+use crate::Input;
 use fmu_export::{InputPolynomial, ModelError};
 use serde::{Deserialize, Serialize};
 use std::cell::Cell;
@@ -13,22 +13,25 @@ use std::cell::Cell;
 /// Rod position.
 #[derive(Clone, Copy, Serialize, Deserialize)]
 pub(crate) struct Rod {
-    /// The input `x` as it was last used, m.
-    set: f64,
-    /// Where the rod is while the input stays so, m.
+    /// How often the input `x` had been set.
+    sets: u32,
+    /// Where the rod is until it is set again, m.
     x: f64,
 }
 
 impl Rod {
-    /// A rod where the input says, m.
-    pub(crate) fn at(x: f64) -> Self {
-        Self { set: x, x }
+    /// A rod where the input says.
+    pub(crate) fn at(u: &Input) -> Self {
+        Self {
+            sets: u.x_sets,
+            x: u.x,
+        }
     }
 
     /// The inputs with the rod where it is.
-    pub(crate) fn input(&self, u: &Input) -> Input {
-        let x = if u.x == self.set { self.x } else { u.x };
-        Input { x, ..*u }
+    pub(crate) fn input(&self, u: &Input) -> emla::Input {
+        let x = if u.x_sets == self.sets { self.x } else { u.x };
+        emla::Input { x, ..**u }
     }
 
     /// The inputs over a step that begins here.
@@ -60,13 +63,13 @@ pub(crate) struct Course<'a> {
 
 impl Course<'_> {
     /// The inputs `s` seconds into the step.
-    pub(crate) fn at(&self, s: f64) -> Input {
+    pub(crate) fn at(&self, s: f64) -> emla::Input {
         let [v, a, jerk, snap] = self.derivatives;
         let x = self.start + s * (v + s / 2.0 * (a + s / 3.0 * (jerk + s / 4.0 * snap)));
         self.farthest.set(self.farthest.get().max(x.abs()));
-        Input {
+        emla::Input {
             x,
-            ..self.u.at::<EmlaFmu>(s)
+            ..*self.u.at::<EmlaFmu>(s)
         }
     }
 
@@ -80,8 +83,8 @@ impl Course<'_> {
                 "`x_dot` moves the rod to |x| = {farthest} m within the step; it must stay within {limit} m"
             )));
         }
-        let set = self.u.at::<EmlaFmu>(h).x;
-        Ok(Rod { set, x })
+        let sets = self.u.value().x_sets;
+        Ok(Rod { sets, x })
     }
 }
 
@@ -117,28 +120,29 @@ mod tests {
         }
     }
 
-    fn inputs(x: f64, x_dot: f64) -> Input {
-        Input {
+    /// Inputs after `x` was set so often.
+    fn inputs(x_sets: u32, x: f64, x_dot: f64) -> Input {
+        let u = emla::Input {
             v_q: 30.0,
             x,
             x_dot,
             F_hold: 9e3,
-            ..Input::default()
-        }
+            ..emla::Input::default()
+        };
+        Input { u, x_sets }
     }
 
     /// Set once, and set at every communication point to where the velocity has taken the rod: the same motion. Tolerance: K_b
     /// times the rounding of a position that 1000 sums have made.
     #[test]
     fn a_rod_that_is_set_once_moves_on() {
-        let once = inputs(0.3, 0.1);
+        let once = inputs(1, 0.3, 0.1);
         let (mut a, mut b) = (Actuator::new(&once), Actuator::new(&once));
         for k in 0..1000 {
-            let each = inputs(0.3 + f64::from(k) * H * 0.1, 0.1);
+            let at = |k: u32| inputs(k, 0.3 + f64::from(k) * H * 0.1, 0.1);
             a.step(&InputPolynomial::held(once), H).expect("finite");
-            b.step(&InputPolynomial::held(each), H).expect("finite");
-            let next = inputs(0.3 + f64::from(k + 1) * H * 0.1, 0.1);
-            let (of_once, of_each) = (a.output(&once), b.output(&next));
+            b.step(&InputPolynomial::held(at(k)), H).expect("finite");
+            let (of_once, of_each) = (a.output(&once), b.output(&at(k + 1)));
             assert!(
                 (of_once.F - of_each.F).abs() < 3e8 * 1000.0 * f64::EPSILON,
                 "{k}"
@@ -147,28 +151,34 @@ mod tests {
         assert!((a.output(&once).x_rod - 0.4).abs() < 1e-12);
     }
 
-    /// A value that is set takes effect at once, and the rod moves on from there.
+    /// A value that is set takes effect at once, also one that was set before, and the rod moves on from there.
     #[test]
     fn a_value_that_is_set_takes_effect() {
-        let mut actuator = Actuator::new(&inputs(0.3, 0.1));
+        let first = inputs(1, 0.3, 0.1);
+        let mut actuator = Actuator::new(&first);
         actuator
-            .step(&InputPolynomial::held(inputs(0.3, 0.1)), H)
+            .step(&InputPolynomial::held(first), H)
             .expect("finite");
-        assert_eq!(actuator.output(&inputs(0.3, 0.1)).x_rod, 0.3 + H * 0.1);
-        assert_eq!(actuator.output(&inputs(0.2, 0.1)).x_rod, 0.2);
+        assert_eq!(actuator.output(&first).x_rod, 0.3 + H * 0.1);
+        assert_eq!(actuator.output(&inputs(2, 0.3, 0.1)).x_rod, 0.3);
+        let other = inputs(2, 0.2, 0.1);
+        assert_eq!(actuator.output(&other).x_rod, 0.2);
         actuator
-            .step(&InputPolynomial::held(inputs(0.2, 0.1)), H)
+            .step(&InputPolynomial::held(other), H)
             .expect("finite");
-        assert_eq!(actuator.output(&inputs(0.2, 0.1)).x_rod, 0.2 + H * 0.1);
+        assert_eq!(actuator.output(&other).x_rod, 0.2 + H * 0.1);
     }
 
     /// x(s) is the Taylor polynomial of the derivatives of x, and of those of x_dot where x has none.
     #[test]
     fn derivatives_of_both_inputs_count() {
         let of = |x: f64, x_dot: f64| Input {
-            x,
-            x_dot,
-            ..Input::default()
+            u: emla::Input {
+                x,
+                x_dot,
+                ..emla::Input::default()
+            },
+            x_sets: 0,
         };
         let value = of(0.3, 0.02);
         let s: f64 = 0.5;
@@ -182,7 +192,7 @@ mod tests {
             [of(0.02, 7.0), of(a, 8.0), of(jerk, snap)],
         ] {
             let u = InputPolynomial::with_derivatives(value, &derivatives);
-            let x = Rod::at(0.3).course(&u).at(s).x;
+            let x = Rod::at(&value).course(&u).at(s).x;
             assert!(
                 (x - expected).abs() < 1e-15,
                 "{derivatives:?}: {x}, {expected}"
@@ -193,18 +203,21 @@ mod tests {
     /// The bounds of `x` hold inside a step, also where the rod comes back before its end.
     #[test]
     fn the_rod_stays_within_the_bounds_of_x() {
-        let mut actuator = Actuator::new(&inputs(9.9, 0.0));
-        let away = InputPolynomial::held(inputs(9.9, 90.0));
+        let mut actuator = Actuator::new(&inputs(0, 9.9, 0.0));
+        let away = InputPolynomial::held(inputs(0, 9.9, 90.0));
         let text = actuator.step(&away, 2e-3).expect_err("beyond").to_string();
         assert!(
             text.contains("10.08") && text.contains("within 10 m"),
             "{text}"
         );
         let turn = Input {
-            x_dot: -2.0 * 90.0 / 2e-3,
-            ..Input::default()
+            u: emla::Input {
+                x_dot: -2.0 * 90.0 / 2e-3,
+                ..emla::Input::default()
+            },
+            x_sets: 0,
         };
-        let back = InputPolynomial::with_derivatives(inputs(9.96, 90.0), &[turn]);
+        let back = InputPolynomial::with_derivatives(inputs(1, 9.96, 90.0), &[turn]);
         let text = actuator.step(&back, 2e-3).expect_err("10.005 m");
         assert!(text.to_string().contains("10.00"), "{text}");
         assert!(actuator.step(&away, 1e-3).is_ok(), "9.99 m is within");

@@ -119,7 +119,7 @@ pub(crate) const VARIABLES: &[V] = &[
     V::input("v_q", "quadrature-axis voltage (peak); |(v_d, v_q)| is limited to v_max", |u| &u.v_q, |u| &mut u.v_q)
         .unit("V").min(-1e4).max(1e4).nominal(100.0),
     V::input("x", "rod position, positive when extended; with drive = force only its value at the start counts", |u| &u.x, |u| &mut u.x)
-        .unit("m").display_unit("mm").min(-X_LARGEST).max(X_LARGEST).nominal(0.1),
+        .unit("m").display_unit("mm").min(-X_LARGEST).max(X_LARGEST).nominal(0.1).counted(|u| &mut u.x_sets),
     V::input("x_dot", "rod velocity; with drive = force only its value at the start counts", |u| &u.x_dot, |u| &mut u.x_dot)
         .unit("m/s").display_unit("mm/s").min(-100.0).max(100.0).nominal(0.05),
     V::input("F_ext", "external force on the rod against extension; with drive = force only", |u| &u.F_ext, |u| &mut u.F_ext)

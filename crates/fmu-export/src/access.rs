@@ -36,7 +36,11 @@ impl<M: Model> Instance<M> {
         for (&vr, &value) in vr.iter().zip(values) {
             let (i, row) = self.layout.find(vr)?;
             if let Some(place) = T::input(&row.place) {
-                let changed = self.state.set_input(place, i, T::from_c(value));
+                let mut changed = self.state.set_input(place, i, T::from_c(value));
+                if let Some(counter) = row.counter {
+                    self.state.count_set(counter);
+                    changed = true;
+                }
                 is_changed |= changed;
                 is_evaluated |= changed && !row.beside_evaluation;
             }

@@ -125,6 +125,16 @@ impl<M: Model> State<M> {
         true
     }
 
+    /// Counts that an input was set.
+    pub(crate) fn count_set(&mut self, counter: fn(&mut M::Input) -> &mut u32) {
+        let count = counter(&mut self.input.value);
+        *count = count.wrapping_add(1);
+        let count = *count;
+        if let Some(reached) = &mut self.reached {
+            *counter(&mut reached.value) = count;
+        }
+    }
+
     /// Gives one derivative of a Real input for the next step.
     pub(crate) fn set_input_derivative(
         &mut self,

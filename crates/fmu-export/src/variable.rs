@@ -24,6 +24,8 @@ pub struct Variable<M: Model> {
     pub(crate) discrete: bool,
     /// Not read by the model's [`Evaluation`](crate::Evaluation).
     pub(crate) beside_evaluation: bool,
+    /// Counts how often the importer has set this input.
+    pub(crate) counter: Option<fn(&mut M::Input) -> &mut u32>,
     pub(crate) unit: Option<&'static str>,
     /// Units element by element, where they differ.
     pub(crate) each_unit: &'static [&'static str],
@@ -179,6 +181,7 @@ impl<M: Model> Variable<M> {
             tunable: false,
             discrete: false,
             beside_evaluation: false,
+            counter: None,
             unit: None,
             each_unit: &[],
             display_unit: None,
@@ -247,6 +250,13 @@ impl<M: Model> Variable<M> {
     /// An input that [`Evaluation::of`](crate::Evaluation::of) does not read: setting it keeps the evaluation.
     pub const fn beside_evaluation(mut self) -> Self {
         self.beside_evaluation = true;
+        self
+    }
+
+    /// A field of the inputs in which the sets of this input are counted, for a model to which setting it to the same value again
+    /// means something. The count wraps around.
+    pub const fn counted(mut self, counter: fn(&mut M::Input) -> &mut u32) -> Self {
+        self.counter = Some(counter);
         self
     }
 
