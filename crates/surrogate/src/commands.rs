@@ -1,5 +1,6 @@
 //! Commands: virtual testbed, training, pictures and comparison of the network.
 
+use std::io::{Write as _, stdout};
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -143,7 +144,7 @@ impl MapArgs {
         }
         write(&self.out.join("efficiency_map.csv"), &csv)?;
         for file in plots::efficiency_maps(&maps, &self.out)? {
-            println!("{}", file.display());
+            writeln!(stdout(), "{}", file.display())?;
         }
         Ok(())
     }
@@ -155,12 +156,15 @@ impl PlotsArgs {
         let data = data::read_csv(&self.data)?;
         let record = &surrogate.file().training;
         if record.data_sha256 != data.sha256 {
-            println!("note: the network was trained on other data; all rows are new to it");
+            writeln!(
+                stdout(),
+                "note: the network was trained on other data; all rows are new to it"
+            )?;
         }
         make_folder(&self.out.join("x"))?;
         let (inputs, targets) = Prepared::new(data, record.seed).test_rows();
         for file in plots::quality(&surrogate, &inputs, &targets, &self.out)? {
-            println!("{}", file.display());
+            writeln!(stdout(), "{}", file.display())?;
         }
         Ok(())
     }
@@ -170,12 +174,20 @@ impl CompareArgs {
     fn run(self) -> Result<()> {
         let testbed = Testbed::new(machine::Machine::reference().emla);
         let surrogate = self.network.read()?;
-        println!("RMS error against the virtual testbed (a simulation), and factor to the physics");
-        println!(
+        writeln!(
+            stdout(),
+            "RMS error against the virtual testbed (a simulation), and factor to the physics"
+        )?;
+        writeln!(
+            stdout(),
             "        {} held-out operating points            {} s held-out motion profile",
-            self.points, self.seconds
-        );
-        println!("alpha   force N          efficiency %       force N          efficiency %");
+            self.points,
+            self.seconds
+        )?;
+        writeln!(
+            stdout(),
+            "alpha   force N          efficiency %       force N          efficiency %"
+        )?;
         let errors = |alpha| -> Result<[f64; 4]> {
             let a = comparison::on_points(&testbed, &surrogate, alpha, self.points, self.seed)?;
             let b = comparison::on_profile(&testbed, &surrogate, alpha, self.seconds)?;
@@ -185,13 +197,14 @@ impl CompareArgs {
         for alpha in [0.0, 0.2, 0.5, 0.9, 1.0] {
             let now = errors(alpha)?;
             let cell = |k: usize| format!("{:8.3} /{:5.1}", now[k], physics[k] / now[k]);
-            println!(
+            writeln!(
+                stdout(),
                 "{alpha:<6}{}   {}   {}   {}",
                 cell(0),
                 cell(1),
                 cell(2),
                 cell(3)
-            );
+            )?;
         }
         Ok(())
     }
@@ -219,11 +232,12 @@ impl TestbedArgs {
             self.points, self.seed
         );
         write(&self.out, &data::to_csv(&rows, &comment))?;
-        println!(
+        writeln!(
+            stdout(),
             "{} simulated operating points in {}",
             rows.len(),
             self.out.display()
-        );
+        )?;
         Ok(())
     }
 }
@@ -253,7 +267,7 @@ impl TrainArgs {
             progress.epoch(&prepared, self.epochs);
             bar.set_position(progress.epoch.into());
             if bar.is_hidden() {
-                println!("{}", progress.line(self.epochs));
+                writeln!(stdout(), "{}", progress.line(self.epochs))?;
             } else {
                 bar.set_message(progress.line(self.epochs));
             }
@@ -266,13 +280,13 @@ impl TrainArgs {
         let network = progress.network(&prepared);
         let text = serde_json::to_string_pretty(&network).context("cannot write JSON")?;
         write(&self.out, &text)?;
-        report(&network.training, progress.seconds);
-        println!("network in {}", self.out.display());
+        report(&network.training, progress.seconds)?;
+        writeln!(stdout(), "network in {}", self.out.display())?;
         Ok(())
     }
 }
 
-fn report(record: &emla::TrainingRecord, seconds: f64) {
+fn report(record: &emla::TrainingRecord, seconds: f64) -> Result<()> {
     let emla::TrainingRecord {
         epochs,
         best_epoch,
@@ -282,18 +296,31 @@ fn report(record: &emla::TrainingRecord, seconds: f64) {
         r_x_dot,
         ..
     } = record;
-    println!("{epochs} epochs in {seconds:.0} s, stopped by: {stop}; best epoch {best_epoch}");
-    println!("             training      validation    test          paper (train/val/test)");
-    println!(
+    writeln!(
+        stdout(),
+        "{epochs} epochs in {seconds:.0} s, stopped by: {stop}; best epoch {best_epoch}"
+    )?;
+    writeln!(
+        stdout(),
+        "             training      validation    test          paper (train/val/test)"
+    )?;
+    writeln!(
+        stdout(),
         "mse scaled   {:<13.3e} {:<13.3e} {:<13.3e} 0.00013 / 0.00476 / 0.00219",
-        mse.training, mse.validation, mse.test
-    );
+        mse.training,
+        mse.validation,
+        mse.test
+    )?;
     for (name, r) in [("R force     ", r_f), ("R rod speed ", r_x_dot)] {
-        println!(
+        writeln!(
+            stdout(),
             "{name} {:<13.8} {:<13.8} {:<13.8} > 0.995",
-            r.training, r.validation, r.test
-        );
+            r.training,
+            r.validation,
+            r.test
+        )?;
     }
+    Ok(())
 }
 
 fn make_folder(path: &std::path::Path) -> Result<()> {
