@@ -60,6 +60,12 @@ def test_the_commands_pass_within_ten_seconds(folder, commands):
     assert seconds < 10.0
 
 
+def test_a_bad_verdict_has_the_exit_code_of_the_page(folder):
+    (command,) = blocks("bash")
+    done, _ = shell(folder, command)
+    assert f"exit code {done.returncode}" in command and "verdict: BAD" in done.stdout, done.stdout
+
+
 def test_a_damaged_fmu_fails_them(folder):
     """A unit that no base unit is given for."""
     path = folder / "fmus/Hdrm.fmu"

@@ -38,6 +38,11 @@ def test_every_file_complies_with_the_schema(package):
     assert {name: found for name, text in package.items() if (found := complaints(name, text))} == {}
 
 
+@pytest.mark.parametrize("path", sorted((ROOT / "examples").glob("*.ssd")), ids=lambda path: path.name)
+def test_the_structures_of_the_examples_comply_with_the_schema(path):
+    assert complaints(path.name, path.read_bytes()) == []
+
+
 @pytest.mark.parametrize("right, wrong", [(b"<ssv:Parameter name=", b"<ssv:Parameter title="), (b"startElement=", b"from=")])
 def test_the_schemas_can_complain(package, right, wrong):
     found = {name: complaints(name, text.replace(right, wrong)) for name, text in package.items() if right in text}
