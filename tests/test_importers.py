@@ -73,10 +73,10 @@ def test_runs_alone(references, fmu_dir, tmp_path, importer, model):
 @pytest.fixture(scope="module")
 def coupled_as(fmu_dir, fmus, tmp_path_factory):
     """Our masters' signals every half second by schedule; `after_set` as in `interoperability.Coupled`."""
-    system, done = System.read(fmu_dir / PACKAGE), {}
+    done = {}
 
-    def by_fmpy(schedule, after_set):
-        master, rows = Master(system, fmus, schedule=schedule, h=H), []
+    def by_fmpy(schedule, after_set, structure):
+        master, rows = Master(System.read(fmu_dir / PACKAGE, structure), fmus, schedule=schedule, h=H), []
         for _ in range(round(COUPLED / H) // EVERY):
             _, found = master.record(master.time + EVERY * H, ALL)
             if after_set:
@@ -86,14 +86,14 @@ def coupled_as(fmu_dir, fmus, tmp_path_factory):
         master.free()
         return np.array(rows)
 
-    def coupled_as(schedule, after_set=False):
-        if (schedule, after_set) not in done:
+    def coupled_as(schedule, after_set=False, structure="SystemStructure.ssd"):
+        key = schedule, after_set, structure
+        if key not in done:
             path = tmp_path_factory.mktemp("native") / "run.csv"
             native = lambda: recorded(path, ALL, "--system", fmu_dir / PACKAGE, "--stop-time", COUPLED)[EVERY::EVERY]
-            found = native() if schedule == "gauss-seidel" else by_fmpy(schedule, after_set)
-            assert np.ptp(found[:, ALL.index("hdrm.x[2]")]) > 0.03, "nothing moved"
-            done[schedule, after_set] = found
-        return done[schedule, after_set]
+            done[key] = native() if schedule == "gauss-seidel" else by_fmpy(*key)
+            assert np.ptp(done[key][:, ALL.index("hdrm.x[2]")]) > 0.03, "nothing moved"
+        return done[key]
 
     return coupled_as
 
@@ -110,19 +110,34 @@ def test_runs_coupled(coupled_as, fmu_dir, tmp_path, importer):
         assert difference <= tolerance
 
 
+def variant(fmu_dir, name, folder):
+    """A package with the variant as its default structure, for importers that read no other."""
+    path = folder / "Variant.ssp"
+    with zipfile.ZipFile(fmu_dir / PACKAGE) as package, zipfile.ZipFile(path, "w") as made:
+        for file in package.namelist():
+            if not file.endswith(".ssd"):
+                made.writestr(file, package.read(file))
+        made.writestr("SystemStructure.ssd", package.read(name))
+    return path
+
+
+@pytest.mark.parametrize("importer", ["Ecos", "Libcosim"])
+def test_the_variant_for_one_exchange_a_step_reaches_the_importers(coupled_as, fmu_dir, tmp_path, importer):
+    """With `standard.ssd` controller and actuators are told the delay: the run is that of our master with this variant, and another than
+    with the default structure."""
+    agreed = IMPORTERS[importer].coupled
+    found = run(importer, "coupled", variant(fmu_dir, "standard.ssd", tmp_path), fmu_dir, tmp_path)
+    np.testing.assert_allclose(found, coupled_as("standard", agreed.after_set, "standard.ssd"), rtol=0, atol=max(agreed.tolerances))
+    assert np.abs(found - coupled_as("standard", agreed.after_set)).max() > 1e-3
+
+
 @pytest.mark.parametrize("importer", ["Ecos", "Libcosim"])
 def test_a_variant_runs_but_its_enumerations_are_not_known(coupled_as, fmu_dir, tmp_path, importer):
     """Its sets are read without an error, but `mode` and `trajectory` keep their start values: the run is that of the default structure. Should
     this fail one day, the importer has learnt enumerations: see docs/interoperability.md."""
-    path = tmp_path / "Variant.ssp"
-    with zipfile.ZipFile(fmu_dir / PACKAGE) as package, zipfile.ZipFile(path, "w") as variant:
-        for name in package.namelist():
-            if not name.endswith(".ssd"):
-                variant.writestr(name, package.read(name))
-        variant.writestr("SystemStructure.ssd", package.read("triangular_pd.ssd"))
-    found = run(importer, "coupled", path, fmu_dir, tmp_path)
     agreed = IMPORTERS[importer].coupled
-    np.testing.assert_allclose(found, coupled_as(agreed.schedule, agreed.after_set), atol=max(agreed.tolerances))
+    found = run(importer, "coupled", variant(fmu_dir, "triangular_pd.ssd", tmp_path), fmu_dir, tmp_path)
+    np.testing.assert_allclose(found, coupled_as("standard", agreed.after_set), rtol=0, atol=max(agreed.tolerances))
 
 
 @pytest.mark.parametrize("name", NAMES)

@@ -1,4 +1,4 @@
-//! Variants of a packed system: its one structure with parameter sets bound, made while packing, so that the wiring is written once.
+//! Variants of a packed system: its one structure with parameter values bound, made while packing, so that the wiring is written once.
 
 use anyhow::{Result, ensure};
 
@@ -8,6 +8,11 @@ const MARK: &str = "<!-- parameter sets of a variant -->";
 const TRAJECTORIES: [(&str, &str); 2] = [("cubic", "24.25"), ("triangular", "13.75")];
 /// Controllers.
 const MODES: [&str; 3] = ["adaptive", "modular", "pd"];
+
+/// The first value in the set that each component with a delay holds.
+const FIRST_VALUE: &str = r#"<ssv:Parameter name="alpha">"#;
+/// Outputs act one communication step later than they are computed, as with importers that exchange values once a step.
+const DELAY: &str = r#"<ssv:Parameter name="delay"><ssv:Integer value="1"/></ssv:Parameter>"#;
 
 /// File names and texts of the variants of a structure; none where it has no mark. Each has a name of its own, because importers keep the
 /// structures of one package apart by name.
@@ -24,13 +29,22 @@ pub fn of(structure: &str) -> Result<Vec<(String, String)>> {
             let text = once(structure, MARK, &sets.join("\n          "))?;
             let stop_time = |stop| format!(r#"stopTime="{stop}""#);
             let text = once(&text, &stop_time(default_stop), &stop_time(stop))?;
-            let name = |variant: &str| format!(r#"version="1.0" name="Manipulator{variant}">"#);
-            let variant = format!("_{trajectory}_{mode}");
-            let text = once(&text, &name(""), &name(&variant))?;
-            made.push((format!("{trajectory}_{mode}.ssd"), text));
+            let variant = format!("{trajectory}_{mode}");
+            made.push((format!("{variant}.ssd"), named(&text, &variant)?));
         }
     }
+    let delayed = structure.replace(
+        FIRST_VALUE,
+        &format!("{DELAY}\n                  {FIRST_VALUE}"),
+    );
+    made.push(("standard.ssd".to_string(), named(&delayed, "standard")?));
     Ok(made)
+}
+
+/// The structure with a name of its own.
+fn named(structure: &str, variant: &str) -> Result<String> {
+    let name = |suffix: &str| format!(r#"version="1.0" name="Manipulator{suffix}">"#);
+    once(structure, &name(""), &name(&format!("_{variant}")))
 }
 
 fn once(text: &str, from: &str, to: &str) -> Result<String> {
@@ -50,8 +64,13 @@ mod tests {
 
     #[test]
     fn variants_differ_from_the_structure_in_name_two_bindings_and_stop_time() {
-        let variants = of(STRUCTURE).unwrap();
-        assert_eq!(variants.len(), 6);
+        let mut variants = of(STRUCTURE).unwrap();
+        assert_eq!(variants.len(), 7);
+        let (name, standard) = variants.pop().unwrap();
+        assert_eq!(name, "standard.ssd");
+        // Controller and three actuators.
+        assert_eq!(standard.matches(r#"name="delay""#).count(), 4);
+        assert_eq!(standard.lines().count(), STRUCTURE.lines().count() + 4);
         for (name, text) in variants {
             let (trajectory, mode) = name.strip_suffix(".ssd").unwrap().split_once('_').unwrap();
             let lines: Vec<_> = text
