@@ -62,6 +62,7 @@ impl SystemArgs {
 
 /// How the system is stepped, and from which values.
 #[derive(Args, Clone)]
+#[group(skip)] // A program's own command may be called `run`.
 pub struct RunArgs {
     /// Communication step H, s
     #[arg(long, default_value_t = 1e-3, value_name = "SECONDS")]

@@ -80,8 +80,8 @@ function studyPlot(parent, study) {
   }), "free");
 }
 
-/* Ends of a logarithmic axis that holds the values, in powers of ten. */
+/* Ends of a logarithmic axis that holds the values, in powers of ten; a little more, so that the labels at both ends stay inside. */
 function logRange(values) {
   const logs = values.filter((v) => v > 0).map(Math.log10);
-  return logs.length ? [Math.floor(Math.min(...logs)), Math.ceil(Math.max(...logs))] : [-3, 1];
+  return logs.length ? [Math.floor(Math.min(...logs)) - 0.2, Math.ceil(Math.max(...logs)) + 0.2] : [-3, 1];
 }

@@ -83,3 +83,14 @@ impl Command {
         machine.check()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use clap::CommandFactory as _;
+
+    /// Arguments that are defined twice or contradict each other are found here, not by who runs the program.
+    #[test]
+    fn all_commands_are_well_defined() {
+        super::Cli::command().debug_assert();
+    }
+}

@@ -13,8 +13,8 @@ const FONT: (&str, i32) = ("sans-serif", 16);
 const TITLE: (&str, i32) = ("sans-serif", 20);
 /// Size of a panel, of a title line and of a path in space, pixels.
 const PANEL: (u32, u32) = (720, 380);
-/// Room for the names beside a panel, pixels.
-const LEGEND: u32 = 136;
+/// Room for the line beside a name in the legend, and for a letter of it, pixels.
+const LEGEND: (u32, u32) = (40, 8);
 const TITLE_HEIGHT: u32 = 34;
 const SPACE: (u32, u32) = (900, 760);
 
@@ -93,6 +93,15 @@ impl Panel {
         Self { floor, ..self }
     }
 
+    /// Room for the names beside the axes, pixels.
+    fn legend_width(&self) -> u32 {
+        let letters = self.curves.iter().map(|c| c.label.chars().count()).max();
+        let letters = u32::try_from(letters.unwrap_or(0))
+            .unwrap_or(0)
+            .clamp(12, 36);
+        LEGEND.0 + LEGEND.1 * letters
+    }
+
     fn draw<B: DrawingBackend>(&self, area: &Area<'_, B>) -> Drawn<B> {
         let points = || self.curves.iter().flat_map(|c| &c.points);
         let (x0, x1) = extent(points().map(|p| p.0));
@@ -100,7 +109,7 @@ impl Panel {
         let mut builder = ChartBuilder::on(area);
         builder
             .margin(12)
-            .margin_right(LEGEND)
+            .margin_right(self.legend_width())
             .x_label_area_size(44)
             .y_label_area_size(72);
         if let Some(floor) = self.floor {
@@ -146,7 +155,7 @@ impl Panel {
     /// Names beside the axes, so that they cover no curve.
     fn legend<B: DrawingBackend>(&self, area: &Area<'_, B>) -> Drawn<B> {
         let (width, _) = area.dim_in_pixel();
-        let left = i32::try_from(width - LEGEND).unwrap_or(0) + 10;
+        let left = i32::try_from(width.saturating_sub(self.legend_width())).unwrap_or(0) + 10;
         for (curve, top) in self.curves.iter().zip((26..).step_by(19)) {
             let line = [(left, top), (left + 20, top)];
             area.draw(&PathElement::new(line, curve.color.stroke_width(3)))?;
