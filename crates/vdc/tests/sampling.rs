@@ -81,6 +81,27 @@ fn outputs_at_the_samples_do_not_depend_on_the_steps() {
     }
 }
 
+/// A sample at every communication point is the controller without a sample time, up to the rounding of its clock.
+#[test]
+fn a_sample_at_each_step_takes_its_measurements() {
+    let sampled = Timing {
+        sample_time: T,
+        delay: 0,
+    };
+    for (k, (a, b)) in run(T, sampled)
+        .iter()
+        .zip(run(T, Timing::default()))
+        .enumerate()
+    {
+        for (a, b) in a.v_q.iter().zip(b.v_q) {
+            assert!(
+                (a - b).abs() < 1e-9 * b.abs().max(1.0),
+                "step {k}: {a} and {b} V"
+            );
+        }
+    }
+}
+
 /// Between two samples nothing changes, and a clock that is off by rounding meets the samples.
 #[test]
 fn outputs_change_at_the_samples_only() {
