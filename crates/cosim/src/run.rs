@@ -13,7 +13,7 @@ use crate::noise::Noise;
 use crate::system::{Setting, System};
 use crate::verdict::Verdict;
 
-/// Share of the energy through a bond that the coupling may make or lose.
+/// Share of the energy through all bonds that the coupling may make or lose.
 const SPURIOUS: f64 = 0.01;
 /// Energy that may be rounding, J.
 const ROUNDING: f64 = 1e-9;
@@ -105,7 +105,7 @@ pub fn run(
     if let Some(text) = divergence(system, &master, &watch) {
         verdict.object(text);
     }
-    residuals.iter().for_each(|r| judge(r, &mut verdict));
+    judge(&residuals, &mut verdict);
     master.terminate()?;
     for message in messages::take() {
         verdict.note(message.to_string());
@@ -129,22 +129,20 @@ fn divergence(system: &System, master: &Master, watch: &Watch) -> Option<String>
     ))
 }
 
-/// Energy that the coupling made or lost at a bond, beside what went through it.
-fn judge(residual: &Residual, verdict: &mut Verdict) {
-    let Residual {
-        bond,
-        energy,
-        turnover,
-        ..
-    } = residual;
-    let share = energy.abs() / turnover;
-    if share > SPURIOUS && energy.abs() > ROUNDING {
-        let done = if *energy < 0.0 { "created" } else { "lost" };
-        verdict.object(format!(
-            "the coupling {done} {:.3e} J at the bond {bond}, {:.1} % of what went through it: a loop is unstable, or the communication step too long",
-            energy.abs(),
-            100.0 * share
-        ));
+/// Energy that the coupling made or lost at a bond, beside what went through all: a bond through which next to nothing goes says nothing.
+fn judge(residuals: &[Residual], verdict: &mut Verdict) {
+    let all: f64 = residuals.iter().map(|r| r.turnover).sum();
+    for Residual { bond, energy, .. } in residuals {
+        let share = energy.abs() / all;
+        if share > SPURIOUS && energy.abs() > ROUNDING {
+            let done = if *energy < 0.0 { "created" } else { "lost" };
+            verdict.object(format!(
+                "the coupling {done} {:.3e} J at the bond {bond}, {:.1} % of what went through all bonds: a loop is unstable, or the \
+                 communication step too long",
+                energy.abs(),
+                100.0 * share
+            ));
+        }
     }
 }
 
@@ -201,6 +199,23 @@ impl Outcome {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_bond_is_judged_beside_what_goes_through_all() {
+        let residual = |energy, turnover| Residual {
+            energy,
+            turnover,
+            ..Residual::new("a.F".into())
+        };
+        let is_bad = |residuals: &[Residual]| {
+            let mut verdict = Verdict::default();
+            judge(residuals, &mut verdict);
+            verdict.is_bad()
+        };
+        assert!(is_bad(&[residual(-0.02, 1.0)]) && is_bad(&[residual(0.02, 1.0)]));
+        assert!(!is_bad(&[residual(-0.02, 1.0), residual(0.0, 2.0)]));
+        assert!(!is_bad(&[residual(-1e-12, 1e-12)]), "rounding");
+    }
 
     #[test]
     fn a_stop_time_that_is_a_multiple_of_the_step_is_met() {
