@@ -8,9 +8,9 @@ from fmpy import fmi2
 
 OK, WARNING, DISCARD, ERROR, FATAL = range(5)
 
-# The message is the one argument of the format "%s"; where variadic arguments travel like named ones (Linux, Windows and
-# macOS on x86-64, Linux on arm64) it can be received as a sixth parameter.
-LOGGER = CFUNCTYPE(None, c_void_p, c_char_p, c_int, c_char_p, c_char_p, c_char_p)
+# The message is a format without arguments, so the variadic function can be received as one of five parameters (on Linux, Windows and
+# macOS on x86-64, Linux on arm64).
+LOGGER = CFUNCTYPE(None, c_void_p, c_char_p, c_int, c_char_p, c_char_p)
 
 _names = itertools.count(1)
 
@@ -70,8 +70,9 @@ class Instance:
         )
         self.slave.component = self.component
 
-    def _log(self, _environment, name, status, category, form, text):
-        self.messages.append((name.decode(), status, category.decode(), form.decode(), text.decode()))
+    def _log(self, _environment, name, status, category, form):
+        text = form.decode().replace("%%", "%").replace("##", "#")
+        self.messages.append((name.decode(), status, category.decode(), form.decode(), text))
 
     @property
     def text(self):

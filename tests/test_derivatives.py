@@ -154,23 +154,31 @@ def test_input_derivatives_raise_the_order_of_the_coupling(hdrm):
 
 
 def test_a_derivative_counts_for_one_step_only(hdrm):
-    """FMI 2.0: derivatives are for the next fmi2DoStep; the value reached stays."""
+    """FMI 2.0: derivatives are for the next fmi2DoStep. The value reached acts on; what was set is read back."""
     instance = hdrm.running()
     instance.set({"f[2]": 10e3})
     instance.set_derivatives({"f[2]": 1e6})
     instance.step(0.0, 1e-3)
-    assert instance.get("f[2]") == pytest.approx(11e3)
+    assert instance.get("f[2]") == 10e3
+    state, accelerations = instance.save(), [f"zeta_ddot[{i}]" for i in range(1, 7)]
+    reached = instance.get(*accelerations)
     instance.step(1e-3, 1e-3)
-    assert instance.get("f[2]") == pytest.approx(11e3)
+    held = instance.get("zeta[2]")
+    instance.restore(state)
+    instance.set({"f[2]": 11e3})
+    assert instance.get(*accelerations) == pytest.approx(reached, rel=1e-12)
+    instance.step(1e-3, 1e-3)
+    assert instance.get("zeta[2]") == pytest.approx(held, rel=1e-15)
     instance.free()
 
 
 def test_force_of_the_actuator_is_for_the_new_time(emla):
-    """After a step and before x is set again, F refers to the rod moved on with its velocity, not to the old x."""
+    """After a step and before x is set again, F refers to the rod moved on with its velocity, not to the old x; x is read as it was set."""
     moved, told = (emla.instance().start(0.0, {"x": 0.3, "x_dot": 0.06, "F_hold": 2e4}) for _ in range(2))
     for instance in (moved, told):
         instance.step(0.0, 1e-3)
     told.set({"x": 0.3 + 0.06e-3})
     assert moved.get("F") == pytest.approx(told.get("F"), rel=1e-9)
+    assert moved.get("x") == 0.3
     told.set({"x": 0.3})
     assert abs(moved.get("F") - told.get("F")) > 5e3

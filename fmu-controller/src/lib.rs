@@ -7,7 +7,7 @@
 mod table;
 
 use emla::Surrogate;
-use fmu_export::{Info, InputPolynomial, Model, ModelError, Variable};
+use fmu_export::{Info, InputPolynomial, Model, ModelError, StepEnd, Variable};
 use machine::Machine;
 use serde::{Deserialize, Serialize};
 use vdc::{Controller, Evaluation, Input, Level, Mode, Output, Settings, Timing, Told, Trajectory};
@@ -182,7 +182,7 @@ impl Model for ControllerFmu {
         now: &Evaluation,
         t: f64,
         h: f64,
-    ) -> Result<(), ModelError> {
+    ) -> Result<StepEnd, ModelError> {
         // A sampled controller: it uses the measurements of the communication point.
         let settings = p.settings();
         self.controller.step(now, &settings, u.value(), t, h)?;
@@ -190,7 +190,7 @@ impl Model for ControllerFmu {
             .controller
             .trouble(now, &settings, &mut self.told, t, h);
         self.warning = trouble.map(|trouble| trouble.to_string());
-        Ok(())
+        Ok(StepEnd::WHOLE)
     }
 
     fn take_warning(&mut self) -> Option<String> {
@@ -199,3 +199,14 @@ impl Model for ControllerFmu {
 }
 
 fmu_export::export_fmu!(ControllerFmu);
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Accessors, and dependencies against trying.
+    #[test]
+    fn the_table_agrees_with_the_model() {
+        assert_eq!(fmu_export::check::<ControllerFmu>(), [""; 0]);
+    }
+}

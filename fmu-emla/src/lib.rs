@@ -8,7 +8,7 @@ mod rod;
 mod table;
 
 use emla::{Drive, Emla, Output, State, Surrogate};
-use fmu_export::{Info, InputPolynomial, Model, ModelError, Variable};
+use fmu_export::{Info, InputPolynomial, Model, ModelError, StepEnd, Variable};
 use machine::{CoreLosses, InverterLosses, Machine};
 use rod::Rod;
 use serde::{Deserialize, Serialize};
@@ -176,7 +176,7 @@ impl Model for EmlaFmu {
         _now: &(),
         t: f64,
         h: f64,
-    ) -> Result<(), ModelError> {
+    ) -> Result<StepEnd, ModelError> {
         let course = self.rod.course(u);
         let state = self.emla.step(&self.state, |s| course.at(s), t, h)?;
         if self.emla.drive() == Drive::Motion {
@@ -188,7 +188,7 @@ impl Model for EmlaFmu {
             self.warning = Some(format!("t = {} s: {point}", t + h));
         }
         self.told = untrained.is_some();
-        Ok(())
+        Ok(StepEnd::WHOLE)
     }
 
     fn output_derivative(
@@ -217,3 +217,14 @@ impl Model for EmlaFmu {
 }
 
 fmu_export::export_fmu!(EmlaFmu);
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Accessors, and dependencies against trying.
+    #[test]
+    fn the_table_agrees_with_the_model() {
+        assert_eq!(fmu_export::check::<EmlaFmu>(), [""; 0]);
+    }
+}

@@ -93,7 +93,7 @@ mod tests {
     use super::*;
     use crate::Parameters;
     use emla::Output;
-    use fmu_export::Model;
+    use fmu_export::{Model, StepEnd};
 
     const H: f64 = 1e-3;
 
@@ -110,7 +110,7 @@ mod tests {
             Self { parameters, fmu }
         }
 
-        fn step(&mut self, u: &InputPolynomial<Input>, h: f64) -> Result<(), ModelError> {
+        fn step(&mut self, u: &InputPolynomial<Input>, h: f64) -> Result<StepEnd, ModelError> {
             self.fmu.step(&self.parameters, u, &(), 0.0, h)
         }
 

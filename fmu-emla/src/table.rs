@@ -51,6 +51,7 @@ pub(crate) const INFO: Info = Info::new(
     },
     Unit { name: "J/(V.A)", base: Base { s: 1, ..Base::ONE }, display: &[] },
 ])
+.with_input_derivatives()
 .with_output_derivatives()
 .with_directional_derivatives();
 

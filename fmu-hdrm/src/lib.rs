@@ -6,7 +6,7 @@
 
 mod table;
 
-use fmu_export::{Evaluation, Info, InputPolynomial, Model, ModelError, Variable};
+use fmu_export::{Evaluation, Info, InputPolynomial, Model, ModelError, StepEnd, Variable};
 use hdrm::{DOF, Dynamics, Hdrm, Input, Options, Output, State};
 use machine::Machine;
 use serde::{Deserialize, Serialize};
@@ -103,9 +103,9 @@ impl Model for HdrmFmu {
         now: &Dynamics,
         t: f64,
         h: f64,
-    ) -> Result<(), ModelError> {
+    ) -> Result<StepEnd, ModelError> {
         self.state = (self.plant).step_from(now, |s| u.at::<Self>(s), t, h)?;
-        Ok(())
+        Ok(StepEnd::WHOLE)
     }
 
     fn output_derivative(
@@ -130,3 +130,14 @@ impl Model for HdrmFmu {
 }
 
 fmu_export::export_fmu!(HdrmFmu);
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Accessors, and dependencies against trying.
+    #[test]
+    fn the_table_agrees_with_the_model() {
+        assert_eq!(fmu_export::check::<HdrmFmu>(), [""; 0]);
+    }
+}

@@ -16,6 +16,7 @@ pub(crate) const INFO: Info = Info::new(
 .documentation(&[File { path: "index.html", bytes: include_bytes!("../documentation/index.html") }])
 .icon(include_bytes!("../model.png"))
 .resources(&[File { path: "reference_machine.json", bytes: machine::REFERENCE_JSON.as_bytes() }])
+.with_input_derivatives()
 .with_output_derivatives()
 .with_directional_derivatives();
 

@@ -1,7 +1,7 @@
 //! A model that does next to nothing, so that a step through its FMU costs what the export layer costs.
 //! `cargo xtask bench` times it beside `tests/bench/integrators.c`, the same FMU written by hand in C.
 
-use fmu_export::{Info, InputPolynomial, Model, ModelError, Variable};
+use fmu_export::{Info, InputPolynomial, Model, ModelError, StepEnd, Variable};
 use serde::{Deserialize, Serialize};
 
 /// `x_dot = u` in four places.
@@ -64,11 +64,11 @@ impl Model for Integrators {
         _now: &(),
         _t: f64,
         h: f64,
-    ) -> Result<(), ModelError> {
+    ) -> Result<StepEnd, ModelError> {
         for (x, u) in self.x.iter_mut().zip(u.value().u) {
             *x += h * u;
         }
-        Ok(())
+        Ok(StepEnd::WHOLE)
     }
 }
 

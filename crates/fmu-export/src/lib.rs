@@ -4,7 +4,7 @@
 //! `export_fmu!(MyModel);` in a crate of type `cdylib`.
 //!
 //! ```
-//! use fmu_export::{Info, InputPolynomial, Model, ModelError, Variable};
+//! use fmu_export::{Info, InputPolynomial, Model, ModelError, StepEnd, Variable};
 //! use serde::{Deserialize, Serialize};
 //!
 //! /// A first-order lag: T dy/dt = u − y.
@@ -39,11 +39,11 @@
 //!     fn output(&self, _p: &Parameters, u: &Input, _now: &()) -> Result<Output, ModelError> {
 //!         Ok(Output { y: self.y, sum: self.y.iter().chain(&u.u).sum() })
 //!     }
-//!     fn step(&mut self, p: &Parameters, u: &InputPolynomial<Input>, _now: &(), _t: f64, h: f64) -> Result<(), ModelError> {
+//!     fn step(&mut self, p: &Parameters, u: &InputPolynomial<Input>, _now: &(), _t: f64, h: f64) -> Result<StepEnd, ModelError> {
 //!         let decay = (-h / p.time_constant).exp();
 //!         let mid = u.at::<Self>(0.5 * h); // follows the input derivatives if the importer gives them
 //!         for (y, u) in self.y.iter_mut().zip(mid.u) { *y = u + (*y - u) * decay; }
-//!         Ok(())
+//!         Ok(StepEnd::WHOLE)
 //!     }
 //! }
 //! fmu_export::export_fmu!(Lag);
@@ -54,37 +54,18 @@
 //! `i32` rows with `.enumeration(&DRIVE)`, items counted from 1. See [`Variable`] for everything a row can say and [`Info`] for
 //! default experiment, documentation, icon and resources. `type V = Variable<Lag>` is needed for type inference.
 
-mod access;
-mod birth;
-mod border;
-mod calls;
-mod description;
-#[doc(hidden)]
-pub mod entry;
-mod export;
-mod failure;
-pub mod ffi;
-mod files;
-mod info;
-mod input;
-mod instance;
-mod layout;
-mod log;
-mod model;
-mod panic;
-mod parameter_file;
-mod saved;
-mod status;
-mod step;
-mod units;
-mod uri;
-mod value;
-mod variable;
+mod core;
+mod fmi2;
 
-pub use description::model_description;
-pub use info::{Base, Enumeration, File, Info, Unit};
-pub use input::{InputPolynomial, MAX_INPUT_DERIVATIVE};
-pub use model::{Evaluation, Model, ModelError};
-pub use parameter_file::read_parameter_file;
-pub use units::KNOWN_UNITS;
-pub use variable::{ALL_PARAMETERS, SetString, Variable};
+pub use core::check::check;
+pub use core::info::{Base, Enumeration, File, Info, Unit};
+pub use core::input::{InputPolynomial, MAX_INPUT_DERIVATIVE};
+pub use core::model::{Evaluation, Model, ModelError};
+pub use core::parameter_file::read_parameter_file;
+pub use core::step::StepEnd;
+pub use core::units::KNOWN_UNITS;
+pub use core::variable::{ALL_PARAMETERS, SetString, Variable};
+pub use fmi2::description::model_description;
+#[doc(hidden)]
+pub use fmi2::entry;
+pub use fmi2::ffi;

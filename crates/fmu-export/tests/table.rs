@@ -2,7 +2,7 @@
 #![allow(missing_docs)]
 
 use fmu_export::{
-    Enumeration, Info, InputPolynomial, Model, ModelError, Variable, model_description,
+    Enumeration, Info, InputPolynomial, Model, ModelError, StepEnd, Variable, model_description,
 };
 use serde::{Deserialize, Serialize};
 
@@ -86,7 +86,7 @@ tables! {
     3  [u("u").unit("furlong")],                         "unit `furlong` is neither in KNOWN_UNITS nor in Info::units";
     4  [u("u").unit("rad").display_unit("mm")],          "display unit `mm` is not one of unit `rad`";
     5  [u("u").display_unit("mm")],                      "display unit `mm` without a unit";
-    6  [p().min(2.0)],                                   "variable `p`: start value 1; allowed are finite values ≥ 2";
+    6  [p().min(2.0)],                                   "variable `p`: start value 1 must be finite and at least 2";
     7  [p().min(2.0).max(1.0)],                          "min = 2 and max = 1 are no bounds";
     8  [n().max(2.5)],                                   "min = -inf and max = 2.5 are no bounds";
     9  [u("u").nominal(0.0)],                            "nominal = 0; allowed are finite values > 0";
@@ -143,7 +143,7 @@ impl<const K: usize> Model for Wrong<K> {
         _now: &(),
         _t: f64,
         _h: f64,
-    ) -> Result<(), ModelError> {
-        Ok(())
+    ) -> Result<StepEnd, ModelError> {
+        Ok(StepEnd::WHOLE)
     }
 }

@@ -19,9 +19,9 @@ pub const DISCARD: c_int = 2;
 /// `fmi2Status`: a wrong call.
 pub const ERROR: c_int = 3;
 
-/// The logger. FMI declares it variadic; the FMUs under test send one text for the format `%s`, and a variadic call with pointers
+/// The logger. FMI declares it variadic; the FMUs under test send a text without arguments, and a variadic call with pointers
 /// only equals a plain one on Linux (x86-64, aarch64) and Windows; not on Apple silicon.
-pub type Logger = unsafe extern "C" fn(Pointer, Text, c_int, Text, Text, Text);
+pub type Logger = unsafe extern "C" fn(Pointer, Text, c_int, Text, Text);
 
 /// `fmi2CallbackFunctions`.
 #[repr(C)]

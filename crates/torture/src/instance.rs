@@ -46,9 +46,9 @@ pub struct Message {
     pub status: c_int,
     /// Category.
     pub category: String,
-    /// Format.
+    /// As it came: a format without arguments.
     pub format: String,
-    /// Text for the format.
+    /// What it prints.
     pub text: String,
 }
 
@@ -60,7 +60,6 @@ unsafe extern "C" fn logger(
     status: c_int,
     category: Text,
     format: Text,
-    text: Text,
 ) {
     // SAFETY: the environment is the log of the instance, which outlives it; all texts are C strings.
     unsafe {
@@ -70,7 +69,7 @@ unsafe extern "C" fn logger(
             status,
             category: string(category),
             format: string(format),
-            text: string(text),
+            text: string(format).replace("%%", "%").replace("##", "#"),
         };
         (*environment.cast::<Log>()).borrow_mut().push(message);
     }
@@ -79,16 +78,32 @@ unsafe extern "C" fn logger(
 /// Which messages the importer has asked for.
 #[derive(Clone, Debug, Default)]
 pub struct Logging {
-    /// Warnings and failures, as after fmi2Instantiate.
-    pub failures: bool,
-    /// Categories named to fmi2SetDebugLogging.
+    /// Categories that are switched on.
     pub named: Vec<String>,
 }
 
 impl Logging {
+    /// fmi2SetDebugLogging: all or the named categories on, all or the named ones off.
+    pub fn set(&mut self, on: bool, named: Vec<String>) {
+        let every = ["logEvents", "logStatusWarning", "logStatusDiscard"];
+        let is_named = |c: &&str| named.iter().any(|n| n == c || n == "logAll");
+        let wanted: Vec<&str> = match (on, named.is_empty()) {
+            (true, true) => every.to_vec(),
+            (true, false) => every.into_iter().filter(is_named).collect(),
+            (false, true) => Vec::new(),
+            (false, false) => {
+                let was_on = |c: &&str| self.expects(c) && !is_named(c);
+                every.into_iter().filter(was_on).collect()
+            }
+        };
+        self.named = wanted.into_iter().map(str::to_owned).collect();
+    }
+
     /// Whether a failure of this category must be reported.
     pub fn expects(&self, category: &str) -> bool {
-        self.failures || self.named.iter().any(|n| n == category || n == "logAll")
+        // Errors are never muted: that is what debug logging is not about (FMI 2.0.4, section 2.1.5).
+        let is_error = category == "logStatusError";
+        is_error || self.named.iter().any(|n| n == category)
     }
 }
 
@@ -149,10 +164,7 @@ impl<'a> Instance<'a> {
             _callbacks: callbacks,
             known: NEW,
             saved: Vec::new(),
-            logging: Logging {
-                failures: true,
-                named: Vec::new(),
-            },
+            logging: Logging::default(), // loggingOn = false
         })
     }
 

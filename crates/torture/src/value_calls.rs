@@ -40,7 +40,8 @@ impl Session<'_> {
         let call = self.plain(i, name, status, expect);
         let in_order = self.in_order(i, name, Expect::Done) == Expect::Done;
         let (variables, is_complete) = self.names(vr);
-        let by_value = in_order && is_complete && !is_null && expect == Expect::Refused;
+        let is_refusal = matches!(expect, Expect::Refused | Expect::Discarded);
+        let by_value = in_order && is_complete && !is_null && is_refusal;
         Call {
             variables: if by_value { variables } else { Vec::new() },
             ..call
@@ -61,8 +62,11 @@ impl Session<'_> {
             let [min, max] = v.bounds();
             let allowed =
                 kind == Access::Boolean || (value.is_finite() && min <= value && value <= max);
-            if v.access() != kind || !settable || !allowed {
+            if v.access() != kind || !settable {
                 return Expect::Refused;
+            }
+            if !allowed {
+                return Expect::Discarded;
             }
             if v.is_tunable() && is_running {
                 expect = Expect::ModelDecides;
@@ -190,7 +194,7 @@ impl Session<'_> {
         let expect = match impossible {
             true => Expect::Refused,
             false if vr.is_empty() => Expect::Done,
-            false => Expect::ModelDecides,
+            false => Expect::FileDecides,
         };
         let name = "fmi2SetString";
         self.trace(i, format_args!("{name}({vr:?}, {texts:?}, {values:?})"));
@@ -319,9 +323,15 @@ impl Session<'_> {
             .map(|_| if valid { r.unit() } else { real(r) })
             .collect();
         let known = |vr: &u32| self.fmu.find(*vr).is_some_and(is_input);
-        let sound = vr.iter().all(known)
-            && order.iter().all(|o| (1..=2).contains(o))
-            && values.iter().all(|v| v.is_finite());
+        // FMI 2.0 declares no highest order.
+        let answer = |((vr, order), value): ((&u32, &c_int), &f64)| match known(vr) && *order >= 1 {
+            false => Expect::Refused,
+            true if !value.is_finite() => Expect::Discarded,
+            true => Expect::Done,
+        };
+        let mut answers = vr.iter().zip(&order).zip(&values).map(answer);
+        let expect = answers.find(|a| *a != Expect::Done);
+        let expect = expect.unwrap_or(Expect::Done);
         let name = "fmi2SetRealInputDerivatives";
         self.trace(i, format_args!("{name}({vr:?}, {order:?}, {values:?})"));
         let c = self.instances[i].c;
@@ -335,7 +345,7 @@ impl Session<'_> {
                 values.as_ptr(),
             )
         };
-        Ok(self.with_variables(i, name, status, Expect::done_if(sound), &vr, false))
+        Ok(self.with_variables(i, name, status, expect, &vr, false))
     }
 
     pub fn get_output_derivatives(&mut self, i: usize) -> Result<Call, String> {
@@ -394,16 +404,21 @@ impl Session<'_> {
         let all = |vr: &[u32], wanted: &dyn Fn(&Variable) -> bool| {
             vr.iter().all(|vr| self.fmu.find(*vr).is_some_and(wanted))
         };
-        let sound = all(&known, &is_known)
-            && all(&unknown, &is_unknown)
-            && seed.iter().all(|s| s.is_finite());
-        let expect = match (
-            self.fmu.description.capabilities.directional_derivatives,
-            sound,
-        ) {
-            (true, true) if valid => Expect::Done,
-            (true, true) => Expect::ModelDecides, // beyond the range of numbers
-            _ => Expect::Refused,
+        // Knowns with their seeds come first, one by one.
+        let wrong_known = known.iter().zip(&seed).find_map(|(vr, seed)| {
+            match self.fmu.find(*vr).is_some_and(is_known) {
+                false => Some(Expect::Refused),
+                true => (!seed.is_finite()).then_some(Expect::Discarded),
+            }
+        });
+        let is_initializing = self.instances[i].known.mode == Mode::Initialization;
+        let expect = match wrong_known {
+            _ if !self.fmu.description.capabilities.directional_derivatives => Expect::Refused,
+            Some(answer) => answer,
+            None if !all(&unknown, &is_unknown) => Expect::Refused,
+            // Beyond the range of numbers; or start values that do not fit together.
+            None if !valid || is_initializing => Expect::ModelDecides,
+            None => Expect::Done,
         };
         let name = "fmi2GetDirectionalDerivative";
         self.trace(i, format_args!("{name}({unknown:?}, {known:?}, {seed:?})"));

@@ -1,6 +1,6 @@
 //! Test FMU: a free mass under a force that is held or linear over the step; integrated exactly.
 
-use fmu_export::{Info, InputPolynomial, Model, ModelError, Variable};
+use fmu_export::{Info, InputPolynomial, Model, ModelError, StepEnd, Variable};
 use serde::{Deserialize, Serialize};
 
 #[derive(Clone, Serialize, Deserialize)]
@@ -44,7 +44,9 @@ impl Model for Mass {
     type Input = Input;
     type Output = Output;
     type Evaluation = ();
-    const INFO: Info = Info::new("Mass", "free mass").with_output_derivatives();
+    const INFO: Info = Info::new("Mass", "free mass")
+        .with_input_derivatives()
+        .with_output_derivatives();
 
     fn variables() -> &'static [Variable<Self>] {
         VARIABLES
@@ -84,14 +86,14 @@ impl Model for Mass {
         _now: &(),
         t: f64,
         h: f64,
-    ) -> Result<(), ModelError> {
+    ) -> Result<StepEnd, ModelError> {
         if t >= p.fails_at {
             return Err(ModelError::new("`fails_at` is reached"));
         }
         let (a, jerk) = (u.value().f / p.m, u.derivative(1).f / p.m);
         self.x += h * (self.x_dot + h * (a / 2.0 + h * jerk / 6.0));
         self.x_dot += h * (a + h * jerk / 2.0);
-        Ok(())
+        Ok(StepEnd::WHOLE)
     }
 
     fn output_derivative(

@@ -2,7 +2,7 @@
 //!
 //! F = −k x − d x_dot − m x_ddot (m = 0 unless set). Inside a step x follows x + x_dot·s where no derivatives are given.
 
-use fmu_export::{Info, InputPolynomial, Model, ModelError, Variable};
+use fmu_export::{Info, InputPolynomial, Model, ModelError, StepEnd, Variable};
 use serde::{Deserialize, Serialize};
 
 #[derive(Clone, Serialize, Deserialize)]
@@ -51,8 +51,9 @@ impl Model for Spring {
     type Input = Input;
     type Output = Output;
     type Evaluation = ();
-    const INFO: Info =
-        Info::new("Spring", "motion-driven spring and damper").with_output_derivatives();
+    const INFO: Info = Info::new("Spring", "motion-driven spring and damper")
+        .with_input_derivatives()
+        .with_output_derivatives();
 
     fn variables() -> &'static [Variable<Self>] {
         VARIABLES
@@ -87,7 +88,7 @@ impl Model for Spring {
         _now: &(),
         _t: f64,
         h: f64,
-    ) -> Result<(), ModelError> {
+    ) -> Result<StepEnd, ModelError> {
         let at = |s: f64| {
             let Input { x, x_dot, x_ddot } = u.at::<Self>(s);
             let held = u.order() == 0;
@@ -101,7 +102,7 @@ impl Model for Spring {
             )
         };
         self.mean = (at(0.0) + 4.0 * at(0.5 * h) + at(h)) / 6.0; // Simpson: exact for these polynomials
-        Ok(())
+        Ok(StepEnd::WHOLE)
     }
 
     fn output_derivative(

@@ -2,7 +2,7 @@
 
 mod oscillator;
 
-use fmu_export::{Enumeration, File, Info, InputPolynomial, Model, ModelError, Variable};
+use fmu_export::{Enumeration, File, Info, InputPolynomial, Model, ModelError, StepEnd, Variable};
 use oscillator::{Parameters, State, advance};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
@@ -113,6 +113,7 @@ impl Model for Oscillator {
             path: "heavy.txt",
             bytes: include_bytes!("../resources/heavy.txt"),
         }])
+        .with_input_derivatives()
         .with_output_derivatives()
         .with_directional_derivatives();
 
@@ -161,7 +162,7 @@ impl Model for Oscillator {
         _now: &(),
         t: f64,
         h: f64,
-    ) -> Result<(), ModelError> {
+    ) -> Result<StepEnd, ModelError> {
         let s = advance(p, self.0, h, |s| u.at::<Self>(s).force);
         let finite = s.x.iter().chain(&s.v).all(|value| value.is_finite());
         if !finite {
@@ -170,7 +171,7 @@ impl Model for Oscillator {
             )));
         }
         self.0 = s;
-        Ok(())
+        Ok(StepEnd::WHOLE)
     }
 
     /// d/dt of each output: x' = v, v' = a, a' = (F' − d a − k'(x) v)/m, energy' = (F − d v)·v.
@@ -287,5 +288,11 @@ mod tests {
             error.contains("none.txt") && error.contains(folder.to_str().unwrap()),
             "{error}"
         );
+    }
+
+    /// Accessors, and dependencies against trying.
+    #[test]
+    fn the_table_agrees_with_the_model() {
+        assert_eq!(fmu_export::check::<Oscillator>(), [""; 0]);
     }
 }

@@ -2,12 +2,12 @@
 
 use crate::probe::Probe;
 use fmu_export::ffi::*;
-use std::ffi::{CStr, CString, c_char, c_int, c_void};
+use std::ffi::{CStr, CString, c_int, c_void};
 use std::ptr;
 use std::sync::Mutex;
 
 #[rustfmt::skip]
-unsafe extern "C" {
+unsafe extern "C-unwind" {
     pub safe fn fmi2GetTypesPlatform() -> Str;
     pub safe fn fmi2GetVersion() -> Str;
     pub fn fmi2Instantiate(name: Str, kind: c_int, guid: Str, resources: Str, functions: *const CallbackFunctions, visible: Boolean, on: Boolean) -> Component;
@@ -51,20 +51,21 @@ pub struct Message {
     pub name: String,
     pub status: Status,
     pub category: String,
+    /// As it came: a format without arguments.
     pub format: String,
+    /// What it prints.
     pub text: String,
 }
 
-/// The logger with its one variadic argument spelt out.
-type Fixed = unsafe extern "C" fn(ComponentEnvironment, Str, Status, Str, Str, *const c_char);
+/// The logger without arguments after the format.
+type Fixed = unsafe extern "C-unwind" fn(ComponentEnvironment, Str, Status, Str, Str);
 
-unsafe extern "C" fn logger(
+unsafe extern "C-unwind" fn logger(
     env: ComponentEnvironment,
     name: Str,
     status: Status,
     category: Str,
     format: Str,
-    text: *const c_char,
 ) {
     // SAFETY: the environment is the log of the instance; all strings are C strings.
     unsafe {
@@ -74,7 +75,7 @@ unsafe extern "C" fn logger(
             status,
             category: string(category),
             format: string(format),
-            text: string(text),
+            text: string(format).replace("%%", "%").replace("##", "#"),
         };
         (*env.cast::<Mutex<Vec<Message>>>())
             .lock()
@@ -159,7 +160,7 @@ impl Fmu {
         );
     }
 
-    pub fn call(&self, function: unsafe extern "C" fn(Component) -> Status) -> Status {
+    pub fn call(&self, function: unsafe extern "C-unwind" fn(Component) -> Status) -> Status {
         // SAFETY: a live instance.
         unsafe { function(self.c) }
     }

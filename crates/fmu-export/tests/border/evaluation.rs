@@ -68,3 +68,14 @@ fn a_discarded_step_keeps_the_evaluation() {
     });
     assert_eq!(count, 0);
 }
+
+/// During initialization every set makes the model anew, whether its evaluation reads the input or not.
+#[test]
+fn during_initialization_the_model_is_made_anew() {
+    let fmu = Fmu::initializing();
+    fmu.get([vr::Y]);
+    assert_eq!(fmu.set_boolean(vr::SWITCH, 1), Status::Ok);
+    assert_eq!(fmu.get([vr::Y]), [0.0]);
+    assert_eq!(fmu.get_boolean(vr::ON), 1);
+    fmu.start();
+}

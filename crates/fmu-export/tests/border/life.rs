@@ -154,37 +154,37 @@ fn wrong_instantiations_give_null_and_say_why() {
             ptr::null(),
             1,
             good.as_ptr(),
-            Some("instanceName = NULL; allowed are non-empty names"),
+            Some("instanceName = NULL must be a name"),
         ),
         (
             c"".as_ptr(),
             1,
             good.as_ptr(),
-            Some("instanceName is empty; allowed are non-empty names"),
+            Some("instanceName is empty; it must be a name"),
         ),
         (
             c"a".as_ptr(),
             0,
             good.as_ptr(),
-            Some("fmuType = 0; allowed is 1 (fmi2CoSimulation)"),
+            Some("fmuType = 0 must be 1 (fmi2CoSimulation)"),
         ),
         (
             c"a".as_ptr(),
             77,
             good.as_ptr(),
-            Some("fmuType = 77; allowed is 1 (fmi2CoSimulation)"),
+            Some("fmuType = 77 must be 1 (fmi2CoSimulation)"),
         ),
         (
             c"a".as_ptr(),
             1,
             c"{other}".as_ptr(),
-            Some("fmuGUID = {other}; allowed is {"),
+            Some("fmuGUID = {other} must be {"),
         ),
         (
             c"a".as_ptr(),
             1,
             ptr::null(),
-            Some("fmuGUID = NULL; allowed is {"),
+            Some("fmuGUID = NULL must be {"),
         ),
     ];
     for (name, kind, guid, reason) in cases {
@@ -255,37 +255,46 @@ fn logging_can_be_chosen() {
         // SAFETY: live instance, valid strings.
         unsafe { fmi2SetDebugLogging(fmu.c, on, pointers.len(), pointers.as_ptr()) }
     };
-    wrong(); // loggingOn = false leaves errors, not events
-    count(1);
-    assert_eq!(fmu.call(fmi2Reset), Status::Ok);
-    count(0);
-    assert_eq!(debug(0, &[]), Status::Ok);
-    wrong();
-    count(0);
-    assert_eq!(debug(1, &[c"logEvents", c"logStatusWarning"]), Status::Ok);
-    wrong();
-    count(0);
-    assert_eq!(fmu.call(fmi2Reset), Status::Ok);
-    count(1);
-    for categories in [&[c"logStatusError"] as &[_], &[c"logAll"], &[]] {
-        assert_eq!(debug(1, categories), Status::Ok);
-        wrong();
-        count(1);
+    let too_large = || assert_eq!(fmu.set(&[vr::GAIN], &[11.0]), Status::Discard);
+    let reset = || assert_eq!(fmu.call(fmi2Reset), Status::Ok);
+    let all = |expected: [usize; 3]| {
+        for (call, expected) in [&wrong as &dyn Fn(), &too_large, &reset]
+            .iter()
+            .zip(expected)
+        {
+            call();
+            count(expected);
+        }
+    };
+    all([1, 0, 0]); // loggingOn = false leaves errors
+    for (on, categories, expected) in [
+        (1, &[] as &[_], [1, 1, 1]),
+        (0, &[], [1, 0, 0]),
+        (1, &[c"logEvents", c"logStatusWarning"], [1, 0, 1]),
+        (0, &[c"logEvents"], [1, 0, 0]),
+        (1, &[c"logAll"], [1, 1, 1]),
+        (0, &[c"logStatusError"], [1, 1, 1]), // errors are never switched off
+        (0, &[c"logStatusDiscard"], [1, 0, 1]),
+        // Of the standard, but not declared; and of nobody.
+        (1, &[c"logNonlinearSystems"], [1, 0, 0]),
+        (1, &[c"logEverything", c"logStatusDiscard"], [1, 1, 0]),
+    ] {
+        assert_eq!(debug(on, categories), Status::Ok);
+        all(expected);
     }
-    assert_eq!(debug(1, &[c"logEverything"]), Status::Error);
+}
+
+/// A message is a format without arguments: `%` would ask for some, `#` would begin a value reference (FMI 2.0.4, section 2.1.5).
+#[test]
+fn messages_are_sent_as_text() {
+    let fmu = Fmu::initializing();
+    assert_eq!(fmu.set_string(vr::FILE, c"100 % #1"), Status::Error);
     let message = fmu.last();
-    assert_eq!(
-        (message.name.as_str(), message.format.as_str()),
-        ("probe 1", "%s")
-    );
-    assert_eq!(
-        (message.status, message.category.as_str()),
-        (Status::Error, "logStatusError")
-    );
+    assert_eq!(message.name, "probe 1");
     assert!(
         message
-            .text
-            .contains("unknown log category `logEverything`; allowed are logAll, logEvents"),
+            .format
+            .contains("`file` = \"100 %% ##1\": invalid digit"),
         "{message:?}"
     );
 }

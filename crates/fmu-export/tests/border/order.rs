@@ -31,7 +31,7 @@ const CALLS: &[(&str, &str, Attempt)] = &[
     ("fmi2SerializedFMUstateSize",   "INST", |f| unsafe { fmi2SerializedFMUstateSize(f.c, f.save(), &mut 0) }),
     ("fmi2SerializeFMUstate",        "INST", |f| { f.serialize(f.save()); Status::Ok }),
     ("fmi2DeSerializeFMUstate",      "INST", |f| f.deserialize(&f.snapshot()).0),
-    ("fmi2GetDirectionalDerivative", "ST",   |f| f.directional(&[vr::Y], &[vr::U[0]], &[1.0]).0),
+    ("fmi2GetDirectionalDerivative", "NST",  |f| f.directional(&[vr::Y], &[vr::U[0]], &[1.0]).0),
     ("fmi2SetRealInputDerivatives",  "INS",  |f| f.derivatives(&[vr::U[0]], &[1], &[1.0])),
     ("fmi2GetRealOutputDerivatives", "ST",   |f| f.output_derivative(vr::Y, 1).0),
     ("fmi2DoStep",                   "S",    |f| f.step(0.0, 1.0)),
@@ -85,7 +85,9 @@ fn each_function_is_allowed_in_its_states_only() {
             let message = fmu.last().text;
             assert!(message.starts_with(&format!("{name}: ")), "{message}");
             assert!(
-                message.contains("allowed") || message.contains("synchronous"),
+                ["allowed", "any more", "synchronous", "has no"]
+                    .iter()
+                    .any(|text| message.contains(text)),
                 "{message}"
             );
         }

@@ -6,52 +6,75 @@ use fmu_export::ffi::*;
 use std::process::Command;
 use std::ptr;
 
+/// An instance in which the model has panicked, once in a step and once in an output, with a state from before.
+fn lost(fault: i32) -> (Fmu, FmuState) {
+    let fmu = Fmu::stepping();
+    let before = fmu.save();
+    assert_eq!(fmu.set_integer(vr::FAULT, fault), Status::Ok);
+    let status = if fault == 1 {
+        fmu.step(0.0, 1.0)
+    } else {
+        fmu.try_get(vr::Y)
+    };
+    assert_eq!(status, Status::Error);
+    (fmu, before)
+}
+
+/// fmi2Fatal would mean that all instances are corrupt; after fmi2Error a restored state or a reset leads on (FMI 2.0.4, section 2.1.3).
 #[test]
-fn a_panic_is_fatal_for_its_instance_only() {
+fn a_panic_is_an_error_of_its_instance_only() {
     for (fault, what) in [(1, "asked to in step"), (4, "asked to in output")] {
-        let (fmu, other) = (Fmu::stepping(), Fmu::stepping());
-        let before = fmu.save();
-        assert_eq!(fmu.set_integer(vr::FAULT, fault), Status::Ok);
-        let status = if fault == 1 {
-            fmu.step(0.0, 1.0)
-        } else {
-            fmu.try_get(vr::Y)
-        };
-        assert_eq!(status, Status::Fatal);
+        let other = Fmu::stepping();
+        let (fmu, _) = lost(fault);
         let message = fmu.last();
         assert_eq!(
             (message.status, message.category.as_str()),
-            (Status::Fatal, "logStatusFatal")
+            (Status::Error, "logStatusError")
         );
         for part in [
             what,
             "panic: ",
             "probe.rs:",
-            "this instance can only be freed",
+            "the instance needs fmi2Reset or fmi2SetFMUstate",
         ] {
             assert!(message.text.contains(part), "{message:?}");
         }
-        // Nothing brings it back, not even a state from before.
-        assert_eq!(fmu.step(0.0, 1.0), Status::Fatal);
-        assert_eq!(fmu.set(&[vr::U[0]], &[1.0]), Status::Fatal);
-        assert_eq!(fmu.try_get(vr::X[0]), Status::Fatal);
-        assert_eq!(fmu.restore(before), Status::Fatal);
-        assert_eq!(fmu.call(fmi2Reset), Status::Fatal);
+        // What it computed meanwhile cannot be trusted.
+        assert_eq!(fmu.step(0.0, 1.0), Status::Error);
+        assert_eq!(fmu.set(&[vr::U[0]], &[1.0]), Status::Error);
+        assert_eq!(fmu.try_get(vr::X[0]), Status::Error);
         // SAFETY: a live instance, a place.
         assert_eq!(
             unsafe { fmi2GetFMUstate(fmu.c, &mut ptr::null_mut()) },
-            Status::Fatal
+            Status::Error
         );
+        assert!(fmu.last().text.contains("lost by a panic"));
         assert_eq!(fmu.call(fmi2Terminate), Status::Ok);
         // The other one goes on.
         assert_eq!(other.step(0.0, 1.0), Status::Ok);
-    } // and both are freed
+    } // and all are freed
+}
+
+#[test]
+fn a_restored_state_or_a_reset_leads_on_after_a_panic() {
+    for fault in [1, 4] {
+        let (fmu, before) = lost(fault);
+        assert_eq!(fmu.restore(before), Status::Ok);
+        assert_eq!(fmu.step(0.0, 1.0), Status::Ok);
+        assert_eq!(fmu.get(vr::X), [0.0, 0.5]);
+        let (fmu, _) = lost(fault);
+        assert_eq!(fmu.call(fmi2Reset), Status::Ok);
+        assert_eq!(fmu.call(fmi2EnterInitializationMode), Status::Ok);
+        fmu.start();
+        assert_eq!(fmu.step(0.0, 1.0), Status::Ok);
+        assert_eq!(fmu.get(vr::X), [0.0, 0.5]);
+    }
 }
 
 /// Runs the test above in a process of its own and looks at what it prints beside the harness.
 #[test]
 fn a_panic_prints_nothing() {
-    let test = "panics::a_panic_is_fatal_for_its_instance_only";
+    let test = "panics::a_panic_is_an_error_of_its_instance_only";
     let output = Command::new(std::env::current_exe().unwrap())
         .args(["--exact", test, "--nocapture", "--test-threads=1"])
         .output()

@@ -2,11 +2,13 @@
 
 use fmu_export::{
     ALL_PARAMETERS, Enumeration, Evaluation, File, Info, InputPolynomial, Model, ModelError,
-    Variable,
+    StepEnd, Variable,
 };
 use serde::{Deserialize, Serialize};
-use std::cell::Cell;
+use std::cell::{Cell, RefCell};
 use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// `x_dot = u + rate` for both elements of `x`.
 #[derive(Clone, Serialize, Deserialize)]
@@ -57,6 +59,25 @@ thread_local! {
     pub static EVALUATIONS: Cell<u32> = const { Cell::new(0) };
 }
 
+thread_local! {
+    /// For fault 7: told when the step has begun, and asked whether it may go on.
+    static WAIT: RefCell<Option<[Arc<AtomicBool>; 2]>> = const { RefCell::new(None) };
+}
+
+/// Lets the next step with fault 7 in this thread say when it has begun, and wait.
+pub fn wait_in_step(entered: Arc<AtomicBool>, go_on: Arc<AtomicBool>) {
+    WAIT.set(Some([entered, go_on]));
+}
+
+fn wait() {
+    if let Some([entered, go_on]) = WAIT.take() {
+        entered.store(true, Ordering::Release);
+        while !go_on.load(Ordering::Acquire) {
+            std::thread::yield_now();
+        }
+    }
+}
+
 impl Evaluation<Probe> for Now {
     fn of(model: &Probe, _p: &Parameters, u: &Input) -> Result<Self, ModelError> {
         EVALUATIONS.set(EVALUATIONS.get() + 1);
@@ -99,7 +120,7 @@ const VARIABLES: &[V] = &[
     V::string_parameter("file", "sets everything", |p| &p.file, read_file),
     V::inputs("u", "what is integrated", |u| &u.u, |u| &mut u.u).unit("m/s").min(-1e6),
     V::input("held", "changes at communication points", |u| &u.held, |u| &mut u.held).discrete(),
-    V::integer_input("fault", "1 panic, 2 error, 3 warning in step; 4 panic, 5 error, 6 NaN in output", |u| &u.fault, |u| &mut u.fault),
+    V::integer_input("fault", "1 panic, 2 error, 3 warning, 7 wait, 8 half, 9 end in step; 4 panic, 5 error, 6 NaN in output", |u| &u.fault, |u| &mut u.fault),
     V::boolean_input("switch", "a switch", |u| &u.switch, |u| &mut u.switch).beside_evaluation(),
     V::outputs("x", "integral of u + rate", |y| &y.x).unit("m").nominal(2.5).depends_on(&[]).each_initially_depends_on(&[&["rate[i]"], &[ALL_PARAMETERS]]),
     V::output("y", "gain x[1] + u[2]", |y| &y.y).unit("m/s").depends_on(&["u[2]", "fault"]).initially_depends_on(&["gain", "u"]),
@@ -111,7 +132,7 @@ const VARIABLES: &[V] = &[
 fn read_file(p: &mut Parameters, text: &str, resources: Option<&Path>) -> Result<(), String> {
     let level = text
         .parse()
-        .map_err(|e| format!("{e}; allowed are numbers"))?;
+        .map_err(|e| format!("{e}; it must be a number"))?;
     let folder = resources
         .map(|folder| folder.display().to_string())
         .unwrap_or_default();
@@ -146,6 +167,7 @@ impl Model for Probe {
             path: "a/b.txt",
             bytes: b"text",
         }])
+        .with_input_derivatives()
         .with_output_derivatives()
         .with_directional_derivatives();
 
@@ -218,8 +240,9 @@ impl Model for Probe {
         now: &Now,
         _t: f64,
         h: f64,
-    ) -> Result<(), ModelError> {
+    ) -> Result<StepEnd, ModelError> {
         now.assert_belongs_to(self, u.value());
+        let mut end = StepEnd::WHOLE;
         match u.value().fault {
             1 => {
                 self.faulty = true; // half a step: what a panic may leave behind
@@ -227,16 +250,20 @@ impl Model for Probe {
             }
             2 => return Err(ModelError::new("no step for fault = 2")),
             3 => self.warning = Some("careful in step".to_owned()),
+            7 => wait(),
+            8 => end.reached = Some(0.5 * h),
+            9 => (end.terminate, end.event) = (true, true),
             _ => {}
         }
         assert!(!self.faulty, "a poisoned instance was stepped");
+        let h = end.reached.unwrap_or(h);
         for i in 0..2 {
             // The exact integral of the polynomial, from the derivatives themselves.
             let d = |k| u.derivative(k).u[i];
             self.x[i] +=
                 h * (d(0) + p.rate[i] + h * (d(1) / 2.0 + h * (d(2) / 6.0 + h * d(3) / 24.0)));
         }
-        Ok(())
+        Ok(end)
     }
 
     fn output_derivative(

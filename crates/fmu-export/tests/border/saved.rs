@@ -97,7 +97,8 @@ fn freed_foreign_and_invented_states_are_refused() {
         let text = fmu.last().text;
         assert!(
             text.contains(&format!(
-                "FMUstate {state:?} is not a saved state of this instance"
+                "state {} is not a saved state of this instance",
+                state.addr()
             )),
             "{text}"
         );
@@ -111,17 +112,17 @@ fn foreign_truncated_and_damaged_bytes_are_refused() {
     let fmu = Fmu::stepping();
     let bytes = fmu.serialize(fmu.save());
     let mut damaged: Vec<(Vec<u8>, &str)> = vec![
-        (vec![], "0 bytes; allowed are at least 40"),
+        (vec![], "0 bytes; it must have at least 40"),
         (
             b"something that is not a state at all, but long enough".to_vec(),
-            "does not start with `fmi2-exp`",
+            "does not start with `fmu-exp`",
         ),
     ];
     damaged.extend((0..bytes.len()).map(|n| {
         (
             bytes[..n].to_vec(),
             if n < 40 {
-                "allowed are at least 40"
+                "it must have at least 40"
             } else {
                 "truncated"
             },
@@ -134,7 +135,7 @@ fn foreign_truncated_and_damaged_bytes_are_refused() {
             let text = match i {
                 0..8 => "does not start with",
                 8..12 => "format version",
-                12..28 => "of an FMU with GUID",
+                12..28 => "is of the model {",
                 28..36 => "", // the length: truncated or damaged
                 _ => "damaged: checksum",
             };
@@ -166,9 +167,11 @@ fn a_buffer_that_is_too_small_is_refused() {
         // SAFETY: the buffer has more than `size` bytes.
         let status = unsafe { fmi2SerializeFMUstate(fmu.c, state, bytes.as_mut_ptr(), size) };
         assert_eq!(status, Status::Error);
-        assert!(fmu.last().text.contains(&format!(
-            "size = {size}; allowed are at least {needed} bytes"
-        )));
+        assert!(
+            fmu.last()
+                .text
+                .contains(&format!("size = {size} must be at least {needed} bytes"))
+        );
     }
     // SAFETY: the buffer has that size.
     assert_eq!(

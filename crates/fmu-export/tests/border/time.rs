@@ -17,10 +17,7 @@ fn steps_without_sense_are_refused() {
     let fmu = Fmu::stepping();
     assert_eq!(fmu.step(0.0, 0.5), Status::Ok);
     for (h, text) in [
-        (
-            0.0,
-            "communicationStepSize = 0 s; allowed are finite values > 0",
-        ),
+        (0.0, "communicationStepSize = 0 s must be finite and > 0"),
         (-0.5, "communicationStepSize = -0.5 s"),
         (f64::NAN, "communicationStepSize = NaN s"),
         (f64::INFINITY, "communicationStepSize = inf s"),
@@ -39,12 +36,69 @@ fn steps_without_sense_are_refused() {
             &fmu,
             t,
             0.5,
-            &format!("currentCommunicationPoint = {shown} s; allowed is the present time 0.5 s"),
+            &format!("currentCommunicationPoint = {shown} s must be the present time 0.5 s"),
         );
     }
-    // "The same time" is relative to the step: 1e-8 s is nothing for 0.5 s and a jump for 1e-4 s.
-    refused(&fmu, 0.5 + 1e-8, 1e-4, "currentCommunicationPoint");
-    assert_eq!(fmu.step(0.5 + 1e-8, 0.5), Status::Ok);
+    // "The same time" is relative to the step, and never less than a nanosecond.
+    refused(&fmu, 0.5 + 2e-7, 1e-4, "currentCommunicationPoint");
+    refused(&fmu, 0.5 + 1.5e-9, 1e-7, "currentCommunicationPoint");
+    assert_eq!(fmu.step(0.5 + 0.9e-3, 1.0), Status::Ok);
+}
+
+/// Where the importer's time is not quite ours, the step makes up for it: the model is integrated without a gap.
+#[test]
+fn a_step_ends_where_the_importer_says() {
+    let fmu = Fmu::stepping();
+    assert_eq!(fmu.set(&[vr::U[0]], &[1.0]), Status::Ok);
+    let mut t = 0.0;
+    for late in [0.0, 0.5e-3, -0.25e-3, 0.75e-3] {
+        assert_eq!(fmu.step(t + late, 1.0), Status::Ok);
+        t += late + 1.0;
+        assert_eq!(fmu.last_time(), t);
+        assert_eq!(fmu.get([vr::X[0]]), [t]); // the integral of 1
+    }
+}
+
+/// The standard's own loop, `t += h`, and a clock that counts nanoseconds, at the steps where they were refused.
+#[test]
+fn usual_clocks_are_accepted() {
+    for (h, end) in [(1e-4, 60.0), (1e-3, 600.0)] {
+        let fmu = Fmu::stepping();
+        let mut t = 0.0;
+        while t < end {
+            assert_eq!(fmu.step(t, h), Status::Ok, "{:?}", fmu.messages().last());
+            t += h;
+        }
+        assert_eq!(fmu.last_time(), t);
+    }
+    for h in [1e-4 / 3.0, 1e-5 / 7.0] {
+        let fmu = Fmu::stepping();
+        for k in 0..100_000 {
+            let nanoseconds = |k: i32| (f64::from(k) * h * 1e9).round() * 1e-9;
+            assert_eq!(
+                fmu.step(nanoseconds(k), h),
+                Status::Ok,
+                "{:?}",
+                fmu.messages().last()
+            );
+        }
+    }
+}
+
+/// An importer that keeps its own time by index, where the FMU would have added: what the 10⁻⁶ of before refused.
+#[test]
+fn a_sum_and_an_index_are_the_same_clock() {
+    let fmu = Fmu::stepping();
+    let (mut sum, h) = (0.0, 1e-4);
+    for k in 0..600_000 {
+        let t = if k % 1000 == 999 {
+            sum
+        } else {
+            f64::from(k) * h
+        };
+        assert_eq!(fmu.step(t, h), Status::Ok, "{:?}", fmu.messages().last());
+        sum += h;
+    }
 }
 
 #[test]
@@ -56,7 +110,7 @@ fn the_stop_time_is_not_passed() {
     for k in 0..9 {
         assert_eq!(fmu.step(f64::from(k) * 0.1, 0.1), Status::Ok);
     }
-    refused(&fmu, 0.9, 0.2, "passes stopTime; allowed is up to 1 s");
+    refused(&fmu, 0.9, 0.2, "passes stopTime; it must end by 1 s");
     assert_eq!(fmu.step(0.9, 0.1), Status::Ok);
     refused(&fmu, 1.0, 0.1, "the step from 1 s by 0.1 s passes stopTime");
 }
@@ -144,4 +198,33 @@ fn a_warning_is_logged_and_the_step_is_ok() {
         (Status::Warning, "logStatusWarning")
     );
     assert_eq!(message.text, "careful in step");
+}
+
+/// What FMI 2.0 has for a model that stops early: fmi2Discard, the time it reached, and whether it wants the end.
+#[test]
+fn a_model_may_end_a_step_or_the_simulation() {
+    let fmu = Fmu::stepping();
+    let terminated = || {
+        let mut value = -1;
+        // SAFETY: a live instance, a place.
+        let status = unsafe { fmi2GetBooleanStatus(fmu.c, TERMINATED, &mut value) };
+        assert_eq!(status, Status::Ok);
+        value
+    };
+    assert_eq!(fmu.set(&[vr::U[0]], &[2.0]), Status::Ok);
+    assert_eq!(fmu.set_integer(vr::FAULT, 8), Status::Ok);
+    assert_eq!(fmu.step(0.0, 0.5), Status::Discard);
+    assert_eq!(
+        fmu.last().text,
+        "fmi2DoStep: t = 0 s, h = 0.5 s: the model stops at 0.25 s"
+    );
+    assert_eq!((fmu.last_time(), terminated()), (0.25, 0));
+    assert_eq!(fmu.get([vr::X[0]]), [0.5]);
+    assert_eq!(fmu.set_integer(vr::FAULT, 9), Status::Ok);
+    assert_eq!(fmu.step(0.25, 0.5), Status::Discard);
+    assert_eq!((fmu.last_time(), terminated()), (0.75, 1));
+    assert_eq!(fmu.call(fmi2Reset), Status::Ok);
+    assert_eq!(fmu.call(fmi2EnterInitializationMode), Status::Ok);
+    fmu.start();
+    assert_eq!(terminated(), 0);
 }

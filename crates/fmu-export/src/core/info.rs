@@ -1,0 +1,194 @@
+//! What a model says about itself outside its variables: names, default experiment, files, units, enumerations.
+
+/// Model-wide facts for `modelDescription.xml` and the packer.
+///
+/// Built as a constant: `Info::new("Oscillator", "…").version(env!("CARGO_PKG_VERSION"))`.
+#[derive(Clone, Copy, Debug)]
+pub struct Info {
+    pub(crate) model: &'static str,
+    pub(crate) description: &'static str,
+    pub(crate) version: &'static str,
+    pub(crate) author: &'static str,
+    pub(crate) copyright: &'static str,
+    pub(crate) license: &'static str,
+    pub(crate) experiment: Experiment,
+    pub(crate) documentation: &'static [File],
+    pub(crate) icon: &'static [u8],
+    pub(crate) resources: &'static [File],
+    pub(crate) units: &'static [Unit],
+    pub(crate) input_derivatives: bool,
+    pub(crate) output_derivatives: bool,
+    pub(crate) directional_derivatives: bool,
+}
+
+impl Info {
+    /// `model` is both modelName and modelIdentifier (a C identifier: it is the name of the shared library inside the FMU).
+    pub const fn new(model: &'static str, description: &'static str) -> Self {
+        Self {
+            model,
+            description,
+            version: "",
+            author: "",
+            copyright: "",
+            license: "",
+            experiment: Experiment {
+                start: 0.0,
+                stop: 1.0,
+                step: 1e-3,
+            },
+            documentation: &[],
+            icon: &[],
+            resources: &[],
+            units: &[],
+            input_derivatives: false,
+            output_derivatives: false,
+            directional_derivatives: false,
+        }
+    }
+
+    /// Version of the model, usually `env!("CARGO_PKG_VERSION")`. Saved states do not survive a change of it.
+    pub const fn version(mut self, version: &'static str) -> Self {
+        self.version = version;
+        self
+    }
+
+    /// Author as written into the model description.
+    pub const fn author(mut self, author: &'static str) -> Self {
+        self.author = author;
+        self
+    }
+
+    /// Copyright line as written into the model description.
+    pub const fn copyright(mut self, copyright: &'static str) -> Self {
+        self.copyright = copyright;
+        self
+    }
+
+    /// Licence as written into the model description.
+    pub const fn license(mut self, license: &'static str) -> Self {
+        self.license = license;
+        self
+    }
+
+    /// Default experiment: start, stop and communication step, all s.
+    pub const fn experiment(mut self, start: f64, stop: f64, step: f64) -> Self {
+        self.experiment = Experiment { start, stop, step };
+        self
+    }
+
+    /// Files for the FMU's `documentation/` folder; the page itself must be called `index.html`.
+    pub const fn documentation(mut self, files: &'static [File]) -> Self {
+        self.documentation = files;
+        self
+    }
+
+    /// The icon (`model.png`), usually `include_bytes!("../model.png")`.
+    pub const fn icon(mut self, png: &'static [u8]) -> Self {
+        self.icon = png;
+        self
+    }
+
+    /// Files for the FMU's `resources/` folder.
+    pub const fn resources(mut self, files: &'static [File]) -> Self {
+        self.resources = files;
+        self
+    }
+
+    /// Units beyond (or instead of) those in [`KNOWN_UNITS`](crate::KNOWN_UNITS).
+    pub const fn units(mut self, units: &'static [Unit]) -> Self {
+        self.units = units;
+        self
+    }
+
+    /// Declare that [`Model::step`](crate::Model::step) looks at the inputs within the step. Without it their derivatives are
+    /// accepted and have no effect.
+    pub const fn with_input_derivatives(mut self) -> Self {
+        self.input_derivatives = true;
+        self
+    }
+
+    /// Declare that [`Model::output_derivative`](crate::Model::output_derivative) is implemented.
+    pub const fn with_output_derivatives(mut self) -> Self {
+        self.output_derivatives = true;
+        self
+    }
+
+    /// Declare that [`Model::directional_derivative`](crate::Model::directional_derivative) is implemented.
+    pub const fn with_directional_derivatives(mut self) -> Self {
+        self.directional_derivatives = true;
+        self
+    }
+}
+
+/// Default experiment, s.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Experiment {
+    pub(crate) start: f64,
+    pub(crate) stop: f64,
+    pub(crate) step: f64,
+}
+
+/// A file carried by the library and written into the FMU by the packer.
+#[derive(Clone, Copy, Debug)]
+pub struct File {
+    /// Path inside the folder it belongs to, with `/`, e.g. `index.html`.
+    pub path: &'static str,
+    /// Its content, usually `include_bytes!(…)`.
+    pub bytes: &'static [u8],
+}
+
+/// An enumeration type; its items count from 1.
+#[derive(Clone, Copy, Debug)]
+pub struct Enumeration {
+    pub(crate) name: &'static str,
+    pub(crate) description: &'static str,
+    pub(crate) items: &'static [(&'static str, &'static str)],
+}
+
+impl Enumeration {
+    /// `items` are (name, description); the first has the value 1.
+    pub const fn new(
+        name: &'static str,
+        description: &'static str,
+        items: &'static [(&'static str, &'static str)],
+    ) -> Self {
+        Self {
+            name,
+            description,
+            items,
+        }
+    }
+}
+
+/// A unit in SI base units: value in base units = factor · value + offset.
+#[derive(Clone, Copy, Debug)]
+pub struct Unit {
+    /// Name as in the `unit` attribute, e.g. `N.m`.
+    pub name: &'static str,
+    /// Exponents of the SI base units and the factor to them.
+    pub base: Base,
+    /// Units to show values in: name and how many of them one `name` is (`deg` for `rad`: 180/π).
+    pub display: &'static [(&'static str, f64)],
+}
+
+/// Exponents of the SI base units, and `rad`.
+#[derive(Clone, Copy, Debug)]
+#[allow(missing_docs, non_snake_case)] // named like the attributes of <BaseUnit>
+pub struct Base {
+    pub kg: i32,
+    pub m: i32,
+    pub s: i32,
+    pub A: i32,
+    pub K: i32,
+    pub mol: i32,
+    pub cd: i32,
+    pub rad: i32,
+    /// Value in base units per value in this unit.
+    pub factor: f64,
+}
+
+impl Base {
+    /// No dimension.
+    #[rustfmt::skip]
+    pub const ONE: Base = Base { kg: 0, m: 0, s: 0, A: 0, K: 0, mol: 0, cd: 0, rad: 0, factor: 1.0 };
+}

@@ -1,0 +1,253 @@
+//! Inputs over a communication step: value and time derivatives at its start.
+
+use super::instance::{Reached, State};
+use super::layout;
+use super::value::Value;
+use super::variable::Write;
+use crate::Model;
+use serde::{Deserialize, Serialize};
+
+/// Highest order of input derivative that is used; higher orders are accepted and left out.
+pub const MAX_INPUT_DERIVATIVE: usize = 3;
+
+/// `u(t + s) = Σ_k u⁽ᵏ⁾ sᵏ/k!`: the inputs over one communication step, `s` in s from its start.
+///
+/// Only Real inputs have derivatives; Integer and Boolean ones keep their value.
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
+pub struct InputPolynomial<I> {
+    pub(crate) value: I,
+    pub(crate) derivatives: [I; MAX_INPUT_DERIVATIVE],
+    pub(crate) order: usize,
+}
+
+impl<I: Copy + Default> InputPolynomial<I> {
+    /// Inputs that are held.
+    pub fn held(value: I) -> Self {
+        Self {
+            value,
+            derivatives: [I::default(); MAX_INPUT_DERIVATIVE],
+            order: 0,
+        }
+    }
+
+    /// Inputs with their time derivatives, first order first; at most [`MAX_INPUT_DERIVATIVE`] are kept.
+    pub fn with_derivatives(value: I, derivatives: &[I]) -> Self {
+        let mut polynomial = Self::held(value);
+        for (to, from) in polynomial.derivatives.iter_mut().zip(derivatives) {
+            *to = *from;
+            polynomial.order += 1;
+        }
+        polynomial
+    }
+
+    /// The inputs at the start of the step.
+    #[inline]
+    pub fn value(&self) -> &I {
+        &self.value
+    }
+
+    /// Highest order the importer has given for this step; 0: the inputs are held.
+    #[inline]
+    pub fn order(&self) -> usize {
+        self.order
+    }
+
+    /// The `k`-th time derivative (`k` = 0: the value), zero beyond [`order`](Self::order). Integer and Boolean fields of it mean nothing.
+    #[inline]
+    pub fn derivative(&self, k: usize) -> I {
+        match k {
+            0 => self.value,
+            k if k <= self.order => self.derivatives[k - 1],
+            _ => I::default(),
+        }
+    }
+
+    /// The inputs `s` seconds into the step. Free when they are held; else it walks the table of `M`.
+    #[inline]
+    pub fn at<M: Model<Input = I>>(&self, s: f64) -> I {
+        if self.order == 0 {
+            self.value
+        } else {
+            layout::taylor::<M>(self, s, 0)
+        }
+    }
+
+    /// Makes the inputs held again.
+    #[inline]
+    fn clear_derivatives(&mut self) {
+        if self.order > 0 {
+            self.derivatives = [I::default(); MAX_INPUT_DERIVATIVE];
+            self.order = 0;
+        }
+    }
+
+    /// Least and greatest value of one input within a step of `h` s.
+    pub(crate) fn range(&self, place: &Write<I, f64>, i: usize, h: f64) -> [f64; 2] {
+        let [a, b, c, d] = [0, 1, 2, 3].map(|k| place.get(&self.derivative(k), i));
+        let at = |s: f64| a + s * (b + s / 2.0 * (c + s / 3.0 * d));
+        let inside = |&s: &f64| 0.0 < s && s < h;
+        // The extrema inside are the roots of b + c s + d/2 s²; the second form of the formula holds for d = 0 too.
+        let root = (c * c - 2.0 * b * d).sqrt(); // NaN, hence not inside, if there are none
+        let sum = c + root.copysign(c);
+        let extrema = [-sum / d, -2.0 * b / sum];
+        (extrema.iter().filter(|s| inside(s)).copied())
+            .chain([h])
+            .map(at)
+            .fold([a, a], |[least, most], x| {
+                // NaN must not get lost: it is out of any bounds.
+                if x.is_nan() {
+                    [x, x]
+                } else {
+                    [least.min(x), most.max(x)]
+                }
+            })
+    }
+}
+
+impl<M: Model> State<M> {
+    /// The inputs of the step to come: from what acts now, with the derivatives given for it.
+    #[inline]
+    pub(crate) fn input_course(&self) -> InputPolynomial<M::Input> {
+        InputPolynomial {
+            value: *self.input(),
+            ..self.input
+        }
+    }
+
+    /// First derivative of the inputs: what was given for the step to come, else where the last one ended.
+    pub(crate) fn input_slope(&self) -> M::Input {
+        let mut slope = self.input.derivative(1);
+        if let Some(reached) = &self.reached {
+            for (i, place) in layout::real_inputs::<M>(&self.input.value) {
+                *place.get_mut(&mut slope, i) += place.get(&reached.slope, i); // one of them is zero
+            }
+        }
+        slope
+    }
+
+    /// The elements of one row, to be set.
+    #[inline]
+    pub(crate) fn input_row<T: Value>(&mut self, place: &Write<M::Input, T>) -> InputRow<'_, T> {
+        let has_derivatives = self.input.order > 0;
+        InputRow {
+            values: place.slice_mut(&mut self.input.value),
+            derivatives: has_derivatives.then(|| {
+                let [first, second, third] = &mut self.input.derivatives;
+                [first, second, third].map(|derivative| place.slice_mut(derivative))
+            }),
+            reached: self.reached.as_mut().map(|reached| {
+                let (value, slope) = (&mut reached.value, &mut reached.slope);
+                [place.slice_mut(value), place.slice_mut(slope)]
+            }),
+        }
+    }
+
+    /// Counts that an input was set.
+    pub(crate) fn count_sets(&mut self, counter: fn(&mut M::Input) -> &mut u32, sets: u32) {
+        let count = counter(&mut self.input.value);
+        *count = count.wrapping_add(sets);
+        let count = *count;
+        if let Some(reached) = &mut self.reached {
+            *counter(&mut reached.value) = count;
+        }
+    }
+
+    /// Gives one derivative of a Real input for the next step.
+    pub(crate) fn set_input_derivative(
+        &mut self,
+        place: &Write<M::Input, f64>,
+        i: usize,
+        order: usize,
+        value: f64,
+    ) {
+        *place.get_mut(&mut self.input.derivatives[order - 1], i) = value;
+        self.input.order = self.input.order.max(order);
+        if let Some(reached) = &mut self.reached {
+            *place.get_mut(&mut reached.slope, i) = 0.0;
+        }
+    }
+
+    /// After a step of `h` s: derivatives have done their duty, the inputs are held where these have taken them.
+    #[inline]
+    pub(crate) fn hold_inputs(&mut self, h: f64) {
+        if self.input.order > 0 {
+            let course = self.input_course();
+            self.reached = Some(Reached {
+                value: course.at::<M>(h),
+                slope: layout::taylor::<M>(&course, h, 1),
+            });
+            self.input.clear_derivatives();
+        } else if let Some(reached) = &mut self.reached {
+            reached.slope = M::Input::default();
+        }
+    }
+}
+
+/// The elements of a row of inputs, and what goes with them.
+pub(crate) struct InputRow<'a, T> {
+    values: &'a mut [T],
+    derivatives: Option<[&'a mut [T]; MAX_INPUT_DERIVATIVE]>,
+    /// Value and slope where a step has taken them.
+    reached: Option<[&'a mut [T]; 2]>,
+}
+
+impl<T: Value> InputRow<'_, T> {
+    /// Sets one element; its derivatives end. Whether anything is different now.
+    #[inline]
+    pub(crate) fn set(&mut self, i: usize, value: T) -> bool {
+        let old = std::mem::replace(&mut self.values[i], value);
+        if self.derivatives.is_none() && self.reached.is_none() {
+            return !old.is_same(value);
+        }
+        for derivative in self.derivatives.iter_mut().flatten() {
+            derivative[i] = T::default();
+        }
+        if let Some([reached, slope]) = &mut self.reached {
+            (reached[i], slope[i]) = (value, T::default());
+        }
+        true
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Oracle: the values at 10⁵ times; between them the polynomial moves by less than its largest slope times their distance.
+    #[test]
+    fn the_range_holds_every_value_within_the_step() {
+        let place: Write<f64, f64> = Write::Scalar(|u| u, |u| u);
+        for (value, derivatives) in [
+            (1.5, [0.0; 3]),
+            (1.5, [2.0, 0.0, 0.0]),
+            (1.5, [2.0, -7.0, 0.0]),
+            (1.5, [-2.0, 7.0, 0.0]),
+            (1.5, [2.0, -17.0, 60.0]), // both extrema inside
+            (-0.5, [-2.0, 17.0, -60.0]),
+            (0.25, [0.0, 3.0, -9.0]),
+            (0.25, [0.5, 0.0, -9.0]),
+            (0.25, [3.0, 1e-9, 1e-12]),
+        ] {
+            let h = 0.75;
+            let u = InputPolynomial::with_derivatives(value, &derivatives);
+            let [least, most] = u.range(&place, 0, h);
+            let [b, c, d] = derivatives;
+            let at = |k: i32| {
+                let s = h * f64::from(k) / 1e5;
+                value + b * s + c * s * s / 2.0 + d * s * s * s / 6.0
+            };
+            let steepest = b.abs() + h * (c.abs() + h * d.abs());
+            let near = steepest * h / 1e5 + 1e-15;
+            let found = (0..=100_000).map(at);
+            let [low, high] = found.fold([value; 2], |[l, h], x| [l.min(x), h.max(x)]);
+            assert!(
+                (least - low).abs() <= near,
+                "{derivatives:?}: {least} {low}"
+            );
+            assert!(
+                (most - high).abs() <= near,
+                "{derivatives:?}: {most} {high}"
+            );
+        }
+    }
+}

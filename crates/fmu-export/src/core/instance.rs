@@ -1,0 +1,237 @@
+//! One instance of a model: its state, and what is computed of it.
+
+use super::fault::{Fault, refuse};
+use super::layout::Layout;
+use super::message::{Kind, Message};
+use super::parameters::Given;
+use super::phase::Phase;
+use super::saved::Saved;
+use crate::{Evaluation, InputPolynomial, Model, ModelError};
+use serde::{Deserialize, Serialize};
+use std::path::PathBuf;
+
+/// An instance, without what its border needs.
+pub(crate) struct Instance<M: Model> {
+    pub(crate) layout: Layout<M>,
+    /// Of the model and its version: saved states carry it.
+    pub(crate) identity: [u8; 16],
+    pub(crate) resources: Option<PathBuf>,
+    /// A panic happened: nothing of `state` can be trusted until another one takes its place.
+    pub(crate) lost: bool,
+    pub(crate) state: State<M>,
+    /// Start values of the parameters.
+    pub(crate) start: M::Parameters,
+    /// Of `state` and the current inputs, once something has needed it.
+    pub(crate) evaluation: Option<M::Evaluation>,
+    /// Outputs of `state`, valid while `fresh`.
+    pub(crate) output: M::Output,
+    pub(crate) fresh: bool,
+    pub(crate) saved: Saved<M>,
+    /// Not sent yet.
+    pub(crate) messages: Vec<Message>,
+    /// It has been said that derivatives of a higher order are not used.
+    pub(crate) has_warned_of_order: bool,
+}
+
+/// All that a saved state holds.
+#[derive(Clone, Serialize, Deserialize)]
+#[serde(bound = "")]
+pub(crate) struct State<M: Model> {
+    pub(crate) phase: Phase,
+    /// Start time, s.
+    pub(crate) start: f64,
+    /// Time that must not be passed, s.
+    pub(crate) stop: Option<f64>,
+    /// Time of the last communication point, s: the importer's own number plus one step, so that no rounding adds up.
+    pub(crate) time: f64,
+    pub(crate) parameters: M::Parameters,
+    /// By element: what the importer has set of the parameters.
+    pub(crate) given: Vec<Given>,
+    /// Inputs as they were set, and their derivatives for the next step.
+    pub(crate) input: InputPolynomial<M::Input>,
+    /// Where the derivatives of earlier steps have taken them; None while each input is what was set.
+    pub(crate) reached: Option<Reached<M::Input>>,
+    /// None until initialized, and during initialization after something was set.
+    pub(crate) model: Option<M>,
+}
+
+/// The inputs at the end of a step with derivatives: held there until each is set again.
+#[derive(Clone, Copy, Serialize, Deserialize)]
+pub(crate) struct Reached<I> {
+    pub(crate) value: I,
+    /// First derivative there; zero for what is held or was set since.
+    pub(crate) slope: I,
+}
+
+impl<M: Model> State<M> {
+    /// The inputs that act now.
+    #[inline]
+    pub(crate) fn input(&self) -> &M::Input {
+        match &self.reached {
+            Some(reached) => &reached.value,
+            None => &self.input.value,
+        }
+    }
+
+    fn instantiated(parameters: M::Parameters, input: M::Input, elements: usize) -> Self {
+        Self {
+            phase: Phase::Instantiated,
+            start: 0.0,
+            stop: None,
+            time: 0.0,
+            parameters,
+            given: vec![Given::Nothing; elements],
+            input: InputPolynomial::held(input),
+            reached: None,
+            model: None,
+        }
+    }
+
+    /// Whether a deserialized state could have come from this layer.
+    pub(crate) fn is_sound(&self, elements: usize) -> bool {
+        let initialized = matches!(self.phase, Phase::Stepping | Phase::Terminated);
+        self.given.len() == elements
+            && self.time.is_finite()
+            && self.input.order <= crate::MAX_INPUT_DERIVATIVE
+            && (self.model.is_some() || !initialized)
+    }
+}
+
+impl<M: Model> Instance<M> {
+    pub(crate) fn new(layout: Layout<M>, identity: [u8; 16], resources: Option<PathBuf>) -> Self {
+        let (start, input) = M::defaults();
+        Self {
+            identity,
+            resources,
+            lost: false,
+            state: State::instantiated(start.clone(), input, layout.len()),
+            start,
+            layout,
+            evaluation: None,
+            output: M::Output::default(),
+            fresh: false,
+            saved: Saved::default(),
+            messages: Vec::new(),
+            has_warned_of_order: false,
+        }
+    }
+
+    /// Queues a message.
+    pub(crate) fn tell(&mut self, kind: Kind, text: impl Into<String>) {
+        self.messages.push(Message::new(kind, text));
+    }
+
+    /// Times of the simulation, s. A stop time of +infinity is none.
+    pub(crate) fn set_times(&mut self, start: f64, stop: Option<f64>) -> Result<(), Fault> {
+        if !start.is_finite() {
+            return refuse!("start time = {start} s must be finite");
+        }
+        let stop = stop.filter(|&stop| stop != f64::INFINITY);
+        if let Some(stop) = stop
+            && !(stop.is_finite() && stop >= start)
+        {
+            return refuse!("stop time = {stop} s must be at least the start time = {start} s");
+        }
+        self.state.start = start;
+        self.state.time = start;
+        self.state.stop = stop;
+        Ok(())
+    }
+
+    pub(crate) fn enter_initialization(&mut self) {
+        self.state.phase = Phase::Initialization;
+    }
+
+    pub(crate) fn exit_initialization(&mut self) -> Result<(), Fault> {
+        self.model()?;
+        self.state.phase = Phase::Stepping;
+        self.tell(Kind::Event, "initialized");
+        Ok(())
+    }
+
+    pub(crate) fn terminate(&mut self) {
+        self.state.phase = Phase::Terminated;
+        self.tell(Kind::Event, "terminated");
+    }
+
+    pub(crate) fn reset(&mut self) {
+        let (_, input) = M::defaults();
+        let elements = self.layout.len();
+        self.replace(State::instantiated(self.start.clone(), input, elements));
+        self.tell(Kind::Event, "reset to the state after instantiation");
+    }
+
+    /// Puts another state in place of the present one.
+    pub(crate) fn replace(&mut self, state: State<M>) {
+        self.state = state;
+        self.evaluation = None;
+        self.fresh = false;
+        self.lost = false;
+    }
+
+    /// Marks what was computed from parameters and inputs as out of date: the outputs, and the evaluation if it has read them.
+    #[inline]
+    pub(crate) fn touch(&mut self, is_evaluated: bool) {
+        self.fresh = false;
+        let is_initializing = self.state.phase == Phase::Initialization;
+        if is_evaluated || is_initializing {
+            self.evaluation = None;
+        }
+        if is_initializing {
+            self.state.model = None;
+        }
+    }
+
+    /// Makes the model if there is none: during initialization when it is first needed.
+    pub(crate) fn model(&mut self) -> Result<(), ModelError> {
+        let state = &mut self.state;
+        if state.model.is_none() {
+            let mut new = M::initialize(&state.parameters, &state.input.value, state.start)?;
+            warn(&mut self.messages, &mut new);
+            state.model = Some(new);
+            self.evaluation = None;
+        }
+        Ok(())
+    }
+
+    /// Makes `evaluation` if it is out of date.
+    #[inline]
+    pub(crate) fn evaluate(&mut self) -> Result<(), ModelError> {
+        if self.evaluation.is_none() {
+            self.model()?;
+            let state = &self.state;
+            let model = state.model.as_ref().expect("made above");
+            self.evaluation = Some(M::Evaluation::of(model, &state.parameters, state.input())?);
+        }
+        Ok(())
+    }
+
+    /// What [`evaluate`](Self::evaluate) has made.
+    #[inline]
+    pub(crate) fn evaluated(&self) -> (&M, &M::Evaluation) {
+        match (&self.state.model, &self.evaluation) {
+            (Some(model), Some(now)) => (model, now),
+            _ => unreachable!("`evaluate` comes first"),
+        }
+    }
+
+    /// Makes `output` agree with the state and the current inputs.
+    #[inline]
+    pub(crate) fn refresh(&mut self) -> Result<(), ModelError> {
+        if !self.fresh {
+            self.evaluate()?;
+            let (model, now) = self.evaluated();
+            self.output = model.output(&self.state.parameters, self.state.input(), now)?;
+            self.fresh = true;
+        }
+        Ok(())
+    }
+}
+
+/// Queues what the model has to warn of.
+#[inline]
+pub(crate) fn warn<M: Model>(messages: &mut Vec<Message>, model: &mut M) {
+    if let Some(warning) = model.take_warning() {
+        messages.push(Message::new(Kind::Warning, warning));
+    }
+}

@@ -1,0 +1,205 @@
+//! The elements of a table, counted over all rows: a scalar is one, a vector as many as it is long.
+
+use super::fault::Fault;
+use super::variable::{Causality, Place, Read, Variable, Write};
+use crate::{InputPolynomial, Model};
+use std::slice;
+
+/// An element: the index within its row, from 0, and the row.
+pub(crate) type Element<M> = (usize, &'static Variable<M>);
+
+/// All elements of a table in order. The elements of one row follow each other, so that a row, too, can be addressed: by the number
+/// of its first element.
+pub(crate) struct Layout<M: Model>(Vec<Element<M>>);
+
+impl<M: Model> Layout<M> {
+    /// Counts the elements of each row in the default values.
+    pub(crate) fn new() -> Self {
+        let (parameters, input) = M::defaults();
+        let output = M::Output::default();
+        let elements = M::variables().iter().flat_map(|row| {
+            let len = row.place.len(&parameters, &input, &output);
+            (0..len).map(move |i| (i, row))
+        });
+        Self(elements.collect())
+    }
+
+    pub(crate) fn len(&self) -> usize {
+        self.0.len()
+    }
+
+    /// All elements in order.
+    pub(crate) fn iter(&self) -> impl Iterator<Item = Element<M>> {
+        self.0.iter().copied()
+    }
+
+    /// The element with this number.
+    #[inline]
+    pub(crate) fn find(&self, number: u32) -> Result<Element<M>, Fault> {
+        self.0
+            .get(number as usize)
+            .copied()
+            .ok_or_else(|| self.unknown(number))
+    }
+
+    /// The `k`-th of a batch of `n` elements; None where there is none.
+    #[inline]
+    pub(crate) fn get(
+        &self,
+        k: usize,
+        n: usize,
+        element: impl Fn(usize) -> u32,
+    ) -> Option<Element<M>> {
+        (k < n).then(|| self.0.get(element(k) as usize).copied())?
+    }
+
+    #[cold]
+    fn unknown(&self, number: u32) -> Fault {
+        let last = self.len().saturating_sub(1);
+        Fault::refused(format_args!(
+            "unknown value reference {number}; it must be from 0 to {last}"
+        ))
+    }
+}
+
+impl<M: Model> Variable<M> {
+    /// Name of an element: `x`, or `x[1]` for the first of a vector.
+    pub(crate) fn element_name(&self, index: usize) -> String {
+        if self.scalar {
+            self.name.to_owned()
+        } else {
+            format!("{}[{}]", self.name, index + 1)
+        }
+    }
+
+    /// Type and causality in words, for messages: `an Integer input`.
+    pub(crate) fn kind(&self) -> String {
+        let causality = match self.causality {
+            Causality::Input => "input",
+            Causality::Output => "output",
+            Causality::Local => "local variable",
+            Causality::Parameter if self.tunable => "tunable parameter",
+            Causality::Parameter => "fixed parameter",
+        };
+        let name = self.place.type_name();
+        let article = if name == "Integer" { "an" } else { "a" };
+        format!("{article} {name} {causality}")
+    }
+}
+
+impl<M: Model> Place<M> {
+    fn len(&self, p: &M::Parameters, u: &M::Input, y: &M::Output) -> usize {
+        match self {
+            Place::RealIn(place) => place.len(u),
+            Place::IntegerIn(place) => place.len(u),
+            Place::BooleanIn(place) => place.len(u),
+            Place::RealOut(place) => place.len(y),
+            Place::IntegerOut(place) => place.len(y),
+            Place::BooleanOut(place) => place.len(y),
+            Place::RealParameter(place) => place.len(p),
+            Place::IntegerParameter(place) => place.len(p),
+            Place::BooleanParameter(place) => place.len(p),
+            Place::StringParameter(..) => 1,
+        }
+    }
+
+    /// Name of the type in FMI.
+    pub(crate) fn type_name(&self) -> &'static str {
+        match self {
+            Place::RealIn(_) | Place::RealOut(_) | Place::RealParameter(_) => "Real",
+            Place::IntegerIn(_) | Place::IntegerOut(_) | Place::IntegerParameter(_) => "Integer",
+            Place::BooleanIn(_) | Place::BooleanOut(_) | Place::BooleanParameter(_) => "Boolean",
+            Place::StringParameter(..) => "String",
+        }
+    }
+}
+
+impl<S, T: Copy> Read<S, T> {
+    fn len(&self, s: &S) -> usize {
+        self.slice(s).len()
+    }
+
+    /// All elements of the row.
+    #[inline]
+    pub(crate) fn slice<'a>(&self, s: &'a S) -> &'a [T] {
+        match self {
+            Read::Scalar(get) => slice::from_ref(get(s)),
+            Read::Vector(get) => get(s),
+        }
+    }
+
+    #[inline]
+    pub(crate) fn get(&self, s: &S, i: usize) -> T {
+        self.slice(s)[i]
+    }
+}
+
+impl<S, T: Copy> Write<S, T> {
+    pub(crate) fn len(&self, s: &S) -> usize {
+        self.slice(s).len()
+    }
+
+    /// All elements of the row.
+    #[inline]
+    pub(crate) fn slice<'a>(&self, s: &'a S) -> &'a [T] {
+        match self {
+            Write::Scalar(get, _) => slice::from_ref(get(s)),
+            Write::Vector(get, _) => get(s),
+        }
+    }
+
+    #[inline]
+    pub(crate) fn get(&self, s: &S, i: usize) -> T {
+        self.slice(s)[i]
+    }
+
+    /// All elements of the row, to write.
+    #[inline]
+    pub(crate) fn slice_mut<'a>(&self, s: &'a mut S) -> &'a mut [T] {
+        match self {
+            Write::Scalar(_, get_mut) => slice::from_mut(get_mut(s)),
+            Write::Vector(_, get_mut) => get_mut(s),
+        }
+    }
+
+    #[inline]
+    pub(crate) fn get_mut<'a>(&self, s: &'a mut S, i: usize) -> &'a mut T {
+        &mut self.slice_mut(s)[i]
+    }
+}
+
+/// The `order`-th time derivative of all Real inputs, `s` seconds into the step; other inputs as they are.
+pub(crate) fn taylor<M: Model>(u: &InputPolynomial<M::Input>, s: f64, order: usize) -> M::Input {
+    let mut result = if order == 0 {
+        u.value
+    } else {
+        M::Input::default()
+    };
+    for (i, place) in real_inputs::<M>(&u.value) {
+        // Horner from the highest order down: a_k + s/(k − order + 1)·(…), a_k the k-th derivative at the start.
+        let mut sum = 0.0;
+        for k in (order..=u.order).rev() {
+            let a_k = if k == 0 {
+                &u.value
+            } else {
+                &u.derivatives[k - 1]
+            };
+            sum = place.get(a_k, i) + sum * s / (k - order + 1) as f64;
+        }
+        *place.get_mut(&mut result, i) = sum;
+    }
+    result
+}
+
+/// Every element of the Real inputs: index in its row, and place.
+pub(crate) fn real_inputs<M: Model>(
+    u: &M::Input,
+) -> impl Iterator<Item = (usize, &'static Write<M::Input, f64>)> {
+    M::variables()
+        .iter()
+        .filter_map(|row| match &row.place {
+            Place::RealIn(place) => Some(place),
+            _ => None,
+        })
+        .flat_map(|place| (0..place.len(u)).map(move |i| (i, place)))
+}

@@ -1,0 +1,30 @@
+//! Messages of an instance. They are queued while a call runs, as plain text; the border sends them when it has let go of the
+//! instance, because the receiver may call back.
+
+/// What a message is about.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Kind {
+    /// Initialization, reset, restored states.
+    Event,
+    /// The call succeeded, but something is not quite right.
+    Warning,
+    /// [`Fault::Discarded`](super::fault::Fault::Discarded).
+    Discarded,
+    /// [`Fault::Refused`](super::fault::Fault::Refused), or a panic.
+    Refused,
+}
+
+/// One message.
+#[derive(Debug)]
+pub(crate) struct Message {
+    pub(crate) kind: Kind,
+    pub(crate) text: String,
+}
+
+impl Message {
+    #[cold]
+    pub(crate) fn new(kind: Kind, text: impl Into<String>) -> Self {
+        let text = text.into();
+        Self { kind, text }
+    }
+}

@@ -1,0 +1,27 @@
+//! Everything about a model as an FMU that is the same in every version of FMI: the table of variables and its elements, access,
+//! phases, steps, derivatives, saved states, messages, and the mark of an instance in use.
+//!
+//! A border over it translates: element numbers into the version's references, [`Fault`](fault::Fault)s into its statuses,
+//! [`Phase`](phase::Phase)s into its states, queued messages into calls of its logger.
+
+pub(crate) mod access;
+pub(crate) mod check;
+pub(crate) mod dependencies;
+pub(crate) mod derivatives;
+pub(crate) mod fault;
+pub(crate) mod guard;
+pub(crate) mod info;
+pub(crate) mod input;
+pub(crate) mod instance;
+pub(crate) mod layout;
+pub(crate) mod message;
+pub(crate) mod model;
+pub(crate) mod panic;
+pub(crate) mod parameter_file;
+pub(crate) mod parameters;
+pub(crate) mod phase;
+pub(crate) mod saved;
+pub(crate) mod step;
+pub(crate) mod units;
+pub(crate) mod value;
+pub(crate) mod variable;

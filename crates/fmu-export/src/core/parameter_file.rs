@@ -1,0 +1,72 @@
+//! Files that String parameters name.
+
+use std::fmt::Display;
+use std::path::Path;
+
+/// What `parse` makes of the file that a String parameter names, for use in a [`SetString`](crate::SetString).
+///
+/// A relative path that does not exist in the working directory is looked up in `resources`, the FMU's resources folder.
+///
+/// # Errors
+/// The file cannot be read (the text says where it was looked for), or `parse` refuses its contents.
+pub fn read_parameter_file<T, E: Display>(
+    path: &str,
+    resources: Option<&Path>,
+    parse: impl FnOnce(&str) -> Result<T, E>,
+) -> Result<T, String> {
+    let given = Path::new(path);
+    let in_resources = resources.map(|folder| folder.join(given));
+    let file = match &in_resources {
+        Some(file) if given.is_relative() && !given.exists() => file,
+        _ => given,
+    };
+    let text = std::fs::read_to_string(file).map_err(|e| match resources {
+        Some(folder) if given.is_relative() => {
+            let folder = folder.display();
+            format!(
+                "file `{path}`: {e}; looked for in the working directory and in the FMU's resources folder {folder}"
+            )
+        }
+        _ => format!("file `{path}`: {e}"),
+    })?;
+    parse(&text).map_err(|e| format!("file `{path}`: {e}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const FOLDER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/src/core");
+
+    fn length(path: &str, resources: Option<&Path>) -> Result<usize, String> {
+        read_parameter_file(path, resources, |text| match text.len() {
+            0 => Err("empty"),
+            length => Ok(length),
+        })
+    }
+
+    #[test]
+    fn a_file_is_found_as_given_and_in_the_resources() {
+        let expected = include_str!("parameter_file.rs").len();
+        let absolute = format!("{FOLDER}/parameter_file.rs");
+        assert_eq!(length(&absolute, None), Ok(expected));
+        assert_eq!(length(&absolute, Some(Path::new("/nowhere"))), Ok(expected));
+        let relative = "parameter_file.rs";
+        assert_eq!(length(relative, Some(Path::new(FOLDER))), Ok(expected));
+        // Tests run in the crate's folder: what is there comes before the resources.
+        assert_ne!(length("Cargo.toml", Some(Path::new(FOLDER))), Ok(expected));
+        assert!(length("Cargo.toml", Some(Path::new(FOLDER))).is_ok());
+    }
+
+    #[test]
+    fn errors_name_the_file_as_given_and_where_it_was_looked_for() {
+        let text = length("none.json", Some(Path::new(FOLDER))).unwrap_err();
+        assert!(text.starts_with("file `none.json`: "), "{text}");
+        assert!(text.contains(FOLDER), "{text}");
+        let text = length("none.json", None).unwrap_err();
+        assert!(text.starts_with("file `none.json`: "), "{text}");
+        let refuse = |_: &str| Err::<(), _>("`R_s` = -1 must be > 0");
+        let text = read_parameter_file("Cargo.toml", None, refuse).unwrap_err();
+        assert_eq!(text, "file `Cargo.toml`: `R_s` = -1 must be > 0");
+    }
+}

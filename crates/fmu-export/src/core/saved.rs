@@ -1,0 +1,160 @@
+//! Saved states: copies inside the instance, handed out as counted handles, and their bytes.
+//!
+//! A handle is looked up, never followed, and never used twice, so that a freed or foreign one is an error. The bytes are a header
+//! and the state in `postcard` (fixed little-endian reals, so that a return is bit-exact): magic (8), version (4), identity of the
+//! model (16), length of the rest (8), CRC-32 of everything but itself (4).
+
+use super::fault::{Fault, refuse};
+use super::instance::{Instance, State};
+use super::message::Kind;
+use super::phase::Phase;
+use crate::Model;
+use std::collections::BTreeMap;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+const MAGIC: &[u8; 8] = b"fmu-exp\0";
+const VERSION: u32 = 2;
+const CRC_AT: usize = 36;
+const HEADER: usize = 40;
+
+/// The saved states of an instance by handle.
+pub(crate) struct Saved<M: Model> {
+    states: BTreeMap<usize, Box<State<M>>>,
+}
+
+/// The next handle, of all instances; 0 is none.
+static NEXT: AtomicUsize = AtomicUsize::new(1);
+
+impl<M: Model> Default for Saved<M> {
+    fn default() -> Self {
+        Self {
+            states: BTreeMap::new(),
+        }
+    }
+}
+
+impl<M: Model> Instance<M> {
+    /// A copy of the present state under a new handle, or in place of the one behind `old` (0: none).
+    pub(crate) fn save(&mut self, old: usize) -> Result<usize, Fault> {
+        let mut state = Box::new(self.state.clone());
+        if state.phase == Phase::Initialization {
+            state.model = None; // only kept from one get to the next: made again when needed
+        }
+        self.keep(state, old)
+    }
+
+    fn keep(&mut self, state: Box<State<M>>, old: usize) -> Result<usize, Fault> {
+        let states = &mut self.saved.states;
+        if old == 0 {
+            let handle = NEXT.fetch_add(1, Ordering::Relaxed);
+            states.insert(handle, state);
+            return Ok(handle);
+        }
+        match states.get_mut(&old) {
+            Some(place) => *place = state,
+            None => return unknown(old),
+        }
+        Ok(old)
+    }
+
+    fn saved(&self, handle: usize) -> Result<&State<M>, Fault> {
+        match self.saved.states.get(&handle) {
+            Some(state) => Ok(state),
+            None => unknown(handle),
+        }
+    }
+
+    /// Goes back to a saved state.
+    pub(crate) fn restore(&mut self, handle: usize) -> Result<(), Fault> {
+        let state = self.saved(handle)?.clone();
+        self.tell(
+            Kind::Event,
+            format!("state of t = {} s restored", state.time),
+        );
+        self.replace(state);
+        Ok(())
+    }
+
+    /// Forgets a saved state; 0 is ignored.
+    pub(crate) fn free(&mut self, handle: usize) -> Result<(), Fault> {
+        if handle != 0 && self.saved.states.remove(&handle).is_none() {
+            return unknown(handle);
+        }
+        Ok(())
+    }
+
+    /// The bytes of a saved state.
+    pub(crate) fn serialize(&self, handle: usize) -> Result<Vec<u8>, Fault> {
+        let state = self.saved(handle)?;
+        let mut bytes = MAGIC.to_vec();
+        bytes.extend(VERSION.to_le_bytes());
+        bytes.extend(self.identity);
+        bytes.extend([0; HEADER - 28]);
+        let mut bytes = postcard::to_extend(state, bytes)
+            .map_err(|e| Fault::Refused(format!("the state cannot be serialized: {e}")))?;
+        let length = (bytes.len() - HEADER) as u64;
+        bytes[28..CRC_AT].copy_from_slice(&length.to_le_bytes());
+        let crc = checksum(&bytes);
+        bytes[CRC_AT..HEADER].copy_from_slice(&crc.to_le_bytes());
+        Ok(bytes)
+    }
+
+    /// A saved state from bytes; those after its end are ignored.
+    pub(crate) fn deserialize(&mut self, bytes: &[u8], old: usize) -> Result<usize, Fault> {
+        let Some((header, rest)) = bytes.split_at_checked(HEADER) else {
+            return refuse!(
+                "serialized state has {} bytes; it must have at least {HEADER}",
+                bytes.len()
+            );
+        };
+        if &header[..8] != MAGIC {
+            return refuse!("serialized state does not start with `fmu-exp`: it is from elsewhere");
+        }
+        let version = u32::from_le_bytes(header[8..12].try_into().expect("4 bytes"));
+        if version != VERSION {
+            return refuse!("serialized state has format version {version}; it must be {VERSION}");
+        }
+        if header[12..28] != self.identity {
+            let of = |id: &[u8]| uuid::Uuid::from_slice(id).expect("16 bytes");
+            return refuse!(
+                "serialized state is of the model {{{}}}; it must be of {{{}}}",
+                of(&header[12..28]),
+                of(&self.identity)
+            );
+        }
+        let length = u64::from_le_bytes(header[28..CRC_AT].try_into().expect("8 bytes"));
+        let Some(body) = usize::try_from(length).ok().and_then(|n| rest.get(..n)) else {
+            return refuse!(
+                "serialized state is truncated: {} bytes after the header; there must be {length}",
+                rest.len()
+            );
+        };
+        let crc = u32::from_le_bytes(header[CRC_AT..].try_into().expect("4 bytes"));
+        let found = checksum(&bytes[..HEADER + body.len()]);
+        if crc != found {
+            return refuse!(
+                "serialized state is damaged: checksum {found:08x}; it must be {crc:08x}"
+            );
+        }
+        let sound = |state: &State<M>| state.is_sound(self.layout.len());
+        match postcard::from_bytes::<State<M>>(body) {
+            Ok(state) if sound(&state) => self.keep(Box::new(state), old),
+            _ => refuse!("serialized state does not fit this version of the model"),
+        }
+    }
+}
+
+fn unknown<T>(handle: usize) -> Result<T, Fault> {
+    refuse!(
+        "state {handle} is not a saved state of this instance (never made by it, or freed); it must be one that saving or \
+             deserializing has returned"
+    )
+}
+
+/// CRC-32 of a whole serialized state without its own four bytes.
+fn checksum(bytes: &[u8]) -> u32 {
+    let mut hasher = crc32fast::Hasher::new();
+    hasher.update(&bytes[..CRC_AT]);
+    hasher.update(&bytes[HEADER..]);
+    hasher.finalize()
+}

@@ -1,0 +1,132 @@
+//! The three types with fixed size: Real, Integer (and Enumeration), Boolean.
+
+use super::variable::{Place, Read, Variable, Write};
+use crate::Model;
+use std::fmt::Display;
+
+/// A type of variable: where rows keep it, what is allowed.
+pub(crate) trait Value: Copy + Default + Display + 'static {
+    const TYPE: &'static str;
+
+    fn input<M: Model>(place: &Place<M>) -> Option<&Write<M::Input, Self>>;
+    fn parameter<M: Model>(place: &Place<M>) -> Option<&Write<M::Parameters, Self>>;
+    fn output<M: Model>(place: &Place<M>) -> Option<&Read<M::Output, Self>>;
+
+    /// Whether the value is finite, in the row's bounds and in its enumeration.
+    fn is_allowed<M: Model>(self, row: &Variable<M>) -> bool;
+
+    /// Whether the two are the same bits.
+    fn is_same(self, other: Self) -> bool;
+
+    /// Whether the value may be given out: no NaN, no infinity.
+    fn is_finite(self) -> bool {
+        true
+    }
+}
+
+macro_rules! places {
+    ($input:ident $parameter:ident $output:ident) => {
+        #[inline]
+        fn input<M: Model>(place: &Place<M>) -> Option<&Write<M::Input, Self>> {
+            if let Place::$input(place) = place {
+                Some(place)
+            } else {
+                None
+            }
+        }
+
+        #[inline]
+        fn parameter<M: Model>(place: &Place<M>) -> Option<&Write<M::Parameters, Self>> {
+            if let Place::$parameter(place) = place {
+                Some(place)
+            } else {
+                None
+            }
+        }
+
+        #[inline]
+        fn output<M: Model>(place: &Place<M>) -> Option<&Read<M::Output, Self>> {
+            if let Place::$output(place) = place {
+                Some(place)
+            } else {
+                None
+            }
+        }
+    };
+}
+
+impl Value for f64 {
+    const TYPE: &'static str = "Real";
+    places!(RealIn RealParameter RealOut);
+
+    #[inline]
+    fn is_allowed<M: Model>(self, row: &Variable<M>) -> bool {
+        f64::is_finite(self) && row.min <= self && self <= row.max
+    }
+
+    #[inline]
+    fn is_same(self, other: f64) -> bool {
+        self.to_bits() == other.to_bits()
+    }
+
+    #[inline]
+    fn is_finite(self) -> bool {
+        f64::is_finite(self)
+    }
+}
+
+impl Value for i32 {
+    const TYPE: &'static str = "Integer";
+    places!(IntegerIn IntegerParameter IntegerOut);
+
+    #[inline]
+    fn is_allowed<M: Model>(self, row: &Variable<M>) -> bool {
+        let value = f64::from(self);
+        let items = row
+            .enumeration
+            .map_or(f64::INFINITY, |e| e.items.len() as f64);
+        let first = if row.enumeration.is_some() {
+            1.0
+        } else {
+            f64::NEG_INFINITY
+        };
+        row.min.max(first) <= value && value <= row.max.min(items)
+    }
+
+    #[inline]
+    fn is_same(self, other: i32) -> bool {
+        self == other
+    }
+}
+
+impl Value for bool {
+    const TYPE: &'static str = "Boolean";
+    places!(BooleanIn BooleanParameter BooleanOut);
+
+    #[inline]
+    fn is_allowed<M: Model>(self, _row: &Variable<M>) -> bool {
+        true
+    }
+
+    #[inline]
+    fn is_same(self, other: bool) -> bool {
+        self == other
+    }
+}
+
+/// What a value of the row must be, in words: `1 (motion) or 2 (force)`, `from 0 to 1`.
+pub(crate) fn allowed<M: Model>(row: &Variable<M>) -> String {
+    if let Some(enumeration) = row.enumeration {
+        let items = (1..).zip(enumeration.items);
+        let items: Vec<_> = items
+            .map(|(value, (name, _))| format!("{value} ({name})"))
+            .collect();
+        return items.join(" or ");
+    }
+    match (row.min.is_finite(), row.max.is_finite()) {
+        (true, true) => format!("from {} to {}", row.min, row.max),
+        (true, false) => format!("finite and at least {}", row.min),
+        (false, true) => format!("finite and at most {}", row.max),
+        (false, false) => "finite".to_owned(),
+    }
+}

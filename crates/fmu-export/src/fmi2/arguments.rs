@@ -1,0 +1,115 @@
+//! Raw arguments of C functions.
+//!
+//! Arrays of the importer stay raw: they may be uninitialised where we write, one array may be given for several arguments, and on
+//! 32-bit platforms numbers of eight bytes may lie at multiples of four. So elements are read and written one by one, through
+//! pointers, unaligned.
+
+use super::ffi::Str;
+use crate::core::fault::{Fault, refuse};
+use std::ffi::CStr;
+
+/// An array to read.
+#[derive(Clone, Copy)]
+pub(crate) struct Array<T>(*const T, usize);
+
+/// An array to write.
+#[derive(Clone, Copy)]
+pub(crate) struct ArrayMut<T>(*mut T, usize);
+
+impl<T: Copy> Array<T> {
+    /// The `k`-th element.
+    #[inline]
+    pub(crate) fn get(self, k: usize) -> T {
+        assert!(k < self.1);
+        // SAFETY: within the array, which `array` was promised to be readable during the call.
+        unsafe { self.0.add(k).read_unaligned() }
+    }
+}
+
+impl<T> ArrayMut<T> {
+    /// Writes the `k`-th element.
+    #[inline]
+    pub(crate) fn put(self, k: usize, value: T) {
+        assert!(k < self.1);
+        // SAFETY: within the array, which `array_mut` was promised to be writable during the call.
+        unsafe { self.0.add(k).write_unaligned(value) }
+    }
+}
+
+/// A C array to read; empty may be NULL.
+///
+/// # Safety
+/// `p` is NULL or points at `n` values that are readable as long as the result is used.
+#[inline]
+pub(crate) unsafe fn array<T>(name: &str, p: *const T, n: usize) -> Result<Array<T>, Fault> {
+    check(name, p, n)?;
+    Ok(Array(p, n))
+}
+
+/// A C array to write; empty may be NULL.
+///
+/// # Safety
+/// `p` is NULL or points at `n` places that are writable as long as the result is used.
+#[inline]
+pub(crate) unsafe fn array_mut<T>(name: &str, p: *mut T, n: usize) -> Result<ArrayMut<T>, Fault> {
+    check(name, p, n)?;
+    Ok(ArrayMut(p, n))
+}
+
+/// A place for one result.
+///
+/// # Safety
+/// As for [`array_mut`], with one value.
+pub(crate) unsafe fn place<T>(name: &str, p: *mut T) -> Result<ArrayMut<T>, Fault> {
+    if p.is_null() {
+        return refuse!("{name} = NULL must be a place for the result");
+    }
+    Ok(ArrayMut(p, 1))
+}
+
+#[inline]
+fn check<T>(name: &str, p: *const T, n: usize) -> Result<(), Fault> {
+    if n == 0 {
+        return Ok(());
+    }
+    if p.is_null() {
+        return refuse!("{name} = NULL with {n} elements; NULL must come with 0 elements");
+    }
+    if n > isize::MAX as usize / size_of::<T>() {
+        return refuse!("{name} = {p:?} with {n} elements is longer than memory");
+    }
+    Ok(())
+}
+
+/// Bytes to read.
+///
+/// # Safety
+/// As for [`array`]; nothing writes to them as long as the result is used.
+pub(crate) unsafe fn bytes<'a>(name: &str, p: *const u8, n: usize) -> Result<&'a [u8], Fault> {
+    check(name, p, n)?;
+    if n == 0 {
+        return Ok(&[]);
+    }
+    // SAFETY: not NULL, not longer than memory; the rest is forwarded.
+    Ok(unsafe { std::slice::from_raw_parts(p, n) })
+}
+
+/// C strings as text.
+///
+/// # Safety
+/// As for [`array`]; each element is NULL or a C string.
+pub(crate) unsafe fn texts<'a>(name: &str, p: *const Str, n: usize) -> Result<Vec<&'a str>, Fault> {
+    // SAFETY: forwarded.
+    let strings = unsafe { array(name, p, n) }?;
+    let text = |i: usize| {
+        let s = strings.get(i);
+        if s.is_null() {
+            return refuse!("{name}[{i}] = NULL must be a string");
+        }
+        // SAFETY: not NULL, hence a C string.
+        let s = unsafe { CStr::from_ptr(s) };
+        s.to_str()
+            .map_err(|_| Fault::Refused(format!("{name}[{i}] = {s:?} is not UTF-8")))
+    };
+    (0..n).map(text).collect()
+}

@@ -1,0 +1,133 @@
+//! What an importer's `fmi2Component` points at, and how every call gets in and out. Nothing here knows what a function does.
+
+use super::calls::Call;
+use super::ffi::*;
+use super::log::Log;
+use crate::core::fault::{Fault, discard};
+use crate::core::guard::{Entered, Guarded};
+use crate::core::instance::Instance;
+use crate::core::message::{Kind, Message};
+use crate::{Model, core::panic};
+use std::ffi::CString;
+use std::sync::Arc;
+
+/// An instance and what FMI 2.0 adds to it.
+pub(crate) struct Body<M: Model> {
+    pub(crate) instance: Instance<M>,
+    pub(crate) log: Arc<Log>,
+    /// How the last fmi2DoStep ended.
+    pub(crate) last_step: Status,
+    /// Whether the model wanted the simulation to end there.
+    pub(crate) terminated: bool,
+    /// Texts the importer was given by the last fmi2GetString.
+    pub(crate) strings: Vec<CString>,
+}
+
+/// Runs `f` on the instance: NULL, calls from within calls, call order, panics and messages are dealt with here.
+///
+/// # Safety
+/// `c` is NULL or came from fmi2Instantiate of this library and was not freed.
+#[inline]
+pub(crate) unsafe fn enter<M: Model>(
+    c: Component,
+    call: Call,
+    f: impl FnOnce(&mut Body<M>) -> Result<(), Fault>,
+) -> Status {
+    // SAFETY: forwarded.
+    let component = unsafe { c.cast::<Guarded<Body<M>>>().as_ref() };
+    let Some(mut body) = component.and_then(Guarded::enter) else {
+        return Status::Error;
+    };
+    let result = panic::catch(|| {
+        call.check(&body.instance)?;
+        f(&mut body)
+    });
+    let status = match result {
+        Ok(Ok(())) => Status::Ok,
+        Ok(Err(fault)) => refuse(&mut body.instance, call, fault),
+        Err(message) => lose(&mut body.instance, call, &message),
+    };
+    if !body.instance.messages.is_empty() {
+        send(body);
+    }
+    status
+}
+
+#[cold]
+fn refuse<M: Model>(instance: &mut Instance<M>, call: Call, fault: Fault) -> Status {
+    let (kind, status, text) = match fault {
+        Fault::Refused(text) => (Kind::Refused, Status::Error, text),
+        Fault::Discarded(text) => (Kind::Discarded, Status::Discard, text),
+    };
+    instance.tell(kind, format!("{}: {text}", call.name));
+    status
+}
+
+/// After a panic. FMI 2.0.4 means by fmi2Fatal that all instances are corrupt; one is, and a reset or a restored state mends it.
+#[cold]
+fn lose<M: Model>(instance: &mut Instance<M>, call: Call, message: &str) -> Status {
+    instance.lost = true;
+    let text = format!(
+        "{}: {message}; the instance needs fmi2Reset or fmi2SetFMUstate",
+        call.name
+    );
+    instance.tell(Kind::Refused, text);
+    Status::Error
+}
+
+/// Sends what is queued, after the instance has been let go of: the logger may call back.
+#[cold]
+fn send<M: Model>(mut body: Entered<'_, Body<M>>) {
+    let messages: Vec<Message> = std::mem::take(&mut body.instance.messages);
+    let log = Arc::clone(&body.log);
+    drop(body);
+    log.send(&messages);
+}
+
+impl<M: Model> Body<M> {
+    /// fmi2DoStep.
+    #[inline]
+    pub(crate) fn do_step(&mut self, t: f64, h: f64) -> Result<(), Fault> {
+        match self.instance.do_step(t, h) {
+            Ok(end) if end.is_whole && !end.terminate => {
+                self.last_step = Status::Ok;
+                Ok(())
+            }
+            Ok(end) => {
+                self.last_step = Status::Discard;
+                self.terminated = end.terminate;
+                let wish = if end.terminate {
+                    "ends the simulation"
+                } else {
+                    "stops"
+                };
+                discard!("t = {t} s, h = {h} s: the model {wish} at {} s", end.time)
+            }
+            Err(fault) => {
+                if matches!(fault, Fault::Discarded(_)) {
+                    self.last_step = Status::Discard;
+                }
+                Err(fault)
+            }
+        }
+    }
+
+    /// fmi2Reset.
+    pub(crate) fn reset(&mut self) -> Result<(), Fault> {
+        self.instance.reset();
+        self.forget_step();
+        Ok(())
+    }
+
+    /// fmi2SetFMUstate.
+    pub(crate) fn restore(&mut self, handle: usize) -> Result<(), Fault> {
+        self.instance.restore(handle)?;
+        self.forget_step();
+        Ok(())
+    }
+
+    fn forget_step(&mut self) {
+        self.last_step = Status::Ok;
+        self.terminated = false;
+    }
+}

@@ -1,0 +1,61 @@
+//! `<ModelStructure>`: what the outputs depend on, while stepping and in Initialization Mode.
+
+use super::Xml;
+use crate::Model;
+use crate::core::dependencies::Knowns;
+use crate::core::layout::Layout;
+use crate::core::variable::{Causality, Variable};
+use std::collections::BTreeSet;
+use std::io;
+
+pub(super) fn write<M: Model>(xml: &mut Xml, layout: &Layout<M>) -> io::Result<()> {
+    if !layout
+        .iter()
+        .any(|(_, row)| row.causality == Causality::Output)
+    {
+        return xml
+            .create_element("ModelStructure")
+            .write_empty()
+            .map(|_| ());
+    }
+    xml.create_element("ModelStructure")
+        .write_inner_content(|xml| {
+            let knowns = Knowns::new(layout);
+            unknowns(xml, "Outputs", layout, |row, i| {
+                knowns.resolve(row.dependencies, i, false)
+            })?;
+            unknowns(xml, "InitialUnknowns", layout, |row, i| {
+                knowns.resolve(row.initial_dependencies, i, true)
+            })
+        })?;
+    Ok(())
+}
+
+fn unknowns<M: Model>(
+    xml: &mut Xml,
+    element: &str,
+    layout: &Layout<M>,
+    knowns: impl Fn(&Variable<M>, usize) -> Result<Option<BTreeSet<usize>>, String>,
+) -> io::Result<()> {
+    xml.create_element(element).write_inner_content(|xml| {
+        for (position, (i, row)) in (1..).zip(layout.iter()) {
+            if row.causality != Causality::Output {
+                continue;
+            }
+            let index = usize::to_string(&position);
+            let mut attributes = vec![("index", index)];
+            if let Some(knowns) = knowns(row, i).map_err(io::Error::other)? {
+                let knowns: Vec<_> = knowns.iter().map(usize::to_string).collect();
+                attributes.push(("dependencies", knowns.join(" ")));
+            }
+            let attributes = attributes
+                .iter()
+                .map(|(name, value)| (*name, value.as_str()));
+            xml.create_element("Unknown")
+                .with_attributes(attributes)
+                .write_empty()?;
+        }
+        Ok(())
+    })?;
+    Ok(())
+}

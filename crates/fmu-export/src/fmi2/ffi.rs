@@ -1,0 +1,85 @@
+//! The C types of FMI 2.0, for 64- and 32-bit platforms alike (`fmi2TypesPlatform.h`, `fmi2FunctionTypes.h`).
+//!
+//! Enumerations that come from the importer are plain `c_int`: a foreign value must not be undefined behaviour.
+
+pub use libc::{c_char, c_int, c_uint, c_void, size_t};
+
+/// `fmi2Component`.
+pub type Component = *mut c_void;
+/// `fmi2ComponentEnvironment`.
+pub type ComponentEnvironment = *mut c_void;
+/// `fmi2FMUstate`; here a handle that is looked up, never followed.
+pub type FmuState = *mut c_void;
+/// `fmi2ValueReference`.
+pub type ValueReference = c_uint;
+/// `fmi2Real`.
+pub type Real = f64;
+/// `fmi2Integer`.
+pub type Integer = c_int;
+/// `fmi2Boolean`: 0 or 1.
+pub type Boolean = c_int;
+/// `fmi2String`.
+pub type Str = *const c_char;
+/// `fmi2Byte`.
+pub type Byte = c_char;
+
+/// `fmi2Status`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Status {
+    /// All well.
+    Ok = 0,
+    /// Never returned, only logged: importers abort on it.
+    Warning = 1,
+    /// A step could not be done, a value is out of bounds, an inquiry has no answer; the instance is as before. Or the step was
+    /// done in part (fmi2LastSuccessfulTime).
+    Discard = 2,
+    /// The call was wrong and the instance is as before; or a panic has made it useless until a reset or a restored state.
+    Error = 3,
+    /// Never returned: it would mean that all instances are corrupt.
+    Fatal = 4,
+    /// Never returned: steps are synchronous.
+    Pending = 5,
+}
+
+/// `fmi2Type`: `fmi2CoSimulation`.
+pub const CO_SIMULATION: c_int = 1;
+
+/// `fmi2StatusKind`: `fmi2DoStepStatus`.
+pub const DO_STEP_STATUS: c_int = 0;
+/// `fmi2StatusKind`: `fmi2PendingStatus`.
+pub const PENDING_STATUS: c_int = 1;
+/// `fmi2StatusKind`: `fmi2LastSuccessfulTime`.
+pub const LAST_SUCCESSFUL_TIME: c_int = 2;
+/// `fmi2StatusKind`: `fmi2Terminated`.
+pub const TERMINATED: c_int = 3;
+
+/// `fmi2CallbackLogger`. An exception of a C++ importer may pass through; longjmp may not.
+pub type CallbackLogger =
+    unsafe extern "C-unwind" fn(ComponentEnvironment, Str, Status, Str, message: Str, ...);
+/// `fmi2CallbackAllocateMemory`.
+pub type CallbackAllocateMemory = unsafe extern "C" fn(size_t, size_t) -> *mut c_void;
+/// `fmi2CallbackFreeMemory`.
+pub type CallbackFreeMemory = unsafe extern "C" fn(*mut c_void);
+/// `fmi2StepFinished`.
+pub type StepFinished = unsafe extern "C" fn(ComponentEnvironment, Status);
+
+/// `fmi2CallbackFunctions`. Only the logger is used (`canNotUseMemoryManagementFunctions`); each may be NULL.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct CallbackFunctions {
+    /// Receives messages.
+    pub logger: Option<CallbackLogger>,
+    /// Not used.
+    pub allocate_memory: Option<CallbackAllocateMemory>,
+    /// Not used.
+    pub free_memory: Option<CallbackFreeMemory>,
+    /// Not used: steps are synchronous.
+    pub step_finished: Option<StepFinished>,
+    /// Handed back to the logger.
+    pub component_environment: ComponentEnvironment,
+}
+
+/// Receives one file of the FMU: context, path inside the FMU (NUL-terminated; NULL for an error text), its bytes and their number.
+pub type ReceiveFile =
+    unsafe extern "C" fn(context: *mut c_void, path: *const c_char, bytes: *const u8, size: size_t);
