@@ -17,20 +17,22 @@ const MOTION_START: &str = "settle_time";
 /// The controller's output that says when the reference has come to its end.
 const MOTION_END: &str = "motion_end";
 
-/// The controller's parameter that says how many steps late its commands act.
+/// The parameter of controller and actuators that says how many steps late their outputs act.
 const DELAY: &str = "delay";
 
-/// Tell the controller, where it has such a parameter, that with the schedule `standard` its commands act one step late.
+/// Tell all components that have such a parameter that with the schedule `standard` their outputs act one step late. All of them: a
+/// controller that predicts over the step needs actuators that do too.
 pub fn tell_delay(system: &System, base: &mut Experiment) -> Result<()> {
-    let Ok(tip_error) = system.port(TIP_ERROR) else {
+    if base.stepping.schedule != Schedule::Standard {
         return Ok(());
-    };
-    let Ok(delay) = system.port_of(tip_error.component, DELAY) else {
-        return Ok(());
-    };
-    let is_set = base.settings.iter().any(|s| s.port == delay);
-    if base.stepping.schedule == Schedule::Standard && !is_set {
-        base.settings.push(system.setting(&system.name(delay), 1)?);
+    }
+    for component in 0..system.structure.components.len() {
+        let Ok(delay) = system.port_of(component, DELAY) else {
+            continue;
+        };
+        if !base.settings.iter().any(|s| s.port == delay) {
+            base.settings.push(system.setting(&system.name(delay), 1)?);
+        }
     }
     Ok(())
 }
