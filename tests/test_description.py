@@ -234,7 +234,7 @@ def test_files_of_an_fmu(fmu_dir, name):
         files = set(archive.namelist())
         page = archive.read("documentation/index.html").decode()
         icon = archive.read("model.png")
-        licence = archive.read("licenses/license.txt").decode()
+        licence = archive.read("documentation/licenses/license.txt").decode()
     assert {"modelDescription.xml", "resources/reference_machine.json"} <= files
     assert any(f.startswith("binaries/") for f in files)
     assert icon.startswith(b"\x89PNG\r\n")
