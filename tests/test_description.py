@@ -158,7 +158,9 @@ def states(fmu, hdrm):
 
 def perturbed(instance, inputs):
     """{output: inputs whose change alone changes it}, from changes of several sizes."""
-    found, before, start = {}, instance.outputs(), dict(zip(inputs, instance.get(*inputs)))
+    found, start = {}, dict(zip(inputs, instance.get(*inputs)))
+    instance.set(start)  # a value that is set counts from then on, also the same one again: the rod has moved on since the last
+    before = instance.outputs()
     for name in inputs:
         for change in (1e-6, 1e-4, 1e-3):
             instance.set({name: start[name] + change})

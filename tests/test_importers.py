@@ -153,14 +153,13 @@ def test_fmpy_reads_the_ssp(fmu_dir):
     assert len(read_ssd(str(fmu_dir / "Manipulator.ssp")).system.elements) == 5
 
 
-def test_fmpy_cannot_start_the_ssp_by_itself(fmu_dir, capfd):
+def test_fmpy_cannot_start_the_ssp_by_itself(fmu_dir):
     """simulate_ssp passes no values in initialization and sets every connected input to 0 before the first step: the rods jump to 0, and
-    the manipulator refuses the forces by name. Should this fail one day, FMPy has learnt it: see docs/interoperability.md."""
+    the manipulator discards the forces. Should this fail one day, FMPy has learnt it: see docs/interoperability.md."""
     from fmpy.ssp.simulation import simulate_ssp
 
     with pytest.raises(Exception, match="fmi2SetReal failed with status 2"):
         simulate_ssp(str(fmu_dir / "Manipulator.ssp"), stop_time=0.01, step_size=H)
-    assert "`f[1]` = " in (said := capfd.readouterr().out) and "must be from" in said, said
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -175,7 +174,7 @@ def test_toolbox_has_no_complaint(fmu_dir, name, tmp_path):
 
 def test_toolbox_container_from_the_ssp_alone_cannot_start(fmu_dir, tmp_path):
     """The container comes out of the .ssp with all five instances, but starts the actuators at a wrong rod position, which the
-    manipulator refuses by name. Should this fail one day, the toolbox has learnt to initialize: see docs/interoperability.md."""
+    manipulator discards. Should this fail one day, the toolbox has learnt to initialize: see docs/interoperability.md."""
     import fmpy
 
     shutil.copy(fmu_dir / "Manipulator.ssp", tmp_path)
@@ -188,7 +187,7 @@ def test_toolbox_container_from_the_ssp_alone_cannot_start(fmu_dir, tmp_path):
     said = []
     with pytest.raises(Exception, match="fmi2ExitInitializationMode"):
         fmpy.simulate_fmu(str(tmp_path / "Manipulator.fmu"), stop_time=H, step_size=H, logger=lambda *a: said.append(a[-1].decode()))
-    assert any("`f[1]`" in text and "must be from" in text for text in said), said
+    assert "Hdrm.fmu: fmuSetReal64 status=2" in said, said  # the message of a discarded value comes with loggingOn only
 
 
 @pytest.mark.parametrize("name", NAMES)
