@@ -88,7 +88,7 @@ class Master:
         system.check(fmus)
         order, initial = levels(system, fmus), levels(system, fmus, initialization=True)
         self.system, self.schedule, self.h, self.start, self.steps = system, schedule, h, start, 0
-        self.instances = {name: fmus[file].instance(name) for name, file in system.components.items()}
+        self.instances = {name: fmus[file].instance(name, logging=True) for name, file in system.components.items()}
         for name, instance in self.instances.items():
             bound = {variable: parameter.value for variable, parameter in system.parameters[name].items()}
             instance.set({**bound, **(settings or {}).get(name, {})})

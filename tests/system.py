@@ -121,8 +121,11 @@ def connection(element):
     if any(child.tag.endswith("Transformation") for child in element):
         raise BadSystem(f"connection {link}: transformations are not supported")
     for annotation in element.iter(f"{SSC}Annotation"):
-        if annotation.get("type") == BOND:
-            (bond,) = annotation
+        bond = next((child for child in annotation if child.tag.endswith("PowerBond")), None)
+        if bond is not None:
+            if annotation.get("type") != BOND:
+                kind = annotation.get("type")
+                raise BadSystem(f"connection {link}: a PowerBond stands in an annotation of type `{kind}`; the type must be `{BOND}`")
             return Link(link.source, link.target, bond.get("stepMean"), bond.get("flow"))
     return link
 

@@ -48,7 +48,10 @@ pub struct Connection {
     pub bond: Option<PowerBond>,
 }
 
-/// Annotation `io.github.hdrm-fmu.power-bond` of a connection.
+/// Type of the annotation that makes a connection half of a power bond.
+const POWER_BOND: &str = "io.github.hdrm-fmu.power-bond";
+
+/// Annotation [`POWER_BOND`] of a connection.
 #[derive(Clone, Debug, Deserialize, PartialEq)]
 pub struct PowerBond {
     /// Output of the start element: mean of the connected effort over the last step.
@@ -268,12 +271,21 @@ fn connection(c: xml::Connection) -> Result<Connection> {
             c.end_connector
         );
     }
-    let bond = c
-        .annotations
-        .annotations
-        .into_iter()
-        .filter(|a| a.kind == "io.github.hdrm-fmu.power-bond")
-        .find_map(|a| a.bond);
+    let mut bond = None;
+    for annotation in c.annotations.annotations {
+        let Some(found) = annotation.bond else {
+            continue;
+        };
+        if annotation.kind != POWER_BOND {
+            bail!(
+                "connection {from}.{} -> {to}.{}: a PowerBond stands in an annotation of type `{}`; the type must be `{POWER_BOND}`",
+                c.start_connector,
+                c.end_connector,
+                annotation.kind
+            );
+        }
+        bond = Some(found);
+    }
     Ok(Connection {
         start: (from, c.start_connector),
         end: (to, c.end_connector),
