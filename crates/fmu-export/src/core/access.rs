@@ -9,7 +9,7 @@ use super::value::{Value, allowed};
 use super::variable::{Causality, Variable};
 use crate::Model;
 use std::fmt::Display;
-use std::ptr;
+use std::mem;
 
 impl<M: Model> Instance<M> {
     /// Sets `n` elements: `element(k)` is to become `value(k)`.
@@ -17,49 +17,57 @@ impl<M: Model> Instance<M> {
     pub(crate) fn set<T: Value>(
         &mut self,
         n: usize,
-        element: impl Fn(usize) -> u32,
-        value: impl Fn(usize) -> T,
+        element: impl Fn(usize) -> u32 + Copy,
+        value: impl Fn(usize) -> T + Copy,
     ) -> Result<(), Fault> {
         let mut parameters = false;
-        for k in 0..n {
-            let (i, row) = self.layout.find(element(k))?;
-            let value = value(k);
-            if T::input(&row.place).is_none() {
-                self.check_settable::<T>(row, i, value)?;
+        let mut k = 0;
+        while k < n {
+            let run = self.layout.run(element(k))?;
+            if T::input(&run.row.place).is_none() {
+                self.check_settable(element(k), value(k))?;
                 parameters = true;
             }
-            if !value.is_allowed(row) {
-                return Err(not_allowed(row, i, value));
+            while let Some(i) = run.index(k, n, element) {
+                let value = value(k);
+                if !value.is_allowed(run.row) {
+                    return Err(not_allowed(run.row, i, value));
+                }
+                k += 1;
             }
         }
         if parameters {
-            self.set_parameters::<T>(n, &element, &value)?;
+            self.set_parameters::<T>(n, element, value)?;
         }
         // Nothing is out of date if an input is set to what it is.
         let (mut is_changed, mut is_evaluated) = (false, false);
+        let is_held = self.state.is_held();
         let mut k = 0;
         while k < n {
-            let (mut i, row) = self.layout.find(element(k))?;
-            let Some(place) = T::input(&row.place) else {
+            let run = self.layout.run(element(k))?;
+            let Some(place) = T::input(&run.row.place) else {
                 k += 1;
                 continue;
             };
-            let mut inputs = self.state.input_row(place);
-            let mut sets = 0;
-            loop {
-                let changed = inputs.set(i, value(k)) || row.counter.is_some();
-                sets += 1;
-                is_changed |= changed;
-                is_evaluated |= changed && !row.beside_evaluation;
+            let inputs = place.slice_mut(&mut self.state.input.value);
+            let (from, mut changed) = (k, !is_held);
+            while let Some(i) = run.index(k, n, element) {
+                let old = mem::replace(&mut inputs[i], value(k));
+                changed |= !old.is_same(value(k));
                 k += 1;
-                match self.layout.get(k, n, &element) {
-                    Some((next, same)) if ptr::eq(same, row) => i = next,
-                    _ => break,
+            }
+            if !is_held {
+                for k in from..k {
+                    let (i, _) = self.layout.find(element(k))?;
+                    self.state.end_derivatives(place, i, value(k));
                 }
             }
-            if let Some(counter) = row.counter {
-                self.state.count_sets(counter, sets);
+            if let Some(counter) = run.row.counter {
+                self.state.count_sets(counter, (k - from) as u32);
+                changed = true;
             }
+            is_changed |= changed;
+            is_evaluated |= changed && !run.row.beside_evaluation;
         }
         if is_changed {
             self.touch(is_evaluated);
@@ -68,7 +76,8 @@ impl<M: Model> Instance<M> {
     }
 
     /// Refuses what is neither an input nor a parameter that can be set now.
-    fn check_settable<T: Value>(&self, row: &Variable<M>, i: usize, value: T) -> Result<(), Fault> {
+    fn check_settable<T: Value>(&self, element: u32, value: T) -> Result<(), Fault> {
+        let (i, row) = self.layout.find(element)?;
         let is_open = row.tunable || self.state.phase != Phase::Stepping;
         if T::parameter(&row.place).is_some() && is_open {
             return Ok(());
@@ -110,7 +119,8 @@ impl<M: Model> Instance<M> {
     ) -> Result<(), Fault> {
         let mut k = 0;
         while k < n {
-            let (mut i, row) = self.layout.find(element(k))?;
+            let run = self.layout.run(element(k))?;
+            let row = run.row;
             let values = if let Some(place) = T::output(&row.place) {
                 self.refresh()?;
                 place.slice(&self.output)
@@ -119,19 +129,16 @@ impl<M: Model> Instance<M> {
             } else if let Some(place) = T::parameter(&row.place) {
                 place.slice(&self.state.parameters)
             } else {
+                let (i, row) = self.layout.find(element(k))?;
                 return Err(not_gettable(row, i, T::TYPE));
             };
-            loop {
+            while let Some(i) = run.index(k, n, &element) {
                 let value = values[i];
                 if !value.is_finite() {
                     return Err(not_finite(row, i, value));
                 }
                 put(k, value);
                 k += 1;
-                match self.layout.get(k, n, &element) {
-                    Some((next, same)) if ptr::eq(same, row) => i = next,
-                    _ => break,
-                }
             }
         }
         Ok(())

@@ -125,20 +125,28 @@ impl<M: Model> State<M> {
         slope
     }
 
-    /// The elements of one row, to be set.
+    /// Whether each input is what was set, and stays so in the step to come.
     #[inline]
-    pub(crate) fn input_row<T: Value>(&mut self, place: &Write<M::Input, T>) -> InputRow<'_, T> {
-        let has_derivatives = self.input.order > 0;
-        InputRow {
-            values: place.slice_mut(&mut self.input.value),
-            derivatives: has_derivatives.then(|| {
-                let [first, second, third] = &mut self.input.derivatives;
-                [first, second, third].map(|derivative| place.slice_mut(derivative))
-            }),
-            reached: self.reached.as_mut().map(|reached| {
-                let (value, slope) = (&mut reached.value, &mut reached.slope);
-                [place.slice_mut(value), place.slice_mut(slope)]
-            }),
+    pub(crate) fn is_held(&self) -> bool {
+        self.input.order == 0 && self.reached.is_none()
+    }
+
+    /// Ends the derivatives of an input that was set to `value`, those given for the next step and those of earlier ones.
+    #[cold]
+    pub(crate) fn end_derivatives<T: Value>(
+        &mut self,
+        place: &Write<M::Input, T>,
+        i: usize,
+        value: T,
+    ) {
+        if self.input.order > 0 {
+            for derivative in &mut self.input.derivatives {
+                *place.get_mut(derivative, i) = T::default();
+            }
+        }
+        if let Some(reached) = &mut self.reached {
+            *place.get_mut(&mut reached.value, i) = value;
+            *place.get_mut(&mut reached.slope, i) = T::default();
         }
     }
 
@@ -180,32 +188,6 @@ impl<M: Model> State<M> {
         } else if let Some(reached) = &mut self.reached {
             reached.slope = M::Input::default();
         }
-    }
-}
-
-/// The elements of a row of inputs, and what goes with them.
-pub(crate) struct InputRow<'a, T> {
-    values: &'a mut [T],
-    derivatives: Option<[&'a mut [T]; MAX_INPUT_DERIVATIVE]>,
-    /// Value and slope where a step has taken them.
-    reached: Option<[&'a mut [T]; 2]>,
-}
-
-impl<T: Value> InputRow<'_, T> {
-    /// Sets one element; its derivatives end. Whether anything is different now.
-    #[inline]
-    pub(crate) fn set(&mut self, i: usize, value: T) -> bool {
-        let old = std::mem::replace(&mut self.values[i], value);
-        if self.derivatives.is_none() && self.reached.is_none() {
-            return !old.is_same(value);
-        }
-        for derivative in self.derivatives.iter_mut().flatten() {
-            derivative[i] = T::default();
-        }
-        if let Some([reached, slope]) = &mut self.reached {
-            (reached[i], slope[i]) = (value, T::default());
-        }
-        true
     }
 }
 

@@ -8,20 +8,59 @@ use std::slice;
 /// An element: the index within its row, from 0, and the row.
 pub(crate) type Element<M> = (usize, &'static Variable<M>);
 
-/// All elements of a table in order. The elements of one row follow each other, so that a row, too, can be addressed: by the number
-/// of its first element.
-pub(crate) struct Layout<M: Model>(Vec<Element<M>>);
+/// The elements of one row, which follow each other.
+pub(crate) struct Run<M: Model> {
+    /// Number of the first element.
+    first: u32,
+    len: u32,
+    pub(crate) row: &'static Variable<M>,
+}
+
+impl<M: Model> Clone for Run<M> {
+    fn clone(&self) -> Self {
+        *self
+    }
+}
+
+impl<M: Model> Copy for Run<M> {}
+
+impl<M: Model> Run<M> {
+    /// Index within the row of the `k`-th of a batch of `n` elements; None at the end of the batch and for another row's element.
+    #[inline]
+    pub(crate) fn index(
+        &self,
+        k: usize,
+        n: usize,
+        element: impl Fn(usize) -> u32,
+    ) -> Option<usize> {
+        if k >= n {
+            return None;
+        }
+        let i = element(k).wrapping_sub(self.first);
+        (i < self.len).then_some(i as usize)
+    }
+}
+
+/// The run of each element of a table, in order. A row, too, can be addressed: by the number of its first element.
+pub(crate) struct Layout<M: Model>(Vec<Run<M>>);
 
 impl<M: Model> Layout<M> {
     /// Counts the elements of each row in the default values.
     pub(crate) fn new() -> Self {
         let (parameters, input) = M::defaults();
         let output = M::Output::default();
-        let elements = M::variables().iter().flat_map(|row| {
+        let mut runs = Vec::new();
+        for row in M::variables() {
             let len = row.place.len(&parameters, &input, &output);
-            (0..len).map(move |i| (i, row))
-        });
-        Self(elements.collect())
+            let first = runs.len() as u32;
+            let run = Run {
+                first,
+                len: len as u32,
+                row,
+            };
+            runs.extend(std::iter::repeat_n(run, len));
+        }
+        Self(runs)
     }
 
     pub(crate) fn len(&self) -> usize {
@@ -30,27 +69,25 @@ impl<M: Model> Layout<M> {
 
     /// All elements in order.
     pub(crate) fn iter(&self) -> impl Iterator<Item = Element<M>> {
-        self.0.iter().copied()
+        (0..)
+            .zip(&self.0)
+            .map(|(number, run)| ((number - run.first) as usize, run.row))
     }
 
-    /// The element with this number.
+    /// The run of the element with this number.
     #[inline]
-    pub(crate) fn find(&self, number: u32) -> Result<Element<M>, Fault> {
+    pub(crate) fn run(&self, number: u32) -> Result<Run<M>, Fault> {
         self.0
             .get(number as usize)
             .copied()
             .ok_or_else(|| self.unknown(number))
     }
 
-    /// The `k`-th of a batch of `n` elements; None where there is none.
+    /// The element with this number.
     #[inline]
-    pub(crate) fn get(
-        &self,
-        k: usize,
-        n: usize,
-        element: impl Fn(usize) -> u32,
-    ) -> Option<Element<M>> {
-        (k < n).then(|| self.0.get(element(k) as usize).copied())?
+    pub(crate) fn find(&self, number: u32) -> Result<Element<M>, Fault> {
+        let run = self.run(number)?;
+        Ok(((number - run.first) as usize, run.row))
     }
 
     #[cold]

@@ -54,8 +54,8 @@ impl<M: Model> Instance<M> {
     pub(crate) fn set_parameters<T: Value>(
         &mut self,
         n: usize,
-        element: &impl Fn(usize) -> u32,
-        value: &impl Fn(usize) -> T,
+        element: impl Fn(usize) -> u32,
+        value: impl Fn(usize) -> T,
     ) -> Result<(), Fault> {
         let is_running = self.state.phase == Phase::Stepping;
         let mut parameters = self.state.parameters.clone();

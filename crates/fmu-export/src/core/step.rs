@@ -66,9 +66,10 @@ fn slack(t: f64, h: f64) -> f64 {
     (1e-3 * h).max(1e-9 * t.abs().max(1.0))
 }
 
-/// Whether two times differ by rounding alone, s.
-fn is_rounding(t: f64, now: f64) -> bool {
-    (t - now).abs() <= 4.0 * f64::EPSILON * t.abs().max(now.abs())
+/// Whether two times `gap` apart differ by rounding alone, s.
+fn is_rounding(gap: f64, t: f64, now: f64) -> bool {
+    let relative = 4.0 * f64::EPSILON;
+    gap <= relative * t.abs() || gap <= relative * now.abs()
 }
 
 impl<M: Model> Instance<M> {
@@ -102,16 +103,18 @@ impl<M: Model> Instance<M> {
     fn advance(&mut self, h: f64) -> Result<StepEnd, ModelError> {
         self.evaluate()?;
         let state = &mut self.state;
-        let with_derivatives = state.input.order > 0 || state.reached.is_some();
-        let course = with_derivatives.then(|| state.input_course());
-        if let Some(course) = &course {
-            check_inputs(&self.layout, course, h)?;
-        }
+        let course = (!state.is_held()).then(|| state.input_course());
         let (Some(model), Some(now)) = (&mut state.model, &self.evaluation) else {
-            return Err(ModelError::new("the model is not initialized"));
+            unreachable!("`evaluate` comes first");
         };
-        let course = course.as_ref().unwrap_or(&state.input);
-        let end = model.step(&state.parameters, course, now, state.time, h)?;
+        let mut step = |u: &_| model.step(&state.parameters, u, now, state.time, h);
+        let end = match &course {
+            Some(course) => {
+                check_inputs(&self.layout, course, h)?;
+                step(course)?
+            }
+            None => step(&state.input)?,
+        };
         warn(&mut self.messages, model);
         Ok(end)
     }
@@ -123,15 +126,12 @@ impl<M: Model> Instance<M> {
         if !(h.is_finite() && h > 0.0) {
             return refuse!("communicationStepSize = {h} s must be finite and > 0");
         }
-        let is_now = t.is_finite() && (t - now).abs() <= slack(t, h);
-        if !is_now {
+        let gap = (t - now).abs();
+        let is_exact = is_rounding(gap, t, now);
+        if !(t.is_finite() && (is_exact || gap <= slack(t, h))) {
             return refuse!("currentCommunicationPoint = {t} s must be the present time {now} s");
         }
-        let from_now = if is_rounding(t, now) {
-            h
-        } else {
-            (t - now) + h
-        };
+        let from_now = if is_exact { h } else { (t - now) + h };
         let end = t + h;
         if !(end > now && from_now > 0.0 && end.is_finite()) {
             return refuse!(
@@ -139,7 +139,7 @@ impl<M: Model> Instance<M> {
             );
         }
         match self.state.stop {
-            Some(stop) if end > stop + slack(stop, h) => {
+            Some(stop) if end > stop && end > stop + slack(stop, h) => {
                 refuse!("the step from {t} s by {h} s passes stopTime; it must end by {stop} s")
             }
             _ => Ok(from_now),

@@ -69,16 +69,22 @@ pub(crate) unsafe fn place<T>(name: &str, p: *mut T) -> Result<ArrayMut<T>, Faul
 
 #[inline]
 fn check<T>(name: &str, p: *const T, n: usize) -> Result<(), Fault> {
-    if n == 0 {
-        return Ok(());
+    let is_sound = n == 0 || !p.is_null() && n <= isize::MAX as usize / size_of::<T>();
+    if is_sound {
+        Ok(())
+    } else {
+        not_an_array(name, p, n)
     }
+}
+
+/// Out of line, so that the arguments stay in registers.
+#[cold]
+#[inline(never)]
+fn not_an_array<T>(name: &str, p: *const T, n: usize) -> Result<(), Fault> {
     if p.is_null() {
         return refuse!("{name} = NULL with {n} elements; NULL must come with 0 elements");
     }
-    if n > isize::MAX as usize / size_of::<T>() {
-        return refuse!("{name} = {p:?} with {n} elements is longer than memory");
-    }
-    Ok(())
+    refuse!("{name} = {p:?} with {n} elements is longer than memory")
 }
 
 /// Bytes to read.

@@ -39,14 +39,13 @@ pub(crate) unsafe fn enter<M: Model>(
         return Status::Error;
     };
     let result = panic::catch(|| {
-        call.check(&body.instance)?;
-        f(&mut body)
+        let done = call.check(&body.instance).and_then(|()| f(&mut body));
+        done.map_or_else(
+            |fault| refuse(&mut body.instance, call, fault),
+            |()| Status::Ok,
+        )
     });
-    let status = match result {
-        Ok(Ok(())) => Status::Ok,
-        Ok(Err(fault)) => refuse(&mut body.instance, call, fault),
-        Err(message) => lose(&mut body.instance, call, &message),
-    };
+    let status = result.unwrap_or_else(|message| lose(&mut body.instance, call, &message));
     if !body.instance.messages.is_empty() {
         send(body);
     }
