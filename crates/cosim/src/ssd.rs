@@ -51,7 +51,7 @@ pub struct Connection {
 /// Type of the annotation that makes a connection half of a power bond.
 const POWER_BOND: &str = "io.github.hdrm-fmu.power-bond";
 
-/// Annotation [`POWER_BOND`] of a connection.
+/// Annotation `io.github.hdrm-fmu.power-bond` of a connection.
 #[derive(Clone, Debug, Deserialize, PartialEq)]
 pub struct PowerBond {
     /// Output of the start element: mean of the connected effort over the last step.
