@@ -33,12 +33,14 @@ struct Output {
     on: bool,
 }
 
-/// The state times two; with the 12th table it follows w, too, which is declared to be beside it.
+/// The state times two; with the tables 12 to 14 it follows w, too, which the 12th declares to be beside it.
 struct Now(f64);
 
 impl<const K: usize> Evaluation<Tried<K>> for Now {
     fn of(model: &Tried<K>, _p: &Parameters, u: &Input) -> Result<Self, ModelError> {
-        Ok(Now(2.0 * model.x + if K == 12 { u.w } else { 0.0 }))
+        Ok(Now(
+            2.0 * model.x + if matches!(K, 12..=14) { u.w } else { 0.0 }
+        ))
     }
 }
 
@@ -107,7 +109,11 @@ tables! {
        &["`many[1]`: its accessors are of different fields", "`many[2]`: its accessors are of different fields"];
     12 [gain(), start(), u(), w(), x()], &["`w`: the evaluation follows it, though it is declared to be beside it",
        "`x` depends initially on `w`, which it does not declare", "`x` depends on `w`, which it does not declare"];
-    13 [u().unit("furlong")], &["variable `u[1]`: unit `furlong` is neither in KNOWN_UNITS nor in Info::units"];
+    13 [gain(), start(), u(), V::input("w", "may fall a little", |u| &u.w, |u| &mut u.w).min(-1.5e-6).max(0.0), x()],
+       &["`x` depends initially on `w`, which it does not declare", "`x` depends on `w`, which it does not declare"];
+    14 [gain(), start(), u(), V::input("w", "may rise a little", |u| &u.w, |u| &mut u.w).min(0.0).max(1.5e-6), x()],
+       &["`x` depends initially on `w`, which it does not declare", "`x` depends on `w`, which it does not declare"];
+    15 [u().unit("furlong")], &["variable `u[1]`: unit `furlong` is neither in KNOWN_UNITS nor in Info::units"];
 }
 
 impl<const K: usize> Model for Tried<K> {

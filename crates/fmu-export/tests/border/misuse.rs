@@ -287,6 +287,9 @@ fn inquiries_of_the_wrong_kind_are_discarded() {
             "status kind = 0 must be 1 (fmi2PendingStatus)",
             || fmi2GetStringStatus(fmu.c, 0, &mut ptr::null()),
         );
+        discarded(&fmu, "no step is pending: steps are synchronous", || {
+            fmi2GetStringStatus(fmu.c, PENDING_STATUS, &mut ptr::null())
+        });
     }
     refused(&fmu, "no step is in progress", || fmu.call(fmi2CancelStep));
 }

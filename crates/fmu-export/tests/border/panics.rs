@@ -23,7 +23,7 @@ fn lost(fault: i32) -> (Fmu, FmuState) {
 /// fmi2Fatal would mean that all instances are corrupt; after fmi2Error a restored state or a reset leads on (FMI 2.0.4, section 2.1.3).
 #[test]
 fn a_panic_is_an_error_of_its_instance_only() {
-    for (fault, what) in [(1, "asked to in step"), (4, "asked to in output")] {
+    for (fault, what) in [(1, "asked to in step"), (4, "asked to in output by 4")] {
         let other = Fmu::stepping();
         let (fmu, _) = lost(fault);
         let message = fmu.last();

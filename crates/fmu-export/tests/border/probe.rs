@@ -120,7 +120,7 @@ const VARIABLES: &[V] = &[
     V::string_parameter("file", "sets everything", |p| &p.file, read_file),
     V::inputs("u", "what is integrated", |u| &u.u, |u| &mut u.u).unit("m/s").min(-1e6),
     V::input("held", "changes at communication points", |u| &u.held, |u| &mut u.held).discrete(),
-    V::integer_input("fault", "1 panic, 2 error, 3 warning, 7 wait, 8 half, 9 end in step; 4 panic, 5 error, 6 NaN in output", |u| &u.fault, |u| &mut u.fault),
+    V::integer_input("fault", "1 panic, 2 error, 3 warning, 7 wait, 8 half, 9 end, 10 whole in step; 4 panic, 5 error, 6 NaN in output", |u| &u.fault, |u| &mut u.fault),
     V::boolean_input("switch", "a switch", |u| &u.switch, |u| &mut u.switch).beside_evaluation(),
     V::outputs("x", "integral of u + rate", |y| &y.x).unit("m").nominal(2.5).depends_on(&[]).each_initially_depends_on(&[&["rate[i]"], &[ALL_PARAMETERS]]),
     V::output("y", "gain x[1] + u[2]", |y| &y.y).unit("m/s").depends_on(&["u[2]", "fault"]).initially_depends_on(&["gain", "u"]),
@@ -219,7 +219,7 @@ impl Model for Probe {
         now.assert_belongs_to(self, u);
         let mut y = self.gain * self.x[0] + u.u[1];
         match u.fault {
-            4 => panic!("asked to in output"),
+            4 => panic!("asked to in output by {}", u.fault),
             5 => return Err(ModelError::new("no output for fault = 5")),
             6 => y = f64::NAN,
             _ => {}
@@ -252,6 +252,7 @@ impl Model for Probe {
             3 => self.warning = Some("careful in step".to_owned()),
             7 => wait(),
             8 => end.reached = Some(0.5 * h),
+            10 => end.reached = Some(h),
             9 => (end.terminate, end.event) = (true, true),
             _ => {}
         }

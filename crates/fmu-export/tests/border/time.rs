@@ -43,6 +43,34 @@ fn steps_without_sense_are_refused() {
     refused(&fmu, 0.5 + 2e-7, 1e-4, "currentCommunicationPoint");
     refused(&fmu, 0.5 + 1.5e-9, 1e-7, "currentCommunicationPoint");
     assert_eq!(fmu.step(0.5 + 0.9e-3, 1.0), Status::Ok);
+    // Where the time is large, 10⁻⁹ of it.
+    let late = Fmu::instantiated();
+    late.setup(1000.0, None);
+    assert_eq!(late.call(fmi2EnterInitializationMode), Status::Ok);
+    late.start();
+    refused(&late, 1000.0 + 1.1e-6, 1e-4, "currentCommunicationPoint");
+    assert_eq!(late.step(1000.0 + 0.9e-6, 1e-4), Status::Ok);
+}
+
+/// A clock t_0 + k h differs from the end of the step before by its rounding; the model is stepped by h all the same, to the bit.
+#[test]
+fn the_rounding_of_a_clock_does_not_reach_the_model() {
+    for start in [0.0, 1000.0] {
+        let fmu = Fmu::instantiated();
+        fmu.setup(start, None);
+        assert_eq!(fmu.call(fmi2EnterInitializationMode), Status::Ok);
+        fmu.start();
+        assert_eq!(fmu.set(&[vr::U[1]], &[0.75]), Status::Ok); // x_dot = 0.75 + rate = 1
+        let (mut x, mut has_differed) = (0.25, false);
+        for k in 0..100 {
+            let t = start + f64::from(k) * 0.1;
+            has_differed |= k > 0 && t != fmu.last_time();
+            assert_eq!(fmu.step(t, 0.1), Status::Ok);
+            x += 0.1;
+            assert_eq!(fmu.get([vr::X[1]]), [x], "{k}");
+        }
+        assert!(has_differed);
+    }
 }
 
 /// Where the importer's time is not quite ours, the step makes up for it: the model is integrated without a gap.
@@ -220,9 +248,12 @@ fn a_model_may_end_a_step_or_the_simulation() {
     );
     assert_eq!((fmu.last_time(), terminated()), (0.25, 0));
     assert_eq!(fmu.get([vr::X[0]]), [0.5]);
+    assert_eq!(fmu.set_integer(vr::FAULT, 10), Status::Ok);
+    assert_eq!(fmu.step(0.25, 0.5), Status::Ok, "all of the step");
+    assert_eq!((fmu.last_time(), terminated()), (0.75, 0));
     assert_eq!(fmu.set_integer(vr::FAULT, 9), Status::Ok);
-    assert_eq!(fmu.step(0.25, 0.5), Status::Discard);
-    assert_eq!((fmu.last_time(), terminated()), (0.75, 1));
+    assert_eq!(fmu.step(0.75, 0.5), Status::Discard);
+    assert_eq!((fmu.last_time(), terminated()), (1.25, 1));
     assert_eq!(fmu.call(fmi2Reset), Status::Ok);
     assert_eq!(fmu.call(fmi2EnterInitializationMode), Status::Ok);
     fmu.start();
