@@ -221,5 +221,8 @@ mod tests {
         let text = actuator.step(&back, 2e-3).expect_err("10.005 m");
         assert!(text.to_string().contains("10.00"), "{text}");
         assert!(actuator.step(&away, 1e-3).is_ok(), "9.99 m is within");
+        let bound = inputs(2, 10.0, 0.0);
+        let held = InputPolynomial::held(bound);
+        assert!(Actuator::new(&bound).step(&held, H).is_ok(), "10 m is too");
     }
 }
