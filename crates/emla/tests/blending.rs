@@ -144,4 +144,6 @@ fn use_beyond_the_training_is_named() {
         .untrained(&at(90.0, half))
         .expect("too much torque");
     assert!(loaded.to_string().contains("trained for"), "{loaded}");
+    let slowest = at(90.0, ranges.w_m.min);
+    assert!(with(0.5).untrained(&slowest).is_some(), "trained from here");
 }

@@ -81,7 +81,8 @@ fn point(random: &mut Random, k: usize, drive: Drive) -> (Emla, State, Input) {
 fn directional_derivatives_match_differences() {
     let mut random = Random::new(7);
     for (k, drive) in (0..300).flat_map(|k| [(k, Drive::Motion), (k, Drive::Force)]) {
-        let (emla, s, u) = point(&mut random, k, drive);
+        let (emla, mut s, u) = point(&mut random, k, drive);
+        s.lead = random.within(0.0, 2e-3); // a force that is predicted
         for &(input, field, step) in DIRECTIONS {
             let moved = |by: f64| {
                 let mut u = u;

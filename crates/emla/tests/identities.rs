@@ -75,6 +75,38 @@ fn start_is_a_static_equilibrium() {
     }
 }
 
+/// A force told to act `delay` steps later is F + delay·h·K_b·(ẋ_n − ẋ), and nothing else of the actuator changes.
+#[test]
+fn a_delayed_force_is_predicted() {
+    let p = reference();
+    let u = Input {
+        v_q: 40.0,
+        x: 0.31,
+        x_dot: 0.02,
+        F_hold: 9e3,
+        ..Input::default()
+    };
+    let plain = actuator(p, Drive::Motion);
+    let start = plain.start(&u).expect("finite");
+    let of = |emla: &Emla| {
+        let s = emla.step(&start, |t| u.moved(t), 0.0, H).expect("finite");
+        (s, emla.output(&s, &u.moved(H)))
+    };
+    let (s, y) = of(&plain);
+    let rate = maps::stiffness(&p, y.x_rod) * (maps::travel_per_radian(&p) * s.w_m - u.x_dot);
+    assert!(rate.abs() > 1e4, "{rate}");
+    for delay in [1, 2] {
+        let (_, predicted) = of(&plain.clone().with_delay(delay));
+        let difference = predicted.F - y.F;
+        let expected = f64::from(delay) * H * rate;
+        assert!(
+            (difference - expected).abs() < 1e-9 * y.F.abs().max(expected.abs()),
+            "{difference} {expected}"
+        );
+        assert_eq!((predicted.F_mean, predicted.w_m), (y.F_mean, y.w_m));
+    }
+}
+
 /// Started in motion, the actuator is in steady motion: constant speed, currents and force when the
 /// voltage balances R_s·i and the back-EMF. K_b(x) varies along the way by some 1e-3,
 /// so the nut moves 0.1 µm against the rod: two newtons and 1e-4 of the speed.
