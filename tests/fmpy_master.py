@@ -218,7 +218,7 @@ def setting(system, fmus, text):
     try:
         return component, variable, {"Real": float, "String": str}.get(found.type, int)(value)
     except ValueError:
-        raise SystemExit(f"{text}: allowed is {' or '.join(items) or 'a number'}") from None
+        raise SystemExit(f"{text}: it must be {' or '.join(items) or 'a number'}") from None
 
 
 def arguments():

@@ -76,12 +76,12 @@ fn read_file(p: &mut Parameters, path: &str, resources: Option<&Path>) -> Result
         let value: f64 = value.trim().parse().map_err(|e| format!("`{line}`: {e}"))?;
         match name.trim() {
             name @ ("m" | "d" | "k") if !(value.is_finite() && value > 0.0) => {
-                return Err(format!("{name} = {value}; allowed are finite values > 0"));
+                return Err(format!("{name} = {value} must be finite and > 0"));
             }
             "m" => p.m = value,
             "d" => p.d = value,
             "k" => p.k = value,
-            name => return Err(format!("unknown name `{name}`; allowed are m, d, k")),
+            name => return Err(format!("unknown name `{name}`; it must be m, d or k")),
         }
     }
     Ok(())

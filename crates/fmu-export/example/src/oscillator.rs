@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 /// Longest internal step, s.
 const H_MAX: f64 = 1e-3;
 
-/// Parameters; positive but for `d`, which may be zero.
+/// Parameters; all positive, except that `d` may be zero.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Parameters {
     /// Mass m, kg.
