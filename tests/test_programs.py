@@ -120,8 +120,10 @@ def test_an_interval_thins_the_rows_and_a_failed_run_leaves_no_file(machine, tmp
 
 
 def test_paths_are_the_shells_and_errors_say_where_was_looked(fmu_dir, tmp_path):
-    def here(*arguments, **options):
-        return subprocess.run(["./hdrm-fmu", "run", *arguments], cwd=tmp_path, capture_output=True, text=True, **options)
+    unset = {name: value for name, value in os.environ.items() if name not in ("FMU_DIR", "CARGO_TARGET_DIR")}
+
+    def here(*arguments, env=unset):
+        return subprocess.run(["./hdrm-fmu", "run", *arguments], cwd=tmp_path, capture_output=True, text=True, env=env)
 
     shutil.copy(hdrm_fmu(), tmp_path)
     shutil.copy(fmu_dir / "Manipulator.ssp", tmp_path)
@@ -131,7 +133,7 @@ def test_paths_are_the_shells_and_errors_say_where_was_looked(fmu_dir, tmp_path)
     (tmp_path / "Manipulator.ssp").rename(tmp_path / "fmus/Manipulator.ssp")
     missing = here("--quiet", *SHORT)
     assert missing.returncode == 1 and f"{tmp_path}/fmu/Manipulator.ssp" in missing.stderr and "xtask" not in missing.stderr
-    found = here("--quiet", *SHORT, env={**os.environ, "FMU_DIR": "fmus"})
+    found = here("--quiet", *SHORT, env={**unset, "FMU_DIR": "fmus"})
     assert found.returncode == 0, found.stderr
     absent = here("--system", "absent.ssp")
     assert absent.returncode == 1 and f"`absent.ssp` cannot be read (looked for {tmp_path}/absent.ssp)" in absent.stderr
