@@ -59,6 +59,11 @@ fn checks(workspace: &Workspace, phases: &Phases) -> Result<()> {
         pack::fmus(workspace, &[example], "release", &examples)?;
         pack::suite(workspace, &workspace.fmu_dir())
     })?;
+    // Before torture and pytest run at the same time, since both call the programs.
+    phases.run("build programs", || {
+        libclang::build_cosim(workspace)?;
+        libclang::build_hdrm_fmu(workspace).map(drop)
+    })?;
     let counts = || {
         phases.run("instruction counts", || {
             if instructions::is_possible() {

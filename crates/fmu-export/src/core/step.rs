@@ -133,7 +133,7 @@ impl<M: Model> Instance<M> {
         }
         let from_now = if is_exact { h } else { (t - now) + h };
         let end = t + h;
-        if !(end > now && from_now > 0.0 && end.is_finite()) {
+        if !(end > now.max(t) && from_now > 0.0 && end.is_finite()) {
             return refuse!(
                 "communicationStepSize = {h} s does not move the time {now} s; it must be larger, and finite"
             );

@@ -73,6 +73,18 @@ fn the_rounding_of_a_clock_does_not_reach_the_model() {
     }
 }
 
+/// A clock that is ahead of ours, within what rounding explains, does not make a step of one that does not move it.
+#[test]
+fn a_step_that_does_not_move_the_importers_time_is_refused() {
+    let fmu = Fmu::instantiated();
+    fmu.setup(1e9, None);
+    assert_eq!(fmu.call(fmi2EnterInitializationMode), Status::Ok);
+    fmu.start();
+    let ahead = 1e9 + 1e-3;
+    refused(&fmu, ahead, 5e-324, "does not move the time");
+    assert_eq!(fmu.step(ahead, 1e-3), Status::Ok);
+}
+
 /// Where the importer's time is not quite ours, the step makes up for it: the model is integrated without a gap.
 #[test]
 fn a_step_ends_where_the_importer_says() {
