@@ -6,7 +6,7 @@ use std::time::Instant;
 use anyhow::{Context, Result, anyhow, ensure};
 
 use crate::fmu::Fmu;
-use crate::functions::OK;
+use crate::functions::{OK, WARNING};
 use crate::instance::Instance;
 use fmu_description::Access;
 
@@ -33,7 +33,8 @@ fn one(path: &Path, steps: u64) -> Result<()> {
         .filter(|v| v.is_input() && v.access() == Access::Real)
         .collect();
     let vr: Vec<u32> = inputs.iter().map(|v| v.reference).collect();
-    let (mut values, mut largest, mut discarded) = (vec![0.0; vr.len()], 0.0_f64, 0_u64);
+    let (mut values, mut largest) = (vec![0.0; vr.len()], 0.0_f64);
+    let (mut warned, mut failed) = (0_u64, 0_u64);
     let mut before = 0;
     for k in 0..steps {
         if k == steps / 10 {
@@ -69,7 +70,10 @@ fn one(path: &Path, steps: u64) -> Result<()> {
             "step {k}: fmi2GetReal gave {status}: {:?}",
             instance.messages()
         );
-        discarded += u64::from(!instance.messages().is_empty());
+        // Inputs that swing without a machine behind them may be worth a warning, but no step may fail.
+        let messages = instance.messages();
+        warned += u64::from(messages.iter().any(|m| m.status == WARNING));
+        failed += u64::from(messages.iter().any(|m| m.status > WARNING));
         largest = outputs.iter().fold(largest, |a, y| a.max(y.abs()));
     }
     let growth = resident()? - before;
@@ -79,7 +83,7 @@ fn one(path: &Path, steps: u64) -> Result<()> {
     let drift = end - steps as f64 * STEP;
     println!(
         "{}: {steps} steps of 1 ms in {:.0} s; memory after the first tenth {before} kB, growth {growth} kB; drift of time {drift:e} s; \
-         largest output {largest:.3e}; steps with a message {discarded}",
+         largest output {largest:.3e}; steps with a warning {warned}, with an error {failed}",
         path.display(),
         clock.elapsed().as_secs_f64()
     );
@@ -91,7 +95,7 @@ fn one(path: &Path, steps: u64) -> Result<()> {
         drift.abs() <= f64::EPSILON * end,
         "time drifted by {drift} s"
     );
-    ensure!(discarded == 0, "{discarded} steps came with a message");
+    ensure!(failed == 0, "{failed} steps came with an error");
     Ok(())
 }
 
