@@ -1,7 +1,7 @@
 //! Random arguments: half of the calls have valid ones, the others hold anything that has the right type in C.
 
-use crate::fmu::Fmu;
 use crate::random::Random;
+use cargo_fmu::fmi2::Fmu;
 use fmu_description::{Access, Variable};
 
 const STRANGE: [f64; 12] = [

@@ -9,9 +9,9 @@ use std::{fs, thread};
 
 use anyhow::{Context, Result, anyhow, bail, ensure};
 
-use crate::fmu::Fmu;
-use crate::functions::Functions;
 use crate::session::{Counts, Session};
+use cargo_fmu::fmi2::Fmu;
+use cargo_fmu::fmi2::functions::Functions;
 
 /// A batch that takes longer than this hangs. Under valgrind and sanitizers everything is slow.
 const PATIENCE: Duration = Duration::from_secs(600);

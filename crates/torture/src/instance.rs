@@ -1,24 +1,12 @@
 //! An instance with its log, and what an importer that follows the standard knows about it: the oracle's side of the state.
 
-use crate::fmu::Fmu;
-use crate::functions::*;
+use cargo_fmu::fmi2::Fmu;
+use cargo_fmu::fmi2::functions::*;
+use cargo_fmu::fmi2::order::Mode;
 use fmu_description::Access;
 use std::cell::RefCell;
 use std::ffi::{CStr, CString, c_int};
 use std::ptr;
-
-/// States of FMI 2.0.4, section 4.2.4.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Mode {
-    /// After fmi2Instantiate and fmi2Reset.
-    Instantiated,
-    /// Between fmi2EnterInitializationMode and fmi2ExitInitializationMode.
-    Initialization,
-    /// Ready for fmi2DoStep.
-    Stepping,
-    /// After fmi2Terminate.
-    Terminated,
-}
 
 /// What the oracle remembers of an instance, and of each of its saved states.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -131,8 +119,8 @@ impl<'a> Instance<'a> {
         let log = Box::new(Log::default());
         let callbacks = Box::new(Callbacks {
             logger: Some(logger),
-            allocate_memory: ptr::null_mut(),
-            free_memory: ptr::null_mut(),
+            allocate_memory: None,
+            free_memory: None,
             step_finished: ptr::null_mut(),
             environment: ptr::from_ref(&*log).cast_mut().cast(),
         });

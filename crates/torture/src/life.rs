@@ -5,9 +5,9 @@ use std::time::Instant;
 
 use anyhow::{Result, anyhow};
 
-use crate::fmu::Fmu;
-use crate::functions::OK;
 use crate::instance::{Instance, first_steps};
+use cargo_fmu::fmi2::Fmu;
+use cargo_fmu::fmi2::functions::OK;
 
 /// Instances alive at a time.
 const ALIVE: usize = 10;

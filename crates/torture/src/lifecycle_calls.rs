@@ -1,10 +1,11 @@
 //! Random calls about the life cycle of an instance: instantiation, modes, steps, inquiries, logging.
 
 use crate::arguments::{integer, real};
-use crate::functions::*;
-use crate::instance::{Mode, text};
+use crate::instance::text;
 use crate::oracle::{Call, Expect};
 use crate::session::Session;
+use cargo_fmu::fmi2::functions::*;
+use cargo_fmu::fmi2::order::Mode;
 use std::ffi::{CStr, CString, c_int};
 use std::ptr;
 
@@ -238,8 +239,8 @@ impl Session<'_> {
         );
         let callbacks = Callbacks {
             logger: None,
-            allocate_memory: ptr::null_mut(),
-            free_memory: ptr::null_mut(),
+            allocate_memory: None,
+            free_memory: None,
             step_finished: ptr::null_mut(),
             environment: ptr::null_mut(),
         };

@@ -5,9 +5,9 @@ use std::time::Instant;
 
 use anyhow::{Context, Result, anyhow, ensure};
 
-use crate::fmu::Fmu;
-use crate::functions::{OK, WARNING};
 use crate::instance::Instance;
+use cargo_fmu::fmi2::Fmu;
+use cargo_fmu::fmi2::functions::{OK, WARNING};
 use fmu_description::Access;
 
 const STEP: f64 = 1e-3;

@@ -11,8 +11,6 @@
 
 mod arguments;
 mod batches;
-mod fmu;
-mod functions;
 mod instance;
 mod life;
 mod lifecycle_calls;

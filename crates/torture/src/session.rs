@@ -1,10 +1,11 @@
 //! A batch of random calls on several instances of one FMU, each judged by the oracle.
 
-use crate::fmu::Fmu;
-use crate::functions::*;
-use crate::instance::{Instance, Known, Mode, first_steps};
-use crate::oracle::{Call, Expect, is_allowed, judge};
+use crate::instance::{Instance, Known, first_steps};
+use crate::oracle::{Call, Expect, judge};
 use crate::random::Random;
+use cargo_fmu::fmi2::Fmu;
+use cargo_fmu::fmi2::functions::*;
+use cargo_fmu::fmi2::order::{Mode, is_allowed};
 use std::collections::BTreeMap;
 use std::ffi::c_int;
 use std::fmt::Arguments;

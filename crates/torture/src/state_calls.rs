@@ -1,9 +1,9 @@
 //! Random calls about saved states: copies, handles, bytes; whole and damaged, own and foreign, live and freed.
 
-use crate::functions::*;
 use crate::instance::Known;
 use crate::oracle::{Call, Expect};
 use crate::session::{Bytes, Session};
+use cargo_fmu::fmi2::functions::*;
 use std::ptr;
 
 /// Saved states an instance holds at most in a batch, so that memory stays bounded.

@@ -6,8 +6,8 @@ use std::time::Instant;
 
 use anyhow::{Result, anyhow, ensure};
 
-use crate::fmu::Fmu;
 use crate::instance::Instance;
+use cargo_fmu::fmi2::Fmu;
 
 /// `threads` instances of each FMU, `steps` steps each, all at once.
 ///

@@ -1,10 +1,10 @@
 //! Random calls that set and get variables, and derivatives.
 
 use crate::arguments::*;
-use crate::functions::*;
-use crate::instance::Mode;
 use crate::oracle::{Call, Expect};
 use crate::session::Session;
+use cargo_fmu::fmi2::functions::*;
+use cargo_fmu::fmi2::order::Mode;
 use fmu_description::{Access, Causality, Variability, Variable};
 use std::ffi::{CStr, c_int};
 use std::ptr;

@@ -1,5 +1,5 @@
 //! The C functions of FMI 2.0 for co-simulation, loaded by name. Enumerations are plain integers here: what a broken FMU returns must
-//! not be undefined behaviour in the tester.
+//! not be undefined behaviour in the one who calls it.
 
 use anyhow::{Context, Result};
 use libloading::Library;
@@ -12,15 +12,15 @@ pub type Text = *const c_char;
 
 /// `fmi2Status`: all is well.
 pub const OK: c_int = 0;
-/// `fmi2Status`: never to be returned by these FMUs.
+/// `fmi2Status`: done, but something is to be told.
 pub const WARNING: c_int = 1;
 /// `fmi2Status`: a step was not done.
 pub const DISCARD: c_int = 2;
 /// `fmi2Status`: a wrong call.
 pub const ERROR: c_int = 3;
 
-/// The logger. FMI declares it variadic; the FMUs under test send a text without arguments, and a variadic call with pointers
-/// only equals a plain one on Linux (x86-64, aarch64) and Windows; not on Apple silicon.
+/// The logger. FMI declares it variadic; this one does not look at the arguments of the format, and a variadic call with pointers and
+/// integers equals a plain one on Linux (x86-64, aarch64) and Windows; not on Apple silicon.
 pub type Logger = unsafe extern "C" fn(Pointer, Text, c_int, Text, Text);
 
 /// `fmi2CallbackFunctions`.
@@ -28,10 +28,10 @@ pub type Logger = unsafe extern "C" fn(Pointer, Text, c_int, Text, Text);
 pub struct Callbacks {
     /// Receives messages.
     pub logger: Option<Logger>,
-    /// NULL: these FMUs declare canNotUseMemoryManagementFunctions.
-    pub allocate_memory: Pointer,
-    /// NULL.
-    pub free_memory: Pointer,
+    /// As `calloc`; NULL where an FMU declares canNotUseMemoryManagementFunctions.
+    pub allocate_memory: Option<unsafe extern "C" fn(usize, usize) -> Pointer>,
+    /// As `free`.
+    pub free_memory: Option<unsafe extern "C" fn(Pointer)>,
     /// NULL: steps are synchronous.
     pub step_finished: Pointer,
     /// Handed to the logger.

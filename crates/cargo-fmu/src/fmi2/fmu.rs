@@ -1,0 +1,126 @@
+//! An FMU opened: unpacked if it is packed, its description read, its library loaded.
+
+use super::functions::Functions;
+use crate::{library, platform};
+use anyhow::{Context, Result};
+use fmu_description::{Description, Variable};
+use libloading::Library;
+use percent_encoding::{AsciiSet, NON_ALPHANUMERIC, utf8_percent_encode};
+use std::ffi::CString;
+use std::fs::{self, File};
+use std::path::{Path, PathBuf};
+
+/// What a path inside a URI need not encode.
+const PLAIN: &AsciiSet = &NON_ALPHANUMERIC
+    .remove(b'/')
+    .remove(b':')
+    .remove(b'-')
+    .remove(b'.')
+    .remove(b'_')
+    .remove(b'~');
+
+/// A loaded FMU. The unpacked files go with it.
+pub struct Fmu {
+    /// The C functions.
+    pub functions: Functions,
+    /// What it says about itself.
+    pub description: Description,
+    /// fmuResourceLocation; empty for a bare library.
+    pub resources: CString,
+    _folder: Option<Folder>,
+}
+
+impl Fmu {
+    /// Opens a `.fmu` file, or a library that hands out its own files through fmi2ExportFiles.
+    pub fn open(path: &Path) -> Result<Self> {
+        if path.extension().is_some_and(|e| e == "fmu") {
+            Self::packed(path)
+        } else {
+            Self::library(path)
+        }
+        .with_context(|| path.display().to_string())
+    }
+
+    /// Opens an FMU whose files lie in a folder.
+    pub fn unpacked(folder: &Path) -> Result<Self> {
+        let description = fs::read_to_string(folder.join("modelDescription.xml"))?;
+        let description = Description::parse(&description)?;
+        let platform = platform::host()?;
+        let name = format!("{}{}", description.identifier, platform.suffix);
+        let library = folder.join("binaries").join(platform.folder).join(name);
+        Ok(Self {
+            functions: Functions::load(load(&library)?)?,
+            description,
+            resources: CString::new(uri(&folder.join("resources")))?,
+            _folder: None,
+        })
+    }
+
+    /// The variable with this value reference, which FMUs made with fmu-export give only once, whatever its type.
+    pub fn find(&self, reference: u32) -> Option<&Variable> {
+        let mut variables = self.description.variables.iter();
+        variables.find(|v| v.reference == reference)
+    }
+
+    fn packed(path: &Path) -> Result<Self> {
+        let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+        let folder = Folder::new(&stem)?;
+        zip::ZipArchive::new(File::open(path)?)?.extract(&folder.0)?;
+        let mut fmu = Self::unpacked(&folder.0)?;
+        fmu._folder = Some(folder);
+        Ok(fmu)
+    }
+
+    fn library(path: &Path) -> Result<Self> {
+        Ok(Self {
+            description: library::description(&library::files(path)?)?,
+            functions: Functions::load(load(path)?)?,
+            resources: CString::default(),
+            _folder: None,
+        })
+    }
+}
+
+/// A path as a URI (RFC 8089): `file:///home/me/fmu`, `file:///C:/fmu`.
+fn uri(path: &Path) -> String {
+    let path = path.to_string_lossy().replace('\\', "/");
+    let path = path.trim_start_matches("//?/").trim_start_matches('/');
+    format!("file:///{}", utf8_percent_encode(path, PLAIN))
+}
+
+fn load(path: &Path) -> Result<Library> {
+    // SAFETY: the FMU under test; loading it runs no code of its own.
+    unsafe { Library::new(path) }.with_context(|| path.display().to_string())
+}
+
+/// A temporary folder of this process, deleted with this value.
+pub struct Folder(pub PathBuf);
+
+impl Folder {
+    /// A folder with `name` in its own name.
+    pub fn new(name: &str) -> Result<Self> {
+        let name = format!("cargo-fmu-{}-{name}", std::process::id());
+        let folder = std::env::temp_dir().join(name);
+        fs::create_dir_all(&folder).with_context(|| folder.display().to_string())?;
+        Ok(Self(folder))
+    }
+}
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        let _ = fs::remove_dir_all(&self.0); // a leftover in the temporary folder does no harm
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::uri;
+    use std::path::Path;
+
+    #[test]
+    fn paths_become_uris() {
+        assert_eq!(uri(Path::new("/a b/ü.x")), "file:///a%20b/%C3%BC.x");
+        assert_eq!(uri(Path::new(r"C:\a\b")), "file:///C:/a/b");
+        assert_eq!(uri(Path::new(r"\\?\C:\a")), "file:///C:/a");
+    }
+}

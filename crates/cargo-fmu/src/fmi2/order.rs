@@ -1,0 +1,119 @@
+//! The call order of FMI 2.0 for co-simulation.
+
+/// States of FMI 2.0.4, section 4.2.4.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Mode {
+    /// After fmi2Instantiate and fmi2Reset.
+    Instantiated,
+    /// Between fmi2EnterInitializationMode and fmi2ExitInitializationMode.
+    Initialization,
+    /// Ready for fmi2DoStep.
+    Stepping,
+    /// After fmi2Terminate.
+    Terminated,
+}
+
+const INSTANTIATED: u8 = 1;
+const INITIALIZATION: u8 = 2;
+const STEPPING: u8 = 4;
+const TERMINATED: u8 = 8;
+const ALL: u8 = 15;
+
+/// FMI 2.0.4, section 4.2.4, as a table: in which states a function may be called.
+pub fn is_allowed(name: &str, mode: Mode) -> bool {
+    let allowed = match name {
+        "fmi2SetupExperiment" | "fmi2EnterInitializationMode" => INSTANTIATED,
+        "fmi2ExitInitializationMode" => INITIALIZATION,
+        "fmi2Terminate" | "fmi2DoStep" => STEPPING,
+        "fmi2GetReal" | "fmi2GetInteger" | "fmi2GetBoolean" | "fmi2GetString" => {
+            INITIALIZATION | STEPPING | TERMINATED
+        }
+        "fmi2SetReal"
+        | "fmi2SetInteger"
+        | "fmi2SetBoolean"
+        | "fmi2SetString"
+        | "fmi2SetRealInputDerivatives" => INSTANTIATED | INITIALIZATION | STEPPING,
+        "fmi2GetDirectionalDerivative" => INITIALIZATION | STEPPING | TERMINATED,
+        "fmi2GetRealOutputDerivatives"
+        | "fmi2GetStatus"
+        | "fmi2GetRealStatus"
+        | "fmi2GetIntegerStatus"
+        | "fmi2GetBooleanStatus"
+        | "fmi2GetStringStatus" => STEPPING | TERMINATED,
+        _ => ALL,
+    };
+    let bit = match mode {
+        Mode::Instantiated => INSTANTIATED,
+        Mode::Initialization => INITIALIZATION,
+        Mode::Stepping => STEPPING,
+        Mode::Terminated => TERMINATED,
+    };
+    allowed & bit != 0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The state machine of FMI 2.0.4, section 4.2.4, spelt out for each state: what may be called of what is not allowed always.
+    #[test]
+    fn the_table_is_that_of_the_standard() {
+        let only = |mode, expected: &[&str]| {
+            let sometimes = [
+                "fmi2SetupExperiment",
+                "fmi2EnterInitializationMode",
+                "fmi2ExitInitializationMode",
+                "fmi2DoStep",
+                "fmi2Terminate",
+                "fmi2GetReal",
+                "fmi2SetReal",
+                "fmi2GetStatus",
+                "fmi2GetDirectionalDerivative",
+            ];
+            let allowed: Vec<_> = sometimes
+                .into_iter()
+                .filter(|f| is_allowed(f, mode))
+                .collect();
+            assert_eq!(allowed, expected, "{mode:?}");
+            for always in ["fmi2Reset", "fmi2GetFMUstate", "fmi2SetDebugLogging"] {
+                assert!(is_allowed(always, mode), "{always} {mode:?}");
+            }
+        };
+        only(
+            Mode::Instantiated,
+            &[
+                "fmi2SetupExperiment",
+                "fmi2EnterInitializationMode",
+                "fmi2SetReal",
+            ],
+        );
+        only(
+            Mode::Initialization,
+            &[
+                "fmi2ExitInitializationMode",
+                "fmi2GetReal",
+                "fmi2SetReal",
+                "fmi2GetDirectionalDerivative",
+            ],
+        );
+        only(
+            Mode::Stepping,
+            &[
+                "fmi2DoStep",
+                "fmi2Terminate",
+                "fmi2GetReal",
+                "fmi2SetReal",
+                "fmi2GetStatus",
+                "fmi2GetDirectionalDerivative",
+            ],
+        );
+        only(
+            Mode::Terminated,
+            &[
+                "fmi2GetReal",
+                "fmi2GetStatus",
+                "fmi2GetDirectionalDerivative",
+            ],
+        );
+    }
+}
