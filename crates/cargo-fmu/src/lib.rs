@@ -10,5 +10,7 @@ pub mod library;
 pub mod licences;
 pub mod pack;
 pub mod platform;
+pub mod portability;
 pub mod process;
+pub mod target;
 pub mod workspace;

@@ -26,7 +26,7 @@ struct Fmu {
 
 #[derive(Subcommand)]
 enum Command {
-    /// Build libraries and pack them, with documentation, resources and licences, into FMUs for this machine's platform
+    /// Build libraries and pack them, with documentation, resources and licences, into FMUs
     Pack {
         /// Package to pack, repeatable [default: the one of this folder, else all that make an FMU]
         #[arg(short, long = "package", value_name = "PACKAGE")]
@@ -34,6 +34,10 @@ enum Command {
         /// Example with crate type cdylib to pack, repeatable
         #[arg(long = "example", value_name = "EXAMPLE")]
         examples: Vec<String>,
+        /// Platform to pack for, repeatable: linux64, win64 or darwin64, each for any machine of its kind [default: this machine, built
+        /// the fast way]
+        #[arg(long = "target", value_name = "PLATFORM")]
+        targets: Vec<String>,
         /// Folder for the packed files [default: fmu/ in the target directory]
         #[arg(long, value_name = "DIR")]
         out: Option<PathBuf>,
@@ -58,9 +62,11 @@ fn run(command: Command) -> Result<()> {
     let Command::Pack {
         packages,
         examples,
+        targets,
         out,
         profile,
     } = command;
+    let platforms = pack::Platforms::named(&targets)?;
     let folder = std::env::current_dir().context("the current folder")?;
     let workspace = Workspace::of(&folder)?;
     let mut sources = Source::chosen(packages, examples);
@@ -68,5 +74,6 @@ fn run(command: Command) -> Result<()> {
         sources = workspace.fmus(&folder);
     }
     let out = out.unwrap_or_else(|| workspace.target.join("fmu"));
-    pack::fmus(&workspace, &sources, &pack::profile(&profile), &out).map(drop)
+    let profile = pack::profile(&profile);
+    pack::fmus(&workspace, &sources, &profile, &platforms, &out).map(drop)
 }

@@ -7,8 +7,10 @@ use anyhow::{Context, Result, ensure};
 
 use crate::archive::Entries;
 use crate::platform::Platform;
+use crate::portability::Needs;
+use crate::target::{Target, Tools};
 use crate::workspace::{Package, Source, Workspace};
-use crate::{archive, library, licences, platform};
+use crate::{archive, library, licences, platform, portability, target};
 
 /// The profile that libraries are built with if none is chosen; see [`profile`].
 pub const FMU_PROFILE: &str = "fmu-release";
@@ -36,27 +38,114 @@ pub fn profile(name: &str) -> Vec<String> {
     name.into_iter().chain(settings).collect()
 }
 
+/// What archives are packed for.
+#[derive(Default)]
+pub struct Platforms {
+    /// The platforms; none: this machine's, built the fast way, for this machine.
+    pub targets: Vec<&'static Target>,
+    /// With which the libraries for them are built.
+    pub tools: Tools,
+}
+
+impl Platforms {
+    /// Those with these names, from tools on the search path.
+    pub fn named(names: &[String]) -> Result<Self> {
+        let mut targets = Vec::new();
+        for name in names {
+            let target = Target::named(name)?;
+            if !targets.contains(&target) {
+                targets.push(target);
+            }
+        }
+        let tools = Tools::default();
+        Ok(Self { targets, tools })
+    }
+}
+
 /// Build and pack FMUs into the folder `out`; the files written.
 pub fn fmus(
     workspace: &Workspace,
     sources: &[Source],
     profile: &[String],
+    platforms: &Platforms,
     out: &Path,
 ) -> Result<Vec<PathBuf>> {
     ensure!(
         !sources.is_empty(),
         "no package here makes an FMU: it needs crate-type = [\"cdylib\"] in [lib] and fmu-export among its dependencies"
     );
-    let built = workspace.build(sources, profile)?;
+    let Platforms { targets, tools } = platforms;
+    let is_host = |t: &&&Target| platform::host().is_ok_and(|host| t.platform == host);
+    // What is packed, for each source one a platform; and what this machine can load to ask for the other files.
+    let mut libraries = vec![Vec::new(); sources.len()];
+    let mut loaded = None;
+    for target in targets {
+        let build = target.build(workspace, tools)?;
+        let built = workspace.build_with(build, sources, profile)?;
+        for (libraries, (library, _)) in libraries.iter_mut().zip(&built) {
+            libraries.push(portable(workspace, target, library)?);
+        }
+        loaded = loaded.or(is_host(&target).then_some(built));
+    }
+    let built = match loaded {
+        Some(built) => built,
+        None => workspace.build(sources, profile)?,
+    };
+    if targets.is_empty() {
+        for (libraries, (library, _)) in libraries.iter_mut().zip(&built) {
+            libraries.push(read(library)?);
+        }
+    }
     fs::create_dir_all(out).with_context(|| out.display().to_string())?;
     let packed = built
         .iter()
-        .map(|(library, package)| fmu(workspace, package, library, out));
+        .zip(libraries)
+        .map(|((library, package), libraries)| fmu(workspace, package, library, libraries, out));
     packed.collect()
 }
 
-fn fmu(workspace: &Workspace, package: &Package, built: &Path, out: &Path) -> Result<PathBuf> {
-    let (identifier, mut entries) = contents(built)?;
+/// A library and its platform, by its own header.
+type Library = (Platform, Vec<u8>);
+
+fn read(library: &Path) -> Result<Library> {
+    let name = || library.display().to_string();
+    let bytes = fs::read(library).with_context(name)?;
+    Ok((platform::of(&bytes).with_context(name)?, bytes))
+}
+
+/// A library that was built for any machine of a platform.
+fn portable(workspace: &Workspace, target: &Target, library: &Path) -> Result<Library> {
+    let (platform, bytes) = read(library)?;
+    let mut faults = Needs::of(&bytes)?.faults(target.platform.folder);
+    if platform != target.platform {
+        faults.push(format!("is built for {}", platform.folder));
+    }
+    let folders = target::private_paths(workspace)?.into_iter();
+    let folders: Vec<_> = folders.map(|(folder, _)| folder).collect();
+    let named = portability::named(&bytes, &folders);
+    faults.extend(named.iter().map(|path| format!("names {path}")));
+    let path = library.display();
+    ensure!(
+        faults.is_empty(),
+        "{path} is not for every machine of {}: it {}",
+        target.platform.folder,
+        faults.join("; it ")
+    );
+    Ok((platform, bytes))
+}
+
+fn fmu(
+    workspace: &Workspace,
+    package: &Package,
+    loaded: &Path,
+    libraries: Vec<Library>,
+    out: &Path,
+) -> Result<PathBuf> {
+    let mut entries = library::files(loaded)?;
+    let identifier = identifier(&entries, loaded)?;
+    for (platform, bytes) in libraries {
+        entries.insert(platform.path(&identifier), bytes);
+    }
     let folders = [package.folder(), &workspace.root];
     for (path, bytes) in licences::files(&folders, package.license.as_deref())? {
         entries.entry(path).or_insert(bytes);
@@ -67,16 +156,18 @@ fn fmu(workspace: &Workspace, package: &Package, built: &Path, out: &Path) -> Re
     Ok(path)
 }
 
+fn identifier(files: &Entries, library: &Path) -> Result<String> {
+    let description = library::description(files);
+    let description = description.with_context(|| library.display().to_string())?;
+    Ok(description.identifier)
+}
+
 /// Model identifier and files of the FMU that a library makes: those it carries, and itself in the folder of its platform.
 pub fn contents(library: &Path) -> Result<(String, Entries)> {
-    let name = || library.display().to_string();
     let mut entries = library::files(library)?;
-    let identifier = library::description(&entries)
-        .with_context(name)?
-        .identifier;
-    let bytes = fs::read(library).with_context(name)?;
-    let Platform { folder, suffix } = platform::of(&bytes).with_context(name)?;
-    entries.insert(format!("binaries/{folder}/{identifier}{suffix}"), bytes);
+    let identifier = identifier(&entries, library)?;
+    let (platform, bytes) = read(library)?;
+    entries.insert(platform.path(&identifier), bytes);
     Ok((identifier, entries))
 }
 

@@ -12,16 +12,25 @@ pub struct Platform {
     pub suffix: &'static str,
 }
 
-const LINUX: Platform = Platform {
+impl Platform {
+    /// Where the library of an FMU lies in its archive.
+    pub fn path(&self, identifier: &str) -> String {
+        format!("binaries/{}/{identifier}{}", self.folder, self.suffix)
+    }
+}
+
+/// Linux on x86-64.
+pub const LINUX: Platform = Platform {
     folder: "linux64",
     suffix: ".so",
 };
-const WINDOWS: Platform = Platform {
+/// Windows on x86-64.
+pub const WINDOWS: Platform = Platform {
     folder: "win64",
     suffix: ".dll",
 };
-/// The standard names no processor here; importers on both kinds of Mac look into this folder.
-const MACOS: Platform = Platform {
+/// macOS on x86-64. The standard names no processor here; it was written when Macs had no other.
+pub const MACOS: Platform = Platform {
     folder: "darwin64",
     suffix: ".dylib",
 };
@@ -32,10 +41,10 @@ pub fn of(library: &[u8]) -> Result<Platform> {
     match (file.format(), file.architecture()) {
         (BinaryFormat::Elf, Architecture::X86_64) => Ok(LINUX),
         (BinaryFormat::Pe, Architecture::X86_64) => Ok(WINDOWS),
-        (BinaryFormat::MachO, Architecture::X86_64 | Architecture::Aarch64) => Ok(MACOS),
+        (BinaryFormat::MachO, Architecture::X86_64) => Ok(MACOS),
         (format, processor) => bail!(
-            "built for {processor:?} ({format:?}); FMI 2.0 has folders for x86-64 Linux (linux64), x86-64 Windows (win64) and macOS \
-             (darwin64) only"
+            "built for {processor:?} ({format:?}); FMI 2.0 has folders for Linux (linux64), Windows (win64) and macOS (darwin64) on x86-64 \
+             only"
         ),
     }
 }
@@ -45,7 +54,7 @@ pub fn host() -> Result<Platform> {
     match (std::env::consts::OS, std::env::consts::ARCH) {
         ("linux", "x86_64") => Ok(LINUX),
         ("windows", "x86_64") => Ok(WINDOWS),
-        ("macos", "x86_64" | "aarch64") => Ok(MACOS),
+        ("macos", "x86_64") => Ok(MACOS),
         (os, processor) => bail!("FMI 2.0 has no folder for {os} on {processor}"),
     }
 }
@@ -70,7 +79,7 @@ mod tests {
         assert_eq!(of(&elf(62)).unwrap(), LINUX);
         let refused = of(&elf(183)).unwrap_err().to_string();
         assert!(
-            refused.starts_with("built for Aarch64 (Elf); FMI 2.0 has folders for x86-64 Linux"),
+            refused.starts_with("built for Aarch64 (Elf); FMI 2.0 has folders for Linux (linux64)"),
             "{refused}"
         );
         assert!(of(&elf(243)).is_err(), "RISC-V");

@@ -92,14 +92,25 @@ impl Workspace {
             .collect()
     }
 
-    /// Build the libraries of FMUs, in one go so that their dependencies are built once; with each the package that it belongs to.
+    /// Build the libraries of FMUs for this machine; with each the package that it belongs to.
     pub fn build(
         &self,
         sources: &[Source],
         profile: &[String],
     ) -> Result<Vec<(PathBuf, &Package)>> {
         let mut command = cargo();
-        command.current_dir(&self.root).arg("build").args(profile);
+        command.current_dir(&self.root).arg("build");
+        self.build_with(command, sources, profile)
+    }
+
+    /// The same with another command that builds. All in one go, so that their dependencies are built once.
+    pub fn build_with(
+        &self,
+        mut command: Command,
+        sources: &[Source],
+        profile: &[String],
+    ) -> Result<Vec<(PathBuf, &Package)>> {
+        command.args(profile);
         for source in sources {
             match source {
                 Source::Package(name) => command.args(["--package", name]),

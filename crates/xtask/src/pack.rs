@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
 use cargo_fmu::archive::{self, Entries};
+use cargo_fmu::pack::Platforms;
 use cargo_fmu::workspace::Source;
 
 use crate::variants;
@@ -37,7 +38,8 @@ pub fn fmus(
     profile: &str,
     out: &Path,
 ) -> Result<Vec<PathBuf>> {
-    cargo_fmu::pack::fmus(&workspace.cargo, sources, &self::profile(profile), out)
+    let (profile, host) = (self::profile(profile), Platforms::default());
+    cargo_fmu::pack::fmus(&workspace.cargo, sources, &profile, &host, out)
 }
 
 /// Put another library into a packed FMU, which was built otherwise from the same source.

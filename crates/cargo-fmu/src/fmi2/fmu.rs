@@ -45,9 +45,7 @@ impl Fmu {
     pub fn unpacked(folder: &Path) -> Result<Self> {
         let description = fs::read_to_string(folder.join("modelDescription.xml"))?;
         let description = Description::parse(&description)?;
-        let platform = platform::host()?;
-        let name = format!("{}{}", description.identifier, platform.suffix);
-        let library = folder.join("binaries").join(platform.folder).join(name);
+        let library = folder.join(platform::host()?.path(&description.identifier));
         Ok(Self {
             functions: Functions::load(load(&library)?)?,
             description,

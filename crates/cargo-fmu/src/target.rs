@@ -1,0 +1,272 @@
+//! Building for a platform folder, this machine's or another: in a way that old systems can load, without a path of the machine that
+//! builds, and to the same bytes wherever the source lies.
+
+use std::env;
+use std::ffi::OsString;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use anyhow::{Context, Result, anyhow, bail};
+
+use crate::platform::{self, Platform};
+use crate::process::output;
+use crate::workspace::{Workspace, cargo};
+
+/// The packages on PyPI with the linker for Linux and macOS: zig, and cargo-zigbuild, through which cargo calls it.
+pub const ZIG: &str = "ziglang==0.17.1\ncargo-zigbuild==0.24.0\n";
+
+const ZIGBUILD: &str = "cargo-zigbuild";
+const MINGW: &str = "x86_64-w64-mingw32-gcc";
+
+/// A platform that can be built for.
+#[derive(Debug, PartialEq, Eq)]
+pub struct Target {
+    /// Its folder in an FMU, and suffix of its libraries.
+    pub platform: Platform,
+    /// The compiler's name of it.
+    pub triple: &'static str,
+    linker: Linker,
+}
+
+#[derive(Debug, PartialEq, Eq)]
+enum Linker {
+    /// zig, for this version of the system's C library.
+    Zig { libc: &'static str },
+    /// The GNU linker for Windows.
+    Mingw,
+}
+
+/// All of them.
+pub const TARGETS: [Target; 3] = [
+    Target {
+        platform: platform::LINUX,
+        triple: "x86_64-unknown-linux-gnu",
+        linker: Linker::Zig { libc: ".2.17" },
+    },
+    Target {
+        platform: platform::WINDOWS,
+        triple: "x86_64-pc-windows-gnu",
+        linker: Linker::Mingw,
+    },
+    Target {
+        platform: platform::MACOS,
+        triple: "x86_64-apple-darwin",
+        linker: Linker::Zig { libc: "" },
+    },
+];
+
+/// Where tools are looked for before the search path: an environment that a program has made for itself.
+#[derive(Clone, Debug, Default)]
+pub struct Tools(pub Vec<PathBuf>);
+
+impl Target {
+    /// By the name of its folder or of the compiler's target.
+    pub fn named(name: &str) -> Result<&'static Self> {
+        let is_it = |t: &&Self| [t.platform.folder, t.triple].contains(&name);
+        TARGETS.iter().find(is_it).ok_or_else(|| {
+            let names: Vec<_> = TARGETS.iter().map(|t| t.platform.folder).collect();
+            anyhow!(
+                "FMI 2.0 has no folder for `{name}`, or none that can be built for here; there are {}",
+                names.join(", ")
+            )
+        })
+    }
+
+    /// What this machine lacks to build for it: each with the command that brings it.
+    pub fn missing(&self, tools: &Tools) -> Vec<String> {
+        let mut missing = Vec::new();
+        if !self.has_standard_library() {
+            missing.push(format!(
+                "the standard library for {0}: `rustup target add {0}`",
+                self.triple
+            ));
+        }
+        let mut needs = |program: &str, command: &str| {
+            if tools.find(program).is_none() {
+                missing.push(format!("{program}: `{command}`"));
+            }
+        };
+        match self.linker {
+            Linker::Zig { .. } => {
+                let command = format!("pip install {}", ZIG.trim().replace('\n', " "));
+                needs(ZIGBUILD, &command);
+            }
+            Linker::Mingw => needs(MINGW, "apt-get install gcc-mingw-w64-x86-64"),
+        }
+        missing
+    }
+
+    fn has_standard_library(&self) -> bool {
+        let mut rustc = Command::new("rustc");
+        rustc.args(["--print", "target-libdir", "--target", self.triple]);
+        let folder = rustc
+            .output()
+            .map(|o| String::from_utf8_lossy(&o.stdout).trim().to_string());
+        folder.is_ok_and(|folder| Path::new(&folder).is_dir())
+    }
+
+    /// `cargo build` for this platform.
+    pub fn build(&self, workspace: &Workspace, tools: &Tools) -> Result<Command> {
+        let missing = self.missing(tools);
+        if !missing.is_empty() {
+            bail!(
+                "{} cannot be built here; missing: {}",
+                self.platform.folder,
+                missing.join("; ")
+            );
+        }
+        let mut flags = flags()?;
+        flags.extend(
+            private_paths(workspace)?
+                .into_iter()
+                .rev()
+                .map(|(from, to)| format!("--remap-path-prefix={from}={to}")),
+        );
+        let mut command = match self.linker {
+            Linker::Zig { libc } => {
+                let mut zigbuild = Command::new(tools.find(ZIGBUILD).context(ZIGBUILD)?);
+                zigbuild.args(["zigbuild", "--target"]);
+                zigbuild.arg(format!("{}{libc}", self.triple));
+                zigbuild.env("PATH", tools.search_path()?);
+                zigbuild
+            }
+            Linker::Mingw => {
+                // No time in the header, so that it is the same each time.
+                flags.extend(["-C", "link-arg=-Wl,--no-insert-timestamp"].map(String::from));
+                let mut build = cargo();
+                build.args(["build", "--target", self.triple]);
+                build.env("CARGO_TARGET_X86_64_PC_WINDOWS_GNU_LINKER", MINGW);
+                build
+            }
+        };
+        command.current_dir(&workspace.root);
+        command.env("CARGO_TARGET_DIR", &workspace.target);
+        command.env("CARGO_ENCODED_RUSTFLAGS", flags.join("\x1f"));
+        Ok(command)
+    }
+}
+
+impl Tools {
+    /// A program in these folders or on the search path.
+    pub fn find(&self, program: &str) -> Option<PathBuf> {
+        let search_path = self.search_path().ok()?;
+        let file = format!("{program}{}", env::consts::EXE_SUFFIX);
+        let mut candidates = env::split_paths(&search_path).map(|folder| folder.join(&file));
+        candidates.find(|path| path.is_file())
+    }
+
+    fn search_path(&self) -> Result<OsString> {
+        let path = env::var_os("PATH").unwrap_or_default();
+        let folders = self.0.iter().cloned().chain(env::split_paths(&path));
+        env::join_paths(folders).context("the search path")
+    }
+}
+
+/// The flags that the caller has set for the compiler.
+fn flags() -> Result<Vec<String>> {
+    let text = |name: &str| match env::var(name) {
+        Ok(text) => Ok(text),
+        Err(env::VarError::NotPresent) => Ok(String::new()),
+        Err(error) => Err(error).context(name.to_string()),
+    };
+    let (encoded, plain) = (text("CARGO_ENCODED_RUSTFLAGS")?, text("RUSTFLAGS")?);
+    let flags = match encoded.is_empty() {
+        false => encoded.split('\x1f').map(String::from).collect(),
+        true => plain.split_whitespace().map(String::from).collect(),
+    };
+    Ok(flags)
+}
+
+/// Folders of this machine that the compiler would write into what it builds, innermost first, each with the name that is written
+/// instead: the same on every machine.
+pub fn private_paths(workspace: &Workspace) -> Result<Vec<(String, String)>> {
+    let text = |path: &Path| {
+        path.to_str()
+            .map(String::from)
+            .context("a path that is no UTF-8")
+    };
+    let home = env::home_dir().context("this user has no home folder")?;
+    let cargo_home = env::var_os("CARGO_HOME").map_or_else(|| home.join(".cargo"), PathBuf::from);
+    let mut paths = Vec::new();
+    // Named after the registry, which may be a mirror.
+    for registry in fs::read_dir(cargo_home.join("registry/src"))
+        .into_iter()
+        .flatten()
+    {
+        paths.push((text(&registry?.path())?, "/registry".to_string()));
+    }
+    paths.push((text(&cargo_home)?, "/cargo".to_string()));
+    // What build scripts have written is compiled too.
+    paths.push((text(&workspace.target)?, "/source/target".to_string()));
+    paths.push((text(&workspace.root)?, "/source".to_string()));
+    let version = output(Command::new("rustc").arg("-vV"))?;
+    let commit = version
+        .lines()
+        .find_map(|l| l.strip_prefix("commit-hash: "));
+    let sysroot = output(Command::new("rustc").args(["--print", "sysroot"]))?;
+    let library = Path::new(sysroot.trim()).join("lib/rustlib/src/rust");
+    // As the standard library itself was built.
+    let built = format!("/rustc/{}", commit.unwrap_or("unknown"));
+    paths.push((text(&library)?, built));
+    paths.push((sysroot.trim().to_string(), "/rust".to_string()));
+    paths.push((text(&home)?, "/home".to_string()));
+    Ok(paths)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn targets_have_two_names_and_other_processors_none() {
+        for target in &TARGETS {
+            assert_eq!(Target::named(target.platform.folder).unwrap(), target);
+            assert_eq!(Target::named(target.triple).unwrap(), target);
+        }
+        let refused = Target::named("aarch64-linux").unwrap_err().to_string();
+        assert!(
+            refused.starts_with("FMI 2.0 has no folder for `aarch64-linux`"),
+            "{refused}"
+        );
+        assert!(
+            refused.ends_with("there are linux64, win64, darwin64"),
+            "{refused}"
+        );
+    }
+
+    #[test]
+    fn what_is_missing_is_named_with_its_command() {
+        let nowhere = Target {
+            platform: platform::WINDOWS,
+            triple: "mips64-unknown-none-such",
+            linker: Linker::Mingw,
+        };
+        let missing = nowhere.missing(&Tools::default());
+        assert!(
+            missing[0].contains("`rustup target add mips64-unknown-none-such`"),
+            "{missing:?}"
+        );
+        let workspace = Workspace::of(Path::new(env!("CARGO_MANIFEST_DIR"))).unwrap();
+        let error = nowhere.build(&workspace, &Tools::default()).unwrap_err();
+        assert!(
+            error
+                .to_string()
+                .starts_with("win64 cannot be built here; missing: "),
+            "{error}"
+        );
+    }
+
+    #[test]
+    fn tools_are_found_before_the_search_path() {
+        let folder = env::temp_dir().join(format!("cargo-fmu-tools-{}", std::process::id()));
+        fs::create_dir_all(&folder).unwrap();
+        let cargo = folder.join(format!("cargo{}", env::consts::EXE_SUFFIX));
+        fs::write(&cargo, "").unwrap();
+        let own = Tools(vec![folder.clone()]);
+        assert_eq!(own.find("cargo"), Some(cargo.clone()));
+        assert_ne!(Tools::default().find("cargo"), Some(cargo));
+        assert_eq!(own.find("no-such-program"), None);
+        fs::remove_dir_all(&folder).unwrap();
+    }
+}
