@@ -1,0 +1,232 @@
+//! One sample of all sensors, and what it leaves behind.
+
+use crate::current::Errors;
+use crate::drawn::Source;
+use crate::speed::Track;
+use crate::{ACTUATORS, DELAY_MAX, JOINTS, Noise, Sensors, SpeedKind};
+use serde::{Deserialize, Serialize};
+use std::f64::consts::TAU;
+
+/// What is measured.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Input {
+    /// Joint angles, rad.
+    pub zeta: [f64; JOINTS],
+    /// Joint rates, rad/s; read where speeds are ideal.
+    pub zeta_dot: [f64; JOINTS],
+    /// Motor angles, rad.
+    pub theta_m: [f64; ACTUATORS],
+    /// Motor speeds, rad/s; read where speeds are ideal.
+    pub w_m: [f64; ACTUATORS],
+    /// Direct-axis currents, A.
+    pub i_d: [f64; ACTUATORS],
+    /// Quadrature-axis currents, A.
+    pub i_q: [f64; ACTUATORS],
+    /// Rod forces, N.
+    pub F: [f64; ACTUATORS],
+    /// Rod positions, m.
+    pub x: [f64; ACTUATORS],
+    /// Rod velocities, m/s; read where speeds are ideal.
+    pub x_dot: [f64; ACTUATORS],
+}
+
+/// What the sensors say.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Output {
+    /// Joint angles, rad.
+    pub zeta: [f64; JOINTS],
+    /// Joint rates, rad/s.
+    pub zeta_dot: [f64; JOINTS],
+    /// Motor angles, rad.
+    pub theta_m: [f64; ACTUATORS],
+    /// Motor speeds, rad/s.
+    pub w_m: [f64; ACTUATORS],
+    /// Direct-axis currents, A.
+    pub i_d: [f64; ACTUATORS],
+    /// Quadrature-axis currents, A.
+    pub i_q: [f64; ACTUATORS],
+    /// Rod forces, N.
+    pub F: [f64; ACTUATORS],
+    /// Rod positions, m.
+    pub x: [f64; ACTUATORS],
+    /// Rod velocities, m/s.
+    pub x_dot: [f64; ACTUATORS],
+}
+
+/// What filters and observers remember.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+struct Memory {
+    joint: [Track; JOINTS],
+    motor: [Track; ACTUATORS],
+    rod: [Track; ACTUATORS],
+    force: [f64; ACTUATORS],
+}
+
+/// One sample: readings, and what filters and observers come to by it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Measured {
+    output: Output,
+    memory: Memory,
+}
+
+/// Everything that changes from sample to sample.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct State {
+    memory: Memory,
+    /// Time from the last sample to the coming one, s; `None` before the first step.
+    period: Option<f64>,
+    /// Noise of the coming sample.
+    noise: Noise,
+    source: Source,
+    /// Readings of the samples taken, the latest first.
+    past: [Output; 1 + DELAY_MAX as usize],
+}
+
+impl Sensors {
+    /// The state at the start: the readings of these inputs have always been there, and nothing moves but what passes as it is.
+    #[must_use]
+    pub fn start(&self, u: &Input) -> State {
+        let mut source = Source::new(self.p.seed);
+        let noise = self.noise(&mut source);
+        let mut state = State {
+            memory: Memory::default(),
+            period: None,
+            noise,
+            source,
+            past: [Output::default(); 1 + DELAY_MAX as usize],
+        };
+        let first = self.measure(&state, u);
+        state.memory = first.memory;
+        state.past.fill(first.output);
+        state
+    }
+
+    fn noise(&self, source: &mut Source) -> Noise {
+        if self.p.is_noisy() {
+            source.next()
+        } else {
+            Noise::default()
+        }
+    }
+
+    /// The sample that these inputs give.
+    #[must_use]
+    pub fn measure(&self, s: &State, u: &Input) -> Measured {
+        let mut now = Measured {
+            output: Output::default(),
+            memory: s.memory,
+        };
+        self.joints(s, u, &mut now);
+        (0..ACTUATORS).for_each(|k| self.actuator(s, u, k, &mut now));
+        now
+    }
+
+    fn joints(&self, s: &State, u: &Input, now: &mut Measured) {
+        let p = &self.p;
+        for k in 0..JOINTS {
+            let zero = p.joint_zero.given[k] + p.joint_zero.bound * self.drawn.zero[k];
+            let angle = if p.joint_zero.on {
+                u.zeta[k] + zero
+            } else {
+                u.zeta[k]
+            };
+            let read = p.joint_encoder.read(angle, TAU, s.noise.joint[k]);
+            let track = p.speed.follow(&s.memory.joint[k], read, s.period);
+            now.memory.joint[k] = track;
+            now.output.zeta[k] = read;
+            now.output.zeta_dot[k] = self.speed(&track, u.zeta_dot[k]);
+        }
+    }
+
+    fn actuator(&self, s: &State, u: &Input, k: usize, now: &mut Measured) {
+        let (p, drawn, noise) = (&self.p, &self.drawn, &s.noise);
+        let (y, memory) = (&mut now.output, &mut now.memory);
+
+        y.theta_m[k] = p.motor_encoder.read(u.theta_m[k], TAU, noise.motor[k]);
+        memory.motor[k] = p.speed.follow(&s.memory.motor[k], y.theta_m[k], s.period);
+        y.w_m[k] = self.speed(&memory.motor[k], u.w_m[k]);
+
+        y.x[k] = p.rod_encoder.read(u.x[k], 1.0, noise.rod[k]);
+        memory.rod[k] = p.speed.follow(&s.memory.rod[k], y.x[k], s.period);
+        y.x_dot[k] = self.speed(&memory.rod[k], u.x_dot[k]);
+
+        let errors = Errors {
+            gain: drawn.gain[k],
+            offset: drawn.offset[k],
+            noise: noise.current[k],
+        };
+        let currents = [u.i_d[k], u.i_q[k]];
+        [y.i_d[k], y.i_q[k]] = p
+            .current
+            .read(currents, u.theta_m[k], y.theta_m[k], &errors);
+
+        memory.force[k] = p.force.lag(s.memory.force[k], u.F[k], s.period);
+        y.F[k] = p
+            .force
+            .read(memory.force[k], drawn.bias[k], noise.force[k], y.i_q[k]);
+    }
+
+    fn speed(&self, track: &Track, ideal: f64) -> f64 {
+        match self.p.speed.kind {
+            SpeedKind::Ideal => ideal,
+            SpeedKind::Difference | SpeedKind::Observer => track.speed,
+        }
+    }
+
+    /// What is read at an instant whose sample is `now`.
+    #[must_use]
+    pub fn read<'a>(&self, s: &'a State, now: &'a Measured) -> &'a Output {
+        match self.p.delay {
+            0 => &now.output,
+            late => &s.past[late as usize - 1],
+        }
+    }
+
+    /// What is read after a step, before the inputs of the new instant are known: one sample older.
+    #[must_use]
+    pub fn held<'a>(&self, s: &'a State) -> &'a Output {
+        &s.past[self.p.delay as usize]
+    }
+
+    /// Takes the sample `now`; the next one comes `h` s later.
+    pub fn advance(&self, s: &mut State, now: &Measured, h: f64) {
+        s.memory = now.memory;
+        s.period = Some(h);
+        s.past.rotate_right(1);
+        s.past[0] = now.output;
+        s.noise = self.noise(&mut s.source);
+    }
+}
+
+impl Measured {
+    /// Whether all readings and all that is remembered are finite.
+    #[must_use]
+    pub fn is_finite(&self) -> bool {
+        let Output {
+            zeta,
+            zeta_dot,
+            theta_m,
+            w_m,
+            i_d,
+            i_q,
+            F,
+            x,
+            x_dot,
+        } = &self.output;
+        let joints = zeta.iter().chain(zeta_dot);
+        let motors = [theta_m, w_m, i_d, i_q, F, x, x_dot];
+        let memory = &self.memory;
+        let tracks = (memory.joint.iter())
+            .chain(&memory.motor)
+            .chain(&memory.rod);
+        joints
+            .chain(motors.into_iter().flatten())
+            .chain(&memory.force)
+            .all(|v| v.is_finite())
+            && tracks.into_iter().all(|t| {
+                [t.position, t.speed, t.acceleration]
+                    .iter()
+                    .all(|v| v.is_finite())
+            })
+    }
+}

@@ -1,0 +1,122 @@
+//! Speeds from position readings.
+
+use crate::{Speed, SpeedKind};
+use serde::{Deserialize, Serialize};
+
+/// What an estimate of speed remembers of the sample before.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Track {
+    /// Position: the reading, or what the observer holds it for.
+    pub(crate) position: f64,
+    /// Speed.
+    pub(crate) speed: f64,
+    /// Acceleration; of the observer.
+    pub(crate) acceleration: f64,
+}
+
+impl Speed {
+    /// The estimate after a reading that comes `period` s after the last one; `None`: there was none, and the speed is taken for 0.
+    pub(crate) fn follow(&self, before: &Track, reading: f64, period: Option<f64>) -> Track {
+        let Some(T) = period else {
+            return Track {
+                position: reading,
+                ..Track::default()
+            };
+        };
+        match self.kind {
+            SpeedKind::Ideal => *before,
+            SpeedKind::Difference => self.difference(before, reading, T),
+            SpeedKind::Observer => self.observer(before, reading, T),
+        }
+    }
+
+    /// Difference quotient behind a first-order lag of τ = `filter_time`, exact for a quotient held over the sample:
+    /// ```text
+    /// ω ← ω + (1 − e^(−T/τ))·((θ_k − θ_(k−1))/T − ω)
+    /// ```
+    fn difference(&self, before: &Track, reading: f64, T: f64) -> Track {
+        let quotient = (reading - before.position) / T;
+        let share = -(-T / self.filter_time).exp_m1(); // 1 where the time is 0
+        Track {
+            position: reading,
+            speed: before.speed + share * (quotient - before.speed),
+            acceleration: 0.0,
+        }
+    }
+
+    /// Tracking observer: a model of constant acceleration corrected by the reading, with a triple pole at β = e^(−ω_o·T). It follows
+    /// a constant acceleration without error.
+    ///
+    /// Source: P. Zarchan, H. Musoff, *Fundamentals of Kalman Filtering*, fading-memory filter of second order.
+    /// ```text
+    /// e = θ − (θ̂ + T ω̂ + T²/2 α̂)
+    /// θ̂ ← θ̂ + T ω̂ + T²/2 α̂ + (1 − β³) e
+    /// ω̂ ← ω̂ + T α̂ + 3/2·(1 − β)²(1 + β)/T·e,   α̂ ← α̂ + (1 − β)³/T²·e
+    /// ```
+    fn observer(&self, before: &Track, reading: f64, T: f64) -> Track {
+        let beta = (-self.bandwidth * T).exp();
+        let forgotten = 1.0 - beta;
+        let ahead = before.position + T * (before.speed + 0.5 * T * before.acceleration);
+        let e = reading - ahead;
+        Track {
+            position: ahead + (1.0 - beta * beta * beta) * e,
+            speed: before.speed
+                + T * before.acceleration
+                + 1.5 * forgotten * forgotten * (1.0 + beta) / T * e,
+            acceleration: before.acceleration + forgotten * forgotten * forgotten / (T * T) * e,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const T: f64 = 1e-3;
+
+    fn estimates(speed: &Speed, position: impl Fn(f64) -> f64, n: u32) -> Vec<f64> {
+        let mut track = speed.follow(&Track::default(), position(0.0), None);
+        (1..=n)
+            .map(|k| {
+                track = speed.follow(&track, position(f64::from(k) * T), Some(T));
+                track.speed
+            })
+            .collect()
+    }
+
+    /// Oracle: answer of a first-order lag to a step of speed, 1 − e^(−t/τ); exact, so only rounding of θ/T is left.
+    #[test]
+    fn difference_answers_a_step_of_speed_as_a_first_order_lag() {
+        let speed = Speed {
+            kind: SpeedKind::Difference,
+            filter_time: 0.005,
+            bandwidth: 0.0,
+        };
+        for (k, found) in estimates(&speed, |t| 3.7 * t, 60).iter().enumerate() {
+            let expected = 3.7 * -(-(k as f64 + 1.0) * T / 0.005).exp_m1();
+            assert!((found - expected).abs() < 1e-11, "{k}: {found}, {expected}");
+        }
+        let plain = Speed {
+            filter_time: 0.0,
+            ..speed
+        };
+        assert!((estimates(&plain, |t| 3.7 * t, 1)[0] - 3.7).abs() < 1e-11);
+    }
+
+    /// A constant acceleration leaves a lag of τ − T/2 in the difference and none in the observer, once its triple pole has decayed:
+    /// (ωt)² e^(−ωt) at ω = 300 1/s and 0.15 s is 6e-17.
+    #[test]
+    fn only_the_observer_follows_an_acceleration_without_lag() {
+        let position = |t: f64| 0.5 * 11.0 * t * t;
+        let of = |kind| Speed {
+            kind,
+            filter_time: 0.005,
+            bandwidth: 300.0,
+        };
+        let error = |kind| estimates(&of(kind), position, 150)[149] - 11.0 * 0.15;
+        assert!(error(SpeedKind::Observer).abs() < 1e-9);
+        // τ/(1 − e^(−T/τ))·… : a held quotient lags by T/(1 − e^(−T/τ)) − T, and the quotient itself by T/2.
+        let lag = T / -(-T / 0.005_f64).exp_m1() - T + 0.5 * T;
+        assert!((error(SpeedKind::Difference) + 11.0 * lag).abs() < 1e-9);
+    }
+}
