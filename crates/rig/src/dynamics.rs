@@ -1,0 +1,168 @@
+//! Everything that holds at one instant, and the rates of the state.
+
+use crate::friction::Shaft;
+use crate::heat::Warming;
+use crate::link::Link;
+use crate::motor::{Dq, Magnetics};
+use crate::state::{Energy, Rates};
+use crate::{Drive, Input, Rig, State};
+
+/// What follows from state and inputs at one instant.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Instant {
+    /// Voltage at the motor, V.
+    pub v: Dq,
+    pub magnetics: Magnetics,
+    /// Rod position, m, and velocity, m/s.
+    pub x: f64,
+    pub x_dot: f64,
+    /// `ẋ_n − ẋ`, m/s.
+    pub s_dot: f64,
+    pub link: Link,
+    pub shaft: Shaft,
+    /// Force on the load, N.
+    pub F: f64,
+    /// Losses by kind, W.
+    pub copper: f64,
+    pub core: f64,
+    pub inverter: f64,
+    pub mechanical: f64,
+    /// Power to the load, W.
+    pub delivered: f64,
+    pub warming: Warming,
+}
+
+impl Instant {
+    /// All losses, W.
+    pub(crate) fn lost(&self) -> f64 {
+        self.copper + self.core + self.inverter + self.mechanical
+    }
+
+    /// Power from the DC side, W: `3/2·(v_d i_d + v_q i_q)` and the losses that have no part in the motor's voltage.
+    pub(crate) fn supplied(&self, i: Dq) -> f64 {
+        1.5 * self.v.dot(i) + self.core + self.inverter
+    }
+}
+
+impl Rig {
+    /// Rod position and velocity.
+    pub(crate) fn rod(&self, s: &State, u: &Input) -> (f64, f64) {
+        match self.drive {
+            Drive::Motion => (u.x, u.x_dot),
+            Drive::Force => (s.x, s.x_dot),
+        }
+    }
+
+    /// Connection of nut and rod, and the velocity of the one against the other, m/s.
+    #[inline(always)]
+    pub(crate) fn link_of(&self, s: &State, u: &Input) -> (Link, f64) {
+        let ((x, x_dot), travel) = (self.rod(s, u), self.travel());
+        let s_dot = travel * s.w_m - x_dot;
+        (self.link(travel * s.theta_m - x, s_dot, x, x_dot), s_dot)
+    }
+
+    /// Everything at one instant.
+    ///
+    /// ```text
+    /// F = F_link − C_act ẋ,   P_out = F ẋ (rod moved from outside) or F_ext ẋ (free rod)
+    /// P_iron = (k_h|ω_e| + k_e ω_e²)(λ_d² + λ_q²),   P_copper = 3/2·R|i|²
+    /// P_inverter = 3·(2/π·(v_0 + k_sw f_sw v_dc)·|i| + r_0|i|²/2)
+    /// ```
+    #[inline(always)]
+    pub(crate) fn instant(&self, s: &State, u: &Input) -> Instant {
+        let (p, i) = (&self.p, s.current());
+        let (x, x_dot) = self.rod(s, u);
+        let magnetics = self.magnetics(i, s.theta_m, s.T[0], s.T[1]);
+        let (link, s_dot) = self.link_of(s, u);
+        let torque = magnetics.tau_e + magnetics.tau_cog;
+        let shaft = self.shaft(torque, s.w_m, link.force, s.z);
+        let F = link.force - p.C_act * x_dot;
+        let copper = 1.5 * magnetics.R * i.dot(i);
+        let core = self.core(magnetics.lambda, s.w_m);
+        let mechanical = shaft.loss + link.loss + p.C_act * x_dot * x_dot;
+        Instant {
+            v: self.voltage(&s.hold, u, i, s.theta_m),
+            magnetics,
+            x,
+            x_dot,
+            s_dot,
+            link,
+            shaft,
+            F,
+            copper,
+            core,
+            inverter: self.inverter(i, u.v_dc),
+            mechanical,
+            delivered: match self.drive {
+                Drive::Motion => F * x_dot,
+                Drive::Force => u.F_ext * x_dot,
+            },
+            warming: self.warming(s.T, u.T_ambient, copper, core + mechanical),
+        }
+    }
+
+    fn core(&self, lambda: Dq, w_m: f64) -> f64 {
+        let Some(c) = self.p.core else { return 0.0 };
+        let w_e = f64::from(self.p.p) * w_m.abs();
+        let losses = &self.extra.losses;
+        let factor = if losses.on { losses.core } else { 1.0 };
+        factor * (c.k_h + c.k_e * w_e) * w_e * lambda.dot(lambda)
+    }
+
+    fn inverter(&self, i: Dq, v_dc: f64) -> f64 {
+        let Some(c) = self.p.inverter else { return 0.0 };
+        let losses = &self.extra.losses;
+        let factor = if losses.on { losses.inverter } else { 1.0 };
+        let size = i.dot(i).sqrt();
+        let drop = std::f64::consts::FRAC_2_PI * (c.v_0 + c.k_sw * c.f_sw * v_dc);
+        factor * 3.0 * size * (drop + 0.5 * c.r_0 * size)
+    }
+
+    /// Time derivative of the state, bristles and inverter held:
+    /// ```text
+    /// L_d di_d/dt = v_d − R i_d + ω_e λ_q,   dλ_q/di_q·di_q/dt = v_q − R i_q − ω_e λ_d
+    /// M_act ẍ = F − F_ext (free rod)
+    /// ```
+    #[inline(always)]
+    pub(crate) fn rates(&self, s: &State, u: &Input) -> Rates {
+        let (p, i, now) = (&self.p, s.current(), self.instant(s, u));
+        let Magnetics {
+            lambda, L_inc, R, ..
+        } = now.magnetics;
+        let w_e = f64::from(p.p) * s.w_m;
+        let (x, x_dot) = match self.drive {
+            Drive::Motion => (0.0, 0.0),
+            Drive::Force => (s.x_dot, (now.F - u.F_ext) / p.M_act),
+        };
+        Rates {
+            i: Dq {
+                d: (now.v.d - R * i.d + w_e * lambda.q) / p.L_d,
+                q: (now.v.q - R * i.q - w_e * lambda.d) / L_inc,
+            },
+            theta_m: s.w_m,
+            w_m: now.shaft.w_m_dot,
+            x,
+            x_dot,
+            T: [now.warming.T_winding, now.warming.T_housing],
+            F: now.F,
+            energy: Energy {
+                supplied: now.supplied(i),
+                delivered: now.delivered,
+                lost: now.lost(),
+                inverter: now.inverter,
+                heat: now.warming.given,
+            },
+        }
+    }
+
+    /// Energy in field, cogging, rotating parts, springs, bristles and free rod, J.
+    pub(crate) fn stored(&self, s: &State, now: &Instant) -> f64 {
+        let magnetic = self.magnetic_energy(s.current(), s.theta_m);
+        let rotating = 0.5 * self.inertia() * s.w_m * s.w_m;
+        let rod = match self.drive {
+            Drive::Motion => 0.0,
+            Drive::Force => 0.5 * self.p.M_act * now.x_dot * now.x_dot,
+        };
+        magnetic + rotating + now.link.energy + self.bristle_energy(s.z) + rod
+    }
+}

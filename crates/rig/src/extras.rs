@@ -1,0 +1,341 @@
+//! What the actuator as built knows beyond its idealised model: sizes and switches.
+
+use crate::RigError;
+use serde::{Deserialize, Serialize};
+
+/// All extras. Each group counts only while its switch `on` is true.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Extras {
+    /// Magnetic saturation of the quadrature axis.
+    pub saturation: Saturation,
+    /// Winding and magnets at temperature.
+    pub temperature: Temperature,
+    /// Harmonics of the magnets' flux.
+    pub ripple: Ripple,
+    /// Cogging torque.
+    pub cogging: Cogging,
+    /// Inverter that samples and holds.
+    pub switching: Switching,
+    /// Dry friction with presliding, gear drag.
+    pub friction: Friction,
+    /// Play between nut and rod.
+    pub backlash: Backlash,
+    /// Mounting, pins, torsion.
+    pub compliance: Compliance,
+    /// Core and inverter losses.
+    pub losses: Losses,
+    /// Warming.
+    pub heat: Heat,
+}
+
+/// Magnetic saturation: `λ_q = L_q i_q/(1 + a·|i_q|)`.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Saturation {
+    /// Switch.
+    pub on: bool,
+    /// Share by which `λ_q/i_q` is less at `i_max` than at 0.
+    pub share: f64,
+}
+
+/// Resistance and magnets at temperature.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Temperature {
+    /// Switch.
+    pub on: bool,
+    /// Temperature at which the parameters hold, K.
+    pub reference: f64,
+    /// Rise of the winding's resistance, 1/K.
+    pub copper: f64,
+    /// Rise of the magnets' flux, 1/K (negative).
+    pub magnet: f64,
+}
+
+/// Harmonics of the magnets' flux over the electrical angle.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Ripple {
+    /// Switch.
+    pub on: bool,
+    /// Amplitude of the 6th, as a part of λ_m.
+    pub sixth: f64,
+    /// Amplitude of the 12th, as a part of λ_m.
+    pub twelfth: f64,
+}
+
+/// Cogging torque `torque·sin(per_turn·θ_m)`.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Cogging {
+    /// Switch.
+    pub on: bool,
+    /// Amplitude, N·m.
+    pub torque: f64,
+    /// Periods per turn of the motor.
+    pub per_turn: f64,
+}
+
+/// Inverter that samples at the switching frequency of the machine's section `inverter`.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Switching {
+    /// Switch; off: an inverter that gives what is asked for at once, in rotor coordinates.
+    pub on: bool,
+    /// Whether it turns the voltages ahead by what the rotor turns until they act.
+    pub advance: bool,
+    /// Time between two devices of a leg conducting, s.
+    pub dead_time: f64,
+    /// Current over which the dead time's effect changes sign, A.
+    pub i_0: f64,
+}
+
+/// Friction of bearings, gear, screw, nut and seals. Switched on, it replaces the idealised gear efficiency and the motor's smooth
+/// Coulomb friction.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Friction {
+    /// Switch.
+    pub on: bool,
+    /// Breakaway over Coulomb friction.
+    pub breakaway: f64,
+    /// Stribeck speed of the nut, m/s.
+    pub v_stribeck: f64,
+    /// Stiffness of the bristles at the nut, N/m.
+    pub stiffness: f64,
+    /// Their damping at rest, N·s/m.
+    pub damping: f64,
+    /// Coulomb friction of the preloaded screw and nut, N·m at the screw.
+    pub screw_drag: f64,
+    /// Share of the nut's force that its rolling friction takes.
+    pub screw_loss: f64,
+    /// Coulomb friction of the rod's seals, N; taken at the nut.
+    pub seal: f64,
+    /// Coulomb friction of the gear without load, N·m at the motor.
+    pub gear_drag: f64,
+    /// Viscous drag of the gear, N·m·s/rad at the motor.
+    pub gear_viscous: f64,
+    /// Share of the transmitted torque that the gear's mesh takes.
+    pub gear_loss: f64,
+    /// Windage, N·m·s²/rad² at the motor.
+    pub windage: f64,
+    /// Force over which friction that grows with the load sets in, N.
+    pub f_smooth: f64,
+}
+
+/// Play between nut and rod.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Backlash {
+    /// Switch.
+    pub on: bool,
+    /// Whole width, m.
+    pub width: f64,
+    /// Approach over which the damping of the contact sets in, m.
+    pub contact: f64,
+}
+
+/// Compliances in series with nut, screw and rod.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Compliance {
+    /// Switch.
+    pub on: bool,
+    /// Stiffness of mounting and pins, N/m.
+    pub mount: f64,
+    /// Torsional stiffness of gear and coupling at the screw, N·m/rad.
+    pub torsion: f64,
+}
+
+/// Factors on the losses of the machine's sections `core` and `inverter`.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Losses {
+    /// Switch.
+    pub on: bool,
+    /// Core losses over the machine's.
+    pub core: f64,
+    /// Inverter losses over the machine's.
+    pub inverter: f64,
+}
+
+/// Winding and housing.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Heat {
+    /// Switch; off: temperatures stay where they start.
+    pub on: bool,
+    /// Heat capacity of the winding, J/K.
+    pub C_w: f64,
+    /// Thermal resistance from winding to housing, K/W.
+    pub R_wh: f64,
+    /// Heat capacity of the housing, J/K.
+    pub C_h: f64,
+    /// Thermal resistance from housing to the air around it, K/W.
+    pub R_ha: f64,
+}
+
+impl Extras {
+    /// Everything on: ordinary values for a servo motor of 11.6 kW with planetary gear and preloaded ball screw; of no particular product.
+    ///
+    /// Saturation of 20 % at the peak current; copper and NdFeB magnets (handbook values); 1 % of flux harmonics; 24 cogging periods as
+    /// of a motor with 8 poles and 12 slots; 2 µs of dead time as of IGBT modules; breakaway 1.3 times the Coulomb friction; 40 µm of play
+    /// at nut and pins; 60 N/µm of mounting and pins; 2 kJ/K of copper and teeth, 15 kJ/K of housing and gear.
+    pub const AS_BUILT: Self = Self {
+        saturation: Saturation {
+            on: true,
+            share: 0.2,
+        },
+        temperature: Temperature {
+            on: true,
+            reference: 293.15,
+            copper: 0.003_93,
+            magnet: -0.0011,
+        },
+        ripple: Ripple {
+            on: true,
+            sixth: 0.01,
+            twelfth: 0.01,
+        },
+        cogging: Cogging {
+            on: true,
+            torque: 0.06,
+            per_turn: 24.0,
+        },
+        switching: Switching {
+            on: true,
+            advance: true,
+            dead_time: 2e-6,
+            i_0: 0.5,
+        },
+        friction: Friction {
+            on: true,
+            breakaway: 1.3,
+            v_stribeck: 5e-3,
+            stiffness: 2e8,
+            damping: 2e5,
+            screw_drag: 0.5,
+            screw_loss: 0.026,
+            seal: 260.0,
+            gear_drag: 0.14,
+            gear_viscous: 0.0012,
+            gear_loss: 0.05,
+            windage: 4e-6,
+            f_smooth: 900.0,
+        },
+        backlash: Backlash {
+            on: true,
+            width: 40e-6,
+            contact: 5e-6,
+        },
+        compliance: Compliance {
+            on: true,
+            mount: 6e7,
+            torsion: 2e4,
+        },
+        losses: Losses {
+            on: true,
+            core: 1.15,
+            inverter: 1.10,
+        },
+        heat: Heat {
+            on: true,
+            C_w: 2e3,
+            R_wh: 0.06,
+            C_h: 15e3,
+            R_ha: 0.15,
+        },
+    };
+
+    /// The same with every switch off: the idealised actuator.
+    #[must_use]
+    pub const fn off(mut self) -> Self {
+        self.saturation.on = false;
+        self.temperature.on = false;
+        self.ripple.on = false;
+        self.cogging.on = false;
+        self.switching.on = false;
+        self.friction.on = false;
+        self.backlash.on = false;
+        self.compliance.on = false;
+        self.losses.on = false;
+        self.heat.on = false;
+        self
+    }
+
+    /// Checks every value, whether its group is on or not.
+    pub(crate) fn check(&self, p: &machine::Emla) -> Result<(), RigError> {
+        let (f, t) = (&self.friction, &self.temperature);
+        for (name, value) in [
+            ("temperature.reference", t.reference),
+            ("cogging.per_turn", self.cogging.per_turn),
+            ("switching.i_0", self.switching.i_0),
+            ("friction.v_stribeck", f.v_stribeck),
+            ("friction.stiffness", f.stiffness),
+            ("friction.f_smooth", f.f_smooth),
+            ("backlash.contact", self.backlash.contact),
+            ("compliance.mount", self.compliance.mount),
+            ("compliance.torsion", self.compliance.torsion),
+            ("heat.C_w", self.heat.C_w),
+            ("heat.R_wh", self.heat.R_wh),
+            ("heat.C_h", self.heat.C_h),
+            ("heat.R_ha", self.heat.R_ha),
+        ] {
+            hold(name, value, value > 0.0, "finite and > 0")?;
+        }
+        for (name, value) in [
+            ("ripple.sixth", self.ripple.sixth),
+            ("ripple.twelfth", self.ripple.twelfth),
+            ("cogging.torque", self.cogging.torque),
+            ("switching.dead_time", self.switching.dead_time),
+            ("friction.damping", f.damping),
+            ("friction.screw_drag", f.screw_drag),
+            ("friction.screw_loss", f.screw_loss),
+            ("friction.seal", f.seal),
+            ("friction.gear_drag", f.gear_drag),
+            ("friction.gear_viscous", f.gear_viscous),
+            ("friction.gear_loss", f.gear_loss),
+            ("friction.windage", f.windage),
+            ("backlash.width", self.backlash.width),
+            ("losses.core", self.losses.core),
+            ("losses.inverter", self.losses.inverter),
+        ] {
+            hold(name, value, value >= 0.0, "finite and ≥ 0")?;
+        }
+        let share = self.saturation.share;
+        hold(
+            "saturation.share",
+            share,
+            (0.0..1.0).contains(&share),
+            "in [0, 1)",
+        )?;
+        hold(
+            "friction.breakaway",
+            f.breakaway,
+            f.breakaway >= 1.0,
+            "finite and ≥ 1",
+        )?;
+        hold(
+            "temperature.copper",
+            t.copper,
+            t.copper.abs() <= 0.1,
+            "between -0.1 and 0.1",
+        )?;
+        hold(
+            "temperature.magnet",
+            t.magnet,
+            t.magnet.abs() <= 0.1,
+            "between -0.1 and 0.1",
+        )?;
+        let f_sw = p.inverter.map_or(0.0, |inverter| inverter.f_sw);
+        let samples = !self.switching.on || f_sw >= 100.0;
+        hold(
+            "inverter.f_sw",
+            f_sw,
+            samples,
+            "at least 100 Hz while switching is on",
+        )
+    }
+}
+
+fn hold(
+    name: &'static str,
+    value: f64,
+    is_right: bool,
+    rule: &'static str,
+) -> Result<(), RigError> {
+    if value.is_finite() && is_right {
+        return Ok(());
+    }
+    Err(RigError::Extra { name, value, rule })
+}

@@ -1,0 +1,194 @@
+//! Three-phase inverter: limit, hold in stator coordinates, dead time.
+//!
+//! Source: S.-K. Sul, *Control of Electric Machine Drive Systems*, chapters on space-vector modulation and on dead time.
+
+use crate::motor::Dq;
+use crate::{Hold, Input, Rig};
+
+impl Rig {
+    /// Whether the voltages are sampled and held; then the switching period, s.
+    pub(crate) fn switching_period(&self) -> Option<f64> {
+        let f_sw = self.p.inverter.map_or(0.0, |inverter| inverter.f_sw);
+        self.extra.switching.on.then(|| 1.0 / f_sw)
+    }
+
+    /// Largest amplitude of the voltage, V: `v_max`, and v_dc/√3 of space-vector modulation while switching is on.
+    fn largest_voltage(&self, v_dc: f64) -> f64 {
+        if self.extra.switching.on {
+            self.p.v_max.min(v_dc.max(0.0) / 3.0_f64.sqrt())
+        } else {
+            self.p.v_max
+        }
+    }
+
+    /// The commanded voltage within the limit, V: its direction is kept.
+    pub(crate) fn commanded(&self, u: &Input) -> Dq {
+        let v = Dq { d: u.v_d, q: u.v_q };
+        let largest = self.largest_voltage(u.v_dc);
+        let square = v.dot(v);
+        if square <= largest * largest {
+            v
+        } else {
+            (largest / square.sqrt()) * v
+        }
+    }
+
+    /// A new switching period of `T` s begins at motor angle `theta_m` and speed `w_m`: what was computed in the last one acts from now
+    /// on, and what is computed now acts in the next one. It is held there, so it comes 3/2·T late in the mean.
+    pub(crate) fn switch(&self, hold: &Hold, u: &Input, theta_m: f64, w_m: f64, T: f64) -> Hold {
+        let lead = if self.extra.switching.advance {
+            1.5 * T * w_m
+        } else {
+            0.0
+        };
+        let angle = f64::from(self.p.p) * (theta_m + lead);
+        let next = self.commanded(u).turned(angle.sin_cos());
+        Hold {
+            acting: hold.next,
+            next: [next.d, next.q],
+            left: hold.left + T,
+        }
+    }
+
+    /// Voltage at the motor in rotor coordinates, V: the command itself, or what is held less what the dead time takes.
+    #[inline(always)]
+    pub(crate) fn voltage(&self, hold: &Hold, u: &Input, i: Dq, theta_m: f64) -> Dq {
+        if !self.extra.switching.on {
+            return self.commanded(u);
+        }
+        let (sin, cos) = (f64::from(self.p.p) * theta_m).sin_cos();
+        let held = Dq {
+            d: hold.acting[0],
+            q: hold.acting[1],
+        };
+        let lost = self.dead_time_voltage(i.turned((sin, cos)), u.v_dc);
+        (held + (-1.0) * lost).turned((-sin, cos))
+    }
+
+    /// Voltage that the dead time takes, V, for the currents `i` in stator coordinates: in each phase `v_dc·t_d·f_sw` against the current's
+    /// sign. The part common to all phases drives no current.
+    /// ```text
+    /// i_a = i_α,   i_b, i_c = −i_α/2 ± √3/2·i_β,   v_α = (2 v_a − v_b − v_c)/3,   v_β = (v_b − v_c)/√3
+    /// ```
+    /// The sign is rounded to i/√(i² + i_0²): near zero the current charges the devices' capacitances.
+    fn dead_time_voltage(&self, i: Dq, v_dc: f64) -> Dq {
+        let (s, root) = (&self.extra.switching, 3.0_f64.sqrt());
+        let f_sw = self.p.inverter.map_or(0.0, |inverter| inverter.f_sw);
+        let step = v_dc * s.dead_time * f_sw;
+        let sign = |i: f64| i / (i * i + s.i_0 * s.i_0).sqrt();
+        let a = sign(i.d);
+        let b = sign(0.5 * (root * i.q - i.d));
+        let c = sign(-0.5 * (root * i.q + i.d));
+        (step / 3.0)
+            * Dq {
+                d: 2.0 * a - b - c,
+                q: root * (b - c),
+            }
+    }
+
+    /// What would hold the voltage `v`, V, at motor angle and speed, as at the start: in stator coordinates, dead time made up for.
+    pub(crate) fn steady_hold(&self, v: Dq, i: Dq, u: &Input, theta_m: f64, w_m: f64) -> Hold {
+        let Some(T) = self.switching_period() else {
+            return Hold::default();
+        };
+        let at = |theta: f64| {
+            let turn = (f64::from(self.p.p) * theta).sin_cos();
+            let v = v.turned(turn) + self.dead_time_voltage(i.turned(turn), u.v_dc);
+            [v.d, v.q]
+        };
+        Hold {
+            acting: at(theta_m - 0.5 * T * w_m),
+            next: at(theta_m + 0.5 * T * w_m),
+            left: 0.0,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Drive, Extras};
+
+    fn rig(change: impl Fn(&mut Extras)) -> Rig {
+        let mut extra = Extras::AS_BUILT;
+        change(&mut extra);
+        Rig::new(machine::Machine::reference().emla, extra, Drive::Motion).expect("valid")
+    }
+
+    fn input(v_d: f64, v_q: f64) -> Input {
+        Input {
+            v_d,
+            v_q,
+            v_dc: 650.0,
+            ..Input::default()
+        }
+    }
+
+    /// A command at angle 0 acts one period later, at the speed w with the rotor then turned by p·w·T; in the middle of that period, with
+    /// the advance, it stands where it was commanded in rotor coordinates.
+    #[test]
+    fn a_command_acts_one_and_a_half_periods_late() {
+        let rig = rig(|e| e.switching.dead_time = 0.0);
+        let (T, w, u) = (125e-6, 200.0, input(-20.0, 90.0));
+        let empty = Hold::default();
+        let computed = rig.switch(&empty, &u, 0.0, w, T);
+        assert_eq!(computed.acting, [0.0; 2]);
+        let acts = rig.switch(&computed, &input(0.0, 0.0), w * T, w, T);
+        let middle = rig.voltage(&acts, &u, Dq::default(), 1.5 * w * T);
+        assert!((middle.d + 20.0).abs() < 1e-11 && (middle.q - 90.0).abs() < 1e-11);
+        let begin = rig.voltage(&acts, &u, Dq::default(), w * T);
+        let angle = 0.5 * 4.0 * w * T; // the rotor lags by half a period, so the voltage leads by it
+        let (sin, cos) = angle.sin_cos();
+        assert!((begin.d - (-20.0 * cos - 90.0 * sin)).abs() < 1e-11);
+        assert!((begin.q - (-20.0 * sin + 90.0 * cos)).abs() < 1e-11);
+    }
+
+    /// Without the advance the voltage acts where the rotor was.
+    #[test]
+    fn without_advance_the_voltage_lags() {
+        let rig = rig(|e| {
+            e.switching.dead_time = 0.0;
+            e.switching.advance = false;
+        });
+        let (T, w) = (125e-6, 200.0);
+        let computed = rig.switch(&Hold::default(), &input(0.0, 90.0), 0.0, w, T);
+        assert!((computed.next[0]).abs() < 1e-12 && (computed.next[1] - 90.0).abs() < 1e-12);
+    }
+
+    /// By hand: current in phase a alone against b and c takes `v_dc·t_d·f_sw`·(2 + 1 + 1)/3 from the α axis: 650·2e-6·8000·4/3.
+    #[test]
+    fn dead_time_takes_its_share_against_the_current() {
+        let rig = rig(|e| e.switching.i_0 = 1e-9);
+        let lost = rig.dead_time_voltage(Dq { d: 10.0, q: 0.0 }, 650.0);
+        assert!((lost.d - 650.0 * 0.016 * 4.0 / 3.0).abs() < 1e-6 && lost.q.abs() < 1e-6);
+        let (i, mut least) = (12.0, f64::INFINITY);
+        for k in 0..360 {
+            let (sin, cos) = (f64::from(k).to_radians()).sin_cos();
+            let i = Dq {
+                d: i * cos,
+                q: i * sin,
+            };
+            least = least.min(rig.dead_time_voltage(i, 650.0).dot(i) / i.dot(i).sqrt());
+        }
+        // Least where one phase carries nothing: 10.4·2/√3.
+        assert!(
+            (least - 10.4 * 2.0 / 3.0_f64.sqrt()).abs() < 1e-3,
+            "{least}"
+        );
+    }
+
+    /// |v| stays within v_dc/√3 = 375.3 V at 650 V, where v_max of 375 V counts, and at 400 V within 231 V; the direction is kept.
+    #[test]
+    fn the_dc_link_limits_the_voltage() {
+        let rig = rig(|_| ());
+        let size = |v: Dq| v.dot(v).sqrt();
+        let v = rig.commanded(&input(-300.0, 400.0));
+        assert!((size(v) - 375.0).abs() < 1e-9 && (v.d / v.q + 0.75).abs() < 1e-12);
+        let low = Input {
+            v_dc: 400.0,
+            ..input(-300.0, 400.0)
+        };
+        assert!((size(rig.commanded(&low)) - 400.0 / 3.0_f64.sqrt()).abs() < 1e-9);
+        assert_eq!(rig.commanded(&input(3.0, -4.0)), Dq { d: 3.0, q: -4.0 });
+    }
+}

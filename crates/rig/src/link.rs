@@ -1,0 +1,129 @@
+//! What connects nut and rod: screw, bearings, mounting and pins as springs in series, damping, and play.
+
+use crate::Rig;
+
+/// The connection at an instant.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Link {
+    /// Force of the nut on the rod, N.
+    pub force: f64,
+    /// Its derivative by the nut's lead over the rod, N/m; 0 within the play.
+    pub stiffness: f64,
+    /// Energy in the springs, J.
+    pub energy: f64,
+    /// Power lost, W.
+    pub loss: f64,
+}
+
+impl Rig {
+    /// Stiffness at the rod position `x`, N/m, and its derivative by x.
+    ///
+    /// Springs in series: the screw between bearing and nut (`x(L_s − x)/(L_s EA)`, both ends held), two bearings, nut, rod, and the
+    /// screw's torsion over the lead; as built also mounting with pins, and gear with coupling over the lead:
+    /// ```text
+    /// 1/K = x(L_s − x)/(L_s EA) + 1/(2K_br) + 1/K_n + 1/K_r + (ρ/2π)² x/GJ + 1/K_mount + (ρ/2π)²/K_torsion
+    /// ```
+    /// Beyond the screw's ends the stiffness there holds.
+    pub(crate) fn stiffness(&self, x: f64) -> (f64, f64) {
+        let (p, c, lead) = (&self.p, &self.extra.compliance, self.lead());
+        let inside = x.max(0.0).min(p.L_s);
+        let mut sum = inside * (p.L_s - inside) / (p.L_s * p.EA)
+            + 0.5 / p.K_br
+            + 1.0 / p.K_n
+            + 1.0 / p.K_r
+            + lead * lead * inside / p.GJ;
+        if c.on {
+            sum += 1.0 / c.mount + lead * lead / c.torsion;
+        }
+        let by_x = if inside == x {
+            (1.0 - 2.0 * x / p.L_s) / p.EA + lead * lead / p.GJ
+        } else {
+            0.0
+        };
+        let K = 1.0 / sum;
+        (K, -K * K * by_x)
+    }
+
+    /// Half the play, m.
+    fn play(&self) -> f64 {
+        let b = &self.extra.backlash;
+        if b.on { 0.5 * b.width } else { 0.0 }
+    }
+
+    /// Force for the nut's lead `s` over the rod, m, growing at `s_dot`, at rod position `x` moving at `x_dot`.
+    /// ```text
+    /// δ = s − b for s > b, s + b for s < −b, else 0;   F = K δ + C_b ṡ·min(1, |δ|/δ_0),   but never pulling: F δ ≥ 0
+    /// ```
+    /// without play `F = K s + C_b ṡ`. The stiffness varies with x, but the force law has no term for it: a moving rod gains or
+    /// loses `½ K' ẋ δ²`, counted as a loss.
+    #[inline(always)]
+    pub(crate) fn link(&self, s: f64, s_dot: f64, x: f64, x_dot: f64) -> Link {
+        let (K, K_slope) = self.stiffness(x);
+        let play = self.play();
+        let deflection = s - s.max(-play).min(play);
+        let spring = K * deflection;
+        let mut force = spring + self.p.C_b * s_dot;
+        if self.extra.backlash.on {
+            let engaged = (deflection.abs() / self.extra.backlash.contact).min(1.0);
+            force = spring + engaged * self.p.C_b * s_dot;
+            if force * spring <= 0.0 {
+                force = 0.0;
+            }
+        }
+        Link {
+            force,
+            stiffness: if deflection == 0.0 && self.extra.backlash.on {
+                0.0
+            } else {
+                K
+            },
+            energy: 0.5 * spring * deflection,
+            loss: (force - spring) * s_dot - 0.5 * K_slope * x_dot * deflection * deflection,
+        }
+    }
+
+    /// Lead of the nut over the rod at rest under the force `F`, N.
+    pub(crate) fn stretch(&self, F: f64, x: f64) -> f64 {
+        if F == 0.0 {
+            return 0.0;
+        }
+        F / self.stiffness(x).0 + self.play().copysign(F)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Drive, Extras};
+
+    fn rig() -> Rig {
+        let p = machine::Machine::reference().emla;
+        Rig::new(p, Extras::AS_BUILT, Drive::Motion).expect("valid")
+    }
+
+    /// Nothing is transmitted within the play; beyond it the stretch under a force gives that force; a contact that parts does not pull.
+    #[test]
+    fn play_transmits_nothing_and_contact_does_not_pull() {
+        let rig = rig();
+        assert_eq!(rig.link(19e-6, 0.3, 0.2, 0.1).force, 0.0);
+        for F in [-31e3, 70e3, 5.0] {
+            let at_rest = rig.link(rig.stretch(F, 0.2), 0.0, 0.2, 0.0);
+            assert!((at_rest.force - F).abs() < 1e-6, "{F}");
+        }
+        assert_eq!(rig.link(23e-6, -1.0, 0.2, 0.0).force, 0.0);
+        assert!(rig.link(23e-6, 0.01, 0.2, 0.0).force > rig.link(23e-6, 0.0, 0.2, 0.0).force);
+    }
+
+    /// As built it is softer by mounting and torsion; the slope is the derivative (central difference).
+    #[test]
+    fn compliances_add_up() {
+        let rig = rig();
+        let mut plain = rig;
+        plain.extra.compliance.on = false;
+        let more = 1.0 / rig.stiffness(0.3).0 - 1.0 / plain.stiffness(0.3).0;
+        let lead = 0.016 / std::f64::consts::TAU;
+        assert!((more - 1.0 / 6e7 - lead * lead / 2e4).abs() < 1e-18);
+        let difference = (rig.stiffness(0.3001).0 - rig.stiffness(0.2999).0) / 2e-4;
+        assert!((rig.stiffness(0.3).1 / difference - 1.0).abs() < 1e-6);
+    }
+}

@@ -1,0 +1,149 @@
+//! What the actuator shows at one instant.
+
+use crate::{Input, Powers, Rig, State};
+use serde::{Deserialize, Serialize};
+
+/// Outputs, of the state and the current inputs.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Output {
+    /// Force on the load, N, positive when the actuator pushes; given ahead where it acts late.
+    pub F: f64,
+    /// Mean of `F` over the last step, N.
+    pub F_mean: f64,
+    /// Rod position, m.
+    pub x_rod: f64,
+    /// Rod velocity, m/s.
+    pub x_rod_dot: f64,
+    /// Nut position, m.
+    pub x_nut: f64,
+    /// Direct-axis current, A.
+    pub i_d: f64,
+    /// Quadrature-axis current, A.
+    pub i_q: f64,
+    /// Motor angle, rad.
+    pub theta_m: f64,
+    /// Motor speed, rad/s.
+    pub w_m: f64,
+    /// Electromagnetic torque, N·m.
+    pub tau_e: f64,
+    /// Voltage at the motor, V.
+    pub v_d_motor: f64,
+    /// Voltage at the motor, V.
+    pub v_q_motor: f64,
+    /// Deflection of the friction's bristles, m.
+    pub presliding: f64,
+    /// Power from the DC side, W.
+    pub P_in: f64,
+    /// Its mean over the last step, W.
+    pub P_in_mean: f64,
+    /// Current from the DC side, A: that mean over the voltage.
+    pub i_dc: f64,
+    /// Power to the load, W.
+    pub P_out: f64,
+    /// All losses, W.
+    pub P_loss: f64,
+    /// Copper losses, W.
+    pub P_copper: f64,
+    /// Iron losses, W.
+    pub P_core: f64,
+    /// Inverter losses, W.
+    pub P_inverter: f64,
+    /// Mechanical losses, W.
+    pub P_mech: f64,
+    /// Heat to the air, W.
+    pub P_heat: f64,
+    /// Energy taken from the DC side since the start, J.
+    pub E_in: f64,
+    /// Energy given to the load since the start, J.
+    pub E_out: f64,
+    /// Energy lost since the start, J.
+    pub E_loss: f64,
+    /// Of that, lost in the inverter, J.
+    pub E_inverter: f64,
+    /// Energy in field, rotating parts, springs, bristles and free rod, J.
+    pub E_stored: f64,
+    /// Heat given to the air since the start, J.
+    pub E_heat: f64,
+    /// Heat held in winding and housing, J, from the reference temperature on.
+    pub E_thermal: f64,
+    /// Temperature of the winding, K.
+    pub T_winding: f64,
+    /// Temperature of the housing, K.
+    pub T_housing: f64,
+    /// Efficiency over the last step; 0 where it is not defined.
+    pub efficiency: f64,
+    /// Whether it is: τ_e > 0 and w_m ≠ 0 (quadrants I and IV).
+    pub efficiency_valid: bool,
+}
+
+impl Rig {
+    /// Outputs of state `s` under the inputs `u`.
+    #[must_use]
+    pub fn output(&self, s: &State, u: &Input) -> Output {
+        let now = self.instant(s, u);
+        let is_defined = now.magnetics.tau_e > 0.0 && s.w_m != 0.0;
+        Output {
+            F: now.F + s.lead * now.link.stiffness * now.s_dot,
+            F_mean: s.F_mean,
+            x_rod: now.x,
+            x_rod_dot: now.x_dot,
+            x_nut: self.travel() * s.theta_m,
+            i_d: s.i_d,
+            i_q: s.i_q,
+            theta_m: s.theta_m,
+            w_m: s.w_m,
+            tau_e: now.magnetics.tau_e,
+            v_d_motor: now.v.d,
+            v_q_motor: now.v.q,
+            presliding: s.z,
+            P_in: now.supplied(s.current()),
+            P_in_mean: s.mean.supplied,
+            i_dc: if u.v_dc > 0.0 {
+                s.mean.supplied / u.v_dc
+            } else {
+                0.0
+            },
+            P_out: now.delivered,
+            P_loss: now.lost(),
+            P_copper: now.copper,
+            P_core: now.core,
+            P_inverter: now.inverter,
+            P_mech: now.mechanical,
+            P_heat: now.warming.given,
+            E_in: s.energy.supplied,
+            E_out: s.energy.delivered,
+            E_loss: s.energy.lost,
+            E_inverter: s.energy.inverter,
+            E_stored: self.stored(s, &now),
+            E_heat: s.energy.heat,
+            E_thermal: self.heat_held(s.T),
+            T_winding: s.T[0],
+            T_housing: s.T[1],
+            efficiency: if is_defined {
+                efficiency(&s.mean, s.w_m)
+            } else {
+                0.0
+            },
+            efficiency_valid: is_defined,
+        }
+    }
+}
+
+/// Efficiency of mean powers. Losses rather than input and output make it, so that energy on its way into and out of the stores does not
+/// disturb it; it is kept in [0, 1].
+/// ```text
+/// quadrant I:   η = P_out/(P_out + P_loss)
+/// quadrant IV:  η = (|P_out| − P_loss)/|P_out|
+/// ```
+fn efficiency(mean: &Powers, w_m: f64) -> f64 {
+    let out = mean.delivered * w_m.signum();
+    let (gained, spent) = if w_m > 0.0 {
+        (out, out + mean.lost)
+    } else {
+        (out - mean.lost, out)
+    };
+    if gained <= 0.0 || spent <= 0.0 {
+        return 0.0;
+    }
+    (gained / spent).min(1.0)
+}

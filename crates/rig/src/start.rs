@@ -1,0 +1,65 @@
+//! Where a run starts.
+
+use crate::motor::Dq;
+use crate::{Energy, Input, Powers, Rig, State, StepError};
+
+impl Rig {
+    /// The state that delivers `F_hold` at rod position `x`, in steady motion at `x_dot` (at rest all friction is zero), with these
+    /// temperatures of winding and housing, K. The inverter already holds the voltage that keeps the current.
+    ///
+    /// # Errors
+    /// [`StepError::NotFinite`] for inputs that are not finite.
+    pub fn start(&self, u: &Input, T: [f64; 2]) -> Result<State, StepError> {
+        let (p, travel) = (&self.p, self.travel());
+        let w_m = u.x_dot / travel;
+        let F_link = u.F_hold + p.C_act * u.x_dot;
+        let theta_m = (u.x + self.stretch(F_link, u.x)) / travel;
+        let z = self.steady_deflection(u.x_dot, F_link);
+        let pairs = f64::from(p.p);
+        let per_ampere = 1.5 * pairs * self.magnets(pairs * theta_m, T[1]);
+        let i_q = (self.steady_torque(w_m, F_link, z) - self.cogging(theta_m)) / per_ampere;
+        let i = Dq { d: 0.0, q: i_q };
+        let magnetics = self.magnetics(i, theta_m, T[0], T[1]);
+        let w_e = pairs * w_m;
+        let v = Dq {
+            d: -w_e * magnetics.lambda.q,
+            q: magnetics.R * i_q + w_e * magnetics.lambda.d,
+        };
+        let mut state = State {
+            i_d: 0.0,
+            i_q,
+            theta_m,
+            w_m,
+            z,
+            x: u.x,
+            x_dot: u.x_dot,
+            T,
+            hold: self.steady_hold(v, i, u, theta_m, w_m),
+            F_mean: u.F_hold,
+            lead: 0.0,
+            energy: Energy::default(),
+            mean: Powers::default(),
+        };
+        let now = self.instant(&state, u);
+        state.mean = Powers {
+            supplied: now.supplied(i),
+            delivered: now.delivered,
+            lost: now.lost(),
+        };
+        match state.not_finite() {
+            None => Ok(state),
+            Some((signal, value)) => Err(StepError::NotFinite {
+                t: 0.0,
+                signal,
+                value,
+            }),
+        }
+    }
+
+    /// Torque at which the shaft does not accelerate, N·m. The acceleration is linear in the torque, so two of its values tell.
+    fn steady_torque(&self, w_m: f64, F_link: f64, z: f64) -> f64 {
+        let at = |tau: f64| self.shaft(tau, w_m, F_link, z).w_m_dot;
+        let (idle, slope) = (at(0.0), at(1.0) - at(0.0));
+        -idle / slope
+    }
+}

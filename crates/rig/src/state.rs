@@ -1,0 +1,158 @@
+//! Everything that changes while the actuator runs.
+
+use crate::motor::Dq;
+use serde::{Deserialize, Serialize};
+
+/// Everything that changes while the actuator runs.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct State {
+    /// Direct-axis current, A.
+    pub i_d: f64,
+    /// Quadrature-axis current, A.
+    pub i_q: f64,
+    /// Motor angle, rad; the nut stands at `ρ/(2πN)·θ_m`.
+    pub theta_m: f64,
+    /// Motor speed, rad/s.
+    pub w_m: f64,
+    /// Deflection of the friction's bristles, m at the nut.
+    pub z: f64,
+    /// Rod position in [`crate::Drive::Force`], m.
+    pub x: f64,
+    /// Rod velocity in [`crate::Drive::Force`], m/s.
+    pub x_dot: f64,
+    /// Temperatures of winding and housing, K.
+    pub T: [f64; 2],
+    /// What the inverter holds.
+    pub hold: Hold,
+    /// Mean force over the last step, N; at the start that force itself.
+    pub F_mean: f64,
+    /// Time by which the force is given ahead, s.
+    pub lead: f64,
+    /// Energies since the start.
+    pub energy: Energy,
+    /// Mean powers over the last step; at the start those of the moment.
+    pub mean: Powers,
+}
+
+/// Voltages of the inverter, V, in stator coordinates.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Hold {
+    /// What acts in this switching period.
+    pub acting: [f64; 2],
+    /// What will act in the next one.
+    pub next: [f64; 2],
+    /// Time until it begins, s.
+    pub left: f64,
+}
+
+/// Energies since the start, J; as a rate: powers, W.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Energy {
+    /// Taken from the DC side.
+    pub supplied: f64,
+    /// Given to the load.
+    pub delivered: f64,
+    /// Lost.
+    pub lost: f64,
+    /// Of that, lost in the inverter, whose heat does not reach the motor.
+    pub inverter: f64,
+    /// Heat given to the air.
+    pub heat: f64,
+}
+
+/// Powers, W.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Powers {
+    /// Taken from the DC side.
+    pub supplied: f64,
+    /// Given to the load.
+    pub delivered: f64,
+    /// Lost.
+    pub lost: f64,
+}
+
+impl Energy {
+    fn plus(self, dt: f64, power: &Self) -> Self {
+        Self {
+            supplied: self.supplied + dt * power.supplied,
+            delivered: self.delivered + dt * power.delivered,
+            lost: self.lost + dt * power.lost,
+            inverter: self.inverter + dt * power.inverter,
+            heat: self.heat + dt * power.heat,
+        }
+    }
+
+    /// Mean powers over the `h` s since `before`.
+    pub(crate) fn mean_since(&self, before: &Self, h: f64) -> Powers {
+        Powers {
+            supplied: (self.supplied - before.supplied) / h,
+            delivered: (self.delivered - before.delivered) / h,
+            lost: (self.lost - before.lost) / h,
+        }
+    }
+}
+
+/// Time derivative of the [`State`]; `F` integrates to the impulse behind `F_mean`.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Rates {
+    pub i: Dq,
+    pub theta_m: f64,
+    pub w_m: f64,
+    pub x: f64,
+    pub x_dot: f64,
+    pub T: [f64; 2],
+    pub F: f64,
+    pub energy: Energy,
+}
+
+impl State {
+    /// `self + dt·rates`, with `F_mean` holding an impulse in N·s; bristles and inverter as they are.
+    #[inline(always)]
+    pub(crate) fn plus(&self, dt: f64, rates: &Rates) -> Self {
+        Self {
+            i_d: self.i_d + dt * rates.i.d,
+            i_q: self.i_q + dt * rates.i.q,
+            theta_m: self.theta_m + dt * rates.theta_m,
+            w_m: self.w_m + dt * rates.w_m,
+            x: self.x + dt * rates.x,
+            x_dot: self.x_dot + dt * rates.x_dot,
+            T: [self.T[0] + dt * rates.T[0], self.T[1] + dt * rates.T[1]],
+            F_mean: self.F_mean + dt * rates.F,
+            energy: self.energy.plus(dt, &rates.energy),
+            ..*self
+        }
+    }
+
+    pub(crate) fn current(&self) -> Dq {
+        Dq {
+            d: self.i_d,
+            q: self.i_q,
+        }
+    }
+
+    /// Name and value of a quantity that is not finite.
+    pub(crate) fn not_finite(&self) -> Option<(&'static str, f64)> {
+        [
+            ("i_d", self.i_d),
+            ("i_q", self.i_q),
+            ("theta_m", self.theta_m),
+            ("w_m", self.w_m),
+            ("z", self.z),
+            ("x", self.x),
+            ("x_dot", self.x_dot),
+            ("T_winding", self.T[0]),
+            ("T_housing", self.T[1]),
+            (
+                "voltage",
+                self.hold.acting[0] + self.hold.acting[1] + self.hold.next[0] + self.hold.next[1],
+            ),
+            ("F_mean", self.F_mean),
+            ("energy.in", self.energy.supplied),
+            ("energy.out", self.energy.delivered),
+            ("energy.loss", self.energy.lost),
+            ("energy.heat", self.energy.heat + self.energy.inverter),
+        ]
+        .into_iter()
+        .find(|(_, value)| !value.is_finite())
+    }
+}

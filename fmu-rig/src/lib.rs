@@ -1,0 +1,233 @@
+//! FMI 2.0 co-simulation FMU `Rig`: the electromechanical linear actuator as built.
+//!
+//! `table` is the single source of names, units, bounds and dependencies; this file connects it to the `rig` library.
+#![allow(non_snake_case)] // the paper's symbols
+
+mod table;
+
+use fmu_export::{Info, InputPolynomial, Model, ModelError, StepEnd, Variable};
+use machine::{CoreLosses, InverterLosses, Machine};
+use rig::{Drive, Extras, Output, Rig, State};
+use serde::{Deserialize, Serialize};
+
+/// The actuator behind the FMI border.
+#[derive(Clone, Serialize, Deserialize)]
+pub struct RigFmu {
+    rig: Rig,
+    state: State,
+    rod: Rod,
+}
+
+/// Where the rod is between two sets of the input `x`: it moves on with its velocity, in a step and from one step to the next, because
+/// holding it while x_dot ≠ 0 would cost kilonewtons.
+#[derive(Clone, Copy, Serialize, Deserialize)]
+struct Rod {
+    /// How often the input `x` had been set.
+    sets: u32,
+    /// Where the rod is until it is set again, m.
+    x: f64,
+}
+
+impl Rod {
+    fn at(u: &Input) -> Self {
+        Self {
+            sets: u.x_sets,
+            x: u.u.x,
+        }
+    }
+
+    /// The inputs with the rod where it is.
+    fn input(&self, u: &Input) -> rig::Input {
+        let x = if u.x_sets == self.sets { self.x } else { u.u.x };
+        rig::Input { x, ..u.u }
+    }
+
+    /// The rod after a step of `h` s that began with the inputs `now`, if it has stayed within the bounds of `x`.
+    fn moved(u: &Input, now: &rig::Input, h: f64) -> Result<Self, ModelError> {
+        let (x, limit) = (now.moved(h).x, table::X_LARGEST);
+        if x.abs() > limit {
+            return Err(ModelError::new(format!(
+                "`x_dot` moves the rod to x = {x} m within the step; it must stay within {limit} m of 0"
+            )));
+        }
+        Ok(Self { sets: u.x_sets, x })
+    }
+}
+
+/// Inputs as the importer sees them.
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
+pub struct Input {
+    u: rig::Input,
+    /// How often `x` was set.
+    x_sets: u32,
+}
+
+/// Parameters as the importer sees them.
+#[derive(Clone, Serialize, Deserialize)]
+pub struct Parameters {
+    /// Item of `table::DRIVE`.
+    drive: i32,
+    /// Communication steps by which the force acts late.
+    delay: i32,
+    /// All but pole pairs and losses, which have fields of their own here.
+    emla: machine::Emla,
+    /// FMI integers are signed.
+    pole_pairs: i32,
+    /// Zero where the machine has none.
+    core: CoreLosses,
+    /// Zero where the machine has none.
+    inverter: InverterLosses,
+    extras: Extras,
+    /// Temperatures of winding and housing at the start, K.
+    T_start: [f64; 2],
+    /// File the machine came from; empty: the embedded reference machine.
+    machine_file: String,
+}
+
+impl Parameters {
+    fn reference() -> Self {
+        let mut parameters = Self {
+            drive: table::DRIVE_MOTION,
+            delay: 0,
+            emla: Machine::reference().emla,
+            pole_pairs: 0,
+            core: NO_CORE,
+            inverter: NO_INVERTER,
+            extras: Extras::AS_BUILT,
+            T_start: [table::ROOM; 2],
+            machine_file: String::new(),
+        };
+        parameters.take(Machine::reference().emla);
+        parameters
+    }
+
+    /// Replaces everything that the machine's JSON says of an actuator.
+    fn take(&mut self, emla: machine::Emla) {
+        self.pole_pairs = i32::try_from(emla.p).unwrap_or(i32::MAX);
+        self.core = emla.core.unwrap_or(NO_CORE);
+        self.inverter = emla.inverter.unwrap_or(NO_INVERTER);
+        self.emla = emla;
+    }
+
+    fn actuator(&self) -> Result<Rig, ModelError> {
+        let p = machine::Emla {
+            p: u32::try_from(self.pole_pairs)?,
+            core: Some(self.core),
+            inverter: Some(self.inverter),
+            ..self.emla
+        };
+        let drive = match self.drive {
+            table::DRIVE_MOTION => Drive::Motion,
+            _ => Drive::Force,
+        };
+        Ok(Rig::new(p, self.extras, drive)?.with_delay(u32::try_from(self.delay)?))
+    }
+}
+
+const NO_CORE: CoreLosses = CoreLosses { k_h: 0.0, k_e: 0.0 };
+const NO_INVERTER: InverterLosses = InverterLosses {
+    v_dc: 0.0,
+    f_sw: 0.0,
+    k_sw: 0.0,
+    v_0: 0.0,
+    r_0: 0.0,
+};
+
+impl Model for RigFmu {
+    type Parameters = Parameters;
+    type Input = Input;
+    type Output = Output;
+    type Evaluation = ();
+    const INFO: Info = table::INFO;
+
+    fn variables() -> &'static [Variable<Self>] {
+        table::VARIABLES
+    }
+
+    fn defaults() -> (Parameters, Input) {
+        let parameters = Parameters::reference();
+        let u = rig::Input {
+            x: table::X_START,
+            v_dc: parameters.inverter.v_dc,
+            T_ambient: table::ROOM,
+            ..rig::Input::default()
+        };
+        (parameters, Input { u, x_sets: 0 })
+    }
+
+    fn initialize(p: &Parameters, u: &Input, _t: f64) -> Result<Self, ModelError> {
+        let rig = p.actuator()?;
+        Ok(Self {
+            rig,
+            state: rig.start(&u.u, p.T_start)?,
+            rod: Rod::at(u),
+        })
+    }
+
+    fn output(&self, _p: &Parameters, u: &Input, _now: &()) -> Result<Output, ModelError> {
+        Ok(self.rig.output(&self.state, &self.rod.input(u)))
+    }
+
+    fn step(
+        &mut self,
+        _p: &Parameters,
+        u: &InputPolynomial<Input>,
+        _now: &(),
+        t: f64,
+        h: f64,
+    ) -> Result<StepEnd, ModelError> {
+        let now = self.rod.input(u.value());
+        let state = self.rig.step(&self.state, &now, t, h)?;
+        if self.rig.drive() == Drive::Motion {
+            self.rod = Rod::moved(u.value(), &now, h)?; // with a free rod `x` counts at the start only
+        }
+        self.state = state;
+        Ok(StepEnd::WHOLE)
+    }
+}
+
+fmu_export::export_fmu!(RigFmu);
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Accessors, and dependencies against trying.
+    #[test]
+    fn the_table_agrees_with_the_model() {
+        assert_eq!(fmu_export::check::<RigFmu>(), [""; 0]);
+    }
+
+    /// Set once, and set at every communication point to where the velocity has taken the rod: the same motion, to the rounding of a
+    /// position that 1000 sums have made. Beyond the bounds of `x` a step is refused and changes nothing.
+    #[test]
+    fn a_rod_that_is_set_once_moves_on() {
+        let (parameters, defaults) = RigFmu::defaults();
+        let at = |k: u32, x: f64| Input {
+            u: rig::Input {
+                x,
+                x_dot: 0.1,
+                v_q: 30.0,
+                ..defaults.u
+            },
+            x_sets: k,
+        };
+        let start = at(0, 0.3);
+        let fmu = RigFmu::initialize(&parameters, &start, 0.0).expect("valid");
+        let (mut once, mut each) = (fmu.clone(), fmu);
+        let step = |fmu: &mut RigFmu, u: Input| {
+            fmu.step(&parameters, &InputPolynomial::held(u), &(), 0.0, 1e-3)
+        };
+        for k in 0..1000 {
+            step(&mut once, start).expect("within");
+            step(&mut each, at(k, 0.3 + f64::from(k) * 1e-4)).expect("within");
+            let of = |fmu: &RigFmu, u| fmu.output(&parameters, &u, &()).expect("finite").F;
+            let difference = of(&once, start) - of(&each, at(k + 1, 0.3 + f64::from(k + 1) * 1e-4));
+            assert!(difference.abs() < 1e-4, "{k}: {difference}");
+        }
+        let before = once.state;
+        let beyond = step(&mut once, at(7, 9.99995)).expect_err("beyond 10 m");
+        assert!(beyond.to_string().contains("10.0000"), "{beyond}");
+        assert_eq!(once.state, before);
+    }
+}
