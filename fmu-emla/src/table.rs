@@ -3,7 +3,7 @@
 use crate::{EmlaFmu, Parameters};
 use emla::Surrogate;
 use fmu_export::{
-    ALL_PARAMETERS, Base, Enumeration, File, Info, Unit, Variable, read_parameter_file,
+    ALL_PARAMETERS, Base, Enumeration, File, Info, MadeFile, Unit, Variable, read_parameter_file,
 };
 use machine::Machine;
 use std::path::Path;
@@ -34,10 +34,8 @@ pub(crate) const INFO: Info = Info::new(
 .experiment(0.0, 1.0, 1e-3)
 .documentation(&[File { path: "index.html", bytes: include_bytes!("../documentation/index.html") }])
 .icon(include_bytes!("../model.png"))
-.resources(&[
-    File { path: "reference_machine.json", bytes: machine::REFERENCE_JSON.as_bytes() },
-    File { path: "surrogate.json", bytes: include_bytes!("../../parameters/surrogate.json") },
-])
+.resources(&[File { path: "reference_machine.json", bytes: machine::REFERENCE_JSON.as_bytes() }])
+.made_resources(&[MadeFile { path: "surrogate.json", make: || Surrogate::reference().to_json().into_bytes() }])
 .units(&[
     Unit {
         name: "W.s/(rad.Wb2)",

@@ -1,5 +1,8 @@
 /* Time of one fmi2SetReal of 4 + fmi2DoStep + fmi2GetReal of 4, ns: overhead NAME LIBRARY GUID
- * Prints name, unit, median and fastest of the batches, separated by tabs. */
+ * Prints a line of JSON.
+ *
+ * For an instruction counter: overhead NAME LIBRARY GUID INSTANCES STEPS
+ * makes so many instances, each up to the end of its initialization, and so many steps; prints nothing. */
 #include <dlfcn.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -31,29 +34,55 @@ static void *symbol(void *library, const char *name) {
     return address;
 }
 
+static void *(*instantiate)(const char *, int, const char *, const char *, const void *, int, int);
+static int (*enter)(void *), (*leave)(void *), (*reset)(void *);
+static int (*set)(void *, const unsigned *, size_t, const double *);
+static int (*get)(void *, const unsigned *, size_t, double *);
+static int (*step)(void *, double, double, int);
+
+static int steps(void *c, int n) {
+    const unsigned inputs[] = {0, 1, 2, 3}, outputs[] = {4, 5, 6, 7};
+    double u[] = {1, 2, 3, 4}, x[4], h = 1e-3;
+    int failed = 0;
+    for (int k = 0; k < n; k++)
+        failed |= set(c, inputs, 4, u) | step(c, k * h, h, 1) | get(c, outputs, 4, x);
+    return failed;
+}
+
 int main(int argc, char **argv) {
-    void *library = argc == 4 ? dlopen(argv[2], RTLD_NOW) : NULL;
+    int is_counted = argc == 6;
+    void *library = argc == 4 || is_counted ? dlopen(argv[2], RTLD_NOW) : NULL;
     if (!library) {
-        fprintf(stderr, "usage: overhead NAME LIBRARY GUID (%s)\n", argc == 4 ? dlerror() : "three arguments");
+        fprintf(stderr, "usage: overhead NAME LIBRARY GUID [INSTANCES STEPS] (%s)\n",
+                argc == 4 || is_counted ? dlerror() : "three or five arguments");
         return 1;
     }
-    void *(*instantiate)(const char *, int, const char *, const char *, const void *, int, int) =
-        symbol(library, "fmi2Instantiate");
-    int (*enter)(void *) = symbol(library, "fmi2EnterInitializationMode");
-    int (*leave)(void *) = symbol(library, "fmi2ExitInitializationMode");
-    int (*reset)(void *) = symbol(library, "fmi2Reset");
-    int (*set)(void *, const unsigned *, size_t, const double *) = symbol(library, "fmi2SetReal");
-    int (*get)(void *, const unsigned *, size_t, double *) = symbol(library, "fmi2GetReal");
-    int (*step)(void *, double, double, int) = symbol(library, "fmi2DoStep");
+    instantiate = symbol(library, "fmi2Instantiate");
+    enter = symbol(library, "fmi2EnterInitializationMode");
+    leave = symbol(library, "fmi2ExitInitializationMode");
+    reset = symbol(library, "fmi2Reset");
+    set = symbol(library, "fmi2SetReal");
+    get = symbol(library, "fmi2GetReal");
+    step = symbol(library, "fmi2DoStep");
     Callbacks none = {0};
+    int failed = 0;
+    if (is_counted) {
+        void *c = NULL;
+        for (int k = 0; k < atoi(argv[4]); k++) {
+            c = instantiate("one", 1, argv[3], NULL, &none, 0, 0);
+            failed |= !c || enter(c) || leave(c);
+        }
+        failed |= steps(c, atoi(argv[5]));
+        if (failed)
+            fprintf(stderr, "%s: a call failed\n", argv[1]);
+        return failed;
+    }
     void *c = instantiate("one", 1, argv[3], NULL, &none, 0, 0);
-    const unsigned inputs[] = {0, 1, 2, 3}, outputs[] = {4, 5, 6, 7};
-    double u[] = {1, 2, 3, 4}, x[4], times[BATCHES], h = 1e-3;
+    double times[BATCHES];
     for (int batch = 0; batch < BATCHES; batch++) {
-        int failed = !c || enter(c) || leave(c);
+        failed = !c || enter(c) || leave(c);
         double start = now();
-        for (int k = 0; k < STEPS; k++)
-            failed |= set(c, inputs, 4, u) | step(c, k * h, h, 1) | get(c, outputs, 4, x);
+        failed |= steps(c, STEPS);
         times[batch] = 1e9 * (now() - start) / STEPS;
         if (failed || reset(c)) {
             fprintf(stderr, "%s: a call failed\n", argv[1]);

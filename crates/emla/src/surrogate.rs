@@ -17,18 +17,17 @@
 
 mod file;
 mod network;
+mod shipped;
 
-use std::sync::{Arc, Mutex, PoisonError, Weak};
+use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
-pub use file::{LayerFile, MinMax, Ranges, Split, SurrogateError, SurrogateFile, TrainingRecord};
-pub use network::WIDTHS;
+pub use file::{
+    LayerFile, MinMax, Ranges, Split, SurrogateError, SurrogateFile, TrainingRecord, WIDTHS,
+};
 pub(crate) use network::tanh;
 use network::{Layer, Network};
-
-/// The shipped network; trained on a simulation (the virtual testbed), not on measurements.
-const REFERENCE: &str = include_str!("../../../parameters/surrogate.json");
 
 /// Motor speed over which the two directions are blended, rad/s.
 const FOLD_SPEED: f64 = 2.0;
@@ -48,38 +47,27 @@ pub struct SurrogateOutput {
 /// A trained network, checked; cheap to clone, immutable.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(try_from = "SurrogateFile", into = "SurrogateFile")]
-pub struct Surrogate(Arc<Inner>);
+pub struct Surrogate(Source);
 
-#[derive(Debug)]
-struct Inner {
-    network: Network,
-    file: SurrogateFile,
+#[derive(Clone, Debug)]
+enum Source {
+    /// The one compiled in; trained on a simulation (the virtual testbed), not on measurements.
+    Shipped,
+    Read(Arc<Read>),
 }
 
-/// The shipped network while anyone has it. The static itself owns nothing: what a library's statics own is leaked when it is
-/// unloaded.
-static SHIPPED: Mutex<Option<Weak<Inner>>> = Mutex::new(None);
-
-impl Drop for Inner {
-    fn drop(&mut self) {
-        let mut shipped = SHIPPED.lock().unwrap_or_else(PoisonError::into_inner);
-        if shipped.as_ref().is_some_and(|s| s.strong_count() == 0) {
-            *shipped = None;
-        }
-    }
+#[derive(Debug)]
+struct Read {
+    network: Network,
+    ranges: Ranges,
+    training: TrainingRecord,
 }
 
 impl Surrogate {
-    /// The shipped network. It is read once and shared by all who have it at a time, because it never changes.
+    /// The shipped network, `parameters/surrogate.json` as it was when this was compiled. Costs nothing.
     #[must_use]
     pub fn reference() -> Self {
-        let mut shipped = SHIPPED.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(inner) = shipped.as_ref().and_then(Weak::upgrade) {
-            return Self(inner);
-        }
-        let read = Self::from_json(REFERENCE).expect("the shipped network is valid (tested)");
-        *shipped = Some(Arc::downgrade(&read.0));
-        read
+        Self(Source::Shipped)
     }
 
     /// Read a network file.
@@ -87,6 +75,15 @@ impl Surrogate {
         let file: SurrogateFile =
             serde_json::from_str(text).map_err(|e| SurrogateError::Json(e.to_string()))?;
         Self::new(file)
+    }
+
+    /// A network file that [`from_json`](Self::from_json) reads back bit for bit.
+    ///
+    /// # Panics
+    /// Never: texts and finite numbers can be written as JSON.
+    #[must_use]
+    pub fn to_json(&self) -> String {
+        serde_json::to_string(self).expect("texts and numbers")
     }
 
     /// The only door: refuses wrong shapes, numbers that are not finite, empty ranges.
@@ -107,13 +104,66 @@ impl Surrogate {
         fill(l4, &file.layers[3]);
         fill(l5, &file.layers[4]);
         fill(l6, &file.layers[5]);
-        Ok(Self(Arc::new(Inner { network, file })))
+        let SurrogateFile {
+            training, ranges, ..
+        } = file;
+        Ok(Self(Source::Read(Arc::new(Read {
+            network,
+            ranges,
+            training,
+        }))))
     }
 
-    /// The file's contents, with the training record.
+    /// The file's contents.
     #[must_use]
-    pub fn file(&self) -> &SurrogateFile {
-        &self.0.file
+    pub fn file(&self) -> SurrogateFile {
+        let Network {
+            l1,
+            l2,
+            l3,
+            l4,
+            l5,
+            l6,
+        } = self.network();
+        SurrogateFile {
+            training: self.training(),
+            ranges: *self.ranges(),
+            layers: vec![
+                layer(l1),
+                layer(l2),
+                layer(l3),
+                layer(l4),
+                layer(l5),
+                layer(l6),
+            ],
+        }
+    }
+
+    /// Scaling and trained box.
+    #[inline]
+    #[must_use]
+    pub fn ranges(&self) -> &Ranges {
+        match &self.0 {
+            Source::Shipped => &shipped::RANGES,
+            Source::Read(read) => &read.ranges,
+        }
+    }
+
+    /// Where the weights come from.
+    #[must_use]
+    pub fn training(&self) -> TrainingRecord {
+        match &self.0 {
+            Source::Shipped => shipped::training(),
+            Source::Read(read) => read.training.clone(),
+        }
+    }
+
+    #[inline]
+    fn network(&self) -> &Network {
+        match &self.0 {
+            Source::Shipped => &shipped::NETWORK,
+            Source::Read(read) => &read.network,
+        }
     }
 
     /// Force and rod speed at an air-gap torque `tau_e`, N·m, and a motor speed `w_m`, rad/s, of
@@ -146,7 +196,7 @@ impl Surrogate {
             tau_e: tau_range,
             w_m: w_range,
             ..
-        } = self.0.file.ranges;
+        } = *self.ranges();
         let w = w_range.clamp(w_m.abs());
         let fold = Fold::of(w_m);
         let weighed = |weight, tau| match weight {
@@ -163,7 +213,7 @@ impl Surrogate {
             tau_e: tau_range,
             w_m: w_range,
             ..
-        } = self.0.file.ranges;
+        } = *self.ranges();
         let tau = if w_m < 0.0 { -tau_e } else { tau_e };
         tau_range.contains(tau) && w_range.contains(w_m.abs())
     }
@@ -175,10 +225,9 @@ impl Surrogate {
             w_m,
             f_ext,
             x_dot,
-        } = self.0.file.ranges;
+        } = *self.ranges();
         let x = points.map(|[tau, w]| [tau_e.scale(tau_e.clamp(tau)), w_m.scale(w_m.clamp(w))]);
-        self.0
-            .network
+        self.network()
             .evaluate(x)
             .map(|[f, v]| [f_ext.unscale(f), x_dot.unscale(v)])
     }
@@ -207,7 +256,11 @@ impl Fold {
 
 impl PartialEq for Surrogate {
     fn eq(&self, other: &Self) -> bool {
-        Arc::ptr_eq(&self.0, &other.0) || self.0.file == other.0.file
+        match (&self.0, &other.0) {
+            (Source::Shipped, Source::Shipped) => true,
+            (Source::Read(a), Source::Read(b)) if Arc::ptr_eq(a, b) => true,
+            _ => self.file() == other.file(),
+        }
     }
 }
 
@@ -221,7 +274,7 @@ impl TryFrom<SurrogateFile> for Surrogate {
 
 impl From<Surrogate> for SurrogateFile {
     fn from(surrogate: Surrogate) -> Self {
-        surrogate.0.file.clone()
+        surrogate.file()
     }
 }
 
@@ -232,6 +285,15 @@ fn fill<const IN: usize, const OUT: usize>(layer: &mut Layer<IN, OUT>, file: &La
             layer.weights[i][j] = *w;
         }
         layer.bias[j] = file.bias[j];
+    }
+}
+
+/// [`fill`] the other way round.
+fn layer<const IN: usize, const OUT: usize>(layer: &Layer<IN, OUT>) -> LayerFile {
+    let row = |j| layer.weights.iter().map(|weights| weights[j]).collect();
+    LayerFile {
+        weights: (0..OUT).map(row).collect(),
+        bias: layer.bias.to_vec(),
     }
 }
 

@@ -8,7 +8,7 @@ const H: f64 = 1e-3;
 
 /// The shipped network with all weights zero and these outputs (inside its ranges) as last biases.
 fn constant_network(F: f64, x_dot: f64) -> Surrogate {
-    let mut file = Surrogate::reference().file().clone();
+    let mut file = Surrogate::reference().file();
     for layer in &mut file.layers {
         layer.weights.iter_mut().flatten().for_each(|w| *w = 0.0);
         layer.bias.fill(0.0);
@@ -129,7 +129,7 @@ fn use_beyond_the_training_is_named() {
         w_m,
         ..emla::State::default()
     };
-    let ranges = Surrogate::reference().file().ranges;
+    let ranges = *Surrogate::reference().ranges();
     let (half, beyond) = (0.5 * ranges.w_m.max, 1.1 * ranges.w_m.max);
     assert_eq!(with(0.5).untrained(&at(5.0, half)), None);
     assert_eq!(with(0.5).untrained(&at(5.0, 0.0)), None, "standstill");

@@ -58,7 +58,7 @@ mod core;
 mod fmi2;
 
 pub use core::check::check;
-pub use core::info::{Base, Enumeration, File, Info, Unit};
+pub use core::info::{Base, Enumeration, File, Info, MadeFile, Unit};
 pub use core::input::{InputPolynomial, MAX_INPUT_DERIVATIVE};
 pub use core::model::{Evaluation, Model, ModelError};
 pub use core::parameter_file::read_parameter_file;

@@ -154,7 +154,7 @@ impl PlotsArgs {
     fn run(self) -> Result<()> {
         let surrogate = self.network.read()?;
         let data = data::read_csv(&self.data)?;
-        let record = &surrogate.file().training;
+        let record = surrogate.training();
         if record.data_sha256 != data.sha256 {
             writeln!(
                 stdout(),

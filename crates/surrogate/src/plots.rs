@@ -307,7 +307,7 @@ pub fn quality(
         pairs[1].iter().map(|p| p[0] - p[1]).collect(),
     ];
     let curve = LearningCurve {
-        curve: &surrogate.file().training.curve,
+        curve: &surrogate.training().curve,
     };
     let files = [
         save(&Agreement { pairs }, folder, "predicted_against_true")?,

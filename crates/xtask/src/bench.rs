@@ -33,6 +33,10 @@ const COUPLED_RECORDED: &str = "coupled step of 1 ms, cosim with CSV";
 const TABLE_ON_ALL_CORES: &str = "hdrm-fmu table, all cores";
 const TABLE_ON_ONE_CORE: &str = "hdrm-fmu table, one core";
 
+/// Three calls at the border, which cost what the border costs.
+const BORDER_IN_RUST: &str = "set of 4 + step + get of 4, Rust (fmu-export)";
+const BORDER_IN_C: &str = "set of 4 + step + get of 4, C by hand";
+
 /// What to measure.
 #[derive(Args)]
 pub struct Options {
@@ -224,31 +228,44 @@ fn jobs(workspace: &Workspace, built: &Built) -> Result<Vec<Job>> {
 
 /// The same FMU from Rust and from C under the same C program.
 fn overhead(workspace: &Workspace) -> Result<[Command; 2]> {
-    let folder = workspace.target.join("bench");
-    fs::create_dir_all(&folder)?;
-    let (driver, in_c) = (folder.join("overhead"), folder.join("integrators.so"));
-    let sources = workspace.root.join("tests/bench");
-    let compiler = std::env::var("CC").unwrap_or_else(|_| "cc".to_string());
-    let compile = |out: &Path, source: &str, options: &[&str]| {
-        let mut cc = workspace.command(&compiler);
-        cc.args(["-O2", "-o"]).arg(out).arg(sources.join(source));
-        execute(cc.args(options))
-    };
-    compile(&in_c, "integrators.c", &["-shared", "-fPIC"])?;
-    compile(&driver, "overhead.c", &["-ldl"])?;
-    let example = Source::Example("integrators".to_string());
-    let in_rust = workspace.build_fmus(&[example])?.remove(0);
-    let files = library::files(&in_rust)?;
-    let guid = library::description(&files)?.guid;
+    let in_c = compiled(workspace, "integrators.c", &["-shared", "-fPIC"])?;
+    let driver = compiled(workspace, "overhead.c", &["-ldl"])?;
+    let in_rust = Source::Example("integrators".to_string());
+    let in_rust = workspace.build_fmus(&[in_rust])?.remove(0);
+    let guid = library::description(&library::files(&in_rust)?)?.guid;
     let job = |name: &str, library: &Path| {
         let mut command = workspace.command(&driver);
         command.arg(name).arg(library).arg(&guid);
         command
     };
-    Ok([
-        job("set of 4 + step + get of 4, Rust (fmu-export)", &in_rust),
-        job("set of 4 + step + get of 4, C by hand", &in_c),
-    ])
+    Ok([job(BORDER_IN_RUST, &in_rust), job(BORDER_IN_C, &in_c)])
+}
+
+/// The C program that makes instances of an FMU of the suite: its name, and the command.
+fn instantiation(workspace: &Workspace) -> Result<Vec<(String, Command)>> {
+    let driver = compiled(workspace, "overhead.c", &["-ldl"])?;
+    let libraries = workspace.build_fmus(&workspace.suite())?;
+    let job = |library: &PathBuf| {
+        let description = library::description(&library::files(library)?)?;
+        let mut command = workspace.command(&driver);
+        command.arg(&description.model).arg(library);
+        command.arg(description.guid);
+        Ok((description.model, command))
+    };
+    libraries.iter().map(job).collect()
+}
+
+/// A C source of `tests/bench`, compiled.
+fn compiled(workspace: &Workspace, source: &str, options: &[&str]) -> Result<PathBuf> {
+    let folder = workspace.target.join("bench");
+    fs::create_dir_all(&folder)?;
+    let program = folder.join(Path::new(source).with_extension("out"));
+    let compiler = std::env::var("CC").unwrap_or_else(|_| "cc".to_string());
+    let mut cc = workspace.command(&compiler);
+    cc.args(["-O2", "-o"]).arg(&program);
+    cc.arg(workspace.root.join("tests/bench").join(source));
+    execute(cc.args(options))?;
+    Ok(program)
 }
 
 /// Other engines, the FMPy master, and what loading costs.

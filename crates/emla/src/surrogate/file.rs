@@ -3,7 +3,8 @@
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-use super::network::WIDTHS;
+/// Neurons per layer, from the inputs (tau_e, w_m) to the outputs (F, x_dot).
+pub const WIDTHS: [usize; 7] = [2, 64, 48, 32, 16, 8, 2];
 
 /// Why a network file was refused.
 #[derive(Clone, Debug, Error, PartialEq)]

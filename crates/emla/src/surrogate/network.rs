@@ -9,9 +9,6 @@
 
 use pulp::{Arch, Scalar, Simd, WithSimd};
 
-/// Neurons per layer, from the inputs (tau_e, w_m) to the outputs (F, x_dot).
-pub const WIDTHS: [usize; 7] = [2, 64, 48, 32, 16, 8, 2];
-
 /// One affine layer; aligned to cache lines, as wide loads that cross them cost double.
 #[repr(align(64))]
 #[derive(Clone, Debug)]
@@ -221,7 +218,7 @@ mod tests {
     #[test]
     fn the_instruction_set_does_not_show() {
         let surrogate = Surrogate::reference();
-        let network = &surrogate.0.network;
+        let network = surrogate.network();
         for k in 0..300 {
             let x = [
                 [(0.37 * f64::from(k)).sin(), (0.73 * f64::from(k)).cos()],

@@ -4,6 +4,8 @@ use super::*;
 use crate::maps;
 use serde_json::Value;
 
+const REFERENCE: &str = include_str!("../../../../parameters/surrogate.json");
+
 fn reference_file() -> Value {
     serde_json::from_str(REFERENCE).expect("JSON")
 }
@@ -150,11 +152,33 @@ fn trained_range_and_nan() {
     assert!(surrogate.evaluate(1.0, f64::NAN).F.is_nan());
 }
 
+/// What is compiled in has the bits of the file.
+#[test]
+fn the_shipped_network_is_the_file() {
+    let (shipped, read) = (
+        Surrogate::reference(),
+        Surrogate::from_json(REFERENCE).expect("valid"),
+    );
+    assert_eq!(shipped.file(), read.file());
+    let bits = |surrogate: &Surrogate| -> Vec<u64> {
+        let numbers = surrogate.file().layers.into_iter().flat_map(|layer| {
+            let weights = layer.weights.into_iter().flatten();
+            weights.chain(layer.bias).map(f64::to_bits)
+        });
+        numbers.collect()
+    };
+    assert_eq!(bits(&shipped), bits(&read));
+    assert_eq!(
+        shipped.evaluate(17.3, 61.9).F.to_bits(),
+        read.evaluate(17.3, 61.9).F.to_bits()
+    );
+}
+
 #[test]
 fn file_survives_the_round_trip() {
     let surrogate = Surrogate::reference();
-    let text = serde_json::to_string(&surrogate).expect("JSON");
-    assert_eq!(Surrogate::from_json(&text).expect("valid"), surrogate);
+    let read = Surrogate::from_json(&surrogate.to_json()).expect("valid");
+    assert_eq!(read, surrogate);
 }
 
 /// Every refusal says what is wrong and where.
@@ -208,7 +232,7 @@ fn bad_files_are_refused() {
 #[test]
 fn numbers_that_are_not_finite_are_refused() {
     let refuse = |change: &dyn Fn(&mut SurrogateFile), reason: &str| {
-        let mut file = Surrogate::reference().file().clone();
+        let mut file = Surrogate::reference().file();
         change(&mut file);
         let error = Surrogate::new(file).expect_err(reason).to_string();
         assert!(error.contains(reason), "`{error}` does not say `{reason}`");

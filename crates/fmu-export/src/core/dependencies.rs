@@ -3,13 +3,14 @@
 use super::layout::Layout;
 use super::variable::{ALL_PARAMETERS, Causality, Dependencies};
 use crate::Model;
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::ops::Range;
 
 /// Rows that others may depend on, by name.
 pub(crate) struct Knowns {
     rows: BTreeMap<&'static str, Known>,
-    parameters: BTreeSet<usize>,
+    /// Positions of all parameters, ascending.
+    parameters: Vec<usize>,
 }
 
 /// An input or parameter: the 1-based position of its first element in the table, counted by element, and how many there are.
@@ -22,11 +23,11 @@ struct Known {
 impl Knowns {
     pub(crate) fn new<M: Model>(layout: &Layout<M>) -> Self {
         let mut rows: BTreeMap<_, Known> = BTreeMap::new();
-        let mut parameters = BTreeSet::new();
+        let mut parameters = Vec::new();
         for (position, (_, row)) in (1..).zip(layout.iter()) {
             let is_input = row.causality == Causality::Input;
             if row.causality == Causality::Parameter {
-                parameters.insert(position);
+                parameters.push(position);
             } else if !is_input {
                 continue;
             }
@@ -47,7 +48,7 @@ impl Knowns {
         dependencies: Dependencies,
         i: usize,
         parameters: bool,
-    ) -> Result<Option<BTreeSet<usize>>, String> {
+    ) -> Result<Option<Vec<usize>>, String> {
         let names = match dependencies {
             Dependencies::Unknown => return Ok(None),
             Dependencies::Same(names) => names,
@@ -61,7 +62,7 @@ impl Knowns {
                 }
             },
         };
-        let mut positions = BTreeSet::new();
+        let mut positions = Vec::new();
         for name in names {
             match self.find(name, i) {
                 _ if parameters && *name == ALL_PARAMETERS => positions.extend(&self.parameters),
@@ -78,6 +79,8 @@ impl Knowns {
                 }
             }
         }
+        positions.sort_unstable();
+        positions.dedup();
         Ok(Some(positions))
     }
 

@@ -15,6 +15,7 @@ pub struct Info {
     pub(crate) documentation: &'static [File],
     pub(crate) icon: &'static [u8],
     pub(crate) resources: &'static [File],
+    pub(crate) made_resources: &'static [MadeFile],
     pub(crate) units: &'static [Unit],
     pub(crate) input_derivatives: bool,
     pub(crate) output_derivatives: bool,
@@ -39,6 +40,7 @@ impl Info {
             documentation: &[],
             icon: &[],
             resources: &[],
+            made_resources: &[],
             units: &[],
             input_derivatives: false,
             output_derivatives: false,
@@ -94,6 +96,12 @@ impl Info {
         self
     }
 
+    /// More files for the `resources/` folder, whose content the library holds in another form.
+    pub const fn made_resources(mut self, files: &'static [MadeFile]) -> Self {
+        self.made_resources = files;
+        self
+    }
+
     /// Units beyond (or instead of) those in [`KNOWN_UNITS`](crate::KNOWN_UNITS).
     pub const fn units(mut self, units: &'static [Unit]) -> Self {
         self.units = units;
@@ -135,6 +143,15 @@ pub struct File {
     pub path: &'static str,
     /// Its content, usually `include_bytes!(…)`.
     pub bytes: &'static [u8],
+}
+
+/// A file whose content is made when the packer asks for it.
+#[derive(Clone, Copy, Debug)]
+pub struct MadeFile {
+    /// As in [`File`].
+    pub path: &'static str,
+    /// Makes its content.
+    pub make: fn() -> Vec<u8>,
 }
 
 /// An enumeration type; its items count from 1.

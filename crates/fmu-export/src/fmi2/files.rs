@@ -1,7 +1,7 @@
 //! The files of an FMU beside the binaries.
 
 use super::description::model_description;
-use crate::{File, Model};
+use crate::{File, MadeFile, Model};
 use std::borrow::Cow;
 
 /// Path inside the FMU, and content.
@@ -22,6 +22,9 @@ pub(crate) fn files<M: Model>() -> Result<Vec<Packed>, String> {
         for File { path, bytes } in list {
             files.push((format!("{folder}/{path}"), (*bytes).into()));
         }
+    }
+    for MadeFile { path, make } in info.made_resources {
+        files.push((format!("resources/{path}"), make().into()));
     }
     Ok(files)
 }

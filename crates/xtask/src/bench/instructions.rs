@@ -112,6 +112,21 @@ fn count(workspace: &Workspace) -> Result<BTreeMap<String, u64>> {
         command
     })?;
     counts.insert("coupled step of 1 ms".to_string(), coupled);
+    let driven = |command: &Command, [instances, steps]: [u32; 2]| {
+        let mut counted = valgrind(workspace);
+        counted.arg(command.get_program()).args(command.get_args());
+        counted.args([instances.to_string(), steps.to_string()]);
+        counted
+    };
+    for (name, command) in super::instantiation(workspace)? {
+        let count = per_call([0, 1], |n| driven(&command, [n, 0]))?;
+        counts.insert(format!("first instance of {name}"), count);
+    }
+    let [in_rust, in_c] = super::overhead(workspace)?;
+    for (name, command) in [(super::BORDER_IN_RUST, in_rust), (super::BORDER_IN_C, in_c)] {
+        let count = per_call([1000, 2000], |n| driven(&command, [1, n]))?;
+        counts.insert(name.to_string(), count);
+    }
     Ok(counts)
 }
 

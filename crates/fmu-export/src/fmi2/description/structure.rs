@@ -5,7 +5,6 @@ use crate::Model;
 use crate::core::dependencies::Knowns;
 use crate::core::layout::Layout;
 use crate::core::variable::{Causality, Variable};
-use std::collections::BTreeSet;
 use std::io;
 
 pub(super) fn write<M: Model>(xml: &mut Xml, layout: &Layout<M>) -> io::Result<()> {
@@ -35,7 +34,7 @@ fn unknowns<M: Model>(
     xml: &mut Xml,
     element: &str,
     layout: &Layout<M>,
-    knowns: impl Fn(&Variable<M>, usize) -> Result<Option<BTreeSet<usize>>, String>,
+    knowns: impl Fn(&Variable<M>, usize) -> Result<Option<Vec<usize>>, String>,
 ) -> io::Result<()> {
     xml.create_element(element).write_inner_content(|xml| {
         for (position, (i, row)) in (1..).zip(layout.iter()) {
