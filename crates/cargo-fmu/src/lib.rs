@@ -5,6 +5,7 @@
 #![deny(unsafe_code)]
 
 pub mod archive;
+pub mod check;
 pub mod fmi2;
 pub mod library;
 pub mod licences;

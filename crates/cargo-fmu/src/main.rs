@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use anyhow::{Context, Result};
+use cargo_fmu::check::{self, Verdict};
 use cargo_fmu::pack;
 use cargo_fmu::workspace::{Source, Workspace};
 use clap::{Args, Parser, Subcommand};
@@ -45,12 +46,28 @@ enum Command {
         #[arg(long, value_name = "PROFILE", default_value = pack::FMU_PROFILE)]
         profile: String,
     },
+    /// Check FMUs, whoever made them: archive, description, libraries, and what they do when they are run
+    Check {
+        /// FMUs
+        #[arg(required = true, value_name = "FILE.fmu")]
+        fmus: Vec<PathBuf>,
+        /// Remarks count as failures
+        #[arg(long)]
+        strict: bool,
+    },
+    /// One trial of `check`, in this process
+    #[command(hide = true)]
+    Try {
+        name: String,
+        folder: PathBuf,
+        result: PathBuf,
+    },
 }
 
 fn main() -> ExitCode {
     let Cargo::Fmu(Fmu { command }) = Cargo::parse();
     match run(command) {
-        Ok(()) => ExitCode::SUCCESS,
+        Ok(code) => code,
         Err(error) => {
             eprintln!("error: {error:#}");
             ExitCode::FAILURE
@@ -58,22 +75,52 @@ fn main() -> ExitCode {
     }
 }
 
-fn run(command: Command) -> Result<()> {
-    let Command::Pack {
-        packages,
-        examples,
-        targets,
-        out,
-        profile,
-    } = command;
-    let platforms = pack::Platforms::named(&targets)?;
-    let folder = std::env::current_dir().context("the current folder")?;
-    let workspace = Workspace::of(&folder)?;
-    let mut sources = Source::chosen(packages, examples);
-    if sources.is_empty() {
-        sources = workspace.fmus(&folder);
+fn run(command: Command) -> Result<ExitCode> {
+    match command {
+        Command::Pack {
+            packages,
+            examples,
+            targets,
+            out,
+            profile,
+        } => {
+            let platforms = pack::Platforms::named(&targets)?;
+            let folder = std::env::current_dir().context("the current folder")?;
+            let workspace = Workspace::of(&folder)?;
+            let mut sources = Source::chosen(packages, examples);
+            if sources.is_empty() {
+                sources = workspace.fmus(&folder);
+            }
+            let out = out.unwrap_or_else(|| workspace.target.join("fmu"));
+            let profile = pack::profile(&profile);
+            pack::fmus(&workspace, &sources, &profile, &platforms, &out)?;
+        }
+        Command::Check { fmus, strict } => return check_all(&fmus, strict),
+        Command::Try {
+            name,
+            folder,
+            result,
+        } => check::try_one(&name, &folder, &result)?,
     }
-    let out = out.unwrap_or_else(|| workspace.target.join("fmu"));
-    let profile = pack::profile(&profile);
-    pack::fmus(&workspace, &sources, &profile, &platforms, &out).map(drop)
+    Ok(ExitCode::SUCCESS)
+}
+
+fn check_all(fmus: &[PathBuf], strict: bool) -> Result<ExitCode> {
+    let program = std::env::current_exe().context("the path of this program")?;
+    let mut is_sound = true;
+    for fmu in fmus {
+        let report = check::check(fmu, &program)?;
+        println!("{report}");
+        let remarks = if strict {
+            report.count(Verdict::Remark)
+        } else {
+            0
+        };
+        is_sound &= report.count(Verdict::Fails) + remarks == 0;
+    }
+    Ok(if is_sound {
+        ExitCode::SUCCESS
+    } else {
+        ExitCode::FAILURE
+    })
 }

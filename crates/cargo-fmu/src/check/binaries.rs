@@ -1,0 +1,243 @@
+//! The libraries of all platforms, read without loading them: processor, functions, what they need, what they tell of where they
+//! were built.
+
+use std::collections::BTreeSet;
+
+use object::read::elf::{ElfFile64, FileHeader};
+use object::{Architecture, BinaryFormat, Object, ObjectSymbol};
+
+use super::outcome::{Outcome, Promise, Report};
+use crate::archive::Entries;
+
+const AREA: &str = "libraries";
+const PROCESSOR: Promise = Promise {
+    text: "each library is built for the platform of its folder, and named after the model identifier",
+    why: "importers pick a library by its folder and name, and fail to load it where it is for another processor",
+};
+const FUNCTIONS: Promise = Promise {
+    text: "each library exports every function of its interface",
+    why: "importers look all of them up when they load it, also those of features that the FMU does not have",
+};
+const ORIGIN: Promise = Promise {
+    text: "libraries tell nothing of the machine that built them",
+    why: "paths name users and folders of the maker, and make two builds differ",
+};
+
+/// A folder of `binaries/`.
+pub struct PlatformFolder {
+    /// Its name.
+    pub folder: &'static str,
+    suffix: &'static str,
+    format: BinaryFormat,
+    processors: &'static [Architecture],
+}
+
+const fn platform(
+    folder: &'static str,
+    suffix: &'static str,
+    format: BinaryFormat,
+    processors: &'static [Architecture],
+) -> PlatformFolder {
+    PlatformFolder {
+        folder,
+        suffix,
+        format,
+        processors,
+    }
+}
+
+use Architecture::{Aarch64, I386, X86_64};
+use BinaryFormat::{Elf, MachO, Pe};
+
+/// Folders of FMI 2.0 (section 2.3) and 3.0 (section 2.5.1.4).
+#[rustfmt::skip]
+pub const PLATFORMS: [PlatformFolder; 13] = [
+    platform("linux64",         ".so",    Elf,   &[X86_64]),
+    platform("linux32",         ".so",    Elf,   &[I386]),
+    platform("win64",           ".dll",   Pe,    &[X86_64]),
+    platform("win32",           ".dll",   Pe,    &[I386]),
+    platform("darwin64",        ".dylib", MachO, &[X86_64, Aarch64]),
+    platform("x86_64-linux",    ".so",    Elf,   &[X86_64]),
+    platform("x86-linux",       ".so",    Elf,   &[I386]),
+    platform("aarch64-linux",   ".so",    Elf,   &[Aarch64]),
+    platform("x86_64-windows",  ".dll",   Pe,    &[X86_64]),
+    platform("x86-windows",     ".dll",   Pe,    &[I386]),
+    platform("aarch64-windows", ".dll",   Pe,    &[Aarch64]),
+    platform("x86_64-darwin",   ".dylib", MachO, &[X86_64]),
+    platform("aarch64-darwin",  ".dylib", MachO, &[Aarch64]),
+];
+
+/// What paths of a building machine begin with.
+const HOMES: [&[u8]; 4] = [b"/home/", b"/root/", b"/Users/", b":\\Users\\"];
+
+/// Check the libraries of an FMU with these model identifiers, which must export these functions.
+pub fn check(entries: &Entries, identifiers: &[&str], functions: &[&str], report: &mut Report) {
+    let [mut processor, mut exported, mut origin] = [(); 3].map(|()| Outcome::default());
+    for (platform, identifier) in PLATFORMS
+        .iter()
+        .flat_map(|p| identifiers.iter().map(move |i| (p, i)))
+    {
+        let folder = format!("binaries/{}/", platform.folder);
+        if !entries.keys().any(|name| name.starts_with(&folder)) {
+            continue;
+        }
+        let path = format!("{folder}{identifier}{}", platform.suffix);
+        match entries
+            .get(&path)
+            .map(|bytes| (bytes, object::File::parse(bytes.as_slice())))
+        {
+            None => processor.fail(format!("there is no {path}")),
+            Some((_, Err(reason))) => processor.fail(format!("{path}: {reason}")),
+            Some((bytes, Ok(file))) => {
+                built_for(platform, &path, &file, &mut processor);
+                exports(&path, &file, functions, &mut exported);
+                needs(&path, bytes, &mut processor);
+                paths_inside(&path, bytes, &mut origin);
+            }
+        }
+    }
+    report.push(AREA, PROCESSOR, processor);
+    report.push(AREA, FUNCTIONS, exported);
+    report.push(AREA, ORIGIN, origin);
+}
+
+fn built_for(platform: &PlatformFolder, path: &str, file: &object::File, outcome: &mut Outcome) {
+    let (format, processor) = (file.format(), file.architecture());
+    if format != platform.format || !platform.processors.contains(&processor) {
+        outcome.fail(format!("{path} is built for {processor:?} ({format:?})"));
+    }
+}
+
+fn exports(path: &str, file: &object::File, functions: &[&str], outcome: &mut Outcome) {
+    let exported = match file.exports() {
+        Ok(exported) => exported,
+        Err(reason) => return outcome.fail(format!("{path}: {reason}")),
+    };
+    let name = |name: &[u8]| {
+        let name = String::from_utf8_lossy(name);
+        // Mach-O puts an underscore before C names.
+        let plain = match file.format() {
+            MachO => name.strip_prefix('_'),
+            _ => None,
+        };
+        plain.unwrap_or(&name).to_string()
+    };
+    let exported: BTreeSet<_> = exported.iter().map(|e| name(e.name())).collect();
+    for missing in functions.iter().filter(|f| !exported.contains(**f)) {
+        outcome.fail(format!("{path}: {missing}"));
+    }
+    let others = exported
+        .iter()
+        .filter(|name| !functions.contains(&name.as_str()));
+    match others.count() {
+        0 | 1 => {}
+        others => outcome.note(format!(
+            "{path} exports {others} symbols beside them, which may clash with those of other libraries"
+        )),
+    }
+}
+
+/// The newest glibc that a library of Linux asks for.
+fn needs(path: &str, bytes: &[u8], outcome: &mut Outcome) {
+    let Ok(file) = ElfFile64::<object::Endianness>::parse(bytes) else {
+        return;
+    };
+    let Ok(Some(versions)) = versions(&file) else {
+        return;
+    };
+    let newest = file
+        .dynamic_symbols()
+        .filter_map(|symbol| {
+            let index = versions.version_index(file.endian(), symbol.index());
+            let version = versions.version(index).ok()??;
+            let name = std::str::from_utf8(version.name()).ok()?;
+            let number = name.strip_prefix("GLIBC_")?;
+            let parts: Option<Vec<u32>> = number.split('.').map(|p| p.parse().ok()).collect();
+            Some((parts?, number.to_string()))
+        })
+        .max();
+    if let Some((_, number)) = newest {
+        outcome.note(format!("{path} needs glibc {number} or newer"));
+    }
+}
+
+type Versions<'data> =
+    object::read::elf::VersionTable<'data, object::elf::FileHeader64<object::Endianness>>;
+
+fn versions<'data>(
+    file: &ElfFile64<'data, object::Endianness>,
+) -> object::Result<Option<Versions<'data>>> {
+    let endian = file.endian();
+    let sections = file.elf_header().sections(endian, file.data())?;
+    sections.versions(endian, file.data())
+}
+
+fn paths_inside(path: &str, bytes: &[u8], outcome: &mut Outcome) {
+    let is_path = |b: &u8| b.is_ascii_alphanumeric() || b"/\\._-+:~".contains(b);
+    let found: BTreeSet<String> = HOMES
+        .iter()
+        .flat_map(|home| {
+            let places = bytes.windows(home.len()).enumerate();
+            let starts = places.filter(move |(_, text)| text == home);
+            starts.map(|(start, _)| {
+                let rest = &bytes[start..];
+                let end = rest.iter().position(|b| !is_path(b)).unwrap_or(rest.len());
+                String::from_utf8_lossy(&rest[..end]).into_owned()
+            })
+        })
+        .filter(|text| text.len() > 10)
+        .collect();
+    if let Some(first) = found.first() {
+        outcome.remark(format!(
+            "{path} holds {} paths, such as {first}",
+            found.len()
+        ));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// This test itself is a library for the machine that it runs on, as far as this check goes.
+    fn this_program() -> Vec<u8> {
+        std::fs::read(std::env::current_exe().unwrap()).unwrap()
+    }
+
+    fn checked(path: &str, functions: &[&str]) -> [Outcome; 3] {
+        let entries = Entries::from([(path.to_string(), this_program())]);
+        let mut report = Report::default();
+        check(&entries, &["X"], functions, &mut report);
+        let outcomes: Vec<_> = report.rows.into_iter().map(|row| row.outcome).collect();
+        outcomes.try_into().unwrap()
+    }
+
+    #[cfg(all(target_os = "linux", target_arch = "x86_64"))]
+    #[test]
+    fn folders_names_and_functions_are_compared() {
+        let [sound, exported, _] = checked("binaries/linux64/X.so", &["fmi2DoStep"]);
+        assert_eq!(sound.fails, [""; 0]);
+        assert!(
+            sound.notes[0].starts_with("binaries/linux64/X.so needs glibc 2."),
+            "{sound:?}"
+        );
+        assert_eq!(exported.fails, ["binaries/linux64/X.so: fmi2DoStep"]);
+        let [misnamed, ..] = checked("binaries/linux64/Y.so", &[]);
+        assert_eq!(misnamed.fails, ["there is no binaries/linux64/X.so"]);
+        let [elsewhere, ..] = checked("binaries/aarch64-linux/X.so", &[]);
+        assert_eq!(
+            elsewhere.fails,
+            ["binaries/aarch64-linux/X.so is built for X86_64 (Elf)"]
+        );
+    }
+
+    #[test]
+    fn paths_of_the_maker_are_found() {
+        let mut outcome = Outcome::default();
+        paths_inside("X.so", b"..\0/home/me/model/src.c\0/home/\0", &mut outcome);
+        assert_eq!(
+            outcome.remarks,
+            ["X.so holds 1 paths, such as /home/me/model/src.c"]
+        );
+    }
+}

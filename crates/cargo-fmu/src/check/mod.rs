@@ -1,0 +1,247 @@
+//! `cargo fmu check`: whether an FMU, whoever made it, keeps what importers rely on: archive, model description, libraries, and how
+//! it behaves when it is called. What the standard demands fails; what it permits, but importers stumble over, is a remark.
+
+mod archive;
+mod binaries;
+mod outcome;
+mod run;
+mod schema;
+mod structure;
+mod variables;
+mod xml;
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result};
+use fmu_description::Description;
+use uppsala::Document;
+
+use crate::archive::Entries;
+use crate::fmi2::Folder;
+use crate::fmi2::functions::Functions;
+use crate::platform;
+pub use outcome::{Outcome, Promise, Report, Row, Verdict};
+pub use run::one as try_one;
+use xml::Element;
+
+const SCHEMA: Promise = Promise {
+    text: "modelDescription.xml is UTF-8, well-formed, and valid by the schema of its version",
+    why: "importers refuse the whole FMU",
+};
+const TERMINALS: Promise = Promise {
+    text: "terminalsAndIcons.xml is valid by its schema",
+    why: "importers draw and connect by it",
+};
+const BEYOND: Promise = Promise {
+    text: "what is asked beyond the schema",
+    why: "",
+};
+const RUNS: Promise = Promise {
+    text: "what it does when it is run",
+    why: "",
+};
+
+/// Check an FMU. `program` is this program, which tries what the FMU does in processes of their own.
+pub fn check(path: &Path, program: &Path) -> Result<Report> {
+    let bytes = fs::read(path).with_context(|| path.display().to_string())?;
+    let file = path.file_name().unwrap_or_default().to_string_lossy();
+    let mut report = Report {
+        title: format!("{file} ({} kB)", bytes.len() / 1000),
+        rows: Vec::new(),
+    };
+    let Some(entries) = archive::check(&bytes, &mut report) else {
+        return Ok(report);
+    };
+    if let Some(text) = entries.get("modelDescription.xml") {
+        match std::str::from_utf8(text).map_err(|e| e.to_string()) {
+            Ok(text) => described(text, &entries, program, &mut report)?,
+            Err(reason) => report.push("model description", SCHEMA, Outcome::failed(reason)),
+        }
+    }
+    Ok(report)
+}
+
+fn described(text: &str, entries: &Entries, program: &Path, report: &mut Report) -> Result<()> {
+    let document = match uppsala::parse(text.trim_start_matches('\u{feff}')) {
+        Ok(document) => document,
+        Err(reason) => {
+            report.push(
+                "model description",
+                SCHEMA,
+                Outcome::failed(reason.to_string()),
+            );
+            return Ok(());
+        }
+    };
+    let Some(root) = Element::root(&document) else {
+        return Ok(());
+    };
+    let version = root.get("fmiVersion").unwrap_or("");
+    report.title += &title(root);
+    report.push(
+        "model description",
+        SCHEMA,
+        schema::description(version, &document),
+    );
+    if let Some(text) = entries.get("terminalsAndIcons/terminalsAndIcons.xml") {
+        report.push("model description", TERMINALS, terminals(text));
+    }
+    if version == "2.0" {
+        let variables = variables::Variable::all(root);
+        structure::check(root, &variables, report);
+        variables::check(root, &variables, report);
+    } else {
+        let reason =
+            format!("this program knows the rules of FMI 2.0 only, not those of {version}");
+        report.push("model description", BEYOND, Outcome::not_checked(reason));
+    }
+    binaries::check(
+        entries,
+        &structure::identifiers(root),
+        &required(root, version),
+        report,
+    );
+    match obstacle(text, &document, entries) {
+        Some(reason) => report.push("simulation", RUNS, Outcome::not_checked(reason)),
+        None => runs(entries, program, report)?,
+    }
+    Ok(())
+}
+
+fn title(root: Element) -> String {
+    let get = |attribute| root.get(attribute).unwrap_or("");
+    let interfaces = [
+        ("CoSimulation", "co-simulation"),
+        ("ModelExchange", "model exchange"),
+        ("ScheduledExecution", "scheduled execution"),
+    ];
+    let offered = interfaces
+        .iter()
+        .filter(|(tag, _)| root.child(tag).is_some());
+    let offered: Vec<_> = offered.map(|(_, name)| *name).collect();
+    let tool = root
+        .get("generationTool")
+        .map_or(String::new(), |tool| format!(", made by {tool}"));
+    format!(
+        ": FMI {}, {}, `{}` {}{tool}",
+        get("fmiVersion"),
+        offered.join(" and "),
+        get("modelName"),
+        get("version")
+    )
+}
+
+fn terminals(text: &[u8]) -> Outcome {
+    match std::str::from_utf8(text).map_err(|e| e.to_string()) {
+        Ok(text) => match uppsala::parse(text) {
+            Ok(document) => schema::terminals(&document),
+            Err(reason) => Outcome::failed(reason.to_string()),
+        },
+        Err(reason) => Outcome::failed(reason),
+    }
+}
+
+/// Functions that the libraries must export.
+fn required(root: Element, version: &str) -> Vec<&'static str> {
+    match version {
+        "2.0" => {
+            let co_simulation = root.child("CoSimulation").map(|_| Functions::NAMES);
+            let model_exchange = root.child("ModelExchange").map(|_| MODEL_EXCHANGE);
+            let mut names = [co_simulation, model_exchange]
+                .into_iter()
+                .flatten()
+                .flatten()
+                .copied()
+                .collect::<Vec<_>>();
+            names.sort_unstable();
+            names.dedup();
+            names
+        }
+        _ => Vec::new(),
+    }
+}
+
+/// Functions of FMI 2.0 for model exchange (section 3.2), with those that both interfaces share.
+const MODEL_EXCHANGE: &[&str] = &[
+    "fmi2GetTypesPlatform",
+    "fmi2GetVersion",
+    "fmi2SetDebugLogging",
+    "fmi2Instantiate",
+    "fmi2FreeInstance",
+    "fmi2SetupExperiment",
+    "fmi2EnterInitializationMode",
+    "fmi2ExitInitializationMode",
+    "fmi2Terminate",
+    "fmi2Reset",
+    "fmi2GetReal",
+    "fmi2GetInteger",
+    "fmi2GetBoolean",
+    "fmi2GetString",
+    "fmi2SetReal",
+    "fmi2SetInteger",
+    "fmi2SetBoolean",
+    "fmi2SetString",
+    "fmi2GetFMUstate",
+    "fmi2SetFMUstate",
+    "fmi2FreeFMUstate",
+    "fmi2SerializedFMUstateSize",
+    "fmi2SerializeFMUstate",
+    "fmi2DeSerializeFMUstate",
+    "fmi2GetDirectionalDerivative",
+    "fmi2EnterEventMode",
+    "fmi2NewDiscreteStates",
+    "fmi2EnterContinuousTimeMode",
+    "fmi2CompletedIntegratorStep",
+    "fmi2SetTime",
+    "fmi2SetContinuousStates",
+    "fmi2GetDerivatives",
+    "fmi2GetEventIndicators",
+    "fmi2GetContinuousStates",
+    "fmi2GetNominalsOfContinuousStates",
+];
+
+/// Why the FMU cannot be run here.
+fn obstacle(text: &str, document: &Document, entries: &Entries) -> Option<String> {
+    let root = Element::root(document)?;
+    let version = root.get("fmiVersion").unwrap_or("");
+    if version != "2.0" || root.child("CoSimulation").is_none() {
+        return Some("this program runs FMI 2.0 for co-simulation only".into());
+    }
+    let description = match Description::parse(text) {
+        Ok(description) => description,
+        Err(reason) => return Some(reason.to_string()),
+    };
+    let platform = match platform::host() {
+        Ok(platform) => platform,
+        Err(reason) => return Some(reason.to_string()),
+    };
+    let library = format!(
+        "binaries/{}/{}{}",
+        platform.folder, description.identifier, platform.suffix
+    );
+    let missing = !entries.contains_key(&library);
+    missing.then(|| format!("it has no library for this machine ({library})"))
+}
+
+fn runs(entries: &Entries, program: &Path, report: &mut Report) -> Result<()> {
+    let scratch = Folder::new("check")?;
+    let [plain, spaced] = ["fmu", "an ü in it"].map(|name| scratch.0.join(name));
+    for folder in [&plain, &spaced] {
+        unpack(entries, folder)?;
+    }
+    run::all(program, &plain, &spaced, &scratch.0, report)
+}
+
+fn unpack(entries: &Entries, folder: &Path) -> Result<()> {
+    for (name, bytes) in entries {
+        let path: PathBuf = folder.join(name);
+        if let Some(parent) = path.parent() {
+            fs::create_dir_all(parent).with_context(|| parent.display().to_string())?;
+        }
+        fs::write(&path, bytes).with_context(|| path.display().to_string())?;
+    }
+    // Importers make this folder even where the archive has none.
+    let resources = folder.join("resources");
+    fs::create_dir_all(&resources).with_context(|| resources.display().to_string())
+}

@@ -1,0 +1,245 @@
+//! What a check found, and the table that tells it.
+
+use std::fmt::{self, Write};
+
+use serde::{Deserialize, Serialize};
+
+/// What one promise came to.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Outcome {
+    /// Where the standard, or the promise itself, is broken.
+    pub fails: Vec<String>,
+    /// What the standard permits but importers stumble over.
+    pub remarks: Vec<String>,
+    /// Why it could not be checked.
+    pub not_checked: Option<String>,
+    /// Numbers that a reader may want to know.
+    pub notes: Vec<String>,
+}
+
+/// An outcome in one word; the worst counts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Verdict {
+    /// Holds.
+    Pass,
+    /// Holds, but see the remarks.
+    Remark,
+    /// Does not hold.
+    Fails,
+    /// Could not be seen.
+    NotChecked,
+}
+
+/// A promise: what must hold, and why that matters to those who load the FMU.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Promise {
+    /// What must hold.
+    pub text: &'static str,
+    /// What goes wrong where it does not.
+    pub why: &'static str,
+}
+
+/// A row of the table.
+#[derive(Clone, Debug)]
+pub struct Row {
+    /// Heading that it stands under.
+    pub area: &'static str,
+    /// What must hold.
+    pub promise: Promise,
+    /// What was found.
+    pub outcome: Outcome,
+}
+
+/// The whole table.
+#[derive(Clone, Debug, Default)]
+pub struct Report {
+    /// What was checked: file, version of FMI, model.
+    pub title: String,
+    /// Its rows, in the order of the table.
+    pub rows: Vec<Row>,
+}
+
+/// Details of one kind that are printed for a row; the rest is counted.
+const SHOWN: usize = 5;
+
+impl Outcome {
+    /// It cannot be checked.
+    pub fn not_checked(reason: impl Into<String>) -> Self {
+        Self {
+            not_checked: Some(reason.into()),
+            ..Self::default()
+        }
+    }
+
+    /// It does not hold.
+    pub fn failed(reason: impl Into<String>) -> Self {
+        Self {
+            fails: vec![reason.into()],
+            ..Self::default()
+        }
+    }
+
+    /// Add a reason why it does not hold.
+    pub fn fail(&mut self, reason: impl Into<String>) {
+        self.fails.push(reason.into());
+    }
+
+    /// Add a remark.
+    pub fn remark(&mut self, remark: impl Into<String>) {
+        self.remarks.push(remark.into());
+    }
+
+    /// Add a note.
+    pub fn note(&mut self, note: impl Into<String>) {
+        self.notes.push(note.into());
+    }
+
+    /// In one word.
+    pub fn verdict(&self) -> Verdict {
+        match self {
+            Self { fails, .. } if !fails.is_empty() => Verdict::Fails,
+            Self { remarks, .. } if !remarks.is_empty() => Verdict::Remark,
+            Self {
+                not_checked: Some(_),
+                ..
+            } => Verdict::NotChecked,
+            _ => Verdict::Pass,
+        }
+    }
+}
+
+impl Report {
+    /// Rows with this verdict.
+    pub fn count(&self, verdict: Verdict) -> usize {
+        let verdicts = self.rows.iter().map(|row| row.outcome.verdict());
+        verdicts.filter(|v| *v == verdict).count()
+    }
+
+    /// Add a row.
+    pub fn push(&mut self, area: &'static str, promise: Promise, outcome: Outcome) {
+        self.rows.push(Row {
+            area,
+            promise,
+            outcome,
+        });
+    }
+}
+
+impl fmt::Display for Verdict {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(match self {
+            Self::Pass => "pass",
+            Self::Remark => "remark",
+            Self::Fails => "FAILS",
+            Self::NotChecked => "not checked",
+        })
+    }
+}
+
+impl fmt::Display for Report {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(f, "{}", self.title)?;
+        let mut area = "";
+        for row in &self.rows {
+            if row.area != area {
+                area = row.area;
+                writeln!(f, "\n{area}")?;
+            }
+            row.fmt(f)?;
+        }
+        let counts = [
+            (Verdict::Pass, "passed"),
+            (Verdict::Fails, "failed"),
+            (Verdict::Remark, "with remarks"),
+            (Verdict::NotChecked, "not checked"),
+        ];
+        let counts = counts.map(|(verdict, word)| format!("{} {word}", self.count(verdict)));
+        writeln!(f, "\n{}", counts.join(", "))
+    }
+}
+
+impl fmt::Display for Row {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let verdict = self.outcome.verdict();
+        writeln!(f, "  {verdict:<12} {}", self.promise.text)?;
+        let outcome = &self.outcome;
+        detail(f, "!", &outcome.fails)?;
+        detail(f, "~", &outcome.remarks)?;
+        detail(f, "?", outcome.not_checked.as_slice())?;
+        detail(f, "·", &outcome.notes)?;
+        if matches!(verdict, Verdict::Fails | Verdict::Remark) {
+            detail(f, "→", &[self.promise.why.to_string()])?;
+        }
+        Ok(())
+    }
+}
+
+/// Lines below a row, each after its mark.
+fn detail(f: &mut fmt::Formatter<'_>, mark: &str, texts: &[String]) -> fmt::Result {
+    for text in texts.iter().take(SHOWN) {
+        writeln!(f, "{:15}{mark} {}", "", in_one_line(text))?;
+    }
+    match texts.len().saturating_sub(SHOWN) {
+        0 => Ok(()),
+        more => writeln!(f, "{:15}{mark} and {more} more like it", ""),
+    }
+}
+
+/// An FMU's messages may hold anything: what a terminal would obey is shown as an escape.
+fn in_one_line(text: &str) -> String {
+    text.chars().fold(String::new(), |mut line, c| {
+        if c.is_control() {
+            let _ = write!(line, "{}", c.escape_default()); // writing to a String cannot fail
+        } else {
+            line.push(c);
+        }
+        line
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const PROMISE: Promise = Promise {
+        text: "it works",
+        why: "else it does not",
+    };
+
+    #[test]
+    fn the_worst_counts() {
+        let mut outcome = Outcome::not_checked("no library");
+        assert_eq!(outcome.verdict(), Verdict::NotChecked);
+        outcome.remark("odd");
+        assert_eq!(outcome.verdict(), Verdict::Remark);
+        outcome.fail("wrong");
+        assert_eq!(outcome.verdict(), Verdict::Fails);
+        assert_eq!(Outcome::default().verdict(), Verdict::Pass);
+    }
+
+    #[test]
+    fn a_table_says_what_fails_and_why_it_matters() {
+        let mut report = Report {
+            title: "X.fmu".into(),
+            rows: Vec::new(),
+        };
+        report.push("files", PROMISE, Outcome::default());
+        let fails = (1..8).map(|k| format!("wrong\t{k}")).collect();
+        let outcome = Outcome {
+            fails,
+            ..Outcome::default()
+        };
+        report.push("calls", PROMISE, outcome);
+        let text = report.to_string();
+        assert!(
+            text.starts_with(
+                "X.fmu\n\nfiles\n  pass         it works\n\ncalls\n  FAILS        it works\n"
+            ),
+            "{text}"
+        );
+        assert!(text.contains("! wrong\\t5\n"), "{text}");
+        assert!(text.contains("! and 2 more like it\n"), "{text}");
+        assert!(text.contains("→ else it does not\n"), "{text}");
+        assert!(text.ends_with("\n1 passed, 1 failed, 0 with remarks, 0 not checked\n"));
+    }
+}

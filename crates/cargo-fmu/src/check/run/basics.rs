@@ -1,0 +1,269 @@
+//! Loading, and the plain run that every importer makes.
+
+use std::ffi::{CStr, c_int};
+use std::path::Path;
+use std::ptr;
+
+use fmu_description::Access;
+
+use super::super::outcome::Outcome;
+use super::instance::{Instance, references, status_name, step_size};
+use super::{Place, Trial, open, trial};
+use crate::fmi2::functions::{OK, WARNING};
+use crate::fmi2::order::Mode;
+
+/// Steps of a plain run.
+const STEPS: usize = 100;
+
+pub const TRIALS: &[Trial] = &[
+    trial(
+        "versions",
+        "loading",
+        versions,
+        "the library loads, and says that it is FMI 2.0 with the default types",
+        "importers refuse another version",
+    ),
+    Trial {
+        place: Place::Spaced,
+        ..trial(
+            "spaced",
+            "loading",
+            plain_run,
+            "it also runs from a folder whose name has a space and an umlaut, which the URI of its resources encodes",
+            "users unpack files to `C:\\Users\\Jürgen Müller`",
+        )
+    },
+    trial(
+        "guid",
+        "loading",
+        guid,
+        "an instance is made for the guid of the description, and refused for another one",
+        "a library beside the description of another version would mix up its variables",
+    ),
+    trial(
+        "reload",
+        "loading",
+        reload,
+        "the library can be unloaded and loaded again, and fmi2FreeInstance(NULL) does nothing",
+        "importers unload between simulations; a crash there takes their user's work with it",
+    ),
+    trial(
+        "run",
+        "simulation",
+        run,
+        "it initializes and steps; every number that it hands out is finite",
+        "this is what it is for",
+    ),
+    trial(
+        "grid",
+        "simulation",
+        grid,
+        "it takes communication points both as k·h and as a running sum of h",
+        "importers compute them either way, and they differ by rounding",
+    ),
+    trial(
+        "start",
+        "simulation",
+        start_time,
+        "it starts at another time than 0",
+        "coupled systems start where the user says",
+    ),
+    trial(
+        "stop",
+        "simulation",
+        stop_time,
+        "a step to the stop time is done, one beyond it refused",
+        "the standard says so, and models prepare no data for what comes after",
+    ),
+    trial(
+        "sizes",
+        "simulation",
+        step_sizes,
+        "steps may differ in length, if canHandleVariableCommunicationStepSize",
+        "importers with step size control, and every simulation whose end is no multiple of h, do that",
+    ),
+    trial(
+        "terminate",
+        "simulation",
+        terminate,
+        "after fmi2Terminate values can still be read, and fmi2Reset makes it ready again",
+        "importers read results at the end, and start again without loading",
+    ),
+];
+
+fn versions(folder: &Path, outcome: &mut Outcome) -> Result<(), String> {
+    let fmu = open(folder)?;
+    let f = &fmu.functions;
+    // SAFETY: functions without arguments that give C strings.
+    let texts = unsafe { [(f.fmi2GetVersion)(), (f.fmi2GetTypesPlatform)()] };
+    let expected = [
+        ("fmi2GetVersion", "2.0"),
+        ("fmi2GetTypesPlatform", "default"),
+    ];
+    for (text, (name, expected)) in texts.into_iter().zip(expected) {
+        if text.is_null() {
+            outcome.fail(format!("{name} gave NULL"));
+            continue;
+        }
+        // SAFETY: not NULL, hence a C string.
+        let text = unsafe { CStr::from_ptr(text) }.to_string_lossy();
+        if text != expected {
+            outcome.fail(format!("{name} gave `{text}`, expected `{expected}`"));
+        }
+    }
+    Ok(())
+}
+
+fn plain_run(folder: &Path, _: &mut Outcome) -> Result<(), String> {
+    let fmu = open(folder)?;
+    Instance::started(&fmu, "spaced")?.motion(3, 0).map(drop)
+}
+
+fn guid(folder: &Path, outcome: &mut Outcome) -> Result<(), String> {
+    let fmu = open(folder)?;
+    Instance::new(&fmu, "right")?;
+    if Instance::with(
+        &fmu,
+        "wrong",
+        "{00000000-1111-2222-3333-444444444444}",
+        false,
+    )
+    .is_ok()
+    {
+        outcome.remark("fmi2Instantiate took the guid {00000000-1111-2222-3333-444444444444}");
+    }
+    Ok(())
+}
+
+fn reload(folder: &Path, _: &mut Outcome) -> Result<(), String> {
+    for _ in 0..3 {
+        let fmu = open(folder)?;
+        Instance::started(&fmu, "reload")?.motion(1, 0)?;
+        // SAFETY: NULL is what the standard lets pass.
+        unsafe { (fmu.functions.fmi2FreeInstance)(ptr::null_mut()) };
+    }
+    Ok(())
+}
+
+fn run(folder: &Path, outcome: &mut Outcome) -> Result<(), String> {
+    let fmu = open(folder)?;
+    let mut instance = Instance::started(&fmu, "run")?;
+    let description = &fmu.description;
+    let variables = &description.variables;
+    let reals = references(variables, |v| v.access() == Access::Real);
+    let texts = references(variables, |v| v.access() == Access::String);
+    let h = step_size(&fmu);
+    for _ in 0..STEPS {
+        instance.step(h)?;
+        let (status, values) = instance.reals(&reals);
+        instance.must("fmi2GetReal of all variables", status)?;
+        if let Some(k) = values.iter().position(|value| !value.is_finite()) {
+            let named = variables
+                .iter()
+                .filter(|v| v.access() == Access::Real)
+                .nth(k);
+            let name = named.map_or("", |v| &v.name);
+            return Err(format!(
+                "t = {} s: `{name}` is {}",
+                instance.time, values[k]
+            ));
+        }
+        instance.observe()?;
+        let (status, _) = instance.texts(&texts);
+        instance.must("fmi2GetString of all variables", status)?;
+    }
+    outcome.note(format!("{STEPS} steps of {h} s"));
+    Ok(())
+}
+
+fn grid(folder: &Path, _: &mut Outcome) -> Result<(), String> {
+    let fmu = open(folder)?;
+    let h = step_size(&fmu);
+    let mut sum = Instance::started(&fmu, "sum")?;
+    (0..STEPS).try_for_each(|_| sum.step(h))?;
+    drop(sum); // one at a time: it may be the only one that can be made
+    let mut multiple = Instance::started(&fmu, "multiple")?;
+    let start = multiple.time;
+    for k in 0..STEPS {
+        multiple.time = start + k as f64 * h;
+        multiple.step(h)?;
+    }
+    Ok(())
+}
+
+fn start_time(folder: &Path, outcome: &mut Outcome) -> Result<(), String> {
+    let fmu = open(folder)?;
+    let mut instance = Instance::new(&fmu, "start")?;
+    let h = step_size(&fmu);
+    let later = fmu.description.default_experiment.start.unwrap_or(0.0) + 7.0 * h;
+    let begun = instance.initialize_between(later, None);
+    if let Err(reason) = begun.and_then(|()| instance.step(h)) {
+        outcome.remark(reason);
+    }
+    Ok(())
+}
+
+fn stop_time(folder: &Path, outcome: &mut Outcome) -> Result<(), String> {
+    let fmu = open(folder)?;
+    let mut instance = Instance::new(&fmu, "stop")?;
+    let h = step_size(&fmu);
+    let start = fmu.description.default_experiment.start.unwrap_or(0.0);
+    instance.initialize_between(start, Some(start + 3.0 * h))?;
+    (0..3).try_for_each(|_| instance.step(h))?;
+    if let status @ (OK | WARNING) = instance.step_from(instance.time, h) {
+        outcome.fail(format!(
+            "a step beyond the stop time gave {}, expected fmi2Error",
+            status_name(status)
+        ));
+    }
+    Ok(())
+}
+
+fn step_sizes(folder: &Path, outcome: &mut Outcome) -> Result<(), String> {
+    let fmu = open(folder)?;
+    if !fmu.description.capabilities.variable_step {
+        outcome.not_checked = Some("the FMU does not claim it".into());
+        return Ok(());
+    }
+    let h = step_size(&fmu);
+    let outputs = references(&fmu.description.variables, |v| {
+        v.is_computed() && v.access() == Access::Real
+    });
+    let after = |sizes: &[f64]| {
+        let mut instance = Instance::started(&fmu, "sizes")?;
+        sizes.iter().try_for_each(|h| instance.step(*h))?;
+        let (status, values) = instance.reals(&outputs);
+        instance.must("fmi2GetReal", status)?;
+        Ok::<_, String>(values)
+    };
+    let whole = after(&[h, h, h])?;
+    let parts = after(&[0.5 * h, h, 0.25 * h, 1.25 * h])?;
+    let pairs = whole.iter().zip(&parts);
+    let differences = pairs.map(|(a, b)| (a - b).abs() / a.abs().max(b.abs()).max(1e-9));
+    let largest = differences.fold(0.0, f64::max);
+    outcome.note(format!(
+        "three steps and the same time in four others differ by {largest:.1e} at most, relatively"
+    ));
+    Ok(())
+}
+
+fn terminate(folder: &Path, _: &mut Outcome) -> Result<(), String> {
+    let fmu = open(folder)?;
+    let mut instance = Instance::started(&fmu, "terminate")?;
+    let before = instance.motion(3, 0)?;
+    instance.enter(Mode::Terminated)?;
+    instance.observe()?;
+    instance.enter(Mode::Instantiated)?;
+    instance.initialize()?;
+    match instance.motion(3, 0)? == before {
+        true => Ok(()),
+        false => {
+            Err("after fmi2Terminate and fmi2Reset it does not do what it did at first".into())
+        }
+    }
+}
+
+/// A status that is none, or one that a co-simulation FMU that is not asynchronous has no use for.
+pub fn is_odd(status: c_int) -> bool {
+    !(0..=3).contains(&status)
+}

@@ -1,0 +1,192 @@
+//! Derivatives of inputs and outputs.
+
+use std::path::Path;
+
+use fmu_description::{Access, Causality, Variability, Variable};
+
+use super::super::outcome::Outcome;
+use super::instance::{Instance, references, step_size};
+use super::{Trial, open, trial};
+use crate::fmi2::functions::WARNING;
+
+/// By which share a directional derivative may differ from a difference of outputs, which is itself an approximation.
+const TOLERANCE: f64 = 1e-2;
+
+pub const TRIALS: &[Trial] = &[
+    trial(
+        "directional",
+        "derivatives",
+        directional,
+        "directional derivatives are the slopes of the outputs, if providesDirectionalDerivative",
+        "importers solve algebraic loops with them, and diverge with wrong ones",
+    ),
+    trial(
+        "outputs",
+        "derivatives",
+        outputs,
+        "derivatives of outputs are given, if maxOutputDerivativeOrder says so",
+        "importers extrapolate with them",
+    ),
+    trial(
+        "inputs",
+        "derivatives",
+        inputs,
+        "derivatives of inputs are taken, if canInterpolateInputs",
+        "importers that extrapolate inputs send them",
+    ),
+];
+
+fn is_continuous_input(v: &Variable) -> bool {
+    v.is_input() && v.access() == Access::Real && v.variability == Variability::Continuous
+}
+
+fn is_real_output(v: &Variable) -> bool {
+    v.causality == Causality::Output && v.access() == Access::Real
+}
+
+/// What the FMU does not claim is not tried.
+fn unless(claimed: bool, outcome: &mut Outcome) -> bool {
+    if !claimed {
+        outcome.not_checked = Some("the FMU does not claim it".into());
+    }
+    !claimed
+}
+
+fn directional(folder: &Path, outcome: &mut Outcome) -> Result<(), String> {
+    let fmu = open(folder)?;
+    if unless(
+        fmu.description.capabilities.directional_derivatives,
+        outcome,
+    ) {
+        return Ok(());
+    }
+    let variables = &fmu.description.variables;
+    let unknowns = references(variables, is_real_output);
+    let mut instance = Instance::started(&fmu, "directional")?;
+    instance.step(step_size(&fmu))?;
+    let mut compared = 0;
+    for input in variables.iter().filter(|v| is_continuous_input(v)) {
+        let mut slopes = vec![0.0; unknowns.len()];
+        // SAFETY: a live instance, arrays of fitting lengths.
+        let status = unsafe {
+            (fmu.functions.fmi2GetDirectionalDerivative)(
+                instance.c,
+                unknowns.as_ptr(),
+                unknowns.len(),
+                &input.reference,
+                1,
+                &1.0,
+                slopes.as_mut_ptr(),
+            )
+        };
+        instance.must(
+            &format!("fmi2GetDirectionalDerivative by `{}`", input.name),
+            status,
+        )?;
+        let Some([below, above, width]) = around(&instance, input, &unknowns)? else {
+            continue;
+        };
+        let outputs = variables.iter().filter(|v| is_real_output(v));
+        for (k, output) in outputs.enumerate() {
+            let difference = (above[k] - below[k]) / width[0];
+            let scale = difference.abs().max(slopes[k].abs());
+            let rounding = 1e-12 * above[k].abs().max(below[k].abs()) / width[0];
+            compared += 1;
+            if (slopes[k] - difference).abs() > TOLERANCE * scale + rounding {
+                outcome.remark(format!(
+                    "d `{}` / d `{}` is {}, a difference gives {difference}",
+                    output.name, input.name, slopes[k]
+                ));
+            }
+        }
+    }
+    outcome.note(format!(
+        "{compared} slopes compared with central differences"
+    ));
+    Ok(())
+}
+
+/// Outputs a little below and above the present value of an input, and the distance; None where bounds or the model forbid it.
+fn around(
+    instance: &Instance,
+    input: &Variable,
+    outputs: &[u32],
+) -> Result<Option<[Vec<f64>; 3]>, String> {
+    let vr = [input.reference];
+    let (status, old) = instance.reals(&vr);
+    instance.must(&format!("fmi2GetReal of `{}`", input.name), status)?;
+    let step = 1e-4 * input.nominal.unwrap_or(old[0].abs().max(1.0)).abs();
+    let mut both = Vec::new();
+    for value in [old[0] - step, old[0] + step] {
+        let [min, max] = input.bounds();
+        if !(min..=max).contains(&value) || instance.set_reals(&vr, &[value]) > WARNING {
+            break;
+        }
+        let (status, values) = instance.reals(outputs);
+        if status > WARNING {
+            break;
+        }
+        both.push(values);
+    }
+    let status = instance.set_reals(&vr, &old);
+    instance.must(&format!("fmi2SetReal of `{}`", input.name), status)?;
+    let [below, above] = match <[Vec<f64>; 2]>::try_from(both) {
+        Ok(both) => both,
+        Err(_) => return Ok(None),
+    };
+    Ok(Some([below, above, vec![2.0 * step]]))
+}
+
+fn outputs(folder: &Path, outcome: &mut Outcome) -> Result<(), String> {
+    let fmu = open(folder)?;
+    if unless(
+        fmu.description.capabilities.output_derivative_order > 0,
+        outcome,
+    ) {
+        return Ok(());
+    }
+    let is_continuous =
+        |v: &Variable| is_real_output(v) && v.variability == Variability::Continuous;
+    let vr = references(&fmu.description.variables, is_continuous);
+    let mut instance = Instance::started(&fmu, "outputs")?;
+    instance.step(step_size(&fmu))?;
+    let mut values = vec![0.0; vr.len()];
+    let orders = vec![1; vr.len()];
+    // SAFETY: a live instance, arrays of equal length.
+    let status = unsafe {
+        (fmu.functions.fmi2GetRealOutputDerivatives)(
+            instance.c,
+            vr.as_ptr(),
+            vr.len(),
+            orders.as_ptr(),
+            values.as_mut_ptr(),
+        )
+    };
+    instance.must("fmi2GetRealOutputDerivatives of all outputs", status)?;
+    match values.iter().find(|value| !value.is_finite()) {
+        Some(value) => Err(format!("a derivative is {value}")),
+        None => Ok(()),
+    }
+}
+
+fn inputs(folder: &Path, outcome: &mut Outcome) -> Result<(), String> {
+    let fmu = open(folder)?;
+    if unless(fmu.description.capabilities.interpolates_inputs, outcome) {
+        return Ok(());
+    }
+    let vr = references(&fmu.description.variables, is_continuous_input);
+    let mut instance = Instance::started(&fmu, "inputs")?;
+    let (orders, values) = (vec![1; vr.len()], vec![0.0; vr.len()]);
+    // SAFETY: a live instance, arrays of equal length.
+    let status = unsafe {
+        (fmu.functions.fmi2SetRealInputDerivatives)(
+            instance.c,
+            vr.as_ptr(),
+            vr.len(),
+            orders.as_ptr(),
+            values.as_ptr(),
+        )
+    };
+    instance.must("fmi2SetRealInputDerivatives of all inputs", status)?;
+    instance.step(step_size(&fmu))
+}

@@ -1,0 +1,340 @@
+//! An instance of an FMU as a strict importer holds it: with its log, the time, and what can be read of it.
+
+use std::cell::RefCell;
+use std::ffi::{CStr, CString, c_int};
+use std::ptr;
+
+use fmu_description::{Access, Variable};
+
+use crate::fmi2::Fmu;
+use crate::fmi2::functions::*;
+use crate::fmi2::order::Mode;
+
+/// A message as the logger got it.
+#[derive(Clone, Debug)]
+pub struct Message {
+    /// Instance that it is said to come from.
+    pub instance: String,
+    /// Status.
+    pub status: c_int,
+    /// Category.
+    pub category: String,
+    /// Text; a printf format whose arguments are not looked at.
+    pub text: String,
+}
+
+type Log = RefCell<Vec<Message>>;
+
+unsafe extern "C" fn logger(
+    environment: Pointer,
+    name: Text,
+    status: c_int,
+    category: Text,
+    format: Text,
+) {
+    let string = |s: Text| match s.is_null() {
+        true => String::new(),
+        // SAFETY: a C string of the FMU.
+        false => unsafe { CStr::from_ptr(s) }.to_string_lossy().into_owned(),
+    };
+    let message = Message {
+        instance: string(name),
+        status,
+        category: string(category),
+        text: string(format),
+    };
+    // SAFETY: the environment is the log of the instance, which outlives it.
+    unsafe { &*environment.cast::<Log>() }
+        .borrow_mut()
+        .push(message);
+}
+
+/// A live instance; freed when dropped.
+pub struct Instance<'a> {
+    /// Its FMU.
+    pub fmu: &'a Fmu,
+    /// `fmi2Component`.
+    pub c: Pointer,
+    /// Time of the last communication point, s.
+    pub time: f64,
+    log: Box<Log>,
+    _callbacks: Box<Callbacks>,
+}
+
+impl<'a> Instance<'a> {
+    /// fmi2Instantiate as it should be done.
+    pub fn new(fmu: &'a Fmu, name: &str) -> Result<Self, String> {
+        Self::with(fmu, name, &fmu.description.guid, false)
+    }
+
+    /// fmi2Instantiate with a guid and loggingOn.
+    pub fn with(fmu: &'a Fmu, name: &str, guid: &str, logging: bool) -> Result<Self, String> {
+        let log = Box::new(Log::default());
+        let callbacks = Box::new(Callbacks {
+            logger: Some(logger),
+            allocate_memory: Some(libc_calloc),
+            free_memory: Some(libc_free),
+            step_finished: ptr::null_mut(),
+            environment: ptr::from_ref(&*log).cast_mut().cast(),
+        });
+        let [name, guid] = [name, guid].map(|s| CString::new(s).expect("no NUL in names"));
+        // SAFETY: valid strings, and callbacks that outlive the instance.
+        let c = unsafe {
+            (fmu.functions.fmi2Instantiate)(
+                name.as_ptr(),
+                1,
+                guid.as_ptr(),
+                fmu.resources.as_ptr(),
+                &*callbacks,
+                0,
+                c_int::from(logging),
+            )
+        };
+        if c.is_null() {
+            return Err(format!("fmi2Instantiate gave NULL{}", told(&log.take())));
+        }
+        Ok(Self {
+            fmu,
+            c,
+            time: 0.0,
+            log,
+            _callbacks: callbacks,
+        })
+    }
+
+    /// At the first communication point, with the start values.
+    pub fn started(fmu: &'a Fmu, name: &str) -> Result<Self, String> {
+        let mut instance = Self::new(fmu, name)?;
+        instance.initialize()?;
+        Ok(instance)
+    }
+
+    /// Messages since the last call of this function.
+    pub fn messages(&self) -> Vec<Message> {
+        self.log.take()
+    }
+
+    /// A call that must be answered by fmi2OK; fmi2Warning is let through.
+    pub fn must(&self, call: &str, status: c_int) -> Result<(), String> {
+        match status {
+            OK | WARNING => Ok(()),
+            _ => Err(format!(
+                "{call} gave {}{}",
+                status_name(status),
+                told(&self.messages())
+            )),
+        }
+    }
+
+    /// From Instantiated to the first communication point, at the default start time.
+    pub fn initialize(&mut self) -> Result<(), String> {
+        let start = self.fmu.description.default_experiment.start.unwrap_or(0.0);
+        self.initialize_between(start, None)
+    }
+
+    /// From Instantiated to the first communication point.
+    pub fn initialize_between(&mut self, start: f64, stop: Option<f64>) -> Result<(), String> {
+        self.setup(start, stop)?;
+        self.enter(Mode::Initialization)?;
+        self.enter(Mode::Stepping)
+    }
+
+    /// fmi2SetupExperiment.
+    pub fn setup(&mut self, start: f64, stop: Option<f64>) -> Result<(), String> {
+        let f = &self.fmu.functions;
+        let (has_stop, stop) = (c_int::from(stop.is_some()), stop.unwrap_or(0.0));
+        // SAFETY: a live instance.
+        let status = unsafe { (f.fmi2SetupExperiment)(self.c, 0, 0.0, start, has_stop, stop) };
+        self.time = start;
+        self.must("fmi2SetupExperiment", status)
+    }
+
+    /// The call that leads into the next mode.
+    pub fn enter(&mut self, mode: Mode) -> Result<(), String> {
+        let f = &self.fmu.functions;
+        let (name, function) = match mode {
+            Mode::Instantiated => ("fmi2Reset", f.fmi2Reset),
+            Mode::Initialization => ("fmi2EnterInitializationMode", f.fmi2EnterInitializationMode),
+            Mode::Stepping => ("fmi2ExitInitializationMode", f.fmi2ExitInitializationMode),
+            Mode::Terminated => ("fmi2Terminate", f.fmi2Terminate),
+        };
+        // SAFETY: a live instance.
+        let status = unsafe { function(self.c) };
+        self.must(name, status)
+    }
+
+    /// fmi2DoStep from `t`; its status.
+    pub fn step_from(&mut self, t: f64, h: f64) -> c_int {
+        // SAFETY: a live instance.
+        unsafe { (self.fmu.functions.fmi2DoStep)(self.c, t, h, 1) }
+    }
+
+    /// fmi2DoStep from the present time, which must succeed.
+    pub fn step(&mut self, h: f64) -> Result<(), String> {
+        let status = self.step_from(self.time, h);
+        self.must(
+            &format!("fmi2DoStep from t = {} s by {h} s", self.time),
+            status,
+        )?;
+        self.time += h;
+        Ok(())
+    }
+
+    /// Values of Real variables.
+    pub fn reals(&self, references: &[u32]) -> (c_int, Vec<f64>) {
+        let mut values = vec![0.0; references.len()];
+        let (vr, n) = (references.as_ptr(), references.len());
+        // SAFETY: a live instance, arrays of equal length.
+        let status =
+            unsafe { (self.fmu.functions.fmi2GetReal)(self.c, vr, n, values.as_mut_ptr()) };
+        (status, values)
+    }
+
+    /// Set Real variables; the status.
+    pub fn set_reals(&self, references: &[u32], values: &[f64]) -> c_int {
+        assert_eq!(references.len(), values.len());
+        let (vr, n) = (references.as_ptr(), references.len());
+        // SAFETY: a live instance, arrays of equal length.
+        unsafe { (self.fmu.functions.fmi2SetReal)(self.c, vr, n, values.as_ptr()) }
+    }
+
+    /// Values of Integer, enumeration or Boolean variables.
+    pub fn integers(&self, access: Access, references: &[u32]) -> (c_int, Vec<c_int>) {
+        let f = &self.fmu.functions;
+        let function = match access {
+            Access::Boolean => f.fmi2GetBoolean,
+            _ => f.fmi2GetInteger,
+        };
+        let mut values = vec![0; references.len()];
+        let (vr, n) = (references.as_ptr(), references.len());
+        // SAFETY: a live instance, arrays of equal length.
+        let status = unsafe { function(self.c, vr, n, values.as_mut_ptr()) };
+        (status, values)
+    }
+
+    /// Values of String variables.
+    pub fn texts(&self, references: &[u32]) -> (c_int, Vec<String>) {
+        let mut values = vec![ptr::null(); references.len()];
+        let (vr, n) = (references.as_ptr(), references.len());
+        // SAFETY: a live instance, arrays of equal length; what is given out is NULL or a C string until the next call.
+        unsafe {
+            let status = (self.fmu.functions.fmi2GetString)(self.c, vr, n, values.as_mut_ptr());
+            let text = |p: Text| match p.is_null() || status > WARNING {
+                true => String::new(),
+                false => CStr::from_ptr(p).to_string_lossy().into_owned(),
+            };
+            (status, values.into_iter().map(text).collect())
+        }
+    }
+
+    /// Everything that can be read, as bits: numbers of all variables.
+    pub fn observe(&self) -> Result<Vec<u64>, String> {
+        let description = &self.fmu.description;
+        let of = |access| references(&description.variables, |v| v.access() == access);
+        let (status, reals) = self.reals(&of(Access::Real));
+        self.must("fmi2GetReal of all variables", status)?;
+        let mut bits: Vec<_> = reals.iter().map(|value| value.to_bits()).collect();
+        for access in [Access::Integer, Access::Boolean] {
+            let (status, values) = self.integers(access, &of(access));
+            self.must(&format!("fmi2Get{access:?} of all variables"), status)?;
+            bits.extend(values.iter().map(|value| u64::from(value.cast_unsigned())));
+        }
+        Ok(bits)
+    }
+
+    /// Step a while with inputs that move a little; everything that can be read after each step.
+    pub fn motion(&mut self, steps: usize, phase: usize) -> Result<Vec<u64>, String> {
+        let h = step_size(self.fmu);
+        let mut bits = Vec::new();
+        for k in 0..steps {
+            self.excite(phase + k);
+            self.step(h)?;
+            bits.extend(self.observe()?);
+        }
+        Ok(bits)
+    }
+
+    /// Set Real inputs a little beside their start values, inside their bounds. A model that refuses them keeps what it had.
+    pub fn excite(&self, k: usize) {
+        let is_moving = |v: &&Variable| v.is_input() && v.access() == Access::Real;
+        for (n, v) in self
+            .fmu
+            .description
+            .variables
+            .iter()
+            .filter(is_moving)
+            .enumerate()
+        {
+            let start = v.start_number().unwrap_or(0.0);
+            let scale = v.nominal.unwrap_or(start.abs()).abs();
+            let scale = if scale > 0.0 { scale } else { 1.0 };
+            let value = start + 0.01 * scale * (0.7 * k as f64 + n as f64).sin();
+            let [min, max] = v.bounds();
+            if min <= max {
+                self.set_reals(&[v.reference], &[value.clamp(min, max)]);
+            }
+        }
+        self.messages();
+    }
+}
+
+impl Drop for Instance<'_> {
+    fn drop(&mut self) {
+        // SAFETY: a live instance, freed once.
+        unsafe { (self.fmu.functions.fmi2FreeInstance)(self.c) }
+    }
+}
+
+unsafe extern "C" fn libc_calloc(count: usize, size: usize) -> Pointer {
+    // SAFETY: calloc takes any sizes.
+    unsafe { libc::calloc(count, size) }
+}
+
+unsafe extern "C" fn libc_free(memory: Pointer) {
+    // SAFETY: what calloc gave, or NULL.
+    unsafe { libc::free(memory) }
+}
+
+/// Value references of the variables that fit.
+pub fn references(variables: &[Variable], fits: impl Fn(&Variable) -> bool) -> Vec<u32> {
+    let fitting = variables.iter().filter(|v| fits(v));
+    fitting.map(|v| v.reference).collect()
+}
+
+/// Communication step that the FMU proposes, else a five-hundredth of its experiment, else 10 ms; in s.
+pub fn step_size(fmu: &Fmu) -> f64 {
+    let experiment = &fmu.description.default_experiment;
+    let span = experiment
+        .stop
+        .map(|stop| (stop - experiment.start.unwrap_or(0.0)) / 500.0);
+    let proposed = experiment.step.or(span).unwrap_or(0.01);
+    if proposed.is_finite() && proposed > 0.0 {
+        proposed
+    } else {
+        0.01
+    }
+}
+
+/// Name of a status.
+pub fn status_name(status: c_int) -> String {
+    let names = [
+        "fmi2OK",
+        "fmi2Warning",
+        "fmi2Discard",
+        "fmi2Error",
+        "fmi2Fatal",
+        "fmi2Pending",
+    ];
+    let known = usize::try_from(status).ok().and_then(|k| names.get(k));
+    known.map_or_else(
+        || format!("the number {status}, which is no fmi2Status"),
+        ToString::to_string,
+    )
+}
+
+/// The last message, for the end of a sentence.
+fn told(messages: &[Message]) -> String {
+    messages
+        .last()
+        .map_or(String::new(), |m| format!(": {}", m.text))
+}

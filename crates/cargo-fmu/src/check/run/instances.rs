@@ -1,0 +1,168 @@
+//! Several instances, one after another, in turns, and in threads.
+
+use std::path::Path;
+
+use super::super::outcome::Outcome;
+use super::instance::{Instance, step_size};
+use super::{Trial, open, trial};
+use crate::fmi2::Fmu;
+use crate::fmi2::order::Mode;
+
+const STEPS: usize = 20;
+/// Instances that live at a time.
+const MANY: usize = 12;
+
+pub const TRIALS: &[Trial] = &[
+    trial(
+        "repeat",
+        "instances",
+        repeat,
+        "two instances, one after the other, do the same bit for bit",
+        "a result that cannot be repeated cannot be checked",
+    ),
+    trial(
+        "turns",
+        "instances",
+        turns,
+        "an instance does the same while another takes turns with it",
+        "coupled systems hold several instances of one FMU; here they share what they must not",
+    ),
+    trial(
+        "many",
+        "instances",
+        many,
+        "a dozen instances live at a time and are freed in another order",
+        "sweeps and coupled systems do that",
+    ),
+    trial(
+        "threads",
+        "instances",
+        threads,
+        "instances in four threads do what one alone does",
+        "importers step the parts of a system in parallel",
+    ),
+    trial(
+        "reset",
+        "instances",
+        reset,
+        "after fmi2Reset it does what a new instance does, bit for bit",
+        "importers repeat simulations so, instead of loading again",
+    ),
+];
+
+fn alone(fmu: &Fmu) -> Result<Vec<u64>, String> {
+    Instance::started(fmu, "alone")?.motion(STEPS, 0)
+}
+
+fn same(one: &[u64], other: &[u64], what: &str) -> Result<(), String> {
+    match one == other {
+        true => Ok(()),
+        false => Err(format!("what can be read differs {what}")),
+    }
+}
+
+/// Whether the FMU says that there can be one instance only; then nothing is tried.
+fn is_single(fmu: &Fmu, outcome: &mut Outcome) -> bool {
+    let only_once = fmu.description.capabilities.only_once;
+    if only_once {
+        outcome.not_checked = Some("the FMU says canBeInstantiatedOnlyOncePerProcess".into());
+    }
+    only_once
+}
+
+fn repeat(folder: &Path, _: &mut Outcome) -> Result<(), String> {
+    let fmu = open(folder)?;
+    let first = alone(&fmu)?;
+    same(&first, &alone(&fmu)?, "from the first to the second")
+}
+
+fn turns(folder: &Path, outcome: &mut Outcome) -> Result<(), String> {
+    let fmu = open(folder)?;
+    if is_single(&fmu, outcome) {
+        return Ok(());
+    }
+    let expected = alone(&fmu)?;
+    let mut watched = Instance::started(&fmu, "watched")?;
+    let mut other = Instance::started(&fmu, "other")?;
+    let mut bits = Vec::new();
+    for k in 0..STEPS {
+        bits.extend(watched.motion(1, k)?);
+        other.motion(1, k + 5)?;
+    }
+    same(&expected, &bits, "from what it is without the other")
+}
+
+fn many(folder: &Path, outcome: &mut Outcome) -> Result<(), String> {
+    let fmu = open(folder)?;
+    if is_single(&fmu, outcome) {
+        return Ok(());
+    }
+    let expected = alone(&fmu)?;
+    let made: Result<Vec<_>, _> = (0..MANY)
+        .map(|k| Instance::started(&fmu, &format!("instance {k}")))
+        .collect();
+    let mut instances = made?;
+    // The first, the last, the second, …: neither the order in which they were made nor its reverse.
+    while !instances.is_empty() {
+        let place = if instances.len() % 2 == 0 {
+            0
+        } else {
+            instances.len() - 1
+        };
+        let mut instance = instances.swap_remove(place);
+        same(
+            &expected,
+            &instance.motion(STEPS, 0)?,
+            "from that of one alone",
+        )?;
+    }
+    Ok(())
+}
+
+fn threads(folder: &Path, outcome: &mut Outcome) -> Result<(), String> {
+    let fmu = open(folder)?;
+    if is_single(&fmu, outcome) {
+        return Ok(());
+    }
+    let expected = alone(&fmu)?;
+    let results = std::thread::scope(|scope| {
+        let handles: Vec<_> = (0..4).map(|_| scope.spawn(|| alone(&fmu))).collect();
+        handles
+            .into_iter()
+            .map(|h| h.join().expect("the thread itself does not panic"))
+            .collect::<Vec<_>>()
+    });
+    for result in results {
+        if let Err(reason) =
+            result.and_then(|bits| same(&expected, &bits, "from that of one alone"))
+        {
+            outcome.remark(reason);
+        }
+    }
+    Ok(())
+}
+
+fn reset(folder: &Path, _: &mut Outcome) -> Result<(), String> {
+    let fmu = open(folder)?;
+    let expected = alone(&fmu)?;
+    let mut instance = Instance::started(&fmu, "reset")?;
+    instance.motion(STEPS, 9)?;
+    instance.enter(Mode::Instantiated)?;
+    instance.initialize()?;
+    same(
+        &expected,
+        &instance.motion(STEPS, 0)?,
+        "from that of a new instance",
+    )?;
+    // From Initialization Mode, and straight after fmi2Instantiate, too.
+    instance.enter(Mode::Instantiated)?;
+    instance.setup(0.0, Some(1e9 * step_size(&fmu)))?;
+    instance.enter(Mode::Initialization)?;
+    instance.enter(Mode::Instantiated)?;
+    instance.initialize()?;
+    same(
+        &expected,
+        &instance.motion(STEPS, 0)?,
+        "after a reset in Initialization Mode",
+    )
+}

@@ -1,0 +1,262 @@
+//! Wrong calls: they must be refused, and the instance must go on as if they had not been made. The standard asks importers not to
+//! make them; accepting one is a remark, a crash is a failure.
+
+use std::ffi::c_int;
+use std::path::Path;
+use std::ptr;
+
+use fmu_description::{Access, Causality, Variability, Variable};
+
+use super::super::outcome::Outcome;
+use super::instance::{Instance, references, step_size};
+use super::{Trial, open, trial};
+use crate::fmi2::Fmu;
+use crate::fmi2::functions::WARNING;
+
+const STEPS: usize = 10;
+
+pub const TRIALS: &[Trial] = &[
+    trial(
+        "references",
+        "misuse",
+        unknown_references,
+        "unknown value references are refused",
+        "an importer with the description of another version reads or writes foreign memory",
+    ),
+    trial(
+        "nan",
+        "misuse",
+        not_finite,
+        "NaN and infinity are refused as inputs and parameters",
+        "one NaN spreads through a coupled system until nobody can tell where it came from",
+    ),
+    trial(
+        "readonly",
+        "misuse",
+        read_only,
+        "outputs, constants and, between steps, fixed parameters cannot be set",
+        "a value that is taken without effect, or that changes a result, is found by nobody",
+    ),
+    trial(
+        "steps",
+        "misuse",
+        wrong_steps,
+        "steps of length 0, below 0 or NaN, and jumps in time, are refused",
+        "a master with a mistake computes wrong results without a word",
+    ),
+    trial(
+        "null",
+        "misuse",
+        null,
+        "NULL instead of an instance or an array is refused",
+        "a failed fmi2Instantiate that was not noticed takes the importer down",
+    ),
+];
+
+/// Makes wrong calls on an instance in the middle of a run. Each is named and answered; those that were accepted are remarks, and
+/// so is a run that goes on otherwise than one without them.
+fn refused(
+    folder: &Path,
+    outcome: &mut Outcome,
+    wrong: impl Fn(&Instance) -> Vec<(String, c_int)>,
+) -> Result<(), String> {
+    let fmu = open(folder)?;
+    let mut undisturbed = Instance::started(&fmu, "undisturbed")?;
+    undisturbed.motion(STEPS, 0)?;
+    let expected = undisturbed.motion(STEPS, STEPS)?;
+    drop(undisturbed); // it may be the only one that can be made
+    let mut instance = Instance::started(&fmu, "misused")?;
+    instance.motion(STEPS, 0)?;
+    let answers = wrong(&instance);
+    let made = answers.len();
+    let accepted: Vec<_> = answers
+        .into_iter()
+        .filter(|(_, status)| *status <= WARNING)
+        .collect();
+    for (call, _) in &accepted {
+        outcome.remark(format!("{call} was accepted"));
+    }
+    if made == 0 {
+        outcome.not_checked = Some("there is no variable to try it with".into());
+        return Ok(());
+    }
+    if !accepted.is_empty() {
+        return Ok(()); // what it does now is its own affair
+    }
+    outcome.note(format!("{made} calls"));
+    match instance.motion(STEPS, STEPS) {
+        Ok(bits) if bits == expected => {}
+        Ok(_) => outcome.remark("after the refusals it goes on with other numbers"),
+        Err(reason) => outcome.remark(format!("after the refusals it does not go on: {reason}")),
+    }
+    Ok(())
+}
+
+/// Value references that no variable has: one beside the last and one far away.
+fn unknown(fmu: &Fmu) -> [u32; 2] {
+    let known = references(&fmu.description.variables, |_| true);
+    let last = known.iter().max().copied().unwrap_or(0);
+    [last.saturating_add(1), u32::MAX]
+}
+
+fn unknown_references(folder: &Path, outcome: &mut Outcome) -> Result<(), String> {
+    refused(folder, outcome, |instance| {
+        let mut answers = Vec::new();
+        let f = &instance.fmu.functions;
+        for vr in unknown(instance.fmu) {
+            let text = c"".as_ptr();
+            let mut place = ptr::null();
+            // SAFETY: a live instance, one element each.
+            let strings = unsafe {
+                [
+                    (
+                        "fmi2GetString",
+                        (f.fmi2GetString)(instance.c, &vr, 1, &mut place),
+                    ),
+                    (
+                        "fmi2SetString",
+                        (f.fmi2SetString)(instance.c, &vr, 1, &text),
+                    ),
+                    ("fmi2SetInteger", (f.fmi2SetInteger)(instance.c, &vr, 1, &0)),
+                    ("fmi2SetBoolean", (f.fmi2SetBoolean)(instance.c, &vr, 1, &0)),
+                ]
+            };
+            let numbers = [
+                ("fmi2GetReal", instance.reals(&[vr]).0),
+                (
+                    "fmi2GetInteger",
+                    instance.integers(Access::Integer, &[vr]).0,
+                ),
+                (
+                    "fmi2GetBoolean",
+                    instance.integers(Access::Boolean, &[vr]).0,
+                ),
+                ("fmi2SetReal", instance.set_reals(&[vr], &[0.0])),
+            ];
+            let both = strings.into_iter().chain(numbers);
+            answers.extend(both.map(|(name, status)| (format!("{name} of {vr}"), status)));
+        }
+        answers
+    })
+}
+
+fn not_finite(folder: &Path, outcome: &mut Outcome) -> Result<(), String> {
+    refused(folder, outcome, |instance| {
+        let variables = &instance.fmu.description.variables;
+        let is_settable =
+            |v: &&Variable| v.access() == Access::Real && (v.is_input() || v.is_tunable());
+        let mut answers = Vec::new();
+        for v in variables.iter().filter(is_settable) {
+            let (_, old) = instance.reals(&[v.reference]);
+            for value in [f64::NAN, f64::INFINITY] {
+                let status = instance.set_reals(&[v.reference], &[value]);
+                answers.push((format!("fmi2SetReal of `{}` to {value}", v.name), status));
+                if status <= WARNING {
+                    instance.set_reals(&[v.reference], &old);
+                }
+            }
+        }
+        answers
+    })
+}
+
+fn read_only(folder: &Path, outcome: &mut Outcome) -> Result<(), String> {
+    refused(folder, outcome, |instance| {
+        let variables = &instance.fmu.description.variables;
+        let is_fixed = |v: &&Variable| {
+            let is_read_only = matches!(
+                v.causality,
+                Causality::Output | Causality::CalculatedParameter
+            ) || v.variability == Variability::Constant
+                || (v.causality == Causality::Parameter && v.variability == Variability::Fixed);
+            v.access() == Access::Real && is_read_only
+        };
+        let mut answers = Vec::new();
+        for v in variables.iter().filter(is_fixed) {
+            let (_, now) = instance.reals(&[v.reference]);
+            let status = instance.set_reals(&[v.reference], &now);
+            answers.push((format!("fmi2SetReal of `{}`", v.name), status));
+        }
+        answers
+    })
+}
+
+fn wrong_steps(folder: &Path, outcome: &mut Outcome) -> Result<(), String> {
+    let fmu = open(folder)?;
+    let h = step_size(&fmu);
+    let jumps = [
+        ("by 0 s", 0.0, 0.0),
+        ("backwards", 0.0, -h),
+        ("by NaN", 0.0, f64::NAN),
+        ("by infinity", 0.0, f64::INFINITY),
+        ("from ten steps ahead", 10.0 * h, h),
+        ("from five steps back", -5.0 * h, h),
+        ("from NaN", f64::NAN, h),
+    ];
+    for (what, shift, h) in jumps {
+        // A step that was accepted has moved the time: each is tried on a fresh instance.
+        refused(folder, outcome, |instance| {
+            // SAFETY: a live instance.
+            let status = unsafe {
+                (instance.fmu.functions.fmi2DoStep)(instance.c, instance.time + shift, h, 1)
+            };
+            vec![(format!("fmi2DoStep {what}"), status)]
+        })?;
+    }
+    outcome.notes = vec![format!("{} calls", jumps.len())];
+    Ok(())
+}
+
+fn null(folder: &Path, outcome: &mut Outcome) -> Result<(), String> {
+    refused(folder, outcome, |instance| {
+        let f = &instance.fmu.functions;
+        let (nobody, vr, mut value) = (ptr::null_mut(), unknown(instance.fmu)[0], 0.0);
+        let real = |v: &&Variable| v.access() == Access::Real;
+        let known = instance
+            .fmu
+            .description
+            .variables
+            .iter()
+            .find(real)
+            .map_or(vr, |v| v.reference);
+        // SAFETY: NULL is what is tried; all other pointers are valid.
+        let answers = unsafe {
+            [
+                (
+                    "fmi2EnterInitializationMode(NULL)",
+                    (f.fmi2EnterInitializationMode)(nobody),
+                ),
+                (
+                    "fmi2ExitInitializationMode(NULL)",
+                    (f.fmi2ExitInitializationMode)(nobody),
+                ),
+                (
+                    "fmi2GetReal(NULL, …)",
+                    (f.fmi2GetReal)(nobody, &known, 1, &mut value),
+                ),
+                (
+                    "fmi2SetReal(NULL, …)",
+                    (f.fmi2SetReal)(nobody, &known, 1, &0.0),
+                ),
+                ("fmi2DoStep(NULL, …)", (f.fmi2DoStep)(nobody, 0.0, 0.1, 1)),
+                ("fmi2Reset(NULL)", (f.fmi2Reset)(nobody)),
+                ("fmi2Terminate(NULL)", (f.fmi2Terminate)(nobody)),
+                (
+                    "fmi2GetReal(…, vr = NULL, 1, …)",
+                    (f.fmi2GetReal)(instance.c, ptr::null(), 1, &mut value),
+                ),
+                (
+                    "fmi2GetReal(…, value = NULL)",
+                    (f.fmi2GetReal)(instance.c, &known, 1, ptr::null_mut()),
+                ),
+                (
+                    "fmi2SetReal(…, value = NULL)",
+                    (f.fmi2SetReal)(instance.c, &known, 1, ptr::null()),
+                ),
+            ]
+        };
+        answers
+            .map(|(call, status)| (call.to_string(), status))
+            .into()
+    })
+}

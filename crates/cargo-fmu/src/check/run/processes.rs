@@ -1,0 +1,107 @@
+//! Trials in processes of their own.
+
+use std::fs::{self, File};
+use std::path::Path;
+use std::process::{Child, Command, ExitStatus};
+use std::time::{Duration, Instant};
+
+use anyhow::{Context, Result};
+
+use super::super::outcome::{Outcome, Promise, Report};
+use super::{Place, trials};
+
+/// After this a trial counts as hanging.
+const LONGEST: Duration = Duration::from_secs(120);
+
+const SILENCE: Promise = Promise {
+    text: "nothing is printed: messages go to the importer's logger",
+    why: "programs whose standard output is read by others break, and services fill their logs",
+};
+
+/// Try all promises on the FMU whose files lie in these folders, `program` being this program.
+pub fn all(
+    program: &Path,
+    plain: &Path,
+    spaced: &Path,
+    scratch: &Path,
+    report: &mut Report,
+) -> Result<()> {
+    let mut printed = Outcome::default();
+    for trial in trials() {
+        let folder = match trial.place {
+            Place::Plain => plain,
+            Place::Spaced => spaced,
+        };
+        let [result, output] = ["result.json", "output.txt"].map(|name| scratch.join(name));
+        let _ = fs::remove_file(&result); // of the trial before; there is none at first
+        let sink = File::create(&output).with_context(|| output.display().to_string())?;
+        let mut command = Command::new(program);
+        command
+            .args(["fmu", "try", trial.name])
+            .arg(folder)
+            .arg(&result);
+        command
+            .stdin(std::process::Stdio::null())
+            .stdout(sink.try_clone()?)
+            .stderr(sink);
+        let child = command
+            .spawn()
+            .with_context(|| program.display().to_string())?;
+        let outcome = match wait(child)? {
+            None => Outcome::failed(format!("no answer within {} s", LONGEST.as_secs())),
+            Some(status) => match fs::read(&result) {
+                Ok(bytes) if status.success() => serde_json::from_slice(&bytes)?,
+                _ => Outcome::failed(format!("the process died: {status}{}", last_words(&output))),
+            },
+        };
+        if let Some(line) = first_line(&output).filter(|_| outcome.fails.is_empty()) {
+            printed.remark(format!(
+                "while trying whether {}: {line}",
+                trial.promise.text
+            ));
+        }
+        report.push(trial.area, trial.promise, outcome);
+    }
+    report.push("log", SILENCE, printed);
+    Ok(())
+}
+
+/// One trial, in this process; its outcome goes into the file `result`.
+pub fn one(name: &str, folder: &Path, result: &Path) -> Result<()> {
+    let trial = trials().find(|trial| trial.name == name);
+    let trial = trial.with_context(|| format!("there is no trial `{name}`"))?;
+    let mut outcome = Outcome::default();
+    if let Err(reason) = (trial.run)(folder, &mut outcome) {
+        outcome.fail(reason);
+    }
+    fs::write(result, serde_json::to_vec(&outcome)?)?;
+    Ok(())
+}
+
+fn wait(mut child: Child) -> Result<Option<ExitStatus>> {
+    let begun = Instant::now();
+    loop {
+        if let Some(status) = child.try_wait()? {
+            return Ok(Some(status));
+        }
+        if begun.elapsed() > LONGEST {
+            child.kill()?;
+            child.wait()?;
+            return Ok(None);
+        }
+        std::thread::sleep(Duration::from_millis(2));
+    }
+}
+
+fn first_line(output: &Path) -> Option<String> {
+    let text = fs::read(output).ok()?;
+    let text = String::from_utf8_lossy(&text);
+    let line = text.lines().find(|line| !line.trim().is_empty())?;
+    Some(line.chars().take(200).collect())
+}
+
+fn last_words(output: &Path) -> String {
+    first_line(output).map_or(String::new(), |line| {
+        format!(", after it had printed: {line}")
+    })
+}

@@ -1,0 +1,189 @@
+//! Values that are set and read, and which inputs act on which outputs at once.
+
+use std::path::Path;
+
+use fmu_description::{Access, Causality, Initial, Variability, Variable};
+
+use super::super::outcome::Outcome;
+use super::instance::{Instance, references, step_size};
+use super::{Trial, open, trial};
+use crate::fmi2::functions::{OK, WARNING};
+use crate::fmi2::order::Mode;
+
+pub const TRIALS: &[Trial] = &[
+    trial(
+        "starts",
+        "values",
+        starts,
+        "parameters and inputs begin at the start values of the description",
+        "tools show those to their users, and set only what differs from them",
+    ),
+    trial(
+        "back",
+        "values",
+        read_back,
+        "an input that is set is read back bit for bit",
+        "importers and users check what they have set",
+    ),
+    trial(
+        "dependencies",
+        "values",
+        dependencies,
+        "an input acts at once only on outputs that list it in their dependencies",
+        "importers read outputs before such inputs are set, and then compute with old values",
+    ),
+];
+
+/// Whether a variable begins at its start value, by the standard.
+fn is_given(v: &Variable) -> bool {
+    let is_set = matches!(v.causality, Causality::Parameter | Causality::Input);
+    is_set || v.initial == Some(Initial::Exact) || v.variability == Variability::Constant
+}
+
+fn starts(folder: &Path, outcome: &mut Outcome) -> Result<(), String> {
+    let fmu = open(folder)?;
+    let mut instance = Instance::new(&fmu, "starts")?;
+    instance.setup(
+        fmu.description.default_experiment.start.unwrap_or(0.0),
+        None,
+    )?;
+    instance.enter(Mode::Initialization)?;
+    for v in fmu.description.variables.iter().filter(|v| is_given(v)) {
+        let Some(start) = v.start.as_deref() else {
+            continue;
+        };
+        let vr = [v.reference];
+        let (status, is_equal, value) = match v.access() {
+            Access::Real => {
+                let (status, values) = instance.reals(&vr);
+                let expected = start.trim().parse::<f64>();
+                (
+                    status,
+                    expected.is_ok_and(|e| e == values[0]),
+                    values[0].to_string(),
+                )
+            }
+            Access::String => {
+                let (status, values) = instance.texts(&vr);
+                (status, start == values[0], format!("`{}`", values[0]))
+            }
+            access => {
+                let (status, values) = instance.integers(access, &vr);
+                let expected = match start.trim() {
+                    "true" => Some(1),
+                    "false" => Some(0),
+                    number => number.parse().ok(),
+                };
+                (status, expected == Some(values[0]), values[0].to_string())
+            }
+        };
+        instance.must(
+            &format!("reading `{}` in Initialization Mode", v.name),
+            status,
+        )?;
+        if !is_equal {
+            outcome.fail(format!(
+                "`{}` is {value}, its start value is {start}",
+                v.name
+            ));
+        }
+    }
+    Ok(())
+}
+
+/// A value near the start value, inside the bounds.
+fn beside(v: &Variable) -> Option<f64> {
+    let start = v.start_number().unwrap_or(0.0);
+    let scale = v.nominal.unwrap_or(start.abs()).abs();
+    let shift = 0.01 * if scale > 0.0 { scale } else { 1.0 };
+    let [min, max] = v.bounds();
+    [start + shift, start - shift]
+        .into_iter()
+        .find(|value| (min..=max).contains(value))
+}
+
+fn is_real_input(v: &&Variable) -> bool {
+    v.is_input() && v.access() == Access::Real
+}
+
+fn read_back(folder: &Path, outcome: &mut Outcome) -> Result<(), String> {
+    let fmu = open(folder)?;
+    let instance = Instance::started(&fmu, "back")?;
+    for v in fmu.description.variables.iter().filter(is_real_input) {
+        let Some(value) = beside(v) else {
+            continue;
+        };
+        let status = instance.set_reals(&[v.reference], &[value]);
+        if status > WARNING {
+            outcome.remark(format!(
+                "`{}` = {value} was refused{}",
+                v.name,
+                reason(&instance)
+            ));
+            continue;
+        }
+        let (status, back) = instance.reals(&[v.reference]);
+        instance.must(&format!("fmi2GetReal of `{}`", v.name), status)?;
+        if back[0].to_bits() != value.to_bits() {
+            outcome.remark(format!(
+                "`{}`: {value} was set, {} came back",
+                v.name, back[0]
+            ));
+        }
+    }
+    Ok(())
+}
+
+fn reason(instance: &Instance) -> String {
+    instance
+        .messages()
+        .last()
+        .map_or(String::new(), |m| format!(": {}", m.text))
+}
+
+fn dependencies(folder: &Path, outcome: &mut Outcome) -> Result<(), String> {
+    let fmu = open(folder)?;
+    let description = &fmu.description;
+    let is_output = |v: &Variable| v.causality == Causality::Output && v.access() == Access::Real;
+    let outputs: Vec<_> = (0..description.variables.len())
+        .filter(|k| is_output(&description.variables[*k]))
+        .collect();
+    let vr = references(&description.variables, is_output);
+    let mut instance = Instance::started(&fmu, "dependencies")?;
+    (0..2).try_for_each(|_| instance.step(step_size(&fmu)))?;
+    let (status, before) = instance.reals(&vr);
+    instance.must("fmi2GetReal of all outputs", status)?;
+    let mut acting = 0;
+    let inputs = description.variables.iter().enumerate();
+    for (index, input) in inputs.filter(|(_, v)| is_real_input(v)) {
+        let (status, old) = instance.reals(&[input.reference]);
+        instance.must(&format!("fmi2GetReal of `{}`", input.name), status)?;
+        let Some(value) = beside(input) else {
+            continue;
+        };
+        if !matches!(
+            instance.set_reals(&[input.reference], &[value]),
+            OK | WARNING
+        ) {
+            continue;
+        }
+        let (status, after) = instance.reals(&vr);
+        if matches!(status, OK | WARNING) {
+            for ((output, before), after) in outputs.iter().zip(&before).zip(&after) {
+                let acts = before.to_bits() != after.to_bits();
+                acting += usize::from(acts);
+                if acts && !description.feedthrough(*output, false).contains(&index) {
+                    let output = &description.variables[*output].name;
+                    outcome.fail(format!(
+                        "`{}` acts on `{output}`, which does not list it",
+                        input.name
+                    ));
+                }
+            }
+        }
+        let status = instance.set_reals(&[input.reference], &old);
+        instance.must(&format!("fmi2SetReal of `{}`", input.name), status)?;
+    }
+    outcome.note(format!("{acting} pairs of input and output act at once"));
+    Ok(())
+}
