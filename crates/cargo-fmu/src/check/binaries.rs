@@ -3,11 +3,11 @@
 
 use std::collections::BTreeSet;
 
-use object::read::elf::{ElfFile64, FileHeader};
-use object::{Architecture, BinaryFormat, Object, ObjectSymbol};
+use object::{Architecture, BinaryFormat, Object};
 
 use super::outcome::{Outcome, Promise, Report};
 use crate::archive::Entries;
+use crate::portability::Needs;
 
 const AREA: &str = "libraries";
 const PROCESSOR: Promise = Promise {
@@ -139,37 +139,9 @@ fn exports(path: &str, file: &object::File, functions: &[&str], outcome: &mut Ou
 
 /// The newest glibc that a library of Linux asks for.
 fn needs(path: &str, bytes: &[u8], outcome: &mut Outcome) {
-    let Ok(file) = ElfFile64::<object::Endianness>::parse(bytes) else {
-        return;
-    };
-    let Ok(Some(versions)) = versions(&file) else {
-        return;
-    };
-    let newest = file
-        .dynamic_symbols()
-        .filter_map(|symbol| {
-            let index = versions.version_index(file.endian(), symbol.index());
-            let version = versions.version(index).ok()??;
-            let name = std::str::from_utf8(version.name()).ok()?;
-            let number = name.strip_prefix("GLIBC_")?;
-            let parts: Option<Vec<u32>> = number.split('.').map(|p| p.parse().ok()).collect();
-            Some((parts?, number.to_string()))
-        })
-        .max();
-    if let Some((_, number)) = newest {
-        outcome.note(format!("{path} needs glibc {number} or newer"));
+    if let Some(version) = Needs::of(bytes).ok().and_then(|needs| needs.glibc()) {
+        outcome.note(format!("{path} needs glibc {version} or newer"));
     }
-}
-
-type Versions<'data> =
-    object::read::elf::VersionTable<'data, object::elf::FileHeader64<object::Endianness>>;
-
-fn versions<'data>(
-    file: &ElfFile64<'data, object::Endianness>,
-) -> object::Result<Option<Versions<'data>>> {
-    let endian = file.endian();
-    let sections = file.elf_header().sections(endian, file.data())?;
-    sections.versions(endian, file.data())
 }
 
 fn paths_inside(path: &str, bytes: &[u8], outcome: &mut Outcome) {

@@ -15,10 +15,10 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
 use fmu_description::Description;
+use tempfile::TempDir;
 use uppsala::Document;
 
 use crate::archive::Entries;
-use crate::fmi2::Folder;
 use crate::fmi2::functions::Functions;
 use crate::platform;
 pub use outcome::{Outcome, Promise, Report, Row, Verdict};
@@ -225,12 +225,12 @@ fn obstacle(text: &str, document: &Document, entries: &Entries) -> Option<String
 }
 
 fn runs(entries: &Entries, program: &Path, report: &mut Report) -> Result<()> {
-    let scratch = Folder::new("check")?;
-    let [plain, spaced] = ["fmu", "an ü in it"].map(|name| scratch.0.join(name));
+    let scratch = TempDir::with_prefix("cargo-fmu-")?;
+    let [plain, spaced] = ["fmu", "an ü in it"].map(|name| scratch.path().join(name));
     for folder in [&plain, &spaced] {
         unpack(entries, folder)?;
     }
-    run::all(program, &plain, &spaced, &scratch.0, report)
+    run::all(program, &plain, &spaced, scratch.path(), report)
 }
 
 fn unpack(entries: &Entries, folder: &Path) -> Result<()> {

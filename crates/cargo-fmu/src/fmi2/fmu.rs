@@ -8,7 +8,8 @@ use libloading::Library;
 use percent_encoding::{AsciiSet, NON_ALPHANUMERIC, utf8_percent_encode};
 use std::ffi::CString;
 use std::fs::{self, File};
-use std::path::{Path, PathBuf};
+use std::path::Path;
+use tempfile::TempDir;
 
 /// What a path inside a URI need not encode.
 const PLAIN: &AsciiSet = &NON_ALPHANUMERIC
@@ -27,7 +28,7 @@ pub struct Fmu {
     pub description: Description,
     /// fmuResourceLocation; empty for a bare library.
     pub resources: CString,
-    _folder: Option<Folder>,
+    _folder: Option<TempDir>,
 }
 
 impl Fmu {
@@ -61,10 +62,9 @@ impl Fmu {
     }
 
     fn packed(path: &Path) -> Result<Self> {
-        let stem = path.file_stem().unwrap_or_default().to_string_lossy();
-        let folder = Folder::new(&stem)?;
-        zip::ZipArchive::new(File::open(path)?)?.extract(&folder.0)?;
-        let mut fmu = Self::unpacked(&folder.0)?;
+        let folder = TempDir::with_prefix("cargo-fmu-")?;
+        zip::ZipArchive::new(File::open(path)?)?.extract(folder.path())?;
+        let mut fmu = Self::unpacked(folder.path())?;
         fmu._folder = Some(folder);
         Ok(fmu)
     }
@@ -89,25 +89,6 @@ fn uri(path: &Path) -> String {
 fn load(path: &Path) -> Result<Library> {
     // SAFETY: the FMU under test; loading it runs no code of its own.
     unsafe { Library::new(path) }.with_context(|| path.display().to_string())
-}
-
-/// A temporary folder of this process, deleted with this value.
-pub struct Folder(pub PathBuf);
-
-impl Folder {
-    /// A folder with `name` in its own name.
-    pub fn new(name: &str) -> Result<Self> {
-        let name = format!("cargo-fmu-{}-{name}", std::process::id());
-        let folder = std::env::temp_dir().join(name);
-        fs::create_dir_all(&folder).with_context(|| folder.display().to_string())?;
-        Ok(Self(folder))
-    }
-}
-
-impl Drop for Folder {
-    fn drop(&mut self) {
-        let _ = fs::remove_dir_all(&self.0); // a leftover in the temporary folder does no harm
-    }
 }
 
 #[cfg(test)]

@@ -5,4 +5,4 @@ mod fmu;
 pub mod functions;
 pub mod order;
 
-pub use fmu::{Fmu, Folder};
+pub use fmu::Fmu;

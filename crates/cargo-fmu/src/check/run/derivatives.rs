@@ -83,14 +83,19 @@ fn directional(folder: &Path, outcome: &mut Outcome) -> Result<(), String> {
             &format!("fmi2GetDirectionalDerivative by `{}`", input.name),
             status,
         )?;
-        let Some([below, above, width]) = around(&instance, input, &unknowns)? else {
+        let Some(Around {
+            outputs: [below, here, above],
+            step,
+        }) = around(&instance, input, &unknowns)?
+        else {
             continue;
         };
         let outputs = variables.iter().filter(|v| is_real_output(v));
         for (k, output) in outputs.enumerate() {
-            let difference = (above[k] - below[k]) / width[0];
-            let scale = difference.abs().max(slopes[k].abs());
-            let rounding = 1e-12 * above[k].abs().max(below[k].abs()) / width[0];
+            let [down, up] = [(here[k] - below[k]) / step, (above[k] - here[k]) / step];
+            let difference = 0.5 * (down + up);
+            let scale = slopes[k].abs().max(down.abs()).max(up.abs());
+            let rounding = 1e-12 * here[k].abs() / step;
             compared += 1;
             if (slopes[k] - difference).abs() > TOLERANCE * scale + rounding {
                 outcome.remark(format!(
@@ -106,35 +111,37 @@ fn directional(folder: &Path, outcome: &mut Outcome) -> Result<(), String> {
     Ok(())
 }
 
-/// Outputs a little below and above the present value of an input, and the distance; None where bounds or the model forbid it.
+/// Outputs below, at and above the present value of an input.
+struct Around {
+    outputs: [Vec<f64>; 3],
+    /// Distance of the values of the input.
+    step: f64,
+}
+
+/// None where bounds or the model forbid one of the values.
 fn around(
     instance: &Instance,
     input: &Variable,
     outputs: &[u32],
-) -> Result<Option<[Vec<f64>; 3]>, String> {
+) -> Result<Option<Around>, String> {
     let vr = [input.reference];
     let (status, old) = instance.reals(&vr);
     instance.must(&format!("fmi2GetReal of `{}`", input.name), status)?;
     let step = 1e-4 * input.nominal.unwrap_or(old[0].abs().max(1.0)).abs();
-    let mut both = Vec::new();
-    for value in [old[0] - step, old[0] + step] {
-        let [min, max] = input.bounds();
-        if !(min..=max).contains(&value) || instance.set_reals(&vr, &[value]) > WARNING {
-            break;
-        }
+    let [min, max] = input.bounds();
+    let at = |value: f64| {
+        let is_set = (min..=max).contains(&value) && instance.set_reals(&vr, &[value]) <= WARNING;
         let (status, values) = instance.reals(outputs);
-        if status > WARNING {
-            break;
-        }
-        both.push(values);
-    }
+        (is_set && status <= WARNING).then_some(values)
+    };
+    let found = [old[0] - step, old[0], old[0] + step].map(at);
     let status = instance.set_reals(&vr, &old);
     instance.must(&format!("fmi2SetReal of `{}`", input.name), status)?;
-    let [below, above] = match <[Vec<f64>; 2]>::try_from(both) {
-        Ok(both) => both,
-        Err(_) => return Ok(None),
+    let [Some(below), Some(here), Some(above)] = found else {
+        return Ok(None);
     };
-    Ok(Some([below, above, vec![2.0 * step]]))
+    let outputs = [below, here, above];
+    Ok(Some(Around { outputs, step }))
 }
 
 fn outputs(folder: &Path, outcome: &mut Outcome) -> Result<(), String> {

@@ -84,10 +84,14 @@ fn turns(folder: &Path, outcome: &mut Outcome) -> Result<(), String> {
     let expected = alone(&fmu)?;
     let mut watched = Instance::started(&fmu, "watched")?;
     let mut other = Instance::started(&fmu, "other")?;
-    let mut bits = Vec::new();
+    let (h, mut bits) = (step_size(&fmu), Vec::new());
     for k in 0..STEPS {
-        bits.extend(watched.motion(1, k)?);
-        other.motion(1, k + 5)?;
+        // The other is set between the set and the step of the first, and steps between its step and what is read.
+        watched.excite(k);
+        other.excite(k + 5);
+        watched.step(h)?;
+        other.step(h)?;
+        bits.extend(watched.observe()?);
     }
     same(&expected, &bits, "from what it is without the other")
 }

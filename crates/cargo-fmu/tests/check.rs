@@ -1,0 +1,257 @@
+//! `cargo fmu check` on an FMU by the book, and on that FMU with one mistake at a time: each mistake must be found in the row of the
+//! promise that it breaks. The FMU is written in C (`faulty/lag.c`): it shares no code with fmu-export.
+#![cfg(all(target_os = "linux", target_arch = "x86_64"))]
+
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+
+use cargo_fmu::archive::{self, Entries};
+use cargo_fmu::check::{self, Report, Verdict};
+
+use tempfile::TempDir;
+
+use Verdict::{Fails, Remark};
+
+const DESCRIPTION: &str = include_str!("faulty/modelDescription.xml");
+
+/// The library with a mistake.
+fn library(folder: &Path, mistake: &str) -> Vec<u8> {
+    let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/faulty/lag.c");
+    let out = folder.join("lag.so");
+    let compiler = std::env::var("CC").unwrap_or_else(|_| "cc".to_string());
+    let mut cc = Command::new(compiler);
+    cc.args(["-shared", "-fPIC", "-s"])
+        .arg(format!("-DMISTAKE={mistake}"));
+    let status = cc
+        .arg("-o")
+        .arg(&out)
+        .arg(source)
+        .arg("-lm")
+        .status()
+        .unwrap();
+    assert!(status.success());
+    fs::read(out).unwrap()
+}
+
+fn checked(folder: &Path, entries: &Entries) -> Report {
+    let fmu = folder.join("lag.fmu");
+    archive::write(&fmu, entries).unwrap();
+    check::check(&fmu, Path::new(env!("CARGO_BIN_EXE_cargo-fmu"))).unwrap()
+}
+
+fn entries(description: &str, library: &[u8]) -> Entries {
+    let description = ("modelDescription.xml".to_string(), description.into());
+    let library = ("binaries/linux64/lag.so".to_string(), library.to_vec());
+    Entries::from([description, library])
+}
+
+/// Check the FMU with each mistake; what is not as said.
+fn mistakes(expected: &[(&str, Verdict, &str)]) {
+    let folder = TempDir::new().unwrap();
+    let folder = folder.path();
+    for (mistake, verdict, promise) in expected {
+        let report = checked(folder, &entries(DESCRIPTION, &library(folder, mistake)));
+        let found = report
+            .rows
+            .iter()
+            .any(|row| row.outcome.verdict() == *verdict && row.promise.text.contains(promise));
+        assert!(
+            found,
+            "{mistake} was not found where `{promise}`:\n{report}"
+        );
+    }
+}
+
+#[test]
+fn an_fmu_by_the_book_passes_every_row() {
+    let folder = TempDir::new().unwrap();
+    let folder = folder.path();
+    let report = checked(folder, &entries(DESCRIPTION, &library(folder, "NONE")));
+    assert_eq!(report.count(Verdict::Pass), report.rows.len(), "{report}");
+    assert!(report.rows.len() > 45, "{report}");
+}
+
+#[test]
+fn mistakes_of_loading_and_simulation_are_found() {
+    mistakes(&[
+        ("VERSION", Fails, "says that it is FMI 2.0"),
+        ("ANY_GUID", Remark, "refused for another one"),
+        ("PLAIN_PATHS", Fails, "a space and an umlaut"),
+        ("FREE_NULL", Fails, "fmi2FreeInstance(NULL)"),
+        ("CRASH", Fails, "initializes and steps"),
+        (
+            "NAN_OUTPUT",
+            Fails,
+            "every number that it hands out is finite",
+        ),
+        ("EXACT_GRID", Fails, "running sum of h"),
+        ("START_AT_0", Remark, "another time than 0"),
+        ("NO_STOP", Fails, "a step to the stop time"),
+        ("ONE_SIZE", Fails, "steps may differ in length"),
+        ("MUTE_AT_END", Fails, "after fmi2Terminate"),
+    ]);
+}
+
+#[test]
+fn mistakes_of_values_and_instances_are_found() {
+    mistakes(&[
+        ("OTHER_START", Fails, "begin at the start values"),
+        ("ROUNDED", Remark, "read back bit for bit"),
+        ("FEEDTHROUGH", Fails, "list it in their dependencies"),
+        ("GLOBAL", Fails, "one after the other"),
+        ("SHARED", Fails, "takes turns with it"),
+        ("FEW", Fails, "a dozen instances"),
+        ("ONE_THREAD", Remark, "in four threads"),
+        ("HALF_RESET", Fails, "after fmi2Reset"),
+        ("HALF_STATE", Fails, "a state that is set again"),
+        ("HALF_BYTES", Fails, "carry it to another instance"),
+        ("NO_CHECKSUM", Remark, "damaged bytes are refused"),
+    ]);
+}
+
+#[test]
+fn mistakes_of_derivatives_misuse_and_log_are_found() {
+    mistakes(&[
+        ("WRONG_SLOPE", Remark, "are the slopes of the outputs"),
+        ("NO_DERIVATIVE", Fails, "derivatives of outputs are given"),
+        (
+            "NO_INPUT_DERIVATIVE",
+            Fails,
+            "derivatives of inputs are taken",
+        ),
+        ("ANY_REFERENCE", Remark, "unknown value references"),
+        ("ANY_NUMBER", Remark, "NaN and infinity"),
+        ("WRITABLE", Remark, "fixed parameters cannot be set"),
+        ("ANY_STEP", Remark, "jumps in time"),
+        ("NULL_CRASH", Fails, "NULL instead of an instance"),
+        ("ANY_ORDER", Remark, "calls out of order"),
+        ("CATEGORY", Remark, "messages have a declared category"),
+        ("CHATTER", Remark, "with loggingOn = false"),
+        ("PRINT", Remark, "nothing is printed"),
+    ]);
+}
+
+/// One change of the model description each, and the row that must fail.
+#[test]
+fn mistakes_of_the_description_are_found() {
+    let folder = TempDir::new().unwrap();
+    let folder = folder.path();
+    let changes = [
+        (
+            "causality=\"input\"",
+            "causality=\"inlet\"",
+            "valid by the schema",
+        ),
+        ("</ModelStructure>", "", "valid by the schema"),
+        ("name=\"z\"", "name=\"y\"", "names are unique"),
+        ("name=\"z\"", "name=\"2z\"", "follow their grammar"),
+        (
+            "valueReference=\"2\"",
+            "valueReference=\"0\"",
+            "one value reference is one quantity",
+        ),
+        (" start=\"2\"", "", "start is given where it must be"),
+        (
+            "<Real unit=\"m\"/></ScalarVariable>",
+            "<Real unit=\"m\" start=\"1\"/></ScalarVariable>",
+            "start is given where it must be",
+        ),
+        (
+            "causality=\"parameter\" variability=\"fixed\"",
+            "causality=\"parameter\" variability=\"continuous\"",
+            "variability and initial go together",
+        ),
+        ("min=\"0.1\"", "min=\"0.7\"", "min ≤ start ≤ max"),
+        (
+            "min=\"0.1\"",
+            "min=\"0.1\" max=\"0.05\"",
+            "min ≤ start ≤ max",
+        ),
+        (
+            "declaredType=\"Length\"",
+            "declaredType=\"Width\"",
+            "declared types exist",
+        ),
+        (
+            "unit=\"s\"",
+            "unit=\"h\"",
+            "units and display units are defined",
+        ),
+        (
+            "displayUnit=\"mm\"",
+            "displayUnit=\"cm\"",
+            "units and display units are defined",
+        ),
+        (
+            "<Unknown index=\"4\" dependencies=\"\"/>",
+            "",
+            "Outputs lists every output",
+        ),
+        (
+            "<Unknown index=\"4\"",
+            "<Unknown index=\"3\"",
+            "Outputs lists every output",
+        ),
+        (
+            "<Unknown index=\"5\" dependencies=\"1 3\"/>",
+            "<Unknown index=\"4\"/>",
+            "InitialUnknowns lists exactly",
+        ),
+        (
+            "dependencies=\"1 3\" d",
+            "dependencies=\"1 9\" d",
+            "dependencies and derivatives name variables",
+        ),
+        (
+            "dependenciesKind=\"dependent dependent\"",
+            "dependenciesKind=\"dependent\"",
+            "one word for each",
+        ),
+        ("stopTime=\"1\"", "stopTime=\"-1\"", "default experiment"),
+        (
+            "modelIdentifier=\"lag\"",
+            "modelIdentifier=\"l-g\"",
+            "identity, default experiment",
+        ),
+    ];
+    for (was, is, promise) in changes {
+        let changed = DESCRIPTION.replacen(was, is, 1);
+        assert_ne!(changed, DESCRIPTION, "{was}");
+        // No library: nothing is run, which the last row says.
+        let without = [("modelDescription.xml".to_string(), changed.into())];
+        let report = checked(folder, &without.into());
+        let found = report
+            .rows
+            .iter()
+            .any(|row| row.outcome.verdict() == Fails && row.promise.text.contains(promise));
+        assert!(found, "`{is}` was not found where `{promise}`:\n{report}");
+    }
+}
+
+#[test]
+fn the_exit_code_tells_whether_it_passes() {
+    let folder = TempDir::new().unwrap();
+    let folder = folder.path();
+    let run = |mistake: &str, options: &[&str]| {
+        checked(folder, &entries(DESCRIPTION, &library(folder, mistake)));
+        let mut program = Command::new(env!("CARGO_BIN_EXE_cargo-fmu"));
+        program
+            .args(["fmu", "check"])
+            .args(options)
+            .arg(folder.join("lag.fmu"));
+        let output = program.output().unwrap();
+        (
+            output.status.code(),
+            String::from_utf8(output.stdout).unwrap(),
+        )
+    };
+    let (code, table) = run("ANY_GUID", &[]);
+    assert_eq!(code, Some(0), "{table}");
+    assert!(
+        table.contains("0 failed, 1 with remarks, 0 not checked"),
+        "{table}"
+    );
+    assert_eq!(run("ANY_GUID", &["--strict"]).0, Some(1));
+    assert_eq!(run("VERSION", &[]).0, Some(1));
+}
