@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use anyhow::{Context, Result};
-use cargo_fmu::check::{self, Verdict};
+use cargo_fmu::check::{self, Checker, Verdict};
 use cargo_fmu::pack;
 use cargo_fmu::workspace::{Source, Workspace};
 use clap::{Args, Parser, Subcommand};
@@ -54,6 +54,9 @@ enum Command {
         /// Remarks count as failures
         #[arg(long)]
         strict: bool,
+        /// Check only the promises with these words
+        #[arg(long, value_name = "WORDS", default_value = "")]
+        only: String,
     },
     /// One trial of `check`, in this process
     #[command(hide = true)]
@@ -95,7 +98,7 @@ fn run(command: Command) -> Result<ExitCode> {
             let profile = pack::profile(&profile);
             pack::fmus(&workspace, &sources, &profile, &platforms, &out)?;
         }
-        Command::Check { fmus, strict } => return check_all(&fmus, strict),
+        Command::Check { fmus, strict, only } => return check_all(&fmus, strict, &only),
         Command::Try {
             name,
             folder,
@@ -105,11 +108,15 @@ fn run(command: Command) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-fn check_all(fmus: &[PathBuf], strict: bool) -> Result<ExitCode> {
+fn check_all(fmus: &[PathBuf], strict: bool, only: &str) -> Result<ExitCode> {
     let program = std::env::current_exe().context("the path of this program")?;
+    let checker = Checker {
+        program: &program,
+        only,
+    };
     let mut is_sound = true;
     for fmu in fmus {
-        let report = check::check(fmu, &program)?;
+        let report = check::check(fmu, checker)?;
         println!("{report}");
         let remarks = if strict {
             report.count(Verdict::Remark)

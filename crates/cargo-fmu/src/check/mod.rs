@@ -42,27 +42,49 @@ const RUNS: Promise = Promise {
     why: "",
 };
 
-/// Check an FMU. `program` is this program, which tries what the FMU does in processes of their own.
-pub fn check(path: &Path, program: &Path) -> Result<Report> {
+/// How an FMU is checked.
+#[derive(Clone, Copy, Debug)]
+pub struct Checker<'a> {
+    /// This program, which tries what the FMU does in processes of their own.
+    pub program: &'a Path,
+    /// Only the promises whose text holds this are kept; all hold the empty text.
+    pub only: &'a str,
+}
+
+/// Check an FMU.
+pub fn check(path: &Path, checker: Checker) -> Result<Report> {
     let bytes = fs::read(path).with_context(|| path.display().to_string())?;
     let file = path.file_name().unwrap_or_default().to_string_lossy();
     let mut report = Report {
         title: format!("{file} ({} kB)", bytes.len() / 1000),
         rows: Vec::new(),
     };
-    let Some(entries) = archive::check(&bytes, &mut report) else {
-        return Ok(report);
-    };
-    if let Some(text) = entries.get("modelDescription.xml") {
-        match std::str::from_utf8(text).map_err(|e| e.to_string()) {
-            Ok(text) => described(text, &entries, program, &mut report)?,
-            Err(reason) => report.push("model description", SCHEMA, Outcome::failed(reason)),
-        }
+    if let Some(entries) = archive::check(&bytes, &mut report) {
+        unpacked(&entries, checker, &mut report)?;
     }
+    let is_wanted = |row: &Row| row.promise.text.contains(checker.only);
+    report.rows.retain(is_wanted);
     Ok(report)
 }
 
-fn described(text: &str, entries: &Entries, program: &Path, report: &mut Report) -> Result<()> {
+fn unpacked(entries: &Entries, checker: Checker, report: &mut Report) -> Result<()> {
+    let Some(text) = entries.get("modelDescription.xml") else {
+        return Ok(());
+    };
+    match std::str::from_utf8(text) {
+        Ok(text) => described(text, entries, checker, report),
+        Err(reason) => {
+            report.push(
+                "model description",
+                SCHEMA,
+                Outcome::failed(reason.to_string()),
+            );
+            Ok(())
+        }
+    }
+}
+
+fn described(text: &str, entries: &Entries, checker: Checker, report: &mut Report) -> Result<()> {
     let document = match uppsala::parse(text.trim_start_matches('\u{feff}')) {
         Ok(document) => document,
         Err(reason) => {
@@ -104,7 +126,7 @@ fn described(text: &str, entries: &Entries, program: &Path, report: &mut Report)
     );
     match obstacle(text, &document, entries) {
         Some(reason) => report.push("simulation", RUNS, Outcome::not_checked(reason)),
-        None => runs(entries, program, report)?,
+        None => runs(entries, checker, report)?,
     }
     Ok(())
 }
@@ -224,13 +246,14 @@ fn obstacle(text: &str, document: &Document, entries: &Entries) -> Option<String
     missing.then(|| format!("it has no library for this machine ({library})"))
 }
 
-fn runs(entries: &Entries, program: &Path, report: &mut Report) -> Result<()> {
+fn runs(entries: &Entries, checker: Checker, report: &mut Report) -> Result<()> {
     let scratch = TempDir::with_prefix("cargo-fmu-")?;
     let [plain, spaced] = ["fmu", "an ü in it"].map(|name| scratch.path().join(name));
     for folder in [&plain, &spaced] {
         unpack(entries, folder)?;
     }
-    run::all(program, &plain, &spaced, scratch.path(), report)
+    let Checker { program, only } = checker;
+    run::all(program, &plain, &spaced, scratch.path(), only, report)
 }
 
 fn unpack(entries: &Entries, folder: &Path) -> Result<()> {
