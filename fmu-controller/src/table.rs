@@ -3,7 +3,7 @@
 use crate::{ControllerFmu, Parameters};
 use emla::Surrogate;
 use fmu_export::{
-    ALL_PARAMETERS, Base, Enumeration, File, Info, Unit, Variable, read_parameter_file,
+    ALL_PARAMETERS, DisplayUnit, Enumeration, File, Info, Unit, Variable, read_parameter_file,
 };
 use machine::Machine;
 use std::path::Path;
@@ -67,10 +67,10 @@ pub(crate) const INFO: Info = Info::new(
 .icon(include_bytes!("../model.png"))
 .resources(&[File { path: "reference_machine.json", bytes: machine::REFERENCE_JSON.as_bytes() }])
 .units(&[
-    Unit { name: "V/N", base: Base { m: 1, s: -1, A: -1, ..Base::ONE }, display: &[("V/kN", 1e3)] },
-    Unit { name: "N/A", base: Base { kg: 1, m: 1, s: -2, A: -1, ..Base::ONE }, display: &[] },
-    Unit { name: "A/N", base: Base { kg: -1, m: -1, s: 2, A: 1, ..Base::ONE }, display: &[] },
-    Unit { name: "m/N", base: Base { kg: -1, s: 2, ..Base::ONE }, display: &[] },
+    Unit::new("V/N").m(1).s(-1).A(-1).display(&[DisplayUnit::new("V/kN", 1e3)]),
+    Unit::new("N/A").kg(1).m(1).s(-2).A(-1),
+    Unit::new("A/N").kg(-1).m(-1).s(2).A(1),
+    Unit::new("m/N").kg(-1).s(2),
 ]);
 
 type V = Variable<ControllerFmu>;

@@ -3,7 +3,7 @@
 use crate::{EmlaFmu, Parameters};
 use emla::Surrogate;
 use fmu_export::{
-    ALL_PARAMETERS, Base, Enumeration, File, Info, MadeFile, Unit, Variable, read_parameter_file,
+    ALL_PARAMETERS, Enumeration, File, Info, MadeFile, Unit, Variable, read_parameter_file,
 };
 use machine::Machine;
 use std::path::Path;
@@ -37,17 +37,9 @@ pub(crate) const INFO: Info = Info::new(
 .resources(&[File { path: "reference_machine.json", bytes: machine::REFERENCE_JSON.as_bytes() }])
 .made_resources(&[MadeFile { path: "surrogate.json", make: || Surrogate::reference().to_json().into_bytes() }])
 .units(&[
-    Unit {
-        name: "W.s/(rad.Wb2)",
-        base: Base { kg: -1, m: -2, s: 2, A: 2, rad: -1, ..Base::ONE },
-        display: &[],
-    },
-    Unit {
-        name: "W.s2/(rad2.Wb2)",
-        base: Base { kg: -1, m: -2, s: 3, A: 2, rad: -2, ..Base::ONE },
-        display: &[],
-    },
-    Unit { name: "J/(V.A)", base: Base { s: 1, ..Base::ONE }, display: &[] },
+    Unit::new("W.s/(rad.Wb2)").kg(-1).m(-2).s(2).A(2).rad(-1),
+    Unit::new("W.s2/(rad2.Wb2)").kg(-1).m(-2).s(3).A(2).rad(-2),
+    Unit::new("J/(V.A)").s(1),
 ])
 .with_input_derivatives()
 .with_output_derivatives()

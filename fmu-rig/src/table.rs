@@ -1,9 +1,7 @@
 //! Variables of the FMU `Rig`.
 
 use crate::{Parameters, RigFmu};
-use fmu_export::{
-    ALL_PARAMETERS, Base, Enumeration, File, Info, Unit, Variable, read_parameter_file,
-};
+use fmu_export::{ALL_PARAMETERS, Enumeration, File, Info, Unit, Variable, read_parameter_file};
 use machine::Machine;
 use std::path::Path;
 
@@ -35,21 +33,10 @@ pub(crate) const INFO: Info = Info::new(
 .icon(include_bytes!("../model.png"))
 .resources(&[File { path: "reference_machine.json", bytes: machine::REFERENCE_JSON.as_bytes() }])
 .units(&[
-    Unit {
-        name: "W.s/(rad.Wb2)",
-        base: Base { kg: -1, m: -2, s: 2, A: 2, rad: -1, ..Base::ONE },
-        display: &[],
-    },
-    Unit {
-        name: "W.s2/(rad2.Wb2)",
-        base: Base { kg: -1, m: -2, s: 3, A: 2, rad: -2, ..Base::ONE },
-        display: &[],
-    },
-    Unit { name: "J/(V.A)", base: Base { s: 1, ..Base::ONE }, display: &[] },
-    Unit { name: "N.m.s2/rad2", base: Base { kg: 1, m: 2, rad: -2, ..Base::ONE }, display: &[] },
-    Unit { name: "1/K", base: Base { K: -1, ..Base::ONE }, display: &[] },
-    Unit { name: "K/W", base: Base { kg: -1, m: -2, s: 3, K: 1, ..Base::ONE }, display: &[] },
-    Unit { name: "J/K", base: Base { kg: 1, m: 2, s: -2, K: -1, ..Base::ONE }, display: &[] },
+    Unit::new("W.s/(rad.Wb2)").kg(-1).m(-2).s(2).A(2).rad(-1),
+    Unit::new("W.s2/(rad2.Wb2)").kg(-1).m(-2).s(3).A(2).rad(-2),
+    Unit::new("J/(V.A)").s(1),
+    Unit::new("N.m.s2/rad2").kg(1).m(2).rad(-2),
 ]);
 
 type V = Variable<RigFmu>;

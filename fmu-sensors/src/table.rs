@@ -1,7 +1,7 @@
 //! Variables of the FMU `Sensors`.
 
 use crate::SensorsFmu;
-use fmu_export::{ALL_PARAMETERS, Base, Enumeration, File, Info, Unit, Variable};
+use fmu_export::{ALL_PARAMETERS, Enumeration, File, Info, Unit, Variable};
 
 pub(crate) const SPEED_IDEAL: i32 = 1;
 pub(crate) const SPEED_DIFFERENCE: i32 = 2;
@@ -46,7 +46,7 @@ pub(crate) const INFO: Info = Info::new(
 .experiment(0.0, 24.25, 1e-3)
 .documentation(&[File { path: "index.html", bytes: include_bytes!("../documentation/index.html") }])
 .icon(include_bytes!("../model.png"))
-.units(&[Unit { name: "N/A", base: Base { kg: 1, m: 1, s: -2, A: -1, ..Base::ONE }, display: &[] }]);
+.units(&[Unit::new("N/A").kg(1).m(1).s(-2).A(-1)]);
 
 type V = Variable<SensorsFmu>;
 

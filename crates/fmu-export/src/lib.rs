@@ -1,7 +1,45 @@
 //! Exports a Rust model as an FMI 2.0 co-simulation FMU.
 //!
-//! Needed: structs for parameters, inputs and outputs, a table of [`Variable`]s, an implementation of [`Model`], and one line
-//! `export_fmu!(MyModel);` in a crate of type `cdylib`.
+//! With the feature `derive`, structs with derives are the table of variables:
+//!
+#![cfg_attr(feature = "derive", doc = "```")]
+#![cfg_attr(not(feature = "derive"), doc = "```ignore")]
+//! use fmu_export::prelude::*;
+//!
+//! #[derive(Parameters)]
+//! struct Parameters {
+//!     /// Time constant
+//!     #[fmu(unit = "s", start = 0.1, min = 1e-6)]
+//!     time_constant: f64,
+//! }
+//!
+//! #[derive(Input)]
+//! struct Input {
+//!     /// What y follows
+//!     #[fmu(unit = "m", display_unit = "mm")]
+//!     u: [f64; 2],
+//! }
+//!
+//! /// Two first-order lags: T dy/dt = u − y
+//! #[derive(State)]
+//! #[fmu(parameters = Parameters, input = Input)]
+//! struct Lag {
+//!     /// Lagged u
+//!     #[fmu(unit = "m", start = u.u)]
+//!     y: [f64; 2],
+//! }
+//!
+//! impl Ode for Lag {
+//!     fn derivative(&self, p: &Parameters, u: &Input, _t: f64) -> Self {
+//!         Lag { y: std::array::from_fn(|i| (u.u[i] - self.y[i]) / p.time_constant) }
+//!     }
+//! }
+//!
+//! export_fmu!(Lag);
+//! # fn main() { assert_eq!(fmu_export::check::<Lag>(), [""; 0]); }
+//! ```
+//!
+//! Without them, a table of [`Variable`]s says where each one is, and an implementation of [`Model`] what it does:
 //!
 //! ```
 //! use fmu_export::{Info, InputPolynomial, Model, ModelError, StepEnd, Variable};
@@ -10,6 +48,7 @@
 //! /// A first-order lag: T dy/dt = u − y.
 //! #[derive(Clone, Serialize, Deserialize)]
 //! struct Lag { y: [f64; 2] }
+//!
 //! #[derive(Clone, Serialize, Deserialize)]
 //! struct Parameters { time_constant: f64 }
 //! #[derive(Clone, Copy, Default, Serialize, Deserialize)]
@@ -55,17 +94,35 @@
 //! default experiment, documentation, icon and resources. `type V = Variable<Lag>` is needed for type inference.
 
 mod core;
+#[cfg(feature = "derive")]
+#[doc(hidden)]
+pub mod derive;
 mod fmi2;
 
 pub use core::check::check;
-pub use core::info::{Base, Enumeration, File, Info, MadeFile, Unit};
+pub use core::info::{Enumeration, File, Info, MadeFile};
 pub use core::input::{InputPolynomial, MAX_INPUT_DERIVATIVE};
 pub use core::model::{Evaluation, Model, ModelError};
 pub use core::parameter_file::read_parameter_file;
 pub use core::step::StepEnd;
+pub use core::unit::{DisplayUnit, Unit};
 pub use core::units::KNOWN_UNITS;
 pub use core::variable::{ALL_PARAMETERS, SetString, Variable};
 pub use fmi2::description::model_description;
 #[doc(hidden)]
 pub use fmi2::entry;
 pub use fmi2::ffi;
+#[cfg(feature = "derive")]
+pub use {
+    derive::{Choice, Ode},
+    fmu_export_derive::{Enumeration, Input, Output, Parameters, State},
+};
+
+/// All that a model with derives uses: `use fmu_export::prelude::*;`.
+#[cfg(feature = "derive")]
+pub mod prelude {
+    pub use crate::{
+        Choice, Enumeration, Info, Input, InputPolynomial, Model, ModelError, Ode, Output,
+        Parameters, State, StepEnd, Unit, Variable, derived, export_fmu,
+    };
+}

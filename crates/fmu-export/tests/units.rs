@@ -1,7 +1,7 @@
 //! The known units say in base units what their names say.
-#![allow(missing_docs)]
+#![allow(missing_docs, non_snake_case)] // symbols of units
 
-use fmu_export::{Base, KNOWN_UNITS};
+use fmu_export::KNOWN_UNITS;
 use std::f64::consts::PI;
 
 /// A factor, and exponents of kg, m, s, A, K and rad.
@@ -13,8 +13,16 @@ struct Size(f64, [i32; 6]);
 const DEFINITIONS: &[(&str, f64, &str)] = &[
     ("Hz", 1.0, "1/s"), ("N", 1.0, "kg.m/s2"), ("Pa", 1.0, "N/m2"), ("J", 1.0, "N.m"), ("W", 1.0, "J/s"), ("V", 1.0, "W/A"),
     ("Ohm", 1.0, "V/A"), ("Wb", 1.0, "V.s"), ("H", 1.0, "Wb/A"), ("%", 0.01, "1"), ("deg", PI / 180.0, "rad"),
-    ("rpm", 2.0 * PI / 60.0, "rad/s"), ("t", 1e3, "kg"), ("bar", 1e5, "Pa"),
+    ("rpm", 2.0 * PI / 60.0, "rad/s"), ("t", 1e3, "kg"), ("bar", 1e5, "Pa"), ("F", 1.0, "A.s/V"),
+    ("h", 3600.0, "s"), ("degC", 1.0, "K"),
 ];
+
+/// Zero of a unit in base units (SI Brochure, section 2.3.1: t/°C = T/K − 273.15); all others have the zero of their base units.
+const ZEROS: &[(&str, f64)] = &[("degC", 273.15)];
+
+fn zero(name: &str) -> f64 {
+    (ZEROS.iter().find(|(known, _)| *known == name)).map_or(0.0, |(_, zero)| *zero)
+}
 
 /// One symbol with its prefix.
 fn symbol(text: &str) -> Size {
@@ -60,22 +68,32 @@ fn expression(text: &str) -> Size {
 /// All known units and their display units. Tolerance of the factors: the rounding of a few products.
 #[test]
 fn units_are_what_their_names_say() {
+    let is_near = |a: f64, b: f64| (a / b - 1.0).abs() < 8.0 * f64::EPSILON;
     for unit in KNOWN_UNITS {
-        let Base {
-            kg,
-            m,
-            s,
-            A,
-            K,
-            rad,
-            ..
-        } = unit.base;
+        let ([kg, m, s, A, K, mol, cd, rad], factor, offset) = unit.base();
+        assert_eq!([mol, cd], [0; 2], "{}", unit.name());
         let declared = [kg, m, s, A, K, rad].map(i32::from);
-        assert_eq!(expression(unit.name), Size(1.0, declared), "{}", unit.name);
-        for &(name, factor) in unit.display {
-            let Size(size, exponents) = expression(name);
-            assert_eq!(exponents, declared, "{name}");
-            assert!((factor * size - 1.0).abs() < 8.0 * f64::EPSILON, "{name}");
+        let Size(size, exponents) = expression(unit.name());
+        assert_eq!(exponents, declared, "{}", unit.name());
+        assert!(is_near(factor, size), "{}", unit.name());
+        assert_eq!(offset, zero(unit.name()), "{}", unit.name());
+        for shown in unit.display_units() {
+            let Size(size, exponents) = expression(shown.name());
+            assert_eq!(exponents, declared, "{}", shown.name());
+            // base = factor · value + offset in both, so shown = (factor · value + offset − zero)/size.
+            let (shown_factor, shown_offset) = shown.scale();
+            assert!(is_near(shown_factor * size, factor), "{}", shown.name());
+            let expected = (offset - zero(shown.name())) / size;
+            assert_eq!(shown_offset, expected, "{}", shown.name());
         }
     }
+}
+
+#[test]
+fn what_heat_and_batteries_need_is_known() {
+    for name in ["degC", "F", "A.h", "J/K", "W/K", "1/K", "K/W"] {
+        assert!(KNOWN_UNITS.iter().any(|unit| unit.name() == name), "{name}");
+    }
+    let kelvin = KNOWN_UNITS.iter().find(|unit| unit.name() == "K").unwrap();
+    assert_eq!(kelvin.display_units()[0].name(), "degC");
 }

@@ -96,9 +96,10 @@ impl<M: Model> Instance<M> {
         let (name, kind) = (row.element_name(i), row.kind());
         let right = row.place.type_name();
         let reason = match row.causality {
-            Causality::Output | Causality::Local => {
-                "cannot be set; only inputs and parameters can".to_owned()
-            }
+            Causality::Output
+            | Causality::Local
+            | Causality::CalculatedParameter
+            | Causality::Constant => "cannot be set; only inputs and parameters can".to_owned(),
             _ if right != given => {
                 format!("cannot be set as {given}; it must be set as {right}")
             }

@@ -1,4 +1,6 @@
-//! What a model says about itself outside its variables: names, default experiment, files, units, enumerations.
+//! What a model says about itself outside its variables: names, default experiment, files, enumerations.
+
+use super::unit::Unit;
 
 /// Model-wide facts for `modelDescription.xml` and the packer.
 ///
@@ -175,37 +177,4 @@ impl Enumeration {
             items,
         }
     }
-}
-
-/// A unit in SI base units: value in base units = factor · value + offset.
-#[derive(Clone, Copy, Debug)]
-pub struct Unit {
-    /// Name as in the `unit` attribute, e.g. `N.m`.
-    pub name: &'static str,
-    /// Exponents of the SI base units and the factor to them.
-    pub base: Base,
-    /// Units to show values in: name and how many of them one `name` is (`deg` for `rad`: 180/π).
-    pub display: &'static [(&'static str, f64)],
-}
-
-/// Exponents of the SI base units, and `rad`.
-#[derive(Clone, Copy, Debug)]
-#[allow(missing_docs, non_snake_case)] // named like the attributes of <BaseUnit>
-pub struct Base {
-    pub kg: i32,
-    pub m: i32,
-    pub s: i32,
-    pub A: i32,
-    pub K: i32,
-    pub mol: i32,
-    pub cd: i32,
-    pub rad: i32,
-    /// Value in base units per value in this unit.
-    pub factor: f64,
-}
-
-impl Base {
-    /// No dimension.
-    #[rustfmt::skip]
-    pub const ONE: Base = Base { kg: 0, m: 0, s: 0, A: 0, K: 0, mol: 0, cd: 0, rad: 0, factor: 1.0 };
 }

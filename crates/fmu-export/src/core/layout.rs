@@ -1,4 +1,5 @@
-//! The elements of a table, counted over all rows: a scalar is one, a vector as many as it is long.
+//! The elements of a table, counted over all rows: a scalar is one, a vector as many as it is long. A row may say the number of its
+//! first element, so numbers may be left out, and need not ascend.
 
 use super::fault::Fault;
 use super::variable::{Causality, Place, Read, Variable, Write};
@@ -41,45 +42,69 @@ impl<M: Model> Run<M> {
     }
 }
 
-/// The run of each element of a table, in order. A row, too, can be addressed: by the number of its first element.
-pub(crate) struct Layout<M: Model>(Vec<Run<M>>);
+/// Largest number of an element that may be said.
+pub(crate) const LARGEST_NUMBER: u32 = u16::MAX as u32;
+
+/// The elements of a table. A row, too, can be addressed: by the number of its first element.
+pub(crate) struct Layout<M: Model> {
+    /// By number; None where no element has it.
+    by_number: Vec<Option<Run<M>>>,
+    /// Number and run of each element, in the order of the table.
+    in_order: Vec<(u32, Run<M>)>,
+}
 
 impl<M: Model> Layout<M> {
     /// Counts the elements of each row in the default values.
     pub(crate) fn new() -> Self {
         let (parameters, input) = M::defaults();
         let output = M::Output::default();
-        let mut runs = Vec::new();
+        let (mut by_number, mut in_order) = (Vec::new(), Vec::new());
+        let mut next = 0;
         for row in M::variables() {
-            let len = row.place.len(&parameters, &input, &output);
-            let first = runs.len() as u32;
-            let run = Run {
-                first,
-                len: len as u32,
-                row,
-            };
-            runs.extend(std::iter::repeat_n(run, len));
+            let len = row.place.len(&parameters, &input, &output) as u32;
+            let first = row.at.unwrap_or(next);
+            next = first.saturating_add(len);
+            let run = Run { first, len, row };
+            in_order.extend((first..next).map(|number| (number, run)));
+            if first > LARGEST_NUMBER {
+                continue; // refused by the check of the table
+            }
+            if by_number.len() < next as usize {
+                by_number.resize(next as usize, None);
+            }
+            for place in &mut by_number[first as usize..next as usize] {
+                place.get_or_insert(run);
+            }
         }
-        Self(runs)
+        Self {
+            by_number,
+            in_order,
+        }
     }
 
+    /// One more than the largest number.
     pub(crate) fn len(&self) -> usize {
-        self.0.len()
+        self.by_number.len()
     }
 
-    /// All elements in order.
+    /// All elements in the order of the table.
     pub(crate) fn iter(&self) -> impl Iterator<Item = Element<M>> {
-        (0..)
-            .zip(&self.0)
-            .map(|(number, run)| ((number - run.first) as usize, run.row))
+        self.numbered().map(|(_, element)| element)
+    }
+
+    /// All elements in the order of the table, with their numbers.
+    pub(crate) fn numbered(&self) -> impl Iterator<Item = (u32, Element<M>)> {
+        (self.in_order.iter())
+            .map(|&(number, run)| (number, ((number - run.first) as usize, run.row)))
     }
 
     /// The run of the element with this number.
     #[inline]
     pub(crate) fn run(&self, number: u32) -> Result<Run<M>, Fault> {
-        self.0
+        self.by_number
             .get(number as usize)
             .copied()
+            .flatten()
             .ok_or_else(|| self.unknown(number))
     }
 
@@ -93,8 +118,13 @@ impl<M: Model> Layout<M> {
     #[cold]
     fn unknown(&self, number: u32) -> Fault {
         let last = self.len().saturating_sub(1);
+        if number as usize > last {
+            return Fault::refused(format_args!(
+                "unknown value reference {number}; it must be from 0 to {last}"
+            ));
+        }
         Fault::refused(format_args!(
-            "unknown value reference {number}; it must be from 0 to {last}"
+            "unknown value reference {number}; it must be one of the model description"
         ))
     }
 }
@@ -117,6 +147,8 @@ impl<M: Model> Variable<M> {
             Causality::Local => "local variable",
             Causality::Parameter if self.tunable => "tunable parameter",
             Causality::Parameter => "fixed parameter",
+            Causality::CalculatedParameter => "calculated parameter",
+            Causality::Constant => "constant",
         };
         let name = self.place.type_name();
         let article = if name == "Integer" { "an" } else { "a" };
@@ -136,7 +168,7 @@ impl<M: Model> Place<M> {
             Place::RealParameter(place) => place.len(p),
             Place::IntegerParameter(place) => place.len(p),
             Place::BooleanParameter(place) => place.len(p),
-            Place::StringParameter(..) => 1,
+            Place::StringParameter(..) | Place::StringOut(_) => 1,
         }
     }
 
@@ -146,7 +178,7 @@ impl<M: Model> Place<M> {
             Place::RealIn(_) | Place::RealOut(_) | Place::RealParameter(_) => "Real",
             Place::IntegerIn(_) | Place::IntegerOut(_) | Place::IntegerParameter(_) => "Integer",
             Place::BooleanIn(_) | Place::BooleanOut(_) | Place::BooleanParameter(_) => "Boolean",
-            Place::StringParameter(..) => "String",
+            Place::StringParameter(..) | Place::StringOut(_) => "String",
         }
     }
 }

@@ -22,6 +22,7 @@ pub(crate) mod parameters;
 pub(crate) mod phase;
 pub(crate) mod saved;
 pub(crate) mod step;
+pub(crate) mod unit;
 pub(crate) mod units;
 pub(crate) mod value;
 pub(crate) mod variable;

@@ -7,7 +7,7 @@
 use super::access::not_gettable;
 use super::fault::{Fault, discard, refuse};
 use super::instance::{Instance, warn};
-use super::layout::{Element, Layout};
+use super::layout::Layout;
 use super::message::Kind;
 use super::phase::Phase;
 use super::value::{Value, allowed};
@@ -115,13 +115,17 @@ impl<M: Model> Instance<M> {
         Ok(())
     }
 
-    /// By element: the texts that were set explicitly.
+    /// By number: the texts that were set explicitly.
     fn texts(&self, p: &M::Parameters, given: &[Given]) -> Vec<Option<String>> {
-        let text = |((_, row), given): (Element<M>, &Given)| match &row.place {
-            Place::StringParameter(get, _) if *given == Given::Explicit => Some(get(p).to_owned()),
-            _ => None,
-        };
-        self.layout.iter().zip(given).map(text).collect()
+        let mut texts = vec![None; given.len()];
+        for (number, (_, row)) in self.layout.numbered() {
+            if let Place::StringParameter(get, _) = &row.place
+                && given[number as usize] == Given::Explicit
+            {
+                texts[number as usize] = Some(get(p).to_owned());
+            }
+        }
+        texts
     }
 
     /// The parameters in force: start values, what the texts set, and the explicit numbers of `numbers`.
@@ -133,8 +137,10 @@ impl<M: Model> Instance<M> {
     ) -> Result<M::Parameters, Fault> {
         let mut parameters = self.start.clone();
         let mut sources = Vec::new();
-        for ((_, row), text) in self.layout.iter().zip(texts) {
-            if let (Place::StringParameter(_, set), Some(text)) = (&row.place, text) {
+        for (number, (_, row)) in self.layout.numbered() {
+            if let (Place::StringParameter(_, set), Some(text)) =
+                (&row.place, &texts[number as usize])
+            {
                 let source = format!("`{}` = \"{text}\"", row.name);
                 if let Err(reason) = set(&mut parameters, text, self.resources.as_deref()) {
                     return refuse!("{source}: {reason}");
@@ -146,10 +152,10 @@ impl<M: Model> Instance<M> {
             }
         }
         let mut overridden = Vec::new();
-        for ((i, row), given) in self.layout.iter().zip(given) {
+        for (number, (i, row)) in self.layout.numbered() {
             number!(&row.place, |place| {
                 let (start, value) = (place.get(&self.start, i), place.get(&parameters, i));
-                match given {
+                match given[number as usize] {
                     Given::Explicit => *place.get_mut(&mut parameters, i) = place.get(numbers, i),
                     Given::Start if !value.is_same(start) => overridden.push(format!(
                         "`{}` = {start}, its start value, was set; {value} from {} stays in force",
@@ -167,10 +173,14 @@ impl<M: Model> Instance<M> {
     }
 
     /// The text of an element.
-    pub(crate) fn text(&self, element: u32) -> Result<&str, Fault> {
+    pub(crate) fn text(&mut self, element: u32) -> Result<&str, Fault> {
         let (i, row) = self.layout.find(element)?;
         match &row.place {
             Place::StringParameter(get, _) => Ok(get(&self.state.parameters)),
+            Place::StringOut(get) => {
+                self.refresh()?;
+                Ok(get(&self.output))
+            }
             _ => Err(not_gettable(row, i, "String")),
         }
     }

@@ -1,48 +1,67 @@
 //! Units every model may name without declaring them.
 
-use crate::{Base, Unit};
+use super::unit::{DisplayUnit, Unit};
 use std::f64::consts::PI;
 
-const ONE: Base = Base::ONE;
-const DEG: (&str, f64) = ("deg", 180.0 / PI);
+const DEG: DisplayUnit = shown("deg", 180.0 / PI);
 
-/// SI units in use in mechanics and electrical drives, with the display units people expect. All have factor 1 to the base units.
+const fn shown(name: &'static str, factor: f64) -> DisplayUnit {
+    DisplayUnit::new(name, factor)
+}
+
+/// Units in use in mechanics, electrical drives, heat and flow, with the display units people expect. All but `degC` and `A.h` have
+/// factor 1 to the base units.
 #[rustfmt::skip]
 pub const KNOWN_UNITS: &[Unit] = &[
-    Unit { name: "1",           base: ONE,                                                    display: &[("%", 100.0)] },
-    Unit { name: "s",           base: Base { s: 1, ..ONE },                                   display: &[("ms", 1e3)] },
-    Unit { name: "Hz",          base: Base { s: -1, ..ONE },                                  display: &[("kHz", 1e-3)] },
-    Unit { name: "1/s",         base: Base { s: -1, ..ONE },                                  display: &[] },
-    Unit { name: "1/s2",        base: Base { s: -2, ..ONE },                                  display: &[] },
-    Unit { name: "1/m",         base: Base { m: -1, ..ONE },                                  display: &[] },
-    Unit { name: "m",           base: Base { m: 1, ..ONE },                                   display: &[("mm", 1e3)] },
-    Unit { name: "m2",          base: Base { m: 2, ..ONE },                                   display: &[("mm2", 1e6)] },
-    Unit { name: "m/s",         base: Base { m: 1, s: -1, ..ONE },                            display: &[("mm/s", 1e3)] },
-    Unit { name: "m/s2",        base: Base { m: 1, s: -2, ..ONE },                            display: &[] },
-    Unit { name: "m/rad",       base: Base { m: 1, rad: -1, ..ONE },                          display: &[] },
-    Unit { name: "rad",         base: Base { rad: 1, ..ONE },                                 display: &[DEG] },
-    Unit { name: "rad/s",       base: Base { rad: 1, s: -1, ..ONE },                          display: &[("rpm", 30.0 / PI), ("deg/s", 180.0 / PI)] },
-    Unit { name: "rad/s2",      base: Base { rad: 1, s: -2, ..ONE },                          display: &[("deg/s2", 180.0 / PI)] },
-    Unit { name: "kg",          base: Base { kg: 1, ..ONE },                                  display: &[("t", 1e-3)] },
-    Unit { name: "kg.m",        base: Base { kg: 1, m: 1, ..ONE },                            display: &[] },
-    Unit { name: "kg.m2",       base: Base { kg: 1, m: 2, ..ONE },                            display: &[] },
-    Unit { name: "N",           base: Base { kg: 1, m: 1, s: -2, ..ONE },                     display: &[("kN", 1e-3)] },
-    Unit { name: "N.m",         base: Base { kg: 1, m: 2, s: -2, ..ONE },                     display: &[("kN.m", 1e-3)] },
-    Unit { name: "N/m",         base: Base { kg: 1, s: -2, ..ONE },                           display: &[("N/mm", 1e-3), ("kN/mm", 1e-6)] },
-    Unit { name: "N.s/m",       base: Base { kg: 1, s: -1, ..ONE },                           display: &[] },
-    Unit { name: "N.m/rad",     base: Base { kg: 1, m: 2, s: -2, rad: -1, ..ONE },            display: &[] },
-    Unit { name: "N.m.s/rad",   base: Base { kg: 1, m: 2, s: -1, rad: -1, ..ONE },            display: &[] },
-    Unit { name: "N.m2",        base: Base { kg: 1, m: 3, s: -2, ..ONE },                     display: &[] },
-    Unit { name: "Pa",          base: Base { kg: 1, m: -1, s: -2, ..ONE },                    display: &[("bar", 1e-5), ("MPa", 1e-6)] },
-    Unit { name: "J",           base: Base { kg: 1, m: 2, s: -2, ..ONE },                     display: &[("kJ", 1e-3)] },
-    Unit { name: "W",           base: Base { kg: 1, m: 2, s: -3, ..ONE },                     display: &[("kW", 1e-3)] },
-    Unit { name: "A",           base: Base { A: 1, ..ONE },                                   display: &[] },
-    Unit { name: "V",           base: Base { kg: 1, m: 2, s: -3, A: -1, ..ONE },              display: &[] },
-    Unit { name: "V/A",         base: Base { kg: 1, m: 2, s: -3, A: -2, ..ONE },              display: &[] },
-    Unit { name: "V/(A.s)",     base: Base { kg: 1, m: 2, s: -4, A: -2, ..ONE },              display: &[] },
-    Unit { name: "V.s/m",       base: Base { kg: 1, m: 1, s: -2, A: -1, ..ONE },              display: &[] },
-    Unit { name: "Ohm",         base: Base { kg: 1, m: 2, s: -3, A: -2, ..ONE },              display: &[("mOhm", 1e3)] },
-    Unit { name: "H",           base: Base { kg: 1, m: 2, s: -2, A: -2, ..ONE },              display: &[("mH", 1e3)] },
-    Unit { name: "Wb",          base: Base { kg: 1, m: 2, s: -2, A: -1, ..ONE },              display: &[] },
-    Unit { name: "K",           base: Base { K: 1, ..ONE },                                   display: &[] },
+    Unit::new("1").display(&[shown("%", 100.0)]),
+    Unit::new("s").s(1).display(&[shown("ms", 1e3)]),
+    Unit::new("Hz").s(-1).display(&[shown("kHz", 1e-3)]),
+    Unit::new("1/s").s(-1),
+    Unit::new("1/s2").s(-2),
+    Unit::new("1/m").m(-1),
+    Unit::new("m").m(1).display(&[shown("mm", 1e3)]),
+    Unit::new("m2").m(2).display(&[shown("mm2", 1e6)]),
+    Unit::new("m/s").m(1).s(-1).display(&[shown("mm/s", 1e3)]),
+    Unit::new("m/s2").m(1).s(-2),
+    Unit::new("m/rad").m(1).rad(-1),
+    Unit::new("rad").rad(1).display(&[DEG]),
+    Unit::new("rad/s").rad(1).s(-1).display(&[shown("rpm", 30.0 / PI), shown("deg/s", 180.0 / PI)]),
+    Unit::new("rad/s2").rad(1).s(-2).display(&[shown("deg/s2", 180.0 / PI)]),
+    Unit::new("kg").kg(1).display(&[shown("t", 1e-3)]),
+    Unit::new("kg.m").kg(1).m(1),
+    Unit::new("kg.m2").kg(1).m(2),
+    Unit::new("N").kg(1).m(1).s(-2).display(&[shown("kN", 1e-3)]),
+    Unit::new("N.m").kg(1).m(2).s(-2).display(&[shown("kN.m", 1e-3)]),
+    Unit::new("N/m").kg(1).s(-2).display(&[shown("N/mm", 1e-3), shown("kN/mm", 1e-6)]),
+    Unit::new("N.s/m").kg(1).s(-1),
+    Unit::new("N.m/rad").kg(1).m(2).s(-2).rad(-1),
+    Unit::new("N.m.s/rad").kg(1).m(2).s(-1).rad(-1),
+    Unit::new("N.m2").kg(1).m(3).s(-2),
+    Unit::new("Pa").kg(1).m(-1).s(-2).display(&[shown("bar", 1e-5), shown("MPa", 1e-6)]),
+    Unit::new("J").kg(1).m(2).s(-2).display(&[shown("kJ", 1e-3)]),
+    Unit::new("W").kg(1).m(2).s(-3).display(&[shown("kW", 1e-3)]),
+    Unit::new("A").A(1),
+    Unit::new("V").kg(1).m(2).s(-3).A(-1),
+    Unit::new("V/A").kg(1).m(2).s(-3).A(-2),
+    Unit::new("V/(A.s)").kg(1).m(2).s(-4).A(-2),
+    Unit::new("V.s/m").kg(1).m(1).s(-2).A(-1),
+    Unit::new("Ohm").kg(1).m(2).s(-3).A(-2).display(&[shown("mOhm", 1e3)]),
+    Unit::new("H").kg(1).m(2).s(-2).A(-2).display(&[shown("mH", 1e3)]),
+    Unit::new("Wb").kg(1).m(2).s(-2).A(-1),
+    Unit::new("K").K(1).display(&[shown("degC", 1.0).offset(-273.15)]),
+    Unit::new("degC").K(1).offset(273.15),
+    Unit::new("1/K").K(-1),
+    Unit::new("K/W").kg(-1).m(-2).s(3).K(1),
+    Unit::new("W/K").kg(1).m(2).s(-3).K(-1),
+    Unit::new("J/K").kg(1).m(2).s(-2).K(-1),
+    Unit::new("J/(kg.K)").m(2).s(-2).K(-1),
+    Unit::new("W/(m.K)").kg(1).m(1).s(-3).K(-1),
+    Unit::new("W/(m2.K)").kg(1).s(-3).K(-1),
+    Unit::new("F").kg(-1).m(-2).s(4).A(2).display(&[shown("mF", 1e3)]),
+    Unit::new("A.h").A(1).s(1).factor(3600.0),
+    Unit::new("A.s").A(1).s(1).display(&[shown("A.h", 1.0 / 3600.0)]),
+    Unit::new("m3").m(3),
+    Unit::new("m3/s").m(3).s(-1),
+    Unit::new("kg/m3").kg(1).m(-3),
+    Unit::new("kg/s").kg(1).s(-1),
 ];

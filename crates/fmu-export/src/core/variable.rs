@@ -1,9 +1,9 @@
 //! Rows of the table of variables.
 //!
 //! A row is a scalar (`x`) or a vector (`x[1]`, `x[2]`, …). The value reference of an element is its running number across
-//! the table, counted over all types, so that it can neither be given twice nor forgotten.
+//! the table, counted over all types, unless a row says where its elements begin.
 
-use crate::{Enumeration, Model};
+use crate::{Enumeration, Model, Unit};
 use std::path::Path;
 
 /// In a list of initial dependencies: every parameter of the model.
@@ -26,7 +26,11 @@ pub struct Variable<M: Model> {
     pub(crate) beside_evaluation: bool,
     /// Counts how often the importer has set this input.
     pub(crate) counter: Option<fn(&mut M::Input) -> &mut u32>,
+    /// Value reference of the first element; None: the next one.
+    pub(crate) at: Option<u32>,
     pub(crate) unit: Option<&'static str>,
+    /// The definition of `unit`, where the row brings it along.
+    pub(crate) own_unit: Option<&'static Unit>,
     /// Units element by element, where they differ.
     pub(crate) each_unit: &'static [&'static str],
     pub(crate) display_unit: Option<&'static str>,
@@ -38,6 +42,14 @@ pub struct Variable<M: Model> {
     pub(crate) initial_dependencies: Dependencies,
 }
 
+impl<M: Model> Clone for Variable<M> {
+    fn clone(&self) -> Self {
+        *self
+    }
+}
+
+impl<M: Model> Copy for Variable<M> {}
+
 /// Causality of a row.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Causality {
@@ -45,6 +57,10 @@ pub(crate) enum Causality {
     Output,
     Local,
     Parameter,
+    /// A function of parameters.
+    CalculatedParameter,
+    /// Always the same.
+    Constant,
 }
 
 /// What the elements of a row depend on.
@@ -66,11 +82,20 @@ pub(crate) enum Place<M: Model> {
     RealOut(Read<M::Output, f64>),
     IntegerOut(Read<M::Output, i32>),
     BooleanOut(Read<M::Output, bool>),
+    StringOut(fn(&M::Output) -> &str),
     RealParameter(Write<M::Parameters, f64>),
     IntegerParameter(Write<M::Parameters, i32>),
     BooleanParameter(Write<M::Parameters, bool>),
     StringParameter(fn(&M::Parameters) -> &str, SetString<M>),
 }
+
+impl<M: Model> Clone for Place<M> {
+    fn clone(&self) -> Self {
+        *self
+    }
+}
+
+impl<M: Model> Copy for Place<M> {}
 
 /// Setter of a String parameter: parameters, text, the FMU's resources folder if the importer gave one.
 pub type SetString<M> =
@@ -87,6 +112,20 @@ pub(crate) enum Write<S, T> {
     Scalar(fn(&S) -> &T, fn(&mut S) -> &mut T),
     Vector(fn(&S) -> &[T], fn(&mut S) -> &mut [T]),
 }
+
+macro_rules! copied {
+    ($($type:ident)*) => {$(
+        impl<S, T> Clone for $type<S, T> {
+            fn clone(&self) -> Self {
+                *self
+            }
+        }
+
+        impl<S, T> Copy for $type<S, T> {}
+    )*};
+}
+
+copied! { Read Write }
 
 macro_rules! writable_rows {
     ($($scalar:ident $vector:ident $what:literal $causality:ident $place:ident $owner:ident $type:ty;)*) => {$(
@@ -151,6 +190,32 @@ impl<M: Model> Variable<M> {
         local locals "Real local variable (a field of `Output` that is not meant for wiring)" Local RealOut f64;
         integer_local integer_locals "Integer local variable" Local IntegerOut i32;
         boolean_local boolean_locals "Boolean local variable" Local BooleanOut bool;
+        calculated_parameter calculated_parameters "Real parameter that is calculated of others, in [`Model::output`]" CalculatedParameter RealOut f64;
+        integer_calculated_parameter integer_calculated_parameters "Integer parameter that is calculated of others" CalculatedParameter IntegerOut i32;
+        boolean_calculated_parameter boolean_calculated_parameters "Boolean parameter that is calculated of others" CalculatedParameter BooleanOut bool;
+        constant constants "Real constant; `|_| &9.80665` is the accessor of a number" Constant RealOut f64;
+        integer_constant integer_constants "Integer constant" Constant IntegerOut i32;
+        boolean_constant boolean_constants "Boolean constant" Constant BooleanOut bool;
+    }
+
+    /// A String output.
+    pub const fn string_output(
+        name: &'static str,
+        description: &'static str,
+        get: fn(&M::Output) -> &str,
+    ) -> Self {
+        let place = Place::StringOut(get);
+        Self::row(name, description, Causality::Output, place, true)
+    }
+
+    /// A String local variable.
+    pub const fn string_local(
+        name: &'static str,
+        description: &'static str,
+        get: fn(&M::Output) -> &str,
+    ) -> Self {
+        let place = Place::StringOut(get);
+        Self::row(name, description, Causality::Local, place, true)
     }
 
     /// A String parameter (fixed). `set` may read a file and replace every other parameter: afterwards the layer sets
@@ -182,7 +247,9 @@ impl<M: Model> Variable<M> {
             discrete: false,
             beside_evaluation: false,
             counter: None,
+            at: None,
             unit: None,
+            own_unit: None,
             each_unit: &[],
             display_unit: None,
             min: f64::NEG_INFINITY,
@@ -194,9 +261,30 @@ impl<M: Model> Variable<M> {
         }
     }
 
+    /// A row without elements, in place of which another one is put.
+    #[cfg(feature = "derive")]
+    pub(crate) const NOTHING: Self = {
+        let place = Place::RealOut(Read::Vector(|_| &[]));
+        Self::row("", "", Causality::Local, place, false)
+    };
+
+    /// The value reference of the first element, at most 65535; further elements, and the rows below, follow on. A reference that is
+    /// said does not move when a row is inserted above.
+    pub const fn at(mut self, reference: u32) -> Self {
+        self.at = Some(reference);
+        self
+    }
+
     /// Unit of a Real row, from [`KNOWN_UNITS`](crate::KNOWN_UNITS) or [`Info::units`](crate::Info::units).
     pub const fn unit(mut self, unit: &'static str) -> Self {
         self.unit = Some(unit);
+        self
+    }
+
+    /// Unit of a Real row that is neither known nor in [`Info::units`](crate::Info::units).
+    pub const fn own_unit(mut self, unit: &'static Unit) -> Self {
+        self.unit = Some(unit.name);
+        self.own_unit = Some(unit);
         self
     }
 
@@ -235,7 +323,8 @@ impl<M: Model> Variable<M> {
         self
     }
 
-    /// May be set between steps ([`Model::tune`] is told); without it a parameter is fixed after initialization.
+    /// May be set between steps ([`Model::tune`] is told); without it a parameter is fixed after initialization. A calculated parameter
+    /// is tunable if it is calculated of one that is.
     pub const fn tunable(mut self) -> Self {
         self.tunable = true;
         self

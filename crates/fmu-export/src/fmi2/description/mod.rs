@@ -5,8 +5,10 @@ mod table;
 mod variables;
 
 use super::log::CATEGORIES;
-use crate::core::info::{Base, Enumeration, Unit};
+use crate::core::info::Enumeration;
 use crate::core::layout::Layout;
+use crate::core::unit::{DIMENSIONS, Unit};
+use crate::core::variable::Variable;
 use crate::{KNOWN_UNITS, Model};
 use quick_xml::Writer;
 use quick_xml::events::{BytesDecl, Event};
@@ -101,11 +103,11 @@ fn co_simulation<M: Model>(xml: &mut Xml) -> io::Result<()> {
     Ok(())
 }
 
-/// The unit called `name`; the model's own come before the known ones.
-fn unit<M: Model>(name: &str) -> Option<&'static Unit> {
-    M::INFO
-        .units
-        .iter()
+/// The unit of an element: what the row brings along, else the model's own, else the known one.
+fn unit<M: Model>(row: &Variable<M>, i: usize) -> Option<&'static Unit> {
+    let name = row.unit_of(i)?;
+    (row.own_unit.into_iter())
+        .chain(M::INFO.units)
         .chain(KNOWN_UNITS)
         .find(|unit| unit.name == name)
 }
@@ -114,7 +116,7 @@ fn unit<M: Model>(name: &str) -> Option<&'static Unit> {
 fn units<M: Model>(xml: &mut Xml, layout: &Layout<M>) -> io::Result<()> {
     let mut used: Vec<&Unit> = Vec::new();
     for (i, row) in layout.iter() {
-        if let Some(unit) = row.unit_of(i).and_then(unit::<M>)
+        if let Some(unit) = unit(row, i)
             && !used.iter().any(|known| known.name == unit.name)
         {
             used.push(unit);
@@ -134,44 +136,25 @@ fn units<M: Model>(xml: &mut Xml, layout: &Layout<M>) -> io::Result<()> {
 }
 
 fn write_unit(xml: &mut Xml, unit: &Unit) -> io::Result<()> {
-    let Base {
-        kg,
-        m,
-        s,
-        A,
-        K,
-        mol,
-        cd,
-        rad,
-        factor,
-    } = unit.base;
-    let exponents = [
-        ("kg", kg),
-        ("m", m),
-        ("s", s),
-        ("A", A),
-        ("K", K),
-        ("mol", mol),
-        ("cd", cd),
-        ("rad", rad),
-    ];
-    let used = exponents.into_iter().filter(|(_, exponent)| *exponent != 0);
-    let mut base: Vec<_> = used
+    let exponents = DIMENSIONS.into_iter().zip(unit.exponents);
+    let mut base: Vec<_> = exponents
+        .filter(|(_, exponent)| *exponent != 0)
         .map(|(name, exponent)| (name, exponent.to_string()))
         .collect();
-    if factor != 1.0 {
-        base.push(("factor", real(factor)));
-    }
+    base.extend(scale(unit.factor, unit.offset));
     xml.create_element("Unit")
         .with_attribute(("name", unit.name))
         .write_inner_content(|xml| {
-            let base = base.iter().map(|(name, value)| (*name, value.as_str()));
             xml.create_element("BaseUnit")
-                .with_attributes(base)
+                .with_attributes(base.iter().map(|(name, value)| (*name, value.as_str())))
                 .write_empty()?;
-            for (name, factor) in unit.display {
-                let factor = real(*factor);
-                let attributes = [("name", *name), ("factor", &factor)];
+            for shown in unit.display {
+                let mut attributes = vec![("name", shown.name.to_owned())];
+                attributes.push(("factor", real(shown.factor)));
+                attributes.extend(scale(1.0, shown.offset));
+                let attributes = attributes
+                    .iter()
+                    .map(|(name, value)| (*name, value.as_str()));
                 xml.create_element("DisplayUnit")
                     .with_attributes(attributes)
                     .write_empty()?;
@@ -179,6 +162,13 @@ fn write_unit(xml: &mut Xml, unit: &Unit) -> io::Result<()> {
             Ok(())
         })?;
     Ok(())
+}
+
+/// Attributes of a factor and an offset, unless they are 1 and 0, which is what their absence means.
+fn scale(factor: f64, offset: f64) -> impl Iterator<Item = (&'static str, String)> {
+    let factor = (factor != 1.0).then(|| ("factor", real(factor)));
+    let offset = (offset != 0.0).then(|| ("offset", real(offset)));
+    factor.into_iter().chain(offset)
 }
 
 /// The enumerations in use, in the order of first use.

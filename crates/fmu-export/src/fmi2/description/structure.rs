@@ -8,10 +8,10 @@ use crate::core::variable::{Causality, Variable};
 use std::io;
 
 pub(super) fn write<M: Model>(xml: &mut Xml, layout: &Layout<M>) -> io::Result<()> {
-    if !layout
-        .iter()
-        .any(|(_, row)| row.causality == Causality::Output)
-    {
+    let outputs: &[Causality] = &[Causality::Output];
+    let initial: &[Causality] = &[Causality::Output, Causality::CalculatedParameter];
+    let has = |which: &[Causality]| layout.iter().any(|(_, row)| which.contains(&row.causality));
+    if !has(initial) {
         return xml
             .create_element("ModelStructure")
             .write_empty()
@@ -20,10 +20,12 @@ pub(super) fn write<M: Model>(xml: &mut Xml, layout: &Layout<M>) -> io::Result<(
     xml.create_element("ModelStructure")
         .write_inner_content(|xml| {
             let knowns = Knowns::new(layout);
-            unknowns(xml, "Outputs", layout, |row, i| {
-                knowns.resolve(row.dependencies, i, false)
-            })?;
-            unknowns(xml, "InitialUnknowns", layout, |row, i| {
+            if has(outputs) {
+                unknowns(xml, "Outputs", layout, outputs, |row, i| {
+                    knowns.resolve(row.dependencies, i, false)
+                })?;
+            }
+            unknowns(xml, "InitialUnknowns", layout, initial, |row, i| {
                 knowns.resolve(row.initial_dependencies, i, true)
             })
         })?;
@@ -34,11 +36,12 @@ fn unknowns<M: Model>(
     xml: &mut Xml,
     element: &str,
     layout: &Layout<M>,
+    which: &[Causality],
     knowns: impl Fn(&Variable<M>, usize) -> Result<Option<Vec<usize>>, String>,
 ) -> io::Result<()> {
     xml.create_element(element).write_inner_content(|xml| {
         for (position, (i, row)) in (1..).zip(layout.iter()) {
-            if row.causality != Causality::Output {
+            if !which.contains(&row.causality) {
                 continue;
             }
             let index = usize::to_string(&position);

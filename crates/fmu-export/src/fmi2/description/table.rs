@@ -1,12 +1,12 @@
 //! Checks of the table of variables: what the compiler cannot see.
 
 use super::unit;
-use crate::Model;
 use crate::core::dependencies::Knowns;
-use crate::core::layout::Layout;
+use crate::core::layout::{LARGEST_NUMBER, Layout};
 use crate::core::value::Value;
 use crate::core::variable::{Causality, Place, Variable};
-use std::collections::BTreeSet;
+use crate::{Model, Unit};
+use std::collections::{BTreeMap, BTreeSet};
 
 /// The first thing that is wrong with the table, with the name of the row.
 pub(super) fn check<M: Model>(layout: &Layout<M>) -> Result<(), String> {
@@ -17,7 +17,9 @@ pub(super) fn check<M: Model>(layout: &Layout<M>) -> Result<(), String> {
     let (parameters, input) = M::defaults();
     let knowns = Knowns::new(layout);
     let mut names = BTreeSet::new();
-    for (i, row) in layout.iter() {
+    let mut numbers = BTreeMap::new();
+    let mut units = BTreeMap::new();
+    for (number, (i, row)) in layout.numbered() {
         let name = row.element_name(i);
         let wrong = |reason: &str| Err(format!("variable `{name}`: {reason}"));
         if !is_structured(row.name) {
@@ -28,26 +30,32 @@ pub(super) fn check<M: Model>(layout: &Layout<M>) -> Result<(), String> {
         if !names.insert(name.clone()) {
             return wrong("is in the table twice");
         }
+        if number > LARGEST_NUMBER {
+            return wrong(&format!(
+                "value reference {number} must be at most {LARGEST_NUMBER}"
+            ));
+        }
+        if let Some(first) = numbers.insert(number, name.clone()) {
+            return wrong(&format!(
+                "value reference {number} is already that of `{first}`"
+            ));
+        }
         let checks = [
             attributes(row, i),
+            same_unit(&mut units, row, i, &name),
             bounds(row),
             start(row, &parameters, &input, i),
         ];
         if let Some(reason) = checks.into_iter().find_map(Result::err) {
             return wrong(&reason);
         }
-        let has_any = knowns
-            .resolve(row.dependencies, i, false)
-            .and_then(|while_stepping| {
-                let initially = knowns.resolve(row.initial_dependencies, i, true)?;
-                Ok(while_stepping.is_some() || initially.is_some())
-            });
-        match has_any {
-            Err(reason) => return wrong(&reason),
-            Ok(true) if row.causality != Causality::Output => {
-                return wrong("only outputs have dependencies");
-            }
-            Ok(_) => {}
+        let while_stepping = knowns.resolve(row.dependencies, i, false);
+        let initially = knowns.resolve(row.initial_dependencies, i, true);
+        match (while_stepping, initially, row.causality) {
+            (Err(reason), _, _) | (_, Err(reason), _) => return wrong(&reason),
+            (_, _, Causality::Output) | (Ok(None), _, Causality::CalculatedParameter) => {}
+            (Ok(None), Ok(None), _) => {}
+            _ => return wrong("only outputs have dependencies"),
         }
     }
     Ok(())
@@ -72,12 +80,18 @@ fn attributes<M: Model>(row: &Variable<M>, i: usize) -> Result<(), String> {
         return Err("has no description".to_owned());
     }
     if row.tunable
-        && (row.causality != Causality::Parameter
-            || matches!(row.place, Place::StringParameter(..)))
+        && (!matches!(
+            row.causality,
+            Causality::Parameter | Causality::CalculatedParameter
+        ) || matches!(row.place, Place::StringParameter(..)))
     {
         return Err("only numeric parameters can be tunable".to_owned());
     }
-    if row.discrete && (!is_real || row.causality == Causality::Parameter) {
+    let varies = matches!(
+        row.causality,
+        Causality::Input | Causality::Output | Causality::Local
+    );
+    if row.discrete && !(is_real && varies) {
         return Err("only a Real that is not a parameter can be declared discrete".to_owned());
     }
     if row.enumeration.is_some() && row.place.type_name() != "Integer" {
@@ -95,16 +109,14 @@ fn attributes<M: Model>(row: &Variable<M>, i: usize) -> Result<(), String> {
     {
         return Err("only a Real has a unit or a nominal value".to_owned());
     }
-    match (
-        unit_of_element,
-        unit_of_element.and_then(unit::<M>),
-        row.display_unit,
-    ) {
+    match (unit_of_element, unit(row, i), row.display_unit) {
         (Some(name), None, _) => Err(format!(
             "unit `{name}` is neither in KNOWN_UNITS nor in Info::units"
         )),
         (None, _, Some(display)) => Err(format!("display unit `{display}` without a unit")),
-        (_, Some(unit), Some(display)) if unit.display.iter().all(|(name, _)| *name != display) => {
+        (_, Some(unit), Some(display))
+            if unit.display.iter().all(|shown| shown.name != display) =>
+        {
             Err(format!(
                 "display unit `{display}` is not one of unit `{}`",
                 unit.name
@@ -112,6 +124,28 @@ fn attributes<M: Model>(row: &Variable<M>, i: usize) -> Result<(), String> {
         }
         _ => Ok(()),
     }
+}
+
+/// A name of a unit means one thing.
+fn same_unit<M: Model>(
+    units: &mut BTreeMap<&'static str, (&'static Unit, String)>,
+    row: &Variable<M>,
+    i: usize,
+    name: &str,
+) -> Result<(), String> {
+    let Some(unit) = unit(row, i) else {
+        return Ok(());
+    };
+    let (known, first) = units
+        .entry(unit.name)
+        .or_insert_with(|| (unit, name.to_owned()));
+    if *known == unit {
+        return Ok(());
+    }
+    Err(format!(
+        "unit `{}` is defined otherwise for `{first}`",
+        unit.name
+    ))
 }
 
 fn bounds<M: Model>(row: &Variable<M>) -> Result<(), String> {

@@ -8,10 +8,11 @@ use std::io;
 
 pub(super) fn write<M: Model>(xml: &mut Xml, layout: &Layout<M>) -> io::Result<()> {
     let (parameters, input) = M::defaults();
+    let output = M::Output::default();
     xml.create_element("ModelVariables")
         .write_inner_content(|xml| {
-            for (vr, (i, row)) in layout.iter().enumerate() {
-                let start = row.place.start(&parameters, &input, i);
+            for (vr, (i, row)) in layout.numbered() {
+                let start = row.start(&parameters, &input, &output, i);
                 write_variable(xml, vr, row, i, start)?;
             }
             Ok(())
@@ -21,7 +22,7 @@ pub(super) fn write<M: Model>(xml: &mut Xml, layout: &Layout<M>) -> io::Result<(
 
 fn write_variable<M: Model>(
     xml: &mut Xml,
-    vr: usize,
+    vr: u32,
     row: &Variable<M>,
     i: usize,
     start: Option<String>,
@@ -32,6 +33,8 @@ fn write_variable<M: Model>(
         Causality::Output => ("output", Some("calculated")),
         Causality::Local => ("local", Some("calculated")),
         Causality::Parameter => ("parameter", Some("exact")),
+        Causality::CalculatedParameter => ("calculatedParameter", Some("calculated")),
+        Causality::Constant => ("local", Some("exact")),
     };
     let mut attributes = vec![
         ("name", name.as_str()),
@@ -81,8 +84,9 @@ fn type_attributes<M: Model>(
 impl<M: Model> Variable<M> {
     fn variability(&self) -> &'static str {
         match self.causality {
-            Causality::Parameter if self.tunable => "tunable",
-            Causality::Parameter => "fixed",
+            Causality::Constant => "constant",
+            Causality::Parameter | Causality::CalculatedParameter if self.tunable => "tunable",
+            Causality::Parameter | Causality::CalculatedParameter => "fixed",
             _ if self.place.type_name() == "Real" && !self.discrete => "continuous",
             _ => "discrete",
         }
@@ -95,20 +99,22 @@ impl<M: Model> Variable<M> {
             self.place.type_name()
         }
     }
-}
 
-impl<M: Model> Place<M> {
-    /// Start value of an input or a parameter; outputs have none.
-    fn start(&self, p: &M::Parameters, u: &M::Input, i: usize) -> Option<String> {
-        Some(match self {
-            Place::RealIn(place) => real(place.get(u, i)),
-            Place::IntegerIn(place) => place.get(u, i).to_string(),
-            Place::BooleanIn(place) => place.get(u, i).to_string(),
-            Place::RealParameter(place) => real(place.get(p, i)),
-            Place::IntegerParameter(place) => place.get(p, i).to_string(),
-            Place::BooleanParameter(place) => place.get(p, i).to_string(),
-            Place::StringParameter(get, _) => get(p).to_owned(),
-            Place::RealOut(_) | Place::IntegerOut(_) | Place::BooleanOut(_) => return None,
-        })
+    /// Start value of an input, a parameter or a constant; what is computed has none.
+    fn start(&self, p: &M::Parameters, u: &M::Input, y: &M::Output, i: usize) -> Option<String> {
+        let is_constant = self.causality == Causality::Constant;
+        match &self.place {
+            Place::RealIn(place) => Some(real(place.get(u, i))),
+            Place::IntegerIn(place) => Some(place.get(u, i).to_string()),
+            Place::BooleanIn(place) => Some(place.get(u, i).to_string()),
+            Place::RealParameter(place) => Some(real(place.get(p, i))),
+            Place::IntegerParameter(place) => Some(place.get(p, i).to_string()),
+            Place::BooleanParameter(place) => Some(place.get(p, i).to_string()),
+            Place::StringParameter(get, _) => Some(get(p).to_owned()),
+            Place::RealOut(place) => is_constant.then(|| real(place.get(y, i))),
+            Place::IntegerOut(place) => is_constant.then(|| place.get(y, i).to_string()),
+            Place::BooleanOut(place) => is_constant.then(|| place.get(y, i).to_string()),
+            Place::StringOut(_) => None,
+        }
     }
 }

@@ -1,0 +1,150 @@
+//! `#[fmu(…)]` on a field.
+
+use proc_macro2::Span;
+use syn::punctuated::Punctuated;
+use syn::{
+    Attribute, Error, Expr, ExprLit, Field, Index, Lit, LitStr, Member, Path, Result, Token,
+};
+
+/// What is said of a field; each with the place where it is said.
+#[derive(Default)]
+pub(crate) struct Attributes {
+    pub(crate) name: Option<LitStr>,
+    pub(crate) unit: Option<Expr>,
+    pub(crate) display_unit: Option<LitStr>,
+    pub(crate) start: Option<Expr>,
+    pub(crate) min: Option<Expr>,
+    pub(crate) max: Option<Expr>,
+    pub(crate) nominal: Option<Expr>,
+    pub(crate) at: Option<Expr>,
+    pub(crate) set: Option<Path>,
+    pub(crate) depends_on: Option<Vec<LitStr>>,
+    pub(crate) initially_depends_on: Option<Vec<LitStr>>,
+    /// Words without a value.
+    flags: Vec<(String, Span)>,
+    /// Everything that is said, in order, and where.
+    pub(crate) said: Vec<(String, Span)>,
+}
+
+/// Every key there is.
+const KEYS: &str = "unit, display_unit, start, min, max, nominal, name, at, tunable, constant, discrete, set, depends_on, \
+                    initially_depends_on, beside_evaluation, local, calculated or skip";
+
+/// Keys without a value.
+const FLAGS: &[&str] = &[
+    "tunable",
+    "constant",
+    "discrete",
+    "beside_evaluation",
+    "local",
+    "calculated",
+    "skip",
+];
+
+impl Attributes {
+    pub(crate) fn of(field: &Field) -> Result<Self> {
+        let mut all = Self::default();
+        for attribute in fmu(&field.attrs) {
+            all.read(attribute)?;
+        }
+        Ok(all)
+    }
+
+    fn read(&mut self, attribute: &Attribute) -> Result<()> {
+        attribute.parse_nested_meta(|meta| {
+            let Some(key) = meta.path.get_ident().map(ToString::to_string) else {
+                return Err(meta.error(format!("unknown attribute; it must be {KEYS}")));
+            };
+            if self.said.iter().any(|(said, _)| *said == key) {
+                return Err(meta.error(format!("`{key}` is said twice")));
+            }
+            match key.as_str() {
+                "name" => self.name = Some(meta.value()?.parse()?),
+                "unit" => self.unit = Some(meta.value()?.parse()?),
+                "display_unit" => self.display_unit = Some(meta.value()?.parse()?),
+                "start" => self.start = Some(meta.value()?.parse()?),
+                "min" => self.min = Some(meta.value()?.parse()?),
+                "max" => self.max = Some(meta.value()?.parse()?),
+                "nominal" => self.nominal = Some(meta.value()?.parse()?),
+                "at" => self.at = Some(meta.value()?.parse()?),
+                "set" => self.set = Some(meta.value()?.parse()?),
+                "depends_on" | "initially_depends_on" => {
+                    let content;
+                    syn::parenthesized!(content in meta.input);
+                    let list = Punctuated::<Expr, Token![,]>::parse_terminated(&content)?;
+                    let names = list.iter().map(variable).collect::<Result<_>>()?;
+                    if key == "depends_on" {
+                        self.depends_on = Some(names);
+                    } else {
+                        self.initially_depends_on = Some(names);
+                    }
+                }
+                flag if FLAGS.contains(&flag) => {
+                    self.flags.push((key.clone(), span(&meta.path)));
+                }
+                _ => {
+                    return Err(meta.error(format!("unknown attribute `{key}`; it must be {KEYS}")));
+                }
+            }
+            self.said.push((key, span(&meta.path)));
+            Ok(())
+        })
+    }
+
+    /// Whether a key without a value is there.
+    pub(crate) fn has(&self, flag: &str) -> bool {
+        self.flags.iter().any(|(name, _)| name == flag)
+    }
+}
+
+/// The attributes that are ours.
+pub(crate) fn fmu(attributes: &[Attribute]) -> impl Iterator<Item = &Attribute> {
+    (attributes.iter()).filter(|attribute| attribute.path().is_ident("fmu"))
+}
+
+fn span(path: &Path) -> Span {
+    syn::spanned::Spanned::span(path)
+}
+
+/// A variable as it is written in a list of dependencies, `motor.u[2]` or `"motor.u[2]"`.
+fn variable(expr: &Expr) -> Result<LitStr> {
+    let text = match expr {
+        Expr::Lit(ExprLit {
+            lit: Lit::Str(text),
+            ..
+        }) => return Ok(text.clone()),
+        _ => written(expr),
+    };
+    let span = syn::spanned::Spanned::span(expr);
+    text.map(|text| LitStr::new(&text, span)).ok_or_else(|| {
+        Error::new(
+            span,
+            "not a variable; write `u`, `u[2]`, `u[i]` or `motor.u`",
+        )
+    })
+}
+
+fn written(expr: &Expr) -> Option<String> {
+    match expr {
+        Expr::Path(path) => path.path.get_ident().map(crate::names::plain),
+        Expr::Field(field) => {
+            let member = match &field.member {
+                Member::Named(name) => crate::names::plain(name),
+                Member::Unnamed(Index { .. }) => return None,
+            };
+            Some(format!("{}.{member}", written(&field.base)?))
+        }
+        Expr::Index(index) => {
+            let number = match &*index.index {
+                Expr::Lit(ExprLit {
+                    lit: Lit::Int(number),
+                    ..
+                }) => number.to_string(),
+                Expr::Path(path) if path.path.is_ident("i") => "i".to_owned(),
+                _ => return None,
+            };
+            Some(format!("{}[{number}]", written(&index.expr)?))
+        }
+        _ => None,
+    }
+}

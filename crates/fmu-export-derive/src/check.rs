@@ -1,0 +1,169 @@
+//! What must be said of a field, and what can be.
+
+use crate::field::{Field, Kind, Role};
+use proc_macro2::Span;
+use syn::{Error, Expr, ExprLit, ExprUnary, Lit, Result, UnOp};
+
+/// Everything that is wrong with a field, each at its place.
+pub(crate) fn check(field: &Field, role: Role) -> Result<()> {
+    let mut wrong: Vec<Error> = Vec::new();
+    if let Some(reason) = unfit(field.kind, role) {
+        wrong.push(Error::new(syn::spanned::Spanned::span(&field.ty), reason));
+    }
+    for (key, span) in &field.said.said {
+        if let Some(reason) = misplaced(key, field, role) {
+            wrong.push(Error::new(*span, format!("`{key}`: {reason}")));
+        }
+    }
+    if wrong.is_empty() {
+        wrong.extend(missing(field, role).map(|text| Error::new(field.span(), text)));
+        wrong.extend(bounds(field).err());
+    }
+    match wrong.into_iter().reduce(|mut all, next| {
+        all.combine(next);
+        all
+    }) {
+        Some(all) => Err(all),
+        None => Ok(()),
+    }
+}
+
+/// Why a struct of this role cannot have a field of this type.
+fn unfit(kind: Kind, role: Role) -> Option<&'static str> {
+    match (kind, role) {
+        (Kind::Text, Role::Output) => {
+            Some("an output is copied and cannot be a String; use `&'static str`")
+        }
+        (Kind::Text, Role::Input | Role::State) => Some("a String can only be a parameter"),
+        (Kind::StaticText, Role::Parameter) => Some("a text that can be set is a String"),
+        (Kind::StaticText, Role::Input | Role::State) => {
+            Some("`&'static str` can only be an output")
+        }
+        (Kind::Integer | Kind::Boolean | Kind::Choice, Role::State) => {
+            Some("a state that is integrated is an f64 or an array of f64")
+        }
+        _ => None,
+    }
+}
+
+/// Why a key cannot be said of this field.
+fn misplaced(key: &str, field: &Field, role: Role) -> Option<String> {
+    let (kind, said) = (field.kind, &field.said);
+    let is_number = matches!(kind, Kind::Real | Kind::Integer);
+    let of = |what: &str| Some(format!("only {what} has it"));
+    match key {
+        "name" => None,
+        "skip" if matches!(role, Role::Parameter | Role::State) => None,
+        "skip" => of("a parameter or a state"),
+        "start" if role == Role::Output => Some("an output is computed and has none".to_owned()),
+        "start" => None,
+        _ if said.has("skip") => Some("the field is skipped, so it is no variable".to_owned()),
+        _ if kind == Kind::Struct => {
+            Some("say it of the fields of the struct; the struct itself is no variable".to_owned())
+        }
+        "unit" | "display_unit" | "nominal" if kind != Kind::Real => of("a Real (f64)"),
+        "min" | "max" if !is_number => of("a Real (f64) or an Integer (i32)"),
+        "tunable" if role != Role::Parameter || kind == Kind::Text => {
+            of("a parameter that is no text")
+        }
+        "constant" if role != Role::Parameter || matches!(kind, Kind::Text | Kind::Choice) => {
+            of("a number or a Boolean among the parameters")
+        }
+        "tunable" | "min" | "max" if said.has("constant") => {
+            Some("a constant cannot be set".to_owned())
+        }
+        "discrete" if kind != Kind::Real || !matches!(role, Role::Input | Role::Output) => {
+            of("a Real (f64) that is an input or an output")
+        }
+        "beside_evaluation" if role != Role::Input => of("an input"),
+        "set" if kind != Kind::Text => of("a String parameter"),
+        "local" if !matches!(role, Role::Output | Role::State) => of("an output or a state"),
+        "calculated" if role != Role::Output => of("a field of the outputs"),
+        "calculated" if said.has("local") => Some("a variable is not local, too".to_owned()),
+        "depends_on" if role == Role::State => Some("a state follows no input at once".to_owned()),
+        "depends_on" if role != Role::Output => of("an output"),
+        "depends_on" if said.has("calculated") => {
+            Some("a calculated parameter follows no input".to_owned())
+        }
+        "depends_on" | "initially_depends_on" if said.has("local") => {
+            of("an output that is not local")
+        }
+        "initially_depends_on" if !matches!(role, Role::Output | Role::State) => of("an output"),
+        _ => None,
+    }
+}
+
+/// What is not said, but must be.
+fn missing(field: &Field, role: Role) -> Option<String> {
+    let (name, said) = (&field.name, &field.said);
+    if !field.is_seen() || field.kind == Kind::Struct {
+        return None;
+    }
+    if field.description.is_empty() {
+        return Some(format!(
+            "`{name}` has no description: write a doc comment above the field"
+        ));
+    }
+    if field.kind == Kind::Real && said.unit.is_none() {
+        return Some(format!(
+            "`{name}` has no unit: write `#[fmu(unit = \"…\")]`, with \"1\" for a number without one"
+        ));
+    }
+    if role == Role::Parameter && field.kind != Kind::Text && said.start.is_none() {
+        return Some(format!(
+            "`{name}` has no start value: write `#[fmu(start = …)]`"
+        ));
+    }
+    None
+}
+
+/// The start value must be within the bounds, as far as they are written as numbers.
+fn bounds(field: &Field) -> Result<()> {
+    let said = &field.said;
+    let number = |expr: &Option<Expr>| expr.as_ref().and_then(number);
+    let (min, max) = (number(&said.min), number(&said.max));
+    let at = |expr: &Option<Expr>| -> Span {
+        (expr.as_ref()).map_or_else(|| field.span(), syn::spanned::Spanned::span)
+    };
+    if let (Some(min), Some(max)) = (min, max)
+        && min > max
+    {
+        let text = format!("max = {max} must be at least min = {min}");
+        return Err(Error::new(at(&said.max), text));
+    }
+    let starts = match &said.start {
+        Some(Expr::Array(array)) => array.elems.iter().collect(),
+        Some(start) => vec![start],
+        None => return Ok(()),
+    };
+    for expr in starts {
+        let Some(start) = self::number(expr) else {
+            continue;
+        };
+        let bound = match (min, max) {
+            (Some(min), _) if start < min => format!("at least min = {min}"),
+            (_, Some(max)) if start > max => format!("at most max = {max}"),
+            _ => continue,
+        };
+        let text = format!("start = {start} must be {bound}");
+        return Err(Error::new(syn::spanned::Spanned::span(expr), text));
+    }
+    Ok(())
+}
+
+/// The value of a number that is written out.
+fn number(expr: &Expr) -> Option<f64> {
+    match expr {
+        Expr::Lit(ExprLit { lit, .. }) => match lit {
+            Lit::Int(lit) => lit.base10_parse().ok(),
+            Lit::Float(lit) => lit.base10_parse().ok(),
+            _ => None,
+        },
+        Expr::Unary(ExprUnary {
+            op: UnOp::Neg(_),
+            expr,
+            ..
+        }) => number(expr).map(|value| -value),
+        _ => None,
+    }
+}

@@ -1,0 +1,155 @@
+//! A field of a struct as a variable.
+
+use crate::attributes::Attributes;
+use crate::names;
+use proc_macro2::Span;
+use syn::spanned::Spanned;
+use syn::{Error, Expr, Field as SynField, GenericArgument, Ident, PathArguments, Result, Type};
+
+/// What the fields of a struct are.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Role {
+    Parameter,
+    Input,
+    Output,
+    State,
+}
+
+/// The type of a variable.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Kind {
+    Real,
+    Integer,
+    Boolean,
+    /// `String`.
+    Text,
+    /// `&'static str`.
+    StaticText,
+    Choice,
+    /// A struct with variables of its own.
+    Struct,
+}
+
+/// A field, and all that is known of it.
+pub(crate) struct Field {
+    pub(crate) ident: Ident,
+    /// Its name in the table.
+    pub(crate) name: String,
+    pub(crate) ty: Type,
+    pub(crate) kind: Kind,
+    /// Number of elements of an array.
+    pub(crate) len: Option<Expr>,
+    pub(crate) description: String,
+    pub(crate) said: Attributes,
+}
+
+impl Field {
+    pub(crate) fn new(field: &SynField) -> Result<Self> {
+        let ident = field.ident.clone().expect("named fields only");
+        let said = Attributes::of(field)?;
+        let (kind, len) = if said.has("skip") {
+            (Kind::Struct, None)
+        } else {
+            kind(&field.ty)?
+        };
+        let name = match &said.name {
+            Some(name) => name.value(),
+            None => names::plain(&ident),
+        };
+        Ok(Self {
+            name,
+            ident,
+            ty: field.ty.clone(),
+            kind,
+            len,
+            description: names::description(&field.attrs),
+            said,
+        })
+    }
+
+    pub(crate) fn span(&self) -> Span {
+        self.ident.span()
+    }
+
+    /// Whether it is a variable, or more of them.
+    pub(crate) fn is_seen(&self) -> bool {
+        !self.said.has("skip")
+    }
+}
+
+fn kind(ty: &Type) -> Result<(Kind, Option<Expr>)> {
+    match ty {
+        Type::Array(array) => {
+            let kind = match kind(&array.elem)? {
+                (kind @ (Kind::Real | Kind::Integer | Kind::Boolean), None) => kind,
+                _ => return Err(wrong(ty, "an array must be of f64, i32 or bool")),
+            };
+            Ok((kind, Some(array.len.clone())))
+        }
+        Type::Group(group) => kind(&group.elem),
+        Type::Paren(paren) => kind(&paren.elem),
+        Type::Reference(reference) => {
+            let is_static = (reference.lifetime.as_ref()).is_some_and(|l| l.ident == "static");
+            match &*reference.elem {
+                Type::Path(path) if is_static && path.path.is_ident("str") => {
+                    Ok((Kind::StaticText, None))
+                }
+                _ => Err(wrong(
+                    ty,
+                    "a reference cannot be a variable, except `&'static str` as an output",
+                )),
+            }
+        }
+        Type::Path(path) => {
+            let Some(last) = path.path.segments.last() else {
+                return Ok((Kind::Struct, None));
+            };
+            Ok((named(ty, &last.ident.to_string(), &last.arguments)?, None))
+        }
+        _ => Err(wrong(
+            ty,
+            "this type cannot be a variable; it must be f64, i32, bool, an array of one of them, String, Choice<…> or a struct",
+        )),
+    }
+}
+
+fn named(ty: &Type, name: &str, arguments: &PathArguments) -> Result<Kind> {
+    match name {
+        "f64" => Ok(Kind::Real),
+        "i32" => Ok(Kind::Integer),
+        "bool" => Ok(Kind::Boolean),
+        "String" => Ok(Kind::Text),
+        "Choice" if has_one_type(arguments) => Ok(Kind::Choice),
+        "Option" => Err(wrong(
+            ty,
+            "a variable always has a value: use the type without Option, and a bool beside it that says whether it counts",
+        )),
+        "f32" => Err(wrong(ty, "a Real of FMI is an f64")),
+        "u8" | "u16" | "u32" | "u64" | "usize" | "i8" | "i16" | "i64" | "isize" => Err(wrong(
+            ty,
+            "an Integer of FMI is an i32; use `min = 0` for one that is not negative",
+        )),
+        "Vec" => Err(wrong(
+            ty,
+            "the number of elements must be known: use an array such as [f64; 3]",
+        )),
+        "str" | "char" => Err(wrong(
+            ty,
+            "a String of FMI is a String as a parameter and a `&'static str` as an output",
+        )),
+        _ => Ok(Kind::Struct),
+    }
+}
+
+fn has_one_type(arguments: &PathArguments) -> bool {
+    match arguments {
+        PathArguments::AngleBracketed(list) => {
+            matches!(list.args.first(), Some(GenericArgument::Type(_))) && list.args.len() == 1
+        }
+        _ => false,
+    }
+}
+
+fn wrong(ty: &Type, reason: &str) -> Error {
+    Error::new(ty.span(), reason)
+}

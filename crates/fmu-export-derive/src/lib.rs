@@ -1,0 +1,97 @@
+//! The derives of `fmu-export`, which re-exports them with its feature `derive`: the variables of an FMU from structs.
+//!
+//! `#[derive(Parameters)]`, `#[derive(Input)]`, `#[derive(Output)]` and `#[derive(State)]` make a row of the table of variables from each
+//! field: its name, its doc comment as the description, its type, and what `#[fmu(…)]` says.
+//!
+//! | Field | Variable |
+//! |---|---|
+//! | `f64`, `i32`, `bool` | Real, Integer, Boolean |
+//! | `[f64; N]`, `[i32; N]`, `[bool; N]` | a vector: `x[1]`, `x[2]`, … |
+//! | `String` (a parameter), `&'static str` (an output) | String |
+//! | `Choice<E>`, `E` with `#[derive(Enumeration)]` | Enumeration |
+//! | a struct with the same derive | its variables, with the field's name before theirs: `motor.R` |
+//!
+//! | `#[fmu(…)]` on a field | of | means |
+//! |---|---|---|
+//! | `unit = "N.m"` | Real | its unit, `"1"` for none; must be there. `unit = MINE` with `const MINE: Unit` for one that is not known |
+//! | `display_unit = "kN.m"` | Real | what tools show |
+//! | `start = 2.5` | parameters, inputs, states | start value; must be there for a parameter, except a String. `p.x_0` in a state: of the parameters `p` and inputs `u` |
+//! | `min = 0.0`, `max = 1.0` | Real, Integer | bounds; what is set outside is refused |
+//! | `nominal = 1e5` | Real | typical magnitude |
+//! | `name = "R"` | all | name, where it is not the field's |
+//! | `at = 17` | all | value reference (of the first element), where it is not the next one |
+//! | `tunable` | parameters | may be set between steps |
+//! | `constant` | parameters | cannot be set: always `start` |
+//! | `discrete` | Real inputs and outputs | changes at communication points only |
+//! | `set = read_file` | String parameters | `fn(&mut Self, &str, Option<&Path>) -> Result<(), String>` sets it, and whatever the text means |
+//! | `depends_on(u, w[2], v[i])` | outputs | the inputs that act on it at once; `depends_on()` none. Without it: all |
+//! | `initially_depends_on(u, gain)` | outputs | the inputs and parameters that act on it in Initialization Mode; `parameters` for all of them |
+//! | `local` | outputs, states | is a local variable, not meant for wiring |
+//! | `calculated` | outputs | is a calculated parameter: a function of the parameters alone |
+//! | `skip` | parameters, states | is no variable; a parameter is then the `Default` of its type |
+//!
+//! | `#[fmu(…)]` on a state | means |
+//! |---|---|
+//! | `parameters = P`, `input = U`, `output = Y` | the model's other structs; makes the struct the state of a model, see `Ode` |
+//! | `max_step = 1e-4` | longest internal step, s; 1 ms without it |
+//! | `experiment(0.0, 5.0, 0.01)` | default experiment: start, stop, communication step, s |
+//! | `info = INFO` | names and files (a `const INFO: Info`), instead of the struct's name, doc comment and the package's version |
+//!
+//! Beside the rows each derive implements what a model's struct must have: `Clone` and serde's traits, and for all but parameters `Copy`
+//! and a `Default` of zeros (not serde's for outputs). `#[fmu(table_only)]` on the struct leaves them to you.
+//!
+//! On an enumeration, `#[derive(Enumeration)]` makes the items from the variants, in order and counted from 1: names, doc comments as
+//! descriptions, `#[fmu(name = "…")]` for another name.
+
+mod attributes;
+mod check;
+mod enumeration;
+mod field;
+mod names;
+mod rows;
+mod state;
+mod structs;
+
+use field::Role;
+use proc_macro::TokenStream;
+use syn::{DeriveInput, Error, parse_macro_input};
+
+/// A struct of parameters. The table of attributes is in the text of the crate.
+#[proc_macro_derive(Parameters, attributes(fmu))]
+pub fn parameters(input: TokenStream) -> TokenStream {
+    derive(input, |input| structs::derive(input, Role::Parameter))
+}
+
+/// A struct of inputs. The table of attributes is in the text of the crate.
+#[proc_macro_derive(Input, attributes(fmu))]
+pub fn input(input: TokenStream) -> TokenStream {
+    derive(input, |input| structs::derive(input, Role::Input))
+}
+
+/// A struct of outputs. The table of attributes is in the text of the crate.
+#[proc_macro_derive(Output, attributes(fmu))]
+pub fn output(input: TokenStream) -> TokenStream {
+    derive(input, |input| structs::derive(input, Role::Output))
+}
+
+/// A struct of states, of a whole model if it says `#[fmu(parameters = …)]`. The table of attributes is in the text of the crate.
+#[proc_macro_derive(State, attributes(fmu))]
+pub fn state(input: TokenStream) -> TokenStream {
+    derive(input, |input| structs::derive(input, Role::State))
+}
+
+/// An enumeration that can be the type of a variable, as `Choice<E>`.
+#[proc_macro_derive(Enumeration, attributes(fmu))]
+pub fn enumeration(input: TokenStream) -> TokenStream {
+    derive(input, enumeration::derive)
+}
+
+fn derive(
+    input: TokenStream,
+    expand: impl FnOnce(&DeriveInput) -> Result<proc_macro2::TokenStream, Error>,
+) -> TokenStream {
+    let input = parse_macro_input!(input as DeriveInput);
+    expand(&input)
+        .unwrap_or_else(Error::into_compile_error)
+        .into()
+}

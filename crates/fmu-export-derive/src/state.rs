@@ -1,0 +1,199 @@
+//! The state of a model of ordinary differential equations.
+
+use crate::attributes::fmu;
+use crate::field::Field;
+use crate::names;
+use crate::structs::{start_value, zero};
+use proc_macro2::TokenStream;
+use quote::quote;
+use syn::punctuated::Punctuated;
+use syn::{DeriveInput, Error, Expr, Ident, Result, Token, Type};
+
+const KEYS: &str = "parameters, input, output, max_step, experiment, info or table_only";
+
+/// What is said of the struct.
+#[derive(Default)]
+pub(crate) struct Model {
+    parameters: Option<Type>,
+    input: Option<Type>,
+    output: Option<Type>,
+    max_step: Option<Expr>,
+    experiment: Vec<Expr>,
+    info: Option<Expr>,
+    description: String,
+    pub(crate) table_only: bool,
+}
+
+impl Model {
+    pub(crate) fn of(input: &DeriveInput) -> Result<Self> {
+        let mut model = Self {
+            description: names::description(&input.attrs),
+            ..Self::default()
+        };
+        for attribute in fmu(&input.attrs) {
+            attribute.parse_nested_meta(|meta| {
+                let key = meta.path.get_ident().map(ToString::to_string);
+                match key.as_deref() {
+                    Some("parameters") => model.parameters = Some(meta.value()?.parse()?),
+                    Some("input") => model.input = Some(meta.value()?.parse()?),
+                    Some("output") => model.output = Some(meta.value()?.parse()?),
+                    Some("max_step") => model.max_step = Some(meta.value()?.parse()?),
+                    Some("info") => model.info = Some(meta.value()?.parse()?),
+                    Some("table_only") => model.table_only = true,
+                    Some("experiment") => {
+                        let content;
+                        syn::parenthesized!(content in meta.input);
+                        let list = Punctuated::<Expr, Token![,]>::parse_terminated(&content)?;
+                        model.experiment = list.into_iter().collect();
+                        if model.experiment.len() != 3 {
+                            return Err(meta.error("experiment(start, stop, step), all s"));
+                        }
+                    }
+                    _ => {
+                        return Err(
+                            meta.error(format!("unknown attribute; on a state it must be {KEYS}"))
+                        );
+                    }
+                }
+                Ok(())
+            })?;
+        }
+        model.check(input)?;
+        Ok(model)
+    }
+
+    /// Whether the struct is the state of a model, not a part of one.
+    fn is_whole(&self) -> bool {
+        self.parameters.is_some() || self.input.is_some() || self.output.is_some()
+    }
+
+    fn check(&self, input: &DeriveInput) -> Result<()> {
+        let ident = &input.ident;
+        let has_more =
+            self.max_step.is_some() || !self.experiment.is_empty() || self.info.is_some();
+        if has_more && !self.is_whole() {
+            let text = "a model names its structs: `#[fmu(parameters = …, input = …, output = …)]`, those that it has";
+            return Err(Error::new_spanned(ident, text));
+        }
+        if self.info.is_some() && !self.experiment.is_empty() {
+            let text = "`info` holds the experiment: `Info::experiment`";
+            return Err(Error::new_spanned(ident, text));
+        }
+        if self.is_whole() && self.info.is_none() && self.description.is_empty() {
+            let text =
+                format!("model `{ident}` has no description: write a doc comment above the struct");
+            return Err(Error::new_spanned(ident, text));
+        }
+        Ok(())
+    }
+}
+
+pub(crate) fn derive(
+    ident: &Ident,
+    fields: &[Field],
+    model: Option<&Model>,
+) -> Result<TokenStream> {
+    let vector = vector(ident, fields);
+    match model.filter(|model| model.is_whole()) {
+        Some(model) => {
+            let whole = whole(ident, fields, model);
+            Ok(quote!(#vector #whole))
+        }
+        None => match fields.iter().find_map(|field| field.said.start.as_ref()) {
+            Some(start) => {
+                let text = "`start`: the struct is a part of a state; say it of the field that holds the struct";
+                Err(Error::new_spanned(start, text))
+            }
+            None => Ok(quote!(#vector impl __fmu::Output for #ident {})),
+        },
+    }
+}
+
+fn vector(ident: &Ident, fields: &[Field]) -> TokenStream {
+    let members: Vec<_> = fields.iter().map(|field| &field.ident).collect();
+    let names = fields.iter().map(|field| &field.name);
+    quote! {
+        impl __fmu::Vector for #ident {
+            #[inline]
+            fn plus(&self, factor: f64, rate: &Self) -> Self {
+                Self { #(#members: __fmu::Vector::plus(&self.#members, factor, &rate.#members)),* }
+            }
+
+            fn not_finite(&self) -> ::core::option::Option<(&'static str, f64)> {
+                #(
+                    if let ::core::option::Option::Some((_, value)) = __fmu::Vector::not_finite(&self.#members) {
+                        return ::core::option::Option::Some((#names, value));
+                    }
+                )*
+                ::core::option::Option::None
+            }
+        }
+    }
+}
+
+fn whole(ident: &Ident, fields: &[Field], model: &Model) -> TokenStream {
+    let nothing = || syn::parse_quote!(());
+    let p: Type = model.parameters.clone().unwrap_or_else(nothing);
+    let u: Type = model.input.clone().unwrap_or_else(nothing);
+    let y: Type = model.output.clone().unwrap_or_else(nothing);
+    let max_step = match &model.max_step {
+        Some(max_step) => crate::rows::real(max_step),
+        None => quote!(1e-3),
+    };
+    let info = info(ident, model);
+    let starts = fields.iter().map(|field| {
+        let member = &field.ident;
+        let value = match &field.said.start {
+            Some(start) => start_value(field, start),
+            None => zero(field),
+        };
+        quote!(#member: #value)
+    });
+    let structs = quote! {
+        &[
+            <#p as __fmu::Rows<#ident, __fmu::Root<#p>>>::ROWS,
+            <#u as __fmu::Rows<#ident, __fmu::Root<#u>>>::ROWS,
+            <#ident as __fmu::Rows<#ident, __fmu::SeenState<#ident>>>::ROWS,
+            <#y as __fmu::Rows<#ident, __fmu::SeenOutputs<#ident>>>::ROWS,
+        ]
+    };
+    quote! {
+        impl __fmu::State for #ident {
+            type P = #p;
+            type U = #u;
+            type Y = #y;
+            const INFO: ::fmu_export::Info = #info;
+            const MAX_STEP: f64 = #max_step;
+
+            #[allow(unused_variables)]
+            fn start(p: &#p, u: &#u) -> Self {
+                Self { #(#starts),* }
+            }
+
+            fn table() -> &'static [::fmu_export::Variable<Self>] {
+                const { &__fmu::assemble::<#ident, { __fmu::count::<#ident>(#structs) }>(#structs) }
+            }
+        }
+    }
+}
+
+fn info(ident: &Ident, model: &Model) -> TokenStream {
+    if let Some(info) = &model.info {
+        return quote!(#info);
+    }
+    let (name, description) = (names::plain(ident), &model.description);
+    let experiment = match &model.experiment[..] {
+        [] => TokenStream::new(),
+        values => {
+            let values = values.iter().map(crate::rows::real);
+            quote!(.experiment(#(#values),*))
+        }
+    };
+    quote! {
+        ::fmu_export::Info::new(#name, #description)
+            .version(::core::env!("CARGO_PKG_VERSION"))
+            .author(::core::env!("CARGO_PKG_AUTHORS"))
+            .license(::core::env!("CARGO_PKG_LICENSE"))
+            #experiment
+    }
+}

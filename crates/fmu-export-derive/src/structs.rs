@@ -1,0 +1,203 @@
+//! What is derived for a struct: its rows, its start values, and what a model's struct must implement.
+
+use crate::attributes::fmu;
+use crate::field::{Field, Kind, Role};
+use crate::rows::real;
+use crate::{check, rows, state};
+use proc_macro2::TokenStream;
+use quote::quote;
+use syn::{Attribute, Data, DeriveInput, Error, Expr, Fields, Ident, Result};
+
+pub(crate) fn derive(input: &DeriveInput, role: Role) -> Result<TokenStream> {
+    let ident = &input.ident;
+    let fields = fields(input)?;
+    let model = match role {
+        Role::State => Some(state::Model::of(input)?),
+        _ => None,
+    };
+    let table_only = match &model {
+        Some(model) => model.table_only,
+        None => is_table_only(&input.attrs)?,
+    };
+    combined(fields.iter().map(|field| check::check(field, role)))?;
+    let rows = rows::derive(ident, &fields, role);
+    let kind = match role {
+        Role::Parameter => start(ident, &fields, &quote!(Parameters)),
+        Role::Input => start(ident, &fields, &quote!(Input)),
+        Role::Output => quote!(impl __fmu::Output for #ident {}),
+        Role::State => state::derive(ident, &fields, model.as_ref())?,
+    };
+    let data = if table_only {
+        TokenStream::new()
+    } else {
+        data(ident, &fields, role)
+    };
+    Ok(quote! {
+        #[automatically_derived]
+        const _: () = {
+            use ::fmu_export::derive as __fmu;
+            #rows
+            #kind
+            #data
+        };
+    })
+}
+
+fn fields(input: &DeriveInput) -> Result<Vec<Field>> {
+    if !input.generics.params.is_empty() {
+        let text = "a struct with parameters of type cannot be derived: the table is one";
+        return Err(Error::new_spanned(&input.generics, text));
+    }
+    let fields = match &input.data {
+        Data::Struct(data) => match &data.fields {
+            Fields::Named(fields) => fields.named.iter().collect(),
+            Fields::Unit => Vec::new(),
+            Fields::Unnamed(fields) => {
+                let text = "the fields must have names, which the variables get";
+                return Err(Error::new_spanned(fields, text));
+            }
+        },
+        _ => {
+            let text = "must be a struct; an enumeration derives `Enumeration` and is the type of a field, Choice<…>";
+            return Err(Error::new_spanned(&input.ident, text));
+        }
+    };
+    let mut read = Vec::new();
+    combined(fields.into_iter().map(|field| {
+        read.push(Field::new(field)?);
+        Ok(())
+    }))?;
+    Ok(read)
+}
+
+/// All errors at once.
+pub(crate) fn combined(results: impl Iterator<Item = Result<()>>) -> Result<()> {
+    let errors = results.filter_map(Result::err);
+    let all = errors.reduce(|mut all, next| {
+        all.combine(next);
+        all
+    });
+    all.map_or(Ok(()), Err)
+}
+
+fn is_table_only(attributes: &[Attribute]) -> Result<bool> {
+    let mut found = false;
+    for attribute in fmu(attributes) {
+        attribute.parse_nested_meta(|meta| {
+            if meta.path.is_ident("table_only") {
+                found = true;
+                return Ok(());
+            }
+            Err(meta.error("unknown attribute; on this struct it must be table_only"))
+        })?;
+    }
+    Ok(found)
+}
+
+/// Start values.
+fn start(ident: &Ident, fields: &[Field], kind: &TokenStream) -> TokenStream {
+    let values = fields.iter().map(|field| {
+        let (member, ty) = (&field.ident, &field.ty);
+        let value = match (&field.said.start, field.kind) {
+            (None, Kind::Struct) if field.is_seen() => quote!(<#ty as __fmu::#kind>::start()),
+            (None, _) => zero(field),
+            (Some(start), _) => start_value(field, start),
+        };
+        quote!(#member: #value)
+    });
+    quote! {
+        impl __fmu::#kind for #ident {
+            fn start() -> Self {
+                Self { #(#values),* }
+            }
+        }
+    }
+}
+
+/// A start value as the field needs it: a number for an array is that of each element.
+pub(crate) fn start_value(field: &Field, start: &Expr) -> TokenStream {
+    let value = match field.kind {
+        Kind::Real => real(start),
+        Kind::Choice | Kind::Text => return quote!(::core::convert::From::from(#start)),
+        _ => quote!(#start),
+    };
+    match (&field.len, start) {
+        (Some(len), Expr::Lit(_) | Expr::Unary(_)) => quote!([#value; #len]),
+        _ => value,
+    }
+}
+
+/// The zero of a field's type.
+pub(crate) fn zero(field: &Field) -> TokenStream {
+    let zero = match field.kind {
+        Kind::Real => quote!(0.0),
+        Kind::Integer => quote!(0),
+        Kind::Boolean => quote!(false),
+        Kind::StaticText => quote!(""),
+        Kind::Text | Kind::Choice | Kind::Struct => quote!(::core::default::Default::default()),
+    };
+    match &field.len {
+        Some(len) => quote!([#zero; #len]),
+        None => zero,
+    }
+}
+
+/// Clone and serde's traits; Copy and Default for what is copied.
+fn data(ident: &Ident, fields: &[Field], role: Role) -> TokenStream {
+    let members: Vec<_> = fields.iter().map(|field| &field.ident).collect();
+    let mut impls = match role {
+        Role::Parameter => quote! {
+            impl ::core::clone::Clone for #ident {
+                fn clone(&self) -> Self {
+                    Self { #(#members: ::core::clone::Clone::clone(&self.#members)),* }
+                }
+            }
+        },
+        _ => {
+            let zeros = fields.iter().map(zero);
+            quote! {
+                impl ::core::marker::Copy for #ident {}
+
+                impl ::core::clone::Clone for #ident {
+                    #[inline]
+                    fn clone(&self) -> Self {
+                        *self
+                    }
+                }
+
+                impl ::core::default::Default for #ident {
+                    #[inline]
+                    fn default() -> Self {
+                        Self { #(#members: #zeros),* }
+                    }
+                }
+            }
+        }
+    };
+    if role != Role::Output {
+        impls.extend(serde(ident, fields));
+    }
+    impls
+}
+
+/// Serde's traits: the fields one after the other, as a tuple of tuples, since those are at most 16 long.
+fn serde(ident: &Ident, fields: &[Field]) -> TokenStream {
+    let names: Vec<&Ident> = fields.iter().map(|field| &field.ident).collect();
+    let groups: Vec<_> = names.chunks(16).collect();
+    let read = groups.iter().map(|group| quote!((#(#group,)*)));
+    let written = groups.iter().map(|group| quote!((#(&self.#group,)*)));
+    quote! {
+        impl __fmu::serde::Serialize for #ident {
+            fn serialize<S: __fmu::serde::Serializer>(&self, to: S) -> ::core::result::Result<S::Ok, S::Error> {
+                __fmu::serde::Serialize::serialize(&(#(#written,)*), to)
+            }
+        }
+
+        impl<'de> __fmu::serde::Deserialize<'de> for #ident {
+            fn deserialize<D: __fmu::serde::Deserializer<'de>>(from: D) -> ::core::result::Result<Self, D::Error> {
+                let (#(#read,)*) = __fmu::serde::Deserialize::deserialize(from)?;
+                ::core::result::Result::Ok(Self { #(#names),* })
+            }
+        }
+    }
+}

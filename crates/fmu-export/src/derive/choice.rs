@@ -1,0 +1,115 @@
+//! Enumerations of Rust as variables.
+
+use crate::Enumeration;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use std::fmt;
+use std::marker::PhantomData;
+use std::ops::Deref;
+
+/// An enumeration without data: `#[derive(Enumeration)]` makes it the type of a variable.
+#[diagnostic::on_unimplemented(
+    message = "`{Self}` cannot be the type of a variable",
+    note = "write `#[derive(Clone, Copy, Enumeration)]` on the enumeration"
+)]
+pub trait Item: Copy + Send + 'static {
+    /// Name and items, as the model description has them.
+    const ENUMERATION: Enumeration;
+    /// In order; the first has the number 1.
+    const ITEMS: &'static [Self];
+
+    /// Number of the item, from 1.
+    fn number(self) -> i32;
+}
+
+/// A field that holds an item of the enumeration `E`.
+///
+/// `*choice` is the item, to compare or to match; `item.into()` makes a choice of an item. It holds a number, because that is what
+/// importers set; the border lets no number pass that is not of an item.
+pub struct Choice<E>(i32, PhantomData<E>);
+
+/// What is behind the type of a field.
+pub trait Enumerated {
+    /// Of the items.
+    const ENUMERATION: Enumeration;
+
+    /// Number of the item, from 1.
+    fn number(&self) -> &i32;
+
+    /// The same, to write.
+    fn number_mut(&mut self) -> &mut i32;
+}
+
+impl<E: Item> Enumerated for Choice<E> {
+    const ENUMERATION: Enumeration = E::ENUMERATION;
+
+    #[inline]
+    fn number(&self) -> &i32 {
+        &self.0
+    }
+
+    #[inline]
+    fn number_mut(&mut self) -> &mut i32 {
+        &mut self.0
+    }
+}
+
+impl<E: Item> Deref for Choice<E> {
+    type Target = E;
+
+    #[inline]
+    fn deref(&self) -> &E {
+        // Zero, what derivatives and seeds of inputs hold, is no item; nor is anything a table by hand would let pass.
+        let last = E::ITEMS.len() - 1;
+        &E::ITEMS[usize::try_from(self.0 - 1).unwrap_or(0).min(last)]
+    }
+}
+
+impl<E: Item> From<E> for Choice<E> {
+    #[inline]
+    fn from(item: E) -> Self {
+        Self(item.number(), PhantomData)
+    }
+}
+
+impl<E> Clone for Choice<E> {
+    #[inline]
+    fn clone(&self) -> Self {
+        *self
+    }
+}
+
+impl<E> Copy for Choice<E> {}
+
+/// No item: what derivatives and seeds of inputs hold.
+impl<E> Default for Choice<E> {
+    #[inline]
+    fn default() -> Self {
+        Self(0, PhantomData)
+    }
+}
+
+impl<E> PartialEq for Choice<E> {
+    fn eq(&self, other: &Self) -> bool {
+        self.0 == other.0
+    }
+}
+
+impl<E> Eq for Choice<E> {}
+
+impl<E: Item + fmt::Debug> fmt::Debug for Choice<E> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        (**self).fmt(f)
+    }
+}
+
+impl<E> Serialize for Choice<E> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        self.0.serialize(serializer)
+    }
+}
+
+impl<'de, E> Deserialize<'de> for Choice<E> {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        Ok(Self(i32::deserialize(deserializer)?, PhantomData))
+    }
+}

@@ -1,0 +1,52 @@
+//! Names of nested variables, put together by the compiler.
+
+/// Longest name, bytes.
+const LONGEST: usize = 128;
+
+/// A name such as `motor.winding.R`.
+#[derive(Clone, Copy)]
+pub struct Name {
+    bytes: [u8; LONGEST],
+    len: usize,
+}
+
+impl Name {
+    /// The name of a model's own struct: its fields have no prefix.
+    pub const EMPTY: Self = Self {
+        bytes: [0; LONGEST],
+        len: 0,
+    };
+
+    /// The name of a field in the struct of this name.
+    #[must_use]
+    pub const fn join(mut self, field: &str) -> Self {
+        if self.len > 0 {
+            self = self.push(b'.');
+        }
+        let field = field.as_bytes();
+        let mut k = 0;
+        while k < field.len() {
+            self = self.push(field[k]);
+            k += 1;
+        }
+        self
+    }
+
+    const fn push(mut self, byte: u8) -> Self {
+        assert!(
+            self.len < LONGEST,
+            "the name of a variable is longer than 128 bytes"
+        );
+        self.bytes[self.len] = byte;
+        self.len += 1;
+        self
+    }
+
+    /// As text.
+    pub const fn text(&'static self) -> &'static str {
+        match std::str::from_utf8(self.bytes.split_at(self.len).0) {
+            Ok(text) => text,
+            Err(_) => panic!("made of texts"),
+        }
+    }
+}

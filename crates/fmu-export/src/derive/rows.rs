@@ -1,0 +1,109 @@
+//! Rows of nested structs become one table, at compile time.
+
+use crate::{KNOWN_UNITS, Model, Unit, Variable};
+
+/// A part of a table: a row, or the rows of a nested struct.
+pub enum Part<M: Model> {
+    /// A row.
+    Row(Variable<M>),
+    /// The rows of a struct.
+    Struct(&'static [Part<M>]),
+}
+
+/// The rows of a struct that the path `At` leads to, for the model `M`.
+pub trait Rows<M: Model, At> {
+    /// In the order of the fields.
+    const ROWS: &'static [Part<M>];
+}
+
+impl<M: Model, At> Rows<M, At> for () {
+    const ROWS: &'static [Part<M>] = &[];
+}
+
+/// How many rows there are in all.
+pub const fn count<M: Model>(structs: &[&'static [Part<M>]]) -> usize {
+    let (mut n, mut i) = (0, 0);
+    while i < structs.len() {
+        let mut k = 0;
+        while k < structs[i].len() {
+            n += match &structs[i][k] {
+                Part::Row(_) => 1,
+                Part::Struct(parts) => count(&[*parts]),
+            };
+            k += 1;
+        }
+        i += 1;
+    }
+    n
+}
+
+/// All rows, in order; there are `N`.
+pub const fn assemble<M: Model, const N: usize>(
+    structs: &[&'static [Part<M>]],
+) -> [Variable<M>; N] {
+    let table = [Variable::NOTHING; N];
+    let (mut table, mut n, mut i) = (table, 0, 0);
+    while i < structs.len() {
+        (table, n) = append(table, n, structs[i]);
+        i += 1;
+    }
+    assert!(n == N, "`N` is the number of rows");
+    table
+}
+
+const fn append<M: Model, const N: usize>(
+    mut table: [Variable<M>; N],
+    mut n: usize,
+    parts: &'static [Part<M>],
+) -> ([Variable<M>; N], usize) {
+    let mut k = 0;
+    while k < parts.len() {
+        match &parts[k] {
+            Part::Row(row) => {
+                table[n] = *row;
+                n += 1;
+            }
+            Part::Struct(parts) => (table, n) = append(table, n, parts),
+        }
+        k += 1;
+    }
+    (table, n)
+}
+
+/// Whether [`KNOWN_UNITS`] has a unit of this name.
+pub const fn is_known_unit(name: &str) -> bool {
+    find(name).is_some()
+}
+
+/// Whether values in `unit`, one of [`KNOWN_UNITS`], can be shown in `display`.
+pub const fn is_display_unit(unit: &str, display: &str) -> bool {
+    let Some(unit) = find(unit) else { return false };
+    let mut k = 0;
+    while k < unit.display.len() {
+        if is_same(unit.display[k].name, display) {
+            return true;
+        }
+        k += 1;
+    }
+    false
+}
+
+const fn find(name: &str) -> Option<&'static Unit> {
+    let mut k = 0;
+    while k < KNOWN_UNITS.len() {
+        if is_same(KNOWN_UNITS[k].name, name) {
+            return Some(&KNOWN_UNITS[k]);
+        }
+        k += 1;
+    }
+    None
+}
+
+const fn is_same(a: &str, b: &str) -> bool {
+    let (a, b) = (a.as_bytes(), b.as_bytes());
+    let mut k = 0;
+    while k < a.len() && k < b.len() && a[k] == b[k] {
+        k += 1;
+    }
+    k == a.len() && k == b.len()
+}
