@@ -95,7 +95,16 @@ TUNABLE = {
 
 ENUMERATIONS = {
     ("Emla", "drive"): ["motion", "force"],
-    ("Controller", "mode"): ["adaptive", "modular", "pd"],
+    ("Controller", "mode"): [
+        "adaptive",
+        "modular",
+        "pd",
+        "modular_integral",
+        "pd_integral",
+        "pd_gravity",
+        "pd_gravity_integral",
+        "adaptive_integral",
+    ],
     ("Controller", "trajectory"): ["cubic", "triangular", "external"],
 }
 

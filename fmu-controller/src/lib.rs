@@ -53,10 +53,15 @@ pub struct Parameters {
 
 impl Parameters {
     fn settings(&self) -> Settings {
-        let mode = match self.mode {
-            table::MODE_ADAPTIVE => Mode::Adaptive,
-            table::MODE_MODULAR => Mode::Modular,
-            _ => Mode::Pd,
+        let (mode, integral) = match self.mode {
+            table::MODE_ADAPTIVE => (Mode::Adaptive, false),
+            table::MODE_MODULAR => (Mode::Modular, false),
+            table::MODE_PD => (Mode::Pd, false),
+            table::MODE_MODULAR_INTEGRAL => (Mode::Modular, true),
+            table::MODE_PD_INTEGRAL => (Mode::Pd, true),
+            table::MODE_PD_GRAVITY => (Mode::PdGravity, false),
+            table::MODE_PD_GRAVITY_INTEGRAL => (Mode::PdGravity, true),
+            _ => (Mode::Adaptive, true),
         };
         let level = match self.level {
             table::LEVEL_MACHINE => Level::Machine,
@@ -64,6 +69,7 @@ impl Parameters {
         };
         Settings {
             mode,
+            integral,
             level,
             gains: self.machine.controller,
             alpha: self.alpha,

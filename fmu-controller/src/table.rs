@@ -11,6 +11,11 @@ use vdc::DELAY_MAX;
 
 pub(crate) const MODE_ADAPTIVE: i32 = 1;
 pub(crate) const MODE_MODULAR: i32 = 2;
+pub(crate) const MODE_PD: i32 = 3;
+pub(crate) const MODE_MODULAR_INTEGRAL: i32 = 4;
+pub(crate) const MODE_PD_INTEGRAL: i32 = 5;
+pub(crate) const MODE_PD_GRAVITY: i32 = 6;
+pub(crate) const MODE_PD_GRAVITY_INTEGRAL: i32 = 7;
 static MODE: Enumeration = Enumeration::new(
     "Mode",
     "how much of the controller is at work",
@@ -23,6 +28,23 @@ static MODE: Enumeration = Enumeration::new(
         (
             "pd",
             "no model: inverse kinematics, damping and decoupling only",
+        ),
+        (
+            "modular_integral",
+            "as modular, with the integral of the tip's error",
+        ),
+        ("pd_integral", "as pd, with the integral of the tip's error"),
+        (
+            "pd_gravity",
+            "as pd, with the forces that hold the nominal machine against gravity",
+        ),
+        (
+            "pd_gravity_integral",
+            "as pd_gravity, with the integral of the tip's error",
+        ),
+        (
+            "adaptive_integral",
+            "as adaptive, with the integral of the tip's error",
         ),
     ],
 );
@@ -258,6 +280,10 @@ pub(crate) const VARIABLES: &[V] = &[
         .unit("m").display_unit("mm").depends_on(&["zeta", "reference.position"]).discrete(),
     V::output("tip_error_norm", "length of the tip error", |y| &y.tip_error_norm)
         .unit("m").display_unit("mm").depends_on(&["zeta", "reference.position"]).discrete(),
+    V::outputs("desired.orientation", "desired tip orientation in the world, quaternion w, x, y, z", |y| &y.desired_orientation)
+        .unit("1").depends_on(&["reference.orientation"]).discrete(),
+    V::output("orientation_error_norm", "angle between desired and actual tip orientation", |y| &y.orientation_error_norm)
+        .unit("rad").display_unit("deg").depends_on(&["zeta", "reference.orientation"]).discrete(),
 
     // Adaptation
     mass_hat!("T1", T1), mass_hat!("A2", A2), mass_hat!("C2", C2), mass_hat!("D2", D2), mass_hat!("A3", A3),
@@ -317,6 +343,9 @@ pub(crate) const VARIABLES: &[V] = &[
     gain!(lambda_i, "1/s", "decay rate of the required direct-axis current"),
     gain!(omega_i, "1/s", "integral rate of the voltage law; 0: the paper's law"),
     gain!(omega_d, "1/s", "bandwidth of the disturbance observer; 0: the paper's law"),
+    gain!(omega_tip, "1/s", "rate of the integral of the tip's error, read in the modes with integral"),
+    gain!(omega_speed, "rad/s", "bandwidth of the observer that makes joint rates of the angles zeta; 0: the measured zeta_dot count, the paper's law"),
+    gain!(leakage, "1/s", "rate at which estimated inertias go back to the nominal ones; 0: the paper's law"),
     gain!(gamma, "J", "adaptation gain of the natural adaptation law; larger is slower").min(1e-6),
     gain!(di_qr_filter_time, "s", "time constant of the filter behind d(i_qr)/dt").display_unit("ms").min(1e-6),
     gain!(pd_actuator_damping, "N.s/m", "rod-velocity damping in mode pd"),

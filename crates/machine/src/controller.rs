@@ -33,6 +33,16 @@ pub struct Controller {
     /// Bandwidth ω_d of the disturbance observer, 1/s; left out: none, as in the paper.
     #[serde(default)]
     pub omega_d: f64,
+    /// Rate ω_tip of the integral of the tip's error in the modes with integral, 1/s; left out: a quarter of the reference machine's
+    /// `Lambda_position`, which makes the error's two roots equal.
+    #[serde(default = "omega_tip")]
+    pub omega_tip: f64,
+    /// Bandwidth ω of the observer of the joint rates, rad/s; left out: none, the measured rates count, as in the paper.
+    #[serde(default)]
+    pub omega_speed: f64,
+    /// Leakage σ of the adaptation towards the nominal inertias, 1/s; left out: none, as in the paper.
+    #[serde(default)]
+    pub leakage: f64,
     /// Adaptation gain γ of the natural adaptation law (larger is slower).
     pub gamma: f64,
     /// Bounds on the inverse pseudo-inertia: `lower·P_0 < P < upper·P_0`.
@@ -53,6 +63,11 @@ fn lambda_i() -> f64 {
 /// Files made before the field existed lack it; as fast as the feedback on the tip's position.
 fn Lambda_rod() -> f64 {
     20.0
+}
+
+/// Files made before the field existed lack it.
+fn omega_tip() -> f64 {
+    5.0
 }
 
 impl Controller {
@@ -79,6 +94,9 @@ impl Controller {
             ("controller.lambda_i", self.lambda_i),
             ("controller.omega_i", self.omega_i),
             ("controller.omega_d", self.omega_d),
+            ("controller.omega_tip", self.omega_tip),
+            ("controller.omega_speed", self.omega_speed),
+            ("controller.leakage", self.leakage),
             ("controller.pd_actuator_damping", self.pd_actuator_damping),
         ] {
             not_negative(name, value)?;

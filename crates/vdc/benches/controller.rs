@@ -37,6 +37,7 @@ fn main() {
     ] {
         let settings = Settings {
             mode,
+            integral: false,
             level: Level::Machine,
             gains: machine.controller,
             alpha,

@@ -1,6 +1,7 @@
 //! Closed-loop inverse kinematics: required joint motion from the tip's error
 //! ([Eq:Inverse Kinematics2]).
 
+use crate::integral::Errors;
 use crate::reference::Desired;
 use hdrm::{DOF, Tip};
 use nalgebra::{Matrix6, UnitQuaternion, Vector3, Vector6};
@@ -27,36 +28,39 @@ pub(crate) struct TipState<'a> {
     pub(crate) zeta_dot: &'a [f64; DOF],
 }
 
-/// Required joint motion.
+/// Desired minus actual pose of the tip: position m, orientation rad.
+pub(crate) fn pose_error(now: &TipState, desired: &Desired) -> Vector6<f64> {
+    stacked(
+        desired.position - now.tip.position,
+        rotation_error(&desired.orientation, &now.orientation),
+    )
+}
+
+/// Required joint motion from the tip's error `e = Π_d − Π`, its integral part z and its rate z'.
 /// ```text
-/// ζ̇_r = J⁻¹ (Π̇_d + Λ (Π_d − Π))
-/// ζ̈_r = J⁻¹ (Π̈_d + Λ (Π̇_d − Π̇) − J̇ ζ̇_r)
+/// ζ̇_r = J⁻¹ (Π̇_d + Λ (e + z))
+/// ζ̈_r = J⁻¹ (Π̈_d + Λ (Π̇_d − Π̇ + z') − J̇ ζ̇_r)
 /// ```
 /// The second line is the derivative of the first, exact in position and to first order in the
-/// orientation error. Near the wrist singularity the inverse is damped.
+/// orientation error. Near the wrist singularity the inverse is damped. The paper's law has z = 0.
 pub(crate) fn required(
     now: &TipState,
     desired: &Desired,
+    Errors { e, z, z_dot }: &Errors,
     [Lambda_position, Lambda_orientation]: [f64; 2],
 ) -> Required {
     let J = now.tip.jacobian();
     let J_dot = now.tip.jacobian_dot(now.zeta_dot);
-    let Lambda = |linear: Vector3<f64>, angular: Vector3<f64>| {
-        stacked(linear * Lambda_position, angular * Lambda_orientation)
-    };
-    let e_position = desired.position - now.tip.position;
-    let e_orientation = rotation_error(&desired.orientation, &now.orientation);
+    let [p, o] = [Lambda_position, Lambda_orientation];
+    let Lambda = Vector6::new(p, p, p, o, o, o);
     let Pi_dot = J * Vector6::from(*now.zeta_dot);
     let Pi_dot_d = stacked(desired.velocity, desired.angular_velocity);
     let e_dot = Pi_dot_d - Pi_dot;
 
     let inverse = Inverse::of(J, now.zeta[4].sin());
-    let zeta_dot = inverse.apply(Pi_dot_d + Lambda(e_position, e_orientation));
-    let Pi_ddot_r = stacked(desired.acceleration, Vector3::zeros())
-        + Lambda(
-            e_dot.fixed_rows::<3>(0).into(),
-            e_dot.fixed_rows::<3>(3).into(),
-        );
+    let zeta_dot = inverse.apply(Pi_dot_d + Lambda.component_mul(&(e + z)));
+    let Pi_ddot_r =
+        stacked(desired.acceleration, Vector3::zeros()) + Lambda.component_mul(&(e_dot + z_dot));
     let zeta_ddot = inverse.apply(Pi_ddot_r - J_dot * zeta_dot);
     Required {
         zeta_dot,

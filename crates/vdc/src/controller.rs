@@ -6,12 +6,13 @@ use crate::evaluation::{Evaluation, measured};
 use crate::low_level::{Law, LowLevelState};
 use crate::reference::{Desired, Path};
 use crate::sampling::{Sampling, Timing};
+use crate::speed::JointObserver;
 use crate::trouble::Reach;
 use crate::{Conditions, Input, Mode, Settings, Trajectory};
 use emla::{Drive, Emla, Surrogate};
 use hdrm::{BODIES, Body, GeometryError, Tip, Tree};
 use machine::Machine;
-use nalgebra::{Matrix3, UnitQuaternion};
+use nalgebra::{Matrix3, UnitQuaternion, Vector6};
 use serde::{Deserialize, Serialize};
 use spatial::Inertia;
 
@@ -51,6 +52,9 @@ pub(crate) struct State {
     pub(crate) t_start: f64,
     pub(crate) estimates: [Estimate; Body::COUNT],
     pub(crate) drives: [LowLevelState; 3],
+    /// Integral part z of the tracking error, in the places of [`crate::integral::Errors`].
+    pub(crate) integral: Vector6<f64>,
+    pub(crate) joints: JointObserver,
     pub(crate) sampling: Sampling,
 }
 
@@ -85,6 +89,8 @@ impl Controller {
                 drives: input
                     .w_m
                     .map(|w_m| LowLevelState::undisturbed(&machine.emla, w_m)),
+                integral: Vector6::zeros(),
+                joints: JointObserver::default(),
                 sampling: Sampling::default(),
             },
             timing: Timing::default(),
@@ -124,17 +130,19 @@ impl Controller {
         if !(h > 0.0 && h <= STEP_MAX) {
             return Err(ControllerError::BadStep { t, h });
         }
+        let input = &self.estimated(settings, input);
         match self.timing {
-            Timing { delay: 1.., .. } => self.step_delayed(now, settings, input, t, h),
+            Timing { delay: 1.., .. } => self.step_delayed(now, settings, input, t, h)?,
             Timing { sample_time, .. } if sample_time > 0.0 => {
-                self.step_sampled(now, settings, input, t, h)
+                self.step_sampled(now, settings, input, t, h)?;
             }
             _ => {
                 self.advance(now, settings, input, h);
                 self.state.t = t + h;
-                Ok(())
             }
         }
+        self.advance_estimates(now, settings, input, h);
+        Ok(())
     }
 
     /// When it samples, and how late its commands act.
@@ -149,9 +157,11 @@ impl Controller {
             for (k, motion) in machine.motions.iter().enumerate() {
                 let S = adaptation_direction(&motion.w, &motion.V_r, &motion.V, &motion.s());
                 let bounds = &self.nominal.bounds[k];
-                self.state.estimates[k].advance(&S, settings.gains.gamma, h, bounds);
+                let gains = &settings.gains;
+                self.state.estimates[k].advance(&S, gains.gamma, gains.leakage, h, bounds);
             }
         }
+        self.advance_integral(now, h);
         let law = self.nominal.law(settings);
         for (i, drive) in self.state.drives.iter_mut().enumerate() {
             law.advance(drive, &measured(input, i), &now.commands[i], h);

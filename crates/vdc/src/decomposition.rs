@@ -8,7 +8,7 @@
 use crate::adaptation::Estimate;
 use crate::clik::Required;
 use hdrm::{BODIES, Body, Configuration, DOF};
-use nalgebra::Vector3;
+use nalgebra::{Vector3, Vector6};
 use spatial::{Inertia, Twist, Wrench};
 
 /// Motion of one body, in and about its own frame.
@@ -62,6 +62,24 @@ pub(crate) fn motions(
         };
     }
     motions
+}
+
+/// Generalised forces on the six joints, N·m, that hold bodies with these estimates at rest against gravity.
+pub(crate) fn holding_forces(
+    configuration: &Configuration,
+    estimates: &[Estimate; Body::COUNT],
+    gravity: f64,
+) -> [f64; DOF] {
+    let rest = Required {
+        zeta_dot: Vector6::zeros(),
+        zeta_ddot: Vector6::zeros(),
+    };
+    let motions = motions(configuration, &[0.0; DOF], &rest, gravity);
+    let no_errors = VelocityErrors {
+        momenta: [Wrench::zero(); Body::COUNT],
+        energy: 0.0,
+    };
+    joint_forces(configuration, &motions, estimates, &no_errors, 0.0)
 }
 
 /// What the errors `s = V_r − V` weigh with the nominal inertias M.

@@ -5,6 +5,7 @@ use crate::clik::{self, TipState};
 use crate::controller::{Controller, orientation};
 use crate::decomposition::{self, BodyMotion};
 use crate::error::ControllerError;
+use crate::integral::Errors;
 use crate::low_level::{Command, Measured, RodDemand};
 use crate::reference::Desired;
 use crate::{Conditions, Input, Level, Mode, Output, Settings};
@@ -16,6 +17,7 @@ use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 pub struct Evaluation {
     /// None at [`Level::Actuator`].
     pub(crate) machine: Option<MachineLevel>,
+    pub(crate) errors: Errors,
     pub(crate) demands: [RodDemand; 3],
     pub(crate) commands: [Command; 3],
     /// Required minus measured rod velocities, m/s.
@@ -40,6 +42,11 @@ pub(crate) struct MachineLevel {
 }
 
 impl Evaluation {
+    /// Wrist torques, N·m.
+    pub(crate) fn tau_wrist(&self) -> [f64; 3] {
+        self.output.tau_wrist
+    }
+
     /// Outputs where the actuators deliver the forces `F`, N.
     #[must_use]
     pub fn output(&self, F: &[f64; 3]) -> Output {
@@ -87,16 +94,18 @@ impl Controller {
         input: &Input,
     ) -> Result<Evaluation, ControllerError> {
         let held = self.state.sampling.held();
-        let input = held.unwrap_or(input);
-        let (machine, demands, tau) = match settings.level {
+        let estimated = self.estimated(settings, input);
+        let input = held.unwrap_or(&estimated);
+        let (machine, errors, demands, tau) = match settings.level {
             Level::Machine => {
-                let (machine, demands, tau) = self.machine_level(settings, input)?;
-                (Some(machine), demands, tau)
+                let (machine, errors, demands, tau) = self.machine_level(settings, input)?;
+                (Some(machine), errors, demands, tau)
             }
             Level::Actuator => {
                 let mass = self.nominal.actuator.params().M_act;
-                let demand = |i| actuator_level::demand(mass, settings, input, i);
-                (None, std::array::from_fn(demand), [0.0; 3])
+                let errors = self.errors(settings, actuator_level::errors(input));
+                let demand = |i| actuator_level::demand(mass, settings, input, &errors, i);
+                (None, errors, std::array::from_fn(demand), [0.0; 3])
             }
         };
         let law = self.nominal.law(settings);
@@ -107,6 +116,7 @@ impl Controller {
         self.finite(&commands, &tau_wrist)?;
         let mut evaluation = Evaluation {
             machine,
+            errors,
             demands,
             commands,
             rate_error: std::array::from_fn(|i| demands[i].x_r_dot - input.x_dot[i]),
@@ -125,7 +135,7 @@ impl Controller {
         &self,
         settings: &Settings,
         input: &Input,
-    ) -> Result<(MachineLevel, [RodDemand; 3], [f64; 3]), ControllerError> {
+    ) -> Result<(MachineLevel, Errors, [RodDemand; 3], [f64; 3]), ControllerError> {
         let gains = &settings.gains;
         let desired = self.desired(settings, input)?;
         let configuration = self.nominal.tree.configuration(&input.zeta);
@@ -137,7 +147,8 @@ impl Controller {
             zeta_dot: &input.zeta_dot,
         };
         let Lambda = [gains.Lambda_position, gains.Lambda_orientation];
-        let required = clik::required(&state, &desired, Lambda);
+        let tracking = self.errors(settings, clik::pose_error(&state, &desired));
+        let required = clik::required(&state, &desired, &tracking, Lambda);
         let motions = decomposition::motions(
             &configuration,
             &input.zeta_dot,
@@ -163,13 +174,24 @@ impl Controller {
                 }
                 [Q[3], Q[4], Q[5]]
             }
-            Mode::Pd => {
+            Mode::Pd | Mode::PdGravity => {
+                let Q = match settings.mode {
+                    Mode::PdGravity => decomposition::holding_forces(
+                        &configuration,
+                        &self.state.estimates,
+                        self.nominal.gravity,
+                    ),
+                    _ => [0.0; DOF],
+                };
                 for (i, demand) in demands.iter_mut().enumerate() {
-                    let x_dot = configuration.strokes[i].prime * input.zeta_dot[i];
-                    demand.f_r = gains.pd_actuator_damping * (demand.x_r_dot - x_dot);
+                    let prime = configuration.strokes[i].prime;
+                    let x_dot = prime * input.zeta_dot[i];
+                    demand.f_r =
+                        Q[i] / prime + gains.pd_actuator_damping * (demand.x_r_dot - x_dot);
                 }
                 std::array::from_fn(|j| {
-                    gains.pd_wrist_damping[j] * (required.zeta_dot[3 + j] - input.zeta_dot[3 + j])
+                    let error = required.zeta_dot[3 + j] - input.zeta_dot[3 + j];
+                    Q[3 + j] + gains.pd_wrist_damping[j] * error
                 })
             }
         };
@@ -181,7 +203,7 @@ impl Controller {
             motions,
             energy: errors.energy,
         };
-        Ok((machine, demands, tau))
+        Ok((machine, tracking, demands, tau))
     }
 
     fn finite(&self, commands: &[Command; 3], tau: &[f64; 3]) -> Result<(), ControllerError> {
@@ -216,6 +238,10 @@ impl Controller {
             output.desired_position = machine.desired.position.into();
             output.tip_error = tip_error.into();
             output.tip_error_norm = tip_error.norm();
+            let q = machine.desired.orientation;
+            output.desired_orientation = [q.w, q.i, q.j, q.k];
+            let half_sine = 0.5 * now.errors.e.fixed_rows::<3>(3).norm();
+            output.orientation_error_norm = 2.0 * half_sine.min(1.0).asin();
         }
         self.lyapunov_terms(settings, input, now);
     }

@@ -15,11 +15,13 @@ mod controller;
 mod decomposition;
 mod error;
 mod evaluation;
+mod integral;
 mod low_level;
 mod prediction;
 mod reference;
 mod sampling;
 mod signals;
+mod speed;
 mod stability;
 mod trouble;
 

@@ -116,7 +116,7 @@ impl Law<'_> {
         let p = self.p();
         let travel = maps::travel_per_radian(p);
         let tau_r = match self.settings.mode {
-            Mode::Pd => demand.f_r * travel,
+            Mode::Pd | Mode::PdGravity => demand.f_r * travel,
             Mode::Adaptive | Mode::Modular => {
                 let (w_r, w_r_dot) = (demand.x_r_dot / travel, demand.x_r_ddot / travel);
                 let F_r = demand.f_r - residual_force;

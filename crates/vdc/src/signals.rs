@@ -14,6 +14,8 @@ pub enum Mode {
     Modular,
     /// Neither model nor adaptation: inverse kinematics, damping and decoupling only.
     Pd,
+    /// As `Pd`, with the forces that hold the nominal machine against gravity.
+    PdGravity,
 }
 
 /// What the controller follows.
@@ -30,6 +32,8 @@ pub enum Level {
 pub struct Settings {
     /// Which parts are at work.
     pub mode: Mode,
+    /// Whether the integral of the tip's error acts (at [`Level::Actuator`] of the rods' errors), at the rate `gains.omega_tip`.
+    pub integral: bool,
     /// What is followed; not to be changed while the controller runs.
     pub level: Level,
     /// Gains.
@@ -99,10 +103,14 @@ pub struct Output {
     pub motion_end: f64,
     /// Desired tip position, m.
     pub desired_position: [f64; 3],
+    /// Desired tip orientation, quaternion w, x, y, z.
+    pub desired_orientation: [f64; 4],
     /// Desired minus actual tip position, m.
     pub tip_error: [f64; 3],
     /// Length of the tip error, m.
     pub tip_error_norm: f64,
+    /// Angle between the desired and the actual tip orientation, rad.
+    pub orientation_error_norm: f64,
     /// Estimated body masses, kg, in the order of [`hdrm::BODIES`].
     pub mass_hat: [f64; Body::COUNT],
     /// Σ ½ sᵀ M s with the plant's inertias (nominal times `true_inertia_scale`), W·s.

@@ -31,6 +31,7 @@ fn run(mode: Mode, surprise: f64) -> (f64, f64) {
     let mut state = actuator.start(&start).expect("finite");
     let settings = Settings {
         mode,
+        integral: false,
         level: Level::Actuator,
         gains: machine.controller,
         alpha: 0.0,

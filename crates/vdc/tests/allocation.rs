@@ -11,6 +11,7 @@ fn evaluations_and_steps_allocate_nothing() {
     let machine = Machine::reference();
     let settings = Settings {
         mode: Mode::Adaptive,
+        integral: false,
         level: Level::Machine,
         gains: machine.controller,
         alpha: 0.2,

@@ -14,6 +14,8 @@ use vdc::{Controller, Input, Level, Mode, Output, Settings, Timing, Trajectory};
 /// What differs from the nominal case.
 struct Case {
     mode: Mode,
+    /// Integral of the tip's error.
+    integral: bool,
     inertia_scale: f64,
     /// Of the plant.
     actuator: machine::Emla,
@@ -40,6 +42,7 @@ impl Case {
         let machine = machine();
         Self {
             mode: Mode::Adaptive,
+            integral: false,
             inertia_scale: 1.0,
             actuator: machine.emla,
             extensions: [machine.controller.omega_i, machine.controller.omega_d],
@@ -116,6 +119,7 @@ impl Loop {
         });
         let settings = Settings {
             mode: case.mode,
+            integral: case.integral,
             level: Level::Machine,
             gains: machine.controller,
             alpha: case.alpha[1],
@@ -286,6 +290,27 @@ fn adaptation_beats_the_model_and_the_model_beats_damping() {
             "{adaptive}, {modular}, {pd} mm"
         );
     }
+}
+
+/// What stands constant beside the reference, an integral removes; gravity compensation removes it only as far as the machine is nominal.
+#[test]
+fn an_integral_takes_the_sag_of_the_rivals() {
+    let run = |mode, integral| {
+        rmse(&Case {
+            mode,
+            integral,
+            inertia_scale: 1.4,
+            ..Case::nominal()
+        })
+    };
+    let [modular, pd_gravity, pd] = [Mode::Modular, Mode::PdGravity, Mode::Pd].map(|mode| {
+        let [without, with] = [run(mode, false), run(mode, true)];
+        println!("{mode:?} at inertia x 1.4: {without:.3} mm, with integral {with:.3} mm");
+        assert!(with < 0.25 * without, "{mode:?}: {with} vs {without} mm");
+        without
+    });
+    assert!(pd_gravity < 0.5 * pd, "{pd_gravity} vs {pd} mm");
+    assert!(modular < 1.1 * pd_gravity, "{modular} vs {pd_gravity} mm");
 }
 
 /// What the integral part and the observer are for: motor parameters other than nominal.

@@ -13,6 +13,7 @@ const SAMPLES: u32 = 20;
 fn settings(machine: &Machine) -> Settings {
     Settings {
         mode: Mode::Adaptive,
+        integral: false,
         level: Level::Machine,
         gains: machine.controller,
         alpha: 0.0,

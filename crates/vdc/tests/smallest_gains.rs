@@ -18,6 +18,7 @@ fn the_smallest_gains_keep_outputs_finite() {
     for (omega_d, K_v) in [(f64::MIN_POSITIVE, 900.0), (5e-324, 900.0), (300.0, 1e-307)] {
         let mut settings = Settings {
             mode: Mode::Adaptive,
+            integral: false,
             level: Level::Machine,
             gains: machine.controller,
             alpha: 0.0,

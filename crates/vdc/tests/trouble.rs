@@ -19,6 +19,7 @@ impl Case {
         let machine = Machine::reference();
         let settings = Settings {
             mode: Mode::Adaptive,
+            integral: false,
             level: Level::Machine,
             gains: machine.controller,
             alpha: 0.0,
