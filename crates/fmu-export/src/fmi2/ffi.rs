@@ -55,8 +55,13 @@ pub const LAST_SUCCESSFUL_TIME: c_int = 2;
 pub const TERMINATED: c_int = 3;
 
 /// `fmi2CallbackLogger`. An exception of a C++ importer may pass through; longjmp may not.
+#[cfg(not(miri))]
 pub type CallbackLogger =
     unsafe extern "C-unwind" fn(ComponentEnvironment, Str, Status, Str, message: Str, ...);
+/// The same without the dots, which Miri cannot call; nothing is ever passed for them.
+#[cfg(miri)]
+pub type CallbackLogger =
+    unsafe extern "C-unwind" fn(ComponentEnvironment, Str, Status, Str, message: Str);
 /// `fmi2CallbackAllocateMemory`.
 pub type CallbackAllocateMemory = unsafe extern "C" fn(size_t, size_t) -> *mut c_void;
 /// `fmi2CallbackFreeMemory`.

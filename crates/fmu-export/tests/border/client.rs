@@ -4,7 +4,7 @@ use crate::probe::Probe;
 use fmu_export::ffi::*;
 use std::ffi::{CStr, CString, c_int, c_void};
 use std::ptr;
-use std::sync::Mutex;
+use std::sync::{Arc, Mutex, OnceLock};
 
 #[rustfmt::skip]
 unsafe extern "C-unwind" {
@@ -96,17 +96,21 @@ pub fn callbacks(log: &Mutex<Vec<Message>>) -> CallbackFunctions {
     }
 }
 
-/// The GUID, read from the model description.
-pub fn guid() -> CString {
-    let xml = fmu_export::model_description::<Probe>().unwrap();
-    let (_, rest) = xml.split_once("guid=\"").unwrap();
-    CString::new(rest.split_once('"').unwrap().0).unwrap()
+/// The GUID, read from the model description, once.
+pub fn guid() -> &'static CStr {
+    static GUID: OnceLock<CString> = OnceLock::new();
+    GUID.get_or_init(|| {
+        let xml = fmu_export::model_description::<Probe>().unwrap();
+        let (_, rest) = xml.split_once("guid=\"").unwrap();
+        CString::new(rest.split_once('"').unwrap().0).unwrap()
+    })
 }
 
 /// An instance with its log.
 pub struct Fmu {
     pub c: Component,
-    pub log: Box<Mutex<Vec<Message>>>,
+    /// Shared, not boxed: a box that is moved would invalidate the pointer that the logger has.
+    pub log: Arc<Mutex<Vec<Message>>>,
 }
 
 /// Every call goes to the C functions with pointers that are valid for the slices they come from.
@@ -120,7 +124,7 @@ impl Fmu {
         resources: &CStr,
         on: bool,
     ) -> Self {
-        let log = Box::new(Mutex::new(Vec::new()));
+        let log = Arc::new(Mutex::new(Vec::new()));
         let (functions, guid) = (callbacks(&log), guid());
         // SAFETY: valid strings and callbacks.
         let c = unsafe {

@@ -11,8 +11,9 @@ use std::ptr;
 fn arrays_need_no_alignment() {
     let fmu = Fmu::stepping();
     let mut bytes = [0_u8; 64];
+    let start = bytes.as_mut_ptr();
     for offset in 1..8 {
-        let (vr_at, value_at) = (&raw mut bytes[offset], &raw mut bytes[offset + 16]);
+        let (vr_at, value_at) = (start.wrapping_add(offset), start.wrapping_add(offset + 16));
         let (references, values) = (vr_at.cast::<u32>(), value_at.cast::<f64>());
         // SAFETY: two elements each within `bytes`, written and read unaligned.
         unsafe {

@@ -4,6 +4,7 @@ use crate::client::*;
 use crate::probe::vr;
 use fmu_export::ffi::*;
 use std::ptr;
+use std::sync::Arc;
 
 type Attempt = fn(&Fmu) -> Status;
 
@@ -115,7 +116,7 @@ fn a_call_out_of_order_names_the_states() {
 fn null_instances_are_refused() {
     let null = Fmu {
         c: ptr::null_mut(),
-        log: Box::default(),
+        log: Arc::default(),
     };
     for (name, _, attempt) in CALLS {
         if [

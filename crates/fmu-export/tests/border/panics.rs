@@ -73,6 +73,7 @@ fn a_restored_state_or_a_reset_leads_on_after_a_panic() {
 
 /// Runs the test above in a process of its own and looks at what it prints beside the harness.
 #[test]
+#[cfg_attr(miri, ignore = "Miri starts no processes")]
 fn a_panic_prints_nothing() {
     let test = "panics::a_panic_is_an_error_of_its_instance_only";
     let output = Command::new(std::env::current_exe().unwrap())

@@ -139,8 +139,9 @@ impl Fmu {
 
 #[test]
 fn random_calls_do_no_harm() {
+    const SEEDS: u64 = if cfg!(miri) { 2 } else { 200 };
     let (mut accepted, mut refused) = (0, 0);
-    for seed in 1..=200 {
+    for seed in 1..=SEEDS {
         let (mut r, mut states) = (Random(0x9e37_79b9_7f4a_7c15 ^ seed), Vec::new());
         let fmu = if seed % 2 == 0 {
             Fmu::stepping()
@@ -165,7 +166,7 @@ fn random_calls_do_no_harm() {
         }
     }
     assert!(
-        accepted > 10_000 && refused > 10_000,
+        accepted.min(refused) > 50 * SEEDS,
         "{accepted} accepted, {refused} refused"
     );
 }
