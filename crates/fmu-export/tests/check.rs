@@ -114,6 +114,13 @@ tables! {
     14 [gain(), start(), u(), V::input("w", "may rise a little", |u| &u.w, |u| &mut u.w).min(0.0).max(1.5e-6), x()],
        &["`x` depends initially on `w`, which it does not declare", "`x` depends on `w`, which it does not declare"];
     15 [u().unit("furlong")], &["variable `u[1]`: unit `furlong` is neither in KNOWN_UNITS nor in Info::units"];
+    16 [gain(), start(), u(), w(), x(), y()], &[];
+    17 [gain(), start(), u(), y()],
+       &["the directional derivative of `y` by `u[1]` is 1.0000e-3, differences of the output give 0.0000e0"];
+    18 [gain(), start(), u(), y()], 
+       &["the directional derivative u·(J v) = 4.3940 must be v·(J' u) = 3.3800 by its own columns",
+         "the directional derivative u·(J v) = 4.3940 must be v·(J' u) = 3.3800 by the adjoint derivative"];
+    19 [gain(), start(), u(), y()], &["derivatives: there are none"];
 }
 
 impl<const K: usize> Model for Tried<K> {
@@ -121,7 +128,11 @@ impl<const K: usize> Model for Tried<K> {
     type Input = Input;
     type Output = Output;
     type Evaluation = Now;
-    const INFO: Info = Info::new("Tried", "tables to be tried");
+    const INFO: Info = if K < 16 {
+        Info::new("Tried", "tables to be tried")
+    } else {
+        Info::new("Tried", "tables to be tried, with derivatives").with_directional_derivatives()
+    };
 
     fn variables() -> &'static [V<K>] {
         Self::table()
@@ -166,5 +177,25 @@ impl<const K: usize> Model for Tried<K> {
         let u = u.value();
         self.x += h * (u.u[0] + u.w);
         Ok(StepEnd::WHOLE)
+    }
+
+    fn directional_derivative(
+        &self,
+        p: &Parameters,
+        _u: &Input,
+        _now: &Now,
+        du: &Input,
+    ) -> Result<Output, ModelError> {
+        let y = p.gain * du.u[1];
+        let y = match K {
+            17 => y + 1e-3 * du.u[0],
+            18 => y * du.u[1],
+            19 => return Err(ModelError::new("there are none")),
+            _ => y,
+        };
+        Ok(Output {
+            y,
+            ..Output::default()
+        })
     }
 }

@@ -20,7 +20,7 @@ pub fn component(workspace: &Workspace, name: &str) -> Result<()> {
     let mut rustup = workspace.command("rustup");
     rustup.args(["component", "add", "--toolchain", "nightly", name]);
     execute(&mut rustup)
-        .context("needed is the nightly compiler: `rustup toolchain install nightly`")
+        .context("this needs the nightly compiler: `rustup toolchain install nightly`")
 }
 
 /// The target triple of this machine: named, it keeps build scripts and macros free of sanitizers.

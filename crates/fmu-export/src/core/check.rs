@@ -1,5 +1,7 @@
 //! Checks of a model against its table that need the model to run: for the tests of its author.
 
+mod derivatives;
+
 use super::dependencies::Knowns;
 use super::layout::{Element, Layout};
 use super::value::Value;
@@ -13,6 +15,8 @@ use std::collections::{BTreeMap, BTreeSet};
 /// - Each input and parameter reads back what was written, and writing it changes no other one: accessors of one row are of one
 ///   field, and no two rows share a field. No two outputs do.
 /// - Outputs follow no input and no parameter but those that they declare, while stepping and initially.
+/// - Directional derivatives, if the model has them, are those that differences of the outputs give, and adjoint derivatives are their
+///   transpose.
 /// - The model's [`Evaluation`] follows no input that is declared to be beside it.
 ///
 /// ```
@@ -94,6 +98,14 @@ impl<M: Model> Point<M> {
     /// The number in an element, as text: equal texts are equal bits.
     fn read(&mut self, (i, row): Element<M>) -> Option<String> {
         known!(row, self, |place, owner| place.get(owner, i).to_string())
+    }
+
+    /// Counts that all inputs are set, to what they are.
+    fn set_inputs(&mut self) {
+        for counter in M::variables().iter().filter_map(|row| row.counter) {
+            let count = counter(&mut self.1);
+            *count = count.wrapping_add(1);
+        }
     }
 
     /// Moves an element by a part of its size, to another value that is allowed; false if there is none.
@@ -236,6 +248,7 @@ impl<M: Model> Trial<M> {
         let mut point = self.start.clone();
         for k in 0..4 {
             self.compare_inputs(&model, &point);
+            self.derivatives(&model, &point);
             if advance(&mut model, &point, f64::from(k) * step, step).is_err() {
                 return;
             }
@@ -315,8 +328,8 @@ impl<M: Model> Trial<M> {
                 row.dependencies
             };
             let resolved = self.knowns.resolve(declared, i, initially);
-            if let Ok(Some(positions)) = resolved
-                && !positions.contains(&(known + 1))
+            if let Ok(Some(elements)) = resolved
+                && !elements.contains(&known)
             {
                 let (output, known) = (self.name(k), self.name(known));
                 let when = if initially { " initially" } else { "" };

@@ -1,4 +1,4 @@
-//! What outputs depend on: names of the table become positions of elements.
+//! What outputs depend on: names of the table become positions among all elements.
 
 use super::layout::Layout;
 use super::variable::{ALL_PARAMETERS, Causality, Dependencies};
@@ -13,36 +13,30 @@ pub(crate) struct Knowns {
     parameters: Vec<usize>,
 }
 
-/// An input or parameter: the 1-based position of its first element in the table, counted by element, and how many there are.
+/// An input or parameter.
 struct Known {
-    first: usize,
-    len: usize,
+    /// Positions of its elements.
+    elements: Range<usize>,
     is_input: bool,
 }
 
 impl Knowns {
     pub(crate) fn new<M: Model>(layout: &Layout<M>) -> Self {
-        let mut rows: BTreeMap<_, Known> = BTreeMap::new();
+        let mut rows = BTreeMap::new();
         let mut parameters = Vec::new();
-        for (position, (_, row)) in (1..).zip(layout.iter()) {
+        for (elements, row) in layout.rows() {
             let is_input = row.causality == Causality::Input;
             if row.causality == Causality::Parameter {
-                parameters.push(position);
+                parameters.extend(elements.clone());
             } else if !is_input {
                 continue;
             }
-            rows.entry(row.name)
-                .or_insert(Known {
-                    first: position,
-                    len: 0,
-                    is_input,
-                })
-                .len += 1;
+            rows.insert(row.name, Known { elements, is_input });
         }
         Self { rows, parameters }
     }
 
-    /// The positions of what an element depends on, ascending; None: not said. Without `parameters`, only inputs may be named.
+    /// Positions of what an element depends on, ascending; None: not said. Without `parameters`, only inputs may be named.
     pub(crate) fn resolve(
         &self,
         dependencies: Dependencies,
@@ -62,26 +56,26 @@ impl Knowns {
                 }
             },
         };
-        let mut positions = Vec::new();
+        let mut elements = Vec::new();
         for name in names {
             match self.find(name, i) {
-                _ if parameters && *name == ALL_PARAMETERS => positions.extend(&self.parameters),
-                Some((known, range)) if known.is_input || parameters => positions.extend(range),
+                _ if parameters && *name == ALL_PARAMETERS => elements.extend(&self.parameters),
+                Some((known, range)) if known.is_input || parameters => elements.extend(range),
                 _ => {
                     let allowed = if parameters {
-                        "inputs and parameters"
+                        "an input or parameter"
                     } else {
-                        "inputs"
+                        "an input"
                     };
                     return Err(format!(
-                        "depends on `{name}`; allowed are {allowed} of the table"
+                        "depends on `{name}`; it must be {allowed} of the table"
                     ));
                 }
             }
         }
-        positions.sort_unstable();
-        positions.dedup();
-        Ok(Some(positions))
+        elements.sort_unstable();
+        elements.dedup();
+        Ok(Some(elements))
     }
 
     /// `x`: all of a row; `x[2]`: one element; `x[i]`: the element with index `i` (from 0).
@@ -89,15 +83,15 @@ impl Knowns {
         let Some((row, index)) = name.strip_suffix(']').and_then(|name| name.split_once('['))
         else {
             let known = self.rows.get(name)?;
-            return Some((known, known.first..known.first + known.len));
+            return Some((known, known.elements.clone()));
         };
         let known = self.rows.get(row)?;
         let index = if index == "i" {
-            i + 1
+            i
         } else {
-            index.parse().ok()?
+            index.parse::<usize>().ok()?.checked_sub(1)?
         };
-        let position = known.first + index.checked_sub(1)?;
-        (index <= known.len).then_some((known, position..position + 1))
+        let element = known.elements.start + index;
+        (element < known.elements.end).then_some((known, element..element + 1))
     }
 }

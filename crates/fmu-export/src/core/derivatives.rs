@@ -2,11 +2,32 @@
 
 use super::fault::{Fault, discard, refuse};
 use super::instance::Instance;
+use super::layout::{real_inputs, real_outputs};
 use super::message::Kind;
 use super::phase::Phase;
 use super::value::Value;
 use super::variable::{Causality, Place};
-use crate::{Evaluation, MAX_INPUT_DERIVATIVE, Model};
+use crate::{Evaluation, MAX_INPUT_DERIVATIVE, Model, ModelError};
+
+/// The adjoint derivative of a model from its directional derivatives: the columns of ∂output/∂input one by one.
+pub(crate) fn adjoint_by_columns<M: Model>(
+    model: &M,
+    p: &M::Parameters,
+    u: &M::Input,
+    now: &M::Evaluation,
+    weights: &[f64],
+) -> Result<M::Input, ModelError> {
+    let mut adjoint = M::Input::default();
+    for (i, place) in real_inputs::<M>(u) {
+        let mut du = M::Input::default();
+        *place.get_mut(&mut du, i) = 1.0;
+        let column = model.directional_derivative(p, u, now, &du)?;
+        *place.get_mut(&mut adjoint, i) = (real_outputs::<M>(&column).zip(weights))
+            .map(|(dy, weight)| weight * dy)
+            .sum();
+    }
+    Ok(adjoint)
+}
 
 impl<M: Model> Instance<M> {
     /// Derivatives of `n` Real inputs for the next step: the `order(k)`-th of `element(k)` is `value(k)`.

@@ -9,6 +9,8 @@ pub(crate) enum Fault {
     Refused(String),
     /// A value out of its bounds, a step that cannot be done, an inquiry without an answer: another one may succeed.
     Discarded(String),
+    /// No element has this number.
+    Unknown(u32),
 }
 
 impl From<ModelError> for Fault {

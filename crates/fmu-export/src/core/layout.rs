@@ -4,7 +4,8 @@
 use super::fault::Fault;
 use super::variable::{Causality, Place, Read, Variable, Write};
 use crate::{InputPolynomial, Model};
-use std::slice;
+use std::ops::Range;
+use std::{ptr, slice};
 
 /// An element: the index within its row, from 0, and the row.
 pub(crate) type Element<M> = (usize, &'static Variable<M>);
@@ -98,14 +99,23 @@ impl<M: Model> Layout<M> {
             .map(|&(number, run)| (number, ((number - run.first) as usize, run.row)))
     }
 
+    /// All rows in the order of the table, with the positions of their elements among all elements.
+    pub(crate) fn rows(&self) -> impl Iterator<Item = (Range<usize>, &'static Variable<M>)> {
+        let mut end = 0;
+        (self.in_order)
+            .chunk_by(|(_, a), (_, b)| ptr::eq(a.row, b.row))
+            .map(move |elements| {
+                let start = end;
+                end += elements.len();
+                (start..end, elements[0].1.row)
+            })
+    }
+
     /// The run of the element with this number.
     #[inline]
     pub(crate) fn run(&self, number: u32) -> Result<Run<M>, Fault> {
-        self.by_number
-            .get(number as usize)
-            .copied()
-            .flatten()
-            .ok_or_else(|| self.unknown(number))
+        let run = self.by_number.get(number as usize).copied();
+        run.flatten().ok_or(Fault::Unknown(number))
     }
 
     /// The element with this number.
@@ -113,19 +123,6 @@ impl<M: Model> Layout<M> {
     pub(crate) fn find(&self, number: u32) -> Result<Element<M>, Fault> {
         let run = self.run(number)?;
         Ok(((number - run.first) as usize, run.row))
-    }
-
-    #[cold]
-    fn unknown(&self, number: u32) -> Fault {
-        let last = self.len().saturating_sub(1);
-        if number as usize > last {
-            return Fault::refused(format_args!(
-                "unknown value reference {number}; it must be from 0 to {last}"
-            ));
-        }
-        Fault::refused(format_args!(
-            "unknown value reference {number}; it must be one of the model description"
-        ))
     }
 }
 
@@ -258,6 +255,18 @@ pub(crate) fn taylor<M: Model>(u: &InputPolynomial<M::Input>, s: f64, order: usi
         *place.get_mut(&mut result, i) = sum;
     }
     result
+}
+
+/// Every element of the Real outputs and local variables, in order.
+pub(crate) fn real_outputs<M: Model>(y: &M::Output) -> impl Iterator<Item = f64> {
+    M::variables()
+        .iter()
+        .filter_map(|row| match &row.place {
+            Place::RealOut(place) => Some(place.slice(y)),
+            _ => None,
+        })
+        .flatten()
+        .copied()
 }
 
 /// Every element of the Real inputs: index in its row, and place.

@@ -1,5 +1,6 @@
 //! What a model implements.
 
+use super::derivatives::adjoint_by_columns;
 use crate::{Info, InputPolynomial, StepEnd, Variable};
 use serde::{Serialize, de::DeserializeOwned};
 use std::fmt;
@@ -79,6 +80,20 @@ pub trait Model: Clone + Serialize + DeserializeOwned + Send + 'static {
         _du: &Self::Input,
     ) -> Result<Self::Output, ModelError> {
         Err(ModelError::new("directional_derivative is not implemented"))
+    }
+
+    /// Adjoint derivative `weights · ∂output/∂input` at fixed state, one number in each Real input. There is a weight for each element of
+    /// the Real outputs and local variables, in the order of the table. This default takes one directional derivative for each
+    /// Real input; a model that has a shorter way overrides it.
+    /// Only called if [`Info::with_directional_derivatives`] is declared.
+    fn adjoint_derivative(
+        &self,
+        p: &Self::Parameters,
+        u: &Self::Input,
+        now: &Self::Evaluation,
+        weights: &[f64],
+    ) -> Result<Self::Input, ModelError> {
+        adjoint_by_columns(self, p, u, now, weights)
     }
 
     /// A warning that arose in the last `initialize`, `tune` or `step`, handed out once. It is logged; the call still succeeds.

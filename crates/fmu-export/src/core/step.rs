@@ -124,23 +124,25 @@ impl<M: Model> Instance<M> {
     fn check_step(&self, t: f64, h: f64) -> Result<f64, Fault> {
         let now = self.state.time;
         if !(h.is_finite() && h > 0.0) {
-            return refuse!("communicationStepSize = {h} s must be finite and > 0");
+            return refuse!("step size = {h} s must be finite and > 0");
         }
         let gap = (t - now).abs();
         let is_exact = is_rounding(gap, t, now);
         if !(t.is_finite() && (is_exact || gap <= slack(t, h))) {
-            return refuse!("currentCommunicationPoint = {t} s must be the present time {now} s");
+            return refuse!("time = {t} s must be the present time {now} s");
         }
         let from_now = if is_exact { h } else { (t - now) + h };
         let end = t + h;
         if !(end > now.max(t) && from_now > 0.0 && end.is_finite()) {
             return refuse!(
-                "communicationStepSize = {h} s does not move the time {now} s; it must be larger, and finite"
+                "step size = {h} s does not move the time {now} s; it must be larger, and finite"
             );
         }
         match self.state.stop {
             Some(stop) if end > stop && end > stop + slack(stop, h) => {
-                refuse!("the step from {t} s by {h} s passes stopTime; it must end by {stop} s")
+                refuse!(
+                    "the step from {t} s by {h} s passes the stop time; it must end by {stop} s"
+                )
             }
             _ => Ok(from_now),
         }

@@ -57,6 +57,16 @@ fn refuse<M: Model>(instance: &mut Instance<M>, call: Call, fault: Fault) -> Sta
     let (kind, status, text) = match fault {
         Fault::Refused(text) => (Kind::Refused, Status::Error, text),
         Fault::Discarded(text) => (Kind::Discarded, Status::Discard, text),
+        Fault::Unknown(number) => {
+            let last = instance.layout.len().saturating_sub(1);
+            let known = if number as usize > last {
+                format!("from 0 to {last}")
+            } else {
+                "one of the model description".to_owned()
+            };
+            let text = format!("unknown value reference {number}; it must be {known}");
+            (Kind::Refused, Status::Error, text)
+        }
     };
     instance.tell(kind, format!("{}: {text}", call.name));
     status

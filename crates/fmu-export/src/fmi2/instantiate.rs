@@ -6,7 +6,6 @@ use super::ffi::*;
 use super::log::Log;
 use super::uri;
 use crate::Model;
-use crate::core::fault::{Fault, refuse};
 use crate::core::guard::Guarded;
 use crate::core::instance::Instance;
 use crate::core::layout::Layout;
@@ -80,7 +79,7 @@ pub unsafe fn instantiate<M: Model>(
     });
     let component = match made {
         Ok(Ok(component)) => Box::into_raw(component).cast(),
-        Ok(Err(Fault::Refused(text) | Fault::Discarded(text))) | Err(text) => {
+        Ok(Err(text)) | Err(text) => {
             messages.push(Message::new(
                 Kind::Refused,
                 format!("fmi2Instantiate: {text}"),
@@ -98,26 +97,31 @@ fn check(
     kind: c_int,
     given_guid: Option<&str>,
     guid: Uuid,
-) -> Result<(), Fault> {
+) -> Result<(), String> {
     match name {
-        None => return refuse!("instanceName = NULL must be a name"),
-        Some("") => return refuse!("instanceName is empty; it must be a name"),
+        None => return Err("instanceName = NULL must be a name".to_owned()),
+        Some("") => return Err("instanceName is empty; it must be a name".to_owned()),
         Some(_) => {}
     }
     if kind != CO_SIMULATION {
-        return refuse!("fmuType = {kind} must be {CO_SIMULATION} (fmi2CoSimulation)");
+        return Err(format!(
+            "fmuType = {kind} must be {CO_SIMULATION} (fmi2CoSimulation)"
+        ));
     }
     match given_guid {
         Some(given) if is_same(given, guid) => Ok(()),
-        given => refuse!("fmuGUID = {} must be {{{guid}}}", given.unwrap_or("NULL")),
+        given => Err(format!(
+            "fmuGUID = {} must be {{{guid}}}",
+            given.unwrap_or("NULL")
+        )),
     }
 }
 
-fn identify<M: Model>(guid: &OnceLock<Uuid>, layout: &Layout<M>) -> Result<Uuid, Fault> {
+fn identify<M: Model>(guid: &OnceLock<Uuid>, layout: &Layout<M>) -> Result<Uuid, String> {
     if let Some(guid) = guid.get() {
         return Ok(*guid);
     }
-    let description = describe(layout).map_err(Fault::Refused)?;
+    let description = describe(layout)?;
     Ok(*guid.get_or_init(|| description.guid))
 }
 

@@ -51,7 +51,7 @@ fn local_part<'a>(uri: &str, rest: &'a str) -> Result<&'a str, String> {
         host if host.eq_ignore_ascii_case("localhost") => Ok(&authority[end..]),
         drive if has_drive(drive) => Ok(authority),
         host => Err(format!(
-            "resource location `{uri}` is on host `{host}`; allowed are local files"
+            "resource location `{uri}` is on host `{host}`; it must be local"
         )),
     }
 }

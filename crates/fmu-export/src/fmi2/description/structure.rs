@@ -40,14 +40,14 @@ fn unknowns<M: Model>(
     knowns: impl Fn(&Variable<M>, usize) -> Result<Option<Vec<usize>>, String>,
 ) -> io::Result<()> {
     xml.create_element(element).write_inner_content(|xml| {
-        for (position, (i, row)) in (1..).zip(layout.iter()) {
+        for (position, (i, row)) in (1_usize..).zip(layout.iter()) {
             if !which.contains(&row.causality) {
                 continue;
             }
-            let index = usize::to_string(&position);
+            let index = position.to_string();
             let mut attributes = vec![("index", index)];
             if let Some(knowns) = knowns(row, i).map_err(io::Error::other)? {
-                let knowns: Vec<_> = knowns.iter().map(usize::to_string).collect();
+                let knowns: Vec<_> = (knowns.iter()).map(|k| (k + 1).to_string()).collect();
                 attributes.push(("dependencies", knowns.join(" ")));
             }
             let attributes = attributes

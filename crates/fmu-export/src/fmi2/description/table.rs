@@ -158,9 +158,9 @@ fn bounds<M: Model>(row: &Variable<M>) -> Result<(), String> {
         ));
     }
     match row.nominal {
-        Some(nominal) if !(nominal.is_finite() && nominal > 0.0) => Err(format!(
-            "nominal = {nominal}; allowed are finite values > 0"
-        )),
+        Some(nominal) if !(nominal.is_finite() && nominal > 0.0) => {
+            Err(format!("nominal = {nominal} must be finite and > 0"))
+        }
         _ => Ok(()),
     }
 }

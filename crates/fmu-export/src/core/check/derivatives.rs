@@ -1,0 +1,149 @@
+//! Directional derivatives against differences of the outputs, and adjoint ones against directional ones.
+
+use super::{Element, Point, Trial};
+use crate::core::layout::{real_inputs, real_outputs};
+use crate::core::value::Value;
+use crate::core::variable::Place;
+use crate::{Evaluation, Model, ModelError};
+
+/// Part of the size of a derivative by which a difference may miss it beyond its own error.
+const TOLERANCE: f64 = 1e-4;
+/// Rounding of the sums in the transpose identity, in parts of their terms.
+const ROUNDING: f64 = 1e-10;
+
+/// Numbers from 0.5 to 1.5 of either sign, of which no two near each other are the same.
+fn weight(k: usize) -> f64 {
+    let size = 0.5 + ((5 * k + 3) % 11) as f64 / 10.0;
+    if k.is_multiple_of(3) { -size } else { size }
+}
+
+/// The inputs with one of them moved, if it may be there.
+fn moved<M: Model>(u: &M::Input, (i, row): Element<M>, by: f64) -> Option<M::Input> {
+    let Place::RealIn(place) = &row.place else {
+        return None;
+    };
+    let mut u = *u;
+    let value = place.get_mut(&mut u, i);
+    *value += by;
+    value.is_allowed(row).then_some(u)
+}
+
+impl<M: Model> Trial<M> {
+    /// Looks at the derivatives of a model in one state.
+    pub(super) fn derivatives(&mut self, model: &M, point: &Point<M>) {
+        if !M::INFO.directional_derivatives {
+            return;
+        }
+        // An input that counts its sets acts only where it was set.
+        let mut point = point.clone();
+        point.set_inputs();
+        let Point(p, u) = &point;
+        let Ok(now) = M::Evaluation::of(model, p, u) else {
+            return;
+        };
+        let directional = |du: &M::Input| {
+            let dy = model.directional_derivative(p, u, &now, du)?;
+            Ok::<Vec<f64>, ModelError>(real_outputs::<M>(&dy).collect())
+        };
+        let result = (|| {
+            let columns = self.columns(model, &point, &directional)?;
+            self.transpose(model, &point, &now, &columns, &directional)
+        })();
+        if let Err(error) = result {
+            self.problems.insert(format!("derivatives: {error}"));
+        }
+    }
+
+    /// The derivatives by each Real input, compared with central differences. Two differences, one with twice the step of the
+    /// other, say how good they are: near a kink of the model that is not very.
+    fn columns(
+        &mut self,
+        model: &M,
+        point: &Point<M>,
+        directional: &impl Fn(&M::Input) -> Result<Vec<f64>, ModelError>,
+    ) -> Result<Vec<Vec<f64>>, ModelError> {
+        let elements: Vec<_> = self.layout.iter().enumerate().collect();
+        let outputs: Vec<_> = (elements.iter())
+            .filter(|(_, (_, row))| matches!(row.place, Place::RealOut(_)))
+            .map(|&(k, _)| k)
+            .collect();
+        let at = |u: M::Input| {
+            let now = M::Evaluation::of(model, &point.0, &u)?;
+            Ok::<Vec<f64>, ModelError>(
+                real_outputs::<M>(&model.output(&point.0, &u, &now)?).collect(),
+            )
+        };
+        let y = at(point.1)?;
+        let mut columns = Vec::new();
+        for (known, element) in elements {
+            let (i, row) = element;
+            let Place::RealIn(place) = &row.place else {
+                continue;
+            };
+            let mut du = M::Input::default();
+            *place.get_mut(&mut du, i) = 1.0;
+            let column = directional(&du)?;
+            let size = row.nominal.unwrap_or(1.0).max(place.get(&point.1, i).abs());
+            let step = f64::EPSILON.cbrt() * size;
+            let difference = |step: f64| {
+                let [less, more] = [-step, step].map(|step| moved::<M>(&point.1, element, step));
+                let (less, more) = (at(less?).ok()?, at(more?).ok()?);
+                let slope = |(less, more): (&f64, &f64)| (more - less) / (2.0 * step);
+                Some(less.iter().zip(&more).map(slope).collect::<Vec<_>>())
+            };
+            if let (Some(near), Some(far)) = (difference(step), difference(2.0 * step)) {
+                for k in 0..column.len() {
+                    let (said, found) = (column[k], near[k]);
+                    let scale = said.abs().max(found.abs());
+                    let rounding = 1e3 * f64::EPSILON * y[k].abs() / step;
+                    let error = TOLERANCE * scale + 4.0 * (found - far[k]).abs() + rounding;
+                    if (said - found).is_nan() || (said - found).abs() > error {
+                        let (output, input) = (self.name(outputs[k]), self.name(known));
+                        self.problems.insert(format!(
+                            "the directional derivative of `{output}` by `{input}` is {said:.4e}, differences of the output give {found:.4e}"
+                        ));
+                    }
+                }
+            }
+            columns.push(column);
+        }
+        Ok(columns)
+    }
+
+    /// With any u and v: `J v` is the columns of J times v, and `v · (Jᵀ u)` = `u · (J v)`.
+    fn transpose(
+        &mut self,
+        model: &M,
+        point: &Point<M>,
+        now: &M::Evaluation,
+        columns: &[Vec<f64>],
+        directional: &impl Fn(&M::Input) -> Result<Vec<f64>, ModelError>,
+    ) -> Result<(), ModelError> {
+        let mut v = M::Input::default();
+        for (n, (i, place)) in real_inputs::<M>(&point.1).enumerate() {
+            *place.get_mut(&mut v, i) = weight(n);
+        }
+        let outputs = columns.first().map_or(0, Vec::len);
+        let u: Vec<_> = (0..outputs).map(|k| weight(k + 1)).collect();
+        let adjoint = model.adjoint_derivative(&point.0, &point.1, now, &u)?;
+        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+        let forward = dot(&u, &directional(&v)?);
+        let (mut by_columns, mut backward, mut size) = (0.0, 0.0, 0.0);
+        for (n, ((i, place), column)) in real_inputs::<M>(&v).zip(columns).enumerate() {
+            backward += weight(n) * place.get(&adjoint, i);
+            by_columns += weight(n) * dot(&u, column);
+            size += column.iter().map(|x| 2.25 * x.abs()).sum::<f64>(); // 1.5² is the largest product of weights
+        }
+        for (found, what) in [
+            (by_columns, "its own columns"),
+            (backward, "the adjoint derivative"),
+        ] {
+            if (forward - found).is_nan() || (forward - found).abs() > ROUNDING * size {
+                self.problems.insert(format!(
+                    "the directional derivative u·(J v) = {forward:.4} must be v·(J' u) = {found:.4} by {what}"
+                ));
+            }
+        }
+        Ok(())
+    }
+}
