@@ -84,6 +84,8 @@ pub(crate) const VARIABLES: &[V] = &[
         |p| &p.options.payload_mass, |p| &mut p.options.payload_mass).unit("kg").min(0.0).max(1e5),
     V::parameters("joint_viscous", "viscous joint friction", |p| &p.options.joint_viscous, |p| &mut p.options.joint_viscous)
         .unit("N.m.s/rad").min(0.0).max(1e6),
+    V::parameters("gravity", "acceleration of gravity in the world; not along -y where the machine does not stand plumb",
+        |p| &p.options.gravity, |p| &mut p.options.gravity).unit("m/s2").min(-1e3).max(1e3),
     V::string_parameter("machine_file", "machine JSON to use instead of the embedded reference machine",
         |p| &p.machine_file, read_machine),
 ];

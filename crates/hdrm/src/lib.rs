@@ -14,6 +14,7 @@ mod body;
 mod boom_frame;
 mod end_stop;
 mod factor;
+mod gravity;
 mod lift;
 mod output;
 mod planar;

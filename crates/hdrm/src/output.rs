@@ -81,7 +81,7 @@ impl Hdrm {
         let strokes = &dynamics.strokes;
 
         let holding =
-            recursion::gravity_forces(&configuration, &self.bodies, zeta_dot, self.gravity);
+            recursion::gravity_forces(&configuration, &self.bodies, zeta_dot, &self.gravity);
         // d/dt (Q/x′) = (Q_dot − (Q/x′) x″ zeta_dot)/x′
         let f_hold_rate = |i: usize| {
             let Stroke { prime, second, .. } = strokes[i];

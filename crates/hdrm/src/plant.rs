@@ -3,6 +3,7 @@
 use crate::boom_frame::{BoomFrame, MovingParts};
 use crate::end_stop::{EndStop, JOINT_DISSIPATION, STROKE_DISSIPATION};
 use crate::factor::Factor;
+use crate::gravity::Gravity;
 use crate::recursion;
 use crate::tree::Stroke;
 use crate::{BODIES, Body, DOF, GeometryError, Tree};
@@ -22,6 +23,8 @@ pub struct Options {
     pub payload_mass: f64,
     /// Viscous joint friction on `zeta_dot`, N·m·s/rad.
     pub joint_viscous: [f64; DOF],
+    /// Acceleration of gravity in world axes, m/s²: not along −y where the machine does not stand plumb.
+    pub gravity: [f64; 3],
 }
 
 impl Options {
@@ -32,6 +35,7 @@ impl Options {
             inertia_scale: 1.0,
             payload_mass: machine.bodies.PL.mass,
             joint_viscous: machine.joint_viscous,
+            gravity: [0.0, -machine.gravity, 0.0],
         }
     }
 }
@@ -96,8 +100,7 @@ pub struct Hdrm {
     /// In the order of [`BODIES`].
     pub(crate) bodies: [Inertia; Body::COUNT],
     parts: MovingParts,
-    /// m/s².
-    pub(crate) gravity: f64,
+    pub(crate) gravity: Gravity,
     pub(crate) joint_viscous: [f64; DOF],
     /// Whether substeps look at friction.
     pub(crate) friction_is_stiff: bool,
@@ -138,7 +141,7 @@ impl Hdrm {
             parts: MovingParts::new(&bodies),
             tree,
             bodies,
-            gravity: machine.gravity,
+            gravity: Gravity::of(options.gravity),
             joint_viscous: options.joint_viscous,
             friction_is_stiff: false,
             tau_wrist_max: machine.limits.tau_wrist_max,
@@ -202,13 +205,19 @@ impl Hdrm {
         let solved = self.tree.solve(zeta);
         let frame = BoomFrame::new(&self.tree, &self.parts, &solved);
         let (M, momentum_y) = frame.mass_matrix();
+        let mut h = frame.bias(zeta_dot, self.gravity.along_y);
+        let mut holding = momentum_y * self.gravity.along_y;
+        if let Some(sideways) = self.holding_sideways(zeta) {
+            h += sideways;
+            holding += sideways;
+        }
         Dynamics {
             state: *state,
             strokes: self.tree.strokes(zeta[0], &solved),
             factor: Factor::new(&M),
             M,
-            h: frame.bias(zeta_dot, self.gravity),
-            holding: momentum_y * self.gravity,
+            h,
+            holding,
             frame,
         }
     }
@@ -276,7 +285,7 @@ impl Hdrm {
             &self.bodies,
             zeta_dot,
             zeta_ddot,
-            self.gravity,
+            &self.gravity,
         )
         .value;
         Q += Vector6::from(self.joint_viscous).component_mul(&Vector6::from(*zeta_dot));
@@ -303,7 +312,9 @@ impl Hdrm {
     pub(crate) fn energies_of(&self, dynamics: &Dynamics) -> (f64, f64) {
         let w = Vector6::from(dynamics.state.zeta_dot);
         let kinetic = 0.5 * w.dot(&(dynamics.M * w));
-        (kinetic, self.gravity * dynamics.frame.first_moment_y())
+        let along_y = self.gravity.along_y * dynamics.frame.first_moment_y();
+        let sideways = self.potential_sideways(&dynamics.state.zeta);
+        (kinetic, along_y + sideways)
     }
 }
 
@@ -331,12 +342,16 @@ fn check(options: &Options) -> Result<(), HdrmError> {
         inertia_scale,
         payload_mass,
         joint_viscous,
+        gravity,
     } = options;
     if !(inertia_scale.is_finite() && inertia_scale > 0.0) {
         return refuse("inertia_scale", inertia_scale, "finite and > 0");
     }
     if !not_negative(payload_mass) {
         return refuse("payload.mass", payload_mass, "finite and ≥ 0");
+    }
+    if let Some(&value) = gravity.iter().find(|g| !g.is_finite()) {
+        return refuse("gravity", value, "finite");
     }
     match joint_viscous.into_iter().find(|&d| !not_negative(d)) {
         Some(d) => refuse("joint_viscous", d, "finite and ≥ 0"),

@@ -4,6 +4,7 @@
 //! pass for wrenches (see [`crate::Tree`]). The plant's forward dynamics take the specialised
 //! path of [`crate::boom_frame`]; the two are independent and tested against each other.
 
+use crate::gravity::Gravity;
 use crate::{BODIES, Body, Configuration, DOF, Tree};
 use nalgebra::{Vector3, Vector6};
 use spatial::{Inertia, Pose, Twist, Wrench};
@@ -24,12 +25,12 @@ struct BodyMotion {
     A: Twist,
     /// Rate of A for `zeta_dddot = 0`.
     A_dot: Twist,
-    /// World's y axis.
+    /// A direction of the world: its y axis, or another that gravity is opposite to.
     up: Vector3<f64>,
 }
 
 /// Generalised forces `M·zeta_ddot + h` (friction left out) and their time derivative for
-/// `zeta_dddot = 0`; gravity `g` along −y, m/s².
+/// `zeta_dddot = 0`.
 ///
 /// Per body, with `A^ = A + g·up` (acceleration minus gravity) and `up_dot = −w × up`:
 /// ```text
@@ -41,9 +42,10 @@ pub(crate) fn inverse_dynamics(
     bodies: &[Inertia; Body::COUNT],
     zeta_dot: &[f64; DOF],
     zeta_ddot: &[f64; DOF],
-    g: f64,
+    gravity: &Gravity,
 ) -> Rated<Vector6<f64>> {
-    let motions = outward(configuration, zeta_dot, zeta_ddot);
+    let motions = outward(configuration, zeta_dot, zeta_ddot, Vector3::y());
+    let g = gravity.along_y;
     let wrenches = std::array::from_fn(|k| {
         let BodyMotion { V, A, A_dot, up } = motions[k];
         let M = &bodies[k];
@@ -54,7 +56,13 @@ pub(crate) fn inverse_dynamics(
             rate: M.apply(&(A_dot + gravity_dot)) + A.crf(&M.apply(&V)) + V.crf(&M.apply(&A)),
         }
     });
-    inward(configuration, zeta_dot, wrenches)
+    let mut Q = inward(configuration, zeta_dot, wrenches);
+    if let Some(up) = gravity.sideways() {
+        let sideways = holding_forces(configuration, bodies, zeta_dot, up, 1.0);
+        Q.value += sideways.value;
+        Q.rate += sideways.rate;
+    }
+    Q
 }
 
 /// Generalised forces that hold the machine still against gravity in this pose, and their time
@@ -63,9 +71,27 @@ pub(crate) fn gravity_forces(
     configuration: &Configuration,
     bodies: &[Inertia; Body::COUNT],
     zeta_dot: &[f64; DOF],
+    gravity: &Gravity,
+) -> Rated<Vector6<f64>> {
+    let of = |up, g| holding_forces(configuration, bodies, zeta_dot, up, g);
+    let mut Q = of(Vector3::y(), gravity.along_y);
+    if let Some(up) = gravity.sideways() {
+        let sideways = of(up, 1.0);
+        Q.value += sideways.value;
+        Q.rate += sideways.rate;
+    }
+    Q
+}
+
+/// The same against an acceleration of `g`, m/s², opposite to the world's direction `up`.
+pub(crate) fn holding_forces(
+    configuration: &Configuration,
+    bodies: &[Inertia; Body::COUNT],
+    zeta_dot: &[f64; DOF],
+    up: Vector3<f64>,
     g: f64,
 ) -> Rated<Vector6<f64>> {
-    let motions = outward(configuration, zeta_dot, &[0.0; DOF]);
+    let motions = outward(configuration, zeta_dot, &[0.0; DOF], up);
     let wrenches = std::array::from_fn(|k| {
         let BodyMotion { V, up, .. } = motions[k];
         let of = |up: Vector3<f64>| bodies[k].apply(&Twist::new(up * g, Vector3::zeros()));
@@ -102,9 +128,10 @@ fn outward(
     configuration: &Configuration,
     zeta_dot: &[f64; DOF],
     zeta_ddot: &[f64; DOF],
+    up: Vector3<f64>,
 ) -> [BodyMotion; Body::COUNT] {
     let ground = BodyMotion {
-        up: Vector3::y(),
+        up,
         ..BodyMotion::default()
     };
     let mut motions = [ground; Body::COUNT];

@@ -44,7 +44,7 @@ impl Hdrm {
             &self.bodies,
             zeta_dot,
             zeta_ddot,
-            self.gravity,
+            &self.gravity,
         );
         let tip = recursion::tip_forces(
             configuration,
