@@ -11,6 +11,7 @@ from system import System
 
 FMU_DIR = Path(os.environ.get("FMU_DIR", ROOT / "target/fmu")).resolve()  # as the caller's shell means it
 NAMES = ("Emla", "Hdrm", "Controller")
+WORLD = ("Rig", "Sensors")  # what makes the world real
 CI = os.environ.get("CI", "") not in ("", "0", "false")
 
 
@@ -31,9 +32,9 @@ def fmu_dir():
 
 @pytest.fixture(scope="session")
 def fmus(fmu_dir, tmp_path_factory):
-    """The three FMUs by file name."""
+    """The FMUs by file name."""
     folder = tmp_path_factory.mktemp("fmus")
-    return {f"{n}.fmu": Fmu(fmu_dir / f"{n}.fmu", folder / n) for n in NAMES}
+    return {f"{n}.fmu": Fmu(fmu_dir / f"{n}.fmu", folder / n) for n in (*NAMES, *WORLD)}
 
 
 @pytest.fixture(scope="session")
@@ -53,7 +54,7 @@ def controller(fmus):
 
 @pytest.fixture(params=NAMES)
 def fmu(request, fmus):
-    """Each of the three in turn."""
+    """Each of the three of the ideal machine in turn."""
     return fmus[f"{request.param}.fmu"]
 
 

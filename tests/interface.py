@@ -1,7 +1,14 @@
 """The interface other people's wiring relies on: names with sizes, units, causality."""
 
+ROD = {"x": "m", "x_dot": "m/s", "F_ext": "N", "F_hold": "N"}
+
 INPUTS = {
-    "Emla": {"v_d": "V", "v_q": "V", "x": "m", "x_dot": "m/s", "F_ext": "N", "F_hold": "N"},
+    "Emla": {"v_d": "V", "v_q": "V", **ROD},
+    "Rig": {"v_d": "V", "v_q": "V", "v_dc": "V", "T_ambient": "K", **ROD},
+    "Sensors": {
+        **{"zeta[1..6]": "rad", "zeta_dot[1..6]": "rad/s", "theta_m[1..3]": "rad", "w_m[1..3]": "rad/s", "i_d[1..3]": "A"},
+        **{"i_q[1..3]": "A", "F[1..3]": "N", "x[1..3]": "m", "x_dot[1..3]": "m/s"},
+    },
     "Hdrm": {"f[1..3]": "N", "tau_wrist[1..3]": "N.m", "wrench_env[1..3]": "N", "wrench_env[4..6]": "N.m"},
     "Controller": {
         "zeta[1..6]": "rad",
@@ -20,6 +27,15 @@ INPUTS = {
 }
 
 OUTPUTS = {
+    "Rig": {
+        **{"F": "N", "F_mean": "N", "x_rod": "m", "x_rod_dot": "m/s", "i_d": "A", "i_q": "A", "theta_m": "rad", "w_m": "rad/s", "tau_e": "N.m"},
+        **dict.fromkeys(["P_in", "P_in_mean", "P_out", "P_loss", "P_heat"], "W"),
+        **{"i_dc": "A", "T_winding": "K", "T_housing": "K", "efficiency": "1", "efficiency_valid": None},
+    },
+    "Sensors": {
+        **{"zeta_measured[1..6]": "rad", "zeta_dot_measured[1..6]": "rad/s", "i_d_measured[1..3]": "A", "i_q_measured[1..3]": "A"},
+        **{"w_m_measured[1..3]": "rad/s", "x_dot_measured[1..3]": "m/s", "F_measured[1..3]": "N"},
+    },
     "Emla": {
         **dict.fromkeys(["F", "F_mean", "F_phys", "F_hyb"], "N"),
         "x_rod": "m",
@@ -63,14 +79,16 @@ OUTPUTS = {
     },
 }
 
+ACTUATOR = {
+    **{"drive": None, "machine_file": None},
+    **dict.fromkeys("p R_s L_d L_q lambda_m J_m C_m tau_C w_C N_gear eta_gear w_eta rho J_s C_s".split()),
+    **dict.fromkeys("EA K_br K_n K_r GJ L_s C_b M_act C_act i_max v_max".split()),
+}
+
 PARAMETERS = {
-    "Emla": {
-        "drive": None,
-        "alpha": "1",
-        "machine_file": None,
-        **dict.fromkeys("p R_s L_d L_q lambda_m J_m C_m tau_C w_C N_gear eta_gear w_eta rho J_s C_s".split()),
-        **dict.fromkeys("EA K_br K_n K_r GJ L_s C_b M_act C_act i_max v_max".split()),
-    },
+    "Emla": {**ACTUATOR, "alpha": "1"},
+    "Rig": {**ACTUATOR, "delay": None, **dict.fromkeys("saturation temperature ripple cogging switching friction backlash compliance losses heat".split())},
+    "Sensors": dict.fromkeys("seed delay motor_encoder joint_encoder rod_encoder joint_zero speed current force".split()),
     "Hdrm": {
         "zeta_start[1..6]": "rad",
         "zeta_dot_start[1..6]": "rad/s",
@@ -90,6 +108,8 @@ PARAMETERS = {
 TUNABLE = {
     "Emla": ["alpha"],
     "Hdrm": [],
+    "Rig": [],
+    "Sensors": [],
     "Controller": "mode Lambda_position Lambda_orientation kappa_KA K_i K_f K_v lambda_i gamma".split(),
 }
 
@@ -105,6 +125,9 @@ ENUMERATIONS = {
         "pd_gravity_integral",
         "adaptive_integral",
     ],
+    ("Rig", "drive"): ["motion", "force"],
+    ("Sensors", "speed"): ["ideal", "difference", "observer"],
+    ("Sensors", "force"): ["ideal", "sensor", "absent"],
     ("Controller", "trajectory"): ["cubic", "triangular", "external"],
 }
 

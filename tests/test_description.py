@@ -12,7 +12,7 @@ from lxml import etree
 from pathlib import Path
 
 import interface
-from conftest import FMU_DIR, NAMES
+from conftest import FMU_DIR, NAMES, WORLD
 from system import AlgebraicLoop, feedthrough, levels
 
 FUNCTIONS = """
@@ -22,6 +22,12 @@ FUNCTIONS = """
     SetRealInputDerivatives GetRealOutputDerivatives DoStep CancelStep GetStatus GetRealStatus GetIntegerStatus
     GetBooleanStatus GetStringStatus
 """.split()
+
+
+@pytest.fixture(params=(*NAMES, *WORLD))
+def fmu(request, fmus):
+    """Each of them in turn."""
+    return fmus[f"{request.param}.fmu"]
 
 
 def test_xsd_has_no_complaint(fmu):
@@ -46,7 +52,7 @@ def test_all_34_functions_are_exported(fmu):
     assert [f for f in FUNCTIONS if not hasattr(dll, f"fmi2{f}")] == []
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", (*NAMES, *WORLD))
 @pytest.mark.parametrize("causality, table", [
     ("input", interface.INPUTS), ("output", interface.OUTPUTS), ("parameter", interface.PARAMETERS)
 ])  # fmt: skip
@@ -81,8 +87,8 @@ def test_capabilities(fmu):
     assert c.canHandleVariableCommunicationStepSize
     assert c.canGetAndSetFMUstate and c.canSerializeFMUstate
     assert not c.canBeInstantiatedOnlyOncePerProcess and not c.needsExecutionTool
-    plant = fmu.identifier != "Controller"
-    assert c.canInterpolateInputs == plant  # the controller samples its inputs
+    plant = fmu.identifier in ("Emla", "Hdrm")
+    assert c.canInterpolateInputs == plant  # controller and sensors sample their inputs, the rig's drive does
     assert (c.maxOutputDerivativeOrder >= 1) == plant
     assert c.providesDirectionalDerivative == plant
     assert fmu.description.variableNamingConvention == "structured"
@@ -141,6 +147,14 @@ def states(fmu, hdrm):
     if fmu.identifier == "Emla":
         common = {"v_q": 17.0, "v_d": -3.0, "x": 0.31, "x_dot": 0.02, "F_hold": 12e3}
         return [common | {"alpha": 0.5}, common | {"drive": "force", "F_ext": 9e3}]
+    if fmu.identifier == "Rig":
+        common = {"v_q": 17.0, "v_d": -3.0, "x": 0.31, "x_dot": 0.02, "F_hold": 12e3}
+        limited = common | {"switching": False, "v_q": 300.0, "v_d": -300.0}
+        return [common, limited, common | {"drive": "force", "F_ext": 9e3}]
+    if fmu.identifier == "Sensors":
+        ideal = {f"{name}[{i}]": 0.3 for name in "theta_m i_d i_q F".split() for i in (1, 2, 3)}
+        estimated = ideal | {"speed": "difference", "speed.filter_time": 0.0, "current": True, "current.bits": 40}
+        return [ideal, estimated, estimated | {"force": "absent"}]
     pose = numbered("zeta_start", zeta) | numbered("zeta_dot_start", small)
     if fmu.identifier == "Hdrm":
         return [pose | {"f[2]": 3e4, "f[3]": 2e4}]
@@ -230,14 +244,14 @@ def test_an_algebraic_loop_would_be_found(system, fmus):
         levels(replace(system, links=links), fmus)
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", (*NAMES, *WORLD))
 def test_files_of_an_fmu(fmu_dir, name):
     with zipfile.ZipFile(fmu_dir / f"{name}.fmu") as archive:
         files = set(archive.namelist())
         page = archive.read("documentation/index.html").decode()
         icon = archive.read("model.png")
         licence = archive.read("documentation/licenses/license.txt").decode()
-    assert {"modelDescription.xml", "resources/reference_machine.json"} <= files
+    assert {"modelDescription.xml", *(["resources/reference_machine.json"] if name != "Sensors" else [])} <= files
     assert any(f.startswith("binaries/") for f in files)
     assert icon.startswith(b"\x89PNG\r\n")
     assert "MIT" in licence and "Apache-2.0" in licence

@@ -10,10 +10,18 @@ from textwrap import dedent
 import numpy as np
 import pytest
 
+from conftest import NAMES, WORLD
 from fmu import Fmu
 
 ROD = {"x": 0.31, "x_dot": 0.0, "F_hold": 12e3, "v_q": 17.0, "v_d": -3.0}
-INPUTS = {"Emla": ROD, "Hdrm": {"f[2]": 41e3, "f[3]": 31e3, "tau_wrist[2]": 120.0}, "Controller": {"zeta[2]": 0.69}}
+INPUTS = {"Emla": ROD, "Hdrm": {"f[2]": 41e3, "f[3]": 31e3, "tau_wrist[2]": 120.0}, "Controller": {"zeta[2]": 0.69}, "Rig": ROD}
+INPUTS["Sensors"] = {"theta_m[2]": 3.0, "F[1]": 9e3, "current": True, "force": "sensor", "motor_encoder": True, "speed": "observer"}
+
+
+@pytest.fixture(params=(*NAMES, *WORLD))
+def fmu(request, fmus):
+    """Each of them in turn."""
+    return fmus[f"{request.param}.fmu"]
 
 
 def trajectory(instance, steps=200, h=1e-3, start=0.0):
@@ -33,7 +41,8 @@ def test_reset_gives_the_same_run(fmu):
     instance.call("fmi2Reset")
     instance.start()
     for name in inputs:
-        assert instance.get(name) == float(fmu.variables[name].start)
+        start = fmu.variables[name].start
+        assert instance.get(name) == (start == "true" if start in ("true", "false") else float(start))
     instance.call("fmi2Reset")
     instance.start(0.0, inputs)
     assert trajectory(instance) == first
@@ -66,7 +75,7 @@ def test_instances_in_threads(fmu):
         assert all(rows == alone for rows in pool.map(run, instances))
 
 
-@pytest.mark.parametrize("fmu", ["Emla", "Hdrm"], indirect=True)
+@pytest.mark.parametrize("fmu", ["Emla", "Hdrm", "Rig", "Sensors"], indirect=True)
 def test_start_time_does_not_matter(fmu):
     """A plant started at t = 7.5 s moves as from 0 s (the controller's reference is bound to the time)."""
     early = trajectory(fmu.instance().start(0.0, INPUTS[fmu.identifier]), 20, 2**-10)
@@ -120,9 +129,10 @@ def light_machine(hdrm, tmp_path):
     return str(path)
 
 
-CHANGED = {"Emla": ("R_s", 0.31), "Hdrm": ("payload.mass", 123.0), "Controller": ("gamma", 61.0)}
+CHANGED = {"Emla": ("R_s", 0.31), "Rig": ("R_s", 0.31), "Hdrm": ("payload.mass", 123.0), "Controller": ("gamma", 61.0)}
 
 
+@pytest.mark.parametrize("fmu", CHANGED, indirect=True)
 def test_machine_file_changes_the_machine(fmu, light_machine):
     name, value = CHANGED[fmu.identifier]
     inputs = INPUTS[fmu.identifier]

@@ -1,4 +1,4 @@
-"""The packages `Manipulator.ssp` and `Testbed.ssp` as SSP tools read them: schemas, names, units, start values, annotations."""
+"""The packages `Manipulator.ssp`, `Real.ssp` and `Testbed.ssp` as SSP tools read them: schemas, names, units, start values, annotations."""
 
 import re
 import zipfile
@@ -13,7 +13,7 @@ from fmpy_master import ROOT
 from system import SSC, SSD, SSV, System
 
 SCHEMAS = {".ssd": "SystemStructureDescription.xsd", ".ssv": "SystemStructureParameterValues.xsd"}
-PACKAGES = {"Manipulator.ssp": "system/SystemStructure.ssd", "Testbed.ssp": "system/Testbed.ssd"}
+PACKAGES = {"Manipulator.ssp": "system/SystemStructure.ssd", "Real.ssp": "system/Real.ssd", "Testbed.ssp": "system/Testbed.ssd"}
 
 
 @pytest.fixture(scope="module", params=PACKAGES)
@@ -81,8 +81,9 @@ def test_values_are_given_in_forms_that_every_importer_reads(package):
 def test_actuators_start_at_the_start_pose_of_the_manipulator(fmu_dir, hdrm):
     """For importers that initialize each component by itself."""
     instance = hdrm.running()
-    for name in ("SystemStructure.ssd", "triangular_pd.ssd"):
-        system = System.read(fmu_dir / "Manipulator.ssp", name)
+    names = ("SystemStructure.ssd", "triangular_pd.ssd")
+    for package, name in [(package, name) for package in ("Manipulator.ssp", "Real.ssp") for name in names]:
+        system = System.read(fmu_dir / package, name)
         for k in (1, 2, 3):
             bound = system.parameters[f"emla_{k}"]
             assert [bound["x"].value, bound["F_hold"].value] == pytest.approx(instance.get(f"x[{k}]", f"f_hold[{k}]"), rel=1e-9, abs=1e-9)

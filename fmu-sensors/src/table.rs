@@ -50,9 +50,9 @@ pub(crate) const INFO: Info = Info::new(
 
 type V = Variable<SensorsFmu>;
 
-/// An input that is measured; setting it makes a new sample.
+/// An input that is measured, within the bounds that the controller's inputs have; setting it makes a new sample.
 macro_rules! measured {
-    ($field:ident, $unit:literal, $display:literal, $description:literal) => {
+    ($field:ident, $unit:literal, $display:literal, $largest:literal, $description:literal) => {
         V::inputs(
             stringify!($field),
             $description,
@@ -61,6 +61,8 @@ macro_rules! measured {
         )
         .unit($unit)
         .display_unit($display)
+        .min(-$largest)
+        .max($largest)
         .counted(|u| &mut u.sets)
     };
 }
@@ -102,15 +104,15 @@ macro_rules! bits {
 #[rustfmt::skip]
 pub(crate) const VARIABLES: &[V] = &[
     // What is measured
-    measured!(zeta, "rad", "deg", "joint angles: slew, lift, tilt, wrist"),
-    measured!(zeta_dot, "rad/s", "deg/s", "joint rates; read if speed = ideal"),
-    measured!(theta_m, "rad", "deg", "motor angles of slew, lift and tilt actuator"),
-    measured!(w_m, "rad/s", "rpm", "motor speeds; read if speed = ideal"),
-    V::inputs("i_d", "direct-axis currents (peak)", |u| &u.u.i_d, |u| &mut u.u.i_d).unit("A").counted(|u| &mut u.sets),
-    V::inputs("i_q", "quadrature-axis currents (peak)", |u| &u.u.i_q, |u| &mut u.u.i_q).unit("A").counted(|u| &mut u.sets),
-    measured!(F, "N", "kN", "rod forces, positive when pushing"),
-    measured!(x, "m", "mm", "rod positions, positive when extended"),
-    measured!(x_dot, "m/s", "mm/s", "rod velocities; read if speed = ideal"),
+    measured!(zeta, "rad", "deg", 100.0, "joint angles: slew, lift, tilt, wrist"),
+    measured!(zeta_dot, "rad/s", "deg/s", 1e4, "joint rates; read if speed = ideal"),
+    measured!(theta_m, "rad", "deg", 1e8, "motor angles of slew, lift and tilt actuator"),
+    measured!(w_m, "rad/s", "rpm", 1e6, "motor speeds; read if speed = ideal"),
+    V::inputs("i_d", "direct-axis currents (peak)", |u| &u.u.i_d, |u| &mut u.u.i_d).unit("A").min(-1e5).max(1e5).counted(|u| &mut u.sets),
+    V::inputs("i_q", "quadrature-axis currents (peak)", |u| &u.u.i_q, |u| &mut u.u.i_q).unit("A").min(-1e5).max(1e5).counted(|u| &mut u.sets),
+    measured!(F, "N", "kN", 1e8, "rod forces, positive when pushing"),
+    measured!(x, "m", "mm", 10.0, "rod positions, positive when extended"),
+    measured!(x_dot, "m/s", "mm/s", 100.0, "rod velocities; read if speed = ideal"),
 
     // Readings
     reading!("zeta_measured", zeta, "rad", "deg", ["zeta[i]"], "joint angles by their encoders"),

@@ -12,8 +12,9 @@ use crate::variants;
 use crate::workspace::{FMU_PROFILE, Workspace, profile};
 
 /// System structures of the repository and the archives they become.
-const SYSTEMS: [(&str, &str); 2] = [
+const SYSTEMS: [(&str, &str); 3] = [
     ("system/SystemStructure.ssd", "Manipulator.ssp"),
+    ("system/Real.ssd", "Real.ssp"),
     ("system/Testbed.ssd", "Testbed.ssp"),
 ];
 

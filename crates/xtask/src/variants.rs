@@ -1,6 +1,6 @@
 //! Variants of a packed system: its one structure with parameter values bound, made while packing, so that the wiring is written once.
 
-use anyhow::{Result, ensure};
+use anyhow::{Context, Result, ensure};
 
 /// Where the sets are bound: inside the parameter bindings of the component that they are for.
 const MARK: &str = "<!-- parameter sets of a variant -->";
@@ -9,7 +9,8 @@ const TRAJECTORIES: [(&str, &str); 2] = [("cubic", "24.25"), ("triangular", "13.
 /// Controllers.
 const MODES: [&str; 3] = ["adaptive", "modular", "pd"];
 
-/// The first value in the set that each component with a delay holds.
+/// The first value in the set that each component with a delay holds, where the structure has a variant for masters that exchange values once
+/// a step.
 const FIRST_VALUE: &str = r#"<ssv:Parameter name="alpha">"#;
 /// Outputs act one communication step later than they are computed, as with importers that exchange values once a step.
 const DELAY: &str = r#"<ssv:Parameter name="delay"><ssv:Integer value="1"/></ssv:Parameter>"#;
@@ -33,6 +34,9 @@ pub fn of(structure: &str) -> Result<Vec<(String, String)>> {
             made.push((format!("{variant}.ssd"), named(&text, &variant)?));
         }
     }
+    if structure.matches(FIRST_VALUE).count() == 1 {
+        return Ok(made); // the actuators hold none: their readings are late already
+    }
     let delayed = structure.replace(
         FIRST_VALUE,
         &format!("{DELAY}\n                  {FIRST_VALUE}"),
@@ -43,8 +47,16 @@ pub fn of(structure: &str) -> Result<Vec<(String, String)>> {
 
 /// The structure with a name of its own.
 fn named(structure: &str, variant: &str) -> Result<String> {
-    let name = |suffix: &str| format!(r#"version="1.0" name="Manipulator{suffix}">"#);
-    once(structure, &name(""), &name(&format!("_{variant}")))
+    const BEFORE: &str = r#"version="1.0" name=""#;
+    let after = structure.split_once(BEFORE).map(|(_, after)| after);
+    let name = after.and_then(|after| after.split_once('"'));
+    let (name, _) = name.context("the system structure must have a version 1.0 and a name")?;
+    let named = |name: &str| format!(r#"{BEFORE}{name}">"#);
+    once(
+        structure,
+        &named(name),
+        &named(&format!("{name}_{variant}")),
+    )
 }
 
 fn once(text: &str, from: &str, to: &str) -> Result<String> {
@@ -81,6 +93,18 @@ mod tests {
             assert!(lines[1].contains(&format!("resources/{trajectory}.ssv")));
             assert!(lines[2].contains(&format!("resources/{mode}.ssv")));
             assert_eq!(lines.len(), if trajectory == "cubic" { 3 } else { 4 });
+        }
+    }
+
+    #[test]
+    fn the_machine_as_built_has_the_same_variants_under_its_own_name() {
+        const REAL: &str = include_str!("../../../system/Real.ssd");
+        let variants = of(REAL).unwrap();
+        assert_eq!(variants.len(), 6);
+        for (name, text) in variants {
+            let variant = name.strip_suffix(".ssd").unwrap();
+            assert!(text.contains(&format!(r#"name="Real_{variant}">"#)));
+            assert!(!text.contains(MARK) && text.contains("resources/sensors.ssv"));
         }
     }
 
