@@ -9,6 +9,8 @@ pub mod check;
 pub mod fmi2;
 pub mod library;
 pub mod licences;
+pub mod new;
+pub mod notices;
 pub mod pack;
 pub mod platform;
 pub mod portability;

@@ -7,9 +7,23 @@ use anyhow::{Context, Result};
 
 use crate::archive::Entries;
 
-const FOLDER: &str = "documentation/licenses";
+/// Where licences and notices lie in an FMU.
+pub const FOLDER: &str = "documentation/licenses";
 /// Beginnings of the names of files that hold licences or notices.
-const NAMES: [&str; 4] = ["LICENSE", "LICENCE", "COPYING", "NOTICE"];
+const NAMES: [&str; 6] = [
+    "LICENSE",
+    "LICENCE",
+    "COPYING",
+    "COPYRIGHT",
+    "NOTICE",
+    "UNLICENSE",
+];
+
+/// Whether a file of this name holds a licence or notices.
+pub fn is_licence(name: &str) -> bool {
+    let name = name.to_uppercase();
+    NAMES.iter().any(|n| name.starts_with(n))
+}
 
 /// The files of the first folder that has any, and `license.txt`, which names them and the licence expression.
 pub fn files(folders: &[&Path], expression: Option<&str>) -> Result<Entries> {
@@ -18,7 +32,7 @@ pub fn files(folders: &[&Path], expression: Option<&str>) -> Result<Entries> {
         for entry in fs::read_dir(folder).with_context(|| folder.display().to_string())? {
             let entry = entry?;
             let name = entry.file_name().to_string_lossy().into_owned();
-            if NAMES.iter().any(|n| name.starts_with(n)) && entry.file_type()?.is_file() {
+            if is_licence(&name) && entry.file_type()?.is_file() {
                 found.insert(format!("{FOLDER}/{name}"), fs::read(entry.path())?);
             }
         }

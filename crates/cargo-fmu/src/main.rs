@@ -6,8 +6,8 @@ use std::process::ExitCode;
 
 use anyhow::{Context, Result};
 use cargo_fmu::check::{self, Checker, Verdict};
-use cargo_fmu::pack;
 use cargo_fmu::workspace::{Source, Workspace};
+use cargo_fmu::{new, pack};
 use clap::{Args, Parser, Subcommand};
 
 /// Cargo hands its subcommands their own name first.
@@ -27,6 +27,14 @@ struct Fmu {
 
 #[derive(Subcommand)]
 enum Command {
+    /// Make a crate that stands alone, with a small model, its tests, and what is packed beside it
+    New {
+        /// Folder of the crate; its last part is the name
+        path: PathBuf,
+        /// Folder of the crate fmu-export [default: that of the source that this program was built from]
+        #[arg(long, value_name = "PATH")]
+        fmu_export: Option<PathBuf>,
+    },
     /// Build libraries and pack them, with documentation, resources and licences, into FMUs
     Pack {
         /// Package to pack, repeatable [default: the one of this folder, else all that make an FMU]
@@ -80,6 +88,7 @@ fn main() -> ExitCode {
 
 fn run(command: Command) -> Result<ExitCode> {
     match command {
+        Command::New { path, fmu_export } => new::new(&path, fmu_export.as_deref())?,
         Command::Pack {
             packages,
             examples,

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, ensure};
 
 use crate::archive::Entries;
+use crate::notices::Notices;
 use crate::platform::Platform;
 use crate::portability::Needs;
 use crate::target::{Target, Tools};
@@ -97,10 +98,15 @@ pub fn fmus(
         }
     }
     fs::create_dir_all(out).with_context(|| out.display().to_string())?;
+    let notices = Notices::new(workspace)?;
+    let triples: Vec<_> = targets.iter().map(|target| target.triple).collect();
     let packed = built
         .iter()
         .zip(libraries)
-        .map(|((library, package), libraries)| fmu(workspace, package, library, libraries, out));
+        .map(|((library, package), libraries)| {
+            let notices = notices.files(workspace, &package.name, &triples)?;
+            fmu(workspace, package, library, libraries, notices, out)
+        });
     packed.collect()
 }
 
@@ -139,6 +145,7 @@ fn fmu(
     package: &Package,
     loaded: &Path,
     libraries: Vec<Library>,
+    notices: Entries,
     out: &Path,
 ) -> Result<PathBuf> {
     let mut entries = library::files(loaded)?;
@@ -147,13 +154,45 @@ fn fmu(
         entries.insert(platform.path(&identifier), bytes);
     }
     let folders = [package.folder(), &workspace.root];
-    for (path, bytes) in licences::files(&folders, package.license.as_deref())? {
+    let own = licences::files(&folders, package.license.as_deref())?;
+    let others = notices
+        .into_iter()
+        .map(|(name, bytes)| (format!("{}/{name}", licences::FOLDER), bytes));
+    let conventional = conventional(package.folder())?;
+    for (path, bytes) in own.into_iter().chain(others).chain(conventional) {
         entries.entry(path).or_insert(bytes);
     }
     let path = out.join(identifier).with_extension("fmu");
     let size = archive::write(&path, &entries)?;
     println!("packed {} ({} kB)", path.display(), size / 1000);
     Ok(path)
+}
+
+/// What lies beside a package's Cargo.toml and belongs into its FMU: `model.png`, and all in `documentation/` and `resources/`. A file
+/// that the library itself carries under the same name wins.
+fn conventional(folder: &Path) -> Result<Entries> {
+    let mut found = Entries::new();
+    let mut left = ["model.png", "documentation", "resources"]
+        .map(String::from)
+        .to_vec();
+    while let Some(name) = left.pop() {
+        let path = folder.join(&name);
+        if path.is_dir() {
+            for entry in fs::read_dir(&path).with_context(|| path.display().to_string())? {
+                let file = entry?.file_name();
+                let file = file
+                    .to_str()
+                    .with_context(|| format!("{file:?} in {name}/ must be UTF-8"))?;
+                if !file.starts_with('.') {
+                    left.push(format!("{name}/{file}"));
+                }
+            }
+        } else if path.is_file() {
+            let bytes = fs::read(&path).with_context(|| path.display().to_string())?;
+            found.insert(name, bytes);
+        }
+    }
+    Ok(found)
 }
 
 fn identifier(files: &Entries, library: &Path) -> Result<String> {
@@ -173,7 +212,26 @@ pub fn contents(library: &Path) -> Result<(String, Entries)> {
 
 #[cfg(test)]
 mod tests {
-    use super::profile;
+    use super::{conventional, profile};
+    use std::fs;
+
+    #[test]
+    fn files_beside_the_manifest_are_found_by_name() {
+        let folder = tempfile::TempDir::new().unwrap();
+        let write = |name: &str| {
+            let path = folder.path().join(name);
+            fs::create_dir_all(path.parent().unwrap()).unwrap();
+            fs::write(path, name).unwrap();
+        };
+        let wanted = ["documentation/index.html", "model.png", "resources/a/b.txt"];
+        wanted.into_iter().for_each(write);
+        ["model.svg", "resources/.hidden", "src/lib.rs"]
+            .into_iter()
+            .for_each(write);
+        let found = conventional(folder.path()).unwrap();
+        assert_eq!(found.keys().collect::<Vec<_>>(), wanted);
+        assert_eq!(found["model.png"], b"model.png");
+    }
 
     #[test]
     fn every_profile_unwinds_and_only_ours_is_defined() {

@@ -78,7 +78,7 @@ fn an_fmu_by_the_book_passes_every_row() {
 #[test]
 fn mistakes_of_loading_and_simulation_are_found() {
     mistakes(&[
-        ("VERSION", Fails, "says that it is FMI 2.0"),
+        ("VERSION", Fails, "it says that it is FMI 2.0"),
         ("ANY_GUID", Remark, "refused for another one"),
         ("PLAIN_PATHS", Fails, "a space and an umlaut"),
         ("FREE_NULL", Fails, "fmi2FreeInstance(NULL)"),

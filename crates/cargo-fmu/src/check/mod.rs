@@ -29,10 +29,6 @@ const SCHEMA: Promise = Promise {
     text: "modelDescription.xml is UTF-8, well-formed, and valid by the schema of its version",
     why: "importers refuse the whole FMU",
 };
-const TERMINALS: Promise = Promise {
-    text: "terminalsAndIcons.xml is valid by its schema",
-    why: "importers draw and connect by it",
-};
 const BEYOND: Promise = Promise {
     text: "what is asked beyond the schema",
     why: "",
@@ -106,9 +102,6 @@ fn described(text: &str, entries: &Entries, checker: Checker, report: &mut Repor
         SCHEMA,
         schema::description(version, &document),
     );
-    if let Some(text) = entries.get("terminalsAndIcons/terminalsAndIcons.xml") {
-        report.push("model description", TERMINALS, terminals(text));
-    }
     if version == "2.0" {
         let variables = variables::Variable::all(root);
         structure::check(root, &variables, report);
@@ -152,16 +145,6 @@ fn title(root: Element) -> String {
         get("modelName"),
         get("version")
     )
-}
-
-fn terminals(text: &[u8]) -> Outcome {
-    match std::str::from_utf8(text).map_err(|e| e.to_string()) {
-        Ok(text) => match uppsala::parse(text) {
-            Ok(document) => schema::terminals(&document),
-            Err(reason) => Outcome::failed(reason.to_string()),
-        },
-        Err(reason) => Outcome::failed(reason),
-    }
 }
 
 /// Functions that the libraries must export.

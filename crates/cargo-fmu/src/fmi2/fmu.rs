@@ -88,7 +88,7 @@ fn uri(path: &Path) -> String {
 
 fn load(path: &Path) -> Result<Library> {
     // SAFETY: the FMU under test; loading it runs no code of its own.
-    unsafe { Library::new(path) }.with_context(|| path.display().to_string())
+    unsafe { Library::new(path) }.context("the library cannot be loaded")
 }
 
 #[cfg(test)]

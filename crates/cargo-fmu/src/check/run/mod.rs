@@ -41,6 +41,8 @@ pub struct Trial {
     pub promise: Promise,
     /// Where the files lie.
     pub place: Place,
+    /// Where it fails, nothing else is tried.
+    pub is_needed: bool,
     run: Run,
 }
 
@@ -56,6 +58,7 @@ const fn trial(
         area,
         promise: Promise { text, why },
         place: Place::Plain,
+        is_needed: false,
         run,
     }
 }

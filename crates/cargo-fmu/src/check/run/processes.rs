@@ -13,6 +13,10 @@ use super::{Place, trials};
 /// After this a trial counts as hanging.
 const LONGEST: Duration = Duration::from_secs(120);
 
+const REST: Promise = Promise {
+    text: "everything else that it does when it is run",
+    why: "",
+};
 const SILENCE: Promise = Promise {
     text: "nothing is printed: messages go to the importer's logger",
     why: "programs whose standard output is read by others break, and services fill their logs",
@@ -67,8 +71,14 @@ pub fn all(
                 trial.promise.text
             ));
         }
+        let ends_here = trial.is_needed && !outcome.fails.is_empty();
         if is_wanted {
             report.push(trial.area, trial.promise, outcome);
+        }
+        if ends_here {
+            let reason = "it does not get that far";
+            report.push("simulation", REST, Outcome::not_checked(reason));
+            return Ok(());
         }
     }
     if listens {

@@ -1,0 +1,203 @@
+//! `cargo fmu new`: a crate that stands alone, with a small model, its tests, and what is packed beside it.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result, bail, ensure};
+
+/// The files of a new crate. `{{…}}` is replaced.
+const TEMPLATE: [(&str, &str); 5] = [
+    ("Cargo.toml", include_str!("../template/Cargo.toml.in")),
+    ("src/lib.rs", include_str!("../template/src/lib.rs.in")),
+    (
+        "documentation/index.html",
+        include_str!("../template/documentation/index.html.in"),
+    ),
+    ("README.md", include_str!("../template/README.md.in")),
+    (".gitignore", include_str!("../template/gitignore.in")),
+];
+
+/// Words that cargo or the compiler keep for themselves.
+const RESERVED: [&str; 46] = [
+    "abstract",
+    "alloc",
+    "as",
+    "async",
+    "await",
+    "become",
+    "box",
+    "break",
+    "const",
+    "continue",
+    "core",
+    "crate",
+    "do",
+    "dyn",
+    "else",
+    "enum",
+    "extern",
+    "false",
+    "final",
+    "fn",
+    "for",
+    "if",
+    "impl",
+    "in",
+    "let",
+    "loop",
+    "macro",
+    "match",
+    "mod",
+    "move",
+    "mut",
+    "override",
+    "priv",
+    "proc-macro",
+    "pub",
+    "return",
+    "self",
+    "static",
+    "std",
+    "struct",
+    "super",
+    "test",
+    "trait",
+    "true",
+    "type",
+    "use",
+];
+
+/// Make the crate at `path`, whose last part is its name; `fmu_export` is the folder of that crate, if it is not where this program
+/// was built.
+pub fn new(path: &Path, fmu_export: Option<&Path>) -> Result<()> {
+    let name = path.file_name().and_then(|name| name.to_str());
+    let name = name.with_context(|| format!("`{}` names no crate", path.display()))?;
+    let model = model(name)?;
+    let fmu_export = found(fmu_export)?;
+    ensure!(!path.exists(), "{} is already there", path.display());
+    // Written beside and renamed: no half of a crate is left where something fails.
+    let parent = path
+        .parent()
+        .filter(|p| !p.as_os_str().is_empty())
+        .unwrap_or(Path::new("."));
+    let folder = tempfile::TempDir::with_prefix_in(".cargo-fmu-", parent)
+        .with_context(|| parent.display().to_string())?;
+    let content = folder.path().join("new");
+    for (file, text) in TEMPLATE {
+        let text = text.replace("{{name}}", name).replace("{{model}}", &model);
+        let file = content.join(file);
+        fs::create_dir_all(file.parent().unwrap_or(&content))
+            .with_context(|| file.display().to_string())?;
+        fs::write(&file, text.replace("{{fmu-export}}", &fmu_export))
+            .with_context(|| file.display().to_string())?;
+    }
+    fs::rename(&content, path).with_context(|| path.display().to_string())?;
+    println!(
+        "made {0}: `cd {0}`, then `cargo test` and `cargo fmu pack`",
+        path.display()
+    );
+    Ok(())
+}
+
+/// Name of the model, which becomes that of the FMU: `heat-store` is `HeatStore`.
+fn model(name: &str) -> Result<String> {
+    let is_word = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-' || c == '_';
+    let is_name = name.starts_with(|c: char| c.is_ascii_lowercase())
+        && name.chars().all(is_word)
+        && name.ends_with(|c: char| c.is_ascii_alphanumeric());
+    if !is_name || name.len() > 64 {
+        bail!(
+            "the name `{name}` must be at most 64 lower-case letters (a to z), digits, `-` and `_`, begin with a letter and end with a \
+             letter or digit"
+        );
+    }
+    ensure!(
+        !RESERVED.contains(&name),
+        "the name `{name}` is a word of Rust or cargo; take another one"
+    );
+    let words = name.split(['-', '_']);
+    let model: String = words
+        .map(|word| word[..word.len().min(1)].to_uppercase() + word.get(1..).unwrap_or(""))
+        .collect();
+    // These are the structs beside it.
+    ensure!(
+        ![
+            "Parameters",
+            "Input",
+            "Output",
+            "State",
+            "Ode",
+            "Model",
+            "Self"
+        ]
+        .contains(&model.as_str()),
+        "the name `{name}` would make a model `{model}`, which fmu-export has a meaning for; take another one"
+    );
+    Ok(model)
+}
+
+/// The folder of fmu-export, as it is written into Cargo.toml.
+fn found(given: Option<&Path>) -> Result<String> {
+    let built_from = Path::new(env!("CARGO_MANIFEST_DIR")).join("../fmu-export");
+    let folder = given.map_or(built_from, PathBuf::from);
+    let is_it = fs::read_to_string(folder.join("Cargo.toml")).is_ok_and(|text| {
+        text.lines()
+            .any(|line| line.trim() == "name = \"fmu-export\"")
+    });
+    ensure!(
+        is_it,
+        "{} is not the folder of the crate fmu-export; it is on no registry yet, so say where its source is: --fmu-export PATH",
+        folder.display()
+    );
+    let folder = fs::canonicalize(&folder).with_context(|| folder.display().to_string())?;
+    let text = folder
+        .to_str()
+        .with_context(|| format!("{} must be UTF-8", folder.display()))?;
+    // In TOML a backslash begins an escape; cargo takes slashes on Windows too.
+    Ok(text.trim_start_matches(r"\\?\").replace('\\', "/"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_become_models() {
+        assert_eq!(model("heat-store_2").unwrap(), "HeatStore2");
+        assert_eq!(model("x").unwrap(), "X");
+        for wrong in [
+            "", "2x", "X", "a b", "a/", "ä", "a-", "self", "input", "std",
+        ] {
+            let refused = model(wrong).unwrap_err().to_string();
+            assert!(
+                refused.starts_with(&format!("the name `{wrong}`")),
+                "{refused}"
+            );
+        }
+        assert!(model(&"a".repeat(65)).is_err());
+    }
+
+    #[test]
+    fn what_is_there_is_left_alone_and_nothing_half_made() {
+        let folder = tempfile::TempDir::new().unwrap();
+        let path = folder.path().join("lag");
+        new(&path, None).unwrap();
+        let manifest = fs::read_to_string(path.join("Cargo.toml")).unwrap();
+        assert!(
+            manifest.contains("name = \"lag\"") && !manifest.contains("{{"),
+            "{manifest}"
+        );
+        let again = new(&path, None).unwrap_err().to_string();
+        assert!(again.ends_with("lag is already there"), "{again}");
+        let nowhere = new(&folder.path().join("other"), Some(Path::new("/nowhere"))).unwrap_err();
+        assert!(
+            nowhere.to_string().contains("--fmu-export PATH"),
+            "{nowhere}"
+        );
+        let left: Vec<_> = fs::read_dir(folder.path())
+            .unwrap()
+            .map(|e| e.unwrap().file_name())
+            .collect();
+        assert_eq!(left, ["lag"]);
+    }
+}
