@@ -12,55 +12,61 @@ use std::fmt::Display;
 use std::mem;
 
 impl<M: Model> Instance<M> {
-    /// Sets `n` elements: `element(k)` is to become `value(k)`.
+    /// Sets elements: `pair(k)` is the number of the `k`-th and its value, None at the end of the batch.
     #[inline]
     pub(crate) fn set<T: Value>(
         &mut self,
-        n: usize,
-        element: impl Fn(usize) -> u32 + Copy,
-        value: impl Fn(usize) -> T + Copy,
+        pair: impl Fn(usize) -> Option<(u32, T)> + Copy,
     ) -> Result<(), Fault> {
         let mut parameters = false;
         let mut k = 0;
-        while k < n {
-            let run = self.layout.run(element(k))?;
+        while let Some((element, value)) = pair(k) {
+            let run = self.layout.run(element)?;
             if T::input(&run.row.place).is_none() {
-                self.check_settable(element(k), value(k))?;
+                self.check_settable(element, value)?;
                 parameters = true;
             }
-            while let Some(i) = run.index(k, n, element) {
-                let value = value(k);
-                if !value.is_allowed(run.row) {
+            while let Some((element, value)) = pair(k) {
+                let i = run.index(element);
+                if i >= run.len() {
+                    break;
+                }
+                if !value.is_within(run.bounds) {
                     return Err(not_allowed(run.row, i, value));
                 }
                 k += 1;
             }
         }
         if parameters {
-            self.set_parameters::<T>(n, element, value)?;
+            self.set_parameters(pair)?;
         }
+        self.set_inputs(pair)
+    }
+
+    /// Writes what are inputs in a checked batch.
+    #[inline]
+    fn set_inputs<T: Value>(
+        &mut self,
+        pair: impl Fn(usize) -> Option<(u32, T)> + Copy,
+    ) -> Result<(), Fault> {
+        let is_held = self.state.is_held();
         // Nothing is out of date if an input is set to what it is.
         let (mut is_changed, mut is_evaluated) = (false, false);
-        let is_held = self.state.is_held();
         let mut k = 0;
-        while k < n {
-            let run = self.layout.run(element(k))?;
+        while let Some((element, _)) = pair(k) {
+            let run = self.layout.run(element)?;
             let Some(place) = T::input(&run.row.place) else {
                 k += 1;
                 continue;
             };
-            let inputs = place.slice_mut(&mut self.state.input.value);
+            let inputs = &mut place.slice_mut(&mut self.state.input.value)[..run.len()];
             let (from, mut changed) = (k, !is_held);
-            while let Some(i) = run.index(k, n, element) {
-                let old = mem::replace(&mut inputs[i], value(k));
-                changed |= !old.is_same(value(k));
+            while let Some((element, value)) = pair(k)
+                && let Some(input) = inputs.get_mut(run.index(element))
+            {
+                let old = mem::replace(input, value);
+                changed |= !old.is_same(value);
                 k += 1;
-            }
-            if !is_held {
-                for k in from..k {
-                    let (i, _) = self.layout.find(element(k))?;
-                    self.state.end_derivatives(place, i, value(k));
-                }
             }
             if let Some(counter) = run.row.counter {
                 self.state.count_sets(counter, (k - from) as u32);
@@ -69,13 +75,33 @@ impl<M: Model> Instance<M> {
             is_changed |= changed;
             is_evaluated |= changed && !run.row.beside_evaluation;
         }
+        if !is_held {
+            self.end_derivatives(pair)?;
+        }
         if is_changed {
             self.touch(is_evaluated);
         }
         Ok(())
     }
 
+    /// Ends the derivatives of the inputs in a batch.
+    #[cold]
+    #[inline(never)]
+    fn end_derivatives<T: Value>(
+        &mut self,
+        pair: impl Fn(usize) -> Option<(u32, T)>,
+    ) -> Result<(), Fault> {
+        for (element, value) in (0..).map_while(pair) {
+            let (i, row) = self.layout.find(element)?;
+            if let Some(place) = T::input(&row.place) {
+                self.state.end_derivatives(place, i, value);
+            }
+        }
+        Ok(())
+    }
+
     /// Refuses what is neither an input nor a parameter that can be set now.
+    #[cold]
     fn check_settable<T: Value>(&self, element: u32, value: T) -> Result<(), Fault> {
         let (i, row) = self.layout.find(element)?;
         let is_open = row.tunable || self.state.phase != Phase::Stepping;
@@ -110,17 +136,16 @@ impl<M: Model> Instance<M> {
         Fault::Refused(format!("`{name}` = {value}: {kind} {reason}"))
     }
 
-    /// Gets `n` elements: `put(k, value)` receives the value of `element(k)`.
+    /// Gets elements: `put(k, value)` receives the value of `element(k)`, which is None at the end of the batch.
     #[inline]
     pub(crate) fn get<T: Value>(
         &mut self,
-        n: usize,
-        element: impl Fn(usize) -> u32,
+        element: impl Fn(usize) -> Option<u32>,
         mut put: impl FnMut(usize, T),
     ) -> Result<(), Fault> {
         let mut k = 0;
-        while k < n {
-            let run = self.layout.run(element(k))?;
+        while let Some(first) = element(k) {
+            let run = self.layout.run(first)?;
             let row = run.row;
             let values = if let Some(place) = T::output(&row.place) {
                 self.refresh()?;
@@ -130,13 +155,14 @@ impl<M: Model> Instance<M> {
             } else if let Some(place) = T::parameter(&row.place) {
                 place.slice(&self.state.parameters)
             } else {
-                let (i, row) = self.layout.find(element(k))?;
-                return Err(not_gettable(row, i, T::TYPE));
+                return Err(not_gettable(row, run.index(first), T::TYPE));
             };
-            while let Some(i) = run.index(k, n, &element) {
-                let value = values[i];
+            let values = &values[..run.len()];
+            while let Some(element) = element(k)
+                && let Some(&value) = values.get(run.index(element))
+            {
                 if !value.is_finite() {
-                    return Err(not_finite(row, i, value));
+                    return Err(not_finite(row, run.index(element), value));
                 }
                 put(k, value);
                 k += 1;

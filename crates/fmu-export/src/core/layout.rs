@@ -16,6 +16,8 @@ pub(crate) struct Run<M: Model> {
     first: u32,
     len: u32,
     pub(crate) row: &'static Variable<M>,
+    /// [`Variable::bounds`] of the row.
+    pub(crate) bounds: [f64; 2],
 }
 
 impl<M: Model> Clone for Run<M> {
@@ -27,19 +29,16 @@ impl<M: Model> Clone for Run<M> {
 impl<M: Model> Copy for Run<M> {}
 
 impl<M: Model> Run<M> {
-    /// Index within the row of the `k`-th of a batch of `n` elements; None at the end of the batch and for another row's element.
+    /// Index within the row of the element with this number; larger than any for an element of another row.
     #[inline]
-    pub(crate) fn index(
-        &self,
-        k: usize,
-        n: usize,
-        element: impl Fn(usize) -> u32,
-    ) -> Option<usize> {
-        if k >= n {
-            return None;
-        }
-        let i = element(k).wrapping_sub(self.first);
-        (i < self.len).then_some(i as usize)
+    pub(crate) fn index(&self, number: u32) -> usize {
+        number.wrapping_sub(self.first) as usize
+    }
+
+    /// How many elements the row has.
+    #[inline]
+    pub(crate) fn len(&self) -> usize {
+        self.len as usize
     }
 }
 
@@ -65,7 +64,12 @@ impl<M: Model> Layout<M> {
             let len = row.place.len(&parameters, &input, &output) as u32;
             let first = row.at.unwrap_or(next);
             next = first.saturating_add(len);
-            let run = Run { first, len, row };
+            let run = Run {
+                first,
+                len,
+                row,
+                bounds: row.bounds(),
+            };
             in_order.extend((first..next).map(|number| (number, run)));
             if first > LARGEST_NUMBER {
                 continue; // refused by the check of the table
@@ -95,8 +99,7 @@ impl<M: Model> Layout<M> {
 
     /// All elements in the order of the table, with their numbers.
     pub(crate) fn numbered(&self) -> impl Iterator<Item = (u32, Element<M>)> {
-        (self.in_order.iter())
-            .map(|&(number, run)| (number, ((number - run.first) as usize, run.row)))
+        (self.in_order.iter()).map(|&(number, run)| (number, (run.index(number), run.row)))
     }
 
     /// All rows in the order of the table, with the positions of their elements among all elements.
@@ -122,7 +125,7 @@ impl<M: Model> Layout<M> {
     #[inline]
     pub(crate) fn find(&self, number: u32) -> Result<Element<M>, Fault> {
         let run = self.run(number)?;
-        Ok(((number - run.first) as usize, run.row))
+        Ok((run.index(number), run.row))
     }
 }
 

@@ -24,8 +24,8 @@ static PREVIOUS: OnceLock<Hook> = OnceLock::new();
 static IN_PROGRAM: AtomicBool = AtomicBool::new(false);
 
 thread_local! {
-    /// Whether this thread is inside [`catch`]; kept in a program only.
-    static INSIDE: Cell<bool> = const { Cell::new(false) };
+    /// How often this thread is inside [`catch`]; kept in a program only.
+    static INSIDE: Cell<u32> = const { Cell::new(0) };
     /// Where the last panic of this thread was, a `Box` until [`catch`] takes it; null if there is none.
     static PLACE: Cell<*mut String> = const { Cell::new(ptr::null_mut()) };
 }
@@ -41,7 +41,7 @@ pub(crate) fn silence(in_program: bool) {
 }
 
 fn hook(info: &PanicHookInfo<'_>) {
-    if IN_PROGRAM.load(Ordering::Relaxed) && !INSIDE.get() {
+    if IN_PROGRAM.load(Ordering::Relaxed) && INSIDE.get() == 0 {
         if let Some(previous) = PREVIOUS.get() {
             previous(info);
         }
@@ -60,22 +60,29 @@ fn place() -> Option<String> {
     (!place.is_null()).then(|| *unsafe { Box::from_raw(place) })
 }
 
-/// Runs `f`; a panic becomes its message and place.
-#[inline]
-pub(crate) fn catch<R>(f: impl FnOnce() -> R) -> Result<R, String> {
-    let in_program = IN_PROGRAM.load(Ordering::Relaxed);
-    let outer = in_program && INSIDE.replace(true);
-    let result = panic::catch_unwind(AssertUnwindSafe(f));
-    if in_program {
-        INSIDE.set(outer);
+/// What a panic left. It has a place until the next one of its thread.
+pub(crate) struct Panic(Box<dyn Any + Send>);
+
+impl Panic {
+    /// Its message and place.
+    #[cold]
+    pub(crate) fn describe(self) -> String {
+        let place = place().unwrap_or_else(|| "unknown place".to_owned());
+        format!("panic: {} ({place})", message(&*self.0))
     }
-    result.map_err(|payload| described(&*payload))
 }
 
-#[cold]
-fn described(payload: &(dyn Any + Send)) -> String {
-    let place = place().unwrap_or_else(|| "unknown place".to_owned());
-    format!("panic: {} ({place})", message(payload))
+/// Runs `f`, which may panic.
+#[inline]
+pub(crate) fn catch<R>(f: impl FnOnce() -> R) -> Result<R, Panic> {
+    if IN_PROGRAM.load(Ordering::Relaxed) {
+        INSIDE.set(INSIDE.get() + 1);
+    }
+    let result = panic::catch_unwind(AssertUnwindSafe(f));
+    if IN_PROGRAM.load(Ordering::Relaxed) {
+        INSIDE.set(INSIDE.get() - 1);
+    }
+    result.map_err(Panic)
 }
 
 fn message(payload: &(dyn Any + Send)) -> &str {

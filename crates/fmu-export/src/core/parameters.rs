@@ -51,23 +51,23 @@ pub(crate) fn out_of_bounds<M: Model>(layout: &Layout<M>, p: &M::Parameters) -> 
 
 impl<M: Model> Instance<M> {
     /// Writes the parameters of a checked batch, and tells a running model.
+    #[cold]
+    #[inline(never)]
     pub(crate) fn set_parameters<T: Value>(
         &mut self,
-        n: usize,
-        element: impl Fn(usize) -> u32,
-        value: impl Fn(usize) -> T,
+        pair: impl Fn(usize) -> Option<(u32, T)>,
     ) -> Result<(), Fault> {
         let is_running = self.state.phase == Phase::Stepping;
         let mut parameters = self.state.parameters.clone();
         let mut given = self.state.given.clone();
-        for k in 0..n {
-            let (i, row) = self.layout.find(element(k))?;
+        for (element, value) in (0..).map_while(pair) {
+            let (i, row) = self.layout.find(element)?;
             let Some(place) = T::parameter(&row.place) else {
                 continue;
             };
-            *place.get_mut(&mut parameters, i) = value(k);
-            let is_start = !is_running && value(k).is_same(place.get(&self.start, i));
-            given[element(k) as usize] = if is_start {
+            *place.get_mut(&mut parameters, i) = value;
+            let is_start = !is_running && value.is_same(place.get(&self.start, i));
+            given[element as usize] = if is_start {
                 Given::Start
             } else {
                 Given::Explicit

@@ -1,6 +1,6 @@
 //! Communication steps.
 
-use super::fault::{Fault, discard, refuse};
+use super::fault::Fault;
 use super::input::InputPolynomial;
 use super::instance::{Instance, warn};
 use super::layout::Layout;
@@ -72,6 +72,37 @@ fn is_rounding(gap: f64, t: f64, now: f64) -> bool {
     gap <= relative * t.abs() || gap <= relative * now.abs()
 }
 
+/// What is wrong with a step at the time `now`. Out of line, like all that follows a failure, so that the numbers of a step that
+/// succeeds stay in registers.
+#[cold]
+#[inline(never)]
+fn not_a_step(t: f64, h: f64, now: f64) -> Fault {
+    let gap = (t - now).abs();
+    let is_now = t.is_finite() && (is_rounding(gap, t, now) || gap <= slack(t, h));
+    Fault::Refused(if !(h.is_finite() && h > 0.0) {
+        format!("step size = {h} s must be finite and > 0")
+    } else if !is_now {
+        format!("time = {t} s must be the present time {now} s")
+    } else {
+        format!("step size = {h} s does not move the time {now} s; it must be larger, and finite")
+    })
+}
+
+#[cold]
+#[inline(never)]
+fn beyond(t: f64, h: f64, stop: f64) -> Fault {
+    Fault::refused(format_args!(
+        "the step from {t} s by {h} s passes the stop time; it must end by {stop} s"
+    ))
+}
+
+/// The model could not do a step.
+#[cold]
+#[inline(never)]
+fn failed(t: f64, h: f64, error: &ModelError) -> Fault {
+    Fault::discarded(format_args!("t = {t} s, h = {h} s: {error}"))
+}
+
 impl<M: Model> Instance<M> {
     /// A step from `t` by `h`, both s. Where `t` is not quite the present time, the step makes up for it.
     #[inline]
@@ -79,7 +110,7 @@ impl<M: Model> Instance<M> {
         let from_now = self.check_step(t, h)?;
         let step = match self.advance(from_now) {
             Ok(step) => step,
-            Err(error) => return discard!("t = {t} s, h = {h} s: {error}"),
+            Err(error) => return Err(failed(t, h, &error)),
         };
         let reached = step.reached.filter(|&s| s < from_now);
         let time = match reached {
@@ -123,27 +154,17 @@ impl<M: Model> Instance<M> {
     #[inline]
     fn check_step(&self, t: f64, h: f64) -> Result<f64, Fault> {
         let now = self.state.time;
-        if !(h.is_finite() && h > 0.0) {
-            return refuse!("step size = {h} s must be finite and > 0");
-        }
         let gap = (t - now).abs();
         let is_exact = is_rounding(gap, t, now);
-        if !(t.is_finite() && (is_exact || gap <= slack(t, h))) {
-            return refuse!("time = {t} s must be the present time {now} s");
-        }
         let from_now = if is_exact { h } else { (t - now) + h };
         let end = t + h;
-        if !(end > now.max(t) && from_now > 0.0 && end.is_finite()) {
-            return refuse!(
-                "step size = {h} s does not move the time {now} s; it must be larger, and finite"
-            );
+        // No comparison holds for NaN. That `t` is finite and `h` finite and positive follows from the end.
+        let is_forward = end > now && end > t && end <= f64::MAX && from_now > 0.0;
+        if !(is_forward && (is_exact || gap <= slack(t, h))) {
+            return Err(not_a_step(t, h, now));
         }
         match self.state.stop {
-            Some(stop) if end > stop && end > stop + slack(stop, h) => {
-                refuse!(
-                    "the step from {t} s by {h} s passes the stop time; it must end by {stop} s"
-                )
-            }
+            Some(stop) if end > stop && end > stop + slack(stop, h) => Err(beyond(t, h, stop)),
             _ => Ok(from_now),
         }
     }

@@ -13,7 +13,13 @@ pub(crate) trait Value: Copy + Default + Display + 'static {
     fn output<M: Model>(place: &Place<M>) -> Option<&Read<M::Output, Self>>;
 
     /// Whether the value is finite, in the row's bounds and in its enumeration.
-    fn is_allowed<M: Model>(self, row: &Variable<M>) -> bool;
+    #[inline]
+    fn is_allowed<M: Model>(self, row: &Variable<M>) -> bool {
+        self.is_within(row.bounds())
+    }
+
+    /// The same with [`Variable::bounds`] of the row.
+    fn is_within(self, bounds: [f64; 2]) -> bool;
 
     /// Whether the two are the same bits.
     fn is_same(self, other: Self) -> bool;
@@ -60,8 +66,8 @@ impl Value for f64 {
     places!(RealIn RealParameter RealOut);
 
     #[inline]
-    fn is_allowed<M: Model>(self, row: &Variable<M>) -> bool {
-        f64::is_finite(self) && row.min <= self && self <= row.max
+    fn is_within(self, [min, max]: [f64; 2]) -> bool {
+        min <= self && self <= max
     }
 
     #[inline]
@@ -71,7 +77,7 @@ impl Value for f64 {
 
     #[inline]
     fn is_finite(self) -> bool {
-        f64::is_finite(self)
+        self.abs() <= f64::MAX // one comparison, which NaN fails too
     }
 }
 
@@ -80,17 +86,8 @@ impl Value for i32 {
     places!(IntegerIn IntegerParameter IntegerOut);
 
     #[inline]
-    fn is_allowed<M: Model>(self, row: &Variable<M>) -> bool {
-        let value = f64::from(self);
-        let items = row
-            .enumeration
-            .map_or(f64::INFINITY, |e| e.items.len() as f64);
-        let first = if row.enumeration.is_some() {
-            1.0
-        } else {
-            f64::NEG_INFINITY
-        };
-        row.min.max(first) <= value && value <= row.max.min(items)
+    fn is_within(self, bounds: [f64; 2]) -> bool {
+        f64::from(self).is_within(bounds)
     }
 
     #[inline]
@@ -104,13 +101,24 @@ impl Value for bool {
     places!(BooleanIn BooleanParameter BooleanOut);
 
     #[inline]
-    fn is_allowed<M: Model>(self, _row: &Variable<M>) -> bool {
+    fn is_within(self, _bounds: [f64; 2]) -> bool {
         true
     }
 
     #[inline]
     fn is_same(self, other: bool) -> bool {
         self == other
+    }
+}
+
+impl<M: Model> Variable<M> {
+    /// Least and greatest allowed value, both finite: of `min` and `max`, of the items of an enumeration.
+    pub(crate) fn bounds(&self) -> [f64; 2] {
+        let [first, last] = match self.enumeration {
+            Some(enumeration) => [1.0, enumeration.items.len() as f64],
+            None => [f64::MIN, f64::MAX],
+        };
+        [self.min.max(first), self.max.min(last)]
     }
 }
 

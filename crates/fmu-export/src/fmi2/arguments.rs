@@ -17,12 +17,17 @@ pub(crate) struct Array<T>(*const T, usize);
 pub(crate) struct ArrayMut<T>(*mut T, usize);
 
 impl<T: Copy> Array<T> {
-    /// The `k`-th element.
+    /// The `k`-th element; None beyond the end.
+    #[inline]
+    pub(crate) fn at(self, k: usize) -> Option<T> {
+        // SAFETY: within the array, which `array` was promised to be readable during the call.
+        (k < self.1).then(|| unsafe { self.0.add(k).read_unaligned() })
+    }
+
+    /// The `k`-th element, which must exist.
     #[inline]
     pub(crate) fn get(self, k: usize) -> T {
-        assert!(k < self.1);
-        // SAFETY: within the array, which `array` was promised to be readable during the call.
-        unsafe { self.0.add(k).read_unaligned() }
+        self.at(k).expect("an element of the array")
     }
 }
 

@@ -24,6 +24,17 @@ const T: u8 = 8;
 /// The state Error of the standard: a restored state or a reset leads out of it.
 const L: u8 = 16;
 
+#[inline]
+fn state<M: Model>(instance: &Instance<M>) -> u8 {
+    match instance.state.phase {
+        _ if instance.lost => L,
+        Phase::Instantiated => I,
+        Phase::Initialization => N,
+        Phase::Stepping => S,
+        Phase::Terminated => T,
+    }
+}
+
 /// A function and the states it is allowed in.
 #[derive(Clone, Copy)]
 pub(crate) struct Call {
@@ -35,27 +46,23 @@ impl Call {
     /// Refuses the call in a state it is not allowed in.
     #[inline]
     pub(crate) fn check<M: Model>(self, instance: &Instance<M>) -> Result<(), Fault> {
-        let state = match instance.state.phase {
-            _ if instance.lost => L,
-            Phase::Instantiated => I,
-            Phase::Initialization => N,
-            Phase::Stepping => S,
-            Phase::Terminated => T,
-        };
-        if self.allowed & state != 0 {
+        if self.allowed & state(instance) != 0 {
             Ok(())
         } else {
-            self.out_of_order(state)
+            self.out_of_order(instance)
         }
     }
 
     #[cold]
-    fn out_of_order(self, state: u8) -> Result<(), Fault> {
+    fn out_of_order<M: Model>(self, instance: &Instance<M>) -> Result<(), Fault> {
         let names = |mask: u8| -> Vec<&str> {
             let named = STATES.iter().filter(|(bit, _)| mask & bit != 0);
             named.map(|(_, name)| *name).collect()
         };
-        let (now, allowed) = (names(state).join(""), names(self.allowed & !L).join(", "));
+        let (now, allowed) = (
+            names(state(instance)).join(""),
+            names(self.allowed & !L).join(", "),
+        );
         refuse!("not allowed in state {now}; allowed in {allowed}")
     }
 }

@@ -3,11 +3,13 @@
 use super::calls::Call;
 use super::ffi::*;
 use super::log::Log;
-use crate::core::fault::{Fault, discard};
+use crate::Model;
+use crate::core::fault::Fault;
 use crate::core::guard::{Entered, Guarded};
 use crate::core::instance::Instance;
 use crate::core::message::{Kind, Message};
-use crate::{Model, core::panic};
+use crate::core::panic::{self, Panic};
+use crate::core::step::End;
 use std::ffi::CString;
 use std::sync::Arc;
 
@@ -40,12 +42,15 @@ pub(crate) unsafe fn enter<M: Model>(
     };
     let result = panic::catch(|| {
         let done = call.check(&body.instance).and_then(|()| f(&mut body));
-        done.map_or_else(
-            |fault| refuse(&mut body.instance, call, fault),
-            |()| Status::Ok,
-        )
+        match done {
+            Ok(()) => Status::Ok,
+            Err(fault) => refuse(&mut body.instance, call, fault),
+        }
     });
-    let status = result.unwrap_or_else(|message| lose(&mut body.instance, call, &message));
+    let status = match result {
+        Ok(status) => status,
+        Err(panic) => lose(&mut body.instance, call, panic),
+    };
     if !body.instance.messages.is_empty() {
         send(body);
     }
@@ -74,11 +79,12 @@ fn refuse<M: Model>(instance: &mut Instance<M>, call: Call, fault: Fault) -> Sta
 
 /// After a panic. FMI 2.0.4 means by fmi2Fatal that all instances are corrupt; one is, and a reset or a restored state mends it.
 #[cold]
-fn lose<M: Model>(instance: &mut Instance<M>, call: Call, message: &str) -> Status {
+fn lose<M: Model>(instance: &mut Instance<M>, call: Call, panic: Panic) -> Status {
     instance.lost = true;
     let text = format!(
-        "{}: {message}; the instance needs fmi2Reset or fmi2SetFMUstate",
-        call.name
+        "{}: {}; the instance needs fmi2Reset or fmi2SetFMUstate",
+        call.name,
+        panic.describe()
     );
     instance.tell(Kind::Refused, text);
     Status::Error
@@ -93,6 +99,20 @@ fn send<M: Model>(mut body: Entered<'_, Body<M>>) {
     log.send(&messages);
 }
 
+/// A step that the model did not take to its end.
+#[cold]
+fn stopped(t: f64, h: f64, end: End) -> Fault {
+    let wish = if end.terminate {
+        "ends the simulation"
+    } else {
+        "stops"
+    };
+    let end = end.time;
+    Fault::discarded(format_args!(
+        "t = {t} s, h = {h} s: the model {wish} at {end} s"
+    ))
+}
+
 impl<M: Model> Body<M> {
     /// fmi2DoStep.
     #[inline]
@@ -105,12 +125,7 @@ impl<M: Model> Body<M> {
             Ok(end) => {
                 self.last_step = Status::Discard;
                 self.terminated = end.terminate;
-                let wish = if end.terminate {
-                    "ends the simulation"
-                } else {
-                    "stops"
-                };
-                discard!("t = {t} s, h = {h} s: the model {wish} at {} s", end.time)
+                Err(stopped(t, h, end))
             }
             Err(fault) => {
                 if matches!(fault, Fault::Discarded(_)) {

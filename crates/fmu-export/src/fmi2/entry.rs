@@ -88,7 +88,7 @@ macro_rules! set_and_get {
             unsafe {
                 enter::<M>(c, calls::$set_call, |b| {
                     let (vr, values) = (array("vr", vr, n)?, array("value", values, n)?);
-                    b.instance.set(n, |k| vr.get(k), |k| $from_c(values.get(k)))
+                    b.instance.set(|k| Some((vr.at(k)?, $from_c(values.at(k)?))))
                 })
             }
         }
@@ -104,7 +104,7 @@ macro_rules! set_and_get {
             unsafe {
                 enter::<M>(c, calls::$get_call, |b| {
                     let (vr, values) = (array("vr", vr, n)?, array_mut("value", values, n)?);
-                    b.instance.get(n, |k| vr.get(k), |k, value| values.put(k, $to_c(value)))
+                    b.instance.get(|k| vr.at(k), |k, value| values.put(k, $to_c(value)))
                 })
             }
         }
@@ -414,7 +414,8 @@ pub unsafe fn export_files<M: Model>(
 ) -> c_int {
     let Some(receive) = receive else { return 1 };
     panic::silence(library.is_program);
-    let made = panic::catch(|| super::files::files::<M>()).unwrap_or_else(Err);
+    let made =
+        panic::catch(|| super::files::files::<M>()).unwrap_or_else(|panic| Err(panic.describe()));
     match made {
         Ok(files) => {
             for (path, bytes) in files {

@@ -77,9 +77,10 @@ pub unsafe fn instantiate<M: Model>(
             strings: Vec::new(),
         })))
     });
+    let made = made.unwrap_or_else(|panic| Err(panic.describe()));
     let component = match made {
-        Ok(Ok(component)) => Box::into_raw(component).cast(),
-        Ok(Err(text)) | Err(text) => {
+        Ok(component) => Box::into_raw(component).cast(),
+        Err(text) => {
             messages.push(Message::new(
                 Kind::Refused,
                 format!("fmi2Instantiate: {text}"),
