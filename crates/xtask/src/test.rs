@@ -62,7 +62,10 @@ fn checks(workspace: &Workspace, phases: &Phases) -> Result<()> {
     // Before torture and pytest run at the same time, since both call the programs.
     phases.run("build programs", || {
         libclang::build_cosim(workspace)?;
-        libclang::build_hdrm_fmu(workspace).map(drop)
+        libclang::build_hdrm_fmu(workspace)?;
+        workspace
+            .build_program("cargo-fmu", "cargo-fmu", &[])
+            .map(drop)
     })?;
     let counts = || {
         phases.run("instruction counts", || {

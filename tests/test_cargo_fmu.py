@@ -1,0 +1,129 @@
+"""`cargo fmu` as its users call it: a new crate, the battery of `examples/`, and an FMU that another tool made."""
+
+import ctypes.util
+import math
+import os
+import subprocess
+import sys
+import sysconfig
+import zipfile
+from pathlib import Path
+
+import fmpy
+import pytest
+
+from conftest import FMU_DIR
+from fmpy_master import ROOT
+from native import program
+
+BATTERY = ROOT / "examples/battery"
+
+
+def cargo_fmu(*arguments, **options):
+    """Run `cargo fmu`; builds outside of the workspace share a folder."""
+    command = [str(program("cargo-fmu")), "fmu", *map(str, arguments)]
+    environment = os.environ | {"CARGO_TARGET_DIR": str(FMU_DIR.parent / "stand-alone")} | options.pop("environment", {})
+    return subprocess.run(command, capture_output=True, text=True, env=environment, **options)
+
+
+def packed(folder, out):
+    done = cargo_fmu("pack", "--profile", "release", "--out", out, cwd=folder)
+    assert done.returncode == 0, done.stderr
+    (path,) = Path(out).glob("*.fmu")
+    return path
+
+
+@pytest.fixture(scope="module")
+def battery(tmp_path_factory):
+    return packed(BATTERY, tmp_path_factory.mktemp("battery"))
+
+
+def test_the_battery_follows_the_closed_form(battery):
+    """At a constant current the charge is a straight line and the RC pair an exponential. The solver of order 4 errs by 1.3e-11 of v_1
+    (see the test of the model), and v is printed by FMPy as it is."""
+    i, t = 80.0, 60.0
+    result = fmpy.simulate_fmu(str(battery), stop_time=t, output_interval=1.0, start_values={"i": i}, output=["v", "soc", "T"])
+    soc = 0.9 - i * t / (3600.0 * 50.0)
+    v_1 = 0.8e-3 * i * -math.expm1(-t / (0.8e-3 * 2.0e4))
+    assert result["time"][-1] == pytest.approx(t)
+    assert result["soc"][-1] == pytest.approx(soc, abs=1e-12)
+    assert result["v"][-1] == pytest.approx(3.0 + 1.2 * soc - 1.5e-3 * i - v_1, abs=1e-10)
+    assert 298.15 < result["T"][-1] < 299.15
+
+
+def test_the_battery_passes_the_check(battery):
+    done = cargo_fmu("check", battery)
+    assert done.returncode == 0, done.stdout
+    assert " 0 failed" in done.stdout
+
+
+def test_files_and_notices_are_packed_by_convention(battery):
+    with zipfile.ZipFile(battery) as archive:
+        assert archive.read("documentation/index.html") == (BATTERY / "documentation/index.html").read_bytes()
+        notices = archive.read("documentation/licenses/third-party.txt").decode()
+        licence = archive.read("documentation/licenses/license.txt").decode()
+    assert licence.startswith("Licence: MIT OR Apache-2.0\n")
+    assert "\nserde 1." in notices and "\nfmu-export 0." in notices and "Permission is hereby granted" in notices
+    assert str(ROOT) not in notices and str(Path.home()) not in notices
+
+
+def test_a_new_crate_passes_its_own_tests(tmp_path):
+    made = cargo_fmu("new", "heat-store", cwd=tmp_path)
+    assert made.returncode == 0, made.stderr
+    target = FMU_DIR.parent / "stand-alone"
+    # As `cargo fmu pack` sets the profile, so that what the battery needed is not compiled again.
+    settings = ["profile.release.panic='unwind'", "profile.release.strip='symbols'"]
+    command = ["cargo", "test", "--release", "--quiet", *(word for setting in settings for word in ("--config", setting))]
+    environment = os.environ | {"CARGO_TARGET_DIR": str(target)}
+    done = subprocess.run(command, cwd=tmp_path / "heat-store", env=environment, capture_output=True, text=True)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert "2 passed" in done.stdout and "warning" not in done.stderr
+    again = cargo_fmu("new", "heat-store", cwd=tmp_path)
+    assert again.returncode == 1 and "heat-store is already there" in again.stderr
+    wrong = cargo_fmu("new", "Heat Store", cwd=tmp_path)
+    assert wrong.returncode == 1 and "the name `Heat Store` must be" in wrong.stderr
+    assert [path.name for path in tmp_path.iterdir()] == ["heat-store"]
+
+
+SLAVE = '''
+from pythonfmu import Fmi2Causality, Fmi2Slave, Fmi2Variability, Real
+
+
+class Lag(Fmi2Slave):
+    def __init__(self, **arguments):
+        super().__init__(**arguments)
+        self.u, self.y = 0.0, 0.0
+        self.register_variable(Real("u", causality=Fmi2Causality.input, variability=Fmi2Variability.continuous, start=0.0))
+        self.register_variable(Real("y", causality=Fmi2Causality.output))
+
+    def do_step(self, time, h):
+        self.y += h * (self.u - self.y)
+        return True
+'''
+
+
+def libpython():
+    """The Python library of this interpreter, which pythonfmu's FMUs expect in the program that loads them."""
+    built = Path(sysconfig.get_config_var("LIBDIR") or "") / (sysconfig.get_config_var("INSTSONAME") or "")
+    if built.is_file() and ".so" in built.name:
+        return str(built)
+    return ctypes.util.find_library(f"python{sys.version_info.major}.{sys.version_info.minor}")
+
+
+def test_an_fmu_of_another_tool(tmp_path):
+    """pythonfmu's FMU: what is said of its description, and that it needs Python around it; with that it runs through every row."""
+    (tmp_path / "lag.py").write_text(SLAVE)
+    subprocess.run([sys.executable, "-m", "pythonfmu", "build", "-f", "lag.py"], cwd=tmp_path, check=True, capture_output=True)
+    bare = cargo_fmu("check", "Lag.fmu", cwd=tmp_path, environment={"LD_PRELOAD": ""})
+    assert bare.returncode == 1
+    assert "made by PythonFMU" in bare.stdout
+    assert "FAILS        InitialUnknowns lists exactly what is computed in initialization" in bare.stdout
+    assert "FAILS        the library loads" in bare.stdout and "undefined symbol: _Py" in bare.stdout
+    assert "not checked  everything else" in bare.stdout
+    if not libpython():  # a Python without a shared library: no program but itself can load such an FMU
+        return
+    packages = os.pathsep.join(path for path in sys.path if path)
+    through = cargo_fmu("check", "Lag.fmu", cwd=tmp_path, environment={"LD_PRELOAD": libpython(), "PYTHONPATH": packages})
+    assert "pass         it initializes and steps" in through.stdout, through.stdout
+    assert "FAILS        a step to the stop time is done, one beyond it refused" in through.stdout
+    assert "remark       NaN and infinity are refused" in through.stdout
