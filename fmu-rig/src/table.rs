@@ -184,7 +184,7 @@ pub(crate) const VARIABLES: &[V] = &[
         .unit("W").display_unit("kW").nominal(1e3).depends_on(&["v_d", "v_q", "v_dc"]).initially_depends_on(&["v_d", "v_q", "v_dc", "x", "x_dot", "F_hold", ALL_PARAMETERS]),
     V::output("P_in_mean", "its mean over the last step", |y| &y.P_in_mean)
         .unit("W").display_unit("kW").nominal(1e3).depends_on(&[]).initially_depends_on(&["v_d", "v_q", "v_dc", "x", "x_dot", "F_hold", ALL_PARAMETERS]),
-    V::output("i_dc", "current from the DC side: P_in_mean over v_dc, 0 without voltage", |y| &y.i_dc)
+    V::output("i_dc", "current from the DC side: P_in_mean over v_dc, 0 below 1 V", |y| &y.i_dc)
         .unit("A").nominal(10.0).depends_on(&["v_dc"]).initially_depends_on(&["v_d", "v_q", "v_dc", "x", "x_dot", "F_hold", ALL_PARAMETERS]),
     V::output("P_out", "mechanical power to the load", |y| &y.P_out)
         .unit("W").display_unit("kW").nominal(1e3).depends_on(&["x", "x_dot", "F_ext"]).initially_depends_on(&["x", "x_dot", "F_ext", "v_dc", "F_hold", ALL_PARAMETERS]),

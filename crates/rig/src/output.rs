@@ -36,7 +36,7 @@ pub struct Output {
     pub P_in: f64,
     /// Its mean over the last step, W.
     pub P_in_mean: f64,
-    /// Current from the DC side, A: that mean over the voltage.
+    /// Current from the DC side, A: that mean over the voltage; 0 below 1 V.
     pub i_dc: f64,
     /// Power to the load, W.
     pub P_out: f64,
@@ -76,6 +76,9 @@ pub struct Output {
     pub efficiency_valid: bool,
 }
 
+/// Voltage of the DC link below which it is taken for none, V.
+const LEAST_VOLTAGE: f64 = 1.0;
+
 impl Rig {
     /// Outputs of state `s` under the inputs `u`.
     #[must_use]
@@ -98,7 +101,7 @@ impl Rig {
             presliding: s.z,
             P_in: now.supplied(s.current()),
             P_in_mean: s.mean.supplied,
-            i_dc: if u.v_dc > 0.0 {
+            i_dc: if u.v_dc >= LEAST_VOLTAGE {
                 s.mean.supplied / u.v_dc
             } else {
                 0.0

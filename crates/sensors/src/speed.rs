@@ -14,6 +14,9 @@ pub struct Track {
     pub(crate) acceleration: f64,
 }
 
+/// Shortest time between two samples that says something of a speed, s; less and the estimate stays as it is.
+const SHORTEST: f64 = 1e-9;
+
 impl Speed {
     /// The estimate after a reading that comes `period` s after the last one; `None`: there was none, and the speed is taken for 0.
     pub(crate) fn follow(&self, before: &Track, reading: f64, period: Option<f64>) -> Track {
@@ -24,6 +27,7 @@ impl Speed {
             };
         };
         match self.kind {
+            _ if T < SHORTEST => *before,
             SpeedKind::Ideal => *before,
             SpeedKind::Difference => self.difference(before, reading, T),
             SpeedKind::Observer => self.observer(before, reading, T),
@@ -101,6 +105,21 @@ mod tests {
             ..speed
         };
         assert!((estimates(&plain, |t| 3.7 * t, 1)[0] - 3.7).abs() < 1e-11);
+    }
+
+    /// However short a step is, the estimate is finite, and one that is too short to tell changes nothing.
+    #[test]
+    fn a_step_of_no_length_changes_no_estimate() {
+        for kind in [SpeedKind::Difference, SpeedKind::Observer] {
+            let speed = Speed {
+                kind,
+                filter_time: 0.0,
+                bandwidth: 300.0,
+            };
+            let before = speed.follow(&Track::default(), 0.4, None);
+            assert_eq!(speed.follow(&before, 0.7, Some(5e-324)), before);
+            assert!(speed.follow(&before, 1e8, Some(1e-9)).speed.is_finite());
+        }
     }
 
     /// A constant acceleration leaves a lag of τ − T/2 in the difference and none in the observer, once its triple pole has decayed:
