@@ -75,7 +75,7 @@ fn dt_of_error(p: &machine::Emla, K_b: f64) -> f64 {
     let travel = maps::travel_per_radian(p);
     let w_0_squared = K_b * travel * travel / maps::inertia(p, 1.0);
     let bend = maps::beta_1(p, 0.0) / p.L_d.min(p.L_q) * p.v_max / VOLTAGE_SWEEP;
-    (120.0 * FORCE_ERROR / (w_0_squared * bend)).powf(0.25)
+    (120.0 * FORCE_ERROR / (w_0_squared * bend)).sqrt().sqrt()
 }
 
 /// Longest substep for these parameters, s: that of the error bound, or less where a mode is faster.

@@ -40,7 +40,7 @@ pub struct LiftAngles {
 
 impl Lift {
     pub(crate) fn new(g: &Geometry) -> Self {
-        let (s, c) = g.beta1.sin_cos();
+        let (s, c) = libm::sincos(g.beta1);
         Self {
             L1: g.L1_2,
             L2: g.L2_2,

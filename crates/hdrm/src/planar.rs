@@ -65,7 +65,7 @@ pub(crate) fn turned(a: Vector2<f64>, e: Vector2<f64>) -> Vector2<f64> {
 
 /// e(ψ).
 pub(crate) fn unit(psi: f64) -> Vector2<f64> {
-    let (s, c) = psi.sin_cos();
+    let (s, c) = libm::sincos(psi);
     Vector2::new(c, s)
 }
 

@@ -80,7 +80,7 @@ impl Tip {
     #[must_use]
     pub fn orientation(zeta: &[f64; DOF]) -> Quaternion<f64> {
         let turn = |angle: f64, axis: Vector3<f64>| {
-            let (s, c) = (0.5 * angle).sin_cos();
+            let (s, c) = libm::sincos(0.5 * angle);
             Quaternion::from_parts(c, axis * s)
         };
         turn(zeta[0], Vector3::y())

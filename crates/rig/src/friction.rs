@@ -71,11 +71,11 @@ impl Rig {
     /// ```
     fn ideal_shaft(&self, tau: f64, w: f64, F_nut: f64) -> Shaft {
         let (p, N) = (&self.p, self.p.N_gear);
-        let bearing = p.C_m * w + p.tau_C * (w / p.w_C).tanh();
+        let bearing = p.C_m * w + p.tau_C * libm::tanh(w / p.w_C);
         let screw = p.C_s * w / N + self.lead() * F_nut;
         let sign = if screw == 0.0 { 0.0 } else { screw.signum() };
         let (up, down) = (1.0 / p.eta_gear, p.eta_gear);
-        let k = 0.5 * (up + down) + 0.5 * (up - down) * sign * (w / p.w_eta).tanh();
+        let k = 0.5 * (up + down) + 0.5 * (up - down) * sign * libm::tanh(w / p.w_eta);
         let w_m_dot = (tau - bearing - k * screw / N) / (p.J_m + k * p.J_s / (N * N));
         let gear = (k - 1.0) * (p.J_s * w_m_dot / N + screw) * w / N;
         Shaft {
@@ -87,7 +87,7 @@ impl Rig {
     /// Fades from 1 at rest to 0 beyond the Stribeck speed of the nut, v in m/s.
     fn slow(&self, v: f64) -> f64 {
         let ratio = v / self.extra.friction.v_stribeck;
-        (-ratio * ratio).exp()
+        libm::exp(-ratio * ratio)
     }
 
     /// Dry friction in steady sliding under the load `F_nut`, N: of bearings, gear, preloaded screw and seals, and the shares of the load
@@ -122,7 +122,7 @@ impl Rig {
             return 0.0;
         }
         let sliding = self.sliding(F_nut, self.slow(v)) / self.extra.friction.stiffness;
-        let share = -(-v.abs() * dt / sliding).exp_m1();
+        let share = -libm::expm1(-v.abs() * dt / sliding);
         z + share * (sliding.copysign(v) - z)
     }
 

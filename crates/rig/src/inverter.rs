@@ -42,7 +42,7 @@ impl Rig {
             0.0
         };
         let angle = f64::from(self.p.p) * (theta_m + lead);
-        let next = self.commanded(u).turned(angle.sin_cos());
+        let next = self.commanded(u).turned(libm::sincos(angle));
         Hold {
             acting: hold.next,
             next: [next.d, next.q],
@@ -56,7 +56,7 @@ impl Rig {
         if !self.extra.switching.on {
             return self.commanded(u);
         }
-        let (sin, cos) = (f64::from(self.p.p) * theta_m).sin_cos();
+        let (sin, cos) = libm::sincos(f64::from(self.p.p) * theta_m);
         let held = Dq {
             d: hold.acting[0],
             q: hold.acting[1],
@@ -92,7 +92,7 @@ impl Rig {
             return Hold::default();
         };
         let at = |theta: f64| {
-            let turn = (f64::from(self.p.p) * theta).sin_cos();
+            let turn = libm::sincos(f64::from(self.p.p) * theta);
             let v = v.turned(turn) + self.dead_time_voltage(i.turned(turn), u.v_dc);
             [v.d, v.q]
         };

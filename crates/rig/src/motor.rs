@@ -99,7 +99,7 @@ impl Rig {
             flux *= 1.0 + t.magnet * (T_housing - t.reference);
         }
         if r.on {
-            let sixth = (6.0 * theta_e).cos();
+            let sixth = libm::cos(6.0 * theta_e);
             flux *= 1.0 + r.sixth * sixth + r.twelfth * (2.0 * sixth * sixth - 1.0);
         }
         flux
@@ -139,7 +139,7 @@ impl Rig {
     pub(crate) fn cogging(&self, theta_m: f64) -> f64 {
         let c = &self.extra.cogging;
         if c.on {
-            c.torque * (c.per_turn * theta_m).sin()
+            c.torque * libm::sin(c.per_turn * theta_m)
         } else {
             0.0
         }
@@ -155,10 +155,10 @@ impl Rig {
         let quadrature = if z < 1e-3 {
             size * size * (0.5 - z * (2.0 / 3.0 - z * 0.75))
         } else {
-            (z.ln_1p() - z / (1.0 + z)) / (a * a)
+            (libm::log1p(z) - z / (1.0 + z)) / (a * a)
         };
         let cogging = if c.on {
-            c.torque / c.per_turn * (c.per_turn * theta_m).cos()
+            c.torque / c.per_turn * libm::cos(c.per_turn * theta_m)
         } else {
             0.0
         };

@@ -31,13 +31,13 @@ impl Current {
         }
         let theta_e = f64::from(self.pole_pairs) * theta_m;
         let [i_a, i_b] = [0.0, 2.0 * FRAC_PI_3].map(|phase| {
-            let (sin, cos) = (theta_e - phase).sin_cos();
+            let (sin, cos) = libm::sincos(theta_e - phase);
             i_d * cos - i_q * sin
         });
         let i_a = self.convert(i_a, errors, 0);
         let i_b = self.convert(i_b, errors, 1);
         let i_beta = (i_a + 2.0 * i_b) / 3.0_f64.sqrt();
-        let (sin, cos) = (f64::from(self.pole_pairs) * theta_measured).sin_cos();
+        let (sin, cos) = libm::sincos(f64::from(self.pole_pairs) * theta_measured);
         [i_a * cos + i_beta * sin, i_beta * cos - i_a * sin]
     }
 
@@ -46,7 +46,7 @@ impl Current {
         let i = (1.0 + self.gain * errors.gain[phase]) * i
             + self.offset * errors.offset[phase]
             + self.noise * errors.noise[phase];
-        let largest = f64::from(self.bits).exp2();
+        let largest = libm::exp2(f64::from(self.bits));
         let count = 2.0 * self.range / largest;
         (i / count).round().max(-0.5 * largest).min(0.5 * largest) * count
     }

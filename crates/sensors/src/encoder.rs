@@ -5,7 +5,7 @@ use crate::Encoder;
 impl Encoder {
     /// Position of one count where a whole turn (or a metre) is `whole`.
     pub(crate) fn count(&self, whole: f64) -> f64 {
-        whole * (-f64::from(self.bits)).exp2()
+        whole * libm::exp2(-f64::from(self.bits))
     }
 
     /// Reading of a position, with `noise` in standard deviations: the nearest count.

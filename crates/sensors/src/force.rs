@@ -11,7 +11,7 @@ impl Force {
     pub(crate) fn lag(&self, before: f64, F: f64, period: Option<f64>) -> f64 {
         match (self.kind, period) {
             (ForceKind::Sensor, Some(T)) => {
-                before - (-TAU * self.bandwidth * T).exp_m1() * (F - before)
+                before - libm::expm1(-TAU * self.bandwidth * T) * (F - before)
             }
             _ => F,
         }

@@ -40,7 +40,7 @@ impl Speed {
     /// ```
     fn difference(&self, before: &Track, reading: f64, T: f64) -> Track {
         let quotient = (reading - before.position) / T;
-        let share = -(-T / self.filter_time).exp_m1(); // 1 where the time is 0
+        let share = -libm::expm1(-T / self.filter_time); // 1 where the time is 0
         Track {
             position: reading,
             speed: before.speed + share * (quotient - before.speed),
@@ -58,7 +58,7 @@ impl Speed {
     /// ω̂ ← ω̂ + T α̂ + 3/2·(1 − β)²(1 + β)/T·e,   α̂ ← α̂ + (1 − β)³/T²·e
     /// ```
     fn observer(&self, before: &Track, reading: f64, T: f64) -> Track {
-        let beta = (-self.bandwidth * T).exp();
+        let beta = libm::exp(-self.bandwidth * T);
         let forgotten = 1.0 - beta;
         let ahead = before.position + T * (before.speed + 0.5 * T * before.acceleration);
         let e = reading - ahead;

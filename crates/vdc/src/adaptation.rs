@@ -172,7 +172,7 @@ impl Estimate {
     ) {
         let mut P = self.P - S * (h / gamma);
         if leakage > 0.0 {
-            P += (self.P - bounds.P0) * (-h * leakage).exp_m1();
+            P += (self.P - bounds.P0) * libm::expm1(-h * leakage);
         }
         if bounds.contain(&P) {
             let minors = Minors::of(&P);
@@ -188,7 +188,8 @@ impl Estimate {
     /// `D(L‖L̂) = log(|L̂|/|L|) + tr(L̂⁻¹·L) − 4`; not a number if the true one is no physical body.
     pub(crate) fn divergence(&self, truth: &Inertia) -> f64 {
         let L = packed(&PseudoInertia::from(truth).0);
-        trace_of_product(&self.P, &L) - 4.0 - (self.determinant * Minors::of(&L).determinant()).ln()
+        let log_of_quotient = -libm::log(self.determinant * Minors::of(&L).determinant());
+        log_of_quotient + trace_of_product(&self.P, &L) - 4.0
     }
 }
 

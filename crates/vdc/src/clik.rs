@@ -57,7 +57,7 @@ pub(crate) fn required(
     let Pi_dot_d = stacked(desired.velocity, desired.angular_velocity);
     let e_dot = Pi_dot_d - Pi_dot;
 
-    let inverse = Inverse::of(J, now.zeta[4].sin());
+    let inverse = Inverse::of(J, libm::sin(now.zeta[4]));
     let zeta_dot = inverse.apply(Pi_dot_d + Lambda.component_mul(&(e + z)));
     let Pi_ddot_r =
         stacked(desired.acceleration, Vector3::zeros()) + Lambda.component_mul(&(e_dot + z_dot));

@@ -241,7 +241,7 @@ impl Controller {
             let q = machine.desired.orientation;
             output.desired_orientation = [q.w, q.i, q.j, q.k];
             let half_sine = 0.5 * now.errors.e.fixed_rows::<3>(3).norm();
-            output.orientation_error_norm = 2.0 * half_sine.min(1.0).asin();
+            output.orientation_error_norm = 2.0 * libm::asin(half_sine.min(1.0));
         }
         self.lyapunov_terms(settings, input, now);
     }

@@ -41,7 +41,9 @@ impl Controller {
     /// Whether a command of `now` is at a limit: voltage or current of a drive, torque of a wrist joint.
     fn is_at_limit(&self, now: &Evaluation) -> bool {
         let p = self.nominal.actuator.params();
-        let drive = |c: &Command| c.v_d.hypot(c.v_q) >= p.v_max || c.i_qr.abs() >= p.i_max;
+        let drive = |c: &Command| {
+            (c.v_d * c.v_d + c.v_q * c.v_q).sqrt() >= p.v_max || c.i_qr.abs() >= p.i_max
+        };
         let mut wrist = now.tau_wrist().into_iter().zip(self.nominal.tau_wrist_max);
         now.commands.iter().any(drive) || wrist.any(|(tau, max)| tau.abs() >= max)
     }

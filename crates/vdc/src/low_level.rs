@@ -188,7 +188,7 @@ impl Law<'_> {
         h: f64,
     ) {
         let (p, gains) = (self.p(), &self.settings.gains);
-        let reached = |rate: f64| -(-h * rate).exp_m1();
+        let reached = |rate: f64| -libm::expm1(-h * rate);
         state.i_dr += h * self.i_dr_dot(now);
         state.i_qr_filtered +=
             reached(1.0 / gains.di_qr_filter_time) * (command.i_qr - state.i_qr_filtered);
@@ -202,7 +202,7 @@ impl Law<'_> {
             state.observer +=
                 share * (momentum - state.observer) + share / gains.omega_d * unexplained;
         }
-        if command.v_d.hypot(command.v_q) < p.v_max {
+        if (command.v_d * command.v_d + command.v_q * command.v_q).sqrt() < p.v_max {
             state.v_d_integral += h * gains.omega_i * command.e_d;
             state.v_q_integral += h * gains.omega_i * command.e_q;
         }

@@ -28,7 +28,7 @@ pub(crate) struct JointObserver {
 impl JointObserver {
     /// Rates v̂ with the angles `zeta` measured now, rad/s; before the first step none.
     fn corrected(&self, zeta: &[f64; DOF], omega: f64) -> Option<[f64; DOF]> {
-        let gain = (-self.h * omega).exp_m1().powi(2) / self.h;
+        let gain = libm::expm1(-self.h * omega).powi(2) / self.h;
         let rate = |j: usize| self.rate[j] + gain * (zeta[j] - self.angle[j]);
         (self.h > 0.0).then(|| std::array::from_fn(rate))
     }
@@ -44,7 +44,7 @@ impl JointObserver {
     ) -> Self {
         // The share of the angle's error that stays.
         let rest = if self.h > 0.0 {
-            (-2.0 * self.h * omega).exp()
+            libm::exp(-2.0 * self.h * omega)
         } else {
             0.0
         };

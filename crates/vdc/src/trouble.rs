@@ -69,7 +69,7 @@ pub(crate) struct Reach {
 
 impl Reach {
     pub(crate) fn of(geometry: &Geometry) -> Self {
-        let size = |v: &[f64; 3]| v[0].hypot(v[1]).hypot(v[2]);
+        let size = |v: &[f64; 3]| libm::hypot(libm::hypot(v[0], v[1]), v[2]);
         let links = [
             &geometry.r_O_B,
             &geometry.r_B_B4,
@@ -80,7 +80,7 @@ impl Reach {
         ];
         let [x, y, z] = geometry.r_T1_O;
         Self {
-            radius: x.hypot(z),
+            radius: libm::hypot(x, z),
             height: y,
             length: links.into_iter().map(size).sum(),
         }
@@ -88,7 +88,8 @@ impl Reach {
 
     /// Least distance of a position from the lift joint, whatever the slew angle, m.
     fn distance(&self, [x, y, z]: [f64; 3]) -> f64 {
-        (x.hypot(z) - self.radius).hypot(y - self.height)
+        let (ahead, above) = ((x * x + z * z).sqrt() - self.radius, y - self.height);
+        (ahead * ahead + above * above).sqrt()
     }
 }
 
@@ -122,7 +123,7 @@ impl Controller {
             begins(&mut told.reach, distance > reach, out_of_reach);
         }
         for (i, told) in told.voltage.iter_mut().enumerate() {
-            let asked = y.v_d[i].hypot(y.v_q[i]);
+            let asked = (y.v_d[i] * y.v_d[i] + y.v_q[i] * y.v_q[i]).sqrt();
             let voltage = Trouble::Voltage {
                 t,
                 actuator: i + 1,
