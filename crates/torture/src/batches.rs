@@ -1,7 +1,7 @@
 //! Batches of random calls in processes of their own; the seed of a batch also decides which FMU it is for.
 
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Stdio};
+use std::process::{Child, Command, ExitStatus, Stdio};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
@@ -193,9 +193,9 @@ fn supervised(fmus: &[PathBuf], calls: usize, seed: u64) -> Result<String> {
         Ok(lines[lines.len().saturating_sub(SHOWN)..].join("\n"))
     };
     let (fmu, _) = chosen(fmus, seed);
-    let result = match status.as_deref() {
-        Some("exit status: 0") if complaint.is_empty() => Ok(report),
-        Some("exit status: 0") => Err(anyhow!(
+    let result = match status {
+        Some(status) if status.success() && complaint.is_empty() => Ok(report),
+        Some(status) if status.success() => Err(anyhow!(
             "seed {seed}: {} wrote to stderr: {complaint}",
             fmu.display()
         )),
@@ -213,12 +213,12 @@ fn supervised(fmus: &[PathBuf], calls: usize, seed: u64) -> Result<String> {
     result
 }
 
-/// Waits for a process; its status in words, or None if it had to be killed.
-fn wait(mut child: Child) -> Result<Option<String>> {
+/// Waits for a process; its status, or None if it had to be killed.
+fn wait(mut child: Child) -> Result<Option<ExitStatus>> {
     let clock = Instant::now();
     while clock.elapsed() < PATIENCE {
         if let Some(status) = child.try_wait()? {
-            return Ok(Some(status.to_string()));
+            return Ok(Some(status));
         }
         thread::sleep(Duration::from_millis(5));
     }

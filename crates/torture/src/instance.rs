@@ -255,6 +255,20 @@ impl<'a> Instance<'a> {
             Ok(bytes)
         }
     }
+
+    /// Take over a state that was saved as bytes.
+    pub fn restore(&mut self, bytes: &[u8]) -> Result<(), String> {
+        let (f, mut state) = (&self.fmu.functions, ptr::null_mut());
+        // SAFETY: a live instance, readable bytes of the length given, places for the results.
+        unsafe {
+            self.must(
+                "fmi2DeSerializeFMUstate",
+                (f.fmi2DeSerializeFMUstate)(self.c, bytes.as_ptr(), bytes.len(), &mut state),
+            )?;
+            self.must("fmi2SetFMUstate", (f.fmi2SetFMUstate)(self.c, state))?;
+            self.must("fmi2FreeFMUstate", (f.fmi2FreeFMUstate)(self.c, &mut state))
+        }
+    }
 }
 
 impl Drop for Instance<'_> {

@@ -3,7 +3,8 @@
 //! `calls`: random calls over all 34 functions, with any arguments of the right C types, against an oracle made of the standard's call
 //! order and the FMU's own model description; each batch in a process of its own, so that a crash or a hang is caught, its last calls
 //! are printed, and it can be replayed by its seed. `life`: loads, instances, saved states and unloads, for valgrind. `threads`:
-//! instances in parallel threads, for helgrind. `long`: many steps; memory, time and outputs are watched.
+//! instances in parallel threads, for helgrind. `long`: many steps; memory, time and outputs are watched. `save` and `continue`: states
+//! carried to another process or platform.
 //!
 //! It works on any packed FMU; that a refused call changes nothing and that messages name what was wrong is asked of those made with
 //! `fmu-export`.
@@ -11,6 +12,7 @@
 
 mod arguments;
 mod batches;
+mod carry;
 mod instance;
 mod life;
 mod lifecycle_calls;
@@ -101,6 +103,22 @@ enum Command {
         #[arg(long)]
         warm: bool,
     },
+    /// Run each FMU, save its state in the middle, and write the state and the numbers that followed into a folder
+    Save {
+        #[command(flatten)]
+        fmus: Fmus,
+        /// The folder
+        #[arg(long, value_name = "DIR")]
+        to: PathBuf,
+    },
+    /// Continue from states that were saved, perhaps on another platform; the numbers that follow must be the same
+    Continue {
+        #[command(flatten)]
+        fmus: Fmus,
+        /// The folder
+        #[arg(long, value_name = "DIR")]
+        from: PathBuf,
+    },
     /// Many steps of 1 ms with moving inputs
     Long {
         #[command(flatten)]
@@ -151,6 +169,8 @@ fn run(command: Command) -> Result<()> {
             steps,
             warm,
         } => threads::run(&fmus.fmus, threads, steps, warm),
+        Command::Save { fmus, to } => carry::save(&fmus.fmus, &to),
+        Command::Continue { fmus, from } => carry::proceed(&fmus.fmus, &from),
         Command::Long { fmus, steps } => long::run(&fmus.fmus, steps),
     }
 }
