@@ -8,10 +8,9 @@ use anyhow::{Context, Result, ensure};
 use crate::archive::Entries;
 use crate::notices::Notices;
 use crate::platform::Platform;
-use crate::portability::Needs;
 use crate::target::{Target, Tools};
 use crate::workspace::{Package, Source, Workspace};
-use crate::{archive, library, licences, platform, portability, target};
+use crate::{archive, library, licences, platform};
 
 /// The profile that libraries are built with if none is chosen; see [`profile`].
 pub const FMU_PROFILE: &str = "fmu-release";
@@ -122,14 +121,7 @@ fn read(library: &Path) -> Result<Library> {
 /// A library that was built for any machine of a platform.
 fn portable(workspace: &Workspace, target: &Target, library: &Path) -> Result<Library> {
     let (platform, bytes) = read(library)?;
-    let mut faults = Needs::of(&bytes)?.faults(target.platform.folder);
-    if platform != target.platform {
-        faults.push(format!("is built for {}", platform.folder));
-    }
-    let folders = target::private_paths(workspace)?.into_iter();
-    let folders: Vec<_> = folders.map(|(folder, _)| folder).collect();
-    let named = portability::named(&bytes, &folders);
-    faults.extend(named.iter().map(|path| format!("names {path}")));
+    let faults = target.faults(&bytes, workspace)?;
     let path = library.display();
     ensure!(
         faults.is_empty(),

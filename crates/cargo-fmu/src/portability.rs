@@ -35,6 +35,13 @@ const WINDOWS: [&str; 10] = [
 /// Where the libraries of every macOS lie.
 const MACOS: [&str; 2] = ["/usr/lib/", "/System/Library/"];
 
+/// Mathematical functions of C whose last digits differ between platforms and between versions of one; Windows puts `_` before some.
+const MATHEMATICS: [&str; 27] = [
+    "acos", "acosh", "asin", "asinh", "atan", "atan2", "atanh", "cbrt", "cos", "cosh", "erf",
+    "exp", "exp2", "expm1", "hypot", "lgamma", "log", "log10", "log1p", "log2", "pow", "sin",
+    "sincos", "sinh", "tan", "tanh", "tgamma",
+];
+
 /// A version of the GNU C library.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Version(pub u32, pub u32, pub u32);
@@ -66,6 +73,8 @@ pub struct Needs {
     versions: BTreeSet<String>,
     /// Shared libraries that it loads.
     pub libraries: BTreeSet<String>,
+    /// Functions and variables that it takes from them.
+    imports: BTreeSet<String>,
     /// Names of functions that are not exported, or information for a debugger.
     has_symbols: bool,
 }
@@ -74,11 +83,11 @@ impl Needs {
     /// Read from a library or program for Linux, Windows or macOS.
     pub fn of(binary: &[u8]) -> Result<Self> {
         let file = object::File::parse(binary).context("neither library nor program")?;
+        let imports = file.imports()?;
         let (versions, libraries) = match &file {
             object::File::Elf64(_) => elf_needs(binary)?,
             _ => {
-                let name = |i: object::Import| String::from_utf8_lossy(i.library()).into_owned();
-                let libraries = file.imports()?.into_iter().map(name);
+                let libraries = imports.iter().map(|i| text(i.library()));
                 (BTreeSet::new(), libraries.collect())
             }
         };
@@ -86,6 +95,7 @@ impl Needs {
         Ok(Self {
             versions,
             libraries,
+            imports: imports.iter().map(|i| text(i.name())).collect(),
             // The symbols of Mach-O are also its imports and exports.
             has_symbols: file.has_debug_symbols() || !is_macho && file.symbols().next().is_some(),
         })
@@ -94,6 +104,12 @@ impl Needs {
     /// The newest version of the GNU C library that it asks for.
     pub fn glibc(&self) -> Option<Version> {
         self.versions.iter().filter_map(|v| Version::parse(v)).max()
+    }
+
+    /// Mathematical functions that it takes from the platform: its numbers may differ from those on another one.
+    pub fn mathematics(&self) -> Vec<&str> {
+        let names = self.imports.iter().map(|name| name.trim_start_matches('_'));
+        names.filter(|name| MATHEMATICS.contains(name)).collect()
     }
 
     /// Why it would not run on every machine of its platform folder, or is larger than it must be; none where all is well.
@@ -132,7 +148,6 @@ fn elf_needs(binary: &[u8]) -> Result<(BTreeSet<String>, BTreeSet<String>)> {
     let header = elf::FileHeader64::<object::Endianness>::parse(binary)?;
     let endian = header.endian()?;
     let sections = header.sections(endian, binary)?;
-    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
     let mut versions = BTreeSet::new();
     if let Some((mut needs, link)) = sections.gnu_verneed(endian, binary)? {
         let strings = sections.strings(endian, binary, link)?;
@@ -146,6 +161,10 @@ fn elf_needs(binary: &[u8]) -> Result<(BTreeSet<String>, BTreeSet<String>)> {
     let needed = table.iter().filter(|d| d.tag == elf::DT_NEEDED);
     let libraries = needed.map(|d| table.string(d).map(text));
     Ok((versions, libraries.collect::<Result<_, _>>()?))
+}
+
+fn text(name: &[u8]) -> String {
+    String::from_utf8_lossy(name).into_owned()
 }
 
 /// Those of the folders that are named somewhere in a binary.
@@ -170,6 +189,7 @@ mod tests {
         Needs {
             versions: set(versions),
             libraries: set(libraries),
+            imports: set(&["_hypot", "sin", "memcpy", "sinh_of_ours"]),
             has_symbols: false,
         }
     }
@@ -211,6 +231,11 @@ mod tests {
         );
         let mac = needs(&[], &["/usr/lib/libSystem.B.dylib", "/opt/lib/libz.dylib"]);
         assert_eq!(mac.faults("darwin64").len(), 1);
+    }
+
+    #[test]
+    fn mathematics_of_the_platform_is_named() {
+        assert_eq!(needs(&[], &[]).mathematics(), ["hypot", "sin"]);
     }
 
     /// This test itself: a program of this machine with symbols, which names the folder of its source.

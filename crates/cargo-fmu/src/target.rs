@@ -10,6 +10,7 @@ use std::process::Command;
 use anyhow::{Context, Result, anyhow, bail};
 
 use crate::platform::{self, Platform};
+use crate::portability::{self, Needs};
 use crate::process::output;
 use crate::workspace::{Workspace, cargo};
 
@@ -95,6 +96,26 @@ impl Target {
             Linker::Mingw => needs(MINGW, "apt-get install gcc-mingw-w64-x86-64"),
         }
         missing
+    }
+
+    /// Why a library or program that was built for it would not run on every machine of its kind, or tells of the one that built it;
+    /// none where all is well.
+    pub fn faults(&self, binary: &[u8], workspace: &Workspace) -> Result<Vec<String>> {
+        let mut faults = Needs::of(binary)?.faults(self.platform.folder);
+        let platform = platform::of(binary)?;
+        if platform != self.platform {
+            faults.push(format!("is built for {}", platform.folder));
+        }
+        let folders = private_paths(workspace)?.into_iter();
+        let folders: Vec<_> = folders.map(|(folder, _)| folder).collect();
+        let named = portability::named(binary, &folders);
+        faults.extend(named.iter().map(|path| format!("names {path}")));
+        Ok(faults)
+    }
+
+    /// Whether zig links for it.
+    pub fn needs_zig(&self) -> bool {
+        matches!(self.linker, Linker::Zig { .. })
     }
 
     fn has_standard_library(&self) -> bool {

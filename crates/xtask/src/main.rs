@@ -3,6 +3,7 @@
 mod bench;
 mod demo;
 mod describe;
+mod dist;
 mod fuzz;
 mod importers;
 mod libclang;
@@ -20,6 +21,7 @@ use std::path::PathBuf;
 use std::process::{Command as Process, ExitCode};
 
 use anyhow::Result;
+use cargo_fmu::pack::Platforms;
 use cargo_fmu::process::execute;
 use cargo_fmu::workspace::Source;
 use clap::{Parser, Subcommand};
@@ -56,6 +58,8 @@ enum Command {
         #[arg(long, value_name = "PROFILE", default_value = workspace::FMU_PROFILE)]
         profile: String,
     },
+    /// What is handed out: FMUs that hold libraries for several platforms, systems, programs, notices, checksums
+    Dist(dist::Options),
     /// From a fresh checkout to the coupled machine: build, pack, run the cubic trajectory with three controllers
     Demo,
     /// Everything that CI checks
@@ -104,11 +108,12 @@ fn run(command: Command) -> Result<()> {
             let out = caller.join(out.unwrap_or_else(|| workspace.fmu_dir()));
             let sources = Source::chosen(packages, examples);
             if sources.is_empty() {
-                pack::suite_with(&workspace, &profile, &out).map(drop)
+                pack::suite_with(&workspace, &profile, &Platforms::default(), &out).map(drop)
             } else {
                 pack::fmus(&workspace, &sources, &profile, &out).map(drop)
             }
         }
+        Command::Dist(options) => dist::run(&workspace, &caller, &options),
         Command::Demo => demo::run(&workspace),
         Command::Test => test::run(&workspace),
         Command::Bench(options) => bench::run(&workspace, &options),

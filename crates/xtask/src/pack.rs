@@ -18,21 +18,27 @@ const SYSTEMS: [(&str, &str); 3] = [
     ("system/Testbed.ssd", "Testbed.ssp"),
 ];
 
-/// Pack the suite's FMUs and its systems into `out`; the FMUs, in the order of [`Workspace::suite`].
+/// Pack the suite's FMUs and its systems into `out`, for this machine; the FMUs, in the order of [`Workspace::suite`].
 pub fn suite(workspace: &Workspace, out: &Path) -> Result<Vec<PathBuf>> {
-    suite_with(workspace, FMU_PROFILE, out)
+    suite_with(workspace, FMU_PROFILE, &Platforms::default(), out)
 }
 
-/// The same with libraries that were built with another profile.
-pub fn suite_with(workspace: &Workspace, profile: &str, out: &Path) -> Result<Vec<PathBuf>> {
-    let packed = fmus(workspace, &workspace.suite(), profile, out)?;
+/// The same with libraries that were built with another profile, or for other platforms.
+pub fn suite_with(
+    workspace: &Workspace,
+    profile: &str,
+    platforms: &Platforms,
+    out: &Path,
+) -> Result<Vec<PathBuf>> {
+    let (sources, arguments) = (workspace.suite(), self::profile(profile));
+    let packed = cargo_fmu::pack::fmus(&workspace.cargo, &sources, &arguments, platforms, out)?;
     for (structure, archive) in SYSTEMS {
         system(workspace, &packed, structure, &out.join(archive))?;
     }
     Ok(packed)
 }
 
-/// Pack FMUs, built with a profile, into `out`; the files written.
+/// Pack FMUs, built with a profile for this machine, into `out`; the files written.
 pub fn fmus(
     workspace: &Workspace,
     sources: &[Source],

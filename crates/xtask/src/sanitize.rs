@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use anyhow::{Context, Result, ensure};
+use cargo_fmu::pack::Platforms;
 use cargo_fmu::process::execute;
 use cargo_fmu::workspace::{Artifact, Source, artifacts};
 
@@ -119,7 +120,7 @@ impl Sanitizer {
         );
         let fmu_dir = workspace.target.join(self.folder).join("fmu");
         // A packer cannot load an instrumented library, so it packs the plain one first.
-        let fmus = pack::suite_with(workspace, "release", &fmu_dir)?;
+        let fmus = pack::suite_with(workspace, "release", &Platforms::default(), &fmu_dir)?;
         for (fmu, library) in fmus.iter().zip(&libraries) {
             pack::replace_library(fmu, library)?;
         }

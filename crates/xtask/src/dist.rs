@@ -1,0 +1,373 @@
+//! `cargo xtask dist`: the folder that is handed out. Its FMUs hold a library for each platform, its programs and libraries run on any
+//! machine of their kind, and the same commit gives the same bytes wherever it is built.
+
+mod check;
+mod exact;
+mod listing;
+mod userland;
+mod wine;
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use anyhow::{Context, Result, bail, ensure};
+use cargo_fmu::notices::Notices;
+use cargo_fmu::pack::Platforms;
+use cargo_fmu::process::{execute, output};
+use cargo_fmu::target::{TARGETS, Target, Tools, ZIG};
+use cargo_fmu::workspace::artifacts;
+use clap::Args;
+use sha2::{Digest, Sha256};
+
+use crate::libclang;
+use crate::pack;
+use crate::python::Python;
+use crate::workspace::{FMU_PROFILE, Workspace};
+use listing::Listing;
+
+/// Options of `cargo xtask dist`.
+#[derive(Args)]
+pub struct Options {
+    /// Platform to build for, repeatable: linux64, win64, darwin64 [default: linux64, win64, and darwin64 where it can be built]
+    #[arg(long = "platform", value_name = "PLATFORM")]
+    platforms: Vec<String>,
+    /// Folder for the result, which is replaced [default: dist/ in the cargo target directory]
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Leave out the program `hdrm-fmu`, which takes longest to build
+    #[arg(long)]
+    without_experiments: bool,
+    /// Run what was built: here, in an old Debian and under Wine, with equal numbers; random calls; states carried between platforms
+    #[arg(long)]
+    check: bool,
+    /// Build a second time from a copy of the source in another folder, and compare every byte
+    #[arg(long)]
+    again: bool,
+}
+
+/// Programs that are handed out.
+const PROGRAMS: [&str; 2] = ["cosim", "hdrm-fmu"];
+/// The packages of these, and of what the checks need; that of the experiments last.
+const PACKAGES: [&str; 3] = ["cosim", "torture", "studies"];
+/// Programs are built like those for this machine, but without checks of what cannot happen, and without symbols.
+const PROGRAM_PROFILE: [&str; 8] = [
+    "--profile",
+    "release",
+    "--config",
+    "profile.release.debug-assertions=false",
+    "--config",
+    "profile.release.overflow-checks=false",
+    "--config",
+    "profile.release.strip=\"symbols\"",
+];
+/// Name of the list of checksums, in the form of `sha256sum`.
+const CHECKSUMS: &str = "SHA256SUMS";
+const README: &str = include_str!("dist/README.md");
+
+/// What was built, and where it lies.
+struct Dist {
+    folder: PathBuf,
+    targets: Vec<&'static Target>,
+    /// Programs by platform folder and name; also those that only the checks need.
+    programs: BTreeMap<(&'static str, String), PathBuf>,
+}
+
+/// Build the folder, and do with it what the options say.
+pub fn run(workspace: &Workspace, caller: &Path, options: &Options) -> Result<()> {
+    let folder = options.out.clone();
+    let folder = caller.join(folder.unwrap_or_else(|| workspace.target.join("dist")));
+    let mut listing = Listing::default();
+    let platforms = platforms(workspace, &options.platforms, &mut listing)?;
+    let dist = build(workspace, &platforms, folder, options.without_experiments)?;
+    if options.without_experiments {
+        listing.not_built("all", "`hdrm-fmu`: --without-experiments");
+    }
+    listing.built(&dist)?;
+    let checked = if options.check {
+        check::run(workspace, &dist, &mut listing)
+    } else {
+        for target in &dist.targets {
+            listing.not_run(
+                target.platform.folder,
+                "`cargo xtask dist --check` was not asked for",
+            );
+        }
+        Ok(())
+    };
+    let repeated = match options.again {
+        true => again(workspace, &dist, &options.platforms),
+        false => Ok(()),
+    };
+    print!("\n{listing}");
+    println!("in {}", dist.folder.display());
+    checked.and(repeated)
+}
+
+/// The platforms, with the tools to build for them. What was not asked for by name and cannot be built is listed.
+fn platforms(workspace: &Workspace, names: &[String], listing: &mut Listing) -> Result<Platforms> {
+    let mut tools = Tools::default();
+    let mut platforms = Platforms::named(names)?;
+    let is_default = platforms.targets.is_empty();
+    if is_default || platforms.targets.iter().any(|t| t.needs_zig()) {
+        let python = Python::provide(workspace)?;
+        python.install(workspace, "zig", ZIG)?;
+        tools
+            .0
+            .extend(python.program().parent().map(Path::to_path_buf));
+    }
+    if is_default {
+        platforms.targets = TARGETS.iter().collect();
+        platforms.targets.retain(|target| {
+            let missing = target.missing(&tools);
+            let is_optional = target.platform.folder == "darwin64" && !missing.is_empty();
+            if is_optional {
+                listing.not_built(target.platform.folder, &missing.join("; "));
+            }
+            !is_optional
+        });
+    }
+    let missing = |t: &&Target| {
+        let (folder, missing) = (t.platform.folder, t.missing(&tools));
+        (!missing.is_empty()).then(|| format!("{folder} needs {}", missing.join("; ")))
+    };
+    let missing: Vec<_> = platforms.targets.iter().filter_map(missing).collect();
+    if !missing.is_empty() {
+        bail!(
+            "{}\n`cargo xtask dist --platform NAME` builds for one platform alone",
+            missing.join("\n")
+        );
+    }
+    for target in &TARGETS {
+        if !is_default && !platforms.targets.contains(&target) {
+            listing.not_built(target.platform.folder, "it was not asked for");
+        }
+    }
+    listing.not_built("aarch64-linux", "FMI 2.0 has no folder for it");
+    platforms.tools = tools;
+    Ok(platforms)
+}
+
+fn build(
+    workspace: &Workspace,
+    platforms: &Platforms,
+    folder: PathBuf,
+    without_experiments: bool,
+) -> Result<Dist> {
+    let packages = match without_experiments {
+        true => &PACKAGES[..2],
+        false => &PACKAGES[..],
+    };
+    // Beside its place: the folder is never seen incomplete.
+    let new = folder.with_extension("new");
+    if new.exists() {
+        fs::remove_dir_all(&new)?;
+    }
+    fs::create_dir_all(&new).with_context(|| new.display().to_string())?;
+    pack::suite_with(workspace, FMU_PROFILE, platforms, &new)?;
+    let mut dist = Dist {
+        folder,
+        targets: platforms.targets.clone(),
+        programs: BTreeMap::new(),
+    };
+    for target in &platforms.targets {
+        // The master binds to a C library through headers, which macOS has in its SDK only.
+        if target.platform.folder != "darwin64" {
+            let mut command = target.build(&workspace.cargo, &platforms.tools)?;
+            command.args(packages.iter().flat_map(|name| ["--package", name]));
+            dist.build_programs(workspace, target, command, &new)?;
+        }
+    }
+    for licence in ["LICENSE-APACHE", "LICENSE-MIT"] {
+        let to = new.join(licence);
+        fs::copy(workspace.root.join(licence), to).with_context(|| licence.to_string())?;
+    }
+    notices(workspace, &dist.targets, packages, &new.join("THIRD-PARTY"))?;
+    fs::write(new.join("README.md"), readme(workspace)?)?;
+    fs::write(new.join(CHECKSUMS), checksums(&new)?)?;
+    clear(&dist.folder)?;
+    fs::rename(&new, &dist.folder)?;
+    Ok(dist)
+}
+
+/// What others wrote and the programs hold; an FMU has its own in `documentation/licenses/`.
+fn notices(
+    workspace: &Workspace,
+    targets: &[&Target],
+    packages: &[&str],
+    folder: &Path,
+) -> Result<()> {
+    fs::create_dir_all(folder)?;
+    let notices = Notices::new(&workspace.cargo)?;
+    let triples: Vec<_> = targets.iter().map(|target| target.triple).collect();
+    for (package, program) in [("cosim", "cosim"), ("studies", "hdrm-fmu")] {
+        if packages.contains(&package) {
+            for (name, bytes) in notices.files(&workspace.cargo, package, &triples)? {
+                let name = name.replace("third-party", program);
+                fs::write(folder.join(name), bytes)?;
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Removes a folder that holds an older result or nothing, and refuses one that holds anything else.
+fn clear(folder: &Path) -> Result<()> {
+    if folder.exists() && fs::read_dir(folder)?.next().is_some() {
+        ensure!(
+            folder.join(CHECKSUMS).is_file(),
+            "{} holds other files; it must be empty, new, or hold an older result",
+            folder.display()
+        );
+    }
+    match folder.exists() {
+        true => fs::remove_dir_all(folder).with_context(|| folder.display().to_string()),
+        false => Ok(()),
+    }
+}
+
+impl Dist {
+    fn build_programs(
+        &mut self,
+        workspace: &Workspace,
+        target: &Target,
+        mut command: Command,
+        new: &Path,
+    ) -> Result<()> {
+        command
+            .args(PROGRAM_PROFILE)
+            .envs(libclang::provide(workspace)?);
+        command.arg("--bins");
+        let folder = target.platform.folder;
+        for built in artifacts(&mut command)? {
+            let name = built.name().to_string();
+            let Some(mut path) = built.executable else {
+                continue;
+            };
+            if PROGRAMS.contains(&name.as_str()) {
+                let bytes = fs::read(&path).with_context(|| path.display().to_string())?;
+                let faults = target.faults(&bytes, &workspace.cargo)?;
+                let shown = path.display();
+                ensure!(faults.is_empty(), "{shown}: it {}", faults.join("; it "));
+                let inside = Path::new(folder).join(path.file_name().unwrap_or_default());
+                fs::create_dir_all(new.join(folder))?;
+                fs::copy(&path, new.join(&inside))?;
+                path = self.folder.join(inside);
+            }
+            self.programs.insert((folder, name), path);
+        }
+        Ok(())
+    }
+
+    /// Files in the folder with this suffix, by name.
+    fn archives(&self, suffix: &str) -> Result<Vec<PathBuf>> {
+        let all = files(&self.folder)?.into_iter();
+        Ok(all
+            .filter(|p| p.extension().is_some_and(|e| e == suffix))
+            .collect())
+    }
+}
+
+/// All files below a folder, by name.
+fn files(folder: &Path) -> Result<Vec<PathBuf>> {
+    let mut found = Vec::new();
+    for entry in fs::read_dir(folder).with_context(|| folder.display().to_string())? {
+        let path = entry?.path();
+        match path.is_dir() {
+            true => found.extend(files(&path)?),
+            false => found.push(path),
+        }
+    }
+    found.sort();
+    Ok(found)
+}
+
+/// Lines of `sha256sum`, in the order of the names.
+fn checksums(folder: &Path) -> Result<String> {
+    let mut text = String::new();
+    for path in files(folder)? {
+        let name = path
+            .strip_prefix(folder)?
+            .to_string_lossy()
+            .replace('\\', "/");
+        if name != CHECKSUMS {
+            let hash = Sha256::digest(fs::read(&path)?);
+            let hash: String = hash.iter().map(|byte| format!("{byte:02x}")).collect();
+            text += &format!("{hash}  {name}\n");
+        }
+    }
+    Ok(text)
+}
+
+fn readme(workspace: &Workspace) -> Result<String> {
+    let mut git = workspace.command("git");
+    let commit = output(git.args(["describe", "--always", "--dirty", "--abbrev=40"]));
+    let commit = commit.context("the commit that the README names")?;
+    let text = README.replace("{commit}", commit.trim());
+    Ok(text.replace("{version}", env!("CARGO_PKG_VERSION")))
+}
+
+/// Build the committed source in another folder with a target directory of its own, and compare the checksums.
+fn again(workspace: &Workspace, first: &Dist, platforms: &[String]) -> Result<()> {
+    let place = std::env::temp_dir().join(format!("hdrm-dist-{}", std::process::id()));
+    let mut clone = Command::new("git");
+    clone
+        .args(["clone", "--quiet"])
+        .arg(&workspace.root)
+        .arg(&place);
+    execute(&mut clone)?;
+    let other = place.join("target/dist");
+    let mut command = Command::new("cargo");
+    command.current_dir(&place).env_remove("CARGO_TARGET_DIR");
+    command.args(["xtask", "dist"]);
+    command.args(platforms.iter().flat_map(|p| ["--platform", p]));
+    let built = execute(&mut command);
+    let compared = built.and_then(|()| {
+        let read = |folder: &Path| fs::read_to_string(folder.join(CHECKSUMS));
+        let (mine, theirs) = (read(&first.folder)?, read(&other)?);
+        let differing: Vec<_> = mine
+            .lines()
+            .filter(|l| !theirs.lines().any(|t| t == *l))
+            .collect();
+        ensure!(
+            differing.is_empty(),
+            "built again from the same commit in {}, these files differ:\n{}",
+            other.display(),
+            differing.join("\n")
+        );
+        println!(
+            "built again in {}: the same {} files",
+            place.display(),
+            mine.lines().count()
+        );
+        Ok(())
+    });
+    if compared.is_ok() {
+        fs::remove_dir_all(&place)?;
+    }
+    compared
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_an_older_result_is_replaced_and_its_files_are_summed() {
+        let folder = std::env::temp_dir().join(format!("xtask-dist-{}", std::process::id()));
+        fs::create_dir_all(folder.join("win64")).unwrap();
+        fs::write(folder.join("win64/x.exe"), "abc").unwrap();
+        let refused = clear(&folder).unwrap_err().to_string();
+        assert!(refused.contains("holds other files"), "{refused}");
+        // The digest of `abc` in FIPS 180-4.
+        let sum = "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad";
+        let expected = format!("{sum}  win64/x.exe\n");
+        assert_eq!(checksums(&folder).unwrap(), expected);
+        fs::write(folder.join(CHECKSUMS), &expected).unwrap();
+        assert_eq!(checksums(&folder).unwrap(), expected, "not of itself");
+        clear(&folder).unwrap();
+        assert!(!folder.exists());
+        clear(&folder).unwrap();
+    }
+}

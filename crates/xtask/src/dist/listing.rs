@@ -1,0 +1,106 @@
+//! What was built, what was run, what was not and why, platform by platform.
+
+use std::collections::BTreeMap;
+use std::fmt;
+use std::fs;
+use std::path::Path;
+
+use anyhow::{Context, Result, ensure};
+use cargo_fmu::archive;
+use cargo_fmu::portability::Needs;
+
+use super::Dist;
+
+/// The lines so far, by platform folder.
+#[derive(Default)]
+pub struct Listing(BTreeMap<String, Vec<String>>);
+
+impl Listing {
+    /// A platform that nothing was built for.
+    pub fn not_built(&mut self, platform: &str, why: &str) {
+        self.add(platform, "not built", why);
+    }
+
+    /// A run of what was built for a platform, and what it showed.
+    pub fn run(&mut self, platform: &str, what: &str) {
+        self.add(platform, "run", what);
+    }
+
+    /// A run that was not made.
+    pub fn not_run(&mut self, platform: &str, why: &str) {
+        self.add(platform, "not run", why);
+    }
+
+    fn add(&mut self, platform: &str, kind: &str, text: &str) {
+        let lines = self.0.entry(platform.to_string()).or_default();
+        lines.push(format!("{kind:<10} {text}"));
+    }
+
+    /// Every library and program in the folder, by what its own headers say.
+    pub fn built(&mut self, dist: &Dist) -> Result<()> {
+        for fmu in dist.archives("fmu")? {
+            let entries = archive::read(&fmu)?;
+            for target in &dist.targets {
+                let folder = target.platform.folder;
+                let inside = format!("binaries/{folder}/");
+                let library = entries.iter().find(|(name, _)| name.starts_with(&inside));
+                let library = library.map(|(_, bytes)| bytes);
+                let library =
+                    library.with_context(|| format!("{} in {}", inside, fmu.display()))?;
+                self.binary(folder, &file_name(&fmu), library)?;
+                let needs = Needs::of(library)?;
+                ensure!(
+                    needs.mathematics().is_empty(),
+                    "the library for {folder} in {} takes {} from the platform, so its numbers would differ between platforms; models \
+                     must call these functions of the crate `libm`",
+                    fmu.display(),
+                    needs.mathematics().join(", ")
+                );
+            }
+        }
+        for ((folder, _), path) in &dist.programs {
+            if path.starts_with(&dist.folder) {
+                self.binary(folder, &file_name(path), &fs::read(path)?)?;
+            }
+        }
+        for ssp in dist.archives("ssp")? {
+            let size = fs::metadata(&ssp)?.len() / 1000;
+            let text = format!("{:<16} {size:>6} kB", file_name(&ssp));
+            self.add("all", "built", &text);
+        }
+        Ok(())
+    }
+
+    fn binary(&mut self, platform: &str, name: &str, bytes: &[u8]) -> Result<()> {
+        let needs = Needs::of(bytes)?;
+        let glibc = needs.glibc().map(|version| format!("GLIBC_{version}, "));
+        let libraries: Vec<_> = needs.libraries.iter().map(String::as_str).collect();
+        let text = format!(
+            "{name:<16} {:>6} kB, needs {}{}",
+            bytes.len() / 1000,
+            glibc.unwrap_or_default(),
+            libraries.join(" ")
+        );
+        self.add(platform, "built", &text);
+        Ok(())
+    }
+}
+
+fn file_name(path: &Path) -> String {
+    path.file_name()
+        .unwrap_or_default()
+        .to_string_lossy()
+        .into_owned()
+}
+
+impl fmt::Display for Listing {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        for (platform, lines) in &self.0 {
+            writeln!(f, "{platform}")?;
+            for line in lines {
+                writeln!(f, "  {line}")?;
+            }
+        }
+        Ok(())
+    }
+}
