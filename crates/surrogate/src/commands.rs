@@ -10,6 +10,7 @@ use clap::{Args, Parser};
 use emla::Surrogate;
 use indicatif::{ProgressBar, ProgressStyle};
 
+use crate::rig_commands::{RigCompareArgs, RigDataArgs, RigLoopArgs};
 use crate::testbed::Testbed;
 use crate::training::{EPOCHS, Prepared, Progress};
 use crate::{campaign, comparison, data, plots};
@@ -28,6 +29,12 @@ pub enum Command {
     Plots(PlotsArgs),
     /// Print how much closer the hybrid comes to the virtual testbed's truth than the physics.
     Compare(CompareArgs),
+    /// Run the campaign on the rig (a simulation, not measurements): transients, both directions, temperatures, sensors; write it as CSV.
+    RigData(RigDataArgs),
+    /// Print what physics, hybrid and network predict on profiles of the rig that are held out: current and efficiency.
+    RigCompare(RigCompareArgs),
+    /// Print tracking, required against true current, and what physics, hybrid and network predict, along a coupled run on rigs.
+    RigLoop(RigLoopArgs),
 }
 
 /// Arguments of `testbed`.
@@ -69,14 +76,14 @@ pub struct TrainArgs {
 
 /// The network that a picture or comparison is of.
 #[derive(Args)]
-struct NetworkArg {
+pub(crate) struct NetworkArg {
     /// Network file; the shipped network without it.
     #[arg(long)]
     network: Option<PathBuf>,
 }
 
 impl NetworkArg {
-    fn read(&self) -> Result<Surrogate> {
+    pub(crate) fn read(&self) -> Result<Surrogate> {
         let Some(path) = &self.network else {
             return Ok(Surrogate::reference());
         };
@@ -219,6 +226,9 @@ impl Command {
             Self::Map(args) => args.run(),
             Self::Plots(args) => args.run(),
             Self::Compare(args) => args.run(),
+            Self::RigData(args) => args.run(),
+            Self::RigCompare(args) => args.run(),
+            Self::RigLoop(args) => args.run(),
         }
     }
 }
@@ -330,7 +340,7 @@ fn make_folder(path: &std::path::Path) -> Result<()> {
     std::fs::create_dir_all(folder).with_context(|| format!("cannot make {}", folder.display()))
 }
 
-fn write(path: &std::path::Path, text: &str) -> Result<()> {
+pub(crate) fn write(path: &std::path::Path, text: &str) -> Result<()> {
     make_folder(path)?;
     std::fs::write(path, text).with_context(|| format!("cannot write {}", path.display()))
 }

@@ -2,12 +2,13 @@
 //!
 //! The header names each column and may give its unit in brackets: `tau_e [N.m]`. Training
 //! needs `tau_e`, `w_m`, `F_ext` and `x_dot`; other columns are allowed. Lines that begin
-//! with `#` are comments. Every refusal names the file, the line and the column.
+//! with `#` are comments. A column `profile` numbers the runs that rows belong to: what tests the training is then held out by run.
+//! Rows of motion backwards are mirrored. Every refusal names the file, the line and the column.
 
 use std::fmt::Write as _;
 use std::path::Path;
 
-use anyhow::{Context as _, Result, bail};
+use anyhow::{Context as _, Result, anyhow, bail};
 
 /// One operating point; SI, dq quantities peak-valued.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -41,6 +42,9 @@ const COLUMNS: [(&str, &str); 8] = [
     ("F_ext", "N"),
     ("x_dot", "m/s"),
 ];
+
+/// Column that numbers the runs.
+const PROFILE: &str = "profile";
 
 /// The four of [`COLUMNS`] that training needs: two inputs, two targets.
 const NEEDED: [usize; 4] = [4, 5, 6, 7];
@@ -101,6 +105,20 @@ pub fn to_csv(rows: &[Row], comment: &str) -> String {
     text
 }
 
+/// [`to_csv`] with the number of each row's profile in a column before the others.
+#[must_use]
+pub fn to_csv_by_profile(rows: &[(u32, Row)], comment: &str) -> String {
+    let plain: Vec<Row> = rows.iter().map(|row| row.1).collect();
+    let text = to_csv(&plain, comment);
+    let (comment, table) = text.split_once('\n').expect("a comment");
+    let (header, table) = table.split_once('\n').expect("a header");
+    let mut numbered = format!("{comment}\n{PROFILE},{header}\n");
+    for (line, (profile, _)) in table.lines().zip(rows) {
+        writeln!(numbered, "{profile},{line}").expect("writing to a string cannot fail");
+    }
+    numbered
+}
+
 /// What training sees of a file: rows of (tau_e, w_m) and of (F_ext, x_dot), and where they are from.
 #[derive(Clone, Debug)]
 pub struct Data {
@@ -108,6 +126,8 @@ pub struct Data {
     pub inputs: Vec<[f64; 2]>,
     /// [F_ext, x_dot], N and m/s.
     pub targets: Vec<[f64; 2]>,
+    /// Profile of each row; empty where the file does not say.
+    pub profiles: Vec<u32>,
     /// First comment line, or the file's name.
     pub origin: String,
     /// SHA-256 of the file, hexadecimal.
@@ -133,7 +153,8 @@ pub fn parse_csv(name: &str, text: &str) -> Result<Data> {
         .clone();
     let line = line_of(text, header.position());
     let places = find_columns(name, line, &header)?;
-    let mut cells = Vec::new();
+    let profile = header.iter().position(|h| h.trim() == PROFILE);
+    let (mut cells, mut profiles) = (Vec::new(), Vec::new());
     for record in reader.records() {
         let record = record.with_context(|| format!("{name}: not a table"))?;
         let line = line_of(text, record.position());
@@ -142,19 +163,24 @@ pub fn parse_csv(name: &str, text: &str) -> Result<Data> {
             *cell = number(name, line, COLUMNS[column].0, &record[place])?;
         }
         if row[1] < 0.0 {
-            bail!(
-                "{name}, line {line}, column w_m: {} rad/s is negative; train on one direction of \
-                 motion (the other follows by symmetry)",
-                row[1]
-            );
+            // Odd symmetry: the actuator works backwards as forwards.
+            row = row.map(|value| -value);
         }
         cells.push(row);
+        if let Some(place) = profile {
+            let cell = &record[place];
+            let number = cell.parse().map_err(|_| {
+                anyhow!("{name}, line {line}, column {PROFILE}: `{cell}` must be a whole number from 0 on")
+            })?;
+            profiles.push(number);
+        }
     }
     check_columns(name, line, &cells)?;
     let comment = text.lines().find_map(|line| line.strip_prefix('#'));
     Ok(Data {
         inputs: cells.iter().map(|r| [r[0], r[1]]).collect(),
         targets: cells.iter().map(|r| [r[2], r[3]]).collect(),
+        profiles,
         origin: comment.map_or_else(|| name.to_owned(), |c| c.trim().to_owned()),
         sha256: sha256(text),
     })

@@ -6,14 +6,23 @@
 //! [`emla::Surrogate`]. SI units; dq quantities peak-valued. Source: the paper's section
 //! "Surrogate-Enhanced Hybrid Model of the EMLA".
 #![forbid(unsafe_code)]
+#![allow(non_snake_case)] // the paper's symbols
 
 pub mod campaign;
 pub mod commands;
 pub mod comparison;
+pub mod coupled_run;
 pub mod data;
 pub mod lm;
 pub mod network;
 pub mod normal;
 pub mod plots;
+pub mod prediction;
+pub mod profile;
+pub mod rig_campaign;
+pub mod rig_commands;
+pub mod rig_plots;
+pub mod rig_run;
 pub mod testbed;
 pub mod training;
+pub mod windows;

@@ -11,18 +11,18 @@ use plotters::style::{FontStyle, register_font};
 use crate::campaign::{LOAD_MAX, SPEED};
 
 const SIZE: (u32, u32) = (1200, 520);
-const FONT: (&str, i32) = ("sans-serif", 16);
-const TITLE: (&str, i32) = ("sans-serif", 18);
+pub(crate) const FONT: (&str, i32) = ("sans-serif", 16);
+pub(crate) const TITLE: (&str, i32) = ("sans-serif", 18);
 /// Bars of a histogram.
 const BARS: usize = 61;
 /// Cells of the efficiency map along load and speed.
 pub const MAP_CELLS: [usize; 2] = [70, 70];
 
 /// Area of any backend.
-type Area<'a, B> = DrawingArea<B, Shift>;
+pub(crate) type Area<'a, B> = DrawingArea<B, Shift>;
 
 /// Something that can be drawn on any backend.
-trait Picture {
+pub(crate) trait Picture {
     fn draw<B: DrawingBackend>(
         &self,
         area: &Area<'_, B>,
@@ -30,7 +30,7 @@ trait Picture {
 }
 
 /// Draw `picture` as `folder/name.png` and `.svg`; the files' names.
-fn save(picture: &impl Picture, folder: &Path, name: &str) -> Result<[PathBuf; 2]> {
+pub(crate) fn save(picture: &impl Picture, folder: &Path, name: &str) -> Result<[PathBuf; 2]> {
     // Without system fonts; a second registration changes nothing.
     register_font(
         FONT.0,
@@ -192,7 +192,7 @@ impl Picture for LearningCurve<'_> {
     }
 }
 
-/// Efficiency by load (rows, 0 … 70 kN) and rod speed (columns, 0 … 70 mm/s).
+/// Efficiency by load (rows, 0 … 70 kN) and rod speed (columns).
 pub struct Map {
     /// What it shows.
     pub title: String,
@@ -210,7 +210,11 @@ pub fn cell_centre(load: usize, speed: usize) -> (f64, f64) {
     )
 }
 
-struct EfficiencyMaps<'a>(&'a [Map]);
+/// Maps side by side, over rod speeds in m/s from the first to the second.
+pub(crate) struct EfficiencyMaps<'a> {
+    pub(crate) maps: &'a [Map],
+    pub(crate) speeds: [f64; 2],
+}
 
 impl Picture for EfficiencyMaps<'_> {
     fn draw<B: DrawingBackend>(
@@ -219,21 +223,25 @@ impl Picture for EfficiencyMaps<'_> {
     ) -> Result<(), DrawingAreaErrorKind<B::ErrorType>> {
         area.fill(&WHITE)?;
         let (maps, legend) = area.split_horizontally(SIZE.0 - 90);
-        for (map, part) in self.0.iter().zip(maps.split_evenly((1, self.0.len()))) {
-            let (load_max, speed_max) = (LOAD_MAX / 1e3, SPEED[1] * 1e3);
+        for (map, part) in self
+            .maps
+            .iter()
+            .zip(maps.split_evenly((1, self.maps.len())))
+        {
+            let (load_max, [slow, fast]) = (LOAD_MAX / 1e3, self.speeds.map(|v| 1e3 * v));
             let mut chart = ChartBuilder::on(&part)
                 .caption(&map.title, TITLE)
                 .margin(10)
                 .x_label_area_size(44)
                 .y_label_area_size(52)
-                .build_cartesian_2d(0.0..speed_max, 0.0..load_max)?;
+                .build_cartesian_2d(slow..fast, 0.0..load_max)?;
             let (d_load, d_speed) = (
                 load_max / MAP_CELLS[0] as f64,
-                speed_max / MAP_CELLS[1] as f64,
+                (fast - slow) / MAP_CELLS[1] as f64,
             );
             for (i, row) in map.cells.iter().enumerate() {
                 chart.draw_series(row.iter().enumerate().map(|(j, &eta)| {
-                    let (x, y) = (j as f64 * d_speed, i as f64 * d_load);
+                    let (x, y) = (slow + j as f64 * d_speed, i as f64 * d_load);
                     Rectangle::new([(x, y), (x + d_speed, y + d_load)], heat(eta).filled())
                 }))?;
             }
@@ -279,7 +287,8 @@ fn extent<'a>(values: impl Iterator<Item = &'a f64>) -> (f64, f64) {
 
 /// Efficiency maps side by side.
 pub fn efficiency_maps(maps: &[Map], folder: &Path) -> Result<[PathBuf; 2]> {
-    save(&EfficiencyMaps(maps), folder, "efficiency_map")
+    let speeds = [0.0, SPEED[1]];
+    save(&EfficiencyMaps { maps, speeds }, folder, "efficiency_map")
 }
 
 /// The quality pictures of a network on `inputs` (tau_e, w_m) and `targets` (F_ext, x_dot), SI.

@@ -30,7 +30,7 @@ pub struct Prepared {
 }
 
 impl Prepared {
-    /// `mapminmax` over all rows, then a seeded split 70:20:10.
+    /// `mapminmax` over all rows, then a seeded split 70:20:10: of rows, or of profiles where the data name them.
     #[must_use]
     pub fn new(data: Data, seed: u64) -> Self {
         let ranges = Ranges {
@@ -41,9 +41,7 @@ impl Prepared {
         };
         let inputs = scaled(&data.inputs, [ranges.tau_e, ranges.w_m]);
         let targets = scaled(&data.targets, [ranges.f_ext, ranges.x_dot]);
-        let mut order: Vec<usize> = (0..inputs.len()).collect();
-        order.shuffle(&mut ChaCha8Rng::seed_from_u64(seed));
-        let ends = [order.len() * 7 / 10, order.len() * 9 / 10];
+        let (order, ends) = shuffled(&data, seed);
         let part = |rows: &[usize]| Samples {
             inputs: rows.iter().map(|&r| inputs[r]).collect(),
             targets: rows.iter().map(|&r| targets[r]).collect(),
@@ -97,6 +95,32 @@ impl Prepared {
             test: f(test),
         }
     }
+}
+
+/// Rows in the order of the split, and where its first two parts end.
+fn shuffled(data: &Data, seed: u64) -> (Vec<usize>, [usize; 2]) {
+    let rows = data.inputs.len();
+    let rng = &mut ChaCha8Rng::seed_from_u64(seed);
+    if data.profiles.is_empty() {
+        let mut order: Vec<usize> = (0..rows).collect();
+        order.shuffle(rng);
+        return (order, [rows * 7 / 10, rows * 9 / 10]);
+    }
+    let mut profiles = data.profiles.clone();
+    profiles.sort_unstable();
+    profiles.dedup();
+    profiles.shuffle(rng);
+    let mut order = Vec::with_capacity(rows);
+    let mut ends = [rows; 2];
+    for (k, profile) in profiles.iter().enumerate() {
+        for (end, tenths) in ends.iter_mut().zip([7, 9]) {
+            if k == profiles.len() * tenths / 10 {
+                *end = order.len();
+            }
+        }
+        order.extend((0..rows).filter(|&row| data.profiles[row] == *profile));
+    }
+    (order, ends)
 }
 
 /// Everything that a run needs to go on: the checkpoint file.

@@ -1,6 +1,9 @@
 //! A user's CSV: what is read, and what is refused with which words.
 
-use surrogate::data::{FEWEST_ROWS, Row, parse_csv, to_csv};
+use std::collections::BTreeSet;
+
+use surrogate::data::{FEWEST_ROWS, Row, parse_csv, to_csv, to_csv_by_profile};
+use surrogate::training::Prepared;
 
 fn rows(count: usize) -> Vec<Row> {
     let row = |k: usize| {
@@ -72,10 +75,6 @@ fn refusals_name_file_line_and_column() {
         "rig.csv: not a table: CSV error: record 4 (line: 6, byte: 150): found record with 7 fields, \
          but the previous record has 8 fields"
     );
-    assert!(
-        broken("0,0,0,0,1.5,4,300,0.003", "0,0,0,0,1.5,-4,300,0.003")
-            .starts_with("rig.csv, line 6, column w_m: -4 rad/s is negative")
-    );
 }
 
 #[test]
@@ -92,4 +91,36 @@ fn too_few_rows_and_constant_columns_are_refused() {
          from it"
     );
     assert!(refusal("").contains("column tau_e [N.m] is missing"));
+}
+
+/// What a row of motion backwards says, its mirror image says of motion forwards.
+#[test]
+fn motion_backwards_is_mirrored() {
+    let text = csv().replacen("0,0,0,0,1.5,4,300,0.003", "0,0,0,0,-1.5,-4,-300,-0.003", 1);
+    let (mirrored, plain) = (parse_csv("rig.csv", &text), parse_csv("rig.csv", &csv()));
+    let (mirrored, plain) = (mirrored.expect("valid"), plain.expect("valid"));
+    assert_ne!(text, csv());
+    assert_eq!(mirrored.inputs, plain.inputs);
+    assert_eq!(mirrored.targets, plain.targets);
+}
+
+/// Of 20 profiles 14 are trained on, 4 stop the training and 2 test it; no profile is in two parts. Force 100·k tells a row's profile.
+#[test]
+fn profiles_are_held_out_whole() {
+    let rows: Vec<(u32, Row)> = (0..).zip(rows(100)).map(|(k, row)| (k / 5, row)).collect();
+    let data = parse_csv("rig.csv", &to_csv_by_profile(&rows, "made up")).expect("valid");
+    assert_eq!(data.profiles[7], 1);
+    let range = Prepared::new(data.clone(), 3).ranges.f_ext;
+    let samples = Prepared::new(data, 3).samples;
+    let parts = [samples.training, samples.validation, samples.test].map(|part| {
+        let profile = |t: &[f64; 2]| (range.unscale(t[0]) / 500.0 + 1e-9) as u32;
+        part.targets.iter().map(profile).collect::<BTreeSet<_>>()
+    });
+    assert_eq!(parts.each_ref().map(BTreeSet::len), [14, 4, 2]);
+    assert_eq!(parts.iter().flatten().collect::<BTreeSet<_>>().len(), 20);
+    let wrong = "# c\nprofile,tau_e,w_m,F_ext,x_dot\n-1,1,1,1,1\n";
+    assert_eq!(
+        refusal(wrong),
+        "rig.csv, line 3, column profile: `-1` must be a whole number from 0 on"
+    );
 }

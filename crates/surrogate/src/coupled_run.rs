@@ -1,0 +1,162 @@
+//! A coupled run of the machine on rigs, read from the CSV file of `hdrm-fmu run`: what is true of its actuators in windows of 20 ms.
+
+use std::path::Path;
+
+use anyhow::{Context as _, Result, bail};
+use emla::maps;
+use machine::Emla;
+
+use crate::windows::{SAMPLES, SLOWEST, Truth};
+
+/// Columns of one actuator.
+#[derive(Clone, Debug)]
+struct Axis {
+    i_q: Vec<f64>,
+    i_q_required: Vec<f64>,
+    tau_e: Vec<f64>,
+    F: Vec<f64>,
+    theta_m: Vec<f64>,
+    w_m: Vec<f64>,
+    x: Vec<f64>,
+    loss: Vec<f64>,
+    T: [Vec<f64>; 2],
+}
+
+/// What a coupled run says of its actuators.
+#[derive(Clone, Debug)]
+pub struct CoupledRun {
+    /// Time from row to row, s.
+    h: f64,
+    time: Vec<f64>,
+    tip_error: Vec<f64>,
+    axes: Vec<Axis>,
+}
+
+impl CoupledRun {
+    /// Read the file; it must hold all signals of the controller and of `emla_1` … `emla_3`, which are rigs.
+    ///
+    /// # Errors
+    /// A signal that is missing, a value that is no number, by name.
+    pub fn read(path: &Path) -> Result<Self> {
+        let name = path.display();
+        let mut reader =
+            csv::Reader::from_path(path).with_context(|| format!("cannot read {name}"))?;
+        let header = reader
+            .headers()
+            .with_context(|| format!("{name}: no header"))?
+            .clone();
+        let mut columns = vec![Vec::new(); header.len()];
+        for record in reader.records() {
+            let record = record.with_context(|| format!("{name}: not a table"))?;
+            for (column, cell) in columns.iter_mut().zip(&record) {
+                column.push(match cell {
+                    "true" => 1.0,
+                    "false" => 0.0,
+                    number => number
+                        .parse::<f64>()
+                        .with_context(|| format!("{name}: `{number}`"))?,
+                });
+            }
+        }
+        let column = |signal: &str| -> Result<Vec<f64>> {
+            let Some(place) = header.iter().position(|h| h == signal) else {
+                bail!(
+                    "{name}: signal `{signal}` is missing; record a run on rigs with --signals \"*\""
+                );
+            };
+            Ok(columns[place].clone())
+        };
+        let time = column("time")?;
+        if time.len() < 2 * SAMPLES {
+            bail!(
+                "{name}: {} rows, at least {} are needed",
+                time.len(),
+                2 * SAMPLES
+            );
+        }
+        let axis = |k: u32| -> Result<Axis> {
+            let of = |signal: &str| column(&format!("emla_{k}.{signal}"));
+            Ok(Axis {
+                i_q: of("i_q")?,
+                i_q_required: column(&format!("controller.i_q_required[{k}]"))?,
+                tau_e: of("tau_e")?,
+                F: of("F_mean")?,
+                theta_m: of("theta_m")?,
+                w_m: of("w_m")?,
+                x: of("x_rod")?,
+                loss: of("energy.loss")?,
+                T: [of("T_winding")?, of("T_housing")?],
+            })
+        };
+        Ok(Self {
+            h: time[1] - time[0],
+            tip_error: column("controller.tip_error_norm")?,
+            axes: [1, 2, 3].map(axis).into_iter().collect::<Result<_>>()?,
+            time,
+        })
+    }
+
+    fn from(&self, start: f64) -> usize {
+        self.time
+            .iter()
+            .position(|&t| t >= start)
+            .unwrap_or(self.time.len())
+    }
+
+    /// Tip errors from `start`, s, on, m.
+    pub fn tip_errors(&self, start: f64) -> impl Iterator<Item = f64> + '_ {
+        self.tip_error[self.from(start)..].iter().copied()
+    }
+
+    /// Required less true currents of all axes from `start`, s, on, A.
+    pub fn current_errors(&self, start: f64) -> impl Iterator<Item = f64> + '_ {
+        let first = self.from(start);
+        self.axes
+            .iter()
+            .flat_map(move |a| (first..a.i_q.len()).map(|k| a.i_q_required[k] - a.i_q[k]))
+    }
+
+    /// What is true of all axes in windows from `start`, s, on in which the rod moves one way.
+    #[must_use]
+    pub fn windows(&self, p: &Emla, start: f64) -> Vec<Truth> {
+        let first = self.from(start);
+        let count = (self.time.len() - first).saturating_sub(1) / SAMPLES;
+        let windows = self.axes.iter().flat_map(|axis| {
+            (0..count).filter_map(move |k| axis.window(p, first + k * SAMPLES, self.h))
+        });
+        windows.collect()
+    }
+}
+
+impl Axis {
+    fn window(&self, p: &Emla, first: usize, h: f64) -> Option<Truth> {
+        let last = first + SAMPLES;
+        let travel = maps::travel_per_radian(p);
+        let moves = |sign: f64| {
+            self.w_m[first..=last]
+                .iter()
+                .all(|w| sign * travel * w > SLOWEST)
+        };
+        if !(moves(1.0) || moves(-1.0)) {
+            return None;
+        }
+        let mean = |v: &[f64]| {
+            let ends = 0.5 * (v[first] + v[last]);
+            (ends + v[first + 1..last].iter().sum::<f64>()) / SAMPLES as f64
+        };
+        let rise = |v: &[f64]| (v[last] - v[first]) / (SAMPLES as f64 * h);
+        let F = self.F[first + 1..=last].iter().sum::<f64>() / SAMPLES as f64;
+        let w_m = rise(&self.theta_m);
+        Some(Truth {
+            i_q: mean(&self.i_q),
+            tau_e: mean(&self.tau_e),
+            F,
+            w_m,
+            w_m_dot: rise(&self.w_m),
+            x_dot: rise(&self.x),
+            T: [mean(&self.T[0]), mean(&self.T[1])],
+            P_out: F * travel * w_m,
+            P_loss: rise(&self.loss),
+        })
+    }
+}

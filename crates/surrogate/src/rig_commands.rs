@@ -1,0 +1,274 @@
+//! Commands on the rig: its data, and what the models predict on profiles that they have not seen.
+
+use std::io::{Write as _, stdout};
+use std::path::PathBuf;
+
+use anyhow::Result;
+use clap::Args;
+use emla::Surrogate;
+use rayon::prelude::*;
+
+use crate::commands::{NetworkArg, write};
+use crate::coupled_run::CoupledRun;
+use crate::data;
+use crate::prediction::{Model, Motion};
+use crate::profile::Profile;
+use crate::rig_campaign::{
+    Trust, compliance, held_out_profiles, measure, rms, rows, training_profiles,
+};
+use crate::rig_plots;
+use crate::windows::{Truth, Window};
+
+/// Rod speed, m/s, below which both powers are small and their ratio says little.
+const EFFICIENCY_SPEED: f64 = 0.01;
+/// Names and shares of the network.
+const MODELS: [(&str, f64); 3] = [("physics", 0.0), ("hybrid", 0.9), ("network", 1.0)];
+
+/// Arguments of `rig-data`.
+#[derive(Args)]
+pub struct RigDataArgs {
+    /// Number of profiles.
+    #[arg(long, default_value_t = 20)]
+    profiles: u32,
+    /// Length of a profile, s.
+    #[arg(long, default_value_t = 6.0)]
+    seconds: f64,
+    /// Seed of profiles and sensors.
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// CSV file to write.
+    #[arg(long, default_value = "target/surrogate/rig.csv")]
+    out: PathBuf,
+}
+
+impl RigDataArgs {
+    /// Run the campaign.
+    pub(crate) fn run(self) -> Result<()> {
+        let p = machine::Machine::reference().emla;
+        let profiles = training_profiles(self.profiles, self.seconds, self.seed);
+        let campaign = measure(&p, &profiles)?;
+        let again: Vec<Profile> = profiles.iter().take(4).copied().collect();
+        let again = repeat(&p, &again)?;
+        let rows = rows(&p, &campaign);
+        let comment = format!(
+            "rig: a simulation, not measurements; {} profiles of {} s at 1 kHz, means of 20 ms, seed {}",
+            self.profiles, self.seconds, self.seed
+        );
+        write(&self.out, &data::to_csv_by_profile(&rows, &comment))?;
+        let trust = Trust::of(&p, &campaign, &again);
+        writeln!(
+            stdout(),
+            "{} rows of {} profiles in {}",
+            rows.len(),
+            profiles.len(),
+            self.out.display()
+        )?;
+        writeln!(
+            stdout(),
+            "compliance between nut and rod {:.2e} m/N; force errors of a row, root mean square: {:.0} N by the sensors alone (noise floor), {:.0} N from run to run (repeatability)",
+            compliance(&p, &campaign),
+            trust.floor,
+            trust.repeatability
+        )?;
+        Ok(())
+    }
+}
+
+/// The same profiles with their sensors set up anew.
+fn repeat(p: &machine::Emla, profiles: &[Profile]) -> Result<Vec<Vec<Window>>> {
+    profiles
+        .par_iter()
+        .map(|profile| {
+            Ok(crate::windows::windows(
+                p,
+                &crate::rig_run::run(profile, !profile.seed)?,
+            ))
+        })
+        .collect()
+}
+
+/// Arguments of `rig-compare`.
+#[derive(Args)]
+pub struct RigCompareArgs {
+    #[command(flatten)]
+    network: NetworkArg,
+    /// Length of a held-out profile, s.
+    #[arg(long, default_value_t = 10.0)]
+    seconds: f64,
+    /// Seed of the held-out profiles.
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// Folder for efficiency maps and time responses, as PNG and SVG; none without it.
+    #[arg(long)]
+    out: Option<PathBuf>,
+}
+
+/// Arguments of `rig-loop`.
+#[derive(Args)]
+pub struct RigLoopArgs {
+    #[command(flatten)]
+    network: NetworkArg,
+    /// CSV file of `hdrm-fmu run` on a system with rigs, with --signals "*".
+    #[arg(long)]
+    run: PathBuf,
+    /// Time from which on the run counts, s.
+    #[arg(long, default_value_t = 4.0)]
+    start: f64,
+}
+
+impl RigLoopArgs {
+    /// Read and print.
+    pub(crate) fn run(self) -> Result<()> {
+        let p = machine::Machine::reference().emla;
+        let surrogate = self.network.read()?;
+        let run = CoupledRun::read(&self.run)?;
+        let windows = run.windows(&p, self.start);
+        let tip = rms(run.tip_errors(self.start));
+        let required = rms(run.current_errors(self.start));
+        writeln!(
+            stdout(),
+            "{}: tip RMSE {:.4} mm; required less true current {required:.3} A rms; predicted from force and motion ({} windows of 20 ms):",
+            self.run.display(),
+            1e3 * tip,
+            windows.len()
+        )?;
+        for (name, alpha) in MODELS {
+            let e = errors(&Model::new(p, surrogate.clone(), alpha), &windows);
+            writeln!(
+                stdout(),
+                "  {:<24}{}",
+                format!("{name}, alpha = {alpha}"),
+                e.cell()
+            )?;
+        }
+        Ok(())
+    }
+}
+
+/// Errors of a model on windows, root mean square: current, A, and efficiency, with temperatures known and taken for the reference.
+#[derive(Clone, Copy, Debug)]
+struct Errors {
+    current: [f64; 2],
+    efficiency: [f64; 2],
+}
+
+impl Errors {
+    fn cell(&self) -> String {
+        let [current, efficiency] = [self.current, self.efficiency.map(|e| 1e2 * e)];
+        let power = if efficiency[0].is_nan() {
+            "-".into()
+        } else {
+            format!("{:.2} ({:.2}) %", efficiency[0], efficiency[1])
+        };
+        format!("{:.3} ({:.3}) A / {power}", current[0], current[1])
+    }
+}
+
+impl RigCompareArgs {
+    /// Predict and print.
+    pub(crate) fn run(self) -> Result<()> {
+        let p = machine::Machine::reference().emla;
+        let surrogate = self.network.read()?;
+        let profiles = held_out_profiles(self.seconds, self.seed);
+        let measured = measure(&p, &profiles)?;
+        writeln!(
+            stdout(),
+            "root mean square errors on held-out profiles of the rig (a simulation): required current A / efficiency %"
+        )?;
+        writeln!(
+            stdout(),
+            "with the temperatures of winding and magnets known; in brackets taken for 20 °C"
+        )?;
+        write!(stdout(), "{:<10}{:>8}", "profile", "windows")?;
+        for (name, alpha) in MODELS {
+            write!(stdout(), "{:>38}", format!("{name}, alpha = {alpha}"))?;
+        }
+        writeln!(stdout())?;
+        let models = MODELS.map(|(_, alpha)| Model::new(p, surrogate.clone(), alpha));
+        for (profile, windows) in profiles.iter().zip(&measured) {
+            line(profile.kind.name(), &models, &truths(windows))?;
+        }
+        let all: Vec<&Window> = measured.iter().flatten().collect();
+        let [physics, hybrid, network] = line("all", &models, &truths(all.iter().copied()))?;
+        for (name, other) in [("hybrid", hybrid), ("network", network)] {
+            writeln!(
+                stdout(),
+                "{name} against physics: current {:.1} times better, efficiency {:.1} times",
+                physics.current[0] / other.current[0],
+                physics.efficiency[0] / other.efficiency[0]
+            )?;
+        }
+        quality(&surrogate, &all)?;
+        if let Some(folder) = &self.out {
+            std::fs::create_dir_all(folder)?;
+            for file in rig_plots::all(&models, &surrogate, &measured[4], folder)? {
+                writeln!(stdout(), "{}", file.display())?;
+            }
+        }
+        Ok(())
+    }
+}
+
+fn truths<'a>(windows: impl IntoIterator<Item = &'a Window>) -> Vec<Truth> {
+    windows.into_iter().map(|w| w.truth).collect()
+}
+
+fn line(name: &str, models: &[Model; 3], windows: &[Truth]) -> Result<[Errors; 3]> {
+    let errors = [0, 1, 2].map(|k: usize| errors(&models[k], windows));
+    write!(stdout(), "{name:<10}{:>8}", windows.len())?;
+    for e in &errors {
+        write!(stdout(), "{:>38}", e.cell())?;
+    }
+    writeln!(stdout())?;
+    Ok(errors)
+}
+
+fn errors(model: &Model, windows: &[Truth]) -> Errors {
+    let reference = rig::Extras::AS_BUILT.temperature.reference;
+    let travel = emla::maps::travel_per_radian(&machine::Machine::reference().emla);
+    let demands = |known: bool| -> Vec<(f64, Option<f64>)> {
+        windows
+            .par_iter()
+            .map(|w| {
+                let mut motion = Motion::from(w);
+                if !known {
+                    motion.T = [reference; 2];
+                }
+                let demand = model.demand(&motion);
+                let slower = w.x_dot.abs().min(travel * w.w_m.abs());
+                let efficiency = w.efficiency().filter(|_| slower > EFFICIENCY_SPEED);
+                (
+                    demand.i_q - w.i_q,
+                    efficiency.map(|truth| demand.efficiency - truth),
+                )
+            })
+            .collect()
+    };
+    let both = [demands(true), demands(false)];
+    Errors {
+        current: [0, 1].map(|k: usize| rms(both[k].iter().map(|d| d.0))),
+        efficiency: [0, 1].map(|k: usize| rms(both[k].iter().filter_map(|d| d.1))),
+    }
+}
+
+/// The network itself on the rows of held-out profiles, as the sensors give them.
+fn quality(surrogate: &Surrogate, windows: &[&Window]) -> Result<()> {
+    let ranges = surrogate.file().ranges;
+    let error = |w: &&Window| {
+        let y = surrogate.evaluate(w.row.tau_e, w.row.w_m);
+        [y.F - w.row.f_ext, y.x_dot - w.row.x_dot]
+    };
+    let [F, x_dot] = [0, 1].map(|k: usize| rms(windows.iter().map(|w| error(w)[k])));
+    let scaled = [
+        F / (ranges.f_ext.max - ranges.f_ext.min),
+        x_dot / (ranges.x_dot.max - ranges.x_dot.min),
+    ]
+    .map(|e| 2.0 * e);
+    writeln!(
+        stdout(),
+        "network on the sensors' rows: force {F:.0} N, rod speed {:.3} mm/s, mse scaled {:.2e} (paper's test 2.2e-3)",
+        1e3 * x_dot,
+        0.5 * (scaled[0] * scaled[0] + scaled[1] * scaled[1])
+    )?;
+    Ok(())
+}
