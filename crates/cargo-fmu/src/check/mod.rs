@@ -3,6 +3,7 @@
 
 mod archive;
 mod binaries;
+mod functions;
 mod outcome;
 mod run;
 mod schema;
@@ -19,7 +20,6 @@ use tempfile::TempDir;
 use uppsala::Document;
 
 use crate::archive::Entries;
-use crate::fmi2::functions::Functions;
 use crate::platform;
 pub use outcome::{Outcome, Promise, Report, Row, Verdict};
 pub use run::one as try_one;
@@ -114,7 +114,7 @@ fn described(text: &str, entries: &Entries, checker: Checker, report: &mut Repor
     binaries::check(
         entries,
         &structure::identifiers(root),
-        &required(root, version),
+        functions::required(root, version),
         report,
     );
     match obstacle(text, &document, entries) {
@@ -146,65 +146,6 @@ fn title(root: Element) -> String {
         get("version")
     )
 }
-
-/// Functions that the libraries must export.
-fn required(root: Element, version: &str) -> Vec<&'static str> {
-    match version {
-        "2.0" => {
-            let co_simulation = root.child("CoSimulation").map(|_| Functions::NAMES);
-            let model_exchange = root.child("ModelExchange").map(|_| MODEL_EXCHANGE);
-            let mut names = [co_simulation, model_exchange]
-                .into_iter()
-                .flatten()
-                .flatten()
-                .copied()
-                .collect::<Vec<_>>();
-            names.sort_unstable();
-            names.dedup();
-            names
-        }
-        _ => Vec::new(),
-    }
-}
-
-/// Functions of FMI 2.0 for model exchange (section 3.2), with those that both interfaces share.
-const MODEL_EXCHANGE: &[&str] = &[
-    "fmi2GetTypesPlatform",
-    "fmi2GetVersion",
-    "fmi2SetDebugLogging",
-    "fmi2Instantiate",
-    "fmi2FreeInstance",
-    "fmi2SetupExperiment",
-    "fmi2EnterInitializationMode",
-    "fmi2ExitInitializationMode",
-    "fmi2Terminate",
-    "fmi2Reset",
-    "fmi2GetReal",
-    "fmi2GetInteger",
-    "fmi2GetBoolean",
-    "fmi2GetString",
-    "fmi2SetReal",
-    "fmi2SetInteger",
-    "fmi2SetBoolean",
-    "fmi2SetString",
-    "fmi2GetFMUstate",
-    "fmi2SetFMUstate",
-    "fmi2FreeFMUstate",
-    "fmi2SerializedFMUstateSize",
-    "fmi2SerializeFMUstate",
-    "fmi2DeSerializeFMUstate",
-    "fmi2GetDirectionalDerivative",
-    "fmi2EnterEventMode",
-    "fmi2NewDiscreteStates",
-    "fmi2EnterContinuousTimeMode",
-    "fmi2CompletedIntegratorStep",
-    "fmi2SetTime",
-    "fmi2SetContinuousStates",
-    "fmi2GetDerivatives",
-    "fmi2GetEventIndicators",
-    "fmi2GetContinuousStates",
-    "fmi2GetNominalsOfContinuousStates",
-];
 
 /// Why the FMU cannot be run here.
 fn obstacle(text: &str, document: &Document, entries: &Entries) -> Option<String> {
