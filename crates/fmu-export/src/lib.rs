@@ -102,6 +102,7 @@ mod fmi2;
 pub use core::check::check;
 pub use core::info::{Enumeration, File, Info, MadeFile};
 pub use core::input::{InputPolynomial, MAX_INPUT_DERIVATIVE};
+pub use core::log::{Level, Log};
 pub use core::model::{Evaluation, Model, ModelError};
 pub use core::parameter_file::read_parameter_file;
 pub use core::step::StepEnd;

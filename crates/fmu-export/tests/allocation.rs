@@ -5,46 +5,16 @@
 #[allow(dead_code, clippy::undocumented_unsafe_blocks)]
 // an importer for several tests, see border/main.rs
 mod client;
+#[path = "border/counting.rs"]
+mod counting;
 #[path = "border/probe.rs"]
 #[allow(dead_code)] // see above
 mod probe;
 
 use client::*;
+use counting::allocations;
 use fmu_export::ffi::*;
 use probe::vr;
-use std::alloc::{GlobalAlloc, Layout, System};
-use std::cell::Cell;
-
-struct Counting;
-
-thread_local! {
-    static COUNT: Cell<u64> = const { Cell::new(0) };
-}
-
-// SAFETY: everything is left to the system's allocator.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        COUNT.set(COUNT.get() + 1);
-        // SAFETY: forwarded.
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn dealloc(&self, memory: *mut u8, layout: Layout) {
-        // SAFETY: forwarded.
-        unsafe { System.dealloc(memory, layout) }
-    }
-}
-
-#[global_allocator]
-static ALLOCATOR: Counting = Counting;
-
-/// Allocations of this thread during `f`.
-fn allocations(f: impl FnOnce()) -> u64 {
-    let before = COUNT.get();
-    f();
-    COUNT.get() - before
-}
-
 #[test]
 fn the_hot_path_does_not_allocate() {
     let fmu = Fmu::stepping();

@@ -1,5 +1,6 @@
 //! What a model says about itself outside its variables: names, default experiment, files, enumerations.
 
+use super::log::{Categories, MOST_CATEGORIES};
 use super::unit::Unit;
 
 /// Model-wide facts for `modelDescription.xml` and the packer.
@@ -19,6 +20,7 @@ pub struct Info {
     pub(crate) resources: &'static [File],
     pub(crate) made_resources: &'static [MadeFile],
     pub(crate) units: &'static [Unit],
+    pub(crate) log_categories: Categories,
     pub(crate) input_derivatives: bool,
     pub(crate) output_derivatives: bool,
     pub(crate) directional_derivatives: bool,
@@ -44,6 +46,7 @@ impl Info {
             resources: &[],
             made_resources: &[],
             units: &[],
+            log_categories: &[],
             input_derivatives: false,
             output_derivatives: false,
             directional_derivatives: false,
@@ -107,6 +110,19 @@ impl Info {
     /// Units beyond (or instead of) those in [`KNOWN_UNITS`](crate::KNOWN_UNITS).
     pub const fn units(mut self, units: &'static [Unit]) -> Self {
         self.units = units;
+        self
+    }
+
+    /// Categories of the model's own messages ([`Log`](crate::Log)), at most 28: name and description.
+    pub const fn log_categories(
+        mut self,
+        categories: &'static [(&'static str, &'static str)],
+    ) -> Self {
+        assert!(
+            categories.len() <= MOST_CATEGORIES,
+            "a model has at most 28 categories of messages"
+        );
+        self.log_categories = categories;
         self
     }
 

@@ -2,6 +2,7 @@
 
 use super::fault::{Fault, refuse};
 use super::layout::Layout;
+use super::log::Wanted;
 use super::message::{Kind, Message};
 use super::parameters::Given;
 use super::phase::Phase;
@@ -29,6 +30,8 @@ pub(crate) struct Instance<M: Model> {
     pub(crate) saved: Saved<M>,
     /// Not sent yet.
     pub(crate) messages: Vec<Message>,
+    /// What the importer wants to hear of the model.
+    pub(crate) wanted: Wanted,
     /// It has been said that derivatives of a higher order are not used.
     pub(crate) has_warned_of_order: bool,
 }
@@ -112,6 +115,7 @@ impl<M: Model> Instance<M> {
             fresh: false,
             saved: Saved::default(),
             messages: Vec::new(),
+            wanted: Wanted::default(),
             has_warned_of_order: false,
         }
     }
@@ -228,10 +232,27 @@ impl<M: Model> Instance<M> {
     }
 }
 
-/// Queues what the model has to warn of.
+/// Tells the model's log what the importer wants to hear.
+#[inline]
+pub(crate) fn listen<M: Model>(wanted: Wanted, model: &mut M) {
+    if let Some(log) = model.log() {
+        log.prepare(wanted, M::INFO.log_categories);
+    }
+}
+
+/// Queues what the model has told of.
+#[inline]
+pub(crate) fn hear<M: Model>(messages: &mut Vec<Message>, model: &mut M) {
+    if let Some(log) = model.log() {
+        log.empty_into(messages);
+    }
+}
+
+/// Queues what the model has to warn and to tell of.
 #[inline]
 pub(crate) fn warn<M: Model>(messages: &mut Vec<Message>, model: &mut M) {
     if let Some(warning) = model.take_warning() {
         messages.push(Message::new(Kind::Warning, warning));
     }
+    hear(messages, model);
 }

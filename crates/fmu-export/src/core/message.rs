@@ -1,6 +1,8 @@
 //! Messages of an instance. They are queued while a call runs, as plain text; the border sends them when it has let go of the
 //! instance, because the receiver may call back.
 
+use super::log::Level;
+
 /// What a message is about.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Kind {
@@ -12,10 +14,12 @@ pub(crate) enum Kind {
     Discarded,
     /// [`Fault::Refused`](super::fault::Fault::Refused), or a panic.
     Refused,
+    /// From the model, with the name of one of its categories.
+    Model(Level, &'static str),
 }
 
 /// One message.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct Message {
     pub(crate) kind: Kind,
     pub(crate) text: String,

@@ -14,6 +14,7 @@ pub(crate) mod info;
 pub(crate) mod input;
 pub(crate) mod instance;
 pub(crate) mod layout;
+pub(crate) mod log;
 pub(crate) mod message;
 pub(crate) mod model;
 pub(crate) mod panic;

@@ -1,7 +1,7 @@
 //! What a model implements.
 
 use super::derivatives::adjoint_by_columns;
-use crate::{Info, InputPolynomial, StepEnd, Variable};
+use crate::{Info, InputPolynomial, Log, StepEnd, Variable};
 use serde::{Serialize, de::DeserializeOwned};
 use std::fmt;
 
@@ -94,6 +94,11 @@ pub trait Model: Clone + Serialize + DeserializeOwned + Send + 'static {
         weights: &[f64],
     ) -> Result<Self::Input, ModelError> {
         adjoint_by_columns(self, p, u, now, weights)
+    }
+
+    /// Where the model's messages are, if it has any: asked for before and after `tune` and `step`, and after `initialize`.
+    fn log(&mut self) -> Option<&mut Log> {
+        None
     }
 
     /// A warning that arose in the last `initialize`, `tune` or `step`, handed out once. It is logged; the call still succeeds.

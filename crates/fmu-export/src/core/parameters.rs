@@ -6,7 +6,7 @@
 
 use super::access::not_gettable;
 use super::fault::{Fault, discard, refuse};
-use super::instance::{Instance, warn};
+use super::instance::{Instance, hear, listen, warn};
 use super::layout::Layout;
 use super::message::Kind;
 use super::phase::Phase;
@@ -74,7 +74,11 @@ impl<M: Model> Instance<M> {
             };
         }
         if let (true, Some(model)) = (is_running, &mut self.state.model) {
-            model.tune(&parameters)?;
+            listen(self.wanted, model);
+            if let Err(error) = model.tune(&parameters) {
+                hear(&mut self.messages, model);
+                return Err(error.into());
+            }
             warn(&mut self.messages, model);
         } else if given.contains(&Given::Start) {
             let texts = self.texts(&parameters, &given);

@@ -2,7 +2,7 @@
 
 use super::fault::Fault;
 use super::input::InputPolynomial;
-use super::instance::{Instance, warn};
+use super::instance::{Instance, hear, listen, warn};
 use super::layout::Layout;
 use super::value::{Value, allowed};
 use super::variable::Place;
@@ -138,16 +138,17 @@ impl<M: Model> Instance<M> {
         let (Some(model), Some(now)) = (&mut state.model, &self.evaluation) else {
             unreachable!("`evaluate` comes first");
         };
-        let mut step = |u: &_| model.step(&state.parameters, u, now, state.time, h);
-        let end = match &course {
-            Some(course) => {
-                check_inputs(&self.layout, course, h)?;
-                step(course)?
-            }
-            None => step(&state.input)?,
-        };
-        warn(&mut self.messages, model);
-        Ok(end)
+        if let Some(course) = &course {
+            check_inputs(&self.layout, course, h)?;
+        }
+        let u = course.as_ref().unwrap_or(&state.input);
+        listen(self.wanted, model);
+        let end = model.step(&state.parameters, u, now, state.time, h);
+        match end {
+            Ok(_) => warn(&mut self.messages, model),
+            Err(_) => hear(&mut self.messages, model),
+        }
+        end
     }
 
     /// The length of a step from the present time, s, that ends a time `h` after `t`.

@@ -30,6 +30,7 @@ pub unsafe fn set_debug_logging<M: Model>(
     unsafe {
         enter::<M>(c, calls::SET_DEBUG_LOGGING, |b| {
             b.log.set(on != 0, &texts("categories", categories, n)?);
+            b.instance.wanted = b.log.wanted();
             Ok(())
         })
     }

@@ -62,6 +62,7 @@ pub unsafe fn instantiate<M: Model>(
         &callbacks,
         name.as_deref().unwrap_or_default(),
         logging_on != 0,
+        M::INFO.log_categories,
     ));
     let mut messages = Vec::new();
     let made = panic::catch(|| {
@@ -69,8 +70,10 @@ pub unsafe fn instantiate<M: Model>(
         let guid = identify(&library.guid, &layout)?;
         check(name.as_deref(), kind, text(given_guid).as_deref(), guid)?;
         let folder = text(resources).and_then(|uri| folder(&mut messages, &uri));
+        let mut instance = Instance::<M>::new(layout, guid.into_bytes(), folder);
+        instance.wanted = log.wanted();
         Ok(Box::new(Guarded::new(Body {
-            instance: Instance::<M>::new(layout, guid.into_bytes(), folder),
+            instance,
             log: Arc::clone(&log),
             last_step: Status::Ok,
             terminated: false,

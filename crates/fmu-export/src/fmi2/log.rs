@@ -1,12 +1,14 @@
 //! Messages to the importer's logger: what it wants to hear, and how FMI 2.0 wants it written.
 
 use super::ffi::{CallbackFunctions, CallbackLogger, ComponentEnvironment, Status};
+use crate::core::log::{Categories, Level, STANDARD, Wanted, number};
 use crate::core::message::{Kind, Message};
 use std::ffi::CString;
-use std::sync::atomic::{AtomicBool, AtomicU8, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 
-/// Every category that is declared: its name, its bits, its description. Others of the standard are accepted and never used.
-pub(crate) const CATEGORIES: [(&str, u8, &str); 5] = [
+/// Every category that each FMU declares: its name, its bits, its description. Those of the model come after them. Others of the
+/// standard are accepted and never used.
+pub(crate) const CATEGORIES: [(&str, u32, &str); 5] = [
     ("logAll", ALL, "All messages"),
     (
         "logEvents",
@@ -30,18 +32,22 @@ pub(crate) const CATEGORIES: [(&str, u8, &str); 5] = [
     ),
 ];
 
-const EVENT: u8 = 1;
-const WARNING: u8 = 2;
-const DISCARDED: u8 = 4;
-const REFUSED: u8 = 8;
-const ALL: u8 = 15;
+const EVENT: u32 = 1;
+const WARNING: u32 = 2;
+const DISCARDED: u32 = 4;
+const REFUSED: u32 = 8;
+const ALL: u32 = u32::MAX;
+/// Number of the bit of the model's first category.
+const FIRST: usize = 4;
 
 /// The importer's logger and what it wants to hear.
 pub(crate) struct Log {
     callback: Option<CallbackLogger>,
     environment: ComponentEnvironment,
     name: CString,
-    enabled: AtomicU8,
+    /// The model's own.
+    categories: Categories,
+    enabled: AtomicU32,
     /// The instance is gone, and with it perhaps the importer's environment.
     is_closed: AtomicBool,
 }
@@ -53,21 +59,26 @@ unsafe impl Sync for Log {}
 
 impl Log {
     /// Without `logging_on`, warnings and errors remain.
-    pub(crate) fn new(callbacks: &CallbackFunctions, name: &str, logging_on: bool) -> Self {
+    pub(crate) fn new(
+        callbacks: &CallbackFunctions,
+        name: &str,
+        logging_on: bool,
+        categories: Categories,
+    ) -> Self {
         let enabled = if logging_on { ALL } else { WARNING | REFUSED };
         Self {
             callback: callbacks.logger,
             environment: callbacks.component_environment,
             name: c_string(name),
-            enabled: AtomicU8::new(enabled),
+            categories,
+            enabled: AtomicU32::new(enabled),
             is_closed: AtomicBool::new(false),
         }
     }
 
     /// fmi2SetDebugLogging: all or only the named categories on; all or only the named ones off. Errors are always reported.
     pub(crate) fn set(&self, on: bool, categories: &[&str]) {
-        let bits = |name: &&str| CATEGORIES.iter().find(|(known, ..)| known == name);
-        let named = (categories.iter().filter_map(bits)).fold(0, |mask, (_, bits, _)| mask | bits);
+        let named = (categories.iter()).fold(0, |mask, name| mask | self.bits(name));
         let enabled = match (on, categories) {
             (true, []) => ALL,
             (true, _) => named,
@@ -75,6 +86,36 @@ impl Log {
             (false, _) => self.enabled.load(Ordering::Relaxed) & !named,
         };
         self.enabled.store(enabled | REFUSED, Ordering::Relaxed);
+    }
+
+    /// The bits of a category; none if it is neither declared by each FMU nor one of the model's.
+    fn bits(&self, name: &str) -> u32 {
+        let declared = CATEGORIES.iter().find(|(known, ..)| *known == name);
+        match (declared, number(self.categories, name)) {
+            (Some((_, bits, _)), _) => *bits,
+            (None, STANDARD) => 0,
+            (None, k) => 1 << (FIRST + k),
+        }
+    }
+
+    /// What the importer wants to hear of the model.
+    pub(crate) fn wanted(&self) -> Wanted {
+        let enabled = self.enabled.load(Ordering::Relaxed);
+        let with_standard = |bit: u32| enabled >> FIRST | u32::from(enabled & bit != 0) << STANDARD;
+        match (self.callback, enabled & WARNING != 0) {
+            (None, _) => Wanted {
+                info: 0,
+                warning: 0,
+            },
+            (_, true) => Wanted {
+                info: with_standard(EVENT),
+                warning: u32::MAX,
+            },
+            (_, false) => Wanted {
+                info: with_standard(EVENT),
+                warning: with_standard(WARNING),
+            },
+        }
     }
 
     /// Nothing is sent any more.
@@ -91,15 +132,17 @@ impl Log {
             return;
         };
         for Message { kind, text } in messages {
-            let (bit, status, category) = match kind {
-                Kind::Event => (EVENT, Status::Ok, c"logEvents"),
-                Kind::Warning => (WARNING, Status::Warning, c"logStatusWarning"),
-                Kind::Discarded => (DISCARDED, Status::Discard, c"logStatusDiscard"),
-                Kind::Refused => (REFUSED, Status::Error, c"logStatusError"),
+            let (bits, status, category) = match kind {
+                Kind::Event => (EVENT, Status::Ok, "logEvents"),
+                Kind::Warning => (WARNING, Status::Warning, "logStatusWarning"),
+                Kind::Discarded => (DISCARDED, Status::Discard, "logStatusDiscard"),
+                Kind::Refused => (REFUSED, Status::Error, "logStatusError"),
+                Kind::Model(level, name) => self.of_model(*level, name),
             };
-            if self.enabled.load(Ordering::Relaxed) & bit == 0 {
+            if self.enabled.load(Ordering::Relaxed) & bits == 0 {
                 continue;
             }
+            let category = c_string(category);
             if self.is_closed.load(Ordering::Relaxed) {
                 return;
             }
@@ -114,6 +157,23 @@ impl Log {
                     text.as_ptr(),
                 );
             }
+        }
+    }
+}
+
+impl Log {
+    /// The bits of which one must be on for a message of the model, its status and its category. Warnings of all categories are
+    /// warnings, too.
+    fn of_model(&self, level: Level, name: &'static str) -> (u32, Status, &'static str) {
+        let own = match number(self.categories, name) {
+            STANDARD => None,
+            k => Some(1 << (FIRST + k)),
+        };
+        match (level, own) {
+            (Level::Info, Some(bit)) => (bit, Status::Ok, name),
+            (Level::Info, None) => (EVENT, Status::Ok, "logEvents"),
+            (Level::Warning, Some(bit)) => (bit | WARNING, Status::Warning, name),
+            (Level::Warning, None) => (WARNING, Status::Warning, "logStatusWarning"),
         }
     }
 }

@@ -69,7 +69,7 @@ fn write<M: Model>(xml: &mut Xml, layout: &Layout<M>) -> io::Result<()> {
             co_simulation::<M>(xml)?;
             units(xml, layout)?;
             types(xml, layout)?;
-            categories(xml)?;
+            categories::<M>(xml)?;
             experiment::<M>(xml)?;
             variables::write(xml, layout)?;
             structure::write(xml, layout)
@@ -219,11 +219,12 @@ fn items(xml: &mut Xml, enumeration: &Enumeration) -> io::Result<()> {
     Ok(())
 }
 
-fn categories(xml: &mut Xml) -> io::Result<()> {
+fn categories<M: Model>(xml: &mut Xml) -> io::Result<()> {
+    let each = CATEGORIES.map(|(name, _, description)| (name, description));
     xml.create_element("LogCategories")
         .write_inner_content(|xml| {
-            for (name, _, description) in CATEGORIES {
-                let attributes = [("name", name), ("description", description)];
+            for (name, description) in each.iter().chain(M::INFO.log_categories) {
+                let attributes = [("name", *name), ("description", *description)];
                 xml.create_element("Category")
                     .with_attributes(attributes)
                     .write_empty()?;

@@ -1,0 +1,157 @@
+//! What a model tells: messages of its own, queued during a call, which the border sends when the call is over.
+
+use super::message::{Kind, Message};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use std::fmt;
+use std::panic::Location;
+
+/// How much a message of a model matters.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Level {
+    /// Good to know; sent if the importer asked for debug messages.
+    Info,
+    /// Something is not quite right, though the call succeeds; sent unless the importer switched warnings off.
+    Warning,
+}
+
+/// Messages of a model to the importer's log. A model that has any keeps one in its state and gives it to
+/// [`Model::log`](crate::Model::log).
+///
+/// ```
+/// # use fmu_export::Log; use serde::{Serialize, Deserialize};
+/// #[derive(Clone, Serialize, Deserialize)]
+/// struct Oven { temperature: f64, log: Log }
+///
+/// # impl Oven { fn f(&mut self) {
+/// self.log.warning("heat", format_args!("temperature = {} K must be at most 500 K", self.temperature));
+/// # } }
+/// ```
+///
+/// A message that nobody wants to hear is not even formatted. Of the messages from one line of the program, the first ten are sent, then the
+/// 100th, the 1000th and so on. A saved state holds none.
+#[derive(Clone, Debug, Default)]
+pub struct Log {
+    queue: Vec<Message>,
+    /// Lines of the program that have sent messages, and how many.
+    places: Vec<(&'static Location<'static>, u64)>,
+    wanted: Wanted,
+    categories: Categories,
+}
+
+/// Names and descriptions of a model's own categories.
+pub(crate) type Categories = &'static [(&'static str, &'static str)];
+
+/// Number of the category of FMI that fits the level.
+pub(crate) const STANDARD: usize = 31;
+/// How many categories a model may have.
+pub(crate) const MOST_CATEGORIES: usize = 28;
+/// How many messages of one line are sent one by one.
+const FIRST: u64 = 10;
+
+/// What the importer wants to hear, by level: bit k for category k.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Wanted {
+    pub(crate) info: u32,
+    pub(crate) warning: u32,
+}
+
+impl Default for Wanted {
+    /// Everything: what is not wanted is left out later.
+    fn default() -> Self {
+        Self {
+            info: u32::MAX,
+            warning: u32::MAX,
+        }
+    }
+}
+
+impl Log {
+    /// Tells something. `category` is one of [`Info::log_categories`](crate::Info::log_categories), or empty for that of FMI which fits the
+    /// level.
+    #[track_caller]
+    pub fn info(&mut self, category: &'static str, text: fmt::Arguments<'_>) {
+        self.tell(Level::Info, category, text);
+    }
+
+    /// Warns; the call succeeds all the same.
+    #[track_caller]
+    pub fn warning(&mut self, category: &'static str, text: fmt::Arguments<'_>) {
+        self.tell(Level::Warning, category, text);
+    }
+
+    #[track_caller]
+    fn tell(&mut self, level: Level, category: &'static str, text: fmt::Arguments<'_>) {
+        let wanted = match level {
+            Level::Info => self.wanted.info,
+            Level::Warning => self.wanted.warning,
+        };
+        if wanted & 1 << number(self.categories, category) == 0 {
+            return;
+        }
+        let count = self.count(Location::caller());
+        if count > FIRST && !is_power_of_ten(count) {
+            return;
+        }
+        let mut text = text.to_string();
+        if count == FIRST {
+            text += " (more of the kind only at the 100th, the 1000th and so on)";
+        } else if count > FIRST {
+            text += &format!(" (the {count}th of its kind)");
+        }
+        let kind = Kind::Model(level, category);
+        self.queue.push(Message { kind, text });
+    }
+
+    /// Counts a message from a line of the program.
+    fn count(&mut self, place: &'static Location<'static>) -> u64 {
+        match self.places.iter_mut().find(|(known, _)| *known == place) {
+            Some((_, count)) => {
+                *count += 1;
+                *count
+            }
+            None => {
+                self.places.push((place, 1));
+                1
+            }
+        }
+    }
+
+    /// Before a call of the model.
+    #[inline]
+    pub(crate) fn prepare(&mut self, wanted: Wanted, categories: Categories) {
+        self.wanted = wanted;
+        self.categories = categories;
+    }
+
+    /// After a call of the model.
+    #[inline]
+    pub(crate) fn empty_into(&mut self, messages: &mut Vec<Message>) {
+        if !self.queue.is_empty() {
+            messages.append(&mut self.queue);
+        }
+    }
+}
+
+/// Number of a model's category.
+pub(crate) fn number(categories: Categories, name: &str) -> usize {
+    (categories.iter().position(|(known, _)| *known == name)).unwrap_or(STANDARD)
+}
+
+fn is_power_of_ten(n: u64) -> bool {
+    10_u64.checked_pow(n.ilog10()) == Some(n)
+}
+
+/// Nothing: messages are sent when the call that made them is over.
+impl Serialize for Log {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        ().serialize(serializer)
+    }
+}
+
+impl<'de> Deserialize<'de> for Log {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        <()>::deserialize(deserializer)?;
+        Ok(Self::default())
+    }
+}
