@@ -1,6 +1,7 @@
 //! Checks of a model against its table that need the model to run: for the tests of its author.
 
 mod derivatives;
+mod start;
 
 use super::dependencies::Knowns;
 use super::layout::{Element, Layout};
@@ -12,11 +13,14 @@ use std::collections::{BTreeMap, BTreeSet};
 /// What is wrong with a model's table, as far as trying can tell; empty if nothing is.
 ///
 /// - [`model_description`](crate::model_description) finds no mistake.
+/// - The model initializes, gives outputs that are finite and in their enumerations, and steps, all with its start values; the
+///   derivatives it declares are there.
 /// - Each input and parameter reads back what was written, and writing it changes no other one: accessors of one row are of one
 ///   field, and no two rows share a field. No two outputs do.
 /// - Outputs follow no input and no parameter but those that they declare, while stepping and initially.
 /// - Directional derivatives, if the model has them, are those that differences of the outputs give, and adjoint derivatives are their
 ///   transpose.
+/// - Calculated parameters follow the parameters they declare and nothing else; constants nothing at all.
 /// - The model's [`Evaluation`] follows no input that is declared to be beside it.
 ///
 /// ```
@@ -36,7 +40,9 @@ pub fn check<M: Model>() -> Vec<String> {
     }
     let mut trial = Trial::<M>::new();
     trial.accessors();
+    trial.texts();
     trial.outputs();
+    trial.start();
     if trial.problems.is_empty() {
         trial.dependencies();
         trial.initial_dependencies();
@@ -222,6 +228,9 @@ impl<M: Model> Trial<M> {
         let y = M::Output::default();
         let mut places = BTreeMap::new();
         for (k, (i, row)) in self.layout.iter().enumerate() {
+            if row.causality == Causality::Constant {
+                continue; // in no field; the compiler may put equal ones in one place
+            }
             let address = match &row.place {
                 Place::RealOut(place) => (&raw const place.slice(&y)[i]).addr(),
                 Place::IntegerOut(place) => (&raw const place.slice(&y)[i]).addr(),
@@ -246,9 +255,13 @@ impl<M: Model> Trial<M> {
             return;
         };
         let mut point = self.start.clone();
+        let first = output(&self.layout, &model, &point);
         for k in 0..4 {
             self.compare_inputs(&model, &point);
             self.derivatives(&model, &point);
+            if let (Ok(first), Ok(now)) = (&first, output(&self.layout, &model, &point)) {
+                self.compare_fixed(first, &now);
+            }
             if advance(&mut model, &point, f64::from(k) * step, step).is_err() {
                 return;
             }
@@ -316,10 +329,37 @@ impl<M: Model> Trial<M> {
         }
     }
 
+    /// Reports what must be fixed, and is another after some steps.
+    fn compare_fixed(&mut self, first: &[String], now: &[String]) {
+        for (k, (i, row)) in self.layout.iter().enumerate() {
+            if is_fixed(row) && first[k] != now[k] {
+                let (name, kind) = (row.element_name(i), row.kind());
+                self.problems
+                    .insert(format!("`{name}` changes in a step, but is {kind}"));
+            }
+        }
+    }
+
     /// Reports the outputs that follow element `known` without saying so.
     fn compare(&mut self, known: usize, expected: &[String], found: &[String], initially: bool) {
         for (k, (i, row)) in self.layout.iter().enumerate().collect::<Vec<_>>() {
-            if row.causality != Causality::Output || expected[k] == found[k] {
+            let is_declared = matches!(
+                row.causality,
+                Causality::Output | Causality::CalculatedParameter | Causality::Constant
+            );
+            if !is_declared || expected[k] == found[k] {
+                continue;
+            }
+            let (_, of) = self.layout.iter().nth(known).expect("counted");
+            let may_follow = match row.causality {
+                Causality::Constant => false,
+                Causality::CalculatedParameter => of.causality == Causality::Parameter,
+                _ => true,
+            };
+            if !may_follow {
+                let (output, kind, known) = (self.name(k), row.kind(), self.name(known));
+                self.problems
+                    .insert(format!("`{output}` depends on `{known}`, but is {kind}"));
                 continue;
             }
             let declared: Dependencies = if initially {
@@ -341,6 +381,14 @@ impl<M: Model> Trial<M> {
     }
 }
 
+/// Whether its value is settled in the initialization.
+fn is_fixed<M: Model>(row: &Variable<M>) -> bool {
+    matches!(
+        row.causality,
+        Causality::CalculatedParameter | Causality::Constant
+    )
+}
+
 /// All outputs, as texts by element.
 fn output<M: Model>(
     layout: &Layout<M>,
@@ -356,6 +404,7 @@ fn texts<M: Model>(layout: &Layout<M>, y: &M::Output) -> Vec<String> {
         Place::RealOut(place) => format!("{:x}", place.get(y, i).to_bits()),
         Place::IntegerOut(place) => place.get(y, i).to_string(),
         Place::BooleanOut(place) => place.get(y, i).to_string(),
+        Place::StringOut(get) => get(y).to_owned(),
         _ => String::new(),
     };
     layout.iter().map(text).collect()

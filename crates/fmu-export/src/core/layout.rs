@@ -157,7 +157,7 @@ impl<M: Model> Variable<M> {
 }
 
 impl<M: Model> Place<M> {
-    fn len(&self, p: &M::Parameters, u: &M::Input, y: &M::Output) -> usize {
+    pub(crate) fn len(&self, p: &M::Parameters, u: &M::Input, y: &M::Output) -> usize {
         match self {
             Place::RealIn(place) => place.len(u),
             Place::IntegerIn(place) => place.len(u),

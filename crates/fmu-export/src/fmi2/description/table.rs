@@ -1,11 +1,12 @@
 //! Checks of the table of variables: what the compiler cannot see.
 
+use super::super::log::CATEGORIES;
 use super::unit;
 use crate::core::dependencies::Knowns;
 use crate::core::layout::{LARGEST_NUMBER, Layout};
 use crate::core::value::Value;
 use crate::core::variable::{Causality, Place, Variable};
-use crate::{Model, Unit};
+use crate::{Enumeration, Model, Unit};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// The first thing that is wrong with the table, with the name of the row.
@@ -14,11 +15,15 @@ pub(super) fn check<M: Model>(layout: &Layout<M>) -> Result<(), String> {
     if !is_identifier(identifier) {
         return Err(format!("model name `{identifier}` is not a C identifier"));
     }
+    categories::<M>()?;
+    experiment::<M>()?;
+    no_row_is_empty::<M>()?;
     let (parameters, input) = M::defaults();
     let knowns = Knowns::new(layout);
     let mut names = BTreeSet::new();
     let mut numbers = BTreeMap::new();
     let mut units = BTreeMap::new();
+    let mut enumerations = BTreeMap::new();
     for (number, (i, row)) in layout.numbered() {
         let name = row.element_name(i);
         let wrong = |reason: &str| Err(format!("variable `{name}`: {reason}"));
@@ -43,6 +48,7 @@ pub(super) fn check<M: Model>(layout: &Layout<M>) -> Result<(), String> {
         let checks = [
             attributes(row, i),
             same_unit(&mut units, row, i, &name),
+            enumeration(&mut enumerations, row, &name),
             bounds(row),
             start(row, &parameters, &input, i),
         ];
@@ -56,6 +62,46 @@ pub(super) fn check<M: Model>(layout: &Layout<M>) -> Result<(), String> {
             (_, _, Causality::Output) | (Ok(None), _, Causality::CalculatedParameter) => {}
             (Ok(None), Ok(None), _) => {}
             _ => return wrong("only outputs have dependencies"),
+        }
+    }
+    Ok(())
+}
+
+fn experiment<M: Model>() -> Result<(), String> {
+    let e = M::INFO.experiment;
+    let is_sound = e.start.is_finite() && e.stop > e.start && e.stop.is_finite() && e.step > 0.0;
+    if is_sound && e.step.is_finite() {
+        return Ok(());
+    }
+    Err(format!(
+        "default experiment: start = {} s, stop = {} s, step = {} s must be finite, with stop > start and step > 0",
+        e.start, e.stop, e.step
+    ))
+}
+
+/// A row without elements would be left out without a word.
+fn no_row_is_empty<M: Model>() -> Result<(), String> {
+    let ((p, u), y) = (M::defaults(), M::Output::default());
+    match M::variables()
+        .iter()
+        .find(|row| row.place.len(&p, &u, &y) == 0)
+    {
+        Some(row) => Err(format!("variable `{}`: has no elements", row.name)),
+        None => Ok(()),
+    }
+}
+
+/// The model's categories of messages have names of their own.
+fn categories<M: Model>() -> Result<(), String> {
+    let mut names: BTreeSet<_> = CATEGORIES.iter().map(|(name, ..)| *name).collect();
+    for (name, _) in M::INFO.log_categories {
+        if name.is_empty() {
+            return Err("a category of messages has no name".to_owned());
+        }
+        if !names.insert(name) {
+            return Err(format!(
+                "category of messages `{name}` is there twice, or is one of FMI"
+            ));
         }
     }
     Ok(())
@@ -124,6 +170,35 @@ fn attributes<M: Model>(row: &Variable<M>, i: usize) -> Result<(), String> {
         }
         _ => Ok(()),
     }
+}
+
+/// An enumeration has items with names of their own, and its name means one thing.
+fn enumeration<M: Model>(
+    known: &mut BTreeMap<&'static str, (&'static Enumeration, String)>,
+    row: &Variable<M>,
+    name: &str,
+) -> Result<(), String> {
+    let Some(enumeration) = row.enumeration else {
+        return Ok(());
+    };
+    let mut items = BTreeSet::new();
+    if let Some((item, _)) = (enumeration.items.iter()).find(|(item, _)| !items.insert(item)) {
+        let of = enumeration.name;
+        return Err(format!("enumeration `{of}` has the item `{item}` twice"));
+    }
+    let (first, of) = known
+        .entry(enumeration.name)
+        .or_insert_with(|| (enumeration, name.to_owned()));
+    if enumeration.items.is_empty() {
+        return Err(format!("enumeration `{}` has no items", enumeration.name));
+    }
+    if first.items != enumeration.items || first.description != enumeration.description {
+        return Err(format!(
+            "enumeration `{}` is defined otherwise for `{of}`",
+            enumeration.name
+        ));
+    }
+    Ok(())
 }
 
 /// A name of a unit means one thing.

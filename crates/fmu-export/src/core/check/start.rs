@@ -1,0 +1,91 @@
+//! What every importer does first: start values, texts, the first outputs, the first step.
+
+use super::{Point, Trial};
+use crate::core::layout::Element;
+use crate::core::value::{Value, allowed};
+use crate::core::variable::Place;
+use crate::{Evaluation, InputPolynomial, Model, ModelError};
+
+impl<M: Model> Trial<M> {
+    /// Writes each String parameter with a text; one that means something else (a file) refuses it.
+    pub(super) fn texts(&mut self) {
+        let texts = |p: &M::Parameters| -> Vec<Option<String>> {
+            let text = |(_, row): Element<M>| match &row.place {
+                Place::StringParameter(get, _) => Some(get(p).to_owned()),
+                _ => None,
+            };
+            self.layout.iter().map(text).collect()
+        };
+        let before = texts(&self.start.0);
+        let mut problems = Vec::new();
+        for (k, (_, row)) in self.layout.iter().enumerate() {
+            let mut p = self.start.0.clone();
+            let written = "a text of check";
+            if let Place::StringParameter(_, set) = &row.place
+                && set(&mut p, written, None).is_ok()
+            {
+                let after = texts(&p);
+                if after[k].as_deref() != Some(written) {
+                    problems.push(format!(
+                        "`{}`: its accessors are of different fields",
+                        row.name
+                    ));
+                }
+                let others = (0..after.len()).filter(|&j| j != k && after[j] != before[j]);
+                problems.extend(others.map(|j| {
+                    let names = [self.name(k.min(j)), self.name(k.max(j))];
+                    format!("`{}` and `{}` share a field", names[0], names[1])
+                }));
+            }
+        }
+        self.problems.extend(problems);
+    }
+
+    /// Does with the start values what every importer does.
+    pub(super) fn start(&mut self) {
+        if let Err(problem) = self.started() {
+            self.problems.insert(problem);
+        }
+    }
+
+    fn started(&self) -> Result<(), String> {
+        let (Point(p, u), info) = (&self.start, M::INFO);
+        let what =
+            |what: &'static str| move |e: ModelError| format!("{what} with the start values: {e}");
+        let mut model = M::initialize(p, u, info.experiment.start).map_err(what("initialize"))?;
+        let now = M::Evaluation::of(&model, p, u).map_err(what("Evaluation::of"))?;
+        let y = model.output(p, u, &now).map_err(what("output"))?;
+        for (i, row) in self.layout.iter() {
+            let name = row.element_name(i);
+            match &row.place {
+                Place::RealOut(place) if !place.get(&y, i).is_finite() => {
+                    return Err(format!(
+                        "`{name}` = {} with the start values must be finite",
+                        place.get(&y, i)
+                    ));
+                }
+                Place::IntegerOut(place)
+                    if row.enumeration.is_some() && !place.get(&y, i).is_allowed(row) =>
+                {
+                    let (value, allowed) = (place.get(&y, i), allowed(row));
+                    return Err(format!(
+                        "`{name}` = {value} with the start values must be {allowed}"
+                    ));
+                }
+                _ => {}
+            }
+        }
+        if info.output_derivatives {
+            let zero = M::Input::default();
+            (model.output_derivative(p, u, &now, &zero)).map_err(what("output_derivative"))?;
+        }
+        if info.directional_derivatives {
+            let zero = M::Input::default();
+            (model.directional_derivative(p, u, &now, &zero))
+                .map_err(what("directional_derivative"))?;
+        }
+        let (t, h) = (info.experiment.start, info.experiment.step);
+        (model.step(p, &InputPolynomial::held(*u), &now, t, h)).map_err(what("step"))?;
+        Ok(())
+    }
+}
