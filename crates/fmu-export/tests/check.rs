@@ -30,6 +30,7 @@ struct Input {
 struct Output {
     x: f64,
     y: f64,
+    constant: f64,
     on: bool,
 }
 
@@ -121,6 +122,21 @@ tables! {
        &["the directional derivative u·(J v) = 4.3940 must be v·(J' u) = 3.3800 by its own columns",
          "the directional derivative u·(J v) = 4.3940 must be v·(J' u) = 3.3800 by the adjoint derivative"];
     19 [gain(), start(), u(), y()], &["derivatives: there are none"];
+    20 [gain(), start(), u(), V::calculated_parameter("c", "the state", |y| &y.x).initially_depends_on(&["start"])],
+       &["`c` changes in a step, but is a Real calculated parameter"];
+    21 [gain(), start(), u(), V::calculated_parameter("c", "of an input", |y| &y.y).initially_depends_on(&["start", "gain"])],
+       &["`c` changes in a step, but is a Real calculated parameter", "`c` depends on `u[2]`, but is a Real calculated parameter"];
+    22 [gain(), start(), u(), V::constant("c", "the state", |y| &y.x)],
+       &["`c` changes in a step, but is a Real constant", "`c` depends on `start`, but is a Real constant"];
+    23 [gain(), start(), u(), V::calculated_parameter("c", "too few", |y| &y.constant).initially_depends_on(&["start"])],
+       &["`c` depends initially on `gain`, which it does not declare"];
+    24 [gain(), start(), V::calculated_parameter("c", "twice gain", |y| &y.constant).initially_depends_on(&["gain"]), V::constant("g", "a number", |_| &2.5)], &[];
+    25 [gain(), start()], &["initialize with the start values: there is no start"];
+    26 [gain(), V::output("y", "nowhere", |y| &y.y)], &["`y` = NaN with the start values must be finite"];
+    27 [gain()], &["step with the start values: there is no way"];
+    28 [gain()], &["output_derivative with the start values: output_derivative is not implemented"];
+    29 [gain()], &["default experiment: start = 1 s, stop = 1 s, step = 0.1 s must be finite, with stop > start and step > 0"];
+    30 [gain()], &["category of messages `logAll` is there twice, or is one of FMI"];
 }
 
 impl<const K: usize> Model for Tried<K> {
@@ -128,10 +144,15 @@ impl<const K: usize> Model for Tried<K> {
     type Input = Input;
     type Output = Output;
     type Evaluation = Now;
-    const INFO: Info = if K < 16 {
-        Info::new("Tried", "tables to be tried")
-    } else {
-        Info::new("Tried", "tables to be tried, with derivatives").with_directional_derivatives()
+    const INFO: Info = {
+        let info = Info::new("Tried", "tables to be tried");
+        match K {
+            16..20 => info.with_directional_derivatives(),
+            28 => info.with_output_derivatives(),
+            29 => info.experiment(1.0, 1.0, 0.1),
+            30 => info.log_categories(&[("logAll", "not mine")]),
+            _ => info,
+        }
     };
 
     fn variables() -> &'static [V<K>] {
@@ -155,13 +176,20 @@ impl<const K: usize> Model for Tried<K> {
     }
 
     fn initialize(p: &Parameters, _u: &Input, _t: f64) -> Result<Self, ModelError> {
+        if K == 25 {
+            return Err(ModelError::new("there is no start"));
+        }
         Ok(Self { x: p.start })
     }
 
     fn output(&self, p: &Parameters, u: &Input, now: &Now) -> Result<Output, ModelError> {
         Ok(Output {
             x: now.0 / 2.0,
-            y: self.x + p.gain * u.u[1],
+            y: match K {
+                26 => f64::NAN,
+                _ => self.x + p.gain * u.u[1],
+            },
+            constant: 2.0 * p.gain,
             on: u.on,
         })
     }
@@ -174,6 +202,9 @@ impl<const K: usize> Model for Tried<K> {
         _t: f64,
         h: f64,
     ) -> Result<StepEnd, ModelError> {
+        if K == 27 {
+            return Err(ModelError::new("there is no way"));
+        }
         let u = u.value();
         self.x += h * (u.u[0] + u.w);
         Ok(StepEnd::WHOLE)

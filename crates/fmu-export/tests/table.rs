@@ -2,7 +2,7 @@
 #![allow(missing_docs)]
 
 use fmu_export::{
-    Enumeration, Info, InputPolynomial, Model, ModelError, StepEnd, Variable, model_description,
+    Enumeration, Info, InputPolynomial, Model, ModelError, StepEnd, Unit, Variable, check,
 };
 use serde::{Deserialize, Serialize};
 
@@ -32,6 +32,12 @@ type V<const K: usize> = Variable<Wrong<K>>;
 const ENUMERATION: Enumeration =
     Enumeration::new("E", "two items", &[("a", "first"), ("b", "second")]);
 
+const OTHER: Enumeration = Enumeration::new("E", "one item", &[("a", "first")]);
+const TWICE: Enumeration = Enumeration::new("E", "one name", &[("a", "first"), ("a", "second")]);
+const EMPTY: Enumeration = Enumeration::new("Empty", "nothing", &[]);
+const FURLONG: Unit = Unit::new("furlong").m(1).factor(201.168);
+const LONGER: Unit = Unit::new("furlong").m(1).factor(201.169);
+
 const fn u<const K: usize>(name: &'static str) -> V<K> {
     V::inputs(name, "input", |u| &u.u, |u| &mut u.u)
 }
@@ -49,7 +55,15 @@ const fn n<const K: usize>() -> V<K> {
 }
 
 const fn text<const K: usize>() -> V<K> {
-    V::string_parameter("text", "text", |p| &p.text, |_, _, _| Ok(()))
+    V::string_parameter(
+        "text",
+        "text",
+        |p| &p.text,
+        |p, text, _| {
+            text.clone_into(&mut p.text);
+            Ok(())
+        },
+    )
 }
 
 /// Tables and what is said of them; the first is right.
@@ -67,12 +81,14 @@ macro_rules! tables {
 
         #[test]
         fn mistakes_are_named() {
-            $(match ($said, model_description::<Wrong<$k>>()) {
-                ("", result) => { result.unwrap(); }
-                (said, result) => {
-                    let error = result.expect_err(said);
-                    assert!(error.contains(said), "`{error}` lacks `{said}`");
+            $(match ($said, &check::<Wrong<$k>>()[..]) {
+                ("", found) => assert_eq!(found, [""; 0]),
+                (said, [found]) => {
+                    assert!(found.contains(said), "`{found}` lacks `{said}`");
+                    // The row is named.
+                    assert!(found.starts_with("variable `") || found.starts_with('`'), "{found}");
                 }
+                (said, found) => panic!("table {}: {found:?}, must be: {said}", $k),
             })*
         }
     };
@@ -104,6 +120,21 @@ tables! {
     21 [u("u").depends_on(&[])],                         "only outputs have dependencies";
     22 [V::integer_output("n", "", |y| &y.n)],           "variable `n`: has no description";
     23 [u("u").each_unit(&["m"])],                       "variable `u[2]`: has units for 1 elements only";
+    24 [p().at(7), n(), u("u").at(8)],                   "variable `u[1]`: value reference 8 is already that of `n`";
+    25 [p().at(70000)],                                  "variable `p`: value reference 70000 must be at most 65535";
+    26 [u("u").at(65535)],                               "variable `u[2]`: value reference 65536 must be at most 65535";
+    27 [p().own_unit(&FURLONG), u("u").own_unit(&LONGER)], "variable `u[1]`: unit `furlong` is defined otherwise for `p`";
+    28 [V::inputs("none", "of length 0", |_| &[], |_| &mut [])], "variable `none`: has no elements";
+    29 [n().enumeration(&TWICE)],                        "variable `n`: enumeration `E` has the item `a` twice";
+    30 [n().enumeration(&ENUMERATION), V::integer_output("m", "other", |y| &y.n).enumeration(&OTHER)], "variable `m`: enumeration `E` is defined otherwise for `n`";
+    31 [n().enumeration(&EMPTY)],                        "variable `n`: enumeration `Empty` has no items";
+    32 [V::integer_output("m", "no item", |y| &y.n).enumeration(&ENUMERATION)], "`m` = 0 with the start values must be 1 (a) or 2 (b)";
+    33 [V::string_parameter("text", "kept nowhere", |p| &p.text, |_, _, _| Ok(()))], "`text`: its accessors are of different fields";
+    34 [text(), V::string_parameter("z", "the same", |p| &p.text, |p, text, _| { text.clone_into(&mut p.text); Ok(()) })], "`text` and `z` share a field";
+    35 [V::calculated_parameter("c", "calculated", |y| &y.y[0]).depends_on(&[])], "variable `c`: only outputs have dependencies";
+    36 [V::constant("g", "gravity", |_| &9.80665).tunable()], "variable `g`: only numeric parameters can be tunable";
+    37 [V::constant("g", "gravity", |_| &9.80665).discrete()], "variable `g`: only a Real that is not a parameter can be declared discrete";
+    38 [n().min(2.0)],                                   "variable `n`: start value 1 must be finite and at least 2";
 }
 
 impl<const K: usize> Model for Wrong<K> {

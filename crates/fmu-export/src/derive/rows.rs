@@ -3,6 +3,10 @@
 use crate::{KNOWN_UNITS, Model, Unit, Variable};
 
 /// A part of a table: a row, or the rows of a nested struct.
+#[expect(
+    clippy::large_enum_variant,
+    reason = "made by the compiler, where there are no boxes, and gone when the table is made"
+)]
 pub enum Part<M: Model> {
     /// A row.
     Row(Variable<M>),

@@ -79,11 +79,6 @@ impl<M: Model> Trial<M> {
             let zero = M::Input::default();
             (model.output_derivative(p, u, &now, &zero)).map_err(what("output_derivative"))?;
         }
-        if info.directional_derivatives {
-            let zero = M::Input::default();
-            (model.directional_derivative(p, u, &now, &zero))
-                .map_err(what("directional_derivative"))?;
-        }
         let (t, h) = (info.experiment.start, info.experiment.step);
         (model.step(p, &InputPolynomial::held(*u), &now, t, h)).map_err(what("step"))?;
         Ok(())
