@@ -54,9 +54,10 @@ fn checks(workspace: &Workspace, phases: &Phases) -> Result<()> {
         describe::run(workspace, true)
     })?;
     let fmus = phases.run("pack", || {
-        let example = Source::Package("fmu-oscillator".to_string());
+        let sources =
+            ["fmu-oscillator", "fmu-pendulum"].map(|name| Source::Package(name.to_string()));
         let examples = workspace.target.join("fmu-examples");
-        pack::fmus(workspace, &[example], "release", &examples)?;
+        pack::fmus(workspace, &sources, "release", &examples)?;
         pack::suite(workspace, &workspace.fmu_dir())
     })?;
     // Before torture and pytest run at the same time, since both call the programs.
