@@ -146,7 +146,8 @@ def states(fmu, hdrm):
     numbered = lambda name, values: {f"{name}[{i}]": value for i, value in enumerate(values, 1)}
     if fmu.identifier == "Emla":
         common = {"v_q": 17.0, "v_d": -3.0, "x": 0.31, "x_dot": 0.02, "F_hold": 12e3}
-        return [common | {"alpha": 0.5}, common | {"drive": "force", "F_ext": 9e3}]
+        other = [{"alpha": 0.5}, {"drive": "force", "F_ext": 9e3}, {"x_dot": 0.0}, {"F_hold": -12e3}]
+        return [common | values for values in other]
     if fmu.identifier == "Rig":
         common = {"v_q": 17.0, "v_d": -3.0, "x": 0.31, "x_dot": 0.02, "F_hold": 12e3}
         limited = common | {"switching": False, "v_q": 300.0, "v_d": -300.0}
@@ -167,7 +168,12 @@ def states(fmu, hdrm):
     rows |= dict.fromkeys(("i_d", "i_q", "w_m"), [0.1, 0.2, 0.3])
     rows |= {"reference.position": np.add(position, 1e-5), "reference.orientation": orientation, "reference.rod_position": np.add(x, 1e-5)}
     common = {element: value for name, values in rows.items() for element, value in numbered(name, values).items()}
-    return [common | {"trajectory": "external", "mode": mode} for mode in ("adaptive", "pd")] + [common | {"level": "actuator"}]
+    hybrid = common | {"trajectory": "cubic", "alpha": 0.4}
+    return [common | {"trajectory": "external", "mode": mode} for mode in ("adaptive", "pd")] + [hybrid, common | {"level": "actuator"}]
+
+
+# Changes that carry the actuator over the threshold of a Boolean, or beyond the voltage limit.
+LARGE = {"F_hold": 1e5, "x_dot": 0.1, "v_d": 1e3}
 
 
 def perturbed(instance, inputs):
@@ -176,7 +182,7 @@ def perturbed(instance, inputs):
     instance.set(start)  # a value that is set counts from then on, also the same one again: the rod has moved on since the last
     before = instance.outputs()
     for name in inputs:
-        for change in (1e-6, 1e-4, 1e-3):
+        for change in {1e-6, 1e-4, 1e-3, LARGE.get(name, 1e-3)}:
             instance.set({name: start[name] + change})
             for output, value in instance.outputs().items():
                 if value != before[output]:
@@ -188,6 +194,17 @@ def perturbed(instance, inputs):
 
 def row(name):
     return name.split("[")[0]
+
+
+def compared(said, found, exact=True):
+    """{output: (dependencies too few, rows too many)}, where there are any; unless `exact`, too many are fine."""
+    wrong = {}
+    for output, by in said.items():
+        seen = found.get(output, set())
+        few, many = seen - set(by), {row(i) for i in by} - {row(i) for i in seen}
+        if few or exact and many:
+            wrong[output] = few, many
+    return wrong
 
 
 def test_dependencies_are_what_outputs_do(fmu, hdrm):
@@ -202,22 +219,22 @@ def test_dependencies_are_what_outputs_do(fmu, hdrm):
         for output, by in perturbed(instance, [i for i in fmu.names("input") if i != "F_hold"]).items():
             found.setdefault(output, set()).update(by)
         instance.free()
-    assert {o: few for o, by in found.items() if (few := by - set(said[o]))} == {}
-    assert {o: many for o, by in said.items() if (many := {row(i) for i in by} - {row(i) for i in found.get(o, ())})} == {}
+    assert compared(said, found) == {}
 
 
-def test_initial_dependencies_miss_none(fmu, hdrm):
-    """In Initialization Mode an output changes only with inputs that it is said to depend on there."""
-    said = feedthrough(fmu, initialization=True)
+def test_initial_dependencies_are_what_outputs_do(fmu, hdrm):
+    """The same in Initialization Mode, where inputs act through the initial state too."""
+    said, found = feedthrough(fmu, initialization=True), {}
     for values in states(fmu, hdrm):
         instance = fmu.instance()
         instance.set(values)
         instance.setup()
         instance.call("fmi2EnterInitializationMode")
-        found = perturbed(instance, fmu.names("input"))
+        for output, by in perturbed(instance, fmu.names("input")).items():
+            found.setdefault(output, set()).update(by)
         instance.free()
-        assert {o: few for o, by in found.items() if (few := by - set(said.get(o, ())))} == {}
-        assert found
+    # Of Rig and Sensors no state is known in which all inputs that they declare act initially.
+    assert compared(said, found, exact=fmu.identifier not in ("Rig", "Sensors")) == {}
 
 
 def test_every_connector_is_a_variable_of_its_fmu(system, fmus):

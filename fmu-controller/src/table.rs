@@ -97,55 +97,51 @@ pub(crate) const INFO: Info = Info::new(
 
 type V = Variable<ControllerFmu>;
 
-/// Joint motion and reference: what the required wrenches depend on.
-const MOTION: &[&str] = &[
-    "zeta",
-    "zeta_dot",
-    "reference.position",
-    "reference.velocity",
-    "reference.acceleration",
-    "reference.orientation",
-    "reference.angular_velocity",
-];
-/// The same without the acceleration: what the required twists depend on.
-const TWISTS: &[&str] = &[
-    "zeta",
-    "zeta_dot",
-    "reference.position",
-    "reference.velocity",
-    "reference.orientation",
-    "reference.angular_velocity",
-];
-/// What the required rod velocities depend on.
-const RATES_AND_RODS: &[&str] = &[
-    "zeta",
-    "reference.position",
-    "reference.velocity",
-    "reference.orientation",
-    "reference.angular_velocity",
-    "x[i]",
-    "reference.rod_position[i]",
-    "reference.rod_velocity[i]",
-];
-
-/// [`MOTION`] and further inputs.
-macro_rules! motion_and {
-    ($($more:literal),* $(,)?) => {
+/// What the required twists depend on, and further inputs: joint motion and reference without the acceleration.
+macro_rules! twists_and {
+    ($($more:expr),*) => {
         &[
-            "zeta", "zeta_dot", "reference.position", "reference.velocity", "reference.acceleration",
-            "reference.orientation", "reference.angular_velocity", $($more),*
+            "zeta", "zeta_dot", "reference.position", "reference.velocity", "reference.orientation",
+            "reference.angular_velocity", $($more),*
         ]
     };
 }
 
+/// What the required wrenches depend on, and further inputs: joint motion and reference.
+macro_rules! motion_and {
+    ($($more:expr),*) => { twists_and!("reference.acceleration" $(, $more)*) };
+}
+
 /// [`motion_and`] the rods' own references and measurements.
 macro_rules! motion_rod_and {
-    ($($more:literal),*) => {
+    ($($more:expr),*) => {
         motion_and!(
             "x[i]", "x_dot[i]", "reference.rod_position[i]", "reference.rod_velocity[i]",
-            "reference.rod_acceleration[i]", "reference.rod_force[i]", $($more),*
+            "reference.rod_acceleration[i]", "reference.rod_force[i]" $(, $more)*
         )
     };
+}
+
+/// What the required rod velocities depend on, and further inputs.
+macro_rules! rates_and_rods_and {
+    ($($more:expr),*) => {
+        &[
+            "zeta", "reference.position", "reference.velocity", "reference.orientation", "reference.angular_velocity",
+            "x[i]", "reference.rod_position[i]", "reference.rod_velocity[i]", $($more),*
+        ]
+    };
+}
+
+/// An output that is as it is from the beginning on: it depends on the same inputs initially, and on all parameters.
+macro_rules! depends {
+    ($row:expr, $list:ident $(, $input:literal)*) => {
+        $row.depends_on($list!($($input),*)).initially_depends_on($list!($($input,)* ALL_PARAMETERS)).discrete()
+    };
+}
+
+/// Inputs by name.
+macro_rules! on {
+    ($($input:expr),*) => { &[$($input),*] };
 }
 
 /// The row of a gain in `machine.controller` from its name, unit and description.
@@ -260,30 +256,30 @@ pub(crate) const VARIABLES: &[V] = &[
         |u| &u.reference_rod_force, |u| &mut u.reference_rod_force).unit("N").display_unit("kN").min(-FORCE_MAX).max(FORCE_MAX),
 
     // Commands
-    V::outputs("v_d", "direct-axis voltages (peak)", |y| &y.v_d)
-        .unit("V").depends_on(&["i_d[i]", "i_q[i]", "w_m[i]"]).initially_depends_on(&["i_d[i]", "i_q[i]", "w_m[i]", ALL_PARAMETERS]).discrete(),
-    V::outputs("v_q", "quadrature-axis voltages (peak)", |y| &y.v_q)
-        .unit("V").depends_on(motion_rod_and!("i_d[i]", "i_q[i]", "w_m[i]")).discrete(),
-    V::outputs("tau_wrist", "wrist torques, held to their limits", |y| &y.tau_wrist)
-        .unit("N.m").depends_on(MOTION).discrete(),
-    V::outputs("f_required", "required actuator forces", |y| &y.f_required)
-        .unit("N").display_unit("kN").depends_on(motion_rod_and!()).discrete(),
-    V::outputs("x_dot_required", "required rod velocities", |y| &y.x_dot_required)
-        .unit("m/s").display_unit("mm/s").depends_on(RATES_AND_RODS).discrete(),
-    V::outputs("i_q_required", "required quadrature-axis currents (peak)", |y| &y.i_q_required)
-        .unit("A").depends_on(motion_rod_and!("i_d[i]", "i_q[i]", "w_m[i]")).discrete(),
+    depends!(V::outputs("v_d", "direct-axis voltages (peak)", |y| &y.v_d)
+        .unit("V"), on, "i_d[i]", "i_q[i]", "w_m[i]"),
+    depends!(V::outputs("v_q", "quadrature-axis voltages (peak)", |y| &y.v_q)
+        .unit("V"), motion_rod_and, "i_d[i]", "i_q[i]", "w_m[i]"),
+    depends!(V::outputs("tau_wrist", "wrist torques, held to their limits", |y| &y.tau_wrist)
+        .unit("N.m"), motion_and),
+    depends!(V::outputs("f_required", "required actuator forces", |y| &y.f_required)
+        .unit("N").display_unit("kN"), motion_rod_and),
+    depends!(V::outputs("x_dot_required", "required rod velocities", |y| &y.x_dot_required)
+        .unit("m/s").display_unit("mm/s"), rates_and_rods_and),
+    depends!(V::outputs("i_q_required", "required quadrature-axis currents (peak)", |y| &y.i_q_required)
+        .unit("A"), motion_rod_and, "i_d[i]", "i_q[i]", "w_m[i]"),
     V::output("motion_end", "time at which the reference has come to its end; the start time if trajectory = external", |y| &y.motion_end)
         .unit("s").depends_on(&[]).initially_depends_on(&[ALL_PARAMETERS]).discrete(),
     V::outputs("desired.position", "desired tip position in the world", |y| &y.desired_position)
-        .unit("m").depends_on(&["reference.position"]).discrete(),
-    V::outputs("tip_error", "desired minus actual tip position in the world", |y| &y.tip_error)
-        .unit("m").display_unit("mm").depends_on(&["zeta", "reference.position"]).discrete(),
-    V::output("tip_error_norm", "length of the tip error", |y| &y.tip_error_norm)
-        .unit("m").display_unit("mm").depends_on(&["zeta", "reference.position"]).discrete(),
+        .unit("m").depends_on(&["reference.position"]).initially_depends_on(&["zeta", "reference.position", ALL_PARAMETERS]).discrete(),
+    depends!(V::outputs("tip_error", "desired minus actual tip position in the world", |y| &y.tip_error)
+        .unit("m").display_unit("mm"), on, "zeta", "reference.position"),
+    depends!(V::output("tip_error_norm", "length of the tip error", |y| &y.tip_error_norm)
+        .unit("m").display_unit("mm"), on, "zeta", "reference.position"),
     V::outputs("desired.orientation", "desired tip orientation in the world, quaternion w, x, y, z", |y| &y.desired_orientation)
-        .unit("1").depends_on(&["reference.orientation"]).discrete(),
-    V::output("orientation_error_norm", "angle between desired and actual tip orientation", |y| &y.orientation_error_norm)
-        .unit("rad").display_unit("deg").depends_on(&["zeta", "reference.orientation"]).discrete(),
+        .unit("1").depends_on(&["reference.orientation"]).initially_depends_on(&["zeta", "reference.orientation", ALL_PARAMETERS]).discrete(),
+    depends!(V::output("orientation_error_norm", "angle between desired and actual tip orientation", |y| &y.orientation_error_norm)
+        .unit("rad").display_unit("deg"), on, "zeta", "reference.orientation"),
 
     // Adaptation
     mass_hat!("T1", T1), mass_hat!("A2", A2), mass_hat!("C2", C2), mass_hat!("D2", D2), mass_hat!("A3", A3),
@@ -291,21 +287,21 @@ pub(crate) const VARIABLES: &[V] = &[
     mass_hat!("C4", C4), mass_hat!("D4", D4), mass_hat!("PL", PL),
 
     // Stability in numbers
-    V::output("lyapunov.nu_velocity", "sum of 1/2 s'Ms over the bodies, s = V_r - V, with the plant's inertias", |y| &y.nu_velocity)
-        .unit("J").depends_on(TWISTS).discrete(),
+    depends!(V::output("lyapunov.nu_velocity", "sum of 1/2 s'Ms over the bodies, s = V_r - V, with the plant's inertias", |y| &y.nu_velocity)
+        .unit("J"), twists_and),
     V::output("lyapunov.nu_adaptation", "sum of gamma D_F(L||L_hat) over the bodies", |y| &y.nu_adaptation)
         .unit("J").depends_on(&[]).initially_depends_on(&[ALL_PARAMETERS]).discrete(),
-    V::outputs("lyapunov.nu_actuator", "accompanying function of each actuator", |y| &y.nu_actuator)
-        .unit("J").depends_on(motion_rod_and!("i_d[i]", "i_q[i]", "w_m[i]")).discrete(),
-    V::output("lyapunov.dissipation", "sum of s'K_A s over the bodies", |y| &y.dissipation)
-        .unit("W").depends_on(TWISTS).discrete(),
-    V::outputs("lyapunov.vpf", "virtual power flow (x_dot_r - x_dot)(f_r - F) at each rod", |y| &y.vpf)
-        .unit("W").depends_on(motion_rod_and!("F[i]")).discrete(),
+    depends!(V::outputs("lyapunov.nu_actuator", "accompanying function of each actuator", |y| &y.nu_actuator)
+        .unit("J"), motion_rod_and, "i_d[i]", "i_q[i]", "w_m[i]"),
+    depends!(V::output("lyapunov.dissipation", "sum of s'K_A s over the bodies", |y| &y.dissipation)
+        .unit("W"), twists_and),
+    depends!(V::outputs("lyapunov.vpf", "virtual power flow (x_dot_r - x_dot)(f_r - F) at each rod", |y| &y.vpf)
+        .unit("W"), motion_rod_and, "F[i]"),
 
-    V::outputs("lyapunov.force_error", "required minus actual force of each actuator by its currents", |y| &y.force_error)
-        .unit("N").display_unit("kN").depends_on(motion_rod_and!("i_d[i]", "i_q[i]", "w_m[i]")).discrete(),
-    V::outputs("lyapunov.dissipation_actuator", "dissipation of each actuator in the bound on its accompanying function", |y| &y.dissipation_actuator)
-        .unit("W").depends_on(motion_rod_and!("i_d[i]", "i_q[i]", "w_m[i]")).discrete(),
+    depends!(V::outputs("lyapunov.force_error", "required minus actual force of each actuator by its currents", |y| &y.force_error)
+        .unit("N").display_unit("kN"), motion_rod_and, "i_d[i]", "i_q[i]", "w_m[i]"),
+    depends!(V::outputs("lyapunov.dissipation_actuator", "dissipation of each actuator in the bound on its accompanying function", |y| &y.dissipation_actuator)
+        .unit("W"), motion_rod_and, "i_d[i]", "i_q[i]", "w_m[i]"),
 
     condition!(beta_1, "N/A", "beta_1 at i_d = 0"),
     condition!(beta_2, "N/A", "beta_2 at i_q = i_max"),
