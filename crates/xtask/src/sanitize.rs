@@ -1,5 +1,5 @@
 //! Sanitizers, with the standard library built for them: on the tests of the export layer and of the actuator, which shares
-//! a network among instances, and on the FMUs under their driver and the native master.
+//! a network among instances, and on the FMUs under their driver and the native master. And Miri on the tests of the C border.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -40,8 +40,8 @@ const THREAD: Sanitizer = Sanitizer {
     options: "halt_on_error=1:exitcode=98",
 };
 
-/// Tests that are run under the sanitizers.
-const TESTED: [&str; 5] = ["--tests", "-p", "fmu-export", "-p", "emla"];
+/// Tests that are run under the sanitizers; texts of the compiler are those of another one here.
+const TESTED: &str = "--tests -p fmu-export -p emla -- --skip mistakes_are_named_where_they_are";
 
 /// AddressSanitizer and LeakSanitizer; the first report ends it.
 pub fn address(workspace: &Workspace, calls: usize, seed: u64) -> Result<()> {
@@ -78,6 +78,28 @@ pub fn thread(workspace: &Workspace) -> Result<()> {
     Ok(())
 }
 
+/// Miri on the tests of the C border, as far as they need no other process and no millions of steps; the first report ends it.
+pub fn miri(workspace: &Workspace) -> Result<()> {
+    nightly::component(workspace, "miri")?;
+    nightly::component(workspace, "rust-src")?;
+    let mut cargo = nightly::cargo(workspace);
+    cargo.args([
+        "miri",
+        "test",
+        "-p",
+        "fmu-export",
+        "--test",
+        "border",
+        "--target-dir",
+    ]);
+    cargo.arg(workspace.target.join("miri"));
+    // The tests write parameter files.
+    cargo.env("MIRIFLAGS", "-Zmiri-disable-isolation");
+    execute(&mut cargo)?;
+    println!("Miri: tests of the border of fmu-export: 0 reports");
+    Ok(())
+}
+
 /// What was built with a sanitizer.
 struct Built<'a> {
     workspace: &'a Workspace,
@@ -103,7 +125,7 @@ impl Sanitizer {
             cargo.envs(environment.iter().cloned());
             cargo
         };
-        execute(cargo("test").args(TESTED))?;
+        execute(cargo("test").args(TESTED.split(' ')))?;
         let suite = workspace.suite();
         let mut build = cargo("build");
         for source in &suite {

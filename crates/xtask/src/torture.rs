@@ -33,6 +33,9 @@ pub struct Options {
     /// ThreadSanitizer on the same tests and on instances in threads (nightly as above)
     #[arg(long)]
     tsan: bool,
+    /// Miri on the tests of the C border (nightly as above)
+    #[arg(long)]
+    miri: bool,
     /// Memcheck on loads, instances and unloads (apt-get install valgrind)
     #[arg(long)]
     valgrind: bool,
@@ -62,6 +65,7 @@ pub fn run(workspace: &Workspace, options: &Options) -> Result<()> {
         long,
         asan,
         tsan,
+        miri,
         valgrind,
         threads,
         fuzz: seconds,
@@ -75,7 +79,10 @@ pub fn run(workspace: &Workspace, options: &Options) -> Result<()> {
     if tsan {
         sanitize::thread(workspace)?;
     }
-    let is_plain = !(asan || tsan || valgrind || threads)
+    if miri {
+        sanitize::miri(workspace)?;
+    }
+    let is_plain = !(asan || tsan || miri || valgrind || threads)
         && seconds.or(replay).or(long).or(calls.map(|_| 0)).is_none();
     let needs_fmus =
         is_plain || valgrind || threads || replay.or(long).is_some() || (calls.is_some() && !asan);
