@@ -196,3 +196,75 @@ fn skew_is_the_cross_product() {
         assert_eq!(skew(&a) * b, a.cross(&b));
     });
 }
+
+/// Sums, differences, negatives and multiples are those of the columns and matrices, to the bit.
+#[test]
+fn operators_act_on_every_component() {
+    each(|random| {
+        let (s, [a, b]) = (random.next(), [random.twist(), random.twist()]);
+        let [x, y] = [a.to_vector(), b.to_vector()];
+        let (mut sum, mut difference) = (a, a);
+        sum += b;
+        difference -= b;
+        for (found, expected) in [
+            (a + b, x + y),
+            (sum, x + y),
+            (a - b, x - y),
+            (difference, x - y),
+            (-a, -x),
+            (a * s, x * s),
+            (Twist::from_vector(&x), x),
+        ] {
+            assert_eq!(found.to_vector(), expected);
+        }
+        let [a, b] = [random.wrench(), random.wrench()];
+        let [x, y] = [a.to_vector(), b.to_vector()];
+        let (mut sum, mut difference) = (a, a);
+        sum += b;
+        difference -= b;
+        for (found, expected) in [
+            (a + b, x + y),
+            (sum, x + y),
+            (a - b, x - y),
+            (difference, x - y),
+            (-a, -x),
+            (a * s, x * s),
+            (Wrench::from_vector(&x), x),
+        ] {
+            assert_eq!(found.to_vector(), expected);
+        }
+        let [a, b] = [random.inertia(), random.inertia()];
+        assert_eq!((a + b).to_matrix(), a.to_matrix() + b.to_matrix());
+        assert_eq!((a * s).to_matrix(), a.to_matrix() * s);
+    });
+}
+
+/// ½ Vᵀ M V with the 6×6 matrix.
+#[test]
+fn kinetic_energy_is_the_quadratic_form() {
+    each(|random| {
+        let (M, V) = (random.inertia(), random.twist());
+        let v = V.to_vector();
+        let scale = M.to_matrix().norm() * v.norm_squared();
+        let error = M.kinetic_energy(&V) - 0.5 * v.dot(&(M.to_matrix() * v));
+        assert!(error.abs() < EPS * scale, "{error}");
+    });
+}
+
+/// Against nalgebra's rotations about the axes.
+#[test]
+fn turns_are_right_handed_about_their_axes() {
+    each(|random| {
+        let (angle, r) = (3.0 * random.next(), random.vector());
+        let (c, s) = (angle.cos(), angle.sin());
+        for (found, axis) in [
+            (Pose::turn_x(r, c, s), Vector3::x_axis()),
+            (Pose::turn_y(r, c, s), Vector3::y_axis()),
+            (Pose::turn_z(r, c, s), Vector3::z_axis()),
+        ] {
+            let expected = Rotation3::from_axis_angle(&axis, angle);
+            assert!((found.R - expected.matrix()).norm() < EPS);
+            assert_eq!(found.r, r);
+        }
+    });
+}
