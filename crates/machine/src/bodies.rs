@@ -200,3 +200,37 @@ impl Start {
         Ok(())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The tensor `tr(Σ)·1 − Σ` of `Σ = L D Lᵀ` with unit lower triangular L: by Sylvester's law Σ has as many positive eigenvalues as D has
+    /// positive elements. All numbers are small integers or halves, so nothing is rounded.
+    fn tensor(d: [f64; 3]) -> InertiaTensor {
+        const L: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [3.0, 1.0, 0.0], [-2.0, 0.5, 1.0]];
+        let s = |i: usize, j: usize| (0..3).map(|k| L[i][k] * d[k] * L[j][k]).sum::<f64>();
+        let (x, y, z) = (s(0, 0), s(1, 1), s(2, 2));
+        InertiaTensor {
+            xx: y + z,
+            yy: x + z,
+            zz: x + y,
+            xy: -s(0, 1),
+            xz: -s(0, 2),
+            yz: -s(1, 2),
+        }
+    }
+
+    #[test]
+    fn a_tensor_of_a_mass_distribution_is_known() {
+        for x in [-2.0, 0.0, 3.0] {
+            for y in [-1.0, 0.0, 4.0] {
+                for z in [-4.0, 0.0, 2.0] {
+                    let d = [x, y, z];
+                    let expected = d.iter().all(|d| *d > 0.0);
+                    assert_eq!(tensor(d).is_physical(), expected, "{d:?}");
+                }
+            }
+        }
+    }
+}

@@ -87,6 +87,52 @@ mod tests {
     }
 
     #[test]
+    fn edges_of_ranges_are_refused() {
+        for (pointer, value) in [
+            ("/controller/inverse_bounds", serde_json::json!([0.0, 4.0])),
+            ("/controller/inverse_bounds", serde_json::json!([1.0, 4.0])),
+            ("/controller/inverse_bounds", serde_json::json!([0.5, 1.0])),
+            ("/emla/inverter/r_0", (-0.01).into()),
+            (
+                "/trajectories/cubic/vertices",
+                serde_json::json!([[0, 0, 0]]),
+            ),
+        ] {
+            let field = pointer[1..].replace('/', ".");
+            assert!(refused(pointer, value).contains(&field), "{field}");
+        }
+    }
+
+    #[test]
+    fn gains_that_older_files_lack_have_their_values() {
+        let mut json: serde_json::Value = serde_json::from_str(REFERENCE_JSON).expect("JSON");
+        let gains = json["controller"].as_object_mut().expect("gains");
+        for name in ["lambda_i", "Lambda_rod"] {
+            gains.remove(name);
+        }
+        let gains = Machine::from_json(&json.to_string())
+            .expect("valid")
+            .controller;
+        assert_eq!((gains.lambda_i, gains.Lambda_rod), (50.0, 20.0));
+    }
+
+    /// Oracle: by hand, with axes of which no two are alike.
+    #[test]
+    fn vertices_of_the_cube_lie_along_its_axes() {
+        let path = CubicPath {
+            edge: 0.5,
+            axes: CubeAxes {
+                first: [1.0, 2.0, 3.0],
+                second: [5.0, 7.0, 11.0],
+                third: [13.0, 17.0, 19.0],
+            },
+            vertices: vec![[2.0, 3.0, 4.0]],
+            ..Machine::reference().trajectories.cubic
+        };
+        assert_eq!(path.world_vertices(), [[34.5, 46.5, 57.5 + 0.0]]);
+    }
+
+    #[test]
     fn unknown_and_missing_fields_are_refused_by_name() {
         let unknown = REFERENCE_JSON.replacen("\"gravity\"", "\"gravitas\"", 1);
         let text = Machine::from_json(&unknown).unwrap_err().to_string();

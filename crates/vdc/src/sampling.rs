@@ -15,6 +15,10 @@ const SLACK: f64 = 1e-3;
 /// Share of the difference between measured and predicted force that the next prediction takes over. The force as it is read before
 /// new rod motions are set is out of date, by a part that grows with the rod's acceleration and would destabilize the machine at rest;
 /// the prediction alone would drift.
+///
+/// With the share s the force settles e/s beside the measured one, where e is the error of one prediction, and follows it with the time
+/// constant h/s (10 ms at steps of 1 ms); an out-of-date part acts s times as strongly. The value was found by trial
+/// on the reference machine; it is not derived.
 const FORCE_SHARE: f64 = 0.1;
 
 /// When the controller samples, and how late its commands act; the default, all zero, is the paper's: it samples at each
