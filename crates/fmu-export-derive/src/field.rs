@@ -40,6 +40,8 @@ pub(crate) struct Field {
     /// Number of elements of an array.
     pub(crate) len: Option<Expr>,
     pub(crate) description: String,
+    /// A part of a state: its start value is said where the part is.
+    pub(crate) starts_elsewhere: bool,
     pub(crate) said: Attributes,
 }
 
@@ -63,6 +65,7 @@ impl Field {
             kind,
             len,
             description: names::description(&field.attrs),
+            starts_elsewhere: false,
             said,
         })
     }

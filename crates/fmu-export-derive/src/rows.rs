@@ -211,6 +211,9 @@ fn known(name: &LitStr) -> TokenStream {
 
 /// The parameters and inputs in the start value of a state; None: it cannot be told.
 fn start_dependencies(field: &Field) -> Option<Vec<TokenStream>> {
+    if field.starts_elsewhere {
+        return None;
+    }
     let Some(start) = &field.said.start else {
         return Some(Vec::new());
     };

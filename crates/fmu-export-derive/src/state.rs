@@ -63,7 +63,7 @@ impl Model {
     }
 
     /// Whether the struct is the state of a model, not a part of one.
-    fn is_whole(&self) -> bool {
+    pub(crate) fn is_whole(&self) -> bool {
         self.parameters.is_some() || self.input.is_some() || self.output.is_some()
     }
 

@@ -10,7 +10,7 @@ use syn::{Attribute, Data, DeriveInput, Error, Expr, Fields, Ident, Result};
 
 pub(crate) fn derive(input: &DeriveInput, role: Role) -> Result<TokenStream> {
     let ident = &input.ident;
-    let fields = fields(input)?;
+    let mut fields = fields(input)?;
     let model = match role {
         Role::State => Some(state::Model::of(input)?),
         _ => None,
@@ -19,6 +19,9 @@ pub(crate) fn derive(input: &DeriveInput, role: Role) -> Result<TokenStream> {
         Some(model) => model.table_only,
         None => is_table_only(&input.attrs)?,
     };
+    if model.as_ref().is_some_and(|model| !model.is_whole()) {
+        (fields.iter_mut()).for_each(|field| field.starts_elsewhere = true);
+    }
     combined(fields.iter().map(|field| check::check(field, role)))?;
     let rows = rows::derive(ident, &fields, role);
     let kind = match role {

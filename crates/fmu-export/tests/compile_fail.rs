@@ -3,6 +3,7 @@
 #![allow(missing_docs)]
 
 #[test]
+#[cfg_attr(miri, ignore = "Miri starts no processes")]
 fn mistakes_are_named_where_they_are() {
     trybuild::TestCases::new().compile_fail("tests/compile_fail/*.rs");
 }

@@ -9,7 +9,10 @@ use super::variable::Place;
 use crate::{Model, ModelError};
 
 /// How far a model has gone in a step, and what happened there.
+///
+/// Nearly always [`StepEnd::WHOLE`]; else a copy of it with another field.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct StepEnd {
     /// Time reached, s after the start of the step; None: all of it.
     pub reached: Option<f64>,

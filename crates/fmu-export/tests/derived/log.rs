@@ -112,6 +112,7 @@ fn a_discarded_step_tells_why_before_it_is_refused() {
 
 /// The first ten of a kind, then the 100th, the 1000th.
 #[test]
+#[cfg_attr(miri, ignore = "too long for an interpreter")]
 fn a_flood_is_thinned_out() {
     let fmu = Fmu::hot(false);
     assert_eq!(fmu.debug(1, &[c"switch"]), Status::Ok);

@@ -1,0 +1,169 @@
+//! Models of differential equations: accuracy, start values, nested states, steps that cannot be done.
+#![allow(missing_docs)]
+
+use fmu_export::prelude::*;
+use fmu_export::{check, model_description};
+
+#[derive(Parameters)]
+struct Parameters {
+    /// Rate of growth
+    #[fmu(unit = "1/s", start = -0.75)]
+    rate: f64,
+    /// Starts of the chain
+    #[fmu(unit = "m", start = [0.5, -0.25])]
+    chain_start: [f64; 2],
+}
+
+#[derive(Input)]
+struct Input {
+    /// What is integrated
+    #[fmu(unit = "m/s", start = 1.25)]
+    v: f64,
+}
+
+#[derive(State)]
+struct Chain {
+    /// Position
+    #[fmu(unit = "m")]
+    x: [f64; 2],
+    /// Not shown
+    #[fmu(skip)]
+    hidden: f64,
+}
+
+/// Growth, and a chain that follows an input
+#[derive(State)]
+#[fmu(parameters = Parameters, input = Input, max_step = 0.25)]
+struct Growth {
+    /// Size
+    #[fmu(unit = "1", start = 2.0 * p.rate.abs() + u.v)]
+    size: f64,
+    #[fmu(start = Chain { x: p.chain_start, hidden: 1.5 })]
+    chain: Chain,
+    /// As the chain starts
+    #[fmu(unit = "m", start = p.chain_start, local)]
+    copy: [f64; 2],
+    /// As the chain starts
+    #[fmu(unit = "m", start = p.chain_start)]
+    shown: [f64; 2],
+}
+
+impl Ode for Growth {
+    fn derivative(&self, p: &Parameters, u: &Input, t: f64) -> Self {
+        Self {
+            size: p.rate * self.size,
+            chain: Chain {
+                x: [u.v, 3.0 * t * t],
+                hidden: -self.chain.hidden,
+            },
+            ..Self::default()
+        }
+    }
+}
+
+fn started() -> (Growth, Parameters, Input) {
+    let (p, u) = Growth::defaults();
+    let x = Growth::initialize(&p, &u, 0.0).unwrap();
+    (x, p, u)
+}
+
+#[test]
+fn the_table_agrees_with_the_model() {
+    assert_eq!(check::<Growth>(), [""; 0]);
+    let xml = model_description::<Growth>().unwrap();
+    for name in ["size", "chain.x[1]", "chain.x[2]", "copy[2]"] {
+        assert!(xml.contains(&format!("name=\"{name}\"")), "{name}");
+    }
+    assert!(!xml.contains("hidden"));
+    // Variables 1 rate, 2 and 3 chain_start, 4 v, 5 size, 6 and 7 chain, 8 and 9 copy, 10 and 11 shown: of their start values.
+    for unknown in [
+        r#"<Unknown index="5" dependencies="1 4"/>"#,
+        r#"<Unknown index="10" dependencies="2"/>"#,
+        r#"<Unknown index="11" dependencies="3"/>"#,
+        r#"<Unknown index="5" dependencies=""/>"#,
+    ] {
+        assert!(xml.contains(unknown), "{unknown} {xml}");
+    }
+    assert!(
+        !xml.contains("<Unknown index=\"8\""),
+        "a local variable is no unknown"
+    );
+}
+
+#[test]
+fn start_values_follow_parameters_and_inputs() {
+    let (x, ..) = started();
+    assert_eq!(
+        (x.size, x.chain.x, x.chain.hidden),
+        (2.75, [0.5, -0.25], 1.5)
+    );
+    assert_eq!((x.copy, x.shown), ([0.5, -0.25], [0.5, -0.25]));
+}
+
+/// Oracle: size e^(rate t). The method of order 4 misses e^−z, z = −rate h, by z⁵/120 a step, e^z z⁵/120 of it, and n times as much
+/// in n steps. The next term is z/6 of it.
+#[test]
+fn the_error_is_that_of_order_4() {
+    for n in [4_i32, 8, 16] {
+        let (mut x, p, u) = started();
+        let h = 1.0 / f64::from(n);
+        for k in 0..n {
+            Model::step(
+                &mut x,
+                &p,
+                &InputPolynomial::held(u),
+                &(),
+                f64::from(k) * h,
+                h,
+            )
+            .unwrap();
+        }
+        let error = (x.size / 2.75 / (-0.75_f64).exp() - 1.0).abs();
+        let z = 0.75 * h;
+        let bound = f64::from(n) * z.exp() * z.powi(5) / 120.0;
+        let least = bound * (1.0 - z / 4.0);
+        assert!(least < error && error < bound, "{n}: {error:e} {bound:e}");
+    }
+}
+
+/// A step longer than `max_step` is divided; a polynomial of order 3 in time is integrated exactly, be it in the equations or an input.
+#[test]
+fn inputs_follow_their_derivatives_and_steps_are_divided() {
+    let (mut x, p, u) = started();
+    let course = InputPolynomial::with_derivatives(u, &[Input { v: 2.0 }, Input { v: -6.0 }]);
+    Model::step(&mut x, &p, &course, &(), 1.0, 1.0).unwrap();
+    // ∫ 1.25 + 2 s − 3 s² ds = 1.25, ∫ 3 t² dt from 1 to 2 = 7.
+    assert!((x.chain.x[0] - 1.75).abs() < 1e-14, "{:?}", x.chain.x);
+    assert!((x.chain.x[1] - 6.75).abs() < 1e-14, "{:?}", x.chain.x);
+    let z = 0.75 * 0.25_f64;
+    let bound = 4.0 * z.exp() * z.powi(5) / 120.0;
+    let error = (x.size / 2.75 / (-0.75_f64).exp() - 1.0).abs();
+    assert!(error < bound, "not in four steps: {error:e} {bound:e}");
+}
+
+#[test]
+fn a_step_that_cannot_be_done_leaves_the_state() {
+    let (mut x, mut p, u) = started();
+    p.rate = 1e300;
+    let held = InputPolynomial::held(u);
+    let error = Model::step(&mut x, &p, &held, &(), 0.0, 0.5).unwrap_err();
+    let text = error.to_string();
+    assert!(
+        text.starts_with("`size` became ")
+            && text.ends_with(" at the end of the step; it must be finite"),
+        "{text}"
+    );
+    p.rate = 1.0;
+    let error = Model::step(&mut x, &p, &held, &(), 0.0, 300_000.0).unwrap_err();
+    assert_eq!(
+        error.to_string(),
+        "1200000 internal steps of at most 0.25 s would be needed; there must be at most 1000000"
+    );
+    assert_eq!((x.size, x.chain.x), (2.75, [0.5, -0.25]));
+    p.rate = f64::NAN;
+    let error = Growth::initialize(&p, &u, 0.0).err().unwrap();
+    assert_eq!(
+        error.to_string(),
+        "`size` became NaN at the start; it must be finite"
+    );
+}
