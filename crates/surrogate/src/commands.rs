@@ -60,6 +60,9 @@ pub struct TrainArgs {
     /// Seed of the split and of the first weights.
     #[arg(long, default_value_t = 1)]
     seed: u64,
+    /// Gather rows into this many cells along torque and along speed, and train on their means; 0: train on the rows.
+    #[arg(long, default_value_t = 0)]
+    cells: u32,
     /// Most epochs.
     #[arg(long, default_value_t = EPOCHS)]
     epochs: u32,
@@ -255,7 +258,10 @@ impl TestbedArgs {
 impl TrainArgs {
     /// Train.
     pub fn run(self) -> Result<()> {
-        let prepared = Prepared::new(data::read_csv(&self.data)?, self.seed);
+        let mut prepared = Prepared::new(data::read_csv(&self.data)?, self.seed);
+        if self.cells > 0 {
+            prepared = prepared.gathered(self.cells);
+        }
         let mut progress = if self.resume {
             Progress::resume(&self.checkpoint, &emla::WIDTHS, self.seed, &prepared)?
         } else {

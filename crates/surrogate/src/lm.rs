@@ -4,6 +4,8 @@
 //! `(JᵀJ/R + mu·I)·dw = −Jᵀe/R`. If it lowers the error it is taken and `mu` falls to a tenth;
 //! otherwise `mu` grows tenfold and the step is solved again, until `mu` exceeds its limit.
 
+use std::collections::BTreeMap;
+
 use crate::network::Shape;
 use crate::normal::{Form, Tiled, residual_order};
 
@@ -28,6 +30,25 @@ pub struct Samples {
 }
 
 impl Samples {
+    /// Means of the samples in each of `cells` × `cells` cells of the inputs' range [−1, 1], in the order of the cells.
+    #[must_use]
+    pub fn gathered(&self, cells: u32) -> Self {
+        let place = |x: f64| (0.5 * (x + 1.0) * f64::from(cells)) as u32;
+        let mut sums: BTreeMap<[u32; 2], ([f64; 4], f64)> = BTreeMap::new();
+        for (x, y) in self.inputs.iter().zip(&self.targets) {
+            let (sum, count) = sums.entry(x.map(place)).or_default();
+            for (sum, value) in sum.iter_mut().zip([x[0], x[1], y[0], y[1]]) {
+                *sum += value;
+            }
+            *count += 1.0;
+        }
+        let means = || sums.values().map(|(sum, count)| sum.map(|s| s / count));
+        Self {
+            inputs: means().map(|m| [m[0], m[1]]).collect(),
+            targets: means().map(|m| [m[2], m[3]]).collect(),
+        }
+    }
+
     /// `y − target`.
     #[must_use]
     pub fn residuals(&self, shape: &Shape, weights: &[f64]) -> Vec<[f64; 2]> {

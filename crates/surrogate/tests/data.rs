@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 
 use surrogate::data::{FEWEST_ROWS, Row, parse_csv, to_csv, to_csv_by_profile};
+use surrogate::lm::Samples;
 use surrogate::training::Prepared;
 
 fn rows(count: usize) -> Vec<Row> {
@@ -123,4 +124,19 @@ fn profiles_are_held_out_whole() {
         refusal(wrong),
         "rig.csv, line 3, column profile: `-1` must be a whole number from 0 on"
     );
+}
+
+/// Three samples in one cell of 2 × 2, one in another: means by hand.
+#[test]
+fn samples_are_gathered_by_cell() {
+    let samples = Samples {
+        inputs: vec![[0.2, 0.1], [0.9, -0.5], [0.4, 0.3], [0.6, 0.8]],
+        targets: vec![[1.0, 2.0], [7.0, 8.0], [3.0, 4.0], [8.0, 0.0]],
+    };
+    let means = samples.gathered(2);
+    assert_eq!(means.targets, [[7.0, 8.0], [4.0, 2.0]]);
+    let expected = [[0.9, -0.5], [0.4, 0.4]];
+    for (found, expected) in means.inputs.iter().flatten().zip(expected.iter().flatten()) {
+        assert!((found - expected).abs() < 1e-15);
+    }
 }
