@@ -157,10 +157,10 @@ pub fn parse_csv(name: &str, text: &str) -> Result<Data> {
     let (mut cells, mut profiles) = (Vec::new(), Vec::new());
     for record in reader.records() {
         let record = record.with_context(|| format!("{name}: not a table"))?;
-        let line = line_of(text, record.position());
+        let line = || line_of(text, record.position());
         let mut row = [0.0; 4];
         for ((cell, &place), &column) in row.iter_mut().zip(&places).zip(&NEEDED) {
-            *cell = number(name, line, COLUMNS[column].0, &record[place])?;
+            *cell = number(name, &line, COLUMNS[column].0, &record[place])?;
         }
         if row[1] < 0.0 {
             // Odd symmetry: the actuator works backwards as forwards.
@@ -170,7 +170,10 @@ pub fn parse_csv(name: &str, text: &str) -> Result<Data> {
         if let Some(place) = profile {
             let cell = &record[place];
             let number = cell.parse().map_err(|_| {
-                anyhow!("{name}, line {line}, column {PROFILE}: `{cell}` must be a whole number from 0 on")
+                anyhow!(
+                    "{name}, line {}, column {PROFILE}: `{cell}` must be a whole number from 0 on",
+                    line()
+                )
             })?;
             profiles.push(number);
         }
@@ -219,10 +222,13 @@ fn find_columns(name: &str, line: u64, header: &csv::StringRecord) -> Result<[us
     Ok(places)
 }
 
-fn number(name: &str, line: u64, column: &str, cell: &str) -> Result<f64> {
+fn number(name: &str, line: &dyn Fn() -> u64, column: &str, cell: &str) -> Result<f64> {
     match cell.parse::<f64>() {
         Ok(x) if x.is_finite() => Ok(x),
-        _ => bail!("{name}, line {line}, column {column}: `{cell}` is not a finite number"),
+        _ => bail!(
+            "{name}, line {}, column {column}: `{cell}` is not a finite number",
+            line()
+        ),
     }
 }
 

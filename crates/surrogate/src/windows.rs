@@ -91,14 +91,17 @@ pub fn resistance(p: &Emla, T: f64) -> f64 {
     p.R_s * (1.0 + catalogue.copper * (T - catalogue.reference))
 }
 
-/// Windows in which the rod moves one way, at no sample slower than [`SLOWEST`].
+/// Windows in which rod and nut move one way, at no sample slower than [`SLOWEST`]: where a load that changes bends the structure, the rod moves
+/// while the motor stands.
 #[must_use]
 pub fn windows(p: &Emla, run: &[Instant]) -> Vec<Window> {
     let whole = run.len().saturating_sub(2) / SAMPLES;
+    let travel = maps::travel_per_radian(p);
     let moves = |first: usize| {
         let samples = &run[first..=first + SAMPLES];
         let slowest = |sign: f64| {
-            let speeds = samples.iter().map(|s| sign * s.truth.x_rod_dot);
+            let slower = |s: &Instant| (sign * s.truth.x_rod_dot).min(sign * travel * s.truth.w_m);
+            let speeds = samples.iter().map(slower);
             speeds.fold(f64::INFINITY, f64::min)
         };
         slowest(1.0) > SLOWEST || slowest(-1.0) > SLOWEST
