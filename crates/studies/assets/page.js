@@ -23,6 +23,7 @@ function conditions() {
 
 cards();
 tracking();
+worlds();
 robustness();
 studies();
 chooseRun("signals-run", signals);

@@ -66,19 +66,28 @@ pub fn with(system: &System, base: &Experiment, settings: Vec<Setting>) -> Resul
     for Setting { port, .. } in &settings {
         let variable = &system.variable(*port).name;
         let component = &system.structure.components[port.component];
-        let bound = component.parameters.iter().find(|p| p.name == *variable);
-        let set = base.settings.iter().any(|s| s.port == *port);
-        let origin = set.then_some("--set").or(bound.map(|p| p.origin.as_str()));
-        if let Some(origin) = origin {
-            bail!(
-                "`{}` is set ({origin}), but this command varies it itself, so it must not be set",
-                system.name(*port)
-            );
+        if let Some(bound) = component.parameters.iter().find(|p| p.name == *variable) {
+            bail!(is_varied(system, *port, &bound.origin));
+        }
+    }
+    over(system, base, settings)
+}
+
+/// As [`with`], of what the system may bind too.
+pub fn over(system: &System, base: &Experiment, settings: Vec<Setting>) -> Result<Experiment> {
+    for Setting { port, .. } in &settings {
+        if base.settings.iter().any(|s| s.port == *port) {
+            bail!(is_varied(system, *port, "--set"));
         }
     }
     let mut experiment = base.clone();
     experiment.settings.extend(settings);
     Ok(experiment)
+}
+
+fn is_varied(system: &System, port: Port, origin: &str) -> String {
+    let name = system.name(port);
+    format!("`{name}` is set ({origin}), but this command varies it itself, so it must not be set")
 }
 
 /// Run to the stop time asked for, else to the end of the motion, else to that of the default experiment; `observe` sees every

@@ -1,14 +1,15 @@
-//! The machine file that the manipulator FMU runs with.
+//! The machine file that an FMU runs with.
 
 use std::path::PathBuf;
 
 use anyhow::{Context, Result};
 use cosim::system::{Setting, System};
+use cosim::wiring::Port;
 use machine::Machine;
 use percent_encoding::percent_decode_str;
 use sha2::{Digest, Sha256};
 
-/// The machine file that the manipulator FMU runs with.
+/// The machine file that an FMU runs with.
 pub struct MachineFile {
     /// Name of the file.
     pub name: String,
@@ -21,7 +22,11 @@ pub struct MachineFile {
 impl MachineFile {
     /// The file named by a start value of the manipulator's `machine_file`, else the one among the FMU's resources, else the reference.
     pub fn of(system: &System, settings: &[Setting]) -> Result<Self> {
-        let file = system.port("hdrm.machine_file")?;
+        Self::at(system, settings, system.port("hdrm.machine_file")?)
+    }
+
+    /// As [`MachineFile::of`], of the component whose parameter `file` is.
+    pub fn at(system: &System, settings: &[Setting], file: Port) -> Result<Self> {
         let set = settings.iter().rev().find(|s| s.port == file);
         let resources = system.fmus[file.component]
             .resources

@@ -17,6 +17,7 @@ mod runs;
 mod samples;
 mod scene;
 mod stability;
+mod worlds;
 
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -52,6 +53,8 @@ pub struct Request<'a> {
     pub base: &'a Experiment,
     /// The one-axis experiment, where there is one.
     pub testbed: Option<&'a System>,
+    /// The machine of the real world, where there is one.
+    pub real: Option<&'a System>,
 }
 
 /// All that the page shows.
@@ -59,6 +62,7 @@ pub struct Request<'a> {
 pub struct Report {
     conditions: Conditions,
     table: Vec<Row>,
+    worlds: Vec<worlds::Shown>,
     errors: Vec<ErrorStudy>,
     runs: Vec<Run>,
     /// Runs that failed, with the reason.
@@ -128,6 +132,7 @@ impl Request<'_> {
         }
         let cells = table::run(self.system, self.base, count);
         failures.extend(cells.iter().filter_map(failure));
+        let worlds = worlds::shown(self, &mut failures);
         let errors = plan.run(self, count, &mut failures);
         let energy = evaluation::energies(self, count, &mut failures);
         let stability = stability::stability(self, count, &mut failures);
@@ -136,6 +141,7 @@ impl Request<'_> {
         Ok(Report {
             conditions: Conditions::of(self, &machine),
             table: cells.chunks(MODES.len()).map(row).collect(),
+            worlds,
             errors,
             runs,
             energy,

@@ -12,6 +12,7 @@
 //! friction, inertia and elasticity between current and rod, which the proof leaves out.
 #![allow(non_snake_case)] // the paper's symbols
 
+mod causes;
 mod gains;
 
 use std::fmt::Write as _;
@@ -23,6 +24,7 @@ use cosim::wiring::Port;
 use rayon::prelude::*;
 use serde::Serialize;
 
+pub use self::causes::{causes, causes_text, compliance};
 pub use self::gains::{Condition, Gains};
 use crate::experiment::{Recorded, vary};
 use crate::table::TRAJECTORIES;
@@ -177,10 +179,16 @@ fn one(
         experiment = vary(system, &experiment, &[("omega_i", &0), ("omega_d", &0)])?;
     }
     experiment.stepping.step = step;
-    let outputs = Outputs::of(system)?;
-    let recorded = Recorded::of(system, &experiment, &outputs.all())?;
-    let mut run = Course::of(&recorded, &outputs)?.evaluate(step)?;
+    let mut run = measure(system, &experiment)?;
     (run.trajectory, run.law) = (trajectory, law);
+    Ok(run)
+}
+
+/// Run and evaluate the motion.
+fn measure(system: &System, experiment: &Experiment) -> Result<Run> {
+    let outputs = Outputs::of(system)?;
+    let recorded = Recorded::of(system, experiment, &outputs.all())?;
+    let mut run = Course::of(&recorded, &outputs)?.evaluate(experiment.stepping.step)?;
     let start = recorded.motion_start();
     run.course.start = recorded.recording.times[start];
     run.gains = outputs.gains_of(&recorded)?;

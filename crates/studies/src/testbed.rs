@@ -1,6 +1,7 @@
 //! One-axis experiment (the paper's "Experimental Results"): the lift and the tilt actuator, force-driven, each against a load emulator
 //! that replays the force profile of its joint from a run of the whole machine with a first-order lag; the actuator level of the
-//! controller tracks the rod's position, velocity and force of that run.
+//! controller tracks the rod's position and velocity of that run. The load's force is previewed to the controller, as the whole machine's
+//! decomposition would, or not known to it beforehand, as on a testbed that something else loads.
 #![allow(non_snake_case)] // the paper's symbols
 
 use std::fmt::Write as _;
@@ -25,6 +26,36 @@ const CONTROLLER: &str = "controller";
 pub const POSITION_TARGET: f64 = 0.05e-3;
 /// Force RMSE to stay below, as a share of the force's peak.
 pub const FORCE_TARGET: f64 = 0.01;
+
+/// A controller on the testbed.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Trial {
+    /// Mode of the controller.
+    pub mode: &'static str,
+    /// Whether it is told the load's force beforehand.
+    pub previewed: bool,
+}
+
+/// What checks the code: the controller is told the load.
+pub const CHECK: Trial = Trial {
+    mode: "adaptive",
+    previewed: true,
+};
+
+/// The load is not known beforehand.
+pub const UNKNOWN_LOAD: [Trial; 5] = {
+    const fn trial(mode: &'static str) -> Trial {
+        let previewed = false;
+        Trial { mode, previewed }
+    }
+    [
+        trial("adaptive"),
+        trial("modular"),
+        trial("pd"),
+        trial("modular_integral"),
+        trial("pd_integral"),
+    ]
+};
 
 /// Course of one rod in the run of the whole machine, at its communication points.
 struct Profile {
@@ -56,6 +87,8 @@ pub struct Axis {
     pub trajectory: &'static str,
     /// `lift` or `tilt`.
     pub axis: &'static str,
+    /// The controller.
+    pub trial: Trial,
     /// Position, m.
     pub position: Tracking,
     /// Velocity, m/s.
@@ -80,13 +113,14 @@ pub struct Course {
     pub force: [Vec<f64>; 2],
 }
 
-/// Run both trajectories: record the `machine` under `base`, replay on the `testbed`. `lag` is the emulator's time constant, s. What is set
+/// Run both trajectories: record the `machine` under `base`, replay on the `testbed` with each of `trials`. `lag` is the emulator's time constant, s. What is set
 /// on the machine's controller and on its lift and tilt actuators counts on the testbed too.
 pub fn run(
     machine: &System,
     testbed: &System,
     base: &Experiment,
     lag: f64,
+    trials: &[Trial],
 ) -> Vec<Result<Vec<Axis>>> {
     let settings = match shared(machine, testbed, base) {
         Ok(settings) => settings,
@@ -97,13 +131,18 @@ pub fn run(
         .map(|(trajectory, _)| {
             let (recorded, profiles) = record(machine, base, trajectory)
                 .with_context(|| format!("{trajectory}, run of the machine"))?;
-            let bed = Bed {
-                system: testbed,
-                settings: &settings,
-                stepping: base.stepping,
-            };
-            bed.replay(trajectory, &recorded, &profiles, lag)
-                .with_context(|| format!("{trajectory}, testbed"))
+            let mut axes = Vec::new();
+            for trial in trials {
+                let bed = Bed {
+                    system: testbed,
+                    settings: &settings,
+                    stepping: base.stepping,
+                    trial: *trial,
+                };
+                let replayed = bed.replay(trajectory, &recorded, &profiles, lag);
+                axes.extend(replayed.with_context(|| format!("{trajectory}, testbed"))?);
+            }
+            Ok(axes)
         })
         .collect()
 }
@@ -113,6 +152,7 @@ struct Bed<'a> {
     system: &'a System,
     settings: &'a [Setting],
     stepping: Stepping,
+    trial: Trial,
 }
 
 /// What is set on the machine, on the components of the testbed that stand for the same.
@@ -176,8 +216,8 @@ fn slope(values: &[f64], step: f64) -> Vec<f64> {
     (0..values.len()).map(at).collect()
 }
 
-/// Start values: the rods where the recording starts, in equilibrium with its forces.
-fn start(testbed: &System, profiles: &[Profile; 2]) -> Result<Vec<Setting>> {
+/// Start values: the rods where the recording starts, in equilibrium with its forces, of which the controller is told the share `told`.
+fn start(testbed: &System, profiles: &[Profile; 2], told: f64) -> Result<Vec<Setting>> {
     let mut settings = Vec::new();
     for ((_, rod, actuator), p) in AXES.into_iter().zip(profiles) {
         for (variable, value) in [
@@ -187,7 +227,7 @@ fn start(testbed: &System, profiles: &[Profile; 2]) -> Result<Vec<Setting>> {
             (format!("{actuator}.F_ext"), p.F[0]),
             (reference("position", rod), p.x[0]),
             (reference("velocity", rod), p.x_dot[0]),
-            (reference("force", rod), p.F[0]),
+            (reference("force", rod), told * p.F[0]),
         ] {
             settings.push(testbed.setting(&variable, value)?);
         }
@@ -241,12 +281,15 @@ impl Bed<'_> {
             system: testbed,
             settings,
             stepping,
+            trial,
         } = *self;
         let mut references = references(testbed)?;
         let mut loads = inputs(testbed, &AXES.map(|(_, _, a)| format!("{a}.F_ext")))?;
         let outputs = AXES.map(|(_, _, a)| ["x_rod", "x_rod_dot", "F"].map(|v| format!("{a}.{v}")));
         let mut signals = Signals::new(testbed, &ports(testbed, outputs.as_flattened())?)?;
-        let settings = [settings, &start(testbed, profiles)?].concat();
+        let told = if trial.previewed { 1.0 } else { 0.0 };
+        let mode = testbed.setting(&format!("{CONTROLLER}.mode"), trial.mode)?;
+        let settings = [settings, &start(testbed, profiles, told)?, &[mode]].concat();
         let mut master = Master::new(testbed, &settings, stepping)?;
         let mut load = [profiles[0].F[0], profiles[1].F[0]];
         let mut courses = [Course::default(), Course::default()];
@@ -258,7 +301,8 @@ impl Bed<'_> {
             {
                 course.add(master.time(), [x, x_dot, F], actual);
             }
-            references.set(&master, desired.as_flattened())?;
+            let known = desired.map(|[x, x_dot, x_ddot, F]| [x, x_dot, x_ddot, told * F]);
+            references.set(&master, known.as_flattened())?;
             master.pass()?;
             if k + 1 < points {
                 let forces = std::array::from_fn::<_, 2, _>(|i| {
@@ -274,6 +318,7 @@ impl Bed<'_> {
         let axis = |((axis, _, _), course): ((&'static str, usize, &str), Course)| Axis {
             trajectory,
             axis,
+            trial,
             position: tracking(&course.position, first),
             velocity: tracking(&course.velocity, first),
             force: tracking(&course.force, first),
@@ -305,6 +350,25 @@ fn tracking([desired, actual]: &[Vec<f64>; 2], first: usize) -> Tracking {
     }
     tracking.rmse = (sum / desired.len().saturating_sub(first).max(1) as f64).sqrt();
     tracking
+}
+
+/// The controllers that are not told the load, as a table for people.
+pub fn unknown_load_text(axes: &[Axis]) -> String {
+    let mut text = format!(
+        "load not known to the controller beforehand\n{:<12}{:<6}{:<18}{:>22}{:>22}\n",
+        "trajectory", "axis", "controller", "position, mm (max)", "velocity, mm/s (max)"
+    );
+    let cell = |t: &Tracking| format!("{:.4} ({:.4})", 1e3 * t.rmse, 1e3 * t.max);
+    for a in axes {
+        let [position, velocity] = [&a.position, &a.velocity].map(cell);
+        writeln!(
+            text,
+            "{:<12}{:<6}{:<18}{position:>22}{velocity:>22}",
+            a.trajectory, a.axis, a.trial.mode
+        )
+        .expect("a String takes every text");
+    }
+    text + "RMSE and maximum over the motion; at the level of the actuators there are no inertias to adapt, so adaptive and modular are one\n"
 }
 
 /// The axes as a table for people.

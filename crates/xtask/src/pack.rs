@@ -11,11 +11,11 @@ use cargo_fmu::workspace::Source;
 use crate::variants;
 use crate::workspace::{FMU_PROFILE, Workspace, profile};
 
-/// System structures of the repository and the archives they become.
-const SYSTEMS: [(&str, &str); 3] = [
-    ("system/SystemStructure.ssd", "Manipulator.ssp"),
-    ("system/Real.ssd", "Real.ssp"),
-    ("system/Testbed.ssd", "Testbed.ssp"),
+/// System structures of the repository, the archives they become, and parameter sets that go with them without being bound.
+const SYSTEMS: [(&str, &str, &[&str]); 3] = [
+    ("system/SystemStructure.ssd", "Manipulator.ssp", &[]),
+    ("system/Real.ssd", "Real.ssp", &["resources/real.ssv"]),
+    ("system/Testbed.ssd", "Testbed.ssp", &[]),
 ];
 
 /// Pack the suite's FMUs and its systems into `out`, for this machine; the FMUs, in the order of [`Workspace::suite`].
@@ -32,8 +32,8 @@ pub fn suite_with(
 ) -> Result<Vec<PathBuf>> {
     let (sources, arguments) = (workspace.suite(), self::profile(profile));
     let packed = cargo_fmu::pack::fmus(&workspace.cargo, &sources, &arguments, platforms, out)?;
-    for (structure, archive) in SYSTEMS {
-        system(workspace, &packed, structure, &out.join(archive))?;
+    for (structure, archive, sets) in SYSTEMS {
+        system(workspace, &packed, structure, sets, &out.join(archive))?;
     }
     Ok(packed)
 }
@@ -61,13 +61,24 @@ pub fn replace_library(fmu: &Path, library: &Path) -> Result<()> {
     archive::write(fmu, &entries).map(drop)
 }
 
-/// An archive of a system structure with the FMUs it names.
-fn system(workspace: &Workspace, packed: &[PathBuf], structure: &str, path: &Path) -> Result<()> {
+/// An archive of a system structure with the FMUs it names and further parameter sets beside it.
+fn system(
+    workspace: &Workspace,
+    packed: &[PathBuf],
+    structure: &str,
+    sets: &[&str],
+    path: &Path,
+) -> Result<()> {
     let file = workspace.root.join(structure);
     let text = fs::read_to_string(&file).with_context(|| file.display().to_string())?;
     let mut structures = variants::of(&text).with_context(|| file.display().to_string())?;
     structures.push(("SystemStructure.ssd".to_string(), text));
     let mut entries = Entries::new();
+    for set in sets {
+        let from = file.with_file_name(set);
+        let bytes = fs::read(&from).with_context(|| from.display().to_string())?;
+        entries.insert((*set).to_string(), bytes);
+    }
     for (name, text) in structures {
         for source in text
             .split("source=\"")

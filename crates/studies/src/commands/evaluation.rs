@@ -14,25 +14,34 @@ use cosim::verdict::Verdict;
 use serde_json::{Value, json};
 use studies::endurance::{self, Excursion, Part};
 use studies::experiment::vary;
+use studies::machine_file::MachineFile;
 use studies::robustness::{self, STUDIES, Study};
 use studies::tip::TipError;
-use studies::{energy, stability, table, testbed};
+use studies::worlds::{self, World};
+use studies::{energy, laws, stability, table, testbed};
 
 use super::MachineArgs;
+use super::worlds::compare;
 
 #[derive(Args)]
 pub struct TableArgs {
     #[command(flatten)]
     pub machine: MachineArgs,
-    /// What is varied, repeatable
-    #[arg(long = "study", value_enum, default_values_t = [StudyArg::Inertia])]
+    /// Plant and sensors that the controllers are compared on
+    #[arg(long, value_enum, default_value_t = World::Ideal)]
+    pub world: World,
+    /// What is varied, repeatable [default: inertia; in the real world rivals]
+    #[arg(long = "study", value_enum)]
     studies: Vec<StudyArg>,
-    /// First of the three seeds of the noise study
+    /// First seed: of the three of the noise study, of those of the real world
     #[arg(long, default_value_t = 1)]
     seed: u64,
-    /// Also write the cells of the inertia study to this CSV file
+    /// Machines drawn for the real world, each with its own seed
+    #[arg(long, default_value_t = 20, value_parser = clap::value_parser!(u64).range(1..))]
+    seeds: u64,
+    /// Also write the cells of the inertia study, or the runs of a comparison of laws, to this CSV file
     #[arg(long, value_name = "FILE")]
-    csv: Option<PathBuf>,
+    pub csv: Option<PathBuf>,
     /// Also write all cells to this JSON file
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
@@ -60,6 +69,9 @@ pub struct TestbedArgs {
 pub struct StabilityArgs {
     #[command(flatten)]
     pub machine: MachineArgs,
+    /// Plant and sensors; real: by which cause the bound is exceeded
+    #[arg(long, value_enum, default_value_t = World::Ideal)]
+    world: World,
     /// Factor on mass and inertia of every body of the manipulator (the controller keeps nominal ones)
     #[arg(long, value_name = "FACTOR", default_value_t = 1.4)]
     inertia_scale: f64,
@@ -91,7 +103,7 @@ pub struct EnduranceArgs {
     #[arg(long, default_value_t = 5.0, value_name = "SECONDS")]
     period: f64,
     /// Controller
-    #[arg(long, value_parser = ["adaptive", "modular", "pd"], default_value = "adaptive")]
+    #[arg(long, value_parser = laws::MODES, default_value = "adaptive")]
     mode: String,
     /// Factor on mass and inertia of every body of the manipulator (the controller keeps nominal ones)
     #[arg(long, value_name = "FACTOR", default_value_t = 1.2)]
@@ -99,7 +111,7 @@ pub struct EnduranceArgs {
 }
 
 #[derive(Clone, Copy, PartialEq, ValueEnum)]
-enum StudyArg {
+pub enum StudyArg {
     /// The paper's table: mass and inertia of all bodies
     Inertia,
     /// Motor and transmission parameters, each and together
@@ -110,13 +122,60 @@ enum StudyArg {
     Noise,
     /// Unknown wrench on the tip
     TipLoad,
-    /// All of these
+    /// All of the above
     All,
+    /// All modes of the controller, with and without integral: known error, the plant's tip, orientation, rho
+    Rivals,
+    /// Adaptation x disturbance observer x integral of the voltage law x integral of the tip's error
+    Ablation,
+    /// The rivals with integral at several rates of it
+    IntegralRate,
+    /// In the real world: what its parameter set changes, taken back one at a time
+    Changes,
+    /// In the real world: what was tried and is not in its parameter set, added one at a time
+    Tried,
+    /// In the real world: with and without force sensor, speeds known or estimated, other delays
+    Sensors,
+}
+
+impl StudyArg {
+    /// Whether it is about what only the real world has.
+    fn is_of_real_world(self) -> bool {
+        matches!(self, Self::Changes | Self::Tried | Self::Sensors)
+    }
+
+    /// Whether it compares control laws over the cases of a world.
+    fn compares_laws(self) -> bool {
+        matches!(
+            self,
+            Self::Rivals
+                | Self::Ablation
+                | Self::IntegralRate
+                | Self::Changes
+                | Self::Tried
+                | Self::Sensors
+        )
+    }
+
+    fn name(self) -> String {
+        let value = self.to_possible_value().expect("no value is skipped");
+        value.get_name().to_owned()
+    }
 }
 
 impl TableArgs {
+    /// The studies asked for, else those of the world.
+    fn wanted(&self) -> Vec<StudyArg> {
+        match (&self.studies[..], self.world) {
+            ([], World::Ideal) => vec![StudyArg::Inertia],
+            ([], World::Real) => vec![StudyArg::Rivals],
+            (studies, _) => studies.to_vec(),
+        }
+    }
+
     fn wants(&self, study: StudyArg) -> bool {
-        self.studies.contains(&study) || self.studies.contains(&StudyArg::All)
+        let wanted = self.wanted();
+        wanted.contains(&study) || wanted.contains(&StudyArg::All)
     }
 
     fn studies(&self) -> Vec<Study> {
@@ -133,11 +192,32 @@ impl TableArgs {
     }
 }
 
-/// Robustness tables; fails when a cell failed, after the others have been printed.
+/// Robustness tables and comparisons of laws; fails when a cell failed, after the others have been printed.
 pub fn tables(args: &TableArgs) -> Result<Verdict> {
-    let (system, base, verdict) = args.machine.load()?;
+    let (system, base, verdict) = args.machine.load_world(args.world)?;
     let mut failed = 0;
     let mut found = conditions(&system, &base);
+    let comparisons = args.wanted().into_iter().filter(|s| s.compares_laws());
+    let comparisons: Vec<_> = comparisons.collect();
+    for study in args.wanted() {
+        let fits = match args.world {
+            World::Ideal => !study.is_of_real_world(),
+            World::Real => study.compares_laws(),
+        };
+        let (name, world) = (study.name(), args.world.to_possible_value());
+        let world = world.expect("no value is skipped");
+        anyhow::ensure!(
+            fits,
+            "--study {name} is not of the {} world",
+            world.get_name()
+        );
+    }
+    if !comparisons.is_empty() {
+        let cases = worlds::cases(args.world, &system, args.seed..args.seed + args.seeds)?;
+        for study in comparisons {
+            found[study.name()] = compare(args, &system, &base, cases.list(), study)?;
+        }
+    }
     if args.wants(StudyArg::Inertia) {
         let bar = bar(table::CELLS as u64, "runs", false);
         let cells = table::run(&system, &base, || bar.inc(1));
@@ -178,12 +258,16 @@ pub fn run_testbed(args: &TestbedArgs) -> Result<Verdict> {
         .clone()
         .unwrap_or_else(|| machine.path.with_file_name("Testbed.ssp"));
     let bed = args.machine.beside(&path)?;
-    let mut axes = Vec::new();
-    for run in testbed::run(&machine, &bed, &base, args.lag) {
-        axes.extend(run?);
-    }
+    let run = |trials: &[testbed::Trial]| -> Result<Vec<testbed::Axis>> {
+        let runs = testbed::run(&machine, &bed, &base, args.lag, trials);
+        let axes: Result<Vec<_>> = runs.into_iter().collect();
+        Ok(axes?.into_iter().flatten().collect())
+    };
+    let axes = run(&[testbed::CHECK])?;
     let lag = format!("load emulators with a lag of {} ms\n", 1e3 * args.lag);
     print(lag + &testbed::text(&axes))?;
+    let unknown = run(&testbed::UNKNOWN_LOAD)?;
+    print(format!("\n{}", testbed::unknown_load_text(&unknown)))?;
     for axis in &axes {
         if let Some(dir) = &args.csv_dir {
             write_course(
@@ -195,6 +279,7 @@ pub fn run_testbed(args: &TestbedArgs) -> Result<Verdict> {
     let mut found = conditions(&machine, &base);
     found["lag_s"] = args.lag.into();
     found["testbed"] = serde_json::to_value(&axes)?;
+    found["testbed_unknown_load"] = serde_json::to_value(&unknown)?;
     write_json(args.json.as_deref(), &found)?;
     Ok(verdict)
 }
@@ -213,13 +298,24 @@ fn write_course(axis: &testbed::Axis, path: &Path) -> Result<()> {
 
 /// Accompanying functions, bound and gain conditions.
 pub fn run_stability(args: &StabilityArgs) -> Result<Verdict> {
-    let (system, base, verdict) = args.machine.load()?;
+    let (system, base, verdict) = args.machine.load_world(args.world)?;
+    if args.world == World::Real {
+        let rungs = stability::causes(&system, &base, args.inertia_scale)?;
+        print(stability::causes_text(&rungs))?;
+        let mut found = conditions(&system, &base);
+        found["causes"] = serde_json::to_value(&rungs)?;
+        write_json(args.json.as_deref(), &found)?;
+        return Ok(verdict);
+    }
     let bar = bar(stability::RUNS, "runs", false);
     let runs = stability::run(&system, &base, args.inertia_scale, || bar.inc(1));
     bar.finish_and_clear();
     let runs: Vec<_> = runs.into_iter().collect::<Result<_>>()?;
     let scale = format!("inertia x {}\n", args.inertia_scale);
     print(scale + &stability::text(&runs))?;
+    let emla = MachineFile::of(&system, &base.settings)?.machine.emla;
+    let compliance = stability::compliance(&system, &base, &emla)?;
+    print(runs[0].gains.unfitted_text(compliance, emla.L_d))?;
     let mut found = conditions(&system, &base);
     found["inertia_scale"] = args.inertia_scale.into();
     found["stability"] = serde_json::to_value(&runs)?;
@@ -311,7 +407,7 @@ fn put_result(cell: &mut Value, result: &Result<TipError>) {
     }
 }
 
-fn create(path: &Path) -> Result<BufWriter<File>> {
+pub fn create(path: &Path) -> Result<BufWriter<File>> {
     let file = File::create(path);
     let file = file.with_context(|| format!("`{}` cannot be written", path.display()))?;
     Ok(BufWriter::new(file))

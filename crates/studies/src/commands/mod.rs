@@ -4,6 +4,7 @@ pub mod evaluation;
 pub mod plot;
 pub mod report;
 pub mod run;
+pub mod worlds;
 
 use std::path::Path;
 
@@ -14,6 +15,7 @@ use cosim::run::Experiment;
 use cosim::system::System;
 use cosim::verdict::Verdict;
 use studies::experiment::tell_delay;
+use studies::worlds::{PARAMETERS, SYSTEM, World};
 
 /// The packed machine.
 const MACHINE: &str = "Manipulator.ssp";
@@ -30,11 +32,31 @@ pub struct MachineArgs {
 impl MachineArgs {
     /// The machine, the experiment that the arguments describe, and what the system may have forgotten.
     fn load(&self) -> Result<(System, Experiment, Verdict)> {
-        let system = self.system.load(|| find(MACHINE))?;
+        self.on(self.system.load(|| find(MACHINE))?)
+    }
+
+    fn on(&self, system: System) -> Result<(System, Experiment, Verdict)> {
         let mut experiment = self.run.experiment(&system)?;
         let verdict = self.run.forgotten(&system, &experiment)?;
         tell_delay(&system, &mut experiment)?;
         Ok((system, experiment, verdict))
+    }
+
+    /// As [`MachineArgs::load`], with the machine of `world` where no other is named.
+    fn load_world(&self, world: World) -> Result<(System, Experiment, Verdict)> {
+        if world == World::Ideal {
+            return self.load();
+        }
+        let mut system = self.system.load(|| find(SYSTEM))?;
+        system.apply_set(Path::new(PARAMETERS))?;
+        self.on(system)
+    }
+
+    /// The machine of the real world in `path`, with its parameter set.
+    fn real(&self, path: &Path) -> Result<System> {
+        let mut system = self.beside(path)?;
+        system.apply_set(Path::new(PARAMETERS))?;
+        Ok(system)
     }
 
     /// Another packed system, with the FMUs from the same place.

@@ -7,6 +7,7 @@ use clap::Args;
 use cosim::cli::{bar, print};
 use cosim::verdict::Verdict;
 use studies::report::Request;
+use studies::worlds::SYSTEM;
 
 use super::MachineArgs;
 
@@ -34,9 +35,15 @@ pub fn report(args: &ReportArgs) -> Result<Verdict> {
         .clone()
         .or_else(|| beside.is_file().then_some(beside));
     let testbed = testbed.map(|path| args.machine.beside(&path)).transpose()?;
+    let real = system.path.with_file_name(SYSTEM);
+    let real = real
+        .is_file()
+        .then(|| args.machine.real(&real))
+        .transpose()?;
     let request = Request {
         system: &system,
         testbed: testbed.as_ref(),
+        real: real.as_ref(),
         base: &base,
     };
     let bar = bar(0, "runs", false);

@@ -12,6 +12,7 @@ use cosim::system::System;
 use cosim::verdict::Verdict;
 use cosim::wiring::Port;
 use studies::experiment::{self, Outcome, vary};
+use studies::laws;
 use studies::machine_file::MachineFile;
 use studies::table;
 use studies::verdict::{self, Watch};
@@ -43,7 +44,7 @@ pub struct RunArgs {
     #[arg(long, value_parser = ["cubic", "triangular", "external"])]
     trajectory: Option<String>,
     /// Controller
-    #[arg(long, value_parser = ["adaptive", "modular", "pd"])]
+    #[arg(long, value_parser = laws::MODES)]
     mode: Option<String>,
     /// Factor on mass and inertia of every body of the manipulator (the controller keeps nominal ones)
     #[arg(long, value_name = "FACTOR")]

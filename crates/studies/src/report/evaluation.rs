@@ -64,7 +64,7 @@ pub const RUNS: u64 = TRAJECTORIES.len() as u64;
 pub fn testbed(request: &Request<'_>, failures: &mut Vec<String>) -> Option<Testbed> {
     let bed = request.testbed?;
     let mut axes = Vec::new();
-    for result in testbed::run(request.system, bed, request.base, LAG) {
+    for result in testbed::run(request.system, bed, request.base, LAG, &[testbed::CHECK]) {
         match result {
             Ok(found) => axes.extend(found.into_iter().map(Axis::new)),
             Err(error) => failures.push(format!("testbed: {error:#}")),

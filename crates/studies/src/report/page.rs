@@ -7,11 +7,12 @@ use serde::Serialize;
 const TEMPLATE: &str = include_str!("../../assets/report.html");
 const STYLE: &str = include_str!("../../assets/report.css");
 const THREE: &str = include_str!("../../assets/three/three.min.js");
-const SCRIPTS: [&str; 9] = [
+const SCRIPTS: [&str; 10] = [
     include_str!("../../assets/data.js"),
     include_str!("../../assets/plots.js"),
     include_str!("../../assets/tracking.js"),
     include_str!("../../assets/robustness.js"),
+    include_str!("../../assets/worlds.js"),
     include_str!("../../assets/signals.js"),
     include_str!("../../assets/stability.js"),
     include_str!("../../assets/energy.js"),

@@ -72,6 +72,43 @@ impl Gains {
         ]
     }
 
+    /// The conditions with weights that were not fitted to them but are energies of the machine: `K₁ = 1/K_b`, so that ν_a's first part is
+    /// the energy in the actuator's springs, and `K₂ = 3/2·L_d`, so that its second is that of the direct-axis field. The third condition
+    /// is then no longer an equality by construction.
+    pub fn unfitted(&self, compliance: f64, L_d: f64) -> [Condition; 2] {
+        let weight = 0.5 * self.epsilon_max;
+        [
+            Condition {
+                statement: "K₂ = 3/2 L_d against K₁ β₂/(2 ε)",
+                weight,
+                value: 1.5 * L_d,
+                bound: compliance * self.beta_2 / (2.0 * weight),
+                unit: "H",
+            },
+            Condition {
+                statement: "K₁ = 1/K_b against L_q/(β₁ K_v)",
+                weight,
+                value: compliance,
+                bound: self.K_1,
+                unit: "m/N",
+            },
+        ]
+    }
+
+    /// [`Gains::unfitted`] as text for people.
+    pub fn unfitted_text(&self, compliance: f64, L_d: f64) -> String {
+        let [second, third] = self.unfitted(compliance, L_d);
+        let verdict = if second.holds() { "holds" } else { "fails" };
+        format!(
+            "with weights that are energies of the machine instead of fitted ones, K_1 = 1/K_b = {:.3e} m/N and K_2 = 3/2 L_d = {:.3e} H:\n               the second condition {verdict} (at least {:.3e} H); the third, an equality, is missed by a factor of {:.2}: to meet it, K_v \
+             must be that much smaller\n",
+            third.value,
+            second.value,
+            second.bound,
+            third.value / third.bound
+        )
+    }
+
     /// The conditions as a table for people.
     pub fn text(&self) -> String {
         let Self { beta_1, beta_2, .. } = self;
@@ -115,6 +152,10 @@ mod tests {
         assert!(!printed.holds() && weighted.holds());
         let at_one = weighted.value * weighted.weight;
         assert!((at_one - printed.value).abs() < 1e-15, "{at_one}");
+        let [energy, equality] = gains.unfitted(4e-6, 2e-3);
+        // 4e-6 · 12 / 0.05 against 1.5 · 2e-3
+        assert!((energy.bound - 9.6e-4).abs() < 1e-16 && energy.holds());
+        assert!((equality.value / equality.bound - 2.0).abs() < 1e-15);
         // 2e-6 · 12 / 0.05
         assert!((second.bound - 4.8e-4).abs() < 1e-16 && !second.holds());
     }

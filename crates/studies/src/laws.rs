@@ -1,0 +1,171 @@
+//! Control laws that are compared: start values of the controller, beside what a world gives all of them.
+
+use anyhow::Result;
+use cosim::system::{Setting, System};
+
+/// Modes of the controller.
+pub const MODES: [&str; 8] = [
+    "adaptive",
+    "adaptive_integral",
+    "modular",
+    "modular_integral",
+    "pd_gravity",
+    "pd_gravity_integral",
+    "pd",
+    "pd_integral",
+];
+/// Rates of the tip integral that are tried, 1/s.
+const RATES: [f64; 5] = [1.25, 2.5, 5.0, 10.0, 20.0];
+
+/// A control law.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Law {
+    /// Name in the tables.
+    pub name: String,
+    /// Variables and their start values; of the controller, or with their component.
+    pub values: Vec<(String, String)>,
+}
+
+impl Law {
+    fn new(name: impl Into<String>, mode: &str) -> Self {
+        Self {
+            name: name.into(),
+            values: vec![("mode".into(), mode.into())],
+        }
+    }
+
+    fn with(mut self, variable: &str, value: impl ToString) -> Self {
+        self.values.push((variable.into(), value.to_string()));
+        self
+    }
+
+    /// The start values as settings of the controller of `system`.
+    pub fn settings(&self, system: &System) -> Result<Vec<Setting>> {
+        let controller = system.port("desired.position[1]")?.component;
+        let setting = |(variable, value): &(String, String)| {
+            let port = system.port_of(controller, variable);
+            let port = port.or_else(|_| system.port(variable))?;
+            system.setting(&system.name(port), value)
+        };
+        self.values.iter().map(setting).collect()
+    }
+
+    /// Whether it is a rival of the adaptive ones with an integral of its own.
+    pub fn is_rival_with_integral(&self) -> bool {
+        let mode = self.values.iter().find(|(name, _)| name == "mode");
+        mode.is_some_and(|(_, v)| v.ends_with("_integral") && !v.starts_with("adaptive"))
+    }
+}
+
+/// The modes of the controller, each with and without the integral of the tip's error.
+pub fn rivals() -> Vec<Law> {
+    MODES.map(|mode| Law::new(mode, mode)).to_vec()
+}
+
+/// Adaptation, disturbance observer, integral of the voltage law and integral of the tip's error, each on and off.
+pub fn ablation() -> Vec<Law> {
+    let mut laws = Vec::new();
+    for set in (0..16).rev() {
+        let [adaptation, observer, voltage, tip] = [8, 4, 2, 1].map(|bit| set & bit != 0);
+        let mode = match (adaptation, tip) {
+            (true, true) => "adaptive_integral",
+            (true, false) => "adaptive",
+            (false, true) => "modular_integral",
+            (false, false) => "modular",
+        };
+        let part = |on: bool, name: &'static str| if on { name } else { "-" };
+        let name = format!(
+            "{:<11}{:<10}{:<9}{:<4}",
+            part(adaptation, "adaptation"),
+            part(observer, "observer"),
+            part(voltage, "voltage"),
+            part(tip, "tip")
+        );
+        let mut law = Law::new(name, mode);
+        if !observer {
+            law = law.with("omega_d", 0.0);
+        }
+        if !voltage {
+            law = law.with("omega_i", 0.0);
+        }
+        laws.push(law);
+    }
+    laws
+}
+
+/// The rivals with integral at several rates of it: what another tuning would give them.
+pub fn rates() -> Vec<Law> {
+    let modes = ["modular_integral", "pd_gravity_integral", "pd_integral"];
+    let law = |mode: &str, rate: f64| {
+        Law::new(format!("{mode} {rate} 1/s"), mode).with("omega_tip", rate)
+    };
+    let of = |mode| RATES.map(|rate| law(mode, rate));
+    modes.into_iter().flat_map(of).collect()
+}
+
+/// The law `mode` with other sensors: speeds known, by difference or by an observer, force measured or not, and other delays.
+pub fn sensors(mode: &str) -> Vec<Law> {
+    let other = |name: &str, variable: &str, value: &str| {
+        Law::new(format!("{mode}, {name}"), mode).with(&format!("sensors.{variable}"), value)
+    };
+    vec![
+        Law::new(format!("{mode}, as shipped"), mode),
+        other("speeds known", "speed", "ideal"),
+        other("speeds by difference", "speed", "difference"),
+        other("force known", "force", "ideal"),
+        other("no force sensor", "force", "absent"),
+        other("no delay", "delay", "0"),
+        other("two steps of delay", "delay", "2"),
+        other("zeros known", "joint_zero", "false"),
+    ]
+}
+
+/// What was tried for the real world and is not shipped, each added to the shipped law `mode`: dead time predicted over, joint rates by the
+/// controller's observer, leakage.
+pub fn tried(mode: &str) -> Vec<Law> {
+    let law = |name: &str| Law::new(format!("{mode}, {name}"), mode);
+    vec![
+        law("as shipped"),
+        law("delay predicted")
+            .with("sensors.delay", 0)
+            .with("controller.delay", 1),
+        law("omega_speed 100").with("omega_speed", 100),
+        law("omega_speed 300").with("omega_speed", 300),
+        law("leakage 0.02").with("leakage", 0.02),
+        law("leakage 0.2").with("leakage", 0.2),
+    ]
+}
+
+/// What the parameter set `file` of the system changes, taken back one variable at a time, and all together: what each change brings. A
+/// variable of the same name in several components is one change, as the `delay` that moves from the sensors into the controller.
+pub fn changes(system: &System, file: &str, mode: &str) -> Result<Vec<Law>> {
+    let mut laws = vec![Law::new("as shipped", mode)];
+    let mut without = Law::new("without any", mode);
+    for (component, element) in system.structure.components.iter().enumerate() {
+        for (k, parameter) in element.parameters.iter().enumerate() {
+            if !parameter.origin.contains(file) {
+                continue;
+            }
+            let port = system.port_of(component, &parameter.name)?;
+            let before = element.parameters[..k]
+                .iter()
+                .rfind(|p| p.name == parameter.name);
+            let before = before.map(|p| p.value.clone());
+            let Some(before) = before.or_else(|| system.variable(port).start.clone()) else {
+                continue;
+            };
+            let full = system.name(port);
+            without = without.with(&full, &before);
+            let title = |law: &Law| law.name.starts_with(&format!("{} ", parameter.name));
+            match laws.iter_mut().find(|law| title(law)) {
+                Some(law) => law.values.push((full, before)),
+                None => {
+                    let name = format!("{} {} -> {before}", parameter.name, parameter.value);
+                    laws.push(Law::new(name, mode).with(&full, &before));
+                }
+            }
+        }
+    }
+    laws.push(without);
+    Ok(laws)
+}
