@@ -341,6 +341,7 @@ pub(crate) const VARIABLES: &[V] = &[
     gain!(omega_d, "1/s", "bandwidth of the disturbance observer; 0: the paper's law"),
     gain!(omega_tip, "1/s", "rate of the integral of the tip's error, read in the modes with integral"),
     gain!(omega_speed, "rad/s", "bandwidth of the observer that makes joint rates of the angles zeta; 0: the measured zeta_dot count, the paper's law"),
+    gain!(reading_age, "s", "age of the measurements when they are read: they are compared with the reference of then; 0: the paper's law").display_unit("ms").max(1.0),
     gain!(leakage, "1/s", "rate at which estimated inertias go back to the nominal ones; 0: the paper's law"),
     gain!(gamma, "J", "adaptation gain of the natural adaptation law; larger is slower").min(1e-6),
     gain!(di_qr_filter_time, "s", "time constant of the filter behind d(i_qr)/dt").display_unit("ms").min(1e-6),

@@ -40,6 +40,9 @@ pub struct Controller {
     /// Bandwidth ω of the observer of the joint rates, rad/s; left out: none, the measured rates count, as in the paper.
     #[serde(default)]
     pub omega_speed: f64,
+    /// Age of the measurements when they are read, s: they are compared with the reference of then; left out: none, as in the paper.
+    #[serde(default)]
+    pub reading_age: f64,
     /// Leakage σ of the adaptation towards the nominal inertias, 1/s; left out: none, as in the paper.
     #[serde(default)]
     pub leakage: f64,
@@ -97,6 +100,7 @@ impl Controller {
             ("controller.omega_tip", self.omega_tip),
             ("controller.omega_speed", self.omega_speed),
             ("controller.leakage", self.leakage),
+            ("controller.reading_age", self.reading_age),
             ("controller.pd_actuator_damping", self.pd_actuator_damping),
         ] {
             not_negative(name, value)?;

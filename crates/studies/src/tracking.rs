@@ -155,7 +155,8 @@ impl Ports {
         let mut sums = [Sum::default(); 3];
         let mut orientation = Distance::default();
         let mut speed: f64 = 0.0;
-        for k in first..recorded.recording.times.len() {
+        let points = first..recorded.recording.times.len();
+        for k in points {
             let seen = k.saturating_sub(late);
             let reference = vector(&desired, seen);
             let own = |share: f64| {

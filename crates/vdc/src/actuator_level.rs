@@ -45,8 +45,10 @@ pub(crate) fn demand(
     }
 }
 
-/// Desired minus measured rod positions, m, in the first three places.
-pub(crate) fn errors(input: &Input) -> Vector6<f64> {
-    let error = |i: usize| input.reference_rod_position[i] - input.x[i];
+/// Desired minus measured rod positions, m, where the measurements are `age` old, s; in the first three places.
+pub(crate) fn errors(input: &Input, age: f64) -> Vector6<f64> {
+    let error = |i: usize| {
+        input.reference_rod_position[i] - age * input.reference_rod_velocity[i] - input.x[i]
+    };
     Vector6::from_fn(|i, _| if i < 3 { error(i) } else { 0.0 })
 }

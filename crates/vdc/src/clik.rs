@@ -36,7 +36,7 @@ pub(crate) fn pose_error(now: &TipState, desired: &Desired) -> Vector6<f64> {
     )
 }
 
-/// Required joint motion from the tip's error `e = Π_d − Π`, its integral part z and its rate z'.
+/// Required joint motion towards `desired`, where the measurements belong to the reference `seen`, from the tip's error `e = Π_d − Π`, its integral part z and its rate z'.
 /// ```text
 /// ζ̇_r = J⁻¹ (Π̇_d + Λ (e + z))
 /// ζ̈_r = J⁻¹ (Π̈_d + Λ (Π̇_d − Π̇ + z') − J̇ ζ̇_r)
@@ -46,6 +46,7 @@ pub(crate) fn pose_error(now: &TipState, desired: &Desired) -> Vector6<f64> {
 pub(crate) fn required(
     now: &TipState,
     desired: &Desired,
+    seen: &Desired,
     Errors { e, z, z_dot }: &Errors,
     [Lambda_position, Lambda_orientation]: [f64; 2],
 ) -> Required {
@@ -55,7 +56,7 @@ pub(crate) fn required(
     let Lambda = Vector6::new(p, p, p, o, o, o);
     let Pi_dot = J * Vector6::from(*now.zeta_dot);
     let Pi_dot_d = stacked(desired.velocity, desired.angular_velocity);
-    let e_dot = Pi_dot_d - Pi_dot;
+    let e_dot = stacked(seen.velocity, seen.angular_velocity) - Pi_dot;
 
     let inverse = Inverse::of(J, libm::sin(now.zeta[4]));
     let zeta_dot = inverse.apply(Pi_dot_d + Lambda.component_mul(&(e + z)));

@@ -103,7 +103,10 @@ impl Controller {
             }
             Level::Actuator => {
                 let mass = self.nominal.actuator.params().M_act;
-                let errors = self.errors(settings, actuator_level::errors(input));
+                let errors = self.errors(
+                    settings,
+                    actuator_level::errors(input, settings.gains.reading_age),
+                );
                 let demand = |i| actuator_level::demand(mass, settings, input, &errors, i);
                 (None, errors, std::array::from_fn(demand), [0.0; 3])
             }
@@ -147,8 +150,12 @@ impl Controller {
             zeta_dot: &input.zeta_dot,
         };
         let Lambda = [gains.Lambda_position, gains.Lambda_orientation];
-        let tracking = self.errors(settings, clik::pose_error(&state, &desired));
-        let required = clik::required(&state, &desired, &tracking, Lambda);
+        let seen = match gains.reading_age {
+            0.0 => desired,
+            age => desired.earlier(age),
+        };
+        let tracking = self.errors(settings, clik::pose_error(&state, &seen));
+        let required = clik::required(&state, &desired, &seen, &tracking, Lambda);
         let motions = decomposition::motions(
             &configuration,
             &input.zeta_dot,

@@ -35,6 +35,17 @@ pub struct Desired {
 }
 
 impl Desired {
+    /// What was desired a short time `age` ago, s: extrapolated with the present acceleration, the orientation with its angular velocity.
+    pub(crate) fn earlier(&self, age: f64) -> Self {
+        let back = UnitQuaternion::from_scaled_axis(self.angular_velocity * -age);
+        Self {
+            position: self.position - self.velocity * age + self.acceleration * (0.5 * age * age),
+            velocity: self.velocity - self.acceleration * age,
+            orientation: back * self.orientation,
+            ..*self
+        }
+    }
+
     /// Rest at a pose.
     pub(crate) fn rest(position: Vector3<f64>, orientation: UnitQuaternion<f64>) -> Self {
         Self {
@@ -140,6 +151,23 @@ mod tests {
             assert!((x - Vector3::new(-0.2, 0.0, 0.0)).norm() < 1e-15, "{t}");
             assert_eq!([v, a], [Vector3::zeros(); 2], "{t}");
         }
+    }
+
+    /// On a path of constant acceleration with a constant turn the extrapolation is exact: closed form.
+    #[test]
+    fn what_was_desired_is_found_from_what_is() {
+        let at = |t: f64| Desired {
+            position: Vector3::new(0.3, -0.7, 1.1) * (t * t / 2.0)
+                + Vector3::new(0.2, 0.1, -0.4) * t,
+            velocity: Vector3::new(0.3, -0.7, 1.1) * t + Vector3::new(0.2, 0.1, -0.4),
+            acceleration: Vector3::new(0.3, -0.7, 1.1),
+            orientation: UnitQuaternion::from_scaled_axis(Vector3::new(0.5, 0.9, -0.2) * t),
+            angular_velocity: Vector3::new(0.5, 0.9, -0.2),
+        };
+        let (found, expected) = (at(1.3).earlier(0.2), at(1.1));
+        assert!((found.position - expected.position).norm() < 1e-15);
+        assert!((found.velocity - expected.velocity).norm() < 1e-15);
+        assert!(found.orientation.angle_to(&expected.orientation) < 1e-7);
     }
 
     /// After the last edge the tip stays at the last vertex: for both paths known from the JSON.
