@@ -32,7 +32,7 @@ def test_what_a_command_varies_itself_cannot_be_set(machine, command, setting):
     done = call("hdrm-fmu", command, *machine, *steps, "--set", setting)
     name = setting.split("=")[0].split(".")[-1]
     assert done.returncode == 1
-    assert f".{name}` is set (--set), but this command varies it itself" in done.stdout + done.stderr
+    assert (done.stdout + done.stderr).count(f".{name}` is set (--set), but this command varies it itself") == 1
 
 
 def test_a_set_that_binds_what_a_command_varies_is_refused(machine):
@@ -154,6 +154,13 @@ def test_a_reader_that_goes_away_is_no_panic(machine):
     program.stderr.close()
 
 
+def test_strict_runs_the_shipped_system(machine):
+    """Inputs that it does not mention (external references, loads) keep their start values, and this is said."""
+    done = call("cosim", "run", *machine, "--quiet", *SHORT, "--strict")
+    assert done.returncode == 0, done.stderr
+    assert "does not mention keep their start values" in done.stdout and "hdrm.wrench_env" in done.stdout
+
+
 def test_forgotten_wires_are_reported_and_strict_refuses_them(fmu_dir, tmp_path):
     """An input that was wired, and a connector that the FMU lacks."""
     text = (ROOT / "system/SystemStructure.ssd").read_text()
@@ -167,4 +174,5 @@ def test_forgotten_wires_are_reported_and_strict_refuses_them(fmu_dir, tmp_path)
     assert "controller.i_d" in next(line for line in done.stdout.splitlines() if "nothing drives or sets" in line)
     strict = call("cosim", *run, "--strict")
     assert strict.returncode == 1 and "--strict: connectors that the FMUs do not have: controller.T_hot" in strict.stderr
+    assert strict.stderr.count("controller.i_d") == 1 and "wrench_env" not in strict.stderr
     assert "controller.i_d" in call("cosim", "wiring", "--system", path, "--fmu-dir", fmu_dir).stdout

@@ -80,7 +80,8 @@ pub struct RunArgs {
     /// one alone has the variable
     #[arg(long = "set", value_name = "COMPONENT.VARIABLE=VALUE")]
     pub settings: Vec<String>,
-    /// Refuse a system with inputs that nothing drives or sets, or with connectors that its FMUs do not have
+    /// Refuse a system with input connectors that nothing drives or sets, or with connectors that its FMUs do not have; inputs without a
+    /// connector keep their start values
     #[arg(long)]
     pub strict: bool,
     /// End with exit code 2 where the verdict on the result is bad (0: the run is done, 1: it failed)
@@ -115,7 +116,7 @@ impl RunArgs {
     /// What the system may have forgotten under these arguments.
     ///
     /// # Errors
-    /// With `--strict`, anything.
+    /// With `--strict`, anything forgotten; inputs that the system does not mention are only told of.
     pub fn forgotten(&self, system: &System, experiment: &Experiment) -> Result<Verdict> {
         let forgotten = system.forgotten(&experiment.settings)?;
         let mut verdict = Verdict::default();
@@ -134,6 +135,12 @@ impl RunArgs {
         if self.strict {
             let texts: Vec<_> = verdict.findings().iter().map(|f| f.text.as_str()).collect();
             ensure!(texts.is_empty(), "--strict: {}", texts.join("; "));
+        }
+        if !forgotten.unmentioned.is_empty() {
+            verdict.note(format!(
+                "inputs that the system does not mention keep their start values: {}",
+                forgotten.unmentioned.join(", ")
+            ));
         }
         Ok(verdict)
     }

@@ -169,7 +169,14 @@ fn wiring(args: &SystemArgs) -> Result<Verdict> {
     let forgotten = system.forgotten(&[])?;
     for (title, names) in [
         ("connectors that the FMUs do not have", forgotten.connectors),
-        ("inputs that nothing drives or sets", forgotten.inputs),
+        (
+            "input connectors that nothing drives or sets",
+            forgotten.inputs,
+        ),
+        (
+            "inputs that the system does not mention",
+            forgotten.unmentioned,
+        ),
     ] {
         if !names.is_empty() {
             writeln!(text, "\n{title}: {}", names.join(", "))?;

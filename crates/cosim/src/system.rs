@@ -37,9 +37,11 @@ pub enum FmuPlace {
 pub struct Forgotten {
     /// Connectors that the FMU does not have.
     pub connectors: Vec<String>,
-    /// Inputs that neither a connection nor a parameter value gives, so that they keep their start values; elements of an array, and
-    /// members of a structure, are one item.
+    /// Input connectors that neither a connection nor a parameter value gives, so that they keep their start values; elements of an
+    /// array, and members of a structure, are one item.
     pub inputs: Vec<String>,
+    /// Inputs of the FMU without a connector: the structure does not use them, and they keep their start values.
+    pub unmentioned: Vec<String>,
 }
 
 /// A system structure with one loaded FMU per component (shared where the source is the same).
@@ -141,8 +143,14 @@ impl System {
                     || settings.iter().any(|s| s.port == port);
                 let group = v.name.split(['[', '.']).next().unwrap_or(&v.name);
                 let name = format!("{}.{group}", c.name);
-                if v.is_input() && !is_given && !forgotten.inputs.contains(&name) {
-                    forgotten.inputs.push(name);
+                let is_declared = c.connectors.iter().any(|c| c.name == v.name);
+                let names = if is_declared {
+                    &mut forgotten.inputs
+                } else {
+                    &mut forgotten.unmentioned
+                };
+                if v.is_input() && !is_given && !names.contains(&name) {
+                    names.push(name);
                 }
             }
         }

@@ -130,10 +130,10 @@ impl Request<'_> {
         if runs.is_empty() {
             bail!("no run succeeded: {}", failures.join("; "));
         }
-        let cells = table::run(self.system, self.base, count);
+        let cells = table::run(self.system, self.base, count)?;
         failures.extend(cells.iter().filter_map(failure));
         let worlds = worlds::shown(self, &mut failures);
-        let errors = plan.run(self, count, &mut failures);
+        let errors = plan.run(self, count, &mut failures)?;
         let energy = evaluation::energies(self, count, &mut failures);
         let stability = stability::stability(self, count, &mut failures);
         let testbed = evaluation::testbed(self, &mut failures);

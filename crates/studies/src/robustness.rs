@@ -4,7 +4,7 @@
 //! The tip error is taken between the controller's desired position and the manipulator's true one, so that noise on the measurements
 //! does not count as motion.
 
-use std::fmt::Write as _;
+use std::fmt::{Display, Write as _};
 
 use anyhow::Result;
 use cosim::master::start_value;
@@ -250,21 +250,30 @@ fn scaled(system: &System, base: &Experiment, variable: &str, factor: f64) -> Re
 }
 
 /// Run all cells of a study in parallel; `done` is called after each. A failed cell keeps its error and the others go on.
+///
+/// # Errors
+/// `base` sets what the study varies; this is found before the first run.
 pub fn run(
     system: &System,
     base: &Experiment,
     study: Study,
     cases: &[Case],
     done: impl Fn() + Sync,
-) -> Vec<Cell> {
-    let mut cells = Vec::new();
+) -> Result<Vec<Cell>> {
+    let mut planned = Vec::new();
     for (trajectory, _) in TRAJECTORIES {
         for case in cases {
-            cells.extend(MODES.map(|mode| (trajectory, case, mode)));
+            let base = with(system, base, case.settings.clone())?;
+            for mode in MODES {
+                let values: [(_, &dyn Display); 2] = [("trajectory", &trajectory), ("mode", &mode)];
+                let mut experiment = vary(system, &base, &values)?;
+                experiment.noise = case.noise.clone();
+                planned.push((trajectory, case, mode, experiment));
+            }
         }
     }
-    let run_one = |(trajectory, case, mode): (&'static str, &Case, &'static str)| {
-        let result = tip_error(system, base, case, trajectory, mode);
+    let run_one = |(trajectory, case, mode, experiment): (_, &Case, _, _)| {
+        let result = tip_error(system, &experiment);
         done();
         Cell {
             study,
@@ -274,7 +283,7 @@ pub fn run(
             result,
         }
     };
-    cells.into_par_iter().map(run_one).collect()
+    Ok(planned.into_par_iter().map(run_one).collect())
 }
 
 /// Cells that [`run`] makes of these cases.
@@ -282,26 +291,13 @@ pub fn count(cases: &[Case]) -> usize {
     cases.len() * TRAJECTORIES.len() * MODES.len()
 }
 
-fn tip_error(
-    system: &System,
-    base: &Experiment,
-    case: &Case,
-    trajectory: &str,
-    mode: &str,
-) -> Result<TipError> {
-    let base = with(system, base, case.settings.clone())?;
-    let mut experiment = vary(
-        system,
-        &base,
-        &[("trajectory", &trajectory), ("mode", &mode)],
-    )?;
-    experiment.noise = case.noise.clone();
+fn tip_error(system: &System, experiment: &Experiment) -> Result<TipError> {
     let point = |array: &str| {
         let first = system.port(&format!("{array}[1]"))?;
         system.elements(first.component, array, 3)
     };
     let (desired, actual) = (point("desired.position")?, point("tip.position")?);
-    let recorded = Recorded::of(system, &experiment, &[&desired[..], &actual[..]].concat())?;
+    let recorded = Recorded::of(system, experiment, &[&desired[..], &actual[..]].concat())?;
     let mut columns = Vec::new();
     for (desired, actual) in desired.into_iter().zip(actual) {
         let column = |port| recorded.recording.column(port);

@@ -1,6 +1,6 @@
 //! The paper's robustness table `tab:rmse_uncertainties`: tip RMSE under inertia errors for both trajectories, here for three controllers.
 
-use std::fmt::Write as _;
+use std::fmt::{Display, Write as _};
 
 use anyhow::Result;
 use cosim::run::Experiment;
@@ -45,44 +45,36 @@ pub struct Cell {
 pub const CELLS: usize = TRAJECTORIES.len() * SCALES.len() * MODES.len();
 
 /// Run all cells under `base` in parallel; `done` is called after each. A failed cell keeps its error and the others go on.
-pub fn run(system: &System, base: &Experiment, done: impl Fn() + Sync) -> Vec<Cell> {
-    let mut cells = Vec::new();
+///
+/// # Errors
+/// `base` sets what is varied here; this is found before the first run.
+pub fn run(system: &System, base: &Experiment, done: impl Fn() + Sync) -> Result<Vec<Cell>> {
+    let mut planned = Vec::new();
     for (trajectory, paper) in TRAJECTORIES {
         for (scale, paper) in SCALES.into_iter().zip(paper) {
-            cells.extend(MODES.map(|mode| (trajectory, scale, mode, paper)));
+            for mode in MODES {
+                let values: [(_, &dyn Display); 3] = [
+                    ("trajectory", &trajectory),
+                    ("mode", &mode),
+                    ("inertia_scale", &scale),
+                ];
+                let experiment = vary(system, base, &values)?;
+                planned.push((trajectory, scale, mode, paper, experiment));
+            }
         }
     }
-    let run_one = |(trajectory, scale, mode, paper)| {
-        let result = tip_error(system, base, trajectory, scale, mode);
+    let run_one = |(trajectory, scale, mode, paper, experiment)| {
+        let outcome = experiment::run(system, &experiment, &|_, _| (), |_| Ok(()));
         done();
         Cell {
             trajectory,
             scale,
             mode,
             paper,
-            result,
+            result: outcome.map(|outcome| outcome.tip),
         }
     };
-    cells.into_par_iter().map(run_one).collect()
-}
-
-fn tip_error(
-    system: &System,
-    base: &Experiment,
-    trajectory: &str,
-    scale: f64,
-    mode: &str,
-) -> Result<TipError> {
-    let experiment = vary(
-        system,
-        base,
-        &[
-            ("trajectory", &trajectory),
-            ("mode", &mode),
-            ("inertia_scale", &scale),
-        ],
-    )?;
-    Ok(experiment::run(system, &experiment, &|_, _| (), |_| Ok(()))?.tip)
+    Ok(planned.into_par_iter().map(run_one).collect())
 }
 
 /// The cells as a table for people, RMSE and maximum in mm, then the failures.

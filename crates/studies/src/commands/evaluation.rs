@@ -220,7 +220,7 @@ pub fn tables(args: &TableArgs) -> Result<Verdict> {
     }
     if args.wants(StudyArg::Inertia) {
         let bar = bar(table::CELLS as u64, "runs", false);
-        let cells = table::run(&system, &base, || bar.inc(1));
+        let cells = table::run(&system, &base, || bar.inc(1))?;
         bar.finish_and_clear();
         print(table::text(&cells) + "\n")?;
         if let Some(path) = &args.csv {
@@ -235,7 +235,7 @@ pub fn tables(args: &TableArgs) -> Result<Verdict> {
     for study in args.studies() {
         let cases = study.cases(&system, &base, args.seed)?;
         let bar = bar(robustness::count(&cases) as u64, "runs", false);
-        let cells = robustness::run(&system, &base, study, &cases, || bar.inc(1));
+        let cells = robustness::run(&system, &base, study, &cases, || bar.inc(1))?;
         bar.finish_and_clear();
         print(robustness::text(&cells) + "\n")?;
         failed += cells.iter().filter(|c| c.result.is_err()).count();

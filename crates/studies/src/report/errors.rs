@@ -64,11 +64,11 @@ impl Plan {
         request: &Request<'_>,
         done: impl Fn() + Sync,
         failures: &mut Vec<String>,
-    ) -> Vec<ErrorStudy> {
+    ) -> Result<Vec<ErrorStudy>> {
         let one = |(study, cases): &(Study, Vec<Case>)| {
-            let cells = robustness::run(request.system, request.base, *study, cases, &done);
+            let cells = robustness::run(request.system, request.base, *study, cases, &done)?;
             failures.extend(cells.iter().filter_map(failure));
-            ErrorStudy::of(*study, &cells)
+            Ok(ErrorStudy::of(*study, &cells))
         };
         self.0.iter().map(one).collect()
     }
