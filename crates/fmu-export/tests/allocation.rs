@@ -5,16 +5,15 @@
 #[allow(dead_code, clippy::undocumented_unsafe_blocks)]
 // an importer for several tests, see border/main.rs
 mod client;
-#[path = "border/counting.rs"]
-mod counting;
 #[path = "border/probe.rs"]
 #[allow(dead_code)] // see above
 mod probe;
 
+use allocation_counter::measure;
 use client::*;
-use counting::allocations;
 use fmu_export::ffi::*;
 use probe::vr;
+
 #[test]
 fn the_hot_path_does_not_allocate() {
     let fmu = Fmu::stepping();
@@ -32,9 +31,9 @@ fn the_hot_path_does_not_allocate() {
             assert_eq!(fmu.output_derivative(vr::Y, 1).0, Status::Ok);
         }
     };
-    assert_eq!(allocations(hot), 0);
+    assert_eq!(measure(hot).count_total, 0);
     assert_ne!(
-        allocations(|| assert!(!fmu.save().is_null())),
+        measure(|| assert!(!fmu.save().is_null())).count_total,
         0,
         "the counter does not count"
     );

@@ -4,8 +4,6 @@
 #[path = "../border/client.rs"]
 #[allow(dead_code)] // an importer for several tests
 mod client;
-#[path = "../border/counting.rs"]
-mod counting;
 mod heater;
 mod log;
 mod rows;
