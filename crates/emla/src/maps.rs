@@ -196,3 +196,53 @@ pub fn beta_1(p: &Emla, i_d: f64) -> f64 {
 pub fn beta_2(p: &Emla, i_q: f64) -> f64 {
     1.5 * f64::from(p.p) * p.L_q * i_q / travel_per_radian(p)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use machine::Machine;
+
+    /// Central differences, also where gear and friction turn over: their error is the third derivative's share, (δ/w_η)² of the
+    /// slope, and rounding, ε/δ of the force.
+    #[test]
+    fn slopes_of_the_quasi_static_force_match_differences() {
+        let p = Machine::reference().emla;
+        for tau in [-7.0, 3.0, 11.0] {
+            for w in [-3.0, -0.4, 0.0, 0.3, 1.7, 60.0].map(|w| w * p.w_eta) {
+                let (by_tau, by_w) = quasi_static_slopes(&p, tau, w);
+                let force = |tau: f64, w: f64| quasi_static_force(&p, tau, w);
+                let [d_tau, d_w] = [1e-4, 1e-4 * p.w_eta];
+                let found_tau = (force(tau + d_tau, w) - force(tau - d_tau, w)) / (2.0 * d_tau);
+                let found_w = (force(tau, w + d_w) - force(tau, w - d_w)) / (2.0 * d_w);
+                assert!(
+                    (by_tau / found_tau - 1.0).abs() < 1e-7,
+                    "{tau} {w}: {by_tau} {found_tau}"
+                );
+                assert!(
+                    (by_w / found_w - 1.0).abs() < 1e-6,
+                    "{tau} {w}: {by_w} {found_w}"
+                );
+            }
+        }
+    }
+
+    /// Force of the screw without losses: 2π N/ρ times the torque (3/2) p λ per ampere.
+    #[test]
+    fn betas_are_the_lossless_force_per_ampere() {
+        let p = Machine::reference().emla;
+        let (turns, torque) = (
+            std::f64::consts::TAU * p.N_gear / p.rho,
+            1.5 * f64::from(p.p),
+        );
+        for i in [-7.0, 0.0, 13.0] {
+            let expected =
+                [p.lambda_m + p.L_d * i, p.L_q * i].map(|lambda| turns * torque * lambda);
+            for (found, expected) in [beta_1(&p, i), beta_2(&p, i)].into_iter().zip(expected) {
+                assert!(
+                    (found - expected).abs() <= 1e-13 * expected.abs(),
+                    "{found} {expected}"
+                );
+            }
+        }
+    }
+}

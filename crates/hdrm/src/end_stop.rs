@@ -103,3 +103,25 @@ impl EndStop {
         d + d_dot.max(0.0) * dt > 0.0
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// By hand: ω = √(kμ) = 6 1/s, and kμ·c·d = 36 · 0.5 · d at the deepest penetration ahead.
+    #[test]
+    fn the_fastest_rate_is_that_of_the_deepest_contact_ahead() {
+        let stop = EndStop {
+            range: [-1.0, 2.0],
+            stiffness: 9.0,
+            dissipation: 0.5,
+        };
+        let rate = |y, y_dot| stop.rate_ahead(y, y_dot, 4.0, 0.25);
+        assert_eq!(rate(2.5, 0.0), 6.0 + 18.0 * 0.5);
+        assert_eq!(rate(2.5, 2.0), 6.0 + 18.0 * 1.0); // on its way in
+        assert_eq!(rate(2.5, -2.0), 6.0 + 18.0 * 0.5); // on its way out
+        assert_eq!(rate(-1.25, -1.0), 6.0 + 18.0 * 0.5);
+        assert_eq!(rate(1.75, 2.0), 6.0 + 18.0 * 0.25); // arrives
+        assert_eq!(rate(1.75, 1.0), 0.0);
+    }
+}

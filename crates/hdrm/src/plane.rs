@@ -252,3 +252,25 @@ impl PlaneInertia {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::Matrix3;
+
+    /// Two bodies in one frame have the inertia of their sum.
+    #[test]
+    fn inertias_add_up_component_by_component() {
+        let body = |m: f64| {
+            let h = Vector3::new(2.0, 3.0, 5.0) * m;
+            let I = Matrix3::from_fn(|i, j| m * [7.0, 11.0, 13.0][i] * [7.0, 11.0, 13.0][j]);
+            Inertia { m, h, I }
+        };
+        let (a, b) = (body(3.0), body(4.0));
+        let sum = PlaneInertia::from(&a) + PlaneInertia::from(&b);
+        assert_eq!(
+            format!("{sum:?}"),
+            format!("{:?}", PlaneInertia::from(&(a + b)))
+        );
+    }
+}

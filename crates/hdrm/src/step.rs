@@ -213,3 +213,21 @@ fn finite(state: &State, t: f64) -> Result<(), StepError> {
     }
     Ok(())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// One part up to [`TURN_MAX`], then as many as it takes, up to [`DIVISION_MAX`].
+    #[test]
+    fn turns_are_divided() {
+        let parts = |zeta_dot: f64| {
+            let mut state = State::at_rest([0.0; DOF]);
+            state.zeta_dot[2] = -zeta_dot;
+            turning_substeps(&state, 0.5)
+        };
+        let limit = TURN_MAX / 0.5;
+        assert_eq!([0.0, 0.9, 1.1, 2.9].map(|w| parts(w * limit)), [1, 1, 2, 3]);
+        assert_eq!(parts(1e9), DIVISION_MAX);
+    }
+}

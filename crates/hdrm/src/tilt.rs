@@ -176,3 +176,24 @@ impl Tilt {
         (above_back(self.A), -above_back(self.E))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use machine::Machine;
+
+    /// Oracle: the pin of rocker and coupler, which is a real point exactly where the two circles meet.
+    #[test]
+    fn the_loop_closes_where_it_has_a_pin() {
+        let geometry = Machine::reference().geometry;
+        let tilt = Tilt::new(&geometry, -1.5);
+        let mut closed = 0;
+        for k in 0..720 {
+            let zeta = f64::from(k) * std::f64::consts::TAU / 720.0;
+            let has_pin = !tilt.four_bar(unit(zeta)).D.x.is_nan();
+            assert_eq!(tilt.closes(zeta), has_pin, "{zeta}");
+            closed += u32::from(has_pin);
+        }
+        assert!((100..620).contains(&closed), "{closed} of 720");
+    }
+}
