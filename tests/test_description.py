@@ -209,7 +209,7 @@ def compared(said, found, exact=True):
 
 def test_dependencies_are_what_outputs_do(fmu, hdrm):
     """Exact: an output changes with every input that it is said to depend on, in one of several states inside a run, and with no other.
-    A dependency too few makes importers exchange in a wrong order, one too many makes them find algebraic loops. Declared are whole rows of
+    A dependency too few makes importers exchange in a wrong order, one too many makes them find algebraic loops. Outputs declare whole rows of
     the variable table (`tip_error[1]` on all of `reference.position`), so one element of a row is enough."""
     said, found = feedthrough(fmu, initialization=False), {}
     for values in states(fmu, hdrm):

@@ -125,7 +125,7 @@ impl Log {
         self.file.row(master.time(), values)
     }
 
-    /// The run has come to its end.
+    /// The run has ended.
     pub fn finish(self) -> Result<()> {
         let beside = self.file.path.with_extension("units.csv");
         self.file.finish()?;

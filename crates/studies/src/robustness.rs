@@ -112,7 +112,7 @@ impl Study {
         }
     }
 
-    /// RMSE that the adaptive controller is to stay below, m, where one is set.
+    /// RMSE that the adaptive controller should stay below, m, where one is set.
     pub fn target(self) -> Option<f64> {
         match self {
             Self::Motor | Self::Payload => Some(0.5e-3),

@@ -47,7 +47,7 @@ pub struct Output {
     inner: f64,
 }
 
-/// What output and step share, so to speak: the state and the inputs it was made of.
+/// What output and step share: here only the state and the inputs it was made of.
 pub struct Now {
     x: [f64; 2],
     /// Without `switch`, which it does not read.

@@ -16,7 +16,7 @@ pub struct ErrorStudy {
     study: Study,
     /// What is varied, as a sentence.
     varied: String,
-    /// RMSE that the adaptive controller is to stay below, m, where one is set.
+    /// RMSE that the adaptive controller should stay below, m, where one is set.
     target: Option<f64>,
     rows: Vec<Row>,
     /// Of the adaptive controller.
