@@ -93,6 +93,7 @@ mod tests {
             ("/controller/inverse_bounds", serde_json::json!([1.0, 4.0])),
             ("/controller/inverse_bounds", serde_json::json!([0.5, 1.0])),
             ("/emla/inverter/r_0", (-0.01).into()),
+            ("/limits/stroke_2", serde_json::json!([0.25, 0.25])),
             (
                 "/trajectories/cubic/vertices",
                 serde_json::json!([[0, 0, 0]]),
@@ -129,7 +130,7 @@ mod tests {
             vertices: vec![[2.0, 3.0, 4.0]],
             ..Machine::reference().trajectories.cubic
         };
-        assert_eq!(path.world_vertices(), [[34.5, 46.5, 57.5 + 0.0]]);
+        assert_eq!(path.world_vertices(), [[34.5, 46.5, 57.5]]);
     }
 
     #[test]
