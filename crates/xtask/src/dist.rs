@@ -62,6 +62,13 @@ const PROGRAM_PROFILE: [&str; 8] = [
     "--config",
     "profile.release.strip=\"symbols\"",
 ];
+/// What the crate `fmi` holds about its build, in place of the paths of compiler and documentation tool.
+const BUILT: [(&str, &str); 4] = [
+    ("RUSTC", "rustc"),
+    ("RUSTC_VERSION", ""),
+    ("RUSTDOC", "rustdoc"),
+    ("RUSTDOC_VERSION", ""),
+];
 /// Name of the list of checksums, in the form of `sha256sum`.
 const CHECKSUMS: &str = "SHA256SUMS";
 const README: &str = include_str!("dist/README.md");
@@ -238,6 +245,11 @@ impl Dist {
         command
             .args(PROGRAM_PROFILE)
             .envs(libclang::provide(workspace)?);
+        command.envs(BUILT.map(|(name, value)| (format!("BUILT_OVERRIDE_fmi_{name}"), value)));
+        if target.needs_zig() {
+            let (name, arguments) = bindgen_arguments(workspace, target.triple)?;
+            command.env(name, arguments);
+        }
         command.arg("--bins");
         let folder = target.platform.folder;
         for built in artifacts(&mut command)? {
@@ -267,6 +279,19 @@ impl Dist {
             .filter(|p| p.extension().is_some_and(|e| e == suffix))
             .collect())
     }
+}
+
+/// cargo-zigbuild takes from bindgen, which reads the headers of FMI, the folders with those of C; this gives them back.
+fn bindgen_arguments(workspace: &Workspace, triple: &str) -> Result<(String, String)> {
+    let resources = output(workspace.command("cc").arg("-print-file-name=include"))?;
+    let folders = [
+        resources.trim(),
+        "/usr/include/x86_64-linux-gnu",
+        "/usr/include",
+    ];
+    let arguments = folders.map(|folder| format!("-isystem {folder}"));
+    let name = format!("BINDGEN_EXTRA_CLANG_ARGS_{triple}");
+    Ok((name, arguments.join(" ")))
 }
 
 /// All files below a folder, by name.

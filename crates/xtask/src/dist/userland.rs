@@ -41,6 +41,11 @@ impl Userland {
             execute(command.stdout(log))?;
             fs::rename(&new, &root)?;
         }
+        let processes = root.join("proc");
+        if !processes.join("self").exists() {
+            let mut mount = Command::new("mount");
+            execute(mount.args(["-t", "proc", "proc"]).arg(&processes))?;
+        }
         let version = output(Command::new("chroot").arg(&root).args(["ldd", "--version"]))?;
         let version = version
             .lines()
