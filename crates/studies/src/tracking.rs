@@ -219,7 +219,7 @@ impl Sum {
 mod tests {
     use super::*;
 
-    /// Closed form: a constant of (3, 4, 0) with ±2 along z beside it.
+    /// Closed form: a constant of (3, 4, 0) with ±2 along z beside it. A few roundings of 29 = 25 + 4, divided by 2·2.
     #[test]
     fn the_constant_part_is_told_from_the_rest() {
         let mut sum = Sum::default();
@@ -227,8 +227,9 @@ mod tests {
             sum.add(Vector3::new(3.0, 4.0, z));
         }
         let e = sum.error();
-        assert_eq!((e.mean, e.varying), (5.0, 2.0));
-        assert_eq!((e.rmse, e.max), (29.0_f64.sqrt(), 29.0_f64.sqrt()));
+        assert_eq!((e.mean, e.max), (5.0, 29.0_f64.sqrt()));
+        assert!((e.varying - 2.0).abs() < 29.0 * f64::EPSILON, "{e:?}");
+        assert!((e.rmse - e.max).abs() < 8.0 * f64::EPSILON, "{e:?}");
     }
 
     #[test]
