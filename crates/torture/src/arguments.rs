@@ -128,7 +128,7 @@ mod tests {
             let mode = description.variables.iter().find(|v| v.name == "mode");
             for _ in 0..20 {
                 let item = integer_for(&mut r, mode, true);
-                assert!(mode.is_none() || (1..=3).contains(&item), "{item}");
+                assert!(mode.is_none() || (1..=8).contains(&item), "{item}");
             }
         }
     }
