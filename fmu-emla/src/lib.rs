@@ -9,7 +9,7 @@ mod table;
 
 use emla::{Drive, Emla, Output, State, Surrogate};
 use fmu_export::{Info, InputPolynomial, Model, ModelError, StepEnd, Variable};
-use machine::{CoreLosses, InverterLosses, Machine};
+use machine::{EmlaFields, Machine};
 use rod::Rod;
 use serde::{Deserialize, Serialize};
 use std::ops::{Deref, DerefMut};
@@ -59,14 +59,8 @@ pub struct Parameters {
     alpha: f64,
     /// Communication steps by which the force acts late.
     delay: i32,
-    /// All but pole pairs and losses, which have fields of their own here.
-    emla: machine::Emla,
-    /// FMI integers are signed.
-    pole_pairs: i32,
-    /// Zero where the machine has none.
-    core: CoreLosses,
-    /// Zero where the machine has none.
-    inverter: InverterLosses,
+    /// The machine's section `emla`.
+    of_machine: EmlaFields,
     /// File the machine came from; empty: the embedded reference machine.
     machine_file: String,
     /// Network behind the blending.
@@ -77,37 +71,19 @@ pub struct Parameters {
 
 impl Parameters {
     fn reference() -> Self {
-        let mut parameters = Self {
+        Self {
             drive: table::DRIVE_MOTION,
             alpha: 0.0,
             delay: 0,
-            emla: Machine::reference().emla,
-            pole_pairs: 0,
-            core: NO_CORE,
-            inverter: NO_INVERTER,
+            of_machine: EmlaFields::new(Machine::reference().emla),
             machine_file: String::new(),
             surrogate: Surrogate::reference(),
             surrogate_file: String::new(),
-        };
-        parameters.take(Machine::reference().emla);
-        parameters
-    }
-
-    /// Replaces everything that the machine's JSON says of an actuator.
-    fn take(&mut self, emla: machine::Emla) {
-        self.pole_pairs = i32::try_from(emla.p).unwrap_or(i32::MAX);
-        self.core = emla.core.unwrap_or(NO_CORE);
-        self.inverter = emla.inverter.unwrap_or(NO_INVERTER);
-        self.emla = emla;
+        }
     }
 
     fn actuator(&self) -> Result<Emla, ModelError> {
-        let p = machine::Emla {
-            p: u32::try_from(self.pole_pairs)?,
-            core: Some(self.core),
-            inverter: Some(self.inverter),
-            ..self.emla
-        };
+        let p = self.of_machine.section()?;
         let drive = match self.drive {
             table::DRIVE_MOTION => Drive::Motion,
             _ => Drive::Force,
@@ -117,15 +93,6 @@ impl Parameters {
             .with_delay(u32::try_from(self.delay)?))
     }
 }
-
-const NO_CORE: CoreLosses = CoreLosses { k_h: 0.0, k_e: 0.0 };
-const NO_INVERTER: InverterLosses = InverterLosses {
-    v_dc: 0.0,
-    f_sw: 0.0,
-    k_sw: 0.0,
-    v_0: 0.0,
-    r_0: 0.0,
-};
 
 impl Model for EmlaFmu {
     type Parameters = Parameters;

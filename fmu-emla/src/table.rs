@@ -5,7 +5,7 @@ use emla::Surrogate;
 use fmu_export::{
     ALL_PARAMETERS, Enumeration, File, Info, MadeFile, Unit, Variable, read_parameter_file,
 };
-use machine::Machine;
+use machine::{EmlaFields, Machine};
 use std::path::Path;
 
 pub(crate) const DRIVE_MOTION: i32 = 1;
@@ -57,7 +57,7 @@ fn read_machine(p: &mut Parameters, file: &str, resources: Option<&Path>) -> Res
         "" => Machine::reference(),
         _ => read_parameter_file(file, resources, Machine::from_json)?,
     };
-    p.take(machine.emla);
+    p.of_machine = EmlaFields::new(machine.emla);
     p.machine_file = file.to_owned();
     Ok(())
 }
@@ -78,8 +78,8 @@ macro_rules! emla {
         V::parameter(
             stringify!($field),
             $description,
-            |p| &p.emla.$field,
-            |p| &mut p.emla.$field,
+            |p| &p.of_machine.emla.$field,
+            |p| &mut p.of_machine.emla.$field,
         )
         .unit($unit)
         .min($min)
@@ -93,8 +93,8 @@ macro_rules! loss {
         V::parameter(
             concat!(stringify!($section), ".", stringify!($field)),
             $description,
-            |p| &p.$section.$field,
-            |p| &mut p.$section.$field,
+            |p| &p.of_machine.$section.$field,
+            |p| &mut p.of_machine.$section.$field,
         )
         .unit($unit)
         .min(0.0)
@@ -190,7 +190,7 @@ pub(crate) const VARIABLES: &[V] = &[
         |p| &p.machine_file, read_machine),
     V::string_parameter("surrogate_file", "network JSON to use instead of the embedded network",
         |p| &p.surrogate_file, read_surrogate),
-    V::integer_parameter("p", "pole pairs", |p| &p.pole_pairs, |p| &mut p.pole_pairs).min(1.0).max(1000.0),
+    V::integer_parameter("p", "pole pairs", |p| &p.of_machine.pole_pairs, |p| &mut p.of_machine.pole_pairs).min(1.0).max(1000.0),
     emla!(R_s, 1e-6..=1e3, "Ohm", "stator resistance"),
     emla!(L_d, 1e-7..=10.0, "H", "direct-axis inductance"),
     emla!(L_q, 1e-7..=10.0, "H", "quadrature-axis inductance"),

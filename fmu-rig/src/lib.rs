@@ -6,7 +6,7 @@
 mod table;
 
 use fmu_export::{Info, InputPolynomial, Model, ModelError, StepEnd, Variable};
-use machine::{CoreLosses, InverterLosses, Machine};
+use machine::{EmlaFields, Machine};
 use rig::{Drive, Extras, Output, Rig, State};
 use serde::{Deserialize, Serialize};
 
@@ -69,14 +69,8 @@ pub struct Parameters {
     drive: i32,
     /// Communication steps by which the force acts late.
     delay: i32,
-    /// All but pole pairs and losses, which have fields of their own here.
-    emla: machine::Emla,
-    /// FMI integers are signed.
-    pole_pairs: i32,
-    /// Zero where the machine has none.
-    core: CoreLosses,
-    /// Zero where the machine has none.
-    inverter: InverterLosses,
+    /// The machine's section `emla`.
+    of_machine: EmlaFields,
     extras: Extras,
     /// Temperatures of winding and housing at the start, K.
     T_start: [f64; 2],
@@ -86,36 +80,18 @@ pub struct Parameters {
 
 impl Parameters {
     fn reference() -> Self {
-        let mut parameters = Self {
+        Self {
             drive: table::DRIVE_MOTION,
             delay: 0,
-            emla: Machine::reference().emla,
-            pole_pairs: 0,
-            core: NO_CORE,
-            inverter: NO_INVERTER,
+            of_machine: EmlaFields::new(Machine::reference().emla),
             extras: Extras::AS_BUILT,
             T_start: [table::ROOM; 2],
             machine_file: String::new(),
-        };
-        parameters.take(Machine::reference().emla);
-        parameters
-    }
-
-    /// Replaces everything that the machine's JSON says of an actuator.
-    fn take(&mut self, emla: machine::Emla) {
-        self.pole_pairs = i32::try_from(emla.p).unwrap_or(i32::MAX);
-        self.core = emla.core.unwrap_or(NO_CORE);
-        self.inverter = emla.inverter.unwrap_or(NO_INVERTER);
-        self.emla = emla;
+        }
     }
 
     fn actuator(&self) -> Result<Rig, ModelError> {
-        let p = machine::Emla {
-            p: u32::try_from(self.pole_pairs)?,
-            core: Some(self.core),
-            inverter: Some(self.inverter),
-            ..self.emla
-        };
+        let p = self.of_machine.section()?;
         let drive = match self.drive {
             table::DRIVE_MOTION => Drive::Motion,
             _ => Drive::Force,
@@ -123,15 +99,6 @@ impl Parameters {
         Ok(Rig::new(p, self.extras, drive)?.with_delay(u32::try_from(self.delay)?))
     }
 }
-
-const NO_CORE: CoreLosses = CoreLosses { k_h: 0.0, k_e: 0.0 };
-const NO_INVERTER: InverterLosses = InverterLosses {
-    v_dc: 0.0,
-    f_sw: 0.0,
-    k_sw: 0.0,
-    v_0: 0.0,
-    r_0: 0.0,
-};
 
 impl Model for RigFmu {
     type Parameters = Parameters;
@@ -148,7 +115,7 @@ impl Model for RigFmu {
         let parameters = Parameters::reference();
         let u = rig::Input {
             x: table::X_START,
-            v_dc: parameters.inverter.v_dc,
+            v_dc: parameters.of_machine.inverter.v_dc,
             T_ambient: table::ROOM,
             ..rig::Input::default()
         };

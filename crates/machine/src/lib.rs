@@ -11,6 +11,7 @@ mod actuator;
 mod bodies;
 mod check;
 mod controller;
+mod fields;
 mod geometry;
 mod machine;
 
@@ -18,6 +19,7 @@ pub use actuator::{CoreLosses, Emla, InverterLosses, Ratings};
 pub use bodies::{Bodies, Body, InertiaTensor, Limits, Start};
 pub use check::MachineError;
 pub use controller::{Controller, CubeAxes, CubicPath, Trajectories, TriangularPath};
+pub use fields::EmlaFields;
 pub use geometry::Geometry;
 pub use machine::Machine;
 

@@ -1,0 +1,79 @@
+//! The section `emla` with every field there, to be set one by one.
+
+use crate::{CoreLosses, Emla, InverterLosses};
+use serde::{Deserialize, Serialize};
+use std::num::TryFromIntError;
+
+/// The section `emla` as FMU parameters have it: losses that the file may leave out are zero, and the pole pairs are signed, because
+/// FMI integers are.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct EmlaFields {
+    /// All but pole pairs and losses, which have the fields that follow.
+    pub emla: Emla,
+    /// Pole pairs.
+    pub pole_pairs: i32,
+    /// Zero where the machine has none.
+    pub core: CoreLosses,
+    /// Zero where the machine has none.
+    pub inverter: InverterLosses,
+}
+
+const NO_CORE: CoreLosses = CoreLosses { k_h: 0.0, k_e: 0.0 };
+const NO_INVERTER: InverterLosses = InverterLosses {
+    v_dc: 0.0,
+    f_sw: 0.0,
+    k_sw: 0.0,
+    v_0: 0.0,
+    r_0: 0.0,
+};
+
+impl EmlaFields {
+    /// The fields of a section.
+    #[must_use]
+    pub fn new(emla: Emla) -> Self {
+        Self {
+            pole_pairs: i32::try_from(emla.p).unwrap_or(i32::MAX),
+            core: emla.core.unwrap_or(NO_CORE),
+            inverter: emla.inverter.unwrap_or(NO_INVERTER),
+            emla,
+        }
+    }
+
+    /// The section of these fields.
+    ///
+    /// # Errors
+    /// Negative pole pairs.
+    pub fn section(&self) -> Result<Emla, TryFromIntError> {
+        Ok(Emla {
+            p: u32::try_from(self.pole_pairs)?,
+            core: Some(self.core),
+            inverter: Some(self.inverter),
+            ..self.emla
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Machine;
+
+    #[test]
+    fn a_section_survives_its_fields() {
+        let emla = Machine::reference().emla;
+        let section = EmlaFields::new(emla).section().expect("positive");
+        let complete = Emla {
+            core: Some(emla.core.unwrap_or(NO_CORE)),
+            inverter: Some(emla.inverter.unwrap_or(NO_INVERTER)),
+            ..emla
+        };
+        assert_eq!(section, complete);
+        let mut fields = EmlaFields::new(emla);
+        fields.pole_pairs = 7;
+        fields.core.k_h = 0.5;
+        let section = fields.section().expect("positive");
+        assert_eq!((section.p, section.core.map(|c| c.k_h)), (7, Some(0.5)));
+        fields.pole_pairs = -1;
+        assert!(fields.section().is_err());
+    }
+}
