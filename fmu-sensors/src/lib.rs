@@ -6,7 +6,7 @@
 mod table;
 
 use fmu_export::{Evaluation, Info, InputPolynomial, Model, ModelError, StepEnd, Variable};
-use sensors::{ForceKind, Measured, Output, Params, Sensors, SpeedKind, State};
+use sensors::{ForceKind, Measured, Params, Sensors, Signals, SpeedKind, State};
 use serde::{Deserialize, Serialize};
 
 /// The sensors behind the FMI border.
@@ -22,7 +22,7 @@ pub struct SensorsFmu {
 /// Inputs as the importer sees them.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub struct Input {
-    u: sensors::Input,
+    u: Signals,
     /// How often one of them was set.
     sets: u32,
 }
@@ -71,7 +71,7 @@ impl Evaluation<SensorsFmu> for Sample {
 impl Model for SensorsFmu {
     type Parameters = Parameters;
     type Input = Input;
-    type Output = Output;
+    type Output = Signals;
     type Evaluation = Sample;
     const INFO: Info = table::INFO;
 
@@ -99,7 +99,7 @@ impl Model for SensorsFmu {
         })
     }
 
-    fn output(&self, _p: &Parameters, u: &Input, now: &Sample) -> Result<Output, ModelError> {
+    fn output(&self, _p: &Parameters, u: &Input, now: &Sample) -> Result<Signals, ModelError> {
         Ok(if u.sets == self.sets {
             *self.sensors.held(&self.state)
         } else {

@@ -21,7 +21,7 @@ impl Importer {
         }
     }
 
-    fn set(&mut self, u: sensors::Input) {
+    fn set(&mut self, u: Signals) {
         self.input = Input {
             u,
             sets: self.input.sets.wrapping_add(1),
@@ -32,7 +32,7 @@ impl Importer {
         Sample::of(&self.fmu, &self.parameters, &self.input).expect("no checks")
     }
 
-    fn read(&self) -> Output {
+    fn read(&self) -> Signals {
         let output = self.fmu.output(&self.parameters, &self.input, &self.now());
         output.expect("finite")
     }
@@ -45,9 +45,9 @@ impl Importer {
 }
 
 /// Inputs of a machine in motion at time `t`.
-fn motion(t: f64) -> sensors::Input {
+fn motion(t: f64) -> Signals {
     let of = |k: usize, size: f64| size * (0.3 + k as f64 + (1.0 + 0.1 * k as f64) * t);
-    sensors::Input {
+    Signals {
         zeta: std::array::from_fn(|k| of(k, 0.7)),
         zeta_dot: std::array::from_fn(|k| of(k, -0.1)),
         theta_m: std::array::from_fn(|k| of(k, 90.0)),
@@ -60,7 +60,7 @@ fn motion(t: f64) -> sensors::Input {
     }
 }
 
-fn passes(y: &Output, u: &sensors::Input) -> bool {
+fn passes(y: &Signals, u: &Signals) -> bool {
     let same = |a: &[f64], b: &[f64]| a.iter().zip(b).all(|(a, b)| a.to_bits() == b.to_bits());
     same(&y.zeta, &u.zeta)
         && same(&y.zeta_dot, &u.zeta_dot)
@@ -159,7 +159,7 @@ fn noise_belongs_to_seed_and_state() {
             p.force = table::FORCE_SENSOR;
         }
     };
-    let run = |importer: &mut Importer, from: u32| -> Vec<Output> {
+    let run = |importer: &mut Importer, from: u32| -> Vec<Signals> {
         let sample = |k: u32| {
             importer.set(motion(f64::from(k) * H));
             let read = importer.read();
@@ -183,7 +183,7 @@ fn noise_belongs_to_seed_and_state() {
 struct Effect {
     name: &'static str,
     on: fn(&mut Parameters),
-    of: fn(&Output) -> Vec<f64>,
+    of: fn(&Signals) -> Vec<f64>,
     largest: f64,
 }
 
@@ -255,7 +255,7 @@ fn effects_are_apart_from_each_other() {
 #[test]
 fn readings_follow_what_they_declare() {
     type Of<S> = fn(&mut S) -> &mut [f64];
-    let inputs: [(&str, Of<sensors::Input>, &[&str]); 9] = [
+    let inputs: [(&str, Of<Signals>, &[&str]); 9] = [
         ("zeta", |u| &mut u.zeta, &["zeta", "zeta_dot"]),
         ("zeta_dot", |u| &mut u.zeta_dot, &["zeta_dot"]),
         (
@@ -270,7 +270,7 @@ fn readings_follow_what_they_declare() {
         ("x", |u| &mut u.x, &["x", "x_dot"]),
         ("x_dot", |u| &mut u.x_dot, &["x_dot"]),
     ];
-    let outputs: [(&str, Of<Output>); 9] = [
+    let outputs: [(&str, Of<Signals>); 9] = [
         ("zeta", |y| &mut y.zeta),
         ("zeta_dot", |y| &mut y.zeta_dot),
         ("theta_m", |y| &mut y.theta_m),

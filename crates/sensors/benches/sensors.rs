@@ -3,7 +3,7 @@
 #[path = "../../../benches/measure.rs"]
 mod measure;
 
-use sensors::{ForceKind, Input, Params, Sensors, SpeedKind};
+use sensors::{ForceKind, Params, Sensors, Signals, SpeedKind};
 use std::hint::black_box;
 
 fn main() {
@@ -18,7 +18,7 @@ fn main() {
     on.force.kind = ForceKind::Sensor;
     for (kind, p) in [("everything off", Params::OFF), ("everything on", on)] {
         let sensors = Sensors::new(p);
-        let u = Input::default();
+        let u = Signals::default();
         let mut s = sensors.start(&u);
         bench.call(&format!("sample of all sensors, {kind}"), || {
             let now = sensors.measure(&s, black_box(&u));

@@ -21,7 +21,7 @@ mod speed;
 
 pub use drawn::{Drawn, Noise};
 pub use params::{Current, Encoder, Force, ForceKind, JointZero, Params, Speed, SpeedKind};
-pub use sample::{Input, Measured, Output, State};
+pub use sample::{Measured, Signals, State};
 
 use serde::{Deserialize, Serialize};
 

@@ -7,16 +7,16 @@ use crate::{ACTUATORS, DELAY_MAX, JOINTS, Noise, Sensors, SpeedKind};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
-/// What is measured.
+/// What there is to read: as it is, and as the sensors say.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Input {
+pub struct Signals {
     /// Joint angles, rad.
     pub zeta: [f64; JOINTS],
-    /// Joint rates, rad/s; read where speeds are ideal.
+    /// Joint rates, rad/s; the true ones are read where speeds are ideal.
     pub zeta_dot: [f64; JOINTS],
     /// Motor angles, rad.
     pub theta_m: [f64; ACTUATORS],
-    /// Motor speeds, rad/s; read where speeds are ideal.
+    /// Motor speeds, rad/s; the true ones are read where speeds are ideal.
     pub w_m: [f64; ACTUATORS],
     /// Direct-axis currents, A.
     pub i_d: [f64; ACTUATORS],
@@ -26,30 +26,7 @@ pub struct Input {
     pub F: [f64; ACTUATORS],
     /// Rod positions, m.
     pub x: [f64; ACTUATORS],
-    /// Rod velocities, m/s; read where speeds are ideal.
-    pub x_dot: [f64; ACTUATORS],
-}
-
-/// What the sensors say.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Output {
-    /// Joint angles, rad.
-    pub zeta: [f64; JOINTS],
-    /// Joint rates, rad/s.
-    pub zeta_dot: [f64; JOINTS],
-    /// Motor angles, rad.
-    pub theta_m: [f64; ACTUATORS],
-    /// Motor speeds, rad/s.
-    pub w_m: [f64; ACTUATORS],
-    /// Direct-axis currents, A.
-    pub i_d: [f64; ACTUATORS],
-    /// Quadrature-axis currents, A.
-    pub i_q: [f64; ACTUATORS],
-    /// Rod forces, N.
-    pub F: [f64; ACTUATORS],
-    /// Rod positions, m.
-    pub x: [f64; ACTUATORS],
-    /// Rod velocities, m/s.
+    /// Rod velocities, m/s; the true ones are read where speeds are ideal.
     pub x_dot: [f64; ACTUATORS],
 }
 
@@ -65,7 +42,7 @@ struct Memory {
 /// One sample: readings, and what filters and observers come to by it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Measured {
-    output: Output,
+    output: Signals,
     memory: Memory,
 }
 
@@ -79,13 +56,13 @@ pub struct State {
     noise: Noise,
     source: Source,
     /// Readings of the samples taken, the latest first.
-    past: [Output; 1 + DELAY_MAX as usize],
+    past: [Signals; 1 + DELAY_MAX as usize],
 }
 
 impl Sensors {
     /// The state at the start: the readings of these inputs have always been there, and nothing moves but what passes as it is.
     #[must_use]
-    pub fn start(&self, u: &Input) -> State {
+    pub fn start(&self, u: &Signals) -> State {
         let mut source = Source::new(self.p.seed);
         let noise = self.noise(&mut source);
         let mut state = State {
@@ -93,7 +70,7 @@ impl Sensors {
             period: None,
             noise,
             source,
-            past: [Output::default(); 1 + DELAY_MAX as usize],
+            past: [Signals::default(); 1 + DELAY_MAX as usize],
         };
         let first = self.measure(&state, u);
         state.memory = first.memory;
@@ -111,9 +88,9 @@ impl Sensors {
 
     /// The sample that these inputs give.
     #[must_use]
-    pub fn measure(&self, s: &State, u: &Input) -> Measured {
+    pub fn measure(&self, s: &State, u: &Signals) -> Measured {
         let mut now = Measured {
-            output: Output::default(),
+            output: Signals::default(),
             memory: s.memory,
         };
         self.joints(s, u, &mut now);
@@ -121,7 +98,7 @@ impl Sensors {
         now
     }
 
-    fn joints(&self, s: &State, u: &Input, now: &mut Measured) {
+    fn joints(&self, s: &State, u: &Signals, now: &mut Measured) {
         let p = &self.p;
         for k in 0..JOINTS {
             let zero = p.joint_zero.given[k] + p.joint_zero.bound * self.drawn.zero[k];
@@ -138,7 +115,7 @@ impl Sensors {
         }
     }
 
-    fn actuator(&self, s: &State, u: &Input, k: usize, now: &mut Measured) {
+    fn actuator(&self, s: &State, u: &Signals, k: usize, now: &mut Measured) {
         let (p, drawn, noise) = (&self.p, &self.drawn, &s.noise);
         let (y, memory) = (&mut now.output, &mut now.memory);
 
@@ -175,7 +152,7 @@ impl Sensors {
 
     /// What is read at an instant whose sample is `now`.
     #[must_use]
-    pub fn read<'a>(&self, s: &'a State, now: &'a Measured) -> &'a Output {
+    pub fn read<'a>(&self, s: &'a State, now: &'a Measured) -> &'a Signals {
         match self.p.delay {
             0 => &now.output,
             late => &s.past[late as usize - 1],
@@ -184,7 +161,7 @@ impl Sensors {
 
     /// What is read after a step, before the inputs of the new instant are known: one sample older.
     #[must_use]
-    pub fn held<'a>(&self, s: &'a State) -> &'a Output {
+    pub fn held<'a>(&self, s: &'a State) -> &'a Signals {
         &s.past[self.p.delay as usize]
     }
 
@@ -202,7 +179,7 @@ impl Measured {
     /// Whether all readings and all that is remembered are finite.
     #[must_use]
     pub fn is_finite(&self) -> bool {
-        let Output {
+        let Signals {
             zeta,
             zeta_dot,
             theta_m,

@@ -1,6 +1,6 @@
 //! A sample needs no heap.
 
-use sensors::{Encoder, ForceKind, Input, Params, Sensors, SpeedKind};
+use sensors::{Encoder, ForceKind, Params, Sensors, Signals, SpeedKind};
 
 #[test]
 fn measure_read_and_advance_do_not_allocate() {
@@ -15,7 +15,7 @@ fn measure_read_and_advance_do_not_allocate() {
     p.force.kind = ForceKind::Sensor;
     p.delay = 2;
     let sensors = Sensors::new(p);
-    let mut u = Input::default();
+    let mut u = Signals::default();
     let mut state = sensors.start(&u);
     let mut sum = 0.0;
     let used = allocation_counter::measure(|| {

@@ -169,9 +169,9 @@ fn thermometers(seed: u64) -> [f64; 2] {
 }
 
 /// What the sensors of the first axis look at.
-fn sensed(y: &Output) -> sensors::Input {
+fn sensed(y: &Output) -> sensors::Signals {
     let first = |value: f64| [value, 0.0, 0.0];
-    sensors::Input {
+    sensors::Signals {
         theta_m: first(y.theta_m),
         w_m: first(y.w_m),
         i_d: first(y.i_d),
@@ -179,6 +179,6 @@ fn sensed(y: &Output) -> sensors::Input {
         F: first(y.F),
         x: first(y.x_rod),
         x_dot: first(y.x_rod_dot),
-        ..sensors::Input::default()
+        ..sensors::Signals::default()
     }
 }
