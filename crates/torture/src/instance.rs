@@ -1,11 +1,10 @@
 //! An instance with its log, and what an importer that follows the standard knows about it: the oracle's side of the state.
 
-use cargo_fmu::fmi2::Fmu;
 use cargo_fmu::fmi2::functions::*;
 use cargo_fmu::fmi2::order::Mode;
+use cargo_fmu::fmi2::{Fmu, Log, Message};
 use fmu_description::Access;
-use std::cell::RefCell;
-use std::ffi::{CStr, CString, c_int};
+use std::ffi::{CString, c_int};
 use std::ptr;
 
 /// What the oracle remembers of an instance, and of each of its saved states.
@@ -24,44 +23,6 @@ const NEW: Known = Known {
     time: 0.0,
     has_stop: false,
 };
-
-/// A message as the logger got it.
-#[derive(Clone, Debug)]
-pub struct Message {
-    /// Name of the instance.
-    pub name: String,
-    /// Status.
-    pub status: c_int,
-    /// Category.
-    pub category: String,
-    /// As it came: a format without arguments.
-    pub format: String,
-    /// What it prints.
-    pub text: String,
-}
-
-type Log = RefCell<Vec<Message>>;
-
-unsafe extern "C" fn logger(
-    environment: Pointer,
-    name: Text,
-    status: c_int,
-    category: Text,
-    format: Text,
-) {
-    // SAFETY: the environment is the log of the instance, which outlives it; all texts are C strings.
-    unsafe {
-        let string = |s: Text| CStr::from_ptr(s).to_string_lossy().into_owned();
-        let message = Message {
-            name: string(name),
-            status,
-            category: string(category),
-            format: string(format),
-            text: string(format).replace("%%", "%").replace("##", "#"),
-        };
-        (*environment.cast::<Log>()).borrow_mut().push(message);
-    }
-}
 
 /// Which messages the importer has asked for.
 #[derive(Clone, Debug, Default)]
@@ -117,13 +78,7 @@ impl<'a> Instance<'a> {
     /// fmi2Instantiate as it should be done.
     pub fn new(fmu: &'a Fmu, name: &str) -> Result<Self, String> {
         let log = Box::new(Log::default());
-        let callbacks = Box::new(Callbacks {
-            logger: Some(logger),
-            allocate_memory: None,
-            free_memory: None,
-            step_finished: ptr::null_mut(),
-            environment: ptr::from_ref(&*log).cast_mut().cast(),
-        });
+        let callbacks = Box::new(log.callbacks());
         let (c_name, guid) = (text(name), text(&fmu.description.guid));
         let resources = match fmu.resources.is_empty() {
             true => ptr::null(),
@@ -142,7 +97,7 @@ impl<'a> Instance<'a> {
             )
         };
         if c.is_null() {
-            return Err(format!("fmi2Instantiate gave NULL: {:?}", log.borrow()));
+            return Err(format!("fmi2Instantiate gave NULL: {:?}", log.take()));
         }
         Ok(Self {
             fmu,

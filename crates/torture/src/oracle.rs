@@ -1,6 +1,7 @@
 //! What a call must answer, by the standard and the model description, and the check that it did.
 
-use crate::instance::{Instance, Message};
+use crate::instance::Instance;
+use cargo_fmu::fmi2::Message;
 use cargo_fmu::fmi2::functions::{DISCARD, ERROR, OK, WARNING};
 use std::ffi::c_int;
 
@@ -81,7 +82,7 @@ pub fn judge(instance: &Instance, call: &Call) -> Result<(), String> {
     let Some(message) = messages.iter().find(|m| m.status == status) else {
         return problem("no message tells why".into());
     };
-    let text = &message.text;
+    let text = message.text();
     if !text.starts_with(&format!("{name}: ")) {
         return problem("the message does not name the function".into());
     }
@@ -115,8 +116,8 @@ fn fault(instance: &Instance, message: &Message, status: c_int) -> Option<String
     if message.status != status && message.status > WARNING {
         return Some("status of a message is not that of the call".into());
     }
-    let sound = message.name == instance.name && is_plain(&message.format);
-    (!sound || message.text.is_empty()).then(|| "name, format or text of a message".into())
+    let sound = message.instance == instance.name && is_plain(&message.format);
+    (!sound || message.format.is_empty()).then(|| "name, format or text of a message".into())
 }
 
 /// Whether a format asks for no arguments and names no value reference: `%` and `#` only in pairs.

@@ -166,7 +166,7 @@ impl<'a> Session<'a> {
         if status != OK && is_allowed("fmi2GetReal", mode) {
             // A model may refuse inputs together, such as a quaternion of length 0, but its numbers must stay numbers.
             let messages = instance.messages();
-            if messages.iter().any(|m| m.text.contains(" became ")) {
+            if messages.iter().any(|m| m.format.contains(" became ")) {
                 return Err(format!("outputs are no numbers: {messages:?}"));
             }
         }

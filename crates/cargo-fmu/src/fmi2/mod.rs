@@ -3,6 +3,8 @@
 
 mod fmu;
 pub mod functions;
+mod log;
 pub mod order;
 
 pub use fmu::Fmu;
+pub use log::{Log, Message};

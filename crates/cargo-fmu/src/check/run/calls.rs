@@ -6,11 +6,11 @@ use std::ptr;
 
 use super::super::outcome::Outcome;
 use super::basics::is_odd;
-use super::instance::{Instance, Message, references, status_name, step_size};
+use super::instance::{Instance, references, status_name, step_size};
 use super::{Trial, open, trial};
-use crate::fmi2::Fmu;
 use crate::fmi2::functions::{ERROR, WARNING};
 use crate::fmi2::order::{Mode, is_allowed};
+use crate::fmi2::{Fmu, Message};
 
 pub const TRIALS: &[Trial] = &[
     trial(
@@ -138,7 +138,7 @@ fn messages(folder: &Path, outcome: &mut Outcome) -> Result<(), String> {
     heard.extend(answer);
     for message in &heard {
         if let Some(what) = fault(&fmu, message) {
-            outcome.remark(format!("{what}: {}", message.text));
+            outcome.remark(format!("{what}: {}", message.format));
         }
     }
     outcome.note(format!("{} messages", heard.len()));
@@ -170,7 +170,7 @@ fn quiet(folder: &Path, outcome: &mut Outcome) -> Result<(), String> {
     let mut instance = Instance::started(&fmu, "quiet")?;
     (0..3).try_for_each(|_| instance.step(step_size(&fmu)))?;
     for message in instance.messages().iter().filter(|m| m.status < WARNING) {
-        outcome.remark(message.text.clone());
+        outcome.remark(message.format.clone());
     }
     Ok(())
 }

@@ -1,53 +1,13 @@
 //! An instance of an FMU as a strict importer holds it: with its log, the time, and what can be read of it.
 
-use std::cell::RefCell;
 use std::ffi::{CStr, CString, c_int};
 use std::ptr;
 
 use fmu_description::{Access, Variable};
 
-use crate::fmi2::Fmu;
 use crate::fmi2::functions::*;
 use crate::fmi2::order::Mode;
-
-/// A message as the logger got it.
-#[derive(Clone, Debug)]
-pub struct Message {
-    /// Instance that it is said to come from.
-    pub instance: String,
-    /// Status.
-    pub status: c_int,
-    /// Category.
-    pub category: String,
-    /// Text; a printf format whose arguments are not looked at.
-    pub text: String,
-}
-
-type Log = RefCell<Vec<Message>>;
-
-unsafe extern "C" fn logger(
-    environment: Pointer,
-    name: Text,
-    status: c_int,
-    category: Text,
-    format: Text,
-) {
-    let string = |s: Text| match s.is_null() {
-        true => String::new(),
-        // SAFETY: a C string of the FMU.
-        false => unsafe { CStr::from_ptr(s) }.to_string_lossy().into_owned(),
-    };
-    let message = Message {
-        instance: string(name),
-        status,
-        category: string(category),
-        text: string(format),
-    };
-    // SAFETY: the environment is the log of the instance, which outlives it.
-    unsafe { &*environment.cast::<Log>() }
-        .borrow_mut()
-        .push(message);
-}
+use crate::fmi2::{Fmu, Log, Message};
 
 /// A live instance; freed when dropped.
 pub struct Instance<'a> {
@@ -71,11 +31,9 @@ impl<'a> Instance<'a> {
     pub fn with(fmu: &'a Fmu, name: &str, guid: &str, logging: bool) -> Result<Self, String> {
         let log = Box::new(Log::default());
         let callbacks = Box::new(Callbacks {
-            logger: Some(logger),
             allocate_memory: Some(libc_calloc),
             free_memory: Some(libc_free),
-            step_finished: ptr::null_mut(),
-            environment: ptr::from_ref(&*log).cast_mut().cast(),
+            ..log.callbacks()
         });
         let [name, guid] = [name, guid].map(|s| CString::new(s).expect("no NUL in names"));
         // SAFETY: valid strings, and callbacks that outlive the instance.
@@ -336,5 +294,5 @@ pub fn status_name(status: c_int) -> String {
 fn told(messages: &[Message]) -> String {
     messages
         .last()
-        .map_or(String::new(), |m| format!(": {}", m.text))
+        .map_or(String::new(), |m| format!(": {}", m.format))
 }

@@ -138,7 +138,7 @@ fn reason(instance: &Instance) -> String {
     instance
         .messages()
         .last()
-        .map_or(String::new(), |m| format!(": {}", m.text))
+        .map_or(String::new(), |m| format!(": {}", m.format))
 }
 
 fn dependencies(folder: &Path, outcome: &mut Outcome) -> Result<(), String> {
