@@ -143,17 +143,11 @@ impl Rig {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Drive, Extras};
-
-    fn rig() -> Rig {
-        let p = machine::Machine::reference().emla;
-        Rig::new(p, Extras::AS_BUILT, Drive::Motion).expect("valid")
-    }
 
     /// Friction of the rig at rest and far beyond the Stribeck speed, unloaded and under 40 kN: sums of what the parameters say.
     #[test]
     fn breakaway_is_its_factor_times_coulomb() {
-        let rig = rig();
+        let rig = Rig::as_built();
         let travel = 0.016 / std::f64::consts::TAU / 6.0;
         let idle = (0.6 + 0.14) / travel + 0.5 / (6.0 * travel) + 260.0;
         assert!((rig.sliding(0.0, 0.0) - idle).abs() < 1e-9);
@@ -165,7 +159,7 @@ mod tests {
     /// The exact step is that of a thousand parts of it, and of the differential equation (midpoint rule: error (dt/1000)²).
     #[test]
     fn the_exact_deflection_solves_its_equation() {
-        let rig = rig();
+        let rig = Rig::as_built();
         for v in [0.07, -0.07, -0.002, 0.0] {
             let (z, F, dt) = (6e-6, 31e3, 3e-4);
             let once = rig.deflected(z, v, F, dt);
@@ -197,7 +191,7 @@ mod tests {
     /// Friction never gives energy: the bristles' loss is not negative at any speed, load and deflection up to their largest.
     #[test]
     fn friction_is_passive() {
-        let rig = rig();
+        let rig = Rig::as_built();
         for k in -400..=400 {
             let v = 0.5 * (f64::from(k) / 400.0).powi(3);
             for F in [0.0, 5e3, -70e3] {

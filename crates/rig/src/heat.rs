@@ -45,13 +45,12 @@ impl Rig {
 
 #[cfg(test)]
 mod tests {
-    use crate::{Drive, Extras, Rig};
+    use crate::Rig;
 
     /// 316 W of copper, the loss at rated torque, settle at 316·(0.06 + 0.15) = 66.4 K above the air.
     #[test]
     fn rated_copper_losses_settle_at_66_kelvin() {
-        let p = machine::Machine::reference().emla;
-        let rig = Rig::new(p, Extras::AS_BUILT, Drive::Motion).expect("valid");
+        let rig = Rig::as_built();
         let air = 293.15;
         let settled = [air + 316.0 * 0.21, air + 316.0 * 0.15];
         let now = rig.warming(settled, air, 316.0, 0.0);

@@ -136,3 +136,12 @@ pub enum RigError {
         rule: &'static str,
     },
 }
+
+#[cfg(test)]
+impl Rig {
+    /// The reference machine's actuator with every extra, moved by a mechanism.
+    fn as_built() -> Self {
+        let p = machine::Machine::reference().emla;
+        Self::new(p, Extras::AS_BUILT, Drive::Motion).expect("valid")
+    }
+}

@@ -94,17 +94,11 @@ impl Rig {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Drive, Extras};
-
-    fn rig() -> Rig {
-        let p = machine::Machine::reference().emla;
-        Rig::new(p, Extras::AS_BUILT, Drive::Motion).expect("valid")
-    }
 
     /// Nothing is transmitted within the play; beyond it the stretch under a force gives that force; a contact that parts does not pull.
     #[test]
     fn play_transmits_nothing_and_contact_does_not_pull() {
-        let rig = rig();
+        let rig = Rig::as_built();
         assert_eq!(rig.link(19e-6, 0.3, 0.2, 0.1).force, 0.0);
         for F in [-31e3, 70e3, 5.0] {
             let at_rest = rig.link(rig.stretch(F, 0.2), 0.0, 0.2, 0.0);
@@ -117,7 +111,7 @@ mod tests {
     /// As built it is softer by mounting and torsion; the slope is the derivative (central difference).
     #[test]
     fn compliances_add_up() {
-        let rig = rig();
+        let rig = Rig::as_built();
         let mut plain = rig;
         plain.extra.compliance.on = false;
         let more = 1.0 / rig.stiffness(0.3).0 - 1.0 / plain.stiffness(0.3).0;

@@ -169,17 +169,11 @@ impl Rig {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Drive, Extras};
-
-    fn rig() -> Rig {
-        let p = machine::Machine::reference().emla;
-        Rig::new(p, Extras::AS_BUILT, Drive::Motion).expect("valid")
-    }
 
     /// λ_q/i_q is a fifth less at i_max, and dλ_q/di_q is the derivative of λ_q (central difference, h³ error below 1e-9 H).
     #[test]
     fn saturation_takes_its_share_and_its_slope() {
-        let rig = rig();
+        let rig = Rig::as_built();
         let at = |q: f64| rig.magnetics(Dq { d: -3.0, q }, 0.2, 300.0, 300.0);
         assert!((at(100.0).lambda.q / (100.0 * rig.p.L_q) - 0.8).abs() < 1e-12);
         for q in [-70.0, -3.0, 20.0, 90.0] {
@@ -191,7 +185,7 @@ mod tests {
     /// The energy's derivative by i_q is 3/2·i_q·dλ_q/di_q, by θ_m minus the cogging torque; on both sides of the series.
     #[test]
     fn the_energy_belongs_to_flux_and_torque() {
-        let rig = rig();
+        let rig = Rig::as_built();
         let energy = |q: f64, theta: f64| rig.magnetic_energy(Dq { d: 2.0, q }, theta);
         for q in [-80.0, -0.3, 0.2, 0.395, 0.405, 33.0] {
             let h = 1e-3;
@@ -206,7 +200,7 @@ mod tests {
     /// 60 K warmer: resistance 23.58 % up, magnets 6.6 % down, at an angle without harmonics (cos 6θ_e + cos 12θ_e = 0 at 6θ_e = π/3).
     #[test]
     fn winding_and_magnets_follow_the_temperature() {
-        let rig = rig();
+        let rig = Rig::as_built();
         assert!((rig.resistance(353.15) / rig.p.R_s - 1.2358).abs() < 1e-12);
         let angle = std::f64::consts::PI / 18.0;
         assert!((rig.magnets(angle, 353.15) / rig.p.lambda_m - 0.934).abs() < 1e-12);
