@@ -17,20 +17,43 @@ pub struct Track {
 /// Shortest time between two samples that says something of a speed, s; less and the estimate stays as it is.
 const SHORTEST: f64 = 1e-9;
 
+/// Largest speed and acceleration of an estimate, far beyond any machine. Steps of very different lengths, milliseconds and days in turn,
+/// drive the observer apart; an estimate beyond this starts anew.
+const LARGEST: f64 = 1e18;
+
+impl Track {
+    /// At rest at a reading.
+    fn at(reading: f64) -> Self {
+        Self {
+            position: reading,
+            ..Self::default()
+        }
+    }
+
+    /// Whether it says something: no number beyond all bounds, nor none.
+    fn is_sound(&self) -> bool {
+        self.position.is_finite()
+            && self.speed.abs() <= LARGEST
+            && self.acceleration.abs() <= LARGEST
+    }
+}
+
 impl Speed {
     /// The estimate after a reading that comes `period` s after the last one; `None`: there was none, and the speed is taken for 0.
     pub(crate) fn follow(&self, before: &Track, reading: f64, period: Option<f64>) -> Track {
         let Some(T) = period else {
-            return Track {
-                position: reading,
-                ..Track::default()
-            };
+            return Track::at(reading);
         };
-        match self.kind {
+        let after = match self.kind {
             _ if T < SHORTEST => *before,
             SpeedKind::Ideal => *before,
             SpeedKind::Difference => self.difference(before, reading, T),
             SpeedKind::Observer => self.observer(before, reading, T),
+        };
+        if after.is_sound() {
+            after
+        } else {
+            Track::at(reading)
         }
     }
 
@@ -119,6 +142,32 @@ mod tests {
             let before = speed.follow(&Track::default(), 0.4, None);
             assert_eq!(speed.follow(&before, 0.7, Some(5e-324)), before);
             assert!(speed.follow(&before, 1e8, Some(1e-9)).speed.is_finite());
+        }
+    }
+
+    /// Steps of 1 ms and of days in turn make the observer grow by their quotient; the estimate stays a number, and of use afterwards.
+    #[test]
+    fn steps_of_very_different_lengths_leave_numbers() {
+        for (kind, days) in [
+            (SpeedKind::Observer, 1e6),
+            (SpeedKind::Observer, 1e300),
+            (SpeedKind::Difference, 1e300),
+        ] {
+            let speed = Speed {
+                kind,
+                filter_time: 0.005,
+                bandwidth: 300.0,
+            };
+            let mut track = speed.follow(&Track::default(), 0.0, None);
+            for k in 0..200 {
+                let period = if k % 2 == 0 { T } else { days };
+                track = speed.follow(&track, f64::from(k % 3), Some(period));
+                assert!(track.speed.is_finite() && track.acceleration.is_finite());
+            }
+            for k in 0..200 {
+                track = speed.follow(&track, 2.0 * f64::from(k) * T, Some(T));
+            }
+            assert!((track.speed - 2.0).abs() < 1e-6, "{}", track.speed);
         }
     }
 
