@@ -56,14 +56,18 @@ fn profiles(kinds: &[Kind], at: &[f64], count: u32, seconds: f64, seed: u64) -> 
         .collect()
 }
 
-/// Windows of each profile; the sensors of each are set up anew.
+/// Windows of each profile; the sensors of each are set up anew, with the seed `sensors` of it.
 ///
 /// # Errors
 /// A step that the rig cannot make.
-pub fn measure(p: &Emla, profiles: &[Profile]) -> Result<Vec<Vec<Window>>> {
+pub fn measure(
+    p: &Emla,
+    profiles: &[Profile],
+    sensors: impl Fn(&Profile) -> u64 + Sync,
+) -> Result<Vec<Vec<Window>>> {
     profiles
         .par_iter()
-        .map(|profile| Ok(windows(p, &run(profile, profile.seed)?)))
+        .map(|profile| Ok(windows(p, &run(profile, sensors(profile))?)))
         .collect()
 }
 

@@ -12,7 +12,6 @@ use crate::commands::{NetworkArg, write};
 use crate::coupled_run::CoupledRun;
 use crate::data;
 use crate::prediction::{Model, Motion};
-use crate::profile::Profile;
 use crate::rig_campaign::{
     Trust, compliance, held_out_profiles, measure, rms, rows, training_profiles,
 };
@@ -46,9 +45,9 @@ impl RigDataArgs {
     pub(crate) fn run(self) -> Result<()> {
         let p = machine::Machine::reference().emla;
         let profiles = training_profiles(self.profiles, self.seconds, self.seed);
-        let campaign = measure(&p, &profiles)?;
-        let again: Vec<Profile> = profiles.iter().take(4).copied().collect();
-        let again = repeat(&p, &again)?;
+        let campaign = measure(&p, &profiles, |profile| profile.seed)?;
+        let repeated = &profiles[..profiles.len().min(4)];
+        let again = measure(&p, repeated, |profile| !profile.seed)?;
         let rows = rows(&p, &campaign);
         let comment = format!(
             "rig: a simulation, not measurements; {} profiles of {} s at 1 kHz, means of 20 ms, seed {}",
@@ -72,19 +71,6 @@ impl RigDataArgs {
         )?;
         Ok(())
     }
-}
-
-/// The same profiles with their sensors set up anew.
-fn repeat(p: &machine::Emla, profiles: &[Profile]) -> Result<Vec<Vec<Window>>> {
-    profiles
-        .par_iter()
-        .map(|profile| {
-            Ok(crate::windows::windows(
-                p,
-                &crate::rig_run::run(profile, !profile.seed)?,
-            ))
-        })
-        .collect()
 }
 
 /// Arguments of `rig-compare`.
@@ -170,7 +156,7 @@ impl RigCompareArgs {
         let p = machine::Machine::reference().emla;
         let surrogate = self.network.read()?;
         let profiles = held_out_profiles(self.seconds, self.seed);
-        let measured = measure(&p, &profiles)?;
+        let measured = measure(&p, &profiles, |profile| profile.seed)?;
         writeln!(
             stdout(),
             "root mean square errors on held-out profiles of the rig (a simulation): required current A / efficiency %"

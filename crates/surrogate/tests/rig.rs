@@ -33,14 +33,18 @@ fn the_rig_follows_its_profile_both_ways() {
     assert!(run[5999].truth.T_winding > 300.0);
 }
 
+fn seed(profile: &Profile) -> u64 {
+    profile.seed
+}
+
 /// Sensors leave some 260 N and no bias worth the name; two runs of one profile differ by less. The compliance is that of mounting, pins,
 /// screw and bearings, 1/60 N/nm and a quarter more.
 #[test]
 fn rows_are_as_good_as_their_sensors() {
     let p = machine::Machine::reference().emla;
     let profiles = training_profiles(5, 2.0, 3);
-    let campaign = measure(&p, &profiles).expect("runs");
-    let trust = Trust::of(&p, &campaign, &measure(&p, &profiles).expect("runs"));
+    let campaign = measure(&p, &profiles, seed).expect("runs");
+    let trust = Trust::of(&p, &campaign, &measure(&p, &profiles, seed).expect("runs"));
     assert!((100.0..500.0).contains(&trust.floor), "{trust:?}");
     assert_eq!(
         trust.repeatability, 0.0,
@@ -55,7 +59,7 @@ fn rows_are_as_good_as_their_sensors() {
 #[test]
 fn the_network_brings_what_the_physics_lacks() {
     let p = machine::Machine::reference().emla;
-    let held_out = measure(&p, &held_out_profiles(3.0, 9)).expect("runs");
+    let held_out = measure(&p, &held_out_profiles(3.0, 9), seed).expect("runs");
     let error = |alpha: f64| {
         let model = Model::new(p, Surrogate::reference(), alpha);
         assert!((model.force(model.torque(31e3, 77.0), 77.0) - 31e3).abs() < 1e-6);
