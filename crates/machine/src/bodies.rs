@@ -106,6 +106,16 @@ impl Bodies {
         ]
     }
 
+    /// The same to be changed.
+    #[must_use]
+    pub fn in_order_mut(&mut self) -> [&mut Body; 13] {
+        let b = self;
+        [
+            &mut b.T1, &mut b.A2, &mut b.C2, &mut b.D2, &mut b.A3, &mut b.C3, &mut b.D3, &mut b.RK,
+            &mut b.CP, &mut b.A4, &mut b.C4, &mut b.D4, &mut b.PL,
+        ]
+    }
+
     pub(crate) fn check(&self) -> Result<(), MachineError> {
         for (name, body) in Self::NAMES.iter().zip(self.in_order()) {
             positive(format_args!("bodies.{name}.mass"), body.mass)?;

@@ -10,7 +10,7 @@ use std::ops::Range;
 
 use anyhow::{Context, Result};
 use cosim::system::System;
-use machine::{Body, Machine};
+use machine::Machine;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, Uniform};
@@ -90,8 +90,7 @@ fn draw(nominal: &Machine, seed: u64) -> Result<(Machine, [f64; 3])> {
     let even = Uniform::new_inclusive(-1.0, 1.0).expect("finite bounds");
     let mut error = |bound: f64| bound * even.sample(&mut random);
     let mut machine = nominal.clone();
-    for name in machine::Bodies::NAMES {
-        let body = body(&mut machine, name);
+    for body in machine.bodies.in_order_mut() {
         let factor = 1.0 + error(MASS);
         body.mass *= factor;
         let I = &mut body.inertia_com;
@@ -131,26 +130,6 @@ fn stretch(value: &mut Value, error: &mut impl FnMut() -> f64) {
             _ => {}
         },
         _ => {}
-    }
-}
-
-fn body<'a>(machine: &'a mut Machine, name: &str) -> &'a mut Body {
-    let b = &mut machine.bodies;
-    match name {
-        "T1" => &mut b.T1,
-        "A2" => &mut b.A2,
-        "C2" => &mut b.C2,
-        "D2" => &mut b.D2,
-        "A3" => &mut b.A3,
-        "C3" => &mut b.C3,
-        "D3" => &mut b.D3,
-        "RK" => &mut b.RK,
-        "CP" => &mut b.CP,
-        "A4" => &mut b.A4,
-        "C4" => &mut b.C4,
-        "D4" => &mut b.D4,
-        "PL" => &mut b.PL,
-        _ => unreachable!("a body of Bodies::NAMES"),
     }
 }
 
