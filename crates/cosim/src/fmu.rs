@@ -8,7 +8,7 @@ use anyhow::{Context, Result, anyhow, bail};
 use fmi::fmi2::binding::Fmi2Binding;
 use fmi::fmi2::import::Fmi2Import;
 use fmi::traits::FmiImport;
-use fmu_description::Description;
+use fmu_description::{Description, Version};
 
 /// A loaded FMU. The library and the unpacked files live as long as any instance.
 pub struct Fmu {
@@ -33,6 +33,9 @@ impl Fmu {
     fn open(file: &str, bytes: Vec<u8>) -> Result<Arc<Self>> {
         // Read the description before the `fmi` crate does: its reader panics on XML that ends too early.
         let description = Description::parse(&description_text(&bytes)?)?;
+        if description.fmi != Version::Fmi2 {
+            bail!("it is of FMI {}, not 2.0", description.fmi);
+        }
         let import: Fmi2Import = fmi::import::new(Cursor::new(bytes))?;
         let library = import
             .archive_path()

@@ -172,6 +172,7 @@ impl Slave {
                     "fmi2SetString",
                 )
             }
+            Kind::Binary | Kind::Clock => bail!("{}.{variable} cannot be set", self.name),
         };
         self.check(
             status,
@@ -202,7 +203,9 @@ impl Slave {
                 unsafe { api.fmi2GetInteger(self.component, vr.as_ptr(), 1, &mut int) },
                 "fmi2GetInteger",
             ),
-            Kind::String => bail!("{}.{} is a string, not a number", self.name, variable.name),
+            Kind::String | Kind::Binary | Kind::Clock => {
+                bail!("{}.{} is not a number", self.name, variable.name)
+            }
         };
         self.check(status, call, &vr, at)?;
         Ok(int.into())
@@ -356,6 +359,7 @@ impl Slave {
             Kind::Integer | Kind::Enumeration(_) => call.contains("Integer"),
             Kind::Boolean => call.contains("Boolean"),
             Kind::String => call.contains("String"),
+            Kind::Binary | Kind::Clock => false,
         };
         let name = |r: &u32| {
             let found = self
@@ -407,7 +411,7 @@ fn said(instance: &str) -> String {
 fn integer(kind: &Kind, text: &str) -> Result<i32, String> {
     if let Kind::Enumeration(items) = kind {
         if let Some(item) = items.iter().find(|item| item.name == text) {
-            return Ok(item.value);
+            return i32::try_from(item.value).map_err(|_| format!("an item up to {}", i32::MAX));
         }
         let names: Vec<_> = items.iter().map(|item| item.name.as_str()).collect();
         return text

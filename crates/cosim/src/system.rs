@@ -285,6 +285,8 @@ fn check_value(component: &str, fmu: &Fmu, parameter: &Parameter) -> Result<()> 
         Kind::Boolean => "Boolean",
         Kind::String => "String",
         Kind::Enumeration(_) => "Enumeration",
+        Kind::Binary => "Binary",
+        Kind::Clock => "Clock",
     };
     let fits = *data_type == expected
         || *data_type == "Integer" && ["Real", "Enumeration"].contains(&expected);

@@ -10,7 +10,7 @@ pub enum DescriptionError {
     #[error("the model description cannot be read: {0}")]
     Xml(#[from] quick_xml::DeError),
     /// Another version of FMI.
-    #[error("model `{model}`: FMI version {version} is not supported, only 2.0")]
+    #[error("model `{model}`: FMI version {version} is not supported, only 2.0 and 3.0")]
     Version {
         /// Model.
         model: String,
@@ -39,7 +39,27 @@ pub enum DescriptionError {
         /// Variable.
         name: String,
     },
-    /// `ModelStructure` counts variables from 1 in the order of the file.
+    /// A dimension of an array that is no number, or names a variable that is no number.
+    #[error(
+        "model `{model}`: a dimension of `{name}` must be a number of at least 1 or name a structural parameter that starts at one"
+    )]
+    Dimension {
+        /// Model.
+        model: String,
+        /// Array.
+        name: String,
+    },
+    /// `ModelStructure` of FMI 3.0 names variables by value reference.
+    #[error(
+        "model `{model}`: ModelStructure names value reference {reference}, which no variable has"
+    )]
+    Reference {
+        /// Model.
+        model: String,
+        /// What it names.
+        reference: String,
+    },
+    /// `ModelStructure` of FMI 2.0 counts variables from 1 in the order of the file.
     #[error(
         "model `{model}`: ModelStructure names variable number {index}, but must name one of 1 to {count}"
     )]

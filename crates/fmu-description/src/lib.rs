@@ -1,8 +1,9 @@
-//! What a `modelDescription.xml` of FMI 2.0 (co-simulation) says, typed: identity, capabilities, variables with their types and
-//! bounds, and which inputs each output depends on.
+//! What a `modelDescription.xml` of FMI 2.0 or 3.0 (co-simulation) says, typed: identity, capabilities, variables with their types and
+//! bounds, and which inputs each output depends on. Where a notion is the same in both versions, so is its type here.
 //!
-//! References to sections are to the FMI 2.0.4 specification. Attributes that are left out have the value that the specification
-//! gives them there, and what a variable leaves to its declared type is filled in.
+//! References to sections are to the specifications of FMI 2.0.4 and 3.0.1. Attributes that are left out have the value that the
+//! specification gives them there, and what a variable leaves to its declared type is filled in. An array of FMI 3.0 is one variable;
+//! [`Description::by_element`] has a variable for each of its elements, as FMI 2.0 would.
 //!
 //! ```
 //! let text = r#"<fmiModelDescription fmiVersion="2.0" modelName="Lag" guid="{1}">
@@ -16,8 +17,12 @@
 //! ```
 #![forbid(unsafe_code)]
 
+mod elements;
 mod error;
+mod fmi2;
+mod fmi3;
 mod structure;
+mod terminals;
 mod variable;
 mod xml;
 
@@ -27,14 +32,35 @@ use serde::Deserialize;
 
 pub use error::DescriptionError;
 pub use structure::Unknown;
+pub use terminals::{Member, Terminal, terminals};
 pub use variable::{Access, Causality, Initial, Item, Kind, Variability, Variable};
+
+/// A version of FMI.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Version {
+    /// 2.0.
+    Fmi2,
+    /// 3.0, and minor versions of it.
+    Fmi3,
+}
+
+impl std::fmt::Display for Version {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.pad(match self {
+            Self::Fmi2 => "2.0",
+            Self::Fmi3 => "3.0",
+        })
+    }
+}
 
 /// A model description.
 #[derive(Clone, Debug)]
 pub struct Description {
+    /// Version of FMI.
+    pub fmi: Version,
     /// Name of the model.
     pub model: String,
-    /// Identifier that the FMU and its importer must agree on.
+    /// Identifier that the FMU and its importer must agree on: `guid` of FMI 2.0, `instantiationToken` of FMI 3.0.
     pub guid: String,
     /// Version of the model, empty where none is given.
     pub version: String,
@@ -59,7 +85,8 @@ pub struct Description {
     by_name: HashMap<String, usize>,
 }
 
-/// Capability flags of co-simulation (section 4.3.1); what is not named is false or 0.
+/// Capability flags of co-simulation (FMI 2.0, section 4.3.1; FMI 3.0, section 4.4.1); what is not named, or not known to the version, is
+/// false or 0.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Capabilities {
     /// `needsExecutionTool`.
@@ -80,11 +107,21 @@ pub struct Capabilities {
     pub saves_state: bool,
     /// `canSerializeFMUstate`.
     pub serializes_state: bool,
-    /// `providesDirectionalDerivative`.
+    /// `providesDirectionalDerivative`, in FMI 3.0 `providesDirectionalDerivatives`.
     pub directional_derivatives: bool,
+    /// `providesAdjointDerivatives`.
+    pub adjoint_derivatives: bool,
+    /// `hasEventMode`.
+    pub event_mode: bool,
+    /// `providesIntermediateUpdate`.
+    pub intermediate_update: bool,
+    /// `canReturnEarlyAfterIntermediateUpdate`.
+    pub returns_early: bool,
+    /// `providesPerElementDependencies`.
+    pub element_dependencies: bool,
 }
 
-/// A unit with its conversion to SI base units: value in base units = `factor` · value + `offset` (section 2.2.2).
+/// A unit with its conversion to SI base units: value in base units = `factor` · value + `offset` (FMI 2.0, section 2.2.2).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Unit {
     /// Name.
@@ -118,6 +155,11 @@ impl Description {
     /// Read the text of a `modelDescription.xml`.
     pub fn parse(text: &str) -> Result<Self, DescriptionError> {
         xml::read(text)
+    }
+
+    fn index_names(&mut self) {
+        let names = self.variables.iter().enumerate();
+        self.by_name = names.map(|(k, v)| (v.name.clone(), k)).collect();
     }
 
     /// Index of the variable named `name`.

@@ -1,6 +1,6 @@
-//! Which variables each computed variable depends on (`ModelStructure`, section 2.2.8).
+//! Which variables each computed variable depends on (`ModelStructure`; FMI 2.0, section 2.2.8; FMI 3.0, section 2.4.8).
 
-use crate::{Description, Initial};
+use crate::{Description, Initial, Version};
 
 /// A computed variable and what it depends on.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -18,7 +18,13 @@ impl Description {
     /// There, `InitialUnknowns` count; an output they leave out is taken by its dependencies at communication points, or is given
     /// (`initial="exact"`) and depends on nothing.
     pub fn feedthrough(&self, output: usize, initialization: bool) -> Vec<usize> {
-        let of = |list: &'_ [Unknown]| list.iter().position(|u| u.variable == output);
+        // FMI 3.0 lists value references, which aliases share.
+        let place = |k: usize| (self.variables[k].reference, self.variables[k].element);
+        let is_same = |k: usize| match self.fmi {
+            Version::Fmi2 => k == output,
+            Version::Fmi3 => place(k) == place(output),
+        };
+        let of = |list: &'_ [Unknown]| list.iter().position(|u| is_same(u.variable));
         let always = || of(&self.outputs).map(|k| &self.outputs[k]);
         let initially = || of(&self.initial_unknowns).map(|k| &self.initial_unknowns[k]);
         let is_given = || self.variables[output].initial == Some(Initial::Exact);

@@ -1,16 +1,21 @@
-//! A scalar variable (section 2.2.7).
+//! A variable (FMI 2.0, section 2.2.7; FMI 3.0, section 2.4.7): a scalar, an array of FMI 3.0, or an element of one.
 
 use serde::Deserialize;
 
-/// A scalar variable.
+/// A variable.
 #[derive(Clone, Debug)]
 pub struct Variable {
     /// Name, unique in the FMU.
     pub name: String,
     /// What it means, empty where nothing is said.
     pub description: String,
-    /// Value reference, unique among the variables with the same [`Access`].
+    /// Value reference: in FMI 2.0 unique among the variables with the same [`Access`], in FMI 3.0 among all but aliases; elements have that
+    /// of their array.
     pub reference: u32,
+    /// Lengths of an array of FMI 3.0, the last index runs fastest; empty for a scalar and for an element.
+    pub dimensions: Vec<usize>,
+    /// Place of an element in its array, counted from 0; None for a whole variable.
+    pub element: Option<usize>,
     /// Type.
     pub kind: Kind,
     /// Role.
@@ -19,8 +24,8 @@ pub struct Variable {
     pub variability: Variability,
     /// How it gets its initial value, if that is said.
     pub initial: Option<Initial>,
-    /// Start value as written.
-    pub start: Option<String>,
+    /// Start values as written: none, one for the variable or for all elements, or one for each element.
+    pub start: Vec<String>,
     /// Least value allowed.
     pub min: Option<f64>,
     /// Greatest value allowed.
@@ -31,21 +36,26 @@ pub struct Variable {
     pub unit: Option<String>,
     /// Unit in which people read a Real.
     pub display_unit: Option<String>,
+    pub(crate) access: Access,
 }
 
 /// Type of a variable.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Kind {
-    /// `fmi2Real`.
+    /// `fmi2Real`, `fmi3Float64`, `fmi3Float32`.
     Real,
-    /// `fmi2Integer`.
+    /// `fmi2Integer`, `fmi3Int8` to `fmi3UInt64`.
     Integer,
-    /// `fmi2Boolean`.
+    /// A truth value.
     Boolean,
-    /// `fmi2String`.
+    /// A text.
     String,
-    /// `fmi2Integer` with named values.
+    /// An integer with named values.
     Enumeration(Vec<Item>),
+    /// Bytes (FMI 3.0).
+    Binary,
+    /// A clock (FMI 3.0).
+    Clock,
 }
 
 /// A named value of an enumeration.
@@ -56,20 +66,40 @@ pub struct Item {
     pub name: String,
     /// Value.
     #[serde(rename = "@value")]
-    pub value: i32,
+    pub value: i64,
 }
 
-/// The functions by which a variable is read and written: `fmi2GetReal` and `fmi2SetReal`, and so on.
+/// The functions by which a variable is read and written: `fmi2GetReal` and `fmi2SetReal`, `fmi3GetUInt8` and `fmi3SetUInt8`, and so on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Access {
-    /// Of a Real.
+    /// `Real` of FMI 2.0, `Float64` of FMI 3.0.
     Real,
-    /// Of an Integer or an enumeration.
+    /// `Integer` of FMI 2.0, `Int32` of FMI 3.0.
     Integer,
-    /// Of a Boolean.
+    /// A truth value: an int in FMI 2.0, a C bool in FMI 3.0.
     Boolean,
-    /// Of a String.
+    /// A text.
     String,
+    /// `Float32`.
+    Float32,
+    /// `Int8`.
+    Int8,
+    /// `UInt8`.
+    UInt8,
+    /// `Int16`.
+    Int16,
+    /// `UInt16`.
+    UInt16,
+    /// `UInt32`.
+    UInt32,
+    /// `Int64`, and enumerations of FMI 3.0.
+    Int64,
+    /// `UInt64`.
+    UInt64,
+    /// `Binary`.
+    Binary,
+    /// `Clock`.
+    Clock,
 }
 
 /// Role of a variable.
@@ -78,6 +108,8 @@ pub enum Access {
 pub enum Causality {
     /// Set before initialization, `tunable` ones also between steps.
     Parameter,
+    /// Decides how large arrays are (FMI 3.0).
+    StructuralParameter,
     /// Computed from parameters.
     CalculatedParameter,
     /// Given from outside.
@@ -120,22 +152,15 @@ pub enum Initial {
     Calculated,
 }
 
-impl Kind {
-    /// The functions that read and write it.
-    pub fn access(&self) -> Access {
-        match self {
-            Self::Real => Access::Real,
-            Self::Integer | Self::Enumeration(_) => Access::Integer,
-            Self::Boolean => Access::Boolean,
-            Self::String => Access::String,
-        }
-    }
-}
-
 impl Variable {
     /// The functions that read and write it.
     pub fn access(&self) -> Access {
-        self.kind.access()
+        self.access
+    }
+
+    /// Number of its values.
+    pub fn size(&self) -> usize {
+        self.dimensions.iter().product()
     }
 
     /// An input of any type.
@@ -153,9 +178,18 @@ impl Variable {
         self.causality == Causality::Parameter && self.variability == Variability::Tunable
     }
 
-    /// The start value of a Real, Integer or enumeration.
+    /// The start value of a Real, Integer or enumeration; of an array that of its first element.
     pub fn start_number(&self) -> Option<f64> {
-        self.start.as_deref()?.trim().parse().ok()
+        self.start_of(0)?.trim().parse().ok()
+    }
+
+    /// The start value of an element, counted from 0, as written.
+    pub fn start_of(&self, element: usize) -> Option<&str> {
+        let own = match self.start.as_slice() {
+            [one] => Some(one),
+            all => all.get(element),
+        };
+        own.map(String::as_str)
     }
 
     /// Least and greatest value allowed: infinite where nothing is said, the items of an enumeration.
@@ -165,8 +199,8 @@ impl Variable {
             _ => &[],
         };
         let values = || items.iter().map(|item| item.value);
-        let least = values().min().map_or(f64::NEG_INFINITY, f64::from);
-        let greatest = values().max().map_or(f64::INFINITY, f64::from);
+        let least = values().min().map_or(f64::NEG_INFINITY, |v| v as f64);
+        let greatest = values().max().map_or(f64::INFINITY, |v| v as f64);
         [self.min.unwrap_or(least), self.max.unwrap_or(greatest)]
     }
 }

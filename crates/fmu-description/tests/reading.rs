@@ -155,7 +155,7 @@ fn what_must_not_be_said_is_refused_by_name() {
             .unwrap_err()
             .to_string()
     };
-    assert!(said("fmiVersion=\"2.0\"", "fmiVersion=\"3.0\"").contains("`M`: FMI version 3.0"));
+    assert!(said("fmiVersion=\"2.0\"", "fmiVersion=\"1.0\"").contains("`M`: FMI version 1.0"));
     assert!(said("M_lib", "../x").contains("`../x` must be a C identifier"));
     assert!(said("M_lib", "").contains("`` must be a C identifier"));
     assert!(said("M_lib", "2M").contains("`2M` must be a C identifier"));

@@ -151,7 +151,9 @@ pub fn changes(system: &System, file: &str, mode: &str) -> Result<Vec<Law>> {
                 .iter()
                 .rfind(|p| p.name == parameter.name);
             let before = before.map(|p| p.value.clone());
-            let Some(before) = before.or_else(|| system.variable(port).start.clone()) else {
+            let Some(before) =
+                before.or_else(|| system.variable(port).start_of(0).map(String::from))
+            else {
                 continue;
             };
             let full = system.name(port);

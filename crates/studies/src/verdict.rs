@@ -313,7 +313,7 @@ pub fn reference(system: &System, master: &Master) -> Result<Verdict> {
     let is_driven = inputs
         .into_iter()
         .any(|input| wiring.driver(input).is_some());
-    if external.is_some_and(|item| f64::from(item.value) == chosen) && !is_driven {
+    if external.is_some_and(|item| item.value as f64 == chosen) && !is_driven {
         let name = system.component_of(port);
         verdict.object(format!(
             "{name}.trajectory is external, but nothing drives {name}.reference.position: the tip keeps its place, and errors mean nothing"

@@ -2,8 +2,8 @@
 
 use super::functions::Functions;
 use crate::{library, platform};
-use anyhow::{Context, Result};
-use fmu_description::{Description, Variable};
+use anyhow::{Context, Result, bail};
+use fmu_description::{Description, Variable, Version};
 use libloading::Library;
 use percent_encoding::{AsciiSet, NON_ALPHANUMERIC, utf8_percent_encode};
 use std::ffi::CString;
@@ -46,6 +46,9 @@ impl Fmu {
     pub fn unpacked(folder: &Path) -> Result<Self> {
         let description = fs::read_to_string(folder.join("modelDescription.xml"))?;
         let description = Description::parse(&description)?;
+        if description.fmi != Version::Fmi2 {
+            bail!("it is of FMI {}, not 2.0", description.fmi);
+        }
         let library = folder.join(platform::host()?.path(&description.identifier));
         Ok(Self {
             functions: Functions::load(load(&library)?)?,

@@ -49,7 +49,7 @@ fn starts(folder: &Path, outcome: &mut Outcome) -> Result<(), String> {
     )?;
     instance.enter(Mode::Initialization)?;
     for v in fmu.description.variables.iter().filter(|v| is_given(v)) {
-        let Some(start) = v.start.as_deref() else {
+        let Some(start) = v.start_of(0) else {
             continue;
         };
         let vr = [v.reference];

@@ -1,0 +1,64 @@
+//! Arrays of FMI 3.0 seen as FMI 2.0 and SSP 1.0 see them: a variable for each element, `zeta[3]`, `A[2,1]`.
+
+use crate::{Description, Unknown, Variable};
+
+impl Description {
+    /// The same description with a variable for each element of every array. An output of which an element depends on an element of an
+    /// input is taken to depend, with all of its elements, on all of the input's: the file says no more.
+    pub fn by_element(&self) -> Self {
+        let mut ranges = Vec::with_capacity(self.variables.len());
+        let mut variables = Vec::with_capacity(self.variables.len());
+        for v in &self.variables {
+            let first = variables.len();
+            if v.dimensions.is_empty() {
+                variables.push(v.clone());
+            } else {
+                variables.extend((0..v.size()).map(|k| element(v, k)));
+            }
+            ranges.push(first..variables.len());
+        }
+        let unknowns = |list: &[Unknown]| {
+            let each = list.iter().flat_map(|u| {
+                let known = u.dependencies.as_ref();
+                let known: Option<Vec<usize>> =
+                    known.map(|known| known.iter().flat_map(|k| ranges[*k].clone()).collect());
+                ranges[u.variable].clone().map(move |variable| Unknown {
+                    variable,
+                    dependencies: known.clone(),
+                })
+            });
+            each.collect()
+        };
+        let mut by_element = Self {
+            outputs: unknowns(&self.outputs),
+            initial_unknowns: unknowns(&self.initial_unknowns),
+            variables,
+            ..self.clone()
+        };
+        by_element.by_name.clear();
+        by_element.index_names();
+        by_element
+    }
+}
+
+/// The element with this place, counted from 0, the last index running fastest.
+fn element(array: &Variable, place: usize) -> Variable {
+    let mut indices = Vec::new();
+    let mut rest = place;
+    for length in array.dimensions.iter().rev() {
+        indices.push((rest % length + 1).to_string());
+        rest /= length;
+    }
+    indices.reverse();
+    Variable {
+        name: format!("{}[{}]", array.name, indices.join(",")),
+        start: array
+            .start_of(place)
+            .map(String::from)
+            .into_iter()
+            .collect(),
+        dimensions: Vec::new(),
+        element: Some(place),
+        ..array.clone()
+    }
+}
