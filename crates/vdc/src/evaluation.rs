@@ -116,7 +116,6 @@ impl Controller {
             law.command(&self.state.drives[i], &demands[i], &measured(input, i))
         });
         let tau_wrist = std::array::from_fn(|j| saturate(tau[j], self.nominal.tau_wrist_max[j]));
-        self.finite(&commands, &tau_wrist)?;
         let mut evaluation = Evaluation {
             machine,
             errors,
@@ -130,6 +129,7 @@ impl Controller {
             },
         };
         self.fill(settings, input, &mut evaluation);
+        self.finite(&evaluation.output)?;
         Ok(evaluation)
     }
 
@@ -213,11 +213,21 @@ impl Controller {
         Ok((machine, tracking, demands, tau))
     }
 
-    fn finite(&self, commands: &[Command; 3], tau: &[f64; 3]) -> Result<(), ControllerError> {
-        let signals = [
-            ("v_d", commands.map(|c| c.v_d)),
-            ("v_q", commands.map(|c| c.v_q)),
-            ("tau_wrist", *tau),
+    /// Numbers of measurements and settings far beyond any machine's overflow, in the commands or in what is told of them.
+    fn finite(&self, output: &Output) -> Result<(), ControllerError> {
+        let scalar = std::slice::from_ref;
+        let signals: [(&'static str, &[f64]); 11] = [
+            ("v_d", &output.v_d),
+            ("v_q", &output.v_q),
+            ("tau_wrist", &output.tau_wrist),
+            ("f_required", &output.f_required),
+            ("x_dot_required", &output.x_dot_required),
+            ("nu_velocity", scalar(&output.nu_velocity)),
+            ("nu_adaptation", scalar(&output.nu_adaptation)),
+            ("nu_actuator", &output.nu_actuator),
+            ("dissipation", scalar(&output.dissipation)),
+            ("dissipation_actuator", &output.dissipation_actuator),
+            ("force_error", &output.force_error),
         ];
         for (signal, values) in signals {
             if let Some(&value) = values.iter().find(|v| !v.is_finite()) {

@@ -25,6 +25,10 @@ pub(crate) struct JointObserver {
     h: f64,
 }
 
+/// Largest predicted angle in rad and rate in rad/s, far beyond any machine's. What is asked for with absurd gains over steps of very
+/// different lengths drives the observer apart; a prediction beyond this starts anew from the measured rates.
+const LARGEST: f64 = 1e9;
+
 impl JointObserver {
     /// Rates v̂ with the angles `zeta` measured now, rad/s; before the first step none.
     fn corrected(&self, zeta: &[f64; DOF], omega: f64) -> Option<[f64; DOF]> {
@@ -52,11 +56,21 @@ impl JointObserver {
             let now = zeta[j] + rest * (self.angle[j] - zeta[j]);
             now + h * (rate[j] + 0.5 * h * zeta_ddot[j])
         };
-        Self {
+        let next = Self {
             angle: std::array::from_fn(angle),
             rate: std::array::from_fn(|j| rate[j] + h * zeta_ddot[j]),
             h,
+        };
+        if next.is_sound() {
+            next
+        } else {
+            Self::default()
         }
+    }
+
+    fn is_sound(&self) -> bool {
+        let mut predictions = self.angle.iter().chain(&self.rate);
+        predictions.all(|value| value.abs() <= LARGEST)
     }
 }
 
@@ -129,6 +143,26 @@ mod tests {
             (untold - 2.0 / omega).abs() < 0.1 * 2.0 / omega,
             "{untold:e}"
         );
+    }
+
+    /// An acceleration that grows with the rate it leads to makes the observer grow; the estimate stays a number, and of use afterwards.
+    #[test]
+    fn absurd_accelerations_leave_numbers() {
+        let (h, omega) = (1e-3, 80.0);
+        let mut observer = JointObserver::default();
+        for _ in 0..10_000 {
+            let rate = observer.corrected(&[0.0; DOF], omega).unwrap_or([1.0; DOF]);
+            assert!(rate.iter().all(|rate| rate.is_finite()));
+            let asked = rate.map(|rate| 1e5 * rate);
+            observer = observer.advanced(&[0.0; DOF], &rate, &asked, omega, h);
+        }
+        let mut rate = [0.0; DOF];
+        for k in 0..2000 {
+            let zeta = [2.0 * f64::from(k) * h; DOF];
+            rate = observer.corrected(&zeta, omega).unwrap_or([2.0; DOF]);
+            observer = observer.advanced(&zeta, &rate, &[0.0; DOF], omega, h);
+        }
+        assert!((rate[0] - 2.0).abs() < 1e-9, "{}", rate[0]);
     }
 
     /// A difference of angles of 19 bits is off by up to a quantum a step: 0.012 rad/s at 1 ms.
