@@ -1,4 +1,5 @@
-"""Builds the example FMUs with pythonfmu, and the system with the bending plant: `python examples/build.py DIRECTORY`."""
+"""Builds the example FMUs with pythonfmu, all or those of the scripts named, and the system with the bending plant:
+`python examples/build.py DIRECTORY [SCRIPT ...]`."""
 
 import re
 import sys
@@ -69,6 +70,7 @@ def bending_system(folder):
 
 
 if __name__ == "__main__":
-    for script in SCRIPTS:
-        print(build(script, sys.argv[1]))
-    print(bending_system(sys.argv[1]))
+    folder, *scripts = sys.argv[1:]
+    for script in scripts or SCRIPTS:
+        print(build(script, folder))
+    print(bending_system(folder))

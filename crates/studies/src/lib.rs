@@ -13,6 +13,7 @@ pub mod energy;
 pub mod experiment;
 pub mod laws;
 pub mod machine_file;
+pub mod perturbation;
 pub mod plot;
 pub mod report;
 pub mod robustness;

@@ -7,9 +7,10 @@ use std::process::ExitCode;
 
 use anyhow::Result;
 use clap::{Parser, Subcommand};
-use commands::{evaluation, plot, report, run};
+use commands::{evaluation, machine, plot, python, report, run};
 use cosim::cli::exit;
 use cosim::verdict::Verdict;
+use studies::worlds::World;
 
 /// Experiments on the coupled manipulator: three electromechanical actuators, rigid bodies and controller, as FMUs.
 #[derive(Parser)]
@@ -39,6 +40,9 @@ enum Command {
     Endurance(evaluation::EnduranceArgs),
     /// Draw the signals of a CSV file over time, as PNG and SVG
     Plot(plot::PlotArgs),
+    /// What is done to machine files
+    #[command(subcommand)]
+    Machine(machine::MachineCommand),
     /// Train the actuator's surrogate network on a CSV file; Ctrl-C keeps the state, --resume goes on
     Train(surrogate::commands::TrainArgs),
     /// What belongs to the training: virtual testbed, efficiency map, plots and comparison of the network
@@ -49,6 +53,17 @@ enum Command {
 fn main() -> ExitCode {
     let command = Cli::parse().command;
     let check = command.check();
+    if command.needs_python() {
+        match python::with_python() {
+            Ok(None) => {}
+            // Code 1 too where a signal ended it.
+            Ok(Some(ended)) => {
+                let code = ended.code().and_then(|code| u8::try_from(code).ok());
+                return ExitCode::from(code.unwrap_or(1));
+            }
+            Err(error) => return exit(Err(error), check),
+        }
+    }
     let done = |result: Result<()>| result.map(|()| Verdict::default());
     let result = match command {
         Command::Run(args) => run::run(&args),
@@ -60,6 +75,7 @@ fn main() -> ExitCode {
         Command::Energy(args) => evaluation::run_energy(&args),
         Command::Endurance(args) => evaluation::run_endurance(&args),
         Command::Plot(args) => done(plot::plot(&args)),
+        Command::Machine(command) => done(machine::run(&command)),
         Command::Train(args) => done(args.run()),
         Command::Surrogate(command) => done(command.run()),
     };
@@ -67,6 +83,15 @@ fn main() -> ExitCode {
 }
 
 impl Command {
+    /// Whether it runs the plant that bends, which is written in Python.
+    fn needs_python(&self) -> bool {
+        match self {
+            Self::Table(args) => args.world == World::Bending,
+            Self::Report(args) => args.bending,
+            _ => false,
+        }
+    }
+
     /// Whether a bad verdict ends the program with a code of its own.
     fn check(&self) -> bool {
         let machine = match self {
@@ -78,7 +103,7 @@ impl Command {
             Self::Stability(args) => &args.machine,
             Self::Energy(args) => &args.machine,
             Self::Endurance(args) => &args.machine,
-            Self::Plot(_) | Self::Train(_) | Self::Surrogate(_) => return false,
+            Self::Plot(_) | Self::Machine(_) | Self::Train(_) | Self::Surrogate(_) => return false,
         };
         machine.check()
     }

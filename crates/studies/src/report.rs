@@ -55,6 +55,8 @@ pub struct Request<'a> {
     pub testbed: Option<&'a System>,
     /// The machine of the real world, where there is one.
     pub real: Option<&'a System>,
+    /// The machine that bends, where it is to be run.
+    pub bending: Option<&'a System>,
 }
 
 /// All that the page shows.

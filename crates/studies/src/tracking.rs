@@ -6,6 +6,8 @@
 //! - `joints`: the controller's own kinematics at the true joint angles;
 //! - `plant`: the tip of the plant, with errors of dimensions and of zeros in it, which mostly shift it.
 //!
+//! A plant that bends says besides where its tip were if nothing bent: `rigid`.
+//!
 //! Zero errors are the mean difference of measured and true angles over the rest before the motion.
 
 use anyhow::{Context, Result};
@@ -49,6 +51,20 @@ pub struct Tracking {
     pub orientation: [f64; 2],
     /// Largest speed of the plant's tip, m/s.
     pub speed: f64,
+    /// What a plant that bends says besides.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub bent: Option<Bent>,
+}
+
+/// A plant that bends.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct Bent {
+    /// Reference against the tip that the plant's joints, with its dimensions, say if nothing bent.
+    pub rigid: PositionError,
+    /// Root mean square of the tip's distance from there, m.
+    pub sag_rms: f64,
+    /// The largest, m.
+    pub sag_max: f64,
 }
 
 impl Tracking {
@@ -82,6 +98,8 @@ struct Ports {
     zeta: [Vec<Port>; 2],
     /// Position, orientation and velocity of the plant's tip.
     tip: Vec<Port>,
+    /// Where the tip of a plant that bends were if nothing bent; empty of another plant.
+    rigid: Vec<Port>,
 }
 
 impl Ports {
@@ -104,8 +122,10 @@ impl Ports {
                 .context("nothing measures the joints")?;
             drivers.push(wiring.links[link].from);
         }
+        let rigid = system.elements(plant, "tip.rigid_position", 3);
         Ok(Self {
             controller,
+            rigid: rigid.unwrap_or_default(),
             desired: arrays(
                 controller,
                 &[("desired.position", 3), ("desired.orientation", 4)],
@@ -123,7 +143,7 @@ impl Ports {
     }
 
     fn all(&self) -> Vec<Port> {
-        let mut ports = [&self.desired[..], &self.zeta[0], &self.tip].concat();
+        let mut ports = [&self.desired[..], &self.zeta[0], &self.tip, &self.rigid].concat();
         ports.extend(self.zeta[1].iter().filter(|p| !self.zeta[0].contains(p)));
         ports
     }
@@ -145,7 +165,7 @@ impl Ports {
         };
         let desired = columns(&self.desired)?;
         let [true_zeta, measured] = [columns(&self.zeta[0])?, columns(&self.zeta[1])?];
-        let tip = columns(&self.tip)?;
+        let (tip, rigid) = (columns(&self.tip)?, columns(&self.rigid)?);
         let first = recorded.motion_start();
         let zero = |(measured, own): (&&[f64], &&[f64])| mean_difference(measured, own, first);
         let zero: Vec<f64> = measured.iter().zip(&true_zeta).map(zero).collect();
@@ -155,6 +175,7 @@ impl Ports {
         let mut sums = [Sum::default(); 3];
         let mut orientation = Distance::default();
         let mut speed: f64 = 0.0;
+        let (mut to_rigid, mut sag) = (Sum::default(), Distance::default());
         let points = first..recorded.recording.times.len();
         for k in points {
             let seen = k.saturating_sub(late);
@@ -167,6 +188,10 @@ impl Ports {
             for (sum, place) in sums.iter_mut().zip(places) {
                 sum.add(reference - place);
             }
+            if !rigid.is_empty() {
+                to_rigid.add(reference - vector(&rigid, k));
+                sag.add((vector(&tip, k) - vector(&rigid, k)).norm());
+            }
             let cosine = quaternion(&desired, seen).dot(&quaternion(&tip, k));
             orientation.add(2.0 * cosine.abs().min(1.0).acos());
             speed = speed.max(vector(&tip[7..], k).norm());
@@ -178,6 +203,11 @@ impl Ports {
             plant,
             orientation: [orientation.rms(), orientation.max],
             speed,
+            bent: (!rigid.is_empty()).then(|| Bent {
+                rigid: to_rigid.error(),
+                sag_rms: sag.rms(),
+                sag_max: sag.max,
+            }),
         })
     }
 }

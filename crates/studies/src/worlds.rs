@@ -1,7 +1,8 @@
 //! Control laws compared in a world: every law on every case of the world and both trajectories; of each the median and the worst case.
 //!
 //! - `ideal`: the plant is the controller's own model, all inertias scaled by one factor; a check of the code.
-//! - `real`: actuators as built, sensors, one step of delay, and errors of the machine drawn by seed (module `real`).
+//! - `real`: actuators as built, sensors, one step of delay, and errors of the machine drawn by seed (module `real`);
+//! - `bending`: a structure that bends, in MuJoCo, with errors drawn by seed (module `bending`).
 #![allow(non_snake_case)] // the paper's symbols
 
 use std::ops::Range;
@@ -16,7 +17,7 @@ use serde::Serialize;
 use crate::experiment::over;
 use crate::laws::Law;
 use crate::table::{SCALES, TRAJECTORIES};
-use crate::tracking::Tracking;
+use crate::tracking::{Bent, Tracking};
 
 /// Largest error that the adaptive controller may have in the real world: median and worst RMSE of what it can know, m.
 pub const TARGETS: [f64; 2] = [0.3e-3, 0.7e-3];
@@ -31,6 +32,8 @@ pub enum World {
     Ideal,
     /// A machine that the controller does not know: actuators as built, sensors, a step of delay, errors drawn by seed
     Real,
+    /// A structure that bends, in MuJoCo, its errors drawn by seed; steps of at most 0.5 ms
+    Bending,
 }
 
 /// A machine that the laws are tried on.
@@ -54,11 +57,12 @@ pub struct Cell {
     pub result: Result<Tracking>,
 }
 
-/// The cases of a world: those of the ideal one are the inertia errors of the paper's table, those of the real one a machine for each seed.
+/// The cases of a world: those of the ideal one are the inertia errors of the paper's table, those of the others a machine for each seed.
 pub fn cases(world: World, system: &System, seeds: Range<u64>) -> Result<Cases> {
     match world {
         World::Ideal => Ok(Cases::plain(ideal_cases(system)?)),
         World::Real => Cases::drawn(system, seeds),
+        World::Bending => Ok(Cases::plain(bending::cases(system, seeds)?)),
     }
 }
 
@@ -154,6 +158,12 @@ pub struct Summary {
     pub orientation: Spread,
     /// Largest known error over largest speed, s.
     pub rho: Spread,
+    /// Largest distance of the plant's tip from where its joints say that it is, m; of a plant that bends.
+    pub sag: Option<Spread>,
+    /// Largest error against that place, m: dimensions as drawn count in it.
+    pub rigid_max: Option<Spread>,
+    /// Root mean square of that error less its mean, m.
+    pub rigid_varying: Option<Spread>,
     /// Runs.
     pub runs: usize,
     /// Runs that failed.
@@ -166,6 +176,12 @@ impl Summary {
             let value = |c: &Cell| c.result.as_ref().map_or(f64::INFINITY, of);
             Spread::of(cells.clone().map(value))
         };
+        let bends = cells
+            .clone()
+            .any(|c| c.result.as_ref().is_ok_and(|t| t.bent.is_some()));
+        let bent = |of: &dyn Fn(&Bent) -> f64| {
+            bends.then(|| spread(&|t| t.bent.as_ref().map_or(f64::INFINITY, of)))
+        };
         Self {
             law: law.into(),
             known: spread(&|t| t.known.rmse),
@@ -175,6 +191,9 @@ impl Summary {
             plant_varying: spread(&|t| t.plant.varying),
             orientation: spread(&|t| t.orientation[0]),
             rho: spread(&Tracking::rho),
+            sag: bent(&|b| b.sag_max),
+            rigid_max: bent(&|b| b.rigid.max),
+            rigid_varying: bent(&|b| b.rigid.varying),
             runs: cells.clone().count(),
             failed: cells.filter(|c| c.result.is_err()).count(),
         }
@@ -196,11 +215,13 @@ pub fn summaries(cells: &[Cell], trajectory: Option<&str>) -> Vec<Summary> {
     laws.into_iter().map(of).collect()
 }
 
+mod bending;
 mod real;
 mod text;
 
-pub use real::{Cases, PARAMETERS, SYSTEM};
-pub use text::{text, verdict, write_csv};
+pub use bending::{SEEDS as BENDING_SEEDS, STEP as BENDING_STEP, SYSTEM as BENDING_SYSTEM};
+pub use real::{Cases, PARAMETERS, SEEDS as REAL_SEEDS, SYSTEM};
+pub use text::{bending_verdict, text, verdict, write_csv};
 
 #[cfg(test)]
 mod tests {

@@ -30,15 +30,18 @@ pub struct TableArgs {
     /// Plant and sensors that the controllers are compared on
     #[arg(long, value_enum, default_value_t = World::Ideal)]
     pub world: World,
-    /// What is varied, repeatable [default: inertia; in the real world rivals]
+    /// What is varied, repeatable [default: inertia; in the other worlds rivals]
     #[arg(long = "study", value_enum)]
     studies: Vec<StudyArg>,
     /// First seed: of the three of the noise study, of those of the real world
     #[arg(long, default_value_t = 1)]
     seed: u64,
-    /// Machines drawn for the real world, each with its own seed
-    #[arg(long, default_value_t = 20, value_parser = clap::value_parser!(u64).range(1..))]
-    seeds: u64,
+    /// Machines drawn by seed [default: 20 of the real world, 5 of the bending one]
+    #[arg(long, value_parser = clap::value_parser!(u64).range(1..))]
+    seeds: Option<u64>,
+    /// Laws to compare, repeatable; by their names in the table [default: all of the study]
+    #[arg(long = "law", value_name = "NAME")]
+    pub laws: Vec<String>,
     /// Also write the cells of the inertia study, or the runs of a comparison of laws, to this CSV file
     #[arg(long, value_name = "FILE")]
     pub csv: Option<PathBuf>,
@@ -168,7 +171,7 @@ impl TableArgs {
     fn wanted(&self) -> Vec<StudyArg> {
         match (&self.studies[..], self.world) {
             ([], World::Ideal) => vec![StudyArg::Inertia],
-            ([], World::Real) => vec![StudyArg::Rivals],
+            ([], World::Real | World::Bending) => vec![StudyArg::Rivals],
             (studies, _) => studies.to_vec(),
         }
     }
@@ -203,6 +206,7 @@ pub fn tables(args: &TableArgs) -> Result<Verdict> {
         let fits = match args.world {
             World::Ideal => !study.is_of_real_world(),
             World::Real => study.compares_laws(),
+            World::Bending => study.compares_laws() && !study.is_of_real_world(),
         };
         let (name, world) = (study.name(), args.world.to_possible_value());
         let world = world.expect("no value is skipped");
@@ -213,7 +217,12 @@ pub fn tables(args: &TableArgs) -> Result<Verdict> {
         );
     }
     if !comparisons.is_empty() {
-        let cases = worlds::cases(args.world, &system, args.seed..args.seed + args.seeds)?;
+        let usual = match args.world {
+            World::Bending => worlds::BENDING_SEEDS,
+            World::Ideal | World::Real => worlds::REAL_SEEDS,
+        };
+        let seeds = args.seed..args.seed + args.seeds.unwrap_or(usual);
+        let cases = worlds::cases(args.world, &system, seeds)?;
         for study in comparisons {
             found[study.name()] = compare(args, &system, &base, cases.list(), study)?;
         }
@@ -298,6 +307,10 @@ fn write_course(axis: &testbed::Axis, path: &Path) -> Result<()> {
 
 /// Accompanying functions, bound and gain conditions.
 pub fn run_stability(args: &StabilityArgs) -> Result<Verdict> {
+    anyhow::ensure!(
+        args.world != World::Bending,
+        "--world bending: the accompanying functions need the plant's inertias, which only the ideal and the real world tell"
+    );
     let (system, base, verdict) = args.machine.load_world(args.world)?;
     if args.world == World::Real {
         let rungs = stability::causes(&system, &base, args.inertia_scale)?;

@@ -1,7 +1,9 @@
 //! Subcommands, and the arguments that they share.
 
 pub mod evaluation;
+pub mod machine;
 pub mod plot;
+pub mod python;
 pub mod report;
 pub mod run;
 pub mod worlds;
@@ -15,7 +17,7 @@ use cosim::run::Experiment;
 use cosim::system::System;
 use cosim::verdict::Verdict;
 use studies::experiment::tell_delay;
-use studies::worlds::{PARAMETERS, SYSTEM, World};
+use studies::worlds::{BENDING_STEP, BENDING_SYSTEM, PARAMETERS, SYSTEM, World};
 
 /// The packed machine.
 const MACHINE: &str = "Manipulator.ssp";
@@ -44,12 +46,20 @@ impl MachineArgs {
 
     /// As [`MachineArgs::load`], with the machine of `world` where no other is named.
     fn load_world(&self, world: World) -> Result<(System, Experiment, Verdict)> {
-        if world == World::Ideal {
-            return self.load();
+        match world {
+            World::Ideal => self.load(),
+            World::Real => {
+                let mut system = self.system.load(|| find(SYSTEM))?;
+                system.apply_set(Path::new(PARAMETERS))?;
+                self.on(system)
+            }
+            World::Bending => {
+                let system = self.system.load(|| find(BENDING_SYSTEM))?;
+                let (system, mut base, verdict) = self.on(system)?;
+                base.stepping.step = base.stepping.step.min(BENDING_STEP);
+                Ok((system, base, verdict))
+            }
         }
-        let mut system = self.system.load(|| find(SYSTEM))?;
-        system.apply_set(Path::new(PARAMETERS))?;
-        self.on(system)
     }
 
     /// The machine of the real world in `path`, with its parameter set.

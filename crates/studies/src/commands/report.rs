@@ -4,10 +4,10 @@ use std::path::PathBuf;
 
 use anyhow::Result;
 use clap::Args;
-use cosim::cli::{bar, print};
+use cosim::cli::{bar, find, print};
 use cosim::verdict::Verdict;
 use studies::report::Request;
-use studies::worlds::SYSTEM;
+use studies::worlds::{BENDING_SYSTEM, SYSTEM};
 
 use super::MachineArgs;
 
@@ -24,6 +24,9 @@ pub struct ReportArgs {
     /// One-axis experiment: a packed .ssp [default: Testbed.ssp beside the system, where there is one]
     #[arg(long, value_name = "FILE")]
     testbed: Option<PathBuf>,
+    /// Also run the world in which the structure bends: needs a Python with MuJoCo, and some minutes more
+    #[arg(long)]
+    pub bending: bool,
 }
 
 /// Make the runs, then write page and figures; a run that failed is named in the page and here.
@@ -40,10 +43,16 @@ pub fn report(args: &ReportArgs) -> Result<Verdict> {
         .is_file()
         .then(|| args.machine.real(&real))
         .transpose()?;
+    let bending = args.bending.then(|| {
+        let path = find(BENDING_SYSTEM)?;
+        args.machine.beside(&path)
+    });
+    let bending = bending.transpose()?;
     let request = Request {
         system: &system,
         testbed: testbed.as_ref(),
         real: real.as_ref(),
+        bending: bending.as_ref(),
         base: &base,
     };
     let bar = bar(0, "runs", false);
