@@ -4,16 +4,18 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
+use crate::linear::Linear;
 use crate::noise::{Noise, Source, is_element};
 use crate::slave::{At, Slave};
-use crate::wiring::{Link, Port, Wiring};
+use crate::wiring::{Carried, Link, Port, Wiring};
 use anyhow::{Result, bail};
 use fmu_description::{Kind, Variable};
 
-/// Values of one component's variables read by one call.
-#[derive(Debug, Default)]
+/// Values of one component's variables of one type, read together.
+#[derive(Debug)]
 pub struct Read {
     slave: usize,
+    carried: Carried,
     references: Vec<u32>,
     slots: Range<usize>,
 }
@@ -26,16 +28,20 @@ impl Read {
 
     /// Read the values into their slots.
     pub fn run(&self, slaves: &[Slave], values: &mut [f64], at: At) -> Result<()> {
-        slaves[self.slave].get(&self.references, &mut values[self.slots.clone()], at)
+        let values = &mut values[self.slots.clone()];
+        slaves[self.slave].get_as(self.carried, &self.references, values, at)
     }
 }
 
-/// Values of one component's inputs set by one call.
-#[derive(Debug, Default)]
+/// Values of one component's inputs of one type, set together.
+#[derive(Debug)]
 pub struct Write {
     slave: usize,
+    carried: Carried,
     references: Vec<u32>,
     slots: Vec<usize>,
+    /// What becomes of some of the values on their way, by place.
+    transformed: Vec<(usize, Linear)>,
     /// Standard deviations of the noise on the inputs; empty where there is none.
     sigma: Vec<f64>,
 }
@@ -49,10 +55,27 @@ impl Write {
     /// Set the inputs to the values in their slots; `buffer` has room for all of them.
     pub fn run(&self, slaves: &[Slave], values: &[f64], buffer: &mut [f64], at: At) -> Result<()> {
         let buffer = self.gather(values, buffer);
-        slaves[self.slave].set(&self.references, buffer, at)
+        slaves[self.slave].set_as(self.carried, &self.references, buffer, at)
     }
 
     fn gather<'a>(&self, values: &[f64], buffer: &'a mut [f64]) -> &'a mut [f64] {
+        let buffer = self.gather_raw(values, buffer);
+        for (k, transformation) in &self.transformed {
+            buffer[*k] = transformation.of(buffer[*k]);
+        }
+        buffer
+    }
+
+    /// Of time derivatives: an offset has none.
+    fn gather_derivatives<'a>(&self, values: &[f64], buffer: &'a mut [f64]) -> &'a mut [f64] {
+        let buffer = self.gather_raw(values, buffer);
+        for (k, transformation) in &self.transformed {
+            buffer[*k] *= transformation.factor;
+        }
+        buffer
+    }
+
+    fn gather_raw<'a>(&self, values: &[f64], buffer: &'a mut [f64]) -> &'a mut [f64] {
         let buffer = &mut buffer[..self.slots.len()];
         for (b, slot) in buffer.iter_mut().zip(&self.slots) {
             *b = values[*slot];
@@ -110,7 +133,9 @@ impl Exchange {
             let reads = reads(wiring, links.iter().map(|link| link.from), &mut slots);
             let writes = writes(
                 wiring,
-                links.iter().map(|link| (link.to, slots[&link.from])),
+                links
+                    .iter()
+                    .map(|link| (link.to, slots[&link.from], link.transformation)),
             );
             stages.push(Stage { reads, writes });
         }
@@ -147,6 +172,9 @@ impl Exchange {
                 let input = description.variables.iter().find(is_it);
                 input.map_or("", |v| v.name.as_str())
             };
+            if write.carried != Carried::Real {
+                continue;
+            }
             let names: Vec<&str> = write.references.iter().map(name).collect();
             let sigma: Vec<f64> = names.iter().map(|v| noise.sigma(component, v)).collect();
             unused.retain(|s| {
@@ -208,7 +236,7 @@ impl Exchange {
             if let Some(source) = &mut self.noise {
                 source.disturb(inputs, &write.sigma);
             }
-            slaves[write.slave].set(&write.references, inputs, at)?;
+            slaves[write.slave].set_as(write.carried, &write.references, inputs, at)?;
         }
         Ok(())
     }
@@ -220,6 +248,7 @@ impl Exchange {
                 slave,
                 references,
                 slots,
+                ..
             } in &stage.reads
             {
                 slaves[*slave].get_derivatives(
@@ -230,7 +259,7 @@ impl Exchange {
                 )?;
             }
             for write in &stage.writes {
-                let derivatives = write.gather(&self.values, &mut self.buffer);
+                let derivatives = write.gather_derivatives(&self.values, &mut self.buffer);
                 slaves[write.slave].set_derivatives(
                     &write.references,
                     &self.ones[..derivatives.len()],
@@ -271,27 +300,31 @@ impl Exchange {
     }
 }
 
-/// One read per component; new slots are numbered on in `slots` so that each read fills a contiguous range.
+/// One read per component and type; new slots are numbered on in `slots` so that each read fills a contiguous range.
 pub fn reads(
     wiring: &Wiring,
     ports: impl Iterator<Item = Port>,
     slots: &mut BTreeMap<Port, usize>,
 ) -> Vec<Read> {
-    let mut by_component: BTreeMap<usize, Vec<Port>> = BTreeMap::new();
+    let mut together: BTreeMap<(usize, Carried), Vec<Port>> = BTreeMap::new();
     for port in ports {
-        let list = by_component.entry(port.component).or_default();
+        let Some(carried) = wiring.carried(port) else {
+            continue; // no value of a String is ever passed or recorded
+        };
+        let list = together.entry((port.component, carried)).or_default();
         if !list.contains(&port) {
             list.push(port);
         }
     }
     let mut reads = Vec::new();
-    for (slave, ports) in by_component {
+    for ((slave, carried), ports) in together {
         let start = slots.len();
         for (k, port) in ports.iter().enumerate() {
             slots.insert(*port, start + k);
         }
         reads.push(Read {
             slave,
+            carried,
             references: ports.iter().map(|p| wiring.reference(*p)).collect(),
             slots: start..start + ports.len(),
         });
@@ -299,18 +332,28 @@ pub fn reads(
     reads
 }
 
-/// One write per component, of inputs and the slots their values come from.
-pub fn writes(wiring: &Wiring, inputs: impl Iterator<Item = (Port, usize)>) -> Vec<Write> {
-    let mut by_component: BTreeMap<usize, Write> = BTreeMap::new();
-    for (input, slot) in inputs {
-        let write = by_component
-            .entry(input.component)
+/// One write per component and type, of inputs, the slots their values come from, and what becomes of them on the way.
+pub fn writes(wiring: &Wiring, inputs: impl Iterator<Item = (Port, usize, Linear)>) -> Vec<Write> {
+    let mut together: BTreeMap<(usize, Carried), Write> = BTreeMap::new();
+    for (input, slot, transformation) in inputs {
+        let Some(carried) = wiring.carried(input) else {
+            continue; // no value of a String is ever passed
+        };
+        let write = together
+            .entry((input.component, carried))
             .or_insert_with(|| Write {
                 slave: input.component,
-                ..Write::default()
+                carried,
+                references: Vec::new(),
+                slots: Vec::new(),
+                transformed: Vec::new(),
+                sigma: Vec::new(),
             });
+        if transformation != Linear::NONE {
+            write.transformed.push((write.slots.len(), transformation));
+        }
         write.references.push(wiring.reference(input));
         write.slots.push(slot);
     }
-    by_component.into_values().collect()
+    together.into_values().collect()
 }

@@ -15,6 +15,7 @@ pub mod csv;
 pub mod divergence;
 pub mod exchange;
 pub mod fmu;
+pub mod linear;
 pub mod master;
 pub mod messages;
 pub mod noise;

@@ -10,7 +10,7 @@ use crate::exchange::{Exchange, Order, Read, Write, reads, writes};
 use crate::noise::Noise;
 use crate::slave::{At, Slave};
 use crate::system::{Setting, System};
-use crate::wiring::{Link, Port, Wiring};
+use crate::wiring::{Carried, Link, Port, Wiring};
 
 /// What is exchanged when, and in which order the components are stepped.
 ///
@@ -245,9 +245,10 @@ impl Master {
                 .map_or(0.0, |(d, slot)| half * d.values[slot])
         };
         for (bond_step, bond) in self.bond_steps.iter_mut().zip(&self.bonds) {
-            let effort_exerted = self.means.values[bond.mean_slot];
+            let effort_exerted = bond.transformation.of(self.means.values[bond.mean_slot]);
             let flow_before = self.exchange.values[bond.flow_slot];
             let held = self.exchange.values[bond.effort_slot] + rise(bond.derivative_slots.0);
+            let held = bond.transformation.of(held);
             let effort_given = if gauss_seidel && bond.mean_given {
                 effort_exerted
             } else {
@@ -268,13 +269,8 @@ impl Master {
         let bonds = self.bond_steps.iter().zip(&self.bonds);
         for (residual, (given, bond)) in self.residuals.iter_mut().zip(bonds) {
             let moved = 0.5 * (given.flow_before + self.exchange.values[bond.flow_slot]);
-            residual.add(
-                h,
-                given.effort_exerted,
-                given.flow_given,
-                given.effort_given,
-                moved,
-            );
+            let exerted = given.effort_exerted * given.flow_given;
+            residual.add(h, bond.power, exerted, given.effort_given * moved);
         }
     }
 
@@ -321,7 +317,7 @@ impl Means {
             let (mean_slot, mean_given) =
                 (slots[&b.step_mean], link.from.component < link.to.component);
             if mean_given {
-                given.push((link.to, mean_slot));
+                given.push((link.to, mean_slot, link.transformation));
             }
             let derivative = |port| derivatives.and_then(|d| d.slot(port));
             bonds.push(BondSlots {
@@ -331,6 +327,8 @@ impl Means {
                 mean_slot,
                 mean_given,
                 derivative_slots: (derivative(link.from), derivative(flow)),
+                transformation: link.transformation,
+                power: b.power,
             });
         }
         for write in writes(wiring, given.iter().copied()) {
@@ -353,7 +351,8 @@ fn passes_derivative(wiring: &Wiring, link: &Link) -> bool {
         wiring.description(link.from.component),
         wiring.description(link.to.component),
     );
-    from.capabilities.output_derivative_order >= 1
+    wiring.carried(link.from) == Some(Carried::Real)
+        && from.capabilities.output_derivative_order >= 1
         && to.capabilities.interpolates_inputs
         && from.variables[link.from.variable].variability == Variability::Continuous
 }

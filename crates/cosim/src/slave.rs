@@ -11,6 +11,7 @@ use std::sync::atomic::Ordering;
 
 use crate::fmu::Fmu;
 use crate::messages;
+use crate::wiring::Carried;
 use anyhow::{Result, anyhow, bail};
 use fmi::fmi2::{CallbackFunctions, binding};
 use fmu_description::{Kind, Variable};
@@ -184,31 +185,12 @@ impl Slave {
 
     /// Value of a numeric variable; an integer, enumeration or boolean as a number.
     pub fn number(&self, variable: &Variable, at: At) -> Result<f64> {
-        let vr = [variable.reference];
-        let api = &self.fmu.api;
-        let mut int = 0;
-        let (status, call) = match variable.kind {
-            Kind::Real => {
-                let mut value = [0.0];
-                self.get(&vr, &mut value, at)?;
-                return Ok(value[0]);
-            }
-            Kind::Boolean => (
-                // SAFETY: one reference and one value of the type of the call.
-                unsafe { api.fmi2GetBoolean(self.component, vr.as_ptr(), 1, &mut int) },
-                "fmi2GetBoolean",
-            ),
-            Kind::Integer | Kind::Enumeration(_) => (
-                // SAFETY: one reference and one value of the type of the call.
-                unsafe { api.fmi2GetInteger(self.component, vr.as_ptr(), 1, &mut int) },
-                "fmi2GetInteger",
-            ),
-            Kind::String | Kind::Binary | Kind::Clock => {
-                bail!("{}.{} is not a number", self.name, variable.name)
-            }
+        let Some(carried) = Carried::of(&variable.kind) else {
+            bail!("{}.{} is not a number", self.name, variable.name)
         };
-        self.check(status, call, &vr, at)?;
-        Ok(int.into())
+        let mut value = [0.0];
+        self.get_as(carried, &[variable.reference], &mut value, at)?;
+        Ok(value[0])
     }
 
     /// `fmi2SetupExperiment` and `fmi2EnterInitializationMode`.
@@ -266,6 +248,60 @@ impl Slave {
                 .fmi2SetReal(self.component, vr.as_ptr(), n, value.as_ptr())
         };
         self.check(status, "fmi2SetReal", vr, at)
+    }
+
+    /// Values of variables of one type, as numbers. Those that are not Real are read one by one: there are few, and no buffer is needed.
+    pub fn get_as(&self, carried: Carried, vr: &[u32], value: &mut [f64], at: At) -> Result<()> {
+        if carried == Carried::Real {
+            return self.get(vr, value, at);
+        }
+        for (vr, value) in vr.iter().zip(value) {
+            let (vr, mut read) = ([*vr], 0);
+            let (api, component) = (&self.fmu.api, self.component);
+            // SAFETY: one reference and one value of the type of the call.
+            let (status, call) = unsafe {
+                match carried {
+                    Carried::Boolean => (
+                        api.fmi2GetBoolean(component, vr.as_ptr(), 1, &mut read),
+                        "fmi2GetBoolean",
+                    ),
+                    _ => (
+                        api.fmi2GetInteger(component, vr.as_ptr(), 1, &mut read),
+                        "fmi2GetInteger",
+                    ),
+                }
+            };
+            self.check(status, call, &vr, at)?;
+            *value = read.into();
+        }
+        Ok(())
+    }
+
+    /// Set variables of one type to numbers that [`Slave::get_as`] has read.
+    #[expect(clippy::cast_possible_truncation, reason = "it was an i32")]
+    pub fn set_as(&self, carried: Carried, vr: &[u32], value: &[f64], at: At) -> Result<()> {
+        if carried == Carried::Real {
+            return self.set(vr, value, at);
+        }
+        for (vr, value) in vr.iter().zip(value) {
+            let (vr, written) = ([*vr], *value as i32);
+            let (api, component) = (&self.fmu.api, self.component);
+            // SAFETY: one reference and one value of the type of the call.
+            let (status, call) = unsafe {
+                match carried {
+                    Carried::Boolean => (
+                        api.fmi2SetBoolean(component, vr.as_ptr(), 1, &written),
+                        "fmi2SetBoolean",
+                    ),
+                    _ => (
+                        api.fmi2SetInteger(component, vr.as_ptr(), 1, &written),
+                        "fmi2SetInteger",
+                    ),
+                }
+            };
+            self.check(status, call, &vr, at)?;
+        }
+        Ok(())
     }
 
     /// First time derivatives of outputs; `order` holds as many ones.

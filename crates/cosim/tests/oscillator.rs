@@ -232,7 +232,7 @@ fn csv_holds_a_row_per_communication_point_and_the_units_beside_it() {
     let lines: Vec<&str> = text.lines().collect();
     assert_eq!(
         lines[0],
-        "time,spring.F,spring.F_mean,mass.x,mass.x_dot,mass.x_ddot"
+        "time,spring.F,spring.F_mean,mass.x,mass.x_dot,mass.x_ddot,mass.is_left,mass.steps"
     );
     assert!(
         units.starts_with("signal,unit\ntime,s\nspring.F,N\n"),
