@@ -7,7 +7,7 @@ use crate::linear::Linear;
 use crate::master::Master;
 use crate::slave::At;
 use crate::system::System;
-use crate::wiring::{Carried, Port};
+use crate::wiring::Port;
 use anyhow::{Result, bail};
 use fmu_description::Causality;
 
@@ -24,7 +24,7 @@ pub struct Signals {
 impl Signals {
     /// The variables `ports`, of any type but String.
     pub fn new(system: &System, ports: &[Port]) -> Result<Self> {
-        let is_no_number = |p: &&Port| Carried::of(&system.variable(**p).kind).is_none();
+        let is_no_number = |p: &&Port| !system.variable(**p).access().is_number();
         if let Some(port) = ports.iter().find(is_no_number) {
             bail!("`{}` is not a number", system.name(*port));
         }
@@ -94,7 +94,7 @@ pub fn matching(system: &System, patterns: &[String]) -> Result<Vec<Port>> {
     let mut matched = vec![false; patterns.len()];
     for (component, fmu) in system.fmus.iter().enumerate() {
         for (variable, v) in fmu.description.variables.iter().enumerate() {
-            if Carried::of(&v.kind).is_none() || !(v.is_input() || v.is_computed()) {
+            if !v.access().is_number() || !(v.is_input() || v.is_computed()) {
                 continue;
             }
             let is_output = v.causality == Causality::Output;

@@ -2,10 +2,11 @@
 
 use std::collections::HashMap;
 
+use crate::batch::{Batch, Layout};
 use crate::linear::Linear;
 use crate::ssd::{Connection, Power, Structure, UNITS};
 use anyhow::{Result, bail};
-use fmu_description::{Causality, Description, Kind};
+use fmu_description::{Access, Causality, Description, Kind};
 
 /// A variable of a component: both as indices.
 #[derive(Clone, Copy, Debug, Eq, Hash, Ord, PartialEq, PartialOrd)]
@@ -14,29 +15,6 @@ pub struct Port {
     pub component: usize,
     /// Index of the variable in its description.
     pub variable: usize,
-}
-
-/// Type of a value that is passed.
-#[derive(Clone, Copy, Debug, Eq, Ord, PartialEq, PartialOrd)]
-pub enum Carried {
-    /// A Real.
-    Real,
-    /// An Integer, or the number of an enumeration's item.
-    Integer,
-    /// A Boolean, as 0 or 1.
-    Boolean,
-}
-
-impl Carried {
-    /// Of a variable of this type; None for texts, bytes and clocks.
-    pub fn of(kind: &Kind) -> Option<Self> {
-        match kind {
-            Kind::Real => Some(Self::Real),
-            Kind::Integer | Kind::Enumeration(_) => Some(Self::Integer),
-            Kind::Boolean => Some(Self::Boolean),
-            Kind::String | Kind::Binary | Kind::Clock => None,
-        }
-    }
 }
 
 /// A resolved connection.
@@ -173,14 +151,15 @@ impl<'a> Wiring<'a> {
         self.components[index].0
     }
 
-    /// Value reference of a variable.
-    pub fn reference(&self, p: Port) -> u32 {
-        self.description(p.component).variables[p.variable].reference
+    /// The functions that read and write a variable.
+    pub fn access(&self, p: Port) -> Access {
+        self.description(p.component).variables[p.variable].access()
     }
 
-    /// Type of a variable that can be passed.
-    pub fn carried(&self, p: Port) -> Option<Carried> {
-        Carried::of(&self.description(p.component).variables[p.variable].kind)
+    /// Variables of a component that are read or written together.
+    pub fn batch(&self, component: usize, variables: impl Iterator<Item = usize>) -> Batch {
+        let description = self.description(component);
+        Batch::new(description, &Layout::new(description), variables.collect())
     }
 
     /// Description of a component.

@@ -37,7 +37,7 @@ fn coupled(system: &System, schedule: Schedule, d: f64, h: f64, n: u32) -> (f64,
 
 /// Present values of variables.
 fn read<const N: usize>(system: &System, master: &Master, names: [&str; N]) -> [f64; N] {
-    names.map(|name| master.number(system, system.port(name).unwrap()).unwrap())
+    names.map(|name| master.number(system.port(name).unwrap()).unwrap())
 }
 
 /// Closed form of the damped oscillator at `t` after the start.

@@ -26,7 +26,7 @@ fn master(system: &System, schedule: Schedule) -> Master {
 }
 
 fn number(system: &System, master: &Master, name: &str) -> f64 {
-    master.number(system, system.port(name).unwrap()).unwrap()
+    master.number(system.port(name).unwrap()).unwrap()
 }
 
 /// A spring that sees twice the motion and whose force counts half is the same spring; factors that are powers of two round nothing, so the

@@ -108,7 +108,7 @@ pub fn system(name: &str, structure: &str) -> anyhow::Result<System> {
 /// Load a system with its FMUs where it says.
 pub fn load(path: &Path) -> anyhow::Result<System> {
     let else_in = Vec::new();
-    System::load(path, None, &FmuPlace::Structure { else_in })
+    System::load(path, None, &FmuPlace::Structure { else_in }, &[])
 }
 
 fn fmu(example: &str) -> Vec<u8> {
