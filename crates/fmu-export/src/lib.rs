@@ -93,14 +93,16 @@
 //! `i32` rows with `.enumeration(&DRIVE)`, items counted from 1. See [`Variable`] for everything a row can say and [`Info`] for
 //! default experiment, documentation, icon and resources. `type V = Variable<Lag>` is needed for type inference.
 
+mod border;
 mod core;
 #[cfg(feature = "derive")]
 #[doc(hidden)]
 pub mod derive;
 mod fmi2;
+mod fmi3;
 
 pub use core::check::check;
-pub use core::info::{Enumeration, File, Info, MadeFile};
+pub use core::info::{Enumeration, File, Info, MadeFile, Terminal};
 pub use core::input::{InputPolynomial, MAX_INPUT_DERIVATIVE};
 pub use core::log::{Level, Log};
 pub use core::model::{Evaluation, Model, ModelError};
@@ -113,6 +115,10 @@ pub use fmi2::description::model_description;
 #[doc(hidden)]
 pub use fmi2::entry;
 pub use fmi2::ffi;
+pub use fmi3::description::model_description3;
+#[doc(hidden)]
+pub use fmi3::entry as entry3;
+pub use fmi3::ffi as ffi3;
 #[cfg(feature = "derive")]
 pub use {
     derive::{Choice, Ode},

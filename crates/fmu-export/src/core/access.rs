@@ -4,9 +4,8 @@
 
 use super::fault::Fault;
 use super::instance::Instance;
-use super::phase::Phase;
 use super::value::{Value, allowed};
-use super::variable::{Causality, Variable};
+use super::variable::{Causality, Kind, Variable};
 use crate::Model;
 use std::fmt::Display;
 use std::mem;
@@ -102,13 +101,13 @@ impl<M: Model> Instance<M> {
 
     /// Refuses what is neither an input nor a parameter that can be set now.
     #[cold]
-    fn check_settable<T: Value>(&self, element: u32, value: T) -> Result<(), Fault> {
+    pub(crate) fn check_settable<T: Value>(&self, element: u32, value: T) -> Result<(), Fault> {
         let (i, row) = self.layout.find(element)?;
-        let is_open = row.tunable || self.state.phase != Phase::Stepping;
+        let is_open = row.tunable || !self.state.phase.is_running();
         if T::parameter(&row.place).is_some() && is_open {
             return Ok(());
         }
-        Err(self.not_settable(row, i, value, T::TYPE))
+        Err(self.not_settable(row, i, value, T::KIND))
     }
 
     #[cold]
@@ -117,16 +116,16 @@ impl<M: Model> Instance<M> {
         row: &Variable<M>,
         i: usize,
         value: impl Display,
-        given: &str,
+        given: Kind,
     ) -> Fault {
-        let (name, kind) = (row.element_name(i), row.kind());
-        let right = row.place.type_name();
+        let (name, kind) = (row.element_name(i), row.kind(self.names));
         let reason = match row.causality {
             Causality::Output
             | Causality::Local
             | Causality::CalculatedParameter
             | Causality::Constant => "cannot be set; only inputs and parameters can".to_owned(),
-            _ if right != given => {
+            _ if row.place.kind() != given => {
+                let (given, right) = (given.name(self.names), row.access(self.names));
                 format!("cannot be set as {given}; it must be set as {right}")
             }
             _ => {
@@ -134,6 +133,15 @@ impl<M: Model> Instance<M> {
             }
         };
         Fault::Refused(format!("`{name}` = {value}: {kind} {reason}"))
+    }
+
+    #[cold]
+    pub(crate) fn not_gettable(&self, row: &Variable<M>, i: usize, given: &str) -> Fault {
+        let (name, names) = (row.element_name(i), self.names);
+        let (kind, right) = (row.kind(names), row.access(names));
+        Fault::Refused(format!(
+            "`{name}` is {kind} and cannot be read as {given}; it must be read as {right}"
+        ))
     }
 
     /// Gets elements: `put(k, value)` receives the value of `element(k)`, which is None at the end of the batch.
@@ -155,7 +163,7 @@ impl<M: Model> Instance<M> {
             } else if let Some(place) = T::parameter(&row.place) {
                 place.slice(&self.state.parameters)
             } else {
-                return Err(not_gettable(row, run.index(first), T::TYPE));
+                return Err(self.not_gettable(row, run.index(first), T::KIND.name(self.names)));
             };
             let values = &values[..run.len()];
             while let Some(element) = element(k)
@@ -179,15 +187,7 @@ pub(crate) fn not_allowed<M: Model>(row: &Variable<M>, i: usize, value: impl Dis
 }
 
 #[cold]
-fn not_finite<M: Model>(row: &Variable<M>, i: usize, value: impl Display) -> Fault {
+pub(crate) fn not_finite<M: Model>(row: &Variable<M>, i: usize, value: impl Display) -> Fault {
     let name = row.element_name(i);
     Fault::Refused(format!("`{name}` became {value}; it must be finite"))
-}
-
-#[cold]
-pub(crate) fn not_gettable<M: Model>(row: &Variable<M>, i: usize, given: &str) -> Fault {
-    let (name, kind, right) = (row.element_name(i), row.kind(), row.place.type_name());
-    Fault::Refused(format!(
-        "`{name}` is {kind} and cannot be read as {given}; it must be read as {right}"
-    ))
 }

@@ -6,7 +6,7 @@ mod start;
 use super::dependencies::Knowns;
 use super::layout::{Element, Layout};
 use super::value::Value;
-use super::variable::{Causality, Dependencies, Place, Variable};
+use super::variable::{Causality, Dependencies, Names, Place, Variable};
 use crate::{Evaluation, InputPolynomial, Model, ModelError, StepEnd};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -333,7 +333,7 @@ impl<M: Model> Trial<M> {
     fn compare_fixed(&mut self, first: &[String], now: &[String]) {
         for (k, (i, row)) in self.layout.iter().enumerate() {
             if is_fixed(row) && first[k] != now[k] {
-                let (name, kind) = (row.element_name(i), row.kind());
+                let (name, kind) = (row.element_name(i), row.kind(&Names::PLAIN));
                 self.problems
                     .insert(format!("`{name}` changes in a step, but is {kind}"));
             }
@@ -357,7 +357,8 @@ impl<M: Model> Trial<M> {
                 _ => true,
             };
             if !may_follow {
-                let (output, kind, known) = (self.name(k), row.kind(), self.name(known));
+                let (output, kind, known) =
+                    (self.name(k), row.kind(&Names::PLAIN), self.name(known));
                 self.problems
                     .insert(format!("`{output}` depends on `{known}`, but is {kind}"));
                 continue;

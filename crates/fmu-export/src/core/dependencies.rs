@@ -78,6 +78,14 @@ impl Knowns {
         Ok(Some(elements))
     }
 
+    /// Positions of all inputs, with `parameters` of the parameters too, ascending: what an element depends on that does not say.
+    pub(crate) fn all(&self, parameters: bool) -> Vec<usize> {
+        let known = self.rows.values().filter(|k| parameters || k.is_input);
+        let mut elements: Vec<_> = known.flat_map(|k| k.elements.clone()).collect();
+        elements.sort_unstable();
+        elements
+    }
+
     /// `x`: all of a row; `x[2]`: one element; `x[i]`: the element with index `i` (from 0).
     fn find(&self, name: &str, i: usize) -> Option<(&Known, Range<usize>)> {
         let Some((row, index)) = name.strip_suffix(']').and_then(|name| name.split_once('['))

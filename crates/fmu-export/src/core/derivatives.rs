@@ -6,8 +6,17 @@ use super::layout::{real_inputs, real_outputs};
 use super::message::Kind;
 use super::phase::Phase;
 use super::value::Value;
-use super::variable::{Causality, Place};
+use super::variable::{Causality, Place, Variable, Write};
+use std::collections::BTreeMap;
+
 use crate::{Evaluation, MAX_INPUT_DERIVATIVE, Model, ModelError};
+
+/// A Real input: index in its row, row, place.
+type KnownInput<M> = (
+    usize,
+    &'static Variable<M>,
+    &'static Write<<M as Model>::Input, f64>,
+);
 
 /// The adjoint derivative of a model from its directional derivatives: the columns of ∂output/∂input one by one.
 pub(crate) fn adjoint_by_columns<M: Model>(
@@ -43,7 +52,7 @@ impl<M: Model> Instance<M> {
             let (i, row) = self.layout.find(element(k))?;
             let name = || row.element_name(i);
             if !matches!(row.place, Place::RealIn(_)) || row.discrete {
-                let (name, kind) = (name(), row.kind());
+                let (name, kind) = (name(), row.kind(self.names));
                 return refuse!(
                     "`{name}` is {kind} without derivatives; it must be a continuous Real input"
                 );
@@ -90,7 +99,7 @@ impl<M: Model> Instance<M> {
         for k in 0..n {
             let (i, row) = self.layout.find(element(k))?;
             if !matches!(row.place, Place::RealOut(_)) || row.causality != Causality::Output {
-                let (name, kind) = (row.element_name(i), row.kind());
+                let (name, kind) = (row.element_name(i), row.kind(self.names));
                 return refuse!("`{name}` is {kind}; it must be a Real output");
             }
         }
@@ -102,6 +111,17 @@ impl<M: Model> Instance<M> {
         let (p, u, u_dot) = (&state.parameters, state.input(), state.input_slope());
         let y_dot = model.output_derivative(p, u, now, &u_dot)?;
         self.read_outputs(n, element, &y_dot, put, "time derivative")
+    }
+
+    /// A Real input: index in its row, row, place.
+    fn known(&self, number: u32) -> Result<KnownInput<M>, Fault> {
+        let (i, row) = self.layout.find(number)?;
+        let Place::RealIn(place) = &row.place else {
+            let (name, kind) = (row.element_name(i), row.kind(self.names));
+            let real = self.names.real;
+            return refuse!("known `{name}` is {kind}; it must be a {real} input");
+        };
+        Ok((i, row, place))
     }
 
     /// ∂unknown/∂known · seed: at fixed state while stepping, through the initialization before.
@@ -118,11 +138,7 @@ impl<M: Model> Instance<M> {
         // Largest seed in units of the nominal values.
         let mut largest: f64 = 0.0;
         for k in 0..knowns {
-            let (i, row) = self.layout.find(known(k))?;
-            let Place::RealIn(place) = &row.place else {
-                let (name, kind) = (row.element_name(i), row.kind());
-                return refuse!("known `{name}` is {kind}; it must be a Real input");
-            };
+            let (i, row, place) = self.known(known(k))?;
             let seed = seed(k);
             if !seed.is_finite() {
                 let name = row.element_name(i);
@@ -134,8 +150,9 @@ impl<M: Model> Instance<M> {
         for k in 0..unknowns {
             let (i, row) = self.layout.find(unknown(k))?;
             if !matches!(row.place, Place::RealOut(_)) {
-                let (name, kind) = (row.element_name(i), row.kind());
-                return refuse!("unknown `{name}` is {kind}; it must be a Real output");
+                let (name, kind) = (row.element_name(i), row.kind(self.names));
+                let real = self.names.real;
+                return refuse!("unknown `{name}` is {kind}; it must be a {real} output");
             }
         }
         if unknowns == 0 {
@@ -148,6 +165,84 @@ impl<M: Model> Instance<M> {
         let (state, (model, now)) = (&self.state, self.evaluated());
         let dy = model.directional_derivative(&state.parameters, state.input(), now, &du)?;
         self.read_outputs(unknowns, unknown, &dy, put, "directional derivative")
+    }
+
+    /// seed · ∂unknown/∂known, the transpose of [`directional_derivative`](Self::directional_derivative).
+    pub(crate) fn adjoint_derivative(
+        &mut self,
+        unknowns: &[u32],
+        seed: &[f64],
+        knowns: &[u32],
+    ) -> Result<Vec<f64>, Fault> {
+        for &number in knowns {
+            self.known(number)?;
+        }
+        let weights = self.weights(unknowns, seed)?;
+        if unknowns.is_empty() {
+            return Ok(vec![0.0; knowns.len()]);
+        }
+        if self.state.phase == Phase::Initialization {
+            return self.initial_adjoint(unknowns, seed, knowns);
+        }
+        self.evaluate()?;
+        let (state, (model, now)) = (&self.state, self.evaluated());
+        let adjoint = model.adjoint_derivative(&state.parameters, state.input(), now, &weights)?;
+        let read = |&number: &u32| {
+            let (i, row, place) = self.known(number)?;
+            let value = place.get(&adjoint, i);
+            if !value.is_finite() {
+                let name = row.element_name(i);
+                return refuse!("adjoint derivative by `{name}` became {value}; it must be finite");
+            }
+            Ok(value)
+        };
+        knowns.iter().map(read).collect()
+    }
+
+    /// A weight for each element of the Real outputs and local variables, in the order of the table.
+    fn weights(&self, unknowns: &[u32], seed: &[f64]) -> Result<Vec<f64>, Fault> {
+        let is_output = |row: &Variable<M>| matches!(row.place, Place::RealOut(_));
+        let mut positions = BTreeMap::new();
+        for (number, _) in (self.layout.numbered()).filter(|(_, (_, row))| is_output(row)) {
+            positions.insert(number, positions.len());
+        }
+        let mut weights = vec![0.0; positions.len()];
+        for (&number, &seed) in unknowns.iter().zip(seed) {
+            let (i, row) = self.layout.find(number)?;
+            let name = || row.element_name(i);
+            let Some(&position) = positions.get(&number) else {
+                let (name, kind) = (name(), row.kind(self.names));
+                let real = self.names.real;
+                return refuse!("unknown `{name}` is {kind}; it must be a {real} output");
+            };
+            if !seed.is_finite() {
+                return discard!("unknown `{}`: seed = {seed} must be finite", name());
+            }
+            weights[position] += seed;
+        }
+        Ok(weights)
+    }
+
+    /// The adjoint before the state is settled: the columns of the difference one by one.
+    fn initial_adjoint(
+        &mut self,
+        unknowns: &[u32],
+        seed: &[f64],
+        knowns: &[u32],
+    ) -> Result<Vec<f64>, Fault> {
+        let column = |&known: &u32| {
+            let mut sum = 0.0;
+            self.directional_derivative(
+                unknowns.len(),
+                |k| unknowns[k],
+                1,
+                |_| known,
+                |_| 1.0,
+                |k, dy| sum += seed[k] * dy,
+            )?;
+            Ok(sum)
+        };
+        knowns.iter().map(column).collect()
     }
 
     /// The same before the state is settled: outputs depend on inputs through [`Model::initialize`] too, so it is a central

@@ -24,6 +24,8 @@ pub struct Info {
     pub(crate) input_derivatives: bool,
     pub(crate) output_derivatives: bool,
     pub(crate) directional_derivatives: bool,
+    pub(crate) early_return: bool,
+    pub(crate) terminals: &'static [Terminal],
 }
 
 impl Info {
@@ -50,6 +52,8 @@ impl Info {
             input_derivatives: false,
             output_derivatives: false,
             directional_derivatives: false,
+            early_return: false,
+            terminals: &[],
         }
     }
 
@@ -144,6 +148,18 @@ impl Info {
         self.directional_derivatives = true;
         self
     }
+
+    /// Declare that [`Model::step`](crate::Model::step) may stop before the end of a step ([`StepEnd::reached`](crate::StepEnd::reached)).
+    pub const fn with_early_return(mut self) -> Self {
+        self.early_return = true;
+        self
+    }
+
+    /// Groups of variables that are wired together, for FMI 3.0.
+    pub const fn terminals(mut self, terminals: &'static [Terminal]) -> Self {
+        self.terminals = terminals;
+        self
+    }
 }
 
 /// Default experiment, s.
@@ -170,6 +186,46 @@ pub struct MadeFile {
     pub path: &'static str,
     /// Makes its content.
     pub make: fn() -> Vec<u8>,
+}
+
+/// A group of variables that are wired together. FMI 3.0 tells importers of it.
+///
+/// ```
+/// # use fmu_export::Terminal;
+/// const ROD: Terminal = Terminal::new("rod", "org.example.bond", "rod that moves a load", &[("x", "x"), ("x_dot", "x_dot"), ("F", "F")]);
+/// ```
+#[derive(Clone, Copy, Debug)]
+pub struct Terminal {
+    pub(crate) name: &'static str,
+    pub(crate) kind: &'static str,
+    pub(crate) description: &'static str,
+    pub(crate) matching_rule: &'static str,
+    pub(crate) members: &'static [(&'static str, &'static str)],
+}
+
+impl Terminal {
+    /// `kind` is a name with a reversed domain in front, which both ends of a connection have; `members` are (name, variable). A vector is
+    /// one member; where its elements have different units, each element is one (`w[1]`). Members with the same name are wired.
+    pub const fn new(
+        name: &'static str,
+        kind: &'static str,
+        description: &'static str,
+        members: &'static [(&'static str, &'static str)],
+    ) -> Self {
+        Self {
+            name,
+            kind,
+            description,
+            matching_rule: "plug",
+            members,
+        }
+    }
+
+    /// A bus: members with the same name are wired, others may be missing.
+    pub const fn bus(mut self) -> Self {
+        self.matching_rule = "bus";
+        self
+    }
 }
 
 /// An enumeration type; its items count from 1.

@@ -6,7 +6,8 @@ use super::log::Wanted;
 use super::message::{Kind, Message};
 use super::parameters::Given;
 use super::phase::Phase;
-use super::saved::Saved;
+use super::saved::{Identity, Saved};
+use super::variable::Names;
 use crate::{Evaluation, InputPolynomial, Model, ModelError};
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
@@ -14,8 +15,10 @@ use std::path::PathBuf;
 /// An instance, without what its border needs.
 pub(crate) struct Instance<M: Model> {
     pub(crate) layout: Layout<M>,
-    /// Of the model and its version: saved states carry it.
-    pub(crate) identity: [u8; 16],
+    /// Saved states carry it.
+    pub(crate) identity: Identity,
+    /// What the border calls the types.
+    pub(crate) names: &'static Names,
     pub(crate) resources: Option<PathBuf>,
     /// A panic happened: nothing of `state` can be trusted until another one takes its place.
     pub(crate) lost: bool,
@@ -92,7 +95,7 @@ impl<M: Model> State<M> {
 
     /// Whether a deserialized state could have come from this layer.
     pub(crate) fn is_sound(&self, elements: usize) -> bool {
-        let initialized = matches!(self.phase, Phase::Stepping | Phase::Terminated);
+        let initialized = self.phase.is_running() || self.phase == Phase::Terminated;
         self.given.len() == elements
             && self.time.is_finite()
             && self.input.order <= crate::MAX_INPUT_DERIVATIVE
@@ -101,10 +104,16 @@ impl<M: Model> State<M> {
 }
 
 impl<M: Model> Instance<M> {
-    pub(crate) fn new(layout: Layout<M>, identity: [u8; 16], resources: Option<PathBuf>) -> Self {
+    pub(crate) fn new(
+        layout: Layout<M>,
+        identity: Identity,
+        names: &'static Names,
+        resources: Option<PathBuf>,
+    ) -> Self {
         let (start, input) = M::defaults();
         Self {
             identity,
+            names,
             resources,
             lost: false,
             state: State::instantiated(start.clone(), input, layout.len()),

@@ -2,7 +2,7 @@
 //! first element, so numbers may be left out, and need not ascend.
 
 use super::fault::Fault;
-use super::variable::{Causality, Place, Read, Variable, Write};
+use super::variable::{Causality, Kind, Names, Place, Read, Variable, Write};
 use crate::{InputPolynomial, Model};
 use std::ops::Range;
 use std::{ptr, slice};
@@ -10,11 +10,15 @@ use std::{ptr, slice};
 /// An element: the index within its row, from 0, and the row.
 pub(crate) type Element<M> = (usize, &'static Variable<M>);
 
+/// Number of time itself, which is no element.
+pub(crate) const TIME: u32 = LARGEST_NUMBER + 1;
+
 /// The elements of one row, which follow each other.
 pub(crate) struct Run<M: Model> {
     /// Number of the first element.
     first: u32,
     len: u32,
+    is_array: bool,
     pub(crate) row: &'static Variable<M>,
     /// [`Variable::bounds`] of the row.
     pub(crate) bounds: [f64; 2],
@@ -33,6 +37,12 @@ impl<M: Model> Run<M> {
     #[inline]
     pub(crate) fn index(&self, number: u32) -> usize {
         number.wrapping_sub(self.first) as usize
+    }
+
+    /// Whether the elements have all things in common, so that they are one array.
+    #[inline]
+    pub(crate) fn is_array(&self) -> bool {
+        self.is_array
     }
 
     /// How many elements the row has.
@@ -67,6 +77,7 @@ impl<M: Model> Layout<M> {
             let run = Run {
                 first,
                 len,
+                is_array: !row.scalar && row.each_unit.windows(2).all(|pair| pair[0] == pair[1]),
                 row,
                 bounds: row.bounds(),
             };
@@ -114,6 +125,42 @@ impl<M: Model> Layout<M> {
             })
     }
 
+    /// The elements that one number means where rows are arrays: their run, the index of the first one, and how many they are. It is the
+    /// number of a row's first element, and means all of the row; where the elements have different units, each is on its own.
+    #[inline]
+    pub(crate) fn block(&self, number: u32) -> Result<(Run<M>, usize, usize), Fault> {
+        let run = self.run(number)?;
+        if run.is_array() {
+            return match run.index(number) {
+                0 => Ok((run, 0, run.len())),
+                _ => Err(Fault::Unknown(number)),
+            };
+        }
+        Ok((run, run.index(number), 1))
+    }
+
+    /// The numbers of all blocks, in the order of the table.
+    pub(crate) fn blocks(&self) -> impl Iterator<Item = u32> {
+        (self.in_order.iter())
+            .filter(|(number, run)| !run.is_array() || *number == run.first)
+            .map(|(number, _)| *number)
+    }
+
+    /// The numbers of the elements that `number` means in [`block`](Self::block).
+    pub(crate) fn elements(&self, number: u32) -> Result<Range<u32>, Fault> {
+        let (_, _, len) = self.block(number)?;
+        Ok(number..number + len as u32)
+    }
+
+    /// The number of the block that holds the element at a position.
+    pub(crate) fn block_at(&self, position: usize) -> (u32, usize) {
+        let (number, run) = &self.in_order[position];
+        match run.is_array() {
+            true => (run.first, run.index(*number)),
+            false => (*number, 0),
+        }
+    }
+
     /// The run of the element with this number.
     #[inline]
     pub(crate) fn run(&self, number: u32) -> Result<Run<M>, Fault> {
@@ -140,7 +187,7 @@ impl<M: Model> Variable<M> {
     }
 
     /// Type and causality in words, for messages: `an Integer input`.
-    pub(crate) fn kind(&self) -> String {
+    pub(crate) fn kind(&self, names: &Names) -> String {
         let causality = match self.causality {
             Causality::Input => "input",
             Causality::Output => "output",
@@ -150,9 +197,24 @@ impl<M: Model> Variable<M> {
             Causality::CalculatedParameter => "calculated parameter",
             Causality::Constant => "constant",
         };
-        let name = self.place.type_name();
-        let article = if name == "Integer" { "an" } else { "a" };
+        let name = match self.enumeration {
+            Some(_) => names.enumeration,
+            None => self.place.kind().name(names),
+        };
+        let article = if name.starts_with(['I', 'E']) {
+            "an"
+        } else {
+            "a"
+        };
         format!("{article} {name} {causality}")
+    }
+
+    /// Name of the type by which it is set and read.
+    pub(crate) fn access(&self, names: &Names) -> &'static str {
+        match self.enumeration {
+            Some(_) => names.enumeration_access,
+            None => self.place.kind().name(names),
+        }
     }
 }
 
@@ -172,14 +234,22 @@ impl<M: Model> Place<M> {
         }
     }
 
-    /// Name of the type in FMI.
-    pub(crate) fn type_name(&self) -> &'static str {
+    /// Its type.
+    pub(crate) fn kind(&self) -> Kind {
         match self {
-            Place::RealIn(_) | Place::RealOut(_) | Place::RealParameter(_) => "Real",
-            Place::IntegerIn(_) | Place::IntegerOut(_) | Place::IntegerParameter(_) => "Integer",
-            Place::BooleanIn(_) | Place::BooleanOut(_) | Place::BooleanParameter(_) => "Boolean",
-            Place::StringParameter(..) | Place::StringOut(_) => "String",
+            Place::RealIn(_) | Place::RealOut(_) | Place::RealParameter(_) => Kind::Real,
+            Place::IntegerIn(_) | Place::IntegerOut(_) | Place::IntegerParameter(_) => {
+                Kind::Integer
+            }
+            Place::BooleanIn(_) | Place::BooleanOut(_) | Place::BooleanParameter(_) => {
+                Kind::Boolean
+            }
+            Place::StringParameter(..) | Place::StringOut(_) => Kind::String,
         }
+    }
+
+    pub(crate) fn is_real(&self) -> bool {
+        self.kind() == Kind::Real
     }
 }
 

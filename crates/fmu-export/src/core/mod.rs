@@ -5,6 +5,7 @@
 //! [`Phase`](phase::Phase)s into its states, queued messages into calls of its logger.
 
 pub(crate) mod access;
+pub(crate) mod blocks;
 pub(crate) mod check;
 pub(crate) mod dependencies;
 pub(crate) mod derivatives;

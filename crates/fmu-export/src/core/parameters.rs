@@ -4,14 +4,12 @@
 //! every number that was set explicitly. Importers write back start values without meaning anything by it, so before the end of
 //! initialization a value equal to its start is not explicit: what a text sets stays in force, and that is logged.
 
-use super::access::not_gettable;
 use super::fault::{Fault, discard, refuse};
 use super::instance::{Instance, hear, listen, warn};
 use super::layout::Layout;
 use super::message::Kind;
-use super::phase::Phase;
 use super::value::{Value, allowed};
-use super::variable::Place;
+use super::variable::{self, Place};
 use crate::Model;
 use serde::{Deserialize, Serialize};
 
@@ -57,7 +55,7 @@ impl<M: Model> Instance<M> {
         &mut self,
         pair: impl Fn(usize) -> Option<(u32, T)>,
     ) -> Result<(), Fault> {
-        let is_running = self.state.phase == Phase::Stepping;
+        let is_running = self.state.phase.is_running();
         let mut parameters = self.state.parameters.clone();
         let mut given = self.state.given.clone();
         for (element, value) in (0..).map_while(pair) {
@@ -100,7 +98,7 @@ impl<M: Model> Instance<M> {
         for &(element, value) in values {
             let (i, row) = self.layout.find(element)?;
             match &row.place {
-                Place::StringParameter(get, _) if self.state.phase != Phase::Stepping => {
+                Place::StringParameter(get, _) if !self.state.phase.is_running() => {
                     let is_start = value == get(&self.start);
                     let element = element as usize;
                     texts[element] = (!is_start).then(|| value.to_owned());
@@ -110,7 +108,14 @@ impl<M: Model> Instance<M> {
                         Given::Explicit
                     };
                 }
-                _ => return Err(self.not_settable(row, i, format!("\"{value}\""), "String")),
+                _ => {
+                    return Err(self.not_settable(
+                        row,
+                        i,
+                        format!("\"{value}\""),
+                        variable::Kind::String,
+                    ));
+                }
             }
         }
         self.state.parameters = self.composed(&texts, &self.state.parameters.clone(), &given)?;
@@ -185,7 +190,7 @@ impl<M: Model> Instance<M> {
                 self.refresh()?;
                 Ok(get(&self.output))
             }
-            _ => Err(not_gettable(row, i, "String")),
+            _ => Err(self.not_gettable(row, i, self.names.string)),
         }
     }
 }

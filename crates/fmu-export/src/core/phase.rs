@@ -13,4 +13,14 @@ pub(crate) enum Phase {
     Stepping,
     /// The simulation is over.
     Terminated,
+    /// At a communication point, where values are exchanged until they agree; a step comes later.
+    Exchange,
+}
+
+impl Phase {
+    /// Between initialization and the end.
+    #[inline]
+    pub(crate) fn is_running(self) -> bool {
+        matches!(self, Phase::Stepping | Phase::Exchange)
+    }
 }

@@ -2,7 +2,7 @@
 //!
 //! A handle is looked up, never followed, and never used twice, so that a freed or foreign one is an error. The bytes are a header
 //! and the state in `postcard` (fixed little-endian reals, so that a return is bit-exact): magic (8), version (4), identity of the
-//! model (16), length of the rest (8), CRC-32 of everything but itself (4).
+//! border's version and of the model (4 + 16), length of the rest (8), CRC-32 of everything but itself (4).
 
 use super::fault::{Fault, refuse};
 use super::instance::{Instance, State};
@@ -13,9 +13,20 @@ use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 const MAGIC: &[u8; 8] = b"fmu-exp\0";
-const VERSION: u32 = 2;
-const CRC_AT: usize = 36;
-const HEADER: usize = 40;
+const VERSION: u32 = 3;
+const MODEL_AT: usize = 16;
+const LENGTH_AT: usize = 32;
+const CRC_AT: usize = 40;
+const HEADER: usize = 44;
+
+/// Whose states an instance can take.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Identity {
+    /// Name of the border's version, filled up with zeros: what a state means to an importer differs between them.
+    pub(crate) version: [u8; 4],
+    /// Of the model and its version.
+    pub(crate) model: [u8; 16],
+}
 
 /// The saved states of an instance by handle.
 pub(crate) struct Saved<M: Model> {
@@ -88,12 +99,13 @@ impl<M: Model> Instance<M> {
         let state = self.saved(handle)?;
         let mut bytes = MAGIC.to_vec();
         bytes.extend(VERSION.to_le_bytes());
-        bytes.extend(self.identity);
-        bytes.extend([0; HEADER - 28]);
+        bytes.extend(self.identity.version);
+        bytes.extend(self.identity.model);
+        bytes.extend([0; HEADER - LENGTH_AT]);
         let mut bytes = postcard::to_extend(state, bytes)
             .map_err(|e| Fault::Refused(format!("the state cannot be serialized: {e}")))?;
         let length = (bytes.len() - HEADER) as u64;
-        bytes[28..CRC_AT].copy_from_slice(&length.to_le_bytes());
+        bytes[LENGTH_AT..CRC_AT].copy_from_slice(&length.to_le_bytes());
         let crc = checksum(&bytes);
         bytes[CRC_AT..HEADER].copy_from_slice(&crc.to_le_bytes());
         Ok(bytes)
@@ -114,15 +126,23 @@ impl<M: Model> Instance<M> {
         if version != VERSION {
             return refuse!("serialized state has format version {version}; it must be {VERSION}");
         }
-        if header[12..28] != self.identity {
+        if header[12..MODEL_AT] != self.identity.version {
+            let name = |v: &[u8]| String::from_utf8_lossy(v).replace('\0', "");
+            return refuse!(
+                "serialized state is of an instance of FMI {}; it must be of FMI {}",
+                name(&header[12..MODEL_AT]),
+                name(&self.identity.version)
+            );
+        }
+        if header[MODEL_AT..LENGTH_AT] != self.identity.model {
             let of = |id: &[u8]| uuid::Uuid::from_slice(id).expect("16 bytes");
             return refuse!(
                 "serialized state is of the model {{{}}}; it must be of {{{}}}",
-                of(&header[12..28]),
-                of(&self.identity)
+                of(&header[MODEL_AT..LENGTH_AT]),
+                of(&self.identity.model)
             );
         }
-        let length = u64::from_le_bytes(header[28..CRC_AT].try_into().expect("8 bytes"));
+        let length = u64::from_le_bytes(header[LENGTH_AT..CRC_AT].try_into().expect("8 bytes"));
         let Some(body) = usize::try_from(length).ok().and_then(|n| rest.get(..n)) else {
             return refuse!(
                 "serialized state is truncated: {} bytes after the header; there must be {length}",

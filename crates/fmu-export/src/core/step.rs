@@ -38,7 +38,7 @@ pub(crate) struct End {
     pub(crate) time: f64,
     /// Whether that is where the step should have ended.
     pub(crate) is_whole: bool,
-    #[expect(dead_code, reason = "FMI 2.0 has no words for it, FMI 3.0 has")]
+    /// Whether something happened there.
     pub(crate) event: bool,
     pub(crate) terminate: bool,
 }

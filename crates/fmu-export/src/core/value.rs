@@ -1,12 +1,12 @@
 //! The three types with fixed size: Real, Integer (and Enumeration), Boolean.
 
-use super::variable::{Place, Read, Variable, Write};
+use super::variable::{Kind, Place, Read, Variable, Write};
 use crate::Model;
 use std::fmt::Display;
 
 /// A type of variable: where rows keep it, what is allowed.
 pub(crate) trait Value: Copy + Default + Display + 'static {
-    const TYPE: &'static str;
+    const KIND: Kind;
 
     fn input<M: Model>(place: &Place<M>) -> Option<&Write<M::Input, Self>>;
     fn parameter<M: Model>(place: &Place<M>) -> Option<&Write<M::Parameters, Self>>;
@@ -23,6 +23,11 @@ pub(crate) trait Value: Copy + Default + Display + 'static {
 
     /// Whether the two are the same bits.
     fn is_same(self, other: Self) -> bool;
+
+    /// The value of time, if it is of this type.
+    fn of_time(_time: f64) -> Option<Self> {
+        None
+    }
 
     /// Whether the value may be given out: no NaN, no infinity.
     fn is_finite(self) -> bool {
@@ -62,7 +67,7 @@ macro_rules! places {
 }
 
 impl Value for f64 {
-    const TYPE: &'static str = "Real";
+    const KIND: Kind = Kind::Real;
     places!(RealIn RealParameter RealOut);
 
     #[inline]
@@ -75,6 +80,10 @@ impl Value for f64 {
         self.to_bits() == other.to_bits()
     }
 
+    fn of_time(time: f64) -> Option<f64> {
+        Some(time)
+    }
+
     #[inline]
     fn is_finite(self) -> bool {
         self.abs() <= f64::MAX // one comparison, which NaN fails too
@@ -82,7 +91,7 @@ impl Value for f64 {
 }
 
 impl Value for i32 {
-    const TYPE: &'static str = "Integer";
+    const KIND: Kind = Kind::Integer;
     places!(IntegerIn IntegerParameter IntegerOut);
 
     #[inline]
@@ -97,7 +106,7 @@ impl Value for i32 {
 }
 
 impl Value for bool {
-    const TYPE: &'static str = "Boolean";
+    const KIND: Kind = Kind::Boolean;
     places!(BooleanIn BooleanParameter BooleanOut);
 
     #[inline]

@@ -74,6 +74,51 @@ pub(crate) enum Dependencies {
     Each(&'static [&'static [&'static str]]),
 }
 
+/// Type of a row.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Kind {
+    Real,
+    Integer,
+    Boolean,
+    String,
+}
+
+/// What a border calls the types.
+pub(crate) struct Names {
+    pub(crate) real: &'static str,
+    pub(crate) integer: &'static str,
+    pub(crate) boolean: &'static str,
+    pub(crate) string: &'static str,
+    /// An Integer with an enumeration.
+    pub(crate) enumeration: &'static str,
+    /// As what it is set and read.
+    pub(crate) enumeration_access: &'static str,
+}
+
+impl Names {
+    /// As the constructors of rows call them.
+    pub(crate) const PLAIN: Self = Self {
+        real: "Real",
+        integer: "Integer",
+        boolean: "Boolean",
+        string: "String",
+        enumeration: "Integer",
+        enumeration_access: "Integer",
+    };
+}
+
+impl Kind {
+    /// Its name.
+    pub(crate) fn name(self, names: &Names) -> &'static str {
+        match self {
+            Kind::Real => names.real,
+            Kind::Integer => names.integer,
+            Kind::Boolean => names.boolean,
+            Kind::String => names.string,
+        }
+    }
+}
+
 /// Where the elements of a row live, and their type.
 pub(crate) enum Place<M: Model> {
     RealIn(Write<M::Input, f64>),

@@ -3,75 +3,16 @@
 //! Departures: fmi2SetupExperiment may be left out (start time 0), and what is set at a communication point can be read back there
 //! before the next step.
 
-use crate::Model;
-use crate::core::fault::{Fault, refuse};
-use crate::core::instance::Instance;
-use crate::core::phase::Phase;
+use crate::border::call::{Call, I, L, N, S, T, calls};
 
-/// States by their bits.
-const STATES: [(u8, &str); 5] = [
+/// Names of the states.
+pub(crate) const STATES: [(u8, &str); 5] = [
     (I, "Instantiated"),
     (N, "Initialization Mode"),
     (S, "Step Complete"),
     (T, "Terminated"),
     (L, "lost by a panic"),
 ];
-
-const I: u8 = 1;
-const N: u8 = 2;
-const S: u8 = 4;
-const T: u8 = 8;
-/// The state Error of the standard: a restored state or a reset leads out of it.
-const L: u8 = 16;
-
-#[inline]
-fn state<M: Model>(instance: &Instance<M>) -> u8 {
-    match instance.state.phase {
-        _ if instance.lost => L,
-        Phase::Instantiated => I,
-        Phase::Initialization => N,
-        Phase::Stepping => S,
-        Phase::Terminated => T,
-    }
-}
-
-/// A function and the states it is allowed in.
-#[derive(Clone, Copy)]
-pub(crate) struct Call {
-    pub(crate) name: &'static str,
-    allowed: u8,
-}
-
-impl Call {
-    /// Refuses the call in a state it is not allowed in.
-    #[inline]
-    pub(crate) fn check<M: Model>(self, instance: &Instance<M>) -> Result<(), Fault> {
-        if self.allowed & state(instance) != 0 {
-            Ok(())
-        } else {
-            self.out_of_order(instance)
-        }
-    }
-
-    #[cold]
-    fn out_of_order<M: Model>(self, instance: &Instance<M>) -> Result<(), Fault> {
-        let names = |mask: u8| -> Vec<&str> {
-            let named = STATES.iter().filter(|(bit, _)| mask & bit != 0);
-            named.map(|(_, name)| *name).collect()
-        };
-        let (now, allowed) = (
-            names(state(instance)).join(""),
-            names(self.allowed & !L).join(", "),
-        );
-        refuse!("not allowed in state {now}; allowed in {allowed}")
-    }
-}
-
-macro_rules! calls {
-    ($($constant:ident $name:literal $allowed:expr;)*) => {
-        $(pub(crate) const $constant: Call = Call { name: $name, allowed: $allowed };)*
-    };
-}
 
 calls! {
     SET_DEBUG_LOGGING          "fmi2SetDebugLogging"          I | N | S | T | L;

@@ -3,16 +3,18 @@
 //! All of them may be called with `c` = NULL or an instance of this library that is in use by no other thread, and with
 //! pointers that are NULL or valid for the number of elements given beside them; that is what FMI asks of the importer.
 
-pub use super::instantiate::{Library, free_instance, instantiate};
+pub use super::instantiate::{free_instance, instantiate};
+pub use crate::border::library::Library;
 
-use super::arguments::{array, array_mut, bytes, place, texts};
 use super::calls;
-use super::component::{Body, enter};
+use super::component::{Body, Fmi2, enter};
 use super::ffi::*;
-use super::log::c_string;
 use crate::Model;
+use crate::border::arguments::{array, array_mut, bytes, place, texts};
+use crate::border::body::handle_to_c;
+use crate::border::files;
+use crate::border::log::c_string;
 use crate::core::fault::{Fault, refuse};
-use crate::core::panic;
 use libc::{c_int, c_void};
 use std::ptr;
 
@@ -28,9 +30,9 @@ pub unsafe fn set_debug_logging<M: Model>(
 ) -> Status {
     // SAFETY: forwarded.
     unsafe {
-        enter::<M>(c, calls::SET_DEBUG_LOGGING, |b| {
+        enter::<M, Fmi2>(c, calls::SET_DEBUG_LOGGING, |b| {
             b.log.set(on != 0, &texts("categories", categories, n)?);
-            b.instance.wanted = b.log.wanted();
+            b.instance.wanted = b.log.wanted_of_model();
             Ok(())
         })
     }
@@ -51,7 +53,7 @@ pub unsafe fn setup_experiment<M: Model>(
     let stop = (stop_defined != 0).then_some(stop);
     // SAFETY: forwarded.
     unsafe {
-        enter::<M>(c, calls::SETUP_EXPERIMENT, |b| {
+        enter::<M, Fmi2>(c, calls::SETUP_EXPERIMENT, |b| {
             b.instance.set_times(start, stop)
         })
     }
@@ -63,7 +65,7 @@ macro_rules! without_arguments {
         pub unsafe fn $function<M: Model>(c: Component) -> Status {
             let run: fn(&mut Body<M>) -> Result<(), Fault> = $run;
             // SAFETY: forwarded.
-            unsafe { enter::<M>(c, calls::$call, run) }
+            unsafe { enter::<M, Fmi2>(c, calls::$call, run) }
         }
     )*};
 }
@@ -87,7 +89,7 @@ macro_rules! set_and_get {
         ) -> Status {
             // SAFETY: forwarded.
             unsafe {
-                enter::<M>(c, calls::$set_call, |b| {
+                enter::<M, Fmi2>(c, calls::$set_call, |b| {
                     let (vr, values) = (array("vr", vr, n)?, array("value", values, n)?);
                     b.instance.set(|k| Some((vr.at(k)?, $from_c(values.at(k)?))))
                 })
@@ -103,7 +105,7 @@ macro_rules! set_and_get {
         ) -> Status {
             // SAFETY: forwarded.
             unsafe {
-                enter::<M>(c, calls::$get_call, |b| {
+                enter::<M, Fmi2>(c, calls::$get_call, |b| {
                     let (vr, values) = (array("vr", vr, n)?, array_mut("value", values, n)?);
                     b.instance.get(|k| vr.at(k), |k, value| values.put(k, $to_c(value)))
                 })
@@ -130,7 +132,7 @@ pub unsafe fn set_string<M: Model>(
 ) -> Status {
     // SAFETY: forwarded.
     unsafe {
-        enter::<M>(c, calls::SET_STRING, |b| {
+        enter::<M, Fmi2>(c, calls::SET_STRING, |b| {
             let (vr, values) = (array("vr", vr, n)?, texts("value", values, n)?);
             let pairs: Vec<_> = (values.iter().enumerate())
                 .map(|(k, text)| (vr.get(k), *text))
@@ -152,7 +154,7 @@ pub unsafe fn get_string<M: Model>(
 ) -> Status {
     // SAFETY: forwarded.
     unsafe {
-        enter::<M>(c, calls::GET_STRING, |b| {
+        enter::<M, Fmi2>(c, calls::GET_STRING, |b| {
             let (vr, values) = (array("vr", vr, n)?, array_mut("value", values, n)?);
             let text = |k| Ok(c_string(b.instance.text(vr.get(k))?));
             b.strings = (0..n).map(text).collect::<Result<_, Fault>>()?;
@@ -171,7 +173,7 @@ pub unsafe fn get_string<M: Model>(
 pub unsafe fn get_fmu_state<M: Model>(c: Component, state: *mut FmuState) -> Status {
     // SAFETY: forwarded.
     unsafe {
-        enter::<M>(c, calls::GET_FMU_STATE, |b| {
+        enter::<M, Fmi2>(c, calls::GET_FMU_STATE, |b| {
             let to = place("FMUstate", state)?;
             let handle = b.instance.save(state.read_unaligned().addr())?;
             to.put(0, handle_to_c(handle));
@@ -186,7 +188,7 @@ pub unsafe fn get_fmu_state<M: Model>(c: Component, state: *mut FmuState) -> Sta
 /// See the module.
 pub unsafe fn set_fmu_state<M: Model>(c: Component, state: FmuState) -> Status {
     // SAFETY: forwarded.
-    unsafe { enter::<M>(c, calls::SET_FMU_STATE, |b| b.restore(state.addr())) }
+    unsafe { enter::<M, Fmi2>(c, calls::SET_FMU_STATE, |b| b.restore(state.addr())) }
 }
 
 /// fmi2FreeFMUstate.
@@ -196,7 +198,7 @@ pub unsafe fn set_fmu_state<M: Model>(c: Component, state: FmuState) -> Status {
 pub unsafe fn free_fmu_state<M: Model>(c: Component, state: *mut FmuState) -> Status {
     // SAFETY: forwarded.
     unsafe {
-        enter::<M>(c, calls::FREE_FMU_STATE, |b| {
+        enter::<M, Fmi2>(c, calls::FREE_FMU_STATE, |b| {
             if state.is_null() {
                 return Ok(());
             }
@@ -218,7 +220,7 @@ pub unsafe fn serialized_fmu_state_size<M: Model>(
 ) -> Status {
     // SAFETY: forwarded.
     unsafe {
-        enter::<M>(c, calls::SERIALIZED_FMU_STATE_SIZE, |b| {
+        enter::<M, Fmi2>(c, calls::SERIALIZED_FMU_STATE_SIZE, |b| {
             let to = place("size", size)?;
             to.put(0, b.instance.serialize(state.addr())?.len());
             Ok(())
@@ -238,7 +240,7 @@ pub unsafe fn serialize_fmu_state<M: Model>(
 ) -> Status {
     // SAFETY: forwarded.
     unsafe {
-        enter::<M>(c, calls::SERIALIZE_FMU_STATE, |b| {
+        enter::<M, Fmi2>(c, calls::SERIALIZE_FMU_STATE, |b| {
             let state = b.instance.serialize(state.addr())?;
             let needed = state.len();
             if size < needed {
@@ -265,7 +267,7 @@ pub unsafe fn deserialize_fmu_state<M: Model>(
 ) -> Status {
     // SAFETY: forwarded.
     unsafe {
-        enter::<M>(c, calls::DESERIALIZE_FMU_STATE, |b| {
+        enter::<M, Fmi2>(c, calls::DESERIALIZE_FMU_STATE, |b| {
             let bytes = bytes("serializedState", serialized.cast::<u8>(), size)?;
             let to = place("FMUstate", state)?;
             let handle = (b.instance).deserialize(bytes, state.read_unaligned().addr())?;
@@ -290,7 +292,7 @@ pub unsafe fn get_directional_derivative<M: Model>(
 ) -> Status {
     // SAFETY: forwarded.
     unsafe {
-        enter::<M>(c, calls::GET_DIRECTIONAL_DERIVATIVE, |b| {
+        enter::<M, Fmi2>(c, calls::GET_DIRECTIONAL_DERIVATIVE, |b| {
             if !M::INFO.directional_derivatives {
                 return refuse!(
                     "this FMU has no directional derivatives (providesDirectionalDerivative = false)"
@@ -325,7 +327,7 @@ pub unsafe fn set_real_input_derivatives<M: Model>(
 ) -> Status {
     // SAFETY: forwarded.
     unsafe {
-        enter::<M>(c, calls::SET_INPUT_DERIVATIVES, |b| {
+        enter::<M, Fmi2>(c, calls::SET_INPUT_DERIVATIVES, |b| {
             let (vr, order) = (array("vr", vr, n)?, array("order", order, n)?);
             let values = array("value", values, n)?;
             b.instance
@@ -347,7 +349,7 @@ pub unsafe fn get_real_output_derivatives<M: Model>(
 ) -> Status {
     // SAFETY: forwarded.
     unsafe {
-        enter::<M>(c, calls::GET_OUTPUT_DERIVATIVES, |b| {
+        enter::<M, Fmi2>(c, calls::GET_OUTPUT_DERIVATIVES, |b| {
             let (vr, order) = (array("vr", vr, n)?, array("order", order, n)?);
             let values = array_mut("value", values, n)?;
             if !M::INFO.output_derivatives {
@@ -372,12 +374,7 @@ pub unsafe fn get_real_output_derivatives<M: Model>(
 /// See the module.
 pub unsafe fn do_step<M: Model>(c: Component, t: Real, h: Real) -> Status {
     // SAFETY: forwarded.
-    unsafe { enter::<M>(c, calls::DO_STEP, |b| b.do_step(t, h)) }
-}
-
-/// A handle of a saved state as C sees it: a number, not a place.
-fn handle_to_c(handle: usize) -> FmuState {
-    ptr::without_provenance_mut(handle)
+    unsafe { enter::<M, Fmi2>(c, calls::DO_STEP, |b| b.do_step(t, h)) }
 }
 
 macro_rules! inquiries {
@@ -386,7 +383,7 @@ macro_rules! inquiries {
         pub unsafe fn $function<M: Model>(c: Component, kind: c_int, value: *mut $type) -> Status {
             // SAFETY: forwarded.
             unsafe {
-                enter::<M>(c, calls::$call, |b| {
+                enter::<M, Fmi2>(c, calls::$call, |b| {
                     let to = place("value", value)?;
                     to.put(0, b.$method(kind)?);
                     Ok(())
@@ -413,29 +410,6 @@ pub unsafe fn export_files<M: Model>(
     context: *mut c_void,
     receive: Option<ReceiveFile>,
 ) -> c_int {
-    let Some(receive) = receive else { return 1 };
-    panic::silence(library.is_program);
-    let made =
-        panic::catch(|| super::files::files::<M>()).unwrap_or_else(|panic| Err(panic.describe()));
-    match made {
-        Ok(files) => {
-            for (path, bytes) in files {
-                // SAFETY: forwarded; path and bytes live until `receive` returns.
-                unsafe {
-                    receive(
-                        context,
-                        c_string(&path).as_ptr(),
-                        bytes.as_ptr(),
-                        bytes.len(),
-                    )
-                };
-            }
-            0
-        }
-        Err(reason) => {
-            // SAFETY: as above.
-            unsafe { receive(context, ptr::null(), reason.as_ptr(), reason.len()) };
-            1
-        }
-    }
+    // SAFETY: forwarded.
+    unsafe { files::export(library, context, receive, super::files::files::<M>) }
 }

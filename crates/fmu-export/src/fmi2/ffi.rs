@@ -85,6 +85,4 @@ pub struct CallbackFunctions {
     pub component_environment: ComponentEnvironment,
 }
 
-/// Receives one file of the FMU: context, path inside the FMU (NUL-terminated; NULL for an error text), its bytes and their number.
-pub type ReceiveFile =
-    unsafe extern "C" fn(context: *mut c_void, path: *const c_char, bytes: *const u8, size: size_t);
+pub use crate::border::files::ReceiveFile;

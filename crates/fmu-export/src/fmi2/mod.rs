@@ -1,12 +1,10 @@
 //! FMI 2.0 for co-simulation over the core: C functions, elements as value references, statuses, call order, messages to the
 //! importer's logger, and `modelDescription.xml`.
 
-mod arguments;
 mod calls;
 mod component;
 pub(crate) mod description;
 pub mod entry;
-mod export;
 pub mod ffi;
 mod files;
 mod instantiate;

@@ -17,7 +17,7 @@ impl<M: Model> Body<M> {
     /// fmi2GetStatus: how the last step ended.
     pub(crate) fn status(&self, kind: c_int) -> Result<Status, Fault> {
         match kind {
-            DO_STEP_STATUS => Ok(self.last_step),
+            DO_STEP_STATUS => Ok(self.own.last_step),
             _ => discard!("status kind = {kind} must be {DO_STEP_STATUS} (fmi2DoStepStatus)"),
         }
     }
@@ -40,7 +40,7 @@ impl<M: Model> Body<M> {
     /// fmi2GetBooleanStatus: whether the model wanted the simulation to end.
     pub(crate) fn boolean_status(&self, kind: c_int) -> Result<Boolean, Fault> {
         match kind {
-            TERMINATED => Ok(self.terminated.into()),
+            TERMINATED => Ok(self.own.terminated.into()),
             _ => discard!("status kind = {kind} must be {TERMINATED} (fmi2Terminated)"),
         }
     }

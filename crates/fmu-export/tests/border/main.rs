@@ -3,8 +3,10 @@
 #![allow(missing_docs, clippy::undocumented_unsafe_blocks)]
 
 mod client;
+mod client3;
 mod derivatives;
 mod evaluation;
+mod fmi3;
 mod life;
 mod memory;
 mod misuse;

@@ -2,7 +2,7 @@
 
 use fmu_export::{
     ALL_PARAMETERS, Enumeration, Evaluation, File, Info, InputPolynomial, Model, ModelError,
-    StepEnd, Variable,
+    StepEnd, Terminal, Variable,
 };
 use serde::{Deserialize, Serialize};
 use std::cell::{Cell, RefCell};
@@ -169,7 +169,14 @@ impl Model for Probe {
         }])
         .with_input_derivatives()
         .with_output_derivatives()
-        .with_directional_derivatives();
+        .with_directional_derivatives()
+        .with_early_return()
+        .terminals(&[Terminal::new(
+            "axle",
+            "org.example.axle",
+            "moves and is moved",
+            &[("velocity", "u"), ("position", "x")],
+        )]);
 
     fn variables() -> &'static [V] {
         VARIABLES

@@ -112,7 +112,7 @@ fn foreign_truncated_and_damaged_bytes_are_refused() {
     let fmu = Fmu::stepping();
     let bytes = fmu.serialize(fmu.save());
     let mut damaged: Vec<(Vec<u8>, &str)> = vec![
-        (vec![], "0 bytes; it must have at least 40"),
+        (vec![], "0 bytes; it must have at least 44"),
         (
             b"something that is not a state at all, but long enough".to_vec(),
             "does not start with `fmu-exp`",
@@ -121,8 +121,8 @@ fn foreign_truncated_and_damaged_bytes_are_refused() {
     damaged.extend((0..bytes.len()).map(|n| {
         (
             bytes[..n].to_vec(),
-            if n < 40 {
-                "it must have at least 40"
+            if n < 44 {
+                "it must have at least 44"
             } else {
                 "truncated"
             },
@@ -135,8 +135,9 @@ fn foreign_truncated_and_damaged_bytes_are_refused() {
             let text = match i {
                 0..8 => "does not start with",
                 8..12 => "format version",
-                12..28 => "is of the model {",
-                28..36 => "", // the length: truncated or damaged
+                12..16 => "is of an instance of FMI",
+                16..32 => "is of the model {",
+                32..40 => "", // the length: truncated or damaged
                 _ => "damaged: checksum",
             };
             damaged.push((copy, text));
@@ -157,24 +158,24 @@ fn foreign_truncated_and_damaged_bytes_are_refused() {
     assert_eq!(fmu.deserialize(&longer).0, Status::Ok);
 }
 
-/// The bytes after a change, with the length (28..36) and the CRC-32 of all the rest (36..40) put right.
+/// The bytes after a change, with the length (32..40) and the CRC-32 of all the rest (40..44) put right.
 fn sealed(mut bytes: Vec<u8>) -> Vec<u8> {
-    let length = (bytes.len() - 40) as u64;
-    bytes[28..36].copy_from_slice(&length.to_le_bytes());
-    let crc = crc32fast::hash(&[&bytes[..36], &bytes[40..]].concat());
-    bytes[36..40].copy_from_slice(&crc.to_le_bytes());
+    let length = (bytes.len() - 44) as u64;
+    bytes[32..40].copy_from_slice(&length.to_le_bytes());
+    let crc = crc32fast::hash(&[&bytes[..40], &bytes[44..]].concat());
+    bytes[40..44].copy_from_slice(&crc.to_le_bytes());
     bytes
 }
 
-/// Bytes that are whole, but hold what no instance can hold. Places in `postcard`: phase (40), start, stop, time (50..58), 29
-/// bytes of parameters, the number of elements (87) and what was set of each; at the end the order of the input derivatives, no
+/// Bytes that are whole, but hold what no instance can hold. Places in `postcard`: phase (44), start, stop, time (54..62), 29
+/// bytes of parameters, the number of elements (91) and what was set of each; at the end the order of the input derivatives, no
 /// held inputs and no model.
 #[test]
 fn whole_bytes_of_an_impossible_state_are_refused() {
     let fmu = Fmu::instantiated();
     let bytes = fmu.serialize(fmu.save());
     let end = bytes.len();
-    assert_eq!((bytes[40], u32::from(bytes[87])), (0, vr::COUNT));
+    assert_eq!((bytes[44], u32::from(bytes[91])), (0, vr::COUNT));
     assert_eq!(bytes[end - 3..], [0, 0, 0]);
     let changed = |change: fn(&mut Vec<u8>)| {
         let mut copy = bytes.clone();
@@ -185,22 +186,22 @@ fn whole_bytes_of_an_impossible_state_are_refused() {
     };
     let possible: [fn(&mut Vec<u8>); 4] = [
         |_| {},
-        |b| b[50..58].copy_from_slice(&0.25_f64.to_le_bytes()),
-        |b| b[40] = 1, // Initialization Mode needs no model
+        |b| b[54..62].copy_from_slice(&0.25_f64.to_le_bytes()),
+        |b| b[44] = 1, // Initialization Mode needs no model
         |b| *b.iter_mut().nth_back(2).unwrap() = 3,
     ];
     for (i, change) in possible.into_iter().enumerate() {
         assert_eq!(changed(change), Status::Ok, "{i}");
     }
     let impossible: [fn(&mut Vec<u8>); 6] = [
-        |b| b[50..58].copy_from_slice(&f64::NAN.to_le_bytes()),
-        |b| b[50..58].copy_from_slice(&f64::INFINITY.to_le_bytes()),
-        |b| b[40] = 2,                              // stepping, without a model
-        |b| b[40] = 3,                              // terminated, without a model
+        |b| b[54..62].copy_from_slice(&f64::NAN.to_le_bytes()),
+        |b| b[54..62].copy_from_slice(&f64::INFINITY.to_le_bytes()),
+        |b| b[44] = 2,                              // stepping, without a model
+        |b| b[44] = 3,                              // terminated, without a model
         |b| *b.iter_mut().nth_back(2).unwrap() = 4, // an order that there is not
         |b| {
-            b[87] -= 1;
-            b.remove(88); // an element too few
+            b[91] -= 1;
+            b.remove(92); // an element too few
         },
     ];
     for (i, change) in impossible.into_iter().enumerate() {

@@ -1,7 +1,7 @@
 //! `<ModelStructure>`: what the outputs depend on, while stepping and in Initialization Mode.
 
-use super::Xml;
 use crate::Model;
+use crate::border::description::{Xml, empty};
 use crate::core::dependencies::Knowns;
 use crate::core::layout::Layout;
 use crate::core::variable::{Causality, Variable};
@@ -50,12 +50,7 @@ fn unknowns<M: Model>(
                 let knowns: Vec<_> = (knowns.iter()).map(|k| (k + 1).to_string()).collect();
                 attributes.push(("dependencies", knowns.join(" ")));
             }
-            let attributes = attributes
-                .iter()
-                .map(|(name, value)| (*name, value.as_str()));
-            xml.create_element("Unknown")
-                .with_attributes(attributes)
-                .write_empty()?;
+            empty(xml, "Unknown", &attributes)?;
         }
         Ok(())
     })?;

@@ -4,8 +4,8 @@
 //! 32-bit platforms numbers of eight bytes may lie at multiples of four. So elements are read and written one by one, through
 //! pointers, unaligned.
 
-use super::ffi::Str;
 use crate::core::fault::{Fault, refuse};
+use libc::c_char;
 use std::ffi::CStr;
 
 /// An array to read.
@@ -109,7 +109,11 @@ pub(crate) unsafe fn bytes<'a>(name: &str, p: *const u8, n: usize) -> Result<&'a
 ///
 /// # Safety
 /// As for [`array`]; each element is NULL or a C string.
-pub(crate) unsafe fn texts<'a>(name: &str, p: *const Str, n: usize) -> Result<Vec<&'a str>, Fault> {
+pub(crate) unsafe fn texts<'a>(
+    name: &str,
+    p: *const *const c_char,
+    n: usize,
+) -> Result<Vec<&'a str>, Fault> {
     // SAFETY: forwarded.
     let strings = unsafe { array(name, p, n) }?;
     let text = |i: usize| {

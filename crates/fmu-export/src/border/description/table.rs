@@ -1,16 +1,16 @@
 //! Checks of the table of variables: what the compiler cannot see.
 
-use super::super::log::CATEGORIES;
 use super::unit;
+use crate::border::log::CATEGORIES;
 use crate::core::dependencies::Knowns;
 use crate::core::layout::{LARGEST_NUMBER, Layout};
 use crate::core::value::Value;
-use crate::core::variable::{Causality, Place, Variable};
+use crate::core::variable::{Causality, Kind, Place, Variable};
 use crate::{Enumeration, Model, Unit};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// The first thing that is wrong with the table, with the name of the row.
-pub(super) fn check<M: Model>(layout: &Layout<M>) -> Result<(), String> {
+pub(crate) fn check<M: Model>(layout: &Layout<M>) -> Result<(), String> {
     let identifier = M::INFO.model;
     if !is_identifier(identifier) {
         return Err(format!("model name `{identifier}` is not a C identifier"));
@@ -121,7 +121,7 @@ fn is_structured(name: &str) -> bool {
 
 /// What makes sense for the row's type and causality only.
 fn attributes<M: Model>(row: &Variable<M>, i: usize) -> Result<(), String> {
-    let is_real = row.place.type_name() == "Real";
+    let is_real = row.place.is_real();
     if row.description.is_empty() {
         return Err("has no description".to_owned());
     }
@@ -140,7 +140,7 @@ fn attributes<M: Model>(row: &Variable<M>, i: usize) -> Result<(), String> {
     if row.discrete && !(is_real && varies) {
         return Err("only a Real that is not a parameter can be declared discrete".to_owned());
     }
-    if row.enumeration.is_some() && row.place.type_name() != "Integer" {
+    if row.enumeration.is_some() && row.place.kind() != Kind::Integer {
         return Err("only an Integer row can have an enumeration".to_owned());
     }
     let unit_of_element = row.unit_of(i);
@@ -224,8 +224,7 @@ fn same_unit<M: Model>(
 }
 
 fn bounds<M: Model>(row: &Variable<M>) -> Result<(), String> {
-    let fits =
-        |x: f64| x.is_infinite() || x == f64::from(x as i32) || row.place.type_name() == "Real";
+    let fits = |x: f64| x.is_infinite() || x == f64::from(x as i32) || row.place.is_real();
     if !(row.min <= row.max && fits(row.min) && fits(row.max)) {
         return Err(format!(
             "min = {} and max = {} are no bounds",

@@ -1,0 +1,137 @@
+//! What an importer's handle of an instance points at, and how every call gets in and out. Nothing here knows what a function does.
+
+use super::call::Call;
+use super::log::Log;
+use crate::Model;
+use crate::core::fault::Fault;
+use crate::core::guard::{Entered, Guarded};
+use crate::core::instance::Instance;
+use crate::core::message::{Kind, Message};
+use crate::core::panic::{self, Panic};
+use crate::core::variable::Names;
+use libc::c_void;
+use std::ffi::CString;
+use std::sync::Arc;
+
+/// A version of FMI: what its border adds to an instance, and the words in which it answers.
+pub(crate) trait Version: Sized + 'static {
+    /// Its statuses.
+    type Status: From<Answer>;
+    /// Its logger.
+    type Logger: Send + Sync;
+    /// Its name, filled up with zeros.
+    const NAME: [u8; 4];
+    /// What it calls the types.
+    const NAMES: Names;
+    /// Names of the states, by their bits.
+    const STATES: &'static [(u8, &'static str)];
+    /// What brings an instance back that was lost by a panic.
+    const RECOVERY: &'static str;
+
+    /// The bit of the state that an instance is in.
+    fn state<M: Model>(body: &Body<M, Self>) -> u8;
+
+    /// Sends messages of a call that is answered with `answer`.
+    fn send(log: &Log<Self::Logger>, messages: &[Message], answer: Answer);
+}
+
+/// How a call is answered. A warning is never returned, only logged: importers abort on it. Nor is fatality, which would mean that all
+/// instances are corrupt.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Answer {
+    /// All well.
+    Ok = 0,
+    /// [`Fault::Discarded`].
+    Discard = 2,
+    /// [`Fault::Refused`], or a panic.
+    Error = 3,
+}
+
+/// An instance and what its version of FMI adds to it.
+pub(crate) struct Body<M: Model, V: Version> {
+    pub(crate) instance: Instance<M>,
+    pub(crate) log: Arc<Log<V::Logger>>,
+    /// Texts that the importer was given by the last get.
+    pub(crate) strings: Vec<CString>,
+    pub(crate) own: V,
+}
+
+/// Runs `f` on the instance: NULL, calls from within calls, call order, panics and messages are dealt with here.
+///
+/// # Safety
+/// `c` is NULL or came from the instantiation of this library in this version and was not freed.
+#[inline]
+pub(crate) unsafe fn enter<M: Model, V: Version>(
+    c: *mut c_void,
+    call: Call,
+    f: impl FnOnce(&mut Body<M, V>) -> Result<(), Fault>,
+) -> V::Status {
+    // SAFETY: forwarded.
+    let component = unsafe { c.cast::<Guarded<Body<M, V>>>().as_ref() };
+    let Some(mut body) = component.and_then(Guarded::enter) else {
+        return Answer::Error.into();
+    };
+    let result = panic::catch(|| {
+        let done = call.check(&body).and_then(|()| f(&mut body));
+        match done {
+            Ok(()) => Answer::Ok,
+            Err(fault) => refuse(&mut body.instance, call, fault),
+        }
+    });
+    let answer = match result {
+        Ok(answer) => answer,
+        Err(panic) => lose(&mut body, call, panic),
+    };
+    if !body.instance.messages.is_empty() {
+        send(body, answer);
+    }
+    answer.into()
+}
+
+#[cold]
+fn refuse<M: Model>(instance: &mut Instance<M>, call: Call, fault: Fault) -> Answer {
+    let (kind, answer, text) = match fault {
+        Fault::Refused(text) => (Kind::Refused, Answer::Error, text),
+        Fault::Discarded(text) => (Kind::Discarded, Answer::Discard, text),
+        Fault::Unknown(number) => {
+            let last = instance.layout.len().saturating_sub(1);
+            let known = if number as usize > last {
+                format!("from 0 to {last}")
+            } else {
+                "one of the model description".to_owned()
+            };
+            let text = format!("unknown value reference {number}; it must be {known}");
+            (Kind::Refused, Answer::Error, text)
+        }
+    };
+    instance.tell(kind, format!("{}: {text}", call.name));
+    answer
+}
+
+/// After a panic: one instance is of no use until a reset or a restored state, the others go on.
+#[cold]
+fn lose<M: Model, V: Version>(body: &mut Body<M, V>, call: Call, panic: Panic) -> Answer {
+    body.instance.lost = true;
+    let text = format!(
+        "{}: {}; the instance needs {}",
+        call.name,
+        panic.describe(),
+        V::RECOVERY
+    );
+    body.instance.tell(Kind::Refused, text);
+    Answer::Error
+}
+
+/// Sends what is queued, after the instance has been let go of: the logger may call back.
+#[cold]
+pub(crate) fn send<M: Model, V: Version>(mut body: Entered<'_, Body<M, V>>, answer: Answer) {
+    let messages: Vec<Message> = std::mem::take(&mut body.instance.messages);
+    let log = Arc::clone(&body.log);
+    drop(body);
+    V::send(&log, &messages, answer);
+}
+
+/// A handle of a saved state as C sees it: a number, not a place.
+pub(crate) fn handle_to_c(handle: usize) -> *mut c_void {
+    std::ptr::without_provenance_mut(handle)
+}

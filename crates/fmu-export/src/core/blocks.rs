@@ -1,0 +1,174 @@
+//! Setting and getting numbers by block: a row as one array. A batch is checked completely before anything is written.
+
+use super::access::{not_allowed, not_finite};
+use super::fault::{Fault, refuse};
+use super::instance::Instance;
+use super::layout::TIME;
+use super::phase::Phase;
+use super::value::Value;
+use super::variable::{Causality, Variable};
+use crate::Model;
+
+impl<M: Model> Instance<M> {
+    /// Sets blocks: `number(k)` is that of the `k`-th, None at the end of the batch; `value(j)` is the `j`-th of all `len` values.
+    #[inline]
+    pub(crate) fn set_blocks<T: Value>(
+        &mut self,
+        number: impl Fn(usize) -> Option<u32> + Copy,
+        len: usize,
+        value: impl Fn(usize) -> T + Copy,
+    ) -> Result<(), Fault> {
+        let mut parameters = false;
+        let (mut k, mut from) = (0, 0);
+        while let Some(block) = number(k) {
+            let (run, first, n) = self.layout.block(block)?;
+            if n > len - from {
+                return too_few(len);
+            }
+            if T::input(&run.row.place).is_none() {
+                self.check_settable(block, value(from))?;
+                parameters = true;
+            }
+            for j in 0..n {
+                let value = value(from + j);
+                if !value.is_within(run.bounds) {
+                    return Err(not_allowed(run.row, first + j, value));
+                }
+            }
+            (k, from) = (k + 1, from + n);
+        }
+        if from != len {
+            return too_many(len, from);
+        }
+        if parameters {
+            self.set_parameter_blocks(number, value)?;
+        }
+        self.set_input_blocks(number, value)
+    }
+
+    /// Writes what are inputs in a checked batch. They are held: where rows are arrays, nobody gives derivatives.
+    #[inline]
+    fn set_input_blocks<T: Value>(
+        &mut self,
+        number: impl Fn(usize) -> Option<u32>,
+        value: impl Fn(usize) -> T,
+    ) -> Result<(), Fault> {
+        let (mut is_changed, mut is_evaluated) = (false, false);
+        let (mut k, mut from) = (0, 0);
+        while let Some(block) = number(k) {
+            let (run, first, n) = self.layout.block(block)?;
+            if let Some(place) = T::input(&run.row.place) {
+                let inputs = &mut place.slice_mut(&mut self.state.input.value)[first..first + n];
+                let mut changed = false;
+                for (j, input) in inputs.iter_mut().enumerate() {
+                    let value = value(from + j);
+                    changed |= !input.is_same(value);
+                    *input = value;
+                }
+                if let Some(counter) = run.row.counter {
+                    self.state.count_sets(counter, n as u32);
+                    changed = true;
+                }
+                is_changed |= changed;
+                is_evaluated |= changed && !run.row.beside_evaluation;
+            }
+            (k, from) = (k + 1, from + n);
+        }
+        if is_changed {
+            self.touch(is_evaluated);
+        }
+        Ok(())
+    }
+
+    /// Writes what are parameters in a checked batch.
+    #[cold]
+    #[inline(never)]
+    fn set_parameter_blocks<T: Value>(
+        &mut self,
+        number: impl Fn(usize) -> Option<u32>,
+        value: impl Fn(usize) -> T,
+    ) -> Result<(), Fault> {
+        let mut pairs = Vec::new();
+        for block in (0..).map_while(number) {
+            for element in self.layout.elements(block)? {
+                pairs.push((element, value(pairs.len())));
+            }
+        }
+        self.set_parameters(|k| pairs.get(k).copied())
+    }
+
+    /// Gets blocks: `put(j, value)` receives the `j`-th of all `len` values of the blocks with the numbers `number(k)`.
+    #[inline]
+    pub(crate) fn get_blocks<T: Value>(
+        &mut self,
+        number: impl Fn(usize) -> Option<u32>,
+        len: usize,
+        mut put: impl FnMut(usize, T),
+    ) -> Result<(), Fault> {
+        let (mut k, mut from) = (0, 0);
+        while let Some(block) = number(k) {
+            k += 1;
+            let (run, first, n) = match self.layout.block(block) {
+                Ok(found) if found.2 <= len - from => found,
+                Ok(_) => return too_few(len),
+                Err(_) if block == TIME && T::of_time(0.0).is_some() && from < len => {
+                    put(from, T::of_time(self.state.time).expect("asked for above"));
+                    from += 1;
+                    continue;
+                }
+                Err(fault) => return Err(fault),
+            };
+            let row = run.row;
+            let values = if let Some(place) = T::output(&row.place) {
+                if self.state.phase == Phase::Instantiated {
+                    self.start_output(row)?;
+                } else {
+                    self.refresh()?;
+                }
+                place.slice(&self.output)
+            } else if let Some(place) = T::input(&row.place) {
+                place.slice(&self.state.input.value)
+            } else if let Some(place) = T::parameter(&row.place) {
+                place.slice(&self.state.parameters)
+            } else {
+                return Err(self.not_gettable(row, first, T::KIND.name(self.names)));
+            };
+            for (j, &value) in values[first..first + n].iter().enumerate() {
+                if !value.is_finite() {
+                    return Err(not_finite(row, first + j, value));
+                }
+                put(from + j, value);
+            }
+            from += n;
+        }
+        if from != len {
+            return too_many(len, from);
+        }
+        Ok(())
+    }
+
+    /// Before initialization, only constants of what is computed have values.
+    #[cold]
+    #[inline(never)]
+    pub(crate) fn start_output(&mut self, row: &Variable<M>) -> Result<(), Fault> {
+        if row.causality != Causality::Constant {
+            let (name, kind) = (row.element_name(0), row.kind(self.names));
+            return refuse!("`{name}` is {kind} and has no value before initialization");
+        }
+        self.output = M::Output::default();
+        self.fresh = false;
+        Ok(())
+    }
+}
+
+#[cold]
+#[inline(never)]
+fn too_few(len: usize) -> Result<(), Fault> {
+    refuse!("nValues = {len} is less than the number of elements of these variables")
+}
+
+#[cold]
+#[inline(never)]
+fn too_many(len: usize, needed: usize) -> Result<(), Fault> {
+    refuse!("nValues = {len} must be {needed}, the number of elements of these variables")
+}

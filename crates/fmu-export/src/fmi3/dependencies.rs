@@ -1,0 +1,62 @@
+//! What variables depend on, element by element (FMI 3.0.2, section 2.2.10).
+
+use super::ffi::{DEPENDENT, ValueReference};
+use super::instance::Body;
+use crate::Model;
+use crate::core::dependencies::Knowns;
+use crate::core::fault::{Fault, refuse};
+use crate::core::phase::Phase;
+use crate::core::variable::Causality;
+use libc::c_int;
+
+/// One dependency: element of the dependent variable, variable it depends on, element of that one. Elements count from 1.
+pub(super) struct Dependency {
+    pub(super) element: usize,
+    pub(super) independent: ValueReference,
+    pub(super) independent_element: usize,
+    pub(super) kind: c_int,
+}
+
+impl<M: Model> Body<M> {
+    /// All dependencies of a variable that is computed: before and in Initialization Mode those of `InitialUnknown`, later those of
+    /// `Output`.
+    pub(super) fn dependencies(&self, dependent: ValueReference) -> Result<Vec<Dependency>, Fault> {
+        let layout = &self.instance.layout;
+        let (run, first, n) = layout.block(dependent)?;
+        let row = run.row;
+        let phase = self.instance.state.phase;
+        let initially = matches!(phase, Phase::Instantiated | Phase::Initialization);
+        let is_unknown = match row.causality {
+            Causality::Output => true,
+            Causality::CalculatedParameter => initially,
+            _ => false,
+        };
+        if !is_unknown {
+            let (name, kind) = (row.element_name(first), row.kind(self.instance.names));
+            return refuse!(
+                "`{name}` is {kind}; it must be a variable of ModelStructure in this mode"
+            );
+        }
+        let declared = match initially {
+            true => row.initial_dependencies,
+            false => row.dependencies,
+        };
+        let knowns = Knowns::new(layout);
+        let mut found = Vec::new();
+        for element in 0..n {
+            let positions = (knowns.resolve(declared, first + element, initially))
+                .map_err(Fault::Refused)?
+                .unwrap_or_else(|| knowns.all(initially));
+            for position in positions {
+                let (independent, index) = layout.block_at(position);
+                found.push(Dependency {
+                    element: element + 1,
+                    independent,
+                    independent_element: index + 1,
+                    kind: DEPENDENT,
+                });
+            }
+        }
+        Ok(found)
+    }
+}

@@ -1,0 +1,89 @@
+//! `modelDescription.xml` of FMI 3.0, made from the table of variables.
+
+mod structure;
+pub(crate) mod terminals;
+mod variables;
+
+use crate::Model;
+use crate::border::description::{
+    Description, Xml, categories, enumerations, experiment, flag, hashed, items, root_attributes,
+    units,
+};
+use crate::core::layout::Layout;
+use std::io;
+
+/// The text of `modelDescription.xml` of FMI 3.0, or what is wrong with the table of variables.
+///
+/// The instantiation token is a hash of the text without it: the text is the same on every platform and says when the interface changed.
+pub fn model_description3<M: Model>() -> Result<String, String> {
+    Ok(describe(&Layout::<M>::new())?.xml)
+}
+
+pub(crate) fn describe<M: Model>(layout: &Layout<M>) -> Result<Description, String> {
+    terminals::check(layout)?;
+    hashed(layout, "instantiationToken", write)
+}
+
+fn write<M: Model>(xml: &mut Xml, layout: &Layout<M>) -> io::Result<()> {
+    xml.create_element("fmiModelDescription")
+        .with_attributes(root_attributes(&M::INFO, "3.0", "instantiationToken"))
+        .write_inner_content(|xml| {
+            co_simulation::<M>(xml)?;
+            units(xml, layout)?;
+            types(xml, layout)?;
+            categories::<M>(xml)?;
+            experiment::<M>(xml)?;
+            variables::write(xml, layout)?;
+            structure::write(xml, layout)
+        })?;
+    Ok(())
+}
+
+fn co_simulation<M: Model>(xml: &mut Xml) -> io::Result<()> {
+    let info = &M::INFO;
+    let derivatives = flag(info.directional_derivatives);
+    xml.create_element("CoSimulation")
+        .with_attributes([
+            ("modelIdentifier", info.model),
+            ("needsExecutionTool", "false"),
+            ("canBeInstantiatedOnlyOncePerProcess", "false"),
+            ("canGetAndSetFMUState", "true"),
+            ("canSerializeFMUState", "true"),
+            ("providesDirectionalDerivatives", derivatives),
+            ("providesAdjointDerivatives", derivatives),
+            ("providesPerElementDependencies", "true"),
+            ("canHandleVariableCommunicationStepSize", "true"),
+            (
+                "maxOutputDerivativeOrder",
+                if info.output_derivatives { "1" } else { "0" },
+            ),
+            ("providesIntermediateUpdate", "true"),
+            ("mightReturnEarlyFromDoStep", flag(info.early_return)),
+            ("canReturnEarlyAfterIntermediateUpdate", "false"),
+            ("hasEventMode", "true"),
+            ("providesEvaluateDiscreteStates", "false"),
+        ])
+        .write_empty()?;
+    Ok(())
+}
+
+fn types<M: Model>(xml: &mut Xml, layout: &Layout<M>) -> io::Result<()> {
+    let used = enumerations(layout);
+    if used.is_empty() {
+        return Ok(());
+    }
+    xml.create_element("TypeDefinitions")
+        .write_inner_content(|xml| {
+            for enumeration in used {
+                let attributes = [
+                    ("name", enumeration.name),
+                    ("description", enumeration.description),
+                ];
+                xml.create_element("EnumerationType")
+                    .with_attributes(attributes)
+                    .write_inner_content(|xml| items(xml, enumeration))?;
+            }
+            Ok(())
+        })?;
+    Ok(())
+}

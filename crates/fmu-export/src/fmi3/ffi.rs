@@ -1,0 +1,61 @@
+//! The C types of FMI 3.0 (`fmi3PlatformTypes.h`, `fmi3FunctionTypes.h`).
+//!
+//! Enumerations that come from the importer are plain numbers, and so is its `bool`: a foreign value must not be undefined behaviour.
+
+pub use crate::border::files::ReceiveFile;
+pub use libc::{c_char, c_int, c_void, size_t};
+
+/// `fmi3Instance`.
+pub type Instance = *mut c_void;
+/// `fmi3InstanceEnvironment`.
+pub type InstanceEnvironment = *mut c_void;
+/// `fmi3FMUState`; here a handle that is looked up, never followed.
+pub type FmuState = *mut c_void;
+/// `fmi3ValueReference`.
+pub type ValueReference = u32;
+/// `fmi3Boolean` and `fmi3Clock`, a `bool` of C: 0 or 1.
+pub type Boolean = u8;
+/// `fmi3String`.
+pub type Str = *const c_char;
+/// `fmi3Byte`.
+pub type Byte = u8;
+/// `fmi3Binary`.
+pub type Binary = *const Byte;
+
+/// `fmi3Status`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Status {
+    /// All well.
+    Ok = 0,
+    /// Never returned: importers abort on it.
+    Warning = 1,
+    /// A value is out of its bounds or a step could not be done; the instance is as before.
+    Discard = 2,
+    /// The call was wrong and the instance is as before; or a panic has made it useless until a reset or a restored state.
+    Error = 3,
+    /// Never returned: it would mean that all instances are corrupt.
+    Fatal = 4,
+}
+
+/// `fmi3DependencyKind`: `fmi3Dependent`.
+pub const DEPENDENT: c_int = 5;
+
+/// `fmi3LogMessageCallback`. An exception of a C++ importer may pass through; longjmp may not.
+pub type LogMessage =
+    unsafe extern "C-unwind" fn(InstanceEnvironment, Status, category: Str, message: Str);
+/// `fmi3IntermediateUpdateCallback`.
+pub type IntermediateUpdate = unsafe extern "C-unwind" fn(
+    InstanceEnvironment,
+    time: f64,
+    set_requested: Boolean,
+    get_allowed: Boolean,
+    step_finished: Boolean,
+    can_return_early: Boolean,
+    early_return_requested: *mut Boolean,
+    early_return_time: *mut f64,
+);
+/// `fmi3ClockUpdateCallback`.
+pub type ClockUpdate = unsafe extern "C-unwind" fn(InstanceEnvironment);
+/// `fmi3LockPreemptionCallback` and `fmi3UnlockPreemptionCallback`.
+pub type Preemption = unsafe extern "C-unwind" fn();

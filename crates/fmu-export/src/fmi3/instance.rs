@@ -1,0 +1,225 @@
+//! What FMI 3.0 adds to an instance.
+
+use super::calls::{self, A};
+use super::ffi::*;
+use super::log::{Log, Logger};
+use crate::Model;
+use crate::border::body::{self, Answer, Version};
+use crate::border::call::{self, S, U};
+use crate::core::fault::{Fault, refuse};
+use crate::core::message::Message;
+use crate::core::phase::Phase;
+use crate::core::step::End;
+use crate::core::variable::Names;
+
+pub(crate) use body::enter;
+
+/// FMI 3.0.
+pub(crate) struct Fmi3 {
+    /// The importer handles events.
+    pub(crate) has_event_mode: bool,
+    /// A step may end before its end.
+    pub(crate) may_return_early: bool,
+    /// In Step Mode, the bit of the state.
+    pub(crate) stepping: u8,
+    pub(crate) update: Option<Update>,
+}
+
+/// What the importer wants to see within steps.
+#[derive(Clone)]
+pub(crate) struct Update {
+    pub(crate) callback: IntermediateUpdate,
+    pub(crate) environment: InstanceEnvironment,
+    /// The variables it will read.
+    pub(crate) variables: Vec<ValueReference>,
+}
+
+// SAFETY: the environment is handed to the importer's callback and not looked at. FMI lets threads take turns with an instance.
+unsafe impl Send for Update {}
+
+/// An instance of FMI 3.0.
+pub(crate) type Body<M> = body::Body<M, Fmi3>;
+
+/// The types as FMI 3.0 calls them.
+pub(crate) const NAMES: Names = Names {
+    real: "Float64",
+    integer: "Int32",
+    boolean: "Boolean",
+    string: "String",
+    enumeration: "Enumeration",
+    enumeration_access: "Int64",
+};
+
+impl Version for Fmi3 {
+    type Status = Status;
+    type Logger = Logger;
+    const NAME: [u8; 4] = *b"3.0\0";
+    const NAMES: Names = NAMES;
+    const STATES: &'static [(u8, &'static str)] = &calls::STATES;
+    const RECOVERY: &'static str = "fmi3Reset or fmi3SetFMUState";
+
+    #[inline]
+    fn state<M: Model>(body: &Body<M>) -> u8 {
+        match call::state(&body.instance) {
+            S => body.own.stepping,
+            state => state,
+        }
+    }
+
+    fn send(log: &Log, messages: &[Message], answer: Answer) {
+        log.send(messages, answer);
+    }
+}
+
+impl From<Answer> for Status {
+    #[inline]
+    fn from(answer: Answer) -> Self {
+        match answer {
+            Answer::Ok => Status::Ok,
+            Answer::Discard => Status::Discard,
+            Answer::Error => Status::Error,
+        }
+    }
+}
+
+/// How a step ended, in the words of fmi3DoStep.
+pub(crate) struct StepResult {
+    pub(crate) event: bool,
+    pub(crate) terminate: bool,
+    pub(crate) is_early: bool,
+    pub(crate) time: f64,
+}
+
+impl<M: Model> Body<M> {
+    /// fmi3DoStep. Where the importer takes no early return, a model that stops on its way goes on to the end; if it cannot, the step
+    /// has not been done.
+    #[inline]
+    pub(crate) fn do_step(&mut self, t: f64, h: f64) -> Result<StepResult, Fault> {
+        let mut end = self.instance.do_step(t, h)?;
+        let mut event = end.event;
+        if !end.is_whole && !end.terminate && !self.own.may_return_early {
+            (end, event) = self.rest_of_step(end, t + h, event)?;
+        }
+        self.own.stepping = S;
+        Ok(StepResult {
+            event: event && self.own.has_event_mode,
+            terminate: end.terminate,
+            is_early: !end.is_whole && self.own.may_return_early,
+            time: end.time,
+        })
+    }
+
+    /// Goes on after `end`, until the time `until`.
+    #[cold]
+    #[inline(never)]
+    fn rest_of_step(
+        &mut self,
+        mut end: End,
+        until: f64,
+        mut event: bool,
+    ) -> Result<(End, bool), Fault> {
+        while !end.is_whole && !end.terminate && end.time < until {
+            let from = end.time;
+            let stuck = |text: &str| {
+                Fault::Refused(format!(
+                    "{text}; the model stopped at {from} s, where the instance is now, and early return is not allowed"
+                ))
+            };
+            end = match self.instance.do_step(from, until - from) {
+                Ok(end) if end.time > from || end.terminate => end,
+                Ok(_) => return Err(stuck("the step does not move on")),
+                Err(Fault::Discarded(text)) => return Err(stuck(&text)),
+                Err(fault) => return Err(fault),
+            };
+            event |= end.event;
+        }
+        Ok((end, event))
+    }
+
+    /// fmi3Reset.
+    pub(crate) fn reset(&mut self) -> Result<(), Fault> {
+        self.instance.reset();
+        Ok(())
+    }
+
+    /// fmi3SetFMUState.
+    pub(crate) fn restore(&mut self, handle: usize) -> Result<(), Fault> {
+        self.instance.restore(handle)?;
+        self.own.stepping = S;
+        Ok(())
+    }
+
+    /// fmi3ExitInitializationMode.
+    pub(crate) fn exit_initialization(&mut self) -> Result<(), Fault> {
+        self.instance.exit_initialization()?;
+        self.own.stepping = S;
+        if self.own.has_event_mode {
+            self.instance.state.phase = Phase::Exchange;
+        }
+        Ok(())
+    }
+
+    /// fmi3EnterEventMode.
+    pub(crate) fn enter_event_mode(&mut self) -> Result<(), Fault> {
+        if !self.own.has_event_mode {
+            return refuse!(
+                "eventModeUsed was false in fmi3InstantiateCoSimulation; it must be true to enter Event Mode"
+            );
+        }
+        self.instance.state.phase = Phase::Exchange;
+        Ok(())
+    }
+
+    /// fmi3EnterStepMode.
+    pub(crate) fn enter_step_mode(&mut self) -> Result<(), Fault> {
+        self.instance.state.phase = Phase::Stepping;
+        self.own.stepping = S;
+        Ok(())
+    }
+
+    /// Notes that something was set: in Step Mode, nothing can be read before the next step.
+    #[inline]
+    pub(crate) fn note_set(&mut self) {
+        self.own.stepping = A;
+    }
+
+    /// Within a step, refuses what was not asked for at instantiation.
+    #[inline]
+    pub(crate) fn check_update(
+        &self,
+        number: impl Fn(usize) -> Option<ValueReference>,
+    ) -> Result<(), Fault> {
+        if self.own.stepping == U {
+            return self.not_for_update(number);
+        }
+        Ok(())
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn not_for_update(
+        &self,
+        number: impl Fn(usize) -> Option<ValueReference>,
+    ) -> Result<(), Fault> {
+        let known = self.own.update.as_ref().map_or(&[][..], |u| &u.variables);
+        match (0..).map_while(number).find(|vr| !known.contains(vr)) {
+            Some(vr) => refuse!(
+                "value reference {vr} must be one of requiredIntermediateVariables of fmi3InstantiateCoSimulation"
+            ),
+            None => Ok(()),
+        }
+    }
+
+    /// The numbers of all elements that value references mean, one after the other.
+    pub(crate) fn elements(
+        &self,
+        n: usize,
+        number: impl Fn(usize) -> ValueReference,
+    ) -> Result<Vec<u32>, Fault> {
+        let mut elements = Vec::new();
+        for k in 0..n {
+            elements.extend(self.instance.layout.elements(number(k))?);
+        }
+        Ok(elements)
+    }
+}

@@ -1,0 +1,172 @@
+//! Instantiation, and its end.
+
+use super::description::describe;
+use super::ffi::*;
+use super::instance::{Fmi3, Update};
+use super::log::{self, Log};
+use crate::Model;
+use crate::border::arguments::array;
+use crate::border::body::Answer;
+use crate::border::call::S;
+use crate::border::library::{self, Library, Request, refusal};
+use crate::core::fault::Fault;
+use crate::core::layout::Layout;
+use crate::core::message::{Kind, Message};
+use crate::core::panic;
+use std::ffi::CStr;
+use std::path::{Path, PathBuf};
+use std::ptr;
+use std::sync::Arc;
+
+/// fmi3InstantiateCoSimulation.
+///
+/// # Safety
+/// As for every function of [`entry`](super::entry); the callbacks may be called until fmi3FreeInstance.
+#[expect(clippy::too_many_arguments, reason = "those of FMI")]
+pub unsafe fn instantiate_co_simulation<M: Model>(
+    library: &Library,
+    name: Str,
+    token: Str,
+    resources: Str,
+    logging_on: Boolean,
+    event_mode_used: Boolean,
+    early_return_allowed: Boolean,
+    required: *const ValueReference,
+    n_required: usize,
+    environment: InstanceEnvironment,
+    log_message: Option<LogMessage>,
+    update: Option<IntermediateUpdate>,
+) -> Instance {
+    panic::silence(library.is_program);
+    // SAFETY: forwarded.
+    let text = |s: Str| (!s.is_null()).then(|| unsafe { CStr::from_ptr(s) }.to_string_lossy());
+    let (name, token) = (text(name), text(token));
+    let log = Arc::new(log::new(
+        log_message,
+        environment,
+        logging_on != 0,
+        M::INFO.log_categories,
+    ));
+    let mut messages = Vec::new();
+    // SAFETY: forwarded.
+    let required = unsafe { array("requiredIntermediateVariables", required, n_required) };
+    let request = Request {
+        log: Arc::clone(&log),
+        name: name.as_deref(),
+        token: ("instantiationToken", token.as_deref()),
+        hash: &library.hashes[1],
+        resources: text(resources).and_then(|path| folder(&mut messages, &path)),
+        own: Fmi3 {
+            has_event_mode: event_mode_used != 0,
+            may_return_early: early_return_allowed != 0,
+            stepping: S,
+            update: None,
+        },
+    };
+    let made = request.make::<M>(
+        |layout| Ok(describe(layout)?.hash),
+        |body| {
+            body.instance.wanted = body.log.wanted_of_model();
+            let required = required.map_err(reason)?;
+            let variables = (0..n_required).map(|k| required.get(k)).collect();
+            body.own.update = updates(&body.instance.layout, variables, environment, update)?;
+            Ok(())
+        },
+    );
+    let instance = made.unwrap_or_else(|reason| {
+        messages.push(refusal("fmi3InstantiateCoSimulation", &reason));
+        ptr::null_mut()
+    });
+    let answer = if instance.is_null() {
+        Answer::Error
+    } else {
+        Answer::Ok
+    };
+    log.send(&messages, answer);
+    instance
+}
+
+fn reason(fault: Fault) -> String {
+    match fault {
+        Fault::Refused(text) | Fault::Discarded(text) => text,
+        Fault::Unknown(number) => format!("unknown value reference {number}"),
+    }
+}
+
+/// What the importer wants to see within steps, if anything.
+fn updates<M: Model>(
+    layout: &Layout<M>,
+    variables: Vec<ValueReference>,
+    environment: InstanceEnvironment,
+    callback: Option<IntermediateUpdate>,
+) -> Result<Option<Update>, String> {
+    for &number in &variables {
+        let (run, first, _) = layout.block(number).map_err(|_| {
+            format!("requiredIntermediateVariables: unknown value reference {number}")
+        })?;
+        if !run.row.has_intermediate_update() {
+            let name = run.row.element_name(first);
+            return Err(format!(
+                "requiredIntermediateVariables: `{name}` must be a variable with intermediateUpdate = true"
+            ));
+        }
+    }
+    match callback {
+        _ if variables.is_empty() => Ok(None),
+        None => Err(
+            "intermediateUpdate = NULL must be a function, because there are requiredIntermediateVariables"
+                .to_owned(),
+        ),
+        Some(callback) => Ok(Some(Update {
+            callback,
+            environment,
+            variables,
+        })),
+    }
+}
+
+/// The resources folder; one that is not absolute is reported and done without.
+fn folder(messages: &mut Vec<Message>, path: &str) -> Option<PathBuf> {
+    let folder = Path::new(path);
+    if folder.is_absolute() {
+        // Without the separator at the end.
+        return Some(folder.components().collect());
+    }
+    messages.push(Message::new(
+        Kind::Warning,
+        format!(
+            "fmi3InstantiateCoSimulation: resourcePath `{path}` is not an absolute path; going on without"
+        ),
+    ));
+    None
+}
+
+/// fmi3InstantiateModelExchange and fmi3InstantiateScheduledExecution: refused by name.
+///
+/// # Safety
+/// As for every function of [`entry`](super::entry).
+pub unsafe fn refuse_instantiation<M: Model>(
+    function: &str,
+    logging_on: Boolean,
+    environment: InstanceEnvironment,
+    log_message: Option<LogMessage>,
+) -> Instance {
+    let log: Log = log::new(
+        log_message,
+        environment,
+        logging_on != 0,
+        M::INFO.log_categories,
+    );
+    let reason = "this FMU offers Co-Simulation only; it must be instantiated by fmi3InstantiateCoSimulation";
+    log.send(&[refusal(function, reason)], Answer::Error);
+    ptr::null_mut()
+}
+
+/// fmi3FreeInstance; NULL is ignored, and so is an instance in use: a callback cannot free its instance.
+///
+/// # Safety
+/// As for every function of [`entry`](super::entry); `c` is not used afterwards.
+pub unsafe fn free_instance<M: Model>(c: Instance) {
+    // SAFETY: forwarded.
+    unsafe { library::free::<M, Fmi3>(c) }
+}

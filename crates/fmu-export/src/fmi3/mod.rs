@@ -1,0 +1,14 @@
+//! FMI 3.0 for co-simulation over the core: C functions, rows as arrays with one value reference, statuses, call order, messages to the
+//! importer's logger, `modelDescription.xml` and `terminalsAndIcons.xml`.
+
+mod absent;
+mod calls;
+mod dependencies;
+pub(crate) mod description;
+pub mod entry;
+pub mod ffi;
+mod files;
+mod instance;
+mod instantiate;
+mod log;
+mod values;
