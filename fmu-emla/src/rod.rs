@@ -28,11 +28,10 @@ impl Rod {
         }
     }
 
-    /// The inputs with the rod where it is; a voltage of the DC link that nobody has set is the machine's.
+    /// The inputs with the rod where it is.
     pub(crate) fn input(&self, u: &Input) -> emla::Input {
         let x = if u.x_sets == self.sets { self.x } else { u.x };
-        let v_dc = (u.v_dc_sets > 0).then_some(u.v_dc);
-        emla::Input { x, v_dc, ..**u }
+        emla::Input { x, ..**u }
     }
 
     /// The inputs over a step that begins here.
@@ -42,11 +41,9 @@ impl Rod {
             0.0 => u.derivative(k - 1).x_dot,
             given => given,
         };
-        let start = self.input(u.value());
         Course {
             u,
-            start: start.x,
-            v_dc: start.v_dc,
+            start: self.input(u.value()).x,
             derivatives: [1, 2, 3, 4].map(derivative),
             farthest: Cell::new(0.0),
         }
@@ -58,8 +55,6 @@ pub(crate) struct Course<'a> {
     u: &'a InputPolynomial<Input>,
     /// Rod position at the start of the step, m.
     start: f64,
-    /// Voltage of the DC link, V; None: the machine's.
-    v_dc: Option<f64>,
     /// Time derivatives of the rod position there, from the first on.
     derivatives: [f64; 4],
     /// Largest magnitude of the rod position so far, m.
@@ -74,7 +69,6 @@ impl Course<'_> {
         self.farthest.set(self.farthest.get().max(x.abs()));
         emla::Input {
             x,
-            v_dc: self.v_dc,
             ..*self.u.at::<EmlaFmu>(s)
         }
     }
@@ -135,11 +129,7 @@ mod tests {
             F_hold: 9e3,
             ..emla::Input::default()
         };
-        Input {
-            u,
-            x_sets,
-            ..Input::default()
-        }
+        Input { u, x_sets }
     }
 
     /// Set once, and set at every communication point to where the velocity has taken the rod: the same motion. Tolerance: K_b
@@ -188,7 +178,7 @@ mod tests {
                 x_dot,
                 ..emla::Input::default()
             },
-            ..Input::default()
+            x_sets: 0,
         };
         let value = of(0.3, 0.02);
         let s: f64 = 0.5;
@@ -210,23 +200,6 @@ mod tests {
         }
     }
 
-    /// Until the link's voltage is set, that of the parameters counts; then the one that was set, also 0.
-    #[test]
-    fn a_link_voltage_counts_once_it_is_set() {
-        let unset = inputs(1, 0.3, 0.1);
-        let actuator = Actuator::new(&unset);
-        let y = actuator.output(&unset);
-        assert!((y.P_in / y.i_dc - 650.0).abs() < 1e-9);
-        let set = |v_dc: f64| Input {
-            v_dc,
-            v_dc_sets: 1,
-            ..unset
-        };
-        let y = actuator.output(&set(432.1));
-        assert!((y.P_in / y.i_dc - 432.1).abs() < 1e-9);
-        assert_eq!(actuator.output(&set(0.0)).i_dc, 0.0);
-    }
-
     /// The bounds of `x` hold inside a step, also where the rod comes back before its end.
     #[test]
     fn the_rod_stays_within_the_bounds_of_x() {
@@ -242,7 +215,7 @@ mod tests {
                 x_dot: -2.0 * 90.0 / 2e-3,
                 ..emla::Input::default()
             },
-            ..Input::default()
+            x_sets: 0,
         };
         let back = InputPolynomial::with_derivatives(inputs(1, 9.96, 90.0), &[turn]);
         let text = actuator.step(&back, 2e-3).expect_err("10.005 m");

@@ -1,4 +1,5 @@
-//! The files that a library made with `fmu_export::export_fmu!` carries, received through its function `fmi2ExportFiles`.
+//! The files that a library made with `fmu_export::export_fmu!` carries, received through its functions `fmi2ExportFiles` and
+//! `fmi3ExportFiles`.
 #![allow(unsafe_code)] // loads a library, and receives C strings and bytes
 
 use std::collections::BTreeMap;
@@ -7,11 +8,12 @@ use std::path::Path;
 
 use anyhow::{Context, Result, bail};
 use fmu_description::Description;
+pub use fmu_description::Version;
 
 use crate::archive::Entries;
 
 type Receive = unsafe extern "C" fn(*mut c_void, *const c_char, *const u8, usize);
-/// The C function `fmi2ExportFiles`.
+/// The C functions `fmi2ExportFiles` and `fmi3ExportFiles`.
 pub type ExportFiles = unsafe extern "C" fn(*mut c_void, Option<Receive>) -> c_int;
 
 #[derive(Default)]
@@ -20,17 +22,26 @@ struct Received {
     reason: Option<String>,
 }
 
-/// All files of the FMU beside the binaries: model description, documentation, icon, resources. The library must be one that this
-/// machine can load.
+/// All files of the FMU of FMI 2.0 beside the binaries: model description, documentation, icon, resources. The library must be one that
+/// this machine can load.
 pub fn files(library: &Path) -> Result<Entries> {
+    files_of(library, Version::Fmi2)
+}
+
+/// The same of a version of FMI.
+pub fn files_of(library: &Path, version: Version) -> Result<Entries> {
+    let function = match version {
+        Version::Fmi2 => "fmi2ExportFiles",
+        Version::Fmi3 => "fmi3ExportFiles",
+    };
     let name = library.display();
     // SAFETY: a library that was built to be loaded as an FMU; loading it runs no code of the model.
     let loaded = unsafe { libloading::Library::new(library) }
         .with_context(|| format!("{name} cannot be loaded"))?;
     // SAFETY: `fmu_export::export_fmu!` gives the symbol this signature.
-    let export = unsafe { loaded.get::<ExportFiles>(b"fmi2ExportFiles\0") };
+    let export = unsafe { loaded.get::<ExportFiles>(function.as_bytes()) };
     let export = export.with_context(|| {
-        format!("{name} exports no fmi2ExportFiles; does the crate use fmu_export::export_fmu!?")
+        format!("{name} exports no {function}; does the crate use fmu_export::export_fmu!?")
     })?;
     // SAFETY: the function of a library that stays loaded until it has returned.
     unsafe { received(*export) }.with_context(|| name.to_string())
@@ -46,7 +57,7 @@ pub unsafe fn received(export: ExportFiles) -> Result<Entries> {
     let status = unsafe { export((&raw mut received).cast(), Some(receive)) };
     match received.reason {
         Some(reason) => bail!("{reason}"),
-        None if status != 0 => bail!("fmi2ExportFiles returned {status}"),
+        None if status != 0 => bail!("the function for the files returned {status}"),
         None => Ok(received.files),
     }
 }
@@ -123,6 +134,6 @@ mod tests {
         let expected = [("a/b.txt", b"text".to_vec()), ("empty", vec![])];
         assert_eq!(files, expected.map(|(p, b)| (p.to_string(), b)).into());
         assert_eq!(refused.to_string(), "row `x`");
-        assert_eq!(failed.to_string(), "fmi2ExportFiles returned 7");
+        assert_eq!(failed.to_string(), "the function for the files returned 7");
     }
 }

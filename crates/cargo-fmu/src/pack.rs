@@ -5,6 +5,8 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, ensure};
 
+use fmu_description::Version;
+
 use crate::archive::Entries;
 use crate::notices::Notices;
 use crate::platform::Platform;
@@ -62,7 +64,10 @@ impl Platforms {
     }
 }
 
-/// Build and pack FMUs into the folder `out`; the files written.
+/// Folder for archives of FMI 3.0, within that of the archives of FMI 2.0.
+pub const FMI3_FOLDER: &str = "fmi3";
+
+/// Build and pack FMUs into the folder `out`, and for FMI 3.0 into [`FMI3_FOLDER`] there; the files of FMI 2.0.
 pub fn fmus(
     workspace: &Workspace,
     sources: &[Source],
@@ -96,7 +101,8 @@ pub fn fmus(
             libraries.push(read(library)?);
         }
     }
-    fs::create_dir_all(out).with_context(|| out.display().to_string())?;
+    let out_3 = out.join(FMI3_FOLDER);
+    fs::create_dir_all(&out_3).with_context(|| out_3.display().to_string())?;
     let notices = Notices::new(workspace)?;
     let triples: Vec<_> = targets.iter().map(|target| target.triple).collect();
     let packed = built
@@ -104,7 +110,9 @@ pub fn fmus(
         .zip(libraries)
         .map(|((library, package), libraries)| {
             let notices = notices.files(workspace, &package.name, &triples)?;
-            fmu(workspace, package, library, libraries, notices, out)
+            let beside = beside(workspace, package, notices)?;
+            fmu(Version::Fmi3, library, &libraries, &beside, &out_3)?;
+            fmu(Version::Fmi2, library, &libraries, &beside, out)
         });
     packed.collect()
 }
@@ -132,32 +140,52 @@ fn portable(workspace: &Workspace, target: &Target, library: &Path) -> Result<Li
     Ok((platform, bytes))
 }
 
+/// The archive of a version of FMI; its file.
 fn fmu(
-    workspace: &Workspace,
-    package: &Package,
+    version: Version,
     loaded: &Path,
-    libraries: Vec<Library>,
-    notices: Entries,
+    libraries: &[Library],
+    beside: &Entries,
     out: &Path,
 ) -> Result<PathBuf> {
-    let mut entries = library::files(loaded)?;
+    let mut entries = library::files_of(loaded, version)?;
     let identifier = identifier(&entries, loaded)?;
     for (platform, bytes) in libraries {
-        entries.insert(platform.path(&identifier), bytes);
+        let path = match version {
+            Version::Fmi2 if !platform.is_in_fmi2() => continue,
+            Version::Fmi2 => platform.path(&identifier)?,
+            Version::Fmi3 => platform.path_3(&identifier),
+        };
+        entries.insert(path, bytes.clone());
     }
-    let folders = [package.folder(), &workspace.root];
-    let own = licences::files(&folders, package.license.as_deref())?;
-    let others = notices
-        .into_iter()
-        .map(|(name, bytes)| (format!("{}/{name}", licences::FOLDER), bytes));
-    let conventional = conventional(package.folder())?;
-    for (path, bytes) in own.into_iter().chain(others).chain(conventional) {
-        entries.entry(path).or_insert(bytes);
+    for (path, bytes) in beside {
+        let path = match (version, path.as_str()) {
+            (Version::Fmi3, "model.png") => ICON_3,
+            (_, path) => path,
+        };
+        let entry = entries.entry(path.to_string());
+        entry.or_insert_with(|| bytes.clone());
     }
     let path = out.join(identifier).with_extension("fmu");
     let size = archive::write(&path, &entries)?;
     println!("packed {} ({} kB)", path.display(), size / 1000);
     Ok(path)
+}
+
+/// The icon in an archive of FMI 3.0.
+const ICON_3: &str = "terminalsAndIcons/icon.png";
+
+/// What a library does not carry itself: licences, notices, and what lies beside the package's Cargo.toml.
+fn beside(workspace: &Workspace, package: &Package, notices: Entries) -> Result<Entries> {
+    let folders = [package.folder(), &workspace.root];
+    let mut entries = licences::files(&folders, package.license.as_deref())?;
+    let others = notices
+        .into_iter()
+        .map(|(name, bytes)| (format!("{}/{name}", licences::FOLDER), bytes));
+    for (path, bytes) in others.chain(conventional(package.folder())?) {
+        entries.entry(path).or_insert(bytes);
+    }
+    Ok(entries)
 }
 
 /// What lies beside a package's Cargo.toml and belongs into its FMU: `model.png`, and all in `documentation/` and `resources/`. A file
@@ -198,7 +226,7 @@ pub fn contents(library: &Path) -> Result<(String, Entries)> {
     let mut entries = library::files(library)?;
     let identifier = identifier(&entries, library)?;
     let (platform, bytes) = read(library)?;
-    entries.insert(platform.path(&identifier), bytes);
+    entries.insert(platform.path(&identifier)?, bytes);
     Ok((identifier, entries))
 }
 

@@ -1,4 +1,4 @@
-//! Platform folders of FMI 2.0 (section 2.3): each is claimed only for the processor that it is for.
+//! Platform folders of FMI 2.0 (section 2.3) and 3.0 (section 2.5.1.4): each is claimed only for the processor that it is for.
 
 use anyhow::{Context, Result, bail};
 use object::{Architecture, BinaryFormat, Object};
@@ -6,33 +6,61 @@ use object::{Architecture, BinaryFormat, Object};
 /// Where a library belongs inside an FMU.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Platform {
-    /// Folder in `binaries/`.
+    /// Folder in `binaries/` of FMI 2.0; where that has none, the one of FMI 3.0.
     pub folder: &'static str,
+    /// Folder in `binaries/` of FMI 3.0.
+    pub folder_3: &'static str,
     /// Suffix of a library, with its dot.
     pub suffix: &'static str,
 }
 
 impl Platform {
-    /// Where the library of an FMU lies in its archive.
-    pub fn path(&self, identifier: &str) -> String {
-        format!("binaries/{}/{identifier}{}", self.folder, self.suffix)
+    /// Whether FMI 2.0 has a folder for it.
+    pub fn is_in_fmi2(&self) -> bool {
+        self.folder != self.folder_3
+    }
+
+    /// Where the library of an FMU lies in its archive by FMI 2.0.
+    pub fn path(&self, identifier: &str) -> Result<String> {
+        let Self { folder, suffix, .. } = self;
+        if !self.is_in_fmi2() {
+            bail!("FMI 2.0 has no folder for {folder}");
+        }
+        Ok(format!("binaries/{folder}/{identifier}{suffix}"))
+    }
+
+    /// The same by FMI 3.0.
+    pub fn path_3(&self, identifier: &str) -> String {
+        let Self {
+            folder_3, suffix, ..
+        } = self;
+        format!("binaries/{folder_3}/{identifier}{suffix}")
     }
 }
 
 /// Linux on x86-64.
 pub const LINUX: Platform = Platform {
     folder: "linux64",
+    folder_3: "x86_64-linux",
     suffix: ".so",
 };
 /// Windows on x86-64.
 pub const WINDOWS: Platform = Platform {
     folder: "win64",
+    folder_3: "x86_64-windows",
     suffix: ".dll",
 };
-/// macOS on x86-64. The standard names no processor here; it was written when Macs had no other.
+/// macOS on x86-64. FMI 2.0 names no processor here; it was written when Macs had no other.
 pub const MACOS: Platform = Platform {
     folder: "darwin64",
+    folder_3: "x86_64-darwin",
     suffix: ".dylib",
+};
+/// Linux on 64-bit ARM.
+pub const LINUX_ARM: Platform = Platform {
+    folder: "aarch64-linux",
+    folder_3: "aarch64-linux",
+    suffix: ".so",
 };
 
 /// The platform that a library was built for, by its own header.
@@ -40,11 +68,11 @@ pub fn of(library: &[u8]) -> Result<Platform> {
     let file = object::File::parse(library).context("not a library")?;
     match (file.format(), file.architecture()) {
         (BinaryFormat::Elf, Architecture::X86_64) => Ok(LINUX),
+        (BinaryFormat::Elf, Architecture::Aarch64) => Ok(LINUX_ARM),
         (BinaryFormat::Pe, Architecture::X86_64) => Ok(WINDOWS),
         (BinaryFormat::MachO, Architecture::X86_64) => Ok(MACOS),
         (format, processor) => bail!(
-            "built for {processor:?} ({format:?}); FMI 2.0 has folders for Linux (linux64), Windows (win64) and macOS (darwin64) on x86-64 \
-             only"
+            "built for {processor:?} ({format:?}), but must be for Linux, Windows or macOS on x86-64, or for Linux on 64-bit ARM"
         ),
     }
 }
@@ -53,9 +81,10 @@ pub fn of(library: &[u8]) -> Result<Platform> {
 pub fn host() -> Result<Platform> {
     match (std::env::consts::OS, std::env::consts::ARCH) {
         ("linux", "x86_64") => Ok(LINUX),
+        ("linux", "aarch64") => Ok(LINUX_ARM),
         ("windows", "x86_64") => Ok(WINDOWS),
         ("macos", "x86_64") => Ok(MACOS),
-        (os, processor) => bail!("FMI 2.0 has no folder for {os} on {processor}"),
+        (os, processor) => bail!("FMUs cannot be packed for {os} on {processor}"),
     }
 }
 
@@ -77,12 +106,13 @@ mod tests {
     #[test]
     fn a_folder_is_claimed_for_its_own_processor_only() {
         assert_eq!(of(&elf(62)).unwrap(), LINUX);
-        let refused = of(&elf(183)).unwrap_err().to_string();
-        assert!(
-            refused.starts_with("built for Aarch64 (Elf); FMI 2.0 has folders for Linux (linux64)"),
-            "{refused}"
-        );
-        assert!(of(&elf(243)).is_err(), "RISC-V");
+        let arm = of(&elf(183)).unwrap();
+        assert_eq!(arm, LINUX_ARM);
+        assert_eq!(arm.path_3("Lag"), "binaries/aarch64-linux/Lag.so");
+        let refused = arm.path("Lag").unwrap_err().to_string();
+        assert_eq!(refused, "FMI 2.0 has no folder for aarch64-linux");
+        let refused = of(&elf(243)).unwrap_err().to_string();
+        assert!(refused.starts_with("built for Riscv64 (Elf)"), "{refused}");
         assert_eq!(of(b"text").unwrap_err().to_string(), "not a library");
     }
 

@@ -71,12 +71,9 @@ fn an_algebraic_loop_is_named() {
         .err()
         .unwrap()
         .to_string();
-    assert_holds(
-        &error,
-        &[
-            "algebraic loop: spring.F -> mass.f -> mass.x_ddot -> spring.x_ddot -> spring.F; ",
-            "must have a state, or a delay of a communication step",
-        ],
+    assert_eq!(
+        error,
+        "algebraic loop: spring.F -> mass.f -> mass.x_ddot -> spring.x_ddot -> spring.F"
     );
 }
 
@@ -89,12 +86,9 @@ fn units_that_do_not_fit_are_named() {
         .err()
         .unwrap()
         .to_string();
-    assert_holds(
-        &error,
-        &[
-            "connection mass.x_ddot -> spring.x: the FMUs' units differ, m/s2 and m; ",
-            "must say suppressUnitConversion=\"true\"",
-        ],
+    assert_eq!(
+        error,
+        "connection mass.x_ddot -> spring.x: the FMUs' units differ, m/s2 and m"
     );
 }
 

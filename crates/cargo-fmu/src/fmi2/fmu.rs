@@ -49,7 +49,7 @@ impl Fmu {
         if description.fmi != Version::Fmi2 {
             bail!("it is of FMI {}, not 2.0", description.fmi);
         }
-        let library = folder.join(platform::host()?.path(&description.identifier));
+        let library = folder.join(platform::host()?.path(&description.identifier)?);
         Ok(Self {
             functions: Functions::load(load(&library)?)?,
             description,
