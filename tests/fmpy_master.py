@@ -2,7 +2,7 @@
 
 Schedules: `standard` exchanges values once a step (get all, set all, step all), which is all that FMI 2.0 promises between masters and
 FMUs. The others use the staged exchange: an FMU's outputs are read again after its inputs have been set at the same communication point.
-`gauss-seidel` steps the components in the order of the system and gives later ones the mean force of the step; `jacobi` steps all from the
+`gauss-seidel` steps the components in the order of the system and gives later ones the mean effort of the step; `jacobi` steps all from the
 same values; `jacobi-derivatives` passes first time derivatives too.
 
     python tests/fmpy_master.py --fmu-dir target/fmu --set controller.mode=3 --csv pd.csv
@@ -19,7 +19,7 @@ from pathlib import Path
 import numpy as np
 
 from fmu import Fmu, Refused
-from system import BadSystem, System, check_parameter, described, levels, read_set
+from system import AS_IT_IS, BadSystem, System, check_parameter, described, levels, read_set
 
 ROOT = Path(__file__).resolve().parent.parent
 STAGED = ("gauss-seidel", "jacobi", "jacobi-derivatives")
@@ -31,32 +31,50 @@ def pointer(array, ctype=c_double):
 
 
 class Transfer:
-    """One fmi2GetReal or fmi2SetReal (or of derivatives), with everything allocated."""
+    """One fmi2Get… or fmi2Set… of Real, Integer or Boolean (or of derivatives), with everything allocated."""
 
-    def __init__(self, instance, verb, names, slots, values):
+    def __init__(self, instance, verb, names, slots, values, transformations=()):
         self.instance, self.verb, self.slots, self.values = instance, verb, np.array(slots), values
         self.n, self.references = len(names), instance.references(names)
-        self.buffer = np.zeros(self.n)
-        self.pointer, self.orders = pointer(self.buffer), (c_int * self.n)(*[1] * self.n)
+        self.kind = accessed(instance.fmu.variables[names[0]])
+        self.exchanged = np.zeros(self.n)
+        self.buffer = self.exchanged if self.kind == "Real" else np.zeros(self.n, dtype=np.intc)
+        self.pointer = pointer(self.buffer, c_double if self.kind == "Real" else c_int)
+        self.orders = (c_int * self.n)(*[1] * self.n)
+        self.transformations = None
+        if any(t != AS_IT_IS for t in transformations):
+            self.transformations = tuple(map(np.array, zip(*transformations)))
 
     def _call(self, derivatives):
         if derivatives:
             function = {"Get": "fmi2GetRealOutputDerivatives", "Set": "fmi2SetRealInputDerivatives"}[self.verb]
             self.instance.call(function, self.references, self.n, self.orders, self.pointer)
         else:
-            self.instance.call(f"fmi2{self.verb}Real", self.references, self.n, self.pointer)
+            self.instance.call(f"fmi2{self.verb}{self.kind}", self.references, self.n, self.pointer)
 
     def run(self, derivatives=False):
         if self.verb == "Get":
             self._call(derivatives)
             self.values[self.slots] = self.buffer
-        else:
-            self.values.take(self.slots, out=self.buffer)
-            self._call(derivatives)
+            return
+        self.values.take(self.slots, out=self.exchanged)
+        if self.transformations:
+            factors, offsets = self.transformations
+            self.exchanged *= factors
+            self.exchanged += 0.0 if derivatives else offsets
+        if self.buffer is not self.exchanged:
+            self.buffer[:] = self.exchanged
+        self._call(derivatives)
+
+
+def accessed(variable):
+    """The type by whose functions a variable is read and set."""
+    return "Integer" if variable.type == "Enumeration" else variable.type
 
 
 class Exchange:
-    """Links passed level by level: reads, then writes, one call per component. With all links on one level all is read, then all written."""
+    """Links passed level by level: reads, then writes, one call per component and type. With all links on one level all is read, then all
+    written."""
 
     def __init__(self, instances, links, levels):
         sources = list(dict.fromkeys(link.source for link in links))
@@ -66,12 +84,13 @@ class Exchange:
         for level in sorted(set(levels)):
             now = [link for link, of in zip(links, levels) if of == level]
             self._add(instances, "Get", list(dict.fromkeys((*link.source, slot[link.source]) for link in now)))
-            self._add(instances, "Set", [(*link.target, slot[link.source]) for link in now])
+            self._add(instances, "Set", [(*link.target, slot[link.source], link.transformation) for link in now])
 
     def _add(self, instances, verb, ends):
-        for component, group in groupby(sorted(ends), key=lambda end: end[0]):
-            _, names, slots = zip(*group)
-            self.transfers.append(Transfer(instances[component], verb, names, slots, self.values))
+        alike = lambda end: (end[0], accessed(instances[end[0]].fmu.variables[end[1]]))
+        for (component, _), group in groupby(sorted(ends, key=lambda end: (alike(end), end)), key=alike):
+            _, names, slots, *transformations = zip(*group)
+            self.transfers.append(Transfer(instances[component], verb, names, slots, self.values, *transformations))
 
     def run(self, derivatives=False, verb=None):
         """All, or only what is read ("Get") or written ("Set")."""
@@ -107,19 +126,19 @@ class Master:
         self.pass_all()
 
     def _means(self):
-        """By component: how it gets the mean forces of the step from components stepped before it."""
+        """By component: how it gets the mean efforts of the step from components stepped before it."""
         order = list(self.system.components)
         bonds = [b for b in self.system.links if b.step_mean and order.index(b.source[0]) < order.index(b.target[0])]
         values, means = np.zeros(len(bonds)), {}
         for slot, bond in enumerate(bonds):
             (source, _), (target, name) = bond.source, bond.target
             read = Transfer(self.instances[source], "Get", [bond.step_mean], [slot], values)
-            means.setdefault(target, ([], [], []))
-            for kept, new in zip(means[target], (read, name, slot)):
+            means.setdefault(target, ([], [], [], []))
+            for kept, new in zip(means[target], (read, name, slot, bond.transformation)):
                 kept.append(new)
         return {
-            target: [*reads, Transfer(self.instances[target], "Set", names, slots, values)]
-            for target, (reads, names, slots) in means.items()
+            target: [*reads, Transfer(self.instances[target], "Set", names, slots, values, transformations)]
+            for target, (reads, names, slots, transformations) in means.items()
         }
 
     @property
@@ -152,7 +171,8 @@ class Master:
         probes = [name.split(".", 1) for name in names]
         row = np.zeros(len(probes))
         reads = []
-        for component, group in groupby(sorted((c, n, i) for i, (c, n) in enumerate(probes)), key=lambda p: p[0]):
+        alike = lambda probe: (probe[0], accessed(self.instances[probe[0]].fmu.variables[probe[1]]))
+        for (component, _), group in groupby(sorted(((c, n, i) for i, (c, n) in enumerate(probes)), key=lambda p: (alike(p), p)), key=alike):
             _, some, slots = zip(*group)
             reads.append(Transfer(self.instances[component], "Get", some, slots, row))
         count = self.steps + round((until - self.time) / self.h)
@@ -176,7 +196,8 @@ def passes_derivative(system, fmus, link):
     (source, output), (target, _) = link.source, link.target
     of = lambda name: fmus[system.components[name]]
     return (
-        of(source).description.coSimulation.maxOutputDerivativeOrder >= 1
+        of(source).variables[output].type == "Real"
+        and of(source).description.coSimulation.maxOutputDerivativeOrder >= 1
         and of(target).description.coSimulation.canInterpolateInputs
         and of(source).variables[output].variability == "continuous"
     )

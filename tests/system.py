@@ -3,8 +3,9 @@
 What this master does not support, and what does not fit, is refused with the reason (`BadSystem`) rather than skipped.
 """
 
+import math
 import zipfile
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path, PurePosixPath
 from typing import NamedTuple
 from xml.etree import ElementTree
@@ -13,6 +14,20 @@ SSD = "{http://ssp-standard.org/SSP1/SystemStructureDescription}"
 SSC = "{http://ssp-standard.org/SSP1/SystemStructureCommon}"
 SSV = "{http://ssp-standard.org/SSP1/SystemStructureParameterValues}"
 BOND = "io.github.hdrm-fmu.power-bond"
+
+#: Types of connectors that can be connected.
+CONNECTED = ("Real", "Integer", "Boolean")
+
+#: Which way power goes where effort times flow is positive: the start element of the effort delivers it or takes it.
+POWERS = ("delivered", "drawn")
+
+#: What to do about units that differ.
+UNITS = "units are never converted: where the numbers are right as they are, or are made right by a LinearTransformation, "
+UNITS += 'the connection must say suppressUnitConversion="true"'
+
+#: What breaks an algebraic loop.
+REMEDY = "no order of exchange resolves it. One of these components must have a state, or a delay of a communication step, between its input "
+REMEDY += "and its output, and must not list that input among the output's dependencies; or one of the connections must go"
 
 #: Python's values of SSP's types; an enumeration stays the name of its item.
 VALUES = {"Real": float, "Integer": int, "Boolean": {"true": True, "1": True, "false": False, "0": False}.__getitem__}
@@ -39,6 +54,17 @@ class Parameter(NamedTuple):
     unit: str | None
 
 
+class Linear(NamedTuple):
+    """What a connection makes of a Real value: factor * value + offset."""
+
+    factor: float = 1.0
+    offset: float = 0.0
+
+
+#: The transformation that leaves every value as it is.
+AS_IT_IS = Linear()
+
+
 class Connector(NamedTuple):
     """A connector as declared: input or output, SSP type, unit."""
 
@@ -49,13 +75,16 @@ class Connector(NamedTuple):
 
 @dataclass(frozen=True)
 class Link:
-    """A connection: (component, output) to (component, input). One that carries the force of a power bond names the output with the mean
-    of the force over the last step and the input with the conjugate velocity."""
+    """A connection: (component, output) to (component, input). One that carries the effort of a power bond names the output with the mean
+    of the effort over the last step and the input with the conjugate flow."""
 
     source: tuple
     target: tuple
     step_mean: str | None = None
     flow: str | None = None
+    transformation: Linear = AS_IT_IS
+    #: `suppressUnitConversion`: the units of the ends may differ.
+    units_stay: bool = False
 
     def __str__(self):
         return f"{'.'.join(self.source)} -> {'.'.join(self.target)}"
@@ -118,16 +147,34 @@ def connection(element):
     link = Link((ends[0], ends[1]), (ends[2], ends[3]))
     if None in ends:
         raise BadSystem(f"connection {ends[1]} -> {ends[3]}: both ends must name a component")
-    if any(child.tag.endswith("Transformation") for child in element):
-        raise BadSystem(f"connection {link}: transformations are not supported")
+    if any(child.tag.endswith("MappingTransformation") for child in element):
+        raise BadSystem(f"connection {link}: mapping transformations are not supported, only LinearTransformation")
+    link = replace(link, transformation=linear(element, link), units_stay=element.get("suppressUnitConversion") in ("true", "1"))
     for annotation in element.iter(f"{SSC}Annotation"):
         bond = next((child for child in annotation if child.tag.endswith("PowerBond")), None)
         if bond is not None:
             if annotation.get("type") != BOND:
                 kind = annotation.get("type")
                 raise BadSystem(f"connection {link}: a PowerBond stands in an annotation of type `{kind}`; the type must be `{BOND}`")
-            return Link(link.source, link.target, bond.get("stepMean"), bond.get("flow"))
+            if bond.get("power", POWERS[0]) not in POWERS:
+                raise BadSystem(f"connection {link}: power = `{bond.get('power')}` of a PowerBond must be `{'` or `'.join(POWERS)}`")
+            return replace(link, step_mean=bond.get("stepMean"), flow=bond.get("flow"))
     return link
+
+
+def linear(element, link):
+    """The linear transformation of a connection."""
+    found = element.find(f"{SSC}LinearTransformation")
+    if found is None:
+        return AS_IT_IS
+    texts = found.get("factor", "1"), found.get("offset", "0")
+    try:
+        transformation = Linear(*map(float, texts))
+    except ValueError:
+        transformation = Linear(math.nan)
+    if not all(map(math.isfinite, transformation)):
+        raise BadSystem(f"connection {link}: LinearTransformation with factor {texts[0]} and offset {texts[1]}; both must be finite")
+    return transformation
 
 
 @dataclass
@@ -186,12 +233,16 @@ class System:
             self.connectors[name, connector.get("name")] = Connector(connector.get("kind"), kind, unit)
 
     def _check_links(self):
-        """Each link must join declared Real connectors, an output and an input, of the same unit, every input at most once."""
+        """Each link must join declared connectors, an output and an input, of the same type and unit, every input at most once."""
         driven = {}
         for link in self.links:
             start, end = self._connector(link.source, "output"), self._connector(link.target, "input")
-            if start.unit != end.unit:
-                raise BadSystem(f"connection {link}: the units differ, {start.unit or 'none'} and {end.unit or 'none'}")
+            if start.type != end.type:
+                raise BadSystem(f"connection {link}: the types differ, {start.type} and {end.type}; both ends must be of the same type")
+            if start.unit != end.unit and not link.units_stay:
+                raise BadSystem(f"connection {link}: the units differ, {start.unit or 'none'} and {end.unit or 'none'}; {UNITS}")
+            if link.transformation != AS_IT_IS and start.type != "Real":
+                raise BadSystem(f"connection {link}: a LinearTransformation is for Real connectors; these are {start.type}")
             if link.target in driven:
                 first, second = driven[link.target], ".".join(link.source)
                 raise BadSystem(f"input {'.'.join(link.target)} is driven twice, by {first} and by {second}")
@@ -206,8 +257,9 @@ class System:
         found = self.connectors[end]
         if found.kind != kind:
             raise BadSystem(f"connector `{component}.{name}` is declared as {found.kind}, but a connection uses it as {kind}")
-        if found.type != "Real":
-            raise BadSystem(f"connector `{component}.{name}` is declared as {found.type}; only Real connectors can be connected")
+        if found.type not in CONNECTED:
+            types = ", ".join(CONNECTED)
+            raise BadSystem(f"connector `{component}.{name}` is declared as {found.type}; only connectors of the types {types} can be connected")
         return found
 
     def check(self, fmus):
@@ -221,14 +273,14 @@ class System:
         for link in self.links:
             units = []
             for (component, name), causality in ((link.source, "output"), (link.target, "input")):
-                found = variable(component, name)
-                if (found.type, found.causality) != ("Real", causality):
+                found, kind = variable(component, name), self.connectors[link.source].type
+                if (found.type, found.causality) != (kind, causality):
                     raise BadSystem(
-                        f"{component}.{name} must be a real {causality} to be connected; it is {found.type}, {found.causality}"
+                        f"{component}.{name} must be of type {kind}, {causality}, to be connected; it is of type {found.type}, {found.causality}"
                     )
                 units.append(unit_of(found))
-            if all(units) and units[0] != units[1]:
-                raise BadSystem(f"connection {link}: the FMUs' units differ, {units[0]} and {units[1]}")
+            if all(units) and units[0] != units[1] and not link.units_stay:
+                raise BadSystem(f"connection {link}: the FMUs' units differ, {units[0]} and {units[1]}; {UNITS}")
             self._check_bond(link, variable)
         for component, values in self.parameters.items():
             for name, parameter in values.items():
@@ -241,8 +293,8 @@ class System:
         for name in (link.step_mean, link.flow):
             variable(component, name)
         if not any(other.target == (component, link.flow) for other in self.links):
-            force = ".".join(link.source)
-            raise BadSystem(f"power bond of {force}: no connection drives its flow {component}.{link.flow}")
+            effort = ".".join(link.source)
+            raise BadSystem(f"power bond of {effort}: no connection drives its flow {component}.{link.flow}")
 
 
 def described(fmu, name):
@@ -291,7 +343,7 @@ def levels(system, fmus, initialization=False):
             return found[link]
         if link in under_way:
             ends = under_way[under_way.index(link) :] + [link]
-            raise AlgebraicLoop("algebraic loop: " + " -> ".join(".".join(end.source) for end in ends))
+            raise AlgebraicLoop("algebraic loop: " + " -> ".join(".".join(end.source) for end in ends) + f"; {REMEDY}")
         under_way.append(link)
         component, output = link.source
         before = [into[component, i] for i in through[component].get(output, []) if (component, i) in into]

@@ -32,8 +32,22 @@ pub struct EmlaFmu {
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub struct Input {
     u: emla::Input,
+    /// Voltage of the DC link, V; counts once it was set.
+    v_dc: f64,
+    /// How often it was set.
+    v_dc_sets: u32,
     /// How often `x` was set.
     x_sets: u32,
+}
+
+impl Input {
+    /// The direction of a derivative, or a derivative by time: in them nothing is set, and every number counts.
+    fn direction(&self) -> emla::Input {
+        emla::Input {
+            v_dc: Some(self.v_dc),
+            ..self.u
+        }
+    }
 }
 
 impl Deref for Input {
@@ -106,18 +120,22 @@ impl Model for EmlaFmu {
     }
 
     fn defaults() -> (Parameters, Input) {
-        let u = emla::Input {
-            x: table::X_START,
-            ..emla::Input::default()
+        let parameters = Parameters::reference();
+        let input = Input {
+            u: emla::Input {
+                x: table::X_START,
+                ..emla::Input::default()
+            },
+            v_dc: parameters.of_machine.inverter.v_dc,
+            ..Input::default()
         };
-        let input = Input { u, x_sets: 0 };
-        (Parameters::reference(), input)
+        (parameters, input)
     }
 
     fn initialize(p: &Parameters, u: &Input, _t: f64) -> Result<Self, ModelError> {
         let emla = p.actuator()?;
-        let state = emla.start(u)?;
         let rod = Rod::at(u);
+        let state = emla.start(&rod.input(u))?;
         Ok(Self {
             emla,
             state,
@@ -165,7 +183,7 @@ impl Model for EmlaFmu {
         _now: &(),
         u_dot: &Input,
     ) -> Result<Output, ModelError> {
-        Ok((self.emla).output_dot(&self.state, &self.rod.input(u), u_dot))
+        Ok((self.emla).output_dot(&self.state, &self.rod.input(u), &u_dot.direction()))
     }
 
     fn directional_derivative(
@@ -175,7 +193,7 @@ impl Model for EmlaFmu {
         _now: &(),
         du: &Input,
     ) -> Result<Output, ModelError> {
-        Ok((self.emla).output_along(&self.state, &self.rod.input(u), du))
+        Ok((self.emla).output_along(&self.state, &self.rod.input(u), &du.direction()))
     }
 
     fn take_warning(&mut self) -> Option<String> {

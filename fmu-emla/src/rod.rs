@@ -28,10 +28,11 @@ impl Rod {
         }
     }
 
-    /// The inputs with the rod where it is.
+    /// The inputs with the rod where it is; a voltage of the DC link that nobody has set is the machine's.
     pub(crate) fn input(&self, u: &Input) -> emla::Input {
         let x = if u.x_sets == self.sets { self.x } else { u.x };
-        emla::Input { x, ..**u }
+        let v_dc = (u.v_dc_sets > 0).then_some(u.v_dc);
+        emla::Input { x, v_dc, ..**u }
     }
 
     /// The inputs over a step that begins here.
@@ -41,9 +42,11 @@ impl Rod {
             0.0 => u.derivative(k - 1).x_dot,
             given => given,
         };
+        let start = self.input(u.value());
         Course {
             u,
-            start: self.input(u.value()).x,
+            start: start.x,
+            v_dc: start.v_dc,
             derivatives: [1, 2, 3, 4].map(derivative),
             farthest: Cell::new(0.0),
         }
@@ -55,6 +58,8 @@ pub(crate) struct Course<'a> {
     u: &'a InputPolynomial<Input>,
     /// Rod position at the start of the step, m.
     start: f64,
+    /// Voltage of the DC link, V; None: the machine's.
+    v_dc: Option<f64>,
     /// Time derivatives of the rod position there, from the first on.
     derivatives: [f64; 4],
     /// Largest magnitude of the rod position so far, m.
@@ -69,6 +74,7 @@ impl Course<'_> {
         self.farthest.set(self.farthest.get().max(x.abs()));
         emla::Input {
             x,
+            v_dc: self.v_dc,
             ..*self.u.at::<EmlaFmu>(s)
         }
     }
@@ -129,7 +135,11 @@ mod tests {
             F_hold: 9e3,
             ..emla::Input::default()
         };
-        Input { u, x_sets }
+        Input {
+            u,
+            x_sets,
+            ..Input::default()
+        }
     }
 
     /// Set once, and set at every communication point to where the velocity has taken the rod: the same motion. Tolerance: K_b
@@ -178,7 +188,7 @@ mod tests {
                 x_dot,
                 ..emla::Input::default()
             },
-            x_sets: 0,
+            ..Input::default()
         };
         let value = of(0.3, 0.02);
         let s: f64 = 0.5;
@@ -200,6 +210,23 @@ mod tests {
         }
     }
 
+    /// Until the link's voltage is set, that of the parameters counts; then the one that was set, also 0.
+    #[test]
+    fn a_link_voltage_counts_once_it_is_set() {
+        let unset = inputs(1, 0.3, 0.1);
+        let actuator = Actuator::new(&unset);
+        let y = actuator.output(&unset);
+        assert!((y.P_in / y.i_dc - 650.0).abs() < 1e-9);
+        let set = |v_dc: f64| Input {
+            v_dc,
+            v_dc_sets: 1,
+            ..unset
+        };
+        let y = actuator.output(&set(432.1));
+        assert!((y.P_in / y.i_dc - 432.1).abs() < 1e-9);
+        assert_eq!(actuator.output(&set(0.0)).i_dc, 0.0);
+    }
+
     /// The bounds of `x` hold inside a step, also where the rod comes back before its end.
     #[test]
     fn the_rod_stays_within_the_bounds_of_x() {
@@ -215,7 +242,7 @@ mod tests {
                 x_dot: -2.0 * 90.0 / 2e-3,
                 ..emla::Input::default()
             },
-            x_sets: 0,
+            ..Input::default()
         };
         let back = InputPolynomial::with_derivatives(inputs(1, 9.96, 90.0), &[turn]);
         let text = actuator.step(&back, 2e-3).expect_err("10.005 m");

@@ -52,6 +52,9 @@ pub(crate) const X_START: f64 = 0.3;
 /// Largest magnitude of the rod position, m.
 pub(crate) const X_LARGEST: f64 = 10.0;
 
+/// What the power from the DC side follows from at the start.
+const ELECTRICAL_START: &[&str] = &["v_d", "v_q", "v_dc", "x_dot", "F_hold", ALL_PARAMETERS];
+
 fn read_machine(p: &mut Parameters, file: &str, resources: Option<&Path>) -> Result<(), String> {
     let machine = match file {
         "" => Machine::reference(),
@@ -105,10 +108,12 @@ macro_rules! loss {
 #[rustfmt::skip]
 pub(crate) const VARIABLES: &[V] = &[
     // Inputs
-    V::input("v_d", "direct-axis voltage (peak); |(v_d, v_q)| is limited to v_max", |u| &u.v_d, |u| &mut u.v_d)
+    V::input("v_d", "direct-axis voltage (peak); |(v_d, v_q)| is limited to v_max and to v_dc/sqrt(3)", |u| &u.v_d, |u| &mut u.v_d)
         .unit("V").min(-1e4).max(1e4).nominal(100.0),
-    V::input("v_q", "quadrature-axis voltage (peak); |(v_d, v_q)| is limited to v_max", |u| &u.v_q, |u| &mut u.v_q)
+    V::input("v_q", "quadrature-axis voltage (peak); |(v_d, v_q)| is limited to v_max and to v_dc/sqrt(3)", |u| &u.v_q, |u| &mut u.v_q)
         .unit("V").min(-1e4).max(1e4).nominal(100.0),
+    V::input("v_dc", "voltage of the DC link, held over a step; until it is set, inverter.v_dc counts, and where that is 0 sqrt(3)*v_max", |u| &u.v_dc, |u| &mut u.v_dc)
+        .unit("V").min(0.0).max(1e5).nominal(500.0).counted(|u| &mut u.v_dc_sets),
     V::input("x", "rod position, positive when extended; with drive = force only its value at the start counts", |u| &u.x, |u| &mut u.x)
         .unit("m").display_unit("mm").min(-X_LARGEST).max(X_LARGEST).nominal(0.1).counted(|u| &mut u.x_sets),
     V::input("x_dot", "rod velocity; with drive = force only its value at the start counts", |u| &u.x_dot, |u| &mut u.x_dot)
@@ -149,17 +154,23 @@ pub(crate) const VARIABLES: &[V] = &[
         .unit("N.m").nominal(10.0).depends_on(&[]).initially_depends_on(&["x_dot", "F_hold", ALL_PARAMETERS]),
     // Powers and energies
     V::output("P_in", "electrical power from the DC side, core and inverter losses included", |y| &y.P_in)
-        .unit("W").display_unit("kW").nominal(1e3).depends_on(&["v_d", "v_q"]).initially_depends_on(&["v_d", "v_q", "x_dot", "F_hold", ALL_PARAMETERS]),
+        .unit("W").display_unit("kW").nominal(1e3).depends_on(&["v_d", "v_q", "v_dc"]).initially_depends_on(ELECTRICAL_START),
+    V::output("P_in_mean", "mean of P_in over the last step", |y| &y.P_in_mean)
+        .unit("W").display_unit("kW").nominal(1e3).depends_on(&[]).initially_depends_on(ELECTRICAL_START),
+    V::output("i_dc", "current from the DC side: v_dc*i_dc = P_in; 0 while v_dc is below 1 V", |y| &y.i_dc)
+        .unit("A").nominal(10.0).depends_on(&["v_d", "v_q", "v_dc"]).initially_depends_on(ELECTRICAL_START),
+    V::output("i_dc_mean", "mean of i_dc over the last step", |y| &y.i_dc_mean)
+        .unit("A").nominal(10.0).depends_on(&[]).initially_depends_on(ELECTRICAL_START),
     V::output("P_out", "mechanical power to the load", |y| &y.P_out)
         .unit("W").display_unit("kW").nominal(1e3).depends_on(&["x", "x_dot", "F_ext"]).initially_depends_on(&["x", "x_dot", "F_ext", "F_hold", ALL_PARAMETERS]),
     V::output("P_loss", "all losses; P_in = P_out + P_loss + d(energy.stored)/dt; its network part once a communication step", |y| &y.P_loss)
-        .unit("W").display_unit("kW").nominal(1e2).depends_on(&["x", "x_dot"]).initially_depends_on(&["x", "x_dot", "F_hold", ALL_PARAMETERS]),
+        .unit("W").display_unit("kW").nominal(1e2).depends_on(&["v_dc", "x", "x_dot"]).initially_depends_on(&["v_dc", "x", "x_dot", "F_hold", ALL_PARAMETERS]),
     V::output("loss.copper", "copper losses", |y| &y.P_copper)
         .unit("W").display_unit("kW").nominal(1e2).depends_on(&[]).initially_depends_on(&["x_dot", "F_hold", ALL_PARAMETERS]),
     V::output("loss.core", "iron losses", |y| &y.P_core)
         .unit("W").display_unit("kW").nominal(1e2).depends_on(&[]).initially_depends_on(&["x_dot", "F_hold", ALL_PARAMETERS]),
     V::output("loss.inverter", "conduction and switching losses of the inverter", |y| &y.P_inverter)
-        .unit("W").display_unit("kW").nominal(1e2).depends_on(&[]).initially_depends_on(&["x_dot", "F_hold", ALL_PARAMETERS]),
+        .unit("W").display_unit("kW").nominal(1e2).depends_on(&["v_dc"]).initially_depends_on(&["v_dc", "x_dot", "F_hold", ALL_PARAMETERS]),
     V::output("loss.mechanical", "friction of motor, gear, screw, nut and rod, and the power of the network's residual, taken once a communication step", |y| &y.P_mech)
         .unit("W").display_unit("kW").nominal(1e2).depends_on(&["x", "x_dot"]).initially_depends_on(&["x", "x_dot", "F_hold", ALL_PARAMETERS]),
     V::output("energy.in", "energy taken from the DC side since the start", |y| &y.E_in)
@@ -171,11 +182,11 @@ pub(crate) const VARIABLES: &[V] = &[
     V::output("energy.stored", "energy in magnetic field, rotor and screw, spring and (drive = force) rod", |y| &y.E_stored)
         .unit("J").display_unit("kJ").nominal(10.0).depends_on(&["x"]).initially_depends_on(&["x", "x_dot", "F_hold", ALL_PARAMETERS]),
     V::output("efficiency", "efficiency of the hybrid model on the quasi-static maps; 0 where it is not defined, its network part once a communication step", |y| &y.efficiency)
-        .unit("1").display_unit("%").discrete().depends_on(&[]).initially_depends_on(&["x_dot", "F_hold", ALL_PARAMETERS]),
+        .unit("1").display_unit("%").discrete().depends_on(&["v_dc"]).initially_depends_on(&["v_dc", "x_dot", "F_hold", ALL_PARAMETERS]),
     V::output("efficiency_phys", "efficiency of the physics; 0 where it is not defined", |y| &y.efficiency_phys)
-        .unit("1").display_unit("%").depends_on(&[]).initially_depends_on(&["x_dot", "F_hold", ALL_PARAMETERS]),
+        .unit("1").display_unit("%").depends_on(&["v_dc"]).initially_depends_on(&["v_dc", "x_dot", "F_hold", ALL_PARAMETERS]),
     V::output("efficiency_net", "efficiency of the surrogate network; 0 where it is not defined, evaluated once a communication step", |y| &y.efficiency_net)
-        .unit("1").display_unit("%").discrete().depends_on(&[]).initially_depends_on(&["x_dot", "F_hold", ALL_PARAMETERS]),
+        .unit("1").display_unit("%").discrete().depends_on(&["v_dc"]).initially_depends_on(&["v_dc", "x_dot", "F_hold", ALL_PARAMETERS]),
     V::boolean_output("efficiency_valid", "whether the efficiency is defined: tau_e > 0 and w_m not 0 (quadrants I and IV)", |y| &y.efficiency_valid)
         .depends_on(&[]).initially_depends_on(&["x_dot", "F_hold", ALL_PARAMETERS]),
     V::boolean_output("in_trained_range", "whether torque and speed lie where the network was trained", |y| &y.in_trained_range)
@@ -218,7 +229,7 @@ pub(crate) const VARIABLES: &[V] = &[
     emla!(v_max, 1e-3..=1e5, "V", "largest phase voltage (peak)"),
     loss!(core.k_h, 0..=1e9, "W.s/(rad.Wb2)", "hysteresis coefficient of the iron losses"),
     loss!(core.k_e, 0..=1e9, "W.s2/(rad2.Wb2)", "eddy-current coefficient of the iron losses"),
-    loss!(inverter.v_dc, 0..=1e5, "V", "DC-link voltage, for the switching losses"),
+    loss!(inverter.v_dc, 0..=1e5, "V", "DC-link voltage until the input v_dc is set"),
     loss!(inverter.f_sw, 0..=1e7, "Hz", "switching frequency"),
     loss!(inverter.k_sw, 0..=1.0, "J/(V.A)", "switching energy per volt and ampere, on and off together"),
     loss!(inverter.v_0, 0..=1e3, "V", "threshold voltage of a device"),

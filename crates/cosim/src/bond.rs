@@ -4,7 +4,12 @@
 //! given. The other one receives `u_F·v̄`: the effort it was given times its own mean flow. Were both solved together the
 //! two would be equal; the residual `P = F̄·u_v − u_F·v̄` is the error of the coupling, measurable while it runs (power bonds in
 //! co-simulation, Sadjina et al. 2017, here with means over the step in place of end values). `P < 0`: the coupling creates energy.
+//!
+//! Where the component takes the power that effort times flow is, as a drive by the current it draws (`power="drawn"`), the same holds with
+//! the signs of both turned. Where connections transform the values, all are counted as the receiver of the effort has them.
 
+use crate::linear::Linear;
+use crate::ssd::Power;
 use crate::wiring::Port;
 
 /// Where the values of a bond are found.
@@ -22,6 +27,10 @@ pub struct BondSlots {
     pub mean_given: bool,
     /// Slots of the effort's and the flow's derivative where derivatives are passed.
     pub derivative_slots: (Option<usize>, Option<usize>),
+    /// What becomes of the effort on its way.
+    pub transformation: Linear,
+    /// Direction of the power effort times flow.
+    pub power: Power,
 }
 
 /// Power residual of one bond, accumulated over a run.
@@ -51,12 +60,16 @@ impl Residual {
         }
     }
 
-    /// Add a step of length `h`, s: mean effort `exerted` at flow `given_flow`; effort `given_effort` at mean flow `moved`.
-    pub fn add(&mut self, h: f64, exerted: f64, given_flow: f64, given_effort: f64, moved: f64) {
-        self.power = exerted * given_flow - given_effort * moved;
+    /// Add a step of length `h`, s, in which the component that exerts the effort counts the power `exerted`, and the one that receives it
+    /// `received`, W, both in the direction `power`.
+    pub fn add(&mut self, h: f64, power: Power, exerted: f64, received: f64) {
+        self.power = match power {
+            Power::Delivered => exerted - received,
+            Power::Drawn => received - exerted,
+        };
         self.peak = self.peak.max(self.power.abs());
         self.energy += self.power * h;
-        self.turnover += (given_effort * moved).abs() * h;
+        self.turnover += received.abs() * h;
     }
 }
 
@@ -67,12 +80,17 @@ mod tests {
     #[test]
     fn equal_powers_leave_nothing_and_signs_are_kept() {
         let mut r = Residual::new("a.F".into());
-        r.add(0.5, 3.0, 2.0, 4.0, 1.5);
+        r.add(0.5, Power::Delivered, 6.0, 6.0);
         assert_eq!((r.power, r.energy, r.turnover), (0.0, 0.0, 3.0));
-        r.add(0.5, 3.0, 2.0, 4.0, 1.75); // delivered 6 W, received 7 W: 1 W created
+        r.add(0.5, Power::Delivered, 6.0, 7.0); // 1 W created
         assert_eq!(
             (r.power, r.peak, r.energy, r.turnover),
             (-1.0, 1.0, -0.5, 6.5)
+        );
+        r.add(0.5, Power::Drawn, 6.0, 8.0); // drawn 6 W, given 8 W: 2 W lost
+        assert_eq!(
+            (r.power, r.peak, r.energy, r.turnover),
+            (2.0, 2.0, 0.5, 10.5)
         );
     }
 }

@@ -3,7 +3,7 @@
 
 use std::fmt::Display;
 use std::io::{self, Write as _};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Duration;
 
@@ -34,6 +34,13 @@ pub struct SystemArgs {
     /// or beside this program, or fmu/ in the build folder]
     #[arg(long, value_name = "DIR")]
     pub fmu_dir: Option<PathBuf>,
+    /// Version of FMI: with 3 the FMUs are taken, by file name, from the folder `fmi3` in that directory, or in the first of the other
+    /// places that has one
+    #[arg(long, value_name = "VERSION", value_parser = clap::value_parser!(u8).range(2..=3))]
+    pub fmi: Option<u8>,
+    /// FMU for one component instead of the one that the system names, of either version; repeatable
+    #[arg(long = "fmu", value_name = "COMPONENT=FILE")]
+    pub fmus: Vec<String>,
     /// System structure to take from the packed system: `heavy.ssd` [default: SystemStructure.ssd]
     #[arg(long, value_name = "NAME")]
     pub variant: Option<String>,
@@ -46,13 +53,22 @@ impl SystemArgs {
     /// Load the system; without `--system` the one that `default` finds.
     pub fn load(&self, default: impl FnOnce() -> Result<PathBuf>) -> Result<System> {
         let path = self.system.clone().map_or_else(default, Ok)?;
-        let place = match &self.fmu_dir {
-            Some(folder) => FmuPlace::Folder(folder.clone()),
-            None => FmuPlace::Structure {
+        let place = match (&self.fmu_dir, self.fmi) {
+            (Some(folder), Some(3)) => FmuPlace::Folder(folder.join(FMI_3)),
+            (Some(folder), _) => FmuPlace::Folder(folder.clone()),
+            (None, Some(3)) => FmuPlace::Folder(folder_of_fmi_3(&path)?),
+            (None, _) => FmuPlace::Structure {
                 else_in: folders()?,
             },
         };
-        let mut system = System::load(&path, self.variant.as_deref(), &place)?;
+        let replaced = self.fmus.iter().map(|text| {
+            let parts = text.split_once('=');
+            let (component, file) =
+                parts.with_context(|| format!("--fmu {text}: it must be COMPONENT=FILE"))?;
+            Ok((component.to_string(), PathBuf::from(file)))
+        });
+        let replaced = replaced.collect::<Result<Vec<_>>>()?;
+        let mut system = System::load(&path, self.variant.as_deref(), &place, &replaced)?;
         for set in &self.parameters {
             system.apply_set(set)?;
         }
@@ -217,6 +233,23 @@ fn folders() -> Result<Vec<PathBuf>> {
     let own = program.parent().context("a program lies in a folder")?;
     let above = own.ancestors().take(4).map(|folder| folder.join("fmu"));
     Ok(std::iter::once(own.to_path_buf()).chain(above).collect())
+}
+
+/// Name of the folder with the FMUs of FMI 3.0, beside those of 2.0.
+const FMI_3: &str = "fmi3";
+
+/// The folder of the FMUs of FMI 3.0: beside the system, else in one of the places where a program finds FMUs by itself.
+fn folder_of_fmi_3(system: &Path) -> Result<PathBuf> {
+    let beside = system.parent().map(Path::to_path_buf);
+    let places: Vec<PathBuf> = beside.into_iter().chain(folders()?).collect();
+    let found = places.iter().map(|folder| folder.join(FMI_3));
+    found.clone().find(|folder| folder.is_dir()).with_context(|| {
+        let places: Vec<_> = found.map(|f| f.display().to_string()).collect();
+        format!(
+            "there is no folder of FMUs of FMI 3.0: name the one that holds `{FMI_3}` (--fmu-dir DIR); looked for {}",
+            places.join(", ")
+        )
+    })
 }
 
 /// The packed system `name` in one of the places where a program finds FMUs by itself.

@@ -4,17 +4,19 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
+use crate::batch::Batch;
+use crate::linear::Linear;
 use crate::noise::{Noise, Source, is_element};
 use crate::slave::{At, Slave};
 use crate::wiring::{Link, Port, Wiring};
 use anyhow::{Result, bail};
-use fmu_description::{Kind, Variable};
+use fmu_description::Access;
 
-/// Values of one component's variables read by one call.
-#[derive(Debug, Default)]
+/// Values of one component's variables of one type, read together.
+#[derive(Debug)]
 pub struct Read {
     slave: usize,
-    references: Vec<u32>,
+    batch: Batch,
     slots: Range<usize>,
 }
 
@@ -26,16 +28,18 @@ impl Read {
 
     /// Read the values into their slots.
     pub fn run(&self, slaves: &[Slave], values: &mut [f64], at: At) -> Result<()> {
-        slaves[self.slave].get(&self.references, &mut values[self.slots.clone()], at)
+        slaves[self.slave].get(&self.batch, &mut values[self.slots.clone()], at)
     }
 }
 
-/// Values of one component's inputs set by one call.
-#[derive(Debug, Default)]
+/// Values of one component's inputs of one type, set together.
+#[derive(Debug)]
 pub struct Write {
     slave: usize,
-    references: Vec<u32>,
+    batch: Batch,
     slots: Vec<usize>,
+    /// What becomes of some of the values on their way, by place.
+    transformed: Vec<(usize, Linear)>,
     /// Standard deviations of the noise on the inputs; empty where there is none.
     sigma: Vec<f64>,
 }
@@ -49,10 +53,27 @@ impl Write {
     /// Set the inputs to the values in their slots; `buffer` has room for all of them.
     pub fn run(&self, slaves: &[Slave], values: &[f64], buffer: &mut [f64], at: At) -> Result<()> {
         let buffer = self.gather(values, buffer);
-        slaves[self.slave].set(&self.references, buffer, at)
+        slaves[self.slave].set(&self.batch, buffer, at)
     }
 
     fn gather<'a>(&self, values: &[f64], buffer: &'a mut [f64]) -> &'a mut [f64] {
+        let buffer = self.gather_raw(values, buffer);
+        for (k, transformation) in &self.transformed {
+            buffer[*k] = transformation.of(buffer[*k]);
+        }
+        buffer
+    }
+
+    /// Of time derivatives: an offset has none.
+    fn gather_derivatives<'a>(&self, values: &[f64], buffer: &'a mut [f64]) -> &'a mut [f64] {
+        let buffer = self.gather_raw(values, buffer);
+        for (k, transformation) in &self.transformed {
+            buffer[*k] *= transformation.factor;
+        }
+        buffer
+    }
+
+    fn gather_raw<'a>(&self, values: &[f64], buffer: &'a mut [f64]) -> &'a mut [f64] {
         let buffer = &mut buffer[..self.slots.len()];
         for (b, slot) in buffer.iter_mut().zip(&self.slots) {
             *b = values[*slot];
@@ -110,7 +131,9 @@ impl Exchange {
             let reads = reads(wiring, links.iter().map(|link| link.from), &mut slots);
             let writes = writes(
                 wiring,
-                links.iter().map(|link| (link.to, slots[&link.from])),
+                links
+                    .iter()
+                    .map(|link| (link.to, slots[&link.from], link.transformation)),
             );
             stages.push(Stage { reads, writes });
         }
@@ -140,14 +163,11 @@ impl Exchange {
                 wiring.component(write.slave),
                 wiring.description(write.slave),
             );
-            let name = |reference: &u32| {
-                let is_it = |v: &&Variable| {
-                    v.kind == Kind::Real && v.is_input() && v.reference == *reference
-                };
-                let input = description.variables.iter().find(is_it);
-                input.map_or("", |v| v.name.as_str())
-            };
-            let names: Vec<&str> = write.references.iter().map(name).collect();
+            if write.batch.access != Access::Real {
+                continue;
+            }
+            let name = |k: &usize| description.variables[*k].name.as_str();
+            let names: Vec<&str> = write.batch.variables.iter().map(name).collect();
             let sigma: Vec<f64> = names.iter().map(|v| noise.sigma(component, v)).collect();
             unused.retain(|s| {
                 s.component != component || !names.iter().any(|v| is_element(&s.variable, v))
@@ -208,7 +228,7 @@ impl Exchange {
             if let Some(source) = &mut self.noise {
                 source.disturb(inputs, &write.sigma);
             }
-            slaves[write.slave].set(&write.references, inputs, at)?;
+            slaves[write.slave].set(&write.batch, inputs, at)?;
         }
         Ok(())
     }
@@ -218,25 +238,16 @@ impl Exchange {
         for stage in &self.stages {
             for Read {
                 slave,
-                references,
+                batch,
                 slots,
             } in &stage.reads
             {
-                slaves[*slave].get_derivatives(
-                    references,
-                    &self.ones[..slots.len()],
-                    &mut self.values[slots.clone()],
-                    at,
-                )?;
+                let values = &mut self.values[slots.clone()];
+                slaves[*slave].get_derivatives(batch, &self.ones, values, at)?;
             }
             for write in &stage.writes {
-                let derivatives = write.gather(&self.values, &mut self.buffer);
-                slaves[write.slave].set_derivatives(
-                    &write.references,
-                    &self.ones[..derivatives.len()],
-                    derivatives,
-                    at,
-                )?;
+                let derivatives = write.gather_derivatives(&self.values, &mut self.buffer);
+                slaves[write.slave].set_derivatives(&write.batch, &self.ones, derivatives, at)?;
             }
         }
         Ok(())
@@ -257,12 +268,12 @@ impl Exchange {
             for r in &stage.reads {
                 let first = self.output(r.slots.start).map(|p| wiring.name(p));
                 let first = first.unwrap_or_default();
-                text += &format!("  get {}, {first} …\n", count(r.references.len()));
+                text += &format!("  get {}, {first} …\n", count(r.batch.len()));
             }
             for w in &stage.writes {
                 text += &format!(
                     "  set {} of {}\n",
-                    count(w.references.len()),
+                    count(w.batch.len()),
                     wiring.component(w.slave)
                 );
             }
@@ -271,46 +282,52 @@ impl Exchange {
     }
 }
 
-/// One read per component; new slots are numbered on in `slots` so that each read fills a contiguous range.
+/// One read per component and type; new slots are numbered on in `slots` so that each read fills a contiguous range.
 pub fn reads(
     wiring: &Wiring,
     ports: impl Iterator<Item = Port>,
     slots: &mut BTreeMap<Port, usize>,
 ) -> Vec<Read> {
-    let mut by_component: BTreeMap<usize, Vec<Port>> = BTreeMap::new();
+    let mut together: BTreeMap<(usize, Access), Vec<Port>> = BTreeMap::new();
     for port in ports {
-        let list = by_component.entry(port.component).or_default();
+        let key = (port.component, wiring.access(port));
+        let list = together.entry(key).or_default();
         if !list.contains(&port) {
             list.push(port);
         }
     }
     let mut reads = Vec::new();
-    for (slave, ports) in by_component {
+    for ((slave, _), ports) in together {
         let start = slots.len();
         for (k, port) in ports.iter().enumerate() {
             slots.insert(*port, start + k);
         }
         reads.push(Read {
             slave,
-            references: ports.iter().map(|p| wiring.reference(*p)).collect(),
+            batch: wiring.batch(slave, ports.iter().map(|p| p.variable)),
             slots: start..start + ports.len(),
         });
     }
     reads
 }
 
-/// One write per component, of inputs and the slots their values come from.
-pub fn writes(wiring: &Wiring, inputs: impl Iterator<Item = (Port, usize)>) -> Vec<Write> {
-    let mut by_component: BTreeMap<usize, Write> = BTreeMap::new();
-    for (input, slot) in inputs {
-        let write = by_component
-            .entry(input.component)
-            .or_insert_with(|| Write {
-                slave: input.component,
-                ..Write::default()
-            });
-        write.references.push(wiring.reference(input));
-        write.slots.push(slot);
+/// One write per component and type, of inputs, the slots their values come from, and what becomes of them on the way.
+pub fn writes(wiring: &Wiring, inputs: impl Iterator<Item = (Port, usize, Linear)>) -> Vec<Write> {
+    let mut together: BTreeMap<(usize, Access), Vec<_>> = BTreeMap::new();
+    for input in inputs {
+        let key = (input.0.component, wiring.access(input.0));
+        together.entry(key).or_default().push(input);
     }
-    by_component.into_values().collect()
+    let mut writes = Vec::new();
+    for ((slave, _), inputs) in together {
+        let transformed = inputs.iter().map(|(.., t)| *t).enumerate();
+        writes.push(Write {
+            slave,
+            batch: wiring.batch(slave, inputs.iter().map(|(port, ..)| port.variable)),
+            slots: inputs.iter().map(|(_, slot, _)| *slot).collect(),
+            transformed: transformed.filter(|(_, t)| *t != Linear::NONE).collect(),
+            sigma: Vec::new(),
+        });
+    }
+    writes
 }

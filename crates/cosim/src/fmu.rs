@@ -1,5 +1,6 @@
 //! An unpacked FMU with its library loaded once, shared by all its instances.
 
+use std::any::Any;
 use std::io::{Cursor, Read};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -7,21 +8,32 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use anyhow::{Context, Result, anyhow, bail};
 use fmi::fmi2::binding::Fmi2Binding;
 use fmi::fmi2::import::Fmi2Import;
+use fmi::fmi3::binding::Fmi3Binding;
+use fmi::fmi3::import::Fmi3Import;
 use fmi::traits::FmiImport;
 use fmu_description::{Description, Version};
+
+use crate::batch::{Batch, Layout};
 
 /// A loaded FMU. The library and the unpacked files live as long as any instance.
 pub struct Fmu {
     /// Name for messages: the file it came from.
     pub file: String,
-    /// What the model description says.
+    /// What the model description says; arrays of FMI 3.0 by element, which is how a system structure names them.
     pub description: Description,
-    /// URI of the unpacked resources.
+    /// Where the unpacked resources are, as the version wants it: a URI or a path.
     pub resources: String,
-    pub(crate) api: Fmi2Binding,
+    pub(crate) api: Api,
+    pub(crate) layout: Arc<Layout>,
     pub(crate) instances: AtomicUsize,
     /// The directory the FMU was unpacked to; removed when dropped, hence after `api`.
-    _import: Fmi2Import,
+    _import: Box<dyn Any + Send + Sync>,
+}
+
+/// The functions of the library.
+pub(crate) enum Api {
+    Fmi2(Arc<Fmi2Binding>),
+    Fmi3(Arc<Fmi3Binding>),
 }
 
 impl Fmu {
@@ -32,31 +44,42 @@ impl Fmu {
 
     fn open(file: &str, bytes: Vec<u8>) -> Result<Arc<Self>> {
         // Read the description before the `fmi` crate does: its reader panics on XML that ends too early.
-        let description = Description::parse(&description_text(&bytes)?)?;
-        if description.fmi != Version::Fmi2 {
-            bail!("it is of FMI {}, not 2.0", description.fmi);
-        }
-        let import: Fmi2Import = fmi::import::new(Cursor::new(bytes))?;
-        let library = import
-            .archive_path()
-            .join(import.shared_lib_path(&description.identifier)?);
-        if !library.is_file() {
-            let platform = library
-                .strip_prefix(import.archive_path())
-                .unwrap_or(&library)
-                .display();
-            bail!("it holds no {platform}, the library for this platform");
-        }
-        let api = import.binding(&description.identifier)?;
-        require_functions(&api)?;
+        let description = Description::parse(&description_text(&bytes)?)?.by_element();
+        let identifier = &description.identifier;
+        let (api, resources, import): (_, _, Box<dyn Any + Send + Sync>) = match description.fmi {
+            Version::Fmi2 => {
+                let (import, api) = unpack::<Fmi2Import>(bytes, identifier)?;
+                require_functions_2(&api)?;
+                let resources = import.canonical_resource_path_string();
+                (Api::Fmi2(Arc::new(api)), resources, Box::new(import))
+            }
+            Version::Fmi3 => {
+                let (import, api) = unpack::<Fmi3Import>(bytes, identifier)?;
+                require_functions_3(&api)?;
+                let folder = import.canonical_resource_path_string();
+                // With the separator that FMI 3.0 wants at the end (section 2.3.1) and the crate leaves out.
+                let resources = folder + std::path::MAIN_SEPARATOR_STR;
+                (Api::Fmi3(Arc::new(api)), resources, Box::new(import))
+            }
+        };
         Ok(Arc::new(Self {
             file: file.to_string(),
-            resources: import.canonical_resource_path_string(),
-            description,
+            resources,
             api,
+            layout: Arc::new(Layout::new(&description)),
+            description,
             instances: AtomicUsize::new(0),
             _import: import,
         }))
+    }
+
+    /// Variables that are read or written together, by index; all must be of one type that is a number or a truth value.
+    pub fn batch(&self, variables: Vec<usize>) -> Result<Batch> {
+        let of = |k: &usize| &self.description.variables[*k];
+        if let Some(v) = variables.iter().map(of).find(|v| !v.access().is_number()) {
+            bail!("{} of FMU `{}` is not a number", v.name, self.file);
+        }
+        Ok(Batch::new(&self.description, &self.layout, variables))
     }
 
     /// Count one more instance, or refuse where the FMU allows only one per process.
@@ -74,6 +97,23 @@ impl Fmu {
     }
 }
 
+/// Unpack an FMU and load the library for this platform.
+fn unpack<I: FmiImport>(bytes: Vec<u8>, identifier: &str) -> Result<(I, I::Binding)> {
+    let import: I = fmi::import::new(Cursor::new(bytes))?;
+    let library = import
+        .archive_path()
+        .join(import.shared_lib_path(identifier)?);
+    if !library.is_file() {
+        let platform = library
+            .strip_prefix(import.archive_path())
+            .unwrap_or(&library)
+            .display();
+        bail!("it holds no {platform}, the library for this platform");
+    }
+    let api = import.binding(identifier)?;
+    Ok((import, api))
+}
+
 fn description_text(bytes: &[u8]) -> Result<String> {
     let mut archive =
         zip::ZipArchive::new(Cursor::new(bytes)).context("it is not a ZIP archive")?;
@@ -87,15 +127,30 @@ fn description_text(bytes: &[u8]) -> Result<String> {
     Ok(text)
 }
 
+macro_rules! require {
+    ($api:expr, $($name:ident)*) => {
+        $( if $api.$name.is_err() { bail!("its library does not export {}", stringify!($name)); } )*
+    };
+}
+
 /// The binding panics when a missing function is called; ask for all that the master uses when the library is loaded.
-fn require_functions(api: &Fmi2Binding) -> Result<()> {
-    macro_rules! require {
-        ($($name:ident)*) => { $( if api.$name.is_err() { bail!("its library does not export {}", stringify!($name)); } )* };
-    }
+fn require_functions_2(api: &Fmi2Binding) -> Result<()> {
     require! {
-        fmi2GetVersion fmi2GetTypesPlatform fmi2Instantiate fmi2FreeInstance fmi2SetDebugLogging fmi2SetupExperiment
+        api, fmi2GetVersion fmi2GetTypesPlatform fmi2Instantiate fmi2FreeInstance fmi2SetDebugLogging fmi2SetupExperiment
         fmi2EnterInitializationMode fmi2ExitInitializationMode fmi2Terminate fmi2GetReal fmi2SetReal fmi2GetInteger fmi2SetInteger
-        fmi2GetBoolean fmi2SetBoolean fmi2SetString fmi2DoStep fmi2SetRealInputDerivatives fmi2GetRealOutputDerivatives
+        fmi2GetBoolean fmi2SetBoolean fmi2SetString fmi2DoStep fmi2SetRealInputDerivatives fmi2GetRealOutputDerivatives fmi2GetRealStatus
+    }
+    Ok(())
+}
+
+/// The same for FMI 3.0.
+fn require_functions_3(api: &Fmi3Binding) -> Result<()> {
+    require! {
+        api, fmi3GetVersion fmi3InstantiateCoSimulation fmi3FreeInstance fmi3SetDebugLogging fmi3EnterInitializationMode
+        fmi3ExitInitializationMode fmi3EnterEventMode fmi3UpdateDiscreteStates fmi3EnterStepMode fmi3Terminate fmi3DoStep
+        fmi3GetOutputDerivatives fmi3GetFloat32 fmi3GetFloat64 fmi3GetInt8 fmi3GetUInt8 fmi3GetInt16 fmi3GetUInt16 fmi3GetInt32
+        fmi3GetUInt32 fmi3GetInt64 fmi3GetUInt64 fmi3GetBoolean fmi3SetFloat32 fmi3SetFloat64 fmi3SetInt8 fmi3SetUInt8 fmi3SetInt16
+        fmi3SetUInt16 fmi3SetInt32 fmi3SetUInt32 fmi3SetInt64 fmi3SetUInt64 fmi3SetBoolean fmi3SetString
     }
     Ok(())
 }

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use anyhow::{Context, Result, bail};
-use fmu_description::Variability;
+use fmu_description::{Access, Variability};
 
 use crate::bond::{BondSlots, Residual};
 use crate::exchange::{Exchange, Order, Read, Write, reads, writes};
@@ -15,7 +15,8 @@ use crate::wiring::{Link, Port, Wiring};
 /// What is exchanged when, and in which order the components are stepped.
 ///
 /// The staged exchange of all but [`Schedule::Standard`] reads outputs again after inputs were set at the same communication point, in the
-/// order of direct feedthrough. FMI 2.0 (section 4.2.4) does not promise that: it asks an FMU for it.
+/// order of direct feedthrough. FMI 2.0 (section 4.2.4) does not promise that: it asks an FMU for it. FMI 3.0 allows it in Event Mode, which
+/// the instances of that version are in during the exchange; one that has none is refused.
 #[derive(Clone, Copy, Debug, Default, Eq, PartialEq)]
 pub enum Schedule {
     /// All that FMI 2.0 promises between masters and FMUs. In initialization mode values are passed in the order of the initial
@@ -32,6 +33,9 @@ pub enum Schedule {
     /// As [`Schedule::Jacobi`], with the first time derivatives of continuous outputs passed on to the inputs that can use them.
     JacobiDerivatives,
 }
+
+/// Passes of Event Mode after which discrete states that still change are a failure.
+const PASSES: usize = 100;
 
 /// Times and schedule of a run.
 #[derive(Clone, Copy, Debug)]
@@ -104,7 +108,7 @@ impl Master {
         }
         let (means, bonds) = Means::new(&wiring, &exchange, derivatives.as_ref())?;
         let slaves: Vec<Slave> = (0..system.fmus.len())
-            .map(|k| instantiate(system, k, settings))
+            .map(|k| made(system, k, settings, is_staged))
             .collect::<Result<_>>()?;
         initialize(&slaves, &wiring, stepping.start)?;
         let at = At::Time(stepping.start);
@@ -156,8 +160,8 @@ impl Master {
     }
 
     /// Present value of a numeric variable.
-    pub fn number(&self, system: &System, port: Port) -> Result<f64> {
-        self.slaves[port.component].number(system.variable(port), At::Time(self.time))
+    pub fn number(&self, port: Port) -> Result<f64> {
+        self.slaves[port.component].number(port.variable, At::Time(self.time))
     }
 
     /// The instances, in the order of the structure's components.
@@ -203,6 +207,8 @@ impl Master {
         let gauss_seidel = schedule == Schedule::GaussSeidel;
         if schedule == Schedule::Standard {
             self.exchange.write(&self.slaves, At::Time(t))?;
+        } else {
+            self.leave_events(At::Time(t))?;
         }
         for (k, slave) in self.slaves.iter().enumerate() {
             if gauss_seidel && let Some(write) = &self.means.writes[k] {
@@ -225,6 +231,7 @@ impl Master {
         if schedule == Schedule::Standard {
             self.exchange.read(&self.slaves, at)?;
         } else {
+            self.slaves.iter().try_for_each(|s| s.enter_events(at))?;
             self.exchange.run(&self.slaves, at)?;
         }
         self.account(h);
@@ -232,6 +239,21 @@ impl Master {
             d.run_derivatives(&self.slaves, at)?;
         }
         Ok(())
+    }
+
+    /// Out of Event Mode, once no discrete state changes any more; where one does, the values are passed again.
+    fn leave_events(&mut self, at: At) -> Result<()> {
+        for _ in 0..PASSES {
+            let mut again = false;
+            for slave in &self.slaves {
+                again |= slave.update_events(at)?;
+            }
+            if !again {
+                return self.slaves.iter().try_for_each(|s| s.leave_events(at));
+            }
+            self.exchange.run(&self.slaves, at)?;
+        }
+        bail!("{at}: discrete states still change after {PASSES} passes of Event Mode")
     }
 
     /// Note, before the next exchange overwrites them, the means of effort and flow that the components were given.
@@ -245,9 +267,10 @@ impl Master {
                 .map_or(0.0, |(d, slot)| half * d.values[slot])
         };
         for (bond_step, bond) in self.bond_steps.iter_mut().zip(&self.bonds) {
-            let effort_exerted = self.means.values[bond.mean_slot];
+            let effort_exerted = bond.transformation.of(self.means.values[bond.mean_slot]);
             let flow_before = self.exchange.values[bond.flow_slot];
             let held = self.exchange.values[bond.effort_slot] + rise(bond.derivative_slots.0);
+            let held = bond.transformation.of(held);
             let effort_given = if gauss_seidel && bond.mean_given {
                 effort_exerted
             } else {
@@ -268,17 +291,12 @@ impl Master {
         let bonds = self.bond_steps.iter().zip(&self.bonds);
         for (residual, (given, bond)) in self.residuals.iter_mut().zip(bonds) {
             let moved = 0.5 * (given.flow_before + self.exchange.values[bond.flow_slot]);
-            residual.add(
-                h,
-                given.effort_exerted,
-                given.flow_given,
-                given.effort_given,
-                moved,
-            );
+            let exerted = given.effort_exerted * given.flow_given;
+            residual.add(h, bond.power, exerted, given.effort_given * moved);
         }
     }
 
-    /// `fmi2Terminate` for all.
+    /// End the run for all.
     pub fn terminate(self) -> Result<()> {
         let at = At::Time(self.time);
         self.slaves.iter().try_for_each(|s| s.terminate(at))
@@ -321,7 +339,7 @@ impl Means {
             let (mean_slot, mean_given) =
                 (slots[&b.step_mean], link.from.component < link.to.component);
             if mean_given {
-                given.push((link.to, mean_slot));
+                given.push((link.to, mean_slot, link.transformation));
             }
             let derivative = |port| derivatives.and_then(|d| d.slot(port));
             bonds.push(BondSlots {
@@ -331,6 +349,8 @@ impl Means {
                 mean_slot,
                 mean_given,
                 derivative_slots: (derivative(link.from), derivative(flow)),
+                transformation: link.transformation,
+                power: b.power,
             });
         }
         for write in writes(wiring, given.iter().copied()) {
@@ -353,15 +373,20 @@ fn passes_derivative(wiring: &Wiring, link: &Link) -> bool {
         wiring.description(link.from.component),
         wiring.description(link.to.component),
     );
-    from.capabilities.output_derivative_order >= 1
+    wiring.access(link.from) == Access::Real
+        && from.capabilities.output_derivative_order >= 1
         && to.capabilities.interpolates_inputs
         && from.variables[link.from.variable].variability == Variability::Continuous
 }
 
-/// An instance of the component with the index `k`, with the system's parameter values, then `settings`.
+/// An instance of the component with the index `k` for itself, with the system's parameter values, then `settings`.
 pub fn instantiate(system: &System, k: usize, settings: &[Setting]) -> Result<Slave> {
+    made(system, k, settings, false)
+}
+
+fn made(system: &System, k: usize, settings: &[Setting], is_staged: bool) -> Result<Slave> {
     let component = &system.structure.components[k];
-    let slave = Slave::new(&system.fmus[k], &component.name)?;
+    let slave = Slave::new(&system.fmus[k], &component.name, is_staged)?;
     for p in &component.parameters {
         slave
             .set_from_text(&p.name, &p.value)
@@ -377,7 +402,7 @@ pub fn instantiate(system: &System, k: usize, settings: &[Setting]) -> Result<Sl
 pub fn start_value(system: &System, settings: &[Setting], port: Port) -> Result<f64> {
     let slave = instantiate(system, port.component, settings)?;
     slave.enter_initialization(system.structure.start_time)?;
-    slave.number(system.variable(port), At::Initialization)
+    slave.number(port.variable, At::Initialization)
 }
 
 /// Pass the connections in initialization mode, in the order of the initial dependencies, so that every component starts from what

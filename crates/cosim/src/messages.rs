@@ -1,6 +1,6 @@
 //! What the FMUs say through their logger callback, kept for the error texts.
 //!
-//! `fmi-sys` formats a message in C (stable Rust cannot define a variadic function) and hands it to the `log` crate with the instance's
+//! Those of FMI 3.0 come to the master's own callback. For FMI 2.0 `fmi-sys` formats a message in C (stable Rust cannot define a variadic function) and hands it to the `log` crate with the instance's
 //! name as target; it does so whatever the maximum level is. FMUs log while they are being called, so a buffer per thread keeps apart
 //! what several systems in several threads say.
 
@@ -43,7 +43,8 @@ fn are_alike(a: &str, b: &str) -> bool {
     a.chars().filter(bare).eq(b.chars().filter(bare))
 }
 
-fn add(instance: &str, is_warning: bool, text: &str) {
+/// Keep a message.
+pub(crate) fn add(instance: &str, is_warning: bool, text: &str) {
     MESSAGES.with_borrow_mut(|messages| {
         let same = |m: &&mut Message| {
             m.instance == instance && m.is_warning == is_warning && are_alike(&m.text, text)

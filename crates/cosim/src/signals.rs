@@ -3,12 +3,13 @@
 use std::collections::BTreeMap;
 
 use crate::exchange::{Read, Write, reads, writes};
+use crate::linear::Linear;
 use crate::master::Master;
 use crate::slave::At;
 use crate::system::System;
 use crate::wiring::Port;
 use anyhow::{Result, bail};
-use fmu_description::{Causality, Kind, Variable};
+use fmu_description::Causality;
 
 /// Variables that are read together.
 pub struct Signals {
@@ -18,29 +19,23 @@ pub struct Signals {
     /// Slot of each port among the raw values.
     order: Vec<usize>,
     raw: Vec<f64>,
-    discrete: Vec<(usize, usize, Variable)>,
 }
 
 impl Signals {
     /// The variables `ports`, of any type but String.
     pub fn new(system: &System, ports: &[Port]) -> Result<Self> {
-        let is_real = |p: &&Port| system.variable(**p).kind == Kind::Real;
-        let mut slots = BTreeMap::new();
-        let reals = ports.iter().filter(is_real).copied();
-        let reads = reads(&system.wiring()?, reals, &mut slots);
-        let mut discrete = Vec::new();
-        for p in ports.iter().filter(|p| !is_real(p)) {
-            let slot = slots.len();
-            slots.insert(*p, slot);
-            discrete.push((p.component, slot, system.variable(*p).clone()));
+        let is_no_number = |p: &&Port| !system.variable(**p).access().is_number();
+        if let Some(port) = ports.iter().find(is_no_number) {
+            bail!("`{}` is not a number", system.name(*port));
         }
+        let mut slots = BTreeMap::new();
+        let reads = reads(&system.wiring()?, ports.iter().copied(), &mut slots);
         Ok(Self {
             ports: ports.to_vec(),
             values: vec![0.0; ports.len()],
             reads,
             order: ports.iter().map(|p| slots[p]).collect(),
             raw: vec![0.0; slots.len()],
-            discrete,
         })
     }
 
@@ -55,9 +50,6 @@ impl Signals {
         for read in &self.reads {
             read.run(master.slaves(), &mut self.raw, at)?;
         }
-        for (component, slot, variable) in &self.discrete {
-            self.raw[*slot] = master.slaves()[*component].number(variable, at)?;
-        }
         for (value, slot) in self.values.iter_mut().zip(&self.order) {
             *value = self.raw[*slot];
         }
@@ -65,7 +57,7 @@ impl Signals {
     }
 }
 
-/// Real inputs that no connection drives and that the caller sets together.
+/// Inputs that no connection drives and that the caller sets together.
 pub struct Inputs {
     writes: Vec<Write>,
     buffer: Vec<f64>,
@@ -74,7 +66,10 @@ pub struct Inputs {
 impl Inputs {
     /// The inputs `ports`.
     pub fn new(system: &System, ports: &[Port]) -> Result<Self> {
-        let slots = ports.iter().copied().zip(0..);
+        let slots = ports
+            .iter()
+            .zip(0..)
+            .map(|(p, slot)| (*p, slot, Linear::NONE));
         Ok(Self {
             writes: writes(&system.wiring()?, slots),
             buffer: vec![0.0; ports.len()],
@@ -99,7 +94,7 @@ pub fn matching(system: &System, patterns: &[String]) -> Result<Vec<Port>> {
     let mut matched = vec![false; patterns.len()];
     for (component, fmu) in system.fmus.iter().enumerate() {
         for (variable, v) in fmu.description.variables.iter().enumerate() {
-            if v.kind == Kind::String || !(v.is_input() || v.is_computed()) {
+            if !v.access().is_number() || !(v.is_input() || v.is_computed()) {
                 continue;
             }
             let is_output = v.causality == Causality::Output;

@@ -1,27 +1,23 @@
-//! One FMU instance: safe calls over the raw FMI 2.0 binding of the `fmi` crate. All `unsafe` of this crate is here.
-//!
-//! The crate's own `Instance` is not used, because it offers neither `fmi2SetRealInputDerivatives` nor `fmi2GetRealOutputDerivatives`
-//! (and keeps the component private), and panics on a missing function, on slices of different length and on `fmi2Pending`.
-#![allow(unsafe_code)]
+//! One FMU instance: safe calls that are the same for both versions of FMI. All `unsafe` of this crate is in the two files below.
+
+mod fmi2;
+mod fmi3;
 
 use std::ffi::CString;
-use std::ptr;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
-use crate::fmu::Fmu;
+use crate::batch::{Batch, bits};
+use crate::fmu::{Api, Fmu};
 use crate::messages;
-use anyhow::{Result, anyhow, bail};
-use fmi::fmi2::{CallbackFunctions, binding};
-use fmu_description::{Kind, Variable};
+use anyhow::{Context, Result, anyhow, bail};
+use fmu_description::{Access, Kind, Variable, Version};
 
 /// An FMU instance; terminated by the owner, freed when dropped.
 pub struct Slave {
+    border: Box<dyn Border>,
     fmu: Arc<Fmu>,
     name: String,
-    component: binding::fmi2Component,
-    /// FMI: must outlive the component.
-    _callbacks: Box<CallbackFunctions>,
 }
 
 /// Where in the run a call was made, for its error text.
@@ -42,45 +38,114 @@ impl std::fmt::Display for At {
     }
 }
 
+/// How a C function answered: both versions number their statuses alike.
+#[derive(Clone, Copy, Debug)]
+struct Answer {
+    status: u32,
+    /// C name of the function.
+    call: &'static str,
+}
+
+impl Answer {
+    fn new(status: u32, call: &'static str) -> Self {
+        Self { status, call }
+    }
+
+    /// OK or Warning.
+    fn is_done(self) -> bool {
+        self.status <= 1
+    }
+}
+
+/// A start value for one element.
+enum Value {
+    /// A number or a truth value, as [`bits`] has it.
+    Bits(u64),
+    /// A text.
+    Text(CString),
+}
+
+/// The calls of one version of FMI. What the version does not have is done without a call.
+trait Border {
+    /// Switch these log categories on and no other.
+    fn log_only(&self, categories: &[CString]) -> Answer;
+    /// Set a variable, or an element of an array.
+    fn set_one(&self, variable: &Variable, value: &Value) -> Answer;
+    /// From Instantiated into Initialization Mode.
+    fn enter_initialization(&self, start: f64) -> Answer;
+    /// From Initialization Mode to the first communication point.
+    fn exit_initialization(&self) -> Answer;
+    /// Values as numbers.
+    fn get(&self, batch: &Batch, values: &mut [f64]) -> Answer;
+    /// Set values from numbers.
+    fn set(&self, batch: &Batch, values: &[f64]) -> Answer;
+    /// First time derivatives of Real outputs; `ones` holds at least as many ones.
+    fn get_derivatives(&self, batch: &Batch, ones: &[i32], values: &mut [f64]) -> Answer;
+    /// First time derivatives of Real inputs.
+    fn set_derivatives(&self, batch: &Batch, ones: &[i32], values: &[f64]) -> Result<Answer>;
+    /// A communication step.
+    fn step(&self, t: f64, h: f64) -> Result<Answer>;
+    /// The instance's own time, s.
+    fn time(&self) -> Result<f64>;
+    /// Into Event Mode, where an output may be read after an input was set.
+    fn enter_events(&self) -> Answer;
+    /// Let discrete states follow; whether they want to once more.
+    fn update_events(&self) -> Result<(Answer, bool)>;
+    /// From Event Mode back to where steps are made.
+    fn leave_events(&self) -> Answer;
+    /// The end of the run.
+    fn terminate(&self) -> Answer;
+}
+
 impl Slave {
     /// Create the instance `name` of `fmu`. Errors it logs later become part of the error texts.
-    pub fn new(fmu: &Arc<Fmu>, name: &str) -> Result<Self> {
+    ///
+    /// With `is_staged` an output may be read after an input was set at the same communication point. FMI 2.0 leaves that to the FMU; FMI
+    /// 3.0 allows it in Event Mode only, so an FMU of that version must have one.
+    pub fn new(fmu: &Arc<Fmu>, name: &str, is_staged: bool) -> Result<Self> {
         messages::collect();
         let c_string = |text: &str| {
             CString::new(text).map_err(|_| anyhow!("{name}: `{text}` has a NUL character"))
         };
-        let (c_name, guid, resources) = (
+        let (c_name, token, resources) = (
             c_string(name)?,
             c_string(&fmu.description.guid)?,
             c_string(&fmu.resources)?,
         );
+        let description = &fmu.description;
+        if is_staged && description.fmi == Version::Fmi3 && !description.capabilities.event_mode {
+            bail!(
+                "{name}: FMU `{}` is of FMI 3.0 and has no Event Mode, outside of which no output may be read after an input was set: it runs \
+                 with the schedule `standard` only",
+                fmu.file
+            );
+        }
         fmu.register(name)?;
-        let callbacks = Box::<CallbackFunctions>::default();
-        // SAFETY: valid C strings; the callbacks have the layout of fmi2CallbackFunctions and outlive the component.
-        let component = unsafe {
-            fmu.api.fmi2Instantiate(
-                c_name.as_ptr(),
-                binding::fmi2Type_fmi2CoSimulation,
-                guid.as_ptr(),
-                resources.as_ptr(),
-                ptr::from_ref(&*callbacks).cast(),
-                0,
-                1,
-            )
+        let border: Option<Box<dyn Border>> = match &fmu.api {
+            Api::Fmi2(api) => fmi2::Component::new(api, &c_name, &token, &resources)
+                .map(|component| Box::new(component) as _),
+            Api::Fmi3(api) => {
+                let made = fmi3::Made {
+                    name: &c_name,
+                    token: &token,
+                    resources: &resources,
+                    has_events: is_staged,
+                };
+                fmi3::Instance::new(api, &fmu.layout, &made).map(|instance| Box::new(instance) as _)
+            }
         };
-        if component.is_null() {
+        let Some(border) = border else {
             fmu.instances.fetch_sub(1, Ordering::SeqCst);
             bail!(
                 "{name}: FMU `{}` could not be instantiated{}",
                 fmu.file,
                 said(name)
             );
-        }
+        };
         let slave = Self {
+            border,
             fmu: fmu.clone(),
             name: name.to_string(),
-            component,
-            _callbacks: callbacks,
         };
         slave.log_only_trouble()?;
         Ok(slave)
@@ -113,281 +178,162 @@ impl Slave {
         if chosen.is_empty() {
             return Ok(());
         }
-        let pointers: Vec<_> = chosen.iter().map(|c| c.as_ptr()).collect();
-        // SAFETY: as many valid C strings as said.
-        let status = unsafe {
-            self.fmu
-                .api
-                .fmi2SetDebugLogging(self.component, 1, pointers.len(), pointers.as_ptr())
-        };
-        self.check(status, "fmi2SetDebugLogging", &[], At::Initialization)
+        let answer = self.border.log_only(&chosen);
+        self.check(answer, None, At::Initialization)
     }
 
     /// Set a variable of any type from text: a number, `true`/`false`, an enumeration item's name or number, or a string.
     pub fn set_from_text(&self, variable: &str, text: &str) -> Result<()> {
-        let v = self
-            .fmu
-            .description
-            .variable(variable)
-            .map_err(|e| anyhow!("{}: {e}", self.name))?;
-        let api = &self.fmu.api;
-        let vr = [v.reference];
-        let unfit =
-            |expected: &str| anyhow!("{}.{variable}: `{text}` is not {expected}", self.name);
-        let (status, call) = match &v.kind {
-            Kind::Real => {
-                let value = text.parse::<f64>().map_err(|_| unfit("a number"))?;
-                (
-                    // SAFETY: one reference and one value of the type of the call.
-                    unsafe { api.fmi2SetReal(self.component, vr.as_ptr(), 1, &value) },
-                    "fmi2SetReal",
-                )
-            }
-            Kind::Integer | Kind::Enumeration(_) => {
-                let value = integer(&v.kind, text).map_err(|expected| unfit(&expected))?;
-                (
-                    // SAFETY: one reference and one value of the type of the call.
-                    unsafe { api.fmi2SetInteger(self.component, vr.as_ptr(), 1, &value) },
-                    "fmi2SetInteger",
-                )
-            }
-            Kind::Boolean => {
-                let value = match text {
-                    "true" | "1" => 1,
-                    "false" | "0" => 0,
-                    _ => return Err(unfit("true or false")),
-                };
-                (
-                    // SAFETY: one reference and one value of the type of the call.
-                    unsafe { api.fmi2SetBoolean(self.component, vr.as_ptr(), 1, &value) },
-                    "fmi2SetBoolean",
-                )
-            }
-            Kind::String => {
-                let value =
-                    CString::new(text).map_err(|_| unfit("a string without NUL characters"))?;
-                (
-                    // SAFETY: one reference and one value of the type of the call.
-                    unsafe { api.fmi2SetString(self.component, vr.as_ptr(), 1, &value.as_ptr()) },
-                    "fmi2SetString",
-                )
-            }
-            Kind::Binary | Kind::Clock => bail!("{}.{variable} cannot be set", self.name),
-        };
-        self.check(
-            status,
-            &format!("{call} to `{text}`"),
-            &vr,
-            At::Initialization,
-        )
+        let description = &self.fmu.description;
+        let v = description.variable(variable);
+        let v = v.map_err(|e| anyhow!("{}: {e}", self.name))?;
+        let value = value(v, text);
+        let value =
+            value.map_err(|unfit| anyhow!("{}.{variable}: `{text}` is not {unfit}", self.name))?;
+        let answer = self.border.set_one(v, &value);
+        if answer.is_done() {
+            return Ok(());
+        }
+        let names = format!("{} to `{text}` of {variable}", answer.call);
+        Err(self.refused(answer, &names, At::Initialization))
     }
 
-    /// Value of a numeric variable; an integer, enumeration or boolean as a number.
-    pub fn number(&self, variable: &Variable, at: At) -> Result<f64> {
-        let vr = [variable.reference];
-        let api = &self.fmu.api;
-        let mut int = 0;
-        let (status, call) = match variable.kind {
-            Kind::Real => {
-                let mut value = [0.0];
-                self.get(&vr, &mut value, at)?;
-                return Ok(value[0]);
-            }
-            Kind::Boolean => (
-                // SAFETY: one reference and one value of the type of the call.
-                unsafe { api.fmi2GetBoolean(self.component, vr.as_ptr(), 1, &mut int) },
-                "fmi2GetBoolean",
-            ),
-            Kind::Integer | Kind::Enumeration(_) => (
-                // SAFETY: one reference and one value of the type of the call.
-                unsafe { api.fmi2GetInteger(self.component, vr.as_ptr(), 1, &mut int) },
-                "fmi2GetInteger",
-            ),
-            Kind::String | Kind::Binary | Kind::Clock => {
-                bail!("{}.{} is not a number", self.name, variable.name)
-            }
-        };
-        self.check(status, call, &vr, at)?;
-        Ok(int.into())
+    /// Value of a numeric variable, by its index in the description; an integer, enumeration or boolean as a number.
+    pub fn number(&self, variable: usize, at: At) -> Result<f64> {
+        let mut value = [0.0];
+        self.get(&self.fmu.batch(vec![variable])?, &mut value, at)?;
+        Ok(value[0])
     }
 
-    /// `fmi2SetupExperiment` and `fmi2EnterInitializationMode`.
+    /// Into Initialization Mode, from `start`, s.
     pub fn enter_initialization(&self, start: f64) -> Result<()> {
-        // SAFETY: plain values. No stop time: a run may be continued.
-        let status = unsafe {
-            self.fmu
-                .api
-                .fmi2SetupExperiment(self.component, 0, 0.0, start, 0, 0.0)
-        };
-        self.check(status, "fmi2SetupExperiment", &[], At::Initialization)?;
-        // SAFETY: the component is alive.
-        let status = unsafe { self.fmu.api.fmi2EnterInitializationMode(self.component) };
-        self.check(
-            status,
-            "fmi2EnterInitializationMode",
-            &[],
-            At::Initialization,
-        )
+        let answer = self.border.enter_initialization(start);
+        self.check(answer, None, At::Initialization)
     }
 
-    /// `fmi2ExitInitializationMode`.
+    /// Out of Initialization Mode.
     pub fn exit_initialization(&self) -> Result<()> {
-        // SAFETY: the component is alive.
-        let status = unsafe { self.fmu.api.fmi2ExitInitializationMode(self.component) };
-        self.check(
-            status,
-            "fmi2ExitInitializationMode",
-            &[],
-            At::Initialization,
-        )
+        let answer = self.border.exit_initialization();
+        self.check(answer, None, At::Initialization)
     }
 
-    /// `fmi2GetReal`.
-    pub fn get(&self, vr: &[u32], value: &mut [f64], at: At) -> Result<()> {
-        debug_assert_eq!(vr.len(), value.len());
-        let n = vr.len().min(value.len());
-        // SAFETY: `n` readable references and room for `n` values.
-        let status = unsafe {
-            self.fmu
-                .api
-                .fmi2GetReal(self.component, vr.as_ptr(), n, value.as_mut_ptr())
-        };
-        self.check(status, "fmi2GetReal", vr, at)
+    /// Read values, as numbers.
+    pub fn get(&self, batch: &Batch, values: &mut [f64], at: At) -> Result<()> {
+        let answer = self.border.get(batch, values);
+        self.check(answer, Some(batch), at)
     }
 
-    /// `fmi2SetReal`.
-    pub fn set(&self, vr: &[u32], value: &[f64], at: At) -> Result<()> {
-        debug_assert_eq!(vr.len(), value.len());
-        let n = vr.len().min(value.len());
-        // SAFETY: `n` readable references and values.
-        let status = unsafe {
-            self.fmu
-                .api
-                .fmi2SetReal(self.component, vr.as_ptr(), n, value.as_ptr())
-        };
-        self.check(status, "fmi2SetReal", vr, at)
+    /// Set values.
+    pub fn set(&self, batch: &Batch, values: &[f64], at: At) -> Result<()> {
+        let answer = self.border.set(batch, values);
+        self.check(answer, Some(batch), at)
     }
 
-    /// First time derivatives of outputs; `order` holds as many ones.
+    /// First time derivatives of outputs; `ones` holds at least as many ones.
     pub fn get_derivatives(
         &self,
-        vr: &[u32],
-        order: &[i32],
-        value: &mut [f64],
+        batch: &Batch,
+        ones: &[i32],
+        values: &mut [f64],
         at: At,
     ) -> Result<()> {
-        debug_assert!(vr.len() == value.len() && vr.len() == order.len());
-        let n = vr.len().min(value.len()).min(order.len());
-        // SAFETY: `n` readable references and orders and room for `n` values.
-        let status = unsafe {
-            self.fmu.api.fmi2GetRealOutputDerivatives(
-                self.component,
-                vr.as_ptr(),
-                n,
-                order.as_ptr(),
-                value.as_mut_ptr(),
-            )
-        };
-        self.check(status, "fmi2GetRealOutputDerivatives", vr, at)
+        let answer = self.border.get_derivatives(batch, ones, values);
+        self.check(answer, Some(batch), at)
     }
 
-    /// First time derivatives of inputs for the next step; `order` holds as many ones.
-    pub fn set_derivatives(&self, vr: &[u32], order: &[i32], value: &[f64], at: At) -> Result<()> {
-        debug_assert!(vr.len() == value.len() && vr.len() == order.len());
-        let n = vr.len().min(value.len()).min(order.len());
-        // SAFETY: `n` readable references, orders and values.
-        let status = unsafe {
-            self.fmu.api.fmi2SetRealInputDerivatives(
-                self.component,
-                vr.as_ptr(),
-                n,
-                order.as_ptr(),
-                value.as_ptr(),
-            )
-        };
-        self.check(status, "fmi2SetRealInputDerivatives", vr, at)
+    /// First time derivatives of inputs for the next step; `ones` holds at least as many ones.
+    pub fn set_derivatives(
+        &self,
+        batch: &Batch,
+        ones: &[i32],
+        values: &[f64],
+        at: At,
+    ) -> Result<()> {
+        let answer = self.border.set_derivatives(batch, ones, values)?;
+        self.check(answer, Some(batch), at)
     }
 
-    /// `fmi2DoStep` from `t` by `h`, both s.
+    /// A communication step from `t` by `h`, both s.
     pub fn step(&self, t: f64, h: f64) -> Result<()> {
-        // SAFETY: plain values.
-        let status = unsafe { self.fmu.api.fmi2DoStep(self.component, t, h, 1) };
-        self.check(status, "fmi2DoStep", &[], At::Time(t))
+        let answer = self.border.step(t, h);
+        let answer = answer.with_context(|| self.place(At::Time(t)))?;
+        self.check(answer, None, At::Time(t))
     }
 
     /// The instance's own time, s: the end of its last successful step.
     pub fn time(&self) -> Result<f64> {
-        let mut time = f64::NAN;
-        // SAFETY: room for one value.
-        let status = unsafe {
-            self.fmu.api.fmi2GetRealStatus(
-                self.component,
-                binding::fmi2StatusKind_fmi2LastSuccessfulTime,
-                &mut time,
-            )
-        };
-        self.check(status, "fmi2GetRealStatus", &[], At::Time(time))?;
-        Ok(time)
+        self.border.time().with_context(|| self.name.clone())
     }
 
-    /// `fmi2Terminate`.
+    /// Into Event Mode where the version has one and the exchange is staged.
+    pub fn enter_events(&self, at: At) -> Result<()> {
+        self.check(self.border.enter_events(), None, at)
+    }
+
+    /// In Event Mode: let discrete states follow; true where the exchange must be made once more.
+    pub fn update_events(&self, at: At) -> Result<bool> {
+        let updated = self.border.update_events();
+        let (answer, again) = updated.with_context(|| self.place(at))?;
+        self.check(answer, None, at)?;
+        Ok(again)
+    }
+
+    /// From Event Mode to where steps are made.
+    pub fn leave_events(&self, at: At) -> Result<()> {
+        self.check(self.border.leave_events(), None, at)
+    }
+
+    /// End the run.
     pub fn terminate(&self, at: At) -> Result<()> {
-        // SAFETY: the component is alive.
-        let status = unsafe { self.fmu.api.fmi2Terminate(self.component) };
-        self.check(status, "fmi2Terminate", &[], at)
+        self.check(self.border.terminate(), None, at)
     }
 
     #[inline]
-    fn check(&self, status: binding::fmi2Status, call: &str, vr: &[u32], at: At) -> Result<()> {
-        match status {
-            binding::fmi2Status_fmi2OK | binding::fmi2Status_fmi2Warning => Ok(()),
-            _ => Err(self.error(status, call, vr, at)),
+    fn check(&self, answer: Answer, batch: Option<&Batch>, at: At) -> Result<()> {
+        match answer.is_done() {
+            true => Ok(()),
+            false => Err(self.error(answer, batch, at)),
         }
     }
 
     #[cold]
-    fn error(&self, status: binding::fmi2Status, call: &str, vr: &[u32], at: At) -> anyhow::Error {
-        let result = match status {
-            binding::fmi2Status_fmi2Discard => "fmi2Discard",
-            binding::fmi2Status_fmi2Error => "fmi2Error",
-            binding::fmi2Status_fmi2Fatal => "fmi2Fatal",
-            binding::fmi2Status_fmi2Pending => "fmi2Pending (asynchronous steps are not supported)",
-            _ => "an unknown status",
+    fn error(&self, answer: Answer, batch: Option<&Batch>, at: At) -> anyhow::Error {
+        let variables = &self.fmu.description.variables;
+        let names = batch.into_iter().flat_map(|batch| &batch.variables);
+        let names: Vec<_> = names.map(|k| variables[*k].name.as_str()).collect();
+        let call = match names.is_empty() {
+            true => answer.call.to_string(),
+            false => format!("{} of {}", answer.call, names.join(", ")),
         };
-        let kind_fits = |v: &Variable| match v.kind {
-            Kind::Real => call.contains("Real"),
-            Kind::Integer | Kind::Enumeration(_) => call.contains("Integer"),
-            Kind::Boolean => call.contains("Boolean"),
-            Kind::String => call.contains("String"),
-            Kind::Binary | Kind::Clock => false,
+        self.refused(answer, &call, at)
+    }
+
+    fn refused(&self, answer: Answer, call: &str, at: At) -> anyhow::Error {
+        let prefix = match self.fmu.description.fmi {
+            Version::Fmi2 => "fmi2",
+            Version::Fmi3 => "fmi3",
         };
-        let name = |r: &u32| {
-            let found = self
-                .fmu
-                .description
-                .variables
-                .iter()
-                .find(|v| v.reference == *r && kind_fits(v));
-            found.map_or_else(|| format!("#{r}"), |v| v.name.clone())
-        };
-        let names = if vr.is_empty() {
-            String::new()
-        } else {
-            format!(" of {}", vr.iter().map(name).collect::<Vec<_>>().join(", "))
+        let result = match answer.status {
+            2 => format!("{prefix}Discard"),
+            3 => format!("{prefix}Error"),
+            4 => format!("{prefix}Fatal"),
+            other => format!("the unknown status {other}"),
         };
         anyhow!(
-            "{} (FMU `{}`): {call}{names} {at} returned {result}{}",
+            "{} (FMU `{}`): {call} {at} returned {result}{}",
             self.name,
             self.fmu.file,
             said(&self.name)
         )
     }
+
+    fn place(&self, at: At) -> String {
+        format!("{} (FMU `{}`) {at}", self.name, self.fmu.file)
+    }
 }
 
 impl Drop for Slave {
     fn drop(&mut self) {
-        // SAFETY: freed once; the library is still loaded, `fmu` holds it.
-        unsafe { self.fmu.api.fmi2FreeInstance(self.component) };
         self.fmu.instances.fetch_sub(1, Ordering::SeqCst);
     }
 }
@@ -407,16 +353,55 @@ fn said(instance: &str) -> String {
     }
 }
 
-/// An integer, or an enumeration item by its name.
-fn integer(kind: &Kind, text: &str) -> Result<i32, String> {
-    if let Kind::Enumeration(items) = kind {
-        if let Some(item) = items.iter().find(|item| item.name == text) {
-            return i32::try_from(item.value).map_err(|_| format!("an item up to {}", i32::MAX));
+/// A start value from text; an error says what the text had to be.
+fn value(v: &Variable, text: &str) -> Result<Value, String> {
+    let unfit = || match &v.kind {
+        Kind::Real => "a number".to_string(),
+        Kind::Integer => whole_number(v.access()),
+        Kind::Boolean => "true or false".to_string(),
+        Kind::Enumeration(items) => {
+            let names: Vec<_> = items.iter().map(|item| item.name.as_str()).collect();
+            format!("one of {}", names.join(", "))
         }
-        let names: Vec<_> = items.iter().map(|item| item.name.as_str()).collect();
-        return text
-            .parse()
-            .map_err(|_| format!("one of {}", names.join(", ")));
+        Kind::String => "a string without NUL characters".to_string(),
+        Kind::Binary | Kind::Clock => "a value: a start value of this type is not supported".into(),
+    };
+    let item = match &v.kind {
+        Kind::Enumeration(items) => items.iter().find(|item| item.name == text),
+        _ => None,
+    };
+    let number = item.map(|item| item.value.to_string());
+    let found = match v.kind {
+        Kind::String => CString::new(text).ok().map(Value::Text),
+        _ => bits(v.access(), number.as_deref().unwrap_or(text)).map(Value::Bits),
+    };
+    let found = found.filter(|value| match value {
+        Value::Bits(bits) => fits(v.access(), *bits),
+        Value::Text(_) => true,
+    });
+    found.ok_or_else(unfit)
+}
+
+/// Least and greatest value of an integer type.
+fn range(access: Access) -> Option<[i64; 2]> {
+    Some(match access {
+        Access::Int8 => [i8::MIN.into(), i8::MAX.into()],
+        Access::UInt8 => [0, u8::MAX.into()],
+        Access::Int16 => [i16::MIN.into(), i16::MAX.into()],
+        Access::UInt16 => [0, u16::MAX.into()],
+        Access::Integer => [i32::MIN.into(), i32::MAX.into()],
+        Access::UInt32 => [0, u32::MAX.into()],
+        _ => return None,
+    })
+}
+
+fn fits(access: Access, bits: u64) -> bool {
+    range(access).is_none_or(|[least, most]| (least..=most).contains(&bits.cast_signed()))
+}
+
+fn whole_number(access: Access) -> String {
+    match range(access) {
+        Some([least, most]) => format!("a whole number from {least} to {most}"),
+        None => "a whole number".to_string(),
     }
-    text.parse().map_err(|_| "a whole number".to_string())
 }

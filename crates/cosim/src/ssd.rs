@@ -11,6 +11,8 @@ pub use parameters::{Parameter, parse_set};
 use anyhow::{Context, Result, bail};
 use serde::Deserialize;
 
+use crate::linear::Linear;
+
 /// One FMU instance of the system; the order in the file is the stepping order of the Gauss–Seidel schedule.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Component {
@@ -44,9 +46,20 @@ pub struct Connection {
     pub start: (String, String),
     /// Component and input.
     pub end: (String, String),
+    /// What becomes of a Real value on its way.
+    pub transformation: Linear,
+    /// `suppressUnitConversion`: the units of both ends may differ, because the numbers are meant as the transformation leaves them.
+    pub units_stay: bool,
     /// Set where the connection carries the effort of a power bond.
     pub bond: Option<PowerBond>,
 }
+
+/// What to do about units that differ.
+pub(crate) const UNITS: &str = "units are never converted: where the numbers are right as they are, or are made right by a LinearTransformation, \
+     the connection must say suppressUnitConversion=\"true\"";
+
+/// Types of connectors that can be connected.
+const CONNECTED: [&str; 3] = ["Real", "Integer", "Boolean"];
 
 /// Type of the annotation that makes a connection half of a power bond.
 const POWER_BOND: &str = "io.github.hdrm-fmu.power-bond";
@@ -60,6 +73,34 @@ pub struct PowerBond {
     /// Input of the start element that receives the conjugate flow.
     #[serde(rename = "@flow")]
     pub flow: String,
+    /// Which way power goes where effort times flow is positive.
+    #[serde(rename = "@power", default)]
+    pub power: Power,
+}
+
+/// Direction of the power `effort · flow` of a bond.
+#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq)]
+#[serde(try_from = "String")]
+pub enum Power {
+    /// The start element delivers it, as an actuator that pushes.
+    #[default]
+    Delivered,
+    /// The start element takes it, as a drive by the current that it draws.
+    Drawn,
+}
+
+impl TryFrom<String> for Power {
+    type Error = String;
+
+    fn try_from(text: String) -> Result<Self, String> {
+        match text.as_str() {
+            "delivered" => Ok(Self::Delivered),
+            "drawn" => Ok(Self::Drawn),
+            _ => Err(format!(
+                "power = `{text}` of a PowerBond must be `delivered` or `drawn`"
+            )),
+        }
+    }
 }
 
 /// A system: components, connections and the default experiment.
@@ -162,12 +203,25 @@ impl Structure {
         for (k, c) in self.connections.iter().enumerate() {
             let start = self.connector(&c.start, "output")?;
             let end = self.connector(&c.end, "input")?;
-            if start.unit != end.unit {
+            if start.data_type != end.data_type {
+                bail!(
+                    "connection {c}: the types differ, {} and {}; both ends must be of the same type",
+                    start.data_type,
+                    end.data_type
+                );
+            }
+            if start.unit != end.unit && !c.units_stay {
                 let text = |unit: &Option<String>| unit.clone().unwrap_or_else(|| "none".into());
                 bail!(
-                    "connection {c}: the units differ, {} and {}",
+                    "connection {c}: the units differ, {} and {}; {UNITS}",
                     text(&start.unit),
                     text(&end.unit)
+                );
+            }
+            if c.transformation != Linear::NONE && start.data_type != "Real" {
+                bail!(
+                    "connection {c}: a LinearTransformation is for Real connectors; these are {}",
+                    start.data_type
                 );
             }
             if let Some(other) = self.connections[..k]
@@ -188,6 +242,11 @@ impl Structure {
         Ok(())
     }
 
+    /// Declared type of what a connection carries.
+    pub fn carried(&self, connection: &Connection) -> Result<&'static str> {
+        Ok(self.connector(&connection.start, "output")?.data_type)
+    }
+
     fn connector(&self, (component, name): &(String, String), kind: &str) -> Result<&Connector> {
         let Some(index) = self.component(component) else {
             bail!("a connection names the component `{component}`, which the system does not have");
@@ -201,10 +260,11 @@ impl Structure {
                 "component `{component}` declares no connector `{name}`, but a connection uses it"
             );
         };
-        if found.data_type != "Real" {
+        if !CONNECTED.contains(&found.data_type) {
             bail!(
-                "connector `{component}.{name}` is declared as {}; only Real connectors can be connected",
-                found.data_type
+                "connector `{component}.{name}` is declared as {}; only connectors of the types {} can be connected",
+                found.data_type,
+                CONNECTED.join(", ")
             );
         }
         if found.kind != kind {
@@ -264,13 +324,19 @@ fn connection(c: xml::Connection) -> Result<Connection> {
             c.end_connector
         );
     };
-    if c.transformed.is_some() {
+    if c.mapped.is_some() {
         bail!(
-            "connection {from}.{} -> {to}.{}: transformations are not supported",
+            "connection {from}.{} -> {to}.{}: mapping transformations are not supported, only LinearTransformation",
             c.start_connector,
             c.end_connector
         );
     }
+    let transformation = transformation(c.linear).with_context(|| {
+        format!(
+            "connection {from}.{} -> {to}.{}",
+            c.start_connector, c.end_connector
+        )
+    })?;
     let mut bond = None;
     for annotation in c.annotations.annotations {
         let Some(found) = annotation.bond else {
@@ -289,8 +355,27 @@ fn connection(c: xml::Connection) -> Result<Connection> {
     Ok(Connection {
         start: (from, c.start_connector),
         end: (to, c.end_connector),
+        transformation,
+        units_stay: c.units_stay,
         bond,
     })
+}
+
+fn transformation(found: Option<xml::LinearTransformation>) -> Result<Linear> {
+    let Some(xml::LinearTransformation { factor, offset }) = found else {
+        return Ok(Linear::NONE);
+    };
+    let (factor, offset) = (
+        factor.unwrap_or_else(|| "1".into()),
+        offset.unwrap_or_else(|| "0".into()),
+    );
+    let number = |text: &str| text.trim().parse().ok().filter(|x: &f64| x.is_finite());
+    match (number(&factor), number(&offset)) {
+        (Some(factor), Some(offset)) => Ok(Linear { factor, offset }),
+        _ => bail!(
+            "LinearTransformation with factor {factor} and offset {offset}; both must be finite"
+        ),
+    }
 }
 
 #[cfg(test)]
@@ -347,6 +432,7 @@ mod tests {
         let bond = PowerBond {
             step_mean: "F_mean".into(),
             flow: "x_dot".into(),
+            power: Power::Delivered,
         };
         assert!(
             s.connections

@@ -55,22 +55,39 @@ pub struct System {
 }
 
 impl System {
-    /// Load a packed system (`.ssp`; of it the structure named `variant`, else the default one), or a `.ssd` with its FMUs from `place`.
-    pub fn load(path: &Path, variant: Option<&str>, place: &FmuPlace) -> Result<Self> {
+    /// Load a packed system (`.ssp`; of it the structure named `variant`, else the default one), or a `.ssd` with its FMUs from `place`. The
+    /// components named in `replaced` get the FMU in that file instead, of whichever version of FMI.
+    pub fn load(
+        path: &Path,
+        variant: Option<&str>,
+        place: &FmuPlace,
+        replaced: &[(String, PathBuf)],
+    ) -> Result<Self> {
         let mut package = Package::open(path)?;
         let text = package.structure(variant)?;
         let structure = Structure::read(&text, |source| package.text(source))
             .with_context(|| format!("`{}`", path.display()))?;
-        let mut loaded: BTreeMap<&str, Arc<Fmu>> = BTreeMap::new();
+        if let Some((unknown, _)) = replaced
+            .iter()
+            .find(|(name, _)| structure.component(name).is_none())
+        {
+            bail!("an FMU is given for the component `{unknown}`, which the system does not have");
+        }
+        let mut loaded: BTreeMap<String, Arc<Fmu>> = BTreeMap::new();
         let mut fmus = Vec::new();
         for c in &structure.components {
-            let fmu = match loaded.get(c.source.as_str()) {
+            let own = replaced.iter().rfind(|(name, _)| *name == c.name);
+            let source = own.map_or(c.source.clone(), |(_, file)| file.display().to_string());
+            let fmu = match loaded.get(&source) {
                 Some(fmu) => fmu.clone(),
                 None => {
-                    let bytes = place.read(&c.source, &mut package);
+                    let bytes = match own {
+                        Some((_, file)) => read(file),
+                        None => place.read(&source, &mut package),
+                    };
                     let bytes = bytes.with_context(|| format!("FMU of component `{}`", c.name))?;
-                    let fmu = Fmu::load(&c.source, bytes)?;
-                    loaded.insert(&c.source, fmu.clone());
+                    let fmu = Fmu::load(&source, bytes)?;
+                    loaded.insert(source, fmu.clone());
                     fmu
                 }
             };
@@ -233,12 +250,26 @@ impl System {
 }
 
 impl FmuPlace {
+    /// A source in a folder of the resources, `resources/fmi3/Emla.fmu`, is looked for in that folder too.
     fn read(&self, source: &str, package: &mut Package) -> Result<Vec<u8>> {
         let name = Path::new(source).file_name().unwrap_or_default();
+        let inner = Path::new(source).strip_prefix("resources").ok();
+        let names = |folder: &PathBuf| {
+            let inner = inner.map(|inner| folder.join(inner));
+            inner
+                .into_iter()
+                .chain([folder.join(name)])
+                .collect::<Vec<_>>()
+        };
         match self {
-            Self::Folder(folder) => read(&folder.join(name)),
+            Self::Folder(folder) => {
+                let files = names(folder);
+                let found = files.iter().find(|file| file.is_file());
+                read(found.unwrap_or(&folder.join(name)))
+            }
             Self::Structure { else_in } => package.file(source).or_else(|error| {
-                let files: Vec<PathBuf> = else_in.iter().map(|f| f.join(name)).collect();
+                let mut files: Vec<PathBuf> = else_in.iter().flat_map(names).collect();
+                files.dedup();
                 if let Some(file) = files.iter().find(|file| file.is_file()) {
                     return read(file);
                 }

@@ -2,9 +2,11 @@
 
 use std::collections::HashMap;
 
-use crate::ssd::{Connection, Structure};
+use crate::batch::{Batch, Layout};
+use crate::linear::Linear;
+use crate::ssd::{Connection, Power, Structure, UNITS};
 use anyhow::{Result, bail};
-use fmu_description::{Causality, Description, Kind};
+use fmu_description::{Access, Causality, Description, Kind};
 
 /// A variable of a component: both as indices.
 #[derive(Clone, Copy, Debug, Eq, Hash, Ord, PartialEq, PartialOrd)]
@@ -22,6 +24,8 @@ pub struct Link {
     pub from: Port,
     /// Input.
     pub to: Port,
+    /// What becomes of a Real value on its way.
+    pub transformation: Linear,
     /// Power bond of which it carries the effort.
     pub bond: Option<BondPorts>,
 }
@@ -33,7 +37,13 @@ pub struct BondPorts {
     pub step_mean: Port,
     /// Conjugate flow: an input of the same component.
     pub flow: Port,
+    /// Direction of the power effort times flow.
+    pub power: Power,
 }
+
+/// What breaks an algebraic loop.
+const REMEDY: &str = "no order of exchange resolves it. One of these components must have a state, or a delay of a communication step, between \
+     its input and its output, and must not list that input among the output's dependencies; or one of the connections must go";
 
 /// The system's connections with everything that is needed to order them.
 pub struct Wiring<'a> {
@@ -61,36 +71,49 @@ impl<'a> Wiring<'a> {
     }
 
     fn resolve(&self, structure: &Structure, c: &Connection) -> Result<Link> {
-        let from = self.port(structure, &c.start.0, &c.start.1, Causality::Output)?;
-        let to = self.port(structure, &c.end.0, &c.end.1, Causality::Input)?;
+        let carried = structure.carried(c)?;
+        let from = self.port(structure, &c.start, carried, Causality::Output)?;
+        let to = self.port(structure, &c.end, carried, Causality::Input)?;
         let unit = |p: Port| {
             self.components[p.component].1.variables[p.variable]
                 .unit
                 .as_deref()
                 .unwrap_or("none")
         };
-        if unit(from) != unit(to) {
+        if unit(from) != unit(to) && !c.units_stay {
             bail!(
-                "connection {c}: the FMUs' units differ, {} and {}",
+                "connection {c}: the FMUs' units differ, {} and {}; {UNITS}",
                 unit(from),
                 unit(to)
             );
         }
         let bond = match &c.bond {
             None => None,
-            Some(b) => Some(BondPorts {
-                step_mean: self.port(structure, &c.start.0, &b.step_mean, Causality::Output)?,
-                flow: self.port(structure, &c.start.0, &b.flow, Causality::Input)?,
-            }),
+            Some(b) => {
+                let of_start = |variable: &str, causality| {
+                    let end = (c.start.0.clone(), variable.to_string());
+                    self.port(structure, &end, "Real", causality)
+                };
+                Some(BondPorts {
+                    step_mean: of_start(&b.step_mean, Causality::Output)?,
+                    flow: of_start(&b.flow, Causality::Input)?,
+                    power: b.power,
+                })
+            }
         };
-        Ok(Link { from, to, bond })
+        Ok(Link {
+            from,
+            to,
+            transformation: c.transformation,
+            bond,
+        })
     }
 
     fn port(
         &self,
         structure: &Structure,
-        component: &str,
-        variable: &str,
+        (component, variable): &(String, String),
+        data_type: &str,
         causality: Causality,
     ) -> Result<Port> {
         let Some(k) = structure.component(component) else {
@@ -98,11 +121,11 @@ impl<'a> Wiring<'a> {
         };
         let description = self.components[k].1;
         let v = description.variable(variable)?;
-        if v.kind != Kind::Real || v.causality != causality {
+        let kind = kind_in_words(&v.kind);
+        if kind != data_type || v.causality != causality {
             bail!(
-                "{component}.{variable} must be a real {} to be connected; it is {:?}, {}",
+                "{component}.{variable} must be of type {data_type}, {}, to be connected; it is of type {kind}, {}",
                 in_words(causality),
-                v.kind,
                 in_words(v.causality)
             );
         }
@@ -128,9 +151,15 @@ impl<'a> Wiring<'a> {
         self.components[index].0
     }
 
-    /// Value reference of a variable.
-    pub fn reference(&self, p: Port) -> u32 {
-        self.description(p.component).variables[p.variable].reference
+    /// The functions that read and write a variable.
+    pub fn access(&self, p: Port) -> Access {
+        self.description(p.component).variables[p.variable].access()
+    }
+
+    /// Variables of a component that are read or written together.
+    pub fn batch(&self, component: usize, variables: impl Iterator<Item = usize>) -> Batch {
+        let description = self.description(component);
+        Batch::new(description, &Layout::new(description), variables.collect())
     }
 
     /// Description of a component.
@@ -179,7 +208,7 @@ impl<'a> Wiring<'a> {
             } else {
                 ""
             };
-            bail!("algebraic loop{when}: {}", names.join(" -> "));
+            bail!("algebraic loop{when}: {}; {REMEDY}", names.join(" -> "));
         }
         let mut level = 0;
         for variable in self.components[output.component]
@@ -199,6 +228,18 @@ impl<'a> Wiring<'a> {
         }
         known.insert(output, level);
         Ok(level)
+    }
+}
+
+fn kind_in_words(kind: &Kind) -> &'static str {
+    match kind {
+        Kind::Real => "Real",
+        Kind::Integer => "Integer",
+        Kind::Boolean => "Boolean",
+        Kind::String => "String",
+        Kind::Binary => "Binary",
+        Kind::Clock => "Clock",
+        Kind::Enumeration(_) => "Enumeration",
     }
 }
 
@@ -257,6 +298,8 @@ mod tests {
                 .map(|(y, u)| Connection {
                     start: split(y),
                     end: split(u),
+                    transformation: Linear::NONE,
+                    units_stay: false,
                     bond: None,
                 })
                 .collect(),
@@ -292,7 +335,10 @@ mod tests {
             .levels(false)
             .unwrap_err()
             .to_string();
-        assert_eq!(error, "algebraic loop: a.y -> b.v -> b.y -> a.u -> a.y");
+        assert_eq!(
+            error,
+            format!("algebraic loop: a.y -> b.v -> b.y -> a.u -> a.y; {REMEDY}")
+        );
     }
 
     #[test]
@@ -302,7 +348,7 @@ mod tests {
         let error = Wiring::new(&s, &[&d, &d, &d]).err().unwrap().to_string();
         assert_eq!(
             error,
-            "b.z must be a real input to be connected; it is Real, output"
+            "b.z must be of type Real, input, to be connected; it is of type Real, output"
         );
     }
 }

@@ -6,11 +6,15 @@ use allocation_counter::measure;
 use cosim::master::{Master, Schedule};
 
 mod support;
-use support::{oscillator, stepping, system};
+use support::{link, oscillator_links, ssd, stepping, system};
 
 #[test]
 fn a_step_allocates_nothing() {
-    let system = system("allocation", &oscillator()).unwrap();
+    let scaled = "<ssc:LinearTransformation factor=\"2\"/>";
+    let links = oscillator_links(scaled, "", "")
+        + &link(("mass", "is_left"), ("spring", "off"), "")
+        + &link(("mass", "steps"), ("spring", "stage"), "");
+    let system = system("allocation", &ssd(&links)).unwrap();
     for schedule in [
         Schedule::Standard,
         Schedule::GaussSeidel,

@@ -1,6 +1,7 @@
 //! Equations of motion: from state and inputs to everything that holds at one instant, and the rates.
 
 use crate::input::Input;
+use crate::link::Link;
 use crate::losses::Losses;
 use crate::maps;
 use crate::motor::{self, Dq};
@@ -27,6 +28,10 @@ pub struct State {
     pub residual: Residual,
     /// Mean of the force on the load over the last step, N; at the start that force itself.
     pub F_mean: f64,
+    /// Mean of the power from the DC side over the last step, W; at the start that power itself.
+    pub P_in_mean: f64,
+    /// Mean of the current from the DC side over the last step, A; at the start that current itself.
+    pub i_dc_mean: f64,
     /// Time by which [`crate::Output::F`] is given ahead, s.
     pub lead: f64,
     /// Energies since the start.
@@ -78,6 +83,8 @@ impl State {
             x_dot: self.x_dot + dt * rates.x_dot,
             residual: self.residual,
             F_mean: self.F_mean + dt * rates.F,
+            P_in_mean: self.P_in_mean,
+            i_dc_mean: self.i_dc_mean,
             lead: self.lead,
             energy: self.energy.advanced(dt, rates.energy),
         }
@@ -96,6 +103,8 @@ impl State {
 pub(crate) struct Instant {
     /// Voltage after the limit, V.
     pub v: Dq,
+    /// Voltage of the DC link, V.
+    pub v_dc: f64,
     /// Current, A.
     pub i: Dq,
     /// Flux linkage, Wb.
@@ -142,7 +151,7 @@ impl Emla {
     /// (J_m + k J_s/N²) ẇ_m = τ_e − C_m w_m − τ_C tanh(w_m/w_C) − k (C_s w_m/N + lead·F_nut)/N
     /// ```
     #[inline(always)] // so that what depends on parameters only moves out of the loops of a step
-    pub(crate) fn instant(&self, s: &State, u: &Input) -> Instant {
+    pub(crate) fn instant(&self, s: &State, u: &Input, link: Link) -> Instant {
         let p = &self.p;
         let (x, x_dot) = match self.drive {
             Drive::Motion => (u.x, u.x_dot),
@@ -161,7 +170,8 @@ impl Emla {
         let tau_friction = maps::motor_friction(p, w_m);
         let torque_left = tau_e - tau_friction - 1.0 / p.N_gear * (k * tau_load);
         Instant {
-            v: motor::limited(p, Dq { d: u.v_d, q: u.v_q }),
+            v: motor::limited(link.largest, Dq { d: u.v_d, q: u.v_q }),
+            v_dc: link.v_dc,
             i,
             lambda: motor::flux(p, i),
             w_e: f64::from(p.p) * w_m,
@@ -189,9 +199,9 @@ impl Emla {
     /// M_act ẍ + C_act ẋ + C_b (ẋ − ẋ_n) + K_b (x − x_n) = −F_ext
     /// ```
     #[inline(always)]
-    pub(crate) fn rates(&self, s: &State, u: &Input) -> Rates {
+    pub(crate) fn rates(&self, s: &State, u: &Input, link: Link) -> Rates {
         let p = &self.p;
-        let now = self.instant(s, u);
+        let now = self.instant(s, u, link);
         let (x, x_dot) = match self.drive {
             Drive::Motion => (0.0, 0.0),
             Drive::Force => (s.x_dot, (now.F - u.F_ext) / p.M_act),

@@ -9,6 +9,9 @@ pub struct Input {
     pub v_d: f64,
     /// Quadrature-axis voltage v_q, V (peak).
     pub v_q: f64,
+    /// Voltage of the DC link, V; None: that of the parameters, [`machine::Emla::link_voltage`]. Over a step it stays what it is
+    /// at its start.
+    pub v_dc: Option<f64>,
     /// Rod position x, m, positive when extended. In [`crate::Drive::Force`] read at the start only.
     pub x: f64,
     /// Rod velocity, m/s. In [`crate::Drive::Force`] read at the start only.

@@ -18,6 +18,7 @@
 mod dynamics;
 mod efficiency;
 mod input;
+mod link;
 mod losses;
 pub mod maps;
 mod motor;
@@ -67,7 +68,7 @@ pub struct Emla {
 impl Emla {
     /// An actuator without a network: physics alone.
     ///
-    /// `i_max` is not enforced here: it is a limit for the drive's controller. `v_max` is, because no
+    /// `i_max` is not enforced here: it is a limit for the drive's controller. `v_max` is, and `v_dc/√3`, because no
     /// inverter can give more.
     ///
     /// # Errors

@@ -12,7 +12,7 @@ pub struct Losses {
     pub copper: f64,
     /// Iron, `(k_h·|w_e| + k_e·w_e²)·(λ_d² + λ_q²)`; a parallel loss, without a torque of its own.
     pub core: f64,
-    /// Inverter, conduction `3·(2/π·v_0·i + r_0·i²/2)` and switching `6/π·f_sw·k_sw·v_dc·i`.
+    /// Inverter, conduction `3·(2/π·v_0·i + r_0·i²/2)` and switching `6/π·f_sw·k_sw·v_dc·i` at the voltage of the DC link.
     pub inverter: f64,
     /// Viscous and Coulomb friction of the motor.
     pub motor_friction: f64,
@@ -69,23 +69,27 @@ pub(crate) fn core_loss(p: &machine::Emla, w_e: f64) -> (f64, f64) {
     )
 }
 
-/// Inverter loss at current amplitude `i`, W, and its derivative by `i`, V.
+/// Inverter loss at current amplitude `i`, A, and DC-link voltage `v_dc`, V, in W, and its derivatives by `i`, V, and by `v_dc`, A.
 ///
 /// Two-level inverter, sinusoidal current: always one device per leg conducts, and the mean of |i| over
 /// a period is `2i/π`.
-pub(crate) fn inverter_loss(p: &machine::Emla, i: f64) -> (f64, f64) {
+pub(crate) fn inverter_loss(p: &machine::Emla, i: f64, v_dc: f64) -> (f64, f64, f64) {
     let Some(inverter) = p.inverter else {
-        return (0.0, 0.0);
+        return (0.0, 0.0, 0.0);
     };
     let machine::InverterLosses {
-        v_dc,
+        v_dc: _,
         f_sw,
         k_sw,
         v_0,
         r_0,
     } = inverter;
     let linear = 3.0 * FRAC_2_PI * (v_0 + f_sw * k_sw * v_dc);
-    (i * (linear + 1.5 * r_0 * i), linear + 3.0 * r_0 * i)
+    (
+        i * (linear + 1.5 * r_0 * i),
+        linear + 3.0 * r_0 * i,
+        3.0 * FRAC_2_PI * f_sw * k_sw * i,
+    )
 }
 
 impl Emla {
@@ -97,7 +101,7 @@ impl Emla {
         Losses {
             copper: 1.5 * p.R_s * i2,
             core: core_loss(p, now.w_e).0 * now.lambda.dot(now.lambda),
-            inverter: inverter_loss(p, i2.sqrt()).0,
+            inverter: inverter_loss(p, i2.sqrt(), now.v_dc).0,
             motor_friction: now.tau_friction * now.w_m,
             gear: (now.k - 1.0) * (p.J_s * w_s_dot + now.tau_load) * w_s,
             screw: p.C_s * w_s * w_s,

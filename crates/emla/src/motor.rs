@@ -46,28 +46,28 @@ pub(crate) fn di_dt(p: &machine::Emla, v: Dq, i: Dq, lambda: Dq, w_e: f64) -> Dq
     }
 }
 
-/// The voltage that the inverter can give, V: scaled back onto the circle |v| = v_max.
-pub(crate) fn limited(p: &machine::Emla, v: Dq) -> Dq {
+/// The voltage that the inverter can give, V: scaled back onto the circle |v| = `largest`, V.
+pub(crate) fn limited(largest: f64, v: Dq) -> Dq {
     let square = v.dot(v);
-    if square <= p.v_max * p.v_max {
+    if square <= largest * largest {
         return v;
     }
-    v.scaled(p.v_max / square.sqrt())
+    v.scaled(largest / square.sqrt())
 }
 
-/// Derivative of [`limited`] at `v` along `dv`: outside the circle only the turn remains.
+/// Derivative of [`limited`] at `v` along `dv` and `d_largest`: outside the circle the turn remains, and the circle's growth.
 /// ```text
-/// d(v·v_max/|v|) = (v_max/|v|)·(dv − v (v·dv)/|v|²)
+/// d(v·r/|v|) = (r/|v|)·(dv − v (v·dv)/|v|²) + (v/|v|)·dr
 /// ```
-pub(crate) fn limited_tangent(p: &machine::Emla, v: Dq, dv: Dq) -> Dq {
+pub(crate) fn limited_tangent(largest: f64, d_largest: f64, v: Dq, dv: Dq) -> Dq {
     let square = v.dot(v);
-    if square <= p.v_max * p.v_max {
+    if square <= largest * largest {
         return dv;
     }
-    let radial = v.dot(dv) / square;
+    let (radial, size) = (v.dot(dv) / square, square.sqrt());
+    let along = d_largest / size - largest / size * radial;
     Dq {
-        d: dv.d - v.d * radial,
-        q: dv.q - v.q * radial,
+        d: largest / size * dv.d + along * v.d,
+        q: largest / size * dv.q + along * v.q,
     }
-    .scaled(p.v_max / square.sqrt())
 }

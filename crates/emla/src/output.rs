@@ -42,6 +42,12 @@ pub struct Output {
     pub tau_e: f64,
     /// Electrical power from the DC side, W.
     pub P_in: f64,
+    /// Mean of `P_in` over the last step, W.
+    pub P_in_mean: f64,
+    /// Current from the DC side, A: `v_dc·i_dc = P_in`; none from a link below 1 V.
+    pub i_dc: f64,
+    /// Mean of `i_dc` over the last step, A.
+    pub i_dc_mean: f64,
     /// Mechanical power to the load, W.
     pub P_out: f64,
     /// All losses, W.
@@ -78,10 +84,11 @@ impl Emla {
     /// Outputs of state `s` under the inputs `u`.
     #[must_use]
     pub fn output(&self, s: &State, u: &Input) -> Output {
-        let now = self.instant(s, u);
+        let link = self.link(u);
+        let now = self.instant(s, u, link);
         let losses = self.losses(s, &now);
         let F_phys = maps::quasi_static_force(&self.p, now.tau_e, now.w_m);
-        let P_out = self.power_out(&now, u);
+        let (P_in, P_out) = (power_in(&now, &losses), self.power_out(&now, u));
         let valid = is_defined(now.tau_e, now.w_m);
         let efficiency = |out: f64| {
             let powers = Powers {
@@ -118,7 +125,10 @@ impl Emla {
             theta_m: s.theta_m,
             w_m: s.w_m,
             tau_e: now.tau_e,
-            P_in: power_in(&now, &losses),
+            P_in,
+            P_in_mean: s.P_in_mean,
+            i_dc: link.current(P_in),
+            i_dc_mean: s.i_dc_mean,
             P_out,
             P_loss: losses.total(),
             P_copper: losses.copper,
@@ -148,6 +158,6 @@ impl Emla {
     /// Losses by kind in state `s` under the inputs `u`.
     #[must_use]
     pub fn losses_at(&self, s: &State, u: &Input) -> Losses {
-        self.losses(s, &self.instant(s, u))
+        self.losses(s, &self.instant(s, u, self.link(u)))
     }
 }

@@ -25,7 +25,7 @@ impl Emla {
         let w_m = u.x_dot / travel;
         let stretch = (u.F_hold + p.C_act * u.x_dot) / maps::stiffness(p, u.x);
         let (tau_e, residual) = self.steady_torque(u.F_hold, w_m);
-        let state = State {
+        let mut state = State {
             i_d: 0.0,
             i_q: tau_e / (1.5 * f64::from(p.p) * p.lambda_m),
             theta_m: (u.x + stretch) / travel,
@@ -34,9 +34,13 @@ impl Emla {
             x_dot: u.x_dot,
             residual,
             F_mean: u.F_hold,
+            P_in_mean: 0.0,
+            i_dc_mean: 0.0,
             lead: 0.0,
             energy: Energy::default(),
         };
+        let now = self.output(&state, u);
+        (state.P_in_mean, state.i_dc_mean) = (now.P_in, now.i_dc);
         state.finite(0.0)
     }
 

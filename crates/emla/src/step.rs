@@ -2,6 +2,7 @@
 
 use crate::dynamics::{Rates, State};
 use crate::input::Input;
+use crate::link::Link;
 use crate::maps;
 use crate::{Drive, Emla};
 use thiserror::Error;
@@ -153,18 +154,21 @@ impl Emla {
     /// The step in `n` substeps.
     fn attempt(&self, start: &State, input: &impl Fn(f64) -> Input, h: f64, n: u32) -> Attempt {
         let dt = h / f64::from(n);
+        let link = self.link(&input(0.0));
         let mut s = State {
             F_mean: 0.0,
             ..*start
         };
         for j in 0..n {
-            s = self.rk4(&s, input, f64::from(j) * dt, dt);
+            s = self.rk4(&s, input, link, f64::from(j) * dt, dt);
             let resolved = self.w_e(s.w_m) * dt <= RATE_STEP;
             if !resolved {
                 return Attempt::TooCoarse(s.w_m);
             }
         }
         s.F_mean /= h;
+        s.P_in_mean = (s.energy.supplied - start.energy.supplied) / h;
+        s.i_dc_mean = link.current(s.P_in_mean);
         s.lead = f64::from(self.delay) * h;
         s.residual = self.residual(maps::torque(&self.p, s.i_d, s.i_q), s.w_m);
         Attempt::Done(s)
@@ -173,7 +177,7 @@ impl Emla {
     /// One classical Runge–Kutta step of length `dt`, a time `t` after the start of the step. A loop, because
     /// one place where the rates are computed lets the compiler move everything that depends on parameters
     /// only out of it.
-    fn rk4(&self, s: &State, input: &impl Fn(f64) -> Input, t: f64, dt: f64) -> State {
+    fn rk4(&self, s: &State, input: &impl Fn(f64) -> Input, link: Link, t: f64, dt: f64) -> State {
         // Share of dt at which the rates are taken, and their weight.
         const STAGES: [(f64, f64); 4] = [
             (0.0, 1.0 / 6.0),
@@ -185,7 +189,7 @@ impl Emla {
         let mut rates = Rates::default();
         for (share, weight) in STAGES {
             let at = share * dt;
-            rates = self.rates(&s.advanced(at, &rates), &input(t + at));
+            rates = self.rates(&s.advanced(at, &rates), &input(t + at), link);
             next = next.advanced(weight * dt, &rates);
         }
         next
@@ -204,6 +208,7 @@ impl State {
             ("x_dot", self.x_dot),
             ("residual.dF", self.residual.dF),
             ("F_mean", self.F_mean),
+            ("i_dc_mean", self.i_dc_mean),
             ("energy.supplied", self.energy.supplied),
             ("energy.delivered", self.energy.delivered),
             ("energy.lost", self.energy.lost),

@@ -1,6 +1,6 @@
 //! Derivatives of the outputs: along time, and along a direction of the inputs.
 
-use crate::dynamics::{Energy, Instant, Rates, State};
+use crate::dynamics::{Energy, Instant, Rates, State, power_in};
 use crate::efficiency::{Efficiency, Powers, is_defined};
 use crate::input::Input;
 use crate::losses::{Losses, core_loss, inverter_loss};
@@ -11,6 +11,7 @@ use crate::{Drive, Emla, maps};
 /// Derivatives of the members of [`Instant`] that the outputs need.
 struct InstantTangent {
     v: Dq,
+    v_dc: f64,
     i: Dq,
     lambda: Dq,
     w_m: f64,
@@ -27,7 +28,7 @@ struct InstantTangent {
 
 impl Emla {
     /// First time derivatives of the outputs. `u_dot` holds those of the inputs; the rod's position
-    /// always moves with its velocity. `F_mean` belongs to the last step and is constant; the network's
+    /// always moves with its velocity. Means belong to the last step and are constant; the network's
     /// residual is held over a step.
     #[must_use]
     pub fn output_dot(&self, s: &State, u: &Input, u_dot: &Input) -> Output {
@@ -35,7 +36,7 @@ impl Emla {
             x: u.x_dot,
             ..*u_dot
         };
-        self.output_tangent(s, u, &self.rates(s, u), &u_dot)
+        self.output_tangent(s, u, &self.rates(s, u, self.link(u)), &u_dot)
     }
 
     /// Derivative of the outputs along the direction `du` of the inputs, at fixed state.
@@ -46,12 +47,14 @@ impl Emla {
 
     fn output_tangent(&self, s: &State, u: &Input, ds: &Rates, du: &Input) -> Output {
         let p = &self.p;
-        let now = self.instant(s, u);
+        let link = self.link(u);
+        let now = self.instant(s, u, link);
         let losses = self.losses(s, &now);
         let d = self.instant_tangent(s, u, &now, ds, du);
         let dl = self.losses_tangent(s, &now, &d);
         let (by_tau, by_w) = maps::quasi_static_slopes(p, now.tau_e, now.w_m);
         let F_phys = by_tau * d.tau_e + by_w * d.w_m;
+        let P_in = 1.5 * (d.v.dot(now.i) + now.v.dot(d.i)) + dl.core + dl.inverter;
         let P_out = match self.drive {
             Drive::Motion => d.F * now.x_dot + now.F * d.x_dot,
             Drive::Force => du.F_ext * now.x_dot + u.F_ext * d.x_dot,
@@ -85,7 +88,10 @@ impl Emla {
             theta_m: ds.theta_m,
             w_m: d.w_m,
             tau_e: d.tau_e,
-            P_in: 1.5 * (d.v.dot(now.i) + now.v.dot(d.i)) + dl.core + dl.inverter,
+            P_in,
+            P_in_mean: 0.0,
+            i_dc: link.current_tangent(power_in(&now, &losses), P_in, d.v_dc),
+            i_dc_mean: 0.0,
             P_out,
             P_loss: dl.total(),
             P_copper: dl.copper,
@@ -134,15 +140,24 @@ impl Emla {
             - maps::motor_friction_slope(p, s.w_m) * w_m
             - (k * now.tau_load + now.k * tau_load) / p.N_gear;
         let inertia = k * p.J_s / (p.N_gear * p.N_gear);
+        let v_dc = du.v_dc.unwrap_or(0.0);
+        let largest = self.link(u).largest;
+        let d_largest = if largest < p.v_max {
+            v_dc / 3.0_f64.sqrt()
+        } else {
+            0.0
+        };
         InstantTangent {
             v: motor::limited_tangent(
-                p,
+                largest,
+                d_largest,
                 Dq { d: u.v_d, q: u.v_q },
                 Dq {
                     d: du.v_d,
                     q: du.v_q,
                 },
             ),
+            v_dc,
             i,
             lambda,
             w_m,
@@ -167,6 +182,7 @@ impl Emla {
         } else {
             0.0
         };
+        let (_, by_size, by_v_dc) = inverter_loss(p, size, now.v_dc);
         let (core, core_slope) = core_loss(p, now.w_e);
         let gear_load = p.J_s * now.w_m_dot / N + now.tau_load;
         let gear_load_dot = p.J_s * d.w_m_dot / N + d.tau_load;
@@ -176,7 +192,7 @@ impl Emla {
             copper: 3.0 * p.R_s * now.i.dot(d.i),
             core: core_slope * f64::from(p.p) * d.w_m * now.lambda.dot(now.lambda)
                 + 2.0 * core * now.lambda.dot(d.lambda),
-            inverter: inverter_loss(p, size).1 * size_dot,
+            inverter: by_size * size_dot + by_v_dc * d.v_dc,
             motor_friction: (maps::motor_friction_slope(p, now.w_m) * now.w_m + now.tau_friction)
                 * d.w_m,
             gear: (d.k * gear_load * now.w_m

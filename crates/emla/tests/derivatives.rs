@@ -131,7 +131,7 @@ fn time_derivatives_match_differences() {
             x: u.x + t * (u.x_dot + t / 2.0 * u_dot.x_dot),
             x_dot: u.x_dot + t * u_dot.x_dot,
             F_ext: u.F_ext + t * u_dot.F_ext,
-            F_hold: u.F_hold,
+            ..u
         };
         let after = |t: f64| {
             let s = State {

@@ -220,6 +220,7 @@ fn runge_kutta_is_of_fourth_order() {
             x_dot: 0.05,
             F_ext: 31e3,
             F_hold: 30e3,
+            ..Input::default()
         };
         let run = |n: u32| {
             let (mut s, h) = (emla.start(&u).expect("finite"), 20e-3 / f64::from(n));

@@ -77,6 +77,7 @@ fn input(case: &Case, t: f64, [v_d, v_q]: [f64; 2]) -> Input {
         x_dot: case.x.at(t, 1),
         F_ext: case.F_ext.at(t, 0),
         F_hold: case.F_hold,
+        ..Input::default()
     }
 }
 

@@ -37,7 +37,7 @@ fn input(named: &Named) -> Input {
         x: named["x"],
         x_dot: named["x_dot"],
         F_ext: named["F_ext"],
-        F_hold: 0.0,
+        ..Input::default()
     }
 }
 

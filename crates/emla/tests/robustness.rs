@@ -30,6 +30,7 @@ fn random_run(drive: Drive, bounds: Input, ms: u32, hold: u32) {
                 x_dot: draw(bounds.x_dot),
                 F_ext: draw(bounds.F_ext),
                 F_hold: draw(bounds.F_hold),
+                ..Input::default()
             };
         }
         let t = f64::from(k) * H;
@@ -57,7 +58,7 @@ fn a_minute_of_random_voltage_and_motion_stays_finite() {
         x: 0.0,
         x_dot: 1.0,
         F_ext: 1e5,
-        F_hold: 0.0,
+        ..Input::default()
     };
     random_run(Drive::Motion, bounds, 60_000, 7);
     random_run(Drive::Force, bounds, 60_000, 7);
@@ -73,6 +74,7 @@ fn the_outermost_bounds_stay_finite() {
         x_dot: 100.0,
         F_ext: 1e7,
         F_hold: 1e7,
+        ..Input::default()
     };
     random_run(Drive::Motion, bounds, 200, 1);
     random_run(Drive::Motion, bounds, 200, 25);

@@ -152,6 +152,13 @@ pub enum Initial {
     Calculated,
 }
 
+impl Access {
+    /// True for numbers and truth values.
+    pub fn is_number(self) -> bool {
+        !matches!(self, Self::String | Self::Binary | Self::Clock)
+    }
+}
+
 impl Variable {
     /// The functions that read and write it.
     pub fn access(&self) -> Access {

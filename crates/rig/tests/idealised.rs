@@ -30,6 +30,7 @@ fn with_all_extras_off_it_is_the_idealised_actuator() {
                 x_dot: swing,
                 F_ext: 20e3 * (3.1 * t).cos(),
                 F_hold: 12e3,
+                ..emla::Input::default()
             };
             let built = Input {
                 v_d: ideal.v_d,

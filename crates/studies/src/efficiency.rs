@@ -85,7 +85,7 @@ fn point(
     instance.exit_initialization()?;
     let read = |name: &str| {
         let port = system.port_of(actuator, name)?;
-        instance.number(system.variable(port), At::Time(base.stepping.start))
+        instance.number(port.variable, At::Time(base.stepping.start))
     };
     if read(VALID)? < 0.5 {
         return Ok(None);

@@ -143,7 +143,7 @@ impl Watch {
         let tip = system.port("tip_error_norm")?;
         let number = |variable: &str| {
             let port = system.port_of(tip.component, variable)?;
-            master.number(system, port)
+            master.number(port)
         };
         let mut references = Vec::new();
         for quantity in ["position", "velocity", "acceleration"] {
@@ -248,7 +248,7 @@ fn bounds(system: &System, master: &Master) -> Result<[f64; 2]> {
         .iter()
         .zip(&mut bounds)
     {
-        *bound = 1.0 / master.number(system, system.port(name)?)?;
+        *bound = 1.0 / master.number(system.port(name)?)?;
     }
     Ok(bounds)
 }

@@ -102,7 +102,7 @@ pub fn run(
     let tip_error = system.port(TIP_ERROR)?;
     let of_controller = |name| {
         let port = system.port_of(tip_error.component, name);
-        port.and_then(|port| master.number(system, port))
+        port.and_then(|port| master.number(port))
     };
     let mut tip = TipError::new(of_controller(MOTION_START).unwrap_or(0.0));
     let end = of_controller(MOTION_END)

@@ -69,8 +69,8 @@ impl Watch {
         for k in 0..system.fmus.len() {
             if let Ok(v_max) = system.port_of(k, "v_max") {
                 let name = &system.structure.components[k].name;
-                let i_max = master.number(system, system.port_of(k, "i_max")?)?;
-                let v_max = master.number(system, v_max)?;
+                let i_max = master.number(system.port_of(k, "i_max")?)?;
+                let v_max = master.number(v_max)?;
                 let mut of =
                     |variable| Ok::<_, anyhow::Error>(found.index(system.port_of(k, variable)?));
                 let voltage = Quantity::Length(of("v_d")?, of("v_q")?);
@@ -307,7 +307,7 @@ pub fn reference(system: &System, master: &Master) -> Result<Verdict> {
         return Ok(verdict);
     };
     let external = items.iter().find(|item| item.name == "external");
-    let chosen = master.number(system, port)?;
+    let chosen = master.number(port)?;
     let wiring = system.wiring()?;
     let inputs = system.elements(port.component, "reference.position", 3)?;
     let is_driven = inputs

@@ -1,4 +1,4 @@
-//! Commands: virtual testbed, training, pictures and comparison of the network.
+//! Commands: data of the rig, training, pictures and comparison of the network.
 
 use std::io::{Write as _, stdout};
 use std::path::PathBuf;
@@ -11,58 +11,45 @@ use emla::Surrogate;
 use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::rig_commands::{RigCompareArgs, RigDataArgs, RigLoopArgs};
-use crate::testbed::Testbed;
 use crate::training::{EPOCHS, Prepared, Progress};
-use crate::{campaign, comparison, data, plots};
+use crate::{data, plots};
 
-/// Virtual testbed and Levenberg–Marquardt training of the actuator's surrogate network.
+/// Data of the rig and Levenberg–Marquardt training of the actuator's surrogate network.
 #[derive(Parser)]
 #[command(version)]
 pub enum Command {
-    /// Simulate the test campaign (a simulation, not measurements) and write it as CSV.
-    Testbed(TestbedArgs),
-    /// Train the network on a CSV file; Ctrl-C keeps the state, --resume goes on.
+    /// Run the campaign on the rig (a simulation, not measurements): transients, both directions, temperatures, sensors; write it as CSV.
+    #[command(alias = "rig-data")]
+    Data(RigDataArgs),
+    /// Train the network on the rig's data or on a CSV file of your own; Ctrl-C keeps the state, --resume goes on.
     Train(TrainArgs),
-    /// Draw the efficiency map of physics, hybrid and virtual testbed over load and speed.
-    Map(MapArgs),
     /// Draw predicted against true, residuals and learning curve.
     Plots(PlotsArgs),
-    /// Print how much closer the hybrid comes to the virtual testbed's truth than the physics.
-    Compare(CompareArgs),
-    /// Run the campaign on the rig (a simulation, not measurements): transients, both directions, temperatures, sensors; write it as CSV.
-    RigData(RigDataArgs),
-    /// Print what physics, hybrid and network predict on profiles of the rig that are held out: current and efficiency.
-    RigCompare(RigCompareArgs),
+    /// Print what physics, hybrid and network predict on profiles of the rig that are held out, and draw their efficiency maps.
+    #[command(alias = "rig-compare")]
+    Compare(RigCompareArgs),
     /// Print tracking, required against true current, and what physics, hybrid and network predict, along a coupled run on rigs.
-    RigLoop(RigLoopArgs),
+    #[command(alias = "rig-loop")]
+    Loop(RigLoopArgs),
 }
 
-/// Arguments of `testbed`.
-#[derive(Args)]
-pub struct TestbedArgs {
-    /// Number of operating points.
-    #[arg(long, default_value_t = 8000)]
-    points: u32,
-    /// Seed of operating points and sensor noise.
-    #[arg(long, default_value_t = 1)]
-    seed: u64,
-    /// CSV file to write.
-    #[arg(long, default_value = "target/surrogate/testbed.csv")]
-    out: PathBuf,
-}
+/// Cells along torque and along speed that the rig's rows are gathered into: more, and the network learns the noise.
+const RIG_CELLS: u32 = 45;
 
 /// Arguments of `train`.
 #[derive(Args)]
 pub struct TrainArgs {
-    /// CSV file with columns tau_e [N.m], w_m [rad/s], F_ext [N], x_dot [m/s].
+    /// CSV file with columns tau_e [N.m], w_m [rad/s], F_ext [N], x_dot [m/s] [default: a campaign on the rig, which is run and kept beside
+    /// the network as rig.csv]
     #[arg(long)]
-    data: PathBuf,
+    data: Option<PathBuf>,
     /// Seed of the split and of the first weights.
     #[arg(long, default_value_t = 1)]
     seed: u64,
-    /// Gather rows into this many cells along torque and along speed, and train on their means; 0: train on the rows.
-    #[arg(long, default_value_t = 0)]
-    cells: u32,
+    /// Gather rows into this many cells along torque and along speed, and train on their means; 0: train on the rows [default: 0, and 45 on
+    /// the rig]
+    #[arg(long)]
+    cells: Option<u32>,
     /// Most epochs.
     #[arg(long, default_value_t = EPOCHS)]
     epochs: u32,
@@ -96,19 +83,6 @@ impl NetworkArg {
     }
 }
 
-/// Arguments of `map`.
-#[derive(Args)]
-pub struct MapArgs {
-    #[command(flatten)]
-    network: NetworkArg,
-    /// Share of the network in the hybrid, 0 to 1.
-    #[arg(long, default_value_t = 0.2)]
-    alpha: f64,
-    /// Folder for efficiency_map.png, .svg and .csv.
-    #[arg(long, default_value = "target/surrogate")]
-    out: PathBuf,
-}
-
 /// Arguments of `plots`.
 #[derive(Args)]
 pub struct PlotsArgs {
@@ -120,44 +94,6 @@ pub struct PlotsArgs {
     /// Folder for the pictures.
     #[arg(long, default_value = "target/surrogate")]
     out: PathBuf,
-}
-
-/// Arguments of `compare`.
-#[derive(Args)]
-pub struct CompareArgs {
-    #[command(flatten)]
-    network: NetworkArg,
-    /// Number of held-out operating points.
-    #[arg(long, default_value_t = 2000)]
-    points: u32,
-    /// Their seed.
-    #[arg(long, default_value_t = 20_260)]
-    seed: u64,
-    /// Length of the held-out motion profile, s.
-    #[arg(long, default_value_t = 20.0)]
-    seconds: f64,
-}
-
-impl MapArgs {
-    fn run(self) -> Result<()> {
-        let testbed = Testbed::new(machine::Machine::reference().emla);
-        let surrogate = self.network.read()?;
-        make_folder(&self.out.join("x"))?;
-        let maps = comparison::efficiency_maps(&testbed, &surrogate, self.alpha)?;
-        let mut csv = String::from("load [N],x_dot [m/s],physics [1],hybrid [1],testbed [1]\n");
-        for i in 0..plots::MAP_CELLS[0] {
-            for j in 0..plots::MAP_CELLS[1] {
-                let (load, x_dot) = plots::cell_centre(i, j);
-                let [a, b, c] = [0, 1, 2].map(|k: usize| maps[k].cells[i][j]);
-                csv += &format!("{load},{x_dot},{a},{b},{c}\n");
-            }
-        }
-        write(&self.out.join("efficiency_map.csv"), &csv)?;
-        for file in plots::efficiency_maps(&maps, &self.out)? {
-            writeln!(stdout(), "{}", file.display())?;
-        }
-        Ok(())
-    }
 }
 
 impl PlotsArgs {
@@ -180,87 +116,39 @@ impl PlotsArgs {
     }
 }
 
-impl CompareArgs {
-    fn run(self) -> Result<()> {
-        let testbed = Testbed::new(machine::Machine::reference().emla);
-        let surrogate = self.network.read()?;
-        writeln!(
-            stdout(),
-            "RMS error against the virtual testbed (a simulation), and factor to the physics"
-        )?;
-        writeln!(
-            stdout(),
-            "        {} held-out operating points            {} s held-out motion profile",
-            self.points,
-            self.seconds
-        )?;
-        writeln!(
-            stdout(),
-            "alpha   force N          efficiency %       force N          efficiency %"
-        )?;
-        let errors = |alpha| -> Result<[f64; 4]> {
-            let a = comparison::on_points(&testbed, &surrogate, alpha, self.points, self.seed)?;
-            let b = comparison::on_profile(&testbed, &surrogate, alpha, self.seconds)?;
-            Ok([a.force, 100.0 * a.efficiency, b.force, 100.0 * b.efficiency])
-        };
-        let physics = errors(0.0)?;
-        for alpha in [0.0, 0.2, 0.5, 0.9, 1.0] {
-            let now = errors(alpha)?;
-            let cell = |k: usize| format!("{:8.3} /{:5.1}", now[k], physics[k] / now[k]);
-            writeln!(
-                stdout(),
-                "{alpha:<6}{}   {}   {}   {}",
-                cell(0),
-                cell(1),
-                cell(2),
-                cell(3)
-            )?;
-        }
-        Ok(())
-    }
-}
-
 impl Command {
     /// Do it.
     pub fn run(self) -> Result<()> {
         match self {
-            Self::Testbed(args) => args.run(),
+            Self::Data(args) => args.run(),
             Self::Train(args) => args.run(),
-            Self::Map(args) => args.run(),
             Self::Plots(args) => args.run(),
             Self::Compare(args) => args.run(),
-            Self::RigData(args) => args.run(),
-            Self::RigCompare(args) => args.run(),
-            Self::RigLoop(args) => args.run(),
+            Self::Loop(args) => args.run(),
         }
     }
 }
 
-impl TestbedArgs {
-    fn run(self) -> Result<()> {
-        let testbed = Testbed::new(machine::Machine::reference().emla);
-        let rows = campaign::campaign(&testbed, self.points, self.seed);
-        let comment = format!(
-            "virtual testbed: a simulation, not measurements; {} steady points, seed {}",
-            self.points, self.seed
-        );
-        write(&self.out, &data::to_csv(&rows, &comment))?;
-        writeln!(
-            stdout(),
-            "{} simulated operating points in {}",
-            rows.len(),
-            self.out.display()
-        )?;
-        Ok(())
-    }
-}
-
 impl TrainArgs {
+    /// The rig's data in a file beside the network; an interrupted training goes on with the file that is there.
+    fn campaign(&self) -> Result<PathBuf> {
+        let file = self.out.with_file_name("rig.csv");
+        if !(self.resume && file.is_file()) {
+            RigDataArgs::for_training(self.seed, file.clone()).run()?;
+        }
+        Ok(file)
+    }
+
     /// Train.
     pub fn run(self) -> Result<()> {
-        let mut prepared = Prepared::new(data::read_csv(&self.data)?, self.seed);
-        if self.cells > 0 {
-            prepared = prepared.gathered(self.cells);
+        let (file, cells) = match &self.data {
+            Some(file) => (file.clone(), 0),
+            None => (self.campaign()?, RIG_CELLS),
+        };
+        let mut prepared = Prepared::new(data::read_csv(&file)?, self.seed);
+        let cells = self.cells.unwrap_or(cells);
+        if cells > 0 {
+            prepared = prepared.gathered(cells);
         }
         let mut progress = if self.resume {
             Progress::resume(&self.checkpoint, &emla::WIDTHS, self.seed, &prepared)?

@@ -66,28 +66,6 @@ impl Row {
         } = *self;
         [v_d, v_q, i_d, i_q, tau_e, w_m, f_ext, x_dot]
     }
-
-    fn from_values([v_d, v_q, i_d, i_q, tau_e, w_m, f_ext, x_dot]: [f64; 8]) -> Self {
-        Self {
-            v_d,
-            v_q,
-            i_d,
-            i_q,
-            tau_e,
-            w_m,
-            f_ext,
-            x_dot,
-        }
-    }
-
-    pub(crate) fn plus(&self, other: &Self) -> Self {
-        let (a, b) = (self.values(), other.values());
-        Self::from_values(std::array::from_fn(|k| a[k] + b[k]))
-    }
-
-    pub(crate) fn divided_by(&self, n: f64) -> Self {
-        Self::from_values(self.values().map(|x| x / n))
-    }
 }
 
 /// CSV text of `rows` under a comment that says what they are.

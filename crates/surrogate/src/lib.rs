@@ -1,7 +1,7 @@
-//! Virtual testbed and training of the actuator's surrogate network.
+//! Data of the rig, and training of the actuator's surrogate network on them.
 //!
-//! The testbed is a simulation ([`testbed`], [`campaign`]); nothing here is a measurement, unless a
-//! user brings a CSV file of his own ([`data`]). Training is Levenberg–Marquardt as in the paper
+//! The rig is a simulation of the actuator as built (crate `rig`), the same that the machine is tried with; nothing here is a measurement,
+//! unless a user brings a CSV file of his own ([`data`]). Training is Levenberg–Marquardt as in the paper
 //! ([`lm`], [`training`]) on scaled inputs and targets; the trained network is evaluated by
 //! [`emla::Surrogate`]. SI units; dq quantities peak-valued. Source: the paper's section
 //! "Surrogate-Enhanced Hybrid Model of the EMLA".
@@ -10,7 +10,6 @@
 
 pub mod campaign;
 pub mod commands;
-pub mod comparison;
 pub mod coupled_run;
 pub mod data;
 pub mod lm;
@@ -19,10 +18,8 @@ pub mod normal;
 pub mod plots;
 pub mod prediction;
 pub mod profile;
-pub mod rig_campaign;
 pub mod rig_commands;
 pub mod rig_plots;
 pub mod rig_run;
-pub mod testbed;
 pub mod training;
 pub mod windows;

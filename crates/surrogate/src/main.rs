@@ -1,4 +1,4 @@
-//! `surrogate`: virtual testbed, training, quality of the actuator's surrogate network.
+//! `surrogate`: data of the rig, training, quality of the actuator's surrogate network.
 #![forbid(unsafe_code)]
 
 use anyhow::Result;

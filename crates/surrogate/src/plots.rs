@@ -1,4 +1,4 @@
-//! Pictures as PNG and SVG: efficiency map, predicted against true, residuals, learning curve.
+//! Pictures as PNG and SVG: efficiency maps, predicted against true, residuals, learning curve.
 
 use std::path::{Path, PathBuf};
 
@@ -8,7 +8,7 @@ use plotters::coord::Shift;
 use plotters::prelude::*;
 use plotters::style::{FontStyle, register_font};
 
-use crate::campaign::{LOAD_MAX, SPEED};
+use crate::profile::LOAD_MAX;
 
 const SIZE: (u32, u32) = (1200, 520);
 pub(crate) const FONT: (&str, i32) = ("sans-serif", 16);
@@ -200,16 +200,6 @@ pub struct Map {
     pub cells: Vec<Vec<f64>>,
 }
 
-/// Load, N, and rod speed, m/s, in the middle of a cell.
-#[must_use]
-pub fn cell_centre(load: usize, speed: usize) -> (f64, f64) {
-    let middle = |k: usize, n: usize| (k as f64 + 0.5) / n as f64;
-    (
-        LOAD_MAX * middle(load, MAP_CELLS[0]),
-        SPEED[1] * middle(speed, MAP_CELLS[1]),
-    )
-}
-
 /// Maps side by side, over rod speeds in m/s from the first to the second.
 pub(crate) struct EfficiencyMaps<'a> {
     pub(crate) maps: &'a [Map],
@@ -283,12 +273,6 @@ fn extent<'a>(values: impl Iterator<Item = &'a f64>) -> (f64, f64) {
     values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &x| {
         (low.min(x), high.max(x))
     })
-}
-
-/// Efficiency maps side by side.
-pub fn efficiency_maps(maps: &[Map], folder: &Path) -> Result<[PathBuf; 2]> {
-    let speeds = [0.0, SPEED[1]];
-    save(&EfficiencyMaps { maps, speeds }, folder, "efficiency_map")
 }
 
 /// The quality pictures of a network on `inputs` (tau_e, w_m) and `targets` (F_ext, x_dot), SI.

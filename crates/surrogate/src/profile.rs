@@ -6,8 +6,10 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use std::f64::consts::TAU;
 
-use crate::campaign::{LOAD_MAX, SPEED};
-
+/// Largest load, N.
+pub const LOAD_MAX: f64 = 70e3;
+/// Slowest and fastest rod, m/s. At rest the force is no function of the torque: friction holds anything inside its band.
+pub const SPEED: [f64; 2] = [0.001, 0.07];
 /// Time from one desired value to the next, s.
 pub const SAMPLE: f64 = 1e-3;
 /// The rod stays between these positions, m.

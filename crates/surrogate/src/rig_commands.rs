@@ -8,29 +8,32 @@ use clap::Args;
 use emla::Surrogate;
 use rayon::prelude::*;
 
+use crate::campaign::{
+    Trust, compliance, held_out_profiles, measure, rms, rows, training_profiles,
+};
 use crate::commands::{NetworkArg, write};
 use crate::coupled_run::CoupledRun;
 use crate::data;
 use crate::prediction::{Model, Motion};
-use crate::rig_campaign::{
-    Trust, compliance, held_out_profiles, measure, rms, rows, training_profiles,
-};
 use crate::rig_plots;
 use crate::windows::{Truth, Window};
 
 /// Rod speed, m/s, below which both powers are small and their ratio says little.
 const EFFICIENCY_SPEED: f64 = 0.01;
+/// Number of the campaign's profiles, and the length of each, s.
+const PROFILES: u32 = 120;
+const SECONDS: f64 = 3.0;
 /// Names and shares of the network.
 const MODELS: [(&str, f64); 3] = [("physics", 0.0), ("hybrid", 0.9), ("network", 1.0)];
 
-/// Arguments of `rig-data`.
+/// Arguments of `data`.
 #[derive(Args)]
 pub struct RigDataArgs {
     /// Number of profiles.
-    #[arg(long, default_value_t = 20)]
+    #[arg(long, default_value_t = PROFILES)]
     profiles: u32,
     /// Length of a profile, s.
-    #[arg(long, default_value_t = 6.0)]
+    #[arg(long, default_value_t = SECONDS)]
     seconds: f64,
     /// Seed of profiles and sensors.
     #[arg(long, default_value_t = 1)]
@@ -41,6 +44,16 @@ pub struct RigDataArgs {
 }
 
 impl RigDataArgs {
+    /// The campaign that a network is trained on.
+    pub(crate) fn for_training(seed: u64, out: PathBuf) -> Self {
+        Self {
+            profiles: PROFILES,
+            seconds: SECONDS,
+            seed,
+            out,
+        }
+    }
+
     /// Run the campaign.
     pub(crate) fn run(self) -> Result<()> {
         let p = machine::Machine::reference().emla;
@@ -73,7 +86,7 @@ impl RigDataArgs {
     }
 }
 
-/// Arguments of `rig-compare`.
+/// Arguments of `compare`.
 #[derive(Args)]
 pub struct RigCompareArgs {
     #[command(flatten)]
@@ -89,7 +102,7 @@ pub struct RigCompareArgs {
     out: Option<PathBuf>,
 }
 
-/// Arguments of `rig-loop`.
+/// Arguments of `loop`.
 #[derive(Args)]
 pub struct RigLoopArgs {
     #[command(flatten)]

@@ -7,9 +7,9 @@ use emla::Surrogate;
 use plotters::prelude::*;
 use rig::{Drive, Input};
 
-use crate::campaign::{LOAD_MAX, SPEED};
 use crate::plots::{Area, EfficiencyMaps, FONT, MAP_CELLS, Map, Picture, TITLE, save};
 use crate::prediction::{Model, Motion};
+use crate::profile::{LOAD_MAX, SPEED};
 use crate::rig_run;
 use crate::windows::Window;
 

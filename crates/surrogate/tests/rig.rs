@@ -1,11 +1,9 @@
 //! Data of the rig: what its windows hold, and what a model with the rig's own friction left out says of them.
 
 use emla::Surrogate;
+use surrogate::campaign::{Trust, compliance, held_out_profiles, measure, rms, training_profiles};
 use surrogate::prediction::{Model, Motion};
 use surrogate::profile::{Kind, Profile};
-use surrogate::rig_campaign::{
-    Trust, compliance, held_out_profiles, measure, rms, training_profiles,
-};
 use surrogate::rig_run::run;
 use surrogate::windows::windows;
 

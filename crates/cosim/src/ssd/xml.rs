@@ -179,15 +179,25 @@ pub struct Connection {
     pub end_element: Option<String>,
     #[serde(rename = "@endConnector")]
     pub end_connector: String,
+    #[serde(rename = "@suppressUnitConversion", default)]
+    pub units_stay: bool,
+    #[serde(rename = "LinearTransformation")]
+    pub linear: Option<LinearTransformation>,
     #[serde(
-        rename = "LinearTransformation",
-        alias = "BooleanMappingTransformation",
+        rename = "BooleanMappingTransformation",
         alias = "IntegerMappingTransformation",
         alias = "EnumerationMappingTransformation"
     )]
-    pub transformed: Option<serde::de::IgnoredAny>,
+    pub mapped: Option<serde::de::IgnoredAny>,
     #[serde(rename = "Annotations", default)]
     pub annotations: Annotations,
+}
+#[derive(Deserialize)]
+pub struct LinearTransformation {
+    #[serde(rename = "@factor")]
+    pub factor: Option<String>,
+    #[serde(rename = "@offset")]
+    pub offset: Option<String>,
 }
 #[derive(Default, Deserialize)]
 pub struct Annotations {

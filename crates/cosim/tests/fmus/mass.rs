@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 struct Mass {
     x: f64,
     x_dot: f64,
+    steps: i32,
 }
 #[derive(Clone, Serialize, Deserialize)]
 struct Parameters {
@@ -24,6 +25,8 @@ struct Output {
     x: f64,
     x_dot: f64,
     x_ddot: f64,
+    is_left: bool,
+    steps: i32,
 }
 
 type V = Variable<Mass>;
@@ -37,6 +40,8 @@ const VARIABLES: &[V] = &[
     V::output("x", "position", |y| &y.x).unit("m").depends_on(&[]).initially_depends_on(&["x_start"]),
     V::output("x_dot", "velocity", |y| &y.x_dot).unit("m/s").depends_on(&[]).initially_depends_on(&["x_dot_start"]),
     V::output("x_ddot", "acceleration", |y| &y.x_ddot).unit("m/s2").depends_on(&["f"]).initially_depends_on(&["f", "m"]),
+    V::boolean_output("is_left", "whether x is negative", |y| &y.is_left).depends_on(&[]).initially_depends_on(&["x_start"]),
+    V::integer_output("steps", "steps made", |y| &y.steps).depends_on(&[]).initially_depends_on(&[]),
 ];
 
 impl Model for Mass {
@@ -68,6 +73,7 @@ impl Model for Mass {
         Ok(Self {
             x: p.x_start,
             x_dot: p.x_dot_start,
+            steps: 0,
         })
     }
 
@@ -76,6 +82,8 @@ impl Model for Mass {
             x: self.x,
             x_dot: self.x_dot,
             x_ddot: u.f / p.m,
+            is_left: self.x < 0.0,
+            steps: self.steps,
         })
     }
 
@@ -93,6 +101,7 @@ impl Model for Mass {
         let (a, jerk) = (u.value().f / p.m, u.derivative(1).f / p.m);
         self.x += h * (self.x_dot + h * (a / 2.0 + h * jerk / 6.0));
         self.x_dot += h * (a + h * jerk / 2.0);
+        self.steps += 1;
         Ok(StepEnd::WHOLE)
     }
 
@@ -107,6 +116,7 @@ impl Model for Mass {
             x: self.x_dot,
             x_dot: u.f / p.m,
             x_ddot: u_dot.f / p.m,
+            ..Output::default()
         })
     }
 }

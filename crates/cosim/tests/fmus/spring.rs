@@ -1,6 +1,6 @@
 //! Test FMU: a linear spring with damper, driven by the motion of its end.
 //!
-//! F = −k x − d x_dot − m x_ddot (m = 0 unless set). Inside a step x follows x + x_dot·s where no derivatives are given.
+//! F = −k (1 + stage) x − d x_dot − m x_ddot (m = 0 unless set), 0 where it is off. Inside a step x follows x + x_dot·s where no derivatives are given.
 
 use fmu_export::{Info, InputPolynomial, Model, ModelError, StepEnd, Variable};
 use serde::{Deserialize, Serialize};
@@ -20,6 +20,8 @@ struct Input {
     x: f64,
     x_dot: f64,
     x_ddot: f64,
+    off: bool,
+    stage: i32,
 }
 #[derive(Clone, Copy, Default)]
 struct Output {
@@ -36,14 +38,19 @@ const VARIABLES: &[V] = &[
     V::input("x", "elongation", |u| &u.x, |u| &mut u.x).unit("m"),
     V::input("x_dot", "rate of elongation", |u| &u.x_dot, |u| &mut u.x_dot).unit("m/s"),
     V::input("x_ddot", "acceleration of the end", |u| &u.x_ddot, |u| &mut u.x_ddot).unit("m/s2"),
+    V::boolean_input("off", "whether it gives no force", |u| &u.off, |u| &mut u.off),
+    V::integer_input("stage", "springs added in parallel", |u| &u.stage, |u| &mut u.stage),
     V::output("F", "force on what moves", |y| &y.force).unit("N")
-        .depends_on(&["x", "x_dot", "x_ddot"]).initially_depends_on(&["x", "x_dot", "x_ddot", "k", "d", "m"]),
+        .depends_on(&["x", "x_dot", "x_ddot", "off", "stage"]).initially_depends_on(&["x", "x_dot", "x_ddot", "off", "stage", "k", "d", "m"]),
     V::output("F_mean", "mean of F over the last step", |y| &y.mean).unit("N")
-        .depends_on(&[]).initially_depends_on(&["x", "x_dot", "x_ddot", "k", "d", "m"]),
+        .depends_on(&[]).initially_depends_on(&["x", "x_dot", "x_ddot", "off", "stage", "k", "d", "m"]),
 ];
 
 fn force(p: &Parameters, u: &Input) -> f64 {
-    -p.k * u.x - p.d * u.x_dot - p.m * u.x_ddot
+    if u.off {
+        return 0.0;
+    }
+    -p.k * f64::from(1 + u.stage) * u.x - p.d * u.x_dot - p.m * u.x_ddot
 }
 
 impl Model for Spring {
@@ -90,7 +97,13 @@ impl Model for Spring {
         h: f64,
     ) -> Result<StepEnd, ModelError> {
         let at = |s: f64| {
-            let Input { x, x_dot, x_ddot } = u.at::<Self>(s);
+            let Input {
+                x,
+                x_dot,
+                x_ddot,
+                off,
+                stage,
+            } = u.at::<Self>(s);
             let held = u.order() == 0;
             force(
                 p,
@@ -98,6 +111,8 @@ impl Model for Spring {
                     x: if held { x + x_dot * s } else { x },
                     x_dot,
                     x_ddot,
+                    off,
+                    stage,
                 },
             )
         };
