@@ -11,7 +11,7 @@ from system import System
 
 FMU_DIR = Path(os.environ.get("FMU_DIR", ROOT / "target/fmu")).resolve()  # as the caller's shell means it
 NAMES = ("Emla", "Hdrm", "Controller")
-WORLD = ("Rig", "Sensors")  # what makes the world real
+WORLD = ("Rig", "Sensors", "DcLink")  # what makes the world real
 CI = os.environ.get("CI", "") not in ("", "0", "false")
 
 

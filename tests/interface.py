@@ -9,6 +9,7 @@ INPUTS = {
         **{"zeta[1..6]": "rad", "zeta_dot[1..6]": "rad/s", "theta_m[1..3]": "rad", "w_m[1..3]": "rad/s", "i_d[1..3]": "A"},
         **{"i_q[1..3]": "A", "F[1..3]": "N", "x[1..3]": "m", "x_dot[1..3]": "m/s"},
     },
+    "DcLink": {"i_load[1..3]": "A", "T_ambient": "K"},
     "Hdrm": {"f[1..3]": "N", "tau_wrist[1..3]": "N.m", "wrench_env[1..3]": "N", "wrench_env[4..6]": "N.m"},
     "Controller": {
         "zeta[1..6]": "rad",
@@ -31,6 +32,11 @@ OUTPUTS = {
         **{"F": "N", "F_mean": "N", "x_rod": "m", "x_rod_dot": "m/s", "i_d": "A", "i_q": "A", "theta_m": "rad", "w_m": "rad/s", "tau_e": "N.m"},
         **dict.fromkeys(["P_in", "P_in_mean", "P_out", "P_loss", "P_heat"], "W"),
         **{"i_dc": "A", "T_winding": "K", "T_housing": "K", "efficiency": "1", "efficiency_valid": None},
+    },
+    "DcLink": {
+        **{"v_dc": "V", "v_dc_mean": "V", "i_battery": "A", "v_battery": "V", "soc": "1", "P_brake": "W", "P_loss": "W", "T_battery": "K"},
+        **dict.fromkeys(["energy.battery", "energy.load", "energy.brake", "energy.loss", "energy.stored"], "J"),
+        **dict.fromkeys(["ready", "braking", "limited", "undervoltage"]),
     },
     "Sensors": {
         **{"zeta_measured[1..6]": "rad", "zeta_dot_measured[1..6]": "rad/s", "i_d_measured[1..3]": "A", "i_q_measured[1..3]": "A"},
@@ -89,6 +95,12 @@ PARAMETERS = {
     "Emla": {**ACTUATOR, "alpha": "1"},
     "Rig": {**ACTUATOR, "delay": None, **dict.fromkeys("saturation temperature ripple cogging switching friction backlash compliance losses heat".split())},
     "Sensors": dict.fromkeys("seed delay motor_encoder joint_encoder rod_encoder joint_zero speed current force".split()),
+    "DcLink": {
+        **{"battery.cells": None, "battery.capacity": "A.h", "battery.ocv[1..21]": "V", "battery.soc_start": "1", "battery.T_start": "K"},
+        **{"battery.R_0": "Ohm", "battery.R_1": "Ohm", "battery.tau_1": "s", "battery.R_2": "Ohm", "battery.tau_2": "s", "link.C": "F"},
+        **{"battery.discharge_limit": "A", "battery.charge_limit": "A", "link.R": "Ohm", "brake.fitted": None, "brake.R": "Ohm"},
+        **{"brake.v_on": "V", "brake.v_off": "V", "precharge.on": None, "precharge.R": "Ohm", "v_min": "V", "v_max": "V"},
+    },
     "Hdrm": {
         "zeta_start[1..6]": "rad",
         "zeta_dot_start[1..6]": "rad/s",
@@ -110,6 +122,7 @@ TUNABLE = {
     "Hdrm": [],
     "Rig": [],
     "Sensors": [],
+    "DcLink": [],
     "Controller": "mode Lambda_position Lambda_orientation kappa_KA K_i K_f K_v lambda_i gamma".split(),
 }
 

@@ -1,0 +1,209 @@
+//! The circuit at one instant: currents, powers, rates, and what ends the way it works at present.
+
+use crate::{DcLink, State};
+use serde::{Deserialize, Serialize};
+
+/// What sets the current of the pack.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Regime {
+    /// The circuit: voltage over resistance.
+    #[default]
+    Free,
+    /// The most that the pack gives.
+    Discharging,
+    /// The most that the pack takes.
+    Charging,
+}
+
+/// How the circuit works until an event.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Mode {
+    /// What sets the current of the pack.
+    pub regime: Regime,
+    /// Whether precharge is over.
+    pub ready: bool,
+    /// Whether the brake resistor is switched on.
+    pub braking: bool,
+    /// Whether the capacitor is empty and the drives ask for more than comes: the diodes of their inverters then carry the rest, at no
+    /// voltage.
+    pub empty: bool,
+}
+
+/// What changes continuously: charge, voltages, temperature, and what has been turned over since the step began.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Point {
+    /// State of charge.
+    pub soc: f64,
+    /// Voltages of the RC pairs, V.
+    pub v: [f64; 2],
+    /// Voltage of the capacitor, V.
+    pub v_c: f64,
+    /// Temperature of the pack, K.
+    pub T: f64,
+    /// Energy from the pack's source, J.
+    pub battery: f64,
+    /// Energy burnt in the brake resistor, J.
+    pub brake: f64,
+    /// Energy lost in all other resistances and in the limit, J.
+    pub loss: f64,
+    /// Integral of the capacitor's voltage, V·s.
+    pub flux: f64,
+}
+
+/// Currents and powers at one instant.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Flow {
+    /// Current of the pack, A.
+    pub i: f64,
+    /// Open-circuit voltage, V.
+    pub v_oc: f64,
+    /// Power burnt in the brake resistor, W.
+    pub P_brake: f64,
+    /// Power that makes the pack warm, W.
+    pub P_heat: f64,
+    /// Power lost in all but the brake resistor, W.
+    pub P_loss: f64,
+}
+
+impl Point {
+    pub fn of(s: &State) -> Self {
+        Self {
+            soc: s.soc,
+            v: s.v,
+            v_c: s.v_c,
+            T: s.T,
+            ..Self::default()
+        }
+    }
+
+    /// `self + h·rate`.
+    pub fn moved(&self, rate: &Self, h: f64) -> Self {
+        Self {
+            soc: self.soc + h * rate.soc,
+            v: [self.v[0] + h * rate.v[0], self.v[1] + h * rate.v[1]],
+            v_c: self.v_c + h * rate.v_c,
+            T: self.T + h * rate.T,
+            battery: self.battery + h * rate.battery,
+            brake: self.brake + h * rate.brake,
+            loss: self.loss + h * rate.loss,
+            flux: self.flux + h * rate.flux,
+        }
+    }
+}
+
+impl DcLink {
+    /// Currents and powers.
+    ///
+    /// ```text
+    /// i      = (v_oc − v_1 − v_2 − v_c)/(R_0 + R_line + R_precharge), or the limit
+    /// P_heat = R_0 i² + v_1²/R_1 + v_2²/R_2
+    /// P_loss = (v_oc − v_1 − v_2 − v_c) i + v_1²/R_1 + v_2²/R_2         the limit's own loss is in it: it drops what the resistances do not
+    /// ```
+    pub(crate) fn flow(&self, x: &Point, mode: Mode) -> Flow {
+        let b = &self.pack;
+        let v_oc = b.open_circuit(x.soc);
+        let drop = v_oc - x.v[0] - x.v[1] - x.v_c;
+        let i = match mode.regime {
+            Regime::Free => drop * self.conductance[usize::from(mode.ready)],
+            Regime::Discharging => b.limits(x.soc).0,
+            Regime::Charging => -b.limits(x.soc).1,
+        };
+        let pairs = b.pair_losses(x.v);
+        Flow {
+            i,
+            v_oc,
+            P_brake: x.v_c * self.brake_current(x, mode),
+            P_heat: self.p.battery.R_0 * i * i + pairs,
+            P_loss: drop * i + pairs,
+        }
+    }
+
+    fn brake_current(&self, x: &Point, mode: Mode) -> f64 {
+        if mode.braking {
+            x.v_c * self.inverse[1]
+        } else {
+            0.0
+        }
+    }
+
+    /// Rates of everything, per second, while the drives draw `i_load`, A:
+    ///
+    /// ```text
+    /// C dv_c/dt = i − i_load − v_c/R_brake,   d(soc)/dt = −i/Q,   τ_k dv_k/dt = R_k i − v_k
+    /// ```
+    pub(crate) fn rates(&self, x: &Point, mode: Mode, i_load: f64, T_ambient: f64) -> Point {
+        let (b, flow) = (&self.pack, self.flow(x, mode));
+        Point {
+            soc: b.soc_rate(flow.i),
+            v: b.pair_rates(x.v, flow.i),
+            v_c: if mode.empty {
+                0.0
+            } else {
+                (flow.i - i_load - self.brake_current(x, mode)) * self.inverse[0]
+            },
+            T: b.temperature_rate(x.T, T_ambient, flow.P_heat),
+            battery: flow.v_oc * flow.i,
+            brake: flow.P_brake,
+            loss: flow.P_loss,
+            flux: x.v_c,
+        }
+    }
+
+    /// Positive where the mode has ended: a limit reached or left, a threshold of the chopper or of precharge passed, the capacitor empty or
+    /// no longer so. Continuous along a solution.
+    pub(crate) fn guard(&self, x: &Point, mode: Mode, i_load: f64) -> f64 {
+        let b = &self.pack;
+        let source = b.open_circuit(x.soc) - x.v[0] - x.v[1];
+        let free = (source - x.v_c) * self.conductance[usize::from(mode.ready)];
+        let (give, take) = b.limits(x.soc);
+        let mut ended = match mode.regime {
+            Regime::Free => (free - give).max(-take - free),
+            Regime::Discharging => give - free,
+            Regime::Charging => free + take,
+        };
+        if self.p.brake.fitted {
+            ended = ended.max(if mode.braking {
+                self.p.brake.v_off - x.v_c
+            } else {
+                x.v_c - self.p.brake.v_on
+            });
+        }
+        if !mode.ready {
+            ended = ended.max(x.v_c - self.p.precharge.share * source);
+        }
+        ended.max(if mode.empty {
+            self.flow(x, mode).i - i_load
+        } else {
+            -x.v_c
+        })
+    }
+
+    /// The mode at this point, from the one before it.
+    pub(crate) fn mode(&self, x: &mut Point, before: Mode, i_load: f64) -> Mode {
+        let (b, brake) = (&self.pack, &self.p.brake);
+        let source = b.open_circuit(x.soc) - x.v[0] - x.v[1];
+        let mut mode = before;
+        mode.ready |= x.v_c >= self.p.precharge.share * source;
+        mode.braking = brake.fitted
+            && x.v_c
+                > if mode.braking {
+                    brake.v_off
+                } else {
+                    brake.v_on
+                };
+        let free = (source - x.v_c) * self.conductance[usize::from(mode.ready)];
+        let (give, take) = b.limits(x.soc);
+        mode.regime = match free {
+            _ if free > give => Regime::Discharging,
+            _ if free < -take => Regime::Charging,
+            _ => Regime::Free,
+        };
+        if x.v_c <= 0.0 {
+            x.v_c = 0.0;
+            mode.empty = self.flow(x, mode).i < i_load;
+        } else {
+            mode.empty = false;
+        }
+        mode
+    }
+}

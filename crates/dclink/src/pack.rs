@@ -1,0 +1,87 @@
+//! The pack: open-circuit voltage, limits, RC pairs, heat. What a step divides by is kept as its inverse.
+
+use crate::params::{Battery, POINTS};
+use serde::{Deserialize, Serialize};
+
+/// A pack, ready to be computed with.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Pack {
+    b: Battery,
+    /// Open-circuit voltage of the pack at the left ends of the table's pieces, V, and its rise over each of them, V.
+    open: [[f64; 2]; POINTS - 1],
+    /// Charge that a current takes, 1/(A·s).
+    soc_per_charge: f64,
+    /// 1/τ of the RC pairs, 1/s.
+    rate: [f64; 2],
+    /// 1/R of the RC pairs, S; 0 where there is none.
+    conductance: [f64; 2],
+    /// 1/K: of the heat capacity, K/J, and of the heat resistance, W/K.
+    heat: [f64; 2],
+}
+
+impl Pack {
+    /// Of parameters that have been checked.
+    pub fn new(b: &Battery) -> Self {
+        let cells = f64::from(b.cells);
+        Self {
+            b: *b,
+            open: std::array::from_fn(|k| [cells * b.ocv[k], cells * (b.ocv[k + 1] - b.ocv[k])]),
+            soc_per_charge: 1.0 / (3600.0 * b.capacity),
+            rate: b.tau.map(|tau| 1.0 / tau),
+            conductance: b.R.map(|R| if R > 0.0 { 1.0 / R } else { 0.0 }),
+            heat: [1.0 / b.heat_capacity, 1.0 / b.heat_resistance],
+        }
+    }
+
+    /// Open-circuit voltage, V: straight lines between the points, and on beyond the ends.
+    pub fn open_circuit(&self, soc: f64) -> f64 {
+        let place = soc * (POINTS - 1) as f64;
+        // Truncation takes negative numbers and NaN to 0.
+        let k = (place as usize).min(POINTS - 2);
+        let [left, rise] = self.open[k];
+        left + rise * (place - k as f64)
+    }
+
+    /// Largest currents that it gives and takes at this charge, A, both ≥ 0.
+    pub fn limits(&self, soc: f64) -> (f64, f64) {
+        let b = &self.b;
+        let part = |left: f64, width: f64| {
+            if left >= width {
+                1.0
+            } else {
+                (left / width).max(0.0)
+            }
+        };
+        (
+            b.discharge_limit * part(soc, b.soc_low),
+            b.charge_limit * part(1.0 - soc, 1.0 - b.soc_high),
+        )
+    }
+
+    /// Rate of the state of charge at the current `i`, 1/s.
+    pub fn soc_rate(&self, i: f64) -> f64 {
+        -i * self.soc_per_charge
+    }
+
+    /// Rates of the RC pairs' voltages `v` at the current `i`, V/s: `τ dv/dt = R i − v`.
+    pub fn pair_rates(&self, v: [f64; 2], i: f64) -> [f64; 2] {
+        [0, 1].map(|k| (self.b.R[k] * i - v[k]) * self.rate[k])
+    }
+
+    /// Power lost in the resistances of the RC pairs, W: `v²/R`.
+    pub fn pair_losses(&self, v: [f64; 2]) -> f64 {
+        let [G_1, G_2] = self.conductance;
+        v[0] * v[0] * G_1 + v[1] * v[1] * G_2
+    }
+
+    /// Energy in the capacitors of the RC pairs, J: `½ (τ/R) v²`.
+    pub fn pair_energy(&self, v: [f64; 2]) -> f64 {
+        let energy = |k: usize| 0.5 * self.b.tau[k] * self.conductance[k] * v[k] * v[k];
+        energy(0) + energy(1)
+    }
+
+    /// Rate of the temperature with the heat `P`, W, made inside, K/s.
+    pub fn temperature_rate(&self, T: f64, T_ambient: f64, P: f64) -> f64 {
+        (P - (T - T_ambient) * self.heat[1]) * self.heat[0]
+    }
+}

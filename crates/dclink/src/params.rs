@@ -1,0 +1,279 @@
+//! What the link is made of.
+
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
+
+/// Points of the open-circuit voltage, at equal steps of the state of charge from 0 to 1.
+pub const POINTS: usize = 21;
+
+/// All parameters.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Params {
+    /// The pack.
+    pub battery: Battery,
+    /// Capacitor and wiring.
+    pub link: Link,
+    /// The brake chopper.
+    pub brake: Brake,
+    /// How the capacitor is charged at the start.
+    pub precharge: Precharge,
+    /// Voltage below which drives cannot work, V.
+    pub v_min: f64,
+    /// Voltage that nothing on the link should see, V.
+    pub v_max: f64,
+}
+
+/// A battery pack: cells in series.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Battery {
+    /// Cells in series.
+    pub cells: i32,
+    /// Capacity, A·h.
+    pub capacity: f64,
+    /// Open-circuit voltage of a cell at states of charge 0, 0.05, …, 1, V; straight lines between.
+    pub ocv: [f64; POINTS],
+    /// Series resistance of the pack, Ω.
+    pub R_0: f64,
+    /// Resistances of the RC pairs, Ω; 0: the pair is not there.
+    pub R: [f64; 2],
+    /// Time constants of the RC pairs, s.
+    pub tau: [f64; 2],
+    /// Largest current that it gives, A.
+    pub discharge_limit: f64,
+    /// Largest current that it takes, A.
+    pub charge_limit: f64,
+    /// State of charge below which the current that it gives falls in proportion, to 0 at 0.
+    pub soc_low: f64,
+    /// State of charge above which the current that it takes falls in proportion, to 0 at 1.
+    pub soc_high: f64,
+    /// Heat capacity, J/K.
+    pub heat_capacity: f64,
+    /// Heat resistance to the surroundings, K/W.
+    pub heat_resistance: f64,
+    /// State of charge at the start.
+    pub soc_start: f64,
+    /// Temperature at the start, K.
+    pub T_start: f64,
+}
+
+/// Capacitor and wiring.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Link {
+    /// Capacitance, F.
+    pub C: f64,
+    /// Resistance between pack and capacitor, Ω.
+    pub R: f64,
+}
+
+/// A resistor that is switched across the link.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Brake {
+    /// Whether there is one.
+    pub fitted: bool,
+    /// Its resistance, Ω.
+    pub R: f64,
+    /// Voltage at which it is switched on, V.
+    pub v_on: f64,
+    /// Voltage at which it is switched off, V.
+    pub v_off: f64,
+}
+
+/// How the capacitor is charged at the start.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Precharge {
+    /// Whether it is charged in the run, through a resistor; else it has the pack's voltage at the start.
+    pub on: bool,
+    /// The resistor, Ω.
+    pub R: f64,
+    /// Voltage of the capacitor at the start, V.
+    pub v_start: f64,
+    /// Share of the pack's voltage at which the resistor is bridged.
+    pub share: f64,
+}
+
+impl Params {
+    /// A pack of 200 LFP cells (12.9 kWh) with a link and a chopper that fit three drives of 10 kW; typical values, of no product.
+    pub const REFERENCE: Self = Self {
+        battery: Battery {
+            cells: 200,
+            capacity: 20.0,
+            // Steep at both ends, flat between, as lithium iron phosphate is.
+            ocv: [
+                3.000, 3.100, 3.175, 3.205, 3.225, 3.240, 3.250, 3.257, 3.263, 3.268, 3.272, 3.276,
+                3.280, 3.284, 3.288, 3.292, 3.296, 3.300, 3.306, 3.325, 3.400,
+            ],
+            R_0: 0.12,
+            R: [0.08, 0.0],
+            tau: [30.0, 600.0],
+            discharge_limit: 60.0,
+            charge_limit: 20.0,
+            soc_low: 0.05,
+            soc_high: 0.95,
+            heat_capacity: 60e3,
+            heat_resistance: 0.5,
+            soc_start: 0.8,
+            T_start: 293.15,
+        },
+        link: Link { C: 12e-3, R: 0.02 },
+        brake: Brake {
+            fitted: true,
+            R: 20.0,
+            v_on: 750.0,
+            v_off: 730.0,
+        },
+        precharge: Precharge {
+            on: false,
+            R: 50.0,
+            v_start: 0.0,
+            share: 0.95,
+        },
+        v_min: 450.0,
+        v_max: 850.0,
+    };
+
+    pub(crate) fn check(&self) -> Result<(), ParamError> {
+        let Self {
+            battery: b,
+            link,
+            brake,
+            precharge,
+            ..
+        } = self;
+        let positive = "finite and > 0";
+        let share = "from 0 to 1";
+        let rules = [
+            ("battery.cells", f64::from(b.cells), positive, b.cells > 0),
+            (
+                "battery.capacity",
+                b.capacity,
+                positive,
+                is_positive(b.capacity),
+            ),
+            ("battery.R_0", b.R_0, "finite and ≥ 0", is_least(b.R_0)),
+            ("battery.R_1", b.R[0], "finite and ≥ 0", is_least(b.R[0])),
+            ("battery.R_2", b.R[1], "finite and ≥ 0", is_least(b.R[1])),
+            ("battery.tau_1", b.tau[0], positive, is_positive(b.tau[0])),
+            ("battery.tau_2", b.tau[1], positive, is_positive(b.tau[1])),
+            (
+                "battery.discharge_limit",
+                b.discharge_limit,
+                "finite and ≥ 0",
+                is_least(b.discharge_limit),
+            ),
+            (
+                "battery.charge_limit",
+                b.charge_limit,
+                "finite and ≥ 0",
+                is_least(b.charge_limit),
+            ),
+            ("battery.soc_low", b.soc_low, share, is_share(b.soc_low)),
+            ("battery.soc_high", b.soc_high, share, is_share(b.soc_high)),
+            (
+                "battery.soc_start",
+                b.soc_start,
+                share,
+                is_share(b.soc_start),
+            ),
+            (
+                "battery.heat_capacity",
+                b.heat_capacity,
+                positive,
+                is_positive(b.heat_capacity),
+            ),
+            (
+                "battery.heat_resistance",
+                b.heat_resistance,
+                positive,
+                is_positive(b.heat_resistance),
+            ),
+            (
+                "battery.T_start",
+                b.T_start,
+                positive,
+                is_positive(b.T_start),
+            ),
+            ("link.C", link.C, positive, is_positive(link.C)),
+            (
+                "link.R",
+                link.R,
+                "finite, ≥ 0, and > 0 together with battery.R_0",
+                is_least(link.R) && link.R + b.R_0 > 0.0,
+            ),
+            ("brake.R", brake.R, positive, is_positive(brake.R)),
+            (
+                "brake.v_off",
+                brake.v_off,
+                positive,
+                is_positive(brake.v_off),
+            ),
+            (
+                "brake.v_on",
+                brake.v_on,
+                "above brake.v_off",
+                brake.v_on.is_finite() && brake.v_on > brake.v_off,
+            ),
+            (
+                "precharge.R",
+                precharge.R,
+                "finite and ≥ 0",
+                is_least(precharge.R),
+            ),
+            (
+                "precharge.v_start",
+                precharge.v_start,
+                "finite and ≥ 0",
+                is_least(precharge.v_start),
+            ),
+            (
+                "precharge.share",
+                precharge.share,
+                "above 0 and below 1",
+                is_share(precharge.share) && precharge.share > 0.0 && precharge.share < 1.0,
+            ),
+            ("v_min", self.v_min, "finite and ≥ 0", is_least(self.v_min)),
+            (
+                "v_max",
+                self.v_max,
+                "above v_min",
+                self.v_max.is_finite() && self.v_max > self.v_min,
+            ),
+        ];
+        let broken = rules.into_iter().find(|(.., holds)| !holds);
+        if let Some((name, value, rule, _)) = broken {
+            return Err(ParamError { name, value, rule });
+        }
+        let rises = |pair: &[f64]| pair[0] > 0.0 && pair[1] >= pair[0] && pair[1].is_finite();
+        if let Some(pair) = b.ocv.windows(2).find(|pair| !rises(pair)) {
+            return Err(ParamError {
+                name: "battery.ocv",
+                value: pair[1],
+                rule: "positive and nowhere falling",
+            });
+        }
+        Ok(())
+    }
+}
+
+fn is_positive(x: f64) -> bool {
+    x.is_finite() && x > 0.0
+}
+
+fn is_least(x: f64) -> bool {
+    x.is_finite() && x >= 0.0
+}
+
+fn is_share(x: f64) -> bool {
+    (0.0..=1.0).contains(&x)
+}
+
+/// A parameter that does not fit.
+#[derive(Clone, Copy, Debug, Error, PartialEq)]
+#[error("`{name}` = {value} must be {rule}")]
+pub struct ParamError {
+    /// Its name.
+    pub name: &'static str,
+    /// Its value.
+    pub value: f64,
+    /// What must hold.
+    pub rule: &'static str,
+}
