@@ -156,6 +156,8 @@ def states(fmu, hdrm):
         ideal = {f"{name}[{i}]": 0.3 for name in "theta_m i_d i_q F".split() for i in (1, 2, 3)}
         estimated = ideal | {"speed": "difference", "speed.filter_time": 0.0, "current": True, "current.bits": 40}
         return [ideal, estimated, estimated | {"force": "absent"}]
+    if fmu.identifier == "DcLink":
+        return [{"i_load[1]": 12.0, "precharge.on": True, "precharge.v_start": 300.0}, {"i_load[2]": -9.0}]
     pose = numbered("zeta_start", zeta) | numbered("zeta_dot_start", small)
     if fmu.identifier == "Hdrm":
         return [pose | {"f[2]": 3e4, "f[3]": 2e4}]
@@ -268,7 +270,7 @@ def test_files_of_an_fmu(fmu_dir, name):
         page = archive.read("documentation/index.html").decode()
         icon = archive.read("model.png")
         licence = archive.read("documentation/licenses/license.txt").decode()
-    assert {"modelDescription.xml", *(["resources/reference_machine.json"] if name != "Sensors" else [])} <= files
+    assert {"modelDescription.xml", *(["resources/reference_machine.json"] if name not in ("Sensors", "DcLink") else [])} <= files
     assert any(f.startswith("binaries/") for f in files)
     assert icon.startswith(b"\x89PNG\r\n")
     assert "MIT" in licence and "Apache-2.0" in licence

@@ -17,6 +17,8 @@ ROD = {"x": 0.31, "x_dot": 0.0, "F_hold": 12e3, "v_q": 17.0, "v_d": -3.0}
 INPUTS = {"Emla": ROD, "Hdrm": {"f[2]": 41e3, "f[3]": 31e3, "tau_wrist[2]": 120.0}, "Controller": {"zeta[2]": 0.69}, "Rig": ROD}
 INPUTS["Sensors"] = {"theta_m[2]": 3.0, "F[1]": 9e3, "current": True, "force": "sensor", "motor_encoder": True, "speed": "observer"}
 
+INPUTS["DcLink"] = {"i_load[1]": 70.0, "i_load[3]": -5.0, "battery.soc_start": 0.97}
+
 
 @pytest.fixture(params=(*NAMES, *WORLD))
 def fmu(request, fmus):
@@ -75,7 +77,7 @@ def test_instances_in_threads(fmu):
         assert all(rows == alone for rows in pool.map(run, instances))
 
 
-@pytest.mark.parametrize("fmu", ["Emla", "Hdrm", "Rig", "Sensors"], indirect=True)
+@pytest.mark.parametrize("fmu", ["Emla", "Hdrm", "Rig", "Sensors", "DcLink"], indirect=True)
 def test_start_time_does_not_matter(fmu):
     """A plant started at t = 7.5 s moves as from 0 s (the controller's reference is bound to the time)."""
     early = trajectory(fmu.instance().start(0.0, INPUTS[fmu.identifier]), 20, 2**-10)

@@ -1,4 +1,4 @@
-"""The packages `Manipulator.ssp`, `Real.ssp` and `Testbed.ssp` as SSP tools read them: schemas, names, units, start values, annotations."""
+"""The packages `Manipulator.ssp`, `Real.ssp`, `Electric.ssp` and `Testbed.ssp` as SSP tools read them: schemas, names, units, start values, annotations."""
 
 import re
 import zipfile
@@ -14,6 +14,7 @@ from system import SSC, SSD, SSV, System
 
 SCHEMAS = {".ssd": "SystemStructureDescription.xsd", ".ssv": "SystemStructureParameterValues.xsd"}
 PACKAGES = {"Manipulator.ssp": "system/SystemStructure.ssd", "Real.ssp": "system/Real.ssd", "Testbed.ssp": "system/Testbed.ssd"}
+PACKAGES["Electric.ssp"] = "system/Electric.ssd"
 
 
 @pytest.fixture(scope="module", params=PACKAGES)
@@ -82,7 +83,7 @@ def test_actuators_start_at_the_start_pose_of_the_manipulator(fmu_dir, hdrm):
     """For importers that initialize each component by itself."""
     instance = hdrm.running()
     names = ("SystemStructure.ssd", "triangular_pd.ssd")
-    for package, name in [(package, name) for package in ("Manipulator.ssp", "Real.ssp") for name in names]:
+    for package, name in [(package, name) for package in ("Manipulator.ssp", "Real.ssp", "Electric.ssp") for name in names]:
         system = System.read(fmu_dir / package, name)
         for k in (1, 2, 3):
             bound = system.parameters[f"emla_{k}"]

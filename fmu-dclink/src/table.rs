@@ -29,14 +29,14 @@ macro_rules! size {
 macro_rules! shown {
     ($name:literal, $($field:ident).+, $unit:literal, $nominal:literal, $description:literal) => {
         V::output($name, $description, |y| &y.$($field).+)
-            .unit($unit).nominal($nominal).depends_on(&[]).initially_depends_on(&["i_load", ALL_PARAMETERS])
+            .unit($unit).nominal($nominal).depends_on(&[]).initially_depends_on(&[ALL_PARAMETERS])
     };
 }
 
 /// The same of a truth.
 macro_rules! told {
     ($name:literal, $field:ident, $description:literal) => {
-        V::boolean_output($name, $description, |y| &y.$field).depends_on(&[]).initially_depends_on(&["i_load", ALL_PARAMETERS])
+        V::boolean_output($name, $description, |y| &y.$field).depends_on(&[]).initially_depends_on(&[ALL_PARAMETERS])
     };
 }
 

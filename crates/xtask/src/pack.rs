@@ -12,9 +12,10 @@ use crate::variants;
 use crate::workspace::{FMU_PROFILE, Workspace, profile};
 
 /// System structures of the repository, the archives they become, and parameter sets that go with them without being bound.
-const SYSTEMS: [(&str, &str, &[&str]); 3] = [
+const SYSTEMS: [(&str, &str, &[&str]); 4] = [
     ("system/SystemStructure.ssd", "Manipulator.ssp", &[]),
     ("system/Real.ssd", "Real.ssp", &["resources/real.ssv"]),
+    ("system/Electric.ssd", "Electric.ssp", &[]),
     ("system/Testbed.ssd", "Testbed.ssp", &[]),
 ];
 
