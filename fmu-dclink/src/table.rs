@@ -36,7 +36,9 @@ macro_rules! shown {
 /// The same of a truth.
 macro_rules! told {
     ($name:literal, $field:ident, $description:literal) => {
-        V::boolean_output($name, $description, |y| &y.$field).depends_on(&[]).initially_depends_on(&[ALL_PARAMETERS])
+        V::boolean_output($name, $description, |y| &y.$field)
+            .depends_on(&[])
+            .initially_depends_on(&[ALL_PARAMETERS])
     };
 }
 
