@@ -230,4 +230,29 @@ mod tests {
         assert_eq!([0.0, 0.9, 1.1, 2.9].map(|w| parts(w * limit)), [1, 1, 2, 3]);
         assert_eq!(parts(1e9), DIVISION_MAX);
     }
+
+    /// Wherever a substep is divided, RK4 asks for the inputs at the start, the middle and the end of each part: of 2 ms with the elbow at
+    /// 9 rad/s two substeps, each of three parts, so every sixth of a millisecond. Tolerance: rounding of times of a millisecond.
+    #[test]
+    fn inputs_are_asked_for_at_the_times_of_the_parts() {
+        let machine = machine::Machine::reference();
+        let plant =
+            Hdrm::new(&machine, &crate::Options::of(&machine)).expect("the reference machine");
+        let mut state = State::at_rest(machine.start.zeta);
+        state.zeta_dot[4] = 9.0;
+        let asked = std::cell::RefCell::new(Vec::new());
+        let input = |s: f64| {
+            asked.borrow_mut().push(s);
+            Input::default()
+        };
+        plant.step(&state, input, 0.0, 2e-3).expect("a step");
+        let mut asked = asked.into_inner();
+        asked.sort_by(f64::total_cmp);
+        asked.dedup_by(|a, b| (*a - *b).abs() < 1e-15);
+        let expected: Vec<f64> = (0..=12).map(|k| f64::from(k) * 2e-3 / 12.0).collect();
+        assert_eq!(asked.len(), expected.len(), "{asked:?}");
+        for (a, b) in asked.iter().zip(&expected) {
+            assert!((a - b).abs() < 1e-15, "{asked:?}");
+        }
+    }
 }

@@ -2,7 +2,7 @@
 //! and finite differences of the next lower derivative.
 #![allow(non_snake_case)]
 
-use hdrm::{BODIES, Body, Configuration, DOF, Tip, Tree};
+use hdrm::{BODIES, Body, Configuration, DOF, GeometryError, Tip, Tree};
 use machine::Machine;
 use nalgebra::{Vector3, Vector6};
 
@@ -200,4 +200,39 @@ fn tip_at_start() {
     let tip = Tip::new(&tree, &tree.configuration(&machine.start.zeta));
     let expected = Vector3::new(3.088, 1.014, 0.0);
     assert!((tip.position - expected).amax() < 5e-4, "{}", tip.position);
+}
+
+/// A joint range is refused where an actuator's lever vanishes or the four-bar opens less than 0.05 rad beyond its limits, and taken where that
+/// happens further out. Where it happens is found by turning the joint by hand from the middle of the range on, in steps of 0.2 mrad.
+#[test]
+fn loops_must_work_some_way_beyond_the_limits() {
+    let (machine, tree, _) = samples(0);
+    let limits = machine.limits.zeta();
+    let middle = limits.map(|[min, max]| 0.5 * (min + max));
+    for joint in [1, 2] {
+        for (side, limit) in [(-1.0, 0), (1.0, 1)] {
+            let lever = |by: f64| {
+                let zeta = moved(&middle, joint, side * by);
+                tree.configuration(&zeta).strokes[joint].prime
+            };
+            let steps = (0..20_000).map(|k| 2e-4 * f64::from(k));
+            let dead = steps.skip_while(|by| lever(*by) > 0.0).next();
+            let dead = middle[joint] + side * dead.expect("no loop turns all around");
+            for (before, taken) in [(0.04, false), (0.06, true)] {
+                let mut narrow = machine.clone();
+                let opposite = &mut narrow.limits;
+                let ends = [&mut opposite.zeta_min_deg, &mut opposite.zeta_max_deg];
+                ends[limit][joint] = (dead - side * before).to_degrees();
+                let found = Tree::new(&narrow);
+                let refused = matches!(
+                    found,
+                    Err(GeometryError::DeadPoint { .. } | GeometryError::FourBarOpen { .. })
+                );
+                assert_eq!(
+                    refused, !taken,
+                    "joint {joint}, side {side}, {before} rad before {dead}"
+                );
+            }
+        }
+    }
 }
