@@ -5,6 +5,7 @@ import json
 import os
 import shutil
 import subprocess
+import sys
 
 import pytest
 
@@ -176,3 +177,25 @@ def test_forgotten_wires_are_reported_and_strict_refuses_them(fmu_dir, tmp_path)
     assert strict.returncode == 1 and "--strict: connectors that the FMUs do not have: controller.T_hot" in strict.stderr
     assert strict.stderr.count("controller.i_d") == 1 and "wrench_env" not in strict.stderr
     assert "controller.i_d" in call("cosim", "wiring", "--system", path, "--fmu-dir", fmu_dir).stdout
+
+
+def test_the_bending_world_runs_with_the_python_that_has_mujoco(tmp_path, fmu_dir):
+    """One command: it makes the plant, starts itself with Python inside, and prints the laws beside the bound."""
+    machine = ["--world", "bending", "--seeds", "1", "--law", "adaptive", "--stop-time", "4.05"]
+    done = call("hdrm-fmu", "table", *machine, env=os.environ | {"HDRM_FMU_PYTHON": sys.executable})
+    assert done.returncode == 0, done.stderr
+    assert "sag max, mm" in done.stdout and "adaptive: at most" in done.stdout
+    missing = call("hdrm-fmu", "table", *machine, env=os.environ | {"HDRM_FMU_PYTHON": str(tmp_path / "python")})
+    assert missing.returncode == 1 and "pip install pythonfmu mujoco numpy" in missing.stderr
+
+
+def test_a_perturbed_machine_is_that_of_the_real_world_and_runs(tmp_path, machine):
+    file = tmp_path / "machine.json"
+    perturb = ["machine", "perturb", "--out", file]
+    done = call("hdrm-fmu", *perturb, "--seed", "7", "--second-moment", "0.3")
+    assert done.returncode == 0 and "hdrm.gravity[1]=" in done.stdout, done.stderr
+    drawn, nominal = json.loads(file.read_text()), json.loads((ROOT / "parameters/reference_machine.json").read_text())
+    assert 0 < abs(drawn["bodies"]["A2"]["mass"] / nominal["bodies"]["A2"]["mass"] - 1) <= 0.4
+    assert call("hdrm-fmu", "run", *machine, *SHORT, "--set", f"hdrm.machine_file={file}").returncode == 0
+    refused = call("hdrm-fmu", *perturb, "--mass", "1")
+    assert refused.returncode == 1 and "`mass` = 1 must be at least 0 and below 1" in refused.stderr

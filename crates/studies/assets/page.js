@@ -31,6 +31,7 @@ chooseRun("adaptation-run", adaptation, (run) => run.mode === "adaptive" && run.
 stability();
 energyTable();
 chooseRun("energy-run", energy);
+surrogate();
 testbed();
 conditions();
 /* What scrolls sideways can be reached with the keyboard. */

@@ -1,5 +1,7 @@
 //! Control laws that are compared: start values of the controller, beside what a world gives all of them.
 
+use std::path::Path;
+
 use anyhow::Result;
 use cosim::system::{Setting, System};
 
@@ -121,8 +123,8 @@ pub fn sensors(mode: &str) -> Vec<Law> {
 }
 
 /// What was tried for the real world and is not shipped, each added to the shipped law `mode`: dead time predicted over, joint rates by the
-/// controller's observer, leakage.
-pub fn tried(mode: &str) -> Vec<Law> {
+/// controller's observer, leakage, and friction compensated with the `network` that was trained on the rig.
+pub fn tried(mode: &str, network: &Path) -> Vec<Law> {
     let law = |name: &str| Law::new(format!("{mode}, {name}"), mode);
     vec![
         law("as shipped"),
@@ -133,6 +135,9 @@ pub fn tried(mode: &str) -> Vec<Law> {
         law("omega_speed 300").with("omega_speed", 300),
         law("leakage 0.02").with("leakage", 0.02),
         law("leakage 0.2").with("leakage", 0.2),
+        law("friction by network")
+            .with("controller.alpha", 0.9)
+            .with("controller.surrogate_file", network.display()),
     ]
 }
 

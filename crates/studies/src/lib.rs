@@ -4,7 +4,7 @@
 //! ([`report`]).
 //!
 //! Everything is computed by the FMUs; names such as `tip_error_norm`, `settle_time` or `inertia_scale` are variables of theirs. The crate
-//! `hdrm` serves the report's drawing only, `machine` that and the machine's limits and ratings, `surrogate` the command that trains a network.
+//! `hdrm` serves the report's drawing only, `machine` that and the machine's limits and ratings, `surrogate` and `emla` what a network predicts and the command that trains one, `rig` the control of a rig that loads another.
 #![forbid(unsafe_code)]
 
 pub mod efficiency;
@@ -16,8 +16,10 @@ pub mod machine_file;
 pub mod perturbation;
 pub mod plot;
 pub mod report;
+pub mod rig_testbed;
 pub mod robustness;
 pub mod stability;
+pub mod surrogate_loop;
 pub mod table;
 pub mod testbed;
 pub mod tip;

@@ -17,6 +17,7 @@ mod runs;
 mod samples;
 mod scene;
 mod stability;
+mod surrogate;
 mod worlds;
 
 use std::fmt::Write as _;
@@ -74,6 +75,7 @@ pub struct Report {
     testbed: Option<Testbed>,
     scene: Scene,
     efficiency_map: Option<EfficiencyMap>,
+    surrogate: Option<surrogate::OnRig>,
 }
 
 /// A row of the robustness table.
@@ -139,6 +141,7 @@ impl Request<'_> {
         let energy = evaluation::energies(self, count, &mut failures);
         let stability = stability::stability(self, count, &mut failures);
         let testbed = evaluation::testbed(self, &mut failures);
+        let surrogate = surrogate::on_rig(self, &mut failures);
         let map = efficiency::map(self.system, self.base).map(EfficiencyMap::from);
         Ok(Report {
             conditions: Conditions::of(self, &machine),
@@ -149,6 +152,7 @@ impl Request<'_> {
             energy,
             stability,
             testbed,
+            surrogate,
             scene,
             efficiency_map: kept(vec![map], &mut failures).pop(),
             failures,

@@ -19,9 +19,10 @@ use crate::experiment::{Recorded, vary};
 use crate::table::TRAJECTORIES;
 
 /// An axis of the testbed: name, number of its rod, component of the testbed.
-const AXES: [(&str, usize, &str); 2] = [("lift", 2, "emla_lift"), ("tilt", 3, "emla_tilt")];
+pub(crate) const AXES: [(&str, usize, &str); 2] =
+    [("lift", 2, "emla_lift"), ("tilt", 3, "emla_tilt")];
 /// Component of the testbed that controls both.
-const CONTROLLER: &str = "controller";
+pub(crate) const CONTROLLER: &str = "controller";
 /// Position RMSE to stay below, m.
 pub const POSITION_TARGET: f64 = 0.05e-3;
 /// Force RMSE to stay below, as a share of the force's peak.
@@ -58,15 +59,24 @@ pub const UNKNOWN_LOAD: [Trial; 5] = {
 };
 
 /// Course of one rod in the run of the whole machine, at its communication points.
-struct Profile {
+pub(crate) struct Profile {
     /// Position, m.
-    x: Vec<f64>,
+    pub(crate) x: Vec<f64>,
     /// Velocity, m/s.
-    x_dot: Vec<f64>,
+    pub(crate) x_dot: Vec<f64>,
     /// Acceleration, m/s², by central differences of the velocity.
     x_ddot: Vec<f64>,
     /// Force of the actuator, N.
-    F: Vec<f64>,
+    pub(crate) F: Vec<f64>,
+}
+
+impl Profile {
+    /// Position, velocity, acceleration and force between point `k` and the next.
+    pub(crate) fn between(&self, k: usize, share: f64) -> [f64; 4] {
+        let next = (k + 1).min(self.x.len() - 1);
+        [&self.x, &self.x_dot, &self.x_ddot, &self.F]
+            .map(|course| course[k] + share * (course[next] - course[k]))
+    }
 }
 
 /// Root mean square and maximum of an error, and the peak of what was to be followed.
@@ -181,7 +191,7 @@ fn rod_ports(machine: &System, rod: usize) -> Result<[Port; 3]> {
     Ok([of_rod("x")?, of_rod("x_dot")?, wiring.links[force].from])
 }
 
-fn record(
+pub(crate) fn record(
     machine: &System,
     base: &Experiment,
     trajectory: &str,
@@ -236,27 +246,27 @@ fn start(testbed: &System, profiles: &[Profile; 2], told: f64) -> Result<Vec<Set
 }
 
 /// Input of the controller for a rod.
-fn reference(quantity: &str, rod: usize) -> String {
+pub(crate) fn reference(quantity: &str, rod: usize) -> String {
     format!("{CONTROLLER}.reference.rod_{quantity}[{rod}]")
 }
 
 /// References of both rods: position, velocity, acceleration and force of each.
-fn references(testbed: &System) -> Result<Inputs> {
+pub(crate) fn references(testbed: &System) -> Result<Inputs> {
     let quantities = ["position", "velocity", "acceleration", "force"];
     let names = AXES.map(|(_, rod, _)| quantities.map(|q| reference(q, rod)));
     inputs(testbed, names.as_flattened())
 }
 
-fn inputs(testbed: &System, names: &[String]) -> Result<Inputs> {
+pub(crate) fn inputs(testbed: &System, names: &[String]) -> Result<Inputs> {
     Inputs::new(testbed, &ports(testbed, names)?)
 }
 
-fn ports(system: &System, names: &[String]) -> Result<Vec<Port>> {
+pub(crate) fn ports(system: &System, names: &[String]) -> Result<Vec<Port>> {
     names.iter().map(|name| system.port(name)).collect()
 }
 
 /// Load emulator: `lag·F' = F_profile − F`, exact for a profile held at its mean over the step; the mean force of the step.
-fn emulate(force: &mut f64, from: f64, to: f64, step: f64, lag: f64) -> f64 {
+pub(crate) fn emulate(force: &mut f64, from: f64, to: f64, step: f64, lag: f64) -> f64 {
     let before = *force;
     let reached = if lag > 0.0 {
         -(-step / lag).exp_m1()
@@ -329,7 +339,7 @@ impl Bed<'_> {
 }
 
 impl Course {
-    fn add(&mut self, time: f64, desired: [f64; 3], actual: &[f64]) {
+    pub(crate) fn add(&mut self, time: f64, desired: [f64; 3], actual: &[f64]) {
         self.time.push(time);
         let columns = [&mut self.position, &mut self.velocity, &mut self.force];
         for ((column, desired), actual) in columns.into_iter().zip(desired).zip(actual) {
@@ -340,7 +350,7 @@ impl Course {
 }
 
 /// Errors from sample `first` on.
-fn tracking([desired, actual]: &[Vec<f64>; 2], first: usize) -> Tracking {
+pub(crate) fn tracking([desired, actual]: &[Vec<f64>; 2], first: usize) -> Tracking {
     let mut sum = 0.0;
     let mut tracking = Tracking::default();
     for (d, a) in desired.iter().zip(actual).skip(first) {

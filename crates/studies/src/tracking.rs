@@ -79,12 +79,22 @@ impl Tracking {
     /// # Errors
     /// The run fails, or the system lacks one of the variables.
     pub fn of(system: &System, experiment: &Experiment) -> Result<Self> {
+        Self::recorded(system, experiment, &[]).map(|(tracking, _)| tracking)
+    }
+
+    /// As [`Tracking::of`], with the run, of which the variables `more` are recorded too.
+    pub fn recorded(
+        system: &System,
+        experiment: &Experiment,
+        more: &[Port],
+    ) -> Result<(Self, Recorded)> {
         let ports = Ports::of(system)?;
-        let recorded = Recorded::of(system, experiment, &ports.all())?;
+        let recorded = Recorded::of(system, experiment, &[&ports.all(), more].concat())?;
         let file = system.port_of(ports.controller, "machine_file")?;
         let believed = MachineFile::at(system, &experiment.settings, file)?;
         let tree = Tree::new(&believed.machine)?;
-        ports.evaluate(&recorded, &tree, ports.late(system, experiment)?)
+        let tracking = ports.evaluate(&recorded, &tree, ports.late(system, experiment)?)?;
+        Ok((tracking, recorded))
     }
 }
 

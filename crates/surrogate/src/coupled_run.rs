@@ -1,4 +1,5 @@
-//! A coupled run of the machine on rigs, read from the CSV file of `hdrm-fmu run`: what is true of its actuators in windows of 20 ms.
+//! A coupled run of the machine on rigs, of signals in memory or in the CSV file of `hdrm-fmu run`: what is true of its actuators in windows
+//! of 20 ms.
 
 use std::path::Path;
 
@@ -7,6 +8,23 @@ use emla::maps;
 use machine::Emla;
 
 use crate::windows::{SAMPLES, SLOWEST, Truth};
+
+/// Signals of the controller.
+const TIP_ERROR: &str = "controller.tip_error_norm";
+/// See [`TIP_ERROR`].
+const REQUIRED: &str = "controller.i_q_required";
+/// Signals of an actuator.
+const OF_ACTUATOR: [&str; 9] = [
+    "i_q",
+    "tau_e",
+    "F_mean",
+    "theta_m",
+    "w_m",
+    "x_rod",
+    "energy.loss",
+    "T_winding",
+    "T_housing",
+];
 
 /// Columns of one actuator.
 #[derive(Clone, Debug)]
@@ -66,34 +84,57 @@ impl CoupledRun {
             };
             Ok(columns[place].clone())
         };
-        let time = column("time")?;
+        Self::new(column("time")?, column).with_context(|| name.to_string())
+    }
+
+    /// Of the times, s, and of what `column` gives for each of [`CoupledRun::signals`].
+    ///
+    /// # Errors
+    /// A signal that is missing, or too few rows.
+    pub fn new(time: Vec<f64>, column: impl Fn(&str) -> Result<Vec<f64>>) -> Result<Self> {
         if time.len() < 2 * SAMPLES {
-            bail!(
-                "{name}: {} rows, at least {} are needed",
-                time.len(),
-                2 * SAMPLES
-            );
+            bail!("{} rows, at least {} are needed", time.len(), 2 * SAMPLES);
         }
         let axis = |k: u32| -> Result<Axis> {
-            let of = |signal: &str| column(&format!("emla_{k}.{signal}"));
+            let [i_q, tau_e, F, theta_m, w_m, x, loss, winding, housing] =
+                OF_ACTUATOR.map(|signal| column(&format!("emla_{k}.{signal}")));
             Ok(Axis {
-                i_q: of("i_q")?,
-                i_q_required: column(&format!("controller.i_q_required[{k}]"))?,
-                tau_e: of("tau_e")?,
-                F: of("F_mean")?,
-                theta_m: of("theta_m")?,
-                w_m: of("w_m")?,
-                x: of("x_rod")?,
-                loss: of("energy.loss")?,
-                T: [of("T_winding")?, of("T_housing")?],
+                i_q: i_q?,
+                i_q_required: column(&format!("{REQUIRED}[{k}]"))?,
+                tau_e: tau_e?,
+                F: F?,
+                theta_m: theta_m?,
+                w_m: w_m?,
+                x: x?,
+                loss: loss?,
+                T: [winding?, housing?],
             })
         };
         Ok(Self {
             h: time[1] - time[0],
-            tip_error: column("controller.tip_error_norm")?,
+            tip_error: column(TIP_ERROR)?,
             axes: [1, 2, 3].map(axis).into_iter().collect::<Result<_>>()?,
             time,
         })
+    }
+
+    /// Names of the signals that it is made of.
+    #[must_use]
+    pub fn signals() -> Vec<String> {
+        let of_axis = |k: u32| {
+            let own = OF_ACTUATOR.map(|signal| format!("emla_{k}.{signal}"));
+            own.into_iter().chain([format!("{REQUIRED}[{k}]")])
+        };
+        let mut names: Vec<String> = [1, 2, 3].into_iter().flat_map(of_axis).collect();
+        names.push(TIP_ERROR.into());
+        names
+    }
+
+    /// Times, s, from `start` on, and what the controller required and what the motor took of the current of an axis, A.
+    #[must_use]
+    pub fn currents(&self, axis: usize, start: f64) -> [&[f64]; 3] {
+        let (first, a) = (self.from(start), &self.axes[axis]);
+        [&self.time, &a.i_q_required, &a.i_q].map(|course| &course[first..])
     }
 
     fn from(&self, start: f64) -> usize {
@@ -119,12 +160,24 @@ impl CoupledRun {
     /// What is true of all axes in windows from `start`, s, on in which the rod moves one way.
     #[must_use]
     pub fn windows(&self, p: &Emla, start: f64) -> Vec<Truth> {
-        let first = self.from(start);
+        let of = |axis| self.windows_of(axis, p, start);
+        (0..self.axes.len())
+            .flat_map(of)
+            .map(|(_, truth)| truth)
+            .collect()
+    }
+
+    /// The same of one axis, each with the time of its middle, s.
+    #[must_use]
+    pub fn windows_of(&self, axis: usize, p: &Emla, start: f64) -> Vec<(f64, Truth)> {
+        let (first, axis) = (self.from(start), &self.axes[axis]);
         let count = (self.time.len() - first).saturating_sub(1) / SAMPLES;
-        let windows = self.axes.iter().flat_map(|axis| {
-            (0..count).filter_map(move |k| axis.window(p, first + k * SAMPLES, self.h))
-        });
-        windows.collect()
+        let window = |k: usize| {
+            let begin = first + k * SAMPLES;
+            let middle = self.time[begin] + 0.5 * SAMPLES as f64 * self.h;
+            Some((middle, axis.window(p, begin, self.h)?))
+        };
+        (0..count).filter_map(window).collect()
     }
 }
 

@@ -23,3 +23,6 @@ pub mod rig_plots;
 pub mod rig_run;
 pub mod training;
 pub mod windows;
+
+/// The network that was trained on the rig, `parameters/surrogate_rig.json`.
+pub const RIG_NETWORK: &str = include_str!("../../../parameters/surrogate_rig.json");

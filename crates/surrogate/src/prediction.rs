@@ -2,8 +2,16 @@
 
 use emla::{Surrogate, maps};
 use machine::Emla;
+use rayon::prelude::*;
+use serde::Serialize;
 
+use crate::campaign::rms;
 use crate::windows::{Truth, magnets, resistance};
+
+/// Rod speed, m/s, below which both powers are small and their ratio says little.
+const EFFICIENCY_SPEED: f64 = 0.01;
+/// Names of the models, and their shares of the network.
+pub const MODELS: [(&str, f64); 3] = [("physics", 0.0), ("hybrid", 0.9), ("network", 1.0)];
 
 /// A model of the actuator: its physics, with a share of the network blended in.
 #[derive(Clone, Debug)]
@@ -128,5 +136,57 @@ impl Model {
             3.0 * size * (drop + 0.5 * c.r_0 * size)
         });
         1.5 * resistance(p, m.T[0]) * i_q * i_q + core + inverter
+    }
+}
+
+/// Errors of a model on windows, root mean square: current, A, and efficiency, with temperatures known and taken for the reference.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Errors {
+    /// Of the current, A: temperatures known, and taken for the reference.
+    pub current: [f64; 2],
+    /// Of the efficiency; NaN where no window has one.
+    pub efficiency: [f64; 2],
+}
+
+impl Errors {
+    /// As text.
+    pub(crate) fn cell(&self) -> String {
+        let [current, efficiency] = [self.current, self.efficiency.map(|e| 1e2 * e)];
+        let power = if efficiency[0].is_nan() {
+            "-".into()
+        } else {
+            format!("{:.2} ({:.2}) %", efficiency[0], efficiency[1])
+        };
+        format!("{:.3} ({:.3}) A / {power}", current[0], current[1])
+    }
+}
+
+/// Errors of a model on windows.
+#[must_use]
+pub fn errors(model: &Model, windows: &[Truth]) -> Errors {
+    let reference = rig::Extras::AS_BUILT.temperature.reference;
+    let travel = emla::maps::travel_per_radian(&machine::Machine::reference().emla);
+    let demands = |known: bool| -> Vec<(f64, Option<f64>)> {
+        windows
+            .par_iter()
+            .map(|w| {
+                let mut motion = Motion::from(w);
+                if !known {
+                    motion.T = [reference; 2];
+                }
+                let demand = model.demand(&motion);
+                let slower = w.x_dot.abs().min(travel * w.w_m.abs());
+                let efficiency = w.efficiency().filter(|_| slower > EFFICIENCY_SPEED);
+                (
+                    demand.i_q - w.i_q,
+                    efficiency.map(|truth| demand.efficiency - truth),
+                )
+            })
+            .collect()
+    };
+    let both = [demands(true), demands(false)];
+    Errors {
+        current: [0, 1].map(|k: usize| rms(both[k].iter().map(|d| d.0))),
+        efficiency: [0, 1].map(|k: usize| rms(both[k].iter().filter_map(|d| d.1))),
     }
 }

@@ -6,7 +6,6 @@ use std::path::PathBuf;
 use anyhow::Result;
 use clap::Args;
 use emla::Surrogate;
-use rayon::prelude::*;
 
 use crate::campaign::{
     Trust, compliance, held_out_profiles, measure, rms, rows, training_profiles,
@@ -14,18 +13,13 @@ use crate::campaign::{
 use crate::commands::{NetworkArg, write};
 use crate::coupled_run::CoupledRun;
 use crate::data;
-use crate::prediction::{Model, Motion};
+use crate::prediction::{Errors, MODELS, Model, errors};
 use crate::rig_plots;
 use crate::windows::{Truth, Window};
 
-/// Rod speed, m/s, below which both powers are small and their ratio says little.
-const EFFICIENCY_SPEED: f64 = 0.01;
 /// Number of the campaign's profiles, and the length of each, s.
 const PROFILES: u32 = 120;
 const SECONDS: f64 = 3.0;
-/// Names and shares of the network.
-const MODELS: [(&str, f64); 3] = [("physics", 0.0), ("hybrid", 0.9), ("network", 1.0)];
-
 /// Arguments of `data`.
 #[derive(Args)]
 pub struct RigDataArgs {
@@ -144,25 +138,6 @@ impl RigLoopArgs {
     }
 }
 
-/// Errors of a model on windows, root mean square: current, A, and efficiency, with temperatures known and taken for the reference.
-#[derive(Clone, Copy, Debug)]
-struct Errors {
-    current: [f64; 2],
-    efficiency: [f64; 2],
-}
-
-impl Errors {
-    fn cell(&self) -> String {
-        let [current, efficiency] = [self.current, self.efficiency.map(|e| 1e2 * e)];
-        let power = if efficiency[0].is_nan() {
-            "-".into()
-        } else {
-            format!("{:.2} ({:.2}) %", efficiency[0], efficiency[1])
-        };
-        format!("{:.3} ({:.3}) A / {power}", current[0], current[1])
-    }
-}
-
 impl RigCompareArgs {
     /// Predict and print.
     pub(crate) fn run(self) -> Result<()> {
@@ -220,34 +195,6 @@ fn line(name: &str, models: &[Model; 3], windows: &[Truth]) -> Result<[Errors; 3
     }
     writeln!(stdout())?;
     Ok(errors)
-}
-
-fn errors(model: &Model, windows: &[Truth]) -> Errors {
-    let reference = rig::Extras::AS_BUILT.temperature.reference;
-    let travel = emla::maps::travel_per_radian(&machine::Machine::reference().emla);
-    let demands = |known: bool| -> Vec<(f64, Option<f64>)> {
-        windows
-            .par_iter()
-            .map(|w| {
-                let mut motion = Motion::from(w);
-                if !known {
-                    motion.T = [reference; 2];
-                }
-                let demand = model.demand(&motion);
-                let slower = w.x_dot.abs().min(travel * w.w_m.abs());
-                let efficiency = w.efficiency().filter(|_| slower > EFFICIENCY_SPEED);
-                (
-                    demand.i_q - w.i_q,
-                    efficiency.map(|truth| demand.efficiency - truth),
-                )
-            })
-            .collect()
-    };
-    let both = [demands(true), demands(false)];
-    Errors {
-        current: [0, 1].map(|k: usize| rms(both[k].iter().map(|d| d.0))),
-        efficiency: [0, 1].map(|k: usize| rms(both[k].iter().filter_map(|d| d.1))),
-    }
 }
 
 /// The network itself on the rows of held-out profiles, as the sensors give them.

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context as _, Result};
 use emla::Surrogate;
 use plotters::prelude::*;
+use rayon::prelude::*;
 use rig::{Drive, Input};
 
 use crate::plots::{Area, EfficiencyMaps, FONT, MAP_CELLS, Map, Picture, TITLE, save};
@@ -23,15 +24,7 @@ pub fn all(
     work: &[Window],
     folder: &Path,
 ) -> Result<Vec<PathBuf>> {
-    let maps = [
-        map("Efficiency: physics", &|F, v| {
-            Ok(predicted(&models[0], F, v))
-        })?,
-        map("Efficiency: hybrid, alpha = 0.9", &|F, v| {
-            Ok(predicted(&models[1], F, v))
-        })?,
-        map("Efficiency: rig", &true_efficiency)?,
-    ];
+    let maps = maps(models, MAP_CELLS)?;
     let speeds = [-SPEED[1], SPEED[1]];
     let files = [
         save(
@@ -42,9 +35,32 @@ pub fn all(
             folder,
             "rig_efficiency_maps",
         )?,
-        save(&responses(surrogate, work), folder, "rig_responses")?,
+        save(
+            &Responses {
+                panels: responses(surrogate, work),
+            },
+            folder,
+            "rig_responses",
+        )?,
     ];
     Ok(files.concat())
+}
+
+/// Efficiency by physics and hybrid, and that of the rig, over loads up to [`LOAD_MAX`] (rows) and speeds up to [`SPEED`] both ways: quadrants
+/// I and IV.
+///
+/// # Errors
+/// A steady point that the rig cannot hold.
+pub fn maps(models: &[Model; 3], cells: [usize; 2]) -> Result<[Map; 3]> {
+    Ok([
+        map("Efficiency: physics", cells, &|F, v| {
+            Ok(predicted(&models[0], F, v))
+        })?,
+        map("Efficiency: hybrid, alpha = 0.9", cells, &|F, v| {
+            Ok(predicted(&models[1], F, v))
+        })?,
+        map("Efficiency: rig", cells, &true_efficiency)?,
+    ])
 }
 
 fn predicted(model: &Model, F: f64, x_dot: f64) -> f64 {
@@ -82,18 +98,22 @@ fn true_efficiency(F: f64, x_dot: f64) -> Result<f64> {
 }
 
 /// Cells over load and speed in both directions.
-fn map(title: &str, value: &dyn Fn(f64, f64) -> Result<f64>) -> Result<Map> {
+fn map(
+    title: &str,
+    cells: [usize; 2],
+    value: &(dyn Fn(f64, f64) -> Result<f64> + Sync),
+) -> Result<Map> {
     let middle = |k: usize, n: usize| (k as f64 + 0.5) / n as f64;
     let row = |i: usize| {
-        let F = LOAD_MAX * middle(i, MAP_CELLS[0]);
-        (0..MAP_CELLS[1])
-            .map(|j| value(F, SPEED[1] * (2.0 * middle(j, MAP_CELLS[1]) - 1.0)))
+        let F = LOAD_MAX * middle(i, cells[0]);
+        (0..cells[1])
+            .map(|j| value(F, SPEED[1] * (2.0 * middle(j, cells[1]) - 1.0)))
             .collect()
     };
-    let cells = (0..MAP_CELLS[0]).map(row).collect::<Result<_>>()?;
+    let rows: Result<_> = (0..cells[0]).into_par_iter().map(row).collect();
     Ok(Map {
         title: title.into(),
-        cells,
+        cells: rows?,
     })
 }
 
@@ -102,47 +122,51 @@ struct Responses {
     panels: [Panel; 4],
 }
 
-struct Panel {
-    title: &'static str,
-    unit: &'static str,
-    lines: [(&'static str, Vec<(f64, f64)>); 2],
+/// Two courses over time.
+pub struct Panel {
+    /// What it shows.
+    pub title: &'static str,
+    /// Unit of the values.
+    pub unit: &'static str,
+    /// Names, and points of time, s, and value.
+    pub lines: [(&'static str, Vec<(f64, f64)>); 2],
 }
 
-fn responses(surrogate: &Surrogate, work: &[Window]) -> Responses {
+/// Force and rod speed along a held-out profile: the rig against what was asked for, the network against the rig.
+#[must_use]
+pub fn responses(surrogate: &Surrogate, work: &[Window]) -> [Panel; 4] {
     let of =
         |value: &dyn Fn(&Window) -> f64| work.iter().map(|w| (w.t, value(w))).collect::<Vec<_>>();
     let network = |w: &Window| surrogate.evaluate(w.row.tau_e, w.row.w_m);
     let [force, speed] = [of(&|w| 1e-3 * w.row.f_ext), of(&|w| 1e3 * w.row.x_dot)];
-    Responses {
-        panels: [
-            Panel {
-                title: "Force: desired and rig",
-                unit: "kN",
-                lines: [
-                    ("rig", force.clone()),
-                    ("desired", of(&|w| 1e-3 * w.desired[1])),
-                ],
-            },
-            Panel {
-                title: "Rod speed: desired and rig",
-                unit: "mm/s",
-                lines: [
-                    ("rig", speed.clone()),
-                    ("desired", of(&|w| 1e3 * w.desired[0])),
-                ],
-            },
-            Panel {
-                title: "Force: network and rig",
-                unit: "kN",
-                lines: [("rig", force), ("network", of(&|w| 1e-3 * network(w).F))],
-            },
-            Panel {
-                title: "Rod speed: network and rig",
-                unit: "mm/s",
-                lines: [("rig", speed), ("network", of(&|w| 1e3 * network(w).x_dot))],
-            },
-        ],
-    }
+    [
+        Panel {
+            title: "Force: desired and rig",
+            unit: "kN",
+            lines: [
+                ("rig", force.clone()),
+                ("desired", of(&|w| 1e-3 * w.desired[1])),
+            ],
+        },
+        Panel {
+            title: "Rod speed: desired and rig",
+            unit: "mm/s",
+            lines: [
+                ("rig", speed.clone()),
+                ("desired", of(&|w| 1e3 * w.desired[0])),
+            ],
+        },
+        Panel {
+            title: "Force: network and rig",
+            unit: "kN",
+            lines: [("rig", force), ("network", of(&|w| 1e-3 * network(w).F))],
+        },
+        Panel {
+            title: "Rod speed: network and rig",
+            unit: "mm/s",
+            lines: [("rig", speed), ("network", of(&|w| 1e3 * network(w).x_dot))],
+        },
+    ]
 }
 
 impl Picture for Responses {

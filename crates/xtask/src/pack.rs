@@ -12,11 +12,12 @@ use crate::variants;
 use crate::workspace::{FMU_PROFILE, Workspace, profile};
 
 /// System structures of the repository, the archives they become, and parameter sets that go with them without being bound.
-const SYSTEMS: [(&str, &str, &[&str]); 4] = [
+const SYSTEMS: [(&str, &str, &[&str]); 5] = [
     ("system/SystemStructure.ssd", "Manipulator.ssp", &[]),
     ("system/Real.ssd", "Real.ssp", &["resources/real.ssv"]),
     ("system/Electric.ssd", "Electric.ssp", &[]),
     ("system/Testbed.ssd", "Testbed.ssp", &[]),
+    ("system/RigTestbed.ssd", "RigTestbed.ssp", &[]),
 ];
 
 /// Pack the suite's FMUs and its systems into `out`, for this machine; the FMUs, in the order of [`Workspace::suite`].

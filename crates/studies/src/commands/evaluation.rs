@@ -18,10 +18,10 @@ use studies::machine_file::MachineFile;
 use studies::robustness::{self, STUDIES, Study};
 use studies::tip::TipError;
 use studies::worlds::{self, World};
-use studies::{energy, laws, stability, table, testbed};
+use studies::{energy, laws, rig_testbed, stability, table, testbed};
 
 use super::MachineArgs;
-use super::worlds::compare;
+use super::worlds::{compare, in_the_loop};
 
 #[derive(Args)]
 pub struct TableArgs {
@@ -57,7 +57,10 @@ pub struct TestbedArgs {
     /// Testbed: a packed .ssp [default: Testbed.ssp beside the system]
     #[arg(long, value_name = "FILE")]
     testbed: Option<PathBuf>,
-    /// Time constant of the load emulators, s
+    /// Testbed of actuators as built: a packed .ssp [default: RigTestbed.ssp beside the system]
+    #[arg(long, value_name = "FILE")]
+    rig_testbed: Option<PathBuf>,
+    /// Time constant of the loads, s
     #[arg(long, default_value_t = 0.02, value_name = "SECONDS")]
     lag: f64,
     /// Write reference and measurement of each axis (s, m, m/s, N) to TRAJECTORY_AXIS.csv in this directory
@@ -139,12 +142,15 @@ pub enum StudyArg {
     Tried,
     /// In the real world: with and without force sensor, speeds known or estimated, other delays
     Sensors,
+    /// In the real world: physics, hybrid and network under the shipped law and the paper's, on the nominal machine
+    Surrogate,
 }
 
 impl StudyArg {
     /// Whether it is about what only the real world has.
     fn is_of_real_world(self) -> bool {
-        matches!(self, Self::Changes | Self::Tried | Self::Sensors)
+        use StudyArg::{Changes, Sensors, Surrogate, Tried};
+        matches!(self, Changes | Tried | Sensors | Surrogate)
     }
 
     /// Whether it compares control laws over the cases of a world.
@@ -205,7 +211,7 @@ pub fn tables(args: &TableArgs) -> Result<Verdict> {
     for study in args.wanted() {
         let fits = match args.world {
             World::Ideal => !study.is_of_real_world(),
-            World::Real => study.compares_laws(),
+            World::Real => study.compares_laws() || study == StudyArg::Surrogate,
             World::Bending => study.compares_laws() && !study.is_of_real_world(),
         };
         let (name, world) = (study.name(), args.world.to_possible_value());
@@ -226,6 +232,9 @@ pub fn tables(args: &TableArgs) -> Result<Verdict> {
         for study in comparisons {
             found[study.name()] = compare(args, &system, &base, cases.list(), study)?;
         }
+    }
+    if args.wanted().contains(&StudyArg::Surrogate) {
+        found["surrogate"] = in_the_loop(&system, &base)?;
     }
     if args.wants(StudyArg::Inertia) {
         let bar = bar(table::CELLS as u64, "runs", false);
@@ -277,6 +286,13 @@ pub fn run_testbed(args: &TestbedArgs) -> Result<Verdict> {
     print(lag + &testbed::text(&axes))?;
     let unknown = run(&testbed::UNKNOWN_LOAD)?;
     print(format!("\n{}", testbed::unknown_load_text(&unknown)))?;
+    let path = args
+        .rig_testbed
+        .clone()
+        .unwrap_or_else(|| machine.path.with_file_name(rig_testbed::SYSTEM));
+    let bed = args.machine.beside(&path)?;
+    let rigs = rig_testbed::run(&machine, &bed, &base, args.lag, &testbed::UNKNOWN_LOAD)?;
+    print(format!("\n{}", rig_testbed::text(&rigs)))?;
     for axis in &axes {
         if let Some(dir) = &args.csv_dir {
             write_course(
@@ -289,6 +305,7 @@ pub fn run_testbed(args: &TestbedArgs) -> Result<Verdict> {
     found["lag_s"] = args.lag.into();
     found["testbed"] = serde_json::to_value(&axes)?;
     found["testbed_unknown_load"] = serde_json::to_value(&unknown)?;
+    found["testbed_rigs"] = serde_json::to_value(&rigs)?;
     write_json(args.json.as_deref(), &found)?;
     Ok(verdict)
 }

@@ -8,6 +8,7 @@ use cosim::run::Experiment;
 use cosim::system::System;
 use serde_json::{Value, json};
 use studies::laws::{self, Law};
+use studies::surrogate_loop::{self, RigNetwork};
 use studies::worlds::{self, Case, Cell, World};
 
 use super::evaluation::{StudyArg, TableArgs, create};
@@ -23,7 +24,8 @@ pub fn compare(
     cases: &[Case],
     study: StudyArg,
 ) -> Result<Value> {
-    let mut laws = laws_of(study, system)?;
+    let network = RigNetwork::new()?;
+    let mut laws = laws_of(study, system, &network)?;
     if !args.laws.is_empty() {
         let names: Vec<&str> = laws.iter().map(|law| law.name.trim()).collect();
         for wanted in &args.laws {
@@ -70,12 +72,22 @@ pub fn compare(
     }))
 }
 
-fn laws_of(study: StudyArg, system: &System) -> Result<Vec<Law>> {
+/// The surrogate in the loop; the runs as JSON.
+pub fn in_the_loop(system: &System, base: &Experiment) -> Result<Value> {
+    let network = RigNetwork::new()?;
+    let bar = bar(surrogate_loop::RUNS as u64, "runs", false);
+    let runs = surrogate_loop::run(system, base, &network, || bar.inc(1))?;
+    bar.finish_and_clear();
+    print(surrogate_loop::text(&runs))?;
+    Ok(json!(runs))
+}
+
+fn laws_of(study: StudyArg, system: &System, network: &RigNetwork) -> Result<Vec<Law>> {
     Ok(match study {
         StudyArg::Ablation => laws::ablation(),
         StudyArg::IntegralRate => laws::rates(),
         StudyArg::Changes => laws::changes(system, worlds::PARAMETERS, SHIPPED)?,
-        StudyArg::Tried => laws::tried(SHIPPED),
+        StudyArg::Tried => laws::tried(SHIPPED, &network.path),
         StudyArg::Sensors => laws::sensors(SHIPPED),
         _ => laws::rivals(),
     })

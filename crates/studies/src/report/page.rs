@@ -7,7 +7,7 @@ use serde::Serialize;
 const TEMPLATE: &str = include_str!("../../assets/report.html");
 const STYLE: &str = include_str!("../../assets/report.css");
 const THREE: &str = include_str!("../../assets/three/three.min.js");
-const SCRIPTS: [&str; 10] = [
+const SCRIPTS: [&str; 11] = [
     include_str!("../../assets/data.js"),
     include_str!("../../assets/plots.js"),
     include_str!("../../assets/tracking.js"),
@@ -16,6 +16,7 @@ const SCRIPTS: [&str; 10] = [
     include_str!("../../assets/signals.js"),
     include_str!("../../assets/stability.js"),
     include_str!("../../assets/energy.js"),
+    include_str!("../../assets/surrogate.js"),
     include_str!("../../assets/page.js"),
     include_str!("../../assets/animation.js"),
 ];

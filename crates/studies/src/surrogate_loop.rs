@@ -1,0 +1,200 @@
+//! The surrogate in the loop: the machine on rigs with sensors, whose controller reckons with physics, hybrid or network, under the shipped
+//! law and the paper's; how it tracks, what current it requires beside what the motors take, and what each model predicts of current and
+//! efficiency along the way.
+
+use std::path::PathBuf;
+
+use anyhow::{Context, Result};
+use cosim::run::Experiment;
+use cosim::system::System;
+use emla::Surrogate;
+use machine::Machine;
+use rayon::prelude::*;
+use serde::Serialize;
+use surrogate::campaign::rms;
+use surrogate::coupled_run::CoupledRun;
+use surrogate::prediction::{Errors, MODELS, Model, Motion, errors};
+use tempfile::TempDir;
+
+use crate::experiment::over;
+use crate::table::TRAJECTORIES;
+use crate::tracking::Tracking;
+
+/// Laws: name, and what is set for them besides the system's parameter set. The paper's has neither observer nor integral.
+const LAWS: [(&str, &[(&str, f64)]); 2] = [
+    ("shipped", &[]),
+    (
+        "paper's",
+        &[("controller.omega_i", 0.0), ("controller.omega_d", 0.0)],
+    ),
+];
+/// Runs that [`run`] makes.
+pub const RUNS: usize = LAWS.len() * MODELS.len() * TRAJECTORIES.len();
+
+/// The network that was trained on the rig, in a file that FMUs can read as long as this lives.
+pub struct RigNetwork {
+    _folder: TempDir,
+    /// The file.
+    pub path: PathBuf,
+    /// The network.
+    pub network: Surrogate,
+}
+
+impl RigNetwork {
+    /// Write it.
+    pub fn new() -> Result<Self> {
+        let folder = TempDir::new().context("no folder for the rig's network")?;
+        let path = folder.path().join("surrogate_rig.json");
+        std::fs::write(&path, surrogate::RIG_NETWORK)
+            .with_context(|| path.display().to_string())?;
+        let network = Surrogate::from_json(surrogate::RIG_NETWORK).context("the rig's network")?;
+        Ok(Self {
+            _folder: folder,
+            path,
+            network,
+        })
+    }
+
+    /// Physics, hybrid and network.
+    pub fn models(&self) -> [Model; 3] {
+        let p = Machine::reference().emla;
+        MODELS.map(|(_, alpha)| Model::new(p, self.network.clone(), alpha))
+    }
+}
+
+/// One run.
+#[derive(Clone, Debug, Serialize)]
+pub struct Looped {
+    /// Trajectory.
+    pub trajectory: &'static str,
+    /// `shipped` or `paper's`.
+    pub law: &'static str,
+    /// Model that the controller reckons with.
+    pub model: &'static str,
+    /// Root mean square of the tip's known error over the motion, m.
+    pub tip: f64,
+    /// Of the required less the true current of all axes, A.
+    pub current: f64,
+    /// What physics, hybrid and network predict, in this order.
+    pub predicted: [Errors; 3],
+    /// Courses of the lift axis.
+    #[serde(skip)]
+    pub lift: Lift,
+}
+
+/// Courses of the lift axis over the motion.
+#[derive(Clone, Debug, Default)]
+pub struct Lift {
+    /// Times, s, required and true current, A.
+    pub current: [Vec<f64>; 3],
+    /// Windows of 20 ms in which the efficiency is defined: time, s, true efficiency, that of physics, hybrid and network.
+    pub efficiency: Vec<[f64; 5]>,
+}
+
+/// The lift axis among the actuators.
+const LIFT: usize = 1;
+
+/// All runs on the `system` of the real world, in parallel.
+///
+/// # Errors
+/// A run fails, or the system has no rigs.
+pub fn run(
+    system: &System,
+    base: &Experiment,
+    network: &RigNetwork,
+    done: impl Fn() + Sync,
+) -> Result<Vec<Looped>> {
+    let mut trials = Vec::new();
+    for (trajectory, _) in TRAJECTORIES {
+        for law in LAWS {
+            trials.extend(MODELS.map(|model| (trajectory, law, model)));
+        }
+    }
+    type Law = (&'static str, &'static [(&'static str, f64)]);
+    type Share = (&'static str, f64);
+    let one = |(trajectory, (law, values), (model, alpha)): (&'static str, Law, Share)| {
+        let mut settings = vec![
+            system.setting("trajectory", trajectory)?,
+            system.setting("controller.alpha", alpha)?,
+            system.setting("controller.surrogate_file", network.path.display())?,
+        ];
+        for (variable, value) in values {
+            settings.push(system.setting(variable, value)?);
+        }
+        let experiment = over(system, base, settings)?;
+        let looped = looped(system, &experiment, network);
+        done();
+        let (tip, current, predicted, lift) =
+            looped.with_context(|| format!("{trajectory}, {law} law, {model}"))?;
+        Ok(Looped {
+            trajectory,
+            law,
+            model,
+            tip,
+            current,
+            predicted,
+            lift,
+        })
+    };
+    trials.into_par_iter().map(one).collect()
+}
+
+type Found = (f64, f64, [Errors; 3], Lift);
+
+fn looped(system: &System, experiment: &Experiment, network: &RigNetwork) -> Result<Found> {
+    let ports: Result<Vec<_>> = CoupledRun::signals()
+        .iter()
+        .map(|name| system.port(name))
+        .collect();
+    let (tracking, recorded) = Tracking::recorded(system, experiment, &ports?)?;
+    let recording = &recorded.recording;
+    let column = |name: &str| {
+        let column = recording.column(system.port(name)?);
+        column.map(<[f64]>::to_vec)
+    };
+    let run = CoupledRun::new(recording.times.clone(), column)?;
+    let start = recorded.outcome.tip.motion_start;
+    let (p, models) = (Machine::reference().emla, network.models());
+    let windows = run.windows(&p, start);
+    let predicted = [0, 1, 2].map(|k: usize| errors(&models[k], &windows));
+    let efficiency = run.windows_of(LIFT, &p, start).into_iter();
+    let efficiency = efficiency.filter_map(|(t, truth)| {
+        let of = |k: usize| models[k].demand(&Motion::from(&truth)).efficiency;
+        Some([t, truth.efficiency()?, of(0), of(1), of(2)])
+    });
+    let lift = Lift {
+        current: run.currents(LIFT, start).map(<[f64]>::to_vec),
+        efficiency: efficiency.collect(),
+    };
+    let current = rms(run.current_errors(start));
+    Ok((tracking.known.rmse, current, predicted, lift))
+}
+
+/// The runs as a table for people.
+pub fn text(runs: &[Looped]) -> String {
+    let mut text = format!(
+        "{:<12}{:<9}{:<11}{:>9}{:>12}{:>22}{:>22}{:>22}\n",
+        "trajectory",
+        "law",
+        "controller",
+        "tip, mm",
+        "current, A",
+        "physics predicts",
+        "hybrid",
+        "network"
+    );
+    for r in runs {
+        let cell = |e: &Errors| format!("{:.3} A, {:.2} %", e.current[0], 1e2 * e.efficiency[0]);
+        let [physics, hybrid, network] = r.predicted.each_ref().map(cell);
+        text += &format!(
+            "{:<12}{:<9}{:<11}{:>9.3}{:>12.3}{physics:>22}{hybrid:>22}{network:>22}\n",
+            r.trajectory,
+            r.law,
+            r.model,
+            1e3 * r.tip,
+            r.current
+        );
+    }
+    text + "tip: RMSE of the known error over the motion; current: required less true, root mean square; predicted from true force and motion, temperatures known: \
+            errors of current and efficiency, root mean square\n"
+}
