@@ -1,9 +1,8 @@
 //! Random numbers: errors that stay, and the noise of a sample.
 
-use crate::{ACTUATORS, JOINTS};
+use crate::{ACTUATORS, JOINTS, normal};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use rand_distr::{Distribution, StandardNormal};
 use serde::{Deserialize, Serialize};
 
 /// Stream of the seed's generator that noise comes from.
@@ -69,7 +68,7 @@ impl Source {
 
     /// The noise of the next sample.
     pub(crate) fn next(&mut self) -> Noise {
-        let mut normal = || StandardNormal.sample(&mut self.0);
+        let mut normal = || normal::draw(&mut self.0);
         Noise {
             motor: std::array::from_fn(|_| normal()),
             joint: std::array::from_fn(|_| normal()),

@@ -15,6 +15,7 @@ mod current;
 mod drawn;
 mod encoder;
 mod force;
+mod normal;
 mod params;
 mod sample;
 mod speed;
