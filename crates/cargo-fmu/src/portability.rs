@@ -11,7 +11,8 @@ use object::{Object, elf};
 pub const GLIBC: Version = Version(2, 17, 0);
 
 /// Parts of the GNU C library; nothing else may be needed on Linux.
-const LINUX: [&str; 6] = [
+const LINUX: [&str; 7] = [
+    "ld-linux-aarch64.so.1",
     "ld-linux-x86-64.so.2",
     "libc.so.6",
     "libdl.so.2",
@@ -124,7 +125,7 @@ impl Needs {
             }
         }
         let is_there = |name: &&String| match folder {
-            "linux64" => LINUX.contains(&name.as_str()),
+            "linux64" | "aarch64-linux" => LINUX.contains(&name.as_str()),
             "win64" => {
                 let name = name.to_ascii_lowercase();
                 name.starts_with("api-ms-win-") || WINDOWS.contains(&name.as_str())
@@ -167,11 +168,15 @@ fn text(name: &[u8]) -> String {
     String::from_utf8_lossy(name).into_owned()
 }
 
-/// Those of the folders that are named somewhere in a binary.
+/// Those of the folders that are named somewhere in a binary; `/root` is not named by `src/roots.rs`.
 pub fn named<'a>(binary: &[u8], folders: &'a [String]) -> Vec<&'a str> {
+    let continues = |next: &u8| next.is_ascii_alphanumeric() || b"_-".contains(next);
     let is_named = |folder: &&String| {
-        let bytes = folder.as_bytes();
-        !bytes.is_empty() && binary.windows(bytes.len()).any(|w| w == bytes)
+        let length = folder.len();
+        length > 0
+            && binary.windows(length).enumerate().any(|(at, window)| {
+                window == folder.as_bytes() && !binary.get(at + length).is_some_and(continues)
+            })
     };
     folders
         .iter()
@@ -183,6 +188,7 @@ pub fn named<'a>(binary: &[u8], folders: &'a [String]) -> Vec<&'a str> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::path::Path;
 
     fn needs(versions: &[&str], libraries: &[&str]) -> Needs {
         let set = |names: &[&str]| names.iter().map(ToString::to_string).collect();
@@ -251,7 +257,17 @@ mod tests {
         }
         // Made here, since this program holds every literal.
         let absent = format!("/absent/{}", std::process::id());
-        let folders = [absent, file!().to_string()];
-        assert_eq!(named(&program, &folders), [file!()]);
+        let folder = Path::new(file!()).parent().unwrap().to_str().unwrap();
+        let folders = [absent, folder.to_string()];
+        assert_eq!(named(&program, &folders), [folder]);
+    }
+
+    #[test]
+    fn a_folder_is_not_the_start_of_another_name() {
+        let folders = ["/root".to_string()];
+        let is_named = |text: &[u8]| !named(text, &folders).is_empty();
+        assert!(!is_named(b"/registry/num-integer/src/roots.rs"));
+        assert!(!is_named(b"/root-of-all/x"));
+        assert!(is_named(b"x/roots /root/.cargo/registry") && is_named(b"in /root"));
     }
 }
