@@ -39,7 +39,7 @@ enum Linker {
 }
 
 /// All of them.
-pub const TARGETS: [Target; 3] = [
+pub const TARGETS: [Target; 4] = [
     Target {
         platform: platform::LINUX,
         triple: "x86_64-unknown-linux-gnu",
@@ -55,6 +55,11 @@ pub const TARGETS: [Target; 3] = [
         triple: "x86_64-apple-darwin",
         linker: Linker::Zig { libc: "" },
     },
+    Target {
+        platform: platform::LINUX_ARM,
+        triple: "aarch64-unknown-linux-gnu",
+        linker: Linker::Zig { libc: ".2.17" },
+    },
 ];
 
 /// Where tools are looked for before the search path: an environment that a program has made for itself.
@@ -68,7 +73,7 @@ impl Target {
         TARGETS.iter().find(is_it).ok_or_else(|| {
             let names: Vec<_> = TARGETS.iter().map(|t| t.platform.folder).collect();
             anyhow!(
-                "FMI 2.0 has no folder for `{name}`, or none that can be built for here; there are {}",
+                "`{name}` is no platform that can be built for; there are {}",
                 names.join(", ")
             )
         })
@@ -245,13 +250,10 @@ mod tests {
             assert_eq!(Target::named(target.platform.folder).unwrap(), target);
             assert_eq!(Target::named(target.triple).unwrap(), target);
         }
-        let refused = Target::named("aarch64-linux").unwrap_err().to_string();
+        let refused = Target::named("riscv64-linux").unwrap_err().to_string();
         assert!(
-            refused.starts_with("FMI 2.0 has no folder for `aarch64-linux`"),
-            "{refused}"
-        );
-        assert!(
-            refused.ends_with("there are linux64, win64, darwin64"),
+            refused.starts_with("`riscv64-linux` is no platform")
+                && refused.ends_with("there are linux64, win64, darwin64, aarch64-linux"),
             "{refused}"
         );
     }
