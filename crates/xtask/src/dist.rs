@@ -85,6 +85,10 @@ struct Dist {
 pub fn run(workspace: &Workspace, caller: &Path, options: &Options) -> Result<()> {
     let folder = options.out.clone();
     let folder = caller.join(folder.unwrap_or_else(|| workspace.target.join("dist")));
+    ensure!(
+        !options.again || !commit(workspace)?.ends_with("-dirty"),
+        "--again builds what is committed, but there are changes that are not"
+    );
     let mut listing = Listing::default();
     let platforms = platforms(workspace, &options.platforms, &mut listing)?;
     let dist = build(workspace, &platforms, folder, options.without_experiments)?;
@@ -104,7 +108,7 @@ pub fn run(workspace: &Workspace, caller: &Path, options: &Options) -> Result<()
         Ok(())
     };
     let repeated = match options.again {
-        true => again(workspace, &dist, &options.platforms),
+        true => again(workspace, &dist, options),
         false => Ok(()),
     };
     print!("\n{listing}");
@@ -191,7 +195,7 @@ fn build(
         fs::copy(workspace.root.join(licence), to).with_context(|| licence.to_string())?;
     }
     notices(workspace, &dist.targets, packages, &new.join("THIRD-PARTY"))?;
-    fs::write(new.join("README.md"), readme(workspace)?)?;
+    fs::write(new.join("README.md"), readme(&commit(workspace)?))?;
     fs::write(new.join(CHECKSUMS), checksums(&new)?)?;
     clear(&dist.folder)?;
     fs::rename(&new, &dist.folder)?;
@@ -308,6 +312,14 @@ fn files(folder: &Path) -> Result<Vec<PathBuf>> {
     Ok(found)
 }
 
+/// The last part of a path.
+fn file_name(path: &Path) -> String {
+    path.file_name()
+        .unwrap_or_default()
+        .to_string_lossy()
+        .into_owned()
+}
+
 /// Lines of `sha256sum`, in the order of the names.
 fn checksums(folder: &Path) -> Result<String> {
     let mut text = String::new();
@@ -325,16 +337,21 @@ fn checksums(folder: &Path) -> Result<String> {
     Ok(text)
 }
 
-fn readme(workspace: &Workspace) -> Result<String> {
+/// The commit that is built, `-dirty` where files differ from it.
+fn commit(workspace: &Workspace) -> Result<String> {
     let mut git = workspace.command("git");
     let commit = output(git.args(["describe", "--always", "--dirty", "--abbrev=40"]));
     let commit = commit.context("the commit that the README names")?;
-    let text = README.replace("{commit}", commit.trim());
-    Ok(text.replace("{version}", env!("CARGO_PKG_VERSION")))
+    Ok(commit.trim().to_string())
+}
+
+fn readme(commit: &str) -> String {
+    let text = README.replace("{commit}", commit);
+    text.replace("{version}", env!("CARGO_PKG_VERSION"))
 }
 
 /// Build the committed source in another folder with a target directory of its own, and compare the checksums.
-fn again(workspace: &Workspace, first: &Dist, platforms: &[String]) -> Result<()> {
+fn again(workspace: &Workspace, first: &Dist, options: &Options) -> Result<()> {
     let place = std::env::temp_dir().join(format!("hdrm-dist-{}", std::process::id()));
     let mut clone = Command::new("git");
     clone
@@ -346,7 +363,12 @@ fn again(workspace: &Workspace, first: &Dist, platforms: &[String]) -> Result<()
     let mut command = Command::new("cargo");
     command.current_dir(&place).env_remove("CARGO_TARGET_DIR");
     command.args(["xtask", "dist"]);
-    command.args(platforms.iter().flat_map(|p| ["--platform", p]));
+    for target in &first.targets {
+        command.args(["--platform", target.platform.folder]);
+    }
+    if options.without_experiments {
+        command.arg("--without-experiments");
+    }
     let built = execute(&mut command);
     let compared = built.and_then(|()| {
         let read = |folder: &Path| fs::read_to_string(folder.join(CHECKSUMS));

@@ -38,13 +38,13 @@ pub fn provide(workspace: &Workspace) -> Result<Vec<(String, String)>> {
 /// Build the master for any system of FMUs in release mode; its path.
 pub fn build_cosim(workspace: &Workspace) -> Result<PathBuf> {
     let environment = provide(workspace)?;
-    workspace.build_program("cosim", "cosim", &environment)
+    workspace.build_program("cosim", &environment)
 }
 
 /// Build the program of the manipulator's experiments in release mode; its path.
 pub fn build_hdrm_fmu(workspace: &Workspace) -> Result<PathBuf> {
     let environment = provide(workspace)?;
-    workspace.build_program("studies", "hdrm-fmu", &environment)
+    workspace.build_program("hdrm-fmu", &environment)
 }
 
 fn remember(workspace: &Workspace, variables: &[(String, String)]) -> Result<()> {

@@ -64,9 +64,7 @@ fn checks(workspace: &Workspace, phases: &Phases) -> Result<()> {
     phases.run("build programs", || {
         libclang::build_cosim(workspace)?;
         libclang::build_hdrm_fmu(workspace)?;
-        workspace
-            .build_program("cargo-fmu", "cargo-fmu", &[])
-            .map(drop)
+        workspace.build_program("cargo-fmu", &[]).map(drop)
     })?;
     let counts = || {
         phases.run("instruction counts", || {

@@ -172,7 +172,7 @@ impl<'a> Driver<'a> {
     fn build(workspace: &'a Workspace, fmus: Vec<PathBuf>) -> Result<Self> {
         Ok(Self {
             workspace,
-            program: workspace.build_program("torture", "torture", &[])?,
+            program: workspace.build_program("torture", &[])?,
             fmus,
         })
     }

@@ -87,18 +87,13 @@ impl Workspace {
         Ok(built.into_iter().map(|(library, _)| library).collect())
     }
 
-    /// Build a program.
-    pub fn build_program(
-        &self,
-        package: &str,
-        name: &str,
-        environment: &[(String, String)],
-    ) -> Result<PathBuf> {
-        let target = ["--package", package, "--bin", name];
+    /// Build a program, from the crates that the tests of the whole workspace are built from: with the same features.
+    pub fn build_program(&self, name: &str, environment: &[(String, String)]) -> Result<PathBuf> {
+        let target = ["--workspace", "--bin", name];
         let mut built = self.build("release", &target, environment)?;
         built
             .remove(name)
-            .with_context(|| format!("`{package}` has no program `{name}`"))
+            .with_context(|| format!("there is no program `{name}`"))
     }
 }
 

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, ensure};
 use cargo_fmu::process::{execute, output};
 
 use super::listing::Listing;
@@ -15,8 +15,8 @@ use crate::workspace::Workspace;
 
 /// Random calls under Wine.
 const CALLS: &str = "100000";
-/// The system that is run: five FMUs over the cubic trajectory.
-const SYSTEM: &str = "Manipulator.ssp";
+/// The system of the table of experiments.
+const MANIPULATOR: &str = "Manipulator.ssp";
 const LINUX: &str = "linux64";
 const WINDOWS: &str = "win64";
 
@@ -24,10 +24,18 @@ const WINDOWS: &str = "win64";
 pub fn run(workspace: &Workspace, dist: &Dist, listing: &mut Listing) -> Result<()> {
     let folder = workspace.target.join("dist-check");
     fs::create_dir_all(&folder)?;
-    let runs = Runs { dist, folder };
+    let runs = Runs {
+        dist,
+        folder,
+        systems: dist.archives("ssp")?,
+        fmus: dist.archives("fmu")?,
+    };
     for target in &dist.targets {
         match target.platform.folder {
-            LINUX => runs.linux(listing)?,
+            LINUX => {
+                runs.linux(listing)?;
+                runs.promises(workspace, listing)?;
+            }
             WINDOWS => runs.windows(listing)?,
             other => listing.not_run(other, "there is no machine of this kind here"),
         }
@@ -38,18 +46,17 @@ pub fn run(workspace: &Workspace, dist: &Dist, listing: &mut Listing) -> Result<
 struct Runs<'a> {
     dist: &'a Dist,
     folder: PathBuf,
+    systems: Vec<PathBuf>,
+    fmus: Vec<PathBuf>,
 }
 
 impl Runs<'_> {
     fn linux(&self, listing: &mut Listing) -> Result<()> {
-        let here = self.cubic(self.native(LINUX, "cosim")?, "linux64")?;
-        listing.run(
-            LINUX,
-            &format!(
-                "five FMUs in `cosim` on this machine: {} lines",
-                here.lines().count()
-            ),
-        );
+        for system in &self.systems {
+            let lines = self.cosim(self.native("cosim")?, system, LINUX)?;
+            let text = format!("{} in `cosim` on this machine: {lines} lines", name(system));
+            listing.run(LINUX, &text);
+        }
         let userland = match Userland::provide(&self.folder) {
             Ok(userland) => userland,
             Err(why) => {
@@ -57,18 +64,32 @@ impl Runs<'_> {
                 return Ok(());
             }
         };
-        let mut command = userland.command(&self.dist.folder, "linux64/cosim")?;
-        let (system, csv) = (format!("/dist/{SYSTEM}"), "/tmp/linux64.csv");
-        execute(command.args(arguments(Path::new(&system), Path::new(csv))))?;
-        let there = fs::read_to_string(userland.file(csv))?;
-        let numbers = exact::same(&here, &there).with_context(|| userland.name.clone())?;
-        listing.run(
-            LINUX,
-            &format!(
-                "the same in {}: {numbers} numbers equal in every digit",
+        userland.copy(&self.dist.folder)?;
+        for system in &self.systems {
+            let csv = self.csv(system, "debian");
+            let inside = Path::new("/dist").join(name(system));
+            let mut cosim = userland.command("/dist/linux64/cosim");
+            execute(cosim.args(arguments(&inside, Path::new("/tmp/run.csv"))))?;
+            fs::copy(userland.file("tmp/run.csv"), &csv)?;
+            let numbers = self.equal(system, "debian")?;
+            let text = format!(
+                "{} in {}: {numbers} numbers equal in every digit",
+                name(system),
                 userland.name
-            ),
-        );
+            );
+            listing.run(LINUX, &text);
+        }
+        Ok(())
+    }
+
+    /// What importers rely on, with the library for Linux.
+    fn promises(&self, workspace: &Workspace, listing: &mut Listing) -> Result<()> {
+        let program = workspace.build_program("cargo-fmu", &[])?;
+        let mut check = Command::new(program);
+        execute(check.args(["fmu", "check", "--strict"]).args(&self.fmus))?;
+        let count = self.fmus.len();
+        let text = format!("`cargo fmu check --strict` of {count} FMUs: no failure, no remark");
+        listing.run(LINUX, &text);
         Ok(())
     }
 
@@ -78,114 +99,82 @@ impl Runs<'_> {
             return Ok(());
         };
         wine.prepare()?;
-        let program =
-            |name: &str| Ok::<_, anyhow::Error>(wine.command(self.program(WINDOWS, name)?));
-        let there = self.cubic(program("cosim")?, "win64")?;
-        listing.run(
-            WINDOWS,
-            &format!(
-                "five FMUs in `cosim.exe` under Wine: {} lines",
-                there.lines().count()
-            ),
-        );
+        let program = |name: &str| Ok(wine.command(self.program(WINDOWS, name)?));
+        for system in &self.systems {
+            let lines = self.cosim(program("cosim")?, system, WINDOWS)?;
+            let text = format!("{} in `cosim.exe` under Wine: {lines} lines", name(system));
+            listing.run(WINDOWS, &text);
+        }
         let mut calls = program("torture")?;
-        calls
-            .args(["calls", "--calls", CALLS])
-            .args(self.dist.archives("fmu")?);
+        calls.args(["calls", "--calls", CALLS]).args(&self.fmus);
         execute(&mut calls)?;
         listing.run(
             WINDOWS,
             &format!("{CALLS} random calls under Wine: all as the standard says"),
         );
-        if self
-            .dist
-            .programs
-            .contains_key(&(LINUX, "cosim".to_string()))
-        {
-            self.compare(program, &there, listing)?;
-        } else {
-            listing.not_run(WINDOWS, "comparison with Linux, which was not built");
+        match self.has(LINUX, "cosim") {
+            true => self.compare(program, listing)?,
+            false => listing.not_run(WINDOWS, "comparison with Linux, which was not built"),
         }
         Ok(())
     }
 
-    /// Linux and Windows: numbers of a run, the table of experiments, and states that one saves and the other continues.
-    fn compare(
-        &self,
-        wine: impl Fn(&str) -> Result<Command>,
-        there: &str,
-        listing: &mut Listing,
-    ) -> Result<()> {
-        let here = fs::read_to_string(self.folder.join("linux64.csv"))?;
-        let numbers = exact::same(&here, there).context("under Wine and on Linux")?;
-        listing.run(
-            WINDOWS,
-            &format!("{numbers} numbers of that run equal those on Linux in every digit"),
-        );
-        match self
-            .dist
-            .programs
-            .contains_key(&(LINUX, "hdrm-fmu".to_string()))
-        {
-            true => self.table(&wine, listing)?,
+    /// Linux and Windows: numbers of the runs, the table of experiments, and states that one saves and the other continues.
+    fn compare(&self, wine: impl Fn(&str) -> Result<Command>, listing: &mut Listing) -> Result<()> {
+        for system in &self.systems {
+            let numbers = self.equal(system, WINDOWS)?;
+            let text = format!(
+                "{}: {numbers} numbers equal those on Linux in every digit",
+                name(system)
+            );
+            listing.run(WINDOWS, &text);
+        }
+        match self.has(LINUX, "hdrm-fmu") {
+            true => self.table(wine("hdrm-fmu")?, listing)?,
             false => listing.not_run(WINDOWS, "`hdrm-fmu.exe table`: it was left out"),
         }
         let torture = |platform| match platform {
-            LINUX => self.native(LINUX, "torture"),
+            LINUX => self.native("torture"),
             _ => wine("torture"),
         };
         for (from, to) in [(LINUX, WINDOWS), (WINDOWS, LINUX)] {
             let place = self.folder.join(format!("states-{from}"));
             fs::create_dir_all(&place)?;
-            let fmus = self.dist.archives("fmu")?;
-            execute(
-                torture(from)?
-                    .arg("save")
-                    .arg("--to")
-                    .arg(&place)
-                    .args(&fmus),
-            )?;
-            execute(
-                torture(to)?
-                    .arg("continue")
-                    .arg("--from")
-                    .arg(&place)
-                    .args(&fmus),
-            )?;
-            listing.run(
-                to,
-                &format!(
-                    "states of {} FMUs saved by {from} continue bit for bit",
-                    fmus.len()
-                ),
-            );
+            let mut save = torture(from)?;
+            execute(save.arg("save").arg("--to").arg(&place).args(&self.fmus))?;
+            let mut continued = torture(to)?;
+            continued.arg("continue").arg("--from").arg(&place);
+            execute(continued.args(&self.fmus))?;
+            let count = self.fmus.len();
+            let text = format!("states of {count} FMUs saved by {from} continue bit for bit");
+            listing.run(to, &text);
         }
         Ok(())
     }
 
     /// The table of experiments.
-    fn table(&self, wine: impl Fn(&str) -> Result<Command>, listing: &mut Listing) -> Result<()> {
+    fn table(&self, there: Command, listing: &mut Listing) -> Result<()> {
         let table = |mut command: Command| {
-            let system = self.dist.folder.join(SYSTEM);
+            let system = self.dist.folder.join(MANIPULATOR);
             let text = output(command.args(["table", "--system"]).arg(system))?;
             // All but what it says about the time that it took.
             let rows = text.lines().filter(|line| line.contains('|'));
             Ok::<_, anyhow::Error>(rows.collect::<Vec<_>>().join("\n"))
         };
-        let rows = table(self.native(LINUX, "hdrm-fmu")?)?;
-        let equal = rows == table(wine("hdrm-fmu")?)?;
-        anyhow::ensure!(
-            equal && rows.lines().count() > 10,
+        let rows = table(self.native("hdrm-fmu")?)?;
+        let count = rows.lines().count();
+        ensure!(
+            rows == table(there)? && count > 10,
             "`hdrm-fmu.exe table` differs from that on Linux:\n{rows}"
         );
-        listing.run(
-            WINDOWS,
-            &format!(
-                "`hdrm-fmu.exe table` prints the {} lines of Linux",
-                rows.lines().count()
-            ),
-        );
+        let text = format!("`hdrm-fmu.exe table` prints the {count} lines of Linux");
+        listing.run(WINDOWS, &text);
         Ok(())
+    }
+
+    fn has(&self, platform: &'static str, name: &str) -> bool {
+        let key = (platform, name.to_string());
+        self.dist.programs.contains_key(&key)
     }
 
     fn program(&self, platform: &'static str, name: &str) -> Result<&Path> {
@@ -194,22 +183,42 @@ impl Runs<'_> {
         Ok(path)
     }
 
-    fn native(&self, platform: &'static str, name: &str) -> Result<Command> {
-        Ok(Command::new(self.program(platform, name)?))
+    fn native(&self, name: &str) -> Result<Command> {
+        Ok(Command::new(self.program(LINUX, name)?))
     }
 
-    /// The cubic trajectory with all outputs: its CSV.
-    fn cubic(&self, mut cosim: Command, name: &str) -> Result<String> {
-        let csv = self.folder.join(name).with_extension("csv");
-        execute(cosim.args(arguments(&self.dist.folder.join(SYSTEM), &csv)))?;
-        fs::read_to_string(&csv).with_context(|| csv.display().to_string())
+    /// A system over its default experiment, with all outputs; the lines of the table that it writes.
+    fn cosim(&self, mut cosim: Command, system: &Path, place: &str) -> Result<usize> {
+        let csv = self.csv(system, place);
+        execute(cosim.args(arguments(system, &csv)))?;
+        Ok(read(&csv)?.lines().count())
+    }
+
+    /// Where that table lies.
+    fn csv(&self, system: &Path, place: &str) -> PathBuf {
+        let name = name(system);
+        self.folder.join(format!("{name}.{place}.csv"))
+    }
+
+    /// Numbers of that table, which must be those of the run on this machine.
+    fn equal(&self, system: &Path, place: &str) -> Result<usize> {
+        let [here, there] = [LINUX, place].map(|place| read(&self.csv(system, place)));
+        exact::same(&here?, &there?)
+            .with_context(|| format!("{}: {LINUX} and {place}", name(system)))
     }
 }
 
+fn read(path: &Path) -> Result<String> {
+    fs::read_to_string(path).with_context(|| path.display().to_string())
+}
+
+fn name(path: &Path) -> String {
+    super::file_name(path)
+}
+
 fn arguments(system: &Path, csv: &Path) -> Vec<PathBuf> {
-    let words = ["run", "--system", "", "--csv", "", "--signals", "*"].map(PathBuf::from);
+    let words = ["run", "--quiet", "--signals", "*", "--system"].map(PathBuf::from);
     let mut words = Vec::from(words);
-    words[2] = system.to_path_buf();
-    words[4] = csv.to_path_buf();
+    words.extend([system.to_path_buf(), "--csv".into(), csv.to_path_buf()]);
     words
 }

@@ -3,13 +3,12 @@
 use std::collections::BTreeMap;
 use std::fmt;
 use std::fs;
-use std::path::Path;
 
 use anyhow::{Context, Result, ensure};
 use cargo_fmu::archive;
 use cargo_fmu::portability::Needs;
 
-use super::Dist;
+use super::{Dist, file_name};
 
 /// The lines so far, by platform folder.
 #[derive(Default)]
@@ -84,13 +83,6 @@ impl Listing {
         self.add(platform, "built", &text);
         Ok(())
     }
-}
-
-fn file_name(path: &Path) -> String {
-    path.file_name()
-        .unwrap_or_default()
-        .to_string_lossy()
-        .into_owned()
 }
 
 impl fmt::Display for Listing {

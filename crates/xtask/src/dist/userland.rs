@@ -11,6 +11,9 @@ use cargo_fmu::target::Tools;
 /// Debian 11 of 2021. Those before it have left the servers.
 const RELEASE: &str = "bullseye";
 
+/// The system's folder is `$0`, the command that runs in it `$@`.
+const INSIDE: &str = r#"mount -t proc proc "$0/proc" && exec chroot "$0" "$@""#;
+
 /// An unpacked system.
 pub struct Userland {
     root: PathBuf,
@@ -36,17 +39,18 @@ impl Userland {
                 fs::remove_dir_all(&new)?;
             }
             let mut command = Command::new(debootstrap);
-            command.args(["--variant=minbase", RELEASE]).arg(&new);
+            // Unpacked is enough: no package has to be set up.
+            command.args(["--foreign", "--variant=minbase", RELEASE]);
+            command.arg(&new);
             let log = fs::File::create(folder.join("debootstrap.log"))?;
             execute(command.stdout(log))?;
             fs::rename(&new, &root)?;
         }
-        let processes = root.join("proc");
-        if !processes.join("self").exists() {
-            let mut mount = Command::new("mount");
-            execute(mount.args(["-t", "proc", "proc"]).arg(&processes))?;
-        }
-        let version = output(Command::new("chroot").arg(&root).args(["ldd", "--version"]))?;
+        let userland = Self {
+            root,
+            name: RELEASE.to_string(),
+        };
+        let version = output(userland.command("ldd").arg("--version"))?;
         let version = version
             .lines()
             .next()
@@ -54,11 +58,11 @@ impl Userland {
             .rsplit(' ')
             .next();
         let name = format!("Debian {RELEASE}, glibc {}", version.unwrap_or_default());
-        Ok(Self { root, name })
+        Ok(Self { name, ..userland })
     }
 
-    /// A command in it, which finds a copy of `files` in its folder `/dist`.
-    pub fn command(&self, files: &Path, program: &str) -> Result<Command> {
+    /// Put files into its folder `/dist`.
+    pub fn copy(&self, files: &Path) -> Result<()> {
         let inside = self.root.join("dist");
         if inside.exists() {
             fs::remove_dir_all(&inside)?;
@@ -68,15 +72,19 @@ impl Userland {
             fs::create_dir_all(to.parent().unwrap_or(&inside))?;
             fs::copy(&path, &to).with_context(|| to.display().to_string())?;
         }
-        let mut command = Command::new("chroot");
-        command
-            .arg(&self.root)
-            .arg(Path::new("/dist").join(program));
-        Ok(command)
+        Ok(())
     }
 
-    /// A file in it.
+    /// A program that runs in it. What shows processes is mounted for this command alone, so that nothing stays mounted after it.
+    pub fn command(&self, program: &str) -> Command {
+        let mut command = Command::new("unshare");
+        command.args(["--mount", "sh", "-c", INSIDE]);
+        command.arg(&self.root).arg(program);
+        command
+    }
+
+    /// A file in it, by its path from the system's root.
     pub fn file(&self, path: &str) -> PathBuf {
-        self.root.join(path.trim_start_matches('/'))
+        self.root.join(path)
     }
 }
