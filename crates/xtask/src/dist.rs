@@ -14,7 +14,7 @@ use std::process::Command;
 
 use anyhow::{Context, Result, bail, ensure};
 use cargo_fmu::notices::Notices;
-use cargo_fmu::pack::Platforms;
+use cargo_fmu::pack::{FMI3_FOLDER, Platforms};
 use cargo_fmu::process::{execute, output};
 use cargo_fmu::target::{TARGETS, Target, Tools, ZIG};
 use cargo_fmu::workspace::artifacts;
@@ -30,7 +30,7 @@ use listing::Listing;
 /// Options of `cargo xtask dist`.
 #[derive(Args)]
 pub struct Options {
-    /// Platform to build for, repeatable: linux64, win64, darwin64 [default: linux64, win64, and darwin64 where it can be built]
+    /// Platform to build for, repeatable: linux64, win64, aarch64-linux, darwin64 [default: all, darwin64 where it can be built]
     #[arg(long = "platform", value_name = "PLATFORM")]
     platforms: Vec<String>,
     /// Folder for the result, which is replaced [default: dist/ in the cargo target directory]
@@ -155,7 +155,6 @@ fn platforms(workspace: &Workspace, names: &[String], listing: &mut Listing) -> 
             listing.not_built(target.platform.folder, "it was not asked for");
         }
     }
-    listing.not_built("aarch64-linux", "FMI 2.0 has no folder for it");
     platforms.tools = tools;
     Ok(platforms)
 }
@@ -183,8 +182,14 @@ fn build(
         programs: BTreeMap::new(),
     };
     for target in &platforms.targets {
-        // The master binds to a C library through headers, which macOS has in its SDK only.
-        if target.platform.folder != "darwin64" {
+        let packages = match target.platform.folder {
+            // The master binds to a C library through headers, which macOS has in its SDK only.
+            "darwin64" => &[],
+            // The others need FMUs of FMI 2.0.
+            "aarch64-linux" => &packages[..1],
+            _ => packages,
+        };
+        if !packages.is_empty() {
             let mut command = target.build(&workspace.cargo, &platforms.tools)?;
             command.args(packages.iter().flat_map(|name| ["--package", name]));
             dist.build_programs(workspace, target, command, &new)?;
@@ -276,12 +281,19 @@ impl Dist {
         Ok(())
     }
 
-    /// Files in the folder with this suffix, by name.
-    fn archives(&self, suffix: &str) -> Result<Vec<PathBuf>> {
-        let all = files(&self.folder)?.into_iter();
-        Ok(all
-            .filter(|p| p.extension().is_some_and(|e| e == suffix))
-            .collect())
+    /// The FMUs of FMI 2.0.
+    fn fmus(&self) -> Result<Vec<PathBuf>> {
+        archives(&self.folder, "fmu")
+    }
+
+    /// Those of FMI 3.0.
+    fn fmus_3(&self) -> Result<Vec<PathBuf>> {
+        archives(&self.folder.join(FMI3_FOLDER), "fmu")
+    }
+
+    /// The systems.
+    fn systems(&self) -> Result<Vec<PathBuf>> {
+        archives(&self.folder, "ssp")
     }
 }
 
@@ -296,6 +308,16 @@ fn bindgen_arguments(workspace: &Workspace, triple: &str) -> Result<(String, Str
     let arguments = folders.map(|folder| format!("-isystem {folder}"));
     let name = format!("BINDGEN_EXTRA_CLANG_ARGS_{triple}");
     Ok((name, arguments.join(" ")))
+}
+
+/// Files in a folder with this suffix, by name.
+fn archives(folder: &Path, suffix: &str) -> Result<Vec<PathBuf>> {
+    let mut all = files(folder)?;
+    let is_one = |path: &PathBuf| {
+        path.parent() == Some(folder) && path.extension().is_some_and(|e| e == suffix)
+    };
+    all.retain(is_one);
+    Ok(all)
 }
 
 /// All files below a folder, by name.

@@ -6,6 +6,7 @@ use std::process::Command;
 
 use anyhow::{Context, Result, ensure};
 use cargo_fmu::process::{execute, output};
+use cargo_fmu::target::Tools;
 
 use super::listing::Listing;
 use super::userland::Userland;
@@ -19,6 +20,12 @@ const CALLS: &str = "100000";
 const MANIPULATOR: &str = "Manipulator.ssp";
 const LINUX: &str = "linux64";
 const WINDOWS: &str = "win64";
+const ARM: &str = "aarch64-linux";
+/// Debian's package `libc6-arm64-cross`: the C library of that platform.
+const ARM_SYSTEM: &str = "/usr/aarch64-linux-gnu";
+/// Numbers of ARM may differ from those of x86-64 by this part of the largest value of their signal: vector instructions of other widths
+/// add the products of the surrogate network in another order.
+const ARM_TOLERANCE: f64 = 1e-9;
 
 /// Run what can be run here; what cannot is listed.
 pub fn run(workspace: &Workspace, dist: &Dist, listing: &mut Listing) -> Result<()> {
@@ -27,8 +34,8 @@ pub fn run(workspace: &Workspace, dist: &Dist, listing: &mut Listing) -> Result<
     let runs = Runs {
         dist,
         folder,
-        systems: dist.archives("ssp")?,
-        fmus: dist.archives("fmu")?,
+        systems: dist.systems()?,
+        fmus: dist.fmus()?,
     };
     for target in &dist.targets {
         match target.platform.folder {
@@ -37,6 +44,7 @@ pub fn run(workspace: &Workspace, dist: &Dist, listing: &mut Listing) -> Result<
                 runs.promises(workspace, listing)?;
             }
             WINDOWS => runs.windows(listing)?,
+            ARM => runs.arm(listing)?,
             other => listing.not_run(other, "there is no machine of this kind here"),
         }
     }
@@ -115,6 +123,41 @@ impl Runs<'_> {
         match self.has(LINUX, "cosim") {
             true => self.compare(program, listing)?,
             false => listing.not_run(WINDOWS, "comparison with Linux, which was not built"),
+        }
+        Ok(())
+    }
+
+    /// FMUs of FMI 3.0 on ARM, whose instructions QEMU carries out.
+    fn arm(&self, listing: &mut Listing) -> Result<()> {
+        let qemu = Tools::default().find("qemu-aarch64");
+        let (Some(qemu), true) = (qemu, Path::new(ARM_SYSTEM).is_dir()) else {
+            let why =
+                "there is no QEMU with a system: `apt-get install qemu-user libc6-arm64-cross`";
+            listing.not_run(ARM, why);
+            return Ok(());
+        };
+        let system = &self.dist.folder.join(MANIPULATOR);
+        let csv = self.csv(system, ARM);
+        let mut cosim = Command::new(qemu);
+        cosim.args(["-L", ARM_SYSTEM]);
+        cosim.arg(self.program(ARM, "cosim")?);
+        cosim.args(arguments(system, &csv));
+        cosim
+            .args(["--fmi", "3", "--fmu-dir"])
+            .arg(&self.dist.folder);
+        execute(&mut cosim)?;
+        let there = read(&csv)?;
+        let lines = there.lines().count();
+        let text = format!("{MANIPULATOR} by FMI 3.0 in `cosim` under QEMU: {lines} lines");
+        listing.run(ARM, &text);
+        if self.has(LINUX, "cosim") {
+            let here = read(&self.csv(system, LINUX))?;
+            let (numbers, worst) = exact::close(&here, &there, ARM_TOLERANCE)
+                .with_context(|| format!("{LINUX} by FMI 2.0 and {ARM} by FMI 3.0"))?;
+            let text = format!(
+                "{numbers} numbers of that run differ from those on {LINUX} by FMI 2.0 by at most {worst:.0e} of the signal's largest value"
+            );
+            listing.run(ARM, &text);
         }
         Ok(())
     }

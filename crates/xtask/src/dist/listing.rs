@@ -3,9 +3,12 @@
 use std::collections::BTreeMap;
 use std::fmt;
 use std::fs;
+use std::path::Path;
 
 use anyhow::{Context, Result, ensure};
-use cargo_fmu::archive;
+use cargo_fmu::archive::{self, Entries};
+use cargo_fmu::pack::FMI3_FOLDER;
+use cargo_fmu::platform::Platform;
 use cargo_fmu::portability::Needs;
 
 use super::{Dist, file_name};
@@ -37,15 +40,13 @@ impl Listing {
 
     /// Every library and program in the folder, by what its own headers say.
     pub fn built(&mut self, dist: &Dist) -> Result<()> {
-        for fmu in dist.archives("fmu")? {
+        for fmu in dist.fmus_3()? {
             let entries = archive::read(&fmu)?;
             for target in &dist.targets {
-                let folder = target.platform.folder;
-                let inside = format!("binaries/{folder}/");
-                let library = entries.iter().find(|(name, _)| name.starts_with(&inside));
-                let library = library.map(|(_, bytes)| bytes);
-                let library =
-                    library.with_context(|| format!("{} in {}", inside, fmu.display()))?;
+                let Platform {
+                    folder, folder_3, ..
+                } = target.platform;
+                let library = library(&entries, folder_3, &fmu)?;
                 self.binary(folder, &file_name(&fmu), library)?;
                 let needs = Needs::of(library)?;
                 ensure!(
@@ -57,12 +58,29 @@ impl Listing {
                 );
             }
         }
+        for fmu in dist.fmus()? {
+            let other = dist.folder.join(FMI3_FOLDER).join(file_name(&fmu));
+            let (entries, entries_3) = (archive::read(&fmu)?, archive::read(&other)?);
+            for platform in dist.targets.iter().map(|target| target.platform) {
+                if platform.is_in_fmi2() {
+                    let [a, b] = [
+                        library(&entries, platform.folder, &fmu)?,
+                        library(&entries_3, platform.folder_3, &other)?,
+                    ];
+                    ensure!(
+                        a == b,
+                        "{}: not the library of FMI 3.0's archive",
+                        fmu.display()
+                    );
+                }
+            }
+        }
         for ((folder, _), path) in &dist.programs {
             if path.starts_with(&dist.folder) {
                 self.binary(folder, &file_name(path), &fs::read(path)?)?;
             }
         }
-        for ssp in dist.archives("ssp")? {
+        for ssp in dist.systems()? {
             let size = fs::metadata(&ssp)?.len() / 1000;
             let text = format!("{:<16} {size:>6} kB", file_name(&ssp));
             self.add("all", "built", &text);
@@ -83,6 +101,14 @@ impl Listing {
         self.add(platform, "built", &text);
         Ok(())
     }
+}
+
+/// The library in a folder of an FMU.
+fn library<'a>(entries: &'a Entries, folder: &str, fmu: &Path) -> Result<&'a [u8]> {
+    let inside = format!("binaries/{folder}/");
+    let library = entries.iter().find(|(name, _)| name.starts_with(&inside));
+    let library = library.with_context(|| format!("{inside} in {}", fmu.display()))?;
+    Ok(library.1)
 }
 
 impl fmt::Display for Listing {
