@@ -43,8 +43,8 @@ enum Command {
         /// Example with crate type cdylib to pack, repeatable
         #[arg(long = "example", value_name = "EXAMPLE")]
         examples: Vec<String>,
-        /// Platform to pack for, repeatable: linux64, win64 or darwin64, each for any machine of its kind [default: this machine, built
-        /// the fast way]
+        /// Platform to pack for, repeatable: linux64, win64, darwin64 or (FMI 3.0) aarch64-linux, each for any machine of its kind
+        /// [default: this machine, built the fast way]
         #[arg(long = "target", value_name = "PLATFORM")]
         targets: Vec<String>,
         /// Folder for the packed files [default: fmu/ in the target directory]

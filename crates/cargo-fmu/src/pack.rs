@@ -80,6 +80,11 @@ pub fn fmus(
         "no package here makes an FMU: it needs crate-type = [\"cdylib\"] in [lib] and fmu-export among its dependencies"
     );
     let Platforms { targets, tools } = platforms;
+    ensure!(
+        targets.is_empty() || targets.iter().any(|t| t.platform.is_in_fmi2()),
+        "FMI 2.0 has no folder for {}; name another platform beside it",
+        targets[0].platform.folder
+    );
     let is_host = |t: &&&Target| platform::host().is_ok_and(|host| t.platform == host);
     // What is packed, for each source one a platform; and what this machine can load to ask for the other files.
     let mut libraries = vec![Vec::new(); sources.len()];
