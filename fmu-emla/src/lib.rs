@@ -7,7 +7,7 @@
 mod rod;
 mod table;
 
-use emla::{Drive, Emla, Output, State, Surrogate};
+use emla::{Drive, Electric, Emla, Output, State, Surrogate};
 use fmu_export::{Info, InputPolynomial, Model, ModelError, StepEnd, Variable};
 use machine::{EmlaFields, Machine};
 use rod::Rod;
@@ -73,6 +73,10 @@ pub struct Parameters {
     alpha: f64,
     /// Communication steps by which the force acts late.
     delay: i32,
+    /// What the electrical side does beyond the paper.
+    electric: Electric,
+    /// Temperatures of winding and housing at the start, K.
+    T_start: [f64; 2],
     /// The machine's section `emla`.
     of_machine: EmlaFields,
     /// File the machine came from; empty: the embedded reference machine.
@@ -89,6 +93,8 @@ impl Parameters {
             drive: table::DRIVE_MOTION,
             alpha: 0.0,
             delay: 0,
+            electric: Electric::default(),
+            T_start: [table::ROOM; 2],
             of_machine: EmlaFields::new(Machine::reference().emla),
             machine_file: String::new(),
             surrogate: Surrogate::reference(),
@@ -104,8 +110,19 @@ impl Parameters {
         };
         Ok(Emla::new(p, drive)?
             .with_surrogate(self.surrogate.clone(), self.alpha)
+            .with_electric(self.electric)
             .with_delay(u32::try_from(self.delay)?))
     }
+}
+
+/// What to tell when the drive trips at time `t`, s.
+fn tripped(emla: &Emla, u: &emla::Input, t: f64) -> String {
+    format!(
+        "t = {t} s: `v_dc` = {} V is below `undervoltage` = {} V: the drive has tripped, its gates are off and its brake is applied; it \
+         works again after `enable` was false with the voltage back",
+        emla.link_voltage(u),
+        emla.electric().undervoltage
+    )
 }
 
 impl Model for EmlaFmu {
@@ -124,6 +141,7 @@ impl Model for EmlaFmu {
         let input = Input {
             u: emla::Input {
                 x: table::X_START,
+                T_ambient: table::ROOM,
                 ..emla::Input::default()
             },
             v_dc: parameters.of_machine.inverter.v_dc,
@@ -132,16 +150,18 @@ impl Model for EmlaFmu {
         (parameters, input)
     }
 
-    fn initialize(p: &Parameters, u: &Input, _t: f64) -> Result<Self, ModelError> {
+    fn initialize(p: &Parameters, u: &Input, t: f64) -> Result<Self, ModelError> {
         let emla = p.actuator()?;
         let rod = Rod::at(u);
-        let state = emla.start(&rod.input(u))?;
+        let u = rod.input(u);
+        let state = emla.start_at(&u, p.T_start)?;
+        let warning = state.tripped.then(|| tripped(&emla, &u, t));
         Ok(Self {
             emla,
             state,
             rod,
             told: false,
-            warning: None,
+            warning,
         })
     }
 
@@ -164,6 +184,10 @@ impl Model for EmlaFmu {
     ) -> Result<StepEnd, ModelError> {
         let course = self.rod.course(u);
         let state = self.emla.step(&self.state, |s| course.at(s), t, h)?;
+        if state.tripped && !self.state.tripped {
+            let u = self.rod.input(u.value());
+            self.warning = Some(tripped(&self.emla, &u, t));
+        }
         if self.emla.drive() == Drive::Motion {
             self.rod = course.end(h)?; // with a free rod `x` counts at the start only
         }

@@ -1,7 +1,8 @@
 //! Equations of motion: from state and inputs to everything that holds at one instant, and the rates.
 
+use crate::heat::{Kinds, Thermal};
+use crate::held::{Brake, Held};
 use crate::input::Input;
-use crate::link::Link;
 use crate::losses::Losses;
 use crate::maps;
 use crate::motor::{self, Dq};
@@ -36,6 +37,12 @@ pub struct State {
     pub lead: f64,
     /// Energies since the start.
     pub energy: Energy,
+    /// Losses by where their heat goes.
+    pub kinds: Kinds,
+    /// Temperatures.
+    pub thermal: Thermal,
+    /// Whether undervoltage has tripped the drive: gates off, brake applied.
+    pub tripped: bool,
 }
 
 /// Energies since the start, J; as a rate: powers, W.
@@ -59,7 +66,22 @@ impl Energy {
     }
 }
 
-/// Time derivative of the [`State`]; `F` integrates to the impulse behind `F_mean`.
+/// The part of the [`State`] that is integrated from substep to substep.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Point {
+    pub i_d: f64,
+    pub i_q: f64,
+    pub theta_m: f64,
+    pub w_m: f64,
+    pub x: f64,
+    pub x_dot: f64,
+    /// Integral of the force on the load, N·s.
+    pub impulse: f64,
+    pub energy: Energy,
+    pub kinds: Kinds,
+}
+
+/// Time derivative of a [`Point`]; `F` is that of the impulse.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Rates {
     pub i: Dq,
@@ -69,11 +91,37 @@ pub(crate) struct Rates {
     pub x_dot: f64,
     pub F: f64,
     pub energy: Energy,
+    pub kinds: Kinds,
 }
 
 impl State {
-    /// `self + dt·rates`, with `F_mean` holding an impulse in N·s.
-    pub(crate) fn advanced(&self, dt: f64, rates: &Rates) -> Self {
+    pub(crate) fn point(&self) -> Point {
+        Point {
+            i_d: self.i_d,
+            i_q: self.i_q,
+            theta_m: self.theta_m,
+            w_m: self.w_m,
+            x: self.x,
+            x_dot: self.x_dot,
+            impulse: 0.0,
+            energy: self.energy,
+            kinds: self.kinds,
+        }
+    }
+}
+
+impl Point {
+    /// `self + dt·rates`; losses by kind only if `FULL`.
+    #[inline(always)]
+    pub(crate) fn advanced<const FULL: bool>(&self, dt: f64, rates: &Rates) -> Self {
+        let kinds = if FULL {
+            Kinds {
+                copper: self.kinds.copper + dt * rates.kinds.copper,
+                inverter: self.kinds.inverter + dt * rates.kinds.inverter,
+            }
+        } else {
+            self.kinds
+        };
         Self {
             i_d: self.i_d + dt * rates.i.d,
             i_q: self.i_q + dt * rates.i.q,
@@ -81,12 +129,9 @@ impl State {
             w_m: self.w_m + dt * rates.w_m,
             x: self.x + dt * rates.x,
             x_dot: self.x_dot + dt * rates.x_dot,
-            residual: self.residual,
-            F_mean: self.F_mean + dt * rates.F,
-            P_in_mean: self.P_in_mean,
-            i_dc_mean: self.i_dc_mean,
-            lead: self.lead,
+            impulse: self.impulse + dt * rates.F,
             energy: self.energy.advanced(dt, rates.energy),
+            kinds,
         }
     }
 
@@ -103,8 +148,6 @@ impl State {
 pub(crate) struct Instant {
     /// Voltage after the limit, V.
     pub v: Dq,
-    /// Voltage of the DC link, V.
-    pub v_dc: f64,
     /// Current, A.
     pub i: Dq,
     /// Flux linkage, Wb.
@@ -137,6 +180,8 @@ pub(crate) struct Instant {
     pub tau_load: f64,
     /// Gear factor.
     pub k: f64,
+    /// What is left to accelerate, but for a brake that holds, N·m.
+    pub torque_left: f64,
     /// Motor acceleration, rad/s².
     pub w_m_dot: f64,
 }
@@ -151,8 +196,8 @@ impl Emla {
     /// (J_m + k J_s/N²) ẇ_m = τ_e − C_m w_m − τ_C tanh(w_m/w_C) − k (C_s w_m/N + lead·F_nut)/N
     /// ```
     #[inline(always)] // so that what depends on parameters only moves out of the loops of a step
-    pub(crate) fn instant(&self, s: &State, u: &Input, link: Link) -> Instant {
-        let p = &self.p;
+    pub(crate) fn instant(&self, s: &Point, u: &Input, held: &Held) -> Instant {
+        let p = held.p;
         let (x, x_dot) = match self.drive {
             Drive::Motion => (u.x, u.x_dot),
             Drive::Force => (s.x, s.x_dot),
@@ -163,15 +208,26 @@ impl Emla {
         let (stretch, stretch_dot) = (travel * s.theta_m - x, x_n_dot - x_dot);
         let (K_b, K_b_slope) = maps::stiffness_and_slope(p, x);
         let F_spring = p.C_b * stretch_dot + K_b * stretch;
-        let F_nut = F_spring - self.alpha * s.residual.dF;
+        let F_nut = F_spring - held.residual;
         let tau_load = maps::screw_load(p, F_nut, w_m);
         let k = maps::gear_factor(p, tau_load, w_m);
         let tau_e = maps::torque(p, i.d, i.q);
         let tau_friction = maps::motor_friction(p, w_m);
-        let torque_left = tau_e - tau_friction - 1.0 / p.N_gear * (k * tau_load);
+        let mut torque_left = tau_e - tau_friction - 1.0 / p.N_gear * (k * tau_load);
+        let mut v = motor::limited(held.largest, Dq { d: u.v_d, q: u.v_q });
+        let mut w_m_dot = torque_left / maps::inertia(p, k);
+        if !held.is_plain() {
+            torque_left -= held.brake.torque();
+            w_m_dot = match held.brake {
+                Brake::Holds => 0.0,
+                _ => torque_left / maps::inertia(p, k),
+            };
+            if !held.gates {
+                v = Dq::default();
+            }
+        }
         Instant {
-            v: motor::limited(link.largest, Dq { d: u.v_d, q: u.v_q }),
-            v_dc: link.v_dc,
+            v,
             i,
             lambda: motor::flux(p, i),
             w_e: f64::from(p.p) * w_m,
@@ -188,7 +244,8 @@ impl Emla {
             tau_friction,
             tau_load,
             k,
-            w_m_dot: torque_left / maps::inertia(p, k),
+            torque_left,
+            w_m_dot,
         }
     }
 
@@ -199,16 +256,21 @@ impl Emla {
     /// M_act ẍ + C_act ẋ + C_b (ẋ − ẋ_n) + K_b (x − x_n) = −F_ext
     /// ```
     #[inline(always)]
-    pub(crate) fn rates(&self, s: &State, u: &Input, link: Link) -> Rates {
-        let p = &self.p;
-        let now = self.instant(s, u, link);
+    pub(crate) fn rates(&self, s: &Point, u: &Input, held: &Held) -> Rates {
+        let p = held.p;
+        let now = self.instant(s, u, held);
         let (x, x_dot) = match self.drive {
             Drive::Motion => (0.0, 0.0),
             Drive::Force => (s.x_dot, (now.F - u.F_ext) / p.M_act),
         };
-        let losses = self.losses(s, &now);
+        let losses = self.losses(&now, held);
+        let i = if held.gates {
+            motor::di_dt(p, now.v, now.i, now.lambda, now.w_e)
+        } else {
+            Dq::default()
+        };
         Rates {
-            i: motor::di_dt(p, now.v, now.i, now.lambda, now.w_e),
+            i,
             theta_m: s.w_m,
             w_m: now.w_m_dot,
             x,
@@ -218,6 +280,10 @@ impl Emla {
                 supplied: power_in(&now, &losses),
                 delivered: self.power_out(&now, u),
                 lost: losses.total(),
+            },
+            kinds: Kinds {
+                copper: losses.copper,
+                inverter: losses.inverter,
             },
         }
     }
@@ -234,7 +300,7 @@ impl Emla {
     /// Energy in magnetic field, rotor and screw, spring, and (in [`Drive::Force`]) rod, J.
     pub(crate) fn stored(&self, now: &Instant) -> f64 {
         let p = &self.p;
-        let magnetic = 0.75 * (p.L_d * now.i.d * now.i.d + p.L_q * now.i.q * now.i.q);
+        let magnetic = maps::magnetic_energy(p, now.i.d, now.i.q);
         let rotating = 0.5 * maps::inertia(p, 1.0) * now.w_m * now.w_m;
         let elastic = 0.5 * now.K_b * now.stretch * now.stretch;
         let rod = match self.drive {

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 /// What acts on the actuator at one instant.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Input {
     /// Direct-axis voltage v_d, V (peak).
     pub v_d: f64,
@@ -12,6 +12,12 @@ pub struct Input {
     /// Voltage of the DC link, V; None: that of the parameters, [`machine::Emla::link_voltage`]. Over a step it stays what it is
     /// at its start.
     pub v_dc: Option<f64>,
+    /// Whether the inverter's gates are on, as they are by default. Read at the start of a step.
+    pub enable: bool,
+    /// Whether the holding brake is applied; a drive that has tripped applies it too. Read at the start of a step.
+    pub brake: bool,
+    /// Temperature of the air around the actuator, K; read while heat is on.
+    pub T_ambient: f64,
     /// Rod position x, m, positive when extended. In [`crate::Drive::Force`] read at the start only.
     pub x: f64,
     /// Rod velocity, m/s. In [`crate::Drive::Force`] read at the start only.
@@ -20,6 +26,24 @@ pub struct Input {
     pub F_ext: f64,
     /// Force that the actuator delivers at the start, N, positive when it pushes. Read at the start only.
     pub F_hold: f64,
+}
+
+impl Default for Input {
+    /// All zero; the machine's DC link, gates on, brake released.
+    fn default() -> Self {
+        Self {
+            v_d: 0.0,
+            v_q: 0.0,
+            v_dc: None,
+            enable: true,
+            brake: false,
+            T_ambient: 0.0,
+            x: 0.0,
+            x_dot: 0.0,
+            F_ext: 0.0,
+            F_hold: 0.0,
+        }
+    }
 }
 
 impl Input {

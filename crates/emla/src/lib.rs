@@ -17,8 +17,9 @@
 
 mod dynamics;
 mod efficiency;
+mod heat;
+mod held;
 mod input;
-mod link;
 mod losses;
 pub mod maps;
 mod motor;
@@ -30,6 +31,7 @@ mod surrogate;
 mod tangent;
 
 pub use dynamics::{Energy, State};
+pub use heat::{Electric, Kinds, Thermal};
 pub use input::Input;
 pub use losses::Losses;
 pub use motor::Dq;
@@ -57,6 +59,9 @@ pub enum Drive {
 pub struct Emla {
     pub(crate) p: machine::Emla,
     pub(crate) drive: Drive,
+    pub(crate) electric: Electric,
+    /// Voltage of the DC link where the input gives none, V.
+    pub(crate) v_dc: f64,
     /// Longest substep for these parameters, s.
     pub(crate) dt_max: f64,
     pub(crate) surrogate: Option<Surrogate>,
@@ -77,6 +82,8 @@ impl Emla {
         p.check()?;
         Ok(Self {
             dt_max: step::longest_substep(&p, drive),
+            electric: Electric::default(),
+            v_dc: p.link_voltage(),
             p,
             drive,
             surrogate: None,
@@ -103,6 +110,12 @@ impl Emla {
         Self { delay, ..self }
     }
 
+    /// The same actuator with this of the electrical side.
+    #[must_use]
+    pub fn with_electric(self, electric: Electric) -> Self {
+        Self { electric, ..self }
+    }
+
     /// Sets the blending factor, kept inside 0…1.
     pub fn set_alpha(&mut self, alpha: f64) {
         self.alpha = alpha.clamp(0.0, 1.0);
@@ -112,6 +125,12 @@ impl Emla {
     #[must_use]
     pub fn params(&self) -> &machine::Emla {
         &self.p
+    }
+
+    /// What it does of the electrical side.
+    #[must_use]
+    pub fn electric(&self) -> &Electric {
+        &self.electric
     }
 
     /// Drive mode.

@@ -31,6 +31,12 @@ pub fn torque(p: &Emla, i_d: f64, i_q: f64) -> f64 {
     1.5 * f64::from(p.p) * (lambda.d * i_q - lambda.q * i_d)
 }
 
+/// Energy of the currents' field, J: `3/4·(L_d i_d² + L_q i_q²)`.
+#[must_use]
+pub fn magnetic_energy(p: &Emla, i_d: f64, i_q: f64) -> f64 {
+    0.75 * (p.L_d * i_d * i_d + p.L_q * i_q * i_q)
+}
+
 /// Axial stiffness between nut and rod at rod position `x`, N/m.
 ///
 /// Source: `[paper]` Eqs. (eq:ballscrew_stiffness), (eq:shaft_effective_length). A series stiffness: the paper's

@@ -3,6 +3,7 @@
 use crate::Emla;
 use crate::dynamics::{State, power_in};
 use crate::efficiency::{Efficiency, Powers, is_defined};
+use crate::held::current;
 use crate::input::Input;
 use crate::losses::Losses;
 use crate::maps;
@@ -68,6 +69,20 @@ pub struct Output {
     pub E_loss: f64,
     /// Energy stored in field, rotating parts, spring and free rod, J.
     pub E_stored: f64,
+    /// Heat given to the air, W; 0 while heat is off.
+    pub P_heat: f64,
+    /// Part of `E_loss` that was lost in the inverter, whose heat does not reach the motor, J; counted while heat is on.
+    pub E_inverter: f64,
+    /// Heat given to the air since the start, J.
+    pub E_heat: f64,
+    /// Heat held in winding and housing from the reference temperature on, J.
+    pub E_thermal: f64,
+    /// Temperature of the winding, K.
+    pub T_winding: f64,
+    /// Temperature of the housing, K.
+    pub T_housing: f64,
+    /// Whether undervoltage has tripped the drive.
+    pub tripped: bool,
     /// Efficiency of the hybrid model, `η + α·(η_net − η)`; 0 where it is not defined.
     pub efficiency: f64,
     /// Efficiency of the physics; 0 where it is not defined.
@@ -84,9 +99,10 @@ impl Emla {
     /// Outputs of state `s` under the inputs `u`.
     #[must_use]
     pub fn output(&self, s: &State, u: &Input) -> Output {
-        let link = self.link(u);
-        let now = self.instant(s, u, link);
-        let losses = self.losses(s, &now);
+        let p = self.at_temperature(&s.thermal);
+        let held = self.held(&p, s, u);
+        let now = self.instant(&s.point(), u, &held);
+        let losses = self.losses(&now, &held);
         let F_phys = maps::quasi_static_force(&self.p, now.tau_e, now.w_m);
         let (P_in, P_out) = (power_in(&now, &losses), self.power_out(&now, u));
         let valid = is_defined(now.tau_e, now.w_m);
@@ -127,7 +143,7 @@ impl Emla {
             tau_e: now.tau_e,
             P_in,
             P_in_mean: s.P_in_mean,
-            i_dc: link.current(P_in),
+            i_dc: current(P_in, held.v_dc),
             i_dc_mean: s.i_dc_mean,
             P_out,
             P_loss: losses.total(),
@@ -139,6 +155,13 @@ impl Emla {
             E_out: s.energy.delivered,
             E_loss: s.energy.lost,
             E_stored: self.stored(&now),
+            P_heat: self.heat_flow(&s.thermal, u.T_ambient),
+            E_inverter: s.kinds.inverter,
+            E_heat: s.thermal.given,
+            E_thermal: self.heat_held(&s.thermal),
+            T_winding: s.thermal.T_winding,
+            T_housing: s.thermal.T_housing,
+            tripped: s.tripped,
             efficiency: self.blended(efficiency_phys, efficiency_net),
             efficiency_phys,
             efficiency_net,
@@ -158,6 +181,8 @@ impl Emla {
     /// Losses by kind in state `s` under the inputs `u`.
     #[must_use]
     pub fn losses_at(&self, s: &State, u: &Input) -> Losses {
-        self.losses(s, &self.instant(s, u, self.link(u)))
+        let p = self.at_temperature(&s.thermal);
+        let held = self.held(&p, s, u);
+        self.losses(&self.instant(&s.point(), u, &held), &held)
     }
 }

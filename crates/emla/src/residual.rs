@@ -46,7 +46,7 @@ impl Emla {
     pub fn untrained(&self, s: &State) -> Option<Untrained> {
         let surrogate = self.surrogate.as_ref().filter(|_| self.alpha > 0.0)?;
         let (ranges, w_m) = (surrogate.ranges(), s.w_m);
-        let tau_e = maps::torque(&self.p, s.i_d, s.i_q);
+        let tau_e = maps::torque(&self.at_temperature(&s.thermal), s.i_d, s.i_q);
         let trained = w_m.abs() <= ranges.w_m.max
             && (w_m.abs() < ranges.w_m.min || surrogate.in_trained_range(tau_e, w_m));
         (!trained).then_some(Untrained {

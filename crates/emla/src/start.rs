@@ -1,6 +1,7 @@
 //! Where a run starts.
 
 use crate::dynamics::{Energy, State};
+use crate::heat::{Kinds, Thermal};
 use crate::input::Input;
 use crate::maps;
 use crate::residual::Residual;
@@ -20,7 +21,26 @@ impl Emla {
     /// # Errors
     /// [`StepError::NotFinite`] for inputs that are not finite.
     pub fn start(&self, u: &Input) -> Result<State, StepError> {
-        let p = &self.p;
+        let reference = self.temperature().reference;
+        self.start_at(u, [reference; 2])
+    }
+
+    /// [`Emla::start`] with these temperatures of winding and housing, K. A drive that starts disabled or below its undervoltage carries
+    /// no current.
+    ///
+    /// # Errors
+    /// [`StepError::NotFinite`] for inputs that are not finite.
+    pub fn start_at(
+        &self,
+        u: &Input,
+        [T_winding, T_housing]: [f64; 2],
+    ) -> Result<State, StepError> {
+        let thermal = Thermal {
+            T_winding,
+            T_housing,
+            given: 0.0,
+        };
+        let p = &*self.at_temperature(&thermal);
         let travel = maps::travel_per_radian(p);
         let w_m = u.x_dot / travel;
         let stretch = (u.F_hold + p.C_act * u.x_dot) / maps::stiffness(p, u.x);
@@ -38,6 +58,14 @@ impl Emla {
             i_dc_mean: 0.0,
             lead: 0.0,
             energy: Energy::default(),
+            kinds: Kinds::default(),
+            thermal,
+            tripped: false,
+        };
+        state = State {
+            energy: Energy::default(),
+            kinds: Kinds::default(),
+            ..self.switched(&state, u)
         };
         let now = self.output(&state, u);
         (state.P_in_mean, state.i_dc_mean) = (now.P_in, now.i_dc);

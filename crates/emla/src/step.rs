@@ -1,8 +1,8 @@
 //! Integration over one communication step: classical Runge–Kutta with a fixed substep.
 
-use crate::dynamics::{Rates, State};
+use crate::dynamics::{Point, Rates, State};
+use crate::held::{Brake, Held, current};
 use crate::input::Input;
-use crate::link::Link;
 use crate::maps;
 use crate::{Drive, Emla};
 use thiserror::Error;
@@ -122,11 +122,15 @@ impl Emla {
         if !(h.is_finite() && h > 0.0) {
             return Err(bad_step);
         }
+        let begun = &self.switched(s, &input(0.0));
         let mut n = self.substeps(h);
         let mut last = s.w_m;
         while n <= MAX_SUBSTEPS {
-            match self.attempt(s, &input, h, n as u32) {
-                Attempt::Done(next) => return next.finite(t),
+            match self.attempt(begun, &input, h, n as u32) {
+                Attempt::Done(next) => {
+                    let next = self.ended(s, next, &input(0.0), h).ok_or(bad_step)?;
+                    return next.finite(t);
+                }
                 // How much too coarse is not known: the currents may have run away already.
                 Attempt::TooCoarse(w_m) => (n, last) = (4.0 * n, w_m),
             }
@@ -153,31 +157,77 @@ impl Emla {
 
     /// The step in `n` substeps.
     fn attempt(&self, start: &State, input: &impl Fn(f64) -> Input, h: f64, n: u32) -> Attempt {
+        let p = self.at_temperature(&start.thermal);
+        let mut held = self.held(&p, start, &input(0.0));
         let dt = h / f64::from(n);
-        let link = self.link(&input(0.0));
-        let mut s = State {
-            F_mean: 0.0,
-            ..*start
-        };
+        let mut s = start.point();
+        let is_plain = held.is_plain() && !self.electric.heat;
         for j in 0..n {
-            s = self.rk4(&s, input, link, f64::from(j) * dt, dt);
+            let t = f64::from(j) * dt;
+            s = if is_plain {
+                self.rk4::<false>(&s, input, (&p, &held), t, dt)
+            } else {
+                self.rk4_braked(&s, input, &mut held, t, dt)
+            };
             let resolved = self.w_e(s.w_m) * dt <= RATE_STEP;
             if !resolved {
                 return Attempt::TooCoarse(s.w_m);
             }
         }
-        s.F_mean /= h;
-        s.P_in_mean = (s.energy.supplied - start.energy.supplied) / h;
-        s.i_dc_mean = link.current(s.P_in_mean);
-        s.lead = f64::from(self.delay) * h;
-        s.residual = self.residual(maps::torque(&self.p, s.i_d, s.i_q), s.w_m);
-        Attempt::Done(s)
+        Attempt::Done(State {
+            i_d: s.i_d,
+            i_q: s.i_q,
+            theta_m: s.theta_m,
+            w_m: s.w_m,
+            x: s.x,
+            x_dot: s.x_dot,
+            residual: self.residual(maps::torque(&p, s.i_d, s.i_q), s.w_m),
+            F_mean: s.impulse / h,
+            P_in_mean: 0.0,
+            i_dc_mean: 0.0,
+            lead: f64::from(self.delay) * h,
+            energy: s.energy,
+            kinds: s.kinds,
+            thermal: start.thermal,
+            tripped: start.tripped,
+        })
+    }
+
+    /// A substep with what is rare: heat, gates off, a brake. A brake that slips stops a shaft that would turn back within the substep:
+    /// what is left of its energy is lost there, and the next substep finds it at rest.
+    #[cold]
+    fn rk4_braked(
+        &self,
+        s: &Point,
+        input: &impl Fn(f64) -> Input,
+        held: &mut Held,
+        t: f64,
+        dt: f64,
+    ) -> Point {
+        if held.brake != Brake::Released {
+            held.brake = self.braking(s, &input(t), held);
+        }
+        let mut next = self.rk4::<true>(s, input, (held.p, held), t, dt);
+        if let Brake::Slips(torque) = held.brake
+            && next.w_m * torque < 0.0
+        {
+            next.energy.lost += 0.5 * maps::inertia(&self.p, 1.0) * next.w_m * next.w_m;
+            next.w_m = 0.0;
+        }
+        next
     }
 
     /// One classical Runge–Kutta step of length `dt`, a time `t` after the start of the step. A loop, because
     /// one place where the rates are computed lets the compiler move everything that depends on parameters
-    /// only out of it.
-    fn rk4(&self, s: &State, input: &impl Fn(f64) -> Input, link: Link, t: f64, dt: f64) -> State {
+    /// only out of it; `p` is `held.p`, as an argument so that the compiler knows that nothing changes it.
+    fn rk4<const FULL: bool>(
+        &self,
+        s: &Point,
+        input: &impl Fn(f64) -> Input,
+        (p, held): (&machine::Emla, &Held),
+        t: f64,
+        dt: f64,
+    ) -> Point {
         // Share of dt at which the rates are taken, and their weight.
         const STAGES: [(f64, f64); 4] = [
             (0.0, 1.0 / 6.0),
@@ -185,14 +235,35 @@ impl Emla {
             (0.5, 1.0 / 3.0),
             (1.0, 1.0 / 6.0),
         ];
+        let held = &if FULL {
+            Held { p, ..*held }
+        } else {
+            Held {
+                p,
+                gates: true,
+                brake: Brake::Released,
+                ..*held
+            }
+        };
         let mut next = *s;
         let mut rates = Rates::default();
         for (share, weight) in STAGES {
             let at = share * dt;
-            rates = self.rates(&s.advanced(at, &rates), &input(t + at), link);
-            next = next.advanced(weight * dt, &rates);
+            rates = self.rates(&s.advanced::<FULL>(at, &rates), &input(t + at), held);
+            next = next.advanced::<FULL>(weight * dt, &rates);
         }
         next
+    }
+
+    /// The state at the end of a step from `start`, with what holds for the step as a whole: means and temperatures. None where the
+    /// step is too long for the temperatures.
+    fn ended(&self, start: &State, mut end: State, u: &Input, h: f64) -> Option<State> {
+        end.P_in_mean = (end.energy.supplied - start.energy.supplied) / h;
+        end.i_dc_mean = current(end.P_in_mean, self.link_voltage(u));
+        if self.electric.heat {
+            end.thermal = self.warmed(start, &end, u.T_ambient, h)?;
+        }
+        Some(end)
     }
 }
 
@@ -212,6 +283,9 @@ impl State {
             ("energy.supplied", self.energy.supplied),
             ("energy.delivered", self.energy.delivered),
             ("energy.lost", self.energy.lost),
+            ("T_winding", self.thermal.T_winding),
+            ("T_housing", self.thermal.T_housing),
+            ("energy.heat", self.thermal.given),
         ] {
             if !value.is_finite() {
                 return Err(StepError::NotFinite { t, signal, value });

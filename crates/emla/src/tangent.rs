@@ -1,7 +1,8 @@
 //! Derivatives of the outputs: along time, and along a direction of the inputs.
 
-use crate::dynamics::{Energy, Instant, Rates, State, power_in};
+use crate::dynamics::{Energy, Instant, Point, Rates, State, power_in};
 use crate::efficiency::{Efficiency, Powers, is_defined};
+use crate::held::{Brake, Held, current_tangent};
 use crate::input::Input;
 use crate::losses::{Losses, core_loss, inverter_loss};
 use crate::motor::{self, Dq};
@@ -36,7 +37,9 @@ impl Emla {
             x: u.x_dot,
             ..*u_dot
         };
-        self.output_tangent(s, u, &self.rates(s, u, self.link(u)), &u_dot)
+        let p = self.at_temperature(&s.thermal);
+        let held = self.held(&p, s, u);
+        self.output_tangent(s, u, &self.rates(&s.point(), u, &held), &u_dot)
     }
 
     /// Derivative of the outputs along the direction `du` of the inputs, at fixed state.
@@ -46,12 +49,12 @@ impl Emla {
     }
 
     fn output_tangent(&self, s: &State, u: &Input, ds: &Rates, du: &Input) -> Output {
-        let p = &self.p;
-        let link = self.link(u);
-        let now = self.instant(s, u, link);
-        let losses = self.losses(s, &now);
-        let d = self.instant_tangent(s, u, &now, ds, du);
-        let dl = self.losses_tangent(s, &now, &d);
+        let p = &*self.at_temperature(&s.thermal);
+        let held = self.held(p, s, u);
+        let now = self.instant(&s.point(), u, &held);
+        let losses = self.losses(&now, &held);
+        let d = self.instant_tangent(&s.point(), u, &now, &held, ds, du);
+        let dl = losses_tangent(&now, &held, &d);
         let (by_tau, by_w) = maps::quasi_static_slopes(p, now.tau_e, now.w_m);
         let F_phys = by_tau * d.tau_e + by_w * d.w_m;
         let P_in = 1.5 * (d.v.dot(now.i) + now.v.dot(d.i)) + dl.core + dl.inverter;
@@ -90,7 +93,7 @@ impl Emla {
             tau_e: d.tau_e,
             P_in,
             P_in_mean: 0.0,
-            i_dc: link.current_tangent(power_in(&now, &losses), P_in, d.v_dc),
+            i_dc: current_tangent(power_in(&now, &losses), held.v_dc, P_in, d.v_dc),
             i_dc_mean: 0.0,
             P_out,
             P_loss: dl.total(),
@@ -102,6 +105,13 @@ impl Emla {
             E_out: delivered,
             E_loss: lost,
             E_stored: self.stored_tangent(&now, &d),
+            P_heat: self.heat_flow_tangent(du.T_ambient),
+            E_inverter: 0.0,
+            E_heat: 0.0,
+            E_thermal: 0.0,
+            T_winding: 0.0,
+            T_housing: 0.0,
+            tripped: false,
             efficiency: self.blended(efficiency_phys, efficiency_net),
             efficiency_phys,
             efficiency_net,
@@ -112,13 +122,14 @@ impl Emla {
 
     fn instant_tangent(
         &self,
-        s: &State,
+        s: &Point,
         u: &Input,
         now: &Instant,
+        held: &Held,
         ds: &Rates,
         du: &Input,
     ) -> InstantTangent {
-        let p = &self.p;
+        let p = held.p;
         let (x, x_dot) = match self.drive {
             Drive::Motion => (du.x, du.x_dot),
             Drive::Force => (ds.x, ds.x_dot),
@@ -141,22 +152,24 @@ impl Emla {
             - (k * now.tau_load + now.k * tau_load) / p.N_gear;
         let inertia = k * p.J_s / (p.N_gear * p.N_gear);
         let v_dc = du.v_dc.unwrap_or(0.0);
-        let largest = self.link(u).largest;
-        let d_largest = if largest < p.v_max {
+        let d_largest = if held.largest < p.v_max {
             v_dc / 3.0_f64.sqrt()
         } else {
             0.0
         };
+        let (v, dv) = (
+            Dq { d: u.v_d, q: u.v_q },
+            Dq {
+                d: du.v_d,
+                q: du.v_q,
+            },
+        );
         InstantTangent {
-            v: motor::limited_tangent(
-                largest,
-                d_largest,
-                Dq { d: u.v_d, q: u.v_q },
-                Dq {
-                    d: du.v_d,
-                    q: du.v_q,
-                },
-            ),
+            v: if held.gates {
+                motor::limited_tangent(held.largest, d_largest, v, dv)
+            } else {
+                Dq::default()
+            },
             v_dc,
             i,
             lambda,
@@ -169,44 +182,10 @@ impl Emla {
             F: F_spring - p.C_act * x_dot,
             tau_load,
             k,
-            w_m_dot: (torque_left - now.w_m_dot * inertia) / maps::inertia(p, now.k),
-        }
-    }
-
-    fn losses_tangent(&self, s: &State, now: &Instant, d: &InstantTangent) -> Losses {
-        let p = &self.p;
-        let N = p.N_gear;
-        let size = now.i.dot(now.i).sqrt();
-        let size_dot = if size > 0.0 {
-            now.i.dot(d.i) / size
-        } else {
-            0.0
-        };
-        let (_, by_size, by_v_dc) = inverter_loss(p, size, now.v_dc);
-        let (core, core_slope) = core_loss(p, now.w_e);
-        let gear_load = p.J_s * now.w_m_dot / N + now.tau_load;
-        let gear_load_dot = p.J_s * d.w_m_dot / N + d.tau_load;
-        let curvature = maps::stiffness_curvature(p, now.x);
-        let (stretch, slope) = (now.stretch, now.K_b_slope);
-        Losses {
-            copper: 3.0 * p.R_s * now.i.dot(d.i),
-            core: core_slope * f64::from(p.p) * d.w_m * now.lambda.dot(now.lambda)
-                + 2.0 * core * now.lambda.dot(d.lambda),
-            inverter: by_size * size_dot + by_v_dc * d.v_dc,
-            motor_friction: (maps::motor_friction_slope(p, now.w_m) * now.w_m + now.tau_friction)
-                * d.w_m,
-            gear: (d.k * gear_load * now.w_m
-                + (now.k - 1.0) * (gear_load_dot * now.w_m + gear_load * d.w_m))
-                / N,
-            screw: 2.0 * p.C_s * now.w_m * d.w_m / (N * N),
-            nut: 2.0 * p.C_b * now.stretch_dot * d.stretch_dot,
-            rod: 2.0 * p.C_act * now.x_dot * d.x_dot,
-            residual: -self.alpha * s.residual.dF * maps::travel_per_radian(p) * d.w_m,
-            stiffness: -0.5
-                * stretch
-                * (curvature * d.x * now.x_dot * stretch
-                    + slope * d.x_dot * stretch
-                    + 2.0 * slope * now.x_dot * d.stretch),
+            w_m_dot: match held.brake {
+                Brake::Holds => 0.0,
+                _ => (torque_left - now.w_m_dot * inertia) / maps::inertia(p, now.k),
+            },
         }
     }
 
@@ -221,6 +200,48 @@ impl Emla {
             + now.K_b * now.stretch * d.stretch
             + 0.5 * now.K_b_slope * d.x * now.stretch * now.stretch
             + rod
+    }
+}
+
+fn losses_tangent(now: &Instant, held: &Held, d: &InstantTangent) -> Losses {
+    let p = held.p;
+    let N = p.N_gear;
+    let size = now.i.dot(now.i).sqrt();
+    let size_dot = if size > 0.0 {
+        now.i.dot(d.i) / size
+    } else {
+        0.0
+    };
+    let (_, by_size, by_v_dc) = inverter_loss(p, size, held.v_dc);
+    let (core, core_slope) = core_loss(p, now.w_e);
+    let gear_load = p.J_s * now.w_m_dot / N + now.tau_load;
+    let gear_load_dot = p.J_s * d.w_m_dot / N + d.tau_load;
+    let curvature = maps::stiffness_curvature(p, now.x);
+    let (stretch, slope) = (now.stretch, now.K_b_slope);
+    Losses {
+        copper: 3.0 * p.R_s * now.i.dot(d.i),
+        core: if held.gates {
+            core_slope * f64::from(p.p) * d.w_m * now.lambda.dot(now.lambda)
+                + 2.0 * core * now.lambda.dot(d.lambda)
+        } else {
+            0.0
+        },
+        inverter: by_size * size_dot + by_v_dc * d.v_dc,
+        motor_friction: (maps::motor_friction_slope(p, now.w_m) * now.w_m + now.tau_friction)
+            * d.w_m,
+        gear: (d.k * gear_load * now.w_m
+            + (now.k - 1.0) * (gear_load_dot * now.w_m + gear_load * d.w_m))
+            / N,
+        screw: 2.0 * p.C_s * now.w_m * d.w_m / (N * N),
+        nut: 2.0 * p.C_b * now.stretch_dot * d.stretch_dot,
+        rod: 2.0 * p.C_act * now.x_dot * d.x_dot,
+        brake: held.brake.torque() * d.w_m,
+        residual: -held.residual * maps::travel_per_radian(p) * d.w_m,
+        stiffness: -0.5
+            * stretch
+            * (curvature * d.x * now.x_dot * stretch
+                + slope * d.x_dot * stretch
+                + 2.0 * slope * now.x_dot * d.stretch),
     }
 }
 

@@ -1,14 +1,14 @@
 //! The section `emla` with every field there, to be set one by one.
 
-use crate::{CoreLosses, Emla, InverterLosses};
+use crate::{Brake, CoreLosses, Emla, Heat, InverterLosses, Temperature};
 use serde::{Deserialize, Serialize};
 use std::num::TryFromIntError;
 
-/// The section `emla` as FMU parameters have it: losses that the file may leave out are zero, and the pole pairs are signed, because
+/// The section `emla` as FMU parameters have it: losses that the file may leave out are zero, brake and heat typical, and the pole pairs are signed, because
 /// FMI integers are.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct EmlaFields {
-    /// All but pole pairs and losses, which have the fields that follow.
+    /// All but what has the fields that follow.
     pub emla: Emla,
     /// Pole pairs.
     pub pole_pairs: i32,
@@ -16,6 +16,12 @@ pub struct EmlaFields {
     pub core: CoreLosses,
     /// Zero where the machine has none.
     pub inverter: InverterLosses,
+    /// Typical where the machine says nothing.
+    pub brake: Brake,
+    /// Typical where the machine says nothing.
+    pub heat: Heat,
+    /// Typical where the machine says nothing.
+    pub temperature: Temperature,
 }
 
 const NO_CORE: CoreLosses = CoreLosses { k_h: 0.0, k_e: 0.0 };
@@ -35,6 +41,9 @@ impl EmlaFields {
             pole_pairs: i32::try_from(emla.p).unwrap_or(i32::MAX),
             core: emla.core.unwrap_or(NO_CORE),
             inverter: emla.inverter.unwrap_or(NO_INVERTER),
+            brake: emla.brake.unwrap_or(Brake::TYPICAL),
+            heat: emla.heat.unwrap_or(Heat::TYPICAL),
+            temperature: emla.temperature.unwrap_or(Temperature::TYPICAL),
             emla,
         }
     }
@@ -48,6 +57,9 @@ impl EmlaFields {
             p: u32::try_from(self.pole_pairs)?,
             core: Some(self.core),
             inverter: Some(self.inverter),
+            brake: Some(self.brake),
+            heat: Some(self.heat),
+            temperature: Some(self.temperature),
             ..self.emla
         })
     }
@@ -65,6 +77,9 @@ mod tests {
         let complete = Emla {
             core: Some(emla.core.unwrap_or(NO_CORE)),
             inverter: Some(emla.inverter.unwrap_or(NO_INVERTER)),
+            brake: Some(emla.brake.unwrap_or(Brake::TYPICAL)),
+            heat: Some(emla.heat.unwrap_or(Heat::TYPICAL)),
+            temperature: Some(emla.temperature.unwrap_or(Temperature::TYPICAL)),
             ..emla
         };
         assert_eq!(section, complete);

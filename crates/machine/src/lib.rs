@@ -15,7 +15,7 @@ mod fields;
 mod geometry;
 mod machine;
 
-pub use actuator::{CoreLosses, Emla, InverterLosses, Ratings};
+pub use actuator::{Brake, CoreLosses, Emla, Heat, InverterLosses, Ratings, Temperature};
 pub use bodies::{Bodies, Body, InertiaTensor, Limits, Start};
 pub use check::MachineError;
 pub use controller::{Controller, CubeAxes, CubicPath, Trajectories, TriangularPath};
