@@ -3,7 +3,8 @@
 use crate::{ControllerFmu, Parameters};
 use emla::Surrogate;
 use fmu_export::{
-    ALL_PARAMETERS, DisplayUnit, Enumeration, File, Info, Unit, Variable, read_parameter_file,
+    ALL_PARAMETERS, DisplayUnit, Enumeration, File, Info, Terminal, Unit, Variable,
+    read_parameter_file,
 };
 use machine::Machine;
 use std::path::Path;
@@ -87,6 +88,13 @@ pub(crate) const INFO: Info = Info::new(
 .experiment(0.0, 24.25, 1e-3)
 .documentation(&[File { path: "index.html", bytes: include_bytes!("../documentation/index.html") }])
 .icon(include_bytes!("../model.png"))
+.terminals(&[
+    Terminal::new("measurements", "io.github.hdrm-fmu.measurements", "what the controller knows of the plant", &[
+        ("zeta", "zeta"), ("zeta_dot", "zeta_dot"), ("i_d", "i_d"), ("i_q", "i_q"), ("w_m", "w_m"), ("x", "x"), ("x_dot", "x_dot"), ("F", "F"),
+    ]).bus(),
+    Terminal::new("voltages", "io.github.hdrm-fmu.voltages", "voltages of slew, lift and tilt actuator", &[("v_d", "v_d"), ("v_q", "v_q")]),
+    Terminal::new("wrist", "io.github.hdrm-fmu.torques", "torques of the wrist", &[("tau", "tau_wrist")]),
+])
 .resources(&[File { path: "reference_machine.json", bytes: machine::REFERENCE_JSON.as_bytes() }])
 .units(&[
     Unit::new("V/N").m(1).s(-1).A(-1).display(&[DisplayUnit::new("V/kN", 1e3)]),

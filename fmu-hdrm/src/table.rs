@@ -1,7 +1,7 @@
 //! Variables of the FMU `Hdrm`.
 
 use crate::{HdrmFmu, Parameters};
-use fmu_export::{ALL_PARAMETERS, File, Info, Variable, read_parameter_file};
+use fmu_export::{ALL_PARAMETERS, File, Info, Terminal, Variable, read_parameter_file};
 use machine::Machine;
 use std::path::Path;
 
@@ -15,6 +15,15 @@ pub(crate) const INFO: Info = Info::new(
 .experiment(0.0, 24.25, 1e-3)
 .documentation(&[File { path: "index.html", bytes: include_bytes!("../documentation/index.html") }])
 .icon(include_bytes!("../model.png"))
+.terminals(&[
+    Terminal::new("rods", "io.github.hdrm-fmu.rod", "mechanical bonds of slew, lift and tilt actuator: rods that move, and are pushed with F", &[
+        ("x", "x"), ("x_dot", "x_dot"), ("F", "f"), ("F_hold", "f_hold"),
+    ]),
+    Terminal::new("wrist", "io.github.hdrm-fmu.torques", "torques of the wrist", &[("tau", "tau_wrist")]),
+    Terminal::new("measurements", "io.github.hdrm-fmu.measurements", "what can be measured of the manipulator", &[
+        ("zeta", "zeta"), ("zeta_dot", "zeta_dot"), ("x", "x"), ("x_dot", "x_dot"),
+    ]).bus(),
+])
 .resources(&[File { path: "reference_machine.json", bytes: machine::REFERENCE_JSON.as_bytes() }])
 .with_input_derivatives()
 .with_output_derivatives()

@@ -1,7 +1,9 @@
 //! Variables of the FMU `Rig`.
 
 use crate::{Parameters, RigFmu};
-use fmu_export::{ALL_PARAMETERS, Enumeration, File, Info, Unit, Variable, read_parameter_file};
+use fmu_export::{
+    ALL_PARAMETERS, Enumeration, File, Info, Terminal, Unit, Variable, read_parameter_file,
+};
 use machine::{EmlaFields, Machine};
 use std::path::Path;
 
@@ -31,6 +33,20 @@ pub(crate) const INFO: Info = Info::new(
 .experiment(0.0, 1.0, 1e-3)
 .documentation(&[File { path: "index.html", bytes: include_bytes!("../documentation/index.html") }])
 .icon(include_bytes!("../model.png"))
+.terminals(&[
+    Terminal::new("rod", "io.github.hdrm-fmu.rod", "mechanical bond: the rod moves as told, and pushes with F", &[
+        ("x", "x"), ("x_dot", "x_dot"), ("F", "F"), ("F_mean", "F_mean"), ("F_hold", "F_hold"),
+    ]),
+    Terminal::new("dc", "io.github.hdrm-fmu.dc-link", "electrical bond: the DC link that the drive draws from", &[
+        ("v_dc", "v_dc"), ("i_dc", "i_dc"),
+    ]),
+    Terminal::new("voltages", "io.github.hdrm-fmu.voltages", "voltages that the controller commands", &[
+        ("v_d", "v_d"), ("v_q", "v_q"),
+    ]),
+    Terminal::new("measurements", "io.github.hdrm-fmu.measurements", "what can be measured of the drive", &[
+        ("i_d", "i_d"), ("i_q", "i_q"), ("theta_m", "theta_m"), ("w_m", "w_m"), ("F", "F"), ("x", "x_rod"), ("x_dot", "x_rod_dot"),
+    ]).bus(),
+])
 .resources(&[File { path: "reference_machine.json", bytes: machine::REFERENCE_JSON.as_bytes() }])
 .units(&[
     Unit::new("W.s/(rad.Wb2)").kg(-1).m(-2).s(2).A(2).rad(-1),

@@ -1,7 +1,7 @@
 //! Variables of the FMU `Sensors`.
 
 use crate::SensorsFmu;
-use fmu_export::{ALL_PARAMETERS, Enumeration, File, Info, Unit, Variable};
+use fmu_export::{ALL_PARAMETERS, Enumeration, File, Info, Terminal, Unit, Variable};
 
 pub(crate) const SPEED_IDEAL: i32 = 1;
 pub(crate) const SPEED_DIFFERENCE: i32 = 2;
@@ -46,6 +46,15 @@ pub(crate) const INFO: Info = Info::new(
 .experiment(0.0, 24.25, 1e-3)
 .documentation(&[File { path: "index.html", bytes: include_bytes!("../documentation/index.html") }])
 .icon(include_bytes!("../model.png"))
+.terminals(&[
+    Terminal::new("plant", "io.github.hdrm-fmu.measurements", "the plant as it is", &[
+        ("zeta", "zeta"), ("theta_m", "theta_m"), ("i_d", "i_d"), ("i_q", "i_q"), ("F", "F"), ("x", "x"),
+    ]).bus(),
+    Terminal::new("measurements", "io.github.hdrm-fmu.measurements", "the plant as it is measured", &[
+        ("zeta", "zeta_measured"), ("zeta_dot", "zeta_dot_measured"), ("i_d", "i_d_measured"), ("i_q", "i_q_measured"),
+        ("w_m", "w_m_measured"), ("x_dot", "x_dot_measured"), ("F", "F_measured"),
+    ]).bus(),
+])
 .units(&[Unit::new("N/A").kg(1).m(1).s(-2).A(-1)]);
 
 type V = Variable<SensorsFmu>;
