@@ -1,7 +1,7 @@
 //! Variables of the FMU `DcLink`.
 
 use crate::DcLinkFmu;
-use fmu_export::{ALL_PARAMETERS, File, Info, Variable};
+use fmu_export::{ALL_PARAMETERS, File, Info, Terminal, Variable};
 
 /// 20 °C, K.
 pub(crate) const ROOM: f64 = 293.15;
@@ -14,7 +14,10 @@ pub(crate) const INFO: Info = Info::new(
 .license("MIT OR Apache-2.0")
 .experiment(0.0, 24.25, 1e-3)
 .documentation(&[File { path: "index.html", bytes: include_bytes!("../documentation/index.html") }])
-.icon(include_bytes!("../model.png"));
+.icon(include_bytes!("../model.png"))
+.terminals(&[Terminal::new("dc", "io.github.hdrm-fmu.dc-link", "electrical bonds: the DC link that three drives draw from", &[
+    ("v_dc", "v_dc"), ("i_dc", "i_load"),
+])]);
 
 type V = Variable<DcLinkFmu>;
 
