@@ -46,6 +46,8 @@ pub struct Residual {
     pub energy: f64,
     /// Energy that went through the bond in either direction, J.
     pub turnover: f64,
+    /// Energy that the receiver of the effort counts in the direction of the bond's power, J.
+    pub passed: f64,
 }
 
 impl Residual {
@@ -57,6 +59,7 @@ impl Residual {
             peak: 0.0,
             energy: 0.0,
             turnover: 0.0,
+            passed: 0.0,
         }
     }
 
@@ -70,6 +73,7 @@ impl Residual {
         self.peak = self.peak.max(self.power.abs());
         self.energy += self.power * h;
         self.turnover += received.abs() * h;
+        self.passed += received * h;
     }
 }
 
@@ -89,8 +93,10 @@ mod tests {
         );
         r.add(0.5, Power::Drawn, 6.0, 8.0); // drawn 6 W, given 8 W: 2 W lost
         assert_eq!(
-            (r.power, r.peak, r.energy, r.turnover),
-            (2.0, 2.0, 0.5, 10.5)
+            (r.power, r.peak, r.energy, r.turnover, r.passed),
+            (2.0, 2.0, 0.5, 10.5, 10.5)
         );
+        r.add(0.5, Power::Drawn, -6.0, -6.0);
+        assert_eq!((r.energy, r.turnover, r.passed), (0.5, 13.5, 7.5));
     }
 }

@@ -18,9 +18,9 @@ function energyTable() {
   const name = (actuator) => ACTUATORS[Number(actuator.split("_")[1]) - 1] ?? actuator;
   const rows = data.energy.flatMap(({ trajectory, balances }) => balances.map((b, k) =>
     `<tr>${k ? "" : `<td class="group" rowspan="${balances.length}">${trajectory}</td>`}<td class="left">${escape(name(b.actuator))}</td>` +
-    `${columns.map(([key]) => `<td>${(b[key] / 1000).toFixed(3)}</td>`).join("")}<td>${(100 * b.efficiency).toFixed(1)} %</td></tr>`));
+    `${columns.map(([key]) => `<td>${(b[key] / 1000).toFixed(3)}</td>`).join("")}<td>${b.efficiency === null ? "–" : `${(100 * b.efficiency).toFixed(1)} %`}</td><td>${(100 * b.throughput).toFixed(1)} %</td></tr>`));
   element("energy-table").innerHTML = "<h3>Energy over the motion, kJ, adaptive controller</h3>" +
-    `<table class="data dense"><tr><th class="left">trajectory</th><th class="left">actuator</th>${columns.map(([, title]) => `<th>${title}</th>`).join("")}<th>efficiency</th></tr>${rows.join("")}</table>`;
+    `<table class="data dense"><tr><th class="left">trajectory</th><th class="left">actuator</th>${columns.map(([, title]) => `<th>${title}</th>`).join("")}<th>efficiency while work is done</th><th>throughput</th></tr>${rows.join("")}</table>`;
 }
 
 function testbed() {

@@ -1,6 +1,8 @@
-//! Where the energy of each actuator goes over a run: electrical energy, losses by kind, mechanical work, regeneration, efficiency.
+//! Where the energy goes over a run: for each actuator electrical energy, losses by kind, mechanical work, regeneration, efficiency; where
+//! a component feeds the drives through power bonds, what it gave and where that went ([`crate::supply`]).
 
 use std::fmt::Write as _;
+use std::io::Write;
 
 use anyhow::{Result, ensure};
 use cosim::run::Experiment;
@@ -8,7 +10,9 @@ use cosim::system::System;
 use cosim::wiring::Port;
 use serde::Serialize;
 
-use crate::experiment::Recorded;
+use crate::experiment::{Recorded, vary};
+use crate::supply::{self, Supply};
+use crate::table::TRAJECTORIES;
 
 /// Outputs of an actuator that are recorded; a component that has the first is one.
 const OUTPUTS: [&str; 8] = [
@@ -47,11 +51,19 @@ pub struct Balance {
     pub lost: f64,
     /// Rise of the stored energy.
     pub stored: f64,
+    /// Electrical energy taken, less given back, while work is done on the load.
+    pub working: f64,
 }
 
 impl Balance {
-    /// Energy that left through a border over energy that came in through one.
-    pub fn efficiency(&self) -> f64 {
+    /// Work on the load over the electrical energy that it took, both while work is done; nothing where none is done.
+    pub fn efficiency(&self) -> Option<f64> {
+        (self.work > 0.0 && self.working > 0.0).then(|| self.work / self.working)
+    }
+
+    /// Energy that left through a border over energy that came in through one: what goes up and down again passes twice, so this is no
+    /// efficiency.
+    pub fn throughput(&self) -> f64 {
         let came = self.electrical + self.returned;
         if came > 0.0 {
             (self.work + self.regenerated) / came
@@ -80,14 +92,45 @@ impl Balance {
             mechanical: total(|b| b.mechanical),
             lost: total(|b| b.lost),
             stored: total(|b| b.stored),
+            working: total(|b| b.working),
         }
     }
 }
 
-/// Run the experiment; the balances of all actuators over the motion, and their sum.
-pub fn run(system: &System, experiment: &Experiment) -> Result<Vec<Balance>> {
-    let is_actuator = |k: &usize| system.port_of(*k, OUTPUTS[0]).is_ok();
-    let actuators: Vec<usize> = (0..system.fmus.len()).filter(is_actuator).collect();
+/// What came out of a run.
+#[derive(Clone, Debug, Serialize)]
+pub struct Energies {
+    /// Balances of the actuators over the motion, and their sum.
+    pub balances: Vec<Balance>,
+    /// What feeds the drives, over the whole run; nothing where no component does.
+    pub supply: Option<Supply>,
+}
+
+/// Names of the cases that a study runs, and their conditions: both trajectories, or the one that `base` or the system sets itself (an
+/// external one, say).
+pub fn cases(system: &System, base: &Experiment) -> Result<Vec<(String, Experiment)>> {
+    let port = system.port("trajectory")?;
+    let component = &system.structure.components[port.component];
+    let bound = (component.parameters.iter()).any(|p| p.name == system.variable(port).name);
+    if bound || base.settings.iter().any(|s| s.port == port) {
+        return Ok(vec![("as set".into(), base.clone())]);
+    }
+    let one = |(trajectory, _): (&'static str, _)| {
+        let experiment = vary(system, base, &[("trajectory", &trajectory)])?;
+        Ok((trajectory.to_string(), experiment))
+    };
+    TRAJECTORIES.into_iter().map(one).collect()
+}
+
+/// Indices of the components that are actuators.
+pub fn actuators(system: &System) -> Vec<usize> {
+    let is_actuator = |k: &usize| OUTPUTS.iter().all(|name| system.port_of(*k, name).is_ok());
+    (0..system.fmus.len()).filter(is_actuator).collect()
+}
+
+/// Run the experiment.
+pub fn run(system: &System, experiment: &Experiment) -> Result<Energies> {
+    let actuators = actuators(system);
     ensure!(
         !actuators.is_empty(),
         "no component has an output `{}`",
@@ -99,14 +142,16 @@ pub fn run(system: &System, experiment: &Experiment) -> Result<Vec<Balance>> {
             ports.push(system.port_of(*k, output)?);
         }
     }
-    let recorded = Recorded::of(system, experiment, &ports)?;
+    let fed = supply::ports(system)?;
+    let recorded = Recorded::of(system, experiment, &[ports.as_slice(), &fed].concat())?;
     let mut balances = Vec::new();
     for (outputs, k) in ports.chunks(OUTPUTS.len()).zip(actuators) {
         let name = &system.structure.components[k].name;
         balances.push(balance(&recorded, name, outputs)?);
     }
     balances.push(Balance::sum(&balances));
-    Ok(balances)
+    let supply = Supply::of(system, &recorded, &ports, OUTPUTS.len())?;
+    Ok(Energies { balances, supply })
 }
 
 /// Balance of one actuator, of its [`OUTPUTS`].
@@ -132,11 +177,19 @@ fn balance(recorded: &Recorded, actuator: &str, outputs: &[Port]) -> Result<Bala
         mechanical: loss(7),
         lost: rise(columns[2]),
         stored: rise(columns[3]),
+        working: while_working(columns[0], columns[1]),
     })
 }
 
+/// Rise of `taken` over the steps in which `work` rises.
+pub(crate) fn while_working(taken: &[f64], work: &[f64]) -> f64 {
+    let steps = taken.windows(2).zip(work.windows(2));
+    let working = steps.filter(|(_, work)| work[1] > work[0]);
+    working.map(|(taken, _)| taken[1] - taken[0]).sum()
+}
+
 /// Sums of the rises and of the falls of an integrated power.
-fn both_ways(energy: &[f64]) -> (f64, f64) {
+pub(crate) fn both_ways(energy: &[f64]) -> (f64, f64) {
     let mut ways = (0.0, 0.0);
     for pair in energy.windows(2) {
         let rise = pair[1] - pair[0];
@@ -164,28 +217,52 @@ pub fn text(title: &str, balances: &[Balance]) -> String {
         write!(text, "{:>12}", b.actuator).expect("a String takes every text");
     }
     text += "\n";
-    type Row = (&'static str, fn(&Balance) -> f64);
-    let rows: [Row; 11] = [
-        ("electrical, taken", |b| b.electrical),
-        ("electrical, given back", |b| b.regenerated),
-        ("work on the load", |b| b.work),
-        ("work by the load", |b| b.returned),
-        ("loss, copper", |b| b.copper),
-        ("loss, iron", |b| b.core),
-        ("loss, inverter", |b| b.inverter),
-        ("loss, mechanical", |b| b.mechanical),
-        ("rise of stored energy", |b| b.stored),
-        ("balance left open", Balance::residual),
-        ("efficiency (out / in), %", |b| 100.0 * b.efficiency()),
-    ];
-    for (name, get) in rows {
+    for (name, get) in ROWS {
         write!(text, "{name:<34}").expect("a String takes every text");
         for b in balances {
-            write!(text, "{:>12.2}", get(b)).expect("a String takes every text");
+            match get(b) {
+                Some(value) => write!(text, "{value:>12.2}"),
+                None => write!(text, "{:>12}", "-"),
+            }
+            .expect("a String takes every text");
         }
         text += "\n";
     }
     text
+}
+
+type Quantity = (&'static str, fn(&Balance) -> Option<f64>);
+/// What is told of an actuator.
+const ROWS: [Quantity; 12] = [
+    ("electrical, taken", |b| Some(b.electrical)),
+    ("electrical, given back", |b| Some(b.regenerated)),
+    ("work on the load", |b| Some(b.work)),
+    ("work by the load", |b| Some(b.returned)),
+    ("loss, copper", |b| Some(b.copper)),
+    ("loss, iron", |b| Some(b.core)),
+    ("loss, inverter", |b| Some(b.inverter)),
+    ("loss, mechanical", |b| Some(b.mechanical)),
+    ("rise of stored energy", |b| Some(b.stored)),
+    ("balance left open", |b| Some(b.residual())),
+    ("efficiency while work is done, %", |b| {
+        b.efficiency().map(|e| 100.0 * e)
+    }),
+    ("throughput (out / in), %", |b| Some(100.0 * b.throughput())),
+];
+
+/// A row of each actuator of each case, energies in J.
+pub fn write_csv(cases: &[(String, Energies)], to: &mut impl Write) -> std::io::Result<()> {
+    let quote = |name: &str| format!("\"{name}\"");
+    let heads: Vec<_> = ROWS.iter().map(|(name, _)| quote(name)).collect();
+    writeln!(to, "trajectory,actuator,{}", heads.join(","))?;
+    for (case, energies) in cases {
+        for b in &energies.balances {
+            let cell = |(_, get): &Quantity| get(b).map_or(String::new(), |v| v.to_string());
+            let cells: Vec<_> = ROWS.iter().map(cell).collect();
+            writeln!(to, "{case},{},{}", b.actuator, cells.join(","))?;
+        }
+    }
+    Ok(())
 }
 
 #[cfg(test)]
@@ -199,7 +276,7 @@ mod tests {
     }
 
     #[test]
-    fn efficiency_counts_both_borders() {
+    fn throughput_counts_both_borders_and_efficiency_work_alone() {
         let b = Balance {
             actuator: "a".into(),
             electrical: 90.0,
@@ -212,10 +289,20 @@ mod tests {
             mechanical: 0.0,
             lost: 38.0,
             stored: 2.0,
+            working: 88.0,
         };
-        assert_eq!(b.efficiency(), 0.6);
+        assert_eq!((b.throughput(), b.efficiency()), (0.6, Some(0.625)));
+        let idle = Balance {
+            work: 0.0,
+            ..b.clone()
+        };
+        assert_eq!(idle.efficiency(), None);
+        assert_eq!(
+            while_working(&[0.0, 5.0, 4.0, 9.0], &[0.0, 1.0, 1.0, 2.0]),
+            10.0
+        );
         assert_eq!(b.residual(), 0.0);
         let two = Balance::sum(&[b.clone(), b]);
-        assert_eq!((two.electrical, two.efficiency()), (180.0, 0.6));
+        assert_eq!((two.electrical, two.throughput()), (180.0, 0.6));
     }
 }

@@ -7,6 +7,7 @@
 //! `hdrm` serves the report's drawing only, `machine` that and the machine's limits and ratings, `surrogate` and `emla` what a network predicts and the command that trains one, `rig` the control of a rig that loads another.
 #![forbid(unsafe_code)]
 
+pub mod duty;
 pub mod efficiency;
 pub mod endurance;
 pub mod energy;
@@ -18,7 +19,9 @@ pub mod plot;
 pub mod report;
 pub mod rig_testbed;
 pub mod robustness;
+pub mod sizing;
 pub mod stability;
+pub mod supply;
 pub mod surrogate_loop;
 pub mod table;
 pub mod testbed;

@@ -7,7 +7,7 @@ use std::process::ExitCode;
 
 use anyhow::Result;
 use clap::{Parser, Subcommand};
-use commands::{evaluation, machine, plot, python, report, run};
+use commands::{electric, evaluation, machine, plot, python, report, run};
 use cosim::cli::exit;
 use cosim::verdict::Verdict;
 use studies::worlds::World;
@@ -34,8 +34,10 @@ enum Command {
     Testbed(evaluation::TestbedArgs),
     /// Stability proof in numbers: accompanying functions, bound and excess, gain conditions
     Stability(evaluation::StabilityArgs),
-    /// Energy of each actuator: electrical, losses by kind, work, regeneration, efficiency
-    Energy(evaluation::EnergyArgs),
+    /// Energy of each actuator: electrical, losses by kind, work, regeneration, efficiency; of what feeds them, back to its source
+    Energy(electric::EnergyArgs),
+    /// Motors and actuators beside what they do: RMS and peaks, envelopes, temperatures over an hour, sensitivity to the payload
+    Sizing(electric::SizingArgs),
     /// Long run with a reference that never ends: memory, time, tracking and estimates; fails where one of them does not endure
     Endurance(evaluation::EnduranceArgs),
     /// Draw the signals of a CSV file over time, as PNG and SVG
@@ -72,7 +74,8 @@ fn main() -> ExitCode {
         Command::Report(args) => report::report(&args),
         Command::Testbed(args) => evaluation::run_testbed(&args),
         Command::Stability(args) => evaluation::run_stability(&args),
-        Command::Energy(args) => evaluation::run_energy(&args),
+        Command::Energy(args) => electric::energy(&args),
+        Command::Sizing(args) => electric::sizing(&args),
         Command::Endurance(args) => evaluation::run_endurance(&args),
         Command::Plot(args) => done(plot::plot(&args)),
         Command::Machine(command) => done(machine::run(&command)),
@@ -102,6 +105,7 @@ impl Command {
             Self::Testbed(args) => &args.machine,
             Self::Stability(args) => &args.machine,
             Self::Energy(args) => &args.machine,
+            Self::Sizing(args) => &args.machine,
             Self::Endurance(args) => &args.machine,
             Self::Plot(_) | Self::Machine(_) | Self::Train(_) | Self::Surrogate(_) => return false,
         };

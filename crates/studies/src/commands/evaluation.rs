@@ -1,4 +1,4 @@
-//! Subcommands of the evaluation: robustness tables, testbed, stability, energy and endurance in numbers.
+//! Subcommands of the evaluation: robustness tables, testbed, stability and endurance in numbers.
 
 use std::fs::File;
 use std::io::{BufWriter, Write};
@@ -18,7 +18,7 @@ use studies::machine_file::MachineFile;
 use studies::robustness::{self, STUDIES, Study};
 use studies::tip::TipError;
 use studies::worlds::{self, World};
-use studies::{energy, laws, rig_testbed, stability, table, testbed};
+use studies::{laws, rig_testbed, stability, table, testbed};
 
 use super::MachineArgs;
 use super::worlds::{compare, in_the_loop};
@@ -81,15 +81,6 @@ pub struct StabilityArgs {
     /// Factor on mass and inertia of every body of the manipulator (the controller keeps nominal ones)
     #[arg(long, value_name = "FACTOR", default_value_t = 1.4)]
     inertia_scale: f64,
-    /// Also write the numbers to this JSON file
-    #[arg(long, value_name = "FILE")]
-    json: Option<PathBuf>,
-}
-
-#[derive(Args)]
-pub struct EnergyArgs {
-    #[command(flatten)]
-    pub machine: MachineArgs,
     /// Also write the numbers to this JSON file
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
@@ -353,21 +344,6 @@ pub fn run_stability(args: &StabilityArgs) -> Result<Verdict> {
     Ok(verdict)
 }
 
-/// Energy balances of the actuators on both trajectories.
-pub fn run_energy(args: &EnergyArgs) -> Result<Verdict> {
-    let (system, base, verdict) = args.machine.load()?;
-    let mut found = conditions(&system, &base);
-    for (trajectory, _) in table::TRAJECTORIES {
-        let experiment = vary(&system, &base, &[("trajectory", &trajectory)])?;
-        let balances = energy::run(&system, &experiment)?;
-        let title = format!("{trajectory} trajectory");
-        print(energy::text(&title, &balances) + "\n")?;
-        found["energy"][trajectory] = balances.iter().map(balance_json).collect::<Result<_>>()?;
-    }
-    write_json(args.json.as_deref(), &found)?;
-    Ok(verdict)
-}
-
 /// A long coupled run.
 pub fn run_endurance(args: &EnduranceArgs) -> Result<Verdict> {
     let (system, base, verdict) = args.machine.load()?;
@@ -393,15 +369,8 @@ pub fn run_endurance(args: &EnduranceArgs) -> Result<Verdict> {
     Ok(verdict)
 }
 
-fn balance_json(balance: &energy::Balance) -> Result<Value> {
-    let mut value = serde_json::to_value(balance)?;
-    value["efficiency"] = balance.efficiency().into();
-    value["residual"] = balance.residual().into();
-    Ok(value)
-}
-
 /// What the numbers were made under.
-fn conditions(system: &System, base: &Experiment) -> Value {
+pub(super) fn conditions(system: &System, base: &Experiment) -> Value {
     let setting = |s: &Setting| format!("{}={}", system.name(s.port), s.value);
     json!({
         "version": env!("CARGO_PKG_VERSION"),
@@ -443,7 +412,7 @@ pub fn create(path: &Path) -> Result<BufWriter<File>> {
     Ok(BufWriter::new(file))
 }
 
-fn write_json(path: Option<&Path>, value: &Value) -> Result<()> {
+pub(super) fn write_json(path: Option<&Path>, value: &Value) -> Result<()> {
     let Some(path) = path else { return Ok(()) };
     let mut file = create(path)?;
     serde_json::to_writer_pretty(&mut file, value)?;

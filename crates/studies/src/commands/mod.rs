@@ -1,5 +1,6 @@
 //! Subcommands, and the arguments that they share.
 
+pub mod electric;
 pub mod evaluation;
 pub mod machine;
 pub mod plot;

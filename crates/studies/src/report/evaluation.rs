@@ -54,7 +54,8 @@ pub struct Energy {
 struct Balance {
     #[serde(flatten)]
     energies: energy::Balance,
-    efficiency: f64,
+    efficiency: Option<f64>,
+    throughput: f64,
 }
 
 /// Runs that [`energies`] makes.
@@ -116,11 +117,14 @@ pub fn energies(
 ) -> Vec<Energy> {
     let one = |(trajectory, _)| -> Result<Energy> {
         let experiment = vary(request.system, request.base, &[("trajectory", &trajectory)])?;
-        let balances = energy::run(request.system, &experiment);
+        let energies = energy::run(request.system, &experiment);
         done();
-        let balances = balances.with_context(|| format!("energy, {trajectory}"))?;
+        let balances = energies
+            .with_context(|| format!("energy, {trajectory}"))?
+            .balances;
         let balance = |energies: energy::Balance| Balance {
             efficiency: energies.efficiency(),
+            throughput: energies.throughput(),
             energies,
         };
         Ok(Energy {
