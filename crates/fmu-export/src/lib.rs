@@ -1,4 +1,4 @@
-//! Exports a Rust model as an FMI 2.0 co-simulation FMU.
+//! Exports a Rust model as a co-simulation FMU of FMI 2.0 and of FMI 3.0, from one table of variables and in one library.
 //!
 //! With the feature `derive`, structs with derives are the table of variables:
 //!

@@ -1,6 +1,7 @@
 //! Measurements: one table of what everything costs, beside other engines measured in the same run; or instruction
 //! counts against the recorded ones.
 
+mod borders;
 pub mod instructions;
 mod table;
 

@@ -72,7 +72,8 @@ pub fn check(workspace: &Workspace) -> Result<()> {
             environment.join(", "),
         );
     }
-    compare(&count(workspace)?, &recorded.counts, limit)
+    compare(&count(workspace)?, &recorded.counts, limit)?;
+    super::borders::check(workspace)
 }
 
 /// Processor family, compiler, C library and valgrind.
@@ -159,14 +160,14 @@ fn compare(
     Ok(())
 }
 
-fn valgrind(workspace: &Workspace) -> Command {
+pub(super) fn valgrind(workspace: &Workspace) -> Command {
     let mut command = workspace.command("valgrind");
     command.args(["--tool=callgrind", "--callgrind-out-file=/dev/null"]);
     command
 }
 
 /// Instructions per call, from the difference of two runs: what the start of the program costs drops out.
-fn per_call([few, many]: [u32; 2], command: impl Fn(u32) -> Command) -> Result<u64> {
+pub(super) fn per_call([few, many]: [u32; 2], command: impl Fn(u32) -> Command) -> Result<u64> {
     let total = |n| -> Result<u64> {
         let result = command(n).output().context("is valgrind installed?")?;
         let said = String::from_utf8_lossy(&result.stderr).into_owned();
