@@ -2,7 +2,7 @@
 
 use crate::evaluation::{Evaluation, measured};
 use crate::low_level::Measured;
-use crate::{Controller, ControllerError, Input, Settings};
+use crate::{Controller, ControllerError, Input, Settings, reference};
 use emla::{Emla, maps};
 use hdrm::{DOF, Stroke};
 use nalgebra::{Quaternion, Vector3};
@@ -145,10 +145,7 @@ impl Rod {
 /// The reference orientation after `h` s at the reference's angular velocity; unchanged where it has no direction.
 fn turned(input: &Input, h: f64) -> [f64; 4] {
     let [w, x, y, z] = input.reference_orientation;
-    let turn = Vector3::from(input.reference_angular_velocity) * h;
-    let angle = turn.norm();
-    let (sine, cosine) = libm::sincos(0.5 * angle);
-    let per_angle = if angle > 0.0 { sine / angle } else { 0.5 };
-    let q = Quaternion::from_parts(cosine, turn * per_angle) * Quaternion::new(w, x, y, z);
+    let turn = reference::turn(Vector3::from(input.reference_angular_velocity) * h);
+    let q = turn.into_inner() * Quaternion::new(w, x, y, z);
     [q.w, q.i, q.j, q.k]
 }

@@ -5,7 +5,7 @@
 //! orientation stays that of the start pose unless the reference is external.
 
 use machine::Trajectories;
-use nalgebra::{UnitQuaternion, Vector3};
+use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize};
 
 /// Which desired motion the controller follows.
@@ -37,7 +37,7 @@ pub struct Desired {
 impl Desired {
     /// What was desired a short time `age` ago, s: extrapolated with the present acceleration, the orientation with its angular velocity.
     pub(crate) fn earlier(&self, age: f64) -> Self {
-        let back = UnitQuaternion::from_scaled_axis(self.angular_velocity * -age);
+        let back = turn(self.angular_velocity * -age);
         Self {
             position: self.position - self.velocity * age + self.acceleration * (0.5 * age * age),
             velocity: self.velocity - self.acceleration * age,
@@ -124,6 +124,14 @@ fn quintic(t: f64, T: f64) -> [f64; 3] {
         30.0 * u * u * (1.0 - u) * (1.0 - u) / T,
         60.0 * u * (1.0 - u) * (1.0 - 2.0 * u) / (T * T),
     ]
+}
+
+/// The turn about an axis by the length of the vector, rad, with the same bits on every platform.
+pub(crate) fn turn(rotation: Vector3<f64>) -> UnitQuaternion<f64> {
+    let angle = rotation.norm();
+    let (sine, cosine) = libm::sincos(0.5 * angle);
+    let per_angle = if angle > 0.0 { sine / angle } else { 0.5 };
+    UnitQuaternion::new_unchecked(Quaternion::from_parts(cosine, rotation * per_angle))
 }
 
 #[cfg(test)]
