@@ -168,6 +168,8 @@ impl Target {
         };
         command.current_dir(&workspace.root);
         command.env("CARGO_TARGET_DIR", &workspace.target);
+        // What is compiled in parts is not the same bytes as what is compiled at once.
+        command.env("CARGO_INCREMENTAL", "0");
         command.env("CARGO_ENCODED_RUSTFLAGS", flags.join("\x1f"));
         Ok(command)
     }
