@@ -215,8 +215,8 @@ fn loops_must_work_some_way_beyond_the_limits() {
                 let zeta = moved(&middle, joint, side * by);
                 tree.configuration(&zeta).strokes[joint].prime
             };
-            let steps = (0..20_000).map(|k| 2e-4 * f64::from(k));
-            let dead = steps.skip_while(|by| lever(*by) > 0.0).next();
+            let mut steps = (0..20_000).map(|k| 2e-4 * f64::from(k));
+            let dead = steps.find(|by| lever(*by) <= 0.0);
             let dead = middle[joint] + side * dead.expect("no loop turns all around");
             for (before, taken) in [(0.04, false), (0.06, true)] {
                 let mut narrow = machine.clone();
