@@ -53,5 +53,5 @@ function surrogateRun(run) {
   draw(parent, "sl-scatter", [
     { type: "scatter", mode: "lines", name: "equal", x: [0, 1], y: [0, 1], line: { color: "#3c3c3c", width: 1 } },
     ...models.map((y, k) => ({ type: "scatter", mode: "markers", name: names[k], x: truth, y, marker: { size: 3, color: wheel(k, 3) } }))],
-  layout({ ...titled("Efficiency of the lift actuator: predicted against true"), hovermode: "closest", xaxis: { title: { text: "true" } }, yaxis: { title: { text: "predicted" } } }));
+  layout({ ...titled("Lift: predicted efficiency"), hovermode: "closest", xaxis: { title: { text: "true" } }, yaxis: { title: { text: "predicted" } } }));
 }
