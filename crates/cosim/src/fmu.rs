@@ -2,6 +2,7 @@
 
 use std::any::Any;
 use std::io::{Cursor, Read};
+use std::path::{MAIN_SEPARATOR, Path};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -9,9 +10,9 @@ use anyhow::{Context, Result, anyhow, bail};
 use fmi::fmi2::binding::Fmi2Binding;
 use fmi::fmi2::import::Fmi2Import;
 use fmi::fmi3::binding::Fmi3Binding;
-use fmi::fmi3::import::Fmi3Import;
 use fmi::traits::FmiImport;
 use fmu_description::{Description, Version};
+use tempfile::TempDir;
 
 use crate::batch::{Batch, Layout};
 
@@ -48,18 +49,19 @@ impl Fmu {
         let identifier = &description.identifier;
         let (api, resources, import): (_, _, Box<dyn Any + Send + Sync>) = match description.fmi {
             Version::Fmi2 => {
-                let (import, api) = unpack::<Fmi2Import>(bytes, identifier)?;
+                let (import, api) = unpack_2(bytes, identifier)?;
                 require_functions_2(&api)?;
                 let resources = import.canonical_resource_path_string();
                 (Api::Fmi2(Arc::new(api)), resources, Box::new(import))
             }
             Version::Fmi3 => {
-                let (import, api) = unpack::<Fmi3Import>(bytes, identifier)?;
+                let (folder, api) = unpack_3(bytes, identifier)?;
                 require_functions_3(&api)?;
-                let folder = import.canonical_resource_path_string();
-                // With the separator that FMI 3.0 wants at the end (section 2.3.1) and the crate leaves out.
-                let resources = folder + std::path::MAIN_SEPARATOR_STR;
-                (Api::Fmi3(Arc::new(api)), resources, Box::new(import))
+                let resources = std::path::absolute(folder.path().join("resources"))?;
+                let resources = resources.to_str().context("a path that is not UTF-8")?;
+                // With a separator at its end (section 2.3.1).
+                let resources = format!("{resources}{MAIN_SEPARATOR}");
+                (Api::Fmi3(Arc::new(api)), resources, Box::new(folder))
             }
         };
         Ok(Arc::new(Self {
@@ -97,21 +99,43 @@ impl Fmu {
     }
 }
 
-/// Unpack an FMU and load the library for this platform.
-fn unpack<I: FmiImport>(bytes: Vec<u8>, identifier: &str) -> Result<(I, I::Binding)> {
-    let import: I = fmi::import::new(Cursor::new(bytes))?;
-    let library = import
-        .archive_path()
-        .join(import.shared_lib_path(identifier)?);
-    if !library.is_file() {
-        let platform = library
-            .strip_prefix(import.archive_path())
-            .unwrap_or(&library)
-            .display();
-        bail!("it holds no {platform}, the library for this platform");
-    }
+/// Unpack an FMU of FMI 2.0 and load the library for this platform.
+fn unpack_2(bytes: Vec<u8>, identifier: &str) -> Result<(Fmi2Import, Fmi2Binding)> {
+    let import: Fmi2Import = fmi::import::new(Cursor::new(bytes))?;
+    check_library(import.archive_path(), &import.shared_lib_path(identifier)?)?;
     let api = import.binding(identifier)?;
     Ok((import, api))
+}
+
+/// The same of FMI 3.0. The `fmi` crate binds the library; its reader of descriptions, which its import asks for, refuses the base unit
+/// ampere.
+fn unpack_3(bytes: Vec<u8>, identifier: &str) -> Result<(TempDir, Fmi3Binding)> {
+    let folder = TempDir::with_prefix("cosim-")?;
+    zip::ZipArchive::new(Cursor::new(bytes))?.extract(folder.path())?;
+    let system = match std::env::consts::OS {
+        "macos" => "darwin",
+        other => other,
+    };
+    let platform = format!("{}-{system}", std::env::consts::ARCH);
+    let name = format!("{identifier}{}", std::env::consts::DLL_SUFFIX);
+    let library = Path::new("binaries").join(platform).join(name);
+    check_library(folder.path(), &library)?;
+    let library = folder.path().join(library);
+    Ok((folder, load_3(&library)?))
+}
+
+#[expect(unsafe_code, reason = "loads a library")]
+fn load_3(library: &Path) -> Result<Fmi3Binding> {
+    // SAFETY: the FMU's library, which the caller asked to run; loading it runs no code of its own.
+    Ok(unsafe { Fmi3Binding::new(library) }?)
+}
+
+fn check_library(folder: &Path, library: &Path) -> Result<()> {
+    if !folder.join(library).is_file() {
+        let platform = library.display();
+        bail!("it holds no {platform}, the library for this platform");
+    }
+    Ok(())
 }
 
 fn description_text(bytes: &[u8]) -> Result<String> {

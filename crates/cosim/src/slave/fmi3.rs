@@ -167,10 +167,13 @@ impl Drop for Instance {
 impl Border for Instance {
     fn log_only(&self, categories: &[CString]) -> Answer {
         let pointers: Vec<_> = categories.iter().map(|c| c.as_ptr()).collect();
-        // SAFETY: as many valid C strings as said.
+        // SAFETY: as many valid C strings as said. All categories are on from instantiation, so that it may say why it fails.
         let status = unsafe {
             let n = pointers.len();
-            (self.api).fmi3SetDebugLogging(self.instance, true, n, pointers.as_ptr())
+            match (self.api).fmi3SetDebugLogging(self.instance, false, 0, ptr::null()) {
+                0 | 1 => (self.api).fmi3SetDebugLogging(self.instance, true, n, pointers.as_ptr()),
+                status => status,
+            }
         };
         Answer::new(status, "fmi3SetDebugLogging")
     }
