@@ -1,9 +1,9 @@
-"""Co-simulation master on FMPy: instances coupled as a system structure says.
+"""Co-simulation master on FMPy: instances of FMI 2.0 and 3.0, also mixed, coupled as a system structure says.
 
 Schedules: `standard` exchanges values once a step (get all, set all, step all), which is all that FMI 2.0 promises between masters and
 FMUs. The others use the staged exchange: an FMU's outputs are read again after its inputs have been set at the same communication point.
 `gauss-seidel` steps the components in the order of the system and gives later ones the mean effort of the step; `jacobi` steps all from the
-same values; `jacobi-derivatives` passes first time derivatives too.
+same values; `jacobi-derivatives` passes first time derivatives too. FMI 3.0 allows the staged exchange in Event Mode only.
 
     python tests/fmpy_master.py --fmu-dir target/fmu --set controller.mode=3 --csv pd.csv
 """
@@ -12,13 +12,12 @@ import argparse
 import csv
 import tempfile
 import time
-from ctypes import POINTER, c_double, c_int, c_uint
 from itertools import groupby
 from pathlib import Path
 
 import numpy as np
 
-from fmu import Fmu, Refused
+from fmu import Refused, opened
 from system import AS_IT_IS, BadSystem, System, check_parameter, described, levels, read_set
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -26,50 +25,32 @@ STAGED = ("gauss-seidel", "jacobi", "jacobi-derivatives")
 SCHEDULES = (*STAGED, "standard")
 
 
-def pointer(array, ctype=c_double):
-    return array.ctypes.data_as(POINTER(ctype))
-
-
 class Transfer:
-    """One fmi2Get… or fmi2Set… of Real, Integer or Boolean (or of derivatives), with everything allocated."""
+    """Values of one type read from an instance or set in it, with everything allocated."""
 
     def __init__(self, instance, verb, names, slots, values, transformations=()):
-        self.instance, self.verb, self.slots, self.values = instance, verb, np.array(slots), values
-        self.n, self.references = len(names), instance.references(names)
-        self.kind = accessed(instance.fmu.variables[names[0]])
-        self.exchanged = np.zeros(self.n)
-        self.buffer = self.exchanged if self.kind == "Real" else np.zeros(self.n, dtype=np.intc)
-        self.pointer = pointer(self.buffer, c_double if self.kind == "Real" else c_int)
-        self.orders = (c_int * self.n)(*[1] * self.n)
+        self.verb, self.slots, self.values = verb, np.array(slots), values
+        self.access = instance.access(verb, names)
+        is_real = self.access.buffer.dtype == np.float64
+        self.exchanged = self.access.buffer if is_real else np.zeros(len(names))
         self.transformations = None
         if any(t != AS_IT_IS for t in transformations):
             self.transformations = tuple(map(np.array, zip(*transformations)))
 
-    def _call(self, derivatives):
-        if derivatives:
-            function = {"Get": "fmi2GetRealOutputDerivatives", "Set": "fmi2SetRealInputDerivatives"}[self.verb]
-            self.instance.call(function, self.references, self.n, self.orders, self.pointer)
-        else:
-            self.instance.call(f"fmi2{self.verb}{self.kind}", self.references, self.n, self.pointer)
-
     def run(self, derivatives=False):
+        call = self.access.derive if derivatives else self.access.run
         if self.verb == "Get":
-            self._call(derivatives)
-            self.values[self.slots] = self.buffer
+            call()
+            self.values[self.slots] = self.access.buffer
             return
         self.values.take(self.slots, out=self.exchanged)
         if self.transformations:
             factors, offsets = self.transformations
             self.exchanged *= factors
             self.exchanged += 0.0 if derivatives else offsets
-        if self.buffer is not self.exchanged:
-            self.buffer[:] = self.exchanged
-        self._call(derivatives)
-
-
-def accessed(variable):
-    """The type by whose functions a variable is read and set."""
-    return "Integer" if variable.type == "Enumeration" else variable.type
+        if self.access.buffer is not self.exchanged:
+            self.access.buffer[:] = self.exchanged
+        call()
 
 
 class Exchange:
@@ -87,7 +68,7 @@ class Exchange:
             self._add(instances, "Set", [(*link.target, slot[link.source], link.transformation) for link in now])
 
     def _add(self, instances, verb, ends):
-        alike = lambda end: (end[0], accessed(instances[end[0]].fmu.variables[end[1]]))
+        alike = lambda end: (end[0], instances[end[0]].fmu.accessed(end[1]))
         for (component, _), group in groupby(sorted(ends, key=lambda end: (alike(end), end)), key=alike):
             _, names, slots, *transformations = zip(*group)
             self.transfers.append(Transfer(instances[component], verb, names, slots, self.values, *transformations))
@@ -107,16 +88,16 @@ class Master:
         system.check(fmus)
         order, initial = levels(system, fmus), levels(system, fmus, initialization=True)
         self.system, self.schedule, self.h, self.start, self.steps = system, schedule, h, start, 0
-        self.instances = {name: fmus[file].instance(name, logging=True) for name, file in system.components.items()}
+        made = {"logging": True, "staged": schedule in STAGED}
+        self.instances = {name: fmus[file].instance(name, **made) for name, file in system.components.items()}
         for name, instance in self.instances.items():
             bound = {variable: parameter.value for variable, parameter in system.parameters[name].items()}
             instance.set({**bound, **(settings or {}).get(name, {})})
         for instance in self.instances.values():
-            instance.setup(start)
-            instance.call("fmi2EnterInitializationMode")
+            instance.enter_initialization(start)
         Exchange(self.instances, system.links, initial).run()
         for instance in self.instances.values():
-            instance.call("fmi2ExitInitializationMode")
+            instance.exit_initialization()
         self.exchange = Exchange(self.instances, system.links, [0] * len(order) if schedule == "standard" else order)
         self.slopes = None
         if schedule == "jacobi-derivatives":
@@ -159,11 +140,15 @@ class Master:
         t = self.time
         if self.schedule == "standard":
             self.exchange.run(verb="Set")
+        for instance in self.instances.values():
+            instance.leave_events()
         for name, instance in self.instances.items():
             for transfer in self.means.get(name, ()):
                 transfer.run()
             instance.step(t, self.h)
         self.steps += 1
+        for instance in self.instances.values():
+            instance.enter_events()
         self.pass_all()
 
     def record(self, until, names):
@@ -171,7 +156,7 @@ class Master:
         probes = [name.split(".", 1) for name in names]
         row = np.zeros(len(probes))
         reads = []
-        alike = lambda probe: (probe[0], accessed(self.instances[probe[0]].fmu.variables[probe[1]]))
+        alike = lambda probe: (probe[0], self.instances[probe[0]].fmu.accessed(probe[1]))
         for (component, _), group in groupby(sorted(((c, n, i) for i, (c, n) in enumerate(probes)), key=lambda p: (alike(p), p)), key=alike):
             _, some, slots = zip(*group)
             reads.append(Transfer(self.instances[component], "Get", some, slots, row))
@@ -198,7 +183,7 @@ def passes_derivative(system, fmus, link):
     return (
         of(source).variables[output].type == "Real"
         and of(source).description.coSimulation.maxOutputDerivativeOrder >= 1
-        and of(target).description.coSimulation.canInterpolateInputs
+        and getattr(of(target).description.coSimulation, "canInterpolateInputs", False)
         and of(source).variables[output].variability == "continuous"
     )
 
@@ -263,10 +248,9 @@ def main():
     system = System.read(args.ssd, args.variant)
     paths = {file: args.fmu_dir / file for file in system.components.values()}
     for component, path in (text.split("=") for text in args.replace):
-        system.components[component] = Path(path).name
-        paths[Path(path).name] = path
+        system.components[component] = paths[path] = path
     with tempfile.TemporaryDirectory() as folder:
-        fmus = {file: Fmu(paths[file], Path(folder) / file) for file in set(system.components.values())}
+        fmus = {file: opened(paths[file], Path(folder) / str(k)) for k, file in enumerate(set(system.components.values()))}
         settings = {}
         for path in args.parameters:
             for component, values in addressed(system, fmus, read_set(path.read_bytes())).items():

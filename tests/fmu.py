@@ -1,9 +1,11 @@
 """An FMU and its instances on FMPy's FMU2Slave, by variable name; statuses and messages can be looked at."""
 
 import itertools
-from ctypes import CFUNCTYPE, byref, c_char_p, c_double, c_int, c_uint, c_void_p, cast, string_at
+from ctypes import CFUNCTYPE, POINTER, byref, c_char_p, c_double, c_int, c_uint, c_void_p, cast, string_at
+from typing import NamedTuple
 
 import fmpy
+import numpy as np
 from fmpy import fmi2
 
 OK, WARNING, DISCARD, ERROR, FATAL = range(5)
@@ -23,8 +25,23 @@ class Refused(Exception):
         self.status, self.text = status, text
 
 
+class Unknown(NamedTuple):
+    """A computed variable with those that it depends on; None: on all inputs."""
+
+    variable: object
+    dependencies: list | None
+
+
+def opened(path, folder):
+    """An FMU of FMI 2.0 or 3.0."""
+    from by_element import Fmu3
+
+    is_3 = fmpy.read_model_description(str(path), validate=False).fmiVersion.startswith("3.")
+    return (Fmu3 if is_3 else Fmu)(path, folder)
+
+
 class Fmu:
-    """An unpacked FMU."""
+    """An unpacked FMU of FMI 2.0."""
 
     def __init__(self, path, folder):
         self.path = str(path)
@@ -37,6 +54,16 @@ class Fmu:
     def names(self, causality):
         return [v.name for v in self.description.modelVariables if v.causality == causality]
 
+    def unknowns(self, initialization):
+        """Outputs, or what is computed in initialization."""
+        listed = self.description.initialUnknowns if initialization else self.description.outputs
+        return [Unknown(u.variable, u.dependencies) for u in listed]
+
+    def accessed(self, name):
+        """The type by whose functions a variable is read and set."""
+        kind = self.variables[name].type
+        return "Integer" if kind == "Enumeration" else kind
+
     def instance(self, name=None, **options):
         return Instance(self, name or f"{self.identifier.lower()}_{next(_names)}", **options)
 
@@ -48,7 +75,8 @@ class Fmu:
 class Instance:
     """One instance. Every method but `status` raises `Refused` if the FMU does not return fmi2OK."""
 
-    def __init__(self, fmu, name, guid=None, resources="", logging=False, callbacks=True):
+    def __init__(self, fmu, name, guid=None, resources="", logging=False, callbacks=True, staged=False):
+        """`staged` is of no account: in FMI 2.0 it is for the FMU to allow a get after a set."""
         self.fmu, self.name, self.messages = fmu, name, []
         self.slave = fmi2.FMU2Slave(
             guid=fmu.description.guid, modelIdentifier=fmu.identifier, unzipDirectory=fmu.folder, instanceName=name
@@ -116,10 +144,26 @@ class Instance:
         """Set `values`, then to Step Complete."""
         if values:
             self.set(values)
+        self.enter_initialization(start, stop)
+        self.exit_initialization()
+        return self
+
+    def enter_initialization(self, start=0.0, stop=None):
         self.setup(start, stop)
         self.call("fmi2EnterInitializationMode")
+
+    def exit_initialization(self):
         self.call("fmi2ExitInitializationMode")
-        return self
+
+    def enter_events(self):
+        """There is no Event Mode in co-simulation."""
+
+    def leave_events(self):
+        """As above."""
+
+    def access(self, verb, names):
+        """How variables of one type are read or set together."""
+        return Access(self, verb, names)
 
     def setup(self, start=0.0, stop=None):
         self.call("fmi2SetupExperiment", 0, 0.0, start, int(stop is not None), stop or 0.0)
@@ -168,6 +212,26 @@ class Instance:
     def free(self):
         self.slave.dll.fmi2FreeInstance(self.component)
         self.component = self.slave.component = None
+
+
+class Access:
+    """One fmi2Get… or fmi2Set… of Real, Integer or Boolean (or of derivatives), with everything allocated."""
+
+    def __init__(self, instance, verb, names):
+        self.kind = instance.fmu.accessed(names[0])
+        self.instance, self.verb = instance, verb
+        self.n, self.references = len(names), instance.references(names)
+        ctype = TYPES[self.kind]
+        self.buffer = np.zeros(self.n, dtype=np.dtype(ctype))
+        self.pointer, self.orders = self.buffer.ctypes.data_as(POINTER(ctype)), (c_int * self.n)(*[1] * self.n)
+
+    def run(self):
+        self.instance.call(f"fmi2{self.verb}{self.kind}", self.references, self.n, self.pointer)
+
+    def derive(self):
+        """First time derivatives of outputs or inputs."""
+        function = {"Get": "fmi2GetRealOutputDerivatives", "Set": "fmi2SetRealInputDerivatives"}[self.verb]
+        self.instance.call(function, self.references, self.n, self.orders, self.pointer)
 
 
 TYPES = {"Real": c_double, "Integer": c_int, "Boolean": c_int, "String": c_char_p}

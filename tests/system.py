@@ -324,10 +324,9 @@ def check_parameter(name, parameter, variable):
 def feedthrough(fmu, initialization):
     """Inputs that each output depends on, by name, as the model structure says."""
     inputs = fmu.names("input")
-    unknowns = fmu.description.initialUnknowns if initialization else fmu.description.outputs
     return {
         u.variable.name: inputs if u.dependencies is None else [v.name for v in u.dependencies if v.causality == "input"]
-        for u in unknowns
+        for u in fmu.unknowns(initialization)
         if u.variable.causality == "output"
     }
 
