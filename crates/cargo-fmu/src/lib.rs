@@ -6,7 +6,7 @@
 
 pub mod archive;
 pub mod check;
-pub mod fmi2;
+pub mod fmi;
 pub mod library;
 pub mod licences;
 pub mod new;

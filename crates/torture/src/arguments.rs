@@ -1,7 +1,7 @@
 //! Random arguments: half of the calls have valid ones, the others hold anything that has the right type in C.
 
 use crate::random::Random;
-use cargo_fmu::fmi2::Fmu;
+use cargo_fmu::fmi::Fmu;
 use fmu_description::{Access, Variable};
 
 const STRANGE: [f64; 12] = [
@@ -33,9 +33,15 @@ pub fn integer(r: &mut Random) -> i32 {
     r.of(&[0, 1, 2, 3, 4, 5, 7, -1, 100, i32::MIN, i32::MAX])
 }
 
-/// A value inside the bounds: near the start value, anywhere, or on a bound.
-fn inside(r: &mut Random, v: &Variable) -> f64 {
-    let ([min, max], start) = (v.bounds(), v.start_number().unwrap_or(0.0));
+/// The start value of an element, 0 where it has none.
+pub fn start(v: &Variable, element: usize) -> f64 {
+    let start = v.start_of(element).and_then(|s| s.trim().parse().ok());
+    start.unwrap_or(0.0)
+}
+
+/// A value inside the bounds: near the start value of the element, anywhere, or on a bound.
+fn inside(r: &mut Random, v: &Variable, element: usize) -> f64 {
+    let ([min, max], start) = (v.bounds(), start(v, element));
     let value = match r.below(8) {
         0..4 => start * (0.5 + r.unit()) + 0.01 * (r.unit() - 0.5),
         4 if min.is_finite() && max.is_finite() => min + (max - min) * r.unit(),
@@ -46,10 +52,10 @@ fn inside(r: &mut Random, v: &Variable) -> f64 {
     value.clamp(min, max)
 }
 
-/// A Real value for a variable.
-pub fn real_for(r: &mut Random, v: Option<&Variable>, valid: bool) -> f64 {
+/// A Real value for an element of a variable.
+pub fn real_for(r: &mut Random, v: Option<&Variable>, element: usize, valid: bool) -> f64 {
     match v {
-        Some(v) if valid || r.one_in(2) => inside(r, v),
+        Some(v) if valid || r.one_in(2) => inside(r, v, element),
         Some(v) if r.one_in(4) => {
             let [min, max] = v.bounds();
             r.of(&[min - min.abs() * 1e-9 - 1e-9, max + max.abs() * 1e-9 + 1e-9])
@@ -61,13 +67,24 @@ pub fn real_for(r: &mut Random, v: Option<&Variable>, valid: bool) -> f64 {
 /// An Integer or Boolean value for a variable.
 pub fn integer_for(r: &mut Random, v: Option<&Variable>, valid: bool) -> i32 {
     match v {
-        Some(v) if valid && v.access() == Access::Integer => {
+        Some(v) if valid && matches!(v.access(), Access::Integer | Access::Int64) => {
             let [min, max] = v.bounds().map(|b| b.clamp(-8.0, 8.0) as i32);
             min + r.below((max - min + 1) as usize) as i32
         }
         Some(_) if valid => r.of(&[0, 1]),
         _ => integer(r),
     }
+}
+
+/// Each of the references with each of its elements; an unknown one is taken for a scalar.
+pub fn elements<'a>(
+    fmu: &'a Fmu,
+    vr: &'a [u32],
+) -> impl Iterator<Item = (Option<&'a Variable>, usize)> {
+    vr.iter().flat_map(|vr| {
+        let found = fmu.find(*vr);
+        (0..found.map_or(1, Variable::size)).map(move |k| (found, k))
+    })
 }
 
 /// Value references: those of `wanted` variables if `valid`, else any, known or not.
@@ -118,9 +135,9 @@ mod tests {
                 let [min, max] = v.bounds();
                 assert!(min < max && max.is_finite(), "{}", v.name);
                 for _ in 0..200 {
-                    let value = real_for(&mut r, Some(v), true);
+                    let value = real_for(&mut r, Some(v), 0, true);
                     assert!((min..=max).contains(&value), "{} = {value}", v.name);
-                    let value = real_for(&mut r, Some(v), false);
+                    let value = real_for(&mut r, Some(v), 0, false);
                     outside += u32::from(!(min..=max).contains(&value));
                 }
             }

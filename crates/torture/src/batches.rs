@@ -10,8 +10,8 @@ use std::{fs, thread};
 use anyhow::{Context, Result, anyhow, bail, ensure};
 
 use crate::session::{Counts, Session};
-use cargo_fmu::fmi2::Fmu;
-use cargo_fmu::fmi2::functions::Functions;
+use cargo_fmu::fmi::Fmu;
+use cargo_fmu::fmi::{Functions2, fmi3};
 
 /// A batch that takes longer than this hangs. Under valgrind and sanitizers everything is slow.
 const PATIENCE: Duration = Duration::from_secs(600);
@@ -132,7 +132,8 @@ impl Total {
                 ["compared", n] => self.compared += n.parse::<u64>()?,
                 ["digest", _] => (),
                 [name, done, discarded, refused] => {
-                    let known = Functions::NAMES.iter().find(|n| **n == name);
+                    let known = Functions2::NAMES.iter().chain(fmi3::Functions::NAMES);
+                    let known = known.copied().find(|n| *n == name);
                     let counts = self
                         .counts
                         .entry(known.with_context(|| line.to_string())?)

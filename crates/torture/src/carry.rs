@@ -5,9 +5,10 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, anyhow, ensure};
-use cargo_fmu::fmi2::Fmu;
+use cargo_fmu::fmi::Fmu;
 use fmu_description::{Access, Variable};
 
+use crate::arguments::start;
 use crate::instance::Instance;
 
 const STEP: f64 = 1e-3;
@@ -96,14 +97,14 @@ fn steps(instance: &mut Instance, first: usize) -> Result<Vec<String>, String> {
     let references: Vec<u32> = inputs.iter().map(|v| v.reference).collect();
     let mut lines = Vec::new();
     for k in first..first + STEPS {
-        let values: Vec<f64> = inputs.iter().map(|v| moving(v, k)).collect();
-        let set = instance.fmu.functions.fmi2SetReal;
-        // SAFETY: a live instance, arrays of equal length.
+        let values: Vec<f64> = inputs.iter().flat_map(|v| moving(v, k)).collect();
+        let f = &instance.fmu.functions;
+        // SAFETY: a live instance, as many values as the inputs have elements.
         let status = unsafe {
-            set(
+            f.set_real(
                 instance.c,
                 references.as_ptr(),
-                values.len(),
+                references.len(),
                 values.as_ptr(),
             )
         };
@@ -115,14 +116,16 @@ fn steps(instance: &mut Instance, first: usize) -> Result<Vec<String>, String> {
         let line = |(v, y): (&&Variable, f64)| {
             format!("step {k}: `{}` = {y} ({:016x})", v.name, y.to_bits())
         };
-        lines.extend(computed.iter().zip(outputs).map(line));
+        let computed = computed.iter().flat_map(|v| vec![v; v.size()]);
+        lines.extend(computed.zip(outputs).map(line));
     }
     Ok(lines)
 }
 
-/// The value of an input in a step: a zigzag around its start value, in numbers that every platform computes alike.
-fn moving(v: &Variable, step: usize) -> f64 {
-    let ([min, max], start) = (v.bounds(), v.start_number().unwrap_or(0.0));
+/// The values of an input in a step: a zigzag around its start values, in numbers that every platform computes alike.
+fn moving(v: &Variable, step: usize) -> Vec<f64> {
+    let [min, max] = v.bounds();
     let zigzag = (step % 40).abs_diff(20) as f64 / 10.0 - 1.0;
-    (start + 0.1 * start.abs().max(1e-2) * zigzag).clamp(min, max)
+    let value = |start: f64| (start + 0.1 * start.abs().max(1e-2) * zigzag).clamp(min, max);
+    (0..v.size()).map(|k| value(start(v, k))).collect()
 }

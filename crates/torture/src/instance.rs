@@ -1,8 +1,8 @@
 //! An instance with its log, and what an importer that follows the standard knows about it: the oracle's side of the state.
 
-use cargo_fmu::fmi2::functions::*;
-use cargo_fmu::fmi2::order::Mode;
-use cargo_fmu::fmi2::{Fmu, Log, Message};
+use cargo_fmu::fmi::functions::*;
+use cargo_fmu::fmi::order::Mode;
+use cargo_fmu::fmi::{Fmu, Log, Message};
 use fmu_description::Access;
 use std::ffi::{CString, c_int};
 use std::ptr;
@@ -16,6 +16,15 @@ pub struct Known {
     pub time: f64,
     /// A stop time was given.
     pub has_stop: bool,
+}
+
+impl Known {
+    /// Something was set: FMI 3.0 lets nothing be read in Step Mode before the next step.
+    pub fn note_set(&mut self, fmu: &Fmu) {
+        if self.mode == Mode::Stepping && fmu.functions.fmi3().is_some() {
+            self.mode = Mode::SteppingAfterSet;
+        }
+    }
 }
 
 const NEW: Known = Known {
@@ -32,16 +41,25 @@ pub struct Logging {
 }
 
 impl Logging {
-    /// fmi2SetDebugLogging: all or the named categories on, all or the named ones off.
-    pub fn set(&mut self, on: bool, named: Vec<String>) {
-        let every = ["logEvents", "logStatusWarning", "logStatusDiscard"];
+    /// fmi2SetDebugLogging: all or only the named categories on, all or the named ones off; fmi3SetDebugLogging `adds` to those that are on.
+    pub fn set(&mut self, on: bool, named: Vec<String>, adds: bool) {
+        let every = [
+            "logEvents",
+            "logStatusWarning",
+            "logStatusDiscard",
+            "logStatusError",
+        ];
         let is_named = |c: &&str| named.iter().any(|n| n == c || n == "logAll");
         let wanted: Vec<&str> = match (on, named.is_empty()) {
             (true, true) => every.to_vec(),
-            (true, false) => every.into_iter().filter(is_named).collect(),
+            (true, false) => {
+                let was_on = |c: &&str| adds && self.named.iter().any(|n| n == c);
+                let stays = |c: &&str| is_named(c) || was_on(c);
+                every.into_iter().filter(stays).collect()
+            }
             (false, true) => Vec::new(),
             (false, false) => {
-                let was_on = |c: &&str| self.expects(c) && !is_named(c);
+                let was_on = |c: &&str| self.named.iter().any(|n| n == c) && !is_named(c);
                 every.into_iter().filter(was_on).collect()
             }
         };
@@ -75,9 +93,17 @@ pub struct Instance<'a> {
 }
 
 impl<'a> Instance<'a> {
+    /// Whether a failure of this category must be reported: FMI 3.0 (section 2.3.1) lets errors be muted too.
+    pub fn expects(&self, category: &str) -> bool {
+        match self.fmu.functions.fmi3() {
+            None => self.logging.expects(category),
+            Some(_) => self.logging.named.iter().any(|n| n == category),
+        }
+    }
+
     /// fmi2Instantiate as it should be done.
     pub fn new(fmu: &'a Fmu, name: &str) -> Result<Self, String> {
-        let log = Box::new(Log::default());
+        let log = Box::new(Log::new(name));
         let callbacks = Box::new(log.callbacks());
         let (c_name, guid) = (text(name), text(&fmu.description.guid));
         let resources = match fmu.resources.is_empty() {
@@ -86,7 +112,7 @@ impl<'a> Instance<'a> {
         };
         // SAFETY: valid strings, and callbacks that outlive the instance.
         let c = unsafe {
-            (fmu.functions.fmi2Instantiate)(
+            fmu.functions.instantiate(
                 c_name.as_ptr(),
                 1,
                 guid.as_ptr(),
@@ -139,16 +165,17 @@ impl<'a> Instance<'a> {
         unsafe {
             self.must(
                 "fmi2SetupExperiment",
-                (f.fmi2SetupExperiment)(self.c, 0, 0.0, 0.0, 0, 0.0),
+                f.setup_experiment(self.c, 0, 0.0, 0.0, 0, 0.0),
             )?;
             self.must(
                 "fmi2EnterInitializationMode",
-                (f.fmi2EnterInitializationMode)(self.c),
+                f.enter_initialization_mode(self.c, 0.0, 0, 0.0),
             )?;
             self.must(
                 "fmi2ExitInitializationMode",
-                (f.fmi2ExitInitializationMode)(self.c),
+                f.exit_initialization_mode(self.c),
             )?;
+            self.must("fmi3EnterStepMode", f.leave_events(self.c))?;
         }
         self.known = Known {
             mode: Mode::Stepping,
@@ -161,7 +188,7 @@ impl<'a> Instance<'a> {
     pub fn advance(&mut self, h: f64) -> Result<(), String> {
         let t = self.known.time;
         // SAFETY: a live instance.
-        let status = unsafe { (self.fmu.functions.fmi2DoStep)(self.c, t, h, 1) };
+        let status = unsafe { self.fmu.functions.do_step(self.c, t, h, 1) };
         self.must("fmi2DoStep", status)?;
         self.known.time = t + h;
         Ok(())
@@ -170,7 +197,7 @@ impl<'a> Instance<'a> {
     /// fmi2Reset, which must succeed.
     pub fn reset(&mut self) -> Result<(), String> {
         // SAFETY: a live instance.
-        let status = unsafe { (self.fmu.functions.fmi2Reset)(self.c) };
+        let status = unsafe { self.fmu.functions.reset(self.c) };
         self.forget();
         self.must("fmi2Reset", status)
     }
@@ -182,10 +209,12 @@ impl<'a> Instance<'a> {
             .filter(|v| v.is_computed() && v.access() == Access::Real)
             .map(|v| v.reference)
             .collect();
-        let mut values = vec![0.0; vr.len()];
-        // SAFETY: a live instance, arrays of equal length.
+        let mut values = vec![0.0; self.fmu.functions.count(&vr)];
+        // SAFETY: a live instance, room for all elements.
         let status = unsafe {
-            (self.fmu.functions.fmi2GetReal)(self.c, vr.as_ptr(), vr.len(), values.as_mut_ptr())
+            self.fmu
+                .functions
+                .get_real(self.c, vr.as_ptr(), vr.len(), values.as_mut_ptr())
         };
         (status, values)
     }
@@ -196,17 +225,17 @@ impl<'a> Instance<'a> {
         let (mut state, mut size) = (ptr::null_mut(), 0);
         // SAFETY: a live instance, places for the results, and as many bytes as asked for.
         unsafe {
-            self.must("fmi2GetFMUstate", (f.fmi2GetFMUstate)(self.c, &mut state))?;
+            self.must("fmi2GetFMUstate", f.get_fmu_state(self.c, &mut state))?;
             self.must(
                 "fmi2SerializedFMUstateSize",
-                (f.fmi2SerializedFMUstateSize)(self.c, state, &mut size),
+                f.serialized_fmu_state_size(self.c, state, &mut size),
             )?;
             let mut bytes = vec![0; size];
             self.must(
                 "fmi2SerializeFMUstate",
-                (f.fmi2SerializeFMUstate)(self.c, state, bytes.as_mut_ptr(), size),
+                f.serialize_fmu_state(self.c, state, bytes.as_mut_ptr(), size),
             )?;
-            self.must("fmi2FreeFMUstate", (f.fmi2FreeFMUstate)(self.c, &mut state))?;
+            self.must("fmi2FreeFMUstate", f.free_fmu_state(self.c, &mut state))?;
             Ok(bytes)
         }
     }
@@ -218,10 +247,10 @@ impl<'a> Instance<'a> {
         unsafe {
             self.must(
                 "fmi2DeSerializeFMUstate",
-                (f.fmi2DeSerializeFMUstate)(self.c, bytes.as_ptr(), bytes.len(), &mut state),
+                f.deserialize_fmu_state(self.c, bytes.as_ptr(), bytes.len(), &mut state),
             )?;
-            self.must("fmi2SetFMUstate", (f.fmi2SetFMUstate)(self.c, state))?;
-            self.must("fmi2FreeFMUstate", (f.fmi2FreeFMUstate)(self.c, &mut state))
+            self.must("fmi2SetFMUstate", f.set_fmu_state(self.c, state))?;
+            self.must("fmi2FreeFMUstate", f.free_fmu_state(self.c, &mut state))
         }
     }
 }
@@ -229,7 +258,7 @@ impl<'a> Instance<'a> {
 impl Drop for Instance<'_> {
     fn drop(&mut self) {
         // SAFETY: a live instance, freed once.
-        unsafe { (self.fmu.functions.fmi2FreeInstance)(self.c) }
+        unsafe { self.fmu.functions.free_instance(self.c) }
     }
 }
 

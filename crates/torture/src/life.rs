@@ -6,8 +6,8 @@ use std::time::Instant;
 use anyhow::{Result, anyhow};
 
 use crate::instance::{Instance, first_steps};
-use cargo_fmu::fmi2::Fmu;
-use cargo_fmu::fmi2::functions::OK;
+use cargo_fmu::fmi::Fmu;
+use cargo_fmu::fmi::functions::OK;
 
 /// Instances alive at a time.
 const ALIVE: usize = 10;
@@ -47,15 +47,11 @@ fn live(fmu: &Fmu) -> Result<(Instance<'_>, Vec<u64>), String> {
     // SAFETY: a live instance, arrays of the length given, places for the results.
     unsafe {
         let n = bytes.len();
-        let status = (f.fmi2DeSerializeFMUstate)(instance.c, bytes.as_ptr(), n, &mut states[0]);
+        let status = f.deserialize_fmu_state(instance.c, bytes.as_ptr(), n, &mut states[0]);
         instance.must("fmi2DeSerializeFMUstate", status)?;
-        instance.must(
-            "fmi2SetFMUstate",
-            (f.fmi2SetFMUstate)(instance.c, states[0]),
-        )?;
-        let damaged =
-            (f.fmi2DeSerializeFMUstate)(instance.c, bytes.as_ptr(), n - 1, &mut states[1]);
-        let unknown = (f.fmi2SetReal)(instance.c, &u32::MAX, 1, &0.0);
+        instance.must("fmi2SetFMUstate", f.set_fmu_state(instance.c, states[0]))?;
+        let damaged = f.deserialize_fmu_state(instance.c, bytes.as_ptr(), n - 1, &mut states[1]);
+        let unknown = f.set_real(instance.c, &u32::MAX, 1, &0.0);
         if damaged == OK || unknown == OK {
             return Err("a wrong call was accepted".into());
         }

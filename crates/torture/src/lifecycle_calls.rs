@@ -4,8 +4,8 @@ use crate::arguments::{integer, real};
 use crate::instance::text;
 use crate::oracle::{Call, Expect};
 use crate::session::Session;
-use cargo_fmu::fmi2::functions::*;
-use cargo_fmu::fmi2::order::Mode;
+use cargo_fmu::fmi::functions::*;
+use cargo_fmu::fmi::order::Mode;
 use std::ffi::{CStr, CString, c_int};
 use std::ptr;
 
@@ -16,7 +16,8 @@ impl Session<'_> {
         let start = if r.one_in(4) { real(r) } else { 0.0 };
         let tolerance = if r.one_in(2) { real(r) } else { 1e-4 };
         let stop = if r.one_in(2) { real(r) } else { start + 1.0 };
-        let name = "fmi2SetupExperiment";
+        let is_3 = self.fmu.functions.fmi3().is_some();
+        let name = self.fmu.functions.name("fmi2SetupExperiment");
         // The tolerance is for FMUs that control their error; no stop time and an infinite one are the same.
         let sound = start.is_finite() && (!has_stop || stop >= start);
         let expect = self.in_order(i, name, Expect::done_if(sound));
@@ -25,9 +26,9 @@ impl Session<'_> {
             format_args!("{name}({has_tolerance}, {tolerance}, {start}, {has_stop}, {stop})"),
         );
         let instance = &mut self.instances[i];
-        // SAFETY: a live instance.
+        // SAFETY: a live instance. FMI 3.0 has this in fmi3EnterInitializationMode.
         let status = unsafe {
-            (self.fmu.functions.fmi2SetupExperiment)(
+            self.fmu.functions.begin(
                 instance.c,
                 has_tolerance.into(),
                 tolerance,
@@ -40,39 +41,56 @@ impl Session<'_> {
             instance.known.time = start;
             instance.known.has_stop = has_stop;
         }
-        Ok(self.plain(i, name, status, expect))
+        let call = self.plain(i, name, status, expect);
+        if status == OK && is_3 {
+            self.instances[i].known.mode = Mode::Initialization;
+        }
+        Ok(call)
     }
 
+    /// A function without arguments, named as in FMI 2.0.
     pub fn simple(&mut self, i: usize, name: &'static str) -> Result<Call, String> {
-        let f = &self.fmu.functions;
-        let (function, expect, next) = match name {
-            "fmi2EnterInitializationMode" => (
-                f.fmi2EnterInitializationMode,
-                Expect::Done,
-                Some(Mode::Initialization),
-            ),
-            "fmi2ExitInitializationMode" => (
-                f.fmi2ExitInitializationMode,
-                Expect::ModelDecides,
-                Some(Mode::Stepping),
-            ),
-            "fmi2Terminate" => (f.fmi2Terminate, Expect::Done, Some(Mode::Terminated)),
-            "fmi2Reset" => (f.fmi2Reset, Expect::Done, Some(Mode::Instantiated)),
-            _ => (f.fmi2CancelStep, Expect::Refused, None),
+        let (f, c) = (&self.fmu.functions, self.instances[i].c);
+        let after_initialization = match f.has_event_mode() {
+            true => Mode::Event,
+            false => Mode::Stepping,
         };
-        let expect = self.in_order(i, name, expect);
-        self.trace(i, format_args!("{name}()"));
-        let instance = &mut self.instances[i];
+        let (expect, next) = match name {
+            "fmi2EnterInitializationMode" => (Expect::Done, Some(Mode::Initialization)),
+            "fmi2ExitInitializationMode" => (Expect::ModelDecides, Some(after_initialization)),
+            "fmi2Terminate" => (Expect::Done, Some(Mode::Terminated)),
+            "fmi2Reset" => (Expect::Done, Some(Mode::Instantiated)),
+            _ => (Expect::Refused, None),
+        };
+        let own = f.name(name);
+        let expect = self.in_order(i, own, expect);
+        self.trace(i, format_args!("{own}()"));
         // SAFETY: a live instance.
-        let status = unsafe { function(instance.c) };
+        let status = unsafe {
+            match (name, f.own()) {
+                ("fmi2EnterInitializationMode", _) => f.enter_initialization_mode(c, 0.0, 0, 0.0),
+                ("fmi2ExitInitializationMode", _) => f.exit_initialization_mode(c),
+                ("fmi2Terminate", _) => f.terminate(c),
+                ("fmi2Reset", _) => f.reset(c),
+                (_, Own::Fmi2(f)) => (f.fmi2CancelStep)(c),
+                (_, Own::Fmi3(_)) => return self.event_call(i),
+            }
+        };
+        let is_3 = f.fmi3().is_some();
+        let instance = &mut self.instances[i];
         match next {
             Some(Mode::Instantiated) if status == OK => instance.forget(),
-            Some(mode) if status == OK => instance.known.mode = mode,
+            Some(mode) if status == OK => {
+                instance.known.mode = mode;
+                if is_3 && mode == Mode::Initialization {
+                    (instance.known.time, instance.known.has_stop) = (0.0, false);
+                }
+            }
             _ => {}
         }
         Ok(Call {
             expect,
-            ..self.plain(i, name, status, expect)
+            ..self.plain(i, own, status, expect)
         })
     }
 
@@ -90,7 +108,7 @@ impl Session<'_> {
             27 => r.of(&[0.0, -0.0, -1e-3, 5e-324, 1e-30]),
             _ => r.of(&[f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 1e300, 1e8]),
         };
-        let name = "fmi2DoStep";
+        let name = self.fmu.functions.name("fmi2DoStep");
         let end = t + h;
         let sound = t == now && h.is_finite() && h > 0.0 && end > t && end.is_finite();
         // Clocks that add steps up or count nanoseconds are met half-way; twice that is surely a jump.
@@ -106,16 +124,21 @@ impl Session<'_> {
         self.trace(i, format_args!("{name}({t:?}, {h:?}, {no_set_prior})"));
         let instance = &mut self.instances[i];
         // SAFETY: a live instance.
-        let status = unsafe { (self.fmu.functions.fmi2DoStep)(instance.c, t, h, no_set_prior) };
+        let status = unsafe { self.fmu.functions.do_step(instance.c, t, h, no_set_prior) };
         let call = self.plain(i, name, status, expect);
         if status == OK {
-            self.instances[i].known.time = end;
+            let known = &mut self.instances[i].known;
+            (known.time, known.mode) = (end, Mode::Stepping);
         }
         Ok(call)
     }
 
+    /// Inquiries of FMI 2.0; in FMI 3.0 about dependencies.
     pub fn status(&mut self, i: usize) -> Result<Call, String> {
-        let (f, r, c) = (&self.fmu.functions, &mut self.random, self.instances[i].c);
+        let Own::Fmi2(f) = self.fmu.functions.own() else {
+            return self.dependencies(i);
+        };
+        let (r, c) = (&mut self.random, self.instances[i].c);
         let kind = r.of(&[0, 1, 2, 3, 4, -1, c_int::MAX]);
         let is_null = r.one_in(8);
         let (mut integer, mut number, mut string) = (-1, f64::NAN, ptr::null());
@@ -189,7 +212,8 @@ impl Session<'_> {
                 true => {
                     let name =
                         r.of::<&CStr>(&[c"", c"logall", c"logNonlinearSystems", c"\xff\xfe"]);
-                    sound &= name.to_str().is_ok(); // categories that nobody has declared are ignored
+                    // Categories that nobody has declared are ignored in FMI 2.0, and refused in FMI 3.0.
+                    sound &= name.to_str().is_ok() && self.fmu.functions.fmi3().is_none();
                     name.to_owned()
                 }
             })
@@ -206,15 +230,16 @@ impl Session<'_> {
             pointers.as_ptr()
         };
         sound &= !is_null || n == 0;
-        let name = "fmi2SetDebugLogging";
+        let name = self.fmu.functions.name("fmi2SetDebugLogging");
         self.trace(i, format_args!("{name}({on}, {names:?}, NULL: {is_null})"));
         let c = self.instances[i].c;
         // SAFETY: a live instance; NULL or `n` elements, each NULL or a C string.
-        let status = unsafe { (self.fmu.functions.fmi2SetDebugLogging)(c, on.into(), n, list) };
+        let status = unsafe { self.fmu.functions.set_debug_logging(c, on.into(), n, list) };
         let call = self.plain(i, name, status, Expect::done_if(sound));
         if status == OK {
             let named = names.iter().map(|n| n.to_string_lossy().into_owned());
-            self.instances[i].logging.set(on, named.collect());
+            let adds = self.fmu.functions.fmi3().is_some();
+            self.instances[i].logging.set(on, named.collect(), adds);
         }
         Ok(call)
     }
@@ -248,7 +273,7 @@ impl Session<'_> {
         let f = &self.fmu.functions;
         // SAFETY: C strings or NULL, callbacks or NULL; what is made is freed once.
         let is_made = unsafe {
-            let c = (f.fmi2Instantiate)(
+            let c = f.instantiate(
                 pointer(name),
                 kind,
                 if no_guid { ptr::null() } else { guid.as_ptr() },
@@ -261,16 +286,25 @@ impl Session<'_> {
                 0,
                 1,
             );
-            (f.fmi2FreeInstance)(c);
-            (f.fmi2FreeInstance)(ptr::null_mut());
+            f.free_instance(c);
+            f.free_instance(ptr::null_mut());
             !c.is_null()
-                && CStr::from_ptr((f.fmi2GetVersion)()) == c"2.0"
-                && CStr::from_ptr((f.fmi2GetTypesPlatform)()) == c"default"
+                && match f.own() {
+                    Own::Fmi2(f) => {
+                        CStr::from_ptr((f.fmi2GetVersion)()) == c"2.0"
+                            && CStr::from_ptr((f.fmi2GetTypesPlatform)()) == c"default"
+                    }
+                    Own::Fmi3(f) => CStr::from_ptr((f.fmi3GetVersion)()) == c"3.0",
+                }
         };
         let right = guid.to_str() == Ok(&self.fmu.description.guid) && !no_guid;
-        let sound = right && kind == 1 && !no_callbacks && name.is_some_and(|n| !n.is_empty());
+        // FMI 3.0 has a logger instead, which may be NULL.
+        let sound = right
+            && kind == 1
+            && (!no_callbacks || f.fmi3().is_some())
+            && name.is_some_and(|n| !n.is_empty());
         Call {
-            name: "fmi2Instantiate",
+            name: f.name("fmi2Instantiate"),
             status: if is_made { OK } else { ERROR },
             expect: Expect::done_if(sound),
             variables: Vec::new(),
@@ -287,25 +321,26 @@ impl Session<'_> {
         // SAFETY: NULL instead of an instance; arrays of one element.
         let (name, status) = unsafe {
             match which {
-                0 => ("fmi2DoStep", (f.fmi2DoStep)(c, 0.0, 1e-3, 1)),
+                0 => ("fmi2DoStep", f.do_step(c, 0.0, 1e-3, 1)),
                 1 => (
                     "fmi2GetReal",
-                    (f.fmi2GetReal)(c, vr.as_ptr(), 1, number.as_mut_ptr()),
+                    f.get_real(c, vr.as_ptr(), 1, number.as_mut_ptr()),
                 ),
                 2 => (
                     "fmi2SetReal",
-                    (f.fmi2SetReal)(c, vr.as_ptr(), 1, number.as_ptr()),
+                    f.set_real(c, vr.as_ptr(), 1, number.as_ptr()),
                 ),
-                3 => ("fmi2Reset", (f.fmi2Reset)(c)),
-                4 => ("fmi2Terminate", (f.fmi2Terminate)(c)),
-                5 => ("fmi2GetFMUstate", (f.fmi2GetFMUstate)(c, &mut state)),
-                6 => ("fmi2CancelStep", (f.fmi2CancelStep)(c)),
-                _ => (
-                    "fmi2ExitInitializationMode",
-                    (f.fmi2ExitInitializationMode)(c),
-                ),
+                3 => ("fmi2Reset", f.reset(c)),
+                4 => ("fmi2Terminate", f.terminate(c)),
+                5 => ("fmi2GetFMUstate", f.get_fmu_state(c, &mut state)),
+                6 => match f.own() {
+                    Own::Fmi2(f) => ("fmi2CancelStep", (f.fmi2CancelStep)(c)),
+                    Own::Fmi3(f) => ("fmi3EnterStepMode", (f.fmi3EnterStepMode)(c)),
+                },
+                _ => ("fmi2ExitInitializationMode", f.exit_initialization_mode(c)),
             }
         };
+        let name = f.name(name);
         Ok(Call {
             without_instance: true,
             ..self.plain(i, name, status, Expect::Refused)

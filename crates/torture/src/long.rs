@@ -5,9 +5,10 @@ use std::time::Instant;
 
 use anyhow::{Context, Result, anyhow, ensure};
 
+use crate::arguments::start;
 use crate::instance::Instance;
-use cargo_fmu::fmi2::Fmu;
-use cargo_fmu::fmi2::functions::{OK, WARNING};
+use cargo_fmu::fmi::Fmu;
+use cargo_fmu::fmi::functions::{OK, WARNING};
 use fmu_description::Access;
 
 const STEP: f64 = 1e-3;
@@ -33,25 +34,29 @@ fn one(path: &Path, steps: u64) -> Result<()> {
         .filter(|v| v.is_input() && v.access() == Access::Real)
         .collect();
     let vr: Vec<u32> = inputs.iter().map(|v| v.reference).collect();
-    let (mut values, mut largest) = (vec![0.0; vr.len()], 0.0_f64);
+    let elements: Vec<_> = inputs
+        .iter()
+        .flat_map(|v| (0..v.size()).map(move |k| (start(v, k), v.bounds())))
+        .collect();
+    let (mut values, mut largest) = (vec![0.0; elements.len()], 0.0_f64);
     let (mut warned, mut failed) = (0_u64, 0_u64);
     let mut before = 0;
     for k in 0..steps {
         if k == steps / 10 {
             before = resident()?;
         }
-        for (i, (value, v)) in values.iter_mut().zip(&inputs).enumerate() {
+        for (i, (value, (start, [min, max]))) in values.iter_mut().zip(&elements).enumerate() {
             let phase = 2e-3 * k as f64 * (1.0 + 0.1 * i as f64);
-            let ([min, max], start) = (v.bounds(), v.start_number().unwrap_or(0.0));
-            *value = (start + 0.1 * start.abs().max(1e-2) * phase.sin()).clamp(min, max);
+            *value = (start + 0.1 * start.abs().max(1e-2) * phase.sin()).clamp(*min, *max);
         }
         // t_k from an integer, as a good importer does it.
         let t = k as f64 * STEP;
         // SAFETY: a live instance, arrays of equal length.
         let (set, stepped) = unsafe {
             (
-                (fmu.functions.fmi2SetReal)(instance.c, vr.as_ptr(), vr.len(), values.as_ptr()),
-                (fmu.functions.fmi2DoStep)(instance.c, t, STEP, 1),
+                fmu.functions
+                    .set_real(instance.c, vr.as_ptr(), vr.len(), values.as_ptr()),
+                fmu.functions.do_step(instance.c, t, STEP, 1),
             )
         };
         ensure!(
@@ -79,7 +84,7 @@ fn one(path: &Path, steps: u64) -> Result<()> {
     let growth = resident()? - before;
     let mut end = f64::NAN;
     // SAFETY: a live instance, a place for the result.
-    unsafe { (fmu.functions.fmi2GetRealStatus)(instance.c, 2, &mut end) };
+    unsafe { fmu.functions.last_time(instance.c, &mut end) };
     let drift = end - steps as f64 * STEP;
     println!(
         "{}: {steps} steps of 1 ms in {:.0} s; memory after the first tenth {before} kB, growth {growth} kB; drift of time {drift:e} s; \

@@ -1,6 +1,6 @@
-//! Mistreats FMI 2.0 co-simulation FMUs and checks that they bear it.
+//! Mistreats co-simulation FMUs of FMI 2.0 and 3.0 and checks that they bear it.
 //!
-//! `calls`: random calls over all 34 functions, with any arguments of the right C types, against an oracle made of the standard's call
+//! `calls`: random calls over all 34 functions of FMI 2.0, or those of FMI 3.0, with any arguments of the right C types, against an oracle made of the standard's call
 //! order and the FMU's own model description; each batch in a process of its own, so that a crash or a hang is caught, its last calls
 //! are printed, and it can be replayed by its seed. `life`: loads, instances, saved states and unloads, for valgrind. `threads`:
 //! instances in parallel threads, for helgrind. `long`: many steps; memory, time and outputs are watched. `save` and `continue`: states
@@ -12,6 +12,7 @@
 
 mod arguments;
 mod batches;
+mod calls_3;
 mod carry;
 mod instance;
 mod life;

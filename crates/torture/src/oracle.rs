@@ -1,8 +1,8 @@
 //! What a call must answer, by the standard and the model description, and the check that it did.
 
 use crate::instance::Instance;
-use cargo_fmu::fmi2::Message;
-use cargo_fmu::fmi2::functions::{DISCARD, ERROR, OK, WARNING};
+use cargo_fmu::fmi::Message;
+use cargo_fmu::fmi::functions::{DISCARD, ERROR, OK, WARNING};
 use std::ffi::c_int;
 
 /// What the standard lets a call answer.
@@ -22,6 +22,8 @@ pub enum Expect {
     ModelDecides,
     /// As before, or fmi2Discard where a file holds a value out of its bounds.
     FileDecides,
+    /// fmi3Error or fmi3Discard: several arguments are wrong.
+    RefusedOrDiscarded,
 }
 
 impl Expect {
@@ -39,6 +41,7 @@ impl Expect {
             Self::StepOrRefused => matches!(status, OK | DISCARD | ERROR),
             Self::ModelDecides => matches!(status, OK | ERROR),
             Self::FileDecides => matches!(status, OK | ERROR | DISCARD),
+            Self::RefusedOrDiscarded => matches!(status, ERROR | DISCARD),
         }
     }
 }
@@ -73,7 +76,7 @@ pub fn judge(instance: &Instance, call: &Call) -> Result<(), String> {
     let Some(category) = category(status).filter(|_| status != OK && !call.without_instance) else {
         return Ok(());
     };
-    if !instance.logging.expects(category) {
+    if !instance.expects(category) {
         return match messages.iter().any(|m| m.category == category) {
             true => problem("a message that was not asked for".into()),
             false => Ok(()),
@@ -89,7 +92,8 @@ pub fn judge(instance: &Instance, call: &Call) -> Result<(), String> {
     if is_output(name) && text.contains(" became ") {
         return problem("an output is no number".into());
     }
-    let named = |v: &String| text.contains(&format!("`{v}`"));
+    // Of an array, an element may be named.
+    let named = |v: &String| text.contains(&format!("`{v}`")) || text.contains(&format!("`{v}["));
     if !call.variables.is_empty() && !call.variables.iter().any(named) {
         return problem(format!(
             "the message names none of the variables {:?}",
@@ -101,7 +105,16 @@ pub fn judge(instance: &Instance, call: &Call) -> Result<(), String> {
 
 /// A function that reads values. (A step, or a derivative for a huge seed, may leave the range of numbers.)
 fn is_output(name: &str) -> bool {
-    matches!(name, "fmi2GetReal" | "fmi2GetInteger" | "fmi2GetBoolean")
+    matches!(
+        name,
+        "fmi2GetReal"
+            | "fmi2GetInteger"
+            | "fmi2GetBoolean"
+            | "fmi3GetFloat64"
+            | "fmi3GetInt32"
+            | "fmi3GetInt64"
+            | "fmi3GetBoolean"
+    )
 }
 
 /// What is wrong with a message.
@@ -110,13 +123,17 @@ fn fault(instance: &Instance, message: &Message, status: c_int) -> Option<String
     if !declared.contains(&message.category) {
         return Some(format!("category `{}` is not declared", message.category));
     }
-    if category(message.status) != Some(message.category.as_str()) {
+    // In FMI 3.0 the status of a message must be no worse than that of the call, so a warning in a call that is done has the status OK.
+    let is_mild =
+        message.is_plain && message.status == OK && message.category == "logStatusWarning";
+    if !is_mild && category(message.status) != Some(message.category.as_str()) {
         return Some("status and category of a message do not fit".into());
     }
     if message.status != status && message.status > WARNING {
         return Some("status of a message is not that of the call".into());
     }
-    let sound = message.instance == instance.name && is_plain(&message.format);
+    let sound =
+        message.instance == instance.name && (message.is_plain || is_plain(&message.format));
     (!sound || message.format.is_empty()).then(|| "name, format or text of a message".into())
 }
 

@@ -3,9 +3,9 @@
 use crate::instance::{Instance, Known, first_steps};
 use crate::oracle::{Call, Expect, judge};
 use crate::random::Random;
-use cargo_fmu::fmi2::Fmu;
-use cargo_fmu::fmi2::functions::*;
-use cargo_fmu::fmi2::order::{Mode, is_allowed};
+use cargo_fmu::fmi::Fmu;
+use cargo_fmu::fmi::functions::*;
+use cargo_fmu::fmi::order::{Mode, is_allowed};
 use std::collections::BTreeMap;
 use std::ffi::c_int;
 use std::fmt::Arguments;
@@ -163,7 +163,7 @@ impl<'a> Session<'a> {
         if status == OK && values.iter().any(|v| !v.is_finite()) {
             return Err(format!("an output is not finite: {values:?}"));
         }
-        if status != OK && is_allowed("fmi2GetReal", mode) {
+        if status != OK && is_allowed(self.fmu.functions.name("fmi2GetReal"), mode) {
             // A model may refuse inputs together, such as a quaternion of length 0, but its numbers must stay numbers.
             let messages = instance.messages();
             if messages.iter().any(|m| m.format.contains(" became ")) {
@@ -173,7 +173,7 @@ impl<'a> Session<'a> {
         if status == OK && mode != Mode::Initialization {
             let mut time = f64::NAN;
             // SAFETY: a live instance, a place for the result.
-            let got = unsafe { (self.fmu.functions.fmi2GetRealStatus)(instance.c, 2, &mut time) };
+            let got = unsafe { self.fmu.functions.last_time(instance.c, &mut time) };
             instance.must("fmi2GetRealStatus", got)?;
             if time != instance.known.time {
                 return Err(format!("time is {time}, expected {}", instance.known.time));
@@ -208,7 +208,10 @@ impl<'a> Session<'a> {
             6..9 => self.simple(i, "fmi2ExitInitializationMode"),
             9 if self.random.one_in(4) => self.simple(i, "fmi2Terminate"),
             10 if self.random.one_in(4) => self.simple(i, "fmi2Reset"),
+            // In FMI 3.0 what leads into Event Mode and out of it, often enough.
             11 => self.simple(i, "fmi2CancelStep"),
+            49..53 if self.fmu.functions.fmi3().is_some() => self.event_call(i),
+            53 if self.fmu.functions.fmi3().is_some() => self.absent(i),
             12 => self.set_debug_logging(i),
             13..15 => self.status(i),
             15 if self.random.one_in(2) => Ok(self.instantiate(i)),
@@ -218,6 +221,7 @@ impl<'a> Session<'a> {
             25..30 => self.get_real(i),
             30..32 => self.get_integer(i),
             32 => self.get_string(i),
+            33..35 if self.fmu.functions.fmi3().is_some() => self.adjoint(i),
             33..35 => self.set_input_derivatives(i),
             35..37 => self.get_output_derivatives(i),
             37..39 => self.get_directional_derivative(i),

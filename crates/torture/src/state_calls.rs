@@ -3,7 +3,8 @@
 use crate::instance::Known;
 use crate::oracle::{Call, Expect};
 use crate::session::{Bytes, Session};
-use cargo_fmu::fmi2::functions::*;
+use cargo_fmu::fmi::functions::*;
+use cargo_fmu::fmi::order::Mode;
 use std::ptr;
 
 /// Saved states an instance holds at most in a batch, so that memory stays bounded.
@@ -38,7 +39,7 @@ impl Session<'_> {
     }
 
     pub fn get_state(&mut self, i: usize) -> Result<Call, String> {
-        let name = "fmi2GetFMUstate";
+        let name = self.fmu.functions.name("fmi2GetFMUstate");
         let (old, held) = match self.instances[i].saved.len() < MOST_SAVED && !self.random.one_in(4)
         {
             true => (ptr::null_mut(), None),
@@ -54,7 +55,7 @@ impl Session<'_> {
             &raw mut state
         };
         // SAFETY: a live instance; NULL or a place with a handle, which is looked up.
-        let status = unsafe { (self.fmu.functions.fmi2GetFMUstate)(self.instances[i].c, place) };
+        let status = unsafe { self.fmu.functions.get_fmu_state(self.instances[i].c, place) };
         if status == OK {
             let known = self.instances[i].known;
             self.remember(i, state, known);
@@ -65,19 +66,28 @@ impl Session<'_> {
     }
 
     pub fn set_state(&mut self, i: usize) -> Result<Call, String> {
-        let name = "fmi2SetFMUstate";
+        let name = self.fmu.functions.name("fmi2SetFMUstate");
         let (handle, held) = self.handle(i);
         self.trace(i, format_args!("{name}({handle:?}: {held:?})"));
         // SAFETY: a live instance; the handle is looked up.
-        let status = unsafe { (self.fmu.functions.fmi2SetFMUstate)(self.instances[i].c, handle) };
+        let status = unsafe {
+            self.fmu
+                .functions
+                .set_fmu_state(self.instances[i].c, handle)
+        };
         if let (OK, Some(known)) = (status, held) {
-            self.instances[i].known = known;
+            // A state is one of the model; what was set before it was saved is in it.
+            let mode = match known.mode {
+                Mode::SteppingAfterSet => Mode::Stepping,
+                mode => mode,
+            };
+            self.instances[i].known = Known { mode, ..known };
         }
         Ok(self.plain(i, name, status, Expect::done_if(held.is_some())))
     }
 
     pub fn free_state(&mut self, i: usize) -> Result<Call, String> {
-        let name = "fmi2FreeFMUstate";
+        let name = self.fmu.functions.name("fmi2FreeFMUstate");
         let (handle, held) = self.handle(i);
         let is_null = self.random.one_in(16);
         let sound = is_null || handle.is_null() || held.is_some();
@@ -92,7 +102,11 @@ impl Session<'_> {
             &raw mut state
         };
         // SAFETY: a live instance; NULL or a place with a handle, which is looked up.
-        let status = unsafe { (self.fmu.functions.fmi2FreeFMUstate)(self.instances[i].c, place) };
+        let status = unsafe {
+            self.fmu
+                .functions
+                .free_fmu_state(self.instances[i].c, place)
+        };
         if status == OK && !is_null {
             if !state.is_null() {
                 return Err(format!("{name} left a handle behind"));
@@ -109,7 +123,7 @@ impl Session<'_> {
         let (f, c) = (&self.fmu.functions, self.instances[i].c);
         let (handle, held) = self.handle(i);
         let mut size = 0;
-        let name = "fmi2SerializedFMUstateSize";
+        let name = self.fmu.functions.name("fmi2SerializedFMUstateSize");
         self.trace(i, format_args!("{name}({handle:?}: {held:?})"));
         let is_null = self.random.one_in(16);
         let place = if is_null {
@@ -118,7 +132,7 @@ impl Session<'_> {
             &raw mut size
         };
         // SAFETY: a live instance; the handle is looked up; NULL or a place.
-        let status = unsafe { (f.fmi2SerializedFMUstateSize)(c, handle, place) };
+        let status = unsafe { f.serialized_fmu_state_size(c, handle, place) };
         let sound = held.is_some() && !is_null;
         if status != OK || !sound {
             return Ok(self.plain(i, name, status, Expect::done_if(sound)));
@@ -129,10 +143,10 @@ impl Session<'_> {
             _ => size,
         };
         let mut bytes = vec![0xa5; room];
-        let name = "fmi2SerializeFMUstate";
+        let name = self.fmu.functions.name("fmi2SerializeFMUstate");
         self.trace(i, format_args!("{name}({handle:?}, {room} of {size})"));
         // SAFETY: as above; `room` bytes.
-        let status = unsafe { (f.fmi2SerializeFMUstate)(c, handle, bytes.as_mut_ptr(), room) };
+        let status = unsafe { f.serialize_fmu_state(c, handle, bytes.as_mut_ptr(), room) };
         if bytes.iter().skip(size).any(|b| *b != 0xa5) {
             return Err(format!("{name} wrote beyond the end of the state"));
         }
@@ -148,7 +162,7 @@ impl Session<'_> {
     }
 
     pub fn deserialize(&mut self, i: usize) -> Result<Call, String> {
-        let name = "fmi2DeSerializeFMUstate";
+        let name = self.fmu.functions.name("fmi2DeSerializeFMUstate");
         let (old, held) = match self.instances[i].saved.len() < MOST_SAVED && !self.random.one_in(4)
         {
             true => (ptr::null_mut(), None),
@@ -184,12 +198,9 @@ impl Session<'_> {
         };
         // SAFETY: a live instance; NULL or an array; NULL or a place with a handle, which is looked up.
         let status = unsafe {
-            (self.fmu.functions.fmi2DeSerializeFMUstate)(
-                self.instances[i].c,
-                from,
-                bytes.len(),
-                place,
-            )
+            self.fmu
+                .functions
+                .deserialize_fmu_state(self.instances[i].c, from, bytes.len(), place)
         };
         if let (OK, Some(known)) = (status, known) {
             self.remember(i, state, known);
@@ -203,7 +214,7 @@ impl Session<'_> {
 /// Damages half of the bytes it is given, so that a sound reader must refuse them.
 fn damage(r: &mut crate::random::Random, bytes: &mut Vec<u8>) -> &'static str {
     // Bytes after the end of a state are allowed, and must not be taken for it.
-    let state = 40 + u64::from_le_bytes(bytes[28..36].try_into().expect("8 bytes")) as usize;
+    let state = 44 + u64::from_le_bytes(bytes[32..40].try_into().expect("8 bytes")) as usize;
     match r.below(8) {
         0 => {
             let at = r.below(state);

@@ -7,7 +7,7 @@ use std::time::Instant;
 use anyhow::{Result, anyhow, ensure};
 
 use crate::instance::Instance;
-use cargo_fmu::fmi2::Fmu;
+use cargo_fmu::fmi::Fmu;
 
 /// `threads` instances of each FMU, `steps` steps each, all at once.
 ///
@@ -84,7 +84,12 @@ fn follow(instance: &mut Instance, steps: usize) -> Result<Vec<u64>, String> {
         if k % 16 == 0 {
             instance.snapshot()?;
             // SAFETY: a live instance; the reference is unknown, which must be refused.
-            unsafe { (instance.fmu.functions.fmi2SetReal)(instance.c, &u32::MAX, 1, &0.0) };
+            unsafe {
+                instance
+                    .fmu
+                    .functions
+                    .set_real(instance.c, &u32::MAX, 1, &0.0)
+            };
         }
     }
     Ok(bits)

@@ -3,8 +3,8 @@
 use crate::arguments::*;
 use crate::oracle::{Call, Expect};
 use crate::session::Session;
-use cargo_fmu::fmi2::functions::*;
-use cargo_fmu::fmi2::order::Mode;
+use cargo_fmu::fmi::functions::*;
+use cargo_fmu::fmi::order::Mode;
 use fmu_description::{Access, Causality, Variability, Variable};
 use std::ffi::{CStr, c_int};
 use std::ptr;
@@ -21,7 +21,9 @@ fn pointer<T>(values: &[T], is_null: bool) -> *const T {
 impl Session<'_> {
     /// Names for the judge, and whether all references are known.
     fn names(&self, vr: &[u32]) -> (Vec<String>, bool) {
-        let found = vr.iter().map(|vr| self.fmu.find(*vr));
+        // Time is no variable of the model.
+        let is_own = |v: &&Variable| v.causality != Causality::Independent;
+        let found = vr.iter().map(|vr| self.fmu.find(*vr).filter(is_own));
         let names: Vec<_> = found.flatten().map(|v| v.name.clone()).collect();
         let is_complete = names.len() == vr.len();
         (names, is_complete)
@@ -50,10 +52,10 @@ impl Session<'_> {
 
     /// What fmi2SetXxx may answer, by causality, variability and bounds.
     fn settable(&self, i: usize, vr: &[u32], kind: Access, values: &[f64]) -> Expect {
-        let is_running = self.instances[i].known.mode == Mode::Stepping;
+        let is_running = self.is_running(i);
         let mut expect = Expect::Done;
-        for (vr, &value) in vr.iter().zip(values) {
-            let Some(v) = self.fmu.find(*vr) else {
+        for ((found, _), &value) in elements(self.fmu, vr).zip(values) {
+            let Some(v) = found else {
                 return Expect::Refused;
             };
             let settable = v.is_input()
@@ -75,8 +77,30 @@ impl Session<'_> {
         expect
     }
 
+    /// With several mistakes in a call of FMI 3.0, whose variables are arrays, which is met first is the exporter's affair.
+    fn of_several(&self, vr: &[u32], expect: Expect) -> Expect {
+        let are_several = self.fmu.functions.fmi3().is_some() && vr.len() > 1;
+        match expect {
+            Expect::Refused | Expect::Discarded if are_several => Expect::RefusedOrDiscarded,
+            expect => expect,
+        }
+    }
+
+    /// Initialization is over.
+    fn is_running(&self, i: usize) -> bool {
+        let mode = self.instances[i].known.mode;
+        matches!(mode, Mode::Event | Mode::Stepping | Mode::SteppingAfterSet)
+    }
+
+    /// Notes what a set that was done leads to.
+    fn note_set(&mut self, i: usize, status: c_int) {
+        if status == OK {
+            self.instances[i].known.note_set(self.fmu);
+        }
+    }
+
     fn is_settable(&self, i: usize, kind: Access) -> impl Fn(&Variable) -> bool + use<> {
-        let is_running = self.instances[i].known.mode == Mode::Stepping;
+        let is_running = self.is_running(i);
         move |v| {
             let settable = v.is_input()
                 || v.is_tunable()
@@ -90,15 +114,17 @@ impl Session<'_> {
         let r = &mut self.random;
         let valid = r.one_in(2);
         let vr = references(r, self.fmu, valid, wanted);
-        let find = |vr: u32| self.fmu.find(vr);
-        let values: Vec<f64> = vr.iter().map(|vr| real_for(r, find(*vr), valid)).collect();
+        let values: Vec<f64> = elements(self.fmu, &vr)
+            .map(|(v, k)| real_for(r, v, k, valid))
+            .collect();
         let (no_vr, no_values) = (!valid && r.one_in(16), !valid && r.one_in(16));
         let is_null = (no_vr || no_values) && !vr.is_empty();
         let expect = match is_null {
             true => Expect::Refused,
             false => self.settable(i, &vr, Access::Real, &values),
         };
-        let name = "fmi2SetReal";
+        let expect = self.of_several(&vr, expect);
+        let name = self.fmu.functions.name("fmi2SetReal");
         self.trace(
             i,
             format_args!("{name}({vr:?}, {values:?}, {no_vr}, {no_values})"),
@@ -106,7 +132,7 @@ impl Session<'_> {
         let c = self.instances[i].c;
         // SAFETY: a live instance; NULL or arrays of equal length.
         let status = unsafe {
-            (self.fmu.functions.fmi2SetReal)(
+            self.fmu.functions.set_real(
                 c,
                 pointer(&vr, no_vr),
                 vr.len(),
@@ -115,12 +141,16 @@ impl Session<'_> {
         };
         let readable = matches!(
             self.instances[i].known.mode,
-            Mode::Initialization | Mode::Stepping
+            Mode::Initialization | Mode::Event | Mode::Stepping
         );
+        let readable = readable
+            && !(self.fmu.functions.fmi3().is_some()
+                && self.instances[i].known.mode == Mode::Stepping);
+        self.note_set(i, status);
         if let ([vr], [value], OK, true) = (&*vr, &*values, status, readable) {
             let mut back = f64::NAN;
             // SAFETY: a live instance; one element each.
-            let got = unsafe { (self.fmu.functions.fmi2GetReal)(c, vr, 1, &mut back) };
+            let got = unsafe { self.fmu.functions.get_real(c, vr, 1, &mut back) };
             if got != OK || back.to_bits() != value.to_bits() {
                 return Err(format!(
                     "value reference {vr}: {value} was set, {back} came back"
@@ -130,37 +160,64 @@ impl Session<'_> {
         Ok(self.with_variables(i, name, status, expect, &vr, is_null))
     }
 
+    /// What fmi2GetInteger and fmi3GetInt64 access. A call with references of Int32 only goes to fmi3GetInt32.
+    fn integer_kind(&self, is_boolean: bool) -> Access {
+        match (is_boolean, self.fmu.functions.fmi3()) {
+            (true, _) => Access::Boolean,
+            (false, None) => Access::Integer,
+            (false, Some(_)) => Access::Int64,
+        }
+    }
+
+    /// As `integer_kind`, with the name of the function, by the first reference.
+    fn by_first(
+        &self,
+        kind: Access,
+        vr: &[u32],
+        names: [&'static str; 2],
+    ) -> (Access, &'static str) {
+        let first = vr.first().and_then(|vr| self.fmu.find(*vr));
+        let is_int32 = first.is_some_and(|v| v.access() == Access::Integer);
+        match (kind, is_int32) {
+            (Access::Int64, true) => (Access::Integer, names[1]),
+            _ => (kind, self.fmu.functions.name(names[0])),
+        }
+    }
+
     pub fn set_integer(&mut self, i: usize) -> Result<Call, String> {
         let is_boolean = self.random.one_in(3);
-        let kind = if is_boolean {
-            Access::Boolean
-        } else {
-            Access::Integer
-        };
+        let kind = self.integer_kind(is_boolean);
         let wanted = self.is_settable(i, kind);
         let r = &mut self.random;
         let valid = r.one_in(2);
         let vr = references(r, self.fmu, valid, wanted);
-        let find = |vr: u32| self.fmu.find(vr);
-        let values: Vec<c_int> = vr
-            .iter()
-            .map(|vr| integer_for(r, find(*vr), valid))
+        let values: Vec<c_int> = elements(self.fmu, &vr)
+            .map(|(v, _)| integer_for(r, v, valid))
             .collect();
+        let names = match is_boolean {
+            true => ["fmi2SetBoolean"; 2],
+            false => ["fmi2SetInteger", "fmi3SetInt32"],
+        };
+        let (kind, name) = self.by_first(kind, &vr, names);
         let numbers: Vec<f64> = values.iter().map(|v| f64::from(*v)).collect();
-        let no_values = r.one_in(16);
+        let no_values = self.random.one_in(16);
         let is_null = no_values && !vr.is_empty();
         let expect = match is_null {
             true => Expect::Refused,
             false => self.settable(i, &vr, kind, &numbers),
         };
+        let expect = self.of_several(&vr, expect);
         let (f, c) = (&self.fmu.functions, self.instances[i].c);
-        let (name, function) = match is_boolean {
-            true => ("fmi2SetBoolean", f.fmi2SetBoolean),
-            false => ("fmi2SetInteger", f.fmi2SetInteger),
-        };
         self.trace(i, format_args!("{name}({vr:?}, {values:?}, {no_values})"));
-        // SAFETY: a live instance; NULL or arrays of equal length.
-        let status = unsafe { function(c, vr.as_ptr(), vr.len(), pointer(&values, no_values)) };
+        let place = pointer(&values, no_values);
+        // SAFETY: a live instance; NULL or as many values as there are elements.
+        let status = unsafe {
+            match is_boolean {
+                true => f.set_boolean(c, vr.as_ptr(), vr.len(), place),
+                false => f.set_integer(c, vr.as_ptr(), vr.len(), place),
+            }
+        };
+        self.note_set(i, status);
         Ok(self.with_variables(i, name, status, expect, &vr, is_null))
     }
 
@@ -177,8 +234,7 @@ impl Session<'_> {
             c"\xff",
             c"{}",
         ];
-        let texts: Vec<&CStr> = vr
-            .iter()
+        let texts: Vec<&CStr> = elements(self.fmu, &vr)
             .map(|_| r.of(&pool[..if valid { 2 } else { 6 }]))
             .collect();
         let mut values: Vec<Text> = texts.iter().map(|t| t.as_ptr()).collect();
@@ -189,21 +245,25 @@ impl Session<'_> {
             let found = self.fmu.find(*vr);
             found.is_some_and(|v| v.access() == Access::String)
         };
-        let is_running = self.instances[i].known.mode == Mode::Stepping;
+        let is_running = self.is_running(i);
         let impossible = !vr.iter().all(is_string) || (is_running && !vr.is_empty());
         let expect = match impossible {
             true => Expect::Refused,
             false if vr.is_empty() => Expect::Done,
             false => Expect::FileDecides,
         };
-        let name = "fmi2SetString";
+        let name = self.fmu.functions.name("fmi2SetString");
         self.trace(i, format_args!("{name}({vr:?}, {texts:?}, {values:?})"));
         let c = self.instances[i].c;
         // SAFETY: a live instance; arrays of equal length, each element NULL or a C string.
         let status = unsafe {
-            (self.fmu.functions.fmi2SetString)(c, vr.as_ptr(), vr.len(), values.as_ptr())
+            self.fmu
+                .functions
+                .set_string(c, vr.as_ptr(), vr.len(), values.as_ptr())
         };
-        Ok(self.plain(i, name, status, expect))
+        let call = self.plain(i, name, status, expect);
+        self.note_set(i, status);
+        Ok(call)
     }
 
     /// What fmi2GetXxx may answer. The model may find inputs, or in Initialization Mode start values, impossible together.
@@ -234,12 +294,12 @@ impl Session<'_> {
         let vr = references(r, self.fmu, valid, |v| v.access() == Access::Real);
         let no_values = !valid && r.one_in(16);
         let is_null = no_values && !vr.is_empty();
-        let mut values = vec![0.0; vr.len()];
+        let mut values = vec![0.0; self.fmu.functions.count(&vr)];
         let expect = match is_null {
             true => Expect::Refused,
             false => self.readable(&vr, Access::Real),
         };
-        let name = "fmi2GetReal";
+        let name = self.fmu.functions.name("fmi2GetReal");
         self.trace(i, format_args!("{name}({vr:?}, {no_values})"));
         let place = if no_values {
             ptr::null_mut()
@@ -248,7 +308,7 @@ impl Session<'_> {
         };
         let c = self.instances[i].c;
         // SAFETY: a live instance; NULL or arrays of equal length.
-        let status = unsafe { (self.fmu.functions.fmi2GetReal)(c, vr.as_ptr(), vr.len(), place) };
+        let status = unsafe { self.fmu.functions.get_real(c, vr.as_ptr(), vr.len(), place) };
         if values.iter().any(|v| !v.is_finite()) {
             return Err(format!("{name}({vr:?}) gave {status} and {values:?}"));
         }
@@ -259,22 +319,26 @@ impl Session<'_> {
     pub fn get_integer(&mut self, i: usize) -> Result<Call, String> {
         let r = &mut self.random;
         let (valid, is_boolean) = (r.one_in(2), r.one_in(2));
-        let kind = if is_boolean {
-            Access::Boolean
-        } else {
-            Access::Integer
-        };
+        let kind = self.integer_kind(is_boolean);
+        let r = &mut self.random;
         let vr = references(r, self.fmu, valid, |v| v.access() == kind);
-        let mut values = vec![0; vr.len()];
-        let expect = self.readable(&vr, kind);
-        let (f, c) = (&self.fmu.functions, self.instances[i].c);
-        let (name, function) = match is_boolean {
-            true => ("fmi2GetBoolean", f.fmi2GetBoolean),
-            false => ("fmi2GetInteger", f.fmi2GetInteger),
+        let names = match is_boolean {
+            true => ["fmi2GetBoolean"; 2],
+            false => ["fmi2GetInteger", "fmi3GetInt32"],
         };
+        let (kind, name) = self.by_first(kind, &vr, names);
+        let (f, c) = (&self.fmu.functions, self.instances[i].c);
+        let mut values = vec![0; f.count(&vr)];
+        let expect = self.readable(&vr, kind);
         self.trace(i, format_args!("{name}({vr:?})"));
-        // SAFETY: a live instance; arrays of equal length.
-        let status = unsafe { function(c, vr.as_ptr(), vr.len(), values.as_mut_ptr()) };
+        let place = values.as_mut_ptr();
+        // SAFETY: a live instance; room for all elements.
+        let status = unsafe {
+            match is_boolean {
+                true => f.get_boolean(c, vr.as_ptr(), vr.len(), place),
+                false => f.get_integer(c, vr.as_ptr(), vr.len(), place),
+            }
+        };
         let is_computing = self.computes(&vr, kind);
         Ok(self.with_variables(i, name, status, expect, &vr, is_computing))
     }
@@ -283,14 +347,16 @@ impl Session<'_> {
         let r = &mut self.random;
         let valid = r.one_in(2);
         let vr = references(r, self.fmu, valid, |v| v.access() == Access::String);
-        let mut values: Vec<Text> = vec![ptr::null(); vr.len()];
+        let mut values: Vec<Text> = vec![ptr::null(); self.fmu.functions.count(&vr)];
         let expect = self.readable(&vr, Access::String);
-        let name = "fmi2GetString";
+        let name = self.fmu.functions.name("fmi2GetString");
         self.trace(i, format_args!("{name}({vr:?})"));
         let c = self.instances[i].c;
         // SAFETY: a live instance; arrays of equal length.
         let status = unsafe {
-            (self.fmu.functions.fmi2GetString)(c, vr.as_ptr(), vr.len(), values.as_mut_ptr())
+            self.fmu
+                .functions
+                .get_string(c, vr.as_ptr(), vr.len(), values.as_mut_ptr())
         };
         for value in values.iter().filter(|_| status == OK) {
             // SAFETY: given out by the FMU, valid until the next call.
@@ -337,7 +403,7 @@ impl Session<'_> {
         let c = self.instances[i].c;
         // SAFETY: a live instance; arrays of equal length.
         let status = unsafe {
-            (self.fmu.functions.fmi2SetRealInputDerivatives)(
+            self.fmu.functions.set_input_derivatives(
                 c,
                 vr.as_ptr(),
                 vr.len(),
@@ -358,7 +424,7 @@ impl Session<'_> {
             .iter()
             .map(|_| if valid { 1 } else { r.of(&[1, 1, 1, 0, 2, -5]) })
             .collect();
-        let mut values = vec![0.0; vr.len()];
+        let mut values = vec![0.0; self.fmu.functions.count(&vr)];
         let known = |vr: &u32| self.fmu.find(*vr).is_some_and(is_output);
         let sound = vr.iter().all(known) && order.iter().all(|o| *o == 1);
         let expect = match (
@@ -369,12 +435,12 @@ impl Session<'_> {
             (true, true) => Expect::ModelDecides, // beyond the range of numbers
             _ => Expect::Refused,
         };
-        let name = "fmi2GetRealOutputDerivatives";
+        let name = self.fmu.functions.name("fmi2GetRealOutputDerivatives");
         self.trace(i, format_args!("{name}({vr:?}, {order:?})"));
         let c = self.instances[i].c;
         // SAFETY: a live instance; arrays of equal length.
         let status = unsafe {
-            (self.fmu.functions.fmi2GetRealOutputDerivatives)(
+            self.fmu.functions.get_output_derivatives(
                 c,
                 vr.as_ptr(),
                 vr.len(),
@@ -396,36 +462,44 @@ impl Session<'_> {
         let valid = r.one_in(2);
         let known = references(r, self.fmu, valid, is_known);
         let unknown = references(r, self.fmu, valid, is_unknown);
-        let seed: Vec<f64> = known
-            .iter()
+        let seed: Vec<f64> = elements(self.fmu, &known)
             .map(|_| if valid { r.unit() } else { real(r) })
             .collect();
-        let mut result = vec![0.0; unknown.len()];
+        let mut result = vec![0.0; self.fmu.functions.count(&unknown)];
         let all = |vr: &[u32], wanted: &dyn Fn(&Variable) -> bool| {
             vr.iter().all(|vr| self.fmu.find(*vr).is_some_and(wanted))
         };
         // Knowns with their seeds come first, one by one.
-        let wrong_known = known.iter().zip(&seed).find_map(|(vr, seed)| {
-            match self.fmu.find(*vr).is_some_and(is_known) {
+        let is_3 = self.fmu.functions.fmi3().is_some();
+        let are_known = !is_3
+            || known
+                .iter()
+                .chain(&unknown)
+                .all(|vr| self.fmu.find(*vr).is_some());
+        let wrong_known = elements(self.fmu, &known)
+            .zip(&seed)
+            .find_map(|((v, _), seed)| match v.is_some_and(is_known) {
                 false => Some(Expect::Refused),
                 true => (!seed.is_finite()).then_some(Expect::Discarded),
-            }
-        });
+            });
         let is_initializing = self.instances[i].known.mode == Mode::Initialization;
         let expect = match wrong_known {
             _ if !self.fmu.description.capabilities.directional_derivatives => Expect::Refused,
+            _ if !are_known => Expect::Refused,
+            // FMI 3.0 names whole arrays, so what is looked at first is the exporter's affair.
+            Some(_) if is_3 && seed.iter().any(|s| !s.is_finite()) => Expect::RefusedOrDiscarded,
             Some(answer) => answer,
             None if !all(&unknown, &is_unknown) => Expect::Refused,
             // Beyond the range of numbers; or start values that do not fit together.
             None if !valid || is_initializing => Expect::ModelDecides,
             None => Expect::Done,
         };
-        let name = "fmi2GetDirectionalDerivative";
+        let name = self.fmu.functions.name("fmi2GetDirectionalDerivative");
         self.trace(i, format_args!("{name}({unknown:?}, {known:?}, {seed:?})"));
         let c = self.instances[i].c;
         // SAFETY: a live instance; arrays of fitting lengths.
         let status = unsafe {
-            (self.fmu.functions.fmi2GetDirectionalDerivative)(
+            self.fmu.functions.get_directional_derivative(
                 c,
                 unknown.as_ptr(),
                 unknown.len(),

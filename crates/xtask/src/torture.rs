@@ -49,6 +49,10 @@ pub struct Options {
 
 /// Calls in CI: about a minute on two cores.
 const CI_CALLS: usize = 1_000_000;
+/// Its steps cost a hundred times those of the others: it has fewer calls.
+const SLOW: &str = "Rig";
+/// Calls on that one in CI.
+const CI_CALLS_SLOW: usize = 40_000;
 /// Steps of each FMU in CI.
 const CI_STEPS: u64 = 100_000;
 /// Steps of all five instances together in CI.
@@ -135,15 +139,39 @@ pub fn run(workspace: &Workspace, options: &Options) -> Result<()> {
     Ok(())
 }
 
-/// What CI does, on the FMUs as they are packed.
+/// What CI does, on the FMUs as they are packed, in both versions of FMI.
 pub fn check(workspace: &Workspace, fmus: Vec<PathBuf>) -> Result<()> {
+    let (slow, fast): (Vec<_>, Vec<_>) = both_versions(&fmus)?
+        .into_iter()
+        .partition(|fmu| fmu.file_stem().is_some_and(|name| name == SLOW));
     let driver = Driver::build(workspace, fmus)?;
-    driver.run(&["calls", "--calls", &CI_CALLS.to_string()])?;
+    for (fmus, calls) in [(fast, CI_CALLS), (slow, CI_CALLS_SLOW)] {
+        let mut command = workspace.command(&driver.program);
+        execute(
+            command
+                .args(["calls", "--calls", &calls.to_string()])
+                .args(fmus),
+        )?;
+    }
     driver.run(&["threads"])?;
     driver.run(&["long", "--steps", &CI_STEPS.to_string()])?;
     let mut coupled = workspace.command(libclang::build_hdrm_fmu(workspace)?);
     coupled.args(["endurance", "--steps", &CI_COUPLED_STEPS.to_string()]);
     execute(&mut coupled)
+}
+
+/// The FMUs of FMI 2.0, and those of FMI 3.0 beside them.
+fn both_versions(fmus: &[PathBuf]) -> Result<Vec<PathBuf>> {
+    let beside = |fmu: &PathBuf| {
+        let (folder, name) = (fmu.parent()?, fmu.file_name()?);
+        Some(folder.join("fmi3").join(name))
+    };
+    let of_3 = fmus.iter().map(|fmu| {
+        let found = beside(fmu).filter(|path| path.is_file());
+        found.with_context(|| format!("{} has no fellow of FMI 3.0 in fmi3/", fmu.display()))
+    });
+    let of_3: Vec<PathBuf> = of_3.collect::<Result<_>>()?;
+    Ok(fmus.iter().cloned().chain(of_3).collect())
 }
 
 const MEMCHECK: &[&str] = &[

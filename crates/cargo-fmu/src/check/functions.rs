@@ -1,7 +1,7 @@
 //! The functions that a library must export, by version and interfaces.
 
 use super::xml::Element;
-use crate::fmi2::functions::Functions;
+use crate::fmi::Functions2;
 
 /// Functions of FMI 2.0 for model exchange (section 3.2), with those that both interfaces share.
 const MODEL_EXCHANGE_2: &str = "fmi2GetTypesPlatform fmi2GetVersion fmi2SetDebugLogging fmi2Instantiate fmi2FreeInstance \
@@ -30,7 +30,7 @@ pub fn required(root: Element, version: &str) -> Option<Vec<String>> {
     let offered = |tag: &str| root.child(tag).is_some();
     let mut names: Vec<String> = match version {
         "2.0" => {
-            let co_simulation = offered("CoSimulation").then_some(Functions::NAMES);
+            let co_simulation = offered("CoSimulation").then_some(Functions2::NAMES);
             let model_exchange = offered("ModelExchange").then_some(MODEL_EXCHANGE_2);
             let co_simulation = co_simulation.into_iter().flatten().copied();
             let model_exchange = model_exchange.into_iter().flat_map(str::split_whitespace);

@@ -20,7 +20,7 @@ use tempfile::TempDir;
 use uppsala::Document;
 
 use crate::archive::Entries;
-use crate::platform;
+use crate::fmi::library_path;
 pub use outcome::{Outcome, Promise, Report, Row, Verdict};
 pub use run::one as try_one;
 use xml::Element;
@@ -151,21 +151,18 @@ fn title(root: Element) -> String {
 fn obstacle(text: &str, document: &Document, entries: &Entries) -> Option<String> {
     let root = Element::root(document)?;
     let version = root.get("fmiVersion").unwrap_or("");
-    if version != "2.0" || root.child("CoSimulation").is_none() {
-        return Some("this program runs FMI 2.0 for co-simulation only".into());
+    let is_known = version == "2.0" || version.starts_with("3.");
+    if !is_known || root.child("CoSimulation").is_none() {
+        return Some("this program runs FMI 2.0 and 3.0 for co-simulation only".into());
     }
     let description = match Description::parse(text) {
         Ok(description) => description,
         Err(reason) => return Some(reason.to_string()),
     };
-    let platform = match platform::host() {
-        Ok(platform) => platform,
+    let library = match library_path(&description) {
+        Ok(library) => library,
         Err(reason) => return Some(reason.to_string()),
     };
-    let library = format!(
-        "binaries/{}/{}{}",
-        platform.folder, description.identifier, platform.suffix
-    );
     let missing = !entries.contains_key(&library);
     missing.then(|| format!("it has no library for this machine ({library})"))
 }

@@ -8,9 +8,10 @@ use super::super::outcome::Outcome;
 use super::basics::is_odd;
 use super::instance::{Instance, references, status_name, step_size};
 use super::{Trial, open, trial};
-use crate::fmi2::functions::{ERROR, WARNING};
-use crate::fmi2::order::{Mode, is_allowed};
-use crate::fmi2::{Fmu, Message};
+use crate::fmi::functions::{ERROR, WARNING};
+use crate::fmi::order::{Mode, is_allowed};
+use crate::fmi::{Fmu, Message};
+use fmu_description::{Access, Variable};
 
 pub const TRIALS: &[Trial] = &[
     trial(
@@ -36,12 +37,30 @@ pub const TRIALS: &[Trial] = &[
     ),
 ];
 
-const MODES: [Mode; 4] = [
-    Mode::Instantiated,
-    Mode::Initialization,
-    Mode::Stepping,
-    Mode::Terminated,
-];
+/// The modes of a version.
+fn modes(fmu: &Fmu) -> Vec<Mode> {
+    use Mode::{Event, Initialization, Instantiated, Stepping, SteppingAfterSet, Terminated};
+    let all = [
+        Instantiated,
+        Initialization,
+        Event,
+        Stepping,
+        SteppingAfterSet,
+        Terminated,
+    ];
+    let is_had = |mode: &Mode| match mode {
+        Event => fmu.functions.has_event_mode(),
+        SteppingAfterSet => fmu.functions.fmi3().is_some() && an_input(fmu).is_some(),
+        _ => true,
+    };
+    all.into_iter().filter(is_had).collect()
+}
+
+/// A Real input that is a scalar.
+fn an_input(fmu: &Fmu) -> Option<&Variable> {
+    let is_it = |v: &&Variable| v.is_input() && v.access() == Access::Real && v.size() == 1;
+    fmu.description.variables.iter().find(is_it)
+}
 
 /// An instance in a mode.
 fn in_mode(fmu: &Fmu, mode: Mode) -> Result<Instance<'_>, String> {
@@ -62,6 +81,15 @@ fn in_mode(fmu: &Fmu, mode: Mode) -> Result<Instance<'_>, String> {
     if mode == Mode::Terminated {
         instance.enter(Mode::Terminated)?;
     }
+    if fmu.functions.fmi3().is_some() && matches!(mode, Mode::Stepping | Mode::SteppingAfterSet) {
+        instance.enter_step_mode()?;
+    }
+    if mode == Mode::SteppingAfterSet
+        && let Some(v) = an_input(fmu)
+    {
+        let status = instance.set_reals(&[v.reference], &[v.start_number().unwrap_or(0.0)]);
+        instance.must("fmi2SetReal", status)?;
+    }
     Ok(instance)
 }
 
@@ -75,23 +103,31 @@ const CALLS: [&str; 6] = [
     "fmi2GetReal",
 ];
 
+/// Functions that FMI 3.0 has beside them.
+const CALLS_3: [&str; 3] = [
+    "fmi3EnterEventMode",
+    "fmi3EnterStepMode",
+    "fmi3EvaluateDiscreteStates",
+];
+
 fn call(instance: &Instance, name: &str) -> c_int {
     let (f, c) = (&instance.fmu.functions, instance.c);
     let (t, h) = (instance.time, step_size(instance.fmu));
     // SAFETY: a live instance; no elements are asked for.
     unsafe {
-        match name {
-            "fmi2SetupExperiment" => (f.fmi2SetupExperiment)(c, 0, 0.0, 0.0, 0, 0.0),
-            "fmi2EnterInitializationMode" => (f.fmi2EnterInitializationMode)(c),
-            "fmi2ExitInitializationMode" => (f.fmi2ExitInitializationMode)(c),
-            "fmi2DoStep" => (f.fmi2DoStep)(c, t, h, 1),
-            "fmi2Terminate" => (f.fmi2Terminate)(c),
+        match (name, f.fmi3()) {
+            ("fmi3EnterEventMode", Some(f)) => (f.fmi3EnterEventMode)(c),
+            ("fmi3EnterStepMode", Some(f)) => (f.fmi3EnterStepMode)(c),
+            ("fmi3EvaluateDiscreteStates", Some(f)) => (f.fmi3EvaluateDiscreteStates)(c),
+            ("fmi2SetupExperiment", _) => f.setup_experiment(c, 0, 0.0, 0.0, 0, 0.0),
+            ("fmi2EnterInitializationMode", _) => f.enter_initialization_mode(c, 0.0, 0, 0.0),
+            ("fmi2ExitInitializationMode", _) => f.exit_initialization_mode(c),
+            ("fmi2DoStep", _) => f.do_step(c, t, h, 1),
+            ("fmi2Terminate", _) => f.terminate(c),
             _ => {
-                instance
-                    .reals(&references(&instance.fmu.description.variables, |v| {
-                        v.access() == fmu_description::Access::Real
-                    }))
-                    .0
+                let is_real = |v: &Variable| v.access() == Access::Real;
+                let reals = references(&instance.fmu.description.variables, is_real);
+                instance.reals(&reals).0
             }
         }
     }
@@ -99,12 +135,17 @@ fn call(instance: &Instance, name: &str) -> c_int {
 
 fn order(folder: &Path, outcome: &mut Outcome) -> Result<(), String> {
     let fmu = open(folder)?;
+    let names: Vec<&str> = match fmu.functions.fmi3() {
+        None => CALLS.to_vec(),
+        Some(_) => CALLS[1..].iter().chain(&CALLS_3).copied().collect(),
+    };
+    let modes = modes(&fmu);
     let mut tried = 0;
-    for (name, mode) in CALLS
+    for (name, mode) in names
         .iter()
-        .flat_map(|name| MODES.map(|mode| (*name, mode)))
+        .flat_map(|name| modes.iter().map(|mode| (*name, *mode)))
     {
-        if is_allowed(name, mode) {
+        if is_allowed(fmu.functions.name(name), mode) {
             continue;
         }
         let instance = in_mode(&fmu, mode)?;
@@ -124,7 +165,10 @@ fn messages(folder: &Path, outcome: &mut Outcome) -> Result<(), String> {
     let fmu = open(folder)?;
     let mut instance = Instance::with(&fmu, "talker", &fmu.description.guid, true)?;
     // SAFETY: a live instance; no categories are named.
-    let status = unsafe { (fmu.functions.fmi2SetDebugLogging)(instance.c, 1, 0, ptr::null()) };
+    let status = unsafe {
+        fmu.functions
+            .set_debug_logging(instance.c, 1, 0, ptr::null())
+    };
     instance.must("fmi2SetDebugLogging", status)?;
     let mut heard = instance.messages();
     instance.initialize()?;

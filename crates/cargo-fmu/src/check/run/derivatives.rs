@@ -7,7 +7,7 @@ use fmu_description::{Access, Causality, Variability, Variable};
 use super::super::outcome::Outcome;
 use super::instance::{Instance, references, step_size};
 use super::{Trial, open, trial};
-use crate::fmi2::functions::WARNING;
+use crate::fmi::functions::{Functions, Pointer, WARNING};
 
 /// By which share a directional derivative may differ from a difference of outputs, which is itself an approximation.
 const TOLERANCE: f64 = 1e-2;
@@ -66,16 +66,18 @@ fn directional(folder: &Path, outcome: &mut Outcome) -> Result<(), String> {
     instance.step(step_size(&fmu))?;
     let mut compared = 0;
     for input in variables.iter().filter(|v| is_continuous_input(v)) {
-        let mut slopes = vec![0.0; unknowns.len()];
+        // Of an array, all elements move together.
+        let seed = vec![1.0; input.size()];
+        let mut slopes = vec![0.0; fmu.functions.count(&unknowns)];
         // SAFETY: a live instance, arrays of fitting lengths.
         let status = unsafe {
-            (fmu.functions.fmi2GetDirectionalDerivative)(
+            fmu.functions.get_directional_derivative(
                 instance.c,
                 unknowns.as_ptr(),
                 unknowns.len(),
                 &input.reference,
                 1,
-                &1.0,
+                seed.as_ptr(),
                 slopes.as_mut_ptr(),
             )
         };
@@ -91,6 +93,7 @@ fn directional(folder: &Path, outcome: &mut Outcome) -> Result<(), String> {
             continue;
         };
         let outputs = variables.iter().filter(|v| is_real_output(v));
+        let outputs = outputs.flat_map(|v| vec![v; v.size()]);
         for (k, output) in outputs.enumerate() {
             let [down, up] = [(here[k] - below[k]) / step, (above[k] - here[k]) / step];
             let difference = 0.5 * (down + up);
@@ -129,12 +132,14 @@ fn around(
     instance.must(&format!("fmi2GetReal of `{}`", input.name), status)?;
     let step = 1e-4 * input.nominal.unwrap_or(old[0].abs().max(1.0)).abs();
     let [min, max] = input.bounds();
-    let at = |value: f64| {
-        let is_set = (min..=max).contains(&value) && instance.set_reals(&vr, &[value]) <= WARNING;
+    let at = |shift: f64| {
+        let moved: Vec<f64> = old.iter().map(|value| value + shift).collect();
+        let are_inside = moved.iter().all(|value| (min..=max).contains(value));
+        let is_set = are_inside && instance.set_reals(&vr, &moved) <= WARNING;
         let (status, values) = instance.reals(outputs);
         (is_set && status <= WARNING).then_some(values)
     };
-    let found = [old[0] - step, old[0], old[0] + step].map(at);
+    let found = [-step, 0.0, step].map(at);
     let status = instance.set_reals(&vr, &old);
     instance.must(&format!("fmi2SetReal of `{}`", input.name), status)?;
     let [Some(below), Some(here), Some(above)] = found else {
@@ -157,18 +162,22 @@ fn outputs(folder: &Path, outcome: &mut Outcome) -> Result<(), String> {
     let vr = references(&fmu.description.variables, is_continuous);
     let mut instance = Instance::started(&fmu, "outputs")?;
     instance.step(step_size(&fmu))?;
-    let mut values = vec![0.0; vr.len()];
+    let mut values = vec![0.0; fmu.functions.count(&vr)];
     let orders = vec![1; vr.len()];
-    // SAFETY: a live instance, arrays of equal length.
-    let status = unsafe {
-        (fmu.functions.fmi2GetRealOutputDerivatives)(
-            instance.c,
-            vr.as_ptr(),
-            vr.len(),
-            orders.as_ptr(),
-            values.as_mut_ptr(),
-        )
+    // In FMI 3.0 they are to be had after a step, in Step Mode.
+    let get = |f: &Functions, c: Pointer| {
+        // SAFETY: a live instance, room for all elements.
+        unsafe {
+            f.get_output_derivatives(
+                c,
+                vr.as_ptr(),
+                vr.len(),
+                orders.as_ptr(),
+                values.as_mut_ptr(),
+            )
+        }
     };
+    let status = instance.stepping(get);
     instance.must("fmi2GetRealOutputDerivatives of all outputs", status)?;
     match values.iter().find(|value| !value.is_finite()) {
         Some(value) => Err(format!("a derivative is {value}")),
@@ -186,7 +195,7 @@ fn inputs(folder: &Path, outcome: &mut Outcome) -> Result<(), String> {
     let (orders, values) = (vec![1; vr.len()], vec![0.0; vr.len()]);
     // SAFETY: a live instance, arrays of equal length.
     let status = unsafe {
-        (fmu.functions.fmi2SetRealInputDerivatives)(
+        fmu.functions.set_input_derivatives(
             instance.c,
             vr.as_ptr(),
             vr.len(),

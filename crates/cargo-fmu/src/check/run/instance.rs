@@ -5,9 +5,9 @@ use std::ptr;
 
 use fmu_description::{Access, Variable};
 
-use crate::fmi2::functions::*;
-use crate::fmi2::order::Mode;
-use crate::fmi2::{Fmu, Log, Message};
+use crate::fmi::functions::*;
+use crate::fmi::order::Mode;
+use crate::fmi::{Fmu, Log, Message};
 
 /// A live instance; freed when dropped.
 pub struct Instance<'a> {
@@ -17,6 +17,10 @@ pub struct Instance<'a> {
     pub c: Pointer,
     /// Time of the last communication point, s.
     pub time: f64,
+    /// Start and stop time that it was set up with, s.
+    experiment: (f64, Option<f64>),
+    /// It is in Event Mode between steps, where FMI 3.0 allows a get after a set.
+    in_events: bool,
     log: Box<Log>,
     _callbacks: Box<Callbacks>,
 }
@@ -29,7 +33,7 @@ impl<'a> Instance<'a> {
 
     /// fmi2Instantiate with a guid and loggingOn.
     pub fn with(fmu: &'a Fmu, name: &str, guid: &str, logging: bool) -> Result<Self, String> {
-        let log = Box::new(Log::default());
+        let log = Box::new(Log::new(name));
         let callbacks = Box::new(Callbacks {
             allocate_memory: Some(libc_calloc),
             free_memory: Some(libc_free),
@@ -38,7 +42,7 @@ impl<'a> Instance<'a> {
         let [name, guid] = [name, guid].map(|s| CString::new(s).expect("no NUL in names"));
         // SAFETY: valid strings, and callbacks that outlive the instance.
         let c = unsafe {
-            (fmu.functions.fmi2Instantiate)(
+            fmu.functions.instantiate(
                 name.as_ptr(),
                 1,
                 guid.as_ptr(),
@@ -55,6 +59,8 @@ impl<'a> Instance<'a> {
             fmu,
             c,
             time: 0.0,
+            experiment: (0.0, None),
+            in_events: false,
             log,
             _callbacks: callbacks,
         })
@@ -100,31 +106,71 @@ impl<'a> Instance<'a> {
     /// fmi2SetupExperiment.
     pub fn setup(&mut self, start: f64, stop: Option<f64>) -> Result<(), String> {
         let f = &self.fmu.functions;
+        self.experiment = (start, stop);
         let (has_stop, stop) = (c_int::from(stop.is_some()), stop.unwrap_or(0.0));
         // SAFETY: a live instance.
-        let status = unsafe { (f.fmi2SetupExperiment)(self.c, 0, 0.0, start, has_stop, stop) };
+        let status = unsafe { f.setup_experiment(self.c, 0, 0.0, start, has_stop, stop) };
         self.time = start;
         self.must("fmi2SetupExperiment", status)
     }
 
     /// The call that leads into the next mode.
     pub fn enter(&mut self, mode: Mode) -> Result<(), String> {
-        let f = &self.fmu.functions;
-        let (name, function) = match mode {
-            Mode::Instantiated => ("fmi2Reset", f.fmi2Reset),
-            Mode::Initialization => ("fmi2EnterInitializationMode", f.fmi2EnterInitializationMode),
-            Mode::Stepping => ("fmi2ExitInitializationMode", f.fmi2ExitInitializationMode),
-            Mode::Terminated => ("fmi2Terminate", f.fmi2Terminate),
-        };
+        let (f, c) = (&self.fmu.functions, self.c);
+        let (start, stop) = self.experiment;
         // SAFETY: a live instance.
-        let status = unsafe { function(self.c) };
+        let (name, status) = unsafe {
+            match mode {
+                Mode::Instantiated => ("fmi2Reset", f.reset(c)),
+                Mode::Initialization => {
+                    let (has_stop, stop) = (stop.is_some().into(), stop.unwrap_or(0.0));
+                    let status = f.enter_initialization_mode(c, start, has_stop, stop);
+                    ("fmi2EnterInitializationMode", status)
+                }
+                Mode::Event | Mode::Stepping | Mode::SteppingAfterSet => {
+                    let status = f.exit_initialization_mode(c);
+                    ("fmi2ExitInitializationMode", status)
+                }
+                Mode::Terminated => ("fmi2Terminate", f.terminate(c)),
+            }
+        };
+        self.in_events = f.has_event_mode() && matches!(mode, Mode::Event | Mode::Stepping);
         self.must(name, status)
     }
 
-    /// fmi2DoStep from `t`; its status.
+    /// A step from `t`; its status.
     pub fn step_from(&mut self, t: f64, h: f64) -> c_int {
+        self.stepping(|f, c| {
+            // SAFETY: a live instance.
+            unsafe { f.do_step(c, t, h, 1) }
+        })
+    }
+
+    /// Out of Event Mode, to stay in Step Mode.
+    pub fn enter_step_mode(&mut self) -> Result<(), String> {
+        if !std::mem::take(&mut self.in_events) {
+            return Ok(());
+        }
         // SAFETY: a live instance.
-        unsafe { (self.fmu.functions.fmi2DoStep)(self.c, t, h, 1) }
+        let status = unsafe { self.fmu.functions.leave_events(self.c) };
+        self.must("fmi3EnterStepMode", status)
+    }
+
+    /// What is done where steps are made: in FMI 3.0 in Step Mode, between two visits of Event Mode.
+    pub fn stepping(&self, act: impl FnOnce(&Functions, Pointer) -> c_int) -> c_int {
+        let (f, c) = (&self.fmu.functions, self.c);
+        if !self.in_events {
+            return act(f, c);
+        }
+        // SAFETY: a live instance.
+        let left = unsafe { f.leave_events(c) };
+        if left > WARNING {
+            return left;
+        }
+        let status = act(f, c);
+        // SAFETY: a live instance.
+        let entered = unsafe { f.enter_events(c) };
+        status.max(entered)
     }
 
     /// fmi2DoStep from the present time, which must succeed.
@@ -140,43 +186,50 @@ impl<'a> Instance<'a> {
 
     /// Values of Real variables.
     pub fn reals(&self, references: &[u32]) -> (c_int, Vec<f64>) {
-        let mut values = vec![0.0; references.len()];
+        let mut values = vec![0.0; self.fmu.functions.count(references)];
         let (vr, n) = (references.as_ptr(), references.len());
         // SAFETY: a live instance, arrays of equal length.
-        let status =
-            unsafe { (self.fmu.functions.fmi2GetReal)(self.c, vr, n, values.as_mut_ptr()) };
+        let status = unsafe {
+            self.fmu
+                .functions
+                .get_real(self.c, vr, n, values.as_mut_ptr())
+        };
         (status, values)
     }
 
     /// Set Real variables; the status.
     pub fn set_reals(&self, references: &[u32], values: &[f64]) -> c_int {
-        assert_eq!(references.len(), values.len());
+        assert_eq!(self.fmu.functions.count(references), values.len());
         let (vr, n) = (references.as_ptr(), references.len());
         // SAFETY: a live instance, arrays of equal length.
-        unsafe { (self.fmu.functions.fmi2SetReal)(self.c, vr, n, values.as_ptr()) }
+        unsafe { self.fmu.functions.set_real(self.c, vr, n, values.as_ptr()) }
     }
 
     /// Values of Integer, enumeration or Boolean variables.
     pub fn integers(&self, access: Access, references: &[u32]) -> (c_int, Vec<c_int>) {
         let f = &self.fmu.functions;
-        let function = match access {
-            Access::Boolean => f.fmi2GetBoolean,
-            _ => f.fmi2GetInteger,
+        let mut values = vec![0; f.count(references)];
+        let (vr, n, place) = (references.as_ptr(), references.len(), values.as_mut_ptr());
+        // SAFETY: a live instance, room for all elements.
+        let status = unsafe {
+            match access {
+                Access::Boolean => f.get_boolean(self.c, vr, n, place),
+                _ => f.get_integer(self.c, vr, n, place),
+            }
         };
-        let mut values = vec![0; references.len()];
-        let (vr, n) = (references.as_ptr(), references.len());
-        // SAFETY: a live instance, arrays of equal length.
-        let status = unsafe { function(self.c, vr, n, values.as_mut_ptr()) };
         (status, values)
     }
 
     /// Values of String variables.
     pub fn texts(&self, references: &[u32]) -> (c_int, Vec<String>) {
-        let mut values = vec![ptr::null(); references.len()];
+        let mut values = vec![ptr::null(); self.fmu.functions.count(references)];
         let (vr, n) = (references.as_ptr(), references.len());
         // SAFETY: a live instance, arrays of equal length; what is given out is NULL or a C string until the next call.
         unsafe {
-            let status = (self.fmu.functions.fmi2GetString)(self.c, vr, n, values.as_mut_ptr());
+            let status = self
+                .fmu
+                .functions
+                .get_string(self.c, vr, n, values.as_mut_ptr());
             let text = |p: Text| match p.is_null() || status > WARNING {
                 true => String::new(),
                 false => CStr::from_ptr(p).to_string_lossy().into_owned(),
@@ -192,7 +245,7 @@ impl<'a> Instance<'a> {
         let (status, reals) = self.reals(&of(Access::Real));
         self.must("fmi2GetReal of all variables", status)?;
         let mut bits: Vec<_> = reals.iter().map(|value| value.to_bits()).collect();
-        for access in [Access::Integer, Access::Boolean] {
+        for access in [Access::Integer, Access::Int64, Access::Boolean] {
             let (status, values) = self.integers(access, &of(access));
             self.must(&format!("fmi2Get{access:?} of all variables"), status)?;
             bits.extend(values.iter().map(|value| u64::from(value.cast_unsigned())));
@@ -223,13 +276,18 @@ impl<'a> Instance<'a> {
             .filter(is_moving)
             .enumerate()
         {
-            let start = v.start_number().unwrap_or(0.0);
-            let scale = v.nominal.unwrap_or(start.abs()).abs();
-            let scale = if scale > 0.0 { scale } else { 1.0 };
-            let value = start + 0.01 * scale * (0.7 * k as f64 + n as f64).sin();
             let [min, max] = v.bounds();
+            let value = |element: usize| {
+                let start = v.start_of(element).and_then(|s| s.trim().parse().ok());
+                let start: f64 = start.unwrap_or(0.0);
+                let scale = v.nominal.unwrap_or(start.abs()).abs();
+                let scale = if scale > 0.0 { scale } else { 1.0 };
+                let phase = 0.7 * k as f64 + n as f64 + element as f64;
+                (start + 0.01 * scale * phase.sin()).clamp(min, max)
+            };
             if min <= max {
-                self.set_reals(&[v.reference], &[value.clamp(min, max)]);
+                let values: Vec<f64> = (0..v.size()).map(value).collect();
+                self.set_reals(&[v.reference], &values);
             }
         }
         self.messages();
@@ -239,7 +297,7 @@ impl<'a> Instance<'a> {
 impl Drop for Instance<'_> {
     fn drop(&mut self) {
         // SAFETY: a live instance, freed once.
-        unsafe { (self.fmu.functions.fmi2FreeInstance)(self.c) }
+        unsafe { self.fmu.functions.free_instance(self.c) }
     }
 }
 

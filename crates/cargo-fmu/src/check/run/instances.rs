@@ -5,8 +5,8 @@ use std::path::Path;
 use super::super::outcome::Outcome;
 use super::instance::{Instance, step_size};
 use super::{Trial, open, trial};
-use crate::fmi2::Fmu;
-use crate::fmi2::order::Mode;
+use crate::fmi::Fmu;
+use crate::fmi::order::Mode;
 
 const STEPS: usize = 20;
 /// Instances that live at a time.

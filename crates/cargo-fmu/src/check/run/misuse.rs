@@ -10,8 +10,8 @@ use fmu_description::{Access, Causality, Variability, Variable};
 use super::super::outcome::Outcome;
 use super::instance::{Instance, references, step_size};
 use super::{Trial, open, trial};
-use crate::fmi2::Fmu;
-use crate::fmi2::functions::WARNING;
+use crate::fmi::Fmu;
+use crate::fmi::functions::WARNING;
 
 const STEPS: usize = 10;
 
@@ -111,14 +111,11 @@ fn unknown_references(folder: &Path, outcome: &mut Outcome) -> Result<(), String
                 [
                     (
                         "fmi2GetString",
-                        (f.fmi2GetString)(instance.c, &vr, 1, &mut place),
+                        f.get_string(instance.c, &vr, 1, &mut place),
                     ),
-                    (
-                        "fmi2SetString",
-                        (f.fmi2SetString)(instance.c, &vr, 1, &text),
-                    ),
-                    ("fmi2SetInteger", (f.fmi2SetInteger)(instance.c, &vr, 1, &0)),
-                    ("fmi2SetBoolean", (f.fmi2SetBoolean)(instance.c, &vr, 1, &0)),
+                    ("fmi2SetString", f.set_string(instance.c, &vr, 1, &text)),
+                    ("fmi2SetInteger", f.set_integer(instance.c, &vr, 1, &0)),
+                    ("fmi2SetBoolean", f.set_boolean(instance.c, &vr, 1, &0)),
                 ]
             };
             let numbers = [
@@ -149,7 +146,7 @@ fn not_finite(folder: &Path, outcome: &mut Outcome) -> Result<(), String> {
         for v in variables.iter().filter(is_settable) {
             let (_, old) = instance.reals(&[v.reference]);
             for value in [f64::NAN, f64::INFINITY] {
-                let status = instance.set_reals(&[v.reference], &[value]);
+                let status = instance.set_reals(&[v.reference], &vec![value; v.size()]);
                 answers.push((format!("fmi2SetReal of `{}` to {value}", v.name), status));
                 if status <= WARNING {
                     instance.set_reals(&[v.reference], &old);
@@ -197,9 +194,8 @@ fn wrong_steps(folder: &Path, outcome: &mut Outcome) -> Result<(), String> {
         // A step that was accepted has moved the time: each is tried on a fresh instance.
         refused(folder, outcome, |instance| {
             // SAFETY: a live instance.
-            let status = unsafe {
-                (instance.fmu.functions.fmi2DoStep)(instance.c, instance.time + shift, h, 1)
-            };
+            let status =
+                instance.stepping(|f, c| unsafe { f.do_step(c, instance.time + shift, h, 1) });
             vec![(format!("fmi2DoStep {what}"), status)]
         })?;
     }
@@ -211,7 +207,7 @@ fn null(folder: &Path, outcome: &mut Outcome) -> Result<(), String> {
     refused(folder, outcome, |instance| {
         let f = &instance.fmu.functions;
         let (nobody, vr, mut value) = (ptr::null_mut(), unknown(instance.fmu)[0], 0.0);
-        let real = |v: &&Variable| v.access() == Access::Real;
+        let real = |v: &&Variable| v.access() == Access::Real && v.size() == 1;
         let known = instance
             .fmu
             .description
@@ -224,34 +220,31 @@ fn null(folder: &Path, outcome: &mut Outcome) -> Result<(), String> {
             [
                 (
                     "fmi2EnterInitializationMode(NULL)",
-                    (f.fmi2EnterInitializationMode)(nobody),
+                    f.enter_initialization_mode(nobody, 0.0, 0, 0.0),
                 ),
                 (
                     "fmi2ExitInitializationMode(NULL)",
-                    (f.fmi2ExitInitializationMode)(nobody),
+                    f.exit_initialization_mode(nobody),
                 ),
                 (
                     "fmi2GetReal(NULL, …)",
-                    (f.fmi2GetReal)(nobody, &known, 1, &mut value),
+                    f.get_real(nobody, &known, 1, &mut value),
                 ),
-                (
-                    "fmi2SetReal(NULL, …)",
-                    (f.fmi2SetReal)(nobody, &known, 1, &0.0),
-                ),
-                ("fmi2DoStep(NULL, …)", (f.fmi2DoStep)(nobody, 0.0, 0.1, 1)),
-                ("fmi2Reset(NULL)", (f.fmi2Reset)(nobody)),
-                ("fmi2Terminate(NULL)", (f.fmi2Terminate)(nobody)),
+                ("fmi2SetReal(NULL, …)", f.set_real(nobody, &known, 1, &0.0)),
+                ("fmi2DoStep(NULL, …)", f.do_step(nobody, 0.0, 0.1, 1)),
+                ("fmi2Reset(NULL)", f.reset(nobody)),
+                ("fmi2Terminate(NULL)", f.terminate(nobody)),
                 (
                     "fmi2GetReal(…, vr = NULL, 1, …)",
-                    (f.fmi2GetReal)(instance.c, ptr::null(), 1, &mut value),
+                    f.get_real(instance.c, ptr::null(), 1, &mut value),
                 ),
                 (
                     "fmi2GetReal(…, value = NULL)",
-                    (f.fmi2GetReal)(instance.c, &known, 1, ptr::null_mut()),
+                    f.get_real(instance.c, &known, 1, ptr::null_mut()),
                 ),
                 (
                     "fmi2SetReal(…, value = NULL)",
-                    (f.fmi2SetReal)(instance.c, &known, 1, ptr::null()),
+                    f.set_real(instance.c, &known, 1, ptr::null()),
                 ),
             ]
         };

@@ -15,7 +15,7 @@ mod values;
 use std::path::Path;
 
 use super::outcome::{Outcome, Promise};
-use crate::fmi2::Fmu;
+use crate::fmi::Fmu;
 
 pub use processes::{all, one};
 

@@ -8,7 +8,8 @@ use std::time::{Duration, Instant};
 use anyhow::{Context, Result};
 
 use super::super::outcome::{Outcome, Promise, Report};
-use super::{Place, trials};
+use super::{Place, open, trials};
+use crate::fmi::functions;
 
 /// After this a trial counts as hanging.
 const LONGEST: Duration = Duration::from_secs(120);
@@ -94,6 +95,12 @@ pub fn one(name: &str, folder: &Path, result: &Path) -> Result<()> {
     let mut outcome = Outcome::default();
     if let Err(reason) = (trial.run)(folder, &mut outcome) {
         outcome.fail(reason);
+    }
+    let is_3 = open(folder).is_ok_and(|fmu| fmu.functions.fmi3().is_some());
+    if is_3 {
+        let texts = [&mut outcome.fails, &mut outcome.remarks, &mut outcome.notes];
+        let texts = texts.into_iter().flatten();
+        texts.for_each(|text| *text = functions::text_in_3(text));
     }
     fs::write(result, serde_json::to_vec(&outcome)?)?;
     Ok(())

@@ -6,8 +6,8 @@ use std::ptr;
 use super::super::outcome::Outcome;
 use super::instance::Instance;
 use super::{Trial, open, trial};
-use crate::fmi2::Fmu;
-use crate::fmi2::functions::{OK, Pointer, WARNING};
+use crate::fmi::Fmu;
+use crate::fmi::functions::{OK, Pointer, WARNING};
 
 const STEPS: usize = 10;
 
@@ -39,7 +39,7 @@ pub const TRIALS: &[Trial] = &[
 fn save(instance: &Instance) -> Result<Pointer, String> {
     let mut state = ptr::null_mut();
     // SAFETY: a live instance, a place for the result.
-    let status = unsafe { (instance.fmu.functions.fmi2GetFMUstate)(instance.c, &mut state) };
+    let status = unsafe { instance.fmu.functions.get_fmu_state(instance.c, &mut state) };
     instance.must("fmi2GetFMUstate", status)?;
     match state.is_null() {
         true => Err("fmi2GetFMUstate gave NULL".into()),
@@ -49,14 +49,19 @@ fn save(instance: &Instance) -> Result<Pointer, String> {
 
 fn go_back(instance: &mut Instance, state: Pointer, time: f64) -> Result<(), String> {
     // SAFETY: a live instance and a state of it.
-    let status = unsafe { (instance.fmu.functions.fmi2SetFMUstate)(instance.c, state) };
+    let status = unsafe { instance.fmu.functions.set_fmu_state(instance.c, state) };
     instance.time = time;
     instance.must("fmi2SetFMUstate", status)
 }
 
 fn free(instance: &Instance, mut state: Pointer) -> Result<(), String> {
     // SAFETY: a live instance and a state of it, or NULL.
-    let status = unsafe { (instance.fmu.functions.fmi2FreeFMUstate)(instance.c, &mut state) };
+    let status = unsafe {
+        instance
+            .fmu
+            .functions
+            .free_fmu_state(instance.c, &mut state)
+    };
     instance.must("fmi2FreeFMUstate", status)
 }
 
@@ -64,11 +69,11 @@ fn bytes(instance: &Instance) -> Result<Vec<u8>, String> {
     let f = &instance.fmu.functions;
     let (state, mut size) = (save(instance)?, 0);
     // SAFETY: a live instance, a state of it, a place for the result.
-    let status = unsafe { (f.fmi2SerializedFMUstateSize)(instance.c, state, &mut size) };
+    let status = unsafe { f.serialized_fmu_state_size(instance.c, state, &mut size) };
     instance.must("fmi2SerializedFMUstateSize", status)?;
     let mut bytes = vec![0; size];
     // SAFETY: as many bytes as asked for.
-    let status = unsafe { (f.fmi2SerializeFMUstate)(instance.c, state, bytes.as_mut_ptr(), size) };
+    let status = unsafe { f.serialize_fmu_state(instance.c, state, bytes.as_mut_ptr(), size) };
     instance.must("fmi2SerializeFMUstate", status)?;
     free(instance, state)?;
     Ok(bytes)
@@ -126,7 +131,8 @@ fn serialize(folder: &Path, outcome: &mut Outcome) -> Result<(), String> {
     let mut state = ptr::null_mut();
     // SAFETY: a live instance, bytes of the length given, a place for the result.
     let status = unsafe {
-        (fmu.functions.fmi2DeSerializeFMUstate)(other.c, bytes.as_ptr(), bytes.len(), &mut state)
+        fmu.functions
+            .deserialize_fmu_state(other.c, bytes.as_ptr(), bytes.len(), &mut state)
     };
     other.must("fmi2DeSerializeFMUstate", status)?;
     go_back(&mut other, state, time)?;
@@ -155,12 +161,8 @@ fn damaged(folder: &Path, outcome: &mut Outcome) -> Result<(), String> {
         let mut state = ptr::null_mut();
         // SAFETY: a live instance, bytes of the length given, a place for the result.
         let status = unsafe {
-            (fmu.functions.fmi2DeSerializeFMUstate)(
-                instance.c,
-                bytes.as_ptr(),
-                bytes.len(),
-                &mut state,
-            )
+            fmu.functions
+                .deserialize_fmu_state(instance.c, bytes.as_ptr(), bytes.len(), &mut state)
         };
         if matches!(status, OK | WARNING) {
             outcome.remark(format!("fmi2DeSerializeFMUstate took {what}"));

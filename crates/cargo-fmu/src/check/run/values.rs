@@ -7,8 +7,8 @@ use fmu_description::{Access, Causality, Initial, Variability, Variable};
 use super::super::outcome::Outcome;
 use super::instance::{Instance, references, step_size};
 use super::{Trial, open, trial};
-use crate::fmi2::functions::{OK, WARNING};
-use crate::fmi2::order::Mode;
+use crate::fmi::functions::{OK, WARNING};
+use crate::fmi::order::Mode;
 
 pub const TRIALS: &[Trial] = &[
     trial(
@@ -49,7 +49,8 @@ fn starts(folder: &Path, outcome: &mut Outcome) -> Result<(), String> {
     )?;
     instance.enter(Mode::Initialization)?;
     for v in fmu.description.variables.iter().filter(|v| is_given(v)) {
-        let Some(start) = v.start_of(0) else {
+        let Some(start) = v.start_of(0).filter(|_| v.size() == 1) else {
+            check_array(&instance, v, outcome)?;
             continue;
         };
         let vr = [v.reference];
@@ -91,9 +92,37 @@ fn starts(folder: &Path, outcome: &mut Outcome) -> Result<(), String> {
     Ok(())
 }
 
-/// A value near the start value, inside the bounds.
-fn beside(v: &Variable) -> Option<f64> {
-    let start = v.start_number().unwrap_or(0.0);
+/// The start values of an array of Float64.
+fn check_array(instance: &Instance, v: &Variable, outcome: &mut Outcome) -> Result<(), String> {
+    if v.access() != Access::Real || v.start.is_empty() {
+        return Ok(());
+    }
+    let (status, values) = instance.reals(&[v.reference]);
+    instance.must(
+        &format!("reading `{}` in Initialization Mode", v.name),
+        status,
+    )?;
+    for (k, value) in values.iter().enumerate() {
+        let start = v.start_of(k).unwrap_or("nothing");
+        if start.parse() != Ok(*value) {
+            let number = k + 1;
+            outcome.fail(format!(
+                "element {number} of `{}` is {value}, its start value is {start}",
+                v.name
+            ));
+        }
+    }
+    Ok(())
+}
+
+/// Values near the start values, inside the bounds.
+fn beside(v: &Variable) -> Option<Vec<f64>> {
+    (0..v.size()).map(|k| beside_element(v, k)).collect()
+}
+
+fn beside_element(v: &Variable, element: usize) -> Option<f64> {
+    let start = v.start_of(element).and_then(|s| s.trim().parse().ok());
+    let start: f64 = start.unwrap_or(0.0);
     let scale = v.nominal.unwrap_or(start.abs()).abs();
     let shift = 0.01 * if scale > 0.0 { scale } else { 1.0 };
     let [min, max] = v.bounds();
@@ -113,10 +142,10 @@ fn read_back(folder: &Path, outcome: &mut Outcome) -> Result<(), String> {
         let Some(value) = beside(v) else {
             continue;
         };
-        let status = instance.set_reals(&[v.reference], &[value]);
+        let status = instance.set_reals(&[v.reference], &value);
         if status > WARNING {
             outcome.remark(format!(
-                "`{}` = {value} was refused{}",
+                "`{}` = {value:?} was refused{}",
                 v.name,
                 reason(&instance)
             ));
@@ -124,10 +153,14 @@ fn read_back(folder: &Path, outcome: &mut Outcome) -> Result<(), String> {
         }
         let (status, back) = instance.reals(&[v.reference]);
         instance.must(&format!("fmi2GetReal of `{}`", v.name), status)?;
-        if back[0].to_bits() != value.to_bits() {
+        if !back
+            .iter()
+            .map(|v| v.to_bits())
+            .eq(value.iter().map(|v| v.to_bits()))
+        {
             outcome.remark(format!(
-                "`{}`: {value} was set, {} came back",
-                v.name, back[0]
+                "`{}`: {value:?} was set, {back:?} came back",
+                v.name
             ));
         }
     }
@@ -147,6 +180,7 @@ fn dependencies(folder: &Path, outcome: &mut Outcome) -> Result<(), String> {
     let is_output = |v: &Variable| v.causality == Causality::Output && v.access() == Access::Real;
     let outputs: Vec<_> = (0..description.variables.len())
         .filter(|k| is_output(&description.variables[*k]))
+        .flat_map(|k| vec![k; description.variables[k].size()])
         .collect();
     let vr = references(&description.variables, is_output);
     let mut instance = Instance::started(&fmu, "dependencies")?;
@@ -161,10 +195,7 @@ fn dependencies(folder: &Path, outcome: &mut Outcome) -> Result<(), String> {
         let Some(value) = beside(input) else {
             continue;
         };
-        if !matches!(
-            instance.set_reals(&[input.reference], &[value]),
-            OK | WARNING
-        ) {
+        if !matches!(instance.set_reals(&[input.reference], &value), OK | WARNING) {
             continue;
         }
         let (status, after) = instance.reals(&vr);

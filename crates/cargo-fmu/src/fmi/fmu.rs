@@ -2,13 +2,13 @@
 
 use super::functions::Functions;
 use crate::{library, platform};
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result};
 use fmu_description::{Description, Variable, Version};
 use libloading::Library;
 use percent_encoding::{AsciiSet, NON_ALPHANUMERIC, utf8_percent_encode};
 use std::ffi::CString;
 use std::fs::{self, File};
-use std::path::Path;
+use std::path::{MAIN_SEPARATOR, Path};
 use tempfile::TempDir;
 
 /// What a path inside a URI need not encode.
@@ -26,7 +26,7 @@ pub struct Fmu {
     pub functions: Functions,
     /// What it says about itself.
     pub description: Description,
-    /// fmuResourceLocation; empty for a bare library.
+    /// fmuResourceLocation or resourcePath; empty for a bare library.
     pub resources: CString,
     _folder: Option<TempDir>,
 }
@@ -46,19 +46,21 @@ impl Fmu {
     pub fn unpacked(folder: &Path) -> Result<Self> {
         let description = fs::read_to_string(folder.join("modelDescription.xml"))?;
         let description = Description::parse(&description)?;
-        if description.fmi != Version::Fmi2 {
-            bail!("it is of FMI {}, not 2.0", description.fmi);
-        }
-        let library = folder.join(platform::host()?.path(&description.identifier)?);
+        let library = folder.join(library_path(&description)?);
+        let resources = folder.join("resources");
+        let resources = match description.fmi {
+            Version::Fmi2 => uri(&resources),
+            Version::Fmi3 => format!("{}{MAIN_SEPARATOR}", resources.display()),
+        };
         Ok(Self {
-            functions: Functions::load(load(&library)?)?,
+            functions: Functions::load(load(&library)?, &description)?,
             description,
-            resources: CString::new(uri(&folder.join("resources")))?,
+            resources: CString::new(resources)?,
             _folder: None,
         })
     }
 
-    /// The variable with this value reference, which FMUs made with fmu-export give only once, whatever its type.
+    /// The variable with this value reference, which FMUs made with fmu-export give only once, whatever its type; of aliases the first.
     pub fn find(&self, reference: u32) -> Option<&Variable> {
         let mut variables = self.description.variables.iter();
         variables.find(|v| v.reference == reference)
@@ -73,12 +75,22 @@ impl Fmu {
     }
 
     fn library(path: &Path) -> Result<Self> {
+        let description = library::description(&library::files(path)?)?;
         Ok(Self {
-            description: library::description(&library::files(path)?)?,
-            functions: Functions::load(load(path)?)?,
+            functions: Functions::load(load(path)?, &description)?,
+            description,
             resources: CString::default(),
             _folder: None,
         })
+    }
+}
+
+/// Where the library for this machine lies.
+pub fn library_path(description: &Description) -> Result<String> {
+    let platform = platform::host()?;
+    match description.fmi {
+        Version::Fmi2 => platform.path(&description.identifier),
+        Version::Fmi3 => Ok(platform.path_3(&description.identifier)),
     }
 }
 

@@ -1,14 +1,18 @@
-//! The call order of FMI 2.0 for co-simulation.
+//! The call order for co-simulation.
 
-/// States of FMI 2.0.4, section 4.2.4.
+/// States of FMI 2.0.4, section 4.2.4, and of FMI 3.0.1, section 4.2.1.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Mode {
     /// After fmi2Instantiate and fmi2Reset.
     Instantiated,
     /// Between fmi2EnterInitializationMode and fmi2ExitInitializationMode.
     Initialization,
-    /// Ready for fmi2DoStep.
+    /// Event Mode of FMI 3.0.
+    Event,
+    /// Ready for a step.
     Stepping,
+    /// The same in FMI 3.0 after something was set: nothing may be read before the next step.
+    SteppingAfterSet,
     /// After fmi2Terminate.
     Terminated,
 }
@@ -17,11 +21,54 @@ const INSTANTIATED: u8 = 1;
 const INITIALIZATION: u8 = 2;
 const STEPPING: u8 = 4;
 const TERMINATED: u8 = 8;
-const ALL: u8 = 15;
+const EVENT: u8 = 16;
+const AFTER_SET: u8 = 32;
+const ALL: u8 = 63;
 
-/// FMI 2.0.4, section 4.2.4, as a table: in which states a function may be called.
+/// The state machines as a table: in which states a function of an FMU without clocks and structural parameters may be called.
 pub fn is_allowed(name: &str, mode: Mode) -> bool {
-    let allowed = match name {
+    let allowed = match name.strip_prefix("fmi3") {
+        Some(name) => allowed_3(name),
+        None => allowed_2(name),
+    };
+    let bit = match mode {
+        Mode::Instantiated => INSTANTIATED,
+        Mode::Initialization => INITIALIZATION,
+        Mode::Event => EVENT,
+        Mode::Stepping => STEPPING,
+        Mode::SteppingAfterSet => AFTER_SET,
+        Mode::Terminated => TERMINATED,
+    };
+    allowed & bit != 0
+}
+
+/// FMI 3.0.1, sections 2.3 and 4.2.1.
+fn allowed_3(name: &str) -> u8 {
+    match name {
+        "EnterInitializationMode" => INSTANTIATED,
+        "ExitInitializationMode" => INITIALIZATION,
+        "EnterEventMode" | "DoStep" => STEPPING | AFTER_SET,
+        "EnterStepMode" | "UpdateDiscreteStates" | "EvaluateDiscreteStates" => EVENT,
+        "Terminate" => EVENT | STEPPING | AFTER_SET,
+        "EnterConfigurationMode" => INSTANTIATED | STEPPING | AFTER_SET,
+        "GetClock" | "SetClock" => EVENT,
+        "GetShiftDecimal" | "GetShiftFraction" => INITIALIZATION,
+        name if name.contains("Interval") || name.contains("Shift") => INITIALIZATION | EVENT,
+        "GetDirectionalDerivative" | "GetAdjointDerivative" => {
+            INITIALIZATION | EVENT | STEPPING | AFTER_SET | TERMINATED
+        }
+        "GetOutputDerivatives" => STEPPING | TERMINATED,
+        name if name.contains("FMUState") || name.contains("Dependencies") => ALL,
+        name if name.starts_with("Get") => ALL & !AFTER_SET,
+        "SetDebugLogging" => ALL,
+        name if name.starts_with("Set") => ALL & !TERMINATED,
+        _ => ALL,
+    }
+}
+
+/// FMI 2.0.4, section 4.2.4.
+fn allowed_2(name: &str) -> u8 {
+    match name {
         "fmi2SetupExperiment" | "fmi2EnterInitializationMode" => INSTANTIATED,
         "fmi2ExitInitializationMode" => INITIALIZATION,
         "fmi2Terminate" | "fmi2DoStep" => STEPPING,
@@ -41,14 +88,7 @@ pub fn is_allowed(name: &str, mode: Mode) -> bool {
         | "fmi2GetBooleanStatus"
         | "fmi2GetStringStatus" => STEPPING | TERMINATED,
         _ => ALL,
-    };
-    let bit = match mode {
-        Mode::Instantiated => INSTANTIATED,
-        Mode::Initialization => INITIALIZATION,
-        Mode::Stepping => STEPPING,
-        Mode::Terminated => TERMINATED,
-    };
-    allowed & bit != 0
+    }
 }
 
 #[cfg(test)]

@@ -1,0 +1,785 @@
+//! The C functions of an FMU of either version, called alike: by what they do, with the arguments of FMI 2.0. What FMI 3.0 wants beside
+//! them, such as the number of values of arrays, follows from the model description.
+
+use super::log::callback_3;
+use super::{fmi2, fmi3};
+use anyhow::Result;
+use fmu_description::{Access, Description, Version};
+use libloading::Library;
+use std::collections::HashMap;
+use std::ffi::{c_char, c_int, c_void};
+use std::ptr;
+
+pub use super::fmi2::{Callbacks, Logger};
+
+/// An instance, a saved state, an environment.
+pub type Pointer = *mut c_void;
+/// A C string.
+pub type Text = *const c_char;
+
+/// Status: all is well.
+pub const OK: c_int = 0;
+/// Status: done, but something is to be told.
+pub const WARNING: c_int = 1;
+/// Status: not done, and nothing has changed.
+pub const DISCARD: c_int = 2;
+/// Status: a wrong call.
+pub const ERROR: c_int = 3;
+
+macro_rules! functions {
+    ($($name:ident($($type:ty),*) $(-> $result:ty)?;)*) => {
+        /// One pointer for each function.
+        #[allow(non_snake_case, missing_docs)] // named as in the standard
+        pub struct Functions {
+            $(pub $name: unsafe extern "C" fn($($type),*) $(-> $result)?,)*
+            _library: Library,
+        }
+
+        #[allow(non_snake_case)]
+        impl Functions {
+            /// Finds all of them.
+            pub fn load(library: Library) -> Result<Self> {
+                $(
+                    // SAFETY: an FMU exports this name with this signature.
+                    let $name = *unsafe { library.get(concat!(stringify!($name), "\0").as_bytes()) }
+                        .with_context(|| format!("{} is not exported", stringify!($name)))?;
+                )*
+                Ok(Self { $($name,)* _library: library })
+            }
+
+            /// Their names.
+            pub const NAMES: &'static [&'static str] = &[$(stringify!($name)),*];
+        }
+    };
+}
+
+pub(super) use functions;
+
+/// The functions of a loaded library.
+pub struct Functions {
+    own: Own,
+    /// Number of values by value reference; not told of scalars.
+    sizes: HashMap<u32, usize>,
+    /// Enumerations and integers of FMI 3.0 have functions of their own.
+    accesses: HashMap<u32, Access>,
+    time: Option<u32>,
+    has_event_mode: bool,
+}
+
+/// Those of one version.
+#[allow(clippy::large_enum_variant)] // one for each FMU
+pub enum Own {
+    /// FMI 2.0.
+    Fmi2(fmi2::Functions),
+    /// FMI 3.0.
+    Fmi3(fmi3::Functions),
+}
+
+use Own::{Fmi2, Fmi3};
+
+/// # Safety
+/// As for the C functions: a live instance or NULL, NULL or arrays of the length given, with room for all elements of the variables.
+#[allow(missing_docs, clippy::missing_safety_doc, clippy::too_many_arguments)] // named and explained in the standard
+impl Functions {
+    /// Find all functions of the version that the description names.
+    pub fn load(library: Library, description: &Description) -> Result<Self> {
+        let variables = &description.variables;
+        let arrays = variables.iter().filter(|v| v.size() > 1);
+        let time = variables
+            .iter()
+            .find(|v| v.causality == fmu_description::Causality::Independent);
+        Ok(Self {
+            own: match description.fmi {
+                Version::Fmi2 => Fmi2(fmi2::Functions::load(library)?),
+                Version::Fmi3 => Fmi3(fmi3::Functions::load(library)?),
+            },
+            sizes: arrays.map(|v| (v.reference, v.size())).collect(),
+            accesses: variables
+                .iter()
+                .map(|v| (v.reference, v.access()))
+                .collect(),
+            time: time.map(|v| v.reference),
+            has_event_mode: description.capabilities.event_mode,
+        })
+    }
+
+    /// Those of the version.
+    pub fn own(&self) -> &Own {
+        &self.own
+    }
+
+    /// Those of FMI 3.0.
+    pub fn fmi3(&self) -> Option<&fmi3::Functions> {
+        match &self.own {
+            Fmi2(_) => None,
+            Fmi3(f) => Some(f),
+        }
+    }
+
+    /// The name, in the version of the FMU, of a function named as in FMI 2.0.
+    pub fn name<'a>(&self, name: &'a str) -> &'a str {
+        match &self.own {
+            Fmi2(_) => name,
+            Fmi3(_) => in_3(name),
+        }
+    }
+
+    /// Instances go through Event Mode.
+    pub fn has_event_mode(&self) -> bool {
+        self.has_event_mode && self.fmi3().is_some()
+    }
+
+    /// Number of values of these variables.
+    pub fn count(&self, references: &[u32]) -> usize {
+        let size = |r: &u32| self.sizes.get(r).copied().unwrap_or(1);
+        references.iter().map(size).sum()
+    }
+
+    /// The functions for an integer of FMI 3.0.
+    fn is_int32(&self, references: &[u32]) -> bool {
+        let first = references.first().and_then(|r| self.accesses.get(r));
+        first == Some(&Access::Integer)
+    }
+
+    unsafe fn counted(&self, vr: *const u32, n: usize) -> usize {
+        match vr.is_null() {
+            true => n,
+            // SAFETY: `n` references.
+            false => self.count(unsafe { std::slice::from_raw_parts(vr, n) }),
+        }
+    }
+
+    pub unsafe fn get_version(&self) -> Text {
+        // SAFETY: no arguments.
+        unsafe {
+            match &self.own {
+                Fmi2(f) => (f.fmi2GetVersion)(),
+                Fmi3(f) => (f.fmi3GetVersion)(),
+            }
+        }
+    }
+
+    pub unsafe fn set_debug_logging(
+        &self,
+        c: Pointer,
+        on: c_int,
+        n: usize,
+        list: *const Text,
+    ) -> c_int {
+        // SAFETY: forwarded.
+        unsafe {
+            match &self.own {
+                Fmi2(f) => (f.fmi2SetDebugLogging)(c, on, n, list),
+                Fmi3(f) => (f.fmi3SetDebugLogging)(c, on != 0, n, list),
+            }
+        }
+    }
+
+    /// With a `kind` other than 1 for model exchange. In FMI 3.0 with Event Mode; what is no argument there is not looked at.
+    pub unsafe fn instantiate(
+        &self,
+        name: Text,
+        kind: c_int,
+        token: Text,
+        resources: Text,
+        callbacks: *const Callbacks,
+        visible: c_int,
+        logging: c_int,
+    ) -> Pointer {
+        // SAFETY: forwarded.
+        unsafe {
+            match &self.own {
+                Fmi2(f) => {
+                    (f.fmi2Instantiate)(name, kind, token, resources, callbacks, visible, logging)
+                }
+                Fmi3(f) => {
+                    let (visible, logging) = (visible != 0, logging != 0);
+                    let callbacks = callbacks.as_ref();
+                    let environment = callbacks.map_or(ptr::null_mut(), |c| c.environment);
+                    let logger = callbacks
+                        .and_then(|c| c.logger)
+                        .map(|_| callback_3 as fmi3::Logger);
+                    match kind {
+                        1 => (f.fmi3InstantiateCoSimulation)(
+                            name,
+                            token,
+                            resources,
+                            visible,
+                            logging,
+                            self.has_event_mode,
+                            false,
+                            ptr::null(),
+                            0,
+                            environment,
+                            logger,
+                            ptr::null_mut(),
+                        ),
+                        _ => (f.fmi3InstantiateModelExchange)(
+                            name,
+                            token,
+                            resources,
+                            visible,
+                            logging,
+                            environment,
+                            logger,
+                        ),
+                    }
+                }
+            }
+        }
+    }
+
+    pub unsafe fn free_instance(&self, c: Pointer) {
+        // SAFETY: forwarded.
+        unsafe {
+            match &self.own {
+                Fmi2(f) => (f.fmi2FreeInstance)(c),
+                Fmi3(f) => (f.fmi3FreeInstance)(c),
+            }
+        }
+    }
+
+    /// fmi2SetupExperiment; FMI 3.0 has it in fmi3EnterInitializationMode, and nothing is called here.
+    pub unsafe fn setup_experiment(
+        &self,
+        c: Pointer,
+        has_tolerance: c_int,
+        tolerance: f64,
+        start: f64,
+        has_stop: c_int,
+        stop: f64,
+    ) -> c_int {
+        // SAFETY: forwarded.
+        unsafe {
+            match &self.own {
+                Fmi2(f) => {
+                    (f.fmi2SetupExperiment)(c, has_tolerance, tolerance, start, has_stop, stop)
+                }
+                Fmi3(_) => OK,
+            }
+        }
+    }
+
+    /// fmi2SetupExperiment, or fmi3EnterInitializationMode with the same arguments.
+    pub unsafe fn begin(
+        &self,
+        c: Pointer,
+        has_tolerance: c_int,
+        tolerance: f64,
+        start: f64,
+        has_stop: c_int,
+        stop: f64,
+    ) -> c_int {
+        // SAFETY: forwarded.
+        unsafe {
+            match &self.own {
+                Fmi2(f) => {
+                    (f.fmi2SetupExperiment)(c, has_tolerance, tolerance, start, has_stop, stop)
+                }
+                Fmi3(f) => (f.fmi3EnterInitializationMode)(
+                    c,
+                    has_tolerance != 0,
+                    tolerance,
+                    start,
+                    has_stop != 0,
+                    stop,
+                ),
+            }
+        }
+    }
+
+    /// In FMI 3.0 with start and stop time, which FMI 2.0 is told by fmi2SetupExperiment.
+    pub unsafe fn enter_initialization_mode(
+        &self,
+        c: Pointer,
+        start: f64,
+        has_stop: c_int,
+        stop: f64,
+    ) -> c_int {
+        // SAFETY: forwarded.
+        unsafe {
+            match &self.own {
+                Fmi2(f) => (f.fmi2EnterInitializationMode)(c),
+                Fmi3(f) => {
+                    (f.fmi3EnterInitializationMode)(c, false, 0.0, start, has_stop != 0, stop)
+                }
+            }
+        }
+    }
+
+    pub unsafe fn exit_initialization_mode(&self, c: Pointer) -> c_int {
+        // SAFETY: forwarded.
+        unsafe {
+            match &self.own {
+                Fmi2(f) => (f.fmi2ExitInitializationMode)(c),
+                Fmi3(f) => (f.fmi3ExitInitializationMode)(c),
+            }
+        }
+    }
+
+    pub unsafe fn terminate(&self, c: Pointer) -> c_int {
+        // SAFETY: forwarded.
+        unsafe {
+            match &self.own {
+                Fmi2(f) => (f.fmi2Terminate)(c),
+                Fmi3(f) => (f.fmi3Terminate)(c),
+            }
+        }
+    }
+
+    pub unsafe fn reset(&self, c: Pointer) -> c_int {
+        // SAFETY: forwarded.
+        unsafe {
+            match &self.own {
+                Fmi2(f) => (f.fmi2Reset)(c),
+                Fmi3(f) => (f.fmi3Reset)(c),
+            }
+        }
+    }
+
+    pub unsafe fn get_fmu_state(&self, c: Pointer, state: *mut Pointer) -> c_int {
+        // SAFETY: forwarded.
+        unsafe {
+            match &self.own {
+                Fmi2(f) => (f.fmi2GetFMUstate)(c, state),
+                Fmi3(f) => (f.fmi3GetFMUState)(c, state),
+            }
+        }
+    }
+
+    pub unsafe fn set_fmu_state(&self, c: Pointer, state: Pointer) -> c_int {
+        // SAFETY: forwarded.
+        unsafe {
+            match &self.own {
+                Fmi2(f) => (f.fmi2SetFMUstate)(c, state),
+                Fmi3(f) => (f.fmi3SetFMUState)(c, state),
+            }
+        }
+    }
+
+    pub unsafe fn free_fmu_state(&self, c: Pointer, state: *mut Pointer) -> c_int {
+        // SAFETY: forwarded.
+        unsafe {
+            match &self.own {
+                Fmi2(f) => (f.fmi2FreeFMUstate)(c, state),
+                Fmi3(f) => (f.fmi3FreeFMUState)(c, state),
+            }
+        }
+    }
+
+    pub unsafe fn serialized_fmu_state_size(
+        &self,
+        c: Pointer,
+        state: Pointer,
+        size: *mut usize,
+    ) -> c_int {
+        // SAFETY: forwarded.
+        unsafe {
+            match &self.own {
+                Fmi2(f) => (f.fmi2SerializedFMUstateSize)(c, state, size),
+                Fmi3(f) => (f.fmi3SerializedFMUStateSize)(c, state, size),
+            }
+        }
+    }
+
+    pub unsafe fn serialize_fmu_state(
+        &self,
+        c: Pointer,
+        state: Pointer,
+        bytes: *mut u8,
+        size: usize,
+    ) -> c_int {
+        // SAFETY: forwarded.
+        unsafe {
+            match &self.own {
+                Fmi2(f) => (f.fmi2SerializeFMUstate)(c, state, bytes, size),
+                Fmi3(f) => (f.fmi3SerializeFMUState)(c, state, bytes, size),
+            }
+        }
+    }
+
+    pub unsafe fn deserialize_fmu_state(
+        &self,
+        c: Pointer,
+        bytes: *const u8,
+        size: usize,
+        state: *mut Pointer,
+    ) -> c_int {
+        // SAFETY: forwarded.
+        unsafe {
+            match &self.own {
+                Fmi2(f) => (f.fmi2DeSerializeFMUstate)(c, bytes, size, state),
+                Fmi3(f) => (f.fmi3DeserializeFMUState)(c, bytes, size, state),
+            }
+        }
+    }
+
+    /// In FMI 3.0 a step that must be whole.
+    pub unsafe fn do_step(&self, c: Pointer, t: f64, h: f64, no_set_prior: c_int) -> c_int {
+        let [mut event, mut ends, mut early] = [false; 3];
+        let mut time = f64::NAN;
+        // SAFETY: forwarded; places for the results.
+        unsafe {
+            match &self.own {
+                Fmi2(f) => (f.fmi2DoStep)(c, t, h, no_set_prior),
+                Fmi3(f) => (f.fmi3DoStep)(
+                    c,
+                    t,
+                    h,
+                    no_set_prior != 0,
+                    &mut event,
+                    &mut ends,
+                    &mut early,
+                    &mut time,
+                ),
+            }
+        }
+    }
+
+    /// FMI 3.0: from Event Mode to Step Mode, where steps are made; else nothing.
+    pub unsafe fn leave_events(&self, c: Pointer) -> c_int {
+        let Fmi3(f) = &self.own else { return OK };
+        if !self.has_event_mode {
+            return OK;
+        }
+        let ([mut a, mut b, mut d, mut e, mut g], mut next) = ([false; 5], 0.0);
+        // SAFETY: forwarded; places for the results.
+        unsafe {
+            match (f.fmi3UpdateDiscreteStates)(c, &mut a, &mut b, &mut d, &mut e, &mut g, &mut next)
+            {
+                OK | WARNING => (f.fmi3EnterStepMode)(c),
+                status => status,
+            }
+        }
+    }
+
+    /// FMI 3.0: from Step Mode to Event Mode, where values are exchanged; else nothing.
+    pub unsafe fn enter_events(&self, c: Pointer) -> c_int {
+        match &self.own {
+            // SAFETY: forwarded.
+            Fmi3(f) if self.has_event_mode => unsafe { (f.fmi3EnterEventMode)(c) },
+            _ => OK,
+        }
+    }
+
+    /// Time of the last communication point: fmi2GetRealStatus, or the independent variable.
+    pub unsafe fn last_time(&self, c: Pointer, time: &mut f64) -> c_int {
+        // SAFETY: forwarded.
+        unsafe {
+            match (&self.own, self.time) {
+                (Fmi2(f), _) => (f.fmi2GetRealStatus)(c, 2, time),
+                (Fmi3(f), Some(vr)) => (f.fmi3GetFloat64)(c, &vr, 1, time, 1),
+                (Fmi3(_), None) => DISCARD,
+            }
+        }
+    }
+
+    pub unsafe fn get_real(&self, c: Pointer, vr: *const u32, n: usize, values: *mut f64) -> c_int {
+        // SAFETY: forwarded.
+        unsafe {
+            match &self.own {
+                Fmi2(f) => (f.fmi2GetReal)(c, vr, n, values),
+                Fmi3(f) => (f.fmi3GetFloat64)(c, vr, n, values, self.counted(vr, n)),
+            }
+        }
+    }
+
+    pub unsafe fn set_real(
+        &self,
+        c: Pointer,
+        vr: *const u32,
+        n: usize,
+        values: *const f64,
+    ) -> c_int {
+        // SAFETY: forwarded.
+        unsafe {
+            match &self.own {
+                Fmi2(f) => (f.fmi2SetReal)(c, vr, n, values),
+                Fmi3(f) => (f.fmi3SetFloat64)(c, vr, n, values, self.counted(vr, n)),
+            }
+        }
+    }
+
+    /// In FMI 3.0 by fmi3GetInt32 where the first reference is that of an Int32, else by fmi3GetInt64; a value beyond an int is its bound.
+    pub unsafe fn get_integer(
+        &self,
+        c: Pointer,
+        vr: *const u32,
+        n: usize,
+        values: *mut c_int,
+    ) -> c_int {
+        // SAFETY: forwarded.
+        unsafe {
+            match &self.own {
+                Fmi2(f) => (f.fmi2GetInteger)(c, vr, n, values),
+                Fmi3(f) if self.is_int32(references(vr, n)) => {
+                    (f.fmi3GetInt32)(c, vr, n, values, self.counted(vr, n))
+                }
+                Fmi3(f) => {
+                    let mut wide = vec![0_i64; self.counted(vr, n)];
+                    let place = if values.is_null() {
+                        ptr::null_mut()
+                    } else {
+                        wide.as_mut_ptr()
+                    };
+                    let status = (f.fmi3GetInt64)(c, vr, n, place, wide.len());
+                    if status <= WARNING && !values.is_null() {
+                        let narrow =
+                            |v: &i64| (*v).clamp(c_int::MIN.into(), c_int::MAX.into()) as c_int;
+                        wide.iter()
+                            .enumerate()
+                            .for_each(|(k, v)| values.add(k).write(narrow(v)));
+                    }
+                    status
+                }
+            }
+        }
+    }
+
+    /// As [`Functions::get_integer`].
+    pub unsafe fn set_integer(
+        &self,
+        c: Pointer,
+        vr: *const u32,
+        n: usize,
+        values: *const c_int,
+    ) -> c_int {
+        // SAFETY: forwarded.
+        unsafe {
+            match &self.own {
+                Fmi2(f) => (f.fmi2SetInteger)(c, vr, n, values),
+                Fmi3(f) if self.is_int32(references(vr, n)) => {
+                    (f.fmi3SetInt32)(c, vr, n, values, self.counted(vr, n))
+                }
+                Fmi3(f) => {
+                    let count = self.counted(vr, n);
+                    let wide: Vec<i64> = match values.is_null() {
+                        true => Vec::new(),
+                        false => (0..count).map(|k| (*values.add(k)).into()).collect(),
+                    };
+                    let place = if values.is_null() {
+                        ptr::null()
+                    } else {
+                        wide.as_ptr()
+                    };
+                    (f.fmi3SetInt64)(c, vr, n, place, count)
+                }
+            }
+        }
+    }
+
+    pub unsafe fn get_boolean(
+        &self,
+        c: Pointer,
+        vr: *const u32,
+        n: usize,
+        values: *mut c_int,
+    ) -> c_int {
+        // SAFETY: forwarded.
+        unsafe {
+            match &self.own {
+                Fmi2(f) => (f.fmi2GetBoolean)(c, vr, n, values),
+                Fmi3(f) => {
+                    let mut narrow = vec![false; self.counted(vr, n)];
+                    let place = if values.is_null() {
+                        ptr::null_mut()
+                    } else {
+                        narrow.as_mut_ptr()
+                    };
+                    let status = (f.fmi3GetBoolean)(c, vr, n, place, narrow.len());
+                    if status <= WARNING && !values.is_null() {
+                        narrow
+                            .iter()
+                            .enumerate()
+                            .for_each(|(k, v)| values.add(k).write((*v).into()));
+                    }
+                    status
+                }
+            }
+        }
+    }
+
+    pub unsafe fn set_boolean(
+        &self,
+        c: Pointer,
+        vr: *const u32,
+        n: usize,
+        values: *const c_int,
+    ) -> c_int {
+        // SAFETY: forwarded.
+        unsafe {
+            match &self.own {
+                Fmi2(f) => (f.fmi2SetBoolean)(c, vr, n, values),
+                Fmi3(f) => {
+                    let count = self.counted(vr, n);
+                    let narrow: Vec<bool> = match values.is_null() {
+                        true => Vec::new(),
+                        false => (0..count).map(|k| *values.add(k) != 0).collect(),
+                    };
+                    let place = if values.is_null() {
+                        ptr::null()
+                    } else {
+                        narrow.as_ptr()
+                    };
+                    (f.fmi3SetBoolean)(c, vr, n, place, count)
+                }
+            }
+        }
+    }
+
+    pub unsafe fn get_string(
+        &self,
+        c: Pointer,
+        vr: *const u32,
+        n: usize,
+        values: *mut Text,
+    ) -> c_int {
+        // SAFETY: forwarded.
+        unsafe {
+            match &self.own {
+                Fmi2(f) => (f.fmi2GetString)(c, vr, n, values),
+                Fmi3(f) => (f.fmi3GetString)(c, vr, n, values, self.counted(vr, n)),
+            }
+        }
+    }
+
+    pub unsafe fn set_string(
+        &self,
+        c: Pointer,
+        vr: *const u32,
+        n: usize,
+        values: *const Text,
+    ) -> c_int {
+        // SAFETY: forwarded.
+        unsafe {
+            match &self.own {
+                Fmi2(f) => (f.fmi2SetString)(c, vr, n, values),
+                Fmi3(f) => (f.fmi3SetString)(c, vr, n, values, self.counted(vr, n)),
+            }
+        }
+    }
+
+    pub unsafe fn get_directional_derivative(
+        &self,
+        c: Pointer,
+        unknown: *const u32,
+        n_unknown: usize,
+        known: *const u32,
+        n_known: usize,
+        seed: *const f64,
+        result: *mut f64,
+    ) -> c_int {
+        // SAFETY: forwarded.
+        unsafe {
+            match &self.own {
+                Fmi2(f) => (f.fmi2GetDirectionalDerivative)(
+                    c, unknown, n_unknown, known, n_known, seed, result,
+                ),
+                Fmi3(f) => {
+                    let (seeds, results) = (
+                        self.counted(known, n_known),
+                        self.counted(unknown, n_unknown),
+                    );
+                    (f.fmi3GetDirectionalDerivative)(
+                        c, unknown, n_unknown, known, n_known, seed, seeds, result, results,
+                    )
+                }
+            }
+        }
+    }
+
+    pub unsafe fn get_output_derivatives(
+        &self,
+        c: Pointer,
+        vr: *const u32,
+        n: usize,
+        order: *const c_int,
+        values: *mut f64,
+    ) -> c_int {
+        // SAFETY: forwarded.
+        unsafe {
+            match &self.own {
+                Fmi2(f) => (f.fmi2GetRealOutputDerivatives)(c, vr, n, order, values),
+                Fmi3(f) => {
+                    (f.fmi3GetOutputDerivatives)(c, vr, n, order, values, self.counted(vr, n))
+                }
+            }
+        }
+    }
+
+    /// Not in FMI 3.0, where nothing is called.
+    pub unsafe fn set_input_derivatives(
+        &self,
+        c: Pointer,
+        vr: *const u32,
+        n: usize,
+        order: *const c_int,
+        values: *const f64,
+    ) -> c_int {
+        match &self.own {
+            // SAFETY: forwarded.
+            Fmi2(f) => unsafe { (f.fmi2SetRealInputDerivatives)(c, vr, n, order, values) },
+            Fmi3(_) => DISCARD,
+        }
+    }
+}
+
+unsafe fn references<'a>(vr: *const u32, n: usize) -> &'a [u32] {
+    match vr.is_null() {
+        true => &[],
+        // SAFETY: `n` references.
+        false => unsafe { std::slice::from_raw_parts(vr, n) },
+    }
+}
+
+/// A text with the functions of FMI 2.0 in it called as FMI 3.0 calls them.
+pub fn text_in_3(text: &str) -> String {
+    let is_word = |c: char| c.is_ascii_alphanumeric();
+    let mut told = String::new();
+    let mut rest = text;
+    while let Some(start) = rest.find("fmi2") {
+        let (before, from) = rest.split_at(start);
+        let end = from.find(|c| !is_word(c)).unwrap_or(from.len());
+        told += before;
+        told += in_3(&from[..end]);
+        rest = &from[end..];
+    }
+    told + rest
+}
+
+/// What FMI 3.0 calls a function of FMI 2.0.
+pub fn in_3(name: &str) -> &str {
+    let names = [
+        ("fmi2Instantiate", "fmi3InstantiateCoSimulation"),
+        ("fmi2GetVersion", "fmi3GetVersion"),
+        ("fmi2SetDebugLogging", "fmi3SetDebugLogging"),
+        ("fmi2FreeInstance", "fmi3FreeInstance"),
+        ("fmi2SetupExperiment", "fmi3EnterInitializationMode"),
+        ("fmi2EnterInitializationMode", "fmi3EnterInitializationMode"),
+        ("fmi2ExitInitializationMode", "fmi3ExitInitializationMode"),
+        ("fmi2Terminate", "fmi3Terminate"),
+        ("fmi2Reset", "fmi3Reset"),
+        ("fmi2GetReal", "fmi3GetFloat64"),
+        ("fmi2SetReal", "fmi3SetFloat64"),
+        ("fmi2GetInteger", "fmi3GetInt64"),
+        ("fmi2SetInteger", "fmi3SetInt64"),
+        ("fmi2GetBoolean", "fmi3GetBoolean"),
+        ("fmi2SetBoolean", "fmi3SetBoolean"),
+        ("fmi2GetString", "fmi3GetString"),
+        ("fmi2SetString", "fmi3SetString"),
+        ("fmi2GetFMUstate", "fmi3GetFMUState"),
+        ("fmi2SetFMUstate", "fmi3SetFMUState"),
+        ("fmi2FreeFMUstate", "fmi3FreeFMUState"),
+        ("fmi2SerializedFMUstateSize", "fmi3SerializedFMUStateSize"),
+        ("fmi2SerializeFMUstate", "fmi3SerializeFMUState"),
+        ("fmi2DeSerializeFMUstate", "fmi3DeserializeFMUState"),
+        (
+            "fmi2GetDirectionalDerivative",
+            "fmi3GetDirectionalDerivative",
+        ),
+        ("fmi2GetRealOutputDerivatives", "fmi3GetOutputDerivatives"),
+        ("fmi2DoStep", "fmi3DoStep"),
+    ];
+    let found = names.iter().find(|(two, _)| *two == name);
+    found.map_or(name, |(_, three)| three)
+}
