@@ -1,4 +1,4 @@
-"""Builds the example FMUs with pythonfmu, all or those of the scripts named, and the system with the bending plant:
+"""Builds the example FMUs with pythonfmu, all or those of the scripts named, and the systems with the bending plant and other batteries:
 `python examples/build.py DIRECTORY [SCRIPT ...]`."""
 
 import re
@@ -17,6 +17,7 @@ SCRIPTS = {
     "bending.py": (*MUJOCO, "mujoco_hdrm.py", "bending_plant.py"),
     "rod_controller.py": (),
     "one_mass.py": (),
+    "pack.py": (),
 }
 
 
@@ -69,8 +70,47 @@ def bending_system(folder):
     return path
 
 
+ELECTRIC = HERE.parent / "system/Electric.ssd"
+CELLS = """        <ssd:ParameterBindings>
+          <ssd:ParameterBinding>
+            <ssd:ParameterValues>
+              <ssv:ParameterSet version="1.0" name="cells">
+                <ssv:Parameters>
+                  <ssv:Parameter name="cells"><ssv:Real value="160" unit="1"/></ssv:Parameter>
+                </ssv:Parameters>
+                <ssv:Units>
+                  <ssc:Unit name="1"><ssc:BaseUnit/></ssc:Unit>
+                </ssv:Units>
+              </ssv:ParameterSet>
+            </ssd:ParameterValues>
+          </ssd:ParameterBinding>
+        </ssd:ParameterBindings>
+      </ssd:Component>"""
+
+
+def electric_systems(folder):
+    """Pack.ssd and Battery.ssd: Electric.ssd with `pack.py` and with the crate `battery/` in the place of DcLink. Neither knows precharge, so
+    the drives are not told of it."""
+    lines = [line for line in ELECTRIC.read_text().splitlines(keepends=True) if '"ready"' not in line and '"precharging"' not in line]
+    pack = "".join(lines)
+    # A connector without a unit where pythonfmu tells none would be refused as different from one with it.
+    pack = pack.replace("resources/DcLink.fmu", "resources/Pack.fmu").replace('version="1.0" name="Electric"', 'version="1.0" name="Pack"')
+    battery = "".join(line for line in lines if '"i_battery"' not in line)
+    battery = battery.replace("resources/DcLink.fmu", "resources/Battery.fmu").replace('version="1.0" name="Electric"', 'version="1.0" name="Battery"')
+    battery = battery.replace('startElement="dclink" startConnector="v_dc"', 'startElement="dclink" startConnector="v"')
+    battery = battery.replace('<ssd:Connector name="v_dc" kind="output">', '<ssd:Connector name="v" kind="output">')
+    before, component, after = battery.partition('<ssd:Component name="dclink"')
+    head, end, tail = after.partition("      </ssd:Component>")
+    battery = before + component + head + CELLS + tail
+    made = []
+    for name, text in {"Pack.ssd": pack, "Battery.ssd": battery}.items():
+        made.append(Path(folder, name))
+        made[-1].write_text(text)
+    return made
+
+
 if __name__ == "__main__":
     folder, *scripts = sys.argv[1:]
     for script in scripts or SCRIPTS:
         print(build(script, folder))
-    print(bending_system(folder))
+    print(bending_system(folder), *electric_systems(folder))

@@ -36,7 +36,7 @@ OUTPUTS = {
     "DcLink": {
         **{"v_dc": "V", "v_dc_mean": "V", "i_battery": "A", "v_battery": "V", "soc": "1", "P_brake": "W", "P_loss": "W", "T_battery": "K"},
         **dict.fromkeys(["energy.battery", "energy.load", "energy.brake", "energy.loss", "energy.stored"], "J"),
-        **dict.fromkeys(["ready", "braking", "limited", "undervoltage"]),
+        **dict.fromkeys(["ready", "precharging", "braking", "limited", "undervoltage"]),
     },
     "Sensors": {
         **{"zeta_measured[1..6]": "rad", "zeta_dot_measured[1..6]": "rad/s", "i_d_measured[1..3]": "A", "i_q_measured[1..3]": "A"},

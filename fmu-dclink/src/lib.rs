@@ -25,7 +25,7 @@ impl DcLinkFmu {
         let (v, i, soc) = (now.v_dc, now.i_battery, now.soc);
         let load = u.load();
         let discharges = |s: &State| s.mode.ready && s.mode.regime == Regime::Discharging;
-        if discharges(after) && !discharges(before) {
+        if discharges(after) && !discharges(before) && load > i {
             self.log.warning(
                 "",
                 format_args!("t = {t} s: the pack gives no more than {i:.4} A at soc = {soc:.4}, the drives draw {load:.4} A: v_dc falls"),

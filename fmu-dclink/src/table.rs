@@ -66,6 +66,7 @@ pub(crate) const VARIABLES: &[V] = &[
     shown!("energy.loss", energy.loss, "J", 1e3, "energy lost in pack, wiring, precharge and limit since the start").display_unit("kJ"),
     shown!("energy.stored", stored, "J", 1e3, "energy in the capacitor and in the RC pairs").display_unit("kJ"),
     told!("ready", ready, "whether precharge is over: the drives may be enabled"),
+    told!("precharging", precharging, "whether precharge is not over: the opposite of ready, for the brakes that hold the machine meanwhile"),
     told!("braking", braking, "whether the brake resistor is switched on"),
     told!("limited", limited, "whether the pack gives or takes all that it may"),
     told!("undervoltage", undervoltage, "whether precharge is over and v_dc is below v_min"),

@@ -61,6 +61,8 @@ pub struct Output {
     pub stored: f64,
     /// Whether precharge is over.
     pub ready: bool,
+    /// Whether it is not.
+    pub precharging: bool,
     /// Whether the brake resistor is switched on.
     pub braking: bool,
     /// Whether the pack gives or takes all that it may.
@@ -117,6 +119,7 @@ impl DcLink {
             energy: s.energy,
             stored,
             ready: s.mode.ready,
+            precharging: !s.mode.ready,
             braking: s.mode.braking,
             limited: s.mode.regime != Regime::Free,
             undervoltage: s.mode.ready && s.v_c < self.p.v_min,

@@ -23,6 +23,41 @@ function energyTable() {
     `<table class="data dense"><tr><th class="left">trajectory</th><th class="left">actuator</th>${columns.map(([, title]) => `<th>${title}</th>`).join("")}<th>efficiency while work is done</th><th>throughput</th></tr>${rows.join("")}</table>`;
 }
 
+/* The machine that a battery feeds. */
+function electric() {
+  if (!data.electric.length) return;
+  element("electric").classList.add("present");
+  const J = (value) => value === undefined || value === null ? "–" : value.toFixed(2);
+  const rows = data.electric.map(({ trajectory, supply: s, open }) => s && row([trajectory, ...[s.source?.battery, s.source?.brake, s.source?.lost, s.source?.stored,
+    s.given, s.residual, s.work, s.lost, s.stored, open, s.throughput].map(J)])).filter(Boolean);
+  const axes = data.electric.flatMap(({ trajectory, sizing }) => sizing.axes.map((a) => row([`${trajectory}, ${escape(a.actuator)}`,
+    a.torque.rms.toFixed(2), a.continuous.toFixed(1), a.torque.peak.toFixed(2), (a.speed.peak * 30 / Math.PI).toFixed(0), a.current.peak.toFixed(2), a.motor.current.toFixed(0),
+    (a.force.peak / 1000).toFixed(2), (sizing.ratings.force_max / 1000).toFixed(0), (a.temperatures.winding_max - 273.15).toFixed(1), (a.temperatures.housing - 273.15).toFixed(1)])));
+  element("electric-table").innerHTML =
+    table(["energy, J", "from the pack", "brake resistor", "lost in the link", "stored in the link", "to the drives", "lost at the bonds", "work on the load", "lost in the drives", "stored in the drives", "left open", "through the bonds"], rows) +
+    table(["motors over the motion", "torque rms, N·m", "may last", "peak", "speed, rpm", "current, A", "limit", "force, kN", "rating", "winding in an hour, °C", "housing"], axes);
+  const parent = element("electric-plots");
+  const groups = [["voltage of the link", "V", /\.v_dc$/, 1, 0], ["currents of pack and drives", "A", /\.i_(battery|dc_mean)$/, 1, 0], ["state of charge", "%", /\.soc$/, 100, 0],
+    ["temperatures", "°C", /\.T_/, 1, -273.15], ["brake resistor", "kW", /\.P_brake$/, 1e-3, 0]];
+  for (const run of data.electric) {
+    const t = Float64Array.from({ length: run.count }, (_, k) => run.start + k * run.every);
+    for (const [title, unit, pattern, factor, offset] of groups) {
+      const found = run.curves.filter(({ name }) => pattern.test(name));
+      timePlot(parent, `electric-${run.trajectory}-${unit}`, `${run.trajectory}: ${title}`, unit, found.map((c, k) => ({
+        t, y: [...whole(decode(c.samples), run.count)].map((v) => factor * v + offset), label: c.name, color: wheel(k, found.length) })));
+    }
+    for (const m of run.motors) {
+      const [w, peak, lasting] = [m.speeds, m.peak, m.continuous].map((s) => [...whole(decode(s), 101)]);
+      const around = (y) => [[...w, ...[...w].reverse(), ...w.map((v) => -v), ...w.map((v) => -v).reverse()],
+        [...y, ...y.map((v) => -v).reverse(), ...y.map((v) => -v), ...[...y].reverse()]];
+      const line = (name, [x, y], k) => ({ type: "scatter", mode: "lines", name, x, y, line: { color: wheel(k, 3), width: 1.4 } });
+      draw(parent, `electric-${run.trajectory}-${m.actuator}`, [line("peak", around(peak), 0), line("continuous", around(lasting), 1),
+        line("motion", m.motion.map((s) => whole(decode(s), m.count)), 2)],
+      layout({ ...titled(`${run.trajectory}: torque and speed of ${m.actuator}`), hovermode: "closest", xaxis: { title: { text: "motor speed, rev/min" } }, yaxis: { title: { text: "torque, N·m" } } }));
+    }
+  }
+}
+
 function testbed() {
   if (!data.testbed?.axes.length) return;
   document.querySelectorAll("#testbed, nav a[href='#testbed']").forEach((e) => e.classList.add("present"));

@@ -30,6 +30,7 @@ chooseRun("signals-run", signals);
 chooseRun("adaptation-run", adaptation, (run) => run.mode === "adaptive" && run.scale !== 1);
 stability();
 energyTable();
+electric();
 chooseRun("energy-run", energy);
 surrogate();
 testbed();

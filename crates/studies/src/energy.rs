@@ -7,6 +7,7 @@ use std::io::Write;
 use anyhow::{Result, ensure};
 use cosim::run::Experiment;
 use cosim::system::System;
+use cosim::verdict::Verdict;
 use cosim::wiring::Port;
 use serde::Serialize;
 
@@ -56,9 +57,10 @@ pub struct Balance {
 }
 
 impl Balance {
-    /// Work on the load over the electrical energy that it took, both while work is done; nothing where none is done.
+    /// Work on the load over the electrical energy that it took, both while work is done; nothing where none is done, or where more is done
+    /// than was taken: it then came from what was stored, as when a brake lets go.
     pub fn efficiency(&self) -> Option<f64> {
-        (self.work > 0.0 && self.working > 0.0).then(|| self.work / self.working)
+        (self.work > 0.0 && self.work <= self.working).then(|| self.work / self.working)
     }
 
     /// Energy that left through a border over energy that came in through one: what goes up and down again passes twice, so this is no
@@ -104,6 +106,9 @@ pub struct Energies {
     pub balances: Vec<Balance>,
     /// What feeds the drives, over the whole run; nothing where no component does.
     pub supply: Option<Supply>,
+    /// What the master and the FMUs said of the run.
+    #[serde(skip)]
+    pub verdict: Verdict,
 }
 
 /// Names of the cases that a study runs, and their conditions: both trajectories, or the one that `base` or the system sets itself (an
@@ -151,7 +156,11 @@ pub fn run(system: &System, experiment: &Experiment) -> Result<Energies> {
     }
     balances.push(Balance::sum(&balances));
     let supply = Supply::of(system, &recorded, &ports, OUTPUTS.len())?;
-    Ok(Energies { balances, supply })
+    Ok(Energies {
+        balances,
+        supply,
+        verdict: recorded.outcome.run.verdict.clone(),
+    })
 }
 
 /// Balance of one actuator, of its [`OUTPUTS`].

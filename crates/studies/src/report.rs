@@ -8,6 +8,7 @@
 //! The page is plain HTML with plotly.js (out of the crate `plotly`) and three.js (in `assets/`) inside.
 
 mod conditions;
+mod electric;
 mod errors;
 mod evaluation;
 mod figures;
@@ -58,6 +59,8 @@ pub struct Request<'a> {
     pub real: Option<&'a System>,
     /// The machine that bends, where it is to be run.
     pub bending: Option<&'a System>,
+    /// The machine fed by a battery, where there is one.
+    pub electric: Option<&'a System>,
 }
 
 /// All that the page shows.
@@ -71,6 +74,7 @@ pub struct Report {
     /// Runs that failed, with the reason.
     failures: Vec<String>,
     energy: Vec<Energy>,
+    electric: Vec<electric::Electric>,
     stability: Stability,
     testbed: Option<Testbed>,
     scene: Scene,
@@ -139,6 +143,7 @@ impl Request<'_> {
         let worlds = worlds::shown(self, &mut failures);
         let errors = plan.run(self, count, &mut failures)?;
         let energy = evaluation::energies(self, count, &mut failures);
+        let electric = electric::shown(self, &mut failures);
         let stability = stability::stability(self, count, &mut failures);
         let testbed = evaluation::testbed(self, &mut failures);
         let surrogate = surrogate::on_rig(self, &mut failures);
@@ -150,6 +155,7 @@ impl Request<'_> {
             errors,
             runs,
             energy,
+            electric,
             stability,
             testbed,
             surrogate,

@@ -10,6 +10,7 @@ use cosim::ssd::Power;
 use cosim::system::System;
 use cosim::verdict::Verdict;
 use cosim::wiring::Port;
+use fmu_description::{Causality, Kind};
 use serde::Serialize;
 
 use crate::experiment::Recorded;
@@ -82,6 +83,11 @@ pub struct Range {
     pub last: f64,
 }
 
+/// Index of the component that feeds the drives, where there is one.
+pub fn component(system: &System) -> Result<Option<usize>> {
+    Ok(feeding(system)?.map(|(k, _)| k))
+}
+
 /// The component that the drawing bonds end at, and the names of their efforts.
 fn feeding(system: &System) -> Result<Option<(usize, Vec<String>)>> {
     let wiring = system.wiring()?;
@@ -114,7 +120,11 @@ fn trouble(system: &System) -> Vec<Port> {
             .iter()
             .filter_map(move |name| system.port_of(k, name).ok())
     };
-    components.flat_map(of).collect()
+    let is_told = |port: &Port| {
+        let variable = system.variable(*port); // a parameter may be named so too
+        variable.kind == Kind::Boolean && variable.causality == Causality::Output
+    };
+    components.flat_map(of).filter(is_told).collect()
 }
 
 impl Supply {

@@ -50,6 +50,7 @@ pub fn energy(args: &EnergyArgs) -> Result<Verdict> {
     for (case, experiment) in energy::cases(&system, &base)? {
         let energies = energy::run(&system, &experiment)?;
         print(energy::text(&title(&case), &energies.balances) + "\n")?;
+        verdict.extend(energies.verdict.clone().of(&case));
         if let Some(supply) = &energies.supply {
             print(supply.text() + "\n")?;
             verdict.extend(supply.verdict().of(&case));

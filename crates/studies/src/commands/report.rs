@@ -11,6 +11,9 @@ use studies::worlds::{BENDING_SYSTEM, SYSTEM};
 
 use super::MachineArgs;
 
+/// The packed machine that a battery feeds, shown where it lies beside the system.
+const ELECTRIC: &str = "Electric.ssp";
+
 #[derive(Args)]
 pub struct ReportArgs {
     #[command(flatten)]
@@ -48,7 +51,13 @@ pub fn report(args: &ReportArgs) -> Result<Verdict> {
         args.machine.beside(&path)
     });
     let bending = bending.transpose()?;
+    let electric = system.path.with_file_name(ELECTRIC);
+    let electric = electric
+        .is_file()
+        .then(|| args.machine.beside(&electric))
+        .transpose()?;
     let request = Request {
+        electric: electric.as_ref(),
         system: &system,
         testbed: testbed.as_ref(),
         real: real.as_ref(),
