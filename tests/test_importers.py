@@ -216,3 +216,34 @@ def test_pyssp_reads_the_ssp(fmu_dir, system):
         with SSV(path, mode="r") as ssv:
             ssv.__check_compliance__()
             assert len(ssv.parameters) >= 1, path
+
+
+@pytest.mark.parametrize("importer", ["FMPy", "Ecos"])
+def test_fmi_3_runs_alone(references, fmu_dir, tmp_path, importer):
+    """An FMU of FMI 3.0 whose variables are scalars, driven like that of 2.0."""
+    found, expected = run(importer, "alone", "Emla", fmu_dir / "fmi3", tmp_path), references["Emla"]
+    size = np.abs(expected).max(axis=0)
+    assert (np.abs(found - expected).max(axis=0) <= IMPORTERS[importer].alone * size).all()
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_toolbox_has_no_complaint_about_fmi_3(fmu_dir, name, tmp_path):
+    tool = Path(sys.executable).with_name("fmutool")
+    done = subprocess.run([tool, "-input", fmu_dir / f"fmi3/{name}.fmu", "-check"], capture_output=True, text=True, cwd=tmp_path)
+    said = done.stdout + done.stderr
+    assert "seems to be compliant with FMI-3.0" in said and "No semantic error" in said, said
+
+
+def test_fmi_sim_reads_no_units_of_fmi_3(fmu_dir, tmp_path):
+    """Its reader of descriptions of FMI 3.0 refuses units. Should this fail one day, it has learnt them: see docs/interoperability.md."""
+    needs_fmi_sim()
+    command = [importers.FmiSim.PROGRAM, "--model", fmu_dir / "fmi3/Emla.fmu", "co-simulation", "-f", "0.01"]
+    done = subprocess.run(list(map(str, command)), capture_output=True, text=True, cwd=tmp_path)
+    assert done.returncode != 0 and "unknown field" in done.stderr
+
+
+def test_libcosim_reads_no_fmi_3(fmu_dir, tmp_path):
+    """Should this fail one day, libcosim has learnt FMI 3.0: see docs/interoperability.md."""
+    text = "from libcosimpy.CosimSlave import CosimLocalSlave as S; from libcosimpy.CosimExecution import CosimExecution as E\n"
+    text += f"assert E.from_step_size(1e6).add_local_slave(S({str(fmu_dir / 'fmi3/Emla.fmu')!r}, 'fmu')) == 0"
+    assert subprocess.run([sys.executable, "-c", text], capture_output=True, cwd=tmp_path).returncode != 0
