@@ -97,18 +97,18 @@ pub fn run(workspace: &Workspace, options: &Options) -> Result<()> {
     if is_plain {
         return check(workspace, fmus);
     }
+    let [fast, _] = fast_and_slow(&fmus)?;
     let driver = Driver::build(workspace, fmus)?;
+    // A seed chooses among the same FMUs as in CI.
+    let random = |arguments: &[&str]| {
+        let mut command = workspace.command(&driver.program);
+        execute(command.arg("calls").args(arguments).args(&fast))
+    };
     if let Some(seed) = replay {
-        driver.run(&["calls", "--replay", &seed.to_string()])?;
+        random(&["--replay", &seed.to_string()])?;
     }
     if let Some(calls) = calls.filter(|_| !asan) {
-        driver.run(&[
-            "calls",
-            "--calls",
-            &calls.to_string(),
-            "--seed",
-            &seed.to_string(),
-        ])?;
+        random(&["--calls", &calls.to_string(), "--seed", &seed.to_string()])?;
     }
     if let Some(steps) = long {
         driver.run(&["long", "--steps", &steps.to_string()])?;
@@ -141,9 +141,7 @@ pub fn run(workspace: &Workspace, options: &Options) -> Result<()> {
 
 /// What CI does, on the FMUs as they are packed, in both versions of FMI.
 pub fn check(workspace: &Workspace, fmus: Vec<PathBuf>) -> Result<()> {
-    let (slow, fast): (Vec<_>, Vec<_>) = both_versions(&fmus)?
-        .into_iter()
-        .partition(|fmu| fmu.file_stem().is_some_and(|name| name == SLOW));
+    let [fast, slow] = fast_and_slow(&fmus)?;
     let driver = Driver::build(workspace, fmus)?;
     for (fmus, calls) in [(fast, CI_CALLS), (slow, CI_CALLS_SLOW)] {
         let mut command = workspace.command(&driver.program);
@@ -160,8 +158,8 @@ pub fn check(workspace: &Workspace, fmus: Vec<PathBuf>) -> Result<()> {
     execute(&mut coupled)
 }
 
-/// The FMUs of FMI 2.0, and those of FMI 3.0 beside them.
-fn both_versions(fmus: &[PathBuf]) -> Result<Vec<PathBuf>> {
+/// The FMUs of FMI 2.0, and those of FMI 3.0 beside them; the slow one for itself.
+fn fast_and_slow(fmus: &[PathBuf]) -> Result<[Vec<PathBuf>; 2]> {
     let beside = |fmu: &PathBuf| {
         let (folder, name) = (fmu.parent()?, fmu.file_name()?);
         Some(folder.join("fmi3").join(name))
@@ -171,7 +169,9 @@ fn both_versions(fmus: &[PathBuf]) -> Result<Vec<PathBuf>> {
         found.with_context(|| format!("{} has no fellow of FMI 3.0 in fmi3/", fmu.display()))
     });
     let of_3: Vec<PathBuf> = of_3.collect::<Result<_>>()?;
-    Ok(fmus.iter().cloned().chain(of_3).collect())
+    let both = fmus.iter().cloned().chain(of_3);
+    let (slow, fast) = both.partition(|fmu| fmu.file_stem().is_some_and(|name| name == SLOW));
+    Ok([fast, slow])
 }
 
 const MEMCHECK: &[&str] = &[
