@@ -3,10 +3,10 @@
 use super::access::{not_allowed, not_finite};
 use super::fault::{Fault, refuse};
 use super::instance::Instance;
-use super::layout::TIME;
+use super::layout::{Run, TIME};
 use super::phase::Phase;
 use super::value::Value;
-use super::variable::{Causality, Variable};
+use super::variable::{Causality, Variable, Write};
 use crate::Model;
 
 impl<M: Model> Instance<M> {
@@ -18,6 +18,14 @@ impl<M: Model> Instance<M> {
         len: usize,
         value: impl Fn(usize) -> T + Copy,
     ) -> Result<(), Fault> {
+        if number(1).is_none()
+            && let Some(block) = number(0)
+            && let (run, first, n) = self.layout.block(block)?
+            && n == len
+            && let Some(place) = T::input(&run.row.place)
+        {
+            return self.set_input_block(&run, place, first, len, value);
+        }
         let mut parameters = false;
         let (mut k, mut from) = (0, 0);
         while let Some(block) = number(k) {
@@ -44,6 +52,39 @@ impl<M: Model> Instance<M> {
             self.set_parameter_blocks(number, value)?;
         }
         self.set_input_blocks(number, value)
+    }
+
+    /// Sets one block of an input, which is what most batches are.
+    #[inline]
+    fn set_input_block<T: Value>(
+        &mut self,
+        run: &Run<M>,
+        place: &Write<M::Input, T>,
+        first: usize,
+        len: usize,
+        value: impl Fn(usize) -> T,
+    ) -> Result<(), Fault> {
+        for j in 0..len {
+            let value = value(j);
+            if !value.is_within(run.bounds) {
+                return Err(not_allowed(run.row, first + j, value));
+            }
+        }
+        let inputs = &mut place.slice_mut(&mut self.state.input.value)[first..first + len];
+        let mut changed = false;
+        for (j, input) in inputs.iter_mut().enumerate() {
+            let value = value(j);
+            changed |= !input.is_same(value);
+            *input = value;
+        }
+        if let Some(counter) = run.row.counter {
+            self.state.count_sets(counter, len as u32);
+            changed = true;
+        }
+        if changed {
+            self.touch(!run.row.beside_evaluation);
+        }
+        Ok(())
     }
 
     /// Writes what are inputs in a checked batch. They are held: where rows are arrays, nobody gives derivatives.
@@ -112,7 +153,8 @@ impl<M: Model> Instance<M> {
                 Ok(found) if found.2 <= len - from => found,
                 Ok(_) => return too_few(len),
                 Err(_) if block == TIME && T::of_time(0.0).is_some() && from < len => {
-                    put(from, T::of_time(self.state.time).expect("asked for above"));
+                    let time = T::of_time(self.state.time).expect("asked for above");
+                    put(from, time);
                     from += 1;
                     continue;
                 }

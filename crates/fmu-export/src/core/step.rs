@@ -108,7 +108,7 @@ fn failed(t: f64, h: f64, error: &ModelError) -> Fault {
 
 impl<M: Model> Instance<M> {
     /// A step from `t` by `h`, both s. Where `t` is not quite the present time, the step makes up for it.
-    #[inline]
+    #[inline(always)] // into each border's step: a call would cost several per cent of a small one
     pub(crate) fn do_step(&mut self, t: f64, h: f64) -> Result<End, Fault> {
         let from_now = self.check_step(t, h)?;
         let step = match self.advance(from_now) {
@@ -132,8 +132,15 @@ impl<M: Model> Instance<M> {
         })
     }
 
+    /// [`do_step`](Self::do_step) where it does not come often.
+    #[cold]
+    #[inline(never)]
+    pub(crate) fn do_rest(&mut self, t: f64, h: f64) -> Result<End, Fault> {
+        self.do_step(t, h)
+    }
+
     /// Moves the model on by `h`; on error it is where it was.
-    #[inline]
+    #[inline(always)]
     fn advance(&mut self, h: f64) -> Result<StepEnd, ModelError> {
         self.evaluate()?;
         let state = &mut self.state;
@@ -155,7 +162,7 @@ impl<M: Model> Instance<M> {
     }
 
     /// The length of a step from the present time, s, that ends a time `h` after `t`.
-    #[inline]
+    #[inline(always)]
     fn check_step(&self, t: f64, h: f64) -> Result<f64, Fault> {
         let now = self.state.time;
         let gap = (t - now).abs();

@@ -13,7 +13,7 @@ pub use crate::border::library::Library;
 
 use super::calls;
 use super::ffi::*;
-use super::instance::{Body, Fmi3, Update, enter};
+use super::instance::{Body, Fmi3, enter};
 use crate::Model;
 use crate::border::arguments::{array, array_mut, bytes, place, texts};
 use crate::border::body::handle_to_c;
@@ -133,7 +133,7 @@ pub unsafe fn do_step<M: Model>(
     early_return: *mut Boolean,
     last_time: *mut f64,
 ) -> Status {
-    let mut update = None;
+    let mut is_shown = false;
     // SAFETY: forwarded.
     let status = unsafe {
         enter::<M, Fmi3>(c, calls::DO_STEP, |b| {
@@ -146,23 +146,34 @@ pub unsafe fn do_step<M: Model>(
             terminate.put(0, step.terminate.into());
             early_return.put(0, step.is_early.into());
             last_time.put(0, step.time);
-            if let Some(wanted) = &b.own.update {
+            if b.own.update.is_some() {
                 b.own.stepping = U;
-                update = Some((wanted.clone(), step.time));
+                is_shown = true;
             }
             Ok(())
         })
     };
-    if let Some((update, time)) = update {
+    if is_shown {
         // SAFETY: forwarded.
-        return unsafe { show::<M>(c, &update, time) };
+        return unsafe { show::<M>(c) };
     }
     status
 }
 
 /// Intermediate Update Mode: no reference to the instance lives while the importer looks at it.
 #[cold]
-unsafe fn show<M: Model>(c: Instance, update: &Update, time: f64) -> Status {
+unsafe fn show<M: Model>(c: Instance) -> Status {
+    let mut update = None;
+    // SAFETY: forwarded.
+    let status = unsafe {
+        enter::<M, Fmi3>(c, calls::LEAVE_UPDATE, |b| {
+            update = b.own.update.clone().map(|u| (u, b.instance.state.time));
+            Ok(())
+        })
+    };
+    let Some((update, time)) = update else {
+        return status;
+    };
     let (mut early_return_requested, mut early_return_time) = (0, 0.0);
     // SAFETY: the importer's callback, with places for its answers; nothing is returned early, so they are not looked at.
     unsafe {

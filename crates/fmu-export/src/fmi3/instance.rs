@@ -125,7 +125,7 @@ impl<M: Model> Body<M> {
                     "{text}; the model stopped at {from} s, where the instance is now, and early return is not allowed"
                 ))
             };
-            end = match self.instance.do_step(from, until - from) {
+            end = match self.instance.do_rest(from, until - from) {
                 Ok(end) if end.time > from || end.terminate => end,
                 Ok(_) => return Err(stuck("the step does not move on")),
                 Err(Fault::Discarded(text)) => return Err(stuck(&text)),
