@@ -15,6 +15,8 @@ mod controller;
 mod geometry;
 #[path = "src/machine.rs"]
 mod machine;
+#[path = "src/per_axis.rs"]
+mod per_axis;
 
 use machine::Machine;
 use std::env;

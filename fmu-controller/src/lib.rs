@@ -10,7 +10,10 @@ use emla::Surrogate;
 use fmu_export::{Info, InputPolynomial, Model, ModelError, StepEnd, Variable};
 use machine::Machine;
 use serde::{Deserialize, Serialize};
-use vdc::{Controller, Evaluation, Input, Level, Mode, Output, Settings, Timing, Told, Trajectory};
+use std::ops::{Deref, DerefMut};
+use vdc::{
+    Controller, Derating, Evaluation, Level, Mode, Output, Settings, Timing, Told, Trajectory,
+};
 
 /// The controller behind the FMI border.
 #[derive(Clone, Serialize, Deserialize)]
@@ -22,6 +25,40 @@ pub struct ControllerFmu {
     /// Not part of the behaviour: handed to the importer's log once.
     #[serde(skip)]
     warning: Option<String>,
+}
+
+/// Inputs as the importer sees them.
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
+pub struct Input {
+    u: vdc::Input,
+    /// Voltage of the DC link, V; counts once it was set.
+    v_dc: f64,
+    /// How often it was set.
+    v_dc_sets: u32,
+}
+
+impl Input {
+    /// What the controller reads.
+    fn measured(&self) -> vdc::Input {
+        vdc::Input {
+            v_dc: (self.v_dc_sets > 0).then_some(self.v_dc),
+            ..self.u
+        }
+    }
+}
+
+impl Deref for Input {
+    type Target = vdc::Input;
+
+    fn deref(&self) -> &vdc::Input {
+        &self.u
+    }
+}
+
+impl DerefMut for Input {
+    fn deref_mut(&mut self) -> &mut vdc::Input {
+        &mut self.u
+    }
 }
 
 /// Parameters as the importer sees them.
@@ -49,6 +86,10 @@ pub struct Parameters {
     sample_time: f64,
     /// Communication steps by which the commands act late.
     delay: i32,
+    /// Whether hot windings get less current.
+    derating: bool,
+    /// How much less.
+    derated: Derating,
 }
 
 impl Parameters {
@@ -74,6 +115,7 @@ impl Parameters {
             gains: self.machine.controller,
             alpha: self.alpha,
             true_inertia_scale: self.true_inertia_scale,
+            derating: self.derating.then_some(self.derated),
         }
     }
 
@@ -111,7 +153,7 @@ impl ControllerFmu {
 
 impl fmu_export::Evaluation<ControllerFmu> for Evaluation {
     fn of(model: &ControllerFmu, p: &Parameters, u: &Input) -> Result<Self, ModelError> {
-        Ok(model.controller.evaluate(&p.settings(), u)?)
+        Ok(model.controller.evaluate(&p.settings(), &u.measured())?)
     }
 }
 
@@ -131,10 +173,15 @@ impl Model for ControllerFmu {
         let (position, orientation) =
             vdc::tip_pose(&machine, &machine.start.zeta).expect("the reference machine works");
         let input = Input {
-            zeta: machine.start.zeta,
-            reference_position: position,
-            reference_orientation: orientation,
-            ..Input::default()
+            u: vdc::Input {
+                zeta: machine.start.zeta,
+                reference_position: position,
+                reference_orientation: orientation,
+                T_winding: [table::ROOM; 3],
+                ..vdc::Input::default()
+            },
+            v_dc: machine.emla.lift.link_voltage(),
+            v_dc_sets: 0,
         };
         let parameters = Parameters {
             machine,
@@ -148,17 +195,25 @@ impl Model for ControllerFmu {
             true_inertia_scale: 1.0,
             sample_time: 0.0,
             delay: 0,
+            derating: false,
+            derated: table::DERATED,
         };
         (parameters, input)
     }
 
     fn initialize(p: &Parameters, u: &Input, t: f64) -> Result<Self, ModelError> {
+        if !(p.derated.start < p.derated.end) {
+            let Derating { start, end } = p.derated;
+            return Err(ModelError::new(format!(
+                "`derating.start` = {start} K must be below `derating.end` = {end} K"
+            )));
+        }
         let controller = Controller::new(
             &p.machine,
             &p.surrogate,
             p.trajectory(),
             &p.settings(),
-            u,
+            &u.measured(),
             t,
         )?
         .with_timing(p.timing()?);
@@ -191,7 +246,8 @@ impl Model for ControllerFmu {
     ) -> Result<StepEnd, ModelError> {
         // A sampled controller: it uses the measurements of the communication point.
         let settings = p.settings();
-        self.controller.step(now, &settings, u.value(), t, h)?;
+        let measured = u.value().measured();
+        self.controller.step(now, &settings, &measured, t, h)?;
         let trouble = self
             .controller
             .trouble(now, &settings, &mut self.told, t, h);

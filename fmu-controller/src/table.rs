@@ -8,7 +8,7 @@ use fmu_export::{
 };
 use machine::Machine;
 use std::path::Path;
-use vdc::DELAY_MAX;
+use vdc::{DELAY_MAX, Derating};
 
 pub(crate) const MODE_ADAPTIVE: i32 = 1;
 pub(crate) const MODE_MODULAR: i32 = 2;
@@ -95,7 +95,10 @@ pub(crate) const INFO: Info = Info::new(
     Terminal::new("voltages", "io.github.hdrm-fmu.voltages", "voltages of slew, lift and tilt actuator", &[("v_d", "v_d"), ("v_q", "v_q")]),
     Terminal::new("wrist", "io.github.hdrm-fmu.torques", "torques of the wrist", &[("tau", "tau_wrist")]),
 ])
-.resources(&[File { path: "reference_machine.json", bytes: machine::REFERENCE_JSON.as_bytes() }])
+.resources(&[
+    File { path: "reference_machine.json", bytes: machine::REFERENCE_JSON.as_bytes() },
+    File { path: "sized_machine.json", bytes: machine::SIZED_JSON.as_bytes() },
+])
 .units(&[
     Unit::new("V/N").m(1).s(-1).A(-1).display(&[DisplayUnit::new("V/kN", 1e3)]),
     Unit::new("N/A").kg(1).m(1).s(-2).A(-1),
@@ -216,6 +219,14 @@ fn read_surrogate(p: &mut Parameters, file: &str, resources: Option<&Path>) -> R
     Ok(())
 }
 
+/// 20 °C, K.
+pub(crate) const ROOM: f64 = 293.15;
+/// Class F insulation, 155 °C, reached at no current; full current up to 120 °C.
+pub(crate) const DERATED: Derating = Derating {
+    start: 393.15,
+    end: 428.15,
+};
+
 const ANGLE_MAX: f64 = 100.0;
 const RATE_MAX: f64 = 1e4;
 const CURRENT_MAX: f64 = 1e5;
@@ -242,6 +253,10 @@ pub(crate) const VARIABLES: &[V] = &[
         .unit("m/s").display_unit("mm/s").min(-100.0).max(100.0),
     V::inputs("F", "actuator forces, positive when pushing; read by the virtual power flows and, in a step, by the disturbance observer", |u| &u.F, |u| &mut u.F)
         .unit("N").display_unit("kN").min(-FORCE_MAX).max(FORCE_MAX).beside_evaluation(),
+    V::input("v_dc", "voltage of the DC link: its voltage limit is min(v_max, v_dc/sqrt(3)); until it is set, the nominal machine's counts", |u| &u.v_dc, |u| &mut u.v_dc)
+        .unit("V").min(0.0).max(1e5).nominal(500.0).counted(|u| &mut u.v_dc_sets),
+    V::inputs("T_winding", "temperatures of the windings, read while derating is on", |u| &u.T_winding, |u| &mut u.T_winding)
+        .unit("K").display_unit("degC").min(1.0).max(1e4).nominal(300.0),
     // External reference
     V::inputs("reference.position", "desired tip position in the world, read if trajectory = external",
         |u| &u.reference_position, |u| &mut u.reference_position).unit("m").min(-100.0).max(100.0),
@@ -267,7 +282,7 @@ pub(crate) const VARIABLES: &[V] = &[
     depends!(V::outputs("v_d", "direct-axis voltages (peak)", |y| &y.v_d)
         .unit("V"), on, "i_d[i]", "i_q[i]", "w_m[i]"),
     depends!(V::outputs("v_q", "quadrature-axis voltages (peak)", |y| &y.v_q)
-        .unit("V"), motion_rod_and, "i_d[i]", "i_q[i]", "w_m[i]"),
+        .unit("V"), motion_rod_and, "i_d[i]", "i_q[i]", "w_m[i]", "T_winding[i]"),
     depends!(V::outputs("tau_wrist", "wrist torques, held to their limits", |y| &y.tau_wrist)
         .unit("N.m"), motion_and),
     depends!(V::outputs("f_required", "required actuator forces", |y| &y.f_required)
@@ -275,7 +290,7 @@ pub(crate) const VARIABLES: &[V] = &[
     depends!(V::outputs("x_dot_required", "required rod velocities", |y| &y.x_dot_required)
         .unit("m/s").display_unit("mm/s"), rates_and_rods_and),
     depends!(V::outputs("i_q_required", "required quadrature-axis currents (peak)", |y| &y.i_q_required)
-        .unit("A"), motion_rod_and, "i_d[i]", "i_q[i]", "w_m[i]"),
+        .unit("A"), motion_rod_and, "i_d[i]", "i_q[i]", "w_m[i]", "T_winding[i]"),
     V::output("motion_end", "time at which the reference has come to its end; the start time if trajectory = external", |y| &y.motion_end)
         .unit("s").depends_on(&[]).initially_depends_on(&[ALL_PARAMETERS]).discrete(),
     V::outputs("desired.position", "desired tip position in the world", |y| &y.desired_position)
@@ -300,16 +315,16 @@ pub(crate) const VARIABLES: &[V] = &[
     V::output("lyapunov.nu_adaptation", "sum of gamma D_F(L||L_hat) over the bodies", |y| &y.nu_adaptation)
         .unit("J").depends_on(&[]).initially_depends_on(&[ALL_PARAMETERS]).discrete(),
     depends!(V::outputs("lyapunov.nu_actuator", "accompanying function of each actuator", |y| &y.nu_actuator)
-        .unit("J"), motion_rod_and, "i_d[i]", "i_q[i]", "w_m[i]"),
+        .unit("J"), motion_rod_and, "i_d[i]", "i_q[i]", "w_m[i]", "T_winding[i]"),
     depends!(V::output("lyapunov.dissipation", "sum of s'K_A s over the bodies", |y| &y.dissipation)
         .unit("W"), twists_and),
     depends!(V::outputs("lyapunov.vpf", "virtual power flow (x_dot_r - x_dot)(f_r - F) at each rod", |y| &y.vpf)
         .unit("W"), motion_rod_and, "F[i]"),
 
     depends!(V::outputs("lyapunov.force_error", "required minus actual force of each actuator by its currents", |y| &y.force_error)
-        .unit("N").display_unit("kN"), motion_rod_and, "i_d[i]", "i_q[i]", "w_m[i]"),
+        .unit("N").display_unit("kN"), motion_rod_and, "i_d[i]", "i_q[i]", "w_m[i]", "T_winding[i]"),
     depends!(V::outputs("lyapunov.dissipation_actuator", "dissipation of each actuator in the bound on its accompanying function", |y| &y.dissipation_actuator)
-        .unit("W"), motion_rod_and, "i_d[i]", "i_q[i]", "w_m[i]"),
+        .unit("W"), motion_rod_and, "i_d[i]", "i_q[i]", "w_m[i]", "T_winding[i]"),
 
     condition!(beta_1, "N/A", "beta_1 at i_d = 0"),
     condition!(beta_2, "N/A", "beta_2 at i_q = i_max"),
@@ -335,6 +350,11 @@ pub(crate) const VARIABLES: &[V] = &[
         |p| &p.machine.controller.settle_time, |p| &mut p.machine.controller.settle_time).unit("s").min(0.0).max(1e6),
     V::parameter("sample_time", "time between two samples: outputs change at its multiples after the start only; 0: every communication point is a sample",
         |p| &p.sample_time, |p| &mut p.sample_time).unit("s").display_unit("ms").min(0.0).max(10.0),
+    V::boolean_parameter("derating", "whether the largest current falls with the winding's temperature", |p| &p.derating, |p| &mut p.derating),
+    V::parameter("derating.start", "winding temperature up to which the law asks for up to i_max", |p| &p.derated.start, |p| &mut p.derated.start)
+        .unit("K").display_unit("degC").min(1.0).max(1e4),
+    V::parameter("derating.end", "winding temperature from which on the law asks for no current; between the two the limit falls linearly",
+        |p| &p.derated.end, |p| &mut p.derated.end).unit("K").display_unit("degC").min(1.0).max(1e4),
     V::integer_parameter("delay", "communication steps by which the commands act later than measured, which the controller then predicts over (F must be connected); 1 where all outputs are read before any input is set",
         |p| &p.delay, |p| &mut p.delay).min(0.0).max(DELAY_MAX as f64),
     gain!(Lambda_position, "1/s", "inverse-kinematics feedback on the position"),

@@ -77,6 +77,8 @@ pub struct Parameters {
     electric: Electric,
     /// Temperatures of winding and housing at the start, K.
     T_start: [f64; 2],
+    /// Item of `table::AXIS`.
+    axis: i32,
     /// The machine's section `emla`.
     of_machine: EmlaFields,
     /// File the machine came from; empty: the embedded reference machine.
@@ -95,7 +97,8 @@ impl Parameters {
             delay: 0,
             electric: Electric::default(),
             T_start: [table::ROOM; 2],
-            of_machine: EmlaFields::new(Machine::reference().emla),
+            axis: table::AXIS_SLEW,
+            of_machine: EmlaFields::new(Machine::reference().emla.slew),
             machine_file: String::new(),
             surrogate: Surrogate::reference(),
             surrogate_file: String::new(),

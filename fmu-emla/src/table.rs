@@ -25,6 +25,17 @@ static DRIVE: Enumeration = Enumeration::new(
     ],
 );
 
+pub(crate) const AXIS_SLEW: i32 = 1;
+static AXIS: Enumeration = Enumeration::new(
+    "Axis",
+    "actuator of the machine",
+    &[
+        ("slew", "turns the column"),
+        ("lift", "lifts the boom"),
+        ("tilt", "tilts the second boom"),
+    ],
+);
+
 pub(crate) const INFO: Info = Info::new(
     "Emla",
     "Electromechanical linear actuator: permanent-magnet synchronous motor, gear, ball screw and rod, with losses and a \
@@ -49,7 +60,10 @@ pub(crate) const INFO: Info = Info::new(
         ("i_d", "i_d"), ("i_q", "i_q"), ("theta_m", "theta_m"), ("w_m", "w_m"), ("F", "F"), ("x", "x_rod"), ("x_dot", "x_rod_dot"),
     ]).bus(),
 ])
-.resources(&[File { path: "reference_machine.json", bytes: machine::REFERENCE_JSON.as_bytes() }])
+.resources(&[
+    File { path: "reference_machine.json", bytes: machine::REFERENCE_JSON.as_bytes() },
+    File { path: "sized_machine.json", bytes: machine::SIZED_JSON.as_bytes() },
+])
 .made_resources(&[MadeFile { path: "surrogate.json", make: || Surrogate::reference().to_json().into_bytes() }])
 .units(&[
     Unit::new("W.s/(rad.Wb2)").kg(-1).m(-2).s(2).A(2).rad(-1),
@@ -98,7 +112,7 @@ fn read_machine(p: &mut Parameters, file: &str, resources: Option<&Path>) -> Res
         "" => Machine::reference(),
         _ => read_parameter_file(file, resources, Machine::from_json)?,
     };
-    p.of_machine = EmlaFields::new(machine.emla);
+    p.of_machine = EmlaFields::new(*machine.emla.in_order()[(p.axis - 1) as usize]);
     p.machine_file = file.to_owned();
     Ok(())
 }
@@ -253,6 +267,8 @@ pub(crate) const VARIABLES: &[V] = &[
         .unit("1").tunable().min(0.0).max(1.0),
     V::integer_parameter("delay", "communication steps by which F acts later than given, which the actuator then predicts over; 1 where all outputs are read before any input is set",
         |p| &p.delay, |p| &mut p.delay).min(0.0).max(4.0),
+    V::integer_parameter("axis", "which of the machine's actuators this is, where machine_file has one section emla for each", |p| &p.axis, |p| &mut p.axis)
+        .enumeration(&AXIS).read_by_texts(),
     V::string_parameter("machine_file", "machine JSON whose section emla replaces the embedded reference machine's",
         |p| &p.machine_file, read_machine),
     V::string_parameter("surrogate_file", "network JSON to use instead of the embedded network",

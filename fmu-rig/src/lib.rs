@@ -69,6 +69,8 @@ pub struct Parameters {
     drive: i32,
     /// Communication steps by which the force acts late.
     delay: i32,
+    /// Item of `table::AXIS`.
+    axis: i32,
     /// The machine's section `emla`.
     of_machine: EmlaFields,
     extras: Extras,
@@ -83,7 +85,8 @@ impl Parameters {
         Self {
             drive: table::DRIVE_MOTION,
             delay: 0,
-            of_machine: EmlaFields::new(Machine::reference().emla),
+            axis: table::AXIS_SLEW,
+            of_machine: EmlaFields::new(Machine::reference().emla.slew),
             extras: Extras::AS_BUILT,
             T_start: [table::ROOM; 2],
             machine_file: String::new(),

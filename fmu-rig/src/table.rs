@@ -23,6 +23,17 @@ static DRIVE: Enumeration = Enumeration::new(
     ],
 );
 
+pub(crate) const AXIS_SLEW: i32 = 1;
+static AXIS: Enumeration = Enumeration::new(
+    "Axis",
+    "actuator of the machine",
+    &[
+        ("slew", "turns the column"),
+        ("lift", "lifts the boom"),
+        ("tilt", "tilts the second boom"),
+    ],
+);
+
 pub(crate) const INFO: Info = Info::new(
     "Rig",
     "Electromechanical linear actuator as built: saturation, temperature, ripple, a sampling inverter, stiction, backlash, compliance \
@@ -47,7 +58,10 @@ pub(crate) const INFO: Info = Info::new(
         ("i_d", "i_d"), ("i_q", "i_q"), ("theta_m", "theta_m"), ("w_m", "w_m"), ("F", "F"), ("x", "x_rod"), ("x_dot", "x_rod_dot"),
     ]).bus(),
 ])
-.resources(&[File { path: "reference_machine.json", bytes: machine::REFERENCE_JSON.as_bytes() }])
+.resources(&[
+    File { path: "reference_machine.json", bytes: machine::REFERENCE_JSON.as_bytes() },
+    File { path: "sized_machine.json", bytes: machine::SIZED_JSON.as_bytes() },
+])
 .units(&[
     Unit::new("W.s/(rad.Wb2)").kg(-1).m(-2).s(2).A(2).rad(-1),
     Unit::new("W.s2/(rad2.Wb2)").kg(-1).m(-2).s(3).A(2).rad(-2),
@@ -72,7 +86,7 @@ fn read_machine(p: &mut Parameters, file: &str, resources: Option<&Path>) -> Res
         "" => Machine::reference(),
         _ => read_parameter_file(file, resources, Machine::from_json)?,
     };
-    p.of_machine = EmlaFields::new(machine.emla);
+    p.of_machine = EmlaFields::new(*machine.emla.in_order()[(p.axis - 1) as usize]);
     p.machine_file = file.to_owned();
     Ok(())
 }
@@ -238,6 +252,8 @@ pub(crate) const VARIABLES: &[V] = &[
         |p| &p.delay, |p| &mut p.delay).min(0.0).max(4.0),
     V::parameter("T_winding_start", "temperature of the winding at the start", |p| &p.T_start[0], |p| &mut p.T_start[0]).unit("K").min(1.0).max(2e3),
     V::parameter("T_housing_start", "temperature of the housing at the start", |p| &p.T_start[1], |p| &mut p.T_start[1]).unit("K").min(1.0).max(2e3),
+    V::integer_parameter("axis", "which of the machine's actuators this is, where machine_file has one section emla for each", |p| &p.axis, |p| &mut p.axis)
+        .enumeration(&AXIS).read_by_texts(),
     V::string_parameter("machine_file", "machine JSON whose section emla replaces the embedded reference machine's",
         |p| &p.machine_file, read_machine),
 

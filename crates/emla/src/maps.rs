@@ -212,7 +212,7 @@ mod tests {
     /// slope, and rounding, ε/δ of the force.
     #[test]
     fn slopes_of_the_quasi_static_force_match_differences() {
-        let p = Machine::reference().emla;
+        let p = Machine::reference().emla.lift;
         for tau in [-7.0, 3.0, 11.0] {
             for w in [-3.0, -0.4, 0.0, 0.3, 1.7, 60.0].map(|w| w * p.w_eta) {
                 let (by_tau, by_w) = quasi_static_slopes(&p, tau, w);
@@ -235,7 +235,7 @@ mod tests {
     /// Force of the screw without losses: 2π N/ρ times the torque (3/2) p λ per ampere.
     #[test]
     fn betas_are_the_lossless_force_per_ampere() {
-        let p = Machine::reference().emla;
+        let p = Machine::reference().emla.lift;
         let (turns, torque) = (
             std::f64::consts::TAU * p.N_gear / p.rho,
             1.5 * f64::from(p.p),

@@ -8,7 +8,7 @@ use machine::Machine;
 #[test]
 fn outputs_and_steps_allocate_nothing() {
     for drive in [Drive::Motion, Drive::Force] {
-        let emla = Emla::new(Machine::reference().emla, drive)
+        let emla = Emla::new(Machine::reference().emla.lift, drive)
             .expect("reference")
             .with_surrogate(Surrogate::reference(), 0.3)
             .with_delay(1);

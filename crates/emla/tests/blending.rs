@@ -19,7 +19,7 @@ fn constant_network(F: f64, x_dot: f64) -> Surrogate {
 }
 
 fn physics() -> Emla {
-    Emla::new(Machine::reference().emla, Drive::Motion).expect("reference")
+    Emla::new(Machine::reference().emla.lift, Drive::Motion).expect("reference")
 }
 
 /// One second at constant rod speed, voltage held at what the start needs.
@@ -120,7 +120,7 @@ fn power_balance_closes_with_blending() {
 #[test]
 fn use_beyond_the_training_is_named() {
     let with = |alpha: f64| {
-        Emla::new(Machine::reference().emla, Drive::Motion)
+        Emla::new(Machine::reference().emla.lift, Drive::Motion)
             .expect("reference")
             .with_surrogate(Surrogate::reference(), alpha)
     };

@@ -7,7 +7,7 @@ use machine::Machine;
 const H: f64 = 1e-3;
 
 fn actuator() -> Emla {
-    Emla::new(Machine::reference().emla, Drive::Motion).expect("reference")
+    Emla::new(Machine::reference().emla.lift, Drive::Motion).expect("reference")
 }
 
 /// Motion under load, with a voltage of the size `v` in the ratio 3 : 4.
@@ -50,7 +50,7 @@ fn without_a_link_the_machine_has_one() {
     let s = emla.start(&u).expect("finite");
     let unconnected = Input { v_dc: None, ..u };
     assert_eq!(step(&emla, &s, &u), step(&emla, &s, &unconnected));
-    let mut p = Machine::reference().emla;
+    let mut p = Machine::reference().emla.lift;
     p.inverter = None;
     assert!((p.largest_voltage(p.link_voltage()) - p.v_max).abs() < 1e-12);
 }

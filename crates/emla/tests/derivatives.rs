@@ -55,7 +55,7 @@ const DIRECTIONS: &[Direction] = &[
 
 /// A point in one of the four quadrants, away from the kinks; every third beyond the voltage circle.
 fn point(random: &mut Random, k: usize, drive: Drive) -> (Emla, State, Input) {
-    let emla = Emla::new(Machine::reference().emla, drive).expect("reference");
+    let emla = Emla::new(Machine::reference().emla.lift, drive).expect("reference");
     let volts = if k.is_multiple_of(3) { 900.0 } else { 150.0 };
     let mut u = Input {
         x: random.within(0.05, 0.75),

@@ -18,7 +18,7 @@ const ALL: Electric = Electric {
 
 /// An actuator with a boom of 12 t on its rod, which the load presses down.
 fn boom(electric: Electric) -> Emla {
-    let mut p = Machine::reference().emla;
+    let mut p = Machine::reference().emla.lift;
     p.M_act = 12e3;
     Emla::new(p, Drive::Force)
         .expect("valid")
@@ -219,7 +219,7 @@ fn heat_alone_changes_no_motion() {
 /// slowest time constant is 2.6 s; the temperature feedback makes it 2.8 s; what is left after 14 of them is 6e-7.
 #[test]
 fn a_held_current_settles_where_it_must() {
-    let mut p = Machine::reference().emla;
+    let mut p = Machine::reference().emla.lift;
     p.M_act = 12e3;
     p.heat = Some(machine::Heat {
         C_w: 2.0,

@@ -7,7 +7,7 @@ use machine::Machine;
 const H: f64 = 1e-3;
 
 fn reference() -> machine::Emla {
-    Machine::reference().emla
+    Machine::reference().emla.lift
 }
 
 fn actuator(p: machine::Emla, drive: Drive) -> Emla {

@@ -83,7 +83,7 @@ fn input(case: &Case, t: f64, [v_d, v_q]: [f64; 2]) -> Input {
 
 fn compare(golden: &Golden, case: &Case, drive: Drive) -> Worst {
     assert_eq!(golden.columns, ["F", "F_mean", "i_d", "i_q", "w_m", "x"]);
-    let emla = Emla::new(Machine::reference().emla, drive).expect("reference");
+    let emla = Emla::new(Machine::reference().emla.lift, drive).expect("reference");
     let mut s: State = emla.start(&input(case, 0.0, [0.0; 2])).expect("finite");
     let mut worst = Worst::default();
     let (mut one_direction, mut one_sign) = (true, true);
@@ -134,7 +134,7 @@ fn compare(golden: &Golden, case: &Case, drive: Drive) -> Worst {
 fn force_follows_the_independent_integration_within_the_bounds_of_the_substep() {
     let golden: Golden = serde_json::from_str(GOLDEN).expect("golden file");
     let worst = compare(&golden, &golden.cases.motion, Drive::Motion);
-    let p = Machine::reference().emla;
+    let p = Machine::reference().emla.lift;
     let emla = Emla::new(p, Drive::Motion).expect("reference");
     let dt = golden.h / emla.substeps(golden.h);
     let travel = maps::travel_per_radian(&p);

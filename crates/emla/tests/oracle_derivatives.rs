@@ -102,7 +102,7 @@ fn derivatives_equal_those_of_jax() {
     let tolerance = 100.0 * f64::EPSILON;
     let mut largest: f64 = 0.0;
     for (k, case) in golden.emla.iter().enumerate() {
-        let emla = Emla::new(Machine::reference().emla, case.drive)
+        let emla = Emla::new(Machine::reference().emla.lift, case.drive)
             .expect("reference")
             .with_surrogate(Surrogate::reference(), ALPHA);
         let (s, u) = (state(&case.state), input(&case.u));

@@ -11,7 +11,7 @@ use random::Random;
 const H: f64 = 1e-3;
 
 fn reference(drive: Drive) -> Emla {
-    Emla::new(Machine::reference().emla, drive).expect("reference")
+    Emla::new(Machine::reference().emla.lift, drive).expect("reference")
 }
 
 /// Runs `ms` milliseconds of inputs drawn anew from ±`bounds` every `hold` milliseconds. In between the rod

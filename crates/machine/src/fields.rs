@@ -72,7 +72,7 @@ mod tests {
 
     #[test]
     fn a_section_survives_its_fields() {
-        let emla = Machine::reference().emla;
+        let emla = Machine::reference().emla.lift;
         let section = EmlaFields::new(emla).section().expect("positive");
         let complete = Emla {
             core: Some(emla.core.unwrap_or(NO_CORE)),

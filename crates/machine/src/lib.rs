@@ -14,6 +14,7 @@ mod controller;
 mod fields;
 mod geometry;
 mod machine;
+mod per_axis;
 
 pub use actuator::{Brake, CoreLosses, Emla, Heat, InverterLosses, Ratings, Temperature};
 pub use bodies::{Bodies, Body, InertiaTensor, Limits, Start};
@@ -22,9 +23,13 @@ pub use controller::{Controller, CubeAxes, CubicPath, Trajectories, TriangularPa
 pub use fields::EmlaFields;
 pub use geometry::Geometry;
 pub use machine::Machine;
+pub use per_axis::{AXES, PerAxis};
 
 /// The reference machine's JSON, as shipped in `parameters/`.
 pub const REFERENCE_JSON: &str = include_str!("../../../parameters/reference_machine.json");
+
+/// The reference machine with an actuator for each axis, sized for what it does: `parameters/sized_machine.json`.
+pub const SIZED_JSON: &str = include_str!("../../../parameters/sized_machine.json");
 
 impl Machine {
     /// The reference machine, [`REFERENCE_JSON`] compiled in: nothing is parsed.
@@ -50,7 +55,21 @@ mod tests {
             "signs of zeros"
         );
         assert_eq!(machine.geometry.r_B, 0.35);
-        assert_eq!(machine.emla.p, 4);
+        assert_eq!(machine.emla.lift.p, 4);
+    }
+
+    /// Slew, lift and tilt differ, and nothing else does.
+    #[test]
+    fn the_sized_machine_has_other_actuators_only() {
+        let reference = Machine::reference();
+        let sized = Machine::from_json(SIZED_JSON).expect("valid");
+        assert!(!sized.emla.is_common() && !sized.ratings.is_common());
+        let same = Machine {
+            emla: reference.emla,
+            ratings: reference.ratings,
+            ..sized
+        };
+        assert_eq!(same, reference);
     }
 
     #[test]
@@ -67,6 +86,42 @@ mod tests {
         Machine::from_json(&json.to_string())
             .expect_err("must be refused")
             .to_string()
+    }
+
+    /// One section for each axis: read, checked and written by its name; a file of one section stays one of one section.
+    #[test]
+    fn each_axis_may_have_an_actuator_of_its_own() {
+        let mut json: serde_json::Value = serde_json::from_str(REFERENCE_JSON).expect("JSON");
+        let common = json["emla"].clone();
+        let mut small = common.clone();
+        small["R_s"] = 0.7.into();
+        json["emla"] = serde_json::json!({"tilt": common, "slew": small, "lift": common});
+        let machine = Machine::from_json(&json.to_string()).expect("valid");
+        assert_eq!((machine.emla.slew.R_s, machine.emla.tilt.R_s), (0.7, 0.2));
+        assert!(machine.ratings.is_common());
+        let written = serde_json::to_string(&machine).expect("serialisable");
+        assert_eq!(Machine::from_json(&written).expect("valid"), machine);
+        let reference = serde_json::to_value(Machine::reference()).expect("serialisable");
+        assert_eq!(reference["emla"]["R_s"], 0.2);
+        let refused = |json: &serde_json::Value| {
+            let error = Machine::from_json(&json.to_string()).expect_err("refused");
+            error.to_string()
+        };
+        json["emla"]["slew"]["R_s"] = (-1).into();
+        assert_eq!(
+            refused(&json),
+            "`emla.slew.R_s` = -1 must be finite and > 0"
+        );
+        json["emla"]["slew"].take();
+        assert!(refused(&json).contains("line 1"), "{}", refused(&json));
+        json["emla"].as_object_mut().expect("object").remove("slew");
+        assert!(refused(&json).contains("missing field `slew`"));
+        json["emla"]["wrist"] = common;
+        assert!(
+            refused(&json).contains("unknown field `wrist`"),
+            "{}",
+            refused(&json)
+        );
     }
 
     #[test]
@@ -152,7 +207,7 @@ mod tests {
         emla.remove("core");
         emla.remove("inverter");
         let machine = Machine::from_json(&json.to_string()).expect("valid");
-        assert_eq!(machine.emla.core, None);
-        assert_eq!(machine.emla.inverter, None);
+        assert_eq!(machine.emla.lift.core, None);
+        assert_eq!(machine.emla.lift.inverter, None);
     }
 }

@@ -5,6 +5,7 @@ use crate::bodies::{Bodies, Limits, Start};
 use crate::check::{MachineError, not_negative};
 use crate::controller::{Controller, Trajectories};
 use crate::geometry::Geometry;
+use crate::per_axis::PerAxis;
 use serde::{Deserialize, Serialize};
 
 /// Everything that describes one machine: mechanism, actuators, references and controller gains.
@@ -21,10 +22,10 @@ pub struct Machine {
     pub joint_viscous: [f64; 6],
     /// Strokes, joint ranges and wrist torque limits.
     pub limits: Limits,
-    /// Electromechanical linear actuator (the three of them are equal).
-    pub emla: Emla,
-    /// What the actuator is rated for.
-    pub ratings: Ratings,
+    /// Electromechanical linear actuators: one section for all, or one for each.
+    pub emla: PerAxis<Emla>,
+    /// What the actuators are rated for: one section for all, or one for each.
+    pub ratings: PerAxis<Ratings>,
     /// Pose in which a run starts.
     pub start: Start,
     /// The paper's two tip trajectories.
@@ -57,8 +58,8 @@ impl Machine {
             not_negative(format_args!("joint_viscous[{}]", i + 1), d)?;
         }
         self.limits.check()?;
-        self.emla.check()?;
-        self.ratings.check()?;
+        self.emla.check(Emla::check)?;
+        self.ratings.check(Ratings::check)?;
         self.start.check(&self.limits)?;
         self.trajectories.check()?;
         self.controller.check()

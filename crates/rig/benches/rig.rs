@@ -8,7 +8,7 @@ use std::hint::black_box;
 
 fn main() {
     let bench = measure::Bench::from_arguments();
-    let p = machine::Machine::reference().emla;
+    let p = machine::Machine::reference().emla.lift;
     let u = Input {
         v_q: 60.0,
         v_dc: 650.0,

@@ -112,7 +112,12 @@ mod tests {
     fn rig(change: impl Fn(&mut Extras)) -> Rig {
         let mut extra = Extras::AS_BUILT;
         change(&mut extra);
-        Rig::new(machine::Machine::reference().emla, extra, Drive::Motion).expect("valid")
+        Rig::new(
+            machine::Machine::reference().emla.lift,
+            extra,
+            Drive::Motion,
+        )
+        .expect("valid")
     }
 
     fn input(v_d: f64, v_q: f64) -> Input {

@@ -141,7 +141,7 @@ pub enum RigError {
 impl Rig {
     /// The reference machine's actuator with every extra, moved by a mechanism.
     fn as_built() -> Self {
-        let p = machine::Machine::reference().emla;
+        let p = machine::Machine::reference().emla.lift;
         Self::new(p, Extras::AS_BUILT, Drive::Motion).expect("valid")
     }
 }

@@ -72,7 +72,7 @@ fn stiction_and_backlash_agree_with_scipy() {
             Some("motion") => Drive::Motion,
             _ => Drive::Force,
         };
-        let p = machine::Machine::reference().emla;
+        let p = machine::Machine::reference().emla.lift;
         let rig = Rig::new(p, Extras::AS_BUILT, drive).expect("valid");
         let input = |t: f64| {
             let (x, x_dot) = wave(&case["x"], t);

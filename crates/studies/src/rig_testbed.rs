@@ -93,7 +93,7 @@ pub fn run(
             system: bed,
             settings: &settings,
             base: base.stepping,
-            p: Machine::reference().emla,
+            p: Machine::reference().emla.lift,
             lag,
             load,
             trial,
@@ -406,7 +406,7 @@ mod tests {
     /// step at first, 2 % in the end.
     #[test]
     fn a_loading_rig_follows_its_force_with_the_lag() {
-        let p = Machine::reference().emla;
+        let p = Machine::reference().emla.lift;
         let rig = Rig::new(p, Extras::AS_BUILT, Drive::Motion).expect("the reference machine");
         let (low, high, lag, h) = (20e3, 30e3, 0.05, STEP);
         let T = rig.extras().temperature.reference;

@@ -17,7 +17,7 @@ use cosim::run::Experiment;
 use cosim::slave::At;
 use cosim::system::System;
 use cosim::wiring::Port;
-use machine::Ratings;
+use machine::{Machine, Ratings};
 use serde::Serialize;
 
 use crate::duty::{Cycle, Network, Temperatures};
@@ -91,6 +91,8 @@ pub struct Axis {
     pub temperatures: Temperatures,
     /// Whether the actuator itself tells of its heat capacities and resistances.
     pub is_own_heat: bool,
+    /// What the actuator is rated for.
+    pub ratings: Ratings,
     /// Envelopes' constants.
     pub motor: Motor,
     /// Motor speed, rad/s, and torque, N·m, over the motion, thinned.
@@ -101,8 +103,6 @@ pub struct Axis {
 /// All axes of one case.
 #[derive(Clone, Debug, Serialize)]
 pub struct Sizing {
-    /// Ratings that the axes are compared with.
-    pub ratings: Ratings,
     /// The axes.
     pub axes: Vec<Axis>,
     /// By payload; empty where it was not varied.
@@ -118,9 +118,7 @@ struct Columns<'a> {
 
 /// Run the experiment, and twice more with the payload `payload_step`, kg, less and more where that is not 0.
 pub fn run(system: &System, experiment: &Experiment, payload_step: f64) -> Result<Sizing> {
-    let ratings = MachineFile::of(system, &experiment.settings)?
-        .machine
-        .ratings;
+    let machine = MachineFile::of(system, &experiment.settings)?.machine;
     let actuators = energy::actuators(system);
     ensure!(!actuators.is_empty(), "no component is an actuator");
     let recorded = recorded(system, experiment, &actuators)?;
@@ -128,6 +126,7 @@ pub fn run(system: &System, experiment: &Experiment, payload_step: f64) -> Resul
     let mut axes = Vec::new();
     for k in &actuators {
         let columns = columns(system, &recorded, *k)?;
+        let ratings = ratings_of(system, experiment, *k, axes.len(), &machine)?;
         axes.push(axis(system, experiment, *k, &columns, lowest, &ratings)?);
     }
     let mut by_payload = Vec::new();
@@ -135,7 +134,6 @@ pub fn run(system: &System, experiment: &Experiment, payload_step: f64) -> Resul
         by_payload = payload::sensitivity(system, experiment, &actuators, &recorded, payload_step)?;
     }
     Ok(Sizing {
-        ratings,
         axes,
         payload: by_payload,
     })
@@ -191,6 +189,27 @@ fn given<const N: usize>(
         *value = instance.number(port.variable, At::Initialization)?;
     }
     Ok(Some(found))
+}
+
+/// Ratings of actuator `k`: of the axis that its parameter `axis` names; without one, of the place that it has among the actuators.
+fn ratings_of(
+    system: &System,
+    experiment: &Experiment,
+    k: usize,
+    place: usize,
+    machine: &Machine,
+) -> Result<Ratings> {
+    let index = match given(system, experiment, k, ["axis"])? {
+        Some([axis]) => axis as usize - 1,
+        None => place,
+    };
+    let ratings = machine.ratings.in_order();
+    ensure!(
+        index < ratings.len(),
+        "the machine has ratings for {} actuators, but there are more",
+        ratings.len()
+    );
+    Ok(*ratings[index])
 }
 
 fn axis(
@@ -269,6 +288,7 @@ fn axis(
         beyond_peak: both().filter(drives_beyond).count() as f64 / tau.len().max(1) as f64,
         temperatures: own.unwrap_or(Network::TYPICAL).after(&cycle, HOUR),
         is_own_heat: own.is_some(),
+        ratings: *ratings,
         motor,
         points: both().map(|(tau, w)| (w, tau)).step_by(stride).collect(),
     })

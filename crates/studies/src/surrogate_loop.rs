@@ -57,7 +57,7 @@ impl RigNetwork {
 
     /// Physics, hybrid and network.
     pub fn models(&self) -> [Model; 3] {
-        let p = Machine::reference().emla;
+        let p = Machine::reference().emla.lift;
         MODELS.map(|(_, alpha)| Model::new(p, self.network.clone(), alpha))
     }
 }
@@ -154,7 +154,7 @@ fn looped(system: &System, experiment: &Experiment, network: &RigNetwork) -> Res
     };
     let run = CoupledRun::new(recording.times.clone(), column)?;
     let start = recorded.outcome.tip.motion_start;
-    let (p, models) = (Machine::reference().emla, network.models());
+    let (p, models) = (Machine::reference().emla.lift, network.models());
     let windows = run.windows(&p, start);
     let predicted = [0, 1, 2].map(|k: usize| errors(&models[k], &windows));
     let efficiency = run.windows_of(LIFT, &p, start).into_iter();

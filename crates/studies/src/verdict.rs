@@ -1,7 +1,7 @@
 //! What a run of the machine says of itself: what saturated and for what share of the time, which ratings were exceeded, whether the tip
 //! error stayed below a bound, and whether there was a reference at all.
 
-use anyhow::Result;
+use anyhow::{Context, Result};
 use cosim::master::Master;
 use cosim::signals::Signals;
 use cosim::system::System;
@@ -64,8 +64,7 @@ impl Watch {
     /// Of the system that `master` runs; the machine's limits come from the file that the manipulator runs with.
     pub fn new(system: &System, master: &Master, file: &MachineFile) -> Result<Self> {
         let machine = &file.machine;
-        let ratings = &machine.ratings;
-        let mut found = Found::default();
+        let (mut found, mut drives) = (Found::default(), 0);
         for k in 0..system.fmus.len() {
             if let Ok(v_max) = system.port_of(k, "v_max") {
                 let name = &system.structure.components[k].name;
@@ -77,7 +76,17 @@ impl Watch {
                 let current = Quantity::Length(of("i_d")?, of("i_q")?);
                 let [force, speed, torque] = ["F", "w_m", "tau_e"].map(of);
                 let [force, speed, torque] = [force?, speed?, torque?].map(Quantity::Magnitude);
-                let rpm = machine.ratings.motor_speed_rpm * std::f64::consts::TAU / 60.0;
+                // An actuator of another maker has no axis: in the order of the system.
+                let axis = match system.port_of(k, "axis") {
+                    Ok(axis) => master.number(axis)? as usize,
+                    Err(_) => drives + 1,
+                };
+                drives += 1;
+                let of_machine = machine.ratings.in_order();
+                let ratings = of_machine
+                    .get(axis.wrapping_sub(1))
+                    .with_context(|| format!("`axis` of {name} = {axis} must be 1, 2 or 3"))?;
+                let rpm = ratings.motor_speed_rpm * std::f64::consts::TAU / 60.0;
                 use Meaning::{RatedMean, Rating, Saturation};
                 found.limit(
                     format!("voltage of {name}"),
@@ -120,7 +129,8 @@ impl Watch {
         let limits = &machine.limits;
         let strokes = [limits.stroke_1, limits.stroke_2, limits.stroke_3];
         let rods = ["slew", "lift", "tilt"].into_iter().zip(strokes).zip(1..);
-        for ((rod, [min, max]), i) in rods {
+        let rods = rods.zip(machine.ratings.in_order());
+        for (((rod, [min, max]), i), ratings) in rods {
             let x = found.index(system.port_of(arm, &format!("x[{i}]"))?);
             let stroke = Quantity::From(x, 0.5 * (min + max));
             let half = 0.5 * (max - min);

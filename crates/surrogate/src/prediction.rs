@@ -165,7 +165,7 @@ impl Errors {
 #[must_use]
 pub fn errors(model: &Model, windows: &[Truth]) -> Errors {
     let reference = rig::Extras::AS_BUILT.temperature.reference;
-    let travel = emla::maps::travel_per_radian(&machine::Machine::reference().emla);
+    let travel = emla::maps::travel_per_radian(&machine::Machine::reference().emla.lift);
     let demands = |known: bool| -> Vec<(f64, Option<f64>)> {
         windows
             .par_iter()

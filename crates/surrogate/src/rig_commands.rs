@@ -50,7 +50,7 @@ impl RigDataArgs {
 
     /// Run the campaign.
     pub(crate) fn run(self) -> Result<()> {
-        let p = machine::Machine::reference().emla;
+        let p = machine::Machine::reference().emla.lift;
         let profiles = training_profiles(self.profiles, self.seconds, self.seed);
         let campaign = measure(&p, &profiles, |profile| profile.seed)?;
         let repeated = &profiles[..profiles.len().min(4)];
@@ -112,7 +112,7 @@ pub struct RigLoopArgs {
 impl RigLoopArgs {
     /// Read and print.
     pub(crate) fn run(self) -> Result<()> {
-        let p = machine::Machine::reference().emla;
+        let p = machine::Machine::reference().emla.lift;
         let surrogate = self.network.read()?;
         let run = CoupledRun::read(&self.run)?;
         let windows = run.windows(&p, self.start);
@@ -141,7 +141,7 @@ impl RigLoopArgs {
 impl RigCompareArgs {
     /// Predict and print.
     pub(crate) fn run(self) -> Result<()> {
-        let p = machine::Machine::reference().emla;
+        let p = machine::Machine::reference().emla.lift;
         let surrogate = self.network.read()?;
         let profiles = held_out_profiles(self.seconds, self.seed);
         let measured = measure(&p, &profiles, |profile| profile.seed)?;

@@ -64,7 +64,7 @@ pub fn maps(models: &[Model; 3], cells: [usize; 2]) -> Result<[Map; 3]> {
 }
 
 fn predicted(model: &Model, F: f64, x_dot: f64) -> f64 {
-    let p = machine::Machine::reference().emla;
+    let p = machine::Machine::reference().emla.lift;
     let reference = rig::Extras::AS_BUILT.temperature.reference;
     let motion = Motion {
         F,

@@ -48,8 +48,12 @@ pub struct Reading {
 /// # Errors
 /// Never for the reference machine.
 pub fn rig(drive: Drive) -> Result<Rig> {
-    Rig::new(machine::Machine::reference().emla, Extras::AS_BUILT, drive)
-        .context("the reference machine")
+    Rig::new(
+        machine::Machine::reference().emla.lift,
+        Extras::AS_BUILT,
+        drive,
+    )
+    .context("the reference machine")
 }
 
 /// Sensors of a rig: those of the machine, and a rod encoder. Their fixed errors and noise come from the seed.

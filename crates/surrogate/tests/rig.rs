@@ -20,7 +20,7 @@ fn the_rig_follows_its_profile_both_ways() {
     let late = &run[500..];
     let error = rms(late.iter().map(|s| s.truth.x_rod_dot - s.desired.x_dot));
     assert!(error < 1e-3, "rod speed {error} m/s");
-    let p = machine::Machine::reference().emla;
+    let p = machine::Machine::reference().emla.lift;
     let windows = windows(&p, &run);
     let forward = windows.iter().filter(|w| w.truth.w_m > 0.0).count();
     assert!(
@@ -39,7 +39,7 @@ fn seed(profile: &Profile) -> u64 {
 /// screw and bearings, 1/60 N/nm and a quarter more.
 #[test]
 fn rows_are_as_good_as_their_sensors() {
-    let p = machine::Machine::reference().emla;
+    let p = machine::Machine::reference().emla.lift;
     let profiles = training_profiles(5, 2.0, 3);
     let campaign = measure(&p, &profiles, seed).expect("runs");
     let trust = Trust::of(&p, &campaign, &measure(&p, &profiles, seed).expect("runs"));
@@ -56,7 +56,7 @@ fn rows_are_as_good_as_their_sensors() {
 /// brings the hybrid nearer. At the same current a model's torque and force are each other's inverse.
 #[test]
 fn the_network_brings_what_the_physics_lacks() {
-    let p = machine::Machine::reference().emla;
+    let p = machine::Machine::reference().emla.lift;
     let held_out = measure(&p, &held_out_profiles(3.0, 9), seed).expect("runs");
     let error = |alpha: f64| {
         let model = Model::new(p, Surrogate::reference(), alpha);

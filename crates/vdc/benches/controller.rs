@@ -42,6 +42,7 @@ fn main() {
             gains: machine.controller,
             alpha,
             true_inertia_scale: 1.0,
+            derating: None,
         };
         let fresh = Controller::new(
             &machine,

@@ -37,10 +37,10 @@ pub(crate) struct Nominal {
     pub(crate) joint_viscous: [f64; 6],
     pub(crate) tau_wrist_max: [f64; 3],
     pub(crate) gravity: f64,
-    /// All three are equal.
-    pub(crate) actuator: Emla,
+    /// Slew, lift and tilt.
+    pub(crate) actuators: [Emla; 3],
     /// The same without the network.
-    pub(crate) physics: Emla,
+    pub(crate) physics: [Emla; 3],
     pub(crate) reach: Reach,
 }
 
@@ -77,6 +77,8 @@ impl Controller {
         let nominal = Nominal::new(machine, surrogate, settings.gains.inverse_bounds)?;
         let configuration = nominal.tree.configuration(&input.zeta);
         let tip = Tip::new(&nominal.tree, &configuration);
+        let emla = machine.emla.in_order();
+        let drives = std::array::from_fn(|i| LowLevelState::undisturbed(emla[i], input.w_m[i]));
         let estimates = std::array::from_fn(|k| nominal.bounds[k].nominal(nominal.inertia[k]));
         let mut controller = Self {
             nominal,
@@ -86,9 +88,7 @@ impl Controller {
                 t,
                 t_start: t,
                 estimates,
-                drives: input
-                    .w_m
-                    .map(|w_m| LowLevelState::undisturbed(&machine.emla, w_m)),
+                drives,
                 integral: Vector6::zeros(),
                 joints: JointObserver::default(),
                 sampling: Sampling::default(),
@@ -108,10 +108,11 @@ impl Controller {
         Self { timing, ..self }
     }
 
-    /// The stability conditions of the low-level law with these gains.
+    /// The stability conditions of the low-level law with these gains, at the actuator that meets them with the least margin.
     #[must_use]
     pub fn conditions(&self, settings: &Settings) -> Conditions {
-        Conditions::new(self.nominal.actuator.params(), &settings.gains)
+        let of = |emla: &Emla| Conditions::new(emla.params(), &settings.gains);
+        Conditions::weakest(self.nominal.actuators.each_ref().map(of))
     }
 
     /// Advances from the communication point `t` by `h`, both s, with the measurements held; `now` is the evaluation of the present
@@ -162,17 +163,18 @@ impl Controller {
             }
         }
         self.advance_integral(now, h);
-        let law = self.nominal.law(settings);
         for (i, drive) in self.state.drives.iter_mut().enumerate() {
+            let law = self.nominal.law(settings, i);
             law.advance(drive, &measured(input, i), &now.commands[i], h);
         }
     }
 }
 
 impl Nominal {
-    pub(crate) fn law<'a>(&'a self, settings: &'a Settings) -> Law<'a> {
+    /// The law of actuator `i`.
+    pub(crate) fn law<'a>(&'a self, settings: &'a Settings, i: usize) -> Law<'a> {
         Law {
-            actuator: &self.actuator,
+            actuator: &self.actuators[i],
             settings,
         }
     }
@@ -186,7 +188,11 @@ impl Nominal {
             let I_com = Matrix3::from_fn(|i, j| b.inertia_com.rows()[i][j]);
             Inertia::from_com(b.mass, b.com.into(), I_com)
         });
-        let physics = Emla::new(machine.emla, Drive::Motion)?;
+        let [slew, lift, tilt] = machine
+            .emla
+            .in_order()
+            .map(|p| Emla::new(*p, Drive::Motion));
+        let physics = [slew?, lift?, tilt?];
         let mut bounds = Vec::with_capacity(Body::COUNT);
         for body in BODIES {
             let around = Bounds::around(&inertia[body as usize], inverse_bounds);
@@ -199,7 +205,9 @@ impl Nominal {
             joint_viscous: machine.joint_viscous,
             tau_wrist_max: machine.limits.tau_wrist_max,
             gravity: machine.gravity,
-            actuator: physics.clone().with_surrogate(surrogate.clone(), 0.0),
+            actuators: physics
+                .clone()
+                .map(|physics| physics.with_surrogate(surrogate.clone(), 0.0)),
             physics,
             reach: Reach::of(&machine.geometry),
         })

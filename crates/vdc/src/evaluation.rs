@@ -102,17 +102,19 @@ impl Controller {
                 (Some(machine), errors, demands, tau)
             }
             Level::Actuator => {
-                let mass = self.nominal.actuator.params().M_act;
                 let errors = self.errors(
                     settings,
                     actuator_level::errors(input, settings.gains.reading_age),
                 );
-                let demand = |i| actuator_level::demand(mass, settings, input, &errors, i);
+                let demand = |i: usize| {
+                    let mass = self.nominal.actuators[i].params().M_act;
+                    actuator_level::demand(mass, settings, input, &errors, i)
+                };
                 (None, errors, std::array::from_fn(demand), [0.0; 3])
             }
         };
-        let law = self.nominal.law(settings);
         let commands: [Command; 3] = std::array::from_fn(|i| {
+            let law = self.nominal.law(settings, i);
             law.command(&self.state.drives[i], &demands[i], &measured(input, i))
         });
         let tau_wrist = std::array::from_fn(|j| saturate(tau[j], self.nominal.tau_wrist_max[j]));
@@ -275,12 +277,14 @@ impl Controller {
                 output.nu_adaptation += gains.gamma * estimate.divergence(&truth);
             }
         }
-        let p = self.nominal.actuator.params();
-        let conditions = Conditions::new(p, gains);
-        if conditions.hold() {
-            output.conditions = conditions; // else they are not defined, and stay 0
+        let actuators = self.nominal.actuators.each_ref().map(emla::Emla::params);
+        let each = actuators.map(|p| Conditions::new(p, gains));
+        let weakest = Conditions::weakest(each);
+        if weakest.hold() {
+            output.conditions = weakest; // else they are not defined, and stay 0
         }
         for i in 0..3 {
+            let (p, conditions) = (actuators[i], &each[i]);
             let i_d_error = self.state.drives[i].i_dr - input.i_d[i];
             let force_error = now.commands[i].force_error;
             output.force_error[i] = force_error;
@@ -298,6 +302,8 @@ pub(crate) fn measured(input: &Input, i: usize) -> Measured {
         i_q: input.i_q[i],
         w_m: input.w_m[i],
         F: input.F[i],
+        v_dc: input.v_dc,
+        T_winding: input.T_winding[i],
     }
 }
 

@@ -40,10 +40,7 @@ impl Controller {
 
     /// Whether a command of `now` is at a limit: voltage or current of a drive, torque of a wrist joint.
     fn is_at_limit(&self, now: &Evaluation) -> bool {
-        let p = self.nominal.actuator.params();
-        let drive = |c: &Command| {
-            (c.v_d * c.v_d + c.v_q * c.v_q).sqrt() >= p.v_max || c.i_qr.abs() >= p.i_max
-        };
+        let drive = |c: &Command| c.voltage() >= c.v_max || c.i_qr.abs() >= c.i_max;
         let mut wrist = now.tau_wrist().into_iter().zip(self.nominal.tau_wrist_max);
         now.commands.iter().any(drive) || wrist.any(|(tau, max)| tau.abs() >= max)
     }
@@ -70,6 +67,7 @@ mod tests {
             gains: machine.controller,
             alpha: 0.0,
             true_inertia_scale: 1.0,
+            derating: None,
         };
         let start = Input {
             zeta: machine.start.zeta,
@@ -109,8 +107,8 @@ mod tests {
     fn it_rests_at_each_limit() {
         let nominal = Machine::reference();
         let mut machines = [nominal.clone(), nominal.clone(), nominal];
-        machines[0].emla.v_max = 1.0;
-        machines[1].emla.i_max = 1.0;
+        machines[0].emla.lift.v_max = 1.0;
+        machines[1].emla.lift.i_max = 1.0;
         machines[2].limits.tau_wrist_max[1] = 1.0;
         for machine in machines {
             let (z, _) = after(&machine, Mode::PdGravity, true, 0.05);

@@ -30,6 +30,6 @@ pub use error::ControllerError;
 pub use evaluation::Evaluation;
 pub use reference::{Desired, Trajectory};
 pub use sampling::{DELAY_MAX, Timing};
-pub use signals::{Input, Level, Mode, Output, Settings};
+pub use signals::{Derating, Input, Level, Mode, Output, Settings};
 pub use stability::Conditions;
 pub use trouble::{Told, Trouble};

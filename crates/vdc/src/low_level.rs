@@ -29,6 +29,10 @@ pub(crate) struct Measured {
     pub(crate) w_m: f64,
     /// Force on the load, N.
     pub(crate) F: f64,
+    /// Voltage of the DC link, V; None: the nominal machine's.
+    pub(crate) v_dc: Option<f64>,
+    /// Temperature of the winding, K.
+    pub(crate) T_winding: f64,
 }
 
 /// States of the law.
@@ -55,6 +59,10 @@ pub(crate) struct Command {
     pub(crate) v_q: f64,
     /// Required quadrature-axis current, A.
     pub(crate) i_qr: f64,
+    /// Largest voltage that the drive can give, V.
+    pub(crate) v_max: f64,
+    /// Largest current that the law asks for, A.
+    pub(crate) i_max: f64,
     /// Feedback part of `v_d`, V.
     pub(crate) e_d: f64,
     /// Feedback part of `v_q`, V.
@@ -63,6 +71,13 @@ pub(crate) struct Command {
     pub(crate) force_error: f64,
     /// What the network adds to the physics, `α·dF`, N.
     residual_force: f64,
+}
+
+impl Command {
+    /// Its size, V.
+    pub(crate) fn voltage(&self) -> f64 {
+        (self.v_d * self.v_d + self.v_q * self.v_q).sqrt()
+    }
 }
 
 /// The law with its constants.
@@ -76,6 +91,18 @@ pub(crate) struct Law<'a> {
 impl Law<'_> {
     fn p(&self) -> &machine::Emla {
         self.actuator.params()
+    }
+
+    /// Largest current (peak) that the law asks for, A, with the winding at `T_winding`, K.
+    fn largest_current(&self, T_winding: f64) -> f64 {
+        let derating = self.settings.derating.as_ref();
+        derating.map_or(1.0, |d| d.share(T_winding)) * self.p().i_max
+    }
+
+    /// Largest voltage (peak) that the drive can give, V, with `v_dc` in its DC link.
+    fn largest_voltage(&self, v_dc: Option<f64>) -> f64 {
+        let p = self.p();
+        p.largest_voltage(v_dc.unwrap_or_else(|| p.link_voltage()))
     }
 
     /// What the network adds to the physics at the present operating point, `α·dF`, N. The hybrid
@@ -100,7 +127,7 @@ impl Law<'_> {
         self.settings.gains.omega_d * (state.observer - momentum)
     }
 
-    /// Required quadrature-axis current, A, saturated at the drive's limit.
+    /// Required quadrature-axis current, A, saturated at the drive's limit, which the derating lowers.
     ///
     /// Source: [eq:current_q_required] solved for `i_qr`, with the reflected inertia corrected,
     /// friction at the required rates, and the required instead of the measured acceleration: the
@@ -125,7 +152,7 @@ impl Law<'_> {
         };
         let (lambda_d, lambda_q) = (p.L_d * now.i_d + p.lambda_m, p.L_q * now.i_q);
         let i_qr = (tau_r / (1.5 * f64::from(p.p)) + lambda_q * state.i_dr) / lambda_d;
-        saturate(i_qr, p.i_max)
+        saturate(i_qr, self.largest_current(now.T_winding))
     }
 
     /// `di_dr/dt = −λ_i·i_d` ([eq:current_d_required] with `i_dd = 0`), A/s.
@@ -170,6 +197,8 @@ impl Law<'_> {
                 + e_q
                 + state.v_q_integral,
             i_qr,
+            v_max: self.largest_voltage(now.v_dc),
+            i_max: self.largest_current(now.T_winding),
             e_d,
             e_q,
             force_error,
@@ -178,7 +207,7 @@ impl Law<'_> {
     }
 
     /// Advances the law's state by `h` s with measurements and command held; the filters are exact
-    /// for that. While the command is beyond the inverter's voltage the integrals rest, or they would
+    /// for that. While the command is beyond what the inverter makes of its DC link the integrals rest, or they would
     /// wind up.
     pub(crate) fn advance(
         &self,
@@ -202,7 +231,7 @@ impl Law<'_> {
             state.observer +=
                 share * (momentum - state.observer) + share / gains.omega_d * unexplained;
         }
-        if (command.v_d * command.v_d + command.v_q * command.v_q).sqrt() < p.v_max {
+        if command.voltage() < command.v_max {
             state.v_d_integral += h * gains.omega_i * command.e_d;
             state.v_q_integral += h * gains.omega_i * command.e_q;
         }

@@ -57,8 +57,8 @@ impl Controller {
             (next.zeta[j], next.zeta_dot[j]) =
                 moved(input.zeta[j], input.zeta_dot[j], planned.zeta_ddot[j]);
         }
-        let drive = self.drive(settings);
         for i in 0..3 {
+            let drive = self.drive(settings, i);
             let (x, x_dot) = match planned.strokes {
                 Some(strokes) => (strokes[i][0], strokes[i][1] * input.zeta_dot[i]),
                 None => (input.x[i], input.x_dot[i]),
@@ -68,7 +68,10 @@ impl Controller {
                 x_dot,
                 x_ddot: planned.x_ddot[i],
             };
-            let acting = |s: f64| rod.at(s, planned.v_d[i], planned.v_q[i]);
+            let acting = |s: f64| emla::Input {
+                v_dc: input.v_dc,
+                ..rod.at(s, planned.v_d[i], planned.v_q[i])
+            };
             let start = rod.drive_state(&drive, &measured(input, i), lead);
             let end = drive.step(&start, acting, t, h)?;
             let y = drive.output(&end, &acting(h));
@@ -93,12 +96,12 @@ impl Controller {
         Ok(next)
     }
 
-    /// The nominal actuator with the network's share that the settings ask for.
-    fn drive(&self, settings: &Settings) -> Cow<'_, Emla> {
+    /// The nominal actuator `i` with the network's share that the settings ask for.
+    fn drive(&self, settings: &Settings, i: usize) -> Cow<'_, Emla> {
         if settings.alpha == 0.0 {
-            return Cow::Borrowed(&self.nominal.physics);
+            return Cow::Borrowed(&self.nominal.physics[i]);
         }
-        let mut hybrid = self.nominal.actuator.clone();
+        let mut hybrid = self.nominal.actuators[i].clone();
         hybrid.set_alpha(settings.alpha);
         Cow::Owned(hybrid)
     }

@@ -43,6 +43,25 @@ pub struct Settings {
     pub alpha: f64,
     /// Inertia of the plant over nominal, for the Lyapunov outputs only.
     pub true_inertia_scale: f64,
+    /// Less current for hot windings; None: `i_max` at any temperature.
+    pub derating: Option<Derating>,
+}
+
+/// Currents fall with the winding's temperature: up to `start` the law asks for up to `i_max`, from `end` on for nothing, in between for a share
+/// that falls linearly.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Derating {
+    /// Temperature from which on the current is reduced, K.
+    pub start: f64,
+    /// Temperature from which on there is none, K.
+    pub end: f64,
+}
+
+impl Derating {
+    /// Share of `i_max` at the winding temperature `T`, K.
+    pub(crate) fn share(&self, T: f64) -> f64 {
+        ((self.end - T) / (self.end - self.start)).clamp(0.0, 1.0)
+    }
 }
 
 /// Measurements and the external reference.
@@ -64,6 +83,10 @@ pub struct Input {
     pub x_dot: [f64; 3],
     /// Actuator forces, N; read by the virtual power flows and, in a step, by the disturbance observer.
     pub F: [f64; 3],
+    /// Voltage of the DC link, V; None: the nominal machine's.
+    pub v_dc: Option<f64>,
+    /// Temperatures of the windings, K; read by the derating.
+    pub T_winding: [f64; 3],
     /// External reference: tip position in the world, m.
     pub reference_position: [f64; 3],
     /// External reference: tip velocity, m/s.

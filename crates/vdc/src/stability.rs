@@ -49,6 +49,20 @@ impl Conditions {
         }
     }
 
+    /// Those with the least margin; what fails comes first.
+    #[must_use]
+    pub fn weakest(of: [Self; 3]) -> Self {
+        let margin = |c: &Self| {
+            if c.hold() {
+                c.printed_margin
+            } else {
+                f64::NEG_INFINITY
+            }
+        };
+        let [first, rest @ ..] = of;
+        (rest.into_iter()).fold(first, |a, b| if margin(&b) < margin(&a) { b } else { a })
+    }
+
     /// Whether some weight satisfies the conditions: all three gains must be positive, and neither so small nor so large that
     /// what follows from them overflows.
     #[must_use]

@@ -36,7 +36,7 @@ pub enum Trouble {
     },
     /// A drive cannot give what the law asks for.
     #[error(
-        "t = {t} s: the voltage law asks for {asked} V at actuator {actuator}, whose drive gives at most v_max = {v_max} V: the reference \
+        "t = {t} s: the voltage law asks for {asked} V at actuator {actuator}, whose drive gives at most {v_max} V (v_max and v_dc/sqrt(3)): the reference \
          is too fast, the load too large, or control has become unstable"
     )]
     Voltage {
@@ -94,7 +94,7 @@ impl Reach {
 }
 
 impl Controller {
-    /// What begins to go wrong with the commands of `now` in a step from `t` by `h`, both s; `told` remembers what was told already.
+    /// What begins to go wrong with the commands of `now` in a step from `t` by `h`, both s, `told` remembers what was told already.
     pub fn trouble(
         &self,
         now: &Evaluation,
@@ -103,7 +103,6 @@ impl Controller {
         t: f64,
         h: f64,
     ) -> Option<Trouble> {
-        let p = self.nominal.actuator.params();
         let mut first = None;
         let mut begins = |told: &mut bool, lasts: bool, trouble: Trouble| {
             if lasts && !*told {
@@ -112,7 +111,11 @@ impl Controller {
             *told = lasts;
         };
         let h = h.max(self.timing().sample_time);
-        let longest = p.L_d.min(p.L_q) / settings.gains.K_i;
+        let least = self.nominal.actuators.iter().map(|a| {
+            let p = a.params();
+            p.L_d.min(p.L_q)
+        });
+        let longest = least.fold(f64::INFINITY, f64::min) / settings.gains.K_i;
         let too_long = Trouble::StepTooLong { t, h, longest };
         begins(&mut told.step, h > longest, too_long);
         let y = now.output(&[0.0; 3]);
@@ -123,14 +126,14 @@ impl Controller {
             begins(&mut told.reach, distance > reach, out_of_reach);
         }
         for (i, told) in told.voltage.iter_mut().enumerate() {
-            let asked = (y.v_d[i] * y.v_d[i] + y.v_q[i] * y.v_q[i]).sqrt();
+            let (asked, v_max) = (now.commands[i].voltage(), now.commands[i].v_max);
             let voltage = Trouble::Voltage {
                 t,
                 actuator: i + 1,
                 asked,
-                v_max: p.v_max,
+                v_max,
             };
-            begins(told, asked > p.v_max, voltage);
+            begins(told, asked > v_max, voltage);
         }
         first
     }

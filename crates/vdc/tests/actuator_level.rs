@@ -21,7 +21,7 @@ fn reference(t: f64) -> [f64; 3] {
 /// Largest position error, m, and the last force, N, under a load that grows by `surprise`, N, without the controller being told.
 fn run(mode: Mode, surprise: f64) -> (f64, f64) {
     let machine = Machine::reference();
-    let actuator = Emla::new(machine.emla, Drive::Force).expect("valid actuator");
+    let actuator = Emla::new(machine.emla.lift, Drive::Force).expect("valid actuator");
     let start = emla::Input {
         x: X_0,
         F_hold: F_0,
@@ -36,6 +36,7 @@ fn run(mode: Mode, surprise: f64) -> (f64, f64) {
         gains: machine.controller,
         alpha: 0.0,
         true_inertia_scale: 1.0,
+        derating: None,
     };
     let mut controller: Option<Controller> = None;
     let (mut worst, mut force) = (0.0_f64, 0.0);

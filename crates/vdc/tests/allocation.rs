@@ -16,6 +16,7 @@ fn evaluations_and_steps_allocate_nothing() {
         gains: machine.controller,
         alpha: 0.2,
         true_inertia_scale: 1.0,
+        derating: None,
     };
     let u = Input {
         zeta: machine.start.zeta,

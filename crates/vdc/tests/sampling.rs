@@ -18,6 +18,7 @@ fn settings(machine: &Machine) -> Settings {
         gains: machine.controller,
         alpha: 0.0,
         true_inertia_scale: 1.0,
+        derating: None,
     }
 }
 

@@ -23,6 +23,7 @@ fn the_smallest_gains_keep_outputs_finite() {
             gains: machine.controller,
             alpha: 0.0,
             true_inertia_scale: 1.0,
+            derating: None,
         };
         (settings.gains.omega_d, settings.gains.K_v) = (omega_d, K_v);
         let surrogate = Surrogate::reference();

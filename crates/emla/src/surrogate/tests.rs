@@ -90,7 +90,7 @@ fn forces(surrogate: &Surrogate, p: &machine::Emla, tau: f64, w: f64) -> (f64, f
 #[test]
 fn hybrid_stays_near_the_physics_outside_the_range() {
     let surrogate = Surrogate::reference();
-    let p = machine::Machine::reference().emla;
+    let p = machine::Machine::reference().emla.lift;
     let mut worst: f64 = 0.0;
     for F in [-80e3, 80e3] {
         for k in -100..=100 {
@@ -110,7 +110,7 @@ fn hybrid_stays_near_the_physics_outside_the_range() {
 #[test]
 fn hybrid_is_continuous() {
     let surrogate = Surrogate::reference();
-    let p = machine::Machine::reference().emla;
+    let p = machine::Machine::reference().emla.lift;
     let residual = |tau, w| {
         let F_qs = |tau, w| maps::quasi_static_force(&p, tau, w);
         surrogate.evaluate(tau, w).F - surrogate.guard(tau, w, F_qs)

@@ -1,7 +1,7 @@
 //! Parameters: numbers set one by one, and texts that may set all of them.
 //!
-//! What is in force does not depend on the order of setting: it is the start values, then what each text sets (a file, say), then
-//! every number that was set explicitly. Importers write back start values without meaning anything by it, so before the end of
+//! What is in force does not depend on the order of setting: it is the start values and the explicit numbers that texts read, then what each
+//! text sets (a file, say), then every number that was set explicitly. Importers write back start values without meaning anything by it, so before the end of
 //! initialization a value equal to its start is not explicit: what a text sets stays in force, and that is logged.
 
 use super::fault::{Fault, discard, refuse};
@@ -58,12 +58,14 @@ impl<M: Model> Instance<M> {
         let is_running = self.state.phase.is_running();
         let mut parameters = self.state.parameters.clone();
         let mut given = self.state.given.clone();
+        let mut texts_read = false;
         for (element, value) in (0..).map_while(pair) {
             let (i, row) = self.layout.find(element)?;
             let Some(place) = T::parameter(&row.place) else {
                 continue;
             };
             *place.get_mut(&mut parameters, i) = value;
+            texts_read |= row.read_by_texts;
             let is_start = !is_running && value.is_same(place.get(&self.start, i));
             given[element as usize] = if is_start {
                 Given::Start
@@ -78,7 +80,7 @@ impl<M: Model> Instance<M> {
                 return Err(error.into());
             }
             warn(&mut self.messages, model);
-        } else if given.contains(&Given::Start) {
+        } else if texts_read || given.contains(&Given::Start) {
             let texts = self.texts(&parameters, &given);
             parameters = self.composed(&texts, &parameters, &given)?;
         }
@@ -145,6 +147,12 @@ impl<M: Model> Instance<M> {
         given: &[Given],
     ) -> Result<M::Parameters, Fault> {
         let mut parameters = self.start.clone();
+        for (number, (i, row)) in self.layout.numbered() {
+            if row.read_by_texts && given[number as usize] == Given::Explicit {
+                number!(&row.place, |place| *place.get_mut(&mut parameters, i) =
+                    place.get(numbers, i));
+            }
+        }
         let mut sources = Vec::new();
         for (number, (_, row)) in self.layout.numbered() {
             if let (Place::StringParameter(_, set), Some(text)) =

@@ -24,6 +24,8 @@ pub struct Variable<M: Model> {
     pub(crate) discrete: bool,
     /// Not read by the model's [`Evaluation`](crate::Evaluation).
     pub(crate) beside_evaluation: bool,
+    /// String setters read this parameter.
+    pub(crate) read_by_texts: bool,
     /// Counts how often the importer has set this input.
     pub(crate) counter: Option<fn(&mut M::Input) -> &mut u32>,
     /// Value reference of the first element; None: the next one.
@@ -291,6 +293,7 @@ impl<M: Model> Variable<M> {
             tunable: false,
             discrete: false,
             beside_evaluation: false,
+            read_by_texts: false,
             counter: None,
             at: None,
             unit: None,
@@ -384,6 +387,12 @@ impl<M: Model> Variable<M> {
     /// An input that [`Evaluation::of`](crate::Evaluation::of) does not read: setting it keeps the evaluation.
     pub const fn beside_evaluation(mut self) -> Self {
         self.beside_evaluation = true;
+        self
+    }
+
+    /// A parameter that setters of String parameters read: they find what the importer has set explicitly, in whatever order.
+    pub const fn read_by_texts(mut self) -> Self {
+        self.read_by_texts = true;
         self
     }
 

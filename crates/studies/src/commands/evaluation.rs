@@ -334,7 +334,7 @@ pub fn run_stability(args: &StabilityArgs) -> Result<Verdict> {
     let runs: Vec<_> = runs.into_iter().collect::<Result<_>>()?;
     let scale = format!("inertia x {}\n", args.inertia_scale);
     print(scale + &stability::text(&runs))?;
-    let emla = MachineFile::of(&system, &base.settings)?.machine.emla;
+    let emla = MachineFile::of(&system, &base.settings)?.machine.emla.lift;
     let compliance = stability::compliance(&system, &base, &emla)?;
     print(runs[0].gains.unfitted_text(compliance, emla.L_d))?;
     let mut found = conditions(&system, &base);

@@ -85,7 +85,7 @@ fn made(system: &System, base: &Experiment) -> Result<OnRig> {
     };
     let mut work = held_out_profiles(SECONDS, 1);
     work.retain(|profile| profile.kind == Kind::Work);
-    let p = machine::Machine::reference().emla;
+    let p = machine::Machine::reference().emla.lift;
     let measured = measure(&p, &work[..1], |profile| profile.seed)?;
     let panels = responses(&network.network, &measured[0]).into_iter();
     let panels = panels.map(|panel| Panel {

@@ -46,7 +46,7 @@ impl Sizing {
     /// Torque over speed of each axis as PNG and SVG in `folder`; the files' names.
     pub fn draw(&self, case: &str, folder: &Path) -> Result<[PathBuf; 2]> {
         std::fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
-        let panels = self.axes.iter().map(|axis| axis.panel(&self.ratings));
+        let panels = self.axes.iter().map(|axis| axis.panel(&axis.ratings));
         let figure = Figure {
             name: format!("sizing_{}", case.replace(' ', "_")),
             title: format!("Torque and speed, {case} trajectory"),

@@ -110,7 +110,7 @@ impl Sizing {
     pub fn verdict(&self) -> Verdict {
         let mut verdict = Verdict::default();
         for axis in &self.axes {
-            axis.judge(&self.ratings, &mut verdict);
+            axis.judge(&axis.ratings, &mut verdict);
         }
         verdict
     }
@@ -124,7 +124,7 @@ impl Sizing {
             .map(|a| format!("{:>24}", a.actuator))
             .collect::<String>();
         text += "\n";
-        let rows: Vec<_> = self.axes.iter().map(|a| a.rows(&self.ratings)).collect();
+        let rows: Vec<_> = self.axes.iter().map(|a| a.rows(&a.ratings)).collect();
         for n in 0..rows.first().map_or(0, |r| r.len()) {
             text += &format!("{:<44}", format!("{}, {}", rows[0][n].0, rows[0][n].1));
             for row in &rows {
@@ -161,7 +161,7 @@ pub fn write_csv(cases: &[(String, Sizing)], to: &mut impl Write) -> std::io::Re
     writeln!(to, "trajectory,actuator,quantity,unit,value,rating")?;
     for (case, sizing) in cases {
         for axis in &sizing.axes {
-            for (name, unit, value, rating) in axis.rows(&sizing.ratings) {
+            for (name, unit, value, rating) in axis.rows(&axis.ratings) {
                 let rating = rating.map_or(String::new(), |r| r.to_string());
                 writeln!(
                     to,
