@@ -26,6 +26,7 @@ pub mod recording;
 pub mod run;
 pub mod signals;
 pub mod slave;
+pub mod spare;
 pub mod ssd;
 pub mod system;
 pub mod verdict;

@@ -9,6 +9,7 @@ use crate::bond::{BondSlots, Residual};
 use crate::exchange::{Exchange, Order, Read, Write, reads, writes};
 use crate::noise::Noise;
 use crate::slave::{At, Slave};
+use crate::spare;
 use crate::system::{Setting, System};
 use crate::wiring::{Link, Port, Wiring};
 
@@ -299,7 +300,9 @@ impl Master {
     /// End the run for all.
     pub fn terminate(self) -> Result<()> {
         let at = At::Time(self.time);
-        self.slaves.iter().try_for_each(|s| s.terminate(at))
+        self.slaves.iter().try_for_each(|s| s.terminate(at))?;
+        spare::keep(self.slaves, self.stepping.schedule != Schedule::Standard);
+        Ok(())
     }
 }
 
@@ -386,7 +389,11 @@ pub fn instantiate(system: &System, k: usize, settings: &[Setting]) -> Result<Sl
 
 fn made(system: &System, k: usize, settings: &[Setting], is_staged: bool) -> Result<Slave> {
     let component = &system.structure.components[k];
-    let slave = Slave::new(&system.fmus[k], &component.name, is_staged)?;
+    let fmu = &system.fmus[k];
+    let slave = match spare::take(fmu, &component.name, is_staged) {
+        Some(slave) => slave,
+        None => Slave::new(fmu, &component.name, is_staged)?,
+    };
     for p in &component.parameters {
         slave
             .set_from_text(&p.name, &p.value)

@@ -95,6 +95,8 @@ trait Border {
     fn leave_events(&self) -> Answer;
     /// The end of the run.
     fn terminate(&self) -> Answer;
+    /// Back to where it was when it was made; None where the library cannot.
+    fn reset(&self) -> Option<Answer>;
 }
 
 impl Slave {
@@ -286,6 +288,12 @@ impl Slave {
     /// End the run.
     pub fn terminate(&self, at: At) -> Result<()> {
         self.check(self.border.terminate(), None, at)
+    }
+
+    /// Back to where it was when it was made; false where it cannot be, so that another is needed.
+    pub(crate) fn reset(&self) -> bool {
+        let is_reset = self.border.reset().is_some_and(Answer::is_done);
+        is_reset && self.log_only_trouble().is_ok()
     }
 
     #[inline]

@@ -231,6 +231,15 @@ impl Border for Component {
         let status = unsafe { self.api.fmi2Terminate(self.component) };
         Answer::new(status, "fmi2Terminate")
     }
+
+    fn reset(&self) -> Option<Answer> {
+        if self.api.fmi2Reset.is_err() {
+            return None;
+        }
+        // SAFETY: the component is alive, and the library has the function.
+        let status = unsafe { self.api.fmi2Reset(self.component) };
+        Some(Answer::new(status, "fmi2Reset"))
+    }
 }
 
 /// An `fmi2Integer` or `fmi2Boolean` from the bits of a value; the reader of values has checked that it fits.

@@ -329,6 +329,11 @@ impl Border for Instance {
         let status = unsafe { self.api.fmi3Terminate(self.instance) };
         Answer::new(status, "fmi3Terminate")
     }
+
+    /// The memory of what was last given would have to be as new, too: another instance is made instead.
+    fn reset(&self) -> Option<Answer> {
+        None
+    }
 }
 
 macro_rules! by_type {
