@@ -134,13 +134,16 @@ impl Log {
     }
 }
 
-/// Communication steps in an interval.
+/// Communication steps in an interval, s; without one every step counts.
+///
+/// # Errors
+/// The interval is not a multiple of the step.
 #[expect(
     clippy::cast_possible_truncation,
     clippy::cast_sign_loss,
     reason = "checked to be in range"
 )]
-fn stride(interval: Option<f64>, step: f64) -> Result<u64> {
+pub fn stride(interval: Option<f64>, step: f64) -> Result<u64> {
     let Some(interval) = interval else {
         return Ok(1);
     };

@@ -135,6 +135,20 @@ pub fn actuators(system: &System) -> Vec<usize> {
 
 /// Run the experiment.
 pub fn run(system: &System, experiment: &Experiment) -> Result<Energies> {
+    let recorded = Recorded::of(system, experiment, &ports(system)?)?;
+    evaluate(system, &recorded)
+}
+
+/// What must be recorded at every communication point.
+///
+/// # Errors
+/// No component is an actuator.
+pub fn ports(system: &System) -> Result<Vec<Port>> {
+    Ok([drives(system)?, supply::ports(system)?].concat())
+}
+
+/// The [`OUTPUTS`] of all actuators.
+fn drives(system: &System) -> Result<Vec<Port>> {
     let actuators = actuators(system);
     ensure!(
         !actuators.is_empty(),
@@ -147,15 +161,21 @@ pub fn run(system: &System, experiment: &Experiment) -> Result<Energies> {
             ports.push(system.port_of(*k, output)?);
         }
     }
-    let fed = supply::ports(system)?;
-    let recorded = Recorded::of(system, experiment, &[ports.as_slice(), &fed].concat())?;
+    Ok(ports)
+}
+
+/// The energies of a run.
+///
+/// # Errors
+/// One of [`ports`] was not recorded.
+pub fn evaluate(system: &System, recorded: &Recorded) -> Result<Energies> {
+    let ports = drives(system)?;
     let mut balances = Vec::new();
-    for (outputs, k) in ports.chunks(OUTPUTS.len()).zip(actuators) {
-        let name = &system.structure.components[k].name;
-        balances.push(balance(&recorded, name, outputs)?);
+    for outputs in ports.chunks(OUTPUTS.len()) {
+        balances.push(balance(recorded, system.component_of(outputs[0]), outputs)?);
     }
     balances.push(Balance::sum(&balances));
-    let supply = Supply::of(system, &recorded, &ports, OUTPUTS.len())?;
+    let supply = Supply::of(system, recorded, &ports, OUTPUTS.len())?;
     Ok(Energies {
         balances,
         supply,

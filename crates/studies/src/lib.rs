@@ -1,5 +1,5 @@
 //! Experiments on the coupled manipulator, made with the co-simulation master `cosim`: runs with their tip error ([`experiment`],
-//! [`tip`]), the paper's table of inertia errors ([`table`]) and other errors ([`robustness`]), the one-axis experiment ([`testbed`]), the
+//! [`tip`]) and the machine's limits watched ([`watched`]), the paper's table of inertia errors ([`table`]) and other errors ([`robustness`]), the one-axis experiment ([`testbed`]), the
 //! stability proof in numbers ([`stability`]), the actuators' energy ([`energy`]) and efficiency ([`efficiency`]), a long run ([`endurance`]), and all of it as a page
 //! ([`report`]).
 //!
@@ -28,4 +28,5 @@ pub mod testbed;
 pub mod tip;
 pub mod tracking;
 pub mod verdict;
+pub mod watched;
 pub mod worlds;

@@ -88,13 +88,48 @@ impl Tracking {
         experiment: &Experiment,
         more: &[Port],
     ) -> Result<(Self, Recorded)> {
+        let evaluation = Evaluation::new(system, experiment)?;
+        let ports = [&evaluation.ports(), more].concat();
+        let recorded = Recorded::of(system, experiment, &ports)?;
+        Ok((evaluation.evaluate(&recorded)?, recorded))
+    }
+}
+
+/// What is needed to evaluate a run of an experiment, found before it.
+pub struct Evaluation {
+    ports: Ports,
+    /// The controller's kinematics.
+    tree: Tree,
+    late: usize,
+}
+
+impl Evaluation {
+    /// Of runs of `experiment` on `system`.
+    ///
+    /// # Errors
+    /// The system lacks one of the variables, or there is no machine in the controller's file.
+    pub fn new(system: &System, experiment: &Experiment) -> Result<Self> {
         let ports = Ports::of(system)?;
-        let recorded = Recorded::of(system, experiment, &[&ports.all(), more].concat())?;
         let file = system.port_of(ports.controller, "machine_file")?;
         let believed = MachineFile::at(system, &experiment.settings, file)?;
-        let tree = Tree::new(&believed.machine)?;
-        let tracking = ports.evaluate(&recorded, &tree, ports.late(system, experiment)?)?;
-        Ok((tracking, recorded))
+        Ok(Self {
+            tree: Tree::new(&believed.machine)?,
+            late: ports.late(system, experiment)?,
+            ports,
+        })
+    }
+
+    /// What must be recorded at every communication point.
+    pub fn ports(&self) -> Vec<Port> {
+        self.ports.all()
+    }
+
+    /// The run in numbers.
+    ///
+    /// # Errors
+    /// One of [`Evaluation::ports`] was not recorded.
+    pub fn evaluate(&self, recorded: &Recorded) -> Result<Tracking> {
+        self.ports.evaluate(recorded, &self.tree, self.late)
     }
 }
 

@@ -3,38 +3,19 @@
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
-use anyhow::{Result, bail};
+use anyhow::Result;
 use clap::Args;
 use cosim::cli::{CsvArgs, bar, print};
 use cosim::run::Experiment;
-use cosim::signals::matching;
 use cosim::system::System;
 use cosim::verdict::Verdict;
-use cosim::wiring::Port;
-use studies::experiment::{self, Outcome, vary};
+use studies::experiment::{Outcome, vary};
 use studies::laws;
-use studies::machine_file::MachineFile;
 use studies::table;
-use studies::verdict::{self, Watch};
+use studies::verdict;
+use studies::watched::{self, useful};
 
 use super::MachineArgs;
-
-/// Signals that are written where none are named.
-const USEFUL: [&str; 13] = [
-    "*.tip_error_norm",
-    "*.tip_error[*]",
-    "*.desired.position[*]",
-    "*.tip.position[*]",
-    "hdrm.zeta[*]",
-    "hdrm.x[*]",
-    "hdrm.x_dot[*]",
-    "emla_*.F",
-    "emla_*.i_d",
-    "emla_*.i_q",
-    "controller.v_d[*]",
-    "controller.v_q[*]",
-    "controller.tau_wrist[*]",
-];
 
 #[derive(Args)]
 pub struct RunArgs {
@@ -107,39 +88,19 @@ fn watched(
     csv: &CsvArgs,
     quiet: bool,
 ) -> Result<(Outcome, Verdict)> {
-    let file = MachineFile::of(system, &experiment.settings)?;
     let mut log = csv.log(system, experiment, || useful(system))?;
-    let mut watch: Option<Watch> = None;
-    let mut verdict = Verdict::default();
     let bar = bar(0, "steps", quiet);
     let progress = |k, steps| {
         bar.set_length(steps);
         bar.set_position(k);
     };
-    let outcome = experiment::run(system, experiment, &progress, |master| {
-        if watch.is_none() {
-            watch = Some(Watch::new(system, master, &file)?);
-            verdict = verdict::reference(system, master)?;
-        }
-        watch.iter_mut().try_for_each(|watch| watch.add(master))?;
+    let watched = watched::run(system, experiment, &progress, |master| {
         log.iter_mut().try_for_each(|log| log.add(master))
     });
     bar.finish_and_clear();
-    verdict.extend(watch.map(|watch| watch.verdict()).unwrap_or_default());
-    match outcome {
-        Ok(outcome) => {
-            log.map_or(Ok(()), |log| log.finish())?;
-            Ok((outcome, verdict))
-        }
-        Err(error) if verdict.is_bad() => bail!("{error:#}\n{verdict}"),
-        Err(error) => Err(error),
-    }
-}
-
-/// As far as the system has them.
-fn useful(system: &System) -> Result<Vec<Port>> {
-    let ports = |pattern: &str| matching(system, &[pattern.into()]).unwrap_or_default();
-    Ok(USEFUL.into_iter().flat_map(ports).collect())
+    let watched = watched?;
+    log.map_or(Ok(()), |log| log.finish())?;
+    Ok(watched)
 }
 
 /// The three controllers on one trajectory.
