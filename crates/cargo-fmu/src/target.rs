@@ -184,7 +184,8 @@ impl Tools {
         candidates.find(|path| path.is_file())
     }
 
-    fn search_path(&self) -> Result<OsString> {
+    /// The search path, these folders first.
+    pub fn search_path(&self) -> Result<OsString> {
         let path = env::var_os("PATH").unwrap_or_default();
         let folders = self.0.iter().cloned().chain(env::split_paths(&path));
         env::join_paths(folders).context("the search path")

@@ -298,7 +298,7 @@ impl Dist {
 }
 
 /// cargo-zigbuild takes from bindgen, which reads the headers of FMI, the folders with those of C; this gives them back.
-fn bindgen_arguments(workspace: &Workspace, triple: &str) -> Result<(String, String)> {
+pub fn bindgen_arguments(workspace: &Workspace, triple: &str) -> Result<(String, String)> {
     let resources = output(workspace.command("cc").arg("-print-file-name=include"))?;
     let folders = [
         resources.trim(),

@@ -15,6 +15,7 @@ mod sanitize;
 mod test;
 mod torture;
 mod variants;
+mod wheel;
 mod workspace;
 
 use std::path::PathBuf;
@@ -60,6 +61,8 @@ enum Command {
     },
     /// What is handed out: FMUs that hold libraries for several platforms, systems, programs, notices, checksums
     Dist(dist::Options),
+    /// The Python package `hdrm_fmu` as a wheel, with the packed FMUs inside
+    Wheel(wheel::Options),
     /// From a fresh checkout to the coupled machine: build, pack, run the cubic trajectory with three controllers
     Demo,
     /// Everything that CI checks
@@ -114,6 +117,7 @@ fn run(command: Command) -> Result<()> {
             }
         }
         Command::Dist(options) => dist::run(&workspace, &caller, &options),
+        Command::Wheel(options) => wheel::run(&workspace, &caller, &options),
         Command::Demo => demo::run(&workspace),
         Command::Test => test::run(&workspace),
         Command::Bench(options) => bench::run(&workspace, &options),

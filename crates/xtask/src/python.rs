@@ -16,9 +16,12 @@ pub struct Python {
 impl Python {
     /// The environment in `.venv`, made where it is missing.
     pub fn provide(workspace: &Workspace) -> Result<Self> {
-        let python = Self {
-            dir: workspace.root.join(".venv"),
-        };
+        Self::at(workspace, workspace.root.join(".venv"))
+    }
+
+    /// The environment in a folder, made where it is missing.
+    pub fn at(workspace: &Workspace, dir: PathBuf) -> Result<Self> {
+        let python = Self { dir };
         if !python.program().is_file() {
             println!("making the Python environment {}", python.dir.display());
             let host = if cfg!(windows) { "python" } else { "python3" };

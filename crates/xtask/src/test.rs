@@ -11,7 +11,7 @@ use crate::bench::instructions;
 use crate::phases::Phases;
 use crate::python::Python;
 use crate::workspace::Workspace;
-use crate::{describe, importers, libclang, pack, torture};
+use crate::{describe, importers, libclang, pack, torture, wheel};
 
 /// Run all checks; the first that fails ends it.
 pub fn run(workspace: &Workspace) -> Result<()> {
@@ -84,7 +84,10 @@ fn checks(workspace: &Workspace, phases: &Phases) -> Result<()> {
                 .map(Some)
                 .or_else(|e| skipped(&format!("fmi-sim could not be built: {e:#}")).map(|()| None))
         })?;
-        phases.run("pytest", || pytest(workspace, fmi_sim))
+        phases.run("pytest", || pytest(workspace, fmi_sim))?;
+        phases.run("Python package", || {
+            wheel::check(workspace, &workspace.fmu_dir())
+        })
     };
     phases.both(robustness, outside).map(drop)
 }

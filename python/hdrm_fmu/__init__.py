@@ -1,0 +1,20 @@
+"""An all-electric heavy-duty manipulator as FMUs: runs, sweeps and studies.
+
+`run` makes one run; `System` steps or runs any system of FMUs; `fmus` gives the FMUs' paths for other importers; `sweep` makes thousands of
+runs on Dask; `hdrm_fmu.studies` has Monte Carlo, sensitivity and tuning, `hdrm_fmu.plots` the figures. SI units throughout.
+"""
+
+from hdrm_fmu._native import VERSION as __version__
+from hdrm_fmu._native import tip_error
+from hdrm_fmu.cases import grid, random
+from hdrm_fmu.errors import BadInput, RunFailed, SweepStopped
+from hdrm_fmu.files import fmus, parameters, systems
+from hdrm_fmu.names import Variable
+from hdrm_fmu.running import MODES, WORLDS, run
+from hdrm_fmu.sweeping import sweep
+from hdrm_fmu.system import METRICS, SCHEDULES, System
+
+__all__ = [
+    "METRICS", "MODES", "SCHEDULES", "WORLDS", "BadInput", "RunFailed", "SweepStopped", "System", "Variable", "__version__",
+    "fmus", "grid", "parameters", "random", "run", "sweep", "systems", "tip_error",
+]  # fmt: skip

@@ -1,0 +1,105 @@
+"""`python -m hdrm_fmu`: the machine, Monte Carlo, sensitivity and tuning from the command line."""
+
+import argparse
+import json
+import sys
+from pathlib import Path
+
+import hdrm_fmu
+from hdrm_fmu import plots, studies
+from hdrm_fmu.errors import BadInput, RunFailed, SweepStopped
+
+
+def demo(args):
+    data = hdrm_fmu.run(trajectory=args.trajectory, mode=args.mode, metrics=("energy",), progress=True)
+    a = data.attrs
+    print(f"{args.trajectory}, {args.mode}: tip RMSE {1e3 * a['tip_rmse']:.4f} mm, largest {1e3 * a['tip_max']:.4f} mm, verdict {a['verdict']}")
+    if a["findings"]:
+        print(a["findings"])
+    print(f"{a['simulated']:.1f} s simulated in {a['elapsed']:.2f} s")
+    plots.tip(data, args.out / "tip.png")
+    plots.energy(data, args.out / "energy.png")
+    print(f"figures in {args.out}")
+
+
+def monte_carlo(args):
+    options = {"modes": args.modes, "trajectories": args.trajectories, "client": _client(args)}
+    table = studies.monte_carlo(args.seeds, out=args.out / "monte-carlo", **options)
+    print(studies.summary(table).to_string())
+    plots.spread(table, path=args.out / "monte-carlo.png")
+
+
+def sobol(args):
+    ranges = dict(_range(text) for text in args.range)
+    table = studies.sobol(ranges, out=args.out / "sobol", base=args.base, metric=args.metric, client=_client(args))
+    print(table.to_string(index=False))
+    plots.indices(table, args.out / "sobol.png")
+
+
+def tune(args):
+    gains = dict(_range(text) for text in args.range)
+    fixed = dict(text.split("=", 1) for text in args.set)
+    result, history = studies.tune(gains, metric=args.metric, runs=args.runs, settings=fixed)
+    print(json.dumps(result, indent=1))
+    plots.tuning(history, args.out / "tuning.png")
+
+
+def _client(args):
+    if args.scheduler is None:
+        return None
+    from distributed import Client
+
+    return Client(args.scheduler)
+
+
+def _range(text):
+    name, _, bounds = text.partition("=")
+    try:
+        low, high = map(float, bounds.split(":"))
+    except ValueError:
+        raise BadInput(f"`{text}` must be NAME=LOW:HIGH") from None
+    return name, (low, high)
+
+
+def arguments():
+    parser = argparse.ArgumentParser(prog="python -m hdrm_fmu", description=__doc__.splitlines()[0])
+    commands = parser.add_subparsers(required=True)
+
+    def command(function, help):
+        sub = commands.add_parser(function.__name__.replace("_", "-"), help=help)
+        sub.add_argument("--out", type=Path, default=Path("hdrm_fmu"), metavar="DIR", help="folder for results and figures")
+        sub.set_defaults(function=function)
+        return sub
+
+    sub = command(demo, "one run with its figures")
+    sub.add_argument("--trajectory", default="cubic")
+    sub.add_argument("--mode", default="adaptive")
+    sub = command(monte_carlo, "machines and sensors drawn by seed")
+    sub.add_argument("--seeds", type=int, default=20)
+    sub.add_argument("--modes", nargs="+", default=["adaptive_integral", "modular_integral"])
+    sub.add_argument("--trajectories", nargs="+", default=["cubic"])
+    sub.add_argument("--scheduler", metavar="ADDRESS", help="of a Dask scheduler; default: processes on this machine")
+    sub = command(sobol, "which parameter matters: Sobol indices")
+    default = ["hdrm.inertia_scale=0.8:1.2", "hdrm.payload.mass=0:100", "Lambda_position=5:25"]
+    sub.add_argument("--range", nargs="+", default=default, metavar="NAME=LOW:HIGH")
+    sub.add_argument("--base", type=int, default=64)
+    sub.add_argument("--metric", default="tip_rmse")
+    sub.add_argument("--scheduler", metavar="ADDRESS", help="of a Dask scheduler; default: processes on this machine")
+    sub = command(tune, "gains for one trajectory, judged on another")
+    sub.add_argument("--range", nargs="+", default=["Lambda_position=2:40", "gamma=2:100"], metavar="NAME=LOW:HIGH")
+    sub.add_argument("--set", nargs="+", default=["hdrm.inertia_scale=1.2"], metavar="NAME=VALUE")
+    sub.add_argument("--metric", default="tip_rmse")
+    sub.add_argument("--runs", type=int, default=60)
+    return parser.parse_args()
+
+
+def main():
+    args = arguments()
+    try:
+        args.function(args)
+    except (BadInput, RunFailed, SweepStopped) as error:
+        sys.exit(f"error: {error}")
+
+
+if __name__ == "__main__":
+    main()

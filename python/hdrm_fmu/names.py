@@ -1,0 +1,136 @@
+"""Names and values that a user gives, checked against what a system has."""
+
+import difflib
+import math
+import numbers
+import re
+from dataclasses import dataclass
+
+import numpy as np
+
+from hdrm_fmu.errors import BadInput
+
+_SETTABLE = ("parameter", "structuralparameter", "input")
+_TRUE = {"true": True, "1": True, "false": False, "0": False}
+
+
+@dataclass(frozen=True)
+class Variable:
+    """A variable of a system.
+
+    `name` is `component.variable`; `unit` that of all its values; `items` the names of an enumeration's items; `minimum` and `maximum` its
+    bounds, where it has some; `driver` the output that a connection takes its value from; `start` its start value as text.
+    """
+
+    name: str
+    causality: str
+    variability: str
+    type: str
+    unit: str | None
+    description: str
+    items: tuple
+    minimum: float | None
+    maximum: float | None
+    driver: str | None
+    start: str | None
+
+
+def unknown(kind, name, known):
+    """The error of a name that does not exist, with the nearest that do."""
+    known = list(known)
+    near = difflib.get_close_matches(str(name), known, n=4, cutoff=0.6)
+    if not near:
+        short = {k.rsplit(".", 1)[-1]: k for k in known}
+        near = [short[s] for s in difflib.get_close_matches(str(name).rsplit(".", 1)[-1], list(short), n=4, cutoff=0.6)]
+    listed = " or ".join(f"`{n}`" for n in near)
+    return BadInput(f"there is no {kind} `{name}`" + (f"; did you mean {listed}?" if near else ""))
+
+
+def choice(kind, value, known):
+    """`value`, which must be one of `known`."""
+    if value not in known:
+        raise unknown(kind, value, known) if isinstance(value, str) else BadInput(f"{kind} {value!r}: it must be one of {', '.join(known)}")
+    return value
+
+
+class Names:
+    """The variables of a system by name; the component may be left out where one alone has the variable, and arrays be named whole."""
+
+    def __init__(self, variables):
+        self.all = {v.name: v for v in variables}
+        self._short = {}
+        self._arrays = {}
+        for v in variables:
+            self._short.setdefault(v.name.split(".", 1)[1], []).append(v.name)
+            array = re.fullmatch(r"(.*)\[\d+\]", v.name)
+            if array:
+                self._arrays.setdefault(array[1], []).append(v.name)
+
+    def one(self, name, kind="variable"):
+        """The variable named `name`."""
+        if name in self.all:
+            return self.all[name]
+        owners = self._short.get(name, [])
+        if len(owners) == 1:
+            return self.all[owners[0]]
+        if owners:
+            raise BadInput(f"several components have a {kind} `{name}`: {', '.join(owners)}; name one of them")
+        raise unknown(kind, name, [*self.all, *(s for s, of in self._short.items() if len(of) == 1)])
+
+    def many(self, name, kind="variable"):
+        """The variables that `name` means: one, or the elements of an array."""
+        if name in self._arrays:
+            return [self.all[n] for n in self._arrays[name]]
+        owners = [a for a in self._arrays if a.split(".", 1)[1] == name]
+        if len(owners) == 1 and name not in self._short:
+            return [self.all[n] for n in self._arrays[owners[0]]]
+        return [self.one(name, kind)]
+
+    def settings(self, values, kind="parameter"):
+        """Checked start values as (full name, text): what the native code takes."""
+        checked = {}
+        for name, value in values.items():
+            variables = self.many(name, kind)
+            if len(variables) == 1:
+                elements = [value]
+            else:
+                elements = list(np.ravel(np.asarray(value, dtype=object)))
+                if len(elements) != len(variables):
+                    raise BadInput(f"`{name}` has {len(variables)} elements, but {len(elements)} values were given")
+            for variable, element in zip(variables, elements):
+                if variable.causality not in _SETTABLE:
+                    raise BadInput(f"`{variable.name}` cannot be set: it is a variable of the kind `{variable.causality}`")
+                checked[variable.name] = text(variable, element)
+        return checked
+
+
+def text(variable, value):
+    """A value of a variable as text that reads back as the same value, or why it cannot be one."""
+    name = variable.name
+    if isinstance(value, np.generic):
+        value = value.item()
+    if variable.type == "String":
+        return str(value)
+    if variable.type == "Enumeration":
+        if isinstance(value, str) and value not in variable.items and not value.isdigit():
+            raise unknown(f"item of `{name}`", value, variable.items)
+        return str(value)
+    if variable.type == "Boolean":
+        found = value if isinstance(value, bool) else _TRUE.get(str(value).lower())
+        if found is None:
+            raise BadInput(f"`{name}` = {value!r} must be true or false")
+        return "true" if found else "false"
+    try:
+        number = float(value)
+    except (TypeError, ValueError):
+        raise BadInput(f"`{name}` = {value!r} must be a number") from None
+    if not math.isfinite(number):
+        raise BadInput(f"`{name}` = {number} must be finite")
+    for bound, is_beyond, word in ((variable.minimum, number.__lt__, "at least"), (variable.maximum, number.__gt__, "at most")):
+        if bound is not None and is_beyond(bound):
+            raise BadInput(f"`{name}` = {number:g} must be {word} {bound:g}{f' {variable.unit}' if variable.unit not in (None, '1') else ''}")
+    if variable.type == "Real":
+        return repr(number)
+    if number != int(number) or isinstance(value, str) and not value.lstrip("+-").isdigit():
+        raise BadInput(f"`{name}` = {value} must be a whole number")
+    return str(int(value) if isinstance(value, numbers.Integral) else int(number))

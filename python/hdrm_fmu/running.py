@@ -1,0 +1,127 @@
+"""One run of the manipulator."""
+
+import json
+import tempfile
+from contextlib import contextmanager
+from pathlib import Path
+
+from hdrm_fmu import _native
+from hdrm_fmu.errors import BadInput
+from hdrm_fmu.files import DATA, MACHINE
+from hdrm_fmu.names import choice
+from hdrm_fmu.system import System
+
+#: Worlds: `ideal` is the controller's own model; `real` has actuators as built, sensors, a step of delay, and a machine drawn by seed.
+WORLDS = ("ideal", "real")
+#: Control laws.
+MODES = tuple(_native.MODES)
+
+
+def world_system(world="ideal", *, step=1e-3, schedule="gauss-seidel", settings=None):
+    """The system of a world, not loaded yet."""
+    choice("world", world, WORLDS)
+    options = {"step": step, "schedule": schedule, "settings": settings}
+    if world == "ideal":
+        return System(DATA / MACHINE, **options)
+    return System(DATA / _native.REAL_SYSTEM, parameters=[_native.REAL_PARAMETERS], **options)
+
+
+def machine_text(machine):
+    """Checked text of a machine file: `machine` is a path or what is in such a file."""
+    if machine is None:
+        return None
+    if isinstance(machine, dict):
+        text, name = json.dumps(machine), "the machine"
+    else:
+        name = f"`{machine}`"
+        try:
+            text = Path(machine).read_text()
+        except OSError as error:
+            raise BadInput(f"{name} cannot be read: {error.strerror}") from None
+    try:
+        _native.check_machine(text)
+    except _native.NativeError as error:
+        raise BadInput(f"{name}: {error}") from None
+    return text
+
+
+def case_settings(case, world):
+    """Start values of a case whose items are named as the arguments of `run`, and its seed."""
+    values = {name: case[name] for name in case if name != "seed"}
+    seed = case.get("seed")
+    if seed is not None:
+        if world != "real":
+            raise BadInput(f"seed = {seed}: only the world `real` has machines that are drawn by seed")
+        if seed != int(seed) or seed < 0:
+            raise BadInput(f"seed = {seed} must be a whole number of at least 0")
+    return values, None if seed is None else int(seed)
+
+
+@contextmanager
+def all_settings(system, values, seed, machine):
+    """The start values, with those of the seed's machine and of the machine file, which exists as long as this."""
+    if machine is not None and seed is not None:
+        raise BadInput("a machine is either drawn by seed or given, not both")
+    if seed is not None:
+        drawn = system._native.draw(seed)
+        yield {**dict(drawn.settings), **values}
+    elif machine is not None:
+        with tempfile.TemporaryDirectory() as folder:
+            file = Path(folder) / "machine.json"
+            file.write_text(machine)
+            names = [n for n in system.variables if n.endswith(".machine_file")]
+            yield {**dict.fromkeys(names, str(file)), **values}
+    else:
+        yield values
+
+
+def run(
+    *,
+    trajectory=None,
+    mode=None,
+    world="ideal",
+    seed=None,
+    machine=None,
+    settings=None,
+    signals=None,
+    interval=None,
+    stop_time=None,
+    step=1e-3,
+    schedule="gauss-seidel",
+    max_error=None,
+    metrics=(),
+    progress=False,
+):
+    """Run the manipulator over its motion.
+
+    Parameters
+    ----------
+    trajectory : `cubic`, `triangular` or `external`.
+    mode : control law, one of `MODES`.
+    world : `ideal` (the controller's own model) or `real` (actuators as built, sensors, delay).
+    seed : of the machine and of the sensors' errors in the world `real`; default: the machine as drawn, sensors of their own seed.
+    machine : a machine file (path, or what is in it) that all FMUs use.
+    settings : start values by name, such as `{"hdrm.inertia_scale": 1.2}`.
+    signals, interval, stop_time, max_error, metrics, progress : as of `System.run`.
+    step : communication step, s.
+    schedule : `gauss-seidel`, `jacobi` or `standard`.
+
+    Returns
+    -------
+    xarray.Dataset of `System.run`: signals of the shape (time,), units and descriptions as attributes; `tip_rmse`, `tip_max` (m, over the
+    motion), further metrics and the verdict as attributes of the whole.
+    """
+    system = world_system(world, step=step, schedule=schedule)
+    given = {"trajectory": trajectory, "mode": mode, "seed": seed}
+    case = {name: value for name, value in given.items() if value is not None}
+    values, seed = case_settings({**case, **(settings or {})}, world)
+    with all_settings(system, values, seed, machine_text(machine)) as values:
+        return system.run(
+            settings=values,
+            signals=signals,
+            interval=interval,
+            stop_time=stop_time,
+            max_error=max_error,
+            metrics=metrics,
+            progress=progress,
+        )

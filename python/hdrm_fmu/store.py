@@ -1,0 +1,110 @@
+"""The folder of a sweep: what is asked for in `sweep.json`, a row a case in Parquet files, time series on request.
+
+Rows are written in parts while the sweep runs, each part under another name first, so that a part is whole or not there. At the end one
+file, `results.parquet`, takes the place of the parts.
+"""
+
+import json
+import os
+from pathlib import Path
+
+import locket
+import pandas
+
+from hdrm_fmu.errors import BadInput
+
+RESULTS = "results.parquet"
+MANIFEST = "sweep.json"
+
+
+def check_folder(folder, manifest):
+    """Refuse a folder of another sweep, of another version, or with other files; it is left as it is."""
+    folder = Path(folder)
+    file = folder / MANIFEST
+    if not file.exists():
+        if folder.exists() and (not folder.is_dir() or any(path.name != ".lock" for path in folder.iterdir())):
+            raise BadInput(f"{folder} holds other files; results must have a folder of their own")
+        return
+    try:
+        there = json.loads(file.read_text())
+    except (OSError, ValueError) as error:
+        raise BadInput(f"{file} cannot be read: {error}") from None
+    for name in sorted({*there, *manifest}):
+        if there.get(name) != manifest.get(name):
+            raise BadInput(
+                f"{folder} holds the results of another sweep: `{name}` is {there.get(name)!r} there and {manifest.get(name)!r} now; give a new folder"
+            )
+
+
+class Store:
+    """The results of a sweep, locked for as long as this is open."""
+
+    def __init__(self, folder, manifest):
+        self.folder = Path(folder)
+        check_folder(folder, manifest)
+        self.folder.mkdir(parents=True, exist_ok=True)
+        self._lock = locket.lock_file(str(self.folder / ".lock"), timeout=0)
+        try:
+            self._lock.acquire()
+        except locket.LockError:
+            raise BadInput(f"another sweep is writing to {self.folder}") from None
+        if not (self.folder / MANIFEST).exists():
+            _whole(self.folder / MANIFEST, lambda path: path.write_text(json.dumps(manifest, indent=1, sort_keys=True)))
+        self._pending = []
+
+    def read(self):
+        """All rows so far, by key."""
+        parts = [pandas.read_parquet(path) for path in self._files()]
+        if not parts:
+            return {}
+        frames = [part.set_index("key", drop=False) for part in parts]
+        return {row["key"]: row for frame in frames for row in frame.to_dict("records")}
+
+    def _files(self):
+        return [path for path in [self.folder / RESULTS, *self._parts()] if path.exists()]
+
+    def _parts(self):
+        return sorted(self.folder.glob("part-*.parquet"))
+
+    def add(self, row, series=None):
+        """Keep a row until the next `flush`; its time series (a Dataset) is written at once."""
+        if series is not None:
+            folder = self.folder / "series"
+            folder.mkdir(exist_ok=True)
+            table = series.to_dataframe().reset_index()
+            _whole(folder / f"{row['key']}.parquet", lambda path: table.to_parquet(path, index=False))
+        self._pending.append(row)
+
+    def flush(self):
+        """Write what is pending."""
+        if self._pending:
+            frame = pandas.DataFrame(self._pending)
+            name = f"part-{self._pending[0]['key']}.parquet"
+            _whole(self.folder / name, lambda path: frame.to_parquet(path, index=False))
+            self._pending = []
+
+    @property
+    def pending(self):
+        """Number of rows that are not written yet."""
+        return len(self._pending)
+
+    def finish(self, frame):
+        """One file with all rows in place of the parts; rows of other cases that are there stay."""
+        others = {key: row for key, row in self.read().items() if key not in set(frame["key"])}
+        if others:
+            frame = pandas.concat([frame, pandas.DataFrame(others.values())], ignore_index=True)
+        _whole(self.folder / RESULTS, lambda path: frame.to_parquet(path, index=False))
+        for part in self._parts():
+            part.unlink()
+
+    def close(self):
+        """Write what is pending, and let others in."""
+        self.flush()
+        self._lock.release()
+
+
+def _whole(path, write):
+    """Write a file that is never seen in part."""
+    new = path.with_name(f".{path.name}.new")
+    write(new)
+    os.replace(new, path)

@@ -1,0 +1,284 @@
+"""Thousands of runs on Dask."""
+
+import hashlib
+import importlib.metadata
+import json
+import os
+import queue
+import time
+
+import pandas
+
+from hdrm_fmu.cases import rows
+from hdrm_fmu.errors import BadInput, SweepStopped
+from hdrm_fmu.files import digest, identity
+from hdrm_fmu.running import case_settings, machine_text, world_system
+from hdrm_fmu.store import Store, check_folder
+from hdrm_fmu.system import System
+from hdrm_fmu.tasks import check_worker, run_case
+
+#: Rows after which, and seconds after which, results are written.
+FLUSH_ROWS, FLUSH_SECONDS = 64, 10.0
+#: Cases under way for each thread of the workers: enough to keep them busy, few enough to keep memory flat.
+IN_FLIGHT = 4
+#: Seconds without a scheduler or workers after which a sweep stops.
+PATIENCE = 120.0
+
+OWN = ("case", "key", "verdict", "findings", "error")
+
+
+def sweep(
+    cases,
+    *,
+    out,
+    world="ideal",
+    system=None,
+    machine=None,
+    settings=None,
+    signals=None,
+    interval=None,
+    stop_time=None,
+    step=1e-3,
+    schedule="gauss-seidel",
+    max_error=None,
+    metrics=(),
+    client=None,
+    progress=True,
+):
+    """Run every case of a table, in parallel, and keep the results in a folder.
+
+    Parameters
+    ----------
+    cases : DataFrame, one row a run, one column a parameter by name (`mode`, `trajectory`, `hdrm.inertia_scale`, …; `seed`: machine of the
+        world `real`); `grid` and `random` make such tables.
+    out : folder of the results. A folder of the same sweep is completed: nothing in it is run again, and cases may be added.
+    system : `System`, or path of one, instead of the manipulator in `world`. Workers must see the same file.
+    settings : start values of all cases.
+    signals : signals whose time series are kept, one Parquet file a case in `out/series`; default: none.
+    client : `distributed.Client`; default: a cluster of processes on this machine's cores, for this sweep alone.
+    machine, interval, stop_time, step, schedule, max_error, metrics : as of `run`.
+
+    Returns
+    -------
+    DataFrame in the order of the cases: the cases, metrics in SI units, `verdict` (`good`, `BAD` or `failed`), `findings`, `error`.
+    Order and number of workers change no bit of it.
+
+    Raises
+    ------
+    BadInput : before the first run and before anything is written, where a name, a value, the folder or a worker does not fit.
+    SweepStopped : the cluster is gone. What is there is kept; the same call goes on from it.
+    """
+    table = rows(cases)
+    for name in cases.columns:
+        if name in OWN:
+            raise BadInput(f"a column of cases cannot be named `{name}`: the results have one of that name")
+    chosen = _chosen(world, system, step, schedule)
+    spec = {
+        "world": world if system is None else None,
+        "path": None if system is None else str(chosen.path.resolve()),
+        "variant": chosen.variant,
+        "parameters": list(chosen.parameters) if system is not None else [],
+        "digest": None if system is None else digest(chosen.path),
+        "machine": machine_text(machine),
+        "step": float(chosen.step_size),
+        "schedule": chosen.schedule,
+        "signals": None if signals is None else chosen.signals(signals),
+        "interval": interval,
+        "stop_time": stop_time,
+        "max_error": max_error,
+        "metrics": list(metrics),
+    }
+    common = {**chosen.settings, **(settings or {})}
+    planned = [_plan(chosen, spec, {**common, **case}) for case in table]
+    manifest = {"version": identity(), "columns": list(cases.columns), **{k: v for k, v in spec.items() if k != "machine"}}
+    manifest["settings"] = {name: str(value) for name, value in common.items()}
+    manifest["machine"] = None if spec["machine"] is None else hashlib.sha256(spec["machine"].encode()).hexdigest()
+    keys = [_key(manifest, values, seed) for values, seed in planned]
+    check_folder(out, manifest)
+    own = None
+    if client is None:
+        client = own = _local()
+    try:
+        _check_workers(client, spec)
+        store = Store(out, manifest)
+        try:
+            done = store.read()
+            missing = {key: plan for key, plan in zip(keys, planned) if key not in done}
+            with _Bar(len(set(keys)), len(set(keys)) - len(missing), progress) as bar:
+                for key, result, series in _results(client, spec, missing):
+                    store.add({"key": key, **result}, series)
+                    bar.update()
+                    if store.pending >= FLUSH_ROWS or time.monotonic() - bar.flushed > FLUSH_SECONDS:
+                        store.flush()
+                        bar.flushed = time.monotonic()
+            store.flush()
+            frame = _frame(cases, keys, store.read())
+            store.finish(frame)
+            return frame
+        finally:
+            store.close()
+    finally:
+        if own is not None:
+            own.close()
+            own.cluster.close()
+
+
+def _chosen(world, system, step, schedule):
+    if system is None:
+        return world_system(world, step=step, schedule=schedule)
+    if isinstance(system, System):
+        if system.disconnect or system.replace:
+            raise BadInput("a sweep runs systems as their files have them, without disconnected inputs and replaced FMUs")
+        return system
+    return System(system, step=step, schedule=schedule)
+
+
+def _plan(system, spec, case):
+    """The checked start values of a case, and its seed."""
+    values, seed = case_settings(case, spec["world"])
+    if seed is not None and spec["machine"] is not None:
+        raise BadInput("a machine is either drawn by seed or given, not both")
+    options = {"signals": spec["signals"], "interval": spec["interval"], "stop_time": spec["stop_time"], "metrics": spec["metrics"]}
+    checked = system._names.settings(values, "parameter or column")
+    system.check(settings={}, **options)
+    return checked, seed
+
+
+def _key(manifest, values, seed):
+    """Name of a result: a hash of all that it depends on."""
+    depends = {name: manifest[name] for name in manifest if name != "columns"}
+    text = json.dumps([depends, sorted(values.items()), seed], sort_keys=True)
+    return hashlib.sha256(text.encode()).hexdigest()[:32]
+
+
+def _local():
+    from distributed import Client, LocalCluster
+
+    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
+    cluster = LocalCluster(n_workers=cores, threads_per_worker=1, processes=True, dashboard_address=None)
+    return Client(cluster)
+
+
+def _check_workers(client, spec):
+    """Every worker must have this version of the package, and the system. What is asked first needs nothing of the package there."""
+    client.wait_for_workers(1, timeout=PATIENCE)
+    versions = client.run(importlib.metadata.version, "hdrm_fmu", on_error="return")
+    own = importlib.metadata.version("hdrm_fmu")
+    for worker, version in versions.items():
+        if isinstance(version, BaseException):
+            raise BadInput(f"the worker {worker} has no package hdrm_fmu; install this wheel there")
+        if version != own:
+            raise BadInput(f"the worker {worker} has hdrm_fmu {version}, but {own} is here")
+    for worker, found in client.run(check_worker, identity(), spec, on_error="return").items():
+        if isinstance(found, BaseException):
+            raise BadInput(f"the worker {worker} cannot take part: {found}")
+
+
+def _results(client, spec, missing):
+    """(key, result, series) as they come, each once. What a dead worker had is run by another; what a restarted scheduler has forgotten is
+    handed in again."""
+    waiting = list(missing.items())[::-1]
+    flying, finished = {}, queue.SimpleQueue()
+    last = time.monotonic()
+    width = IN_FLIGHT
+    address, security, again = client.scheduler.address, client.security, None
+    try:
+        while waiting or flying:
+            try:
+                if client.status == "running":
+                    width = max(1, sum(client.nthreads().values())) * IN_FLIGHT
+                while waiting and len(flying) < width and client.status == "running":
+                    key, (values, seed) = waiting[-1]
+                    future = client.submit(run_case, identity(), spec, values, seed, key=f"hdrm_fmu-{key}", retries=3)
+                    waiting.pop()
+                    flying[key] = future
+                    future.add_done_callback(finished.put)
+            except (OSError, TimeoutError, RuntimeError) as error:
+                _wait_or_stop(last, error)
+            try:
+                finished.get(timeout=0.5)
+            except queue.Empty:
+                pass
+            for key, future in list(flying.items()):
+                if future.status in ("cancelled", "lost"):
+                    waiting.append((key, missing[key]))
+                    del flying[key]
+                elif future.status in ("finished", "error"):
+                    outcome = _outcome(future)
+                    del flying[key]
+                    if outcome is None:
+                        waiting.append((key, missing[key]))
+                        continue
+                    last = time.monotonic()
+                    yield key, *outcome
+            if client.status == "closed":
+                client = again = _connected_again(address, security)
+                waiting += [(key, missing[key]) for key in flying]
+                flying.clear()
+                last = time.monotonic()
+            if time.monotonic() - last > PATIENCE and not (client.status == "running" and client.nthreads()):
+                _wait_or_stop(last, "there is no scheduler or no worker")
+    finally:
+        if client.status == "running":
+            client.cancel(list(flying.values()))
+        if again is not None:
+            again.close()
+
+
+def _connected_again(address, security):
+    """A client of the scheduler at an address, once there is one again."""
+    from distributed import Client
+
+    until = time.monotonic() + PATIENCE
+    while time.monotonic() < until:
+        try:
+            return Client(address, security=security, timeout=10)
+        except (OSError, TimeoutError):
+            time.sleep(0.5)
+    raise SweepStopped(f"there has been no Dask scheduler at {address} for {PATIENCE:.0f} s; the same call goes on from what is there")
+
+
+def _wait_or_stop(last, reason):
+    if time.monotonic() - last > PATIENCE:
+        raise SweepStopped(f"no result for {PATIENCE:.0f} s: {reason}; the same call goes on from what is there") from None
+    time.sleep(0.2)
+
+
+def _outcome(future):
+    """What a case gave; None where its result was lost on the way."""
+    from distributed import CancelledError, KilledWorker
+
+    try:
+        return future.result(timeout=30)
+    except (CancelledError, OSError, TimeoutError):
+        return None
+    except KilledWorker as error:
+        return {"verdict": "failed", "findings": "", "error": f"its workers died: {error}"}, None
+
+
+def _frame(cases, keys, done):
+    """The table in the order of the cases; columns by name, so that they do not depend on which case ended first."""
+    found = pandas.DataFrame([done[key] for key in keys])
+    order = ["key", "verdict", "findings", "error"]
+    columns = cases.reset_index(drop=True)
+    metrics = sorted(c for c in found.columns if c not in order and c not in columns.columns and c != "case")
+    return pandas.concat([columns, found[metrics + order[1:] + order[:1]]], axis=1)
+
+
+class _Bar:
+    """A bar over the cases, where one is wanted."""
+
+    def __init__(self, total, initial, shown):
+        from tqdm.auto import tqdm
+
+        self._bar = tqdm(total=total, initial=initial, unit="runs", disable=not shown)
+        self.flushed = time.monotonic()
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self._bar.close()
+
+    def update(self):
+        self._bar.update()

@@ -1,0 +1,252 @@
+"""Systems of FMUs: run as a whole, or step by step with a script in the loop."""
+
+import json
+from functools import lru_cache
+from pathlib import Path
+
+import numpy as np
+import xarray
+
+from hdrm_fmu import _native
+from hdrm_fmu.errors import BadInput, RunFailed
+from hdrm_fmu.files import DATA, digest
+from hdrm_fmu.names import Names, Variable, choice
+
+#: Orders of exchange and stepping that the master knows.
+SCHEDULES = ("gauss-seidel", "jacobi", "standard")
+#: Metrics beside the tip error that are made on request.
+METRICS = ("tracking", "energy")
+
+
+@lru_cache(maxsize=8)
+def _loaded(path, _stamp, variant, parameters, disconnect, replace):
+    system = _native.System(path, variant, [DATA], list(parameters), list(disconnect), list(replace))
+    rows = [Variable(*row[:6], tuple(row[6]), *row[7:]) for row in system.variables()]
+    return system, Names(rows)
+
+
+class System:
+    """Any system of FMUs: a packed `.ssp`, or an `.ssd`, whose FMUs lie where it says or come with this package.
+
+    Parameters
+    ----------
+    path : path of the system.
+    variant : structure to take from a packed system, such as `triangular_pd.ssd`; default: its first.
+    parameters : parameter sets (`.ssv`), in the packed system or files, applied in this order.
+    disconnect : inputs (`component.variable`) whose connections are left out, so that a script can drive them.
+    replace : FMUs (paths) that take the places of components, by the component's name.
+    settings : start values by name, applied last; the component may be left out where one alone has the variable.
+    step : communication step, s.
+    schedule : `gauss-seidel`, `jacobi` or `standard`.
+
+    Nothing is loaded before it is needed. As a context manager it is a run that the script steps:
+
+    >>> with System(systems()["Manipulator"], settings={"trajectory": "external"}) as s:   # doctest: +SKIP
+    ...     s.set("controller.reference.position", [4.0, 1.5, 0.0])
+    ...     s.step(1000)
+    ...     s.get("controller.tip_error_norm")
+    """
+
+    def __init__(self, path, *, variant=None, parameters=(), disconnect=(), replace=None, settings=None, step=1e-3, schedule="gauss-seidel"):
+        self.path = Path(path)
+        self.variant = variant
+        self.parameters = tuple(str(p) for p in parameters)
+        self.disconnect = tuple(disconnect)
+        self.replace = tuple((name, str(fmu)) for name, fmu in (replace or {}).items())
+        self.settings = dict(settings or {})
+        self.step_size = step
+        self.schedule = schedule
+        self._session = None
+
+    def _load(self):
+        return _loaded(str(self.path), self._stamp(), self.variant, self.parameters, self.disconnect, self.replace)
+
+    def _stamp(self):
+        """Changes where the file does; FMUs beside an `.ssd` are told apart by their times."""
+        try:
+            beside = sorted(self.path.parent.glob("*.fmu")) if self.path.suffix == ".ssd" else []
+            files = (self.path, *beside, *(Path(fmu) for _, fmu in self.replace))
+            return tuple((p.name, p.stat().st_mtime_ns, p.stat().st_size) for p in files)
+        except OSError as error:
+            raise BadInput(f"`{error.filename}` cannot be read: {error.strerror}") from None
+
+    @property
+    def _native(self):
+        return self._load()[0]
+
+    @property
+    def _names(self):
+        return self._load()[1]
+
+    @property
+    def digest(self):
+        """SHA-256 of the system's file."""
+        return digest(self.path)
+
+    @property
+    def variables(self):
+        """All variables (`Variable`: unit, description, bounds, driver, …) by name."""
+        return dict(self._names.all)
+
+    @property
+    def components(self):
+        """Components and the files of their FMUs, in the order in which they are stepped."""
+        return dict(self._native.components())
+
+    def signals(self, patterns=None):
+        """Names of the signals that patterns choose (`*`: any text); without patterns those that are recorded by default."""
+        if patterns is None:
+            return self._native.signals(None)
+        chosen = []
+        for pattern in [patterns] if isinstance(patterns, str) else patterns:
+            if "*" in pattern:
+                names = self._matching(pattern)
+            else:
+                names = [v.name for v in self._names.many(pattern, "signal")]
+                if self._names.all[names[0]].type == "String":
+                    raise BadInput(f"`{pattern}` is a text, which cannot be recorded")
+            chosen += [n for n in names if n not in chosen]
+        return chosen
+
+    def _matching(self, pattern):
+        try:
+            return self._native.signals([pattern])
+        except RunFailed as error:
+            raise BadInput(str(error)) from None
+
+    def _conditions(self, settings=None, stop_time=None):
+        values = self._names.settings({**self.settings, **(settings or {})})
+        for name, value in (("step", self.step_size), ("stop_time", stop_time)):
+            if value is not None and not (np.isfinite(value) and value > 0):
+                raise BadInput(f"{name} = {value} s must be finite and more than 0")
+        choice("schedule", self.schedule, SCHEDULES)
+        step, stop = float(self.step_size), None if stop_time is None else float(stop_time)
+        return {"settings": list(values.items()), "step": step, "stop_time": stop, "schedule": self.schedule}
+
+    def check(self, *, settings=None, signals=None, interval=None, stop_time=None, metrics=()):
+        """Check what a run is to be asked for, without running; the names of the signals."""
+        self._conditions(settings, stop_time)
+        for metric in metrics:
+            choice("metric", metric, METRICS)
+        if metrics and not self._native.is_machine():
+            raise BadInput(f"the metrics {', '.join(metrics)} are those of the manipulator, which `{self.path}` is not")
+        if interval is not None:
+            steps = interval / self.step_size
+            if not (steps >= 0.5 and abs(steps - round(steps)) <= 1e-6 * steps):
+                raise BadInput(f"interval = {interval} s must be a multiple of the communication step, {self.step_size} s")
+        return self.signals(signals)
+
+    def run(self, *, settings=None, signals=None, interval=None, stop_time=None, max_error=None, metrics=(), progress=False):
+        """Run to the stop time, else to the end of the motion, else to that of the system's default experiment.
+
+        Parameters
+        ----------
+        settings : start values by name, after those of the system.
+        signals : names or patterns (`*`: any text, an array by its name); default: a useful few.
+        interval : time between two recorded points, s, a multiple of the communication step; default: every step.
+        stop_time : s.
+        max_error : largest tip error with which the verdict is good, m.
+        metrics : further metrics, of `tracking` and `energy`.
+        progress : show a bar.
+
+        Returns
+        -------
+        xarray.Dataset with one variable of the shape (time,) for each signal; `time` in s. Its attributes hold the verdict (`good` or `BAD`),
+        what was found, and the metrics in SI units.
+        """
+        names = self.check(settings=settings, signals=signals, interval=interval, stop_time=stop_time, metrics=metrics)
+        conditions = self._conditions(settings, stop_time)
+        bar = _Bar() if progress else None
+        try:
+            asked = {"signals": names, "interval": interval, "max_error": max_error, "metrics": list(metrics)}
+            done = self._native.run(conditions, asked, bar)
+        finally:
+            if bar:
+                bar.close()
+        return self._dataset(done, conditions)
+
+    def _dataset(self, done, conditions):
+        variables = {}
+        for name, column in done["columns"].items():
+            v = self._names.all[name]
+            attributes = {"units": v.unit or "1", "long_name": v.description}
+            variables[name] = ("time", np.frombuffer(column), attributes)
+        time = ("time", np.frombuffer(done["time"]), {"units": "s", "long_name": "time"})
+        data = xarray.Dataset(variables, coords={"time": time})
+        found = [("! " if is_bad else "- ") + text for is_bad, text in done["findings"]]
+        data.attrs = {
+            "verdict": "BAD" if done["is_bad"] else "good",
+            "findings": "\n".join(found),
+            **done["metrics"],
+            "system": self.path.name,
+            "settings": json.dumps(dict(conditions["settings"])),
+            "schedule": self.schedule,
+            "step": float(self.step_size),
+            "simulated": done["simulated"],
+            "elapsed": done["elapsed"],
+        }
+        return data
+
+    def __enter__(self):
+        if self._session is not None:
+            raise RuntimeError("this system is being stepped already")
+        self._session = self._native.start(self._conditions())
+        return self
+
+    def __exit__(self, *_):
+        self._session = None
+
+    def _running(self):
+        if self._session is None:
+            raise RuntimeError("a system is stepped inside of `with System(…) as s:`")
+        return self._session
+
+    @property
+    def time(self):
+        """Present time of the run that is stepped, s."""
+        return self._running().time()
+
+    def step(self, count=1):
+        """Make `count` communication steps; the time then, s."""
+        if count != int(count) or count < 1:
+            raise BadInput(f"{count} steps: it must be a whole number of at least 1")
+        return self._running().step(int(count))
+
+    def get(self, name):
+        """Present value of a variable: a float, or an array of the shape (elements,); of a list of names a dictionary."""
+        if not isinstance(name, str):
+            return {n: self.get(n) for n in name}
+        variables = self._names.many(name)
+        values = self._running().get([v.name for v in variables])
+        return values[0] if len(variables) == 1 else np.array(values)
+
+    def set(self, name, value=None):
+        """Set an input that no connection drives, or a tunable parameter, from the present time on; arrays whole or by element; several as
+        a dictionary."""
+        values = self._names.settings(name if isinstance(name, dict) else {name: value}, "input")
+        for full in values:
+            v = self._names.all[full]
+            if v.driver:
+                raise BadInput(f"`{full}` cannot be set: `{v.driver}` drives it; leave the connection out by disconnect=[\"{full}\"]")
+            if v.causality != "input" and v.variability != "tunable":
+                raise BadInput(f"`{full}` cannot be set during a run: it is {v.variability}; give it in settings")
+        self._running().set(list(values.items()))
+
+
+class _Bar:
+    """A bar over the steps of a run."""
+
+    def __init__(self):
+        from tqdm.auto import tqdm
+
+        self._bar = tqdm(unit="steps", leave=False)
+
+    def __call__(self, done, steps):
+        self._bar.total = steps
+        self._bar.update(done - self._bar.n)
+
+    def close(self):
+        self._bar.close()
+
+
+__all__ = ["METRICS", "SCHEDULES", "RunFailed", "System"]

@@ -1,0 +1,152 @@
+//! A run that a script steps. A thread of its own owns the running system, because an instance of an FMU belongs to one thread; what is
+//! asked of it is sent there, and the interpreter's lock is free meanwhile.
+
+use std::collections::HashMap;
+use std::sync::Arc;
+use std::sync::mpsc::{Receiver, Sender, channel};
+use std::thread;
+
+use anyhow::{Result, anyhow};
+use cosim::master::Master;
+use cosim::run::Experiment;
+use cosim::signals::{Inputs, Signals};
+use cosim::system::System;
+use cosim::wiring::Port;
+use fmu_description::Kind;
+use pyo3::prelude::*;
+
+use crate::raised;
+
+type Work = Box<dyn FnOnce(&System, &mut Running) + Send>;
+
+/// A running system, and what was resolved for it.
+struct Running {
+    master: Master,
+    signals: HashMap<Vec<String>, Signals>,
+    inputs: HashMap<Vec<Port>, Inputs>,
+}
+
+/// A run in progress.
+#[pyclass(frozen)]
+pub struct Session {
+    work: Sender<Work>,
+}
+
+impl Session {
+    /// Start `experiment` in a thread of its own.
+    pub fn start(py: Python<'_>, system: Arc<System>, experiment: Experiment) -> PyResult<Self> {
+        let (work, queue) = channel::<Work>();
+        let (started, has_started) = channel();
+        thread::spawn(move || match experiment.start(&system) {
+            Ok(master) => {
+                let running = Running {
+                    master,
+                    signals: HashMap::new(),
+                    inputs: HashMap::new(),
+                };
+                let _ = started.send(Ok(()));
+                serve(&system, running, &queue);
+            }
+            Err(error) => {
+                let _ = started.send(Err(error));
+            }
+        });
+        let answer = py.detach(move || has_started.recv());
+        answer.map_err(|_| raised(gone()))?.map_err(raised)?;
+        Ok(Self { work })
+    }
+
+    /// Do something with the running system, in its thread.
+    fn call<T: Send + 'static>(
+        &self,
+        py: Python<'_>,
+        work: impl FnOnce(&System, &mut Running) -> Result<T> + Send + 'static,
+    ) -> PyResult<T> {
+        let (answer, answered) = channel();
+        let work: Work = Box::new(move |system, running| {
+            // Nobody waits for the answer any more where the script was interrupted.
+            let _ = answer.send(work(system, running));
+        });
+        let queue = self.work.clone();
+        let result = py.detach(move || {
+            queue.send(work).map_err(|_| gone())?;
+            answered.recv().map_err(|_| gone())?
+        });
+        result.map_err(raised)
+    }
+}
+
+fn gone() -> anyhow::Error {
+    anyhow!("the run has ended, because the native code failed in an unforeseen way")
+}
+
+fn serve(system: &System, mut running: Running, queue: &Receiver<Work>) {
+    while let Ok(work) = queue.recv() {
+        work(system, &mut running);
+    }
+    // Freed without being asked: what it says of that interests nobody.
+    let _ = running.master.terminate();
+}
+
+#[pymethods]
+impl Session {
+    /// Present time, s.
+    fn time(&self, py: Python<'_>) -> PyResult<f64> {
+        self.call(py, |_, running| Ok(running.master.time()))
+    }
+
+    /// Make communication steps.
+    fn step(&self, py: Python<'_>, steps: u64) -> PyResult<f64> {
+        self.call(py, move |_, running| {
+            (0..steps).try_for_each(|_| running.master.step())?;
+            Ok(running.master.time())
+        })
+    }
+
+    /// Present values of variables.
+    fn get(&self, py: Python<'_>, names: Vec<String>) -> PyResult<Vec<f64>> {
+        self.call(py, move |system, running| {
+            let signals = match running.signals.get_mut(&names) {
+                Some(signals) => signals,
+                None => {
+                    let ports = names.iter().map(|name| system.port(name));
+                    let ports = ports.collect::<Result<Vec<_>>>()?;
+                    let signals = Signals::new(system, &ports)?;
+                    running.signals.entry(names).or_insert(signals)
+                }
+            };
+            Ok(signals.read(&running.master)?.to_vec())
+        })
+    }
+
+    /// Set inputs that no connection drives, and tunable parameters; values as text, numbers among them by their shortest digits.
+    fn set(&self, py: Python<'_>, values: Vec<(String, String)>) -> PyResult<()> {
+        self.call(py, move |system, running| {
+            let (mut ports, mut numbers, mut others) = (Vec::new(), Vec::new(), Vec::new());
+            for (name, value) in &values {
+                let port = system.port(name)?;
+                if system.variable(port).kind == Kind::Real {
+                    ports.push(port);
+                    numbers.push(value.parse::<f64>()?);
+                } else {
+                    others.push((port, value));
+                }
+            }
+            for (port, value) in others {
+                let slave = &running.master.slaves()[port.component];
+                slave.set_from_text(&system.variable(port).name, value)?;
+            }
+            if !ports.is_empty() {
+                let inputs = match running.inputs.get_mut(&ports) {
+                    Some(inputs) => inputs,
+                    None => {
+                        let inputs = Inputs::new(system, &ports)?;
+                        running.inputs.entry(ports).or_insert(inputs)
+                    }
+                };
+                inputs.set(&running.master, &numbers)?;
+            }
+            running.master.pass()
+        })
+    }
+}

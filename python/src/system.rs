@@ -1,0 +1,283 @@
+//! A loaded system.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use anyhow::{Context, Result, bail, ensure};
+use clap::ValueEnum as _;
+use cosim::cli::RunArgs;
+use cosim::master::Schedule;
+use cosim::run::Experiment;
+use cosim::signals::matching;
+use cosim::system::FmuPlace;
+use cosim::verdict::Verdict;
+use fmu_description::{Kind, Variable};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use studies::experiment::tell_delay;
+use studies::watched::useful;
+use studies::worlds::{Cases, World, cases};
+
+use crate::raised;
+use crate::run::{self, Request};
+use crate::session::Session;
+
+/// A system with its FMUs, loaded once for any number of runs.
+#[pyclass(frozen)]
+pub struct System {
+    system: Arc<cosim::system::System>,
+}
+
+/// How a run is stepped, and from which start values.
+#[derive(FromPyObject)]
+struct Conditions {
+    #[pyo3(item)]
+    settings: Vec<(String, String)>,
+    #[pyo3(item)]
+    step: f64,
+    #[pyo3(item)]
+    stop_time: Option<f64>,
+    #[pyo3(item)]
+    schedule: String,
+}
+
+/// What is to come out of a run.
+#[derive(FromPyObject)]
+struct Asked {
+    #[pyo3(item)]
+    signals: Vec<String>,
+    #[pyo3(item)]
+    interval: Option<f64>,
+    #[pyo3(item)]
+    max_error: Option<f64>,
+    #[pyo3(item)]
+    metrics: Vec<String>,
+}
+
+/// A machine of the real world, drawn by seed; its file exists as long as this.
+#[pyclass(frozen)]
+pub struct Drawn {
+    /// Start values: names and values.
+    #[pyo3(get)]
+    settings: Vec<(String, String)>,
+    _cases: Cases,
+}
+
+/// What is told of a variable.
+type Row = (
+    String,
+    String,
+    String,
+    String,
+    Option<String>,
+    String,
+    Vec<String>,
+    Option<f64>,
+    Option<f64>,
+    Option<String>,
+    Option<String>,
+);
+
+impl System {
+    fn load(
+        path: PathBuf,
+        variant: Option<&str>,
+        fmu_dirs: Vec<PathBuf>,
+        parameters: &[PathBuf],
+        disconnect: &[String],
+        replaced: &[(String, PathBuf)],
+    ) -> Result<Self> {
+        let place = FmuPlace::Structure { else_in: fmu_dirs };
+        let mut system = cosim::system::System::load(&path, variant, &place, replaced)?;
+        for set in parameters {
+            system.apply_set(set)?;
+        }
+        for input in disconnect {
+            let connections = &mut system.structure.connections;
+            let before = connections.len();
+            connections.retain(|c| format!("{}.{}", c.end.0, c.end.1) != *input);
+            ensure!(
+                connections.len() < before,
+                "`{input}` cannot be disconnected: no connection drives it"
+            );
+        }
+        let system = Arc::new(system);
+        Ok(Self { system })
+    }
+
+    /// The experiment, by the same rules as the programs' command lines, and what the system may have forgotten.
+    fn experiment(&self, conditions: Conditions) -> Result<(Experiment, Verdict)> {
+        let Ok(schedule) = Schedule::from_str(&conditions.schedule, false) else {
+            bail!(
+                "schedule `{}`: it must be standard, jacobi or gauss-seidel",
+                conditions.schedule
+            );
+        };
+        let setting = |(name, value): &(String, String)| format!("{name}={value}");
+        let args = RunArgs {
+            step: conditions.step,
+            stop_time: conditions.stop_time,
+            schedule,
+            input_derivatives: false,
+            settings: conditions.settings.iter().map(setting).collect(),
+            strict: false,
+            check: false,
+        };
+        let mut experiment = args.experiment(&self.system)?;
+        let forgotten = args.forgotten(&self.system, &experiment)?;
+        tell_delay(&self.system, &mut experiment)?;
+        Ok((experiment, forgotten))
+    }
+
+    fn has(&self, name: &str) -> bool {
+        self.system.port(name).is_ok()
+    }
+
+    /// The start values of the machine of `seed`, and its file.
+    fn drawn(&self, seed: u64) -> Result<Drawn> {
+        let cases = cases(World::Real, &self.system, seed..seed + 1)?;
+        let case = cases.list().first().context("one seed is one machine")?;
+        let setting = |s: &cosim::system::Setting| (self.system.name(s.port), s.value.clone());
+        Ok(Drawn {
+            settings: case.settings.iter().map(setting).collect(),
+            _cases: cases,
+        })
+    }
+
+    /// Whether a connection drives a variable, or a bound start value gives it.
+    fn drivers(&self, variable: &str, component: usize) -> (Option<String>, Option<String>) {
+        let c = &self.system.structure.components[component];
+        let mut connections = self.system.structure.connections.iter();
+        let driver = connections.find(|x| x.end.0 == c.name && x.end.1 == variable);
+        let driver = driver.map(|x| format!("{}.{}", x.start.0, x.start.1));
+        let bound = c.parameters.iter().rfind(|p| p.name == variable);
+        (driver, bound.map(|p| p.value.clone()))
+    }
+}
+
+#[pymethods]
+impl System {
+    #[new]
+    fn new(
+        py: Python<'_>,
+        path: PathBuf,
+        variant: Option<String>,
+        fmu_dirs: Vec<PathBuf>,
+        parameters: Vec<PathBuf>,
+        disconnect: Vec<String>,
+        replaced: Vec<(String, PathBuf)>,
+    ) -> PyResult<Self> {
+        let variant = variant.as_deref();
+        let load = || Self::load(path, variant, fmu_dirs, &parameters, &disconnect, &replaced);
+        py.detach(load).map_err(raised)
+    }
+
+    /// Components and their FMUs, in the order in which they are stepped.
+    fn components(&self) -> Vec<(String, String)> {
+        let components = self.system.structure.components.iter();
+        components
+            .map(|c| (c.name.clone(), c.source.clone()))
+            .collect()
+    }
+
+    /// Start and stop time of the system's default experiment, s.
+    fn default_experiment(&self) -> (f64, Option<f64>) {
+        let structure = &self.system.structure;
+        (structure.start_time, structure.stop_time)
+    }
+
+    /// Whether it is the manipulator with its controller.
+    fn is_machine(&self) -> bool {
+        self.has("hdrm.machine_file") && self.has("tip_error_norm")
+    }
+
+    /// Name, causality, variability, type, unit, description, items, bounds, driver and bound value of every variable.
+    fn variables(&self) -> Vec<Row> {
+        let mut rows = Vec::new();
+        let all = self.system.structure.components.iter();
+        for (k, (c, fmu)) in all.zip(&self.system.fmus).enumerate() {
+            for v in &fmu.description.variables {
+                let (driver, bound) = self.drivers(&v.name, k);
+                let lower = |x: &dyn std::fmt::Debug| format!("{x:?}").to_lowercase();
+                rows.push((
+                    format!("{}.{}", c.name, v.name),
+                    lower(&v.causality),
+                    lower(&v.variability),
+                    kind(v).into(),
+                    v.unit.clone(),
+                    v.description.clone(),
+                    items(v),
+                    v.min,
+                    v.max,
+                    driver,
+                    bound.or_else(|| v.start_of(0).map(String::from)),
+                ));
+            }
+        }
+        rows
+    }
+
+    /// Names of the signals that patterns choose; None: those that are recorded where none are named.
+    fn signals(&self, patterns: Option<Vec<String>>) -> PyResult<Vec<String>> {
+        let ports = match patterns {
+            Some(patterns) => matching(&self.system, &patterns),
+            None => useful(&self.system),
+        };
+        let name = |port: &cosim::wiring::Port| self.system.name(*port);
+        Ok(ports.map_err(raised)?.iter().map(name).collect())
+    }
+
+    /// Draw a machine of the real world.
+    fn draw(&self, py: Python<'_>, seed: u64) -> PyResult<Drawn> {
+        py.detach(|| self.drawn(seed)).map_err(raised)
+    }
+
+    /// A whole run; see the Python package for what the values are.
+    fn run(
+        &self,
+        py: Python<'_>,
+        conditions: Conditions,
+        asked: Asked,
+        progress: Option<Py<PyAny>>,
+    ) -> PyResult<Py<PyDict>> {
+        let (experiment, forgotten) = self.experiment(conditions).map_err(raised)?;
+        let ports = asked.signals.iter().map(|name| self.system.port(name));
+        let request = Request {
+            ports: ports.collect::<Result<_>>().map_err(raised)?,
+            interval: asked.interval,
+            max_error: asked.max_error,
+            metrics: asked.metrics,
+            progress,
+            is_machine: self.is_machine(),
+        };
+        let done = py.detach(|| run::run(&self.system, &experiment, request));
+        done.map_err(raised)?
+            .into_python(py, &self.system, forgotten)
+    }
+
+    /// A run that the caller steps.
+    fn start(&self, py: Python<'_>, conditions: Conditions) -> PyResult<Session> {
+        let (experiment, _) = self.experiment(conditions).map_err(raised)?;
+        Session::start(py, self.system.clone(), experiment)
+    }
+}
+
+fn kind(v: &Variable) -> &'static str {
+    match v.kind {
+        Kind::Real => "Real",
+        Kind::Integer => "Integer",
+        Kind::Boolean => "Boolean",
+        Kind::String => "String",
+        Kind::Enumeration(_) => "Enumeration",
+        Kind::Binary => "Binary",
+        Kind::Clock => "Clock",
+    }
+}
+
+/// Names of the items of an enumeration.
+fn items(v: &Variable) -> Vec<String> {
+    match &v.kind {
+        Kind::Enumeration(items) => items.iter().map(|item| item.name.clone()).collect(),
+        _ => Vec::new(),
+    }
+}

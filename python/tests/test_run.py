@@ -1,0 +1,187 @@
+"""One run: the same numbers as the program's, units, errors before anything runs."""
+
+import csv
+import os
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+import hdrm_fmu
+from conftest import ROOT
+from hdrm_fmu import BadInput, RunFailed, System
+
+SHORT = {"stop_time": 0.3, "settings": {"settle_time": 0.1, "hdrm.inertia_scale": 1.2}}
+
+
+@pytest.fixture(scope="module")
+def short():
+    return hdrm_fmu.run(trajectory="triangular", mode="modular", metrics=("tracking", "energy"), **SHORT)
+
+
+def program():
+    """`hdrm-fmu` of the same build."""
+    found = os.environ.get("HDRM_FMU", str(ROOT / "target/release/hdrm-fmu"))
+    assert os.access(found, os.X_OK), f"{found}: build it by `cargo xtask hdrm-fmu`, or name it in HDRM_FMU"
+    return found
+
+
+def test_a_run_is_that_of_the_program_bit_for_bit(short, tmp_path):
+    """The CSV has the shortest digits that read back as the same number."""
+    file = tmp_path / "run.csv"
+    options = ("--system", hdrm_fmu.systems()["Manipulator"], "--trajectory", "triangular", "--mode", "modular", "--inertia-scale", "1.2")
+    options += ("--set", "settle_time=0.1", "--stop-time", "0.3", "--csv", file, "--quiet")
+    done = subprocess.run([program(), "run", *map(str, options)], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    with file.open() as f:
+        titles, *rows = csv.reader(f)
+    columns = dict(zip(titles, np.array(rows, dtype=float).T))
+    assert list(columns) == ["time", *short.data_vars]
+    for name, column in columns.items():
+        np.testing.assert_array_equal(short[name].to_numpy().view("u8"), column.view("u8"), err_msg=name)
+    assert f"RMSE {1e3 * short.attrs['tip_rmse']:.4f} mm, max {1e3 * short.attrs['tip_max']:.4f} mm" in done.stdout
+
+
+def test_units_descriptions_and_verdict_are_attributes(short):
+    assert short["time"].attrs["units"] == "s"
+    force = short["emla_2.F"]
+    assert force.attrs["units"] == "N" and "force" in force.attrs["long_name"].lower()
+    assert short.attrs["verdict"] in ("good", "BAD")
+    strict = hdrm_fmu.run(max_error=1e-12, **SHORT)
+    assert strict.attrs["verdict"] == "BAD" and "tip error" in strict.attrs["findings"]
+
+
+def test_metrics_have_one_definition(short):
+    """Oracle: NumPy on the signals; that of the FMPy master is this too. Sums of n squares in another order: n ε."""
+    moving = short.time.to_numpy() >= 0.1
+    error = short["controller.tip_error_norm"].to_numpy()
+    rmse = np.sqrt(np.mean(error[moving] ** 2))
+    assert short.attrs["tip_rmse"] == pytest.approx(rmse, rel=300 * np.finfo(float).eps)
+    assert short.attrs["tip_max"] == error[moving].max()
+    again = hdrm_fmu.tip_error(short.time.to_numpy(), error, 0.1)
+    assert all(short.attrs[name] == value for name, value in again.items())
+    sys.path.insert(0, str(ROOT / "tests"))
+    try:
+        from fmpy_master import tip_rmse
+    finally:
+        sys.path.remove(str(ROOT / "tests"))
+    assert again["tip_rmse"] == pytest.approx(tip_rmse(short.time.to_numpy(), error, 0.1), rel=300 * np.finfo(float).eps)
+
+
+def test_signals_interval_and_arrays():
+    data = hdrm_fmu.run(signals=["hdrm.zeta", "*.F"], interval=0.05, stop_time=0.2)
+    assert list(data.data_vars) == [f"hdrm.zeta[{k}]" for k in range(1, 7)] + [f"emla_{k}.F" for k in (1, 2, 3)]
+    np.testing.assert_allclose(data.time, [0.0, 0.05, 0.1, 0.15, 0.2], rtol=1e-15)
+
+
+def test_a_machine_of_ones_own_and_one_drawn_by_seed():
+    import json
+
+    machine = json.loads(hdrm_fmu.parameters()["reference_machine"].read_text())
+    options = {"signals": ["emla_2.F"], "interval": 0.1, "stop_time": 0.1}
+    same = hdrm_fmu.run(machine=machine, **options)
+    assert same.equals(hdrm_fmu.run(**options))
+    one, again, other = (hdrm_fmu.run(world="real", seed=seed, **options)["emla_2.F"].to_numpy() for seed in (1, 1, 2))
+    assert (one == again).all() and (one != other).any()
+    machine["bodies"] = {}
+    with pytest.raises(BadInput):
+        hdrm_fmu.run(machine=machine, **options)
+
+
+def test_a_script_in_the_loop_makes_the_same_run():
+    """Stepped one by one with the reference from outside, and the controller's commands passed on by the script."""
+    manipulator = hdrm_fmu.systems()["Manipulator"]
+    steps = 50
+    whole = System(manipulator).run(signals=["hdrm.zeta", "emla_1.i_q"], stop_time=steps * 1e-3)
+    with System(manipulator) as s:
+        assert s.step(steps) == s.time == whole.time[-1]
+        np.testing.assert_array_equal(s.get("hdrm.zeta"), [whole[f"hdrm.zeta[{k}]"][-1] for k in range(1, 7)])
+        assert s.get(["emla_1.i_q"]) == {"emla_1.i_q": float(whole["emla_1.i_q"][-1])}
+    wire = [f"controller.tau_wrist[{k}]" for k in (1, 2, 3)]
+    looped = System(manipulator, disconnect=[f"hdrm.tau_wrist[{k}]" for k in (1, 2, 3)])
+    with looped as s:
+        for _ in range(steps):
+            s.set("hdrm.tau_wrist", list(s.get(wire).values()))
+            s.step()
+        assert abs(s.get("hdrm.zeta") - [float(whole[f"hdrm.zeta[{k}]"][-1]) for k in range(1, 7)]).max() < 1e-6
+        s.set("controller.Lambda_position", 7.5)
+        assert s.get("controller.Lambda_position") == 7.5
+        for name, value, reason in (
+            ("controller.zeta[1]", 0.0, "`hdrm.zeta[1]` drives it"),
+            ("hdrm.inertia_scale", 1.0, "it is fixed"),
+            ("hdrm.tau_wrist", [1.0], "has 3 elements"),
+            ("hdrm.tau_wrist[1]", float("inf"), "must be finite"),
+        ):
+            with pytest.raises(BadInput, match=reason.replace("[", r"\[")):
+                s.set(name, value)
+    with pytest.raises(RuntimeError, match="inside of"):
+        looped.step()
+
+
+@pytest.mark.parametrize(
+    ("options", "reason"),
+    [
+        ({"settings": {"hdrm.inertia_scael": 1.0}}, "did you mean `hdrm.inertia_scale`"),
+        ({"settings": {"controler.mode": "pd"}}, "did you mean `controller.mode`"),
+        ({"settings": {"inertia_scale": float("nan")}}, "must be finite"),
+        ({"settings": {"inertia_scale": -1.0}}, "must be at least"),
+        ({"settings": {"inertia_scale": "heavy"}}, "must be a number"),
+        ({"settings": {"emla_1.F": 1.0}}, "cannot be set"),
+        ({"mode": "adaptiv"}, "did you mean `adaptive`"),
+        ({"world": "reel"}, "did you mean `real`"),
+        ({"seed": 1}, "only the world `real`"),
+        ({"signals": ["hdrm.zetta"]}, "did you mean `hdrm.zeta"),
+        ({"signals": ["*.nothing"]}, "no signal matches"),
+        ({"interval": 1.5e-3}, "multiple of the communication step"),
+        ({"metrics": ("tracing",)}, "did you mean `tracking`"),
+        ({"stop_time": float("nan")}, "must be finite"),
+        ({"schedule": "gauss"}, "schedule"),
+        ({"machine": "/nowhere.json"}, "cannot be read"),
+    ],
+)
+def test_bad_input_is_refused_with_the_nearest_name(options, reason):
+    with pytest.raises(BadInput, match=reason.replace("[", r"\[").replace("*", r"\*")):
+        hdrm_fmu.run(**options)
+
+
+def test_what_an_fmu_refuses_is_an_exception_with_its_text():
+    import pickle
+
+    with pytest.raises(RunFailed, match="emla_1.*nowhere") as caught:
+        hdrm_fmu.run(settings={"emla_1.machine_file": "/nowhere.json"}, stop_time=0.1)
+    assert str(pickle.loads(pickle.dumps(caught.value))) == str(caught.value)
+    with pytest.raises(BadInput, match="cannot be read"):
+        System("/nowhere.ssp").run()
+
+
+def test_instances_are_reset_and_used_again_without_a_trace():
+    from hdrm_fmu import _native
+
+    options = {"signals": ["emla_2.F", "hdrm.zeta"], "stop_time": 0.05}
+    fresh = [hdrm_fmu.run(mode=mode, **options) for mode in ("pd", "adaptive")]
+    _native.reuse_instances()
+    assert _native.kept_instances() == 0
+    for _ in range(2):
+        for mode, expected in zip(("pd", "adaptive"), fresh):
+            assert hdrm_fmu.run(mode=mode, **options).equals(expected)
+        assert _native.kept_instances() == 5
+
+
+def test_fmus_load_in_fmpy():
+    from fmpy import simulate_fmu
+
+    assert {"Emla", "Hdrm", "Controller", "Rig", "Sensors"} <= set(hdrm_fmu.fmus())
+    result = simulate_fmu(str(hdrm_fmu.fmus()["Hdrm"]), stop_time=0.01, step_size=1e-3, output=["zeta[2]"])
+    assert len(result) == 11
+
+
+def test_the_demo_needs_no_rust(tmp_path):
+    """With no program in PATH; its figures are pictures of some size."""
+    done = subprocess.run(
+        [sys.executable, "-m", "hdrm_fmu", "demo", "--out", str(tmp_path)], env={"PATH": str(tmp_path), "HOME": str(tmp_path)}, capture_output=True, text=True
+    )
+    assert done.returncode == 0, done.stderr
+    assert "verdict good" in done.stdout
+    for name in ("tip.png", "energy.png"):
+        assert (tmp_path / name).read_bytes()[:4] == b"\x89PNG" and (tmp_path / name).stat().st_size > 20_000

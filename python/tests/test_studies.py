@@ -1,0 +1,53 @@
+"""Cases, Monte Carlo, sensitivity and tuning, each with its figure."""
+
+import numpy as np
+import pandas
+import pytest
+
+import hdrm_fmu
+from hdrm_fmu import BadInput, plots, studies
+from test_sweep import QUICK
+
+
+def test_grids_and_random_cases():
+    table = hdrm_fmu.grid(mode=["pd", "adaptive"], **{"hdrm.inertia_scale": [1.0, 1.2, 1.4]})
+    assert len(table) == 6 and list(table.columns) == ["mode", "hdrm.inertia_scale"]
+    some = hdrm_fmu.random(500, 7, {"a": (2.0, 3.0), "mode": ["pd", "adaptive"]})
+    more = hdrm_fmu.random(500, 7, {"mode": ["pd", "adaptive"], "a": (2.0, 3.0), "b": (0.0, 1.0)})
+    pandas.testing.assert_frame_equal(some, more[["a", "mode"]])
+    assert some["a"].between(2.0, 3.0).all() and some["a"].max() > 2.95 and set(some["mode"]) == {"pd", "adaptive"}
+    with pytest.raises(BadInput, match="first must be less"):
+        hdrm_fmu.random(5, 7, {"a": (3.0, 2.0)})
+
+
+def test_monte_carlo(two_workers, tmp_path):
+    options = {k: v for k, v in QUICK.items() if k != "settings"}
+    table = studies.monte_carlo(3, out=tmp_path / "m", modes=["adaptive_integral", "pd"], client=two_workers, settings={"settle_time": 0.02}, **options)
+    assert len(table) == 6 and table["known_rmse"].nunique() == 6
+    summary = studies.summary(table)
+    assert (summary["runs"] == 3).all() and (summary["worst"] >= summary["median"]).all()
+    plots.spread(table, path=tmp_path / "m.png")
+    assert (tmp_path / "m.png").stat().st_size > 10_000
+
+
+def test_sobol_finds_what_matters(two_workers, tmp_path):
+    """The residual of a PD controller at rest is made by the weight, not by a gain of the wrist's end stop that is never reached."""
+    ranges = {"hdrm.inertia_scale": (0.8, 1.2), "settle_time": (0.01, 0.02)}
+    table = studies.sobol(ranges, out=tmp_path / "s", base=8, metric="tip_rmse_whole", client=two_workers, stop_time=0.05, settings={"mode": "pd"}, progress=False)
+    total = dict(zip(table["parameter"], table["ST"]))
+    assert total["hdrm.inertia_scale"] > 0.8 and total["settle_time"] < 0.1
+    plots.indices(table, tmp_path / "s.png")
+    assert (tmp_path / "s.png").stat().st_size > 5_000
+
+
+def test_tuning_is_judged_on_a_held_out_trajectory(tmp_path):
+    gains = {"Lambda_position": (2.0, 40.0)}
+    options = {"stop_time": 0.15, "settings": {"settle_time": 0.02, "mode": "pd"}}
+    result, history = studies.tune(gains, runs=6, **options)
+    assert result["cubic"]["after"] <= result["cubic"]["before"] == history["objective"][0]
+    alone = hdrm_fmu.run(trajectory="triangular", stop_time=0.15, signals=[], settings={**options["settings"], **result["gains"]})
+    assert result["triangular"]["after"] == alone.attrs["tip_rmse"]
+    plots.tuning(history, tmp_path / "t.png")
+    assert np.isfinite(history.to_numpy()).all()
+    with pytest.raises(BadInput, match="did you mean"):
+        studies.tune({"Lambda_positon": (1.0, 2.0)}, runs=2)
