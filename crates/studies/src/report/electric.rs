@@ -117,18 +117,14 @@ fn one(system: &System, case: &str, experiment: &Experiment) -> Result<Electric>
         every: stride as f64 * step,
         count: times.len().div_ceil(stride),
         curves,
-        motors: sizing
-            .axes
-            .iter()
-            .map(|axis| motor(axis, &sizing))
-            .collect(),
+        motors: sizing.axes.iter().map(motor).collect(),
         sizing,
     })
 }
 
-fn motor(axis: &sizing::Axis, sizing: &Sizing) -> Motor {
+fn motor(axis: &sizing::Axis) -> Motor {
     let rpm = 60.0 / TAU;
-    let fastest = (sizing.ratings.motor_speed_rpm / rpm).max(axis.speed.peak);
+    let fastest = (axis.ratings.motor_speed_rpm / rpm).max(axis.speed.peak);
     let speeds = || (0..=100).map(|k| f64::from(k) * fastest / 100.0);
     Motor {
         actuator: axis.actuator.clone(),
@@ -139,6 +135,6 @@ fn motor(axis: &sizing::Axis, sizing: &Sizing) -> Motor {
         ],
         speeds: Samples::new(speeds().map(|w| rpm * w)),
         peak: Samples::new(speeds().map(|w| axis.motor.peak(w))),
-        continuous: Samples::new(speeds().map(|w| axis.motor.continuous(w, &sizing.ratings))),
+        continuous: Samples::new(speeds().map(|w| axis.motor.continuous(w, &axis.ratings))),
     }
 }
