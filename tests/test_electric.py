@@ -134,7 +134,7 @@ def test_sizing_beside_the_ratings(fmu_dir, tmp_path):
     found = json.loads((tmp_path / "sizing.json").read_text())["sizing"]
     for trajectory, sizing in found.items():
         slew, lift, tilt = sizing["axes"]
-        assert lift["torque"]["rms"] > 10 * slew["torque"]["rms"] and lift["force"]["peak"] < sizing["ratings"]["force_max"]
+        assert lift["torque"]["rms"] > 10 * slew["torque"]["rms"] and lift["force"]["peak"] < lift["ratings"]["force_max"]
         assert 293.0 < slew["temperatures"]["winding"] < tilt["temperatures"]["winding"] < lift["temperatures"]["winding"] < 330.0
         # A kilogram at the tip costs the lift force: a boom of some 5 m on an arm of some 0.7 m at the rod.
         assert 30.0 < sizing["payload"][1]["per_kg"]["force"] < 120.0

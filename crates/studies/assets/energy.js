@@ -32,7 +32,7 @@ function electric() {
     s.given, s.residual, s.work, s.lost, s.stored, open, s.throughput].map(J)])).filter(Boolean);
   const axes = data.electric.flatMap(({ trajectory, sizing }) => sizing.axes.map((a) => row([`${trajectory}, ${escape(a.actuator)}`,
     a.torque.rms.toFixed(2), a.continuous.toFixed(1), a.torque.peak.toFixed(2), (a.speed.peak * 30 / Math.PI).toFixed(0), a.current.peak.toFixed(2), a.motor.current.toFixed(0),
-    (a.force.peak / 1000).toFixed(2), (sizing.ratings.force_max / 1000).toFixed(0), (a.temperatures.winding_max - 273.15).toFixed(1), (a.temperatures.housing - 273.15).toFixed(1)])));
+    (a.force.peak / 1000).toFixed(2), (a.ratings.force_max / 1000).toFixed(0), (a.temperatures.winding_max - 273.15).toFixed(1), (a.temperatures.housing - 273.15).toFixed(1)])));
   element("electric-table").innerHTML =
     table(["energy, J", "from the pack", "brake resistor", "lost in the link", "stored in the link", "to the drives", "lost at the bonds", "work on the load", "lost in the drives", "stored in the drives", "left open", "through the bonds"], rows) +
     table(["motors over the motion", "torque rms, N·m", "may last", "peak", "speed, rpm", "current, A", "limit", "force, kN", "rating", "winding in an hour, °C", "housing"], axes);
