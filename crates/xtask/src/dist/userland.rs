@@ -44,6 +44,12 @@ impl Userland {
             command.arg(&new);
             let log = fs::File::create(folder.join("debootstrap.log"))?;
             execute(command.stdout(log))?;
+            // In a container debootstrap leaves a link here, which would lead to itself.
+            let processes = new.join("proc");
+            if processes.is_symlink() {
+                fs::remove_file(&processes)?;
+                fs::create_dir(&processes)?;
+            }
             fs::rename(&new, &root)?;
         }
         let userland = Self {
