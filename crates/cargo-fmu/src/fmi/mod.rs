@@ -6,7 +6,9 @@ pub mod fmi3;
 mod fmu;
 pub mod functions;
 mod log;
+pub mod names;
 pub mod order;
+mod values;
 
 pub use fmi2::Functions as Functions2;
 pub use fmu::{Fmu, library_path};

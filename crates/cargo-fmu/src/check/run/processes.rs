@@ -9,7 +9,7 @@ use anyhow::{Context, Result};
 
 use super::super::outcome::{Outcome, Promise, Report};
 use super::{Place, open, trials};
-use crate::fmi::functions;
+use crate::fmi::names;
 
 /// After this a trial counts as hanging.
 const LONGEST: Duration = Duration::from_secs(120);
@@ -100,7 +100,7 @@ pub fn one(name: &str, folder: &Path, result: &Path) -> Result<()> {
     if is_3 {
         let texts = [&mut outcome.fails, &mut outcome.remarks, &mut outcome.notes];
         let texts = texts.into_iter().flatten();
-        texts.for_each(|text| *text = functions::text_in_3(text));
+        texts.for_each(|text| *text = names::text_in_3(text));
     }
     fs::write(result, serde_json::to_vec(&outcome)?)?;
     Ok(())
