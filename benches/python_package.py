@@ -1,8 +1,8 @@
 """What the package costs: beside the program, on two workers beside one, and beside FMPy. For a quiet machine.
 
-    python python/benchmark.py overhead --program target/release/hdrm-fmu
-    python python/benchmark.py scaling --cases 1000
-    python python/benchmark.py fmpy --cases 20
+    python benches/python_package.py overhead --program target/release/hdrm-fmu
+    python benches/python_package.py scaling --cases 1000
+    python benches/python_package.py fmpy --cases 20
 """
 
 import argparse
