@@ -202,7 +202,7 @@ impl Model for ControllerFmu {
     }
 
     fn initialize(p: &Parameters, u: &Input, t: f64) -> Result<Self, ModelError> {
-        if !(p.derated.start < p.derated.end) {
+        if p.derated.start >= p.derated.end {
             let Derating { start, end } = p.derated;
             return Err(ModelError::new(format!(
                 "`derating.start` = {start} K must be below `derating.end` = {end} K"
