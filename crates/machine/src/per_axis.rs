@@ -1,4 +1,5 @@
-//! One value for each actuator. A file writes one object for all, or `{"slew": …, "lift": …, "tilt": …}`.
+//! One value for each actuator. A file writes one object for all, or `{"slew": …, "lift": …, "tilt": …}`. Saved states, whose bytes name
+//! nothing, hold all three.
 
 use crate::check::MachineError;
 use serde::de::value::MapAccessDeserializer;
@@ -71,6 +72,9 @@ impl<T: Copy + PartialEq> PerAxis<T> {
 
 impl<T: Serialize + Copy + PartialEq> Serialize for PerAxis<T> {
     fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
+        if !to.is_human_readable() {
+            return self.in_order().serialize(to);
+        }
         if self.is_common() {
             return self.slew.serialize(to);
         }
@@ -84,6 +88,10 @@ impl<T: Serialize + Copy + PartialEq> Serialize for PerAxis<T> {
 
 impl<'de, T: Deserialize<'de> + Copy + PartialEq> Deserialize<'de> for PerAxis<T> {
     fn deserialize<D: Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
+        if !from.is_human_readable() {
+            let [slew, lift, tilt] = Deserialize::deserialize(from)?;
+            return Ok(Self { slew, lift, tilt });
+        }
         from.deserialize_map(Either(PhantomData))
     }
 }
@@ -146,5 +154,27 @@ impl<'de, A: MapAccess<'de>> MapAccess<'de> for Replayed<A> {
 
     fn next_value_seed<V: DeserializeSeed<'de>>(&mut self, seed: V) -> Result<V::Value, A::Error> {
         self.map.next_value_seed(seed)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The FMUs' saved states are written by postcard.
+    #[test]
+    fn bytes_of_saved_states_are_read_back() {
+        let common = PerAxis::all(1.5);
+        let different = PerAxis {
+            tilt: 0.7,
+            ..common
+        };
+        for value in [common, different] {
+            let bytes = postcard::to_allocvec(&value).unwrap();
+            assert_eq!(postcard::from_bytes::<PerAxis<f64>>(&bytes), Ok(value));
+        }
+        let machine = crate::Machine::reference();
+        let bytes = postcard::to_allocvec(&machine).unwrap();
+        assert_eq!(postcard::from_bytes(&bytes), Ok(machine));
     }
 }
