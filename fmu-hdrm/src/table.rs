@@ -24,7 +24,10 @@ pub(crate) const INFO: Info = Info::new(
         ("zeta", "zeta"), ("zeta_dot", "zeta_dot"), ("x", "x"), ("x_dot", "x_dot"),
     ]).bus(),
 ])
-.resources(&[File { path: "reference_machine.json", bytes: machine::REFERENCE_JSON.as_bytes() }])
+.resources(&[
+    File { path: "reference_machine.json", bytes: machine::REFERENCE_JSON.as_bytes() },
+    File { path: "sized_machine.json", bytes: machine::SIZED_JSON.as_bytes() },
+])
 .with_input_derivatives()
 .with_output_derivatives()
 .with_directional_derivatives();
