@@ -20,20 +20,24 @@ pub struct MachineFile {
 }
 
 impl MachineFile {
-    /// The file named by a start value of the manipulator's `machine_file`, else the one among the FMU's resources, else the reference.
+    /// The file named by a start value of the manipulator's `machine_file`, of a parameter set or of the system, else the one among the FMU's resources, else the reference.
     pub fn of(system: &System, settings: &[Setting]) -> Result<Self> {
         Self::at(system, settings, system.port("hdrm.machine_file")?)
     }
 
     /// As [`MachineFile::of`], of the component whose parameter `file` is.
     pub fn at(system: &System, settings: &[Setting], file: Port) -> Result<Self> {
+        let component = &system.structure.components[file.component];
+        let name = &system.variable(file).name;
+        let bound = component.parameters.iter().rev().find(|p| p.name == *name);
         let set = settings.iter().rev().find(|s| s.port == file);
+        let set = (set.map(|s| &s.value)).or(bound.map(|p| &p.value));
         let resources = system.fmus[file.component]
             .resources
             .trim_start_matches("file://");
         let resources = PathBuf::from(percent_decode_str(resources).decode_utf8()?.as_ref());
         let mut file = match set {
-            Some(setting) => PathBuf::from(&setting.value),
+            Some(value) => PathBuf::from(value),
             None => resources.join("reference_machine.json"),
         };
         if file.is_relative() && !file.exists() {
