@@ -27,11 +27,11 @@ def moving(request, hdrm, emla):
     actuator.free()
 
 
-SIZES = {"f": 1e4, "tau_wrist": 100.0, "wrench_env": 100.0, "v_d": 10.0, "v_q": 10.0, "x": 1e-4, "x_dot": 1e-3, "F_ext": 1e4, "F_hold": 1e4}  # fmt: skip
+SIZES = {"f": 1e4, "tau_wrist": 100.0, "wrench_env": 100.0, "v_d": 10.0, "v_q": 10.0, "x": 1e-4, "x_dot": 1e-3, "F_ext": 1e4, "F_hold": 1e4, "v_dc": 10.0, "T_ambient": 10.0}  # fmt: skip
 
 
-def real_outputs(instance):
-    return [n for n in instance.fmu.names("output") if instance.fmu.variables[n].type == "Real"]
+def reals(instance, causality):
+    return [n for n in instance.fmu.names(causality) if instance.fmu.variables[n].type == "Real"]
 
 
 def worst(found, expected, scale):
@@ -44,8 +44,8 @@ def test_directional_derivatives(moving, name):
     """Against central differences over each input: their truncation is below 1e-5 of the change where outputs bend
     (losses), rounding below 1e-8 of the value."""
     instance = moving[name]
-    outputs = real_outputs(instance)
-    for known in instance.fmu.names("input"):
+    outputs = reals(instance, "output")
+    for known in reals(instance, "input"):
         step, here = 1e-3 * SIZES[known.split("[")[0]], instance.get(known)
         if name == "emla" and known == "x":  # the rod has moved on since x was set
             here = instance.get("x_rod")
@@ -75,9 +75,9 @@ def test_output_derivatives(moving, name):
     """Against the next samples: y(h) - y(0) = h y' + O(h^2) with inputs changing at a given rate; Richardson over h and
     h/2 leaves O(h^2)."""
     instance = moving[name]
-    # F_mean starts anew with each step; what the network says is discrete, evaluated once a step.
-    outputs = [o for o in real_outputs(instance) if o != "F_mean" and instance.fmu.variables[o].variability == "continuous"]
-    inputs = [i for i in instance.fmu.names("input") if i not in ("x", "F_hold")]
+    # Means start anew with each step; what the network says is discrete, evaluated once a step.
+    outputs = [o for o in reals(instance, "output") if not o.endswith("_mean") and instance.fmu.variables[o].variability == "continuous"]
+    inputs = [i for i in reals(instance, "input") if i not in ("x", "F_hold")]
     rates = {i: SIZES[i.split("[")[0]] * r for i, r in zip(inputs, np.random.default_rng(5).uniform(-1, 1, len(inputs)))}
     if name == "emla":
         rates["x"] = instance.get("x_dot")  # the motion must be one

@@ -146,7 +146,9 @@ def states(fmu, hdrm):
     numbered = lambda name, values: {f"{name}[{i}]": value for i, value in enumerate(values, 1)}
     if fmu.identifier == "Emla":
         common = {"v_q": 17.0, "v_d": -3.0, "x": 0.31, "x_dot": 0.02, "F_hold": 12e3}
-        other = [{"alpha": 0.5}, {"drive": "force", "F_ext": 9e3}, {"x_dot": 0.0}, {"F_hold": -12e3}]
+        fed = {"v_dc": 560.0, "undervoltage": 450.0, "heat": True, "temperature": True}
+        flat = fed | {"v_dc": 400.0}
+        other = [{"alpha": 0.5}, {"drive": "force", "F_ext": 9e3}, {"x_dot": 0.0}, {"F_hold": -12e3}, fed, flat]
         return [common | values for values in other]
     if fmu.identifier == "Rig":
         common = {"v_q": 17.0, "v_d": -3.0, "x": 0.31, "x_dot": 0.02, "F_hold": 12e3}
@@ -171,11 +173,18 @@ def states(fmu, hdrm):
     rows |= {"reference.position": np.add(position, 1e-5), "reference.orientation": orientation, "reference.rod_position": np.add(x, 1e-5)}
     common = {element: value for name, values in rows.items() for element, value in numbered(name, values).items()}
     hybrid = common | {"trajectory": "cubic", "alpha": 0.4}
-    return [common | {"trajectory": "external", "mode": mode} for mode in ("adaptive", "pd")] + [hybrid, common | {"level": "actuator"}]
+    hot = common | {"derating": True} | numbered("T_winding", [428.1] * 3) | {"v_dc": 30.0}
+    return [common | {"trajectory": "external", "mode": mode} for mode in ("adaptive", "pd")] + [hybrid, hot, common | {"level": "actuator"}]
 
 
 # Changes that carry the actuator over the threshold of a Boolean, or beyond the voltage limit.
-LARGE = {"F_hold": 1e5, "x_dot": 0.1, "v_d": 1e3}
+LARGE = {"F_hold": 1e5, "x_dot": 0.1, "v_d": 1e3, "v_dc": -200.0}
+
+
+def changed(variable, value):
+    if variable.type == "Boolean":
+        return [not value]
+    return [value + change for change in {1e-6, 1e-4, 1e-3, LARGE.get(variable.name, 1e-3)} if value + change >= float(variable.min or -1e300)]
 
 
 def perturbed(instance, inputs):
@@ -184,8 +193,8 @@ def perturbed(instance, inputs):
     instance.set(start)  # a value that is set counts from then on, also the same one again: the rod has moved on since the last
     before = instance.outputs()
     for name in inputs:
-        for change in {1e-6, 1e-4, 1e-3, LARGE.get(name, 1e-3)}:
-            instance.set({name: start[name] + change})
+        for value in changed(instance.fmu.variables[name], start[name]):
+            instance.set({name: value})
             for output, value in instance.outputs().items():
                 if value != before[output]:
                     found.setdefault(output, set()).add(name)

@@ -261,10 +261,11 @@ def damages(data):
         "empty": (b"", "has 0 bytes"),
         "foreign": (b"somebody else's state" + data[21:], "from elsewhere"),
         "other version": (data[:8] + b"\xff" + data[9:], "format version"),
-        "other FMU": (data[:12] + bytes(16) + data[28:], "of the model {00000000-0000-0000-0000-000000000000}; it must be of"),
+        "FMI 3.0": (data[:12] + b"3.0\0" + data[16:], "of an instance of FMI 3.0; it must be of FMI 2.0"),
+        "other FMU": (data[:16] + bytes(16) + data[32:], "of the model {00000000-0000-0000-0000-000000000000}; it must be of"),
         "cut": (data[:-1], "truncated"),
         "flipped bit": (bytes(flipped), "damaged: checksum"),
-        "huge length": (data[:28] + b"\xff" * 8 + data[36:], "truncated"),
+        "huge length": (data[:32] + b"\xff" * 8 + data[40:], "truncated"),
     }
 
 

@@ -17,7 +17,7 @@ ROD = {"x": 0.31, "x_dot": 0.0, "F_hold": 12e3, "v_q": 17.0, "v_d": -3.0}
 INPUTS = {"Emla": ROD, "Hdrm": {"f[2]": 41e3, "f[3]": 31e3, "tau_wrist[2]": 120.0}, "Controller": {"zeta[2]": 0.69}, "Rig": ROD}
 INPUTS["Sensors"] = {"theta_m[2]": 3.0, "F[1]": 9e3, "current": True, "force": "sensor", "motor_encoder": True, "speed": "observer"}
 
-INPUTS["DcLink"] = {"i_load[1]": 70.0, "i_load[3]": -5.0, "battery.soc_start": 0.97}
+INPUTS["DcLink"] = {"i_load[1]": 50.0, "i_load[3]": -5.0, "battery.soc_start": 0.97}
 
 
 @pytest.fixture(params=(*NAMES, *WORLD))

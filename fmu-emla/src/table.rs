@@ -96,7 +96,9 @@ const ELECTRICAL_START: &[&str] = &[
     "F_hold",
     ALL_PARAMETERS,
 ];
-/// What losses and stored energy follow from at the start.
+/// What the stored energy follows from at the start.
+const STORED_START: &[&str] = &["v_dc", "enable", "x", "x_dot", "F_hold", ALL_PARAMETERS];
+/// What losses follow from at the start.
 const LOSS_START: &[&str] = &[
     "v_dc",
     "enable",
@@ -250,7 +252,7 @@ pub(crate) const VARIABLES: &[V] = &[
     V::output("energy.thermal", "heat held in winding and housing; with heat on, energy.loss - energy.loss_inverter = energy.heat + change of energy.thermal", |y| &y.E_thermal)
         .unit("J").display_unit("kJ").nominal(1e4).discrete().depends_on(&[]).initially_depends_on(&[ALL_PARAMETERS]),
     V::output("energy.stored", "energy in magnetic field, rotor and screw, spring and (drive = force) rod", |y| &y.E_stored)
-        .unit("J").display_unit("kJ").nominal(10.0).depends_on(&["x"]).initially_depends_on(LOSS_START),
+        .unit("J").display_unit("kJ").nominal(10.0).depends_on(&["x"]).initially_depends_on(STORED_START),
     V::output("efficiency", "efficiency of the hybrid model on the quasi-static maps; 0 where it is not defined, its network part once a communication step", |y| &y.efficiency)
         .unit("1").display_unit("%").discrete().depends_on(&["v_dc", "enable"]).initially_depends_on(START),
     V::output("efficiency_phys", "efficiency of the physics; 0 where it is not defined", |y| &y.efficiency_phys)

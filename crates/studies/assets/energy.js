@@ -44,7 +44,7 @@ function electric() {
     for (const [title, unit, pattern, factor, offset] of groups) {
       const found = run.curves.filter(({ name }) => pattern.test(name));
       timePlot(parent, `electric-${run.trajectory}-${unit}`, `${run.trajectory}: ${title}`, unit, found.map((c, k) => ({
-        t, y: [...whole(decode(c.samples), run.count)].map((v) => factor * v + offset), label: c.name, color: wheel(k, found.length) })));
+        t, y: [...whole(decode(c.samples), run.count)].map((v) => factor * v + offset), label: c.name, color: wheel(k, found.length) })), found.length > 2 ? MANY : {});
     }
     for (const m of run.motors) {
       const [w, peak, lasting] = [m.speeds, m.peak, m.continuous].map((s) => [...whole(decode(s), 101)]);
