@@ -130,8 +130,3 @@ pub(crate) fn send<M: Model, V: Version>(mut body: Entered<'_, Body<M, V>>, answ
     drop(body);
     V::send(&log, &messages, answer);
 }
-
-/// A handle of a saved state as C sees it: a number, not a place.
-pub(crate) fn handle_to_c(handle: usize) -> *mut c_void {
-    std::ptr::without_provenance_mut(handle)
-}

@@ -9,3 +9,4 @@ mod export;
 pub(crate) mod files;
 pub(crate) mod library;
 pub(crate) mod log;
+mod states;

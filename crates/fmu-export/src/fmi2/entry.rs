@@ -10,13 +10,11 @@ use super::calls;
 use super::component::{Body, Fmi2, enter};
 use super::ffi::*;
 use crate::Model;
-use crate::border::arguments::{array, array_mut, bytes, place, texts};
-use crate::border::body::handle_to_c;
+use crate::border::arguments::{array, array_mut, place, texts};
 use crate::border::files;
 use crate::border::log::c_string;
 use crate::core::fault::{Fault, refuse};
 use libc::{c_int, c_void};
-use std::ptr;
 
 /// fmi2SetDebugLogging.
 ///
@@ -172,14 +170,7 @@ pub unsafe fn get_string<M: Model>(
 /// See the module.
 pub unsafe fn get_fmu_state<M: Model>(c: Component, state: *mut FmuState) -> Status {
     // SAFETY: forwarded.
-    unsafe {
-        enter::<M, Fmi2>(c, calls::GET_FMU_STATE, |b| {
-            let to = place("FMUstate", state)?;
-            let handle = b.instance.save(state.read_unaligned().addr())?;
-            to.put(0, handle_to_c(handle));
-            Ok(())
-        })
-    }
+    unsafe { enter::<M, Fmi2>(c, calls::GET_FMU_STATE, |b| b.save("FMUstate", state)) }
 }
 
 /// fmi2SetFMUstate.
@@ -197,16 +188,7 @@ pub unsafe fn set_fmu_state<M: Model>(c: Component, state: FmuState) -> Status {
 /// See the module.
 pub unsafe fn free_fmu_state<M: Model>(c: Component, state: *mut FmuState) -> Status {
     // SAFETY: forwarded.
-    unsafe {
-        enter::<M, Fmi2>(c, calls::FREE_FMU_STATE, |b| {
-            if state.is_null() {
-                return Ok(());
-            }
-            b.instance.free(state.read_unaligned().addr())?;
-            place("FMUstate", state)?.put(0, ptr::null_mut());
-            Ok(())
-        })
-    }
+    unsafe { enter::<M, Fmi2>(c, calls::FREE_FMU_STATE, |b| b.free("FMUstate", state)) }
 }
 
 /// fmi2SerializedFMUstateSize.
@@ -221,9 +203,7 @@ pub unsafe fn serialized_fmu_state_size<M: Model>(
     // SAFETY: forwarded.
     unsafe {
         enter::<M, Fmi2>(c, calls::SERIALIZED_FMU_STATE_SIZE, |b| {
-            let to = place("size", size)?;
-            to.put(0, b.instance.serialize(state.addr())?.len());
-            Ok(())
+            b.serialized_size(state, size)
         })
     }
 }
@@ -241,16 +221,7 @@ pub unsafe fn serialize_fmu_state<M: Model>(
     // SAFETY: forwarded.
     unsafe {
         enter::<M, Fmi2>(c, calls::SERIALIZE_FMU_STATE, |b| {
-            let state = b.instance.serialize(state.addr())?;
-            let needed = state.len();
-            if size < needed {
-                return refuse!("size = {size} must be at least {needed} bytes");
-            }
-            let to = array_mut("serializedState", bytes.cast::<u8>(), size)?;
-            for (k, byte) in state.into_iter().enumerate() {
-                to.put(k, byte);
-            }
-            Ok(())
+            b.serialize(state, bytes.cast::<u8>(), size)
         })
     }
 }
@@ -268,11 +239,7 @@ pub unsafe fn deserialize_fmu_state<M: Model>(
     // SAFETY: forwarded.
     unsafe {
         enter::<M, Fmi2>(c, calls::DESERIALIZE_FMU_STATE, |b| {
-            let bytes = bytes("serializedState", serialized.cast::<u8>(), size)?;
-            let to = place("FMUstate", state)?;
-            let handle = (b.instance).deserialize(bytes, state.read_unaligned().addr())?;
-            to.put(0, handle_to_c(handle));
-            Ok(())
+            b.deserialize(serialized.cast::<u8>(), size, "FMUstate", state)
         })
     }
 }

@@ -15,12 +15,10 @@ use super::calls;
 use super::ffi::*;
 use super::instance::{Body, Fmi3, enter};
 use crate::Model;
-use crate::border::arguments::{array, array_mut, bytes, place, texts};
-use crate::border::body::handle_to_c;
+use crate::border::arguments::{array, array_mut, place, texts};
 use crate::border::call::{S, U};
 use crate::border::files;
 use crate::core::fault::{Fault, refuse};
-use std::ptr;
 
 /// fmi3SetDebugLogging.
 ///
@@ -200,14 +198,7 @@ unsafe fn show<M: Model>(c: Instance) -> Status {
 /// See the module.
 pub unsafe fn get_fmu_state<M: Model>(c: Instance, state: *mut FmuState) -> Status {
     // SAFETY: forwarded.
-    unsafe {
-        enter::<M, Fmi3>(c, calls::GET_FMU_STATE, |b| {
-            let to = place("FMUState", state)?;
-            let handle = b.instance.save(state.read_unaligned().addr())?;
-            to.put(0, handle_to_c(handle));
-            Ok(())
-        })
-    }
+    unsafe { enter::<M, Fmi3>(c, calls::GET_FMU_STATE, |b| b.save("FMUState", state)) }
 }
 
 /// fmi3SetFMUState.
@@ -225,16 +216,7 @@ pub unsafe fn set_fmu_state<M: Model>(c: Instance, state: FmuState) -> Status {
 /// See the module.
 pub unsafe fn free_fmu_state<M: Model>(c: Instance, state: *mut FmuState) -> Status {
     // SAFETY: forwarded.
-    unsafe {
-        enter::<M, Fmi3>(c, calls::FREE_FMU_STATE, |b| {
-            if state.is_null() {
-                return Ok(());
-            }
-            b.instance.free(state.read_unaligned().addr())?;
-            place("FMUState", state)?.put(0, ptr::null_mut());
-            Ok(())
-        })
-    }
+    unsafe { enter::<M, Fmi3>(c, calls::FREE_FMU_STATE, |b| b.free("FMUState", state)) }
 }
 
 /// fmi3SerializedFMUStateSize.
@@ -249,9 +231,7 @@ pub unsafe fn serialized_fmu_state_size<M: Model>(
     // SAFETY: forwarded.
     unsafe {
         enter::<M, Fmi3>(c, calls::SERIALIZED_FMU_STATE_SIZE, |b| {
-            let to = place("size", size)?;
-            to.put(0, b.instance.serialize(state.addr())?.len());
-            Ok(())
+            b.serialized_size(state, size)
         })
     }
 }
@@ -269,16 +249,7 @@ pub unsafe fn serialize_fmu_state<M: Model>(
     // SAFETY: forwarded.
     unsafe {
         enter::<M, Fmi3>(c, calls::SERIALIZE_FMU_STATE, |b| {
-            let state = b.instance.serialize(state.addr())?;
-            let needed = state.len();
-            if size < needed {
-                return refuse!("size = {size} must be at least {needed} bytes");
-            }
-            let to = array_mut("serializedState", bytes, size)?;
-            for (k, byte) in state.into_iter().enumerate() {
-                to.put(k, byte);
-            }
-            Ok(())
+            b.serialize(state, bytes, size)
         })
     }
 }
@@ -296,11 +267,7 @@ pub unsafe fn deserialize_fmu_state<M: Model>(
     // SAFETY: forwarded.
     unsafe {
         enter::<M, Fmi3>(c, calls::DESERIALIZE_FMU_STATE, |b| {
-            let bytes = bytes("serializedState", serialized, size)?;
-            let to = place("FMUState", state)?;
-            let handle = (b.instance).deserialize(bytes, state.read_unaligned().addr())?;
-            to.put(0, handle_to_c(handle));
-            Ok(())
+            b.deserialize(serialized, size, "FMUState", state)
         })
     }
 }
