@@ -203,7 +203,7 @@ impl System {
                     format!("{}.{}", c.name, v.name),
                     lower(&v.causality),
                     lower(&v.variability),
-                    kind(v).into(),
+                    v.kind.name().into(),
                     v.unit.clone(),
                     v.description.clone(),
                     items(v),
@@ -259,18 +259,6 @@ impl System {
     fn start(&self, py: Python<'_>, conditions: Conditions) -> PyResult<Session> {
         let (experiment, _) = self.experiment(conditions).map_err(raised)?;
         Session::start(py, self.system.clone(), experiment)
-    }
-}
-
-fn kind(v: &Variable) -> &'static str {
-    match v.kind {
-        Kind::Real => "Real",
-        Kind::Integer => "Integer",
-        Kind::Boolean => "Boolean",
-        Kind::String => "String",
-        Kind::Enumeration(_) => "Enumeration",
-        Kind::Binary => "Binary",
-        Kind::Clock => "Clock",
     }
 }
 

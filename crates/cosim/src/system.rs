@@ -9,7 +9,7 @@ use crate::package::{Package, read};
 use crate::ssd::{Connector, Parameter, Structure, parse_set};
 use crate::wiring::{Port, Wiring};
 use anyhow::{Context, Result, anyhow, bail};
-use fmu_description::{Description, Kind, Variable};
+use fmu_description::{Description, Variable};
 
 /// A start value as text for a variable.
 #[derive(Clone, Debug, PartialEq)]
@@ -310,15 +310,7 @@ fn check_value(component: &str, fmu: &Fmu, parameter: &Parameter) -> Result<()> 
     } = parameter;
     let variable = fmu.description.variable(name);
     let variable = variable.with_context(|| format!("{origin}: component `{component}`"))?;
-    let expected = match &variable.kind {
-        Kind::Real => "Real",
-        Kind::Integer => "Integer",
-        Kind::Boolean => "Boolean",
-        Kind::String => "String",
-        Kind::Enumeration(_) => "Enumeration",
-        Kind::Binary => "Binary",
-        Kind::Clock => "Clock",
-    };
+    let expected = variable.kind.name();
     let fits = *data_type == expected
         || *data_type == "Integer" && ["Real", "Enumeration"].contains(&expected);
     if !fits {

@@ -6,7 +6,7 @@ use crate::batch::{Batch, Layout};
 use crate::linear::Linear;
 use crate::ssd::{Connection, Power, Structure, UNITS};
 use anyhow::{Result, bail};
-use fmu_description::{Access, Causality, Description, Kind};
+use fmu_description::{Access, Causality, Description};
 
 /// A variable of a component: both as indices.
 #[derive(Clone, Copy, Debug, Eq, Hash, Ord, PartialEq, PartialOrd)]
@@ -121,7 +121,7 @@ impl<'a> Wiring<'a> {
         };
         let description = self.components[k].1;
         let v = description.variable(variable)?;
-        let kind = kind_in_words(&v.kind);
+        let kind = v.kind.name();
         if kind != data_type || v.causality != causality {
             bail!(
                 "{component}.{variable} must be of type {data_type}, {}, to be connected; it is of type {kind}, {}",
@@ -228,18 +228,6 @@ impl<'a> Wiring<'a> {
         }
         known.insert(output, level);
         Ok(level)
-    }
-}
-
-fn kind_in_words(kind: &Kind) -> &'static str {
-    match kind {
-        Kind::Real => "Real",
-        Kind::Integer => "Integer",
-        Kind::Boolean => "Boolean",
-        Kind::String => "String",
-        Kind::Binary => "Binary",
-        Kind::Clock => "Clock",
-        Kind::Enumeration(_) => "Enumeration",
     }
 }
 

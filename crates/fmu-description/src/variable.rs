@@ -58,6 +58,22 @@ pub enum Kind {
     Clock,
 }
 
+impl Kind {
+    /// Its name, as FMI 2.0 and SSP have it.
+    #[must_use]
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::Real => "Real",
+            Self::Integer => "Integer",
+            Self::Boolean => "Boolean",
+            Self::String => "String",
+            Self::Enumeration(_) => "Enumeration",
+            Self::Binary => "Binary",
+            Self::Clock => "Clock",
+        }
+    }
+}
+
 /// A named value of an enumeration.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
 pub struct Item {
