@@ -286,20 +286,25 @@ pub fn print(text: impl Display) -> Result<()> {
     Ok(out.flush()?)
 }
 
-/// End a program: exit code 0, 1 where it failed, with `check` 2 where the verdict is bad. An error is printed, but not that nobody reads
-/// the output any more.
+/// End a program with its [`code`].
 pub fn exit(result: Result<Verdict>, check: bool) -> ExitCode {
+    ExitCode::from(code(result, check))
+}
+
+/// A program's exit code: 0, 1 where it failed, with `check` 2 where the verdict is bad. An error is printed, but not that nobody reads
+/// the output any more.
+pub fn code(result: Result<Verdict>, check: bool) -> u8 {
     let is_closed = |e: &(dyn std::error::Error + 'static)| {
         let error = e.downcast_ref::<io::Error>();
         error.is_some_and(|e| e.kind() == io::ErrorKind::BrokenPipe)
     };
     match result {
-        Ok(verdict) if check && verdict.is_bad() => ExitCode::from(2),
-        Ok(_) => ExitCode::SUCCESS,
-        Err(error) if error.chain().any(is_closed) => ExitCode::SUCCESS,
+        Ok(verdict) if check && verdict.is_bad() => 2,
+        Ok(_) => 0,
+        Err(error) if error.chain().any(is_closed) => 0,
         Err(error) => {
             eprintln!("error: {error:#}");
-            ExitCode::FAILURE
+            1
         }
     }
 }

@@ -8,7 +8,7 @@ use std::process::ExitCode;
 use anyhow::Result;
 use clap::{Parser, Subcommand};
 use commands::{electric, evaluation, machine, plot, python, report, run};
-use cosim::cli::exit;
+use cosim::cli::{code, exit};
 use cosim::verdict::Verdict;
 use studies::worlds::World;
 
@@ -82,7 +82,9 @@ fn main() -> ExitCode {
         Command::Train(args) => done(args.run()),
         Command::Surrogate(command) => done(command.run()),
     };
-    exit(result, check)
+    let code = code(result, check);
+    python::end(code);
+    ExitCode::from(code)
 }
 
 impl Command {
