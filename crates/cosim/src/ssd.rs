@@ -3,15 +3,17 @@
 //! Read is what a flat system of co-simulation FMUs needs; nested systems, signal dictionaries and parameter mappings are refused by name
 //! rather than skipped.
 
+mod bond;
 mod parameters;
 mod xml;
 
+pub use bond::{Power, PowerBond};
 pub use parameters::{Parameter, parse_set};
 
 use anyhow::{Context, Result, bail};
-use serde::Deserialize;
 
 use crate::linear::Linear;
+use bond::POWER_BOND;
 
 /// One FMU instance of the system; the order in the file is the stepping order of the Gauss–Seidel schedule.
 #[derive(Clone, Debug, PartialEq)]
@@ -60,48 +62,6 @@ pub(crate) const UNITS: &str = "units are never converted: where the numbers are
 
 /// Types of connectors that can be connected.
 const CONNECTED: [&str; 3] = ["Real", "Integer", "Boolean"];
-
-/// Type of the annotation that makes a connection half of a power bond.
-const POWER_BOND: &str = "io.github.hdrm-fmu.power-bond";
-
-/// Annotation `io.github.hdrm-fmu.power-bond` of a connection.
-#[derive(Clone, Debug, Deserialize, PartialEq)]
-pub struct PowerBond {
-    /// Output of the start element: mean of the connected effort over the last step.
-    #[serde(rename = "@stepMean")]
-    pub step_mean: String,
-    /// Input of the start element that receives the conjugate flow.
-    #[serde(rename = "@flow")]
-    pub flow: String,
-    /// Which way power goes where effort times flow is positive.
-    #[serde(rename = "@power", default)]
-    pub power: Power,
-}
-
-/// Direction of the power `effort · flow` of a bond.
-#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq)]
-#[serde(try_from = "String")]
-pub enum Power {
-    /// The start element delivers it, as an actuator that pushes.
-    #[default]
-    Delivered,
-    /// The start element takes it, as a drive by the current that it draws.
-    Drawn,
-}
-
-impl TryFrom<String> for Power {
-    type Error = String;
-
-    fn try_from(text: String) -> Result<Self, String> {
-        match text.as_str() {
-            "delivered" => Ok(Self::Delivered),
-            "drawn" => Ok(Self::Drawn),
-            _ => Err(format!(
-                "power = `{text}` of a PowerBond must be `delivered` or `drawn`"
-            )),
-        }
-    }
-}
 
 /// A system: components, connections and the default experiment.
 #[derive(Clone, Debug, PartialEq)]
