@@ -1,0 +1,187 @@
+//! What a motion demands: forces, strokes and speeds of the rods, wrist torques, and what the motors need for them.
+
+use crate::Quantity;
+use emla::maps;
+use hdrm::{DOF, Hdrm, HdrmError, Options, State};
+use machine::{Emla, Machine};
+use serde::{Deserialize, Serialize};
+
+/// A payload held rigidly at the end-effector.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Payload {
+    /// Mass, kg; its inertia about the centre of mass goes with it, as the machine file's payload has it.
+    pub mass: f64,
+    /// Centre of mass in D4's axes, m.
+    pub com: [f64; 3],
+}
+
+impl Payload {
+    /// Of the machine file.
+    #[must_use]
+    pub fn of(machine: &Machine) -> Self {
+        let body = &machine.bodies.PL;
+        Self {
+            mass: body.mass,
+            com: body.com,
+        }
+    }
+}
+
+/// Joint motion at one instant.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Motion {
+    /// Angles, rad.
+    pub zeta: [f64; DOF],
+    /// Rates, rad/s.
+    pub zeta_dot: [f64; DOF],
+    /// Accelerations, rad/s².
+    pub zeta_ddot: [f64; DOF],
+}
+
+impl Motion {
+    /// Rest in the pose `zeta`, rad.
+    #[must_use]
+    pub fn rest(zeta: [f64; DOF]) -> Self {
+        Self {
+            zeta,
+            zeta_dot: [0.0; DOF],
+            zeta_ddot: [0.0; DOF],
+        }
+    }
+}
+
+/// What a motion demands at one instant.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Demand {
+    /// Joint angles, rad.
+    pub zeta: [f64; DOF],
+    /// Strokes of slew, lift and tilt, m.
+    pub x: [f64; 3],
+    /// Rod speeds, m/s.
+    pub x_dot: [f64; 3],
+    /// Actuator forces on the manipulator, N, positive when extending.
+    pub f: [f64; 3],
+    /// Wrist torques, N·m.
+    pub tau_wrist: [f64; 3],
+    /// Motor speeds, rad/s.
+    pub w_m: [f64; 3],
+    /// Motor torques, N·m.
+    pub tau_e: [f64; 3],
+    /// Quadrature-axis currents (peak), A, at no direct-axis current.
+    pub i_q: [f64; 3],
+    /// Lengths of the voltage vectors (peak), V.
+    pub v: [f64; 3],
+}
+
+impl Demand {
+    /// Value of a quantity, SI unit.
+    #[must_use]
+    pub fn value(&self, quantity: Quantity) -> f64 {
+        match quantity {
+            Quantity::Joint(k) => self.zeta[k],
+            Quantity::Stroke(k) => self.x[k],
+            Quantity::RodSpeed(k) => self.x_dot[k],
+            Quantity::Force(k) => self.f[k],
+            Quantity::WristTorque(k) => self.tau_wrist[k],
+            Quantity::MotorSpeed(k) => self.w_m[k],
+            Quantity::Current(k) => self.i_q[k],
+            Quantity::Voltage(k) => self.v[k],
+        }
+    }
+}
+
+/// A machine with a payload, and what its motions demand.
+#[derive(Clone, Debug)]
+pub struct Capability {
+    plant: Hdrm,
+    /// Slew, lift, tilt.
+    actuators: [Emla; 3],
+}
+
+impl Capability {
+    /// Of the nominal machine with a payload; mass 0: none.
+    ///
+    /// # Errors
+    /// A mechanism that does not work over its joint range, or a mass that is negative or not finite.
+    pub fn new(machine: &Machine, payload: &Payload) -> Result<Self, HdrmError> {
+        let mut loaded = machine.clone();
+        loaded.bodies.PL.com = payload.com;
+        let options = Options {
+            payload_mass: payload.mass,
+            ..Options::of(machine)
+        };
+        Ok(Self {
+            plant: Hdrm::new(&loaded, &options)?,
+            actuators: machine.emla.in_order().map(|p| *p),
+        })
+    }
+
+    /// The manipulator without its drives.
+    #[must_use]
+    pub fn plant(&self) -> &Hdrm {
+        &self.plant
+    }
+
+    /// What `motion` demands in free range, without end stops and with nothing touching the tip.
+    ///
+    /// The motors follow the rods rigidly: `w_m = ẋ/travel`, `ẇ_m = ẍ/travel` with `ẍ = x'·ζ̈ + x''·ζ̇²`.
+    #[must_use]
+    pub fn demand(&self, motion: &Motion) -> Demand {
+        let Motion {
+            zeta,
+            zeta_dot,
+            zeta_ddot,
+        } = *motion;
+        let state = State { zeta, zeta_dot };
+        let (f, tau_wrist) = self.plant.inverse_dynamics(&state, &zeta_ddot, &[0.0; DOF]);
+        let strokes = self.plant.tree().configuration(&zeta).strokes;
+        let x_dot: [f64; 3] = std::array::from_fn(|i| strokes[i].prime * zeta_dot[i]);
+        let motors: [MotorDemand; 3] = std::array::from_fn(|i| {
+            let w = zeta_dot[i];
+            let x_ddot = strokes[i].prime * zeta_ddot[i] + strokes[i].second * w * w;
+            MotorDemand::of(&self.actuators[i], f[i], x_dot[i], x_ddot)
+        });
+        Demand {
+            zeta,
+            x: strokes.map(|stroke| stroke.x),
+            x_dot,
+            f,
+            tau_wrist,
+            w_m: motors.map(|motor| motor.w_m),
+            tau_e: motors.map(|motor| motor.tau_e),
+            i_q: motors.map(|motor| motor.i_q),
+            v: motors.map(|motor| motor.v),
+        }
+    }
+}
+
+/// What one motor needs.
+#[derive(Clone, Copy)]
+struct MotorDemand {
+    w_m: f64,
+    tau_e: f64,
+    i_q: f64,
+    v: f64,
+}
+
+impl MotorDemand {
+    /// Force `F` on the load at the rod's speed and acceleration, m/s and m/s²; with `i_d = 0` and currents that change slowly
+    /// ```text
+    /// i_q = τ_e/(3/2·p·λ_m),   v_d = −p w_m L_q i_q,   v_q = R_s i_q + p w_m λ_m
+    /// ```
+    fn of(p: &Emla, F: f64, x_dot: f64, x_ddot: f64) -> Self {
+        let travel = maps::travel_per_radian(p);
+        let w_m = x_dot / travel;
+        let tau_e = maps::required_torque(p, F, w_m, x_ddot / travel);
+        let pairs = f64::from(p.p);
+        let i_q = tau_e / (1.5 * pairs * p.lambda_m);
+        let v_d = -pairs * w_m * p.L_q * i_q;
+        let v_q = p.R_s * i_q + pairs * w_m * p.lambda_m;
+        Self {
+            w_m,
+            tau_e,
+            i_q,
+            v: libm::hypot(v_d, v_q),
+        }
+    }
+}

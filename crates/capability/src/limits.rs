@@ -1,0 +1,158 @@
+//! What the machine file allows, and the margin to it.
+
+use crate::{Demand, Quantity};
+use machine::Machine;
+use serde::{Deserialize, Serialize};
+use std::fmt;
+
+/// Allowed range of every quantity.
+///
+/// Rod forces, rod speeds and motor speeds: `ratings`; joints, strokes and wrist torques: `limits`; currents: `emla.i_max`; voltages: what
+/// the inverter makes of its DC link, at most `emla.v_max`.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Limits {
+    /// Least and largest value, in the order of [`Quantity::all`], SI units.
+    ranges: [[f64; 2]; Quantity::COUNT],
+}
+
+/// A quantity's value beside its limit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Margin {
+    /// Quantity.
+    pub quantity: Quantity,
+    /// Its value, SI unit.
+    pub value: f64,
+    /// Least and largest value that is allowed, SI unit.
+    pub range: [f64; 2],
+}
+
+impl Limits {
+    /// Of a machine.
+    #[must_use]
+    pub fn of(machine: &Machine) -> Self {
+        let (zeta, strokes) = (machine.limits.zeta(), machine.limits.strokes());
+        let (ratings, emla) = (machine.ratings.in_order(), machine.emla.in_order());
+        let both = |largest: f64| [-largest, largest];
+        let range = |quantity| match quantity {
+            Quantity::Joint(k) => zeta[k],
+            Quantity::Stroke(k) => strokes[k],
+            Quantity::RodSpeed(k) => both(ratings[k].rod_speed_max),
+            Quantity::Force(k) => both(ratings[k].force_max),
+            Quantity::WristTorque(k) => both(machine.limits.tau_wrist_max[k]),
+            Quantity::MotorSpeed(k) => {
+                both(ratings[k].motor_speed_rpm * std::f64::consts::PI / 30.0)
+            }
+            Quantity::Current(k) => both(emla[k].i_max),
+            Quantity::Voltage(k) => both(emla[k].largest_voltage(emla[k].link_voltage())),
+        };
+        Self {
+            ranges: Quantity::all().map(range),
+        }
+    }
+
+    /// Allowed range of a quantity, SI unit.
+    #[must_use]
+    pub fn range(&self, quantity: Quantity) -> [f64; 2] {
+        self.ranges[quantity.index()]
+    }
+
+    /// All that a motion demands beside its limits, in the order of [`Quantity::all`].
+    #[must_use]
+    pub fn margins(&self, demand: &Demand) -> [Margin; Quantity::COUNT] {
+        Quantity::all().map(|quantity| Margin {
+            quantity,
+            value: demand.value(quantity),
+            range: self.range(quantity),
+        })
+    }
+}
+
+impl Margin {
+    /// Distance to the nearer end of the range as a part of half the range: 1 in its middle (at no force), 0 at the limit, negative
+    /// beyond it. NaN for a value that is not a number.
+    #[must_use]
+    pub fn part(&self) -> f64 {
+        let [min, max] = self.range;
+        let nearer = (self.value - min).min(max - self.value);
+        // `min` drops a NaN.
+        nearer / (0.5 * (max - min)) + 0.0 * self.value
+    }
+
+    /// Whether the value is allowed; one that is no number is not.
+    #[must_use]
+    pub fn holds(&self) -> bool {
+        let [min, max] = self.range;
+        min <= self.value && self.value <= max
+    }
+}
+
+/// Value, limit, and where the limit is passed by how much.
+impl fmt::Display for Margin {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (unit, per_si) = self.quantity.unit();
+        let [min, max] = self.range.map(|end| rounded(end * per_si));
+        let value = self.value * per_si;
+        write!(f, "{} = {value:.2} {unit} must be ", self.quantity)?;
+        if min == -max {
+            write!(f, "at most {max} {unit} in magnitude")?;
+        } else {
+            write!(f, "{min} to {max} {unit}")?;
+        }
+        if self.holds() {
+            return write!(f, ": {:.1} % of the range left", 100.0 * self.part());
+        }
+        let beyond = (min - value).max(value - max);
+        write!(f, ": {beyond:.2} {unit} beyond")?;
+        if min == -max {
+            write!(f, " ({:.1} %)", 100.0 * beyond / max)?;
+        }
+        Ok(())
+    }
+}
+
+/// Without the last bits that a change of unit leaves.
+fn rounded(value: f64) -> f64 {
+    (1e6 * value).round() / 1e6
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn margin(quantity: Quantity, value: f64, range: [f64; 2]) -> Margin {
+        Margin {
+            quantity,
+            value,
+            range,
+        }
+    }
+
+    #[test]
+    fn a_margin_is_one_in_the_middle_and_negative_beyond() {
+        let of = |value| margin(Quantity::Stroke(1), value, [0.2, 0.6]);
+        for (value, part) in [(0.4, 1.0), (0.5, 0.5), (0.6, 0.0), (0.7, -0.5), (0.1, -0.5)] {
+            assert!((of(value).part() - part).abs() < 1e-12, "{value}");
+        }
+        assert!(of(0.6).holds() && !of(0.6001).holds());
+        assert!(of(f64::NAN).part().is_nan() && !of(f64::NAN).holds());
+    }
+
+    #[test]
+    fn a_margin_says_value_limit_and_by_how_much() {
+        let force = margin(Quantity::Force(2), -73_500.0, [-70e3, 70e3]);
+        assert_eq!(
+            force.to_string(),
+            "force of tilt = -73.50 kN must be at most 70 kN in magnitude: 3.50 kN beyond (5.0 %)"
+        );
+        let joint = margin(Quantity::Joint(2), (-15.0_f64).to_radians(), [-2.0, -0.3]);
+        assert_eq!(
+            joint.to_string(),
+            "joint 3 (tilt) = -15.00 deg must be -114.591559 to -17.188734 deg: 2.19 deg beyond"
+        );
+        let held = margin(Quantity::Stroke(0), 0.25, [0.0, 0.5]);
+        assert_eq!(
+            held.to_string(),
+            "stroke of slew = 250.00 mm must be 0 to 500 mm: 100.0 % of the range left"
+        );
+    }
+}
