@@ -51,6 +51,20 @@ pub fn fmus(
     cargo_fmu::pack::fmus(&workspace.cargo, sources, &profile, &host, out)
 }
 
+/// FMUs of FMI 2.0, and after them those of FMI 3.0, which are packed beside them, in the same order.
+pub fn both_versions(fmus: Vec<PathBuf>) -> Result<Vec<PathBuf>> {
+    let beside = |fmu: &PathBuf| {
+        let (folder, name) = (fmu.parent()?, fmu.file_name()?);
+        Some(folder.join("fmi3").join(name)).filter(|path| path.is_file())
+    };
+    let of_3 = fmus.iter().map(|fmu| {
+        let missing = || format!("{} has no fellow of FMI 3.0 in fmi3/", fmu.display());
+        beside(fmu).with_context(missing)
+    });
+    let of_3: Vec<PathBuf> = of_3.collect::<Result<_>>()?;
+    Ok([fmus, of_3].concat())
+}
+
 /// Put another library into a packed FMU, which was built otherwise from the same source.
 pub fn replace_library(fmu: &Path, library: &Path) -> Result<()> {
     let mut entries = archive::read(fmu)?;

@@ -14,7 +14,7 @@ use crate::{fuzz, libclang, pack, sanitize};
 /// Options of `cargo xtask torture`.
 #[derive(Args)]
 pub struct Options {
-    /// Random calls in total, on all three FMUs
+    /// Random calls in total, on all FMUs of both versions of FMI but the slow one
     #[arg(long, value_name = "NUMBER")]
     calls: Option<usize>,
     /// Seed of the first batch of random calls
@@ -23,7 +23,7 @@ pub struct Options {
     /// Repeat one batch of random calls, printing every call before it is made
     #[arg(long, value_name = "SEED")]
     replay: Option<u64>,
-    /// Steps of each FMU alone and of all together in long runs; 10000000 are 2.8 h of simulated time
+    /// Steps of each FMU of both versions alone, and of all together, in long runs; 10000000 are 2.8 h of simulated time
     #[arg(long, value_name = "STEPS")]
     long: Option<u64>,
     /// AddressSanitizer and LeakSanitizer on the tests of exporter and actuator, on random calls, on lives of instances, on instances in
@@ -97,8 +97,10 @@ pub fn run(workspace: &Workspace, options: &Options) -> Result<()> {
     if is_plain {
         return check(workspace, fmus);
     }
-    let [fast, _] = fast_and_slow(&fmus)?;
+    let fmus = pack::both_versions(fmus)?;
+    let [fast, _] = fast_and_slow(&fmus);
     let driver = Driver::build(workspace, fmus)?;
+    let count = driver.fmus.len();
     // A seed chooses among the same FMUs as in CI.
     let random = |arguments: &[&str]| {
         let mut command = workspace.command(&driver.program);
@@ -118,12 +120,14 @@ pub fn run(workspace: &Workspace, options: &Options) -> Result<()> {
                 .command(hdrm_fmu)
                 .args(["endurance", "--steps", &steps.to_string()]),
         )?;
-        println!("long runs: {steps} steps of each FMU alone and of all five instances together");
+        println!(
+            "long runs: {steps} steps of each of {count} FMUs alone and of all five instances together"
+        );
     }
     if valgrind {
         driver.under(MEMCHECK, &["life", "--instances", "1000", "--loads", "5"])?;
         println!(
-            "memcheck: 3 x 1000 instances over 5 loads and unloads of each FMU: 0 errors, 0 bytes definitely lost"
+            "memcheck: 1000 instances of each of {count} FMUs over 5 loads and unloads: 0 errors, 0 bytes definitely lost"
         );
     }
     if threads {
@@ -133,7 +137,9 @@ pub fn run(workspace: &Workspace, options: &Options) -> Result<()> {
             &["threads", "--warm", "--threads", "4", "--steps", "200"],
         )?;
         println!(
-            "threads: 24 in parallel with 2000 steps each, then 12 with 200 steps each under helgrind: 0 errors"
+            "threads: {} in parallel with 2000 steps each, then {} with 200 steps each under helgrind: 0 errors",
+            8 * count,
+            4 * count
         );
     }
     Ok(())
@@ -141,7 +147,8 @@ pub fn run(workspace: &Workspace, options: &Options) -> Result<()> {
 
 /// What CI does, on the FMUs as they are packed, in both versions of FMI.
 pub fn check(workspace: &Workspace, fmus: Vec<PathBuf>) -> Result<()> {
-    let [fast, slow] = fast_and_slow(&fmus)?;
+    let fmus = pack::both_versions(fmus)?;
+    let [fast, slow] = fast_and_slow(&fmus);
     let driver = Driver::build(workspace, fmus)?;
     for (fmus, calls) in [(fast, CI_CALLS), (slow, CI_CALLS_SLOW)] {
         let mut command = workspace.command(&driver.program);
@@ -158,20 +165,11 @@ pub fn check(workspace: &Workspace, fmus: Vec<PathBuf>) -> Result<()> {
     execute(&mut coupled)
 }
 
-/// The FMUs of FMI 2.0, and those of FMI 3.0 beside them; the slow one for itself.
-fn fast_and_slow(fmus: &[PathBuf]) -> Result<[Vec<PathBuf>; 2]> {
-    let beside = |fmu: &PathBuf| {
-        let (folder, name) = (fmu.parent()?, fmu.file_name()?);
-        Some(folder.join("fmi3").join(name))
-    };
-    let of_3 = fmus.iter().map(|fmu| {
-        let found = beside(fmu).filter(|path| path.is_file());
-        found.with_context(|| format!("{} has no fellow of FMI 3.0 in fmi3/", fmu.display()))
-    });
-    let of_3: Vec<PathBuf> = of_3.collect::<Result<_>>()?;
-    let both = fmus.iter().cloned().chain(of_3);
-    let (slow, fast) = both.partition(|fmu| fmu.file_stem().is_some_and(|name| name == SLOW));
-    Ok([fast, slow])
+/// The FMUs but the slow one, and that one, each in both versions.
+fn fast_and_slow(fmus: &[PathBuf]) -> [Vec<PathBuf>; 2] {
+    let is_slow = |fmu: &PathBuf| fmu.file_stem().is_some_and(|name| name == SLOW);
+    let (slow, fast) = fmus.iter().cloned().partition(is_slow);
+    [fast, slow]
 }
 
 const MEMCHECK: &[&str] = &[
