@@ -8,6 +8,7 @@ mod outcome;
 mod run;
 mod schema;
 mod structure;
+mod terminals;
 mod variables;
 mod xml;
 
@@ -15,9 +16,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
-use fmu_description::Description;
+use fmu_description::{Description, Version};
 use tempfile::TempDir;
-use uppsala::Document;
 
 use crate::archive::Entries;
 use crate::fmi::library_path;
@@ -102,13 +102,16 @@ fn described(text: &str, entries: &Entries, checker: Checker, report: &mut Repor
         SCHEMA,
         schema::description(version, &document),
     );
-    if version == "2.0" {
-        let variables = variables::Variable::all(root);
-        structure::check(root, &variables, report);
-        variables::check(root, &variables, report);
+    if let Some(version) = known(version) {
+        let variables = variables::Variable::all(root, version);
+        structure::check(root, &variables, version, report);
+        variables::check(root, &variables, version, report);
+        if version == Version::Fmi3 {
+            terminals::check(entries, &variables, report);
+        }
     } else {
         let reason =
-            format!("this program knows the rules of FMI 2.0 only, not those of {version}");
+            format!("this program knows the rules of FMI 2.0 and 3.0, not those of {version}");
         report.push("model description", BEYOND, Outcome::not_checked(reason));
     }
     binaries::check(
@@ -117,9 +120,9 @@ fn described(text: &str, entries: &Entries, checker: Checker, report: &mut Repor
         functions::required(root, version),
         report,
     );
-    match obstacle(text, &document, entries) {
-        Some(reason) => report.push("simulation", RUNS, Outcome::not_checked(reason)),
-        None => runs(entries, checker, report)?,
+    match runnable(text, root, entries) {
+        Ok(version) => runs(entries, checker, version, report)?,
+        Err(reason) => report.push("simulation", RUNS, Outcome::not_checked(reason)),
     }
     Ok(())
 }
@@ -147,34 +150,35 @@ fn title(root: Element) -> String {
     )
 }
 
-/// Why the FMU cannot be run here.
-fn obstacle(text: &str, document: &Document, entries: &Entries) -> Option<String> {
-    let root = Element::root(document)?;
-    let version = root.get("fmiVersion").unwrap_or("");
-    let is_known = version == "2.0" || version.starts_with("3.");
-    if !is_known || root.child("CoSimulation").is_none() {
-        return Some("this program runs FMI 2.0 and 3.0 for co-simulation only".into());
+/// The version of FMI that a description names, if its rules are known here.
+fn known(version: &str) -> Option<Version> {
+    match version {
+        "2.0" => Some(Version::Fmi2),
+        version if version.starts_with("3.") => Some(Version::Fmi3),
+        _ => None,
     }
-    let description = match Description::parse(text) {
-        Ok(description) => description,
-        Err(reason) => return Some(reason.to_string()),
-    };
-    let library = match library_path(&description) {
-        Ok(library) => library,
-        Err(reason) => return Some(reason.to_string()),
-    };
-    let missing = !entries.contains_key(&library);
-    missing.then(|| format!("it has no library for this machine ({library})"))
 }
 
-fn runs(entries: &Entries, checker: Checker, report: &mut Report) -> Result<()> {
+/// The version of an FMU that can be run here, or why it cannot.
+fn runnable(text: &str, root: Element, entries: &Entries) -> Result<Version, String> {
+    let version = root.get("fmiVersion").and_then(known);
+    let version = version.filter(|_| root.child("CoSimulation").is_some());
+    let version = version.ok_or("this program runs FMI 2.0 and 3.0 for co-simulation only")?;
+    let description = Description::parse(text).map_err(|e| e.to_string())?;
+    let library = library_path(&description).map_err(|e| e.to_string())?;
+    match entries.contains_key(&library) {
+        true => Ok(version),
+        false => Err(format!("it has no library for this machine ({library})")),
+    }
+}
+
+fn runs(entries: &Entries, checker: Checker, version: Version, report: &mut Report) -> Result<()> {
     let scratch = TempDir::with_prefix("cargo-fmu-")?;
     let [plain, spaced] = ["fmu", "an ü in it"].map(|name| scratch.path().join(name));
     for folder in [&plain, &spaced] {
         unpack(entries, folder)?;
     }
-    let Checker { program, only } = checker;
-    run::all(program, &plain, &spaced, scratch.path(), only, report)
+    run::all(checker, version, &plain, &spaced, scratch.path(), report)
 }
 
 fn unpack(entries: &Entries, folder: &Path) -> Result<()> {

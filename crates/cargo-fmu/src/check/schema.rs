@@ -1,5 +1,7 @@
 //! The model description against the schema files of the standard, which lie in `schema/` as they are published.
 
+mod plain;
+
 use uppsala::{Document, XsdValidator};
 
 use super::outcome::Outcome;
@@ -12,19 +14,31 @@ macro_rules! files {
 
 const FMI2: [&str; 7] = files!["fmi2": "fmi2Annotation", "fmi2AttributeGroups", "fmi2ModelDescription", "fmi2ScalarVariable",
     "fmi2Type", "fmi2Unit", "fmi2VariableDependency"];
+const FMI3: [&str; 8] = files!["fmi3": "fmi3Annotation", "fmi3AttributeGroups", "fmi3InterfaceType", "fmi3ModelDescription",
+    "fmi3Type", "fmi3Unit", "fmi3Variable", "fmi3VariableDependency"];
+const TERMINALS: [&str; 3] =
+    files!["fmi3": "fmi3Annotation", "fmi3Terminal", "fmi3TerminalsAndIcons"];
+
 /// What the schema of a version of FMI says about a model description.
 pub fn description(version: &str, document: &Document) -> Outcome {
     match version {
         "2.0" => validate(&FMI2, document),
+        version if version.starts_with("3.") => validate(&FMI3, document),
         version => Outcome::not_checked(format!(
-            "the schema of FMI {version} is not at hand; that of 2.0 is"
+            "the schema of FMI {version} is not at hand; those of 2.0 and 3.0 are"
         )),
     }
 }
 
+/// What the schema of FMI 3.0 says about `terminalsAndIcons.xml`.
+pub fn terminals(document: &Document) -> Outcome {
+    validate(&TERMINALS, document)
+}
+
 fn validate(files: &[&str], document: &Document) -> Outcome {
     let schema = merged(files);
-    let schema = uppsala::parse(&schema).expect("the schema files are well-formed");
+    let mut schema = uppsala::parse(&schema).expect("the schema files are well-formed");
+    plain::rewrite(&mut schema);
     let validator = XsdValidator::from_schema(&schema).expect("the schema files are a schema");
     let errors = validator.validate(document);
     let fails = errors.iter().map(|e| match e.line {
@@ -81,14 +95,54 @@ mod tests {
         }
     }
 
+    /// A description with a construct of each kind of the schema: array, alias, texts, items, clock, annotations.
+    const RICH: &str = include_str!("../../tests/faulty/rich3.xml");
+
+    #[test]
+    fn the_schema_of_fmi_3_is_kept() {
+        assert_eq!(fails("3.0", RICH), [""; 0]);
+        for (was, is) in [
+            ("<Dimension start=\"2\"/>", "<Dimension start=\"-2\"/>"),
+            ("<Dimension valueReference=\"1\"/>", "<Dimensions/>"),
+            ("<Alias name=\"v\"", "<Alias"),
+            ("<Start value=\"b\"/>", "<Start text=\"b\"/>"),
+            ("<Item name=\"b\" value=\"2\"/>", "<Item name=\"b\"/>"),
+            (" declaredType=\"E\"", ""),
+            ("start=\"true false\"", "start=\"true 2\""),
+            (
+                "intervalVariability=\"triggered\"",
+                "intervalVariability=\"never\"",
+            ),
+            ("<Output ", "<Outputs "),
+            ("<Int8 ", "<Int7 "),
+            ("instantiationToken=\"{1}\"", ""),
+            ("hasEventMode=\"true\"", "hasEventMode=\"yes\""),
+        ] {
+            assert_ne!(fails("3.0", &RICH.replacen(was, is, 1)), [""; 0], "{is}");
+        }
+    }
+
+    #[test]
+    fn the_schema_of_terminals_is_kept() {
+        const TEXT: &str = r#"<fmiTerminalsAndIcons fmiVersion="3.0"><Terminals>
+  <Terminal name="a" matchingRule="plug"><TerminalMemberVariable variableName="x" memberName="x" variableKind="signal"/></Terminal>
+  <Terminal name="b" matchingRule="bus"/>
+</Terminals></fmiTerminalsAndIcons>"#;
+        let fails = |text: &str| terminals(&uppsala::parse(text).unwrap()).fails;
+        assert_eq!(fails(TEXT), [""; 0]);
+        for (was, is) in [
+            (" matchingRule=\"bus\"", ""),
+            ("TerminalMemberVariable", "Member"),
+            ("fmiVersion=\"3.0\"", "fmiVersion=\"2.0\""),
+        ] {
+            assert_ne!(fails(&TEXT.replace(was, is)), [""; 0], "{is}");
+        }
+    }
+
     #[test]
     fn other_versions_are_not_checked() {
-        let outcome = description("3.0", &uppsala::parse(SMALL).unwrap());
-        assert!(
-            outcome
-                .not_checked
-                .unwrap()
-                .starts_with("the schema of FMI 3.0")
-        );
+        let outcome = description("1.0", &uppsala::parse(SMALL).unwrap());
+        let reason = outcome.not_checked.unwrap();
+        assert!(reason.starts_with("the schema of FMI 1.0"), "{reason}");
     }
 }

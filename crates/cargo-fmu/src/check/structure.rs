@@ -1,6 +1,8 @@
-//! ModelStructure of FMI 2.0 (section 2.2.8), and what a model description says of the whole model.
+//! ModelStructure (FMI 2.0, section 2.2.8; FMI 3.0, section 2.4.8), and what a model description says of the whole model.
 
 use std::collections::BTreeSet;
+
+use fmu_description::Version;
 
 use super::outcome::{Outcome, Promise, Report};
 use super::variables::Variable;
@@ -24,6 +26,9 @@ const DEPENDENCIES: Promise = Promise {
     why: "importers look for algebraic loops along them",
 };
 
+/// Words of dependenciesKind, of which FMI 2.0 has the same.
+const KINDS: [&str; 5] = ["dependent", "constant", "fixed", "tunable", "discrete"];
+
 /// Identifiers that an interface type may have.
 pub fn identifiers<'a>(root: Element<'a>) -> Vec<&'a str> {
     let interfaces = ["CoSimulation", "ModelExchange", "ScheduledExecution"];
@@ -34,45 +39,104 @@ pub fn identifiers<'a>(root: Element<'a>) -> Vec<&'a str> {
     unique.into_iter().collect()
 }
 
+/// The lists of ModelStructure.
+struct Structure<'a> {
+    outputs: Vec<Element<'a>>,
+    derivatives: Vec<Element<'a>>,
+    initial: Vec<Element<'a>>,
+    /// Clocked states and event indicators of FMI 3.0.
+    others: Vec<Element<'a>>,
+    version: Version,
+}
+
+impl<'a> Structure<'a> {
+    fn new(root: Element<'a>, version: Version) -> Self {
+        let structure = root.child("ModelStructure");
+        let elements = |parent: Option<Element<'a>>, tag: &str| {
+            parent.map_or_else(Vec::new, |p| p.all(tag).collect())
+        };
+        let list = |list: &str, tag: &str| match version {
+            Version::Fmi2 => elements(structure.and_then(|s| s.child(list)), "Unknown"),
+            Version::Fmi3 => elements(structure, tag),
+        };
+        Self {
+            outputs: list("Outputs", "Output"),
+            derivatives: list("Derivatives", "ContinuousStateDerivative"),
+            initial: list("InitialUnknowns", "InitialUnknown"),
+            others: [
+                elements(structure, "ClockedState"),
+                elements(structure, "EventIndicator"),
+            ]
+            .concat(),
+            version,
+        }
+    }
+
+    /// What an entry says which variable it is about.
+    fn key(&self, entry: Element<'a>) -> &'a str {
+        let attribute = match self.version {
+            Version::Fmi2 => "index",
+            Version::Fmi3 => "valueReference",
+        };
+        entry.get(attribute).unwrap_or("")
+    }
+
+    /// The variable with this index, counted from 1, or value reference.
+    fn at<'v>(&self, key: &str, variables: &'v [Variable<'a>]) -> Option<&'v Variable<'a>> {
+        match self.version {
+            Version::Fmi2 => variables.get(key.trim().parse::<usize>().ok()?.checked_sub(1)?),
+            Version::Fmi3 => variables.iter().find(|v| v.reference == key.trim()),
+        }
+    }
+
+    fn all<'v>(
+        &self,
+        list: &[Element<'a>],
+        variables: &'v [Variable<'a>],
+    ) -> Vec<&'v Variable<'a>> {
+        let found = list
+            .iter()
+            .map(|entry| self.at(self.key(*entry), variables));
+        found.flatten().collect()
+    }
+}
+
 /// Check what concerns the whole model, and its structure.
-pub fn check(root: Element, variables: &[Variable], report: &mut Report) {
-    report.push(AREA, WHOLE, whole(root));
-    let structure = root.child("ModelStructure");
-    let list = |tag: &str| -> Vec<Element> {
-        let list = structure.and_then(|s| s.child(tag));
-        list.map_or_else(Vec::new, |l| l.all("Unknown").collect())
-    };
-    let (outputs, derivatives, initial) = (
-        list("Outputs"),
-        list("Derivatives"),
-        list("InitialUnknowns"),
-    );
-    let all = [outputs.as_slice(), &derivatives, &initial].concat();
+pub fn check(root: Element, variables: &[Variable], version: Version, report: &mut Report) {
+    report.push(AREA, WHOLE, whole(root, version));
+    let structure = Structure::new(root, version);
+    report.push(AREA, DEPENDENCIES, dependencies(&structure, variables));
+    let is_output = |v: &Variable| v.causality == "output";
+    let outputs = structure.all(&structure.outputs, variables);
     report.push(
         AREA,
-        DEPENDENCIES,
-        dependencies(&all, &derivatives, variables),
+        OUTPUTS,
+        exactly(&outputs, variables, is_output, is_output),
     );
-    let is_output = |v: &Variable| v.causality == "output";
-    report.push(AREA, OUTPUTS, exactly(&outputs, variables, is_output));
-    let states = states(&derivatives, variables);
+    let states = states(&structure, variables);
     let is_initial_unknown = |v: &Variable| {
         let is_computed = matches!(v.initial, "approx" | "calculated");
         let is_listed =
             matches!(v.causality, "output" | "calculatedParameter") || states.contains(v.name);
-        is_computed && is_listed && v.variability != "constant"
+        is_computed && is_listed && v.variability != "constant" && !v.is_clocked()
     };
+    let may_be = |v: &Variable| is_initial_unknown(v) || v.is_clocked();
+    let initial = structure.all(&structure.initial, variables);
     report.push(
         AREA,
         INITIAL,
-        exactly(&initial, variables, is_initial_unknown),
+        exactly(&initial, variables, is_initial_unknown, may_be),
     );
 }
 
-fn whole(root: Element) -> Outcome {
+fn whole(root: Element, version: Version) -> Outcome {
     let mut outcome = Outcome::default();
-    if root.get("guid").is_none_or(|guid| guid.trim().is_empty()) {
-        outcome.fail("the guid is empty");
+    let token = match version {
+        Version::Fmi2 => "guid",
+        Version::Fmi3 => "instantiationToken",
+    };
+    if root.get(token).is_none_or(|value| value.trim().is_empty()) {
+        outcome.fail(format!("the {token} is empty"));
     }
     for identifier in identifiers(root) {
         let is_word = |c: char| c.is_ascii_alphanumeric() || c == '_';
@@ -110,95 +174,86 @@ fn whole(root: Element) -> Outcome {
     outcome
 }
 
-/// The variable that an index, counted from 1, names.
-fn at<'v, 'a>(index: &str, variables: &'v [Variable<'a>]) -> Option<&'v Variable<'a>> {
-    variables.get(index.trim().parse::<usize>().ok()?.checked_sub(1)?)
-}
-
 /// Names of the continuous states of co-simulation and model exchange, and their derivatives.
-fn states<'a>(derivatives: &[Element], variables: &[Variable<'a>]) -> BTreeSet<&'a str> {
-    let named = derivatives
-        .iter()
-        .filter_map(|d| at(d.get("index")?, variables));
-    let pairs = named.flat_map(|derivative| {
-        let state = derivative
-            .typed
-            .get("derivative")
-            .and_then(|index| at(index, variables));
+fn states<'a>(structure: &Structure<'a>, variables: &[Variable<'a>]) -> BTreeSet<&'a str> {
+    let named = structure.all(&structure.derivatives, variables);
+    let pairs = named.into_iter().flat_map(|derivative| {
+        let state = derivative.typed.get("derivative");
+        let state = state.and_then(|key| structure.at(key, variables));
         [Some(derivative.name), state.map(|s| s.name)]
     });
     pairs.flatten().collect()
 }
 
 fn exactly(
-    listed: &[Element],
+    listed: &[&Variable],
     variables: &[Variable],
-    belongs: impl Fn(&Variable) -> bool,
+    must_be: impl Fn(&Variable) -> bool,
+    may_be: impl Fn(&Variable) -> bool,
 ) -> Outcome {
     let mut outcome = Outcome::default();
     let mut seen = BTreeSet::new();
-    for variable in listed.iter().filter_map(|u| at(u.get("index")?, variables)) {
+    for variable in listed {
         if !seen.insert(variable.name) {
             outcome.fail(format!("`{}` is listed twice", variable.name));
         }
-        if !belongs(variable) {
+        if !may_be(variable) {
             outcome.fail(format!(
                 "`{}` is listed, but is {}, initial `{}`",
                 variable.name, variable.causality, variable.initial
             ));
         }
     }
-    for variable in variables
-        .iter()
-        .filter(|v| belongs(v) && !seen.contains(v.name))
-    {
+    let missing = |v: &&Variable| must_be(v) && !seen.contains(v.name);
+    for variable in variables.iter().filter(missing) {
         outcome.fail(format!("`{}` is not listed", variable.name));
     }
     outcome
 }
 
-fn dependencies(all: &[Element], derivatives: &[Element], variables: &[Variable]) -> Outcome {
+fn dependencies(structure: &Structure, variables: &[Variable]) -> Outcome {
     let mut outcome = Outcome::default();
-    for unknown in all {
-        let index = unknown.get("index").unwrap_or("");
-        let Some(variable) = at(index, variables) else {
-            outcome.fail(format!("there is no variable number {index}"));
+    let Structure {
+        outputs,
+        derivatives,
+        initial,
+        others,
+        ..
+    } = structure;
+    for unknown in [outputs, derivatives, initial, others]
+        .into_iter()
+        .flatten()
+    {
+        let key = structure.key(*unknown);
+        let Some(variable) = structure.at(key, variables) else {
+            outcome.fail(format!("there is no variable {key}"));
             continue;
         };
+        let name = variable.name;
         let words = |attribute| {
-            unknown
-                .get(attribute)
-                .map(|t| t.split_whitespace().collect::<Vec<_>>())
+            let text = unknown.get(attribute);
+            text.map(|t| t.split_whitespace().collect::<Vec<_>>())
         };
         let known = words("dependencies");
-        for index in known
-            .iter()
-            .flatten()
-            .filter(|i| at(i, variables).is_none())
-        {
+        let is_missing = |key: &&&str| structure.at(key, variables).is_none();
+        for key in known.iter().flatten().filter(is_missing) {
+            outcome.fail(format!("`{name}` depends on {key}, which is not there"));
+        }
+        let Some(kinds) = words("dependenciesKind") else {
+            continue;
+        };
+        if kinds.len() != known.map_or(0, |k| k.len()) {
             outcome.fail(format!(
-                "`{}` depends on number {index}, which is not there",
-                variable.name
+                "`{name}`: dependenciesKind and dependencies differ in length"
             ));
         }
-        if let Some(kinds) = words("dependenciesKind")
-            && kinds.len() != known.map_or(0, |k| k.len())
-        {
-            outcome.fail(format!(
-                "`{}`: dependenciesKind and dependencies differ in length",
-                variable.name
-            ));
+        for kind in kinds.iter().filter(|kind| !KINDS.contains(*kind)) {
+            outcome.fail(format!("`{name}`: there is no dependenciesKind `{kind}`"));
         }
     }
-    for derivative in derivatives
-        .iter()
-        .filter_map(|d| at(d.get("index")?, variables))
-    {
-        let state = derivative
-            .typed
-            .get("derivative")
-            .map(|index| at(index, variables));
-        match state {
+    for derivative in structure.all(derivatives, variables) {
+        let state = derivative.typed.get("derivative");
+        match state.map(|key| structure.at(key, variables)) {
             None => outcome.fail(format!(
                 "`{}` is listed as a derivative, but does not say of what",
                 derivative.name

@@ -49,4 +49,9 @@ impl<'a> Element<'a> {
     pub fn child(self, tag: &str) -> Option<Self> {
         self.all(tag).next()
     }
+
+    /// The element in it with this tag and name.
+    pub fn named(self, tag: &str, name: &str) -> Option<Self> {
+        self.all(tag).find(|child| child.get("name") == Some(name))
+    }
 }

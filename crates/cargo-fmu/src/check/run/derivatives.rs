@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use fmu_description::{Access, Causality, Variability, Variable};
+use fmu_description::{Access, Causality, Variability, Variable, Version};
 
 use super::super::outcome::Outcome;
 use super::instance::{Instance, references, step_size};
@@ -28,12 +28,21 @@ pub const TRIALS: &[Trial] = &[
         "importers extrapolate with them",
     ),
     trial(
+        "adjoint",
+        "derivatives",
+        adjoint,
+        "adjoint derivatives are the directional ones transposed: v·(J u) = (Jᵀ v)·u, if both are claimed",
+        "optimizers take gradients from the one and check them with the other",
+    )
+    .only_in(Version::Fmi3),
+    trial(
         "inputs",
         "derivatives",
         inputs,
         "derivatives of inputs are taken, if canInterpolateInputs",
         "importers that extrapolate inputs send them",
-    ),
+    )
+    .only_in(Version::Fmi2),
 ];
 
 fn is_continuous_input(v: &Variable) -> bool {
@@ -112,6 +121,67 @@ fn directional(folder: &Path, outcome: &mut Outcome) -> Result<(), String> {
         "{compared} slopes compared with central differences"
     ));
     Ok(())
+}
+
+/// `v·(J u)` against `(Jᵀ v)·u` for all inputs and outputs at once, with directions that no symmetry favours.
+fn adjoint(folder: &Path, outcome: &mut Outcome) -> Result<(), String> {
+    let fmu = open(folder)?;
+    let claimed = fmu.description.capabilities;
+    let is_claimed = claimed.directional_derivatives && claimed.adjoint_derivatives;
+    if unless(is_claimed, outcome) {
+        return Ok(());
+    }
+    let variables = &fmu.description.variables;
+    let knowns = references(variables, is_continuous_input);
+    let unknowns = references(variables, is_real_output);
+    let f = &fmu.functions;
+    let of_3 = f.fmi3().ok_or("it is not of FMI 3.0")?;
+    let mut instance = Instance::started(&fmu, "adjoint")?;
+    instance.step(step_size(&fmu))?;
+    let mut compared = 0;
+    for round in 0..8 {
+        let direction = |n: usize, rate: f64| -> Vec<f64> {
+            (0..n)
+                .map(|k| (rate * (k + 7 * round + 1) as f64).sin())
+                .collect()
+        };
+        let u = direction(f.count(&knowns), 1.3);
+        let v = direction(f.count(&unknowns), 0.7);
+        let (mut forward, mut back) = (vec![0.0; v.len()], vec![0.0; u.len()]);
+        let (known, n_known) = (knowns.as_ptr(), knowns.len());
+        let (unknown, n_unknown) = (unknowns.as_ptr(), unknowns.len());
+        // SAFETY: a live instance, arrays of fitting lengths.
+        let (status, adjoint) = unsafe {
+            let (seed, result) = (u.as_ptr(), forward.as_mut_ptr());
+            let status = f.get_directional_derivative(
+                instance.c, unknown, n_unknown, known, n_known, seed, result,
+            );
+            let (seed, result) = (v.as_ptr(), back.as_mut_ptr());
+            let (c, n, m) = (instance.c, v.len(), u.len());
+            let adjoint = (of_3.fmi3GetAdjointDerivative)(
+                c, unknown, n_unknown, known, n_known, seed, n, result, m,
+            );
+            (status, adjoint)
+        };
+        instance.must("fmi3GetDirectionalDerivative of all outputs", status)?;
+        instance.must("fmi3GetAdjointDerivative of all outputs", adjoint)?;
+        let [of_outputs, of_inputs] = [(&v, &forward), (&u, &back)].map(|(a, b)| products(a, b));
+        let [left, right]: [f64; 2] = [&of_outputs, &of_inputs].map(|terms| terms.iter().sum());
+        let size = |terms: &[f64]| terms.iter().map(|term| term.abs()).sum::<f64>();
+        // Both sides are sums of the same products in another order.
+        let rounding = 1e-9 * size(&of_outputs).max(size(&of_inputs));
+        let differs = (left - right).abs() > rounding;
+        if differs || !(left.is_finite() && right.is_finite()) {
+            return Err(format!("v·(J u) is {left}, (Jᵀ v)·u is {right}"));
+        }
+        compared += 1;
+    }
+    outcome.note(format!("{compared} pairs of directions compared"));
+    Ok(())
+}
+
+fn products(a: &[f64], b: &[f64]) -> Vec<f64> {
+    a.iter().zip(b).map(|(a, b)| a * b).collect()
 }
 
 /// Outputs below, at and above the present value of an input.

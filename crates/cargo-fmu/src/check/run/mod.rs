@@ -1,4 +1,4 @@
-//! What an FMU of FMI 2.0 does when it is run. Each promise is tried in a process of its own, so that a crash, a hang or a word on
+//! What an FMU does when it is run. Each promise is tried in a process of its own, so that a crash, a hang or a word on
 //! standard output is a row of the table.
 #![allow(unsafe_code)] // calls the C functions of an FMU
 
@@ -13,6 +13,8 @@ mod states;
 mod values;
 
 use std::path::Path;
+
+use fmu_description::Version;
 
 use super::outcome::{Outcome, Promise};
 use crate::fmi::Fmu;
@@ -43,6 +45,8 @@ pub struct Trial {
     pub place: Place,
     /// Where it fails, nothing else is tried.
     pub is_needed: bool,
+    /// The version of FMI that has it; None for both.
+    pub version: Option<Version>,
     run: Run,
 }
 
@@ -59,11 +63,22 @@ const fn trial(
         promise: Promise { text, why },
         place: Place::Plain,
         is_needed: false,
+        version: None,
         run,
     }
 }
 
-/// All trials, in the order of the table.
+impl Trial {
+    /// Of what only one version of FMI has.
+    const fn only_in(self, version: Version) -> Self {
+        Self {
+            version: Some(version),
+            ..self
+        }
+    }
+}
+
+/// All trials of both versions, in the order of the table.
 pub fn trials() -> impl Iterator<Item = &'static Trial> {
     let groups: [&[Trial]; 7] = [
         basics::TRIALS,

@@ -6,7 +6,9 @@ use std::process::{Child, Command, ExitStatus};
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result};
+use fmu_description::Version;
 
+use super::super::Checker;
 use super::super::outcome::{Outcome, Promise, Report};
 use super::{Place, open, trials};
 use crate::fmi::names;
@@ -23,19 +25,18 @@ const SILENCE: Promise = Promise {
     why: "programs whose standard output is read by others break, and services fill their logs",
 };
 
-/// Try the promises on the FMU whose files lie in these folders, `program` being this program: all of them, or those whose text
-/// holds `only`.
+/// Try the promises of its version on the FMU whose files lie in these folders: all of them, or those that are wanted.
 pub fn all(
-    program: &Path,
+    Checker { program, only }: Checker,
+    version: Version,
     plain: &Path,
     spaced: &Path,
     scratch: &Path,
-    only: &str,
     report: &mut Report,
 ) -> Result<()> {
     let mut printed = Outcome::default();
     let listens = SILENCE.text.contains(only);
-    for trial in trials() {
+    for trial in trials().filter(|t| t.version.is_none_or(|v| v == version)) {
         let is_wanted = trial.promise.text.contains(only);
         if !is_wanted && !listens {
             continue;

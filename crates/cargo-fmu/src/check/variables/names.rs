@@ -1,0 +1,117 @@
+//! Names and value references.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::super::outcome::{Outcome, Promise};
+use super::super::xml::Element;
+use super::Variable;
+
+const NAMES: Promise = Promise {
+    text: "names are unique; structured names follow their grammar",
+    why: "importers find variables by name, and build trees and arrays from structured names",
+};
+const SHARED: Promise = Promise {
+    text: "one value reference is one quantity: of two variables that share it, at most one can be set",
+    why: "setting the one silently changes the other",
+};
+const UNIQUE: Promise = Promise {
+    text: "each value reference is that of one variable",
+    why: "importers tell variables apart by it; a second name of a variable is an alias of it",
+};
+
+/// Names, also those of aliases.
+pub fn check(root: Element, variables: &[Variable]) -> (Promise, Outcome) {
+    let is_structured = root.get("variableNamingConvention") == Some("structured");
+    let mut outcome = Outcome::default();
+    let mut seen = BTreeSet::new();
+    for name in variables.iter().flat_map(Variable::names) {
+        if name.is_empty() {
+            outcome.fail("a variable has an empty name");
+        }
+        if !seen.insert(name) {
+            outcome.fail(format!("`{name}` is there twice"));
+        }
+        if name.contains(['\r', '\n', '\t']) {
+            outcome.fail(format!("{name:?} holds a line break or a tabulator"));
+        }
+        if is_structured && !is_structured_name(name) {
+            outcome.fail(format!(
+                "`{name}` is no structured name, which the description claims"
+            ));
+        }
+    }
+    (NAMES, outcome)
+}
+
+/// The grammar of FMI 2.0, section 2.2.9, as far as brackets, dots and `der(…)` go; quoted parts may hold anything.
+fn is_structured_name(name: &str) -> bool {
+    let inner = name.strip_prefix("der(").and_then(|n| n.strip_suffix(')'));
+    if let Some(inner) = inner {
+        let (variable, order) = inner.rsplit_once(',').unwrap_or((inner, "1"));
+        return is_structured_name(variable) && order.trim().parse::<u32>().is_ok();
+    }
+    let mut rest = name;
+    loop {
+        rest = match rest.strip_prefix('\'') {
+            Some(quoted) => match quoted.find('\'') {
+                Some(end) if end > 0 => &quoted[end + 1..],
+                _ => return false,
+            },
+            None => {
+                let end = rest.find(|c: char| !(c.is_ascii_alphanumeric() || c == '_'));
+                let (word, after) = rest.split_at(end.unwrap_or(rest.len()));
+                if !word.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_') {
+                    return false;
+                }
+                after
+            }
+        };
+        if let Some(indices) = rest.strip_prefix('[') {
+            let Some((indices, after)) = indices.split_once(']') else {
+                return false;
+            };
+            if !indices.split(',').all(|i| i.trim().parse::<u32>().is_ok()) {
+                return false;
+            }
+            rest = after;
+        }
+        match rest.strip_prefix('.') {
+            Some(next) => rest = next,
+            None => return rest.is_empty(),
+        }
+    }
+}
+
+/// Value references of FMI 2.0, where variables may share one.
+pub fn references_2(variables: &[Variable]) -> (Promise, Outcome) {
+    let mut outcome = Outcome::default();
+    let mut settable = BTreeMap::new();
+    for variable in variables.iter().filter(|v| v.is_settable()) {
+        let access = match variable.typed.tag() {
+            "Enumeration" => "Integer",
+            tag => tag,
+        };
+        let key = (access, variable.reference);
+        if let Some(other) = settable.insert(key, variable.name) {
+            let reference = key.1;
+            outcome.fail(format!(
+                "`{other}` and `{}` share {access} {reference}",
+                variable.name
+            ));
+        }
+    }
+    (SHARED, outcome)
+}
+
+/// Value references of FMI 3.0, where variables may not.
+pub fn references_3(variables: &[Variable]) -> (Promise, Outcome) {
+    let mut outcome = Outcome::default();
+    let mut seen = BTreeMap::new();
+    for v in variables {
+        let number: Option<u32> = v.reference.parse().ok();
+        if let Some(other) = number.and_then(|number| seen.insert(number, v.name)) {
+            outcome.fail(format!("`{other}` and `{}` share {}", v.name, v.reference));
+        }
+    }
+    (UNIQUE, outcome)
+}

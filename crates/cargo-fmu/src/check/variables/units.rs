@@ -1,0 +1,58 @@
+//! Units and display units.
+
+use std::collections::BTreeSet;
+
+use super::super::outcome::{Outcome, Promise};
+use super::super::xml::Element;
+use super::Variable;
+
+const UNITS: Promise = Promise {
+    text: "units and display units are defined, with base units",
+    why: "importers convert by them, or refuse a connection of unlike units",
+};
+
+/// Units of floating-point variables.
+pub fn check(root: Element, variables: &[Variable]) -> (Promise, Outcome) {
+    let mut outcome = Outcome::default();
+    let list = root.child("UnitDefinitions");
+    let units: Vec<_> = list
+        .into_iter()
+        .flat_map(|l| l.all("Unit").collect::<Vec<_>>())
+        .collect();
+    let mut without_base = BTreeSet::new();
+    for v in variables.iter().filter(|v| v.is_float()) {
+        let (unit, display) = (v.inherited("unit"), v.inherited("displayUnit"));
+        let defined = units
+            .iter()
+            .find(|u| u.get("name") == unit && unit.is_some());
+        match (unit, defined, display) {
+            (None, _, Some(display)) => {
+                outcome.fail(format!(
+                    "`{}` has displayUnit `{display}` and no unit",
+                    v.name
+                ));
+            }
+            (Some(unit), None, _) => {
+                outcome.fail(format!("`{}`: unit `{unit}` is not defined", v.name));
+            }
+            (Some(unit), Some(defined), display) => {
+                if defined.child("BaseUnit").is_none() && without_base.insert(unit) {
+                    outcome.remark(format!(
+                        "unit `{unit}` has no BaseUnit: nothing tells what it is"
+                    ));
+                }
+                let is_defined = |d: &str| {
+                    d == unit || defined.all("DisplayUnit").any(|u| u.get("name") == Some(d))
+                };
+                if let Some(display) = display.filter(|d| !is_defined(d)) {
+                    outcome.fail(format!(
+                        "`{}`: displayUnit `{display}` is not defined for unit `{unit}`",
+                        v.name
+                    ));
+                }
+            }
+            (None, ..) => {}
+        }
+    }
+    (UNITS, outcome)
+}
