@@ -4,7 +4,7 @@
 mod check;
 mod exact;
 mod listing;
-mod userland;
+pub mod userland;
 mod wine;
 
 use std::collections::BTreeMap;
@@ -16,7 +16,7 @@ use anyhow::{Context, Result, bail, ensure};
 use cargo_fmu::notices::Notices;
 use cargo_fmu::pack::{FMI3_FOLDER, Platforms};
 use cargo_fmu::process::{execute, output};
-use cargo_fmu::target::{TARGETS, Target, Tools, ZIG};
+use cargo_fmu::target::{TARGETS, Target, Tools};
 use cargo_fmu::workspace::artifacts;
 use clap::Args;
 use sha2::{Digest, Sha256};
@@ -24,6 +24,7 @@ use sha2::{Digest, Sha256};
 use crate::libclang;
 use crate::pack;
 use crate::python::Python;
+use crate::wheel;
 use crate::workspace::{FMU_PROFILE, Workspace};
 use listing::Listing;
 
@@ -122,11 +123,7 @@ fn platforms(workspace: &Workspace, names: &[String], listing: &mut Listing) -> 
     let mut platforms = Platforms::named(names)?;
     let is_default = platforms.targets.is_empty();
     if is_default || platforms.targets.iter().any(|t| t.needs_zig()) {
-        let python = Python::provide(workspace)?;
-        python.install(workspace, "zig", ZIG)?;
-        tools
-            .0
-            .extend(python.program().parent().map(Path::to_path_buf));
+        tools = Python::provide(workspace)?.zig(workspace)?;
     }
     if is_default {
         platforms.targets = TARGETS.iter().collect();
@@ -200,6 +197,11 @@ fn build(
         fs::copy(workspace.root.join(licence), to).with_context(|| licence.to_string())?;
     }
     notices(workspace, &dist.targets, packages, &new.join("THIRD-PARTY"))?;
+    for target in &platforms.targets {
+        if !without_experiments && wheel::PLATFORMS.contains(&target.platform.folder) {
+            wheel::build(workspace, &new, Some(target), &new.join("python"))?;
+        }
+    }
     fs::write(new.join("README.md"), readme(&commit(workspace)?))?;
     fs::write(new.join(CHECKSUMS), checksums(&new)?)?;
     clear(&dist.folder)?;

@@ -1,10 +1,11 @@
 //! The repository's own Python environment in `.venv`: `libclang` for bindgen, and what the tests need.
 
 use std::fs;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
 use cargo_fmu::process::execute;
+use cargo_fmu::target::{Tools, ZIG};
 
 use crate::workspace::Workspace;
 
@@ -43,6 +44,13 @@ impl Python {
         } else {
             "bin/python"
         })
+    }
+
+    /// The linker for Linux and macOS, installed here.
+    pub fn zig(&self, workspace: &Workspace) -> Result<Tools> {
+        self.install(workspace, "zig", ZIG)?;
+        let folder = self.program().parent().map(Path::to_path_buf);
+        Ok(Tools(folder.into_iter().collect()))
     }
 
     /// Install pinned requirements (text of a requirements file), unless just these are installed under `name`.

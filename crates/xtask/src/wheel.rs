@@ -1,27 +1,41 @@
 //! `cargo xtask wheel`: the Python package `hdrm_fmu` as a wheel, with the packed FMUs inside.
 
+mod trial;
+
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::process::Command;
 
 use anyhow::{Context, Result, ensure};
+use cargo_fmu::archive;
 use cargo_fmu::notices::Notices;
 use cargo_fmu::pack::Platforms;
 use cargo_fmu::process::execute;
-use cargo_fmu::target::{Tools, ZIG};
+use cargo_fmu::target::{Target, Tools};
 use clap::Args;
 
 use crate::python::Python;
-use crate::workspace::Workspace;
+use crate::workspace::{FMU_PROFILE, Workspace};
 use crate::{libclang, pack};
 
 /// What compiles the native module and writes the wheel.
 const MATURIN: &str = "maturin==1.16.0\n";
 /// Environment variable with the program that the package's runs are compared with.
 const PROGRAM: &str = "HDRM_FMU";
-/// What the notices of the crates in the module are collected for.
+/// What the notices of the crates in a module for this machine are collected for.
 const LINUX: &str = "x86_64-unknown-linux-gnu";
 /// Files of a folder of packed FMUs that go into the package.
 const PACKED: [&str; 2] = ["fmu", "ssp"];
+/// Platforms that wheels for other machines are made for; their FMUs hold libraries for all of these.
+pub const PLATFORMS: [&str; 2] = ["linux64", "win64"];
+/// The profile of what is handed out, as maturin is told of it.
+const HANDED_OUT: [(&str, &str); 3] = [
+    ("CARGO_PROFILE_RELEASE_DEBUG_ASSERTIONS", "false"),
+    ("CARGO_PROFILE_RELEASE_OVERFLOW_CHECKS", "false"),
+    ("CARGO_PROFILE_RELEASE_STRIP", "symbols"),
+];
+/// The part of Python that a module for Windows is linked with; every Python 3 has it.
+const PYTHON_DLL: &str = "python3.dll";
 
 /// Options of `cargo xtask wheel`.
 #[derive(Args)]
@@ -29,47 +43,78 @@ pub struct Options {
     /// Only put the FMUs and the parameters into the package, as pip needs them before it builds
     #[arg(long)]
     prepare: bool,
-    /// Of this folder of packed FMUs [default: they are packed]
+    /// Of this folder of packed FMUs, such as that of `cargo xtask dist` [default: they are packed]
     #[arg(long, value_name = "DIR")]
     fmus: Option<PathBuf>,
-    /// For any Linux with glibc 2.17 or newer, by zig as the linker
+    /// For any x86-64 Linux with glibc 2.17 or newer (manylinux2014), by zig as the linker
     #[arg(long)]
     manylinux: bool,
+    /// For Windows (win_amd64), by the MinGW linker
+    #[arg(long)]
+    windows: bool,
     /// Install the wheel for this machine in an environment of its own, and run its tests and its notebook there
-    #[arg(long, conflicts_with_all = ["prepare", "manylinux"])]
+    #[arg(long, conflicts_with_all = ["prepare", "manylinux", "windows"])]
     check: bool,
+    /// Install the wheel in an empty environment and run its demo with no other program in the search path: here, and with --manylinux in an
+    /// old Debian
+    #[arg(long, conflicts_with_all = ["prepare", "windows", "check"])]
+    trial: bool,
     /// Folder for the wheel [default: wheels/ in the cargo target directory]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
 }
 
-/// Build the wheel, or prepare the package.
+/// Build wheels, or prepare the package.
 pub fn run(workspace: &Workspace, caller: &Path, options: &Options) -> Result<()> {
+    let chosen = PLATFORMS
+        .into_iter()
+        .zip([options.manylinux, options.windows]);
+    let targets = chosen.filter(|(_, is_chosen)| *is_chosen);
+    let targets = targets.map(|(folder, _)| Target::named(folder));
+    let targets = targets.collect::<Result<Vec<_>>>()?;
     let fmus = match &options.fmus {
         Some(folder) => caller.join(folder),
-        None => {
-            let folder = workspace.fmu_dir();
-            pack::suite(workspace, &folder)?;
-            folder
-        }
+        None => packed(workspace, !targets.is_empty())?,
     };
     if options.check {
         return check(workspace, &fmus);
     }
     if options.prepare {
         libclang::provide(workspace)?;
-        return prepare(workspace, &fmus);
+        return prepare(workspace, &fmus, LINUX);
     }
     let out = options.out.clone();
     let out = caller.join(out.unwrap_or_else(|| workspace.target.join("wheels")));
-    let wheel = build(workspace, &fmus, options.manylinux, &out)?;
-    let size = fs::metadata(&wheel)?.len();
-    println!("built {} ({} kB)", wheel.display(), size / 1000);
+    let targets = match targets.is_empty() {
+        true => vec![None],
+        false => targets.into_iter().map(Some).collect(),
+    };
+    for target in targets {
+        let wheel = build(workspace, &fmus, target, &out)?;
+        if options.trial {
+            trial::run(workspace, &wheel, target.is_some())?;
+        }
+    }
     Ok(())
 }
 
-/// Put the packed FMUs and systems of a folder, and the parameter files, into the package, in place of what was there.
-pub fn prepare(workspace: &Workspace, fmus: &Path) -> Result<()> {
+/// The folder of the suite, packed for this machine, or in another one for all machines of the platforms that wheels are made for.
+fn packed(workspace: &Workspace, is_portable: bool) -> Result<PathBuf> {
+    if !is_portable {
+        let folder = workspace.fmu_dir();
+        pack::suite(workspace, &folder)?;
+        return Ok(folder);
+    }
+    let mut platforms = Platforms::named(&PLATFORMS.map(String::from))?;
+    platforms.tools = Python::provide(workspace)?.zig(workspace)?;
+    let folder = workspace.target.join("fmu-portable");
+    pack::suite_with(workspace, FMU_PROFILE, &platforms, &folder)?;
+    Ok(folder)
+}
+
+/// Put the packed FMUs and systems of a folder, the parameter files, and the notices of what the module for a compiler's target holds, into
+/// the package, in place of what was there.
+fn prepare(workspace: &Workspace, fmus: &Path, triple: &str) -> Result<()> {
     let data = workspace.root.join("python/hdrm_fmu/data");
     if data.exists() {
         fs::remove_dir_all(&data)?;
@@ -80,7 +125,7 @@ pub fn prepare(workspace: &Workspace, fmus: &Path) -> Result<()> {
     ensure!(packed > 0, "{} holds no packed FMUs", fmus.display());
     copy(&workspace.root.join("parameters"), &["json"], &parameters)?;
     let notices = Notices::new(&workspace.cargo)?;
-    for (name, bytes) in notices.files(&workspace.cargo, "hdrm-fmu-python", &[LINUX])? {
+    for (name, bytes) in notices.files(&workspace.cargo, "hdrm-fmu-python", &[triple])? {
         fs::write(data.join(name), bytes)?;
     }
     for licence in ["LICENSE-APACHE", "LICENSE-MIT"] {
@@ -103,9 +148,20 @@ fn copy(from: &Path, suffixes: &[&str], to: &Path) -> Result<usize> {
     Ok(count)
 }
 
-/// The wheel with the FMUs of a folder, in `out`: for this machine, or with `manylinux` for any x86-64 Linux with glibc 2.17.
-pub fn build(workspace: &Workspace, fmus: &Path, manylinux: bool, out: &Path) -> Result<PathBuf> {
-    prepare(workspace, fmus)?;
+/// The wheel with the FMUs of a folder, in `out`: for this machine, or for all machines of a platform.
+///
+/// # Errors
+/// Something cannot be built, or the module or an FMU in it would not run on every machine of the platform.
+pub fn build(
+    workspace: &Workspace,
+    fmus: &Path,
+    target: Option<&Target>,
+    out: &Path,
+) -> Result<PathBuf> {
+    if let Some(target) = target {
+        check_libraries(workspace, fmus, target)?;
+    }
+    prepare(workspace, fmus, target.map_or(LINUX, |t| t.triple))?;
     let python = Python::provide(workspace)?;
     python.install(workspace, "maturin", MATURIN)?;
     let new = out.join("new");
@@ -116,37 +172,88 @@ pub fn build(workspace: &Workspace, fmus: &Path, manylinux: bool, out: &Path) ->
     command.args(["-m", "maturin", "build", "--release", "--locked"]);
     command.args(["--manifest-path", "python/Cargo.toml", "--out"]);
     command.arg(&new).envs(libclang::provide(workspace)?);
-    if manylinux {
-        python.install(workspace, "zig", ZIG)?;
-        let platforms = Platforms::named(&["linux64".to_string()])?;
-        let target = platforms.targets.first().context("linux64 is known")?;
-        let tools = python.program().parent().map(Path::to_path_buf);
-        let tools = Tools(tools.into_iter().collect());
-        command.args(["--zig", "--compatibility", "manylinux2014", "--target"]);
-        command.arg(target.triple);
-        command.env("PATH", tools.search_path()?);
-        let (name, arguments) = crate::dist::bindgen_arguments(workspace, target.triple)?;
-        command.env(name, arguments);
-        for check in ["DEBUG_ASSERTIONS", "OVERFLOW_CHECKS"] {
-            command.env(format!("CARGO_PROFILE_RELEASE_{check}"), "false");
+    match target {
+        Some(target) => for_target(workspace, &python, target, &mut command)?,
+        None => {
+            command.args(["--compatibility", "linux"]);
         }
-    } else {
-        command.args(["--compatibility", "linux"]);
     }
     execute(&mut command)?;
-    let built = fs::read_dir(&new)?
-        .next()
-        .context("maturin made no wheel")??;
+    let built = fs::read_dir(&new)?.next();
+    let built = built.context("maturin made no wheel")??;
+    if let Some(target) = target {
+        check_module(workspace, &built.path(), target)?;
+    }
     let wheel = out.join(built.file_name());
     fs::rename(built.path(), &wheel)?;
     fs::remove_dir(&new)?;
+    let size = fs::metadata(&wheel)?.len();
+    println!("built {} ({} kB)", wheel.display(), size / 1000);
     Ok(wheel)
+}
+
+/// Have maturin build for all machines of a platform, with the flags and profile of all that is handed out.
+fn for_target(
+    workspace: &Workspace,
+    python: &Python,
+    target: &Target,
+    maturin: &mut Command,
+) -> Result<()> {
+    let mut tools = Tools::default();
+    if target.needs_zig() {
+        tools = python.zig(workspace)?;
+        maturin.args(["--zig", "--compatibility", "manylinux2014"]);
+        let (name, arguments) = crate::dist::bindgen_arguments(workspace, target.triple)?;
+        maturin.env(name, arguments);
+    }
+    let build = target.build(&workspace.cargo, &tools)?;
+    let set = build
+        .get_envs()
+        .filter_map(|(name, value)| Some((name, value?)));
+    maturin.envs(set).envs(HANDED_OUT);
+    maturin.args(["--target", target.triple]);
+    Ok(())
+}
+
+/// Refuse FMUs without a library for a platform, or with one that would not run on every machine of it.
+fn check_libraries(workspace: &Workspace, fmus: &Path, target: &Target) -> Result<()> {
+    let folder = format!("binaries/{}/", target.platform.folder);
+    for entry in fs::read_dir(fmus).with_context(|| fmus.display().to_string())? {
+        let path = entry?.path();
+        if path.extension().is_none_or(|suffix| suffix != "fmu") {
+            continue;
+        }
+        let entries = archive::read(&path)?;
+        let library = entries.iter().find(|(name, _)| name.starts_with(&folder));
+        let shown = path.display();
+        let (_, library) = library.with_context(|| format!("{shown} has nothing in {folder}"))?;
+        let faults = target.faults(library, &workspace.cargo)?;
+        ensure!(
+            faults.is_empty(),
+            "{shown}: its library {}",
+            faults.join("; it ")
+        );
+    }
+    Ok(())
+}
+
+/// Refuse a wheel whose module would not run on every machine of the platform, beside Python.
+fn check_module(workspace: &Workspace, wheel: &Path, target: &Target) -> Result<()> {
+    let entries = archive::read(wheel)?;
+    let module = entries
+        .iter()
+        .find(|(name, _)| name.starts_with("hdrm_fmu/_native"));
+    let (name, module) = module.with_context(|| format!("{} has no module", wheel.display()))?;
+    let mut faults = target.faults(module, &workspace.cargo)?;
+    faults.retain(|fault| !fault.contains(PYTHON_DLL));
+    ensure!(faults.is_empty(), "{name} {}", faults.join("; it "));
+    Ok(())
 }
 
 /// Build the wheel for this machine, install it in an environment of its own, and run its tests and its notebook there. The tests compare it
 /// with the program that the environment variable `HDRM_FMU` names, else with that of the same source.
 pub fn check(workspace: &Workspace, fmus: &Path) -> Result<()> {
-    let wheel = build(workspace, fmus, false, &workspace.target.join("wheels"))?;
+    let wheel = build(workspace, fmus, None, &workspace.target.join("wheels"))?;
     let program = match std::env::var_os(PROGRAM) {
         Some(program) => program.into(),
         None => libclang::build_hdrm_fmu(workspace)?,

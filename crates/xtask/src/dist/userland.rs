@@ -11,6 +11,9 @@ use cargo_fmu::target::Tools;
 /// Debian 11 of 2021. Those before it have left the servers.
 const RELEASE: &str = "bullseye";
 
+/// Whom a program trusts that reaches the network.
+pub const CERTIFICATES: &str = "etc/ssl/certs/ca-certificates.crt";
+
 /// The system's folder is `$0`, the command that runs in it `$@`.
 const INSIDE: &str = r#"mount -t proc proc "$0/proc" && exec chroot "$0" "$@""#;
 
@@ -24,7 +27,25 @@ pub struct Userland {
 impl Userland {
     /// Unpacked below `folder`, unless it is there.
     pub fn provide(folder: &Path) -> Result<Self> {
-        let root = folder.join(RELEASE);
+        Self::unpacked(folder, RELEASE, &[])
+    }
+
+    /// As [`Userland::provide`], with its Python, and with what pip needs to reach the network as this system does.
+    pub fn with_python(folder: &Path) -> Result<Self> {
+        let name = format!("{RELEASE}-python");
+        let userland = Self::unpacked(folder, &name, &["python3-venv"])?;
+        for file in ["etc/resolv.conf", "etc/hosts", CERTIFICATES] {
+            let from = Path::new("/").join(file);
+            let to = userland.root.join(file);
+            fs::create_dir_all(to.parent().unwrap_or(&userland.root))?;
+            fs::copy(&from, &to).with_context(|| from.display().to_string())?;
+        }
+        Ok(userland)
+    }
+
+    /// Unpacked as `name` below `folder`, unless it is there, with packages beside those that every Debian has.
+    fn unpacked(folder: &Path, name: &str, packages: &[&str]) -> Result<Self> {
+        let root = folder.join(name);
         if !root.is_dir() {
             let debootstrap = Tools::default().find("debootstrap");
             let debootstrap = debootstrap.context("debootstrap: `apt-get install debootstrap`")?;
@@ -34,16 +55,26 @@ impl Userland {
                 "debootstrap and chroot need the user root"
             );
             println!("unpacking Debian {RELEASE} into {}", root.display());
-            let new = folder.join(format!("{RELEASE}.new"));
+            let new = folder.join(format!("{name}.new"));
             if new.exists() {
                 fs::remove_dir_all(&new)?;
             }
             let mut command = Command::new(debootstrap);
             // Unpacked is enough: no package has to be set up.
-            command.args(["--foreign", "--variant=minbase", RELEASE]);
+            command.args(["--foreign", "--variant=minbase"]);
+            if !packages.is_empty() {
+                command.arg(format!("--include={}", packages.join(",")));
+            }
+            command.arg(RELEASE);
             command.arg(&new);
             let log = fs::File::create(folder.join("debootstrap.log"))?;
             execute(command.stdout(log))?;
+            if !packages.is_empty() {
+                // debootstrap has fetched them, but unpacks what every Debian has.
+                for package in super::files(&new.join("var/cache/apt/archives"))? {
+                    execute(Command::new("dpkg-deb").arg("-x").arg(package).arg(&new))?;
+                }
+            }
             // In a container debootstrap leaves a link here, which would lead to itself.
             let processes = new.join("proc");
             if processes.is_symlink() {
