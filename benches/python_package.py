@@ -78,9 +78,9 @@ def _with_fmpy(scale):
         files = set(structure.components.values())
         fmus = {file: Fmu(hdrm_fmu.fmus()[Path(file).stem], Path(folder) / file) for file in files}
         master = Master(structure, fmus, {"hdrm": {"inertia_scale": scale}})
-        _, rows = master.record(24.25, ["controller.tip_error_norm"])
+        times, rows = master.record(24.25, ["controller.tip_error_norm"])
         master.free()
-    return float(rows.max())
+    return hdrm_fmu.tip_error(times, rows[:, 0], 0.0)["tip_max_whole"]
 
 
 def fmpy(args):

@@ -188,12 +188,6 @@ def passes_derivative(system, fmus, link):
     )
 
 
-def tip_rmse(times, error, settle):
-    """Root mean square of the tip error in m from the end of settling on."""
-    moving = error[times >= settle]
-    return float(np.sqrt(np.mean(moving**2)))
-
-
 def addressed(system, fmus, parameters):
     """Values of a parameter set by component: its names are component.variable, or a variable that one component alone has."""
     found = {}

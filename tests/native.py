@@ -4,6 +4,7 @@ They are looked for in the build folder beside the packed FMUs; the environment 
 """
 
 import csv
+import json
 import os
 import subprocess
 from pathlib import Path
@@ -31,11 +32,28 @@ def call(name, *arguments, **options):
     return subprocess.run([str(part) for part in (program(name), *arguments)], capture_output=True, text=True, **options)
 
 
+def named(settings):
+    """Options of a program for start values: {component: {variable: value}}."""
+    settings = {f"{c}.{v}": value for c, values in (settings or {}).items() for v, value in values.items()}
+    return [option for name, value in settings.items() for option in ("--set", f"{name}={value}")]
+
+
+def evaluated(folder, times, signals, rows, *options, settings=None):
+    """A run that another importer recorded, by the definitions of the native programs: the object that `hdrm-fmu evaluate` writes, with
+    `metrics` in SI units."""
+    file = folder / "evaluated.csv"
+    with file.open("w", newline="") as to:
+        writer = csv.writer(to)
+        writer.writerow(["time", *signals])
+        writer.writerows([repr(float(t)), *map(repr, row.tolist())] for t, row in zip(times, rows))
+    done = call("hdrm-fmu", "evaluate", file, "--system", FMU_DIR / "Manipulator.ssp", "--json", folder / "evaluated.json", *named(settings), *options)
+    assert done.returncode == 0, done.stderr
+    return json.loads((folder / "evaluated.json").read_text())
+
+
 def recorded(path, signals, *options, settings=None):
     """Rows of `signals` (component.variable) from `cosim run`; `settings`: {component: {variable: value}}."""
-    named = {f"{c}.{v}": value for c, values in (settings or {}).items() for v, value in values.items()}
-    options += tuple(option for name, value in named.items() for option in ("--set", f"{name}={value}"))
-    done = call("cosim", "run", "--quiet", "--csv", path, "--signals", ",".join(signals), *options)
+    done = call("cosim", "run", "--quiet", "--csv", path, "--signals", ",".join(signals), *named(settings), *options)
     assert done.returncode == 0, done.stderr
     with open(path) as file:
         titles, *rows = csv.reader(file)

@@ -5,9 +5,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fmpy_master import ROOT, SCHEDULES, STAGED, Master, tip_rmse
+from fmpy_master import ROOT, SCHEDULES, STAGED, Master
 from fmu import Refused
-from native import call, recorded
+from native import call, evaluated, named, recorded
 from system import System
 
 SSD = ROOT / "system/SystemStructure.ssd"
@@ -30,14 +30,13 @@ CELLS = cells(GOLDEN)
 OTHERS = [(t, s) for t, s, mode in CELLS if mode == "paper" and (t, s) not in (("cubic", 1.0), ("triangular", 1.2))]
 
 
-def run(couple, trajectory, scale, mode="adaptive", signals=SIGNALS[:1], **options):
-    """Times and rows over a whole trajectory, and the cell of the table, "RMSE (maximum)" in mm."""
+def run(couple, folder, trajectory, scale, mode="adaptive", signals=SIGNALS[:1], **options):
+    """Times and rows over a whole trajectory, and the cell of the table, "RMSE (maximum)" in mm, by the metrics of the native programs."""
     settings = {"controller": {"mode": mode, "trajectory": trajectory}, "hdrm": {"inertia_scale": scale}}
     master = couple(settings=settings, **options)
-    controller = master.instances["controller"]
-    times, rows = master.record(controller.get("motion_end"), signals)
-    settle = controller.get("settle_time")
-    cell = f"{1e3 * tip_rmse(times, rows[:, 0], settle):.3f} ({1e3 * rows[times >= settle, 0].max():.3f})"
+    times, rows = master.record(master.instances["controller"].get("motion_end"), signals)
+    metrics = evaluated(folder, times, SIGNALS[:1], rows[:, :1], settings=settings)["metrics"]
+    cell = f"{1e3 * metrics['tip_rmse']:.3f} ({1e3 * metrics['tip_max']:.3f})"
     print(f"{trajectory} {mode} x{scale} {options}: tip RMSE and maximum {cell} mm")
     return times, rows, cell
 
@@ -67,15 +66,15 @@ def test_the_golden_table_has_thirty_cells_that_show_what_the_paper_shows():
 
 
 @pytest.mark.parametrize("trajectory, scale, mode", [("cubic", 1.0, "adaptive"), ("triangular", 1.2, "modular"), ("triangular", 1.2, "pd")])
-def test_the_fmpy_master_gives_the_golden_cells(couple, trajectory, scale, mode):
-    assert run(couple, trajectory, scale, mode)[2] == CELLS[trajectory, scale, mode]
+def test_the_fmpy_master_gives_the_golden_cells(couple, tmp_path, trajectory, scale, mode):
+    assert run(couple, tmp_path, trajectory, scale, mode)[2] == CELLS[trajectory, scale, mode]
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("trajectory, scale", OTHERS)
 @pytest.mark.parametrize("mode", MODES)
-def test_the_fmpy_master_gives_the_other_golden_cells(couple, trajectory, scale, mode):
-    assert run(couple, trajectory, scale, mode)[2] == CELLS[trajectory, scale, mode]
+def test_the_fmpy_master_gives_the_other_golden_cells(couple, tmp_path, trajectory, scale, mode):
+    assert run(couple, tmp_path, trajectory, scale, mode)[2] == CELLS[trajectory, scale, mode]
 
 
 OPTIONS = {schedule: ["--schedule", schedule] for schedule in SCHEDULES}
@@ -86,46 +85,72 @@ OPTIONS["jacobi-derivatives"] = ["--schedule", "jacobi", "--input-derivatives"]
 def test_fmpy_and_native_master_agree(couple, fmu_dir, tmp_path, schedule):
     """Two masters, one in Rust and one in Python, that share nothing but the system: the same numbers bit for bit. With a staged exchange the
     printed digits are those of the golden table: the schedules differ only in what is held over a step."""
-    times, rows, cell = run(couple, "triangular", 1.2, signals=SIGNALS, schedule=schedule)
+    times, rows, cell = run(couple, tmp_path, "triangular", 1.2, signals=SIGNALS, schedule=schedule)
     settings = {"controller": {"trajectory": "triangular"}, "hdrm": {"inertia_scale": 1.2}}
     options = ["--system", SSD, "--fmu-dir", fmu_dir, "--stop-time", times[-1], *OPTIONS[schedule]]
     np.testing.assert_array_equal(rows, recorded(tmp_path / "run.csv", SIGNALS, *options, settings=settings))
     assert (cell == CELLS["triangular", 1.2, "adaptive"]) == (schedule in STAGED)
 
 
-WANTED = [f"controller.desired.position[{i}]" for i in (1, 2, 3)]
-TIP = [f"hdrm.tip.position[{i}]" for i in (1, 2, 3)]
+def evaluated_signals(fmu_dir):
+    """Names of the signals that `hdrm-fmu evaluate` takes."""
+    done = call("hdrm-fmu", "evaluate", "--signals", "--system", fmu_dir / "Manipulator.ssp")
+    assert done.returncode == 0, done.stderr
+    return done.stdout.split()
 
 
-def standard(fmu_dir, fmus, variant, trajectory, h):
+def test_a_run_of_the_fmpy_master_has_the_metrics_and_the_verdict_of_a_native_one(couple, fmu_dir, tmp_path):
+    """Tip error, tracking, orientation, limits and ratings, in every digit; a signal that is missing is named."""
+    signals = evaluated_signals(fmu_dir)
+    settings = {"controller": {"trajectory": "triangular", "settle_time": 0.5}, "hdrm": {"inertia_scale": 1.2}}
+    times, rows = couple(settings=settings).record(1.5, signals)
+    theirs = evaluated(tmp_path, times, signals, rows, "--max-error", "1e-12", settings=settings)
+    options = ["--system", SSD, "--fmu-dir", fmu_dir, "--stop-time", times[-1]]
+    ours = recorded(tmp_path / "run.csv", signals, *options, settings=settings)
+    assert theirs == evaluated(tmp_path, times, signals, ours, "--max-error", "1e-12", settings=settings)
+    metrics = theirs["metrics"]
+    assert 0.0 < metrics["tip_rmse"] < metrics["tip_max"] and 0.0 < metrics["orientation_rms"] and "not_evaluated" not in theirs
+    assert theirs["verdict"] == "BAD" and "tip error" in theirs["findings"][-1]
+    printed = call("hdrm-fmu", "run", "--quiet", "--system", fmu_dir / "Manipulator.ssp", "--stop-time", times[-1], *named(settings)).stdout
+    assert f"RMSE {1e3 * metrics['tip_rmse']:.4f} mm, max {1e3 * metrics['tip_max']:.4f} mm" in printed
+    lift = signals.index("emla_2.v_q")
+    rows[700:, lift] = 1e4
+    beyond = evaluated(tmp_path, times, signals, rows, settings=settings)
+    assert beyond["verdict"] == "BAD" and any("voltage of emla_2" in text and "t = 0.700 s" in text for text in beyond["findings"])
+    part = evaluated(tmp_path, times, signals[:lift], rows[:, :lift], settings=settings)
+    assert "emla_2.v_q" in part["not_evaluated"]["limits and ratings"]
+
+
+def standard(fmu_dir, fmus, folder, variant, trajectory, h):
     """Tip RMSE in mm under the schedule `standard`: positions at one communication point, since without a delay `tip_error` rests on the
     measurement of the step before."""
-    system = System.read(fmu_dir / "Manipulator.ssp", variant)
-    master = Master(system, fmus, {"controller": {"trajectory": trajectory}}, schedule="standard", h=h)
-    controller = master.instances["controller"]
-    times, rows = master.record(controller.get("motion_end"), WANTED + TIP)
-    rmse = 1e3 * tip_rmse(times, np.linalg.norm(rows[:, :3] - rows[:, 3:], axis=1), controller.get("settle_time"))
+    system, signals = System.read(fmu_dir / "Manipulator.ssp", variant), evaluated_signals(fmu_dir)
+    settings = {"controller": {"trajectory": trajectory}}
+    master = Master(system, fmus, settings, schedule="standard", h=h)
+    times, rows = master.record(master.instances["controller"].get("motion_end"), signals)
     master.free()
+    found = evaluated(folder, times, signals, rows, "--variant", variant, settings=settings)
+    rmse = 1e3 * found["metrics"]["plant_rmse"]
     print(f"{trajectory}, {variant}, h = {h} s: tip RMSE {rmse:.4f} mm")
     return rmse
 
 
-def test_the_standard_schedule_is_a_step_late(fmu_dir, fmus):
+def test_the_standard_schedule_is_a_step_late(fmu_dir, fmus, tmp_path):
     """What an importer gets that exchanges once a step and takes the default structure."""
-    assert standard(fmu_dir, fmus, "SystemStructure.ssd", "cubic", 1e-3) == pytest.approx(0.063, abs=5e-4)
+    assert standard(fmu_dir, fmus, tmp_path, "SystemStructure.ssd", "cubic", 1e-3) == pytest.approx(0.063, abs=5e-4)
 
 
 @pytest.mark.parametrize("h", [1e-3, 2e-3])
 @pytest.mark.parametrize("trajectory", ["cubic", "triangular"])
-def test_a_system_that_knows_the_delay_tracks_under_the_standard_schedule(fmu_dir, fmus, trajectory, h):
+def test_a_system_that_knows_the_delay_tracks_under_the_standard_schedule(fmu_dir, fmus, tmp_path, trajectory, h):
     """Controller and actuators predict over the step that their outputs come late: 0.002 mm, also at twice the step, at which the system that
     does not know of the delay is unstable."""
-    assert standard(fmu_dir, fmus, "standard.ssd", trajectory, h) < 0.003
+    assert standard(fmu_dir, fmus, tmp_path, "standard.ssd", trajectory, h) < 0.003
 
 
-def test_the_standard_schedule_at_twice_the_step_needs_the_prediction(fmu_dir, fmus):
+def test_the_standard_schedule_at_twice_the_step_needs_the_prediction(fmu_dir, fmus, tmp_path):
     with pytest.raises(Refused, match="allowed|must"):
-        standard(fmu_dir, fmus, "SystemStructure.ssd", "cubic", 2e-3)
+        standard(fmu_dir, fmus, tmp_path, "SystemStructure.ssd", "cubic", 2e-3)
 
 
 def test_coupling_error_of_the_schedules(couple):

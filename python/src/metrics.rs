@@ -1,7 +1,5 @@
 //! What a run is in numbers, by the definitions of `studies`.
 
-use std::collections::BTreeMap;
-
 use anyhow::Result;
 use cosim::recording::Recording;
 use cosim::run::Experiment;
@@ -10,11 +8,9 @@ use cosim::wiring::Port;
 use pyo3::prelude::*;
 use studies::energy;
 use studies::experiment::{Outcome, Recorded};
+use studies::metrics::{Metrics, add_energy, add_tracking, of_tip};
 use studies::tip::TipError;
-use studies::tracking::{Evaluation, PositionError, Tracking};
-
-/// Numbers by name.
-pub type Metrics = BTreeMap<String, f64>;
+use studies::tracking::Evaluation;
 
 /// Metrics beside those of the tip error; they take time, because signals are recorded at every communication point.
 pub struct Extra {
@@ -56,71 +52,17 @@ impl Extra {
             outcome: outcome.clone(),
         };
         if let Some(evaluation) = &self.tracking {
-            add_tracking(metrics, &evaluation.evaluate(&recorded)?);
+            let motion_start = outcome.tip.motion_start;
+            let tracking = evaluation.evaluate(&recorded.recording, motion_start)?;
+            add_tracking(metrics, &tracking);
         }
         if self.energy {
             for balance in energy::evaluate(system, &recorded)?.balances {
-                let of = format!("energy_{}", balance.actuator);
-                let efficiency = balance.efficiency().unwrap_or(f64::NAN);
-                metrics.insert(format!("{of}_efficiency"), efficiency);
-                let values = serde_json::to_value(&balance)?;
-                for (name, value) in values.as_object().into_iter().flatten() {
-                    if let Some(value) = value.as_f64() {
-                        metrics.insert(format!("{of}_{name}"), value);
-                    }
-                }
+                add_energy(metrics, &balance)?;
             }
         }
         Ok(())
     }
-}
-
-fn add_tracking(metrics: &mut Metrics, tracking: &Tracking) {
-    let mut position = |of: &str, error: &PositionError| {
-        let values = serde_json::to_value(error).unwrap_or_default();
-        for (name, value) in values.as_object().into_iter().flatten() {
-            metrics.insert(format!("{of}_{name}"), value.as_f64().unwrap_or(f64::NAN));
-        }
-    };
-    position("known", &tracking.known);
-    position("joints", &tracking.joints);
-    position("plant", &tracking.plant);
-    if let Some(bent) = &tracking.bent {
-        position("rigid", &bent.rigid);
-        metrics.insert("sag_rms".into(), bent.sag_rms);
-        metrics.insert("sag_max".into(), bent.sag_max);
-    }
-    let [rms, max] = tracking.orientation;
-    metrics.insert("orientation_rms".into(), rms);
-    metrics.insert("orientation_max".into(), max);
-    metrics.insert("speed_max".into(), tracking.speed);
-    metrics.insert("rho".into(), tracking.rho());
-}
-
-/// The tip error and the power residuals of a run.
-pub fn of_run(outcome: &Outcome) -> Metrics {
-    let mut metrics = of_tip(&outcome.tip);
-    add_residuals(&mut metrics, &outcome.run.residuals);
-    metrics
-}
-
-/// The power residuals of a run: largest peak, and the energy that the coupling made (negative) or lost at all bonds.
-pub fn add_residuals(metrics: &mut Metrics, residuals: &[cosim::bond::Residual]) {
-    let peak = residuals.iter().map(|r| r.peak).fold(0.0, f64::max);
-    metrics.insert("residual_peak".into(), peak);
-    let energy = residuals.iter().map(|r| r.energy).sum();
-    metrics.insert("residual_energy".into(), energy);
-}
-
-fn of_tip(tip: &TipError) -> Metrics {
-    let named = [
-        ("tip_rmse", tip.motion.rms()),
-        ("tip_max", tip.motion.max),
-        ("tip_rmse_whole", tip.whole.rms()),
-        ("tip_max_whole", tip.whole.max),
-        ("motion_start", tip.motion_start),
-    ];
-    named.map(|(name, value)| (name.to_string(), value)).into()
 }
 
 /// The metrics of tip errors (m) at times (s), with the motion from `motion_start`, s, on: as those of a run.

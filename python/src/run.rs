@@ -10,9 +10,10 @@ use cosim::verdict::Verdict;
 use cosim::wiring::Port;
 use pyo3::prelude::*;
 use pyo3::types::{PyByteArray, PyDict};
+use studies::metrics::{Metrics, add_residuals, of_tip};
 use studies::{verdict, watched};
 
-use crate::metrics::{Extra, Metrics, add_residuals, of_run};
+use crate::metrics::Extra;
 use crate::raised;
 
 /// Communication points between two looks at whether the user has pressed Ctrl-C.
@@ -71,7 +72,8 @@ pub fn run(system: &System, experiment: &Experiment, request: Request) -> Result
     let (outcome, metrics, verdict) = if request.is_machine {
         let (outcome, mut verdict) = watched::run(system, experiment, &progress, observe)?;
         verdict.extend(verdict::tracking(&outcome.tip, request.max_error));
-        let mut metrics = of_run(&outcome);
+        let mut metrics = of_tip(&outcome.tip);
+        add_residuals(&mut metrics, &outcome.run.residuals);
         if let Some(extra) = extra {
             extra.finish(system, &outcome, &mut metrics)?;
         }

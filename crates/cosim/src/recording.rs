@@ -1,6 +1,6 @@
 //! Signals of a run kept in memory.
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, ensure};
 
 use crate::master::Master;
 use crate::signals::Signals;
@@ -25,6 +25,29 @@ impl Recording {
         })
     }
 
+    /// A recording that was made elsewhere: a column of values at `times`, s, for each of the variables `ports`.
+    ///
+    /// # Errors
+    /// A column has another length than the times.
+    pub fn made_elsewhere(
+        system: &System,
+        ports: &[Port],
+        times: Vec<f64>,
+        columns: Vec<Vec<f64>>,
+    ) -> Result<Self> {
+        let is_whole = columns.iter().all(|column| column.len() == times.len());
+        ensure!(
+            is_whole && columns.len() == ports.len(),
+            "every variable needs one value at each of {} times",
+            times.len()
+        );
+        Ok(Self {
+            times,
+            signals: Signals::new(system, ports)?,
+            columns,
+        })
+    }
+
     /// Add the present communication point.
     pub fn add(&mut self, master: &Master) -> Result<()> {
         self.times.push(master.time());
@@ -33,6 +56,11 @@ impl Recording {
             column.push(*value);
         }
         Ok(())
+    }
+
+    /// Index of the first communication point that is not before a time, s.
+    pub fn first_from(&self, time: f64) -> usize {
+        self.times.partition_point(|t| *t < time)
     }
 
     /// Values of a recorded variable.

@@ -1,7 +1,7 @@
 //! A run of the machine together with what its controller says of it: when the reference moves, and how far the tip is from it.
 
 use anyhow::{Result, bail};
-use cosim::master::{Master, Schedule};
+use cosim::master::{Master, Schedule, start_value};
 use cosim::recording::Recording;
 use cosim::run::{self, Experiment};
 use cosim::signals::Signals;
@@ -35,6 +35,26 @@ pub fn tell_delay(system: &System, base: &mut Experiment) -> Result<()> {
         }
     }
     Ok(())
+}
+
+/// The controller's output of which the tip error is made.
+///
+/// # Errors
+/// The system has no such controller.
+pub fn tip_error_port(system: &System) -> Result<Port> {
+    system.port(TIP_ERROR)
+}
+
+/// When the reference begins to move under the start values of `experiment`, s; 0 for a controller that does not say it.
+///
+/// # Errors
+/// The system has no such controller, or it refuses the start values.
+pub fn motion_start(system: &System, experiment: &Experiment) -> Result<f64> {
+    let controller = tip_error_port(system)?.component;
+    match system.port_of(controller, MOTION_START) {
+        Ok(port) => start_value(system, &experiment.settings, port),
+        Err(_) => Ok(0.0),
+    }
 }
 
 /// What came out of a run.
@@ -99,7 +119,7 @@ pub fn run(
     mut observe: impl FnMut(&Master) -> Result<()>,
 ) -> Result<Outcome> {
     let master = experiment.start(system)?;
-    let tip_error = system.port(TIP_ERROR)?;
+    let tip_error = tip_error_port(system)?;
     let of_controller = |name| {
         let port = system.port_of(tip_error.component, name);
         port.and_then(|port| master.number(port))
@@ -145,21 +165,13 @@ impl Recorded {
 
     /// Index of the first communication point of the motion.
     pub fn motion_start(&self) -> usize {
-        let start = self.outcome.tip.motion_start;
-        self.recording.times.partition_point(|t| *t < start)
+        self.recording.first_from(self.outcome.tip.motion_start)
     }
 }
 
 impl Outcome {
     /// The outcome as text for people.
     pub fn summary(&self) -> String {
-        let tip = &self.tip;
-        format!(
-            "tip error, motion from {} s on: {}\ntip error, whole run:           {}\n{}",
-            tip.motion_start,
-            tip.motion,
-            tip.whole,
-            self.run.summary()
-        )
+        self.tip.text() + &self.run.summary()
     }
 }

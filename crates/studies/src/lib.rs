@@ -1,5 +1,5 @@
 //! Experiments on the coupled manipulator, made with the co-simulation master `cosim`: runs with their tip error ([`experiment`],
-//! [`tip`]) and the machine's limits watched ([`watched`]), the paper's table of inertia errors ([`table`]) and other errors ([`robustness`]), the one-axis experiment ([`testbed`]), the
+//! [`tip`]) and the machine's limits watched ([`watched`]), runs of other importers ([`elsewhere`]), the paper's table of inertia errors ([`table`]) and other errors ([`robustness`]), the one-axis experiment ([`testbed`]), the
 //! stability proof in numbers ([`stability`]), the actuators' energy ([`energy`]) and efficiency ([`efficiency`]), a long run ([`endurance`]), and all of it as a page
 //! ([`report`]).
 //!
@@ -9,16 +9,19 @@
 
 pub mod duty;
 pub mod efficiency;
+pub mod elsewhere;
 pub mod endurance;
 pub mod energy;
 pub mod experiment;
 pub mod laws;
 pub mod machine_file;
+pub mod metrics;
 pub mod perturbation;
 pub mod plot;
 pub mod report;
 pub mod rig_testbed;
 pub mod robustness;
+pub mod signal_file;
 pub mod sizing;
 pub mod stability;
 pub mod supply;

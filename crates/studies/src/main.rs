@@ -7,7 +7,7 @@ use std::process::ExitCode;
 
 use anyhow::Result;
 use clap::{Parser, Subcommand};
-use commands::{electric, evaluation, machine, plot, python, report, run};
+use commands::{electric, elsewhere, evaluation, machine, plot, python, report, run};
 use cosim::cli::{code, exit};
 use cosim::verdict::Verdict;
 use studies::worlds::World;
@@ -40,6 +40,8 @@ enum Command {
     Sizing(electric::SizingArgs),
     /// Long run with a reference that never ends: memory, time, tracking and estimates; fails where one of them does not endure
     Endurance(evaluation::EnduranceArgs),
+    /// Tip error, tracking, orientation and verdict of a run that another importer made and wrote as CSV
+    Evaluate(elsewhere::EvaluateArgs),
     /// Draw the signals of a CSV file over time, as PNG and SVG
     Plot(plot::PlotArgs),
     /// What is done to machine files
@@ -77,6 +79,7 @@ fn main() -> ExitCode {
         Command::Energy(args) => electric::energy(&args),
         Command::Sizing(args) => electric::sizing(&args),
         Command::Endurance(args) => evaluation::run_endurance(&args),
+        Command::Evaluate(args) => elsewhere::evaluate(&args),
         Command::Plot(args) => done(plot::plot(&args)),
         Command::Machine(command) => done(machine::run(&command)),
         Command::Train(args) => done(args.run()),
@@ -109,6 +112,7 @@ impl Command {
             Self::Energy(args) => &args.machine,
             Self::Sizing(args) => &args.machine,
             Self::Endurance(args) => &args.machine,
+            Self::Evaluate(args) => &args.machine,
             Self::Plot(_) | Self::Machine(_) | Self::Train(_) | Self::Surrogate(_) => return false,
         };
         machine.check()

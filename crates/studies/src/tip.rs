@@ -59,6 +59,14 @@ impl TipError {
         }
     }
 
+    /// As text for people, of two lines.
+    pub fn text(&self) -> String {
+        format!(
+            "tip error, motion from {} s on: {}\ntip error, whole run:           {}\n",
+            self.motion_start, self.motion, self.whole
+        )
+    }
+
     /// Add the error at time `t`.
     pub fn add(&mut self, t: f64, distance: f64) {
         self.whole.add(distance);

@@ -11,6 +11,7 @@
 //! Zero errors are the mean difference of measured and true angles over the rest before the motion.
 
 use anyhow::{Context, Result};
+use cosim::recording::Recording;
 use cosim::run::Experiment;
 use cosim::system::System;
 use cosim::wiring::Port;
@@ -91,7 +92,11 @@ impl Tracking {
         let evaluation = Evaluation::new(system, experiment)?;
         let ports = [&evaluation.ports(), more].concat();
         let recorded = Recorded::of(system, experiment, &ports)?;
-        Ok((evaluation.evaluate(&recorded)?, recorded))
+        let motion_start = recorded.outcome.tip.motion_start;
+        Ok((
+            evaluation.evaluate(&recorded.recording, motion_start)?,
+            recorded,
+        ))
     }
 }
 
@@ -124,12 +129,13 @@ impl Evaluation {
         self.ports.all()
     }
 
-    /// The run in numbers.
+    /// The run in numbers, over the motion, which begins at `motion_start`, s.
     ///
     /// # Errors
     /// One of [`Evaluation::ports`] was not recorded.
-    pub fn evaluate(&self, recorded: &Recorded) -> Result<Tracking> {
-        self.ports.evaluate(recorded, &self.tree, self.late)
+    pub fn evaluate(&self, recording: &Recording, motion_start: f64) -> Result<Tracking> {
+        let first = recording.first_from(motion_start);
+        self.ports.evaluate(recording, first, &self.tree, self.late)
     }
 }
 
@@ -201,17 +207,19 @@ impl Ports {
         Ok((delay - 1.0).max(0.0) as usize)
     }
 
-    fn evaluate(&self, recorded: &Recorded, tree: &Tree, late: usize) -> Result<Tracking> {
+    fn evaluate(
+        &self,
+        recording: &Recording,
+        first: usize,
+        tree: &Tree,
+        late: usize,
+    ) -> Result<Tracking> {
         let columns = |ports: &[Port]| -> Result<Vec<&[f64]>> {
-            ports
-                .iter()
-                .map(|p| recorded.recording.column(*p))
-                .collect()
+            ports.iter().map(|p| recording.column(*p)).collect()
         };
         let desired = columns(&self.desired)?;
         let [true_zeta, measured] = [columns(&self.zeta[0])?, columns(&self.zeta[1])?];
         let (tip, rigid) = (columns(&self.tip)?, columns(&self.rigid)?);
-        let first = recorded.motion_start();
         let zero = |(measured, own): (&&[f64], &&[f64])| mean_difference(measured, own, first);
         let zero: Vec<f64> = measured.iter().zip(&true_zeta).map(zero).collect();
         let vector = |c: &[&[f64]], row: usize| Vector3::new(c[0][row], c[1][row], c[2][row]);
@@ -221,7 +229,7 @@ impl Ports {
         let mut orientation = Distance::default();
         let mut speed: f64 = 0.0;
         let (mut to_rigid, mut sag) = (Sum::default(), Distance::default());
-        let points = first..recorded.recording.times.len();
+        let points = first..recording.times.len();
         for k in points {
             let seen = k.saturating_sub(late);
             let reference = vector(&desired, seen);

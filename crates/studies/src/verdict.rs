@@ -2,8 +2,6 @@
 //! error stayed below a bound, and whether there was a reference at all.
 
 use anyhow::{Context, Result};
-use cosim::master::Master;
-use cosim::signals::Signals;
 use cosim::system::System;
 use cosim::verdict::Verdict;
 use cosim::wiring::Port;
@@ -55,21 +53,26 @@ struct Limit {
 
 /// Watches a run of the machine.
 pub struct Watch {
-    signals: Signals,
+    ports: Vec<Port>,
     limits: Vec<Limit>,
     samples: u64,
 }
 
 impl Watch {
-    /// Of the system that `master` runs; the machine's limits come from the file that the manipulator runs with.
-    pub fn new(system: &System, master: &Master, file: &MachineFile) -> Result<Self> {
+    /// Of a system whose parameters have the values that `parameter` gives; the machine's limits come from the file that the manipulator
+    /// runs with.
+    pub fn new(
+        system: &System,
+        parameter: &dyn Fn(Port) -> Result<f64>,
+        file: &MachineFile,
+    ) -> Result<Self> {
         let machine = &file.machine;
         let (mut found, mut drives) = (Found::default(), 0);
         for k in 0..system.fmus.len() {
             if let Ok(v_max) = system.port_of(k, "v_max") {
                 let name = &system.structure.components[k].name;
-                let i_max = master.number(system.port_of(k, "i_max")?)?;
-                let v_max = master.number(v_max)?;
+                let i_max = parameter(system.port_of(k, "i_max")?)?;
+                let v_max = parameter(v_max)?;
                 let mut of =
                     |variable| Ok::<_, anyhow::Error>(found.index(system.port_of(k, variable)?));
                 let voltage = Quantity::Length(of("v_d")?, of("v_q")?);
@@ -78,7 +81,7 @@ impl Watch {
                 let [force, speed, torque] = [force?, speed?, torque?].map(Quantity::Magnitude);
                 // An actuator of another maker has no axis: in the order of the system.
                 let axis = match system.port_of(k, "axis") {
-                    Ok(axis) => master.number(axis)? as usize,
+                    Ok(axis) => parameter(axis)? as usize,
                     Err(_) => drives + 1,
                 };
                 drives += 1;
@@ -163,20 +166,23 @@ impl Watch {
             );
         }
         Ok(Self {
-            signals: Signals::new(system, &found.ports)?,
+            ports: found.ports,
             limits: found.limits,
             samples: 0,
         })
     }
 
-    /// Add the present communication point.
-    pub fn add(&mut self, master: &Master) -> Result<()> {
-        let values = self.signals.read(master)?;
+    /// The variables that it watches.
+    pub fn ports(&self) -> &[Port] {
+        &self.ports
+    }
+
+    /// Add their values, in the order of the ports, at the time `t`, s.
+    pub fn add(&mut self, t: f64, values: &[f64]) {
         self.samples += 1;
         for limit in &mut self.limits {
-            limit.add(master.time(), values);
+            limit.add(t, values);
         }
-        Ok(())
     }
 
     /// What was seen so far.
@@ -309,15 +315,15 @@ pub fn tracking(tip: &TipError, max_error: Option<f64>) -> Verdict {
     verdict
 }
 
-/// Whether the controller has a reference to follow under the start values of `master`.
-pub fn reference(system: &System, master: &Master) -> Result<Verdict> {
+/// Whether the controller has a reference to follow where parameters have the values that `parameter` gives.
+pub fn reference(system: &System, parameter: &dyn Fn(Port) -> Result<f64>) -> Result<Verdict> {
     let mut verdict = Verdict::default();
     let port = system.port("trajectory")?;
     let Kind::Enumeration(items) = &system.variable(port).kind else {
         return Ok(verdict);
     };
     let external = items.iter().find(|item| item.name == "external");
-    let chosen = master.number(port)?;
+    let chosen = parameter(port)?;
     let wiring = system.wiring()?;
     let inputs = system.elements(port.component, "reference.position", 3)?;
     let is_driven = inputs

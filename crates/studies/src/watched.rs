@@ -3,7 +3,7 @@
 use anyhow::{Result, bail};
 use cosim::master::Master;
 use cosim::run::Experiment;
-use cosim::signals::matching;
+use cosim::signals::{Signals, matching};
 use cosim::system::System;
 use cosim::verdict::Verdict;
 use cosim::wiring::Port;
@@ -46,17 +46,22 @@ pub fn run(
     mut observe: impl FnMut(&Master) -> Result<()>,
 ) -> Result<(Outcome, Verdict)> {
     let file = MachineFile::of(system, &experiment.settings)?;
-    let mut watch: Option<Watch> = None;
+    let mut watch: Option<(Watch, Signals)> = None;
     let mut verdict = Verdict::default();
     let outcome = experiment::run(system, experiment, progress, |master| {
         if watch.is_none() {
-            watch = Some(Watch::new(system, master, &file)?);
-            verdict = verdict::reference(system, master)?;
+            let parameter = |port| master.number(port);
+            let new = Watch::new(system, &parameter, &file)?;
+            let signals = Signals::new(system, new.ports())?;
+            watch = Some((new, signals));
+            verdict = verdict::reference(system, &parameter)?;
         }
-        watch.iter_mut().try_for_each(|watch| watch.add(master))?;
+        if let Some((watch, signals)) = &mut watch {
+            watch.add(master.time(), signals.read(master)?);
+        }
         observe(master)
     });
-    verdict.extend(watch.map(|watch| watch.verdict()).unwrap_or_default());
+    verdict.extend(watch.map(|(w, _)| w.verdict()).unwrap_or_default());
     match outcome {
         Ok(outcome) => Ok((outcome, verdict)),
         Err(error) if verdict.is_bad() => bail!("{error:#}\n{verdict}"),

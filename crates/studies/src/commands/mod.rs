@@ -1,6 +1,7 @@
 //! Subcommands, and the arguments that they share.
 
 pub mod electric;
+pub mod elsewhere;
 pub mod evaluation;
 pub mod machine;
 pub mod plot;

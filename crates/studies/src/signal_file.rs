@@ -1,0 +1,99 @@
+//! A CSV file of signals over time: what `run --csv` writes, or any importer that names the columns alike.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use anyhow::{Context, Result, bail, ensure};
+use cosim::package::read;
+
+/// A file of signals over time.
+pub struct SignalFile {
+    /// Name of each column, the first is `time`.
+    pub names: Vec<String>,
+    /// Unit of each column; `?` where nobody says it.
+    pub units: Vec<String>,
+    /// Column by column, the first is time, s.
+    pub columns: Vec<Vec<f64>>,
+}
+
+impl SignalFile {
+    /// Read a file, and the units beside it where they are there.
+    ///
+    /// # Errors
+    /// It cannot be read, or is no table of numbers.
+    pub fn read(csv: &Path) -> Result<Self> {
+        let text = String::from_utf8(read(csv)?);
+        let text = text.with_context(|| format!("`{}` is not UTF-8 text", csv.display()))?;
+        let units = read(&csv.with_extension("units.csv")).unwrap_or_default();
+        Self::parse(&text, &String::from_utf8_lossy(&units))
+            .with_context(|| format!("`{}`", csv.display()))
+    }
+
+    fn parse(text: &str, units: &str) -> Result<Self> {
+        let mut lines = text.lines();
+        let names: Vec<String> = lines
+            .next()
+            .unwrap_or("")
+            .split(',')
+            .map(String::from)
+            .collect();
+        ensure!(
+            names[0] == "time" && names.len() > 1,
+            "its first line must be time and the names of signals, separated by commas"
+        );
+        let units: BTreeMap<&str, &str> = units.lines().filter_map(|l| l.split_once(',')).collect();
+        let unit = |name: &String| (*units.get(name.as_str()).unwrap_or(&"?")).to_string();
+        let mut columns = vec![Vec::new(); names.len()];
+        for (row, line) in (2..).zip(lines) {
+            let values: Result<Vec<f64>, _> = line.split(',').map(str::parse).collect();
+            match values {
+                Ok(values) if values.len() == names.len() => {
+                    let pairs = columns.iter_mut().zip(values);
+                    pairs.for_each(|(column, value)| column.push(value));
+                }
+                _ => bail!("line {row}: `{line}` must be {} numbers", names.len()),
+            }
+        }
+        let units = names.iter().map(unit).collect();
+        Ok(Self {
+            names,
+            units,
+            columns,
+        })
+    }
+
+    /// Times of the rows, s.
+    pub fn times(&self) -> &[f64] {
+        &self.columns[0]
+    }
+
+    /// Values of the signal named `name`.
+    pub fn column(&self, name: &str) -> Option<&[f64]> {
+        let k = self.names.iter().position(|n| n == name)?;
+        Some(&self.columns[k])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const TEXT: &str = "time,a.x,a.F,b.x\n0,1,2,3\n0.5,4,5,6\n";
+    const UNITS: &str = "signal,unit\ntime,s\na.x,m\na.F,N\n";
+
+    #[test]
+    fn columns_get_their_units_and_rows_are_whole() {
+        let file = SignalFile::parse(TEXT, UNITS).unwrap();
+        assert_eq!(file.units, ["s", "m", "N", "?"]);
+        assert_eq!(file.columns[3], [3.0, 6.0]);
+        for (text, expected) in [
+            ("x,y\n1,2\n", "first line"),
+            ("time\n1\n", "first line"),
+            ("time,a.x\n0,1\n1\n", "line 3: `1` must be 2 numbers"),
+            ("time,a.x\n0,one\n", "line 2: `0,one`"),
+        ] {
+            let error = SignalFile::parse(text, "").err().expect(text).to_string();
+            assert!(error.contains(expected), "{error}");
+        }
+    }
+}
