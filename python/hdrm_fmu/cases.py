@@ -6,6 +6,7 @@ import numpy as np
 import pandas
 
 from hdrm_fmu.errors import BadInput
+from hdrm_fmu.names import whole
 
 
 def grid(**values):
@@ -23,6 +24,9 @@ def random(count, seed, distributions):
     A distribution is a pair (low, high), even between both; a list of values, each as likely; or a frozen distribution of `scipy.stats`.
     Each column has a stream of its own, which depends on the seed and the column's name alone.
     """
+    count, seed = whole("count", count, 1), whole("seed", seed, 0)
+    if not distributions:
+        raise BadInput("there are no distributions")
     columns = {}
     for name, of in distributions.items():
         source = np.random.default_rng([seed, *name.encode()])

@@ -1,9 +1,12 @@
 """Names and values that a user gives, checked against what a system has."""
 
+from __future__ import annotations
+
 import difflib
 import math
 import numbers
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,7 +21,7 @@ _TRUE = {"true": True, "1": True, "false": False, "0": False}
 class Variable:
     """A variable of a system.
 
-    `name` is `component.variable`; `unit` that of all its values; `items` the names of an enumeration's items; `minimum` and `maximum` its
+    `name` is `component.variable`; `unit` that of all its values; `items` the items of an enumeration, name and number; `minimum` and `maximum` its
     bounds, where it has some; `driver` the output that a connection takes its value from; `start` its start value as text.
     """
 
@@ -28,7 +31,7 @@ class Variable:
     type: str
     unit: str | None
     description: str
-    items: tuple
+    items: dict
     minimum: float | None
     maximum: float | None
     driver: str | None
@@ -51,6 +54,35 @@ def choice(kind, value, known):
     if value not in known:
         raise unknown(kind, value, known) if isinstance(value, str) else BadInput(f"{kind} {value!r}: it must be one of {', '.join(known)}")
     return value
+
+
+def by_name(settings):
+    """`settings` as a dictionary; None is an empty one."""
+    if settings is None:
+        return {}
+    if not isinstance(settings, Mapping):
+        raise BadInput(f"settings must be a dictionary of values by name, not {settings!r}")
+    return dict(settings)
+
+
+def positive(name, value, unit="s"):
+    """`value` as a finite number of more than 0; None stays None."""
+    if value is None:
+        return None
+    try:
+        number = float(value)
+    except (TypeError, ValueError):
+        raise BadInput(f"{name} = {value!r} must be a number of {unit}") from None
+    if not (math.isfinite(number) and number > 0):
+        raise BadInput(f"{name} = {value} {unit} must be finite and more than 0")
+    return number
+
+
+def whole(name, value, least):
+    """`value` as a whole number of at least `least`."""
+    if isinstance(value, (int, float, np.number)) and not isinstance(value, bool) and value == value // 1 and value >= least:
+        return int(value)
+    raise BadInput(f"{name} = {value!r} must be a whole number of at least {least}")
 
 
 class Names:
@@ -100,6 +132,8 @@ class Names:
             for variable, element in zip(variables, elements):
                 if variable.causality not in _SETTABLE:
                     raise BadInput(f"`{variable.name}` cannot be set: it is a variable of the kind `{variable.causality}`")
+                if variable.name in checked:
+                    raise BadInput(f"`{variable.name}` is given twice, once as `{name}`")
                 checked[variable.name] = text(variable, element)
         return checked
 
@@ -112,9 +146,9 @@ def text(variable, value):
     if variable.type == "String":
         return str(value)
     if variable.type == "Enumeration":
-        if isinstance(value, str) and value not in variable.items and not value.isdigit():
-            raise unknown(f"item of `{name}`", value, variable.items)
-        return str(value)
+        if value in variable.items or str(value) in map(str, variable.items.values()):
+            return str(value)
+        raise unknown(f"item of `{name}`", value, variable.items)
     if variable.type == "Boolean":
         found = value if isinstance(value, bool) else _TRUE.get(str(value).lower())
         if found is None:

@@ -8,7 +8,7 @@ from pathlib import Path
 from hdrm_fmu import _native
 from hdrm_fmu.errors import BadInput
 from hdrm_fmu.files import DATA, MACHINE
-from hdrm_fmu.names import choice
+from hdrm_fmu.names import by_name, choice, whole
 from hdrm_fmu.system import System
 
 #: Worlds: `ideal` is the controller's own model; `real` has actuators as built, sensors, a step of delay, and a machine drawn by seed.
@@ -36,8 +36,8 @@ def machine_text(machine):
         name = f"`{machine}`"
         try:
             text = Path(machine).read_text()
-        except OSError as error:
-            raise BadInput(f"{name} cannot be read: {error.strerror}") from None
+        except (OSError, TypeError, UnicodeDecodeError) as error:
+            raise BadInput(f"{name} cannot be read: {getattr(error, 'strerror', error)}") from None
     try:
         _native.check_machine(text)
     except _native.NativeError as error:
@@ -52,9 +52,8 @@ def case_settings(case, world):
     if seed is not None:
         if world != "real":
             raise BadInput(f"seed = {seed}: only the world `real` has machines that are drawn by seed")
-        if seed != int(seed) or seed < 0:
-            raise BadInput(f"seed = {seed} must be a whole number of at least 0")
-    return values, None if seed is None else int(seed)
+        seed = whole("seed", seed, 0)
+    return values, seed
 
 
 @contextmanager
@@ -113,8 +112,10 @@ def run(
     """
     system = world_system(world, step=step, schedule=schedule)
     given = {"trajectory": trajectory, "mode": mode, "seed": seed}
-    case = {name: value for name, value in given.items() if value is not None}
-    values, seed = case_settings({**case, **(settings or {})}, world)
+    case, settings = {name: value for name, value in given.items() if value is not None}, by_name(settings)
+    for name in case.keys() & settings.keys():
+        raise BadInput(f"`{name}` is given twice, once in settings")
+    values, seed = case_settings({**case, **settings}, world)
     with all_settings(system, values, seed, machine_text(machine)) as values:
         return system.run(
             settings=values,

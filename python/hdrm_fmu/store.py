@@ -42,7 +42,10 @@ class Store:
     def __init__(self, folder, manifest):
         self.folder = Path(folder)
         check_folder(folder, manifest)
-        self.folder.mkdir(parents=True, exist_ok=True)
+        try:
+            self.folder.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise BadInput(f"{self.folder} cannot be made: {error.strerror}") from None
         self._lock = locket.lock_file(str(self.folder / ".lock"), timeout=0)
         try:
             self._lock.acquire()

@@ -12,6 +12,7 @@ import pandas
 from hdrm_fmu.cases import rows
 from hdrm_fmu.errors import BadInput, SweepStopped
 from hdrm_fmu.files import digest, identity
+from hdrm_fmu.names import by_name
 from hdrm_fmu.running import case_settings, machine_text, world_system
 from hdrm_fmu.store import Store, check_folder
 from hdrm_fmu.system import System
@@ -86,10 +87,13 @@ def sweep(
         "interval": interval,
         "stop_time": stop_time,
         "max_error": max_error,
-        "metrics": list(metrics),
+        "metrics": metrics if isinstance(metrics, str) else list(metrics),
     }
-    common = {**chosen.settings, **(settings or {})}
-    planned = [_plan(chosen, spec, {**common, **case}) for case in table]
+    common = {**chosen.settings, **by_name(settings)}
+    _check_client(client)
+    wanted = ("signals", "interval", "stop_time", "max_error", "metrics")
+    chosen.check(**{name: spec[name] for name in wanted})
+    planned = [_plan(chosen, spec, common, case) for case in table]
     manifest = {"version": identity(), "columns": list(cases.columns), **{k: v for k, v in spec.items() if k != "machine"}}
     manifest["settings"] = {name: str(value) for name, value in common.items()}
     manifest["machine"] = None if spec["machine"] is None else hashlib.sha256(spec["machine"].encode()).hexdigest()
@@ -133,15 +137,22 @@ def _chosen(world, system, step, schedule):
     return System(system, step=step, schedule=schedule)
 
 
-def _plan(system, spec, case):
-    """The checked start values of a case, and its seed."""
+def _plan(system, spec, common, case):
+    """The checked start values of a case, which count more than those that are common to all, and its seed."""
     values, seed = case_settings(case, spec["world"])
+    every, common_seed = case_settings(common, spec["world"])
+    seed = common_seed if seed is None else seed
     if seed is not None and spec["machine"] is not None:
         raise BadInput("a machine is either drawn by seed or given, not both")
-    options = {"signals": spec["signals"], "interval": spec["interval"], "stop_time": spec["stop_time"], "metrics": spec["metrics"]}
-    checked = system._names.settings(values, "parameter or column")
-    system.check(settings={}, **options)
-    return checked, seed
+    names = system._names
+    return {**names.settings(every), **names.settings(values, "parameter or column")}, seed
+
+
+def _check_client(client):
+    from distributed import Client
+
+    if client is not None and not isinstance(client, Client):
+        raise BadInput(f"client = {client!r} must be a distributed.Client")
 
 
 def _key(manifest, values, seed):

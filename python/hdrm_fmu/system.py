@@ -1,6 +1,7 @@
 """Systems of FMUs: run as a whole, or step by step with a script in the loop."""
 
 import json
+from collections.abc import Iterable
 from functools import lru_cache
 from pathlib import Path
 
@@ -10,7 +11,7 @@ import xarray
 from hdrm_fmu import _native
 from hdrm_fmu.errors import BadInput, RunFailed
 from hdrm_fmu.files import DATA, digest
-from hdrm_fmu.names import Names, Variable, choice
+from hdrm_fmu.names import Names, Variable, by_name, choice, positive, whole
 
 #: Orders of exchange and stepping that the master knows.
 SCHEDULES = ("gauss-seidel", "jacobi", "standard")
@@ -20,8 +21,11 @@ METRICS = ("tracking", "energy")
 
 @lru_cache(maxsize=8)
 def _loaded(path, _stamp, variant, parameters, disconnect, replace):
-    system = _native.System(path, variant, [DATA], list(parameters), list(disconnect), list(replace))
-    rows = [Variable(*row[:6], tuple(row[6]), *row[7:]) for row in system.variables()]
+    try:
+        system = _native.System(path, variant, [DATA], list(parameters), list(disconnect), list(replace))
+    except RunFailed as error:
+        raise BadInput(str(error)) from None
+    rows = [Variable(*row) for row in system.variables()]
     return system, Names(rows)
 
 
@@ -53,7 +57,7 @@ class System:
         self.parameters = tuple(str(p) for p in parameters)
         self.disconnect = tuple(disconnect)
         self.replace = tuple((name, str(fmu)) for name, fmu in (replace or {}).items())
-        self.settings = dict(settings or {})
+        self.settings = by_name(settings)
         self.step_size = step
         self.schedule = schedule
         self._session = None
@@ -98,7 +102,11 @@ class System:
         if patterns is None:
             return self._native.signals(None)
         chosen = []
-        for pattern in [patterns] if isinstance(patterns, str) else patterns:
+        if isinstance(patterns, str):
+            patterns = [patterns]
+        if not isinstance(patterns, Iterable) or not all(isinstance(p, str) for p in patterns):
+            raise BadInput(f"signals = {patterns!r} must be names or patterns")
+        for pattern in patterns:
             if "*" in pattern:
                 names = self._matching(pattern)
             else:
@@ -115,23 +123,24 @@ class System:
             raise BadInput(str(error)) from None
 
     def _conditions(self, settings=None, stop_time=None):
-        values = self._names.settings({**self.settings, **(settings or {})})
-        for name, value in (("step", self.step_size), ("stop_time", stop_time)):
-            if value is not None and not (np.isfinite(value) and value > 0):
-                raise BadInput(f"{name} = {value} s must be finite and more than 0")
+        names = self._names
+        values = {**names.settings(self.settings), **names.settings(by_name(settings))}
         choice("schedule", self.schedule, SCHEDULES)
-        step, stop = float(self.step_size), None if stop_time is None else float(stop_time)
+        step, stop = positive("step", self.step_size), positive("stop_time", stop_time)
         return {"settings": list(values.items()), "step": step, "stop_time": stop, "schedule": self.schedule}
 
-    def check(self, *, settings=None, signals=None, interval=None, stop_time=None, metrics=()):
+    def check(self, *, settings=None, signals=None, interval=None, stop_time=None, max_error=None, metrics=()):
         """Check what a run is to be asked for, without running; the names of the signals."""
         self._conditions(settings, stop_time)
+        positive("max_error", max_error, "m")
+        if isinstance(metrics, str):
+            raise BadInput(f"metrics = {metrics!r} must be a list of names")
         for metric in metrics:
             choice("metric", metric, METRICS)
         if metrics and not self._native.is_machine():
             raise BadInput(f"the metrics {', '.join(metrics)} are those of the manipulator, which `{self.path}` is not")
         if interval is not None:
-            steps = interval / self.step_size
+            steps = positive("interval", interval) / self.step_size
             if not (steps >= 0.5 and abs(steps - round(steps)) <= 1e-6 * steps):
                 raise BadInput(f"interval = {interval} s must be a multiple of the communication step, {self.step_size} s")
         return self.signals(signals)
@@ -154,7 +163,9 @@ class System:
         xarray.Dataset with one variable of the shape (time,) for each signal; `time` in s. Its attributes hold the verdict (`good` or `BAD`),
         what was found, and the metrics in SI units.
         """
-        names = self.check(settings=settings, signals=signals, interval=interval, stop_time=stop_time, metrics=metrics)
+        names = self.check(
+            settings=settings, signals=signals, interval=interval, stop_time=stop_time, max_error=max_error, metrics=metrics
+        )
         conditions = self._conditions(settings, stop_time)
         bar = _Bar() if progress else None
         try:
@@ -208,9 +219,7 @@ class System:
 
     def step(self, count=1):
         """Make `count` communication steps; the time then, s."""
-        if count != int(count) or count < 1:
-            raise BadInput(f"{count} steps: it must be a whole number of at least 1")
-        return self._running().step(int(count))
+        return self._running().step(whole("count", count, 1))
 
     def get(self, name):
         """Present value of a variable: a float, or an array of the shape (elements,); of a list of names a dictionary."""

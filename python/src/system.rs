@@ -1,5 +1,6 @@
 //! A loaded system.
 
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -71,7 +72,7 @@ type Row = (
     String,
     Option<String>,
     String,
-    Vec<String>,
+    BTreeMap<String, i64>,
     Option<f64>,
     Option<f64>,
     Option<String>,
@@ -262,10 +263,13 @@ impl System {
     }
 }
 
-/// Names of the items of an enumeration.
-fn items(v: &Variable) -> Vec<String> {
+/// Names and numbers of the items of an enumeration.
+fn items(v: &Variable) -> BTreeMap<String, i64> {
     match &v.kind {
-        Kind::Enumeration(items) => items.iter().map(|item| item.name.clone()).collect(),
-        _ => Vec::new(),
+        Kind::Enumeration(items) => items
+            .iter()
+            .map(|item| (item.name.clone(), item.value))
+            .collect(),
+        _ => BTreeMap::new(),
     }
 }

@@ -132,6 +132,10 @@ def test_an_interrupted_sweep_goes_on(two_workers, tmp_path, monkeypatch):
         (CASES, {"signals": ["hdrm.zetta"]}, "did you mean"),
         (CASES, {"metrics": ("nothing",)}, "metric"),
         (CASES, {"system": "/nowhere.ssp"}, "cannot be read"),
+        (pandas.DataFrame({"inertia_scale": [1.0], "hdrm.inertia_scale": [1.1]}), {}, "is given twice"),
+        (pandas.DataFrame({"mode": ["adaptiv"]}), {}, "did you mean `adaptive`"),
+        (CASES, {"client": "tcp://127.0.0.1:8786"}, "must be a distributed.Client"),
+        (CASES, {"max_error": -1.0}, "more than 0"),
     ],
 )
 def test_bad_input_costs_nothing(cases, options, reason, tmp_path):
