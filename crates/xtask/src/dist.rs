@@ -16,7 +16,7 @@ use anyhow::{Context, Result, bail, ensure};
 use cargo_fmu::notices::Notices;
 use cargo_fmu::pack::{FMI3_FOLDER, Platforms};
 use cargo_fmu::process::{execute, output};
-use cargo_fmu::target::{TARGETS, Target, Tools};
+use cargo_fmu::target::{TARGETS, Target};
 use cargo_fmu::workspace::artifacts;
 use clap::Args;
 use sha2::{Digest, Sha256};
@@ -24,6 +24,7 @@ use sha2::{Digest, Sha256};
 use crate::libclang;
 use crate::pack;
 use crate::python::Python;
+use crate::test::is_ci;
 use crate::wheel;
 use crate::workspace::{FMU_PROFILE, Workspace};
 use listing::Listing;
@@ -48,6 +49,8 @@ pub struct Options {
     again: bool,
 }
 
+/// What CI builds for.
+const CI_PLATFORMS: [&str; 2] = ["linux64", "win64"];
 /// Programs that are handed out.
 const PROGRAMS: [&str; 2] = ["cosim", "hdrm-fmu"];
 /// The packages of these, and of what the checks need; that of the experiments last.
@@ -114,21 +117,46 @@ pub fn run(workspace: &Workspace, caller: &Path, options: &Options) -> Result<()
     };
     print!("\n{listing}");
     println!("in {}", dist.folder.display());
-    checked.and(repeated)
+    checked.and(repeated)?;
+    let lacking = listing.lacking();
+    ensure!(
+        lacking.is_empty() || !is_ci(),
+        "in CI nothing may be skipped, but these runs could not be made: {lacking}"
+    );
+    Ok(())
+}
+
+/// What CI builds and runs: libraries and co-simulation program for [`CI_PLATFORMS`]. The other programs and platforms are made by the same
+/// steps.
+pub fn check(workspace: &Workspace) -> Result<()> {
+    let options = Options {
+        platforms: CI_PLATFORMS.map(String::from).into(),
+        out: None,
+        without_experiments: true,
+        check: true,
+        again: false,
+    };
+    run(workspace, &workspace.root, &options)
+}
+
+/// What this machine lacks to build what CI builds; empty where nothing is missing.
+pub fn lacking(workspace: &Workspace) -> Result<String> {
+    let mut platforms = Platforms::named(&CI_PLATFORMS.map(String::from))?;
+    platforms.tools = Python::provide(workspace)?.zig(workspace)?;
+    Ok(missing(&platforms).join("\n"))
 }
 
 /// The platforms, with the tools to build for them. What was not asked for by name and cannot be built is listed.
 fn platforms(workspace: &Workspace, names: &[String], listing: &mut Listing) -> Result<Platforms> {
-    let mut tools = Tools::default();
     let mut platforms = Platforms::named(names)?;
     let is_default = platforms.targets.is_empty();
     if is_default || platforms.targets.iter().any(|t| t.needs_zig()) {
-        tools = Python::provide(workspace)?.zig(workspace)?;
+        platforms.tools = Python::provide(workspace)?.zig(workspace)?;
     }
     if is_default {
         platforms.targets = TARGETS.iter().collect();
         platforms.targets.retain(|target| {
-            let missing = target.missing(&tools);
+            let missing = target.missing(&platforms.tools);
             let is_optional = target.platform.folder == "darwin64" && !missing.is_empty();
             if is_optional {
                 listing.not_built(target.platform.folder, &missing.join("; "));
@@ -136,11 +164,7 @@ fn platforms(workspace: &Workspace, names: &[String], listing: &mut Listing) -> 
             !is_optional
         });
     }
-    let missing = |t: &&Target| {
-        let (folder, missing) = (t.platform.folder, t.missing(&tools));
-        (!missing.is_empty()).then(|| format!("{folder} needs {}", missing.join("; ")))
-    };
-    let missing: Vec<_> = platforms.targets.iter().filter_map(missing).collect();
+    let missing = missing(&platforms);
     if !missing.is_empty() {
         bail!(
             "{}\n`cargo xtask dist --platform NAME` builds for one platform alone",
@@ -148,12 +172,20 @@ fn platforms(workspace: &Workspace, names: &[String], listing: &mut Listing) -> 
         );
     }
     for target in &TARGETS {
-        if !is_default && !platforms.targets.contains(&target) {
+        if !platforms.targets.contains(&target) && !is_default {
             listing.not_built(target.platform.folder, "it was not asked for");
         }
     }
-    platforms.tools = tools;
     Ok(platforms)
+}
+
+/// What this machine lacks to build for the platforms: a line each.
+fn missing(platforms: &Platforms) -> Vec<String> {
+    let lines = platforms.targets.iter().filter_map(|target| {
+        let (folder, missing) = (target.platform.folder, target.missing(&platforms.tools));
+        (!missing.is_empty()).then(|| format!("{folder} needs {}", missing.join("; ")))
+    });
+    lines.collect()
 }
 
 fn build(

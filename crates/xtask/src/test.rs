@@ -11,7 +11,7 @@ use crate::bench::instructions;
 use crate::phases::Phases;
 use crate::python::Python;
 use crate::workspace::Workspace;
-use crate::{describe, importers, libclang, pack, torture, wheel};
+use crate::{describe, dist, importers, libclang, pack, torture, wheel};
 
 /// Run all checks; the first that fails ends it.
 pub fn run(workspace: &Workspace) -> Result<()> {
@@ -74,9 +74,19 @@ fn checks(workspace: &Workspace, phases: &Phases) -> Result<()> {
             skipped("there is no valgrind, so instructions are not counted")
         })
     };
+    let handed_out = || {
+        phases.run("what is handed out", || {
+            let lacking = dist::lacking(workspace)?;
+            if lacking.is_empty() {
+                return dist::check(workspace);
+            }
+            skipped(&format!("what is handed out cannot be built: {lacking}"))
+        })
+    };
     let robustness = || {
         phases.run("torture", || torture::check(workspace, fmus))?;
-        counts()
+        counts()?;
+        handed_out()
     };
     let outside = || {
         let fmi_sim = phases.run("build fmi-sim", || {
@@ -102,7 +112,7 @@ fn skipped(why: &str) -> Result<()> {
 }
 
 /// Whether this is continuous integration (environment variable CI).
-fn is_ci() -> bool {
+pub fn is_ci() -> bool {
     std::env::var("CI").is_ok_and(|ci| !matches!(ci.as_str(), "" | "0" | "false"))
 }
 

@@ -68,7 +68,7 @@ impl Runs<'_> {
         let userland = match Userland::provide(&self.folder) {
             Ok(userland) => userland,
             Err(why) => {
-                listing.not_run(LINUX, &format!("in an old Debian: {why:#}"));
+                listing.lacks(LINUX, &format!("in an old Debian: {why:#}"));
                 return Ok(());
             }
         };
@@ -103,7 +103,7 @@ impl Runs<'_> {
 
     fn windows(&self, listing: &mut Listing) -> Result<()> {
         let Some(wine) = Wine::find(&self.folder) else {
-            listing.not_run(WINDOWS, "there is no Wine: `apt-get install wine64`");
+            listing.lacks(WINDOWS, "there is no Wine: `apt-get install wine64`");
             return Ok(());
         };
         wine.prepare()?;
@@ -133,7 +133,7 @@ impl Runs<'_> {
         let (Some(qemu), true) = (qemu, Path::new(ARM_SYSTEM).is_dir()) else {
             let why =
                 "there is no QEMU with a system: `apt-get install qemu-user libc6-arm64-cross`";
-            listing.not_run(ARM, why);
+            listing.lacks(ARM, why);
             return Ok(());
         };
         let system = &self.dist.folder.join(MANIPULATOR);

@@ -13,9 +13,13 @@ use cargo_fmu::portability::Needs;
 
 use super::{Dist, file_name};
 
-/// The lines so far, by platform folder.
+/// The lines so far.
 #[derive(Default)]
-pub struct Listing(BTreeMap<String, Vec<String>>);
+pub struct Listing {
+    /// By platform folder.
+    lines: BTreeMap<String, Vec<String>>,
+    lacking: Vec<String>,
+}
 
 impl Listing {
     /// A platform that nothing was built for.
@@ -33,8 +37,19 @@ impl Listing {
         self.add(platform, "not run", why);
     }
 
+    /// A run that this machine should have made and could not.
+    pub fn lacks(&mut self, platform: &str, why: &str) {
+        self.not_run(platform, why);
+        self.lacking.push(format!("{platform}: {why}"));
+    }
+
+    /// What this machine lacked; empty where every run was made.
+    pub fn lacking(&self) -> String {
+        self.lacking.join("; ")
+    }
+
     fn add(&mut self, platform: &str, kind: &str, text: &str) {
-        let lines = self.0.entry(platform.to_string()).or_default();
+        let lines = self.lines.entry(platform.to_string()).or_default();
         lines.push(format!("{kind:<10} {text}"));
     }
 
@@ -113,7 +128,7 @@ fn library<'a>(entries: &'a Entries, folder: &str, fmu: &Path) -> Result<&'a [u8
 
 impl fmt::Display for Listing {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        for (platform, lines) in &self.0 {
+        for (platform, lines) in &self.lines {
             writeln!(f, "{platform}")?;
             for line in lines {
                 writeln!(f, "  {line}")?;

@@ -68,7 +68,12 @@ impl Userland {
             command.arg(RELEASE);
             command.arg(&new);
             let log = fs::File::create(folder.join("debootstrap.log"))?;
-            execute(command.stdout(log))?;
+            execute(command.stdout(log)).with_context(|| {
+                format!(
+                    "Debian {RELEASE} could not be unpacked; {} says why",
+                    folder.join("debootstrap.log").display()
+                )
+            })?;
             if !packages.is_empty() {
                 // debootstrap has fetched them, but unpacks what every Debian has.
                 for package in super::files(&new.join("var/cache/apt/archives"))? {
