@@ -331,15 +331,34 @@ impl Dist {
     }
 }
 
-/// cargo-zigbuild takes from bindgen, which reads the headers of FMI, the folders with those of C; this gives them back.
+/// cargo-zigbuild takes from bindgen, which reads the headers of FMI, the folders with those of C; this names those that zig has for the
+/// target, innermost first.
 pub fn bindgen_arguments(workspace: &Workspace, triple: &str) -> Result<(String, String)> {
-    let resources = output(workspace.command("cc").arg("-print-file-name=include"))?;
+    let python = Python::provide(workspace)?;
+    let code = "import pathlib, ziglang; print(pathlib.Path(ziglang.__file__).parent / 'lib')";
+    let zig = output(Command::new(python.program()).args(["-c", code]))?;
+    // zig's name for the processor: one folder for both widths of x86.
+    let processor = match triple.split('-').next() {
+        Some("x86_64") | None => "x86",
+        Some(processor) => processor,
+    };
     let folders = [
-        resources.trim(),
-        "/usr/include/x86_64-linux-gnu",
-        "/usr/include",
+        "include".to_string(),
+        format!("libc/include/{processor}-linux-gnu"),
+        "libc/include/generic-glibc".to_string(),
+        format!("libc/include/{processor}-linux-any"),
+        "libc/include/any-linux-any".to_string(),
     ];
-    let arguments = folders.map(|folder| format!("-isystem {folder}"));
+    let mut arguments = Vec::new();
+    for folder in folders {
+        let folder = Path::new(zig.trim()).join(folder);
+        ensure!(
+            folder.is_dir(),
+            "{} is missing: zig has no headers of C for {triple}",
+            folder.display()
+        );
+        arguments.push(format!("-isystem {}", folder.display()));
+    }
     let name = format!("BINDGEN_EXTRA_CLANG_ARGS_{triple}");
     Ok((name, arguments.join(" ")))
 }
