@@ -7,9 +7,10 @@
 mod table;
 
 use fmu_export::{Evaluation, Info, InputPolynomial, Model, ModelError, StepEnd, Variable};
-use hdrm::{DOF, Dynamics, Hdrm, Input, Options, Output, State};
+use hdrm::{DOF, Dynamics, Hdrm, Load, Options, Output, State};
 use machine::Machine;
 use serde::{Deserialize, Serialize};
+use std::ops::{Deref, DerefMut};
 
 /// The manipulator behind the FMI border.
 #[derive(Clone, Serialize, Deserialize)]
@@ -18,10 +19,34 @@ pub struct HdrmFmu {
     state: State,
 }
 
-/// Outputs and the first stage of a step both begin with the dynamics. They are of the state alone.
+/// Inputs as the importer sees them.
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
+pub struct Input {
+    u: hdrm::Input,
+    /// Mass of the load, kg.
+    load_mass: f64,
+    /// Where it is, from the tip, m.
+    load_com: [f64; 3],
+}
+
+impl Deref for Input {
+    type Target = hdrm::Input;
+
+    fn deref(&self) -> &hdrm::Input {
+        &self.u
+    }
+}
+
+impl DerefMut for Input {
+    fn deref_mut(&mut self) -> &mut hdrm::Input {
+        &mut self.u
+    }
+}
+
+/// Outputs and the first stage of a step both begin with the dynamics. They are of the state and of the base's motion.
 impl Evaluation<HdrmFmu> for Dynamics {
-    fn of(model: &HdrmFmu, _p: &Parameters, _u: &Input) -> Result<Self, ModelError> {
-        Ok(model.plant.dynamics(&model.state))
+    fn of(model: &HdrmFmu, _p: &Parameters, u: &Input) -> Result<Self, ModelError> {
+        Ok(model.plant.dynamics_with(&model.state, u))
     }
 }
 
@@ -34,6 +59,10 @@ pub struct Parameters {
     options: Options,
     zeta_start: [f64; DOF],
     zeta_dot_start: [f64; DOF],
+    /// Whether loads come with the velocity of the end-effector.
+    load_moves_with_tip: bool,
+    /// Else their own, m/s in the world.
+    load_velocity: [f64; 3],
 }
 
 impl Parameters {
@@ -42,8 +71,19 @@ impl Parameters {
             options: Options::of(&machine),
             zeta_start: machine.start.zeta,
             zeta_dot_start: [0.0; DOF],
+            load_moves_with_tip: true,
+            load_velocity: [0.0; 3],
             machine,
             machine_file,
+        }
+    }
+
+    /// What the end-effector carries by the parameters and the inputs.
+    fn load(&self, u: &Input) -> Load {
+        Load {
+            mass: u.load_mass,
+            com: u.load_com,
+            ..self.options.load
         }
     }
 
@@ -58,6 +98,28 @@ impl Parameters {
                 )));
             }
         }
+        Ok(())
+    }
+}
+
+impl HdrmFmu {
+    /// A step that begins with another load.
+    #[cold]
+    #[inline(never)]
+    fn step_reloaded(
+        &mut self,
+        p: &Parameters,
+        u: &InputPolynomial<Input>,
+        now: &Dynamics,
+        t: f64,
+        h: f64,
+    ) -> Result<(), ModelError> {
+        let input = u.value();
+        let own = (!p.load_moves_with_tip).then_some(p.load_velocity);
+        let (plant, state) = (self.plant).reloaded(now, &p.load(input), own, input)?;
+        let start = plant.dynamics_with(&state, input);
+        self.state = plant.step_from(&start, |s| u.at::<Self>(s).u, t, h)?;
+        self.plant = plant;
         Ok(())
     }
 }
@@ -80,14 +142,15 @@ impl Model for HdrmFmu {
         )
     }
 
-    fn initialize(p: &Parameters, _u: &Input, _t: f64) -> Result<Self, ModelError> {
+    fn initialize(p: &Parameters, u: &Input, _t: f64) -> Result<Self, ModelError> {
         p.check_start()?;
         let state = State {
             zeta: p.zeta_start,
             zeta_dot: p.zeta_dot_start,
+            ..State::default()
         };
         Ok(Self {
-            plant: Hdrm::new(&p.machine, &p.options)?,
+            plant: Hdrm::new(&p.machine, &p.options)?.with_load(&p.load(u))?,
             state,
         })
     }
@@ -98,13 +161,17 @@ impl Model for HdrmFmu {
 
     fn step(
         &mut self,
-        _p: &Parameters,
+        p: &Parameters,
         u: &InputPolynomial<Input>,
         now: &Dynamics,
         t: f64,
         h: f64,
     ) -> Result<StepEnd, ModelError> {
-        self.state = (self.plant).step_from(now, |s| u.at::<Self>(s), t, h)?;
+        if p.load(u.value()) != *self.plant.load() {
+            self.step_reloaded(p, u, now, t, h)?;
+            return Ok(StepEnd::WHOLE);
+        }
+        self.state = (self.plant).step_from(now, |s| u.at::<Self>(s).u, t, h)?;
         Ok(StepEnd::WHOLE)
     }
 

@@ -1,7 +1,7 @@
 //! Variables of the FMU `Hdrm`.
 
 use crate::{HdrmFmu, Parameters};
-use fmu_export::{ALL_PARAMETERS, File, Info, Terminal, Variable, read_parameter_file};
+use fmu_export::{ALL_PARAMETERS, File, Info, Terminal, Unit, Variable, read_parameter_file};
 use machine::Machine;
 use std::path::Path;
 
@@ -32,10 +32,25 @@ pub(crate) const INFO: Info = Info::new(
 .with_output_derivatives()
 .with_directional_derivatives();
 
+static PER_SPEED: Unit = Unit::new("s/m").m(-1).s(1);
+
 type V = Variable<HdrmFmu>;
 
 /// What the start state follows from.
 const START: &[&str] = &[ALL_PARAMETERS];
+
+/// The same with what the end-effector carries.
+const LOADED_START: &[&str] = &["load.mass", "load.com", ALL_PARAMETERS];
+
+/// What holds the machine depends on how its base stands and moves.
+const BASE: &[&str] = &["base.acceleration", "base.tilt"];
+const BASE_START: &[&str] = &[
+    "base.acceleration",
+    "base.tilt",
+    "load.mass",
+    "load.com",
+    ALL_PARAMETERS,
+];
 
 fn read_machine(p: &mut Parameters, file: &str, resources: Option<&Path>) -> Result<(), String> {
     let machine = match file {
@@ -56,6 +71,16 @@ pub(crate) const VARIABLES: &[V] = &[
     V::inputs("wrench_env", "wrench of the environment on the end-effector at T4 in T4 axes: forces 1 to 3, moments 4 to 6",
         |u| &u.wrench_env, |u| &mut u.wrench_env).each_unit(&["N", "N", "N", "N.m", "N.m", "N.m"]).min(-1e6).max(1e6).nominal(100.0).beside_evaluation(),
 
+    // Base and load
+    V::inputs("base.acceleration", "acceleration of the base, in the axes of the machine's world, which stands on it: a vehicle's", |u| &u.base_acceleration, |u| &mut u.base_acceleration)
+        .unit("m/s2").min(-1e3).max(1e3).nominal(1.0),
+    V::inputs("base.tilt", "tilt of the base against the ground: roll about x, then pitch about its own z; it tilts slowly, its angular rates do not act",
+        |u| &u.base_tilt, |u| &mut u.base_tilt).unit("rad").display_unit("deg").min(-3.2).max(3.2).nominal(0.1),
+    V::input("load.mass", "mass that hangs at load.com, a point, beside the payload; a change acts at the beginning of the next step", |u| &u.load_mass, |u| &mut u.load_mass)
+        .unit("kg").min(0.0).max(1e5).nominal(100.0).discrete().beside_evaluation(),
+    V::inputs("load.com", "place of the load from the tip T4, in T4's axes", |u| &u.load_com, |u| &mut u.load_com)
+        .unit("m").min(-100.0).max(100.0).discrete().beside_evaluation(),
+
     // Strokes and joints
     V::outputs("x", "strokes of slew, lift and tilt actuator", |y| &y.x)
         .unit("m").display_unit("mm").depends_on(&[]).initially_depends_on(START),
@@ -66,12 +91,12 @@ pub(crate) const VARIABLES: &[V] = &[
     V::outputs("zeta_dot", "joint rates", |y| &y.zeta_dot)
         .unit("rad/s").display_unit("deg/s").depends_on(&[]).initially_depends_on(START),
     V::outputs("zeta_ddot", "joint accelerations", |y| &y.zeta_ddot)
-        .unit("rad/s2").display_unit("deg/s2").depends_on(&["f", "tau_wrist", "wrench_env"])
-        .initially_depends_on(&["f", "tau_wrist", "wrench_env", ALL_PARAMETERS]),
+        .unit("rad/s2").display_unit("deg/s2").depends_on(&["f", "tau_wrist", "wrench_env", "base.acceleration", "base.tilt"])
+        .initially_depends_on(&["f", "tau_wrist", "wrench_env", "base.acceleration", "base.tilt", "load.mass", "load.com", ALL_PARAMETERS]),
     V::outputs("f_hold", "actuator forces that hold the present pose against gravity", |y| &y.f_hold)
-        .unit("N").display_unit("kN").depends_on(&[]).initially_depends_on(START),
+        .unit("N").display_unit("kN").depends_on(BASE).initially_depends_on(BASE_START),
     V::outputs("tau_hold", "wrist torques that hold the present pose against gravity", |y| &y.tau_hold)
-        .unit("N.m").depends_on(&[]).initially_depends_on(START),
+        .unit("N.m").depends_on(BASE).initially_depends_on(BASE_START),
 
     // Tip and energy
     V::outputs("tip.position", "tip T4 in the world: x forward, y up, z = x cross y", |y| &y.tip_position)
@@ -81,8 +106,20 @@ pub(crate) const VARIABLES: &[V] = &[
     V::outputs("tip.velocity", "velocity (1 to 3) and angular velocity (4 to 6) of T4 in world axes", |y| &y.tip_velocity)
         .each_unit(&["m/s", "m/s", "m/s", "rad/s", "rad/s", "rad/s"]).depends_on(&[]).initially_depends_on(START),
     V::output("energy.kinetic", "kinetic energy", |y| &y.energy_kinetic)
-        .unit("J").depends_on(&[]).initially_depends_on(START),
+        .unit("J").depends_on(&[]).initially_depends_on(LOADED_START),
     V::output("energy.potential", "potential energy, zero at the height of the world's origin", |y| &y.energy_potential)
+        .unit("J").depends_on(BASE).initially_depends_on(BASE_START),
+    V::output("energy.load", "energy that changes of the load have brought since the start: its own, and less what an impact took", |y| &y.energy_load)
+        .unit("J").depends_on(&[]).initially_depends_on(START),
+
+    // Contact
+    V::outputs("contact.force", "force of the plane on the tip, in the world", |y| &y.contact_force)
+        .unit("N").display_unit("kN").depends_on(&[]).initially_depends_on(START),
+    V::output("contact.penetration", "depth of the tip below the plane, 0 above it", |y| &y.contact_penetration)
+        .unit("m").display_unit("mm").depends_on(&[]).initially_depends_on(START),
+    V::output("energy.contact", "elastic energy of the contact", |y| &y.energy_contact)
+        .unit("J").depends_on(&[]).initially_depends_on(START),
+    V::output("energy.contact_loss", "energy that the contact has turned into heat since the start", |y| &y.energy_contact_loss)
         .unit("J").depends_on(&[]).initially_depends_on(START),
 
     // Parameters
@@ -92,12 +129,30 @@ pub(crate) const VARIABLES: &[V] = &[
         .unit("rad/s").display_unit("deg/s").min(-10.0).max(10.0),
     V::parameter("inertia_scale", "factor on mass, first moment and inertia of every body, payload included",
         |p| &p.options.inertia_scale, |p| &mut p.options.inertia_scale).unit("1").min(0.01).max(100.0),
-    V::parameter("payload.mass", "mass of the payload before inertia_scale; its inertia goes with it",
-        |p| &p.options.payload_mass, |p| &mut p.options.payload_mass).unit("kg").min(0.0).max(1e5),
+    V::parameter("payload.mass", "mass of the payload before inertia_scale; its inertia goes with it; a change acts at the beginning of the next step",
+        |p| &p.options.load.payload_mass, |p| &mut p.options.load.payload_mass).unit("kg").tunable().min(0.0).max(1e5),
+    V::parameters("payload.com", "centre of mass of the payload from D4, in D4's axes (the tip lies at r_D4_T4 of the machine file)",
+        |p| &p.options.load.payload_com, |p| &mut p.options.load.payload_com).unit("m").tunable().min(-100.0).max(100.0),
+    V::boolean_parameter("load.moves_with_tip", "whether what is picked up comes with the velocity of the end-effector, so that no impulse arises",
+        |p| &p.load_moves_with_tip, |p| &mut p.load_moves_with_tip).tunable(),
+    V::parameters("load.velocity", "velocity in the world with which it comes if load.moves_with_tip is false: the momentum of arm and load is conserved",
+        |p| &p.load_velocity, |p| &mut p.load_velocity).unit("m/s").tunable().min(-100.0).max(100.0),
     V::parameters("joint_viscous", "viscous joint friction", |p| &p.options.joint_viscous, |p| &mut p.options.joint_viscous)
         .unit("N.m.s/rad").min(0.0).max(1e6),
     V::parameters("gravity", "acceleration of gravity in the world; not along -y where the machine does not stand plumb",
         |p| &p.options.gravity, |p| &mut p.options.gravity).unit("m/s2").min(-1e3).max(1e3),
+    V::parameters("contact.normal", "direction out of the plane towards the machine, in the world; its length does not count",
+        |p| &p.options.contact.normal, |p| &mut p.options.contact.normal).unit("1").min(-1e3).max(1e3),
+    V::parameter("contact.offset", "distance of the plane from the world's origin along the normal",
+        |p| &p.options.contact.offset, |p| &mut p.options.contact.offset).unit("m").min(-1e3).max(1e3),
+    V::parameter("contact.stiffness", "stiffness of the plane; 0: there is none",
+        |p| &p.options.contact.stiffness, |p| &mut p.options.contact.stiffness).unit("N/m").min(0.0).max(1e8),
+    V::parameter("contact.damping", "dissipation of the plane, Hunt-Crossley: a tip that arrives at v leaves with less than its inverse",
+        |p| &p.options.contact.damping, |p| &mut p.options.contact.damping).own_unit(&PER_SPEED).min(0.0).max(1e3),
+    V::parameter("contact.friction", "coefficient of friction of the tip on the plane",
+        |p| &p.options.contact.friction, |p| &mut p.options.contact.friction).unit("1").min(0.0).max(10.0),
+    V::parameter("contact.slip_velocity", "velocity below which friction falls to zero",
+        |p| &p.options.contact.slip_velocity, |p| &mut p.options.contact.slip_velocity).unit("m/s").display_unit("mm/s").min(1e-4).max(10.0),
     V::string_parameter("machine_file", "machine JSON to use instead of the embedded reference machine",
         |p| &p.machine_file, read_machine),
 ];

@@ -14,11 +14,13 @@ fn main() {
     let state = State {
         zeta: machine.start.zeta,
         zeta_dot: [0.11, -0.07, 0.13, 0.31, -0.23, 0.17],
+        ..State::default()
     };
     let input = Input {
         f: [100.0, 41143.0, 32179.0],
         tau_wrist: [-90.2, 147.2, 0.0],
         wrench_env: [10.0, 20.0, 30.0, 4.0, 5.0, 6.0],
+        ..Input::default()
     };
     bench.call("forward dynamics", || {
         black_box(hdrm.forward_dynamics(black_box(&state), black_box(&input)));

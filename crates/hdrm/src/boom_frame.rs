@@ -252,6 +252,16 @@ impl BoomFrame {
         Vector6::new(plane.m_y, Q_2, Q_3, Q_4, Q_5, Q_6)
     }
 
+    /// `J_T4ᵀ f` of a force f at T4 in world axes.
+    pub fn tip_forces_of(&self, f: &Vector3<f64>) -> Vector6<f64> {
+        self.tip_forces(&Wrench::new(self.world_to_tip(f), Vector3::zeros()))
+    }
+
+    /// A vector in world axes in those of T4, and of D4.
+    pub fn world_to_tip(&self, v: &Vector3<f64>) -> Vector3<f64> {
+        self.tip.R.tr_mul(&self.slew.R.tr_mul(v))
+    }
+
     /// Position of T4 in the world, m, and its velocity with the angular velocity of T4, in world axes.
     pub fn tip_motion(&self, zeta_dot: &[f64; DOF]) -> (Vector3<f64>, Twist) {
         let plane = self.A2.joint.S * zeta_dot[1] + self.A3.joint.S * zeta_dot[2];

@@ -1,10 +1,10 @@
-//! Gravity, also of a machine that does not stand plumb.
+//! Gravity, also of a machine that does not stand plumb or whose base moves.
 //!
 //! The fast path of the dynamics ([`crate::boom_frame`]) knows gravity along −y, in the boom plane wherever it is turned. What lies across
 //! comes from the general recursion, and costs only where there is some.
 
 use crate::recursion;
-use crate::{Body, DOF, Hdrm};
+use crate::{Body, Configuration, DOF, Hdrm, Input};
 use nalgebra::{Vector3, Vector6};
 use serde::{Deserialize, Serialize};
 
@@ -34,20 +34,85 @@ impl Gravity {
 }
 
 impl Hdrm {
-    /// Generalised forces that hold the machine in the pose `zeta` against the part of gravity across the y axis, where there is one.
-    pub(crate) fn holding_sideways(&self, zeta: &[f64; DOF]) -> Option<Vector6<f64>> {
-        let up = self.gravity.sideways()?;
+    /// What the machine feels as gravity while its base is tilted by `base_tilt` = (roll r, pitch p) and accelerates with a:
+    /// ```text
+    /// g_felt = Rz(p)ᵀ·Rx(r)ᵀ·g − a
+    /// ```
+    /// All in the axes of the machine's world, which stands on the base. The base's angular rates do not act (no Coriolis and Euler forces):
+    /// it tilts slowly.
+    pub(crate) fn felt_gravity(&self, input: &Input) -> Gravity {
+        if (input.base_acceleration, input.base_tilt) == ([0.0; 3], [0.0; 2]) {
+            return self.gravity;
+        }
+        let [x, y, z] = self.tilted(input.base_tilt);
+        let [a_x, a_y, a_z] = input.base_acceleration;
+        Gravity::of([x - a_x, y - a_y, z - a_z])
+    }
+
+    /// Gravity in the axes of a base tilted so.
+    fn tilted(&self, [roll, pitch]: [f64; 2]) -> [f64; 3] {
+        let Gravity { along_y, across } = self.gravity;
+        let [x, y, z] = [across[0], -along_y, across[1]];
+        let ((s_r, c_r), (s_p, c_p)) = (libm::sincos(roll), libm::sincos(pitch));
+        let (y, z) = (c_r * y + s_r * z, c_r * z - s_r * y);
+        [c_p * x + s_p * y, c_p * y - s_p * x, z]
+    }
+
+    /// Rate of the felt gravity, m/s³, while the base moves with `input_dot`; None where it does not.
+    pub(crate) fn felt_gravity_rate(
+        &self,
+        input: &Input,
+        input_dot: &Input,
+    ) -> Option<Vector3<f64>> {
+        let (a_dot, [roll_dot, pitch_dot]) = (input_dot.base_acceleration, input_dot.base_tilt);
+        if (a_dot, [roll_dot, pitch_dot]) == ([0.0; 3], [0.0; 2]) {
+            return None;
+        }
+        let g = Vector3::from(self.tilted(input.base_tilt));
+        // ġ = −w × g with the base's angular velocity w in its own axes: the roll turns about its x axis before the pitch.
+        let (s_p, c_p) = libm::sincos(input.base_tilt[1]);
+        let w = Vector3::new(c_p * roll_dot, -s_p * roll_dot, pitch_dot);
+        Some(g.cross(&w) - Vector3::from(a_dot))
+    }
+
+    /// Rate of the generalised forces that hold the machine, from the rate `g_dot` of gravity alone.
+    pub(crate) fn holding_rate(
+        &self,
+        configuration: &Configuration,
+        g_dot: Vector3<f64>,
+    ) -> Vector6<f64> {
+        let rest = [0.0; DOF];
+        recursion::holding_forces(configuration, &self.bodies, &rest, -g_dot, 1.0).value
+    }
+
+    /// Rate of the potential energy from the rate `g_dot` of gravity alone, W.
+    pub(crate) fn potential_rate(&self, configuration: &Configuration, g_dot: Vector3<f64>) -> f64 {
+        self.potential(configuration, -g_dot)
+    }
+
+    /// Generalised forces that hold the machine in the pose `zeta` against the part of `gravity` across the y axis, where there is one.
+    pub(crate) fn holding_sideways(
+        &self,
+        gravity: &Gravity,
+        zeta: &[f64; DOF],
+    ) -> Option<Vector6<f64>> {
+        let up = gravity.sideways()?;
         let configuration = self.tree.configuration(zeta);
         let rest = [0.0; DOF];
         Some(recursion::holding_forces(&configuration, &self.bodies, &rest, up, 1.0).value)
     }
 
-    /// Potential energy in the part of gravity across the y axis, J, zero at the world's origin.
-    pub(crate) fn potential_sideways(&self, zeta: &[f64; DOF]) -> f64 {
-        let Some(up) = self.gravity.sideways() else {
-            return 0.0;
-        };
-        let poses = self.tree.configuration(zeta).world_poses();
+    /// Potential energy in the part of `gravity` across the y axis, J, zero at the world's origin.
+    pub(crate) fn potential_sideways(&self, gravity: &Gravity, zeta: &[f64; DOF]) -> f64 {
+        match gravity.sideways() {
+            Some(up) => self.potential(&self.tree.configuration(zeta), up),
+            None => 0.0,
+        }
+    }
+
+    /// Potential energy against an acceleration of gravity of −`up`, m/s², J.
+    fn potential(&self, configuration: &Configuration, up: Vector3<f64>) -> f64 {
+        let poses = configuration.world_poses();
         let energies = (0..Body::COUNT).map(|k| {
             let (body, pose) = (&self.bodies[k], &poses[k]);
             up.dot(&(pose.R * body.h + pose.r * body.m))
@@ -108,7 +173,14 @@ mod tests {
         };
         let of = |plant: &Hdrm, zeta| {
             let zeta_dot = ZETA_DOT;
-            plant.forward_dynamics(&State { zeta, zeta_dot }, &input)
+            plant.forward_dynamics(
+                &State {
+                    zeta,
+                    zeta_dot,
+                    ..State::default()
+                },
+                &input,
+            )
         };
         let (a, b) = (of(&plant(G), ZETA), of(&plant(turned), slewed));
         for k in 0..6 {
@@ -126,6 +198,7 @@ mod tests {
         let state = State {
             zeta: ZETA,
             zeta_dot: ZETA_DOT,
+            ..State::default()
         };
         let wanted = [0.3, -0.2, 0.5, 0.1, 0.7, -0.4];
         let (f, tau_wrist) = plant.inverse_dynamics(&state, &wanted, &[0.0; 6]);
@@ -169,5 +242,40 @@ mod tests {
             rate.energy_potential,
             1e3,
         );
+    }
+
+    /// A base tilted by a roll is a world in which gravity has the other parts; one that accelerates upwards makes everything heavier, and
+    /// potential energy follows both.
+    #[test]
+    fn a_base_that_tilts_and_accelerates_is_felt_as_gravity() {
+        let g = 9.7;
+        let state = State {
+            zeta: ZETA,
+            zeta_dot: ZETA_DOT,
+            ..State::default()
+        };
+        let (roll, pitch) = (0.23_f64, -0.31_f64);
+        let input = Input {
+            base_tilt: [roll, pitch],
+            base_acceleration: [0.3, 0.8, -0.4],
+            ..Input::default()
+        };
+        // Up in the base: rolled about x, then pitched about the new z.
+        let up = [
+            pitch.sin() * roll.cos(),
+            pitch.cos() * roll.cos(),
+            -roll.sin(),
+        ];
+        let felt = std::array::from_fn(|i| -g * up[i] - input.base_acceleration[i]);
+        let (moving, fixed) = (plant([0.0, -g, 0.0]), plant(felt));
+        let found = moving.output(&state, &input);
+        let expected = fixed.output(&state, &Input::default());
+        for k in 0..6 {
+            let (a, b) = (found.zeta_ddot[k], expected.zeta_ddot[k]);
+            assert!((a - b).abs() < 1e-11 * (1.0 + b.abs()), "{k}: {a} {b}");
+        }
+        let (a, b) = (found.energy_potential, expected.energy_potential);
+        assert!((a / b - 1.0).abs() < 1e-13, "{a} {b}");
+        assert!(found.f_hold[0].abs() > 100.0, "the tilt turns the slew");
     }
 }

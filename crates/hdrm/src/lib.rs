@@ -12,10 +12,12 @@
 
 mod body;
 mod boom_frame;
+mod contact;
 mod end_stop;
 mod factor;
 mod gravity;
 mod lift;
+mod load;
 mod output;
 mod planar;
 mod plane;
@@ -28,8 +30,10 @@ mod tip;
 mod tree;
 
 pub use body::{BODIES, Body};
+pub use contact::Contact;
 pub use end_stop::EndStop;
 pub use lift::{Lift, LiftAngles};
+pub use load::Load;
 pub use output::Output;
 pub use planar::Polar;
 pub use plant::{Dynamics, Hdrm, HdrmError, Input, Options, State, saturate};

@@ -32,13 +32,23 @@ pub struct Output {
     pub energy_kinetic: f64,
     /// Potential energy, J, zero at the height of the world's origin.
     pub energy_potential: f64,
+    /// Force of the plane on the tip in world axes, N.
+    pub contact_force: [f64; 3],
+    /// Depth of the tip below the plane, m; 0 above it.
+    pub contact_penetration: f64,
+    /// Elastic energy of the contact, J.
+    pub energy_contact: f64,
+    /// Energy that the contact has turned into heat, J.
+    pub energy_contact_loss: f64,
+    /// Energy that changes of the load have brought, J.
+    pub energy_load: f64,
 }
 
 impl Hdrm {
     /// Outputs at a state under an input.
     #[must_use]
     pub fn output(&self, state: &State, input: &Input) -> Output {
-        self.output_at(&self.dynamics(state), input)
+        self.output_at(&self.dynamics_with(state, input), input)
     }
 
     /// Outputs where the dynamics are known.
@@ -47,7 +57,8 @@ impl Hdrm {
         let Dynamics {
             strokes, holding, ..
         } = dynamics;
-        let State { zeta, zeta_dot } = &dynamics.state;
+        let State { zeta, zeta_dot, .. } = &dynamics.state;
+        let touch = self.touch(dynamics);
         let (tip, V_tip) = dynamics.frame.tip_motion(zeta_dot);
         let (energy_kinetic, energy_potential) = self.energies_of(dynamics);
         Output {
@@ -63,14 +74,19 @@ impl Hdrm {
             tip_velocity: V_tip.to_vector().into(),
             energy_kinetic,
             energy_potential,
+            contact_force: touch.force.into(),
+            contact_penetration: touch.depth,
+            energy_contact: touch.energy,
+            energy_contact_loss: dynamics.state.contact_loss,
+            energy_load: dynamics.state.load_energy,
         }
     }
 
     /// Exact time derivative of [`Hdrm::output`] while the input changes with `input_dot`.
     #[must_use]
     pub fn output_derivative(&self, state: &State, input: &Input, input_dot: &Input) -> Output {
-        let State { zeta, zeta_dot } = state;
-        let dynamics = self.dynamics(state);
+        let State { zeta, zeta_dot, .. } = state;
+        let dynamics = self.dynamics_with(state, input);
         let acceleration = self.acceleration(&dynamics, input);
         let zeta_ddot: [f64; DOF] = acceleration.into();
         let configuration = self.tree.configuration(zeta);
@@ -80,8 +96,17 @@ impl Hdrm {
         let V_tip: Vector6<f64> = J * w;
         let strokes = &dynamics.strokes;
 
-        let holding =
-            recursion::gravity_forces(&configuration, &self.bodies, zeta_dot, &self.gravity);
+        let mut holding =
+            recursion::gravity_forces(&configuration, &self.bodies, zeta_dot, &dynamics.gravity);
+        let mut base_power = 0.0;
+        if let Some(g_dot) = self.felt_gravity_rate(input, input_dot) {
+            holding.rate += self.holding_rate(&configuration, g_dot);
+            base_power = self.potential_rate(&configuration, g_dot);
+        }
+        let touch = self.touch(&dynamics);
+        let touch_rate = self.touch_rate(&dynamics, &configuration, &zeta_ddot);
+        let contact_power = touch.force.dot(&V_tip.fixed_rows::<3>(0));
+        let depth_rate = self.depth_rate(&dynamics);
         // d/dt (Q/x′) = (Q_dot − (Q/x′) x″ zeta_dot)/x′
         let f_hold_rate = |i: usize| {
             let Stroke { prime, second, .. } = strokes[i];
@@ -106,7 +131,12 @@ impl Hdrm {
             tip_orientation: components(&quaternion_rate(&Tip::orientation(zeta), &V_tip)),
             tip_velocity: (J * acceleration + tip.jacobian_dot(zeta_dot) * w).into(),
             energy_kinetic: power - power_of_gravity,
-            energy_potential: power_of_gravity,
+            energy_potential: power_of_gravity + base_power,
+            contact_force: touch_rate.map_or([0.0; 3], |(rate, _)| rate.into()),
+            contact_penetration: depth_rate,
+            energy_contact: -contact_power - touch.dissipation,
+            energy_contact_loss: touch.dissipation,
+            energy_load: 0.0,
         }
     }
 }

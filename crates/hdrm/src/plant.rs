@@ -1,9 +1,11 @@
 //! The manipulator as a plant: equations of motion with drives, friction and end stops.
 
 use crate::boom_frame::{BoomFrame, MovingParts};
+use crate::contact::{Contact, Plane};
 use crate::end_stop::{EndStop, JOINT_DISSIPATION, STROKE_DISSIPATION};
 use crate::factor::Factor;
 use crate::gravity::Gravity;
+use crate::load::{Load, Payload};
 use crate::recursion;
 use crate::tree::Stroke;
 use crate::{BODIES, Body, DOF, GeometryError, Tree};
@@ -18,13 +20,14 @@ use thiserror::Error;
 pub struct Options {
     /// Factor s on mass, first moment and inertia of every body, payload included.
     pub inertia_scale: f64,
-    /// Payload mass, kg, before scaling; the payload keeps its centre of mass, and its inertia
-    /// goes with the mass. Zero: no payload.
-    pub payload_mass: f64,
+    /// What the end-effector carries at first.
+    pub load: Load,
     /// Viscous joint friction on `zeta_dot`, N·m·s/rad.
     pub joint_viscous: [f64; DOF],
     /// Acceleration of gravity in world axes, m/s²: not along −y where the machine does not stand plumb.
     pub gravity: [f64; 3],
+    /// A plane that the tip may touch.
+    pub contact: Contact,
 }
 
 impl Options {
@@ -33,9 +36,10 @@ impl Options {
     pub fn of(machine: &Machine) -> Self {
         Self {
             inertia_scale: 1.0,
-            payload_mass: machine.bodies.PL.mass,
+            load: Load::of(machine),
             joint_viscous: machine.joint_viscous,
             gravity: [0.0, -machine.gravity, 0.0],
+            contact: Contact::default(),
         }
     }
 }
@@ -67,15 +71,23 @@ pub struct Input {
     pub tau_wrist: [f64; 3],
     /// Wrench `[f; m]` of the environment on the end-effector at T4 in T4 axes, N and N·m.
     pub wrench_env: [f64; 6],
+    /// Acceleration of the base in the machine's world axes, m/s².
+    pub base_acceleration: [f64; 3],
+    /// Tilt of the base, rad: roll about x, then pitch about its own z.
+    pub base_tilt: [f64; 2],
 }
 
-/// Joint angles and rates.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+/// Joint angles and rates, and the energies that the machine's own do not show.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct State {
     /// Joint angles, rad.
     pub zeta: [f64; DOF],
     /// Joint rates, rad/s.
     pub zeta_dot: [f64; DOF],
+    /// Energy that the contact has turned into heat, J.
+    pub contact_loss: f64,
+    /// Energy that changes of the load have brought, J.
+    pub load_energy: f64,
 }
 
 impl State {
@@ -83,23 +95,26 @@ impl State {
     pub(crate) fn at_rest(zeta: [f64; DOF]) -> Self {
         Self {
             zeta,
-            zeta_dot: [0.0; DOF],
+            ..Self::default()
         }
     }
 }
 
-/// The plant; its parameters do not change after [`Hdrm::new`].
+/// The plant; its parameters do not change after [`Hdrm::new`], but for the load ([`Hdrm::reloaded`]).
 ///
 /// ```text
 /// M(zeta)·zeta_ddot + h(zeta, zeta_dot) + D·zeta_dot
-///     = Jxᵀ·(f + f_stop) + [0, 0, 0, tau + tau_stop] + J_T4ᵀ·W_env
+///     = Jxᵀ·(f + f_stop) + [0, 0, 0, tau + tau_stop] + J_T4ᵀ·(W_env + W_contact)
 /// ```
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Hdrm {
     pub(crate) tree: Tree,
     /// In the order of [`BODIES`].
     pub(crate) bodies: [Inertia; Body::COUNT],
-    parts: MovingParts,
+    pub(crate) parts: MovingParts,
+    pub(crate) payload: Payload,
+    pub(crate) load: Load,
+    pub(crate) plane: Option<Plane>,
     pub(crate) gravity: Gravity,
     pub(crate) joint_viscous: [f64; DOF],
     /// Whether substeps look at friction.
@@ -113,6 +128,8 @@ pub struct Hdrm {
 #[derive(Clone, Debug)]
 pub struct Dynamics {
     pub(crate) state: State,
+    /// As it is felt on the base.
+    pub(crate) gravity: Gravity,
     pub(crate) frame: BoomFrame,
     pub(crate) strokes: [Stroke; 3],
     pub(crate) M: Matrix6<f64>,
@@ -131,7 +148,8 @@ impl Hdrm {
     pub fn new(machine: &Machine, options: &Options) -> Result<Self, HdrmError> {
         check(options)?;
         let tree = Tree::new(machine)?;
-        let bodies = inertias(machine, options);
+        let payload = Payload::of(machine, options.inertia_scale);
+        let bodies = inertias(machine, options, &payload);
         let free = EndStop {
             range: [f64::NEG_INFINITY, f64::INFINITY],
             stiffness: 0.0,
@@ -139,6 +157,9 @@ impl Hdrm {
         };
         let mut plant = Self {
             parts: MovingParts::new(&bodies),
+            payload,
+            load: options.load,
+            plane: options.contact.plane()?,
             tree,
             bodies,
             gravity: Gravity::of(options.gravity),
@@ -198,21 +219,32 @@ impl Hdrm {
         &self.stops
     }
 
-    /// Loops, mass matrix and bias forces at a state.
+    /// Loops, mass matrix and bias forces at a state, on a base at rest.
     #[must_use]
     pub fn dynamics(&self, state: &State) -> Dynamics {
-        let State { zeta, zeta_dot } = state;
+        self.dynamics_under(state, self.gravity)
+    }
+
+    /// The same on a base that moves as `input` says.
+    #[must_use]
+    pub fn dynamics_with(&self, state: &State, input: &Input) -> Dynamics {
+        self.dynamics_under(state, self.felt_gravity(input))
+    }
+
+    fn dynamics_under(&self, state: &State, gravity: Gravity) -> Dynamics {
+        let State { zeta, zeta_dot, .. } = state;
         let solved = self.tree.solve(zeta);
         let frame = BoomFrame::new(&self.tree, &self.parts, &solved);
         let (M, momentum_y) = frame.mass_matrix();
-        let mut h = frame.bias(zeta_dot, self.gravity.along_y);
-        let mut holding = momentum_y * self.gravity.along_y;
-        if let Some(sideways) = self.holding_sideways(zeta) {
+        let mut h = frame.bias(zeta_dot, gravity.along_y);
+        let mut holding = momentum_y * gravity.along_y;
+        if let Some(sideways) = self.holding_sideways(&gravity, zeta) {
             h += sideways;
             holding += sideways;
         }
         Dynamics {
             state: *state,
+            gravity,
             strokes: self.tree.strokes(zeta[0], &solved),
             factor: Factor::new(&M),
             M,
@@ -232,7 +264,8 @@ impl Hdrm {
     /// Joint accelerations, rad/s².
     #[must_use]
     pub fn forward_dynamics(&self, state: &State, input: &Input) -> [f64; DOF] {
-        self.acceleration(&self.dynamics(state), input).into()
+        self.acceleration(&self.dynamics_with(state, input), input)
+            .into()
     }
 
     /// `M⁻¹·(Q − h − D·zeta_dot)`.
@@ -241,10 +274,13 @@ impl Hdrm {
         dynamics.factor.solve(&(Q - dynamics.h))
     }
 
-    /// Drives, end stops, friction and environment on the coordinates, N·m.
+    /// Drives, end stops, friction, environment and contact on the coordinates, N·m.
     pub(crate) fn generalised_forces(&self, dynamics: &Dynamics, input: &Input) -> Vector6<f64> {
-        let State { zeta, zeta_dot } = &dynamics.state;
+        let State { zeta, zeta_dot, .. } = &dynamics.state;
         let mut Q = dynamics.frame.tip_forces(&wrench(&input.wrench_env));
+        if self.plane.is_some() {
+            Q += dynamics.frame.tip_forces_of(&self.touch(dynamics).force);
+        }
         for i in 0..DOF {
             let w = zeta_dot[i];
             Q[i] -= self.joint_viscous[i] * w;
@@ -278,7 +314,7 @@ impl Hdrm {
         zeta_ddot: &[f64; DOF],
         wrench_env: &[f64; 6],
     ) -> ([f64; 3], [f64; 3]) {
-        let State { zeta, zeta_dot } = state;
+        let State { zeta, zeta_dot, .. } = state;
         let configuration = self.tree.configuration(zeta);
         let mut Q = recursion::inverse_dynamics(
             &configuration,
@@ -312,8 +348,8 @@ impl Hdrm {
     pub(crate) fn energies_of(&self, dynamics: &Dynamics) -> (f64, f64) {
         let w = Vector6::from(dynamics.state.zeta_dot);
         let kinetic = 0.5 * w.dot(&(dynamics.M * w));
-        let along_y = self.gravity.along_y * dynamics.frame.first_moment_y();
-        let sideways = self.potential_sideways(&dynamics.state.zeta);
+        let along_y = dynamics.gravity.along_y * dynamics.frame.first_moment_y();
+        let sideways = self.potential_sideways(&dynamics.gravity, &dynamics.state.zeta);
         (kinetic, along_y + sideways)
     }
 }
@@ -340,16 +376,15 @@ fn check(options: &Options) -> Result<(), HdrmError> {
     let not_negative = |value: f64| value.is_finite() && value >= 0.0;
     let &Options {
         inertia_scale,
-        payload_mass,
+        load,
         joint_viscous,
         gravity,
+        ..
     } = options;
     if !(inertia_scale.is_finite() && inertia_scale > 0.0) {
         return refuse("inertia_scale", inertia_scale, "finite and > 0");
     }
-    if !not_negative(payload_mass) {
-        return refuse("payload.mass", payload_mass, "finite and ≥ 0");
-    }
+    load.check()?;
     if let Some(&value) = gravity.iter().find(|g| !g.is_finite()) {
         return refuse("gravity", value, "finite");
     }
@@ -360,19 +395,17 @@ fn check(options: &Options) -> Result<(), HdrmError> {
 }
 
 /// Inertias about body origins with the options applied.
-fn inertias(machine: &Machine, options: &Options) -> [Inertia; Body::COUNT] {
+fn inertias(machine: &Machine, options: &Options, payload: &Payload) -> [Inertia; Body::COUNT] {
     let bodies = machine.bodies.in_order();
     std::array::from_fn(|k| {
+        if BODIES[k] == Body::PL {
+            return payload.inertia(&options.load);
+        }
         let body = bodies[k];
         let [x, y, z] = body.inertia_com.rows();
         let I_com = Matrix3::new(x[0], x[1], x[2], y[0], y[1], y[2], z[0], z[1], z[2]);
         let inertia = Inertia::from_com(body.mass, body.com.into(), I_com);
-        let share = if BODIES[k] == Body::PL {
-            options.payload_mass / body.mass
-        } else {
-            1.0
-        };
-        inertia * (share * options.inertia_scale)
+        inertia * options.inertia_scale
     })
 }
 

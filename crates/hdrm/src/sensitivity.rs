@@ -5,16 +5,25 @@ use crate::{Configuration, DOF, Output, Stroke, recursion};
 use nalgebra::Vector6;
 
 impl Hdrm {
-    /// Change of the outputs for a change `seed` of the input, the state held: only the
-    /// accelerations move, `δzeta_ddot = M⁻¹·(Jxᵀ·δf + δtau + J_T4ᵀ·δW)`. A wrist drive in saturation
-    /// does not follow.
+    /// Change of the outputs for a change `seed` of the input, the state held: the accelerations move,
+    /// `δzeta_ddot = M⁻¹·(Jxᵀ·δf + δtau + J_T4ᵀ·δW − δQ_hold)`, and with the base the holding forces and the potential energy. A wrist drive
+    /// in saturation does not follow.
     #[must_use]
     pub fn directional_derivative(&self, state: &State, input: &Input, seed: &Input) -> Output {
-        let dynamics = self.dynamics(state);
-        let Q = self.drive_forces(&dynamics, input, seed);
+        let dynamics = self.dynamics_with(state, input);
+        let mut Q = self.drive_forces(&dynamics, input, seed);
+        let mut change = Output::default();
+        if let Some(g_change) = self.felt_gravity_rate(input, seed) {
+            let configuration = self.tree.configuration(&state.zeta);
+            let holding = self.holding_rate(&configuration, g_change);
+            Q -= holding;
+            change.f_hold = std::array::from_fn(|i| holding[i] / dynamics.strokes[i].prime);
+            change.tau_hold = std::array::from_fn(|i| holding[3 + i]);
+            change.energy_potential = self.potential_rate(&configuration, g_change);
+        }
         Output {
             zeta_ddot: dynamics.factor.solve(&Q).into(),
-            ..Output::default()
+            ..change
         }
     }
 
@@ -38,13 +47,13 @@ impl Hdrm {
         input: &Input,
         input_dot: &Input,
     ) -> Vector6<f64> {
-        let State { zeta, zeta_dot } = &dynamics.state;
+        let State { zeta, zeta_dot, .. } = &dynamics.state;
         let inertial = recursion::inverse_dynamics(
             configuration,
             &self.bodies,
             zeta_dot,
             zeta_ddot,
-            &self.gravity,
+            &dynamics.gravity,
         );
         let tip = recursion::tip_forces(
             configuration,
@@ -53,6 +62,12 @@ impl Hdrm {
             &wrench(&input.wrench_env),
         );
         let mut Q_dot = self.drive_forces(dynamics, input, input_dot) + tip.rate - inertial.rate;
+        if let Some(g_dot) = self.felt_gravity_rate(input, input_dot) {
+            Q_dot -= self.holding_rate(configuration, g_dot);
+        }
+        if let Some((_, of_plane)) = self.touch_rate(dynamics, configuration, zeta_ddot) {
+            Q_dot += of_plane;
+        }
         for i in 0..DOF {
             let (w, a) = (zeta_dot[i], zeta_ddot[i]);
             Q_dot[i] -= self.joint_viscous[i] * a;

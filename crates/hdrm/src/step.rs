@@ -65,7 +65,7 @@ impl Hdrm {
         t: f64,
         h: f64,
     ) -> Result<State, StepError> {
-        self.step_from(&self.dynamics(state), input, t, h)
+        self.step_from(&self.dynamics_with(state, &input(0.0)), input, t, h)
     }
 
     /// [`Hdrm::step`] from where the dynamics are known.
@@ -88,7 +88,8 @@ impl Hdrm {
         finite(&now, t)?;
         let mut k = 1.0;
         while k < n {
-            now = self.substep(&self.dynamics(&now), &input, k * dt, dt);
+            let start = self.dynamics_with(&now, &input(k * dt));
+            now = self.substep(&start, &input, k * dt, dt);
             finite(&now, t)?;
             k += 1.0;
         }
@@ -104,13 +105,14 @@ impl Hdrm {
         let dt = dt / f64::from(n);
         let first = self.rk4(start, input, s, dt);
         (1..n).fold(first, |now, k| {
-            self.rk4(&self.dynamics(&now), input, s + f64::from(k) * dt, dt)
+            let s = s + f64::from(k) * dt;
+            self.rk4(&self.dynamics_with(&now, &input(s)), input, s, dt)
         })
     }
 
     /// How many parts of `dt` resolve the contacts that can be reached within it; 1 when free.
     fn contact_substeps(&self, start: &Dynamics, dt: f64) -> u32 {
-        let State { zeta, zeta_dot } = &start.state;
+        let State { zeta, zeta_dot, .. } = &start.state;
         let position = |i: usize| match start.strokes.get(i) {
             Some(&Stroke { x, prime, .. }) => (x, prime),
             None => (zeta[i], 1.0),
@@ -127,7 +129,7 @@ impl Hdrm {
                 self.stops[i].rate_ahead(y, prime * zeta_dot[i], mobility, dt)
             })
             .sum();
-        parts(dt * rate / RATE_STEP)
+        parts(dt * (rate + self.plane_rate(start, dt)) / RATE_STEP)
     }
 
     /// How many parts of `dt` resolve the decay by joint friction; 1 with any usual friction.
@@ -153,27 +155,33 @@ impl Hdrm {
 
     /// Classical Runge–Kutta of fourth order.
     fn rk4(&self, start: &Dynamics, input: &impl Fn(f64) -> Input, s: f64, dt: f64) -> State {
-        let State { zeta, zeta_dot } = start.state;
+        let State { zeta, zeta_dot, .. } = start.state;
         let (q, w) = (Vector6::from(zeta), Vector6::from(zeta_dot));
-        let acceleration = |q: Vector6<f64>, w: Vector6<f64>, u: &Input| {
+        // Acceleration, and the power that the contact turns into heat.
+        let rates =
+            |at: &Dynamics, u: &Input| (self.acceleration(at, u), self.touch(at).dissipation);
+        let at = |q: Vector6<f64>, w: Vector6<f64>, u: &Input| {
             let state = State {
                 zeta: q.into(),
                 zeta_dot: w.into(),
+                ..start.state
             };
-            self.acceleration(&self.dynamics(&state), u)
+            rates(&self.dynamics_with(&state, u), u)
         };
         let [begin, middle, end] = [0.0, 0.5, 1.0].map(|part| input(s + part * dt));
         let half = 0.5 * dt;
-        let (w1, a1) = (w, self.acceleration(start, &begin));
+        let (w1, (a1, p1)) = (w, rates(start, &begin));
         let w2 = w + a1 * half;
-        let a2 = acceleration(q + w1 * half, w2, &middle);
+        let (a2, p2) = at(q + w1 * half, w2, &middle);
         let w3 = w + a2 * half;
-        let a3 = acceleration(q + w2 * half, w3, &middle);
+        let (a3, p3) = at(q + w2 * half, w3, &middle);
         let w4 = w + a3 * dt;
-        let a4 = acceleration(q + w3 * dt, w4, &end);
+        let (a4, p4) = at(q + w3 * dt, w4, &end);
         State {
             zeta: (q + (w1 + (w2 + w3) * 2.0 + w4) * (dt / 6.0)).into(),
             zeta_dot: (w + (a1 + (a2 + a3) * 2.0 + a4) * (dt / 6.0)).into(),
+            contact_loss: start.state.contact_loss + (p1 + (p2 + p3) * 2.0 + p4) * (dt / 6.0),
+            ..start.state
         }
     }
 }

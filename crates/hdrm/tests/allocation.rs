@@ -15,6 +15,7 @@ fn outputs_and_steps_allocate_nothing() {
         let mut state = State {
             zeta,
             zeta_dot: [0.01; 6],
+            ..State::default()
         };
         let u = Input {
             f: [100.0, 40e3, 30e3],

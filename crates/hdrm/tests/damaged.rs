@@ -17,6 +17,7 @@ fn negative_torque_limits_do_not_panic() {
     let state = State {
         zeta: machine.start.zeta,
         zeta_dot: [0.0; 6],
+        ..State::default()
     };
     let _ = damaged.step(&state, |_| Input::default(), 0.0, 1e-3); // refused or not, without a panic
 }

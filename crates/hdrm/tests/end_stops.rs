@@ -58,6 +58,7 @@ fn falls_into_its_stops_and_stays() {
     let start = State {
         zeta: machine.start.zeta,
         zeta_dot: [0.0; DOF],
+        ..State::default()
     };
     let (stroke, wrist, end) = run(&hdrm, start, 60, |_| Input::default());
     assert_inside(stroke, wrist);
@@ -83,6 +84,7 @@ fn stays_inside_under_random_forces() {
         let start = State {
             zeta: limits.map(|[a, b]| 0.5 * (a + b) + 0.5 * (b - a) * random.next()),
             zeta_dot: std::array::from_fn(|_| 2.0 * random.next()),
+            ..State::default()
         };
         let mut held = (0, Input::default());
         let (stroke, wrist, _) = run(&hdrm, start, seconds, |k| {
@@ -97,6 +99,7 @@ fn stays_inside_under_random_forces() {
                     f: std::array::from_fn(|_| 70e3 * draw()),
                     tau_wrist: std::array::from_fn(|i| machine.limits.tau_wrist_max[i] * draw()),
                     wrench_env: [0.0; 6],
+                    ..Input::default()
                 };
                 held = (k + duration, u);
             }

@@ -3,16 +3,17 @@
 
 mod seeded;
 
-use hdrm::{DOF, Hdrm, Input, Options, Output, State};
+use hdrm::{DOF, Hdrm, Input, Load, Options, Output, State};
 use machine::Machine;
 use nalgebra::{DVector, Matrix6, Vector6};
 use seeded::{Random, plant};
 
 fn moved(state: &State, zeta_ddot: &[f64; DOF], s: f64) -> State {
-    let State { zeta, zeta_dot } = state;
+    let State { zeta, zeta_dot, .. } = state;
     State {
         zeta: std::array::from_fn(|i| zeta[i] + s * zeta_dot[i] + 0.5 * s * s * zeta_ddot[i]),
         zeta_dot: std::array::from_fn(|i| zeta_dot[i] + s * zeta_ddot[i]),
+        ..*state
     }
 }
 
@@ -24,6 +25,7 @@ fn unforced(zeta: [f64; DOF], zeta_dot: [f64; DOF], h: f64, n: usize) -> (f64, f
     let state = |q: Vector6<f64>, w: Vector6<f64>| State {
         zeta: q.into(),
         zeta_dot: w.into(),
+        ..State::default()
     };
     let rate = |q, w| {
         let (M, h) = hdrm.equations_of_motion(&state(q, w));
@@ -191,6 +193,7 @@ fn output_derivatives_are_exact() {
                 wrench_env: std::array::from_fn(|i| {
                     input.wrench_env[i] + s * input_dot.wrench_env[i]
                 }),
+                ..Input::default()
             };
             hdrm.output(&moved(&state, &a, s), &u)
         };
@@ -277,12 +280,14 @@ fn the_step_is_of_fourth_order() {
     let start = State {
         zeta: machine.start.zeta,
         zeta_dot: [0.3, -0.2, 0.4, 2.1, -1.7, 2.9],
+        ..State::default()
     };
     // Strongly varying forces, so that truncation stands out of rounding.
     let input = |t: f64| Input {
         f: [30e3, 41e3, 32e3].map(|f| f * (1.0 + (700.0 * t).sin())),
         tau_wrist: [500.0, 300.0, 700.0].map(|tau| tau * (900.0 * t).cos()),
         wrench_env: [0.0; 6],
+        ..Input::default()
     };
     let end = |n: u32| {
         let h = 0.016 / f64::from(n);
@@ -308,6 +313,7 @@ fn a_long_step_is_its_substeps() {
     let start = State {
         zeta: machine.start.zeta,
         zeta_dot: [0.0; DOF],
+        ..State::default()
     };
     let input = Input {
         f: [1000.0, 40e3, 30e3],
@@ -330,6 +336,7 @@ fn rounding_of_the_step_adds_no_substep() {
     let start = State {
         zeta: machine.start.zeta,
         zeta_dot: [0.0; DOF],
+        ..State::default()
     };
     let evaluations = |h: f64| {
         let count = std::cell::Cell::new(0);
@@ -357,6 +364,7 @@ fn a_step_that_fails_says_why() {
     let state = State {
         zeta: machine.start.zeta,
         zeta_dot: [0.0; DOF],
+        ..State::default()
     };
     for h in [0.0, -1e-3, f64::NAN, f64::INFINITY] {
         let error = hdrm
@@ -411,7 +419,10 @@ fn bad_options_are_named() {
     });
     assert!(text.contains("inertia_scale"), "{text}");
     let text = refused(Options {
-        payload_mass: f64::NAN,
+        load: Load {
+            payload_mass: f64::NAN,
+            ..good.load
+        },
         ..good
     });
     assert!(text.contains("payload.mass"), "{text}");

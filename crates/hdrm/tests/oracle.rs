@@ -3,7 +3,7 @@
 //! off the plane, full inertia tensors) with scaled inertia and another payload.
 #![allow(non_snake_case)]
 
-use hdrm::{Hdrm, Input, Options, State};
+use hdrm::{Hdrm, Input, Load, Options, State};
 use machine::Machine;
 use nalgebra::{DVector, Matrix3, Quaternion, UnitQuaternion, Vector3};
 use serde::Deserialize;
@@ -46,6 +46,7 @@ impl Case {
         State {
             zeta: self.zeta,
             zeta_dot: self.zeta_dot,
+            ..State::default()
         }
     }
 
@@ -54,6 +55,7 @@ impl Case {
             f: self.f,
             tau_wrist: self.tau,
             wrench_env: self.W_env,
+            ..Input::default()
         }
     }
 }
@@ -66,7 +68,10 @@ fn plants() -> Vec<(Hdrm, Vec<Case>)> {
         plant.machine.check().expect("physical machine");
         let options = Options {
             inertia_scale: plant.inertia_scale,
-            payload_mass: plant.payload_mass,
+            load: Load {
+                payload_mass: plant.payload_mass,
+                ..Load::of(&plant.machine)
+            },
             ..Options::of(&plant.machine)
         };
         let hdrm = Hdrm::new(&plant.machine, &options).expect("working machine");

@@ -19,6 +19,7 @@ fn plant(viscous: f64) -> (Hdrm, State, Input) {
     let mut state = State {
         zeta: machine.start.zeta,
         zeta_dot: [0.0; DOF],
+        ..State::default()
     };
     let hold = hdrm.output(&state, &Input::default());
     state.zeta_dot[STIFF] = 1e-3;

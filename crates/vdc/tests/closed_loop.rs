@@ -107,6 +107,7 @@ impl Loop {
         let state = State {
             zeta: machine.start.zeta,
             zeta_dot: [0.0; 6],
+            ..State::default()
         };
         let network = Surrogate::reference();
         let actuators = case.actuators.in_order().map(|p| {
@@ -201,6 +202,7 @@ impl Loop {
             f,
             tau_wrist: command.tau_wrist,
             wrench_env: [0.0; 6],
+            ..hdrm::Input::default()
         };
         self.state = self
             .plant

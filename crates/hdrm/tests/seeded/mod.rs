@@ -1,7 +1,7 @@
 //! Seeded states and inputs for the tests, and the plant they are for.
 #![allow(dead_code)] // each test binary uses its part
 
-use hdrm::{Hdrm, Input, Options, State};
+use hdrm::{Hdrm, Input, Load, Options, State};
 use machine::Machine;
 
 /// Seeded numbers in [−1, 1).
@@ -27,6 +27,7 @@ impl Random {
         State {
             zeta: self.within(machine.limits.zeta()),
             zeta_dot: self.array(1.5),
+            ..State::default()
         }
     }
 
@@ -35,6 +36,7 @@ impl Random {
             f: self.array(70e3),
             tau_wrist: self.array(700.0),
             wrench_env: self.array(1500.0),
+            ..Input::default()
         }
     }
 }
@@ -44,7 +46,10 @@ pub fn plant() -> (Machine, Hdrm) {
     let machine = Machine::reference();
     let options = Options {
         inertia_scale: 1.13,
-        payload_mass: 271.0,
+        load: Load {
+            payload_mass: 271.0,
+            ..Load::of(&machine)
+        },
         ..Options::of(&machine)
     };
     let hdrm = Hdrm::new(&machine, &options).expect("valid reference");

@@ -1,0 +1,284 @@
+//! Contact of the tip with a plane: stiffness, dissipation, friction.
+
+use crate::boom_frame::BoomFrame;
+use crate::factor::Factor;
+use crate::plant::{Dynamics, Hdrm, HdrmError};
+use crate::{Configuration, DOF, Tip};
+use nalgebra::{Vector3, Vector6};
+use serde::{Deserialize, Serialize};
+
+/// A plane that the tip may touch. Without stiffness there is none.
+///
+/// With the depth `d = offset − n·p` of the tip below the plane and its velocity v, the plane pushes with (Hunt–Crossley)
+/// ```text
+/// F_n = k·d·max(0, 1 + c·d_dot)        0 for d ≤ 0
+/// F_t = −mu·F_n·v_t/√(|v_t|² + v_s²)
+/// ```
+/// It never pulls, is continuous, and gives back at most what it took; friction is Coulomb's, made smooth below the
+/// slip velocity v_s, so a tip that should stick creeps with a part of it. Holds for a point without rolling or spinning friction.
+///
+/// Source: K. H. Hunt, F. R. E. Crossley, J. Appl. Mech. 42 (1975) 440–445, with the exponent 1 that the end stops have.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Contact {
+    /// Direction out of the plane towards the machine, world axes; its length does not count.
+    pub normal: [f64; 3],
+    /// Distance of the plane from the world's origin along the normal, m.
+    pub offset: f64,
+    /// Stiffness k, N/m; 0: no plane.
+    pub stiffness: f64,
+    /// Dissipation c, s/m: a tip that arrives at v leaves with less than 1/c.
+    pub damping: f64,
+    /// Coefficient of friction mu.
+    pub friction: f64,
+    /// Slip velocity v_s, m/s, below which friction falls to zero.
+    pub slip_velocity: f64,
+}
+
+impl Default for Contact {
+    /// No plane; set the stiffness and the ground is at the world's origin.
+    fn default() -> Self {
+        Self {
+            normal: [0.0, 1.0, 0.0],
+            offset: 0.0,
+            stiffness: 0.0,
+            damping: 1.0,
+            friction: 0.0,
+            slip_velocity: 0.01,
+        }
+    }
+}
+
+impl Contact {
+    /// The plane, if there is one.
+    pub(crate) fn plane(&self) -> Result<Option<Plane>, HdrmError> {
+        let refuse = |name, value, rule| Err(HdrmError::Value { name, value, rule });
+        for (name, value) in [
+            ("contact.stiffness", self.stiffness),
+            ("contact.damping", self.damping),
+            ("contact.friction", self.friction),
+        ] {
+            if !(value.is_finite() && value >= 0.0) {
+                return refuse(name, value, "finite and ≥ 0");
+            }
+        }
+        if !self.offset.is_finite() {
+            return refuse("contact.offset", self.offset, "finite");
+        }
+        if !(self.slip_velocity.is_finite() && self.slip_velocity > 0.0) {
+            return refuse(
+                "contact.slip_velocity",
+                self.slip_velocity,
+                "finite and > 0",
+            );
+        }
+        let length = Vector3::from(self.normal).norm();
+        if !(length.is_finite() && length > 0.0) {
+            return refuse(
+                "contact.normal",
+                length,
+                "a direction: its length finite and > 0",
+            );
+        }
+        Ok((self.stiffness > 0.0).then(|| Plane {
+            n: Vector3::from(self.normal) / length,
+            contact: *self,
+        }))
+    }
+}
+
+/// A plane with its unit normal n.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Plane {
+    n: Vector3<f64>,
+    contact: Contact,
+}
+
+/// What the plane does at one instant.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Touch {
+    /// Force on the tip in world axes, N.
+    pub force: Vector3<f64>,
+    /// Depth below the plane, m; 0 above it.
+    pub depth: f64,
+    /// Elastic energy `½·k·d²`, J.
+    pub energy: f64,
+    /// Power turned into heat, W: what the force takes from the machine and the elastic energy does not get.
+    pub dissipation: f64,
+}
+
+/// Parts of the law that force and its rate share.
+struct Pressed {
+    d: f64,
+    d_dot: f64,
+    /// `1 + c·d_dot`, not below 0.
+    pressure: f64,
+    v_t: Vector3<f64>,
+    /// `√(|v_t|² + v_s²)`.
+    slip: f64,
+}
+
+impl Plane {
+    fn pressed(&self, p: &Vector3<f64>, v: &Vector3<f64>) -> Option<Pressed> {
+        let Self { n, contact } = self;
+        let d = contact.offset - n.dot(p);
+        if d <= 0.0 {
+            return None;
+        }
+        let d_dot = -n.dot(v);
+        let v_t = v + n * d_dot;
+        let v_s = contact.slip_velocity;
+        Some(Pressed {
+            d,
+            d_dot,
+            pressure: (1.0 + contact.damping * d_dot).max(0.0),
+            v_t,
+            slip: (v_t.norm_squared() + v_s * v_s).sqrt(),
+        })
+    }
+
+    /// For the tip at `p`, m, with the velocity `v`, m/s, in the world.
+    pub(crate) fn touch(&self, p: &Vector3<f64>, v: &Vector3<f64>) -> Touch {
+        let Some(Pressed {
+            d,
+            d_dot,
+            pressure,
+            v_t,
+            slip,
+        }) = self.pressed(p, v)
+        else {
+            return Touch::default();
+        };
+        let Contact {
+            stiffness,
+            friction,
+            ..
+        } = self.contact;
+        let spring = stiffness * d;
+        let F_n = spring * pressure;
+        let drag = friction * F_n / slip;
+        Touch {
+            force: self.n * F_n - v_t * drag,
+            depth: d,
+            energy: 0.5 * spring * d,
+            dissipation: (F_n - spring) * d_dot + drag * v_t.norm_squared(),
+        }
+    }
+
+    /// Rate of the force while the tip accelerates with `a`, m/s².
+    pub(crate) fn force_rate(
+        &self,
+        p: &Vector3<f64>,
+        v: &Vector3<f64>,
+        a: &Vector3<f64>,
+    ) -> Vector3<f64> {
+        let pressed = self.pressed(p, v).filter(|pressed| pressed.pressure > 0.0);
+        let Some(Pressed {
+            d,
+            d_dot,
+            pressure,
+            v_t,
+            slip,
+        }) = pressed
+        else {
+            return Vector3::zeros();
+        };
+        let Contact {
+            stiffness: k,
+            damping: c,
+            friction: mu,
+            ..
+        } = self.contact;
+        let d_ddot = -self.n.dot(a);
+        let a_t = a + self.n * d_ddot;
+        let F_n = k * d * pressure;
+        let F_n_dot = k * (d_dot * pressure + d * c * d_ddot);
+        let slip_dot = v_t.dot(&a_t) / slip;
+        self.n * F_n_dot - (v_t * F_n_dot + a_t * F_n - v_t * (F_n * slip_dot / slip)) * (mu / slip)
+    }
+
+    /// Fastest rate, 1/s, at which the plane can act within the time `dt`: `√(k·m_n) + k·m_n·c·d` along the normal as for an end stop,
+    /// and friction as a damper at half the present slip; m_n and m_t are the tip's mobilities. 0: out of reach.
+    fn rate_ahead(
+        &self,
+        frame: &BoomFrame,
+        factor: &Factor,
+        zeta_dot: &[f64; DOF],
+        dt: f64,
+    ) -> f64 {
+        let (p, V) = frame.tip_motion(zeta_dot);
+        let Contact {
+            offset,
+            stiffness,
+            damping,
+            friction,
+            slip_velocity,
+            ..
+        } = self.contact;
+        let approach = (-self.n.dot(&V.v)).max(0.0);
+        let ahead = offset - self.n.dot(&p) + approach * dt;
+        if ahead <= 0.0 {
+            return 0.0;
+        }
+        let mobility = |direction: &Vector3<f64>| {
+            let Q = frame.tip_forces_of(direction);
+            Q.dot(&factor.solve(&Q))
+        };
+        let m_n = mobility(&self.n);
+        let m_all: f64 = [Vector3::x(), Vector3::y(), Vector3::z()]
+            .iter()
+            .map(mobility)
+            .sum();
+        let half_slip = 0.5 * (V.v - self.n * self.n.dot(&V.v)).norm();
+        let F_n = stiffness * ahead * (1.0 + damping * approach);
+        let k = stiffness * m_n;
+        k.sqrt()
+            + k * damping * ahead
+            + friction * F_n * (m_all - m_n)
+                / (half_slip * half_slip + slip_velocity * slip_velocity).sqrt()
+    }
+}
+
+impl Hdrm {
+    /// What the plane does to the tip; nothing where there is none.
+    pub(crate) fn touch(&self, at: &Dynamics) -> Touch {
+        let Some(plane) = &self.plane else {
+            return Touch::default();
+        };
+        let (p, V) = at.frame.tip_motion(&at.state.zeta_dot);
+        plane.touch(&p, &V.v)
+    }
+
+    /// [`Plane::rate_ahead`] at `start`, 0 without a plane.
+    pub(crate) fn plane_rate(&self, start: &Dynamics, dt: f64) -> f64 {
+        self.plane.as_ref().map_or(0.0, |plane| {
+            plane.rate_ahead(&start.frame, &start.factor, &start.state.zeta_dot, dt)
+        })
+    }
+
+    /// Rate of the depth, m/s; 0 above the plane.
+    pub(crate) fn depth_rate(&self, at: &Dynamics) -> f64 {
+        let (p, V) = at.frame.tip_motion(&at.state.zeta_dot);
+        let pressed = (self.plane.as_ref()).and_then(|plane| plane.pressed(&p, &V.v));
+        pressed.map_or(0.0, |pressed| pressed.d_dot)
+    }
+
+    /// Rates of the plane's force on the tip, N/s, and of the forces that it gives the joints, where it touches.
+    pub(crate) fn touch_rate(
+        &self,
+        at: &Dynamics,
+        configuration: &Configuration,
+        zeta_ddot: &[f64; DOF],
+    ) -> Option<(Vector3<f64>, Vector6<f64>)> {
+        let plane = self.plane.as_ref()?;
+        let zeta_dot = &at.state.zeta_dot;
+        let (p, V) = at.frame.tip_motion(zeta_dot);
+        plane.pressed(&p, &V.v)?;
+        let tip = Tip::new(&self.tree, configuration);
+        let (J, J_dot) = (tip.jacobian(), tip.jacobian_dot(zeta_dot));
+        let a = J * Vector6::from(*zeta_ddot) + J_dot * Vector6::from(*zeta_dot);
+        let rate = plane.force_rate(&p, &V.v, &a.fixed_rows::<3>(0).into());
+        let force = plane.touch(&p, &V.v).force;
+        let of = |J: &nalgebra::Matrix6<f64>, f: &Vector3<f64>| J.fixed_rows::<3>(0).tr_mul(f);
+        Some((rate, of(&J, &rate) + of(&J_dot, &force)))
+    }
+}
