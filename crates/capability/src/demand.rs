@@ -2,7 +2,7 @@
 
 use crate::Quantity;
 use emla::maps;
-use hdrm::{DOF, Hdrm, HdrmError, Options, State};
+use hdrm::{DOF, Hdrm, HdrmError, Load, Options, State};
 use machine::{Emla, Machine};
 use serde::{Deserialize, Serialize};
 
@@ -104,14 +104,16 @@ impl Capability {
     /// # Errors
     /// A mechanism that does not work over its joint range, or a mass that is negative or not finite.
     pub fn new(machine: &Machine, payload: &Payload) -> Result<Self, HdrmError> {
-        let mut loaded = machine.clone();
-        loaded.bodies.PL.com = payload.com;
         let options = Options {
-            payload_mass: payload.mass,
+            load: Load {
+                payload_mass: payload.mass,
+                payload_com: payload.com,
+                ..Load::default()
+            },
             ..Options::of(machine)
         };
         Ok(Self {
-            plant: Hdrm::new(&loaded, &options)?,
+            plant: Hdrm::new(machine, &options)?,
             actuators: machine.emla.in_order().map(|p| *p),
         })
     }
@@ -132,7 +134,11 @@ impl Capability {
             zeta_dot,
             zeta_ddot,
         } = *motion;
-        let state = State { zeta, zeta_dot };
+        let state = State {
+            zeta,
+            zeta_dot,
+            ..State::default()
+        };
         let (f, tau_wrist) = self.plant.inverse_dynamics(&state, &zeta_ddot, &[0.0; DOF]);
         let strokes = self.plant.tree().configuration(&zeta).strokes;
         let x_dot: [f64; 3] = std::array::from_fn(|i| strokes[i].prime * zeta_dot[i]);

@@ -66,7 +66,12 @@ fn forward_dynamics_under_the_demanded_forces_gives_the_acceleration_back() {
             ..Input::default()
         };
         let (zeta, zeta_dot) = (motion.zeta, motion.zeta_dot);
-        let found = plant.forward_dynamics(&State { zeta, zeta_dot }, &input);
+        let state = State {
+            zeta,
+            zeta_dot,
+            ..State::default()
+        };
+        let found = plant.forward_dynamics(&state, &input);
         for (k, found) in found.into_iter().enumerate() {
             let wanted = motion.zeta_ddot[k];
             // Joints 4 and 6 feel little inertia: forces of 70 kN rounded, over 8 kg·m².

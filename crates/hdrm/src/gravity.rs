@@ -3,6 +3,7 @@
 //! The fast path of the dynamics ([`crate::boom_frame`]) knows gravity along −y, in the boom plane wherever it is turned. What lies across
 //! comes from the general recursion, and costs only where there is some.
 
+use crate::plant::Dynamics;
 use crate::recursion;
 use crate::{Body, Configuration, DOF, Hdrm, Input};
 use nalgebra::{Vector3, Vector6};
@@ -78,11 +79,17 @@ impl Hdrm {
     /// Rate of the generalised forces that hold the machine, from the rate `g_dot` of gravity alone.
     pub(crate) fn holding_rate(
         &self,
+        at: &Dynamics,
         configuration: &Configuration,
         g_dot: Vector3<f64>,
     ) -> Vector6<f64> {
-        let rest = [0.0; DOF];
-        recursion::holding_forces(configuration, &self.bodies, &rest, -g_dot, 1.0).value
+        let rate = Gravity::of(g_dot.into());
+        let mut holding = at.momentum_y * rate.along_y;
+        if let Some(up) = rate.sideways() {
+            let rest = [0.0; DOF];
+            holding += recursion::holding_forces(configuration, &self.bodies, &rest, up, 1.0).value;
+        }
+        holding
     }
 
     /// Rate of the potential energy from the rate `g_dot` of gravity alone, W.

@@ -100,7 +100,7 @@ impl Hdrm {
             recursion::gravity_forces(&configuration, &self.bodies, zeta_dot, &dynamics.gravity);
         let mut base_power = 0.0;
         if let Some(g_dot) = self.felt_gravity_rate(input, input_dot) {
-            holding.rate += self.holding_rate(&configuration, g_dot);
+            holding.rate += self.holding_rate(&dynamics, &configuration, g_dot);
             base_power = self.potential_rate(&configuration, g_dot);
         }
         let touch = self.touch(&dynamics);

@@ -136,6 +136,8 @@ pub struct Dynamics {
     pub(crate) factor: Factor,
     /// Bias forces with gravity.
     pub(crate) h: Vector6<f64>,
+    /// The machine's momentum along y for each coordinate's unit rate, kg·m.
+    pub(crate) momentum_y: Vector6<f64>,
     /// What holds the machine still against gravity.
     pub(crate) holding: Vector6<f64>,
 }
@@ -249,6 +251,7 @@ impl Hdrm {
             factor: Factor::new(&M),
             M,
             h,
+            momentum_y,
             holding,
             frame,
         }

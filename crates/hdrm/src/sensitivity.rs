@@ -15,7 +15,7 @@ impl Hdrm {
         let mut change = Output::default();
         if let Some(g_change) = self.felt_gravity_rate(input, seed) {
             let configuration = self.tree.configuration(&state.zeta);
-            let holding = self.holding_rate(&configuration, g_change);
+            let holding = self.holding_rate(&dynamics, &configuration, g_change);
             Q -= holding;
             change.f_hold = std::array::from_fn(|i| holding[i] / dynamics.strokes[i].prime);
             change.tau_hold = std::array::from_fn(|i| holding[3 + i]);
@@ -63,7 +63,7 @@ impl Hdrm {
         );
         let mut Q_dot = self.drive_forces(dynamics, input, input_dot) + tip.rate - inertial.rate;
         if let Some(g_dot) = self.felt_gravity_rate(input, input_dot) {
-            Q_dot -= self.holding_rate(configuration, g_dot);
+            Q_dot -= self.holding_rate(dynamics, configuration, g_dot);
         }
         if let Some((_, of_plane)) = self.touch_rate(dynamics, configuration, zeta_ddot) {
             Q_dot += of_plane;

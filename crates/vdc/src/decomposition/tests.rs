@@ -73,7 +73,11 @@ fn instant(k: usize) -> Instant {
     });
     let errors = decomposition::velocity_errors(&motions, &believed);
     let Q_r = decomposition::joint_forces(&configuration, &motions, &estimates, &errors, KAPPA);
-    let state = State { zeta, zeta_dot };
+    let state = State {
+        zeta,
+        zeta_dot,
+        ..State::default()
+    };
     let (f, tau) = plant.inverse_dynamics(&state, &zeta_ddot, &[0.0; 6]);
     let Q = |i: usize| match i {
         0..3 => f[i] * configuration.strokes[i].prime,
