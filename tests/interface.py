@@ -10,7 +10,10 @@ INPUTS = {
         **{"i_q[1..3]": "A", "F[1..3]": "N", "x[1..3]": "m", "x_dot[1..3]": "m/s"},
     },
     "DcLink": {"i_load[1..3]": "A", "T_ambient": "K"},
-    "Hdrm": {"f[1..3]": "N", "tau_wrist[1..3]": "N.m", "wrench_env[1..3]": "N", "wrench_env[4..6]": "N.m"},
+    "Hdrm": {
+        **{"f[1..3]": "N", "tau_wrist[1..3]": "N.m", "wrench_env[1..3]": "N", "wrench_env[4..6]": "N.m"},
+        **{"base.acceleration[1..3]": "m/s2", "base.tilt[1..2]": "rad", "load.mass": "kg", "load.com[1..3]": "m"},
+    },
     "Controller": {
         "zeta[1..6]": "rad",
         "zeta_dot[1..6]": "rad/s",
@@ -24,6 +27,7 @@ INPUTS = {
         "reference.acceleration[1..3]": "m/s2",
         "reference.orientation[1..4]": "1",
         "reference.angular_velocity[1..3]": "rad/s",
+        **{"rate.joint[1..6]": "rad/s", "rate.tip[1..3]": "m/s", "rate.tip[4..6]": "rad/s"},
     },
 }
 
@@ -66,8 +70,8 @@ OUTPUTS = {
         "tip.orientation[1..4]": "1",
         "tip.velocity[1..3]": "m/s",
         "tip.velocity[4..6]": "rad/s",
-        "energy.kinetic": "J",
-        "energy.potential": "J",
+        **dict.fromkeys(["energy.kinetic", "energy.potential", "energy.load", "energy.contact", "energy.contact_loss"], "J"),
+        **{"contact.force[1..3]": "N", "contact.penetration": "m"},
     },
     "Controller": {
         "v_d[1..3]": "V",
@@ -82,6 +86,7 @@ OUTPUTS = {
         "lyapunov.nu_velocity": "J",
         "lyapunov.nu_adaptation": "J",
         "lyapunov.nu_actuator[1..3]": "J",
+        **{"load.mass": "kg", "load.com[1..3]": "m"},
     },
 }
 
@@ -105,7 +110,9 @@ PARAMETERS = {
         "zeta_start[1..6]": "rad",
         "zeta_dot_start[1..6]": "rad/s",
         "inertia_scale": "1",
-        "payload.mass": "kg",
+        **{"payload.mass": "kg", "payload.com[1..3]": "m", "load.moves_with_tip": None, "load.velocity[1..3]": "m/s", "gravity[1..3]": "m/s2"},
+        **{"contact.normal[1..3]": "1", "contact.offset": "m", "contact.stiffness": "N/m", "contact.damping": "s/m"},
+        **{"contact.friction": "1", "contact.slip_velocity": "m/s"},
         "joint_viscous[1..6]": "N.m.s/rad",
         "machine_file": None,
     },
@@ -113,17 +120,19 @@ PARAMETERS = {
         "mode": None,
         "trajectory": None,
         "machine_file": None,
+        **{"rate.command": None, "rate.joint_max[1..6]": "rad/s", "rate.joint_acceleration_max[1..6]": "rad/s2", "rate.smoothing": "s"},
+        **{"rate.tip_max[1]": "m/s", "rate.tip_max[2]": "rad/s", "rate.tip_acceleration_max[1]": "m/s2", "load.told": None},
         **dict.fromkeys("Lambda_position Lambda_orientation kappa_KA K_i K_f K_v lambda_i gamma".split()),
     },
 }
 
 TUNABLE = {
     "Emla": ["alpha"],
-    "Hdrm": [],
+    "Hdrm": ["payload.mass", "payload.com[1]", "load.moves_with_tip", "load.velocity[1]"],
     "Rig": [],
     "Sensors": [],
     "DcLink": [],
-    "Controller": "mode Lambda_position Lambda_orientation kappa_KA K_i K_f K_v lambda_i gamma".split(),
+    "Controller": "mode rate.command load.told Lambda_position Lambda_orientation kappa_KA K_i K_f K_v lambda_i gamma".split(),
 }
 
 ENUMERATIONS = {
@@ -141,7 +150,8 @@ ENUMERATIONS = {
     ("Rig", "drive"): ["motion", "force"],
     ("Sensors", "speed"): ["ideal", "difference", "observer"],
     ("Sensors", "force"): ["ideal", "sensor", "absent"],
-    ("Controller", "trajectory"): ["cubic", "triangular", "external"],
+    ("Controller", "trajectory"): ["cubic", "triangular", "external", "rates"],
+    ("Controller", "rate.command"): ["joint", "tip"],
 }
 
 

@@ -12,7 +12,8 @@ use machine::Machine;
 use serde::{Deserialize, Serialize};
 use std::ops::{Deref, DerefMut};
 use vdc::{
-    Controller, Derating, Evaluation, Level, Mode, Output, Settings, Timing, Told, Trajectory,
+    Controller, Derating, Evaluation, Level, Mode, Output, RateCommand, RateLimits, Settings,
+    Timing, Told, Trajectory,
 };
 
 /// The controller behind the FMI border.
@@ -90,6 +91,12 @@ pub struct Parameters {
     derating: bool,
     /// How much less.
     derated: Derating,
+    /// Item of [`table::RATE_COMMAND`].
+    rate_command: i32,
+    /// Limits of commanded rates.
+    rates: RateLimits,
+    /// Whether it is told of the loads that a path picks up.
+    load_told: bool,
 }
 
 impl Parameters {
@@ -116,6 +123,11 @@ impl Parameters {
             alpha: self.alpha,
             true_inertia_scale: self.true_inertia_scale,
             derating: self.derating.then_some(self.derated),
+            rate_command: match self.rate_command {
+                table::RATE_COMMAND_JOINT => RateCommand::Joint,
+                _ => RateCommand::Tip,
+            },
+            load_told: self.load_told,
         }
     }
 
@@ -130,6 +142,7 @@ impl Parameters {
         match self.trajectory {
             table::TRAJECTORY_CUBIC => Trajectory::Cubic,
             table::TRAJECTORY_TRIANGULAR => Trajectory::Triangular,
+            table::TRAJECTORY_RATES => Trajectory::Rates,
             _ => Trajectory::External,
         }
     }
@@ -197,6 +210,9 @@ impl Model for ControllerFmu {
             delay: 0,
             derating: false,
             derated: table::DERATED,
+            rate_command: table::RATE_COMMAND_JOINT,
+            rates: RateLimits::default(),
+            load_told: true,
         };
         (parameters, input)
     }
@@ -216,7 +232,8 @@ impl Model for ControllerFmu {
             &u.measured(),
             t,
         )?
-        .with_timing(p.timing()?);
+        .with_timing(p.timing()?)
+        .with_rate_limits(&p.rates)?;
         let mut fmu = Self {
             controller,
             told: Told::default(),

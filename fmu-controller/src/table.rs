@@ -52,6 +52,8 @@ static MODE: Enumeration = Enumeration::new(
 
 pub(crate) const TRAJECTORY_CUBIC: i32 = 1;
 pub(crate) const TRAJECTORY_TRIANGULAR: i32 = 2;
+pub(crate) const TRAJECTORY_RATES: i32 = 4;
+pub(crate) const RATE_COMMAND_JOINT: i32 = 1;
 pub(crate) const LEVEL_MACHINE: i32 = 1;
 static LEVEL: Enumeration = Enumeration::new(
     "Level",
@@ -75,6 +77,16 @@ static TRAJECTORY: Enumeration = Enumeration::new(
         ("cubic", "edges of a cube"),
         ("triangular", "a triangle in the boom plane"),
         ("external", "the inputs reference.*"),
+        ("rates", "the inputs rate.joint or rate.tip, an operator's"),
+    ],
+);
+
+static RATE_COMMAND: Enumeration = Enumeration::new(
+    "RateCommand",
+    "what commanded rates are of",
+    &[
+        ("joint", "the six joints, by the inputs rate.joint"),
+        ("tip", "the tip in the world, by the inputs rate.tip"),
     ],
 );
 
@@ -278,6 +290,11 @@ pub(crate) const VARIABLES: &[V] = &[
     V::inputs("reference.rod_force", "desired forces on the load, read if level = actuator",
         |u| &u.reference_rod_force, |u| &mut u.reference_rod_force).unit("N").display_unit("kN").min(-FORCE_MAX).max(FORCE_MAX),
 
+    V::inputs("rate.joint", "commanded joint rates, read in a step if trajectory = rates and rate.command = joint", |u| &u.rate_joint, |u| &mut u.rate_joint)
+        .unit("rad/s").display_unit("deg/s").min(-RATE_MAX).max(RATE_MAX).beside_evaluation(),
+    V::inputs("rate.tip", "commanded velocity (1 to 3) and angular velocity (4 to 6) of the tip in the world, read in a step if trajectory = rates and rate.command = tip",
+        |u| &u.rate_tip, |u| &mut u.rate_tip).each_unit(&["m/s", "m/s", "m/s", "rad/s", "rad/s", "rad/s"]).min(-RATE_MAX).max(RATE_MAX).beside_evaluation(),
+
     // Commands
     depends!(V::outputs("v_d", "direct-axis voltages (peak)", |y| &y.v_d)
         .unit("V"), on, "i_d[i]", "i_q[i]", "w_m[i]"),
@@ -303,6 +320,11 @@ pub(crate) const VARIABLES: &[V] = &[
         .unit("1").depends_on(&["reference.orientation"]).initially_depends_on(&["zeta", "reference.orientation", ALL_PARAMETERS]).discrete(),
     depends!(V::output("orientation_error_norm", "angle between desired and actual tip orientation", |y| &y.orientation_error_norm)
         .unit("rad").display_unit("deg"), on, "zeta", "reference.orientation"),
+
+    V::output("load.mass", "mass that the path has the end-effector carry beside its payload", |y| &y.load.mass)
+        .unit("kg").depends_on(&[]).initially_depends_on(&[ALL_PARAMETERS]).discrete(),
+    V::outputs("load.com", "place of that load from the tip T4, in T4's axes", |y| &y.load.com)
+        .unit("m").depends_on(&[]).initially_depends_on(&[ALL_PARAMETERS]).discrete(),
 
     // Adaptation
     mass_hat!("T1", T1), mass_hat!("A2", A2), mass_hat!("C2", C2), mass_hat!("D2", D2), mass_hat!("A3", A3),
@@ -340,6 +362,20 @@ pub(crate) const VARIABLES: &[V] = &[
         .enumeration(&MODE).tunable(),
     V::integer_parameter("trajectory", "desired motion of the tip", |p| &p.trajectory, |p| &mut p.trajectory)
         .enumeration(&TRAJECTORY),
+    V::integer_parameter("rate.command", "what commanded rates are of, if trajectory = rates", |p| &p.rate_command, |p| &mut p.rate_command)
+        .enumeration(&RATE_COMMAND).tunable(),
+    V::parameters("rate.joint_max", "largest commanded joint rates; commands of the tip keep them too", |p| &p.rates.joint, |p| &mut p.rates.joint)
+        .unit("rad/s").display_unit("deg/s").min(1e-6).max(100.0),
+    V::parameters("rate.joint_acceleration_max", "largest joint accelerations under commands of the joints", |p| &p.rates.joint_acceleration, |p| &mut p.rates.joint_acceleration)
+        .unit("rad/s2").display_unit("deg/s2").min(1e-6).max(1e4),
+    V::parameters("rate.tip_max", "largest commanded velocity and angular velocity of the tip", |p| &p.rates.tip, |p| &mut p.rates.tip)
+        .each_unit(&["m/s", "rad/s"]).min(1e-6).max(100.0),
+    V::parameters("rate.tip_acceleration_max", "largest acceleration and angular acceleration under commands of the tip",
+        |p| &p.rates.tip_acceleration, |p| &mut p.rates.tip_acceleration).each_unit(&["m/s2", "rad/s2"]).min(1e-6).max(1e4),
+    V::parameter("rate.smoothing", "time constant with which rates follow commands", |p| &p.rates.smoothing, |p| &mut p.rates.smoothing)
+        .unit("s").display_unit("ms").min(1e-3).max(10.0),
+    V::boolean_parameter("load.told", "whether the nominal machine takes over the loads that the path picks up and sets down", |p| &p.load_told, |p| &mut p.load_told)
+        .tunable(),
     V::string_parameter("machine_file", "machine JSON to use for the nominal parameters and gains instead of the embedded reference machine",
         |p| &p.machine_file, read_machine),
     V::string_parameter("surrogate_file", "network JSON of the hybrid actuators to use instead of the embedded network",

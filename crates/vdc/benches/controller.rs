@@ -7,7 +7,7 @@ mod measure;
 use emla::Surrogate;
 use machine::Machine;
 use std::hint::black_box;
-use vdc::{Controller, Input, Level, Mode, Settings, Trajectory};
+use vdc::{Controller, Input, Level, Mode, RateCommand, Settings, Trajectory};
 
 /// Communication step, s.
 const H: f64 = 1e-3;
@@ -43,6 +43,8 @@ fn main() {
             alpha,
             true_inertia_scale: 1.0,
             derating: None,
+            rate_command: RateCommand::Joint,
+            load_told: true,
         };
         let fresh = Controller::new(
             &machine,

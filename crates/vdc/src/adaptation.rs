@@ -156,6 +156,29 @@ impl Estimate {
         &self.inertia
     }
 
+    /// The estimate after the body's nominal inertia has changed from `before` to `after`, with `bounds` around the new one: by the same
+    /// difference, or where that is no body within the bounds, the new nominal inertia.
+    pub(crate) fn moved(&self, before: &Inertia, after: &Inertia, bounds: &Bounds) -> Self {
+        let inertia = Inertia {
+            m: self.inertia.m + after.m - before.m,
+            h: self.inertia.h + after.h - before.h,
+            I: self.inertia.I + after.I - before.I,
+        };
+        let L = packed(&PseudoInertia::from(&inertia).0);
+        let minors = Minors::of(&L);
+        if minors.are_positive() {
+            let P = minors.inverse();
+            if bounds.contain(&P) {
+                return Self {
+                    determinant: Minors::of(&P).determinant(),
+                    P,
+                    inertia,
+                };
+            }
+        }
+        bounds.nominal(*after)
+    }
+
     /// Advances by `h` s with S held. A step that would leave the bounds is refused: the estimate
     /// stays, which only removes adaptation along S and keeps the Lyapunov argument (the true
     /// parameters lie inside). Inside the bounds P is positive definite, `P > lower·P0 > 0`.

@@ -1,9 +1,12 @@
 //! The controller: nominal machine, states, and how they advance.
 
 use crate::adaptation::{Bounds, Estimate, adaptation_direction};
+use crate::clik::Singularities;
 use crate::error::{ControllerError, STEP_MAX};
 use crate::evaluation::{Evaluation, measured};
+use crate::load::Load;
 use crate::low_level::{Law, LowLevelState};
+use crate::rates::{RateLimits, Rates};
 use crate::reference::{Desired, Path};
 use crate::sampling::{Sampling, Timing};
 use crate::speed::JointObserver;
@@ -21,6 +24,8 @@ use spatial::Inertia;
 pub struct Controller {
     pub(crate) nominal: Nominal,
     pub(crate) path: Option<Path>,
+    /// Commanded rates in place of a path.
+    pub(crate) rates: Option<Rates>,
     /// Pose of the tip when the controller started.
     pub(crate) start: Desired,
     timing: Timing,
@@ -33,7 +38,7 @@ pub(crate) struct Nominal {
     pub(crate) tree: Tree,
     /// About each body's frame origin.
     pub(crate) inertia: [Inertia; Body::COUNT],
-    bounds: [Bounds; Body::COUNT],
+    pub(crate) bounds: [Bounds; Body::COUNT],
     pub(crate) joint_viscous: [f64; 6],
     pub(crate) tau_wrist_max: [f64; 3],
     pub(crate) gravity: f64,
@@ -42,6 +47,10 @@ pub(crate) struct Nominal {
     /// The same without the network.
     pub(crate) physics: [Emla; 3],
     pub(crate) reach: Reach,
+    pub(crate) singularities: Singularities,
+    /// What it is told that the end-effector carries beside the payload.
+    pub(crate) load: Load,
+    pub(crate) inverse_bounds: [f64; 2],
 }
 
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -81,8 +90,9 @@ impl Controller {
         let drives = std::array::from_fn(|i| LowLevelState::undisturbed(emla[i], input.w_m[i]));
         let estimates = std::array::from_fn(|k| nominal.bounds[k].nominal(nominal.inertia[k]));
         let mut controller = Self {
-            nominal,
             path: Path::of(trajectory, &machine.trajectories),
+            rates: (trajectory == Trajectory::Rates)
+                .then(|| Rates::new(machine, &nominal.tree, &input.zeta)),
             start: Desired::rest(tip.position, orientation(&input.zeta)),
             state: State {
                 t,
@@ -94,6 +104,7 @@ impl Controller {
                 sampling: Sampling::default(),
             },
             timing: Timing::default(),
+            nominal,
         };
         let now = controller.evaluate(settings, input)?;
         for (drive, command) in controller.state.drives.iter_mut().zip(&now.commands) {
@@ -106,6 +117,17 @@ impl Controller {
     #[must_use]
     pub fn with_timing(self, timing: Timing) -> Self {
         Self { timing, ..self }
+    }
+
+    /// The same controller with these limits of commanded rates; before its first step.
+    ///
+    /// # Errors
+    /// A limit that is not finite and positive.
+    pub fn with_rate_limits(mut self, limits: &RateLimits) -> Result<Self, ControllerError> {
+        if let Some(rates) = &mut self.rates {
+            rates.set_limits(limits)?;
+        }
+        Ok(self)
     }
 
     /// The stability conditions of the low-level law with these gains, at the actuator that meets them with the least margin.
@@ -143,6 +165,7 @@ impl Controller {
             }
         }
         self.advance_estimates(now, settings, input, h);
+        self.hear_of_loads(settings);
         Ok(())
     }
 
@@ -163,6 +186,9 @@ impl Controller {
             }
         }
         self.advance_integral(now, h);
+        if let Some(rates) = &mut self.rates {
+            rates.advance(&self.nominal.tree, settings.rate_command, input, h);
+        }
         for (i, drive) in self.state.drives.iter_mut().enumerate() {
             let law = self.nominal.law(settings, i);
             law.advance(drive, &measured(input, i), &now.commands[i], h);
@@ -198,8 +224,12 @@ impl Nominal {
             let around = Bounds::around(&inertia[body as usize], inverse_bounds);
             bounds.push(around.ok_or(ControllerError::NotPhysical { body })?);
         }
+        let tree = Tree::new(machine)?;
         Ok(Self {
-            tree: Tree::new(machine)?,
+            singularities: Singularities::of(&tree),
+            load: Load::default(),
+            inverse_bounds,
+            tree,
             inertia,
             bounds: bounds.try_into().expect("one per body"),
             joint_viscous: machine.joint_viscous,

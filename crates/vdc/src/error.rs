@@ -30,6 +30,14 @@ pub enum ControllerError {
         /// Its length.
         norm: f64,
     },
+    /// A limit of commanded rates.
+    #[error("`{name}` = {value} must be finite and > 0")]
+    RateLimit {
+        /// Parameter.
+        name: &'static str,
+        /// Its value.
+        value: f64,
+    },
     /// The nominal actuator cannot be computed over the delay.
     #[error("prediction over the delay: {0}")]
     Prediction(#[from] emla::StepError),

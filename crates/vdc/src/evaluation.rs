@@ -32,6 +32,8 @@ pub struct Evaluation {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct MachineLevel {
     desired: Desired,
+    /// From the present to the desired orientation, rad.
+    rotation_error: Vector3<f64>,
     tip: Vector3<f64>,
     /// Required joint accelerations, rad/s².
     pub(crate) zeta_ddot_r: [f64; DOF],
@@ -71,6 +73,9 @@ impl Controller {
     }
 
     fn desired(&self, settings: &Settings, input: &Input) -> Result<Desired, ControllerError> {
+        if let Some(rates) = &self.rates {
+            return Ok(rates.desired(&self.nominal.tree));
+        }
         let Some(path) = &self.path else {
             return external(input);
         };
@@ -147,17 +152,27 @@ impl Controller {
         let tip = Tip::new(&self.nominal.tree, &configuration);
         let state = TipState {
             tip: &tip,
+            singularities: &self.nominal.singularities,
             orientation: orientation(&input.zeta),
             zeta: &input.zeta,
             zeta_dot: &input.zeta_dot,
         };
         let Lambda = [gains.Lambda_position, gains.Lambda_orientation];
-        let seen = match gains.reading_age {
-            0.0 => desired,
-            age => desired.earlier(age),
+        let age = gains.reading_age;
+        let (tracking, required, rotation_error) = if let Some(rates) = &self.rates {
+            let tracking = self.errors(settings, rates.error(&input.zeta, age));
+            let required = rates.required(&tracking, &input.zeta_dot, age, Lambda);
+            let turned = clik::rotation_error(&desired.orientation, &state.orientation);
+            (tracking, required, turned)
+        } else {
+            let seen = match age {
+                0.0 => desired,
+                age => desired.earlier(age),
+            };
+            let tracking = self.errors(settings, clik::pose_error(&state, &seen));
+            let required = clik::required(&state, &desired, &seen, &tracking, Lambda);
+            (tracking, required, tracking.e.fixed_rows::<3>(3).into())
         };
-        let tracking = self.errors(settings, clik::pose_error(&state, &seen));
-        let required = clik::required(&state, &desired, &seen, &tracking, Lambda);
         let motions = decomposition::motions(
             &configuration,
             &input.zeta_dot,
@@ -206,6 +221,7 @@ impl Controller {
         };
         let machine = MachineLevel {
             desired,
+            rotation_error,
             tip: tip.position,
             zeta_ddot_r: required.zeta_ddot.into(),
             strokes: configuration.strokes,
@@ -252,6 +268,7 @@ impl Controller {
         output.f_required = now.demands.map(|d| d.f_r);
         output.x_dot_required = now.demands.map(|d| d.x_r_dot);
         output.motion_end = self.motion_end(settings);
+        output.load = self.carried(settings).unwrap_or_default();
         if let Some(machine) = &now.machine {
             let tip_error = machine.desired.position - machine.tip;
             output.desired_position = machine.desired.position.into();
@@ -259,7 +276,7 @@ impl Controller {
             output.tip_error_norm = tip_error.norm();
             let q = machine.desired.orientation;
             output.desired_orientation = [q.w, q.i, q.j, q.k];
-            let half_sine = 0.5 * now.errors.e.fixed_rows::<3>(3).norm();
+            let half_sine = 0.5 * machine.rotation_error.norm();
             output.orientation_error_norm = 2.0 * libm::asin(half_sine.min(1.0));
         }
         self.lyapunov_terms(settings, input, now);

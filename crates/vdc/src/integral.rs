@@ -49,7 +49,7 @@ impl Controller {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Input, Level, Mode, Trajectory};
+    use crate::{Input, Level, Mode, RateCommand, Trajectory};
     use emla::Surrogate;
     use machine::Machine;
 
@@ -68,6 +68,8 @@ mod tests {
             alpha: 0.0,
             true_inertia_scale: 1.0,
             derating: None,
+            rate_command: RateCommand::Joint,
+            load_told: true,
         };
         let start = Input {
             zeta: machine.start.zeta,

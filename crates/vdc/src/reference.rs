@@ -17,6 +17,8 @@ pub enum Trajectory {
     Triangular,
     /// Given by the inputs `reference.*`.
     External,
+    /// Made of the commanded rates `rate.*`.
+    Rates,
 }
 
 /// Desired motion of the tip, world frame.
@@ -70,7 +72,7 @@ pub(crate) struct Path {
 }
 
 impl Path {
-    /// The path of `trajectory`; none for an external reference.
+    /// The path of `trajectory`; none for an external reference and for rates.
     pub(crate) fn of(trajectory: Trajectory, paths: &Trajectories) -> Option<Self> {
         let (vertices, edge_time, dwell) = match trajectory {
             Trajectory::Cubic => {
@@ -85,7 +87,7 @@ impl Path {
                     triangular.dwell,
                 )
             }
-            Trajectory::External => return None,
+            Trajectory::External | Trajectory::Rates => return None,
         };
         let vertices = vertices.into_iter().map(Vector3::from).collect();
         Some(Self {

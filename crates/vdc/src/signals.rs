@@ -1,6 +1,6 @@
 //! What goes into the controller and what comes out.
 
-use crate::Conditions;
+use crate::{Conditions, Load, RateCommand};
 use hdrm::{Body, DOF};
 use machine::Controller as Gains;
 use serde::{Deserialize, Serialize};
@@ -45,6 +45,10 @@ pub struct Settings {
     pub true_inertia_scale: f64,
     /// Less current for hot windings; None: `i_max` at any temperature.
     pub derating: Option<Derating>,
+    /// What the commanded rates are of, if the trajectory is [`crate::Trajectory::Rates`].
+    pub rate_command: RateCommand,
+    /// Whether the controller is told of the loads that a path picks up and sets down.
+    pub load_told: bool,
 }
 
 /// Currents fall with the winding's temperature: up to `start` the law asks for up to `i_max`, from `end` on for nothing, in between for a share
@@ -105,6 +109,10 @@ pub struct Input {
     pub reference_rod_acceleration: [f64; 3],
     /// Rod references: forces on the load, N.
     pub reference_rod_force: [f64; 3],
+    /// Commanded joint rates, rad/s.
+    pub rate_joint: [f64; DOF],
+    /// Commanded velocity (m/s) and angular velocity (rad/s) of the tip in the world.
+    pub rate_tip: [f64; DOF],
 }
 
 /// Commands and what led to them.
@@ -152,4 +160,6 @@ pub struct Output {
     pub conditions: Conditions,
     /// Virtual power flow (ẋ_r − ẋ)(f_r − F) into the manipulator at each rod, W.
     pub vpf: [f64; 3],
+    /// What the path has the end-effector carry.
+    pub load: Load,
 }

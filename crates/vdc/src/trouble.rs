@@ -34,6 +34,40 @@ pub enum Trouble {
         /// Length of the stretched arm, m.
         reach: f64,
     },
+    /// Commanded rates lead a joint to the end of its range.
+    #[error(
+        "t = {t} s: the commanded rates lead joint {joint} to the end of its range at {limit} rad: it is held there, its reference is {zeta} rad"
+    )]
+    JointHeld {
+        /// Time, s.
+        t: f64,
+        /// Joint, counted from 1.
+        joint: usize,
+        /// Reference of the joint, rad.
+        zeta: f64,
+        /// The end of its range, less a margin, rad.
+        limit: f64,
+    },
+    /// Commanded rates of the tip stretch the arm.
+    #[error(
+        "t = {t} s: the commanded rates of the tip stretch the arm, which is held before its elbow becomes singular: zeta[3] = {zeta} rad; joint rates lead beyond"
+    )]
+    ElbowHeld {
+        /// Time, s.
+        t: f64,
+        /// Reference of the tilt joint, rad.
+        zeta: f64,
+    },
+    /// Commanded rates of the tip near the wrist's singularity.
+    #[error(
+        "t = {t} s: the wrist is near its singularity, zeta[5] = {zeta} rad: the tip follows the commanded rates in part"
+    )]
+    WristSingular {
+        /// Time, s.
+        t: f64,
+        /// Reference of the joint, rad.
+        zeta: f64,
+    },
     /// A drive cannot give what the law asks for.
     #[error(
         "t = {t} s: the voltage law asks for {asked} V at actuator {actuator}, whose drive gives at most {v_max} V (v_max and v_dc/sqrt(3)): the reference \
@@ -57,6 +91,9 @@ pub struct Told {
     step: bool,
     reach: bool,
     voltage: [bool; 3],
+    joint: [bool; 6],
+    elbow: bool,
+    wrist: bool,
 }
 
 /// Reach of the arm: lift joint in the plane of the boom, and the length of the stretched arm from there to the tip, m.
@@ -124,6 +161,22 @@ impl Controller {
             let distance = self.nominal.reach.distance(y.desired_position);
             let out_of_reach = Trouble::OutOfReach { t, distance, reach };
             begins(&mut told.reach, distance > reach, out_of_reach);
+        }
+        if let Some(rates) = &self.rates {
+            let (zeta, held) = (rates.motion.zeta, &rates.motion.held);
+            for (i, told) in told.joint.iter_mut().enumerate() {
+                let at_end = Trouble::JointHeld {
+                    t,
+                    joint: i + 1,
+                    zeta: zeta[i],
+                    limit: rates.nearest_limit(i),
+                };
+                begins(told, held.joint[i], at_end);
+            }
+            let stretched = Trouble::ElbowHeld { t, zeta: zeta[2] };
+            begins(&mut told.elbow, held.elbow, stretched);
+            let singular = Trouble::WristSingular { t, zeta: zeta[4] };
+            begins(&mut told.wrist, held.wrist, singular);
         }
         for (i, told) in told.voltage.iter_mut().enumerate() {
             let (asked, v_max) = (now.commands[i].voltage(), now.commands[i].v_max);

@@ -4,7 +4,7 @@
 use allocation_counter::measure;
 use emla::Surrogate;
 use machine::Machine;
-use vdc::{Controller, Input, Level, Mode, Settings, Timing, Trajectory};
+use vdc::{Controller, Input, Level, Mode, RateCommand, Settings, Timing, Trajectory};
 
 #[test]
 fn evaluations_and_steps_allocate_nothing() {
@@ -17,6 +17,8 @@ fn evaluations_and_steps_allocate_nothing() {
         alpha: 0.2,
         true_inertia_scale: 1.0,
         derating: None,
+        rate_command: RateCommand::Joint,
+        load_told: true,
     };
     let u = Input {
         zeta: machine.start.zeta,

@@ -3,7 +3,7 @@
 
 use emla::Surrogate;
 use machine::Machine;
-use vdc::{Controller, Input, Level, Mode, Output, Settings, Timing, Trajectory};
+use vdc::{Controller, Input, Level, Mode, Output, RateCommand, Settings, Timing, Trajectory};
 
 /// Time between two samples, s.
 const T: f64 = 2e-3;
@@ -19,6 +19,8 @@ fn settings(machine: &Machine) -> Settings {
         alpha: 0.0,
         true_inertia_scale: 1.0,
         derating: None,
+        rate_command: RateCommand::Joint,
+        load_told: true,
     }
 }
 

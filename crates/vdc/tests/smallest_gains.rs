@@ -3,7 +3,7 @@
 
 use emla::Surrogate;
 use machine::Machine;
-use vdc::{Controller, Input, Level, Mode, Settings, Trajectory};
+use vdc::{Controller, Input, Level, Mode, RateCommand, Settings, Trajectory};
 
 #[test]
 fn the_smallest_gains_keep_outputs_finite() {
@@ -24,6 +24,8 @@ fn the_smallest_gains_keep_outputs_finite() {
             alpha: 0.0,
             true_inertia_scale: 1.0,
             derating: None,
+            rate_command: RateCommand::Joint,
+            load_told: true,
         };
         (settings.gains.omega_d, settings.gains.K_v) = (omega_d, K_v);
         let surrogate = Surrogate::reference();

@@ -3,7 +3,7 @@
 
 use emla::Surrogate;
 use machine::Machine;
-use vdc::{Controller, Input, Level, Mode, Settings, Told, Trajectory, Trouble};
+use vdc::{Controller, Input, Level, Mode, RateCommand, Settings, Told, Trajectory, Trouble};
 
 const H: f64 = 1e-3;
 
@@ -25,6 +25,8 @@ impl Case {
             alpha: 0.0,
             true_inertia_scale: 1.0,
             derating: None,
+            rate_command: RateCommand::Joint,
+            load_told: true,
         };
         let (position, orientation) = vdc::tip_pose(&machine, &machine.start.zeta).expect("works");
         let u = Input {
