@@ -49,7 +49,7 @@ impl Default for RateLimits {
             joint: [0.15, 0.1, 0.1, 0.5, 0.5, 0.5],
             joint_acceleration: [0.3, 0.2, 0.2, 1.0, 1.0, 1.0],
             tip: [0.25, 0.3],
-            tip_acceleration: [0.5, 0.6],
+            tip_acceleration: [0.6, 1.0],
             smoothing: 0.1,
         }
     }

@@ -25,9 +25,21 @@ fn evaluations_and_steps_allocate_nothing() {
         F: [0.0, 41_143.0, 32_179.0],
         ..Input::default()
     };
-    for (sample_time, delay) in [(0.0, 0), (0.0, 1), (2e-3, 0), (3e-4, 0), (2e-3, 2)] {
+    let timings = [(0.0, 0), (0.0, 1), (2e-3, 0), (3e-4, 0), (2e-3, 2)];
+    let cubic = timings.map(|timing| (timing, Trajectory::Cubic, RateCommand::Joint));
+    let rates = [RateCommand::Joint, RateCommand::Tip]
+        .map(|command| ((0.0, 0), Trajectory::Rates, command));
+    for ((sample_time, delay), path, rate_command) in cubic.into_iter().chain(rates) {
         let network = Surrogate::reference();
-        let path = Trajectory::Cubic;
+        let settings = Settings {
+            rate_command,
+            ..settings
+        };
+        let u = Input {
+            rate_joint: [0.1; 6],
+            rate_tip: [0.1; 6],
+            ..u
+        };
         let mut controller = Controller::new(&machine, &network, path, &settings, &u, 0.0)
             .expect("works")
             .with_timing(Timing { sample_time, delay });

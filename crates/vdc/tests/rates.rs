@@ -105,9 +105,8 @@ fn half_a_minute_of_joystick_is_followed() {
         run.hold(0.5, command, rates, |run, error, y| {
             assert!(y.v_q.iter().chain(&y.tau_wrist).all(|x| x.is_finite()));
             worst = worst.max(error);
-            for i in 0..6 {
-                fastest[i] = fastest[i].max(run.machine.state.zeta_dot[i].abs());
-            }
+            let rates = run.machine.state.zeta_dot.map(f64::abs);
+            fastest = std::array::from_fn(|i| fastest[i].max(rates[i]));
             travel += H * run.machine.state.zeta_dot[1].abs();
         });
     }
@@ -116,14 +115,15 @@ fn half_a_minute_of_joystick_is_followed() {
         1e3 * worst,
         run.troubles
     );
-    assert!(worst < 1e-3, "{worst} m");
-    for i in 0..6 {
+    // A command that turns right before the end of a range is cut off there.
+    assert!(worst < 2e-3, "{worst} m");
+    for (i, fastest) in fastest.into_iter().enumerate() {
         // The tip's commands are slowed down while their smoothed predecessor is still under way.
         assert!(
-            fastest[i] < 1.25 * limits.joint[i],
+            fastest < 1.25 * limits.joint[i],
             "joint {}: {}",
             i + 1,
-            fastest[i]
+            fastest
         );
     }
     assert!(travel > 0.5, "{travel} rad");
