@@ -60,11 +60,12 @@ fn checks(workspace: &Workspace, phases: &Phases) -> Result<()> {
         pack::fmus(workspace, &sources, "release", &examples)?;
         pack::suite(workspace, &workspace.fmu_dir())
     })?;
-    // Before torture and pytest run at the same time, since both call the programs.
-    phases.run("build programs", || {
+    // Before torture and pytest run at the same time, since both call the programs, and both install into one Python environment.
+    let lacking = phases.run("build programs", || {
         libclang::build_cosim(workspace)?;
         libclang::build_hdrm_fmu(workspace)?;
-        workspace.build_program("cargo-fmu", &[]).map(drop)
+        workspace.build_program("cargo-fmu", &[])?;
+        dist::lacking(workspace)
     })?;
     let counts = || {
         phases.run("instruction counts", || {
@@ -76,7 +77,6 @@ fn checks(workspace: &Workspace, phases: &Phases) -> Result<()> {
     };
     let handed_out = || {
         phases.run("what is handed out", || {
-            let lacking = dist::lacking(workspace)?;
             if lacking.is_empty() {
                 return dist::check(workspace);
             }
