@@ -1,5 +1,5 @@
-//! `cargo fmu check` on an FMU by the book, and on that FMU with one mistake at a time: each mistake must be found in the row of the
-//! promise that it breaks. The FMU is written in C (`faulty/lag.c`): it shares no code with fmu-export.
+//! `cargo fmu check` on an FMU by the book, in both versions of FMI, and on that FMU with one mistake at a time: each mistake must be
+//! found in the row of the promise that it breaks. The FMU is written in C (`faulty/lag.c`, `lag3.c`): it shares no code with fmu-export.
 #![cfg(all(target_os = "linux", target_arch = "x86_64"))]
 
 use std::fs;
@@ -14,10 +14,16 @@ use tempfile::TempDir;
 use Verdict::{Fails, Remark};
 
 const DESCRIPTION: &str = include_str!("faulty/modelDescription.xml");
+const DESCRIPTION_3: &str = include_str!("faulty/modelDescription3.xml");
 
 /// The library with a mistake.
 fn library(folder: &Path, mistake: &str) -> Vec<u8> {
-    let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/faulty/lag.c");
+    compiled(folder, "lag.c", mistake)
+}
+
+fn compiled(folder: &Path, source: &str, mistake: &str) -> Vec<u8> {
+    let sources = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/faulty");
+    let source = sources.join(source);
     let out = folder.join("lag.so");
     let compiler = std::env::var("CC").unwrap_or_else(|_| "cc".to_string());
     let mut cc = Command::new(compiler);
@@ -42,21 +48,33 @@ fn checked(folder: &Path, entries: &Entries, only: &str) -> Report {
 }
 
 fn entries(description: &str, library: &[u8]) -> Entries {
+    packed(description, "linux64", library)
+}
+
+fn packed(description: &str, platform: &str, library: &[u8]) -> Entries {
     let description = ("modelDescription.xml".to_string(), description.into());
-    let library = ("binaries/linux64/lag.so".to_string(), library.to_vec());
+    let library = (format!("binaries/{platform}/lag.so"), library.to_vec());
     Entries::from([description, library])
+}
+
+/// The FMU of FMI 3.0 with a mistake.
+fn entries_3(folder: &Path, mistake: &str) -> Entries {
+    let library = compiled(folder, "lag3.c", mistake);
+    packed(DESCRIPTION_3, "x86_64-linux", &library)
 }
 
 /// Check the FMU with each mistake; what is not as said.
 fn mistakes(expected: &[(&str, Verdict, &str)]) {
+    found(expected, |folder, mistake| {
+        entries(DESCRIPTION, &library(folder, mistake))
+    });
+}
+
+fn found(expected: &[(&str, Verdict, &str)], entries: impl Fn(&Path, &str) -> Entries) {
     let folder = TempDir::new().unwrap();
     let folder = folder.path();
     for (mistake, verdict, promise) in expected {
-        let report = checked(
-            folder,
-            &entries(DESCRIPTION, &library(folder, mistake)),
-            promise,
-        );
+        let report = checked(folder, &entries(folder, mistake), promise);
         let verdicts: Vec<_> = report
             .rows
             .iter()
@@ -133,6 +151,87 @@ fn mistakes_of_derivatives_misuse_and_log_are_found() {
         ("CHATTER", Remark, "with loggingOn = false"),
         ("PRINT", Remark, "nothing is printed"),
     ]);
+}
+
+#[test]
+fn an_fmu_of_fmi_3_by_the_book_passes_every_row() {
+    let folder = TempDir::new().unwrap();
+    let report = checked(folder.path(), &entries_3(folder.path(), "NONE"), "");
+    assert_eq!(report.count(Verdict::Pass), report.rows.len(), "{report}");
+    assert!(report.rows.len() > 50, "{report}");
+}
+
+#[test]
+fn mistakes_of_simulation_are_found_in_fmi_3() {
+    const LAST_TIME: &str = "a step tells how it ended";
+    found(
+        &[
+            ("VERSION", Fails, "it says that it is FMI"),
+            ("ANY_GUID", Remark, "refused for another one"),
+            ("PLAIN_PATHS", Fails, "a space and an umlaut"),
+            ("FREE_NULL", Fails, "fmi2FreeInstance(NULL)"),
+            ("CRASH", Fails, "initializes and steps"),
+            (
+                "NAN_OUTPUT",
+                Fails,
+                "every number that it hands out is finite",
+            ),
+            ("EXACT_GRID", Fails, "running sum of h"),
+            ("START_AT_0", Remark, "another time than 0"),
+            ("NO_STOP", Fails, "a step to the stop time"),
+            ("ONE_SIZE", Fails, "steps may differ in length"),
+            ("MUTE_AT_END", Fails, "after fmi2Terminate"),
+            ("UNASKED_RETURN", Fails, LAST_TIME),
+            ("WRONG_TIME", Fails, LAST_TIME),
+        ],
+        entries_3,
+    );
+}
+
+#[test]
+fn mistakes_of_values_and_instances_are_found_in_fmi_3() {
+    found(
+        &[
+            ("OTHER_START", Fails, "begin at the start values"),
+            ("ROUNDED", Remark, "read back bit for bit"),
+            ("FEEDTHROUGH", Fails, "list it in their dependencies"),
+            ("GLOBAL", Fails, "one after the other"),
+            ("SHARED", Fails, "takes turns with it"),
+            ("FEW", Fails, "a dozen instances"),
+            ("HALF_RESET", Fails, "after fmi2Reset"),
+            ("HALF_STATE", Fails, "a state that is set again"),
+            ("HALF_BYTES", Fails, "carry it to another instance"),
+            ("NO_CHECKSUM", Remark, "damaged bytes are refused"),
+        ],
+        entries_3,
+    );
+}
+
+#[test]
+fn mistakes_of_derivatives_misuse_and_log_are_found_in_fmi_3() {
+    found(
+        &[
+            ("WRONG_SLOPE", Remark, "are the slopes of the outputs"),
+            ("WRONG_TRANSPOSE", Fails, "the directional ones transposed"),
+            (
+                "HIDDEN_DEPENDENCY",
+                Fails,
+                "dependencies of elements are those",
+            ),
+            ("NO_DERIVATIVE", Fails, "derivatives of outputs are given"),
+            ("ANY_REFERENCE", Remark, "unknown value references"),
+            ("ANY_NUMBER", Remark, "NaN and infinity"),
+            ("ANY_COUNT", Remark, "a number of values that does not fit"),
+            ("WRITABLE", Remark, "fixed parameters cannot be set"),
+            ("ANY_STEP", Remark, "jumps in time"),
+            ("NULL_CRASH", Fails, "NULL instead of an instance"),
+            ("ANY_ORDER", Remark, "calls out of order"),
+            ("CATEGORY", Remark, "messages have a declared category"),
+            ("CHATTER", Remark, "with loggingOn = false"),
+            ("PRINT", Remark, "nothing is printed"),
+        ],
+        entries_3,
+    );
 }
 
 /// One change of the model description each, and the row that must fail.

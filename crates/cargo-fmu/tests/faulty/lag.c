@@ -11,7 +11,9 @@ enum {
     NONE, VERSION, ANY_GUID, PLAIN_PATHS, FREE_NULL, CRASH, NAN_OUTPUT, EXACT_GRID, START_AT_0, NO_STOP, ONE_SIZE, MUTE_AT_END,
     OTHER_START, ROUNDED, FEEDTHROUGH, GLOBAL, SHARED, FEW, ONE_THREAD, HALF_RESET, HALF_STATE, HALF_BYTES, NO_CHECKSUM,
     WRONG_SLOPE, NO_DERIVATIVE, NO_INPUT_DERIVATIVE, ANY_REFERENCE, ANY_NUMBER, WRITABLE, ANY_STEP, NULL_CRASH, ANY_ORDER,
-    CATEGORY, CHATTER, PRINT
+    CATEGORY, CHATTER, PRINT,
+    /* of lag3.c */
+    WRONG_TRANSPOSE, UNASKED_RETURN, WRONG_TIME, ANY_COUNT, HIDDEN_DEPENDENCY
 };
 #ifndef MISTAKE
 #define MISTAKE NONE
@@ -34,6 +36,7 @@ typedef struct {
 typedef struct {
     double value[COUNT], time, stop, h;
     int mode, has_stop;
+    int mode_3; /* of lag3.c */
 } Model;
 
 typedef struct {
@@ -81,7 +84,7 @@ const char *fmi2GetTypesPlatform(void) { return "default"; }
 void *fmi2Instantiate(const char *name, int kind, const char *guid, const char *resources, const Callbacks *callbacks,
                       int visible, int logging) {
     (void)visible;
-    if (kind != 1 || (strcmp(guid, GUID) && !IS(ANY_GUID)) || (IS(PLAIN_PATHS) && strchr(resources, '%')))
+    if (kind != 1 || (strcmp(guid, GUID) && !IS(ANY_GUID)) || (IS(PLAIN_PATHS) && strpbrk(resources, "% ")))
         return NULL;
     if (IS(FEW) && instances >= 4)
         return NULL;

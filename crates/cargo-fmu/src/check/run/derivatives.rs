@@ -54,7 +54,7 @@ fn is_real_output(v: &Variable) -> bool {
 }
 
 /// What the FMU does not claim is not tried.
-fn unless(claimed: bool, outcome: &mut Outcome) -> bool {
+pub fn unless(claimed: bool, outcome: &mut Outcome) -> bool {
     if !claimed {
         outcome.not_checked = Some("the FMU does not claim it".into());
     }

@@ -8,6 +8,7 @@ mod derivatives;
 mod instance;
 mod instances;
 mod misuse;
+mod of_3;
 mod processes;
 mod states;
 mod values;
@@ -80,13 +81,14 @@ impl Trial {
 
 /// All trials of both versions, in the order of the table.
 pub fn trials() -> impl Iterator<Item = &'static Trial> {
-    let groups: [&[Trial]; 7] = [
+    let groups: [&[Trial]; 8] = [
         basics::TRIALS,
         values::TRIALS,
         instances::TRIALS,
         states::TRIALS,
         derivatives::TRIALS,
         misuse::TRIALS,
+        of_3::TRIALS,
         calls::TRIALS,
     ];
     groups.into_iter().flatten()
