@@ -5,7 +5,7 @@
 #[allow(dead_code, clippy::undocumented_unsafe_blocks)]
 // an importer for several tests, see border/main.rs
 mod client;
-#[path = "border/client3.rs"]
+#[path = "border/client3/mod.rs"]
 #[allow(dead_code, clippy::undocumented_unsafe_blocks)] // see above
 mod client3;
 #[path = "border/probe.rs"]

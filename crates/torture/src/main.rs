@@ -14,6 +14,7 @@ mod arguments;
 mod batches;
 mod calls_3;
 mod carry;
+mod derivative_calls;
 mod instance;
 mod life;
 mod lifecycle_calls;

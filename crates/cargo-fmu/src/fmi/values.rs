@@ -6,6 +6,42 @@ use std::ffi::c_int;
 use std::ptr;
 
 /// # Safety
+/// Gets `count` values through an array of another type; NULL stays NULL.
+unsafe fn get_as<T: Copy + Default>(
+    values: *mut c_int,
+    count: usize,
+    convert: impl Fn(T) -> c_int,
+    get: impl FnOnce(*mut T, usize) -> c_int,
+) -> c_int {
+    if values.is_null() {
+        return get(ptr::null_mut(), count);
+    }
+    let mut room = vec![T::default(); count];
+    let status = get(room.as_mut_ptr(), count);
+    if status <= WARNING {
+        for (k, value) in room.into_iter().enumerate() {
+            // SAFETY: room for `count` values.
+            unsafe { values.add(k).write(convert(value)) };
+        }
+    }
+    status
+}
+
+/// Sets `count` values through an array of another type; NULL stays NULL.
+unsafe fn set_as<T>(
+    values: *const c_int,
+    count: usize,
+    convert: impl Fn(c_int) -> T,
+    set: impl FnOnce(*const T, usize) -> c_int,
+) -> c_int {
+    if values.is_null() {
+        return set(ptr::null(), count);
+    }
+    // SAFETY: `count` values.
+    let converted = (0..count).map(|k| convert(unsafe { *values.add(k) }));
+    set(converted.collect::<Vec<_>>().as_ptr(), count)
+}
+
 /// As for [`Functions`].
 #[allow(missing_docs, clippy::missing_safety_doc, clippy::too_many_arguments)] // named and explained in the standard
 impl Functions {
@@ -51,21 +87,10 @@ impl Functions {
                     (f.fmi3GetInt32)(c, vr, n, values, self.counted(vr, n))
                 }
                 Fmi3(f) => {
-                    let mut wide = vec![0_i64; self.counted(vr, n)];
-                    let place = if values.is_null() {
-                        ptr::null_mut()
-                    } else {
-                        wide.as_mut_ptr()
-                    };
-                    let status = (f.fmi3GetInt64)(c, vr, n, place, wide.len());
-                    if status <= WARNING && !values.is_null() {
-                        let narrow =
-                            |v: &i64| (*v).clamp(c_int::MIN.into(), c_int::MAX.into()) as c_int;
-                        wide.iter()
-                            .enumerate()
-                            .for_each(|(k, v)| values.add(k).write(narrow(v)));
-                    }
-                    status
+                    let narrow = |v: i64| v.clamp(c_int::MIN.into(), c_int::MAX.into()) as c_int;
+                    get_as(values, self.counted(vr, n), narrow, |place, count| {
+                        (f.fmi3GetInt64)(c, vr, n, place, count)
+                    })
                 }
             }
         }
@@ -86,19 +111,9 @@ impl Functions {
                 Fmi3(f) if self.is_int32(references(vr, n)) => {
                     (f.fmi3SetInt32)(c, vr, n, values, self.counted(vr, n))
                 }
-                Fmi3(f) => {
-                    let count = self.counted(vr, n);
-                    let wide: Vec<i64> = match values.is_null() {
-                        true => Vec::new(),
-                        false => (0..count).map(|k| (*values.add(k)).into()).collect(),
-                    };
-                    let place = if values.is_null() {
-                        ptr::null()
-                    } else {
-                        wide.as_ptr()
-                    };
+                Fmi3(f) => set_as(values, self.counted(vr, n), i64::from, |place, count| {
                     (f.fmi3SetInt64)(c, vr, n, place, count)
-                }
+                }),
             }
         }
     }
@@ -114,22 +129,12 @@ impl Functions {
         unsafe {
             match &self.own {
                 Fmi2(f) => (f.fmi2GetBoolean)(c, vr, n, values),
-                Fmi3(f) => {
-                    let mut narrow = vec![false; self.counted(vr, n)];
-                    let place = if values.is_null() {
-                        ptr::null_mut()
-                    } else {
-                        narrow.as_mut_ptr()
-                    };
-                    let status = (f.fmi3GetBoolean)(c, vr, n, place, narrow.len());
-                    if status <= WARNING && !values.is_null() {
-                        narrow
-                            .iter()
-                            .enumerate()
-                            .for_each(|(k, v)| values.add(k).write((*v).into()));
-                    }
-                    status
-                }
+                Fmi3(f) => get_as(
+                    values,
+                    self.counted(vr, n),
+                    |v: bool| v.into(),
+                    |place, count| (f.fmi3GetBoolean)(c, vr, n, place, count),
+                ),
             }
         }
     }
@@ -145,19 +150,12 @@ impl Functions {
         unsafe {
             match &self.own {
                 Fmi2(f) => (f.fmi2SetBoolean)(c, vr, n, values),
-                Fmi3(f) => {
-                    let count = self.counted(vr, n);
-                    let narrow: Vec<bool> = match values.is_null() {
-                        true => Vec::new(),
-                        false => (0..count).map(|k| *values.add(k) != 0).collect(),
-                    };
-                    let place = if values.is_null() {
-                        ptr::null()
-                    } else {
-                        narrow.as_ptr()
-                    };
-                    (f.fmi3SetBoolean)(c, vr, n, place, count)
-                }
+                Fmi3(f) => set_as(
+                    values,
+                    self.counted(vr, n),
+                    |v| v != 0,
+                    |place, count| (f.fmi3SetBoolean)(c, vr, n, place, count),
+                ),
             }
         }
     }

@@ -39,6 +39,16 @@ impl<T> ArrayMut<T> {
         // SAFETY: within the array, which `array_mut` was promised to be writable during the call.
         unsafe { self.0.add(k).write_unaligned(value) }
     }
+
+    /// Writes elements from the `k`-th on.
+    #[inline]
+    pub(crate) fn put_all<S: Copy>(self, k: usize, values: &[S], convert: impl Fn(S) -> T) {
+        assert!(k <= self.1 && values.len() <= self.1 - k);
+        for (j, value) in values.iter().enumerate() {
+            // SAFETY: within the array, which `array_mut` was promised to be writable during the call.
+            unsafe { self.0.add(k + j).write_unaligned(convert(*value)) }
+        }
+    }
 }
 
 /// A C array to read; empty may be NULL.

@@ -27,6 +27,8 @@ pub(crate) trait Version: Sized + 'static {
     const STATES: &'static [(u8, &'static str)];
     /// What brings an instance back that was lost by a panic.
     const RECOVERY: &'static str;
+    /// Value reference of time, where it is a variable.
+    const TIME: Option<u32> = None;
 
     /// The bit of the state that an instance is in.
     fn state<M: Model>(body: &Body<M, Self>) -> u8;
@@ -75,7 +77,7 @@ pub(crate) unsafe fn enter<M: Model, V: Version>(
         let done = call.check(&body).and_then(|()| f(&mut body));
         match done {
             Ok(()) => Answer::Ok,
-            Err(fault) => refuse(&mut body.instance, call, fault),
+            Err(fault) => refuse(&mut body, call, fault),
         }
     });
     let answer = match result {
@@ -89,10 +91,18 @@ pub(crate) unsafe fn enter<M: Model, V: Version>(
 }
 
 #[cold]
-fn refuse<M: Model>(instance: &mut Instance<M>, call: Call, fault: Fault) -> Answer {
+fn refuse<M: Model, V: Version>(body: &mut Body<M, V>, call: Call, fault: Fault) -> Answer {
+    let instance = &mut body.instance;
     let (kind, answer, text) = match fault {
         Fault::Refused(text) => (Kind::Refused, Answer::Error, text),
         Fault::Discarded(text) => (Kind::Discarded, Answer::Discard, text),
+        Fault::Unknown(number) if V::TIME == Some(number) => {
+            let real = V::NAMES.real;
+            let text = format!(
+                "value reference {number} is `time`, the independent variable; it can only be read, as {real}"
+            );
+            (Kind::Refused, Answer::Error, text)
+        }
         Fault::Unknown(number) => {
             let last = instance.layout.len().saturating_sub(1);
             let known = if number as usize > last {

@@ -3,7 +3,7 @@
 use super::access::{not_allowed, not_finite};
 use super::fault::{Fault, refuse};
 use super::instance::Instance;
-use super::layout::{Run, TIME};
+use super::layout::TIME;
 use super::phase::Phase;
 use super::value::Value;
 use super::variable::{Causality, Variable, Write};
@@ -19,12 +19,10 @@ impl<M: Model> Instance<M> {
         value: impl Fn(usize) -> T + Copy,
     ) -> Result<(), Fault> {
         if number(1).is_none()
-            && let Some(block) = number(0)
-            && let (run, first, n) = self.layout.block(block)?
-            && n == len
+            && let Some(run) = number(0).and_then(|number| self.layout.whole(number, len))
             && let Some(place) = T::input(&run.row.place)
         {
-            return self.set_input_block(&run, place, first, len, value);
+            return self.set_whole_input(run.row, run.bounds, place, len, value);
         }
         let mut parameters = false;
         let (mut k, mut from) = (0, 0);
@@ -54,35 +52,35 @@ impl<M: Model> Instance<M> {
         self.set_input_blocks(number, value)
     }
 
-    /// Sets one block of an input, which is what most batches are.
+    /// Sets all elements of an input, which is what most batches do.
     #[inline]
-    fn set_input_block<T: Value>(
+    fn set_whole_input<T: Value>(
         &mut self,
-        run: &Run<M>,
+        row: &Variable<M>,
+        bounds: [f64; 2],
         place: &Write<M::Input, T>,
-        first: usize,
         len: usize,
         value: impl Fn(usize) -> T,
     ) -> Result<(), Fault> {
         for j in 0..len {
             let value = value(j);
-            if !value.is_within(run.bounds) {
-                return Err(not_allowed(run.row, first + j, value));
+            if !value.is_within(bounds) {
+                return Err(not_allowed(row, j, value));
             }
         }
-        let inputs = &mut place.slice_mut(&mut self.state.input.value)[first..first + len];
+        let inputs = &mut place.slice_mut(&mut self.state.input.value)[..len];
         let mut changed = false;
         for (j, input) in inputs.iter_mut().enumerate() {
             let value = value(j);
             changed |= !input.is_same(value);
             *input = value;
         }
-        if let Some(counter) = run.row.counter {
+        if let Some(counter) = row.counter {
             self.state.count_sets(counter, len as u32);
             changed = true;
         }
         if changed {
-            self.touch(!run.row.beside_evaluation);
+            self.touch(!row.beside_evaluation);
         }
         Ok(())
     }
@@ -138,30 +136,23 @@ impl<M: Model> Instance<M> {
         self.set_parameters(|k| pairs.get(k).copied())
     }
 
-    /// Gets blocks: `put(j, value)` receives the `j`-th of all `len` values of the blocks with the numbers `number(k)`.
+    /// Gets blocks: `put(j, values)` receives those of each, of which the first is the `j`-th of all `len` values.
     #[inline]
     pub(crate) fn get_blocks<T: Value>(
         &mut self,
         number: impl Fn(usize) -> Option<u32>,
         len: usize,
-        mut put: impl FnMut(usize, T),
+        mut put: impl FnMut(usize, &[T]),
     ) -> Result<(), Fault> {
         if number(1).is_none()
-            && let Some(block) = number(0)
-            && let Ok((run, first, n)) = self.layout.block(block)
-            && n == len
-            && let Some(place) = T::output(&run.row.place)
+            && let Some(run) = number(0).and_then(|number| self.layout.whole(number, len))
+            && let row = run.row
+            && let Some(place) = T::output(&row.place)
             && self.state.phase != Phase::Instantiated
         {
-            // One array of an output, which is what most batches are.
+            // All elements of an output, which is what most batches are.
             self.refresh()?;
-            let values = &place.slice(&self.output)[first..first + len];
-            for (j, &value) in values.iter().enumerate() {
-                if !value.is_finite() {
-                    return Err(not_finite(run.row, first + j, value));
-                }
-                put(j, value);
-            }
+            put(0, finite(row, place.slice(&self.output), 0, len)?);
             return Ok(());
         }
         let (mut k, mut from) = (0, 0);
@@ -172,7 +163,7 @@ impl<M: Model> Instance<M> {
                 Ok(_) => return too_few(len),
                 Err(_) if block == TIME && T::of_time(0.0).is_some() && from < len => {
                     let time = T::of_time(self.state.time).expect("asked for above");
-                    put(from, time);
+                    put(from, &[time]);
                     from += 1;
                     continue;
                 }
@@ -193,12 +184,7 @@ impl<M: Model> Instance<M> {
             } else {
                 return Err(self.not_gettable(row, first, T::KIND.name(self.names)));
             };
-            for (j, &value) in values[first..first + n].iter().enumerate() {
-                if !value.is_finite() {
-                    return Err(not_finite(row, first + j, value));
-                }
-                put(from + j, value);
-            }
+            put(from, finite(row, values, first, n)?);
             from += n;
         }
         if from != len {
@@ -219,6 +205,29 @@ impl<M: Model> Instance<M> {
         self.fresh = false;
         Ok(())
     }
+}
+
+/// `n` values of a row from `first` on, which may be given out.
+#[inline]
+fn finite<'a, M: Model, T: Value>(
+    row: &Variable<M>,
+    values: &'a [T],
+    first: usize,
+    n: usize,
+) -> Result<&'a [T], Fault> {
+    let values = &values[first..first + n];
+    match T::are_finite(values) {
+        true => Ok(values),
+        false => Err(none_finite(row, values, first)),
+    }
+}
+
+#[cold]
+#[inline(never)]
+fn none_finite<M: Model, T: Value>(row: &Variable<M>, values: &[T], first: usize) -> Fault {
+    let wrong = values.iter().position(|value| !value.is_finite());
+    let k = wrong.expect("one is not finite");
+    not_finite(row, first + k, values[k])
 }
 
 #[cold]

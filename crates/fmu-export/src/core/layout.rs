@@ -139,6 +139,14 @@ impl<M: Model> Layout<M> {
         Ok((run, run.index(number), 1))
     }
 
+    /// The row of which this number means all elements, if there are `len` of them.
+    #[inline]
+    pub(crate) fn whole(&self, number: u32, len: usize) -> Option<&Run<M>> {
+        let run = self.by_number.get(number as usize)?.as_ref()?;
+        let is_whole = number == run.first && len == run.len() && (run.is_array || len == 1);
+        is_whole.then_some(run)
+    }
+
     /// The numbers of all blocks, in the order of the table.
     pub(crate) fn blocks(&self) -> impl Iterator<Item = u32> {
         (self.in_order.iter())

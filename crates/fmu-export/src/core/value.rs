@@ -33,6 +33,12 @@ pub(crate) trait Value: Copy + Default + Display + 'static {
     fn is_finite(self) -> bool {
         true
     }
+
+    /// The same of all of them.
+    #[inline]
+    fn are_finite(values: &[Self]) -> bool {
+        values.iter().all(|value| value.is_finite())
+    }
 }
 
 macro_rules! places {
@@ -87,6 +93,15 @@ impl Value for f64 {
     #[inline]
     fn is_finite(self) -> bool {
         self.abs() <= f64::MAX // one comparison, which NaN fails too
+    }
+
+    /// Without a branch for each: of what is not finite all bits of the exponent are set, and one more carries into the sign.
+    #[inline]
+    fn are_finite(values: &[f64]) -> bool {
+        const SIGN: u64 = 1 << 63;
+        const LAST_OF_EXPONENT: u64 = 1 << (f64::MANTISSA_DIGITS - 1);
+        let carry = |value: &f64| (value.to_bits() & !SIGN) + LAST_OF_EXPONENT;
+        values.iter().fold(0, |all, value| all | carry(value)) < SIGN
     }
 }
 
@@ -145,5 +160,33 @@ pub(crate) fn allowed<M: Model>(row: &Variable<M>) -> String {
         (true, false) => format!("finite and at least {}", row.min),
         (false, true) => format!("finite and at most {}", row.max),
         (false, false) => "finite".to_owned(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Value;
+
+    #[test]
+    fn what_is_not_finite_is_found_among_others() {
+        let finite = [
+            0.0,
+            -0.0,
+            1.5,
+            f64::MAX,
+            f64::MIN,
+            f64::MIN_POSITIVE,
+            -5e-324,
+        ];
+        for n in 0..=finite.len() {
+            assert!(f64::are_finite(&finite[..n]));
+            for wrong in [f64::NAN, -f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+                for k in 0..n {
+                    let mut values = finite;
+                    values[k] = wrong;
+                    assert!(!f64::are_finite(&values[..n]), "{wrong} at {k} of {n}");
+                }
+            }
+        }
     }
 }

@@ -7,6 +7,7 @@ use crate::Model;
 use crate::border::body::{self, Answer, Version};
 use crate::border::call::{self, S, U};
 use crate::core::fault::{Fault, refuse};
+use crate::core::layout::TIME;
 use crate::core::message::Message;
 use crate::core::phase::Phase;
 use crate::core::step::End;
@@ -57,6 +58,7 @@ impl Version for Fmi3 {
     const NAMES: Names = NAMES;
     const STATES: &'static [(u8, &'static str)] = &calls::STATES;
     const RECOVERY: &'static str = "fmi3Reset or fmi3SetFMUState";
+    const TIME: Option<u32> = Some(TIME);
 
     #[inline]
     fn state<M: Model>(body: &Body<M>) -> u8 {

@@ -8,7 +8,6 @@ use crate::border::arguments::{Array, array, array_mut, texts};
 use crate::border::log::c_string;
 use crate::core::access::not_allowed;
 use crate::core::fault::{Fault, refuse};
-use crate::core::layout::TIME;
 use crate::core::phase::Phase;
 use crate::core::variable::{Kind, Place};
 
@@ -46,7 +45,7 @@ macro_rules! set_and_get {
                 enter::<M, Fmi3>(c, calls::$get_call, |b| {
                     let (vr, values) = (array("valueReferences", vr, n)?, array_mut("values", values, n_values)?);
                     b.check_update(|k| vr.at(k))?;
-                    b.instance.get_blocks(|k| vr.at(k), n_values, |k, value| values.put(k, $to_c(value)))
+                    b.instance.get_blocks(|k| vr.at(k), n_values, |k, some| values.put_all(k, some, $to_c))
                 })
             }
         }
@@ -94,7 +93,7 @@ macro_rules! set_and_get_integers {
                     let (vr, values) = (array("valueReferences", vr, n)?, array_mut("values", values, n_values)?);
                     b.check_update(|k| vr.at(k))?;
                     check_integers(b, |k| vr.at(k), n_values, None::<fn(usize) -> i64>, $name, $enumeration)?;
-                    b.instance.get_blocks(|k| vr.at(k), n_values, |k, value: i32| values.put(k, value.into()))
+                    b.instance.get_blocks(|k| vr.at(k), n_values, |k, some: &[i32]| values.put_all(k, some, <$c_type>::from))
                 })
             }
         }
@@ -118,10 +117,7 @@ fn check_integers<M: Model>(
 ) -> Result<(), Fault> {
     let mut from = 0;
     for number in (0..).map_while(number) {
-        let (run, first, n) = match b.instance.layout.block(number) {
-            Err(Fault::Unknown(TIME)) => return Err(not_of_time(name)),
-            found => found?,
-        };
+        let (run, first, n) = b.instance.layout.block(number)?;
         let is_integer = run.row.place.kind() == Kind::Integer;
         if is_integer && run.row.enumeration.is_some() != enumeration {
             return match &value {
@@ -138,13 +134,6 @@ fn check_integers<M: Model>(
         from += n;
     }
     Ok(())
-}
-
-#[cold]
-fn not_of_time(name: &str) -> Fault {
-    Fault::Refused(format!(
-        "`time` is the independent variable and cannot be read as {name} or set; it must be read as Float64"
-    ))
 }
 
 #[cold]
@@ -226,10 +215,7 @@ fn check_number_of_texts<M: Model>(
     n_values: usize,
 ) -> Result<(), Fault> {
     for k in 0..n {
-        match b.instance.layout.block(vr.get(k)) {
-            Err(Fault::Unknown(TIME)) => return Err(not_of_time("String")),
-            found => drop(found?),
-        }
+        b.instance.layout.block(vr.get(k))?;
     }
     let is_text = |k: usize| {
         let found = b.instance.layout.find(vr.get(k));
@@ -265,10 +251,7 @@ pub(super) unsafe fn no_such_type<M: Model>(
             let Some(number) = array("valueReferences", vr, n)?.at(0) else {
                 return Ok(());
             };
-            let (run, first, _) = match b.instance.layout.block(number) {
-                Err(Fault::Unknown(TIME)) => return Err(not_of_time(name)),
-                found => found?,
-            };
+            let (run, first, _) = b.instance.layout.block(number)?;
             match is_set {
                 true => not_settable_as(b, number, name),
                 false => Err(b.instance.not_gettable(run.row, first, name)),

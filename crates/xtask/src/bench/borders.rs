@@ -48,9 +48,6 @@ pub fn check(workspace: &Workspace) -> Result<()> {
     let zeta = description.variable("zeta[1]")?.reference.to_string();
     let [six, array] = both(hdrm, &["get", &zeta, "6"])?;
     println!("get of 6: {six} by six references of FMI 2.0, {array} by one of FMI 3.0");
-    ensure!(
-        array as f64 <= MOST * six as f64,
-        "one reference must cost at most {MOST} times as much as six"
-    );
+    ensure!(array < six, "one reference must cost less than six");
     Ok(())
 }

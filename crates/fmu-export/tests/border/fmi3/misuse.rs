@@ -42,7 +42,7 @@ fn numbers_out_of_place_are_refused() {
     let calls: &[(&[u32], &[f64], &str)] = &[
         (&[vr::COUNT],   &[1.0],      "fmi3SetFloat64: unknown value reference 18; it must be from 0 to 17"),
         (&[vr::U[1]],    &[1.0],      "unknown value reference 8; it must be one of the model description"),
-        (&[TIME],        &[1.0],      "unknown value reference 65536"),
+        (&[TIME],        &[1.0],      "value reference 65536 is `time`"),
         (&[vr::GAIN],    &[9.0],      "gain = 9 is for nobody"),
         (&[vr::RATE[0]], &[1.0, 2.0], "`rate[1]` = 1: a Float64 fixed parameter cannot be set any more; it must be set before the end of initialization"),
         (&[vr::X[0]],    &[1.0, 2.0], "`x[1]` = 1: a Float64 output cannot be set; only inputs and parameters can"),
@@ -146,11 +146,16 @@ fn other_types_out_of_place_are_refused() {
         refused(&fmu, "unknown value reference 18", || {
             fmi3GetUInt8(c, &vr::COUNT, 1, &mut 0, 1)
         });
-        refused(
-            &fmu,
-            "`time` is the independent variable and cannot be read as Int32 or set; it must be read as Float64",
-            || fmi3GetInt32(c, &TIME, 1, &mut 0, 1),
-        );
+        let of_time = "value reference 65536 is `time`, the independent variable; it can only be read, as Float64";
+        refused(&fmu, of_time, || fmi3GetInt32(c, &TIME, 1, &mut 0, 1));
+        refused(&fmu, of_time, || fmi3GetFloat32(c, &TIME, 1, &mut 0.0, 1));
+        refused(&fmu, of_time, || {
+            fmi3GetString(c, &TIME, 1, &mut ptr::null(), 1)
+        });
+        refused(&fmu, of_time, || fmi3SetFloat64(c, &TIME, 1, &1.0, 1));
+        refused(&fmu, of_time, || {
+            fmi3GetDirectionalDerivative(c, &vr::Y, 1, &TIME, 1, &1.0, 1, &mut 0.0, 1)
+        });
         refused(
             &fmu,
             "`held` is a Float64 input; it must be a Clock, and this FMU has none",

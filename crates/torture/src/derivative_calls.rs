@@ -1,0 +1,160 @@
+//! Random calls that set and get derivatives.
+
+use crate::arguments::*;
+use crate::oracle::{Call, Expect};
+use crate::session::Session;
+use cargo_fmu::fmi::order::Mode;
+use fmu_description::{Access, Causality, Variability, Variable};
+use std::ffi::c_int;
+
+impl Session<'_> {
+    pub fn set_input_derivatives(&mut self, i: usize) -> Result<Call, String> {
+        let is_input = |v: &Variable| {
+            v.is_input() && v.access() == Access::Real && v.variability == Variability::Continuous
+        };
+        let r = &mut self.random;
+        let valid = r.one_in(2);
+        let vr = references(r, self.fmu, valid, is_input);
+        let order: Vec<c_int> = vr
+            .iter()
+            .map(|_| {
+                if valid {
+                    1
+                } else {
+                    r.of(&[1, 1, 2, 0, -1, 9, c_int::MAX])
+                }
+            })
+            .collect();
+        let values: Vec<f64> = vr
+            .iter()
+            .map(|_| if valid { r.unit() } else { real(r) })
+            .collect();
+        let known = |vr: &u32| self.fmu.find(*vr).is_some_and(is_input);
+        // FMI 2.0 declares no highest order.
+        let answer = |((vr, order), value): ((&u32, &c_int), &f64)| match known(vr) && *order >= 1 {
+            false => Expect::Refused,
+            true if !value.is_finite() => Expect::Discarded,
+            true => Expect::Done,
+        };
+        let mut answers = vr.iter().zip(&order).zip(&values).map(answer);
+        let expect = answers.find(|a| *a != Expect::Done);
+        let expect = expect.unwrap_or(Expect::Done);
+        let name = "fmi2SetRealInputDerivatives";
+        self.trace(i, format_args!("{name}({vr:?}, {order:?}, {values:?})"));
+        let c = self.instances[i].c;
+        // SAFETY: a live instance; arrays of equal length.
+        let status = unsafe {
+            self.fmu.functions.set_input_derivatives(
+                c,
+                vr.as_ptr(),
+                vr.len(),
+                order.as_ptr(),
+                values.as_ptr(),
+            )
+        };
+        Ok(self.with_variables(i, name, status, expect, &vr, false))
+    }
+
+    pub fn get_output_derivatives(&mut self, i: usize) -> Result<Call, String> {
+        let is_output =
+            |v: &Variable| v.causality == Causality::Output && v.access() == Access::Real;
+        let r = &mut self.random;
+        let valid = r.one_in(2);
+        let vr = references(r, self.fmu, valid, is_output);
+        let order: Vec<c_int> = vr
+            .iter()
+            .map(|_| if valid { 1 } else { r.of(&[1, 1, 1, 0, 2, -5]) })
+            .collect();
+        let mut values = vec![0.0; self.fmu.functions.count(&vr)];
+        let known = |vr: &u32| self.fmu.find(*vr).is_some_and(is_output);
+        let sound = vr.iter().all(known) && order.iter().all(|o| *o == 1);
+        let expect = match (
+            self.fmu.description.capabilities.output_derivative_order > 0,
+            sound,
+        ) {
+            (true, true) if vr.is_empty() => Expect::Done,
+            (true, true) => Expect::ModelDecides, // beyond the range of numbers
+            _ => Expect::Refused,
+        };
+        let name = self.fmu.functions.name("fmi2GetRealOutputDerivatives");
+        self.trace(i, format_args!("{name}({vr:?}, {order:?})"));
+        let c = self.instances[i].c;
+        // SAFETY: a live instance; arrays of equal length.
+        let status = unsafe {
+            self.fmu.functions.get_output_derivatives(
+                c,
+                vr.as_ptr(),
+                vr.len(),
+                order.as_ptr(),
+                values.as_mut_ptr(),
+            )
+        };
+        if values.iter().any(|v| !v.is_finite()) {
+            return Err(format!("{name}({vr:?}) gave {status} and {values:?}"));
+        }
+        let without = self.fmu.description.capabilities.output_derivative_order == 0;
+        Ok(self.with_variables(i, name, status, expect, &vr, without))
+    }
+
+    pub fn get_directional_derivative(&mut self, i: usize) -> Result<Call, String> {
+        let is_known = |v: &Variable| v.is_input() && v.access() == Access::Real;
+        let is_unknown = |v: &Variable| v.is_computed() && v.access() == Access::Real;
+        let r = &mut self.random;
+        let valid = r.one_in(2);
+        let known = references(r, self.fmu, valid, is_known);
+        let unknown = references(r, self.fmu, valid, is_unknown);
+        let seed: Vec<f64> = elements(self.fmu, &known)
+            .map(|_| if valid { r.unit() } else { real(r) })
+            .collect();
+        let mut result = vec![0.0; self.fmu.functions.count(&unknown)];
+        let all = |vr: &[u32], wanted: &dyn Fn(&Variable) -> bool| {
+            vr.iter().all(|vr| self.fmu.find(*vr).is_some_and(wanted))
+        };
+        // Knowns with their seeds come first, one by one.
+        let is_3 = self.fmu.functions.fmi3().is_some();
+        let are_known = !is_3
+            || known
+                .iter()
+                .chain(&unknown)
+                .all(|vr| self.fmu.find(*vr).is_some());
+        let wrong_known = elements(self.fmu, &known)
+            .zip(&seed)
+            .find_map(|((v, _), seed)| match v.is_some_and(is_known) {
+                false => Some(Expect::Refused),
+                true => (!seed.is_finite()).then_some(Expect::Discarded),
+            });
+        let is_initializing = self.instances[i].known.mode == Mode::Initialization;
+        let expect = match wrong_known {
+            _ if !self.fmu.description.capabilities.directional_derivatives => Expect::Refused,
+            _ if !are_known => Expect::Refused,
+            // FMI 3.0 names whole arrays, so what is looked at first is the exporter's affair.
+            Some(_) if is_3 && seed.iter().any(|s| !s.is_finite()) => Expect::RefusedOrDiscarded,
+            Some(answer) => answer,
+            None if !all(&unknown, &is_unknown) => Expect::Refused,
+            // Beyond the range of numbers; or start values that do not fit together.
+            None if !valid || is_initializing => Expect::ModelDecides,
+            None => Expect::Done,
+        };
+        let name = self.fmu.functions.name("fmi2GetDirectionalDerivative");
+        self.trace(i, format_args!("{name}({unknown:?}, {known:?}, {seed:?})"));
+        let c = self.instances[i].c;
+        // SAFETY: a live instance; arrays of fitting lengths.
+        let status = unsafe {
+            self.fmu.functions.get_directional_derivative(
+                c,
+                unknown.as_ptr(),
+                unknown.len(),
+                known.as_ptr(),
+                known.len(),
+                seed.as_ptr(),
+                result.as_mut_ptr(),
+            )
+        };
+        if result.iter().any(|v| !v.is_finite()) {
+            return Err(format!("{name}({unknown:?}) gave {status} and {result:?}"));
+        }
+        let vr = [known, unknown].concat();
+        let without = !self.fmu.description.capabilities.directional_derivatives;
+        Ok(self.with_variables(i, name, status, expect, &vr, without))
+    }
+}
