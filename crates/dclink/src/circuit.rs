@@ -1,5 +1,6 @@
 //! The circuit at one instant: currents, powers, rates, and what ends the way it works at present.
 
+use crate::pack::Line;
 use crate::{DcLink, State};
 use serde::{Deserialize, Serialize};
 
@@ -29,7 +30,7 @@ pub struct Mode {
     pub empty: bool,
 }
 
-/// What changes continuously: charge, voltages, temperature, and what has been turned over since the step began.
+/// What changes continuously: charge and voltages, and what has been turned over since the step began.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Point {
     /// State of charge.
@@ -38,14 +39,14 @@ pub(crate) struct Point {
     pub v: [f64; 2],
     /// Voltage of the capacitor, V.
     pub v_c: f64,
-    /// Temperature of the pack, K.
-    pub T: f64,
     /// Energy from the pack's source, J.
     pub battery: f64,
     /// Energy burnt in the brake resistor, J.
     pub brake: f64,
     /// Energy lost in all other resistances and in the limit, J.
     pub loss: f64,
+    /// Of that, heat of the pack, J.
+    pub heat: f64,
     /// Integral of the capacitor's voltage, V·s.
     pub flux: f64,
 }
@@ -71,23 +72,35 @@ impl Point {
             soc: s.soc,
             v: s.v,
             v_c: s.v_c,
-            T: s.T,
             ..Self::default()
         }
     }
 
-    /// `self + h·rate`.
-    pub fn moved(&self, rate: &Self, h: f64) -> Self {
-        Self {
-            soc: self.soc + h * rate.soc,
-            v: [self.v[0] + h * rate.v[0], self.v[1] + h * rate.v[1]],
-            v_c: self.v_c + h * rate.v_c,
-            T: self.T + h * rate.T,
-            battery: self.battery + h * rate.battery,
-            brake: self.brake + h * rate.brake,
-            loss: self.loss + h * rate.loss,
-            flux: self.flux + h * rate.flux,
+    /// `self + Σ h_k·rates_k`: what the rates depend on; the rest, integrals that only count, stays.
+    #[inline(always)]
+    pub fn moved<const N: usize>(&self, terms: [(f64, &Self); N]) -> Self {
+        let mut next = *self;
+        for (h, rate) in terms {
+            next.soc += h * rate.soc;
+            next.v[0] += h * rate.v[0];
+            next.v[1] += h * rate.v[1];
+            next.v_c += h * rate.v_c;
         }
+        next
+    }
+
+    /// `self + h·Σ weight_k·rates_k`: all of it.
+    #[inline(always)]
+    pub fn advanced<const N: usize>(&self, h: f64, terms: [(f64, &Self); N]) -> Self {
+        let mut next = self.moved(terms.map(|(weight, rate)| (h * weight, rate)));
+        for (weight, rate) in terms {
+            next.battery += h * weight * rate.battery;
+            next.brake += h * weight * rate.brake;
+            next.loss += h * weight * rate.loss;
+            next.heat += h * weight * rate.heat;
+            next.flux += h * weight * rate.flux;
+        }
+        next
     }
 }
 
@@ -99,9 +112,10 @@ impl DcLink {
     /// P_heat = R_0 i² + v_1²/R_1 + v_2²/R_2
     /// P_loss = (v_oc − v_1 − v_2 − v_c) i + v_1²/R_1 + v_2²/R_2         the limit's own loss is in it: it drops what the resistances do not
     /// ```
-    pub(crate) fn flow(&self, x: &Point, mode: Mode) -> Flow {
+    #[inline(always)]
+    pub(crate) fn flow(&self, x: &Point, mode: Mode, line: &Line) -> Flow {
         let b = &self.pack;
-        let v_oc = b.open_circuit(x.soc);
+        let v_oc = line.at(x.soc);
         let drop = v_oc - x.v[0] - x.v[1] - x.v_c;
         let i = match mode.regime {
             Regime::Free => drop * self.conductance[usize::from(mode.ready)],
@@ -126,13 +140,14 @@ impl DcLink {
         }
     }
 
-    /// Rates of everything, per second, while the drives draw `i_load`, A:
+    /// Rates of everything, per second, while the drives draw `i_load`, A, on a straight line of the open-circuit voltage:
     ///
     /// ```text
     /// C dv_c/dt = i − i_load − v_c/R_brake,   d(soc)/dt = −i/Q,   τ_k dv_k/dt = R_k i − v_k
     /// ```
-    pub(crate) fn rates(&self, x: &Point, mode: Mode, i_load: f64, T_ambient: f64) -> Point {
-        let (b, flow) = (&self.pack, self.flow(x, mode));
+    #[inline(always)]
+    pub(crate) fn rates(&self, x: &Point, mode: Mode, i_load: f64, line: &Line) -> Point {
+        let (b, flow) = (&self.pack, self.flow(x, mode, line));
         Point {
             soc: b.soc_rate(flow.i),
             v: b.pair_rates(x.v, flow.i),
@@ -141,10 +156,10 @@ impl DcLink {
             } else {
                 (flow.i - i_load - self.brake_current(x, mode)) * self.inverse[0]
             },
-            T: b.temperature_rate(x.T, T_ambient, flow.P_heat),
             battery: flow.v_oc * flow.i,
             brake: flow.P_brake,
             loss: flow.P_loss,
+            heat: flow.P_heat,
             flux: x.v_c,
         }
     }
@@ -172,7 +187,7 @@ impl DcLink {
             ended = ended.max(x.v_c - self.p.precharge.share * source);
         }
         ended.max(if mode.empty {
-            self.flow(x, mode).i - i_load
+            self.flow(x, mode, &b.line(x.soc)).i - i_load
         } else {
             -x.v_c
         })
@@ -200,7 +215,7 @@ impl DcLink {
         };
         if x.v_c <= 0.0 {
             x.v_c = 0.0;
-            mode.empty = self.flow(x, mode).i < i_load;
+            mode.empty = self.flow(x, mode, &b.line(x.soc)).i < i_load;
         } else {
             mode.empty = false;
         }

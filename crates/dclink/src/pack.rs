@@ -35,11 +35,20 @@ impl Pack {
 
     /// Open-circuit voltage, V: straight lines between the points, and on beyond the ends.
     pub fn open_circuit(&self, soc: f64) -> f64 {
-        let place = soc * (POINTS - 1) as f64;
+        self.line(soc).at(soc)
+    }
+
+    /// The straight line of the open-circuit voltage at this charge.
+    pub(crate) fn line(&self, soc: f64) -> Line {
+        let pieces = (POINTS - 1) as f64;
         // Truncation takes negative numbers and NaN to 0.
-        let k = (place as usize).min(POINTS - 2);
+        let k = ((soc * pieces) as usize).min(POINTS - 2);
         let [left, rise] = self.open[k];
-        left + rise * (place - k as f64)
+        Line {
+            left,
+            from: k as f64 / pieces,
+            slope: rise * pieces,
+        }
     }
 
     /// Largest currents that it gives and takes at this charge, A, both ≥ 0.
@@ -80,8 +89,34 @@ impl Pack {
         energy(0) + energy(1)
     }
 
-    /// Rate of the temperature with the heat `P`, W, made inside, K/s.
-    pub fn temperature_rate(&self, T: f64, T_ambient: f64, P: f64) -> f64 {
-        (P - (T - T_ambient) * self.heat[1]) * self.heat[0]
+    /// The temperature a time `h` after `T`, K, in which the heat `E`, J, is made inside, at a constant rate:
+    /// `T + (1 − e^−x)·(E/(G h) − (T − T_a))` with `x = G h/C`; exact but for the shape of the heat in the time.
+    pub fn warmed(&self, T: f64, T_ambient: f64, E: f64, h: f64) -> f64 {
+        let [per_capacity, G] = self.heat;
+        let x = G * h * per_capacity;
+        // (1 − e^−x)/x; the series' next term is x⁴/120.
+        let share = if x < 1e-3 {
+            1.0 - x * (1.0 / 2.0 - x * (1.0 / 6.0 - x / 24.0))
+        } else {
+            -libm::expm1(-x) / x
+        };
+        T + share * per_capacity * (E - G * h * (T - T_ambient))
+    }
+}
+
+/// A piece of the open-circuit voltage.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Line {
+    /// Voltage at the charge `from`, V.
+    left: f64,
+    from: f64,
+    /// Rise per charge, V.
+    slope: f64,
+}
+
+impl Line {
+    /// Voltage at this charge, V.
+    pub(crate) fn at(&self, soc: f64) -> f64 {
+        self.left + self.slope * (soc - self.from)
     }
 }

@@ -84,7 +84,6 @@ impl DcLink {
         let mut x = Point {
             soc: b.soc_start,
             v_c,
-            T: b.T_start,
             ..Point::default()
         };
         let ready = Mode {
@@ -96,7 +95,7 @@ impl DcLink {
             soc: x.soc,
             v: x.v,
             v_c: x.v_c,
-            T: x.T,
+            T: b.T_start,
             mode,
             energy: Energies::default(),
             v_mean: x.v_c,
@@ -105,7 +104,7 @@ impl DcLink {
 
     /// What the state shows; no input acts at once.
     pub fn output(&self, s: &State) -> Output {
-        let flow = self.flow(&Point::of(s), s.mode);
+        let flow = self.flow(&Point::of(s), s.mode, &self.pack.line(s.soc));
         let stored = 0.5 * self.p.link.C * s.v_c * s.v_c + self.pack.pair_energy(s.v);
         Output {
             v_dc: s.v_c,

@@ -30,7 +30,7 @@ fn open(link: &DcLink, steps: u32, load: impl Fn(u32) -> f64) -> (f64, f64) {
     (left, turned)
 }
 
-/// Loads that jump at every step between ±100 A, through limits, chopper and an empty capacitor. The method of order 4 errs by 7e-7 of a step
+/// Loads that jump at every step between ±100 A, through limits, chopper and an empty capacitor. The method errs by 3e-7 of a step
 /// response at most, and what a step response holds is a fraction of what is turned over.
 #[test]
 fn energies_close_whatever_happens() {

@@ -77,7 +77,7 @@ fn column(name: &str, s: &State, link: &DcLink) -> f64 {
 }
 
 /// Pack within and at its limits, chopper, precharge: every column agrees to 1e-6 of its largest magnitude, in which the charge and the
-/// temperature count by their change. The method's own bound is 7e-7 of a step response, and most of what is compared is none.
+/// temperature count by their change. The method's own bound is 3e-7 of a step response, and most of what is compared is none.
 #[test]
 fn pack_chopper_and_precharge_agree_with_scipy() {
     let golden = golden();
