@@ -119,13 +119,8 @@ impl Parameters {
 }
 
 /// What to tell when the drive trips at time `t`, s.
-fn tripped(emla: &Emla, u: &emla::Input, t: f64) -> String {
-    format!(
-        "t = {t} s: `v_dc` = {} V is below `undervoltage` = {} V: the drive has tripped, its gates are off and its brake is applied; it \
-         works again after `enable` was false with the voltage back",
-        emla.link_voltage(u),
-        emla.electric().undervoltage
-    )
+fn trip(emla: &Emla, u: &emla::Input, t: f64) -> String {
+    machine::trip_message(t, emla.link_voltage(u), emla.electric().undervoltage)
 }
 
 impl Model for EmlaFmu {
@@ -158,7 +153,7 @@ impl Model for EmlaFmu {
         let rod = Rod::at(u);
         let u = rod.input(u);
         let state = emla.start_at(&u, p.T_start)?;
-        let warning = state.tripped.then(|| tripped(&emla, &u, t));
+        let warning = state.tripped.then(|| trip(&emla, &u, t));
         Ok(Self {
             emla,
             state,
@@ -186,10 +181,11 @@ impl Model for EmlaFmu {
         h: f64,
     ) -> Result<StepEnd, ModelError> {
         let course = self.rod.course(u);
-        let state = self.emla.step(&self.state, |s| course.at(s), t, h)?;
+        let mut state = self.emla.step(&self.state, |s| course.at(s), t, h)?;
+        state.shift += course.work_of_shift(&self.emla, &self.state);
         if state.tripped && !self.state.tripped {
             let u = self.rod.input(u.value());
-            self.warning = Some(tripped(&self.emla, &u, t));
+            self.warning = Some(trip(&self.emla, &u, t));
         }
         if self.emla.drive() == Drive::Motion {
             self.rod = course.end(h)?; // with a free rod `x` counts at the start only

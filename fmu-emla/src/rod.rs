@@ -6,6 +6,7 @@
 
 use super::{EmlaFmu, table};
 use crate::Input;
+use emla::{Emla, State};
 use fmu_export::{InputPolynomial, ModelError};
 use serde::{Deserialize, Serialize};
 use std::cell::Cell;
@@ -45,6 +46,7 @@ impl Rod {
         let start = self.input(u.value());
         Course {
             u,
+            from: self.x,
             start: start.x,
             v_dc: start.v_dc,
             derivatives: [1, 2, 3, 4].map(derivative),
@@ -56,6 +58,8 @@ impl Rod {
 /// Inputs over a step.
 pub(crate) struct Course<'a> {
     u: &'a InputPolynomial<Input>,
+    /// Rod position to which the step before has taken it, m.
+    from: f64,
     /// Rod position at the start of the step, m.
     start: f64,
     /// Voltage of the DC link, V; None: the machine's.
@@ -67,6 +71,11 @@ pub(crate) struct Course<'a> {
 }
 
 impl Course<'_> {
+    /// Work on the load by setting the rod elsewhere than the step before had taken it, J; `s` is the state at the start.
+    pub(crate) fn work_of_shift(&self, emla: &Emla, s: &State) -> f64 {
+        emla.work_of_shift(s, self.from, self.start)
+    }
+
     /// The inputs `s` seconds into the step.
     pub(crate) fn at(&self, s: f64) -> emla::Input {
         let [v, a, jerk, snap] = self.derivatives;

@@ -241,6 +241,8 @@ pub(crate) const VARIABLES: &[V] = &[
         .unit("J").display_unit("kJ").nominal(1e3).depends_on(&[]).initially_depends_on(&[]),
     V::output("energy.out", "energy given to the load since the start", |y| &y.E_out)
         .unit("J").display_unit("kJ").nominal(1e3).depends_on(&[]).initially_depends_on(&[]),
+    V::output("energy.shift", "work on the load since the start by setting x elsewhere than the velocity had taken the rod; energy.in = energy.out + energy.shift + energy.loss + change of energy.stored", |y| &y.E_shift)
+        .unit("J").display_unit("kJ").nominal(1.0).depends_on(&[]).initially_depends_on(&[]),
     V::output("energy.loss", "energy lost since the start", |y| &y.E_loss)
         .unit("J").display_unit("kJ").nominal(1e3).depends_on(&[]).initially_depends_on(&[]),
     V::output("P_heat", "heat given to the air; 0 while heat is off", |y| &y.P_heat)

@@ -16,6 +16,9 @@ pub struct RigFmu {
     rig: Rig,
     state: State,
     rod: Rod,
+    /// Not part of the behaviour: handed to the importer's log once.
+    #[serde(skip)]
+    warning: Option<String>,
 }
 
 /// Where the rod is between two sets of the input `x`: it moves on with its velocity, in a step and from one step to the next, because
@@ -37,9 +40,9 @@ impl Rod {
     }
 
     /// The inputs with the rod where it is.
-    fn input(&self, u: &Input) -> rig::Input {
+    fn input(&self, u: &Input, rig: &Rig) -> rig::Input {
         let x = if u.x_sets == self.sets { self.x } else { u.u.x };
-        rig::Input { x, ..u.u }
+        rig::Input { x, ..u.fed(rig) }
     }
 
     /// The rod after a step of `h` s that began with the inputs `now`, if it has stayed within the bounds of `x`.
@@ -58,8 +61,21 @@ impl Rod {
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub struct Input {
     u: rig::Input,
+    /// How often `v_dc` was set.
+    v_dc_sets: u32,
     /// How often `x` was set.
     x_sets: u32,
+}
+
+impl Input {
+    /// The inputs; a voltage of the DC link that nobody has set is the machine's.
+    fn fed(&self, rig: &Rig) -> rig::Input {
+        let mut u = self.u;
+        if self.v_dc_sets == 0 {
+            u.v_dc = rig.params().link_voltage();
+        }
+        u
+    }
 }
 
 /// Parameters as the importer sees them.
@@ -74,6 +90,8 @@ pub struct Parameters {
     /// The machine's section `emla`.
     of_machine: EmlaFields,
     extras: Extras,
+    /// Voltage of the DC link below which an enabled drive trips, V.
+    undervoltage: f64,
     /// Temperatures of winding and housing at the start, K.
     T_start: [f64; 2],
     /// File the machine came from; empty: the embedded reference machine.
@@ -88,6 +106,7 @@ impl Parameters {
             axis: table::AXIS_SLEW,
             of_machine: EmlaFields::new(Machine::reference().emla.slew),
             extras: Extras::AS_BUILT,
+            undervoltage: 0.0,
             T_start: [table::ROOM; 2],
             machine_file: String::new(),
         }
@@ -99,8 +118,15 @@ impl Parameters {
             table::DRIVE_MOTION => Drive::Motion,
             _ => Drive::Force,
         };
-        Ok(Rig::new(p, self.extras, drive)?.with_delay(u32::try_from(self.delay)?))
+        Ok(Rig::new(p, self.extras, drive)?
+            .with_undervoltage(self.undervoltage)
+            .with_delay(u32::try_from(self.delay)?))
     }
+}
+
+/// What to tell when the drive trips at time `t`, s.
+fn trip(rig: &Rig, u: &rig::Input, t: f64) -> String {
+    machine::trip_message(t, u.v_dc, rig.undervoltage())
 }
 
 impl Model for RigFmu {
@@ -122,20 +148,28 @@ impl Model for RigFmu {
             T_ambient: table::ROOM,
             ..rig::Input::default()
         };
-        (parameters, Input { u, x_sets: 0 })
+        let input = Input {
+            u,
+            ..Input::default()
+        };
+        (parameters, input)
     }
 
-    fn initialize(p: &Parameters, u: &Input, _t: f64) -> Result<Self, ModelError> {
-        let rig = p.actuator()?;
+    fn initialize(p: &Parameters, u: &Input, t: f64) -> Result<Self, ModelError> {
+        let (rig, rod) = (p.actuator()?, Rod::at(u));
+        let u = rod.input(u, &rig);
+        let state = rig.start(&u, p.T_start)?;
+        let warning = state.tripped.then(|| trip(&rig, &u, t));
         Ok(Self {
             rig,
-            state: rig.start(&u.u, p.T_start)?,
-            rod: Rod::at(u),
+            state,
+            rod,
+            warning,
         })
     }
 
     fn output(&self, _p: &Parameters, u: &Input, _now: &()) -> Result<Output, ModelError> {
-        Ok(self.rig.output(&self.state, &self.rod.input(u)))
+        Ok(self.rig.output(&self.state, &self.rod.input(u, &self.rig)))
     }
 
     fn step(
@@ -146,13 +180,21 @@ impl Model for RigFmu {
         t: f64,
         h: f64,
     ) -> Result<StepEnd, ModelError> {
-        let now = self.rod.input(u.value());
-        let state = self.rig.step(&self.state, &now, t, h)?;
+        let now = self.rod.input(u.value(), &self.rig);
+        let mut state = self.rig.step(&self.state, &now, t, h)?;
+        state.shift += self.rig.work_of_shift(&self.state, self.rod.x, now.x);
+        if state.tripped && !self.state.tripped {
+            self.warning = Some(trip(&self.rig, &now, t));
+        }
         if self.rig.drive() == Drive::Motion {
             self.rod = Rod::moved(u.value(), &now, h)?; // with a free rod `x` counts at the start only
         }
         self.state = state;
         Ok(StepEnd::WHOLE)
+    }
+
+    fn take_warning(&mut self) -> Option<String> {
+        self.warning.take()
     }
 }
 
@@ -181,6 +223,7 @@ mod tests {
                 ..defaults.u
             },
             x_sets: k,
+            ..defaults
         };
         let start = at(0, 0.3);
         let fmu = RigFmu::initialize(&parameters, &start, 0.0).expect("valid");

@@ -79,14 +79,37 @@ pub(crate) const X_LARGEST: f64 = 10.0;
 pub(crate) const ROOM: f64 = 293.15;
 
 /// What the start state follows from.
-const START: &[&str] = &["x", "x_dot", "v_dc", "F_hold", ALL_PARAMETERS];
+const START: &[&str] = &["x", "x_dot", "v_dc", "enable", "F_hold", ALL_PARAMETERS];
+/// What losses follow from at the start.
+const LOSS_START: &[&str] = &[
+    "x",
+    "x_dot",
+    "v_dc",
+    "enable",
+    "brake",
+    "F_hold",
+    ALL_PARAMETERS,
+];
+/// What voltage and power from the DC side follow from at the start.
+const ELECTRICAL_START: &[&str] = &[
+    "v_d",
+    "v_q",
+    "v_dc",
+    "enable",
+    "x",
+    "x_dot",
+    "F_hold",
+    ALL_PARAMETERS,
+];
 
 fn read_machine(p: &mut Parameters, file: &str, resources: Option<&Path>) -> Result<(), String> {
     let machine = match file {
         "" => Machine::reference(),
         _ => read_parameter_file(file, resources, Machine::from_json)?,
     };
-    p.of_machine = EmlaFields::new(*machine.emla.in_order()[(p.axis - 1) as usize]);
+    let fields = EmlaFields::new(*machine.emla.in_order()[(p.axis - 1) as usize]);
+    p.extras = p.extras.of_machine(&fields.heat, &fields.temperature);
+    p.of_machine = fields;
     p.machine_file = file.to_owned();
     Ok(())
 }
@@ -106,7 +129,7 @@ macro_rules! emla {
     };
 }
 
-/// A Real parameter of one of its loss sections.
+/// A Real parameter of one of its other sections.
 macro_rules! loss {
     ($section:ident.$field:ident, 0..=$max:literal, $unit:literal, $description:literal) => {
         V::parameter(
@@ -175,9 +198,12 @@ pub(crate) const VARIABLES: &[V] = &[
     // Inputs
     V::input("v_d", "commanded direct-axis voltage (peak)", |u| &u.u.v_d, |u| &mut u.u.v_d)
         .unit("V").min(-1e4).max(1e4).nominal(100.0),
-    V::input("v_q", "commanded quadrature-axis voltage (peak); |(v_d, v_q)| is limited to v_max and, if switching, to v_dc/sqrt(3)", |u| &u.u.v_q, |u| &mut u.u.v_q)
+    V::input("v_q", "commanded quadrature-axis voltage (peak); |(v_d, v_q)| is limited to v_max and v_dc/sqrt(3)", |u| &u.u.v_q, |u| &mut u.u.v_q)
         .unit("V").min(-1e4).max(1e4).nominal(100.0),
-    V::input("v_dc", "voltage of the DC link", |u| &u.u.v_dc, |u| &mut u.u.v_dc).unit("V").min(0.0).max(1e5).nominal(500.0),
+    V::input("v_dc", "voltage of the DC link, held over a step; until it is set, inverter.v_dc counts, and where that is 0 sqrt(3)*v_max", |u| &u.u.v_dc, |u| &mut u.u.v_dc)
+        .unit("V").min(0.0).max(1e5).nominal(500.0).counted(|u| &mut u.v_dc_sets),
+    V::boolean_input("enable", "gates of the inverter on; while they are off no current flows and the motor gives no torque; read at the start of a step", |u| &u.u.enable, |u| &mut u.u.enable),
+    V::boolean_input("brake", "holding brake on the motor's shaft applied; a drive that has tripped applies it too; read at the start of a step", |u| &u.u.brake, |u| &mut u.u.brake),
     V::input("T_ambient", "temperature of the air around the actuator", |u| &u.u.T_ambient, |u| &mut u.u.T_ambient).unit("K").min(1.0).max(2e3).nominal(300.0),
     V::input("x", "rod position, positive when extended; with drive = force only its value at the start counts", |u| &u.u.x, |u| &mut u.u.x)
         .unit("m").display_unit("mm").min(-X_LARGEST).max(X_LARGEST).nominal(0.1).counted(|u| &mut u.x_sets),
@@ -205,31 +231,38 @@ pub(crate) const VARIABLES: &[V] = &[
     state!("theta_m", theta_m, "rad", "motor angle").display_unit("deg").nominal(100.0),
     state!("w_m", w_m, "rad/s", "motor speed").display_unit("rpm").nominal(100.0),
     state!("tau_e", tau_e, "N.m", "electromagnetic torque").nominal(10.0),
+    V::boolean_output("tripped", "whether undervoltage has tripped the drive: gates off, brake applied, until enable is false with the voltage back", |y| &y.tripped)
+        .depends_on(&[]).initially_depends_on(&["v_dc", "enable", ALL_PARAMETERS]),
     V::output("v_d_motor", "direct-axis voltage at the motor (peak)", |y| &y.v_d_motor)
-        .unit("V").nominal(100.0).depends_on(&["v_d", "v_q", "v_dc"]).initially_depends_on(&["v_d", "v_q", "v_dc", "x", "x_dot", "F_hold", ALL_PARAMETERS]),
+        .unit("V").nominal(100.0).depends_on(&["v_d", "v_q", "v_dc", "enable"]).initially_depends_on(ELECTRICAL_START),
     V::output("v_q_motor", "quadrature-axis voltage at the motor (peak)", |y| &y.v_q_motor)
-        .unit("V").nominal(100.0).depends_on(&["v_d", "v_q", "v_dc"]).initially_depends_on(&["v_d", "v_q", "v_dc", "x", "x_dot", "F_hold", ALL_PARAMETERS]),
+        .unit("V").nominal(100.0).depends_on(&["v_d", "v_q", "v_dc", "enable"]).initially_depends_on(ELECTRICAL_START),
     // Powers and energies
     V::output("P_in", "electrical power from the DC side, with core and inverter losses", |y| &y.P_in)
-        .unit("W").display_unit("kW").nominal(1e3).depends_on(&["v_d", "v_q", "v_dc"]).initially_depends_on(&["v_d", "v_q", "v_dc", "x", "x_dot", "F_hold", ALL_PARAMETERS]),
+        .unit("W").display_unit("kW").nominal(1e3).depends_on(&["v_d", "v_q", "v_dc", "enable"]).initially_depends_on(ELECTRICAL_START),
     V::output("P_in_mean", "its mean over the last step", |y| &y.P_in_mean)
-        .unit("W").display_unit("kW").nominal(1e3).depends_on(&[]).initially_depends_on(&["v_d", "v_q", "v_dc", "x", "x_dot", "F_hold", ALL_PARAMETERS]),
-    V::output("i_dc", "current from the DC side: P_in_mean over v_dc, 0 below 1 V", |y| &y.i_dc)
-        .unit("A").nominal(10.0).depends_on(&["v_dc"]).initially_depends_on(&["v_d", "v_q", "v_dc", "x", "x_dot", "F_hold", ALL_PARAMETERS]),
+        .unit("W").display_unit("kW").nominal(1e3).depends_on(&[]).initially_depends_on(ELECTRICAL_START),
+    V::output("i_dc", "current from the DC side: v_dc*i_dc = P_in; 0 while v_dc is below 1 V", |y| &y.i_dc)
+        .unit("A").nominal(10.0).depends_on(&["v_d", "v_q", "v_dc", "enable"]).initially_depends_on(ELECTRICAL_START),
+    V::output("i_dc_mean", "mean of i_dc over the last step", |y| &y.i_dc_mean)
+        .unit("A").nominal(10.0).depends_on(&[]).initially_depends_on(ELECTRICAL_START),
     V::output("P_out", "mechanical power to the load", |y| &y.P_out)
         .unit("W").display_unit("kW").nominal(1e3).depends_on(&["x", "x_dot", "F_ext"]).initially_depends_on(&["x", "x_dot", "F_ext", "v_dc", "F_hold", ALL_PARAMETERS]),
     V::output("P_loss", "all losses; P_in = P_out + P_loss + d(energy.stored)/dt", |y| &y.P_loss)
-        .unit("W").display_unit("kW").nominal(1e2).depends_on(&["x", "x_dot", "v_dc"]).initially_depends_on(START),
+        .unit("W").display_unit("kW").nominal(1e2).depends_on(&["x", "x_dot", "v_dc", "enable", "brake"]).initially_depends_on(LOSS_START),
     V::output("P_heat", "heat to the air", |y| &y.P_heat)
         .unit("W").display_unit("kW").nominal(1e2).depends_on(&["T_ambient"]).initially_depends_on(&["T_ambient", ALL_PARAMETERS]),
     state!("loss.copper", P_copper, "W", "copper losses").display_unit("kW").nominal(1e2),
-    state!("loss.core", P_core, "W", "iron losses").display_unit("kW").nominal(1e2),
+    V::output("loss.core", "iron losses", |y| &y.P_core)
+        .unit("W").display_unit("kW").nominal(1e2).depends_on(&["enable"]).initially_depends_on(START),
     V::output("loss.inverter", "conduction and switching losses of the inverter", |y| &y.P_inverter)
         .unit("W").display_unit("kW").nominal(1e2).depends_on(&["v_dc"]).initially_depends_on(START),
     V::output("loss.mechanical", "friction of motor, gear, screw, nut and rod", |y| &y.P_mech)
-        .unit("W").display_unit("kW").nominal(1e2).depends_on(&["x", "x_dot"]).initially_depends_on(START),
+        .unit("W").display_unit("kW").nominal(1e2).depends_on(&["brake", "x", "x_dot"]).initially_depends_on(LOSS_START),
     energy!("energy.in", E_in, "energy taken from the DC side since the start"),
     energy!("energy.out", E_out, "energy given to the load since the start"),
+    V::output("energy.shift", "work on the load since the start by setting x elsewhere than the velocity had taken the rod; energy.in = energy.out + energy.shift + energy.loss + change of energy.stored", |y| &y.E_shift)
+        .unit("J").display_unit("kJ").nominal(1.0).depends_on(&[]).initially_depends_on(&[]),
     energy!("energy.loss", E_loss, "energy lost since the start"),
     energy!("energy.loss_inverter", E_inverter, "part of energy.loss that was lost in the inverter, whose heat does not reach the motor"),
     energy!("energy.heat", E_heat, "heat given to the air since the start"),
@@ -250,6 +283,8 @@ pub(crate) const VARIABLES: &[V] = &[
     V::integer_parameter("drive", "who moves the rod", |p| &p.drive, |p| &mut p.drive).enumeration(&DRIVE),
     V::integer_parameter("delay", "communication steps by which F acts later than given, which the actuator then predicts over; 1 where all outputs are read before any input is set",
         |p| &p.delay, |p| &mut p.delay).min(0.0).max(4.0),
+    V::parameter("undervoltage", "voltage of the DC link below which an enabled drive trips; 0: never", |p| &p.undervoltage, |p| &mut p.undervoltage)
+        .unit("V").min(0.0).max(1e5),
     V::parameter("T_winding_start", "temperature of the winding at the start", |p| &p.T_start[0], |p| &mut p.T_start[0]).unit("K").min(1.0).max(2e3),
     V::parameter("T_housing_start", "temperature of the housing at the start", |p| &p.T_start[1], |p| &mut p.T_start[1]).unit("K").min(1.0).max(2e3),
     V::integer_parameter("axis", "which of the machine's actuators this is, where machine_file has one section emla for each", |p| &p.axis, |p| &mut p.axis)
@@ -269,7 +304,7 @@ pub(crate) const VARIABLES: &[V] = &[
     switch!(cogging, "whether the motor cogs"),
     extra!(cogging.torque, 0.0..=1e4, "N.m", "amplitude of the cogging torque"),
     extra!(cogging.per_turn, 1.0..=1e4, "1", "its periods per turn of the motor"),
-    switch!(switching, "whether the inverter holds voltages in stator coordinates over periods of 1/inverter.f_sw, one and a half periods late, within v_dc/sqrt(3)"),
+    switch!(switching, "whether the inverter holds voltages in stator coordinates over periods of 1/inverter.f_sw, one and a half periods late"),
     V::boolean_parameter("switching.advance", "whether it turns the voltages ahead by what the rotor turns until they act",
         |p| &p.extras.switching.advance, |p| &mut p.extras.switching.advance),
     extra!(switching.dead_time, 0.0..=1e-3, "s", "time between two devices of a leg conducting"),
@@ -330,6 +365,8 @@ pub(crate) const VARIABLES: &[V] = &[
     emla!(v_max, 1e-3..=1e5, "V", "largest phase voltage (peak)"),
     loss!(core.k_h, 0..=1e9, "W.s/(rad.Wb2)", "hysteresis coefficient of the iron losses"),
     loss!(core.k_e, 0..=1e9, "W.s2/(rad2.Wb2)", "eddy-current coefficient of the iron losses"),
+    loss!(brake.torque, 0..=1e6, "N.m", "torque up to which the holding brake holds and with which it slips, at the motor"),
+    loss!(inverter.v_dc, 0..=1e5, "V", "DC-link voltage until the input v_dc is set"),
     loss!(inverter.f_sw, 0..=1e6, "Hz", "switching frequency; at least 100 Hz while switching is on"),
     loss!(inverter.k_sw, 0..=1.0, "J/(V.A)", "switching energy per volt and ampere, on and off together"),
     loss!(inverter.v_0, 0..=1e3, "V", "threshold voltage of a device"),

@@ -1,13 +1,14 @@
 //! Equations of motion: from state and inputs to everything that holds at one instant, and the rates.
 
 use crate::heat::{Kinds, Thermal};
-use crate::held::{Brake, Held};
+use crate::held::Held;
 use crate::input::Input;
 use crate::losses::Losses;
 use crate::maps;
 use crate::motor::{self, Dq};
 use crate::residual::Residual;
 use crate::{Drive, Emla};
+use machine::Holding;
 use serde::{Deserialize, Serialize};
 
 /// Everything that changes while the actuator runs.
@@ -37,6 +38,8 @@ pub struct State {
     pub lead: f64,
     /// Energies since the start.
     pub energy: Energy,
+    /// Work on the load by shifts of the rod between steps since the start, J: see [`crate::Emla::work_of_shift`].
+    pub shift: f64,
     /// Losses by where their heat goes.
     pub kinds: Kinds,
     /// Temperatures.
@@ -78,7 +81,6 @@ pub(crate) struct Point {
     /// Integral of the force on the load, N·s.
     pub impulse: f64,
     pub energy: Energy,
-    pub kinds: Kinds,
 }
 
 /// Time derivative of a [`Point`]; `F` is that of the impulse.
@@ -105,23 +107,14 @@ impl State {
             x_dot: self.x_dot,
             impulse: 0.0,
             energy: self.energy,
-            kinds: self.kinds,
         }
     }
 }
 
 impl Point {
-    /// `self + dt·rates`; losses by kind only if `FULL`.
+    /// `self + dt·rates`; `rates.kinds` are not part of it.
     #[inline(always)]
-    pub(crate) fn advanced<const FULL: bool>(&self, dt: f64, rates: &Rates) -> Self {
-        let kinds = if FULL {
-            Kinds {
-                copper: self.kinds.copper + dt * rates.kinds.copper,
-                inverter: self.kinds.inverter + dt * rates.kinds.inverter,
-            }
-        } else {
-            self.kinds
-        };
+    pub(crate) fn advanced(&self, dt: f64, rates: &Rates) -> Self {
         Self {
             i_d: self.i_d + dt * rates.i.d,
             i_q: self.i_q + dt * rates.i.q,
@@ -131,7 +124,6 @@ impl Point {
             x_dot: self.x_dot + dt * rates.x_dot,
             impulse: self.impulse + dt * rates.F,
             energy: self.energy.advanced(dt, rates.energy),
-            kinds,
         }
     }
 
@@ -198,7 +190,7 @@ impl Emla {
     #[inline(always)] // so that what depends on parameters only moves out of the loops of a step
     pub(crate) fn instant(&self, s: &Point, u: &Input, held: &Held) -> Instant {
         let p = held.p;
-        let (x, x_dot) = match self.drive {
+        let (x, x_dot) = match held.drive {
             Drive::Motion => (u.x, u.x_dot),
             Drive::Force => (s.x, s.x_dot),
         };
@@ -219,7 +211,7 @@ impl Emla {
         if !held.is_plain() {
             torque_left -= held.brake.torque();
             w_m_dot = match held.brake {
-                Brake::Holds => 0.0,
+                Holding::Holds => 0.0,
                 _ => torque_left / maps::inertia(p, k),
             };
             if !held.gates {
@@ -259,7 +251,7 @@ impl Emla {
     pub(crate) fn rates(&self, s: &Point, u: &Input, held: &Held) -> Rates {
         let p = held.p;
         let now = self.instant(s, u, held);
-        let (x, x_dot) = match self.drive {
+        let (x, x_dot) = match held.drive {
             Drive::Motion => (0.0, 0.0),
             Drive::Force => (s.x_dot, (now.F - u.F_ext) / p.M_act),
         };
@@ -278,7 +270,7 @@ impl Emla {
             F: now.F,
             energy: Energy {
                 supplied: power_in(&now, &losses),
-                delivered: self.power_out(&now, u),
+                delivered: power_out(held.drive, &now, u),
                 lost: losses.total(),
             },
             kinds: Kinds {
@@ -288,12 +280,19 @@ impl Emla {
         }
     }
 
-    /// Power given to the load, W: what crosses the actuator's mechanical border, which lies before
-    /// the rod's mass in [`Drive::Motion`] and behind it in [`Drive::Force`].
-    pub(crate) fn power_out(&self, now: &Instant, u: &Input) -> f64 {
+    /// Work on the load, J, when the rod of [`Drive::Motion`] is set from position `from` to `to`, both m, between two steps in state `s`.
+    ///
+    /// Whoever prescribes the motion gives a velocity for a step, and then the position that came of it; the rod jumps by the
+    /// difference, `½·a·h²`, and what the spring gives or takes thereby crosses the border outside of every step: it belongs to
+    /// `energy.in = energy.out + shift + energy.loss + Δenergy.stored`. Over a motion from rest to rest it nearly cancels; where a brake
+    /// stops the shaft it does not.
+    #[must_use]
+    pub fn work_of_shift(&self, s: &State, from: f64, to: f64) -> f64 {
+        let nut = maps::travel_per_radian(&self.p) * s.theta_m;
+        let elastic = |x: f64| 0.5 * maps::stiffness(&self.p, x) * (nut - x) * (nut - x);
         match self.drive {
-            Drive::Motion => now.F * now.x_dot,
-            Drive::Force => u.F_ext * now.x_dot,
+            Drive::Motion if from != to => elastic(from) - elastic(to),
+            _ => 0.0,
         }
     }
 
@@ -314,4 +313,13 @@ impl Emla {
 /// Electrical power from the DC side, W: `3/2·(v_d i_d + v_q i_q) + P_core + P_inverter`.
 pub(crate) fn power_in(now: &Instant, losses: &Losses) -> f64 {
     1.5 * now.v.dot(now.i) + losses.core + losses.inverter
+}
+
+/// Power given to the load, W: what crosses the actuator's mechanical border, which lies before
+/// the rod's mass in [`Drive::Motion`] and behind it in [`Drive::Force`].
+pub(crate) fn power_out(drive: Drive, now: &Instant, u: &Input) -> f64 {
+    match drive {
+        Drive::Motion => now.F * now.x_dot,
+        Drive::Force => u.F_ext * now.x_dot,
+    }
 }

@@ -2,16 +2,16 @@
 
 use crate::dynamics::{Point, State};
 use crate::input::Input;
-use crate::{Emla, maps};
-
-/// Voltage below which the DC link is taken for dead, V.
-const LEAST: f64 = 1.0;
+use crate::{Drive, Emla, maps};
+use machine::{DEAD_LINK, Holding, link_current};
 
 /// What a step holds.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Held<'a> {
     /// Parameters, resistance and flux as the temperatures make them.
     pub p: &'a machine::Emla,
+    /// Who moves the rod.
+    pub drive: Drive,
     /// Voltage of the DC link, V.
     pub v_dc: f64,
     /// Largest phase voltage (peak) that can be made of it, V.
@@ -21,46 +21,20 @@ pub(crate) struct Held<'a> {
     /// Whether the inverter's gates are on. While they are off no current flows: see [`Emla::switched`].
     pub gates: bool,
     /// What the brake does, N·m.
-    pub brake: Brake,
-}
-
-/// What the brake does in a substep.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Brake {
-    /// It is released.
-    Released,
-    /// It holds the shaft.
-    Holds,
-    /// It slips, with this torque against the motion, N·m.
-    Slips(f64),
-}
-
-impl Brake {
-    /// Its torque while it slips, N·m.
-    pub(crate) fn torque(self) -> f64 {
-        match self {
-            Self::Released | Self::Holds => 0.0,
-            Self::Slips(torque) => torque,
-        }
-    }
+    pub brake: Holding,
 }
 
 impl Held<'_> {
     /// Whether the inverter works and the shaft is free.
     #[inline(always)]
     pub(crate) fn is_plain(&self) -> bool {
-        self.gates && self.brake == Brake::Released
+        self.gates && self.brake == Holding::Released
     }
 }
 
-/// Current that carries the power `P`, W, from a DC link of `v_dc`, V, in A: `P/v_dc`; none from a dead link.
-pub(crate) fn current(P: f64, v_dc: f64) -> f64 {
-    if v_dc >= LEAST { P / v_dc } else { 0.0 }
-}
-
-/// Derivative of [`current`] when power and voltage change by `dP` and `dv_dc`.
+/// Derivative of [`link_current`] when power and voltage change by `dP` and `dv_dc`.
 pub(crate) fn current_tangent(P: f64, v_dc: f64, dP: f64, dv_dc: f64) -> f64 {
-    current(dP - current(P, v_dc) * dv_dc, v_dc)
+    link_current(dP - link_current(P, v_dc) * dv_dc, v_dc)
 }
 
 impl Emla {
@@ -75,11 +49,12 @@ impl Emla {
         let v_dc = self.link_voltage(u);
         let mut held = Held {
             p,
+            drive: self.drive,
             v_dc,
             largest: self.p.largest_voltage(v_dc),
             residual: self.alpha * s.residual.dF,
             gates: u.enable && !s.tripped,
-            brake: Brake::Released,
+            brake: Holding::Released,
         };
         if u.brake || s.tripped {
             held.brake = self.braking(&s.point(), u, &held);
@@ -87,44 +62,30 @@ impl Emla {
         held
     }
 
-    /// What an applied brake does at this point: it holds a shaft at rest as long as the other torques stay within its own, and slips
-    /// against the motion, or against the torque that tears it off.
+    /// What an applied brake does at this point.
     #[cold]
-    pub(crate) fn braking(&self, s: &Point, u: &Input, held: &Held) -> Brake {
-        let capacity = self.p.brake.unwrap_or(machine::Brake::TYPICAL).torque;
-        if s.w_m != 0.0 {
-            return Brake::Slips(capacity.copysign(s.w_m));
-        }
+    pub(crate) fn braking(&self, s: &Point, u: &Input, held: &Held) -> Holding {
         let free = Held {
-            brake: Brake::Released,
+            brake: Holding::Released,
             ..*held
         };
-        let torque = self.instant(s, u, &free).torque_left;
-        if torque.abs() <= capacity {
-            Brake::Holds
-        } else {
-            Brake::Slips(capacity.copysign(torque))
-        }
+        let brake = self.p.brake.unwrap_or(machine::Brake::TYPICAL);
+        brake.applied(s.w_m, || self.instant(s, u, &free).torque_left)
     }
 
     /// The state as a step begins: whether the drive trips, or a trip is taken back, and without current where the gates are off.
     ///
-    /// Undervoltage trips an enabled drive; the trip stays until the drive is disabled with the voltage back. When the gates go off,
-    /// the diodes return the currents to the DC link against its voltage. This takes `L·i/v_dc`, some 0.1 ms, and is taken to be over at
+    /// When the gates go off, the diodes return the currents to the DC link against its voltage. This takes `L·i/v_dc`, some 0.1 ms, and is taken to be over at
     /// once; the field's energy goes back into the link (into the diodes where the link is dead). From then on the diodes block: this
     /// holds as long as the back-EMF `√3·p·|w_m|·λ_m` stays below the link's voltage, 3400 rev/min of the reference motor at 450 V.
     pub(crate) fn switched(&self, s: &State, u: &Input) -> State {
         let mut next = *s;
         let v_dc = self.link_voltage(u);
         let low = v_dc < self.electric.undervoltage;
-        next.tripped = if u.enable {
-            s.tripped || low
-        } else {
-            s.tripped && low
-        };
+        next.tripped = machine::is_tripped(s.tripped, u.enable, low);
         if !u.enable || next.tripped {
             let field = maps::magnetic_energy(&self.p, s.i_d, s.i_q);
-            if v_dc >= LEAST {
+            if v_dc >= DEAD_LINK {
                 next.energy.supplied -= field;
             } else {
                 next.energy.lost += field;

@@ -1,13 +1,13 @@
 //! What the actuator shows at one instant.
 
 use crate::Emla;
-use crate::dynamics::{State, power_in};
+use crate::dynamics::{State, power_in, power_out};
 use crate::efficiency::{Efficiency, Powers, is_defined};
-use crate::held::current;
 use crate::input::Input;
 use crate::losses::Losses;
 use crate::maps;
 use crate::residual::Residual;
+use machine::link_current;
 use serde::{Deserialize, Serialize};
 
 /// Outputs, of the state and the current inputs.
@@ -65,6 +65,8 @@ pub struct Output {
     pub E_in: f64,
     /// Energy given to the load since the start, J.
     pub E_out: f64,
+    /// Work on the load since the start by shifts of the rod between steps, J: `E_in = E_out + E_shift + E_loss + ΔE_stored`.
+    pub E_shift: f64,
     /// Energy lost since the start, J.
     pub E_loss: f64,
     /// Energy stored in field, rotating parts, spring and free rod, J.
@@ -104,7 +106,7 @@ impl Emla {
         let now = self.instant(&s.point(), u, &held);
         let losses = self.losses(&now, &held);
         let F_phys = maps::quasi_static_force(&self.p, now.tau_e, now.w_m);
-        let (P_in, P_out) = (power_in(&now, &losses), self.power_out(&now, u));
+        let (P_in, P_out) = (power_in(&now, &losses), power_out(self.drive, &now, u));
         let valid = is_defined(now.tau_e, now.w_m);
         let efficiency = |out: f64| {
             let powers = Powers {
@@ -143,7 +145,7 @@ impl Emla {
             tau_e: now.tau_e,
             P_in,
             P_in_mean: s.P_in_mean,
-            i_dc: current(P_in, held.v_dc),
+            i_dc: link_current(P_in, held.v_dc),
             i_dc_mean: s.i_dc_mean,
             P_out,
             P_loss: losses.total(),
@@ -153,6 +155,7 @@ impl Emla {
             P_mech: losses.mechanical(),
             E_in: s.energy.supplied,
             E_out: s.energy.delivered,
+            E_shift: s.shift,
             E_loss: s.energy.lost,
             E_stored: self.stored(&now),
             P_heat: self.heat_flow(&s.thermal, u.T_ambient),

@@ -58,6 +58,7 @@ impl Emla {
             i_dc_mean: 0.0,
             lead: 0.0,
             energy: Energy::default(),
+            shift: 0.0,
             kinds: Kinds::default(),
             thermal,
             tripped: false,
@@ -69,7 +70,8 @@ impl Emla {
         };
         let now = self.output(&state, u);
         (state.P_in_mean, state.i_dc_mean) = (now.P_in, now.i_dc);
-        state.finite(0.0)
+        state.check_finite(0.0)?;
+        Ok(state)
     }
 
     /// Torque that delivers `F` steadily at `w_m`, and the residual there: secant steps on

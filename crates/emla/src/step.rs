@@ -1,10 +1,12 @@
 //! Integration over one communication step: classical Runge–Kutta with a fixed substep.
 
 use crate::dynamics::{Point, Rates, State};
-use crate::held::{Brake, Held, current};
+use crate::heat::Kinds;
+use crate::held::Held;
 use crate::input::Input;
 use crate::maps;
 use crate::{Drive, Emla};
+use machine::{Holding, link_current};
 use thiserror::Error;
 
 /// Largest error of the force by the integration, N, while the load keeps its sign; see [`dt_of_error`].
@@ -94,12 +96,9 @@ pub(crate) fn longest_substep(p: &machine::Emla, drive: Drive) -> f64 {
     accurate.min(RATE_STEP / rate)
 }
 
-/// What one attempt at a step came to.
-enum Attempt {
-    Done(State),
-    /// The electrical mode turned faster than the substep resolves, at this motor speed in rad/s
-    /// (or not a number).
-    TooCoarse(f64),
+/// The electrical mode turned faster than the substep of an attempt resolves, at this motor speed in rad/s (or not a number).
+struct TooCoarse {
+    w_m: f64,
 }
 
 impl Emla {
@@ -122,17 +121,29 @@ impl Emla {
         if !(h.is_finite() && h > 0.0) {
             return Err(bad_step);
         }
-        let begun = &self.switched(s, &input(0.0));
+        let u = &input(0.0);
+        let switched;
+        let mut begun = s;
+        if !u.enable || s.tripped || self.link_voltage(u) < self.electric.undervoltage {
+            switched = self.switched(s, u);
+            begun = &switched;
+        }
         let mut n = self.substeps(h);
         let mut last = s.w_m;
         while n <= MAX_SUBSTEPS {
-            match self.attempt(begun, &input, h, n as u32) {
-                Attempt::Done(next) => {
-                    let next = self.ended(s, next, &input(0.0), h).ok_or(bad_step)?;
-                    return next.finite(t);
+            match self.attempt(begun, u, &input, h, n as u32) {
+                Ok(mut next) => {
+                    next.P_in_mean = (next.energy.supplied - s.energy.supplied) / h;
+                    next.i_dc_mean = link_current(next.P_in_mean, self.link_voltage(u));
+                    if self.electric.heat {
+                        let warmed = self.warmed(s, &next, u.T_ambient, h);
+                        next.thermal = warmed.ok_or(bad_step)?;
+                    }
+                    next.check_finite(t)?;
+                    return Ok(next);
                 }
                 // How much too coarse is not known: the currents may have run away already.
-                Attempt::TooCoarse(w_m) => (n, last) = (4.0 * n, w_m),
+                Err(TooCoarse { w_m }) => (n, last) = (4.0 * n, w_m),
             }
         }
         if last.is_finite() {
@@ -151,82 +162,114 @@ impl Emla {
         (h * (1.0 - TIME_SLACK) / self.dt_max).ceil().max(1.0)
     }
 
-    fn w_e(&self, w_m: f64) -> f64 {
-        f64::from(self.p.p) * w_m.abs()
-    }
-
-    /// The step in `n` substeps.
-    fn attempt(&self, start: &State, input: &impl Fn(f64) -> Input, h: f64, n: u32) -> Attempt {
-        let p = self.at_temperature(&start.thermal);
-        let mut held = self.held(&p, start, &input(0.0));
+    /// The step in `n` substeps; means of the electrical side and temperatures are those of the start. What is rare is decided once: heat,
+    /// gates that are off, a brake.
+    #[inline(always)]
+    fn attempt(
+        &self,
+        start: &State,
+        u: &Input,
+        input: &impl Fn(f64) -> Input,
+        h: f64,
+        n: u32,
+    ) -> Result<State, TooCoarse> {
+        let p = &*self.at_temperature(&start.thermal);
+        let held = self.held(p, start, u);
         let dt = h / f64::from(n);
-        let mut s = start.point();
-        let is_plain = held.is_plain() && !self.electric.heat;
-        for j in 0..n {
-            let t = f64::from(j) * dt;
-            s = if is_plain {
-                self.rk4::<false>(&s, input, (&p, &held), t, dt)
-            } else {
-                self.rk4_braked(&s, input, &mut held, t, dt)
-            };
-            let resolved = self.w_e(s.w_m) * dt <= RATE_STEP;
-            if !resolved {
-                return Attempt::TooCoarse(s.w_m);
+        let (point, mut kinds) = (start.point(), start.kinds);
+        let substeps = (n, dt);
+        let s = match self.drive {
+            _ if !held.is_plain() || self.electric.heat => {
+                self.braked(point, input, (p, &held), substeps, &mut kinds)?
             }
-        }
-        Attempt::Done(State {
+            Drive::Motion => self.plain::<true>(point, input, (p, &held), substeps)?,
+            Drive::Force => self.plain::<false>(point, input, (p, &held), substeps)?,
+        };
+        Ok(State {
             i_d: s.i_d,
             i_q: s.i_q,
             theta_m: s.theta_m,
             w_m: s.w_m,
             x: s.x,
             x_dot: s.x_dot,
-            residual: self.residual(maps::torque(&p, s.i_d, s.i_q), s.w_m),
+            residual: self.residual(maps::torque(p, s.i_d, s.i_q), s.w_m),
             F_mean: s.impulse / h,
-            P_in_mean: 0.0,
-            i_dc_mean: 0.0,
             lead: f64::from(self.delay) * h,
             energy: s.energy,
-            kinds: s.kinds,
-            thermal: start.thermal,
-            tripped: start.tripped,
+            kinds,
+            ..*start
         })
     }
 
-    /// A substep with what is rare: heat, gates off, a brake. A brake that slips stops a shaft that would turn back within the substep:
-    /// what is left of its energy is lost there, and the next substep finds it at rest.
-    #[cold]
-    fn rk4_braked(
+    /// `n` substeps of `dt` with the inverter at work, the shaft free, and the rod moved from outside or not.
+    ///
+    /// A function that is not inlined: what its arguments refer to changes for nobody, so the compiler takes all that depends on parameters
+    /// only, some 25 divisions, out of the loops. Inlined, it does not know.
+    #[inline(never)]
+    fn plain<const MOTION: bool>(
         &self,
-        s: &Point,
-        input: &impl Fn(f64) -> Input,
-        held: &mut Held,
-        t: f64,
-        dt: f64,
-    ) -> Point {
-        if held.brake != Brake::Released {
-            held.brake = self.braking(s, &input(t), held);
-        }
-        let mut next = self.rk4::<true>(s, input, (held.p, held), t, dt);
-        if let Brake::Slips(torque) = held.brake
-            && next.w_m * torque < 0.0
-        {
-            next.energy.lost += 0.5 * maps::inertia(&self.p, 1.0) * next.w_m * next.w_m;
-            next.w_m = 0.0;
-        }
-        next
-    }
-
-    /// One classical Runge–Kutta step of length `dt`, a time `t` after the start of the step. A loop, because
-    /// one place where the rates are computed lets the compiler move everything that depends on parameters
-    /// only out of it; `p` is `held.p`, as an argument so that the compiler knows that nothing changes it.
-    fn rk4<const FULL: bool>(
-        &self,
-        s: &Point,
+        mut s: Point,
         input: &impl Fn(f64) -> Input,
         (p, held): (&machine::Emla, &Held),
+        (n, dt): (u32, f64),
+    ) -> Result<Point, TooCoarse> {
+        let held = Held {
+            p,
+            drive: if MOTION { Drive::Motion } else { Drive::Force },
+            gates: true,
+            brake: Holding::Released,
+            ..*held
+        };
+        for j in 0..n {
+            s = self.rk4(&s, input, &held, f64::from(j) * dt, dt, |_, _| ());
+            s.check_resolved(p, dt)?;
+        }
+        Ok(s)
+    }
+
+    /// The same with what is rare: heat, gates off, a brake. A brake that slips stops a shaft that would turn back within the substep:
+    /// what is left of its energy is lost there, and the next substep finds it at rest.
+    #[cold]
+    #[inline(never)]
+    fn braked(
+        &self,
+        mut s: Point,
+        input: &impl Fn(f64) -> Input,
+        (p, held): (&machine::Emla, &Held),
+        (n, dt): (u32, f64),
+        kinds: &mut Kinds,
+    ) -> Result<Point, TooCoarse> {
+        let mut held = Held { p, ..*held };
+        for j in 0..n {
+            let t = f64::from(j) * dt;
+            if held.brake != Holding::Released {
+                held.brake = self.braking(&s, &input(t), &held);
+            }
+            s = self.rk4(&s, input, &held, t, dt, |dt, rates| {
+                kinds.copper += dt * rates.copper;
+                kinds.inverter += dt * rates.inverter;
+            });
+            if held.brake.has_stopped(s.w_m) {
+                s.energy.lost += 0.5 * maps::inertia(&self.p, 1.0) * s.w_m * s.w_m;
+                s.w_m = 0.0;
+            }
+            s.check_resolved(p, dt)?;
+        }
+        Ok(s)
+    }
+
+    /// One classical Runge–Kutta step of length `dt`, a time `t` after the start of the step; `count` is given the losses by kind and for how
+    /// long they count. A loop, because one place where the rates are computed lets the compiler move everything that depends on parameters
+    /// only out of it.
+    #[inline(always)]
+    fn rk4(
+        &self,
+        s: &Point,
+        input: &impl Fn(f64) -> Input,
+        held: &Held,
         t: f64,
         dt: f64,
+        mut count: impl FnMut(f64, &Kinds),
     ) -> Point {
         // Share of dt at which the rates are taken, and their weight.
         const STAGES: [(f64, f64); 4] = [
@@ -235,42 +278,34 @@ impl Emla {
             (0.5, 1.0 / 3.0),
             (1.0, 1.0 / 6.0),
         ];
-        let held = &if FULL {
-            Held { p, ..*held }
-        } else {
-            Held {
-                p,
-                gates: true,
-                brake: Brake::Released,
-                ..*held
-            }
-        };
         let mut next = *s;
         let mut rates = Rates::default();
         for (share, weight) in STAGES {
             let at = share * dt;
-            rates = self.rates(&s.advanced::<FULL>(at, &rates), &input(t + at), held);
-            next = next.advanced::<FULL>(weight * dt, &rates);
+            rates = self.rates(&s.advanced(at, &rates), &input(t + at), held);
+            next = next.advanced(weight * dt, &rates);
+            count(weight * dt, &rates.kinds);
         }
         next
     }
+}
 
-    /// The state at the end of a step from `start`, with what holds for the step as a whole: means and temperatures. None where the
-    /// step is too long for the temperatures.
-    fn ended(&self, start: &State, mut end: State, u: &Input, h: f64) -> Option<State> {
-        end.P_in_mean = (end.energy.supplied - start.energy.supplied) / h;
-        end.i_dc_mean = current(end.P_in_mean, self.link_voltage(u));
-        if self.electric.heat {
-            end.thermal = self.warmed(start, &end, u.T_ambient, h)?;
+impl Point {
+    /// That the substep of `dt` resolves the electrical angle.
+    fn check_resolved(&self, p: &machine::Emla, dt: f64) -> Result<(), TooCoarse> {
+        let is_resolved = f64::from(p.p) * self.w_m.abs() * dt <= RATE_STEP;
+        if is_resolved {
+            Ok(())
+        } else {
+            Err(TooCoarse { w_m: self.w_m })
         }
-        Some(end)
     }
 }
 
 impl State {
-    /// Itself when all of it is finite.
-    pub(crate) fn finite(self, t: f64) -> Result<Self, StepError> {
-        for (signal, value) in [
+    /// That all of it is finite: 0·v is 0, unless v is infinite or NaN.
+    pub(crate) fn check_finite(&self, t: f64) -> Result<(), StepError> {
+        let values = [
             ("i_d", self.i_d),
             ("i_q", self.i_q),
             ("theta_m", self.theta_m),
@@ -282,15 +317,19 @@ impl State {
             ("i_dc_mean", self.i_dc_mean),
             ("energy.supplied", self.energy.supplied),
             ("energy.delivered", self.energy.delivered),
+            ("energy.shift", self.shift),
             ("energy.lost", self.energy.lost),
             ("T_winding", self.thermal.T_winding),
             ("T_housing", self.thermal.T_housing),
             ("energy.heat", self.thermal.given),
-        ] {
-            if !value.is_finite() {
-                return Err(StepError::NotFinite { t, signal, value });
-            }
+        ];
+        if values.iter().map(|(_, value)| 0.0 * value).sum::<f64>() == 0.0 {
+            return Ok(());
         }
-        Ok(self)
+        let is_wrong = |(_, value): &(&str, f64)| !value.is_finite();
+        match values.into_iter().find(is_wrong) {
+            None => Ok(()),
+            Some((signal, value)) => Err(StepError::NotFinite { t, signal, value }),
+        }
     }
 }

@@ -2,12 +2,13 @@
 
 use crate::dynamics::{Energy, Instant, Point, Rates, State, power_in};
 use crate::efficiency::{Efficiency, Powers, is_defined};
-use crate::held::{Brake, Held, current_tangent};
+use crate::held::{Held, current_tangent};
 use crate::input::Input;
 use crate::losses::{Losses, core_loss, inverter_loss};
 use crate::motor::{self, Dq};
 use crate::output::Output;
 use crate::{Drive, Emla, maps};
+use machine::Holding;
 
 /// Derivatives of the members of [`Instant`] that the outputs need.
 struct InstantTangent {
@@ -103,6 +104,7 @@ impl Emla {
             P_mech: dl.mechanical(),
             E_in: supplied,
             E_out: delivered,
+            E_shift: 0.0,
             E_loss: lost,
             E_stored: self.stored_tangent(&now, &d),
             P_heat: self.heat_flow_tangent(du.T_ambient),
@@ -183,7 +185,7 @@ impl Emla {
             tau_load,
             k,
             w_m_dot: match held.brake {
-                Brake::Holds => 0.0,
+                Holding::Holds => 0.0,
                 _ => (torque_left - now.w_m_dot * inertia) / maps::inertia(p, now.k),
             },
         }

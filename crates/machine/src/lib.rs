@@ -13,6 +13,7 @@ mod check;
 mod controller;
 mod fields;
 mod geometry;
+mod holding;
 mod machine;
 mod per_axis;
 
@@ -22,6 +23,7 @@ pub use check::MachineError;
 pub use controller::{Controller, CubeAxes, CubicPath, Trajectories, TriangularPath};
 pub use fields::EmlaFields;
 pub use geometry::Geometry;
+pub use holding::{DEAD_LINK, Holding, is_tripped, link_current, trip_message};
 pub use machine::Machine;
 pub use per_axis::{AXES, PerAxis};
 

@@ -2,6 +2,7 @@
 
 use crate::friction::Shaft;
 use crate::heat::Warming;
+use crate::held::Held;
 use crate::link::Link;
 use crate::motor::{Dq, Magnetics};
 use crate::state::{Energy, Rates};
@@ -68,20 +69,29 @@ impl Rig {
     /// P_iron = (k_h|ω_e| + k_e ω_e²)(λ_d² + λ_q²),   P_copper = 3/2·R|i|²
     /// P_inverter = 3·(2/π·(v_0 + k_sw f_sw v_dc)·|i| + r_0|i|²/2)
     /// ```
+    /// The DC side supplies the iron losses, so there are none while the gates are off.
     #[inline(always)]
-    pub(crate) fn instant(&self, s: &State, u: &Input) -> Instant {
+    pub(crate) fn instant(&self, s: &State, u: &Input, held: &Held) -> Instant {
         let (p, i) = (&self.p, s.current());
         let (x, x_dot) = self.rod(s, u);
         let magnetics = self.magnetics(i, s.theta_m, s.T[0], s.T[1]);
         let (link, s_dot) = self.link_of(s, u);
         let torque = magnetics.tau_e + magnetics.tau_cog;
-        let shaft = self.shaft(torque, s.w_m, link.force, s.z);
+        let shaft = self.shaft(torque, s.w_m, link.force, s.z, held.brake);
         let F = link.force - p.C_act * x_dot;
         let copper = 1.5 * magnetics.R * i.dot(i);
-        let core = self.core(magnetics.lambda, s.w_m);
+        let core = if held.gates {
+            self.core(magnetics.lambda, s.w_m)
+        } else {
+            0.0
+        };
         let mechanical = shaft.loss + link.loss + p.C_act * x_dot * x_dot;
         Instant {
-            v: self.voltage(&s.hold, u, i, s.theta_m),
+            v: if held.gates {
+                self.voltage(&s.hold, u, i, s.theta_m)
+            } else {
+                Dq::default()
+            },
             magnetics,
             x,
             x_dot,
@@ -124,8 +134,8 @@ impl Rig {
     /// M_act ẍ = F − F_ext (free rod)
     /// ```
     #[inline(always)]
-    pub(crate) fn rates(&self, s: &State, u: &Input) -> Rates {
-        let (p, i, now) = (&self.p, s.current(), self.instant(s, u));
+    pub(crate) fn rates(&self, s: &State, u: &Input, held: &Held) -> Rates {
+        let (p, i, now) = (&self.p, s.current(), self.instant(s, u, held));
         let Magnetics {
             lambda, L_inc, R, ..
         } = now.magnetics;
@@ -135,9 +145,13 @@ impl Rig {
             Drive::Force => (s.x_dot, (now.F - u.F_ext) / p.M_act),
         };
         Rates {
-            i: Dq {
-                d: (now.v.d - R * i.d + w_e * lambda.q) / p.L_d,
-                q: (now.v.q - R * i.q - w_e * lambda.d) / L_inc,
+            i: if held.gates {
+                Dq {
+                    d: (now.v.d - R * i.d + w_e * lambda.q) / p.L_d,
+                    q: (now.v.q - R * i.q - w_e * lambda.d) / L_inc,
+                }
+            } else {
+                Dq::default()
             },
             theta_m: s.w_m,
             w_m: now.shaft.w_m_dot,
@@ -152,6 +166,18 @@ impl Rig {
                 inverter: now.inverter,
                 heat: now.warming.given,
             },
+        }
+    }
+
+    /// Work on the load, J, when the rod of [`Drive::Motion`] is set from position `from` to `to`, both m, between two steps in state `s`:
+    /// what the springs give thereby.
+    #[must_use]
+    pub fn work_of_shift(&self, s: &State, from: f64, to: f64) -> f64 {
+        let nut = self.travel() * s.theta_m;
+        let elastic = |x: f64| self.link(nut - x, 0.0, x, 0.0).energy;
+        match self.drive {
+            Drive::Motion if from != to => elastic(from) - elastic(to),
+            _ => 0.0,
         }
     }
 

@@ -253,6 +253,27 @@ impl Extras {
         self
     }
 
+    /// The same with a machine's sizes of heat and temperature.
+    #[must_use]
+    pub fn of_machine(self, heat: &machine::Heat, temperature: &machine::Temperature) -> Self {
+        Self {
+            heat: Heat {
+                on: self.heat.on,
+                C_w: heat.C_w,
+                R_wh: heat.R_wh,
+                C_h: heat.C_h,
+                R_ha: heat.R_ha,
+            },
+            temperature: Temperature {
+                on: self.temperature.on,
+                reference: temperature.reference,
+                copper: temperature.copper,
+                magnet: temperature.magnet,
+            },
+            ..self
+        }
+    }
+
     /// Checks every value, whether its group is on or not.
     pub(crate) fn check(&self, p: &machine::Emla) -> Result<(), RigError> {
         let (f, t) = (&self.friction, &self.temperature);

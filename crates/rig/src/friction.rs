@@ -4,12 +4,15 @@
 //! TAC 40(3), 1995; H. Olsson's thesis for a damping that fades with speed, which keeps the model passive.
 
 use crate::Rig;
+use machine::Holding;
 
 /// Friction at an instant.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Shaft {
     /// Motor acceleration, rad/s².
     pub w_m_dot: f64,
+    /// What is left to accelerate, but for a brake that holds, N·m.
+    pub torque_left: f64,
     /// Power lost between air gap and nut, W.
     pub loss: f64,
 }
@@ -39,14 +42,20 @@ impl Rig {
         self.p.J_m + self.p.J_s / (self.p.N_gear * self.p.N_gear)
     }
 
-    /// Motor acceleration and friction losses at torque `tau`, N·m, speed `w`, load `F_nut`, N, and bristle deflection `z`, m.
+    /// Motor acceleration and friction losses at torque `tau`, N·m, speed `w`, load `F_nut`, N, and bristle deflection `z`, m,
+    /// with what the brake does.
     #[inline(always)]
-    pub(crate) fn shaft(&self, tau: f64, w: f64, F_nut: f64, z: f64) -> Shaft {
-        if self.extra.friction.on {
-            self.dry_shaft(tau, w, F_nut, z)
+    pub(crate) fn shaft(&self, tau: f64, w: f64, F_nut: f64, z: f64, brake: Holding) -> Shaft {
+        let mut shaft = if self.extra.friction.on {
+            self.dry_shaft(tau - brake.torque(), w, F_nut, z)
         } else {
-            self.ideal_shaft(tau, w, F_nut)
+            self.ideal_shaft(tau - brake.torque(), w, F_nut)
+        };
+        if brake == Holding::Holds {
+            shaft.w_m_dot = 0.0;
         }
+        shaft.loss += brake.torque() * w;
+        shaft
     }
 
     /// All dry friction in the bristles, the rest viscous:
@@ -60,6 +69,7 @@ impl Rig {
         let left = tau - viscous * w - travel * (F_nut + bristle.force);
         Shaft {
             w_m_dot: left / self.inertia(),
+            torque_left: left,
             loss: viscous * w * w + bristle.loss,
         }
     }
@@ -76,10 +86,12 @@ impl Rig {
         let sign = if screw == 0.0 { 0.0 } else { screw.signum() };
         let (up, down) = (1.0 / p.eta_gear, p.eta_gear);
         let k = 0.5 * (up + down) + 0.5 * (up - down) * sign * libm::tanh(w / p.w_eta);
-        let w_m_dot = (tau - bearing - k * screw / N) / (p.J_m + k * p.J_s / (N * N));
+        let left = tau - bearing - k * screw / N;
+        let w_m_dot = left / (p.J_m + k * p.J_s / (N * N));
         let gear = (k - 1.0) * (p.J_s * w_m_dot / N + screw) * w / N;
         Shaft {
             w_m_dot,
+            torque_left: left,
             loss: bearing * w + gear + p.C_s * (w / N) * (w / N),
         }
     }

@@ -12,19 +12,10 @@ impl Rig {
         self.extra.switching.on.then(|| 1.0 / f_sw)
     }
 
-    /// Largest amplitude of the voltage, V: `v_max`, and v_dc/√3 of space-vector modulation while switching is on.
-    fn largest_voltage(&self, v_dc: f64) -> f64 {
-        if self.extra.switching.on {
-            self.p.v_max.min(v_dc.max(0.0) / 3.0_f64.sqrt())
-        } else {
-            self.p.v_max
-        }
-    }
-
-    /// The commanded voltage within the limit, V: its direction is kept.
+    /// The commanded voltage within the limit, V: `v_max`, and `v_dc/√3` of space-vector modulation; its direction is kept.
     pub(crate) fn commanded(&self, u: &Input) -> Dq {
         let v = Dq { d: u.v_d, q: u.v_q };
-        let largest = self.largest_voltage(u.v_dc);
+        let largest = self.p.largest_voltage(u.v_dc);
         let square = v.dot(v);
         if square <= largest * largest {
             v

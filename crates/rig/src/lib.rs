@@ -15,6 +15,7 @@ mod dynamics;
 mod extras;
 mod friction;
 mod heat;
+mod held;
 mod inverter;
 mod link;
 mod motor;
@@ -43,7 +44,7 @@ pub enum Drive {
 }
 
 /// What acts on the actuator at one instant.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Input {
     /// Commanded direct-axis voltage, V.
     pub v_d: f64,
@@ -51,6 +52,10 @@ pub struct Input {
     pub v_q: f64,
     /// Voltage of the DC link, V.
     pub v_dc: f64,
+    /// Whether the inverter's gates are on, as they are by default. Read at the start of a step.
+    pub enable: bool,
+    /// Whether the holding brake is applied; a drive that has tripped applies it too. Read at the start of a step.
+    pub brake: bool,
     /// Temperature around the actuator, K.
     pub T_ambient: f64,
     /// Rod position, m. In [`Drive::Force`] read at the start only.
@@ -63,6 +68,24 @@ pub struct Input {
     pub F_hold: f64,
 }
 
+impl Default for Input {
+    /// All zero; gates on, brake released.
+    fn default() -> Self {
+        Self {
+            v_d: 0.0,
+            v_q: 0.0,
+            v_dc: 0.0,
+            enable: true,
+            brake: false,
+            T_ambient: 0.0,
+            x: 0.0,
+            x_dot: 0.0,
+            F_ext: 0.0,
+            F_hold: 0.0,
+        }
+    }
+}
+
 /// One actuator as built.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Rig {
@@ -73,6 +96,8 @@ pub struct Rig {
     pub(crate) dt_max: f64,
     /// Communication steps by which the force acts late.
     pub(crate) delay: u32,
+    /// Voltage of the DC link below which an enabled drive trips, V; 0: never.
+    pub(crate) undervoltage: f64,
 }
 
 impl Rig {
@@ -89,6 +114,7 @@ impl Rig {
             drive,
             dt_max: 0.0,
             delay: 0,
+            undervoltage: 0.0,
         };
         rig.dt_max = rig.longest_substep();
         Ok(rig)
@@ -98,6 +124,21 @@ impl Rig {
     #[must_use]
     pub fn with_delay(self, delay: u32) -> Self {
         Self { delay, ..self }
+    }
+
+    /// The same actuator, whose drive trips when it is enabled and its DC link is below `undervoltage`, V: gates off, brake applied.
+    #[must_use]
+    pub fn with_undervoltage(self, undervoltage: f64) -> Self {
+        Self {
+            undervoltage,
+            ..self
+        }
+    }
+
+    /// Voltage of the DC link below which the drive trips, V; 0: never.
+    #[must_use]
+    pub fn undervoltage(&self) -> f64 {
+        self.undervoltage
     }
 
     /// Drive mode.

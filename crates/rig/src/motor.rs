@@ -145,24 +145,30 @@ impl Rig {
         }
     }
 
-    /// Energy of currents and cogging, J: `3/2·(½ L_d i_d² + ∫ i dλ_q) + (A/n) cos(n θ_m)`.
+    /// Energy of the currents' field, J: `3/2·(½ L_d i_d² + ∫ i dλ_q)`.
     ///
     /// `∫ i dλ_q = L_q/a²·(ln(1 + a i) + 1/(1 + a i) − 1)` for i ≥ 0, which is ½ L_q i² for a → 0; below `a·i` = 1e-3 its series is taken,
     /// whose next term is 1e-9 of it.
-    pub(crate) fn magnetic_energy(&self, i: Dq, theta_m: f64) -> f64 {
-        let (p, a, c) = (&self.p, self.saturation(), &self.extra.cogging);
+    pub(crate) fn field_energy(&self, i: Dq) -> f64 {
+        let (p, a) = (&self.p, self.saturation());
         let (size, z) = (i.q.abs(), a * i.q.abs());
         let quadrature = if z < 1e-3 {
             size * size * (0.5 - z * (2.0 / 3.0 - z * 0.75))
         } else {
             (libm::log1p(z) - z / (1.0 + z)) / (a * a)
         };
+        1.5 * (0.5 * p.L_d * i.d * i.d + p.L_q * quadrature)
+    }
+
+    /// Energy of currents and cogging, J: that of the field, and `(A/n) cos(n θ_m)`.
+    pub(crate) fn magnetic_energy(&self, i: Dq, theta_m: f64) -> f64 {
+        let c = &self.extra.cogging;
         let cogging = if c.on {
             c.torque / c.per_turn * libm::cos(c.per_turn * theta_m)
         } else {
             0.0
         };
-        1.5 * (0.5 * p.L_d * i.d * i.d + p.L_q * quadrature) + cogging
+        self.field_energy(i) + cogging
     }
 }
 

@@ -36,8 +36,10 @@ pub struct Output {
     pub P_in: f64,
     /// Its mean over the last step, W.
     pub P_in_mean: f64,
-    /// Current from the DC side, A: that mean over the voltage; 0 below 1 V.
+    /// Current from the DC side, A: `v_dc·i_dc = P_in`; none from a link below 1 V.
     pub i_dc: f64,
+    /// Mean of `i_dc` over the last step, A.
+    pub i_dc_mean: f64,
     /// Power to the load, W.
     pub P_out: f64,
     /// All losses, W.
@@ -56,6 +58,8 @@ pub struct Output {
     pub E_in: f64,
     /// Energy given to the load since the start, J.
     pub E_out: f64,
+    /// Work on the load since the start by shifts of the rod between steps, J: `E_in = E_out + E_shift + E_loss + ΔE_stored`.
+    pub E_shift: f64,
     /// Energy lost since the start, J.
     pub E_loss: f64,
     /// Of that, lost in the inverter, J.
@@ -70,20 +74,20 @@ pub struct Output {
     pub T_winding: f64,
     /// Temperature of the housing, K.
     pub T_housing: f64,
+    /// Whether undervoltage has tripped the drive.
+    pub tripped: bool,
     /// Efficiency over the last step; 0 where it is not defined.
     pub efficiency: f64,
     /// Whether it is: τ_e > 0 and w_m ≠ 0 (quadrants I and IV).
     pub efficiency_valid: bool,
 }
 
-/// Voltage of the DC link below which it is taken for none, V.
-const LEAST_VOLTAGE: f64 = 1.0;
-
 impl Rig {
     /// Outputs of state `s` under the inputs `u`.
     #[must_use]
     pub fn output(&self, s: &State, u: &Input) -> Output {
-        let now = self.instant(s, u);
+        let now = self.instant(s, u, &self.held(s, u));
+        let P_in = now.supplied(s.current());
         let is_defined = now.magnetics.tau_e > 0.0 && s.w_m != 0.0;
         Output {
             F: now.F + s.lead * now.link.stiffness * now.s_dot,
@@ -99,13 +103,10 @@ impl Rig {
             v_d_motor: now.v.d,
             v_q_motor: now.v.q,
             presliding: s.z,
-            P_in: now.supplied(s.current()),
+            P_in,
             P_in_mean: s.mean.supplied,
-            i_dc: if u.v_dc >= LEAST_VOLTAGE {
-                s.mean.supplied / u.v_dc
-            } else {
-                0.0
-            },
+            i_dc: machine::link_current(P_in, u.v_dc),
+            i_dc_mean: s.i_dc_mean,
             P_out: now.delivered,
             P_loss: now.lost(),
             P_copper: now.copper,
@@ -115,6 +116,7 @@ impl Rig {
             P_heat: now.warming.given,
             E_in: s.energy.supplied,
             E_out: s.energy.delivered,
+            E_shift: s.shift,
             E_loss: s.energy.lost,
             E_inverter: s.energy.inverter,
             E_stored: self.stored(s, &now),
@@ -122,6 +124,7 @@ impl Rig {
             E_thermal: self.heat_held(s.T),
             T_winding: s.T[0],
             T_housing: s.T[1],
+            tripped: s.tripped,
             efficiency: if is_defined {
                 efficiency(&s.mean, s.w_m)
             } else {

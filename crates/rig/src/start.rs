@@ -2,10 +2,12 @@
 
 use crate::motor::Dq;
 use crate::{Energy, Input, Powers, Rig, State, StepError};
+use machine::Holding;
 
 impl Rig {
     /// The state that delivers `F_hold` at rod position `x`, in steady motion at `x_dot` (at rest all friction is zero), with these
-    /// temperatures of winding and housing, K. The inverter already holds the voltage that keeps the current.
+    /// temperatures of winding and housing, K. The inverter already holds the voltage that keeps the current; a drive that starts disabled or
+    /// below its undervoltage carries none.
     ///
     /// # Errors
     /// [`StepError::NotFinite`] for inputs that are not finite.
@@ -39,10 +41,19 @@ impl Rig {
             lead: 0.0,
             energy: Energy::default(),
             mean: Powers::default(),
+            i_dc_mean: 0.0,
+            shift: 0.0,
+            tripped: false,
         };
-        let now = self.instant(&state, u);
+        state = State {
+            energy: Energy::default(),
+            ..self.switched(&state, u)
+        };
+        let now = self.instant(&state, u, &self.held(&state, u));
+        let supplied = now.supplied(state.current());
+        state.i_dc_mean = machine::link_current(supplied, u.v_dc);
         state.mean = Powers {
-            supplied: now.supplied(i),
+            supplied,
             delivered: now.delivered,
             lost: now.lost(),
         };
@@ -58,7 +69,7 @@ impl Rig {
 
     /// Torque at which the shaft does not accelerate, N·m. The acceleration is linear in the torque, so two of its values tell.
     fn steady_torque(&self, w_m: f64, F_link: f64, z: f64) -> f64 {
-        let at = |tau: f64| self.shaft(tau, w_m, F_link, z).w_m_dot;
+        let at = |tau: f64| self.shaft(tau, w_m, F_link, z, Holding::Released).w_m_dot;
         let (idle, slope) = (at(0.0), at(1.0) - at(0.0));
         -idle / slope
     }

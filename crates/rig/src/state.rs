@@ -32,6 +32,12 @@ pub struct State {
     pub energy: Energy,
     /// Mean powers over the last step; at the start those of the moment.
     pub mean: Powers,
+    /// Mean current from the DC side over the last step, A; at the start that of the moment.
+    pub i_dc_mean: f64,
+    /// Work on the load by shifts of the rod between steps since the start, J: see [`crate::Rig::work_of_shift`].
+    pub shift: f64,
+    /// Whether undervoltage has tripped the drive: gates off, brake applied.
+    pub tripped: bool,
 }
 
 /// Voltages of the inverter, V, in stator coordinates.
@@ -147,8 +153,10 @@ impl State {
                 self.hold.acting[0] + self.hold.acting[1] + self.hold.next[0] + self.hold.next[1],
             ),
             ("F_mean", self.F_mean),
+            ("i_dc_mean", self.i_dc_mean),
             ("energy.in", self.energy.supplied),
             ("energy.out", self.energy.delivered),
+            ("energy.shift", self.shift),
             ("energy.loss", self.energy.lost),
             ("energy.heat", self.energy.heat + self.energy.inverter),
         ]

@@ -5,6 +5,7 @@
 //! substep and only where bristles bend, of fourth order elsewhere. So bristles that relax in a tenth of a millisecond (70 mm/s) or less set
 //! no limit to the substep. Substeps end where a switching period ends.
 
+use crate::held::Held;
 use crate::state::Rates;
 use crate::{Drive, Input, Rig, State};
 use thiserror::Error;
@@ -41,12 +42,8 @@ pub enum StepError {
     },
 }
 
-/// What one attempt at a step came to.
-enum Attempt {
-    Done(State),
-    /// The electrical angle turned too far in a substep.
-    TooCoarse,
-}
+/// The electrical angle turned too far in a substep.
+struct TooCoarse;
 
 impl Rig {
     /// Longest substep for these parameters, s: less than [`DT_MAX`] where a mode is faster.
@@ -83,31 +80,35 @@ impl Rig {
         if !(h.is_finite() && h > 0.0) {
             return Err(bad_step);
         }
+        let begun = &self.switched(s, u);
         let mut dt_max = self.dt_max;
         while h <= MAX_SUBSTEPS * dt_max {
-            match self.attempt(s, u, h, dt_max) {
-                Attempt::Done(next) => {
+            match self.attempt(begun, u, h, dt_max) {
+                Ok(mut next) => {
+                    next.mean = next.energy.mean_since(&s.energy, h);
+                    next.i_dc_mean = machine::link_current(next.mean.supplied, u.v_dc);
                     return match next.not_finite() {
                         None => Ok(next),
                         Some((signal, value)) => Err(StepError::NotFinite { t, signal, value }),
                     };
                 }
-                Attempt::TooCoarse => dt_max *= 0.25,
+                Err(TooCoarse) => dt_max *= 0.25,
             }
         }
         Err(bad_step)
     }
 
     /// The step with substeps of at most `dt_max`, s.
-    fn attempt(&self, start: &State, u: &Input, h: f64, dt_max: f64) -> Attempt {
+    fn attempt(&self, start: &State, u: &Input, h: f64, dt_max: f64) -> Result<State, TooCoarse> {
         let mut s = State {
             F_mean: 0.0,
             ..*start
         };
+        let gates = u.enable && !start.tripped;
         let mut done = 0.0;
         while h - done > SLACK * dt_max.min(h) {
             let mut span = h - done;
-            if let Some(T) = self.switching_period() {
+            if let Some(T) = self.switching_period().filter(|_| gates) {
                 if s.hold.left <= SLACK * dt_max.min(T) {
                     s.hold = self.switch(&s.hold, u, s.theta_m, s.w_m, T);
                 }
@@ -120,21 +121,21 @@ impl Rig {
                 s = self.substep(&s, u, done + f64::from(k) * dt, dt);
                 let turned = f64::from(self.p.p) * s.w_m.abs() * dt;
                 if turned > RATE_STEP {
-                    return Attempt::TooCoarse;
+                    return Err(TooCoarse);
                 }
             }
             done += span;
         }
         s.F_mean /= h;
         s.lead = f64::from(self.delay) * h;
-        s.mean = s.energy.mean_since(&start.energy, h);
-        Attempt::Done(s)
+        Ok(s)
     }
 
     /// One substep of length `dt`, a time `t` after the start of the step.
     fn substep(&self, s: &State, u: &Input, t: f64, dt: f64) -> State {
         let mut next = self.bent(s, &u.moved(t), 0.5 * dt);
-        next = self.rk4(&next, u, t, dt);
+        let held = self.held(&next, &u.moved(t));
+        next = self.stopped(self.rk4(&next, u, &held, t, dt), &held);
         self.bent(&next, &u.moved(t + dt), 0.5 * dt)
     }
 
@@ -151,7 +152,7 @@ impl Rig {
     }
 
     /// One classical Runge–Kutta step. A loop, so that the rates are compiled once.
-    fn rk4(&self, s: &State, u: &Input, t: f64, dt: f64) -> State {
+    fn rk4(&self, s: &State, u: &Input, held: &Held, t: f64, dt: f64) -> State {
         // Share of dt at which the rates are taken, and their weight.
         const STAGES: [(f64, f64); 4] = [
             (0.0, 1.0 / 6.0),
@@ -163,7 +164,7 @@ impl Rig {
         let mut rates = Rates::default();
         for (share, weight) in STAGES {
             let at = share * dt;
-            rates = self.rates(&s.plus(at, &rates), &u.moved(t + at));
+            rates = self.rates(&s.plus(at, &rates), &u.moved(t + at), held);
             next = next.plus(weight * dt, &rates);
         }
         next

@@ -21,6 +21,7 @@ fn input(t: f64, x: f64, x_dot: f64) -> Input {
         x_dot,
         F_ext: 25e3 * (2.3 * t).cos(),
         F_hold: 20e3,
+        ..Input::default()
     }
 }
 

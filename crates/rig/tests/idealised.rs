@@ -41,6 +41,7 @@ fn with_all_extras_off_it_is_the_idealised_actuator() {
                 x_dot: ideal.x_dot,
                 F_ext: ideal.F_ext,
                 F_hold: ideal.F_hold,
+                ..Input::default()
             };
             (built, ideal)
         };

@@ -85,6 +85,7 @@ fn stiction_and_backlash_agree_with_scipy() {
                 x_dot,
                 F_ext: wave(&case["F_ext"], t).0,
                 F_hold: case["F_hold"].as_f64().expect("N"),
+                ..Input::default()
             }
         };
         let T = [0, 1].map(|k| case["T_start"][k].as_f64().expect("K"));

@@ -13,6 +13,7 @@ use cosim::wiring::Port;
 use fmu_description::{Causality, Kind};
 use serde::Serialize;
 
+use crate::energy::{SHIFT, rise};
 use crate::experiment::Recorded;
 
 /// Outputs of the source that make a whole balance.
@@ -43,6 +44,8 @@ pub struct Supply {
     pub residual: f64,
     /// What became of the energy in the drives: work on the load, losses, rise of what is stored.
     pub work: f64,
+    /// Work on the load where the exchange set a rod elsewhere than its velocity had taken it: what the coupling at the rods makes or loses.
+    pub shift: f64,
     /// Lost in the drives.
     pub lost: f64,
     /// Rise of what the drives store.
@@ -138,14 +141,14 @@ impl Supply {
         let Some((k, bonds)) = feeding(system)? else {
             return Ok(None);
         };
-        let rise = |port: Port| {
-            let column = recorded.recording.column(port)?;
-            Ok::<_, anyhow::Error>(column.last().unwrap_or(&0.0) - column.first().unwrap_or(&0.0))
-        };
-        let mut totals = [0.0; 3];
+        let rise = |port: Port| Ok::<_, anyhow::Error>(rise(recorded.recording.column(port)?));
+        let (mut totals, mut shift) = ([0.0; 3], 0.0);
         for outputs in actuators.chunks(count) {
             for (total, port) in totals.iter_mut().zip(&outputs[1..]) {
                 *total += rise(*port)?;
+            }
+            if let Ok(port) = system.port_of(outputs[0].component, SHIFT) {
+                shift += rise(port)?;
             }
         }
         let of_bonds = recorded.outcome.run.residuals.iter();
@@ -185,6 +188,7 @@ impl Supply {
             given: of_bonds.iter().map(|r| r.passed).sum(),
             residual: of_bonds.iter().map(|r| r.energy).sum(),
             work,
+            shift,
             lost,
             stored,
             source: own.map(|e| Source {
@@ -199,12 +203,12 @@ impl Supply {
     }
 
     /// What is left open of: energy from the source, or given by the component where it tells of no source, less losses, work, rise of what is
-    /// stored, and what the bonds lost, J.
+    /// stored, and what the bonds and the exchange at the rods lost, J.
     pub fn open(&self) -> f64 {
         let from = self
             .source
             .map_or(self.given, |s| s.battery - s.brake - s.lost - s.stored);
-        from - self.work - self.lost - self.stored - self.residual
+        from - self.work - self.shift - self.lost - self.stored - self.residual
     }
 
     /// What is to be said of it.
@@ -219,13 +223,14 @@ impl Supply {
                 share(self.open())
             ));
         }
-        if share(self.residual) > RESIDUAL {
-            verdict.object(format!(
-                "{}: the coupling made or lost {:.3e} J at its bonds, {:.1e} of what went through them; it must be at most {RESIDUAL:e}",
-                self.component,
-                self.residual,
-                share(self.residual)
-            ));
+        for (energy, place) in [(self.residual, "at its bonds"), (self.shift, "at the rods")] {
+            if share(energy) > RESIDUAL {
+                verdict.object(format!(
+                    "{}: the coupling made or lost {energy:.3e} J {place}, {:.1e} of what went through its bonds; it must be at most {RESIDUAL:e}",
+                    self.component,
+                    share(energy)
+                ));
+            }
         }
         for (signal, since) in &self.trouble {
             verdict.object(format!("`{signal}` is true from t = {since} s on"));
@@ -248,6 +253,7 @@ impl Supply {
         line("given to the drives", self.given);
         line("  lost by the coupling at the bonds", self.residual);
         line("  work on the load, less work by it", self.work);
+        line("  work by the coupling at the rods", self.shift);
         line("  lost in the drives", self.lost);
         line("  rise of stored energy in the drives", self.stored);
         line("left open", self.open());

@@ -15,6 +15,13 @@ const FIRST_VALUE: &str = r#"<ssv:Parameter name="alpha">"#;
 /// Outputs act one communication step later than they are computed, as with importers that exchange values once a step.
 const DELAY: &str = r#"<ssv:Parameter name="delay"><ssv:Integer value="1"/></ssv:Parameter>"#;
 
+/// What only systems fed by a battery hold; they have a variant with the actuators as built.
+const FED: &str = "resources/DcLink.fmu";
+/// Parameters of the controller for actuators as built.
+const GAINS: &str = r#"<ssd:ParameterBinding source="resources/as_built.ssv"/>"#;
+/// The unit that only [`FIRST_VALUE`] of an actuator has.
+const ITS_UNIT: &str = r#"<ssc:Unit name="1">"#;
+
 /// File names and texts of the variants of a structure; none where it has no mark. Each has a name of its own, because importers keep the
 /// structures of one package apart by name.
 pub fn of(structure: &str) -> Result<Vec<(String, String)>> {
@@ -42,7 +49,25 @@ pub fn of(structure: &str) -> Result<Vec<(String, String)>> {
         &format!("{DELAY}\n                  {FIRST_VALUE}"),
     );
     made.push(("standard.ssd".to_string(), named(&delayed, "standard")?));
+    if structure.contains(FED) {
+        made.push(("as_built.ssd".to_string(), as_built(structure)?));
+    }
     Ok(made)
+}
+
+/// The structure with `Rig` in the place of `Emla`: the same connectors and values, but for the network, of which `Rig` knows nothing.
+fn as_built(structure: &str) -> Result<String> {
+    let components = structure.split("<ssd:Component ").map(|component| {
+        if !component.contains("resources/Emla.fmu") {
+            return component.to_string();
+        }
+        let of_network = |line: &&str| !line.contains(FIRST_VALUE) && !line.contains(ITS_UNIT);
+        let lines: Vec<&str> = component.split('\n').filter(of_network).collect();
+        lines.join("\n").replace("Emla.fmu", "Rig.fmu")
+    });
+    let components: Vec<String> = components.collect();
+    let text = once(&components.join("<ssd:Component "), MARK, GAINS)?;
+    named(&text, "as_built")
 }
 
 /// The structure with a name of its own.
@@ -106,6 +131,24 @@ mod tests {
             assert!(text.contains(&format!(r#"name="Real_{variant}">"#)));
             assert!(!text.contains(MARK) && text.contains("resources/sensors.ssv"));
         }
+    }
+
+    /// Only the lines of the network go, and nobody else's.
+    #[test]
+    fn a_machine_that_a_battery_feeds_has_a_variant_as_built() {
+        const ELECTRIC: &str = include_str!("../../../system/Electric.ssd");
+        let variants = of(ELECTRIC).unwrap();
+        let (_, text) = variants.iter().find(|(n, _)| n == "as_built.ssd").unwrap();
+        assert_eq!(text.matches("resources/Rig.fmu").count(), 3);
+        assert!(!text.contains("Emla.fmu") && text.contains(r#"name="Electric_as_built">"#));
+        assert_eq!(text.matches(FIRST_VALUE).count(), 1); // the controller's
+        assert_eq!(ELECTRIC.lines().count() - text.lines().count(), 6);
+        assert!(
+            of(STRUCTURE)
+                .unwrap()
+                .iter()
+                .all(|(n, _)| n != "as_built.ssd")
+        );
     }
 
     #[test]

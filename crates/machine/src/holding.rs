@@ -1,0 +1,115 @@
+//! Where an actuator meets its DC link and its holding brake: what all models of one have in common.
+
+use crate::Brake;
+
+/// Voltage below which the DC link is taken for dead, V.
+pub const DEAD_LINK: f64 = 1.0;
+
+/// Current that carries the power `P`, W, from a DC link of `v_dc`, V, in A: `P/v_dc`; none from a dead link.
+#[must_use]
+pub fn link_current(P: f64, v_dc: f64) -> f64 {
+    if v_dc >= DEAD_LINK { P / v_dc } else { 0.0 }
+}
+
+/// Whether a drive is tripped as a step begins. Undervoltage trips an enabled drive; the trip stays until the drive is disabled with the
+/// voltage back. A disabled drive does not trip.
+#[must_use]
+pub fn is_tripped(before: bool, is_enabled: bool, is_low: bool) -> bool {
+    if is_enabled {
+        before || is_low
+    } else {
+        before && is_low
+    }
+}
+
+/// What to tell when a drive trips at time `t`, s, with `v_dc`, V, below its `undervoltage`, V.
+#[must_use]
+pub fn trip_message(t: f64, v_dc: f64, undervoltage: f64) -> String {
+    format!(
+        "t = {t} s: `v_dc` = {v_dc} V is below `undervoltage` = {undervoltage} V: the drive has tripped, its gates are off and its brake is \
+         applied; it works again after `enable` was false with the voltage back"
+    )
+}
+
+/// What the holding brake does in a substep.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Holding {
+    /// It is released.
+    Released,
+    /// It holds the shaft.
+    Holds,
+    /// It slips, with this torque against the motion, N·m.
+    Slips(f64),
+}
+
+impl Brake {
+    /// What the applied brake does to a shaft at speed `w_m`, rad/s: it holds one at rest as long as all other torques, N·m, stay within its
+    /// own, and slips against the motion, or against the torque that tears it off.
+    #[must_use]
+    pub fn applied(&self, w_m: f64, others: impl FnOnce() -> f64) -> Holding {
+        if w_m != 0.0 {
+            return Holding::Slips(self.torque.copysign(w_m));
+        }
+        let others = others();
+        if others.abs() <= self.torque {
+            Holding::Holds
+        } else {
+            Holding::Slips(self.torque.copysign(others))
+        }
+    }
+}
+
+impl Holding {
+    /// Its torque while it slips, N·m.
+    #[must_use]
+    pub fn torque(self) -> f64 {
+        match self {
+            Self::Released | Self::Holds => 0.0,
+            Self::Slips(torque) => torque,
+        }
+    }
+
+    /// Whether a brake that slipped in a substep has turned the shaft back to the speed `w_m` at its end: then the shaft came to rest
+    /// inside.
+    #[must_use]
+    pub fn has_stopped(self, w_m: f64) -> bool {
+        self.torque() * w_m < 0.0
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_trip_stays_until_the_drive_is_disabled_with_the_voltage_back() {
+        for (before, is_enabled, is_low, after) in [
+            (false, true, false, false),
+            (false, true, true, true),
+            (true, true, false, true),
+            (true, false, true, true),
+            (true, false, false, false),
+            (false, false, true, false),
+        ] {
+            assert_eq!(is_tripped(before, is_enabled, is_low), after);
+        }
+    }
+
+    #[test]
+    fn a_brake_holds_a_shaft_at_rest_and_slips_against_what_moves_it() {
+        let brake = Brake { torque: 40.0 };
+        assert_eq!(brake.applied(0.0, || -39.0), Holding::Holds);
+        assert_eq!(brake.applied(0.0, || -41.0), Holding::Slips(-40.0));
+        assert_eq!(brake.applied(-1e-9, || 7.0), Holding::Slips(-40.0));
+        assert!(Holding::Slips(-40.0).has_stopped(0.1) && !Holding::Slips(40.0).has_stopped(0.1));
+        assert!(!Holding::Holds.has_stopped(0.1) && !Holding::Released.has_stopped(-0.1));
+    }
+
+    #[test]
+    fn a_dead_link_gives_no_current() {
+        assert_eq!(
+            (link_current(650.0, 325.0), link_current(650.0, 0.9)),
+            (2.0, 0.0)
+        );
+    }
+}
