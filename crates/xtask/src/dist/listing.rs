@@ -137,3 +137,20 @@ impl fmt::Display for Listing {
         Ok(())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::Listing;
+
+    #[test]
+    fn a_run_that_was_left_out_is_told_from_one_that_could_not_be_made() {
+        let mut listing = Listing::default();
+        listing.run("linux64", "a system");
+        listing.not_run("linux64", "it was left out");
+        assert_eq!(listing.lacking(), "");
+        listing.lacks("win64", "there is no Wine");
+        assert_eq!(listing.lacking(), "win64: there is no Wine");
+        let text = "linux64\n  run        a system\n  not run    it was left out\nwin64\n  not run    there is no Wine\n";
+        assert_eq!(listing.to_string(), text);
+    }
+}
