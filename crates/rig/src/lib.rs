@@ -1,7 +1,7 @@
 //! The actuator as built: motor, drive, gear, screw and rod with what a controller's model of them leaves out.
 //!
-//! It stands in the place of the idealised actuator with the same inputs and outputs, but shares no line with it: its equations are
-//! written from the books named at the functions. [`Extras`] says what it knows beyond [`machine::Emla`]: saturation, temperature, ripple
+//! It stands in the place of the idealised actuator with the same inputs and outputs, and shares with it what trips and holds the drive
+//! ([`machine::Holding`]); its equations are its own, written from the books named at the functions. [`Extras`] says what it knows beyond [`machine::Emla`]: saturation, temperature, ripple
 //! and cogging, an inverter that holds its voltages in stator coordinates and comes late, stiction with presliding, backlash, compliance of
 //! the mounting and torsion, larger losses, and heat. Each has a switch; with all of them off the equations are those of the idealised
 //! actuator.
