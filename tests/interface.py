@@ -128,7 +128,7 @@ PARAMETERS = {
 
 TUNABLE = {
     "Emla": ["alpha"],
-    "Hdrm": ["payload.mass", "payload.com[1]", "load.moves_with_tip", "load.velocity[1]"],
+    "Hdrm": ["payload.mass", "payload.com[1..3]", "load.moves_with_tip", "load.velocity[1..3]"],
     "Rig": [],
     "Sensors": [],
     "DcLink": [],
