@@ -1,6 +1,10 @@
 """Tables of cases: one row a run, one column a parameter."""
 
+from __future__ import annotations
+
 import itertools
+from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 import pandas
@@ -9,7 +13,7 @@ from hdrm_fmu.errors import BadInput
 from hdrm_fmu.names import whole
 
 
-def grid(**values):
+def grid(**values: Any) -> pandas.DataFrame:
     """All combinations of values; a name with a dot is given as `grid(**{"hdrm.inertia_scale": [0.8, 1.2], "mode": [...]})`."""
     lists = {name: [of] if np.isscalar(of) else list(of) for name, of in values.items()}
     for name, of in lists.items():
@@ -18,7 +22,7 @@ def grid(**values):
     return pandas.DataFrame(list(itertools.product(*lists.values())), columns=list(lists))
 
 
-def random(count, seed, distributions):
+def random(count: int, seed: int, distributions: Mapping[str, object]) -> pandas.DataFrame:
     """`count` cases drawn by `seed`.
 
     A distribution is a pair (low, high), even between both; a list of values, each as likely; or a frozen distribution of `scipy.stats`.

@@ -1,5 +1,7 @@
 """The files that come with the package."""
 
+from __future__ import annotations
+
 import hashlib
 from functools import cache
 from pathlib import Path
@@ -20,17 +22,17 @@ def _named(suffix):
     return found
 
 
-def fmus():
+def fmus() -> dict[str, Path]:
     """Paths of the packed FMUs by name (`Emla`, `Hdrm`, `Controller`, `Rig`, `Sensors`, …), for FMPy or any other importer."""
     return _named(".fmu")
 
 
-def systems():
+def systems() -> dict[str, Path]:
     """Paths of the packed systems (`.ssp`) by name (`Manipulator`, `Real`, `Testbed`, …), for `System` or any SSP tool."""
     return _named(".ssp")
 
 
-def parameters():
+def parameters() -> dict[str, Path]:
     """Paths of the parameter files (JSON) by name, such as `reference_machine`."""
     return {path.stem: path for path in sorted((DATA / "parameters").glob("*.json"))}
 

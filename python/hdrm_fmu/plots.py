@@ -1,8 +1,18 @@
 """Figures on matplotlib; each function returns the figure, and writes it where `path` is given."""
 
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
+
+if TYPE_CHECKING:
+    import pandas
+    import xarray
+    from matplotlib.figure import Figure
 
 _SIZE = (8.0, 4.5)
 
@@ -21,10 +31,10 @@ def _done(figure, path):
     return figure
 
 
-def signals(data, names=None, path=None):
+def signals(data: xarray.Dataset, names: str | Iterable[str] | None = None, path: str | os.PathLike[str] | None = None) -> Figure:
     """Signals of a run over time, those of one unit in one panel; default: all."""
-    names = list(data.data_vars) if names is None else [names] if isinstance(names, str) else list(names)
-    by_unit = {}
+    names = [str(name) for name in data.data_vars] if names is None else [names] if isinstance(names, str) else list(names)
+    by_unit: dict[str, list[str]] = {}
     for name in names:
         by_unit.setdefault(data[name].attrs.get("units", "1"), []).append(name)
     figure, axes = _figure(len(by_unit), 0.35 + 0.5 * len(by_unit))
@@ -38,7 +48,7 @@ def signals(data, names=None, path=None):
     return _done(figure, path)
 
 
-def tip(data, path=None):
+def tip(data: xarray.Dataset, path: str | os.PathLike[str] | None = None) -> Figure:
     """The tip's path in the plane of the boom, and its error over time."""
     figure, (plane, error) = _figure(2, 1.5, share=False)
     for name, label in (("controller.desired.position", "desired"), ("hdrm.tip.position", "plant")):
@@ -52,7 +62,7 @@ def tip(data, path=None):
     return _done(figure, path)
 
 
-def energy(data, path=None):
+def energy(data: xarray.Dataset, path: str | os.PathLike[str] | None = None) -> Figure:
     """Where the actuators' energy went over the motion, of a run with the metrics `energy`."""
     losses = ("copper", "core", "inverter", "mechanical")
     actuators = sorted(n.removeprefix("energy_").removesuffix("_copper") for n in data.attrs if n.endswith("_copper"))
@@ -69,7 +79,7 @@ def energy(data, path=None):
     return _done(figure, path)
 
 
-def spread(table, metric="known_rmse", by="mode", path=None, scale=1e3, unit="mm"):
+def spread(table: pandas.DataFrame, metric: str = "known_rmse", by: str = "mode", path: str | os.PathLike[str] | None = None, scale: float = 1e3, unit: str = "mm") -> Figure:
     """Distribution of a metric over the rows of a sweep, one box a value of the column `by`; each run is a point."""
     good = table[table["verdict"] != "failed"]
     groups = {str(name): scale * of[metric].dropna().to_numpy() for name, of in good.groupby(by, sort=False)}
@@ -81,7 +91,7 @@ def spread(table, metric="known_rmse", by="mode", path=None, scale=1e3, unit="mm
     return _done(figure, path)
 
 
-def indices(table, path=None):
+def indices(table: pandas.DataFrame, path: str | os.PathLike[str] | None = None) -> Figure:
     """Sobol indices with their 95 % confidence intervals, of `studies.sobol`."""
     figure, (axis,) = _figure()
     place = np.arange(len(table))
@@ -93,7 +103,7 @@ def indices(table, path=None):
     return _done(figure, path)
 
 
-def tuning(history, path=None):
+def tuning(history: pandas.DataFrame, path: str | os.PathLike[str] | None = None) -> Figure:
     """How a tuning went, of `studies.tune`: the objective of each try, and the best so far."""
     figure, (axis,) = _figure()
     axis.semilogy(history.index + 1, history["objective"], ".", label="tried")

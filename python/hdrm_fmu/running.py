@@ -1,15 +1,23 @@
 """One run of the manipulator."""
 
+from __future__ import annotations
+
 import json
+import os
 import tempfile
+from collections.abc import Iterable, Mapping
 from contextlib import contextmanager
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from hdrm_fmu import _native
 from hdrm_fmu.errors import BadInput
-from hdrm_fmu.files import DATA, MACHINE
+from hdrm_fmu.files import DATA, MACHINE, parameters
 from hdrm_fmu.names import by_name, choice, whole
 from hdrm_fmu.system import System
+
+if TYPE_CHECKING:
+    import xarray
 
 #: Worlds: `ideal` is the controller's own model; `real` has actuators as built, sensors, a step of delay, and a machine drawn by seed.
 WORLDS = ("ideal", "real")
@@ -27,7 +35,7 @@ def world_system(world="ideal", *, step=1e-3, schedule="gauss-seidel", settings=
 
 
 def machine_text(machine):
-    """Checked text of a machine file: `machine` is a path or what is in such a file."""
+    """Checked text of a machine file: `machine` is one of `parameters()` by name, a path, or what is in such a file."""
     if machine is None:
         return None
     if isinstance(machine, dict):
@@ -35,9 +43,10 @@ def machine_text(machine):
     else:
         name = f"`{machine}`"
         try:
-            text = Path(machine).read_text()
+            text = Path(parameters().get(str(machine), machine)).read_text()
         except (OSError, TypeError, UnicodeDecodeError) as error:
-            raise BadInput(f"{name} cannot be read: {getattr(error, 'strerror', error)}") from None
+            here = ", ".join(parameters())
+            raise BadInput(f"{name} cannot be read: {getattr(error, 'strerror', error)}; files that come with the package: {here}") from None
     try:
         _native.check_machine(text)
     except _native.NativeError as error:
@@ -76,21 +85,21 @@ def all_settings(system, values, seed, machine):
 
 def run(
     *,
-    trajectory=None,
-    mode=None,
-    world="ideal",
-    seed=None,
-    machine=None,
-    settings=None,
-    signals=None,
-    interval=None,
-    stop_time=None,
-    step=1e-3,
-    schedule="gauss-seidel",
-    max_error=None,
-    metrics=(),
-    progress=False,
-):
+    trajectory: str | None = None,
+    mode: str | None = None,
+    world: str = "ideal",
+    seed: int | None = None,
+    machine: str | os.PathLike[str] | dict[str, Any] | None = None,
+    settings: Mapping[str, object] | None = None,
+    signals: str | Iterable[str] | None = None,
+    interval: float | None = None,
+    stop_time: float | None = None,
+    step: float = 1e-3,
+    schedule: str = "gauss-seidel",
+    max_error: float | None = None,
+    metrics: Iterable[str] = (),
+    progress: bool = False,
+) -> xarray.Dataset:
     """Run the manipulator over its motion.
 
     Parameters
@@ -99,7 +108,7 @@ def run(
     mode : control law, one of `MODES`.
     world : `ideal` (the controller's own model) or `real` (actuators as built, sensors, delay).
     seed : of the machine and of the sensors' errors in the world `real`; default: the machine as drawn, sensors of their own seed.
-    machine : a machine file (path, or what is in it) that all FMUs use.
+    machine : a machine file that all FMUs use: one of `parameters()` by name, a path, or what is in it.
     settings : start values by name, such as `{"hdrm.inertia_scale": 1.2}`.
     signals, interval, stop_time, max_error, metrics, progress : as of `System.run`.
     step : communication step, s.

@@ -4,6 +4,8 @@ Rows are written in parts while the sweep runs, each part under another name fir
 file, `results.parquet`, takes the place of the parts.
 """
 
+from __future__ import annotations
+
 import json
 import os
 from pathlib import Path

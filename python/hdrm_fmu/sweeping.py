@@ -1,11 +1,15 @@
 """Thousands of runs on Dask."""
 
+from __future__ import annotations
+
 import hashlib
 import importlib.metadata
 import json
 import os
 import queue
 import time
+from collections.abc import Iterable, Mapping
+from typing import TYPE_CHECKING, Any
 
 import pandas
 
@@ -18,6 +22,9 @@ from hdrm_fmu.store import Store, check_folder
 from hdrm_fmu.system import System
 from hdrm_fmu.tasks import check_worker, run_case
 
+if TYPE_CHECKING:
+    from distributed import Client
+
 #: Rows after which, and seconds after which, results are written.
 FLUSH_ROWS, FLUSH_SECONDS = 64, 10.0
 #: Cases under way for each thread of the workers: enough to keep them busy, few enough to keep memory flat.
@@ -29,23 +36,23 @@ OWN = ("case", "key", "verdict", "findings", "error")
 
 
 def sweep(
-    cases,
+    cases: pandas.DataFrame,
     *,
-    out,
-    world="ideal",
-    system=None,
-    machine=None,
-    settings=None,
-    signals=None,
-    interval=None,
-    stop_time=None,
-    step=1e-3,
-    schedule="gauss-seidel",
-    max_error=None,
-    metrics=(),
-    client=None,
-    progress=True,
-):
+    out: str | os.PathLike[str],
+    world: str = "ideal",
+    system: System | str | os.PathLike[str] | None = None,
+    machine: str | os.PathLike[str] | dict[str, Any] | None = None,
+    settings: Mapping[str, object] | None = None,
+    signals: str | Iterable[str] | None = None,
+    interval: float | None = None,
+    stop_time: float | None = None,
+    step: float = 1e-3,
+    schedule: str = "gauss-seidel",
+    max_error: float | None = None,
+    metrics: Iterable[str] = (),
+    client: Client | None = None,
+    progress: bool = True,
+) -> pandas.DataFrame:
     """Run every case of a table, in parallel, and keep the results in a folder.
 
     Parameters
@@ -73,7 +80,7 @@ def sweep(
     for name in cases.columns:
         if name in OWN:
             raise BadInput(f"a column of cases cannot be named `{name}`: the results have one of that name")
-    chosen = _chosen(world, system, step, schedule)
+    chosen = chosen_system(world, system, step, schedule)
     spec = {
         "world": world if system is None else None,
         "path": None if system is None else str(chosen.path.resolve()),
@@ -127,7 +134,8 @@ def sweep(
             own.cluster.close()
 
 
-def _chosen(world, system, step, schedule):
+def chosen_system(world="ideal", system=None, step=1e-3, schedule="gauss-seidel"):
+    """The system that a sweep runs: `system` or what lies there, else that of `world`."""
     if system is None:
         return world_system(world, step=step, schedule=schedule)
     if isinstance(system, System):

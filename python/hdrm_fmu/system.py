@@ -1,9 +1,13 @@
 """Systems of FMUs: run as a whole, or step by step with a script in the loop."""
 
+from __future__ import annotations
+
 import json
-from collections.abc import Iterable
+import os
+from collections.abc import Iterable, Mapping
 from functools import lru_cache
 from pathlib import Path
+from typing import overload
 
 import numpy as np
 import xarray
@@ -51,7 +55,18 @@ class System:
     ...     s.get("controller.tip_error_norm")
     """
 
-    def __init__(self, path, *, variant=None, parameters=(), disconnect=(), replace=None, settings=None, step=1e-3, schedule="gauss-seidel"):
+    def __init__(
+        self,
+        path: str | os.PathLike[str],
+        *,
+        variant: str | None = None,
+        parameters: Iterable[str | os.PathLike[str]] = (),
+        disconnect: Iterable[str] = (),
+        replace: Mapping[str, str | os.PathLike[str]] | None = None,
+        settings: Mapping[str, object] | None = None,
+        step: float = 1e-3,
+        schedule: str = "gauss-seidel",
+    ) -> None:
         self.path = Path(path)
         self.variant = variant
         self.parameters = tuple(str(p) for p in parameters)
@@ -83,21 +98,21 @@ class System:
         return self._load()[1]
 
     @property
-    def digest(self):
+    def digest(self) -> str:
         """SHA-256 of the system's file."""
         return digest(self.path)
 
     @property
-    def variables(self):
+    def variables(self) -> dict[str, Variable]:
         """All variables (`Variable`: unit, description, bounds, driver, …) by name."""
         return dict(self._names.all)
 
     @property
-    def components(self):
+    def components(self) -> dict[str, str]:
         """Components and the files of their FMUs, in the order in which they are stepped."""
         return dict(self._native.components())
 
-    def signals(self, patterns=None):
+    def signals(self, patterns: str | Iterable[str] | None = None) -> list[str]:
         """Names of the signals that patterns choose (`*`: any text); without patterns those that are recorded by default."""
         if patterns is None:
             return self._native.signals(None)
@@ -129,7 +144,16 @@ class System:
         step, stop = positive("step", self.step_size), positive("stop_time", stop_time)
         return {"settings": list(values.items()), "step": step, "stop_time": stop, "schedule": self.schedule}
 
-    def check(self, *, settings=None, signals=None, interval=None, stop_time=None, max_error=None, metrics=()):
+    def check(
+        self,
+        *,
+        settings: Mapping[str, object] | None = None,
+        signals: str | Iterable[str] | None = None,
+        interval: float | None = None,
+        stop_time: float | None = None,
+        max_error: float | None = None,
+        metrics: Iterable[str] = (),
+    ) -> list[str]:
         """Check what a run is to be asked for, without running; the names of the signals."""
         self._conditions(settings, stop_time)
         positive("max_error", max_error, "m")
@@ -145,7 +169,17 @@ class System:
                 raise BadInput(f"interval = {interval} s must be a multiple of the communication step, {self.step_size} s")
         return self.signals(signals)
 
-    def run(self, *, settings=None, signals=None, interval=None, stop_time=None, max_error=None, metrics=(), progress=False):
+    def run(
+        self,
+        *,
+        settings: Mapping[str, object] | None = None,
+        signals: str | Iterable[str] | None = None,
+        interval: float | None = None,
+        stop_time: float | None = None,
+        max_error: float | None = None,
+        metrics: Iterable[str] = (),
+        progress: bool = False,
+    ) -> xarray.Dataset:
         """Run to the stop time, else to the end of the motion, else to that of the system's default experiment.
 
         Parameters
@@ -198,13 +232,13 @@ class System:
         }
         return data
 
-    def __enter__(self):
+    def __enter__(self) -> System:
         if self._session is not None:
             raise RuntimeError("this system is being stepped already")
         self._session = self._native.start(self._conditions())
         return self
 
-    def __exit__(self, *_):
+    def __exit__(self, *_: object) -> None:
         self._session = None
 
     def _running(self):
@@ -213,14 +247,18 @@ class System:
         return self._session
 
     @property
-    def time(self):
+    def time(self) -> float:
         """Present time of the run that is stepped, s."""
         return self._running().time()
 
-    def step(self, count=1):
+    def step(self, count: int = 1) -> float:
         """Make `count` communication steps; the time then, s."""
         return self._running().step(whole("count", count, 1))
 
+    @overload
+    def get(self, name: str) -> float | np.ndarray: ...
+    @overload
+    def get(self, name: list[str]) -> dict[str, float | np.ndarray]: ...
     def get(self, name):
         """Present value of a variable: a float, or an array of the shape (elements,); of a list of names a dictionary."""
         if not isinstance(name, str):
@@ -229,7 +267,7 @@ class System:
         values = self._running().get([v.name for v in variables])
         return values[0] if len(variables) == 1 else np.array(values)
 
-    def set(self, name, value=None):
+    def set(self, name: str | Mapping[str, object], value: object = None) -> None:
         """Set an input that no connection drives, or a tunable parameter, from the present time on; arrays whole or by element; several as
         a dictionary."""
         values = self._names.settings(name if isinstance(name, dict) else {name: value}, "input")

@@ -59,5 +59,6 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(reuse_instances, module)?)?;
     module.add_function(wrap_pyfunction!(kept_instances, module)?)?;
     module.add_function(wrap_pyfunction!(check_machine, module)?)?;
+    module.add_function(wrap_pyfunction!(metrics::metric_names, module)?)?;
     module.add_function(wrap_pyfunction!(metrics::tip_error, module)?)
 }

@@ -1,5 +1,7 @@
 //! What a run is in numbers, by the definitions of `studies`.
 
+use std::collections::BTreeMap;
+
 use anyhow::Result;
 use cosim::recording::Recording;
 use cosim::run::Experiment;
@@ -11,6 +13,8 @@ use studies::experiment::{Outcome, Recorded};
 use studies::metrics::{Metrics, add_energy, add_tracking, of_tip};
 use studies::tip::TipError;
 use studies::tracking::Evaluation;
+
+use crate::raised;
 
 /// Metrics beside those of the tip error; they take time, because signals are recorded at every communication point.
 pub struct Extra {
@@ -63,6 +67,12 @@ impl Extra {
         }
         Ok(())
     }
+}
+
+/// Names of all metrics of a system with these actuators, each with what a run must be asked for to have it.
+#[pyfunction]
+pub fn metric_names(actuators: Vec<String>) -> PyResult<BTreeMap<String, &'static str>> {
+    studies::metrics::names(&actuators).map_err(raised)
 }
 
 /// The metrics of tip errors (m) at times (s), with the motion from `motion_start`, s, on: as those of a run.

@@ -1,6 +1,7 @@
 """One run: the same numbers as the program's, units, errors before anything runs."""
 
 import csv
+import inspect
 import json
 import os
 import subprocess
@@ -11,7 +12,7 @@ import pytest
 
 import hdrm_fmu
 from conftest import ROOT
-from hdrm_fmu import BadInput, RunFailed, System
+from hdrm_fmu import BadInput, RunFailed, System, plots, studies
 
 SHORT = {"stop_time": 0.3, "settings": {"settle_time": 0.1, "hdrm.inertia_scale": 1.2}}
 
@@ -79,7 +80,7 @@ def test_a_machine_of_ones_own_and_one_drawn_by_seed():
     machine = json.loads(hdrm_fmu.parameters()["reference_machine"].read_text())
     options = {"signals": ["emla_2.F"], "interval": 0.1, "stop_time": 0.1}
     same = hdrm_fmu.run(machine=machine, **options)
-    assert same.equals(hdrm_fmu.run(**options))
+    assert same.equals(hdrm_fmu.run(**options)) and same.equals(hdrm_fmu.run(machine="reference_machine", **options))
     one, again, other = (hdrm_fmu.run(world="real", seed=seed, **options)["emla_2.F"].to_numpy() for seed in (1, 1, 2))
     assert (one == again).all() and (one != other).any()
     machine["bodies"] = {}
@@ -136,6 +137,7 @@ def test_a_script_in_the_loop_makes_the_same_run():
         ({"stop_time": float("nan")}, "must be finite"),
         ({"schedule": "gauss"}, "schedule"),
         ({"machine": "/nowhere.json"}, "cannot be read"),
+        ({"machine": "refrence_machine"}, "come with the package: reference_machine"),
         ({"machine": 5}, "cannot be read"),
         ({"settings": ["pd"]}, "must be a dictionary"),
         ({"settings": {"mode": 77}}, "no item of `controller.mode` `77`"),
@@ -151,6 +153,21 @@ def test_a_script_in_the_loop_makes_the_same_run():
 def test_bad_input_is_refused_with_the_nearest_name(options, reason):
     with pytest.raises(BadInput, match=reason.replace("[", r"\[").replace("*", r"\*")):
         hdrm_fmu.run(**options)
+
+
+def test_what_is_public_is_typed_and_documented():
+    public = [getattr(hdrm_fmu, name) for name in hdrm_fmu.__all__]
+    public += [of for module in (plots, studies) for name, of in vars(module).items() if not name.startswith("_") and getattr(of, "__module__", "") == module.__name__]
+    public += [getattr(System, name) for name in dir(System) if not name.startswith("_")]
+    functions = [f.fget if isinstance(f, property) else f for f in public]
+    functions = [f for f in functions if inspect.isfunction(f)]
+    assert len(functions) > 20
+    for function in functions:
+        signature = inspect.signature(function)
+        assert inspect.getdoc(function), function
+        if function is not System.get:  # has a type for each kind of name
+            untyped = [p.name for p in signature.parameters.values() if p.name != "self" and p.annotation is p.empty]
+            assert not untyped and signature.return_annotation is not signature.empty, function
 
 
 def test_what_an_fmu_refuses_is_an_exception_with_its_text():

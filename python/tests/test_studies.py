@@ -49,5 +49,33 @@ def test_tuning_is_judged_on_a_held_out_trajectory(tmp_path):
     assert result["triangular"]["after"] == alone.attrs["tip_rmse"]
     plots.tuning(history, tmp_path / "t.png")
     assert np.isfinite(history.to_numpy()).all()
-    with pytest.raises(BadInput, match="did you mean"):
-        studies.tune({"Lambda_positon": (1.0, 2.0)}, runs=2)
+
+
+@pytest.mark.parametrize(
+    ("call", "reason"),
+    [
+        (lambda out: studies.tune({"Lambda_positon": (1.0, 2.0)}), "did you mean"),
+        (lambda out: studies.tune({"gamma": (1.0, 2.0)}, metric="tip_rmes"), "did you mean `tip_rmse`"),
+        (lambda out: studies.tune({"gamma": (1.0, 2.0)}, held_out="cub"), "did you mean `cubic`"),
+        (lambda out: studies.tune({}), "no parameters"),
+        (lambda out: studies.sobol({"inertia_scale": (1.2, 0.8)}, out=out), "must be more than the first"),
+        (lambda out: studies.sobol({"inertia_scale": ("a", 0.8)}, out=out), "pair of numbers"),
+        (lambda out: studies.sobol({"inertia_scale": (0.8, 1.2)}, out=out, metric="energy_emla_2_coper"), "did you mean `energy_emla_2_copper`"),
+        (lambda out: studies.sobol({"inertia_scale": (0.8, 1.2)}, out=out, base=3), "power of 2"),
+        (lambda out: studies.monte_carlo(0, out=out), "no values"),
+    ],
+)
+def test_bad_input_costs_nothing(call, reason, tmp_path):
+    with pytest.raises(BadInput, match=reason):
+        call(tmp_path / "x")
+    assert not (tmp_path / "x").exists()
+
+
+def test_metrics_are_known_before_a_run():
+    from hdrm_fmu import _native
+
+    names = _native.metric_names(["emla_1", "emla_2", "emla_3", "all"])
+    data = hdrm_fmu.run(stop_time=0.05, signals=[], metrics=("tracking", "energy"))
+    found = {name for name, value in data.attrs.items() if isinstance(value, float) and name not in ("elapsed", "step", "simulated")}
+    assert found == set(names) - {"sag_rms", "sag_max", *(f"rigid_{e}" for e in ("rmse", "max", "mean", "varying"))}
+    assert {names["tip_rmse"], names["known_rmse"], names["energy_all_work"]} == {"", "tracking", "energy"}

@@ -31,7 +31,7 @@ const OUTPUTS: [&str; 8] = [
 pub(crate) const SHIFT: &str = "energy.shift";
 
 /// Energies of one actuator over the motion, J.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Default, Serialize)]
 pub struct Balance {
     /// Component.
     pub actuator: String,

@@ -7,10 +7,37 @@ use cosim::bond::Residual;
 
 use crate::energy::Balance;
 use crate::tip::TipError;
-use crate::tracking::{PositionError, Tracking};
+use crate::tracking::{Bent, PositionError, Tracking};
 
 /// Numbers by name, in SI units.
 pub type Metrics = BTreeMap<String, f64>;
+
+/// Names of all metrics of a system with these actuators (`all` is their sum), each with what a run must be asked for beside the tip error
+/// to have it: `tracking`, `energy`, or nothing.
+///
+/// # Errors
+/// Never, as [`add_energy`].
+pub fn names(actuators: &[String]) -> Result<BTreeMap<String, &'static str>> {
+    let (mut always, mut tracking, mut energy) =
+        (of_tip(&TipError::new(0.0)), Metrics::new(), Metrics::new());
+    add_residuals(&mut always, &[]);
+    let bent = Some(Bent::default());
+    let all = Tracking {
+        bent,
+        ..Tracking::default()
+    };
+    add_tracking(&mut tracking, &all);
+    for actuator in actuators {
+        let balance = Balance {
+            actuator: actuator.clone(),
+            ..Balance::default()
+        };
+        add_energy(&mut energy, &balance)?;
+    }
+    let groups = [(always, ""), (tracking, "tracking"), (energy, "energy")];
+    let named = |(metrics, of): (Metrics, _)| metrics.into_keys().map(move |name| (name, of));
+    Ok(groups.into_iter().flat_map(named).collect())
+}
 
 /// Of the tip error.
 pub fn of_tip(tip: &TipError) -> Metrics {
