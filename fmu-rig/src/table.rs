@@ -275,7 +275,7 @@ pub(crate) const VARIABLES: &[V] = &[
     V::output("T_housing", "temperature of the housing", |y| &y.T_housing)
         .unit("K").nominal(300.0).depends_on(&[]).initially_depends_on(&[ALL_PARAMETERS]),
     V::output("efficiency", "efficiency of the last step's mean powers, by losses; 0 where it is not defined", |y| &y.efficiency)
-        .unit("1").display_unit("%").depends_on(&[]).initially_depends_on(&["x", "x_dot", "F_ext", "v_dc", "F_hold", ALL_PARAMETERS]),
+        .unit("1").display_unit("%").depends_on(&[]).initially_depends_on(&["x", "x_dot", "F_ext", "v_dc", "enable", "brake", "F_hold", ALL_PARAMETERS]),
     V::boolean_output("efficiency_valid", "whether the efficiency is defined: tau_e > 0 and w_m not 0 (quadrants I and IV)", |y| &y.efficiency_valid)
         .depends_on(&[]).initially_depends_on(START),
 
