@@ -18,6 +18,7 @@ use crate::workspace::{Workspace, cargo};
 pub const ZIG: &str = "ziglang==0.17.1\ncargo-zigbuild==0.24.0\n";
 
 const ZIGBUILD: &str = "cargo-zigbuild";
+const INSTALL_NAME: &str = "link-arg=-Wl,-install_name,@rpath/model.dylib";
 const MINGW: &str = "x86_64-w64-mingw32-gcc";
 
 /// A platform that can be built for.
@@ -151,6 +152,10 @@ impl Target {
         );
         let mut command = match self.linker {
             Linker::Zig { libc } => {
+                if self.platform == platform::MACOS {
+                    // A library's own name, which is else the path where it was linked.
+                    flags.extend(["-C", INSTALL_NAME].map(String::from));
+                }
                 let mut zigbuild = Command::new(tools.find(ZIGBUILD).context(ZIGBUILD)?);
                 zigbuild.args(["zigbuild", "--target"]);
                 zigbuild.arg(format!("{}{libc}", self.triple));
