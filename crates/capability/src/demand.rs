@@ -104,12 +104,27 @@ impl Capability {
     /// # Errors
     /// A mechanism that does not work over its joint range, or a mass that is negative or not finite.
     pub fn new(machine: &Machine, payload: &Payload) -> Result<Self, HdrmError> {
+        Self::carrying(machine, payload, 0.0, [0.0; 3])
+    }
+
+    /// As [`Capability::new`], and a load besides the payload: a point mass, kg, at `com` from the tip T4 in T4's axes, m.
+    ///
+    /// # Errors
+    /// As [`Capability::new`].
+    pub fn carrying(
+        machine: &Machine,
+        payload: &Payload,
+        mass: f64,
+        com: [f64; 3],
+    ) -> Result<Self, HdrmError> {
+        let load = Load {
+            payload_mass: payload.mass,
+            payload_com: payload.com,
+            mass,
+            com,
+        };
         let options = Options {
-            load: Load {
-                payload_mass: payload.mass,
-                payload_com: payload.com,
-                ..Load::default()
-            },
+            load,
             ..Options::of(machine)
         };
         Ok(Self {

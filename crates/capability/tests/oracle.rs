@@ -83,6 +83,48 @@ fn forward_dynamics_under_the_demanded_forces_gives_the_acceleration_back() {
     }
 }
 
+/// The force on the tip that a point mass there has from gravity and its own acceleration, given as the wrench of the environment, demands
+/// the same as the mass itself.
+#[test]
+fn a_load_demands_what_its_weight_and_its_inertia_do() {
+    let machine = Machine::reference();
+    let payload = Payload::of(&machine);
+    let kinematics = Kinematics::new(&machine).expect("works");
+    let zeta = machine.start.zeta;
+    let pose = kinematics.pose(&zeta);
+    let acceleration = Vector6::new(0.7, -0.4, 0.9, 0.0, 0.0, 0.0);
+    let tip = TipMotion {
+        pose,
+        velocity: Vector6::zeros(),
+        acceleration,
+    };
+    let motion = kinematics.motion(&tip, &zeta).expect("regular");
+    let (mass, com) = (170.0, [0.2, -0.3, 0.1]);
+    let loaded = Capability::carrying(&machine, &payload, mass, com).expect("valid");
+    let bare = Capability::new(&machine, &payload).expect("valid");
+    // No turning: the load accelerates as the tip does.
+    let a: Vector3<f64> = acceleration.fixed_rows::<3>(0).into();
+    let force = pose.orientation.inverse() * ((a + Vector3::y() * machine.gravity) * -mass);
+    let moment = Vector3::from(com).cross(&force);
+    let wrench = [force.x, force.y, force.z, moment.x, moment.y, moment.z];
+    let state = State {
+        zeta,
+        ..State::default()
+    };
+    let plant = bare.plant();
+    let (f, tau) = plant.inverse_dynamics(&state, &motion.zeta_ddot, &wrench);
+    let found = loaded.demand(&motion);
+    for k in 0..3 {
+        assert!(
+            (found.f[k] - f[k]).abs() < 1e-7,
+            "{k}: {} {}",
+            found.f[k],
+            f[k]
+        );
+        assert!((found.tau_wrist[k] - tau[k]).abs() < 1e-8, "{k}");
+    }
+}
+
 /// Statics by hand: the machine with weightless bodies besides the lift boom and the payload, boom level, tilt boom level too. The moment
 /// about the lift joint is that of two weights; the lift actuator has the lever arm of its triangle.
 #[test]

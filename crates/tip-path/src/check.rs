@@ -1,0 +1,321 @@
+//! Whether a machine can do a path: all that it demands along the path, beside what the machine file allows.
+
+use crate::error::Place;
+use crate::file::{Load, PathFile, Points};
+use crate::path::TipPath;
+use capability::{Capability, Kinematics, Limits, Margin, Payload, Quantity, Reach, Unreached};
+use hdrm::HdrmError;
+use machine::{AXES, Machine};
+use std::fmt;
+
+/// Time between two points that are looked at, s, on paths of up to some minutes.
+const STEP: f64 = 0.01;
+/// Most points that are looked at: on longer paths they lie further apart.
+const POINTS: f64 = 50_000.0;
+
+/// What was found along a path.
+#[derive(Clone, Debug)]
+pub struct Checked {
+    /// Smallest margin of each quantity with its time, s, in the order of [`Quantity::all`].
+    pub least: [(f64, Margin); Quantity::COUNT],
+    /// Root mean square of the motor torques over the path, N·m.
+    pub torque_rms: [f64; 3],
+    /// What the machine cannot do, in the order of time.
+    pub findings: Vec<Finding>,
+}
+
+/// What the machine cannot do.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Finding {
+    /// A waypoint or sample farther away than the stretched arm.
+    Reach {
+        /// Waypoint or sample with its number.
+        point: String,
+        /// Distance from the lift joint, m.
+        distance: f64,
+        /// Length of the stretched arm, m.
+        reach: f64,
+    },
+    /// A pose for which no joint angles were found, or where the arm is singular.
+    Pose {
+        /// Where.
+        place: Place,
+        /// When, s.
+        t: f64,
+        /// What comes nearest; None: the arm is singular there.
+        nearest: Option<Unreached>,
+    },
+    /// A limit that is passed.
+    Limit {
+        /// Where it is passed first.
+        place: Place,
+        /// When it is passed first, s.
+        t: f64,
+        /// Where it is passed most.
+        worst: Margin,
+        /// When it is passed most, s.
+        t_worst: f64,
+    },
+    /// A motor that becomes too hot, if the path were gone again and again.
+    Torque {
+        /// Slew, lift or tilt from 0.
+        axis: usize,
+        /// Root mean square over the path, N·m.
+        rms: f64,
+        /// Rated torque, N·m.
+        rated: f64,
+    },
+}
+
+impl fmt::Display for Finding {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Reach {
+                point,
+                distance,
+                reach,
+            } => write!(
+                f,
+                "{point} is {distance:.3} m from the lift joint, out of reach: it must be within {reach:.3} m, {:.3} m nearer",
+                distance - reach
+            ),
+            Self::Pose {
+                place,
+                t,
+                nearest: Some(Unreached {
+                    distance, angle, ..
+                }),
+            } => write!(
+                f,
+                "{place}, t = {t:.2} s: no joint angles reach this pose; the nearest that were found are {:.1} mm and {:.2} deg off",
+                1e3 * distance,
+                angle.to_degrees()
+            ),
+            Self::Pose { place, t, .. } => {
+                write!(
+                    f,
+                    "{place}, t = {t:.2} s: the arm is singular in this pose, its joints cannot follow the tip"
+                )
+            }
+            Self::Limit {
+                place,
+                t,
+                worst,
+                t_worst,
+            } => {
+                write!(f, "{place}, t = {t:.2} s: {worst}")?;
+                if t_worst != t {
+                    write!(f, " at t = {t_worst:.2} s")?;
+                }
+                Ok(())
+            }
+            Self::Torque { axis, rms, rated } => write!(
+                f,
+                "motor torque of {}: root mean square {rms:.2} N.m over the path must be at most the rated {rated} N.m: {:.2} N.m beyond ({:.1} %)",
+                AXES[*axis],
+                rms - rated,
+                100.0 * (rms / rated - 1.0)
+            ),
+        }
+    }
+}
+
+/// Goes along `path`, made of `file`, with the nominal machine and its payload from the joint angles `zeta`, rad; `observe` is told time
+/// and margins of each point.
+///
+/// # Errors
+/// A mechanism that does not work over its joint range.
+pub fn check(
+    file: &PathFile,
+    path: &TipPath,
+    machine: &Machine,
+    zeta: &[f64; 6],
+    mut observe: impl FnMut(f64, &[Margin; Quantity::COUNT]),
+) -> Result<Checked, HdrmError> {
+    let kinematics = Kinematics::new(machine)?;
+    let limits = Limits::of(machine);
+    let start = kinematics.pose(zeta);
+    let mut carried = None;
+    let mut capability = loaded(machine, None)?;
+    let mut log = Log::new(out_of_reach(file, machine, start.position.into()));
+    let mut near = *zeta;
+    let count = (path.duration() / STEP).ceil().clamp(1.0, POINTS);
+    for k in 0..=count as u32 {
+        let t = path.duration() * (f64::from(k) / count);
+        let load = path.load(t);
+        if load != carried {
+            carried = load;
+            capability = loaded(machine, load)?;
+        }
+        let tip = path.at(t);
+        let angles = match kinematics.inverse(&tip.pose, &near) {
+            Ok(angles) => angles,
+            Err(nearest) => {
+                log.stops(path.place(t), t, Some(nearest));
+                break;
+            }
+        };
+        near = angles;
+        let Some(motion) = kinematics.motion(&tip, &angles) else {
+            log.stops(path.place(t), t, None);
+            break;
+        };
+        let demand = capability.demand(&motion);
+        let margins = limits.margins(&demand);
+        log.add(path, t, &margins, &demand.tau_e);
+        observe(t, &margins);
+    }
+    let rated = machine
+        .ratings
+        .in_order()
+        .map(|ratings| ratings.motor_torque);
+    Ok(log.finish(rated))
+}
+
+/// Waypoints or samples farther from the lift joint than the stretched arm.
+fn out_of_reach(file: &PathFile, machine: &Machine, start: [f64; 3]) -> Vec<Finding> {
+    let reach = Reach::of(&machine.geometry);
+    let (what, positions): (_, Vec<_>) = match &file.points {
+        Points::Waypoints(list) => ("waypoint", list.iter().map(|w| w.position).collect()),
+        Points::Samples(list) => ("sample", list.iter().map(|s| s.position).collect()),
+    };
+    let offset = if file.relative { start } else { [0.0; 3] };
+    let each = (1..).zip(positions).filter_map(|(k, position)| {
+        let distance = reach.distance((position + nalgebra::Vector3::from(offset)).into());
+        (distance > reach.length()).then(|| Finding::Reach {
+            point: format!("{what} {k}"),
+            distance,
+            reach: reach.length(),
+        })
+    });
+    each.collect()
+}
+
+/// The machine with its payload and the load, as one body.
+fn loaded(machine: &Machine, load: Option<Load>) -> Result<Capability, HdrmError> {
+    let own = Payload::of(machine);
+    match load {
+        Some(load) if load.mass > 0.0 => Capability::carrying(machine, &own, load.mass, load.com),
+        _ => Capability::new(machine, &own),
+    }
+}
+
+/// What was seen so far.
+struct Log {
+    reach: Vec<Finding>,
+    least: [(f64, Margin); Quantity::COUNT],
+    /// Where and when each limit was passed first.
+    first: [Option<(Place, f64)>; Quantity::COUNT],
+    stopped: Option<Finding>,
+    squares: [f64; 3],
+    count: f64,
+}
+
+impl Log {
+    fn new(reach: Vec<Finding>) -> Self {
+        let nothing = |quantity| {
+            let held = Margin {
+                quantity,
+                value: 0.0,
+                range: [f64::NEG_INFINITY, f64::INFINITY],
+            };
+            (0.0, held)
+        };
+        Self {
+            reach,
+            least: Quantity::all().map(nothing),
+            first: [None; Quantity::COUNT],
+            stopped: None,
+            squares: [0.0; 3],
+            count: 0.0,
+        }
+    }
+
+    fn add(
+        &mut self,
+        path: &TipPath,
+        t: f64,
+        margins: &[Margin; Quantity::COUNT],
+        tau_e: &[f64; 3],
+    ) {
+        for (k, margin) in margins.iter().enumerate() {
+            // A part that is no number, of the first or of a broken value, is no smaller margin.
+            let least = &mut self.least[k];
+            if self.count == 0.0 || !(margin.part() >= least.1.part()) {
+                *least = (t, *margin);
+            }
+            if !margin.holds() && self.first[k].is_none() {
+                self.first[k] = Some((path.place(t), t));
+            }
+        }
+        for (square, tau) in self.squares.iter_mut().zip(tau_e) {
+            *square += tau * tau;
+        }
+        self.count += 1.0;
+    }
+
+    fn stops(&mut self, place: Place, t: f64, nearest: Option<Unreached>) {
+        self.stopped = Some(Finding::Pose { place, t, nearest });
+    }
+
+    fn finish(self, rated: [f64; 3]) -> Checked {
+        let torque_rms = self.squares.map(|sum| (sum / self.count.max(1.0)).sqrt());
+        let passed = self
+            .first
+            .iter()
+            .zip(&self.least)
+            .filter_map(|(first, least)| {
+                let (place, t) = (*first)?;
+                Some(Finding::Limit {
+                    place,
+                    t,
+                    worst: least.1,
+                    t_worst: least.0,
+                })
+            });
+        let mut limits: Vec<_> = passed.collect();
+        limits.sort_by(|a, b| time(a).total_cmp(&time(b)));
+        let hot = (0..3).filter(|&axis| torque_rms[axis] > rated[axis]);
+        let hot = hot.map(|axis| Finding::Torque {
+            axis,
+            rms: torque_rms[axis],
+            rated: rated[axis],
+        });
+        let findings = self.reach.into_iter().chain(limits).chain(self.stopped);
+        Checked {
+            least: self.least,
+            torque_rms,
+            findings: findings.chain(hot).collect(),
+        }
+    }
+}
+
+fn time(finding: &Finding) -> f64 {
+    match finding {
+        Finding::Limit { t, .. } | Finding::Pose { t, .. } => *t,
+        Finding::Reach { .. } | Finding::Torque { .. } => 0.0,
+    }
+}
+
+/// Findings that a message tells of.
+const TOLD: usize = 5;
+
+impl Checked {
+    /// Why the machine cannot do the path, for people; None if it can.
+    #[must_use]
+    pub fn refusal(&self) -> Option<String> {
+        if self.findings.is_empty() {
+            return None;
+        }
+        let told = self.findings.iter().take(TOLD).map(ToString::to_string);
+        let told: Vec<_> = told.collect();
+        let more = match self.findings.len().saturating_sub(TOLD) {
+            0 => String::new(),
+            more => format!("; and {more} more"),
+        };
+        Some(format!(
+            "the machine cannot do this path: {}{more}",
+            told.join("; ")
+        ))
+    }
+}

@@ -1,0 +1,174 @@
+//! Path files as CSV: a header with the columns' names, then a row for each point; lines that begin with `#` are remarks.
+
+use crate::error::PathError;
+use crate::file::{Load, MotionLimits, PathFile, Points, Sample, Waypoint, refused, unit, unknown};
+use csv::{ReaderBuilder, StringRecord, Trim};
+
+const ORIENTATION: [&str; 4] = ["qw", "qx", "qy", "qz"];
+const COM: [&str; 3] = ["com_x", "com_y", "com_z"];
+const SAMPLE: [&str; 8] = ["t", "x", "y", "z", "qw", "qx", "qy", "qz"];
+const WAYPOINT: [&str; 15] = [
+    "x",
+    "y",
+    "z",
+    "qw",
+    "qx",
+    "qy",
+    "qz",
+    "dwell",
+    "speed",
+    "time",
+    "blend",
+    "load_mass",
+    "com_x",
+    "com_y",
+    "com_z",
+];
+
+/// Reads a path; its values are not checked yet. A column `t` makes it a sampled one.
+pub(crate) fn parse(text: &str) -> Result<PathFile, PathError> {
+    let format = |e: csv::Error| PathError::Format(format!("path CSV: {e}"));
+    let mut reader = ReaderBuilder::new()
+        .trim(Trim::All)
+        .comment(Some(b'#'))
+        .from_reader(text.as_bytes());
+    let header = reader.headers().map_err(format)?.clone();
+    let is_sampled = header.iter().any(|name| name == "t");
+    let known: &[&'static str] = if is_sampled { &SAMPLE } else { &WAYPOINT };
+    for (k, name) in header.iter().enumerate() {
+        if !known.contains(&name) {
+            return Err(unknown("the header", name, known));
+        }
+        if header.iter().take(k).any(|other| other == name) {
+            return Err(PathError::Format(format!(
+                "path CSV: the column `{name}` is there twice"
+            )));
+        }
+    }
+    if let Some(missing) = ["x", "y", "z"]
+        .into_iter()
+        .find(|c| !header.iter().any(|h| h == *c))
+    {
+        let text =
+            format!("path CSV: the header must have columns x, y and z; `{missing}` is missing");
+        return Err(PathError::Format(text));
+    }
+    let rows = reader
+        .records()
+        .collect::<Result<Vec<_>, _>>()
+        .map_err(format)?;
+    let row = |k: usize, row: &StringRecord, what: &str| Row {
+        place: format!("{what} {}", k + 1),
+        header: header.clone(),
+        cells: row.clone(),
+    };
+    let points = if is_sampled {
+        let each = rows
+            .iter()
+            .enumerate()
+            .map(|(k, r)| row(k, r, "sample").sample());
+        Points::Samples(each.collect::<Result<_, _>>()?)
+    } else {
+        let each = rows
+            .iter()
+            .enumerate()
+            .map(|(k, r)| row(k, r, "waypoint").waypoint());
+        Points::Waypoints(each.collect::<Result<_, _>>()?)
+    };
+    Ok(PathFile {
+        points,
+        relative: false,
+        limits: MotionLimits::DEFAULT,
+        test: None,
+    })
+}
+
+/// One point.
+struct Row {
+    place: String,
+    header: StringRecord,
+    cells: StringRecord,
+}
+
+impl Row {
+    /// The number in a column; None where the column is missing or the cell empty.
+    fn number(&self, name: &str) -> Result<Option<f64>, PathError> {
+        let column = self.header.iter().position(|column| column == name);
+        let cell = column
+            .and_then(|k| self.cells.get(k))
+            .filter(|cell| !cell.is_empty());
+        let parse = |cell: &str| {
+            let number = cell.parse::<f64>();
+            number.map_err(|_| refused(&self.place, name, cell, "a number"))
+        };
+        cell.map(parse).transpose()
+    }
+
+    fn given(&self, name: &str) -> Result<f64, PathError> {
+        let number = self.number(name)?;
+        number.ok_or_else(|| refused(&self.place, name, "left out", "given"))
+    }
+
+    /// All of the columns, or None of them.
+    fn numbers<const N: usize>(&self, names: [&str; N]) -> Result<Option<[f64; N]>, PathError> {
+        let mut numbers = [0.0; N];
+        let mut given = 0;
+        for (name, number) in names.iter().zip(&mut numbers) {
+            if let Some(value) = self.number(name)? {
+                (*number, given) = (value, given + 1);
+            }
+        }
+        match given {
+            0 => Ok(None),
+            _ if given == N => Ok(Some(numbers)),
+            _ => {
+                let all = names.join(", ");
+                Err(refused(
+                    &self.place,
+                    &all,
+                    "given in part",
+                    "given all or left out",
+                ))
+            }
+        }
+    }
+
+    fn position(&self) -> Result<[f64; 3], PathError> {
+        Ok([self.given("x")?, self.given("y")?, self.given("z")?])
+    }
+
+    fn waypoint(&self) -> Result<Waypoint, PathError> {
+        let q = self.numbers(ORIENTATION)?;
+        let com = self.numbers(COM)?;
+        let load = self.number("load_mass")?.map(|mass| Load {
+            mass,
+            com: com.unwrap_or_default(),
+        });
+        if load.is_none() && com.is_some() {
+            return Err(refused(
+                &self.place,
+                "load_mass",
+                "left out",
+                "given with com_x, com_y, com_z",
+            ));
+        }
+        Ok(Waypoint {
+            position: self.position()?.into(),
+            orientation: q.map(|q| unit(&self.place, q)).transpose()?,
+            dwell: self.number("dwell")?.unwrap_or(0.0),
+            speed: self.number("speed")?,
+            time: self.number("time")?,
+            blend: self.number("blend")?.unwrap_or(0.0),
+            load,
+        })
+    }
+
+    fn sample(&self) -> Result<Sample, PathError> {
+        let q = self.numbers(ORIENTATION)?;
+        Ok(Sample {
+            t: self.given("t")?,
+            position: self.position()?.into(),
+            orientation: q.map(|q| unit(&self.place, q)).transpose()?,
+        })
+    }
+}

@@ -1,0 +1,92 @@
+//! Why a path is refused.
+
+use std::fmt;
+use thiserror::Error;
+
+/// A path that cannot be read or made.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum PathError {
+    /// Neither JSON nor CSV, or of another shape than a path.
+    #[error("{0}")]
+    Format(String),
+    /// A name that no path has.
+    #[error("{place}: `{name}` is unknown{}; it must be one of {}", near.as_ref().map_or(String::new(), |near| format!(", did you mean `{near}`?")), known.join(", "))]
+    Unknown {
+        /// Where.
+        place: String,
+        /// The name.
+        name: String,
+        /// The known name that it is most like.
+        near: Option<String>,
+        /// Known names.
+        known: Vec<&'static str>,
+    },
+    /// A value outside its range.
+    #[error("{place}: `{name}` = {value} must be {rule}")]
+    Value {
+        /// Waypoint, sample or line.
+        place: String,
+        /// Field.
+        name: String,
+        /// Value.
+        value: String,
+        /// What must hold.
+        rule: String,
+    },
+    /// A path of less than two waypoints or samples.
+    #[error("a path has {count} {what}, it must have at least two")]
+    TooFew {
+        /// How many.
+        count: usize,
+        /// Waypoints or samples.
+        what: &'static str,
+    },
+    /// Two waypoints that are the same.
+    #[error(
+        "waypoints {first} and {} are the same; to rest there, give waypoint {first} a `dwell` and leave the other out",
+        first + 1
+    )]
+    Same {
+        /// The first of them, from 1.
+        first: usize,
+    },
+    /// A waypoint that cannot be reached so early.
+    #[error(
+        "waypoint {waypoint}: `time` = {time} s is too early: the tip leaves the waypoint before at {leaves:.3} s and needs {needs:.3} s within the path's limits of speed, \
+         acceleration and jerk, so it must be at least {:.3} s", leaves + needs
+    )]
+    TooEarly {
+        /// From 1.
+        waypoint: usize,
+        /// Wanted time of arrival, s.
+        time: f64,
+        /// Time at which the waypoint before is left, s.
+        leaves: f64,
+        /// Least time for the way, s.
+        needs: f64,
+    },
+}
+
+/// Where on a path a time lies; waypoints count from 1.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Place {
+    /// On the way from where the tip starts to the first waypoint.
+    Approach,
+    /// At rest at a waypoint, or in its corner.
+    At(usize),
+    /// On the way from a waypoint to the next.
+    Between(usize),
+    /// On the way from a sample to the next.
+    Samples(usize),
+}
+
+impl fmt::Display for Place {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Approach => write!(f, "between the start and waypoint 1"),
+            Self::At(k) => write!(f, "at waypoint {k}"),
+            Self::Between(k) => write!(f, "between waypoints {k} and {}", k + 1),
+            Self::Samples(k) => write!(f, "between samples {k} and {}", k + 1),
+        }
+    }
+}

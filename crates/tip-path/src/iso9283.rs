@@ -1,0 +1,103 @@
+//! Test paths after ISO 9283:1998, "Manipulating industrial robots – Performance criteria and related test methods".
+//!
+//! The cube has edges of 400 mm, one of the standard's sizes, along the world's axes; its centre is where the tip starts. The test plane is the cube's
+//! diagonal plane through the upper near and the lower far edge (both along z). P1 is the centre; P2 to P5 lie on the plane's diagonals, 10 %
+//! of their length from the corners.
+//!
+//! - `iso9283-cube`, the test of poses: P1 → P5 → P4 → P3 → P2, 30 cycles, a second of rest at each.
+//! - `iso9283-rectangle`, the test of paths: P2 → P3 → P4 → P5 → P2 in straight lines, 10 cycles.
+
+use crate::error::PathError;
+use crate::file::{MotionLimits, PathFile, Points, Waypoint, refused};
+use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
+
+/// Names of the built-in paths.
+pub const BUILT_IN: [&str; 2] = ["iso9283-cube", "iso9283-rectangle"];
+
+/// Edge of the cube, m.
+const EDGE: f64 = 0.4;
+/// Part of the plane's half diagonals at which P2 to P5 lie.
+const PART: f64 = 0.8;
+/// Rest at a pose, s, in which the tip settles.
+const REST: f64 = 1.0;
+/// Most cycles.
+const CYCLES_MAX: usize = 1000;
+
+/// What is measured.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum TestKind {
+    /// Poses at rest: accuracy AP and repeatability RP.
+    Poses,
+    /// Straight lines: accuracy AT and repeatability RT.
+    Lines,
+}
+
+/// A test path.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Iso9283 {
+    /// What is measured.
+    pub kind: TestKind,
+    /// How often the same way is gone.
+    pub cycles: usize,
+}
+
+impl Iso9283 {
+    /// Of a name as `iso9283-cube` or `iso9283-cube:3`.
+    pub(crate) fn named(name: &str) -> Option<Result<Self, PathError>> {
+        let (base, cycles) = match name.split_once(':') {
+            Some((base, cycles)) => (base, Some(cycles)),
+            None => (name, None),
+        };
+        let (kind, standard) = match base {
+            "iso9283-cube" => (TestKind::Poses, 30),
+            "iso9283-rectangle" => (TestKind::Lines, 10),
+            _ => return None,
+        };
+        let refuse = |cycles: &str| {
+            let rule = format!("a whole number of cycles from 1 to {CYCLES_MAX}");
+            refused(base, "cycles", cycles, rule)
+        };
+        let read = |text: &str| match text.parse() {
+            Ok(cycles) if (1..=CYCLES_MAX).contains(&cycles) => Ok(cycles),
+            _ => Err(refuse(text)),
+        };
+        let cycles = cycles.map_or(Ok(standard), read);
+        Some(cycles.map(|cycles| Self { kind, cycles }))
+    }
+
+    /// Its points in the order of a cycle, relative to the start, m.
+    #[must_use]
+    pub fn points(&self) -> Vec<Vector3<f64>> {
+        let along = Vector3::new(1.0, -1.0, 0.0) * (0.5 * PART * EDGE);
+        let across = Vector3::z() * (0.5 * PART * EDGE);
+        let [p2, p3] = [along + across, across - along];
+        let [p4, p5] = [-along - across, along - across];
+        match self.kind {
+            TestKind::Poses => vec![Vector3::zeros(), p5, p4, p3, p2],
+            TestKind::Lines => vec![p2, p3, p4, p5],
+        }
+    }
+
+    /// As a path; it ends where its first cycle began.
+    #[must_use]
+    pub fn path(self) -> PathFile {
+        let points = self.points();
+        let dwell = match self.kind {
+            TestKind::Poses => REST,
+            TestKind::Lines => 0.0,
+        };
+        let at = |position: &Vector3<f64>| Waypoint {
+            position: *position,
+            dwell,
+            ..Waypoint::default()
+        };
+        let waypoints = points.iter().cycle().take(self.cycles * points.len() + 1);
+        PathFile {
+            points: Points::Waypoints(waypoints.map(at).collect()),
+            relative: true,
+            limits: MotionLimits::DEFAULT,
+            test: Some(self),
+        }
+    }
+}

@@ -1,0 +1,285 @@
+//! Straight lines from waypoint to waypoint, each travelled from rest to rest, with corners where two of them overlap in time.
+//!
+//! Position and orientation are sums: `p = p_0 + Σ d_k·s_k(t)` and `q = exp(φ_n·s_n(t))·…·exp(φ_1·s_1(t))·q_0`, with the way `d_k`, the
+//! rotation vector `φ_k` in world axes and the profile `s_k` of leg k. Where the tip stops the legs follow each other; in a blended corner
+//! the next leg begins while the last `blend` metres of the one before are left, so the tip leaves the straight line there, and speed,
+//! acceleration and jerk stay within the path's limits: those of both legs are lowered by what their vectors can add up to. At most two legs
+//! move at a time, and the first of the two is in its second, the other in its first half.
+
+use crate::error::PathError;
+use crate::file::{MotionLimits, Waypoint};
+use crate::path::Stop;
+use crate::profile::Profile;
+use capability::{Pose, TipMotion};
+use nalgebra::{Quaternion, UnitQuaternion, Vector3, Vector6};
+use serde::{Deserialize, Serialize};
+
+/// Ways shorter than this, m and rad, are none.
+const NONE: f64 = 1e-9;
+
+/// A straight line with its turn.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+struct Leg {
+    /// Time at which it begins, s.
+    begins: f64,
+    profile: Profile,
+    from: Pose,
+    /// Way, m.
+    step: Vector3<f64>,
+    /// Rotation vector, rad.
+    turn: Vector3<f64>,
+}
+
+/// All legs of a path.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Legs {
+    start: Pose,
+    legs: Vec<Leg>,
+}
+
+/// A way before its timing is known.
+struct Way {
+    /// Place in the list of waypoints.
+    waypoint: usize,
+    from: Pose,
+    step: Vector3<f64>,
+    turn: Vector3<f64>,
+}
+
+impl Legs {
+    /// From the pose `start` along the waypoints, with the times at which they are reached and left.
+    pub(crate) fn new(
+        start: Pose,
+        waypoints: &[Waypoint],
+        limits: &MotionLimits,
+    ) -> Result<(Self, Vec<Stop>), PathError> {
+        let ways = ways(start, waypoints);
+        let mut legs: Vec<Leg> = Vec::with_capacity(ways.len());
+        let mut stops = Vec::with_capacity(waypoints.len());
+        let mut leaves = 0.0;
+        for (k, waypoint) in waypoints.iter().enumerate() {
+            let place = ways.iter().position(|way| way.waypoint == k);
+            let arrives = if let Some(place) = place {
+                let way = &ways[place];
+                let fastest = way.profile(waypoint, limits, &lowering(&ways, waypoints, place));
+                let corner = match place.checked_sub(1) {
+                    Some(before) if waypoints[k - 1].blend > 0.0 => {
+                        Corner::of(&legs[before], waypoints[k - 1].blend)
+                    }
+                    _ => Corner::NONE,
+                };
+                let (begins, profile) = timed(k, waypoint, leaves, fastest, &corner)?;
+                if let (Some(stop), true) = (stops.last_mut(), corner.longest > 0.0) {
+                    // The middle of the corner.
+                    let Stop {
+                        arrives, leaves, ..
+                    } = stop;
+                    *arrives = 0.5 * (*arrives + begins);
+                    *leaves = *arrives;
+                }
+                legs.push(Leg {
+                    begins,
+                    profile,
+                    from: way.from,
+                    step: way.step,
+                    turn: way.turn,
+                });
+                begins + profile.duration()
+            } else {
+                leaves.max(waypoint.time.unwrap_or(0.0))
+            };
+            leaves = arrives + waypoint.dwell;
+            stops.push(Stop {
+                waypoint: k + 1,
+                arrives,
+                leaves,
+            });
+        }
+        Ok((Self { start, legs }, stops))
+    }
+
+    /// Motion at `t`, s.
+    pub(crate) fn at(&self, t: f64) -> TipMotion {
+        let next = self.legs.partition_point(|leg| leg.begins <= t);
+        let Some(last) = next.checked_sub(1) else {
+            return rest(self.start);
+        };
+        // The leg before may still move in a corner.
+        let first = last.saturating_sub(1);
+        let mut motion = rest(self.legs[first].from);
+        for leg in &self.legs[first..=last] {
+            leg.add_to(&mut motion, t);
+        }
+        motion
+    }
+}
+
+/// The pose without motion.
+pub(crate) fn rest(pose: Pose) -> TipMotion {
+    TipMotion {
+        pose,
+        velocity: Vector6::zeros(),
+        acceleration: Vector6::zeros(),
+    }
+}
+
+impl Leg {
+    /// Adds this leg to the motion of those before it:
+    /// ```text
+    /// ω = R·ω_before + φ·ṡ,   ω̇ = R·ω̇_before + φ·s̈ + (φ·ṡ) × (R·ω_before),   R = exp(φ·s)
+    /// ```
+    fn add_to(&self, motion: &mut TipMotion, t: f64) {
+        let [s, v, a] = self.profile.at(t - self.begins);
+        let R = exp(self.turn * s);
+        let of = |vector: &Vector6<f64>| -> (Vector3<f64>, Vector3<f64>) {
+            (
+                vector.fixed_rows::<3>(0).into(),
+                vector.fixed_rows::<3>(3).into(),
+            )
+        };
+        let (velocity, w) = of(&motion.velocity);
+        let (acceleration, w_dot) = of(&motion.acceleration);
+        let (w, w_dot, own) = (R * w, R * w_dot, self.turn * v);
+        motion.pose.position += self.step * s;
+        motion.pose.orientation = R * motion.pose.orientation;
+        motion.velocity = stacked(velocity + self.step * v, w + own);
+        let turning = w_dot + self.turn * a + own.cross(&w);
+        motion.acceleration = stacked(acceleration + self.step * a, turning);
+    }
+}
+
+/// From the start to each waypoint that is somewhere else than the one before.
+fn ways(start: Pose, waypoints: &[Waypoint]) -> Vec<Way> {
+    let mut from = start;
+    let mut ways = Vec::with_capacity(waypoints.len());
+    for (k, waypoint) in waypoints.iter().enumerate() {
+        let to = Pose {
+            position: waypoint.position,
+            orientation: waypoint.orientation.unwrap_or(from.orientation),
+        };
+        let step = to.position - from.position;
+        let turn = rotation_vector(&(to.orientation * from.orientation.inverse()));
+        if step.norm() > NONE || turn.norm() > NONE {
+            ways.push(Way {
+                waypoint: k,
+                from,
+                step,
+                turn,
+            });
+        }
+        from = to;
+    }
+    ways
+}
+
+/// Factors on acceleration and jerk of a way that overlaps with its neighbours.
+struct Lowering {
+    acceleration: f64,
+    jerk: f64,
+}
+
+/// In a corner the leg before brakes while the next accelerates, so at most `|e_next − e_before|` times the limit acts along both unit
+/// directions; jerks have either sign.
+fn lowering(ways: &[Way], waypoints: &[Waypoint], place: usize) -> Lowering {
+    let mut lowest = Lowering {
+        acceleration: 1.0,
+        jerk: 1.0,
+    };
+    let corners = ways.windows(2).enumerate();
+    for (k, pair) in corners.filter(|(k, _)| *k == place || k + 1 == place) {
+        if waypoints[ways[k].waypoint].blend == 0.0 {
+            continue;
+        }
+        for of in [|way: &Way| way.step, |way: &Way| way.turn] {
+            let [a, b] = [&pair[0], &pair[1]].map(|way| of(way).try_normalize(NONE));
+            if let (Some(a), Some(b)) = (a, b) {
+                let (difference, sum) = ((b - a).norm(), (a + b).norm());
+                lowest.acceleration = lowest.acceleration.min(1.0 / difference.max(1.0));
+                lowest.jerk = lowest.jerk.min(1.0 / difference.max(sum).max(1.0));
+            }
+        }
+    }
+    lowest
+}
+
+impl Way {
+    /// The fastest profile within the limits.
+    fn profile(&self, waypoint: &Waypoint, limits: &MotionLimits, low: &Lowering) -> Profile {
+        let speed = waypoint.speed.unwrap_or(limits.speed);
+        let (length, angle) = (self.step.norm(), self.turn.norm());
+        let rate = |linear: f64, angular: f64| (linear / length).min(angular / angle);
+        Profile::fastest(
+            rate(speed, limits.angular_speed),
+            rate(limits.acceleration, limits.angular_acceleration) * low.acceleration,
+            rate(limits.jerk, limits.angular_jerk) * low.jerk,
+        )
+    }
+}
+
+/// How far the next leg may reach into the one before.
+struct Corner {
+    /// Longest overlap, s.
+    longest: f64,
+}
+
+impl Corner {
+    /// The tip stops.
+    const NONE: Self = Self { longest: 0.0 };
+
+    /// The last `blend` metres of a leg, but no more than its second half.
+    fn of(before: &Leg, blend: f64) -> Self {
+        let part = (blend / before.step.norm()).min(0.5);
+        Self {
+            longest: before.profile.time_to(part),
+        }
+    }
+}
+
+/// When the way to waypoint `k` (from 0) begins, and its profile; the waypoint before is left at `leaves`, s.
+fn timed(
+    k: usize,
+    waypoint: &Waypoint,
+    leaves: f64,
+    fastest: Profile,
+    corner: &Corner,
+) -> Result<(f64, Profile), PathError> {
+    let Some(time) = waypoint.time else {
+        let overlap = corner.longest.min(0.5 * fastest.duration());
+        return Ok((leaves - overlap, fastest));
+    };
+    // With the overlap τ the leg has time − leaves + τ, of which τ is at most the half.
+    let overlap = corner.longest.min((time - leaves).max(0.0));
+    let begins = leaves - overlap;
+    let (duration, needs) = (time - begins, fastest.duration());
+    // Times in files are rounded.
+    if duration < needs * (1.0 - 1e-9) {
+        return Err(PathError::TooEarly {
+            waypoint: k + 1,
+            time,
+            leaves: begins,
+            needs,
+        });
+    }
+    Ok((begins, fastest.stretched(duration)))
+}
+
+fn stacked(linear: Vector3<f64>, angular: Vector3<f64>) -> Vector6<f64> {
+    Vector6::from_iterator(linear.iter().chain(&angular).copied())
+}
+
+/// Rotation vector of at most half a turn, rad, with the same bits on every platform.
+fn rotation_vector(q: &UnitQuaternion<f64>) -> Vector3<f64> {
+    let sine = q.imag().norm();
+    if sine == 0.0 {
+        return Vector3::zeros();
+    }
+    q.imag() * (2.0 * q.w.signum() * libm::atan2(sine, q.w.abs()) / sine)
+}
+
+/// The turn by a rotation vector, with the same bits on every platform.
+fn exp(rotation: Vector3<f64>) -> UnitQuaternion<f64> {
+    let angle = rotation.norm();
+    let (sine, cosine) = libm::sincos(0.5 * angle);
+    let per_angle = if angle > 0.0 { sine / angle } else { 0.5 };
+    UnitQuaternion::new_unchecked(Quaternion::from_parts(cosine, rotation * per_angle))
+}

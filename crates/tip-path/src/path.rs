@@ -1,0 +1,164 @@
+//! A path as a function of time.
+
+use crate::error::{PathError, Place};
+use crate::file::{Load, PathFile, Points, Sample, Waypoint};
+use crate::iso9283::Iso9283;
+use crate::legs::{Legs, rest};
+use crate::spline::Spline;
+use capability::{Pose, TipMotion};
+use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
+
+/// The motion of the tip from its start pose to the end of a path.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct TipPath {
+    /// All of a path of waypoints; of a sampled one, the way to the first sample.
+    legs: Legs,
+    /// From the time, s.
+    spline: Option<(f64, Spline)>,
+    stops: Vec<Stop>,
+    /// Times, s, from which on the loads are carried.
+    loads: Vec<(f64, Load)>,
+    duration: f64,
+    test: Option<Iso9283>,
+}
+
+/// When the tip is at a waypoint.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Stop {
+    /// From 1.
+    pub waypoint: usize,
+    /// Time of arrival, s; in a blended corner its middle.
+    pub arrives: f64,
+    /// End of the rest, s.
+    pub leaves: f64,
+}
+
+impl TipPath {
+    /// The path of a file for a tip that starts in the pose `start`, at rest. It goes to the first point in a straight line.
+    ///
+    /// # Errors
+    /// A time of arrival that the path's limits of speed, acceleration and jerk do not allow.
+    pub fn new(file: &PathFile, start: Pose) -> Result<Self, PathError> {
+        let offset = if file.relative {
+            start.position
+        } else {
+            Vector3::zeros()
+        };
+        let mut path = match &file.points {
+            Points::Waypoints(waypoints) => Self::along(file, start, offset, waypoints)?,
+            Points::Samples(samples) => Self::through(file, start, offset, samples)?,
+        };
+        path.test = file.test;
+        Ok(path)
+    }
+
+    fn along(
+        file: &PathFile,
+        start: Pose,
+        offset: Vector3<f64>,
+        waypoints: &[Waypoint],
+    ) -> Result<Self, PathError> {
+        let moved = |waypoint: &Waypoint| Waypoint {
+            position: waypoint.position + offset,
+            ..*waypoint
+        };
+        let waypoints: Vec<_> = waypoints.iter().map(moved).collect();
+        let (legs, stops) = Legs::new(start, &waypoints, &file.limits)?;
+        let carried = waypoints.iter().zip(&stops);
+        Ok(Self {
+            legs,
+            spline: None,
+            loads: carried
+                .filter_map(|(w, stop)| Some((stop.arrives, w.load?)))
+                .collect(),
+            duration: stops.last().map_or(0.0, |stop| stop.leaves),
+            stops,
+            test: None,
+        })
+    }
+
+    fn through(
+        file: &PathFile,
+        start: Pose,
+        offset: Vector3<f64>,
+        samples: &[Sample],
+    ) -> Result<Self, PathError> {
+        let approach = Waypoint {
+            position: samples[0].position + offset,
+            orientation: samples[0].orientation,
+            ..Waypoint::default()
+        };
+        let (legs, stops) = Legs::new(start, &[approach], &file.limits)?;
+        let begins = stops[0].arrives;
+        let spline = Spline::new(samples, &start, offset, begins);
+        Ok(Self {
+            legs,
+            duration: spline.end(),
+            spline: Some((begins, spline)),
+            stops: Vec::new(),
+            loads: Vec::new(),
+            test: None,
+        })
+    }
+
+    /// Time to the end of the last rest, s.
+    #[must_use]
+    pub fn duration(&self) -> f64 {
+        self.duration
+    }
+
+    /// Motion of the tip at `t`, s; at rest before the beginning and after the end.
+    #[must_use]
+    pub fn at(&self, t: f64) -> TipMotion {
+        match &self.spline {
+            Some((_, spline)) if t >= self.duration => rest(spline.at(self.duration).pose),
+            Some((begins, spline)) if t >= *begins => spline.at(t),
+            _ => self.legs.at(t),
+        }
+    }
+
+    /// What is carried at `t`, s, besides the machine's own payload; None until the first pick-up or set-down.
+    #[must_use]
+    pub fn load(&self, t: f64) -> Option<Load> {
+        let next = self.loads.partition_point(|(from, _)| *from <= t);
+        next.checked_sub(1).map(|k| self.loads[k].1)
+    }
+
+    /// Times, s, from which on each load is carried.
+    #[must_use]
+    pub fn loads(&self) -> &[(f64, Load)] {
+        &self.loads
+    }
+
+    /// When the tip is at the waypoints, in their order; of a sampled path none.
+    #[must_use]
+    pub fn stops(&self) -> &[Stop] {
+        &self.stops
+    }
+
+    /// The test of ISO 9283 that it is.
+    #[must_use]
+    pub fn test(&self) -> Option<Iso9283> {
+        self.test
+    }
+
+    /// Where the tip is at `t`, s.
+    #[must_use]
+    pub fn place(&self, t: f64) -> Place {
+        if let Some((begins, spline)) = &self.spline {
+            return if t < *begins {
+                Place::Approach
+            } else {
+                Place::Samples(spline.interval(t) + 1)
+            };
+        }
+        let next = self.stops.iter().find(|stop| stop.leaves >= t);
+        match next {
+            None => Place::At(self.stops.len()),
+            Some(stop) if t >= stop.arrives => Place::At(stop.waypoint),
+            Some(stop) if stop.waypoint == 1 => Place::Approach,
+            Some(stop) => Place::Between(stop.waypoint - 1),
+        }
+    }
+}
