@@ -150,7 +150,7 @@ ENUMERATIONS = {
     ("Rig", "drive"): ["motion", "force"],
     ("Sensors", "speed"): ["ideal", "difference", "observer"],
     ("Sensors", "force"): ["ideal", "sensor", "absent"],
-    ("Controller", "trajectory"): ["cubic", "triangular", "external", "rates"],
+    ("Controller", "trajectory"): ["cubic", "triangular", "external", "rates", "path"],
     ("Controller", "rate.command"): ["joint", "tip"],
 }
 

@@ -11,9 +11,10 @@ use fmu_export::{Info, InputPolynomial, Model, ModelError, StepEnd, Variable};
 use machine::Machine;
 use serde::{Deserialize, Serialize};
 use std::ops::{Deref, DerefMut};
+use tip_path::PathFile;
 use vdc::{
-    Controller, Derating, Evaluation, Level, Mode, Output, RateCommand, RateLimits, Settings,
-    Timing, Told, Trajectory,
+    Controller, ControllerError, Derating, Evaluation, Level, Mode, Output, RateCommand,
+    RateLimits, Settings, Timing, Told, Trajectory,
 };
 
 /// The controller behind the FMI border.
@@ -73,6 +74,12 @@ pub struct Parameters {
     surrogate: Surrogate,
     /// File the network came from; empty: the embedded one.
     surrogate_file: String,
+    /// Path to follow.
+    path: Option<PathFile>,
+    /// File the path came from, or the name of a built-in one; empty: none.
+    path_file: String,
+    /// Whether a path that the nominal machine cannot do is refused.
+    path_check: bool,
     /// Blending factor the low-level law reckons with.
     alpha: f64,
     /// Item of [`table::LEVEL`].
@@ -138,11 +145,37 @@ impl Parameters {
         })
     }
 
+    /// The controller on the path of `path_file`.
+    fn follow(
+        &self,
+        controller: Controller,
+        settings: &Settings,
+        measured: &vdc::Input,
+    ) -> Result<Controller, ModelError> {
+        let file = self.path.as_ref().ok_or_else(|| {
+            ModelError::new(
+                "`path_file` is empty, but `trajectory` = path needs one: it must name a path",
+            )
+        })?;
+        let followed =
+            controller.following(file, &self.machine, settings, measured, self.path_check);
+        followed.map_err(|error| {
+            let hint = match error {
+                ControllerError::Refused(_) => {
+                    "; with `path_check` = false it is tried nevertheless"
+                }
+                _ => "",
+            };
+            ModelError::new(format!("path `{}`: {error}{hint}", self.path_file))
+        })
+    }
+
     fn trajectory(&self) -> Trajectory {
         match self.trajectory {
             table::TRAJECTORY_CUBIC => Trajectory::Cubic,
             table::TRAJECTORY_TRIANGULAR => Trajectory::Triangular,
             table::TRAJECTORY_RATES => Trajectory::Rates,
+            table::TRAJECTORY_PATH => Trajectory::Path,
             _ => Trajectory::External,
         }
     }
@@ -201,6 +234,9 @@ impl Model for ControllerFmu {
             machine_file: String::new(),
             surrogate: Surrogate::reference(),
             surrogate_file: String::new(),
+            path: None,
+            path_file: String::new(),
+            path_check: true,
             alpha: 0.0,
             level: table::LEVEL_MACHINE,
             mode: table::MODE_ADAPTIVE,
@@ -224,16 +260,21 @@ impl Model for ControllerFmu {
                 "`derating.start` = {start} K must be below `derating.end` = {end} K"
             )));
         }
-        let controller = Controller::new(
+        let (settings, measured) = (p.settings(), u.measured());
+        let trajectory = p.trajectory();
+        let mut controller = Controller::new(
             &p.machine,
             &p.surrogate,
-            p.trajectory(),
-            &p.settings(),
-            &u.measured(),
+            trajectory,
+            &settings,
+            &measured,
             t,
         )?
         .with_timing(p.timing()?)
         .with_rate_limits(&p.rates)?;
+        if trajectory == Trajectory::Path {
+            controller = p.follow(controller, &settings, &measured)?;
+        }
         let mut fmu = Self {
             controller,
             told: Told::default(),

@@ -8,6 +8,7 @@ use fmu_export::{
 };
 use machine::Machine;
 use std::path::Path;
+use tip_path::{BUILT_IN, PathFile};
 use vdc::{DELAY_MAX, Derating};
 
 pub(crate) const MODE_ADAPTIVE: i32 = 1;
@@ -54,6 +55,7 @@ pub(crate) const TRAJECTORY_CUBIC: i32 = 1;
 pub(crate) const TRAJECTORY_TRIANGULAR: i32 = 2;
 pub(crate) const TRAJECTORY_RATES: i32 = 4;
 pub(crate) const RATE_COMMAND_JOINT: i32 = 1;
+pub(crate) const TRAJECTORY_PATH: i32 = 5;
 pub(crate) const LEVEL_MACHINE: i32 = 1;
 static LEVEL: Enumeration = Enumeration::new(
     "Level",
@@ -78,6 +80,7 @@ static TRAJECTORY: Enumeration = Enumeration::new(
         ("triangular", "a triangle in the boom plane"),
         ("external", "the inputs reference.*"),
         ("rates", "the inputs rate.joint or rate.tip, an operator's"),
+        ("path", "the path that path_file names"),
     ],
 );
 
@@ -231,6 +234,25 @@ fn read_surrogate(p: &mut Parameters, file: &str, resources: Option<&Path>) -> R
     Ok(())
 }
 
+fn read_path(p: &mut Parameters, file: &str, resources: Option<&Path>) -> Result<(), String> {
+    p.path = match PathFile::built_in(file) {
+        _ if file.is_empty() => None,
+        Some(test) => Some(test.map_err(|e| format!("path `{file}`: {e}"))?),
+        None => Some(
+            read_parameter_file(file, resources, PathFile::parse).map_err(|e| {
+                let is_found =
+                    Path::new(file).exists() || resources.is_some_and(|r| r.join(file).exists());
+                if is_found {
+                    return e;
+                }
+                format!("{e}; the built-in paths are {}", BUILT_IN.join(" and "))
+            })?,
+        ),
+    };
+    p.path_file = file.to_owned();
+    Ok(())
+}
+
 /// 20 °C, K.
 pub(crate) const ROOM: f64 = 293.15;
 /// Class F insulation, 155 °C, reached at no current; full current up to 120 °C.
@@ -380,6 +402,9 @@ pub(crate) const VARIABLES: &[V] = &[
         |p| &p.machine_file, read_machine),
     V::string_parameter("surrogate_file", "network JSON of the hybrid actuators to use instead of the embedded network",
         |p| &p.surrogate_file, read_surrogate),
+    V::string_parameter("path_file", "path to follow if trajectory = path: JSON or CSV file of waypoints or samples, or iso9283-cube, iso9283-rectangle",
+        |p| &p.path_file, read_path),
+    V::boolean_parameter("path_check", "whether a path that the nominal machine cannot do is refused before the start", |p| &p.path_check, |p| &mut p.path_check),
     V::parameter("alpha", "blending factor of the hybrid actuators that the voltage law reckons with; 0: it knows the physics only",
         |p| &p.alpha, |p| &mut p.alpha).unit("1").tunable().min(0.0).max(1.0),
     V::parameter("settle_time", "time for which the start pose is held before the trajectory begins",

@@ -10,14 +10,15 @@ use crate::rates::{RateLimits, Rates};
 use crate::reference::{Desired, Path};
 use crate::sampling::{Sampling, Timing};
 use crate::speed::JointObserver;
-use crate::trouble::Reach;
 use crate::{Conditions, Input, Mode, Settings, Trajectory};
+use capability::Reach;
 use emla::{Drive, Emla, Surrogate};
 use hdrm::{BODIES, Body, GeometryError, Tip, Tree};
 use machine::Machine;
 use nalgebra::{Matrix3, UnitQuaternion, Vector6};
 use serde::{Deserialize, Serialize};
 use spatial::Inertia;
+use tip_path::TipPath;
 
 /// The controller and its state.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -26,6 +27,8 @@ pub struct Controller {
     pub(crate) path: Option<Path>,
     /// Commanded rates in place of a path.
     pub(crate) rates: Option<Rates>,
+    /// A path of a file, where there is no other.
+    pub(crate) given: Option<TipPath>,
     /// Pose of the tip when the controller started.
     pub(crate) start: Desired,
     timing: Timing,
@@ -93,6 +96,7 @@ impl Controller {
             path: Path::of(trajectory, &machine.trajectories),
             rates: (trajectory == Trajectory::Rates)
                 .then(|| Rates::new(machine, &nominal.tree, &input.zeta)),
+            given: None,
             start: Desired::rest(tip.position, orientation(&input.zeta)),
             state: State {
                 t,
@@ -106,11 +110,21 @@ impl Controller {
             timing: Timing::default(),
             nominal,
         };
-        let now = controller.evaluate(settings, input)?;
-        for (drive, command) in controller.state.drives.iter_mut().zip(&now.commands) {
+        controller.settle(settings, input)?;
+        Ok(controller)
+    }
+
+    /// The required currents have been what they are at the start.
+    pub(crate) fn settle(
+        &mut self,
+        settings: &Settings,
+        input: &Input,
+    ) -> Result<(), ControllerError> {
+        let now = self.evaluate(settings, input)?;
+        for (drive, command) in self.state.drives.iter_mut().zip(&now.commands) {
             *drive = drive.settled(command.i_qr);
         }
-        Ok(controller)
+        Ok(())
     }
 
     /// The same controller with this timing; before its first step.

@@ -38,6 +38,15 @@ pub enum ControllerError {
         /// Its value.
         value: f64,
     },
+    /// A path that cannot be made.
+    #[error(transparent)]
+    Path(#[from] tip_path::PathError),
+    /// The plant that a path is checked with.
+    #[error(transparent)]
+    Plant(#[from] hdrm::HdrmError),
+    /// A path that the nominal machine cannot do.
+    #[error("{0}")]
+    Refused(String),
     /// The nominal actuator cannot be computed over the delay.
     #[error("prediction over the delay: {0}")]
     Prediction(#[from] emla::StepError),

@@ -5,12 +5,14 @@ use crate::clik::{self, TipState};
 use crate::controller::{Controller, orientation};
 use crate::decomposition::{self, BodyMotion};
 use crate::error::ControllerError;
+use crate::given_path::given_at;
 use crate::integral::Errors;
 use crate::low_level::{Command, Measured, RodDemand};
 use crate::reference::Desired;
 use crate::{Conditions, Input, Level, Mode, Output, Settings};
 use hdrm::{Body, Configuration, DOF, Stroke, Tip, saturate};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+use tip_path::TipPath;
 
 /// Everything between the measurements and the commands at one instant. The forces `F` count in the virtual power flows only.
 #[derive(Clone, Copy, Debug)]
@@ -64,11 +66,12 @@ impl Evaluation {
 impl Controller {
     /// Time at which the reference has come to its end, s; the start time for an external one.
     fn motion_end(&self, settings: &Settings) -> f64 {
-        let path = self
-            .path
-            .as_ref()
-            .filter(|_| settings.level == Level::Machine);
-        let motion = path.map_or(0.0, |path| settings.gains.settle_time + path.duration());
+        let duration = match (&self.path, &self.given) {
+            _ if settings.level != Level::Machine => None,
+            (Some(path), _) => Some(path.duration()),
+            (None, given) => given.as_ref().map(TipPath::duration),
+        };
+        let motion = duration.map_or(0.0, |duration| settings.gains.settle_time + duration);
         self.state.t_start + motion
     }
 
@@ -77,9 +80,12 @@ impl Controller {
             return Ok(rates.desired(&self.nominal.tree));
         }
         let Some(path) = &self.path else {
-            return external(input);
+            return match &self.given {
+                Some(given) => Ok(given_at(given, self.path_time(settings))),
+                None => external(input),
+            };
         };
-        let [x, v, a] = path.at(self.state.t - self.state.t_start - settings.gains.settle_time);
+        let [x, v, a] = path.at(self.path_time(settings));
         Ok(Desired {
             position: self.start.position + x,
             velocity: v,

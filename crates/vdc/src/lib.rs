@@ -15,6 +15,7 @@ mod controller;
 mod decomposition;
 mod error;
 mod evaluation;
+mod given_path;
 mod integral;
 mod load;
 mod low_level;

@@ -5,22 +5,16 @@ use crate::controller::Controller;
 use crate::{Level, Settings};
 use hdrm::Body;
 use nalgebra::{Matrix3, Vector3};
-use serde::{Deserialize, Serialize};
 use spatial::Inertia;
 
-/// A point mass that the end-effector carries beside its payload.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Load {
-    /// kg; 0: none.
-    pub mass: f64,
-    /// From the tip T4, in T4's axes, m.
-    pub com: [f64; 3],
-}
+pub use tip_path::Load;
 
 impl Controller {
     /// What the path has the end-effector carry at the time of the state; None where it says nothing of loads.
-    pub(crate) fn carried(&self, _settings: &Settings) -> Option<Load> {
-        None
+    #[inline]
+    pub(crate) fn carried(&self, settings: &Settings) -> Option<Load> {
+        let path = self.given.as_ref()?;
+        path.load(self.path_time(settings))
     }
 
     /// Takes over what the path says of the load, if the controller is told.

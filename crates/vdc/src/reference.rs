@@ -19,6 +19,8 @@ pub enum Trajectory {
     External,
     /// Made of the commanded rates `rate.*`.
     Rates,
+    /// Given as a file, by [`crate::Controller::following`]; rest until then.
+    Path,
 }
 
 /// Desired motion of the tip, world frame.
@@ -87,6 +89,7 @@ impl Path {
                     triangular.dwell,
                 )
             }
+            Trajectory::Path => (vec![[0.0; 3]; 2], 1.0, 0.0),
             Trajectory::External | Trajectory::Rates => return None,
         };
         let vertices = vertices.into_iter().map(Vector3::from).collect();

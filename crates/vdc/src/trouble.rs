@@ -3,7 +3,6 @@
 use crate::controller::Controller;
 use crate::evaluation::Evaluation;
 use crate::{Level, Settings};
-use machine::Geometry;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
@@ -96,40 +95,6 @@ pub struct Told {
     wrist: bool,
 }
 
-/// Reach of the arm: lift joint in the plane of the boom, and the length of the stretched arm from there to the tip, m.
-#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
-pub(crate) struct Reach {
-    radius: f64,
-    height: f64,
-    length: f64,
-}
-
-impl Reach {
-    pub(crate) fn of(geometry: &Geometry) -> Self {
-        let size = |v: &[f64; 3]| libm::hypot(libm::hypot(v[0], v[1]), v[2]);
-        let links = [
-            &geometry.r_O_B,
-            &geometry.r_B_B4,
-            &geometry.r_B4_A4,
-            &geometry.r_A4_C4,
-            &geometry.r_C4_D4,
-            &geometry.r_D4_T4,
-        ];
-        let [x, y, z] = geometry.r_T1_O;
-        Self {
-            radius: libm::hypot(x, z),
-            height: y,
-            length: links.into_iter().map(size).sum(),
-        }
-    }
-
-    /// Least distance of a position from the lift joint, whatever the slew angle, m.
-    fn distance(&self, [x, y, z]: [f64; 3]) -> f64 {
-        let (ahead, above) = ((x * x + z * z).sqrt() - self.radius, y - self.height);
-        (ahead * ahead + above * above).sqrt()
-    }
-}
-
 impl Controller {
     /// What begins to go wrong with the commands of `now` in a step from `t` by `h`, both s, `told` remembers what was told already.
     pub fn trouble(
@@ -157,7 +122,7 @@ impl Controller {
         begins(&mut told.step, h > longest, too_long);
         let y = now.output(&[0.0; 3]);
         if settings.level == Level::Machine {
-            let reach = self.nominal.reach.length;
+            let reach = self.nominal.reach.length();
             let distance = self.nominal.reach.distance(y.desired_position);
             let out_of_reach = Trouble::OutOfReach { t, distance, reach };
             begins(&mut told.reach, distance > reach, out_of_reach);
