@@ -4,7 +4,7 @@ use crate::{ControllerFmu, Parameters};
 use emla::Surrogate;
 use fmu_export::{
     ALL_PARAMETERS, DisplayUnit, Enumeration, File, Info, Terminal, Unit, Variable,
-    read_parameter_file,
+    read_parameter_file, read_placed_file,
 };
 use machine::Machine;
 use std::path::Path;
@@ -217,9 +217,9 @@ macro_rules! condition {
 }
 
 fn read_machine(p: &mut Parameters, file: &str, resources: Option<&Path>) -> Result<(), String> {
-    p.machine = match file {
-        "" => Machine::reference(),
-        _ => read_parameter_file(file, resources, Machine::from_json)?,
+    p.machine = match Machine::preset(file) {
+        Some(machine) => machine,
+        None => read_placed_file(file, resources, Machine::of_file)?,
     };
     p.machine_file = file.to_owned();
     Ok(())
@@ -398,7 +398,7 @@ pub(crate) const VARIABLES: &[V] = &[
         .unit("s").display_unit("ms").min(1e-3).max(10.0),
     V::boolean_parameter("load.told", "whether the nominal machine takes over the loads that the path picks up and sets down", |p| &p.load_told, |p| &mut p.load_told)
         .tunable(),
-    V::string_parameter("machine_file", "machine JSON to use for the nominal parameters and gains instead of the embedded reference machine",
+    V::string_parameter("machine_file", "machine JSON, or name of a shipped machine, to use for the nominal parameters and gains instead of the reference machine",
         |p| &p.machine_file, read_machine),
     V::string_parameter("surrogate_file", "network JSON of the hybrid actuators to use instead of the embedded network",
         |p| &p.surrogate_file, read_surrogate),

@@ -4,7 +4,7 @@ use crate::{EmlaFmu, Parameters};
 use emla::Surrogate;
 use fmu_export::{
     ALL_PARAMETERS, Enumeration, File, Info, MadeFile, Terminal, Unit, Variable,
-    read_parameter_file,
+    read_parameter_file, read_placed_file,
 };
 use machine::{EmlaFields, Machine};
 use std::path::Path;
@@ -110,9 +110,9 @@ const LOSS_START: &[&str] = &[
 ];
 
 fn read_machine(p: &mut Parameters, file: &str, resources: Option<&Path>) -> Result<(), String> {
-    let machine = match file {
-        "" => Machine::reference(),
-        _ => read_parameter_file(file, resources, Machine::from_json)?,
+    let machine = match Machine::preset(file) {
+        Some(machine) => machine,
+        None => read_placed_file(file, resources, Machine::of_file)?,
     };
     p.of_machine = EmlaFields::new(*machine.emla.in_order()[(p.axis - 1) as usize]);
     p.machine_file = file.to_owned();
@@ -273,7 +273,7 @@ pub(crate) const VARIABLES: &[V] = &[
         |p| &p.delay, |p| &mut p.delay).min(0.0).max(4.0),
     V::integer_parameter("axis", "which of the machine's actuators this is, where machine_file has one section emla for each", |p| &p.axis, |p| &mut p.axis)
         .enumeration(&AXIS).read_by_texts(),
-    V::string_parameter("machine_file", "machine JSON whose section emla replaces the embedded reference machine's",
+    V::string_parameter("machine_file", "machine JSON, or name of a shipped machine, whose section emla replaces the reference machine's",
         |p| &p.machine_file, read_machine),
     V::string_parameter("surrogate_file", "network JSON to use instead of the embedded network",
         |p| &p.surrogate_file, read_surrogate),

@@ -1,7 +1,7 @@
 //! Variables of the FMU `Hdrm`.
 
 use crate::{HdrmFmu, Parameters};
-use fmu_export::{ALL_PARAMETERS, File, Info, Terminal, Unit, Variable, read_parameter_file};
+use fmu_export::{ALL_PARAMETERS, File, Info, Terminal, Unit, Variable, read_placed_file};
 use machine::Machine;
 use std::path::Path;
 
@@ -53,9 +53,9 @@ const BASE_START: &[&str] = &[
 ];
 
 fn read_machine(p: &mut Parameters, file: &str, resources: Option<&Path>) -> Result<(), String> {
-    let machine = match file {
-        "" => Machine::reference(),
-        _ => read_parameter_file(file, resources, Machine::from_json)?,
+    let machine = match Machine::preset(file) {
+        Some(machine) => machine,
+        None => read_placed_file(file, resources, Machine::of_file)?,
     };
     *p = Parameters::of(machine, file.to_owned());
     Ok(())
@@ -153,6 +153,6 @@ pub(crate) const VARIABLES: &[V] = &[
         |p| &p.options.contact.friction, |p| &mut p.options.contact.friction).unit("1").min(0.0).max(10.0),
     V::parameter("contact.slip_velocity", "velocity below which friction falls to zero",
         |p| &p.options.contact.slip_velocity, |p| &mut p.options.contact.slip_velocity).unit("m/s").display_unit("mm/s").min(1e-4).max(10.0),
-    V::string_parameter("machine_file", "machine JSON to use instead of the embedded reference machine",
+    V::string_parameter("machine_file", "machine JSON, or name of a shipped machine, to use instead of the reference machine",
         |p| &p.machine_file, read_machine),
 ];

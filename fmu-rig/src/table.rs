@@ -2,7 +2,7 @@
 
 use crate::{Parameters, RigFmu};
 use fmu_export::{
-    ALL_PARAMETERS, Enumeration, File, Info, Terminal, Unit, Variable, read_parameter_file,
+    ALL_PARAMETERS, Enumeration, File, Info, Terminal, Unit, Variable, read_placed_file,
 };
 use machine::{EmlaFields, Machine};
 use std::path::Path;
@@ -103,9 +103,9 @@ const ELECTRICAL_START: &[&str] = &[
 ];
 
 fn read_machine(p: &mut Parameters, file: &str, resources: Option<&Path>) -> Result<(), String> {
-    let machine = match file {
-        "" => Machine::reference(),
-        _ => read_parameter_file(file, resources, Machine::from_json)?,
+    let machine = match Machine::preset(file) {
+        Some(machine) => machine,
+        None => read_placed_file(file, resources, Machine::of_file)?,
     };
     let fields = EmlaFields::new(*machine.emla.in_order()[(p.axis - 1) as usize]);
     p.extras = p.extras.of_machine(&fields.heat, &fields.temperature);
@@ -289,7 +289,7 @@ pub(crate) const VARIABLES: &[V] = &[
     V::parameter("T_housing_start", "temperature of the housing at the start", |p| &p.T_start[1], |p| &mut p.T_start[1]).unit("K").min(1.0).max(2e3),
     V::integer_parameter("axis", "which of the machine's actuators this is, where machine_file has one section emla for each", |p| &p.axis, |p| &mut p.axis)
         .enumeration(&AXIS).read_by_texts(),
-    V::string_parameter("machine_file", "machine JSON whose section emla replaces the embedded reference machine's",
+    V::string_parameter("machine_file", "machine JSON, or name of a shipped machine, whose section emla replaces the reference machine's",
         |p| &p.machine_file, read_machine),
 
     switch!(saturation, "whether the quadrature axis saturates"),

@@ -14,7 +14,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from mechanism import BODIES, reference_machine, solve, tensor
+from mechanism import BODIES, mechanism_of, reference_machine, solve, tensor
 
 GOLDEN = Path(__file__).with_name("manipulator.json")
 CASES_PER_MACHINE = 110
@@ -148,6 +148,7 @@ def main():
     plants = [
         plant(rng, reference_machine(), 1.0, 300.0),
         plant(rng, crooked_machine(rng), 1.37, 217.0),
+        plant(rng, mechanism_of("hiab_xs031"), 1.0, 490.0),
     ]
     GOLDEN.write_text(json.dumps({"jax": jax.__version__, "plants": plants}, indent=1) + "\n")
 

@@ -22,6 +22,19 @@ def reference_machine():
     return json.loads(REFERENCE.read_text())
 
 
+def merged(base, own):
+    """Objects field by field, all else as a whole: what `extends` means in a machine file."""
+    if not (isinstance(base, dict) and isinstance(own, dict)):
+        return own
+    return {**base, **{key: merged(base.get(key), value) for key, value in own.items()}}
+
+
+def mechanism_of(name):
+    """The shipped machine of that name, with the actuators of the reference machine, which no oracle of the mechanism knows."""
+    own = json.loads((REFERENCE.parent / f"{name}.json").read_text())
+    return merged(reference_machine(), {key: own[key] for key in ["geometry", "bodies", "limits", "start"]})
+
+
 def frame(axis, angle, shift):
     """4x4 pose: shifted by `shift`, then turned about `axis` by `angle`."""
     a = jnp.asarray(axis, dtype=float)

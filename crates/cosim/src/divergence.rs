@@ -10,6 +10,8 @@ const TURNS: f64 = 3.0;
 const GROWTH: f64 = 2.0;
 /// Growth over all windows in a row, far beyond what noise does by chance.
 const TOTAL: f64 = 1e4;
+/// Changes below this, SI unit, are rounding of larger values, which at rest may grow from one value's last digit to another's.
+const ROUNDING: f64 = 1e-9;
 
 /// Windows in a row in which a value grew.
 #[derive(Clone, Copy, Debug, Default)]
@@ -91,7 +93,8 @@ impl Growth {
             self.windows = 0;
         }
         self.last = largest;
-        (self.windows >= 2 && largest > TOTAL * self.first).then_some(self.since)
+        let is_far = largest > ROUNDING.max(TOTAL * self.first);
+        (self.windows >= 2 && is_far).then_some(self.since)
     }
 }
 
@@ -128,5 +131,8 @@ mod tests {
         assert_eq!(diverged(|t| (0.3 * t).sin() * 1.5f64.powf(t)), None);
         assert_eq!(diverged(|t| (7919.0 * t * t).sin()), None);
         assert_eq!(diverged(|t| 1e6 + (-1.0f64).powf(t)), None);
+        // A value at rest, of which first nothing, then the last digit of a larger one is left.
+        let digits = |t: f64| 2e-11 + 1e-27 * (-2.0f64).powf(t.min(36.0));
+        assert_eq!(diverged(digits), None);
     }
 }

@@ -106,7 +106,7 @@ pub use core::info::{Enumeration, File, Info, MadeFile, Terminal};
 pub use core::input::{InputPolynomial, MAX_INPUT_DERIVATIVE};
 pub use core::log::{Level, Log};
 pub use core::model::{Evaluation, Model, ModelError};
-pub use core::parameter_file::read_parameter_file;
+pub use core::parameter_file::{read_parameter_file, read_placed_file};
 pub use core::step::StepEnd;
 pub use core::unit::{DisplayUnit, Unit};
 pub use core::units::KNOWN_UNITS;

@@ -1,6 +1,6 @@
 //! The plant against an independent Lagrangian by automatic differentiation of body poses
-//! (`tests/oracle/lagrangian.py`, JAX): the reference machine, and one without any symmetry (bodies
-//! off the plane, full inertia tensors) with scaled inertia and another payload.
+//! (`tests/oracle/lagrangian.py`, JAX): the reference machine, one without any symmetry (bodies
+//! off the plane, full inertia tensors) with scaled inertia and another payload, and the loader crane `hiab_xs031`.
 #![allow(non_snake_case)]
 
 use hdrm::{Hdrm, Input, Load, Options, State};
@@ -107,7 +107,7 @@ fn accelerations_equal_the_lagrangian() {
         }
     }
     println!("worst relative acceleration error of {count} states: {worst:e}");
-    assert!(count >= 200);
+    assert!(count >= 300);
 }
 
 /// The recursion over the tree, which shares no code with the forward path, inverts it.

@@ -1,6 +1,6 @@
 //! Parameters of the electromechanical linear actuator.
 
-use crate::check::{MachineError, finite, not_negative, positive, refuse};
+use crate::check::{Findings, MachineError};
 use serde::{Deserialize, Serialize};
 
 /// Motor, gear, screw and rod of one actuator. dq quantities are peak-valued
@@ -204,9 +204,13 @@ impl Emla {
     /// Checks every value; for parameters that did not come through [`crate::Machine::from_json`].
     ///
     /// # Errors
-    /// The first value outside its range.
+    /// Every value outside its range.
     pub fn check(&self) -> Result<(), MachineError> {
-        positive("emla.p", f64::from(self.p))?;
+        Findings::of(|found| self.examine(found))
+    }
+
+    pub(crate) fn examine(&self, found: &mut Findings) {
+        found.positive("emla.p", f64::from(self.p));
         for (name, value) in [
             ("emla.R_s", self.R_s),
             ("emla.L_d", self.L_d),
@@ -228,7 +232,7 @@ impl Emla {
             ("emla.i_max", self.i_max),
             ("emla.v_max", self.v_max),
         ] {
-            positive(name, value)?;
+            found.positive(name, value);
         }
         for (name, value) in [
             ("emla.C_m", self.C_m),
@@ -237,20 +241,20 @@ impl Emla {
             ("emla.C_b", self.C_b),
             ("emla.C_act", self.C_act),
         ] {
-            not_negative(name, value)?;
+            found.not_negative(name, value);
         }
         if !(self.eta_gear > 0.0 && self.eta_gear <= 1.0) {
-            return Err(refuse("emla.eta_gear", self.eta_gear, "in (0, 1]"));
+            found.refuse("emla.eta_gear", self.eta_gear, "in (0, 1]");
         }
         if let Some(CoreLosses { k_h, k_e }) = self.core {
-            not_negative("emla.core.k_h", k_h)?;
-            not_negative("emla.core.k_e", k_e)?;
+            found.not_negative("emla.core.k_h", k_h);
+            found.not_negative("emla.core.k_e", k_e);
         }
         if let Some(inverter) = self.inverter {
-            inverter.check()?;
+            inverter.examine(found);
         }
         if let Some(Brake { torque }) = self.brake {
-            not_negative("emla.brake.torque", torque)?;
+            found.not_negative("emla.brake.torque", torque);
         }
         if let Some(Heat {
             C_w,
@@ -259,10 +263,10 @@ impl Emla {
             R_ha,
         }) = self.heat
         {
-            positive("emla.heat.C_w", C_w)?;
-            positive("emla.heat.R_wh", R_wh)?;
-            positive("emla.heat.C_h", C_h)?;
-            positive("emla.heat.R_ha", R_ha)?;
+            found.positive("emla.heat.C_w", C_w);
+            found.positive("emla.heat.R_wh", R_wh);
+            found.positive("emla.heat.C_h", C_h);
+            found.positive("emla.heat.R_ha", R_ha);
         }
         if let Some(Temperature {
             reference,
@@ -270,15 +274,14 @@ impl Emla {
             magnet,
         }) = self.temperature
         {
-            positive("emla.temperature.reference", reference)?;
-            finite("emla.temperature", &[copper, magnet])?;
+            found.positive("emla.temperature.reference", reference);
+            found.finite("emla.temperature", &[copper, magnet]);
         }
-        Ok(())
     }
 }
 
 impl InverterLosses {
-    fn check(&self) -> Result<(), MachineError> {
+    fn examine(&self, found: &mut Findings) {
         for (name, value) in [
             ("emla.inverter.v_dc", self.v_dc),
             ("emla.inverter.f_sw", self.f_sw),
@@ -286,14 +289,13 @@ impl InverterLosses {
             ("emla.inverter.v_0", self.v_0),
             ("emla.inverter.r_0", self.r_0),
         ] {
-            not_negative(name, value)?;
+            found.not_negative(name, value);
         }
-        Ok(())
     }
 }
 
 impl Ratings {
-    pub(crate) fn check(&self) -> Result<(), MachineError> {
+    pub(crate) fn examine(&self, found: &mut Findings) {
         for (name, value) in [
             ("ratings.force_max", self.force_max),
             ("ratings.rod_speed_max", self.rod_speed_max),
@@ -301,8 +303,7 @@ impl Ratings {
             ("ratings.motor_torque", self.motor_torque),
             ("ratings.motor_speed_rpm", self.motor_speed_rpm),
         ] {
-            positive(name, value)?;
+            found.positive(name, value);
         }
-        Ok(())
     }
 }

@@ -1,6 +1,6 @@
 //! Inertial parameters of the bodies, and the ranges of the joints.
 
-use crate::check::{MachineError, finite, interval, positive, refuse};
+use crate::check::Findings;
 use serde::{Deserialize, Serialize};
 
 /// One rigid body.
@@ -116,21 +116,20 @@ impl Bodies {
         ]
     }
 
-    pub(crate) fn check(&self) -> Result<(), MachineError> {
+    pub(crate) fn examine(&self, found: &mut Findings) {
         for (name, body) in Self::NAMES.iter().zip(self.in_order()) {
-            positive(format_args!("bodies.{name}.mass"), body.mass)?;
-            finite(format_args!("bodies.{name}.com"), &body.com)?;
+            found.positive(format_args!("bodies.{name}.mass"), body.mass);
+            found.finite(format_args!("bodies.{name}.com"), &body.com);
             let field = format_args!("bodies.{name}.inertia_com").to_string();
-            finite(&field, body.inertia_com.rows().as_flattened())?;
+            found.finite(&field, body.inertia_com.rows().as_flattened());
             if !body.inertia_com.is_physical() {
-                return Err(refuse(
+                found.refuse(
                     field,
                     format_args!("{:?}", body.inertia_com.rows()),
                     "positive definite and obey the triangle inequality",
-                ));
+                );
             }
         }
-        Ok(())
     }
 }
 
@@ -170,21 +169,20 @@ impl Limits {
         })
     }
 
-    pub(crate) fn check(&self) -> Result<(), MachineError> {
+    pub(crate) fn examine(&self, found: &mut Findings) {
         for (i, stroke) in self.strokes().into_iter().enumerate() {
-            interval(format_args!("limits.stroke_{}", i + 1), stroke)?;
+            found.interval(format_args!("limits.stroke_{}", i + 1), stroke);
         }
         for i in 0..6 {
             let range = [self.zeta_min_deg[i], self.zeta_max_deg[i]];
-            interval(
+            found.interval(
                 format_args!("limits.zeta_min_deg/zeta_max_deg[{}]", i + 1),
                 range,
-            )?;
+            );
         }
         for (i, &tau) in self.tau_wrist_max.iter().enumerate() {
-            positive(format_args!("limits.tau_wrist_max[{}]", i + 1), tau)?;
+            found.positive(format_args!("limits.tau_wrist_max[{}]", i + 1), tau);
         }
-        Ok(())
     }
 }
 
@@ -197,17 +195,16 @@ pub struct Start {
 }
 
 impl Start {
-    pub(crate) fn check(&self, limits: &Limits) -> Result<(), MachineError> {
+    pub(crate) fn examine(&self, limits: &Limits, found: &mut Findings) {
         for (i, (&zeta, [min, max])) in self.zeta.iter().zip(limits.zeta()).enumerate() {
             if !(min..=max).contains(&zeta) {
-                return Err(refuse(
+                found.refuse(
                     format_args!("start.zeta[{}]", i + 1),
                     zeta,
                     format_args!("within the joint limits [{min}, {max}] rad"),
-                ));
+                );
             }
         }
-        Ok(())
     }
 }
 

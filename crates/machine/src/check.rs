@@ -1,64 +1,137 @@
-//! Range checks and the error they give.
+//! What is wrong with a machine, all of it at once.
 
-use std::fmt::Display;
+use std::fmt::{self, Display};
 use thiserror::Error;
 
 /// Why a machine was refused.
 #[derive(Debug, Error)]
 pub enum MachineError {
-    /// Not JSON, or not of the machine's shape.
+    /// Not JSON.
     #[error("machine JSON: {0}")]
     Json(#[from] serde_json::Error),
-    /// A value outside its range.
-    #[error("`{name}` = {value} must be {rule}")]
-    Value {
-        /// Path of the field, with dots.
+    /// A file that cannot be read, or a key `extends` that names nothing.
+    #[error("{0}")]
+    Source(String),
+    /// What is wrong with the machine that a file extends.
+    #[error("`extends` = \"{name}\": {error}")]
+    Base {
+        /// What the key says.
         name: String,
-        /// The refused value.
-        value: String,
-        /// What must hold.
-        rule: String,
+        /// What is wrong there.
+        error: Box<MachineError>,
     },
+    /// Fields that are unknown, missing or of another type, and values outside their ranges.
+    #[error("{}", joined(.0))]
+    Findings(Vec<Finding>),
 }
 
-/// Builds the error for `name`.
-pub(crate) fn refuse(name: impl Display, value: impl Display, rule: impl Display) -> MachineError {
-    MachineError::Value {
-        name: name.to_string(),
-        value: value.to_string(),
-        rule: rule.to_string(),
+/// One thing that is wrong.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Finding {
+    /// Path of the field, with dots; elements of arrays are counted from 1.
+    pub name: String,
+    /// What is wrong with it.
+    pub problem: String,
+}
+
+impl Display for Finding {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        write!(f, "`{}` {}", self.name, self.problem)
     }
 }
 
-pub(crate) fn positive(name: impl Display, value: f64) -> Result<(), MachineError> {
-    if value.is_finite() && value > 0.0 {
-        return Ok(());
-    }
-    Err(refuse(name, value, "finite and > 0"))
+fn joined(findings: &[Finding]) -> String {
+    let texts: Vec<_> = findings.iter().map(Finding::to_string).collect();
+    texts.join("; ")
 }
 
-pub(crate) fn not_negative(name: impl Display, value: f64) -> Result<(), MachineError> {
-    if value.is_finite() && value >= 0.0 {
-        return Ok(());
+impl MachineError {
+    /// All that is wrong, one line each.
+    #[must_use]
+    pub fn lines(&self) -> Vec<String> {
+        match self {
+            Self::Findings(findings) => findings.iter().map(Finding::to_string).collect(),
+            Self::Base { name, error } => {
+                let lines = error.lines();
+                let of_base = |line| format!("`extends` = \"{name}\": {line}");
+                lines.into_iter().map(of_base).collect()
+            }
+            other => vec![other.to_string()],
+        }
     }
-    Err(refuse(name, value, "finite and ≥ 0"))
 }
 
-pub(crate) fn finite(name: impl Display, values: &[f64]) -> Result<(), MachineError> {
-    match values.iter().find(|v| !v.is_finite()) {
-        None => Ok(()),
-        Some(value) => Err(refuse(name, value, "finite")),
-    }
+/// What has been found so far.
+#[derive(Default)]
+pub(crate) struct Findings {
+    pub(crate) list: Vec<Finding>,
 }
 
-/// A closed interval, `[min, max]` with min < max.
-pub(crate) fn interval(name: impl Display, [min, max]: [f64; 2]) -> Result<(), MachineError> {
-    if min.is_finite() && max.is_finite() && min < max {
-        return Ok(());
+impl Findings {
+    /// What `examine` finds.
+    pub(crate) fn of(examine: impl FnOnce(&mut Self)) -> Result<(), MachineError> {
+        let mut found = Self::default();
+        examine(&mut found);
+        found.result()
     }
-    Err(refuse(
-        name,
-        format_args!("[{min}, {max}]"),
-        "finite with minimum < maximum",
-    ))
+
+    /// An error where something was found.
+    pub(crate) fn result(self) -> Result<(), MachineError> {
+        if self.list.is_empty() {
+            return Ok(());
+        }
+        Err(MachineError::Findings(self.list))
+    }
+
+    /// Drops, after the first `of_shape` findings, those of fields that the first ones name, and of the start, whose range other fields give:
+    /// what stands in place of a missing or unusable field is no value of the file.
+    pub(crate) fn drop_consequences(&mut self, of_shape: usize) {
+        let of_values = self.list.split_off(of_shape);
+        let is_own = |finding: &Finding| {
+            let mut named = self.list.iter().map(|f| f.name.as_str());
+            of_shape == 0
+                || !(finding.name.starts_with("start.")
+                    || named.any(|name| finding.name.starts_with(name)))
+        };
+        let own: Vec<_> = of_values.into_iter().filter(is_own).collect();
+        self.list.extend(own);
+    }
+
+    pub(crate) fn add(&mut self, name: impl Display, problem: impl Display) {
+        self.list.push(Finding {
+            name: name.to_string(),
+            problem: problem.to_string(),
+        });
+    }
+
+    /// The value of `name` breaks the rule "must be `rule`".
+    pub(crate) fn refuse(&mut self, name: impl Display, value: impl Display, rule: impl Display) {
+        self.add(name, format_args!("= {value} must be {rule}"));
+    }
+
+    pub(crate) fn positive(&mut self, name: impl Display, value: f64) {
+        if !(value.is_finite() && value > 0.0) {
+            self.refuse(name, value, "finite and > 0");
+        }
+    }
+
+    pub(crate) fn not_negative(&mut self, name: impl Display, value: f64) {
+        if !(value.is_finite() && value >= 0.0) {
+            self.refuse(name, value, "finite and ≥ 0");
+        }
+    }
+
+    pub(crate) fn finite(&mut self, name: impl Display, values: &[f64]) {
+        if let Some(value) = values.iter().find(|v| !v.is_finite()) {
+            self.refuse(name, value, "finite");
+        }
+    }
+
+    /// A closed interval, `[min, max]` with min < max.
+    pub(crate) fn interval(&mut self, name: impl Display, [min, max]: [f64; 2]) {
+        if !(min.is_finite() && max.is_finite() && min < max) {
+            let value = format_args!("[{min}, {max}]").to_string();
+            self.refuse(name, value, "finite with minimum < maximum");
+        }
+    }
 }

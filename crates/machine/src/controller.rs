@@ -1,6 +1,6 @@
 //! Controller gains and reference trajectories.
 
-use crate::check::{MachineError, finite, not_negative, positive, refuse};
+use crate::check::{Findings, MachineError};
 use serde::{Deserialize, Serialize};
 
 /// Gains of the adaptive modular controller.
@@ -77,8 +77,12 @@ impl Controller {
     /// Checks every gain; also called when an FMU's importer tunes one.
     ///
     /// # Errors
-    /// The first gain outside its range.
+    /// Every gain outside its range.
     pub fn check(&self) -> Result<(), MachineError> {
+        Findings::of(|found| self.examine(found))
+    }
+
+    pub(crate) fn examine(&self, found: &mut Findings) {
         for (name, value) in [
             ("controller.Lambda_position", self.Lambda_position),
             ("controller.Lambda_orientation", self.Lambda_orientation),
@@ -86,7 +90,7 @@ impl Controller {
             ("controller.gamma", self.gamma),
             ("controller.di_qr_filter_time", self.di_qr_filter_time),
         ] {
-            positive(name, value)?;
+            found.positive(name, value);
         }
         for (name, value) in [
             ("controller.settle_time", self.settle_time),
@@ -103,20 +107,19 @@ impl Controller {
             ("controller.reading_age", self.reading_age),
             ("controller.pd_actuator_damping", self.pd_actuator_damping),
         ] {
-            not_negative(name, value)?;
+            found.not_negative(name, value);
         }
         for (i, &d) in self.pd_wrist_damping.iter().enumerate() {
-            not_negative(format_args!("controller.pd_wrist_damping[{}]", i + 1), d)?;
+            found.not_negative(format_args!("controller.pd_wrist_damping[{}]", i + 1), d);
         }
         let [lower, upper] = self.inverse_bounds;
         if !(lower > 0.0 && lower < 1.0 && upper > 1.0 && upper.is_finite()) {
-            return Err(refuse(
+            found.refuse(
                 "controller.inverse_bounds",
                 format_args!("[{lower}, {upper}]"),
                 "0 < lower < 1 < upper < ∞",
-            ));
+            );
         }
-        Ok(())
     }
 }
 
@@ -188,17 +191,17 @@ impl CubicPath {
 }
 
 impl Trajectories {
-    pub(crate) fn check(&self) -> Result<(), MachineError> {
-        positive("trajectories.cubic.edge", self.cubic.edge)?;
+    pub(crate) fn examine(&self, found: &mut Findings) {
+        found.positive("trajectories.cubic.edge", self.cubic.edge);
         let CubeAxes {
             first,
             second,
             third,
         } = self.cubic.axes;
-        finite(
+        found.finite(
             "trajectories.cubic.axes",
             [first, second, third].as_flattened(),
-        )?;
+        );
         for (name, edge_time, dwell, vertices) in [
             (
                 "cubic",
@@ -213,20 +216,19 @@ impl Trajectories {
                 &self.triangular.vertices,
             ),
         ] {
-            positive(format_args!("trajectories.{name}.edge_time"), edge_time)?;
-            not_negative(format_args!("trajectories.{name}.dwell"), dwell)?;
-            finite(
+            found.positive(format_args!("trajectories.{name}.edge_time"), edge_time);
+            found.not_negative(format_args!("trajectories.{name}.dwell"), dwell);
+            found.finite(
                 format_args!("trajectories.{name}.vertices"),
                 vertices.as_flattened(),
-            )?;
+            );
             if vertices.len() < 2 {
-                return Err(refuse(
+                found.refuse(
                     format_args!("trajectories.{name}.vertices"),
                     format_args!("{} vertices", vertices.len()),
                     "two or more",
-                ));
+                );
             }
         }
-        Ok(())
     }
 }

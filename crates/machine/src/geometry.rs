@@ -1,6 +1,6 @@
 //! Dimensions of the mechanism.
 
-use crate::check::{MachineError, finite, positive};
+use crate::check::Findings;
 use serde::{Deserialize, Serialize};
 
 /// Dimensions, m and rad.
@@ -57,7 +57,7 @@ pub struct Geometry {
 }
 
 impl Geometry {
-    pub(crate) fn check(&self) -> Result<(), MachineError> {
+    pub(crate) fn examine(&self, found: &mut Findings) {
         for (name, value) in [
             ("geometry.r_B", self.r_B),
             ("geometry.L1_2", self.L1_2),
@@ -69,11 +69,11 @@ impl Geometry {
             ("geometry.x0_3", self.x0_3),
             ("geometry.lc_3", self.lc_3),
         ] {
-            positive(name, value)?;
+            found.positive(name, value);
         }
-        finite("geometry.x1_mid", &[self.x1_mid])?;
-        finite("geometry.beta1", &[self.beta1])?;
-        finite("geometry.beta2", &[self.beta2])?;
+        found.finite("geometry.x1_mid", &[self.x1_mid]);
+        found.finite("geometry.beta1", &[self.beta1]);
+        found.finite("geometry.beta2", &[self.beta2]);
         for (name, point) in [
             ("geometry.r_T1_O", &self.r_T1_O[..]),
             ("geometry.r_O_B", &self.r_O_B),
@@ -86,8 +86,7 @@ impl Geometry {
             ("geometry.r_C4_D4", &self.r_C4_D4),
             ("geometry.r_D4_T4", &self.r_D4_T4),
         ] {
-            finite(name, point)?;
+            found.finite(name, point);
         }
-        Ok(())
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::actuator::{Emla, Ratings};
 use crate::bodies::{Bodies, Limits, Start};
-use crate::check::{MachineError, not_negative};
+use crate::check::{Findings, MachineError};
 use crate::controller::{Controller, Trajectories};
 use crate::geometry::Geometry;
 use crate::per_axis::PerAxis;
@@ -35,33 +35,26 @@ pub struct Machine {
 }
 
 impl Machine {
-    /// Reads and checks a machine.
+    /// Checks every value; called wherever a machine is read, and wherever values were changed since.
     ///
     /// # Errors
-    /// Malformed JSON, an unknown, missing or wrongly typed field (with line and column), or a
-    /// value outside its physical range (with name, value and rule).
-    pub fn from_json(json: &str) -> Result<Self, MachineError> {
-        let machine: Self = serde_json::from_str(json)?;
-        machine.check()?;
-        Ok(machine)
+    /// Every value outside its range.
+    pub fn check(&self) -> Result<(), MachineError> {
+        Findings::of(|found| self.examine(found))
     }
 
-    /// Checks every value; called by [`Machine::from_json`] and wherever values were changed since.
-    ///
-    /// # Errors
-    /// The first value outside its range.
-    pub fn check(&self) -> Result<(), MachineError> {
-        not_negative("gravity", self.gravity)?;
-        self.geometry.check()?;
-        self.bodies.check()?;
+    pub(crate) fn examine(&self, found: &mut Findings) {
+        found.not_negative("gravity", self.gravity);
+        self.geometry.examine(found);
+        self.bodies.examine(found);
         for (i, &d) in self.joint_viscous.iter().enumerate() {
-            not_negative(format_args!("joint_viscous[{}]", i + 1), d)?;
+            found.not_negative(format_args!("joint_viscous[{}]", i + 1), d);
         }
-        self.limits.check()?;
-        self.emla.check(Emla::check)?;
-        self.ratings.check(Ratings::check)?;
-        self.start.check(&self.limits)?;
-        self.trajectories.check()?;
-        self.controller.check()
+        self.limits.examine(found);
+        self.emla.examine(Emla::examine, found);
+        self.ratings.examine(Ratings::examine, found);
+        self.start.examine(&self.limits, found);
+        self.trajectories.examine(found);
+        self.controller.examine(found);
     }
 }

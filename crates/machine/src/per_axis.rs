@@ -1,7 +1,7 @@
 //! One value for each actuator. A file writes one object for all, or `{"slew": …, "lift": …, "tilt": …}`. Saved states, whose bytes name
 //! nothing, hold all three.
 
-use crate::check::MachineError;
+use crate::check::{Finding, Findings};
 use serde::de::value::MapAccessDeserializer;
 use serde::de::{DeserializeSeed, Error, IntoDeserializer, MapAccess, Visitor};
 use serde::ser::SerializeStruct;
@@ -48,25 +48,20 @@ impl<T: Copy + PartialEq> PerAxis<T> {
         self.slew == self.lift && self.lift == self.tilt
     }
 
-    /// Checks each of them; where they differ, an error's name says whose it is: `emla.lift.R_s`.
-    pub(crate) fn check(
-        &self,
-        check: impl Fn(&T) -> Result<(), MachineError>,
-    ) -> Result<(), MachineError> {
+    /// Examines each of them; where they differ, a finding's name says whose it is: `emla.lift.R_s`.
+    pub(crate) fn examine(&self, examine: impl Fn(&T, &mut Findings), found: &mut Findings) {
         if self.is_common() {
-            return check(&self.slew);
+            return examine(&self.slew, found);
         }
         for (axis, value) in AXES.into_iter().zip(self.in_order()) {
-            check(value).map_err(|error| match error {
-                MachineError::Value { name, value, rule } => {
-                    let (section, field) = name.split_once('.').unwrap_or(("", &name));
-                    let name = format!("{section}.{axis}.{field}");
-                    MachineError::Value { name, value, rule }
+            let first = found.list.len();
+            examine(value, found);
+            for Finding { name, .. } in &mut found.list[first..] {
+                if let Some((section, field)) = name.split_once('.') {
+                    *name = format!("{section}.{axis}.{field}");
                 }
-                other => other,
-            })?;
+            }
         }
-        Ok(())
     }
 }
 

@@ -15,6 +15,7 @@ pub mod energy;
 pub mod experiment;
 pub mod laws;
 pub mod machine_file;
+pub mod machines;
 pub mod metrics;
 pub mod perturbation;
 pub mod plot;

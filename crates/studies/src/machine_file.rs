@@ -3,20 +3,59 @@
 use std::path::PathBuf;
 
 use anyhow::{Context, Result};
+use cosim::ssd::Parameter;
 use cosim::system::{Setting, System};
 use cosim::wiring::Port;
-use machine::Machine;
+use machine::{Machine, Source, preset};
 use percent_encoding::percent_decode_str;
 use sha2::{Digest, Sha256};
+
+/// Parameter of the FMUs that have the machine's dimensions, actuators or gains.
+const MACHINE_FILE: &str = "machine_file";
+
+/// Parameter of an actuator that says which of the machine's it is: slew, lift or tilt.
+const AXIS: &str = "axis";
 
 /// The machine file that an FMU runs with.
 pub struct MachineFile {
     /// Name of the file.
     pub name: String,
-    /// SHA-256 of its text.
+    /// SHA-256 of its text and of those that it extends.
     pub sha256: String,
     /// What it says.
     pub machine: Machine,
+}
+
+/// Binds `machine`, a file or the name of a shipped machine, to the parameter `machine_file` of every component that has one, and to each
+/// actuator its place as `axis`, in place of what the system binds to them.
+///
+/// # Errors
+/// Everything that is wrong with the machine, or a manipulator that takes none.
+pub fn bind(system: &mut System, machine: &str) -> Result<()> {
+    Source::named(machine)?;
+    // The plant of another maker may have its dimensions from elsewhere.
+    system.port("hdrm.machine_file")?;
+    let mut actuators = 0;
+    for (component, fmu) in system.structure.components.iter_mut().zip(&system.fmus) {
+        let mut bind = |name: &str, value: String, data_type| {
+            component.parameters.retain(|p| p.name != name);
+            component.parameters.push(Parameter {
+                name: name.into(),
+                value,
+                data_type,
+                unit: None,
+                origin: "--machine".into(),
+            });
+        };
+        if fmu.description.index(MACHINE_FILE).is_some() {
+            bind(MACHINE_FILE, machine.into(), "String");
+        }
+        if fmu.description.index(AXIS).is_some() {
+            actuators += 1;
+            bind(AXIS, actuators.to_string(), "Integer");
+        }
+    }
+    Ok(())
 }
 
 impl MachineFile {
@@ -32,6 +71,7 @@ impl MachineFile {
         let bound = component.parameters.iter().rev().find(|p| p.name == *name);
         let set = settings.iter().rev().find(|s| s.port == file);
         let set = (set.map(|s| &s.value)).or(bound.map(|p| &p.value));
+        let set = set.filter(|name| !name.is_empty());
         let resources = system.fmus[file.component]
             .resources
             .trim_start_matches("file://");
@@ -43,17 +83,22 @@ impl MachineFile {
         if file.is_relative() && !file.exists() {
             file = resources.join(file);
         }
-        let text = if set.is_none() && !file.exists() {
+        let shipped = set.and_then(|name| preset(name));
+        let text = if let Some(text) = shipped {
+            text.into()
+        } else if set.is_none() && !file.exists() {
             machine::REFERENCE_JSON.into()
         } else {
             std::fs::read_to_string(&file).with_context(|| file.display().to_string())?
         };
+        let read = Source::read(&text, shipped.is_none().then_some(&*file));
+        let Source { machine, texts } = read.with_context(|| file.display().to_string())?;
         let name = file.file_name().unwrap_or_default().to_string_lossy();
-        let digest = Sha256::digest(&text);
+        let digest = Sha256::digest(texts.concat());
         Ok(Self {
             name: name.into_owned(),
             sha256: digest.iter().map(|byte| format!("{byte:02x}")).collect(),
-            machine: Machine::from_json(&text).with_context(|| file.display().to_string())?,
+            machine,
         })
     }
 }

@@ -14,6 +14,18 @@ pub fn read_parameter_file<T, E: Display>(
     resources: Option<&Path>,
     parse: impl FnOnce(&str) -> Result<T, E>,
 ) -> Result<T, String> {
+    read_placed_file(path, resources, |text, _| parse(text))
+}
+
+/// As [`read_parameter_file`], where what the file says depends on where it is: `parse` gets its path too.
+///
+/// # Errors
+/// As of [`read_parameter_file`].
+pub fn read_placed_file<T, E: Display>(
+    path: &str,
+    resources: Option<&Path>,
+    parse: impl FnOnce(&str, &Path) -> Result<T, E>,
+) -> Result<T, String> {
     let given = Path::new(path);
     let in_resources = resources.map(|folder| folder.join(given));
     let file = match &in_resources {
@@ -29,7 +41,7 @@ pub fn read_parameter_file<T, E: Display>(
         }
         _ => format!("file `{path}`: {e}"),
     })?;
-    parse(&text).map_err(|e| format!("file `{path}`: {e}"))
+    parse(&text, file).map_err(|e| format!("file `{path}`: {e}"))
 }
 
 #[cfg(test)]
@@ -39,7 +51,8 @@ mod tests {
     const FOLDER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/src/core");
 
     fn length(path: &str, resources: Option<&Path>) -> Result<usize, String> {
-        read_parameter_file(path, resources, |text| match text.len() {
+        read_placed_file(path, resources, |text, file| match text.len() {
+            _ if !file.ends_with(path) => Err("another path"),
             0 => Err("empty"),
             length => Ok(length),
         })

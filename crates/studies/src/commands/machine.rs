@@ -1,12 +1,16 @@
 //! Subcommand `machine`: what is done to machine files.
 
 use std::io::Write as _;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, bail, ensure};
+use capability::{Capability, Limits, Motion, Payload};
 use clap::{Args, Subcommand};
 use cosim::cli::print;
-use machine::Machine;
+use machine::{Machine, Source, extending, preset};
+use studies::machines::drawing::Sheet;
+use studies::machines::load_chart::LoadChart;
+use studies::machines::scaling::booms;
 use studies::perturbation::{Bounds, draw};
 
 use super::evaluation::create;
@@ -15,6 +19,50 @@ use super::evaluation::create;
 pub enum MachineCommand {
     /// Write a machine whose masses, centres of mass, inertias and lengths are off by errors drawn by seed
     Perturb(PerturbArgs),
+    /// Tell everything that is wrong with a machine file, each with its place in the file; exit code 1 where there is anything
+    Check(CheckArgs),
+    /// Print the JSON Schema of machine files, for editors
+    Schema,
+    /// Write a machine with longer or shorter booms of the same shape and material, as a file that extends the one it is made of
+    Scale(ScaleArgs),
+    /// Draw a machine: side view with named points and dimensions, workspace, greatest payload over reach and height
+    Draw(DrawArgs),
+}
+
+#[derive(Args)]
+pub struct CheckArgs {
+    /// Machine file, or name of a shipped machine
+    #[arg(value_name = "FILE|NAME")]
+    machine: String,
+}
+
+#[derive(Args)]
+pub struct ScaleArgs {
+    /// Factor on all lengths of the booms; masses follow its cube, inertias its fifth power, strokes, screws and trajectories the factor
+    #[arg(long, value_name = "FACTOR")]
+    booms: f64,
+    /// Machine file, or name of a shipped machine, to start from
+    #[arg(long, value_name = "FILE|NAME", default_value = "reference")]
+    machine: String,
+    /// Machine file to write
+    #[arg(long, value_name = "FILE")]
+    output: PathBuf,
+}
+
+#[derive(Args)]
+pub struct DrawArgs {
+    /// Machine file, or name of a shipped machine
+    #[arg(value_name = "FILE|NAME")]
+    machine: String,
+    /// Picture to write: .svg or .png
+    #[arg(long, value_name = "FILE", default_value = "machine.svg")]
+    output: PathBuf,
+    /// Factor on all weights, for what is not at rest
+    #[arg(long, value_name = "FACTOR", default_value_t = 1.0)]
+    dynamic_factor: f64,
+    /// Also write the load chart to this CSV file: place, joint angles, payload, limit
+    #[arg(long, value_name = "FILE")]
+    csv: Option<PathBuf>,
 }
 
 #[derive(Args)]
@@ -22,9 +70,9 @@ pub struct PerturbArgs {
     /// Seed of the errors; the same as that of `table --world real`
     #[arg(long, default_value_t = 1)]
     seed: u64,
-    /// Machine file to start from [default: the reference machine]
-    #[arg(long, value_name = "FILE")]
-    machine: Option<PathBuf>,
+    /// Machine file, or name of a shipped machine, to start from
+    #[arg(long, value_name = "FILE|NAME", default_value = "reference")]
+    machine: String,
     /// Bound on the error of each body's mass, with its inertia, and of joint friction, as a part
     #[arg(long, default_value_t = Bounds::REAL.mass, value_name = "PART")]
     mass: f64,
@@ -49,18 +97,104 @@ pub struct PerturbArgs {
 pub fn run(command: &MachineCommand) -> Result<()> {
     match command {
         MachineCommand::Perturb(args) => perturb(args),
+        MachineCommand::Check(args) => check(args),
+        MachineCommand::Schema => print(serde_json::to_string_pretty(&machine::schema())? + "\n"),
+        MachineCommand::Scale(args) => scale(args),
+        MachineCommand::Draw(args) => draw_sheet(args),
     }
 }
 
-fn perturb(args: &PerturbArgs) -> Result<()> {
-    let nominal = match &args.machine {
-        None => Machine::reference(),
-        Some(file) => {
-            let name = || file.display().to_string();
-            let text = std::fs::read_to_string(file).with_context(name)?;
-            Machine::from_json(&text).with_context(name)?
-        }
+fn read(name: &str) -> Result<Machine> {
+    let source = Source::named(name).with_context(|| name.to_owned())?;
+    Ok(source.machine)
+}
+
+fn check(args: &CheckArgs) -> Result<()> {
+    let name = &args.machine;
+    let found = match Source::named(name) {
+        Err(error) => error.lines(),
+        Ok(Source { machine, .. }) => of_mechanism(&machine),
     };
+    if found.is_empty() {
+        return print(format_args!("{name}: a machine with which all FMUs run\n"));
+    }
+    print(found.join("\n") + "\n")?;
+    bail!("{name}: {} found", found.len())
+}
+
+/// What is wrong with a machine whose values are each for themselves in range: loops that do not close, a start that it cannot hold.
+fn of_mechanism(machine: &Machine) -> Vec<String> {
+    let capability = match Capability::new(machine, &Payload::of(machine)) {
+        Err(error) => return vec![error.to_string()],
+        Ok(capability) => capability,
+    };
+    let demand = capability.demand(&Motion::rest(machine.start.zeta));
+    let margins = Limits::of(machine).margins(&demand);
+    let beyond = margins.iter().filter(|margin| !margin.holds());
+    beyond
+        .map(|margin| format!("at the start pose, `start.zeta`, at rest: {margin}"))
+        .collect()
+}
+
+fn scale(args: &ScaleArgs) -> Result<()> {
+    let s = args.booms;
+    ensure!(
+        s.is_finite() && s > 0.0,
+        "--booms {s} must be finite and > 0"
+    );
+    let nominal = read(&args.machine)?;
+    let scaled = booms(&nominal, s);
+    scaled.check().context("the machine of that size")?;
+    let found = of_mechanism(&scaled);
+    let extended = name_beside(&args.machine, &args.output)?;
+    let mut file = create(&args.output)?;
+    serde_json::to_writer_pretty(&mut file, &extending(&extended, &nominal, &scaled))?;
+    writeln!(file)?;
+    file.flush()
+        .with_context(|| args.output.display().to_string())?;
+    let name = args.output.display();
+    print(format_args!(
+        "{name}: `{extended}` with booms {s} times as large\n"
+    ))?;
+    for line in found {
+        print(format_args!("note: {line}\n"))?;
+    }
+    Ok(())
+}
+
+/// What a file at `output` calls the machine `name`: a shipped one by its name, a file in the same folder by its own, any other by its path.
+fn name_beside(name: &str, output: &Path) -> Result<String> {
+    if preset(name).is_some() {
+        return Ok(name.to_owned());
+    }
+    let file = std::path::absolute(name)?;
+    let folder = std::path::absolute(output)?;
+    ensure!(
+        file != folder,
+        "--output must not be the file that is extended"
+    );
+    if file.parent() == folder.parent() {
+        let own = file.file_name().unwrap_or_default();
+        return Ok(own.to_string_lossy().into_owned());
+    }
+    Ok(file.display().to_string())
+}
+
+fn draw_sheet(args: &DrawArgs) -> Result<()> {
+    let machine = read(&args.machine)?;
+    let chart = LoadChart::new(&machine, args.dynamic_factor)?;
+    if let Some(path) = &args.csv {
+        let mut file = create(path)?;
+        chart.write_csv(&mut file)?;
+        file.flush().with_context(|| path.display().to_string())?;
+    }
+    let name = Path::new(&args.machine).file_stem().unwrap_or_default();
+    Sheet::new(&name.to_string_lossy(), machine, chart)?.write(&args.output)?;
+    print(format_args!("{} written\n", args.output.display()))
+}
+
+fn perturb(args: &PerturbArgs) -> Result<()> {
+    let nominal = read(&args.machine)?;
     let bounds = Bounds {
         mass: args.mass,
         com: args.com,

@@ -12,13 +12,14 @@ pub mod worlds;
 
 use std::path::Path;
 
-use anyhow::Result;
+use anyhow::{Context as _, Result};
 use clap::Args;
 use cosim::cli::{self, SystemArgs, find};
 use cosim::run::Experiment;
 use cosim::system::System;
 use cosim::verdict::Verdict;
 use studies::experiment::tell_delay;
+use studies::machine_file;
 use studies::worlds::{BENDING_STEP, BENDING_SYSTEM, PARAMETERS, SYSTEM, World};
 
 /// The packed machine.
@@ -29,6 +30,9 @@ const MACHINE: &str = "Manipulator.ssp";
 pub struct MachineArgs {
     #[command(flatten)]
     system: SystemArgs,
+    /// Machine file, or name of a shipped machine, for all FMUs: the `machine_file` of every component that has one
+    #[arg(long = "machine", value_name = "FILE|NAME")]
+    file: Option<String>,
     #[command(flatten)]
     run: cli::RunArgs,
 }
@@ -36,7 +40,17 @@ pub struct MachineArgs {
 impl MachineArgs {
     /// The machine, the experiment that the arguments describe, and what the system may have forgotten.
     fn load(&self) -> Result<(System, Experiment, Verdict)> {
-        self.on(self.system.load(|| find(MACHINE))?)
+        self.on(self.system(&self.system, MACHINE)?)
+    }
+
+    /// The system that `arguments` describe, by default `default`, with the machine that was asked for.
+    fn system(&self, arguments: &SystemArgs, default: &str) -> Result<System> {
+        let mut system = arguments.load(|| find(default))?;
+        if let Some(machine) = &self.file {
+            machine_file::bind(&mut system, machine)
+                .with_context(|| format!("--machine {machine}"))?;
+        }
+        Ok(system)
     }
 
     fn on(&self, system: System) -> Result<(System, Experiment, Verdict)> {
@@ -51,12 +65,12 @@ impl MachineArgs {
         match world {
             World::Ideal => self.load(),
             World::Real => {
-                let mut system = self.system.load(|| find(SYSTEM))?;
+                let mut system = self.system(&self.system, SYSTEM)?;
                 system.apply_set(Path::new(PARAMETERS))?;
                 self.on(system)
             }
             World::Bending => {
-                let system = self.system.load(|| find(BENDING_SYSTEM))?;
+                let system = self.system(&self.system, BENDING_SYSTEM)?;
                 let (system, mut base, verdict) = self.on(system)?;
                 base.stepping.step = base.stepping.step.min(BENDING_STEP);
                 Ok((system, base, verdict))
@@ -73,13 +87,13 @@ impl MachineArgs {
 
     /// Another packed system, with the FMUs from the same place.
     fn beside(&self, path: &Path) -> Result<System> {
-        let system = SystemArgs {
+        let arguments = SystemArgs {
             system: Some(path.into()),
             variant: None,
             parameters: Vec::new(),
             ..self.system.clone()
         };
-        system.load(|| find(MACHINE))
+        self.system(&arguments, MACHINE)
     }
 
     /// Whether a bad verdict ends the program with a code of its own.

@@ -8,10 +8,10 @@ use std::ops::Range;
 
 use anyhow::{Context, Result};
 use cosim::system::System;
-use machine::Machine;
 use tempfile::TempDir;
 
 use super::Case;
+use crate::machine_file::MachineFile;
 use crate::perturbation::{Bounds, draw};
 
 /// Packed system of the real world.
@@ -41,10 +41,11 @@ impl Cases {
     /// # Errors
     /// A system without `hdrm` or `sensors`, or no place for files.
     pub fn drawn(system: &System, seeds: Range<u64>) -> Result<Self> {
+        let nominal = MachineFile::of(system, &[])?.machine;
         let folder = TempDir::new().context("no folder for the machine files")?;
         let mut list = Vec::new();
         for seed in seeds {
-            let (machine, gravity) = draw(&Machine::reference(), seed, &Bounds::REAL)?;
+            let (machine, gravity) = draw(&nominal, seed, &Bounds::REAL)?;
             let path = folder.path().join(format!("machine_{seed}.json"));
             let text = serde_json::to_string_pretty(&machine)?;
             fs::write(&path, text).with_context(|| path.display().to_string())?;

@@ -18,8 +18,8 @@ const LEGEND: (u32, u32) = (40, 8);
 const TITLE_HEIGHT: u32 = 34;
 const SPACE: (u32, u32) = (900, 760);
 
-type Area<'a, B> = DrawingArea<B, Shift>;
-type Drawn<B> = Result<(), DrawingAreaErrorKind<<B as DrawingBackend>::ErrorType>>;
+pub type Area<'a, B> = DrawingArea<B, Shift>;
+pub type Drawn<B> = Result<(), DrawingAreaErrorKind<<B as DrawingBackend>::ErrorType>>;
 
 /// A line with its name.
 pub struct Curve {
@@ -55,7 +55,7 @@ pub struct Path3 {
 }
 
 /// Something that can be drawn on any backend.
-trait Picture {
+pub trait Picture {
     fn draw<B: DrawingBackend>(&self, area: &Area<'_, B>) -> Drawn<B>;
 }
 
@@ -247,21 +247,28 @@ fn save(
     name: &str,
     size: (u32, u32),
 ) -> Result<[PathBuf; 2]> {
+    let files = ["png", "svg"].map(|extension| folder.join(format!("{name}.{extension}")));
+    for file in &files {
+        write(picture, file, size)?;
+    }
+    Ok(files)
+}
+
+/// Write a picture, as PNG where the file is called so, else as SVG.
+pub fn write(picture: &impl Picture, file: &Path, size: (u32, u32)) -> Result<()> {
     // Without system fonts; a second registration changes nothing.
     let font = epaint_default_fonts::UBUNTU_LIGHT;
     register_font(FONT.0, FontStyle::Normal, font)
         .map_err(|_| anyhow!("the built-in font is unreadable"))?;
-    let files = ["png", "svg"].map(|extension| folder.join(format!("{name}.{extension}")));
-    let failed = |e: &dyn std::fmt::Display| anyhow!("figure {name}: {e}");
-    {
-        let area = BitMapBackend::new(&files[0], size).into_drawing_area();
+    let failed = |e: &dyn std::fmt::Display| anyhow!("figure {}: {e}", file.display());
+    if file.extension().is_some_and(|extension| extension == "png") {
+        let area = BitMapBackend::new(file, size).into_drawing_area();
         let drawn = picture.draw(&area).and_then(|()| area.present());
-        drawn.map_err(|e| failed(&e))?;
-        let area = SVGBackend::new(&files[1], size).into_drawing_area();
-        let drawn = picture.draw(&area).and_then(|()| area.present());
-        drawn.map_err(|e| failed(&e))?;
+        return drawn.map_err(|e| failed(&e));
     }
-    Ok(files)
+    let area = SVGBackend::new(file, size).into_drawing_area();
+    let drawn = picture.draw(&area).and_then(|()| area.present());
+    drawn.map_err(|e| failed(&e))
 }
 
 /// The k-th of `count` colours that differ.

@@ -1,0 +1,228 @@
+//! The shape of a machine file: which fields there are, of which type; learnt from a machine that has all of them.
+
+use crate::Machine;
+use crate::actuator::{Brake, CoreLosses, Heat, InverterLosses, Temperature};
+use crate::check::Findings;
+use crate::per_axis::{AXES, PerAxis};
+use crate::source::is_split;
+use serde_json::Value;
+
+/// Sections that may have one object for each actuator.
+pub(crate) const SECTIONS_PER_AXIS: [&str; 2] = ["emla", "ratings"];
+
+/// Likeness from which on a name is proposed instead of another.
+const LIKE: f64 = 0.7;
+
+/// Reports what no machine file has, and takes it out.
+pub(crate) fn partial(value: &mut Value, found: &mut Findings) {
+    Walk {
+        template: template(),
+        is_complete: false,
+    }
+    .all(value, found);
+}
+
+/// Reports also what is missing, and puts values of the reference machine there.
+pub(crate) fn complete(value: &mut Value, found: &mut Findings) {
+    Walk {
+        template: template(),
+        is_complete: true,
+    }
+    .all(value, found);
+}
+
+/// The name among `known` that `name` probably stands for.
+pub(crate) fn nearest<'a>(name: &str, known: impl Iterator<Item = &'a str>) -> Option<&'a str> {
+    let name = name.to_lowercase();
+    let likeness = |other: &str| strsim::jaro_winkler(&name, &other.to_lowercase());
+    let best = known.map(|other| (likeness(other), other));
+    let best = best.max_by(|a, b| a.0.total_cmp(&b.0));
+    best.filter(|(likeness, _)| *likeness >= LIKE)
+        .map(|(_, name)| name)
+}
+
+/// The reference machine with every section that a file may leave out.
+#[must_use]
+pub(crate) fn template() -> Value {
+    let mut machine = Machine::reference();
+    let mut emla = machine.emla.lift;
+    emla.core.get_or_insert(CoreLosses { k_h: 0.0, k_e: 0.0 });
+    emla.inverter.get_or_insert(InverterLosses {
+        v_dc: 0.0,
+        f_sw: 0.0,
+        k_sw: 0.0,
+        v_0: 0.0,
+        r_0: 0.0,
+    });
+    emla.brake.get_or_insert(Brake::TYPICAL);
+    emla.heat.get_or_insert(Heat::TYPICAL);
+    emla.temperature.get_or_insert(Temperature::TYPICAL);
+    machine.emla = PerAxis::all(emla);
+    serde_json::to_value(machine).expect("numbers and names")
+}
+
+/// A place in a machine file.
+struct At<'a> {
+    /// What a machine has there.
+    template: &'a Value,
+    /// Keys that lead there in the template.
+    keys: &'a [&'a str],
+    /// Path for people, which names the actuator too.
+    name: &'a str,
+}
+
+struct Walk {
+    template: Value,
+    is_complete: bool,
+}
+
+impl Walk {
+    fn all(&self, value: &mut Value, found: &mut Findings) {
+        let root = At {
+            template: &self.template,
+            keys: &[],
+            name: "",
+        };
+        self.value(value, &root, found);
+    }
+
+    fn value(&self, value: &mut Value, at: &At, found: &mut Findings) {
+        let is_section = matches!(at.keys, [section] if SECTIONS_PER_AXIS.contains(section));
+        if is_section && is_split(value) {
+            return self.axes(value, at, found);
+        }
+        let must_be = match (&*value, at.template) {
+            (Value::Object(_), Value::Object(_)) => {
+                return self.fields(value, at, found);
+            }
+            (Value::Array(_), Value::Array(_)) => {
+                return self.elements(value, at, found);
+            }
+            (Value::Number(n), Value::Number(t)) => {
+                // A float of the template is one; a whole number of it must be one.
+                if t.is_f64() || n.as_u64().is_some_and(|n| u32::try_from(n).is_ok()) {
+                    return;
+                }
+                "a whole number".into()
+            }
+            (Value::Null, Value::Object(_)) if self.may_lack(at.keys) => return,
+            (_, Value::Object(_)) => "an object".into(),
+            (_, Value::Array(t)) => format!("an array of {} elements", t.len()),
+            _ => String::from("a number"),
+        };
+        found.refuse(at.name, &*value, must_be);
+        *value = at.template.clone();
+    }
+
+    fn axes(&self, value: &mut Value, at: &At, found: &mut Findings) {
+        let Value::Object(fields) = value else { return };
+        fields.retain(|key, _| {
+            let is_axis = AXES.contains(&key.as_str());
+            if !is_axis {
+                let problem = "stands beside `slew`, `lift` or `tilt`, and must stand in them";
+                found.add(format_args!("{}.{key}", at.name), problem);
+            }
+            is_axis
+        });
+        for axis in AXES {
+            let name = format!("{}.{axis}", at.name);
+            match fields.get_mut(axis) {
+                Some(value) if value.is_object() => {
+                    self.fields(value, &At { name: &name, ..*at }, found);
+                }
+                Some(value) => {
+                    found.refuse(name, &*value, "an object");
+                    *value = at.template.clone();
+                }
+                None if self.is_complete => {
+                    found.add(name, "is missing");
+                    fields.insert(axis.to_owned(), at.template.clone());
+                }
+                None => {}
+            }
+        }
+    }
+
+    fn fields(&self, value: &mut Value, at: &At, found: &mut Findings) {
+        let (Value::Object(fields), Value::Object(known)) = (value, at.template) else {
+            return;
+        };
+        let inner = |key: &str| match at.name {
+            "" => key.to_owned(),
+            name => format!("{name}.{key}"),
+        };
+        fields.retain(|key, _| {
+            if !known.contains_key(key) {
+                let near = nearest(key, known.keys().map(String::as_str));
+                let near = near.map_or_else(
+                    || {
+                        format!(
+                            "; there are {}",
+                            Vec::from_iter(known.keys().map(String::as_str)).join(", ")
+                        )
+                    },
+                    |near| format!("; did you mean `{near}`?"),
+                );
+                found.add(inner(key), format_args!("is an unknown field{near}"));
+            }
+            known.contains_key(key)
+        });
+        for (key, template) in known {
+            let keys = &[at.keys, &[key.as_str()]].concat();
+            let name = &inner(key);
+            let field = At {
+                template,
+                keys,
+                name,
+            };
+            match fields.get_mut(key) {
+                Some(value) => self.value(value, &field, found),
+                None if self.is_complete && !self.may_lack(keys) => {
+                    found.add(inner(key), "is missing");
+                    fields.insert(key.clone(), template.clone());
+                }
+                None => {}
+            }
+        }
+    }
+
+    fn elements(&self, value: &mut Value, at: &At, found: &mut Findings) {
+        let (Value::Array(values), Value::Array(known)) = (&mut *value, at.template) else {
+            return;
+        };
+        let is_list = at.keys.last() == Some(&"vertices");
+        if !is_list && values.len() != known.len() {
+            let rule = format!("an array of {} elements", known.len());
+            found.refuse(at.name, &*value, rule);
+            *value = at.template.clone();
+            return;
+        }
+        for (i, value) in values.iter_mut().enumerate() {
+            let element = At {
+                template: if is_list { &known[0] } else { &known[i] },
+                keys: &[at.keys, &["element"]].concat(),
+                name: &format!("{}[{}]", at.name, i + 1),
+            };
+            self.value(value, &element, found);
+        }
+    }
+
+    fn may_lack(&self, place: &[&str]) -> bool {
+        may_lack(&self.template, place)
+    }
+}
+
+/// Whether a machine without the field at `place` can be read.
+pub(crate) fn may_lack(template: &Value, place: &[&str]) -> bool {
+    let Some((field, parents)) = place.split_last() else {
+        return false;
+    };
+    let mut without = template.clone();
+    let parent = parents
+        .iter()
+        .try_fold(&mut without, |value, key| value.get_mut(key));
+    if let Some(Value::Object(parent)) = parent {
+        parent.remove(*field);
+    }
+    serde_json::from_value::<Machine>(without).is_ok()
+}

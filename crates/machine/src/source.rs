@@ -1,0 +1,439 @@
+//! Where a machine comes from: a file, or a part of one with `"extends"` and what differs, or a shipped machine.
+
+use crate::Machine;
+use crate::check::{Findings, MachineError};
+use crate::json;
+use crate::per_axis::AXES;
+use crate::shape::{self, SECTIONS_PER_AXIS};
+use serde_json::{Map, Value};
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// The shipped machines: names for `extends` and `machine_file`, and their files.
+pub const PRESETS: [(&str, &str); 3] = [
+    ("reference", crate::REFERENCE_JSON),
+    ("sized", crate::SIZED_JSON),
+    ("hiab_xs031", crate::HIAB_XS031_JSON),
+];
+
+/// The file of the shipped machine `name`.
+#[must_use]
+pub fn preset(name: &str) -> Option<&'static str> {
+    let found = PRESETS.iter().find(|(known, _)| *known == name);
+    found.map(|(_, text)| *text)
+}
+
+/// A machine, and the texts that it was read from: of the file itself, then of what each extends.
+#[derive(Debug)]
+pub struct Source {
+    /// What they say.
+    pub machine: Machine,
+    /// The texts.
+    pub texts: Vec<String>,
+}
+
+impl Source {
+    /// What `text` says; a relative path in `extends` starts from the folder of `file`, or from the working directory.
+    ///
+    /// # Errors
+    /// Everything that is wrong with it.
+    pub fn read(text: &str, file: Option<&Path>) -> Result<Self, MachineError> {
+        let mut texts = Vec::new();
+        let mut open = Vec::from_iter(file.map(identity));
+        let mut found = Findings::default();
+        let mut value = merged(text, file, &mut open, &mut texts, &mut found)?;
+        shape::complete(&mut value, &mut found);
+        let machine: Machine = serde_json::from_value(value)?;
+        let of_shape = found.list.len();
+        machine.examine(&mut found);
+        found.drop_consequences(of_shape);
+        found.result()?;
+        Ok(Self { machine, texts })
+    }
+
+    /// The shipped machine `name`, else that of the file.
+    ///
+    /// # Errors
+    /// No such file, or everything that is wrong with it.
+    pub fn named(name: &str) -> Result<Self, MachineError> {
+        match preset(name) {
+            Some(text) => Self::read(text, None),
+            None => {
+                let file = Path::new(name);
+                let text = fs::read_to_string(file).map_err(|e| unknown(name, file, &e))?;
+                Self::read(&text, Some(file))
+            }
+        }
+    }
+}
+
+impl Machine {
+    /// Reads and checks a machine whose text is of no file.
+    ///
+    /// # Errors
+    /// Malformed JSON (with line and column), or all fields that are unknown, missing, wrongly typed, or outside their physical ranges
+    /// (with path, value and rule).
+    pub fn from_json(json: &str) -> Result<Self, MachineError> {
+        Ok(Source::read(json, None)?.machine)
+    }
+
+    /// As [`Machine::from_json`], of the text of `file`, beside which relative paths of `extends` are looked for.
+    ///
+    /// # Errors
+    /// As of [`Machine::from_json`].
+    pub fn of_file(text: &str, file: &Path) -> Result<Self, MachineError> {
+        Ok(Source::read(text, Some(file))?.machine)
+    }
+
+    /// The shipped machine of that name; without a name, the reference machine.
+    #[must_use]
+    pub fn preset(name: &str) -> Option<Self> {
+        match name {
+            "" | "reference" => Some(Self::reference()),
+            _ => {
+                preset(name).map(|text| Self::from_json(text).expect("a shipped machine is valid"))
+            }
+        }
+    }
+}
+
+/// A name under which a file is known again.
+fn identity(file: &Path) -> PathBuf {
+    fs::canonicalize(file).unwrap_or_else(|_| file.to_path_buf())
+}
+
+fn unknown(name: &str, file: &Path, error: &std::io::Error) -> MachineError {
+    let names: Vec<_> = PRESETS.iter().map(|(name, _)| *name).collect();
+    let near = shape::nearest(name, names.iter().copied());
+    let near = near.map_or_else(String::new, |near| format!("; did you mean `{near}`?"));
+    MachineError::Source(format!(
+        "`{name}` must be a shipped machine ({}) or a file; {}: {error}{near}",
+        names.join(", "),
+        file.display()
+    ))
+}
+
+/// The object of `text` on top of what it extends. `open` are the files that are being read, `texts` all that were.
+fn merged(
+    text: &str,
+    file: Option<&Path>,
+    open: &mut Vec<PathBuf>,
+    texts: &mut Vec<String>,
+    found: &mut Findings,
+) -> Result<Value, MachineError> {
+    texts.push(text.to_owned());
+    let Value::Object(mut own) = json::parse(text)? else {
+        return Err(MachineError::Source(
+            "machine JSON: it must be one object".into(),
+        ));
+    };
+    own.remove("$schema");
+    let base = own.remove("extends");
+    let mut own = Value::Object(own);
+    shape::partial(&mut own, found);
+    let base = match base {
+        None => return Ok(own),
+        Some(Value::String(name)) => name,
+        Some(other) => {
+            let rule = "the name of a shipped machine or the path of a machine file, as a string";
+            found.refuse("extends", other, rule);
+            return Ok(own);
+        }
+    };
+    let of_base = |error| MachineError::Base {
+        name: base.clone(),
+        error: Box::new(error),
+    };
+    let mut value = base_of(&base, file, open, texts).map_err(of_base)?;
+    put(&mut value, own, true);
+    Ok(value)
+}
+
+/// The object that `name` stands for in `extends` of `file`.
+fn base_of(
+    name: &str,
+    file: Option<&Path>,
+    open: &mut Vec<PathBuf>,
+    texts: &mut Vec<String>,
+) -> Result<Value, MachineError> {
+    let mut found = Findings::default();
+    let value = if let Some(text) = preset(name) {
+        merged(text, None, open, texts, &mut found)?
+    } else {
+        let folder = file.and_then(Path::parent).unwrap_or(Path::new(""));
+        let path = folder.join(name);
+        let text = fs::read_to_string(&path).map_err(|e| unknown(name, &path, &e))?;
+        let this = identity(&path);
+        if open.contains(&this) {
+            let path = path.display();
+            return Err(MachineError::Source(format!(
+                "{path} must not extend itself, not through other files either"
+            )));
+        }
+        open.push(this);
+        let value = merged(&text, Some(&path), open, texts, &mut found)?;
+        open.pop();
+        value
+    };
+    found.result()?;
+    Ok(value)
+}
+
+/// Puts `own` on top of `base`: objects field by field; all else, arrays too, as a whole. Where one of the two tells actuators apart, so
+/// does the result.
+fn put(base: &mut Value, own: Value, is_whole: bool) {
+    let (Value::Object(base), Value::Object(own)) = (&mut *base, &own) else {
+        *base = own;
+        return;
+    };
+    for (key, mut value) in own.clone() {
+        let Some(place) = base.get_mut(&key) else {
+            base.insert(key, value);
+            continue;
+        };
+        if is_whole
+            && SECTIONS_PER_AXIS.contains(&key.as_str())
+            && is_split(place) != is_split(&value)
+        {
+            split(place);
+            split(&mut value);
+        }
+        put(place, value, false);
+    }
+}
+
+/// The object of a file that extends `name`, whose machine is `base`, and says only how `machine` differs.
+#[must_use]
+pub fn extending(name: &str, base: &Machine, machine: &Machine) -> Value {
+    let [mut base, mut machine] =
+        [base, machine].map(|m| serde_json::to_value(m).expect("numbers and names"));
+    for section in SECTIONS_PER_AXIS {
+        if is_split(&base[section]) != is_split(&machine[section]) {
+            split(&mut base[section]);
+            split(&mut machine[section]);
+        }
+    }
+    let mut file = Map::from_iter([("extends".to_owned(), name.into())]);
+    if let Some(Value::Object(differs)) = difference(&base, &machine) {
+        file.extend(differs);
+    }
+    Value::Object(file)
+}
+
+/// What of `value` differs from `base`, as [`put`] puts it there.
+fn difference(base: &Value, value: &Value) -> Option<Value> {
+    let (Value::Object(fields), Value::Object(known)) = (value, base) else {
+        return (value != base).then(|| value.clone());
+    };
+    let differing = fields.iter().filter_map(|(key, value)| {
+        let differs = match known.get(key) {
+            Some(base) => difference(base, value),
+            None => Some(value.clone()),
+        };
+        differs.map(|value| (key.clone(), value))
+    });
+    let differing: Map<_, _> = differing.collect();
+    (!differing.is_empty()).then_some(Value::Object(differing))
+}
+
+/// Whether a section tells actuators apart.
+pub(crate) fn is_split(section: &Value) -> bool {
+    let fields = section.as_object();
+    fields.is_some_and(|fields| AXES.iter().any(|axis| fields.contains_key(*axis)))
+}
+
+fn split(section: &mut Value) {
+    if !is_split(section) && section.is_object() {
+        let each = AXES.map(|axis| (axis.to_owned(), section.clone()));
+        *section = Value::Object(Map::from_iter(each));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde_json::json;
+    use tempfile::TempDir;
+
+    fn read(value: &Value) -> Result<Machine, MachineError> {
+        Machine::from_json(&value.to_string())
+    }
+
+    #[test]
+    fn what_a_file_does_not_say_is_that_of_its_base() {
+        let mut expected = Machine::reference();
+        assert_eq!(
+            read(&json!({"extends": "reference"})).expect("valid"),
+            expected
+        );
+        expected.geometry.d4 = 0.345;
+        expected.geometry.C_in_tilt = [0.23, 0.01];
+        expected.emla.slew.inverter = None;
+        expected.emla.lift.inverter = None;
+        expected.emla.tilt.inverter = None;
+        expected.emla.lift.R_s = 0.7;
+        let mut own = json!({
+            "$schema": "machine.schema.json",
+            "extends": "reference",
+            "geometry": {"d4": 0.345, "C_in_tilt": [0.23, 0.01]},
+            "emla": {"lift": {"R_s": 0.7, "inverter": null}, "slew": {"inverter": null}, "tilt": {"inverter": null}},
+        });
+        assert_eq!(read(&own).expect("valid"), expected);
+        // What is said once for all actuators counts for each of a base that tells them apart.
+        own["extends"] = "sized".into();
+        own["emla"] = json!({"C_b": 7e5});
+        let machine = read(&own).expect("valid");
+        let sized = Machine::preset("sized").expect("shipped");
+        for (emla, sized) in machine
+            .emla
+            .in_order()
+            .into_iter()
+            .zip(sized.emla.in_order())
+        {
+            assert_eq!(*emla, crate::Emla { C_b: 7e5, ..*sized });
+        }
+    }
+
+    #[test]
+    fn all_shipped_machines_are_valid_and_known_by_name() {
+        for (name, _) in PRESETS {
+            let machine = Machine::preset(name).expect("shipped");
+            assert_eq!(machine, read(&json!({"extends": name})).expect("valid"));
+            assert_eq!(machine, Source::named(name).expect("valid").machine);
+        }
+        assert_eq!(Machine::preset(""), Some(Machine::reference()));
+        assert_eq!(Machine::preset("none"), None);
+    }
+
+    #[test]
+    fn paths_start_from_the_folder_of_the_file_that_extends() {
+        let folder = TempDir::new().expect("folder");
+        let place = |name: &str| folder.path().join(name);
+        fs::create_dir(place("inner")).expect("folder");
+        let write =
+            |name: &str, value: &Value| fs::write(place(name), value.to_string()).expect("written");
+        write(
+            "inner/base.json",
+            &json!({"extends": "../lowest.json", "gravity": 3.7}),
+        );
+        write(
+            "lowest.json",
+            &json!({"extends": "reference", "gravity": 1.6, "geometry": {"r_B": 0.4}}),
+        );
+        write("top.json", &json!({"extends": "inner/base.json"}));
+        let name = place("top.json").display().to_string();
+        let source = Source::named(&name).expect("valid");
+        assert_eq!(
+            (source.machine.gravity, source.machine.geometry.r_B),
+            (3.7, 0.4)
+        );
+        assert_eq!(source.texts.len(), 4);
+        // A circle of two, and a file of itself.
+        write("lowest.json", &json!({"extends": "inner/base.json"}));
+        let refused = Source::named(&name).expect_err("a circle").to_string();
+        assert!(
+            refused.ends_with("must not extend itself, not through other files either"),
+            "{refused}"
+        );
+        write("top.json", &json!({"extends": "./top.json"}));
+        let refused = Source::named(&name).expect_err("a circle").to_string();
+        assert!(refused.contains("must not extend itself"), "{refused}");
+        write(
+            "lowest.json",
+            &json!({"extends": "reference", "gravity": -1, "bodies": {"A2": {"mas": 3}}}),
+        );
+        write("top.json", &json!({"extends": "lowest.json"}));
+        let lines = Source::named(&name).expect_err("refused").lines();
+        assert_eq!(
+            lines,
+            [
+                "`extends` = \"lowest.json\": `bodies.A2.mas` is an unknown field; did you mean `mass`?"
+            ]
+        );
+    }
+
+    #[test]
+    fn a_base_that_does_not_exist_is_refused_with_the_names_that_do() {
+        let refused = read(&json!({"extends": "referense"}))
+            .expect_err("refused")
+            .to_string();
+        for part in [
+            "`referense`",
+            "reference, sized, hiab_xs031",
+            "did you mean `reference`?",
+        ] {
+            assert!(refused.contains(part), "{part}: {refused}");
+        }
+        let refused = read(&json!({"extends": 3}))
+            .expect_err("refused")
+            .to_string();
+        assert!(
+            refused.starts_with("`extends` = 3 must be the name"),
+            "{refused}"
+        );
+    }
+
+    /// Unknown, misspelt, missing, of another type, beyond its range: one line each, and none that only follows from another.
+    #[test]
+    fn everything_wrong_is_told_at_once() {
+        let mut value: Value = serde_json::from_str(crate::REFERENCE_JSON).expect("JSON");
+        value["emla"]["r_s"] = value["emla"]["R_s"].take();
+        value["emla"].as_object_mut().expect("object").remove("R_s");
+        value["emla"]["p"] = 4.5.into();
+        value["emla"]["core"]["k_h"] = (-1.0).into();
+        value["geometry"]
+            .as_object_mut()
+            .expect("object")
+            .remove("d4");
+        value["geometry"]["r_O_B"] = json!([2.0, 0.0]);
+        value["geometry"]["E_in_boom"][1] = "low".into();
+        value["bodies"]["T1"]["mass"] = (-650).into();
+        value["trajectories"]["cubic"]["vertices"][3][1] = json!([]);
+        let lines = read(&value).expect_err("refused").lines();
+        let expected = [
+            "`emla.r_s` is an unknown field; did you mean `R_s`?",
+            "`emla.p` = 4.5 must be a whole number",
+            "`geometry.E_in_boom[2]` = \"low\" must be a number",
+            "`geometry.r_O_B` = [2.0,0.0] must be an array of 3 elements",
+            "`trajectories.cubic.vertices[4][2]` = [] must be a number",
+            "`emla.R_s` is missing",
+            "`geometry.d4` is missing",
+            "`bodies.T1.mass` = -650 must be finite and > 0",
+            "`emla.core.k_h` = -1 must be finite and ≥ 0",
+        ];
+        let sorted = |mut lines: Vec<String>| {
+            lines.sort();
+            lines
+        };
+        assert_eq!(sorted(lines), sorted(expected.map(String::from).to_vec()));
+    }
+
+    #[test]
+    fn a_file_of_the_differences_is_the_machine() {
+        for (name, _) in PRESETS {
+            for (other, _) in PRESETS {
+                let [base, machine] =
+                    [name, other].map(|name| Machine::preset(name).expect("shipped"));
+                let file = extending(name, &base, &machine);
+                assert_eq!(read(&file).expect("valid"), machine, "{other} on {name}");
+            }
+        }
+        let base = Machine::reference();
+        let mut machine = base.clone();
+        machine.emla.tilt.core = None;
+        machine.bodies.PL.mass = 12.0;
+        let file = extending("reference", &base, &machine);
+        assert_eq!(file["bodies"], json!({"PL": {"mass": 12.0}}));
+        assert_eq!(file["emla"], json!({"tilt": {"core": null}}));
+    }
+
+    #[test]
+    fn a_key_that_is_there_twice_is_refused() {
+        let text = r#"{"extends": "reference", "gravity": 9.8, "gravity": 9.9}"#;
+        let refused = Machine::from_json(text).expect_err("refused").to_string();
+        assert!(
+            refused.contains("duplicate field `gravity` at line 1"),
+            "{refused}"
+        );
+    }
+}

@@ -1,0 +1,6 @@
+//! What is made of machine files: other sizes, load charts, drawings.
+
+pub mod drawing;
+pub mod load_chart;
+pub mod scaling;
+mod side_view;

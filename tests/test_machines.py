@@ -1,0 +1,142 @@
+"""Machine files as their users meet them: what differs alone, everything wrong at once, other sizes, drawings, load charts that are true."""
+
+import csv
+import json
+
+import pytest
+from jsonschema import Draft202012Validator
+
+from fmpy_master import ROOT
+from fmu import Refused
+from native import call
+
+PARAMETERS = ROOT / "parameters"
+SHORT = ["--stop-time", "0.02"]
+
+
+@pytest.fixture
+def machine(fmu_dir):
+    return ["--system", fmu_dir / "Manipulator.ssp"]
+
+
+def write(path, value):
+    path.parent.mkdir(exist_ok=True)
+    path.write_text(json.dumps(value))
+    return path
+
+
+def test_every_fmu_reads_what_differs_and_the_name_of_a_shipped_machine(fmus, tmp_path):
+    write(tmp_path / "base" / "slow.json", {"extends": "sized", "gravity": 3.7})
+    path = write(tmp_path / "mine.json", {"extends": "base/slow.json", "emla": {"R_s": 0.123}, "bodies": {"PL": {"mass": 77.0}}})
+    for name in ["Emla", "Rig", "Hdrm", "Controller"]:
+        instance = fmus[f"{name}.fmu"].instance()
+        instance.set({"machine_file": str(path)})
+        if name in ("Emla", "Rig"):
+            assert instance.get("R_s") == 0.123
+        if name == "Hdrm":
+            assert instance.get("payload.mass") == 77.0
+        instance.set({"machine_file": "hiab_xs031"})
+        assert instance.get("machine_file") == "hiab_xs031"
+        instance.free()
+
+
+@pytest.mark.parametrize("content, words", [
+    ({"extends": "referense"}, ["`referense`", "did you mean `reference`?"]),
+    ({"extends": "mine.json"}, ["must not extend itself"]),
+    ({"extends": "reference", "emla": {"r_S": 1}}, ["`emla.r_S` is an unknown field; did you mean `R_s`?"]),
+])  # fmt: skip
+def test_a_wrong_base_or_field_is_refused_by_every_fmu(fmus, tmp_path, content, words):
+    path = write(tmp_path / "mine.json", content)
+    for name in ["Emla", "Rig", "Hdrm", "Controller"]:
+        instance = fmus[f"{name}.fmu"].instance()
+        with pytest.raises(Refused) as refusal:
+            instance.set({"machine_file": str(path)})
+        assert all(word in refusal.value.text for word in words), refusal.value.text
+        instance.free()
+
+
+def test_check_tells_everything_at_once(tmp_path):
+    wrong = {
+        "extends": "reference",
+        "emla": {"lift": {"R_s": -1}, "tilt": {"L_dd": 3}},
+        "geometry": {"d4": "long"},
+        "limits": {"stroke_2": [0.5, 0.1]},
+    }
+    done = call("hdrm-fmu", "machine", "check", write(tmp_path / "wrong.json", wrong))
+    assert done.returncode == 1
+    assert sorted(done.stdout.splitlines()) == [
+        "`emla.lift.R_s` = -1 must be finite and > 0",
+        "`emla.tilt.L_dd` is an unknown field; did you mean `L_d`?",
+        '`geometry.d4` = "long" must be a number',
+        "`limits.stroke_2` = [0.5, 0.1] must be finite with minimum < maximum",
+    ]
+    for name in ["reference", "sized", "hiab_xs031"]:
+        assert call("hdrm-fmu", "machine", "check", name).returncode == 0
+    open_loop = write(tmp_path / "open.json", {"extends": "reference", "geometry": {"d5": 0.01}})
+    done = call("hdrm-fmu", "machine", "check", open_loop)
+    assert done.returncode == 1 and done.stdout.strip(), done.stdout + done.stderr
+
+
+def test_the_schema_takes_what_the_program_takes():
+    schema = json.loads((PARAMETERS / "machine.schema.json").read_text())
+    assert json.loads(call("hdrm-fmu", "machine", "schema").stdout) == schema
+    Draft202012Validator.check_schema(schema)
+    validator = Draft202012Validator(schema)
+    for file in ["reference_machine", "sized_machine", "hiab_xs031"]:
+        validator.validate(json.loads((PARAMETERS / f"{file}.json").read_text()))
+    for wrong in [
+        {"gravity": 9.81},
+        {"extends": "reference", "gravitas": 3},
+        {"extends": "reference", "emla": {"R_s": -1}},
+        {"extends": "reference", "emla": {"lift": {"R_s": 0}}},
+        {"extends": "reference", "geometry": {"r_O_B": [1, 2]}},
+    ]:
+        assert not validator.is_valid(wrong), wrong
+
+
+def test_a_machine_of_another_size_extends_the_one_it_is_made_of_and_runs(machine, tmp_path):
+    file = tmp_path / "long.json"
+    done = call("hdrm-fmu", "machine", "scale", "--booms", "1.1", "--output", file)
+    assert done.returncode == 0, done.stderr
+    long = json.loads(file.read_text())
+    assert long["extends"] == "reference" and "ratings" not in long
+    assert long["geometry"]["d4"] == pytest.approx(1.1 * 0.34)
+    assert long["bodies"]["A2"]["mass"] == pytest.approx(1.1**3 * 290)
+    assert call("hdrm-fmu", "run", *machine, *SHORT, "--machine", file).returncode == 0
+    refused = call("hdrm-fmu", "machine", "scale", "--booms", "0", "--output", file)
+    assert refused.returncode == 1 and "--booms 0 must be finite and > 0" in refused.stderr
+
+
+def test_one_option_names_the_machine_for_all_fmus(machine, tmp_path):
+    named = call("hdrm-fmu", "run", *machine, *SHORT, "--machine", "hiab_xs031", "--quiet")
+    emla = [f"emla_{k}" for k in (1, 2, 3)]
+    files = [f"{c}.machine_file=hiab_xs031" for c in [*emla, "hdrm", "controller"]] + [f"{c}.axis={c[-1]}" for c in emla]
+    each = call("hdrm-fmu", "run", *machine, *SHORT, "--quiet", *(x for f in files for x in ("--set", f)))
+    numbers = [[line for line in done.stdout.splitlines() if "simulated in" not in line] for done in (named, each)]
+    assert named.returncode == 0 and numbers[0] == numbers[1], named.stderr
+    wrong = write(tmp_path / "wrong.json", {"extends": "reference", "gravity": -1})
+    refused = call("hdrm-fmu", "run", *machine, "--machine", wrong)
+    assert refused.returncode == 1 and "`gravity` = -1" in refused.stderr
+
+
+@pytest.mark.parametrize("name", ["reference", "hiab_xs031"])
+def test_the_edge_of_the_load_chart_is_that_of_a_run(machine, tmp_path, name):
+    """Held at 0.98 of the payload nothing is beyond its rating; at 1.05 the verdict names what the chart names."""
+    chart = tmp_path / "chart.csv"
+    picture = tmp_path / "sheet.svg"
+    done = call("hdrm-fmu", "machine", "draw", name, "--output", picture, "--csv", chart)
+    assert done.returncode == 0 and "<svg" in picture.read_text()[:200], done.stderr
+    rows = list(csv.DictReader(chart.open()))
+    places = [r for r in rows if r["limit"].startswith("force of ") and float(r["payload_kg"]) > 100]
+    assert len(places) > 500
+    for row in (places[len(places) // 5], places[4 * len(places) // 5]):
+        axis = ["slew", "lift", "tilt"].index(row["limit"].removeprefix("force of ")) + 1
+        for share, is_beyond in [(0.98, False), (1.05, True)]:
+            zeta = [0, float(row["lift_rad"]), float(row["tilt_rad"]), 0, float(row["wrist_2_rad"]), 0]
+            payload = share * float(row["payload_kg"])
+            file = write(tmp_path / "held.json", {"extends": name, "start": {"zeta": zeta}, "bodies": {"PL": {"mass": payload}}})
+            run = call("hdrm-fmu", "run", *machine, "--machine", file, "--stop-time", "0.5", "--quiet")
+            assert run.returncode == 0, run.stderr
+            forces = [line for line in run.stdout.splitlines() if "force of emla" in line]
+            assert bool(forces) == is_beyond, run.stdout
+            assert not is_beyond or any(f"force of emla_{axis}:" in line for line in forces), run.stdout
