@@ -230,7 +230,7 @@ fn build(
     }
     notices(workspace, &dist.targets, packages, &new.join("THIRD-PARTY"))?;
     for target in &platforms.targets {
-        if !without_experiments && wheel::PLATFORMS.contains(&target.platform.folder) {
+        if !without_experiments && target.platform.folder == wheel::HANDED_OUT_FOR {
             wheel::build(workspace, &new, Some(target), &new.join("python"))?;
         }
     }
