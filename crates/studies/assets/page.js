@@ -23,6 +23,7 @@ function conditions() {
 
 cards();
 tracking();
+ownPath();
 worlds();
 robustness();
 studies();

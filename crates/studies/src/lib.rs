@@ -7,6 +7,7 @@
 //! `hdrm` serves the report's drawing only, `machine` that and the machine's limits and ratings, `surrogate` and `emla` what a network predicts and the command that trains one, `rig` the control of a rig that loads another.
 #![forbid(unsafe_code)]
 
+pub mod accuracy;
 pub mod duty;
 pub mod efficiency;
 pub mod elsewhere;
@@ -17,6 +18,7 @@ pub mod laws;
 pub mod machine_file;
 pub mod machines;
 pub mod metrics;
+pub mod path_margins;
 pub mod perturbation;
 pub mod plot;
 pub mod report;

@@ -7,7 +7,7 @@ use std::process::ExitCode;
 
 use anyhow::Result;
 use clap::{Parser, Subcommand};
-use commands::{electric, elsewhere, evaluation, machine, plot, python, report, run};
+use commands::{electric, elsewhere, evaluation, machine, path, plot, python, report, run};
 use cosim::cli::{code, exit};
 use cosim::verdict::Verdict;
 use studies::worlds::World;
@@ -47,6 +47,9 @@ enum Command {
     /// What is done to machine files
     #[command(subcommand)]
     Machine(machine::MachineCommand),
+    /// Paths of the tip: what they are, and whether a machine can do them
+    #[command(subcommand)]
+    Path(path::PathCommand),
     /// Train the actuator's surrogate network on a CSV file; Ctrl-C keeps the state, --resume goes on
     Train(surrogate::commands::TrainArgs),
     /// What belongs to the training: virtual testbed, efficiency map, plots and comparison of the network
@@ -82,6 +85,7 @@ fn main() -> ExitCode {
         Command::Evaluate(args) => elsewhere::evaluate(&args),
         Command::Plot(args) => done(plot::plot(&args)),
         Command::Machine(command) => done(machine::run(&command)),
+        Command::Path(command) => done(path::run(&command)),
         Command::Train(args) => done(args.run()),
         Command::Surrogate(command) => done(command.run()),
     };
@@ -113,7 +117,13 @@ impl Command {
             Self::Sizing(args) => &args.machine,
             Self::Endurance(args) => &args.machine,
             Self::Evaluate(args) => &args.machine,
-            Self::Plot(_) | Self::Machine(_) | Self::Train(_) | Self::Surrogate(_) => return false,
+            Self::Plot(_)
+            | Self::Machine(_)
+            | Self::Path(_)
+            | Self::Train(_)
+            | Self::Surrogate(_) => {
+                return false;
+            }
         };
         machine.check()
     }

@@ -13,6 +13,7 @@ mod errors;
 mod evaluation;
 mod figures;
 mod map;
+mod own_path;
 mod page;
 mod runs;
 mod samples;
@@ -61,6 +62,8 @@ pub struct Request<'a> {
     pub bending: Option<&'a System>,
     /// The machine fed by a battery, where there is one.
     pub electric: Option<&'a System>,
+    /// A path of the reader's own by its name, and the experiment that follows it.
+    pub path: Option<(String, Experiment)>,
 }
 
 /// All that the page shows.
@@ -75,6 +78,7 @@ pub struct Report {
     failures: Vec<String>,
     energy: Vec<Energy>,
     electric: Vec<electric::Electric>,
+    path: Option<own_path::OwnPath>,
     stability: Stability,
     testbed: Option<Testbed>,
     scene: Scene,
@@ -144,6 +148,7 @@ impl Request<'_> {
         let errors = plan.run(self, count, &mut failures)?;
         let energy = evaluation::energies(self, count, &mut failures);
         let electric = electric::shown(self, &mut failures);
+        let path = own_path::shown(self, &machine, &mut failures);
         let stability = stability::stability(self, count, &mut failures);
         let testbed = evaluation::testbed(self, &mut failures);
         let surrogate = surrogate::on_rig(self, &mut failures);
@@ -156,6 +161,7 @@ impl Request<'_> {
             runs,
             energy,
             electric,
+            path,
             stability,
             testbed,
             surrogate,

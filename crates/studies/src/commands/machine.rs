@@ -104,7 +104,8 @@ pub fn run(command: &MachineCommand) -> Result<()> {
     }
 }
 
-fn read(name: &str) -> Result<Machine> {
+/// The machine of a file, or the shipped one of this name.
+pub fn read(name: &str) -> Result<Machine> {
     let source = Source::named(name).with_context(|| name.to_owned())?;
     Ok(source.machine)
 }

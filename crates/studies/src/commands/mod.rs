@@ -4,6 +4,7 @@ pub mod electric;
 pub mod elsewhere;
 pub mod evaluation;
 pub mod machine;
+pub mod path;
 pub mod plot;
 pub mod python;
 pub mod report;
@@ -16,11 +17,12 @@ use anyhow::{Context as _, Result};
 use clap::Args;
 use cosim::cli::{self, SystemArgs, find};
 use cosim::run::Experiment;
-use cosim::system::System;
+use cosim::system::{Setting, System};
 use cosim::verdict::Verdict;
-use studies::experiment::tell_delay;
+use studies::experiment::{over, tell_delay};
 use studies::machine_file;
 use studies::worlds::{BENDING_STEP, BENDING_SYSTEM, PARAMETERS, SYSTEM, World};
+use tip_path::PathFile;
 
 /// The packed machine.
 const MACHINE: &str = "Manipulator.ssp";
@@ -35,6 +37,9 @@ pub struct MachineArgs {
     file: Option<String>,
     #[command(flatten)]
     run: cli::RunArgs,
+    /// Path that the tip follows: a JSON or CSV file of waypoints or samples, or iso9283-cube, iso9283-rectangle; without a stop time, to its end
+    #[arg(long, value_name = "FILE")]
+    waypoints: Option<String>,
 }
 
 impl MachineArgs {
@@ -53,7 +58,29 @@ impl MachineArgs {
         Ok(system)
     }
 
+    /// As [`MachineArgs::load`], whatever path is given.
+    fn load_without_path(&self) -> Result<(System, Experiment, Verdict)> {
+        self.without_path(self.system(&self.system, MACHINE)?)
+    }
+
+    /// The path that is given by its name, and the experiment that follows it.
+    fn on_path(&self, system: &System, base: &Experiment) -> Result<Option<(String, Experiment)>> {
+        let follow = |path: &String| {
+            let experiment = over(system, base, follow(system, path)?)?;
+            Ok((path.clone(), experiment))
+        };
+        self.waypoints.as_ref().map(follow).transpose()
+    }
+
     fn on(&self, system: System) -> Result<(System, Experiment, Verdict)> {
+        let (system, base, verdict) = self.without_path(system)?;
+        let experiment = self
+            .on_path(&system, &base)?
+            .map_or(base, |(_, experiment)| experiment);
+        Ok((system, experiment, verdict))
+    }
+
+    fn without_path(&self, system: System) -> Result<(System, Experiment, Verdict)> {
         let mut experiment = self.run.experiment(&system)?;
         let verdict = self.run.forgotten(&system, &experiment)?;
         tell_delay(&system, &mut experiment)?;
@@ -96,8 +123,26 @@ impl MachineArgs {
         self.system(&arguments, MACHINE)
     }
 
+    /// The path that the tip follows, where one is given.
+    pub fn waypoints(&self) -> Option<&str> {
+        self.waypoints.as_deref()
+    }
+
     /// Whether a bad verdict ends the program with a code of its own.
     pub fn check(&self) -> bool {
         self.run.check
     }
+}
+
+/// The start values with which the controller follows a path.
+fn follow(system: &System, path: &str) -> Result<Vec<Setting>> {
+    let controller = system.component_of(system.port("trajectory")?);
+    let file = match PathFile::built_in(path) {
+        Some(_) => path.to_owned(),
+        None => std::path::absolute(path)?.display().to_string(),
+    };
+    Ok(vec![
+        system.setting(&format!("{controller}.trajectory"), "path")?,
+        system.setting(&format!("{controller}.path_file"), file)?,
+    ])
 }

@@ -34,7 +34,7 @@ pub struct ReportArgs {
 
 /// Make the runs, then write page and figures; a run that failed is named in the page and here.
 pub fn report(args: &ReportArgs) -> Result<Verdict> {
-    let (system, base, verdict) = args.machine.load()?;
+    let (system, base, verdict) = args.machine.load_without_path()?;
     let beside = system.path.with_file_name("Testbed.ssp");
     let testbed = args
         .testbed
@@ -62,6 +62,7 @@ pub fn report(args: &ReportArgs) -> Result<Verdict> {
         testbed: testbed.as_ref(),
         real: real.as_ref(),
         bending: bending.as_ref(),
+        path: args.machine.on_path(&system, &base)?,
         base: &base,
     };
     let bar = bar(0, "runs", false);

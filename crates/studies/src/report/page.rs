@@ -7,10 +7,11 @@ use serde::Serialize;
 const TEMPLATE: &str = include_str!("../../assets/report.html");
 const STYLE: &str = include_str!("../../assets/report.css");
 const THREE: &str = include_str!("../../assets/three/three.min.js");
-const SCRIPTS: [&str; 11] = [
+const SCRIPTS: [&str; 12] = [
     include_str!("../../assets/data.js"),
     include_str!("../../assets/plots.js"),
     include_str!("../../assets/tracking.js"),
+    include_str!("../../assets/path.js"),
     include_str!("../../assets/robustness.js"),
     include_str!("../../assets/worlds.js"),
     include_str!("../../assets/signals.js"),

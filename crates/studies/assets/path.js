@@ -1,0 +1,8 @@
+/* The path that the reader gave, where there is one. */
+function ownPath() {
+  if (!data.path) return;
+  document.querySelectorAll(".optional[href='#path'], #path").forEach((part) => part.classList.add("present"));
+  element("path-name").textContent = data.path.name;
+  element("path-text").textContent = data.path.text;
+  element("path-figure").innerHTML = data.path.figure;
+}

@@ -1,0 +1,72 @@
+//! Subcommand `path`: what is asked of path files before anything runs.
+
+use std::path::PathBuf;
+
+use anyhow::{Result, bail};
+use clap::{Args, Subcommand};
+use cosim::cli::print;
+use studies::path_margins::PathMargins;
+
+use super::evaluation::write_json;
+use super::machine::read;
+
+#[derive(Subcommand)]
+pub enum PathCommand {
+    /// Whether the machine can do a path: least margins of reach, joints, strokes, speeds, forces, wrist and motors; fails where it cannot
+    Check(CheckArgs),
+    /// Duration and length of a path, and when the tip is at which waypoint
+    Show(PathArgs),
+}
+
+#[derive(Args)]
+pub struct PathArgs {
+    /// JSON or CSV file of waypoints or samples, or iso9283-cube, iso9283-rectangle
+    path: String,
+    /// Machine file, or name of a shipped machine, whose limits and start pose count
+    #[arg(long, value_name = "FILE|NAME", default_value = "reference")]
+    machine: String,
+}
+
+#[derive(Args)]
+pub struct CheckArgs {
+    #[command(flatten)]
+    path: PathArgs,
+    /// Draw the margins along the path, as PNG and SVG into this directory
+    #[arg(long, value_name = "DIR")]
+    figures: Option<PathBuf>,
+    /// Also write the numbers to this JSON file
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
+}
+
+/// Do it.
+pub fn run(command: &PathCommand) -> Result<()> {
+    match command {
+        PathCommand::Check(args) => check(args),
+        PathCommand::Show(args) => {
+            let margins = args.margins()?;
+            print(margins.description() + &margins.stops())
+        }
+    }
+}
+
+impl PathArgs {
+    fn margins(&self) -> Result<PathMargins> {
+        PathMargins::of(&self.path, &read(&self.machine)?)
+    }
+}
+
+fn check(args: &CheckArgs) -> Result<()> {
+    let margins = args.path.margins()?;
+    print(margins.description() + &margins.table())?;
+    if let Some(folder) = &args.figures {
+        for file in margins.draw(folder)? {
+            print(format_args!("figure written to {}\n", file.display()))?;
+        }
+    }
+    write_json(args.json.as_deref(), &margins.json())?;
+    match margins.checked.refusal() {
+        Some(refusal) => bail!("path `{}`: {refusal}", args.path.path),
+        None => print("the machine can do this path\n"),
+    }
+}

@@ -1,0 +1,215 @@
+//! A path beside what a machine can do: its least margins as a table, and all of them along the path as a figure.
+
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result};
+use capability::{Kinematics, Margin, Quantity};
+use machine::Machine;
+use serde_json::{Value, json};
+use tip_path::{Checked, PathFile, Points, TipPath, check};
+
+use crate::report::chart::{Curve, Figure, Panel, wheel};
+
+/// Points of a curve that are drawn at most.
+const POINTS: usize = 2000;
+
+/// Panels of the figure: title and the quantities in it.
+const PANELS: [(&str, std::ops::Range<usize>); 6] = [
+    ("joints", 0..6),
+    ("strokes", 6..9),
+    ("rod speeds", 9..12),
+    ("forces", 12..15),
+    ("wrist torques", 15..18),
+    ("motors", 18..27),
+];
+
+/// A path that was checked.
+pub struct PathMargins {
+    /// Name of the path.
+    pub name: String,
+    file: PathFile,
+    path: TipPath,
+    /// What was found.
+    pub checked: Checked,
+    times: Vec<f64>,
+    /// Part of the range that is left, in the order of [`Quantity::all`], for each time.
+    parts: Vec<[f64; Quantity::COUNT]>,
+}
+
+/// A path file, or a built-in path by its name.
+///
+/// # Errors
+/// The file cannot be read, or is no path.
+pub fn read(name: &str) -> Result<PathFile> {
+    if let Some(file) = PathFile::built_in(name) {
+        return file.with_context(|| format!("path `{name}`"));
+    }
+    let text = std::fs::read_to_string(name).with_context(|| {
+        let built_in = tip_path::BUILT_IN.join(" and ");
+        format!("file `{name}`; the built-in paths are {built_in}")
+    })?;
+    PathFile::parse(&text).with_context(|| format!("file `{name}`"))
+}
+
+impl PathMargins {
+    /// Go along the path called `name` with a machine, from its start pose.
+    ///
+    /// # Errors
+    /// A path that cannot be read or made, or a mechanism that does not work.
+    pub fn of(name: &str, machine: &Machine) -> Result<Self> {
+        let file = read(name)?;
+        let zeta = &machine.start.zeta;
+        let start = Kinematics::new(machine)?.pose(zeta);
+        let path = TipPath::new(&file, start).with_context(|| format!("path `{name}`"))?;
+        let (mut times, mut parts) = (Vec::new(), Vec::new());
+        let checked = check(&file, &path, machine, zeta, |t, margins| {
+            times.push(t);
+            parts.push(margins.map(|margin| margin.part()));
+        })?;
+        Ok(Self {
+            name: name.into(),
+            file,
+            path,
+            checked,
+            times,
+            parts,
+        })
+    }
+
+    /// What the path is, and when the tip is where.
+    #[must_use]
+    pub fn description(&self) -> String {
+        let (count, what) = match &self.file.points {
+            Points::Waypoints(list) => (list.len(), "waypoints"),
+            Points::Samples(list) => (list.len(), "samples"),
+        };
+        let step = 1e-3_f64.max(self.path.duration() / 1e5);
+        let steps = (self.path.duration() / step).ceil().max(1.0) as u32;
+        let at = |k: u32| {
+            self.path
+                .at(self.path.duration() * f64::from(k) / f64::from(steps))
+        };
+        let mut length = 0.0;
+        let mut speed: f64 = 0.0;
+        for k in 0..steps {
+            length += (at(k + 1).pose.position - at(k).pose.position).norm();
+            speed = speed.max(at(k).velocity.fixed_rows::<3>(0).norm());
+        }
+        format!(
+            "path {}: {count} {what}, {:.3} s, {length:.3} m, up to {speed:.3} m/s\n",
+            self.name,
+            self.path.duration()
+        )
+    }
+
+    /// Arrival and departure of each waypoint, and the loads.
+    #[must_use]
+    pub fn stops(&self) -> String {
+        let mut text = String::new();
+        if !self.path.stops().is_empty() {
+            text += &format!(
+                "{:<10}{:>10}{:>10}{:>10}{:>10}{:>12}{:>12}{:>10}\n",
+                "waypoint", "x, m", "y, m", "z, m", "from, s", "to, s", "corner, mm", "load, kg"
+            );
+        }
+        let Points::Waypoints(waypoints) = &self.file.points else {
+            return text;
+        };
+        for (stop, waypoint) in self.path.stops().iter().zip(waypoints) {
+            let p = self.path.at(stop.arrives).pose.position;
+            let blend = 1e3 * waypoint.blend;
+            let load = waypoint
+                .load
+                .map_or("".into(), |load| format!("{:.1}", load.mass));
+            let _ = writeln!(
+                text,
+                "{:<10}{:>10.4}{:>10.4}{:>10.4}{:>10.3}{:>12.3}{blend:>12.0}{load:>10}",
+                stop.waypoint, p.x, p.y, p.z, stop.arrives, stop.leaves
+            );
+        }
+        text
+    }
+
+    /// Least margin of each quantity with its value, limit, time and place.
+    #[must_use]
+    pub fn table(&self) -> String {
+        let mut text = format!(
+            "{:<24}{:>12}{:>24}{:>10}{:>10}  where\n",
+            "quantity", "value", "allowed", "left, %", "t, s"
+        );
+        for (t, margin) in &self.checked.least {
+            let Margin {
+                quantity,
+                value,
+                range,
+            } = margin;
+            let (unit, per_si) = quantity.unit();
+            let [min, max] = range.map(|end| end * per_si);
+            let _ = writeln!(
+                text,
+                "{:<24}{:>12.2}{:>24}{:>10.1}{t:>10.2}  {}",
+                quantity.to_string(),
+                value * per_si,
+                format!("{min:.1} to {max:.1} {unit}"),
+                100.0 * margin.part(),
+                self.path.place(*t)
+            );
+        }
+        let [slew, lift, tilt] = self.checked.torque_rms;
+        let _ = writeln!(
+            text,
+            "motor torque, root mean square: slew {slew:.2}, lift {lift:.2}, tilt {tilt:.2} N.m"
+        );
+        text
+    }
+
+    /// Margins along the path as PNG and SVG into `folder`; the files' names.
+    ///
+    /// # Errors
+    /// A picture that cannot be written.
+    pub fn draw(&self, folder: &Path) -> Result<[PathBuf; 2]> {
+        let stride = self.times.len().div_ceil(POINTS).max(1);
+        let panel = |(title, of): (&str, std::ops::Range<usize>)| {
+            let count = of.len();
+            let curves = of.enumerate().map(|(i, k)| {
+                let points = self.times.iter().zip(&self.parts).step_by(stride);
+                let points = points.map(|(t, parts)| (*t, 100.0 * parts[k])).collect();
+                Curve::new(&Quantity::all()[k].to_string(), wheel(i, count), points)
+            });
+            Panel::over_time(&format!("{title}: left of the range, %"), curves.collect())
+        };
+        let stem = Path::new(&self.name).file_stem().unwrap_or_default();
+        let stem = stem.to_string_lossy().replace(':', "_");
+        let figure = Figure {
+            name: format!("margins_{stem}"),
+            title: format!("Margins along the path {}", self.name),
+            panels: PANELS.into_iter().map(panel).collect(),
+        };
+        std::fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
+        figure.save(folder)
+    }
+
+    /// The same numbers for programs.
+    #[must_use]
+    pub fn json(&self) -> Value {
+        let least = self.checked.least.iter().map(|(t, margin)| {
+            json!({
+                "quantity": margin.quantity.to_string(),
+                "value": margin.value,
+                "range": margin.range,
+                "part": margin.part(),
+                "t": t,
+                "place": self.path.place(*t).to_string(),
+            })
+        });
+        let findings = self.checked.findings.iter().map(ToString::to_string);
+        json!({
+            "path": self.name,
+            "duration": self.path.duration(),
+            "margins": least.collect::<Vec<_>>(),
+            "motor_torque_rms": self.checked.torque_rms,
+            "findings": findings.collect::<Vec<_>>(),
+        })
+    }
+}
