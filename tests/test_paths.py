@@ -1,0 +1,91 @@
+"""Paths of files: followed by the FMU and by the programs, and refused before the start where they are wrong."""
+
+import json
+
+import numpy as np
+import pytest
+from fmpy_master import ROOT, Master
+from fmu import Refused
+from native import call
+
+EXAMPLE = ROOT / "examples/paths/two_pickups.json"
+PATH = 5
+
+
+@pytest.fixture
+def follow(controller, tmp_path):
+    """An instance of the controller that follows what is given: points relative to the start, or a text."""
+
+    def running(path, **values):
+        file = tmp_path / "path.json"
+        file.write_text(path if isinstance(path, str) else json.dumps({"relative": True, "waypoints": [{"position": p} for p in path]}))
+        return controller.running(trajectory=PATH, path_file=str(file), settle_time=0.0, **values)
+
+    return running
+
+
+def test_the_reference_follows_the_file(follow):
+    instance = follow([[0, 0, 0], [-0.2, 0.1, 0]])
+    length, speed, acceleration, jerk = np.hypot(0.2, 0.1), 0.1, 0.2, 1.0
+    assert instance.get("motion_end") == pytest.approx(length / speed + speed / acceleration + acceleration / jerk, abs=1e-12)
+    before = np.array(instance.get(*[f"desired.position[{i}]" for i in (1, 2, 3)]))
+    for k in range(3000):
+        instance.step(k * 1e-3, 1e-3)
+    after = np.array(instance.get(*[f"desired.position[{i}]" for i in (1, 2, 3)]))
+    assert after - before == pytest.approx([-0.2, 0.1, 0], abs=1e-12)
+    instance.free()
+
+
+@pytest.mark.parametrize("path, expected", [
+    ([[0, 0, 0], [2.5, 0, 0]], "waypoint 2 is 5.5"),
+    ([[0, 0, 0], [0.88, 0, 0]], "joint 3 (tilt) = "),
+    ([[0, 0, 0]], "a path has 1 waypoint(s), it must have at least two"),
+    ('{"waypoints": [{"position": [0, 0, 0], "dwel": 1}, {"position": [1, 0, 0]}]}', "did you mean `dwell`?"),
+    ("t,x,y,z\n0,3,1,0\n1,3,1,0.1\n1,3,1,0\n", "must be later than that of the sample before"),
+])  # fmt: skip
+def test_a_wrong_path_is_refused_before_the_start(follow, path, expected):
+    with pytest.raises(Refused) as refused:
+        follow(path)
+    assert expected in str(refused.value)
+
+
+def test_the_check_can_be_switched_off_and_a_path_is_needed(follow, controller):
+    follow([[0, 0, 0], [0.88, 0, 0]], path_check=False).free()
+    with pytest.raises(Refused, match="path_file"):
+        controller.running(trajectory=PATH)
+    with pytest.raises(Refused, match="iso9283-cube and iso9283-rectangle"):
+        controller.running(trajectory=PATH, path_file="nothing.json")
+
+
+def test_a_path_runs_in_another_master_as_in_the_native_one(system, fmus, tmp_path):
+    path = tmp_path / "short.json"
+    path.write_text(json.dumps({"relative": True, "waypoints": [{"position": [0, 0, 0]}, {"position": [-0.05, 0.02, 0.03]}]}))
+    master = Master(system, fmus, {"controller": {"trajectory": PATH, "path_file": str(path), "settle_time": 0.5}})
+    rows = master.record(2.0, ["controller.tip_error_norm", "hdrm.tip.position[1]"])[1]
+    error, x = np.array(rows).T[-2:]
+    assert np.abs(error).max() < 1e-4
+    assert x[-1] - x[0] == pytest.approx(-0.05, abs=1e-4)
+
+
+def test_the_check_says_what_is_left(tmp_path):
+    done = call("hdrm-fmu", "path", "check", EXAMPLE, "--figures", tmp_path, "--json", tmp_path / "path.json")
+    assert done.returncode == 0, done.stderr
+    assert "20 waypoints" in done.stdout and "the machine can do this path" in done.stdout
+    found = json.loads((tmp_path / "path.json").read_text())
+    least = min(found["margins"], key=lambda margin: margin["part"])
+    assert 0 < least["part"] < 0.1 and least["quantity"].startswith("force of "), "near the edge of what the machine lifts"
+    assert "force of lift" in (tmp_path / "margins_two_pickups.svg").read_text()
+    path = json.loads(EXAMPLE.read_text())
+    for waypoint in path["waypoints"]:
+        if "load" in waypoint:
+            waypoint["load"]["mass"] *= 1.1
+    (tmp_path / "heavy.json").write_text(json.dumps(path))
+    done = call("hdrm-fmu", "path", "check", tmp_path / "heavy.json")
+    assert done.returncode == 1 and "force of" in done.stderr and "beyond" in done.stderr
+
+
+def test_a_test_path_measures_its_accuracy(fmu_dir):
+    done = call("hdrm-fmu", "run", "--quiet", "--system", fmu_dir / "Manipulator.ssp", "--waypoints", "iso9283-rectangle:2")
+    assert done.returncode == 0, done.stderr
+    accuracy, repeatability = done.stdout.split("repeatab. RT\n")[1].split()[:2]
+    assert 0 < float(accuracy) < 0.1 and 0 <= float(repeatability) < 0.1
