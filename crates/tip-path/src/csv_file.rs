@@ -7,7 +7,7 @@ use csv::{ReaderBuilder, StringRecord, Trim};
 const ORIENTATION: [&str; 4] = ["qw", "qx", "qy", "qz"];
 const COM: [&str; 3] = ["com_x", "com_y", "com_z"];
 const SAMPLE: [&str; 8] = ["t", "x", "y", "z", "qw", "qx", "qy", "qz"];
-const WAYPOINT: [&str; 15] = [
+const WAYPOINT: [&str; 16] = [
     "x",
     "y",
     "z",
@@ -20,6 +20,7 @@ const WAYPOINT: [&str; 15] = [
     "time",
     "blend",
     "load_mass",
+    "load_over",
     "com_x",
     "com_y",
     "com_z",
@@ -160,6 +161,7 @@ impl Row {
             time: self.number("time")?,
             blend: self.number("blend")?.unwrap_or(0.0),
             load,
+            over: self.number("load_over")?.unwrap_or(0.0),
         })
     }
 

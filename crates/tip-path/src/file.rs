@@ -50,6 +50,8 @@ pub struct Waypoint {
     pub blend: f64,
     /// What the end-effector carries from the arrival on; None: what it carried.
     pub load: Option<Load>,
+    /// Time over which the load comes or goes from the arrival on, s; 0: at once.
+    pub over: f64,
 }
 
 /// A load that is carried besides the machine's own payload: picked up, or set down with mass 0.
@@ -59,6 +61,20 @@ pub struct Load {
     pub mass: f64,
     /// Centre of mass from the tip T4, in T4's axes, m.
     pub com: [f64; 3],
+}
+
+impl Load {
+    /// The part `s` of the way from `before` to this load: masses and first moments change alike, and a load that comes or goes stays in its place.
+    pub(crate) fn after(&self, before: &Self, s: f64) -> Self {
+        let mix = |from: f64, to: f64| from + (to - from) * s;
+        let mass = mix(before.mass, self.mass);
+        let com = match (before.mass, self.mass) {
+            (0.0, _) => self.com,
+            (_, 0.0) => before.com,
+            (a, b) => std::array::from_fn(|i| mix(a * before.com[i], b * self.com[i]) / mass),
+        };
+        Self { mass, com }
+    }
 }
 
 /// Where the tip is at a time.
@@ -169,6 +185,14 @@ fn check_waypoints(waypoints: &[Waypoint]) -> Result<(), PathError> {
         if let Some(load) = waypoint.load {
             not_negative(&place, "load.mass", load.mass)?;
             finite(&place, "load.com", &load.com)?;
+            not_negative(&place, "load.over", waypoint.over)?;
+            if waypoint.over > waypoint.dwell {
+                let rule = format!(
+                    "at most the `dwell`, {} s: the tip rests meanwhile",
+                    waypoint.dwell
+                );
+                return Err(refused(&place, "load.over", waypoint.over, rule));
+            }
         }
         if waypoint.blend > 0.0 {
             let stops = [

@@ -14,7 +14,7 @@ const WAYPOINT: [&str; 7] = [
     "blend",
     "load",
 ];
-const LOAD: [&str; 2] = ["mass", "com"];
+const LOAD: [&str; 3] = ["mass", "com", "over"];
 
 /// Reads a path; its values are not checked yet.
 pub(crate) fn parse(text: &str) -> Result<PathFile, PathError> {
@@ -54,18 +54,17 @@ fn waypoint(value: &Value, place: &str) -> Result<Waypoint, PathError> {
     let given = Object::of(value, place, &WAYPOINT)?;
     let position = given.numbers::<3>("position")?;
     let position = position.ok_or_else(|| refused(place, "position", "left out", "given"))?;
-    let load = match given.get("load") {
-        None => None,
-        Some(value) => {
-            let load_place = format!("{place}, load");
-            let load = Object::of(value, &load_place, &LOAD)?;
-            let mass = load.number("mass")?;
-            Some(Load {
-                mass: mass.ok_or_else(|| refused(place, "load.mass", "left out", "given"))?,
-                com: load.numbers("com")?.unwrap_or_default(),
-            })
-        }
-    };
+    let (mut load, mut over) = (None, 0.0);
+    if let Some(value) = given.get("load") {
+        let load_place = format!("{place}, load");
+        let given = Object::of(value, &load_place, &LOAD)?;
+        let mass = given.number("mass")?;
+        load = Some(Load {
+            mass: mass.ok_or_else(|| refused(place, "load.mass", "left out", "given"))?,
+            com: given.numbers("com")?.unwrap_or_default(),
+        });
+        over = given.number("over")?.unwrap_or(0.0);
+    }
     Ok(Waypoint {
         position: position.into(),
         orientation: (given.numbers("orientation")?)
@@ -76,6 +75,7 @@ fn waypoint(value: &Value, place: &str) -> Result<Waypoint, PathError> {
         time: given.number("time")?,
         blend: given.number("blend")?.unwrap_or(0.0),
         load,
+        over,
     })
 }
 

@@ -17,10 +17,20 @@ pub struct TipPath {
     /// From the time, s.
     spline: Option<(f64, Spline)>,
     stops: Vec<Stop>,
-    /// Times, s, from which on the loads are carried.
-    loads: Vec<(f64, Load)>,
+    /// In the order of time.
+    loads: Vec<Change>,
     duration: f64,
     test: Option<Iso9283>,
+}
+
+/// A load that comes or goes.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+struct Change {
+    /// When it begins to, s.
+    from: f64,
+    /// How long that takes, s.
+    over: f64,
+    load: Load,
 }
 
 /// When the tip is at a waypoint.
@@ -65,13 +75,17 @@ impl TipPath {
         };
         let waypoints: Vec<_> = waypoints.iter().map(moved).collect();
         let (legs, stops) = Legs::new(start, &waypoints, &file.limits)?;
-        let carried = waypoints.iter().zip(&stops);
+        let change = |(waypoint, stop): (&Waypoint, &Stop)| {
+            Some(Change {
+                from: stop.arrives,
+                over: waypoint.over,
+                load: waypoint.load?,
+            })
+        };
         Ok(Self {
             legs,
             spline: None,
-            loads: carried
-                .filter_map(|(w, stop)| Some((stop.arrives, w.load?)))
-                .collect(),
+            loads: waypoints.iter().zip(&stops).filter_map(change).collect(),
             duration: stops.last().map_or(0.0, |stop| stop.leaves),
             stops,
             test: None,
@@ -118,17 +132,19 @@ impl TipPath {
         }
     }
 
-    /// What is carried at `t`, s, besides the machine's own payload; None until the first pick-up or set-down.
+    /// What is carried at `t`, s, besides the machine's own payload; None until the first pick-up or set-down. Over its time a load comes
+    /// or goes smoothly, as 3 p² − 2 p³.
     #[must_use]
     pub fn load(&self, t: f64) -> Option<Load> {
-        let next = self.loads.partition_point(|(from, _)| *from <= t);
-        next.checked_sub(1).map(|k| self.loads[k].1)
-    }
-
-    /// Times, s, from which on each load is carried.
-    #[must_use]
-    pub fn loads(&self) -> &[(f64, Load)] {
-        &self.loads
+        let next = self.loads.partition_point(|change| change.from <= t);
+        let last = next.checked_sub(1)?;
+        let Change { from, over, load } = self.loads[last];
+        if t >= from + over {
+            return Some(load);
+        }
+        let before = last.checked_sub(1).map(|k| self.loads[k].load);
+        let p = (t - from) / over;
+        Some(load.after(&before.unwrap_or_default(), p * p * (3.0 - 2.0 * p)))
     }
 
     /// When the tip is at the waypoints, in their order; of a sampled path none.

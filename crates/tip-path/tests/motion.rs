@@ -138,6 +138,21 @@ fn waypoints_are_reached_when_told_and_loads_change_there() {
         Some((170.0, 0.1))
     );
     assert_eq!(path.load(24.0).map(|l| l.mass), Some(0.0));
+    let path = self::path(
+        r#"{"relative": true, "waypoints": [
+            {"position": [0, 0, 0], "dwell": 2, "load": {"mass": 90, "com": [0.2, 0, 0], "over": 1.5}},
+            {"position": [-0.1, 0, 0], "dwell": 3, "load": {"mass": 30, "com": [0, 0.6, 0], "over": 2}}
+        ]}"#,
+    );
+    // Half of the time has passed, half has come; then the middle of both, by mass.
+    assert_eq!(
+        path.load(0.75).map(|l| (l.mass, l.com)),
+        Some((45.0, [0.2, 0.0, 0.0]))
+    );
+    let found = path.load(path.stops()[1].arrives + 1.0).expect("carried");
+    assert!((found.mass - 60.0).abs() < 1e-9);
+    assert!((found.com[0] - 0.15).abs() < 1e-9 && (found.com[1] - 0.15).abs() < 1e-9);
+    let path = self::path(CORNERS);
     for (t, place) in [
         (0.1, Place::At(1)),
         (stops[3].arrives - 0.1, Place::Between(3)),
