@@ -239,9 +239,9 @@ impl Log {
         tau_e: &[f64; 3],
     ) {
         for (k, margin) in margins.iter().enumerate() {
-            // A part that is no number, of the first or of a broken value, is no smaller margin.
-            let least = &mut self.least[k];
-            if self.count == 0.0 || !(margin.part() >= least.1.part()) {
+            // A part that is no number is the smallest margin.
+            let (least, part) = (&mut self.least[k], margin.part());
+            if self.count == 0.0 || part.is_nan() || part < least.1.part() {
                 *least = (t, *margin);
             }
             if !margin.holds() && self.first[k].is_none() {
