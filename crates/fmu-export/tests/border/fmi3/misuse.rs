@@ -255,8 +255,8 @@ fn arguments_that_are_not_for_this_fmu_give_no_instance() {
         text.starts_with("fmi3InstantiateCoSimulation: instantiationToken = {1} must be {"),
         "{text}"
     );
-    for (required, reason) in [
-        (&[99_u32][..], "unknown value reference 99"),
+    const UNUSABLE: [(&[u32], &str); 3] = [
+        (&[99], "unknown value reference 99"),
         (
             &[vr::U[0]],
             "`u[1]` must be a variable with intermediateUpdate = true",
@@ -265,8 +265,8 @@ fn arguments_that_are_not_for_this_fmu_give_no_instance() {
             &[vr::DOUBLED],
             "`doubled` must be a variable with intermediateUpdate = true",
         ),
-    ] {
-        let required: &'static [u32] = Box::leak(required.to_vec().into_boxed_slice());
+    ];
+    for (required, reason) in UNUSABLE {
         let text = why(Fmu3::try_with(
             Options { required, ..PLAIN },
             token(),
