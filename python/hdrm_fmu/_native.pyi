@@ -1,6 +1,7 @@
 """The native part, compiled from Rust. What a person calls is the package around it."""
 
 from collections.abc import Callable, Sequence
+from os import PathLike
 from typing import Any
 
 MODES: list[str]
@@ -47,7 +48,7 @@ class System:
 
 def reuse_instances() -> None: ...
 def kept_instances() -> int: ...
-def check_machine(text: str) -> None: ...
+def whole_machine(text: str, file: PathLike[str] | None = None) -> str: ...
 def metric_names(actuators: Sequence[str]) -> dict[str, str]: ...
 def tip_error(times: Sequence[float], errors: Sequence[float], motion_start: float) -> dict[str, float]:
     """Metrics of tip errors (m, shape (n,)) at times (s, shape (n,)), with the motion from `motion_start` (s) on: as those of a run."""

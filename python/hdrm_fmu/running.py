@@ -35,23 +35,23 @@ def world_system(world="ideal", *, step=1e-3, schedule="gauss-seidel", settings=
 
 
 def machine_text(machine):
-    """Checked text of a machine file: `machine` is one of `parameters()` by name, a path, or what is in such a file."""
+    """Checked text of a machine file with all that it extends: `machine` is one of `parameters()` by name, a path, or what is in such a file."""
     if machine is None:
         return None
     if isinstance(machine, dict):
-        text, name = json.dumps(machine), "the machine"
+        text, name, file = json.dumps(machine), "the machine", None
     else:
         name = f"`{machine}`"
         try:
-            text = Path(parameters().get(str(machine), machine)).read_text()
+            file = Path(parameters().get(str(machine), machine)).absolute()
+            text = file.read_text()
         except (OSError, TypeError, UnicodeDecodeError) as error:
             here = ", ".join(parameters())
             raise BadInput(f"{name} cannot be read: {getattr(error, 'strerror', error)}; files that come with the package: {here}") from None
     try:
-        _native.check_machine(text)
+        return _native.whole_machine(text, file)
     except _native.NativeError as error:
         raise BadInput(f"{name}: {error}") from None
-    return text
 
 
 def case_settings(case, world):
@@ -77,8 +77,11 @@ def all_settings(system, values, seed, machine):
         with tempfile.TemporaryDirectory() as folder:
             file = Path(folder) / "machine.json"
             file.write_text(machine)
-            names = [n for n in system.variables if n.endswith(".machine_file")]
-            yield {**dict.fromkeys(names, str(file)), **values}
+            files = [n for n in system.variables if n.endswith(".machine_file")]
+            # Each actuator has its place in the machine, in the order of the system.
+            axes = [n for n in system.variables if n.endswith(".axis")]
+            places = {name: place for place, name in enumerate(axes, 1)}
+            yield {**dict.fromkeys(files, str(file)), **places, **values}
     else:
         yield values
 

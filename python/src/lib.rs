@@ -10,6 +10,8 @@ mod run;
 mod session;
 mod system;
 
+use std::path::PathBuf;
+
 use pyo3::prelude::*;
 
 pyo3::create_exception!(
@@ -39,11 +41,16 @@ fn kept_instances() -> usize {
     cosim::spare::count()
 }
 
-/// Check the text of a machine file.
+/// The checked text of a machine file with all that it extends; `file` is where its relative paths start.
 #[pyfunction]
-fn check_machine(text: &str) -> PyResult<()> {
-    let checked = machine::Machine::from_json(text);
-    checked.map(drop).map_err(|error| raised(error.into()))
+#[pyo3(signature = (text, file=None))]
+fn whole_machine(text: &str, file: Option<PathBuf>) -> PyResult<String> {
+    let machine = match file {
+        Some(file) => machine::Machine::of_file(text, &file),
+        None => machine::Machine::from_json(text),
+    };
+    let machine = machine.map_err(|error| raised(error.into()))?;
+    serde_json::to_string(&machine).map_err(|error| raised(error.into()))
 }
 
 #[pymodule]
@@ -58,7 +65,7 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<session::Session>()?;
     module.add_function(wrap_pyfunction!(reuse_instances, module)?)?;
     module.add_function(wrap_pyfunction!(kept_instances, module)?)?;
-    module.add_function(wrap_pyfunction!(check_machine, module)?)?;
+    module.add_function(wrap_pyfunction!(whole_machine, module)?)?;
     module.add_function(wrap_pyfunction!(metrics::metric_names, module)?)?;
     module.add_function(wrap_pyfunction!(metrics::tip_error, module)?)
 }

@@ -88,6 +88,18 @@ def test_a_machine_of_ones_own_and_one_drawn_by_seed():
         hdrm_fmu.run(machine=machine, **options)
 
 
+def test_a_machine_that_extends_another_beside_its_file(tmp_path):
+    (tmp_path / "base.json").write_text(json.dumps({"extends": "sized", "bodies": {"PL": {"mass": 80}}}))
+    (tmp_path / "mine.json").write_text(json.dumps({"extends": "base.json"}))
+    options = {"signals": ["emla_1.i_q", "emla_2.F"], "interval": 0.1, "stop_time": 0.1}
+    mine, base, sized, usual = (
+        hdrm_fmu.run(machine=machine, **options)
+        for machine in (tmp_path / "mine.json", {"extends": "sized", "bodies": {"PL": {"mass": 80}}}, "sized_machine", None)
+    )
+    assert mine.equals(base) and not mine["emla_2.F"].equals(sized["emla_2.F"])
+    assert not sized["emla_1.i_q"].equals(usual["emla_1.i_q"])  # the slew's motor is another one
+
+
 def test_a_script_in_the_loop_makes_the_same_run():
     """Stepped one by one with the reference from outside, and the controller's commands passed on by the script."""
     manipulator = hdrm_fmu.systems()["Manipulator"]
