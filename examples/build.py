@@ -65,9 +65,6 @@ def bending_system(folder):
         if text.count(old) != 1:
             raise ValueError(f"{STRUCTURE} must hold `{old}` once, not {text.count(old)} times")
         text = text.replace(old, new)
-    # A plant of another make has no loads that come and go.
-    lines = [line for line in text.splitlines(keepends=True) if '"load.' not in line and "Loads that a path" not in line]
-    text = "".join(lines)
     path = Path(folder, "Bending.ssd")
     path.write_text(text)
     return path

@@ -28,16 +28,16 @@ def write(path, value):
 def test_every_fmu_reads_what_differs_and_the_name_of_a_shipped_machine(fmus, tmp_path):
     write(tmp_path / "base" / "slow.json", {"extends": "sized", "gravity": 3.7})
     path = write(tmp_path / "mine.json", {"extends": "base/slow.json", "emla": {"R_s": 0.123}, "bodies": {"PL": {"mass": 77.0}}})
-    for name in ["Emla", "Rig", "Hdrm", "Controller"]:
-        instance = fmus[f"{name}.fmu"].instance()
-        instance.set({"machine_file": str(path)})
-        if name in ("Emla", "Rig"):
-            assert instance.get("R_s") == 0.123
-        if name == "Hdrm":
-            assert instance.get("payload.mass") == 77.0
-        instance.set({"machine_file": "hiab_xs031"})
-        assert instance.get("machine_file") == "hiab_xs031"
-        instance.free()
+    read = {"Emla": ("R_s", 0.123), "Rig": ("R_s", 0.123), "Hdrm": ("payload.mass", 77.0), "Controller": None}
+    for name, value in read.items():
+        for machine in (str(path), "hiab_xs031"):
+            instance = fmus[f"{name}.fmu"].instance()
+            instance.set({"machine_file": machine})
+            instance.enter_initialization()
+            assert instance.get("machine_file") == machine
+            if value and machine == str(path):
+                assert instance.get(value[0]) == value[1]
+            instance.free()
 
 
 @pytest.mark.parametrize("content, words", [

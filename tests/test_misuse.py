@@ -10,7 +10,7 @@ from fmu import DISCARD, ERROR, OK, Refused
 
 REAL_INPUT = {"Emla": "x", "Hdrm": "f[2]", "Controller": "zeta[2]"}
 REAL_OUTPUT = {"Emla": "F", "Hdrm": "x[1]", "Controller": "v_q[1]"}
-FIXED = {"Emla": "R_s", "Hdrm": "payload.mass", "Controller": "settle_time"}
+FIXED = {"Emla": "R_s", "Hdrm": "inertia_scale", "Controller": "settle_time"}
 LIMITED = {"Emla": ("R_s", -1.0), "Hdrm": ("payload.mass", -2.0), "Controller": ("gamma", 0.0)}
 
 

@@ -373,8 +373,8 @@ mod tests {
         let s = Structure::parse(REPOSITORY).unwrap();
         let names: Vec<_> = s.components.iter().map(|c| c.name.as_str()).collect();
         assert_eq!(names, ["controller", "emla_1", "emla_2", "emla_3", "hdrm"]);
-        // 3 actuators × (3 motion + 1 force + 4 measurements + 2 voltages) + 12 joint + 3 rod measurements + 3 torques + 4 of the load
-        assert_eq!(s.connections.len(), 3 * 10 + 12 + 3 + 3 + 4);
+        // 3 actuators × (3 motion + 1 force + 4 measurements + 2 voltages) + 12 joint + 3 rod measurements + 3 torques
+        assert_eq!(s.connections.len(), 3 * 10 + 12 + 3 + 3);
         let bonds: Vec<_> = s
             .connections
             .iter()

@@ -15,6 +15,7 @@ pub mod endurance;
 pub mod energy;
 pub mod experiment;
 pub mod laws;
+pub mod loads;
 pub mod machine_file;
 pub mod machines;
 pub mod metrics;

@@ -20,8 +20,8 @@ use cosim::run::Experiment;
 use cosim::system::{Setting, System};
 use cosim::verdict::Verdict;
 use studies::experiment::{over, tell_delay};
-use studies::machine_file;
 use studies::worlds::{BENDING_STEP, BENDING_SYSTEM, PARAMETERS, SYSTEM, World};
+use studies::{loads, machine_file};
 use tip_path::PathFile;
 
 /// The packed machine.
@@ -55,7 +55,19 @@ impl MachineArgs {
             machine_file::bind(&mut system, machine)
                 .with_context(|| format!("--machine {machine}"))?;
         }
+        if self.carries() {
+            loads::connect(&mut system)?;
+        }
         Ok(system)
+    }
+
+    /// Whether loads are picked up on the path that is given. What is wrong with its file the controller says.
+    fn carries(&self) -> bool {
+        let Some(file) = &self.waypoints else {
+            return false;
+        };
+        let text = std::fs::read_to_string(file);
+        text.is_ok_and(|text| PathFile::parse(&text).is_ok_and(|path| loads::are_on(&path)))
     }
 
     /// As [`MachineArgs::load`], whatever path is given.
