@@ -160,6 +160,31 @@ class Libcosim:
         return rows
 
 
+class Fmuloader:
+    """Calls of the C functions from Python; of FMI 3.0, scalars only."""
+
+    def alone(self, model, fmu_dir, work):
+        import fmpy
+        from fmuloader.fmi3 import Fmi3Slave
+
+        path = fmu_dir / f"{model}.fmu"
+        description = fmpy.read_model_description(str(path))
+        references = {v.name: v.valueReference for v in description.modelVariables}
+        slave = Fmi3Slave(str(path), model_identifier=model)
+        slave.instantiate_co_simulation("fmu", instantiation_token=description.instantiationToken)
+        slave.enter_initialization_mode(start_time=0.0, stop_time=ALONE)
+        slave.exit_initialization_mode()
+        rows = []
+        for k in range(STEPS):
+            inputs = driven(model, k * H)
+            slave.set_float64([references[name] for name in inputs], list(inputs.values()))
+            slave.do_step(k * H, H)
+            rows.append(slave.get_float64([references[name] for name in OUTPUTS[model]]))
+        slave.terminate()
+        slave.free_instance()
+        return rows
+
+
 class FmiSim:
     """rust-fmi's command line: one FMU, inputs and outputs as CSV."""
 
@@ -185,7 +210,7 @@ def main():
     os.dup2(2, 1)  # importers print; only the result goes to stdout
     from containers import FMPyContainer, ToolboxParallel, ToolboxSequential
 
-    classes = (FMPy, FMPyContainer, Ecos, Libcosim, FmiSim, ToolboxParallel, ToolboxSequential)
+    classes = (FMPy, FMPyContainer, Ecos, Libcosim, Fmuloader, FmiSim, ToolboxParallel, ToolboxSequential)
     runner = {c.__name__: c for c in classes}[importer]()
     values = runner.alone(model, fmu_dir, work) if kind == "alone" else runner.coupled(fmu_dir / model, work)
     os.write(kept, json.dumps(values).encode())

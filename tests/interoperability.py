@@ -52,6 +52,8 @@ IMPORTERS = {
         Coupled("gauss-seidel", (0.1, 1e-4, 0.1), "manipulator first: forces come one step late"),
     ),
 }  # fmt: skip
+#: Importers that read FMI 3.0, and by how much they differ with `fmi3/Emla.fmu`, whose variables are scalars, which all of them know.
+IMPORTERS_3 = {"FMPy": ROUNDING, "FMPyContainer": 0.0, "Ecos": 0.0, "Fmuloader": 0.0, "ToolboxParallel": 0.0, "ToolboxSequential": 0.0}
 #: Title and what it says about the package.
 CHECKERS = (
     (f"FMPy {PINNED['FMPy']}, `validate_fmu`, `read_ssd` with the schemas", "none"),

@@ -1,6 +1,7 @@
 """`cargo fmu` as its users call it: a new crate, the battery of `examples/`, and an FMU that another tool made."""
 
 import ctypes.util
+import json
 import math
 import os
 import subprocess
@@ -108,6 +109,25 @@ def libpython():
     if built.is_file() and ".so" in built.name:
         return str(built)
     return ctypes.util.find_library(f"python{sys.version_info.major}.{sys.version_info.minor}")
+
+
+def test_an_fmu_of_fmi_3_of_another_tool(fmu_dir, tmp_path):
+    """A container of fmu-manipulation-toolbox, which has no Event Mode: nothing is asked of it that FMI 3.0 forbids. Inside is an FMU
+    of ours, which would refuse a get after a set."""
+    inside = {"fmu": ["Emla.fmu"], "path": {"Emla.fmu": str(fmu_dir / "fmi3/Emla.fmu")}}
+    automatic = {"auto_link": False, "auto_input": True, "auto_output": True}
+    (tmp_path / "container.json").write_text(json.dumps({"name": "Container.fmu", "step_size": 1e-3, **automatic, **inside}))
+    command = [Path(sys.executable).with_name("fmucontainer"), "-container", "container.json", "-fmu-directory", ".", "-fmi", "3"]
+    subprocess.run(command, cwd=tmp_path, check=True, capture_output=True)
+    done = cargo_fmu("check", "Container.fmu", cwd=tmp_path)
+    assert done.returncode == 1
+    assert "FMI 3.0, co-simulation" in done.stdout and "made by FMUContainer" in done.stdout
+    assert "pass         modelDescription.xml is UTF-8, well-formed, and valid by the schema" in done.stdout
+    assert "pass         it initializes and steps; every number" in done.stdout
+    assert "pass         an input that is set is read back bit for bit" in done.stdout
+    assert "not checked  an input acts at once only on outputs" in done.stdout
+    assert "pass         NaN and infinity are refused" in done.stdout
+    assert "a step beyond the stop time gave fmi3OK, expected fmi3Error" in done.stdout
 
 
 def test_an_fmu_of_another_tool(tmp_path):

@@ -16,7 +16,7 @@ import interoperability
 from conftest import NAMES
 from fmpy_master import Master
 from importers import ALL, ALONE, COUPLED, EVERY, H, MODELS, OUTPUTS, SIGNALS, STEPS, driven
-from interoperability import FMI_SIM, IMPORTERS, PACKAGE, ROOT
+from interoperability import FMI_SIM, IMPORTERS, IMPORTERS_3, PACKAGE, ROOT
 from native import recorded
 from system import System
 
@@ -68,6 +68,16 @@ def test_runs_alone(references, fmu_dir, tmp_path, importer, model):
     difference = (np.abs(found - expected).max(axis=0) / np.where(size == 0, 1, size)).max()
     print(f"{importer} {model}: {difference:.1e}")
     assert difference <= IMPORTERS[importer].alone
+
+
+@pytest.mark.parametrize("importer", IMPORTERS_3)
+def test_runs_alone_in_fmi_3(references, fmu_dir, tmp_path, importer):
+    """The same with the FMU of FMI 3.0: to the numbers of that of FMI 2.0."""
+    found, expected = run(importer, "alone", "Emla", fmu_dir / "fmi3", tmp_path), references["Emla"]
+    assert found.shape == expected.shape
+    difference = (np.abs(found - expected).max(axis=0) / np.abs(expected).max(axis=0)).max()
+    print(f"{importer}: {difference:.1e}")
+    assert difference <= IMPORTERS_3[importer]
 
 
 @pytest.fixture(scope="module")

@@ -130,6 +130,11 @@ impl Functions {
         self.has_event_mode && self.fmi3().is_some()
     }
 
+    /// At a communication point values are read after others were set: in FMI 3.0 in Event Mode only.
+    pub fn reads_after_set(&self) -> bool {
+        self.has_event_mode || self.fmi3().is_none()
+    }
+
     /// Number of values of these variables.
     pub fn count(&self, references: &[u32]) -> usize {
         let size = |r: &u32| self.sizes.get(r).copied().unwrap_or(1);

@@ -1,6 +1,6 @@
-//! What the functions of FMI 2.0 are called in FMI 3.0.
+//! What the functions and statuses of FMI 2.0 are called in FMI 3.0.
 
-/// A text with the functions of FMI 2.0 in it called as FMI 3.0 calls them.
+/// A text with the functions and statuses of FMI 2.0 in it called as FMI 3.0 calls them.
 pub fn text_in_3(text: &str) -> String {
     let is_word = |c: char| c.is_ascii_alphanumeric();
     let mut told = String::new();
@@ -15,7 +15,7 @@ pub fn text_in_3(text: &str) -> String {
     told + rest
 }
 
-/// What FMI 3.0 calls a function of FMI 2.0.
+/// What FMI 3.0 calls a function or status of FMI 2.0.
 pub fn in_3(name: &str) -> &str {
     let names = [
         ("fmi2Instantiate", "fmi3InstantiateCoSimulation"),
@@ -47,6 +47,12 @@ pub fn in_3(name: &str) -> &str {
         ),
         ("fmi2GetRealOutputDerivatives", "fmi3GetOutputDerivatives"),
         ("fmi2DoStep", "fmi3DoStep"),
+        ("fmi2Status", "fmi3Status"),
+        ("fmi2OK", "fmi3OK"),
+        ("fmi2Warning", "fmi3Warning"),
+        ("fmi2Discard", "fmi3Discard"),
+        ("fmi2Error", "fmi3Error"),
+        ("fmi2Fatal", "fmi3Fatal"),
     ];
     let found = names.iter().find(|(two, _)| *two == name);
     found.map_or(name, |(_, three)| three)

@@ -87,8 +87,8 @@ int fmi3EnterInitializationMode(void *c, bool has_tolerance, double tolerance, d
         m->mode_3 = INITIALIZATION;
     return status;
 }
-int fmi3ExitInitializationMode(void *c) { MOVE(INITIALIZATION, INITIALIZATION, fmi2ExitInitializationMode(s), EVENT) }
-int fmi3EnterEventMode(void *c) { MOVE(STEPPING | AFTER_SET, STEPPING, OK, EVENT) }
+int fmi3ExitInitializationMode(void *c) { MOVE(INITIALIZATION, INITIALIZATION, fmi2ExitInitializationMode(s), IS(NO_EVENTS) ? STEPPING : EVENT) }
+int fmi3EnterEventMode(void *c) { MOVE(IS(NO_EVENTS) ? 0 : STEPPING | AFTER_SET, STEPPING, OK, EVENT) }
 int fmi3EnterStepMode(void *c) { MOVE(EVENT, STEPPING, OK, STEPPING) }
 int fmi3EvaluateDiscreteStates(void *c) { MOVE(EVENT, STEPPING, OK, EVENT) }
 int fmi3Terminate(void *c) { MOVE(RUNNING, STEPPING, fmi2Terminate(s), TERMINATED) }

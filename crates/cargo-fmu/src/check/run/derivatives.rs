@@ -6,6 +6,7 @@ use fmu_description::{Access, Causality, Variability, Variable, Version};
 
 use super::super::outcome::Outcome;
 use super::instance::{Instance, references, step_size};
+use super::values::without_reading_after_set;
 use super::{Trial, open, trial};
 use crate::fmi::functions::{Functions, Pointer, WARNING};
 
@@ -67,6 +68,9 @@ fn directional(folder: &Path, outcome: &mut Outcome) -> Result<(), String> {
         fmu.description.capabilities.directional_derivatives,
         outcome,
     ) {
+        return Ok(());
+    }
+    if without_reading_after_set(&fmu, outcome) {
         return Ok(());
     }
     let variables = &fmu.description.variables;

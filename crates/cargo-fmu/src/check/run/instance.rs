@@ -73,6 +73,21 @@ impl<'a> Instance<'a> {
         Ok(instance)
     }
 
+    /// Where values may be read after others were set: at the first communication point, or where FMI 3.0 forbids that there, in
+    /// Initialization Mode.
+    pub fn exchanging(fmu: &'a Fmu, name: &str) -> Result<Self, String> {
+        if fmu.functions.reads_after_set() {
+            return Self::started(fmu, name);
+        }
+        let mut instance = Self::new(fmu, name)?;
+        instance.setup(
+            fmu.description.default_experiment.start.unwrap_or(0.0),
+            None,
+        )?;
+        instance.enter(Mode::Initialization)?;
+        Ok(instance)
+    }
+
     /// Messages since the last call of this function.
     pub fn messages(&self) -> Vec<Message> {
         self.log.take()
@@ -197,6 +212,22 @@ impl<'a> Instance<'a> {
         (status, values)
     }
 
+    /// Values of Real variables, all of which must be to be had; the error names the first that is not.
+    pub fn must_read(&self, vr: &[u32]) -> Result<Vec<f64>, String> {
+        let (status, values) = self.reals(vr);
+        if status <= WARNING {
+            return Ok(values);
+        }
+        let said = told(&self.messages());
+        let refused = vr.iter().find(|r| self.reals(&[**r]).0 > WARNING);
+        let refused = refused.and_then(|r| self.fmu.find(*r));
+        let of = refused.map_or("all variables".into(), |v| format!("`{}`", v.name));
+        Err(format!(
+            "fmi2GetReal of {of} gave {}{said}",
+            status_name(status)
+        ))
+    }
+
     /// Set Real variables; the status.
     pub fn set_reals(&self, references: &[u32], values: &[f64]) -> c_int {
         assert_eq!(self.fmu.functions.count(references), values.len());
@@ -242,8 +273,7 @@ impl<'a> Instance<'a> {
     pub fn observe(&self) -> Result<Vec<u64>, String> {
         let description = &self.fmu.description;
         let of = |access| references(&description.variables, |v| v.access() == access);
-        let (status, reals) = self.reals(&of(Access::Real));
-        self.must("fmi2GetReal of all variables", status)?;
+        let reals = self.must_read(&of(Access::Real))?;
         let mut bits: Vec<_> = reals.iter().map(|value| value.to_bits()).collect();
         for access in [Access::Integer, Access::Int64, Access::Boolean] {
             let (status, values) = self.integers(access, &of(access));

@@ -45,7 +45,7 @@ pub const TRIALS: &[Trial] = &[
         "reset",
         "instances",
         reset,
-        "after fmi2Reset it does what a new instance does, bit for bit",
+        "after a reset it does what a new instance does, bit for bit",
         "importers repeat simulations so, instead of loading again",
     ),
 ];

@@ -76,7 +76,7 @@ fn step_end(folder: &Path, outcome: &mut Outcome) -> Result<(), String> {
 fn counts(folder: &Path, outcome: &mut Outcome) -> Result<(), String> {
     let fmu = open(folder)?;
     let f = fmu.functions.fmi3().ok_or("it is not of FMI 3.0")?;
-    let instance = Instance::started(&fmu, "counts")?;
+    let instance = Instance::exchanging(&fmu, "counts")?;
     let is_input = |v: &&Variable| v.is_input() && v.access() == Access::Real;
     let mut calls = 0;
     for v in fmu.description.variables.iter().filter(is_input) {
