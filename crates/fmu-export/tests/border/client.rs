@@ -1,6 +1,7 @@
 //! An importer: the C functions by their C names, and an instance with a log.
 
 use crate::probe::Probe;
+use crate::states::saved_states;
 use fmu_export::ffi::*;
 use std::ffi::{CStr, CString, c_int, c_void};
 use std::ptr;
@@ -299,57 +300,6 @@ impl Fmu {
         t
     }
 
-    pub fn save(&self) -> FmuState {
-        let mut state = ptr::null_mut();
-        // SAFETY: live instance, a place for the handle.
-        assert_eq!(unsafe { fmi2GetFMUstate(self.c, &mut state) }, Status::Ok);
-        state
-    }
-
-    pub fn restore(&self, state: FmuState) -> Status {
-        // SAFETY: a live instance.
-        unsafe { fmi2SetFMUstate(self.c, state) }
-    }
-
-    pub fn free(&self, state: &mut FmuState) -> Status {
-        // SAFETY: live instance, a handle.
-        unsafe { fmi2FreeFMUstate(self.c, state) }
-    }
-
-    pub fn serialize(&self, state: FmuState) -> Vec<u8> {
-        let mut size = 0;
-        // SAFETY: live instance; the vector has the size asked for.
-        unsafe {
-            assert_eq!(
-                fmi2SerializedFMUstateSize(self.c, state, &mut size),
-                Status::Ok
-            );
-            let mut bytes = vec![0_u8; size];
-            assert_eq!(
-                fmi2SerializeFMUstate(self.c, state, bytes.as_mut_ptr().cast(), size),
-                Status::Ok
-            );
-            bytes
-        }
-    }
-
-    pub fn deserialize(&self, bytes: &[u8]) -> (Status, FmuState) {
-        let mut state = ptr::null_mut();
-        // SAFETY: live instance, a valid slice.
-        let status = unsafe {
-            fmi2DeSerializeFMUstate(self.c, bytes.as_ptr().cast(), bytes.len(), &mut state)
-        };
-        (status, state)
-    }
-
-    /// All of the instance that can be saved, as bytes: to see that a refused call changed nothing.
-    pub fn snapshot(&self) -> Vec<u8> {
-        let mut state = self.save();
-        let bytes = self.serialize(state);
-        assert_eq!(self.free(&mut state), Status::Ok);
-        bytes
-    }
-
     pub fn messages(&self) -> Vec<Message> {
         self.log.lock().unwrap().clone()
     }
@@ -358,6 +308,11 @@ impl Fmu {
     pub fn last(&self) -> Message {
         self.messages().last().expect("a message").clone()
     }
+}
+
+saved_states! { Fmu:
+    fmi2GetFMUstate fmi2SetFMUstate fmi2FreeFMUstate
+    fmi2SerializedFMUstateSize fmi2SerializeFMUstate fmi2DeSerializeFMUstate
 }
 
 impl Drop for Fmu {

@@ -17,5 +17,6 @@ mod probe;
 mod random;
 mod reentrancy;
 mod saved;
+mod states;
 mod time;
 mod xml;

@@ -107,6 +107,9 @@ fn freed_foreign_and_invented_states_are_refused() {
     assert_eq!(fmu.restore(ptr::null_mut()), Status::Error);
 }
 
+/// Of the bytes of a state, each is tried; under Miri some of each part.
+pub const STRIDE: usize = if cfg!(miri) { 5 } else { 1 };
+
 #[test]
 fn foreign_truncated_and_damaged_bytes_are_refused() {
     let fmu = Fmu::stepping();
@@ -118,7 +121,7 @@ fn foreign_truncated_and_damaged_bytes_are_refused() {
             "does not start with `fmu-exp`",
         ),
     ];
-    damaged.extend((0..bytes.len()).map(|n| {
+    damaged.extend((0..bytes.len()).step_by(STRIDE).map(|n| {
         (
             bytes[..n].to_vec(),
             if n < 44 {
@@ -128,7 +131,7 @@ fn foreign_truncated_and_damaged_bytes_are_refused() {
             },
         )
     }));
-    for i in 0..bytes.len() {
+    for i in (0..bytes.len()).step_by(STRIDE) {
         for bit in [0, 7] {
             let mut copy = bytes.clone();
             copy[i] ^= 1 << bit;

@@ -1,9 +1,9 @@
 //! An importer of FMI 3.0: the C functions by their C names, and an instance with a log.
 
 mod functions;
-mod states;
 
 use crate::probe::Probe;
+use crate::states::saved_states;
 use fmu_export::ffi3::*;
 use std::ffi::{CStr, CString, c_void};
 use std::ptr;
@@ -435,6 +435,11 @@ impl Fmu3 {
     pub fn seen(&self) -> Vec<Seen> {
         self.world.as_ref().unwrap().seen.lock().unwrap().clone()
     }
+}
+
+saved_states! { Fmu3:
+    fmi3GetFMUState fmi3SetFMUState fmi3FreeFMUState
+    fmi3SerializedFMUStateSize fmi3SerializeFMUState fmi3DeserializeFMUState
 }
 
 impl Drop for Fmu3 {

@@ -109,7 +109,8 @@ fn each_function_is_allowed_in_its_states_only() {
     for (name, allowed, attempt) in CALLS {
         for state in "INESAT".chars() {
             let fmu = in_state(state);
-            let before = fmu.snapshot();
+            // Miri looks at the memory of the calls; states are compared without it, which is long.
+            let before = (!cfg!(miri)).then(|| fmu.snapshot());
             let status = attempt(&fmu);
             if allowed.contains(state) {
                 assert_eq!(
@@ -121,11 +122,13 @@ fn each_function_is_allowed_in_its_states_only() {
                 continue;
             }
             assert_eq!(status, Status::Error, "{name} in {state}");
-            assert_eq!(
-                fmu.snapshot(),
-                before,
-                "{name} in {state} changed the instance"
-            );
+            if let Some(before) = before {
+                assert_eq!(
+                    fmu.snapshot(),
+                    before,
+                    "{name} in {state} changed the instance"
+                );
+            }
             let message = fmu.last().text;
             assert!(message.starts_with(&format!("{name}: ")), "{message}");
             assert!(

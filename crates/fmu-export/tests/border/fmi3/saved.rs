@@ -3,6 +3,7 @@
 use crate::client::Fmu;
 use crate::client3::*;
 use crate::probe::vr;
+use crate::saved::STRIDE;
 use fmu_export::ffi as client;
 use std::ptr;
 
@@ -65,7 +66,7 @@ fn bytes_of_the_other_version_are_refused() {
 fn foreign_and_damaged_bytes_are_refused() {
     let fmu = Fmu3::stepping(PLAIN);
     let bytes = fmu.serialize(fmu.save());
-    for n in 0..bytes.len() {
+    for n in (0..bytes.len()).step_by(STRIDE) {
         assert_eq!(fmu.deserialize(&bytes[..n]).0, Status::Error);
         let mut damaged = bytes.clone();
         damaged[n] ^= 1;
