@@ -95,6 +95,16 @@ def test_capabilities(fmu):
     assert float(fmu.description.defaultExperiment.stopTime) > 0
 
 
+def test_variables_change_when_they_say_so(controller, emla):
+    """What a sampled controller holds is discrete. What an actuator passes on at once is continuous; what its network computes
+    once a step is discrete."""
+    of = lambda fmu, *names: {fmu.variables[name].variability for name in names}
+    rows = [f"{row}[{k}]" for row in ("v_d", "v_q", "tau_wrist") for k in (1, 2, 3)]
+    assert of(controller, *rows) == {"discrete"}
+    assert of(emla, "x", "x_dot", "v_d", "v_q", "F", "i_d", "i_q", "P_in", "P_loss", "loss.mechanical") == {"continuous"}
+    assert of(emla, "F_net", "F_hyb", "efficiency") == {"discrete"}
+
+
 def test_every_variable_is_described(fmu):
     assert [v.name for v in fmu.description.modelVariables if not v.description] == []
 

@@ -149,6 +149,19 @@ def test_machine_file_changes_the_machine(fmu, light_machine):
     assert instance.get(name) == ordinary.get(name)
 
 
+def test_start_values_written_back_leave_the_machine_file_in_force(emla, light_machine):
+    """An importer that writes back every start value of the description has set nothing: the file counts, and what is read is in force."""
+    starts = {v.name: v.start for v in emla.description.modelVariables if v.causality == "parameter" and v.type == "Real"}
+    for order in ("file first", "file last"):
+        instance = emla.instance()
+        sets = [{"machine_file": light_machine}, {name: float(value) for name, value in starts.items()}]
+        for values in sets if order == "file first" else reversed(sets):
+            instance.set(values)
+        instance.start(0.0, INPUTS["Emla"])
+        assert instance.get("R_s") == 0.31 != float(starts["R_s"])
+        instance.free()
+
+
 def test_order_of_setting_does_not_matter(hdrm, light_machine):
     """A parameter set by the importer wins over the file, before or after it, and the file over the default."""
     runs = []

@@ -4,15 +4,16 @@ use std::collections::HashMap;
 
 use serde::Deserialize;
 
-use crate::xml::{LogCategories, Units, check_identifier};
+use crate::xml::{File, check_identifier, required};
 use crate::{
-    Access, Capabilities, Causality, DefaultExperiment, Description, DescriptionError, Initial,
-    Item, Kind, Unknown, Variability, Variable, Version,
+    Access, Capabilities, Causality, Description, DescriptionError, Initial, Item, Kind, Unknown,
+    Variability, Variable, Version,
 };
 
 /// Read the text of a file.
 pub fn read(text: &str) -> Result<Description, DescriptionError> {
-    let file: File = quick_xml::de::from_str(text)?;
+    let file: File<CoSimulation, Types, Variables, Structure> = quick_xml::de::from_str(text)?;
+    let guid = required(file.token, "@instantiationToken")?;
     let model = file.model_name;
     let Some(slave) = file.co_simulation else {
         return Err(DescriptionError::NoCoSimulation { model });
@@ -31,7 +32,7 @@ pub fn read(text: &str) -> Result<Description, DescriptionError> {
     Ok(Description {
         fmi: Version::Fmi3,
         by_name: HashMap::new(),
-        guid: file.instantiation_token,
+        guid,
         version: file.version,
         tool: file.generation_tool,
         identifier: slave.identifier,
@@ -188,32 +189,6 @@ impl<'a> References<'a> {
             dependencies: known.transpose()?,
         })
     }
-}
-
-#[derive(Deserialize)]
-struct File {
-    #[serde(rename = "@modelName")]
-    model_name: String,
-    #[serde(rename = "@instantiationToken")]
-    instantiation_token: String,
-    #[serde(rename = "@version", default)]
-    version: String,
-    #[serde(rename = "@generationTool", default)]
-    generation_tool: String,
-    #[serde(rename = "CoSimulation")]
-    co_simulation: Option<CoSimulation>,
-    #[serde(rename = "UnitDefinitions", default)]
-    units: Units,
-    #[serde(rename = "TypeDefinitions", default)]
-    types: Types,
-    #[serde(rename = "LogCategories", default)]
-    log_categories: LogCategories,
-    #[serde(rename = "DefaultExperiment", default)]
-    default_experiment: DefaultExperiment,
-    #[serde(rename = "ModelVariables", default)]
-    variables: Variables,
-    #[serde(rename = "ModelStructure", default)]
-    structure: Structure,
 }
 
 #[derive(Deserialize)]

@@ -2,8 +2,9 @@
 
 use quick_xml::events::Event;
 use serde::Deserialize;
+use serde::de::Error as _;
 
-use crate::{Description, DescriptionError, Unit, fmi2, fmi3};
+use crate::{DefaultExperiment, Description, DescriptionError, Unit, fmi2, fmi3};
 
 /// Read the text of a file.
 pub fn read(text: &str) -> Result<Description, DescriptionError> {
@@ -42,6 +43,42 @@ pub fn check_identifier(model: &str, identifier: &str) -> Result<(), Description
     }
     let [model, identifier] = [model, identifier].map(str::to_string);
     Err(DescriptionError::Identifier { model, identifier })
+}
+
+/// The outermost element; what each version has in its own way is a parameter: CoSimulation, types, variables, structure.
+#[derive(Deserialize)]
+pub struct File<C, T, V, S> {
+    #[serde(rename = "@modelName")]
+    pub model_name: String,
+    /// Of FMI 2.0.
+    #[serde(rename = "@guid")]
+    pub guid: Option<String>,
+    /// Of FMI 3.0.
+    #[serde(rename = "@instantiationToken")]
+    pub token: Option<String>,
+    #[serde(rename = "@version", default)]
+    pub version: String,
+    #[serde(rename = "@generationTool", default)]
+    pub generation_tool: String,
+    #[serde(rename = "CoSimulation")]
+    pub co_simulation: Option<C>,
+    #[serde(rename = "UnitDefinitions", default)]
+    pub units: Units,
+    #[serde(rename = "TypeDefinitions", default)]
+    pub types: T,
+    #[serde(rename = "LogCategories", default)]
+    pub log_categories: LogCategories,
+    #[serde(rename = "DefaultExperiment", default)]
+    pub default_experiment: DefaultExperiment,
+    #[serde(rename = "ModelVariables")]
+    pub variables: V,
+    #[serde(rename = "ModelStructure", default)]
+    pub structure: S,
+}
+
+/// An attribute that the version demands.
+pub fn required(value: Option<String>, name: &'static str) -> Result<String, DescriptionError> {
+    value.ok_or_else(|| quick_xml::DeError::missing_field(name).into())
 }
 
 #[derive(Default, Deserialize)]

@@ -11,6 +11,8 @@ mod client3;
 #[path = "border/probe.rs"]
 #[allow(dead_code)] // see above
 mod probe;
+#[path = "border/states.rs"]
+mod states;
 
 use allocation_counter::measure;
 use client::*;

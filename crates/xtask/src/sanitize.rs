@@ -1,5 +1,5 @@
-//! Sanitizers, with the standard library built for them: on the tests of the export layer and of the actuator, which shares
-//! a network among instances, and on the FMUs under their driver and the native master. And Miri on the tests of the C border.
+//! Sanitizers, with the standard library built for them: on the tests of the C border, and on the FMUs under their driver and the
+//! native master. And Miri on the tests of the C border.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -40,8 +40,8 @@ const THREAD: Sanitizer = Sanitizer {
     options: "halt_on_error=1:exitcode=98",
 };
 
-/// Tests that are run under the sanitizers; texts of the compiler are those of another one here.
-const TESTED: &str = "--tests -p fmu-export -p emla -- --skip mistakes_are_named_where_they_are";
+/// The test that is run under the sanitizers and Miri: the C border of both versions, as importers call it.
+const BORDER: [&str; 4] = ["-p", "fmu-export", "--test", "border"];
 
 /// AddressSanitizer and LeakSanitizer; the first report ends it.
 pub fn address(workspace: &Workspace, calls: usize, seed: u64) -> Result<()> {
@@ -69,7 +69,7 @@ pub fn address(workspace: &Workspace, calls: usize, seed: u64) -> Result<()> {
         built.coupled(options)?;
     }
     println!(
-        "AddressSanitizer and LeakSanitizer: tests of fmu-export and emla, {calls} random calls, 300 instances of each of {} FMUs over 3 \
+        "AddressSanitizer and LeakSanitizer: tests of the border, {calls} random calls, 300 instances of each of {} FMUs over 3 \
          loads and unloads, 4 threads each, {} coupled runs of 5 instances over the whole trajectory: 0 reports",
         built.fmus.len(),
         runs.len()
@@ -82,7 +82,7 @@ pub fn thread(workspace: &Workspace) -> Result<()> {
     let built = THREAD.build(workspace, &["torture"])?;
     built.torture(&["threads", "--threads", "8", "--steps", "100"])?;
     println!(
-        "ThreadSanitizer: tests of fmu-export and emla, 8 threads of each of {} FMUs: 0 reports",
+        "ThreadSanitizer: tests of the border, 8 threads of each of {} FMUs: 0 reports",
         built.fmus.len()
     );
     Ok(())
@@ -93,16 +93,8 @@ pub fn miri(workspace: &Workspace) -> Result<()> {
     nightly::component(workspace, "miri")?;
     nightly::component(workspace, "rust-src")?;
     let mut cargo = nightly::cargo(workspace);
-    cargo.args([
-        "miri",
-        "test",
-        "-p",
-        "fmu-export",
-        "--test",
-        "border",
-        "--target-dir",
-    ]);
-    cargo.arg(workspace.target.join("miri"));
+    cargo.args(["miri", "test"]).args(BORDER);
+    cargo.arg("--target-dir").arg(workspace.target.join("miri"));
     // The tests write parameter files.
     cargo.env("MIRIFLAGS", "-Zmiri-disable-isolation");
     execute(&mut cargo)?;
@@ -126,6 +118,13 @@ impl Sanitizer {
         nightly::component(workspace, "rust-src")?;
         let environment = libclang::provide(workspace)?;
         let target = nightly::host(workspace)?;
+        let suite = workspace.suite();
+        let fmus = suite.iter().filter_map(|source| match source {
+            Source::Package(name) => Some(name.as_str()),
+            Source::Example(_) => None,
+        });
+        let all: Vec<&str> = fmus.chain(packages.iter().copied()).collect();
+        // The test, FMUs and programs are built of the same packages, so that the features of what they share are the same too.
         let cargo = |command: &str| {
             let mut cargo = nightly::cargo(workspace);
             cargo.args([command, "-Zbuild-std", "--target", &target, "--target-dir"]);
@@ -134,18 +133,11 @@ impl Sanitizer {
                 .env("RUSTFLAGS", self.flags)
                 .env(self.variable, self.options);
             cargo.envs(environment.iter().cloned());
+            cargo.args(all.iter().flat_map(|name| ["-p", name]));
             cargo
         };
-        execute(cargo("test").args(TESTED.split(' ')))?;
-        let suite = workspace.suite();
-        let mut build = cargo("build");
-        for source in &suite {
-            if let Source::Package(name) = source {
-                build.args(["-p", name]);
-            }
-        }
-        build.args(packages.iter().flat_map(|name| ["-p", name]));
-        let built = artifacts(&mut build)?;
+        execute(cargo("test").args(BORDER))?;
+        let built = artifacts(&mut cargo("build"))?;
         let libraries: Vec<_> = suite.iter().filter_map(|s| s.library(&built)).collect();
         ensure!(
             libraries.len() == suite.len(),

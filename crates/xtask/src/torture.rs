@@ -26,7 +26,7 @@ pub struct Options {
     /// Steps of each FMU of both versions alone, and of all together, in long runs; 10000000 are 2.8 h of simulated time
     #[arg(long, value_name = "STEPS")]
     long: Option<u64>,
-    /// AddressSanitizer and LeakSanitizer on the tests of exporter and actuator, on random calls, on lives of instances, on instances in
+    /// AddressSanitizer and LeakSanitizer on the tests of the C border, on random calls, on lives of instances, on instances in
     /// threads and on a coupled run (rustup toolchain install nightly)
     #[arg(long)]
     asan: bool,

@@ -81,7 +81,8 @@ fn check_kind(kind: c_int) -> Result<(), String> {
 
 /// The resources folder; one that cannot be understood is reported and done without.
 fn folder(messages: &mut Vec<Message>, uri: &str) -> Option<PathBuf> {
-    match uri::folder(uri) {
+    let read = panic::catch(|| uri::folder(uri));
+    match read.unwrap_or_else(|panic| Err(panic.describe())) {
         Ok(folder) => Some(folder),
         Err(reason) => {
             let text = format!("fmi2Instantiate: {reason}; going on without");

@@ -1,10 +1,12 @@
 //! A panic of the model poisons its instance, and only that.
 
 use crate::client::*;
-use crate::probe::vr;
+use crate::client3::{Fmu3, PLAIN, token};
+use crate::probe::{PANICS_WHEN_MADE, vr};
 use fmu_export::ffi::*;
 use std::process::Command;
 use std::ptr;
+use std::sync::Mutex;
 
 /// An instance in which the model has panicked, once in a step and once in an output, with a state from before.
 fn lost(fault: i32) -> (Fmu, FmuState) {
@@ -71,7 +73,37 @@ fn a_restored_state_or_a_reset_leads_on_after_a_panic() {
     }
 }
 
-/// Runs the test above in a process of its own and looks at what it prints beside the harness.
+/// What the model does when an instance is made is caught, too: there is none, and the logger hears why. Others can be made afterwards.
+#[test]
+fn a_panic_when_an_instance_is_made_gives_null() {
+    let (log, guid, token) = (Mutex::new(Vec::new()), guid(), token());
+    let functions = callbacks(&log);
+    PANICS_WHEN_MADE.set(true);
+    // SAFETY: valid strings and callbacks.
+    let c = unsafe {
+        fmi2Instantiate(
+            c"a".as_ptr(),
+            1,
+            guid.as_ptr(),
+            ptr::null(),
+            &functions,
+            0,
+            1,
+        )
+    };
+    let of_3 = Fmu3::try_with(PLAIN, token, c"/tmp").map(drop);
+    PANICS_WHEN_MADE.set(false);
+    assert!(c.is_null());
+    let text = log.lock().unwrap()[0].text.clone();
+    let start = "fmi2Instantiate: panic: asked to when made (";
+    assert!(text.starts_with(start), "{text}");
+    let text = of_3.expect_err("no instance")[0].text.clone();
+    let start = "fmi3InstantiateCoSimulation: panic: asked to when made (";
+    assert!(text.starts_with(start), "{text}");
+    assert_eq!(Fmu::stepping().step(0.0, 1.0), Status::Ok);
+}
+
+/// Runs the first test above in a process of its own and looks at what it prints beside the harness.
 #[test]
 #[cfg_attr(miri, ignore = "Miri starts no processes")]
 fn a_panic_prints_nothing() {

@@ -57,6 +57,8 @@ pub struct Now {
 thread_local! {
     /// Evaluations made in this thread.
     pub static EVALUATIONS: Cell<u32> = const { Cell::new(0) };
+    /// Whether the model panics when an instance is made in this thread.
+    pub static PANICS_WHEN_MADE: Cell<bool> = const { Cell::new(false) };
 }
 
 thread_local! {
@@ -183,6 +185,7 @@ impl Model for Probe {
     }
 
     fn defaults() -> (Parameters, Input) {
+        assert!(!PANICS_WHEN_MADE.get(), "asked to when made");
         let rate = [0.0, 0.25];
         let file = "4".to_owned();
         let p = Parameters {

@@ -7,6 +7,8 @@ mod client;
 mod heater;
 mod log;
 mod rows;
+#[path = "../border/states.rs"]
+mod states;
 
 /// The model that the importer loads.
 mod probe {
