@@ -11,9 +11,10 @@ from hdrm_fmu.errors import BadInput, RunFailed, SweepStopped
 
 
 def demo(args):
-    data = hdrm_fmu.run(trajectory=args.trajectory, mode=args.mode, metrics=("energy",), progress=True)
+    follow = {"waypoints": args.waypoints} if args.waypoints else {"trajectory": args.trajectory}
+    data = hdrm_fmu.run(mode=args.mode, metrics=("energy",), progress=True, **follow)
     a = data.attrs
-    print(f"{args.trajectory}, {args.mode}: tip RMSE {1e3 * a['tip_rmse']:.4f} mm, largest {1e3 * a['tip_max']:.4f} mm, verdict {a['verdict']}")
+    print(f"{args.waypoints or args.trajectory}, {args.mode}: tip RMSE {1e3 * a['tip_rmse']:.4f} mm, largest {1e3 * a['tip_max']:.4f} mm, verdict {a['verdict']}")
     if a["findings"]:
         print(a["findings"])
     print(f"{a['simulated']:.1f} s simulated in {a['elapsed']:.2f} s")
@@ -72,7 +73,9 @@ def arguments():
         return sub
 
     sub = command(demo, "one run with its figures")
-    sub.add_argument("--trajectory", default="cubic")
+    motion = sub.add_mutually_exclusive_group()
+    motion.add_argument("--trajectory", default="cubic")
+    motion.add_argument("--waypoints", metavar="FILE", help="path that the tip follows instead: a JSON or CSV file, or the name of a built-in path")
     sub.add_argument("--mode", default="adaptive")
     sub = command(monte_carlo, "machines and sensors drawn by seed")
     sub.add_argument("--seeds", type=int, default=20)

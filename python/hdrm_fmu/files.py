@@ -34,7 +34,8 @@ def systems() -> dict[str, Path]:
 
 def parameters() -> dict[str, Path]:
     """Paths of the parameter files (JSON) by name, such as `reference_machine`."""
-    return {path.stem: path for path in sorted((DATA / "parameters").glob("*.json"))}
+    files = sorted((DATA / "parameters").glob("*.json"))
+    return {path.stem: path for path in files if not path.name.endswith(".schema.json")}
 
 
 def digest(path):

@@ -5,19 +5,21 @@ from __future__ import annotations
 import json
 import os
 import tempfile
-from collections.abc import Iterable, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hdrm_fmu import _native
+from hdrm_fmu.asked import Asked, complete
 from hdrm_fmu.errors import BadInput
 from hdrm_fmu.files import DATA, MACHINE, parameters
-from hdrm_fmu.names import by_name, choice, whole
+from hdrm_fmu.names import choice, whole
+from hdrm_fmu.paths import Waypoints
 from hdrm_fmu.system import System
 
 if TYPE_CHECKING:
     import xarray
+    from typing_extensions import Unpack
 
 #: Worlds: `ideal` is the controller's own model; `real` has actuators as built, sensors, a step of delay, and a machine drawn by seed.
 WORLDS = ("ideal", "real")
@@ -25,10 +27,9 @@ WORLDS = ("ideal", "real")
 MODES = tuple(_native.MODES)
 
 
-def world_system(world="ideal", *, step=1e-3, schedule="gauss-seidel", settings=None):
-    """The system of a world, not loaded yet."""
+def world_system(world="ideal", **options):
+    """The system of a world, not loaded yet; options as of `System`."""
     choice("world", world, WORLDS)
-    options = {"step": step, "schedule": schedule, "settings": settings}
     if world == "ideal":
         return System(DATA / MACHINE, **options)
     return System(DATA / _native.REAL_SYSTEM, parameters=[_native.REAL_PARAMETERS], **options)
@@ -93,15 +94,11 @@ def run(
     world: str = "ideal",
     seed: int | None = None,
     machine: str | os.PathLike[str] | dict[str, Any] | None = None,
-    settings: Mapping[str, object] | None = None,
-    signals: str | Iterable[str] | None = None,
-    interval: float | None = None,
-    stop_time: float | None = None,
+    waypoints: Waypoints | None = None,
     step: float = 1e-3,
     schedule: str = "gauss-seidel",
-    max_error: float | None = None,
-    metrics: Iterable[str] = (),
     progress: bool = False,
+    **asked: Unpack[Asked],
 ) -> xarray.Dataset:
     """Run the manipulator over its motion.
 
@@ -112,6 +109,9 @@ def run(
     world : `ideal` (the controller's own model) or `real` (actuators as built, sensors, delay).
     seed : of the machine and of the sensors' errors in the world `real`; default: the machine as drawn, sensors of their own seed.
     machine : a machine file that all FMUs use: one of `parameters()` by name, a path, or what is in it.
+    waypoints : path that the tip follows instead of a trajectory: a JSON or CSV file of waypoints or samples, `iso9283-cube` or
+        `iso9283-rectangle`, what is in such a JSON file, a DataFrame with the columns of such a CSV file, or positions of the shape (n, 3), m.
+        Loads that it picks up act on the manipulator.
     settings : start values by name, such as `{"hdrm.inertia_scale": 1.2}`.
     signals, interval, stop_time, max_error, metrics, progress : as of `System.run`.
     step : communication step, s.
@@ -121,20 +121,18 @@ def run(
     -------
     xarray.Dataset of `System.run`: signals of the shape (time,), units and descriptions as attributes; `tip_rmse`, `tip_max` (m, over the
     motion), further metrics and the verdict as attributes of the whole.
+
+    Raises
+    ------
+    BadInput : before the run, where a name, a value or a file makes no sense.
+    RunFailed : the machine cannot do what is asked, such as a path with a waypoint out of reach, which the controller says before the start.
     """
-    system = world_system(world, step=step, schedule=schedule)
+    asked = complete(asked, run)
+    system = world_system(world, waypoints=waypoints, step=step, schedule=schedule)
     given = {"trajectory": trajectory, "mode": mode, "seed": seed}
-    case, settings = {name: value for name, value in given.items() if value is not None}, by_name(settings)
+    case, settings = {name: value for name, value in given.items() if value is not None}, asked.pop("settings")
     for name in case.keys() & settings.keys():
         raise BadInput(f"`{name}` is given twice, once in settings")
     values, seed = case_settings({**case, **settings}, world)
     with all_settings(system, values, seed, machine_text(machine)) as values:
-        return system.run(
-            settings=values,
-            signals=signals,
-            interval=interval,
-            stop_time=stop_time,
-            max_error=max_error,
-            metrics=metrics,
-            progress=progress,
-        )
+        return system.run(settings=values, progress=progress, **asked)

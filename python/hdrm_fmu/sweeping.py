@@ -8,22 +8,23 @@ import json
 import os
 import queue
 import time
-from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
 import pandas
 
+from hdrm_fmu.asked import Asked, complete
 from hdrm_fmu.cases import rows
-from hdrm_fmu.errors import BadInput, SweepStopped
+from hdrm_fmu.errors import BadInput, RunFailed, SweepStopped
 from hdrm_fmu.files import digest, identity
-from hdrm_fmu.names import by_name
+from hdrm_fmu.paths import Waypoints, check_free, tip_path
 from hdrm_fmu.running import case_settings, machine_text, world_system
 from hdrm_fmu.store import Store, check_folder
 from hdrm_fmu.system import System
-from hdrm_fmu.tasks import check_worker, run_case
+from hdrm_fmu.tasks import Case, check_worker, run_case, start_case
 
 if TYPE_CHECKING:
     from distributed import Client
+    from typing_extensions import Unpack
 
 #: Rows after which, and seconds after which, results are written.
 FLUSH_ROWS, FLUSH_SECONDS = 64, 10.0
@@ -42,29 +43,25 @@ def sweep(
     world: str = "ideal",
     system: System | str | os.PathLike[str] | None = None,
     machine: str | os.PathLike[str] | dict[str, Any] | None = None,
-    settings: Mapping[str, object] | None = None,
-    signals: str | Iterable[str] | None = None,
-    interval: float | None = None,
-    stop_time: float | None = None,
+    waypoints: Waypoints | None = None,
     step: float = 1e-3,
     schedule: str = "gauss-seidel",
-    max_error: float | None = None,
-    metrics: Iterable[str] = (),
     client: Client | None = None,
     progress: bool = True,
+    **asked: Unpack[Asked],
 ) -> pandas.DataFrame:
     """Run every case of a table, in parallel, and keep the results in a folder.
 
     Parameters
     ----------
     cases : DataFrame, one row a run, one column a parameter by name (`mode`, `trajectory`, `hdrm.inertia_scale`, …; `seed`: machine of the
-        world `real`); `grid` and `random` make such tables.
+        world `real`; `waypoints`: a path's file or name); `grid` and `random` make such tables.
     out : folder of the results. A folder of the same sweep is completed: nothing in it is run again, and cases may be added.
     system : `System`, or path of one, instead of the manipulator in `world`. Workers must see the same file.
     settings : start values of all cases.
     signals : signals whose time series are kept, one Parquet file a case in `out/series`; default: none.
     client : `distributed.Client`; default: a cluster of processes on this machine's cores, for this sweep alone.
-    machine, interval, stop_time, step, schedule, max_error, metrics : as of `run`.
+    machine, waypoints, interval, stop_time, step, schedule, max_error, metrics : as of `run`.
 
     Returns
     -------
@@ -73,14 +70,17 @@ def sweep(
 
     Raises
     ------
-    BadInput : before the first run and before anything is written, where a name, a value, the folder or a worker does not fit.
+    BadInput : before the first run and before anything is written, where a name, a value, the folder or a worker does not fit, or a path is
+        refused in all cases that follow it.
     SweepStopped : the cluster is gone. What is there is kept; the same call goes on from it.
     """
-    table = rows(cases)
+    asked, table = complete(asked, sweep), rows(cases)
     for name in cases.columns:
         if name in OWN:
             raise BadInput(f"a column of cases cannot be named `{name}`: the results have one of that name")
     chosen = chosen_system(world, system, step, schedule)
+    path = tip_path(chosen.waypoints if waypoints is None else waypoints)
+    settings, wanted = asked.pop("settings"), asked["signals"]
     spec = {
         "world": world if system is None else None,
         "path": None if system is None else str(chosen.path.resolve()),
@@ -90,21 +90,20 @@ def sweep(
         "machine": machine_text(machine),
         "step": float(chosen.step_size),
         "schedule": chosen.schedule,
-        "signals": None if signals is None else chosen.signals(signals),
-        "interval": interval,
-        "stop_time": stop_time,
-        "max_error": max_error,
-        "metrics": metrics if isinstance(metrics, str) else list(metrics),
+        **asked,
+        "signals": None if wanted is None else chosen.signals(wanted),
+        "metrics": asked["metrics"] if isinstance(asked["metrics"], str) else list(asked["metrics"]),
     }
-    common = {**chosen.settings, **by_name(settings)}
+    common = {**chosen.settings, **settings}
     _check_client(client)
-    wanted = ("signals", "interval", "stop_time", "max_error", "metrics")
-    chosen.check(**{name: spec[name] for name in wanted})
-    planned = [_plan(chosen, spec, common, case) for case in table]
+    chosen.check(**{name: spec[name] for name in asked})
+    planned = [_plan(chosen, spec, common, path, case) for case in table]
+    _check_paths(spec, planned)
     manifest = {"version": identity(), "columns": list(cases.columns), **{k: v for k, v in spec.items() if k != "machine"}}
     manifest["settings"] = {name: str(value) for name, value in common.items()}
-    manifest["machine"] = None if spec["machine"] is None else hashlib.sha256(spec["machine"].encode()).hexdigest()
-    keys = [_key(manifest, values, seed) for values, seed in planned]
+    texts = {"machine": spec["machine"], "waypoints": None if path is None else path.content}
+    manifest |= {name: None if text is None else hashlib.sha256(text.encode()).hexdigest() for name, text in texts.items()}
+    keys = [_key(manifest, case) for case in planned]
     check_folder(out, manifest)
     own = None
     if client is None:
@@ -145,15 +144,39 @@ def chosen_system(world="ideal", system=None, step=1e-3, schedule="gauss-seidel"
     return System(system, step=step, schedule=schedule)
 
 
-def _plan(system, spec, common, case):
-    """The checked start values of a case, which count more than those that are common to all, and its seed."""
+def _plan(system, spec, common, path, case):
+    """A case with its start values and its path checked, which count more than those that are common to all."""
+    case = dict(case)
+    own = case.pop("waypoints", None)
+    if own is not None:
+        if not isinstance(own, str):
+            raise BadInput(f"column `waypoints`: {own!r} must be the path of a file or the name of a built-in path")
+        path = tip_path(own)
     values, seed = case_settings(case, spec["world"])
     every, common_seed = case_settings(common, spec["world"])
     seed = common_seed if seed is None else seed
     if seed is not None and spec["machine"] is not None:
         raise BadInput("a machine is either drawn by seed or given, not both")
     names = system._names
-    return {**names.settings(every), **names.settings(values, "parameter or column")}, seed
+    values = {**names.settings(every), **names.settings(values, "parameter or column")}
+    check_free(path, values)
+    return Case(values, seed, path)
+
+
+def _check_paths(spec, planned):
+    """Refuse a path on which no case starts: the controller checks it before it moves."""
+    refused = {}
+    for case in planned:
+        if case.path is None or refused.get(case.path.content, "") is None:
+            continue
+        try:
+            start_case(spec, case)
+            refused[case.path.content] = None
+        except RunFailed as error:
+            refused.setdefault(case.path.content, error)
+    for error in refused.values():
+        if error is not None:
+            raise BadInput(str(error))
 
 
 def _check_client(client):
@@ -163,10 +186,11 @@ def _check_client(client):
         raise BadInput(f"client = {client!r} must be a distributed.Client")
 
 
-def _key(manifest, values, seed):
+def _key(manifest, case):
     """Name of a result: a hash of all that it depends on."""
     depends = {name: manifest[name] for name in manifest if name != "columns"}
-    text = json.dumps([depends, sorted(values.items()), seed], sort_keys=True)
+    path = None if case.path is None else case.path.content
+    text = json.dumps([depends, sorted(case.values.items()), case.seed, path], sort_keys=True)
     return hashlib.sha256(text.encode()).hexdigest()[:32]
 
 
@@ -207,8 +231,8 @@ def _results(client, spec, missing):
                 if client.status == "running":
                     width = max(1, sum(client.nthreads().values())) * IN_FLIGHT
                 while waiting and len(flying) < width and client.status == "running":
-                    key, (values, seed) = waiting[-1]
-                    future = client.submit(run_case, identity(), spec, values, seed, key=f"hdrm_fmu-{key}", retries=3)
+                    key, case = waiting[-1]
+                    future = client.submit(run_case, identity(), spec, case, key=f"hdrm_fmu-{key}", retries=3)
                     waiting.pop()
                     flying[key] = future
                     future.add_done_callback(finished.put)

@@ -5,17 +5,23 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Iterable, Mapping
-from functools import lru_cache
+from contextlib import contextmanager
+from functools import cached_property, lru_cache
 from pathlib import Path
-from typing import overload
+from typing import TYPE_CHECKING, overload
 
 import numpy as np
 import xarray
 
 from hdrm_fmu import _native
+from hdrm_fmu.asked import Asked, complete
 from hdrm_fmu.errors import BadInput, RunFailed
 from hdrm_fmu.files import DATA, digest
 from hdrm_fmu.names import Names, Variable, by_name, choice, positive, whole
+from hdrm_fmu.paths import FILE, TRAJECTORY, Waypoints, check_free, tip_path
+
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
 
 #: Orders of exchange and stepping that the master knows.
 SCHEDULES = ("gauss-seidel", "jacobi", "standard")
@@ -24,9 +30,10 @@ METRICS = ("tracking", "energy")
 
 
 @lru_cache(maxsize=8)
-def _loaded(path, _stamp, variant, parameters, disconnect, replace):
+def _loaded(path, _stamp, variant, parameters, disconnect, replace, has_loads):
+    source = {"path": path, "variant": variant, "fmu_dirs": [DATA], "parameters": list(parameters), "disconnect": list(disconnect)}
     try:
-        system = _native.System(path, variant, [DATA], list(parameters), list(disconnect), list(replace))
+        system = _native.System({**source, "replaced": list(replace), "has_loads": has_loads})
     except RunFailed as error:
         raise BadInput(str(error)) from None
     rows = [Variable(*row) for row in system.variables()]
@@ -44,6 +51,7 @@ class System:
     disconnect : inputs (`component.variable`) whose connections are left out, so that a script can drive them.
     replace : FMUs (paths) that take the places of components, by the component's name.
     settings : start values by name, applied last; the component may be left out where one alone has the variable.
+    waypoints : path that the controller follows, as of `run`.
     step : communication step, s.
     schedule : `gauss-seidel`, `jacobi` or `standard`.
 
@@ -64,6 +72,7 @@ class System:
         disconnect: Iterable[str] = (),
         replace: Mapping[str, str | os.PathLike[str]] | None = None,
         settings: Mapping[str, object] | None = None,
+        waypoints: Waypoints | None = None,
         step: float = 1e-3,
         schedule: str = "gauss-seidel",
     ) -> None:
@@ -73,12 +82,18 @@ class System:
         self.disconnect = tuple(disconnect)
         self.replace = tuple((name, str(fmu)) for name, fmu in (replace or {}).items())
         self.settings = by_name(settings)
+        self.waypoints = waypoints
         self.step_size = step
         self.schedule = schedule
         self._session = None
 
     def _load(self):
-        return _loaded(str(self.path), self._stamp(), self.variant, self.parameters, self.disconnect, self.replace)
+        has_loads = self._tip_path is not None and self._tip_path.has_loads
+        return _loaded(str(self.path), self._stamp(), self.variant, self.parameters, self.disconnect, self.replace, has_loads)
+
+    @cached_property
+    def _tip_path(self):
+        return tip_path(self.waypoints)
 
     def _stamp(self):
         """Changes where the file does; FMUs beside an `.ssd` are told apart by their times."""
@@ -140,23 +155,29 @@ class System:
     def _conditions(self, settings=None, stop_time=None):
         names = self._names
         values = {**names.settings(self.settings), **names.settings(by_name(settings))}
+        check_free(self._tip_path, values)
         choice("schedule", self.schedule, SCHEDULES)
         step, stop = positive("step", self.step_size), positive("stop_time", stop_time)
         return {"settings": list(values.items()), "step": step, "stop_time": stop, "schedule": self.schedule}
 
-    def check(
-        self,
-        *,
-        settings: Mapping[str, object] | None = None,
-        signals: str | Iterable[str] | None = None,
-        interval: float | None = None,
-        stop_time: float | None = None,
-        max_error: float | None = None,
-        metrics: Iterable[str] = (),
-    ) -> list[str]:
-        """Check what a run is to be asked for, without running; the names of the signals."""
-        self._conditions(settings, stop_time)
-        positive("max_error", max_error, "m")
+    @contextmanager
+    def _on_path(self, conditions):
+        """The conditions on the path, whose file exists as long as this."""
+        if self._tip_path is None:
+            yield conditions
+            return
+        with self._tip_path.at_hand() as file:
+            follow = self._names.settings({TRAJECTORY: "path", FILE: file})
+            yield {**conditions, "settings": [*conditions["settings"], *follow.items()]}
+
+    def check(self, **asked: Unpack[Asked]) -> list[str]:
+        """Check what a run is to be asked for (keywords of `run`), without running; the names of the signals."""
+        return self._check(complete(asked, self.check))
+
+    def _check(self, asked):
+        interval, metrics = asked["interval"], asked["metrics"]
+        self._conditions(asked["settings"], asked["stop_time"])
+        positive("max_error", asked["max_error"], "m")
         if isinstance(metrics, str):
             raise BadInput(f"metrics = {metrics!r} must be a list of names")
         for metric in metrics:
@@ -167,19 +188,9 @@ class System:
             steps = positive("interval", interval) / self.step_size
             if not (steps >= 0.5 and abs(steps - round(steps)) <= 1e-6 * steps):
                 raise BadInput(f"interval = {interval} s must be a multiple of the communication step, {self.step_size} s")
-        return self.signals(signals)
+        return self.signals(asked["signals"])
 
-    def run(
-        self,
-        *,
-        settings: Mapping[str, object] | None = None,
-        signals: str | Iterable[str] | None = None,
-        interval: float | None = None,
-        stop_time: float | None = None,
-        max_error: float | None = None,
-        metrics: Iterable[str] = (),
-        progress: bool = False,
-    ) -> xarray.Dataset:
+    def run(self, *, progress: bool = False, **asked: Unpack[Asked]) -> xarray.Dataset:
         """Run to the stop time, else to the end of the motion, else to that of the system's default experiment.
 
         Parameters
@@ -197,14 +208,14 @@ class System:
         xarray.Dataset with one variable of the shape (time,) for each signal; `time` in s. Its attributes hold the verdict (`good` or `BAD`),
         what was found, and the metrics in SI units.
         """
-        names = self.check(
-            settings=settings, signals=signals, interval=interval, stop_time=stop_time, max_error=max_error, metrics=metrics
-        )
-        conditions = self._conditions(settings, stop_time)
+        asked = complete(asked, self.run)
+        wanted = {name: asked[name] for name in ("interval", "max_error")}
+        wanted |= {"signals": self._check(asked), "metrics": list(asked["metrics"])}
+        conditions = self._conditions(asked["settings"], asked["stop_time"])
         bar = _Bar() if progress else None
         try:
-            asked = {"signals": names, "interval": interval, "max_error": max_error, "metrics": list(metrics)}
-            done = self._native.run(conditions, asked, bar)
+            with self._on_path(conditions) as on_path:
+                done = self._native.run(on_path, wanted, bar)
         finally:
             if bar:
                 bar.close()
@@ -225,6 +236,7 @@ class System:
             **done["metrics"],
             "system": self.path.name,
             "settings": json.dumps(dict(conditions["settings"])),
+            "waypoints": "" if self._tip_path is None else self._tip_path.name,
             "schedule": self.schedule,
             "step": float(self.step_size),
             "simulated": done["simulated"],
@@ -235,7 +247,8 @@ class System:
     def __enter__(self) -> System:
         if self._session is not None:
             raise RuntimeError("this system is being stepped already")
-        self._session = self._native.start(self._conditions())
+        with self._on_path(self._conditions()) as conditions:
+            self._session = self._native.start(conditions)
         return self
 
     def __exit__(self, *_: object) -> None:

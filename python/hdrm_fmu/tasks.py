@@ -1,8 +1,13 @@
 """What a worker does: one case."""
 
+from __future__ import annotations
+
+from typing import NamedTuple
+
 from hdrm_fmu import _native
 from hdrm_fmu.errors import RunFailed
 from hdrm_fmu.files import identity
+from hdrm_fmu.paths import TipPath
 from hdrm_fmu.running import all_settings, world_system
 from hdrm_fmu.system import System
 
@@ -22,31 +27,40 @@ def check_worker(expected, spec):
     return identity()
 
 
-def _system(spec):
-    options = {"step": spec["step"], "schedule": spec["schedule"]}
+class Case(NamedTuple):
+    """A case with all that is checked of it: start values by full name, the seed of its machine, the path that it follows."""
+
+    values: dict[str, str]
+    seed: int | None
+    path: TipPath | None
+
+
+def _system(spec, path=None):
+    options = {"step": spec["step"], "schedule": spec["schedule"], "waypoints": path}
     if spec["path"] is None:
         return world_system(spec["world"], **options)
     return System(spec["path"], variant=spec["variant"], parameters=spec["parameters"], **options)
 
 
-def run_case(expected, spec, values, seed):
+def start_case(spec, case):
+    """Start a case and end it at once."""
+    system = _system(spec, case.path)
+    with all_settings(system, case.values, case.seed, spec["machine"]) as system.settings, system:
+        pass
+
+
+def run_case(expected, spec, case):
     """Metrics, verdict, and the time series where signals are asked for; of a failed run the error. Anything else that goes wrong is not of
     the case, and is raised."""
     if identity() != expected:
         raise WrongWorker(f"a worker has hdrm_fmu {identity()}, but the sweep is started with {expected}")
     _native.reuse_instances()
-    system = _system(spec)
+    system = _system(spec, case.path)
+    asked = {name: spec[name] for name in ("interval", "stop_time", "max_error", "metrics")}
     wanted = spec["signals"]
     try:
-        with all_settings(system, values, seed, spec["machine"]) as settings:
-            data = system.run(
-                settings=settings,
-                signals=[] if wanted is None else wanted,
-                interval=spec["interval"],
-                stop_time=spec["stop_time"],
-                max_error=spec["max_error"],
-                metrics=spec["metrics"],
-            )
+        with all_settings(system, case.values, case.seed, spec["machine"]) as settings:
+            data = system.run(settings=settings, signals=[] if wanted is None else wanted, **asked)
     except RunFailed as error:
         return {"verdict": "failed", "findings": "", "error": str(error)}, None
     metrics = {name: value for name, value in data.attrs.items() if isinstance(value, float) and name not in ("elapsed", "step")}

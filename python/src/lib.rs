@@ -1,16 +1,15 @@
 //! The native part of the Python package `hdrm_fmu`: a loaded system ([`system`]), whole runs ([`run`]) with their metrics
-//! ([`metrics`]), and a run that a script steps ([`session`]).
+//! ([`metrics`]), a run that a script steps ([`session`]), and the files that runs read ([`inputs`]).
 //!
 //! What a person reads and calls is the Python package around it, which checks names and values before it calls anything here. The
 //! interpreter's lock is released while FMUs are loaded, run or stepped.
 #![forbid(unsafe_code)]
 
+mod inputs;
 mod metrics;
 mod run;
 mod session;
 mod system;
-
-use std::path::PathBuf;
 
 use pyo3::prelude::*;
 
@@ -41,18 +40,6 @@ fn kept_instances() -> usize {
     cosim::spare::count()
 }
 
-/// The checked text of a machine file with all that it extends; `file` is where its relative paths start.
-#[pyfunction]
-#[pyo3(signature = (text, file=None))]
-fn whole_machine(text: &str, file: Option<PathBuf>) -> PyResult<String> {
-    let machine = match file {
-        Some(file) => machine::Machine::of_file(text, &file),
-        None => machine::Machine::from_json(text),
-    };
-    let machine = machine.map_err(|error| raised(error.into()))?;
-    serde_json::to_string(&machine).map_err(|error| raised(error.into()))
-}
-
 #[pymodule]
 fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("NativeError", module.py().get_type::<NativeError>())?;
@@ -65,7 +52,10 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<session::Session>()?;
     module.add_function(wrap_pyfunction!(reuse_instances, module)?)?;
     module.add_function(wrap_pyfunction!(kept_instances, module)?)?;
-    module.add_function(wrap_pyfunction!(whole_machine, module)?)?;
+    module.add("BUILT_IN_PATHS", tip_path::BUILT_IN.to_vec())?;
+    module.add_function(wrap_pyfunction!(inputs::whole_machine, module)?)?;
+    module.add_function(wrap_pyfunction!(inputs::is_built_in_path, module)?)?;
+    module.add_function(wrap_pyfunction!(inputs::path_has_loads, module)?)?;
     module.add_function(wrap_pyfunction!(metrics::metric_names, module)?)?;
     module.add_function(wrap_pyfunction!(metrics::tip_error, module)?)
 }

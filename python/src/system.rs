@@ -16,6 +16,7 @@ use fmu_description::{Kind, Variable};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use studies::experiment::tell_delay;
+use studies::loads;
 use studies::watched::useful;
 use studies::worlds::{Cases, World, cases};
 
@@ -27,6 +28,26 @@ use crate::session::Session;
 #[pyclass(frozen)]
 pub struct System {
     system: Arc<cosim::system::System>,
+}
+
+/// What is loaded.
+#[derive(FromPyObject)]
+struct Source {
+    #[pyo3(item)]
+    path: PathBuf,
+    #[pyo3(item)]
+    variant: Option<String>,
+    #[pyo3(item)]
+    fmu_dirs: Vec<PathBuf>,
+    #[pyo3(item)]
+    parameters: Vec<PathBuf>,
+    #[pyo3(item)]
+    disconnect: Vec<String>,
+    #[pyo3(item)]
+    replaced: Vec<(String, PathBuf)>,
+    /// Whether the loads of the controller's path are connected to the manipulator.
+    #[pyo3(item)]
+    has_loads: bool,
 }
 
 /// How a run is stepped, and from which start values.
@@ -80,20 +101,19 @@ type Row = (
 );
 
 impl System {
-    fn load(
-        path: PathBuf,
-        variant: Option<&str>,
-        fmu_dirs: Vec<PathBuf>,
-        parameters: &[PathBuf],
-        disconnect: &[String],
-        replaced: &[(String, PathBuf)],
-    ) -> Result<Self> {
-        let place = FmuPlace::Structure { else_in: fmu_dirs };
-        let mut system = cosim::system::System::load(&path, variant, &place, replaced)?;
-        for set in parameters {
+    fn load(source: Source) -> Result<Self> {
+        let place = FmuPlace::Structure {
+            else_in: source.fmu_dirs,
+        };
+        let (path, variant) = (&source.path, source.variant.as_deref());
+        let mut system = cosim::system::System::load(path, variant, &place, &source.replaced)?;
+        for set in &source.parameters {
             system.apply_set(set)?;
         }
-        for input in disconnect {
+        if source.has_loads {
+            loads::connect(&mut system)?;
+        }
+        for input in &source.disconnect {
             let connections = &mut system.structure.connections;
             let before = connections.len();
             connections.retain(|c| format!("{}.{}", c.end.0, c.end.1) != *input);
@@ -159,18 +179,8 @@ impl System {
 #[pymethods]
 impl System {
     #[new]
-    fn new(
-        py: Python<'_>,
-        path: PathBuf,
-        variant: Option<String>,
-        fmu_dirs: Vec<PathBuf>,
-        parameters: Vec<PathBuf>,
-        disconnect: Vec<String>,
-        replaced: Vec<(String, PathBuf)>,
-    ) -> PyResult<Self> {
-        let variant = variant.as_deref();
-        let load = || Self::load(path, variant, fmu_dirs, &parameters, &disconnect, &replaced);
-        py.detach(load).map_err(raised)
+    fn new(py: Python<'_>, source: Source) -> PyResult<Self> {
+        py.detach(|| Self::load(source)).map_err(raised)
     }
 
     /// Components and their FMUs, in the order in which they are stepped.

@@ -12,6 +12,13 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2]
 
 
+def program():
+    """`hdrm-fmu` of the same build."""
+    found = os.environ.get("HDRM_FMU", str(ROOT / "target/release/hdrm-fmu"))
+    assert os.access(found, os.X_OK), f"{found}: build it by `cargo xtask hdrm-fmu`, or name it in HDRM_FMU"
+    return found
+
+
 def free_port():
     with socket.socket() as s:
         s.bind(("127.0.0.1", 0))

@@ -3,7 +3,6 @@
 import csv
 import inspect
 import json
-import os
 import subprocess
 import sys
 
@@ -11,7 +10,7 @@ import numpy as np
 import pytest
 
 import hdrm_fmu
-from conftest import ROOT
+from conftest import program
 from hdrm_fmu import BadInput, RunFailed, System, plots, studies
 
 SHORT = {"stop_time": 0.3, "settings": {"settle_time": 0.1, "hdrm.inertia_scale": 1.2}}
@@ -20,13 +19,6 @@ SHORT = {"stop_time": 0.3, "settings": {"settle_time": 0.1, "hdrm.inertia_scale"
 @pytest.fixture(scope="module")
 def short():
     return hdrm_fmu.run(trajectory="triangular", mode="modular", metrics=("tracking", "energy"), **SHORT)
-
-
-def program():
-    """`hdrm-fmu` of the same build."""
-    found = os.environ.get("HDRM_FMU", str(ROOT / "target/release/hdrm-fmu"))
-    assert os.access(found, os.X_OK), f"{found}: build it by `cargo xtask hdrm-fmu`, or name it in HDRM_FMU"
-    return found
 
 
 def test_a_run_is_that_of_the_program_bit_for_bit(short, tmp_path):
@@ -79,6 +71,7 @@ def test_signals_interval_and_arrays():
 def test_a_machine_of_ones_own_and_one_drawn_by_seed():
     machine = json.loads(hdrm_fmu.parameters()["reference_machine"].read_text())
     options = {"signals": ["emla_2.F"], "interval": 0.1, "stop_time": 0.1}
+    assert all(name in hdrm_fmu.parameters() for name in ("hiab_xs031", "sized_machine")) and not any("schema" in n for n in hdrm_fmu.parameters())
     same = hdrm_fmu.run(machine=machine, **options)
     assert same.equals(hdrm_fmu.run(**options)) and same.equals(hdrm_fmu.run(machine="reference_machine", **options))
     one, again, other = (hdrm_fmu.run(world="real", seed=seed, **options)["emla_2.F"].to_numpy() for seed in (1, 1, 2))
@@ -160,6 +153,8 @@ def test_a_script_in_the_loop_makes_the_same_run():
         ({"metrics": "tracking"}, "must be a list"),
         ({"world": "real", "seed": float("nan")}, "must be a whole number"),
         ({"step": "fine"}, "must be a number of s"),
+        ({"stop_tim": 1.0}, "there is no keyword `stop_tim`; did you mean `stop_time`"),
+        ({"trajctory": "cubic"}, "did you mean `trajectory`"),
     ],
 )
 def test_bad_input_is_refused_with_the_nearest_name(options, reason):

@@ -136,6 +136,8 @@ def test_an_interrupted_sweep_goes_on(two_workers, tmp_path, monkeypatch):
         (pandas.DataFrame({"mode": ["adaptiv"]}), {}, "did you mean `adaptive`"),
         (CASES, {"client": "tcp://127.0.0.1:8786"}, "must be a distributed.Client"),
         (CASES, {"max_error": -1.0}, "more than 0"),
+        (CASES, {"metric": ("tracking",)}, "no keyword `metric`; did you mean `metrics`"),
+        (pandas.DataFrame({"waypoints": [5]}), {}, "column `waypoints`: 5 must be the path of a file"),
     ],
 )
 def test_bad_input_costs_nothing(cases, options, reason, tmp_path):
@@ -182,4 +184,4 @@ def test_a_worker_without_the_package_is_refused(cluster, tmp_path):
 
 def test_what_is_not_of_the_case_is_raised():
     with pytest.raises(RuntimeError, match="a worker has hdrm_fmu"):
-        run_case("0.0.1-0", {}, {}, None)
+        run_case("0.0.1-0", {}, None)

@@ -1,0 +1,36 @@
+//! Files that a run reads, looked at before it starts: machines and paths.
+
+use std::path::PathBuf;
+
+use machine::Machine;
+use pyo3::prelude::*;
+use studies::loads;
+use tip_path::PathFile;
+
+use crate::raised;
+
+/// The checked text of a machine file with all that it extends; `file` is where its relative paths start.
+#[pyfunction]
+#[pyo3(signature = (text, file=None))]
+pub fn whole_machine(text: &str, file: Option<PathBuf>) -> PyResult<String> {
+    let machine = match file {
+        Some(file) => Machine::of_file(text, &file),
+        None => Machine::from_json(text),
+    };
+    let machine = machine.map_err(|error| raised(error.into()))?;
+    serde_json::to_string(&machine).map_err(|error| raised(error.into()))
+}
+
+/// Whether a path of this name is built in.
+#[pyfunction]
+pub fn is_built_in_path(name: &str) -> PyResult<bool> {
+    let path = PathFile::built_in(name).transpose();
+    Ok(path.map_err(|error| raised(error.into()))?.is_some())
+}
+
+/// Whether anything is picked up or set down on the path of a file with this text, which is checked.
+#[pyfunction]
+pub fn path_has_loads(text: &str) -> PyResult<bool> {
+    let path = PathFile::parse(text).map_err(|error| raised(error.into()))?;
+    Ok(loads::are_on(&path))
+}
