@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Iterable, Mapping
-from typing import TypedDict
+from typing import Any, Callable, TypedDict
 
 from hdrm_fmu.names import by_name, unknown
 
@@ -26,10 +26,10 @@ class Asked(TypedDict, total=False):
     metrics: Iterable[str]
 
 
-def complete(given, function):
+def complete(given: Asked, function: Callable[..., object]) -> dict[str, Any]:
     """`given` keywords of a function with all that are left out; others are refused with the nearest names."""
     for name in given.keys() - Asked.__annotations__.keys():
         raise unknown("keyword", name, [*inspect.signature(function).parameters, *Asked.__annotations__])
-    asked = {**dict.fromkeys(Asked.__annotations__), "metrics": (), **given}
+    asked: dict[str, Any] = {**dict.fromkeys(Asked.__annotations__), "metrics": (), **given}
     asked["settings"] = by_name(asked["settings"])
     return asked

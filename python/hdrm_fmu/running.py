@@ -127,12 +127,12 @@ def run(
     BadInput : before the run, where a name, a value or a file makes no sense.
     RunFailed : the machine cannot do what is asked, such as a path with a waypoint out of reach, which the controller says before the start.
     """
-    asked = complete(asked, run)
+    wanted = complete(asked, run)
     system = world_system(world, waypoints=waypoints, step=step, schedule=schedule)
     given = {"trajectory": trajectory, "mode": mode, "seed": seed}
-    case, settings = {name: value for name, value in given.items() if value is not None}, asked.pop("settings")
+    case, settings = {name: value for name, value in given.items() if value is not None}, wanted.pop("settings")
     for name in case.keys() & settings.keys():
         raise BadInput(f"`{name}` is given twice, once in settings")
     values, seed = case_settings({**case, **settings}, world)
     with all_settings(system, values, seed, machine_text(machine)) as values:
-        return system.run(settings=values, progress=progress, **asked)
+        return system.run(settings=values, progress=progress, **wanted)

@@ -48,7 +48,7 @@ def summary(table: pandas.DataFrame, metric: str = "known_rmse", by: Iterable[st
     """Median, 95 % quantile and worst of a metric for each group; failed runs count as infinite."""
     values = table.assign(**{metric: table[metric].where(table["verdict"] != "failed", math.inf)})
     groups = values.groupby([c for c in by if c in table.columns], sort=False)[metric]
-    return groups.agg(median="median", q95=lambda v: v.quantile(0.95, interpolation="higher"), worst="max", runs="size")
+    return pandas.DataFrame(groups.agg(median="median", q95=lambda v: v.quantile(0.95, interpolation="higher"), worst="max", runs="size"))
 
 
 def sobol(
@@ -152,7 +152,7 @@ def tune(
     limits = {"maxfev": runs, "xatol": 1e-2, "fatol": 0.0}
     minimize(objective, start, method="Nelder-Mead", bounds=list(zip(low, high)), options=limits)
     history = pandas.DataFrame(tried)
-    best = history.loc[history["objective"].idxmin()]
+    best = history.iloc[int(history["objective"].argmin())]
     gained = {name: float(best[name]) for name in gains}
     result = {
         "gains": gained,

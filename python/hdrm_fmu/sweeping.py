@@ -74,13 +74,14 @@ def sweep(
         refused in all cases that follow it.
     SweepStopped : the cluster is gone. What is there is kept; the same call goes on from it.
     """
-    asked, table = complete(asked, sweep), rows(cases)
+    wanted, table = complete(asked, sweep), rows(cases)
     for name in cases.columns:
         if name in OWN:
             raise BadInput(f"a column of cases cannot be named `{name}`: the results have one of that name")
     chosen = chosen_system(world, system, step, schedule)
     path = tip_path(chosen.waypoints if waypoints is None else waypoints)
-    settings, wanted = asked.pop("settings"), asked["signals"]
+    common = {**chosen.settings, **wanted.pop("settings")}
+    signals, metrics = wanted["signals"], wanted["metrics"]
     spec = {
         "world": world if system is None else None,
         "path": None if system is None else str(chosen.path.resolve()),
@@ -90,13 +91,12 @@ def sweep(
         "machine": machine_text(machine),
         "step": float(chosen.step_size),
         "schedule": chosen.schedule,
-        **asked,
-        "signals": None if wanted is None else chosen.signals(wanted),
-        "metrics": asked["metrics"] if isinstance(asked["metrics"], str) else list(asked["metrics"]),
+        **wanted,
+        "signals": None if signals is None else chosen.signals(signals),
+        "metrics": metrics if isinstance(metrics, str) else list(metrics),
     }
-    common = {**chosen.settings, **settings}
     _check_client(client)
-    chosen.check(**{name: spec[name] for name in asked})
+    chosen._check({**spec, "settings": None})
     planned = [_plan(chosen, spec, common, path, case) for case in table]
     _check_paths(spec, planned)
     manifest = {"version": identity(), "columns": list(cases.columns), **{k: v for k, v in spec.items() if k != "machine"}}
@@ -165,7 +165,7 @@ def _plan(system, spec, common, path, case):
 
 def _check_paths(spec, planned):
     """Refuse a path on which no case starts: the controller checks it before it moves."""
-    refused = {}
+    refused: dict[str, str | None] = {}
     for case in planned:
         if case.path is None or refused.get(case.path.content, "") is None:
             continue
@@ -173,10 +173,10 @@ def _check_paths(spec, planned):
             start_case(spec, case)
             refused[case.path.content] = None
         except RunFailed as error:
-            refused.setdefault(case.path.content, error)
-    for error in refused.values():
-        if error is not None:
-            raise BadInput(str(error))
+            refused.setdefault(case.path.content, str(error))
+    for reason in refused.values():
+        if reason is not None:
+            raise BadInput(reason)
 
 
 def _check_client(client):

@@ -208,10 +208,9 @@ class System:
         xarray.Dataset with one variable of the shape (time,) for each signal; `time` in s. Its attributes hold the verdict (`good` or `BAD`),
         what was found, and the metrics in SI units.
         """
-        asked = complete(asked, self.run)
-        wanted = {name: asked[name] for name in ("interval", "max_error")}
-        wanted |= {"signals": self._check(asked), "metrics": list(asked["metrics"])}
-        conditions = self._conditions(asked["settings"], asked["stop_time"])
+        wanted = complete(asked, self.run)
+        wanted |= {"signals": self._check(wanted), "metrics": list(wanted["metrics"])}
+        conditions = self._conditions(wanted["settings"], wanted["stop_time"])
         bar = _Bar() if progress else None
         try:
             with self._on_path(conditions) as on_path:

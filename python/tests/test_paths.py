@@ -95,10 +95,12 @@ def test_sweeps_over_paths_and_on_one(two_workers, path, tmp_path):
 
 
 def test_a_path_that_only_some_cases_can_follow_is_a_failed_row(two_workers, path, tmp_path):
-    cases = pandas.DataFrame({"waypoints": [str(path)] * 2, "controller.payload.mass": [5000.0, 0.0]})
+    heavy = {**PATH["waypoints"][0], "load": {"mass": 5000}}
+    path.write_text(json.dumps({**PATH, "waypoints": [heavy, *PATH["waypoints"][1:]]}))
+    cases = pandas.DataFrame({"waypoints": [str(path)] * 2, "controller.path_check": [True, False]})
     table = sweep(cases, out=tmp_path / "some", stop_time=0.2, client=two_workers, progress=False, **QUICK)
     assert list(table["verdict"] == "failed") == [True, False]
-    assert f"path `{path}`" in table["error"][0] and "force of lift" in table["error"][0]
+    assert f"path `{path}`" in table["error"][0] and "waypoint 1" in table["error"][0] and "force of lift" in table["error"][0]
 
 
 @pytest.mark.parametrize(
@@ -151,7 +153,7 @@ def test_what_else_says_where_the_tip_goes_is_refused(path, tmp_path):
             hdrm_fmu.run(waypoints=path, **options)
     with pytest.raises(BadInput, match="`controller.trajectory` = cubic is given beside waypoints"):
         sweep(pandas.DataFrame({"trajectory": ["cubic"]}), waypoints=path, out=tmp_path / "x")
-    with pytest.raises(BadInput, match="there is no parameter `trajectory`"):
+    with pytest.raises(BadInput, match="no component has the inputs `load.mass`"):
         System(hdrm_fmu.systems()["Testbed"], waypoints=path).run()
     with pytest.raises(BadInput, match="there is no keyword `waypoint`; did you mean `waypoints`"):
         hdrm_fmu.run(waypoint=path)
