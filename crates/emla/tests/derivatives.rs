@@ -53,9 +53,14 @@ const DIRECTIONS: &[Direction] = &[
     ("F_hold", |u| &mut u.F_hold, 1.0),
 ];
 
-/// A point in one of the four quadrants, away from the kinks; every third beyond the voltage circle.
+/// A point in one of the four quadrants, away from the kinks; every third beyond the voltage circle; every eighth with a screw so heavy
+/// that its acceleration counts in the gear.
 fn point(random: &mut Random, k: usize, drive: Drive) -> (Emla, State, Input) {
-    let emla = Emla::new(Machine::reference().emla.lift, drive).expect("reference");
+    let mut p = Machine::reference().emla.lift;
+    if k.is_multiple_of(8) {
+        p.J_s *= 1e3;
+    }
+    let emla = Emla::new(p, drive).expect("valid");
     let volts = if k.is_multiple_of(3) { 900.0 } else { 150.0 };
     let mut u = Input {
         x: random.within(0.05, 0.75),

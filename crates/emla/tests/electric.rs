@@ -242,3 +242,47 @@ fn a_held_current_settles_where_it_must() {
     assert!((found / rise - 1.0).abs() < 1e-5, "{found} K, {rise} K");
     assert!((emla.output(&s, &u).P_heat * 0.21 / rise - 1.0).abs() < 1e-5);
 }
+
+/// A housing of 0.1 J/K that gives its heat to the air through 1e-4 K/W (10 µs): a step of 0.1 s is ten thousand time constants, so at its
+/// end the housing stands above the air by what flows through it, times 1e-4 K/W, but for the 10 µs by which it lags behind the winding,
+/// whose time constant is minutes: less than 1e-6.
+#[test]
+fn a_housing_faster_than_the_step_is_resolved() {
+    let mut p = Machine::reference().emla.lift;
+    p.heat = Some(machine::Heat {
+        C_h: 0.1,
+        R_ha: 1e-4,
+        ..machine::Heat::TYPICAL
+    });
+    let emla = Emla::new(p, Drive::Force)
+        .expect("valid")
+        .with_electric(ALL);
+    let (_, mut u) = start(&emla, 0.0);
+    u.brake = true;
+    let hot = [ROOM + 60.0, ROOM + 60.0];
+    let s = emla.start_at(&u, hot).expect("finite");
+    let s = emla.step(&s, |_| u, 0.0, 0.1).expect("finite").thermal;
+    let flow = (s.T_winding - s.T_housing) / machine::Heat::TYPICAL.R_wh;
+    let rise = s.T_housing - ROOM;
+    assert!((rise / (flow * 1e-4) - 1.0).abs() < 1e-6, "{rise} K");
+}
+
+/// `P_heat = (T_h − T_a)/R_ha`: a kelvin more of the air takes 1/R_ha away, and nothing while heat is off.
+#[test]
+fn the_air_acts_on_the_heat_that_it_takes() {
+    for electric in [ALL, Electric::default()] {
+        let emla = boom(electric);
+        let (s, u) = start(&emla, 0.0);
+        let du = Input {
+            T_ambient: 1.0,
+            ..Input::default()
+        };
+        let slope = emla.output_along(&s, &u, &du).P_heat;
+        let expected = if electric.heat {
+            -1.0 / machine::Heat::TYPICAL.R_ha
+        } else {
+            0.0
+        };
+        assert!((slope - expected).abs() < 1e-12, "{slope} W/K");
+    }
+}
