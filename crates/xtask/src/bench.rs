@@ -12,9 +12,9 @@ use std::process::Command;
 use std::time::Instant;
 
 use anyhow::{Context, Result};
-use cargo_fmu::library;
 use cargo_fmu::process::{execute, output};
 use cargo_fmu::workspace::Source;
+use cargo_fmu::{archive, library, platform};
 use clap::Args;
 use serde::Deserialize;
 use table::{Measured, Row};
@@ -136,19 +136,23 @@ struct Built {
     programs: BTreeMap<String, PathBuf>,
     cosim: PathBuf,
     hdrm_fmu: PathBuf,
-    fmus: PathBuf,
+    /// The suite.
+    fmus: Vec<PathBuf>,
+    /// Where it lies, with its systems.
+    folder: PathBuf,
 }
 
 /// Measure.
 pub fn run(workspace: &Workspace, options: &Options) -> Result<()> {
+    let fmus = pack::suite(workspace, &workspace.fmu_dir())?;
     match options {
-        Options { record: true, .. } => return instructions::record(workspace),
+        Options { record: true, .. } => return instructions::record(workspace, fmus),
         Options {
             instructions: true, ..
-        } => return instructions::check(workspace),
+        } => return instructions::check(workspace, fmus),
         _ => {}
     }
-    let built = build(workspace)?;
+    let built = build(workspace, fmus)?;
     let mut jobs = jobs(workspace, &built)?;
     if !options.no_python {
         jobs.extend(python_jobs(workspace, &built)?);
@@ -166,15 +170,17 @@ pub fn run(workspace: &Workspace, options: &Options) -> Result<()> {
     Ok(())
 }
 
-fn build(workspace: &Workspace) -> Result<Built> {
-    let fmus = workspace.fmu_dir();
-    pack::suite(workspace, &fmus)?;
+/// Build the programs, for packed FMUs.
+fn build(workspace: &Workspace, fmus: Vec<PathBuf>) -> Result<Built> {
+    let folder = fmus.first().and_then(|fmu| fmu.parent());
+    let folder = folder.context("no FMU was packed")?.to_path_buf();
     let targets: Vec<&str> = PROGRAMS.iter().flat_map(|name| ["--bench", name]).collect();
     Ok(Built {
         programs: workspace.build(FMU_PROFILE, &targets, &[])?,
         cosim: libclang::build_cosim(workspace)?,
         hdrm_fmu: libclang::build_hdrm_fmu(workspace)?,
         fmus,
+        folder,
     })
 }
 
@@ -187,7 +193,7 @@ impl Built {
     /// `cosim bench` on the packed system: the cubic trajectory, adaptive.
     fn coupled(&self, workspace: &Workspace) -> Command {
         let mut cosim = workspace.command(&self.cosim);
-        let system = self.fmus.join("Manipulator.ssp");
+        let system = self.folder.join("Manipulator.ssp");
         cosim.args(["bench", "--system"]).arg(system);
         cosim.args(["--set", "controller.trajectory=cubic"]);
         cosim.args(["--set", "controller.mode=adaptive"]);
@@ -214,7 +220,7 @@ fn jobs(workspace: &Workspace, built: &Built) -> Result<Vec<Job>> {
     let table = |threads: Option<&str>, name| {
         let mut command = workspace.command(&built.hdrm_fmu);
         command.args(["table", "--system"]);
-        command.arg(built.fmus.join("Manipulator.ssp"));
+        command.arg(built.folder.join("Manipulator.ssp"));
         command.envs(threads.map(|number| ("RAYON_NUM_THREADS", number)));
         let result = Measures::RunTime(name);
         Job { command, result }
@@ -242,18 +248,33 @@ fn overhead(workspace: &Workspace) -> Result<[Command; 2]> {
     Ok([job(BORDER_IN_RUST, &in_rust), job(BORDER_IN_C, &in_c)])
 }
 
-/// The C program that makes instances of an FMU of the suite: its name, and the command.
-fn instantiation(workspace: &Workspace) -> Result<Vec<(String, Command)>> {
+/// The C program that makes instances of packed FMUs: the name of each, and the command.
+fn instantiation(workspace: &Workspace, fmus: &[PathBuf]) -> Result<Vec<(String, Command)>> {
     let driver = compiled(workspace, "overhead.c", &["-ldl"])?;
-    let libraries = workspace.build_fmus(&workspace.suite())?;
-    let job = |library: &PathBuf| {
-        let description = library::description(&library::files(library)?)?;
+    let job = |fmu: &PathBuf| {
+        let library = library_in(workspace, fmu)?;
+        let description = library::description(&library::files(&library)?)?;
         let mut command = workspace.command(&driver);
         command.arg(&description.model).arg(library);
         command.arg(description.guid);
         Ok((description.model, command))
     };
-    libraries.iter().map(job).collect()
+    fmus.iter().map(job).collect()
+}
+
+/// The library for this machine in a packed FMU, unpacked.
+fn library_in(workspace: &Workspace, fmu: &Path) -> Result<PathBuf> {
+    let entries = archive::read(fmu)?;
+    let folder = format!("binaries/{}/", platform::host()?.folder);
+    let library = entries
+        .iter()
+        .find_map(|(name, bytes)| Some((name.strip_prefix(&folder)?, bytes)));
+    let (name, bytes) = library.with_context(|| format!("{folder} in {}", fmu.display()))?;
+    let folder = workspace.target.join("bench");
+    fs::create_dir_all(&folder)?;
+    let path = folder.join(name);
+    fs::write(&path, bytes).with_context(|| path.display().to_string())?;
+    Ok(path)
 }
 
 /// A C source of `tests/bench`, compiled.
@@ -277,7 +298,7 @@ fn python_jobs(workspace: &Workspace, built: &Built) -> Result<Vec<Job>> {
     python.install(workspace, "bench", &requirements)?;
     let job = |script: &str| {
         let mut command = workspace.command(python.program());
-        command.arg(folder.join(script)).arg(&built.fmus);
+        command.arg(folder.join(script)).arg(&built.folder);
         Job::from(command)
     };
     Ok(["engines.py", "fmpy_coupled.py", "footprint.py"]

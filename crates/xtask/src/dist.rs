@@ -1,6 +1,7 @@
 //! `cargo xtask dist`: the folder that is handed out. Its FMUs hold a library for each platform, its programs and libraries run on any
 //! machine of their kind, and the same commit gives the same bytes wherever it is built.
 
+mod again;
 mod check;
 mod exact;
 mod listing;
@@ -15,7 +16,7 @@ use std::process::Command;
 use anyhow::{Context, Result, bail, ensure};
 use cargo_fmu::notices::Notices;
 use cargo_fmu::pack::{FMI3_FOLDER, Platforms};
-use cargo_fmu::process::{execute, output};
+use cargo_fmu::process::output;
 use cargo_fmu::target::{TARGETS, Target};
 use cargo_fmu::workspace::artifacts;
 use clap::Args;
@@ -81,12 +82,38 @@ const README: &str = include_str!("dist/README.md");
 struct Dist {
     folder: PathBuf,
     targets: Vec<&'static Target>,
+    /// File names of the FMUs, in the order of [`Workspace::suite`].
+    suite: Vec<String>,
     /// Programs by platform folder and name; also those that only the checks need.
     programs: BTreeMap<(&'static str, String), PathBuf>,
 }
 
+/// What was made by the options, and the lines about it.
+pub struct Made {
+    dist: Dist,
+    listing: Listing,
+    options: Options,
+}
+
 /// Build the folder, and do with it what the options say.
-pub fn run(workspace: &Workspace, caller: &Path, options: &Options) -> Result<()> {
+pub fn run(workspace: &Workspace, caller: &Path, options: Options) -> Result<()> {
+    make(workspace, caller, options)?.try_out(workspace)
+}
+
+/// What CI builds and runs: libraries and co-simulation program for [`CI_PLATFORMS`]. The other programs and platforms are made by the same
+/// steps.
+pub fn for_ci(workspace: &Workspace) -> Result<Made> {
+    let options = Options {
+        platforms: CI_PLATFORMS.map(String::from).into(),
+        out: None,
+        without_experiments: true,
+        check: true,
+        again: false,
+    };
+    make(workspace, &workspace.root, options)
+}
+
+fn make(workspace: &Workspace, caller: &Path, options: Options) -> Result<Made> {
     let folder = options.out.clone();
     let folder = caller.join(folder.unwrap_or_else(|| workspace.target.join("dist")));
     ensure!(
@@ -100,43 +127,58 @@ pub fn run(workspace: &Workspace, caller: &Path, options: &Options) -> Result<()
         listing.not_built("all", "`hdrm-fmu`: --without-experiments");
     }
     listing.built(&dist)?;
-    let checked = if options.check {
-        check::run(workspace, &dist, &mut listing)
-    } else {
-        for target in &dist.targets {
-            listing.not_run(
-                target.platform.folder,
-                "`cargo xtask dist --check` was not asked for",
-            );
-        }
-        Ok(())
-    };
-    let repeated = match options.again {
-        true => again(workspace, &dist, options),
-        false => Ok(()),
-    };
-    print!("\n{listing}");
-    println!("in {}", dist.folder.display());
-    checked.and(repeated)?;
-    let lacking = listing.lacking();
-    ensure!(
-        lacking.is_empty() || !is_ci(),
-        "in CI nothing may be skipped, but these runs could not be made: {lacking}"
-    );
-    Ok(())
+    Ok(Made {
+        dist,
+        listing,
+        options,
+    })
 }
 
-/// What CI builds and runs: libraries and co-simulation program for [`CI_PLATFORMS`]. The other programs and platforms are made by the same
-/// steps.
-pub fn check(workspace: &Workspace) -> Result<()> {
-    let options = Options {
-        platforms: CI_PLATFORMS.map(String::from).into(),
-        out: None,
-        without_experiments: true,
-        check: true,
-        again: false,
-    };
-    run(workspace, &workspace.root, &options)
+impl Made {
+    /// Run it and build it again, as far as the options say, and print the listing.
+    pub fn try_out(self, workspace: &Workspace) -> Result<()> {
+        let Self {
+            dist,
+            mut listing,
+            options,
+        } = self;
+        let checked = if options.check {
+            check::run(workspace, &dist, &mut listing)
+        } else {
+            for target in &dist.targets {
+                listing.not_run(
+                    target.platform.folder,
+                    "`cargo xtask dist --check` was not asked for",
+                );
+            }
+            Ok(())
+        };
+        let repeated = match options.again {
+            true => again::compare(workspace, &dist, &options),
+            false => Ok(()),
+        };
+        print!("\n{listing}");
+        println!("in {}", dist.folder.display());
+        checked.and(repeated)?;
+        let lacking = listing.lacking();
+        ensure!(
+            lacking.is_empty() || !is_ci(),
+            "in CI nothing may be skipped, but these runs could not be made: {lacking}"
+        );
+        Ok(())
+    }
+
+    /// Copies of the FMUs and systems, for what looks for them in a folder; the FMUs of FMI 2.0, in the order of [`Workspace::suite`].
+    pub fn copy(&self, folder: &Path) -> Result<Vec<PathBuf>> {
+        let dist = &self.dist;
+        fs::create_dir_all(folder.join(FMI3_FOLDER))
+            .with_context(|| folder.display().to_string())?;
+        for from in [dist.fmus()?, dist.fmus_3()?, dist.systems()?].concat() {
+            let to = folder.join(from.strip_prefix(&dist.folder)?);
+            fs::copy(&from, &to).with_context(|| to.display().to_string())?;
+        }
+        Ok(dist.suite.iter().map(|name| folder.join(name)).collect())
+    }
 }
 
 /// What this machine lacks to build what CI builds; empty where nothing is missing.
@@ -204,10 +246,11 @@ fn build(
         fs::remove_dir_all(&new)?;
     }
     fs::create_dir_all(&new).with_context(|| new.display().to_string())?;
-    pack::suite_with(workspace, FMU_PROFILE, platforms, &new)?;
+    let fmus = pack::suite_with(workspace, FMU_PROFILE, platforms, &new)?;
     let mut dist = Dist {
         folder,
         targets: platforms.targets.clone(),
+        suite: fmus.iter().map(|fmu| file_name(fmu)).collect(),
         programs: BTreeMap::new(),
     };
     for target in &platforms.targets {
@@ -423,52 +466,6 @@ fn commit(workspace: &Workspace) -> Result<String> {
 fn readme(commit: &str) -> String {
     let text = README.replace("{commit}", commit);
     text.replace("{version}", env!("CARGO_PKG_VERSION"))
-}
-
-/// Build the committed source in another folder with a target directory of its own, and compare the checksums.
-fn again(workspace: &Workspace, first: &Dist, options: &Options) -> Result<()> {
-    let place = std::env::temp_dir().join(format!("hdrm-dist-{}", std::process::id()));
-    let mut clone = Command::new("git");
-    clone
-        .args(["clone", "--quiet"])
-        .arg(&workspace.root)
-        .arg(&place);
-    execute(&mut clone)?;
-    let other = place.join("target/dist");
-    let mut command = Command::new("cargo");
-    command.current_dir(&place).env_remove("CARGO_TARGET_DIR");
-    command.args(["xtask", "dist"]);
-    for target in &first.targets {
-        command.args(["--platform", target.platform.folder]);
-    }
-    if options.without_experiments {
-        command.arg("--without-experiments");
-    }
-    let built = execute(&mut command);
-    let compared = built.and_then(|()| {
-        let read = |folder: &Path| fs::read_to_string(folder.join(CHECKSUMS));
-        let (mine, theirs) = (read(&first.folder)?, read(&other)?);
-        let differing: Vec<_> = mine
-            .lines()
-            .filter(|l| !theirs.lines().any(|t| t == *l))
-            .collect();
-        ensure!(
-            differing.is_empty(),
-            "built again from the same commit in {}, these files differ:\n{}",
-            other.display(),
-            differing.join("\n")
-        );
-        println!(
-            "built again in {}: the same {} files",
-            place.display(),
-            mine.lines().count()
-        );
-        Ok(())
-    });
-    if compared.is_ok() {
-        fs::remove_dir_all(&place)?;
-    }
-    compared
 }
 
 #[cfg(test)]

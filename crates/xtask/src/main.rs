@@ -116,7 +116,7 @@ fn run(command: Command) -> Result<()> {
                 pack::fmus(&workspace, &sources, &profile, &out).map(drop)
             }
         }
-        Command::Dist(options) => dist::run(&workspace, &caller, &options),
+        Command::Dist(options) => dist::run(&workspace, &caller, options),
         Command::Wheel(options) => wheel::run(&workspace, &caller, &options),
         Command::Demo => demo::run(&workspace),
         Command::Test => test::run(&workspace),

@@ -50,43 +50,47 @@ fn checks(workspace: &Workspace, phases: &Phases) -> Result<()> {
             &[("RUSTDOCFLAGS", "-D warnings")],
         )
     })?;
-    phases.run("build FMUs, model descriptions", || {
-        describe::run(workspace, true)
+    let lacking = dist::lacking(workspace)?;
+    let handed_out = phases.run("build what is handed out", || {
+        if lacking.is_empty() {
+            return dist::for_ci(workspace).map(Some);
+        }
+        skipped(&format!("what is handed out cannot be built: {lacking}")).map(|()| None)
     })?;
+    // The FMUs that are tested are those that are handed out.
     let fmus = phases.run("pack", || {
         let sources =
             ["fmu-oscillator", "fmu-pendulum"].map(|name| Source::Package(name.to_string()));
         let examples = workspace.target.join("fmu-examples");
         pack::fmus(workspace, &sources, "release", &examples)?;
-        pack::suite(workspace, &workspace.fmu_dir())
+        match &handed_out {
+            Some(made) => made.copy(&workspace.fmu_dir()),
+            None => pack::suite(workspace, &workspace.fmu_dir()),
+        }
     })?;
-    // Before torture and pytest run at the same time, since both call the programs, and both install into one Python environment.
-    let lacking = phases.run("build programs", || {
+    phases.run("model descriptions", || describe::check(workspace, &fmus))?;
+    // Before torture and pytest run at the same time, since both call the programs.
+    phases.run("build programs", || {
         libclang::build_cosim(workspace)?;
         libclang::build_hdrm_fmu(workspace)?;
-        workspace.build_program("cargo-fmu", &[])?;
-        dist::lacking(workspace)
+        workspace.build_program("cargo-fmu", &[]).map(drop)
     })?;
     let counts = || {
         phases.run("instruction counts", || {
             if instructions::is_possible() {
-                return instructions::check(workspace);
+                return instructions::check(workspace, fmus.clone());
             }
             skipped("there is no valgrind, so instructions are not counted")
         })
     };
-    let handed_out = || {
-        phases.run("what is handed out", || {
-            if lacking.is_empty() {
-                return dist::check(workspace);
-            }
-            skipped(&format!("what is handed out cannot be built: {lacking}"))
-        })
+    let runs = || match handed_out {
+        Some(made) => phases.run("run what is handed out", || made.try_out(workspace)),
+        None => Ok(()),
     };
     let robustness = || {
-        phases.run("torture", || torture::check(workspace, fmus))?;
+        phases.run("torture", || torture::check(workspace, fmus.clone()))?;
         counts()?;
-        handed_out()
+        runs()
     };
     let outside = || {
         let fmi_sim = phases.run("build fmi-sim", || {

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use anyhow::{Context, Result, ensure};
+use anyhow::{Result, ensure};
 use cargo_fmu::library::{self, Version};
 use cargo_fmu::workspace::Source;
 
@@ -12,8 +12,8 @@ use crate::workspace::Workspace;
 /// Most instructions of set + step + get through FMI 3.0, in those through FMI 2.0.
 const MOST: f64 = 1.1;
 
-/// Count, print, and fail where FMI 3.0 costs too much.
-pub fn check(workspace: &Workspace) -> Result<()> {
+/// Count on an example and on the packed manipulator, print, and fail where FMI 3.0 costs too much.
+pub fn check(workspace: &Workspace, hdrm: &Path) -> Result<()> {
     let driver = super::compiled(workspace, "borders.c", &["-ldl"])?;
     let count = |library: &Path, version: Version, call: &[&str]| {
         let token = library::description(&library::files_of(library, version)?)?.guid;
@@ -42,11 +42,10 @@ pub fn check(workspace: &Workspace) -> Result<()> {
         three as f64 <= MOST * two as f64,
         "through FMI 3.0 it must be at most {MOST} times as much"
     );
-    let hdrm = workspace.build_fmus(&[Source::Package("fmu-hdrm".to_string())])?;
-    let hdrm = hdrm.first().context("the library of fmu-hdrm")?;
-    let description = library::description(&library::files(hdrm)?)?;
+    let hdrm = super::library_in(workspace, hdrm)?;
+    let description = library::description(&library::files(&hdrm)?)?;
     let zeta = description.variable("zeta[1]")?.reference.to_string();
-    let [six, array] = both(hdrm, &["get", &zeta, "6"])?;
+    let [six, array] = both(&hdrm, &["get", &zeta, "6"])?;
     println!("get of 6: {six} by six references of FMI 2.0, {array} by one of FMI 3.0");
     ensure!(array < six, "one reference must cost less than six");
     Ok(())

@@ -4,6 +4,7 @@
 
 use std::collections::BTreeMap;
 use std::fs;
+use std::path::PathBuf;
 use std::process::Command;
 
 use anyhow::{Context, Result, ensure};
@@ -43,11 +44,11 @@ pub fn is_possible() -> bool {
     output(Command::new("valgrind").arg("--version")).is_ok()
 }
 
-/// Count and record.
-pub fn record(workspace: &Workspace) -> Result<()> {
+/// Count on packed FMUs, and record.
+pub fn record(workspace: &Workspace, fmus: Vec<PathBuf>) -> Result<()> {
     let record = Record {
         environment: environment()?,
-        counts: count(workspace)?,
+        counts: count(workspace, fmus)?,
     };
     let text = serde_json::to_string_pretty(&record)? + "\n";
     fs::write(workspace.root.join(RECORD), &text)?;
@@ -55,8 +56,8 @@ pub fn record(workspace: &Workspace) -> Result<()> {
     Ok(())
 }
 
-/// Count, print, compare; fails where a count has grown too much.
-pub fn check(workspace: &Workspace) -> Result<()> {
+/// Count on packed FMUs, print, compare; fails where a count has grown too much.
+pub fn check(workspace: &Workspace, fmus: Vec<PathBuf>) -> Result<()> {
     let file = workspace.root.join(RECORD);
     let text = fs::read_to_string(&file)
         .with_context(|| format!("{}: run with --record first", file.display()))?;
@@ -72,8 +73,13 @@ pub fn check(workspace: &Workspace) -> Result<()> {
             environment.join(", "),
         );
     }
-    compare(&count(workspace)?, &recorded.counts, limit)?;
-    super::borders::check(workspace)
+    let is_hdrm = |fmu: &&PathBuf| fmu.file_stem().is_some_and(|name| name == "Hdrm");
+    let hdrm = fmus.iter().find(is_hdrm).cloned();
+    compare(&count(workspace, fmus)?, &recorded.counts, limit)?;
+    super::borders::check(
+        workspace,
+        &hdrm.context("Hdrm is not among the packed FMUs")?,
+    )
 }
 
 /// Processor family, compiler, C library and valgrind.
@@ -91,8 +97,8 @@ fn environment() -> Result<Vec<String>> {
     ])
 }
 
-fn count(workspace: &Workspace) -> Result<BTreeMap<String, u64>> {
-    let built = super::build(workspace)?;
+fn count(workspace: &Workspace, fmus: Vec<PathBuf>) -> Result<BTreeMap<String, u64>> {
+    let built = super::build(workspace, fmus)?;
     let mut counts = BTreeMap::new();
     for (program, call) in CALLS {
         let program = built.program(program)?;
@@ -119,7 +125,7 @@ fn count(workspace: &Workspace) -> Result<BTreeMap<String, u64>> {
         counted.args([instances.to_string(), steps.to_string()]);
         counted
     };
-    for (name, command) in super::instantiation(workspace)? {
+    for (name, command) in super::instantiation(workspace, &built.fmus)? {
         let count = per_call([0, 1], |n| driven(&command, [n, 0]))?;
         counts.insert(format!("first instance of {name}"), count);
     }
