@@ -43,7 +43,7 @@ enum Command {
         /// Example with crate type cdylib to pack, repeatable
         #[arg(long = "example", value_name = "EXAMPLE")]
         examples: Vec<String>,
-        /// Platform to pack for, repeatable: linux64, win64, darwin64 or (FMI 3.0) aarch64-linux, each for any machine of its kind
+        /// Platform to pack for, repeatable: linux64, win64, darwin64 or (FMI 3.0) aarch64-linux and aarch64-darwin, each for any machine of its kind
         /// [default: this machine, built the fast way]
         #[arg(long = "target", value_name = "PLATFORM")]
         targets: Vec<String>,

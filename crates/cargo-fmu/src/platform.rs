@@ -62,6 +62,12 @@ pub const LINUX_ARM: Platform = Platform {
     folder_3: "aarch64-linux",
     suffix: ".so",
 };
+/// macOS on 64-bit ARM.
+pub const MACOS_ARM: Platform = Platform {
+    folder: "aarch64-darwin",
+    folder_3: "aarch64-darwin",
+    suffix: ".dylib",
+};
 
 /// The platform that a library was built for, by its own header.
 pub fn of(library: &[u8]) -> Result<Platform> {
@@ -71,8 +77,9 @@ pub fn of(library: &[u8]) -> Result<Platform> {
         (BinaryFormat::Elf, Architecture::Aarch64) => Ok(LINUX_ARM),
         (BinaryFormat::Pe, Architecture::X86_64) => Ok(WINDOWS),
         (BinaryFormat::MachO, Architecture::X86_64) => Ok(MACOS),
+        (BinaryFormat::MachO, Architecture::Aarch64) => Ok(MACOS_ARM),
         (format, processor) => bail!(
-            "built for {processor:?} ({format:?}), but must be for Linux, Windows or macOS on x86-64, or for Linux on 64-bit ARM"
+            "built for {processor:?} ({format:?}), but must be for Linux, Windows or macOS on x86-64, or for Linux or macOS on 64-bit ARM"
         ),
     }
 }
@@ -84,6 +91,7 @@ pub fn host() -> Result<Platform> {
         ("linux", "aarch64") => Ok(LINUX_ARM),
         ("windows", "x86_64") => Ok(WINDOWS),
         ("macos", "x86_64") => Ok(MACOS),
+        ("macos", "aarch64") => Ok(MACOS_ARM),
         (os, processor) => bail!("FMUs cannot be packed for {os} on {processor}"),
     }
 }
@@ -111,6 +119,13 @@ mod tests {
         assert_eq!(arm.path_3("Lag"), "binaries/aarch64-linux/Lag.so");
         let refused = arm.path("Lag").unwrap_err().to_string();
         assert_eq!(refused, "FMI 2.0 has no folder for aarch64-linux");
+        // A library (6) for arm64 in 64-bit Mach-O, little-endian.
+        let mut mac = vec![0; 32];
+        mac[..8].copy_from_slice(&[0xcf, 0xfa, 0xed, 0xfe, 0x0c, 0, 0, 1]);
+        mac[12] = 6;
+        assert_eq!(of(&mac).unwrap(), MACOS_ARM);
+        mac[4] = 7;
+        assert_eq!(of(&mac).unwrap(), MACOS);
         let refused = of(&elf(243)).unwrap_err().to_string();
         assert!(refused.starts_with("built for Riscv64 (Elf)"), "{refused}");
         assert_eq!(of(b"text").unwrap_err().to_string(), "not a library");

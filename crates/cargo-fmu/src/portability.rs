@@ -130,7 +130,7 @@ impl Needs {
                 let name = name.to_ascii_lowercase();
                 name.starts_with("api-ms-win-") || WINDOWS.contains(&name.as_str())
             }
-            "darwin64" => MACOS.iter().any(|path| name.starts_with(path)),
+            "darwin64" | "aarch64-darwin" => MACOS.iter().any(|path| name.starts_with(path)),
             _ => false,
         };
         let foreign = self.libraries.iter().filter(|name| !is_there(name));

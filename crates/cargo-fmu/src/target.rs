@@ -40,7 +40,7 @@ enum Linker {
 }
 
 /// All of them.
-pub const TARGETS: [Target; 4] = [
+pub const TARGETS: [Target; 5] = [
     Target {
         platform: platform::LINUX,
         triple: "x86_64-unknown-linux-gnu",
@@ -60,6 +60,11 @@ pub const TARGETS: [Target; 4] = [
         platform: platform::LINUX_ARM,
         triple: "aarch64-unknown-linux-gnu",
         linker: Linker::Zig { libc: ".2.17" },
+    },
+    Target {
+        platform: platform::MACOS_ARM,
+        triple: "aarch64-apple-darwin",
+        linker: Linker::Zig { libc: "" },
     },
 ];
 
@@ -119,6 +124,11 @@ impl Target {
         Ok(faults)
     }
 
+    /// Whether it is for macOS: such libraries can be built without a Mac, but not run.
+    pub fn is_macos(&self) -> bool {
+        [platform::MACOS, platform::MACOS_ARM].contains(&self.platform)
+    }
+
     /// Whether zig links for it.
     pub fn needs_zig(&self) -> bool {
         matches!(self.linker, Linker::Zig { .. })
@@ -152,7 +162,7 @@ impl Target {
         );
         let mut command = match self.linker {
             Linker::Zig { libc } => {
-                if self.platform == platform::MACOS {
+                if self.is_macos() {
                     // A library's own name, which is else the path where it was linked.
                     flags.extend(["-C", INSTALL_NAME].map(String::from));
                 }
@@ -261,7 +271,8 @@ mod tests {
         let refused = Target::named("riscv64-linux").unwrap_err().to_string();
         assert!(
             refused.starts_with("`riscv64-linux` is no platform")
-                && refused.ends_with("there are linux64, win64, darwin64, aarch64-linux"),
+                && refused
+                    .ends_with("there are linux64, win64, darwin64, aarch64-linux, aarch64-darwin"),
             "{refused}"
         );
     }

@@ -33,7 +33,8 @@ use listing::Listing;
 /// Options of `cargo xtask dist`.
 #[derive(Args)]
 pub struct Options {
-    /// Platform to build for, repeatable: linux64, win64, aarch64-linux, darwin64 [default: all, darwin64 where it can be built]
+    /// Platform to build for, repeatable: linux64, win64, aarch64-linux, darwin64, aarch64-darwin [default: all, those of macOS where
+    /// they can be built]
     #[arg(long = "platform", value_name = "PLATFORM")]
     platforms: Vec<String>,
     /// Folder for the result, which is replaced [default: dist/ in the cargo target directory]
@@ -199,7 +200,7 @@ fn platforms(workspace: &Workspace, names: &[String], listing: &mut Listing) -> 
         platforms.targets = TARGETS.iter().collect();
         platforms.targets.retain(|target| {
             let missing = target.missing(&platforms.tools);
-            let is_optional = target.platform.folder == "darwin64" && !missing.is_empty();
+            let is_optional = target.is_macos() && !missing.is_empty();
             if is_optional {
                 listing.not_built(target.platform.folder, &missing.join("; "));
             }
@@ -256,7 +257,7 @@ fn build(
     for target in &platforms.targets {
         let packages = match target.platform.folder {
             // The master binds to a C library through headers, which macOS has in its SDK only.
-            "darwin64" => &[],
+            _ if target.is_macos() => &[],
             // The others need FMUs of FMI 2.0.
             "aarch64-linux" => &packages[..1],
             _ => packages,
