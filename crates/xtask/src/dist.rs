@@ -28,6 +28,7 @@ use crate::python::Python;
 use crate::test::is_ci;
 use crate::wheel;
 use crate::workspace::{FMU_PROFILE, Workspace};
+pub use check::prepare;
 use listing::Listing;
 
 /// Options of `cargo xtask dist`.

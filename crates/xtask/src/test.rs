@@ -23,9 +23,59 @@ pub fn run(workspace: &Workspace) -> Result<()> {
     Ok(())
 }
 
-/// The Rust checks use one profile, that of the programs, so that macros and dependencies are compiled once.
 fn checks(workspace: &Workspace, phases: &Phases) -> Result<()> {
     let environment = libclang::provide(workspace)?;
+    let lacking = dist::lacking(workspace)?;
+    let compile = || compile(workspace, phases, &environment, &lacking);
+    // What is fetched from servers waits for them.
+    let install = || {
+        phases.run("install", || {
+            python(workspace)?;
+            wheel::install(workspace)?;
+            dist::prepare(workspace)
+        })?;
+        phases.run("build fmi-sim", || {
+            importers::fmi_sim(workspace, &environment)
+                .map(Some)
+                .or_else(|e| skipped(&format!("fmi-sim could not be built: {e:#}")).map(|()| None))
+        })
+    };
+    let (Compiled { handed_out, fmus }, fmi_sim) = phases.both(compile, install)?;
+    let robustness = || {
+        phases.run("torture", || torture::check(workspace, fmus.clone()))?;
+        phases.run("instruction counts", || {
+            if instructions::is_possible() {
+                return instructions::check(workspace, fmus.clone());
+            }
+            skipped("there is no valgrind, so instructions are not counted")
+        })?;
+        if let Some(made) = handed_out {
+            phases.run("run what is handed out", || made.try_out(workspace))?;
+        }
+        phases.run("Python package", || {
+            wheel::check(workspace, &workspace.fmu_dir())
+        })
+    };
+    let outside = || phases.run("pytest", || pytest(workspace, fmi_sim));
+    phases.both(robustness, outside).map(drop)
+}
+
+/// What the runs need.
+struct Compiled {
+    /// Nothing where it cannot be built.
+    handed_out: Option<dist::Made>,
+    /// The FMUs that are tested, of FMI 2.0: those that are handed out, else those for this machine.
+    fmus: Vec<PathBuf>,
+}
+
+/// The Rust checks, and everything that is compiled before the runs share the processor. One profile, that of the programs, so that macros
+/// and dependencies are compiled once.
+fn compile(
+    workspace: &Workspace,
+    phases: &Phases,
+    environment: &[(String, String)],
+    lacking: &str,
+) -> Result<Compiled> {
     let cargo = |arguments: &str, more: &[(&str, &str)]| {
         let mut command = workspace.cargo(arguments.split(' '));
         command.envs(environment.iter().cloned());
@@ -50,14 +100,12 @@ fn checks(workspace: &Workspace, phases: &Phases) -> Result<()> {
             &[("RUSTDOCFLAGS", "-D warnings")],
         )
     })?;
-    let lacking = dist::lacking(workspace)?;
     let handed_out = phases.run("build what is handed out", || {
         if lacking.is_empty() {
             return dist::for_ci(workspace).map(Some);
         }
         skipped(&format!("what is handed out cannot be built: {lacking}")).map(|()| None)
     })?;
-    // The FMUs that are tested are those that are handed out.
     let fmus = phases.run("pack", || {
         let sources =
             ["fmu-oscillator", "fmu-pendulum"].map(|name| Source::Package(name.to_string()));
@@ -69,41 +117,12 @@ fn checks(workspace: &Workspace, phases: &Phases) -> Result<()> {
         }
     })?;
     phases.run("model descriptions", || describe::check(workspace, &fmus))?;
-    // Before torture and pytest run at the same time, since both call the programs.
     phases.run("build programs", || {
         libclang::build_cosim(workspace)?;
         libclang::build_hdrm_fmu(workspace)?;
-        workspace.build_program("cargo-fmu", &[]).map(drop)
+        workspace.build_program("cargo-fmu", &[])
     })?;
-    let counts = || {
-        phases.run("instruction counts", || {
-            if instructions::is_possible() {
-                return instructions::check(workspace, fmus.clone());
-            }
-            skipped("there is no valgrind, so instructions are not counted")
-        })
-    };
-    let runs = || match handed_out {
-        Some(made) => phases.run("run what is handed out", || made.try_out(workspace)),
-        None => Ok(()),
-    };
-    let robustness = || {
-        phases.run("torture", || torture::check(workspace, fmus.clone()))?;
-        counts()?;
-        runs()
-    };
-    let outside = || {
-        let fmi_sim = phases.run("build fmi-sim", || {
-            importers::fmi_sim(workspace, &environment)
-                .map(Some)
-                .or_else(|e| skipped(&format!("fmi-sim could not be built: {e:#}")).map(|()| None))
-        })?;
-        phases.run("pytest", || pytest(workspace, fmi_sim))?;
-        phases.run("Python package", || {
-            wheel::check(workspace, &workspace.fmu_dir())
-        })
-    };
-    phases.both(robustness, outside).map(drop)
+    Ok(Compiled { handed_out, fmus })
 }
 
 /// A check that cannot be made here: named on a developer's machine, a failure in CI.
@@ -120,12 +139,18 @@ pub fn is_ci() -> bool {
     std::env::var("CI").is_ok_and(|ci| !matches!(ci.as_str(), "" | "0" | "false"))
 }
 
-fn pytest(workspace: &Workspace, fmi_sim: Option<PathBuf>) -> Result<()> {
+/// The environment of the tests, with what they need.
+fn python(workspace: &Workspace) -> Result<Python> {
     let requirements = workspace.root.join("tests/requirements.txt");
     let requirements =
         fs::read_to_string(&requirements).with_context(|| requirements.display().to_string())?;
     let python = Python::provide(workspace)?;
     python.install(workspace, "tests", &requirements)?;
+    Ok(python)
+}
+
+fn pytest(workspace: &Workspace, fmi_sim: Option<PathBuf>) -> Result<()> {
+    let python = python(workspace)?;
     let mut command = workspace.command(python.program());
     execute(
         command

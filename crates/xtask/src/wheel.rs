@@ -164,8 +164,7 @@ pub fn build(
         check_libraries(workspace, fmus, target)?;
     }
     prepare(workspace, fmus, target.map_or(LINUX, |t| t.triple))?;
-    let python = Python::provide(workspace)?;
-    python.install(workspace, "maturin", MATURIN)?;
+    let python = builder(workspace)?;
     let new = out.join("new");
     if new.exists() {
         fs::remove_dir_all(&new)?;
@@ -252,6 +251,29 @@ fn check_module(workspace: &Workspace, wheel: &Path, target: &Target) -> Result<
     Ok(())
 }
 
+/// The environment with what builds the package.
+fn builder(workspace: &Workspace) -> Result<Python> {
+    let python = Python::provide(workspace)?;
+    python.install(workspace, "maturin", MATURIN)?;
+    Ok(python)
+}
+
+/// Install what builds the package and what tries it, before something else runs in these environments.
+pub fn install(workspace: &Workspace) -> Result<()> {
+    builder(workspace)?;
+    environment(workspace).map(drop)
+}
+
+/// The environment that the package is tried in, with what its tests need.
+fn environment(workspace: &Workspace) -> Result<Python> {
+    let requirements = workspace.root.join("tests/requirements-python.txt");
+    let requirements =
+        fs::read_to_string(&requirements).with_context(|| requirements.display().to_string())?;
+    let python = Python::at(workspace, workspace.target.join("python"))?;
+    python.install(workspace, "python-package", &requirements)?;
+    Ok(python)
+}
+
 /// Build the wheel for this machine, install it in an environment of its own, and run its tests and its notebook there. The tests compare it
 /// with the program that the environment variable `HDRM_FMU` names, else with that of the same source.
 pub fn check(workspace: &Workspace, fmus: &Path) -> Result<()> {
@@ -260,11 +282,7 @@ pub fn check(workspace: &Workspace, fmus: &Path) -> Result<()> {
         Some(program) => program.into(),
         None => libclang::build_hdrm_fmu(workspace)?,
     };
-    let requirements = workspace.root.join("tests/requirements-python.txt");
-    let requirements =
-        fs::read_to_string(&requirements).with_context(|| requirements.display().to_string())?;
-    let python = Python::at(workspace, workspace.target.join("python"))?;
-    python.install(workspace, "python-package", &requirements)?;
+    let python = environment(workspace)?;
     let mut install = workspace.command(python.program());
     install.args(["-m", "pip", "install", "--quiet", "--no-deps"]);
     install.args(["--disable-pip-version-check", "--force-reinstall"]);

@@ -27,10 +27,24 @@ const ARM_SYSTEM: &str = "/usr/aarch64-linux-gnu";
 /// add the products of the surrogate network in another order.
 const ARM_TOLERANCE: f64 = 1e-9;
 
+/// Install what the runs for [`super::CI_PLATFORMS`] need. What cannot be had here is listed when it is missing.
+pub fn prepare(workspace: &Workspace) -> Result<()> {
+    let folder = folder(workspace)?;
+    if let Err(why) = Userland::provide(&folder) {
+        println!("no old Debian: {why:#}");
+    }
+    Wine::find(&folder).map_or(Ok(()), |wine| wine.prepare())
+}
+
+fn folder(workspace: &Workspace) -> Result<PathBuf> {
+    let folder = workspace.target.join("dist-check");
+    fs::create_dir_all(&folder).with_context(|| folder.display().to_string())?;
+    Ok(folder)
+}
+
 /// Run what can be run here; what cannot is listed.
 pub fn run(workspace: &Workspace, dist: &Dist, listing: &mut Listing) -> Result<()> {
-    let folder = workspace.target.join("dist-check");
-    fs::create_dir_all(&folder)?;
+    let folder = folder(workspace)?;
     let runs = Runs {
         dist,
         folder,
