@@ -65,18 +65,6 @@ pub fn both_versions(fmus: Vec<PathBuf>) -> Result<Vec<PathBuf>> {
     Ok([fmus, of_3].concat())
 }
 
-/// Put another library into a packed FMU, which was built otherwise from the same source.
-pub fn replace_library(fmu: &Path, library: &Path) -> Result<()> {
-    let mut entries = archive::read(fmu)?;
-    let other = fs::read(library).with_context(|| library.display().to_string())?;
-    for (name, bytes) in &mut entries {
-        if name.starts_with("binaries/") {
-            bytes.clone_from(&other);
-        }
-    }
-    archive::write(fmu, &entries).map(drop)
-}
-
 /// An archive of a system structure with the FMUs it names and further parameter sets beside it.
 fn system(
     workspace: &Workspace,

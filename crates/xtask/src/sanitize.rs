@@ -1,16 +1,20 @@
 //! Sanitizers, with the standard library built for them: on the tests of the C border, and on the FMUs under their driver and the
 //! native master. And Miri on the tests of the C border.
 
+use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use anyhow::{Context, Result, ensure};
-use cargo_fmu::pack::Platforms;
+use anyhow::{Context, Result};
+use cargo_fmu::archive::{self, Entries};
+use cargo_fmu::fmi::library_path;
+use cargo_fmu::library;
+use cargo_fmu::pack::FMI3_FOLDER;
 use cargo_fmu::process::execute;
 use cargo_fmu::workspace::{Artifact, Source, artifacts};
 
 use crate::workspace::Workspace;
-use crate::{libclang, nightly, pack};
+use crate::{libclang, nightly};
 
 /// A sanitizer of the nightly compiler.
 struct Sanitizer {
@@ -95,6 +99,8 @@ pub fn miri(workspace: &Workspace) -> Result<()> {
     let mut cargo = nightly::cargo(workspace);
     cargo.args(["miri", "test"]).args(BORDER);
     cargo.arg("--target-dir").arg(workspace.target.join("miri"));
+    // Safe code makes the descriptions; it would take an interpreter long.
+    cargo.args(["--", "--skip", "xml"]);
     // The tests write parameter files.
     cargo.env("MIRIFLAGS", "-Zmiri-disable-isolation");
     execute(&mut cargo)?;
@@ -138,17 +144,14 @@ impl Sanitizer {
         };
         execute(cargo("test").args(BORDER))?;
         let built = artifacts(&mut cargo("build"))?;
-        let libraries: Vec<_> = suite.iter().filter_map(|s| s.library(&built)).collect();
-        ensure!(
-            libraries.len() == suite.len(),
-            "cargo has not built the libraries of all FMUs"
-        );
         let fmu_dir = workspace.target.join(self.folder).join("fmu");
-        // A packer cannot load an instrumented library, so it packs the plain one first.
-        let packed = pack::suite_with(workspace, "release", &Platforms::default(), &fmu_dir)?;
-        let fmus = pack::both_versions(packed)?;
-        for (fmu, library) in fmus.iter().zip(libraries.iter().cycle()) {
-            pack::replace_library(fmu, library)?;
+        let mut fmus = Vec::new();
+        for folder in ["", FMI3_FOLDER] {
+            for source in &suite {
+                let library = source.library(&built);
+                let library = library.context("cargo has not built the libraries of all FMUs")?;
+                fmus.push(archived(workspace, source, folder, &library, &fmu_dir)?);
+            }
         }
         Ok(Built {
             workspace,
@@ -158,6 +161,39 @@ impl Sanitizer {
             fmus,
         })
     }
+}
+
+/// An FMU with an instrumented library. Only instrumented programs can load that to ask for its files, so the description is the committed
+/// one, which must be what the library says: otherwise it makes no instance.
+fn archived(
+    workspace: &Workspace,
+    source: &Source,
+    folder: &str,
+    library: &Path,
+    fmu_dir: &Path,
+) -> Result<PathBuf> {
+    let (Source::Package(name) | Source::Example(name)) = source;
+    let model = name.trim_start_matches("fmu-");
+    let descriptions = workspace.root.join("modelDescription").join(folder);
+    let files = fs::read_dir(&descriptions).with_context(|| descriptions.display().to_string())?;
+    let files: Vec<PathBuf> = files
+        .map(|file| Ok(file?.path()))
+        .collect::<std::io::Result<_>>()?;
+    let is_its = |path: &&PathBuf| {
+        path.file_stem()
+            .is_some_and(|stem| stem.eq_ignore_ascii_case(model))
+    };
+    let found = files.iter().find(is_its);
+    let missing = || format!("{} has none of `{name}`", descriptions.display());
+    let text = fs::read(found.with_context(missing)?)?;
+    let mut entries = Entries::from([("modelDescription.xml".to_string(), text)]);
+    let description = library::description(&entries)?;
+    entries.insert(library_path(&description)?, fs::read(library)?);
+    let folder = fmu_dir.join(folder);
+    fs::create_dir_all(&folder).with_context(|| folder.display().to_string())?;
+    let fmu = folder.join(description.identifier).with_extension("fmu");
+    archive::write(&fmu, &entries)?;
+    Ok(fmu)
 }
 
 impl Built<'_> {

@@ -104,12 +104,14 @@ fn in_state(state: char) -> Fmu3 {
     }
 }
 
+/// Miri, which looks at the memory of the calls, takes two of them.
+const STATES: &str = if cfg!(miri) { "NT" } else { "INESAT" };
+
 #[test]
 fn each_function_is_allowed_in_its_states_only() {
     for (name, allowed, attempt) in CALLS {
-        for state in "INESAT".chars() {
+        for state in STATES.chars() {
             let fmu = in_state(state);
-            // Miri looks at the memory of the calls; states are compared without it, which is long.
             let before = (!cfg!(miri)).then(|| fmu.snapshot());
             let status = attempt(&fmu);
             if allowed.contains(state) {
