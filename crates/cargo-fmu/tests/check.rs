@@ -235,6 +235,7 @@ fn mistakes_of_derivatives_misuse_and_log_are_found_in_fmi_3() {
                 Fails,
                 "dependencies of elements are those",
             ),
+            ("ANY_ELEMENT", Fails, "dependencies of elements are those"),
             ("NO_DERIVATIVE", Fails, "derivatives of outputs are given"),
             ("ANY_REFERENCE", Remark, "unknown value references"),
             ("ANY_NUMBER", Remark, "NaN and infinity"),

@@ -169,8 +169,8 @@ int fmi3GetNumberOfVariableDependencies(void *c, unsigned vr, size_t *n) {
 int fmi3GetVariableDependencies(void *c, unsigned vr, size_t *of, unsigned *on, size_t *elements, int *kinds, size_t n) {
     IN(EVERY)
     (void)vr;
-    for (size_t k = 0; k < n; k++)
-        of[k] = elements[k] = 0, on[k] = Z_DEPENDS[k], kinds[k] = 1;
+    for (size_t k = 0; k < n; k++) /* elements count from 1; 0 is all of them */
+        of[k] = IS(ANY_ELEMENT) ? 2 : 1, elements[k] = 0, on[k] = Z_DEPENDS[k], kinds[k] = 1;
     return OK;
 }
 

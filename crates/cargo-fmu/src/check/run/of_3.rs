@@ -146,7 +146,8 @@ fn variable_dependencies(folder: &Path, outcome: &mut Outcome) -> Result<(), Str
             )
         };
         instance.must(&format!("fmi3GetVariableDependencies of `{name}`"), status)?;
-        if let Some(element) = of.iter().find(|element| **element >= output.size()) {
+        // Elements count from 1, and 0 stands for all of them (FMI 3.0.2, section 2.2.10).
+        if let Some(element) = of.iter().find(|element| **element > output.size()) {
             outcome.fail(format!("`{name}` has no element {element}"));
         }
         let of = |k: usize| description.variables[k].reference;
