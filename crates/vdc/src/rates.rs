@@ -1,11 +1,11 @@
 //! Rates instead of paths: a reference made of an operator's commands, of the joints or of the tip.
 //!
-//! Commands are limited in rate and acceleration and smoothed, so that the joints' reference ζ_d, ζ̇_d, ζ̈_d is one that the control law can
-//! follow. A command that leads to the end of a joint's range, or of a stroke, is slowed down in time and held there; commands of the tip
-//! are held as well before the arm is stretched, where the elbow is singular. Near the wrist's singularity, and about the elbow's if joint commands have led
-//! there, the inverse kinematics are damped ([`crate::clik`]): the tip follows in part, and joints stay within their rates.
+//! Both end in the joints: there rates and accelerations are limited and smoothed, so that the reference ζ_d, ζ̇_d, ζ̈_d is one that the control
+//! law can follow. A command that leads to the end of a joint's range, or of a stroke, is slowed down in time and held there; commands of the tip
+//! are held as well before the arm is stretched, where the elbow is singular. Near the wrist's singularity, and about the elbow's if joint commands
+//! have led there, the inverse kinematics are damped ([`crate::clik`]): the tip follows in part.
 //!
-//! All commands of the tip are slowed together, so the tip keeps its direction. Not in the paper.
+//! A command of the tip is slowed as a whole, so that the tip keeps its direction, and no joint exceeds what it may do. Not in the paper.
 
 use crate::clik::{self, Inverse, Singularities};
 use crate::controller::orientation;
@@ -14,7 +14,7 @@ use crate::reference::Desired;
 use crate::signals::Input;
 use hdrm::{DOF, Tip, Tree};
 use machine::Machine;
-use nalgebra::{Vector3, Vector6};
+use nalgebra::Vector6;
 use serde::{Deserialize, Serialize};
 
 /// What an operator's commands are rates of.
@@ -30,9 +30,9 @@ pub enum RateCommand {
 /// Limits of the commands. Those of the tip are of the lengths of velocity and angular velocity.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RateLimits {
-    /// Joint rates, rad/s; commands of the tip keep them too.
+    /// Joint rates, rad/s, under commands of the tip too.
     pub joint: [f64; DOF],
-    /// Joint accelerations under commands of the joints, rad/s².
+    /// Joint accelerations, rad/s², under commands of the tip too.
     pub joint_acceleration: [f64; DOF],
     /// Velocity, m/s, and angular velocity of the tip, rad/s.
     pub tip: [f64; 2],
@@ -43,14 +43,15 @@ pub struct RateLimits {
 }
 
 impl Default for RateLimits {
-    /// Some 70 mm/s of the reference machine's rods, reached within half a second.
+    /// Some 70 mm/s of the reference machine's rods, reached within a second. Smoothed less, the drives lag behind changes of the commands so
+    /// far that joints of the wrist exceed their rates by a tenth.
     fn default() -> Self {
         Self {
             joint: [0.15, 0.1, 0.1, 0.5, 0.5, 0.5],
             joint_acceleration: [0.3, 0.2, 0.2, 1.0, 1.0, 1.0],
             tip: [0.25, 0.3],
             tip_acceleration: [0.6, 1.0],
-            smoothing: 0.1,
+            smoothing: 0.2,
         }
     }
 }
@@ -83,6 +84,8 @@ pub struct Held {
     pub elbow: bool,
     /// The wrist is near its singularity, where the tip follows in part.
     pub wrist: bool,
+    /// By the rate of a joint, counted from 0, of which the tip's command asks so much, rad/s.
+    pub rate: Option<(usize, f64)>,
 }
 
 /// The joints' reference.
@@ -92,19 +95,24 @@ pub(crate) struct Motion {
     pub zeta: Vector6<f64>,
     pub zeta_dot: Vector6<f64>,
     pub zeta_ddot: Vector6<f64>,
-    /// What `rate` is of.
-    command: RateCommand,
-    /// Smoothed command, and its derivative.
-    rate: Vector6<f64>,
-    acceleration: Vector6<f64>,
     pub held: Held,
 }
 
-/// What a command of the tip leads to.
-#[derive(Clone, Copy)]
-enum End {
-    Joint(usize),
+/// What holds a command of the tip.
+#[derive(Clone, Copy, PartialEq)]
+enum Hold {
+    /// The end of a joint's range.
+    End,
     Elbow,
+    /// A joint's rate.
+    Rate,
+}
+
+/// Rates between which a joint may go, rad/s, and what holds it to each.
+#[derive(Clone, Copy)]
+struct Allowed {
+    low: (f64, Hold),
+    high: (f64, Hold),
 }
 
 /// Maker of the reference.
@@ -121,10 +129,14 @@ pub(crate) struct Rates {
 const MARGIN: f64 = 0.01;
 /// Distance of the elbow from its singularity at which commands of the tip are held, rad: beyond the damped inverse's range.
 const ELBOW_MARGIN: f64 = 0.12;
+/// Share of a joint's largest rate that its reference takes; the rest is for the feedback on its error, and for the drives' lag.
+const REFERENCE_SHARE: f64 = 0.98;
 /// Share of an acceleration limit with which commands are slowed down before a limit; the rest is for commands that change meanwhile.
 const BRAKE_SHARE: f64 = 0.4;
 /// Share of a command below which it counts as held.
 const HELD_SHARE: f64 = 0.5;
+/// Share of a joint's rate below which a command of the tip is not held for that joint's sake.
+const NEGLIGIBLE: f64 = 1e-6;
 /// Longest part of a step, by the time constant: the smoothing is integrated in parts.
 const PART: f64 = 0.1;
 /// Most parts of a step.
@@ -177,7 +189,8 @@ impl Rates {
         }
     }
 
-    /// Required joint motion, by the feedback Λ on the joints' error with its integral part as in [`clik::required`].
+    /// Required joint motion, by the feedback Λ on the joints' error with its integral part as in [`clik::required`]; feedback included, no
+    /// joint is asked for more than its largest rate.
     pub(crate) fn required(
         &self,
         errors: &crate::integral::Errors,
@@ -189,10 +202,19 @@ impl Rates {
         let Lambda = Vector6::from_fn(|i, _| if i < 3 { position } else { orientation });
         let seen = motion.zeta_dot - motion.zeta_ddot * age;
         let e_dot = seen - Vector6::from(*zeta_dot);
-        clik::Required {
+        let mut required = clik::Required {
             zeta_dot: motion.zeta_dot + Lambda.component_mul(&(errors.e + errors.z)),
             zeta_ddot: motion.zeta_ddot + Lambda.component_mul(&(e_dot + errors.z_dot)),
+        };
+        for i in 0..DOF {
+            let (rate, largest) = (required.zeta_dot[i], self.limits.joint[i]);
+            if rate.abs() > largest {
+                required.zeta_dot[i] = largest.copysign(rate);
+                let inwards = required.zeta_ddot[i] * rate < 0.0;
+                required.zeta_ddot[i] *= f64::from(u8::from(inwards));
+            }
         }
+        required
     }
 
     /// Reference of a time `age` ago minus the measured joints, rad.
@@ -202,167 +224,166 @@ impl Rates {
 
     /// Moves on by `h` s with the commands held.
     pub(crate) fn advance(&mut self, tree: &Tree, command: RateCommand, input: &Input, h: f64) {
-        if self.motion.command != command {
-            self.take_command(tree, command);
-        }
         let parts = (h / (PART * self.limits.smoothing))
             .ceil()
             .clamp(1.0, PARTS_MAX);
+        let h = h / parts;
+        let tau = self.limits.smoothing.max(2.0 * h);
         for _ in 0..parts as u32 {
-            match command {
-                RateCommand::Joint => self.advance_joints(&input.rate_joint, h / parts),
-                RateCommand::Tip => self.advance_tip(tree, &input.rate_tip, h / parts),
-            }
-        }
-    }
-
-    /// What is under way becomes a rate of what is commanded now.
-    fn take_command(&mut self, tree: &Tree, command: RateCommand) {
-        let motion = &mut self.motion;
-        motion.command = command;
-        motion.held = Held::default();
-        (motion.rate, motion.acceleration) = match command {
-            RateCommand::Joint => (motion.zeta_dot, motion.zeta_ddot),
-            RateCommand::Tip => {
-                let tip = Tip::new(tree, &tree.configuration(&motion.zeta.into()));
-                let (J, J_dot) = (tip.jacobian(), tip.jacobian_dot(&motion.zeta_dot.into()));
-                let acceleration = J * motion.zeta_ddot + J_dot * motion.zeta_dot;
-                (J * motion.zeta_dot, acceleration)
-            }
-        };
-    }
-
-    fn advance_joints(&mut self, commands: &[f64; DOF], h: f64) {
-        let RateLimits {
-            joint,
-            joint_acceleration,
-            ..
-        } = self.limits;
-        let mut target = Vector6::zeros();
-        let motion = &mut self.motion;
-        for i in 0..DOF {
-            let wanted = commands[i].clamp(-joint[i], joint[i]);
-            let [low, high] = self.range[i];
-            let zeta = motion.zeta[i];
-            let ahead = if wanted > 0.0 {
-                high - zeta
-            } else {
-                zeta - low
+            let allowed = std::array::from_fn(|i| self.allowed(i, command));
+            let (wanted, held) = match command {
+                RateCommand::Joint => self.of_joints(&input.rate_joint, &allowed, tau),
+                RateCommand::Tip => self.of_tip(tree, &input.rate_tip, &allowed, tau),
             };
-            let brake = BRAKE_SHARE * joint_acceleration[i];
-            let allowed = self.limits.speed_before(ahead, brake);
-            target[i] = wanted.clamp(-allowed, allowed);
-            motion.held.joint[i] = wanted.abs() > 0.0 && allowed < HELD_SHARE * wanted.abs();
+            self.motion.held = held;
+            self.accelerate(&wanted, &allowed, tau, h);
         }
-        motion.held.elbow = false;
-        motion.held.wrist = false;
-        let saturated = |a: Vector6<f64>| {
-            Vector6::from_fn(|i, _| a[i].clamp(-joint_acceleration[i], joint_acceleration[i]))
-        };
-        let [rate, acceleration] = self.limits.smoothed(motion, &target, saturated, h);
-        let jerk = (acceleration - motion.acceleration) / h;
-        let moved =
-            motion.rate * h + motion.acceleration * (0.5 * h * h) + jerk * (h * h * h / 6.0);
-        motion.zeta += moved;
-        (motion.rate, motion.acceleration) = (rate, acceleration);
-        (motion.zeta_dot, motion.zeta_ddot) = (rate, acceleration);
-        self.keep_in_range();
     }
 
-    fn advance_tip(&mut self, tree: &Tree, command: &[f64; DOF], h: f64) {
-        let limits = self.limits;
-        let wanted = parts_within(&Vector6::from(*command), limits.tip);
-        let inverse = |zeta: &Vector6<f64>| {
-            let zeta = <[f64; DOF]>::from(*zeta);
-            let J = Tip::new(tree, &tree.configuration(&zeta)).jacobian();
-            Inverse::of(J, &self.singularities, &zeta)
-        };
-        let motion = self.motion;
-        let joints = inverse(&motion.zeta).apply(wanted);
-        let (share, held) = self.share(&wanted, &joints);
-        let target = wanted * share;
-        let saturated = |a: Vector6<f64>| parts_within(&a, limits.tip_acceleration);
-        let [rate, acceleration] = limits.smoothed(&motion, &target, saturated, h);
-
-        let middle = inverse(&(motion.zeta + motion.zeta_dot * (0.5 * h)));
-        let zeta = motion.zeta + middle.apply((motion.rate + rate) * 0.5) * h;
-        let zeta_dot = inverse(&zeta).apply(rate);
-        self.motion = Motion {
-            zeta,
-            zeta_dot,
-            zeta_ddot: (zeta_dot - motion.zeta_dot) / h,
-            rate,
-            acceleration,
-            held,
-            ..motion
-        };
-        self.keep_in_range();
+    /// Between which rates joint `i` may go: within its limit, and so that it stops before the end of its range with a share of its largest
+    /// acceleration; under commands of the tip before the arm is stretched, too.
+    fn allowed(&self, i: usize, command: RateCommand) -> Allowed {
+        let limits = &self.limits;
+        let largest = self.largest_rate(i);
+        let brake = BRAKE_SHARE * limits.joint_acceleration[i];
+        let zeta = self.motion.zeta[i];
+        let before = |ahead: f64, hold| (limits.speed_before(ahead, brake), hold);
+        let least = |a: (f64, Hold), b: (f64, Hold)| if b.0 < a.0 { b } else { a };
+        let [low, high] = self.range[i];
+        let free = (largest, Hold::Rate);
+        let mut bounds = [zeta - low, high - zeta].map(|s| least(free, before(s, Hold::End)));
+        if i == 2 && command == RateCommand::Tip {
+            for (bound, direction) in bounds.iter_mut().zip([-1.0, 1.0]) {
+                let stretch = self.singularities.stretch_ahead(zeta, direction);
+                let elbow = before(stretch - ELBOW_MARGIN, Hold::Elbow);
+                *bound = least(*bound, elbow);
+            }
+        }
+        let [(low, by_low), high] = bounds;
+        Allowed {
+            low: (-low, by_low),
+            high,
+        }
     }
 
-    /// Share of a command of the tip that the joints may follow, where it asks for the rates `joints`; and what holds it.
-    fn share(&self, wanted: &Vector6<f64>, joints: &Vector6<f64>) -> (f64, Held) {
-        let RateLimits {
-            joint,
-            tip_acceleration,
-            ..
-        } = self.limits;
+    /// Accelerations with which the joints go to the commanded rates, each for itself; and what holds them.
+    fn of_joints(
+        &self,
+        commands: &[f64; DOF],
+        allowed: &[Allowed; DOF],
+        tau: f64,
+    ) -> (Vector6<f64>, Held) {
         let mut held = Held::default();
-        let size = [0, 3].map(|k| wanted.fixed_rows::<3>(k).norm());
-        if size == [0.0; 2] {
-            return (0.0, held);
+        let acceleration = Vector6::from_fn(|i, _| {
+            let largest = self.limits.joint[i];
+            let wanted = commands[i].clamp(-largest, largest);
+            let Allowed { low, high } = allowed[i];
+            held.joint[i] = wanted * HELD_SHARE > high.0 || wanted * HELD_SHARE < low.0;
+            (wanted - self.motion.zeta_dot[i]) / tau
+        });
+        (acceleration, held)
+    }
+
+    /// Accelerations with which the tip goes straight to the commanded rates u, as far as the joints allow, by one share σ of the command
+    /// and one share s of the acceleration towards it:
+    /// ```text
+    /// ζ̈ = s·(σ·J⁻¹·u − ζ̇)/τ − J⁻¹·J̇·ζ̇
+    /// ```
+    /// The last term is what a tip that goes on as it is asks of the joints.
+    fn of_tip(
+        &self,
+        tree: &Tree,
+        command: &[f64; DOF],
+        allowed: &[Allowed; DOF],
+        tau: f64,
+    ) -> (Vector6<f64>, Held) {
+        let Motion { zeta, zeta_dot, .. } = self.motion;
+        let [angles, rates] = [zeta, zeta_dot].map(<[f64; DOF]>::from);
+        let tip = Tip::new(tree, &tree.configuration(&angles));
+        let J = tip.jacobian();
+        let inverse = Inverse::of(J, &self.singularities, &angles);
+        let onwards = -inverse.apply(tip.jacobian_dot(&rates) * zeta_dot);
+        let u = Vector6::from(*command);
+        let u = u * share_within(&u, self.limits.tip);
+        let joints = inverse.apply(u);
+        let (share, held) = self.share(&joints, &(onwards * tau), allowed);
+        let drive = (joints * share - zeta_dot) / tau;
+        let of_tip = (u * share - J * zeta_dot) / tau;
+        let mut s = share_within(&of_tip, self.limits.tip_acceleration);
+        for i in 0..DOF {
+            let largest = self.limits.joint_acceleration[i].copysign(drive[i]);
+            if drive[i] != 0.0 {
+                s = s.min(((largest - onwards[i]) / drive[i]).max(0.0));
+            }
         }
-        held.wrist = self.singularities.is_near_wrist(self.motion.zeta[4]);
-        // Largest deceleration of the command as a whole, shares per s².
-        let brake = (tip_acceleration[0] / size[0]).min(tip_acceleration[1] / size[1]);
-        let allowed = |ahead: f64| self.limits.speed_before(ahead, BRAKE_SHARE * brake);
+        (drive * s + onwards, held)
+    }
+
+    /// Share of a command of the tip that the joints may follow, where it asks for the rates `joints` and for `onwards` besides, to stay
+    /// straight; and what holds it.
+    fn share(
+        &self,
+        joints: &Vector6<f64>,
+        onwards: &Vector6<f64>,
+        allowed: &[Allowed; DOF],
+    ) -> (f64, Held) {
+        let mut held = Held::default();
         let mut share = 1.0_f64;
-        // What leaves the least share.
         let mut end = None;
         for i in 0..DOF {
             let w = joints[i];
-            if w == 0.0 {
+            if w.abs() <= NEGLIGIBLE * self.limits.joint[i] {
                 continue;
             }
-            let [low, high] = self.range[i];
-            let zeta = self.motion.zeta[i];
-            let ahead = if w > 0.0 { high - zeta } else { zeta - low };
-            let before_end = allowed(ahead / w.abs());
-            if before_end < share {
-                (share, end) = (before_end, Some(End::Joint(i)));
-            }
-            if joint[i] < share * w.abs() {
-                (share, end) = (joint[i] / w.abs(), None);
+            let Allowed { low, high } = allowed[i];
+            let (bound, hold) = if w > 0.0 { high } else { low };
+            let room = ((bound - onwards[i]) / w).max(0.0);
+            if room < share {
+                (share, end) = (room, Some((hold, i)));
             }
         }
-        if let Some(ahead) = self
-            .singularities
-            .stretch_ahead(self.motion.zeta[2], joints[2])
-        {
-            let before_end = allowed((ahead - ELBOW_MARGIN) / joints[2].abs());
-            if before_end < share {
-                (share, end) = (before_end, Some(End::Elbow));
-            }
-        }
+        let is_moving = joints.iter().any(|w| *w != 0.0);
+        held.wrist = is_moving && self.singularities.is_near_wrist(self.motion.zeta[4]);
         match end.filter(|_| share < HELD_SHARE) {
-            Some(End::Joint(i)) => held.joint[i] = true,
-            Some(End::Elbow) => held.elbow = true,
+            Some((Hold::End, i)) => held.joint[i] = true,
+            Some((Hold::Elbow, _)) => held.elbow = true,
+            Some((Hold::Rate, i)) => held.rate = Some((i, joints[i])),
             None => (),
         }
         (share, held)
     }
 
-    /// Braking ends within the range but for rounding and abrupt commands; what is left is cut off.
-    fn keep_in_range(&mut self) {
+    /// Moves on by `h` s with the accelerations `wanted`, within the joints' limits and so that their rates stay within, or return to, what
+    /// is `allowed`; smoothed with τ/4, with which a joint comes to its rate critically damped.
+    fn accelerate(&mut self, wanted: &Vector6<f64>, allowed: &[Allowed; DOF], tau: f64, h: f64) {
+        let motion = &mut self.motion;
+        let smoothed = -libm::expm1(-4.0 * h / tau);
         for i in 0..DOF {
             let [low, high] = self.range[i];
-            let zeta = self.motion.zeta[i].clamp(low, high);
-            let rate = self.motion.zeta_dot[i];
-            let outwards = (zeta >= high && rate > 0.0) || (zeta <= low && rate < 0.0);
-            self.motion.zeta[i] = zeta;
-            if outwards {
-                (self.motion.zeta_dot[i], self.motion.zeta_ddot[i]) = (0.0, 0.0);
+            let (zeta, rate, before) = (motion.zeta[i], motion.zeta_dot[i], motion.zeta_ddot[i]);
+            let largest = self.limits.joint_acceleration[i];
+            let towards = |bound: f64| ((bound - rate) / tau).clamp(-largest, largest);
+            let Allowed {
+                low: least,
+                high: most,
+            } = allowed[i];
+            let acceleration = wanted[i].clamp(towards(least.0), towards(most.0));
+            let after = before + (acceleration - before) * smoothed;
+            let moved = h * (rate + h * (before / 3.0 + after / 6.0));
+            motion.zeta[i] = zeta + moved;
+            motion.zeta_dot[i] = rate + (before + after) * (0.5 * h);
+            motion.zeta_ddot[i] = after;
+            // Braking ends within the range; limits that make it too short, as a smoothing of seconds does, end here.
+            if !(low..=high).contains(&motion.zeta[i]) {
+                motion.zeta[i] = motion.zeta[i].clamp(low, high);
+                (motion.zeta_dot[i], motion.zeta_ddot[i]) = (0.0, 0.0);
             }
         }
+    }
+
+    /// Largest rate of joint `i`, rad/s.
+    pub(crate) fn largest_rate(&self, i: usize) -> f64 {
+        REFERENCE_SHARE * self.limits.joint[i]
     }
 
     /// The end of joint `i`'s range that it is nearest to, rad.
@@ -374,23 +395,6 @@ impl Rates {
 }
 
 impl RateLimits {
-    /// Rate and acceleration after `h` s on the way to the rate `target`: `τ·rate_dot = target − rate` with the acceleration saturated and
-    /// smoothed with τ/4, which together are critically damped.
-    fn smoothed(
-        &self,
-        motion: &Motion,
-        target: &Vector6<f64>,
-        saturated: impl Fn(Vector6<f64>) -> Vector6<f64>,
-        h: f64,
-    ) -> [Vector6<f64>; 2] {
-        let tau = self.smoothing.max(2.0 * h);
-        let wanted = saturated((target - motion.rate) / tau);
-        let share = -libm::expm1(-4.0 * h / tau);
-        let acceleration = motion.acceleration + (wanted - motion.acceleration) * share;
-        let rate = motion.rate + (motion.acceleration + acceleration) * (0.5 * h);
-        [rate, acceleration]
-    }
-
     /// Greatest speed from which the way `ahead` suffices to stop with the deceleration `a`: `√((a·T)² + 2·a·ahead) − a·T`. Close to the end
     /// it is `ahead/T`; T = 4τ is the least for which the smoothed rate does not swing there (roots −1, −0.38, −2.6 by 1/τ).
     fn speed_before(&self, ahead: f64, a: f64) -> f64 {
@@ -400,11 +404,13 @@ impl RateLimits {
     }
 }
 
-/// The vector with its first and last three components scaled together, so that neither part is longer than its limit.
-fn parts_within(v: &Vector6<f64>, limits: [f64; 2]) -> Vector6<f64> {
-    let part = |k: usize| Vector3::new(v[k], v[k + 1], v[k + 2]).norm();
-    let excess = (part(0) / limits[0]).max(part(3) / limits[1]).max(1.0);
-    v / excess
+/// Share of the vector for which neither its first nor its last three components are longer than their limit; at most 1.
+fn share_within(v: &Vector6<f64>, limits: [f64; 2]) -> f64 {
+    let part = |k: usize| v.fixed_rows::<3>(k).norm();
+    (part(0) / limits[0])
+        .max(part(3) / limits[1])
+        .max(1.0)
+        .recip()
 }
 
 /// Ranges of the joints, rad: those of the machine file, and of the three actuators no farther than the strokes reach.
@@ -434,3 +440,6 @@ fn ranges(machine: &Machine, tree: &Tree) -> [[f64; 2]; DOF] {
     }
     ranges
 }
+
+#[cfg(test)]
+mod tests;

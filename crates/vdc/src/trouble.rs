@@ -57,6 +57,20 @@ pub enum Trouble {
         /// Reference of the tilt joint, rad.
         zeta: f64,
     },
+    /// Commanded rates of the tip ask for more than twice what a joint may do, as near a singularity.
+    #[error(
+        "t = {t} s: the commanded rates of the tip ask joint {joint} for {asked} rad/s, its reference must be within {limit} rad/s: the tip is slowed as a whole"
+    )]
+    JointRate {
+        /// Time, s.
+        t: f64,
+        /// Joint, counted from 1.
+        joint: usize,
+        /// Rate of the joint for the whole command, rad/s.
+        asked: f64,
+        /// Largest rate of its reference, rad/s.
+        limit: f64,
+    },
     /// Commanded rates of the tip near the wrist's singularity.
     #[error(
         "t = {t} s: the wrist is near its singularity, zeta[5] = {zeta} rad: the tip follows the commanded rates in part"
@@ -93,6 +107,7 @@ pub struct Told {
     joint: [bool; 6],
     elbow: bool,
     wrist: bool,
+    rate: bool,
 }
 
 impl Controller {
@@ -107,8 +122,12 @@ impl Controller {
     ) -> Option<Trouble> {
         let mut first = None;
         let mut begins = |told: &mut bool, lasts: bool, trouble: Trouble| {
+            // One at a time: what begins at the same time is told a step later.
+            if lasts && !*told && first.is_some() {
+                return;
+            }
             if lasts && !*told {
-                first.get_or_insert(trouble);
+                first = Some(trouble);
             }
             *told = lasts;
         };
@@ -142,6 +161,14 @@ impl Controller {
             begins(&mut told.elbow, held.elbow, stretched);
             let singular = Trouble::WristSingular { t, zeta: zeta[4] };
             begins(&mut told.wrist, held.wrist, singular);
+            let (joint, asked) = held.rate.unwrap_or_default();
+            let slowed = Trouble::JointRate {
+                t,
+                joint: joint + 1,
+                asked,
+                limit: rates.largest_rate(joint),
+            };
+            begins(&mut told.rate, held.rate.is_some(), slowed);
         }
         for (i, told) in told.voltage.iter_mut().enumerate() {
             let (asked, v_max) = (now.commands[i].voltage(), now.commands[i].v_max);

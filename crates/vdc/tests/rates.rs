@@ -83,6 +83,7 @@ impl Run {
 fn half_a_minute_of_joystick_is_followed() {
     let mut run = Run::new(&case(machine(), Mode::Adaptive));
     let (mut worst, mut fastest, mut travel) = (0.0_f64, [0.0_f64; 6], 0.0);
+    let (mut before, mut hardest) = ([0.0; 6], [0.0_f64; 6]);
     let limits = RateLimits::default();
     for k in 0..60_u32 {
         // For ten seconds mostly one way, then mostly the other.
@@ -107,20 +108,22 @@ fn half_a_minute_of_joystick_is_followed() {
             worst = worst.max(error);
             let rates = run.machine.state.zeta_dot.map(f64::abs);
             fastest = std::array::from_fn(|i| fastest[i].max(rates[i]));
+            let now = run.machine.state.zeta_dot;
+            hardest = std::array::from_fn(|i| hardest[i].max(((now[i] - before[i]) / H).abs()));
+            before = now;
             travel += H * run.machine.state.zeta_dot[1].abs();
         });
     }
     println!(
-        "largest error {:.3} mm, fastest joints {fastest:.3?} rad/s, {:?}",
+        "largest error {:.3} mm, fastest joints {fastest:.4?} rad/s, largest accelerations {hardest:.3?} rad/s², {:?}",
         1e3 * worst,
         run.troubles
     );
     // A command that turns right before the end of a range is cut off there.
     assert!(worst < 2e-3, "{worst} m");
     for (i, fastest) in fastest.into_iter().enumerate() {
-        // The tip's commands are slowed down while their smoothed predecessor is still under way: 29 % too fast was seen.
         assert!(
-            fastest < 1.4 * limits.joint[i],
+            fastest < 1.01 * limits.joint[i],
             "joint {}: {}",
             i + 1,
             fastest
@@ -134,14 +137,14 @@ fn half_a_minute_of_joystick_is_followed() {
     );
 }
 
-/// Each joint is led to both ends of its range, with more than is allowed: it stops there without swinging over by more than 0.1 mrad, 1 %
+/// Each of the six joints is led to both ends of its range, with more than is allowed: it stops there without swinging over by more than 0.1 mrad, 1 %
 /// of the margin to the end stop, says so once, and comes back.
 #[test]
 fn joints_are_held_at_the_ends_of_their_ranges() {
     let margin = 0.01;
     let reference = machine();
     let ranges = reference.limits.zeta();
-    for (joint, sign) in [(0, 1.0), (1, -1.0), (1, 1.0), (2, 1.0), (4, 1.0), (4, -1.0)] {
+    for (joint, sign) in (0..6).flat_map(|joint| [(joint, -1.0), (joint, 1.0)]) {
         let mut run = Run::new(&case(reference.clone(), Mode::Adaptive));
         let mut rates = [0.0; 6];
         rates[joint] = sign * 2.0;
@@ -269,11 +272,11 @@ fn the_elbow_is_stretched_and_comes_back() {
         "{held} {stretched}"
     );
     assert!(run.machine.state.zeta_dot.iter().all(|w| w.abs() < 5e-3));
-    assert!(
-        matches!(run.troubles[..], [Trouble::ElbowHeld { .. }]),
-        "{:?}",
-        run.troubles
-    );
+    let [first @ .., Trouble::ElbowHeld { .. }] = &run.troubles[..] else {
+        panic!("{:?}", run.troubles);
+    };
+    let is_slowed = |t: &Trouble| matches!(t, Trouble::JointRate { joint: 3, .. });
+    assert!(first.iter().all(is_slowed), "{first:?}");
 
     let rates = [0.0, 0.0, 0.1, 0.0, 0.0, 0.0];
     let seconds = (stretched - held) / 0.1;
