@@ -2,6 +2,8 @@
 
 ROD = {"x": "m", "x_dot": "m/s", "F_ext": "N", "F_hold": "N"}
 
+BASE_TURNS = {"base.angular_velocity[1..3]": "rad/s", "base.angular_acceleration[1..3]": "rad/s2"}
+
 INPUTS = {
     "Emla": {"v_d": "V", "v_q": "V", **ROD},
     "Rig": {"v_d": "V", "v_q": "V", "v_dc": "V", "T_ambient": "K", **ROD},
@@ -12,7 +14,7 @@ INPUTS = {
     "DcLink": {"i_load[1..3]": "A", "T_ambient": "K"},
     "Hdrm": {
         **{"f[1..3]": "N", "tau_wrist[1..3]": "N.m", "wrench_env[1..3]": "N", "wrench_env[4..6]": "N.m"},
-        **{"base.acceleration[1..3]": "m/s2", "base.tilt[1..2]": "rad", "load.mass": "kg", "load.com[1..3]": "m"},
+        **{"base.acceleration[1..3]": "m/s2", "base.tilt[1..2]": "rad", **BASE_TURNS, "load.mass": "kg", "load.com[1..3]": "m"},
     },
     "Controller": {
         "zeta[1..6]": "rad",
@@ -27,6 +29,7 @@ INPUTS = {
         "reference.acceleration[1..3]": "m/s2",
         "reference.orientation[1..4]": "1",
         "reference.angular_velocity[1..3]": "rad/s",
+        **{"base.acceleration[1..3]": "m/s2", "base.tilt[1..2]": "rad", **BASE_TURNS},
         **{"rate.joint[1..6]": "rad/s", "rate.tip[1..3]": "m/s", "rate.tip[4..6]": "rad/s"},
     },
 }

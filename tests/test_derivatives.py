@@ -27,7 +27,7 @@ def moving(request, hdrm, emla):
     actuator.free()
 
 
-SIZES = {"f": 1e4, "tau_wrist": 100.0, "wrench_env": 100.0, "v_d": 10.0, "v_q": 10.0, "x": 1e-4, "x_dot": 1e-3, "F_ext": 1e4, "F_hold": 1e4, "v_dc": 10.0, "T_ambient": 10.0, "base.acceleration": 1.0, "base.tilt": 0.1}  # fmt: skip
+SIZES = {"f": 1e4, "tau_wrist": 100.0, "wrench_env": 100.0, "v_d": 10.0, "v_q": 10.0, "x": 1e-4, "x_dot": 1e-3, "F_ext": 1e4, "F_hold": 1e4, "v_dc": 10.0, "T_ambient": 10.0, "base.acceleration": 1.0, "base.tilt": 0.1, "base.angular_velocity": 0.1, "base.angular_acceleration": 0.1}  # fmt: skip
 
 
 def reals(instance, causality):

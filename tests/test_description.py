@@ -139,6 +139,7 @@ def test_dependencies_of_the_manipulator(hdrm):
     row = lambda name: name.split("[")[0]
     through = {name: {row(known) for known in inputs} for name, inputs in feedthrough(hdrm, initialization=False).items()}
     base = {"base.acceleration", "base.tilt"}
+    assert {"base.angular_velocity", "base.angular_acceleration"} < through["zeta_ddot[4]"]
     assert {row(name) for name, inputs in through.items() if inputs - base} == {"zeta_ddot"}
     assert {row(name) for name, inputs in through.items() if inputs} == {"zeta_ddot", "f_hold", "tau_hold", "energy.potential"}
     assert {row(known) for known in feedthrough(hdrm, initialization=True)["f_hold[2]"]} == base | {"load.mass", "load.com"}
@@ -175,7 +176,7 @@ def states(fmu, hdrm):
         return [{"i_load[1]": 12.0, "precharge.on": True, "precharge.v_start": 300.0}, {"i_load[2]": -9.0}]
     pose = numbered("zeta_start", zeta) | numbered("zeta_dot_start", small)
     if fmu.identifier == "Hdrm":
-        carried = {"load.mass": 90.0, "load.com[2]": 0.1, "base.tilt[1]": 0.1, "base.tilt[2]": -0.2}
+        carried = {"load.mass": 90.0, "load.com[2]": 0.1, "base.tilt[1]": 0.1, "base.tilt[2]": -0.2, "base.angular_velocity[1]": 0.3}
         return [pose | carried | {"f[2]": 3e4, "f[3]": 2e4}]
     plant = hdrm.running(**pose)
     position = plant.get(*(f"tip.position[{i}]" for i in (1, 2, 3)))

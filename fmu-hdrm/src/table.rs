@@ -74,8 +74,12 @@ pub(crate) const VARIABLES: &[V] = &[
     // Base and load
     V::inputs("base.acceleration", "acceleration of the base, in the axes of the machine's world, which stands on it: a vehicle's", |u| &u.base_acceleration, |u| &mut u.base_acceleration)
         .unit("m/s2").min(-1e3).max(1e3).nominal(1.0),
-    V::inputs("base.tilt", "tilt of the base against the ground: roll about x, then pitch about its own z; it tilts slowly, its angular rates do not act",
+    V::inputs("base.tilt", "tilt of the base against the ground: roll about x, then pitch about its own z; alone it changes the direction of gravity only",
         |u| &u.base_tilt, |u| &mut u.base_tilt).unit("rad").display_unit("deg").min(-3.2).max(3.2).nominal(0.1),
+    V::inputs("base.angular_velocity", "angular velocity of the base, in the same axes: brings centrifugal and Coriolis forces",
+        |u| &u.base_angular_velocity, |u| &mut u.base_angular_velocity).unit("rad/s").display_unit("deg/s").min(-100.0).max(100.0).nominal(0.1),
+    V::inputs("base.angular_acceleration", "rate of base.angular_velocity: brings Euler forces",
+        |u| &u.base_angular_acceleration, |u| &mut u.base_angular_acceleration).unit("rad/s2").display_unit("deg/s2").min(-1e4).max(1e4).nominal(0.1),
     V::input("load.mass", "mass that hangs at load.com, a point, beside the payload; a change acts at the beginning of the next step", |u| &u.load_mass, |u| &mut u.load_mass)
         .unit("kg").min(0.0).max(1e5).nominal(100.0).discrete().beside_evaluation(),
     V::inputs("load.com", "place of the load from the tip T4, in T4's axes", |u| &u.load_com, |u| &mut u.load_com)
@@ -91,8 +95,12 @@ pub(crate) const VARIABLES: &[V] = &[
     V::outputs("zeta_dot", "joint rates", |y| &y.zeta_dot)
         .unit("rad/s").display_unit("deg/s").depends_on(&[]).initially_depends_on(START),
     V::outputs("zeta_ddot", "joint accelerations", |y| &y.zeta_ddot)
-        .unit("rad/s2").display_unit("deg/s2").depends_on(&["f", "tau_wrist", "wrench_env", "base.acceleration", "base.tilt"])
-        .initially_depends_on(&["f", "tau_wrist", "wrench_env", "base.acceleration", "base.tilt", "load.mass", "load.com", ALL_PARAMETERS]),
+        .unit("rad/s2").display_unit("deg/s2")
+        .depends_on(&["f", "tau_wrist", "wrench_env", "base.acceleration", "base.tilt", "base.angular_velocity", "base.angular_acceleration"])
+        .initially_depends_on(&[
+            "f", "tau_wrist", "wrench_env", "base.acceleration", "base.tilt", "base.angular_velocity", "base.angular_acceleration",
+            "load.mass", "load.com", ALL_PARAMETERS,
+        ]),
     V::outputs("f_hold", "actuator forces that hold the present pose against gravity", |y| &y.f_hold)
         .unit("N").display_unit("kN").depends_on(BASE).initially_depends_on(BASE_START),
     V::outputs("tau_hold", "wrist torques that hold the present pose against gravity", |y| &y.tau_hold)
@@ -105,7 +113,7 @@ pub(crate) const VARIABLES: &[V] = &[
         .unit("1").depends_on(&[]).initially_depends_on(START),
     V::outputs("tip.velocity", "velocity (1 to 3) and angular velocity (4 to 6) of T4 in world axes", |y| &y.tip_velocity)
         .each_unit(&["m/s", "m/s", "m/s", "rad/s", "rad/s", "rad/s"]).depends_on(&[]).initially_depends_on(START),
-    V::output("energy.kinetic", "kinetic energy", |y| &y.energy_kinetic)
+    V::output("energy.kinetic", "kinetic energy of the motion relative to the base", |y| &y.energy_kinetic)
         .unit("J").depends_on(&[]).initially_depends_on(LOADED_START),
     V::output("energy.potential", "potential energy, zero at the height of the world's origin", |y| &y.energy_potential)
         .unit("J").depends_on(BASE).initially_depends_on(BASE_START),

@@ -27,6 +27,12 @@ impl Gravity {
         }
     }
 
+    /// What holds against it, m/s² in world axes.
+    pub(crate) fn up(&self) -> Vector3<f64> {
+        let [x, z] = self.across;
+        Vector3::new(-x, self.along_y, -z)
+    }
+
     /// What holds against the part across the y axis, m/s² in world axes, where there is one.
     pub(crate) fn sideways(&self) -> Option<Vector3<f64>> {
         let [x, z] = self.across;
@@ -34,29 +40,27 @@ impl Gravity {
     }
 }
 
+/// What is felt as gravity, m/s², on a base that is tilted by (roll r about x, then pitch p about its own z), rad, and accelerates with a, m/s²:
+/// ```text
+/// g_felt = Rz(p)ᵀ·Rx(r)ᵀ·g − a
+/// ```
+/// g is in the ground's axes; a and g_felt are in those of the machine's world, which stands on the base.
+#[must_use]
+pub fn felt_gravity(g: [f64; 3], [roll, pitch]: [f64; 2], acceleration: [f64; 3]) -> [f64; 3] {
+    let ([x, y, z], [a_x, a_y, a_z]) = (g, acceleration);
+    let ((s_r, c_r), (s_p, c_p)) = (libm::sincos(roll), libm::sincos(pitch));
+    let (y, z) = (c_r * y + s_r * z, c_r * z - s_r * y);
+    [c_p * x + s_p * y - a_x, c_p * y - s_p * x - a_y, z - a_z]
+}
+
 impl Hdrm {
-    /// What the machine feels as gravity while its base is tilted by `base_tilt` = (roll r, pitch p) and accelerates with a:
-    /// ```text
-    /// g_felt = Rz(p)ᵀ·Rx(r)ᵀ·g − a
-    /// ```
-    /// All in the axes of the machine's world, which stands on the base. The base's angular rates do not act (no Coriolis and Euler forces):
-    /// it tilts slowly.
+    /// What the machine feels as gravity on its base. What the base's turning adds is in [`crate::turning`].
     pub(crate) fn felt_gravity(&self, input: &Input) -> Gravity {
         if (input.base_acceleration, input.base_tilt) == ([0.0; 3], [0.0; 2]) {
             return self.gravity;
         }
-        let [x, y, z] = self.tilted(input.base_tilt);
-        let [a_x, a_y, a_z] = input.base_acceleration;
-        Gravity::of([x - a_x, y - a_y, z - a_z])
-    }
-
-    /// Gravity in the axes of a base tilted so.
-    fn tilted(&self, [roll, pitch]: [f64; 2]) -> [f64; 3] {
-        let Gravity { along_y, across } = self.gravity;
-        let [x, y, z] = [across[0], -along_y, across[1]];
-        let ((s_r, c_r), (s_p, c_p)) = (libm::sincos(roll), libm::sincos(pitch));
-        let (y, z) = (c_r * y + s_r * z, c_r * z - s_r * y);
-        [c_p * x + s_p * y, c_p * y - s_p * x, z]
+        let g = (-self.gravity.up()).into();
+        Gravity::of(felt_gravity(g, input.base_tilt, input.base_acceleration))
     }
 
     /// Rate of the felt gravity, m/s³, while the base moves with `input_dot`; None where it does not.
@@ -69,7 +73,8 @@ impl Hdrm {
         if (a_dot, [roll_dot, pitch_dot]) == ([0.0; 3], [0.0; 2]) {
             return None;
         }
-        let g = Vector3::from(self.tilted(input.base_tilt));
+        let g = (-self.gravity.up()).into();
+        let g = Vector3::from(felt_gravity(g, input.base_tilt, [0.0; 3]));
         // ġ = −w × g with the base's angular velocity w in its own axes: the roll turns about its x axis before the pitch.
         let (s_p, c_p) = libm::sincos(input.base_tilt[1]);
         let w = Vector3::new(c_p * roll_dot, -s_p * roll_dot, pitch_dot);

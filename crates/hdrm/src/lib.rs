@@ -28,10 +28,12 @@ mod step;
 mod tilt;
 mod tip;
 mod tree;
+mod turning;
 
 pub use body::{BODIES, Body};
 pub use contact::Contact;
 pub use end_stop::EndStop;
+pub use gravity::felt_gravity;
 pub use lift::{Lift, LiftAngles};
 pub use load::Load;
 pub use output::Output;

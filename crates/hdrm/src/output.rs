@@ -28,7 +28,7 @@ pub struct Output {
     pub tip_orientation: [f64; 4],
     /// Tip velocity and angular velocity in world axes, m/s and rad/s.
     pub tip_velocity: [f64; 6],
-    /// Kinetic energy, J.
+    /// Kinetic energy of the motion relative to the base, J.
     pub energy_kinetic: f64,
     /// Potential energy, J, zero at the height of the world's origin.
     pub energy_potential: f64,
@@ -114,6 +114,8 @@ impl Hdrm {
         };
         let power_of_gravity = holding.value.dot(&w);
         let power: f64 = self.generalised_forces(&dynamics, input).dot(&w);
+        let turning = self.turning_forces(state, input);
+        let power_to_base = turning.map_or(0.0, |turning| turning.dot(&w));
         Output {
             x: std::array::from_fn(|i| strokes[i].prime * zeta_dot[i]),
             x_dot: std::array::from_fn(|i| {
@@ -130,7 +132,7 @@ impl Hdrm {
             tip_position: [V_tip[0], V_tip[1], V_tip[2]],
             tip_orientation: components(&quaternion_rate(&Tip::orientation(zeta), &V_tip)),
             tip_velocity: (J * acceleration + tip.jacobian_dot(zeta_dot) * w).into(),
-            energy_kinetic: power - power_of_gravity,
+            energy_kinetic: power - power_of_gravity - power_to_base,
             energy_potential: power_of_gravity + base_power,
             contact_force: touch_rate.map_or([0.0; 3], |(rate, _)| rate.into()),
             contact_penetration: depth_rate,

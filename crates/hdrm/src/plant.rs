@@ -75,6 +75,10 @@ pub struct Input {
     pub base_acceleration: [f64; 3],
     /// Tilt of the base, rad: roll about x, then pitch about its own z.
     pub base_tilt: [f64; 2],
+    /// Angular velocity of the base in the machine's world axes, rad/s.
+    pub base_angular_velocity: [f64; 3],
+    /// Its rate, rad/s².
+    pub base_angular_acceleration: [f64; 3],
 }
 
 /// Joint angles and rates, and the energies that the machine's own do not show.
@@ -230,7 +234,11 @@ impl Hdrm {
     /// The same on a base that moves as `input` says.
     #[must_use]
     pub fn dynamics_with(&self, state: &State, input: &Input) -> Dynamics {
-        self.dynamics_under(state, self.felt_gravity(input))
+        let mut dynamics = self.dynamics_under(state, self.felt_gravity(input));
+        if let Some(turning) = self.turning_forces(state, input) {
+            dynamics.h += turning;
+        }
+        dynamics
     }
 
     fn dynamics_under(&self, state: &State, gravity: Gravity) -> Dynamics {

@@ -16,6 +16,17 @@ pub(crate) struct Rated<T> {
     pub rate: T,
 }
 
+/// Motion of the ground, about the world's origin in its axes.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Ground {
+    /// Twist.
+    pub V: Twist,
+    /// Rate of V.
+    pub A: Twist,
+    /// Rate of A.
+    pub A_dot: Twist,
+}
+
 /// Motion of one body in its own axes.
 #[derive(Clone, Copy, Debug, Default)]
 struct BodyMotion {
@@ -44,7 +55,8 @@ pub(crate) fn inverse_dynamics(
     zeta_ddot: &[f64; DOF],
     gravity: &Gravity,
 ) -> Rated<Vector6<f64>> {
-    let motions = outward(configuration, zeta_dot, zeta_ddot, Vector3::y());
+    let rest = Ground::default();
+    let motions = outward(configuration, zeta_dot, zeta_ddot, Vector3::y(), &rest);
     let g = gravity.along_y;
     let wrenches = std::array::from_fn(|k| {
         let BodyMotion { V, A, A_dot, up } = motions[k];
@@ -56,13 +68,33 @@ pub(crate) fn inverse_dynamics(
             rate: M.apply(&(A_dot + gravity_dot)) + A.crf(&M.apply(&V)) + V.crf(&M.apply(&A)),
         }
     });
-    let mut Q = inward(configuration, zeta_dot, wrenches);
+    let (mut Q, _) = inward(configuration, zeta_dot, wrenches);
     if let Some(up) = gravity.sideways() {
         let sideways = holding_forces(configuration, bodies, zeta_dot, up, 1.0);
         Q.value += sideways.value;
         Q.rate += sideways.rate;
     }
     Q
+}
+
+/// The same without gravity, on a ground that moves; and what the ground exerts on the bodies, about the world's origin in its axes.
+pub(crate) fn inertial_forces(
+    configuration: &Configuration,
+    bodies: &[Inertia; Body::COUNT],
+    zeta_dot: &[f64; DOF],
+    zeta_ddot: &[f64; DOF],
+    ground: &Ground,
+) -> (Rated<Vector6<f64>>, Wrench) {
+    let motions = outward(configuration, zeta_dot, zeta_ddot, Vector3::zeros(), ground);
+    let wrenches = std::array::from_fn(|k| {
+        let BodyMotion { V, A, A_dot, .. } = motions[k];
+        let M = &bodies[k];
+        Rated {
+            value: M.net_wrench(&V, &A),
+            rate: M.apply(&A_dot) + A.crf(&M.apply(&V)) + V.crf(&M.apply(&A)),
+        }
+    });
+    inward(configuration, zeta_dot, wrenches)
 }
 
 /// Generalised forces that hold the machine still against gravity in this pose, and their time
@@ -91,7 +123,8 @@ pub(crate) fn holding_forces(
     up: Vector3<f64>,
     g: f64,
 ) -> Rated<Vector6<f64>> {
-    let motions = outward(configuration, zeta_dot, &[0.0; DOF], up);
+    let rest = Ground::default();
+    let motions = outward(configuration, zeta_dot, &[0.0; DOF], up, &rest);
     let wrenches = std::array::from_fn(|k| {
         let BodyMotion { V, up, .. } = motions[k];
         let of = |up: Vector3<f64>| bodies[k].apply(&Twist::new(up * g, Vector3::zeros()));
@@ -100,7 +133,7 @@ pub(crate) fn holding_forces(
             rate: of(up.cross(&V.w)),
         }
     });
-    inward(configuration, zeta_dot, wrenches)
+    inward(configuration, zeta_dot, wrenches).0
 }
 
 /// Generalised forces `J_T4ᵀ W` of a constant wrench W on the end-effector, at T4 in T4 axes, and
@@ -113,7 +146,7 @@ pub(crate) fn tip_forces(
 ) -> Rated<Vector6<f64>> {
     let mut wrenches = [Rated::default(); Body::COUNT];
     wrenches[Body::D4 as usize].value = Pose::translation(tree.r_D4_T4).wrench_to_A(W);
-    inward(configuration, zeta_dot, wrenches)
+    inward(configuration, zeta_dot, wrenches).0
 }
 
 /// Motions of all bodies:
@@ -129,11 +162,9 @@ fn outward(
     zeta_dot: &[f64; DOF],
     zeta_ddot: &[f64; DOF],
     up: Vector3<f64>,
+    &Ground { V, A, A_dot }: &Ground,
 ) -> [BodyMotion; Body::COUNT] {
-    let ground = BodyMotion {
-        up,
-        ..BodyMotion::default()
-    };
+    let ground = BodyMotion { V, A, A_dot, up };
     let mut motions = [ground; Body::COUNT];
     for body in BODIES {
         let parent = body.parent().map_or(ground, |p| motions[p as usize]);
@@ -162,13 +193,14 @@ fn outward(
 }
 
 /// Accumulates the wrenches towards the ground and projects them on the joints:
-/// `Q_i = Σ g_k s_kᵀ F_k`, `F_p += U F`, `d/dt (U F) = U (F_dot + crf(s q_dot) F)`.
+/// `Q_i = Σ g_k s_kᵀ F_k`, `F_p += U F`, `d/dt (U F) = U (F_dot + crf(s q_dot) F)`. With them what goes through the joint to the ground.
 fn inward(
     configuration: &Configuration,
     zeta_dot: &[f64; DOF],
     mut wrenches: [Rated<Wrench>; Body::COUNT],
-) -> Rated<Vector6<f64>> {
+) -> (Rated<Vector6<f64>>, Wrench) {
     let mut Q = Rated::<Vector6<f64>>::default();
+    let mut ground = Wrench::zero();
     for body in BODIES.into_iter().rev() {
         let Rated {
             value: F,
@@ -178,12 +210,14 @@ fn inward(
         let (i, s) = (body.coordinate(), body.axis());
         Q.value[i] += link.gear * s.power(&F);
         Q.rate[i] += link.gear * s.power(&F_dot) + link.gear_prime * zeta_dot[i] * s.power(&F);
-        if let Some(parent) = body.parent() {
-            let s_dot = s * (link.gear * zeta_dot[i]);
-            let parent = &mut wrenches[parent as usize];
-            parent.value += link.pose.wrench_to_A(&F);
-            parent.rate += link.pose.wrench_to_A(&(F_dot + s_dot.crf(&F)));
-        }
+        let Some(parent) = body.parent() else {
+            ground += link.pose.wrench_to_A(&F);
+            continue;
+        };
+        let s_dot = s * (link.gear * zeta_dot[i]);
+        let parent = &mut wrenches[parent as usize];
+        parent.value += link.pose.wrench_to_A(&F);
+        parent.rate += link.pose.wrench_to_A(&(F_dot + s_dot.crf(&F)));
     }
-    Q
+    (Q, ground)
 }

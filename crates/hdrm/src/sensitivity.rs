@@ -6,7 +6,7 @@ use nalgebra::Vector6;
 
 impl Hdrm {
     /// Change of the outputs for a change `seed` of the input, the state held: the accelerations move,
-    /// `δzeta_ddot = M⁻¹·(Jxᵀ·δf + δtau + J_T4ᵀ·δW − δQ_hold)`, and with the base the holding forces and the potential energy. A wrist drive
+    /// `δzeta_ddot = M⁻¹·(Jxᵀ·δf + δtau + J_T4ᵀ·δW − δQ_hold − δQ_turning)`, and with the base the holding forces and the potential energy. A wrist drive
     /// in saturation does not follow.
     #[must_use]
     pub fn directional_derivative(&self, state: &State, input: &Input, seed: &Input) -> Output {
@@ -20,6 +20,9 @@ impl Hdrm {
             change.f_hold = std::array::from_fn(|i| holding[i] / dynamics.strokes[i].prime);
             change.tau_hold = std::array::from_fn(|i| holding[3 + i]);
             change.energy_potential = self.potential_rate(&configuration, g_change);
+        }
+        if let Some(turning) = self.turning_change(state, input, seed) {
+            Q -= turning;
         }
         Output {
             zeta_ddot: dynamics.factor.solve(&Q).into(),
@@ -62,6 +65,7 @@ impl Hdrm {
             &wrench(&input.wrench_env),
         );
         let mut Q_dot = self.drive_forces(dynamics, input, input_dot) + tip.rate - inertial.rate;
+        Q_dot -= self.turning_rate(&dynamics.state, configuration, zeta_ddot, input, input_dot);
         if let Some(g_dot) = self.felt_gravity_rate(input, input_dot) {
             Q_dot -= self.holding_rate(dynamics, configuration, g_dot);
         }

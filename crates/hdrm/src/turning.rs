@@ -1,0 +1,172 @@
+//! A base that turns: the Coriolis, centrifugal and Euler forces of all bodies in its axes.
+//!
+//! The machine's world stands on the base, so joint angles and rates are relative to it. With the angular velocity Ω and its rate Ω̇ of the
+//! base, the equations of motion keep their mass matrix; what the bias forces get besides is the difference of two recursions over the
+//! bodies, one whose ground moves with `V = [0; Ω]`, `V̇ = [0; Ω̇]` and one whose ground rests. It costs only while the base turns.
+
+use crate::plant::{Dynamics, Hdrm, Input, State};
+use crate::recursion::{self, Ground, Rated};
+use crate::{Configuration, DOF};
+use nalgebra::{Vector3, Vector6};
+use spatial::{Twist, Wrench};
+
+/// How the base turns, in its own axes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Turning {
+    /// Ω, rad/s.
+    w: Vector3<f64>,
+    /// Ω̇, rad/s².
+    w_dot: Vector3<f64>,
+}
+
+impl Turning {
+    /// None while the base does not turn.
+    #[inline(always)]
+    fn of(input: &Input) -> Option<Self> {
+        let (w, w_dot) = (input.base_angular_velocity, input.base_angular_acceleration);
+        ((w, w_dot) != ([0.0; 3], [0.0; 3])).then(|| Self {
+            w: w.into(),
+            w_dot: w_dot.into(),
+        })
+    }
+
+    /// The ground that turns so, where Ω̇ changes with `w_ddot`, rad/s³.
+    fn ground(&self, w_ddot: Vector3<f64>) -> Ground {
+        let turn = |w| Twist::new(Vector3::zeros(), w);
+        Ground {
+            V: turn(self.w),
+            A: turn(self.w_dot),
+            A_dot: turn(w_ddot),
+        }
+    }
+}
+
+impl Hdrm {
+    /// Generalised forces that the turning of the base takes, N·m; None while it does not turn. They do not depend on accelerations.
+    #[inline(always)]
+    pub(crate) fn turning_forces(&self, state: &State, input: &Input) -> Option<Vector6<f64>> {
+        let turning = Turning::of(input)?;
+        Some(self.taken_by(
+            &turning,
+            &self.tree.configuration(&state.zeta),
+            &state.zeta_dot,
+        ))
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn taken_by(
+        &self,
+        turning: &Turning,
+        configuration: &Configuration,
+        zeta_dot: &[f64; DOF],
+    ) -> Vector6<f64> {
+        let ground = turning.ground(Vector3::zeros());
+        self.with_and_without(&ground, configuration, zeta_dot, &[0.0; DOF])
+            .value
+    }
+
+    /// Inertial forces on the ground that moves, less those on one that rests, and their rate for `zeta_ddot`.
+    fn with_and_without(
+        &self,
+        ground: &Ground,
+        configuration: &Configuration,
+        zeta_dot: &[f64; DOF],
+        zeta_ddot: &[f64; DOF],
+    ) -> Rated<Vector6<f64>> {
+        let [moving, resting] = [*ground, Ground::default()].map(|ground| {
+            recursion::inertial_forces(configuration, &self.bodies, zeta_dot, zeta_ddot, &ground).0
+        });
+        Rated {
+            value: moving.value - resting.value,
+            rate: moving.rate - resting.rate,
+        }
+    }
+
+    /// Change of [`Hdrm::turning_forces`] for a change `seed` of the input, the state held: they are a quadratic function of Ω and Ω̇, of
+    /// which a difference to both sides is exact.
+    pub(crate) fn turning_change(
+        &self,
+        state: &State,
+        input: &Input,
+        seed: &Input,
+    ) -> Option<Vector6<f64>> {
+        let change = Turning::of(seed)?;
+        let configuration = self.tree.configuration(&state.zeta);
+        let aside = |sign: f64| {
+            let turning = Turning {
+                w: Vector3::from(input.base_angular_velocity) + change.w * sign,
+                w_dot: Vector3::from(input.base_angular_acceleration) + change.w_dot * sign,
+            };
+            self.taken_by(&turning, &configuration, &state.zeta_dot)
+        };
+        Some((aside(1.0) - aside(-1.0)) * 0.5)
+    }
+
+    /// Rate of [`Hdrm::turning_forces`] along the motion with `zeta_ddot`, while the input changes with `input_dot`.
+    pub(crate) fn turning_rate(
+        &self,
+        state: &State,
+        configuration: &Configuration,
+        zeta_ddot: &[f64; DOF],
+        input: &Input,
+        input_dot: &Input,
+    ) -> Vector6<f64> {
+        let Some(turning) = Turning::of(input) else {
+            let change = self.turning_change(state, input, input_dot);
+            return change.unwrap_or_default();
+        };
+        // As if Ω changed with Ω̇, and then what it changes otherwise.
+        let ground = turning.ground(input_dot.base_angular_acceleration.into());
+        let Rated { rate, .. } =
+            self.with_and_without(&ground, configuration, &state.zeta_dot, zeta_ddot);
+        let w_dot = Vector3::from(input_dot.base_angular_velocity);
+        let seed = Input {
+            base_angular_velocity: (w_dot - turning.w_dot).into(),
+            ..Input::default()
+        };
+        let otherwise = self.turning_change(state, input, &seed);
+        rate + otherwise.unwrap_or_default()
+    }
+
+    /// Force (N) and moment (N·m) `[f; m]` that the base exerts on the machine, at the world's origin in the world's axes, which stand on the
+    /// base: what carries its weight, reacts on its drives' motion and moves it along with the base.
+    #[must_use]
+    pub fn base_wrench(&self, state: &State, input: &Input) -> [f64; 6] {
+        let dynamics = self.dynamics_with(state, input);
+        let zeta_ddot = self.acceleration(&dynamics, input).into();
+        let configuration = self.tree.configuration(&state.zeta);
+        let ground = Turning::of(input)
+            .map_or_else(Ground::default, |turning| turning.ground(Vector3::zeros()));
+        let inertial = recursion::inertial_forces(
+            &configuration,
+            &self.bodies,
+            &state.zeta_dot,
+            &zeta_ddot,
+            &ground,
+        );
+        let up = dynamics.gravity.up();
+        let poses = configuration.world_poses();
+        let weight = self
+            .bodies
+            .iter()
+            .zip(&poses)
+            .fold(Wrench::zero(), |sum, (body, pose)| {
+                let h = pose.R * body.h + pose.r * body.m;
+                sum + Wrench::new(up * body.m, h.cross(&up))
+            });
+        (inertial.1 + weight - self.outer_wrench(&dynamics, input))
+            .to_vector()
+            .into()
+    }
+
+    /// What environment and contact exert on the tip, about the world's origin in its axes.
+    fn outer_wrench(&self, dynamics: &Dynamics, input: &Input) -> Wrench {
+        let configuration = self.tree.configuration(&dynamics.state.zeta);
+        let tip = configuration.world_poses()[crate::Body::D4 as usize]
+            * spatial::Pose::translation(self.tree.r_D4_T4);
+        let touch = self.touch(dynamics).force;
+        let at_tip = crate::plant::wrench(&input.wrench_env);
+        tip.wrench_to_A(&at_tip) + Wrench::new(touch, tip.r.cross(&touch))
+    }
+}
