@@ -133,9 +133,11 @@ macro_rules! twists_and {
     };
 }
 
-/// What the required wrenches depend on, and further inputs: joint motion and reference.
+/// What the required wrenches depend on, and further inputs: joint motion, reference, and what the base does.
 macro_rules! motion_and {
-    ($($more:expr),*) => { twists_and!("reference.acceleration" $(, $more)*) };
+    ($($more:expr),*) => {
+        twists_and!("reference.acceleration", "base.tilt", "base.acceleration", "base.angular_velocity", "base.angular_acceleration" $(, $more)*)
+    };
 }
 
 /// [`motion_and`] the rods' own references and measurements.
@@ -312,6 +314,15 @@ pub(crate) const VARIABLES: &[V] = &[
     V::inputs("reference.rod_force", "desired forces on the load, read if level = actuator",
         |u| &u.reference_rod_force, |u| &mut u.reference_rod_force).unit("N").display_unit("kN").min(-FORCE_MAX).max(FORCE_MAX),
 
+    V::inputs("base.tilt", "what the controller is told of the base's tilt against the ground: roll about x, then pitch about its own z", |u| &u.base_tilt, |u| &mut u.base_tilt)
+        .unit("rad").display_unit("deg").min(-3.2).max(3.2).nominal(0.1),
+    V::inputs("base.acceleration", "what it is told of the base's acceleration, in the axes of the machine's world", |u| &u.base_acceleration, |u| &mut u.base_acceleration)
+        .unit("m/s2").min(-1e3).max(1e3).nominal(1.0),
+    V::inputs("base.angular_velocity", "what it is told of the base's angular velocity, in the same axes",
+        |u| &u.base_angular_velocity, |u| &mut u.base_angular_velocity).unit("rad/s").display_unit("deg/s").min(-100.0).max(100.0).nominal(0.1),
+    V::inputs("base.angular_acceleration", "what it is told of the rate of that",
+        |u| &u.base_angular_acceleration, |u| &mut u.base_angular_acceleration).unit("rad/s2").display_unit("deg/s2").min(-1e4).max(1e4).nominal(0.1),
+
     V::inputs("rate.joint", "commanded joint rates, read in a step if trajectory = rates and rate.command = joint", |u| &u.rate_joint, |u| &mut u.rate_joint)
         .unit("rad/s").display_unit("deg/s").min(-RATE_MAX).max(RATE_MAX).beside_evaluation(),
     V::inputs("rate.tip", "commanded velocity (1 to 3) and angular velocity (4 to 6) of the tip in the world, read in a step if trajectory = rates and rate.command = tip",
@@ -355,13 +366,13 @@ pub(crate) const VARIABLES: &[V] = &[
 
     // Stability in numbers
     depends!(V::output("lyapunov.nu_velocity", "sum of 1/2 s'Ms over the bodies, s = V_r - V, with the plant's inertias", |y| &y.nu_velocity)
-        .unit("J"), twists_and),
+        .unit("J"), twists_and, "base.angular_velocity"),
     V::output("lyapunov.nu_adaptation", "sum of gamma D_F(L||L_hat) over the bodies", |y| &y.nu_adaptation)
         .unit("J").depends_on(&[]).initially_depends_on(&[ALL_PARAMETERS]).discrete(),
     depends!(V::outputs("lyapunov.nu_actuator", "accompanying function of each actuator", |y| &y.nu_actuator)
         .unit("J"), motion_rod_and, "i_d[i]", "i_q[i]", "w_m[i]", "T_winding[i]"),
     depends!(V::output("lyapunov.dissipation", "sum of s'K_A s over the bodies", |y| &y.dissipation)
-        .unit("W"), twists_and),
+        .unit("W"), twists_and, "base.angular_velocity"),
     depends!(V::outputs("lyapunov.vpf", "virtual power flow (x_dot_r - x_dot)(f_r - F) at each rod", |y| &y.vpf)
         .unit("W"), motion_rod_and, "F[i]"),
 
@@ -386,9 +397,9 @@ pub(crate) const VARIABLES: &[V] = &[
         .enumeration(&TRAJECTORY),
     V::integer_parameter("rate.command", "what commanded rates are of, if trajectory = rates", |p| &p.rate_command, |p| &mut p.rate_command)
         .enumeration(&RATE_COMMAND).tunable(),
-    V::parameters("rate.joint_max", "largest commanded joint rates; commands of the tip keep them too", |p| &p.rates.joint, |p| &mut p.rates.joint)
+    V::parameters("rate.joint_max", "largest joint rates, under commands of the tip too; the reference takes 98 % of them, the rest is for the feedback", |p| &p.rates.joint, |p| &mut p.rates.joint)
         .unit("rad/s").display_unit("deg/s").min(1e-6).max(100.0),
-    V::parameters("rate.joint_acceleration_max", "largest joint accelerations under commands of the joints", |p| &p.rates.joint_acceleration, |p| &mut p.rates.joint_acceleration)
+    V::parameters("rate.joint_acceleration_max", "largest accelerations of the joints' reference, under commands of the tip too", |p| &p.rates.joint_acceleration, |p| &mut p.rates.joint_acceleration)
         .unit("rad/s2").display_unit("deg/s2").min(1e-6).max(1e4),
     V::parameters("rate.tip_max", "largest commanded velocity and angular velocity of the tip", |p| &p.rates.tip, |p| &mut p.rates.tip)
         .each_unit(&["m/s", "rad/s"]).min(1e-6).max(100.0),

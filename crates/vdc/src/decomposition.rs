@@ -5,9 +5,10 @@
 //! one recursion up the tree for the twists and one down for the wrenches. Projected on the joints
 //! it gives the corrected actuator forces (see `docs/departures.md`).
 
+use crate::Input;
 use crate::adaptation::Estimate;
 use crate::clik::Required;
-use hdrm::{BODIES, Body, Configuration, DOF};
+use hdrm::{BODIES, Body, Configuration, DOF, felt_gravity};
 use nalgebra::{Vector3, Vector6};
 use spatial::{Inertia, Twist, Wrench};
 
@@ -29,6 +30,24 @@ impl BodyMotion {
     }
 }
 
+/// Motion of the ground that the machine stands on, as far as `input` tells of it: a base at rest in gravity along −y, m/s², or one that
+/// tilts, accelerates and turns.
+pub(crate) fn ground(gravity: f64, input: &Input) -> BodyMotion {
+    let turn = |w: [f64; 3]| Twist::new(Vector3::zeros(), w.into());
+    let V = turn(input.base_angular_velocity);
+    let up = match (input.base_tilt, input.base_acceleration) {
+        ([0.0, 0.0], [0.0, 0.0, 0.0]) => Vector3::y() * gravity,
+        (tilt, acceleration) => {
+            -Vector3::from(felt_gravity([0.0, -gravity, 0.0], tilt, acceleration))
+        }
+    };
+    BodyMotion {
+        V,
+        V_r: V,
+        w: Twist::new(up, input.base_angular_acceleration.into()),
+    }
+}
+
 /// Motions of all bodies.
 /// ```text
 /// V_k   = X V_p   + s_k g_k ζ̇
@@ -40,15 +59,11 @@ pub(crate) fn motions(
     configuration: &Configuration,
     zeta_dot: &[f64; DOF],
     required: &Required,
-    gravity: f64,
+    ground: &BodyMotion,
 ) -> [BodyMotion; Body::COUNT] {
-    let ground = BodyMotion {
-        w: Twist::new(Vector3::y() * gravity, Vector3::zeros()),
-        ..BodyMotion::default()
-    };
     let mut motions = [BodyMotion::default(); Body::COUNT];
     for body in BODIES {
-        let parent = body.parent().map_or(&ground, |p| &motions[p as usize]);
+        let parent = body.parent().map_or(ground, |p| &motions[p as usize]);
         let link = configuration.link(body);
         let (axis, i) = (body.axis(), body.coordinate());
         let (rate, rate_r) = (zeta_dot[i], required.zeta_dot[i]);
@@ -64,17 +79,17 @@ pub(crate) fn motions(
     motions
 }
 
-/// Generalised forces on the six joints, N·m, that hold bodies with these estimates at rest against gravity.
+/// Generalised forces on the six joints, N·m, that hold bodies with these estimates at rest on such a ground.
 pub(crate) fn holding_forces(
     configuration: &Configuration,
     estimates: &[Estimate; Body::COUNT],
-    gravity: f64,
+    ground: &BodyMotion,
 ) -> [f64; DOF] {
     let rest = Required {
         zeta_dot: Vector6::zeros(),
         zeta_ddot: Vector6::zeros(),
     };
-    let motions = motions(configuration, &[0.0; DOF], &rest, gravity);
+    let motions = motions(configuration, &[0.0; DOF], &rest, ground);
     let no_errors = VelocityErrors {
         momenta: [Wrench::zero(); Body::COUNT],
         energy: 0.0,

@@ -179,12 +179,8 @@ impl Controller {
             let required = clik::required(&state, &desired, &seen, &tracking, Lambda);
             (tracking, required, tracking.e.fixed_rows::<3>(3).into())
         };
-        let motions = decomposition::motions(
-            &configuration,
-            &input.zeta_dot,
-            &required,
-            self.nominal.gravity,
-        );
+        let ground = decomposition::ground(self.nominal.gravity, input);
+        let motions = decomposition::motions(&configuration, &input.zeta_dot, &required, &ground);
         let errors = decomposition::velocity_errors(&motions, &self.nominal.inertia);
         let mut demands = rod_motion(&configuration, input, &required);
         let tau = match settings.mode {
@@ -209,7 +205,7 @@ impl Controller {
                     Mode::PdGravity => decomposition::holding_forces(
                         &configuration,
                         &self.state.estimates,
-                        self.nominal.gravity,
+                        &ground,
                     ),
                     _ => [0.0; DOF],
                 };

@@ -109,6 +109,14 @@ pub struct Input {
     pub reference_rod_acceleration: [f64; 3],
     /// Rod references: forces on the load, N.
     pub reference_rod_force: [f64; 3],
+    /// What it is told of the base: its tilt, rad (roll about x, then pitch about its own z).
+    pub base_tilt: [f64; 2],
+    /// Its acceleration in the machine's world axes, m/s².
+    pub base_acceleration: [f64; 3],
+    /// Its angular velocity in those axes, rad/s.
+    pub base_angular_velocity: [f64; 3],
+    /// The rate of that, rad/s².
+    pub base_angular_acceleration: [f64; 3],
     /// Commanded joint rates, rad/s.
     pub rate_joint: [f64; DOF],
     /// Commanded velocity (m/s) and angular velocity (rad/s) of the tip in the world.

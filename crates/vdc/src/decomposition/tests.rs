@@ -4,6 +4,7 @@
 //! whole machine the flows cancel in pairs and only those at the rods and the wrist motors remain: the
 //! step of the stability proof from the bodies' accompanying functions to that of the machine.
 
+use crate::Input;
 use crate::adaptation::Bounds;
 use crate::clik::Required;
 use crate::decomposition::{self, BodyMotion};
@@ -46,13 +47,25 @@ fn instant(k: usize) -> Instant {
         zeta_ddot: Vector6::from(near(5, 1.1)),
     };
     let configuration = plant.tree().configuration(&zeta);
-    let motions = decomposition::motions(&configuration, &zeta_dot, &required, GRAVITY);
+    // Every other machine stands on a base that moves.
+    let moving = f64::from(u8::from(k % 2 == 1));
+    let some =
+        |j: usize, scale: f64| std::array::from_fn(|i| moving * scale * noise(k, 90 + j + i));
+    let input = Input {
+        base_tilt: [moving * 0.2 * noise(k, 88), moving * 0.3 * noise(k, 89)],
+        base_acceleration: some(0, 2.0),
+        base_angular_velocity: some(3, 0.8),
+        base_angular_acceleration: some(6, 1.7),
+        ..Input::default()
+    };
+    let ground = decomposition::ground(GRAVITY, &input);
+    let motions = decomposition::motions(&configuration, &zeta_dot, &required, &ground);
     // The same recursion with the actual motion as the required one gives the actual accelerations.
     let actual = Required {
         zeta_dot: Vector6::from(zeta_dot),
         zeta_ddot: Vector6::from(zeta_ddot),
     };
-    let true_motions = decomposition::motions(&configuration, &zeta_dot, &actual, GRAVITY);
+    let true_motions = decomposition::motions(&configuration, &zeta_dot, &actual, &ground);
     let believed: [Inertia; Body::COUNT] =
         std::array::from_fn(|b| plant.inertias()[b] * (1.0 + 0.4 * noise(k, 70 + b)));
     let estimates = std::array::from_fn(|b| {
@@ -78,15 +91,21 @@ fn instant(k: usize) -> Instant {
         zeta_dot,
         ..State::default()
     };
-    let (f, tau) = plant.inverse_dynamics(&state, &zeta_ddot, &[0.0; 6]);
-    let Q = |i: usize| match i {
-        0..3 => f[i] * configuration.strokes[i].prime,
-        _ => tau[i - 3],
+    // What moves the plant so, by how it moves without.
+    let base = hdrm::Input {
+        base_tilt: input.base_tilt,
+        base_acceleration: input.base_acceleration,
+        base_angular_velocity: input.base_angular_velocity,
+        base_angular_acceleration: input.base_angular_acceleration,
+        ..hdrm::Input::default()
     };
+    let (M, _) = plant.equations_of_motion(&state);
+    let free = Vector6::from(plant.forward_dynamics(&state, &base));
+    let Q = M * (Vector6::from(zeta_ddot) - free);
     let friction = |i: usize| machine.joint_viscous[i] * zeta_dot[i];
     Instant {
         rate_error: std::array::from_fn(|i| required.zeta_dot[i] - zeta_dot[i]),
-        Q_error: std::array::from_fn(|i| Q_r[i] - (Q(i) - friction(i))),
+        Q_error: std::array::from_fn(|i| Q_r[i] - (Q[i] - friction(i))),
         configuration,
         motions,
         net,

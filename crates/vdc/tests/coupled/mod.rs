@@ -18,7 +18,6 @@ pub struct Case {
     pub integral: bool,
     pub inertia_scale: f64,
     /// Of the plant.
-    /// Of the plant.
     pub actuators: PerAxis<machine::Emla>,
     /// What the controller takes them for.
     pub nominal: PerAxis<machine::Emla>,
@@ -93,6 +92,8 @@ pub struct Loop {
     pub set: (Input, [emla::Input; 3]),
     /// Commanded rates of the joints and of the tip.
     pub rates: [[f64; 6]; 2],
+    /// How the base moves (what else it holds does not count), and whether the controller is told.
+    pub base: (hdrm::Input, bool),
     /// Outputs of the controller at the start of the last step.
     pub last: Output,
     /// Commands on their way to the machine, the oldest first.
@@ -156,6 +157,7 @@ impl Loop {
             set,
             channel: VecDeque::new(),
             rates: [[0.0; 6]; 2],
+            base: (hdrm::Input::default(), false),
             last: Output::default(),
         }
     }
@@ -171,6 +173,13 @@ impl Loop {
         }
         let channel = self.controller.timing().delay.saturating_sub(1);
         [measured.rate_joint, measured.rate_tip] = self.rates;
+        let (base, is_told) = self.base;
+        if is_told {
+            measured.base_tilt = base.base_tilt;
+            measured.base_acceleration = base.base_acceleration;
+            measured.base_angular_velocity = base.base_angular_velocity;
+            measured.base_angular_acceleration = base.base_angular_acceleration;
+        }
         let (controller, settings) = (&mut self.controller, &self.settings);
         let fresh = controller.evaluate(settings, &measured).expect("finite");
         let command = match schedule {
@@ -213,7 +222,7 @@ impl Loop {
             f,
             tau_wrist: command.tau_wrist,
             wrench_env: [0.0; 6],
-            ..hdrm::Input::default()
+            ..base
         };
         self.state = self
             .plant
