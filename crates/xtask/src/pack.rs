@@ -40,6 +40,20 @@ pub fn suite_with(
     Ok(packed)
 }
 
+/// Names of the files that [`suite`] writes; a folder may hold other FMUs beside them, such as those of the examples.
+pub fn names(workspace: &Workspace) -> Result<Vec<String>> {
+    let mut names: Vec<String> = SYSTEMS.map(|(_, archive, _)| archive.to_string()).into();
+    let descriptions = workspace.root.join("modelDescription");
+    for entry in fs::read_dir(&descriptions).with_context(|| descriptions.display().to_string())? {
+        let path = entry?.path();
+        if path.extension().is_some_and(|suffix| suffix == "xml") {
+            let name = path.with_extension("fmu");
+            names.extend(name.file_name().map(|n| n.to_string_lossy().into_owned()));
+        }
+    }
+    Ok(names)
+}
+
 /// Pack FMUs, built with a profile for this machine, into `out`; the files written.
 pub fn fmus(
     workspace: &Workspace,

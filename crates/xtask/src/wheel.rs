@@ -24,8 +24,6 @@ const MATURIN: &str = "maturin==1.16.0\n";
 const PROGRAM: &str = "HDRM_FMU";
 /// What the notices of the crates in a module for this machine are collected for.
 const LINUX: &str = "x86_64-unknown-linux-gnu";
-/// Files of a folder of packed FMUs that go into the package.
-const PACKED: [&str; 2] = ["fmu", "ssp"];
 /// Platforms that wheels for other machines are made for; their FMUs hold libraries for all of these.
 const PLATFORMS: [&str; 2] = ["linux64", "win64"];
 /// The one of which `cargo xtask dist` hands out the wheel: the others have never been installed anywhere.
@@ -123,9 +121,20 @@ fn prepare(workspace: &Workspace, fmus: &Path, triple: &str) -> Result<()> {
     }
     let parameters = data.join("parameters");
     fs::create_dir_all(&parameters).with_context(|| parameters.display().to_string())?;
-    let packed = copy(fmus, &PACKED, &data)?;
-    ensure!(packed > 0, "{} holds no packed FMUs", fmus.display());
-    copy(&workspace.root.join("parameters"), &["json"], &parameters)?;
+    for name in pack::names(workspace)? {
+        let from = fmus.join(&name);
+        fs::copy(&from, data.join(&name)).with_context(|| from.display().to_string())?;
+    }
+    let of_repository = workspace.root.join("parameters");
+    for entry in fs::read_dir(&of_repository)? {
+        let from = entry?.path();
+        if let (Some(name), true) = (
+            from.file_name(),
+            from.extension().is_some_and(|s| s == "json"),
+        ) {
+            fs::copy(&from, parameters.join(name)).with_context(|| from.display().to_string())?;
+        }
+    }
     let notices = Notices::new(&workspace.cargo)?;
     for (name, bytes) in notices.files(&workspace.cargo, "hdrm-fmu-python", &[triple])? {
         fs::write(data.join(name), bytes)?;
@@ -134,20 +143,6 @@ fn prepare(workspace: &Workspace, fmus: &Path, triple: &str) -> Result<()> {
         fs::copy(workspace.root.join(licence), data.join(licence)).context(licence)?;
     }
     Ok(())
-}
-
-/// Copy the files with these suffixes; how many there are.
-fn copy(from: &Path, suffixes: &[&str], to: &Path) -> Result<usize> {
-    let mut count = 0;
-    for entry in fs::read_dir(from).with_context(|| from.display().to_string())? {
-        let path = entry?.path();
-        let suffix = path.extension().unwrap_or_default().to_string_lossy();
-        if let (Some(name), true) = (path.file_name(), suffixes.contains(&suffix.as_ref())) {
-            fs::copy(&path, to.join(name)).with_context(|| path.display().to_string())?;
-            count += 1;
-        }
-    }
-    Ok(count)
 }
 
 /// The wheel with the FMUs of a folder, in `out`: for this machine, or for all machines of a platform.
