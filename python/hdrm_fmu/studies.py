@@ -41,7 +41,8 @@ def monte_carlo(
     """
     seeds = list(range(1, seeds + 1) if isinstance(seeds, int) else seeds)
     cases = grid(mode=list(modes), trajectory=list(trajectories), seed=seeds)
-    return sweep(cases, out=out, world="real", **{"metrics": ("tracking",), **options})
+    options.setdefault("metrics", ("tracking",))
+    return sweep(cases, out=out, world="real", **options)
 
 
 def summary(table: pandas.DataFrame, metric: str = "known_rmse", by: Iterable[str] = ("mode", "trajectory")) -> pandas.DataFrame:

@@ -282,7 +282,7 @@ class System:
     def set(self, name: str | Mapping[str, object], value: object = None) -> None:
         """Set an input that no connection drives, or a tunable parameter, from the present time on; arrays whole or by element; several as
         a dictionary."""
-        values = self._names.settings(name if isinstance(name, dict) else {name: value}, "input")
+        values = self._names.settings({name: value} if isinstance(name, str) else by_name(name), "input")
         for full in values:
             v = self._names.all[full]
             if v.driver:
