@@ -51,6 +51,13 @@ impl Source {
         Ok(Self { machine, texts })
     }
 
+    /// Name of the shipped machine that this one is, or that it extends, through other files too; of several the nearest.
+    #[must_use]
+    pub fn shipped(&self) -> Option<&'static str> {
+        let name = |text: &String| PRESETS.iter().find(|(_, shipped)| shipped == text);
+        self.texts.iter().find_map(name).map(|(name, _)| *name)
+    }
+
     /// The shipped machine `name`, else that of the file.
     ///
     /// # Errors
@@ -299,7 +306,8 @@ mod tests {
         for (name, _) in PRESETS {
             let machine = Machine::preset(name).expect("shipped");
             assert_eq!(machine, read(&json!({"extends": name})).expect("valid"));
-            assert_eq!(machine, Source::named(name).expect("valid").machine);
+            let source = Source::named(name).expect("valid");
+            assert_eq!((source.shipped(), source.machine), (Some(name), machine));
         }
         assert_eq!(Machine::preset(""), Some(Machine::reference()));
         assert_eq!(Machine::preset("none"), None);
@@ -328,6 +336,7 @@ mod tests {
             (3.7, 0.4)
         );
         assert_eq!(source.texts.len(), 4);
+        assert_eq!(source.shipped(), Some("reference"));
         // A circle of two, and a file of itself.
         write("lowest.json", &json!({"extends": "inner/base.json"}));
         let refused = Source::named(&name).expect_err("a circle").to_string();

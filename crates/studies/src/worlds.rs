@@ -220,7 +220,7 @@ mod real;
 mod text;
 
 pub use bending::{SEEDS as BENDING_SEEDS, STEP as BENDING_STEP, SYSTEM as BENDING_SYSTEM};
-pub use real::{Cases, PARAMETERS, SEEDS as REAL_SEEDS, SYSTEM};
+pub use real::{Cases, PARAMETERS, SEEDS as REAL_SEEDS, SYSTEM, parameters_of};
 pub use text::{bending_verdict, text, verdict, write_csv};
 
 #[cfg(test)]

@@ -14,7 +14,11 @@ use crate::workspace::{FMU_PROFILE, Workspace, profile};
 /// System structures of the repository, the archives they become, and parameter sets that go with them without being bound.
 const SYSTEMS: [(&str, &str, &[&str]); 5] = [
     ("system/SystemStructure.ssd", "Manipulator.ssp", &[]),
-    ("system/Real.ssd", "Real.ssp", &["resources/real.ssv"]),
+    (
+        "system/Real.ssd",
+        "Real.ssp",
+        &["resources/real.ssv", "resources/real_hiab_xs031.ssv"],
+    ),
     ("system/Electric.ssd", "Electric.ssp", &[]),
     ("system/Testbed.ssd", "Testbed.ssp", &[]),
     ("system/RigTestbed.ssd", "RigTestbed.ssp", &[]),

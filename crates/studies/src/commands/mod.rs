@@ -13,6 +13,7 @@ pub mod worlds;
 
 use std::path::Path;
 
+use ::machine::Source;
 use anyhow::{Context as _, Result};
 use clap::Args;
 use cosim::cli::{self, SystemArgs, find};
@@ -20,8 +21,8 @@ use cosim::run::Experiment;
 use cosim::system::{Setting, System};
 use cosim::verdict::Verdict;
 use studies::experiment::{over, tell_delay};
-use studies::worlds::{BENDING_STEP, BENDING_SYSTEM, PARAMETERS, SYSTEM, World};
-use studies::{loads, machine_file};
+use studies::worlds::{BENDING_STEP, BENDING_SYSTEM, SYSTEM, World, parameters_of};
+use studies::{loads, machine_file, path_margins};
 use tip_path::PathFile;
 
 /// The packed machine.
@@ -55,19 +56,22 @@ impl MachineArgs {
             machine_file::bind(&mut system, machine)
                 .with_context(|| format!("--machine {machine}"))?;
         }
-        if self.carries() {
+        if self.carries()? {
             loads::connect(&mut system)?;
         }
         Ok(system)
     }
 
-    /// Whether loads are picked up on the path that is given. What is wrong with its file the controller says.
-    fn carries(&self) -> bool {
-        let Some(file) = &self.waypoints else {
-            return false;
-        };
-        let text = std::fs::read_to_string(file);
-        text.is_ok_and(|text| PathFile::parse(&text).is_ok_and(|path| loads::are_on(&path)))
+    /// Whether loads are picked up on the path that is given.
+    fn carries(&self) -> Result<bool> {
+        let path = self.waypoints.as_deref().map(path_margins::read);
+        Ok(path.transpose()?.is_some_and(|path| loads::are_on(&path)))
+    }
+
+    /// The parameter set of the real world that belongs to the machine.
+    fn parameters(&self) -> Result<&'static str> {
+        let source = self.file.as_deref().map(Source::named).transpose()?;
+        Ok(parameters_of(source.and_then(|source| source.shipped())))
     }
 
     /// As [`MachineArgs::load`], whatever path is given.
@@ -105,7 +109,7 @@ impl MachineArgs {
             World::Ideal => self.load(),
             World::Real => {
                 let mut system = self.system(&self.system, SYSTEM)?;
-                system.apply_set(Path::new(PARAMETERS))?;
+                system.apply_set(Path::new(self.parameters()?))?;
                 self.on(system)
             }
             World::Bending => {
@@ -120,7 +124,7 @@ impl MachineArgs {
     /// The machine of the real world in `path`, with its parameter set.
     fn real(&self, path: &Path) -> Result<System> {
         let mut system = self.beside(path)?;
-        system.apply_set(Path::new(PARAMETERS))?;
+        system.apply_set(Path::new(self.parameters()?))?;
         Ok(system)
     }
 

@@ -25,7 +25,7 @@ pub fn compare(
     study: StudyArg,
 ) -> Result<Value> {
     let network = RigNetwork::new()?;
-    let mut laws = laws_of(study, system, &network)?;
+    let mut laws = laws_of(study, system, &network, args.machine.parameters()?)?;
     if !args.laws.is_empty() {
         let names: Vec<&str> = laws.iter().map(|law| law.name.trim()).collect();
         for wanted in &args.laws {
@@ -82,11 +82,17 @@ pub fn in_the_loop(system: &System, base: &Experiment) -> Result<Value> {
     Ok(json!(runs))
 }
 
-fn laws_of(study: StudyArg, system: &System, network: &RigNetwork) -> Result<Vec<Law>> {
+/// `parameters` is the parameter set of the real world.
+fn laws_of(
+    study: StudyArg,
+    system: &System,
+    network: &RigNetwork,
+    parameters: &str,
+) -> Result<Vec<Law>> {
     Ok(match study {
         StudyArg::Ablation => laws::ablation(),
         StudyArg::IntegralRate => laws::rates(),
-        StudyArg::Changes => laws::changes(system, worlds::PARAMETERS, SHIPPED)?,
+        StudyArg::Changes => laws::changes(system, parameters, SHIPPED)?,
         StudyArg::Tried => laws::tried(SHIPPED, &network.path),
         StudyArg::Sensors => laws::sensors(SHIPPED),
         _ => laws::rivals(),

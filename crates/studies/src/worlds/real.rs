@@ -18,8 +18,17 @@ use crate::perturbation::{Bounds, draw};
 pub const SYSTEM: &str = "Real.ssp";
 /// Its parameter set: what is changed in the controller, and in where the delay is, for this world.
 pub const PARAMETERS: &str = "resources/real.ssv";
+/// The same for shipped machines whose own differ.
+const PARAMETERS_OF: [(&str, &str); 1] = [("hiab_xs031", "resources/real_hiab_xs031.ssv")];
 /// Machines that are drawn where no number is asked for.
 pub const SEEDS: u64 = 20;
+
+/// The parameter set of the machine `name`, or of one that extends it; of any other machine that of the reference machine.
+#[must_use]
+pub fn parameters_of(name: Option<&str>) -> &'static str {
+    let own = PARAMETERS_OF.iter().find(|(of, _)| name == Some(*of));
+    own.map_or(PARAMETERS, |(_, file)| file)
+}
 
 /// Machines, and the folder of their files.
 pub struct Cases {
