@@ -6,7 +6,7 @@ use anyhow::{Context, Result};
 use cosim::ssd::Parameter;
 use cosim::system::{Setting, System};
 use cosim::wiring::Port;
-use machine::{Machine, Source, preset};
+use machine::{AXES, Machine, Source, preset};
 use percent_encoding::percent_decode_str;
 use sha2::{Digest, Sha256};
 
@@ -27,16 +27,20 @@ pub struct MachineFile {
 }
 
 /// Binds `machine`, a file or the name of a shipped machine, to the parameter `machine_file` of every component that has one, and to each
-/// actuator its place as `axis`, in place of what the system binds to them.
+/// actuator its place as `axis`, in place of what the system binds to them: the one that its name ends in, as `emla_lift`, else the next.
 ///
 /// # Errors
 /// Everything that is wrong with the machine, or a manipulator that takes none.
 pub fn bind(system: &mut System, machine: &str) -> Result<()> {
     Source::named(machine)?;
-    // The plant of another maker may have its dimensions from elsewhere.
-    system.port("hdrm.machine_file")?;
+    // The plant of another maker may have its dimensions from elsewhere; a testbed has none.
+    if let Ok(plant) = system.port("f_hold[1]") {
+        let file = system.port_of(plant.component, MACHINE_FILE);
+        file.context("this manipulator takes no machine file")?;
+    }
     let mut actuators = 0;
     for (component, fmu) in system.structure.components.iter_mut().zip(&system.fmus) {
+        let name = component.name.clone();
         let mut bind = |name: &str, value: String, data_type| {
             component.parameters.retain(|p| p.name != name);
             component.parameters.push(Parameter {
@@ -52,7 +56,9 @@ pub fn bind(system: &mut System, machine: &str) -> Result<()> {
         }
         if fmu.description.index(AXIS).is_some() {
             actuators += 1;
-            bind(AXIS, actuators.to_string(), "Integer");
+            let named = AXES.iter().position(|axis| name.ends_with(axis));
+            let axis = named.map_or(actuators, |k| k + 1);
+            bind(AXIS, axis.to_string(), "Integer");
         }
     }
     Ok(())

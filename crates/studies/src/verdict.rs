@@ -69,10 +69,10 @@ impl Watch {
         let machine = &file.machine;
         let (mut found, mut drives) = (Found::default(), 0);
         for k in 0..system.fmus.len() {
-            if let Ok(v_max) = system.port_of(k, "v_max") {
+            let limits = ["v_max", "i_max"].map(|limit| system.port_of(k, limit));
+            if let [Ok(v_max), Ok(i_max)] = limits {
                 let name = &system.structure.components[k].name;
-                let i_max = parameter(system.port_of(k, "i_max")?)?;
-                let v_max = parameter(v_max)?;
+                let [v_max, i_max] = [parameter(v_max)?, parameter(i_max)?];
                 let mut of =
                     |variable| Ok::<_, anyhow::Error>(found.index(system.port_of(k, variable)?));
                 let voltage = Quantity::Length(of("v_d")?, of("v_q")?);
