@@ -9,6 +9,7 @@ mod text;
 
 pub use motor::Motor;
 pub use payload::{Metrics, Sensitivity};
+pub(crate) use text::WINDING_LIMIT;
 pub use text::write_csv;
 
 use anyhow::{Context, Result, ensure};

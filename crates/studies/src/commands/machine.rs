@@ -7,8 +7,10 @@ use anyhow::{Context, Result, bail, ensure};
 use capability::{Capability, Limits, Motion, Payload};
 use clap::{Args, Subcommand};
 use cosim::cli::print;
-use machine::{Machine, Source, extending, preset};
+use hdrm::HdrmError;
+use machine::{AXES, Machine, Source, extending, preset};
 use studies::machines::drawing::Sheet;
+use studies::machines::lasting::Lasting;
 use studies::machines::load_chart::LoadChart;
 use studies::machines::scaling::booms;
 use studies::perturbation::{Bounds, draw};
@@ -39,7 +41,7 @@ pub struct CheckArgs {
 #[derive(Args)]
 pub struct ScaleArgs {
     /// Factor on all lengths of the booms; masses follow its cube, inertias its fifth power, strokes, screws and trajectories the factor
-    #[arg(long, value_name = "FACTOR")]
+    #[arg(long, value_name = "FACTOR", allow_negative_numbers = true)]
     booms: f64,
     /// Machine file, or name of a shipped machine, to start from
     #[arg(long, value_name = "FILE|NAME", default_value = "reference")]
@@ -58,7 +60,12 @@ pub struct DrawArgs {
     #[arg(long, value_name = "FILE", default_value = "machine.svg")]
     output: PathBuf,
     /// Factor on all weights, for what is not at rest
-    #[arg(long, value_name = "FACTOR", default_value_t = 1.0)]
+    #[arg(
+        long,
+        value_name = "FACTOR",
+        default_value_t = 1.0,
+        allow_negative_numbers = true
+    )]
     dynamic_factor: f64,
     /// Also write the load chart to this CSV file: place, joint angles, payload, limit
     #[arg(long, value_name = "FILE")]
@@ -112,20 +119,30 @@ pub fn read(name: &str) -> Result<Machine> {
 
 fn check(args: &CheckArgs) -> Result<()> {
     let name = &args.machine;
-    let found = match Source::named(name) {
-        Err(error) => error.lines(),
-        Ok(Source { machine, .. }) => of_mechanism(&machine),
+    let (found, notes) = match Source::named(name) {
+        Err(error) => (error.lines(), Vec::new()),
+        Ok(Source { machine, .. }) => (of_mechanism(&machine), of_motors(&machine)),
     };
+    for note in &notes {
+        print(format_args!("note: {note}\n"))?;
+    }
     if found.is_empty() {
         return print(format_args!("{name}: a machine with which all FMUs run\n"));
     }
     print(found.join("\n") + "\n")?;
-    bail!("{name}: {} found", found.len())
+    let is_missing = |line: &String| line.ends_with(" is missing") && !line.contains('.');
+    let hint = if found.iter().any(is_missing) {
+        "; a file that says only what differs from another machine needs \"extends\": \"reference\""
+    } else {
+        ""
+    };
+    bail!("{name}: {} found{hint}", found.len())
 }
 
 /// What is wrong with a machine whose values are each for themselves in range: loops that do not close, a start that it cannot hold.
 fn of_mechanism(machine: &Machine) -> Vec<String> {
     let capability = match Capability::new(machine, &Payload::of(machine)) {
+        Err(HdrmError::Geometry(error)) => return vec![format!("`geometry`: {error}")],
         Err(error) => return vec![error.to_string()],
         Ok(capability) => capability,
     };
@@ -134,6 +151,23 @@ fn of_mechanism(machine: &Machine) -> Vec<String> {
     let beyond = margins.iter().filter(|margin| !margin.holds());
     beyond
         .map(|margin| format!("at the start pose, `start.zeta`, at rest: {margin}"))
+        .collect()
+}
+
+/// Which motors cannot hold the start pose for ever.
+fn of_motors(machine: &Machine) -> Vec<String> {
+    let Ok(capability) = Capability::new(machine, &Payload::of(machine)) else {
+        return Vec::new();
+    };
+    let torques = capability.demand(&Motion::rest(machine.start.zeta)).tau_e;
+    let each = AXES.into_iter().zip(torques).zip(Lasting::of(machine));
+    let beyond = each.filter(|((_, torque), lasting)| torque.abs() > lasting.torque);
+    beyond
+        .map(|((axis, torque), Lasting { torque: most, by })| {
+            format!(
+                "the start pose cannot be held for ever: motor torque of {axis} = {torque:.1} N·m, of which {most:.1} N·m may last ({by})"
+            )
+        })
         .collect()
 }
 
@@ -182,6 +216,12 @@ fn name_beside(name: &str, output: &Path) -> Result<String> {
 }
 
 fn draw_sheet(args: &DrawArgs) -> Result<()> {
+    let kind = args.output.extension().unwrap_or_default();
+    ensure!(
+        kind == "svg" || kind == "png",
+        "--output {} must end in .svg or .png",
+        args.output.display()
+    );
     let machine = read(&args.machine)?;
     let chart = LoadChart::new(&machine, args.dynamic_factor)?;
     if let Some(path) = &args.csv {

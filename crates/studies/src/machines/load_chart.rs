@@ -2,11 +2,13 @@
 #![allow(non_snake_case)] // symbols of the machine file
 
 use anyhow::{Context, Result, ensure};
-use capability::{Capability, Limits, Margin, Motion, Payload, Quantity};
+use capability::{Capability, Demand, Limits, Margin, Motion, Payload, Quantity};
 use hdrm::{Body, DOF};
-use machine::Machine;
+use machine::{AXES, Machine};
 use nalgebra::Vector3;
 use std::io::Write;
+
+use super::lasting::Lasting;
 
 /// Poses along each of the two boom joints.
 const POSES: usize = 81;
@@ -26,6 +28,10 @@ pub struct Place {
     pub payload: Option<f64>,
     /// What limits it.
     pub limit: Quantity,
+    /// Greatest payload that may be held for ever, kg: at most `payload`, and what the motors hold with the torque that lasts.
+    pub lasting: Option<f64>,
+    /// The actuator whose lasting torque limits that, counted from 0; none where it is `limit`.
+    pub lasting_limit: Option<usize>,
 }
 
 /// Greatest payloads over lift and tilt angles.
@@ -43,6 +49,7 @@ struct Loads {
     empty: Capability,
     loaded: Capability,
     limits: Limits,
+    lasting: [Lasting; 3],
     factor: f64,
     tip: Vector3<f64>,
 }
@@ -89,15 +96,20 @@ impl LoadChart {
     pub fn write_csv(&self, file: &mut impl Write) -> Result<()> {
         writeln!(
             file,
-            "reach_m,height_m,lift_rad,tilt_rad,wrist_2_rad,payload_kg,limit"
+            "reach_m,height_m,lift_rad,tilt_rad,wrist_2_rad,payload_kg,limit,lasting_kg,lasting_limit"
         )?;
         for p in self.places() {
             let [_, lift, tilt, _, wrist, _] = p.zeta;
             let payload = p.payload.unwrap_or(0.0);
             let (reach, height, limit) = (p.reach, p.height, p.limit);
+            let lasting = p.lasting.unwrap_or(0.0);
+            let motor = p.lasting_limit.map_or_else(
+                || limit.to_string(),
+                |k| format!("lasting torque of {}", AXES[k]),
+            );
             writeln!(
                 file,
-                "{reach},{height},{lift},{tilt},{wrist},{payload},{limit}"
+                "{reach},{height},{lift},{tilt},{wrist},{payload},{limit},{lasting},{motor}"
             )?;
         }
         Ok(())
@@ -118,6 +130,7 @@ impl Loads {
             empty: with(0.0).context("the mechanism")?,
             loaded: with(UNIT).context("the mechanism")?,
             limits: Limits::of(machine),
+            lasting: Lasting::of(machine),
             factor,
             tip: Vector3::from(machine.geometry.r_D4_T4),
         })
@@ -127,6 +140,7 @@ impl Loads {
     fn place(&self, zeta: [f64; DOF]) -> Option<Place> {
         let motion = Motion::rest(zeta);
         let [empty, loaded] = [&self.empty, &self.loaded].map(|c| c.demand(&motion));
+        let torques = self.motors(&empty, &loaded);
         let [empty, loaded] = [empty, loaded].map(|demand| self.limits.margins(&demand));
         let reaches = |m: &Margin| {
             m.holds() || !matches!(m.quantity, Quantity::Joint(_) | Quantity::Stroke(_))
@@ -134,12 +148,14 @@ impl Loads {
         if !empty.iter().all(reaches) {
             return None;
         }
-        let most = |(a, b): (&Margin, &Margin)| (most(a, b, self.factor), a.quantity);
         let (payload, limit) = empty
             .iter()
             .zip(&loaded)
-            .map(most)
+            .map(|(a, b)| (of_margin(a, b, self.factor), a.quantity))
             .min_by(|a, b| a.0.total_cmp(&b.0))?;
+        let (warm, motor) = torques;
+        let of_motor = (warm < payload).then_some(motor);
+        let lasting = warm.min(payload);
         let poses = self.empty.plant().tree().configuration(&zeta).world_poses();
         let last = poses[Body::D4 as usize];
         let tip = last.r + last.R * self.tip;
@@ -149,23 +165,40 @@ impl Loads {
             height: tip.y,
             payload: (payload >= 0.0).then_some(payload),
             limit,
+            lasting: (lasting >= 0.0).then_some(lasting),
+            lasting_limit: of_motor,
         })
+    }
+
+    /// The payload, kg, at which a motor first comes to its lasting torque, at rest whatever the factor, and which motor that is.
+    fn motors(&self, empty: &Demand, loaded: &Demand) -> (f64, usize) {
+        let each = (0..3).map(|i| {
+            let both = self.lasting[i].torque;
+            let torques = [empty.tau_e[i], loaded.tau_e[i]];
+            (most(torques, [-both, both]), i)
+        });
+        let least = each.min_by(|a, b| a.0.total_cmp(&b.0));
+        least.expect("three motors")
     }
 }
 
-/// The payload, kg, at which a quantity comes to its limit: it is `factor·(a + (b − a)·m/UNIT)`. Negative where it is beyond without any.
-fn most(a: &Margin, b: &Margin, factor: f64) -> f64 {
-    let slope = (b.value - a.value) / UNIT;
-    let [min, max] = a.range.map(|end| end / factor);
+/// The payload, kg, at which a quantity comes to its limit with all weights times `factor`; endless for one that is none of the load.
+fn of_margin(a: &Margin, b: &Margin, factor: f64) -> f64 {
     if matches!(a.quantity, Quantity::Joint(_) | Quantity::Stroke(_)) {
         return f64::INFINITY;
     }
-    if !(min..=max).contains(&a.value) {
+    most([a.value, b.value], a.range.map(|end| end / factor))
+}
+
+/// The payload m, kg, at which `a + (b − a)·m/UNIT` leaves the range. Negative where it is outside without any.
+fn most([a, b]: [f64; 2], [min, max]: [f64; 2]) -> f64 {
+    let slope = (b - a) / UNIT;
+    if !(min..=max).contains(&a) {
         return -1.0;
     }
     match slope {
-        s if s > 0.0 => (max - a.value) / s,
-        s if s < 0.0 => (min - a.value) / s,
+        s if s > 0.0 => (max - a) / s,
+        s if s < 0.0 => (min - a) / s,
         _ => f64::INFINITY,
     }
 }
@@ -206,6 +239,34 @@ mod tests {
             }
             assert!(seen > 100, "{name}: {seen} places");
         }
+    }
+
+    /// At the lasting payload the named motor gives its lasting torque, and no other more; where none is named it is the peak payload.
+    #[test]
+    fn the_lasting_edge_is_true() {
+        let mut machine = Machine::reference();
+        machine.ratings.lift.motor_torque = 22.0;
+        machine.ratings.tilt.motor_torque = 25.0;
+        let com = Payload::of(&machine).com;
+        let most = Lasting::of(&machine);
+        let chart = LoadChart::new(&machine, 1.0).expect("chart");
+        let mut seen = [0; 4];
+        for place in chart.places().step_by(7) {
+            let Some(mass) = place.lasting else { continue };
+            let Some(k) = place.lasting_limit else {
+                assert_eq!(place.lasting, place.payload);
+                seen[3] += 1;
+                continue;
+            };
+            seen[k] += 1;
+            let capability = Capability::new(&machine, &Payload { mass, com }).expect("closed");
+            let torques = capability.demand(&Motion::rest(place.zeta)).tau_e;
+            assert!((torques[k].abs() / most[k].torque - 1.0).abs() < 1e-9);
+            let within = |i: usize| torques[i].abs() <= most[i].torque * (1.0 + 1e-9);
+            assert!((0..3).all(within), "{place:?} {torques:?}");
+            assert!(mass <= place.payload.unwrap_or(0.0));
+        }
+        assert!(seen[1] > 20 && seen[2] > 20, "{seen:?}");
     }
 
     /// Oracle: at rest all weights count with the factor, as with as much more gravity.

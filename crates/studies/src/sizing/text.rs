@@ -9,7 +9,7 @@ use machine::Ratings;
 use super::{Axis, Sizing};
 
 /// Winding temperature that insulation of class F stands (IEC 60085: 155 °C), K.
-const WINDING_LIMIT: f64 = 428.15;
+pub(crate) const WINDING_LIMIT: f64 = 428.15;
 
 impl Axis {
     /// What is told of it: name, unit, value, rating where there is one.
