@@ -2,6 +2,7 @@
 
 import csv
 import json
+import runpy
 
 import pytest
 from jsonschema import Draft202012Validator
@@ -74,7 +75,21 @@ def test_check_tells_everything_at_once(tmp_path):
         assert call("hdrm-fmu", "machine", "check", name).returncode == 0
     open_loop = write(tmp_path / "open.json", {"extends": "reference", "geometry": {"d5": 0.01}})
     done = call("hdrm-fmu", "machine", "check", open_loop)
-    assert done.returncode == 1 and done.stdout.strip(), done.stdout + done.stderr
+    assert done.returncode == 1 and done.stdout.startswith("`geometry`: the four-bar does not close"), done.stdout + done.stderr
+    part = call("hdrm-fmu", "machine", "check", write(tmp_path / "part.json", {"gravity": 1.6}))
+    assert part.returncode == 1 and "`bodies` is missing" in part.stdout and 'needs "extends": "reference"' in part.stderr
+
+
+def test_a_start_that_no_motor_holds_for_ever_is_noted(tmp_path):
+    weak = {"extends": "reference", "emla": {"lift": {"heat": {"C_w": 2e3, "R_wh": 0.06, "C_h": 15e3, "R_ha": 1.5}}}}
+    done = call("hdrm-fmu", "machine", "check", write(tmp_path / "weak.json", weak))
+    assert done.returncode == 0, done.stderr
+    assert "note: the start pose cannot be held for ever: motor torque of lift = " in done.stdout and "winding at 155 °C" in done.stdout
+
+
+def test_a_sheet_is_svg_or_png(tmp_path):
+    done = call("hdrm-fmu", "machine", "draw", "reference", "--output", tmp_path / "sheet.pdf")
+    assert done.returncode == 1 and "must end in .svg or .png" in done.stderr
 
 
 def test_the_schema_takes_what_the_program_takes():
@@ -114,27 +129,41 @@ def test_one_option_names_the_machine_for_all_fmus(machine, tmp_path):
     each = call("hdrm-fmu", "run", *machine, *SHORT, "--quiet", *(x for f in files for x in ("--set", f)))
     numbers = [[line for line in done.stdout.splitlines() if "simulated in" not in line] for done in (named, each)]
     assert named.returncode == 0 and numbers[0] == numbers[1], named.stderr
+    for system in ["Electric.ssp", "Testbed.ssp"]:
+        other = call("hdrm-fmu", "run", "--system", machine[1].with_name(system), *SHORT, "--machine", "hiab_xs031", "--quiet")
+        assert "--machine" not in other.stderr, other.stderr
     wrong = write(tmp_path / "wrong.json", {"extends": "reference", "gravity": -1})
     refused = call("hdrm-fmu", "run", *machine, "--machine", wrong)
     assert refused.returncode == 1 and "`gravity` = -1" in refused.stderr
 
 
-@pytest.mark.parametrize("name", ["reference", "hiab_xs031"])
-def test_the_edge_of_the_load_chart_is_that_of_a_run(machine, tmp_path, name):
-    """Held at 0.98 of the payload nothing is beyond its rating; at 1.05 the verdict names what the chart names."""
-    chart = tmp_path / "chart.csv"
-    picture = tmp_path / "sheet.svg"
+def test_the_loader_crane_is_what_its_script_writes():
+    script = runpy.run_path(str(ROOT / "tests/oracle/hiab_xs031.py"))
+    assert script["text"]() == (PARAMETERS / "hiab_xs031.json").read_text(), "python tests/oracle/hiab_xs031.py"
+
+
+def edge_of(name, tmp_path):
+    """Two places of the load chart, limited by a force: joint angles, payload, number of the actuator and name of the limit."""
+    chart, picture = tmp_path / "chart.csv", tmp_path / "sheet.svg"
     done = call("hdrm-fmu", "machine", "draw", name, "--output", picture, "--csv", chart)
     assert done.returncode == 0 and "<svg" in picture.read_text()[:200], done.stderr
     rows = list(csv.DictReader(chart.open()))
+    assert all(float(r["lasting_kg"]) <= float(r["payload_kg"]) for r in rows)
     places = [r for r in rows if r["limit"].startswith("force of ") and float(r["payload_kg"]) > 100]
     assert len(places) > 500
     for row in (places[len(places) // 5], places[4 * len(places) // 5]):
+        zeta = [0, float(row["lift_rad"]), float(row["tilt_rad"]), 0, float(row["wrist_2_rad"]), 0]
         axis = ["slew", "lift", "tilt"].index(row["limit"].removeprefix("force of ")) + 1
+        yield zeta, float(row["payload_kg"]), axis, row["limit"]
+
+
+@pytest.mark.parametrize("name", ["reference", "hiab_xs031"])
+def test_the_edge_of_the_load_chart_is_that_of_a_run(machine, tmp_path, name):
+    """Held at 0.98 of the payload nothing is beyond its rating; at 1.05 the verdict names what the chart names."""
+    for zeta, payload, axis, _ in edge_of(name, tmp_path):
         for share, is_beyond in [(0.98, False), (1.05, True)]:
-            zeta = [0, float(row["lift_rad"]), float(row["tilt_rad"]), 0, float(row["wrist_2_rad"]), 0]
-            payload = share * float(row["payload_kg"])
-            file = write(tmp_path / "held.json", {"extends": name, "start": {"zeta": zeta}, "bodies": {"PL": {"mass": payload}}})
+            held = {"extends": name, "start": {"zeta": zeta}, "bodies": {"PL": {"mass": share * payload}}}
+            file = write(tmp_path / "held.json", held)
             run = call("hdrm-fmu", "run", *machine, "--machine", file, "--stop-time", "0.5", "--quiet")
             assert run.returncode == 0, run.stderr
             forces = [line for line in run.stdout.splitlines() if "force of emla" in line]
