@@ -169,3 +169,27 @@ def test_the_edge_of_the_load_chart_is_that_of_a_run(machine, tmp_path, name):
             forces = [line for line in run.stdout.splitlines() if "force of emla" in line]
             assert bool(forces) == is_beyond, run.stdout
             assert not is_beyond or any(f"force of emla_{axis}:" in line for line in forces), run.stdout
+
+
+@pytest.mark.parametrize("name, com", [("reference", [0.0, 0.05, 0.04]), ("hiab_xs031", [0.05, 0.0, 0.0])])
+def test_the_edge_of_the_load_chart_is_that_of_a_path(machine, tmp_path, name, com):
+    """Half of the payload is there, the rest is picked up on a path, at the payload's centre of mass: up to 0.98 the path is let through and
+    its run holds; at 1.05 the check refuses it by the chart's limit, and without the check the run's verdict names the same."""
+    modular = ["--mode", "modular", "--quiet", "--set", "controller.settle_time=0"]
+    for zeta, payload, axis, limit in edge_of(name, tmp_path):
+        half = {"extends": name, "start": {"zeta": zeta}, "bodies": {"PL": {"mass": 0.5 * payload}}}
+        file = write(tmp_path / "half.json", half)
+
+        def run(share, *options):
+            load = {"mass": (share - 0.5) * payload, "com": com, "over": 1.5}
+            points = [{"position": [0, 0, 0], "dwell": 2.0, "load": load}, {"position": [0, 0, 0.003]}]
+            path = {"relative": True, "limits": {"speed": 0.01, "acceleration": 0.02, "jerk": 0.1}, "waypoints": points}
+            path = write(tmp_path / "path.json", path)
+            return call("hdrm-fmu", "run", *machine, "--machine", file, "--waypoints", path, *modular, *options)
+
+        held = run(0.98)
+        assert held.returncode == 0 and "verdict: good" in held.stdout, held.stdout + held.stderr
+        refused = run(1.05)
+        assert refused.returncode == 1 and "at waypoint 1" in refused.stderr and f"{limit} = " in refused.stderr, refused.stderr
+        tried = run(1.05, "--set", "controller.path_check=false")
+        assert tried.returncode == 0 and f"force of emla_{axis}: up to" in tried.stdout, tried.stdout + tried.stderr

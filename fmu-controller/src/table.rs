@@ -342,7 +342,7 @@ pub(crate) const VARIABLES: &[V] = &[
     depends!(V::outputs("i_q_required", "required quadrature-axis currents (peak)", |y| &y.i_q_required)
         .unit("A"), motion_rod_and, "i_d[i]", "i_q[i]", "w_m[i]", "T_winding[i]"),
     V::output("motion_end", "time at which the reference has come to its end; the start time if trajectory = external", |y| &y.motion_end)
-        .unit("s").depends_on(&[]).initially_depends_on(&[ALL_PARAMETERS]).discrete(),
+        .unit("s").depends_on(&[]).initially_depends_on(&["zeta", ALL_PARAMETERS]).discrete(),
     V::outputs("desired.position", "desired tip position in the world", |y| &y.desired_position)
         .unit("m").depends_on(&["reference.position"]).initially_depends_on(&["zeta", "reference.position", ALL_PARAMETERS]).discrete(),
     depends!(V::outputs("tip_error", "desired minus actual tip position in the world", |y| &y.tip_error)
@@ -355,9 +355,9 @@ pub(crate) const VARIABLES: &[V] = &[
         .unit("rad").display_unit("deg"), on, "zeta", "reference.orientation"),
 
     V::output("load.mass", "mass that the path has the end-effector carry beside its payload", |y| &y.load.mass)
-        .unit("kg").depends_on(&[]).initially_depends_on(&[ALL_PARAMETERS]).discrete(),
+        .unit("kg").depends_on(&[]).initially_depends_on(&["zeta", ALL_PARAMETERS]).discrete(),
     V::outputs("load.com", "place of that load from the tip T4, in T4's axes", |y| &y.load.com)
-        .unit("m").depends_on(&[]).initially_depends_on(&[ALL_PARAMETERS]).discrete(),
+        .unit("m").depends_on(&[]).initially_depends_on(&["zeta", ALL_PARAMETERS]).discrete(),
 
     // Adaptation
     mass_hat!("T1", T1), mass_hat!("A2", A2), mass_hat!("C2", C2), mass_hat!("D2", D2), mass_hat!("A3", A3),
