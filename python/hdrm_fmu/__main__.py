@@ -24,7 +24,7 @@ def demo(args):
 
 
 def monte_carlo(args):
-    options = {"modes": args.modes, "trajectories": args.trajectories, "client": _client(args)}
+    options = {"modes": args.modes, "trajectories": args.trajectories, "waypoints": args.waypoints, "client": _client(args)}
     table = studies.monte_carlo(args.seeds, out=args.out / "monte-carlo", **options)
     print(studies.summary(table).to_string())
     plots.spread(table, path=args.out / "monte-carlo.png")
@@ -81,6 +81,7 @@ def arguments():
     sub.add_argument("--seeds", type=int, default=20)
     sub.add_argument("--modes", nargs="+", default=["adaptive_integral", "modular_integral"])
     sub.add_argument("--trajectories", nargs="+", default=["cubic"])
+    sub.add_argument("--waypoints", metavar="FILE", help="path that all follow instead of a trajectory")
     sub.add_argument("--scheduler", metavar="ADDRESS", help="of a Dask scheduler; default: processes on this machine")
     sub = command(sobol, "which parameter matters: Sobol indices")
     default = ["hdrm.inertia_scale=0.8:1.2", "hdrm.payload.mass=0:100", "Lambda_position=5:25"]

@@ -32,7 +32,7 @@ def monte_carlo(
     Parameters
     ----------
     seeds : number of machines, or the seeds themselves.
-    modes, trajectories : compared on the same machines.
+    modes, trajectories : compared on the same machines; with `waypoints` all follow that path instead of a trajectory.
     out, **options : as of `sweep`.
 
     Returns
@@ -40,7 +40,10 @@ def monte_carlo(
     DataFrame of `sweep` with the metrics `tracking`: `known_rmse` (m) is the error that a controller which reads joints can know.
     """
     seeds = list(range(1, seeds + 1) if isinstance(seeds, int) else seeds)
-    cases = grid(mode=list(modes), trajectory=list(trajectories), seed=seeds)
+    columns = {"mode": list(modes), "trajectory": list(trajectories), "seed": seeds}
+    if options.get("waypoints") is not None:
+        del columns["trajectory"]
+    cases = grid(**columns)
     options.setdefault("metrics", ("tracking",))
     return sweep(cases, out=out, world="real", **options)
 

@@ -10,7 +10,7 @@ import pytest
 
 import hdrm_fmu
 from conftest import program
-from hdrm_fmu import BadInput, RunFailed, System, sweep
+from hdrm_fmu import BadInput, RunFailed, System, studies, sweep
 
 #: Picked up at 1.6 s and set down at the end, some centimetres from where the tip starts.
 PATH = {
@@ -92,6 +92,13 @@ def test_sweeps_over_paths_and_on_one(two_workers, path, tmp_path):
     path.write_text(json.dumps({**PATH, "limits": {"speed": 0.05}}))
     again = sweep(cases, out=tmp_path / "over", **quick)
     assert again["key"][1] == over["key"][1] and again["key"][0] != over["key"][0] and again["tip_rmse"][0] != over["tip_rmse"][0]
+
+
+def test_monte_carlo_on_a_path(two_workers, path, tmp_path):
+    table = studies.monte_carlo([3], out=tmp_path / "mc", waypoints=path, stop_time=0.5, client=two_workers, progress=False, **QUICK)
+    run = hdrm_fmu.run(world="real", seed=3, mode="adaptive_integral", waypoints=path, stop_time=0.5, signals=[], metrics=("tracking",), **QUICK)
+    assert list(table.columns[:2]) == ["mode", "seed"] and table["known_rmse"][0] == run.attrs["known_rmse"] > 0.0
+    assert len(studies.summary(table)) == 1
 
 
 def test_a_path_that_only_some_cases_can_follow_is_a_failed_row(two_workers, path, tmp_path):
