@@ -1,7 +1,7 @@
 //! Hybrid blending: the network's correction of the quasi-static force map.
 
 use crate::dynamics::State;
-use crate::{Emla, MinMax, maps};
+use crate::{Emla, MinMax, Surrogate, SurrogateOutput, maps};
 use serde::{Deserialize, Serialize};
 
 /// What the network says, and what it adds to the physics, at one operating point.
@@ -57,14 +57,37 @@ impl Emla {
         })
     }
 
-    /// The residual at torque `tau_e`, N·m, and motor speed `w_m`, rad/s. One network evaluation. The
-    /// controller calls it too, with its own nominal actuator.
+    /// The residual at torque `tau_e`, N·m, and motor speed `w_m`, rad/s. One network evaluation.
     #[must_use]
     pub fn residual(&self, tau_e: f64, w_m: f64) -> Residual {
         let Some(surrogate) = &self.surrogate else {
             return Residual::default();
         };
-        let net = surrogate.evaluate(tau_e, w_m);
+        self.residual_of(surrogate, surrogate.evaluate(tau_e, w_m), [tau_e, w_m])
+    }
+
+    /// The residuals of three actuators at the points `[tau_e, w_m]`, N·m and rad/s. The controller calls it with its own nominal
+    /// actuators, which share a network: it is then evaluated for all of them at once, with the same bits.
+    #[must_use]
+    pub fn residuals(actuators: &[Self; 3], points: [[f64; 2]; 3]) -> [Residual; 3] {
+        if let [Some(a), Some(b), Some(c)] = actuators.each_ref().map(|a| a.surrogate.as_ref())
+            && a.is_shared_with(b)
+            && a.is_shared_with(c)
+        {
+            let nets = a.evaluate_three(points);
+            return std::array::from_fn(|i| actuators[i].residual_of(a, nets[i], points[i]));
+        }
+        std::array::from_fn(|i| actuators[i].residual(points[i][0], points[i][1]))
+    }
+
+    /// The residual where the network gives `net`.
+    #[inline]
+    fn residual_of(
+        &self,
+        surrogate: &Surrogate,
+        net: SurrogateOutput,
+        [tau_e, w_m]: [f64; 2],
+    ) -> Residual {
         let F_qs = surrogate.guard(tau_e, w_m, |tau, w| {
             maps::quasi_static_force(&self.p, tau, w)
         });

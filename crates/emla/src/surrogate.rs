@@ -188,6 +188,60 @@ impl Surrogate {
         }
     }
 
+    /// [`evaluate`](Self::evaluate) at three points `[tau_e, w_m]`, bit by bit the same. Up to three directions of motion are evaluated
+    /// together, for which the weights are loaded once.
+    #[must_use]
+    pub fn evaluate_three(&self, points: [[f64; 2]; 3]) -> [SurrogateOutput; 3] {
+        let folds = points.map(|[_, w_m]| Fold::of(w_m));
+        let (mut directions, mut n) = ([[0.0; 2]; 6], 0);
+        for (fold, [tau_e, w_m]) in folds.iter().zip(points) {
+            for (weight, tau) in [(fold.forward, tau_e), (fold.reverse, -tau_e)] {
+                directions[n] = [tau, w_m.abs()];
+                n += usize::from(weight != 0.0);
+            }
+        }
+        // At least one direction of each point has a weight.
+        match n {
+            3 => self.slide::<3>(&mut directions[..3]),
+            4 => self.slide::<2>(&mut directions[..4]),
+            5 => {
+                self.slide::<3>(&mut directions[..3]);
+                self.slide::<2>(&mut directions[3..5]);
+            }
+            _ => self.slide::<3>(&mut directions),
+        }
+        let mut found = directions.into_iter();
+        let mut next = |weight| match weight {
+            0.0 => [0.0; 2],
+            _ => found.next().expect("as many as were asked for"),
+        };
+        std::array::from_fn(|i| {
+            let (fold, [tau_e, w_m]) = (folds[i], points[i]);
+            let ([f_fwd, x_fwd], [f_rev, x_rev]) = (next(fold.forward), next(fold.reverse));
+            SurrogateOutput {
+                F: fold.apply(f_fwd, f_rev),
+                x_dot: fold.apply(x_fwd, x_rev),
+                in_trained_range: self.in_trained_range(tau_e, w_m),
+            }
+        })
+    }
+
+    /// [`sliding`](Self::sliding) in place, `B` points at a time.
+    fn slide<const B: usize>(&self, points: &mut [[f64; 2]]) {
+        for points in points.as_chunks_mut::<B>().0 {
+            *points = self.sliding(*points);
+        }
+    }
+
+    /// Whether the other one is the same network in memory.
+    pub(crate) fn is_shared_with(&self, other: &Self) -> bool {
+        match (&self.0, &other.0) {
+            (Source::Shipped, Source::Shipped) => true,
+            (Source::Read(a), Source::Read(b)) => Arc::ptr_eq(a, b),
+            _ => false,
+        }
+    }
+
     /// Pass a map of (tau_e, w_m) that holds for positive speed through the network's guards:
     /// clamp to the trained box, fold by odd symmetry. `evaluate` is this for the network.
     #[must_use]
@@ -256,11 +310,7 @@ impl Fold {
 
 impl PartialEq for Surrogate {
     fn eq(&self, other: &Self) -> bool {
-        match (&self.0, &other.0) {
-            (Source::Shipped, Source::Shipped) => true,
-            (Source::Read(a), Source::Read(b)) if Arc::ptr_eq(a, b) => true,
-            _ => self.file() == other.file(),
-        }
+        self.is_shared_with(other) || self.file() == other.file()
     }
 }
 

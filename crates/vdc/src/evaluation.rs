@@ -7,7 +7,7 @@ use crate::decomposition::{self, BodyMotion};
 use crate::error::ControllerError;
 use crate::given_path::given_at;
 use crate::integral::Errors;
-use crate::low_level::{Command, Measured, RodDemand};
+use crate::low_level::{Command, Measured, RodDemand, residual_forces};
 use crate::reference::Desired;
 use crate::{Conditions, Input, Level, Mode, Output, Settings};
 use hdrm::{Body, Configuration, DOF, Stroke, Tip, saturate};
@@ -124,9 +124,12 @@ impl Controller {
                 (None, errors, std::array::from_fn(demand), [0.0; 3])
             }
         };
+        let drives = [0, 1, 2].map(|i| measured(input, i));
+        let residual_forces = residual_forces(&self.nominal.actuators, settings, drives.each_ref());
         let commands: [Command; 3] = std::array::from_fn(|i| {
             let law = self.nominal.law(settings, i);
-            law.command(&self.state.drives[i], &demands[i], &measured(input, i))
+            let state = &self.state.drives[i];
+            law.command(state, &demands[i], &drives[i], residual_forces[i])
         });
         let tau_wrist = std::array::from_fn(|j| saturate(tau[j], self.nominal.tau_wrist_max[j]));
         let mut evaluation = Evaluation {

@@ -88,6 +88,24 @@ pub(crate) struct Law<'a> {
     pub(crate) settings: &'a Settings,
 }
 
+/// What the network adds to the physics of each actuator at the present operating points, `α·dF`, N. The hybrid
+/// actuator holds the same value over the step to come, so it is cancelled, not fed back.
+pub(crate) fn residual_forces(
+    actuators: &[Emla; 3],
+    settings: &Settings,
+    now: [&Measured; 3],
+) -> [f64; 3] {
+    if settings.alpha == 0.0 {
+        return [0.0; 3];
+    }
+    let point = |i: usize| {
+        let Measured { i_d, i_q, w_m, .. } = *now[i];
+        [maps::torque(actuators[i].params(), i_d, i_q), w_m]
+    };
+    let residuals = Emla::residuals(actuators, [0, 1, 2].map(point));
+    residuals.map(|residual| settings.alpha * residual.dF)
+}
+
 impl Law<'_> {
     fn p(&self) -> &machine::Emla {
         self.actuator.params()
@@ -103,16 +121,6 @@ impl Law<'_> {
     fn largest_voltage(&self, v_dc: Option<f64>) -> f64 {
         let p = self.p();
         p.largest_voltage(v_dc.unwrap_or_else(|| p.link_voltage()))
-    }
-
-    /// What the network adds to the physics at the present operating point, `α·dF`, N. The hybrid
-    /// actuator holds the same value over the step to come, so it is cancelled, not fed back.
-    fn residual_force(&self, now: &Measured) -> f64 {
-        if self.settings.alpha == 0.0 {
-            return 0.0;
-        }
-        let tau_e = maps::torque(self.p(), now.i_d, now.i_q);
-        self.settings.alpha * self.actuator.residual(tau_e, now.w_m).dF
     }
 
     /// Torque that the nominal actuator model does not explain, N·m, low-pass filtered at ω_d: gear
@@ -170,16 +178,18 @@ impl Law<'_> {
     /// errors, so in steady state the velocity feedback keeps its force.
     /// The velocity feedback acts on the motor side, `ẋ_n = lead·w_m/N`: on the rod side, as printed,
     /// it is not collocated and unstable at these gains.
+    ///
+    /// `residual_force` is that of [`residual_forces`].
     pub(crate) fn command(
         &self,
         state: &LowLevelState,
         demand: &RodDemand,
         now: &Measured,
+        residual_force: f64,
     ) -> Command {
         let (p, gains) = (self.p(), &self.settings.gains);
         let Measured { i_d, i_q, w_m, .. } = *now;
         let i_dr = state.i_dr;
-        let residual_force = self.residual_force(now);
         let i_qr = self.required_current(state, demand, now, residual_force);
         let di_qr = (i_qr - state.i_qr_filtered) / gains.di_qr_filter_time;
         let force_error = maps::beta_1(p, i_d) * (i_qr - i_q) - maps::beta_2(p, i_q) * (i_dr - i_d);

@@ -63,6 +63,55 @@ fn batches_have_the_same_bits() {
     assert_eq!((alone, other), (first, second));
 }
 
+/// From three directions of motion to six: near standstill both of a point count.
+#[test]
+fn three_points_at_once_have_the_bits_of_each() {
+    let surrogate = Surrogate::reference();
+    let speeds = [-90.0, -41.0, -3.7, -0.0, 0.2, 17.0, 55.0, 300.0];
+    let mut tau_e = -13.0;
+    for a in speeds {
+        for b in speeds {
+            for c in speeds {
+                tau_e = if tau_e > 13.0 { -13.1 } else { tau_e + 0.17 };
+                let points = [[tau_e, a], [-0.7 * tau_e, b], [tau_e + 1.3, c]];
+                let each = points.map(|[tau_e, w_m]| surrogate.evaluate(tau_e, w_m));
+                assert_eq!(surrogate.evaluate_three(points), each, "{points:?}");
+            }
+        }
+    }
+    let [wrong, right, _] = surrogate.evaluate_three([[f64::NAN, 1.0], [1.0, 1.0], [1.0, 2.0]]);
+    assert!(wrong.F.is_nan());
+    assert_eq!(right, surrogate.evaluate(1.0, 1.0));
+}
+
+/// Whether three actuators share a network, which a restored state does not, or have different ones, is not seen in their residuals.
+#[test]
+fn residuals_of_three_are_those_of_each() {
+    let actuator = |surrogate: &Surrogate| {
+        let p = machine::Machine::reference().emla.lift;
+        let emla = crate::Emla::new(p, crate::Drive::Motion).expect("the reference machine");
+        emla.with_surrogate(surrogate.clone(), 0.5)
+    };
+    let mut file = Surrogate::reference().file();
+    file.layers[5].bias[0] += 0.01;
+    let (shipped, copy) = (
+        Surrogate::reference(),
+        Surrogate::new(file.clone()).unwrap(),
+    );
+    let twin = Surrogate::new(file).unwrap();
+    let points = [[7.3, 41.0], [-2.9, -1.7], [5.1, 63.0]];
+    for networks in [
+        [&shipped, &shipped, &shipped],
+        [&copy, &copy, &copy],
+        [&copy, &twin, &copy],
+        [&shipped, &copy, &shipped],
+    ] {
+        let actuators = networks.map(actuator);
+        let each = [0, 1, 2].map(|i| actuators[i].residual(points[i][0], points[i][1]));
+        assert_eq!(crate::Emla::residuals(&actuators, points), each);
+    }
+}
+
 /// Reversing torque and speed reverses force and rod speed, bit for bit.
 #[test]
 fn odd_symmetry() {
