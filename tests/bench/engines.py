@@ -47,7 +47,7 @@ def run_mujoco():
             mujoco.mj_resetData(m, d)
             mujoco.mj_step(m, d, nstep=STEPS)
 
-        report(f"MuJoCo {version} {name}", timed(batch, STEPS))
+        report(f"MuJoCo {name} (version {version})", timed(batch, STEPS))
         assert np.isfinite(d.qpos).all()
 
 

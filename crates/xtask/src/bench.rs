@@ -26,6 +26,9 @@ use crate::{libclang, pack};
 /// Bench programs of the crates (`crates/*/benches`).
 const PROGRAMS: [&str; 3] = ["dynamics", "step", "controller"];
 
+/// MuJoCo and Pinocchio.
+const ENGINES: &str = "engines.py";
+
 /// The coupled machine under the native master.
 const COUPLED: &str = "coupled step of 1 ms, cosim, no recording";
 const COUPLED_RECORDED: &str = "coupled step of 1 ms, cosim with CSV";
@@ -53,6 +56,9 @@ pub struct Options {
     /// Leave out what needs Python: MuJoCo, Pinocchio, FMPy, load times
     #[arg(long)]
     no_python: bool,
+    /// Only the two ratios that have an aim: the coupled step beside MuJoCo's RK4 step of the bare manipulator, and the border beside C
+    #[arg(long, conflicts_with_all = ["no_python", "instructions"])]
+    ratios: bool,
 }
 
 /// A program to be run once a round.
@@ -152,10 +158,19 @@ pub fn run(workspace: &Workspace, options: &Options) -> Result<()> {
         } => return instructions::check(workspace, fmus),
         _ => {}
     }
-    let built = build(workspace, fmus)?;
-    let mut jobs = jobs(workspace, &built)?;
-    if !options.no_python {
-        jobs.extend(python_jobs(workspace, &built)?);
+    let mut jobs: Vec<Job>;
+    if options.ratios {
+        let built = build(workspace, fmus, &[])?;
+        jobs = vec![built.coupled_step(workspace, COUPLED)];
+        jobs.extend(overhead(workspace)?.map(Job::from));
+        jobs.extend(python_jobs(workspace, &built, &[ENGINES])?);
+    } else {
+        let built = build(workspace, fmus, &PROGRAMS)?;
+        jobs = all_jobs(workspace, &built)?;
+        if !options.no_python {
+            let scripts = [ENGINES, "fmpy_coupled.py", "footprint.py"];
+            jobs.extend(python_jobs(workspace, &built, &scripts)?);
+        }
     }
     let mut rows: Vec<Row> = Vec::new();
     for round in 1..=options.rounds.max(1) {
@@ -170,13 +185,16 @@ pub fn run(workspace: &Workspace, options: &Options) -> Result<()> {
     Ok(())
 }
 
-/// Build the programs, for packed FMUs.
-fn build(workspace: &Workspace, fmus: Vec<PathBuf>) -> Result<Built> {
+/// Build these bench programs of the crates, and the other programs, for packed FMUs.
+fn build(workspace: &Workspace, fmus: Vec<PathBuf>, programs: &[&str]) -> Result<Built> {
     let folder = fmus.first().and_then(|fmu| fmu.parent());
     let folder = folder.context("no FMU was packed")?.to_path_buf();
-    let targets: Vec<&str> = PROGRAMS.iter().flat_map(|name| ["--bench", name]).collect();
+    let targets: Vec<&str> = programs.iter().flat_map(|name| ["--bench", name]).collect();
     Ok(Built {
-        programs: workspace.build(FMU_PROFILE, &targets, &[])?,
+        programs: match targets.is_empty() {
+            true => BTreeMap::new(),
+            false => workspace.build(FMU_PROFILE, &targets, &[])?,
+        },
         cosim: libclang::build_cosim(workspace)?,
         hdrm_fmu: libclang::build_hdrm_fmu(workspace)?,
         fmus,
@@ -199,24 +217,27 @@ impl Built {
         cosim.args(["--set", "controller.mode=adaptive"]);
         cosim
     }
+
+    /// How long a step of it takes.
+    fn coupled_step(&self, workspace: &Workspace, name: &'static str) -> Job {
+        let mut command = self.coupled(workspace);
+        command.args(["--stop-time", "10", "--repeat", "3", "--json"]);
+        let result = Measures::CoupledStep(name);
+        Job { command, result }
+    }
 }
 
 /// What needs cargo and a C compiler only.
-fn jobs(workspace: &Workspace, built: &Built) -> Result<Vec<Job>> {
+fn all_jobs(workspace: &Workspace, built: &Built) -> Result<Vec<Job>> {
     let mut jobs: Vec<Job> = Vec::new();
     for name in PROGRAMS {
         jobs.push(workspace.command(built.program(name)?).into());
     }
-    for (name, is_recorded) in [(COUPLED, false), (COUPLED_RECORDED, true)] {
-        let mut command = built.coupled(workspace);
-        command.args(["--stop-time", "10", "--repeat", "3", "--json"]);
-        if is_recorded {
-            command.args(["--signals", "*", "--csv"]);
-            command.arg(workspace.target.join("bench.csv"));
-        }
-        let result = Measures::CoupledStep(name);
-        jobs.push(Job { command, result });
-    }
+    jobs.push(built.coupled_step(workspace, COUPLED));
+    let mut recorded = built.coupled_step(workspace, COUPLED_RECORDED);
+    recorded.command.args(["--signals", "*", "--csv"]);
+    recorded.command.arg(workspace.target.join("bench.csv"));
+    jobs.push(recorded);
     let table = |threads: Option<&str>, name| {
         let mut command = workspace.command(&built.hdrm_fmu);
         command.args(["table", "--system"]);
@@ -290,8 +311,8 @@ fn compiled(workspace: &Workspace, source: &str, options: &[&str]) -> Result<Pat
     Ok(program)
 }
 
-/// Other engines, the FMPy master, and what loading costs.
-fn python_jobs(workspace: &Workspace, built: &Built) -> Result<Vec<Job>> {
+/// Scripts of `tests/bench`: other engines, the FMPy master, and what loading costs.
+fn python_jobs(workspace: &Workspace, built: &Built, scripts: &[&str]) -> Result<Vec<Job>> {
     let folder = workspace.root.join("tests/bench");
     let requirements = fs::read_to_string(folder.join("requirements.txt"))?;
     let python = Python::provide(workspace)?;
@@ -301,9 +322,7 @@ fn python_jobs(workspace: &Workspace, built: &Built) -> Result<Vec<Job>> {
         command.arg(folder.join(script)).arg(&built.folder);
         Job::from(command)
     };
-    Ok(["engines.py", "fmpy_coupled.py", "footprint.py"]
-        .map(job)
-        .into())
+    Ok(scripts.iter().map(|script| job(script)).collect())
 }
 
 #[cfg(test)]

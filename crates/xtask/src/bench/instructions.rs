@@ -98,7 +98,7 @@ fn environment() -> Result<Vec<String>> {
 }
 
 fn count(workspace: &Workspace, fmus: Vec<PathBuf>) -> Result<BTreeMap<String, u64>> {
-    let built = super::build(workspace, fmus)?;
+    let built = super::build(workspace, fmus, &super::PROGRAMS)?;
     let mut counts = BTreeMap::new();
     for (program, call) in CALLS {
         let program = built.program(program)?;

@@ -8,14 +8,18 @@ use serde::Deserialize;
 
 use super::{TABLE_ON_ALL_CORES, TABLE_ON_ONE_CORE};
 
-/// Ours beside others, by the beginnings of the rows' names; the ratio is theirs over ours.
-const COMPARISONS: [(&str, &str); 7] = [
+/// A row and those it is compared with, by the beginnings of their names; the ratio is theirs over its own.
+const COMPARISONS: [(&str, &str); 8] = [
     ("forward dynamics", "Pinocchio"),
     ("forward dynamics", "MuJoCo"),
     ("manipulator step of 1 ms (RK4)", "MuJoCo"),
     (
         "set of 4 + step + get of 4, Rust",
         "set of 4 + step + get of 4, C",
+    ),
+    (
+        "MuJoCo step of 1 ms, RK4",
+        "coupled step of 1 ms, cosim, no recording",
     ),
     ("coupled step of 1 ms, cosim,", "coupled step of 1 ms, FMPy"),
     (
@@ -97,11 +101,11 @@ pub fn table(rows: &[Row]) -> String {
         ));
     }
     lines.push(String::new());
-    for (ours, theirs) in COMPARISONS {
-        let Some(base) = rows.iter().find(|row| row.name.starts_with(ours)) else {
+    for (base, others) in COMPARISONS {
+        let Some(base) = rows.iter().find(|row| row.name.starts_with(base)) else {
             continue;
         };
-        for other in rows.iter().filter(|row| row.name.starts_with(theirs)) {
+        for other in rows.iter().filter(|row| row.name.starts_with(others)) {
             let (median, least) = (other.median() / base.median(), other.least / base.least);
             lines.push(format!(
                 "- {} / {}: {median:.2} (least: {least:.2})",
