@@ -2,6 +2,7 @@
 
 use super::body::{Body, Version};
 use super::call::U;
+use super::description::hash;
 use super::log::Log;
 use crate::Model;
 use crate::core::guard::Guarded;
@@ -39,34 +40,40 @@ pub(crate) struct Request<'a, V: Version> {
     pub(crate) name: Option<&'a str>,
     /// Name of the argument by which importer and library agree on the model, and its value.
     pub(crate) token: (&'static str, Option<&'a str>),
-    /// Where the hash is kept, and what makes it.
+    /// Where the hash is kept.
     pub(crate) hash: &'a OnceLock<Uuid>,
     pub(crate) resources: Option<PathBuf>,
     pub(crate) own: V,
 }
 
 impl<V: Version> Request<'_, V> {
-    /// An instance, or why there is none.
+    /// An instance, or why there is none. `check` says what is wrong with the table: then no importer can know the hash.
     pub(crate) fn make<M: Model>(
         self,
-        describe: impl FnOnce(&Layout<M>) -> Result<Uuid, String>,
+        check: impl FnOnce(&Layout<M>) -> Result<(), String>,
         prepare: impl FnOnce(&mut Body<M, V>) -> Result<(), String>,
     ) -> Result<*mut c_void, String> {
         let made = panic::catch(|| {
-            let layout = Layout::<M>::new();
-            let hash = match self.hash.get() {
-                Some(hash) => *hash,
-                None => {
-                    let hash = describe(&layout)?;
-                    *self.hash.get_or_init(|| hash)
-                }
-            };
-            check(self.name, self.token, hash)?;
+            let (parameters, input) = M::defaults();
+            let layout = Layout::new(&parameters, &input);
+            let known = || hash(&layout, (&parameters, &input), V::NAME);
+            let hash = *self.hash.get_or_init(known);
+            named(self.name)?;
+            agreed(self.token, hash).map_err(|reason| match check(&layout) {
+                Ok(()) => reason,
+                Err(wrong) => wrong,
+            })?;
             let identity = Identity {
                 version: V::NAME,
                 model: hash.into_bytes(),
             };
-            let instance = Instance::<M>::new(layout, identity, &V::NAMES, self.resources);
+            let instance = Instance::new(
+                layout,
+                (parameters, input),
+                identity,
+                &V::NAMES,
+                self.resources,
+            );
             let mut body = Body {
                 instance,
                 log: self.log,
@@ -86,24 +93,22 @@ pub(crate) fn refusal(function: &str, reason: &str) -> Message {
     Message::new(Kind::Refused, format!("{function}: {reason}"))
 }
 
-/// Refuses arguments that are not meant for this FMU.
-fn check(
-    name: Option<&str>,
-    (argument, given): (&str, Option<&str>),
-    hash: Uuid,
-) -> Result<(), String> {
+/// Refuses an instance without a name.
+fn named(name: Option<&str>) -> Result<(), String> {
     match name {
-        None => return Err("instanceName = NULL must be a name".to_owned()),
-        Some("") => return Err("instanceName is empty; it must be a name".to_owned()),
-        Some(_) => {}
+        None => Err("instanceName = NULL must be a name".to_owned()),
+        Some("") => Err("instanceName is empty; it must be a name".to_owned()),
+        Some(_) => Ok(()),
     }
-    match given {
-        Some(given) if is_same(given, hash) => Ok(()),
-        given => Err(format!(
-            "{argument} = {} must be {{{hash}}}",
-            given.unwrap_or("NULL")
-        )),
+}
+
+/// Refuses a hash that is not this FMU's.
+fn agreed((argument, given): (&str, Option<&str>), hash: Uuid) -> Result<(), String> {
+    if given.is_some_and(|given| is_same(given, hash)) {
+        return Ok(());
     }
+    let given = given.unwrap_or("NULL");
+    Err(format!("{argument} = {given} must be {{{hash}}}"))
 }
 
 /// Hashes are compared as numbers: with or without braces, in either case.

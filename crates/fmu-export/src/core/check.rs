@@ -172,8 +172,8 @@ struct Trial<M: Model> {
 
 impl<M: Model> Trial<M> {
     fn new() -> Self {
-        let layout = Layout::new();
         let (p, u) = M::defaults();
+        let layout = Layout::new(&p, &u);
         Self {
             knowns: Knowns::new(&layout),
             layout,
@@ -308,7 +308,8 @@ impl<M: Model> Trial<M> {
 
     /// Outputs after initialization against each input and parameter.
     fn initial_dependencies(&mut self) {
-        let layout = &Layout::<M>::new();
+        let Point(p, u) = &self.start;
+        let layout = &Layout::new(p, u);
         let initial = |point: &Point<M>| {
             let model = M::initialize(&point.0, &point.1, 0.0)?;
             output(layout, &model, point)

@@ -104,13 +104,14 @@ impl<M: Model> State<M> {
 }
 
 impl<M: Model> Instance<M> {
+    /// With the model's default values.
     pub(crate) fn new(
         layout: Layout<M>,
+        (start, input): (M::Parameters, M::Input),
         identity: Identity,
         names: &'static Names,
         resources: Option<PathBuf>,
     ) -> Self {
-        let (start, input) = M::defaults();
         Self {
             identity,
             names,

@@ -65,13 +65,12 @@ pub(crate) struct Layout<M: Model> {
 
 impl<M: Model> Layout<M> {
     /// Counts the elements of each row in the default values.
-    pub(crate) fn new() -> Self {
-        let (parameters, input) = M::defaults();
+    pub(crate) fn new(parameters: &M::Parameters, input: &M::Input) -> Self {
         let output = M::Output::default();
         let (mut by_number, mut in_order) = (Vec::new(), Vec::new());
         let mut next = 0;
         for row in M::variables() {
-            let len = row.place.len(&parameters, &input, &output) as u32;
+            let len = row.place.len(parameters, input, &output) as u32;
             let first = row.at.unwrap_or(next);
             next = first.saturating_add(len);
             let run = Run {

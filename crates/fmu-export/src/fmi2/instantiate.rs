@@ -1,11 +1,11 @@
 //! fmi2Instantiate and fmi2FreeInstance.
 
 use super::component::Fmi2;
-use super::description::describe;
 use super::ffi::*;
 use super::log;
 use super::uri;
 use crate::Model;
+use crate::border::description::table;
 use crate::border::library::{self, Library, Request, refusal};
 use crate::core::message::{Kind, Message};
 use crate::core::panic;
@@ -55,13 +55,10 @@ pub unsafe fn instantiate<M: Model>(
             terminated: false,
         },
     };
-    let made = request.make::<M>(
-        |layout| Ok(describe(layout)?.hash),
-        |body| {
-            body.instance.wanted = body.log.wanted_of_model();
-            check_kind(kind)
-        },
-    );
+    let made = request.make::<M>(table::check, |body| {
+        body.instance.wanted = body.log.wanted_of_model();
+        check_kind(kind)
+    });
     let component = made.unwrap_or_else(|reason| {
         messages.push(refusal("fmi2Instantiate", &reason));
         ptr::null_mut()

@@ -1,6 +1,6 @@
 //! Instantiation, and its end.
 
-use super::description::describe;
+use super::description::check;
 use super::ffi::*;
 use super::instance::{Fmi3, Update};
 use super::log::{self, Log};
@@ -63,16 +63,13 @@ pub unsafe fn instantiate_co_simulation<M: Model>(
             update: None,
         },
     };
-    let made = request.make::<M>(
-        |layout| Ok(describe(layout)?.hash),
-        |body| {
-            body.instance.wanted = body.log.wanted_of_model();
-            let required = required.map_err(reason)?;
-            let variables = (0..n_required).map(|k| required.get(k)).collect();
-            body.own.update = updates(&body.instance.layout, variables, environment, update)?;
-            Ok(())
-        },
-    );
+    let made = request.make::<M>(check, |body| {
+        body.instance.wanted = body.log.wanted_of_model();
+        let required = required.map_err(reason)?;
+        let variables = (0..n_required).map(|k| required.get(k)).collect();
+        body.own.update = updates(&body.instance.layout, variables, environment, update)?;
+        Ok(())
+    });
     let instance = made.unwrap_or_else(|reason| {
         messages.push(refusal("fmi3InstantiateCoSimulation", &reason));
         ptr::null_mut()

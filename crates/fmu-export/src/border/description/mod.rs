@@ -1,6 +1,9 @@
 //! Parts of a model description that are the same in every version of FMI.
 
+mod hash;
 pub(crate) mod table;
+
+pub(crate) use hash::hash;
 
 use super::log::CATEGORIES;
 use crate::core::info::{Enumeration, Info};
@@ -11,31 +14,22 @@ use crate::{KNOWN_UNITS, Model};
 use quick_xml::Writer;
 use quick_xml::events::{BytesDecl, Event};
 use std::io;
-use uuid::Uuid;
 
 /// Writes into memory.
 pub(crate) type Xml = Writer<Vec<u8>>;
 
-/// A model description and its hash, which is in it.
-pub(crate) struct Description {
-    pub(crate) xml: String,
-    pub(crate) hash: Uuid,
-}
-
-/// The text that `write` makes, in which the empty attribute `hash` of the root gets a hash of the text without it.
-pub(crate) fn hashed<M: Model>(
-    layout: &Layout<M>,
-    hash: &str,
-    write: impl FnOnce(&mut Xml, &Layout<M>) -> io::Result<()>,
-) -> Result<Description, String> {
-    table::check(layout)?;
-    let bytes = text(|xml| write(xml, layout))?;
-    let uuid = Uuid::new_v5(&Uuid::NAMESPACE_OID, bytes.as_bytes());
-    let (empty, full) = (format!("{hash}=\"\""), format!("{hash}=\"{{{uuid}}}\""));
-    Ok(Description {
-        xml: bytes.replacen(&empty, &full, 1) + "\n",
-        hash: uuid,
-    })
+/// The text that `write` makes of a table that `check` finds sound, and of its hash, which stands in the root.
+pub(crate) fn described<M: Model>(
+    version: [u8; 4],
+    check: impl FnOnce(&Layout<M>) -> Result<(), String>,
+    write: impl FnOnce(&mut Xml, &Layout<M>, &str) -> io::Result<()>,
+) -> Result<String, String> {
+    let (parameters, input) = M::defaults();
+    let layout = Layout::<M>::new(&parameters, &input);
+    check(&layout)?;
+    let hash = hash(&layout, (&parameters, &input), version);
+    let text = text(|xml| write(xml, &layout, &format!("{{{hash}}}")))?;
+    Ok(text + "\n")
 }
 
 /// The text of a file, without the end of its last line.
@@ -49,17 +43,13 @@ pub(crate) fn text(write: impl FnOnce(&mut Xml) -> io::Result<()>) -> Result<Str
 }
 
 /// Attributes of the root: what comes before those of the model, what may be said of it, what comes after.
-pub(crate) fn root_attributes(
+pub(crate) fn root_attributes<'a>(
     info: &'static Info,
     version: &'static str,
-    hash: &'static str,
-) -> Vec<(&'static str, &'static str)> {
+    hash: (&'static str, &'a str),
+) -> Vec<(&'static str, &'a str)> {
     let generator = concat!("fmu-export ", env!("CARGO_PKG_VERSION"));
-    let mut attributes = vec![
-        ("fmiVersion", version),
-        ("modelName", info.model),
-        (hash, ""),
-    ];
+    let mut attributes = vec![("fmiVersion", version), ("modelName", info.model), hash];
     let optional = [
         ("description", info.description),
         ("author", info.author),
@@ -101,15 +91,21 @@ pub(crate) fn unit<M: Model>(row: &Variable<M>, i: usize) -> Option<&'static Uni
 }
 
 /// The units in use, in the order of first use.
-pub(crate) fn units<M: Model>(xml: &mut Xml, layout: &Layout<M>) -> io::Result<()> {
+fn units_in_use<M: Model>(layout: &Layout<M>) -> Vec<&'static Unit> {
     let mut used: Vec<&Unit> = Vec::new();
-    for (i, row) in layout.iter() {
-        if let Some(unit) = unit(row, i)
-            && !used.iter().any(|known| known.name == unit.name)
-        {
-            used.push(unit);
+    for (elements, row) in layout.rows() {
+        let different = elements.len().min(row.each_unit.len()).max(1);
+        for unit in (0..different).filter_map(|i| unit(row, i)) {
+            if !used.iter().any(|known| known.name == unit.name) {
+                used.push(unit);
+            }
         }
     }
+    used
+}
+
+pub(crate) fn units<M: Model>(xml: &mut Xml, layout: &Layout<M>) -> io::Result<()> {
+    let used = units_in_use(layout);
     if used.is_empty() {
         return Ok(());
     }
@@ -162,7 +158,7 @@ fn scale(factor: f64, offset: f64) -> impl Iterator<Item = (&'static str, String
 /// The enumerations in use, in the order of first use.
 pub(crate) fn enumerations<M: Model>(layout: &Layout<M>) -> Vec<&'static Enumeration> {
     let mut used: Vec<&Enumeration> = Vec::new();
-    for (_, row) in layout.iter() {
+    for (_, row) in layout.rows() {
         if let Some(enumeration) = row.enumeration
             && !used.iter().any(|known| known.name == enumeration.name)
         {

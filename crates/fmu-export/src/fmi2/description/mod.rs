@@ -3,9 +3,11 @@
 mod structure;
 mod variables;
 
+use super::component::Fmi2;
 use crate::Model;
+use crate::border::body::Version;
 use crate::border::description::{
-    Description, Xml, categories, enumerations, experiment, flag, hashed, items, root_attributes,
+    Xml, categories, described, enumerations, experiment, flag, items, root_attributes, table,
     units,
 };
 use crate::core::layout::Layout;
@@ -13,18 +15,15 @@ use std::io;
 
 /// The text of `modelDescription.xml` of FMI 2.0, or what is wrong with the table of variables.
 ///
-/// The GUID is a hash of the text without it: the text is the same on every platform and says when the interface changed.
+/// The GUID is a hash of the table and of what [`Info`](crate::Info) says of the model: it is the same on every platform and says when the
+/// interface changed.
 pub fn model_description<M: Model>() -> Result<String, String> {
-    Ok(describe(&Layout::<M>::new())?.xml)
+    described(Fmi2::NAME, table::check::<M>, write::<M>)
 }
 
-pub(crate) fn describe<M: Model>(layout: &Layout<M>) -> Result<Description, String> {
-    hashed(layout, "guid", write)
-}
-
-fn write<M: Model>(xml: &mut Xml, layout: &Layout<M>) -> io::Result<()> {
+fn write<M: Model>(xml: &mut Xml, layout: &Layout<M>, hash: &str) -> io::Result<()> {
     xml.create_element("fmiModelDescription")
-        .with_attributes(root_attributes(&M::INFO, "2.0", "guid"))
+        .with_attributes(root_attributes(&M::INFO, "2.0", ("guid", hash)))
         .write_inner_content(|xml| {
             co_simulation::<M>(xml)?;
             units(xml, layout)?;

@@ -4,9 +4,11 @@ mod structure;
 pub(crate) mod terminals;
 mod variables;
 
+use super::instance::Fmi3;
 use crate::Model;
+use crate::border::body::Version;
 use crate::border::description::{
-    Description, Xml, categories, enumerations, experiment, flag, hashed, items, root_attributes,
+    Xml, categories, described, enumerations, experiment, flag, items, root_attributes, table,
     units,
 };
 use crate::core::layout::Layout;
@@ -14,19 +16,24 @@ use std::io;
 
 /// The text of `modelDescription.xml` of FMI 3.0, or what is wrong with the table of variables.
 ///
-/// The instantiation token is a hash of the text without it: the text is the same on every platform and says when the interface changed.
+/// The instantiation token is a hash as the GUID of FMI 2.0 is, another one.
 pub fn model_description3<M: Model>() -> Result<String, String> {
-    Ok(describe(&Layout::<M>::new())?.xml)
+    described(Fmi3::NAME, check::<M>, write::<M>)
 }
 
-pub(crate) fn describe<M: Model>(layout: &Layout<M>) -> Result<Description, String> {
+/// The first thing that is wrong with the table or the terminals.
+pub(crate) fn check<M: Model>(layout: &Layout<M>) -> Result<(), String> {
     terminals::check(layout)?;
-    hashed(layout, "instantiationToken", write)
+    table::check(layout)
 }
 
-fn write<M: Model>(xml: &mut Xml, layout: &Layout<M>) -> io::Result<()> {
+fn write<M: Model>(xml: &mut Xml, layout: &Layout<M>, hash: &str) -> io::Result<()> {
     xml.create_element("fmiModelDescription")
-        .with_attributes(root_attributes(&M::INFO, "3.0", "instantiationToken"))
+        .with_attributes(root_attributes(
+            &M::INFO,
+            "3.0",
+            ("instantiationToken", hash),
+        ))
         .write_inner_content(|xml| {
             co_simulation::<M>(xml)?;
             units(xml, layout)?;
