@@ -17,6 +17,55 @@ impl<M: Model> Instance<M> {
         &mut self,
         pair: impl Fn(usize) -> Option<(u32, T)> + Copy,
     ) -> Result<(), Fault> {
+        match self.set_one_row(pair) {
+            Some(result) => result,
+            None => self.set_rows(pair),
+        }
+    }
+
+    /// Sets elements of one row of inputs that are held, which is what most batches are; None for other batches.
+    #[inline]
+    fn set_one_row<T: Value>(
+        &mut self,
+        pair: impl Fn(usize) -> Option<(u32, T)> + Copy,
+    ) -> Option<Result<(), Fault>> {
+        let run = self.layout.run(pair(0)?.0).ok()?;
+        let place = T::input(&run.row.place)?;
+        if run.row.counter.is_some() || !self.state.is_held() {
+            return None;
+        }
+        let mut k = 0;
+        while let Some((element, value)) = pair(k) {
+            let i = run.index(element);
+            if i >= run.len() {
+                return None;
+            }
+            if !value.is_within(run.bounds) {
+                return Some(Err(not_allowed(run.row, i, value)));
+            }
+            k += 1;
+        }
+        let inputs = &mut place.slice_mut(&mut self.state.input.value)[..run.len()];
+        // Nothing is out of date if an input is set to what it is.
+        let (mut k, mut changed) = (0, false);
+        while let Some((element, value)) = pair(k)
+            && let Some(input) = inputs.get_mut(run.index(element))
+        {
+            changed |= !mem::replace(input, value).is_same(value);
+            k += 1;
+        }
+        if changed {
+            self.touch(!run.row.beside_evaluation);
+        }
+        Some(Ok(()))
+    }
+
+    /// Sets elements of any rows.
+    #[inline(never)]
+    fn set_rows<T: Value>(
+        &mut self,
+        pair: impl Fn(usize) -> Option<(u32, T)> + Copy,
+    ) -> Result<(), Fault> {
         let mut parameters = false;
         let mut k = 0;
         while let Some((element, value)) = pair(k) {
