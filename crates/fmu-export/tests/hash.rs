@@ -88,7 +88,7 @@ const SHOWN_OTHERWISE: Unit = Unit::new("furlong")
 macro_rules! tables {
     ($($k:literal [$($row:expr),*])*) => {
         impl<const K: usize> Table<K> {
-            fn table() -> &'static [V<K>] {
+            fn rows() -> &'static [V<K>] {
                 match K {
                     $($k => const {
                         let [yes, text] = rest();
@@ -162,7 +162,7 @@ impl<const K: usize> Model for Table<K> {
     const INFO: Info = Info::new("Table", "a table that differs from the others");
 
     fn variables() -> &'static [V<K>] {
-        Self::table()
+        Self::rows()
     }
 
     fn defaults() -> (Parameters, Input) {
