@@ -22,6 +22,20 @@ const GAINS: &str = r#"<ssd:ParameterBinding source="resources/as_built.ssv"/>"#
 /// The unit that only [`FIRST_VALUE`] of an actuator has.
 const ITS_UNIT: &str = r#"<ssc:Unit name="1">"#;
 
+/// What the path has the end-effector carry, from the controller to the manipulator, with units. The structures have no wires for it, so that
+/// a plant which knows of no loads fits in.
+const LOAD: [(&str, &str); 4] = [
+    ("load.mass", "kg"),
+    ("load.com[1]", "m"),
+    ("load.com[2]", "m"),
+    ("load.com[3]", "m"),
+];
+/// After which connector the load's are declared: an output of the controller, an input of the manipulator.
+const LAST_TORQUE: &str =
+    r#"<ssd:Connector name="tau_wrist[3]" kind="KIND"><ssc:Real unit="N.m"/></ssd:Connector>"#;
+/// Where connections end.
+const CONNECTIONS_END: &str = "    </ssd:Connections>";
+
 /// File names and texts of the variants of a structure; none where it has no mark. Each has a name of its own, because importers keep the
 /// structures of one package apart by name.
 pub fn of(structure: &str) -> Result<Vec<(String, String)>> {
@@ -41,6 +55,7 @@ pub fn of(structure: &str) -> Result<Vec<(String, String)>> {
             made.push((format!("{variant}.ssd"), named(&text, &variant)?));
         }
     }
+    made.push(("loads.ssd".to_string(), loads(structure)?));
     if structure.matches(FIRST_VALUE).count() == 1 {
         return Ok(made); // the actuators hold none: their readings are late already
     }
@@ -53,6 +68,27 @@ pub fn of(structure: &str) -> Result<Vec<(String, String)>> {
         made.push(("as_built.ssd".to_string(), as_built(structure)?));
     }
     Ok(made)
+}
+
+/// The structure with wires for the loads of a path.
+fn loads(structure: &str) -> Result<String> {
+    let mut text = structure.to_string();
+    for kind in ["output", "input"] {
+        let last = LAST_TORQUE.replace("KIND", kind);
+        let connectors = LOAD.map(|(name, unit)| {
+            format!(
+                "\n          <ssd:Connector name=\"{name}\" kind=\"{kind}\"><ssc:Real unit=\"{unit}\"/></ssd:Connector>"
+            )
+        });
+        text = once(&text, &last, &format!("{last}{}", connectors.concat()))?;
+    }
+    let connections = LOAD.map(|(name, _)| {
+        format!(
+            "      <ssd:Connection startElement=\"controller\" startConnector=\"{name}\" endElement=\"hdrm\" endConnector=\"{name}\"/>\n"
+        )
+    });
+    let connections = format!("{}{CONNECTIONS_END}", connections.concat());
+    named(&once(&text, CONNECTIONS_END, &connections)?, "loads")
 }
 
 /// The structure with `Rig` in the place of `Emla`: the same connectors and values, but for the network, of which `Rig` knows nothing.
@@ -102,12 +138,16 @@ mod tests {
     #[test]
     fn variants_differ_from_the_structure_in_name_two_bindings_and_stop_time() {
         let mut variants = of(STRUCTURE).unwrap();
-        assert_eq!(variants.len(), 7);
+        assert_eq!(variants.len(), 8);
         let (name, standard) = variants.pop().unwrap();
         assert_eq!(name, "standard.ssd");
         // Controller and three actuators.
         assert_eq!(standard.matches(r#"name="delay""#).count(), 4);
         assert_eq!(standard.lines().count(), STRUCTURE.lines().count() + 4);
+        let (name, loads) = variants.pop().unwrap();
+        assert_eq!(name, "loads.ssd");
+        assert_eq!(loads.matches("load.mass").count(), 4); // two connectors, two ends
+        assert_eq!(loads.lines().count(), STRUCTURE.lines().count() + 12);
         for (name, text) in variants {
             let (trajectory, mode) = name.strip_suffix(".ssd").unwrap().split_once('_').unwrap();
             let lines: Vec<_> = text
@@ -125,11 +165,12 @@ mod tests {
     fn the_machine_as_built_has_the_same_variants_under_its_own_name() {
         const REAL: &str = include_str!("../../../system/Real.ssd");
         let variants = of(REAL).unwrap();
-        assert_eq!(variants.len(), 6);
+        assert_eq!(variants.len(), 7);
         for (name, text) in variants {
             let variant = name.strip_suffix(".ssd").unwrap();
             assert!(text.contains(&format!(r#"name="Real_{variant}">"#)));
-            assert!(!text.contains(MARK) && text.contains("resources/sensors.ssv"));
+            assert!(text.contains(MARK) == (variant == "loads"));
+            assert!(text.contains("resources/sensors.ssv"));
         }
     }
 
