@@ -49,15 +49,21 @@ impl MachineArgs {
         self.on(self.system(&self.system, MACHINE)?)
     }
 
-    /// The system that `arguments` describe, by default `default`, with the machine that was asked for.
+    /// The system that `arguments` describe, by default `default`, with the machine that was asked for, and with wires for the loads of the path.
     fn system(&self, arguments: &SystemArgs, default: &str) -> Result<System> {
+        let mut system = self.without_loads(arguments, default)?;
+        if self.carries()? {
+            loads::connect(&mut system)?;
+        }
+        Ok(system)
+    }
+
+    /// The same without wires for loads, as the systems that run beside the one on the path need none.
+    fn without_loads(&self, arguments: &SystemArgs, default: &str) -> Result<System> {
         let mut system = arguments.load(|| find(default))?;
         if let Some(machine) = &self.file {
             machine_file::bind(&mut system, machine)
                 .with_context(|| format!("--machine {machine}"))?;
-        }
-        if self.carries()? {
-            loads::connect(&mut system)?;
         }
         Ok(system)
     }
@@ -136,7 +142,7 @@ impl MachineArgs {
             parameters: Vec::new(),
             ..self.system.clone()
         };
-        self.system(&arguments, MACHINE)
+        self.without_loads(&arguments, MACHINE)
     }
 
     /// The path that the tip follows, where one is given.
