@@ -7,6 +7,7 @@ import pytest
 from fmpy_master import ROOT, Master
 from fmu import Refused
 from native import call
+from system import System
 
 EXAMPLE = ROOT / "examples/paths/two_pickups.json"
 PATH = 5
@@ -65,6 +66,25 @@ def test_a_path_runs_in_another_master_as_in_the_native_one(system, fmus, tmp_pa
     error, x = np.array(rows).T[-2:]
     assert np.abs(error).max() < 1e-4
     assert x[-1] - x[0] == pytest.approx(-0.05, abs=1e-4)
+
+
+def test_a_variant_of_the_package_has_the_wires_for_loads(fmu_dir, fmus, tmp_path):
+    """Any importer's: what the controller's path picks up hangs at the manipulator, which in the default structure learns nothing of it."""
+    path = tmp_path / "pickup.json"
+    load = {"mass": 50.0, "com": [0.1, 0.0, 0.0]}
+    waypoints = [{"position": [0, 0, 0], "dwell": 0.3, "load": load}, {"position": [-0.02, 0, 0]}]
+    path.write_text(json.dumps({"relative": True, "waypoints": waypoints}))
+    brought = {}
+    for name in ("SystemStructure.ssd", "loads.ssd"):
+        system = System.read(fmu_dir / "Manipulator.ssp", name)
+        master = Master(system, fmus, {"controller": {"trajectory": PATH, "path_file": str(path), "settle_time": 0.1}})
+        for _ in range(200):
+            master.step()
+        brought[name] = master.instances["hdrm"].get("energy.load")
+        height = master.instances["hdrm"].get("tip.position[2]")
+        master.free()
+    assert brought["SystemStructure.ssd"] == 0.0
+    assert brought["loads.ssd"] == pytest.approx(50.0 * 9.81 * height, rel=0.2)  # the load is a little below the tip
 
 
 def test_the_check_says_what_is_left(tmp_path):
