@@ -7,6 +7,7 @@ use crate::states::saved_states;
 use fmu_export::ffi3::*;
 use std::ffi::{CStr, CString, c_void};
 use std::ptr;
+use std::sync::atomic::{AtomicPtr, Ordering};
 use std::sync::{Arc, Mutex, OnceLock};
 
 pub use fmu_export::ffi3::Status;
@@ -60,7 +61,7 @@ unsafe extern "C-unwind" fn intermediate_update(
         .push((time, [set, get, finished, early]));
     if let Some(look) = world.look {
         look(&Fmu3 {
-            c: *world.instance.get().unwrap() as Instance,
+            c: world.instance.load(Ordering::Relaxed),
             world: None,
         });
     }
@@ -73,8 +74,8 @@ pub struct World {
     pub seen: Mutex<Vec<Seen>>,
     /// What is done within an intermediate update.
     pub look: Option<fn(&Fmu3)>,
-    /// The instance, as a number.
-    pub instance: OnceLock<usize>,
+    /// The instance, once it is made.
+    pub instance: AtomicPtr<c_void>,
 }
 
 /// How an instance is made.
@@ -168,7 +169,7 @@ impl Fmu3 {
         if c.is_null() {
             return Err(world.log.lock().unwrap().clone());
         }
-        world.instance.set(c as usize).unwrap();
+        world.instance.store(c, Ordering::Relaxed);
         Ok(Self {
             c,
             world: Some(world),
