@@ -27,18 +27,22 @@ WORLDS = ("ideal", "real")
 MODES = tuple(_native.MODES)
 
 
-def world_system(world="ideal", **options):
-    """The system of a world, not loaded yet; options as of `System`."""
+def world_path(world):
+    """The package of the system of a world."""
     choice("world", world, WORLDS)
-    if world == "ideal":
-        return System(DATA / MACHINE, **options)
-    return System(DATA / _native.REAL_SYSTEM, parameters=[_native.REAL_PARAMETERS], **options)
+    return DATA / (MACHINE if world == "ideal" else _native.REAL_SYSTEM)
 
 
-def machine_text(machine):
-    """Checked text of a machine file with all that it extends: `machine` is one of `parameters()` by name, a path, or what is in such a file."""
+def world_system(world="ideal", real_parameters=_native.REAL_PARAMETERS, **options):
+    """The system of a world, not loaded yet; `real_parameters` is the parameter set of the real world, options as of `System`."""
+    return System(world_path(world), parameters=[real_parameters] if world == "real" else [], **options)
+
+
+def read_machine(machine):
+    """Checked text of a machine file with all that it extends, and the parameter set that belongs to it in the real world: `machine` is one of
+    `parameters()` by name, a path, or what is in such a file."""
     if machine is None:
-        return None
+        return None, _native.REAL_PARAMETERS
     if isinstance(machine, dict):
         text, name, file = json.dumps(machine), "the machine", None
     else:
@@ -108,7 +112,8 @@ def run(
     mode : control law, one of `MODES`.
     world : `ideal` (the controller's own model) or `real` (actuators as built, sensors, delay).
     seed : of the machine and of the sensors' errors in the world `real`; default: the machine as drawn, sensors of their own seed.
-    machine : a machine file that all FMUs use: one of `parameters()` by name, a path, or what is in it.
+    machine : a machine file that all FMUs use: one of `parameters()` by name, a path, or what is in it. In the world `real` a shipped machine, or
+        one that extends it, brings its gains.
     waypoints : path that the tip follows instead of a trajectory: a JSON or CSV file of waypoints or samples, `iso9283-cube` or
         `iso9283-rectangle`, what is in such a JSON file, a DataFrame with the columns of such a CSV file, or positions of the shape (n, 3), m.
         Loads that it picks up act on the manipulator.
@@ -128,11 +133,12 @@ def run(
     RunFailed : the machine cannot do what is asked, such as a path with a waypoint out of reach, which the controller says before the start.
     """
     wanted = complete(asked, run)
-    system = world_system(world, waypoints=waypoints, step=step, schedule=schedule)
+    text, real_parameters = read_machine(machine)
+    system = world_system(world, real_parameters, waypoints=waypoints, step=step, schedule=schedule)
     given = {"trajectory": trajectory, "mode": mode, "seed": seed}
     case, settings = {name: value for name, value in given.items() if value is not None}, wanted.pop("settings")
     for name in case.keys() & settings.keys():
         raise BadInput(f"`{name}` is given twice, once in settings")
     values, seed = case_settings({**case, **settings}, world)
-    with all_settings(system, values, seed, machine_text(machine)) as values:
+    with all_settings(system, values, seed, text) as values:
         return system.run(settings=values, progress=progress, **wanted)

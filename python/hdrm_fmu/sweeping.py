@@ -12,12 +12,13 @@ from typing import TYPE_CHECKING, Any
 
 import pandas
 
+from hdrm_fmu import _native
 from hdrm_fmu.asked import Asked, complete
 from hdrm_fmu.cases import rows
 from hdrm_fmu.errors import BadInput, RunFailed, SweepStopped
 from hdrm_fmu.files import digest, identity
 from hdrm_fmu.paths import Waypoints, check_free, tip_path
-from hdrm_fmu.running import case_settings, machine_text, world_system
+from hdrm_fmu.running import case_settings, read_machine, world_system
 from hdrm_fmu.store import Store, check_folder
 from hdrm_fmu.system import System
 from hdrm_fmu.tasks import Case, check_worker, run_case, start_case
@@ -78,7 +79,8 @@ def sweep(
     for name in cases.columns:
         if name in OWN:
             raise BadInput(f"a column of cases cannot be named `{name}`: the results have one of that name")
-    chosen = chosen_system(world, system, step, schedule)
+    text, real_parameters = read_machine(machine)
+    chosen = chosen_system(world, system, step, schedule, real_parameters)
     path = tip_path(chosen.waypoints if waypoints is None else waypoints)
     common = {**chosen.settings, **wanted.pop("settings")}
     signals, metrics = wanted["signals"], wanted["metrics"]
@@ -86,9 +88,9 @@ def sweep(
         "world": world if system is None else None,
         "path": None if system is None else str(chosen.path.resolve()),
         "variant": chosen.variant,
-        "parameters": list(chosen.parameters) if system is not None else [],
+        "parameters": list(chosen.parameters),
         "digest": None if system is None else digest(chosen.path),
-        "machine": machine_text(machine),
+        "machine": text,
         "step": float(chosen.step_size),
         "schedule": chosen.schedule,
         **wanted,
@@ -133,10 +135,10 @@ def sweep(
             own.cluster.close()
 
 
-def chosen_system(world="ideal", system=None, step=1e-3, schedule="gauss-seidel"):
+def chosen_system(world="ideal", system=None, step=1e-3, schedule="gauss-seidel", real_parameters=_native.REAL_PARAMETERS):
     """The system that a sweep runs: `system` or what lies there, else that of `world`."""
     if system is None:
-        return world_system(world, step=step, schedule=schedule)
+        return world_system(world, real_parameters, step=step, schedule=schedule)
     if isinstance(system, System):
         if system.disconnect or system.replace:
             raise BadInput("a sweep runs systems as their files have them, without disconnected inputs and replaced FMUs")

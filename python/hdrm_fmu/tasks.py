@@ -8,7 +8,7 @@ from hdrm_fmu import _native
 from hdrm_fmu.errors import RunFailed
 from hdrm_fmu.files import identity
 from hdrm_fmu.paths import TipPath
-from hdrm_fmu.running import all_settings, world_system
+from hdrm_fmu.running import all_settings, world_path
 from hdrm_fmu.system import System
 
 
@@ -37,9 +37,8 @@ class Case(NamedTuple):
 
 def _system(spec, path=None):
     options = {"step": spec["step"], "schedule": spec["schedule"], "waypoints": path}
-    if spec["path"] is None:
-        return world_system(spec["world"], **options)
-    return System(spec["path"], variant=spec["variant"], parameters=spec["parameters"], **options)
+    path = spec["path"] or world_path(spec["world"])
+    return System(path, variant=spec["variant"], parameters=spec["parameters"], **options)
 
 
 def start_case(spec, case):

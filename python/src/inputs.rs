@@ -2,23 +2,22 @@
 
 use std::path::PathBuf;
 
-use machine::Machine;
+use machine::Source;
 use pyo3::prelude::*;
 use studies::loads;
+use studies::worlds::parameters_of;
 use tip_path::PathFile;
 
 use crate::raised;
 
-/// The checked text of a machine file with all that it extends; `file` is where its relative paths start.
+/// The checked text of a machine file with all that it extends, and the parameter set of the real world that belongs to the machine;
+/// `file` is where its relative paths start.
 #[pyfunction]
 #[pyo3(signature = (text, file=None))]
-pub fn whole_machine(text: &str, file: Option<PathBuf>) -> PyResult<String> {
-    let machine = match file {
-        Some(file) => Machine::of_file(text, &file),
-        None => Machine::from_json(text),
-    };
-    let machine = machine.map_err(|error| raised(error.into()))?;
-    serde_json::to_string(&machine).map_err(|error| raised(error.into()))
+pub fn whole_machine(text: &str, file: Option<PathBuf>) -> PyResult<(String, &'static str)> {
+    let source = Source::read(text, file.as_deref()).map_err(|error| raised(error.into()))?;
+    let whole = serde_json::to_string(&source.machine).map_err(|error| raised(error.into()))?;
+    Ok((whole, parameters_of(source.shipped())))
 }
 
 /// Whether a path of this name is built in.

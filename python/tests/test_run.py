@@ -81,6 +81,14 @@ def test_a_machine_of_ones_own_and_one_drawn_by_seed():
         hdrm_fmu.run(machine=machine, **options)
 
 
+def test_a_machine_brings_its_gains_into_the_real_world():
+    options = {"world": "real", "stop_time": 1.0, "signals": ["controller.tip_error_norm"]}
+    own, reference = (hdrm_fmu.run(machine="hiab_xs031", settings={"controller.gamma": gamma}, **options) for gamma in (900, 60))
+    assert not own.equals(reference)
+    for machine in ("hiab_xs031", {"extends": "hiab_xs031"}):
+        assert hdrm_fmu.run(machine=machine, **options).equals(own)
+
+
 def test_a_machine_that_extends_another_beside_its_file(tmp_path):
     (tmp_path / "base.json").write_text(json.dumps({"extends": "sized", "bodies": {"PL": {"mass": 80}}}))
     (tmp_path / "mine.json").write_text(json.dumps({"extends": "base.json"}))
