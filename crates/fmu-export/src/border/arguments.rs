@@ -75,11 +75,18 @@ pub(crate) unsafe fn array_mut<T>(name: &str, p: *mut T, n: usize) -> Result<Arr
 ///
 /// # Safety
 /// As for [`array_mut`], with one value.
+#[inline]
 pub(crate) unsafe fn place<T>(name: &str, p: *mut T) -> Result<ArrayMut<T>, Fault> {
     if p.is_null() {
-        return refuse!("{name} = NULL must be a place for the result");
+        return no_place(name);
     }
     Ok(ArrayMut(p, 1))
+}
+
+#[cold]
+#[inline(never)]
+fn no_place<T>(name: &str) -> Result<ArrayMut<T>, Fault> {
+    refuse!("{name} = NULL must be a place for the result")
 }
 
 #[inline]

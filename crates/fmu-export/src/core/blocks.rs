@@ -62,26 +62,25 @@ impl<M: Model> Instance<M> {
         len: usize,
         value: impl Fn(usize) -> T,
     ) -> Result<(), Fault> {
-        for j in 0..len {
+        let inputs = &mut place.slice_mut(&mut self.state.input.value)[..len];
+        let mut changed = row.counter.is_some();
+        for (j, input) in inputs.iter().enumerate() {
             let value = value(j);
             if !value.is_within(bounds) {
                 return Err(not_allowed(row, j, value));
             }
-        }
-        let inputs = &mut place.slice_mut(&mut self.state.input.value)[..len];
-        let mut changed = false;
-        for (j, input) in inputs.iter_mut().enumerate() {
-            let value = value(j);
             changed |= !input.is_same(value);
-            *input = value;
+        }
+        if !changed {
+            return Ok(());
+        }
+        for (j, input) in inputs.iter_mut().enumerate() {
+            *input = value(j);
         }
         if let Some(counter) = row.counter {
             self.state.count_sets(counter, len as u32);
-            changed = true;
         }
-        if changed {
-            self.touch(!row.beside_evaluation);
-        }
+        self.touch(!row.beside_evaluation);
         Ok(())
     }
 
