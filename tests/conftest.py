@@ -1,6 +1,8 @@
 """Fixtures: the packed FMUs (environment variable FMU_DIR, default target/fmu), unpacked once."""
 
+import atexit
 import os
+import sys
 from pathlib import Path
 
 import pytest
@@ -22,6 +24,22 @@ def pytest_runtest_makereport(item, call):
     if report.skipped and CI:
         report.outcome, report.longrepr = "failed", f"skipped, which is a failure where CI is set: {call.excinfo.value}"
     return report
+
+
+@pytest.fixture(scope="session")
+def pythonfmu(request):
+    """For who loads an FMU of pythonfmu here: this process ends without finalizers, with the exit code of its tests.
+
+    At a process's usual end the library of pythonfmu (0.7.0) frees its state by a static destructor and, after it, by a finalizer
+    (`finalizePythonInterpreter`), which writes into freed memory: one process in some dozens aborts after all tests have passed.
+    """
+
+    def leave():
+        sys.stdout.flush()
+        sys.stderr.flush()
+        os._exit(int(request.session.exitstatus))
+
+    atexit.register(leave)
 
 
 @pytest.fixture(scope="session")

@@ -23,7 +23,7 @@ SETTINGS = {name: start for name, (start, _, _) in Bending.PARAMETERS.items()}
 
 
 @pytest.fixture(scope="module")
-def built(fmus, tmp_path_factory):
+def built(fmus, pythonfmu, tmp_path_factory):
     """The bending FMU with ours, and the system that they make."""
     folder = tmp_path_factory.mktemp("bending")
     path = build("bending.py", folder)

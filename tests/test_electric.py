@@ -133,7 +133,7 @@ def test_no_trip_during_precharge(fmu_dir, tmp_path):
 
 
 @pytest.fixture(scope="module")
-def others(fmus, tmp_path_factory):
+def others(fmus, pythonfmu, tmp_path_factory):
     """The systems with other people's batteries, and their FMUs."""
     sys.path.insert(0, str(ROOT / "examples"))
     from build import build, electric_systems

@@ -15,7 +15,7 @@ EXAMPLES = ROOT / "examples"
 
 
 @pytest.fixture(scope="module")
-def all_fmus(fmus, tmp_path_factory):
+def all_fmus(fmus, pythonfmu, tmp_path_factory):
     """Ours and those of the examples."""
     sys.path.insert(0, str(EXAMPLES))
     from build import SCRIPTS, build
