@@ -9,6 +9,10 @@ use anyhow::{Context, Result};
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, DateTime, ZipArchive, ZipWriter};
 
+/// The level of deflate that makes the smallest archives: libraries take 3 % less than with the usual level, and packing some tenths of a
+/// second more.
+const SMALLEST: i64 = 9;
+
 /// Files of an archive: path inside it and content.
 pub type Entries = BTreeMap<String, Vec<u8>>;
 
@@ -19,6 +23,7 @@ pub fn write(path: &Path, entries: &Entries) -> Result<usize> {
         let is_executable = name.starts_with("binaries/");
         let options = SimpleFileOptions::default()
             .compression_method(CompressionMethod::Deflated)
+            .compression_level(Some(SMALLEST))
             .last_modified_time(DateTime::default())
             .unix_permissions(if is_executable { 0o755 } else { 0o644 });
         zip.start_file(name.as_str(), options)
