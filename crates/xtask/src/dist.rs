@@ -70,11 +70,11 @@ const PROGRAM_PROFILE: [&str; 8] = [
     "profile.release.strip=\"symbols\"",
 ];
 /// What the crate `fmi` holds about its build, in place of the paths of compiler and documentation tool.
-const BUILT: [(&str, &str); 4] = [
-    ("RUSTC", "rustc"),
-    ("RUSTC_VERSION", ""),
-    ("RUSTDOC", "rustdoc"),
-    ("RUSTDOC_VERSION", ""),
+pub const BUILT: [(&str, &str); 4] = [
+    ("BUILT_OVERRIDE_fmi_RUSTC", "rustc"),
+    ("BUILT_OVERRIDE_fmi_RUSTC_VERSION", ""),
+    ("BUILT_OVERRIDE_fmi_RUSTDOC", "rustdoc"),
+    ("BUILT_OVERRIDE_fmi_RUSTDOC_VERSION", ""),
 ];
 /// Name of the list of checksums, in the form of `sha256sum`.
 const CHECKSUMS: &str = "SHA256SUMS";
@@ -332,8 +332,8 @@ impl Dist {
     ) -> Result<()> {
         command
             .args(PROGRAM_PROFILE)
-            .envs(libclang::provide(workspace)?);
-        command.envs(BUILT.map(|(name, value)| (format!("BUILT_OVERRIDE_fmi_{name}"), value)));
+            .envs(libclang::provide(workspace)?)
+            .envs(BUILT);
         if target.needs_zig() {
             let (name, arguments) = bindgen_arguments(workspace, target.triple)?;
             command.env(name, arguments);

@@ -16,7 +16,7 @@ use clap::Args;
 
 use crate::python::Python;
 use crate::workspace::{FMU_PROFILE, Workspace};
-use crate::{libclang, pack};
+use crate::{dist, libclang, pack};
 
 /// What compiles the native module and writes the wheel.
 const MATURIN: &str = "maturin==1.16.0\n";
@@ -199,14 +199,14 @@ fn for_target(
     if target.needs_zig() {
         tools = python.zig(workspace)?;
         maturin.args(["--zig", "--compatibility", "manylinux2014"]);
-        let (name, arguments) = crate::dist::bindgen_arguments(workspace, target.triple)?;
+        let (name, arguments) = dist::bindgen_arguments(workspace, target.triple)?;
         maturin.env(name, arguments);
     }
     let build = target.build(&workspace.cargo, &tools)?;
     let set = build
         .get_envs()
         .filter_map(|(name, value)| Some((name, value?)));
-    maturin.envs(set).envs(HANDED_OUT);
+    maturin.envs(set).envs(HANDED_OUT).envs(dist::BUILT);
     maturin.args(["--target", target.triple]);
     Ok(())
 }
@@ -214,11 +214,9 @@ fn for_target(
 /// Refuse FMUs without a library for a platform, or with one that would not run on every machine of it.
 fn check_libraries(workspace: &Workspace, fmus: &Path, target: &Target) -> Result<()> {
     let folder = format!("binaries/{}/", target.platform.folder);
-    for entry in fs::read_dir(fmus).with_context(|| fmus.display().to_string())? {
-        let path = entry?.path();
-        if path.extension().is_none_or(|suffix| suffix != "fmu") {
-            continue;
-        }
+    let names = pack::names(workspace)?;
+    for name in names.iter().filter(|name| name.ends_with(".fmu")) {
+        let path = fmus.join(name);
         let entries = archive::read(&path)?;
         let library = entries.iter().find(|(name, _)| name.starts_with(&folder));
         let shown = path.display();
