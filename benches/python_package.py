@@ -9,7 +9,6 @@ simulated time. Wall times say something on a quiet machine alone; bits are comp
 """
 
 import argparse
-import contextlib
 import resource
 import statistics
 import subprocess
@@ -59,32 +58,31 @@ CLUSTER = {"threads_per_worker": 1, "processes": True, "host": "127.0.0.1", "das
 
 def scaling(args):
     """Cases of the whole motion on one worker and on two, in turns, so that what else the machine does meets both alike. The workers are
-    processes on loopback addresses; their processor time is what a case costs wherever it runs. Both tables must be equal, bit for bit."""
+    processes on loopback addresses; their processor time is what a case costs wherever it runs. Each turn has a cluster of its own, since
+    workers, nannies and scheduler of an idle one take some hundredths of a core each. Both tables must be equal, bit for bit."""
     from distributed import Client, LocalCluster
 
     wall, processor, memory, tables = {1: 0.0, 2: 0.0}, {1: 0.0, 2: 0.0}, {1: [], 2: []}, {1: [], 2: []}
     cases = hdrm_fmu.random(args.cases, 1, CASES)
     slices = [cases.iloc[k : k + args.slice] for k in range(0, len(cases), args.slice)]
-    with tempfile.TemporaryDirectory() as folder, contextlib.ExitStack() as open_ones:
-        clients = {}
-        for workers in wall:
-            cluster = open_ones.enter_context(LocalCluster(n_workers=workers, **CLUSTER))
-            clients[workers] = open_ones.enter_context(Client(cluster))
-            hdrm_fmu.sweep(cases.iloc[: 8 * workers], out=f"{folder}/warm{workers}", client=clients[workers], progress=False)
+    with tempfile.TemporaryDirectory() as folder:
         for k, part in enumerate(slices):
-            for workers, client in clients.items():
-                before = sum(c for c, _ in client.run(_usage).values())
-                clock = time.perf_counter()
-                tables[workers].append(hdrm_fmu.sweep(part, out=f"{folder}/{workers}-{k}", client=client, progress=False))
-                wall[workers] += time.perf_counter() - clock
-                used = client.run(_usage).values()
-                processor[workers] += sum(c for c, _ in used) - before
-                memory[workers].append(max(m for _, m in used) / 1e6)
+            for workers in wall:
+                with LocalCluster(n_workers=workers, **CLUSTER) as cluster, Client(cluster) as client:
+                    hdrm_fmu.sweep(cases.iloc[: 8 * workers], out=f"{folder}/warm-{workers}-{k}", client=client, progress=False)
+                    before = client.run(_usage).values()
+                    clock = time.perf_counter()
+                    tables[workers].append(hdrm_fmu.sweep(part, out=f"{folder}/{workers}-{k}", client=client, progress=False))
+                    wall[workers] += time.perf_counter() - clock
+                    after = client.run(_usage).values()
+                processor[workers] += sum(c for c, _ in after) - sum(c for c, _ in before)
+                memory[workers].append([max(m for _, m in used) / 1e6 for used in (before, after)])
     for workers, of in memory.items():
+        grown = max(after - before for before, after in of)
         print(
             f"{workers} worker(s): {len(cases)} cases in {wall[workers]:.1f} s, {len(cases) / wall[workers]:.3f} cases/s, "
-            f"{processor[workers] / len(cases):.3f} s of processor time a case; a worker held {of[0]:.0f} MB after the first {len(slices[0])} cases, "
-            f"{of[-1]:.0f} MB after the last, {max(of):.0f} MB at most"
+            f"{processor[workers] / len(cases):.3f} s of processor time a case; a worker held {max(max(m) for m in of):.0f} MB at most, "
+            f"{grown:.0f} MB more after {len(slices[0])} cases than after 8"
         )
     print(f"throughput of two workers: {wall[1] / wall[2] / 2:.3f} of twice one; processor time a case: {processor[2] / processor[1]:.3f} of that of one")
     one, two = (pandas.concat(tables[workers], ignore_index=True) for workers in (1, 2))
@@ -202,7 +200,7 @@ def main():
     parser.add_argument("--program", default=str(ROOT / "target/release/hdrm-fmu"))
     parser.add_argument("--repeats", type=int, default=7, help="runs of `overhead`")
     parser.add_argument("--cases", type=int, default=1000, help="of `scaling` and `endurance`")
-    parser.add_argument("--slice", type=int, default=50, help="cases in a turn of `scaling`")
+    parser.add_argument("--slice", type=int, default=250, help="cases in a turn of `scaling`, each a sweep of its own")
     parser.add_argument("--every", type=int, default=20, help="of `all`: which rows are compared with calls of `run` too, 20: every twentieth")
     parser.add_argument("--fmpy-cases", type=int, default=20, help="of `fmpy`")
     args = parser.parse_args()
