@@ -11,6 +11,9 @@ use std::collections::BTreeMap;
 
 use crate::{Evaluation, MAX_INPUT_DERIVATIVE, Model, ModelError};
 
+/// ∛ε, the step of central differences. A number, since some platforms would call their own `cbrt` for it.
+pub(super) const ROOT_OF_EPSILON: f64 = 6.055_454_452_393_343e-6;
+
 /// A Real input: index in its row, row, place.
 type KnownInput<M> = (
     usize,
@@ -256,7 +259,7 @@ impl<M: Model> Instance<M> {
         mut put: impl FnMut(usize, f64),
     ) -> Result<(), Fault> {
         let scale = if largest > 0.0 { largest } else { 1.0 };
-        let step = f64::EPSILON.cbrt() / scale;
+        let step = ROOT_OF_EPSILON / scale;
         // At a bound the difference is one-sided: the model sees no input beyond it.
         let [less, more] = [-step, step].map(|step| match self.moved_inputs(du, step) {
             Some(u) => (step, u),

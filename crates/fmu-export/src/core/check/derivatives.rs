@@ -1,6 +1,7 @@
 //! Directional derivatives against differences of the outputs, and adjoint ones against directional ones.
 
 use super::{Element, Point, Trial};
+use crate::core::derivatives::ROOT_OF_EPSILON;
 use crate::core::layout::{real_inputs, real_outputs};
 use crate::core::value::Value;
 use crate::core::variable::Place;
@@ -84,7 +85,7 @@ impl<M: Model> Trial<M> {
             *place.get_mut(&mut du, i) = 1.0;
             let column = directional(&du)?;
             let size = row.nominal.unwrap_or(1.0).max(place.get(&point.1, i).abs());
-            let step = f64::EPSILON.cbrt() * size;
+            let step = ROOT_OF_EPSILON * size;
             let difference = |step: f64| {
                 let [less, more] = [-step, step].map(|step| moved::<M>(&point.1, element, step));
                 let (less, more) = (at(less?).ok()?, at(more?).ok()?);
