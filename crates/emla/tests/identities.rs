@@ -315,6 +315,28 @@ fn stiffness_is_in_series_and_clamped() {
     assert!((maps::stiffness_slope(&p, x) / slope - 1.0).abs() < 1e-7);
 }
 
+/// The spring is all that a set rod moves: the work is what the stored energy loses. Energies are some 10 J, of which 1e-15 is rounding.
+#[test]
+fn work_of_a_set_rod_comes_from_the_spring() {
+    for drive in [Drive::Motion, Drive::Force] {
+        let emla = actuator(reference(), drive);
+        let at = |x: f64| Input {
+            x,
+            F_ext: 41143.0,
+            F_hold: 41143.0,
+            ..Input::default()
+        };
+        let s = emla.start(&at(0.31)).expect("finite");
+        let stored = |x: f64| emla.output(&s, &at(x)).E_stored;
+        for (from, to) in [(0.31, 0.3101), (0.3101, 0.3099), (0.3, 0.3)] {
+            let (work, lost) = (emla.work_of_shift(&s, from, to), stored(from) - stored(to));
+            assert!((work - lost).abs() < 1e-12, "{drive:?}: {work} J, {lost} J");
+            let is_set = drive == Drive::Motion && from != to;
+            assert_eq!(work.abs() > 1.0, is_set, "{drive:?} {from} {to}: {work} J");
+        }
+    }
+}
+
 /// Steady lifting and lowering of 30 kN at 40 mm/s: η of both quadrants from the powers at the borders
 /// (in steady motion P_in/P_out there is the definition), and none in quadrants II and III.
 #[test]
