@@ -1,7 +1,7 @@
 //! Analytic derivatives of the outputs against finite differences, at seeded random points.
 #![allow(non_snake_case)]
 
-use emla::{Drive, Emla, Input, Output, State};
+use emla::{Drive, Emla, Input, Output, Residual, State};
 use machine::Machine;
 
 mod random;
@@ -127,6 +127,11 @@ fn time_derivatives_match_differences() {
             s.w_m = emla.params().w_eta * slow.within(-1.5, 1.5);
             u.x_dot = emla::maps::travel_per_radian(emla.params()) * s.w_m;
         }
+        s.residual = Residual {
+            F_net: u.F_hold * slow.within(0.5, 0.9),
+            x_dot_net: u.x_dot * slow.within(0.5, 0.9),
+            ..Residual::default()
+        };
         let u_dot = Input {
             v_d: random.within(-1e4, 1e4),
             v_q: random.within(-1e4, 1e4),
@@ -145,6 +150,7 @@ fn time_derivatives_match_differences() {
         let after = |t: f64| {
             let s = State {
                 F_mean: s.F_mean,
+                residual: s.residual, // held over a step
                 ..emla.step(&s, later, 0.0, t).expect("finite")
             };
             emla.output(&s, &later(t))
