@@ -56,7 +56,12 @@ const DIRECTIONS: &[Direction] = &[
 /// A point in one of the four quadrants, away from the kinks; every third beyond the voltage circle; every eighth with a screw so heavy
 /// that its acceleration counts in the gear.
 fn point(random: &mut Random, k: usize, drive: Drive) -> (Emla, State, Input) {
-    let mut p = Machine::reference().emla.lift;
+    // Both are 1 in the reference, by which multiplying and dividing are the same.
+    let mut p = machine::Emla {
+        w_C: 0.8,
+        w_eta: 1.2,
+        ..Machine::reference().emla.lift
+    };
     if k.is_multiple_of(8) {
         p.J_s *= 1e3;
     }
