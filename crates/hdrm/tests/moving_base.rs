@@ -290,4 +290,21 @@ fn derivatives_know_the_bases_turning() {
     for i in 0..6 {
         near(change.zeta_ddot[i], more[i] - less[i], 1e-10, "directional");
     }
+
+    // A tilt turns gravity, which the holding forces feel too; over ±1e-4 rad central differences err by 1e-8/6.
+    let tilting = Input {
+        base_tilt: input_dot.base_tilt,
+        ..Input::default()
+    };
+    let change = plant.directional_derivative(&state, &input, &tilting);
+    let d = 1e-4 / 0.2;
+    let [less, more] = [-d, d].map(|s| {
+        let base_tilt = moved(s).base_tilt;
+        plant.output(&state, &Input { base_tilt, ..input })
+    });
+    for i in 0..3 {
+        let slope = |of: fn(&hdrm::Output) -> [f64; 3]| (of(&more)[i] - of(&less)[i]) / (2.0 * d);
+        near(change.f_hold[i], slope(|y| y.f_hold), 1e-7, "f_hold");
+        near(change.tau_hold[i], slope(|y| y.tau_hold), 1e-7, "tau_hold");
+    }
 }
