@@ -165,6 +165,8 @@ impl Target {
                 if self.is_macos() {
                     // A library's own name, which is else the path where it was linked.
                     flags.extend(["-C", INSTALL_NAME].map(String::from));
+                    // No paths of object files, from which the linker would make the library's UUID.
+                    flags.extend(["-C", "link-arg=-s"].map(String::from));
                 }
                 let mut zigbuild = Command::new(tools.find(ZIGBUILD).context(ZIGBUILD)?);
                 zigbuild.args(["zigbuild", "--target"]);
