@@ -31,7 +31,7 @@ def pythonfmu(request):
     """For who loads an FMU of pythonfmu here: this process ends without finalizers, with the exit code of its tests.
 
     At a process's usual end the library of pythonfmu (0.7.0) frees its state by a static destructor and, after it, by a finalizer
-    (`finalizePythonInterpreter`), which writes into freed memory: one process in some dozens aborts after all tests have passed.
+    (`finalizePythonInterpreter`), which writes into freed memory: some processes abort after all tests have passed.
     """
 
     def leave():
