@@ -20,6 +20,9 @@ pub const ZIG: &str = "ziglang==0.17.1\ncargo-zigbuild==0.24.0\n";
 const ZIGBUILD: &str = "cargo-zigbuild";
 const INSTALL_NAME: &str = "link-arg=-Wl,-install_name,@rpath/model.dylib";
 const MINGW: &str = "x86_64-w64-mingw32-gcc";
+/// Calls it.
+#[cfg(unix)]
+const MINGW_LINK: &str = include_str!("mingw_link.sh");
 
 /// A platform that can be built for.
 #[derive(Debug, PartialEq, Eq)]
@@ -179,7 +182,10 @@ impl Target {
                 flags.extend(["-C", "link-arg=-Wl,--no-insert-timestamp"].map(String::from));
                 let mut build = cargo();
                 build.args(["build", "--target", self.triple]);
-                build.env("CARGO_TARGET_X86_64_PC_WINDOWS_GNU_LINKER", MINGW);
+                build.env(
+                    "CARGO_TARGET_X86_64_PC_WINDOWS_GNU_LINKER",
+                    mingw_linker(&workspace.target)?,
+                );
                 build
             }
         };
@@ -207,6 +213,32 @@ impl Tools {
         let folders = self.0.iter().cloned().chain(env::split_paths(&path));
         env::join_paths(folders).context("the search path")
     }
+}
+
+/// What cargo is to call as the linker for Windows: a script in the target directory, by which the bytes do not depend on folders.
+#[cfg(unix)]
+fn mingw_linker(target: &Path) -> Result<PathBuf> {
+    use std::os::unix::fs::PermissionsExt;
+
+    let script = target.join("mingw_link.sh");
+    if fs::read_to_string(&script).is_ok_and(|text| text == MINGW_LINK) {
+        return Ok(script);
+    }
+    // Whole at once: another build may be about to call it.
+    fs::create_dir_all(target)?;
+    let new = tempfile::NamedTempFile::new_in(target)?;
+    fs::write(&new, MINGW_LINK)?;
+    fs::set_permissions(&new, fs::Permissions::from_mode(0o755))?;
+    new.into_temp_path()
+        .persist(&script)
+        .with_context(|| script.display().to_string())?;
+    Ok(script)
+}
+
+/// What cargo is to call as the linker for Windows.
+#[cfg(not(unix))]
+fn mingw_linker(_target: &Path) -> Result<PathBuf> {
+    Ok(PathBuf::from(MINGW))
 }
 
 /// The flags that the caller has set for the compiler.
