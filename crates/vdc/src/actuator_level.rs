@@ -52,3 +52,71 @@ pub(crate) fn errors(input: &Input, age: f64) -> Vector6<f64> {
     };
     Vector6::from_fn(|i, _| if i < 3 { error(i) } else { 0.0 })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Level, RateCommand};
+    use machine::Machine;
+
+    /// The equations in numbers whose parts are told apart by their powers of ten.
+    #[test]
+    fn a_demand_has_all_its_parts() {
+        let mut gains = Machine::reference().controller;
+        (gains.Lambda_rod, gains.kappa_KA) = (10.0, 3.0);
+        gains.pd_actuator_damping = 5.0;
+        let input = Input {
+            x_dot: [0.0, 0.25, 0.0],
+            reference_rod_velocity: [0.0, 0.5, 0.0],
+            reference_rod_acceleration: [0.0, 8.0, 0.0],
+            reference_rod_force: [0.0, 4096.0, 0.0],
+            ..Input::default()
+        };
+        let one = |value: f64| Vector6::from_fn(|i, _| if i == 1 { value } else { 0.0 });
+        let errors = Errors {
+            e: one(0.0625),
+            z: one(-0.03125),
+            z_dot: one(1.5),
+        };
+        let of = |mode| {
+            let settings = Settings {
+                mode,
+                integral: true,
+                level: Level::Actuator,
+                gains,
+                alpha: 0.0,
+                true_inertia_scale: 1.0,
+                derating: None,
+                rate_command: RateCommand::Joint,
+                load_told: true,
+            };
+            demand(16.0, &settings, &input, &errors, 1)
+        };
+        for mode in [Mode::Adaptive, Mode::Modular, Mode::Pd, Mode::PdGravity] {
+            let RodDemand {
+                f_r,
+                x_r_dot,
+                x_r_ddot,
+            } = of(mode);
+            assert_eq!(x_r_dot, 0.5 + 10.0 * 0.03125);
+            assert_eq!(x_r_ddot, 8.0 + 10.0 * (0.25 + 1.5));
+            let lacking = 0.5 + 10.0 * 0.03125 - 0.25;
+            let expected = match mode {
+                Mode::Pd => 5.0 * lacking,
+                Mode::PdGravity => 4096.0 + 5.0 * lacking,
+                _ => 4096.0 + 16.0 * 25.5 + 16.0 * 3.0 * lacking,
+            };
+            assert_eq!(f_r, expected, "{mode:?}");
+        }
+    }
+
+    #[test]
+    fn errors_are_those_of_the_reading_s_time() {
+        let mut input = Input::default();
+        input.reference_rod_position = [1.0, 2.0, 3.0];
+        input.reference_rod_velocity = [0.5, 0.25, -0.5];
+        input.x = [0.5, 2.5, 3.0];
+        let e = errors(&input, 0.5);
+        assert_eq!(e, Vector6::new(0.25, -0.625, 0.25, 0.0, 0.0, 0.0));
+    }
+}

@@ -429,4 +429,51 @@ mod tests {
         let expected = 4.0 * (c - 1.0 - c.ln());
         assert!((estimate.divergence(&(nominal * c)) - expected).abs() < 1e-12);
     }
+
+    /// A body that gets or loses a part keeps its estimate's difference from the nominal one in each parameter; where that would lead out of the
+    /// bounds around the new nominal inertia, it starts from there. Tolerance: P is the inverse of the estimate, condition some 1e3.
+    #[test]
+    fn an_estimate_moves_with_its_nominal_inertia() {
+        let before = inertia(3);
+        let part = Inertia::from_com(6.0, Vector3::new(0.4, -0.3, 0.2), Matrix3::identity() * 0.5);
+        let after = before + part;
+        let bounds = Bounds::around(&before, [0.2, 5.0]).expect("physical");
+        let mut estimate = bounds.nominal(before);
+        let S =
+            adaptation_direction(&twist(0, 1), &twist(0, 8), &twist(0, 15), &twist(0, 22)) * 1e-3;
+        estimate.advance(&S, 50.0, 0.0, 0.25, &bounds);
+        let difference = estimate.inertia().to_matrix() - before.to_matrix();
+        let size = after.to_matrix().norm();
+        assert!(difference.norm() > 1e-6 * size);
+
+        let bounds = Bounds::around(&after, [0.2, 5.0]).expect("physical");
+        let moved = estimate.moved(&before, &after, &bounds);
+        let expected = after.to_matrix() + difference;
+        assert!((moved.inertia().to_matrix() - expected).norm() < 1e-13 * size);
+        let inverse = unpacked(&moved.P) * PseudoInertia::from(moved.inertia()).0;
+        assert!((inverse - Matrix4::identity()).norm() < 1e-11, "{inverse}");
+        let determinant = unpacked(&moved.P).determinant();
+        assert!((moved.determinant / determinant - 1.0).abs() < 1e-11);
+
+        let narrow = Bounds::around(&after, [1.0 - 1e-9, 1.0 + 1e-9]).expect("physical");
+        assert_eq!(
+            estimate.moved(&before, &after, &narrow),
+            narrow.nominal(after)
+        );
+        // Less than nothing is no body.
+        let least = Bounds::around(&(before * 1e-3), [0.2, 5.0]).expect("physical");
+        let moved = estimate.moved(&(before * 2.0), &(before * 1e-3), &least);
+        assert_eq!(moved, least.nominal(before * 1e-3));
+    }
+
+    /// A matrix of which a leading minor is zero is not definite.
+    #[test]
+    fn singular_matrices_are_not_definite() {
+        for k in 0..4 {
+            let mut A = Matrix4::identity();
+            A[(k, k)] = 0.0;
+            assert!(!Minors::of(&packed(&A)).are_positive(), "{A}");
+        }
+        assert!(Minors::of(&packed(&Matrix4::identity())).are_positive());
+    }
 }

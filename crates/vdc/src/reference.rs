@@ -222,4 +222,16 @@ mod tests {
             );
         }
     }
+
+    /// Nine edges of 2 s along the cube, three of 3 s about the triangle, and a rest of 0.25 s after each.
+    #[test]
+    fn a_path_lasts_as_long_as_its_edges_and_rests() {
+        for (trajectory, expected) in [
+            (Trajectory::Cubic, 9.0 * 2.25),
+            (Trajectory::Triangular, 3.0 * 3.25),
+        ] {
+            let duration = path(trajectory).duration();
+            assert!((duration - expected).abs() < 1e-12, "{duration}");
+        }
+    }
 }

@@ -99,3 +99,64 @@ impl Conditions {
         0.5 * (self.K_1 * force_error * force_error + self.K_2 * i_d_error * i_d_error)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use machine::Machine;
+
+    /// The bound by Young's inequality with ε = epsilon_max/2, term by term: what the feedbacks dissipate, less the cross term's share.
+    #[test]
+    fn dissipation_is_what_the_cross_term_leaves() {
+        let machine = Machine::reference();
+        let (p, gains) = (&machine.emla.lift, &machine.controller);
+        let c = Conditions::new(p, gains);
+        let (F, i) = (1200.0, 3.0);
+        let of_force = c.K_1 * c.beta_1 * (gains.K_f / p.L_q) * F * F;
+        let of_current = c.K_2 * (gains.K_i / p.L_d) * i * i;
+        let epsilon = c.epsilon_max / 2.0;
+        let cross = c.K_1 * c.beta_2 * gains.K_i / p.L_d;
+        let young = cross * (epsilon * F * F + i * i / epsilon) / 2.0;
+        let expected = of_force + of_current - young;
+        let found = c.dissipation(p, gains, F, i);
+        assert!(found > 0.0 && expected > 0.1 * of_force);
+        assert!((found / expected - 1.0).abs() < 1e-13, "{found} {expected}");
+        // At the ε of the conditions half of the force's dissipation is left, and as much of the current's as of the cross term.
+        assert!((c.dissipation(p, gains, F, 0.0) / of_force - 0.5).abs() < 1e-13);
+        assert!((c.dissipation(p, gains, 0.0, i) / of_current - 0.5).abs() < 1e-13);
+    }
+
+    /// ν_a = ½ (K_1 F² + K_2 i²), with K_1 and the weight by the paper's equations.
+    #[test]
+    fn the_accompanying_function_weighs_both_errors() {
+        let machine = Machine::reference();
+        let (p, gains) = (&machine.emla.tilt, &machine.controller);
+        let c = Conditions::new(p, gains);
+        assert!((c.K_1 * c.beta_1 * gains.K_v / p.L_q - 1.0).abs() < 1e-14);
+        let sides = (c.beta_1 * gains.K_f / p.L_q) / (c.beta_2 * gains.K_i / (2.0 * p.L_d));
+        assert!((c.epsilon_max / sides - 1.0).abs() < 1e-14);
+        assert_eq!(c.printed_margin, c.epsilon_max);
+        assert_eq!(c.accompanying(300.0, 0.0), 0.5 * c.K_1 * 300.0 * 300.0);
+        assert_eq!(c.accompanying(0.0, 4.0), 8.0 * c.K_2);
+    }
+
+    #[test]
+    fn where_the_conditions_fail_nothing_is_claimed() {
+        let machine = Machine::reference();
+        let mut gains = machine.controller;
+        gains.K_v = 0.0;
+        let p = &machine.emla.lift;
+        let c = Conditions::new(p, &gains);
+        assert!(!c.hold());
+        assert_eq!(c.dissipation(p, &gains, 1.0, 1.0), 0.0);
+        assert_eq!(c.accompanying(1.0, 1.0), 0.0);
+        let good = Conditions::new(p, &machine.controller);
+        assert!(good.hold());
+        assert_eq!(Conditions::weakest([good, c, good]), c);
+        let half = Conditions {
+            printed_margin: 0.5 * good.printed_margin,
+            ..good
+        };
+        assert_eq!(Conditions::weakest([good, half, good]), half);
+    }
+}

@@ -142,3 +142,27 @@ fn a_step_may_hold_several_samples() {
     assert_eq!(of(T, T / 4.0), of(T / 2.0, T / 4.0));
     assert_ne!(of(T, T / 4.0), of(T, T));
 }
+
+/// With a delay of d steps the outputs after a step belong to the time at which they act: after step k the reference is that of the time
+/// `(k + d) h`, which a controller without delay has after step `k + d − 1`.
+#[test]
+fn delayed_outputs_belong_to_the_time_at_which_they_act() {
+    let undelayed = run(T, Timing::default());
+    for delay in [1, 2, 4] {
+        let timing = Timing {
+            delay,
+            ..Timing::default()
+        };
+        let delayed = run(T, timing);
+        let ahead = delay as usize - 1;
+        for (k, output) in delayed.iter().take(SAMPLES as usize - ahead).enumerate() {
+            let expected = undelayed[k + ahead].desired_position;
+            for (a, b) in output.desired_position.iter().zip(expected) {
+                // Rounding of the clock at 0.04 m/s, and of the position.
+                assert!((a - b).abs() < 1e-15, "delay {delay}, step {k}: {a} {b} m");
+            }
+        }
+        let last = |outputs: &[Output]| outputs.last().expect("steps").desired_position;
+        assert!(ahead == 0 || last(&delayed) != last(&undelayed));
+    }
+}

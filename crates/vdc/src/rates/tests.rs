@@ -114,3 +114,132 @@ fn a_tip_that_is_slowed_goes_straight() {
     assert!(rates.motion.held.rate.is_some());
     assert!(way > 0.3 && aside < 5e-4, "{way} {aside}");
 }
+
+/// Between two points the acceleration is a straight line in time: the rate is its integral, and the angle the integral of that, by Simpson's
+/// rule, which is exact for a parabola. Tolerance: the rounding of the angle, of some radians.
+#[test]
+fn angle_and_rate_are_integrals_of_a_straight_acceleration() {
+    let [machine, _] = machines();
+    let (tree, mut rates) = rates(&machine);
+    let input = Input {
+        rate_joint: rates.limits.joint.map(|largest| 0.9 * largest),
+        ..Input::default()
+    };
+    let h = 0.02; // one part of a step, a tenth of the smoothing
+    for k in 0..40 {
+        let before = rates.motion;
+        rates.advance(&tree, RateCommand::Joint, &input, h);
+        let now = &rates.motion;
+        for i in 0..DOF {
+            let (a, b) = (before.zeta_ddot[i], now.zeta_ddot[i]);
+            let rate = |s: f64| before.zeta_dot[i] + s * (a + (b - a) * s / (2.0 * h));
+            let moved = h / 6.0 * (rate(0.0) + 4.0 * rate(0.5 * h) + rate(h));
+            let error = now.zeta[i] - before.zeta[i] - moved;
+            assert!(error.abs() < 1e-15, "step {k}, joint {i}: {error:e} rad");
+            let error = now.zeta_dot[i] - rate(h);
+            assert!(error.abs() < 1e-16, "step {k}, joint {i}: {error:e} rad/s");
+        }
+    }
+    assert!(rates.motion.zeta_ddot.norm() > 1e-3);
+}
+
+#[test]
+fn limits_that_are_none_are_refused_by_name() {
+    let set = |limits: RateLimits| {
+        let (_, mut rates) = rates(&Machine::reference());
+        let result = rates.set_limits(&limits);
+        (result, rates.limits == limits)
+    };
+    let valid = RateLimits {
+        smoothing: 0.3,
+        ..RateLimits::default()
+    };
+    assert!(matches!(set(valid), (Ok(()), true)));
+    for value in [0.0, -1.0, f64::INFINITY] {
+        let mut wrong = [valid; 5];
+        wrong[0].joint[5] = value;
+        wrong[1].joint_acceleration[0] = value;
+        wrong[2].tip[1] = value;
+        wrong[3].tip_acceleration[0] = value;
+        wrong[4].smoothing = value;
+        let names = [
+            "rate.joint_max",
+            "rate.joint_acceleration_max",
+            "rate.tip_max",
+            "rate.tip_acceleration_max",
+            "rate.smoothing",
+        ];
+        for (limits, name) in wrong.into_iter().zip(names) {
+            let (result, is_set) = set(limits);
+            let text = result.unwrap_err().to_string();
+            assert!(
+                !is_set && text.starts_with(&format!("`{name}` = {value} ")),
+                "{text}"
+            );
+        }
+    }
+    let mut nan = valid;
+    nan.tip[0] = f64::NAN;
+    assert!(set(nan).0.is_err());
+}
+
+#[test]
+fn the_nearest_end_is_that_of_the_joints_half() {
+    let (_, mut rates) = rates(&Machine::reference());
+    for i in 0..DOF {
+        let [low, high] = rates.range[i];
+        for (share, expected) in [(0.4, low), (0.6, high)] {
+            rates.motion.zeta[i] = low + share * (high - low);
+            assert_eq!(rates.nearest_limit(i), expected, "joint {i}");
+        }
+    }
+}
+
+/// A long step is made of as many short ones as the smoothing needs, a tenth of its time constant each.
+#[test]
+fn a_long_step_is_many_short_ones() {
+    let machine = Machine::reference();
+    let (tree, mut long) = rates(&machine);
+    let mut short = long.clone();
+    let input = Input {
+        rate_joint: [0.1, -0.05, 0.07, 0.3, -0.2, 0.4],
+        ..Input::default()
+    };
+    long.advance(&tree, RateCommand::Joint, &input, 0.49);
+    for _ in 0..25 {
+        short.advance(&tree, RateCommand::Joint, &input, 0.49 / 25.0);
+    }
+    assert_eq!(long.motion, short.motion);
+    assert!(long.motion.zeta_dot.norm() > 0.1);
+}
+
+/// Before the end of a range the speed from which a joint brakes with a share of its largest acceleration is the most, `√(lag² + 2 a s) − lag`
+/// with `lag = 4 τ a`, solved here for the way: `s = v²/(2 a) + 4 τ v`.
+#[test]
+fn joints_slow_down_before_the_ends() {
+    let (_, mut rates) = rates(&Machine::reference());
+    let mut slowed = 0;
+    for i in 0..DOF {
+        let a = BRAKE_SHARE * rates.limits.joint_acceleration[i];
+        for ahead in [0.0, 1e-3, 0.01, 0.03] {
+            rates.motion.zeta[i] = rates.range[i][1] - ahead;
+            let (v, _) = rates.allowed(i, RateCommand::Joint).high;
+            let way = v * v / (2.0 * a) + 4.0 * rates.limits.smoothing * v;
+            assert!((way - ahead).abs() < 1e-14, "joint {i}: {way} for {ahead}");
+            slowed += 1;
+        }
+        let [low, high] = rates.range[i];
+        rates.motion.zeta[i] = 0.5 * (low + high);
+        let Allowed { low, high } = rates.allowed(i, RateCommand::Joint);
+        assert_eq!([-low.0, high.0], [rates.largest_rate(i); 2]);
+    }
+    assert_eq!(slowed, 24);
+}
+
+#[test]
+fn a_share_keeps_both_lengths_within_their_limits() {
+    let v = Vector6::new(3.0, 0.0, -4.0, 0.0, 2.0, 0.0);
+    assert_eq!(share_within(&v, [2.0, 1.9]), 2.0 / 5.0);
+    assert_eq!(share_within(&v, [10.0, 0.5]), 0.25);
+    assert_eq!(share_within(&v, [5.5, 2.5]), 1.0);
+}
