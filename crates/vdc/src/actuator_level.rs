@@ -111,11 +111,13 @@ mod tests {
     }
 
     #[test]
-    fn errors_are_those_of_the_reading_s_time() {
-        let mut input = Input::default();
-        input.reference_rod_position = [1.0, 2.0, 3.0];
-        input.reference_rod_velocity = [0.5, 0.25, -0.5];
-        input.x = [0.5, 2.5, 3.0];
+    fn errors_are_those_of_the_time_of_the_reading() {
+        let input = Input {
+            reference_rod_position: [1.0, 2.0, 3.0],
+            reference_rod_velocity: [0.5, 0.25, -0.5],
+            x: [0.5, 2.5, 3.0],
+            ..Input::default()
+        };
         let e = errors(&input, 0.5);
         assert_eq!(e, Vector6::new(0.25, -0.625, 0.25, 0.0, 0.0, 0.0));
     }

@@ -152,3 +152,107 @@ fn turned(input: &Input, h: f64) -> [f64; 4] {
     let q = turn.into_inner() * Quaternion::new(w, x, y, z);
     [q.w, q.i, q.j, q.k]
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Level, Mode, RateCommand, Trajectory};
+    use emla::{Drive, Surrogate};
+    use machine::Machine;
+
+    const H: f64 = 1e-3;
+
+    /// What is predicted is what the actuators themselves do, with the network's share and with a link that does not give the planned
+    /// voltages. Tolerance: the nut's place is found from the force through a stiffness of 1e8 N/m, ε·0.3 m of it.
+    #[test]
+    fn the_prediction_is_what_the_actuators_do() {
+        let machine = Machine::reference();
+        let network = Surrogate::reference();
+        for (alpha, v_dc) in [(0.0, None), (1.0, None), (0.4, Some(20.0))] {
+            let settings = Settings {
+                mode: Mode::Adaptive,
+                integral: false,
+                level: Level::Actuator,
+                gains: machine.controller,
+                alpha,
+                true_inertia_scale: 1.0,
+                derating: None,
+                rate_command: RateCommand::Joint,
+                load_told: true,
+            };
+            let rod = Rod {
+                x: 0.3,
+                x_dot: 0.02,
+                x_ddot: 0.5,
+            };
+            let (v_d, v_q) = (-4.0, 31.0);
+            let planned = Planned {
+                v_d: [v_d; 3],
+                v_q: [v_q; 3],
+                x_ddot: [rod.x_ddot; 3],
+                ..Planned::default()
+            };
+            let mut input = Input {
+                v_dc,
+                x: [rod.x; 3],
+                x_dot: [rod.x_dot; 3],
+                ..Input::default()
+            };
+            let acting = |s: f64| emla::Input {
+                v_dc,
+                ..rod.at(s, v_d, v_q)
+            };
+            let actuators = machine.emla.in_order().map(|p| {
+                Emla::new(*p, Drive::Motion)
+                    .expect("valid")
+                    .with_surrogate(network.clone(), alpha)
+            });
+            let starts = [0, 1, 2].map(|i| {
+                let start = emla::Input {
+                    F_hold: 21e3,
+                    ..acting(0.0)
+                };
+                emla::State {
+                    w_m: 30.0,
+                    i_d: 0.3,
+                    ..actuators[i].start(&start).expect("finite")
+                }
+            });
+            // The held residual belongs to the point at which the step begins.
+            let starts = [0, 1, 2].map(|i| {
+                let (s, p) = (starts[i], actuators[i].params());
+                let tau_e = maps::torque(p, s.i_d, s.i_q);
+                emla::State {
+                    residual: actuators[i].residual(tau_e, s.w_m),
+                    ..s
+                }
+            });
+            for i in 0..3 {
+                let y = actuators[i].output(&starts[i], &acting(0.0));
+                (input.i_d[i], input.i_q[i], input.w_m[i]) = (y.i_d, y.i_q, y.w_m);
+                input.F[i] = y.F;
+            }
+            let trajectory = Trajectory::Cubic;
+            let controller =
+                Controller::new(&machine, &network, trajectory, &settings, &input, 0.0)
+                    .expect("works");
+            let next = controller
+                .predicted(&input, &planned, &settings, 0.0, 0.0, H)
+                .expect("finite");
+            for i in 0..3 {
+                let end = actuators[i]
+                    .step(&starts[i], acting, 0.0, H)
+                    .expect("finite");
+                let y = actuators[i].output(&end, &acting(H));
+                assert!((next.F[i] - y.F).abs() < 1e-6, "{} {}", next.F[i], y.F);
+                assert!((next.w_m[i] - y.w_m).abs() < 1e-9, "{}", next.w_m[i]);
+                assert!((next.i_q[i] - y.i_q).abs() < 1e-9, "{}", next.i_q[i]);
+                assert!((next.i_d[i] - y.i_d).abs() < 1e-9, "{}", next.i_d[i]);
+                assert!((y.i_q - input.i_q[i]).abs() > 1e-3, "it changes: {}", y.i_q);
+                let Rod { x, x_dot, .. } = rod;
+                assert_eq!(next.x_dot[i], x_dot + H * rod.x_ddot);
+                assert_eq!(next.x[i], x + H * (x_dot + 0.5 * H * rod.x_ddot));
+            }
+        }
+    }
+}

@@ -157,3 +157,19 @@ fn the_orientation_error_is_an_angle() {
         );
     }
 }
+
+/// At the start nothing is unexplained, at whatever speed the motors turn: the disturbance observer asks for no current.
+#[test]
+fn the_disturbance_observer_begins_with_nothing() {
+    let machine = Machine::reference();
+    let (settings, u) = (settings(&machine), measured(&machine));
+    let mut without = settings;
+    without.gains.omega_d = 0.0;
+    assert!(settings.gains.omega_d > 0.0);
+    let i_q = |settings: &Settings| {
+        let controller = controller(&machine, settings, &u);
+        let now = controller.evaluate(settings, &u).expect("finite");
+        now.output(&u.F).i_q_required
+    };
+    assert_eq!(i_q(&settings), i_q(&without));
+}
