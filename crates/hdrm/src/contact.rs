@@ -282,3 +282,72 @@ impl Hdrm {
         Some((rate, of(&J, &rate) + of(&J_dot, &force)))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Options, State};
+    use machine::Machine;
+
+    /// The doc's formula with the mobilities `J·M⁻¹·Jᵀ` of the tip by its Jacobian and a plain inverse. Tolerance: the condition of M, some 1e4.
+    #[test]
+    fn the_fastest_rate_is_that_of_the_deepest_contact_ahead() {
+        let machine = Machine::reference();
+        let normal = Vector3::new(0.2, 0.9, -0.4).normalize();
+        let contact = Contact {
+            normal: (normal * 3.0).into(),
+            stiffness: 2e6,
+            damping: 0.7,
+            friction: 0.4,
+            slip_velocity: 0.02,
+            ..Contact::default()
+        };
+        let state = State {
+            zeta: machine.start.zeta,
+            zeta_dot: [0.1, -0.2, -0.15, 0.3, -0.2, 0.1],
+            ..State::default()
+        };
+        let at = |offset: f64, dt: f64| {
+            let options = Options {
+                contact: Contact { offset, ..contact },
+                ..Options::of(&machine)
+            };
+            let plant = Hdrm::new(&machine, &options).expect("valid");
+            plant.plane_rate(&plant.dynamics(&state), dt)
+        };
+        let plant = Hdrm::new(&machine, &Options::of(&machine)).expect("valid");
+        let tip = Tip::new(&plant.tree, &plant.tree.configuration(&state.zeta));
+        let (M, _) = plant.equations_of_motion(&state);
+        let J = tip.jacobian().fixed_rows::<3>(0).into_owned();
+        let mobility = J * M.try_inverse().expect("regular") * J.transpose();
+        let v = J * Vector6::from(state.zeta_dot);
+        let (v_n, height) = (normal.dot(&v), normal.dot(&tip.position));
+        let v_t = (v - normal * v_n).norm();
+        let m_n = normal.dot(&(mobility * normal));
+        assert!(v_n < -0.05 && v_t > 0.1, "{v_n} {v_t}");
+
+        for (above, dt) in [(-0.02, 0.0), (-0.01, 0.1), (0.001, 0.1)] {
+            let ahead = -above - v_n * dt;
+            let push = 2e6 * ahead * (1.0 - 0.7 * v_n);
+            let expected = (2e6 * m_n).sqrt()
+                + 2e6 * m_n * 0.7 * ahead
+                + 0.4 * push * (mobility.trace() - m_n) / (0.5 * v_t).hypot(0.02);
+            let found = at(height - above, dt);
+            assert!((found / expected - 1.0).abs() < 1e-11, "{found} {expected}");
+        }
+        assert_eq!(at(height - 0.001, 0.0), 0.0, "out of reach");
+    }
+
+    #[test]
+    fn a_normal_without_direction_is_refused() {
+        let contact = Contact {
+            normal: [0.0; 3],
+            ..Contact::default()
+        };
+        let Err(refused) = contact.plane() else {
+            panic!("no error");
+        };
+        let text = refused.to_string();
+        assert!(text.contains("contact.normal"), "{text}");
+    }
+}

@@ -301,4 +301,26 @@ mod tests {
             assert!(refused.contains("load.mass"), "{refused}");
         }
     }
+
+    /// What is no heavier has brought nothing with it: where a load with a velocity of its own is told again, or is set down, no rate changes by a bit.
+    #[test]
+    fn only_what_comes_brings_momentum() {
+        let plant = plant();
+        let state = moving();
+        let now = plant.dynamics(&state);
+        for load in [
+            *plant.load(),
+            Load {
+                payload_mass: 0.0,
+                ..*plant.load()
+            },
+        ] {
+            let again = plant.reloaded(&now, &load, Some(OWN), &Input::default());
+            let (_, after) = again.expect("valid");
+            assert_eq!(after.zeta_dot, state.zeta_dot);
+        }
+        let heavier = heavier(&plant);
+        let picked = plant.reloaded(&now, &heavier, Some(OWN), &Input::default());
+        assert_ne!(picked.expect("valid").1.zeta_dot, state.zeta_dot);
+    }
 }

@@ -263,4 +263,25 @@ mod tests {
             assert!((a - b).abs() < 1e-15, "{asked:?}");
         }
     }
+
+    /// From a hundredth of the rate that a whole substep resolves friction counts; the reference machine's does not.
+    #[test]
+    fn friction_counts_from_a_hundredth_of_the_largest_rate() {
+        let machine = machine::Machine::reference();
+        let with = |factor: f64| {
+            let options = crate::Options::of(&machine);
+            let options = crate::Options {
+                joint_viscous: options.joint_viscous.map(|d| d * factor),
+                ..options
+            };
+            let plant = Hdrm::new(&machine, &options).expect("valid");
+            let start = plant.dynamics(&State::at_rest(machine.start.zeta));
+            let share = H_MAX * plant.friction_rate(&start) / RATE_STEP;
+            (share, plant.has_stiff_friction(&start))
+        };
+        let (share, is_stiff) = with(1.0);
+        assert!(share > 0.0 && !is_stiff, "{share}");
+        assert!(!with(0.009 / share).1);
+        assert!(with(0.011 / share).1);
+    }
 }
