@@ -148,6 +148,7 @@ fn other_types_out_of_place_are_refused() {
         });
         let of_time = "value reference 65536 is `time`, the independent variable; it can only be read, as Float64";
         refused(&fmu, of_time, || fmi3GetInt32(c, &TIME, 1, &mut 0, 1));
+        refused(&fmu, of_time, || fmu.get_boolean(TIME).0);
         refused(&fmu, of_time, || fmi3GetFloat32(c, &TIME, 1, &mut 0.0, 1));
         refused(&fmu, of_time, || {
             fmi3GetString(c, &TIME, 1, &mut ptr::null(), 1)
