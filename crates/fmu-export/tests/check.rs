@@ -31,6 +31,7 @@ struct Output {
     x: f64,
     y: f64,
     constant: f64,
+    zero: f64,
     on: bool,
 }
 
@@ -137,6 +138,7 @@ tables! {
     28 [gain()], &["output_derivative with the start values: output_derivative is not implemented"];
     29 [gain()], &["default experiment: start = 1 s, stop = 1 s, step = 0.1 s must be finite, with stop > start and step > 0"];
     30 [gain()], &["category of messages `logAll` is there twice, or is one of FMI"];
+    31 [gain(), start(), u(), V::output("zero", "always", |y| &y.zero).depends_on(&["u"]).initially_depends_on(&[])], &[];
 }
 
 impl<const K: usize> Model for Tried<K> {
@@ -147,7 +149,7 @@ impl<const K: usize> Model for Tried<K> {
     const INFO: Info = {
         let info = Info::new("Tried", "tables to be tried");
         match K {
-            16..20 => info.with_directional_derivatives(),
+            16..20 | 31 => info.with_directional_derivatives(),
             28 => info.with_output_derivatives(),
             29 => info.experiment(1.0, 1.0, 0.1),
             30 => info.log_categories(&[("logAll", "not mine")]),
@@ -190,6 +192,7 @@ impl<const K: usize> Model for Tried<K> {
                 _ => self.x + p.gain * u.u[1],
             },
             constant: 2.0 * p.gain,
+            zero: 0.0,
             on: u.on,
         })
     }
