@@ -361,3 +361,89 @@ fn external(input: &Input) -> Result<Desired, ControllerError> {
         angular_velocity: input.reference_angular_velocity.into(),
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{RateCommand, Trajectory, reference};
+    use emla::Surrogate;
+    use machine::Machine;
+
+    /// Joints, and the reference of the tip, on smooth ways; the orientations meet at t = 0, where the law's derivative is exact.
+    fn at(machine: &Machine, t: f64) -> Input {
+        let wave = |i: usize| (0.9 + 0.2 * i as f64, 0.4 * i as f64, 0.05 + 0.01 * i as f64);
+        let zeta = |i: usize| {
+            let (w, phase, size) = wave(i);
+            machine.start.zeta[i] + size * ((w * t + phase).sin() - phase.sin())
+        };
+        let rate = |i: usize| {
+            let (w, phase, size) = wave(i);
+            size * w * (w * t + phase).cos()
+        };
+        let (position, [w, x, y, z]) =
+            crate::tip_pose(machine, &machine.start.zeta).expect("works");
+        let (v, a) = ([0.11, -0.06, 0.08], [-0.3, 0.2, 0.4]);
+        let turning = Vector3::new(0.2, -0.1, 0.15);
+        let q = reference::turn(turning * t).into_inner() * Quaternion::new(w, x, y, z);
+        Input {
+            zeta: std::array::from_fn(zeta),
+            zeta_dot: std::array::from_fn(rate),
+            reference_position: std::array::from_fn(|k| {
+                position[k] + 0.01 + t * (v[k] + 0.5 * t * a[k])
+            }),
+            reference_velocity: std::array::from_fn(|k| v[k] + t * a[k]),
+            reference_acceleration: a,
+            reference_orientation: [q.w, q.i, q.j, q.k],
+            reference_angular_velocity: turning.into(),
+            ..Input::default()
+        }
+    }
+
+    /// The required accelerations of rods and joints are the rates of the required velocities, with reference and machine in motion: central
+    /// differences over 0.1 ms, which err by 1e-9 of the third derivatives and ε/δ.
+    #[test]
+    fn required_accelerations_are_rates_of_the_required_velocities() {
+        let machine = Machine::reference();
+        let mut settings = Settings {
+            mode: Mode::Modular,
+            integral: false,
+            level: Level::Machine,
+            gains: machine.controller,
+            alpha: 0.0,
+            true_inertia_scale: 1.0,
+            derating: None,
+            rate_command: RateCommand::Joint,
+            load_told: true,
+        };
+        (
+            settings.gains.Lambda_position,
+            settings.gains.Lambda_orientation,
+        ) = (4.0, 3.0);
+        let network = Surrogate::reference();
+        let controller = Controller::new(
+            &machine,
+            &network,
+            Trajectory::External,
+            &settings,
+            &at(&machine, 0.0),
+            0.0,
+        )
+        .expect("works");
+        let of = |t: f64| {
+            let now = controller.evaluate(&settings, &at(&machine, t));
+            now.expect("finite").demands
+        };
+        let d = 1e-4;
+        let [before, now, after] = [-d, 0.0, d].map(of);
+        for i in 0..3 {
+            let rate = (after[i].x_r_dot - before[i].x_r_dot) / (2.0 * d);
+            let error = (now[i].x_r_ddot - rate).abs();
+            assert!(rate.abs() > 0.05, "{rate}");
+            assert!(
+                error < 1e-6 * rate.abs().max(1.0),
+                "rod {}: {rate} m/s², off by {error:e}",
+                i + 1
+            );
+        }
+    }
+}

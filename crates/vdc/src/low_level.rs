@@ -265,3 +265,169 @@ impl LowLevelState {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Level, RateCommand};
+    use emla::{Drive, Surrogate};
+    use machine::Machine;
+
+    const H: f64 = 1e-3;
+
+    fn settings(alpha: f64) -> Settings {
+        let machine = Machine::reference();
+        Settings {
+            mode: Mode::Modular,
+            integral: false,
+            level: Level::Machine,
+            gains: machine.controller,
+            alpha,
+            true_inertia_scale: 1.0,
+            derating: None,
+            rate_command: RateCommand::Joint,
+            load_told: true,
+        }
+    }
+
+    fn actuator(alpha: f64) -> Emla {
+        Emla::new(Machine::reference().emla.lift, Drive::Motion)
+            .expect("valid")
+            .with_surrogate(Surrogate::reference(), alpha)
+    }
+
+    /// Rod in steady motion under a force, with the currents that the actuator itself begins with.
+    fn steady(actuator: &Emla) -> (RodDemand, Measured) {
+        let start = emla::Input {
+            x: 0.3,
+            x_dot: 0.02,
+            F_hold: 21e3,
+            ..emla::Input::default()
+        };
+        let s = actuator.start(&start).expect("finite");
+        let demand = RodDemand {
+            f_r: 21e3,
+            x_r_dot: 0.02,
+            x_r_ddot: 0.0,
+        };
+        let measured = Measured {
+            i_d: s.i_d,
+            i_q: s.i_q,
+            w_m: s.w_m,
+            F: 21e3,
+            ..Measured::default()
+        };
+        (demand, measured)
+    }
+
+    /// Where the actuator moves steadily as it should the law asks for the current that it has, and for the voltages that keep it:
+    /// `v_d = −p w L_q i_q`, `v_q = R_s i_q + p w λ_m`. Tolerance: the actuator finds its start with the network by secants.
+    #[test]
+    fn a_steady_motion_is_kept() {
+        for alpha in [0.0, 1.0] {
+            let (actuator, settings) = (actuator(alpha), settings(alpha));
+            let (demand, now) = steady(&actuator);
+            let three = [(); 3].map(|()| actuator.clone());
+            let [residual_force, ..] = residual_forces(&three, &settings, [&now; 3]);
+            assert_eq!(residual_force != 0.0, alpha > 0.0);
+            let law = Law {
+                actuator: &actuator,
+                settings: &settings,
+            };
+            let p = actuator.params();
+            let state = LowLevelState::undisturbed(p, now.w_m).settled(now.i_q);
+            let command = law.command(&state, &demand, &now, residual_force);
+            assert!((command.i_qr - now.i_q).abs() < 1e-9, "{command:?} {now:?}");
+            let w_e = f64::from(p.p) * now.w_m;
+            let [v_d, v_q] = [-w_e * p.L_q * now.i_q, p.R_s * now.i_q + w_e * p.lambda_m];
+            // K_f multiplies what the current is off by.
+            assert!((command.v_d - v_d).abs() < 1e-9, "{command:?} {v_d}");
+            assert!((command.v_q - v_q).abs() < 1e-3, "{command:?} {v_q}");
+        }
+    }
+
+    /// A torque that the model does not explain is found with the time constant 1/ω_d: `d (1 − e^(−ω_d t))`, and the current compensates it.
+    #[test]
+    fn an_unexplained_torque_is_observed() {
+        let (actuator, settings) = (actuator(0.0), settings(0.0));
+        let (demand, steady) = steady(&actuator);
+        let law = Law {
+            actuator: &actuator,
+            settings: &settings,
+        };
+        let p = actuator.params();
+        let torque_constant = 1.5 * f64::from(p.p) * p.lambda_m;
+        let now = Measured {
+            i_q: steady.i_q + 0.7,
+            ..steady
+        };
+        let d = 0.7 * torque_constant;
+        let mut state = LowLevelState::undisturbed(p, now.w_m);
+        for k in 0..50 {
+            let command = law.command(&state, &demand, &now, 0.0);
+            let t = f64::from(k) * H;
+            let found = d * -libm::expm1(-settings.gains.omega_d * t);
+            let more = command.i_qr - steady.i_q;
+            assert!((more - found / torque_constant).abs() < 1e-9, "{k}: {more}");
+            assert!((law.disturbance(&state, &now) - found).abs() < 1e-9);
+            law.advance(&mut state, &now, &command, H);
+        }
+        assert!(settings.gains.omega_d * 0.05 > 0.5);
+    }
+
+    /// The states in closed form over one step of held values; at the voltage's limit the integrals rest, and the rest goes on.
+    #[test]
+    fn states_advance_by_their_equations() {
+        let (actuator, settings) = (actuator(0.0), settings(0.0));
+        let law = Law {
+            actuator: &actuator,
+            settings: &settings,
+        };
+        let gains = &settings.gains;
+        let now = Measured {
+            i_d: 0.8,
+            i_q: 11.0,
+            w_m: 40.0,
+            F: 21e3,
+            ..Measured::default()
+        };
+        let begin = LowLevelState {
+            i_dr: 0.3,
+            i_qr_filtered: 9.0,
+            v_d_integral: 0.25,
+            v_q_integral: -0.5,
+            observer: 0.0,
+        };
+        for (v_max, moves) in [(300.0, 1.0), (5.0, 0.0), (3.0, 0.0)] {
+            let command = Command {
+                v_d: 3.0,
+                v_q: 4.0,
+                i_qr: 12.0,
+                v_max,
+                e_d: 2.0,
+                e_q: -1.5,
+                ..Command::default()
+            };
+            assert_eq!(command.voltage(), 5.0);
+            let mut state = begin;
+            law.advance(&mut state, &now, &command, H);
+            let share = 1.0 - (-H / gains.di_qr_filter_time).exp();
+            let near = |a: f64, b: f64| (a - b).abs() < 1e-14 * b.abs().max(1.0);
+            assert!(near(state.i_dr, 0.3 - H * gains.lambda_i * 0.8));
+            assert!(near(state.i_qr_filtered, 9.0 + 3.0 * share));
+            let integral = |e: f64| moves * H * gains.omega_i * e;
+            assert!(near(state.v_d_integral, 0.25 + integral(2.0)));
+            assert!(near(state.v_q_integral, -0.5 + integral(-1.5)));
+        }
+        // The slope of the required current is that of the filter.
+        let command = law.command(&begin, &RodDemand::default(), &now, 0.0);
+        let other = LowLevelState {
+            i_qr_filtered: 8.0,
+            ..begin
+        };
+        let more = law.command(&other, &RodDemand::default(), &now, 0.0);
+        let slope = actuator.params().L_q / gains.di_qr_filter_time;
+        assert!((more.v_q - command.v_q - slope).abs() < 1e-9);
+        assert_eq!([command.i_max, command.v_max], [100.0, 375.0]);
+    }
+}

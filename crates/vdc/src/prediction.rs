@@ -190,12 +190,23 @@ mod tests {
                 v_d: [v_d; 3],
                 v_q: [v_q; 3],
                 x_ddot: [rod.x_ddot; 3],
+                zeta_ddot: [2.0, -1.0, 3.0, 0.5, -0.5, 4.0],
                 ..Planned::default()
             };
             let mut input = Input {
                 v_dc,
                 x: [rod.x; 3],
                 x_dot: [rod.x_dot; 3],
+                zeta: [0.1, 0.2, -0.3, 0.4, 0.5, 0.6],
+                zeta_dot: [0.3, -0.2, 0.1, 0.5, -0.4, 0.2],
+                reference_position: [1.0, 2.0, 3.0],
+                reference_velocity: [0.5, -0.25, 0.125],
+                reference_acceleration: [4.0, 8.0, -2.0],
+                reference_orientation: [0.8, 0.0, 0.6, 0.0],
+                reference_angular_velocity: [0.0, 30.0, 0.0],
+                reference_rod_position: [0.1, 0.2, 0.3],
+                reference_rod_velocity: [0.25, 0.5, -0.5],
+                reference_rod_acceleration: [2.0, -4.0, 8.0],
                 ..Input::default()
             };
             let acting = |s: f64| emla::Input {
@@ -253,6 +264,37 @@ mod tests {
                 assert_eq!(next.x_dot[i], x_dot + H * rod.x_ddot);
                 assert_eq!(next.x[i], x + H * (x_dot + 0.5 * H * rod.x_ddot));
             }
+            // All else moves with its rate and a constant acceleration.
+            let moves = |[x, v, a, x_next, v_next]: [f64; 5]| {
+                let (x_end, v_end) = (x + H * v + 0.5 * H * H * a, v + H * a);
+                (x_next - x_end).abs() < 1e-15 && (v_next - v_end).abs() < 1e-15
+            };
+            for j in 0..DOF {
+                let (zeta, rate) = (input.zeta[j], input.zeta_dot[j]);
+                let end = [next.zeta[j], next.zeta_dot[j]];
+                assert!(moves([zeta, rate, planned.zeta_ddot[j], end[0], end[1]]));
+            }
+            for k in 0..3 {
+                assert!(moves([
+                    input.reference_position[k],
+                    input.reference_velocity[k],
+                    input.reference_acceleration[k],
+                    next.reference_position[k],
+                    next.reference_velocity[k],
+                ]));
+                assert!(moves([
+                    input.reference_rod_position[k],
+                    input.reference_rod_velocity[k],
+                    input.reference_rod_acceleration[k],
+                    next.reference_rod_position[k],
+                    next.reference_rod_velocity[k],
+                ]));
+            }
+            // A turn about y by 2·atan(0.6/0.8), and 0.03 rad more about the same axis.
+            let half = 0.6_f64.atan2(0.8) + 0.015;
+            let [w, x, y, z] = next.reference_orientation;
+            assert!((w - half.cos()).abs() < 1e-15 && (y - half.sin()).abs() < 1e-15);
+            assert_eq!([x, z], [0.0; 2]);
         }
     }
 }

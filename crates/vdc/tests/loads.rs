@@ -2,7 +2,7 @@
 #![allow(non_snake_case)]
 
 use emla::Surrogate;
-use hdrm::Body;
+use hdrm::{Body, Hdrm, Load, Options};
 use machine::Machine;
 use tip_path::PathFile;
 use vdc::{Controller, Input, Level, Mode, Output, RateCommand, Settings, Trajectory};
@@ -62,6 +62,20 @@ fn a_controller_that_is_told_takes_the_load_into_its_model() {
     assert!((heavier - MASS).abs() < 1e-9, "{heavier} kg");
     let more = after.f_required[1] - before.f_required[1];
     assert!(more > MASS * 9.81, "{more} N: the boom is a lever");
+    // At the end of the path the machine stands where it should: what is asked of the rods holds the plant with this load.
+    let machine = Machine::reference();
+    let plant = Hdrm::new(&machine, &Options::of(&machine)).expect("valid");
+    let load = Load {
+        mass: MASS,
+        com: [0.1, 0.0, 0.0],
+        ..*plant.load()
+    };
+    let loaded = plant.with_load(&load).expect("valid");
+    let (f, _) = loaded.holding(&machine.start.zeta);
+    for (asked, f) in after.f_required.iter().zip(f) {
+        let error = (asked - f).abs();
+        assert!(error < 1e-6, "{f} N, off by {error:e}");
+    }
 }
 
 #[test]

@@ -1,8 +1,10 @@
 //! What one evaluation says of itself: flows, errors, voltages, times, and whose measurements count.
 #![allow(non_snake_case)]
 
+use capability::Kinematics;
 use emla::Surrogate;
 use machine::Machine;
+use tip_path::{PathFile, TipPath};
 use vdc::{Controller, Input, Level, Mode, RateCommand, Settings, Trajectory};
 
 const H: f64 = 1e-3;
@@ -172,4 +174,42 @@ fn the_disturbance_observer_begins_with_nothing() {
         now.output(&u.F).i_q_required
     };
     assert_eq!(i_q(&settings), i_q(&without));
+}
+
+/// A path of a file is the reference from the end of the first rest on, from where the tip stood; its end is told.
+#[test]
+fn the_reference_is_the_path_of_the_file() {
+    let mut machine = Machine::reference();
+    machine.controller.settle_time = 1.0;
+    let (settings, u) = (settings(&machine), measured(&machine));
+    let text = r#"{"relative": true, "limits": {"speed": 0.1, "acceleration": 0.2, "jerk": 1.0},
+        "waypoints": [{"position": [0, 0, 0]}, {"position": [0.05, 0.1, -0.1], "dwell": 0.5}]}"#;
+    let file = PathFile::parse(text).expect("valid");
+    let start = Kinematics::new(&machine).expect("works").pose(&u.zeta);
+    let path = TipPath::new(&file, start).expect("valid");
+    let network = Surrogate::reference();
+    let t_start = 3.0;
+    let mut controller =
+        Controller::new(&machine, &network, Trajectory::Path, &settings, &u, t_start)
+            .expect("works")
+            .following(&file, &machine, &settings, &u, true)
+            .expect("the machine can do it");
+    let settle = machine.controller.settle_time;
+    let mut largest = 0.0_f64;
+    for k in 0..80 {
+        let t = t_start + 0.05 * f64::from(k);
+        let now = controller.evaluate(&settings, &u).expect("finite");
+        let y = now.output(&u.F);
+        let expected = path.at(t - t_start - settle).pose;
+        for (found, expected) in y.desired_position.iter().zip(&expected.position) {
+            assert!((found - expected).abs() < 1e-12, "{t}: {found} {expected}");
+        }
+        let end = t_start + settle + path.duration();
+        assert!((y.motion_end - end).abs() < 1e-12);
+        largest = largest.max(y.tip_error_norm);
+        controller
+            .step(&now, &settings, &u, t, 0.05)
+            .expect("finite");
+    }
+    assert!((largest - 0.15).abs() < 1e-6, "the tip stands: {largest} m");
 }

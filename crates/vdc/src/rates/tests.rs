@@ -243,3 +243,44 @@ fn a_share_keeps_both_lengths_within_their_limits() {
     assert_eq!(share_within(&v, [10.0, 0.5]), 0.25);
     assert_eq!(share_within(&v, [5.5, 2.5]), 1.0);
 }
+
+/// Required motion by its equation, `ζ̇_d + Λ (e + z)` and its rate; a joint that would exceed its largest rate is held to it, and not accelerated
+/// beyond.
+#[test]
+fn required_rates_follow_the_reference_and_keep_the_limits() {
+    let (_, mut rates) = rates(&Machine::reference());
+    rates.limits.joint = [0.5; DOF];
+    rates.motion.zeta_dot = Vector6::new(0.1, -0.2, 0.3, 0.1, 0.4, -0.4);
+    rates.motion.zeta_ddot = Vector6::new(0.5, 0.25, -0.5, 1.0, 2.0, 2.0);
+    let errors = crate::integral::Errors {
+        e: Vector6::new(0.01, 0.02, -0.03, 0.04, 0.05, -0.05),
+        z: Vector6::new(0.02, -0.01, 0.01, 0.02, 0.05, -0.05),
+        z_dot: Vector6::new(0.1, 0.2, 0.3, 0.4, 0.5, 0.6),
+    };
+    let zeta_dot = [0.3, 0.1, -0.2, 0.4, 0.1, -0.1];
+    let age = 0.1;
+    let found = rates.required(&errors, &zeta_dot, age, [2.0, 4.0]);
+    for (i, measured) in zeta_dot.into_iter().enumerate() {
+        let Lambda = if i < 3 { 2.0 } else { 4.0 };
+        let (v, a) = (rates.motion.zeta_dot[i], rates.motion.zeta_ddot[i]);
+        let rate = v + Lambda * (errors.e[i] + errors.z[i]);
+        let acceleration = a + Lambda * (v - age * a - measured + errors.z_dot[i]);
+        let (rate, acceleration) = match i {
+            // Both would go at 0.8 rad/s: one faster still, the other slower.
+            4 => (0.5, 0.0),
+            5 => (-0.5, acceleration),
+            _ => (rate, acceleration),
+        };
+        assert!((found.zeta_dot[i] - rate).abs() < 1e-15, "{i}: {found:?}");
+        let error = (found.zeta_ddot[i] - acceleration).abs();
+        assert!(error < 1e-14, "{i}: {found:?} {acceleration}");
+    }
+    assert!(found.zeta_ddot[5] > 0.0);
+
+    let zeta = std::array::from_fn(|i| rates.motion.zeta[i] - 0.02);
+    let error = rates.error(&zeta, age);
+    for i in 0..DOF {
+        let expected = 0.02 - age * rates.motion.zeta_dot[i];
+        assert!((error[i] - expected).abs() < 1e-15);
+    }
+}
