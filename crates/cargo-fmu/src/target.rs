@@ -345,4 +345,38 @@ mod tests {
         assert_eq!(own.find("no-such-program"), None);
         fs::remove_dir_all(&folder).unwrap();
     }
+
+    /// The linker gets archives by names of their order alone, which lead to the files; all else as it is, and its exit code is the answer.
+    #[cfg(unix)]
+    #[test]
+    fn names_of_archives_do_not_depend_on_folders() {
+        use std::os::unix::fs::PermissionsExt;
+
+        let folder = tempfile::tempdir().unwrap();
+        let script = mingw_linker(folder.path()).unwrap();
+        assert_eq!(mingw_linker(folder.path()).unwrap(), script);
+        let gcc = folder.path().join(MINGW);
+        let stub = "#!/bin/sh\necho \"$@\"\ncat 10001.rlib 10002.a 10003.lib\nexit 7\n";
+        fs::write(&gcc, stub).unwrap();
+        fs::set_permissions(&gcc, fs::Permissions::from_mode(0o755)).unwrap();
+        let mut arguments = vec![folder.path().join("main.o")];
+        for name in ["one.rlib", "two.a", "three.lib"] {
+            let path = folder.path().join(name);
+            fs::write(&path, name).unwrap();
+            arguments.push(path);
+        }
+        let tools = Tools(vec![folder.path().to_path_buf()]);
+        let linked = Command::new(&script)
+            .args(&arguments)
+            .args(["-Wl,--start-group", "-lkernel32", "-o", "a file.exe"])
+            .env("PATH", tools.search_path().unwrap())
+            .output()
+            .unwrap();
+        let expected = format!(
+            "{} 10001.rlib 10002.a 10003.lib -Wl,--start-group -lkernel32 -o a file.exe\none.rlibtwo.athree.lib",
+            arguments[0].display()
+        );
+        assert_eq!(String::from_utf8_lossy(&linked.stdout), expected);
+        assert_eq!(linked.status.code(), Some(7));
+    }
 }
