@@ -153,6 +153,13 @@ mod tests {
         let good = Conditions::new(p, &machine.controller);
         assert!(good.hold());
         assert_eq!(Conditions::weakest([good, c, good]), c);
+        for wrong in [0.0, -1.0, f64::INFINITY, f64::NAN] {
+            let mut each = [good; 3];
+            each[0].epsilon_max = wrong;
+            each[1].K_1 = wrong;
+            each[2].K_2 = wrong;
+            assert!(each.iter().all(|c| !c.hold()), "{wrong}");
+        }
         let half = Conditions {
             printed_margin: 0.5 * good.printed_margin,
             ..good

@@ -284,3 +284,25 @@ fn required_rates_follow_the_reference_and_keep_the_limits() {
         assert!((error[i] - expected).abs() < 1e-15);
     }
 }
+
+/// A command counts as held where less than half of it is allowed, at either end of each joint.
+#[test]
+fn commands_are_held_where_less_than_half_is_allowed() {
+    let (_, rates) = rates(&Machine::reference());
+    let bound = 0.04;
+    let allowed = [Allowed {
+        low: (-bound, Hold::End),
+        high: (bound, Hold::End),
+    }; DOF];
+    for joint in 0..DOF {
+        for (share, is_held) in [(1.9, false), (2.1, true), (-1.9, false), (-2.1, true)] {
+            let mut commands = [0.0; DOF];
+            commands[joint] = share * bound;
+            let (wanted, held) = rates.of_joints(&commands, &allowed, 0.5);
+            let mut expected = Held::default();
+            expected.joint[joint] = is_held;
+            assert_eq!(held, expected);
+            assert_eq!(wanted[joint], share * bound / 0.5);
+        }
+    }
+}
