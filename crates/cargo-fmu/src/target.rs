@@ -120,9 +120,7 @@ impl Target {
         if platform != self.platform {
             faults.push(format!("is built for {}", platform.folder));
         }
-        let folders = private_paths(workspace)?.into_iter();
-        let folders: Vec<_> = folders.map(|(folder, _)| folder).collect();
-        let named = portability::named(binary, &folders);
+        let named = named_private(binary, workspace)?;
         faults.extend(named.iter().map(|path| format!("names {path}")));
         Ok(faults)
     }
@@ -258,7 +256,7 @@ fn flags() -> Result<Vec<String>> {
 
 /// Folders of this machine that the compiler would write into what it builds, innermost first, each with the name that is written
 /// instead: the same on every machine.
-pub fn private_paths(workspace: &Workspace) -> Result<Vec<(String, String)>> {
+fn private_paths(workspace: &Workspace) -> Result<Vec<(String, String)>> {
     let text = |path: &Path| {
         path.to_str()
             .map(String::from)
@@ -290,6 +288,14 @@ pub fn private_paths(workspace: &Workspace) -> Result<Vec<(String, String)>> {
     paths.push((sysroot.trim().to_string(), "/rust".to_string()));
     paths.push((text(&home)?, "/home".to_string()));
     Ok(paths)
+}
+
+/// Those of the [`private_paths`] that a file which is handed out names.
+pub fn named_private(file: &[u8], workspace: &Workspace) -> Result<Vec<String>> {
+    let folders = private_paths(workspace)?.into_iter();
+    let folders: Vec<_> = folders.map(|(folder, _)| folder).collect();
+    let named = portability::named(file, &folders);
+    Ok(named.into_iter().map(String::from).collect())
 }
 
 #[cfg(test)]

@@ -11,7 +11,7 @@ use cargo_fmu::archive;
 use cargo_fmu::notices::Notices;
 use cargo_fmu::pack::Platforms;
 use cargo_fmu::process::execute;
-use cargo_fmu::target::{Target, Tools};
+use cargo_fmu::target::{Target, Tools, named_private};
 use clap::Args;
 
 use crate::python::Python;
@@ -178,7 +178,7 @@ pub fn build(
     let built = fs::read_dir(&new)?.next();
     let built = built.context("maturin made no wheel")??;
     if let Some(target) = target {
-        check_module(workspace, &built.path(), target)?;
+        check_wheel(workspace, &built.path(), target)?;
     }
     let wheel = out.join(built.file_name());
     fs::rename(built.path(), &wheel)?;
@@ -231,8 +231,9 @@ fn check_libraries(workspace: &Workspace, fmus: &Path, target: &Target) -> Resul
     Ok(())
 }
 
-/// Refuse a wheel whose module would not run on every machine of the platform, beside Python.
-fn check_module(workspace: &Workspace, wheel: &Path, target: &Target) -> Result<()> {
+/// Refuse a wheel whose module would not run on every machine of the platform, beside Python, or one that names folders of this machine; its FMUs
+/// were looked at before they came in.
+fn check_wheel(workspace: &Workspace, wheel: &Path, target: &Target) -> Result<()> {
     let entries = archive::read(wheel)?;
     let module = entries
         .iter()
@@ -241,7 +242,15 @@ fn check_module(workspace: &Workspace, wheel: &Path, target: &Target) -> Result<
     let mut faults = target.faults(module, &workspace.cargo)?;
     faults.retain(|fault| !fault.contains(PYTHON_DLL));
     ensure!(faults.is_empty(), "{name} {}", faults.join("; it "));
+    for (name, bytes) in entries.iter().filter(|(name, _)| !is_archive(name)) {
+        let named = named_private(bytes, &workspace.cargo)?;
+        ensure!(named.is_empty(), "{name} names {}", named.join(", "));
+    }
     Ok(())
+}
+
+fn is_archive(name: &str) -> bool {
+    name.ends_with(".fmu") || name.ends_with(".ssp")
 }
 
 /// The environment with what builds the package.
