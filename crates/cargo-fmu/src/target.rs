@@ -290,7 +290,7 @@ fn private_paths(workspace: &Workspace) -> Result<Vec<(String, String)>> {
     Ok(paths)
 }
 
-/// Those of the [`private_paths`] that a file which is handed out names.
+/// Folders of this machine, of source, tools and user, that a file which is handed out names.
 pub fn named_private(file: &[u8], workspace: &Workspace) -> Result<Vec<String>> {
     let folders = private_paths(workspace)?.into_iter();
     let folders: Vec<_> = folders.map(|(folder, _)| folder).collect();
