@@ -7,7 +7,7 @@ mod measure;
 use emla::Surrogate;
 use machine::Machine;
 use std::hint::black_box;
-use vdc::{Controller, Input, Level, Mode, RateCommand, Settings, Trajectory};
+use vdc::{Controller, Input, Mode, Settings, Trajectory};
 
 /// Communication step, s.
 const H: f64 = 1e-3;
@@ -37,14 +37,8 @@ fn main() {
     ] {
         let settings = Settings {
             mode,
-            integral: false,
-            level: Level::Machine,
-            gains: machine.controller,
             alpha,
-            true_inertia_scale: 1.0,
-            derating: None,
-            rate_command: RateCommand::Joint,
-            load_told: true,
+            ..Settings::of(&machine.controller)
         };
         let fresh = Controller::new(
             &machine,

@@ -56,7 +56,7 @@ pub(crate) fn errors(input: &Input, age: f64) -> Vector6<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Level, RateCommand};
+    use crate::Level;
     use machine::Machine;
 
     /// The equations in numbers whose parts are told apart by their powers of ten.
@@ -83,12 +83,7 @@ mod tests {
                 mode,
                 integral: true,
                 level: Level::Actuator,
-                gains,
-                alpha: 0.0,
-                true_inertia_scale: 1.0,
-                derating: None,
-                rate_command: RateCommand::Joint,
-                load_told: true,
+                ..Settings::of(&gains)
             };
             demand(16.0, &settings, &input, &errors, 1)
         };

@@ -365,7 +365,7 @@ fn external(input: &Input) -> Result<Desired, ControllerError> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{RateCommand, Trajectory, reference};
+    use crate::{Trajectory, reference};
     use emla::Surrogate;
     use machine::Machine;
 
@@ -406,14 +406,7 @@ mod tests {
         let machine = Machine::reference();
         let mut settings = Settings {
             mode: Mode::Modular,
-            integral: false,
-            level: Level::Machine,
-            gains: machine.controller,
-            alpha: 0.0,
-            true_inertia_scale: 1.0,
-            derating: None,
-            rate_command: RateCommand::Joint,
-            load_told: true,
+            ..Settings::of(&machine.controller)
         };
         (
             settings.gains.Lambda_position,

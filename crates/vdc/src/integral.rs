@@ -49,7 +49,7 @@ impl Controller {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Input, Level, Mode, RateCommand, Trajectory};
+    use crate::{Input, Mode, Trajectory};
     use emla::Surrogate;
     use machine::Machine;
 
@@ -63,13 +63,7 @@ mod tests {
         let settings = Settings {
             mode,
             integral,
-            level: Level::Machine,
-            gains: machine.controller,
-            alpha: 0.0,
-            true_inertia_scale: 1.0,
-            derating: None,
-            rate_command: RateCommand::Joint,
-            load_told: true,
+            ..Settings::of(&machine.controller)
         };
         let start = Input {
             zeta: machine.start.zeta,

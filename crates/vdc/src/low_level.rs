@@ -269,7 +269,6 @@ impl LowLevelState {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Level, RateCommand};
     use emla::{Drive, Surrogate};
     use machine::Machine;
 
@@ -279,14 +278,8 @@ mod tests {
         let machine = Machine::reference();
         Settings {
             mode: Mode::Modular,
-            integral: false,
-            level: Level::Machine,
-            gains: machine.controller,
             alpha,
-            true_inertia_scale: 1.0,
-            derating: None,
-            rate_command: RateCommand::Joint,
-            load_told: true,
+            ..Settings::of(&machine.controller)
         }
     }
 

@@ -156,7 +156,7 @@ fn turned(input: &Input, h: f64) -> [f64; 4] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Level, Mode, RateCommand, Trajectory};
+    use crate::{Level, Trajectory};
     use emla::{Drive, Surrogate};
     use machine::Machine;
 
@@ -170,15 +170,9 @@ mod tests {
         let network = Surrogate::reference();
         for (alpha, v_dc) in [(0.0, None), (1.0, None), (0.4, Some(20.0))] {
             let settings = Settings {
-                mode: Mode::Adaptive,
-                integral: false,
                 level: Level::Actuator,
-                gains: machine.controller,
                 alpha,
-                true_inertia_scale: 1.0,
-                derating: None,
-                rate_command: RateCommand::Joint,
-                load_told: true,
+                ..Settings::of(&machine.controller)
             };
             let rod = Rod {
                 x: 0.3,

@@ -51,6 +51,25 @@ pub struct Settings {
     pub load_told: bool,
 }
 
+impl Settings {
+    /// The adaptive controller of the whole machine with these gains, which reckons with the physics alone and is told of loads; no integral,
+    /// no derating.
+    #[must_use]
+    pub fn of(gains: &Gains) -> Self {
+        Self {
+            mode: Mode::Adaptive,
+            integral: false,
+            level: Level::Machine,
+            gains: *gains,
+            alpha: 0.0,
+            true_inertia_scale: 1.0,
+            derating: None,
+            rate_command: RateCommand::Joint,
+            load_told: true,
+        }
+    }
+}
+
 /// Currents fall with the winding's temperature: up to `start` the law asks for up to `i_max`, from `end` on for nothing, in between for a share
 /// that falls linearly.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]

@@ -3,7 +3,7 @@
 
 use emla::{Drive, Emla, Surrogate};
 use machine::Machine;
-use vdc::{Controller, Input, Level, Mode, RateCommand, Settings, Trajectory};
+use vdc::{Controller, Input, Level, Mode, Settings, Trajectory};
 
 const H: f64 = 1e-3;
 /// Rod that is tested; the others stand still without load.
@@ -31,14 +31,8 @@ fn run(mode: Mode, surprise: f64) -> (f64, f64) {
     let mut state = actuator.start(&start).expect("finite");
     let settings = Settings {
         mode,
-        integral: false,
         level: Level::Actuator,
-        gains: machine.controller,
-        alpha: 0.0,
-        true_inertia_scale: 1.0,
-        derating: None,
-        rate_command: RateCommand::Joint,
-        load_told: true,
+        ..Settings::of(&machine.controller)
     };
     let mut controller: Option<Controller> = None;
     let (mut worst, mut force) = (0.0_f64, 0.0);

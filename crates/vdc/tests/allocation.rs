@@ -4,21 +4,14 @@
 use allocation_counter::measure;
 use emla::Surrogate;
 use machine::Machine;
-use vdc::{Controller, Input, Level, Mode, RateCommand, Settings, Timing, Trajectory};
+use vdc::{Controller, Input, RateCommand, Settings, Timing, Trajectory};
 
 #[test]
 fn evaluations_and_steps_allocate_nothing() {
     let machine = Machine::reference();
     let settings = Settings {
-        mode: Mode::Adaptive,
-        integral: false,
-        level: Level::Machine,
-        gains: machine.controller,
         alpha: 0.2,
-        true_inertia_scale: 1.0,
-        derating: None,
-        rate_command: RateCommand::Joint,
-        load_told: true,
+        ..Settings::of(&machine.controller)
     };
     let u = Input {
         zeta: machine.start.zeta,

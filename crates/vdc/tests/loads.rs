@@ -5,7 +5,7 @@ use emla::Surrogate;
 use hdrm::{Body, Hdrm, Load, Options};
 use machine::Machine;
 use tip_path::PathFile;
-use vdc::{Controller, Input, Level, Mode, Output, RateCommand, Settings, Trajectory};
+use vdc::{Controller, Input, Level, Mode, Output, Settings, Trajectory};
 
 const MASS: f64 = 250.0;
 const PL: usize = Body::PL as usize;
@@ -23,14 +23,9 @@ fn run(is_told: bool, level: Level) -> [Output; 2] {
     .expect("valid");
     let settings = Settings {
         mode: Mode::Modular,
-        integral: false,
         level,
-        gains: machine.controller,
-        alpha: 0.0,
-        true_inertia_scale: 1.0,
-        derating: None,
-        rate_command: RateCommand::Joint,
         load_told: is_told,
+        ..Settings::of(&machine.controller)
     };
     let u = Input {
         zeta: machine.start.zeta,

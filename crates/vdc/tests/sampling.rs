@@ -3,26 +3,12 @@
 
 use emla::Surrogate;
 use machine::Machine;
-use vdc::{Controller, Input, Level, Mode, Output, RateCommand, Settings, Timing, Trajectory};
+use vdc::{Controller, Input, Output, Settings, Timing, Trajectory};
 
 /// Time between two samples, s.
 const T: f64 = 2e-3;
 /// Samples that are looked at.
 const SAMPLES: u32 = 20;
-
-fn settings(machine: &Machine) -> Settings {
-    Settings {
-        mode: Mode::Adaptive,
-        integral: false,
-        level: Level::Machine,
-        gains: machine.controller,
-        alpha: 0.0,
-        true_inertia_scale: 1.0,
-        derating: None,
-        rate_command: RateCommand::Joint,
-        load_told: true,
-    }
-}
 
 /// Measurements that change from sample to sample, so that all states of the law move.
 fn measured(machine: &Machine, t: f64) -> Input {
@@ -42,7 +28,7 @@ fn measured(machine: &Machine, t: f64) -> Input {
 fn run(h: f64, timing: Timing) -> Vec<Output> {
     let mut machine = Machine::reference();
     machine.controller.settle_time = 0.0;
-    let settings = settings(&machine);
+    let settings = Settings::of(&machine.controller);
     let surrogate = Surrogate::reference();
     let mut u = measured(&machine, 0.0);
     let mut controller =

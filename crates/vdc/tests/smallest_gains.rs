@@ -3,7 +3,7 @@
 
 use emla::Surrogate;
 use machine::Machine;
-use vdc::{Controller, Input, Level, Mode, RateCommand, Settings, Trajectory};
+use vdc::{Controller, Input, Settings, Trajectory};
 
 #[test]
 fn the_smallest_gains_keep_outputs_finite() {
@@ -16,17 +16,7 @@ fn the_smallest_gains_keep_outputs_finite() {
         ..Input::default()
     };
     for (omega_d, K_v) in [(f64::MIN_POSITIVE, 900.0), (5e-324, 900.0), (300.0, 1e-307)] {
-        let mut settings = Settings {
-            mode: Mode::Adaptive,
-            integral: false,
-            level: Level::Machine,
-            gains: machine.controller,
-            alpha: 0.0,
-            true_inertia_scale: 1.0,
-            derating: None,
-            rate_command: RateCommand::Joint,
-            load_told: true,
-        };
+        let mut settings = Settings::of(&machine.controller);
         (settings.gains.omega_d, settings.gains.K_v) = (omega_d, K_v);
         let surrogate = Surrogate::reference();
         let path = Trajectory::Cubic;

@@ -3,7 +3,7 @@
 
 use emla::Surrogate;
 use machine::Machine;
-use vdc::{Controller, Input, Level, Mode, RateCommand, Settings, Told, Trajectory, Trouble};
+use vdc::{Controller, Input, Settings, Told, Trajectory, Trouble};
 
 const H: f64 = 1e-3;
 
@@ -17,17 +17,7 @@ struct Case {
 impl Case {
     fn new() -> Self {
         let machine = Machine::reference();
-        let settings = Settings {
-            mode: Mode::Adaptive,
-            integral: false,
-            level: Level::Machine,
-            gains: machine.controller,
-            alpha: 0.0,
-            true_inertia_scale: 1.0,
-            derating: None,
-            rate_command: RateCommand::Joint,
-            load_told: true,
-        };
+        let settings = Settings::of(&machine.controller);
         let (position, orientation) = vdc::tip_pose(&machine, &machine.start.zeta).expect("works");
         let u = Input {
             zeta: machine.start.zeta,

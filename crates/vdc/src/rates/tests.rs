@@ -218,7 +218,6 @@ fn a_long_step_is_many_short_ones() {
 #[test]
 fn joints_slow_down_before_the_ends() {
     let (_, mut rates) = rates(&Machine::reference());
-    let mut slowed = 0;
     for i in 0..DOF {
         let a = BRAKE_SHARE * rates.limits.joint_acceleration[i];
         for ahead in [0.0, 1e-3, 0.01, 0.03] {
@@ -226,14 +225,13 @@ fn joints_slow_down_before_the_ends() {
             let (v, _) = rates.allowed(i, RateCommand::Joint).high;
             let way = v * v / (2.0 * a) + 4.0 * rates.limits.smoothing * v;
             assert!((way - ahead).abs() < 1e-14, "joint {i}: {way} for {ahead}");
-            slowed += 1;
+            assert!(v < rates.largest_rate(i));
         }
         let [low, high] = rates.range[i];
         rates.motion.zeta[i] = 0.5 * (low + high);
         let Allowed { low, high } = rates.allowed(i, RateCommand::Joint);
         assert_eq!([-low.0, high.0], [rates.largest_rate(i); 2]);
     }
-    assert_eq!(slowed, 24);
 }
 
 #[test]

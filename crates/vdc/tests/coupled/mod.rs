@@ -7,7 +7,7 @@ use emla::{Drive, Emla, Surrogate};
 use hdrm::{Hdrm, Options, State};
 use machine::{Machine, PerAxis};
 use std::collections::VecDeque;
-use vdc::{Controller, Input, Level, Mode, Output, RateCommand, Settings, Timing, Trajectory};
+use vdc::{Controller, Input, Mode, Output, Settings, Timing, Trajectory};
 
 /// What differs from the nominal case.
 pub struct Case {
@@ -134,13 +134,9 @@ impl Loop {
         let settings = Settings {
             mode: case.mode,
             integral: case.integral,
-            level: Level::Machine,
-            gains: machine.controller,
             alpha: case.alpha[1],
             true_inertia_scale: case.inertia_scale,
-            derating: None,
-            rate_command: RateCommand::Joint,
-            load_told: true,
+            ..Settings::of(&machine.controller)
         };
         let set = measure(&plant, &state, &actuators, &drives);
         let controller =
