@@ -120,7 +120,8 @@ impl Target {
         if platform != self.platform {
             faults.push(format!("is built for {}", platform.folder));
         }
-        let named = named_private(binary, workspace)?;
+        let folders = private_folders(workspace)?;
+        let named = portability::named(binary, &folders);
         faults.extend(named.iter().map(|path| format!("names {path}")));
         Ok(faults)
     }
@@ -290,12 +291,10 @@ fn private_paths(workspace: &Workspace) -> Result<Vec<(String, String)>> {
     Ok(paths)
 }
 
-/// Folders of this machine, of source, tools and user, that a file which is handed out names.
-pub fn named_private(file: &[u8], workspace: &Workspace) -> Result<Vec<String>> {
-    let folders = private_paths(workspace)?.into_iter();
-    let folders: Vec<_> = folders.map(|(folder, _)| folder).collect();
-    let named = portability::named(file, &folders);
-    Ok(named.into_iter().map(String::from).collect())
+/// Folders of this machine, of source, tools and user, that nothing names which is handed out.
+pub fn private_folders(workspace: &Workspace) -> Result<Vec<String>> {
+    let paths = private_paths(workspace)?.into_iter();
+    Ok(paths.map(|(folder, _)| folder).collect())
 }
 
 #[cfg(test)]

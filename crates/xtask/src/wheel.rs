@@ -10,8 +10,9 @@ use anyhow::{Context, Result, ensure};
 use cargo_fmu::archive;
 use cargo_fmu::notices::Notices;
 use cargo_fmu::pack::Platforms;
+use cargo_fmu::portability;
 use cargo_fmu::process::execute;
-use cargo_fmu::target::{Target, Tools, named_private};
+use cargo_fmu::target::{Target, Tools, private_folders};
 use clap::Args;
 
 use crate::python::Python;
@@ -242,8 +243,9 @@ fn check_wheel(workspace: &Workspace, wheel: &Path, target: &Target) -> Result<(
     let mut faults = target.faults(module, &workspace.cargo)?;
     faults.retain(|fault| !fault.contains(PYTHON_DLL));
     ensure!(faults.is_empty(), "{name} {}", faults.join("; it "));
+    let folders = private_folders(&workspace.cargo)?;
     for (name, bytes) in entries.iter().filter(|(name, _)| !is_archive(name)) {
-        let named = named_private(bytes, &workspace.cargo)?;
+        let named = portability::named(bytes, &folders);
         ensure!(named.is_empty(), "{name} names {}", named.join(", "));
     }
     Ok(())
