@@ -1,15 +1,17 @@
 //! A description of FMI 3.0: arrays, types, aliases, dependencies, terminals; and its elements as FMI 2.0 would have them.
 
 use fmu_description::{
-    Access, Causality, Description, Initial, Kind, Unknown, Variability, Version, terminals,
+    Access, Causality, ClockInterval, ClockTiming, Description, Initial, Kind, Unknown,
+    Variability, Version, terminals,
 };
 
 const TEXT: &str = r#"<?xml version="1.0" encoding="UTF-8"?>
 <fmiModelDescription fmiVersion="3.0" modelName="M" instantiationToken="{5}" generationTool="by hand">
-  <CoSimulation modelIdentifier="M" hasEventMode="true" canGetAndSetFMUState="1" providesAdjointDerivatives="true" maxOutputDerivativeOrder="1"/>
+  <CoSimulation modelIdentifier="M" hasEventMode="true" canGetAndSetFMUState="1" providesAdjointDerivatives="true" maxOutputDerivativeOrder="1" fixedInternalStepSize="0.02"/>
   <UnitDefinitions><Unit name="rad"><BaseUnit rad="1"/></Unit></UnitDefinitions>
   <TypeDefinitions>
-    <Float64Type name="Angle" unit="rad" min="-4" max="4"/>
+    <Float64Type name="Angle" unit="rad" min="-4" max="4" relativeQuantity="true"/>
+    <ClockType name="Every" intervalVariability="constant" intervalDecimal="0.5"/>
     <EnumerationType name="Mode"><Item name="slow" value="1"/><Item name="fast" value="4"/></EnumerationType>
   </TypeDefinitions>
   <LogCategories><Category name="logEvents"/></LogCategories>
@@ -25,6 +27,9 @@ const TEXT: &str = r#"<?xml version="1.0" encoding="UTF-8"?>
     <Float64 name="y" valueReference="7" causality="output" initial="exact" start="0 0"><Dimension start="2"/></Float64>
     <Boolean name="on" valueReference="8" causality="input" start="true"/>
     <Clock name="c" valueReference="9" causality="input" intervalVariability="triggered"/>
+    <Clock name="tick" valueReference="10" causality="input" declaredType="Every" shiftDecimal="0.25"/>
+    <Clock name="counted" valueReference="11" causality="local" intervalVariability="fixed" resolution="1000" intervalCounter="40"/>
+    <Float64 name="sampled" valueReference="12" causality="input" variability="discrete" clocks="10 9" start="0"/>
   </ModelVariables>
   <ModelStructure>
     <Output valueReference="6"/>
@@ -45,11 +50,13 @@ fn arrays_are_one_variable() {
     let can = d.capabilities;
     assert!(can.event_mode && can.saves_state && can.adjoint_derivatives);
     assert!(!can.interpolates_inputs && !can.serializes_state);
+    assert_eq!(can.internal_step, Some(0.02));
     let zeta = d.variable("zeta").unwrap();
     assert_eq!((zeta.reference, zeta.size()), (2, 3));
     assert_eq!(zeta.start, ["0.5", "-0.25", "1"]);
     assert_eq!(zeta.bounds(), [-4.0, 3.0], "own before declared");
     assert_eq!(zeta.unit.as_deref(), Some("rad"));
+    assert!(zeta.is_relative && !d.variable("A").unwrap().is_relative);
     assert_eq!(zeta.variability, Variability::Continuous);
     let q = d.variable("q").unwrap();
     assert_eq!((q.reference, q.description.as_str()), (2, "the same"));
@@ -88,6 +95,26 @@ fn types_have_their_functions() {
         d.variable("n").unwrap().causality,
         Causality::StructuralParameter
     );
+}
+
+#[test]
+fn clocks_say_when_they_tick() {
+    let d = read();
+    let timing = |name: &str| d.variable(name).unwrap().timing;
+    let of = |interval, period, shift| {
+        Some(ClockTiming {
+            interval,
+            period,
+            shift,
+        })
+    };
+    assert_eq!(timing("c"), of(ClockInterval::Triggered, None, 0.0));
+    let every = of(ClockInterval::Constant, Some(0.5), 0.25);
+    assert_eq!(timing("tick"), every, "declared, and its own shift");
+    let counted = of(ClockInterval::Fixed, Some(0.04), 0.0);
+    assert_eq!(timing("counted"), counted);
+    assert_eq!(timing("sampled"), None);
+    assert_eq!(d.variable("sampled").unwrap().clocks, [10, 9]);
 }
 
 #[test]
@@ -158,12 +185,12 @@ fn what_makes_no_sense_is_refused() {
         (
             "fmiVersion=\"3.0\"",
             "fmiVersion=\"4.0\"",
-            "model `M`: FMI version 4.0 is not supported, only 2.0 and 3.0",
+            "model `M` is of FMI 4.0; only FMI 2.0 and 3.0 are supported",
         ),
         (
             "<CoSimulation",
             "<ModelExchange",
-            "model `M` offers no co-simulation",
+            "model `M` offers Model Exchange only, no co-simulation",
         ),
     ] {
         let error = Description::parse(&TEXT.replace(was, is)).unwrap_err();

@@ -61,6 +61,11 @@ fn units_have_exponents_factor_and_offset() {
     };
     assert_eq!(newton.exponents, Some([1, 1, -2, 0, 0, 0, 0, 0]));
     assert_eq!((newton.factor, newton.offset), (1.0, 0.0));
+    let kilo = &newton.display[0];
+    assert_eq!(
+        (kilo.name.as_str(), kilo.factor, kilo.offset),
+        ("kN", 0.001, 0.0)
+    );
     assert_eq!((celsius.factor, celsius.offset), (1.0, 273.15));
     assert_eq!((heads.name.as_str(), heads.exponents), ("heads", None));
 }
@@ -155,10 +160,14 @@ fn what_must_not_be_said_is_refused_by_name() {
             .unwrap_err()
             .to_string()
     };
-    assert!(said("fmiVersion=\"2.0\"", "fmiVersion=\"1.0\"").contains("`M`: FMI version 1.0"));
-    assert!(said("M_lib", "../x").contains("`../x` must be a C identifier"));
-    assert!(said("M_lib", "").contains("`` must be a C identifier"));
-    assert!(said("M_lib", "2M").contains("`2M` must be a C identifier"));
+    assert_eq!(
+        said("fmiVersion=\"2.0\"", "fmiVersion=\"1.0\""),
+        "model `M` is of FMI 1.0; only FMI 2.0 and 3.0 are supported"
+    );
+    for wrong in ["../x", "", "..", "a/b", "a\\b", "C:x"] {
+        let expected = format!("`{wrong}` cannot be the name of a file");
+        assert!(said("M_lib", wrong).contains(&expected), "{wrong}");
+    }
     assert!(said("<String/>", "").contains("variable `f` has no type"));
     for wrong in ["0", "8", "u"] {
         let text = said("index=\"5\"", &format!("index=\"{wrong}\""));
@@ -172,7 +181,7 @@ fn what_must_not_be_said_is_refused_by_name() {
     assert!(said("</ModelVariables>", "").contains("cannot be read"));
     assert_eq!(
         said("CoSimulation", "ModelExchange"),
-        "model `M` offers no co-simulation"
+        "model `M` offers Model Exchange only, no co-simulation"
     );
 }
 
