@@ -12,7 +12,7 @@
 //! Whoever compares the network with a physical map must pass that map through the same guards
 //! ([`Surrogate::guard`]), or the clamped difference of the two would not be their difference.
 //!
-//! Results do not depend on the processor: see [`network`]. The network's tanh is off by less
+//! Results do not depend on the processor or the target: see [`network`]. The network's tanh is off by less
 //! than 6e-15, which moves the trained force by less than 1e-8 N against the library's tanh (tested).
 
 mod file;
