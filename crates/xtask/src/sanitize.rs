@@ -189,9 +189,8 @@ fn archived(
     let text = fs::read(found.with_context(missing)?)?;
     let mut entries = Entries::from([("modelDescription.xml".to_string(), text)]);
     let description = library::description(&entries)?;
-    let here = platform::host()?;
-    let path = here.library(description.fmi, &description.identifier);
-    let path = path.context("FMI 2.0 has no folder for this platform")?;
+    let path = platform::host()?.library(description.fmi, &description.identifier);
+    let path = path.context("FMI 2.0 has no folder for this machine")?;
     entries.insert(path, fs::read(library)?);
     let folder = fmu_dir.join(folder);
     fs::create_dir_all(&folder).with_context(|| folder.display().to_string())?;
