@@ -55,12 +55,7 @@ pub struct Options {
 /// What CI builds for.
 const CI_PLATFORMS: [&str; 2] = ["linux64", "win64"];
 /// Programs that are handed out.
-const PROGRAMS: [&str; 4] = [
-    "cosim",
-    "hdrm-fmu",
-    "hdrm-fmu-report",
-    "hdrm-fmu-surrogate",
-];
+const PROGRAMS: [&str; 4] = ["cosim", "hdrm-fmu", "hdrm-fmu-report", "hdrm-fmu-surrogate"];
 /// The packages of these, and of what the checks need; those of the experiments last.
 const PACKAGES: [&str; 5] = ["cosim", "torture", "studies", "report", "surrogate"];
 /// Programs are built like those for this machine, but without checks of what cannot happen, and without symbols.
