@@ -19,7 +19,6 @@ pub mod exchange;
 pub mod fmu;
 pub mod linear;
 pub mod master;
-pub mod messages;
 pub mod noise;
 pub mod package;
 pub mod recording;

@@ -8,8 +8,8 @@ use anyhow::{Context, Result, bail};
 use crate::bond::Residual;
 use crate::divergence::Watch;
 use crate::master::{Master, Stepping};
-use crate::messages;
 use crate::noise::Noise;
+use crate::slave::messages;
 use crate::system::{Setting, System};
 use crate::verdict::Verdict;
 
