@@ -1,5 +1,8 @@
 //! An unpacked FMU with its library loaded once, shared by all its instances.
 
+pub(crate) mod functions;
+mod library;
+
 use std::io::{Cursor, Read};
 use std::path::{MAIN_SEPARATOR, Path, PathBuf};
 use std::sync::Arc;
@@ -11,8 +14,8 @@ use tempfile::TempDir;
 use zip::ZipArchive;
 
 use crate::batch::{Batch, Layout};
-use crate::slave::functions::{Functions2, Functions3};
-use crate::slave::library::Library;
+use functions::{Functions2, Functions3};
+use library::Library;
 
 /// A loaded FMU. The library and the unpacked files live as long as any instance.
 pub struct Fmu {

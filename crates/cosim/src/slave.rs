@@ -1,11 +1,9 @@
-//! One FMU instance: safe calls that are the same for both versions of FMI. All `unsafe` of this crate is in the files of this folder.
+//! One FMU instance: safe calls that are the same for both versions of FMI. All `unsafe` of this crate is in this folder and in `fmu/`.
 
 pub mod answer;
 mod border;
 mod fmi2;
 mod fmi3;
-pub(crate) mod functions;
-pub(crate) mod library;
 pub mod messages;
 
 use std::ffi::CString;
@@ -199,7 +197,23 @@ impl Slave {
     pub fn step(&self, t: f64, h: f64) -> Result<()> {
         let answer = self.border.step(t, h);
         let answer = answer.with_context(|| self.place(At::Time(t)))?;
-        self.check(answer, None, At::Time(t))
+        match answer.status {
+            2 => Err(self.discarded(answer, t)),
+            _ => self.check(answer, None, At::Time(t)),
+        }
+    }
+
+    /// A step that was discarded: how far it came, where the FMU tells.
+    #[cold]
+    fn discarded(&self, answer: Answer, t: f64) -> anyhow::Error {
+        let error = self.error(answer, None, At::Time(t));
+        match self.border.time() {
+            Ok(time) => error.context(format!(
+                "the run ends at t = {time} s, the last successful time of {}",
+                self.name
+            )),
+            Err(_) => error,
+        }
     }
 
     /// The instance's own time, s: the end of its last successful step.

@@ -10,9 +10,9 @@ use fmu_description::{Access, Variable};
 
 use super::answer::Answer;
 use super::border::{Border, Value};
-use super::functions::{Callbacks, Functions2, Handle, call};
 use super::messages::{Speaker, cosim_logger};
 use crate::batch::Batch;
+use crate::fmu::functions::{Callbacks, Functions2, Handle, call};
 
 /// `fmi2CoSimulation`.
 const CO_SIMULATION: c_int = 1;

@@ -12,9 +12,9 @@ use fmu_description::{Access, Variable};
 
 use super::answer::Answer;
 use super::border::{Border, Value};
-use super::functions::{Functions3, Handle, call};
 use super::messages::{Speaker, receive_3};
 use crate::batch::{Batch, Layout};
+use crate::fmu::functions::{Functions3, Handle, call};
 
 /// An instance; freed when dropped.
 pub struct Instance {
