@@ -21,7 +21,7 @@ use crate::tracking::{Errors, RodMotion, rod_errors, track};
 use crate::trouble::{Told, Trouble, first_trouble};
 use emla::Surrogate;
 use hdrm::{DOF, Stroke, Tip, saturate};
-use machine::Machine;
+use machine::{Controller as Gains, Machine};
 use nalgebra::Vector6;
 use serde::{Deserialize, Serialize};
 use tip_path::Load;
@@ -91,8 +91,8 @@ impl Controller {
 
     /// The stability conditions of the voltage law with these gains, at the actuator that meets them with the least margin.
     #[must_use]
-    pub fn conditions(&self, settings: &Settings) -> Conditions {
-        let of = |p| Conditions::new(p, &settings.gains);
+    pub fn conditions(&self, gains: &Gains) -> Conditions {
+        let of = |p| Conditions::new(p, gains);
         Conditions::weakest(self.nominal.parameters().map(of))
     }
 
@@ -149,7 +149,14 @@ impl Controller {
             commands,
         };
         now.fill_tip();
-        proof::fill(&mut now, nominal, &state.bodies, &state.drives, settings, input);
+        proof::fill(
+            &mut now,
+            nominal,
+            &state.bodies,
+            &state.drives,
+            settings,
+            input,
+        );
         match now.output.not_finite() {
             Some((signal, value)) => Err(ControllerError::NotFinite {
                 t: state.t,
@@ -386,7 +393,12 @@ fn machine_level(
         motions,
         energy: errors.energy,
     };
-    Ok((machine, tracking.errors, [0, 1, 2].map(demand), forces.wrist))
+    Ok((
+        machine,
+        tracking.errors,
+        [0, 1, 2].map(demand),
+        forces.wrist,
+    ))
 }
 
 /// Each rod by itself: the demands by its own reference.
