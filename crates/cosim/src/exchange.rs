@@ -5,9 +5,9 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 
 use crate::batch::Batch;
-use crate::linear::Linear;
 use crate::noise::{Noise, Source, is_element};
 use crate::slave::{At, Slave};
+use crate::transformation::Transformation;
 use crate::wiring::{Link, Port, Wiring};
 use anyhow::{Result, bail};
 use fmu_description::Access;
@@ -39,7 +39,7 @@ pub struct Write {
     batch: Batch,
     slots: Vec<usize>,
     /// What becomes of some of the values on their way, by place.
-    transformed: Vec<(usize, Linear)>,
+    transformed: Vec<(usize, Transformation)>,
     /// Standard deviations of the noise on the inputs; empty where there is none.
     sigma: Vec<f64>,
 }
@@ -68,7 +68,7 @@ impl Write {
     fn gather_derivatives<'a>(&self, values: &[f64], buffer: &'a mut [f64]) -> &'a mut [f64] {
         let buffer = self.gather_raw(values, buffer);
         for (k, transformation) in &self.transformed {
-            buffer[*k] *= transformation.factor;
+            buffer[*k] = transformation.of_derivative(buffer[*k]);
         }
         buffer
     }
@@ -114,9 +114,10 @@ pub struct Exchange {
 impl Exchange {
     /// Plan the exchange over the connections that `chosen` keeps. Stages fail on an algebraic loop.
     pub fn new(wiring: &Wiring, order: Order, chosen: impl Fn(&Link) -> bool) -> Result<Self> {
+        let is_initial = order == Order::Initialization;
         let levels = match order {
             Order::AtOnce => vec![0; wiring.links.len()],
-            staged => wiring.levels(staged == Order::Initialization)?,
+            _ => wiring.levels(is_initial)?,
         };
         let mut stages = Vec::new();
         let mut slots = BTreeMap::new();
@@ -126,6 +127,7 @@ impl Exchange {
                 .iter()
                 .zip(&levels)
                 .filter(|(link, l)| **l == level && chosen(link))
+                .filter(|(link, _)| is_initial || !link.is_initial)
                 .map(|(link, _)| link)
                 .collect();
             let reads = reads(wiring, links.iter().map(|link| link.from), &mut slots);
@@ -133,7 +135,7 @@ impl Exchange {
                 wiring,
                 links
                     .iter()
-                    .map(|link| (link.to, slots[&link.from], link.transformation)),
+                    .map(|link| (link.to, slots[&link.from], link.transformation.clone())),
             );
             stages.push(Stage { reads, writes });
         }
@@ -312,7 +314,10 @@ pub fn reads(
 }
 
 /// One write per component and type, of inputs, the slots their values come from, and what becomes of them on the way.
-pub fn writes(wiring: &Wiring, inputs: impl Iterator<Item = (Port, usize, Linear)>) -> Vec<Write> {
+pub fn writes(
+    wiring: &Wiring,
+    inputs: impl Iterator<Item = (Port, usize, Transformation)>,
+) -> Vec<Write> {
     let mut together: BTreeMap<(usize, Access), Vec<_>> = BTreeMap::new();
     for input in inputs {
         let key = (input.0.component, wiring.access(input.0));
@@ -320,12 +325,14 @@ pub fn writes(wiring: &Wiring, inputs: impl Iterator<Item = (Port, usize, Linear
     }
     let mut writes = Vec::new();
     for ((slave, _), inputs) in together {
-        let transformed = inputs.iter().map(|(.., t)| *t).enumerate();
+        let transformed = inputs.iter().map(|(.., t)| t.clone()).enumerate();
         writes.push(Write {
             slave,
             batch: wiring.batch(slave, inputs.iter().map(|(port, ..)| port.variable)),
             slots: inputs.iter().map(|(_, slot, _)| *slot).collect(),
-            transformed: transformed.filter(|(_, t)| *t != Linear::NONE).collect(),
+            transformed: transformed
+                .filter(|(_, t)| *t != Transformation::NONE)
+                .collect(),
             sigma: Vec::new(),
         });
     }

@@ -44,7 +44,29 @@ impl Package {
             );
         }
         let bytes = read(&self.path).context("system")?;
+        if bytes.starts_with(b"PK") {
+            bail!(
+                "`{}` is {}, not a system structure; a system is a packed .ssp or a .ssd that names FMUs",
+                self.path.display(),
+                match self
+                    .path
+                    .extension()
+                    .is_some_and(|e| e.eq_ignore_ascii_case("fmu"))
+                {
+                    true => "an FMU",
+                    false => "a ZIP archive",
+                }
+            );
+        }
         self.utf8(bytes, "it")
+    }
+
+    /// Name of the structure that [`Package::structure`] gives, for messages.
+    pub fn structure_name(&self, variant: Option<&str>) -> String {
+        match self.archive {
+            Some(_) => variant.unwrap_or(DEFAULT).to_string(),
+            None => self.path.display().to_string(),
+        }
     }
 
     /// A file of the package, by its name relative to the system structure.

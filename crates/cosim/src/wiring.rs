@@ -3,10 +3,11 @@
 use std::collections::HashMap;
 
 use crate::batch::{Batch, Layout};
-use crate::linear::Linear;
-use crate::ssd::{Connection, Power, Structure, UNITS};
-use anyhow::{Result, bail};
-use fmu_description::{Access, Causality, Description};
+use crate::structure::{Connection, Power, Structure};
+use crate::transformation::{Transformation, along, unit_of};
+use anyhow::{Context, Result, bail};
+use fmu_description::{Access, Causality, Description, Kind, Variable};
+use system_structure::DataType;
 
 /// A variable of a component: both as indices.
 #[derive(Clone, Copy, Debug, Eq, Hash, Ord, PartialEq, PartialOrd)]
@@ -24,8 +25,10 @@ pub struct Link {
     pub from: Port,
     /// Input.
     pub to: Port,
-    /// What becomes of a Real value on its way.
-    pub transformation: Linear,
+    /// What becomes of a value on its way.
+    pub transformation: Transformation,
+    /// Passed in initialization only.
+    pub is_initial: bool,
     /// Power bond of which it carries the effort.
     pub bond: Option<BondPorts>,
 }
@@ -50,6 +53,8 @@ pub struct Wiring<'a> {
     components: Vec<(&'a str, &'a Description)>,
     /// The connections, in file order.
     pub links: Vec<Link>,
+    /// What is odd about them, but does no harm.
+    pub remarks: Vec<String>,
     driver: HashMap<Port, usize>,
 }
 
@@ -60,43 +65,69 @@ impl<'a> Wiring<'a> {
         let mut wiring = Self {
             components: names.zip(descriptions.iter().copied()).collect(),
             links: Vec::new(),
+            remarks: Vec::new(),
             driver: HashMap::new(),
         };
         for c in &structure.connections {
-            let link = wiring.resolve(structure, c)?;
+            let link = wiring.resolve(structure, c);
+            let link = match c.place.is_empty() {
+                true => link?,
+                false => link.with_context(|| c.place.clone())?,
+            };
             wiring.driver.insert(link.to, wiring.links.len());
             wiring.links.push(link);
         }
         Ok(wiring)
     }
 
-    fn resolve(&self, structure: &Structure, c: &Connection) -> Result<Link> {
-        let carried = structure.carried(c)?;
-        let from = self.port(structure, &c.start, carried, Causality::Output)?;
-        let to = self.port(structure, &c.end, carried, Causality::Input)?;
-        let unit = |p: Port| {
-            self.components[p.component].1.variables[p.variable]
-                .unit
-                .as_deref()
-                .unwrap_or("none")
-        };
-        if unit(from) != unit(to) && !c.units_stay {
+    fn resolve(&mut self, structure: &Structure, c: &Connection) -> Result<Link> {
+        let from = self.port(structure, &c.start, Side::Start)?;
+        let to = self.port(structure, &c.end, Side::End)?;
+        let [start, end] = [from, to].map(|p| self.variable(p));
+        if start.kind.name() != end.kind.name() && !(is_whole(start) && is_whole(end)) {
             bail!(
-                "connection {c}: the FMUs' units differ, {} and {}; {UNITS}",
-                unit(from),
-                unit(to)
+                "{} must be of type {}, input, to be connected; it is of type {}, input",
+                self.name(to),
+                start.kind.name(),
+                end.kind.name()
             );
+        }
+        // An end without a declared unit has that of its FMU.
+        let [unit_of_start, unit_of_end] =
+            [from, to].map(|p| unit_of(self.description(p.component), self.variable(p)));
+        let mut way = c.way.clone();
+        if let Some(last) = way.last_mut()
+            && last.unit.is_none()
+        {
+            last.unit = unit_of_end;
+        }
+        let is_declared = c.unit.is_some() || c.way.iter().any(|hop| hop.unit.is_some());
+        let unit = c.unit.clone().or(unit_of_start);
+        let mut lone = None;
+        let transformation = along(&way, unit, [Some(start), Some(end)], &mut lone);
+        let transformation = transformation.map_err(|error| {
+            let text = match is_declared {
+                true => error.to_string(),
+                false => error.to_string().replace("the units", "the FMUs' units"),
+            };
+            anyhow::anyhow!("connection {c}: {text}")
+        })?;
+        if let Some(unit) = lone {
+            self.remarks.push(format!(
+                "connection {c}: only one end has a unit, {unit}; values pass unchanged"
+            ));
         }
         let bond = match &c.bond {
             None => None,
             Some(b) => {
-                let of_start = |variable: &str, causality| {
+                let of_start = |variable: &str, side| {
                     let end = (c.start.0.clone(), variable.to_string());
-                    self.port(structure, &end, "Real", causality)
+                    let port = self.port(structure, &end, side);
+                    port.with_context(|| format!("power bond of {}.{}", c.start.0, c.start.1))
                 };
                 Some(BondPorts {
-                    step_mean: of_start(&b.step_mean, Causality::Output)?,
-                    flow: of_start(&b.flow, Causality::Input)?,
+                    step_mean: of_start(&b.step_mean, Side::Start)?,
+                    flow: of_start(&b.flow, Side::End)?,
                     power: b.power,
                 })
             }
@@ -104,28 +135,37 @@ impl<'a> Wiring<'a> {
         Ok(Link {
             from,
             to,
-            transformation: c.transformation,
+            transformation,
+            is_initial: c.is_initial,
             bond,
         })
     }
 
+    /// The variable at one end of a connection, of the type that is declared for it.
     fn port(
         &self,
         structure: &Structure,
         (component, variable): &(String, String),
-        data_type: &str,
-        causality: Causality,
+        side: Side,
     ) -> Result<Port> {
         let Some(k) = structure.component(component) else {
             bail!("the system has no component `{component}`")
         };
         let description = self.components[k].1;
         let v = description.variable(variable)?;
+        let connectors = &structure.components[k].connectors;
+        let connector = connectors.iter().find(|c| c.name == *variable);
+        let declared = connector.and_then(|c| c.data_type);
         let kind = v.kind.name();
-        if kind != data_type || v.causality != causality {
+        let fits = declared.is_none_or(|t| {
+            t.name() == kind
+                || is_whole(v) && matches!(t, DataType::Integer | DataType::Enumeration)
+        });
+        if !fits || !side.takes(v.causality) {
             bail!(
-                "{component}.{variable} must be of type {data_type}, {}, to be connected; it is of type {kind}, {}",
-                in_words(causality),
+                "{component}.{variable} must be of type {}, {}, to be connected; it is of type {kind}, {}",
+                declared.map_or(kind, DataType::name),
+                side.name(),
                 in_words(v.causality)
             );
         }
@@ -133,6 +173,10 @@ impl<'a> Wiring<'a> {
             component: k,
             variable: description.index(variable).unwrap_or_default(),
         })
+    }
+
+    fn variable(&self, p: Port) -> &'a Variable {
+        &self.components[p.component].1.variables[p.variable]
     }
 
     /// `component.variable`.
@@ -251,6 +295,36 @@ impl<'a> Wiring<'a> {
     }
 }
 
+/// An end of a connection.
+#[derive(Clone, Copy, PartialEq)]
+enum Side {
+    Start,
+    End,
+}
+
+impl Side {
+    fn name(self) -> &'static str {
+        match self {
+            Self::Start => "output",
+            Self::End => "input",
+        }
+    }
+
+    /// Whether a variable of this causality may stand there.
+    fn takes(self, causality: Causality) -> bool {
+        use Causality::{CalculatedParameter, Input, Local, Output, Parameter};
+        match self {
+            Self::Start => matches!(causality, Output | CalculatedParameter | Local),
+            Self::End => matches!(causality, Input | Parameter),
+        }
+    }
+}
+
+/// Integers and enumerations, which pass as the same numbers.
+fn is_whole(v: &Variable) -> bool {
+    matches!(v.kind, Kind::Integer | Kind::Enumeration(_))
+}
+
 fn in_words(causality: Causality) -> String {
     format!("{causality:?}").to_lowercase()
 }
@@ -274,46 +348,26 @@ mod tests {
     }
 
     fn structure(links: &[(&str, &str)]) -> Structure {
-        let connectors = [
-            ("u", "input"),
-            ("v", "input"),
-            ("y", "output"),
-            ("z", "output"),
-        ]
-        .map(|(name, kind)| crate::ssd::Connector {
-            name: name.into(),
-            kind: kind.into(),
-            data_type: "Real",
-            unit: None,
-        });
         let split = |text: &str| {
             text.split_once('.')
                 .map(|(c, v)| (c.to_string(), v.to_string()))
                 .unwrap()
         };
-        Structure {
-            name: "s".into(),
+        let mut structure = Structure {
             components: ["a", "b", "c"]
-                .map(|name| crate::ssd::Component {
+                .map(|name| crate::structure::Component {
                     name: name.into(),
                     source: String::new(),
-                    connectors: connectors.to_vec(),
+                    connectors: Vec::new(),
                     parameters: Vec::new(),
                 })
                 .to_vec(),
-            connections: links
-                .iter()
-                .map(|(y, u)| Connection {
-                    start: split(y),
-                    end: split(u),
-                    transformation: Linear::NONE,
-                    units_stay: false,
-                    bond: None,
-                })
-                .collect(),
-            start_time: 0.0,
-            stop_time: None,
+            ..Structure::default()
+        };
+        for (y, u) in links {
+            structure.connect(split(y), split(u));
         }
+        structure
     }
 
     #[test]
