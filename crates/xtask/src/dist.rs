@@ -41,7 +41,7 @@ pub struct Options {
     /// Folder for the result, which is replaced [default: dist/ in the cargo target directory]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Leave out the program `hdrm-fmu`, which takes longest to build
+    /// Leave out `hdrm-fmu` and the programs beside it, which take longest to build
     #[arg(long)]
     without_experiments: bool,
     /// Run what was built: here, in an old Debian and under Wine, with equal numbers; random calls; states carried between platforms
@@ -55,9 +55,9 @@ pub struct Options {
 /// What CI builds for.
 const CI_PLATFORMS: [&str; 2] = ["linux64", "win64"];
 /// Programs that are handed out.
-const PROGRAMS: [&str; 2] = ["cosim", "hdrm-fmu"];
-/// The packages of these, and of what the checks need; that of the experiments last.
-const PACKAGES: [&str; 3] = ["cosim", "torture", "studies"];
+const PROGRAMS: [&str; 4] = ["cosim", "hdrm-fmu", "hdrm-fmu-report", "hdrm-fmu-surrogate"];
+/// The packages of these, and of what the checks need; those of the experiments last.
+const PACKAGES: [&str; 5] = ["cosim", "torture", "studies", "report", "surrogate"];
 /// Programs are built like those for this machine, but without checks of what cannot happen, and without symbols.
 const PROGRAM_PROFILE: [&str; 8] = [
     "--profile",
@@ -296,7 +296,12 @@ fn notices(
     fs::create_dir_all(folder)?;
     let notices = Notices::new(&workspace.cargo)?;
     let triples: Vec<_> = targets.iter().map(|target| target.triple).collect();
-    for (package, program) in [("cosim", "cosim"), ("studies", "hdrm-fmu")] {
+    for (package, program) in [
+        ("cosim", "cosim"),
+        ("studies", "hdrm-fmu"),
+        ("report", "hdrm-fmu-report"),
+        ("surrogate", "hdrm-fmu-surrogate"),
+    ] {
         if packages.contains(&package) {
             for (name, bytes) in notices.files(&workspace.cargo, package, &triples)? {
                 let name = name.replace("third-party", program);

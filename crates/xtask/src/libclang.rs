@@ -41,9 +41,12 @@ pub fn build_cosim(workspace: &Workspace) -> Result<PathBuf> {
     workspace.build_program("cosim", &environment)
 }
 
-/// Build the program of the manipulator's experiments in release mode; its path.
+/// Build the program of the manipulator's experiments in release mode, and those that it starts; its path.
 pub fn build_hdrm_fmu(workspace: &Workspace) -> Result<PathBuf> {
     let environment = provide(workspace)?;
+    for sibling in ["hdrm-fmu-report", "hdrm-fmu-surrogate"] {
+        workspace.build_program(sibling, &environment)?;
+    }
     workspace.build_program("hdrm-fmu", &environment)
 }
 
