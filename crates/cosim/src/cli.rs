@@ -44,6 +44,10 @@ pub struct SystemArgs {
     /// System structure to take from the packed system: `heavy.ssd` [default: SystemStructure.ssd]
     #[arg(long, value_name = "NAME")]
     pub variant: Option<String>,
+    /// Outputs of this component may be read again after inputs were set at the same communication point, although it does not declare
+    /// on which inputs they depend: all of them then; repeatable
+    #[arg(long, value_name = "COMPONENT")]
+    pub feedthrough: Vec<String>,
     /// Parameter set for the system, in the packed system (`resources/heavy.ssv`) or a file; repeatable, before all other options
     #[arg(long, value_name = "FILE")]
     pub parameters: Vec<PathBuf>,
@@ -71,6 +75,13 @@ impl SystemArgs {
         let mut system = System::load(&path, self.variant.as_deref(), &place, &replaced)?;
         for set in &self.parameters {
             system.apply_set(set)?;
+        }
+        for name in &self.feedthrough {
+            ensure!(
+                system.structure.component(name).is_some(),
+                "--feedthrough {name}: the system has no component of this name"
+            );
+            system.structure.feedthrough.push(name.clone());
         }
         Ok(system)
     }
@@ -168,6 +179,17 @@ impl RunArgs {
         if self.strict {
             let texts: Vec<_> = verdict.findings().iter().map(|f| f.text.as_str()).collect();
             ensure!(texts.is_empty(), "--strict: {}", texts.join("; "));
+        }
+        let read_once = match experiment.stepping.schedule {
+            Schedule::Standard => Vec::new(),
+            _ => system.read_once()?,
+        };
+        if !read_once.is_empty() {
+            verdict.note(format!(
+                "outputs that do not declare on which inputs they depend are read right after the step, so that what goes through them \
+                 arrives one step later (--feedthrough COMPONENT, where they may be read again): {}",
+                read_once.join(", ")
+            ));
         }
         for remark in &forgotten.remarks {
             verdict.note(remark.clone());

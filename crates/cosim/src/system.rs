@@ -172,6 +172,16 @@ impl System {
         Wiring::new(&self.structure, &descriptions)
     }
 
+    /// Connected outputs that staged schedules read right after the step, before any input is set.
+    pub fn read_once(&self) -> Result<Vec<String>> {
+        let wiring = self.wiring()?;
+        let outputs = wiring.links.iter().map(|link| link.from);
+        let mut ports: Vec<Port> = outputs.filter(|p| wiring.is_read_once(*p)).collect();
+        ports.sort();
+        ports.dedup();
+        Ok(ports.into_iter().map(|port| self.name(port)).collect())
+    }
+
     /// A component whose step may not be varied.
     pub fn fixed_step(&self) -> Option<&str> {
         let mut all = self.structure.components.iter().zip(&self.fmus);

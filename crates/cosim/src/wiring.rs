@@ -6,7 +6,7 @@ use crate::batch::{Batch, Layout};
 use crate::structure::{Connection, Power, Structure};
 use crate::transformation::{Transformation, along, unit_of};
 use anyhow::{Context, Result, bail};
-use fmu_description::{Access, Causality, Description, Kind, Variable};
+use fmu_description::{Access, Causality, Description, Kind, Variable, Version};
 use system_structure::DataType;
 
 /// A variable of a component: both as indices.
@@ -56,6 +56,17 @@ pub struct Wiring<'a> {
     /// What is odd about them, but does no harm.
     pub remarks: Vec<String>,
     driver: HashMap<Port, usize>,
+    /// Components of which outputs may be read again after inputs were set although they declare no dependencies.
+    trusted: Vec<bool>,
+}
+
+/// Which dependencies count where an output declares none.
+#[derive(Clone, Copy, Debug, Eq, PartialEq)]
+pub enum Undeclared {
+    /// All inputs, as the standards have it.
+    All,
+    /// None: the order is that of what is declared.
+    None,
 }
 
 impl<'a> Wiring<'a> {
@@ -67,6 +78,9 @@ impl<'a> Wiring<'a> {
             links: Vec::new(),
             remarks: Vec::new(),
             driver: HashMap::new(),
+            trusted: (structure.components.iter())
+                .map(|c| structure.feedthrough.contains(&c.name))
+                .collect(),
         };
         for c in &structure.connections {
             let link = wiring.resolve(structure, c);
@@ -216,19 +230,60 @@ impl<'a> Wiring<'a> {
         self.driver.get(&input).copied()
     }
 
+    /// Whether an output can be read once only at a communication point, right after the step and before any input is set: its dependencies
+    /// are not declared, or its FMU is of FMI 3.0 and has no Event Mode, outside of which no output may be read after an input was set.
+    pub fn is_read_once(&self, output: Port) -> bool {
+        let description = self.description(output.component);
+        let has_events = description.fmi == Version::Fmi2 || description.capabilities.event_mode;
+        let is_declared = || {
+            description
+                .declared_feedthrough(output.variable, false)
+                .is_some()
+        };
+        !has_events || !(self.trusted[output.component] || is_declared())
+    }
+
+    /// The inputs on which an output depends at once.
+    fn dependencies(
+        &self,
+        output: Port,
+        initialization: bool,
+        undeclared: Undeclared,
+    ) -> Vec<usize> {
+        let description = self.components[output.component].1;
+        if !initialization && self.is_read_once(output) {
+            return Vec::new();
+        }
+        match undeclared {
+            Undeclared::All => description.feedthrough(output.variable, initialization),
+            Undeclared::None => description
+                .declared_feedthrough(output.variable, initialization)
+                .unwrap_or_default(),
+        }
+    }
+
     /// Level of the output of each connection: 0 where it depends on no connected input, else one more than the highest level it
-    /// depends on; outputs that no other one waits for come with the last ones of their component. All outputs of one level can be read together after the inputs from all lower levels are set.
+    /// depends on; outputs that no other one waits for come with the last ones of their component. All outputs of one level can be read
+    /// together after the inputs from all lower levels are set.
     ///
     /// # Errors
     /// An algebraic loop, by the names along it.
-    pub fn levels(&self, initialization: bool) -> Result<Vec<usize>> {
-        let mut known = HashMap::new();
-        let mut levels = (self.links.iter())
-            .map(|link| self.level(link.from, initialization, &mut known, &mut Vec::new()))
+    pub fn levels(&self, initialization: bool, undeclared: Undeclared) -> Result<Vec<usize>> {
+        let mut search = Search {
+            wiring: self,
+            initialization,
+            undeclared,
+            known: HashMap::new(),
+            path: Vec::new(),
+        };
+        let links = self.links.iter();
+        let mut levels = links
+            .map(|l| search.level(l.from))
             .collect::<Result<Vec<_>>>()?;
         // What no connected output waits for is read with the component's last ones, which saves the component an evaluation of its own.
         for (k, link) in self.links.iter().enumerate() {
-            if !self.is_awaited(link.to, initialization) {
+            let is_free = initialization || !self.is_read_once(link.from);
+            if is_free && !self.is_awaited(link.to, initialization, undeclared) {
                 let same = self.links.iter().zip(&levels);
                 let last = same.filter(|(other, _)| other.from.component == link.from.component);
                 levels[k] = last.map(|(_, level)| *level).max().unwrap_or(levels[k]);
@@ -238,59 +293,53 @@ impl<'a> Wiring<'a> {
     }
 
     /// Whether a connected output depends on an input at once.
-    fn is_awaited(&self, input: Port, initialization: bool) -> bool {
-        let description = self.components[input.component].1;
+    fn is_awaited(&self, input: Port, initialization: bool, undeclared: Undeclared) -> bool {
         self.links.iter().any(|link| {
             link.from.component == input.component
-                && (description
-                    .feedthrough(link.from.variable, initialization)
-                    .into_iter())
-                .any(|variable| variable == input.variable)
+                && self
+                    .dependencies(link.from, initialization, undeclared)
+                    .contains(&input.variable)
         })
     }
+}
 
-    fn level(
-        &self,
-        output: Port,
-        initialization: bool,
-        known: &mut HashMap<Port, usize>,
-        path: &mut Vec<Port>,
-    ) -> Result<usize> {
-        if let Some(level) = known.get(&output) {
+/// The search for the level of each output.
+struct Search<'a> {
+    wiring: &'a Wiring<'a>,
+    initialization: bool,
+    undeclared: Undeclared,
+    known: HashMap<Port, usize>,
+    /// Outputs and the inputs between them, each depending on the next one.
+    path: Vec<Port>,
+}
+
+impl Search<'_> {
+    fn level(&mut self, output: Port) -> Result<usize> {
+        if let Some(level) = self.known.get(&output) {
             return Ok(*level);
         }
-        if let Some(start) = path.iter().position(|p| *p == output) {
-            // The path holds outputs and the inputs between them, each depending on the next one.
-            let names: Vec<_> = path[start..]
-                .iter()
-                .chain([&output])
-                .rev()
-                .map(|p| self.name(*p))
-                .collect();
-            let when = if initialization {
-                " in initialization"
-            } else {
-                ""
+        if let Some(start) = self.path.iter().position(|p| *p == output) {
+            let along = self.path[start..].iter().chain([&output]).rev();
+            let names: Vec<_> = along.map(|p| self.wiring.name(*p)).collect();
+            let when = match self.initialization {
+                true => " in initialization",
+                false => "",
             };
             bail!("algebraic loop{when}: {}; {REMEDY}", names.join(" -> "));
         }
         let mut level = 0;
-        for variable in self.components[output.component]
-            .1
-            .feedthrough(output.variable, initialization)
-        {
+        for variable in (self.wiring).dependencies(output, self.initialization, self.undeclared) {
             let input = Port {
                 component: output.component,
                 variable,
             };
-            if let Some(driver) = self.driver(input) {
-                path.extend([output, input]);
-                level = level
-                    .max(1 + self.level(self.links[driver].from, initialization, known, path)?);
-                path.truncate(path.len() - 2);
+            if let Some(driver) = self.wiring.driver(input) {
+                self.path.extend([output, input]);
+                level = level.max(1 + self.level(self.wiring.links[driver].from)?);
+                self.path.truncate(self.path.len() - 2);
             }
         }
-        known.insert(output, level);
+        self.known.insert(output, level);
         Ok(level)
     }
 }
@@ -386,7 +435,7 @@ mod tests {
         ]);
         let wiring = Wiring::new(&s, &[&u, &none, &all]).unwrap();
         // Nothing waits for what c.z feeds: it is read together with c.y.
-        assert_eq!(wiring.levels(false).unwrap(), [0, 1, 2, 2]);
+        assert_eq!(wiring.levels(false, Undeclared::All).unwrap(), [0, 1, 2, 2]);
     }
 
     #[test]
@@ -395,7 +444,7 @@ mod tests {
         let s = structure(&[("c.z", "b.u"), ("a.y", "b.v"), ("b.y", "a.u")]);
         let error = Wiring::new(&s, &[&u, &all, &all])
             .unwrap()
-            .levels(false)
+            .levels(false, Undeclared::All)
             .unwrap_err()
             .to_string();
         assert_eq!(

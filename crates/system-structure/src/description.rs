@@ -123,6 +123,8 @@ pub struct Component {
     pub connectors: Vec<Connector>,
     /// Parameter values, in the order in which they are applied.
     pub bindings: Vec<Binding>,
+    /// What tools have written there.
+    pub annotations: Vec<Annotation>,
 }
 
 /// Which way values go through a connector, `kind`.
@@ -312,6 +314,7 @@ fn component(node: &Node, units: &[Unit]) -> Result<Component, StructureError> {
         kind,
         connectors: connectors(node, units)?,
         bindings: Binding::read_all(node)?,
+        annotations: Annotation::read_all(node)?,
     })
 }
 

@@ -125,6 +125,8 @@ pub struct Structure {
     pub stop_time: Option<f64>,
     /// Communication step that the structure asks for, s.
     pub step: Option<f64>,
+    /// Components whose outputs may be read again after inputs were set although they declare no dependencies.
+    pub feedthrough: Vec<String>,
     /// Parameter values that match nothing, with their origin: by the standard they are passed over.
     pub unmatched: Vec<String>,
 }

@@ -23,6 +23,9 @@ const CONNECTED: [DataType; 4] = [
 /// Name of the default structure in a packed system.
 const DEFAULT: &str = "SystemStructure.ssd";
 
+/// Type of the annotation of a component whose outputs may be read again after its inputs were set.
+const FEEDTHROUGH: &str = "io.github.hdrm-fmu.feedthrough";
+
 /// Deepest nesting of files, so that a file that names itself ends somewhere.
 const DEPTH: usize = 16;
 
@@ -170,6 +173,9 @@ impl Flattening<'_> {
         let source = format!("{}{}", place.base, component.source);
         let file = match component.kind {
             Kind::Fmu => {
+                if component.annotations.iter().any(|a| a.kind == FEEDTHROUGH) {
+                    self.structure.feedthrough.push(path.to_string());
+                }
                 self.structure.components.push(Component {
                     name: path.to_string(),
                     source,
