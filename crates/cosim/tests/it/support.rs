@@ -71,7 +71,6 @@ pub fn link(from: (&str, &str), to: (&str, &str), content: &str) -> String {
 }
 
 /// The oscillator: motion to the spring, force to the mass as a power bond.
-#[allow(dead_code)] // not every test takes it as it is
 pub fn oscillator() -> String {
     ssd(&oscillator_links("", "", ""))
 }
@@ -147,7 +146,6 @@ pub fn write_zip<W: Write + std::io::Seek>(out: W, entries: &[(String, Vec<u8>)]
     zip.finish().unwrap();
 }
 
-#[allow(dead_code)] // not every test sets something
 pub fn settings(system: &System, texts: &[&str]) -> anyhow::Result<Vec<Setting>> {
     texts.iter().map(|t| system.parse_setting(t)).collect()
 }
@@ -161,7 +159,6 @@ pub fn stepping(step: f64, schedule: Schedule) -> Stepping {
 }
 
 /// A file beside the packed systems.
-#[allow(dead_code)] // not every test writes one
 pub fn scratch(name: &str) -> PathBuf {
     Path::new(env!("CARGO_TARGET_TMPDIR")).join(name)
 }

@@ -5,8 +5,7 @@
 use allocation_counter::measure;
 use cosim::master::{Master, Schedule};
 
-mod support;
-use support::{link, oscillator_links, ssd, stepping, system};
+use super::support::{link, oscillator_links, ssd, stepping, system};
 
 #[test]
 fn a_step_allocates_nothing() {

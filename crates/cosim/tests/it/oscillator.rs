@@ -6,8 +6,7 @@ use cosim::run::{self, Experiment};
 use cosim::signals::matching;
 use cosim::system::{Setting, System};
 
-mod support;
-use support::{oscillator, scratch, settings, stepping, system};
+use super::support::{oscillator, scratch, settings, stepping, system};
 
 const M: f64 = 1.7;
 const K: f64 = 23.0;

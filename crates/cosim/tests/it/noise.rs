@@ -5,8 +5,7 @@ use cosim::noise::{Noise, Sensor};
 use cosim::recording::Recording;
 use cosim::run::{self, Experiment};
 
-mod support;
-use support::{oscillator, settings, stepping, system};
+use super::support::{oscillator, settings, stepping, system};
 
 fn noise(variable: &str, sigma: f64, seed: u64) -> Noise {
     let sensors = vec![Sensor {

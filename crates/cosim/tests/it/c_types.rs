@@ -1,10 +1,9 @@
 //! The C types that `fmu-export` writes by hand have the size, alignment, layout and values of the standard's headers, as bindgen
 //! reads them for `fmi-sys`.
-#![forbid(unsafe_code)]
 
 use std::mem::{align_of, offset_of, size_of};
 
-use fmi_sys::fmi2 as standard;
+use fmi::fmi2::binding as standard;
 use fmu_export::ffi as ours;
 
 macro_rules! same_layout {

@@ -3,8 +3,7 @@
 use cosim::master::{Master, Schedule};
 use cosim::system::System;
 
-mod support;
-use support::{link, oscillator, oscillator_links, settings, ssd, stepping, system};
+use super::support::{link, oscillator, oscillator_links, settings, ssd, stepping, system};
 
 const SCHEDULES: [Schedule; 4] = [
     Schedule::Standard,

@@ -3,8 +3,7 @@
 use cosim::master::{Master, Schedule};
 use cosim::system::System;
 
-mod support;
-use support::{link, load, oscillator, scratch, settings, ssd, stepping, system, write_zip};
+use super::support::{link, load, oscillator, scratch, settings, ssd, stepping, system, write_zip};
 
 fn failure(system: &System, texts: &[&str]) -> String {
     let run = || {
@@ -83,12 +82,8 @@ fn an_algebraic_loop_is_named() {
 #[test]
 fn units_that_do_not_fit_are_named() {
     let connections = link(("mass", "x_ddot"), ("spring", "x"), "");
-    let error = system("units", &ssd(&connections))
-        .unwrap()
-        .wiring()
-        .err()
-        .unwrap()
-        .to_string();
+    let system = system("units", &ssd(&connections)).unwrap();
+    let error = format!("{:#}", system.wiring().err().unwrap());
     assert_holds(
         &error,
         &[
