@@ -139,6 +139,13 @@ impl System {
         Wiring::new(&self.structure, &descriptions)
     }
 
+    /// A component whose step may not be varied.
+    pub fn fixed_step(&self) -> Option<&str> {
+        let mut all = self.structure.components.iter().zip(&self.fmus);
+        let fixed = all.find(|(_, fmu)| !fmu.description.capabilities.variable_step);
+        fixed.map(|(component, _)| component.name.as_str())
+    }
+
     /// What the structure may have forgotten, under the start values `settings`.
     pub fn forgotten(&self, settings: &[Setting]) -> Result<Forgotten> {
         let wiring = self.wiring()?;

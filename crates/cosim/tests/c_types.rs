@@ -4,7 +4,7 @@
 
 use std::mem::{align_of, offset_of, size_of};
 
-use fmi::fmi2::binding as standard;
+use fmi_sys::fmi2 as standard;
 use fmu_export::ffi as ours;
 
 macro_rules! same_layout {

@@ -7,9 +7,9 @@ use std::process::Command;
 
 use anyhow::{Context, Result};
 use cargo_fmu::archive::{self, Entries};
-use cargo_fmu::fmi::library_path;
 use cargo_fmu::library;
 use cargo_fmu::pack::FMI3_FOLDER;
+use cargo_fmu::platform;
 use cargo_fmu::process::execute;
 use cargo_fmu::workspace::{Artifact, Source, artifacts};
 
@@ -189,7 +189,9 @@ fn archived(
     let text = fs::read(found.with_context(missing)?)?;
     let mut entries = Entries::from([("modelDescription.xml".to_string(), text)]);
     let description = library::description(&entries)?;
-    entries.insert(library_path(&description)?, fs::read(library)?);
+    let path = platform::host()?.library(description.fmi, &description.identifier);
+    let path = path.context("FMI 2.0 has no folder for this machine")?;
+    entries.insert(path, fs::read(library)?);
     let folder = fmu_dir.join(folder);
     fs::create_dir_all(&folder).with_context(|| folder.display().to_string())?;
     let fmu = folder.join(description.identifier).with_extension("fmu");
