@@ -149,7 +149,14 @@ impl Controller {
             commands,
         };
         now.fill_tip();
-        proof::fill(&mut now, nominal, &state.bodies, &state.drives, settings, input);
+        proof::fill(
+            &mut now,
+            nominal,
+            &state.bodies,
+            &state.drives,
+            settings,
+            input,
+        );
         match now.output.not_finite() {
             Some((signal, value)) => Err(ControllerError::NotFinite {
                 t: state.t,
@@ -386,7 +393,12 @@ fn machine_level(
         motions,
         energy: errors.energy,
     };
-    Ok((machine, tracking.errors, [0, 1, 2].map(demand), forces.wrist))
+    Ok((
+        machine,
+        tracking.errors,
+        [0, 1, 2].map(demand),
+        forces.wrist,
+    ))
 }
 
 /// Each rod by itself: the demands by its own reference.

@@ -31,7 +31,10 @@ impl Bodies {
     ///
     /// # Errors
     /// A body that is none.
-    pub(crate) fn new(machine: &Machine, inverse_bounds: [f64; 2]) -> Result<Self, ControllerError> {
+    pub(crate) fn new(
+        machine: &Machine,
+        inverse_bounds: [f64; 2],
+    ) -> Result<Self, ControllerError> {
         let nominal = machine.bodies.in_order().map(|b| {
             let I_com = Matrix3::from_fn(|i, j| b.inertia_com.rows()[i][j]);
             Inertia::from_com(b.mass, b.com.into(), I_com)

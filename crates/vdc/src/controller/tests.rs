@@ -5,12 +5,7 @@ use crate::{Mode, RateLimits, tip_pose};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
 /// Integral after `seconds` in steps of 1 ms beside the start pose, by 1e-4 rad in each joint.
-fn after(
-    machine: &Machine,
-    mode: Mode,
-    integral: bool,
-    seconds: f64,
-) -> (Vector6<f64>, Errors) {
+fn after(machine: &Machine, mode: Mode, integral: bool, seconds: f64) -> (Vector6<f64>, Errors) {
     let settings = Settings {
         mode,
         integral,
@@ -74,11 +69,11 @@ fn at(machine: &Machine, t: f64) -> Input {
         let (w, phase, size) = wave(i);
         size * w * (w * t + phase).cos()
     };
-    let (position, [w, x, y, z]) =
-        tip_pose(machine, &machine.start.zeta).expect("works");
+    let (position, [w, x, y, z]) = tip_pose(machine, &machine.start.zeta).expect("works");
     let (v, a) = ([0.11, -0.06, 0.08], [-0.3, 0.2, 0.4]);
     let turning = Vector3::new(0.2, -0.1, 0.15);
-    let q = UnitQuaternion::from_scaled_axis(turning * t).into_inner() * Quaternion::new(w, x, y, z);
+    let q =
+        UnitQuaternion::from_scaled_axis(turning * t).into_inner() * Quaternion::new(w, x, y, z);
     Input {
         zeta: std::array::from_fn(zeta),
         zeta_dot: std::array::from_fn(rate),

@@ -202,13 +202,7 @@ impl VoltageLaw<'_> {
     /// Advances the law's state by `h` s with measurements and command held; the filters are exact
     /// for that. While the command is beyond what the inverter makes of its DC link the integrals rest, or they would
     /// wind up.
-    pub(crate) fn advance(
-        &self,
-        state: &mut DriveState,
-        now: &Reading,
-        command: &Command,
-        h: f64,
-    ) {
+    pub(crate) fn advance(&self, state: &mut DriveState, now: &Reading, command: &Command, h: f64) {
         let (p, gains) = (self.p(), &self.settings.gains);
         let reached = |rate: f64| -libm::expm1(-h * rate);
         state.i_dr += h * self.i_dr_dot(now);

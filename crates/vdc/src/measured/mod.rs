@@ -6,5 +6,5 @@ mod sampling;
 
 pub(crate) use observer::JointObserver;
 pub(crate) use prediction::{Planned, predicted};
-pub(crate) use sampling::{SAMPLES_MAX, SLACK, Sampling};
 pub use sampling::{DELAY_MAX, Timing};
+pub(crate) use sampling::{SAMPLES_MAX, SLACK, Sampling};

@@ -6,8 +6,8 @@ mod singularities;
 mod tip;
 
 pub(crate) use singularities::{Inverse, Singularities};
-pub use tip::tip_pose;
 pub(crate) use tip::orientation;
+pub use tip::tip_pose;
 
 use crate::error::ControllerError;
 use capability::Reach;

@@ -140,7 +140,11 @@ mod tests {
             if phase < d || (phase - T).abs() < d {
                 continue; // the third derivative jumps at a vertex
             }
-            let [before, now, after] = [path.displacement(t - d), path.displacement(t), path.displacement(t + d)];
+            let [before, now, after] = [
+                path.displacement(t - d),
+                path.displacement(t),
+                path.displacement(t + d),
+            ];
             let v = (after[0] - before[0]) / (2.0 * d);
             let a = (after[1] - before[1]) / (2.0 * d);
             let tol_v = edge * d * d / 6.0 * 60.0 / T.powi(3) + 4.0 * f64::EPSILON / d;

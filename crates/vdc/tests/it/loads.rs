@@ -35,8 +35,8 @@ fn run(is_told: bool, level: Level) -> [Output; 2] {
         file: &file,
         is_checked: false,
     };
-    let mut controller = Controller::new(&machine, &network, path, &settings, &u, 0.0)
-        .expect("works");
+    let mut controller =
+        Controller::new(&machine, &network, path, &settings, &u, 0.0).expect("works");
     let h = 0.01;
     let mut at = |k: u32| {
         let now = controller.evaluate(&settings, &u).expect("finite");

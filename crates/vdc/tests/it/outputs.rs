@@ -119,7 +119,10 @@ fn the_end_of_the_motion_is_told() {
     assert!(settle > 0.0);
     let cubic = 40.0 + settle + 9.0 * 2.25;
     assert!((end(Trajectory::Cubic, &settings) - cubic).abs() < 1e-12);
-    assert_eq!(end(Trajectory::Rates(RateLimits::default()), &settings), 40.0);
+    assert_eq!(
+        end(Trajectory::Rates(RateLimits::default()), &settings),
+        40.0
+    );
     let alone = Settings {
         level: Level::Actuator,
         ..settings
