@@ -91,7 +91,7 @@ pub struct Sample {
 
 /// Largest speeds, accelerations and jerks of the tip on the way between waypoints.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default, expecting = "an object")]
+#[serde(deny_unknown_fields, default)]
 pub struct MotionLimits {
     /// m/s.
     pub speed: f64,

@@ -2,27 +2,30 @@
 
 use crate::error::PathError;
 use crate::file::{Load, MotionLimits, PathFile, Points, Sample, Waypoint, refused, unit, unknown};
-use serde::de::Error as _;
+use serde::de::value::MapAccessDeserializer;
+use serde::de::{Error as _, MapAccess, Visitor};
 use serde::{Deserialize, Deserializer};
 use serde_json::Value;
 use serde_path_to_error::{Path, Segment};
+use std::fmt;
+use std::marker::PhantomData;
 
 /// A path as its file says it.
 #[derive(Deserialize)]
-#[serde(deny_unknown_fields, expecting = "an object")]
+#[serde(deny_unknown_fields)]
 struct FileRecord {
     #[serde(default, deserialize_with = "given")]
-    waypoints: Option<Vec<WaypointRecord>>,
+    waypoints: Option<Vec<Object<WaypointRecord>>>,
     #[serde(default, deserialize_with = "given")]
     samples: Option<Vec<SampleRecord>>,
     #[serde(default)]
     relative: bool,
     #[serde(default)]
-    limits: MotionLimits,
+    limits: Object<MotionLimits>,
 }
 
 #[derive(Deserialize)]
-#[serde(deny_unknown_fields, expecting = "an object")]
+#[serde(deny_unknown_fields)]
 struct WaypointRecord {
     position: Numbers<3>,
     #[serde(default, deserialize_with = "given")]
@@ -36,11 +39,11 @@ struct WaypointRecord {
     #[serde(default)]
     blend: f64,
     #[serde(default, deserialize_with = "given")]
-    load: Option<LoadRecord>,
+    load: Option<Object<LoadRecord>>,
 }
 
 #[derive(Deserialize)]
-#[serde(deny_unknown_fields, expecting = "an object")]
+#[serde(deny_unknown_fields)]
 struct LoadRecord {
     mass: f64,
     #[serde(default, deserialize_with = "given")]
@@ -58,6 +61,31 @@ struct SampleRecord {
 
 /// A list of numbers.
 struct Numbers<const N: usize>([f64; N]);
+
+/// A record that is written as an object; by itself serde would take a list of its fields, too.
+#[derive(Default)]
+struct Object<T>(T);
+
+impl<'de, T: Deserialize<'de>> Deserialize<'de> for Object<T> {
+    fn deserialize<D: Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
+        from.deserialize_map(Fields(PhantomData)).map(Self)
+    }
+}
+
+/// Reader of an object's fields.
+struct Fields<T>(PhantomData<T>);
+
+impl<'de, T: Deserialize<'de>> Visitor<'de> for Fields<T> {
+    type Value = T;
+
+    fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.write_str("an object")
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, fields: A) -> Result<T, A::Error> {
+        T::deserialize(MapAccessDeserializer::new(fields))
+    }
+}
 
 /// What is left out is None, what is given must be a value: `null` is none.
 fn given<'de, T: Deserialize<'de>, D: Deserializer<'de>>(from: D) -> Result<Option<T>, D::Error> {
@@ -98,7 +126,7 @@ fn numbers(list: &Value) -> Option<Vec<f64>> {
 pub(crate) fn parse(text: &str) -> Result<PathFile, PathError> {
     let value: Value =
         serde_json::from_str(text).map_err(|e| PathError::Format(format!("path JSON: {e}")))?;
-    let file: FileRecord = serde_path_to_error::deserialize(&value)
+    let Object::<FileRecord>(file) = serde_path_to_error::deserialize(&value)
         .map_err(|e| refusal(&value, e.path(), &e.inner().to_string()))?;
     let points = match (file.waypoints, file.samples) {
         (Some(list), None) => Points::Waypoints(each(list, "waypoint", waypoint)?),
@@ -111,7 +139,7 @@ pub(crate) fn parse(text: &str) -> Result<PathFile, PathError> {
     Ok(PathFile {
         points,
         relative: file.relative,
-        limits: file.limits,
+        limits: file.limits.0,
         test: None,
     })
 }
@@ -127,8 +155,9 @@ fn each<R, T>(
         .collect()
 }
 
-fn waypoint(record: WaypointRecord, place: &str) -> Result<Waypoint, PathError> {
-    let load = record.load.as_ref();
+fn waypoint(Object(record): Object<WaypointRecord>, place: &str) -> Result<Waypoint, PathError> {
+    let load = record.load.map(|Object(load)| load);
+    let load = load.as_ref();
     Ok(Waypoint {
         position: record.position.0.into(),
         orientation: (record.orientation).map(|q| unit(place, q.0)).transpose()?,
