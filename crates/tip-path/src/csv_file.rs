@@ -1,4 +1,5 @@
-//! Path files as CSV: a header with the columns' names, then a row for each point; lines that begin with `#` are remarks.
+//! Path files as CSV: a header with the columns' names, then a row for each point; lines that begin
+//! with `#` are remarks.
 
 use crate::error::PathError;
 use crate::file::{Load, MotionLimits, PathFile, Points, Sample, Waypoint, refused, unit, unknown};
@@ -38,6 +39,7 @@ pub(crate) fn parse(text: &str) -> Result<PathFile, PathError> {
     let known: &[&'static str] = if is_sampled { &SAMPLE } else { &WAYPOINT };
     for (k, name) in header.iter().enumerate() {
         if !known.contains(&name) {
+            let known = known.iter().map(|&name| name.to_owned()).collect();
             return Err(unknown("the header", name, known));
         }
         if header.iter().take(k).any(|other| other == name) {

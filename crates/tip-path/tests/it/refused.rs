@@ -95,6 +95,64 @@ fn wrong_files_are_refused_with_place_name_value_and_rule() {
             ),
             "waypoint 2: `load.mass` = -3 must be finite and at least 0",
         ),
+        ("[1, 2]".into(), "the file must be an object, not [1,2]"),
+        (
+            r#"{"waypoints": 3}"#.into(),
+            "the file: `waypoints` = 3 must be a list",
+        ),
+        (
+            r#"{"waypoints": null}"#.into(),
+            "the file: `waypoints` = null must be a list",
+        ),
+        (waypoints("3"), "waypoint 1 must be an object, not 3"),
+        (
+            waypoints("[[0, 0, 0]], [[0, 0, 1]]"),
+            "waypoint 1 must be an object, not [[0,0,0]]",
+        ),
+        (
+            waypoints(r#"{"position": [0, 0, 0]}, {"dwell": 1}"#),
+            "waypoint 2: `position` = left out must be given",
+        ),
+        (
+            waypoints(r#"{"position": [0, 0, 0]}, {"position": [0, 0, 1], "dwell": null}"#),
+            "waypoint 2: `dwell` = null must be a number",
+        ),
+        (
+            waypoints(r#"{"position": [0, 0, 0]}, {"position": [0, 0, 1], "speed": null}"#),
+            "waypoint 2: `speed` = null must be a number",
+        ),
+        (
+            waypoints(r#"{"position": [0, 0, 0], "load": {"mass": "x"}}"#),
+            "waypoint 1: `load.mass` = \"x\" must be a number",
+        ),
+        (
+            waypoints(r#"{"position": [0, 0, 0], "load": {"com": [0, 0, 0]}}"#),
+            "waypoint 1: `load.mass` = left out must be given",
+        ),
+        (
+            waypoints(r#"{"position": [0, 0, 0], "load": {"mass": 1, "com": [0, 0]}}"#),
+            "waypoint 1: `load.com` = [0,0] must be a list of 3 numbers",
+        ),
+        (
+            waypoints(r#"{"position": [0, 0, 0], "load": {"mass": 1, "comm": [0, 0, 0]}}"#),
+            "waypoint 1, load: `comm` is unknown, did you mean `com`?",
+        ),
+        (
+            format!(r#"{{"relative": null, "waypoints": [{two}]}}"#),
+            "the file: `relative` = null must be true or false",
+        ),
+        (
+            format!(r#"{{"limits": [1, 1, 1, 1, 1, 1], "waypoints": [{two}]}}"#),
+            "the file: `limits` = [1,1,1,1,1,1] must be an object",
+        ),
+        (
+            format!(r#"{{"limits": {{"jerk": "x"}}, "waypoints": [{two}]}}"#),
+            "limits: `jerk` = \"x\" must be a number",
+        ),
+        (
+            r#"{"samples": [[0, 1, 2, 3], [1, 2, 3, null]]}"#.into(),
+            "sample 2 must be [t, x, y, z] or [t, x, y, z, qw, qx, qy, qz], all numbers, not [1,2,3,null]",
+        ),
         (
             "{\"waypoints\": [".into(),
             "path JSON: EOF while parsing a list at line 1 column 15",

@@ -40,8 +40,9 @@ t, x, y, z, qw, qx, qy, qz
 14, 2.9, 0.9, 0.0, 0.8, 0, -0.6, 0
 ";
 
-/// Velocity and acceleration, angular ones too, against central differences over δ = 1e-4 s: δ²/6 of the third derivative, jerks of at most
-/// 20 m/s³ or rad/s³ that jump (then j·δ), and rounding, 1e-15/δ.
+/// Velocity and acceleration, angular ones too, against central differences over δ = 1e-4 s: δ²/6
+/// of the third derivative, jerks of at most 20 m/s³ or rad/s³ that jump (then j·δ), and rounding,
+/// 1e-15/δ.
 #[test]
 fn rates_are_the_derivatives_of_the_pose() {
     for text in [CORNERS, SAMPLED] {
@@ -70,8 +71,8 @@ fn rates_are_the_derivatives_of_the_pose() {
     }
 }
 
-/// No jump anywhere: over δ = 1e-6 s the acceleration changes by the jerk at most, 2.1 m/s³ of the path's limits (here per axis and with
-/// rounding) and some 30 m/s³ of the sampled one.
+/// No jump anywhere: over δ = 1e-6 s the acceleration changes by the jerk at most, 2.1 m/s³ of the
+/// path's limits (here per axis and with rounding) and some 30 m/s³ of the sampled one.
 #[test]
 fn acceleration_does_not_jump() {
     for (text, jerk) in [(CORNERS, 2.2), (SAMPLED, 30.0)] {
@@ -120,7 +121,8 @@ fn a_blended_corner_keeps_the_limits_and_leaves_the_line_where_it_is_told() {
     assert!(nearest > 0.01 && nearest < 0.13, "{nearest}");
 }
 
-/// Waypoints are reached, at the time that is given where one is, and the load changes at the arrival.
+/// Waypoints are reached, at the time that is given where one is, and the load changes at the
+/// arrival.
 #[test]
 fn waypoints_are_reached_when_told_and_loads_change_there() {
     let path = path(CORNERS);
@@ -182,8 +184,9 @@ fn a_sampled_path_goes_through_its_samples() {
     assert_eq!(path.place(begins + 1.7), Place::Samples(2));
 }
 
-/// A cubic polynomial between two inner samples of a cubic spline: by hand for four samples at equal times 0, 1, 2, 3 with values 0, 1, 0, 1
-/// the slopes are 3/5 and −3/5·… solved from 4 m_1 + m_2 = 0 and m_1 + 4 m_2 = 0: both zero.
+/// A cubic polynomial between two inner samples of a cubic spline: by hand for four samples at
+/// equal times 0, 1, 2, 3 with values 0, 1, 0, 1 the slopes are 3/5 and −3/5·… solved from 4 m_1 +
+/// m_2 = 0 and m_1 + 4 m_2 = 0: both zero.
 #[test]
 fn slopes_are_those_of_the_cubic_spline() {
     let path = path("t,x,y,z\n0,3.0,1,0\n1,3.1,1,0\n2,3.0,1,0\n3,3.1,1,0\n");
