@@ -3,6 +3,7 @@
 
 use std::path::PathBuf;
 use std::process::ExitCode;
+use std::time::Duration;
 
 use anyhow::{Context, Result};
 use cargo_fmu::check::{self, Checker, Verdict};
@@ -62,6 +63,9 @@ enum Command {
         /// Remarks count as failures
         #[arg(long)]
         strict: bool,
+        /// What all trials of an FMU together may take, s
+        #[arg(long, value_name = "SECONDS", default_value_t = 300)]
+        timeout: u64,
         /// Check only the promises with these words
         #[arg(long, value_name = "WORDS", default_value = "")]
         only: String,
@@ -107,7 +111,12 @@ fn run(command: Command) -> Result<ExitCode> {
             let profile = pack::profile(&profile);
             pack::fmus(&workspace, &sources, &profile, &platforms, &out)?;
         }
-        Command::Check { fmus, strict, only } => return check_all(&fmus, strict, &only),
+        Command::Check {
+            fmus,
+            strict,
+            timeout,
+            only,
+        } => return check_all(&fmus, strict, Duration::from_secs(timeout), &only),
         Command::Try {
             name,
             folder,
@@ -117,11 +126,12 @@ fn run(command: Command) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-fn check_all(fmus: &[PathBuf], strict: bool, only: &str) -> Result<ExitCode> {
+fn check_all(fmus: &[PathBuf], strict: bool, limit: Duration, only: &str) -> Result<ExitCode> {
     let program = std::env::current_exe().context("the path of this program")?;
     let checker = Checker {
         program: &program,
         only,
+        limit,
     };
     let mut is_sound = true;
     for fmu in fmus {

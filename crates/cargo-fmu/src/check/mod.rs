@@ -3,6 +3,7 @@
 
 mod archive;
 mod binaries;
+mod checker;
 mod functions;
 mod outcome;
 mod run;
@@ -21,6 +22,7 @@ use tempfile::TempDir;
 
 use crate::archive::Entries;
 use crate::platform;
+pub use checker::Checker;
 pub use outcome::{Outcome, Promise, Report, Row, Verdict};
 pub use run::one as try_one;
 use xml::Element;
@@ -37,15 +39,6 @@ const RUNS: Promise = Promise {
     text: "what it does when it is run",
     why: "",
 };
-
-/// How an FMU is checked.
-#[derive(Clone, Copy, Debug)]
-pub struct Checker<'a> {
-    /// This program, which tries what the FMU does in processes of their own.
-    pub program: &'a Path,
-    /// Only the promises whose text holds this are kept; all hold the empty text.
-    pub only: &'a str,
-}
 
 /// Check an FMU.
 pub fn check(path: &Path, checker: Checker) -> Result<Report> {
@@ -173,11 +166,11 @@ fn runnable(text: &str, root: Element, entries: &Entries) -> Result<Version, Str
 
 fn runs(entries: &Entries, checker: Checker, version: Version, report: &mut Report) -> Result<()> {
     let scratch = TempDir::with_prefix("cargo-fmu-")?;
-    let [plain, spaced] = ["fmu", "an ü in it"].map(|name| scratch.path().join(name));
-    for folder in [&plain, &spaced] {
+    let [plain, odd] = ["fmu", "an ü in it"].map(|name| scratch.path().join(name));
+    for folder in [&plain, &odd] {
         unpack(entries, folder)?;
     }
-    run::all(checker, version, &plain, &spaced, scratch.path(), report)
+    run::all(checker, version, [&plain, &odd], scratch.path(), report)
 }
 
 fn unpack(entries: &Entries, folder: &Path) -> Result<()> {

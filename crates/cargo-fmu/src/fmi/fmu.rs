@@ -52,7 +52,7 @@ impl Fmu {
             Version::Fmi3 => format!("{}{MAIN_SEPARATOR}", resources.display()),
         };
         Ok(Self {
-            functions: Functions::load(load(&library)?, &description)?,
+            functions: Functions::load(load(&library)?, &description),
             description,
             resources: CString::new(resources)?,
             _folder: None,
@@ -76,7 +76,7 @@ impl Fmu {
     fn library(path: &Path) -> Result<Self> {
         let description = library::description(&library::files(path)?)?;
         Ok(Self {
-            functions: Functions::load(load(path)?, &description)?,
+            functions: Functions::load(load(path)?, &description),
             description,
             resources: CString::default(),
             _folder: None,

@@ -1,6 +1,7 @@
 //! Checks of FMUs with one mistake each.
 
 use std::path::Path;
+use std::time::Duration;
 
 use cargo_fmu::archive::{self, Entries};
 use cargo_fmu::check::{self, Checker, Report, Verdict};
@@ -12,7 +13,15 @@ pub fn checked(entries: &Entries, only: &str) -> Report {
     let fmu = folder.path().join("lag.fmu");
     archive::write(&fmu, entries).unwrap();
     let program = Path::new(env!("CARGO_BIN_EXE_cargo-fmu"));
-    check::check(&fmu, Checker { program, only }).unwrap()
+    check::check(
+        &fmu,
+        Checker {
+            program,
+            only,
+            limit: Duration::from_secs(300),
+        },
+    )
+    .unwrap()
 }
 
 /// Changes of a text, one at a time: what is changed, what stands there instead, the promise whose row alone must fail.

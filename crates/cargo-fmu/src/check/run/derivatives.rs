@@ -4,11 +4,12 @@ use std::path::Path;
 
 use fmu_description::{Access, Causality, Variability, Variable, Version};
 
-use super::super::outcome::Outcome;
-use super::instance::{Instance, references, step_size};
+use super::trial::{Trial, open, trial};
 use super::values::without_reading_after_set;
-use super::{Trial, open, trial};
-use crate::fmi::functions::{Functions, Pointer, WARNING};
+use crate::check::outcome::Outcome;
+use crate::fmi::functions::Functions;
+use crate::fmi::instance::{Instance, references, step_size};
+use crate::fmi::symbols::{Pointer, WARNING};
 
 /// By which share a directional derivative may differ from a difference of outputs, which is itself an approximation.
 const TOLERANCE: f64 = 1e-2;

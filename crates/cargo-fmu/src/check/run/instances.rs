@@ -2,10 +2,10 @@
 
 use std::path::Path;
 
-use super::super::outcome::Outcome;
-use super::instance::{Instance, step_size};
-use super::{Trial, open, trial};
+use super::trial::{Trial, open, trial};
+use crate::check::outcome::Outcome;
 use crate::fmi::Fmu;
+use crate::fmi::instance::{Instance, step_size};
 use crate::fmi::order::Mode;
 
 const STEPS: usize = 20;
