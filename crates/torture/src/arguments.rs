@@ -1,8 +1,11 @@
 //! Random arguments: half of the calls have valid ones, the others hold anything that has the right type in C.
 
-use crate::random::Random;
+use std::ffi::CString;
+
 use cargo_fmu::fmi::Fmu;
 use fmu_description::{Access, Variable};
+
+use crate::random::Random;
 
 const STRANGE: [f64; 12] = [
     f64::NAN,
@@ -26,6 +29,11 @@ pub fn real(r: &mut Random) -> f64 {
         1 => (r.unit() - 0.5) * 1e4,
         _ => r.of(&STRANGE),
     }
+}
+
+/// A C string.
+pub fn c_string(text: &str) -> CString {
+    CString::new(text).expect("names have no NUL")
 }
 
 /// Any integer.

@@ -1,11 +1,12 @@
 //! Random calls about the life cycle of an instance: instantiation, modes, steps, inquiries, logging.
 
-use crate::arguments::{integer, real};
-use crate::instance::text;
+use crate::arguments::{c_string, integer, real};
 use crate::oracle::{Call, Expect};
 use crate::session::Session;
-use cargo_fmu::fmi::functions::*;
+use cargo_fmu::fmi::Callbacks;
+use cargo_fmu::fmi::functions::Own;
 use cargo_fmu::fmi::order::Mode;
+use cargo_fmu::fmi::symbols::*;
 use std::ffi::{CStr, CString, c_int};
 use std::ptr;
 
@@ -208,7 +209,7 @@ impl Session<'_> {
         let mut sound = true;
         let names: Vec<CString> = (0..r.below(3))
             .map(|_| match r.one_in(6) {
-                false => text(&declared[r.below(declared.len())]),
+                false => c_string(&declared[r.below(declared.len())]),
                 true => {
                     let name =
                         r.of::<&CStr>(&[c"", c"logall", c"logNonlinearSystems", c"\xff\xfe"]);
@@ -248,9 +249,9 @@ impl Session<'_> {
     pub fn instantiate(&mut self, i: usize) -> Call {
         let r = &mut self.random;
         let guid = match r.below(4) {
-            0 => text("{00000000-0000-0000-0000-000000000000}"),
-            1 => text("no guid"),
-            _ => text(&self.fmu.description.guid),
+            0 => c_string("{00000000-0000-0000-0000-000000000000}"),
+            1 => c_string("no guid"),
+            _ => c_string(&self.fmu.description.guid),
         };
         let kind = if r.one_in(4) { integer(r) } else { 1 };
         let name = r.of::<Option<&CStr>>(&[Some(c"x"), Some(c"\xff"), Some(c""), None]);

@@ -12,18 +12,19 @@
 
 mod arguments;
 mod batches;
-mod calls_3;
-mod carry;
 mod derivative_calls;
-mod instance;
+mod endurance;
+mod fmi3_calls;
 mod life;
 mod lifecycle_calls;
-mod long;
 mod oracle;
 mod random;
 mod session;
 mod state_calls;
+mod subject;
 mod threads;
+mod transfer;
+mod turns;
 mod value_calls;
 
 use std::path::PathBuf;
@@ -171,8 +172,8 @@ fn run(command: Command) -> Result<()> {
             steps,
             warm,
         } => threads::run(&fmus.fmus, threads, steps, warm),
-        Command::Save { fmus, to } => carry::save(&fmus.fmus, &to),
-        Command::Continue { fmus, from } => carry::proceed(&fmus.fmus, &from),
-        Command::Long { fmus, steps } => long::run(&fmus.fmus, steps),
+        Command::Save { fmus, to } => transfer::save(&fmus.fmus, &to),
+        Command::Continue { fmus, from } => transfer::proceed(&fmus.fmus, &from),
+        Command::Long { fmus, steps } => endurance::run(&fmus.fmus, steps),
     }
 }

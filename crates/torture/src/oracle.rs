@@ -1,8 +1,8 @@
 //! What a call must answer, by the standard and the model description, and the check that it did.
 
-use crate::instance::Instance;
+use crate::subject::Subject;
 use cargo_fmu::fmi::Message;
-use cargo_fmu::fmi::functions::{DISCARD, ERROR, OK, WARNING};
+use cargo_fmu::fmi::symbols::{DISCARD, ERROR, OK, WARNING};
 use std::ffi::c_int;
 
 /// What the standard lets a call answer.
@@ -61,7 +61,7 @@ pub struct Call {
 }
 
 /// Checks answer and messages of a call.
-pub fn judge(instance: &Instance, call: &Call) -> Result<(), String> {
+pub fn judge(instance: &Subject, call: &Call) -> Result<(), String> {
     let messages = instance.messages();
     let Call { name, status, .. } = *call;
     let problem = |what: String| Err(format!("{name} gave {status}: {what}; log: {messages:?}"));
@@ -118,7 +118,7 @@ fn is_output(name: &str) -> bool {
 }
 
 /// What is wrong with a message.
-fn fault(instance: &Instance, message: &Message, status: c_int) -> Option<String> {
+fn fault(instance: &Subject, message: &Message, status: c_int) -> Option<String> {
     let declared = &instance.fmu.description.log_categories;
     if !declared.contains(&message.category) {
         return Some(format!("category `{}` is not declared", message.category));

@@ -1,10 +1,10 @@
 //! Random calls about saved states: copies, handles, bytes; whole and damaged, own and foreign, live and freed.
 
-use crate::instance::Known;
 use crate::oracle::{Call, Expect};
 use crate::session::{Bytes, Session};
-use cargo_fmu::fmi::functions::*;
+use crate::subject::Known;
 use cargo_fmu::fmi::order::Mode;
+use cargo_fmu::fmi::symbols::*;
 use std::ptr;
 
 /// Saved states an instance holds at most in a batch, so that memory stays bounded.

@@ -3,8 +3,8 @@
 use crate::arguments::*;
 use crate::oracle::{Call, Expect};
 use crate::session::Session;
-use cargo_fmu::fmi::functions::*;
 use cargo_fmu::fmi::order::Mode;
+use cargo_fmu::fmi::symbols::*;
 use fmu_description::{Access, Causality, Variable};
 use std::ffi::{CStr, c_int};
 use std::ptr;

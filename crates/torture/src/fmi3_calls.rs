@@ -5,8 +5,8 @@ use crate::arguments::{elements, real, references};
 use crate::oracle::{Call, Expect};
 use crate::session::Session;
 use cargo_fmu::fmi::fmi3::Functions;
-use cargo_fmu::fmi::functions::*;
 use cargo_fmu::fmi::order::Mode;
+use cargo_fmu::fmi::symbols::*;
 use fmu_description::{Access, Variable};
 use std::ptr;
 

@@ -9,7 +9,7 @@ use cargo_fmu::fmi::Fmu;
 use fmu_description::{Access, Variable};
 
 use crate::arguments::start;
-use crate::instance::Instance;
+use crate::subject::Subject;
 
 const STEP: f64 = 1e-3;
 /// Steps before the state is saved, and after it.
@@ -20,10 +20,10 @@ pub fn save(paths: &[PathBuf], folder: &Path) -> Result<()> {
     for path in paths {
         let fmu = Fmu::open(path)?;
         let run = || -> Result<_, String> {
-            let mut instance = Instance::new(&fmu, "carry")?;
+            let mut instance = Subject::new(&fmu, "carry")?;
             instance.initialize()?;
             steps(&mut instance, 0)?;
-            let state = instance.snapshot()?;
+            let state = instance.bytes()?;
             Ok((state, steps(&mut instance, STEPS)?))
         };
         let (state, lines) = run().map_err(|e| anyhow!("{}: {e}", path.display()))?;
@@ -53,9 +53,10 @@ pub fn proceed(paths: &[PathBuf], folder: &Path) -> Result<()> {
         };
         let (state, expected) = (read("state")?, String::from_utf8(read("outputs")?)?);
         let run = || -> Result<_, String> {
-            let mut instance = Instance::new(&fmu, "carry")?;
-            instance.restore(&state)?;
-            instance.known.time = STEPS as f64 * STEP;
+            let mut instance = Subject::new(&fmu, "carry")?;
+            let time = STEPS as f64 * STEP;
+            instance.restore(&state, time)?;
+            instance.known.time = time;
             steps(&mut instance, STEPS)
         };
         let lines = run().map_err(|e| anyhow!("{}: {e}", path.display()))?;
@@ -81,7 +82,7 @@ pub fn proceed(paths: &[PathBuf], folder: &Path) -> Result<()> {
 }
 
 /// Steps from the step with this number on, with moving inputs; every computed number after each, by name, in bits.
-fn steps(instance: &mut Instance, first: usize) -> Result<Vec<String>, String> {
+fn steps(instance: &mut Subject, first: usize) -> Result<Vec<String>, String> {
     let variables = &instance.fmu.description.variables;
     let real = |v: &&Variable| v.access() == Access::Real;
     let inputs: Vec<_> = variables
@@ -98,16 +99,7 @@ fn steps(instance: &mut Instance, first: usize) -> Result<Vec<String>, String> {
     let mut lines = Vec::new();
     for k in first..first + STEPS {
         let values: Vec<f64> = inputs.iter().flat_map(|v| moving(v, k)).collect();
-        let f = &instance.fmu.functions;
-        // SAFETY: a live instance, as many values as the inputs have elements.
-        let status = unsafe {
-            f.set_real(
-                instance.c,
-                references.as_ptr(),
-                references.len(),
-                values.as_ptr(),
-            )
-        };
+        let status = instance.set_reals(&references, &values);
         instance.must("fmi2SetReal", status)?;
         instance.known.time = k as f64 * STEP;
         instance.advance(STEP)?;
