@@ -306,7 +306,7 @@ mod tests {
     fn scripts_that_a_package_names_are_told() {
         let workspace = Workspace::of(Path::new(env!("CARGO_MANIFEST_DIR"))).unwrap();
         let notices = Notices::new(&workspace).unwrap();
-        let files = notices.files(&workspace, "studies", &[]).unwrap();
+        let files = notices.files(&workspace, "report", &[]).unwrap();
         let text = std::str::from_utf8(&files[CRATES]).unwrap();
         let version = |name: &str| {
             let line = text.lines().find(|line| line.starts_with(name)).unwrap();
@@ -322,7 +322,7 @@ mod tests {
                 "three.js",
                 workspace
                     .root
-                    .join("crates/studies/assets/three/three.min.js"),
+                    .join("crates/report/assets/three/three.min.js"),
             ),
             ("plotly.js", plotly.folder().join("resource/plotly.min.js")),
         ] {

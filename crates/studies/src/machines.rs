@@ -1,7 +1,4 @@
-//! What is made of machine files: other sizes, load charts, drawings.
+//! What is made of machine files: other sizes, lasting torques.
 
-pub mod drawing;
 pub mod lasting;
-pub mod load_chart;
 pub mod scaling;
-mod side_view;

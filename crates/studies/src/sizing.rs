@@ -2,7 +2,6 @@
 //! peak envelope, temperatures over an hour of repetitions, and how power, force, energy and efficiency follow the payload at the tip.
 #![allow(non_snake_case)] // symbols of the equations
 
-mod figure;
 mod motor;
 mod payload;
 mod text;

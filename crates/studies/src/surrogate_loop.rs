@@ -10,10 +10,10 @@ use cosim::system::System;
 use emla::Surrogate;
 use machine::Machine;
 use rayon::prelude::*;
+use rig_data::campaign::rms;
+use rig_data::coupled_run::CoupledRun;
+use rig_data::prediction::{Errors, MODELS, Model, Motion, errors};
 use serde::Serialize;
-use surrogate::campaign::rms;
-use surrogate::coupled_run::CoupledRun;
-use surrogate::prediction::{Errors, MODELS, Model, Motion, errors};
 use tempfile::TempDir;
 
 use crate::experiment::over;
@@ -45,9 +45,8 @@ impl RigNetwork {
     pub fn new() -> Result<Self> {
         let folder = TempDir::new().context("no folder for the rig's network")?;
         let path = folder.path().join("surrogate_rig.json");
-        std::fs::write(&path, surrogate::RIG_NETWORK)
-            .with_context(|| path.display().to_string())?;
-        let network = Surrogate::from_json(surrogate::RIG_NETWORK).context("the rig's network")?;
+        std::fs::write(&path, rig_data::RIG_NETWORK).with_context(|| path.display().to_string())?;
+        let network = Surrogate::from_json(rig_data::RIG_NETWORK).context("the rig's network")?;
         Ok(Self {
             _folder: folder,
             path,

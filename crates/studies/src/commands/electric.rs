@@ -3,12 +3,12 @@
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
+use crate::{energy, sizing};
 use anyhow::{Context, Result};
 use clap::Args;
 use cosim::cli::print;
 use cosim::verdict::Verdict;
 use serde_json::Value;
-use studies::{energy, sizing};
 
 use super::MachineArgs;
 use super::evaluation::{conditions, create, write_json};
@@ -34,7 +34,7 @@ pub struct SizingArgs {
     payload_step: f64,
     /// Draw torque over motor speed under both envelopes, as PNG and SVG into this directory
     #[arg(long, value_name = "DIR")]
-    figures: Option<PathBuf>,
+    pub figures: Option<PathBuf>,
     /// Also write the numbers to this CSV file
     #[arg(long, value_name = "FILE")]
     csv: Option<PathBuf>,
@@ -69,19 +69,14 @@ pub fn energy(args: &EnergyArgs) -> Result<Verdict> {
     Ok(verdict)
 }
 
-/// Motors and actuators beside what they do.
-pub fn sizing(args: &SizingArgs) -> Result<Verdict> {
+/// Motors and actuators beside what they do; also returns what was found for each case, to be drawn.
+pub fn sizing(args: &SizingArgs) -> Result<(Verdict, Vec<(String, sizing::Sizing)>)> {
     let (system, base, mut verdict) = args.machine.load()?;
     let mut done = Vec::new();
     for (case, experiment) in energy::cases(&system, &base)? {
         let found = sizing::run(&system, &experiment, args.payload_step)?;
         print(found.text(&title(&case)) + "\n")?;
         verdict.extend(found.verdict().of(&case));
-        if let Some(folder) = &args.figures {
-            for file in found.draw(&case, folder)? {
-                print(format_args!("figure written to {}\n", file.display()))?;
-            }
-        }
         done.push((case, found));
     }
     write_csv(args.csv.as_deref(), |to| sizing::write_csv(&done, to))?;
@@ -91,7 +86,7 @@ pub fn sizing(args: &SizingArgs) -> Result<Verdict> {
     }
     write_json(args.json.as_deref(), &found)?;
     print(&verdict)?;
-    Ok(verdict)
+    Ok((verdict, done))
 }
 
 fn title(case: &str) -> String {

@@ -2,13 +2,13 @@
 
 use std::path::PathBuf;
 
+use crate::elsewhere::{Judge, Judged};
+use crate::signal_file::SignalFile;
 use anyhow::{Context, Result};
 use clap::Args;
 use cosim::cli::print;
 use cosim::verdict::Verdict;
 use serde_json::{Value, json};
-use studies::elsewhere::{Judge, Judged};
-use studies::signal_file::SignalFile;
 
 use super::MachineArgs;
 use super::evaluation::{conditions, write_json};

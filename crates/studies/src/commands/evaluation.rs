@@ -4,6 +4,13 @@ use std::fs::File;
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
+use crate::endurance::{self, Excursion, Part};
+use crate::experiment::vary;
+use crate::machine_file::MachineFile;
+use crate::robustness::{self, STUDIES, Study};
+use crate::tip::TipError;
+use crate::worlds::{self, World};
+use crate::{laws, rig_testbed, stability, table, testbed};
 use anyhow::{Context, Result};
 use clap::{Args, ValueEnum};
 use cosim::cli::{bar, print};
@@ -12,13 +19,6 @@ use cosim::run::Experiment;
 use cosim::system::{Setting, System};
 use cosim::verdict::Verdict;
 use serde_json::{Value, json};
-use studies::endurance::{self, Excursion, Part};
-use studies::experiment::vary;
-use studies::machine_file::MachineFile;
-use studies::robustness::{self, STUDIES, Study};
-use studies::tip::TipError;
-use studies::worlds::{self, World};
-use studies::{laws, rig_testbed, stability, table, testbed};
 
 use super::MachineArgs;
 use super::worlds::{compare, in_the_loop};
@@ -412,7 +412,7 @@ pub fn create(path: &Path) -> Result<BufWriter<File>> {
     Ok(BufWriter::new(file))
 }
 
-pub(super) fn write_json(path: Option<&Path>, value: &Value) -> Result<()> {
+pub fn write_json(path: Option<&Path>, value: &Value) -> Result<()> {
     let Some(path) = path else { return Ok(()) };
     let mut file = create(path)?;
     serde_json::to_writer_pretty(&mut file, value)?;

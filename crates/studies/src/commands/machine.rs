@@ -3,19 +3,18 @@
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
+use crate::machines::lasting::Lasting;
+use crate::machines::scaling::booms;
+use crate::perturbation::{Bounds, draw};
 use anyhow::{Context, Result, bail, ensure};
 use capability::{Capability, Limits, Motion, Payload};
 use clap::{Args, Subcommand};
 use cosim::cli::print;
 use hdrm::HdrmError;
 use machine::{AXES, Machine, Source, extending, preset};
-use studies::machines::drawing::Sheet;
-use studies::machines::lasting::Lasting;
-use studies::machines::load_chart::LoadChart;
-use studies::machines::scaling::booms;
-use studies::perturbation::{Bounds, draw};
 
 use super::evaluation::create;
+use super::siblings::OtherArguments;
 
 #[derive(Subcommand)]
 pub enum MachineCommand {
@@ -28,7 +27,8 @@ pub enum MachineCommand {
     /// Write a machine with longer or shorter booms of the same shape and material, as a file that extends the one it is made of
     Scale(ScaleArgs),
     /// Draw a machine: side view with named points and dimensions, workspace, greatest payload over reach and height
-    Draw(DrawArgs),
+    #[command(disable_help_flag = true)]
+    Draw(OtherArguments),
 }
 
 #[derive(Args)]
@@ -49,27 +49,6 @@ pub struct ScaleArgs {
     /// Machine file to write
     #[arg(long, value_name = "FILE")]
     output: PathBuf,
-}
-
-#[derive(Args)]
-pub struct DrawArgs {
-    /// Machine file, or name of a shipped machine
-    #[arg(value_name = "FILE|NAME")]
-    machine: String,
-    /// Picture to write: .svg or .png
-    #[arg(long, value_name = "FILE", default_value = "machine.svg")]
-    output: PathBuf,
-    /// Factor on all weights, for what is not at rest
-    #[arg(
-        long,
-        value_name = "FACTOR",
-        default_value_t = 1.0,
-        allow_negative_numbers = true
-    )]
-    dynamic_factor: f64,
-    /// Also write the load chart to this CSV file: place, joint angles, payload, limit
-    #[arg(long, value_name = "FILE")]
-    csv: Option<PathBuf>,
 }
 
 #[derive(Args)]
@@ -107,7 +86,7 @@ pub fn run(command: &MachineCommand) -> Result<()> {
         MachineCommand::Check(args) => check(args),
         MachineCommand::Schema => print(serde_json::to_string_pretty(&machine::schema())? + "\n"),
         MachineCommand::Scale(args) => scale(args),
-        MachineCommand::Draw(args) => draw_sheet(args),
+        MachineCommand::Draw(_) => unreachable!("done by another program"),
     }
 }
 
@@ -213,25 +192,6 @@ fn name_beside(name: &str, output: &Path) -> Result<String> {
         return Ok(own.to_string_lossy().into_owned());
     }
     Ok(file.display().to_string())
-}
-
-fn draw_sheet(args: &DrawArgs) -> Result<()> {
-    let kind = args.output.extension().unwrap_or_default();
-    ensure!(
-        kind == "svg" || kind == "png",
-        "--output {} must end in .svg or .png",
-        args.output.display()
-    );
-    let machine = read(&args.machine)?;
-    let chart = LoadChart::new(&machine, args.dynamic_factor)?;
-    if let Some(path) = &args.csv {
-        let mut file = create(path)?;
-        chart.write_csv(&mut file)?;
-        file.flush().with_context(|| path.display().to_string())?;
-    }
-    let name = Path::new(&args.machine).file_stem().unwrap_or_default();
-    Sheet::new(&name.to_string_lossy(), machine, chart)?.write(&args.output)?;
-    print(format_args!("{} written\n", args.output.display()))
 }
 
 fn perturb(args: &PerturbArgs) -> Result<()> {

@@ -5,14 +5,17 @@ pub mod elsewhere;
 pub mod evaluation;
 pub mod machine;
 pub mod path;
-pub mod plot;
+pub mod program;
 pub mod python;
-pub mod report;
 pub mod run;
+pub mod siblings;
 pub mod worlds;
 
 use std::path::Path;
 
+use crate::experiment::{over, tell_delay};
+use crate::worlds::{BENDING_STEP, BENDING_SYSTEM, SYSTEM, World, parameters_of};
+use crate::{loads, machine_file, path_margins};
 use ::machine::Source;
 use anyhow::{Context as _, Result};
 use clap::Args;
@@ -20,9 +23,6 @@ use cosim::cli::{self, SystemArgs, find};
 use cosim::run::Experiment;
 use cosim::system::{Setting, System};
 use cosim::verdict::Verdict;
-use studies::experiment::{over, tell_delay};
-use studies::worlds::{BENDING_STEP, BENDING_SYSTEM, SYSTEM, World, parameters_of};
-use studies::{loads, machine_file, path_margins};
 use tip_path::PathFile;
 
 /// The packed machine.
@@ -81,12 +81,16 @@ impl MachineArgs {
     }
 
     /// As [`MachineArgs::load`], whatever path is given.
-    fn load_without_path(&self) -> Result<(System, Experiment, Verdict)> {
+    pub fn load_without_path(&self) -> Result<(System, Experiment, Verdict)> {
         self.without_path(self.system(&self.system, MACHINE)?)
     }
 
     /// The path that is given by its name, and the experiment that follows it.
-    fn on_path(&self, system: &System, base: &Experiment) -> Result<Option<(String, Experiment)>> {
+    pub fn on_path(
+        &self,
+        system: &System,
+        base: &Experiment,
+    ) -> Result<Option<(String, Experiment)>> {
         let follow = |path: &String| {
             let experiment = over(system, base, follow(system, path)?)?;
             Ok((path.clone(), experiment))
@@ -128,14 +132,14 @@ impl MachineArgs {
     }
 
     /// The machine of the real world in `path`, with its parameter set.
-    fn real(&self, path: &Path) -> Result<System> {
+    pub fn real(&self, path: &Path) -> Result<System> {
         let mut system = self.beside(path)?;
         system.apply_set(Path::new(self.parameters()?))?;
         Ok(system)
     }
 
     /// Another packed system, with the FMUs from the same place.
-    fn beside(&self, path: &Path) -> Result<System> {
+    pub fn beside(&self, path: &Path) -> Result<System> {
         let arguments = SystemArgs {
             system: Some(path.into()),
             variant: None,

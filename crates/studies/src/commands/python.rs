@@ -5,9 +5,9 @@ use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitStatus};
 
+use crate::worlds::BENDING_SYSTEM;
 use anyhow::{Context, Result, bail};
 use cosim::cli::find;
-use studies::worlds::BENDING_SYSTEM;
 
 use super::MACHINE;
 

@@ -3,18 +3,18 @@
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
+use crate::accuracy::{Measures, Meter};
+use crate::experiment::{Outcome, vary};
+use crate::laws;
+use crate::table;
+use crate::verdict;
+use crate::watched::{self, useful};
 use anyhow::Result;
 use clap::Args;
 use cosim::cli::{CsvArgs, bar, print};
 use cosim::run::Experiment;
 use cosim::system::System;
 use cosim::verdict::Verdict;
-use studies::accuracy::{Measures, Meter};
-use studies::experiment::{Outcome, vary};
-use studies::laws;
-use studies::table;
-use studies::verdict;
-use studies::watched::{self, useful};
 
 use super::MachineArgs;
 

@@ -2,14 +2,14 @@
 
 use std::io::Write as _;
 
+use crate::laws::{self, Law};
+use crate::surrogate_loop::{self, RigNetwork};
+use crate::worlds::{self, Case, Cell, World};
 use anyhow::{Context, Result, ensure};
 use cosim::cli::{bar, print};
 use cosim::run::Experiment;
 use cosim::system::System;
 use serde_json::{Value, json};
-use studies::laws::{self, Law};
-use studies::surrogate_loop::{self, RigNetwork};
-use studies::worlds::{self, Case, Cell, World};
 
 use super::evaluation::{StudyArg, TableArgs, create};
 
