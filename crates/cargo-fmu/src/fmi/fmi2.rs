@@ -1,10 +1,9 @@
 //! The C functions of FMI 2.0 for co-simulation, loaded by name. Enumerations are plain integers here: what a broken FMU returns must
 //! not be undefined behaviour in the one who calls it.
 
-use super::functions::{Pointer, Text, functions};
-use anyhow::{Context, Result};
-use libloading::Library;
 use std::ffi::c_int;
+
+use super::symbols::{Pointer, Text, functions};
 
 /// The logger. FMI declares it variadic; this one does not look at the arguments of the format, and a variadic call with pointers and
 /// integers equals a plain one on Linux (x86-64, aarch64) and Windows; not on Apple silicon.
