@@ -41,6 +41,7 @@ pub use archive::{Archive, ArchiveError, library_among};
 pub use description::{
     Capabilities, DefaultExperiment, Description, DisplayUnit, Unit, Unknown, Version,
 };
+pub use encoding::text;
 pub use error::DescriptionError;
 pub use remark::Remark;
 pub use terminals::{Member, Terminal, terminals};

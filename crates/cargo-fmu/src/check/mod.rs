@@ -27,6 +27,9 @@ pub use outcome::{Outcome, Promise, Report, Row, Verdict};
 pub use run::one as try_one;
 use xml::Element;
 
+/// Heading of what is asked of it.
+const DESCRIPTION: &str = "model description";
+
 const SCHEMA: Promise = Promise {
     text: "modelDescription.xml is UTF-8, well-formed, and valid by the schema of its version",
     why: "importers refuse the whole FMU",
@@ -60,28 +63,30 @@ fn unpacked(entries: &Entries, checker: Checker, report: &mut Report) -> Result<
     let Some(text) = entries.get("modelDescription.xml") else {
         return Ok(());
     };
-    match std::str::from_utf8(text) {
-        Ok(text) => described(text, entries, checker, report),
-        Err(reason) => {
-            report.push(
-                "model description",
-                SCHEMA,
-                Outcome::failed(reason.to_string()),
-            );
-            Ok(())
-        }
+    let mut schema = Outcome::default();
+    if let Err(reason) = std::str::from_utf8(text) {
+        schema.fail(reason.to_string());
     }
+    match fmu_description::text(text) {
+        Ok(text) => described(&text, entries, checker, schema, report)?,
+        Err(_) => report.push(DESCRIPTION, SCHEMA, schema),
+    }
+    Ok(())
 }
 
-fn described(text: &str, entries: &Entries, checker: Checker, report: &mut Report) -> Result<()> {
+/// The description with what its bytes were found to be; what other encodings hold is checked, too.
+fn described(
+    text: &str,
+    entries: &Entries,
+    checker: Checker,
+    mut schema: Outcome,
+    report: &mut Report,
+) -> Result<()> {
     let document = match uppsala::parse(text.trim_start_matches('\u{feff}')) {
         Ok(document) => document,
         Err(reason) => {
-            report.push(
-                "model description",
-                SCHEMA,
-                Outcome::failed(reason.to_string()),
-            );
+            schema.fail(reason.to_string());
+            report.push(DESCRIPTION, SCHEMA, schema);
             return Ok(());
         }
     };
@@ -90,11 +95,10 @@ fn described(text: &str, entries: &Entries, checker: Checker, report: &mut Repor
     };
     let version = root.get("fmiVersion").unwrap_or("");
     report.title += &title(root);
-    report.push(
-        "model description",
-        SCHEMA,
-        schema::description(version, &document),
-    );
+    let Outcome { fails, .. } = schema;
+    schema = schema::description(version, &document);
+    schema.fails.splice(..0, fails);
+    report.push(DESCRIPTION, SCHEMA, schema);
     if let Some(version) = known(version) {
         let variables = variables::Variable::all(root, version);
         structure::check(root, &variables, version, report);
@@ -105,7 +109,7 @@ fn described(text: &str, entries: &Entries, checker: Checker, report: &mut Repor
     } else {
         let reason =
             format!("this program knows the rules of FMI 2.0 and 3.0, not those of {version}");
-        report.push("model description", BEYOND, Outcome::not_checked(reason));
+        report.push(DESCRIPTION, BEYOND, Outcome::not_checked(reason));
     }
     binaries::check(
         entries,

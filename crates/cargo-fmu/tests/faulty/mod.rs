@@ -9,6 +9,11 @@ use tempfile::TempDir;
 
 /// The rows of the check whose promises hold the text `only`, for an FMU of these files.
 pub fn checked(entries: &Entries, only: &str) -> Report {
+    checked_within(entries, only, Duration::from_secs(300))
+}
+
+/// The same, with this limit for all trials.
+pub fn checked_within(entries: &Entries, only: &str, limit: Duration) -> Report {
     let folder = TempDir::new().unwrap();
     let fmu = folder.path().join("lag.fmu");
     archive::write(&fmu, entries).unwrap();
@@ -18,7 +23,7 @@ pub fn checked(entries: &Entries, only: &str) -> Report {
         Checker {
             program,
             only,
-            limit: Duration::from_secs(300),
+            limit,
         },
     )
     .unwrap()

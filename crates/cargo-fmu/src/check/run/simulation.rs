@@ -16,6 +16,8 @@ use crate::fmi::text;
 
 /// Without which nothing can be tried.
 pub const LOADS: &str = "loads";
+/// The plain run.
+pub const RUN: &str = "run";
 
 /// Steps of a plain run.
 const STEPS: usize = 100;
@@ -34,7 +36,7 @@ pub const TRIALS: &[Trial] = &[
     Trial {
         is_first_step: true,
         ..trial(
-            "run",
+            RUN,
             "loading",
             run,
             "it initializes and steps; every number that it hands out is finite",

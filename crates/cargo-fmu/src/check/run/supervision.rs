@@ -15,8 +15,12 @@ use crate::check::outcome::{Outcome, Promise, Report};
 use crate::fmi::names;
 use crate::process::wait;
 
-/// After this a trial counts as hanging.
+/// After this a trial counts as hanging; after less where the plain run was quick.
 const LONGEST: Duration = Duration::from_secs(120);
+/// However quick the plain run was, a trial may take this long: the machine may be busy.
+const SHORTEST: Duration = Duration::from_secs(20);
+/// How many times as long as the plain run a trial may take. The longest makes some fifteen such runs.
+const PLAIN_RUNS: u32 = 100;
 
 const REST: Promise = Promise {
     text: "everything else that it does when it is run",
@@ -62,6 +66,7 @@ pub fn all(
     let begun = Instant::now();
     let mut printed = Outcome::default();
     let listens = SILENCE.text.contains(checker.only);
+    let mut longest = LONGEST;
     // What the first steps failed of: the rest fails of it, too.
     let mut known: Vec<String> = Vec::new();
     for trial in trials().filter(|t| t.version.is_none_or(|v| v == version)) {
@@ -79,11 +84,17 @@ pub fn all(
             break;
         }
         let folder = if trial.has_odd_folder { odd } else { plain };
+        let limit = left.min(longest);
+        let clock = Instant::now();
+        let answer = attempt(checker.program, trial, folder, scratch, limit)?;
         let Answer {
             mut outcome,
             hangs,
             printed: line,
-        } = attempt(checker.program, trial, folder, scratch, left.min(LONGEST))?;
+        } = answer;
+        if trial.name == simulation::RUN {
+            longest = (PLAIN_RUNS * clock.elapsed()).clamp(SHORTEST, LONGEST);
+        }
         if let Some(line) = line.filter(|_| outcome.fails.is_empty()) {
             let what = trial.promise.text;
             printed.remark(format!("while trying whether {what}: {line}"));

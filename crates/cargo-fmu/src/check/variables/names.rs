@@ -2,9 +2,9 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::super::outcome::{Outcome, Promise};
-use super::super::xml::Element;
-use super::Variable;
+use super::variable::Variable;
+use crate::check::outcome::{Outcome, Promise};
+use crate::check::xml::Element;
 
 const NAMES: Promise = Promise {
     text: "names are unique; structured names follow their grammar",
