@@ -32,7 +32,8 @@ enum Command {
     New {
         /// Folder of the crate; its last part is the name
         path: PathBuf,
-        /// Folder of the crate fmu-export [default: that of the source that this program was built from]
+        /// Folder of the crate fmu-export [default: that of the source that this program was built
+        /// from]
         #[arg(long, value_name = "PATH")]
         fmu_export: Option<PathBuf>,
     },
@@ -44,8 +45,9 @@ enum Command {
         /// Example with crate type cdylib to pack, repeatable
         #[arg(long = "example", value_name = "EXAMPLE")]
         examples: Vec<String>,
-        /// Platform to pack for, repeatable: linux64, win64, darwin64 or (FMI 3.0) aarch64-linux and aarch64-darwin, each for any machine of its kind
-        /// [default: this machine, built the fast way]
+        /// Platform to pack for, repeatable: linux64, win64, darwin64 or (FMI 3.0) aarch64-linux
+        /// and aarch64-darwin, each for any machine of its kind [default: this machine, built the
+        /// fast way]
         #[arg(long = "target", value_name = "PLATFORM")]
         targets: Vec<String>,
         /// Folder for the packed files [default: fmu/ in the target directory]
@@ -55,7 +57,8 @@ enum Command {
         #[arg(long, value_name = "PROFILE", default_value = pack::FMU_PROFILE)]
         profile: String,
     },
-    /// Check FMUs, whoever made them: archive, description, libraries, and what they do when they are run
+    /// Check FMUs, whoever made them: archive, description, libraries, and what they do when they
+    /// are run
     Check {
         /// FMUs
         #[arg(required = true, value_name = "FILE.fmu")]

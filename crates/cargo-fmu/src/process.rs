@@ -35,7 +35,8 @@ fn shown(command: &Command) -> String {
     words.join(" ")
 }
 
-/// Wait for a process; its status, or None if it had to be ended because it took longer than the limit.
+/// Wait for a process; its status, or None if it had to be ended because it took longer than the
+/// limit.
 pub fn wait(mut child: Child, limit: Duration) -> Result<Option<ExitStatus>> {
     let begun = Instant::now();
     loop {

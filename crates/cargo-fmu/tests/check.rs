@@ -1,5 +1,6 @@
-//! `cargo fmu check` on an FMU by the book, in both versions of FMI, and on that FMU with one mistake at a time: each mistake must be
-//! found in the row of the promise that it breaks. The FMU is written in C (`faulty/lag.c`, `lag3.c`): it shares no code with fmu-export.
+//! `cargo fmu check` on an FMU by the book, in both versions of FMI, and on that FMU with one
+//! mistake at a time: each mistake must be found in the row of the promise that it breaks. The FMU
+//! is written in C (`faulty/lag.c`, `lag3.c`): it shares no code with fmu-export.
 #![cfg(all(target_os = "linux", target_arch = "x86_64"))]
 
 mod faulty;
@@ -215,7 +216,8 @@ fn sound_entries(folder: &Path) -> Entries {
     entries(DESCRIPTION, &library(folder, "NONE"))
 }
 
-/// An identifier with a hyphen, a library of another name, and a description in another encoding are faults, but it can be run.
+/// An identifier with a hyphen, a library of another name, and a description in another encoding
+/// are faults, but it can be run.
 #[test]
 fn what_is_named_or_written_wrongly_is_run_all_the_same() {
     let folder = TempDir::new().unwrap();
@@ -249,7 +251,8 @@ fn an_fmu_of_fmi_3_by_the_book_passes_every_row() {
     assert!(report.rows.len() > 50, "{report}");
 }
 
-/// Without Event Mode nothing is read in Step Mode between a set and the next step: the library refuses that, as the standard has it.
+/// Without Event Mode nothing is read in Step Mode between a set and the next step: the library
+/// refuses that, as the standard has it.
 #[test]
 fn an_fmu_of_fmi_3_without_event_mode_passes_what_can_be_seen() {
     let folder = TempDir::new().unwrap();

@@ -1,4 +1,5 @@
-//! Random arguments: half of the calls have valid ones, the others hold anything that has the right type in C.
+//! Random arguments: half of the calls have valid ones, the others hold anything that has the right
+//! type in C.
 
 use std::ffi::CString;
 
@@ -128,7 +129,8 @@ mod tests {
     use super::*;
     use fmu_description::Description;
 
-    /// On the committed model descriptions: a valid value lies inside the declared bounds, the rest leaves them now and then.
+    /// On the committed model descriptions: a valid value lies inside the declared bounds, the rest
+    /// leaves them now and then.
     #[test]
     fn valid_values_keep_to_the_bounds() {
         let mut r = Random::new(3);

@@ -1,4 +1,5 @@
-//! Batches of random calls in processes of their own; the seed of a batch also decides which FMU it is for.
+//! Batches of random calls in processes of their own; the seed of a batch also decides which FMU it
+//! is for.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
@@ -99,7 +100,8 @@ pub fn run(
     Ok(())
 }
 
-/// A seed is a test case only if a batch can be repeated: the same calls with the same answers, in another process.
+/// A seed is a test case only if a batch can be repeated: the same calls with the same answers, in
+/// another process.
 fn twice(batch: impl Fn() -> Result<String>) -> Result<String> {
     let (first, second) = (batch()?, batch()?);
     ensure!(

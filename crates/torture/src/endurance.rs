@@ -69,7 +69,8 @@ fn one(path: &Path, steps: u64) -> Result<()> {
             "step {k}: fmi2GetReal gave {status}: {:?}",
             instance.messages()
         );
-        // Inputs that swing without a machine behind them may be worth a warning, but no step may fail.
+        // Inputs that swing without a machine behind them may be worth a warning, but no step may
+        // fail.
         let messages = instance.messages();
         warned += u64::from(messages.iter().any(|m| m.status == WARNING));
         failed += u64::from(messages.iter().any(|m| m.status > WARNING));
@@ -98,7 +99,8 @@ fn one(path: &Path, steps: u64) -> Result<()> {
     Ok(())
 }
 
-/// Resident memory of this process, kB; 0 where the system does not tell (growth then counts as none).
+/// Resident memory of this process, kB; 0 where the system does not tell (growth then counts as
+/// none).
 fn resident() -> Result<i64> {
     let Ok(status) = std::fs::read_to_string("/proc/self/status") else {
         return Ok(0);

@@ -1,4 +1,5 @@
-//! Lives of instances from load to unload. Under valgrind this shows that nothing is read wrongly and nothing is left.
+//! Lives of instances from load to unload. Under valgrind this shows that nothing is read wrongly
+//! and nothing is left.
 
 use std::path::PathBuf;
 use std::time::Instant;
@@ -37,7 +38,8 @@ pub fn run(paths: &[PathBuf], instances: usize, loads: usize) -> Result<()> {
     Ok(())
 }
 
-/// One life: steps, a state saved and carried over as bytes, misuse, reset; left alive with a saved state not freed.
+/// One life: steps, a state saved and carried over as bytes, misuse, reset; left alive with a saved
+/// state not freed.
 fn live(fmu: &Fmu) -> Result<(Subject<'_>, Vec<u64>), String> {
     let mut instance = Subject::new(fmu, "life")?;
     first_steps(&mut instance)?;

@@ -1,13 +1,15 @@
 //! Mistreats co-simulation FMUs of FMI 2.0 and 3.0 and checks that they bear it.
 //!
-//! `calls`: random calls over all 34 functions of FMI 2.0, or those of FMI 3.0, with any arguments of the right C types, against an oracle made of the standard's call
-//! order and the FMU's own model description; each batch in a process of its own, so that a crash or a hang is caught, its last calls
-//! are printed, and it can be replayed by its seed. `life`: loads, instances, saved states and unloads, for valgrind. `threads`:
-//! instances in parallel threads, for helgrind. `long`: many steps; memory, time and outputs are watched. `save` and `continue`: states
-//! carried to another process or platform.
+//! `calls`: random calls over all 34 functions of FMI 2.0, or those of FMI 3.0, with any arguments
+//! of the right C types, against an oracle made of the standard's call order and the FMU's own
+//! model description; each batch in a process of its own, so that a crash or a hang is caught, its
+//! last calls are printed, and it can be replayed by its seed. `life`: loads, instances, saved
+//! states and unloads, for valgrind. `threads`: instances in parallel threads, for helgrind.
+//! `long`: many steps; memory, time and outputs are watched. `save` and `continue`: states carried
+//! to another process or platform.
 //!
-//! It works on any packed FMU; that a refused call changes nothing and that messages name what was wrong is asked of those made with
-//! `fmu-export`.
+//! It works on any packed FMU; that a refused call changes nothing and that messages name what was
+//! wrong is asked of those made with `fmu-export`.
 #![allow(clippy::missing_errors_doc)] // a program: every error is printed
 
 mod arguments;
@@ -106,7 +108,8 @@ enum Command {
         #[arg(long)]
         warm: bool,
     },
-    /// Run each FMU, save its state in the middle, and write the state and the numbers that followed into a folder
+    /// Run each FMU, save its state in the middle, and write the state and the numbers that
+    /// followed into a folder
     Save {
         #[command(flatten)]
         fmus: Fmus,
@@ -114,7 +117,8 @@ enum Command {
         #[arg(long, value_name = "DIR")]
         to: PathBuf,
     },
-    /// Continue from states that were saved, perhaps on another platform; the numbers that follow must be the same
+    /// Continue from states that were saved, perhaps on another platform; the numbers that follow
+    /// must be the same
     Continue {
         #[command(flatten)]
         fmus: Fmus,

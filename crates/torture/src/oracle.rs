@@ -54,7 +54,8 @@ pub struct Call {
     pub status: c_int,
     /// What it may be.
     pub expect: Expect,
-    /// Names of the variables in its arguments: a refusal must name one of them. Empty where the arguments are wrong as such.
+    /// Names of the variables in its arguments: a refusal must name one of them. Empty where the
+    /// arguments are wrong as such.
     pub variables: Vec<String>,
     /// Called with `c` = NULL.
     pub without_instance: bool,
@@ -103,7 +104,8 @@ pub fn judge(instance: &Subject, call: &Call) -> Result<(), String> {
     Ok(())
 }
 
-/// A function that reads values. (A step, or a derivative for a huge seed, may leave the range of numbers.)
+/// A function that reads values. (A step, or a derivative for a huge seed, may leave the range of
+/// numbers.)
 fn is_output(name: &str) -> bool {
     matches!(
         name,
@@ -123,7 +125,8 @@ fn fault(instance: &Subject, message: &Message, status: c_int) -> Option<String>
     if !declared.contains(&message.category) {
         return Some(format!("category `{}` is not declared", message.category));
     }
-    // In FMI 3.0 the status of a message must be no worse than that of the call, so a warning in a call that is done has the status OK.
+    // In FMI 3.0 the status of a message must be no worse than that of the call, so a warning in a
+    // call that is done has the status OK.
     let is_mild =
         message.is_plain && message.status == OK && message.category == "logStatusWarning";
     if !is_mild && category(message.status) != Some(message.category.as_str()) {

@@ -1,4 +1,5 @@
-//! An instance under test, and what an importer that follows the standard knows about it: the oracle's side of the state.
+//! An instance under test, and what an importer that follows the standard knows about it: the
+//! oracle's side of the state.
 
 use std::ffi::c_int;
 use std::ops::{Deref, DerefMut};
@@ -43,7 +44,8 @@ pub struct Logging {
 }
 
 impl Logging {
-    /// fmi2SetDebugLogging: all or only the named categories on, all or the named ones off; fmi3SetDebugLogging `adds` to those that are on.
+    /// fmi2SetDebugLogging: all or only the named categories on, all or the named ones off;
+    /// fmi3SetDebugLogging `adds` to those that are on.
     pub fn set(&mut self, on: bool, named: Vec<String>, adds: bool) {
         let every = [
             "logEvents",
@@ -70,7 +72,8 @@ impl Logging {
 
     /// Whether a failure of this category must be reported.
     pub fn expects(&self, category: &str) -> bool {
-        // Errors are never muted: that is what debug logging is not about (FMI 2.0.4, section 2.1.5).
+        // Errors are never muted: that is what debug logging is not about (FMI 2.0.4, section
+        // 2.1.5).
         let is_error = category == "logStatusError";
         is_error || self.named.iter().any(|n| n == category)
     }
@@ -112,7 +115,8 @@ impl<'a> Subject<'a> {
         })
     }
 
-    /// Whether a failure of this category must be reported: FMI 3.0 (section 2.3.1) lets errors be muted too.
+    /// Whether a failure of this category must be reported: FMI 3.0 (section 2.3.1) lets errors be
+    /// muted too.
     pub fn expects(&self, category: &str) -> bool {
         match self.fmu.functions.fmi3() {
             None => self.logging.expects(category),
@@ -125,7 +129,8 @@ impl<'a> Subject<'a> {
         self.known = NEW;
     }
 
-    /// From Instantiated to the first communication point, in Step Mode, at 0 s and with the start values.
+    /// From Instantiated to the first communication point, in Step Mode, at 0 s and with the start
+    /// values.
     pub fn initialize(&mut self) -> Result<(), String> {
         self.instance.initialize_between(0.0, None)?;
         self.instance.enter_step_mode()?;

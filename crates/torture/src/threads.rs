@@ -1,4 +1,5 @@
-//! Instances in parallel threads: each must do what one alone does, bit for bit. Under helgrind this shows that they share nothing.
+//! Instances in parallel threads: each must do what one alone does, bit for bit. Under helgrind
+//! this shows that they share nothing.
 
 use std::path::PathBuf;
 use std::thread;
@@ -11,9 +12,10 @@ use cargo_fmu::fmi::Fmu;
 
 /// `threads` instances of each FMU, `steps` steps each, all at once.
 ///
-/// Helgrind does not understand atomics and futexes, by which the libraries publish what they compute once or share (their GUID, the
-/// processor's abilities, the network); `is_warm` has an instance of each FMU made before the threads start and kept until they have
-/// ended, so that what helgrind still finds is a finding.
+/// Helgrind does not understand atomics and futexes, by which the libraries publish what they
+/// compute once or share (their GUID, the processor's abilities, the network); `is_warm` has an
+/// instance of each FMU made before the threads start and kept until they have ended, so that what
+/// helgrind still finds is a finding.
 pub fn run(paths: &[PathBuf], threads: usize, steps: usize, is_warm: bool) -> Result<()> {
     let clock = Instant::now();
     let fmus = paths

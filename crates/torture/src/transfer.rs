@@ -1,5 +1,5 @@
-//! States carried between processes, and so between platforms: one saves them in the middle of a run, another continues from there and
-//! must compute the same numbers bit for bit.
+//! States carried between processes, and so between platforms: one saves them in the middle of a
+//! run, another continues from there and must compute the same numbers bit for bit.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -15,7 +15,8 @@ const STEP: f64 = 1e-3;
 /// Steps before the state is saved, and after it.
 const STEPS: usize = 50;
 
-/// Run each FMU, save its state in the middle, and write the state and what followed into the folder.
+/// Run each FMU, save its state in the middle, and write the state and what followed into the
+/// folder.
 pub fn save(paths: &[PathBuf], folder: &Path) -> Result<()> {
     for path in paths {
         let fmu = Fmu::open(path)?;
@@ -81,7 +82,8 @@ pub fn proceed(paths: &[PathBuf], folder: &Path) -> Result<()> {
     Ok(())
 }
 
-/// Steps from the step with this number on, with moving inputs; every computed number after each, by name, in bits.
+/// Steps from the step with this number on, with moving inputs; every computed number after each,
+/// by name, in bits.
 fn steps(instance: &mut Subject, first: usize) -> Result<Vec<String>, String> {
     let variables = &instance.fmu.description.variables;
     let real = |v: &&Variable| v.access() == Access::Real;
@@ -114,7 +116,8 @@ fn steps(instance: &mut Subject, first: usize) -> Result<Vec<String>, String> {
     Ok(lines)
 }
 
-/// The values of an input in a step: a zigzag around its start values, in numbers that every platform computes alike.
+/// The values of an input in a step: a zigzag around its start values, in numbers that every
+/// platform computes alike.
 fn moving(v: &Variable, step: usize) -> Vec<f64> {
     let [min, max] = v.bounds();
     let zigzag = (step % 40).abs_diff(20) as f64 / 10.0 - 1.0;

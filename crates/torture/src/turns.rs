@@ -91,7 +91,8 @@ impl Session<'_> {
             return Err(format!("an output is not finite: {values:?}"));
         }
         if status != OK && is_allowed(self.fmu.functions.name("fmi2GetReal"), mode) {
-            // A model may refuse inputs together, such as a quaternion of length 0, but its numbers must stay numbers.
+            // A model may refuse inputs together, such as a quaternion of length 0, but its numbers
+            // must stay numbers.
             let messages = instance.messages();
             if messages.iter().any(|m| m.format.contains(" became ")) {
                 return Err(format!("outputs are no numbers: {messages:?}"));

@@ -1,5 +1,5 @@
-//! The libraries of all platforms, read without loading them: processor, functions, what they need, what they tell of where they
-//! were built.
+//! The libraries of all platforms, read without loading them: processor, functions, what they need,
+//! what they tell of where they were built.
 
 use std::collections::BTreeSet;
 
@@ -71,7 +71,8 @@ pub const PLATFORMS: [PlatformFolder; 13] = [
 /// What paths of a building machine begin with.
 const HOMES: [&[u8]; 4] = [b"/home/", b"/root/", b"/Users/", b":\\Users\\"];
 
-/// Check the libraries of an FMU with these model identifiers, which must export these functions (None: they are not known here).
+/// Check the libraries of an FMU with these model identifiers, which must export these functions
+/// (None: they are not known here).
 pub fn check(
     entries: &Entries,
     identifiers: &[&str],

@@ -1,5 +1,6 @@
-//! `cargo fmu check`: whether an FMU, whoever made it, keeps what importers rely on: archive, model description, libraries, and how
-//! it behaves when it is called. What the standard demands fails; what it permits, but importers stumble over, is a remark.
+//! `cargo fmu check`: whether an FMU, whoever made it, keeps what importers rely on: archive, model
+//! description, libraries, and how it behaves when it is called. What the standard demands fails;
+//! what it permits, but importers stumble over, is a remark.
 
 mod archive;
 mod binaries;

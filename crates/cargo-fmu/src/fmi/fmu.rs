@@ -59,7 +59,8 @@ impl Fmu {
         })
     }
 
-    /// The variable with this value reference, which FMUs made with fmu-export give only once, whatever its type; of aliases the first.
+    /// The variable with this value reference, which FMUs made with fmu-export give only once,
+    /// whatever its type; of aliases the first.
     pub fn find(&self, reference: u32) -> Option<&Variable> {
         let mut variables = self.description.variables.iter();
         variables.find(|v| v.reference == reference)

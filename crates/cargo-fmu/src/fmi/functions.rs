@@ -1,5 +1,6 @@
-//! The C functions of an FMU of either version, called alike: by what they do, with the arguments of FMI 2.0. What FMI 3.0 wants beside
-//! them, such as the number of values of arrays, follows from the model description.
+//! The C functions of an FMU of either version, called alike: by what they do, with the arguments
+//! of FMI 2.0. What FMI 3.0 wants beside them, such as the number of values of arrays, follows from
+//! the model description.
 
 use std::collections::HashMap;
 use std::ffi::c_int;
@@ -52,7 +53,8 @@ macro_rules! same {
 }
 
 /// # Safety
-/// As for the C functions: a live instance or NULL, NULL or arrays of the length given, with room for all elements of the variables.
+/// As for the C functions: a live instance or NULL, NULL or arrays of the length given, with room
+/// for all elements of the variables.
 #[allow(missing_docs, clippy::missing_safety_doc, clippy::too_many_arguments)] // named and explained in the standard
 impl Functions {
     /// Those of the version that the description names.
@@ -101,7 +103,8 @@ impl Functions {
         self.has_event_mode && self.fmi3().is_some()
     }
 
-    /// At a communication point values are read after others were set: in FMI 3.0 in Event Mode only.
+    /// At a communication point values are read after others were set: in FMI 3.0 in Event Mode
+    /// only.
     pub fn reads_after_set(&self) -> bool {
         self.has_event_mode || self.fmi3().is_none()
     }
@@ -166,7 +169,8 @@ impl Functions {
         }
     }
 
-    /// With a `kind` other than 1 for model exchange. In FMI 3.0 with Event Mode; what is no argument there is not looked at.
+    /// With a `kind` other than 1 for model exchange. In FMI 3.0 with Event Mode; what is no
+    /// argument there is not looked at.
     pub unsafe fn instantiate(
         &self,
         name: Text,
@@ -220,7 +224,8 @@ impl Functions {
         }
     }
 
-    /// fmi2SetupExperiment; FMI 3.0 has it in fmi3EnterInitializationMode, and nothing is called here.
+    /// fmi2SetupExperiment; FMI 3.0 has it in fmi3EnterInitializationMode, and nothing is called
+    /// here.
     pub unsafe fn setup_experiment(
         &self,
         c: Pointer,

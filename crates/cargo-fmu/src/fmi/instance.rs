@@ -1,5 +1,5 @@
-//! An instance of an FMU as a strict importer holds it: with its log, the time, and what can be read of it. The FMU is asked nothing of
-//! types of which it has no variable.
+//! An instance of an FMU as a strict importer holds it: with its log, the time, and what can be
+//! read of it. The FMU is asked nothing of types of which it has no variable.
 
 use std::ffi::{CString, c_int};
 use std::ptr;
@@ -132,8 +132,8 @@ impl<'a> Instance<'a> {
         Ok(instance)
     }
 
-    /// Where values may be read after others were set: at the first communication point, or where FMI 3.0 forbids that there, in
-    /// Initialization Mode.
+    /// Where values may be read after others were set: at the first communication point, or where
+    /// FMI 3.0 forbids that there, in Initialization Mode.
     pub fn exchanging(fmu: &'a Fmu, name: &str) -> Result<Self, String> {
         match fmu.functions.reads_after_set() {
             true => Self::started(fmu, name),
@@ -224,7 +224,8 @@ impl<'a> Instance<'a> {
         self.must("fmi3EnterStepMode", status)
     }
 
-    /// What is done where steps are made: in FMI 3.0 in Step Mode, between two visits of Event Mode.
+    /// What is done where steps are made: in FMI 3.0 in Step Mode, between two visits of Event
+    /// Mode.
     pub fn stepping(&self, act: impl FnOnce(&Functions, Pointer) -> c_int) -> c_int {
         let (f, c) = (&self.fmu.functions, self.c);
         if !self.in_events {
@@ -268,7 +269,8 @@ impl<'a> Instance<'a> {
         (status, values)
     }
 
-    /// Values of Real variables, all of which must be to be had; the error names the first that is not.
+    /// Values of Real variables, all of which must be to be had; the error names the first that is
+    /// not.
     pub fn must_read(&self, vr: &[u32]) -> Result<Vec<f64>, String> {
         let (status, values) = self.reals(vr);
         if status <= WARNING {
@@ -419,7 +421,8 @@ impl<'a> Instance<'a> {
         Ok(bits)
     }
 
-    /// Set Real inputs a little beside their start values, inside their bounds. A model that refuses them keeps what it had.
+    /// Set Real inputs a little beside their start values, inside their bounds. A model that
+    /// refuses them keeps what it had.
     pub fn excite(&self, k: usize) {
         let is_moving = |v: &&Variable| v.is_input() && v.access() == Access::Real;
         for (n, v) in self
@@ -476,7 +479,8 @@ pub fn start_time(fmu: &Fmu) -> f64 {
     fmu.description.default_experiment.start.unwrap_or(0.0)
 }
 
-/// Communication step that the FMU proposes, else a five-hundredth of its experiment, else 10 ms; in s.
+/// Communication step that the FMU proposes, else a five-hundredth of its experiment, else 10 ms;
+/// in s.
 pub fn step_size(fmu: &Fmu) -> f64 {
     let experiment = &fmu.description.default_experiment;
     let span = experiment

@@ -1,5 +1,5 @@
-//! What an FMU says to its importer's logger. The environment that it passes is trusted only if it is that of a live log: some FMUs call
-//! the logger with another one.
+//! What an FMU says to its importer's logger. The environment that it passes is trusted only if it
+//! is that of a live log: some FMUs call the logger with another one.
 
 use std::collections::BTreeMap;
 use std::ffi::c_int;
@@ -47,7 +47,8 @@ struct Heard {
     messages: Vec<Message>,
 }
 
-/// What all live logs have heard, by the number that is their environment; under [`STRAY`] what came with another one.
+/// What all live logs have heard, by the number that is their environment; under [`STRAY`] what
+/// came with another one.
 static HEARD: Mutex<BTreeMap<usize, Heard>> = Mutex::new(BTreeMap::new());
 
 /// The environment of nobody: NULL.
@@ -87,7 +88,8 @@ impl Log {
         }
     }
 
-    /// Messages since the last call of this function; with them those that came with the environment of nobody.
+    /// Messages since the last call of this function; with them those that came with the
+    /// environment of nobody.
     pub fn take(&self) -> Vec<Message> {
         let mut messages = self.take_own();
         messages.extend(take(STRAY));
@@ -127,7 +129,8 @@ fn note(environment: Pointer, message: Message) {
     });
 }
 
-/// The logger of FMI 3.0, which does not say which instance speaks; a message is a text, which has nothing doubled.
+/// The logger of FMI 3.0, which does not say which instance speaks; a message is a text, which has
+/// nothing doubled.
 pub(super) unsafe extern "C" fn logger_3(
     environment: Pointer,
     status: c_int,
@@ -171,8 +174,8 @@ unsafe extern "C" fn logger(
 mod tests {
     use super::*;
 
-    /// The logger is called with the environment of an instance, with one that nobody has, with NULL, and with that of an instance that
-    /// is gone.
+    /// The logger is called with the environment of an instance, with one that nobody has, with
+    /// NULL, and with that of an instance that is gone.
     #[test]
     fn an_environment_of_nobody_is_not_followed() {
         let [log, gone] = ["own", "gone"].map(Log::new);

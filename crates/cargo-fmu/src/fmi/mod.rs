@@ -1,5 +1,6 @@
-//! An FMU as a caller sees it: opened, with its C functions and the order in which they may be called, and instances of it with time and
-//! log, in either version of FMI. Whatever runs FMUs to judge them stands on this.
+//! An FMU as a caller sees it: opened, with its C functions and the order in which they may be
+//! called, and instances of it with time and log, in either version of FMI. Whatever runs FMUs to
+//! judge them stands on this.
 #![allow(unsafe_code)] // loads a library, and calls it
 
 mod fmi2;

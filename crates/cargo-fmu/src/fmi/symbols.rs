@@ -1,5 +1,5 @@
-//! Looking up the C functions of a library by name. A function that is missing is missed when it is called, not when the library is
-//! loaded: what is called in its place answers [`ABSENT`].
+//! Looking up the C functions of a library by name. A function that is missing is missed when it is
+//! called, not when the library is loaded: what is called in its place answers [`ABSENT`].
 
 use std::ffi::{c_char, c_int, c_void};
 use std::ptr;

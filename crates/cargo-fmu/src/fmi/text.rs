@@ -35,7 +35,8 @@ pub unsafe fn shown(text: Text) -> String {
     read.unwrap_or_else(|| format!("(no text: {text:p} cannot be read)"))
 }
 
-/// Copied by the system, which tells of memory that is not there; None where it does not let a process copy from itself.
+/// Copied by the system, which tells of memory that is not there; None where it does not let a
+/// process copy from itself.
 #[cfg(target_os = "linux")]
 fn through_the_system(text: Text) -> Option<Option<String>> {
     let mut bytes = Vec::new();

@@ -7,7 +7,8 @@ use super::functions::Functions;
 use super::functions::Own::{Fmi2, Fmi3};
 use super::symbols::{DISCARD, Pointer, Text, WARNING};
 
-/// Functions for values of a type that both versions have; FMI 3.0 is told the number of values, too.
+/// Functions for values of a type that both versions have; FMI 3.0 is told the number of values,
+/// too.
 macro_rules! values {
     ($(fn $name:ident($type:ty) = $in_2:ident, $in_3:ident;)*) => {
         $(pub unsafe fn $name(&self, c: Pointer, vr: *const u32, n: usize, values: $type) -> c_int {
@@ -69,7 +70,8 @@ impl Functions {
         fn set_string(*const Text) = fmi2SetString, fmi3SetString;
     }
 
-    /// In FMI 3.0 by fmi3GetInt32 where the first reference is that of an Int32, else by fmi3GetInt64; a value beyond an int is its bound.
+    /// In FMI 3.0 by fmi3GetInt32 where the first reference is that of an Int32, else by
+    /// fmi3GetInt64; a value beyond an int is its bound.
     pub unsafe fn get_integer(
         &self,
         c: Pointer,

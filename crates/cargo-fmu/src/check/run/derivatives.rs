@@ -11,7 +11,8 @@ use crate::fmi::functions::Functions;
 use crate::fmi::instance::{Instance, references, step_size};
 use crate::fmi::symbols::{Pointer, WARNING};
 
-/// By which share a directional derivative may differ from a difference of outputs, which is itself an approximation.
+/// By which share a directional derivative may differ from a difference of outputs, which is itself
+/// an approximation.
 const TOLERANCE: f64 = 1e-2;
 
 pub const TRIALS: &[Trial] = &[
@@ -128,7 +129,8 @@ fn directional(folder: &Path, outcome: &mut Outcome) -> Result<(), String> {
     Ok(())
 }
 
-/// `v·(J u)` against `(Jᵀ v)·u` for all inputs and outputs at once, with directions that no symmetry favours.
+/// `v·(J u)` against `(Jᵀ v)·u` for all inputs and outputs at once, with directions that no
+/// symmetry favours.
 fn adjoint(folder: &Path, outcome: &mut Outcome) -> Result<(), String> {
     let fmu = open(folder)?;
     let claimed = fmu.description.capabilities;

@@ -1,5 +1,5 @@
-//! Wrong calls: they must be refused, and the instance must go on as if they had not been made. The standard asks importers not to
-//! make them; accepting one is a remark, a crash is a failure.
+//! Wrong calls: they must be refused, and the instance must go on as if they had not been made. The
+//! standard asks importers not to make them; accepting one is a remark, a crash is a failure.
 
 use std::ffi::c_int;
 use std::path::Path;
@@ -53,8 +53,8 @@ pub const TRIALS: &[Trial] = &[
     ),
 ];
 
-/// Makes wrong calls on an instance in the middle of a run. Each is named and answered; those that were accepted are remarks, and
-/// so is a run that goes on otherwise than one without them.
+/// Makes wrong calls on an instance in the middle of a run. Each is named and answered; those that
+/// were accepted are remarks, and so is a run that goes on otherwise than one without them.
 fn refused(
     folder: &Path,
     outcome: &mut Outcome,
@@ -108,7 +108,8 @@ fn unknown_references(folder: &Path, outcome: &mut Outcome) -> Result<(), String
         for vr in unknown(instance.fmu) {
             let (c, text) = (instance.c, c"".as_ptr());
             let mut note = |name: &str, status| answers.push((format!("{name} of {vr}"), status));
-            // Reading all comes first: FMI 3.0 lets nothing be read in Step Mode once something was set.
+            // Reading all comes first: FMI 3.0 lets nothing be read in Step Mode once something was
+            // set.
             if has(Access::Real) {
                 note("fmi2GetReal", instance.reals(&[vr]).0);
             }

@@ -19,7 +19,8 @@ use crate::process::wait;
 const LONGEST: Duration = Duration::from_secs(120);
 /// However quick the plain run was, a trial may take this long: the machine may be busy.
 const SHORTEST: Duration = Duration::from_secs(20);
-/// How many times as long as the plain run a trial may take. The longest makes some fifteen such runs.
+/// How many times as long as the plain run a trial may take. The longest makes some fifteen such
+/// runs.
 const PLAIN_RUNS: u32 = 100;
 
 const REST: Promise = Promise {
@@ -55,7 +56,8 @@ struct Answer {
     printed: Option<String>,
 }
 
-/// Try the promises of its version on the FMU whose files lie in these folders: all of them, or those that are wanted.
+/// Try the promises of its version on the FMU whose files lie in these folders: all of them, or
+/// those that are wanted.
 pub fn all(
     checker: Checker,
     version: Version,

@@ -169,7 +169,8 @@ fn reason(instance: &Instance) -> String {
         .map_or(String::new(), |m| format!(": {}", m.format))
 }
 
-/// What acts at once is seen by reading outputs after an input was set, which not every FMU has to bear.
+/// What acts at once is seen by reading outputs after an input was set, which not every FMU has to
+/// bear.
 pub fn without_reading_after_set(fmu: &Fmu, outcome: &mut Outcome) -> bool {
     let is_without = !fmu.functions.reads_after_set();
     if is_without {

@@ -1,4 +1,5 @@
-//! Variables against what the standard asks of them beyond the schema (FMI 2.0, sections 2.2.7 and 2.2.9; FMI 3.0, section 2.4.7).
+//! Variables against what the standard asks of them beyond the schema (FMI 2.0, sections 2.2.7 and
+//! 2.2.9; FMI 3.0, section 2.4.7).
 
 mod arrays;
 mod clocks;

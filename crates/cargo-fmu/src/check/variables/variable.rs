@@ -76,8 +76,9 @@ impl<'a> Variable<'a> {
         version: Version,
     ) -> Self {
         let causality = element.get("causality").unwrap_or("local");
-        // Continuous is the default of the schema of FMI 2.0, also where it makes no sense; importers read it as discrete for the other
-        // types, and in both versions as fixed for parameters.
+        // Continuous is the default of the schema of FMI 2.0, also where it makes no sense;
+        // importers read it as discrete for the other types, and in both versions as fixed for
+        // parameters.
         let default = if causality.to_lowercase().ends_with("parameter") {
             "fixed"
         } else if is_float(typed) {
