@@ -1,13 +1,50 @@
-//! An instance of an FMU as a strict importer holds it: with its log, the time, and what can be read of it.
+//! An instance of an FMU as a strict importer holds it: with its log, the time, and what can be
+//! read of it. The FMU is asked nothing of types of which it has no variable.
 
-use std::ffi::{CStr, CString, c_int};
+use std::ffi::{CString, c_int};
 use std::ptr;
 
 use fmu_description::{Access, Variable};
 
-use crate::fmi::functions::*;
-use crate::fmi::order::Mode;
-use crate::fmi::{Fmu, Log, Message};
+use super::fmi2::Callbacks;
+use super::fmu::Fmu;
+use super::functions::Functions;
+use super::log::{Log, Message};
+use super::order::Mode;
+use super::symbols::{ABSENT, OK, Pointer, WARNING};
+use super::text;
+
+/// How an instance is made and what is asked of it.
+#[derive(Clone, Copy, Debug)]
+pub struct Manner<'a> {
+    /// GUID or instantiation token; None for that of the description.
+    pub token: Option<&'a str>,
+    /// loggingOn.
+    pub is_logging: bool,
+    /// It is given functions for memory (FMI 2.0).
+    pub gives_memory: bool,
+    /// A call that must succeed may also answer with a warning.
+    pub may_warn: bool,
+}
+
+impl Manner<'_> {
+    /// As most importers do it.
+    pub const USUAL: Self = Self {
+        token: None,
+        is_logging: false,
+        gives_memory: true,
+        may_warn: true,
+    };
+    /// What FMUs made with fmu-export bear: no functions for memory, and no warnings from calls.
+    pub const STRICT: Self = Self {
+        gives_memory: false,
+        may_warn: false,
+        ..Self::USUAL
+    };
+}
+
+/// No status: a text is at a place that cannot be read.
+pub const NO_TEXT: c_int = 1001;
 
 /// A live instance; freed when dropped.
 pub struct Instance<'a> {
@@ -15,52 +52,66 @@ pub struct Instance<'a> {
     pub fmu: &'a Fmu,
     /// `fmi2Component`.
     pub c: Pointer,
+    /// instanceName.
+    pub name: String,
     /// Time of the last communication point, s.
     pub time: f64,
     /// Start and stop time that it was set up with, s.
     experiment: (f64, Option<f64>),
     /// It is in Event Mode between steps, where FMI 3.0 allows a get after a set.
     in_events: bool,
-    log: Box<Log>,
+    may_warn: bool,
+    log: Log,
     _callbacks: Box<Callbacks>,
 }
 
 impl<'a> Instance<'a> {
     /// fmi2Instantiate as it should be done.
     pub fn new(fmu: &'a Fmu, name: &str) -> Result<Self, String> {
-        Self::with(fmu, name, &fmu.description.guid, false)
+        Self::with(fmu, name, Manner::USUAL)
     }
 
-    /// fmi2Instantiate with a guid and loggingOn.
-    pub fn with(fmu: &'a Fmu, name: &str, guid: &str, logging: bool) -> Result<Self, String> {
-        let log = Box::new(Log::new(name));
-        let callbacks = Box::new(Callbacks {
-            allocate_memory: Some(libc_calloc),
-            free_memory: Some(libc_free),
-            ..log.callbacks()
-        });
-        let [name, guid] = [name, guid].map(|s| CString::new(s).expect("no NUL in names"));
+    /// fmi2Instantiate.
+    pub fn with(fmu: &'a Fmu, name: &str, manner: Manner) -> Result<Self, String> {
+        let log = Log::new(name);
+        let mut callbacks = Box::new(log.callbacks());
+        if manner.gives_memory {
+            callbacks.allocate_memory = Some(libc_calloc);
+            callbacks.free_memory = Some(libc_free);
+        }
+        let token = manner.token.unwrap_or(&fmu.description.guid);
+        let [c_name, token] = [name, token].map(|s| CString::new(s).expect("no NUL in names"));
+        let resources = match fmu.resources.is_empty() {
+            true => ptr::null(),
+            false => fmu.resources.as_ptr(),
+        };
+        let logging = c_int::from(manner.is_logging);
         // SAFETY: valid strings, and callbacks that outlive the instance.
         let c = unsafe {
             fmu.functions.instantiate(
-                name.as_ptr(),
+                c_name.as_ptr(),
                 1,
-                guid.as_ptr(),
-                fmu.resources.as_ptr(),
+                token.as_ptr(),
+                resources,
                 &*callbacks,
                 0,
-                c_int::from(logging),
+                logging,
             )
         };
         if c.is_null() {
-            return Err(format!("fmi2Instantiate gave NULL{}", told(&log.take())));
+            return Err(format!(
+                "fmi2Instantiate gave NULL{}",
+                told(&log.take_own())
+            ));
         }
         Ok(Self {
             fmu,
             c,
+            name: name.to_string(),
             time: 0.0,
             experiment: (0.0, None),
             in_events: false,
+            may_warn: manner.may_warn,
             log,
             _callbacks: callbacks,
         })
@@ -73,19 +124,21 @@ impl<'a> Instance<'a> {
         Ok(instance)
     }
 
-    /// Where values may be read after others were set: at the first communication point, or where FMI 3.0 forbids that there, in
-    /// Initialization Mode.
-    pub fn exchanging(fmu: &'a Fmu, name: &str) -> Result<Self, String> {
-        if fmu.functions.reads_after_set() {
-            return Self::started(fmu, name);
-        }
+    /// In Initialization Mode, at the default start time.
+    pub fn initializing(fmu: &'a Fmu, name: &str) -> Result<Self, String> {
         let mut instance = Self::new(fmu, name)?;
-        instance.setup(
-            fmu.description.default_experiment.start.unwrap_or(0.0),
-            None,
-        )?;
+        instance.setup(start_time(fmu), None)?;
         instance.enter(Mode::Initialization)?;
         Ok(instance)
+    }
+
+    /// Where values may be read after others were set: at the first communication point, or where
+    /// FMI 3.0 forbids that there, in Initialization Mode.
+    pub fn exchanging(fmu: &'a Fmu, name: &str) -> Result<Self, String> {
+        match fmu.functions.reads_after_set() {
+            true => Self::started(fmu, name),
+            false => Self::initializing(fmu, name),
+        }
     }
 
     /// Messages since the last call of this function.
@@ -96,7 +149,8 @@ impl<'a> Instance<'a> {
     /// A call that must be answered by fmi2OK; fmi2Warning is let through.
     pub fn must(&self, call: &str, status: c_int) -> Result<(), String> {
         match status {
-            OK | WARNING => Ok(()),
+            OK => Ok(()),
+            WARNING if self.may_warn => Ok(()),
             _ => Err(format!(
                 "{call} gave {}{}",
                 status_name(status),
@@ -107,8 +161,7 @@ impl<'a> Instance<'a> {
 
     /// From Instantiated to the first communication point, at the default start time.
     pub fn initialize(&mut self) -> Result<(), String> {
-        let start = self.fmu.description.default_experiment.start.unwrap_or(0.0);
-        self.initialize_between(start, None)
+        self.initialize_between(start_time(self.fmu), None)
     }
 
     /// From Instantiated to the first communication point.
@@ -171,7 +224,8 @@ impl<'a> Instance<'a> {
         self.must("fmi3EnterStepMode", status)
     }
 
-    /// What is done where steps are made: in FMI 3.0 in Step Mode, between two visits of Event Mode.
+    /// What is done where steps are made: in FMI 3.0 in Step Mode, between two visits of Event
+    /// Mode.
     pub fn stepping(&self, act: impl FnOnce(&Functions, Pointer) -> c_int) -> c_int {
         let (f, c) = (&self.fmu.functions, self.c);
         if !self.in_events {
@@ -199,8 +253,11 @@ impl<'a> Instance<'a> {
         Ok(())
     }
 
-    /// Values of Real variables.
+    /// Values of Real variables; without any, nothing is called.
     pub fn reals(&self, references: &[u32]) -> (c_int, Vec<f64>) {
+        if references.is_empty() {
+            return (OK, Vec::new());
+        }
         let mut values = vec![0.0; self.fmu.functions.count(references)];
         let (vr, n) = (references.as_ptr(), references.len());
         // SAFETY: a live instance, arrays of equal length.
@@ -212,7 +269,8 @@ impl<'a> Instance<'a> {
         (status, values)
     }
 
-    /// Values of Real variables, all of which must be to be had; the error names the first that is not.
+    /// Values of Real variables, all of which must be to be had; the error names the first that is
+    /// not.
     pub fn must_read(&self, vr: &[u32]) -> Result<Vec<f64>, String> {
         let (status, values) = self.reals(vr);
         if status <= WARNING {
@@ -238,6 +296,9 @@ impl<'a> Instance<'a> {
 
     /// Values of Integer, enumeration or Boolean variables.
     pub fn integers(&self, access: Access, references: &[u32]) -> (c_int, Vec<c_int>) {
+        if references.is_empty() {
+            return (OK, Vec::new());
+        }
         let f = &self.fmu.functions;
         let mut values = vec![0; f.count(references)];
         let (vr, n, place) = (references.as_ptr(), references.len(), values.as_mut_ptr());
@@ -251,22 +312,87 @@ impl<'a> Instance<'a> {
         (status, values)
     }
 
-    /// Values of String variables.
+    /// Values of String variables; the status is [`NO_TEXT`] where a pointer leads nowhere.
     pub fn texts(&self, references: &[u32]) -> (c_int, Vec<String>) {
-        let mut values = vec![ptr::null(); self.fmu.functions.count(references)];
-        let (vr, n) = (references.as_ptr(), references.len());
-        // SAFETY: a live instance, arrays of equal length; what is given out is NULL or a C string until the next call.
-        unsafe {
-            let status = self
-                .fmu
-                .functions
-                .get_string(self.c, vr, n, values.as_mut_ptr());
-            let text = |p: Text| match p.is_null() || status > WARNING {
-                true => String::new(),
-                false => CStr::from_ptr(p).to_string_lossy().into_owned(),
-            };
-            (status, values.into_iter().map(text).collect())
+        if references.is_empty() {
+            return (OK, Vec::new());
         }
+        let mut values = vec![ptr::null(); self.fmu.functions.count(references)];
+        let (vr, n, place) = (references.as_ptr(), references.len(), values.as_mut_ptr());
+        // SAFETY: a live instance, arrays of equal length.
+        let status = unsafe { self.fmu.functions.get_string(self.c, vr, n, place) };
+        if status > WARNING {
+            return (status, vec![String::new(); values.len()]);
+        }
+        // SAFETY: what is given out is NULL or a C string until the next call.
+        let texts = values.into_iter().map(|value| unsafe { text::read(value) });
+        match texts.collect::<Option<Vec<_>>>() {
+            Some(texts) => (status, texts),
+            None => (NO_TEXT, Vec::new()),
+        }
+    }
+
+    /// A state of it, saved by fmi2GetFMUstate.
+    pub fn save(&self) -> Result<Pointer, String> {
+        let mut state = ptr::null_mut();
+        // SAFETY: a live instance, a place for the result.
+        let status = unsafe { self.fmu.functions.get_fmu_state(self.c, &mut state) };
+        self.must("fmi2GetFMUstate", status)?;
+        match state.is_null() {
+            true => Err("fmi2GetFMUstate gave NULL".into()),
+            false => Ok(state),
+        }
+    }
+
+    /// Go back to a saved state, of this time in s.
+    pub fn go_back(&mut self, state: Pointer, time: f64) -> Result<(), String> {
+        // SAFETY: a live instance and a state of it.
+        let status = unsafe { self.fmu.functions.set_fmu_state(self.c, state) };
+        self.time = time;
+        self.must("fmi2SetFMUstate", status)
+    }
+
+    /// Free a saved state, or NULL.
+    pub fn free(&self, mut state: Pointer) -> Result<(), String> {
+        // SAFETY: a live instance and a state of it, or NULL.
+        let status = unsafe { self.fmu.functions.free_fmu_state(self.c, &mut state) };
+        self.must("fmi2FreeFMUstate", status)
+    }
+
+    /// All of it that can be saved, as bytes.
+    pub fn bytes(&self) -> Result<Vec<u8>, String> {
+        let f = &self.fmu.functions;
+        let (state, mut size) = (self.save()?, 0);
+        // SAFETY: a live instance, a state of it, a place for the result.
+        let status = unsafe { f.serialized_fmu_state_size(self.c, state, &mut size) };
+        self.must("fmi2SerializedFMUstateSize", status)?;
+        let mut bytes = Vec::new();
+        if bytes.try_reserve_exact(size).is_err() {
+            return Err(format!("fmi2SerializedFMUstateSize gave {size} bytes"));
+        }
+        bytes.resize(size, 0);
+        // SAFETY: as many bytes as asked for.
+        let status = unsafe { f.serialize_fmu_state(self.c, state, bytes.as_mut_ptr(), size) };
+        self.must("fmi2SerializeFMUstate", status)?;
+        self.free(state)?;
+        Ok(bytes)
+    }
+
+    /// A state made of bytes; the status, and what was made.
+    pub fn deserialize(&self, bytes: &[u8]) -> (c_int, Pointer) {
+        let (f, mut state) = (&self.fmu.functions, ptr::null_mut());
+        // SAFETY: a live instance, readable bytes of the length given, a place for the result.
+        let status =
+            unsafe { f.deserialize_fmu_state(self.c, bytes.as_ptr(), bytes.len(), &mut state) };
+        (status, state)
+    }
+
+    /// Take over a state of this time, s, that was saved as bytes.
+    pub fn restore(&mut self, bytes: &[u8], time: f64) -> Result<(), String> {
+        let (status, state) = self.deserialize(bytes);
+        self.must("fmi2DeSerializeFMUstate", status)?;
+        self.go_back(state, time)?;
+        self.free(state)
     }
 
     /// Everything that can be read, as bits: numbers of all variables.
@@ -295,7 +421,8 @@ impl<'a> Instance<'a> {
         Ok(bits)
     }
 
-    /// Set Real inputs a little beside their start values, inside their bounds. A model that refuses them keeps what it had.
+    /// Set Real inputs a little beside their start values, inside their bounds. A model that
+    /// refuses them keeps what it had.
     pub fn excite(&self, k: usize) {
         let is_moving = |v: &&Variable| v.is_input() && v.access() == Access::Real;
         for (n, v) in self
@@ -347,7 +474,13 @@ pub fn references(variables: &[Variable], fits: impl Fn(&Variable) -> bool) -> V
     fitting.map(|v| v.reference).collect()
 }
 
-/// Communication step that the FMU proposes, else a five-hundredth of its experiment, else 10 ms; in s.
+/// Start time of the default experiment, s.
+pub fn start_time(fmu: &Fmu) -> f64 {
+    fmu.description.default_experiment.start.unwrap_or(0.0)
+}
+
+/// Communication step that the FMU proposes, else a five-hundredth of its experiment, else 10 ms;
+/// in s.
 pub fn step_size(fmu: &Fmu) -> f64 {
     let experiment = &fmu.description.default_experiment;
     let span = experiment
@@ -372,10 +505,12 @@ pub fn status_name(status: c_int) -> String {
         "fmi2Pending",
     ];
     let known = usize::try_from(status).ok().and_then(|k| names.get(k));
-    known.map_or_else(
-        || format!("the number {status}, which is no fmi2Status"),
-        ToString::to_string,
-    )
+    match (known, status) {
+        (Some(name), _) => (*name).to_string(),
+        (_, ABSENT) => "no answer, since the library does not export it".to_string(),
+        (_, NO_TEXT) => "a pointer that leads to no text".to_string(),
+        _ => format!("the number {status}, which is no fmi2Status"),
+    }
 }
 
 /// The last message, for the end of a sentence.

@@ -6,9 +6,9 @@ use std::time::Instant;
 use anyhow::{Context, Result, anyhow, ensure};
 
 use crate::arguments::start;
-use crate::instance::Instance;
+use crate::subject::Subject;
 use cargo_fmu::fmi::Fmu;
-use cargo_fmu::fmi::functions::{OK, WARNING};
+use cargo_fmu::fmi::symbols::{OK, WARNING};
 use fmu_description::Access;
 
 const STEP: f64 = 1e-3;
@@ -25,7 +25,7 @@ pub fn run(paths: &[PathBuf], steps: u64) -> Result<()> {
 
 fn one(path: &Path, steps: u64) -> Result<()> {
     let (clock, fmu) = (Instant::now(), Fmu::open(path)?);
-    let mut instance = Instance::new(&fmu, "long").map_err(|e| anyhow!(e))?;
+    let mut instance = Subject::new(&fmu, "long").map_err(|e| anyhow!(e))?;
     instance.initialize().map_err(|e| anyhow!(e))?;
     let inputs: Vec<_> = fmu
         .description
@@ -51,14 +51,8 @@ fn one(path: &Path, steps: u64) -> Result<()> {
         }
         // t_k from an integer, as a good importer does it.
         let t = k as f64 * STEP;
-        // SAFETY: a live instance, arrays of equal length.
-        let (set, stepped) = unsafe {
-            (
-                fmu.functions
-                    .set_real(instance.c, vr.as_ptr(), vr.len(), values.as_ptr()),
-                fmu.functions.do_step(instance.c, t, STEP, 1),
-            )
-        };
+        let set = instance.set_reals(&vr, &values);
+        let stepped = instance.step_from(t, STEP);
         ensure!(
             set == OK,
             "step {k}: fmi2SetReal gave {set}: {:?}",
@@ -75,7 +69,8 @@ fn one(path: &Path, steps: u64) -> Result<()> {
             "step {k}: fmi2GetReal gave {status}: {:?}",
             instance.messages()
         );
-        // Inputs that swing without a machine behind them may be worth a warning, but no step may fail.
+        // Inputs that swing without a machine behind them may be worth a warning, but no step may
+        // fail.
         let messages = instance.messages();
         warned += u64::from(messages.iter().any(|m| m.status == WARNING));
         failed += u64::from(messages.iter().any(|m| m.status > WARNING));
@@ -104,7 +99,8 @@ fn one(path: &Path, steps: u64) -> Result<()> {
     Ok(())
 }
 
-/// Resident memory of this process, kB; 0 where the system does not tell (growth then counts as none).
+/// Resident memory of this process, kB; 0 where the system does not tell (growth then counts as
+/// none).
 fn resident() -> Result<i64> {
     let Ok(status) = std::fs::read_to_string("/proc/self/status") else {
         return Ok(0);

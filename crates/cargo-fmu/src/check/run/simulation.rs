@@ -1,25 +1,32 @@
 //! Loading, and the plain run that every importer makes.
 
-use std::ffi::{CStr, c_int};
+use std::ffi::c_int;
 use std::path::Path;
 use std::ptr;
 
 use fmu_description::Access;
 
-use super::super::outcome::Outcome;
-use super::instance::{Instance, references, status_name, step_size};
-use super::{Place, Trial, open, trial};
-use crate::fmi::functions::{OK, Own, WARNING};
+use super::trial::{Trial, open, trial};
+use crate::check::outcome::Outcome;
+use crate::fmi::functions::Own;
+use crate::fmi::instance::{Instance, Manner, references, start_time, status_name, step_size};
 use crate::fmi::order::Mode;
+use crate::fmi::symbols::{OK, WARNING};
+use crate::fmi::text;
+
+/// Without which nothing can be tried.
+pub const LOADS: &str = "loads";
+/// The plain run.
+pub const RUN: &str = "run";
 
 /// Steps of a plain run.
 const STEPS: usize = 100;
 
 pub const TRIALS: &[Trial] = &[
     Trial {
-        is_needed: true,
+        is_first_step: true,
         ..trial(
-            "loads",
+            LOADS,
             "loading",
             loads,
             "the library loads",
@@ -27,9 +34,9 @@ pub const TRIALS: &[Trial] = &[
         )
     },
     Trial {
-        is_needed: true,
+        is_first_step: true,
         ..trial(
-            "run",
+            RUN,
             "loading",
             run,
             "it initializes and steps; every number that it hands out is finite",
@@ -44,7 +51,7 @@ pub const TRIALS: &[Trial] = &[
         "importers refuse another version",
     ),
     Trial {
-        place: Place::Spaced,
+        has_odd_folder: true,
         ..trial(
             "spaced",
             "loading",
@@ -84,7 +91,7 @@ pub const TRIALS: &[Trial] = &[
     trial(
         "start",
         "simulation",
-        start_time,
+        later_start,
         "it starts at another time than 0",
         "coupled systems start where the user says",
     ),
@@ -134,8 +141,8 @@ fn versions(folder: &Path, outcome: &mut Outcome) -> Result<(), String> {
             outcome.fail(format!("{name} gave NULL"));
             continue;
         }
-        // SAFETY: not NULL, hence a C string.
-        let text = unsafe { CStr::from_ptr(text) }.to_string_lossy();
+        // SAFETY: what an FMU gives out is a C string.
+        let text = unsafe { text::shown(text) };
         // FMI 3.0 has minor versions, and may name one.
         let is_minor = text.starts_with("3.") && expected == "3.0";
         if text != expected && !is_minor {
@@ -153,15 +160,13 @@ fn plain_run(folder: &Path, _: &mut Outcome) -> Result<(), String> {
 fn guid(folder: &Path, outcome: &mut Outcome) -> Result<(), String> {
     let fmu = open(folder)?;
     Instance::new(&fmu, "right")?;
-    if Instance::with(
-        &fmu,
-        "wrong",
-        "{00000000-1111-2222-3333-444444444444}",
-        false,
-    )
-    .is_ok()
-    {
-        outcome.remark("fmi2Instantiate took {00000000-1111-2222-3333-444444444444}");
+    let token = "{00000000-1111-2222-3333-444444444444}";
+    let wrong = Manner {
+        token: Some(token),
+        ..Manner::USUAL
+    };
+    if Instance::with(&fmu, "wrong", wrong).is_ok() {
+        outcome.remark(format!("fmi2Instantiate took {token}"));
     }
     Ok(())
 }
@@ -224,11 +229,11 @@ fn grid(folder: &Path, _: &mut Outcome) -> Result<(), String> {
     Ok(())
 }
 
-fn start_time(folder: &Path, outcome: &mut Outcome) -> Result<(), String> {
+fn later_start(folder: &Path, outcome: &mut Outcome) -> Result<(), String> {
     let fmu = open(folder)?;
     let mut instance = Instance::new(&fmu, "start")?;
     let h = step_size(&fmu);
-    let later = fmu.description.default_experiment.start.unwrap_or(0.0) + 7.0 * h;
+    let later = start_time(&fmu) + 7.0 * h;
     let begun = instance.initialize_between(later, None);
     if let Err(reason) = begun.and_then(|()| instance.step(h)) {
         outcome.remark(reason);
@@ -240,7 +245,7 @@ fn stop_time(folder: &Path, outcome: &mut Outcome) -> Result<(), String> {
     let fmu = open(folder)?;
     let mut instance = Instance::new(&fmu, "stop")?;
     let h = step_size(&fmu);
-    let start = fmu.description.default_experiment.start.unwrap_or(0.0);
+    let start = start_time(&fmu);
     instance.initialize_between(start, Some(start + 3.0 * h))?;
     (0..3).try_for_each(|_| instance.step(h))?;
     if let status @ (OK | WARNING) = instance.step_from(instance.time, h) {

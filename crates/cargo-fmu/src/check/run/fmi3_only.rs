@@ -4,11 +4,11 @@ use std::path::Path;
 
 use fmu_description::{Access, Causality, Variable, Version};
 
-use super::super::outcome::Outcome;
 use super::derivatives::unless;
-use super::instance::{Instance, references, step_size};
-use super::{Trial, open, trial};
-use crate::fmi::functions::WARNING;
+use super::trial::{Trial, open, trial};
+use crate::check::outcome::Outcome;
+use crate::fmi::instance::{Instance, references, step_size};
+use crate::fmi::symbols::WARNING;
 
 pub const TRIALS: &[Trial] = &[
     trial(

@@ -1,5 +1,5 @@
-//! States carried between processes, and so between platforms: one saves them in the middle of a run, another continues from there and
-//! must compute the same numbers bit for bit.
+//! States carried between processes, and so between platforms: one saves them in the middle of a
+//! run, another continues from there and must compute the same numbers bit for bit.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -9,21 +9,22 @@ use cargo_fmu::fmi::Fmu;
 use fmu_description::{Access, Variable};
 
 use crate::arguments::start;
-use crate::instance::Instance;
+use crate::subject::Subject;
 
 const STEP: f64 = 1e-3;
 /// Steps before the state is saved, and after it.
 const STEPS: usize = 50;
 
-/// Run each FMU, save its state in the middle, and write the state and what followed into the folder.
+/// Run each FMU, save its state in the middle, and write the state and what followed into the
+/// folder.
 pub fn save(paths: &[PathBuf], folder: &Path) -> Result<()> {
     for path in paths {
         let fmu = Fmu::open(path)?;
         let run = || -> Result<_, String> {
-            let mut instance = Instance::new(&fmu, "carry")?;
+            let mut instance = Subject::new(&fmu, "carry")?;
             instance.initialize()?;
             steps(&mut instance, 0)?;
-            let state = instance.snapshot()?;
+            let state = instance.bytes()?;
             Ok((state, steps(&mut instance, STEPS)?))
         };
         let (state, lines) = run().map_err(|e| anyhow!("{}: {e}", path.display()))?;
@@ -53,9 +54,10 @@ pub fn proceed(paths: &[PathBuf], folder: &Path) -> Result<()> {
         };
         let (state, expected) = (read("state")?, String::from_utf8(read("outputs")?)?);
         let run = || -> Result<_, String> {
-            let mut instance = Instance::new(&fmu, "carry")?;
-            instance.restore(&state)?;
-            instance.known.time = STEPS as f64 * STEP;
+            let mut instance = Subject::new(&fmu, "carry")?;
+            let time = STEPS as f64 * STEP;
+            instance.restore(&state, time)?;
+            instance.known.time = time;
             steps(&mut instance, STEPS)
         };
         let lines = run().map_err(|e| anyhow!("{}: {e}", path.display()))?;
@@ -80,8 +82,9 @@ pub fn proceed(paths: &[PathBuf], folder: &Path) -> Result<()> {
     Ok(())
 }
 
-/// Steps from the step with this number on, with moving inputs; every computed number after each, by name, in bits.
-fn steps(instance: &mut Instance, first: usize) -> Result<Vec<String>, String> {
+/// Steps from the step with this number on, with moving inputs; every computed number after each,
+/// by name, in bits.
+fn steps(instance: &mut Subject, first: usize) -> Result<Vec<String>, String> {
     let variables = &instance.fmu.description.variables;
     let real = |v: &&Variable| v.access() == Access::Real;
     let inputs: Vec<_> = variables
@@ -98,16 +101,7 @@ fn steps(instance: &mut Instance, first: usize) -> Result<Vec<String>, String> {
     let mut lines = Vec::new();
     for k in first..first + STEPS {
         let values: Vec<f64> = inputs.iter().flat_map(|v| moving(v, k)).collect();
-        let f = &instance.fmu.functions;
-        // SAFETY: a live instance, as many values as the inputs have elements.
-        let status = unsafe {
-            f.set_real(
-                instance.c,
-                references.as_ptr(),
-                references.len(),
-                values.as_ptr(),
-            )
-        };
+        let status = instance.set_reals(&references, &values);
         instance.must("fmi2SetReal", status)?;
         instance.known.time = k as f64 * STEP;
         instance.advance(STEP)?;
@@ -122,7 +116,8 @@ fn steps(instance: &mut Instance, first: usize) -> Result<Vec<String>, String> {
     Ok(lines)
 }
 
-/// The values of an input in a step: a zigzag around its start values, in numbers that every platform computes alike.
+/// The values of an input in a step: a zigzag around its start values, in numbers that every
+/// platform computes alike.
 fn moving(v: &Variable, step: usize) -> Vec<f64> {
     let [min, max] = v.bounds();
     let zigzag = (step % 40).abs_diff(20) as f64 / 10.0 - 1.0;

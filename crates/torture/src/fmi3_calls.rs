@@ -1,12 +1,12 @@
-//! Random calls of what FMI 3.0 has and FMI 2.0 has not: Event Mode, adjoint derivatives, dependencies, wrong numbers of values, and the
-//! functions of what these FMUs declare not to have.
+//! Random calls of what FMI 3.0 has and FMI 2.0 has not: Event Mode, adjoint derivatives,
+//! dependencies, wrong numbers of values, and the functions of what these FMUs declare not to have.
 
 use crate::arguments::{elements, real, references};
 use crate::oracle::{Call, Expect};
 use crate::session::Session;
 use cargo_fmu::fmi::fmi3::Functions;
-use cargo_fmu::fmi::functions::*;
 use cargo_fmu::fmi::order::Mode;
+use cargo_fmu::fmi::symbols::*;
 use fmu_description::{Access, Variable};
 use std::ptr;
 
@@ -79,7 +79,8 @@ impl<'a> Session<'a> {
             false => variables[r.below(variables.len())].reference,
         };
         let (is_null, is_short) = (r.one_in(16), r.one_in(8));
-        // What is initialized or computed has dependencies; what they are asked of else is the exporter's decision.
+        // What is initialized or computed has dependencies; what they are asked of else is the
+        // exporter's decision.
         let expect = match self.fmu.find(vr) {
             Some(_) if !is_null => Expect::ModelDecides,
             _ => Expect::Refused,
@@ -154,7 +155,8 @@ impl<'a> Session<'a> {
         };
         let claims = self.fmu.description.capabilities.adjoint_derivatives;
         let sound = claims && short == 0 && are(&known, &is_known) && are(&unknown, &is_unknown);
-        // A model refuses inputs that are impossible together; a huge seed leaves the range of numbers, one that is none is discarded.
+        // A model refuses inputs that are impossible together; a huge seed leaves the range of
+        // numbers, one that is none is discarded.
         let expect = match sound {
             true if valid => Expect::ModelDecides,
             true => Expect::FileDecides,
@@ -170,7 +172,8 @@ impl<'a> Session<'a> {
         Ok(self.plain(i, name, status, expect))
     }
 
-    /// Each element of the adjoint derivative must be the product of `v` with the derivative along that element alone.
+    /// Each element of the adjoint derivative must be the product of `v` with the derivative along
+    /// that element alone.
     fn check_transpose(
         &self,
         i: usize,
@@ -210,7 +213,8 @@ impl<'a> Session<'a> {
         Ok(())
     }
 
-    /// Functions of types, clocks, structural parameters and interfaces that these FMUs have not, and wrong numbers of values.
+    /// Functions of types, clocks, structural parameters and interfaces that these FMUs have not,
+    /// and wrong numbers of values.
     pub fn absent(&mut self, i: usize) -> Result<Call, String> {
         let (f, c) = (self.fmi3(), self.instances[i].c);
         let r = &mut self.random;
@@ -223,7 +227,8 @@ impl<'a> Session<'a> {
         macro_rules! call {
             ($name:ident($($argument:expr),*)) => { (stringify!($name), (f.$name)(c $(, $argument)*)) };
         }
-        // SAFETY: a live instance; room for more values than the variable has, of at most eight bytes each.
+        // SAFETY: a live instance; room for more values than the variable has, of at most eight
+        // bytes each.
         let (name, status) = unsafe {
             match which {
                 0 => call!(fmi3GetFloat32(p, 1, q.cast(), size)),
