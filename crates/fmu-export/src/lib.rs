@@ -108,7 +108,8 @@ pub use core::info::{File, Info, MadeFile, Terminal};
 pub use core::input::{InputPolynomial, MAX_INPUT_DERIVATIVE};
 #[doc(hidden)]
 pub use core::joined::{join, total};
-pub use core::log::{Level, Log};
+pub use core::log::Log;
+pub use core::message::Level;
 pub use core::model::{Evaluation, Model, ModelError};
 pub use core::parameter_file::{read_parameter_file, read_placed_file};
 pub use core::step::StepEnd;

@@ -92,6 +92,31 @@ impl<M: Model> Instance<M> {
         Ok(())
     }
 
+    /// Refuses output derivatives where the model has none.
+    pub(crate) fn has_output_derivatives(&self) -> Result<(), Fault> {
+        match M::INFO.output_derivatives {
+            true => Ok(()),
+            false => {
+                refuse!("this FMU has no output derivatives (maxOutputDerivativeOrder = 0)")
+            }
+        }
+    }
+
+    /// Refuses output derivatives of another order than the first.
+    pub(crate) fn check_first_order(
+        &self,
+        n: usize,
+        number: impl Fn(usize) -> u32,
+        order: impl Fn(usize) -> i32,
+    ) -> Result<(), Fault> {
+        let Some(k) = (0..n).find(|&k| order(k) != 1) else {
+            return Ok(());
+        };
+        let (i, row) = self.layout.find(number(k))?;
+        let (name, order) = (row.element_name(i), order(k));
+        refuse!("`{name}`: order of derivative = {order} must be 1")
+    }
+
     /// First time derivatives of `n` Real outputs.
     pub(crate) fn output_derivatives(
         &mut self,

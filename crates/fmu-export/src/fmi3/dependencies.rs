@@ -7,7 +7,7 @@ use crate::core::dependencies::Knowns;
 use crate::core::fault::{Fault, refuse};
 use crate::core::phase::Phase;
 use crate::core::variable::Causality;
-use libc::c_int;
+use std::ffi::c_int;
 
 /// One dependency: element of the dependent variable, variable it depends on, element of that one. Elements count from 1.
 pub(super) struct Dependency {

@@ -2,7 +2,7 @@
 //! says, in a shorter form than its text. The first instance of a process computes it, which for the text would take most of the time
 //! that the instance needs.
 
-use super::{enumerations, units_in_use};
+use super::parts::{enumerations, units_in_use};
 use crate::core::enumeration::Enumeration;
 use crate::core::info::{Experiment, Info};
 use crate::core::layout::Layout;

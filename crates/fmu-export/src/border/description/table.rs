@@ -1,6 +1,6 @@
 //! Checks of the table of variables: what the compiler cannot see.
 
-use super::unit;
+use super::parts::unit;
 use crate::border::log::CATEGORIES;
 use crate::core::dependencies::Knowns;
 use crate::core::layout::{LARGEST_NUMBER, Layout};
