@@ -9,7 +9,7 @@ use crate::core::guard::{Entered, Guarded};
 use crate::core::instance::Instance;
 use crate::core::message::{Kind, Message};
 use crate::core::panic::{self, Panic};
-use crate::core::variable::Names;
+use crate::core::place::Names;
 use std::ffi::{CString, c_void};
 use std::sync::Arc;
 

@@ -11,7 +11,7 @@ use crate::core::instance::Instance;
 use crate::core::layout::Layout;
 use crate::core::message::{Kind, Message};
 use crate::core::panic;
-use crate::core::saved::Identity;
+use crate::core::state::Identity;
 use std::borrow::Cow;
 use std::ffi::{CStr, c_char, c_void};
 use std::path::PathBuf;

@@ -6,7 +6,7 @@ use super::log::c_string;
 use crate::Model;
 use crate::core::fault::Fault;
 use crate::core::phase::Phase;
-use crate::core::variable::Place;
+use crate::core::place::Place;
 use std::ffi::c_char;
 
 impl<M: Model, V: Version> Body<M, V> {

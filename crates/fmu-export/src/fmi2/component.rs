@@ -7,8 +7,8 @@ use crate::border::answer::Answer;
 use crate::border::body::{self, Version};
 use crate::border::call::{self, I, L, N, S, T};
 use crate::core::fault::Fault;
+use crate::core::place::Names;
 use crate::core::step::End;
-use crate::core::variable::Names;
 
 /// FMI 2.0.
 pub(crate) struct Fmi2 {

@@ -10,8 +10,8 @@ use crate::border::call::{self, S, U};
 use crate::core::fault::{Fault, refuse};
 use crate::core::layout::TIME;
 use crate::core::phase::Phase;
+use crate::core::place::Names;
 use crate::core::step::End;
-use crate::core::variable::Names;
 
 /// FMI 3.0.
 pub(crate) struct Fmi3 {

@@ -10,8 +10,8 @@ use crate::border::arguments::{Array, array, array_mut, texts};
 use crate::border::functions::functions;
 use crate::core::access::not_allowed;
 use crate::core::fault::{Fault, refuse};
+use crate::core::place::Kind;
 use crate::core::value::Value;
-use crate::core::variable::Kind;
 
 functions! { ($) Fmi3 export_fmi3_values;
     fmi3GetFloat64 [GET] (vr: *const ValueReference, n: usize, values: *mut f64, n_values: usize)

@@ -1,11 +1,13 @@
 //! Parts of a model description that are the same in every version of FMI.
 
 use crate::border::log::CATEGORIES;
+use crate::core::causality::Causality;
 use crate::core::enumeration::Enumeration;
 use crate::core::info::Info;
 use crate::core::layout::Layout;
+use crate::core::model::Variable;
+use crate::core::place::Place;
 use crate::core::unit::{DIMENSIONS, Unit};
-use crate::core::variable::{Causality, Place, Variable};
 use crate::{KNOWN_UNITS, Model};
 use quick_xml::Writer;
 use quick_xml::events::{BytesDecl, Event};
@@ -77,7 +79,7 @@ pub(super) fn units_in_use<M: Model>(layout: &Layout<M>) -> Vec<&'static Unit> {
     let mut used: Vec<&Unit> = Vec::new();
     for (elements, row) in layout.rows() {
         let different = elements.len().min(row.each_unit.len()).max(1);
-        for unit in (0..different).filter_map(|i| unit(row, i)) {
+        for unit in (0..different).filter_map(|i| unit::<M>(row, i)) {
             if !used.iter().any(|known| known.name == unit.name) {
                 used.push(unit);
             }
