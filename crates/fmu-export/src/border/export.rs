@@ -1,5 +1,13 @@
 //! The macro that gives the functions their C names.
 
+use crate::Model;
+
+/// The model that a library exports. That it is one is asked for once, here, and not by each function.
+pub trait Exported {
+    /// The model.
+    type Model: Model;
+}
+
 /// Exports the C functions of FMI 2.0 and FMI 3.0 for one model. Use it once, in the crate that becomes the shared library.
 ///
 /// Beside the functions of FMI it exports `fmi2ExportFiles` and `fmi3ExportFiles`, through which a packer reads `modelDescription.xml`,
@@ -7,8 +15,17 @@
 #[macro_export]
 macro_rules! export_fmu {
     ($model:ty) => {
-        $crate::export_fmi2!($model);
-        $crate::export_fmi3!($model);
+        const _: () = {
+            /// The model of this library.
+            struct Library;
+
+            impl $crate::entry::Exported for Library {
+                type Model = $model;
+            }
+
+            $crate::export_fmi2!(Library);
+            $crate::export_fmi3!(Library);
+        };
     };
 }
 
@@ -16,7 +33,7 @@ macro_rules! export_fmu {
 #[doc(hidden)]
 #[macro_export]
 macro_rules! export_fmi2 {
-    ($model:ty) => {
+    ($exported:ty) => {
         const _: () = {
             use $crate::entry as e;
             use $crate::ffi::*;
@@ -45,7 +62,7 @@ macro_rules! export_fmi2 {
             ) -> Component {
                 // SAFETY: FMI asks of the importer what the called function asks for.
                 unsafe {
-                    e::instantiate::<$model>(
+                    e::instantiate::<$exported>(
                         &LIBRARY, name, kind, guid, resources, functions, logging_on,
                     )
                 }
@@ -54,7 +71,7 @@ macro_rules! export_fmi2 {
             #[unsafe(no_mangle)]
             unsafe extern "C-unwind" fn fmi2FreeInstance(c: Component) {
                 // SAFETY: as above.
-                unsafe { e::free_instance::<$model>(c) }
+                unsafe { e::free_instance::<$exported>(c) }
             }
 
             #[unsafe(no_mangle)]
@@ -63,10 +80,10 @@ macro_rules! export_fmi2 {
                 receive: Option<ReceiveFile>,
             ) -> c_int {
                 // SAFETY: asked of the packer.
-                unsafe { e::export_files::<$model>(&LIBRARY, context, receive) }
+                unsafe { e::export_files::<$exported>(&LIBRARY, context, receive) }
             }
 
-            $crate::export_fmi2_functions!($model);
+            $crate::export_fmi2_functions!($exported);
         };
     };
 }
@@ -75,7 +92,7 @@ macro_rules! export_fmi2 {
 #[doc(hidden)]
 #[macro_export]
 macro_rules! export_fmi3 {
-    ($model:ty) => {
+    ($exported:ty) => {
         const _: () = {
             use $crate::entry3 as e;
             use $crate::ffi3::*;
@@ -104,7 +121,7 @@ macro_rules! export_fmi3 {
             ) -> Instance {
                 // SAFETY: FMI asks of the importer what the called function asks for.
                 unsafe {
-                    e::instantiate_co_simulation::<$model>(
+                    e::instantiate_co_simulation::<$exported>(
                         &LIBRARY,
                         name,
                         token,
@@ -133,7 +150,7 @@ macro_rules! export_fmi3 {
             ) -> Instance {
                 // SAFETY: as above.
                 unsafe {
-                    e::refuse_instantiation::<$model>(
+                    e::refuse_instantiation::<$exported>(
                         "fmi3InstantiateModelExchange",
                         logging_on,
                         environment,
@@ -157,7 +174,7 @@ macro_rules! export_fmi3 {
             ) -> Instance {
                 // SAFETY: as above.
                 unsafe {
-                    e::refuse_instantiation::<$model>(
+                    e::refuse_instantiation::<$exported>(
                         "fmi3InstantiateScheduledExecution",
                         logging_on,
                         environment,
@@ -169,7 +186,7 @@ macro_rules! export_fmi3 {
             #[unsafe(no_mangle)]
             unsafe extern "C-unwind" fn fmi3FreeInstance(c: Instance) {
                 // SAFETY: as above.
-                unsafe { e::free_instance::<$model>(c) }
+                unsafe { e::free_instance::<$exported>(c) }
             }
 
             #[unsafe(no_mangle)]
@@ -184,7 +201,9 @@ macro_rules! export_fmi3 {
                 last_time: *mut f64,
             ) -> Status {
                 // SAFETY: as above.
-                unsafe { e::do_step::<$model>(c, t, h, event, terminate, early_return, last_time) }
+                unsafe {
+                    e::do_step::<$exported>(c, t, h, event, terminate, early_return, last_time)
+                }
             }
 
             #[unsafe(no_mangle)]
@@ -193,12 +212,12 @@ macro_rules! export_fmi3 {
                 receive: Option<ReceiveFile>,
             ) -> c_int {
                 // SAFETY: asked of the packer.
-                unsafe { e::export_files::<$model>(&LIBRARY, context, receive) }
+                unsafe { e::export_files::<$exported>(&LIBRARY, context, receive) }
             }
 
-            $crate::export_fmi3_functions!($model);
-            $crate::export_fmi3_values!($model);
-            $crate::export_fmi3_absent!($model);
+            $crate::export_fmi3_functions!($exported);
+            $crate::export_fmi3_values!($exported);
+            $crate::export_fmi3_absent!($exported);
         };
     };
 }

@@ -15,8 +15,8 @@ macro_rules! functions {
         #[doc(hidden)]
         #[macro_export]
         macro_rules! $export {
-            ($d model:ty) => {
-                $crate::export_functions! { $d model; $($name $arguments;)* }
+            ($d exported:ty) => {
+                $crate::export_functions! { $d exported; $($name $arguments;)* }
             };
         }
     };
@@ -32,7 +32,7 @@ macro_rules! function {
         /// # Safety
         /// See the module `entry`.
         #[allow(non_snake_case, clippy::too_many_arguments)]
-        pub unsafe fn $name<M: $crate::Model>(
+        pub unsafe fn $name<X: $crate::border::export::Exported>(
             c: *mut std::ffi::c_void,
             $($argument: $type),*
         ) -> Status {
@@ -42,7 +42,7 @@ macro_rules! function {
             };
             $(let _ = &$argument;)*
             // SAFETY: forwarded.
-            unsafe { $crate::border::body::enter::<M, $version>(c, CALL, $run) }
+            unsafe { $crate::border::body::enter::<X::Model, $version>(c, CALL, $run) }
         }
     };
 }
@@ -52,11 +52,11 @@ pub(crate) use function;
 #[doc(hidden)]
 #[macro_export]
 macro_rules! export_functions {
-    ($model:ty; $($name:ident($($argument:ident: $type:ty),* $(,)?);)*) => {$(
+    ($exported:ty; $($name:ident($($argument:ident: $type:ty),* $(,)?);)*) => {$(
         #[unsafe(no_mangle)]
         unsafe extern "C-unwind" fn $name(c: *mut c_void $(, $argument: $type)*) -> Status {
             // SAFETY: FMI asks of the importer what the called function asks for.
-            unsafe { e::$name::<$model>(c $(, $argument)*) }
+            unsafe { e::$name::<$exported>(c $(, $argument)*) }
         }
     )*};
 }

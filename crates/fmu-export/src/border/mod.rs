@@ -6,7 +6,7 @@ pub(crate) mod arguments;
 pub(crate) mod body;
 pub(crate) mod call;
 pub(crate) mod description;
-mod export;
+pub(crate) mod export;
 pub(crate) mod files;
 pub(crate) mod functions;
 pub(crate) mod library;

@@ -4,6 +4,7 @@
 //! pointers that are NULL or valid for the number of elements given beside them; that is what FMI asks of the importer.
 
 pub use super::instantiate::{free_instance, instantiate};
+pub use crate::border::export::Exported;
 pub use crate::border::library::Library;
 
 use super::component::{Body, Fmi2};
@@ -75,9 +76,7 @@ functions! { ($) Fmi2 export_fmi2_functions;
         unknown: *const ValueReference, n_unknown: usize, known: *const ValueReference, n_known: usize,
         seed: *const Real, result: *mut Real
     ) |b| {
-        if !M::INFO.directional_derivatives {
-            return refuse!("this FMU has no directional derivatives (providesDirectionalDerivative = false)");
-        }
+        check_provided(b)?;
         let (unknown, known) = (array("vUnknown_ref", unknown, n_unknown)?, array("vKnown_ref", known, n_known)?);
         let (seed, result) = (array("dvKnown", seed, n_known)?, array_mut("dvUnknown", result, n_unknown)?);
         b.instance.directional_derivative(
@@ -116,6 +115,13 @@ functions! { ($) Fmi2 export_fmi2_functions;
         |b| { let to = place("value", value)?; to.put(0, b.boolean_status(kind)?); Ok(()) };
     fmi2GetStringStatus [S | T | L] (kind: c_int, value: *mut Str)
         |b| { let to = place("value", value)?; to.put(0, b.string_status(kind)?); Ok(()) };
+}
+
+fn check_provided<M: Model>(_: &Body<M>) -> Result<(), Fault> {
+    if M::INFO.directional_derivatives {
+        return Ok(());
+    }
+    refuse!("this FMU has no directional derivatives (providesDirectionalDerivative = false)")
 }
 
 /// Sets elements.
@@ -157,11 +163,11 @@ unsafe fn get<M: Model, C: Copy, T: Value>(
 ///
 /// # Safety
 /// `receive` may be called with `context`.
-pub unsafe fn export_files<M: Model>(
+pub unsafe fn export_files<X: Exported>(
     library: &Library,
     context: *mut c_void,
     receive: Option<ReceiveFile>,
 ) -> c_int {
     // SAFETY: forwarded.
-    unsafe { files::export(library, context, receive, super::files::files::<M>) }
+    unsafe { files::export(library, context, receive, super::files::files::<X::Model>) }
 }

@@ -6,6 +6,7 @@ use super::log;
 use super::uri;
 use crate::Model;
 use crate::border::description::table;
+use crate::border::export::Exported;
 use crate::border::library::{self, Library, Request, text};
 use crate::core::message::{Kind, Message};
 use crate::core::panic;
@@ -16,7 +17,7 @@ use std::ptr;
 ///
 /// # Safety
 /// As for every function of [`entry`](crate::entry); `functions` points at callbacks that may be called until fmi2FreeInstance.
-pub unsafe fn instantiate<M: Model>(
+pub unsafe fn instantiate<X: Exported>(
     library: &Library,
     name: Str,
     kind: c_int,
@@ -41,7 +42,7 @@ pub unsafe fn instantiate<M: Model>(
             &callbacks,
             name.as_deref().unwrap_or_default(),
             logging_on != 0,
-            M::INFO.log_categories,
+            X::Model::INFO.log_categories,
         ),
         messages,
         name: name.as_deref(),
@@ -53,7 +54,7 @@ pub unsafe fn instantiate<M: Model>(
             terminated: false,
         },
     };
-    request.make::<M>(table::check, |_| check_kind(kind))
+    request.make::<X::Model>(table::check, |_| check_kind(kind))
 }
 
 fn check_kind(kind: c_int) -> Result<(), String> {
@@ -82,7 +83,7 @@ fn folder(messages: &mut Vec<Message>, uri: &str) -> Option<PathBuf> {
 ///
 /// # Safety
 /// As for every function of [`entry`](crate::entry); `c` is not used afterwards.
-pub unsafe fn free_instance<M: Model>(c: Component) {
+pub unsafe fn free_instance<X: Exported>(c: Component) {
     // SAFETY: forwarded.
-    unsafe { library::free::<M, Fmi2>(c) }
+    unsafe { library::free::<X::Model, Fmi2>(c) }
 }

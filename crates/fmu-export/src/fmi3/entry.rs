@@ -7,10 +7,11 @@
 pub use super::absent::*;
 pub use super::instantiate::{free_instance, instantiate_co_simulation, refuse_instantiation};
 pub use super::values::*;
+pub use crate::border::export::Exported;
 pub use crate::border::library::Library;
 
 use super::ffi::*;
-use super::instance::Fmi3;
+use super::instance::{Body, Fmi3};
 use super::order::{A, ANY};
 use crate::Model;
 use crate::border::arguments::{array, array_mut, place};
@@ -80,7 +81,7 @@ functions! { ($) Fmi3 export_fmi3_functions;
         unknowns: *const ValueReference, n_unknowns: usize, knowns: *const ValueReference, n_knowns: usize,
         seed: *const f64, n_seed: usize, sensitivity: *mut f64, n_sensitivity: usize
     ) |b| {
-        check_provided::<M>("providesDirectionalDerivatives")?;
+        check_provided(b, "providesDirectionalDerivatives")?;
         let (unknowns, knowns) = (array("unknowns", unknowns, n_unknowns)?, array("knowns", knowns, n_knowns)?);
         let (seed, result) = (array("seed", seed, n_seed)?, array_mut("sensitivity", sensitivity, n_sensitivity)?);
         let unknowns = b.elements(n_unknowns, |k| unknowns.get(k))?;
@@ -100,7 +101,7 @@ functions! { ($) Fmi3 export_fmi3_functions;
         unknowns: *const ValueReference, n_unknowns: usize, knowns: *const ValueReference, n_knowns: usize,
         seed: *const f64, n_seed: usize, sensitivity: *mut f64, n_sensitivity: usize
     ) |b| {
-        check_provided::<M>("providesAdjointDerivatives")?;
+        check_provided(b, "providesAdjointDerivatives")?;
         let (unknowns, knowns) = (array("unknowns", unknowns, n_unknowns)?, array("knowns", knowns, n_knowns)?);
         let (seed, result) = (array("seed", seed, n_seed)?, array_mut("sensitivity", sensitivity, n_sensitivity)?);
         let unknowns = b.elements(n_unknowns, |k| unknowns.get(k))?;
@@ -162,7 +163,7 @@ fn check_number(name: &str, given: usize, needed: usize) -> Result<(), Fault> {
     refuse!("{name} = {given} must be {needed}, the number of elements of these variables")
 }
 
-fn check_provided<M: Model>(flag: &str) -> Result<(), Fault> {
+fn check_provided<M: Model>(_: &Body<M>, flag: &str) -> Result<(), Fault> {
     if M::INFO.directional_derivatives {
         return Ok(());
     }
@@ -183,7 +184,7 @@ const LEAVE_UPDATE: Call = Call {
 /// # Safety
 /// See the module.
 #[inline]
-pub unsafe fn do_step<M: Model>(
+pub unsafe fn do_step<X: Exported>(
     c: Instance,
     t: f64,
     h: f64,
@@ -195,7 +196,7 @@ pub unsafe fn do_step<M: Model>(
     let mut is_shown = false;
     // SAFETY: forwarded.
     let status = unsafe {
-        enter::<M, Fmi3>(c, DO_STEP, |b| {
+        enter::<X::Model, Fmi3>(c, DO_STEP, |b| {
             let event = place("eventHandlingNeeded", event)?;
             let terminate = place("terminateSimulation", terminate)?;
             let early_return = place("earlyReturn", early_return)?;
@@ -214,7 +215,7 @@ pub unsafe fn do_step<M: Model>(
     };
     if is_shown {
         // SAFETY: forwarded.
-        return unsafe { show::<M>(c) };
+        return unsafe { show::<X::Model>(c) };
     }
     status
 }
@@ -257,11 +258,11 @@ unsafe fn show<M: Model>(c: Instance) -> Status {
 ///
 /// # Safety
 /// `receive` may be called with `context`.
-pub unsafe fn export_files<M: Model>(
+pub unsafe fn export_files<X: Exported>(
     library: &Library,
     context: *mut c_void,
     receive: Option<ReceiveFile>,
 ) -> c_int {
     // SAFETY: forwarded.
-    unsafe { files::export(library, context, receive, super::files::files::<M>) }
+    unsafe { files::export(library, context, receive, super::files::files::<X::Model>) }
 }

@@ -8,6 +8,7 @@ use crate::Model;
 use crate::border::answer::Answer;
 use crate::border::arguments::array;
 use crate::border::call::S;
+use crate::border::export::Exported;
 use crate::border::library::{self, Library, Request, refusal, text};
 use crate::core::fault::Fault;
 use crate::core::layout::Layout;
@@ -21,7 +22,7 @@ use std::ptr;
 /// # Safety
 /// As for every function of [`entry`](super::entry); the callbacks may be called until fmi3FreeInstance.
 #[expect(clippy::too_many_arguments, reason = "those of FMI")]
-pub unsafe fn instantiate_co_simulation<M: Model>(
+pub unsafe fn instantiate_co_simulation<X: Exported>(
     library: &Library,
     name: Str,
     token: Str,
@@ -49,7 +50,7 @@ pub unsafe fn instantiate_co_simulation<M: Model>(
             log_message,
             environment,
             logging_on != 0,
-            M::INFO.log_categories,
+            X::Model::INFO.log_categories,
         ),
         messages,
         name: name.as_deref(),
@@ -63,7 +64,7 @@ pub unsafe fn instantiate_co_simulation<M: Model>(
             update: None,
         },
     };
-    request.make::<M>(check, |body| {
+    request.make::<X::Model>(check, |body| {
         let required = required.map_err(reason)?;
         let variables = (0..n_required).map(|k| required.get(k)).collect();
         body.own.update = updates(&body.instance.layout, variables, environment, update)?;
@@ -130,7 +131,7 @@ fn folder(messages: &mut Vec<Message>, path: &str) -> Option<PathBuf> {
 ///
 /// # Safety
 /// As for every function of [`entry`](super::entry).
-pub unsafe fn refuse_instantiation<M: Model>(
+pub unsafe fn refuse_instantiation<X: Exported>(
     function: &str,
     logging_on: Boolean,
     environment: InstanceEnvironment,
@@ -140,7 +141,7 @@ pub unsafe fn refuse_instantiation<M: Model>(
         log_message,
         environment,
         logging_on != 0,
-        M::INFO.log_categories,
+        X::Model::INFO.log_categories,
     );
     let reason = "this FMU offers Co-Simulation only; it must be instantiated by fmi3InstantiateCoSimulation";
     log.send(&[refusal(function, reason)], Answer::Error);
@@ -151,7 +152,7 @@ pub unsafe fn refuse_instantiation<M: Model>(
 ///
 /// # Safety
 /// As for every function of [`entry`](super::entry); `c` is not used afterwards.
-pub unsafe fn free_instance<M: Model>(c: Instance) {
+pub unsafe fn free_instance<X: Exported>(c: Instance) {
     // SAFETY: forwarded.
-    unsafe { library::free::<M, Fmi3>(c) }
+    unsafe { library::free::<X::Model, Fmi3>(c) }
 }
