@@ -1,180 +1,14 @@
-//! Rows of the table of variables.
+//! Rows of the table of variables: how they are written, and what follows from that.
 //!
 //! A row is a scalar (`x`) or a vector (`x[1]`, `x[2]`, …). The value reference of an element is its running number across
 //! the table, counted over all types, unless a row says where its elements begin.
 
+use super::causality::{Causality, Dependencies};
 use super::enumeration::{Enumeration, Items};
-use crate::{Model, Unit};
+use super::model::{Model, SetString, Variable};
+use super::place::{Names, Place, Read, Write};
+use super::unit::Unit;
 use std::ops::RangeInclusive;
-use std::path::Path;
-
-/// In a list of initial dependencies: every parameter of the model.
-pub const ALL_PARAMETERS: &str = "*parameters";
-
-/// A row of the table: name, place in the model's structs, and what the model description says about it.
-///
-/// Constructors take (name, description, accessors). Singular ones (`input`, `integer_output` …) make a scalar, plural ones a
-/// vector, whose length is that of the slice in the default values and must not change.
-pub struct Variable<M: Model> {
-    pub(crate) name: &'static str,
-    pub(crate) description: &'static str,
-    pub(crate) causality: Causality,
-    pub(crate) place: Place<M>,
-    /// `x`, not `x[1]`.
-    pub(crate) scalar: bool,
-    pub(crate) tunable: bool,
-    pub(crate) discrete: bool,
-    /// Not read by the model's [`Evaluation`](crate::Evaluation).
-    pub(crate) beside_evaluation: bool,
-    /// String setters read this parameter.
-    pub(crate) read_by_texts: bool,
-    /// Counts how often the importer has set this input.
-    pub(crate) counter: Option<fn(&mut M::Input) -> &mut u32>,
-    /// Value reference of the first element; None: the next one.
-    pub(crate) at: Option<u32>,
-    pub(crate) unit: Option<&'static str>,
-    /// The definition of `unit`, where the row brings it along.
-    pub(crate) own_unit: Option<&'static Unit>,
-    /// Units element by element, where they differ.
-    pub(crate) each_unit: &'static [&'static str],
-    pub(crate) display_unit: Option<&'static str>,
-    pub(crate) min: f64,
-    pub(crate) max: f64,
-    pub(crate) nominal: Option<f64>,
-    pub(crate) enumeration: Option<Enumeration>,
-    pub(crate) dependencies: Dependencies,
-    pub(crate) initial_dependencies: Dependencies,
-}
-
-impl<M: Model> Clone for Variable<M> {
-    fn clone(&self) -> Self {
-        *self
-    }
-}
-
-impl<M: Model> Copy for Variable<M> {}
-
-/// Causality of a row.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Causality {
-    Input,
-    Output,
-    Local,
-    Parameter,
-    /// A function of parameters.
-    CalculatedParameter,
-    /// Always the same.
-    Constant,
-}
-
-/// What the elements of a row depend on.
-#[derive(Clone, Copy, Debug)]
-pub(crate) enum Dependencies {
-    /// Not said: on everything.
-    Unknown,
-    /// The same lists, one after the other, for each element (`[i]`: same index).
-    Same([&'static [&'static str]; 2]),
-    /// A list for each element.
-    Each(&'static [&'static [&'static str]]),
-}
-
-/// Type of a row.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Kind {
-    Real,
-    Integer,
-    Boolean,
-    String,
-}
-
-/// What a border calls the types.
-pub(crate) struct Names {
-    pub(crate) real: &'static str,
-    pub(crate) integer: &'static str,
-    pub(crate) boolean: &'static str,
-    pub(crate) string: &'static str,
-    /// An Integer with an enumeration.
-    pub(crate) enumeration: &'static str,
-    /// As what it is set and read.
-    pub(crate) enumeration_access: &'static str,
-}
-
-impl Names {
-    /// As the constructors of rows call them.
-    pub(crate) const PLAIN: Self = Self {
-        real: "Real",
-        integer: "Integer",
-        boolean: "Boolean",
-        string: "String",
-        enumeration: "Integer",
-        enumeration_access: "Integer",
-    };
-}
-
-impl Kind {
-    /// Its name.
-    pub(crate) fn name(self, names: &Names) -> &'static str {
-        match self {
-            Kind::Real => names.real,
-            Kind::Integer => names.integer,
-            Kind::Boolean => names.boolean,
-            Kind::String => names.string,
-        }
-    }
-}
-
-/// Where the elements of a row live, and their type.
-pub(crate) enum Place<M: Model> {
-    RealIn(Write<M::Input, f64>),
-    IntegerIn(Write<M::Input, i32>),
-    BooleanIn(Write<M::Input, bool>),
-    RealOut(Read<M::Output, f64>),
-    IntegerOut(Read<M::Output, i32>),
-    BooleanOut(Read<M::Output, bool>),
-    StringOut(fn(&M::Output) -> &str),
-    RealParameter(Write<M::Parameters, f64>),
-    IntegerParameter(Write<M::Parameters, i32>),
-    BooleanParameter(Write<M::Parameters, bool>),
-    StringParameter(fn(&M::Parameters) -> &str, SetString<M>),
-}
-
-impl<M: Model> Clone for Place<M> {
-    fn clone(&self) -> Self {
-        *self
-    }
-}
-
-impl<M: Model> Copy for Place<M> {}
-
-/// Setter of a String parameter: parameters, text, the FMU's resources folder if the importer gave one.
-pub type SetString<M> =
-    fn(&mut <M as Model>::Parameters, &str, Option<&Path>) -> Result<(), String>;
-
-/// Read access to a scalar or a vector in `S`.
-pub(crate) enum Read<S, T> {
-    Scalar(fn(&S) -> &T),
-    Vector(fn(&S) -> &[T]),
-}
-
-/// Read and write access to a scalar or a vector in `S`.
-pub(crate) enum Write<S, T> {
-    Scalar(fn(&S) -> &T, fn(&mut S) -> &mut T),
-    Vector(fn(&S) -> &[T], fn(&mut S) -> &mut [T]),
-}
-
-macro_rules! copied {
-    ($($type:ident)*) => {$(
-        impl<S, T> Clone for $type<S, T> {
-            fn clone(&self) -> Self {
-                *self
-            }
-        }
-
-        impl<S, T> Copy for $type<S, T> {}
-    )*};
-}
-
-copied! { Read Write }
 
 macro_rules! writable_rows {
     ($($scalar:ident $vector:ident $what:literal $causality:ident $place:ident $owner:ident $type:ty;)*) => {$(
@@ -239,7 +73,7 @@ impl<M: Model> Variable<M> {
         local locals "Real local variable (a field of `Output` that is not meant for wiring)" Local RealOut f64;
         integer_local integer_locals "Integer local variable" Local IntegerOut i32;
         boolean_local boolean_locals "Boolean local variable" Local BooleanOut bool;
-        calculated_parameter calculated_parameters "Real parameter that is calculated of others, in [`Model::output`]" CalculatedParameter RealOut f64;
+        calculated_parameter calculated_parameters "Real parameter that is calculated of others, in [`Model::output`](crate::Model::output)" CalculatedParameter RealOut f64;
         integer_calculated_parameter integer_calculated_parameters "Integer parameter that is calculated of others" CalculatedParameter IntegerOut i32;
         boolean_calculated_parameter boolean_calculated_parameters "Boolean parameter that is calculated of others" CalculatedParameter BooleanOut bool;
         constant constants "Real constant; `|_| &9.80665` is the accessor of a number" Constant RealOut f64;
@@ -273,7 +107,7 @@ impl<M: Model> Variable<M> {
         name: &'static str,
         description: &'static str,
         causality: Causality,
-        place: Place<M>,
+        place: Place<M::Parameters, M::Input, M::Output>,
         scalar: bool,
     ) -> Self {
         Self {
@@ -368,7 +202,7 @@ impl<M: Model> Variable<M> {
         self
     }
 
-    /// May be set between steps ([`Model::tune`] is told); without it a parameter is fixed after initialization. A calculated parameter
+    /// May be set between steps ([`Model::tune`](crate::Model::tune) is told); without it a parameter is fixed after initialization. A calculated parameter
     /// is tunable if it is calculated of one that is.
     pub const fn tunable(mut self) -> Self {
         self.tunable = true;
@@ -425,7 +259,7 @@ impl<M: Model> Variable<M> {
         self
     }
 
-    /// The inputs AND parameters an output depends on in Initialization Mode (through [`Model::initialize`] too), written as in
+    /// The inputs AND parameters an output depends on in Initialization Mode (through [`Model::initialize`](crate::Model::initialize) too), written as in
     /// [`depends_on`](Self::depends_on); [`ALL_PARAMETERS`] stands for every parameter. Without it: on all, which lets an
     /// importer see an algebraic loop at initialization.
     pub const fn initially_depends_on(mut self, knowns: &'static [&'static str]) -> Self {
@@ -450,5 +284,56 @@ impl<M: Model> Variable<M> {
     ) -> Self {
         self.initial_dependencies = Dependencies::Each(knowns);
         self
+    }
+}
+
+impl<M: Model> Variable<M> {
+    /// Name of an element: `x`, or `x[1]` for the first of a vector.
+    pub(crate) fn element_name(&self, index: usize) -> String {
+        if self.scalar {
+            self.name.to_owned()
+        } else {
+            format!("{}[{}]", self.name, index + 1)
+        }
+    }
+
+    /// Type and causality in words, for messages: `an Integer input`.
+    pub(crate) fn kind(&self, names: &Names) -> String {
+        let causality = match self.causality {
+            Causality::Input => "input",
+            Causality::Output => "output",
+            Causality::Local => "local variable",
+            Causality::Parameter if self.tunable => "tunable parameter",
+            Causality::Parameter => "fixed parameter",
+            Causality::CalculatedParameter => "calculated parameter",
+            Causality::Constant => "constant",
+        };
+        let name = match self.enumeration {
+            Some(_) => names.enumeration,
+            None => self.place.kind().name(names),
+        };
+        let article = if name.starts_with(['I', 'E']) {
+            "an"
+        } else {
+            "a"
+        };
+        format!("{article} {name} {causality}")
+    }
+
+    /// Name of the type by which it is set and read.
+    pub(crate) fn access(&self, names: &Names) -> &'static str {
+        match self.enumeration {
+            Some(_) => names.enumeration_access,
+            None => self.place.kind().name(names),
+        }
+    }
+
+    /// Least and greatest allowed value, both finite: of `min` and `max`, of the items of an enumeration.
+    pub(crate) fn bounds(&self) -> [f64; 2] {
+        let [first, last] = match self.enumeration {
+            Some(enumeration) => [1.0, enumeration.items.len() as f64],
+            None => [f64::MIN, f64::MAX],
+        };
+        [self.min.max(first), self.max.min(last)]
     }
 }
