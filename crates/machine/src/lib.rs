@@ -11,6 +11,7 @@ mod actuator;
 mod bodies;
 mod check;
 mod controller;
+mod drive;
 mod fields;
 mod geometry;
 mod holding;
@@ -25,6 +26,7 @@ pub use actuator::{Brake, CoreLosses, Emla, Heat, InverterLosses, Ratings, Tempe
 pub use bodies::{Bodies, Body, InertiaTensor, Limits, Start};
 pub use check::{Finding, MachineError};
 pub use controller::{Controller, CubeAxes, CubicPath, Trajectories, TriangularPath};
+pub use drive::Drive;
 pub use fields::EmlaFields;
 pub use geometry::Geometry;
 pub use holding::{DEAD_LINK, Holding, is_tripped, link_current, trip_message};
