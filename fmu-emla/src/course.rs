@@ -1,59 +1,10 @@
-//! Where the rod is between two sets of the input `x`.
-//!
-//! The rod moves on with its velocity, in a step and from one step to the next, until `x` is set again: holding it while
-//! x_dot ≠ 0 would cost K_b·x_dot·h of force, some 20 kN at 1 ms. So after a step the outputs belong to the new time, before the
-//! importer has set anything.
+//! The inputs over a step, in which the rod moves on with its velocity.
 
-use super::{EmlaFmu, table};
-use crate::Input;
+use crate::model::{EmlaFmu, Input};
+use actuator_table::rod_end;
 use emla::{Emla, State};
-use fmu_export::{InputPolynomial, ModelError};
-use serde::{Deserialize, Serialize};
+use fmu_export::{Carried, InputPolynomial, ModelError};
 use std::cell::Cell;
-
-/// Rod position.
-#[derive(Clone, Copy, Serialize, Deserialize)]
-pub(crate) struct Rod {
-    /// How often the input `x` had been set.
-    sets: u32,
-    /// Where the rod is until it is set again, m.
-    x: f64,
-}
-
-impl Rod {
-    /// A rod where the input says.
-    pub(crate) fn at(u: &Input) -> Self {
-        Self {
-            sets: u.x_sets,
-            x: u.x,
-        }
-    }
-
-    /// The inputs with the rod where it is; a voltage of the DC link that nobody has set is the machine's.
-    pub(crate) fn input(&self, u: &Input) -> emla::Input {
-        let x = if u.x_sets == self.sets { self.x } else { u.x };
-        let v_dc = (u.v_dc_sets > 0).then_some(u.v_dc);
-        emla::Input { x, v_dc, ..**u }
-    }
-
-    /// The inputs over a step that begins here.
-    pub(crate) fn course<'a>(&self, u: &'a InputPolynomial<Input>) -> Course<'a> {
-        // The importer's derivatives of x, and where it gives none those of x_dot.
-        let derivative = |k| match u.derivative(k).x {
-            0.0 => u.derivative(k - 1).x_dot,
-            given => given,
-        };
-        let start = self.input(u.value());
-        Course {
-            u,
-            from: self.x,
-            start: start.x,
-            v_dc: start.v_dc,
-            derivatives: [1, 2, 3, 4].map(derivative),
-            farthest: Cell::new(0.0),
-        }
-    }
-}
 
 /// Inputs over a step.
 pub(crate) struct Course<'a> {
@@ -70,7 +21,25 @@ pub(crate) struct Course<'a> {
     farthest: Cell<f64>,
 }
 
-impl Course<'_> {
+impl<'a> Course<'a> {
+    /// The inputs over a step that begins with this rod.
+    pub(crate) fn new(rod: &Carried<f64>, u: &'a InputPolynomial<Input>) -> Self {
+        // The importer's derivatives of x, and where it gives none those of x_dot.
+        let derivative = |k| match u.derivative(k).x.value {
+            0.0 => u.derivative(k - 1).u.x_dot,
+            given => given,
+        };
+        let now = u.value();
+        Self {
+            u,
+            from: rod.value(),
+            start: rod.now(&now.x),
+            v_dc: now.v_dc.told(),
+            derivatives: [1, 2, 3, 4].map(derivative),
+            farthest: Cell::new(0.0),
+        }
+    }
+
     /// Work on the load by setting the rod elsewhere than the step before had taken it, J; `s` is the state at the start.
     pub(crate) fn work_of_shift(&self, emla: &Emla, s: &State) -> f64 {
         emla.work_of_shift(s, self.from, self.start)
@@ -84,31 +53,23 @@ impl Course<'_> {
         emla::Input {
             x,
             v_dc: self.v_dc,
-            ..*self.u.at::<EmlaFmu>(s)
+            ..self.u.at::<EmlaFmu>(s).u
         }
     }
 
     /// The rod after a step of `h` s, if it has stayed within the bounds of `x`.
-    pub(crate) fn end(&self, h: f64) -> Result<Rod, ModelError> {
+    pub(crate) fn end(&self, h: f64) -> Result<Carried<f64>, ModelError> {
         let x = self.at(h).x;
-        let farthest = self.farthest.get();
-        if farthest > table::X_LARGEST {
-            let limit = table::X_LARGEST;
-            return Err(ModelError::new(format!(
-                "`x_dot` moves the rod to |x| = {farthest} m within the step; it must stay within {limit} m"
-            )));
-        }
-        let sets = self.u.value().x_sets;
-        Ok(Rod { sets, x })
+        rod_end(&self.u.value().x, x, self.farthest.get())
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Parameters;
+    use crate::model::Parameters;
     use emla::Output;
-    use fmu_export::{Model, StepEnd};
+    use fmu_export::{Counted, Model, StepEnd};
 
     const H: f64 = 1e-3;
 
@@ -136,17 +97,16 @@ mod tests {
     }
 
     /// Inputs after `x` was set so often.
-    fn inputs(x_sets: u32, x: f64, x_dot: f64) -> Input {
+    fn inputs(sets: u32, x: f64, x_dot: f64) -> Input {
         let u = emla::Input {
             v_q: 30.0,
-            x,
             x_dot,
             F_hold: 9e3,
             ..emla::Input::default()
         };
         Input {
             u,
-            x_sets,
+            x: Counted { value: x, sets },
             ..Input::default()
         }
     }
@@ -193,10 +153,10 @@ mod tests {
     fn derivatives_of_both_inputs_count() {
         let of = |x: f64, x_dot: f64| Input {
             u: emla::Input {
-                x,
                 x_dot,
                 ..emla::Input::default()
             },
+            x: Counted::unset(x),
             ..Input::default()
         };
         let value = of(0.3, 0.02);
@@ -211,7 +171,7 @@ mod tests {
             [of(0.02, 7.0), of(a, 8.0), of(jerk, snap)],
         ] {
             let u = InputPolynomial::with_derivatives(value, &derivatives);
-            let x = Rod::at(&value).course(&u).at(s).x;
+            let x = Course::new(&Carried::at(&value.x), &u).at(s).x;
             assert!(
                 (x - expected).abs() < 1e-15,
                 "{derivatives:?}: {x}, {expected}"
@@ -226,9 +186,8 @@ mod tests {
         let actuator = Actuator::new(&unset);
         let y = actuator.output(&unset);
         assert!((y.P_in / y.i_dc - 650.0).abs() < 1e-9);
-        let set = |v_dc: f64| Input {
-            v_dc,
-            v_dc_sets: 1,
+        let set = |value: f64| Input {
+            v_dc: Counted { value, sets: 1 },
             ..unset
         };
         let y = actuator.output(&set(432.1));
