@@ -5,7 +5,9 @@
 #![deny(unsafe_code)]
 
 pub mod archive;
+#[cfg(feature = "check")]
 pub mod check;
+#[cfg(feature = "check")]
 pub mod fmi;
 pub mod library;
 pub mod licences;

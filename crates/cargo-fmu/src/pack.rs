@@ -156,12 +156,9 @@ fn fmu(
     let mut entries = library::files_of(loaded, version)?;
     let identifier = identifier(&entries, loaded)?;
     for (platform, bytes) in libraries {
-        let path = match version {
-            Version::Fmi2 if !platform.is_in_fmi2() => continue,
-            Version::Fmi2 => platform.path(&identifier)?,
-            Version::Fmi3 => platform.path_3(&identifier),
-        };
-        entries.insert(path, bytes.clone());
+        if let Some(path) = platform.library(version, &identifier) {
+            entries.insert(path, bytes.clone());
+        }
     }
     for (path, bytes) in beside {
         let path = match (version, path.as_str()) {
@@ -231,7 +228,9 @@ pub fn contents(library: &Path) -> Result<(String, Entries)> {
     let mut entries = library::files(library)?;
     let identifier = identifier(&entries, library)?;
     let (platform, bytes) = read(library)?;
-    entries.insert(platform.path(&identifier)?, bytes);
+    let path = platform.library(Version::Fmi2, &identifier);
+    let path = path.with_context(|| format!("FMI 2.0 has no folder for {}", platform.folder))?;
+    entries.insert(path, bytes);
     Ok((identifier, entries))
 }
 

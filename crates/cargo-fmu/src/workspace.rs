@@ -180,7 +180,8 @@ impl Source {
         built.iter().filter(fits).find_map(Artifact::library)
     }
 
-    fn name(&self) -> &str {
+    /// Its name.
+    pub fn name(&self) -> &str {
         match self {
             Self::Package(name) | Self::Example(name) => name,
         }

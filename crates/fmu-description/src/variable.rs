@@ -1,7 +1,5 @@
 //! A variable (FMI 2.0, section 2.2.7; FMI 3.0, section 2.4.7): a scalar, an array of FMI 3.0, or an element of one.
 
-use serde::Deserialize;
-
 /// A variable.
 #[derive(Clone, Debug)]
 pub struct Variable {
@@ -36,6 +34,12 @@ pub struct Variable {
     pub unit: Option<String>,
     /// Unit in which people read a Real.
     pub display_unit: Option<String>,
+    /// It is a difference of values, so that the offset of a unit does not apply (`relativeQuantity`).
+    pub is_relative: bool,
+    /// Value references of the clocks at whose ticks it may change (FMI 3.0).
+    pub clocks: Vec<u32>,
+    /// How a clock ticks (FMI 3.0).
+    pub timing: Option<ClockTiming>,
     pub(crate) access: Access,
 }
 
@@ -74,14 +78,40 @@ impl Kind {
     }
 }
 
+/// How the ticks of a clock come about (FMI 3.0, section 2.4.7.3): `intervalVariability` and what goes with it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ClockTiming {
+    /// Who decides on its ticks, and when.
+    pub interval: ClockInterval,
+    /// Time between ticks, s, where the description says it: `intervalDecimal`, else `intervalCounter` / `resolution`.
+    pub period: Option<f64>,
+    /// Delay of the first tick, s: `shiftDecimal`, else `shiftCounter` / `resolution`.
+    pub shift: f64,
+}
+
+/// `intervalVariability` of a clock.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ClockInterval {
+    /// Periodic, known from the description.
+    Constant,
+    /// Periodic, known in Initialization Mode.
+    Fixed,
+    /// Periodic, the period may change at events.
+    Tunable,
+    /// The time to the next tick is known at each tick.
+    Changing,
+    /// The FMU says at events when it ticks next.
+    Countdown,
+    /// It ticks without a time being known.
+    Triggered,
+}
+
 /// A named value of an enumeration.
-#[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Item {
     /// Name.
-    #[serde(rename = "@name")]
     pub name: String,
     /// Value.
-    #[serde(rename = "@value")]
     pub value: i64,
 }
 
@@ -119,8 +149,7 @@ pub enum Access {
 }
 
 /// Role of a variable.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Deserialize)]
-#[serde(rename_all = "camelCase")]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Causality {
     /// Set before initialization, `tunable` ones also between steps.
     Parameter,
@@ -140,8 +169,7 @@ pub enum Causality {
 }
 
 /// When the value of a variable may change.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Deserialize)]
-#[serde(rename_all = "camelCase")]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Variability {
     /// Never.
     Constant,
@@ -157,8 +185,7 @@ pub enum Variability {
 }
 
 /// How a variable gets its initial value.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Deserialize)]
-#[serde(rename_all = "camelCase")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Initial {
     /// It is the start value.
     Exact,
@@ -166,6 +193,47 @@ pub enum Initial {
     Approx,
     /// From other variables.
     Calculated,
+}
+
+impl Causality {
+    pub(crate) const WORDS: [(&str, Self); 7] = [
+        ("parameter", Self::Parameter),
+        ("structuralParameter", Self::StructuralParameter),
+        ("calculatedParameter", Self::CalculatedParameter),
+        ("input", Self::Input),
+        ("output", Self::Output),
+        ("local", Self::Local),
+        ("independent", Self::Independent),
+    ];
+}
+
+impl Variability {
+    pub(crate) const WORDS: [(&str, Self); 5] = [
+        ("constant", Self::Constant),
+        ("fixed", Self::Fixed),
+        ("tunable", Self::Tunable),
+        ("discrete", Self::Discrete),
+        ("continuous", Self::Continuous),
+    ];
+}
+
+impl Initial {
+    pub(crate) const WORDS: [(&str, Self); 3] = [
+        ("exact", Self::Exact),
+        ("approx", Self::Approx),
+        ("calculated", Self::Calculated),
+    ];
+}
+
+impl ClockInterval {
+    pub(crate) const WORDS: [(&str, Self); 6] = [
+        ("constant", Self::Constant),
+        ("fixed", Self::Fixed),
+        ("tunable", Self::Tunable),
+        ("changing", Self::Changing),
+        ("countdown", Self::Countdown),
+        ("triggered", Self::Triggered),
+    ];
 }
 
 impl Access {

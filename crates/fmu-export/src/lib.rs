@@ -101,9 +101,13 @@ pub mod derive;
 mod fmi2;
 mod fmi3;
 
+pub use core::carried::{Carried, Counted};
 pub use core::check::check;
-pub use core::info::{Enumeration, File, Info, MadeFile, Terminal};
+pub use core::enumeration::{Enumeration, Items};
+pub use core::info::{File, Info, MadeFile, Terminal};
 pub use core::input::{InputPolynomial, MAX_INPUT_DERIVATIVE};
+#[doc(hidden)]
+pub use core::joined::{join, total};
 pub use core::log::{Level, Log};
 pub use core::model::{Evaluation, Model, ModelError};
 pub use core::parameter_file::{read_parameter_file, read_placed_file};

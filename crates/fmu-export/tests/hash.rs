@@ -2,8 +2,8 @@
 #![allow(missing_docs)]
 
 use fmu_export::{
-    DisplayUnit, Enumeration, Info, InputPolynomial, Model, ModelError, StepEnd, Unit, Variable,
-    model_description, model_description3,
+    DisplayUnit, Enumeration, Info, InputPolynomial, Items, Model, ModelError, StepEnd, Unit,
+    Variable, joined, model_description, model_description3,
 };
 use serde::{Deserialize, Serialize};
 
@@ -72,6 +72,8 @@ const E_NAMED: Enumeration = Enumeration::new("F", "items", &[("a", "first"), ("
 const E_TOLD: Enumeration = Enumeration::new("E", "others", &[("a", "first"), ("b", "second")]);
 const E_ITEM: Enumeration = Enumeration::new("E", "items", &[("a", "first"), ("c", "second")]);
 const E_ITEM_TOLD: Enumeration = Enumeration::new("E", "items", &[("a", "first"), ("b", "other")]);
+static ITEMS: Items<bool, 2> =
+    Items::new("E", "items", [(true, "a", "first"), (false, "b", "second")]);
 const FURLONG: Unit = Unit::new("furlong").m(1).factor(201.168);
 const LONGER: Unit = Unit::new("furlong").m(1).factor(201.169);
 const SQUARED: Unit = Unit::new("furlong").m(2).factor(201.168);
@@ -152,6 +154,13 @@ tables! {
     // What the description does not say.
     37 [p(), n(), u().beside_evaluation().counted(|u| &mut u.sets), y()]
     38 [p().read_by_texts(), n(), u(), y()]
+    39 [p(), n(), u(), y().initially_depends_on(&["u", "p"])]
+    // The same in other words.
+    40 [p(), n(), u(), y().initially_also_on(&["p"])]
+    41 [p(), n(), u(), y().initially_depends_on(joined!(&["u"], &[], &["p"]))]
+    42 [p(), n().items(&ITEMS), u(), y()]
+    43 [p(), n(), u().range(-3.0..=30.0), y()]
+    44 [p(), n(), u().min(-3.0).max(30.0), y()]
 }
 
 impl<const K: usize> Model for Table<K> {
@@ -223,5 +232,13 @@ fn the_hash_tells_descriptions_apart() {
         }
         let like_the_first: Vec<_> = (0..all.len()).filter(|&k| all[k].0 == all[0].0).collect();
         assert_eq!(like_the_first, [0, 37, 38], "{attribute}");
+    }
+}
+
+#[test]
+fn short_forms_of_rows_mean_what_the_long_ones_do() {
+    let descriptions = descriptions();
+    for (long, short) in [(39, 40), (39, 41), (13, 42), (44, 43)] {
+        assert_eq!(descriptions[long], descriptions[short], "{long}, {short}");
     }
 }

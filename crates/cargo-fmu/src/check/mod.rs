@@ -16,11 +16,11 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
-use fmu_description::{Description, Version};
+use fmu_description::{Description, Version, library_among};
 use tempfile::TempDir;
 
 use crate::archive::Entries;
-use crate::fmi::library_path;
+use crate::platform;
 pub use outcome::{Outcome, Promise, Report, Row, Verdict};
 pub use run::one as try_one;
 use xml::Element;
@@ -165,11 +165,10 @@ fn runnable(text: &str, root: Element, entries: &Entries) -> Result<Version, Str
     let version = version.filter(|_| root.child("CoSimulation").is_some());
     let version = version.ok_or("this program runs FMI 2.0 and 3.0 for co-simulation only")?;
     let description = Description::parse(text).map_err(|e| e.to_string())?;
-    let library = library_path(&description).map_err(|e| e.to_string())?;
-    match entries.contains_key(&library) {
-        true => Ok(version),
-        false => Err(format!("it has no library for this machine ({library})")),
-    }
+    let platform = platform::host().map_err(|e| e.to_string())?;
+    let names = entries.keys().map(String::as_str);
+    library_among(names, &description, platform).map_err(|e| e.to_string())?;
+    Ok(version)
 }
 
 fn runs(entries: &Entries, checker: Checker, version: Version, report: &mut Report) -> Result<()> {

@@ -11,5 +11,5 @@ pub mod order;
 mod values;
 
 pub use fmi2::Functions as Functions2;
-pub use fmu::{Fmu, library_path};
+pub use fmu::Fmu;
 pub use log::{Log, Message};

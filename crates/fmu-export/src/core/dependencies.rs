@@ -43,11 +43,11 @@ impl Knowns {
         i: usize,
         parameters: bool,
     ) -> Result<Option<Vec<usize>>, String> {
-        let names = match dependencies {
+        let lists = match dependencies {
             Dependencies::Unknown => return Ok(None),
-            Dependencies::Same(names) => names,
+            Dependencies::Same(lists) => lists,
             Dependencies::Each(lists) => match lists.get(i) {
-                Some(list) => list,
+                Some(list) => [*list, &[]],
                 None => {
                     return Err(format!(
                         "has {} lists of dependencies, fewer than elements",
@@ -57,7 +57,7 @@ impl Knowns {
             },
         };
         let mut elements = Vec::new();
-        for name in names {
+        for name in lists.into_iter().flatten() {
             match self.find(name, i) {
                 _ if parameters && *name == ALL_PARAMETERS => elements.extend(&self.parameters),
                 Some((known, range)) if known.is_input || parameters => elements.extend(range),

@@ -1,4 +1,4 @@
-//! What a model says about itself outside its variables: names, default experiment, files, enumerations.
+//! What a model says about itself outside its variables: names, default experiment, files.
 
 use super::log::{Categories, MOST_CATEGORIES};
 use super::unit::Unit;
@@ -225,28 +225,5 @@ impl Terminal {
     pub const fn bus(mut self) -> Self {
         self.matching_rule = "bus";
         self
-    }
-}
-
-/// An enumeration type; its items count from 1.
-#[derive(Clone, Copy, Debug)]
-pub struct Enumeration {
-    pub(crate) name: &'static str,
-    pub(crate) description: &'static str,
-    pub(crate) items: &'static [(&'static str, &'static str)],
-}
-
-impl Enumeration {
-    /// `items` are (name, description); the first has the value 1.
-    pub const fn new(
-        name: &'static str,
-        description: &'static str,
-        items: &'static [(&'static str, &'static str)],
-    ) -> Self {
-        Self {
-            name,
-            description,
-            items,
-        }
     }
 }

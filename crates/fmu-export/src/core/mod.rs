@@ -6,14 +6,17 @@
 
 pub(crate) mod access;
 pub(crate) mod blocks;
+pub(crate) mod carried;
 pub(crate) mod check;
 pub(crate) mod dependencies;
 pub(crate) mod derivatives;
+pub(crate) mod enumeration;
 pub(crate) mod fault;
 pub(crate) mod guard;
 pub(crate) mod info;
 pub(crate) mod input;
 pub(crate) mod instance;
+pub(crate) mod joined;
 pub(crate) mod layout;
 pub(crate) mod log;
 pub(crate) mod message;

@@ -1,5 +1,6 @@
 //! The three types with fixed size: Real, Integer (and Enumeration), Boolean.
 
+use super::enumeration::numbered;
 use super::variable::{Kind, Place, Read, Variable, Write};
 use crate::Model;
 use std::fmt::Display;
@@ -149,11 +150,7 @@ impl<M: Model> Variable<M> {
 /// What a value of the row must be, in words: `1 (motion) or 2 (force)`, `from 0 to 1`.
 pub(crate) fn allowed<M: Model>(row: &Variable<M>) -> String {
     if let Some(enumeration) = row.enumeration {
-        let items = (1..).zip(enumeration.items);
-        let items: Vec<_> = items
-            .map(|(value, (name, _))| format!("{value} ({name})"))
-            .collect();
-        return items.join(" or ");
+        return numbered(enumeration.items);
     }
     match (row.min.is_finite(), row.max.is_finite()) {
         (true, true) => format!("from {} to {}", row.min, row.max),

@@ -3,7 +3,9 @@
 //! A row is a scalar (`x`) or a vector (`x[1]`, `x[2]`, …). The value reference of an element is its running number across
 //! the table, counted over all types, unless a row says where its elements begin.
 
-use crate::{Enumeration, Model, Unit};
+use super::enumeration::{Enumeration, Items};
+use crate::{Model, Unit};
+use std::ops::RangeInclusive;
 use std::path::Path;
 
 /// In a list of initial dependencies: every parameter of the model.
@@ -39,7 +41,7 @@ pub struct Variable<M: Model> {
     pub(crate) min: f64,
     pub(crate) max: f64,
     pub(crate) nominal: Option<f64>,
-    pub(crate) enumeration: Option<&'static Enumeration>,
+    pub(crate) enumeration: Option<Enumeration>,
     pub(crate) dependencies: Dependencies,
     pub(crate) initial_dependencies: Dependencies,
 }
@@ -70,8 +72,8 @@ pub(crate) enum Causality {
 pub(crate) enum Dependencies {
     /// Not said: on everything.
     Unknown,
-    /// The same list for each element (`[i]`: same index).
-    Same(&'static [&'static str]),
+    /// The same lists, one after the other, for each element (`[i]`: same index).
+    Same([&'static [&'static str]; 2]),
     /// A list for each element.
     Each(&'static [&'static [&'static str]]),
 }
@@ -255,16 +257,6 @@ impl<M: Model> Variable<M> {
         Self::row(name, description, Causality::Output, place, true)
     }
 
-    /// A String local variable.
-    pub const fn string_local(
-        name: &'static str,
-        description: &'static str,
-        get: fn(&M::Output) -> &str,
-    ) -> Self {
-        let place = Place::StringOut(get);
-        Self::row(name, description, Causality::Local, place, true)
-    }
-
     /// A String parameter (fixed). `set` may read a file and replace every other parameter: afterwards the layer sets
     /// those again that the importer has set explicitly, so that the order of setting does not matter.
     pub const fn string_parameter(
@@ -365,6 +357,11 @@ impl<M: Model> Variable<M> {
         self
     }
 
+    /// Least and greatest value, as [`min`](Self::min) and [`max`](Self::max).
+    pub const fn range(self, values: RangeInclusive<f64>) -> Self {
+        self.min(*values.start()).max(*values.end())
+    }
+
     /// Typical magnitude (> 0).
     pub const fn nominal(mut self, nominal: f64) -> Self {
         self.nominal = Some(nominal);
@@ -405,14 +402,20 @@ impl<M: Model> Variable<M> {
 
     /// Makes an Integer row an enumeration; values outside its items are refused.
     pub const fn enumeration(mut self, enumeration: &'static Enumeration) -> Self {
-        self.enumeration = Some(enumeration);
+        self.enumeration = Some(*enumeration);
+        self
+    }
+
+    /// As [`enumeration`](Self::enumeration), whose items stand for values of a type.
+    pub const fn items<T, const N: usize>(mut self, items: &'static Items<T, N>) -> Self {
+        self.enumeration = Some(items.enumeration());
         self
     }
 
     /// The inputs an output depends on directly (at fixed state): `"u"` the scalar or the whole vector, `"u[2]"` one element,
     /// `"u[i]"` the element with the output's own index; `&[]` none. An output that does not say depends on all.
     pub const fn depends_on(mut self, inputs: &'static [&'static str]) -> Self {
-        self.dependencies = Dependencies::Same(inputs);
+        self.dependencies = Dependencies::Same([inputs, &[]]);
         self
     }
 
@@ -426,7 +429,17 @@ impl<M: Model> Variable<M> {
     /// [`depends_on`](Self::depends_on); [`ALL_PARAMETERS`] stands for every parameter. Without it: on all, which lets an
     /// importer see an algebraic loop at initialization.
     pub const fn initially_depends_on(mut self, knowns: &'static [&'static str]) -> Self {
-        self.initial_dependencies = Dependencies::Same(knowns);
+        self.initial_dependencies = Dependencies::Same([knowns, &[]]);
+        self
+    }
+
+    /// After [`depends_on`](Self::depends_on): in Initialization Mode on the same inputs, and on these too. That is what an output
+    /// depends on that the state at the start has no part in.
+    pub const fn initially_also_on(mut self, knowns: &'static [&'static str]) -> Self {
+        self.initial_dependencies = match self.dependencies {
+            Dependencies::Same([inputs, _]) => Dependencies::Same([inputs, knowns]),
+            _ => panic!("`initially_also_on` comes after `depends_on`"),
+        };
         self
     }
 

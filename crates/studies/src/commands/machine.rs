@@ -15,7 +15,7 @@ use cosim::cli::print;
 use hdrm::HdrmError;
 use machine::{AXES, Machine, Source, extending, preset};
 
-use super::siblings::{OtherArguments, Sibling};
+use super::siblings::OtherArguments;
 
 #[derive(Subcommand)]
 pub enum MachineCommand {
@@ -87,7 +87,7 @@ pub fn run(command: &MachineCommand) -> Result<()> {
         MachineCommand::Check(args) => check(args),
         MachineCommand::Schema => print(serde_json::to_string_pretty(&machine::schema())? + "\n"),
         MachineCommand::Scale(args) => scale(args),
-        MachineCommand::Draw(_) => Sibling::Report.take_over().map(drop),
+        MachineCommand::Draw(_) => unreachable!("done by another program"),
     }
 }
 

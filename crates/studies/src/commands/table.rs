@@ -17,7 +17,7 @@ use crate::print::{comparison as compared, surrogate_loop as loop_print, tip_err
 use crate::studies::robustness::{self, STUDIES, Study};
 use crate::studies::surrogate_loop::{self, RigNetwork};
 use crate::studies::{comparison, inertia};
-use crate::worlds::{World, cases};
+use crate::worlds::{PARAMETERS, World, cases};
 
 /// Law that the studies of the real world start from.
 const SHIPPED: &str = "adaptive_integral";
@@ -232,7 +232,7 @@ impl Tables<'_> {
             (StudyArg::Ablation, _) => laws::ablation(),
             (StudyArg::IntegralRate, _) => laws::rates(),
             (StudyArg::Changes, _) => {
-                laws::changes(system, self.args.machine.parameters()?, SHIPPED)?
+                laws::changes(system, PARAMETERS, self.args.machine.parameters()?, SHIPPED)?
             }
             (_, Some(network)) => laws::tried(SHIPPED, &network.path),
             (StudyArg::Sensors, _) => laws::sensors(SHIPPED),

@@ -4,7 +4,7 @@
 //! `energy.brake`, `energy.loss` and `energy.stored` with the meaning of `DcLink`'s, the balance is drawn up back to its source.
 
 use anyhow::Result;
-use cosim::ssd::Power;
+use cosim::structure::Power;
 use cosim::system::System;
 use cosim::verdict::Verdict;
 use cosim::wiring::Port;

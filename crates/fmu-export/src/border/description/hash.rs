@@ -3,7 +3,8 @@
 //! that the instance needs.
 
 use super::{enumerations, units_in_use};
-use crate::core::info::{Enumeration, Experiment, Info};
+use crate::core::enumeration::Enumeration;
+use crate::core::info::{Experiment, Info};
 use crate::core::layout::Layout;
 use crate::core::unit::{DisplayUnit, Unit};
 use crate::core::variable::{Causality, Dependencies, Place, Variable};
@@ -175,9 +176,9 @@ impl Bytes {
     fn dependencies(&mut self, dependencies: Dependencies) {
         match dependencies {
             Dependencies::Unknown => self.number(0),
-            Dependencies::Same(names) => {
+            Dependencies::Same(lists) => {
                 self.number(1);
-                self.texts(names);
+                self.texts(&lists.concat());
             }
             Dependencies::Each(lists) => {
                 self.number(2);

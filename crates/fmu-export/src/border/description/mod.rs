@@ -6,7 +6,8 @@ pub(crate) mod table;
 pub(crate) use hash::hash;
 
 use super::log::CATEGORIES;
-use crate::core::info::{Enumeration, Info};
+use crate::core::enumeration::Enumeration;
+use crate::core::info::Info;
 use crate::core::layout::Layout;
 use crate::core::unit::{DIMENSIONS, Unit};
 use crate::core::variable::{Causality, Place, Variable};
@@ -156,8 +157,8 @@ fn scale(factor: f64, offset: f64) -> impl Iterator<Item = (&'static str, String
 }
 
 /// The enumerations in use, in the order of first use.
-pub(crate) fn enumerations<M: Model>(layout: &Layout<M>) -> Vec<&'static Enumeration> {
-    let mut used: Vec<&Enumeration> = Vec::new();
+pub(crate) fn enumerations<M: Model>(layout: &Layout<M>) -> Vec<Enumeration> {
+    let mut used: Vec<Enumeration> = Vec::new();
     for (_, row) in layout.rows() {
         if let Some(enumeration) = row.enumeration
             && !used.iter().any(|known| known.name == enumeration.name)

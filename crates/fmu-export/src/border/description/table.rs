@@ -174,7 +174,7 @@ fn attributes<M: Model>(row: &Variable<M>, i: usize) -> Result<(), String> {
 
 /// An enumeration has items with names of their own, and its name means one thing.
 fn enumeration<M: Model>(
-    known: &mut BTreeMap<&'static str, (&'static Enumeration, String)>,
+    known: &mut BTreeMap<&'static str, (Enumeration, String)>,
     row: &Variable<M>,
     name: &str,
 ) -> Result<(), String> {

@@ -77,7 +77,7 @@ fn types<M: Model>(xml: &mut Xml, layout: &Layout<M>) -> io::Result<()> {
                     .with_attributes(attributes)
                     .write_inner_content(|xml| {
                         xml.create_element("Enumeration")
-                            .write_inner_content(|xml| items(xml, enumeration))?;
+                            .write_inner_content(|xml| items(xml, &enumeration))?;
                         Ok(())
                     })?;
             }

@@ -88,7 +88,7 @@ fn types<M: Model>(xml: &mut Xml, layout: &Layout<M>) -> io::Result<()> {
                 ];
                 xml.create_element("EnumerationType")
                     .with_attributes(attributes)
-                    .write_inner_content(|xml| items(xml, enumeration))?;
+                    .write_inner_content(|xml| items(xml, &enumeration))?;
             }
             Ok(())
         })?;

@@ -1,0 +1,23 @@
+//! What an actuator is told beside its parameters: who moves its rod, and what its electrical side does.
+
+use serde::{Deserialize, Serialize};
+
+/// Who moves the rod.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Drive {
+    /// The rod follows the inputs `x` and `x_dot`; the force on it is the answer.
+    Motion,
+    /// The rod is a mass of its own against the input `F_ext`.
+    Force,
+}
+
+/// What the electrical side does beyond the paper; by default nothing.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Electric {
+    /// Voltage of the DC link below which an enabled drive trips, V; 0: never.
+    pub undervoltage: f64,
+    /// Whether the losses warm winding and housing; else these stay at their start.
+    pub heat: bool,
+    /// Whether resistance and magnets follow their temperature.
+    pub temperature: bool,
+}

@@ -1,0 +1,118 @@
+//! Enumerations: the names that the numbers of an Integer row have, and the values that they stand for.
+
+use super::model::ModelError;
+
+/// An enumeration type; its items count from 1.
+#[derive(Clone, Copy, Debug)]
+pub struct Enumeration {
+    pub(crate) name: &'static str,
+    pub(crate) description: &'static str,
+    pub(crate) items: &'static [(&'static str, &'static str)],
+}
+
+impl Enumeration {
+    /// `items` are (name, description); the first has the value 1.
+    pub const fn new(
+        name: &'static str,
+        description: &'static str,
+        items: &'static [(&'static str, &'static str)],
+    ) -> Self {
+        Self {
+            name,
+            description,
+            items,
+        }
+    }
+}
+
+/// An enumeration whose items stand for values of the type `T`, which may be declared in another crate.
+///
+/// ```
+/// # use fmu_export::Items;
+/// #[derive(Clone, Copy, Debug, PartialEq)]
+/// enum Drive { Motion, Force }
+///
+/// static DRIVE: Items<Drive, 2> = Items::new("Drive", "who moves the rod", [
+///     (Drive::Motion, "motion", "a mechanism"),
+///     (Drive::Force, "force", "the actuator"),
+/// ]);
+///
+/// assert_eq!(DRIVE.number(Drive::Force), 2);
+/// assert_eq!(DRIVE.item(2).unwrap(), Drive::Force);
+/// let text = DRIVE.item(3).unwrap_err().to_string();
+/// assert_eq!(text, "`Drive` = 3 must be 1 (motion) or 2 (force)");
+/// ```
+///
+/// A row of the table is made of it by [`Variable::items`](crate::Variable::items).
+#[derive(Debug)]
+pub struct Items<T, const N: usize> {
+    name: &'static str,
+    description: &'static str,
+    /// Names and descriptions.
+    items: [(&'static str, &'static str); N],
+    values: [T; N],
+}
+
+impl<T: Copy, const N: usize> Items<T, N> {
+    /// `items` are (value, name, description), at least one; the first has the number 1.
+    pub const fn new(
+        name: &'static str,
+        description: &'static str,
+        items: [(T, &'static str, &'static str); N],
+    ) -> Self {
+        let (mut names, mut values) = ([("", ""); N], [items[0].0; N]);
+        let mut k = 0;
+        while k < N {
+            names[k] = (items[k].1, items[k].2);
+            values[k] = items[k].0;
+            k += 1;
+        }
+        Self {
+            name,
+            description,
+            items: names,
+            values,
+        }
+    }
+
+    /// What the item with this number stands for.
+    ///
+    /// # Errors
+    /// No item has the number.
+    pub fn item(&self, number: i32) -> Result<T, ModelError> {
+        let index = usize::try_from(number).ok().and_then(|n| n.checked_sub(1));
+        let value = index.and_then(|index| self.values.get(index));
+        value.copied().ok_or_else(|| {
+            let (name, allowed) = (self.name, numbered(&self.items));
+            ModelError::new(format!("`{name}` = {number} must be {allowed}"))
+        })
+    }
+
+    /// The number of the item that stands for this value.
+    ///
+    /// # Panics
+    /// No item does.
+    pub fn number(&self, value: T) -> i32
+    where
+        T: PartialEq,
+    {
+        let index = self.values.iter().position(|v| *v == value);
+        index.expect("an item stands for each value") as i32 + 1
+    }
+}
+
+impl<T, const N: usize> Items<T, N> {
+    /// Name and items, as the model description has them.
+    pub(crate) const fn enumeration(&'static self) -> Enumeration {
+        Enumeration::new(self.name, self.description, &self.items)
+    }
+}
+
+/// The items with their numbers, in words: `1 (motion) or 2 (force)`.
+pub(crate) fn numbered(items: &[(&str, &str)]) -> String {
+    let items = (1..).zip(items);
+    let items: Vec<_> = items
+        .map(|(value, (name, _))| format!("{value} ({name})"))
+        .collect();
+    items.join(" or ")
+}
