@@ -80,11 +80,7 @@ pub const UNITS: &[Unit] = &[
 ///
 /// # Errors
 /// No such file, or all that is wrong with it.
-pub fn read_machine(
-    file: &str,
-    axis: i32,
-    resources: Option<&Path>,
-) -> Result<EmlaFields, String> {
+pub fn read_machine(file: &str, axis: i32, resources: Option<&Path>) -> Result<EmlaFields, String> {
     let machine = match Machine::preset(file) {
         Some(machine) => machine,
         None => read_placed_file(file, resources, Machine::of_file)?,
