@@ -15,9 +15,10 @@ use cosim::verdict::Verdict;
 use fmu_description::{Kind, Variable};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use studies::experiment::tell_delay;
-use studies::watched::useful;
-use studies::worlds::{Cases, World, cases};
+use studies::bench::forgotten;
+use studies::measures::run::useful;
+use studies::start_values::tell_delay;
+use studies::worlds::RealMachines;
 use studies::{loads, machine_file};
 
 use crate::raised;
@@ -82,7 +83,7 @@ pub struct Drawn {
     /// Start values: names and values.
     #[pyo3(get)]
     settings: Vec<(String, String)>,
-    _cases: Cases,
+    _machines: RealMachines,
 }
 
 /// What is told of a variable.
@@ -146,7 +147,7 @@ impl System {
             check: false,
         };
         let mut experiment = args.experiment(&self.system)?;
-        let forgotten = args.forgotten(&self.system, &experiment)?;
+        let forgotten = forgotten(&args, &self.system, &experiment)?;
         tell_delay(&self.system, &mut experiment)?;
         Ok((experiment, forgotten))
     }
@@ -170,15 +171,15 @@ impl System {
     /// `machine` of a file, and its file.
     fn drawn(&self, seed: u64, machine: Option<&str>) -> Result<Drawn> {
         let seeds = seed..seed + 1;
-        let cases = match machine {
-            Some(machine) => cases(World::Real, &self.with_machine(machine)?, seeds)?,
-            None => cases(World::Real, &self.system, seeds)?,
+        let machines = match machine {
+            Some(machine) => RealMachines::draw(&self.with_machine(machine)?, seeds)?,
+            None => RealMachines::draw(&self.system, seeds)?,
         };
-        let case = cases.list().first().context("one seed is one machine")?;
+        let case = machines.cases.first().context("one seed is one machine")?;
         let setting = |s: &cosim::system::Setting| (self.system.name(s.port), s.value.clone());
         Ok(Drawn {
             settings: case.settings.iter().map(setting).collect(),
-            _cases: cases,
+            _machines: machines,
         })
     }
 

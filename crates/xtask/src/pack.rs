@@ -50,18 +50,18 @@ impl System {
 /// Pack the suite's FMUs and its systems into `out`, for this machine; the FMUs, in the order of
 /// [`Workspace::suite`].
 pub fn suite(workspace: &Workspace, out: &Path) -> Result<Vec<PathBuf>> {
-    suite_with(workspace, FMU_PROFILE, &Platforms::default(), out)
+    suite_with(workspace, &profile(FMU_PROFILE), &Platforms::default(), out)
 }
 
-/// The same with libraries that were built with another profile, or for other platforms.
+/// The same with libraries that were built by other arguments of cargo, such as those for a profile, or for other platforms.
 pub fn suite_with(
     workspace: &Workspace,
-    profile: &str,
+    arguments: &[String],
     platforms: &Platforms,
     out: &Path,
 ) -> Result<Vec<PathBuf>> {
-    let (sources, arguments) = (workspace.suite(), self::profile(profile));
-    let packed = cargo_fmu::pack::fmus(&workspace.cargo, &sources, &arguments, platforms, out)?;
+    let sources = workspace.suite();
+    let packed = cargo_fmu::pack::fmus(&workspace.cargo, &sources, arguments, platforms, out)?;
     for system in &SYSTEMS {
         pack_system(workspace, &packed, system, &out.join(system.archive))?;
     }
