@@ -3,7 +3,8 @@
 use anyhow::Result;
 use serde::Serialize;
 
-use super::{Request, TableCell};
+use super::request::Request;
+use super::table::TableCell;
 use studies::robustness::{self, Case, Cell, STUDIES, Study};
 use studies::table::MODES;
 

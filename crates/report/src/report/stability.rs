@@ -2,8 +2,9 @@
 
 use serde::Serialize;
 
+use super::failures::kept;
+use super::request::{Request, UNCERTAIN};
 use super::samples::Samples;
-use super::{Request, UNCERTAIN, evaluation::kept};
 use studies::stability::{self, Condition, Gains, Powers};
 
 /// Sampling of the curves, s.
