@@ -1,4 +1,5 @@
-//! FMI 2.0 co-simulation FMU `Controller`: the adaptive modular controller of the manipulator.
+//! FMU `Controller` for co-simulation in FMI 2.0 and 3.0: the adaptive modular controller of the
+//! manipulator.
 //!
 //! `table` is the single source of names, units, bounds and dependencies; this file connects it
 //! to the `vdc` library.
@@ -7,23 +8,24 @@
 mod table;
 
 use emla::Surrogate;
-use fmu_export::{Info, InputPolynomial, Model, ModelError, StepEnd, Variable};
+use fmu_export::{Counted, Info, InputPolynomial, Model, ModelError, StepEnd, Variable};
 use machine::Machine;
 use serde::{Deserialize, Serialize};
 use std::ops::{Deref, DerefMut};
+use table::TrajectoryItem;
 use tip_path::PathFile;
 use vdc::{
-    Controller, ControllerError, Derating, Evaluation, Level, Mode, Output, RateCommand,
-    RateLimits, Settings, Timing, Told, Trajectory,
+    Controller, ControllerError, Derating, Evaluation, Level, Mode, NamedMode, Output, RateCommand,
+    RateLimits, ReportedTroubles, Settings, Timing, Trajectory,
 };
 
 /// The controller behind the FMI border.
 #[derive(Clone, Serialize, Deserialize)]
 pub struct ControllerFmu {
     controller: Controller,
-    /// Troubles that the importer was told of and that last.
+    /// Troubles that were reported to the importer and that last.
     #[serde(skip)]
-    told: Told,
+    reported: ReportedTroubles,
     /// Not part of the behaviour: handed to the importer's log once.
     #[serde(skip)]
     warning: Option<String>,
@@ -34,16 +36,14 @@ pub struct ControllerFmu {
 pub struct Input {
     u: vdc::Input,
     /// Voltage of the DC link, V; counts once it was set.
-    v_dc: f64,
-    /// How often it was set.
-    v_dc_sets: u32,
+    v_dc: Counted<f64>,
 }
 
 impl Input {
     /// What the controller reads.
     fn measured(&self) -> vdc::Input {
         vdc::Input {
-            v_dc: (self.v_dc_sets > 0).then_some(self.v_dc),
+            v_dc: self.v_dc.told(),
             ..self.u
         }
     }
@@ -82,11 +82,11 @@ pub struct Parameters {
     path_check: bool,
     /// Blending factor the low-level law reckons with.
     alpha: f64,
-    /// Item of [`table::LEVEL`].
+    /// Number of an item of [`table::LEVEL`].
     level: i32,
-    /// Item of [`table::MODE`].
+    /// Number of an item of [`table::MODE`].
     mode: i32,
-    /// Item of [`table::TRAJECTORY`].
+    /// Number of an item of [`table::TRAJECTORY`].
     trajectory: i32,
     /// Inertia of the plant over nominal, for the Lyapunov outputs.
     true_inertia_scale: f64,
@@ -98,7 +98,7 @@ pub struct Parameters {
     derating: bool,
     /// How much less.
     derated: Derating,
-    /// Item of [`table::RATE_COMMAND`].
+    /// Number of an item of [`table::RATE_COMMAND`].
     rate_command: i32,
     /// Limits of commanded rates.
     rates: RateLimits,
@@ -107,35 +107,19 @@ pub struct Parameters {
 }
 
 impl Parameters {
-    fn settings(&self) -> Settings {
-        let (mode, integral) = match self.mode {
-            table::MODE_ADAPTIVE => (Mode::Adaptive, false),
-            table::MODE_MODULAR => (Mode::Modular, false),
-            table::MODE_PD => (Mode::Pd, false),
-            table::MODE_MODULAR_INTEGRAL => (Mode::Modular, true),
-            table::MODE_PD_INTEGRAL => (Mode::Pd, true),
-            table::MODE_PD_GRAVITY => (Mode::PdGravity, false),
-            table::MODE_PD_GRAVITY_INTEGRAL => (Mode::PdGravity, true),
-            _ => (Mode::Adaptive, true),
-        };
-        let level = match self.level {
-            table::LEVEL_MACHINE => Level::Machine,
-            _ => Level::Actuator,
-        };
-        Settings {
+    fn settings(&self) -> Result<Settings, ModelError> {
+        let NamedMode { mode, integral } = table::MODE.item(self.mode)?;
+        Ok(Settings {
             mode,
             integral,
-            level,
+            level: table::LEVEL.item(self.level)?,
             gains: self.machine.controller,
             alpha: self.alpha,
             true_inertia_scale: self.true_inertia_scale,
             derating: self.derating.then_some(self.derated),
-            rate_command: match self.rate_command {
-                table::RATE_COMMAND_JOINT => RateCommand::Joint,
-                _ => RateCommand::Tip,
-            },
+            rate_command: table::RATE_COMMAND.item(self.rate_command)?,
             load_told: self.load_told,
-        }
+        })
     }
 
     fn timing(&self) -> Result<Timing, ModelError> {
@@ -145,46 +129,38 @@ impl Parameters {
         })
     }
 
-    /// The controller on the path of `path_file`.
-    fn follow(
-        &self,
-        controller: Controller,
-        settings: &Settings,
-        measured: &vdc::Input,
-    ) -> Result<Controller, ModelError> {
-        let file = self.path.as_ref().ok_or_else(|| {
-            ModelError::new(
-                "`path_file` is empty, but `trajectory` = path needs one: it must name a path",
-            )
-        })?;
-        let followed =
-            controller.following(file, &self.machine, settings, measured, self.path_check);
-        followed.map_err(|error| {
-            let hint = match error {
-                ControllerError::Refused(_) => {
-                    "; with `path_check` = false it is tried nevertheless"
-                }
-                _ => "",
-            };
-            ModelError::new(format!("path `{}`: {error}{hint}", self.path_file))
+    fn trajectory(&self) -> Result<Trajectory<'_>, ModelError> {
+        Ok(match table::TRAJECTORY.item(self.trajectory)? {
+            TrajectoryItem::Cubic => Trajectory::Cubic,
+            TrajectoryItem::Triangular => Trajectory::Triangular,
+            TrajectoryItem::External => Trajectory::External,
+            TrajectoryItem::Rates => Trajectory::Rates(self.rates),
+            TrajectoryItem::Path => Trajectory::Path {
+                file: self.path.as_ref().ok_or_else(|| {
+                    ModelError::new(
+                        "`path_file` is empty, but `trajectory` = path needs one: it must name a path",
+                    )
+                })?,
+                is_checked: self.path_check,
+            },
         })
     }
 
-    fn trajectory(&self) -> Trajectory {
-        match self.trajectory {
-            table::TRAJECTORY_CUBIC => Trajectory::Cubic,
-            table::TRAJECTORY_TRIANGULAR => Trajectory::Triangular,
-            table::TRAJECTORY_RATES => Trajectory::Rates,
-            table::TRAJECTORY_PATH => Trajectory::Path,
-            _ => Trajectory::External,
-        }
+    /// Why there is no controller; what is wrong with a path is said of its file.
+    fn refusal(&self, error: ControllerError) -> ModelError {
+        let hint = match &error {
+            ControllerError::Refused(_) => "; with `path_check` = false it is tried nevertheless",
+            ControllerError::Path(_) | ControllerError::Plant(_) => "",
+            _ => return error.into(),
+        };
+        ModelError::new(format!("path `{}`: {error}{hint}", self.path_file))
     }
 }
 
 impl ControllerFmu {
     /// What to tell the importer about the stability conditions of the low-level law, if they fail.
     fn stability_warning(&self, p: &Parameters) -> Option<String> {
-        let conditions = self.controller.conditions(&p.settings());
+        let conditions = self.controller.conditions(&p.machine.controller);
         if conditions.hold() {
             return None;
         }
@@ -199,7 +175,7 @@ impl ControllerFmu {
 
 impl fmu_export::Evaluation<ControllerFmu> for Evaluation {
     fn of(model: &ControllerFmu, p: &Parameters, u: &Input) -> Result<Self, ModelError> {
-        Ok(model.controller.evaluate(&p.settings(), &u.measured())?)
+        Ok(model.controller.evaluate(&p.settings()?, &u.measured())?)
     }
 }
 
@@ -226,8 +202,7 @@ impl Model for ControllerFmu {
                 T_winding: [table::ROOM; 3],
                 ..vdc::Input::default()
             },
-            v_dc: machine.emla.lift.link_voltage(),
-            v_dc_sets: 0,
+            v_dc: Counted::unset(machine.emla.lift.link_voltage()),
         };
         let parameters = Parameters {
             machine,
@@ -238,15 +213,18 @@ impl Model for ControllerFmu {
             path_file: String::new(),
             path_check: true,
             alpha: 0.0,
-            level: table::LEVEL_MACHINE,
-            mode: table::MODE_ADAPTIVE,
-            trajectory: table::TRAJECTORY_CUBIC,
+            level: table::LEVEL.number(Level::Machine),
+            mode: table::MODE.number(NamedMode {
+                mode: Mode::Adaptive,
+                integral: false,
+            }),
+            trajectory: table::TRAJECTORY.number(TrajectoryItem::Cubic),
             true_inertia_scale: 1.0,
             sample_time: 0.0,
             delay: 0,
             derating: false,
             derated: table::DERATED,
-            rate_command: table::RATE_COMMAND_JOINT,
+            rate_command: table::RATE_COMMAND.number(RateCommand::Joint),
             rates: RateLimits::default(),
             load_told: true,
         };
@@ -260,24 +238,21 @@ impl Model for ControllerFmu {
                 "`derating.start` = {start} K must be below `derating.end` = {end} K"
             )));
         }
-        let (settings, measured) = (p.settings(), u.measured());
-        let trajectory = p.trajectory();
-        let mut controller = Controller::new(
+        let (settings, measured) = (p.settings()?, u.measured());
+        let trajectory = p.trajectory()?;
+        let controller = Controller::new(
             &p.machine,
             &p.surrogate,
             trajectory,
             &settings,
             &measured,
             t,
-        )?
-        .with_timing(p.timing()?)
-        .with_rate_limits(&p.rates)?;
-        if trajectory == Trajectory::Path {
-            controller = p.follow(controller, &settings, &measured)?;
-        }
+        );
+        let controller = controller.map_err(|error| p.refusal(error))?;
+        let controller = controller.with_timing(p.timing()?);
         let mut fmu = Self {
             controller,
-            told: Told::default(),
+            reported: ReportedTroubles::default(),
             warning: None,
         };
         fmu.warning = fmu.stability_warning(p);
@@ -303,12 +278,12 @@ impl Model for ControllerFmu {
         h: f64,
     ) -> Result<StepEnd, ModelError> {
         // A sampled controller: it uses the measurements of the communication point.
-        let settings = p.settings();
+        let settings = p.settings()?;
         let measured = u.value().measured();
         self.controller.step(now, &settings, &measured, t, h)?;
         let trouble = self
             .controller
-            .trouble(now, &settings, &mut self.told, t, h);
+            .trouble(now, &settings, &mut self.reported, t, h);
         self.warning = trouble.map(|trouble| trouble.to_string());
         Ok(StepEnd::WHOLE)
     }

@@ -52,6 +52,11 @@ impl Coupling {
         self.exchange.run(&self.slaves, At::Time(t))
     }
 
+    /// Pass all connections once more at the same communication point.
+    pub fn pass_again(&mut self, t: f64) -> Result<()> {
+        self.exchange.run_again(&self.slaves, At::Time(t))
+    }
+
     /// Pass first time derivatives.
     pub fn pass_derivatives(&mut self, t: f64) -> Result<()> {
         let derivatives = self.derivatives.iter_mut();
@@ -99,7 +104,7 @@ impl Coupling {
             if !again {
                 return self.slaves.iter().try_for_each(|s| s.leave_events(at));
             }
-            self.exchange.run(&self.slaves, at)?;
+            self.exchange.run_again(&self.slaves, at)?;
         }
         bail!("{at}: discrete states still change after {PASSES} passes of Event Mode")
     }

@@ -3,15 +3,14 @@
 pub(crate) mod functions;
 mod library;
 
-use std::io::{Cursor, Read};
-use std::path::{MAIN_SEPARATOR, Path, PathBuf};
+use std::path::MAIN_SEPARATOR;
+use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use anyhow::{Context, Result, anyhow, bail, ensure};
-use fmu_description::{Description, Version};
+use anyhow::{Context, Result, bail};
+use fmu_description::{Archive, Description, Version, platform};
 use tempfile::TempDir;
-use zip::ZipArchive;
 
 use crate::batch::{Batch, Layout};
 use functions::{Functions2, Functions3};
@@ -47,14 +46,16 @@ impl Fmu {
     }
 
     fn open(file: &str, bytes: Vec<u8>) -> Result<Arc<Self>> {
-        let mut archive = ZipArchive::new(Cursor::new(bytes)).context("it is not a ZIP archive")?;
-        let description = Description::parse(&description_text(&mut archive)?)?.by_element();
+        let mut archive = Archive::open(bytes)?;
+        let description = archive.description()?;
+        let host = platform::host().context("FMUs have no folder for a platform like this one")?;
+        let (library, remark) = archive.library(&description, host)?;
+        let remarks = description.remarks.iter().cloned().chain(remark);
+        let remarks = remarks.map(|remark| remark.to_string()).collect();
+        let description = description.by_element();
         let folder = TempDir::with_prefix("cosim-")?;
-        unpack(&mut archive, folder.path())?;
-        let mut remarks = Vec::new();
-        let identifier = &description.identifier;
-        let library = library(folder.path(), description.fmi, identifier, &mut remarks)?;
-        let library = Library::load(&library)?;
+        archive.unpack(folder.path())?;
+        let library = Library::load(&folder.path().join(library))?;
         let resources = std::path::absolute(folder.path().join("resources"))?;
         let (api, resources) = match description.fmi {
             Version::Fmi2 => (
@@ -104,74 +105,6 @@ impl Fmu {
     }
 }
 
-/// Unpack an archive whose entries all stay in the folder.
-fn unpack(archive: &mut ZipArchive<Cursor<Vec<u8>>>, folder: &Path) -> Result<()> {
-    for k in 0..archive.len() {
-        let mut entry = archive.by_index(k)?;
-        let name = entry.name()?.into_owned();
-        let Some(path) = entry.enclosed_name() else {
-            bail!("its entry `{name}` would lie outside the folder it is unpacked to");
-        };
-        ensure!(!entry.is_symlink(), "its entry `{name}` is a link");
-        let path = folder.join(path);
-        if entry.is_dir() {
-            std::fs::create_dir_all(path)?;
-            continue;
-        }
-        std::fs::create_dir_all(path.parent().unwrap_or(folder))?;
-        let mut file = std::fs::File::create(&path)?;
-        std::io::copy(&mut entry, &mut file).with_context(|| format!("its entry `{name}`"))?;
-    }
-    Ok(())
-}
-
-/// The library for this platform: named after the identifier, else the only one in the folder of the platform.
-fn library(
-    folder: &Path,
-    fmi: Version,
-    identifier: &str,
-    remarks: &mut Vec<String>,
-) -> Result<PathBuf> {
-    use std::env::consts::{ARCH, DLL_SUFFIX, OS};
-    let system = match (fmi, OS) {
-        (_, "macos") => "darwin",
-        (Version::Fmi2, "windows") => "win",
-        (_, other) => other,
-    };
-    let bits = if cfg!(target_pointer_width = "64") {
-        64
-    } else {
-        32
-    };
-    let platform = match fmi {
-        Version::Fmi2 => format!("binaries/{system}{bits}"),
-        Version::Fmi3 => format!("binaries/{ARCH}-{system}"),
-    };
-    let named = folder
-        .join(&platform)
-        .join(format!("{identifier}{DLL_SUFFIX}"));
-    if named.is_file() {
-        return Ok(named);
-    }
-    let entries = std::fs::read_dir(folder.join(&platform))
-        .into_iter()
-        .flatten();
-    let files = entries.filter_map(|entry| Some(entry.ok()?.path()));
-    let mut libraries = files.filter(|f| f.to_string_lossy().ends_with(DLL_SUFFIX));
-    match (libraries.next(), libraries.next()) {
-        (Some(only), None) => {
-            let name = only.file_name().unwrap_or_default().to_string_lossy();
-            remarks.push(format!(
-                "its library is {platform}/{name}; it should be named after the model identifier, `{identifier}`"
-            ));
-            Ok(only)
-        }
-        _ => {
-            bail!("it holds no {platform}/{identifier}{DLL_SUFFIX}, the library for this platform")
-        }
-    }
-}
-
 /// A folder as the URI that FMI 2.0 wants.
 fn uri(folder: &Path) -> Result<String> {
     let path = folder.to_str().context("a path that is not UTF-8")?;
@@ -188,14 +121,4 @@ fn uri(folder: &Path) -> Result<String> {
         }
     }
     Ok(uri)
-}
-
-fn description_text(archive: &mut ZipArchive<Cursor<Vec<u8>>>) -> Result<String> {
-    let entry = archive.by_name("modelDescription.xml");
-    let mut entry = entry.map_err(|_| anyhow!("it holds no modelDescription.xml"))?;
-    let mut text = String::new();
-    entry
-        .read_to_string(&mut text)
-        .context("modelDescription.xml is not UTF-8 text")?;
-    Ok(text)
 }

@@ -56,7 +56,7 @@ impl Master {
         let slaves: Vec<Slave> = (0..system.fmus.len())
             .map(|k| make(system, k, settings, is_staged))
             .collect::<Result<_>>()?;
-        initialize(&slaves, &wiring, stepping.start)?;
+        initialize(&slaves, &wiring, stepping)?;
         let residuals = bonds
             .iter()
             .map(|b| Residual::new(wiring.name(b.effort)))
@@ -121,7 +121,7 @@ impl Master {
         if self.stepping.schedule == Schedule::Standard {
             return Ok(());
         }
-        self.coupling.pass(self.time)
+        self.coupling.pass_again(self.time)
     }
 
     /// Power residuals of the bonds so far.
@@ -168,19 +168,42 @@ fn passes_derivative(wiring: &Wiring, link: &Link) -> bool {
         wiring.description(link.to.component),
     );
     wiring.access(link.from) == Access::Real
+        && !wiring.is_read_once(link.from)
         && from.capabilities.output_derivative_order >= 1
         && to.capabilities.interpolates_inputs
         && from.variables[link.from.variable].variability == Variability::Continuous
 }
 
 /// Pass the connections in initialization mode, in the order of the initial dependencies, so that every component starts from what
-/// the others start from.
-fn initialize(slaves: &[Slave], wiring: &Wiring, start: f64) -> Result<()> {
-    let mut exchange = Exchange::new(wiring, Order::Initialization, |_| true)?;
+/// the others start from. Where what is not declared forms a loop, they are passed until nothing changes, bit for bit; with the schedule
+/// `standard` what is declared, too.
+fn initialize(slaves: &[Slave], wiring: &Wiring, stepping: Stepping) -> Result<()> {
+    let (ordered, is_standard) = (
+        Exchange::new(wiring, Order::Initialization, |_| true),
+        stepping.schedule == Schedule::Standard,
+    );
+    let repeated = || match Exchange::new(wiring, Order::Repeated, |_| true) {
+        Err(_) if is_standard => Exchange::new(wiring, Order::RepeatedAtOnce, |_| true),
+        planned => planned,
+    };
     for slave in slaves {
-        slave.enter_initialization(start)?;
+        slave.enter_initialization(stepping.start)?;
     }
-    exchange.run(slaves, At::Initialization)?;
+    match ordered {
+        Ok(mut exchange) => exchange.run(slaves, At::Initialization)?,
+        Err(_) => {
+            let passes = wiring.links.len() + 1;
+            let changing = repeated()?.settle(slaves, At::Initialization, passes)?;
+            if !changing.is_empty() {
+                let names: Vec<_> = changing.iter().map(|port| wiring.name(*port)).collect();
+                bail!(
+                    "in initialization {} still change after {passes} passes over all connections: they depend on each other in a loop that \
+                     these passes do not solve",
+                    names.join(", ")
+                );
+            }
+        }
+    }
     for slave in slaves {
         slave.exit_initialization()?;
     }

@@ -58,7 +58,7 @@ impl Means {
             let (mean_slot, mean_given) =
                 (slots[&b.step_mean], link.from.component < link.to.component);
             if mean_given {
-                given.push((link.to, mean_slot, link.transformation));
+                given.push((link.to, mean_slot, link.transformation.clone()));
             }
             let derivative = |port| derivatives.and_then(|d| d.slot(port));
             bonds.push(BondSlots {
@@ -68,11 +68,11 @@ impl Means {
                 mean_slot,
                 mean_given,
                 derivative_slots: (derivative(link.from), derivative(flow)),
-                transformation: link.transformation,
+                transformation: link.transformation.linear(),
                 power: b.power,
             });
         }
-        for write in writes(wiring, given.iter().copied()) {
+        for write in writes(wiring, given.iter().cloned()) {
             let k = write.component();
             means.writes[k] = Some(write);
         }

@@ -30,7 +30,7 @@ impl Slave {
     /// Create the instance `name` of `fmu`. Errors it logs later become part of the error texts.
     ///
     /// With `is_staged` an output may be read after an input was set at the same communication point. FMI 2.0 leaves that to the FMU; FMI
-    /// 3.0 allows it in Event Mode only, so an FMU of that version must have one.
+    /// 3.0 allows it in Event Mode only, which the instance then goes through where its FMU has one.
     pub fn new(fmu: &Arc<Fmu>, name: &str, is_staged: bool) -> Result<Self> {
         let c_string = |text: &str| {
             CString::new(text).map_err(|_| anyhow!("{name}: `{text}` has a NUL character"))
@@ -41,13 +41,6 @@ impl Slave {
             c_string(&fmu.resources)?,
         );
         let description = &fmu.description;
-        if is_staged && description.fmi == Version::Fmi3 && !description.capabilities.event_mode {
-            bail!(
-                "{name}: FMU `{}` is of FMI 3.0 and has no Event Mode, outside of which no output may be read after an input was set: it runs \
-                 with the schedule `standard` only",
-                fmu.file
-            );
-        }
         fmu.register(name)?;
         let border = match &fmu.api {
             Api::Fmi2(api) => fmi2::Component::new(api, &c_name, &token, &resources)
@@ -57,7 +50,7 @@ impl Slave {
                     name: &c_name,
                     token: &token,
                     resources: &resources,
-                    has_events: is_staged,
+                    has_events: is_staged && description.capabilities.event_mode,
                 };
                 fmi3::Instance::new(api, &fmu.layout, &arguments)
                     .map(|made| made.map(|instance| Box::new(instance) as Box<dyn Border>))

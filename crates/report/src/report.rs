@@ -43,9 +43,10 @@ use request::UNCERTAIN;
 use runs::{Case, Run};
 use scene::Scene;
 use stability::Stability;
-use studies::efficiency;
+use studies::grid::TRAJECTORIES;
 use studies::machine_file::MachineFile;
-use studies::table::{self as robustness, MODES, TRAJECTORIES};
+use studies::studies::efficiency;
+use studies::studies::inertia::{self, MODES};
 use table::Row;
 
 /// All that the page shows.
@@ -77,8 +78,8 @@ impl Report {
         let machine = MachineFile::of(request.system, &request.base.settings)?;
         let scene = Scene::new(&machine)?;
         let plan = Plan::of(request)?;
-        let runs = cases().len() + robustness::CELLS + plan.count();
-        let total = runs as u64 + evaluation::RUNS + studies::stability::RUNS;
+        let runs = (cases().len() + inertia::CELLS) as u64 + plan.count();
+        let total = runs + evaluation::RUNS + studies::studies::stability::RUNS;
         let done = AtomicU64::new(0);
         let count = || progress(done.fetch_add(1, Ordering::Relaxed) + 1, total);
         let results: Vec<Result<Run>> = cases()
@@ -94,14 +95,14 @@ impl Report {
         if runs.is_empty() {
             bail!("no run succeeded: {}", failures.join("; "));
         }
-        let cells = robustness::run(request.system, request.base, count)?;
+        let cells = inertia::run(request.system, request.base, count)?;
         failures.extend(cells.iter().filter_map(table::failure));
         let worlds = worlds::shown(request, &mut failures);
         let errors = plan.run(request, count, &mut failures)?;
         let energy = evaluation::energies(request, count, &mut failures);
         let electric = electric::shown(request, &mut failures);
         let path = own_path::shown(request, &machine, &mut failures);
-        let stability = stability::stability(request, count, &mut failures);
+        let stability = stability::stability(request, count, &mut failures)?;
         let testbed = evaluation::testbed(request, &mut failures);
         let surrogate = surrogate::on_rig(request, &mut failures);
         let map = efficiency::map(request.system, request.base).map(EfficiencyMap::from);
@@ -127,7 +128,7 @@ impl Report {
 /// The runs that are kept: both trajectories with all controllers, and the adaptive one with wrong inertias.
 fn cases() -> Vec<Case> {
     let mut cases = Vec::new();
-    for (trajectory, _) in TRAJECTORIES {
+    for trajectory in TRAJECTORIES {
         cases.extend(MODES.map(|mode| Case {
             trajectory,
             mode,

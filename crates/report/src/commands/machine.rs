@@ -8,8 +8,8 @@ use crate::machines::load_chart::LoadChart;
 use anyhow::{Context as _, Result, ensure};
 use clap::Args;
 use cosim::cli::print;
-use studies::commands::evaluation::create;
-use studies::commands::machine::read;
+use studies::machine_file::read;
+use studies::print::files::create;
 
 #[derive(Args)]
 pub struct DrawArgs {
