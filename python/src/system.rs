@@ -16,9 +16,9 @@ use fmu_description::{Kind, Variable};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use studies::experiment::tell_delay;
-use studies::loads;
 use studies::watched::useful;
 use studies::worlds::{Cases, World, cases};
+use studies::{loads, machine_file};
 
 use crate::raised;
 use crate::run::{self, Request};
@@ -154,9 +154,24 @@ impl System {
         self.system.port(name).is_ok()
     }
 
-    /// The start values of the machine of `seed`, and its file.
-    fn drawn(&self, seed: u64) -> Result<Drawn> {
-        let cases = cases(World::Real, &self.system, seed..seed + 1)?;
+    /// The system with a machine file bound to its FMUs.
+    fn with_machine(&self, machine: &str) -> Result<cosim::system::System> {
+        let mut system = cosim::system::System {
+            path: self.system.path.clone(),
+            structure: self.system.structure.clone(),
+            fmus: self.system.fmus.clone(),
+        };
+        machine_file::bind(&mut system, machine)?;
+        Ok(system)
+    }
+
+    /// The start values of the machine of `seed`, drawn around the system's own or around the `machine` of a file, and its file.
+    fn drawn(&self, seed: u64, machine: Option<&str>) -> Result<Drawn> {
+        let seeds = seed..seed + 1;
+        let cases = match machine {
+            Some(machine) => cases(World::Real, &self.with_machine(machine)?, seeds)?,
+            None => cases(World::Real, &self.system, seeds)?,
+        };
         let case = cases.list().first().context("one seed is one machine")?;
         let setting = |s: &cosim::system::Setting| (self.system.name(s.port), s.value.clone());
         Ok(Drawn {
@@ -238,9 +253,10 @@ impl System {
         Ok(ports.map_err(raised)?.iter().map(name).collect())
     }
 
-    /// Draw a machine of the real world.
-    fn draw(&self, py: Python<'_>, seed: u64) -> PyResult<Drawn> {
-        py.detach(|| self.drawn(seed)).map_err(raised)
+    /// Draw a machine of the real world, around the system's own or around that of the file `machine`.
+    #[pyo3(signature = (seed, machine=None))]
+    fn draw(&self, py: Python<'_>, seed: u64, machine: Option<&str>) -> PyResult<Drawn> {
+        py.detach(|| self.drawn(seed, machine)).map_err(raised)
     }
 
     /// A whole run; see the Python package for what the values are.

@@ -1,5 +1,6 @@
-//! `cargo fmu check` on an FMU by the book, in both versions of FMI, and on that FMU with one mistake at a time: each mistake must be
-//! found in the row of the promise that it breaks. The FMU is written in C (`faulty/lag.c`, `lag3.c`): it shares no code with fmu-export.
+//! `cargo fmu check` on an FMU by the book, in both versions of FMI, and on that FMU with one
+//! mistake at a time: each mistake must be found in the row of the promise that it breaks. The FMU
+//! is written in C (`faulty/lag.c`, `lag3.c`): it shares no code with fmu-export.
 #![cfg(all(target_os = "linux", target_arch = "x86_64"))]
 
 mod faulty;
@@ -7,10 +8,11 @@ mod faulty;
 use std::fs;
 use std::path::Path;
 use std::process::Command;
+use std::time::Duration;
 
 use cargo_fmu::archive::{self, Entries};
-use cargo_fmu::check::Verdict;
-use faulty::checked;
+use cargo_fmu::check::{self, Verdict};
+use faulty::{checked, checked_within};
 use tempfile::TempDir;
 
 use Verdict::{Fails, Remark};
@@ -29,8 +31,11 @@ fn compiled(folder: &Path, source: &str, mistake: &str) -> Vec<u8> {
     let out = folder.join("lag.so");
     let compiler = std::env::var("CC").unwrap_or_else(|_| "cc".to_string());
     let mut cc = Command::new(compiler);
-    cc.args(["-shared", "-fPIC", "-s"])
-        .arg(format!("-DMISTAKE={mistake}"));
+    let mistake = match mistake.starts_with("WITHOUT_") {
+        true => format!("-D{mistake}"),
+        false => format!("-DMISTAKE={mistake}"),
+    };
+    cc.args(["-shared", "-fPIC", "-s"]).arg(mistake);
     let status = cc
         .arg("-o")
         .arg(&out)
@@ -148,6 +153,96 @@ fn mistakes_of_derivatives_misuse_and_log_are_found() {
     ]);
 }
 
+/// What its maker did not foresee does not keep the rest from being seen.
+#[test]
+fn a_check_goes_on_where_it_can() {
+    const PLAIN_RUN: &str = "it initializes and steps";
+    const MESSAGES: &str = "messages have a declared category";
+    mistakes(&[
+        ("NO_STRINGS", Verdict::Pass, PLAIN_RUN), // it has none, and is asked for none
+        ("NO_STRINGS", Verdict::Pass, "calls out of order"),
+        ("NO_STRINGS", Verdict::Pass, "unknown value references"),
+        ("WITHOUT_STRINGS", Verdict::Pass, PLAIN_RUN),
+        (
+            "WITHOUT_STRINGS",
+            Fails,
+            "each library exports every function",
+        ),
+        ("OTHER_ENVIRONMENT", Fails, MESSAGES),
+        ("NOWHERE", Remark, MESSAGES),
+        ("NO_INSTANCE", Fails, PLAIN_RUN),
+    ]);
+    let folder = TempDir::new().unwrap();
+    let report = |mistake| checked(&entries(DESCRIPTION, &library(folder.path(), mistake)), "");
+    let of = |report: &check::Report, verdict| {
+        let rows = report.rows.iter();
+        let rows = rows.filter(|row| row.outcome.verdict() == verdict);
+        rows.map(|row| row.promise.text).collect::<Vec<_>>()
+    };
+    let rows = report("NONE").rows.len();
+    // One row fails, and all others are there and pass.
+    let number = report("NAN_OUTPUT");
+    assert_eq!(number.rows.len(), rows, "{number}");
+    assert_eq!(of(&number, Fails).len(), 1, "{number}");
+    let nowhere = report("OTHER_ENVIRONMENT").to_string();
+    let expected = "a message came with another environment than fmi2Instantiate was given: ";
+    assert!(nowhere.contains(expected), "{nowhere}");
+    // What fails for the same reason is said once.
+    let nothing = report("NO_INSTANCE");
+    assert_eq!(nothing.rows.len(), rows, "{nothing}");
+    let failing = of(&nothing, Fails);
+    assert_eq!(failing.len(), 1, "{nothing}");
+    assert!(failing[0].starts_with(PLAIN_RUN), "{nothing}");
+    assert!(of(&nothing, Verdict::NotChecked).len() > 25, "{nothing}");
+}
+
+#[test]
+fn all_trials_together_have_a_limit() {
+    let folder = TempDir::new().unwrap();
+    let entries = entries(DESCRIPTION, &library(folder.path(), "HANG"));
+    let clock = std::time::Instant::now();
+    let report = checked_within(&entries, "", Duration::from_secs(2)).to_string();
+    assert!(clock.elapsed() < Duration::from_secs(20), "{report}");
+    assert!(report.contains("! no answer within "), "{report}");
+    assert!(report.contains("it does not get that far"), "{report}");
+    // Where nothing hangs, the limit itself ends it.
+    let sound = sound_entries(folder.path());
+    let report = checked_within(&sound, "", Duration::from_millis(1)).to_string();
+    let expected = "all trials together may take 0 s (--timeout)";
+    assert!(report.contains(expected), "{report}");
+}
+
+fn sound_entries(folder: &Path) -> Entries {
+    entries(DESCRIPTION, &library(folder, "NONE"))
+}
+
+/// An identifier with a hyphen, a library of another name, and a description in another encoding
+/// are faults, but it can be run.
+#[test]
+fn what_is_named_or_written_wrongly_is_run_all_the_same() {
+    let folder = TempDir::new().unwrap();
+    let library = library(folder.path(), "NONE");
+    let hyphen = DESCRIPTION.replace("modelIdentifier=\"lag\"", "modelIdentifier=\"l-ag\"");
+    let latin = DESCRIPTION.replace("encoding=\"UTF-8\"", "encoding=\"ISO-8859-1\"");
+    let latin = latin.replacen("modelName=\"", "modelName=\"\u{e4}", 1);
+    assert!(latin != DESCRIPTION && hyphen != DESCRIPTION);
+    let latin: Vec<u8> = latin.chars().map(|c| u8::try_from(c).unwrap()).collect();
+    for (description, row) in [
+        (hyphen.as_bytes(), "named after the model identifier"),
+        (&latin, "is UTF-8, well-formed"),
+    ] {
+        let mut files = entries(DESCRIPTION, &library);
+        files.insert("modelDescription.xml".into(), description.to_vec());
+        let verdict = |only| {
+            let report = checked(&files, only);
+            assert_eq!(report.rows.len(), 1, "{report}");
+            report.rows[0].outcome.verdict()
+        };
+        assert_eq!(verdict(row), Fails, "{row}");
+        assert_eq!(verdict("it initializes and steps"), Verdict::Pass, "{row}");
+    }
+}
+
 #[test]
 fn an_fmu_of_fmi_3_by_the_book_passes_every_row() {
     let folder = TempDir::new().unwrap();
@@ -156,7 +251,8 @@ fn an_fmu_of_fmi_3_by_the_book_passes_every_row() {
     assert!(report.rows.len() > 50, "{report}");
 }
 
-/// Without Event Mode nothing is read in Step Mode between a set and the next step: the library refuses that, as the standard has it.
+/// Without Event Mode nothing is read in Step Mode between a set and the next step: the library
+/// refuses that, as the standard has it.
 #[test]
 fn an_fmu_of_fmi_3_without_event_mode_passes_what_can_be_seen() {
     let folder = TempDir::new().unwrap();

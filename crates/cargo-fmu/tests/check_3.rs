@@ -1,5 +1,6 @@
-//! `cargo fmu check` on a description of FMI 3.0 by the book, with a construct of each kind, and on that description with one mistake
-//! at a time: each mistake must be found in the row of the rule that it breaks.
+//! `cargo fmu check` on a description of FMI 3.0 by the book, with a construct of each kind, and on
+//! that description with one mistake at a time: each mistake must be found in the row of the rule
+//! that it breaks.
 
 mod faulty;
 
@@ -20,7 +21,8 @@ fn checked(description: &str, terminals: &str, only: &str) -> Report {
     faulty::checked(&Entries::from(files), only)
 }
 
-/// What is found of changes of the description: text, what stands there instead, the row that must fail.
+/// What is found of changes of the description: text, what stands there instead, the row that must
+/// fail.
 fn must_be_found(changes: &[(&str, &str, &str)]) {
     faulty::must_be_found(DESCRIPTION, changes, |changed, promise| {
         checked(changed, TERMINALS, promise)

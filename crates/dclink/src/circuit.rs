@@ -1,34 +1,8 @@
 //! The circuit at one instant: currents, powers, rates, and what ends the way it works at present.
 
+use crate::link::DcLink;
 use crate::pack::Line;
-use crate::{DcLink, State};
-use serde::{Deserialize, Serialize};
-
-/// What sets the current of the pack.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Regime {
-    /// The circuit: voltage over resistance.
-    #[default]
-    Free,
-    /// The most that the pack gives.
-    Discharging,
-    /// The most that the pack takes.
-    Charging,
-}
-
-/// How the circuit works until an event.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Mode {
-    /// What sets the current of the pack.
-    pub regime: Regime,
-    /// Whether precharge is over.
-    pub ready: bool,
-    /// Whether the brake resistor is switched on.
-    pub braking: bool,
-    /// Whether the capacitor is empty and the drives ask for more than comes: the diodes of their inverters then carry the rest, at no
-    /// voltage.
-    pub empty: bool,
-}
+use crate::state::{Mode, Regime, State};
 
 /// What changes continuously: charge and voltages, and what has been turned over since the step began.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

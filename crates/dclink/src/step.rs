@@ -3,15 +3,12 @@
 //! Each substep is tried in its mode. Where its guard is positive at the end, the mode ended inside: the instant is found by the Illinois
 //! variant of the secant rule on the length of the substep, to [`SHARP`] of it; the rest of the substep goes on in the new mode.
 
-use crate::circuit::{Mode, Point};
-use crate::{DcLink, Energies, Input, Params, State};
-use thiserror::Error;
+use crate::circuit::Point;
+use crate::input::Input;
+use crate::link::DcLink;
+use crate::state::{Energies, Mode, State};
+use limits::{MAX_SUBSTEPS, StepError, check_step, substeps};
 
-/// Longest substep in units of the fastest time constant: two in a millisecond of the reference link. The method misses `e^z` by z⁷/1512
-/// (its own seventh power has the factor −1/2160 instead of 1/5040), so a step response by at most `z⁶ e^(z−1)/1512`, 3e-7 here.
-const SUBSTEP: f64 = 0.31;
-/// Most substeps in one step.
-const MAX_SUBSTEPS: f64 = 1e6;
 /// Part of a substep to which an event is located.
 const SHARP: f64 = 1e-13;
 /// Most events in one substep that are located; what comes after is taken at the end of the substep.
@@ -19,52 +16,15 @@ const MAX_EVENTS: u32 = 64;
 /// Most iterations for one event.
 const MAX_ITERATIONS: u32 = 60;
 
-/// Why a step could not be completed; the caller's state is untouched.
-#[derive(Clone, Copy, Debug, Error, PartialEq)]
-pub enum StepError {
-    /// The step itself is unusable.
-    #[error("t = {t} s: step h = {h} s must be finite, > 0 and at most 10⁶ substeps long")]
-    BadStep {
-        /// Start of the step, s.
-        t: f64,
-        /// Length of the step, s.
-        h: f64,
-    },
-    /// A quantity became infinite or NaN.
-    #[error("t = {t} s: `{signal}` became {value}; it must be finite")]
-    NotFinite {
-        /// Start of the step, s.
-        t: f64,
-        /// What became infinite or undefined.
-        signal: &'static str,
-        /// Its value.
-        value: f64,
-    },
-}
-
-/// Longest substep for these parameters, s.
-pub(crate) fn longest_substep(p: &Params) -> f64 {
-    let (b, link) = (&p.battery, &p.link);
-    let mut fastest = link.C * (b.R_0 + link.R);
-    if p.brake.fitted {
-        fastest = 1.0 / (1.0 / fastest + 1.0 / (link.C * p.brake.R));
-    }
-    for k in [0, 1] {
-        if b.R[k] > 0.0 {
-            fastest = fastest.min(b.tau[k]);
-        }
-    }
-    SUBSTEP * fastest
-}
-
 impl DcLink {
     /// The state a time `h` after `s`, both s, under the inputs `u`, which are held. `t` only names the time in an error.
     ///
     /// # Errors
     /// An unusable step, or a result that is not finite.
     pub fn step(&self, s: &State, u: &Input, t: f64, h: f64) -> Result<State, StepError> {
-        let n = (h / self.dt_max).ceil();
-        if !(h.is_finite() && h > 0.0 && n <= MAX_SUBSTEPS) {
+        check_step(t, h)?;
+        let n = substeps(h, self.dt_max);
+        if n > MAX_SUBSTEPS {
             return Err(StepError::BadStep { t, h });
         }
         let dt = h / n;
@@ -88,10 +48,8 @@ impl DcLink {
             },
             v_mean: x.flux / h,
         };
-        match next.not_finite() {
-            None => Ok(next),
-            Some((signal, value)) => Err(StepError::NotFinite { t, signal, value }),
-        }
+        next.check_finite(t)?;
+        Ok(next)
     }
 
     fn substep(&self, x: &mut Point, mode: &mut Mode, i_load: f64, dt: f64) {
@@ -187,22 +145,5 @@ impl DcLink {
                 (ENDS, k_7),
             ],
         )
-    }
-}
-
-impl State {
-    fn not_finite(&self) -> Option<(&'static str, f64)> {
-        let signals = [
-            ("soc", self.soc),
-            ("v_1", self.v[0]),
-            ("v_2", self.v[1]),
-            ("v_dc", self.v_c),
-            ("T_battery", self.T),
-            ("energy.battery", self.energy.battery),
-            ("energy.load", self.energy.load),
-            ("energy.brake", self.energy.brake),
-            ("energy.loss", self.energy.loss),
-        ];
-        signals.into_iter().find(|(_, value)| !value.is_finite())
     }
 }

@@ -2,42 +2,10 @@
 //!
 //! Source: F. P. Incropera et al., *Fundamentals of Heat and Mass Transfer*, lumped capacitance.
 
-use crate::Emla;
-use crate::dynamics::State;
+use crate::actuator::Emla;
+use crate::state::{State, Thermal};
 use machine::{Heat, Temperature};
-use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
-
-/// What the electrical side does beyond the paper; by default nothing.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Electric {
-    /// Voltage of the DC link below which an enabled drive trips, V; 0: never.
-    pub undervoltage: f64,
-    /// Whether the losses warm winding and housing; else these stay at their start.
-    pub heat: bool,
-    /// Whether resistance and magnets follow their temperature.
-    pub temperature: bool,
-}
-
-/// Temperatures and the heat that was given away.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Thermal {
-    /// Temperature of the winding, K.
-    pub T_winding: f64,
-    /// Temperature of the housing, K.
-    pub T_housing: f64,
-    /// Heat given to the air since the start, J.
-    pub given: f64,
-}
-
-/// Losses since the start by where their heat goes, J; counted while heat is on. The rest of the losses warms the housing.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Kinds {
-    /// Copper losses: they warm the winding.
-    pub copper: f64,
-    /// Inverter losses: the inverter has its own cooling.
-    pub inverter: f64,
-}
 
 /// Largest part of the faster time constant that one Runge–Kutta step covers; it misses `e^z` by z⁵/120.
 const SHARE: f64 = 0.02;

@@ -1,8 +1,8 @@
 //! Where power goes, and the efficiency.
 
-use crate::Emla;
-use crate::dynamics::Instant;
+use crate::actuator::Emla;
 use crate::held::Held;
+use crate::instant::Instant;
 use std::f64::consts::FRAC_2_PI;
 
 /// Losses by kind, W. Their [`Losses::total`] closes the balance

@@ -6,7 +6,7 @@
 //! the substeps, where a division costs as much as ten sums.
 
 use crate::motor::{self, Dq};
-use crate::surrogate::tanh;
+use crate::tanh::tanh;
 use machine::Emla;
 
 /// Nut travel per radian of the screw, `ρ/2π`, m/rad. Source: `[paper]` Eq. (eq:linear_velocity).

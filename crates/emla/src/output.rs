@@ -1,12 +1,12 @@
 //! What the actuator shows at one instant.
 
-use crate::Emla;
-use crate::dynamics::{State, power_in, power_out};
+use crate::actuator::Emla;
+use crate::dynamics::{power_in, power_out};
 use crate::efficiency::{Efficiency, Powers, is_defined};
 use crate::input::Input;
 use crate::losses::Losses;
 use crate::maps;
-use crate::residual::Residual;
+use crate::state::{Residual, State};
 use machine::link_current;
 use serde::{Deserialize, Serialize};
 

@@ -1,11 +1,10 @@
 //! Where a run starts.
 
-use crate::dynamics::{Energy, State};
-use crate::heat::{Kinds, Thermal};
+use crate::actuator::Emla;
 use crate::input::Input;
 use crate::maps;
-use crate::residual::Residual;
-use crate::{Emla, StepError};
+use crate::state::{Energy, Kinds, Residual, State, Thermal};
+use limits::StepError;
 
 /// Secant steps for the torque of the start; the residual is smooth, so a handful converges.
 const STEADY_STEPS: u32 = 20;

@@ -1,6 +1,8 @@
 //! Exact derivatives of the joint accelerations: along the motion, and by the inputs.
 
-use crate::plant::{Dynamics, Hdrm, Input, State, wrench};
+use crate::input::{Input, wrench};
+use crate::plant::{Dynamics, Hdrm};
+use crate::state::State;
 use crate::{Configuration, DOF, Output, Stroke, recursion};
 use nalgebra::Vector6;
 

@@ -1,7 +1,10 @@
 //! Integration of the plant over one communication step.
 
-use crate::plant::{Dynamics, Hdrm, Input, State};
+use crate::input::Input;
+use crate::plant::{Dynamics, Hdrm};
+use crate::state::State;
 use crate::{DOF, Stroke};
+use limits::substeps;
 use nalgebra::Vector6;
 use thiserror::Error;
 
@@ -17,10 +20,6 @@ const STEP_MAX: f64 = 10.0;
 
 /// Largest `h·λ` per substep in contact and under friction; RK4 is stable up to 2.78.
 const RATE_STEP: f64 = 1.0;
-
-/// Part of a step by which the substeps may be longer than [`H_MAX`]: an importer's clock may be off by so much, and a nanosecond more
-/// than a millisecond must not cost another substep.
-const TIME_SLACK: f64 = 1e-3;
 
 /// Most substeps that a free substep is divided into.
 const DIVISION_MAX: u32 = 200;
@@ -82,7 +81,7 @@ impl Hdrm {
         if !(h > 0.0 && h <= STEP_MAX) {
             return Err(StepError::BadStep { t, h });
         }
-        let n = (h * (1.0 - TIME_SLACK) / H_MAX).ceil().max(1.0);
+        let n = substeps(h, H_MAX);
         let dt = h / n;
         let mut now = self.substep(start, &input, 0.0, dt);
         finite(&now, t)?;

@@ -4,8 +4,10 @@
 //! base, the equations of motion keep their mass matrix; what the bias forces get besides is the difference of two recursions over the
 //! bodies, one whose ground moves with `V = [0; Ω]`, `V̇ = [0; Ω̇]` and one whose ground rests. It costs only while the base turns.
 
-use crate::plant::{Dynamics, Hdrm, Input, State};
+use crate::input::{Input, wrench};
+use crate::plant::{Dynamics, Hdrm};
 use crate::recursion::{self, Ground, Rated};
+use crate::state::State;
 use crate::{Configuration, DOF};
 use nalgebra::{Vector3, Vector6};
 use spatial::{Twist, Wrench};
@@ -166,7 +168,7 @@ impl Hdrm {
         let tip = configuration.world_poses()[crate::Body::D4 as usize]
             * spatial::Pose::translation(self.tree.r_D4_T4);
         let touch = self.touch(dynamics).force;
-        let at_tip = crate::plant::wrench(&input.wrench_env);
+        let at_tip = wrench(&input.wrench_env);
         tip.wrench_to_A(&at_tip) + Wrench::new(touch, tip.r.cross(&touch))
     }
 }

@@ -57,14 +57,8 @@ impl Rig {
             delivered: now.delivered,
             lost: now.lost(),
         };
-        match state.not_finite() {
-            None => Ok(state),
-            Some((signal, value)) => Err(StepError::NotFinite {
-                t: 0.0,
-                signal,
-                value,
-            }),
-        }
+        state.check_finite(0.0)?;
+        Ok(state)
     }
 
     /// Torque at which the shaft does not accelerate, N·m. The acceleration is linear in the torque, so two of its values tell.

@@ -1,6 +1,7 @@
 //! Everything that changes while the actuator runs.
 
 use crate::motor::Dq;
+use limits::{StepError, check_finite};
 use serde::{Deserialize, Serialize};
 
 /// Everything that changes while the actuator runs.
@@ -136,9 +137,10 @@ impl State {
         }
     }
 
-    /// Name and value of a quantity that is not finite.
-    pub(crate) fn not_finite(&self) -> Option<(&'static str, f64)> {
-        [
+    /// That all of it is finite; `t` names the time in an error.
+    pub(crate) fn check_finite(&self, t: f64) -> Result<(), StepError> {
+        let hold = &self.hold;
+        let values = [
             ("i_d", self.i_d),
             ("i_q", self.i_q),
             ("theta_m", self.theta_m),
@@ -150,7 +152,7 @@ impl State {
             ("T_housing", self.T[1]),
             (
                 "voltage",
-                self.hold.acting[0] + self.hold.acting[1] + self.hold.next[0] + self.hold.next[1],
+                hold.acting[0] + hold.acting[1] + hold.next[0] + hold.next[1],
             ),
             ("F_mean", self.F_mean),
             ("i_dc_mean", self.i_dc_mean),
@@ -159,8 +161,7 @@ impl State {
             ("energy.shift", self.shift),
             ("energy.loss", self.energy.lost),
             ("energy.heat", self.energy.heat + self.energy.inverter),
-        ]
-        .into_iter()
-        .find(|(_, value)| !value.is_finite())
+        ];
+        check_finite(t, values)
     }
 }

@@ -18,38 +18,13 @@ mod force;
 mod normal;
 mod params;
 mod sample;
+mod sensors;
 mod speed;
 
 pub use drawn::{Drawn, Noise};
-pub use params::{Current, Encoder, Force, ForceKind, JointZero, Params, Speed, SpeedKind};
+pub use params::{
+    ACTUATORS, Current, DELAY_MAX, Encoder, Force, ForceKind, JOINTS, JointZero, Params, Speed,
+    SpeedKind,
+};
 pub use sample::{Measured, Signals, State};
-
-use serde::{Deserialize, Serialize};
-
-/// Joints of the manipulator.
-pub const JOINTS: usize = 6;
-/// Actuators of the manipulator.
-pub const ACTUATORS: usize = 3;
-/// Most communication steps that a reading may be late.
-pub const DELAY_MAX: u32 = 4;
-
-/// The sensors: parameters, and the errors drawn from the seed.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Sensors {
-    p: Params,
-    drawn: Drawn,
-}
-
-impl Sensors {
-    /// Sensors with these parameters; `delay` beyond [`DELAY_MAX`] counts as that.
-    #[must_use]
-    pub fn new(p: Params) -> Self {
-        Self {
-            drawn: Drawn::of(p.seed),
-            p: Params {
-                delay: p.delay.min(DELAY_MAX),
-                ..p
-            },
-        }
-    }
-}
+pub use sensors::Sensors;

@@ -1,7 +1,13 @@
 //! What the sensors are like.
 
-use crate::JOINTS;
 use serde::{Deserialize, Serialize};
+
+/// Joints of the manipulator.
+pub const JOINTS: usize = 6;
+/// Actuators of the manipulator.
+pub const ACTUATORS: usize = 3;
+/// Most communication steps that a reading may be late.
+pub const DELAY_MAX: u32 = 4;
 
 /// All parameters.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use anyhow::Result;
+use cosim::structure::Parameter;
 use cosim::system::{Setting, System};
 
 /// Modes of the controller.
@@ -142,19 +143,23 @@ pub fn tried(mode: &str, network: &Path) -> Vec<Law> {
 }
 
 /// What the parameter set `file` of the system changes, taken back one variable at a time, and all together: what each change brings. A
-/// variable of the same name in several components is one change, as the `delay` that moves from the sensors into the controller.
-pub fn changes(system: &System, file: &str, mode: &str) -> Result<Vec<Law>> {
+/// variable of the same name in several components is one change, as the `delay` that moves from the sensors into the controller. What the
+/// set `bound` says does not count as being there before.
+pub fn changes(system: &System, bound: &str, file: &str, mode: &str) -> Result<Vec<Law>> {
     let mut laws = vec![Law::new("as shipped", mode)];
     let mut without = Law::new("without any", mode);
     for (component, element) in system.structure.components.iter().enumerate() {
         for (k, parameter) in element.parameters.iter().enumerate() {
-            if !parameter.origin.contains(file) {
+            // The structure itself binds a set, which may be applied once more or have another after it.
+            let of_world = |p: &Parameter| p.origin.contains(file) || p.origin.contains(bound);
+            let again = |p: &Parameter| p.name == parameter.name && p.origin.contains(file);
+            if !parameter.origin.contains(file) || element.parameters[k + 1..].iter().any(again) {
                 continue;
             }
             let port = system.port_of(component, &parameter.name)?;
             let before = element.parameters[..k]
                 .iter()
-                .rfind(|p| p.name == parameter.name);
+                .rfind(|p| p.name == parameter.name && !of_world(p));
             let before = before.map(|p| p.value.clone());
             let Some(before) =
                 before.or_else(|| system.variable(port).start_of(0).map(String::from))

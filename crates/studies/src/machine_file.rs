@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use anyhow::{Context, Result};
-use cosim::ssd::Parameter;
+use cosim::structure::DataType;
 use cosim::system::{Setting, System};
 use cosim::wiring::Port;
 use machine::{AXES, Machine, Source, preset};
@@ -42,23 +42,16 @@ pub fn bind(system: &mut System, machine: &str) -> Result<()> {
     for (component, fmu) in system.structure.components.iter_mut().zip(&system.fmus) {
         let name = component.name.clone();
         let mut bind = |name: &str, value: String, data_type| {
-            component.parameters.retain(|p| p.name != name);
-            component.parameters.push(Parameter {
-                name: name.into(),
-                value,
-                data_type,
-                unit: None,
-                origin: "--machine".into(),
-            });
+            component.bind(name, value, data_type, "--machine");
         };
         if fmu.description.index(MACHINE_FILE).is_some() {
-            bind(MACHINE_FILE, machine.into(), "String");
+            bind(MACHINE_FILE, machine.into(), DataType::String);
         }
         if fmu.description.index(AXIS).is_some() {
             actuators += 1;
             let named = AXES.iter().position(|axis| name.ends_with(axis));
             let axis = named.map_or(actuators, |k| k + 1);
-            bind(AXIS, axis.to_string(), "Integer");
+            bind(AXIS, axis.to_string(), DataType::Integer);
         }
     }
     Ok(())

@@ -62,10 +62,11 @@ enum Command {
 }
 
 fn main() -> ExitCode {
-    let command = Cli::parse_from(arguments()).command;
+    let arguments = arguments();
+    let command = Cli::parse_from(&arguments).command;
     if let Some(sibling) = command.sibling() {
         return sibling
-            .take_over()
+            .take_over(&arguments[1..])
             .unwrap_or_else(|error| exit(Err(error), false));
     }
     program::run(command.needs_python(), command.check(), || command.run())

@@ -6,7 +6,7 @@
 use std::fmt::Write as _;
 
 use anyhow::Result;
-use cosim::ssd::Power;
+use cosim::structure::Power;
 use cosim::system::System;
 use cosim::verdict::Verdict;
 use cosim::wiring::Port;

@@ -1,8 +1,12 @@
-//! Random arguments: half of the calls have valid ones, the others hold anything that has the right type in C.
+//! Random arguments: half of the calls have valid ones, the others hold anything that has the right
+//! type in C.
 
-use crate::random::Random;
+use std::ffi::CString;
+
 use cargo_fmu::fmi::Fmu;
 use fmu_description::{Access, Variable};
+
+use crate::random::Random;
 
 const STRANGE: [f64; 12] = [
     f64::NAN,
@@ -26,6 +30,11 @@ pub fn real(r: &mut Random) -> f64 {
         1 => (r.unit() - 0.5) * 1e4,
         _ => r.of(&STRANGE),
     }
+}
+
+/// A C string.
+pub fn c_string(text: &str) -> CString {
+    CString::new(text).expect("names have no NUL")
 }
 
 /// Any integer.
@@ -120,7 +129,8 @@ mod tests {
     use super::*;
     use fmu_description::Description;
 
-    /// On the committed model descriptions: a valid value lies inside the declared bounds, the rest leaves them now and then.
+    /// On the committed model descriptions: a valid value lies inside the declared bounds, the rest
+    /// leaves them now and then.
     #[test]
     fn valid_values_keep_to_the_bounds() {
         let mut r = Random::new(3);

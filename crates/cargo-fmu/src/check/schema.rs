@@ -1,4 +1,5 @@
-//! The model description against the schema files of the standard, which lie in `schema/` as they are published.
+//! The model description against the schema files of the standard, which lie in `schema/` as they
+//! are published.
 
 mod plain;
 
@@ -95,7 +96,8 @@ mod tests {
         }
     }
 
-    /// A description with a construct of each kind of the schema: array, alias, texts, items, clock, annotations.
+    /// A description with a construct of each kind of the schema: array, alias, texts, items,
+    /// clock, annotations.
     const RICH: &str = include_str!("../../tests/faulty/rich3.xml");
 
     #[test]

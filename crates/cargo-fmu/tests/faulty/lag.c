@@ -11,7 +11,7 @@ enum {
     NONE, VERSION, ANY_GUID, PLAIN_PATHS, FREE_NULL, CRASH, NAN_OUTPUT, EXACT_GRID, START_AT_0, NO_STOP, ONE_SIZE, MUTE_AT_END,
     OTHER_START, ROUNDED, FEEDTHROUGH, GLOBAL, SHARED, FEW, ONE_THREAD, HALF_RESET, HALF_STATE, HALF_BYTES, NO_CHECKSUM,
     WRONG_SLOPE, NO_DERIVATIVE, NO_INPUT_DERIVATIVE, ANY_REFERENCE, ANY_NUMBER, WRITABLE, ANY_STEP, NULL_CRASH, ANY_ORDER,
-    CATEGORY, CHATTER, PRINT,
+    CATEGORY, CHATTER, PRINT, OTHER_ENVIRONMENT, NOWHERE, NO_STRINGS, NO_INSTANCE, HANG,
     /* of lag3.c */
     WRONG_TRANSPOSE, UNASKED_RETURN, WRONG_TIME, ANY_COUNT, HIDDEN_DEPENDENCY, ANY_ELEMENT,
     NO_EVENTS /* no mistake, if the description says so */
@@ -67,8 +67,11 @@ static void begin(Model *m) {
 
 static int tell(Instance *s, int status, const char *text) {
     const char *category = IS(CATEGORY) ? "trouble" : status == OK ? "logEvents" : "logStatusError";
+    void *environment = IS(OTHER_ENVIRONMENT) ? s : s->callbacks->environment;
+    if (IS(NOWHERE))
+        category = (const char *)8;
     if (status != OK || s->logging || IS(CHATTER))
-        s->callbacks->logger(s->callbacks->environment, s->name, status, category, "%s", text);
+        s->callbacks->logger(environment, s->name, status, category, "%s", text);
     return status;
 }
 
@@ -87,7 +90,7 @@ void *fmi2Instantiate(const char *name, int kind, const char *guid, const char *
     (void)visible;
     if (kind != 1 || (strcmp(guid, GUID) && !IS(ANY_GUID)) || (IS(PLAIN_PATHS) && strpbrk(resources, "% ")))
         return NULL;
-    if (IS(FEW) && instances >= 4)
+    if (IS(NO_INSTANCE) || (IS(FEW) && instances >= 4))
         return NULL;
     Instance *s = callbacks->allocate(1, sizeof *s);
     begin(&s->model);
@@ -189,7 +192,7 @@ int fmi2SetReal(void *c, const unsigned *vr, size_t n, const double *value) {
     int get(void *c, const unsigned *vr, size_t n, type *value) {                                                              \
         (void)vr, (void)value;                                                                                                 \
         FROM(INITIALIZATION | STEPPING | TERMINATED)                                                                           \
-        return n && !IS(ANY_REFERENCE) ? tell(s, ERROR, "unknown value reference") : OK;                                       \
+        return (n && !IS(ANY_REFERENCE)) || IS(NO_STRINGS) ? tell(s, ERROR, "unknown value reference") : OK;                   \
     }                                                                                                                          \
     int set(void *c, const unsigned *vr, size_t n, const type *value) {                                                        \
         (void)vr, (void)value;                                                                                                 \
@@ -198,7 +201,9 @@ int fmi2SetReal(void *c, const unsigned *vr, size_t n, const double *value) {
     }
 NOTHING_OF_THIS_TYPE(fmi2GetInteger, fmi2SetInteger, int)
 NOTHING_OF_THIS_TYPE(fmi2GetBoolean, fmi2SetBoolean, int)
+#ifndef WITHOUT_STRINGS
 NOTHING_OF_THIS_TYPE(fmi2GetString, fmi2SetString, const char *)
+#endif
 
 int fmi2DoStep(void *c, double t, double h, int no_set_prior) {
     (void)no_set_prior;
@@ -214,6 +219,8 @@ int fmi2DoStep(void *c, double t, double h, int no_set_prior) {
         return tell(s, ERROR, "steps of one size only");
     if (IS(CRASH))
         *(volatile int *)8 = 0;
+    while (IS(HANG))
+        sleep(1);
     if (IS(ONE_THREAD)) {
         if (inside)
             return tell(s, ERROR, "one thread only");

@@ -1,6 +1,7 @@
 //! Checks of FMUs with one mistake each.
 
 use std::path::Path;
+use std::time::Duration;
 
 use cargo_fmu::archive::{self, Entries};
 use cargo_fmu::check::{self, Checker, Report, Verdict};
@@ -8,11 +9,24 @@ use tempfile::TempDir;
 
 /// The rows of the check whose promises hold the text `only`, for an FMU of these files.
 pub fn checked(entries: &Entries, only: &str) -> Report {
+    checked_within(entries, only, Duration::from_secs(300))
+}
+
+/// The same, with this limit for all trials.
+pub fn checked_within(entries: &Entries, only: &str, limit: Duration) -> Report {
     let folder = TempDir::new().unwrap();
     let fmu = folder.path().join("lag.fmu");
     archive::write(&fmu, entries).unwrap();
     let program = Path::new(env!("CARGO_BIN_EXE_cargo-fmu"));
-    check::check(&fmu, Checker { program, only }).unwrap()
+    check::check(
+        &fmu,
+        Checker {
+            program,
+            only,
+            limit,
+        },
+    )
+    .unwrap()
 }
 
 /// Changes of a text, one at a time: what is changed, what stands there instead, the promise whose row alone must fail.

@@ -45,11 +45,11 @@ impl Sibling {
         }
     }
 
-    /// Let it do what this program was asked to do; how it ended.
+    /// Let it do what this program was asked to do by `arguments`; how it ended.
     ///
     /// # Errors
     /// It does not lie beside this program, or cannot be started.
-    pub fn take_over(self) -> Result<ExitCode> {
+    pub fn take_over(self, arguments: &[OsString]) -> Result<ExitCode> {
         let own = env::current_exe().context("where this program lies")?;
         let folder = own.parent().unwrap_or(Path::new(""));
         let program = folder.join(format!("{}{EXE_SUFFIX}", self.name()));
@@ -62,10 +62,10 @@ impl Sibling {
                 self.package()
             );
         }
-        let mut arguments: Vec<_> = env::args_os().skip(1).collect();
-        if arguments.first().is_some_and(|word| word == "surrogate") {
-            arguments.remove(0);
-        }
+        let arguments = match arguments {
+            [word, rest @ ..] if word == "surrogate" => rest,
+            all => all,
+        };
         let mut command = Command::new(&program);
         command.args(arguments);
         run(&mut command).with_context(|| program.display().to_string())

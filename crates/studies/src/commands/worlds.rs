@@ -92,7 +92,7 @@ fn laws_of(
     Ok(match study {
         StudyArg::Ablation => laws::ablation(),
         StudyArg::IntegralRate => laws::rates(),
-        StudyArg::Changes => laws::changes(system, parameters, SHIPPED)?,
+        StudyArg::Changes => laws::changes(system, worlds::PARAMETERS, parameters, SHIPPED)?,
         StudyArg::Tried => laws::tried(SHIPPED, &network.path),
         StudyArg::Sensors => laws::sensors(SHIPPED),
         _ => laws::rivals(),

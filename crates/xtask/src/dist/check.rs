@@ -106,7 +106,7 @@ impl Runs<'_> {
 
     /// What importers rely on, with the library for Linux.
     fn promises(&self, workspace: &Workspace, listing: &mut Listing) -> Result<()> {
-        let program = workspace.build_program("cargo-fmu", &[])?;
+        let program = workspace.build_programs(&["cargo-fmu"])?;
         let mut check = Command::new(program);
         execute(check.args(["fmu", "check", "--strict"]).args(&self.fmus))?;
         let count = self.fmus.len();

@@ -4,12 +4,12 @@ use std::ffi::c_int;
 use std::path::Path;
 use std::ptr;
 
-use super::super::outcome::Outcome;
-use super::basics::is_odd;
-use super::instance::{Instance, references, status_name, step_size};
-use super::{Trial, open, trial};
-use crate::fmi::functions::{ERROR, WARNING};
+use super::simulation::is_odd;
+use super::trial::{Trial, open, trial};
+use crate::check::outcome::Outcome;
+use crate::fmi::instance::{Instance, Manner, references, status_name, step_size};
 use crate::fmi::order::{Mode, is_allowed};
+use crate::fmi::symbols::{ERROR, WARNING};
 use crate::fmi::{Fmu, Message};
 use fmu_description::{Access, Variable};
 
@@ -64,15 +64,10 @@ fn an_input(fmu: &Fmu) -> Option<&Variable> {
 
 /// An instance in a mode.
 fn in_mode(fmu: &Fmu, mode: Mode) -> Result<Instance<'_>, String> {
-    let mut instance = Instance::new(fmu, "order")?;
     if mode == Mode::Instantiated {
-        return Ok(instance);
+        return Instance::new(fmu, "order");
     }
-    instance.setup(
-        fmu.description.default_experiment.start.unwrap_or(0.0),
-        None,
-    )?;
-    instance.enter(Mode::Initialization)?;
+    let mut instance = Instance::initializing(fmu, "order")?;
     if mode == Mode::Initialization {
         return Ok(instance);
     }
@@ -124,13 +119,13 @@ fn call(instance: &Instance, name: &str) -> c_int {
             ("fmi2ExitInitializationMode", _) => f.exit_initialization_mode(c),
             ("fmi2DoStep", _) => f.do_step(c, t, h, 1),
             ("fmi2Terminate", _) => f.terminate(c),
-            _ => {
-                let is_real = |v: &Variable| v.access() == Access::Real;
-                let reals = references(&instance.fmu.description.variables, is_real);
-                instance.reals(&reals).0
-            }
+            _ => instance.reals(&reals(instance.fmu)).0,
         }
     }
+}
+
+fn reals(fmu: &Fmu) -> Vec<u32> {
+    references(&fmu.description.variables, |v| v.access() == Access::Real)
 }
 
 fn order(folder: &Path, outcome: &mut Outcome) -> Result<(), String> {
@@ -139,10 +134,12 @@ fn order(folder: &Path, outcome: &mut Outcome) -> Result<(), String> {
         None => CALLS.to_vec(),
         Some(_) => CALLS[1..].iter().chain(&CALLS_3).copied().collect(),
     };
+    let is_tried = |name: &&&str| **name != "fmi2GetReal" || !reals(&fmu).is_empty();
     let modes = modes(&fmu);
     let mut tried = 0;
     for (name, mode) in names
         .iter()
+        .filter(is_tried)
         .flat_map(|name| modes.iter().map(|mode| (*name, *mode)))
     {
         if is_allowed(fmu.functions.name(name), mode) {
@@ -163,7 +160,11 @@ fn order(folder: &Path, outcome: &mut Outcome) -> Result<(), String> {
 
 fn messages(folder: &Path, outcome: &mut Outcome) -> Result<(), String> {
     let fmu = open(folder)?;
-    let mut instance = Instance::with(&fmu, "talker", &fmu.description.guid, true)?;
+    let talking = Manner {
+        is_logging: true,
+        ..Manner::USUAL
+    };
+    let mut instance = Instance::with(&fmu, "talker", talking)?;
     // SAFETY: a live instance; no categories are named.
     let status = unsafe {
         fmu.functions
@@ -174,18 +175,36 @@ fn messages(folder: &Path, outcome: &mut Outcome) -> Result<(), String> {
     instance.initialize()?;
     instance.step(step_size(&fmu))?;
     heard.extend(instance.messages());
-    let status = instance.set_reals(&[u32::MAX], &[0.0]);
-    let answer = instance.messages();
-    if status >= ERROR && answer.is_empty() {
-        outcome.remark("fmi2SetReal of an unknown reference failed without a message");
+    if !reals(&fmu).is_empty() {
+        let status = instance.set_reals(&[u32::MAX], &[0.0]);
+        let answer = instance.messages();
+        if status >= ERROR && answer.is_empty() {
+            outcome.remark("fmi2SetReal of an unknown reference failed without a message");
+        }
+        heard.extend(answer);
     }
-    heard.extend(answer);
+    // One that is refused may speak, too.
+    let refused = Manner {
+        token: Some("{wrong}"),
+        ..talking
+    };
+    if !fmu.description.capabilities.only_once {
+        let _ = Instance::with(&fmu, "talker", refused); // whether it is refused is another row
+    }
+    heard.extend(instance.messages());
+    for message in heard.iter().filter(|m| m.is_stray) {
+        outcome.fail(format!(
+            "a message came with another environment than fmi2Instantiate was given: {}",
+            message.format
+        ));
+    }
     for message in &heard {
         if let Some(what) = fault(&fmu, message) {
             outcome.remark(format!("{what}: {}", message.format));
         }
     }
     outcome.note(format!("{} messages", heard.len()));
+    outcome.fails.dedup();
     outcome.remarks.dedup();
     Ok(())
 }

@@ -4,13 +4,15 @@ use std::path::Path;
 
 use fmu_description::{Access, Causality, Variability, Variable, Version};
 
-use super::super::outcome::Outcome;
-use super::instance::{Instance, references, step_size};
+use super::trial::{Trial, open, trial};
 use super::values::without_reading_after_set;
-use super::{Trial, open, trial};
-use crate::fmi::functions::{Functions, Pointer, WARNING};
+use crate::check::outcome::Outcome;
+use crate::fmi::functions::Functions;
+use crate::fmi::instance::{Instance, references, step_size};
+use crate::fmi::symbols::{Pointer, WARNING};
 
-/// By which share a directional derivative may differ from a difference of outputs, which is itself an approximation.
+/// By which share a directional derivative may differ from a difference of outputs, which is itself
+/// an approximation.
 const TOLERANCE: f64 = 1e-2;
 
 pub const TRIALS: &[Trial] = &[
@@ -127,7 +129,8 @@ fn directional(folder: &Path, outcome: &mut Outcome) -> Result<(), String> {
     Ok(())
 }
 
-/// `v·(J u)` against `(Jᵀ v)·u` for all inputs and outputs at once, with directions that no symmetry favours.
+/// `v·(J u)` against `(Jᵀ v)·u` for all inputs and outputs at once, with directions that no
+/// symmetry favours.
 fn adjoint(folder: &Path, outcome: &mut Outcome) -> Result<(), String> {
     let fmu = open(folder)?;
     let claimed = fmu.description.capabilities;

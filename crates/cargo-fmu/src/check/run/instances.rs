@@ -2,10 +2,10 @@
 
 use std::path::Path;
 
-use super::super::outcome::Outcome;
-use super::instance::{Instance, step_size};
-use super::{Trial, open, trial};
+use super::trial::{Trial, open, trial};
+use crate::check::outcome::Outcome;
 use crate::fmi::Fmu;
+use crate::fmi::instance::{Instance, step_size};
 use crate::fmi::order::Mode;
 
 const STEPS: usize = 20;
@@ -86,7 +86,8 @@ fn turns(folder: &Path, outcome: &mut Outcome) -> Result<(), String> {
     let mut other = Instance::started(&fmu, "other")?;
     let (h, mut bits) = (step_size(&fmu), Vec::new());
     for k in 0..STEPS {
-        // The other is set between the set and the step of the first, and steps between its step and what is read.
+        // The other is set between the set and the step of the first, and steps between its step
+        // and what is read.
         watched.excite(k);
         other.excite(k + 5);
         watched.step(h)?;
@@ -106,7 +107,8 @@ fn many(folder: &Path, outcome: &mut Outcome) -> Result<(), String> {
         .map(|k| Instance::started(&fmu, &format!("instance {k}")))
         .collect();
     let mut instances = made?;
-    // The first, the last, the second, …: neither the order in which they were made nor its reverse.
+    // The first, the last, the second, …: neither the order in which they were made nor its
+    // reverse.
     while !instances.is_empty() {
         let place = if instances.len() % 2 == 0 {
             0

@@ -4,12 +4,11 @@ use std::path::Path;
 
 use fmu_description::{Access, Causality, Initial, Variability, Variable};
 
-use super::super::outcome::Outcome;
-use super::instance::{Instance, references, step_size};
-use super::{Trial, open, trial};
+use super::trial::{Trial, open, trial};
+use crate::check::outcome::Outcome;
 use crate::fmi::Fmu;
-use crate::fmi::functions::{OK, WARNING};
-use crate::fmi::order::Mode;
+use crate::fmi::instance::{Instance, references, step_size};
+use crate::fmi::symbols::{OK, WARNING};
 
 pub const TRIALS: &[Trial] = &[
     trial(
@@ -43,12 +42,7 @@ fn is_given(v: &Variable) -> bool {
 
 fn starts(folder: &Path, outcome: &mut Outcome) -> Result<(), String> {
     let fmu = open(folder)?;
-    let mut instance = Instance::new(&fmu, "starts")?;
-    instance.setup(
-        fmu.description.default_experiment.start.unwrap_or(0.0),
-        None,
-    )?;
-    instance.enter(Mode::Initialization)?;
+    let instance = Instance::initializing(&fmu, "starts")?;
     for v in fmu.description.variables.iter().filter(|v| is_given(v)) {
         let Some(start) = v.start_of(0).filter(|_| v.size() == 1) else {
             check_array(&instance, v, outcome)?;
@@ -175,7 +169,8 @@ fn reason(instance: &Instance) -> String {
         .map_or(String::new(), |m| format!(": {}", m.format))
 }
 
-/// What acts at once is seen by reading outputs after an input was set, which not every FMU has to bear.
+/// What acts at once is seen by reading outputs after an input was set, which not every FMU has to
+/// bear.
 pub fn without_reading_after_set(fmu: &Fmu, outcome: &mut Outcome) -> bool {
     let is_without = !fmu.functions.reads_after_set();
     if is_without {

@@ -1,0 +1,10 @@
+//! All tests of this crate from outside, as one program.
+#![forbid(unsafe_code)]
+
+mod allocation;
+mod c_types;
+mod noise;
+mod oscillator;
+mod support;
+mod trouble;
+mod wires;
