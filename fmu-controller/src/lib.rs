@@ -1,4 +1,5 @@
-//! FMU `Controller` for co-simulation in FMI 2.0 and 3.0: the adaptive modular controller of the manipulator.
+//! FMU `Controller` for co-simulation in FMI 2.0 and 3.0: the adaptive modular controller of the
+//! manipulator.
 //!
 //! `table` is the single source of names, units, bounds and dependencies; this file connects it
 //! to the `vdc` library.
@@ -15,16 +16,16 @@ use table::TrajectoryItem;
 use tip_path::PathFile;
 use vdc::{
     Controller, ControllerError, Derating, Evaluation, Level, Mode, NamedMode, Output, RateCommand,
-    RateLimits, Settings, Timing, Told, Trajectory,
+    RateLimits, ReportedTroubles, Settings, Timing, Trajectory,
 };
 
 /// The controller behind the FMI border.
 #[derive(Clone, Serialize, Deserialize)]
 pub struct ControllerFmu {
     controller: Controller,
-    /// Troubles that the importer was told of and that last.
+    /// Troubles that were reported to the importer and that last.
     #[serde(skip)]
-    told: Told,
+    reported: ReportedTroubles,
     /// Not part of the behaviour: handed to the importer's log once.
     #[serde(skip)]
     warning: Option<String>,
@@ -251,7 +252,7 @@ impl Model for ControllerFmu {
         let controller = controller.with_timing(p.timing()?);
         let mut fmu = Self {
             controller,
-            told: Told::default(),
+            reported: ReportedTroubles::default(),
             warning: None,
         };
         fmu.warning = fmu.stability_warning(p);
@@ -282,7 +283,7 @@ impl Model for ControllerFmu {
         self.controller.step(now, &settings, &measured, t, h)?;
         let trouble = self
             .controller
-            .trouble(now, &settings, &mut self.told, t, h);
+            .trouble(now, &settings, &mut self.reported, t, h);
         self.warning = trouble.map(|trouble| trouble.to_string());
         Ok(StepEnd::WHOLE)
     }

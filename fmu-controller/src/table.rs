@@ -1,6 +1,7 @@
 //! Variables of the FMU `Controller`: names, units, bounds and dependencies, each once.
 //!
-//! The fields belong to `vdc` and `machine`, which know no FMI, so a row names its field; a derive would need a copy of their structs.
+//! The fields belong to `vdc` and `machine`, which know no FMI, so a row names its field; a derive
+//! would need a copy of their structs.
 
 use crate::{ControllerFmu, Parameters};
 use emla::Surrogate;
@@ -149,7 +150,8 @@ const RATES_AND_ROD: &[&str] = &[
     "reference.rod_velocity[i]",
 ];
 
-/// An output that changes at communication points; initially it depends on the same inputs, and on all parameters.
+/// An output that changes at communication points; initially it depends on the same inputs, and on
+/// all parameters.
 const fn at_points(row: V) -> V {
     row.initially_also_on(&[ALL_PARAMETERS]).discrete()
 }

@@ -1,4 +1,5 @@
 use super::*;
+use fmu_export::Evaluation;
 
 const H: f64 = 1e-3;
 
@@ -123,7 +124,7 @@ fn a_delay_counts_communication_steps() {
 #[test]
 fn readings_before_a_set_are_those_of_the_last_sample() {
     let on = |p: &mut Parameters| {
-        p.speed = table::SPEED_DIFFERENCE;
+        p.speed = SPEED.number(SpeedKind::Difference);
         p.p.speed.filter_time = 0.0;
     };
     let (mut staged, mut standard) = (Importer::new(on), Importer::new(on));
@@ -156,7 +157,7 @@ fn noise_belongs_to_seed_and_state() {
             p.seed = seed;
             p.p.motor_encoder.on = true;
             p.p.current.on = true;
-            p.force = table::FORCE_SENSOR;
+            p.force = FORCE.number(ForceKind::Sensor);
         }
     };
     let run = |importer: &mut Importer, from: u32| -> Vec<Signals> {
@@ -215,7 +216,7 @@ const EFFECTS: [Effect; 5] = [
     },
     Effect {
         name: "force",
-        on: |p| p.force = table::FORCE_SENSOR,
+        on: |p| p.force = FORCE.number(ForceKind::Sensor),
         of: |y| y.F.to_vec(),
         largest: 350.0 + 7.0 * 70.0,
     },

@@ -20,6 +20,12 @@ pub fn whole_machine(text: &str, file: Option<PathBuf>) -> PyResult<(String, &'s
     Ok((whole, parameters_of(source.shipped())))
 }
 
+/// The text of the machine file that the programs know by this name.
+#[pyfunction]
+pub fn shipped_machine(name: &str) -> Option<&'static str> {
+    machine::preset(name)
+}
+
 /// Whether a path of this name is built in.
 #[pyfunction]
 pub fn is_built_in_path(name: &str) -> PyResult<bool> {

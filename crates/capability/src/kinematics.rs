@@ -11,7 +11,8 @@ use crate::Motion;
 const ITERATIONS: u32 = 100;
 /// Error of a solution, m and rad: rounding of the pose of an arm of some metres leaves 1e-15.
 const TOLERANCE: f64 = 1e-11;
-/// Keeps the iteration's matrix regular at a singularity; small beside the square of any singular value elsewhere.
+/// Keeps the iteration's matrix regular at a singularity; small beside the square of any singular
+/// value elsewhere.
 const DAMPING: f64 = 1e-10;
 
 /// Position and orientation of the tip T4 in the world.
@@ -75,8 +76,9 @@ impl Kinematics {
         Tip::new(&self.tree, &self.tree.configuration(zeta))
     }
 
-    /// Joint angles of a pose, on the branch of the angles `near`, rad: Levenberg–Marquardt steps whose damping is the squared error
-    /// (Sugihara, IEEE Trans. Robotics 27(5), 2011). Joint limits are not looked at.
+    /// Joint angles of a pose, on the branch of the angles `near`, rad: Levenberg–Marquardt steps
+    /// whose damping is the squared error (Sugihara, IEEE Trans. Robotics 27(5), 2011). Joint
+    /// limits are not looked at.
     ///
     /// # Errors
     /// The arm does not reach the pose, or the search from `near` does not.
@@ -106,7 +108,8 @@ impl Kinematics {
         })
     }
 
-    /// Joint motion of a tip motion at the joint angles `zeta` of its pose, rad; None where the arm is singular.
+    /// Joint motion of a tip motion at the joint angles `zeta` of its pose, rad; None where the arm
+    /// is singular.
     /// ```text
     /// ζ̇ = J⁻¹ V,   ζ̈ = J⁻¹ (V̇ − J̇ ζ̇)
     /// ```

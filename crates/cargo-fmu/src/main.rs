@@ -36,6 +36,9 @@ enum Command {
         /// from]
         #[arg(long, value_name = "PATH")]
         fmu_export: Option<PathBuf>,
+        /// A model with events within steps, messages and an enumeration, in place of a differential equation
+        #[arg(long)]
+        events: bool,
     },
     /// Build libraries and pack them, with documentation, resources and licences, into FMUs
     Pack {
@@ -95,7 +98,11 @@ fn main() -> ExitCode {
 
 fn run(command: Command) -> Result<ExitCode> {
     match command {
-        Command::New { path, fmu_export } => new::new(&path, fmu_export.as_deref())?,
+        Command::New {
+            path,
+            fmu_export,
+            events,
+        } => new::new(&path, fmu_export.as_deref(), events)?,
         Command::Pack {
             packages,
             examples,

@@ -1,8 +1,9 @@
 //! One actuator: its configuration, immutable after [`Emla::new`].
 
-use crate::options::{Drive, Electric};
+use crate::options::Electric;
 use crate::substep::longest_substep;
 use crate::surrogate::Surrogate;
+use machine::Drive;
 use serde::{Deserialize, Serialize};
 
 /// One actuator: parameters, drive mode, and the surrogate network with its blending factor.

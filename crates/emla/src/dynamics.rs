@@ -7,8 +7,8 @@ use crate::instant::Instant;
 use crate::losses::Losses;
 use crate::maps;
 use crate::motor::{self, Dq};
-use crate::options::Drive;
 use crate::state::{Energy, Kinds, Point, Rates, State};
+use machine::Drive;
 
 impl Emla {
     /// Time derivative of the state.

@@ -1,7 +1,6 @@
 //! What stays as it is over a step: parameters at the present temperature, DC link, gates, brake.
 
-use crate::options::Drive;
-use machine::Holding;
+use machine::{Drive, Holding};
 
 /// What a step holds.
 #[derive(Clone, Copy, Debug)]

@@ -5,9 +5,8 @@ use crate::held::Held;
 use crate::input::Input;
 use crate::maps;
 use crate::motor::{self, Dq};
-use crate::options::Drive;
 use crate::state::Point;
-use machine::Holding;
+use machine::{Drive, Holding};
 
 /// What follows from state and inputs at one instant.
 #[derive(Clone, Copy, Debug)]

@@ -4,11 +4,10 @@ use crate::actuator::Emla;
 use crate::held::Held;
 use crate::input::Input;
 use crate::maps;
-use crate::options::Drive;
 use crate::state::{Kinds, Point, Rates, State};
 use crate::substep::RATE_STEP;
 use limits::{MAX_SUBSTEPS, StepError, check_step};
-use machine::{Holding, link_current};
+use machine::{Drive, Holding, link_current};
 
 /// The electrical mode turned faster than the substep of an attempt resolves, at this motor speed in rad/s (or not a number).
 struct TooCoarse {

@@ -1,7 +1,7 @@
 //! The longest substep for an actuator's parameters.
 
 use crate::maps;
-use crate::options::Drive;
+use machine::Drive;
 
 /// Largest error of the force by the integration, N, while the load keeps its sign; see [`dt_of_error`].
 const FORCE_ERROR: f64 = 0.05;

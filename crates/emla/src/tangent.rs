@@ -9,10 +9,9 @@ use crate::instant::Instant;
 use crate::losses::{Losses, core_loss, inverter_loss};
 use crate::maps;
 use crate::motor::{self, Dq};
-use crate::options::Drive;
 use crate::output::Output;
 use crate::state::{Energy, Point, Rates, State};
-use machine::{Holding, link_current};
+use machine::{Drive, Holding, link_current};
 
 /// Derivatives of the members of [`Instant`] that the outputs need.
 struct InstantTangent {

@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 /// Motor, gear, screw and rod of one actuator. dq quantities are peak-valued
 /// (amplitude-invariant): torque carries the factor 3/2.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Emla {
     /// Pole pairs.
@@ -79,6 +80,7 @@ pub struct Emla {
 
 /// Holding brake on the motor's shaft, applied by a spring: dry friction that sticks.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Brake {
     /// Torque up to which it holds and with which it slips, N·m.
@@ -92,6 +94,7 @@ impl Brake {
 
 /// Winding and housing as two bodies of one temperature each.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Heat {
     /// Heat capacity of the winding, J/K.
@@ -117,6 +120,7 @@ impl Heat {
 /// `R_s = R_s,ref·(1 + α_Cu·ΔT)` with the winding's and `λ_m = λ_m,ref·(1 + α_m·ΔT)` with the housing's temperature, which the rotor
 /// follows.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Temperature {
     /// Temperature at which `R_s` and `lambda_m` hold, K.
@@ -138,6 +142,7 @@ impl Temperature {
 
 /// Iron losses `P_core = (k_h·|w_e| + k_e·w_e²)·(lambda_d² + lambda_q²)`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct CoreLosses {
     /// Hysteresis coefficient, W·s/(rad·Wb²).
@@ -149,6 +154,7 @@ pub struct CoreLosses {
 /// Losses of a two-level inverter with sinusoidal current of amplitude `i`:
 /// conduction `3·(2/π·v_0·i + r_0·i²/2)`, switching `6/π·f_sw·k_sw·v_dc·i`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct InverterLosses {
     /// DC-link voltage, V.
@@ -165,6 +171,7 @@ pub struct InverterLosses {
 
 /// What the actuator is rated for.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Ratings {
     /// Largest rod force, N.

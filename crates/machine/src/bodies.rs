@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 
 /// One rigid body.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Body {
     /// Mass, kg.
@@ -17,6 +18,7 @@ pub struct Body {
 
 /// Symmetric inertia tensor, kg·m². Off-diagonal entries are the tensor's own (−∫xy dm).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 #[expect(missing_docs, reason = "the six entries of a symmetric tensor")]
 pub struct InertiaTensor {
@@ -61,6 +63,7 @@ impl InertiaTensor {
 
 /// The 13 bodies; frames as in the paper.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Bodies {
     /// Base column.
@@ -135,6 +138,7 @@ impl Bodies {
 
 /// Ranges of strokes and joints.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Limits {
     /// Slew stroke range, m.
@@ -188,6 +192,7 @@ impl Limits {
 
 /// Where a run starts.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Start {
     /// Joint angles, rad.

@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 
 /// Gains of the adaptive modular controller.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Controller {
     /// Time for which the start pose is held before the trajectory begins, s.
@@ -125,6 +126,7 @@ impl Controller {
 
 /// The paper's two tip trajectories.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Trajectories {
     /// Cube edges in three dimensions.
@@ -135,6 +137,7 @@ pub struct Trajectories {
 
 /// Vertices on a cube, in edge lengths along three axes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct CubicPath {
     /// Edge length, m.
@@ -151,6 +154,7 @@ pub struct CubicPath {
 
 /// World directions of a cube's edges.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 #[expect(missing_docs, reason = "three directions")]
 pub struct CubeAxes {
@@ -161,6 +165,7 @@ pub struct CubeAxes {
 
 /// Vertices relative to the start.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct TriangularPath {
     /// Time for one edge, s.

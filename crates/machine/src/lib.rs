@@ -11,13 +11,14 @@ mod actuator;
 mod bodies;
 mod check;
 mod controller;
+mod drive;
 mod fields;
 mod geometry;
 mod holding;
 mod json;
 mod machine;
 mod per_axis;
-mod schema;
+mod sections;
 mod shape;
 mod source;
 
@@ -25,12 +26,12 @@ pub use actuator::{Brake, CoreLosses, Emla, Heat, InverterLosses, Ratings, Tempe
 pub use bodies::{Bodies, Body, InertiaTensor, Limits, Start};
 pub use check::{Finding, MachineError};
 pub use controller::{Controller, CubeAxes, CubicPath, Trajectories, TriangularPath};
+pub use drive::Drive;
 pub use fields::EmlaFields;
 pub use geometry::Geometry;
 pub use holding::{DEAD_LINK, Holding, is_tripped, link_current, trip_message};
 pub use machine::Machine;
 pub use per_axis::{AXES, PerAxis};
-pub use schema::schema;
 pub use source::{PRESETS, Source, extending, preset};
 
 /// The reference machine's JSON, as shipped in `parameters/`.
@@ -42,6 +43,9 @@ pub const SIZED_JSON: &str = include_str!("../../../parameters/sized_machine.jso
 /// A HIAB XS031 loader crane on a research platform, with electric actuators: `parameters/hiab_xs031.json`.
 pub const HIAB_XS031_JSON: &str = include_str!("../../../parameters/hiab_xs031.json");
 
+/// The JSON Schema of machine files, for editors, of the shape and the checks of [`Machine`] (tested): `parameters/machine.schema.json`.
+pub const SCHEMA_JSON: &str = include_str!("../../../parameters/machine.schema.json");
+
 impl Machine {
     /// The reference machine, [`REFERENCE_JSON`] compiled in: nothing is parsed.
     #[must_use]
@@ -49,6 +53,9 @@ impl Machine {
         include!(concat!(env!("OUT_DIR"), "/reference.rs"))
     }
 }
+
+#[cfg(test)]
+mod schema;
 
 #[cfg(test)]
 mod tests {

@@ -3,8 +3,8 @@
 use crate::Machine;
 use crate::check::{Findings, MachineError};
 use crate::json;
-use crate::per_axis::AXES;
-use crate::shape::{self, SECTIONS_PER_AXIS};
+use crate::sections::{SECTIONS_PER_AXIS, is_split, split};
+use crate::shape;
 use serde_json::{Map, Value};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -241,19 +241,6 @@ fn difference(base: &Value, value: &Value) -> Option<Value> {
     });
     let differing: Map<_, _> = differing.collect();
     (!differing.is_empty()).then_some(Value::Object(differing))
-}
-
-/// Whether a section tells actuators apart.
-pub(crate) fn is_split(section: &Value) -> bool {
-    let fields = section.as_object();
-    fields.is_some_and(|fields| AXES.iter().any(|axis| fields.contains_key(*axis)))
-}
-
-fn split(section: &mut Value) {
-    if !is_split(section) && section.is_object() {
-        let each = AXES.map(|axis| (axis.to_owned(), section.clone()));
-        *section = Value::Object(Map::from_iter(each));
-    }
 }
 
 #[cfg(test)]

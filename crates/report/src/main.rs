@@ -9,9 +9,9 @@ use anyhow::Result;
 use clap::{Parser, Subcommand};
 use commands::{figures, machine, page, plot};
 use cosim::verdict::Verdict;
-use studies::commands::electric::SizingArgs;
 use studies::commands::path::CheckArgs;
 use studies::commands::program;
+use studies::commands::sizing::SizingArgs;
 
 /// Pictures of the coupled manipulator: report, drawings of machines, signals over time.
 #[derive(Parser)]

@@ -39,10 +39,11 @@ use map::EfficiencyMap;
 use runs::{Case, Run};
 use scene::Scene;
 use stability::Stability;
-use studies::efficiency;
+use studies::grid::{Cell, TRAJECTORIES};
 use studies::machine_file::MachineFile;
-use studies::table::{self, MODES, TRAJECTORIES};
-use studies::tip::TipError;
+use studies::measures::tip::TipError;
+use studies::studies::efficiency;
+use studies::studies::inertia::{self, MODES};
 
 /// Inertia error with which the adaptation is shown besides nominal inertias.
 const UNCERTAIN: f64 = 1.4;
@@ -99,16 +100,19 @@ struct Row {
 /// Tip error over the motion, m; nothing where the run failed.
 #[derive(Serialize)]
 struct TableCell {
-    mode: &'static str,
+    mode: String,
     rmse: Option<f64>,
     max: Option<f64>,
 }
 
+/// One run of a table.
+type TipCell = Cell<TipError>;
+
 impl TableCell {
-    fn of(mode: &'static str, result: &Result<TipError>) -> Self {
-        let motion = result.as_ref().ok().map(|tip| tip.motion);
+    fn of(cell: &TipCell) -> Self {
+        let motion = cell.result.as_ref().ok().map(|tip| tip.motion);
         Self {
-            mode,
+            mode: cell.law.clone(),
             rmse: motion.map(|d| d.rms()),
             max: motion.map(|d| d.max),
         }
@@ -124,8 +128,8 @@ impl Request<'_> {
         let machine = MachineFile::of(self.system, &self.base.settings)?;
         let scene = Scene::new(&machine)?;
         let plan = Plan::of(self)?;
-        let runs = cases().len() + table::CELLS + plan.count();
-        let total = runs as u64 + evaluation::RUNS + studies::stability::RUNS;
+        let runs = (cases().len() + inertia::CELLS) as u64 + plan.count();
+        let total = runs + evaluation::RUNS + studies::studies::stability::RUNS;
         let done = AtomicU64::new(0);
         let count = || progress(done.fetch_add(1, Ordering::Relaxed) + 1, total);
         let results: Vec<Result<Run>> = cases()
@@ -141,14 +145,15 @@ impl Request<'_> {
         if runs.is_empty() {
             bail!("no run succeeded: {}", failures.join("; "));
         }
-        let cells = table::run(self.system, self.base, count)?;
-        failures.extend(cells.iter().filter_map(failure));
+        let cells = inertia::run(self.system, self.base, count)?;
+        let named = |cell: &TipCell| failure(cell, &format!("inertia x {}", cell.case));
+        failures.extend(cells.iter().filter_map(named));
         let worlds = worlds::shown(self, &mut failures);
         let errors = plan.run(self, count, &mut failures)?;
         let energy = evaluation::energies(self, count, &mut failures);
         let electric = electric::shown(self, &mut failures);
         let path = own_path::shown(self, &machine, &mut failures);
-        let stability = stability::stability(self, count, &mut failures);
+        let stability = stability::stability(self, count, &mut failures)?;
         let testbed = evaluation::testbed(self, &mut failures);
         let surrogate = surrogate::on_rig(self, &mut failures);
         let map = efficiency::map(self.system, self.base).map(EfficiencyMap::from);
@@ -174,7 +179,7 @@ impl Request<'_> {
 /// The runs that are kept: both trajectories with all controllers, and the adaptive one with wrong inertias.
 fn cases() -> Vec<Case> {
     let mut cases = Vec::new();
-    for (trajectory, _) in TRAJECTORIES {
+    for trajectory in TRAJECTORIES {
         cases.extend(MODES.map(|mode| Case {
             trajectory,
             mode,
@@ -189,28 +194,22 @@ fn cases() -> Vec<Case> {
     cases
 }
 
-fn failure(cell: &table::Cell) -> Option<String> {
-    let error = cell.result.as_ref().err()?;
-    let table::Cell {
-        trajectory,
-        mode,
-        scale,
-        ..
-    } = cell;
+/// A cell that failed, in the `case` of this name.
+fn failure(cell: &TipCell, case: &str) -> Option<String> {
+    let error = cell.error()?;
     Some(format!(
-        "{trajectory}, {mode}, inertia x {scale}: {error:#}"
+        "{}, {}, {case}: {error:#}",
+        cell.trajectory, cell.law
     ))
 }
 
-fn row(cells: &[table::Cell]) -> Row {
+fn row(cells: &[TipCell]) -> Row {
+    let (trajectory, scale) = (cells[0].trajectory, inertia::scale_of(&cells[0]));
     Row {
-        trajectory: cells[0].trajectory,
-        scale: cells[0].scale,
-        paper: cells[0].paper,
-        cells: cells
-            .iter()
-            .map(|c| TableCell::of(c.mode, &c.result))
-            .collect(),
+        trajectory,
+        scale,
+        paper: inertia::paper(trajectory, scale).unwrap_or(f64::NAN),
+        cells: cells.iter().map(TableCell::of).collect(),
     }
 }
 

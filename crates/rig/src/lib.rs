@@ -31,8 +31,9 @@ pub use extras::{
     Backlash, Cogging, Compliance, Extras, Friction, Heat, Losses, Ripple, Saturation, Switching,
     Temperature,
 };
-pub use input::{Drive, Input};
+pub use input::Input;
 pub use limits::StepError;
+pub use machine::Drive;
 pub use output::Output;
 pub use rig::{Rig, RigError};
 pub use state::{Energy, Hold, Powers, State};

@@ -1,9 +1,8 @@
 //! One actuator as built: its configuration, immutable after [`Rig::new`].
 
 use crate::extras::Extras;
-use crate::input::Drive;
 use limits::ParamError;
-use machine::MachineError;
+use machine::{Drive, MachineError};
 use serde::{Deserialize, Serialize};
 
 /// One actuator as built.

@@ -1,4 +1,5 @@
-//! Whether a machine can do a path: all that it demands along the path, beside what the machine file allows.
+//! Whether a machine can do a path: all that it demands along the path, beside what the machine
+//! file allows.
 
 use crate::error::Place;
 use crate::file::{Load, PathFile, Points};
@@ -120,8 +121,8 @@ impl fmt::Display for Finding {
     }
 }
 
-/// Goes along `path`, made of `file`, with the nominal machine and its payload from the joint angles `zeta`, rad; `observe` is told time
-/// and margins of each point.
+/// Goes along `path`, made of `file`, with the nominal machine and its payload from the joint
+/// angles `zeta`, rad; `observe` is told time and margins of each point.
 ///
 /// # Errors
 /// A mechanism that does not work over its joint range.

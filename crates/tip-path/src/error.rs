@@ -19,7 +19,7 @@ pub enum PathError {
         /// The known name that it is most like.
         near: Option<String>,
         /// Known names.
-        known: Vec<&'static str>,
+        known: Vec<String>,
     },
     /// A value outside its range.
     #[error("{place}: `{name}` = {value} must be {rule}")]

@@ -64,7 +64,8 @@ pub struct Load {
 }
 
 impl Load {
-    /// The part `s` of the way from `before` to this load: masses and first moments change alike, and a load that comes or goes stays in its place.
+    /// The part `s` of the way from `before` to this load: masses and first moments change alike,
+    /// and a load that comes or goes stays in its place.
     pub(crate) fn after(&self, before: &Self, s: f64) -> Self {
         let mix = |from: f64, to: f64| from + (to - from) * s;
         let mass = mix(before.mass, self.mass);
@@ -90,6 +91,7 @@ pub struct Sample {
 
 /// Largest speeds, accelerations and jerks of the tip on the way between waypoints.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
 pub struct MotionLimits {
     /// m/s.
     pub speed: f64,
@@ -117,15 +119,21 @@ impl MotionLimits {
     };
 
     /// Names and values, in the order of the fields.
-    pub(crate) fn fields(&mut self) -> [(&'static str, &mut f64); 6] {
+    fn fields(&self) -> [(&'static str, f64); 6] {
         [
-            ("speed", &mut self.speed),
-            ("acceleration", &mut self.acceleration),
-            ("jerk", &mut self.jerk),
-            ("angular_speed", &mut self.angular_speed),
-            ("angular_acceleration", &mut self.angular_acceleration),
-            ("angular_jerk", &mut self.angular_jerk),
+            ("speed", self.speed),
+            ("acceleration", self.acceleration),
+            ("jerk", self.jerk),
+            ("angular_speed", self.angular_speed),
+            ("angular_acceleration", self.angular_acceleration),
+            ("angular_jerk", self.angular_jerk),
         ]
+    }
+}
+
+impl Default for MotionLimits {
+    fn default() -> Self {
+        Self::DEFAULT
     }
 }
 
@@ -133,10 +141,11 @@ impl PathFile {
     /// Of a file's text: JSON where it begins with a brace, else CSV.
     ///
     /// # Errors
-    /// What is wrong where: syntax, an unknown name, a value out of its range, too few or equal points.
+    /// What is wrong where: syntax, an unknown name, a value out of its range, too few or equal
+    /// points.
     pub fn parse(text: &str) -> Result<Self, PathError> {
         let text = text.trim_start_matches('\u{feff}');
-        let mut file = if text.trim_start().starts_with(['{', '[']) {
+        let file = if text.trim_start().starts_with(['{', '[']) {
             json_file::parse(text)?
         } else {
             csv_file::parse(text)?
@@ -145,7 +154,8 @@ impl PathFile {
         Ok(file)
     }
 
-    /// Of the name of a built-in path, as `iso9283-cube` or `iso9283-cube:3` with another number of cycles; None for another text.
+    /// Of the name of a built-in path, as `iso9283-cube` or `iso9283-cube:3` with another number of
+    /// cycles; None for another text.
     ///
     /// # Errors
     /// A number of cycles that is none.
@@ -153,9 +163,9 @@ impl PathFile {
         Iso9283::named(name).map(|test| test.map(Iso9283::path))
     }
 
-    fn check(&mut self) -> Result<(), PathError> {
+    fn check(&self) -> Result<(), PathError> {
         for (name, value) in self.limits.fields() {
-            positive("limits", name, *value)?;
+            positive("limits", name, value)?;
         }
         match &self.points {
             Points::Waypoints(waypoints) => check_waypoints(waypoints),
@@ -302,18 +312,15 @@ pub(crate) fn unit(place: &str, [w, x, y, z]: [f64; 4]) -> Result<UnitQuaternion
 const LIKE: f64 = 0.7;
 
 /// The error for a name that is not `known`.
-pub(crate) fn unknown(place: &str, name: &str, known: &[&'static str]) -> PathError {
-    let likeness = |other: &&str| strsim::jaro_winkler(&name.to_lowercase(), other);
+pub(crate) fn unknown(place: &str, name: &str, known: Vec<String>) -> PathError {
+    let likeness = |other: &&String| strsim::jaro_winkler(&name.to_lowercase(), other);
     let best = known
         .iter()
-        .copied()
         .max_by(|a, b| likeness(a).total_cmp(&likeness(b)));
     PathError::Unknown {
         place: place.to_owned(),
         name: name.to_owned(),
-        near: best
-            .filter(|best| likeness(best) >= LIKE)
-            .map(str::to_owned),
-        known: known.to_vec(),
+        near: best.filter(|best| likeness(best) >= LIKE).cloned(),
+        known,
     }
 }

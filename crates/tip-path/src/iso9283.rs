@@ -1,10 +1,13 @@
-//! Test paths after ISO 9283:1998, "Manipulating industrial robots – Performance criteria and related test methods".
+//! Test paths after ISO 9283:1998, "Manipulating industrial robots – Performance criteria and
+//! related test methods".
 //!
-//! The cube has edges of 400 mm, one of the standard's sizes, along the world's axes; its centre is where the tip starts. The test plane is the cube's
-//! diagonal plane through the upper near and the lower far edge (both along z). P1 is the centre; P2 to P5 lie on the plane's diagonals, 10 %
-//! of their length from the corners.
+//! The cube has edges of 400 mm, one of the standard's sizes, along the world's axes; its centre is
+//! where the tip starts. The test plane is the cube's diagonal plane through the upper near and the
+//! lower far edge (both along z). P1 is the centre; P2 to P5 lie on the plane's diagonals, 10 % of
+//! their length from the corners.
 //!
-//! - `iso9283-cube`, the test of poses: P1 → P5 → P4 → P3 → P2, 30 cycles, a second of rest at each.
+//! - `iso9283-cube`, the test of poses: P1 → P5 → P4 → P3 → P2, 30 cycles, a second of rest at
+//!   each.
 //! - `iso9283-rectangle`, the test of paths: P2 → P3 → P4 → P5 → P2 in straight lines, 10 cycles.
 
 use crate::error::PathError;

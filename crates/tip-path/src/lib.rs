@@ -1,10 +1,13 @@
 //! Paths of the manipulator's tip, as an operator gives them.
 //!
-//! A [`PathFile`] holds waypoints or samples, as JSON or CSV, or is one of the test paths of ISO 9283. With the pose in which the tip
-//! starts it becomes a [`TipPath`]: position, orientation, their rates and the load as functions of time, each twice continuously
-//! differentiable and at rest at both ends. [`check`] compares what the path demands with what a machine can do, before anything moves.
+//! A [`PathFile`] holds waypoints or samples, as JSON or CSV, or is one of the test paths of ISO
+//! 9283. With the pose in which the tip starts it becomes a [`TipPath`]: position, orientation,
+//! their rates and the load as functions of time, each twice continuously differentiable and at
+//! rest at both ends. [`check`] compares what the path demands with what a machine can do, before
+//! anything moves.
 //!
-//! World frame: x forward, y up, z = x × y; m, s, kg; quaternions w, x, y, z. Time counts from the path's beginning.
+//! World frame: x forward, y up, z = x × y; m, s, kg; quaternions w, x, y, z. Time counts from the
+//! path's beginning.
 #![forbid(unsafe_code)]
 #![allow(non_snake_case)] // rotation matrices
 

@@ -45,7 +45,8 @@ pub struct Stop {
 }
 
 impl TipPath {
-    /// The path of a file for a tip that starts in the pose `start`, at rest. It goes to the first point in a straight line.
+    /// The path of a file for a tip that starts in the pose `start`, at rest. It goes to the first
+    /// point in a straight line.
     ///
     /// # Errors
     /// A time of arrival that the path's limits of speed, acceleration and jerk do not allow.
@@ -132,8 +133,8 @@ impl TipPath {
         }
     }
 
-    /// What is carried at `t`, s, besides the machine's own payload; None until the first pick-up or set-down. Over its time a load comes
-    /// or goes smoothly, as 3 p² − 2 p³.
+    /// What is carried at `t`, s, besides the machine's own payload; None until the first pick-up
+    /// or set-down. Over its time a load comes or goes smoothly, as 3 p² − 2 p³.
     #[must_use]
     pub fn load(&self, t: f64) -> Option<Load> {
         let next = self.loads.partition_point(|change| change.from <= t);

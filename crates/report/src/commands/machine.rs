@@ -8,8 +8,8 @@ use clap::Args;
 use cosim::cli::print;
 use report::machines::drawing::Sheet;
 use report::machines::load_chart::LoadChart;
-use studies::commands::evaluation::create;
-use studies::commands::machine::read;
+use studies::machine_file::read;
+use studies::print::files::create;
 
 #[derive(Args)]
 pub struct DrawArgs {

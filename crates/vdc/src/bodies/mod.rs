@@ -1,4 +1,5 @@
-//! The inertias of the machine's bodies: nominal ones, with the load that the controller was told of, and their estimates.
+//! The inertias of the machine's bodies: nominal ones, with the load that the controller was told
+//! of, and their estimates.
 
 mod estimate;
 
@@ -59,9 +60,10 @@ impl Bodies {
         &self.load
     }
 
-    /// Takes over that the end-effector carries `load` from now on, in the axes of the tip at `tip` in the frame of the body `PL`: its
-    /// nominal inertia, its estimate and the bounds around it change by the difference to the load before. A mass that is not finite
-    /// and ≥ 0 changes nothing.
+    /// Takes over that the end-effector carries `load` from now on, in the axes of the tip at `tip`
+    /// in the frame of the body `PL`: its nominal inertia, its estimate and the bounds around it
+    /// change by the difference to the load before. A mass that is not finite and ≥ 0 changes
+    /// nothing.
     pub(crate) fn carry(&mut self, load: &Load, tip: &Vector3<f64>) {
         const PL: usize = Body::PL as usize;
         let point = |load: &Load| {
