@@ -6,6 +6,7 @@ use std::ptr;
 use super::simulation::is_odd;
 use super::trial::{Trial, trial};
 use crate::check::outcome::Outcome;
+use crate::fmi::functions::Experiment;
 use crate::fmi::instance::{Instance, Manner, references, status_name, step_size};
 use crate::fmi::order::{Mode, is_allowed};
 use crate::fmi::symbols::{ERROR, WARNING};
@@ -38,21 +39,12 @@ pub const TRIALS: &[Trial] = &[
 
 /// The modes of a version.
 fn modes(fmu: &Fmu) -> Vec<Mode> {
-    use Mode::{Event, Initialization, Instantiated, Stepping, SteppingAfterSet, Terminated};
-    let all = [
-        Instantiated,
-        Initialization,
-        Event,
-        Stepping,
-        SteppingAfterSet,
-        Terminated,
-    ];
     let is_had = |mode: &Mode| match mode {
-        Event => fmu.functions.has_event_mode(),
-        SteppingAfterSet => fmu.functions.fmi3().is_some() && an_input(fmu).is_some(),
+        Mode::Event => fmu.functions.has_event_mode(),
+        Mode::SteppingAfterSet => fmu.functions.fmi3().is_some() && an_input(fmu).is_some(),
         _ => true,
     };
-    all.into_iter().filter(is_had).collect()
+    Mode::ALL.into_iter().filter(is_had).collect()
 }
 
 /// A Real input that is a scalar.
@@ -113,8 +105,10 @@ fn call(instance: &Instance, name: &str) -> c_int {
             ("fmi3EnterEventMode", Some(f)) => (f.fmi3EnterEventMode)(c),
             ("fmi3EnterStepMode", Some(f)) => (f.fmi3EnterStepMode)(c),
             ("fmi3EvaluateDiscreteStates", Some(f)) => (f.fmi3EvaluateDiscreteStates)(c),
-            ("fmi2SetupExperiment", _) => f.setup_experiment(c, 0, 0.0, 0.0, 0, 0.0),
-            ("fmi2EnterInitializationMode", _) => f.enter_initialization_mode(c, 0.0, 0, 0.0),
+            ("fmi2SetupExperiment", _) => f.setup_experiment(c, Experiment::default()),
+            ("fmi2EnterInitializationMode", _) => {
+                f.enter_initialization_mode(c, Experiment::default())
+            }
             ("fmi2ExitInitializationMode", _) => f.exit_initialization_mode(c),
             ("fmi2DoStep", _) => f.do_step(c, t, h, 1),
             ("fmi2Terminate", _) => f.terminate(c),

@@ -9,6 +9,7 @@ use fmu_description::{Access, Causality, Variability, Variable};
 use super::trial::{Trial, trial};
 use crate::check::outcome::Outcome;
 use crate::fmi::Fmu;
+use crate::fmi::functions::Experiment;
 use crate::fmi::instance::{Instance, references, step_size};
 use crate::fmi::symbols::WARNING;
 
@@ -126,10 +127,10 @@ fn unknown_references(fmu: &Fmu, outcome: &mut Outcome) -> Result<(), String> {
                     note("fmi2SetString", f.set_string(c, &vr, 1, &text));
                 }
                 if has(Access::Integer) || has(Access::Int64) {
-                    note("fmi2SetInteger", f.set_integer(c, &vr, 1, &0));
+                    note("fmi2SetInteger", f.set_integers(false, c, &vr, 1, &0));
                 }
                 if has(Access::Boolean) {
-                    note("fmi2SetBoolean", f.set_boolean(c, &vr, 1, &0));
+                    note("fmi2SetBoolean", f.set_integers(true, c, &vr, 1, &0));
                 }
             }
             if has(Access::Real) {
@@ -218,7 +219,7 @@ fn null(fmu: &Fmu, outcome: &mut Outcome) -> Result<(), String> {
         let (c, nobody, mut value) = (instance.c, ptr::null_mut(), 0.0);
         // SAFETY: NULL is what is tried; all other pointers are valid.
         unsafe {
-            let begun = f.enter_initialization_mode(nobody, 0.0, 0, 0.0);
+            let begun = f.enter_initialization_mode(nobody, Experiment::default());
             let mut answers = vec![
                 ("fmi2EnterInitializationMode(NULL)", begun),
                 (

@@ -5,7 +5,7 @@ use fmu_description::{Access, Causality, Initial, Variability, Variable};
 use super::trial::{Trial, trial};
 use crate::check::outcome::Outcome;
 use crate::fmi::Fmu;
-use crate::fmi::instance::{Instance, references, step_size};
+use crate::fmi::instance::{Instance, about, references, step_size};
 use crate::fmi::symbols::{OK, WARNING};
 
 pub const TRIALS: &[Trial] = &[
@@ -108,12 +108,9 @@ fn beside(v: &Variable) -> Option<Vec<f64>> {
 }
 
 fn beside_element(v: &Variable, element: usize) -> Option<f64> {
-    let start = v.start_of(element).and_then(|s| s.trim().parse().ok());
-    let start: f64 = start.unwrap_or(0.0);
-    let scale = v.nominal.unwrap_or(start.abs()).abs();
-    let shift = 0.01 * if scale > 0.0 { scale } else { 1.0 };
+    let (start, scale) = about(v, element);
     let [min, max] = v.bounds();
-    [start + shift, start - shift]
+    [start + 0.01 * scale, start - 0.01 * scale]
         .into_iter()
         .find(|value| (min..=max).contains(value))
 }
