@@ -3,6 +3,7 @@
 
 mod allocation;
 mod c_types;
+mod foreign;
 mod noise;
 mod oscillator;
 mod support;
