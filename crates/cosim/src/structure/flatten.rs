@@ -288,7 +288,11 @@ impl Flattening<'_> {
                 }
             };
             if !fitting.contains(&data_type) {
-                let article = if element.starts_with(['I', 'E']) { "an" } else { "a" };
+                let article = if element.starts_with(['I', 'E']) {
+                    "an"
+                } else {
+                    "a"
+                };
                 bail!(
                     "{name}: {article} {element} is for {} connectors; these are {}",
                     fitting[0].name(),

@@ -6,6 +6,7 @@ mod c_types;
 mod foreign;
 mod noise;
 mod oscillator;
+mod program;
 mod support;
 mod trouble;
 mod wires;
