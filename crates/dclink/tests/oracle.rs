@@ -1,6 +1,4 @@
 //! The link and a published cell against SciPy's integration of independently written equations (`tests/oracle/dclink_oracle.py`).
-#![allow(non_snake_case)]
-
 use dclink::{Battery, DcLink, Input, POINTS, Pack, Params, State};
 use serde_json::Value;
 

@@ -1,6 +1,4 @@
 //! Hybrid blending, with a network that says the same force everywhere.
-#![allow(non_snake_case)]
-
 use emla::{Drive, Emla, Input, State, Surrogate, maps};
 use machine::Machine;
 

@@ -1,6 +1,4 @@
 //! The DC side: limits, current and power, and what they do to the outputs' derivatives.
-#![allow(non_snake_case)]
-
 use emla::{Drive, Emla, Input, State};
 use machine::Machine;
 

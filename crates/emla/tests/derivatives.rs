@@ -1,11 +1,8 @@
 //! Analytic derivatives of the outputs against finite differences, at seeded random points.
-#![allow(non_snake_case)]
-
 use emla::{Drive, Emla, Input, Output, Residual, State};
 use machine::Machine;
 
-mod random;
-use random::Random;
+use crate::random::Random;
 
 /// An output's name, how to read it, and the size against which its derivative's error counts.
 type Row = (&'static str, fn(&Output) -> f64, f64);

@@ -1,6 +1,4 @@
 //! Trips, gates, brake and heat: what holds, what falls, and where the energy goes.
-#![allow(non_snake_case)]
-
 use emla::{Drive, Electric, Emla, Input, Output, State};
 use machine::Machine;
 

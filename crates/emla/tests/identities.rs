@@ -1,6 +1,4 @@
 //! Closed forms, conserved quantities and identities that the actuator must obey.
-#![allow(non_snake_case)]
-
 use emla::{Drive, Emla, Input, State, maps};
 use machine::Machine;
 

@@ -1,7 +1,5 @@
 //! The actuator against SciPy's DOP853 (`tests/oracle/emla_oracle.py`: flux states, gear constraint solved
 //! apart) over 2 s of motoring, generating and load reversal, in both drive modes.
-#![allow(non_snake_case)]
-
 use emla::{Drive, Emla, Input, State, maps};
 use machine::Machine;
 use serde::Deserialize;

@@ -1,7 +1,5 @@
 //! Derivatives of the outputs against JAX (`tests/oracle/derivatives.py`: a model of its own, differentiated automatically, losses
 //! of the mechanics from the balance of power) at random states, in both drive modes, inside and beyond the voltage limit.
-#![allow(non_snake_case)]
-
 use std::collections::BTreeMap;
 
 use emla::{Drive, Emla, Input, Output, Residual, State, Surrogate};

@@ -1,12 +1,9 @@
 //! Any voltage and motion inside the FMU's bounds leaves the actuator finite; what cannot be computed is
 //! refused.
-#![allow(non_snake_case)]
-
 use emla::{Drive, Emla, Input, StepError};
 use machine::Machine;
 
-mod random;
-use random::Random;
+use crate::random::Random;
 
 const H: f64 = 1e-3;
 

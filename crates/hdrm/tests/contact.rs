@@ -1,6 +1,4 @@
 //! Contact of the tip with a plane: against SciPy, and energy while it pushes and slides.
-#![allow(non_snake_case)]
-
 use hdrm::{Contact, DOF, Hdrm, Input, Options, State};
 use machine::Machine;
 use serde::Deserialize;

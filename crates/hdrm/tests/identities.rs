@@ -1,12 +1,9 @@
 //! Identities that exact dynamics must satisfy: energy, power, inverses, orders, derivatives.
-#![allow(non_snake_case)]
 
-mod seeded;
-
+use crate::seeded::{Random, plant};
 use hdrm::{DOF, Hdrm, Input, Load, Options, Output, State};
 use machine::Machine;
 use nalgebra::{DVector, Matrix6, Vector6};
-use seeded::{Random, plant};
 
 fn moved(state: &State, zeta_ddot: &[f64; DOF], s: f64) -> State {
     let State { zeta, zeta_dot, .. } = state;

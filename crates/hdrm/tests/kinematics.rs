@@ -1,7 +1,5 @@
 //! Kinematics against geometry stated another way: closed loops, the paper's printed formulas,
 //! and finite differences of the next lower derivative.
-#![allow(non_snake_case)]
-
 use hdrm::{BODIES, Body, Configuration, DOF, GeometryError, Tip, Tree};
 use machine::Machine;
 use nalgebra::{Vector3, Vector6};

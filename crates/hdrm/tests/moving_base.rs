@@ -1,7 +1,5 @@
 //! A base that moves: against an independent Lagrangian whose base pose is a function of time (`tests/oracle/moving_base.py`, JAX), and by
 //! the balance of energy in an inertial frame.
-#![allow(non_snake_case)]
-
 use hdrm::{BODIES, Hdrm, Input, Load, Options, State};
 use machine::Machine;
 use nalgebra::{DVector, Vector3};

@@ -1,8 +1,6 @@
 //! The plant against an independent Lagrangian by automatic differentiation of body poses
 //! (`tests/oracle/lagrangian.py`, JAX): the reference machine, one without any symmetry (bodies
 //! off the plane, full inertia tensors) with scaled inertia and another payload, and the loader crane `hiab_xs031`.
-#![allow(non_snake_case)]
-
 use hdrm::{Hdrm, Input, Load, Options, State};
 use machine::Machine;
 use nalgebra::{DVector, Matrix3, Quaternion, UnitQuaternion, Vector3};

@@ -1,6 +1,4 @@
 //! Joint friction that is stiff for RK4, and friction that is too stiff.
-#![allow(non_snake_case)]
-
 use hdrm::{DOF, Hdrm, Input, Options, State, StepError};
 use machine::Machine;
 

@@ -1,6 +1,4 @@
 //! The power balance of the actuator as built, all extras on.
-#![allow(non_snake_case)]
-
 use rig::{Drive, Extras, Input, Output, Rig, State};
 
 const H: f64 = 1e-3;

@@ -1,6 +1,4 @@
 //! Trips, gates and brake of the actuator as built: what holds, what falls, and where the energy goes.
-#![allow(non_snake_case)]
-
 use rig::{Drive, Extras, Input, Output, Rig, State};
 
 const H: f64 = 1e-3;

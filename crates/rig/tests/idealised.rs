@@ -1,6 +1,4 @@
 //! With every extra off it is the idealised actuator, whose code it does not share.
-#![allow(non_snake_case)]
-
 use rig::{Drive, Extras, Input, Rig};
 
 /// Communication step, s: one substep of either. In a step of a millisecond the idealised actuator takes longer ones, whose errors of some

@@ -1,6 +1,4 @@
 //! The actuator as built against SciPy's integration of independently written equations (`tests/oracle/rig_oracle.py`).
-#![allow(non_snake_case)]
-
 use rig::{Drive, Extras, Input, Output, Rig};
 use serde_json::Value;
 
