@@ -1,4 +1,5 @@
-//! Outputs, their derivatives and steps of the actuator allocate nothing, and the shipped network takes no memory.
+//! Outputs, their derivatives and steps of the actuator allocate nothing, and the shipped network
+//! takes no memory.
 #![allow(non_snake_case)]
 
 use allocation_counter::measure;

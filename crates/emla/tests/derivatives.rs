@@ -50,8 +50,8 @@ const DIRECTIONS: &[Direction] = &[
     ("F_hold", |u| &mut u.F_hold, 1.0),
 ];
 
-/// A point in one of the four quadrants, away from the kinks; every third beyond the voltage circle; every eighth with a screw so heavy
-/// that its acceleration counts in the gear.
+/// A point in one of the four quadrants, away from the kinks; every third beyond the voltage
+/// circle; every eighth with a screw so heavy that its acceleration counts in the gear.
 fn point(random: &mut Random, k: usize, drive: Drive) -> (Emla, State, Input) {
     // Both are 1 in the reference, by which multiplying and dividing are the same.
     let mut p = machine::Emla {
@@ -116,8 +116,8 @@ fn directional_derivatives_match_differences() {
     }
 }
 
-/// One-sided third-order differences along the model's own steps, with all inputs changing. (Second order
-/// is not enough: the free rod's jerk makes the damper's power turn within 0.1 ms.)
+/// One-sided third-order differences along the model's own steps, with all inputs changing. (Second
+/// order is not enough: the free rod's jerk makes the damper's power turn within 0.1 ms.)
 #[test]
 fn time_derivatives_match_differences() {
     let (mut random, mut slow) = (Random::new(8), Random::new(9));

@@ -326,7 +326,8 @@ fn a_long_step_is_its_substeps() {
     assert_eq!(long, short);
 }
 
-/// Masters take h as a difference of times, (t + h) − t, and some round their clock to nanoseconds: neither adds a substep.
+/// Masters take h as a difference of times, (t + h) − t, and some round their clock to nanoseconds:
+/// neither adds a substep.
 #[test]
 fn rounding_of_the_step_adds_no_substep() {
     let (machine, hdrm) = plant();
