@@ -63,7 +63,7 @@ impl Model for SensorsFmu {
                 "t = {t} s: the sample is not finite; inputs and their differences over a step must be"
             )));
         }
-        self.sensors.advance(&mut self.state, &now, h);
+        self.sensors.advance(&mut self.state, now, h);
         self.sets = u.value().sets;
         Ok(StepEnd::WHOLE)
     }
