@@ -1,6 +1,6 @@
 //! State, inputs and parameters of the FMU.
 
-use crate::enumerations::{LEVEL, MODE, RATE_COMMAND, TRAJECTORY, TrajectoryItem};
+use super::enumerations::{LEVEL, MODE, RATE_COMMAND, TRAJECTORY, TrajectoryItem};
 use emla::Surrogate;
 use fmu_export::{Counted, ModelError};
 use machine::Machine;
