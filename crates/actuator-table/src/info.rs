@@ -76,15 +76,12 @@ pub const UNITS: &[Unit] = &[
     Unit::new("J/(V.A)").s(1),
 ];
 
-/// The section `emla` of the actuator number `axis` (an item of [`AXIS`]) in a machine file, or in the shipped machine of that name.
+/// The section `emla` of the actuator number `axis` (an item of [`AXIS`]) in a machine file, or in
+/// the shipped machine of that name.
 ///
 /// # Errors
 /// No such file, or all that is wrong with it.
-pub fn read_machine(
-    file: &str,
-    axis: i32,
-    resources: Option<&Path>,
-) -> Result<EmlaFields, String> {
+pub fn read_machine(file: &str, axis: i32, resources: Option<&Path>) -> Result<EmlaFields, String> {
     let machine = match Machine::preset(file) {
         Some(machine) => machine,
         None => read_placed_file(file, resources, Machine::of_file)?,

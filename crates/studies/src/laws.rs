@@ -21,7 +21,7 @@ pub const MODES: [&str; 8] = [
 const RATES: [f64; 5] = [1.25, 2.5, 5.0, 10.0, 20.0];
 
 /// A control law.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Law {
     /// Name in the tables.
     pub name: String,
@@ -60,9 +60,14 @@ impl Law {
     }
 }
 
+/// The laws of these modes of the controller.
+pub fn of_modes(modes: &[&str]) -> Vec<Law> {
+    modes.iter().map(|mode| Law::new(*mode, mode)).collect()
+}
+
 /// The modes of the controller, each with and without the integral of the tip's error.
 pub fn rivals() -> Vec<Law> {
-    MODES.map(|mode| Law::new(mode, mode)).to_vec()
+    of_modes(&MODES)
 }
 
 /// Adaptation, disturbance observer, integral of the voltage law and integral of the tip's error, each on and off.
@@ -76,14 +81,19 @@ pub fn ablation() -> Vec<Law> {
             (false, true) => "modular_integral",
             (false, false) => "modular",
         };
-        let part = |on: bool, name: &'static str| if on { name } else { "-" };
-        let name = format!(
-            "{:<11}{:<10}{:<9}{:<4}",
-            part(adaptation, "adaptation"),
-            part(observer, "observer"),
-            part(voltage, "voltage"),
-            part(tip, "tip")
-        );
+        let parts = [
+            (adaptation, "adaptation"),
+            (observer, "observer"),
+            (voltage, "voltage"),
+            (tip, "tip"),
+        ];
+        let on = parts.iter().filter(|(is_on, _)| *is_on);
+        let on: Vec<_> = on.map(|(_, part)| *part).collect();
+        let name = if on.is_empty() {
+            "none".into()
+        } else {
+            on.join(" + ")
+        };
         let mut law = Law::new(name, mode);
         if !observer {
             law = law.with("omega_d", 0.0);

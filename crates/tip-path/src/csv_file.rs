@@ -39,6 +39,12 @@ pub(crate) fn parse(text: &str) -> Result<PathFile, PathError> {
     let is_sampled = header.iter().any(|name| name == "t");
     let known: &[&'static str] = if is_sampled { &SAMPLE } else { &WAYPOINT };
     for (k, name) in header.iter().enumerate() {
+        if name.contains(';') {
+            return Err(PathError::Format(
+                "path CSV: its columns are separated by semicolons (`;`), but they must be separated by commas, with a point in numbers"
+                    .into(),
+            ));
+        }
         if !known.contains(&name) {
             let known = known.iter().map(|&name| name.to_owned()).collect();
             return Err(unknown("the header", name, known));

@@ -174,6 +174,10 @@ fn wrong_files_are_refused_with_place_name_value_and_rule() {
             "waypoint 1: `y` = up must be a number",
         ),
         (
+            "x;y;z\n1;2;3\n".into(),
+            "path CSV: its columns are separated by semicolons (`;`)",
+        ),
+        (
             "x,y,z,dwel\n3.1,1,0,1\n3.0,1,0,1\n".into(),
             "the header: `dwel` is unknown, did you mean `dwell`?",
         ),
