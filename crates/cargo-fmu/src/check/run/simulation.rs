@@ -20,10 +20,10 @@ const STEPS: usize = 100;
 
 trials! {
     "loading" {
-        opened loads.as_first_step():
+        opened loads.first_step():
             "the library loads",
             "it needs what this machine, or the program that loads it, does not have";
-        opened run.as_first_step():
+        opened run.first_step():
             "it initializes and steps; every number that it hands out is finite",
             "this is what it is for";
         opened versions:

@@ -1,11 +1,9 @@
 //! Saved states.
 
-use std::ptr;
-
 use super::trial::{trials, unless};
 use crate::check::outcome::Outcome;
 use crate::fmi::Fmu;
-use crate::fmi::instance::Instance;
+use crate::fmi::instance::{Instance, SavedState};
 use crate::fmi::symbols::{OK, WARNING};
 
 const STEPS: usize = 10;
@@ -58,7 +56,7 @@ fn restore(fmu: &Fmu, outcome: &mut Outcome) -> Result<(), String> {
     }
     instance.free(at_start)?;
     instance.free(in_between)?;
-    instance.free(ptr::null_mut())
+    instance.free(SavedState::NONE)
 }
 
 fn serialize(fmu: &Fmu, outcome: &mut Outcome) -> Result<(), String> {

@@ -88,7 +88,7 @@ impl Trial {
     }
 
     /// Of what all others try, too.
-    pub const fn as_first_step(self) -> Self {
+    pub const fn first_step(self) -> Self {
         Self {
             is_first_step: true,
             ..self
