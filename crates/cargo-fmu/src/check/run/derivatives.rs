@@ -59,7 +59,7 @@ fn directional(fmu: &Fmu, outcome: &mut Outcome) -> Result<(), String> {
         let (status, slopes) = instance.directional(&unknowns, &[input.reference], &seed);
         let call = format!("fmi2GetDirectionalDerivative by `{}`", input.name);
         instance.must(&call, status)?;
-        let Some(Around {
+        let Some(OutputsAround {
             outputs: [below, here, above],
             step,
         }) = around(&instance, input, &unknowns)?
@@ -135,7 +135,7 @@ fn products(a: &[f64], b: &[f64]) -> Vec<f64> {
 }
 
 /// Outputs below, at and above the present value of an input.
-struct Around {
+struct OutputsAround {
     outputs: [Vec<f64>; 3],
     /// Distance of the values of the input.
     step: f64,
@@ -146,7 +146,7 @@ fn around(
     instance: &Instance,
     input: &Variable,
     outputs: &[u32],
-) -> Result<Option<Around>, String> {
+) -> Result<Option<OutputsAround>, String> {
     let vr = [input.reference];
     let old = instance.read(input)?;
     let step = 1e-4 * input.nominal.unwrap_or(old[0].abs().max(1.0)).abs();
@@ -165,7 +165,7 @@ fn around(
         return Ok(None);
     };
     let outputs = [below, here, above];
-    Ok(Some(Around { outputs, step }))
+    Ok(Some(OutputsAround { outputs, step }))
 }
 
 fn outputs(fmu: &Fmu, outcome: &mut Outcome) -> Result<(), String> {

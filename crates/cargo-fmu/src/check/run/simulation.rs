@@ -9,7 +9,7 @@ use fmu_description::Access;
 use super::trial::{open, trials};
 use crate::check::outcome::Outcome;
 use crate::fmi::Fmu;
-use crate::fmi::functions::Own;
+use crate::fmi::functions::OwnFunctions;
 use crate::fmi::instance::{Instance, Manner, references, start_time, status_name, step_size};
 use crate::fmi::order::Mode;
 use crate::fmi::symbols::{OK, WARNING};
@@ -74,7 +74,7 @@ fn versions(fmu: &Fmu, outcome: &mut Outcome) -> Result<(), String> {
         unsafe { f.get_version() },
         fmu.description.fmi.to_string(),
     )];
-    if let Own::Fmi2(f) = f.own() {
+    if let OwnFunctions::Fmi2(f) = f.own() {
         // SAFETY: as above.
         let platform = unsafe { (f.fmi2GetTypesPlatform)() };
         texts.push(("fmi2GetTypesPlatform", platform, "default".to_string()));
