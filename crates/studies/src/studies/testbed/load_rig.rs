@@ -177,6 +177,7 @@ fn torque_per_ampere(p: &Emla) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use machine::Machine;
     use rig::{Drive, Extras, Input, Rig};
 
     /// The force of a loading rig on a rod that stands follows a step as the law that its speed is commanded by: two thirds after the time
