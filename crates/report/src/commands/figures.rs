@@ -2,10 +2,10 @@
 
 use std::path::PathBuf;
 
+use crate::{margins_figure, sizing_figure};
 use anyhow::Result;
 use cosim::cli::print;
 use cosim::verdict::Verdict;
-use report::{margins_figure, sizing_figure};
 use studies::commands::path::{self, CheckArgs};
 use studies::commands::sizing::{self, SizingArgs};
 

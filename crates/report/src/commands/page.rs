@@ -2,11 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
+use crate::report::{Report, Request, figures};
 use anyhow::Result;
 use clap::Args;
 use cosim::cli::{bar, find, print};
 use cosim::verdict::Verdict;
-use report::report::Request;
 use studies::bench::{Bench, MachineArgs};
 use studies::worlds::{BENDING_SYSTEM, SYSTEM, World};
 
@@ -71,7 +71,7 @@ pub fn report(args: &ReportArgs) -> Result<Verdict> {
         base: &base,
     };
     let bar = bar(0, "runs", false);
-    let report = request.make(|done, total| {
+    let report = Report::new(&request, |done, total| {
         bar.set_length(total);
         bar.set_position(done);
     });
@@ -81,7 +81,7 @@ pub fn report(args: &ReportArgs) -> Result<Verdict> {
     report.write(&args.out)?;
     print(format_args!("report written to {}\n", args.out.display()))?;
     if let Some(folder) = &args.figures {
-        let files = report.write_figures(folder)?;
+        let files = figures::write(&report, folder)?;
         let count = files.len();
         print(format_args!(
             "{count} figures written to {}\n",

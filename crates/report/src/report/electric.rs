@@ -8,8 +8,8 @@ use cosim::system::System;
 use cosim::wiring::Port;
 use serde::Serialize;
 
-use super::Request;
-use super::evaluation::kept;
+use super::failures::kept;
+use super::request::Request;
 use super::samples::Samples;
 use studies::measures::energy;
 use studies::measures::run::RecordedRun;

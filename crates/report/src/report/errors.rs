@@ -3,7 +3,8 @@
 use anyhow::Result;
 use serde::Serialize;
 
-use super::{Request, TableCell, TipCell, failure};
+use super::request::Request;
+use super::table::{TableCell, TipCell, failure_in as failure};
 use studies::grid::Case;
 use studies::studies::inertia::MODES;
 use studies::studies::robustness::{self, STUDIES, Study};

@@ -4,7 +4,8 @@ use anyhow::{Context, Result};
 use rayon::prelude::*;
 use serde::Serialize;
 
-use super::Request;
+use super::failures::kept;
+use super::request::Request;
 use super::samples::Samples;
 use studies::grid::TRAJECTORIES;
 use studies::measures::energy;
@@ -143,16 +144,4 @@ pub fn energies(
     };
     let results: Vec<_> = TRAJECTORIES.into_par_iter().map(one).collect();
     kept(results, failures)
-}
-
-/// The results that are there; the others go to `failures`.
-pub fn kept<T>(results: Vec<Result<T>>, failures: &mut Vec<String>) -> Vec<T> {
-    let mut there = Vec::new();
-    for result in results {
-        match result {
-            Ok(value) => there.push(value),
-            Err(error) => failures.push(format!("{error:#}")),
-        }
-    }
-    there
 }

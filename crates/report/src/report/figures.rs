@@ -2,14 +2,15 @@
 
 use std::path::{Path, PathBuf};
 
-use anyhow::Result;
+use anyhow::{Context as _, Result};
 use plotters::style::RGBColor;
 
+use super::Report;
 use super::evaluation::Axis;
+use super::request::UNCERTAIN;
 use super::runs::Run;
 use super::samples::Samples;
 use super::stability;
-use super::{Report, UNCERTAIN};
 use charts::{Curve, Figure, Panel, Path3};
 use studies::grid::TRAJECTORIES;
 use studies::studies::inertia::MODES;
@@ -34,6 +35,7 @@ const AXES: [&str; 3] = ["x", "y", "z"];
 
 /// Write all figures into `folder`; the files' names.
 pub fn write(report: &Report, folder: &Path) -> Result<Vec<PathBuf>> {
+    std::fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
     let mut figures = vec![robustness(report)];
     let mut files = Vec::new();
     for trajectory in TRAJECTORIES {

@@ -6,7 +6,7 @@ use anyhow::{Context, Result};
 use cosim::run::Experiment;
 use serde::Serialize;
 
-use super::Request;
+use super::request::Request;
 use crate::margins_figure;
 use studies::machine_file::MachineFile;
 use studies::measures::energy;

@@ -8,7 +8,7 @@ use cosim::signals::matching;
 use cosim::wiring::Port;
 use serde::Serialize;
 
-use super::Request;
+use super::request::Request;
 use super::samples::Samples;
 use super::scene::Scene;
 use studies::measures::run::RecordedRun;

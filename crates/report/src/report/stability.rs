@@ -3,8 +3,9 @@
 use anyhow::Result;
 use serde::Serialize;
 
+use super::failures::kept;
+use super::request::{Request, UNCERTAIN};
 use super::samples::Samples;
-use super::{Request, UNCERTAIN, evaluation::kept};
 use studies::studies::stability::{self, Condition, Gains, Powers};
 
 /// Sampling of the curves, s.

@@ -9,7 +9,7 @@ use rig_data::profile::{Kind, LOAD_MAX, SPEED};
 use rig_data::responses::responses;
 use serde::Serialize;
 
-use super::Request;
+use super::request::Request;
 use super::samples::Samples;
 use studies::studies::surrogate_loop::{self, LiftCourse, RigNetwork, SurrogateRun};
 

@@ -5,7 +5,7 @@ use cosim::run::Experiment;
 use cosim::system::System;
 use serde::Serialize;
 
-use super::Request;
+use super::request::Request;
 use studies::laws::{self, Law};
 use studies::studies::comparison::{self, Summary};
 use studies::worlds::{self, World};

@@ -85,7 +85,7 @@ pub fn run(command: &MachineCommand) -> Result<()> {
     match command {
         MachineCommand::Perturb(args) => perturb(args),
         MachineCommand::Check(args) => check(args),
-        MachineCommand::Schema => print(serde_json::to_string_pretty(&machine::schema())? + "\n"),
+        MachineCommand::Schema => print(machine::SCHEMA_JSON),
         MachineCommand::Scale(args) => scale(args),
         MachineCommand::Draw(_) => unreachable!("done by another program"),
     }

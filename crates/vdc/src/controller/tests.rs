@@ -58,7 +58,8 @@ fn the_integral_rests_at_each_limit() {
     }
 }
 
-/// Joints, and the reference of the tip, on smooth ways; the orientations meet at t = 0, where the law's derivative is exact.
+/// Joints, and the reference of the tip, on smooth ways; the orientations meet at t = 0, where the
+/// law's derivative is exact.
 fn at(machine: &Machine, t: f64) -> Input {
     let wave = |i: usize| (0.9 + 0.2 * i as f64, 0.4 * i as f64, 0.05 + 0.01 * i as f64);
     let zeta = |i: usize| {
@@ -88,8 +89,9 @@ fn at(machine: &Machine, t: f64) -> Input {
     }
 }
 
-/// The required accelerations of rods and joints are the rates of the required velocities, with reference and machine in motion: central
-/// differences over 0.1 ms, which err by 1e-9 of the third derivatives and ε/δ.
+/// The required accelerations of rods and joints are the rates of the required velocities, with
+/// reference and machine in motion: central differences over 0.1 ms, which err by 1e-9 of the third
+/// derivatives and ε/δ.
 #[test]
 fn required_accelerations_are_rates_of_the_required_velocities() {
     let machine = Machine::reference();
@@ -129,8 +131,8 @@ fn required_accelerations_are_rates_of_the_required_velocities() {
     }
 }
 
-/// A step that is refused at a sample inside it leaves the controller as it was: what it tells of the reference, and where the same commands
-/// lead it afterwards.
+/// A step that is refused at a sample inside it leaves the controller as it was: what it tells of
+/// the reference, and where the same commands lead it afterwards.
 #[test]
 fn a_refused_step_leaves_commanded_rates_as_they_were() {
     let machine = Machine::reference();

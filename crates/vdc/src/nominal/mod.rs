@@ -1,4 +1,5 @@
-//! What the controller believes about the machine and does not change: mechanism, friction, actuators, limits.
+//! What the controller believes about the machine and does not change: mechanism, friction,
+//! actuators, limits.
 //!
 //! The bodies' inertias, which loads and adaptation change, are in [`crate::bodies`].
 

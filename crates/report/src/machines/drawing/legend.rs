@@ -2,7 +2,7 @@
 
 use plotters::prelude::*;
 
-use super::{FONT, HEAD, Sheet};
+use super::sheet::{FONT, HEAD, Sheet};
 use charts::{Area, Drawn};
 use studies::machines::continuous_torque::ContinuousTorque;
 
