@@ -1,21 +1,18 @@
-//! A system structure, or a parameter set, is read or refused. The parser's source is included, because `cosim` itself needs libclang.
+//! A system structure, a parameter set, a mapping or a dictionary is read or refused with its place.
 #![no_main]
 
-#[path = "../../crates/cosim/src"]
-mod cosim {
-    #[allow(dead_code)]
-    pub mod ssd;
-}
-
 use libfuzzer_sys::fuzz_target;
+use system_structure::{ParameterMapping, ParameterSet, SignalDictionary, SystemStructure};
 
 fuzz_target!(|text: &str| {
-    if let Ok(structure) = cosim::ssd::Structure::parse(text) {
-        for connection in &structure.connections {
-            assert!(structure.component(&connection.start.0).is_some(), "{connection}");
-        }
-    }
-    if let Ok(set) = cosim::ssd::parse_set(text, "set.ssv") {
-        assert!(set.iter().all(|parameter| parameter.origin.contains("set.ssv")));
+    let errors = [
+        SystemStructure::parse(text, "a.ssd").err(),
+        ParameterSet::parse(text, "a.ssv").err(),
+        ParameterMapping::parse(text, "a.ssm").err(),
+        SignalDictionary::parse(text, "a.ssb").err(),
+    ];
+    let lines = 1 + text.matches('\n').count();
+    for error in errors.into_iter().flatten() {
+        assert!((1..=lines).contains(&error.line), "{error}");
     }
 });

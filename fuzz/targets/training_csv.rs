@@ -1,7 +1,7 @@
 //! Training data in a CSV file: read or refused. The module is included: the rest of its crate has nothing to do with it.
 #![no_main]
 
-#[path = "../../crates/surrogate/src/data.rs"]
+#[path = "../../crates/rig-data/src/data.rs"]
 #[allow(dead_code)]
 mod data;
 

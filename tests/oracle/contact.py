@@ -7,7 +7,6 @@ writes `contact.json`, which `crates/hdrm/tests/contact.rs` reads. It may change
 follow the Rust code.
 """
 
-import json
 from pathlib import Path
 
 import jax
@@ -15,6 +14,7 @@ import jax.numpy as jnp
 import numpy as np
 from scipy.integrate import solve_ivp
 
+import golden
 from lagrangian import make
 from mechanism import reference_machine, solve
 
@@ -54,7 +54,7 @@ def main():
     for t, y in zip(solution.t, solution.y.T):
         _, force, depth = rates(jnp.array(y))
         rows.append({"t": t, "zeta": y[:6].tolist(), "zeta_dot": y[6:12].tolist(), "loss": y[12], "force": force.tolist(), "depth": float(max(depth, 0.0))})
-    GOLDEN.write_text(json.dumps({"contact": CONTACT, "start": STATE, "drives": DRIVES, "rows": rows}, indent=1) + "\n")
+    golden.write(GOLDEN, {"contact": CONTACT, "start": STATE, "drives": DRIVES, "rows": rows})
     for row in rows:
         print(f"{row['t']:.1f} s: depth {1e3 * row['depth']:.3f} mm, force {np.round(row['force'], 1)} N, loss {row['loss']:.2f} J")
 

@@ -11,7 +11,6 @@ No derivative is written down here. The actuator differs from the Rust code as t
 states, two inertias and a gear constraint, losses of the mechanics as what the balance of power leaves.
 """
 
-import json
 import math
 from pathlib import Path
 
@@ -19,6 +18,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+import golden
 from lagrangian import make
 from mechanism import reference_machine, solve
 
@@ -187,8 +187,8 @@ def emla_case(rng, free):
 def main():
     rng = np.random.default_rng(SEED)
     hdrm = {"inertia_scale": INERTIA_SCALE, "payload.mass": PAYLOAD, "cases": [hdrm_case(rng) for _ in range(CASES)]}
-    golden = {"jax": jax.__version__, "hdrm": hdrm, "emla": [emla_case(rng, k % 2 == 1) for k in range(2 * CASES)]}
-    GOLDEN.write_text(json.dumps(golden, indent=1, default=lambda v: np.asarray(v).tolist()) + "\n")
+    emla = [emla_case(rng, k % 2 == 1) for k in range(2 * CASES)]
+    golden.write(GOLDEN, {"jax": jax.__version__, "hdrm": hdrm, "emla": emla})
 
 
 if __name__ == "__main__":

@@ -7,13 +7,13 @@ reference parameters or the meaning of a field change, never to follow the Rust 
 """
 
 import copy
-import json
 from pathlib import Path
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 
+import golden
 from mechanism import BODIES, mechanism_of, reference_machine, solve, tensor
 
 GOLDEN = Path(__file__).with_name("manipulator.json")
@@ -150,7 +150,7 @@ def main():
         plant(rng, crooked_machine(rng), 1.37, 217.0),
         plant(rng, mechanism_of("hiab_xs031"), 1.0, 490.0),
     ]
-    GOLDEN.write_text(json.dumps({"jax": jax.__version__, "plants": plants}, indent=1) + "\n")
+    golden.write(GOLDEN, {"jax": jax.__version__, "plants": plants})
 
 
 if __name__ == "__main__":

@@ -7,13 +7,13 @@ no velocity, Coriolis, centrifugal or Euler force is written down. It may change
 change, never to follow the Rust code.
 """
 
-import json
 from pathlib import Path
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 
+import golden
 from lagrangian import crooked_machine, mass_properties, vee
 from mechanism import X, Z, frame, reference_machine, solve
 
@@ -120,7 +120,7 @@ def plant(rng, machine, inertia_scale, payload_mass):
 def main():
     rng = np.random.default_rng(SEED)
     plants = [plant(rng, reference_machine(), 1.0, 300.0), plant(rng, crooked_machine(rng), 1.37, 217.0)]
-    GOLDEN.write_text(json.dumps({"jax": jax.__version__, "plants": plants}, indent=1) + "\n")
+    golden.write(GOLDEN, {"jax": jax.__version__, "plants": plants})
 
 
 if __name__ == "__main__":

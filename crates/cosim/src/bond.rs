@@ -8,8 +8,8 @@
 //! Where the component takes the power that effort times flow is, as a drive by the current it draws (`power="drawn"`), the same holds with
 //! the signs of both turned. Where connections transform the values, all are counted as the receiver of the effort has them.
 
-use crate::linear::Linear;
-use crate::ssd::Power;
+use crate::structure::Power;
+use crate::transformation::Linear;
 use crate::wiring::Port;
 
 /// Where the values of a bond are found.

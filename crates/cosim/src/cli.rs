@@ -17,7 +17,7 @@ use crate::master::{Schedule, Stepping};
 use crate::noise::Noise;
 use crate::run::Experiment;
 use crate::signals::matching;
-use crate::system::{FmuPlace, Setting, System};
+use crate::system::{FmuPlace, Forgotten, System};
 use crate::verdict::Verdict;
 use crate::wiring::Port;
 
@@ -44,6 +44,10 @@ pub struct SystemArgs {
     /// System structure to take from the packed system: `heavy.ssd` [default: SystemStructure.ssd]
     #[arg(long, value_name = "NAME")]
     pub variant: Option<String>,
+    /// Outputs of this component may be read again after inputs were set at the same communication point, although it does not declare
+    /// on which inputs they depend: all of them then; repeatable
+    #[arg(long, value_name = "COMPONENT")]
+    pub feedthrough: Vec<String>,
     /// Parameter set for the system, in the packed system (`resources/heavy.ssv`) or a file; repeatable, before all other options
     #[arg(long, value_name = "FILE")]
     pub parameters: Vec<PathBuf>,
@@ -72,6 +76,13 @@ impl SystemArgs {
         for set in &self.parameters {
             system.apply_set(set)?;
         }
+        for name in &self.feedthrough {
+            ensure!(
+                system.structure.component(name).is_some(),
+                "--feedthrough {name}: the system has no component of this name"
+            );
+            system.structure.feedthrough.push(name.clone());
+        }
         Ok(system)
     }
 }
@@ -81,10 +92,15 @@ impl SystemArgs {
 #[group(skip)] // A program's own command may be called `run`.
 pub struct RunArgs {
     /// Communication step H, s
-    #[arg(long, default_value_t = 1e-3, value_name = "SECONDS")]
+    #[arg(
+        long,
+        default_value_t = 1e-3,
+        value_name = "SECONDS",
+        allow_negative_numbers = true
+    )]
     pub step: f64,
     /// Stop time, s [default: the end of the motion where the program knows it, else that of the system's default experiment]
-    #[arg(long, value_name = "SECONDS")]
+    #[arg(long, value_name = "SECONDS", allow_negative_numbers = true)]
     pub stop_time: Option<f64>,
     /// Order of stepping
     #[arg(long, value_enum, default_value_t)]
@@ -113,10 +129,16 @@ impl RunArgs {
             (_, true) => bail!("--input-derivatives needs --schedule jacobi"),
             (schedule, false) => schedule,
         };
-        let settings = self.settings.iter().map(|text| {
-            let setting = system.parse_setting(text);
-            setting.with_context(|| format!("--set {text}"))
-        });
+        let mut settings = Vec::new();
+        for text in &self.settings {
+            let parsed = system.parse_settings(text);
+            settings.extend(parsed.with_context(|| format!("--set {text}"))?);
+        }
+        ensure!(
+            self.step.is_finite() && self.step > 0.0,
+            "--step {}: the communication step must be greater than 0 s",
+            self.step
+        );
         Ok(Experiment {
             stepping: Stepping {
                 start: system.structure.start_time,
@@ -124,7 +146,7 @@ impl RunArgs {
                 schedule,
             },
             stop: self.stop_time,
-            settings: settings.collect::<Result<Vec<Setting>>>()?,
+            settings,
             noise: Noise::default(),
         })
     }
@@ -134,7 +156,19 @@ impl RunArgs {
     /// # Errors
     /// With `--strict`, anything forgotten; inputs that the system does not mention are only told of.
     pub fn forgotten(&self, system: &System, experiment: &Experiment) -> Result<Verdict> {
-        let forgotten = system.forgotten(&experiment.settings)?;
+        self.judge_forgotten(system, experiment, &system.forgotten(&experiment.settings)?)
+    }
+
+    /// As [`RunArgs::forgotten`], of what a program has found itself.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn judge_forgotten(
+        &self,
+        system: &System,
+        experiment: &Experiment,
+        forgotten: &Forgotten,
+    ) -> Result<Verdict> {
         let mut verdict = Verdict::default();
         if !forgotten.connectors.is_empty() {
             verdict.object(format!(
@@ -148,9 +182,29 @@ impl RunArgs {
                 forgotten.inputs.join(", ")
             ));
         }
+        if !forgotten.values.is_empty() {
+            verdict.note(format!(
+                "bound values that match no variable are passed over: {}",
+                forgotten.values.join(", ")
+            ));
+        }
         if self.strict {
             let texts: Vec<_> = verdict.findings().iter().map(|f| f.text.as_str()).collect();
             ensure!(texts.is_empty(), "--strict: {}", texts.join("; "));
+        }
+        let read_once = match experiment.stepping.schedule {
+            Schedule::Standard => Vec::new(),
+            _ => system.read_once()?,
+        };
+        if !read_once.is_empty() {
+            verdict.note(format!(
+                "outputs that do not declare on which inputs they depend are read right after the step, so that what goes through them \
+                 arrives one step later (--feedthrough COMPONENT, where they may be read again): {}",
+                read_once.join(", ")
+            ));
+        }
+        for remark in &forgotten.remarks {
+            verdict.note(remark.clone());
         }
         if !forgotten.unmentioned.is_empty() {
             verdict.note(format!(
@@ -172,7 +226,12 @@ pub struct CsvArgs {
     #[arg(long, value_delimiter = ',', value_name = "PATTERNS", requires = "csv")]
     pub signals: Vec<String>,
     /// Time from row to row, s, a multiple of the communication step [default: the communication step]
-    #[arg(long, value_name = "SECONDS", requires = "csv")]
+    #[arg(
+        long,
+        value_name = "SECONDS",
+        requires = "csv",
+        allow_negative_numbers = true
+    )]
     pub interval: Option<f64>,
 }
 

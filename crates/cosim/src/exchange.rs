@@ -5,10 +5,10 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 
 use crate::batch::Batch;
-use crate::linear::Linear;
 use crate::noise::{Noise, Source, is_element};
 use crate::slave::{At, Slave};
-use crate::wiring::{Link, Port, Wiring};
+use crate::transformation::Transformation;
+use crate::wiring::{Link, Port, Undeclared, Wiring};
 use anyhow::{Result, bail};
 use fmu_description::Access;
 
@@ -39,7 +39,7 @@ pub struct Write {
     batch: Batch,
     slots: Vec<usize>,
     /// What becomes of some of the values on their way, by place.
-    transformed: Vec<(usize, Linear)>,
+    transformed: Vec<(usize, Transformation)>,
     /// Standard deviations of the noise on the inputs; empty where there is none.
     sigma: Vec<f64>,
 }
@@ -68,7 +68,7 @@ impl Write {
     fn gather_derivatives<'a>(&self, values: &[f64], buffer: &'a mut [f64]) -> &'a mut [f64] {
         let buffer = self.gather_raw(values, buffer);
         for (k, transformation) in &self.transformed {
-            buffer[*k] *= transformation.factor;
+            buffer[*k] = transformation.of_derivative(buffer[*k]);
         }
         buffer
     }
@@ -93,7 +93,11 @@ struct Stage {
 pub enum Order {
     /// Stages in the order of direct feedthrough in initialization mode.
     Initialization,
-    /// Stages in the order of direct feedthrough at a communication point.
+    /// The same where what is not declared forms a loop: in the order of what is declared, to be repeated until nothing changes.
+    Repeated,
+    /// One stage in initialization mode, to be repeated until nothing changes.
+    RepeatedAtOnce,
+    /// Stages in the order of direct feedthrough at a communication point, after the outputs that can be read once only.
     Stages,
     /// One stage: all outputs, then all inputs.
     AtOnce,
@@ -102,6 +106,8 @@ pub enum Order {
 /// The connections in the order of direct feedthrough, with the values last passed.
 #[derive(Debug)]
 pub struct Exchange {
+    /// Outputs that are read right after the step, before any input is set.
+    first: Vec<Read>,
     stages: Vec<Stage>,
     slots: BTreeMap<Port, usize>,
     /// Values last passed, one slot per connected output.
@@ -114,26 +120,36 @@ pub struct Exchange {
 impl Exchange {
     /// Plan the exchange over the connections that `chosen` keeps. Stages fail on an algebraic loop.
     pub fn new(wiring: &Wiring, order: Order, chosen: impl Fn(&Link) -> bool) -> Result<Self> {
+        let is_initial = !matches!(order, Order::Stages | Order::AtOnce);
         let levels = match order {
-            Order::AtOnce => vec![0; wiring.links.len()],
-            staged => wiring.levels(staged == Order::Initialization)?,
+            Order::AtOnce | Order::RepeatedAtOnce => vec![0; wiring.links.len()],
+            Order::Repeated => wiring.levels(is_initial, Undeclared::None)?,
+            _ => wiring.levels(is_initial, Undeclared::All)?,
         };
         let mut stages = Vec::new();
         let mut slots = BTreeMap::new();
+        let is_first = |port: &Port| order == Order::Stages && wiring.is_read_once(*port);
+        let kept = wiring.links.iter().filter(|link| chosen(link));
+        let kept = kept.filter(|link| is_initial || !link.is_initial);
+        let outputs = kept.map(|link| link.from).filter(is_first);
+        let first = reads(wiring, outputs, &mut slots);
         for level in 0..=levels.iter().copied().max().unwrap_or(0) {
             let links: Vec<_> = wiring
                 .links
                 .iter()
                 .zip(&levels)
                 .filter(|(link, l)| **l == level && chosen(link))
+                .filter(|(link, _)| is_initial || !link.is_initial)
                 .map(|(link, _)| link)
                 .collect();
-            let reads = reads(wiring, links.iter().map(|link| link.from), &mut slots);
+            let outputs = links.iter().map(|link| link.from);
+            let outputs = outputs.filter(|port| !is_first(port));
+            let reads = reads(wiring, outputs, &mut slots);
             let writes = writes(
                 wiring,
                 links
                     .iter()
-                    .map(|link| (link.to, slots[&link.from], link.transformation)),
+                    .map(|link| (link.to, slots[&link.from], link.transformation.clone())),
             );
             stages.push(Stage { reads, writes });
         }
@@ -145,6 +161,7 @@ impl Exchange {
             .unwrap_or(0);
         let (values, ones) = (vec![0.0; slots.len()], vec![1; slots.len().max(widest)]);
         Ok(Self {
+            first,
             stages,
             values,
             buffer: vec![0.0; widest],
@@ -200,11 +217,39 @@ impl Exchange {
 
     /// Pass all values, stage by stage.
     pub fn run(&mut self, slaves: &[Slave], at: At) -> Result<()> {
+        let mut first = self.first.iter();
+        first.try_for_each(|read| read.run(slaves, &mut self.values, at))?;
+        self.run_again(slaves, at)
+    }
+
+    /// Pass all values once more at the same communication point: outputs that can be read once only keep their values.
+    pub fn run_again(&mut self, slaves: &[Slave], at: At) -> Result<()> {
         for k in 0..self.stages.len() {
             self.read_stage(k, slaves, at)?;
             self.write_stage(k, slaves, at)?;
         }
         Ok(())
+    }
+
+    /// Pass all values until none changes any more, bit for bit, at most `passes` times; the outputs that still change.
+    pub fn settle(&mut self, slaves: &[Slave], at: At, passes: usize) -> Result<Vec<Port>> {
+        let mut changed = Vec::new();
+        for _ in 0..passes {
+            let before = self.values.clone();
+            self.run(slaves, at)?;
+            let differs =
+                |(_, k): &(&Port, &usize)| before[**k].to_bits() != self.values[**k].to_bits();
+            changed = self
+                .slots
+                .iter()
+                .filter(differs)
+                .map(|(port, _)| *port)
+                .collect();
+            if changed.is_empty() {
+                break;
+            }
+        }
+        Ok(changed)
     }
 
     /// Read all outputs.
@@ -256,14 +301,20 @@ impl Exchange {
     /// Text that shows the stages, for people.
     pub fn describe(&self, wiring: &Wiring) -> String {
         let mut text = String::new();
+        let count = |n: usize| match n {
+            1 => "1 value".to_string(),
+            _ => format!("{n} values"),
+        };
+        if !self.first.is_empty() {
+            text += "right after the step, before any input is set\n";
+        }
+        for r in &self.first {
+            let (first, last) = (r.slots.start, r.slots.end);
+            let names = (first..last).filter_map(|k| self.output(k));
+            let names: Vec<_> = names.map(|port| wiring.name(port)).collect();
+            text += &format!("  get {}, {}\n", count(r.batch.len()), names.join(", "));
+        }
         for (k, stage) in self.stages.iter().enumerate() {
-            let count = |n: usize| {
-                if n == 1 {
-                    "1 value".to_string()
-                } else {
-                    format!("{n} values")
-                }
-            };
             text += &format!("stage {}\n", k + 1);
             for r in &stage.reads {
                 let first = self.output(r.slots.start).map(|p| wiring.name(p));
@@ -312,7 +363,10 @@ pub fn reads(
 }
 
 /// One write per component and type, of inputs, the slots their values come from, and what becomes of them on the way.
-pub fn writes(wiring: &Wiring, inputs: impl Iterator<Item = (Port, usize, Linear)>) -> Vec<Write> {
+pub fn writes(
+    wiring: &Wiring,
+    inputs: impl Iterator<Item = (Port, usize, Transformation)>,
+) -> Vec<Write> {
     let mut together: BTreeMap<(usize, Access), Vec<_>> = BTreeMap::new();
     for input in inputs {
         let key = (input.0.component, wiring.access(input.0));
@@ -320,12 +374,14 @@ pub fn writes(wiring: &Wiring, inputs: impl Iterator<Item = (Port, usize, Linear
     }
     let mut writes = Vec::new();
     for ((slave, _), inputs) in together {
-        let transformed = inputs.iter().map(|(.., t)| *t).enumerate();
+        let transformed = inputs.iter().map(|(.., t)| t.clone()).enumerate();
         writes.push(Write {
             slave,
             batch: wiring.batch(slave, inputs.iter().map(|(port, ..)| port.variable)),
             slots: inputs.iter().map(|(_, slot, _)| *slot).collect(),
-            transformed: transformed.filter(|(_, t)| *t != Linear::NONE).collect(),
+            transformed: transformed
+                .filter(|(_, t)| *t != Transformation::NONE)
+                .collect(),
             sigma: Vec::new(),
         });
     }

@@ -1,20 +1,20 @@
 //! An unpacked FMU with its library loaded once, shared by all its instances.
 
-use std::any::Any;
-use std::io::{Cursor, Read};
-use std::path::{MAIN_SEPARATOR, Path};
+pub(crate) mod functions;
+mod library;
+
+use std::path::MAIN_SEPARATOR;
+use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use anyhow::{Context, Result, anyhow, bail};
-use fmi::fmi2::binding::Fmi2Binding;
-use fmi::fmi2::import::Fmi2Import;
-use fmi::fmi3::binding::Fmi3Binding;
-use fmi::traits::FmiImport;
-use fmu_description::{Description, Version};
+use anyhow::{Context, Result, bail};
+use fmu_description::{Archive, Description, Version, platform};
 use tempfile::TempDir;
 
 use crate::batch::{Batch, Layout};
+use functions::{Functions2, Functions3};
+use library::Library;
 
 /// A loaded FMU. The library and the unpacked files live as long as any instance.
 pub struct Fmu {
@@ -27,14 +27,16 @@ pub struct Fmu {
     pub(crate) api: Api,
     pub(crate) layout: Arc<Layout>,
     pub(crate) instances: AtomicUsize,
-    /// The directory the FMU was unpacked to; removed when dropped, hence after `api`.
-    _import: Box<dyn Any + Send + Sync>,
+    /// What is odd about the archive or its description, but does no harm.
+    pub remarks: Vec<String>,
+    /// Where the FMU was unpacked to; removed when dropped, hence after `api`.
+    _folder: TempDir,
 }
 
 /// The functions of the library.
 pub(crate) enum Api {
-    Fmi2(Arc<Fmi2Binding>),
-    Fmi3(Arc<Fmi3Binding>),
+    Fmi2(Arc<Functions2>),
+    Fmi3(Arc<Functions3>),
 }
 
 impl Fmu {
@@ -44,24 +46,27 @@ impl Fmu {
     }
 
     fn open(file: &str, bytes: Vec<u8>) -> Result<Arc<Self>> {
-        // Read the description before the `fmi` crate does: its reader panics on XML that ends too early.
-        let description = Description::parse(&description_text(&bytes)?)?.by_element();
-        let identifier = &description.identifier;
-        let (api, resources, import): (_, _, Box<dyn Any + Send + Sync>) = match description.fmi {
-            Version::Fmi2 => {
-                let (import, api) = unpack_2(bytes, identifier)?;
-                require_functions_2(&api)?;
-                let resources = import.canonical_resource_path_string();
-                (Api::Fmi2(Arc::new(api)), resources, Box::new(import))
-            }
+        let mut archive = Archive::open(bytes)?;
+        let description = archive.description()?;
+        let host = platform::host().context("FMUs have no folder for a platform like this one")?;
+        let (library, remark) = archive.library(&description, host)?;
+        let remarks = description.remarks.iter().cloned().chain(remark);
+        let remarks = remarks.map(|remark| remark.to_string()).collect();
+        let description = description.by_element();
+        let folder = TempDir::with_prefix("cosim-")?;
+        archive.unpack(folder.path())?;
+        let library = Library::load(&folder.path().join(library))?;
+        let resources = std::path::absolute(folder.path().join("resources"))?;
+        let (api, resources) = match description.fmi {
+            Version::Fmi2 => (
+                Api::Fmi2(Arc::new(Functions2::of(library))),
+                uri(&resources)?,
+            ),
             Version::Fmi3 => {
-                let (folder, api) = unpack_3(bytes, identifier)?;
-                require_functions_3(&api)?;
-                let resources = std::path::absolute(folder.path().join("resources"))?;
-                let resources = resources.to_str().context("a path that is not UTF-8")?;
+                let path = resources.to_str().context("a path that is not UTF-8")?;
                 // With a separator at its end (section 2.3.1).
-                let resources = format!("{resources}{MAIN_SEPARATOR}");
-                (Api::Fmi3(Arc::new(api)), resources, Box::new(folder))
+                let path = format!("{path}{MAIN_SEPARATOR}");
+                (Api::Fmi3(Arc::new(Functions3::of(library))), path)
             }
         };
         Ok(Arc::new(Self {
@@ -71,7 +76,8 @@ impl Fmu {
             layout: Arc::new(Layout::new(&description)),
             description,
             instances: AtomicUsize::new(0),
-            _import: import,
+            remarks,
+            _folder: folder,
         }))
     }
 
@@ -99,82 +105,20 @@ impl Fmu {
     }
 }
 
-/// Unpack an FMU of FMI 2.0 and load the library for this platform.
-fn unpack_2(bytes: Vec<u8>, identifier: &str) -> Result<(Fmi2Import, Fmi2Binding)> {
-    let import: Fmi2Import = fmi::import::new(Cursor::new(bytes))?;
-    check_library(import.archive_path(), &import.shared_lib_path(identifier)?)?;
-    let api = import.binding(identifier)?;
-    Ok((import, api))
-}
-
-/// The same of FMI 3.0. The `fmi` crate binds the library; its reader of descriptions, which its import asks for, refuses the base unit
-/// ampere.
-fn unpack_3(bytes: Vec<u8>, identifier: &str) -> Result<(TempDir, Fmi3Binding)> {
-    let folder = TempDir::with_prefix("cosim-")?;
-    zip::ZipArchive::new(Cursor::new(bytes))?.extract(folder.path())?;
-    let system = match std::env::consts::OS {
-        "macos" => "darwin",
-        other => other,
-    };
-    let platform = format!("{}-{system}", std::env::consts::ARCH);
-    let name = format!("{identifier}{}", std::env::consts::DLL_SUFFIX);
-    let library = Path::new("binaries").join(platform).join(name);
-    check_library(folder.path(), &library)?;
-    let library = folder.path().join(library);
-    Ok((folder, load_3(&library)?))
-}
-
-#[expect(unsafe_code, reason = "loads a library")]
-fn load_3(library: &Path) -> Result<Fmi3Binding> {
-    // SAFETY: the FMU's library, which the caller asked to run; loading it runs no code of its own.
-    Ok(unsafe { Fmi3Binding::new(library) }?)
-}
-
-fn check_library(folder: &Path, library: &Path) -> Result<()> {
-    if !folder.join(library).is_file() {
-        let platform = library.display();
-        bail!("it holds no {platform}, the library for this platform");
+/// A folder as the URI that FMI 2.0 wants.
+fn uri(folder: &Path) -> Result<String> {
+    let path = folder.to_str().context("a path that is not UTF-8")?;
+    let mut uri = String::from("file://");
+    if !path.starts_with('/') {
+        uri.push('/'); // file:///C:/…
     }
-    Ok(())
-}
-
-fn description_text(bytes: &[u8]) -> Result<String> {
-    let mut archive =
-        zip::ZipArchive::new(Cursor::new(bytes)).context("it is not a ZIP archive")?;
-    let mut entry = archive
-        .by_name("modelDescription.xml")
-        .map_err(|_| anyhow!("it holds no modelDescription.xml"))?;
-    let mut text = String::new();
-    entry
-        .read_to_string(&mut text)
-        .context("modelDescription.xml is not UTF-8 text")?;
-    Ok(text)
-}
-
-macro_rules! require {
-    ($api:expr, $($name:ident)*) => {
-        $( if $api.$name.is_err() { bail!("its library does not export {}", stringify!($name)); } )*
-    };
-}
-
-/// The binding panics when a missing function is called; ask for all that the master uses when the library is loaded.
-fn require_functions_2(api: &Fmi2Binding) -> Result<()> {
-    require! {
-        api, fmi2GetVersion fmi2GetTypesPlatform fmi2Instantiate fmi2FreeInstance fmi2SetDebugLogging fmi2SetupExperiment
-        fmi2EnterInitializationMode fmi2ExitInitializationMode fmi2Terminate fmi2GetReal fmi2SetReal fmi2GetInteger fmi2SetInteger
-        fmi2GetBoolean fmi2SetBoolean fmi2SetString fmi2DoStep fmi2SetRealInputDerivatives fmi2GetRealOutputDerivatives fmi2GetRealStatus
+    for byte in path.bytes() {
+        match byte {
+            b'\\' if cfg!(windows) => uri.push('/'),
+            b'/' | b':' | b'-' | b'_' | b'.' | b'~' => uri.push(byte.into()),
+            byte if byte.is_ascii_alphanumeric() => uri.push(byte.into()),
+            byte => uri += &format!("%{byte:02X}"),
+        }
     }
-    Ok(())
-}
-
-/// The same for FMI 3.0.
-fn require_functions_3(api: &Fmi3Binding) -> Result<()> {
-    require! {
-        api, fmi3GetVersion fmi3InstantiateCoSimulation fmi3FreeInstance fmi3SetDebugLogging fmi3EnterInitializationMode
-        fmi3ExitInitializationMode fmi3EnterEventMode fmi3UpdateDiscreteStates fmi3EnterStepMode fmi3Terminate fmi3DoStep
-        fmi3GetOutputDerivatives fmi3GetFloat32 fmi3GetFloat64 fmi3GetInt8 fmi3GetUInt8 fmi3GetInt16 fmi3GetUInt16 fmi3GetInt32
-        fmi3GetUInt32 fmi3GetInt64 fmi3GetUInt64 fmi3GetBoolean fmi3SetFloat32 fmi3SetFloat64 fmi3SetInt8 fmi3SetUInt8 fmi3SetInt16
-        fmi3SetUInt16 fmi3SetInt32 fmi3SetUInt32 fmi3SetInt64 fmi3SetUInt64 fmi3SetBoolean fmi3SetString
-    }
-    Ok(())
+    Ok(uri)
 }

@@ -1,7 +1,7 @@
 //! Native co-simulation master for FMI 2.0 and 3.0, also mixed: runs a system of FMUs as its SSP system structure describes it.
 //!
 //! The structure says which FMUs there are, who is wired to whom, in which order they are stepped and which connections are power bonds
-//! ([`ssd`]); the model descriptions say which outputs depend directly on which inputs ([`fmu_description`]); both give the order of the
+//! ([`structure`]); the model descriptions say which outputs depend directly on which inputs ([`fmu_description`]); both give the order of the
 //! exchange ([`wiring`], [`exchange`]). A loaded [`system`] finds variables by name once and hands out [`wiring::Port`]s for them.
 //! [`master`] initializes and steps; [`run`] steps to a stop time and lets the caller observe every communication point, for example
 //! with [`signals`] and a [`recording`]. FMUs are unpacked and called through the `fmi` crate ([`fmu`], [`slave`]);
@@ -13,21 +13,27 @@
 pub mod batch;
 pub mod bond;
 pub mod cli;
+mod coupling;
 pub mod csv;
 pub mod divergence;
 pub mod exchange;
 pub mod fmu;
-pub mod linear;
+pub mod input_table;
+mod instances;
 pub mod master;
-pub mod messages;
+mod means;
 pub mod noise;
+pub mod observer;
 pub mod package;
 pub mod recording;
 pub mod run;
+pub mod schedule;
 pub mod signals;
 pub mod slave;
 pub mod spare;
-pub mod ssd;
+pub mod stepping;
+pub mod structure;
 pub mod system;
+pub mod transformation;
 pub mod verdict;
 pub mod wiring;

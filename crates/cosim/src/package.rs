@@ -1,11 +1,10 @@
 //! Where a system's files are read from: a packed system (`.ssp`), or the folder of a `.ssd`.
 
 use std::fs;
-use std::io::{Cursor, Read};
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, anyhow, bail};
-use zip::ZipArchive;
+use fmu_description::Archive;
 
 /// Name of the default structure in a packed system.
 const DEFAULT: &str = "SystemStructure.ssd";
@@ -13,7 +12,7 @@ const DEFAULT: &str = "SystemStructure.ssd";
 /// An opened package.
 pub struct Package {
     path: PathBuf,
-    archive: Option<ZipArchive<Cursor<Vec<u8>>>>,
+    archive: Option<Archive>,
 }
 
 impl Package {
@@ -22,9 +21,8 @@ impl Package {
         let mut archive = None;
         if path.extension().is_some_and(|e| e == "ssp") {
             let bytes = read(path).context("system")?;
-            let read = ZipArchive::new(Cursor::new(bytes));
-            archive =
-                Some(read.with_context(|| format!("`{}` is not a ZIP archive", path.display()))?);
+            let opened = Archive::open(bytes);
+            archive = Some(opened.with_context(|| format!("`{}`", path.display()))?);
         }
         Ok(Self {
             path: path.to_path_buf(),
@@ -44,34 +42,48 @@ impl Package {
             );
         }
         let bytes = read(&self.path).context("system")?;
+        if bytes.starts_with(b"PK") {
+            bail!(
+                "`{}` is {}, not a system structure; a system is a packed .ssp or a .ssd that names FMUs",
+                self.path.display(),
+                match self
+                    .path
+                    .extension()
+                    .is_some_and(|e| e.eq_ignore_ascii_case("fmu"))
+                {
+                    true => "an FMU",
+                    false => "a ZIP archive",
+                }
+            );
+        }
         self.utf8(bytes, "it")
     }
 
-    /// A file of the package, by its name relative to the system structure.
+    /// Name of the structure that [`Package::structure`] gives, for messages.
+    pub fn structure_name(&self, variant: Option<&str>) -> String {
+        match self.archive {
+            Some(_) => variant.unwrap_or(DEFAULT).to_string(),
+            None => self.path.display().to_string(),
+        }
+    }
+
+    /// A file of the package, by its name relative to the system structure; `%20` and the like in it may stand for other characters. What
+    /// lies in a packed system of its own is named after that, `parts/inner.ssp/resources/A.fmu`.
     pub fn file(&mut self, name: &str) -> Result<Vec<u8>> {
-        let Some(archive) = &mut self.archive else {
-            let file = self.path.parent().unwrap_or(Path::new(".")).join(name);
-            return read(&file);
-        };
-        let Ok(mut entry) = archive.by_name(name) else {
-            let kind = Path::new(name).extension();
-            let alike: Vec<_> = archive
-                .file_names()
-                .flatten()
-                .filter(|n| Path::new(n.as_ref()).extension() == kind)
-                .collect();
-            return Err(anyhow!(
-                "`{}` holds no {name}; of this kind it has {}",
-                self.path.display(),
-                match alike.len() {
-                    0 => "none".to_string(),
-                    _ => alike.join(", "),
-                }
-            ));
-        };
-        let mut bytes = Vec::new();
-        entry.read_to_end(&mut bytes)?;
-        Ok(bytes)
+        let name = name.strip_prefix("file://").unwrap_or(name);
+        if let Some((outer, inner)) = name.split_once(".ssp/") {
+            let outer = format!("{outer}.ssp");
+            let mut archive = Archive::open(self.file(&outer)?).context(outer.clone())?;
+            return in_archive(&mut archive, inner, &outer);
+        }
+        match &mut self.archive {
+            Some(archive) => in_archive(archive, name, &self.path.display().to_string()),
+            None => {
+                let folder = self.path.parent().unwrap_or(Path::new("."));
+                let (plain, decoded) = (folder.join(name), folder.join(decoded(name)));
+                read(if plain.exists() { &plain } else { &decoded })
+            }
+        }
     }
 
     /// A text of the package.
@@ -83,13 +95,62 @@ impl Package {
     /// True where a packed system holds the file.
     pub fn holds(&self, name: &str) -> bool {
         let archive = self.archive.as_ref();
-        archive.is_some_and(|a| a.index_for_name(name).is_some())
+        archive.is_some_and(|a| a.names().any(|n| n == name))
     }
 
     fn utf8(&self, bytes: Vec<u8>, what: &str) -> Result<String> {
         String::from_utf8(bytes)
             .with_context(|| format!("`{}`: {what} is not UTF-8 text", self.path.display()))
     }
+}
+
+/// A file of the archive `whole`.
+fn in_archive(archive: &mut Archive, name: &str, whole: &str) -> Result<Vec<u8>> {
+    let decoded = decoded(name);
+    let parts = decoded.split('/').filter(|part| !matches!(*part, "" | "."));
+    let mut path: Vec<&str> = Vec::new();
+    for part in parts {
+        match part {
+            ".." => drop(path.pop()),
+            _ => path.push(part),
+        }
+    }
+    if let Some(bytes) = archive.file(&path.join("/"))? {
+        return Ok(bytes);
+    }
+    let kind = Path::new(name).extension();
+    let alike: Vec<_> = archive
+        .names()
+        .filter(|n| Path::new(n).extension() == kind)
+        .collect();
+    Err(anyhow!(
+        "`{whole}` holds no {name}; of this kind it has {}",
+        match alike.len() {
+            0 => "none".to_string(),
+            _ => alike.join(", "),
+        }
+    ))
+}
+
+/// A name as a URI writes it, with `%20` and the like replaced.
+fn decoded(name: &str) -> String {
+    let mut bytes = Vec::new();
+    let mut rest = name.as_bytes();
+    while let Some((first, after)) = rest.split_first() {
+        let digits = after.get(..2).and_then(|two| std::str::from_utf8(two).ok());
+        let code = digits.and_then(|two| u8::from_str_radix(two, 16).ok());
+        match code {
+            Some(code) if *first == b'%' => {
+                bytes.push(code);
+                rest = &after[2..];
+            }
+            _ => {
+                bytes.push(*first);
+                rest = after;
+            }
+        }
+    }
+    String::from_utf8(bytes).unwrap_or_else(|_| name.to_string())
 }
 
 /// The file at `path`; an error names the path as it was given, and where that is.

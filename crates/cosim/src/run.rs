@@ -1,15 +1,17 @@
-//! A run: a system stepped from its start to a stop time, observed at every communication point.
+//! A run: a system stepped from its start to a stop time, observed at every communication point, and what came out of it.
 
 use std::fmt::Write as _;
 use std::time::{Duration, Instant};
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result};
 
 use crate::bond::Residual;
 use crate::divergence::Watch;
 use crate::master::{Master, Stepping};
-use crate::messages;
 use crate::noise::Noise;
+use crate::observer::{Function, Observer};
+use crate::slave::messages;
+use crate::stepping::FixedSteps;
 use crate::system::{Setting, System};
 use crate::verdict::Verdict;
 
@@ -62,31 +64,53 @@ impl Experiment {
     }
 }
 
-/// Step `master`, which runs `system`, to `stop`, s; the last step is shortened where it has to be. `observe` sees every communication
-/// point, the first included; `progress` is given the numbers of finished and of all steps from time to time.
+/// As [`observed`], with a function as the observer.
+///
+/// # Errors
+/// As [`observed`].
+pub fn run(
+    system: &System,
+    master: Master,
+    stop: f64,
+    progress: &dyn Fn(u64, u64),
+    observe: impl FnMut(&Master) -> Result<()>,
+) -> Result<Outcome> {
+    observed(system, master, stop, progress, &mut Function(observe))
+}
+
+/// Step `master`, which runs `system`, to `stop`, s; the last step is shortened where it has to be. The `observer` sees every
+/// communication point, the first included, and may end the run; `progress` is given the numbers of finished and of all steps from time to
+/// time.
 ///
 /// # Errors
 /// Besides what went wrong: where the loops of the system began to diverge before.
-pub fn run(
+pub fn observed(
     system: &System,
     mut master: Master,
     stop: f64,
     progress: &dyn Fn(u64, u64),
-    mut observe: impl FnMut(&Master) -> Result<()>,
+    observer: &mut dyn Observer,
 ) -> Result<Outcome> {
     let start = master.time();
-    let (steps, has_rest) = steps(master.stepping(), stop)?;
-    let all = steps + u64::from(has_rest);
+    let mut steps = FixedSteps::new(master.stepping(), stop)?;
+    let mut verdict = Verdict::default();
+    if let Some(fixed) = system.fixed_step()
+        && steps.leave_rest()
+    {
+        verdict.note(format!(
+            "the last step is not shortened to end at {stop} s, because `{fixed}` cannot vary its step"
+        ));
+    }
+    let all = steps.count();
     let mut watch = Watch::new(start, &master.exchange().values);
     let clock = Instant::now();
-    observe(&master)?;
+    observer.observe(&master)?;
     for k in 1..=all {
-        let stepped = if k > steps {
-            master.step_to(stop)
-        } else {
-            master.step()
-        };
-        let observed = stepped.and_then(|()| observe(&master));
+        if observer.is_done() {
+            break;
+        }
+        let stepped = steps.make(k, &mut master);
+        let observed = stepped.and_then(|()| observer.observe(&master));
         if let Err(error) = observed {
             return Err(match divergence(system, &master, &watch) {
                 Some(cause) => error.context(cause),
@@ -101,7 +125,6 @@ pub fn run(
     progress(all, all);
     let elapsed = clock.elapsed();
     let (residuals, simulated) = (master.residuals().to_vec(), master.time() - start);
-    let mut verdict = Verdict::default();
     if let Some(text) = divergence(system, &master, &watch) {
         verdict.object(text);
     }
@@ -144,25 +167,6 @@ fn judge(residuals: &[Residual], verdict: &mut Verdict) {
             ));
         }
     }
-}
-
-/// Number of whole communication steps to `stop`, s, and whether a part of one remains.
-///
-/// # Errors
-/// A stop time before the start, or not finite.
-#[expect(
-    clippy::cast_possible_truncation,
-    clippy::cast_sign_loss,
-    reason = "checked to be in range"
-)]
-fn steps(Stepping { start, step, .. }: Stepping, stop: f64) -> Result<(u64, bool)> {
-    let steps = (stop - start) / step;
-    if !(steps > 0.0 && steps < 1e12) {
-        bail!("from {start} s to {stop} s in steps of {step} s: no run");
-    }
-    // A stop time that is a multiple of h up to rounding is met exactly; the comparison is relative to h.
-    let whole = (steps + 1e-6).floor();
-    Ok((whole as u64, steps - whole > 1e-6))
 }
 
 impl Outcome {
@@ -215,23 +219,5 @@ mod tests {
         assert!(is_bad(&[residual(-0.02, 1.0)]) && is_bad(&[residual(0.02, 1.0)]));
         assert!(!is_bad(&[residual(-0.02, 1.0), residual(0.0, 2.0)]));
         assert!(!is_bad(&[residual(-1e-12, 1e-12)]), "rounding");
-    }
-
-    #[test]
-    fn a_stop_time_that_is_a_multiple_of_the_step_is_met() {
-        let count = |stop, step| {
-            let stepping = Stepping {
-                start: 0.5,
-                step,
-                schedule: Default::default(),
-            };
-            steps(stepping, stop)
-        };
-        assert_eq!(count(0.8, 0.1).unwrap(), (3, false)); // 0.8 - 0.5 = 0.30000000000000004
-        assert_eq!(count(0.85, 0.1).unwrap(), (3, true));
-        assert_eq!(count(0.55, 0.1).unwrap(), (0, true));
-        assert!(
-            count(0.5, 0.1).is_err() && count(f64::NAN, 0.1).is_err() && count(1.0, 0.0).is_err()
-        );
     }
 }

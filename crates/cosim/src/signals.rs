@@ -3,10 +3,10 @@
 use std::collections::BTreeMap;
 
 use crate::exchange::{Read, Write, reads, writes};
-use crate::linear::Linear;
 use crate::master::Master;
 use crate::slave::At;
 use crate::system::System;
+use crate::transformation::Transformation;
 use crate::wiring::Port;
 use anyhow::{Result, bail};
 use fmu_description::Causality;
@@ -69,7 +69,7 @@ impl Inputs {
         let slots = ports
             .iter()
             .zip(0..)
-            .map(|(p, slot)| (*p, slot, Linear::NONE));
+            .map(|(p, slot)| (*p, slot, Transformation::NONE));
         Ok(Self {
             writes: writes(&system.wiring()?, slots),
             buffer: vec![0.0; ports.len()],

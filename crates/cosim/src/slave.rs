@@ -1,7 +1,10 @@
-//! One FMU instance: safe calls that are the same for both versions of FMI. All `unsafe` of this crate is in the two files below.
+//! One FMU instance: safe calls that are the same for both versions of FMI. All `unsafe` of this crate is in this folder and in `fmu/`.
 
+pub mod answer;
+mod border;
 mod fmi2;
 mod fmi3;
+pub mod messages;
 
 use std::ffi::CString;
 use std::sync::Arc;
@@ -9,9 +12,12 @@ use std::sync::atomic::Ordering;
 
 use crate::batch::{Batch, bits};
 use crate::fmu::{Api, Fmu};
-use crate::messages;
 use anyhow::{Context, Result, anyhow, bail};
 use fmu_description::{Access, Kind, Variable, Version};
+
+use answer::Answer;
+pub use answer::At;
+use border::{Border, Value};
 
 /// An FMU instance; terminated by the owner, freed when dropped.
 pub struct Slave {
@@ -20,92 +26,12 @@ pub struct Slave {
     name: String,
 }
 
-/// Where in the run a call was made, for its error text.
-#[derive(Clone, Copy, Debug)]
-pub enum At {
-    /// Before the first step.
-    Initialization,
-    /// At a communication point, s.
-    Time(f64),
-}
-
-impl std::fmt::Display for At {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self {
-            Self::Initialization => f.write_str("in initialization"),
-            Self::Time(t) => write!(f, "at t = {t} s"),
-        }
-    }
-}
-
-/// How a C function answered: both versions number their statuses alike.
-#[derive(Clone, Copy, Debug)]
-struct Answer {
-    status: u32,
-    /// C name of the function.
-    call: &'static str,
-}
-
-impl Answer {
-    fn new(status: u32, call: &'static str) -> Self {
-        Self { status, call }
-    }
-
-    /// OK or Warning.
-    fn is_done(self) -> bool {
-        self.status <= 1
-    }
-}
-
-/// A start value for one element.
-enum Value {
-    /// A number or a truth value, as [`bits`] has it.
-    Bits(u64),
-    /// A text.
-    Text(CString),
-}
-
-/// The calls of one version of FMI. What the version does not have is done without a call.
-trait Border {
-    /// Switch these log categories on and no other.
-    fn log_only(&self, categories: &[CString]) -> Answer;
-    /// Set a variable, or an element of an array.
-    fn set_one(&self, variable: &Variable, value: &Value) -> Answer;
-    /// From Instantiated into Initialization Mode.
-    fn enter_initialization(&self, start: f64) -> Answer;
-    /// From Initialization Mode to the first communication point.
-    fn exit_initialization(&self) -> Answer;
-    /// Values as numbers.
-    fn get(&self, batch: &Batch, values: &mut [f64]) -> Answer;
-    /// Set values from numbers.
-    fn set(&self, batch: &Batch, values: &[f64]) -> Answer;
-    /// First time derivatives of Real outputs; `ones` holds at least as many ones.
-    fn get_derivatives(&self, batch: &Batch, ones: &[i32], values: &mut [f64]) -> Answer;
-    /// First time derivatives of Real inputs.
-    fn set_derivatives(&self, batch: &Batch, ones: &[i32], values: &[f64]) -> Result<Answer>;
-    /// A communication step.
-    fn step(&self, t: f64, h: f64) -> Result<Answer>;
-    /// The instance's own time, s.
-    fn time(&self) -> Result<f64>;
-    /// Into Event Mode, where an output may be read after an input was set.
-    fn enter_events(&self) -> Answer;
-    /// Let discrete states follow; whether they want to once more.
-    fn update_events(&self) -> Result<(Answer, bool)>;
-    /// From Event Mode back to where steps are made.
-    fn leave_events(&self) -> Answer;
-    /// The end of the run.
-    fn terminate(&self) -> Answer;
-    /// Back to where it was when it was made; None where the library cannot.
-    fn reset(&self) -> Option<Answer>;
-}
-
 impl Slave {
     /// Create the instance `name` of `fmu`. Errors it logs later become part of the error texts.
     ///
     /// With `is_staged` an output may be read after an input was set at the same communication point. FMI 2.0 leaves that to the FMU; FMI
-    /// 3.0 allows it in Event Mode only, so an FMU of that version must have one.
+    /// 3.0 allows it in Event Mode only, which the instance then goes through where its FMU has one.
     pub fn new(fmu: &Arc<Fmu>, name: &str, is_staged: bool) -> Result<Self> {
-        messages::collect();
         let c_string = |text: &str| {
             CString::new(text).map_err(|_| anyhow!("{name}: `{text}` has a NUL character"))
         };
@@ -115,34 +41,38 @@ impl Slave {
             c_string(&fmu.resources)?,
         );
         let description = &fmu.description;
-        if is_staged && description.fmi == Version::Fmi3 && !description.capabilities.event_mode {
-            bail!(
-                "{name}: FMU `{}` is of FMI 3.0 and has no Event Mode, outside of which no output may be read after an input was set: it runs \
-                 with the schedule `standard` only",
-                fmu.file
-            );
-        }
         fmu.register(name)?;
-        let border: Option<Box<dyn Border>> = match &fmu.api {
+        let border = match &fmu.api {
             Api::Fmi2(api) => fmi2::Component::new(api, &c_name, &token, &resources)
-                .map(|component| Box::new(component) as _),
+                .map(|made| made.map(|component| Box::new(component) as Box<dyn Border>)),
             Api::Fmi3(api) => {
-                let made = fmi3::Made {
+                let arguments = fmi3::Arguments {
                     name: &c_name,
                     token: &token,
                     resources: &resources,
-                    has_events: is_staged,
+                    has_events: is_staged && description.capabilities.event_mode,
                 };
-                fmi3::Instance::new(api, &fmu.layout, &made).map(|instance| Box::new(instance) as _)
+                fmi3::Instance::new(api, &fmu.layout, &arguments)
+                    .map(|made| made.map(|instance| Box::new(instance) as Box<dyn Border>))
             }
         };
-        let Some(border) = border else {
-            fmu.instances.fetch_sub(1, Ordering::SeqCst);
-            bail!(
-                "{name}: FMU `{}` could not be instantiated{}",
-                fmu.file,
-                said(name)
-            );
+        let border = match border {
+            Ok(Some(border)) => border,
+            Ok(None) | Err(_) => {
+                fmu.instances.fetch_sub(1, Ordering::SeqCst);
+                border.with_context(|| format!("{name}: FMU `{}`", fmu.file))?;
+                let tool = match description.capabilities.needs_execution_tool {
+                    true => "; it says that it needs its tool (needsExecutionTool)",
+                    false => "",
+                };
+                let reasons: String = (reasons(name).iter())
+                    .map(|reason| format!("\n  {reason}"))
+                    .collect();
+                bail!(
+                    "{name}: FMU `{}` could not be instantiated{tool}{reasons}",
+                    fmu.file
+                );
+            }
         };
         let slave = Self {
             border,
@@ -181,7 +111,10 @@ impl Slave {
             return Ok(());
         }
         let answer = self.border.log_only(&chosen);
-        self.check(answer, None, At::Initialization)
+        match answer.status {
+            Answer::MISSING => Ok(()),
+            _ => self.check(answer, None, At::Initialization),
+        }
     }
 
     /// Set a variable of any type from text: a number, `true`/`false`, an enumeration item's name or number, or a string.
@@ -259,7 +192,23 @@ impl Slave {
     pub fn step(&self, t: f64, h: f64) -> Result<()> {
         let answer = self.border.step(t, h);
         let answer = answer.with_context(|| self.place(At::Time(t)))?;
-        self.check(answer, None, At::Time(t))
+        match answer.status {
+            2 => Err(self.discarded(answer, t)),
+            _ => self.check(answer, None, At::Time(t)),
+        }
+    }
+
+    /// A step that was discarded: how far it came, where the FMU tells.
+    #[cold]
+    fn discarded(&self, answer: Answer, t: f64) -> anyhow::Error {
+        let error = self.error(answer, None, At::Time(t));
+        match self.border.time() {
+            Ok(time) => error.context(format!(
+                "the run ends at t = {time} s, the last successful time of {}",
+                self.name
+            )),
+            Err(_) => error,
+        }
     }
 
     /// The instance's own time, s: the end of its last successful step.
@@ -309,9 +258,16 @@ impl Slave {
         let variables = &self.fmu.description.variables;
         let names = batch.into_iter().flat_map(|batch| &batch.variables);
         let names: Vec<_> = names.map(|k| variables[*k].name.as_str()).collect();
-        let call = match names.is_empty() {
-            true => answer.call.to_string(),
-            false => format!("{} of {}", answer.call, names.join(", ")),
+        let call = match names.as_slice() {
+            [] => answer.call.to_string(),
+            [first, second, third, rest @ ..] if rest.len() > 1 => {
+                format!(
+                    "{} of {first}, {second}, {third} and {} more",
+                    answer.call,
+                    rest.len()
+                )
+            }
+            names => format!("{} of {}", answer.call, names.join(", ")),
         };
         self.refused(answer, &call, at)
     }
@@ -321,18 +277,29 @@ impl Slave {
             Version::Fmi2 => "fmi2",
             Version::Fmi3 => "fmi3",
         };
+        if answer.status == Answer::MISSING {
+            return anyhow!(
+                "{} (FMU `{}`): its library does not export {}, which is needed {at}",
+                self.name,
+                self.fmu.file,
+                answer.call
+            );
+        }
         let result = match answer.status {
             2 => format!("{prefix}Discard"),
             3 => format!("{prefix}Error"),
             4 => format!("{prefix}Fatal"),
             other => format!("the unknown status {other}"),
         };
-        anyhow!(
-            "{} (FMU `{}`): {call} {at} returned {result}{}",
-            self.name,
-            self.fmu.file,
-            said(&self.name)
-        )
+        let (name, file) = (&self.name, &self.fmu.file);
+        let reasons = reasons(name);
+        match reasons.is_empty() {
+            true => anyhow!("{name} (FMU `{file}`): {call} {at} returned {result}"),
+            false => anyhow!(
+                "{name}: {}\n  (FMU `{file}`: {call} {at} returned {result})",
+                reasons.join("\n  ")
+            ),
+        }
     }
 
     fn place(&self, at: At) -> String {
@@ -346,19 +313,16 @@ impl Drop for Slave {
     }
 }
 
-/// The reasons that the instance has logged, else its warnings, as the end of an error text.
-fn said(instance: &str) -> String {
+/// The reasons that the instance has logged, else its warnings, each once.
+fn reasons(instance: &str) -> Vec<String> {
     let mut messages = messages::take();
-    messages.retain(|m| m.instance == instance);
+    messages.retain(|m| m.instance == instance || m.instance == messages::NOBODY);
     if messages.iter().any(|m| !m.is_warning) {
         messages.retain(|m| !m.is_warning);
     }
-    let texts: Vec<_> = messages.into_iter().map(|m| m.text).collect();
-    if texts.is_empty() {
-        String::new()
-    } else {
-        format!(": {}", texts.join("; "))
-    }
+    let mut texts: Vec<_> = messages.into_iter().map(|m| m.text).collect();
+    texts.dedup();
+    texts
 }
 
 /// A start value from text; an error says what the text had to be.

@@ -6,10 +6,15 @@ use std::sync::Arc;
 
 use crate::fmu::Fmu;
 use crate::package::{Package, read};
-use crate::ssd::{Connector, Parameter, Structure, parse_set};
+use crate::structure::{self, Component, Hop, Parameter, Structure, parse_set};
+use crate::transformation::{Linear, Transformation, along, conversion, unit_of};
 use crate::wiring::{Port, Wiring};
 use anyhow::{Context, Result, anyhow, bail};
-use fmu_description::{Description, Variable};
+use fmu_description::{Description, Kind, Variable};
+use system_structure::{Connector, DataType};
+
+/// Likeness from which on a known name is suggested for an unknown one; 1 is the same name.
+const LIKE: f64 = 0.85;
 
 /// A start value as text for a variable.
 #[derive(Clone, Debug, PartialEq)]
@@ -42,6 +47,10 @@ pub struct Forgotten {
     pub inputs: Vec<String>,
     /// Inputs of the FMU without a connector: the structure does not use them, and they keep their start values.
     pub unmentioned: Vec<String>,
+    /// Bound values that match no variable, with their origin.
+    pub values: Vec<String>,
+    /// What is odd about connections and FMUs, but does no harm.
+    pub remarks: Vec<String>,
 }
 
 /// A system structure with one loaded FMU per component (shared where the source is the same).
@@ -65,8 +74,9 @@ impl System {
     ) -> Result<Self> {
         let mut package = Package::open(path)?;
         let text = package.structure(variant)?;
-        let structure = Structure::read(&text, |source| package.text(source))
-            .with_context(|| format!("`{}`", path.display()))?;
+        let name = package.structure_name(variant);
+        let structure = structure::read(&text, &name, &mut |source| package.text(source));
+        let structure = structure.with_context(|| format!("`{}`", path.display()))?;
         if let Some((unknown, _)) = replaced
             .iter()
             .find(|(name, _)| structure.component(name).is_none())
@@ -93,20 +103,107 @@ impl System {
             };
             fmus.push(fmu);
         }
-        let system = Self {
+        let mut system = Self {
             path: path.to_path_buf(),
             structure,
             fmus,
         };
+        system.fit_values()?;
         for (c, fmu) in system.structure.components.iter().zip(&system.fmus) {
-            for parameter in &c.parameters {
-                check_value(&c.name, fmu, parameter)?;
-            }
             for connector in &c.connectors {
                 check_unit(&c.name, fmu, connector)?;
             }
         }
         Ok(system)
+    }
+
+    /// FMUs without a structure, each a component named after its file; `connections` are written `a.y=b.u`.
+    pub fn of_fmus(files: &[PathBuf], connections: &[String]) -> Result<Self> {
+        let mut structure = Structure::default();
+        let mut fmus: Vec<Arc<Fmu>> = Vec::new();
+        for file in files {
+            let source = file.display().to_string();
+            let stem = file.file_stem().unwrap_or_default().to_string_lossy();
+            if structure.component(&stem).is_some() {
+                bail!("two FMUs are named `{stem}`; a structure can give them names");
+            }
+            structure.components.push(Component {
+                name: stem.into_owned(),
+                source: source.clone(),
+                connectors: Vec::new(),
+                parameters: Vec::new(),
+            });
+            fmus.push(Fmu::load(&source, read(file)?)?);
+        }
+        let experiments = || fmus.iter().map(|fmu| &fmu.description.default_experiment);
+        let starts = experiments().filter_map(|e| e.start);
+        structure.start_time = starts.reduce(f64::min).unwrap_or(0.0);
+        let stops = experiments().filter_map(|e| e.stop);
+        let stop = stops
+            .reduce(f64::max)
+            .filter(|stop| *stop > structure.start_time);
+        structure.stop_time = Some(stop.unwrap_or(structure.start_time + 1.0));
+        let mut system = Self {
+            path: files.first().cloned().unwrap_or_default(),
+            structure,
+            fmus,
+        };
+        for text in connections {
+            let context = || format!("--connect {text}");
+            let ends = text.split_once('=').context("it must be a.y=b.u");
+            let (start, end) = ends.with_context(context)?;
+            let end_of = |name: &str| {
+                let port = system.port(name.trim())?;
+                let component = system.component_of(port).to_string();
+                anyhow::Ok((component, system.variable(port).name.clone()))
+            };
+            let (start, end) = (
+                end_of(start).with_context(context)?,
+                end_of(end).with_context(context)?,
+            );
+            let mut others = system.structure.connections.iter();
+            if let Some(other) = others.find(|c| c.end == end) {
+                bail!("--connect {text}: this input is driven already, {other}");
+            }
+            system.structure.connect(start, end);
+        }
+        Ok(system)
+    }
+
+    /// The communication step that the structure asks for, else the smallest that an FMU prefers, s, and who it is.
+    pub fn preferred_step(&self) -> Option<(f64, String)> {
+        if let Some(step) = self.structure.step {
+            return Some((step, "the system structure".into()));
+        }
+        let all = self.structure.components.iter().zip(&self.fmus);
+        let steps = all.filter_map(|(c, fmu)| {
+            let step = fmu.description.default_experiment.step?;
+            (step.is_finite() && step > 0.0).then(|| (step, format!("`{}`", c.name)))
+        });
+        steps.min_by(|a, b| a.0.total_cmp(&b.0))
+    }
+
+    /// Bring the bound values to the units of their variables; those of variables that the FMUs do not have are passed over, as the
+    /// standard has it, and noted.
+    fn fit_values(&mut self) -> Result<()> {
+        let Structure {
+            components,
+            unmatched,
+            ..
+        } = &mut self.structure;
+        for (component, fmu) in components.iter_mut().zip(&self.fmus) {
+            for parameter in std::mem::take(&mut component.parameters) {
+                if fmu.description.index(&parameter.name).is_none() {
+                    let (name, origin) = (&parameter.name, &parameter.origin);
+                    unmatched.push(format!("`{}.{name}` ({origin})", component.name));
+                    continue;
+                }
+                component
+                    .parameters
+                    .push(fitted(&component.name, fmu, parameter)?);
+            }
+        }
+        Ok(())
     }
 
     /// Apply a parameter set (`.ssv`) after the values that the structure binds: a file of the packed system, else one on disk. Its
@@ -127,8 +224,10 @@ impl System {
             let name = self.variable(port).name.clone();
             let parameter = Parameter { name, ..parameter };
             let component = &mut self.structure.components[port.component];
-            check_value(&component.name, &self.fmus[port.component], &parameter)?;
-            component.parameters.push(parameter);
+            let fmu = &self.fmus[port.component];
+            component
+                .parameters
+                .push(fitted(&component.name, fmu, parameter)?);
         }
         Ok(())
     }
@@ -139,10 +238,41 @@ impl System {
         Wiring::new(&self.structure, &descriptions)
     }
 
+    /// Connected outputs that staged schedules read right after the step, before any input is set.
+    pub fn read_once(&self) -> Result<Vec<String>> {
+        let wiring = self.wiring()?;
+        let outputs = wiring.links.iter().map(|link| link.from);
+        let mut ports: Vec<Port> = outputs.filter(|p| wiring.is_read_once(*p)).collect();
+        ports.sort();
+        ports.dedup();
+        Ok(ports.into_iter().map(|port| self.name(port)).collect())
+    }
+
+    /// A component whose step may not be varied.
+    pub fn fixed_step(&self) -> Option<&str> {
+        let mut all = self.structure.components.iter().zip(&self.fmus);
+        let fixed = all.find(|(_, fmu)| !fmu.description.capabilities.variable_step);
+        fixed.map(|(component, _)| component.name.as_str())
+    }
+
     /// What the structure may have forgotten, under the start values `settings`.
     pub fn forgotten(&self, settings: &[Setting]) -> Result<Forgotten> {
         let wiring = self.wiring()?;
-        let mut forgotten = Forgotten::default();
+        let mut remarks = wiring.remarks.clone();
+        for (k, fmu) in self.fmus.iter().enumerate() {
+            if self.fmus[..k].iter().all(|other| !Arc::ptr_eq(other, fmu)) {
+                let named = fmu
+                    .remarks
+                    .iter()
+                    .map(|r| format!("FMU `{}`: {r}", fmu.file));
+                remarks.extend(named);
+            }
+        }
+        let mut forgotten = Forgotten {
+            values: self.structure.unmatched.clone(),
+            remarks,
+            ..Forgotten::default()
+        };
         for (component, (c, fmu)) in self.structure.components.iter().zip(&self.fmus).enumerate() {
             let lacking = |name: &&str| fmu.description.index(name).is_none();
             let declared = c.connectors.iter().map(|connector| connector.name.as_str());
@@ -174,19 +304,26 @@ impl System {
         Ok(forgotten)
     }
 
-    /// The variable `component.variable`, or `variable` where one component alone has it.
+    /// The variable `component.variable`, or `variable` where one component alone has it; the name of an output of the system is that of the
+    /// output that it shows.
     pub fn port(&self, name: &str) -> Result<Port> {
+        if let Some(output) = self.structure.outputs.iter().find(|o| o.name == name)
+            && let Some(component) = self.structure.component(&output.start.0)
+        {
+            return self.port_of(component, &output.start.1);
+        }
         if let Some((component, variable)) = self.structure.split(name) {
             return self.port_of(component, variable);
         }
-        let mut owners = (0..self.fmus.len()).filter_map(|k| self.port_of(k, name).ok());
+        let mut owners = (0..self.fmus.len()).filter(|k| self.has(*k, name));
         match (owners.next(), owners.next()) {
-            (Some(only), None) => Ok(only),
+            (Some(only), None) => self.port_of(only, name),
             (None, _) => {
                 let names = self.structure.components.iter().map(|c| c.name.as_str());
                 let names: Vec<_> = names.collect();
                 bail!(
-                    "no component of the system has a variable `{name}`; its components are {}",
+                    "no component of the system has a variable `{name}`{}; its components are {}",
+                    self.nearest(name),
                     names.join(", ")
                 )
             }
@@ -196,13 +333,32 @@ impl System {
         }
     }
 
+    fn has(&self, component: usize, variable: &str) -> bool {
+        self.fmus[component].description.index(variable).is_some()
+    }
+
+    /// The name that is most like an unknown one, as the end of an error text.
+    fn nearest(&self, name: &str) -> String {
+        let all = self.structure.components.iter().zip(&self.fmus);
+        let names = all.flat_map(|(c, fmu)| {
+            let variables = fmu.description.variables.iter();
+            variables.flat_map(|v| [v.name.clone(), format!("{}.{}", c.name, v.name)])
+        });
+        let rated = names.map(|known| (strsim::jaro_winkler(name, &known), known));
+        let best = rated.max_by(|a, b| a.0.total_cmp(&b.0));
+        match best {
+            Some((likeness, known)) if likeness > LIKE => format!("; did you mean `{known}`?"),
+            _ => String::new(),
+        }
+    }
+
     /// A variable of the component with this index.
     pub fn port_of(&self, component: usize, variable: &str) -> Result<Port> {
         let description = &self.fmus[component].description;
         let found = description.variable(variable);
         found.with_context(|| {
-            let name = &self.structure.components[component].name;
-            format!("`{name}.{variable}`")
+            let name = format!("{}.{variable}", self.structure.components[component].name);
+            format!("`{name}`{}", self.nearest(&name))
         })?;
         Ok(Port {
             component,
@@ -238,6 +394,37 @@ impl System {
             port: self.port(name)?,
             value: value.to_string(),
         })
+    }
+
+    /// As [`System::parse_setting`]; of an input of the system the start values of all inputs that it feeds.
+    pub fn parse_settings(&self, text: &str) -> Result<Vec<Setting>> {
+        let (name, value) = text.split_once('=').unwrap_or((text, ""));
+        let mut inputs = self.structure.inputs.iter();
+        let Some(input) = inputs.find(|input| input.name == name.trim()) else {
+            return Ok(vec![self.parse_setting(text)?]);
+        };
+        let mut settings = Vec::new();
+        for ((component, variable), way) in &input.ends {
+            let port = self.port(&format!("{component}.{variable}"))?;
+            let fmu = &self.fmus[port.component];
+            let data_type = match self.variable(port).kind {
+                Kind::Real => DataType::Real,
+                Kind::Boolean => DataType::Boolean,
+                Kind::String => DataType::String,
+                _ => DataType::Integer,
+            };
+            let parameter = Parameter {
+                name: variable.clone(),
+                value: value.trim().to_string(),
+                data_type,
+                unit: input.unit.clone(),
+                way: way.clone(),
+                origin: format!("input `{}` of the system", input.name),
+            };
+            let value = fitted(component, fmu, parameter)?.value;
+            settings.push(Setting { port, value });
+        }
+        Ok(settings)
     }
 
     /// Parse `component.variable=value`, or `variable=value` where one component alone has the variable.
@@ -286,45 +473,74 @@ impl FmuPlace {
 /// A declared unit must be that of the FMU, where the FMU tells one.
 fn check_unit(component: &str, fmu: &Fmu, connector: &Connector) -> Result<()> {
     let index = fmu.description.index(&connector.name);
-    let unit = index.and_then(|k| fmu.description.variables[k].unit.as_ref());
+    let unit = index.and_then(|k| unit_of(&fmu.description, &fmu.description.variables[k]));
     if let (Some(declared), Some(unit)) = (&connector.unit, unit)
-        && declared != unit
+        && conversion(declared, &unit) != Some(Linear::NONE)
     {
         bail!(
-            "connector `{component}.{}` is declared in {declared}, but its FMU has it in {unit}",
-            connector.name
+            "connector `{component}.{}` is declared in {}, but its FMU has it in {}",
+            connector.name,
+            declared.name,
+            unit.name
         );
     }
     Ok(())
 }
 
-/// A value must be of the type of its variable, and of its unit where one is given: nothing is converted, but an Integer may be given
-/// for a Real and for an enumeration.
-fn check_value(component: &str, fmu: &Fmu, parameter: &Parameter) -> Result<()> {
+/// A value of the type of its variable, in the variable's unit. An Integer may be given for a Real and for an enumeration.
+fn fitted(component: &str, fmu: &Fmu, parameter: Parameter) -> Result<Parameter> {
     let Parameter {
         name,
         value,
         data_type,
         unit,
+        way,
         origin,
-    } = parameter;
+    } = &parameter;
     let variable = fmu.description.variable(name);
     let variable = variable.with_context(|| format!("{origin}: component `{component}`"))?;
     let expected = variable.kind.name();
-    let fits = *data_type == expected
-        || *data_type == "Integer" && ["Real", "Enumeration"].contains(&expected);
+    let fits = data_type.name() == expected
+        || *data_type == DataType::Integer && ["Real", "Enumeration"].contains(&expected);
     if !fits {
         bail!(
-            "{origin}: `{component}.{name}` = {value}: given as {data_type}, but its FMU has it as {expected}"
+            "{origin}: `{component}.{name}` = {value}: given as {}, but its FMU has it as {expected}",
+            data_type.name()
         );
     }
-    if let Some(unit) = unit
-        && variable.unit.as_ref() != Some(unit)
-    {
-        bail!(
-            "{origin}: `{component}.{name}` = {value} {unit}: it must be in the unit of the variable, {}",
+    let mut way = match way.is_empty() {
+        true => vec![Hop::default()],
+        false => way.clone(),
+    };
+    if let Some(last) = way.last_mut() {
+        last.unit = unit_of(&fmu.description, variable);
+    }
+    let ends = [None, Some(variable)];
+    let transformation = along(&way, unit.clone(), ends, &mut None).map_err(|_| {
+        anyhow!(
+            "{origin}: `{component}.{name}` = {value} {}: it must be in the unit of the variable, {}, or in one that is defined with the \
+             same base units",
+            unit.as_ref().map_or("", |u| &u.name),
             variable.unit.as_deref().unwrap_or("none")
-        );
+        )
+    })?;
+    if transformation == Transformation::NONE {
+        return Ok(parameter);
     }
-    Ok(())
+    let number: f64 = match (value.trim(), value.trim().parse()) {
+        ("true", _) => 1.0,
+        ("false", _) => 0.0,
+        (_, Ok(number)) => number,
+        _ => bail!("{origin}: `{component}.{name}` = {value}: it is not a number"),
+    };
+    let number = transformation.of(number);
+    let value = match data_type {
+        DataType::Boolean => (number != 0.0).to_string(),
+        _ => number.to_string(),
+    };
+    Ok(Parameter {
+        value,
+        way: Vec::new(),
+        ..parameter
+    })
 }

@@ -3,10 +3,11 @@
 use std::collections::HashMap;
 
 use crate::batch::{Batch, Layout};
-use crate::linear::Linear;
-use crate::ssd::{Connection, Power, Structure, UNITS};
-use anyhow::{Result, bail};
-use fmu_description::{Access, Causality, Description};
+use crate::structure::{Connection, Power, Structure};
+use crate::transformation::{Transformation, along, unit_of};
+use anyhow::{Context, Result, bail};
+use fmu_description::{Access, Causality, Description, Kind, Variable, Version};
+use system_structure::DataType;
 
 /// A variable of a component: both as indices.
 #[derive(Clone, Copy, Debug, Eq, Hash, Ord, PartialEq, PartialOrd)]
@@ -24,8 +25,10 @@ pub struct Link {
     pub from: Port,
     /// Input.
     pub to: Port,
-    /// What becomes of a Real value on its way.
-    pub transformation: Linear,
+    /// What becomes of a value on its way.
+    pub transformation: Transformation,
+    /// Passed in initialization only.
+    pub is_initial: bool,
     /// Power bond of which it carries the effort.
     pub bond: Option<BondPorts>,
 }
@@ -50,7 +53,20 @@ pub struct Wiring<'a> {
     components: Vec<(&'a str, &'a Description)>,
     /// The connections, in file order.
     pub links: Vec<Link>,
+    /// What is odd about them, but does no harm.
+    pub remarks: Vec<String>,
     driver: HashMap<Port, usize>,
+    /// Components of which outputs may be read again after inputs were set although they declare no dependencies.
+    trusted: Vec<bool>,
+}
+
+/// Which dependencies count where an output declares none.
+#[derive(Clone, Copy, Debug, Eq, PartialEq)]
+pub enum Undeclared {
+    /// All inputs, as the standards have it.
+    All,
+    /// None: the order is that of what is declared.
+    None,
 }
 
 impl<'a> Wiring<'a> {
@@ -60,43 +76,77 @@ impl<'a> Wiring<'a> {
         let mut wiring = Self {
             components: names.zip(descriptions.iter().copied()).collect(),
             links: Vec::new(),
+            remarks: Vec::new(),
             driver: HashMap::new(),
+            trusted: (structure.components.iter())
+                .map(|c| structure.feedthrough.contains(&c.name))
+                .collect(),
         };
         for c in &structure.connections {
-            let link = wiring.resolve(structure, c)?;
+            let link = wiring.resolve(structure, c);
+            let link = match c.place.is_empty() {
+                true => link?,
+                false => link.with_context(|| c.place.clone())?,
+            };
             wiring.driver.insert(link.to, wiring.links.len());
             wiring.links.push(link);
         }
         Ok(wiring)
     }
 
-    fn resolve(&self, structure: &Structure, c: &Connection) -> Result<Link> {
-        let carried = structure.carried(c)?;
-        let from = self.port(structure, &c.start, carried, Causality::Output)?;
-        let to = self.port(structure, &c.end, carried, Causality::Input)?;
-        let unit = |p: Port| {
-            self.components[p.component].1.variables[p.variable]
-                .unit
-                .as_deref()
-                .unwrap_or("none")
-        };
-        if unit(from) != unit(to) && !c.units_stay {
+    fn resolve(&mut self, structure: &Structure, c: &Connection) -> Result<Link> {
+        let from = self.port(structure, &c.start, Side::Start)?;
+        let to = self.port(structure, &c.end, Side::End)?;
+        let [start, end] = [from, to].map(|p| self.variable(p));
+        if start.kind.name() != end.kind.name() && !(is_whole(start) && is_whole(end)) {
             bail!(
-                "connection {c}: the FMUs' units differ, {} and {}; {UNITS}",
-                unit(from),
-                unit(to)
+                "{} must be of type {}, input, to be connected; it is of type {}, input",
+                self.name(to),
+                start.kind.name(),
+                end.kind.name()
             );
+        }
+        // An end without a declared unit has that of its FMU.
+        let [unit_of_start, unit_of_end] =
+            [from, to].map(|p| unit_of(self.description(p.component), self.variable(p)));
+        let mut way = c.way.clone();
+        if let Some(last) = way.last_mut()
+            && last.unit.is_none()
+        {
+            last.unit = unit_of_end;
+        }
+        let is_declared = c.unit.is_some() || c.way.iter().any(|hop| hop.unit.is_some());
+        let unit = c.unit.clone().or(unit_of_start);
+        let mut lone = None;
+        let transformation = along(&way, unit, [Some(start), Some(end)], &mut lone);
+        let transformation = transformation.map_err(|error| {
+            let text = match is_declared {
+                true => error.to_string(),
+                false => error.to_string().replace("the units", "the FMUs' units"),
+            };
+            anyhow::anyhow!("connection {c}: {text}")
+        })?;
+        if let Some(unit) = lone {
+            self.remarks.push(format!(
+                "connection {c}: only one end has a unit, {unit}; values pass unchanged"
+            ));
         }
         let bond = match &c.bond {
             None => None,
             Some(b) => {
-                let of_start = |variable: &str, causality| {
+                let of_start = |variable: &str, side| {
                     let end = (c.start.0.clone(), variable.to_string());
-                    self.port(structure, &end, "Real", causality)
+                    let port = self.port(structure, &end, side);
+                    port.with_context(|| {
+                        format!(
+                            "power bond of {}.{}: {}.{variable}",
+                            c.start.0, c.start.1, c.start.0
+                        )
+                    })
                 };
                 Some(BondPorts {
-                    step_mean: of_start(&b.step_mean, Causality::Output)?,
-                    flow: of_start(&b.flow, Causality::Input)?,
+                    step_mean: of_start(&b.step_mean, Side::Start)?,
+                    flow: of_start(&b.flow, Side::End)?,
                     power: b.power,
                 })
             }
@@ -104,28 +154,37 @@ impl<'a> Wiring<'a> {
         Ok(Link {
             from,
             to,
-            transformation: c.transformation,
+            transformation,
+            is_initial: c.is_initial,
             bond,
         })
     }
 
+    /// The variable at one end of a connection, of the type that is declared for it.
     fn port(
         &self,
         structure: &Structure,
         (component, variable): &(String, String),
-        data_type: &str,
-        causality: Causality,
+        side: Side,
     ) -> Result<Port> {
         let Some(k) = structure.component(component) else {
             bail!("the system has no component `{component}`")
         };
         let description = self.components[k].1;
         let v = description.variable(variable)?;
+        let connectors = &structure.components[k].connectors;
+        let connector = connectors.iter().find(|c| c.name == *variable);
+        let declared = connector.and_then(|c| c.data_type);
         let kind = v.kind.name();
-        if kind != data_type || v.causality != causality {
+        let fits = declared.is_none_or(|t| {
+            t.name() == kind
+                || is_whole(v) && matches!(t, DataType::Integer | DataType::Enumeration)
+        });
+        if !fits || !side.takes(v.causality) {
             bail!(
-                "{component}.{variable} must be of type {data_type}, {}, to be connected; it is of type {kind}, {}",
-                in_words(causality),
+                "{component}.{variable} must be of type {}, {}, to be connected; it is of type {kind}, {}",
+                declared.map_or(kind, DataType::name),
+                side.name(),
                 in_words(v.causality)
             );
         }
@@ -133,6 +192,10 @@ impl<'a> Wiring<'a> {
             component: k,
             variable: description.index(variable).unwrap_or_default(),
         })
+    }
+
+    fn variable(&self, p: Port) -> &'a Variable {
+        &self.components[p.component].1.variables[p.variable]
     }
 
     /// `component.variable`.
@@ -172,19 +235,60 @@ impl<'a> Wiring<'a> {
         self.driver.get(&input).copied()
     }
 
+    /// Whether an output can be read once only at a communication point, right after the step and before any input is set: its dependencies
+    /// are not declared, or its FMU is of FMI 3.0 and has no Event Mode, outside of which no output may be read after an input was set.
+    pub fn is_read_once(&self, output: Port) -> bool {
+        let description = self.description(output.component);
+        let has_events = description.fmi == Version::Fmi2 || description.capabilities.event_mode;
+        let is_declared = || {
+            description
+                .declared_feedthrough(output.variable, false)
+                .is_some()
+        };
+        !has_events || !(self.trusted[output.component] || is_declared())
+    }
+
+    /// The inputs on which an output depends at once.
+    fn dependencies(
+        &self,
+        output: Port,
+        initialization: bool,
+        undeclared: Undeclared,
+    ) -> Vec<usize> {
+        let description = self.components[output.component].1;
+        if !initialization && self.is_read_once(output) {
+            return Vec::new();
+        }
+        match undeclared {
+            Undeclared::All => description.feedthrough(output.variable, initialization),
+            Undeclared::None => description
+                .declared_feedthrough(output.variable, initialization)
+                .unwrap_or_default(),
+        }
+    }
+
     /// Level of the output of each connection: 0 where it depends on no connected input, else one more than the highest level it
-    /// depends on; outputs that no other one waits for come with the last ones of their component. All outputs of one level can be read together after the inputs from all lower levels are set.
+    /// depends on; outputs that no other one waits for come with the last ones of their component. All outputs of one level can be read
+    /// together after the inputs from all lower levels are set.
     ///
     /// # Errors
     /// An algebraic loop, by the names along it.
-    pub fn levels(&self, initialization: bool) -> Result<Vec<usize>> {
-        let mut known = HashMap::new();
-        let mut levels = (self.links.iter())
-            .map(|link| self.level(link.from, initialization, &mut known, &mut Vec::new()))
+    pub fn levels(&self, initialization: bool, undeclared: Undeclared) -> Result<Vec<usize>> {
+        let mut search = Search {
+            wiring: self,
+            initialization,
+            undeclared,
+            known: HashMap::new(),
+            path: Vec::new(),
+        };
+        let links = self.links.iter();
+        let mut levels = links
+            .map(|l| search.level(l.from))
             .collect::<Result<Vec<_>>>()?;
         // What no connected output waits for is read with the component's last ones, which saves the component an evaluation of its own.
         for (k, link) in self.links.iter().enumerate() {
-            if !self.is_awaited(link.to, initialization) {
+            let is_free = initialization || !self.is_read_once(link.from);
+            if is_free && !self.is_awaited(link.to, initialization, undeclared) {
                 let same = self.links.iter().zip(&levels);
                 let last = same.filter(|(other, _)| other.from.component == link.from.component);
                 levels[k] = last.map(|(_, level)| *level).max().unwrap_or(levels[k]);
@@ -194,61 +298,85 @@ impl<'a> Wiring<'a> {
     }
 
     /// Whether a connected output depends on an input at once.
-    fn is_awaited(&self, input: Port, initialization: bool) -> bool {
-        let description = self.components[input.component].1;
+    fn is_awaited(&self, input: Port, initialization: bool, undeclared: Undeclared) -> bool {
         self.links.iter().any(|link| {
             link.from.component == input.component
-                && (description
-                    .feedthrough(link.from.variable, initialization)
-                    .into_iter())
-                .any(|variable| variable == input.variable)
+                && self
+                    .dependencies(link.from, initialization, undeclared)
+                    .contains(&input.variable)
         })
     }
+}
 
-    fn level(
-        &self,
-        output: Port,
-        initialization: bool,
-        known: &mut HashMap<Port, usize>,
-        path: &mut Vec<Port>,
-    ) -> Result<usize> {
-        if let Some(level) = known.get(&output) {
+/// The search for the level of each output.
+struct Search<'a> {
+    wiring: &'a Wiring<'a>,
+    initialization: bool,
+    undeclared: Undeclared,
+    known: HashMap<Port, usize>,
+    /// Outputs and the inputs between them, each depending on the next one.
+    path: Vec<Port>,
+}
+
+impl Search<'_> {
+    fn level(&mut self, output: Port) -> Result<usize> {
+        if let Some(level) = self.known.get(&output) {
             return Ok(*level);
         }
-        if let Some(start) = path.iter().position(|p| *p == output) {
-            // The path holds outputs and the inputs between them, each depending on the next one.
-            let names: Vec<_> = path[start..]
-                .iter()
-                .chain([&output])
-                .rev()
-                .map(|p| self.name(*p))
-                .collect();
-            let when = if initialization {
-                " in initialization"
-            } else {
-                ""
+        if let Some(start) = self.path.iter().position(|p| *p == output) {
+            let along = self.path[start..].iter().chain([&output]).rev();
+            let names: Vec<_> = along.map(|p| self.wiring.name(*p)).collect();
+            let when = match self.initialization {
+                true => " in initialization",
+                false => "",
             };
             bail!("algebraic loop{when}: {}; {REMEDY}", names.join(" -> "));
         }
         let mut level = 0;
-        for variable in self.components[output.component]
-            .1
-            .feedthrough(output.variable, initialization)
-        {
+        for variable in (self.wiring).dependencies(output, self.initialization, self.undeclared) {
             let input = Port {
                 component: output.component,
                 variable,
             };
-            if let Some(driver) = self.driver(input) {
-                path.extend([output, input]);
-                level = level
-                    .max(1 + self.level(self.links[driver].from, initialization, known, path)?);
-                path.truncate(path.len() - 2);
+            if let Some(driver) = self.wiring.driver(input) {
+                self.path.extend([output, input]);
+                level = level.max(1 + self.level(self.wiring.links[driver].from)?);
+                self.path.truncate(self.path.len() - 2);
             }
         }
-        known.insert(output, level);
+        self.known.insert(output, level);
         Ok(level)
     }
+}
+
+/// An end of a connection.
+#[derive(Clone, Copy, PartialEq)]
+enum Side {
+    Start,
+    End,
+}
+
+impl Side {
+    fn name(self) -> &'static str {
+        match self {
+            Self::Start => "output",
+            Self::End => "input",
+        }
+    }
+
+    /// Whether a variable of this causality may stand there.
+    fn takes(self, causality: Causality) -> bool {
+        use Causality::{CalculatedParameter, Input, Local, Output, Parameter};
+        match self {
+            Self::Start => matches!(causality, Output | CalculatedParameter | Local),
+            Self::End => matches!(causality, Input | Parameter),
+        }
+    }
+}
+
+/// Integers and enumerations, which pass as the same numbers.
+fn is_whole(v: &Variable) -> bool {
+    matches!(v.kind, Kind::Integer | Kind::Enumeration(_))
 }
 
 fn in_words(causality: Causality) -> String {
@@ -274,46 +402,26 @@ mod tests {
     }
 
     fn structure(links: &[(&str, &str)]) -> Structure {
-        let connectors = [
-            ("u", "input"),
-            ("v", "input"),
-            ("y", "output"),
-            ("z", "output"),
-        ]
-        .map(|(name, kind)| crate::ssd::Connector {
-            name: name.into(),
-            kind: kind.into(),
-            data_type: "Real",
-            unit: None,
-        });
         let split = |text: &str| {
             text.split_once('.')
                 .map(|(c, v)| (c.to_string(), v.to_string()))
                 .unwrap()
         };
-        Structure {
-            name: "s".into(),
+        let mut structure = Structure {
             components: ["a", "b", "c"]
-                .map(|name| crate::ssd::Component {
+                .map(|name| crate::structure::Component {
                     name: name.into(),
                     source: String::new(),
-                    connectors: connectors.to_vec(),
+                    connectors: Vec::new(),
                     parameters: Vec::new(),
                 })
                 .to_vec(),
-            connections: links
-                .iter()
-                .map(|(y, u)| Connection {
-                    start: split(y),
-                    end: split(u),
-                    transformation: Linear::NONE,
-                    units_stay: false,
-                    bond: None,
-                })
-                .collect(),
-            start_time: 0.0,
-            stop_time: None,
+            ..Structure::default()
+        };
+        for (y, u) in links {
+            structure.connect(split(y), split(u));
         }
+        structure
     }
 
     #[test]
@@ -321,7 +429,7 @@ mod tests {
         let (u, none, all) = (
             description("U", "dependencies=\"1\""),
             description("N", "dependencies=\"\""),
-            description("A", ""),
+            description("A", "dependencies=\"1 2\""),
         );
         // a.y <- a.u <- b.y <- (nothing); c.y <- c.u, c.v <- a.y; b is fed by c.y, which is no loop because b.y has no feedthrough.
         let s = structure(&[
@@ -332,16 +440,19 @@ mod tests {
         ]);
         let wiring = Wiring::new(&s, &[&u, &none, &all]).unwrap();
         // Nothing waits for what c.z feeds: it is read together with c.y.
-        assert_eq!(wiring.levels(false).unwrap(), [0, 1, 2, 2]);
+        assert_eq!(wiring.levels(false, Undeclared::All).unwrap(), [0, 1, 2, 2]);
     }
 
     #[test]
     fn a_loop_is_named_in_signal_order() {
-        let (u, all) = (description("U", "dependencies=\"1\""), description("A", ""));
+        let (u, all) = (
+            description("U", "dependencies=\"1\""),
+            description("A", "dependencies=\"1 2\""),
+        );
         let s = structure(&[("c.z", "b.u"), ("a.y", "b.v"), ("b.y", "a.u")]);
         let error = Wiring::new(&s, &[&u, &all, &all])
             .unwrap()
-            .levels(false)
+            .levels(false, Undeclared::All)
             .unwrap_err()
             .to_string();
         assert_eq!(

@@ -1,7 +1,7 @@
 //! What the link is made of.
 
+use limits::{ParamError, Range, check, demand};
 use serde::{Deserialize, Serialize};
-use thiserror::Error;
 
 /// Points of the open-circuit voltage, at equal steps of the state of charge from 0 to 1.
 pub const POINTS: usize = 21;
@@ -81,7 +81,8 @@ pub struct Brake {
 /// How the capacitor is charged at the start.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Precharge {
-    /// Whether it is charged in the run, through a resistor; else it has the pack's voltage at the start.
+    /// Whether it is charged in the run, through a resistor; else it has the pack's voltage at the
+    /// start.
     pub on: bool,
     /// The resistor, Ω.
     pub R: f64,
@@ -92,7 +93,8 @@ pub struct Precharge {
 }
 
 impl Params {
-    /// A pack of 200 LFP cells (12.9 kWh) with a link and a chopper that fit three drives of 10 kW; typical values, of no product.
+    /// A pack of 200 LFP cells (12.9 kWh) with a link and a chopper that fit three drives of 10 kW;
+    /// typical values, of no product.
     pub const REFERENCE: Self = Self {
         battery: Battery {
             cells: 200,
@@ -139,141 +141,59 @@ impl Params {
             precharge,
             ..
         } = self;
-        let positive = "finite and > 0";
-        let share = "from 0 to 1";
-        let rules = [
-            ("battery.cells", f64::from(b.cells), positive, b.cells > 0),
-            (
-                "battery.capacity",
-                b.capacity,
-                positive,
-                is_positive(b.capacity),
-            ),
-            ("battery.R_0", b.R_0, "finite and ≥ 0", is_least(b.R_0)),
-            ("battery.R_1", b.R[0], "finite and ≥ 0", is_least(b.R[0])),
-            ("battery.R_2", b.R[1], "finite and ≥ 0", is_least(b.R[1])),
-            ("battery.tau_1", b.tau[0], positive, is_positive(b.tau[0])),
-            ("battery.tau_2", b.tau[1], positive, is_positive(b.tau[1])),
-            (
-                "battery.discharge_limit",
-                b.discharge_limit,
-                "finite and ≥ 0",
-                is_least(b.discharge_limit),
-            ),
-            (
-                "battery.charge_limit",
-                b.charge_limit,
-                "finite and ≥ 0",
-                is_least(b.charge_limit),
-            ),
-            ("battery.soc_low", b.soc_low, share, is_share(b.soc_low)),
-            ("battery.soc_high", b.soc_high, share, is_share(b.soc_high)),
-            (
-                "battery.soc_start",
-                b.soc_start,
-                share,
-                is_share(b.soc_start),
-            ),
-            (
-                "battery.heat_capacity",
-                b.heat_capacity,
-                positive,
-                is_positive(b.heat_capacity),
-            ),
-            (
-                "battery.heat_resistance",
-                b.heat_resistance,
-                positive,
-                is_positive(b.heat_resistance),
-            ),
-            (
-                "battery.T_start",
-                b.T_start,
-                positive,
-                is_positive(b.T_start),
-            ),
-            ("link.C", link.C, positive, is_positive(link.C)),
-            (
-                "link.R",
-                link.R,
-                "finite, ≥ 0, and > 0 together with battery.R_0",
-                is_least(link.R) && link.R + b.R_0 > 0.0,
-            ),
-            ("brake.R", brake.R, positive, is_positive(brake.R)),
-            (
-                "brake.v_off",
-                brake.v_off,
-                positive,
-                is_positive(brake.v_off),
-            ),
-            (
-                "brake.v_on",
-                brake.v_on,
-                "above brake.v_off",
-                brake.v_on.is_finite() && brake.v_on > brake.v_off,
-            ),
-            (
-                "precharge.R",
-                precharge.R,
-                "finite and ≥ 0",
-                is_least(precharge.R),
-            ),
-            (
-                "precharge.v_start",
-                precharge.v_start,
-                "finite and ≥ 0",
-                is_least(precharge.v_start),
-            ),
-            (
-                "precharge.share",
-                precharge.share,
-                "above 0 and below 1",
-                is_share(precharge.share) && precharge.share > 0.0 && precharge.share < 1.0,
-            ),
-            ("v_min", self.v_min, "finite and ≥ 0", is_least(self.v_min)),
-            (
-                "v_max",
-                self.v_max,
-                "above v_min",
-                self.v_max.is_finite() && self.v_max > self.v_min,
-            ),
-        ];
-        let broken = rules.into_iter().find(|(.., holds)| !holds);
-        if let Some((name, value, rule, _)) = broken {
-            return Err(ParamError { name, value, rule });
-        }
+        check(
+            Range::Positive,
+            [
+                ("battery.cells", f64::from(b.cells)),
+                ("battery.capacity", b.capacity),
+                ("battery.tau_1", b.tau[0]),
+                ("battery.tau_2", b.tau[1]),
+                ("battery.heat_capacity", b.heat_capacity),
+                ("battery.heat_resistance", b.heat_resistance),
+                ("battery.T_start", b.T_start),
+                ("link.C", link.C),
+                ("brake.R", brake.R),
+                ("brake.v_off", brake.v_off),
+            ],
+        )?;
+        check(
+            Range::NotNegative,
+            [
+                ("battery.R_0", b.R_0),
+                ("battery.R_1", b.R[0]),
+                ("battery.R_2", b.R[1]),
+                ("battery.discharge_limit", b.discharge_limit),
+                ("battery.charge_limit", b.charge_limit),
+                ("precharge.R", precharge.R),
+                ("precharge.v_start", precharge.v_start),
+                ("v_min", self.v_min),
+            ],
+        )?;
+        check(
+            Range::Share,
+            [
+                ("battery.soc_low", b.soc_low),
+                ("battery.soc_high", b.soc_high),
+                ("battery.soc_start", b.soc_start),
+            ],
+        )?;
+        let rule = "finite, ≥ 0, and > 0 together with battery.R_0";
+        let has_resistance = link.R >= 0.0 && link.R + b.R_0 > 0.0;
+        demand("link.R", link.R, rule, has_resistance)?;
+        let (v_on, share) = (brake.v_on, precharge.share);
+        demand("brake.v_on", v_on, "above brake.v_off", v_on > brake.v_off)?;
+        let rule = "above 0 and below 1";
+        demand("precharge.share", share, rule, share > 0.0 && share < 1.0)?;
+        demand("v_max", self.v_max, "above v_min", self.v_max > self.v_min)?;
         let rises = |pair: &[f64]| pair[0] > 0.0 && pair[1] >= pair[0] && pair[1].is_finite();
-        if let Some(pair) = b.ocv.windows(2).find(|pair| !rises(pair)) {
-            return Err(ParamError {
-                name: "battery.ocv",
-                value: pair[1],
-                rule: "positive and nowhere falling",
-            });
+        match b.ocv.windows(2).find(|pair| !rises(pair)) {
+            None => Ok(()),
+            Some(pair) => demand(
+                "battery.ocv",
+                pair[1],
+                "positive and nowhere falling",
+                false,
+            ),
         }
-        Ok(())
     }
-}
-
-fn is_positive(x: f64) -> bool {
-    x.is_finite() && x > 0.0
-}
-
-fn is_least(x: f64) -> bool {
-    x.is_finite() && x >= 0.0
-}
-
-fn is_share(x: f64) -> bool {
-    (0.0..=1.0).contains(&x)
-}
-
-/// A parameter that does not fit.
-#[derive(Clone, Copy, Debug, Error, PartialEq)]
-#[error("`{name}` = {value} must be {rule}")]
-pub struct ParamError {
-    /// Its name.
-    pub name: &'static str,
-    /// Its value.
-    pub value: f64,
-    /// What must hold.
-    pub rule: &'static str,
 }

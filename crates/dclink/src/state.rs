@@ -1,8 +1,33 @@
-//! What the link remembers, and what it shows.
+//! What the link remembers.
 
-use crate::circuit::{Mode, Point, Regime};
-use crate::{DcLink, Input};
+use limits::{StepError, check_finite};
 use serde::{Deserialize, Serialize};
+
+/// What sets the current of the pack.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Regime {
+    /// The circuit: voltage over resistance.
+    #[default]
+    Free,
+    /// The most that the pack gives.
+    Discharging,
+    /// The most that the pack takes.
+    Charging,
+}
+
+/// How the circuit works until an event.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Mode {
+    /// What sets the current of the pack.
+    pub regime: Regime,
+    /// Whether precharge is over.
+    pub ready: bool,
+    /// Whether the brake resistor is switched on.
+    pub braking: bool,
+    /// Whether the capacitor is empty and the drives ask for more than comes: the diodes of their
+    /// inverters then carry the rest, at no voltage.
+    pub empty: bool,
+}
 
 /// What the link remembers.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -36,99 +61,20 @@ pub struct Energies {
     pub loss: f64,
 }
 
-/// What the link shows.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Output {
-    /// Voltage of the capacitor, V.
-    pub v_dc: f64,
-    /// Its mean over the last step, V.
-    pub v_dc_mean: f64,
-    /// Current of the pack, A.
-    pub i_battery: f64,
-    /// Voltage at the pack's terminals, V.
-    pub v_battery: f64,
-    /// State of charge.
-    pub soc: f64,
-    /// Power burnt in the brake resistor, W.
-    pub P_brake: f64,
-    /// Power lost in all but the brake resistor, W.
-    pub P_loss: f64,
-    /// Temperature of the pack, K.
-    pub T_battery: f64,
-    /// Energies since the start.
-    pub energy: Energies,
-    /// Energy in the capacitor and the RC pairs, J.
-    pub stored: f64,
-    /// Whether precharge is over.
-    pub ready: bool,
-    /// Whether it is not.
-    pub precharging: bool,
-    /// Whether the brake resistor is switched on.
-    pub braking: bool,
-    /// Whether the pack gives or takes all that it may.
-    pub limited: bool,
-    /// Whether precharge is over and the voltage is below `v_min`.
-    pub undervoltage: bool,
-}
-
-impl DcLink {
-    /// The state at the start: a pack at rest, a capacitor at its voltage or, with precharge, at `precharge.v_start`.
-    pub fn start(&self, u: &Input) -> State {
-        let (b, precharge) = (&self.p.battery, &self.p.precharge);
-        let open = self.pack.open_circuit(b.soc_start);
-        let v_c = if precharge.on {
-            precharge.v_start
-        } else {
-            open
-        };
-        let mut x = Point {
-            soc: b.soc_start,
-            v_c,
-            ..Point::default()
-        };
-        let ready = Mode {
-            ready: !precharge.on,
-            ..Mode::default()
-        };
-        let mode = self.mode(&mut x, ready, u.load());
-        State {
-            soc: x.soc,
-            v: x.v,
-            v_c: x.v_c,
-            T: b.T_start,
-            mode,
-            energy: Energies::default(),
-            v_mean: x.v_c,
-        }
-    }
-
-    /// What the state shows; no input acts at once.
-    pub fn output(&self, s: &State) -> Output {
-        let flow = self.flow(&Point::of(s), s.mode, &self.pack.line(s.soc));
-        let stored = 0.5 * self.p.link.C * s.v_c * s.v_c + self.pack.pair_energy(s.v);
-        Output {
-            v_dc: s.v_c,
-            v_dc_mean: s.v_mean,
-            i_battery: flow.i,
-            v_battery: flow.v_oc - s.v[0] - s.v[1] - self.p.battery.R_0 * flow.i,
-            soc: s.soc,
-            P_brake: flow.P_brake,
-            P_loss: flow.P_loss,
-            T_battery: s.T,
-            energy: s.energy,
-            stored,
-            ready: s.mode.ready,
-            precharging: !s.mode.ready,
-            braking: s.mode.braking,
-            limited: s.mode.regime != Regime::Free,
-            undervoltage: s.mode.ready && s.v_c < self.p.v_min,
-        }
-    }
-}
-
-impl Input {
-    /// Current that all drives draw together, A.
-    pub fn load(&self) -> f64 {
-        self.i_load.iter().sum()
+impl State {
+    /// That all of it is finite; `t` names the time in an error.
+    pub(crate) fn check_finite(&self, t: f64) -> Result<(), StepError> {
+        let values = [
+            ("soc", self.soc),
+            ("v_1", self.v[0]),
+            ("v_2", self.v[1]),
+            ("v_dc", self.v_c),
+            ("T_battery", self.T),
+            ("energy.battery", self.energy.battery),
+            ("energy.load", self.energy.load),
+            ("energy.brake", self.energy.brake),
+            ("energy.loss", self.energy.loss),
+        ];
+        check_finite(t, values)
     }
 }

@@ -1,70 +1,34 @@
-//! Integration over one communication step: J. C. Butcher's Runge–Kutta method of order 6 within a mode, and events where a mode ends.
+//! Integration over one communication step: J. C. Butcher's Runge–Kutta method of order 6 within a
+//! mode, and events where a mode ends.
 //!
-//! Each substep is tried in its mode. Where its guard is positive at the end, the mode ended inside: the instant is found by the Illinois
-//! variant of the secant rule on the length of the substep, to [`SHARP`] of it; the rest of the substep goes on in the new mode.
+//! Each substep is tried in its mode. Where its guard is positive at the end, the mode ended
+//! inside: the instant is found by the Illinois variant of the secant rule on the length of the
+//! substep, to [`SHARP`] of it; the rest of the substep goes on in the new mode.
 
-use crate::circuit::{Mode, Point};
-use crate::{DcLink, Energies, Input, Params, State};
-use thiserror::Error;
+use crate::circuit::Point;
+use crate::input::Input;
+use crate::link::DcLink;
+use crate::state::{Energies, Mode, State};
+use limits::{MAX_SUBSTEPS, StepError, check_step, substeps};
 
-/// Longest substep in units of the fastest time constant: two in a millisecond of the reference link. The method misses `e^z` by z⁷/1512
-/// (its own seventh power has the factor −1/2160 instead of 1/5040), so a step response by at most `z⁶ e^(z−1)/1512`, 3e-7 here.
-const SUBSTEP: f64 = 0.31;
-/// Most substeps in one step.
-const MAX_SUBSTEPS: f64 = 1e6;
 /// Part of a substep to which an event is located.
 const SHARP: f64 = 1e-13;
-/// Most events in one substep that are located; what comes after is taken at the end of the substep.
+/// Most events in one substep that are located; what comes after is taken at the end of the
+/// substep.
 const MAX_EVENTS: u32 = 64;
 /// Most iterations for one event.
 const MAX_ITERATIONS: u32 = 60;
 
-/// Why a step could not be completed; the caller's state is untouched.
-#[derive(Clone, Copy, Debug, Error, PartialEq)]
-pub enum StepError {
-    /// The step itself is unusable.
-    #[error("t = {t} s: step h = {h} s must be finite, > 0 and at most 10⁶ substeps long")]
-    BadStep {
-        /// Start of the step, s.
-        t: f64,
-        /// Length of the step, s.
-        h: f64,
-    },
-    /// A quantity became infinite or NaN.
-    #[error("t = {t} s: `{signal}` became {value}; it must be finite")]
-    NotFinite {
-        /// Start of the step, s.
-        t: f64,
-        /// What became infinite or undefined.
-        signal: &'static str,
-        /// Its value.
-        value: f64,
-    },
-}
-
-/// Longest substep for these parameters, s.
-pub(crate) fn longest_substep(p: &Params) -> f64 {
-    let (b, link) = (&p.battery, &p.link);
-    let mut fastest = link.C * (b.R_0 + link.R);
-    if p.brake.fitted {
-        fastest = 1.0 / (1.0 / fastest + 1.0 / (link.C * p.brake.R));
-    }
-    for k in [0, 1] {
-        if b.R[k] > 0.0 {
-            fastest = fastest.min(b.tau[k]);
-        }
-    }
-    SUBSTEP * fastest
-}
-
 impl DcLink {
-    /// The state a time `h` after `s`, both s, under the inputs `u`, which are held. `t` only names the time in an error.
+    /// The state a time `h` after `s`, both s, under the inputs `u`, which are held. `t` only names
+    /// the time in an error.
     ///
     /// # Errors
     /// An unusable step, or a result that is not finite.
     pub fn step(&self, s: &State, u: &Input, t: f64, h: f64) -> Result<State, StepError> {
-        let n = (h / self.dt_max).ceil();
-        if !(h.is_finite() && h > 0.0 && n <= MAX_SUBSTEPS) {
+        check_step(t, h)?;
+        let n = substeps(h, self.dt_max);
+        if n > MAX_SUBSTEPS {
             return Err(StepError::BadStep { t, h });
         }
         let dt = h / n;
@@ -88,10 +52,8 @@ impl DcLink {
             },
             v_mean: x.flux / h,
         };
-        match next.not_finite() {
-            None => Ok(next),
-            Some((signal, value)) => Err(StepError::NotFinite { t, signal, value }),
-        }
+        next.check_finite(t)?;
+        Ok(next)
     }
 
     fn substep(&self, x: &mut Point, mode: &mut Mode, i_load: f64, dt: f64) {
@@ -127,7 +89,8 @@ impl DcLink {
             if high - low <= SHARP * dt {
                 break;
             }
-            // Never nearer to an end than half of what is asked for, so that the bracket closes from both sides.
+            // Never nearer to an end than half of what is asked for, so that the bracket closes
+            // from both sides.
             let margin = 0.5 * SHARP * dt;
             let secant = high - above * (high - low) / (above - below);
             let h = secant.max(low + margin).min(high - margin);
@@ -145,10 +108,12 @@ impl DcLink {
         (high, point)
     }
 
-    /// One step of length `h`; a kink of the open-circuit voltage inside waits for its end, which is microvolts.
+    /// One step of length `h`; a kink of the open-circuit voltage inside waits for its end, which
+    /// is microvolts.
     ///
-    /// Source: J. C. Butcher, *On Runge–Kutta processes of high order*, J. Austral. Math. Soc. 4 (1964), the sixth-order process of
-    /// seven stages with abscissae 0, 1/3, 2/3, 1/3, 1/2, 1/2, 1.
+    /// Source: J. C. Butcher, *On Runge–Kutta processes of high order*, J. Austral. Math. Soc. 4
+    /// (1964), the sixth-order process of seven stages with abscissae 0, 1/3, 2/3, 1/3, 1/2, 1/2,
+    /// 1.
     fn advanced(&self, x: &Point, mode: Mode, i_load: f64, h: f64) -> Point {
         let line = &self.pack.line(x.soc);
         let rates = |x: &Point| self.rates(x, mode, i_load, line);
@@ -187,22 +152,5 @@ impl DcLink {
                 (ENDS, k_7),
             ],
         )
-    }
-}
-
-impl State {
-    fn not_finite(&self) -> Option<(&'static str, f64)> {
-        let signals = [
-            ("soc", self.soc),
-            ("v_1", self.v[0]),
-            ("v_2", self.v[1]),
-            ("v_dc", self.v_c),
-            ("T_battery", self.T),
-            ("energy.battery", self.energy.battery),
-            ("energy.load", self.energy.load),
-            ("energy.brake", self.energy.brake),
-            ("energy.loss", self.energy.loss),
-        ];
-        signals.into_iter().find(|(_, value)| !value.is_finite())
     }
 }

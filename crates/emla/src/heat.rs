@@ -2,44 +2,13 @@
 //!
 //! Source: F. P. Incropera et al., *Fundamentals of Heat and Mass Transfer*, lumped capacitance.
 
-use crate::Emla;
-use crate::dynamics::State;
+use crate::actuator::Emla;
+use crate::state::{State, Thermal};
 use machine::{Heat, Temperature};
-use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 
-/// What the electrical side does beyond the paper; by default nothing.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Electric {
-    /// Voltage of the DC link below which an enabled drive trips, V; 0: never.
-    pub undervoltage: f64,
-    /// Whether the losses warm winding and housing; else these stay at their start.
-    pub heat: bool,
-    /// Whether resistance and magnets follow their temperature.
-    pub temperature: bool,
-}
-
-/// Temperatures and the heat that was given away.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Thermal {
-    /// Temperature of the winding, K.
-    pub T_winding: f64,
-    /// Temperature of the housing, K.
-    pub T_housing: f64,
-    /// Heat given to the air since the start, J.
-    pub given: f64,
-}
-
-/// Losses since the start by where their heat goes, J; counted while heat is on. The rest of the losses warms the housing.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Kinds {
-    /// Copper losses: they warm the winding.
-    pub copper: f64,
-    /// Inverter losses: the inverter has its own cooling.
-    pub inverter: f64,
-}
-
-/// Largest part of the faster time constant that one Runge–Kutta step covers; it misses `e^z` by z⁵/120.
+/// Largest part of the faster time constant that one Runge–Kutta step covers; it misses `e^z` by
+/// z⁵/120.
 const SHARE: f64 = 0.02;
 /// Most of these in a step.
 const MAX_STEPS: f64 = 1e6;
@@ -53,7 +22,8 @@ impl Emla {
         self.p.temperature.unwrap_or(Temperature::TYPICAL)
     }
 
-    /// The parameters at these temperatures: `R_s·(1 + α_Cu·(T_w − T_ref))`, `λ_m·(1 + α_m·(T_h − T_ref))`.
+    /// The parameters at these temperatures: `R_s·(1 + α_Cu·(T_w − T_ref))`, `λ_m·(1 + α_m·(T_h −
+    /// T_ref))`.
     pub(crate) fn at_temperature(&self, now: &Thermal) -> Cow<'_, machine::Emla> {
         if !self.electric.temperature {
             return Cow::Borrowed(&self.p);
@@ -107,11 +77,11 @@ impl Emla {
         h.C_w * (now.T_winding - zero) + h.C_h * (now.T_housing - zero)
     }
 
-    /// The temperatures after a step of `h` s from `start` to `end` with its mean losses; None where the step is too long for these
-    /// time constants.
+    /// The temperatures after a step of `h` s from `start` to `end` with its mean losses; None
+    /// where the step is too long for these time constants.
     ///
-    /// The losses of a step depend on its temperatures by `R_s(T)` and `λ_m(T)`, which are held over the step: an error of first order, h/2
-    /// late, of 1e-8 of the temperature rise at 1 ms.
+    /// The losses of a step depend on its temperatures by `R_s(T)` and `λ_m(T)`, which are held
+    /// over the step: an error of first order, h/2 late, of 1e-8 of the temperature rise at 1 ms.
     pub(crate) fn warmed(
         &self,
         start: &State,

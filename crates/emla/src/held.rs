@@ -1,9 +1,6 @@
 //! What stays as it is over a step: parameters at the present temperature, DC link, gates, brake.
 
-use crate::dynamics::{Point, State};
-use crate::input::Input;
-use crate::{Drive, Emla, maps};
-use machine::{DEAD_LINK, Holding, link_current};
+use machine::{Drive, Holding};
 
 /// What a step holds.
 #[derive(Clone, Copy, Debug)]
@@ -18,7 +15,8 @@ pub(crate) struct Held<'a> {
     pub largest: f64,
     /// What the network adds to the force, `α·dF`, N.
     pub residual: f64,
-    /// Whether the inverter's gates are on. While they are off no current flows: see [`Emla::switched`].
+    /// Whether the inverter's gates are on. While they are off no current flows: see
+    /// [`Emla::switched`].
     pub gates: bool,
     /// What the brake does, N·m.
     pub brake: Holding,
@@ -29,70 +27,5 @@ impl Held<'_> {
     #[inline(always)]
     pub(crate) fn is_plain(&self) -> bool {
         self.gates && self.brake == Holding::Released
-    }
-}
-
-/// Derivative of [`link_current`] when power and voltage change by `dP` and `dv_dc`.
-pub(crate) fn current_tangent(P: f64, v_dc: f64, dP: f64, dv_dc: f64) -> f64 {
-    link_current(dP - link_current(P, v_dc) * dv_dc, v_dc)
-}
-
-impl Emla {
-    /// Voltage of the DC link, V: the input's, or the machine's.
-    #[must_use]
-    pub fn link_voltage(&self, u: &Input) -> f64 {
-        u.v_dc.unwrap_or(self.v_dc)
-    }
-
-    /// What holds in state `s` under the inputs `u`; `p` are the parameters at the state's temperatures.
-    pub(crate) fn held<'a>(&self, p: &'a machine::Emla, s: &State, u: &Input) -> Held<'a> {
-        let v_dc = self.link_voltage(u);
-        let mut held = Held {
-            p,
-            drive: self.drive,
-            v_dc,
-            largest: self.p.largest_voltage(v_dc),
-            residual: self.alpha * s.residual.dF,
-            gates: u.enable && !s.tripped,
-            brake: Holding::Released,
-        };
-        if u.brake || s.tripped {
-            held.brake = self.braking(&s.point(), u, &held);
-        }
-        held
-    }
-
-    /// What an applied brake does at this point.
-    #[cold]
-    pub(crate) fn braking(&self, s: &Point, u: &Input, held: &Held) -> Holding {
-        let free = Held {
-            brake: Holding::Released,
-            ..*held
-        };
-        let brake = self.p.brake.unwrap_or(machine::Brake::TYPICAL);
-        brake.applied(s.w_m, || self.instant(s, u, &free).torque_left)
-    }
-
-    /// The state as a step begins: whether the drive trips, or a trip is taken back, and without current where the gates are off.
-    ///
-    /// When the gates go off, the diodes return the currents to the DC link against its voltage. This takes `L·i/v_dc`, some 0.1 ms, and is taken to be over at
-    /// once; the field's energy goes back into the link (into the diodes where the link is dead). From then on the diodes block: this
-    /// holds as long as the back-EMF `√3·p·|w_m|·λ_m` stays below the link's voltage, 3400 rev/min of the reference motor at 450 V.
-    pub(crate) fn switched(&self, s: &State, u: &Input) -> State {
-        let mut next = *s;
-        let v_dc = self.link_voltage(u);
-        let low = v_dc < self.electric.undervoltage;
-        next.tripped = machine::is_tripped(s.tripped, u.enable, low);
-        if !u.enable || next.tripped {
-            let field = maps::magnetic_energy(&self.p, s.i_d, s.i_q);
-            if v_dc >= DEAD_LINK {
-                next.energy.supplied -= field;
-            } else {
-                next.energy.lost += field;
-                next.kinds.inverter += field;
-            }
-            (next.i_d, next.i_q) = (0.0, 0.0);
-        }
-        next
     }
 }

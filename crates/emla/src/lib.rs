@@ -15,127 +15,39 @@
 #![forbid(unsafe_code)]
 #![allow(non_snake_case)] // the paper's symbols
 
+mod actuator;
 mod dynamics;
 mod efficiency;
 mod heat;
 mod held;
 mod input;
+mod instant;
 mod losses;
 pub mod maps;
 mod motor;
+mod options;
 mod output;
 mod residual;
 mod start;
+mod state;
 mod step;
+mod substep;
 mod surrogate;
+mod switching;
 mod tangent;
+mod tanh;
 
-pub use dynamics::{Energy, State};
-pub use heat::{Electric, Kinds, Thermal};
+pub use actuator::Emla;
 pub use input::Input;
+pub use limits::StepError;
 pub use losses::Losses;
+pub use machine::Drive;
 pub use motor::Dq;
+pub use options::Electric;
 pub use output::Output;
-pub use residual::{Residual, Untrained};
-pub use step::StepError;
+pub use residual::Untrained;
+pub use state::{Energy, Kinds, Residual, State, Thermal};
 pub use surrogate::{
     LayerFile, MinMax, Ranges, Split, Surrogate, SurrogateError, SurrogateFile, SurrogateOutput,
     TrainingRecord, WIDTHS,
 };
-
-use serde::{Deserialize, Serialize};
-
-/// Who moves the rod.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Drive {
-    /// The rod follows the inputs `x` and `x_dot`; the force on it is the answer.
-    Motion,
-    /// The rod is a mass of its own against the input `F_ext`.
-    Force,
-}
-
-/// One actuator: parameters, drive mode, and the surrogate network with its blending factor.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Emla {
-    pub(crate) p: machine::Emla,
-    pub(crate) drive: Drive,
-    pub(crate) electric: Electric,
-    /// Voltage of the DC link where the input gives none, V.
-    pub(crate) v_dc: f64,
-    /// Longest substep for these parameters, s.
-    pub(crate) dt_max: f64,
-    pub(crate) surrogate: Option<Surrogate>,
-    pub(crate) alpha: f64,
-    /// Steps by which `F` acts late.
-    pub(crate) delay: u32,
-}
-
-impl Emla {
-    /// An actuator without a network: physics alone.
-    ///
-    /// `i_max` is not enforced here: it is a limit for the drive's controller. `v_max` is, and `v_dc/√3`, because no
-    /// inverter can give more.
-    ///
-    /// # Errors
-    /// A parameter outside its physical range.
-    pub fn new(p: machine::Emla, drive: Drive) -> Result<Self, machine::MachineError> {
-        p.check()?;
-        Ok(Self {
-            dt_max: step::longest_substep(&p, drive),
-            electric: Electric::default(),
-            v_dc: p.link_voltage(),
-            p,
-            drive,
-            surrogate: None,
-            alpha: 0.0,
-            delay: 0,
-        })
-    }
-
-    /// The same actuator with this network, whose residual is scaled by `alpha` (0…1). At α = 0 the network
-    /// only shows in the outputs.
-    #[must_use]
-    pub fn with_surrogate(mut self, surrogate: Surrogate, alpha: f64) -> Self {
-        self.surrogate = Some(surrogate);
-        self.set_alpha(alpha);
-        self
-    }
-
-    /// The same actuator, whose force acts `delay` steps later than it is given and is therefore predicted: [`Output::F`] is
-    /// `F + delay·h·K_b·(ẋ_n − ẋ)`, h the last step. Whoever holds the force over the step that follows the exchange, as an
-    /// importer does that reads all outputs before it sets any input, takes damping `K_b·h` from the spring without it; from
-    /// `C_b = K_b·h/2` on, 2 ms here, the coupling is unstable.
-    #[must_use]
-    pub fn with_delay(self, delay: u32) -> Self {
-        Self { delay, ..self }
-    }
-
-    /// The same actuator with this of the electrical side.
-    #[must_use]
-    pub fn with_electric(self, electric: Electric) -> Self {
-        Self { electric, ..self }
-    }
-
-    /// Sets the blending factor, kept inside 0…1.
-    pub fn set_alpha(&mut self, alpha: f64) {
-        self.alpha = alpha.clamp(0.0, 1.0);
-    }
-
-    /// Parameters.
-    #[must_use]
-    pub fn params(&self) -> &machine::Emla {
-        &self.p
-    }
-
-    /// What it does of the electrical side.
-    #[must_use]
-    pub fn electric(&self) -> &Electric {
-        &self.electric
-    }
-
-    /// Drive mode.
-    #[must_use]
-    pub fn drive(&self) -> Drive {
-        self.drive
-    }
-}

@@ -1,26 +1,9 @@
 //! Hybrid blending: the network's correction of the quasi-static force map.
 
-use crate::dynamics::State;
-use crate::{Emla, MinMax, Surrogate, SurrogateOutput, maps};
-use serde::{Deserialize, Serialize};
-
-/// What the network says, and what it adds to the physics, at one operating point.
-///
-/// Source: `[paper]` Eq. (eq:residual_blending_hat), on the quasi-static maps. `α·dF` acts as a load on the nut,
-/// `F_nut = F_spring − α·dF`, so that in steady state the delivered force is `F_qs + α·dF = F_hyb`.
-/// Added on the rod side instead, it would act as a spring force without the motor's inertia behind it
-/// and peak far above the load. The default, all zero, is the actuator without a network.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Residual {
-    /// `F_net − F_qs`, both inside the network's guards, N.
-    pub dF: f64,
-    /// Force of the network, N.
-    pub F_net: f64,
-    /// Rod velocity of the network, m/s.
-    pub x_dot_net: f64,
-    /// Whether the point lies where the network was trained.
-    pub in_trained_range: bool,
-}
+use crate::actuator::Emla;
+use crate::maps;
+use crate::state::{Residual, State};
+use crate::surrogate::{MinMax, Surrogate, SurrogateOutput};
 
 /// An operating point beyond the torques and speeds that the network was trained on.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
@@ -40,8 +23,8 @@ pub struct Untrained {
 }
 
 impl Emla {
-    /// Where the network counts but was not trained, in state `s`. Speeds below the trained ones are left out: every motion
-    /// begins and ends there.
+    /// Where the network counts but was not trained, in state `s`. Speeds below the trained ones
+    /// are left out: every motion begins and ends there.
     #[must_use]
     pub fn untrained(&self, s: &State) -> Option<Untrained> {
         let surrogate = self.surrogate.as_ref().filter(|_| self.alpha > 0.0)?;
@@ -66,8 +49,9 @@ impl Emla {
         self.residual_of(surrogate, surrogate.evaluate(tau_e, w_m), [tau_e, w_m])
     }
 
-    /// The residuals of three actuators at the points `[tau_e, w_m]`, N·m and rad/s. The controller calls it with its own nominal
-    /// actuators, which share a network: it is then evaluated for all of them at once, with the same bits.
+    /// The residuals of three actuators at the points `[tau_e, w_m]`, N·m and rad/s. The controller
+    /// calls it with its own nominal actuators, which share a network: it is then evaluated for all
+    /// of them at once, with the same bits.
     #[must_use]
     pub fn residuals(actuators: &[Self; 3], points: [[f64; 2]; 3]) -> [Residual; 3] {
         if let [Some(a), Some(b), Some(c)] = actuators.each_ref().map(|a| a.surrogate.as_ref())

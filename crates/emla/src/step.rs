@@ -1,112 +1,27 @@
 //! Integration over one communication step: classical Runge–Kutta with a fixed substep.
 
-use crate::dynamics::{Point, Rates, State};
-use crate::heat::Kinds;
+use crate::actuator::Emla;
 use crate::held::Held;
 use crate::input::Input;
 use crate::maps;
-use crate::{Drive, Emla};
-use machine::{Holding, link_current};
-use thiserror::Error;
+use crate::state::{Kinds, Point, Rates, State};
+use crate::substep::RATE_STEP;
+use limits::{MAX_SUBSTEPS, StepError, check_step};
+use machine::{Drive, Holding, link_current};
 
-/// Largest error of the force by the integration, N, while the load keeps its sign; see [`dt_of_error`].
-const FORCE_ERROR: f64 = 0.05;
-/// Time in which the voltage changes by `v_max`, s, for which [`FORCE_ERROR`] holds: some 20 times as fast as the reference motions
-/// ask for.
-const VOLTAGE_SWEEP: f64 = 0.1;
-/// Longest substep with a free rod, s.
-const DT_MAX_FORCE: f64 = 0.125e-3;
-/// Largest `rate·dt` of a linear mode. RK4 is stable to 2.78 on the real and 2.83 on the imaginary
-/// axis; 1 keeps it accurate too.
-const RATE_STEP: f64 = 1.0;
-/// Most substeps in one step, half a second of computing. Normal operation takes 2 to 12 per millisecond.
-const MAX_SUBSTEPS: f64 = 1e6;
-/// Part of a step by which the substeps may be longer than the longest: an importer's clock may be off by so much, and a nanosecond
-/// more than a millisecond must not cost another substep.
-const TIME_SLACK: f64 = 1e-3;
-
-/// Why a step could not be completed; the caller's state is untouched.
-#[derive(Clone, Copy, Debug, Error, PartialEq)]
-pub enum StepError {
-    /// The step itself is unusable.
-    #[error("t = {t} s: step h = {h} s must be finite, > 0 and at most 10⁶ substeps long")]
-    BadStep {
-        /// Start of the step, s.
-        t: f64,
-        /// Length of the step, s.
-        h: f64,
-    },
-    /// A quantity became infinite or NaN.
-    #[error("t = {t} s: `{signal}` became {value}; it must be finite")]
-    NotFinite {
-        /// Start of the step, s.
-        t: f64,
-        /// What became infinite or undefined.
-        signal: &'static str,
-        /// Its value.
-        value: f64,
-    },
-}
-
-/// Rate of the faster mode of a mass `m` on spring `k` and damper `c`, 1/s.
-fn fast_rate(m: f64, c: f64, k: f64) -> f64 {
-    let (half, w2) = (0.5 * c / m, k / m);
-    let discriminant = half * half - w2;
-    if discriminant > 0.0 {
-        half + discriminant.sqrt()
-    } else {
-        w2.sqrt()
-    }
-}
-
-/// Substep with which RK4 misses the force by [`FORCE_ERROR`], s, when the rod's motion is prescribed and the voltage changes at the
-/// rate `v̇ = v_max/VOLTAGE_SWEEP`.
-///
-/// RK4 misses `e^z` by `z⁵/120`. For a linear system `y' = A·y + B·v` whose voltage is held over each communication step but grows
-/// at the mean rate `v̇`, the errors of all substeps add up to `A²·B·v̇·dt⁴/120` in the steady state, whatever the
-/// communication step. For the force the leading term is
-/// ```text
-/// δF = ω₀²·(β₁/L)·v̇·dt⁴/120,   ω₀² = K_b·(ρ/(2πN))²/J
-/// ```
-/// `β₁/L·v̇` is how the voltage bends the force (N/s²), ω₀ the natural frequency of rotor and screw on the spring.
-///
-/// Where the load changes sign, the gear factor k jumps by at most `1/η − η`, and the inertia `J_m + k·J_s/N²` with it. RK4 expects
-/// smooth rates: in the substep that holds the jump it misses up to a third of its effect,
-/// `δF = (1/η − η)·(J_s/N²)·ẇ_m·ω₀·(2πN/ρ)·dt/3`, some 0.2 N in usual motion, which decays with the spring's oscillation. No
-/// substep of reasonable length would bring this below [`FORCE_ERROR`].
-fn dt_of_error(p: &machine::Emla, K_b: f64) -> f64 {
-    let travel = maps::travel_per_radian(p);
-    let w_0_squared = K_b * travel * travel / maps::inertia(p, 1.0);
-    let bend = maps::beta_1(p, 0.0) / p.L_d.min(p.L_q) * p.v_max / VOLTAGE_SWEEP;
-    (120.0 * FORCE_ERROR / (w_0_squared * bend)).sqrt().sqrt()
-}
-
-/// Longest substep for these parameters, s: that of the error bound, or less where a mode is faster.
-pub(crate) fn longest_substep(p: &machine::Emla, drive: Drive) -> f64 {
-    let travel = maps::travel_per_radian(p);
-    let nut_mass = p.J_m / (travel * travel);
-    let K_max = maps::stiffness(p, 0.0).max(maps::stiffness(p, p.L_s));
-    let (accurate, mass) = match drive {
-        Drive::Motion => (dt_of_error(p, K_max), nut_mass),
-        Drive::Force => (DT_MAX_FORCE, 1.0 / (1.0 / nut_mass + 1.0 / p.M_act)),
-    };
-    let rate = fast_rate(mass, p.C_b + p.C_act, K_max)
-        .max(p.R_s / p.L_d.min(p.L_q))
-        .max(maps::motor_friction_slope(p, 0.0) / p.J_m);
-    accurate.min(RATE_STEP / rate)
-}
-
-/// The electrical mode turned faster than the substep of an attempt resolves, at this motor speed in rad/s (or not a number).
+/// The electrical mode turned faster than the substep of an attempt resolves, at this motor speed
+/// in rad/s (or not a number).
 struct TooCoarse {
     w_m: f64,
 }
 
 impl Emla {
-    /// The state a time `h` after `s`, both times s. `input` gives the inputs a time after the start of the step;
-    /// `t` only names the time in an error.
+    /// The state a time `h` after `s`, both times s. `input` gives the inputs a time after the
+    /// start of the step; `t` only names the time in an error.
     ///
-    /// The substep shrinks (the whole step is taken again) when `p·|w_m|·dt` exceeds 1, beyond the reference motor's rated speed:
-    /// with any bounded voltage and motion the currents stay on the stable side of RK4.
+    /// The substep shrinks (the whole step is taken again) when `p·|w_m|·dt` exceeds 1, beyond the
+    /// reference motor's rated speed: with any bounded voltage and motion the currents stay on the
+    /// stable side of RK4.
     ///
     /// # Errors
     /// An unusable step, or a result that is not finite.
@@ -118,9 +33,7 @@ impl Emla {
         h: f64,
     ) -> Result<State, StepError> {
         let bad_step = StepError::BadStep { t, h };
-        if !(h.is_finite() && h > 0.0) {
-            return Err(bad_step);
-        }
+        check_step(t, h)?;
         let u = &input(0.0);
         let switched;
         let mut begun = s;
@@ -159,11 +72,11 @@ impl Emla {
     /// In how many substeps a step of `h`, s, is taken, unless the motor is too fast for them.
     #[must_use]
     pub fn substeps(&self, h: f64) -> f64 {
-        (h * (1.0 - TIME_SLACK) / self.dt_max).ceil().max(1.0)
+        limits::substeps(h, self.dt_max)
     }
 
-    /// The step in `n` substeps; means of the electrical side and temperatures are those of the start. What is rare is decided once: heat,
-    /// gates that are off, a brake.
+    /// The step in `n` substeps; means of the electrical side and temperatures are those of the
+    /// start. What is rare is decided once: heat, gates that are off, a brake.
     #[inline(always)]
     fn attempt(
         &self,
@@ -201,10 +114,12 @@ impl Emla {
         })
     }
 
-    /// `n` substeps of `dt` with the inverter at work, the shaft free, and the rod moved from outside or not.
+    /// `n` substeps of `dt` with the inverter at work, the shaft free, and the rod moved from
+    /// outside or not.
     ///
-    /// A function that is not inlined: what its arguments refer to changes for nobody, so the compiler takes all that depends on parameters
-    /// only, some 25 divisions, out of the loops. Inlined, it does not know.
+    /// A function that is not inlined: what its arguments refer to changes for nobody, so the
+    /// compiler takes all that depends on parameters only, some 25 divisions, out of the loops.
+    /// Inlined, it does not know.
     #[inline(never)]
     fn plain<const MOTION: bool>(
         &self,
@@ -227,8 +142,9 @@ impl Emla {
         Ok(s)
     }
 
-    /// The same with what is rare: heat, gates off, a brake. A brake that slips stops a shaft that would turn back within the substep:
-    /// what is left of its energy is lost there, and the next substep finds it at rest.
+    /// The same with what is rare: heat, gates off, a brake. A brake that slips stops a shaft that
+    /// would turn back within the substep: what is left of its energy is lost there, and the next
+    /// substep finds it at rest.
     #[cold]
     #[inline(never)]
     fn braked(
@@ -258,8 +174,9 @@ impl Emla {
         Ok(s)
     }
 
-    /// One classical Runge–Kutta step of length `dt`, a time `t` after the start of the step; `count` is given the losses by kind and for how
-    /// long they count. A loop, because one place where the rates are computed lets the compiler move everything that depends on parameters
+    /// One classical Runge–Kutta step of length `dt`, a time `t` after the start of the step;
+    /// `count` is given the losses by kind and for how long they count. A loop, because one place
+    /// where the rates are computed lets the compiler move everything that depends on parameters
     /// only out of it.
     #[inline(always)]
     fn rk4(
@@ -298,38 +215,6 @@ impl Point {
             Ok(())
         } else {
             Err(TooCoarse { w_m: self.w_m })
-        }
-    }
-}
-
-impl State {
-    /// That all of it is finite: 0·v is 0, unless v is infinite or NaN.
-    pub(crate) fn check_finite(&self, t: f64) -> Result<(), StepError> {
-        let values = [
-            ("i_d", self.i_d),
-            ("i_q", self.i_q),
-            ("theta_m", self.theta_m),
-            ("w_m", self.w_m),
-            ("x", self.x),
-            ("x_dot", self.x_dot),
-            ("residual.dF", self.residual.dF),
-            ("F_mean", self.F_mean),
-            ("i_dc_mean", self.i_dc_mean),
-            ("energy.supplied", self.energy.supplied),
-            ("energy.delivered", self.energy.delivered),
-            ("energy.shift", self.shift),
-            ("energy.lost", self.energy.lost),
-            ("T_winding", self.thermal.T_winding),
-            ("T_housing", self.thermal.T_housing),
-            ("energy.heat", self.thermal.given),
-        ];
-        if values.iter().map(|(_, value)| 0.0 * value).sum::<f64>() == 0.0 {
-            return Ok(());
-        }
-        let is_wrong = |(_, value): &(&str, f64)| !value.is_finite();
-        match values.into_iter().find(is_wrong) {
-            None => Ok(()),
-            Some((signal, value)) => Err(StepError::NotFinite { t, signal, value }),
         }
     }
 }

@@ -1,14 +1,17 @@
 //! Derivatives of the outputs: along time, and along a direction of the inputs.
 
-use crate::dynamics::{Energy, Instant, Point, Rates, State, power_in};
+use crate::actuator::Emla;
+use crate::dynamics::power_in;
 use crate::efficiency::{Efficiency, Powers, is_defined};
-use crate::held::{Held, current_tangent};
+use crate::held::Held;
 use crate::input::Input;
+use crate::instant::Instant;
 use crate::losses::{Losses, core_loss, inverter_loss};
+use crate::maps;
 use crate::motor::{self, Dq};
 use crate::output::Output;
-use crate::{Drive, Emla, maps};
-use machine::Holding;
+use crate::state::{Energy, Point, Rates, State};
+use machine::{Drive, Holding, link_current};
 
 /// Derivatives of the members of [`Instant`] that the outputs need.
 struct InstantTangent {
@@ -30,8 +33,8 @@ struct InstantTangent {
 
 impl Emla {
     /// First time derivatives of the outputs. `u_dot` holds those of the inputs; the rod's position
-    /// always moves with its velocity. Means belong to the last step and are constant; the network's
-    /// residual is held over a step.
+    /// always moves with its velocity. Means belong to the last step and are constant; the
+    /// network's residual is held over a step.
     #[must_use]
     pub fn output_dot(&self, s: &State, u: &Input, u_dot: &Input) -> Output {
         let u_dot = Input {
@@ -267,4 +270,9 @@ fn efficiency_tangent(
         electrical: electrical_dot,
         out: out_dot,
     })
+}
+
+/// Derivative of [`link_current`] when power and voltage change by `dP` and `dv_dc`.
+fn current_tangent(P: f64, v_dc: f64, dP: f64, dv_dc: f64) -> f64 {
+    link_current(dP - link_current(P, v_dc) * dv_dc, v_dc)
 }

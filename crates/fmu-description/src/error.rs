@@ -6,25 +6,35 @@ use thiserror::Error;
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum DescriptionError {
-    /// Not well-formed, or an element or attribute is missing or has the wrong form.
+    /// Letters of an encoding that is not known, or not those of the one that is named.
     #[error("the model description cannot be read: {0}")]
-    Xml(#[from] quick_xml::DeError),
+    Encoding(String),
+    /// Not well-formed, or an element or attribute is missing or has the wrong form.
+    #[error("the model description cannot be read: line {line}: {reason}")]
+    Xml {
+        /// Line of the file, counted from 1.
+        line: usize,
+        /// What is wrong there.
+        reason: String,
+    },
     /// Another version of FMI.
-    #[error("model `{model}`: FMI version {version} is not supported, only 2.0 and 3.0")]
+    #[error("model `{model}` is of FMI {version}; only FMI 2.0 and 3.0 are supported")]
     Version {
         /// Model.
         model: String,
         /// What it names.
         version: String,
     },
-    /// An FMU for model exchange only.
-    #[error("model `{model}` offers no co-simulation")]
+    /// An FMU for other interfaces only.
+    #[error("model `{model}` offers {offered}, no co-simulation")]
     NoCoSimulation {
         /// Model.
         model: String,
+        /// What it offers instead.
+        offered: &'static str,
     },
-    /// The identifier becomes a file name and the prefix of C names.
-    #[error("model `{model}`: modelIdentifier `{identifier}` must be a C identifier")]
+    /// The identifier becomes the name of a file.
+    #[error("model `{model}`: modelIdentifier `{identifier}` cannot be the name of a file")]
     Identifier {
         /// Model.
         model: String,

@@ -1,120 +1,124 @@
-//! The elements of a file of FMI 3.0 as they stand, and how they become a [`Description`].
+//! Variables, clocks and dependencies in a file of FMI 3.0.
 
 use std::collections::HashMap;
 
-use serde::Deserialize;
+use crate::description::{Description, Unknown};
+use crate::error::DescriptionError;
+use crate::file::{Source, items};
+use crate::variable::{Access, Causality, ClockInterval, ClockTiming, Kind, Variability, Variable};
+use crate::xml::Element;
 
-use crate::xml::{File, check_identifier, required};
-use crate::{
-    Access, Capabilities, Causality, Description, DescriptionError, Initial, Item, Kind, Unknown,
-    Variability, Variable, Version,
-};
-
-/// Read the text of a file.
-pub fn read(text: &str) -> Result<Description, DescriptionError> {
-    let file: File<CoSimulation, Types, Variables, Structure> = quick_xml::de::from_str(text)?;
-    let guid = required(file.token, "@instantiationToken")?;
-    let model = file.model_name;
-    let Some(slave) = file.co_simulation else {
-        return Err(DescriptionError::NoCoSimulation { model });
-    };
-    check_identifier(&model, &slave.identifier)?;
-    let variables = variables(file.variables.variables, &file.types.types, &model)?;
-    let references = References::new(&variables, &model);
+/// Fill in what stands in this version's own way.
+pub fn read(root: &Element, into: &mut Description) -> Result<(), DescriptionError> {
+    into.variables = variables(root, &into.model)?;
+    let references = References::new(&into.variables, &into.model);
     let [mut outputs, mut initial_unknowns] = [(); 2].map(|()| Vec::new());
-    for unknown in file.structure.unknowns {
-        match unknown {
-            XmlUnknown::Output(u) => outputs.push(references.unknown(&u)?),
-            XmlUnknown::InitialUnknown(u) => initial_unknowns.push(references.unknown(&u)?),
-            XmlUnknown::Other => {}
+    for listed in root.all_in("ModelStructure") {
+        match listed.tag.as_str() {
+            "Output" => outputs.push(references.unknown(listed)?),
+            "InitialUnknown" => initial_unknowns.push(references.unknown(listed)?),
+            _ => {}
         }
     }
-    Ok(Description {
-        fmi: Version::Fmi3,
-        by_name: HashMap::new(),
-        guid,
-        version: file.version,
-        tool: file.generation_tool,
-        identifier: slave.identifier,
-        capabilities: Capabilities {
-            needs_execution_tool: slave.needs_execution_tool,
-            variable_step: slave.variable_step,
-            output_derivative_order: slave.output_derivative_order,
-            only_once: slave.only_once,
-            saves_state: slave.saves_state,
-            serializes_state: slave.serializes_state,
-            directional_derivatives: slave.directional_derivatives,
-            adjoint_derivatives: slave.adjoint_derivatives,
-            event_mode: slave.event_mode,
-            intermediate_update: slave.intermediate_update,
-            returns_early: slave.returns_early,
-            element_dependencies: slave.element_dependencies,
-            ..Capabilities::default()
-        },
-        log_categories: file.log_categories.names(),
-        units: file.units.read(),
-        default_experiment: file.default_experiment,
-        variables,
-        outputs,
-        initial_unknowns,
-        model,
-    })
+    into.outputs = outputs;
+    into.initial_unknowns = initial_unknowns;
+    Ok(())
 }
 
 /// All variables and their aliases.
-fn variables(
-    list: Vec<XmlVariable>,
-    types: &[XmlType],
-    model: &str,
-) -> Result<Vec<Variable>, DescriptionError> {
-    let lengths: HashMap<u32, usize> = list.iter().filter_map(XmlVariable::length).collect();
-    let mut variables = Vec::with_capacity(list.len());
-    for xml in list {
-        let (access, v) = xml.parts();
-        let length = |d: &XmlDimension| match (d.start, d.reference) {
-            (Some(start), None) => Some(start),
-            (None, Some(reference)) => lengths.get(&reference).copied(),
-            _ => None,
+fn variables(root: &Element, model: &str) -> Result<Vec<Variable>, DescriptionError> {
+    let types = root.all_in("TypeDefinitions");
+    let types: HashMap<_, _> = types.map(|t| (t.text("name"), t)).collect();
+    let lengths: HashMap<_, _> = root.all_in("ModelVariables").filter_map(length).collect();
+    let mut variables = Vec::new();
+    for element in root.all_in("ModelVariables") {
+        let Some(access) = access(&element.tag) else {
+            continue; // an annotation
         };
-        let dimensions: Option<Vec<usize>> = v.dimensions.iter().map(length).collect();
-        let dimensions = dimensions.filter(|d| d.iter().all(|n| *n > 0));
-        let Some(dimensions) = dimensions else {
-            let (model, name) = (model.to_string(), v.name);
-            return Err(DescriptionError::Dimension { model, name });
+        let declared = element.get("declaredType").and_then(|name| types.get(name));
+        let source = Source {
+            variable: element,
+            typed: element,
+            declared: declared.copied(),
         };
-        let aliases = v.aliases.clone();
-        let own = variable(access, v, dimensions, types);
-        let alias = |a: XmlAlias| Variable {
-            name: a.name,
-            description: a.description,
-            display_unit: a.display_unit.or_else(|| own.display_unit.clone()),
-            ..own.clone()
+        let own = Variable {
+            dimensions: dimensions(element, &lengths, model)?,
+            ..variable(source, access)?
         };
-        let aliases: Vec<_> = aliases.into_iter().map(alias).collect();
+        let aliases = element.all("Alias").map(|alias| {
+            let display_unit = alias.get("displayUnit").map(str::to_string);
+            Ok(Variable {
+                name: alias.required("name")?,
+                description: alias.text("description"),
+                display_unit: display_unit.or_else(|| own.display_unit.clone()),
+                ..own.clone()
+            })
+        });
+        let aliases = aliases.collect::<Result<Vec<_>, DescriptionError>>()?;
         variables.push(own);
         variables.extend(aliases);
     }
     Ok(variables)
 }
 
-/// What the variable's own element says, else its declared type.
-fn variable(
-    access: Option<Access>,
-    v: Typed,
-    dimensions: Vec<usize>,
-    types: &[XmlType],
-) -> Variable {
-    let mut declared = types.iter().map(|XmlType::Type(declared)| declared);
-    let declared = declared.find(|t| Some(&t.name) == v.declared.as_ref());
-    let number = |of: fn(&Typed) -> Option<f64>| of(&v).or_else(|| of(declared?));
-    let text = |of: fn(&Typed) -> &Option<String>| {
-        let text = of(&v).as_ref().or_else(|| of(declared?).as_ref());
-        text.cloned()
+/// The functions for variables with this tag, None inside for an enumeration; None for what is no
+/// variable.
+fn access(tag: &str) -> Option<Option<Access>> {
+    Some(Some(match tag {
+        "Float32" => Access::Float32,
+        "Float64" => Access::Real,
+        "Int8" => Access::Int8,
+        "UInt8" => Access::UInt8,
+        "Int16" => Access::Int16,
+        "UInt16" => Access::UInt16,
+        "Int32" => Access::Integer,
+        "UInt32" => Access::UInt32,
+        "Int64" => Access::Int64,
+        "UInt64" => Access::UInt64,
+        "Boolean" => Access::Boolean,
+        "String" => Access::String,
+        "Binary" => Access::Binary,
+        "Clock" => Access::Clock,
+        "Enumeration" => return Some(None),
+        _ => return None,
+    }))
+}
+
+/// The length that a structural parameter gives to arrays whose dimension names it.
+fn length(element: &Element) -> Option<(u32, usize)> {
+    if element.tag != "UInt64" {
+        return None;
+    }
+    let number = |name| element.get(name).map(str::trim);
+    let reference = number("valueReference")?.parse().ok()?;
+    Some((reference, number("start")?.parse().ok()?))
+}
+
+fn dimensions(
+    element: &Element,
+    lengths: &HashMap<u32, usize>,
+    model: &str,
+) -> Result<Vec<usize>, DescriptionError> {
+    let length = |dimension: &Element| {
+        let start = dimension.number("start").ok()?;
+        let reference: Option<u32> = dimension.number("valueReference").ok()?;
+        match (start, reference) {
+            (Some(start), None) => Some(start),
+            (None, Some(reference)) => lengths.get(&reference).copied(),
+            _ => None,
+        }
     };
-    let [min, max, nominal] = [number(|t| t.min), number(|t| t.max), number(|t| t.nominal)];
-    let [unit, display_unit] = [text(|t| &t.unit), text(|t| &t.display_unit)];
+    let lengths: Option<Vec<usize>> = element.all("Dimension").map(length).collect();
+    let lengths = lengths.filter(|lengths| lengths.iter().all(|n| *n > 0));
+    lengths.ok_or_else(|| {
+        let (model, name) = (model.to_string(), element.text("name"));
+        DescriptionError::Dimension { model, name }
+    })
+}
+
+fn variable(source: Source, access: Option<Access>) -> Result<Variable, DescriptionError> {
     let kind = match access {
-        None => Kind::Enumeration(declared.map_or_else(Vec::new, |t| t.items.clone())),
+        None => Kind::Enumeration(items(source.declared)?),
         Some(Access::Real | Access::Float32) => Kind::Real,
         Some(Access::Boolean) => Kind::Boolean,
         Some(Access::String) => Kind::String,
@@ -122,38 +126,72 @@ fn variable(
         Some(Access::Clock) => Kind::Clock,
         Some(_) => Kind::Integer,
     };
-    let start = match (&kind, v.start) {
-        (Kind::String | Kind::Binary, _) => v.starts.into_iter().map(|s| s.value).collect(),
+    let element = source.variable;
+    let start = match (&kind, element.get("start")) {
+        (Kind::String | Kind::Binary, _) => {
+            let starts = element.all("Start").map(|start| start.required("value"));
+            starts.collect::<Result<_, _>>()?
+        }
         (_, Some(list)) => list.split_whitespace().map(String::from).collect(),
         (_, None) => Vec::new(),
     };
-    let is_settled = matches!(
-        v.causality,
-        Causality::Parameter | Causality::StructuralParameter | Causality::CalculatedParameter
-    );
-    let variability = match &kind {
-        _ if is_settled => Variability::Fixed,
-        Kind::Real => Variability::Continuous,
-        _ => Variability::Discrete,
+    let timing = match kind {
+        Kind::Clock => timing(source)?,
+        _ => None,
     };
-    Variable {
-        min,
-        max,
-        nominal,
-        unit,
-        display_unit,
-        access: access.unwrap_or(Access::Int64),
-        kind,
+    let clocks = element.get("clocks").unwrap_or_default();
+    let clock = |word: &str| {
+        let reference = word.parse();
+        reference.map_err(|_| element.error(format!("names `{word}` as a clock")))
+    };
+    Ok(Variable {
         start,
-        dimensions,
-        element: None,
-        reference: v.reference,
-        causality: v.causality,
-        variability: v.variability.unwrap_or(variability),
-        initial: v.initial,
-        name: v.name,
-        description: v.description,
+        timing,
+        clocks: clocks
+            .split_whitespace()
+            .map(clock)
+            .collect::<Result<_, _>>()?,
+        ..source.read(kind, access.unwrap_or(Access::Int64), usual)?
+    })
+}
+
+/// The variability of what names none.
+fn usual(causality: Causality, kind: &Kind) -> Variability {
+    match (causality, kind) {
+        (
+            Causality::Parameter | Causality::StructuralParameter | Causality::CalculatedParameter,
+            _,
+        ) => Variability::Fixed,
+        (_, Kind::Real) => Variability::Continuous,
+        _ => Variability::Discrete,
     }
+}
+
+/// How a clock ticks; None where nothing is said.
+fn timing(source: Source) -> Result<Option<ClockTiming>, DescriptionError> {
+    let number = |name: &str| {
+        let element = source.of(name);
+        element.map_or(Ok(None), |element| element.number::<f64>(name))
+    };
+    let Some(element) = source.of("intervalVariability") else {
+        return Ok(None);
+    };
+    let interval = element.word("intervalVariability", &ClockInterval::WORDS)?;
+    let resolution = number("resolution")?;
+    let seconds = |decimal, counter| {
+        let counted: Option<f64> = number(counter)?;
+        let counted = counted
+            .zip(resolution)
+            .map(|(n, per_second)| n / per_second);
+        Ok(number(decimal)?.or(counted))
+    };
+    let period = seconds("intervalDecimal", "intervalCounter")?;
+    let shift = seconds("shiftDecimal", "shiftCounter")?.unwrap_or(0.0);
+    Ok(interval.map(|interval| ClockTiming {
+        interval,
+        period,
+        shift,
+    }))
 }
 
 /// The variables by value reference; of aliases the first.
@@ -173,7 +211,7 @@ impl<'a> References<'a> {
     }
 
     fn index(&self, reference: &str) -> Result<usize, DescriptionError> {
-        let number = reference.parse().ok();
+        let number = reference.trim().parse().ok();
         let found = number.and_then(|n: u32| self.by_reference.get(&n));
         found.copied().ok_or_else(|| {
             let [model, reference] = [self.model, reference].map(str::to_string);
@@ -181,211 +219,12 @@ impl<'a> References<'a> {
         })
     }
 
-    fn unknown(&self, u: &Listed) -> Result<Unknown, DescriptionError> {
-        let known = u.dependencies.as_deref().map(str::split_whitespace);
-        let known = known.map(|words| words.map(|w| self.index(w)).collect());
+    fn unknown(&self, listed: &Element) -> Result<Unknown, DescriptionError> {
+        let known = listed.get("dependencies").map(str::split_whitespace);
+        let known = known.map(|words| words.map(|word| self.index(word)).collect());
         Ok(Unknown {
-            variable: self.index(&u.reference)?,
+            variable: self.index(&listed.required("valueReference")?)?,
             dependencies: known.transpose()?,
         })
     }
-}
-
-#[derive(Deserialize)]
-struct CoSimulation {
-    #[serde(rename = "@modelIdentifier")]
-    identifier: String,
-    #[serde(rename = "@needsExecutionTool", default)]
-    needs_execution_tool: bool,
-    #[serde(rename = "@canHandleVariableCommunicationStepSize", default)]
-    variable_step: bool,
-    #[serde(rename = "@maxOutputDerivativeOrder", default)]
-    output_derivative_order: u32,
-    #[serde(rename = "@canBeInstantiatedOnlyOncePerProcess", default)]
-    only_once: bool,
-    #[serde(rename = "@canGetAndSetFMUState", default)]
-    saves_state: bool,
-    #[serde(rename = "@canSerializeFMUState", default)]
-    serializes_state: bool,
-    #[serde(rename = "@providesDirectionalDerivatives", default)]
-    directional_derivatives: bool,
-    #[serde(rename = "@providesAdjointDerivatives", default)]
-    adjoint_derivatives: bool,
-    #[serde(rename = "@hasEventMode", default)]
-    event_mode: bool,
-    #[serde(rename = "@providesIntermediateUpdate", default)]
-    intermediate_update: bool,
-    #[serde(rename = "@canReturnEarlyAfterIntermediateUpdate", default)]
-    returns_early: bool,
-    #[serde(rename = "@providesPerElementDependencies", default)]
-    element_dependencies: bool,
-}
-
-#[derive(Default, Deserialize)]
-struct Types {
-    #[serde(rename = "$value", default)]
-    types: Vec<XmlType>,
-}
-
-#[derive(Deserialize)]
-enum XmlType {
-    #[serde(
-        rename = "Float64Type",
-        alias = "Float32Type",
-        alias = "Int8Type",
-        alias = "UInt8Type",
-        alias = "Int16Type",
-        alias = "UInt16Type",
-        alias = "Int32Type",
-        alias = "UInt32Type",
-        alias = "Int64Type",
-        alias = "UInt64Type",
-        alias = "BooleanType",
-        alias = "StringType",
-        alias = "BinaryType",
-        alias = "ClockType",
-        alias = "EnumerationType"
-    )]
-    Type(Typed),
-}
-
-#[derive(Default, Deserialize)]
-struct Variables {
-    #[serde(rename = "$value", default)]
-    variables: Vec<XmlVariable>,
-}
-
-#[derive(Deserialize)]
-enum XmlVariable {
-    Float32(Typed),
-    Float64(Typed),
-    Int8(Typed),
-    UInt8(Typed),
-    Int16(Typed),
-    UInt16(Typed),
-    Int32(Typed),
-    UInt32(Typed),
-    Int64(Typed),
-    UInt64(Typed),
-    Boolean(Typed),
-    String(Typed),
-    Binary(Typed),
-    Enumeration(Typed),
-    Clock(Typed),
-}
-
-impl XmlVariable {
-    /// How it is accessed, None for an enumeration; and what it says.
-    fn parts(self) -> (Option<Access>, Typed) {
-        match self {
-            Self::Float32(v) => (Some(Access::Float32), v),
-            Self::Float64(v) => (Some(Access::Real), v),
-            Self::Int8(v) => (Some(Access::Int8), v),
-            Self::UInt8(v) => (Some(Access::UInt8), v),
-            Self::Int16(v) => (Some(Access::Int16), v),
-            Self::UInt16(v) => (Some(Access::UInt16), v),
-            Self::Int32(v) => (Some(Access::Integer), v),
-            Self::UInt32(v) => (Some(Access::UInt32), v),
-            Self::Int64(v) => (Some(Access::Int64), v),
-            Self::UInt64(v) => (Some(Access::UInt64), v),
-            Self::Boolean(v) => (Some(Access::Boolean), v),
-            Self::String(v) => (Some(Access::String), v),
-            Self::Binary(v) => (Some(Access::Binary), v),
-            Self::Enumeration(v) => (None, v),
-            Self::Clock(v) => (Some(Access::Clock), v),
-        }
-    }
-
-    /// The length that it gives to arrays whose dimension names it.
-    fn length(&self) -> Option<(u32, usize)> {
-        let Self::UInt64(v) = self else {
-            return None;
-        };
-        Some((v.reference, v.start.as_deref()?.trim().parse().ok()?))
-    }
-}
-
-/// A variable or a declared type.
-#[derive(Deserialize)]
-struct Typed {
-    #[serde(rename = "@name")]
-    name: String,
-    #[serde(rename = "@valueReference", default)]
-    reference: u32,
-    #[serde(rename = "@description", default)]
-    description: String,
-    #[serde(rename = "@causality", default)]
-    causality: Causality,
-    #[serde(rename = "@variability")]
-    variability: Option<Variability>,
-    #[serde(rename = "@initial")]
-    initial: Option<Initial>,
-    #[serde(rename = "@declaredType")]
-    declared: Option<String>,
-    #[serde(rename = "@start")]
-    start: Option<String>,
-    #[serde(rename = "@min")]
-    min: Option<f64>,
-    #[serde(rename = "@max")]
-    max: Option<f64>,
-    #[serde(rename = "@nominal")]
-    nominal: Option<f64>,
-    #[serde(rename = "@unit")]
-    unit: Option<String>,
-    #[serde(rename = "@displayUnit")]
-    display_unit: Option<String>,
-    #[serde(rename = "Dimension", default)]
-    dimensions: Vec<XmlDimension>,
-    #[serde(rename = "Start", default)]
-    starts: Vec<XmlStart>,
-    #[serde(rename = "Alias", default)]
-    aliases: Vec<XmlAlias>,
-    #[serde(rename = "Item", default)]
-    items: Vec<Item>,
-}
-
-#[derive(Deserialize)]
-struct XmlDimension {
-    #[serde(rename = "@start")]
-    start: Option<usize>,
-    #[serde(rename = "@valueReference")]
-    reference: Option<u32>,
-}
-
-#[derive(Deserialize)]
-struct XmlStart {
-    #[serde(rename = "@value")]
-    value: String,
-}
-
-#[derive(Clone, Deserialize)]
-struct XmlAlias {
-    #[serde(rename = "@name")]
-    name: String,
-    #[serde(rename = "@description", default)]
-    description: String,
-    #[serde(rename = "@displayUnit")]
-    display_unit: Option<String>,
-}
-
-#[derive(Default, Deserialize)]
-struct Structure {
-    #[serde(rename = "$value", default)]
-    unknowns: Vec<XmlUnknown>,
-}
-
-#[derive(Deserialize)]
-enum XmlUnknown {
-    Output(Listed),
-    InitialUnknown(Listed),
-    #[serde(other)]
-    Other,
-}
-
-#[derive(Deserialize)]
-struct Listed {
-    #[serde(rename = "@valueReference")]
-    reference: String,
-    #[serde(rename = "@dependencies")]
-    dependencies: Option<String>,
 }

@@ -1,57 +1,59 @@
-//! `terminalsAndIcons.xml` of FMI 3.0 (section 2.4.9): which variables belong together at a connection.
+//! `terminalsAndIcons.xml` of FMI 3.0 (section 2.4.9): which variables belong together at a
+//! connection.
 
-use serde::Deserialize;
-
-use crate::DescriptionError;
+use crate::error::DescriptionError;
+use crate::xml::Element;
 
 /// A terminal.
-#[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Terminal {
     /// Name.
-    #[serde(rename = "@name")]
     pub name: String,
     /// What is connected here, a reverse domain name; None where nothing is said.
-    #[serde(rename = "@terminalKind")]
     pub kind: Option<String>,
     /// `plug`, `bus`, `sequence`, ….
-    #[serde(rename = "@matchingRule")]
     pub matching_rule: String,
     /// Variables of it.
-    #[serde(rename = "TerminalMemberVariable", default)]
     pub members: Vec<Member>,
     /// Terminals in it.
-    #[serde(rename = "Terminal", default)]
     pub terminals: Vec<Terminal>,
 }
 
 /// A variable of a terminal.
-#[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Member {
     /// Name of the variable in the model description.
-    #[serde(rename = "@variableName")]
     pub variable: String,
     /// Name by which terminals match.
-    #[serde(rename = "@memberName")]
     pub name: Option<String>,
     /// `signal`, `inflow`, `outflow`, ….
-    #[serde(rename = "@variableKind")]
     pub kind: String,
-}
-
-#[derive(Deserialize)]
-struct File {
-    #[serde(rename = "Terminals", default)]
-    terminals: List,
-}
-
-#[derive(Default, Deserialize)]
-struct List {
-    #[serde(rename = "Terminal", default)]
-    terminals: Vec<Terminal>,
 }
 
 /// The terminals of a `terminalsAndIcons.xml`.
 pub fn terminals(text: &str) -> Result<Vec<Terminal>, DescriptionError> {
-    let file: File = quick_xml::de::from_str(text)?;
-    Ok(file.terminals.terminals)
+    let root = Element::parse(text.trim_start_matches('\u{feff}'))?;
+    let terminals = root.all_in("Terminals").filter(|e| e.tag == "Terminal");
+    terminals.map(terminal).collect()
+}
+
+fn terminal(element: &Element) -> Result<Terminal, DescriptionError> {
+    let text = |element: &Element, name| element.get(name).map(str::to_string);
+    let members = element.all("TerminalMemberVariable").map(|member| {
+        Ok(Member {
+            variable: member.required("variableName")?,
+            name: text(member, "memberName"),
+            kind: member.required("variableKind")?,
+        })
+    });
+    Ok(Terminal {
+        name: element.required("name")?,
+        kind: text(element, "terminalKind"),
+        matching_rule: element.required("matchingRule")?,
+        members: members.collect::<Result<_, DescriptionError>>()?,
+        terminals: element
+            .all("Terminal")
+            .map(terminal)
+            .collect::<Result<_, _>>()?,
+    })
 }

@@ -1,6 +1,5 @@
-//! A variable (FMI 2.0, section 2.2.7; FMI 3.0, section 2.4.7): a scalar, an array of FMI 3.0, or an element of one.
-
-use serde::Deserialize;
+//! A variable (FMI 2.0, section 2.2.7; FMI 3.0, section 2.4.7): a scalar, an array of FMI 3.0, or
+//! an element of one.
 
 /// A variable.
 #[derive(Clone, Debug)]
@@ -9,10 +8,11 @@ pub struct Variable {
     pub name: String,
     /// What it means, empty where nothing is said.
     pub description: String,
-    /// Value reference: in FMI 2.0 unique among the variables with the same [`Access`], in FMI 3.0 among all but aliases; elements have that
-    /// of their array.
+    /// Value reference: in FMI 2.0 unique among the variables with the same [`Access`], in FMI 3.0
+    /// among all but aliases; elements have that of their array.
     pub reference: u32,
-    /// Lengths of an array of FMI 3.0, the last index runs fastest; empty for a scalar and for an element.
+    /// Lengths of an array of FMI 3.0, the last index runs fastest; empty for a scalar and for an
+    /// element.
     pub dimensions: Vec<usize>,
     /// Place of an element in its array, counted from 0; None for a whole variable.
     pub element: Option<usize>,
@@ -24,7 +24,8 @@ pub struct Variable {
     pub variability: Variability,
     /// How it gets its initial value, if that is said.
     pub initial: Option<Initial>,
-    /// Start values as written: none, one for the variable or for all elements, or one for each element.
+    /// Start values as written: none, one for the variable or for all elements, or one for each
+    /// element.
     pub start: Vec<String>,
     /// Least value allowed.
     pub min: Option<f64>,
@@ -36,6 +37,13 @@ pub struct Variable {
     pub unit: Option<String>,
     /// Unit in which people read a Real.
     pub display_unit: Option<String>,
+    /// It is a difference of values, so that the offset of a unit does not apply
+    /// (`relativeQuantity`).
+    pub is_relative: bool,
+    /// Value references of the clocks at whose ticks it may change (FMI 3.0).
+    pub clocks: Vec<u32>,
+    /// How a clock ticks (FMI 3.0).
+    pub timing: Option<ClockTiming>,
     pub(crate) access: Access,
 }
 
@@ -74,18 +82,47 @@ impl Kind {
     }
 }
 
+/// How the ticks of a clock come about (FMI 3.0, section 2.4.7.3): `intervalVariability` and what
+/// goes with it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ClockTiming {
+    /// Who decides on its ticks, and when.
+    pub interval: ClockInterval,
+    /// Time between ticks, s, where the description says it: `intervalDecimal`, else
+    /// `intervalCounter` / `resolution`.
+    pub period: Option<f64>,
+    /// Delay of the first tick, s: `shiftDecimal`, else `shiftCounter` / `resolution`.
+    pub shift: f64,
+}
+
+/// `intervalVariability` of a clock.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ClockInterval {
+    /// Periodic, known from the description.
+    Constant,
+    /// Periodic, known in Initialization Mode.
+    Fixed,
+    /// Periodic, the period may change at events.
+    Tunable,
+    /// The time to the next tick is known at each tick.
+    Changing,
+    /// The FMU says at events when it ticks next.
+    Countdown,
+    /// It ticks without a time being known.
+    Triggered,
+}
+
 /// A named value of an enumeration.
-#[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Item {
     /// Name.
-    #[serde(rename = "@name")]
     pub name: String,
     /// Value.
-    #[serde(rename = "@value")]
     pub value: i64,
 }
 
-/// The functions by which a variable is read and written: `fmi2GetReal` and `fmi2SetReal`, `fmi3GetUInt8` and `fmi3SetUInt8`, and so on.
+/// The functions by which a variable is read and written: `fmi2GetReal` and `fmi2SetReal`,
+/// `fmi3GetUInt8` and `fmi3SetUInt8`, and so on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Access {
     /// `Real` of FMI 2.0, `Float64` of FMI 3.0.
@@ -119,8 +156,7 @@ pub enum Access {
 }
 
 /// Role of a variable.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Deserialize)]
-#[serde(rename_all = "camelCase")]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Causality {
     /// Set before initialization, `tunable` ones also between steps.
     Parameter,
@@ -140,8 +176,7 @@ pub enum Causality {
 }
 
 /// When the value of a variable may change.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Deserialize)]
-#[serde(rename_all = "camelCase")]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Variability {
     /// Never.
     Constant,
@@ -157,8 +192,7 @@ pub enum Variability {
 }
 
 /// How a variable gets its initial value.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Deserialize)]
-#[serde(rename_all = "camelCase")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Initial {
     /// It is the start value.
     Exact,
@@ -166,6 +200,47 @@ pub enum Initial {
     Approx,
     /// From other variables.
     Calculated,
+}
+
+impl Causality {
+    pub(crate) const WORDS: [(&str, Self); 7] = [
+        ("parameter", Self::Parameter),
+        ("structuralParameter", Self::StructuralParameter),
+        ("calculatedParameter", Self::CalculatedParameter),
+        ("input", Self::Input),
+        ("output", Self::Output),
+        ("local", Self::Local),
+        ("independent", Self::Independent),
+    ];
+}
+
+impl Variability {
+    pub(crate) const WORDS: [(&str, Self); 5] = [
+        ("constant", Self::Constant),
+        ("fixed", Self::Fixed),
+        ("tunable", Self::Tunable),
+        ("discrete", Self::Discrete),
+        ("continuous", Self::Continuous),
+    ];
+}
+
+impl Initial {
+    pub(crate) const WORDS: [(&str, Self); 3] = [
+        ("exact", Self::Exact),
+        ("approx", Self::Approx),
+        ("calculated", Self::Calculated),
+    ];
+}
+
+impl ClockInterval {
+    pub(crate) const WORDS: [(&str, Self); 6] = [
+        ("constant", Self::Constant),
+        ("fixed", Self::Fixed),
+        ("tunable", Self::Tunable),
+        ("changing", Self::Changing),
+        ("countdown", Self::Countdown),
+        ("triggered", Self::Triggered),
+    ];
 }
 
 impl Access {
@@ -203,7 +278,12 @@ impl Variable {
 
     /// The start value of a Real, Integer or enumeration; of an array that of its first element.
     pub fn start_number(&self) -> Option<f64> {
-        self.start_of(0)?.trim().parse().ok()
+        self.start_number_of(0)
+    }
+
+    /// The same of an element, counted from 0.
+    pub fn start_number_of(&self, element: usize) -> Option<f64> {
+        self.start_of(element)?.trim().parse().ok()
     }
 
     /// The start value of an element, counted from 0, as written.
@@ -215,7 +295,8 @@ impl Variable {
         own.map(String::as_str)
     }
 
-    /// Least and greatest value allowed: infinite where nothing is said, the items of an enumeration.
+    /// Least and greatest value allowed: infinite where nothing is said, the items of an
+    /// enumeration.
     pub fn bounds(&self) -> [f64; 2] {
         let items = match &self.kind {
             Kind::Enumeration(items) => &items[..],

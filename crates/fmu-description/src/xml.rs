@@ -1,162 +1,215 @@
-//! What the files of both versions have in common, and which version a file is of.
+//! A file as a tree of elements. Attributes are read by name; what is not asked for, such as
+//! namespaces, comments and what a vendor adds, does no harm. An error names the line, the element,
+//! and the value.
 
-use quick_xml::events::Event;
-use serde::Deserialize;
-use serde::de::Error as _;
+use std::str::FromStr;
 
-use crate::{DefaultExperiment, Description, DescriptionError, Unit, fmi2, fmi3};
+use quick_xml::XmlVersion;
+use quick_xml::events::{BytesStart, Event};
 
-/// Read the text of a file.
-pub fn read(text: &str) -> Result<Description, DescriptionError> {
-    let mut description = match root(text) {
-        Some((version, _)) if version.starts_with("3.") => fmi3::read(text)?,
-        Some((version, model)) if version != "2.0" => {
-            return Err(DescriptionError::Version { model, version });
-        }
-        _ => fmi2::read(text)?,
-    };
-    description.index_names();
-    Ok(description)
+use crate::error::DescriptionError;
+
+/// An element with its attributes and the elements in it.
+#[derive(Debug)]
+pub struct Element {
+    /// Its name, without the prefix of a namespace.
+    pub tag: String,
+    /// The elements in it, in the order of the file.
+    pub children: Vec<Element>,
+    attributes: Vec<(String, String)>,
+    line: usize,
 }
 
-/// Version and model that the outermost element names; a file without them is refused by whoever reads it.
-fn root(text: &str) -> Option<(String, String)> {
-    let mut reader = quick_xml::Reader::from_str(text);
-    loop {
-        match reader.read_event().ok()? {
-            Event::Start(element) | Event::Empty(element) => {
-                let get = |name| element.try_get_attribute(name).ok()?;
-                let [version, model] = [get("fmiVersion")?, get("modelName")?];
-                return Some((version.value.into_owned(), model.value.into_owned()));
+impl Element {
+    /// The outermost element of a text.
+    pub fn parse(text: &str) -> Result<Self, DescriptionError> {
+        let mut reader = quick_xml::Reader::from_str(text);
+        let mut open: Vec<Self> = Vec::new();
+        let mut lines = Lines::default();
+        loop {
+            let begin = usize::try_from(reader.buffer_position()).unwrap_or(usize::MAX);
+            let event = reader.read_event();
+            let line = lines.at(text, begin);
+            let unreadable = |reason: String| DescriptionError::Xml { line, reason };
+            let closed = match event.map_err(|e| unreadable(e.to_string()))? {
+                Event::Start(start) => {
+                    open.push(Self::open(&start, line).map_err(unreadable)?);
+                    continue;
+                }
+                Event::Empty(start) => Self::open(&start, line).map_err(unreadable)?,
+                Event::End(_) => open
+                    .pop()
+                    .ok_or_else(|| unreadable("an element ends that has not begun".into()))?,
+                Event::Eof => {
+                    let reason = open.last().map_or_else(
+                        || "there is no element".to_string(),
+                        |element| format!("the element `{}` does not end", element.tag),
+                    );
+                    return Err(unreadable(reason));
+                }
+                _ => continue,
+            };
+            match open.last_mut() {
+                Some(parent) => parent.children.push(closed),
+                None => return Ok(closed),
             }
-            Event::Eof => return None,
-            _ => {}
+        }
+    }
+
+    fn open(start: &BytesStart, line: usize) -> Result<Self, String> {
+        let attributes = start.attributes().map(|attribute| {
+            let attribute = attribute.map_err(|e| e.to_string())?;
+            let value = attribute.normalized_value(XmlVersion::Implicit1_0);
+            let value = value.map_err(|e| e.to_string())?.into_owned();
+            Ok((attribute.key.0.to_string(), value))
+        });
+        let name = start.name().0;
+        Ok(Self {
+            tag: name.rsplit(':').next().unwrap_or(name).to_string(),
+            children: Vec::new(),
+            attributes: attributes.collect::<Result<_, String>>()?,
+            line,
+        })
+    }
+
+    /// The elements in it with this tag.
+    pub fn all(&self, tag: &str) -> impl Iterator<Item = &Self> {
+        self.children.iter().filter(move |child| child.tag == tag)
+    }
+
+    /// The first element in it with this tag.
+    pub fn child(&self, tag: &str) -> Option<&Self> {
+        self.all(tag).next()
+    }
+
+    /// What stands in all elements in it with this tag: usually there is one at most.
+    pub fn all_in<'a>(&'a self, tag: &'a str) -> impl Iterator<Item = &'a Self> {
+        self.all(tag).flat_map(|child| child.children.iter())
+    }
+
+    /// An attribute as it is written.
+    pub fn get(&self, name: &str) -> Option<&str> {
+        let mut attributes = self.attributes.iter();
+        let found = attributes.find(|(attribute, _)| attribute == name);
+        found.map(|(_, value)| value.as_str())
+    }
+
+    /// An attribute as it is written, empty where there is none.
+    pub fn text(&self, name: &str) -> String {
+        self.get(name).unwrap_or_default().to_string()
+    }
+
+    /// An attribute that must be there.
+    pub fn required(&self, name: &str) -> Result<String, DescriptionError> {
+        let value = self.get(name).map(str::to_string);
+        value.ok_or_else(|| self.error(format!("has no attribute `{name}`")))
+    }
+
+    /// An attribute of another type, if it is there.
+    pub fn number<T: FromStr>(&self, name: &str) -> Result<Option<T>, DescriptionError> {
+        let Some(text) = self.get(name) else {
+            return Ok(None);
+        };
+        let number = text.trim().parse().ok();
+        let number = number.ok_or_else(|| {
+            let kind = std::any::type_name::<T>();
+            self.error(format!("has {name}=\"{text}\", which is no {kind}"))
+        });
+        number.map(Some)
+    }
+
+    /// A truth value, false where there is none.
+    pub fn flag(&self, name: &str) -> Result<bool, DescriptionError> {
+        let words = ["false", "0", "true", "1"].map(|word| (word, matches!(word, "true" | "1")));
+        Ok(self.word(name, &words)?.unwrap_or(false))
+    }
+
+    /// An attribute that is one of these words, if it is there.
+    pub fn word<T: Copy>(
+        &self,
+        name: &str,
+        words: &[(&str, T)],
+    ) -> Result<Option<T>, DescriptionError> {
+        let Some(text) = self.get(name) else {
+            return Ok(None);
+        };
+        let found = words.iter().find(|(word, _)| *word == text.trim());
+        let found = found.map(|(_, value)| Some(*value));
+        found.ok_or_else(|| {
+            let allowed: Vec<_> = words.iter().map(|(word, _)| *word).collect();
+            let allowed = allowed.join(", ");
+            self.error(format!(
+                "has {name}=\"{text}\", but it must be one of {allowed}"
+            ))
+        })
+    }
+
+    /// What is wrong with this element.
+    pub fn error(&self, what: impl std::fmt::Display) -> DescriptionError {
+        let name = self.get("name").map(|name| format!(" `{name}`"));
+        let (tag, name) = (&self.tag, name.unwrap_or_default());
+        DescriptionError::Xml {
+            line: self.line,
+            reason: format!("{tag}{name} {what}"),
         }
     }
 }
 
-/// The identifier becomes a file name and the prefix of C names.
-pub fn check_identifier(model: &str, identifier: &str) -> Result<(), DescriptionError> {
-    let is_word = |c: char| c.is_ascii_alphanumeric() || c == '_';
-    if identifier.chars().all(is_word) && identifier.starts_with(|c: char| !c.is_ascii_digit()) {
-        return Ok(());
-    }
-    let [model, identifier] = [model, identifier].map(str::to_string);
-    Err(DescriptionError::Identifier { model, identifier })
+/// Counts lines as reading goes on.
+#[derive(Default)]
+struct Lines {
+    place: usize,
+    before: usize,
 }
 
-/// The outermost element; what each version has in its own way is a parameter: CoSimulation, types, variables, structure.
-#[derive(Deserialize)]
-pub struct File<C, T, V, S> {
-    #[serde(rename = "@modelName")]
-    pub model_name: String,
-    /// Of FMI 2.0.
-    #[serde(rename = "@guid")]
-    pub guid: Option<String>,
-    /// Of FMI 3.0.
-    #[serde(rename = "@instantiationToken")]
-    pub token: Option<String>,
-    #[serde(rename = "@version", default)]
-    pub version: String,
-    #[serde(rename = "@generationTool", default)]
-    pub generation_tool: String,
-    #[serde(rename = "CoSimulation")]
-    pub co_simulation: Option<C>,
-    #[serde(rename = "UnitDefinitions", default)]
-    pub units: Units,
-    #[serde(rename = "TypeDefinitions", default)]
-    pub types: T,
-    #[serde(rename = "LogCategories", default)]
-    pub log_categories: LogCategories,
-    #[serde(rename = "DefaultExperiment", default)]
-    pub default_experiment: DefaultExperiment,
-    #[serde(rename = "ModelVariables")]
-    pub variables: V,
-    #[serde(rename = "ModelStructure", default)]
-    pub structure: S,
-}
-
-/// An attribute that the version demands.
-pub fn required(value: Option<String>, name: &'static str) -> Result<String, DescriptionError> {
-    value.ok_or_else(|| quick_xml::DeError::missing_field(name).into())
-}
-
-#[derive(Default, Deserialize)]
-pub struct Units {
-    #[serde(rename = "Unit", default)]
-    units: Vec<XmlUnit>,
-}
-
-impl Units {
-    /// As they are handed out.
-    pub fn read(self) -> Vec<Unit> {
-        self.units.into_iter().map(unit).collect()
+impl Lines {
+    /// The line, counted from 1, of the first character from `place` on that is not blank; a place
+    /// before the last one counts as that.
+    fn at(&mut self, text: &str, place: usize) -> usize {
+        let rest = text.get(place..).unwrap_or_default();
+        let place = place + (rest.len() - rest.trim_start().len());
+        let passed = text.as_bytes().get(self.place..place).unwrap_or_default();
+        self.before += passed.iter().filter(|byte| **byte == b'\n').count();
+        self.place = self.place.max(place);
+        self.before + 1
     }
 }
 
-fn unit(unit: XmlUnit) -> Unit {
-    let base = unit.base.as_ref();
-    let exponents = |b: &BaseUnit| [b.kg, b.m, b.s, b.ampere, b.kelvin, b.mol, b.cd, b.rad];
-    Unit {
-        exponents: base.map(exponents),
-        factor: base.map_or(1.0, |b| b.factor),
-        offset: base.map_or(0.0, |b| b.offset),
-        name: unit.name,
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lines_are_those_of_elements() {
+        let text = "<?xml version=\"1.0\"?>\r\n<!-- a\nb -->\n<a>\n  <x:b n=\"1\"\n k=\"&lt;&#228;\"/>\n  text <c/></a>";
+        let root = Element::parse(text).unwrap();
+        let lines: Vec<_> = root
+            .children
+            .iter()
+            .map(|c| (c.tag.as_str(), c.line))
+            .collect();
+        assert_eq!((root.line, lines), (4, vec![("b", 5), ("c", 7)]));
+        assert_eq!(root.children[0].get("k"), Some("<ä"));
+        let error = root.children[0].number::<f64>("k").unwrap_err();
+        assert_eq!(
+            error.to_string(),
+            "the model description cannot be read: line 5: b has k=\"<ä\", which is no f64"
+        );
     }
-}
 
-#[derive(Deserialize)]
-struct XmlUnit {
-    #[serde(rename = "@name")]
-    name: String,
-    #[serde(rename = "BaseUnit")]
-    base: Option<BaseUnit>,
-}
-
-#[derive(Deserialize)]
-struct BaseUnit {
-    #[serde(rename = "@kg", default)]
-    kg: i32,
-    #[serde(rename = "@m", default)]
-    m: i32,
-    #[serde(rename = "@s", default)]
-    s: i32,
-    #[serde(rename = "@A", default)]
-    ampere: i32,
-    #[serde(rename = "@K", default)]
-    kelvin: i32,
-    #[serde(rename = "@mol", default)]
-    mol: i32,
-    #[serde(rename = "@cd", default)]
-    cd: i32,
-    #[serde(rename = "@rad", default)]
-    rad: i32,
-    #[serde(rename = "@factor", default = "one")]
-    factor: f64,
-    #[serde(rename = "@offset", default)]
-    offset: f64,
-}
-
-fn one() -> f64 {
-    1.0
-}
-
-#[derive(Default, Deserialize)]
-pub struct LogCategories {
-    #[serde(rename = "Category", default)]
-    categories: Vec<Named>,
-}
-
-impl LogCategories {
-    /// Their names.
-    pub fn names(self) -> Vec<String> {
-        let categories = self.categories.into_iter();
-        categories.map(|category| category.name).collect()
+    #[test]
+    fn what_is_no_tree_is_refused() {
+        for (text, expected) in [
+            ("", "line 1: there is no element"),
+            ("<a>\n<b>\n</b>\n", "line 4: the element `a` does not end"),
+            ("<a>\n</b>", "line 2: "),
+            ("<a b=1/>", "line 1: "),
+            ("<a b=\"&x;\"/>", "line 1: "),
+            ("text", "line 1: there is no element"),
+        ] {
+            let error = Element::parse(text).unwrap_err().to_string();
+            let start = format!("the model description cannot be read: {expected}");
+            assert!(error.starts_with(&start), "{text}: {error}");
+        }
     }
-}
-
-#[derive(Deserialize)]
-struct Named {
-    #[serde(rename = "@name")]
-    name: String,
 }

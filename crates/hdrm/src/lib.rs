@@ -10,35 +10,50 @@
 #![forbid(unsafe_code)]
 #![allow(non_snake_case)] // frames and symbols as in the paper
 
+mod assembly;
+mod base;
 mod body;
 mod boom_frame;
 mod contact;
+mod dynamics;
 mod end_stop;
+mod error;
 mod factor;
 mod gravity;
+mod input;
 mod lift;
 mod load;
+mod options;
 mod output;
 mod planar;
 mod plane;
 mod plant;
 mod recursion;
+mod reload;
+mod saturate;
 mod sensitivity;
+mod state;
 mod step;
 mod tilt;
 mod tip;
+mod touch;
 mod tree;
 mod turning;
 
 pub use body::{BODIES, Body};
 pub use contact::Contact;
 pub use end_stop::EndStop;
+pub use error::HdrmError;
 pub use gravity::felt_gravity;
+pub use input::Input;
 pub use lift::{Lift, LiftAngles};
 pub use load::Load;
+pub use options::Options;
 pub use output::Output;
 pub use planar::Polar;
-pub use plant::{Dynamics, Hdrm, HdrmError, Input, Options, State, saturate};
+pub use plant::{Dynamics, Hdrm};
+pub use saturate::saturate;
+pub use state::State;
 pub use step::StepError;
 pub use tilt::{FourBar, Tilt, TiltAngles};
 pub use tip::Tip;

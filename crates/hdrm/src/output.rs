@@ -1,6 +1,8 @@
 //! What the plant shows, as functions of state and input, and its first time derivative.
 
-use crate::plant::{Dynamics, Hdrm, Input, State};
+use crate::input::Input;
+use crate::plant::{Dynamics, Hdrm};
+use crate::state::State;
 use crate::{DOF, Stroke, Tip, recursion};
 use nalgebra::{Quaternion, Vector3, Vector6};
 use serde::{Deserialize, Serialize};

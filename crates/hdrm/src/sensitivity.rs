@@ -1,13 +1,16 @@
 //! Exact derivatives of the joint accelerations: along the motion, and by the inputs.
 
-use crate::plant::{Dynamics, Hdrm, Input, State, wrench};
+use crate::input::{Input, wrench};
+use crate::plant::{Dynamics, Hdrm};
+use crate::state::State;
 use crate::{Configuration, DOF, Output, Stroke, recursion};
 use nalgebra::Vector6;
 
 impl Hdrm {
-    /// Change of the outputs for a change `seed` of the input, the state held: the accelerations move,
-    /// `δzeta_ddot = M⁻¹·(Jxᵀ·δf + δtau + J_T4ᵀ·δW − δQ_hold − δQ_turning)`, and with the base the holding forces and the potential energy. A wrist drive
-    /// in saturation does not follow.
+    /// Change of the outputs for a change `seed` of the input, the state held: the accelerations
+    /// move, `δzeta_ddot = M⁻¹·(Jxᵀ·δf + δtau + J_T4ᵀ·δW − δQ_hold − δQ_turning)`, and with the
+    /// base the holding forces and the potential energy. A wrist drive in saturation does not
+    /// follow.
     #[must_use]
     pub fn directional_derivative(&self, state: &State, input: &Input, seed: &Input) -> Output {
         let dynamics = self.dynamics_with(state, input);

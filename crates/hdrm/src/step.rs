@@ -1,15 +1,19 @@
 //! Integration of the plant over one communication step.
 
-use crate::plant::{Dynamics, Hdrm, Input, State};
+use crate::input::Input;
+use crate::plant::{Dynamics, Hdrm};
+use crate::state::State;
 use crate::{DOF, Stroke};
+use limits::substeps;
 use nalgebra::Vector6;
 use thiserror::Error;
 
-/// Largest substep in free motion, s: RK4 then drifts by some 3e-7 J in 10 s of swinging with 400 J.
+/// Largest substep in free motion, s: RK4 then drifts by some 3e-7 J in 10 s of swinging with 400
+/// J.
 const H_MAX: f64 = 1e-3;
 
-/// Largest turn of a joint per substep, rad. RK4's relative energy error grows with its fourth power;
-/// normal operation (0.3 rad/s) stays far below, a wrist that whips around does not.
+/// Largest turn of a joint per substep, rad. RK4's relative energy error grows with its fourth
+/// power; normal operation (0.3 rad/s) stays far below, a wrist that whips around does not.
 const TURN_MAX: f64 = 4e-3;
 
 /// Longest communication step, s: 10⁴ substeps, more in fast motion and in contact.
@@ -18,15 +22,12 @@ const STEP_MAX: f64 = 10.0;
 /// Largest `h·λ` per substep in contact and under friction; RK4 is stable up to 2.78.
 const RATE_STEP: f64 = 1.0;
 
-/// Part of a step by which the substeps may be longer than [`H_MAX`]: an importer's clock may be off by so much, and a nanosecond more
-/// than a millisecond must not cost another substep.
-const TIME_SLACK: f64 = 1e-3;
-
 /// Most substeps that a free substep is divided into.
 const DIVISION_MAX: u32 = 200;
 
-/// Largest angle, rad, and rate, rad/s, of a joint. Only a computation that diverges goes beyond it (friction too stiff for the shortest
-/// substep, forces far beyond the machine's), and the squares in the outputs would soon overflow.
+/// Largest angle, rad, and rate, rad/s, of a joint. Only a computation that diverges goes beyond it
+/// (friction too stiff for the shortest substep, forces far beyond the machine's), and the squares
+/// in the outputs would soon overflow.
 const LARGEST: f64 = 1e9;
 
 /// Why a step could not be done; the state is left as before the step.
@@ -82,7 +83,7 @@ impl Hdrm {
         if !(h > 0.0 && h <= STEP_MAX) {
             return Err(StepError::BadStep { t, h });
         }
-        let n = (h * (1.0 - TIME_SLACK) / H_MAX).ceil().max(1.0);
+        let n = substeps(h, H_MAX);
         let dt = h / n;
         let mut now = self.substep(start, &input, 0.0, dt);
         finite(&now, t)?;
@@ -147,8 +148,8 @@ impl Hdrm {
             .sum()
     }
 
-    /// Whether friction may count in the choice of substeps. The mobilities change with the pose, by far less than the
-    /// margin of 100.
+    /// Whether friction may count in the choice of substeps. The mobilities change with the pose,
+    /// by far less than the margin of 100.
     pub(crate) fn has_stiff_friction(&self, start: &Dynamics) -> bool {
         H_MAX * self.friction_rate(start) > 0.01 * RATE_STEP
     }
@@ -239,8 +240,9 @@ mod tests {
         assert_eq!(parts(1e9), DIVISION_MAX);
     }
 
-    /// Wherever a substep is divided, RK4 asks for the inputs at the start, the middle and the end of each part: of 2 ms with the elbow at
-    /// 9 rad/s two substeps, each of three parts, so every sixth of a millisecond. Tolerance: rounding of times of a millisecond.
+    /// Wherever a substep is divided, RK4 asks for the inputs at the start, the middle and the end
+    /// of each part: of 2 ms with the elbow at 9 rad/s two substeps, each of three parts, so every
+    /// sixth of a millisecond. Tolerance: rounding of times of a millisecond.
     #[test]
     fn inputs_are_asked_for_at_the_times_of_the_parts() {
         let machine = machine::Machine::reference();
@@ -264,7 +266,8 @@ mod tests {
         }
     }
 
-    /// From a hundredth of the rate that a whole substep resolves friction counts; the reference machine's does not.
+    /// From a hundredth of the rate that a whole substep resolves friction counts; the reference
+    /// machine's does not.
     #[test]
     fn friction_counts_from_a_hundredth_of_the_largest_rate() {
         let machine = machine::Machine::reference();

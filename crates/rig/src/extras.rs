@@ -1,6 +1,6 @@
 //! What the actuator as built knows beyond its idealised model: sizes and switches.
 
-use crate::RigError;
+use limits::{ParamError, Range, check, demand};
 use serde::{Deserialize, Serialize};
 
 /// All extras. Each group counts only while its switch `on` is true.
@@ -85,8 +85,8 @@ pub struct Switching {
     pub i_0: f64,
 }
 
-/// Friction of bearings, gear, screw, nut and seals. Switched on, it replaces the idealised gear efficiency and the motor's smooth
-/// Coulomb friction.
+/// Friction of bearings, gear, screw, nut and seals. Switched on, it replaces the idealised gear
+/// efficiency and the motor's smooth Coulomb friction.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Friction {
     /// Switch.
@@ -166,11 +166,13 @@ pub struct Heat {
 }
 
 impl Extras {
-    /// Everything on: ordinary values for a servo motor of 11.6 kW with planetary gear and preloaded ball screw; of no particular product.
+    /// Everything on: ordinary values for a servo motor of 11.6 kW with planetary gear and
+    /// preloaded ball screw; of no particular product.
     ///
-    /// Saturation of 20 % at the peak current; copper and NdFeB magnets (handbook values); 1 % of flux harmonics; 24 cogging periods as
-    /// of a motor with 8 poles and 12 slots; 2 µs of dead time as of IGBT modules; breakaway 1.3 times the Coulomb friction; 40 µm of play
-    /// at nut and pins; 60 N/µm of mounting and pins; 2 kJ/K of copper and teeth, 15 kJ/K of housing and gear.
+    /// Saturation of 20 % at the peak current; copper and NdFeB magnets (handbook values); 1 % of
+    /// flux harmonics; 24 cogging periods as of a motor with 8 poles and 12 slots; 2 µs of dead
+    /// time as of IGBT modules; breakaway 1.3 times the Coulomb friction; 40 µm of play at nut and
+    /// pins; 60 N/µm of mounting and pins; 2 kJ/K of copper and teeth, 15 kJ/K of housing and gear.
     pub const AS_BUILT: Self = Self {
         saturation: Saturation {
             on: true,
@@ -275,88 +277,68 @@ impl Extras {
     }
 
     /// Checks every value, whether its group is on or not.
-    pub(crate) fn check(&self, p: &machine::Emla) -> Result<(), RigError> {
+    pub(crate) fn check(&self, p: &machine::Emla) -> Result<(), ParamError> {
         let (f, t) = (&self.friction, &self.temperature);
-        for (name, value) in [
-            ("temperature.reference", t.reference),
-            ("cogging.per_turn", self.cogging.per_turn),
-            ("switching.i_0", self.switching.i_0),
-            ("friction.v_stribeck", f.v_stribeck),
-            ("friction.stiffness", f.stiffness),
-            ("friction.f_smooth", f.f_smooth),
-            ("backlash.contact", self.backlash.contact),
-            ("compliance.mount", self.compliance.mount),
-            ("compliance.torsion", self.compliance.torsion),
-            ("heat.C_w", self.heat.C_w),
-            ("heat.R_wh", self.heat.R_wh),
-            ("heat.C_h", self.heat.C_h),
-            ("heat.R_ha", self.heat.R_ha),
-        ] {
-            hold(name, value, value > 0.0, "finite and > 0")?;
-        }
-        for (name, value) in [
-            ("ripple.sixth", self.ripple.sixth),
-            ("ripple.twelfth", self.ripple.twelfth),
-            ("cogging.torque", self.cogging.torque),
-            ("switching.dead_time", self.switching.dead_time),
-            ("friction.damping", f.damping),
-            ("friction.screw_drag", f.screw_drag),
-            ("friction.screw_loss", f.screw_loss),
-            ("friction.seal", f.seal),
-            ("friction.gear_drag", f.gear_drag),
-            ("friction.gear_viscous", f.gear_viscous),
-            ("friction.gear_loss", f.gear_loss),
-            ("friction.windage", f.windage),
-            ("backlash.width", self.backlash.width),
-            ("losses.core", self.losses.core),
-            ("losses.inverter", self.losses.inverter),
-        ] {
-            hold(name, value, value >= 0.0, "finite and ≥ 0")?;
-        }
+        check(
+            Range::Positive,
+            [
+                ("temperature.reference", t.reference),
+                ("cogging.per_turn", self.cogging.per_turn),
+                ("switching.i_0", self.switching.i_0),
+                ("friction.v_stribeck", f.v_stribeck),
+                ("friction.stiffness", f.stiffness),
+                ("friction.f_smooth", f.f_smooth),
+                ("backlash.contact", self.backlash.contact),
+                ("compliance.mount", self.compliance.mount),
+                ("compliance.torsion", self.compliance.torsion),
+                ("heat.C_w", self.heat.C_w),
+                ("heat.R_wh", self.heat.R_wh),
+                ("heat.C_h", self.heat.C_h),
+                ("heat.R_ha", self.heat.R_ha),
+            ],
+        )?;
+        check(
+            Range::NotNegative,
+            [
+                ("ripple.sixth", self.ripple.sixth),
+                ("ripple.twelfth", self.ripple.twelfth),
+                ("cogging.torque", self.cogging.torque),
+                ("switching.dead_time", self.switching.dead_time),
+                ("friction.damping", f.damping),
+                ("friction.screw_drag", f.screw_drag),
+                ("friction.screw_loss", f.screw_loss),
+                ("friction.seal", f.seal),
+                ("friction.gear_drag", f.gear_drag),
+                ("friction.gear_viscous", f.gear_viscous),
+                ("friction.gear_loss", f.gear_loss),
+                ("friction.windage", f.windage),
+                ("backlash.width", self.backlash.width),
+                ("losses.core", self.losses.core),
+                ("losses.inverter", self.losses.inverter),
+            ],
+        )?;
         let share = self.saturation.share;
-        hold(
+        demand(
             "saturation.share",
             share,
-            (0.0..1.0).contains(&share),
             "in [0, 1)",
+            (0.0..1.0).contains(&share),
         )?;
-        hold(
+        demand(
             "friction.breakaway",
             f.breakaway,
-            f.breakaway >= 1.0,
             "finite and ≥ 1",
+            f.breakaway >= 1.0,
         )?;
-        hold(
-            "temperature.copper",
-            t.copper,
-            t.copper.abs() <= 0.1,
-            "between -0.1 and 0.1",
-        )?;
-        hold(
-            "temperature.magnet",
-            t.magnet,
-            t.magnet.abs() <= 0.1,
-            "between -0.1 and 0.1",
-        )?;
+        for (name, value) in [
+            ("temperature.copper", t.copper),
+            ("temperature.magnet", t.magnet),
+        ] {
+            demand(name, value, "between -0.1 and 0.1", value.abs() <= 0.1)?;
+        }
         let f_sw = p.inverter.map_or(0.0, |inverter| inverter.f_sw);
         let samples = !self.switching.on || f_sw >= 100.0;
-        hold(
-            "inverter.f_sw",
-            f_sw,
-            samples,
-            "at least 100 Hz while switching is on",
-        )
+        let rule = "at least 100 Hz while switching is on";
+        demand("inverter.f_sw", f_sw, rule, samples)
     }
-}
-
-fn hold(
-    name: &'static str,
-    value: f64,
-    is_right: bool,
-    rule: &'static str,
-) -> Result<(), RigError> {
-    if value.is_finite() && is_right {
-        return Ok(());
-    }
-    Err(RigError::Extra { name, value, rule })
 }

@@ -1,6 +1,7 @@
 //! Everything that changes while the actuator runs.
 
 use crate::motor::Dq;
+use limits::{StepError, check_finite};
 use serde::{Deserialize, Serialize};
 
 /// Everything that changes while the actuator runs.
@@ -34,7 +35,8 @@ pub struct State {
     pub mean: Powers,
     /// Mean current from the DC side over the last step, A; at the start that of the moment.
     pub i_dc_mean: f64,
-    /// Work on the load by shifts of the rod between steps since the start, J: see [`crate::Rig::work_of_shift`].
+    /// Work on the load by shifts of the rod between steps since the start, J: see
+    /// [`crate::Rig::work_of_shift`].
     pub shift: f64,
     /// Whether undervoltage has tripped the drive: gates off, brake applied.
     pub tripped: bool,
@@ -112,7 +114,8 @@ pub(crate) struct Rates {
 }
 
 impl State {
-    /// `self + dt·rates`, with `F_mean` holding an impulse in N·s; bristles and inverter as they are.
+    /// `self + dt·rates`, with `F_mean` holding an impulse in N·s; bristles and inverter as they
+    /// are.
     #[inline(always)]
     pub(crate) fn plus(&self, dt: f64, rates: &Rates) -> Self {
         Self {
@@ -136,9 +139,10 @@ impl State {
         }
     }
 
-    /// Name and value of a quantity that is not finite.
-    pub(crate) fn not_finite(&self) -> Option<(&'static str, f64)> {
-        [
+    /// That all of it is finite; `t` names the time in an error.
+    pub(crate) fn check_finite(&self, t: f64) -> Result<(), StepError> {
+        let hold = &self.hold;
+        let values = [
             ("i_d", self.i_d),
             ("i_q", self.i_q),
             ("theta_m", self.theta_m),
@@ -150,7 +154,7 @@ impl State {
             ("T_housing", self.T[1]),
             (
                 "voltage",
-                self.hold.acting[0] + self.hold.acting[1] + self.hold.next[0] + self.hold.next[1],
+                hold.acting[0] + hold.acting[1] + hold.next[0] + hold.next[1],
             ),
             ("F_mean", self.F_mean),
             ("i_dc_mean", self.i_dc_mean),
@@ -159,8 +163,7 @@ impl State {
             ("energy.shift", self.shift),
             ("energy.loss", self.energy.lost),
             ("energy.heat", self.energy.heat + self.energy.inverter),
-        ]
-        .into_iter()
-        .find(|(_, value)| !value.is_finite())
+        ];
+        check_finite(t, values)
     }
 }

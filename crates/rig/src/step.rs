@@ -1,46 +1,24 @@
 //! Integration over one communication step.
 //!
-//! Each substep is a symmetric composition: half a substep of the bristles, exact at the present speed and load; a whole one of everything
-//! else by the classical Runge–Kutta method with the bristles held; the other half of the bristles. Its error is of second order in the
-//! substep and only where bristles bend, of fourth order elsewhere. So bristles that relax in a tenth of a millisecond (70 mm/s) or less set
-//! no limit to the substep. Substeps end where a switching period ends.
+//! Each substep is a symmetric composition: half a substep of the bristles, exact at the present
+//! speed and load; a whole one of everything else by the classical Runge–Kutta method with the
+//! bristles held; the other half of the bristles. Its error is of second order in the substep and
+//! only where bristles bend, of fourth order elsewhere. So bristles that relax in a tenth of a
+//! millisecond (70 mm/s) or less set no limit to the substep. Substeps end where a switching period
+//! ends.
 
 use crate::held::Held;
 use crate::state::Rates;
 use crate::{Drive, Input, Rig, State};
-use thiserror::Error;
+use limits::{MAX_SUBSTEPS, StepError, check_step, substeps};
 
-/// Longest substep, s: half a switching period of 8 kHz, which also resolves the electrical angle to 5° at rated speed.
+/// Longest substep, s: half a switching period of 8 kHz, which also resolves the electrical angle
+/// to 5° at rated speed.
 const DT_MAX: f64 = 62.5e-6;
 /// Largest `rate·dt` of a linear mode; Runge–Kutta is stable to 2.78.
 const RATE_STEP: f64 = 1.0;
-/// Most substeps in one step.
-const MAX_SUBSTEPS: f64 = 1e6;
 /// Part of a span by which it may be missed: clocks are off by rounding.
 const SLACK: f64 = 1e-3;
-
-/// Why a step could not be completed; the caller's state is untouched.
-#[derive(Clone, Copy, Debug, Error, PartialEq)]
-pub enum StepError {
-    /// The step itself is unusable.
-    #[error("t = {t} s: step h = {h} s must be finite, > 0 and at most 10⁶ substeps long")]
-    BadStep {
-        /// Start of the step, s.
-        t: f64,
-        /// Length of the step, s.
-        h: f64,
-    },
-    /// A quantity became infinite or NaN.
-    #[error("t = {t} s: `{signal}` became {value}; it must be finite")]
-    NotFinite {
-        /// Start of the step, s.
-        t: f64,
-        /// What became infinite or undefined.
-        signal: &'static str,
-        /// Its value.
-        value: f64,
-    },
-}
 
 /// The electrical angle turned too far in a substep.
 struct TooCoarse;
@@ -70,16 +48,14 @@ impl Rig {
         DT_MAX.min(RATE_STEP / fastest)
     }
 
-    /// The state a time `h` after `s`, both s, under the inputs `u`: held, but the rod of [`Drive::Motion`] moves on with its velocity.
-    /// `t` only names the time in an error.
+    /// The state a time `h` after `s`, both s, under the inputs `u`: held, but the rod of
+    /// [`Drive::Motion`] moves on with its velocity. `t` only names the time in an error.
     ///
     /// # Errors
     /// An unusable step, or a result that is not finite.
     pub fn step(&self, s: &State, u: &Input, t: f64, h: f64) -> Result<State, StepError> {
         let bad_step = StepError::BadStep { t, h };
-        if !(h.is_finite() && h > 0.0) {
-            return Err(bad_step);
-        }
+        check_step(t, h)?;
         let begun = &self.switched(s, u);
         let mut dt_max = self.dt_max;
         while h <= MAX_SUBSTEPS * dt_max {
@@ -87,10 +63,8 @@ impl Rig {
                 Ok(mut next) => {
                     next.mean = next.energy.mean_since(&s.energy, h);
                     next.i_dc_mean = machine::link_current(next.mean.supplied, u.v_dc);
-                    return match next.not_finite() {
-                        None => Ok(next),
-                        Some((signal, value)) => Err(StepError::NotFinite { t, signal, value }),
-                    };
+                    next.check_finite(t)?;
+                    return Ok(next);
                 }
                 Err(TooCoarse) => dt_max *= 0.25,
             }
@@ -115,7 +89,7 @@ impl Rig {
                 span = span.min(s.hold.left);
                 s.hold.left -= span;
             }
-            let n = (span * (1.0 - SLACK) / dt_max).ceil().max(1.0);
+            let n = substeps(span, dt_max);
             let dt = span / n;
             for k in 0..n as u32 {
                 s = self.substep(&s, u, done + f64::from(k) * dt, dt);
@@ -168,16 +142,5 @@ impl Rig {
             next = next.plus(weight * dt, &rates);
         }
         next
-    }
-}
-
-impl Input {
-    /// These inputs `s` seconds later: the rod moved on with its velocity, the rest held.
-    #[must_use]
-    pub fn moved(&self, s: f64) -> Self {
-        Self {
-            x: self.x + s * self.x_dot,
-            ..*self
-        }
     }
 }

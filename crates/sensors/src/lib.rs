@@ -1,13 +1,16 @@
-//! Sensors of the manipulator, between its plants and its controller: encoders of motors, joints and rods, speeds that are
-//! estimated rather than known, currents, forces, calibration errors, and the time that communication takes.
+//! Sensors of the manipulator, between its plants and its controller: encoders of motors, joints
+//! and rods, speeds that are estimated rather than known, currents, forces, calibration errors, and
+//! the time that communication takes.
 //!
-//! A sensor samples at communication points. Its reading follows the present inputs; what it remembers (the reading before, filters,
-//! noise of the coming sample) is in [`State`]. Errors that stay (zero of a joint, gain and offset of a current, bias of a force) are
-//! drawn once from the seed, noise anew for each sample from the generator that the state carries. With every effect off, which is
-//! [`Params::OFF`], values pass bit for bit. Each effect has its own place in the generator's sequence: switching one on or off changes
-//! no number of another.
+//! A sensor samples at communication points. Its reading follows the present inputs; what it
+//! remembers (the reading before, filters, noise of the coming sample) is in [`State`]. Errors that
+//! stay (zero of a joint, gain and offset of a current, bias of a force) are drawn once from the
+//! seed, noise anew for each sample from the generator that the state carries. With every effect
+//! off, which is [`Params::OFF`], values pass bit for bit. Each effect has its own place in the
+//! generator's sequence: switching one on or off changes no number of another.
 //!
-//! SI units; currents in rotor coordinates, peak-valued; rod position and force positive when the actuator extends.
+//! SI units; currents in rotor coordinates, peak-valued; rod position and force positive when the
+//! actuator extends.
 #![forbid(unsafe_code)]
 #![allow(non_snake_case)] // the paper's symbols
 
@@ -18,38 +21,13 @@ mod force;
 mod normal;
 mod params;
 mod sample;
+mod sensors;
 mod speed;
 
 pub use drawn::{Drawn, Noise};
-pub use params::{Current, Encoder, Force, ForceKind, JointZero, Params, Speed, SpeedKind};
+pub use params::{
+    ACTUATORS, Current, DELAY_MAX, Encoder, Force, ForceKind, JOINTS, JointZero, Params, Speed,
+    SpeedKind,
+};
 pub use sample::{Measured, Signals, State};
-
-use serde::{Deserialize, Serialize};
-
-/// Joints of the manipulator.
-pub const JOINTS: usize = 6;
-/// Actuators of the manipulator.
-pub const ACTUATORS: usize = 3;
-/// Most communication steps that a reading may be late.
-pub const DELAY_MAX: u32 = 4;
-
-/// The sensors: parameters, and the errors drawn from the seed.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Sensors {
-    p: Params,
-    drawn: Drawn,
-}
-
-impl Sensors {
-    /// Sensors with these parameters; `delay` beyond [`DELAY_MAX`] counts as that.
-    #[must_use]
-    pub fn new(p: Params) -> Self {
-        Self {
-            drawn: Drawn::of(p.seed),
-            p: Params {
-                delay: p.delay.min(DELAY_MAX),
-                ..p
-            },
-        }
-    }
-}
+pub use sensors::Sensors;

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use anyhow::{Context, Result};
-use cosim::ssd::Parameter;
+use cosim::structure::DataType;
 use cosim::system::{Setting, System};
 use cosim::wiring::Port;
 use machine::{AXES, Machine, Source, preset};
@@ -42,23 +42,16 @@ pub fn bind(system: &mut System, machine: &str) -> Result<()> {
     for (component, fmu) in system.structure.components.iter_mut().zip(&system.fmus) {
         let name = component.name.clone();
         let mut bind = |name: &str, value: String, data_type| {
-            component.parameters.retain(|p| p.name != name);
-            component.parameters.push(Parameter {
-                name: name.into(),
-                value,
-                data_type,
-                unit: None,
-                origin: "--machine".into(),
-            });
+            component.bind(name, value, data_type, "--machine");
         };
         if fmu.description.index(MACHINE_FILE).is_some() {
-            bind(MACHINE_FILE, machine.into(), "String");
+            bind(MACHINE_FILE, machine.into(), DataType::String);
         }
         if fmu.description.index(AXIS).is_some() {
             actuators += 1;
             let named = AXES.iter().position(|axis| name.ends_with(axis));
             let axis = named.map_or(actuators, |k| k + 1);
-            bind(AXIS, axis.to_string(), "Integer");
+            bind(AXIS, axis.to_string(), DataType::Integer);
         }
     }
     Ok(())
@@ -68,6 +61,13 @@ impl MachineFile {
     /// The file named by a start value of the manipulator's `machine_file`, of a parameter set or of the system, else the one among the FMU's resources, else the reference.
     pub fn of(system: &System, settings: &[Setting]) -> Result<Self> {
         Self::at(system, settings, system.port("hdrm.machine_file")?)
+    }
+
+    /// As [`MachineFile::of`]; nothing for a manipulator that has no such parameter.
+    pub fn of_plant(system: &System, settings: &[Setting]) -> Result<Option<Self>> {
+        let port = system.port("hdrm.machine_file").ok();
+        port.map(|port| Self::at(system, settings, port))
+            .transpose()
     }
 
     /// As [`MachineFile::of`], of the component whose parameter `file` is.
@@ -107,4 +107,10 @@ impl MachineFile {
             machine,
         })
     }
+}
+
+/// The machine of a file, or the shipped one of this name.
+pub fn read(name: &str) -> Result<Machine> {
+    let source = Source::named(name).with_context(|| name.to_owned())?;
+    Ok(source.machine)
 }

@@ -1,15 +1,19 @@
 //! Command line of the manipulator's experiments.
 #![forbid(unsafe_code)]
 
-mod commands;
-
+use std::env;
+use std::ffi::OsString;
 use std::process::ExitCode;
 
 use anyhow::Result;
 use clap::{Parser, Subcommand};
-use commands::{electric, elsewhere, evaluation, machine, path, plot, python, report, run};
-use cosim::cli::{code, exit};
+use cosim::cli::exit;
 use cosim::verdict::Verdict;
+use studies::commands::siblings::{OtherArguments, Sibling};
+use studies::commands::{
+    compare, endurance, energy, evaluate, machine, path, program, run, sizing, stability, table,
+    testbed,
+};
 use studies::worlds::World;
 
 /// Experiments on the coupled manipulator: three electromechanical actuators, rigid bodies and controller, as FMUs.
@@ -25,25 +29,27 @@ enum Command {
     /// Run one experiment and print tip error, power residuals and speed
     Run(run::RunArgs),
     /// Run one trajectory with the three controllers and print their tip RMSE beside the paper's
-    Compare(run::CompareArgs),
+    Compare(compare::CompareArgs),
     /// Tip RMSE for parameter errors, noise and loads x trajectories x controllers, for inertia errors beside the paper's
-    Table(evaluation::TableArgs),
+    Table(table::TableArgs),
     /// Write the evaluation as one HTML file with tables, plots and a 3-D animation
-    Report(report::ReportArgs),
+    #[command(disable_help_flag = true)]
+    Report(OtherArguments),
     /// One-axis experiment: lift and tilt actuator against load emulators that replay the forces of the machine
-    Testbed(evaluation::TestbedArgs),
+    Testbed(testbed::TestbedArgs),
     /// Stability proof in numbers: accompanying functions, bound and excess, gain conditions
-    Stability(evaluation::StabilityArgs),
+    Stability(stability::StabilityArgs),
     /// Energy of each actuator: electrical, losses by kind, work, regeneration, efficiency; of what feeds them, back to its source
-    Energy(electric::EnergyArgs),
+    Energy(energy::EnergyArgs),
     /// Motors and actuators beside what they do: RMS and peaks, envelopes, temperatures over an hour, sensitivity to the payload
-    Sizing(electric::SizingArgs),
+    Sizing(sizing::SizingArgs),
     /// Long run with a reference that never ends: memory, time, tracking and estimates; fails where one of them does not endure
-    Endurance(evaluation::EnduranceArgs),
+    Endurance(endurance::EnduranceArgs),
     /// Tip error, tracking, orientation and verdict of a run that another importer made and wrote as CSV
-    Evaluate(elsewhere::EvaluateArgs),
+    Evaluate(evaluate::EvaluateArgs),
     /// Draw the signals of a CSV file over time, as PNG and SVG
-    Plot(plot::PlotArgs),
+    #[command(disable_help_flag = true)]
+    Plot(OtherArguments),
     /// What is done to machine files
     #[command(subcommand)]
     Machine(machine::MachineCommand),
@@ -51,55 +57,74 @@ enum Command {
     #[command(subcommand)]
     Path(path::PathCommand),
     /// Train the actuator's surrogate network on a CSV file; Ctrl-C keeps the state, --resume goes on
-    Train(surrogate::commands::TrainArgs),
+    #[command(disable_help_flag = true)]
+    Train(OtherArguments),
     /// What belongs to the training: virtual testbed, efficiency map, plots and comparison of the network
-    #[command(subcommand)]
-    Surrogate(surrogate::commands::Command),
+    #[command(disable_help_flag = true)]
+    Surrogate(OtherArguments),
 }
 
 fn main() -> ExitCode {
-    let command = Cli::parse().command;
-    let check = command.check();
-    if command.needs_python() {
-        match python::with_python() {
-            Ok(None) => {}
-            // Code 1 too where a signal ended it.
-            Ok(Some(ended)) => {
-                let code = ended.code().and_then(|code| u8::try_from(code).ok());
-                return ExitCode::from(code.unwrap_or(1));
-            }
-            Err(error) => return exit(Err(error), check),
-        }
+    let arguments = arguments();
+    let command = Cli::parse_from(&arguments).command;
+    if let Some(sibling) = command.sibling() {
+        return sibling
+            .take_over(&arguments[1..])
+            .unwrap_or_else(|error| exit(Err(error), false));
     }
-    let done = |result: Result<()>| result.map(|()| Verdict::default());
-    let result = match command {
-        Command::Run(args) => run::run(&args),
-        Command::Compare(args) => run::compare(&args),
-        Command::Table(args) => evaluation::tables(&args),
-        Command::Report(args) => report::report(&args),
-        Command::Testbed(args) => evaluation::run_testbed(&args),
-        Command::Stability(args) => evaluation::run_stability(&args),
-        Command::Energy(args) => electric::energy(&args),
-        Command::Sizing(args) => electric::sizing(&args),
-        Command::Endurance(args) => evaluation::run_endurance(&args),
-        Command::Evaluate(args) => elsewhere::evaluate(&args),
-        Command::Plot(args) => done(plot::plot(&args)),
-        Command::Machine(command) => done(machine::run(&command)),
-        Command::Path(command) => done(path::run(&command)),
-        Command::Train(args) => done(args.run()),
-        Command::Surrogate(command) => done(command.run()),
-    };
-    let code = code(result, check);
-    python::end(code);
-    ExitCode::from(code)
+    program::run(command.needs_python(), command.check(), || command.run())
+}
+
+/// The arguments, `help` in front of them as `--help` after them: so another program's command is explained by that program.
+fn arguments() -> Vec<OsString> {
+    let mut arguments: Vec<_> = env::args_os().collect();
+    if arguments.get(1).is_some_and(|word| word == "help") {
+        arguments.remove(1);
+        arguments.push("--help".into());
+    }
+    arguments
 }
 
 impl Command {
+    /// The program that does it, where it is not this one.
+    fn sibling(&self) -> Option<Sibling> {
+        match self {
+            Self::Report(_) | Self::Plot(_) | Self::Machine(machine::MachineCommand::Draw(_)) => {
+                Some(Sibling::Report)
+            }
+            Self::Sizing(args) if args.figures.is_some() => Some(Sibling::Report),
+            Self::Path(path::PathCommand::Check(args)) if args.figures.is_some() => {
+                Some(Sibling::Report)
+            }
+            Self::Train(_) | Self::Surrogate(_) => Some(Sibling::Surrogate),
+            _ => None,
+        }
+    }
+
+    fn run(&self) -> Result<Verdict> {
+        let done = |result: Result<()>| result.map(|()| Verdict::default());
+        match self {
+            Self::Run(args) => run::run(args),
+            Self::Compare(args) => compare::compare(args),
+            Self::Table(args) => table::table(args),
+            Self::Testbed(args) => testbed::testbed(args),
+            Self::Stability(args) => stability::stability(args),
+            Self::Energy(args) => energy::energy(args),
+            Self::Sizing(args) => sizing::sizing(args).map(|(verdict, _)| verdict),
+            Self::Endurance(args) => endurance::endurance(args),
+            Self::Evaluate(args) => evaluate::evaluate(args),
+            Self::Machine(command) => done(machine::run(command)),
+            Self::Path(command) => done(path::run(command)),
+            Self::Report(_) | Self::Plot(_) | Self::Train(_) | Self::Surrogate(_) => {
+                unreachable!("done by another program")
+            }
+        }
+    }
+
     /// Whether it runs the plant that bends, which is written in Python.
     fn needs_python(&self) -> bool {
         match self {
             Self::Table(args) => args.world == World::Bending,
-            Self::Report(args) => args.bending,
             _ => false,
         }
     }
@@ -110,14 +135,14 @@ impl Command {
             Self::Run(args) => &args.machine,
             Self::Compare(args) => &args.machine,
             Self::Table(args) => &args.machine,
-            Self::Report(args) => &args.machine,
             Self::Testbed(args) => &args.machine,
             Self::Stability(args) => &args.machine,
             Self::Energy(args) => &args.machine,
             Self::Sizing(args) => &args.machine,
             Self::Endurance(args) => &args.machine,
             Self::Evaluate(args) => &args.machine,
-            Self::Plot(_)
+            Self::Report(_)
+            | Self::Plot(_)
             | Self::Machine(_)
             | Self::Path(_)
             | Self::Train(_)

@@ -1,28 +1,12 @@
-//! A path beside what a machine can do: its least margins as a table, and all of them along the path as a figure.
+//! A path beside what a machine can do: its least margins as a table, and all of them along the path.
 
 use std::fmt::Write as _;
-use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
 use capability::{Kinematics, Margin, Quantity};
 use machine::Machine;
 use serde_json::{Value, json};
-use tip_path::{Checked, PathFile, Points, TipPath, check};
-
-use crate::report::chart::{Curve, Figure, Panel, wheel};
-
-/// Points of a curve that are drawn at most.
-const POINTS: usize = 2000;
-
-/// Panels of the figure: title and the quantities in it.
-const PANELS: [(&str, std::ops::Range<usize>); 6] = [
-    ("joints", 0..6),
-    ("strokes", 6..9),
-    ("rod speeds", 9..12),
-    ("forces", 12..15),
-    ("wrist torques", 15..18),
-    ("motors", 18..27),
-];
+use tip_path::{PathCheck, PathFile, Points, TipPath, check};
 
 /// A path that was checked.
 pub struct PathMargins {
@@ -31,10 +15,11 @@ pub struct PathMargins {
     file: PathFile,
     path: TipPath,
     /// What was found.
-    pub checked: Checked,
-    times: Vec<f64>,
+    pub checked: PathCheck,
+    /// Times at which it was checked, s.
+    pub times: Vec<f64>,
     /// Part of the range that is left, in the order of [`Quantity::all`], for each time.
-    parts: Vec<[f64; Quantity::COUNT]>,
+    pub parts: Vec<[f64; Quantity::COUNT]>,
 }
 
 /// A path file, or a built-in path by its name.
@@ -162,32 +147,6 @@ impl PathMargins {
             "motor torque, root mean square: slew {slew:.2}, lift {lift:.2}, tilt {tilt:.2} N.m"
         );
         text
-    }
-
-    /// Margins along the path as PNG and SVG into `folder`; the files' names.
-    ///
-    /// # Errors
-    /// A picture that cannot be written.
-    pub fn draw(&self, folder: &Path) -> Result<[PathBuf; 2]> {
-        let stride = self.times.len().div_ceil(POINTS).max(1);
-        let panel = |(title, of): (&str, std::ops::Range<usize>)| {
-            let count = of.len();
-            let curves = of.enumerate().map(|(i, k)| {
-                let points = self.times.iter().zip(&self.parts).step_by(stride);
-                let points = points.map(|(t, parts)| (*t, 100.0 * parts[k])).collect();
-                Curve::new(&Quantity::all()[k].to_string(), wheel(i, count), points)
-            });
-            Panel::over_time(&format!("{title}: left of the range, %"), curves.collect())
-        };
-        let stem = Path::new(&self.name).file_stem().unwrap_or_default();
-        let stem = stem.to_string_lossy().replace(':', "_");
-        let figure = Figure {
-            name: format!("margins_{stem}"),
-            title: format!("Margins along the path {}", self.name),
-            panels: PANELS.into_iter().map(panel).collect(),
-        };
-        std::fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
-        figure.save(folder)
     }
 
     /// The same numbers for programs.

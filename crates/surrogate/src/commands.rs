@@ -12,7 +12,9 @@ use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::rig_commands::{RigCompareArgs, RigDataArgs, RigLoopArgs};
 use crate::training::{EPOCHS, Prepared, Progress};
-use crate::{data, plots};
+use rig_data::data;
+
+use crate::plots;
 
 /// Data of the rig and Levenberg–Marquardt training of the actuator's surrogate network.
 #[derive(Parser)]

@@ -2,57 +2,21 @@
 
 use std::path::{Path, PathBuf};
 
-use anyhow::{Result, anyhow};
+use anyhow::Result;
+use charts::{Area, Drawn, Picture};
 use emla::{Split, Surrogate};
-use plotters::coord::Shift;
 use plotters::prelude::*;
-use plotters::style::{FontStyle, register_font};
 
-use crate::profile::LOAD_MAX;
+use rig_data::efficiency_map::EfficiencyMap;
+use rig_data::profile::LOAD_MAX;
 
-const SIZE: (u32, u32) = (1200, 520);
+pub(crate) const SIZE: (u32, u32) = (1200, 520);
 pub(crate) const FONT: (&str, i32) = ("sans-serif", 16);
 pub(crate) const TITLE: (&str, i32) = ("sans-serif", 18);
 /// Bars of a histogram.
 const BARS: usize = 61;
 /// Cells of the efficiency map along load and speed.
 pub const MAP_CELLS: [usize; 2] = [70, 70];
-
-/// Area of any backend.
-pub(crate) type Area<'a, B> = DrawingArea<B, Shift>;
-
-/// Something that can be drawn on any backend.
-pub(crate) trait Picture {
-    fn draw<B: DrawingBackend>(
-        &self,
-        area: &Area<'_, B>,
-    ) -> Result<(), DrawingAreaErrorKind<B::ErrorType>>;
-}
-
-/// Draw `picture` as `folder/name.png` and `.svg`; the files' names.
-pub(crate) fn save(picture: &impl Picture, folder: &Path, name: &str) -> Result<[PathBuf; 2]> {
-    // Without system fonts; a second registration changes nothing.
-    register_font(
-        FONT.0,
-        FontStyle::Normal,
-        epaint_default_fonts::UBUNTU_LIGHT,
-    )
-    .map_err(|_| anyhow!("the built-in font is unreadable"))?;
-    let files = [
-        folder.join(format!("{name}.png")),
-        folder.join(format!("{name}.svg")),
-    ];
-    let failed = |e: &dyn std::fmt::Display| anyhow!("{name}: {e}");
-    {
-        let area = BitMapBackend::new(&files[0], SIZE).into_drawing_area();
-        let drawn = picture.draw(&area).and_then(|()| area.present());
-        drawn.map_err(|e| failed(&e))?;
-        let area = SVGBackend::new(&files[1], SIZE).into_drawing_area();
-        let drawn = picture.draw(&area).and_then(|()| area.present());
-        drawn.map_err(|e| failed(&e))?;
-    }
-    Ok(files)
-}
 
 /// Predicted and true values of force, kN, and rod speed, mm/s.
 struct Agreement {
@@ -62,10 +26,7 @@ struct Agreement {
 const QUANTITIES: [&str; 2] = ["force, kN", "rod speed, mm/s"];
 
 impl Picture for Agreement {
-    fn draw<B: DrawingBackend>(
-        &self,
-        area: &Area<'_, B>,
-    ) -> Result<(), DrawingAreaErrorKind<B::ErrorType>> {
+    fn draw<B: DrawingBackend>(&self, area: &Area<'_, B>) -> Drawn<B> {
         area.fill(&WHITE)?;
         for (k, part) in area.split_evenly((1, 2)).iter().enumerate() {
             let pairs = &self.pairs[k];
@@ -96,10 +57,7 @@ struct Residuals {
 }
 
 impl Picture for Residuals {
-    fn draw<B: DrawingBackend>(
-        &self,
-        area: &Area<'_, B>,
-    ) -> Result<(), DrawingAreaErrorKind<B::ErrorType>> {
+    fn draw<B: DrawingBackend>(&self, area: &Area<'_, B>) -> Drawn<B> {
         area.fill(&WHITE)?;
         let names = ["force error, N", "rod speed error, mm/s"];
         for (k, part) in area.split_evenly((1, 2)).iter().enumerate() {
@@ -141,10 +99,7 @@ struct LearningCurve<'a> {
 }
 
 impl Picture for LearningCurve<'_> {
-    fn draw<B: DrawingBackend>(
-        &self,
-        area: &Area<'_, B>,
-    ) -> Result<(), DrawingAreaErrorKind<B::ErrorType>> {
+    fn draw<B: DrawingBackend>(&self, area: &Area<'_, B>) -> Drawn<B> {
         area.fill(&WHITE)?;
         let all = self
             .curve
@@ -192,25 +147,14 @@ impl Picture for LearningCurve<'_> {
     }
 }
 
-/// Efficiency by load (rows, 0 … 70 kN) and rod speed (columns).
-pub struct Map {
-    /// What it shows.
-    pub title: String,
-    /// `cells[load][speed]`, 0 … 1.
-    pub cells: Vec<Vec<f64>>,
-}
-
 /// Maps side by side, over rod speeds in m/s from the first to the second.
 pub(crate) struct EfficiencyMaps<'a> {
-    pub(crate) maps: &'a [Map],
+    pub(crate) maps: &'a [EfficiencyMap],
     pub(crate) speeds: [f64; 2],
 }
 
 impl Picture for EfficiencyMaps<'_> {
-    fn draw<B: DrawingBackend>(
-        &self,
-        area: &Area<'_, B>,
-    ) -> Result<(), DrawingAreaErrorKind<B::ErrorType>> {
+    fn draw<B: DrawingBackend>(&self, area: &Area<'_, B>) -> Drawn<B> {
         area.fill(&WHITE)?;
         let (maps, legend) = area.split_horizontally(SIZE.0 - 90);
         for (map, part) in self
@@ -303,9 +247,9 @@ pub fn quality(
         curve: &surrogate.training().curve,
     };
     let files = [
-        save(&Agreement { pairs }, folder, "predicted_against_true")?,
-        save(&Residuals { errors }, folder, "residuals")?,
-        save(&curve, folder, "learning_curve")?,
+        charts::save(&Agreement { pairs }, folder, "predicted_against_true", SIZE)?,
+        charts::save(&Residuals { errors }, folder, "residuals", SIZE)?,
+        charts::save(&curve, folder, "learning_curve", SIZE)?,
     ];
     Ok(files.concat())
 }

@@ -7,15 +7,15 @@ use anyhow::Result;
 use clap::Args;
 use emla::Surrogate;
 
-use crate::campaign::{
+use crate::commands::{NetworkArg, write};
+use crate::rig_plots;
+use rig_data::campaign::{
     Trust, compliance, held_out_profiles, measure, rms, rows, training_profiles,
 };
-use crate::commands::{NetworkArg, write};
-use crate::coupled_run::CoupledRun;
-use crate::data;
-use crate::prediction::{Errors, MODELS, Model, errors};
-use crate::rig_plots;
-use crate::windows::{Truth, Window};
+use rig_data::coupled_run::CoupledRun;
+use rig_data::data;
+use rig_data::prediction::{Errors, MODELS, Model, errors};
+use rig_data::windows::{Truth, Window};
 
 /// Number of the campaign's profiles, and the length of each, s.
 const PROFILES: u32 = 120;

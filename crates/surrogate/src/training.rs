@@ -10,9 +10,9 @@ use rand::seq::SliceRandom;
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
-use crate::data::Data;
 use crate::lm::{self, Outcome, Samples};
 use crate::network::{Shape, column_range, scaled};
+use rig_data::data::Data;
 
 /// Most epochs.
 pub const EPOCHS: u32 = 1000;

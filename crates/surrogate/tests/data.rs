@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use surrogate::data::{FEWEST_ROWS, Row, parse_csv, to_csv, to_csv_by_profile};
+use rig_data::data::{FEWEST_ROWS, Row, parse_csv, to_csv, to_csv_by_profile};
 use surrogate::lm::Samples;
 use surrogate::training::Prepared;
 

@@ -1,6 +1,6 @@
 //! A whole training run, small: same seed same weights, interruption and resumption.
 
-use surrogate::data::{Row, parse_csv, to_csv};
+use rig_data::data::{Row, parse_csv, to_csv};
 use surrogate::training::{Prepared, Progress};
 
 const WIDTHS: [usize; 4] = [2, 6, 5, 2];

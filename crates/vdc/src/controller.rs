@@ -1,81 +1,47 @@
-//! The controller: nominal machine, states, and how they advance.
+//! The controller: from measurements to commands, stage by stage, and how its state advances.
+//!
+//! This file alone knows all stages; each of them is told what it needs.
 
-use crate::adaptation::{Bounds, Estimate, adaptation_direction};
-use crate::clik::Singularities;
+use crate::bodies::Bodies;
+use crate::conditions::Conditions;
+use crate::drive::{Command, DriveState, Reading, RodDemand, VoltageLaw, residual_forces};
 use crate::error::{ControllerError, STEP_MAX};
-use crate::evaluation::{Evaluation, measured};
-use crate::load::Load;
-use crate::low_level::{Law, LowLevelState};
-use crate::rates::{RateLimits, Rates};
-use crate::reference::{Desired, Path};
-use crate::sampling::{Sampling, Timing};
-use crate::speed::JointObserver;
-use crate::{Conditions, Input, Mode, Settings, Trajectory};
-use capability::Reach;
-use emla::{Drive, Emla, Surrogate};
-use hdrm::{BODIES, Body, GeometryError, Tip, Tree};
-use machine::Machine;
-use nalgebra::{Matrix3, UnitQuaternion, Vector6};
+use crate::evaluation::{Evaluation, MachineLevel};
+use crate::law::{self, Instant, Rod};
+use crate::measured::{
+    DELAY_MAX, JointObserver, Plan, SAMPLES_MAX, SLACK, Sampling, Timing, predicted,
+};
+use crate::nominal::Nominal;
+use crate::proof;
+use crate::reference::{Motion, Reference, Trajectory};
+use crate::settings::{Level, Settings};
+use crate::signals::Input;
+use crate::state::State;
+use crate::tracking::{Errors, RodMotion, rod_errors, track};
+use crate::trouble::{ReportedTroubles, Trouble, first_trouble};
+use emla::Surrogate;
+use hdrm::{DOF, Stroke, Tip, saturate};
+use machine::{Controller as Gains, Machine};
+use nalgebra::Vector6;
 use serde::{Deserialize, Serialize};
-use spatial::Inertia;
-use tip_path::TipPath;
+use tip_path::Load;
 
 /// The controller and its state.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Controller {
-    pub(crate) nominal: Nominal,
-    pub(crate) path: Option<Path>,
-    /// Commanded rates in place of a path.
-    pub(crate) rates: Option<Rates>,
-    /// A path of a file, where there is no other.
-    pub(crate) given: Option<TipPath>,
-    /// Pose of the tip when the controller started.
-    pub(crate) start: Desired,
+    nominal: Nominal,
+    reference: Reference,
     timing: Timing,
-    pub(crate) state: State,
-}
-
-/// What the controller believes about the machine.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-pub(crate) struct Nominal {
-    pub(crate) tree: Tree,
-    /// About each body's frame origin.
-    pub(crate) inertia: [Inertia; Body::COUNT],
-    pub(crate) bounds: [Bounds; Body::COUNT],
-    pub(crate) joint_viscous: [f64; 6],
-    pub(crate) tau_wrist_max: [f64; 3],
-    pub(crate) gravity: f64,
-    /// Slew, lift and tilt.
-    pub(crate) actuators: [Emla; 3],
-    /// The same without the network.
-    pub(crate) physics: [Emla; 3],
-    pub(crate) reach: Reach,
-    pub(crate) singularities: Singularities,
-    /// What it is told that the end-effector carries beside the payload.
-    pub(crate) load: Load,
-    pub(crate) inverse_bounds: [f64; 2],
-}
-
-#[derive(Clone, Debug, Serialize, Deserialize)]
-pub(crate) struct State {
-    /// Time that the states belong to, and with them the next evaluation, s: the communication point without `sample_time` and `delay`.
-    pub(crate) t: f64,
-    /// Time at which the controller started, s.
-    pub(crate) t_start: f64,
-    pub(crate) estimates: [Estimate; Body::COUNT],
-    pub(crate) drives: [LowLevelState; 3],
-    /// Integral part z of the tracking error, in the places of [`crate::integral::Errors`].
-    pub(crate) integral: Vector6<f64>,
-    pub(crate) joints: JointObserver,
-    pub(crate) sampling: Sampling,
+    state: State,
 }
 
 impl Controller {
-    /// A controller for `machine` whose actuators follow `surrogate` as far as `settings.alpha` says,
-    /// starting at time `t` with the machine as `input` measures it.
+    /// A controller for `machine` whose actuators follow `surrogate` as far as `settings.alpha`
+    /// says, starting at time `t` with the machine as `input` measures it.
     ///
     /// # Errors
-    /// Parameters, geometry or inertias that do not make a machine.
+    /// Parameters, geometry or inertias that do not make a machine; limits of commanded rates that
+    /// are not finite and positive; a path that cannot be made, or that the machine cannot do.
     pub fn new(
         machine: &Machine,
         surrogate: &Surrogate,
@@ -86,45 +52,29 @@ impl Controller {
     ) -> Result<Self, ControllerError> {
         machine.check()?;
         settings.gains.check()?;
-        let nominal = Nominal::new(machine, surrogate, settings.gains.inverse_bounds)?;
-        let configuration = nominal.tree.configuration(&input.zeta);
-        let tip = Tip::new(&nominal.tree, &configuration);
-        let emla = machine.emla.in_order();
-        let drives = std::array::from_fn(|i| LowLevelState::undisturbed(emla[i], input.w_m[i]));
-        let estimates = std::array::from_fn(|k| nominal.bounds[k].nominal(nominal.inertia[k]));
+        let nominal = Nominal::new(machine, surrogate)?;
+        let drive = |i: usize| DriveState::undisturbed(nominal.parameters()[i], input.w_m[i]);
         let mut controller = Self {
-            path: Path::of(trajectory, &machine.trajectories),
-            rates: (trajectory == Trajectory::Rates)
-                .then(|| Rates::new(machine, &nominal.tree, &input.zeta)),
-            given: None,
-            start: Desired::rest(tip.position, orientation(&input.zeta)),
             state: State {
                 t,
                 t_start: t,
-                estimates,
-                drives,
-                integral: Vector6::zeros(),
                 joints: JointObserver::default(),
                 sampling: Sampling::default(),
+                motion: Motion::rest(&input.zeta),
+                integral: Vector6::zeros(),
+                bodies: Bodies::new(machine, settings.gains.inverse_bounds)?,
+                drives: [0, 1, 2].map(drive),
             },
+            reference: Reference::new(trajectory, machine, &nominal, &input.zeta)?,
             timing: Timing::default(),
             nominal,
         };
-        controller.settle(settings, input)?;
-        Ok(controller)
-    }
-
-    /// The required currents have been what they are at the start.
-    pub(crate) fn settle(
-        &mut self,
-        settings: &Settings,
-        input: &Input,
-    ) -> Result<(), ControllerError> {
-        let now = self.evaluate(settings, input)?;
-        for (drive, command) in self.state.drives.iter_mut().zip(&now.commands) {
+        // The filters start at the present required currents, as if these had been constant.
+        let now = controller.evaluate(settings, input)?;
+        for (drive, command) in controller.state.drives.iter_mut().zip(&now.commands) {
             *drive = drive.settled(command.i_qr);
         }
-        Ok(())
+        Ok(controller)
     }
 
     /// The same controller with this timing; before its first step.
@@ -133,26 +83,75 @@ impl Controller {
         Self { timing, ..self }
     }
 
-    /// The same controller with these limits of commanded rates; before its first step.
+    /// When it samples, and how late its commands act.
+    #[must_use]
+    pub fn timing(&self) -> Timing {
+        self.timing
+    }
+
+    /// The stability conditions of the voltage law with these gains, at the actuator that meets
+    /// them with the least margin.
+    #[must_use]
+    pub fn conditions(&self, gains: &Gains) -> Conditions {
+        let of = |p| Conditions::new(p, gains);
+        Conditions::weakest(self.nominal.parameters().map(of))
+    }
+
+    /// Inverse kinematics, control law and voltage law for the present state, with the measurements
+    /// `input`; while measurements are held (`sample_time`, `delay`), with those. It holds until
+    /// the state, the settings or an input other than the forces `F` change.
     ///
     /// # Errors
-    /// A limit that is not finite and positive.
-    pub fn with_rate_limits(mut self, limits: &RateLimits) -> Result<Self, ControllerError> {
-        if let Some(rates) = &mut self.rates {
-            rates.set_limits(limits)?;
+    /// A reference orientation of length zero, or a number that is not finite.
+    pub fn evaluate(
+        &self,
+        settings: &Settings,
+        input: &Input,
+    ) -> Result<Evaluation, ControllerError> {
+        let Self {
+            nominal,
+            reference,
+            state,
+            ..
+        } = self;
+        let held = state.sampling.held.as_ref();
+        let observed = state.joints.observed(input, settings.gains.omega_speed);
+        let input = held.unwrap_or(&observed);
+        let mut now = Evaluation::of_held(held);
+        let wrist = match settings.level {
+            Level::Machine => machine_level(&mut now, nominal, reference, state, settings, input)?,
+            Level::Actuator => {
+                actuator_level(&mut now, nominal, state, settings, input);
+                [0.0; 3]
+            }
+        };
+        now.commands = voltages(nominal, &state.drives, settings, input, &now.demands);
+        let limit = &nominal.tau_wrist_max;
+        now.output.tau_wrist = std::array::from_fn(|j| saturate(wrist[j], limit[j]));
+        now.fill(input);
+        let t = state.motion_time(settings.gains.settle_time);
+        now.output.motion_end = self.motion_end(settings);
+        now.output.load = reference.load(t).unwrap_or_default();
+        proof::fill(
+            &mut now,
+            nominal,
+            &state.bodies,
+            &state.drives,
+            settings,
+            input,
+        );
+        match now.output.not_finite() {
+            Some((signal, value)) => Err(ControllerError::NotFinite {
+                t: state.t,
+                signal,
+                value,
+            }),
+            None => Ok(now),
         }
-        Ok(self)
     }
 
-    /// The stability conditions of the low-level law with these gains, at the actuator that meets them with the least margin.
-    #[must_use]
-    pub fn conditions(&self, settings: &Settings) -> Conditions {
-        let of = |emla: &Emla| Conditions::new(emla.params(), &settings.gains);
-        Conditions::weakest(self.nominal.actuators.each_ref().map(of))
-    }
-
-    /// Advances from the communication point `t` by `h`, both s, with the measurements held; `now` is the evaluation of the present
-    /// state and `input`. On error nothing has changed.
+    /// Advances from the communication point `t` by `h`, both s, with the measurements held; `now`
+    /// is the evaluation of the present state and `input`. On error nothing has changed.
     ///
     /// # Errors
     /// A step that is not positive or too long, and as [`Controller::evaluate`].
@@ -167,7 +166,8 @@ impl Controller {
         if !(h > 0.0 && h <= STEP_MAX) {
             return Err(ControllerError::BadStep { t, h });
         }
-        let input = &self.estimated(settings, input);
+        let omega = settings.gains.omega_speed;
+        let input = &self.state.joints.observed(input, omega);
         match self.timing {
             Timing { delay: 1.., .. } => self.step_delayed(now, settings, input, t, h)?,
             Timing { sample_time, .. } if sample_time > 0.0 => {
@@ -178,97 +178,269 @@ impl Controller {
                 self.state.t = t + h;
             }
         }
-        self.advance_estimates(now, settings, input, h);
-        self.hear_of_loads(settings);
+        if let (true, Some(machine)) = (omega > 0.0, &now.machine) {
+            let (zeta, rate) = (&input.zeta, &input.zeta_dot);
+            let joints = &mut self.state.joints;
+            *joints = joints.advanced(zeta, rate, &machine.zeta_ddot_r, omega, h);
+        }
+        self.take_over_load(settings);
         Ok(())
     }
 
-    /// When it samples, and how late its commands act.
-    #[must_use]
-    pub fn timing(&self) -> Timing {
-        self.timing
+    /// Tells the controller that the end-effector carries `load` from now on; a mass that is not
+    /// finite and ≥ 0 changes nothing.
+    pub fn tell_load(&mut self, load: &Load) {
+        self.state.bodies.carry(load, &self.nominal.tree.r_D4_T4);
     }
 
-    /// Adaptation and states of the voltage law over an interval of `h` s in which the measurements and commands of `now` are held.
-    pub(crate) fn advance(&mut self, now: &Evaluation, settings: &Settings, input: &Input, h: f64) {
-        if let (Mode::Adaptive, Some(machine)) = (settings.mode, &now.machine) {
-            for (k, motion) in machine.motions.iter().enumerate() {
-                let S = adaptation_direction(&motion.w, &motion.V_r, &motion.V, &motion.s());
-                let bounds = &self.nominal.bounds[k];
-                let gains = &settings.gains;
-                self.state.estimates[k].advance(&S, gains.gamma, gains.leakage, h, bounds);
+    /// What begins to go wrong with the commands of `now` in a step from `t` by `h`, both s;
+    /// `reported` remembers what was reported already.
+    pub fn trouble(
+        &self,
+        now: &Evaluation,
+        settings: &Settings,
+        reported: &mut ReportedTroubles,
+        t: f64,
+        h: f64,
+    ) -> Option<Trouble> {
+        let h = h.max(self.timing.sample_time);
+        let rates = self.reference.rates().map(|r| (r, &self.state.motion));
+        first_trouble(now, &self.nominal, rates, settings, reported, [t, h])
+    }
+
+    /// Time at which the reference has come to its end, s; the start time for an external one.
+    fn motion_end(&self, settings: &Settings) -> f64 {
+        let duration = match settings.level {
+            Level::Machine => self.reference.duration(),
+            Level::Actuator => None,
+        };
+        let motion = duration.map_or(0.0, |duration| settings.gains.settle_time + duration);
+        self.state.t_start + motion
+    }
+
+    /// Takes over what the path says of the load, if the controller is told.
+    #[inline]
+    fn take_over_load(&mut self, settings: &Settings) {
+        if settings.load_told && settings.level == Level::Machine {
+            let t = self.state.motion_time(settings.gains.settle_time);
+            let load = self.reference.load(t);
+            if let Some(load) = load.filter(|load| load != self.state.bodies.load()) {
+                self.tell_load(&load);
             }
         }
-        self.advance_integral(now, h);
-        if let Some(rates) = &mut self.rates {
-            rates.advance(&self.nominal.tree, settings.rate_command, input, h);
+    }
+
+    /// All states but the observer's and the samples over an interval of `h` s in which the
+    /// measurements and commands of `now` are held.
+    fn advance(&mut self, now: &Evaluation, settings: &Settings, input: &Input, h: f64) {
+        let Self {
+            nominal,
+            reference,
+            state,
+            ..
+        } = self;
+        if let Some(machine) = &now.machine {
+            let law = settings.mode.law();
+            law.learn(&mut state.bodies, &machine.motions, &settings.gains, h);
         }
-        for (i, drive) in self.state.drives.iter_mut().enumerate() {
-            let law = self.nominal.law(settings, i);
-            law.advance(drive, &measured(input, i), &now.commands[i], h);
+        let is_at_limit = now.is_at_limit(&nominal.tau_wrist_max);
+        now.errors.advance(&mut state.integral, is_at_limit, h);
+        if let Some(rates) = reference.rates() {
+            let command = settings.rate_command;
+            rates.advance(&mut state.motion, &nominal.tree, command, input, h);
         }
+        for (i, drive) in state.drives.iter_mut().enumerate() {
+            let law = VoltageLaw {
+                actuator: &nominal.actuators[i],
+                settings,
+            };
+            law.advance(drive, &Reading::of(input, i), &now.commands[i], h);
+        }
+    }
+
+    /// A step without delay: measurements are held from one sample to the next, those of a sample
+    /// inside the step are `input`.
+    fn step_sampled(
+        &mut self,
+        now: &Evaluation,
+        settings: &Settings,
+        input: &Input,
+        t: f64,
+        h: f64,
+    ) -> Result<(), ControllerError> {
+        let T = self.timing.sample_time;
+        if h > SAMPLES_MAX * T {
+            return Err(ControllerError::BadStep { t, h });
+        }
+        let before = self.state.clone();
+        let (end, slack) = (t + h, SLACK * T);
+        let mut now = *now;
+        loop {
+            let sampling = &mut self.state.sampling;
+            let measured = *sampling.held.get_or_insert(*input);
+            let next = self.timing.sample(self.state.t_start, sampling.count + 1);
+            if next > end + slack {
+                return Ok(());
+            }
+            self.advance(&now, settings, &measured, T);
+            self.state.t = next;
+            self.state.sampling.count += 1;
+            self.state.sampling.held = None;
+            if next >= end - slack {
+                return Ok(());
+            }
+            match self.evaluate(settings, input) {
+                Ok(inside) => now = inside,
+                Err(error) => {
+                    self.state = before;
+                    return Err(error);
+                }
+            }
+        }
+    }
+
+    /// A step after which the outputs belong to the time at which they act: measurements are
+    /// predicted over the delay, with the commands that act meanwhile.
+    fn step_delayed(
+        &mut self,
+        now: &Evaluation,
+        settings: &Settings,
+        input: &Input,
+        t: f64,
+        h: f64,
+    ) -> Result<(), ControllerError> {
+        let T = self.timing.sample_time;
+        let delay = self.timing.delay.min(DELAY_MAX) as usize;
+        let mut sampling = self.state.sampling;
+        sampling.plan(delay, plan(now));
+        let due = self.timing.sample(self.state.t_start, sampling.count);
+        if T == 0.0 || t >= due - SLACK * T {
+            let (mut ahead, mut lead) = sampling.first(input, h);
+            for planned in sampling.planned(delay) {
+                ahead = predicted(&self.nominal, settings.alpha, &ahead, planned, lead, t, h)?;
+                lead = 0.0;
+            }
+            let acts = t + delay as f64 * h;
+            let measured = *sampling.held.as_ref().unwrap_or(input);
+            self.advance(now, settings, &measured, (acts - self.state.t).max(0.0));
+            self.state.t = acts;
+            sampling.hold(ahead);
+        }
+        sampling.pass();
+        self.state.sampling = sampling;
+        Ok(())
     }
 }
 
-impl Nominal {
-    /// The law of actuator `i`.
-    pub(crate) fn law<'a>(&'a self, settings: &'a Settings, i: usize) -> Law<'a> {
-        Law {
-            actuator: &self.actuators[i],
-            settings,
-        }
-    }
+/// The whole machine: from the reference of the tip, or of the joints, to the demands on the rods
+/// and the wrist torques, N·m.
+fn machine_level(
+    now: &mut Evaluation,
+    nominal: &Nominal,
+    reference: &Reference,
+    state: &State,
+    settings: &Settings,
+    input: &Input,
+) -> Result<[f64; 3], ControllerError> {
+    let gains = &settings.gains;
+    let t = state.motion_time(gains.settle_time);
+    let target = reference.target(nominal, &state.motion, input, t)?;
+    let configuration = nominal.tree.configuration(&input.zeta);
+    let tip = Tip::new(&nominal.tree, &configuration);
+    let z = settings.integral.then_some(&state.integral);
+    let tracking = track(&target, nominal, gains, z, &tip, input);
+    let required = &tracking.required;
+    let ground = law::ground(nominal.gravity, input);
+    let motions = law::motions(&configuration, &input.zeta_dot, required, &ground);
+    let errors = law::velocity_errors(&motions, &state.bodies.nominal);
+    let rods = std::array::from_fn(|i| {
+        let stroke = &configuration.strokes[i];
+        RodMotion::of_joint(stroke, input.zeta_dot[i], required, i)
+    });
+    let forces = settings.mode.law().forces(&Instant {
+        nominal,
+        bodies: &state.bodies,
+        gains,
+        configuration: &configuration,
+        zeta_dot: &input.zeta_dot,
+        required,
+        rods: &rods,
+        ground: &ground,
+        motions: &motions,
+        errors: &errors,
+    });
+    now.errors = tracking.errors;
+    now.demands = std::array::from_fn(|i| RodDemand {
+        f_r: forces.rods[i],
+        motion: rods[i],
+    });
+    now.machine = Some(MachineLevel {
+        desired: target.tip,
+        rotation_error: tracking.rotation_error,
+        tip: tip.position,
+        zeta_ddot_r: required.zeta_ddot.into(),
+        strokes: configuration.strokes,
+        motions,
+        energy: errors.energy,
+    });
+    Ok(forces.wrist)
+}
 
-    fn new(
-        machine: &Machine,
-        surrogate: &Surrogate,
-        inverse_bounds: [f64; 2],
-    ) -> Result<Self, ControllerError> {
-        let inertia = machine.bodies.in_order().map(|b| {
-            let I_com = Matrix3::from_fn(|i, j| b.inertia_com.rows()[i][j]);
-            Inertia::from_com(b.mass, b.com.into(), I_com)
+/// Each rod by itself: the demands by its own reference.
+fn actuator_level(
+    now: &mut Evaluation,
+    nominal: &Nominal,
+    state: &State,
+    settings: &Settings,
+    input: &Input,
+) {
+    let gains = &settings.gains;
+    let z = settings.integral.then_some(&state.integral);
+    now.errors = Errors::new(rod_errors(input, gains.reading_age), z, gains.omega_tip);
+    let law = settings.mode.law();
+    now.demands = std::array::from_fn(|i| {
+        let motion = RodMotion::alone(gains, input, &now.errors, i);
+        let f_r = law.rod_force(&Rod {
+            gains,
+            M_act: nominal.actuators[i].params().M_act,
+            required: &motion,
+            x_dot: input.x_dot[i],
+            f_d: input.reference_rod_force[i],
         });
-        let [slew, lift, tilt] = machine
-            .emla
-            .in_order()
-            .map(|p| Emla::new(*p, Drive::Motion));
-        let physics = [slew?, lift?, tilt?];
-        let mut bounds = Vec::with_capacity(Body::COUNT);
-        for body in BODIES {
-            let around = Bounds::around(&inertia[body as usize], inverse_bounds);
-            bounds.push(around.ok_or(ControllerError::NotPhysical { body })?);
-        }
-        let tree = Tree::new(machine)?;
-        Ok(Self {
-            singularities: Singularities::of(&tree),
-            load: Load::default(),
-            inverse_bounds,
-            tree,
-            inertia,
-            bounds: bounds.try_into().expect("one per body"),
-            joint_viscous: machine.joint_viscous,
-            tau_wrist_max: machine.limits.tau_wrist_max,
-            gravity: machine.gravity,
-            actuators: physics
-                .clone()
-                .map(|physics| physics.with_surrogate(surrogate.clone(), 0.0)),
-            physics,
-            reach: Reach::of(&machine.geometry),
-        })
+        RodDemand { f_r, motion }
+    });
+}
+
+/// The voltage laws of the three drives.
+fn voltages(
+    nominal: &Nominal,
+    states: &[DriveState; 3],
+    settings: &Settings,
+    input: &Input,
+    demands: &[RodDemand; 3],
+) -> [Command; 3] {
+    let readings = [0, 1, 2].map(|i| Reading::of(input, i));
+    let residual_forces = residual_forces(&nominal.actuators, settings, readings.each_ref());
+    std::array::from_fn(|i| {
+        let law = VoltageLaw {
+            actuator: &nominal.actuators[i],
+            settings,
+        };
+        law.command(&states[i], &demands[i], &readings[i], residual_forces[i])
+    })
+}
+
+/// What acts with the commands of `now`.
+fn plan(now: &Evaluation) -> Plan {
+    let machine = now.machine.as_ref();
+    Plan {
+        v_d: now.output.v_d,
+        v_q: now.output.v_q,
+        zeta_ddot: machine.map_or([0.0; DOF], |m| m.zeta_ddot_r),
+        x_ddot: now.demands.map(|d| d.motion.x_r_ddot),
+        strokes: machine.map(|m| m.strokes.map(|Stroke { x, prime, .. }| [x, prime])),
     }
 }
 
-/// Tip position (m) and orientation (quaternion w, x, y, z) at the joint angles `zeta`, rad.
-///
-/// # Errors
-/// Geometry that is not a working machine.
-pub fn tip_pose(machine: &Machine, zeta: &[f64; 6]) -> Result<([f64; 3], [f64; 4]), GeometryError> {
-    let tree = Tree::new(machine)?;
-    let tip = Tip::new(&tree, &tree.configuration(zeta));
-    let q = orientation(zeta);
-    Ok((tip.position.into(), [q.w, q.i, q.j, q.k]))
-}
-
-pub(crate) fn orientation(zeta: &[f64; 6]) -> UnitQuaternion<f64> {
-    UnitQuaternion::new_unchecked(Tip::orientation(zeta))
-}
+#[cfg(test)]
+mod tests;

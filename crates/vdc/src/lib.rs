@@ -8,33 +8,32 @@
 #![forbid(unsafe_code)]
 #![allow(non_snake_case)] // the paper's symbols
 
-mod actuator_level;
-mod adaptation;
-mod clik;
+mod bodies;
+mod conditions;
 mod controller;
-mod decomposition;
+mod drive;
 mod error;
 mod evaluation;
-mod given_path;
-mod integral;
-mod load;
-mod low_level;
-mod prediction;
-mod rates;
+mod law;
+mod measured;
+mod nominal;
+mod proof;
 mod reference;
-mod sampling;
+mod settings;
 mod signals;
-mod speed;
-mod stability;
+mod state;
+mod tracking;
 mod trouble;
 
-pub use controller::{Controller, tip_pose};
+pub use conditions::Conditions;
+pub use controller::Controller;
 pub use error::ControllerError;
 pub use evaluation::Evaluation;
-pub use load::Load;
-pub use rates::{Held, RateCommand, RateLimits};
-pub use reference::{Desired, Trajectory};
-pub use sampling::{DELAY_MAX, Timing};
-pub use signals::{Derating, Input, Level, Mode, Output, Settings};
-pub use stability::Conditions;
-pub use trouble::{Told, Trouble};
+pub use law::{MODES, Mode, NamedMode};
+pub use measured::{DELAY_MAX, Timing};
+pub use nominal::tip_pose;
+pub use reference::{CommandHolds, RateCommand, RateLimits, Trajectory};
+pub use settings::{Derating, Level, Settings};
+pub use signals::{Input, Output};
+pub use tip_path::Load;
+pub use trouble::{ReportedTroubles, Trouble};

@@ -1,91 +1,9 @@
 //! What goes into the controller and what comes out.
 
-use crate::{Conditions, Load, RateCommand};
+use crate::conditions::Conditions;
 use hdrm::{Body, DOF};
-use machine::Controller as Gains;
 use serde::{Deserialize, Serialize};
-
-/// How much of the controller is at work.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Mode {
-    /// Model-based with natural adaptation (the paper's proposal).
-    Adaptive,
-    /// Model-based with the nominal parameters.
-    Modular,
-    /// Neither model nor adaptation: inverse kinematics, damping and decoupling only.
-    Pd,
-    /// As `Pd`, with the forces that hold the nominal machine against gravity.
-    PdGravity,
-}
-
-/// What the controller follows.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Level {
-    /// The tip's reference, through inverse kinematics and decomposition, down to the voltages.
-    Machine,
-    /// References of the rods alone: each actuator by itself, as on a one-axis testbed.
-    Actuator,
-}
-
-/// What may be changed while the controller runs.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Settings {
-    /// Which parts are at work.
-    pub mode: Mode,
-    /// Whether the integral of the tip's error acts (at [`Level::Actuator`] of the rods' errors), at the rate `gains.omega_tip`.
-    pub integral: bool,
-    /// What is followed; not to be changed while the controller runs.
-    pub level: Level,
-    /// Gains.
-    pub gains: Gains,
-    /// Blending factor α of the hybrid actuator that the low-level law reckons with, 0…1; 0: it
-    /// knows the physics only.
-    pub alpha: f64,
-    /// Inertia of the plant over nominal, for the Lyapunov outputs only.
-    pub true_inertia_scale: f64,
-    /// Less current for hot windings; None: `i_max` at any temperature.
-    pub derating: Option<Derating>,
-    /// What the commanded rates are of, if the trajectory is [`crate::Trajectory::Rates`].
-    pub rate_command: RateCommand,
-    /// Whether the controller is told of the loads that a path picks up and sets down.
-    pub load_told: bool,
-}
-
-impl Settings {
-    /// The adaptive controller of the whole machine with these gains, which reckons with the physics alone and is told of loads; no integral,
-    /// no derating.
-    #[must_use]
-    pub fn of(gains: &Gains) -> Self {
-        Self {
-            mode: Mode::Adaptive,
-            integral: false,
-            level: Level::Machine,
-            gains: *gains,
-            alpha: 0.0,
-            true_inertia_scale: 1.0,
-            derating: None,
-            rate_command: RateCommand::Joint,
-            load_told: true,
-        }
-    }
-}
-
-/// Currents fall with the winding's temperature: up to `start` the law asks for up to `i_max`, from `end` on for nothing, in between for a share
-/// that falls linearly.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Derating {
-    /// Temperature from which on the current is reduced, K.
-    pub start: f64,
-    /// Temperature from which on there is none, K.
-    pub end: f64,
-}
-
-impl Derating {
-    /// Share of `i_max` at the winding temperature `T`, K.
-    pub(crate) fn share(&self, T: f64) -> f64 {
-        ((self.end - T) / (self.end - self.start)).clamp(0.0, 1.0)
-    }
-}
+use tip_path::Load;
 
 /// Measurements and the external reference.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -100,11 +18,12 @@ pub struct Input {
     pub i_q: [f64; 3],
     /// Motor speeds, rad/s.
     pub w_m: [f64; 3],
-    /// Rod positions, m; read at [`Level::Actuator`].
+    /// Rod positions, m; read at [`crate::Level::Actuator`].
     pub x: [f64; 3],
-    /// Rod velocities, m/s; read at [`Level::Actuator`] and by the virtual power flows.
+    /// Rod velocities, m/s; read at [`crate::Level::Actuator`] and by the virtual power flows.
     pub x_dot: [f64; 3],
-    /// Actuator forces, N; read by the virtual power flows and, in a step, by the disturbance observer.
+    /// Actuator forces, N; read by the virtual power flows and, in a step, by the disturbance
+    /// observer.
     pub F: [f64; 3],
     /// Voltage of the DC link, V; None: the nominal machine's.
     pub v_dc: Option<f64>,
@@ -120,7 +39,7 @@ pub struct Input {
     pub reference_orientation: [f64; 4],
     /// External reference: tip angular velocity in the world, rad/s.
     pub reference_angular_velocity: [f64; 3],
-    /// Rod references of [`Level::Actuator`]: positions, m.
+    /// Rod references of [`crate::Level::Actuator`]: positions, m.
     pub reference_rod_position: [f64; 3],
     /// Rod references: velocities, m/s.
     pub reference_rod_velocity: [f64; 3],
@@ -189,4 +108,29 @@ pub struct Output {
     pub vpf: [f64; 3],
     /// What the path has the end-effector carry.
     pub load: Load,
+}
+
+impl Output {
+    /// Name and value of the first signal that is not finite: numbers of measurements and settings
+    /// far beyond any machine's overflow.
+    pub(crate) fn not_finite(&self) -> Option<(&'static str, f64)> {
+        let scalar = std::slice::from_ref;
+        let signals: [(&'static str, &[f64]); 11] = [
+            ("v_d", &self.v_d),
+            ("v_q", &self.v_q),
+            ("tau_wrist", &self.tau_wrist),
+            ("f_required", &self.f_required),
+            ("x_dot_required", &self.x_dot_required),
+            ("nu_velocity", scalar(&self.nu_velocity)),
+            ("nu_adaptation", scalar(&self.nu_adaptation)),
+            ("nu_actuator", &self.nu_actuator),
+            ("dissipation", scalar(&self.dissipation)),
+            ("dissipation_actuator", &self.dissipation_actuator),
+            ("force_error", &self.force_error),
+        ];
+        signals.into_iter().find_map(|(signal, values)| {
+            let value = values.iter().find(|v| !v.is_finite())?;
+            Some((signal, *value))
+        })
+    }
 }

@@ -1,8 +1,10 @@
-//! Where trouble begins: causes that later show as voltages beyond all bounds or a machine out of control.
+//! Where trouble begins: causes that later show as voltages beyond all bounds or a machine out of
+//! control.
 
-use crate::controller::Controller;
 use crate::evaluation::Evaluation;
-use crate::{Level, Settings};
+use crate::nominal::Nominal;
+use crate::reference::{Motion, Rates};
+use crate::settings::{Level, Settings};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
@@ -57,7 +59,8 @@ pub enum Trouble {
         /// Reference of the tilt joint, rad.
         zeta: f64,
     },
-    /// Commanded rates of the tip ask for more than twice what a joint may do, as near a singularity.
+    /// Commanded rates of the tip ask for more than twice what a joint may do, as near a
+    /// singularity.
     #[error(
         "t = {t} s: the commanded rates of the tip ask joint {joint} for {asked} rad/s, its reference must be within {limit} rad/s: the tip is slowed as a whole"
     )]
@@ -98,9 +101,9 @@ pub enum Trouble {
     },
 }
 
-/// Which troubles last, so that each is told once, where it begins.
+/// Which troubles last, so that each is reported once, where it begins.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Told {
+pub struct ReportedTroubles {
     step: bool,
     reach: bool,
     voltage: [bool; 3],
@@ -110,76 +113,71 @@ pub struct Told {
     rate: bool,
 }
 
-impl Controller {
-    /// What begins to go wrong with the commands of `now` in a step from `t` by `h`, both s, `told` remembers what was told already.
-    pub fn trouble(
-        &self,
-        now: &Evaluation,
-        settings: &Settings,
-        told: &mut Told,
-        t: f64,
-        h: f64,
-    ) -> Option<Trouble> {
-        let mut first = None;
-        let mut begins = |told: &mut bool, lasts: bool, trouble: Trouble| {
-            // One at a time: what begins at the same time is told a step later.
-            if lasts && !*told && first.is_some() {
-                return;
-            }
-            if lasts && !*told {
-                first = Some(trouble);
-            }
-            *told = lasts;
-        };
-        let h = h.max(self.timing().sample_time);
-        let least = self.nominal.actuators.iter().map(|a| {
-            let p = a.params();
-            p.L_d.min(p.L_q)
-        });
-        let longest = least.fold(f64::INFINITY, f64::min) / settings.gains.K_i;
-        let too_long = Trouble::StepTooLong { t, h, longest };
-        begins(&mut told.step, h > longest, too_long);
-        let y = now.output(&[0.0; 3]);
-        if settings.level == Level::Machine {
-            let reach = self.nominal.reach.length();
-            let distance = self.nominal.reach.distance(y.desired_position);
-            let out_of_reach = Trouble::OutOfReach { t, distance, reach };
-            begins(&mut told.reach, distance > reach, out_of_reach);
+/// What begins to go wrong with the commands of `now` at `t`, s, where samples are `h` apart, s;
+/// `reported` remembers what was reported already. `rates` are those of an operator, with the
+/// joints' reference that they lead to.
+pub(crate) fn first_trouble(
+    now: &Evaluation,
+    nominal: &Nominal,
+    rates: Option<(&Rates, &Motion)>,
+    settings: &Settings,
+    reported: &mut ReportedTroubles,
+    [t, h]: [f64; 2],
+) -> Option<Trouble> {
+    let mut first = None;
+    let mut begins = |reported: &mut bool, lasts: bool, trouble: Trouble| {
+        // One at a time: what begins at the same time is reported a step later.
+        if lasts && !*reported && first.is_some() {
+            return;
         }
-        if let Some(rates) = &self.rates {
-            let (zeta, held) = (rates.motion.zeta, &rates.motion.held);
-            for (i, told) in told.joint.iter_mut().enumerate() {
-                let at_end = Trouble::JointHeld {
-                    t,
-                    joint: i + 1,
-                    zeta: zeta[i],
-                    limit: rates.nearest_limit(i),
-                };
-                begins(told, held.joint[i], at_end);
-            }
-            let stretched = Trouble::ElbowHeld { t, zeta: zeta[2] };
-            begins(&mut told.elbow, held.elbow, stretched);
-            let singular = Trouble::WristSingular { t, zeta: zeta[4] };
-            begins(&mut told.wrist, held.wrist, singular);
-            let (joint, asked) = held.rate.unwrap_or_default();
-            let slowed = Trouble::JointRate {
-                t,
-                joint: joint + 1,
-                asked,
-                limit: rates.largest_rate(joint),
-            };
-            begins(&mut told.rate, held.rate.is_some(), slowed);
+        if lasts && !*reported {
+            first = Some(trouble);
         }
-        for (i, told) in told.voltage.iter_mut().enumerate() {
-            let (asked, v_max) = (now.commands[i].voltage(), now.commands[i].v_max);
-            let voltage = Trouble::Voltage {
-                t,
-                actuator: i + 1,
-                asked,
-                v_max,
-            };
-            begins(told, asked > v_max, voltage);
-        }
-        first
+        *reported = lasts;
+    };
+    let least = nominal.parameters().map(|p| p.L_d.min(p.L_q));
+    let longest = least.into_iter().fold(f64::INFINITY, f64::min) / settings.gains.K_i;
+    let too_long = Trouble::StepTooLong { t, h, longest };
+    begins(&mut reported.step, h > longest, too_long);
+    if settings.level == Level::Machine {
+        let reach = nominal.reach.length();
+        let distance = nominal.reach.distance(now.output.desired_position);
+        let out_of_reach = Trouble::OutOfReach { t, distance, reach };
+        begins(&mut reported.reach, distance > reach, out_of_reach);
     }
+    if let Some((rates, motion)) = rates {
+        let (zeta, held) = (motion.zeta, &motion.held);
+        for (i, reported) in reported.joint.iter_mut().enumerate() {
+            let at_end = Trouble::JointHeld {
+                t,
+                joint: i + 1,
+                zeta: zeta[i],
+                limit: rates.nearest_limit(i, zeta[i]),
+            };
+            begins(reported, held.joint[i], at_end);
+        }
+        let stretched = Trouble::ElbowHeld { t, zeta: zeta[2] };
+        begins(&mut reported.elbow, held.elbow, stretched);
+        let singular = Trouble::WristSingular { t, zeta: zeta[4] };
+        begins(&mut reported.wrist, held.wrist, singular);
+        let (joint, asked) = held.rate.unwrap_or_default();
+        let slowed = Trouble::JointRate {
+            t,
+            joint: joint + 1,
+            asked,
+            limit: rates.largest_rate(joint),
+        };
+        begins(&mut reported.rate, held.rate.is_some(), slowed);
+    }
+    for (i, reported) in reported.voltage.iter_mut().enumerate() {
+        let (asked, v_max) = (now.commands[i].voltage(), now.commands[i].v_max);
+        let voltage = Trouble::Voltage {
+            t,
+            actuator: i + 1,
+            asked,
+            v_max,
+        };
+        begins(reported, asked > v_max, voltage);
+    }
+    first
 }

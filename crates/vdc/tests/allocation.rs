@@ -4,7 +4,7 @@
 use allocation_counter::measure;
 use emla::Surrogate;
 use machine::Machine;
-use vdc::{Controller, Input, RateCommand, Settings, Timing, Trajectory};
+use vdc::{Controller, Input, RateCommand, RateLimits, Settings, Timing, Trajectory};
 
 #[test]
 fn evaluations_and_steps_allocate_nothing() {
@@ -21,7 +21,7 @@ fn evaluations_and_steps_allocate_nothing() {
     let timings = [(0.0, 0), (0.0, 1), (2e-3, 0), (3e-4, 0), (2e-3, 2)];
     let cubic = timings.map(|timing| (timing, Trajectory::Cubic, RateCommand::Joint));
     let rates = [RateCommand::Joint, RateCommand::Tip]
-        .map(|command| ((0.0, 0), Trajectory::Rates, command));
+        .map(|command| ((0.0, 0), Trajectory::Rates(RateLimits::default()), command));
     for ((sample_time, delay), path, rate_command) in cubic.into_iter().chain(rates) {
         let network = Surrogate::reference();
         let settings = Settings {

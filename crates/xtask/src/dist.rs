@@ -22,12 +22,11 @@ use cargo_fmu::workspace::artifacts;
 use clap::Args;
 use sha2::{Digest, Sha256};
 
-use crate::libclang;
 use crate::pack;
 use crate::python::Python;
 use crate::test::is_ci;
 use crate::wheel;
-use crate::workspace::{FMU_PROFILE, Workspace};
+use crate::workspace::{FMU_PROFILE, Workspace, profile};
 pub use check::prepare;
 use listing::Listing;
 
@@ -41,7 +40,7 @@ pub struct Options {
     /// Folder for the result, which is replaced [default: dist/ in the cargo target directory]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Leave out the program `hdrm-fmu`, which takes longest to build
+    /// Leave out `hdrm-fmu` and the programs beside it, which take longest to build
     #[arg(long)]
     without_experiments: bool,
     /// Run what was built: here, in an old Debian and under Wine, with equal numbers; random calls; states carried between platforms
@@ -55,9 +54,9 @@ pub struct Options {
 /// What CI builds for.
 const CI_PLATFORMS: [&str; 2] = ["linux64", "win64"];
 /// Programs that are handed out.
-const PROGRAMS: [&str; 2] = ["cosim", "hdrm-fmu"];
-/// The packages of these, and of what the checks need; that of the experiments last.
-const PACKAGES: [&str; 3] = ["cosim", "torture", "studies"];
+const PROGRAMS: [&str; 4] = ["cosim", "hdrm-fmu", "hdrm-fmu-report", "hdrm-fmu-surrogate"];
+/// The packages of these, and of what the checks need; those of the experiments last.
+const PACKAGES: [&str; 5] = ["cosim", "torture", "studies", "report", "surrogate"];
 /// Programs are built like those for this machine, but without checks of what cannot happen, and without symbols.
 const PROGRAM_PROFILE: [&str; 8] = [
     "--profile",
@@ -68,13 +67,6 @@ const PROGRAM_PROFILE: [&str; 8] = [
     "profile.release.overflow-checks=false",
     "--config",
     "profile.release.strip=\"symbols\"",
-];
-/// What the crate `fmi` holds about its build, in place of the paths of compiler and documentation tool.
-pub const BUILT: [(&str, &str); 4] = [
-    ("BUILT_OVERRIDE_fmi_RUSTC", "rustc"),
-    ("BUILT_OVERRIDE_fmi_RUSTC_VERSION", ""),
-    ("BUILT_OVERRIDE_fmi_RUSTDOC", "rustdoc"),
-    ("BUILT_OVERRIDE_fmi_RUSTDOC_VERSION", ""),
 ];
 /// Name of the list of checksums, in the form of `sha256sum`.
 const CHECKSUMS: &str = "SHA256SUMS";
@@ -248,7 +240,7 @@ fn build(
         fs::remove_dir_all(&new)?;
     }
     fs::create_dir_all(&new).with_context(|| new.display().to_string())?;
-    let fmus = pack::suite_with(workspace, FMU_PROFILE, platforms, &new)?;
+    let fmus = pack::suite_with(workspace, &profile(FMU_PROFILE), platforms, &new)?;
     let mut dist = Dist {
         folder,
         targets: platforms.targets.clone(),
@@ -296,7 +288,12 @@ fn notices(
     fs::create_dir_all(folder)?;
     let notices = Notices::new(&workspace.cargo)?;
     let triples: Vec<_> = targets.iter().map(|target| target.triple).collect();
-    for (package, program) in [("cosim", "cosim"), ("studies", "hdrm-fmu")] {
+    for (package, program) in [
+        ("cosim", "cosim"),
+        ("studies", "hdrm-fmu"),
+        ("report", "hdrm-fmu-report"),
+        ("surrogate", "hdrm-fmu-surrogate"),
+    ] {
         if packages.contains(&package) {
             for (name, bytes) in notices.files(&workspace.cargo, package, &triples)? {
                 let name = name.replace("third-party", program);
@@ -330,15 +327,7 @@ impl Dist {
         mut command: Command,
         new: &Path,
     ) -> Result<()> {
-        command
-            .args(PROGRAM_PROFILE)
-            .envs(libclang::provide(workspace)?)
-            .envs(BUILT);
-        if target.needs_zig() {
-            let (name, arguments) = bindgen_arguments(workspace, target.triple)?;
-            command.env(name, arguments);
-        }
-        command.arg("--bins");
+        command.args(PROGRAM_PROFILE).arg("--bins");
         let folder = target.platform.folder;
         for built in artifacts(&mut command)? {
             let name = built.name().to_string();
@@ -374,38 +363,6 @@ impl Dist {
     fn systems(&self) -> Result<Vec<PathBuf>> {
         archives(&self.folder, "ssp")
     }
-}
-
-/// cargo-zigbuild takes from bindgen, which reads the headers of FMI, the folders with those of C; this names those that zig has for the
-/// target, innermost first.
-pub fn bindgen_arguments(workspace: &Workspace, triple: &str) -> Result<(String, String)> {
-    let python = Python::provide(workspace)?;
-    let code = "import pathlib, ziglang; print(pathlib.Path(ziglang.__file__).parent / 'lib')";
-    let zig = output(Command::new(python.program()).args(["-c", code]))?;
-    // zig's name for the processor: one folder for both widths of x86.
-    let processor = match triple.split('-').next() {
-        Some("x86_64") | None => "x86",
-        Some(processor) => processor,
-    };
-    let folders = [
-        "include".to_string(),
-        format!("libc/include/{processor}-linux-gnu"),
-        "libc/include/generic-glibc".to_string(),
-        format!("libc/include/{processor}-linux-any"),
-        "libc/include/any-linux-any".to_string(),
-    ];
-    let mut arguments = Vec::new();
-    for folder in folders {
-        let folder = Path::new(zig.trim()).join(folder);
-        ensure!(
-            folder.is_dir(),
-            "{} is missing: zig has no headers of C for {triple}",
-            folder.display()
-        );
-        arguments.push(format!("-isystem {}", folder.display()));
-    }
-    let name = format!("BINDGEN_EXTRA_CLANG_ARGS_{triple}");
-    Ok((name, arguments.join(" ")))
 }
 
 /// Files in a folder with this suffix, by name.

@@ -7,14 +7,14 @@ use std::process::Command;
 
 use anyhow::{Context, Result};
 use cargo_fmu::archive::{self, Entries};
-use cargo_fmu::fmi::library_path;
 use cargo_fmu::library;
 use cargo_fmu::pack::FMI3_FOLDER;
+use cargo_fmu::platform;
 use cargo_fmu::process::execute;
 use cargo_fmu::workspace::{Artifact, Source, artifacts};
 
+use crate::nightly;
 use crate::workspace::Workspace;
-use crate::{libclang, nightly};
 
 /// A sanitizer of the nightly compiler.
 struct Sanitizer {
@@ -123,7 +123,6 @@ impl Sanitizer {
     /// Run the tests, and build programs and the suite's FMUs, all instrumented.
     fn build<'a>(&'a self, workspace: &'a Workspace, packages: &[&str]) -> Result<Built<'a>> {
         nightly::component(workspace, "rust-src")?;
-        let environment = libclang::provide(workspace)?;
         let target = nightly::host(workspace)?;
         let suite = workspace.suite();
         let fmus = suite.iter().filter_map(|source| match source {
@@ -139,7 +138,6 @@ impl Sanitizer {
             cargo
                 .env("RUSTFLAGS", self.flags)
                 .env(self.variable, self.options);
-            cargo.envs(environment.iter().cloned());
             cargo.args(all.iter().flat_map(|name| ["-p", name]));
             cargo
         };
@@ -189,7 +187,9 @@ fn archived(
     let text = fs::read(found.with_context(missing)?)?;
     let mut entries = Entries::from([("modelDescription.xml".to_string(), text)]);
     let description = library::description(&entries)?;
-    entries.insert(library_path(&description)?, fs::read(library)?);
+    let path = platform::host()?.library(description.fmi, &description.identifier);
+    let path = path.context("FMI 2.0 has no folder for this machine")?;
+    entries.insert(path, fs::read(library)?);
     let folder = fmu_dir.join(folder);
     fs::create_dir_all(&folder).with_context(|| folder.display().to_string())?;
     let fmu = folder.join(description.identifier).with_extension("fmu");

@@ -3,12 +3,12 @@
 use super::functions::Functions;
 use crate::{library, platform};
 use anyhow::{Context, Result};
-use fmu_description::{Description, Variable, Version};
+use fmu_description::{Archive, Description, Variable, Version, library_among};
 use libloading::Library;
 use percent_encoding::{AsciiSet, NON_ALPHANUMERIC, utf8_percent_encode};
 use std::ffi::CString;
-use std::fs::{self, File};
-use std::path::{MAIN_SEPARATOR, Path};
+use std::fs;
+use std::path::{MAIN_SEPARATOR, Path, PathBuf};
 use tempfile::TempDir;
 
 /// What a path inside a URI need not encode.
@@ -44,23 +44,23 @@ impl Fmu {
 
     /// Opens an FMU whose files lie in a folder.
     pub fn unpacked(folder: &Path) -> Result<Self> {
-        let description = fs::read_to_string(folder.join("modelDescription.xml"))?;
-        let description = Description::parse(&description)?;
-        let library = folder.join(library_path(&description)?);
+        let description = Description::read(&fs::read(folder.join("modelDescription.xml"))?)?;
+        let library = library_path(folder, &description)?;
         let resources = folder.join("resources");
         let resources = match description.fmi {
             Version::Fmi2 => uri(&resources),
             Version::Fmi3 => format!("{}{MAIN_SEPARATOR}", resources.display()),
         };
         Ok(Self {
-            functions: Functions::load(load(&library)?, &description)?,
+            functions: Functions::load(load(&library)?, &description),
             description,
             resources: CString::new(resources)?,
             _folder: None,
         })
     }
 
-    /// The variable with this value reference, which FMUs made with fmu-export give only once, whatever its type; of aliases the first.
+    /// The variable with this value reference, which FMUs made with fmu-export give only once,
+    /// whatever its type; of aliases the first.
     pub fn find(&self, reference: u32) -> Option<&Variable> {
         let mut variables = self.description.variables.iter();
         variables.find(|v| v.reference == reference)
@@ -68,7 +68,7 @@ impl Fmu {
 
     fn packed(path: &Path) -> Result<Self> {
         let folder = TempDir::with_prefix("cargo-fmu-")?;
-        zip::ZipArchive::new(File::open(path)?)?.extract(folder.path())?;
+        Archive::open(fs::read(path)?)?.unpack(folder.path())?;
         let mut fmu = Self::unpacked(folder.path())?;
         fmu._folder = Some(folder);
         Ok(fmu)
@@ -77,7 +77,7 @@ impl Fmu {
     fn library(path: &Path) -> Result<Self> {
         let description = library::description(&library::files(path)?)?;
         Ok(Self {
-            functions: Functions::load(load(path)?, &description)?,
+            functions: Functions::load(load(path)?, &description),
             description,
             resources: CString::default(),
             _folder: None,
@@ -85,13 +85,23 @@ impl Fmu {
     }
 }
 
-/// Where the library for this machine lies.
-pub fn library_path(description: &Description) -> Result<String> {
-    let platform = platform::host()?;
-    match description.fmi {
-        Version::Fmi2 => platform.path(&description.identifier),
-        Version::Fmi3 => Ok(platform.path_3(&description.identifier)),
+/// The library for this machine in the folder of an FMU.
+fn library_path(folder: &Path, description: &Description) -> Result<PathBuf> {
+    let mut names = Vec::new();
+    for platform in fs::read_dir(folder.join("binaries"))?.flatten() {
+        for file in fs::read_dir(platform.path())
+            .into_iter()
+            .flatten()
+            .flatten()
+        {
+            let [platform, file] = [platform.file_name(), file.file_name()];
+            let [platform, file] = [platform.to_string_lossy(), file.to_string_lossy()];
+            names.push(format!("binaries/{platform}/{file}"));
+        }
     }
+    let names = names.iter().map(String::as_str);
+    let (library, _) = library_among(names, description, platform::host()?)?;
+    Ok(folder.join(library))
 }
 
 /// A path as a URI (RFC 8089): `file:///home/me/fmu`, `file:///C:/fmu`.

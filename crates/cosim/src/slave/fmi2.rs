@@ -1,114 +1,119 @@
-//! The calls of FMI 2.0, over the raw binding of the `fmi` crate.
-//!
-//! The crate's own `Instance` is not used, because it offers neither `fmi2SetRealInputDerivatives` nor `fmi2GetRealOutputDerivatives`
-//! (and keeps the component private), and panics on a missing function, on slices of different length and on `fmi2Pending`.
+//! The calls of FMI 2.0.
 #![allow(unsafe_code)]
 
-use std::ffi::{CStr, CString};
+use std::ffi::{CStr, CString, c_int};
 use std::ptr;
 use std::sync::Arc;
 
 use anyhow::{Result, bail};
-use fmi::fmi2::binding::Fmi2Binding;
-use fmi::fmi2::{CallbackFunctions, binding};
 use fmu_description::{Access, Variable};
 
-use super::{Answer, Border, Value};
+use super::answer::Answer;
+use super::border::{Border, Value};
+use super::messages::{Speaker, cosim_logger};
 use crate::batch::Batch;
+use crate::fmu::functions::{Callbacks, Functions2, Handle, call};
+
+/// `fmi2CoSimulation`.
+const CO_SIMULATION: c_int = 1;
+/// `fmi2Pending`.
+const PENDING: c_int = 5;
+/// `fmi2LastSuccessfulTime`.
+const LAST_SUCCESSFUL_TIME: c_int = 2;
 
 /// A component; freed when dropped.
 pub struct Component {
-    api: Arc<Fmi2Binding>,
-    component: binding::fmi2Component,
+    api: Arc<Functions2>,
+    component: Handle,
     /// FMI: must outlive the component.
-    _callbacks: Box<CallbackFunctions>,
+    _callbacks: Box<Callbacks>,
+    _speaker: Speaker,
 }
 
 impl Component {
     /// `fmi2Instantiate` for co-simulation; None where the FMU gives no component.
-    pub fn new(api: &Arc<Fmi2Binding>, name: &CStr, guid: &CStr, resources: &CStr) -> Option<Self> {
-        let callbacks = Box::<CallbackFunctions>::default();
-        // SAFETY: valid C strings; the callbacks have the layout of fmi2CallbackFunctions and outlive the component.
-        let component = unsafe {
-            api.fmi2Instantiate(
-                name.as_ptr(),
-                binding::fmi2Type_fmi2CoSimulation,
-                guid.as_ptr(),
-                resources.as_ptr(),
-                ptr::from_ref(&*callbacks).cast(),
-                0,
-                1,
-            )
+    pub fn new(
+        api: &Arc<Functions2>,
+        name: &CStr,
+        guid: &CStr,
+        resources: &CStr,
+    ) -> Result<Option<Self>> {
+        let (Some(instantiate), Some(_)) = (api.fmi2Instantiate, api.fmi2FreeInstance) else {
+            bail!("its library does not export fmi2Instantiate and fmi2FreeInstance");
         };
-        (!component.is_null()).then(|| Self {
+        let speaker = Speaker::new(name);
+        let callbacks = Box::new(Callbacks {
+            logger: cosim_logger,
+            allocate_memory: libc::calloc,
+            free_memory: libc::free,
+            step_finished: ptr::null(),
+            environment: speaker.environment(),
+        });
+        // SAFETY: valid C strings; the callbacks outlive the component.
+        let component = unsafe {
+            let (name, guid, resources) = (name.as_ptr(), guid.as_ptr(), resources.as_ptr());
+            instantiate(name, CO_SIMULATION, guid, resources, &*callbacks, 0, 1)
+        };
+        Ok((!component.is_null()).then(|| Self {
             api: api.clone(),
             component,
             _callbacks: callbacks,
-        })
+            _speaker: speaker,
+        }))
     }
 }
 
 impl Drop for Component {
     fn drop(&mut self) {
-        // SAFETY: freed once; the library is still loaded.
-        unsafe { self.api.fmi2FreeInstance(self.component) };
+        if let Some(free) = self.api.fmi2FreeInstance {
+            // SAFETY: freed once; the library is still loaded.
+            unsafe { free(self.component) };
+        }
     }
 }
 
 impl Border for Component {
     fn log_only(&self, categories: &[CString]) -> Answer {
         let pointers: Vec<_> = categories.iter().map(|c| c.as_ptr()).collect();
+        let n = pointers.len();
         // SAFETY: as many valid C strings as said.
-        let status = unsafe {
-            let n = pointers.len();
-            (self.api).fmi2SetDebugLogging(self.component, 1, n, pointers.as_ptr())
-        };
-        Answer::new(status, "fmi2SetDebugLogging")
+        unsafe {
+            call!(
+                self.api,
+                fmi2SetDebugLogging(self.component, 1, n, pointers.as_ptr())
+            )
+        }
     }
 
     fn set_one(&self, variable: &Variable, value: &Value) -> Answer {
-        let (api, c, vr) = (&self.api, self.component, [variable.reference]);
+        let (api, c, vr) = (&self.api, self.component, &raw const variable.reference);
         // SAFETY: one reference and one value of the type of the call.
         unsafe {
             match value {
                 Value::Bits(bits) => match variable.access() {
-                    Access::Real => {
-                        let status = api.fmi2SetReal(c, vr.as_ptr(), 1, &f64::from_bits(*bits));
-                        Answer::new(status, "fmi2SetReal")
-                    }
-                    Access::Boolean => {
-                        let status = api.fmi2SetBoolean(c, vr.as_ptr(), 1, &int(*bits));
-                        Answer::new(status, "fmi2SetBoolean")
-                    }
-                    _ => {
-                        let status = api.fmi2SetInteger(c, vr.as_ptr(), 1, &int(*bits));
-                        Answer::new(status, "fmi2SetInteger")
-                    }
+                    Access::Real => call!(api, fmi2SetReal(c, vr, 1, &f64::from_bits(*bits))),
+                    Access::Boolean => call!(api, fmi2SetBoolean(c, vr, 1, &int(*bits))),
+                    _ => call!(api, fmi2SetInteger(c, vr, 1, &int(*bits))),
                 },
-                Value::Text(text) => {
-                    let status = api.fmi2SetString(c, vr.as_ptr(), 1, &text.as_ptr());
-                    Answer::new(status, "fmi2SetString")
-                }
+                Value::Text(text) => call!(api, fmi2SetString(c, vr, 1, &text.as_ptr())),
             }
         }
     }
 
     fn enter_initialization(&self, start: f64) -> Answer {
+        let (api, c) = (&self.api, self.component);
         // SAFETY: plain values. No stop time: a run may be continued.
-        let status =
-            unsafe { (self.api).fmi2SetupExperiment(self.component, 0, 0.0, start, 0, 0.0) };
-        if !Answer::new(status, "").is_done() {
-            return Answer::new(status, "fmi2SetupExperiment");
+        let setup = unsafe { call!(api, fmi2SetupExperiment(c, 0, 0.0, start, 0, 0.0)) };
+        if !setup.is_done() {
+            return setup;
         }
         // SAFETY: the component is alive.
-        let status = unsafe { self.api.fmi2EnterInitializationMode(self.component) };
-        Answer::new(status, "fmi2EnterInitializationMode")
+        unsafe { call!(api, fmi2EnterInitializationMode(c)) }
     }
 
     fn exit_initialization(&self) -> Answer {
         // SAFETY: the component is alive.
-        let status = unsafe { self.api.fmi2ExitInitializationMode(self.component) };
-        Answer::new(status, "fmi2ExitInitializationMode")
+        unsafe { call!(self.api, fmi2ExitInitializationMode(self.component)) }
     }
 
     /// Values that are not Real are read one by one: there are few, and no buffer is needed.
@@ -117,19 +122,21 @@ impl Border for Component {
         assert_eq!(vr.len(), values.len());
         if batch.access == Access::Real {
             // SAFETY: as many readable references as there is room for values.
-            let status = unsafe { api.fmi2GetReal(c, vr.as_ptr(), vr.len(), values.as_mut_ptr()) };
-            return Answer::new(status, "fmi2GetReal");
+            return unsafe {
+                call!(
+                    api,
+                    fmi2GetReal(c, vr.as_ptr(), vr.len(), values.as_mut_ptr())
+                )
+            };
         }
-        let mut answer = Answer::new(0, "fmi2GetInteger");
+        let mut answer = Answer::done();
         for (vr, value) in vr.iter().zip(values) {
             let mut read = 0;
             // SAFETY: one reference and room for one value of the type of the call.
             answer = unsafe {
                 match batch.access {
-                    Access::Boolean => {
-                        Answer::new(api.fmi2GetBoolean(c, vr, 1, &mut read), "fmi2GetBoolean")
-                    }
-                    _ => Answer::new(api.fmi2GetInteger(c, vr, 1, &mut read), "fmi2GetInteger"),
+                    Access::Boolean => call!(api, fmi2GetBoolean(c, vr, 1, &mut read)),
+                    _ => call!(api, fmi2GetInteger(c, vr, 1, &mut read)),
                 }
             };
             if !answer.is_done() {
@@ -146,19 +153,16 @@ impl Border for Component {
         assert_eq!(vr.len(), values.len());
         if batch.access == Access::Real {
             // SAFETY: as many readable references as values.
-            let status = unsafe { api.fmi2SetReal(c, vr.as_ptr(), vr.len(), values.as_ptr()) };
-            return Answer::new(status, "fmi2SetReal");
+            return unsafe { call!(api, fmi2SetReal(c, vr.as_ptr(), vr.len(), values.as_ptr())) };
         }
-        let mut answer = Answer::new(0, "fmi2SetInteger");
+        let mut answer = Answer::done();
         for (vr, value) in vr.iter().zip(values) {
             let written = *value as i32;
             // SAFETY: one reference and one value of the type of the call.
             answer = unsafe {
                 match batch.access {
-                    Access::Boolean => {
-                        Answer::new(api.fmi2SetBoolean(c, vr, 1, &written), "fmi2SetBoolean")
-                    }
-                    _ => Answer::new(api.fmi2SetInteger(c, vr, 1, &written), "fmi2SetInteger"),
+                    Access::Boolean => call!(api, fmi2SetBoolean(c, vr, 1, &written)),
+                    _ => call!(api, fmi2SetInteger(c, vr, 1, &written)),
                 }
             };
             if !answer.is_done() {
@@ -169,45 +173,40 @@ impl Border for Component {
     }
 
     fn get_derivatives(&self, batch: &Batch, ones: &[i32], values: &mut [f64]) -> Answer {
-        let vr = &batch.references;
-        assert!(vr.len() == values.len() && vr.len() <= ones.len());
+        let (vr, n) = (batch.references.as_ptr(), batch.references.len());
+        assert!(n == values.len() && n <= ones.len());
+        let (api, c, ones, values) = (
+            &self.api,
+            self.component,
+            ones.as_ptr(),
+            values.as_mut_ptr(),
+        );
         // SAFETY: as many readable references and orders as there is room for values.
-        let status = unsafe {
-            let (n, vr, ones) = (vr.len(), vr.as_ptr(), ones.as_ptr());
-            let values = values.as_mut_ptr();
-            (self.api).fmi2GetRealOutputDerivatives(self.component, vr, n, ones, values)
-        };
-        Answer::new(status, "fmi2GetRealOutputDerivatives")
+        unsafe { call!(api, fmi2GetRealOutputDerivatives(c, vr, n, ones, values)) }
     }
 
     fn set_derivatives(&self, batch: &Batch, ones: &[i32], values: &[f64]) -> Result<Answer> {
-        let vr = &batch.references;
-        assert!(vr.len() == values.len() && vr.len() <= ones.len());
+        let (vr, n) = (batch.references.as_ptr(), batch.references.len());
+        assert!(n == values.len() && n <= ones.len());
+        let (api, c, ones, values) = (&self.api, self.component, ones.as_ptr(), values.as_ptr());
         // SAFETY: as many readable references and orders as values.
-        let status = unsafe {
-            let (n, vr, ones, values) = (vr.len(), vr.as_ptr(), ones.as_ptr(), values.as_ptr());
-            (self.api).fmi2SetRealInputDerivatives(self.component, vr, n, ones, values)
-        };
-        Ok(Answer::new(status, "fmi2SetRealInputDerivatives"))
+        Ok(unsafe { call!(api, fmi2SetRealInputDerivatives(c, vr, n, ones, values)) })
     }
 
     fn step(&self, t: f64, h: f64) -> Result<Answer> {
         // SAFETY: plain values.
-        let status = unsafe { self.api.fmi2DoStep(self.component, t, h, 1) };
-        if status == binding::fmi2Status_fmi2Pending {
+        let answer = unsafe { call!(self.api, fmi2DoStep(self.component, t, h, 1)) };
+        if answer.status == PENDING {
             bail!("fmi2DoStep answered fmi2Pending, but steps in the background are not supported");
         }
-        Ok(Answer::new(status, "fmi2DoStep"))
+        Ok(answer)
     }
 
     fn time(&self) -> Result<f64> {
-        let mut time = f64::NAN;
+        let (mut time, kind) = (f64::NAN, LAST_SUCCESSFUL_TIME);
         // SAFETY: room for one value.
-        let status = unsafe {
-            let kind = binding::fmi2StatusKind_fmi2LastSuccessfulTime;
-            (self.api).fmi2GetRealStatus(self.component, kind, &mut time)
-        };
-        match Answer::new(status, "").is_done() {
+        let answer = unsafe { call!(self.api, fmi2GetRealStatus(self.component, kind, &mut time)) };
+        match answer.is_done() {
             true => Ok(time),
             false => bail!("fmi2GetRealStatus does not tell the last successful time"),
         }
@@ -215,30 +214,26 @@ impl Border for Component {
 
     /// There is no Event Mode in co-simulation.
     fn enter_events(&self) -> Answer {
-        Answer::new(0, "")
+        Answer::done()
     }
 
     fn update_events(&self) -> Result<(Answer, bool)> {
-        Ok((Answer::new(0, ""), false))
+        Ok((Answer::done(), false))
     }
 
     fn leave_events(&self) -> Answer {
-        Answer::new(0, "")
+        Answer::done()
     }
 
     fn terminate(&self) -> Answer {
         // SAFETY: the component is alive.
-        let status = unsafe { self.api.fmi2Terminate(self.component) };
-        Answer::new(status, "fmi2Terminate")
+        unsafe { call!(self.api, fmi2Terminate(self.component)) }
     }
 
     fn reset(&self) -> Option<Answer> {
-        if self.api.fmi2Reset.is_err() {
-            return None;
-        }
-        // SAFETY: the component is alive, and the library has the function.
-        let status = unsafe { self.api.fmi2Reset(self.component) };
-        Some(Answer::new(status, "fmi2Reset"))
+        self.api.fmi2Reset?;
+        // SAFETY: the component is alive.
+        Some(unsafe { call!(self.api, fmi2Reset(self.component)) })
     }
 }
 

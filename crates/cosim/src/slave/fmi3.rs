@@ -1,26 +1,25 @@
-//! The calls of FMI 3.0, over the raw binding of the `fmi` crate.
-//!
-//! The crate's own `Instance` is not used, because its slices become lengths that the FMU is told without a check, its logger does not say
-//! which instance spoke and panics on an unknown status, and a missing function panics.
+//! The calls of FMI 3.0.
 #![allow(unsafe_code)]
 
 use std::cell::{Cell, RefCell};
-use std::ffi::{CStr, CString, c_char};
+use std::collections::BTreeMap;
+use std::ffi::{CStr, CString};
 use std::ptr;
 use std::sync::Arc;
 
 use anyhow::{Result, bail};
-use fmi::fmi3::binding::{self, Fmi3Binding};
 use fmu_description::{Access, Variable};
 
-use super::{Answer, Border, Value};
+use super::answer::Answer;
+use super::border::{Border, Value};
+use super::messages::{Speaker, receive_3};
 use crate::batch::{Batch, Layout};
-use crate::messages;
+use crate::fmu::functions::{Functions3, Handle, call};
 
 /// An instance; freed when dropped.
 pub struct Instance {
-    api: Arc<Fmi3Binding>,
-    instance: binding::fmi3Instance,
+    api: Arc<Functions3>,
+    instance: Handle,
     has_events: bool,
     in_events: Cell<bool>,
     /// End of the last step, s.
@@ -30,14 +29,13 @@ pub struct Instance {
     /// Room for what one call passes.
     passed: RefCell<Vec<u64>>,
     /// Texts of arrays of strings, by slot of the memory.
-    texts: RefCell<std::collections::BTreeMap<usize, CString>>,
+    texts: RefCell<BTreeMap<usize, CString>>,
     layout: Arc<Layout>,
-    /// Name of the instance, which the logger is handed.
-    _name: Box<CString>,
+    _speaker: Speaker,
 }
 
 /// What an instance is made with.
-pub struct Made<'a> {
+pub struct Arguments<'a> {
     /// Name.
     pub name: &'a CStr,
     /// `instantiationToken`.
@@ -50,37 +48,45 @@ pub struct Made<'a> {
 
 impl Instance {
     /// `fmi3InstantiateCoSimulation`; None where the FMU gives no instance.
-    pub fn new(api: &Arc<Fmi3Binding>, layout: &Arc<Layout>, made: &Made) -> Option<Self> {
-        let name = Box::new(CString::from(made.name));
-        // SAFETY: valid C strings; the environment is the name, which outlives the instance.
+    pub fn new(
+        api: &Arc<Functions3>,
+        layout: &Arc<Layout>,
+        arguments: &Arguments,
+    ) -> Result<Option<Self>> {
+        let (Some(instantiate), Some(_)) = (api.fmi3InstantiateCoSimulation, api.fmi3FreeInstance)
+        else {
+            bail!("its library does not export fmi3InstantiateCoSimulation and fmi3FreeInstance");
+        };
+        let speaker = Speaker::new(arguments.name);
+        // SAFETY: valid C strings; the logger looks the environment up before it trusts it.
         let instance = unsafe {
-            api.fmi3InstantiateCoSimulation(
-                made.name.as_ptr(),
-                made.token.as_ptr(),
-                made.resources.as_ptr(),
+            instantiate(
+                arguments.name.as_ptr(),
+                arguments.token.as_ptr(),
+                arguments.resources.as_ptr(),
                 false,
                 true,
-                made.has_events,
+                arguments.has_events,
                 false,
                 ptr::null(),
                 0,
-                ptr::from_ref(&*name).cast_mut().cast(),
-                Some(log),
-                None,
+                speaker.environment(),
+                receive_3,
+                ptr::null(),
             )
         };
-        (!instance.is_null()).then(|| Self {
+        Ok((!instance.is_null()).then(|| Self {
             api: api.clone(),
             instance,
-            has_events: made.has_events,
+            has_events: arguments.has_events,
             in_events: Cell::new(false),
             time: Cell::new(f64::NAN),
             memory: RefCell::new(layout.initial.clone()),
             passed: RefCell::new(vec![0; layout.initial.len()]),
             texts: RefCell::default(),
             layout: layout.clone(),
-            _name: name,
-        })
+            _speaker: speaker,
+        }))
     }
 
     /// Write what the memory holds for these slots into the room for a call.
@@ -103,19 +109,18 @@ impl Instance {
         macro_rules! calls {
             ($($access:ident $name:ident)*) => {
                 match access {
-                    $(Access::$access => (api.$name(i, vr, m, p.cast(), n), stringify!($name)),)*
+                    $(Access::$access => call!(api, $name(i, vr, m, p.cast(), n)),)*
                     other => unreachable!("{other:?} is no number"),
                 }
             };
         }
         // SAFETY: `m` references, and `n` values of the type of the call, which the memory has for these references.
-        let (status, call) = unsafe {
+        unsafe {
             calls! {
                 Real fmi3SetFloat64 Float32 fmi3SetFloat32 Int8 fmi3SetInt8 UInt8 fmi3SetUInt8 Int16 fmi3SetInt16 UInt16 fmi3SetUInt16
                 Integer fmi3SetInt32 UInt32 fmi3SetUInt32 Int64 fmi3SetInt64 UInt64 fmi3SetUInt64 Boolean fmi3SetBoolean
             }
-        };
-        Answer::new(status, call)
+        }
     }
 
     /// `fmi3GetXXX` into the room for a call.
@@ -125,19 +130,18 @@ impl Instance {
         macro_rules! calls {
             ($($access:ident $name:ident)*) => {
                 match batch.access {
-                    $(Access::$access => (api.$name(i, vr, m, p.cast(), n), stringify!($name)),)*
+                    $(Access::$access => call!(api, $name(i, vr, m, p.cast(), n)),)*
                     other => unreachable!("{other:?} is no number"),
                 }
             };
         }
         // SAFETY: `m` references and room for `n` values of at most eight bytes each, the caller's promise.
-        let (status, call) = unsafe {
+        unsafe {
             calls! {
                 Real fmi3GetFloat64 Float32 fmi3GetFloat32 Int8 fmi3GetInt8 UInt8 fmi3GetUInt8 Int16 fmi3GetInt16 UInt16 fmi3GetUInt16
                 Integer fmi3GetInt32 UInt32 fmi3GetUInt32 Int64 fmi3GetInt64 UInt64 fmi3GetUInt64 Boolean fmi3GetBoolean
             }
-        };
-        Answer::new(status, call)
+        }
     }
 
     fn set_text(&self, variable: &Variable, text: &CString) -> Answer {
@@ -150,17 +154,22 @@ impl Instance {
             .collect();
         let vr = [variable.reference];
         // SAFETY: one reference, and a C string for each of its elements.
-        let status = unsafe {
-            (self.api).fmi3SetString(self.instance, vr.as_ptr(), 1, all.as_ptr(), all.len())
-        };
-        Answer::new(status, "fmi3SetString")
+        unsafe {
+            let (all, n) = (all.as_ptr(), all.len());
+            call!(
+                self.api,
+                fmi3SetString(self.instance, vr.as_ptr(), 1, all, n)
+            )
+        }
     }
 }
 
 impl Drop for Instance {
     fn drop(&mut self) {
-        // SAFETY: freed once; the library is still loaded.
-        unsafe { self.api.fmi3FreeInstance(self.instance) };
+        if let Some(free) = self.api.fmi3FreeInstance {
+            // SAFETY: freed once; the library is still loaded.
+            unsafe { free(self.instance) };
+        }
     }
 }
 
@@ -168,14 +177,14 @@ impl Border for Instance {
     fn log_only(&self, categories: &[CString]) -> Answer {
         let pointers: Vec<_> = categories.iter().map(|c| c.as_ptr()).collect();
         // SAFETY: as many valid C strings as said. All categories are on from instantiation, so that it may say why it fails.
-        let status = unsafe {
-            let n = pointers.len();
-            match (self.api).fmi3SetDebugLogging(self.instance, false, 0, ptr::null()) {
-                0 | 1 => (self.api).fmi3SetDebugLogging(self.instance, true, n, pointers.as_ptr()),
-                status => status,
+        unsafe {
+            let (api, i, n) = (&self.api, self.instance, pointers.len());
+            let off = call!(api, fmi3SetDebugLogging(i, false, 0, ptr::null()));
+            match off.is_done() {
+                true => call!(api, fmi3SetDebugLogging(i, true, n, pointers.as_ptr())),
+                false => off,
             }
-        };
-        Answer::new(status, "fmi3SetDebugLogging")
+        }
     }
 
     fn set_one(&self, variable: &Variable, value: &Value) -> Answer {
@@ -192,18 +201,21 @@ impl Border for Instance {
     fn enter_initialization(&self, start: f64) -> Answer {
         self.time.set(start);
         // SAFETY: plain values. No stop time: a run may be continued.
-        let status = unsafe {
-            (self.api).fmi3EnterInitializationMode(self.instance, false, 0.0, start, false, 0.0)
-        };
-        Answer::new(status, "fmi3EnterInitializationMode")
+        unsafe {
+            let i = self.instance;
+            call!(
+                self.api,
+                fmi3EnterInitializationMode(i, false, 0.0, start, false, 0.0)
+            )
+        }
     }
 
     /// Leads into Event Mode where the master uses it.
     fn exit_initialization(&self) -> Answer {
         // SAFETY: the instance is alive.
-        let status = unsafe { self.api.fmi3ExitInitializationMode(self.instance) };
+        let answer = unsafe { call!(self.api, fmi3ExitInitializationMode(self.instance)) };
         self.in_events.set(self.has_events);
-        Answer::new(status, "fmi3ExitInitializationMode")
+        answer
     }
 
     fn get(&self, batch: &Batch, values: &mut [f64]) -> Answer {
@@ -237,12 +249,18 @@ impl Border for Instance {
         let mut passed = self.passed.borrow_mut();
         assert!(batch.passed <= passed.len());
         // SAFETY: as many readable references as orders, and room for the values that belong to them.
-        let status = unsafe {
-            let (vr, m) = (batch.references.as_ptr(), batch.references.len());
+        let answer = unsafe {
+            let (i, vr, m) = (
+                self.instance,
+                batch.references.as_ptr(),
+                batch.references.len(),
+            );
             let (ones, room) = (ones.as_ptr(), passed.as_mut_ptr().cast());
-            (self.api).fmi3GetOutputDerivatives(self.instance, vr, m, ones, room, batch.passed)
+            call!(
+                self.api,
+                fmi3GetOutputDerivatives(i, vr, m, ones, room, batch.passed)
+            )
         };
-        let answer = Answer::new(status, "fmi3GetOutputDerivatives");
         if answer.is_done() {
             for (value, place) in values.iter_mut().zip(&batch.places) {
                 *value = f64::from_bits(passed[*place]);
@@ -259,11 +277,14 @@ impl Border for Instance {
         let [mut event, mut ends, mut early] = [false; 3];
         let mut time = self.time.get();
         // SAFETY: plain values and places for the results.
-        let status = unsafe {
+        let answer = unsafe {
+            let (i, time) = (self.instance, &mut time);
             let (event, ends, early) = (&mut event, &mut ends, &mut early);
-            (self.api).fmi3DoStep(self.instance, t, h, true, event, ends, early, &mut time)
+            call!(
+                self.api,
+                fmi3DoStep(i, t, h, true, event, ends, early, time)
+            )
         };
-        let answer = Answer::new(status, "fmi3DoStep");
         if answer.is_done() {
             self.time.set(time);
             if ends {
@@ -282,33 +303,30 @@ impl Border for Instance {
 
     fn enter_events(&self) -> Answer {
         if !self.has_events || self.in_events.get() {
-            return Answer::new(0, "");
+            return Answer::done();
         }
         // SAFETY: the instance is alive.
-        let status = unsafe { self.api.fmi3EnterEventMode(self.instance) };
+        let answer = unsafe { call!(self.api, fmi3EnterEventMode(self.instance)) };
         self.in_events.set(true);
-        Answer::new(status, "fmi3EnterEventMode")
+        answer
     }
 
     fn update_events(&self) -> Result<(Answer, bool)> {
         if !self.in_events.get() {
-            return Ok((Answer::new(0, ""), false));
+            return Ok((Answer::done(), false));
         }
         let [mut again, mut ends, mut nominals, mut values, mut has_next] = [false; 5];
         let mut next = 0.0;
         // SAFETY: the instance is alive; places for the results.
-        let status = unsafe {
-            (self.api).fmi3UpdateDiscreteStates(
-                self.instance,
-                &mut again,
-                &mut ends,
-                &mut nominals,
-                &mut values,
-                &mut has_next,
-                &mut next,
+        let answer = unsafe {
+            let (i, again, ends) = (self.instance, &mut again, &mut ends);
+            let (nominals, values) = (&mut nominals, &mut values);
+            let (has_next, next) = (&mut has_next, &mut next);
+            call!(
+                self.api,
+                fmi3UpdateDiscreteStates(i, again, ends, nominals, values, has_next, next)
             )
         };
-        let answer = Answer::new(status, "fmi3UpdateDiscreteStates");
         if answer.is_done() && ends {
             bail!("fmi3UpdateDiscreteStates asks to end the simulation");
         }
@@ -317,17 +335,15 @@ impl Border for Instance {
 
     fn leave_events(&self) -> Answer {
         if !self.in_events.replace(false) {
-            return Answer::new(0, "");
+            return Answer::done();
         }
         // SAFETY: the instance is alive.
-        let status = unsafe { self.api.fmi3EnterStepMode(self.instance) };
-        Answer::new(status, "fmi3EnterStepMode")
+        unsafe { call!(self.api, fmi3EnterStepMode(self.instance)) }
     }
 
     fn terminate(&self) -> Answer {
         // SAFETY: the instance is alive.
-        let status = unsafe { self.api.fmi3Terminate(self.instance) };
-        Answer::new(status, "fmi3Terminate")
+        unsafe { call!(self.api, fmi3Terminate(self.instance)) }
     }
 
     /// The memory of what was last given would have to be as new, too: another instance is made instead.
@@ -431,20 +447,4 @@ fn as_bits(access: Access, value: f64) -> u64 {
         Access::UInt64 => value as u64,
         _ => (value as i64).cast_unsigned(),
     }
-}
-
-/// The importer's logger: what is not a warning is a reason.
-unsafe extern "C" fn log(
-    environment: binding::fmi3InstanceEnvironment,
-    status: binding::fmi3Status,
-    _category: *const c_char,
-    message: *const c_char,
-) {
-    if environment.is_null() || message.is_null() {
-        return;
-    }
-    // SAFETY: the environment is the name of the instance, the message a C string of the FMU.
-    let (name, text) = unsafe { (&*environment.cast::<CString>(), CStr::from_ptr(message)) };
-    let is_warning = status <= binding::fmi3Status_fmi3Warning;
-    messages::add(&name.to_string_lossy(), is_warning, &text.to_string_lossy());
 }

@@ -3,19 +3,19 @@
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
+use crate::machine_file::read;
+use crate::machines::continuous_torque::ContinuousTorque;
+use crate::machines::scaling::booms;
+use crate::print::files::create;
+use crate::worlds::perturbation::{Bounds, draw};
 use anyhow::{Context, Result, bail, ensure};
 use capability::{Capability, Limits, Motion, Payload};
 use clap::{Args, Subcommand};
 use cosim::cli::print;
 use hdrm::HdrmError;
 use machine::{AXES, Machine, Source, extending, preset};
-use studies::machines::drawing::Sheet;
-use studies::machines::lasting::Lasting;
-use studies::machines::load_chart::LoadChart;
-use studies::machines::scaling::booms;
-use studies::perturbation::{Bounds, draw};
 
-use super::evaluation::create;
+use super::siblings::OtherArguments;
 
 #[derive(Subcommand)]
 pub enum MachineCommand {
@@ -28,7 +28,8 @@ pub enum MachineCommand {
     /// Write a machine with longer or shorter booms of the same shape and material, as a file that extends the one it is made of
     Scale(ScaleArgs),
     /// Draw a machine: side view with named points and dimensions, workspace, greatest payload over reach and height
-    Draw(DrawArgs),
+    #[command(disable_help_flag = true)]
+    Draw(OtherArguments),
 }
 
 #[derive(Args)]
@@ -49,27 +50,6 @@ pub struct ScaleArgs {
     /// Machine file to write
     #[arg(long, value_name = "FILE")]
     output: PathBuf,
-}
-
-#[derive(Args)]
-pub struct DrawArgs {
-    /// Machine file, or name of a shipped machine
-    #[arg(value_name = "FILE|NAME")]
-    machine: String,
-    /// Picture to write: .svg or .png
-    #[arg(long, value_name = "FILE", default_value = "machine.svg")]
-    output: PathBuf,
-    /// Factor on all weights, for what is not at rest
-    #[arg(
-        long,
-        value_name = "FACTOR",
-        default_value_t = 1.0,
-        allow_negative_numbers = true
-    )]
-    dynamic_factor: f64,
-    /// Also write the load chart to this CSV file: place, joint angles, payload, limit
-    #[arg(long, value_name = "FILE")]
-    csv: Option<PathBuf>,
 }
 
 #[derive(Args)]
@@ -105,16 +85,10 @@ pub fn run(command: &MachineCommand) -> Result<()> {
     match command {
         MachineCommand::Perturb(args) => perturb(args),
         MachineCommand::Check(args) => check(args),
-        MachineCommand::Schema => print(serde_json::to_string_pretty(&machine::schema())? + "\n"),
+        MachineCommand::Schema => print(machine::SCHEMA_JSON),
         MachineCommand::Scale(args) => scale(args),
-        MachineCommand::Draw(args) => draw_sheet(args),
+        MachineCommand::Draw(_) => unreachable!("done by another program"),
     }
-}
-
-/// The machine of a file, or the shipped one of this name.
-pub fn read(name: &str) -> Result<Machine> {
-    let source = Source::named(name).with_context(|| name.to_owned())?;
-    Ok(source.machine)
 }
 
 fn check(args: &CheckArgs) -> Result<()> {
@@ -160,10 +134,13 @@ fn of_motors(machine: &Machine) -> Vec<String> {
         return Vec::new();
     };
     let torques = capability.demand(&Motion::rest(machine.start.zeta)).tau_e;
-    let each = AXES.into_iter().zip(torques).zip(Lasting::of(machine));
+    let each = AXES
+        .into_iter()
+        .zip(torques)
+        .zip(ContinuousTorque::of(machine));
     let beyond = each.filter(|((_, torque), lasting)| torque.abs() > lasting.torque);
     beyond
-        .map(|((axis, torque), Lasting { torque: most, by })| {
+        .map(|((axis, torque), ContinuousTorque { torque: most, by })| {
             format!(
                 "the start pose cannot be held for ever: motor torque of {axis} = {torque:.1} N·m, of which {most:.1} N·m may last ({by})"
             )
@@ -213,25 +190,6 @@ fn name_beside(name: &str, output: &Path) -> Result<String> {
         return Ok(own.to_string_lossy().into_owned());
     }
     Ok(file.display().to_string())
-}
-
-fn draw_sheet(args: &DrawArgs) -> Result<()> {
-    let kind = args.output.extension().unwrap_or_default();
-    ensure!(
-        kind == "svg" || kind == "png",
-        "--output {} must end in .svg or .png",
-        args.output.display()
-    );
-    let machine = read(&args.machine)?;
-    let chart = LoadChart::new(&machine, args.dynamic_factor)?;
-    if let Some(path) = &args.csv {
-        let mut file = create(path)?;
-        chart.write_csv(&mut file)?;
-        file.flush().with_context(|| path.display().to_string())?;
-    }
-    let name = Path::new(&args.machine).file_stem().unwrap_or_default();
-    Sheet::new(&name.to_string_lossy(), machine, chart)?.write(&args.output)?;
-    print(format_args!("{} written\n", args.output.display()))
 }
 
 fn perturb(args: &PerturbArgs) -> Result<()> {

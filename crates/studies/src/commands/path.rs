@@ -2,13 +2,13 @@
 
 use std::path::PathBuf;
 
+use crate::path_margins::PathMargins;
 use anyhow::{Result, bail};
 use clap::{Args, Subcommand};
 use cosim::cli::print;
-use studies::path_margins::PathMargins;
 
-use super::evaluation::write_json;
-use super::machine::read;
+use crate::machine_file::read;
+use crate::print::files::write_json;
 
 #[derive(Subcommand)]
 pub enum PathCommand {
@@ -33,7 +33,7 @@ pub struct CheckArgs {
     path: PathArgs,
     /// Draw the margins along the path, as PNG and SVG into this directory
     #[arg(long, value_name = "DIR")]
-    figures: Option<PathBuf>,
+    pub figures: Option<PathBuf>,
     /// Also write the numbers to this JSON file
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
@@ -42,7 +42,7 @@ pub struct CheckArgs {
 /// Do it.
 pub fn run(command: &PathCommand) -> Result<()> {
     match command {
-        PathCommand::Check(args) => check(args),
+        PathCommand::Check(args) => verdict(&check(args)?),
         PathCommand::Show(args) => {
             let margins = args.margins()?;
             print(margins.description() + &margins.stops())
@@ -56,17 +56,18 @@ impl PathArgs {
     }
 }
 
-fn check(args: &CheckArgs) -> Result<()> {
+/// Print the margins, which may be drawn, and write them.
+pub fn check(args: &CheckArgs) -> Result<PathMargins> {
     let margins = args.path.margins()?;
     print(margins.description() + &margins.table())?;
-    if let Some(folder) = &args.figures {
-        for file in margins.draw(folder)? {
-            print(format_args!("figure written to {}\n", file.display()))?;
-        }
-    }
     write_json(args.json.as_deref(), &margins.json())?;
+    Ok(margins)
+}
+
+/// Say whether the machine can do the path; an error where it cannot.
+pub fn verdict(margins: &PathMargins) -> Result<()> {
     match margins.checked.refusal() {
-        Some(refusal) => bail!("path `{}`: {refusal}", args.path.path),
+        Some(refusal) => bail!("path `{}`: {refusal}", margins.name),
         None => print("the machine can do this path\n"),
     }
 }

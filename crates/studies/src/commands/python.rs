@@ -5,11 +5,11 @@ use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitStatus};
 
+use crate::worlds::BENDING_SYSTEM;
 use anyhow::{Context, Result, bail};
 use cosim::cli::find;
-use studies::worlds::BENDING_SYSTEM;
 
-use super::MACHINE;
+use crate::bench::MACHINE;
 
 /// Set for the program that was started with Python inside.
 const STARTED: &str = "HDRM_FMU_WITH_PYTHON";

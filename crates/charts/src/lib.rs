@@ -1,0 +1,303 @@
+//! Curves in panels, and paths in space, drawn on PNG and SVG alike.
+#![forbid(unsafe_code)]
+
+mod png;
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{Result, anyhow};
+use plotters::coord::Shift;
+use plotters::prelude::*;
+use plotters::style::{FontStyle, register_font};
+
+const FONT: (&str, i32) = ("sans-serif", 16);
+const TITLE: (&str, i32) = ("sans-serif", 20);
+/// Size of a panel, of a title line and of a path in space, pixels.
+const PANEL: (u32, u32) = (720, 380);
+/// Room for the line beside a name in the legend, and for a letter of it, pixels.
+const LEGEND: (u32, u32) = (40, 8);
+const TITLE_HEIGHT: u32 = 34;
+const SPACE: (u32, u32) = (900, 760);
+
+/// Where is drawn, on any backend.
+pub type Area<'a, B> = DrawingArea<B, Shift>;
+/// How drawing ended.
+pub type Drawn<B> = Result<(), DrawingAreaErrorKind<<B as DrawingBackend>::ErrorType>>;
+
+/// A line with its name.
+pub struct Curve {
+    label: String,
+    color: RGBColor,
+    points: Vec<(f64, f64)>,
+}
+
+/// Axes with curves.
+pub struct Panel {
+    /// What the horizontal axis shows.
+    pub x_label: String,
+    /// What the vertical axis shows.
+    pub y_label: String,
+    /// Logarithmic from here on upwards.
+    pub floor: Option<f64>,
+    /// What is drawn.
+    pub curves: Vec<Curve>,
+}
+
+/// Panels under one title.
+pub struct Figure {
+    /// File name without extension.
+    pub name: String,
+    /// Title above all panels.
+    pub title: String,
+    /// What is drawn, two in a row.
+    pub panels: Vec<Panel>,
+}
+
+/// Paths in space, y upwards.
+pub struct Path3 {
+    /// File name without extension.
+    pub name: String,
+    /// Title above it.
+    pub title: String,
+    /// Label, colour, points, m.
+    pub curves: Vec<(String, RGBColor, Vec<[f64; 3]>)>,
+}
+
+/// Something that can be drawn on any backend.
+pub trait Picture {
+    /// Draw it.
+    ///
+    /// # Errors
+    /// The backend fails.
+    fn draw<B: DrawingBackend>(&self, area: &Area<'_, B>) -> Drawn<B>;
+}
+
+impl Curve {
+    /// Of points that lie as they are.
+    pub fn new(label: &str, color: RGBColor, points: Vec<(f64, f64)>) -> Self {
+        Self {
+            label: label.into(),
+            color,
+            points,
+        }
+    }
+}
+
+impl Panel {
+    /// Curves over time, s.
+    pub fn over_time(y_label: &str, curves: Vec<Curve>) -> Self {
+        Self {
+            x_label: "time, s".into(),
+            y_label: y_label.into(),
+            floor: None,
+            curves,
+        }
+    }
+
+    /// The same with a logarithmic axis upwards from `floor`.
+    pub fn logarithmic(self, floor: f64) -> Self {
+        let floor = Some(floor);
+        Self { floor, ..self }
+    }
+
+    /// Room for the names beside the axes, pixels.
+    fn legend_width(&self) -> u32 {
+        let letters = self.curves.iter().map(|c| c.label.chars().count()).max();
+        let letters = u32::try_from(letters.unwrap_or(0))
+            .unwrap_or(0)
+            .clamp(12, 36);
+        LEGEND.0 + LEGEND.1 * letters
+    }
+
+    fn draw<B: DrawingBackend>(&self, area: &Area<'_, B>) -> Drawn<B> {
+        let points = || self.curves.iter().flat_map(|c| &c.points);
+        let (x0, x1) = extent(points().map(|p| p.0));
+        let (y0, y1) = extent(points().map(|p| p.1));
+        let mut builder = ChartBuilder::on(area);
+        builder
+            .margin(12)
+            .margin_right(self.legend_width())
+            .x_label_area_size(44)
+            .y_label_area_size(72);
+        if let Some(floor) = self.floor {
+            let range = (floor..(2.0 * y1).max(10.0 * floor)).log_scale();
+            let mut chart = builder.build_cartesian_2d(x0..x1, range)?;
+            let label = |y: &f64| format!("{y:.0e}");
+            chart
+                .configure_mesh()
+                .light_line_style(TRANSPARENT)
+                .label_style(FONT)
+                .y_label_formatter(&label)
+                .x_desc(&self.x_label)
+                .y_desc(&self.y_label)
+                .draw()?;
+            self.lines(&mut chart, |y| y.max(floor))
+        } else {
+            let margin = 0.06 * (y1 - y0).max(1e-12);
+            let mut chart = builder.build_cartesian_2d(x0..x1, y0 - margin..y1 + margin)?;
+            chart
+                .configure_mesh()
+                .light_line_style(TRANSPARENT)
+                .label_style(FONT)
+                .x_desc(&self.x_label)
+                .y_desc(&self.y_label)
+                .draw()?;
+            self.lines(&mut chart, |y| y)
+        }
+    }
+
+    fn lines<'a, B: DrawingBackend + 'a, Y: Ranged<ValueType = f64>>(
+        &self,
+        chart: &mut ChartContext<'a, B, Cartesian2d<plotters::coord::types::RangedCoordf64, Y>>,
+        shown: impl Fn(f64) -> f64,
+    ) -> Drawn<B> {
+        for curve in &self.curves {
+            let color = curve.color;
+            let points = curve.points.iter().map(|(x, y)| (*x, shown(*y)));
+            chart.draw_series(LineSeries::new(points, color.stroke_width(2)))?;
+        }
+        Ok(())
+    }
+
+    /// Names beside the axes, so that they cover no curve.
+    fn legend<B: DrawingBackend>(&self, area: &Area<'_, B>) -> Drawn<B> {
+        let (width, _) = area.dim_in_pixel();
+        let left = i32::try_from(width.saturating_sub(self.legend_width())).unwrap_or(0) + 10;
+        for (curve, top) in self.curves.iter().zip((26..).step_by(19)) {
+            let line = [(left, top), (left + 20, top)];
+            area.draw(&PathElement::new(line, curve.color.stroke_width(3)))?;
+            area.draw(&Text::new(curve.label.as_str(), (left + 27, top - 9), FONT))?;
+        }
+        Ok(())
+    }
+}
+
+impl Picture for Figure {
+    fn draw<B: DrawingBackend>(&self, area: &Area<'_, B>) -> Drawn<B> {
+        area.fill(&WHITE)?;
+        let area = area.titled(&self.title, TITLE)?;
+        let parts = area.split_evenly((self.panels.len().div_ceil(2), 2));
+        for (panel, part) in self.panels.iter().zip(&parts) {
+            panel.draw(part)?;
+            panel.legend(part)?;
+        }
+        Ok(())
+    }
+}
+
+impl Picture for Path3 {
+    fn draw<B: DrawingBackend>(&self, area: &Area<'_, B>) -> Drawn<B> {
+        area.fill(&WHITE)?;
+        let axis = |i: usize| {
+            let points = self.curves.iter().flat_map(|(_, _, points)| points);
+            let (low, high) = extent(points.map(|p| p[i]));
+            let middle = 0.5 * (low + high);
+            (middle, high - low)
+        };
+        let axes = [0, 1, 2].map(axis);
+        let half = 0.58 * axes.iter().fold(0.02_f64, |m, a| m.max(a.1));
+        let range = |i: usize| axes[i].0 - half..axes[i].0 + half;
+        let mut chart = ChartBuilder::on(area)
+            .caption(&self.title, TITLE)
+            .margin(16)
+            .build_cartesian_3d(range(0), range(1), range(2))?;
+        chart.with_projection(|mut view| {
+            view.yaw = 0.7;
+            view.pitch = 0.35;
+            view.scale = 0.85;
+            view.into_matrix()
+        });
+        chart
+            .configure_axes()
+            .label_style(FONT)
+            .light_grid_style(BLACK.mix(0.06))
+            .max_light_lines(2)
+            .draw()?;
+        for (label, color, points) in &self.curves {
+            let color = *color;
+            let points = points.iter().map(|p| (p[0], p[1], p[2]));
+            chart
+                .draw_series(LineSeries::new(points, color.stroke_width(2)))?
+                .label(label)
+                .legend(move |(x, y)| {
+                    PathElement::new([(x, y), (x + 22, y)], color.stroke_width(2))
+                });
+        }
+        chart
+            .configure_series_labels()
+            .label_font(FONT)
+            .border_style(BLACK.mix(0.3))
+            .draw()
+    }
+}
+
+impl Figure {
+    /// Write `folder/name.png` and `.svg`.
+    #[expect(clippy::cast_possible_truncation, reason = "a few panels")]
+    pub fn save(&self, folder: &Path) -> Result<[PathBuf; 2]> {
+        let rows = self.panels.len().div_ceil(2) as u32;
+        let size = (2 * PANEL.0, rows * PANEL.1 + TITLE_HEIGHT);
+        save(self, folder, &self.name, size)
+    }
+}
+
+impl Path3 {
+    /// Write `folder/name.png` and `.svg`.
+    pub fn save(&self, folder: &Path) -> Result<[PathBuf; 2]> {
+        save(self, folder, &self.name, SPACE)
+    }
+}
+
+/// Write `folder/name.png` and `.svg`.
+///
+/// # Errors
+/// A file cannot be written.
+pub fn save(
+    picture: &impl Picture,
+    folder: &Path,
+    name: &str,
+    size: (u32, u32),
+) -> Result<[PathBuf; 2]> {
+    let files = ["png", "svg"].map(|extension| folder.join(format!("{name}.{extension}")));
+    for file in &files {
+        write(picture, file, size)?;
+    }
+    Ok(files)
+}
+
+/// Write a picture, as PNG where the file is called so, else as SVG.
+pub fn write(picture: &impl Picture, file: &Path, size: (u32, u32)) -> Result<()> {
+    // Without system fonts; a second registration changes nothing.
+    let font = epaint_default_fonts::UBUNTU_LIGHT;
+    register_font(FONT.0, FontStyle::Normal, font)
+        .map_err(|_| anyhow!("the built-in font is unreadable"))?;
+    let failed = |e: &dyn std::fmt::Display| anyhow!("figure {}: {e}", file.display());
+    if file.extension().is_some_and(|extension| extension == "png") {
+        let mut pixels = vec![0; 3 * size.0 as usize * size.1 as usize];
+        let area = BitMapBackend::with_buffer(&mut pixels, size).into_drawing_area();
+        let drawn = picture.draw(&area).and_then(|()| area.present());
+        drop(area);
+        drawn.map_err(|e| failed(&e))?;
+        return std::fs::write(file, png::encoded(&pixels, size)?).map_err(|e| failed(&e));
+    }
+    let area = SVGBackend::new(file, size).into_drawing_area();
+    let drawn = picture.draw(&area).and_then(|()| area.present());
+    drawn.map_err(|e| failed(&e))
+}
+
+/// The k-th of `count` colours that differ.
+#[expect(clippy::cast_precision_loss, reason = "a few colours")]
+pub fn wheel(k: usize, count: usize) -> RGBColor {
+    let (r, g, b) = HSLColor(k as f64 / count.max(1) as f64, 0.65, 0.42).rgb();
+    RGBColor(r, g, b)
+}
+
+fn extent(values: impl Iterator<Item = f64>) -> (f64, f64) {
+    let wide = |(low, high): (f64, f64), v: f64| (low.min(v), high.max(v));
+    let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), wide);
+    if low < high {
+        (low, high)
+    } else {
+        (low - 1.0, low + 1.0)
+    }
+}

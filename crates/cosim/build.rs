@@ -1,0 +1,8 @@
+//! Compiles the logger that FMUs of FMI 2.0 are given: stable Rust cannot define a variadic function.
+
+fn main() {
+    println!("cargo::rerun-if-changed=src/slave/logger.c");
+    cc::Build::new()
+        .file("src/slave/logger.c")
+        .compile("cosim_logger");
+}

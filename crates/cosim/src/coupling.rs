@@ -1,0 +1,151 @@
+//! The coupled instances with the plans of what is passed between them: what every schedule is made of. Nothing here looks up or allocates.
+
+use anyhow::{Result, bail};
+
+use crate::bond::{BondSlots, Residual};
+use crate::exchange::Exchange;
+use crate::means::Means;
+use crate::slave::{At, Slave};
+
+/// Passes of Event Mode after which discrete states that still change are a failure.
+const PASSES: usize = 100;
+
+/// The coupled instances.
+pub(crate) struct Coupling {
+    pub slaves: Vec<Slave>,
+    pub exchange: Exchange,
+    /// Where the schedule passes derivatives.
+    pub derivatives: Option<Exchange>,
+    pub means: Means,
+    pub bonds: Vec<BondSlots>,
+    pub residuals: Vec<Residual>,
+    pub bond_steps: Vec<BondStep>,
+}
+
+/// What went through a bond in the step just made.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct BondStep {
+    effort_exerted: f64,
+    flow_given: f64,
+    effort_given: f64,
+    flow_before: f64,
+}
+
+impl Coupling {
+    /// Number of components.
+    pub fn count(&self) -> usize {
+        self.slaves.len()
+    }
+
+    /// Read all outputs at `t`, s.
+    pub fn read(&mut self, t: f64) -> Result<()> {
+        self.exchange.read(&self.slaves, At::Time(t))
+    }
+
+    /// Set all inputs to what was last read.
+    pub fn write(&mut self, t: f64) -> Result<()> {
+        self.exchange.write(&self.slaves, At::Time(t))
+    }
+
+    /// Pass all connections, stage by stage.
+    pub fn pass(&mut self, t: f64) -> Result<()> {
+        self.exchange.run(&self.slaves, At::Time(t))
+    }
+
+    /// Pass all connections once more at the same communication point.
+    pub fn pass_again(&mut self, t: f64) -> Result<()> {
+        self.exchange.run_again(&self.slaves, At::Time(t))
+    }
+
+    /// Pass first time derivatives.
+    pub fn pass_derivatives(&mut self, t: f64) -> Result<()> {
+        let derivatives = self.derivatives.iter_mut();
+        let mut all = derivatives.map(|d| d.run_derivatives(&self.slaves, At::Time(t)));
+        all.try_for_each(|done| done)
+    }
+
+    /// Give the component the mean efforts of those that were stepped before it.
+    pub fn give_means(&mut self, component: usize, t: f64) -> Result<()> {
+        let Means {
+            writes,
+            values,
+            buffer,
+            ..
+        } = &mut self.means;
+        match &writes[component] {
+            Some(write) => write.run(&self.slaves, values, buffer, At::Time(t)),
+            None => Ok(()),
+        }
+    }
+
+    /// Step a component from `t` by `h`, s, and read the mean efforts that it exerted.
+    pub fn step(&mut self, component: usize, t: f64, h: f64) -> Result<()> {
+        self.slaves[component].step(t, h)?;
+        match &self.means.reads[component] {
+            Some(read) => read.run(&self.slaves, &mut self.means.values, At::Time(t)),
+            None => Ok(()),
+        }
+    }
+
+    /// All instances into Event Mode, where they have one.
+    pub fn enter_events(&self, t: f64) -> Result<()> {
+        let at = At::Time(t);
+        self.slaves.iter().try_for_each(|s| s.enter_events(at))
+    }
+
+    /// Out of Event Mode, once no discrete state changes any more; where one does, the values are passed again.
+    pub fn leave_events(&mut self, t: f64) -> Result<()> {
+        let at = At::Time(t);
+        for _ in 0..PASSES {
+            let mut again = false;
+            for slave in &self.slaves {
+                again |= slave.update_events(at)?;
+            }
+            if !again {
+                return self.slaves.iter().try_for_each(|s| s.leave_events(at));
+            }
+            self.exchange.run_again(&self.slaves, at)?;
+        }
+        bail!("{at}: discrete states still change after {PASSES} passes of Event Mode")
+    }
+
+    /// Note, before the next exchange overwrites them, the means of effort and flow that the components were given.
+    /// With `gives_means` a component that was stepped later was given the mean effort.
+    pub fn note_bonds(&mut self, h: f64, gives_means: bool) {
+        let half = 0.5 * h;
+        let rise = |slot: Option<usize>| {
+            self.derivatives
+                .as_ref()
+                .zip(slot)
+                .map_or(0.0, |(d, slot)| half * d.values[slot])
+        };
+        for (bond_step, bond) in self.bond_steps.iter_mut().zip(&self.bonds) {
+            let effort_exerted = bond.transformation.of(self.means.values[bond.mean_slot]);
+            let flow_before = self.exchange.values[bond.flow_slot];
+            let held = self.exchange.values[bond.effort_slot] + rise(bond.derivative_slots.0);
+            let held = bond.transformation.of(held);
+            let effort_given = if gives_means && bond.mean_given {
+                effort_exerted
+            } else {
+                held
+            };
+            let flow_given = flow_before + rise(bond.derivative_slots.1);
+            *bond_step = BondStep {
+                effort_exerted,
+                flow_given,
+                effort_given,
+                flow_before,
+            };
+        }
+    }
+
+    /// Add the step to the bonds' residuals; the velocities at its end have just been read.
+    pub fn account(&mut self, h: f64) {
+        let bonds = self.bond_steps.iter().zip(&self.bonds);
+        for (residual, (given, bond)) in self.residuals.iter_mut().zip(bonds) {
+            let moved = 0.5 * (given.flow_before + self.exchange.values[bond.flow_slot]);
+            let exerted = given.effort_exerted * given.flow_given;
+            residual.add(h, bond.power, exerted, given.effort_given * moved);
+        }
+    }
+}

@@ -1,0 +1,44 @@
+//! Instances of a system's components, with their start values.
+
+use anyhow::{Context, Result};
+
+use crate::slave::{At, Slave};
+use crate::spare;
+use crate::system::{Setting, System};
+use crate::wiring::Port;
+
+/// An instance of the component with the index `k` for itself, with the system's parameter values, then `settings`.
+pub fn instantiate(system: &System, k: usize, settings: &[Setting]) -> Result<Slave> {
+    make(system, k, settings, false)
+}
+
+/// The same for a run; `is_staged` as in [`Slave::new`].
+pub(crate) fn make(
+    system: &System,
+    k: usize,
+    settings: &[Setting],
+    is_staged: bool,
+) -> Result<Slave> {
+    let component = &system.structure.components[k];
+    let fmu = &system.fmus[k];
+    let slave = match spare::take(fmu, &component.name, is_staged) {
+        Some(slave) => slave,
+        None => Slave::new(fmu, &component.name, is_staged)?,
+    };
+    for p in &component.parameters {
+        slave
+            .set_from_text(&p.name, &p.value)
+            .with_context(|| p.origin.clone())?;
+    }
+    for s in settings.iter().filter(|s| s.port.component == k) {
+        slave.set_from_text(&system.variable(s.port).name, &s.value)?;
+    }
+    Ok(slave)
+}
+
+/// Value that a variable has in initialization mode under the system's parameter values and `settings`, before any connection is passed.
+pub fn start_value(system: &System, settings: &[Setting], port: Port) -> Result<f64> {
+    let slave = instantiate(system, port.component, settings)?;
+    slave.enter_initialization(system.structure.start_time)?;
+    slave.number(port.variable, At::Initialization)
+}

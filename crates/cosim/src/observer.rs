@@ -1,0 +1,66 @@
+//! What looks at a run while it is made: measures, recordings, files. The loop calls it and knows nothing of what it wants.
+
+use anyhow::Result;
+
+use crate::csv::Log;
+use crate::master::Master;
+use crate::recording::Recording;
+
+/// Looks at every communication point of a run.
+pub trait Observer {
+    /// Look at a communication point; the first is the start of the run.
+    ///
+    /// # Errors
+    /// What ends the run as failed.
+    fn observe(&mut self, master: &Master) -> Result<()>;
+
+    /// True once it wants no further communication point: the run then ends.
+    fn is_done(&self) -> bool {
+        false
+    }
+}
+
+/// A function as an observer.
+pub struct Function<F>(pub F);
+
+impl<F: FnMut(&Master) -> Result<()>> Observer for Function<F> {
+    fn observe(&mut self, master: &Master) -> Result<()> {
+        (self.0)(master)
+    }
+}
+
+/// Several observers, asked in their order; the run ends once one of them wants no more.
+pub struct Observers<'a>(pub Vec<&'a mut dyn Observer>);
+
+impl Observer for Observers<'_> {
+    fn observe(&mut self, master: &Master) -> Result<()> {
+        self.0.iter_mut().try_for_each(|o| o.observe(master))
+    }
+
+    fn is_done(&self) -> bool {
+        self.0.iter().any(|o| o.is_done())
+    }
+}
+
+/// One that may not be there.
+impl<O: Observer> Observer for Option<O> {
+    fn observe(&mut self, master: &Master) -> Result<()> {
+        self.as_mut().map_or(Ok(()), |o| o.observe(master))
+    }
+
+    fn is_done(&self) -> bool {
+        self.as_ref().is_some_and(Observer::is_done)
+    }
+}
+
+impl Observer for Recording {
+    fn observe(&mut self, master: &Master) -> Result<()> {
+        self.add(master)
+    }
+}
+
+impl Observer for Log {
+    fn observe(&mut self, master: &Master) -> Result<()> {
+        self.add(master)
+    }
+}

@@ -1,0 +1,36 @@
+//! In which order outputs are read, inputs are set and components are stepped: one file a schedule.
+
+mod choice;
+mod gauss_seidel;
+mod jacobi;
+mod jacobi_derivatives;
+mod standard;
+
+use anyhow::Result;
+
+pub use choice::{Schedule, Stepping};
+
+use crate::coupling::Coupling;
+
+/// The first exchange, at the start time `t`, s.
+pub(crate) fn begin(schedule: Schedule, coupling: &mut Coupling, t: f64) -> Result<()> {
+    match schedule {
+        Schedule::Standard => standard::begin(coupling, t),
+        Schedule::GaussSeidel | Schedule::Jacobi => coupling.pass(t),
+        Schedule::JacobiDerivatives => jacobi_derivatives::exchange(coupling, t),
+    }
+}
+
+/// A communication step from `t` by `h` that ends at `end`, all s, and the exchange there.
+pub(crate) fn advance(
+    schedule: Schedule,
+    coupling: &mut Coupling,
+    [t, h, end]: [f64; 3],
+) -> Result<()> {
+    match schedule {
+        Schedule::Standard => standard::advance(coupling, t, h, end),
+        Schedule::GaussSeidel => gauss_seidel::advance(coupling, t, h, end),
+        Schedule::Jacobi => jacobi::advance(coupling, t, h, end),
+        Schedule::JacobiDerivatives => jacobi_derivatives::advance(coupling, t, h, end),
+    }
+}

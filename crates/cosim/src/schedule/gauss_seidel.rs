@@ -1,0 +1,19 @@
+//! One component after the other; a later one gets the mean effort that an earlier one exerted over the step.
+
+use anyhow::Result;
+
+use crate::coupling::Coupling;
+
+/// Step the components in their order, then pass all connections.
+pub fn advance(coupling: &mut Coupling, t: f64, h: f64, end: f64) -> Result<()> {
+    coupling.leave_events(t)?;
+    for k in 0..coupling.count() {
+        coupling.give_means(k, t)?;
+        coupling.step(k, t, h)?;
+    }
+    coupling.note_bonds(h, true);
+    coupling.enter_events(end)?;
+    coupling.pass(end)?;
+    coupling.account(h);
+    Ok(())
+}

@@ -1,0 +1,18 @@
+//! All components stepped from the values at the communication point, held over the step.
+
+use anyhow::Result;
+
+use crate::coupling::Coupling;
+
+/// Step all components, then pass all connections.
+pub fn advance(coupling: &mut Coupling, t: f64, h: f64, end: f64) -> Result<()> {
+    coupling.leave_events(t)?;
+    for k in 0..coupling.count() {
+        coupling.step(k, t, h)?;
+    }
+    coupling.note_bonds(h, false);
+    coupling.enter_events(end)?;
+    coupling.pass(end)?;
+    coupling.account(h);
+    Ok(())
+}

@@ -1,0 +1,5 @@
+//! How a run comes from its start to its end.
+
+mod fixed;
+
+pub use fixed::FixedSteps;

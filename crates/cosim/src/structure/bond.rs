@@ -1,0 +1,59 @@
+//! Power bonds: which connection is the effort of one, and where its flow is.
+
+use anyhow::{Result, bail};
+use system_structure::Annotation;
+
+/// Type of the annotation that makes a connection half of a power bond.
+const POWER_BOND: &str = "io.github.hdrm-fmu.power-bond";
+
+/// Annotation `io.github.hdrm-fmu.power-bond` of a connection.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PowerBond {
+    /// Output of the start element: mean of the connected effort over the last step.
+    pub step_mean: String,
+    /// Input of the start element that receives the conjugate flow.
+    pub flow: String,
+    /// Which way power goes where effort times flow is positive.
+    pub power: Power,
+}
+
+/// Direction of the power `effort · flow` of a bond.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Power {
+    /// The start element delivers it, as an actuator that pushes.
+    #[default]
+    Delivered,
+    /// The start element takes it, as a drive by the current that it draws.
+    Drawn,
+}
+
+impl PowerBond {
+    /// The bond among the annotations of a connection, if there is one.
+    pub(super) fn read(annotations: &[Annotation]) -> Result<Option<Self>> {
+        let mut bond = None;
+        for annotation in annotations {
+            let Some(content) = annotation.content.child("PowerBond") else {
+                continue;
+            };
+            if annotation.kind != POWER_BOND {
+                bail!(content.error(format!(
+                    "a PowerBond stands in an annotation of type `{}`; the type must be `{POWER_BOND}`",
+                    annotation.kind
+                )));
+            }
+            let power = match content.attribute("power") {
+                None | Some("delivered") => Power::Delivered,
+                Some("drawn") => Power::Drawn,
+                Some(text) => bail!(content.error(format!(
+                    "power = `{text}` of a PowerBond must be `delivered` or `drawn`"
+                ))),
+            };
+            bond = Some(Self {
+                step_mean: content.required("stepMean")?.to_string(),
+                flow: content.required("flow")?.to_string(),
+                power,
+            });
+        }
+        Ok(bond)
+    }
+}

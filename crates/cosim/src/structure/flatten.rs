@@ -1,0 +1,501 @@
+//! Systems in systems, connectors of systems, dictionaries and nested packages resolved into one flat system.
+
+use std::collections::HashMap;
+
+use anyhow::{Context, Result, bail};
+use system_structure::{
+    Connection as Wire, Connector, DataType, Direction, Element, End, Kind, SignalDictionary,
+    Sourced, System, SystemStructure, Transformation,
+};
+
+use super::bond::PowerBond;
+use super::flat::{Component, Connection, Hop, OuterInput, OuterOutput, Parameter, Structure};
+use super::values::{Files, bound};
+
+/// Types of connectors that can be connected.
+const CONNECTED: [DataType; 4] = [
+    DataType::Real,
+    DataType::Integer,
+    DataType::Boolean,
+    DataType::Enumeration,
+];
+
+/// Name of the default structure in a packed system.
+const DEFAULT: &str = "SystemStructure.ssd";
+
+/// Type of the annotation of a component whose outputs may be read again after its inputs were set.
+const FEEDTHROUGH: &str = "io.github.hdrm-fmu.feedthrough";
+
+/// Deepest nesting of files, so that a file that names itself ends somewhere.
+const DEPTH: usize = 16;
+
+/// A connector: the path of the element that owns it, and its name. Signals of dictionaries have a path that no element has.
+type Key = (String, String);
+
+/// Which way values go through a connector, seen from the system that connects it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Side {
+    Source,
+    Sink,
+    Either,
+}
+
+/// A connection with its direction of flow resolved.
+struct Flow {
+    from: Key,
+    to: Key,
+    hop: Hop,
+    unit: Option<system_structure::Unit>,
+    is_initial: bool,
+    bond: Option<PowerBond>,
+    place: String,
+}
+
+/// Read the text of the system structure `file`; `files` gives the texts of files by the names that they have there.
+pub fn read(text: &str, file: &str, files: &mut Files<'_>) -> Result<Structure> {
+    let read = SystemStructure::parse(text, file)?;
+    let mut flattening = Flattening {
+        structure: Structure {
+            name: read.system.name.clone(),
+            start_time: read.default_experiment.start.unwrap_or(0.0),
+            stop_time: read.default_experiment.stop,
+            step: base_step(&read)?,
+            ..Structure::default()
+        },
+        files,
+        flows: Vec::new(),
+        values: Vec::new(),
+        references: HashMap::new(),
+    };
+    flattening.system(
+        &read.system,
+        "",
+        &Place {
+            file,
+            base: "",
+            depth: 0,
+        },
+        &[],
+    )?;
+    flattening.resolve(&read.system)?;
+    Ok(flattening.structure)
+}
+
+/// The communication step that an annotation of the Open Simulation Platform asks for.
+fn base_step(read: &SystemStructure) -> Result<Option<f64>> {
+    for annotation in &read.default_experiment.annotations {
+        let algorithm = annotation.content.child("Algorithm");
+        if let Some(fixed) = algorithm.and_then(|a| a.child("FixedStepAlgorithm")) {
+            return Ok(fixed.number("baseStepSize")?);
+        }
+    }
+    Ok(None)
+}
+
+/// The file that is being read.
+struct Place<'a> {
+    file: &'a str,
+    /// What is put before the names of files.
+    base: &'a str,
+    depth: usize,
+}
+
+struct Flattening<'a> {
+    structure: Structure,
+    files: &'a mut Files<'a>,
+    flows: Vec<Flow>,
+    /// Values with whole names, in the order in which they are applied.
+    values: Vec<Parameter>,
+    /// Dictionaries by the path of the element that refers to them.
+    references: HashMap<String, String>,
+}
+
+fn join(path: &str, name: &str) -> String {
+    match path.is_empty() {
+        true => name.to_string(),
+        false => format!("{path}.{name}"),
+    }
+}
+
+impl Flattening<'_> {
+    /// Take in a system that has the path `path`; `around` are the dictionaries of the systems around it, by name and path.
+    fn system(
+        &mut self,
+        system: &System,
+        path: &str,
+        place: &Place,
+        around: &[(String, String)],
+    ) -> Result<()> {
+        let mut dictionaries = around.to_vec();
+        for (name, dictionary) in &system.dictionaries {
+            if let Sourced::File { source, .. } = dictionary {
+                let text = (self.files)(&format!("{}{source}", place.base))?;
+                SignalDictionary::parse(&text, source)?;
+            }
+            // No element's path begins so.
+            dictionaries.push((name.clone(), format!("\0{}", join(path, name))));
+        }
+        for element in &system.elements {
+            let inner = join(path, element.name());
+            match element {
+                Element::System(nested) => self.system(nested, &inner, place, &dictionaries)?,
+                Element::Component(component) => self.component(component, &inner, place)?,
+                Element::Dictionary(reference) => {
+                    let mut all = dictionaries.iter().rev();
+                    let Some((_, found)) = all.find(|(name, _)| *name == reference.dictionary)
+                    else {
+                        bail!(
+                            "`{}`: `{inner}` refers to the signal dictionary `{}`, which no system around it has",
+                            place.file,
+                            reference.dictionary
+                        );
+                    };
+                    self.references.insert(inner, found.clone());
+                }
+            }
+        }
+        for wire in &system.connections {
+            let place = format!("`{}`, line {}", place.file, wire.line);
+            let flow = self.flow(system, path, wire, &place);
+            let flow = flow.with_context(|| place.clone())?;
+            self.flows.push(flow);
+        }
+        let owner = format!("system `{}`", system.name);
+        self.bind(&system.bindings, &owner, path, place)
+    }
+
+    fn component(
+        &mut self,
+        component: &system_structure::Component,
+        path: &str,
+        place: &Place,
+    ) -> Result<()> {
+        let source = format!("{}{}", place.base, component.source);
+        let file = match component.kind {
+            Kind::Fmu => {
+                if component.annotations.iter().any(|a| a.kind == FEEDTHROUGH) {
+                    self.structure.feedthrough.push(path.to_string());
+                }
+                self.structure.components.push(Component {
+                    name: path.to_string(),
+                    source,
+                    connectors: component.connectors.clone(),
+                    parameters: Vec::new(),
+                });
+                None
+            }
+            Kind::Structure => Some(source),
+            Kind::Package => Some(format!("{source}/{DEFAULT}")),
+        };
+        if let Some(file) = file {
+            if place.depth == DEPTH {
+                bail!("`{file}`: files of systems in systems are nested deeper than {DEPTH}");
+            }
+            let text = (self.files)(&file).with_context(|| format!("component `{path}`"))?;
+            let read = SystemStructure::parse(&text, &file)?;
+            let base = file.rsplit_once('/').map_or("", |(folder, _)| folder);
+            let base = if base.is_empty() {
+                String::new()
+            } else {
+                format!("{base}/")
+            };
+            let inner = Place {
+                file: &file,
+                base: &base,
+                depth: place.depth + 1,
+            };
+            self.system(&read.system, path, &inner, &[])?;
+        }
+        self.bind(
+            &component.bindings,
+            &format!("component `{path}`"),
+            path,
+            place,
+        )
+    }
+
+    /// Note the values of bindings with their whole names.
+    fn bind(
+        &mut self,
+        bindings: &[system_structure::Binding],
+        owner: &str,
+        path: &str,
+        place: &Place,
+    ) -> Result<()> {
+        for binding in bindings {
+            let found = bound(binding, owner, place.base, self.files)?;
+            self.values.extend(found.into_iter().map(|p| Parameter {
+                name: join(path, &p.name),
+                ..p
+            }));
+        }
+        Ok(())
+    }
+
+    fn flow(&mut self, system: &System, path: &str, wire: &Wire, place: &str) -> Result<Flow> {
+        let [(start, start_side), (end, end_side)] =
+            [self.end(system, &wire.start)?, self.end(system, &wire.end)?];
+        let is_turned = match (start_side, end_side) {
+            (Side::Source | Side::Either, Side::Sink | Side::Either) => false,
+            (Side::Sink | Side::Either, Side::Source | Side::Either) => true,
+            (Side::Source, Side::Source) => bail!(
+                "connector `{}` is declared as {}, but a connection uses it as input",
+                wire.end,
+                end.direction.name()
+            ),
+            (Side::Sink, Side::Sink) => bail!(
+                "connector `{}` is declared as {}, but a connection uses it as output",
+                wire.start,
+                start.direction.name()
+            ),
+        };
+        let name = format!("connection {} -> {}", wire.start, wire.end);
+        for (connector, end) in [(start, &wire.start), (end, &wire.end)] {
+            if let Some(data_type) = connector.data_type
+                && !CONNECTED.contains(&data_type)
+            {
+                bail!(
+                    "connector `{end}` is declared as {}; only connectors of the types {} can be connected",
+                    data_type.name(),
+                    CONNECTED.map(DataType::name).join(", ")
+                );
+            }
+        }
+        let whole = |t| matches!(t, DataType::Integer | DataType::Enumeration);
+        let data_type = start.data_type.or(end.data_type);
+        if let (Some(a), Some(b)) = (start.data_type, end.data_type)
+            && a != b
+            && !(whole(a) && whole(b))
+        {
+            bail!(
+                "{name}: the types differ, {} and {}; both ends must be of the same type",
+                a.name(),
+                b.name()
+            );
+        }
+        if let (Some(transformation), Some(data_type)) = (&wire.transformation, data_type) {
+            let (element, fitting): (_, &[DataType]) = match transformation {
+                Transformation::Linear { .. } => ("LinearTransformation", &[DataType::Real]),
+                Transformation::Booleans(_) => {
+                    ("BooleanMappingTransformation", &[DataType::Boolean])
+                }
+                Transformation::Integers(_) => (
+                    "IntegerMappingTransformation",
+                    &[DataType::Integer, DataType::Enumeration],
+                ),
+                Transformation::Items(_) => {
+                    ("EnumerationMappingTransformation", &[DataType::Enumeration])
+                }
+            };
+            if !fitting.contains(&data_type) {
+                let article = if element.starts_with(['I', 'E']) {
+                    "an"
+                } else {
+                    "a"
+                };
+                bail!(
+                    "{name}: {article} {element} is for {} connectors; these are {}",
+                    fitting[0].name(),
+                    data_type.name()
+                );
+            }
+        }
+        let bond = PowerBond::read(&wire.annotations)?;
+        let (first, last) = if is_turned {
+            (end, start)
+        } else {
+            (start, end)
+        };
+        let (from, to) = if is_turned {
+            (&wire.end, &wire.start)
+        } else {
+            (&wire.start, &wire.end)
+        };
+        let [from, to] = [from, to].map(|end| self.key(path, end));
+        if let Some(other) = self.flows.iter().find(|other| other.to == to) {
+            bail!(
+                "input {}.{} is driven twice, by {}.{} and by {}.{}",
+                to.0,
+                to.1,
+                other.from.0,
+                other.from.1,
+                from.0,
+                from.1
+            );
+        }
+        Ok(Flow {
+            from,
+            to,
+            hop: Hop {
+                transformation: wire.transformation.clone(),
+                keeps_units: wire.keeps_units,
+                unit: last.unit.clone(),
+            },
+            unit: first.unit.clone(),
+            is_initial: [first, last].iter().any(|c| {
+                matches!(
+                    c.direction,
+                    Direction::Parameter | Direction::CalculatedParameter
+                )
+            }),
+            bond,
+            place: place.to_string(),
+        })
+    }
+
+    /// The connector at one end of a connection, and which way values go there.
+    fn end<'s>(&self, system: &'s System, end: &End) -> Result<(&'s Connector, Side)> {
+        let (owner, connectors) = match &end.element {
+            None => (format!("system `{}`", system.name), &system.connectors[..]),
+            Some(name) => {
+                let Some(element) = system.elements.iter().find(|e| e.name() == name) else {
+                    bail!(
+                        "a connection names the component `{name}`, which the system does not have"
+                    );
+                };
+                (format!("component `{name}`"), element.connectors())
+            }
+        };
+        let Some(found) = connectors.iter().find(|c| c.name == end.connector) else {
+            bail!(
+                "{owner} declares no connector `{}`, but a connection uses it",
+                end.connector
+            );
+        };
+        let is_source = match found.direction {
+            Direction::Output | Direction::CalculatedParameter => end.element.is_some(),
+            Direction::Input | Direction::Parameter => end.element.is_none(),
+            Direction::Either => return Ok((found, Side::Either)),
+        };
+        Ok((found, if is_source { Side::Source } else { Side::Sink }))
+    }
+
+    /// The connector at the end of a connection in the system with the path `path`.
+    fn key(&self, path: &str, end: &End) -> Key {
+        let owner = match &end.element {
+            Some(element) => join(path, element),
+            None => path.to_string(),
+        };
+        let owner = self.references.get(&owner).cloned().unwrap_or(owner);
+        (owner, end.connector.clone())
+    }
+
+    /// Connections between components, connectors of the outermost system, and values for variables.
+    fn resolve(&mut self, outermost: &System) -> Result<()> {
+        let drivers: HashMap<&Key, usize> =
+            (0..).zip(&self.flows).map(|(k, f)| (&f.to, k)).collect();
+        let is_component = |key: &Key| self.structure.components.iter().any(|c| c.name == key.0);
+        // The flows that lead to a connector, the first one first.
+        let way = |to: &Key| {
+            let mut way: Vec<&Flow> = Vec::new();
+            let mut key = to;
+            while let Some(k) = drivers.get(key) {
+                let flow = &self.flows[*k];
+                if way.len() > self.flows.len() {
+                    bail!(
+                        "the connections through {}.{} lead round in a circle",
+                        to.0,
+                        to.1
+                    );
+                }
+                way.insert(0, flow);
+                key = &flow.from;
+                if is_component(key) {
+                    break;
+                }
+            }
+            Ok(way)
+        };
+        let hops = |way: &[&Flow]| way.iter().map(|f| f.hop.clone()).collect::<Vec<_>>();
+        let mut connections = Vec::new();
+        let mut inputs: Vec<OuterInput> = Vec::new();
+        for flow in self.flows.iter().filter(|f| is_component(&f.to)) {
+            let way = way(&flow.to)?;
+            let Some(first) = way.first() else { continue };
+            if is_component(&first.from) {
+                connections.push(Connection {
+                    start: first.from.clone(),
+                    end: flow.to.clone(),
+                    unit: first.unit.clone(),
+                    way: hops(&way),
+                    is_initial: way.iter().any(|f| f.is_initial),
+                    bond: way.iter().find_map(|f| f.bond.clone()),
+                    place: flow.place.clone(),
+                });
+            } else if first.from.0.is_empty() {
+                let end = (flow.to.clone(), hops(&way));
+                match inputs.iter_mut().find(|i| i.name == first.from.1) {
+                    Some(input) => input.ends.push(end),
+                    None => inputs.push(OuterInput {
+                        name: first.from.1.clone(),
+                        unit: first.unit.clone(),
+                        ends: vec![end],
+                    }),
+                }
+            }
+        }
+        let mut outputs = Vec::new();
+        for connector in &outermost.connectors {
+            let way = way(&(String::new(), connector.name.clone()))?;
+            if let Some(first) = way.first()
+                && is_component(&first.from)
+            {
+                let start = first.from.clone();
+                outputs.push(OuterOutput {
+                    name: connector.name.clone(),
+                    start,
+                });
+            }
+        }
+        // Values for connectors of systems go on to the components that these feed.
+        let mut fed: Vec<(Key, String, Vec<Hop>)> = Vec::new();
+        for flow in self.flows.iter().filter(|f| is_component(&f.to)) {
+            let way = way(&flow.to)?;
+            for (k, inner) in way
+                .iter()
+                .enumerate()
+                .filter(|(_, f)| !is_component(&f.from))
+            {
+                fed.push((
+                    flow.to.clone(),
+                    join(&inner.from.0, &inner.from.1),
+                    hops(&way[k..]),
+                ));
+            }
+        }
+        for value in std::mem::take(&mut self.values) {
+            let mut is_matched = false;
+            for component in &mut self.structure.components {
+                let variable = value.name.strip_prefix(&component.name);
+                if let Some(variable) = variable.and_then(|rest| rest.strip_prefix('.')) {
+                    let name = variable.to_string();
+                    component.parameters.push(Parameter {
+                        name,
+                        ..value.clone()
+                    });
+                    is_matched = true;
+                }
+            }
+            for (end, _, hops) in fed.iter().filter(|(_, name, _)| *name == value.name) {
+                let mut parameter = Parameter {
+                    name: end.1.clone(),
+                    ..value.clone()
+                };
+                parameter.way.extend(hops.iter().cloned());
+                let components = self.structure.components.iter_mut();
+                for component in components.filter(|c| c.name == end.0) {
+                    component.parameters.push(parameter.clone());
+                    is_matched = true;
+                }
+            }
+            if !is_matched {
+                let text = format!("`{}` ({})", value.name, value.origin);
+                self.structure.unmatched.push(text);
+            }
+        }
+        self.structure.connections = connections;
+        self.structure.inputs = inputs;
+        self.structure.outputs = outputs;
+        Ok(())
+    }
+}

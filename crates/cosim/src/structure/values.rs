@@ -1,0 +1,78 @@
+//! Parameter values on their way to the variables that they are for: sets, mappings, prefixes.
+
+use anyhow::{Context, Result, bail};
+use system_structure::{Binding, ParameterMapping, ParameterSet, SourceBase, Sourced};
+
+use super::flat::{Hop, Parameter};
+
+/// Gives the text of a file that a structure names.
+pub(super) type Files<'a> = dyn FnMut(&str) -> Result<String> + 'a;
+
+/// Read the text of the parameter set `file`.
+pub fn parse_set(text: &str, file: &str) -> Result<Vec<Parameter>> {
+    let set = ParameterSet::parse(text, file).context("parameter set")?;
+    Ok(values(set, &format!("parameter set `{file}`")))
+}
+
+/// The values of a binding in the element `owner`, with the names that they have there; `files` gives texts, by names relative to `base`.
+pub(super) fn bound(
+    binding: &Binding,
+    owner: &str,
+    base: &str,
+    files: &mut Files<'_>,
+) -> Result<Vec<Parameter>> {
+    let mut file = |source: &str, of: SourceBase, what: &str| {
+        if of == SourceBase::Component {
+            bail!(
+                "{owner}: {what} `{source}`: only sources relative to the system structure are supported"
+            );
+        }
+        files(&format!("{base}{source}")).with_context(|| format!("{owner}: {what}"))
+    };
+    let mut parameters = match &binding.set {
+        Sourced::Inline(set) => values(set.clone(), "the system structure"),
+        Sourced::File { source, base } => {
+            let text = file(source, *base, "parameter set")?;
+            parse_set(&text, source).with_context(|| owner.to_string())?
+        }
+    };
+    for parameter in &mut parameters {
+        parameter.name.insert_str(0, &binding.prefix);
+    }
+    let mapping = match &binding.mapping {
+        None => return Ok(parameters),
+        Some(Sourced::Inline(mapping)) => mapping.clone(),
+        Some(Sourced::File { source, base }) => {
+            let text = file(source, *base, "parameter mapping")?;
+            ParameterMapping::parse(&text, source).with_context(|| owner.to_string())?
+        }
+    };
+    let mut mapped = Vec::new();
+    for entry in mapping.entries {
+        let Some(parameter) = parameters.iter().rfind(|p| p.name == entry.source) else {
+            continue;
+        };
+        let mut parameter = parameter.clone();
+        parameter.name = entry.target;
+        parameter.way.push(Hop {
+            transformation: entry.transformation,
+            keeps_units: entry.keeps_units,
+            unit: None,
+        });
+        mapped.push(parameter);
+    }
+    Ok(mapped)
+}
+
+fn values(set: ParameterSet, origin: &str) -> Vec<Parameter> {
+    let all = set.parameters.into_iter();
+    let parameter = |p: system_structure::Parameter| Parameter {
+        name: p.name,
+        value: p.value,
+        data_type: p.data_type,
+        unit: p.unit,
+        way: Vec::new(),
+        origin: origin.to_string(),
+    };
+    all.map(parameter).collect()
+}

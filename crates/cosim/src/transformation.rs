@@ -1,0 +1,295 @@
+//! What becomes of a value on its way: units converted, scaled and shifted, or mapped to other values (SSP 1.0).
+
+use anyhow::{Result, bail};
+use fmu_description::{Description, Item, Kind, Variable};
+use system_structure::Unit;
+
+use crate::structure::Hop;
+
+/// `factor · value + offset`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Linear {
+    /// Factor.
+    pub factor: f64,
+    /// Offset, in the unit of the end.
+    pub offset: f64,
+}
+
+impl Linear {
+    /// What leaves every value as it is.
+    pub const NONE: Self = Self {
+        factor: 1.0,
+        offset: 0.0,
+    };
+
+    /// The value at the end.
+    pub fn of(&self, value: f64) -> f64 {
+        self.factor * value + self.offset
+    }
+
+    /// This one, then `next`.
+    fn then(&self, next: Self) -> Self {
+        Self {
+            factor: next.factor * self.factor,
+            offset: next.of(self.offset),
+        }
+    }
+}
+
+/// What becomes of a value between an output and an input.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Transformation {
+    /// Of numbers.
+    Linear(Linear),
+    /// Of whole numbers and truth values: what some of them become; others stay.
+    Map(Vec<(f64, f64)>),
+}
+
+impl Transformation {
+    /// What leaves every value as it is.
+    pub const NONE: Self = Self::Linear(Linear::NONE);
+
+    /// The value at the end.
+    pub fn of(&self, value: f64) -> f64 {
+        match self {
+            Self::Linear(linear) => linear.of(value),
+            Self::Map(entries) => {
+                let found = entries.iter().find(|(source, _)| *source == value);
+                found.map_or(value, |(_, target)| *target)
+            }
+        }
+    }
+
+    /// The rate of change at the end.
+    pub fn of_derivative(&self, rate: f64) -> f64 {
+        match self {
+            Self::Linear(linear) => linear.factor * rate,
+            Self::Map(_) => rate,
+        }
+    }
+
+    /// Scale and shift; nothing of a map.
+    pub fn linear(&self) -> Linear {
+        match self {
+            Self::Linear(linear) => *linear,
+            Self::Map(_) => Linear::NONE,
+        }
+    }
+
+    fn then(self, next: Self) -> Self {
+        match (self, next) {
+            (Self::Linear(a), Self::Linear(b)) => Self::Linear(a.then(b)),
+            (a, Self::Linear(Linear::NONE)) => a,
+            (Self::Linear(Linear::NONE), b) => b,
+            (Self::Map(a), b) => {
+                let mut entries: Vec<_> = a.iter().map(|(s, t)| (*s, b.of(*t))).collect();
+                if let Self::Map(b) = b {
+                    entries.extend(b.into_iter().filter(|(s, _)| a.iter().all(|(k, _)| k != s)));
+                }
+                Self::Map(entries)
+            }
+            (Self::Linear(_), map @ Self::Map(_)) => map,
+        }
+    }
+}
+
+/// What to do about units that differ.
+pub(crate) const UNITS: &str = "they are converted where both are defined with the same base units; where the numbers are right as they are, \
+     or are made right by a LinearTransformation, the connection must say suppressUnitConversion=\"true\"";
+
+/// The unit of a variable with its definition.
+pub(crate) fn unit_of(description: &Description, variable: &Variable) -> Option<Unit> {
+    let name = variable.unit.as_ref()?;
+    let defined = description.units.iter().find(|u| u.name == *name);
+    Some(defined.map_or_else(
+        || Unit::named(name),
+        |u| Unit {
+            name: u.name.clone(),
+            exponents: u.exponents,
+            factor: u.factor,
+            offset: u.offset,
+        },
+    ))
+}
+
+/// From values in the unit `a` to values in the unit `b`; None where that is not known.
+pub(crate) fn conversion(a: &Unit, b: &Unit) -> Option<Linear> {
+    let is_same = (a.factor, a.offset, a.exponents) == (b.factor, b.offset, b.exponents);
+    if a.name == b.name && (is_same || a.exponents.is_none() || b.exponents.is_none()) {
+        return Some(Linear::NONE);
+    }
+    if a.exponents.is_none() || a.exponents != b.exponents {
+        return None;
+    }
+    Some(Linear {
+        factor: a.factor / b.factor,
+        offset: (a.offset - b.offset) / b.factor,
+    })
+}
+
+/// What becomes of a value on a `way` from one variable, in the unit `unit`, to another, in the unit of the last hop; the variables say
+/// which items their enumerations have. A unit at one end only changes nothing, and is named in `lone`.
+pub(crate) fn along(
+    way: &[Hop],
+    unit: Option<Unit>,
+    [from, to]: [Option<&Variable>; 2],
+    lone: &mut Option<String>,
+) -> Result<Transformation> {
+    let mut whole = Transformation::NONE;
+    let mut unit = unit;
+    for hop in way {
+        if let (Some(a), Some(b), false) = (&unit, &hop.unit, hop.keeps_units) {
+            let Some(linear) = conversion(a, b) else {
+                bail!("the units differ, {} and {}; {UNITS}", a.name, b.name);
+            };
+            whole = whole.then(Transformation::Linear(linear));
+        }
+        if let Some(transformation) = &hop.transformation {
+            whole = whole.then(own(transformation, [from, to])?);
+        }
+        unit = match hop.keeps_units {
+            true => hop.unit.clone(),
+            false => hop.unit.clone().or(unit),
+        };
+    }
+    let (first, last) = (
+        from.and_then(|v| v.unit.as_ref()),
+        to.and_then(|v| v.unit.as_ref()),
+    );
+    if let (Some(unit), None) | (None, Some(unit)) = (first, last)
+        && unit != "1"
+        && from.is_some() == to.is_some()
+        && way.iter().all(|hop| !hop.keeps_units)
+    {
+        *lone = Some(unit.clone());
+    }
+    Ok(whole)
+}
+
+/// A transformation of the file as numbers.
+fn own(
+    transformation: &system_structure::Transformation,
+    [from, to]: [Option<&Variable>; 2],
+) -> Result<Transformation> {
+    use system_structure::Transformation as Of;
+    let number = |on: bool| f64::from(u8::from(on));
+    #[expect(
+        clippy::cast_precision_loss,
+        reason = "whole numbers beyond 2^53 do not pass as numbers"
+    )]
+    let whole = |k: i64| k as f64;
+    Ok(match transformation {
+        Of::Linear { factor, offset } => Transformation::Linear(Linear {
+            factor: *factor,
+            offset: *offset,
+        }),
+        Of::Booleans(entries) => Transformation::Map(
+            entries
+                .iter()
+                .map(|(s, t)| (number(*s), number(*t)))
+                .collect(),
+        ),
+        Of::Integers(entries) => Transformation::Map(
+            entries
+                .iter()
+                .map(|(s, t)| (whole(*s), whole(*t)))
+                .collect(),
+        ),
+        Of::Items(entries) => {
+            let item = |variable: Option<&Variable>, name: &str| {
+                let items: &[Item] = match variable.map(|v| &v.kind) {
+                    Some(Kind::Enumeration(items)) => items,
+                    _ => &[],
+                };
+                match items.iter().find(|item| item.name == name) {
+                    Some(item) => Ok(whole(item.value)),
+                    None => bail!(
+                        "EnumerationMappingTransformation: the enumeration has no item `{name}`, only {}",
+                        items
+                            .iter()
+                            .map(|i| i.name.as_str())
+                            .collect::<Vec<_>>()
+                            .join(", ")
+                    ),
+                }
+            };
+            let entry = |(s, t): &(String, String)| Ok((item(from, s)?, item(to, t)?));
+            Transformation::Map(entries.iter().map(entry).collect::<Result<_>>()?)
+        }
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn unit(name: &str, exponents: [i32; 8], factor: f64, offset: f64) -> Unit {
+        Unit {
+            name: name.into(),
+            exponents: Some(exponents),
+            factor,
+            offset,
+        }
+    }
+
+    /// 25 °C are 298.15 K, 3 mm are 0.003 m, 60 rpm are 2π rad/s; each back again.
+    #[test]
+    fn units_are_converted_by_their_definitions() {
+        let (kelvin, length, rate) = (
+            [0, 0, 0, 0, 1, 0, 0, 0],
+            [0, 1, 0, 0, 0, 0, 0, 0],
+            [0, 0, -1, 0, 0, 0, 0, 1],
+        );
+        let turn = std::f64::consts::TAU / 60.0;
+        for (a, b, value, expected) in [
+            (
+                unit("°C", kelvin, 1.0, 273.15),
+                unit("K", kelvin, 1.0, 0.0),
+                25.0,
+                298.15,
+            ),
+            (
+                unit("mm", length, 1e-3, 0.0),
+                unit("m", length, 1.0, 0.0),
+                3.0,
+                0.003,
+            ),
+            (
+                unit("rpm", rate, turn, 0.0),
+                unit("rad/s", rate, 1.0, 0.0),
+                60.0,
+                std::f64::consts::TAU,
+            ),
+        ] {
+            let there = conversion(&a, &b).unwrap().of(value);
+            let back = conversion(&b, &a).unwrap().of(expected);
+            // Two rounded operations each.
+            assert!(
+                (there - expected).abs() <= 2.0 * f64::EPSILON * 300.0,
+                "{there}"
+            );
+            assert!((back - value).abs() <= 2.0 * f64::EPSILON * 300.0, "{back}");
+        }
+        assert_eq!(
+            conversion(&unit("m", length, 1.0, 0.0), &unit("K", kelvin, 1.0, 0.0)),
+            None
+        );
+        assert_eq!(conversion(&Unit::named("m"), &Unit::named("V")), None);
+        assert_eq!(
+            conversion(&Unit::named("m"), &unit("m", length, 1.0, 0.0)),
+            Some(Linear::NONE)
+        );
+    }
+
+    #[test]
+    fn transformations_follow_each_other() {
+        let linear = |factor, offset| Transformation::Linear(Linear { factor, offset });
+        let both = linear(2.0, 1.0).then(linear(3.0, -1.0));
+        assert_eq!((both.of(5.0), both.of_derivative(1.0)), (32.0, 6.0));
+        let map = |entries: &[(f64, f64)]| Transformation::Map(entries.to_vec());
+        let both = map(&[(1.0, 2.0)]).then(map(&[(2.0, 5.0), (3.0, 4.0), (1.0, 9.0)]));
+        let values = [1.0, 2.0, 3.0, 7.0].map(|k| both.of(k));
+        assert_eq!(values, [5.0, 5.0, 4.0, 7.0]);
+        assert_eq!(map(&[(1.0, 0.0)]).then(Transformation::NONE).of(1.0), 0.0);
+    }
+}

@@ -1,0 +1,12 @@
+//! All tests of this crate from outside, as one program.
+#![forbid(unsafe_code)]
+
+mod allocation;
+mod c_types;
+mod foreign;
+mod noise;
+mod oscillator;
+mod program;
+mod support;
+mod trouble;
+mod wires;

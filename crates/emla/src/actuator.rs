@@ -1,0 +1,94 @@
+//! One actuator: its configuration, immutable after [`Emla::new`].
+
+use crate::options::Electric;
+use crate::substep::longest_substep;
+use crate::surrogate::Surrogate;
+use machine::Drive;
+use serde::{Deserialize, Serialize};
+
+/// One actuator: parameters, drive mode, and the surrogate network with its blending factor.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Emla {
+    pub(crate) p: machine::Emla,
+    pub(crate) drive: Drive,
+    pub(crate) electric: Electric,
+    /// Voltage of the DC link where the input gives none, V.
+    pub(crate) v_dc: f64,
+    /// Longest substep for these parameters, s.
+    pub(crate) dt_max: f64,
+    pub(crate) surrogate: Option<Surrogate>,
+    pub(crate) alpha: f64,
+    /// Steps by which `F` acts late.
+    pub(crate) delay: u32,
+}
+
+impl Emla {
+    /// An actuator without a network: physics alone.
+    ///
+    /// `i_max` is not enforced here: it is a limit for the drive's controller. `v_max` is, and
+    /// `v_dc/√3`, because no inverter can give more.
+    ///
+    /// # Errors
+    /// A parameter outside its physical range.
+    pub fn new(p: machine::Emla, drive: Drive) -> Result<Self, machine::MachineError> {
+        p.check()?;
+        Ok(Self {
+            dt_max: longest_substep(&p, drive),
+            electric: Electric::default(),
+            v_dc: p.link_voltage(),
+            p,
+            drive,
+            surrogate: None,
+            alpha: 0.0,
+            delay: 0,
+        })
+    }
+
+    /// The same actuator with this network, whose residual is scaled by `alpha` (0…1). At α = 0 the
+    /// network only shows in the outputs.
+    #[must_use]
+    pub fn with_surrogate(mut self, surrogate: Surrogate, alpha: f64) -> Self {
+        self.surrogate = Some(surrogate);
+        self.set_alpha(alpha);
+        self
+    }
+
+    /// The same actuator, whose force acts `delay` steps later than it is given and is therefore
+    /// predicted: [`Output::F`] is `F + delay·h·K_b·(ẋ_n − ẋ)`, h the last step. Whoever holds the
+    /// force over the step that follows the exchange, as an importer does that reads all outputs
+    /// before it sets any input, takes damping `K_b·h` from the spring without it; from `C_b =
+    /// K_b·h/2` on, 2 ms here, the coupling is unstable.
+    #[must_use]
+    pub fn with_delay(self, delay: u32) -> Self {
+        Self { delay, ..self }
+    }
+
+    /// The same actuator with this of the electrical side.
+    #[must_use]
+    pub fn with_electric(self, electric: Electric) -> Self {
+        Self { electric, ..self }
+    }
+
+    /// Sets the blending factor, kept inside 0…1.
+    pub fn set_alpha(&mut self, alpha: f64) {
+        self.alpha = alpha.clamp(0.0, 1.0);
+    }
+
+    /// Parameters.
+    #[must_use]
+    pub fn params(&self) -> &machine::Emla {
+        &self.p
+    }
+
+    /// What it does of the electrical side.
+    #[must_use]
+    pub fn electric(&self) -> &Electric {
+        &self.electric
+    }
+
+    /// Drive mode.
+    #[must_use]
+    pub fn drive(&self) -> Drive {
+        self.drive
+    }
+}

@@ -1,0 +1,14 @@
+//! What an actuator is told beside its parameters: what its electrical side does.
+
+use serde::{Deserialize, Serialize};
+
+/// What the electrical side does beyond the paper; by default nothing.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Electric {
+    /// Voltage of the DC link below which an enabled drive trips, V; 0: never.
+    pub undervoltage: f64,
+    /// Whether the losses warm winding and housing; else these stay at their start.
+    pub heat: bool,
+    /// Whether resistance and magnets follow their temperature.
+    pub temperature: bool,
+}

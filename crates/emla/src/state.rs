@@ -1,0 +1,195 @@
+//! Everything that changes while the actuator runs, and its rates.
+
+use crate::motor::Dq;
+use limits::{StepError, check_finite};
+use serde::{Deserialize, Serialize};
+
+/// Everything that changes while the actuator runs.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct State {
+    /// Direct-axis current, A (peak).
+    pub i_d: f64,
+    /// Quadrature-axis current, A (peak).
+    pub i_q: f64,
+    /// Motor angle, rad; the nut stands at `x_n = ρ/(2πN)·θ_m`.
+    pub theta_m: f64,
+    /// Motor speed, rad/s.
+    pub w_m: f64,
+    /// Rod position in [`Drive::Force`], m; stays at its start value in [`Drive::Motion`].
+    pub x: f64,
+    /// Rod velocity in [`Drive::Force`], m/s; stays at its start value in [`Drive::Motion`].
+    pub x_dot: f64,
+    /// What the network adds to the force; of the state's torque and speed, held over the next
+    /// step.
+    pub residual: Residual,
+    /// Mean of the force on the load over the last step, N; at the start that force itself.
+    pub F_mean: f64,
+    /// Mean of the power from the DC side over the last step, W; at the start that power itself.
+    pub P_in_mean: f64,
+    /// Mean of the current from the DC side over the last step, A; at the start that current
+    /// itself.
+    pub i_dc_mean: f64,
+    /// Time by which [`crate::Output::F`] is given ahead, s.
+    pub lead: f64,
+    /// Energies since the start.
+    pub energy: Energy,
+    /// Work on the load by shifts of the rod between steps since the start, J: see
+    /// [`crate::Emla::work_of_shift`].
+    pub shift: f64,
+    /// Losses by where their heat goes.
+    pub kinds: Kinds,
+    /// Temperatures.
+    pub thermal: Thermal,
+    /// Whether undervoltage has tripped the drive: gates off, brake applied.
+    pub tripped: bool,
+}
+
+/// Energies since the start, J; as a rate: powers, W.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Energy {
+    /// Taken from the DC side, core and inverter losses included.
+    pub supplied: f64,
+    /// Given to the load.
+    pub delivered: f64,
+    /// Lost.
+    pub lost: f64,
+}
+
+impl Energy {
+    fn advanced(self, dt: f64, power: Self) -> Self {
+        Self {
+            supplied: self.supplied + dt * power.supplied,
+            delivered: self.delivered + dt * power.delivered,
+            lost: self.lost + dt * power.lost,
+        }
+    }
+}
+
+/// The part of the [`State`] that is integrated from substep to substep.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Point {
+    pub i_d: f64,
+    pub i_q: f64,
+    pub theta_m: f64,
+    pub w_m: f64,
+    pub x: f64,
+    pub x_dot: f64,
+    /// Integral of the force on the load, N·s.
+    pub impulse: f64,
+    pub energy: Energy,
+}
+
+/// What the network says, and what it adds to the physics, at one operating point.
+///
+/// Source: `[paper]` Eq. (eq:residual_blending_hat), on the quasi-static maps. `α·dF` acts as a
+/// load on the nut, `F_nut = F_spring − α·dF`, so that in steady state the delivered force is `F_qs
+/// + α·dF = F_hyb`. Added on the rod side instead, it would act as a spring force without the
+/// motor's inertia behind it and peak far above the load. The default, all zero, is the actuator
+/// without a network.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Residual {
+    /// `F_net − F_qs`, both inside the network's guards, N.
+    pub dF: f64,
+    /// Force of the network, N.
+    pub F_net: f64,
+    /// Rod velocity of the network, m/s.
+    pub x_dot_net: f64,
+    /// Whether the point lies where the network was trained.
+    pub in_trained_range: bool,
+}
+
+/// Temperatures and the heat that was given away.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Thermal {
+    /// Temperature of the winding, K.
+    pub T_winding: f64,
+    /// Temperature of the housing, K.
+    pub T_housing: f64,
+    /// Heat given to the air since the start, J.
+    pub given: f64,
+}
+
+/// Losses since the start by where their heat goes, J; counted while heat is on. The rest of the
+/// losses warms the housing.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Kinds {
+    /// Copper losses: they warm the winding.
+    pub copper: f64,
+    /// Inverter losses: the inverter has its own cooling.
+    pub inverter: f64,
+}
+
+/// Time derivative of a [`Point`]; `F` is that of the impulse.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Rates {
+    pub i: Dq,
+    pub theta_m: f64,
+    pub w_m: f64,
+    pub x: f64,
+    pub x_dot: f64,
+    pub F: f64,
+    pub energy: Energy,
+    pub kinds: Kinds,
+}
+
+impl State {
+    pub(crate) fn point(&self) -> Point {
+        Point {
+            i_d: self.i_d,
+            i_q: self.i_q,
+            theta_m: self.theta_m,
+            w_m: self.w_m,
+            x: self.x,
+            x_dot: self.x_dot,
+            impulse: 0.0,
+            energy: self.energy,
+        }
+    }
+
+    /// That all of it is finite.
+    pub(crate) fn check_finite(&self, t: f64) -> Result<(), StepError> {
+        let values = [
+            ("i_d", self.i_d),
+            ("i_q", self.i_q),
+            ("theta_m", self.theta_m),
+            ("w_m", self.w_m),
+            ("x", self.x),
+            ("x_dot", self.x_dot),
+            ("residual.dF", self.residual.dF),
+            ("F_mean", self.F_mean),
+            ("i_dc_mean", self.i_dc_mean),
+            ("energy.supplied", self.energy.supplied),
+            ("energy.delivered", self.energy.delivered),
+            ("energy.shift", self.shift),
+            ("energy.lost", self.energy.lost),
+            ("T_winding", self.thermal.T_winding),
+            ("T_housing", self.thermal.T_housing),
+            ("energy.heat", self.thermal.given),
+        ];
+        check_finite(t, values)
+    }
+}
+
+impl Point {
+    /// `self + dt·rates`; `rates.kinds` are not part of it.
+    #[inline(always)]
+    pub(crate) fn advanced(&self, dt: f64, rates: &Rates) -> Self {
+        Self {
+            i_d: self.i_d + dt * rates.i.d,
+            i_q: self.i_q + dt * rates.i.q,
+            theta_m: self.theta_m + dt * rates.theta_m,
+            w_m: self.w_m + dt * rates.w_m,
+            x: self.x + dt * rates.x,
+            x_dot: self.x_dot + dt * rates.x_dot,
+            impulse: self.impulse + dt * rates.F,
+            energy: self.energy.advanced(dt, rates.energy),
+        }
+    }
+
+    pub(crate) fn current(&self) -> Dq {
+        Dq {
+            d: self.i_d,
+            q: self.i_q,
+        }
+    }
+}

@@ -1,0 +1,222 @@
+//! An FMU's archive, from its bytes: opened as tolerantly as a ZIP archive can be (folders as
+//! entries, data descriptors, zip64), but nothing in it may be written outside the folder that it
+//! is unpacked to.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::io::{self, Cursor, Read};
+use std::path::{Path, PathBuf};
+
+use thiserror::Error;
+use zip::ZipArchive;
+use zip::result::ZipError;
+
+use crate::description::Description;
+use crate::error::DescriptionError;
+use crate::platform::Platform;
+use crate::remark::Remark;
+
+/// The files of an FMU or of another package, not yet unpacked.
+pub struct Archive {
+    zip: ZipArchive<Cursor<Vec<u8>>>,
+    /// Place of each file by its path.
+    files: BTreeMap<String, usize>,
+    remarks: Vec<Remark>,
+}
+
+/// Why an archive cannot be used.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum ArchiveError {
+    /// Not a ZIP archive, or a damaged one.
+    #[error("it is not a ZIP archive that can be read: {0}")]
+    Zip(#[from] ZipError),
+    /// A file that cannot be read.
+    #[error("`{name}` in it cannot be read: {reason}")]
+    File {
+        /// Path in the archive.
+        name: String,
+        /// Why.
+        reason: String,
+    },
+    /// A path that leads outside of the folder, or a link.
+    #[error("`{name}` in it {reason}")]
+    Unsafe {
+        /// Path in the archive.
+        name: String,
+        /// What it is.
+        reason: &'static str,
+    },
+    /// It is no FMU.
+    #[error("it holds no modelDescription.xml")]
+    NoDescription,
+    /// The description cannot be used.
+    #[error(transparent)]
+    Description(#[from] DescriptionError),
+    /// It was not made for this platform.
+    #[error("it holds no {expected}, the library for this platform; {has}")]
+    NoLibrary {
+        /// Where the library should be.
+        expected: String,
+        /// What it has instead.
+        has: String,
+    },
+    /// A file cannot be written.
+    #[error("{0}: {1}")]
+    Write(PathBuf, io::Error),
+}
+
+impl Archive {
+    /// Open an archive. One with an unsafe path or a link is refused as a whole.
+    pub fn open(bytes: Vec<u8>) -> Result<Self, ArchiveError> {
+        let mut zip = ZipArchive::new(Cursor::new(bytes))?;
+        let (mut files, mut remarks) = (BTreeMap::new(), Vec::new());
+        for index in 0..zip.len() {
+            let entry = zip.by_index_raw(index)?;
+            let written = entry.name()?.into_owned();
+            let slashed = written.replace('\\', "/");
+            let parts = slashed.split('/').filter(|part| !matches!(*part, "" | "."));
+            let name = parts.collect::<Vec<_>>().join("/");
+            let reason = if !is_inside(&slashed) {
+                Some("is a path that leads elsewhere")
+            } else if entry.is_symlink() {
+                Some("is a link")
+            } else {
+                None
+            };
+            if let Some(reason) = reason {
+                let name = written;
+                return Err(ArchiveError::Unsafe { name, reason });
+            }
+            if slashed != written && remarks.is_empty() {
+                remarks.push(Remark::Backslash(written));
+            }
+            if entry.is_file() && !slashed.ends_with('/') {
+                files.insert(name, index);
+            }
+        }
+        Ok(Self {
+            zip,
+            files,
+            remarks,
+        })
+    }
+
+    /// Paths of its files, with `/` between folders.
+    pub fn names(&self) -> impl Iterator<Item = &str> {
+        self.files.keys().map(String::as_str)
+    }
+
+    /// The content of a file, if there is one of this path.
+    pub fn file(&mut self, name: &str) -> Result<Option<Vec<u8>>, ArchiveError> {
+        let Some(index) = self.files.get(name) else {
+            return Ok(None);
+        };
+        self.content(name, *index).map(Some)
+    }
+
+    fn content(&mut self, name: &str, index: usize) -> Result<Vec<u8>, ArchiveError> {
+        let unreadable = |reason: String| ArchiveError::File {
+            name: name.to_string(),
+            reason,
+        };
+        let mut entry = self
+            .zip
+            .by_index(index)
+            .map_err(|e| unreadable(e.to_string()))?;
+        let mut content = Vec::new();
+        let read = entry.read_to_end(&mut content);
+        read.map_err(|e| unreadable(e.to_string()))?;
+        Ok(content)
+    }
+
+    /// The model description, with what there is to remark on the archive.
+    pub fn description(&mut self) -> Result<Description, ArchiveError> {
+        let bytes = self.file("modelDescription.xml")?;
+        let mut description = Description::read(&bytes.ok_or(ArchiveError::NoDescription)?)?;
+        description.remarks.extend(self.remarks.iter().cloned());
+        Ok(description)
+    }
+
+    /// Path of the library for a platform, by [`library_among`] its files.
+    pub fn library(
+        &self,
+        description: &Description,
+        platform: Platform,
+    ) -> Result<(String, Option<Remark>), ArchiveError> {
+        library_among(self.names(), description, platform)
+    }
+
+    /// Write all files into a folder, which is made where it is not there; programs and libraries
+    /// may be executed.
+    pub fn unpack(&mut self, folder: &Path) -> Result<(), ArchiveError> {
+        let write = |path: &Path, content: &[u8]| {
+            if let Some(parent) = path.parent() {
+                fs::create_dir_all(parent)?;
+            }
+            fs::write(path, content)?;
+            allow_execution(path)
+        };
+        for (name, index) in self.files.clone() {
+            let content = self.content(&name, index)?;
+            let path = folder.join(&name);
+            let written = write(&path, &content);
+            written.map_err(|error| ArchiveError::Write(path, error))?;
+        }
+        Ok(())
+    }
+}
+
+/// Path of the library for a platform among the files of an FMU. Where none has the identifier's
+/// name but the platform's folder has a single one, that is taken, with a remark.
+pub fn library_among<'a>(
+    names: impl Iterator<Item = &'a str>,
+    description: &Description,
+    platform: Platform,
+) -> Result<(String, Option<Remark>), ArchiveError> {
+    let expected = platform.library(description.fmi, &description.identifier);
+    let expected = expected.ok_or_else(|| ArchiveError::NoLibrary {
+        expected: format!("library for {}", platform.folder),
+        has: format!("FMI {} has no folder for it", description.fmi),
+    })?;
+    let binaries: Vec<_> = names.filter(|n| n.starts_with("binaries/")).collect();
+    if binaries.contains(&expected.as_str()) {
+        return Ok((expected, None));
+    }
+    let folder = &expected[..=expected.rfind('/').expect("in a folder")];
+    let is_library = |name: &&&str| {
+        let file = name.strip_prefix(folder);
+        file.is_some_and(|file| !file.contains('/') && file.ends_with(platform.suffix))
+    };
+    let mut libraries = binaries.iter().filter(is_library);
+    if let (Some(found), None) = (libraries.next(), libraries.next()) {
+        let found = (*found).to_string();
+        let remark = Remark::Library {
+            expected,
+            found: found.clone(),
+        };
+        return Ok((found, Some(remark)));
+    }
+    let has = match binaries.is_empty() {
+        true => "it has no binaries".to_string(),
+        false => format!("it has {}", binaries[..binaries.len().min(8)].join(", ")),
+    };
+    Err(ArchiveError::NoLibrary { expected, has })
+}
+
+/// It stays in the folder on every file system: no drive, no device, no way up.
+fn is_inside(name: &str) -> bool {
+    !name.starts_with('/') && !name.contains(['\0', ':']) && name.split('/').all(|p| p != "..")
+}
+
+/// Tools that an FMU brings along are programs, and archives made on Windows do not say so.
+#[cfg(unix)]
+fn allow_execution(path: &Path) -> io::Result<()> {
+    use std::os::unix::fs::PermissionsExt;
+    fs::set_permissions(path, fs::Permissions::from_mode(0o755))
+}
+
+#[cfg(not(unix))]
+fn allow_execution(_: &Path) -> io::Result<()> {
+    Ok(())
+}

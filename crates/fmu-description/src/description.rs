@@ -1,0 +1,184 @@
+//! What a model description says as a whole: identity, capabilities, units, variables by name, and
+//! what depends on what.
+
+use std::collections::HashMap;
+
+use crate::error::DescriptionError;
+use crate::remark::Remark;
+use crate::variable::Variable;
+
+/// A version of FMI.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Version {
+    /// 2.0.
+    Fmi2,
+    /// 3.0, and minor versions of it.
+    Fmi3,
+}
+
+impl std::fmt::Display for Version {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.pad(match self {
+            Self::Fmi2 => "2.0",
+            Self::Fmi3 => "3.0",
+        })
+    }
+}
+
+/// A model description.
+#[derive(Clone, Debug)]
+pub struct Description {
+    /// Version of FMI.
+    pub fmi: Version,
+    /// Name of the model.
+    pub model: String,
+    /// Identifier that the FMU and its importer must agree on: `guid` of FMI 2.0,
+    /// `instantiationToken` of FMI 3.0.
+    pub guid: String,
+    /// Version of the model, empty where none is given.
+    pub version: String,
+    /// Program that generated the FMU, empty where none is given.
+    pub tool: String,
+    /// Name of the shared library without its suffix; usually a C identifier, and always the name
+    /// of a file.
+    pub identifier: String,
+    /// What the FMU can do as a co-simulation slave.
+    pub capabilities: Capabilities,
+    /// Names of the log categories.
+    pub log_categories: Vec<String>,
+    /// Units of the variables.
+    pub units: Vec<Unit>,
+    /// How a simulation is set up if the user says nothing else.
+    pub default_experiment: DefaultExperiment,
+    /// Variables in the order of the file, which is how [`Unknown`] counts them.
+    pub variables: Vec<Variable>,
+    /// Outputs with their dependencies at a communication point.
+    pub outputs: Vec<Unknown>,
+    /// Variables that are computed in Initialization Mode, with their dependencies there.
+    pub initial_unknowns: Vec<Unknown>,
+    /// What is wrong by the standard, but does no harm.
+    pub remarks: Vec<Remark>,
+    pub(crate) by_name: HashMap<String, usize>,
+}
+
+/// A computed variable and what it depends on.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Unknown {
+    /// Index into [`Description::variables`].
+    pub variable: usize,
+    /// Indices of the variables it depends on; None where nothing is said, which means: on all
+    /// inputs.
+    pub dependencies: Option<Vec<usize>>,
+}
+
+/// Capability flags of co-simulation (FMI 2.0, section 4.3.1; FMI 3.0, section 4.4.1); what is not
+/// named, or not known to the version, is false or 0.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Capabilities {
+    /// `needsExecutionTool`.
+    pub needs_execution_tool: bool,
+    /// `canHandleVariableCommunicationStepSize`.
+    pub variable_step: bool,
+    /// `canInterpolateInputs`.
+    pub interpolates_inputs: bool,
+    /// `maxOutputDerivativeOrder`.
+    pub output_derivative_order: u32,
+    /// `canRunAsynchronuously`, spelt so by the standard.
+    pub asynchronous: bool,
+    /// `canBeInstantiatedOnlyOncePerProcess`.
+    pub only_once: bool,
+    /// `canNotUseMemoryManagementFunctions`.
+    pub own_memory: bool,
+    /// `canGetAndSetFMUstate`.
+    pub saves_state: bool,
+    /// `canSerializeFMUstate`.
+    pub serializes_state: bool,
+    /// `providesDirectionalDerivative`, in FMI 3.0 `providesDirectionalDerivatives`.
+    pub directional_derivatives: bool,
+    /// `providesAdjointDerivatives`.
+    pub adjoint_derivatives: bool,
+    /// `hasEventMode`.
+    pub event_mode: bool,
+    /// `providesIntermediateUpdate`.
+    pub intermediate_update: bool,
+    /// `canReturnEarlyAfterIntermediateUpdate`.
+    pub returns_early: bool,
+    /// `providesPerElementDependencies`.
+    pub element_dependencies: bool,
+    /// `fixedInternalStepSize`, s: a communication step should be a multiple of it.
+    pub internal_step: Option<f64>,
+}
+
+/// A unit with its conversion to SI base units: value in base units = `factor` · value + `offset`
+/// (FMI 2.0, section 2.2.2).
+#[derive(Clone, Debug, PartialEq)]
+pub struct Unit {
+    /// Name.
+    pub name: String,
+    /// Exponents of kg, m, s, A, K, mol, cd and rad; None where the description names no base unit.
+    pub exponents: Option<[i32; 8]>,
+    /// Factor to base units.
+    pub factor: f64,
+    /// Offset in base units.
+    pub offset: f64,
+    /// Units in which people read it.
+    pub display: Vec<DisplayUnit>,
+}
+
+/// A unit for showing values of another one: value = `factor` · value in the other + `offset`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DisplayUnit {
+    /// Name.
+    pub name: String,
+    /// Factor from the other unit, or of the inverse of the value in it.
+    pub factor: f64,
+    /// Offset in this unit.
+    pub offset: f64,
+    /// It is proportional to the inverse of the other (FMI 3.0): value = `factor` / value in the
+    /// other.
+    pub is_inverse: bool,
+}
+
+/// `DefaultExperiment`; times in s.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct DefaultExperiment {
+    /// First time.
+    pub start: Option<f64>,
+    /// Last time.
+    pub stop: Option<f64>,
+    /// Relative tolerance.
+    pub tolerance: Option<f64>,
+    /// Communication step.
+    pub step: Option<f64>,
+}
+
+impl Description {
+    /// Look names up among the present variables.
+    pub(crate) fn index_names(&mut self) {
+        let names = self.variables.iter().enumerate();
+        self.by_name = names.map(|(k, v)| (v.name.clone(), k)).collect();
+    }
+
+    /// Index of the variable named `name`.
+    pub fn index(&self, name: &str) -> Option<usize> {
+        self.by_name.get(name).copied()
+    }
+
+    /// The variable named `name`, or an error that suggests similar names.
+    pub fn variable(&self, name: &str) -> Result<&Variable, DescriptionError> {
+        let found = self.index(name).map(|k| &self.variables[k]);
+        found.ok_or_else(|| self.unknown_variable(name))
+    }
+
+    fn unknown_variable(&self, name: &str) -> DescriptionError {
+        let stem = name.split(['[', '.']).next().unwrap_or(name);
+        let names = self.variables.iter().map(|v| v.name.as_str());
+        let near: Vec<_> = names.filter(|v| v.starts_with(stem)).take(5).collect();
+        let hint = match near.is_empty() {
+            true => String::new(),
+            false => format!(" (it has {})", near.join(", ")),
+        };
+        let (model, name) = (self.model.clone(), name.to_string());
+        DescriptionError::UnknownVariable { model, name, hint }
+    }
+}

@@ -1,0 +1,222 @@
+//! What the files of both versions have in common: identity, capabilities, units, and what a
+//! variable may inherit from its declared type.
+
+use std::collections::HashMap;
+
+use crate::description::{
+    Capabilities, DefaultExperiment, Description, DisplayUnit, Unit, Version,
+};
+use crate::error::DescriptionError;
+use crate::remark::Remark;
+use crate::variable::{Access, Causality, Initial, Item, Kind, Variability, Variable};
+use crate::xml::Element;
+
+/// All but the variables and what they depend on.
+pub fn head(root: &Element, fmi: Version) -> Result<Description, DescriptionError> {
+    let model = root.text("modelName");
+    let guid = root.required(match fmi {
+        Version::Fmi2 => "guid",
+        Version::Fmi3 => "instantiationToken",
+    })?;
+    let Some(slave) = root.child("CoSimulation") else {
+        let offers = |tag| root.child(tag).is_some();
+        let offered = match (offers("ModelExchange"), offers("ScheduledExecution")) {
+            (true, true) => "Model Exchange and Scheduled Execution only",
+            (true, false) => "Model Exchange only",
+            (false, true) => "Scheduled Execution only",
+            (false, false) => "no interface",
+        };
+        return Err(DescriptionError::NoCoSimulation { model, offered });
+    };
+    let identifier = slave.required("modelIdentifier")?;
+    let mut remarks = Vec::new();
+    if !is_file_name(&identifier) {
+        return Err(DescriptionError::Identifier { model, identifier });
+    }
+    let is_word = |c: char| c.is_ascii_alphanumeric() || c == '_';
+    if !identifier.chars().all(is_word) || identifier.starts_with(|c: char| c.is_ascii_digit()) {
+        remarks.push(Remark::Identifier(identifier.clone()));
+    }
+    let categories = root.all_in("LogCategories");
+    let units = root.all_in("UnitDefinitions").filter(|e| e.tag == "Unit");
+    Ok(Description {
+        fmi,
+        guid,
+        version: root.text("version"),
+        tool: root.text("generationTool"),
+        identifier,
+        capabilities: capabilities(slave, fmi)?,
+        log_categories: categories.map(|category| category.text("name")).collect(),
+        units: units.map(unit).collect::<Result<_, _>>()?,
+        default_experiment: default_experiment(root)?,
+        variables: Vec::new(),
+        outputs: Vec::new(),
+        initial_unknowns: Vec::new(),
+        remarks,
+        by_name: HashMap::new(),
+        model,
+    })
+}
+
+/// It names a file in a folder, and none elsewhere.
+fn is_file_name(identifier: &str) -> bool {
+    let is_path = |c: char| c.is_control() || matches!(c, '/' | '\\' | ':');
+    !matches!(identifier, "" | "." | "..") && !identifier.contains(is_path)
+}
+
+/// What one version does not know is not looked at in a file of it.
+fn capabilities(slave: &Element, fmi: Version) -> Result<Capabilities, DescriptionError> {
+    let both = |name| slave.flag(name);
+    let in_2 = |name| Ok(fmi == Version::Fmi2 && slave.flag(name)?);
+    let in_3 = |name| Ok(fmi == Version::Fmi3 && slave.flag(name)?);
+    let spelt = |in_2, in_3| match fmi {
+        Version::Fmi2 => slave.flag(in_2),
+        Version::Fmi3 => slave.flag(in_3),
+    };
+    let order = slave.number("maxOutputDerivativeOrder")?;
+    let internal_step = slave.number("fixedInternalStepSize")?;
+    Ok(Capabilities {
+        needs_execution_tool: both("needsExecutionTool")?,
+        variable_step: both("canHandleVariableCommunicationStepSize")?,
+        interpolates_inputs: in_2("canInterpolateInputs")?,
+        output_derivative_order: order.unwrap_or(0),
+        asynchronous: in_2("canRunAsynchronuously")?,
+        only_once: both("canBeInstantiatedOnlyOncePerProcess")?,
+        own_memory: in_2("canNotUseMemoryManagementFunctions")?,
+        saves_state: spelt("canGetAndSetFMUstate", "canGetAndSetFMUState")?,
+        serializes_state: spelt("canSerializeFMUstate", "canSerializeFMUState")?,
+        directional_derivatives: spelt(
+            "providesDirectionalDerivative",
+            "providesDirectionalDerivatives",
+        )?,
+        adjoint_derivatives: in_3("providesAdjointDerivatives")?,
+        event_mode: in_3("hasEventMode")?,
+        intermediate_update: in_3("providesIntermediateUpdate")?,
+        returns_early: in_3("canReturnEarlyAfterIntermediateUpdate")?,
+        element_dependencies: in_3("providesPerElementDependencies")?,
+        internal_step: internal_step.filter(|_| fmi == Version::Fmi3),
+    })
+}
+
+fn default_experiment(root: &Element) -> Result<DefaultExperiment, DescriptionError> {
+    let Some(element) = root.child("DefaultExperiment") else {
+        return Ok(DefaultExperiment::default());
+    };
+    Ok(DefaultExperiment {
+        start: element.number("startTime")?,
+        stop: element.number("stopTime")?,
+        tolerance: element.number("tolerance")?,
+        step: element.number("stepSize")?,
+    })
+}
+
+fn unit(unit: &Element) -> Result<Unit, DescriptionError> {
+    let scale = |element: &Element| {
+        let factor = element.number("factor")?.unwrap_or(1.0);
+        Ok((factor, element.number("offset")?.unwrap_or(0.0)))
+    };
+    let base = unit.child("BaseUnit");
+    let exponents = base.map(|base| {
+        let mut exponents = [0; 8];
+        let names = ["kg", "m", "s", "A", "K", "mol", "cd", "rad"];
+        for (exponent, name) in exponents.iter_mut().zip(names) {
+            *exponent = base.number(name)?.unwrap_or(0);
+        }
+        Ok(exponents)
+    });
+    let (factor, offset) = base.map_or(Ok((1.0, 0.0)), scale)?;
+    let display = unit.all("DisplayUnit").map(|display| {
+        let (factor, offset) = scale(display)?;
+        Ok(DisplayUnit {
+            name: display.required("name")?,
+            factor,
+            offset,
+            is_inverse: display.flag("inverse")?,
+        })
+    });
+    Ok(Unit {
+        name: unit.required("name")?,
+        exponents: exponents.transpose()?,
+        factor,
+        offset,
+        display: display.collect::<Result<_, _>>()?,
+    })
+}
+
+/// The named values of an enumeration's type.
+pub fn items(declared: Option<&Element>) -> Result<Vec<Item>, DescriptionError> {
+    let items = declared
+        .into_iter()
+        .flat_map(|declared| declared.all("Item"));
+    let item = |item: &Element| {
+        let value = item.number("value")?;
+        Ok(Item {
+            name: item.required("name")?,
+            value: value.ok_or_else(|| item.error("has no attribute `value`"))?,
+        })
+    };
+    items.map(item).collect()
+}
+
+/// Where a variable is described: its own element, the one with its type, which in FMI 3.0 is the
+/// same, and its declared type.
+#[derive(Clone, Copy)]
+pub struct Source<'a> {
+    pub variable: &'a Element,
+    pub typed: &'a Element,
+    pub declared: Option<&'a Element>,
+}
+
+impl<'a> Source<'a> {
+    /// What the variable says itself, else its declared type.
+    pub fn of(&self, attribute: &str) -> Option<&'a Element> {
+        let mut elements = [Some(self.typed), self.declared].into_iter().flatten();
+        elements.find(|element| element.get(attribute).is_some())
+    }
+
+    fn number(&self, attribute: &str) -> Result<Option<f64>, DescriptionError> {
+        self.of(attribute)
+            .map_or(Ok(None), |element| element.number(attribute))
+    }
+
+    fn text(&self, attribute: &str) -> Option<String> {
+        let element = self.of(attribute);
+        element.map(|element| element.text(attribute))
+    }
+
+    /// The variable as a scalar without a start value, with the variability that it names or else
+    /// this one.
+    pub fn read(
+        &self,
+        kind: Kind,
+        access: Access,
+        variability: impl FnOnce(Causality, &Kind) -> Variability,
+    ) -> Result<Variable, DescriptionError> {
+        let v = self.variable;
+        let reference = v.number("valueReference")?;
+        let causality = v.word("causality", &Causality::WORDS)?.unwrap_or_default();
+        let own = v.word("variability", &Variability::WORDS)?;
+        let relative = self.of("relativeQuantity");
+        Ok(Variable {
+            name: v.required("name")?,
+            description: v.text("description"),
+            reference: reference.ok_or_else(|| v.error("has no attribute `valueReference`"))?,
+            dimensions: Vec::new(),
+            element: None,
+            causality,
+            variability: own.unwrap_or_else(|| variability(causality, &kind)),
+            initial: v.word("initial", &Initial::WORDS)?,
+            start: Vec::new(),
+            min: self.number("min")?,
+            max: self.number("max")?,
+            nominal: self.number("nominal")?,
+            unit: self.text("unit"),
+            display_unit: self.text("displayUnit"),
+            is_relative: relative.map_or(Ok(false), |e| e.flag("relativeQuantity"))?,
+            clocks: Vec::new(),
+            timing: None,
+            kind,
+            access,
+        })
+    }
+}

@@ -1,0 +1,85 @@
+//! From the bytes or the text of a `modelDescription.xml` to a [`Description`].
+
+use std::collections::HashSet;
+
+use crate::description::{Description, Version};
+use crate::error::DescriptionError;
+use crate::remark::Remark;
+use crate::variable::Causality;
+use crate::xml::Element;
+use crate::{encoding, file, fmi2, fmi3};
+
+impl Description {
+    /// Read a `modelDescription.xml`, in whichever of the usual encodings it is.
+    pub fn read(bytes: &[u8]) -> Result<Self, DescriptionError> {
+        Self::parse(&encoding::text(bytes)?)
+    }
+
+    /// Read the text of a `modelDescription.xml`.
+    pub fn parse(text: &str) -> Result<Self, DescriptionError> {
+        let root = Element::parse(text.trim_start_matches('\u{feff}'))?;
+        if root.tag != "fmiModelDescription" {
+            return Err(root.error("is the outermost element, which must be fmiModelDescription"));
+        }
+        let version = root.required("fmiVersion")?;
+        let model = root.required("modelName")?;
+        let fmi = match version.trim() {
+            three if three.starts_with("3.") => Version::Fmi3,
+            two if two.starts_with("2.0") => Version::Fmi2,
+            _ => return Err(DescriptionError::Version { model, version }),
+        };
+        let mut description = file::head(&root, fmi)?;
+        if fmi == Version::Fmi2 && version != "2.0" {
+            description.remarks.push(Remark::Version(version));
+        }
+        match fmi {
+            Version::Fmi2 => fmi2::read(&root, &mut description)?,
+            Version::Fmi3 => fmi3::read(&root, &mut description)?,
+        }
+        remark(&root, &mut description);
+        description.index_names();
+        Ok(description)
+    }
+}
+
+/// What a reader of the whole file notices.
+fn remark(root: &Element, description: &mut Description) {
+    let types = root.all_in("TypeDefinitions");
+    let types: HashSet<_> = types.filter_map(|declared| declared.get("name")).collect();
+    let unknown = |element: &Element| {
+        let mut elements = std::iter::once(element).chain(&element.children);
+        let declared = elements.find_map(|e| e.get("declaredType"))?;
+        let is_unknown = !types.contains(declared);
+        is_unknown.then(|| (element.text("name"), declared.to_string()))
+    };
+    let mut unknown = root.all_in("ModelVariables").filter_map(unknown);
+    if let Some((variable, declared)) = unknown.next() {
+        description.remarks.push(Remark::UnknownType {
+            variable,
+            declared,
+            count: 1 + unknown.count(),
+        });
+    }
+    // FMI 3.0 lists value references, which aliases share.
+    let place = |k: usize| match description.fmi {
+        Version::Fmi2 => k,
+        Version::Fmi3 => description.variables[k].reference as usize,
+    };
+    let listed = description.outputs.iter().map(|u| place(u.variable));
+    let listed: HashSet<_> = listed.collect();
+    let outputs = description.variables.iter().enumerate();
+    let outputs = outputs.filter(|(_, v)| v.causality == Causality::Output);
+    let mut unlisted = outputs.filter(|(k, _)| !listed.contains(&place(*k)));
+    let unlisted = unlisted.next().map(|(_, first)| Remark::UnlistedOutputs {
+        variable: first.name.clone(),
+        count: 1 + unlisted.count(),
+    });
+    description.remarks.extend(unlisted);
+    let mut names = HashSet::new();
+    let twice = description
+        .variables
+        .iter()
+        .find(|v| !names.insert(&v.name));
+    let twice = twice.map(|v| Remark::SameName(v.name.clone()));
+    description.remarks.extend(twice);
+}

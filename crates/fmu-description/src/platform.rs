@@ -1,0 +1,75 @@
+//! Platform folders of FMI 2.0 (section 2.3) and 3.0 (section 2.5.1.4): each is claimed only for
+//! the processor that it is for.
+
+use crate::description::Version;
+
+/// Where a library belongs inside an FMU.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Platform {
+    /// Folder in `binaries/` of FMI 2.0; where that has none, the one of FMI 3.0.
+    pub folder: &'static str,
+    /// Folder in `binaries/` of FMI 3.0.
+    pub folder_3: &'static str,
+    /// Suffix of a library, with its dot.
+    pub suffix: &'static str,
+}
+
+impl Platform {
+    /// Whether FMI 2.0 has a folder for it.
+    pub fn is_in_fmi2(&self) -> bool {
+        self.folder != self.folder_3
+    }
+
+    /// Where the library of an FMU lies in its archive; None where the version has no folder for
+    /// it.
+    pub fn library(&self, version: Version, identifier: &str) -> Option<String> {
+        let folder = match version {
+            Version::Fmi2 => self.is_in_fmi2().then_some(self.folder)?,
+            Version::Fmi3 => self.folder_3,
+        };
+        Some(format!("binaries/{folder}/{identifier}{}", self.suffix))
+    }
+}
+
+/// Linux on x86-64.
+pub const LINUX: Platform = Platform {
+    folder: "linux64",
+    folder_3: "x86_64-linux",
+    suffix: ".so",
+};
+/// Windows on x86-64.
+pub const WINDOWS: Platform = Platform {
+    folder: "win64",
+    folder_3: "x86_64-windows",
+    suffix: ".dll",
+};
+/// macOS on x86-64. FMI 2.0 names no processor here; it was written when Macs had no other.
+pub const MACOS: Platform = Platform {
+    folder: "darwin64",
+    folder_3: "x86_64-darwin",
+    suffix: ".dylib",
+};
+/// Linux on 64-bit ARM.
+pub const LINUX_ARM: Platform = Platform {
+    folder: "aarch64-linux",
+    folder_3: "aarch64-linux",
+    suffix: ".so",
+};
+/// macOS on 64-bit ARM.
+pub const MACOS_ARM: Platform = Platform {
+    folder: "aarch64-darwin",
+    folder_3: "aarch64-darwin",
+    suffix: ".dylib",
+};
+
+/// The platform of this machine, if FMUs have a folder for it.
+pub fn host() -> Option<Platform> {
+    match (std::env::consts::OS, std::env::consts::ARCH) {
+        ("linux", "x86_64") => Some(LINUX),
+        ("linux", "aarch64") => Some(LINUX_ARM),
+        ("windows", "x86_64") => Some(WINDOWS),
+        ("macos", "x86_64") => Some(MACOS),
+        ("macos", "aarch64") => Some(MACOS_ARM),
+        _ => None,
+    }
+}

@@ -1,0 +1,93 @@
+//! A plant made of a machine and options.
+
+use crate::DOF;
+use crate::body::{BODIES, Body};
+use crate::boom_frame::MovingParts;
+use crate::end_stop::{EndStop, JOINT_DISSIPATION, STROKE_DISSIPATION};
+use crate::error::HdrmError;
+use crate::gravity::Gravity;
+use crate::load::Payload;
+use crate::options::Options;
+use crate::plant::{Dynamics, Hdrm};
+use crate::state::State;
+use crate::tree::Tree;
+use machine::Machine;
+use nalgebra::Matrix3;
+use spatial::Inertia;
+
+impl Hdrm {
+    /// Plant of a machine.
+    ///
+    /// # Errors
+    /// A mechanism that does not work over its joint range, or an option out of range.
+    pub fn new(machine: &Machine, options: &Options) -> Result<Self, HdrmError> {
+        options.check()?;
+        let tree = Tree::new(machine)?;
+        let payload = Payload::of(machine, options.inertia_scale);
+        let bodies = inertias(machine, options, &payload);
+        let free = EndStop {
+            range: [f64::NEG_INFINITY, f64::INFINITY],
+            stiffness: 0.0,
+            dissipation: 0.0,
+        };
+        let mut plant = Self {
+            parts: MovingParts::new(&bodies),
+            payload,
+            load: options.load,
+            plane: options.contact.plane()?,
+            tree,
+            bodies,
+            gravity: Gravity::of(options.gravity),
+            joint_viscous: options.joint_viscous,
+            friction_is_stiff: false,
+            tau_wrist_max: machine.limits.tau_wrist_max,
+            stops: [free; DOF],
+        };
+        let start = plant.dynamics(&State::at_rest(machine.start.zeta));
+        plant.friction_is_stiff = plant.has_stiff_friction(&start);
+        plant.stops = plant.dimension_stops(machine, &start);
+        Ok(plant)
+    }
+
+    /// Stops of slew, lift and tilt where the stroke ends or the joint range does, whichever comes
+    /// first (the tilt linkage has a dead point just below stroke zero, far beyond its joint
+    /// range); stops of the wrist at its joint limits. Dimensioned for the mass that each
+    /// coordinate feels at `start`.
+    fn dimension_stops(&self, machine: &Machine, start: &Dynamics) -> [EndStop; DOF] {
+        let limits = machine.limits.zeta();
+        let strokes = machine.limits.strokes();
+        // x_i depends on zeta_i only, so a pose at all lower limits gives all lower strokes.
+        let at_limit = |end: usize| {
+            let zeta = limits.map(|range| range[end]);
+            self.tree.strokes(zeta[0], &self.tree.solve(&zeta))
+        };
+        let (low, high) = (at_limit(0), at_limit(1));
+        std::array::from_fn(|i| {
+            let mobility = start.factor.mobility(i);
+            if i < 3 {
+                let [min, max] = strokes[i];
+                let range = [min.max(low[i].x), max.min(high[i].x)];
+                let prime = start.strokes[i].prime;
+                let mass = 1.0 / (prime * prime * mobility);
+                EndStop::new(range, mass, STROKE_DISSIPATION)
+            } else {
+                EndStop::new(limits[i], 1.0 / mobility, JOINT_DISSIPATION)
+            }
+        })
+    }
+}
+
+/// Inertias about body origins with the options applied.
+fn inertias(machine: &Machine, options: &Options, payload: &Payload) -> [Inertia; Body::COUNT] {
+    let bodies = machine.bodies.in_order();
+    std::array::from_fn(|k| {
+        if BODIES[k] == Body::PL {
+            return payload.inertia(&options.load);
+        }
+        let body = bodies[k];
+        let [x, y, z] = body.inertia_com.rows();
+        let I_com = Matrix3::new(x[0], x[1], x[2], y[0], y[1], y[2], z[0], z[1], z[2]);
+        let inertia = Inertia::from_com(body.mass, body.com.into(), I_com);
+        inertia * options.inertia_scale
+    })
+}

@@ -1,0 +1,155 @@
+//! Equations of motion: mass matrix and bias at a state, accelerations, forces for a motion,
+//! energies.
+
+use crate::DOF;
+use crate::boom_frame::BoomFrame;
+use crate::factor::Factor;
+use crate::gravity::Gravity;
+use crate::input::{Input, wrench};
+use crate::plant::{Dynamics, Hdrm};
+use crate::recursion;
+use crate::saturate::saturate;
+use crate::state::State;
+use crate::tree::Stroke;
+use nalgebra::{Matrix6, Vector6};
+
+impl Hdrm {
+    /// Loops, mass matrix and bias forces at a state, on a base at rest.
+    #[must_use]
+    pub fn dynamics(&self, state: &State) -> Dynamics {
+        self.dynamics_under(state, self.gravity)
+    }
+
+    /// The same on a base that moves as `input` says.
+    #[must_use]
+    pub fn dynamics_with(&self, state: &State, input: &Input) -> Dynamics {
+        let mut dynamics = self.dynamics_under(state, self.felt_gravity(input));
+        if let Some(turning) = self.turning_forces(state, input) {
+            dynamics.h += turning;
+        }
+        dynamics
+    }
+
+    fn dynamics_under(&self, state: &State, gravity: Gravity) -> Dynamics {
+        let State { zeta, zeta_dot, .. } = state;
+        let solved = self.tree.solve(zeta);
+        let frame = BoomFrame::new(&self.tree, &self.parts, &solved);
+        let (M, momentum_y) = frame.mass_matrix();
+        let mut h = frame.bias(zeta_dot, gravity.along_y);
+        let mut holding = momentum_y * gravity.along_y;
+        if let Some(sideways) = self.holding_sideways(&gravity, zeta) {
+            h += sideways;
+            holding += sideways;
+        }
+        Dynamics {
+            state: *state,
+            gravity,
+            strokes: self.tree.strokes(zeta[0], &solved),
+            factor: Factor::new(&M),
+            M,
+            h,
+            momentum_y,
+            holding,
+            frame,
+        }
+    }
+
+    /// Mass matrix `M` and bias `h` with gravity, without friction and stops.
+    #[must_use]
+    pub fn equations_of_motion(&self, state: &State) -> (Matrix6<f64>, Vector6<f64>) {
+        let Dynamics { M, h, .. } = self.dynamics(state);
+        (M, h)
+    }
+
+    /// Joint accelerations, rad/s².
+    #[must_use]
+    pub fn forward_dynamics(&self, state: &State, input: &Input) -> [f64; DOF] {
+        self.acceleration(&self.dynamics_with(state, input), input)
+            .into()
+    }
+
+    /// `M⁻¹·(Q − h − D·zeta_dot)`.
+    pub(crate) fn acceleration(&self, dynamics: &Dynamics, input: &Input) -> Vector6<f64> {
+        let Q = self.generalised_forces(dynamics, input);
+        dynamics.factor.solve(&(Q - dynamics.h))
+    }
+
+    /// Drives, end stops, friction, environment and contact on the coordinates, N·m.
+    pub(crate) fn generalised_forces(&self, dynamics: &Dynamics, input: &Input) -> Vector6<f64> {
+        let State { zeta, zeta_dot, .. } = &dynamics.state;
+        let mut Q = dynamics.frame.tip_forces(&wrench(&input.wrench_env));
+        if self.plane.is_some() {
+            Q += dynamics.frame.tip_forces_of(&self.touch(dynamics).force);
+        }
+        for i in 0..DOF {
+            let w = zeta_dot[i];
+            Q[i] -= self.joint_viscous[i] * w;
+            Q[i] += if i < 3 {
+                let Stroke { x, prime, .. } = dynamics.strokes[i];
+                prime * (input.f[i] + self.stops[i].force(x, prime * w))
+            } else {
+                self.saturated(i - 3, input.tau_wrist[i - 3]) + self.stops[i].force(zeta[i], w)
+            };
+        }
+        Q
+    }
+
+    /// Torque that wrist drive i gives: the ideal source obeys up to its limit.
+    fn saturated(&self, i: usize, tau: f64) -> f64 {
+        saturate(tau, self.tau_wrist_max[i])
+    }
+
+    /// 1 while wrist drive i follows its command, 0 in saturation.
+    pub(crate) fn wrist_gain(&self, i: usize, tau: f64) -> f64 {
+        f64::from(u8::from(tau.abs() <= self.tau_wrist_max[i]))
+    }
+
+    /// Drive forces and torques for which the machine moves with `zeta_ddot`, rad/s², in free
+    /// range (end stops left out) under the wrench `wrench_env` on its tip. Independent of the path
+    /// that [`Hdrm::forward_dynamics`] takes. Wrist torques are not limited.
+    #[must_use]
+    pub fn inverse_dynamics(
+        &self,
+        state: &State,
+        zeta_ddot: &[f64; DOF],
+        wrench_env: &[f64; 6],
+    ) -> ([f64; 3], [f64; 3]) {
+        let State { zeta, zeta_dot, .. } = state;
+        let configuration = self.tree.configuration(zeta);
+        let mut Q = recursion::inverse_dynamics(
+            &configuration,
+            &self.bodies,
+            zeta_dot,
+            zeta_ddot,
+            &self.gravity,
+        )
+        .value;
+        Q += Vector6::from(self.joint_viscous).component_mul(&Vector6::from(*zeta_dot));
+        let W = wrench(wrench_env);
+        Q -= recursion::tip_forces(&configuration, &self.tree, zeta_dot, &W).value;
+        let f = std::array::from_fn(|i| Q[i] / configuration.strokes[i].prime);
+        (f, [Q[3], Q[4], Q[5]])
+    }
+
+    /// Forces of the actuators, N, and torques of the wrist, N·m, that hold the machine still in
+    /// the pose `zeta` against gravity alone.
+    #[must_use]
+    pub fn holding(&self, zeta: &[f64; DOF]) -> ([f64; 3], [f64; 3]) {
+        self.inverse_dynamics(&State::at_rest(*zeta), &[0.0; DOF], &[0.0; 6])
+    }
+
+    /// Kinetic and potential energy, J; the latter is zero with all masses at the height of the
+    /// world's origin.
+    #[must_use]
+    pub fn energies(&self, state: &State) -> (f64, f64) {
+        self.energies_of(&self.dynamics(state))
+    }
+
+    pub(crate) fn energies_of(&self, dynamics: &Dynamics) -> (f64, f64) {
+        let w = Vector6::from(dynamics.state.zeta_dot);
+        let kinetic = 0.5 * w.dot(&(dynamics.M * w));
+        let along_y = dynamics.gravity.along_y * dynamics.frame.first_moment_y();
+        let sideways = self.potential_sideways(&dynamics.gravity, &dynamics.state.zeta);
+        (kinetic, along_y + sideways)
+    }
+}

@@ -1,0 +1,29 @@
+//! What acts on the machine.
+
+use nalgebra::Vector6;
+use serde::{Deserialize, Serialize};
+use spatial::Wrench;
+
+/// What acts on the machine.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Input {
+    /// Actuator forces of slew, lift and tilt, N, positive when extending.
+    pub f: [f64; 3],
+    /// Wrist torques, N·m; beyond the machine's limits they saturate.
+    pub tau_wrist: [f64; 3],
+    /// Wrench `[f; m]` of the environment on the end-effector at T4 in T4 axes, N and N·m.
+    pub wrench_env: [f64; 6],
+    /// Acceleration of the base in the machine's world axes, m/s².
+    pub base_acceleration: [f64; 3],
+    /// Tilt of the base, rad: roll about x, then pitch about its own z.
+    pub base_tilt: [f64; 2],
+    /// Angular velocity of the base in the machine's world axes, rad/s.
+    pub base_angular_velocity: [f64; 3],
+    /// Its rate, rad/s².
+    pub base_angular_acceleration: [f64; 3],
+}
+
+/// `[f; m]` as a wrench.
+pub(crate) fn wrench(components: &[f64; 6]) -> Wrench {
+    Wrench::from_vector(&Vector6::from(*components))
+}

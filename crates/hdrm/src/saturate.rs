@@ -1,0 +1,27 @@
+//! Saturation of drives.
+
+/// `x` saturated to ±`limit`. Unlike [`f64::clamp`] it does not panic where the limit is senseless,
+/// as it may be in a saved state that was damaged. NaN stays NaN.
+#[inline(always)]
+#[must_use]
+pub fn saturate(x: f64, limit: f64) -> f64 {
+    if x.abs() > limit {
+        limit.copysign(x)
+    } else {
+        x
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn saturation_is_symmetric_and_senseless_limits_do_not_panic() {
+        for x in [-3.0, -2.0, 0.5, 2.0, 7.0] {
+            assert_eq!(saturate(x, 2.0), x.clamp(-2.0, 2.0));
+        }
+        assert!(saturate(f64::NAN, 2.0).is_nan());
+        assert!(saturate(1.0, -2.0).is_finite() && saturate(1.0, f64::NAN) == 1.0);
+    }
+}

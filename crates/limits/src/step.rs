@@ -1,0 +1,99 @@
+//! Communication steps: their substeps, and why one could not be completed.
+
+use thiserror::Error;
+
+/// Most substeps in one step, half a second of computing. Normal operation takes 2 to 16 per
+/// millisecond.
+pub const MAX_SUBSTEPS: f64 = 1e6;
+
+/// Part of a step by which the substeps may be longer than the longest: an importer's clock may be
+/// off by so much, and a nanosecond more than a millisecond must not cost another substep.
+const TIME_SLACK: f64 = 1e-3;
+
+/// Why a step could not be completed; the caller's state is untouched.
+#[derive(Clone, Copy, Debug, Error, PartialEq)]
+pub enum StepError {
+    /// The step itself is unusable.
+    #[error("t = {t} s: step h = {h} s must be finite, > 0 and at most 10⁶ substeps long")]
+    BadStep {
+        /// Start of the step, s.
+        t: f64,
+        /// Length of the step, s.
+        h: f64,
+    },
+    /// A quantity became infinite or NaN.
+    #[error("t = {t} s: `{signal}` became {value}; it must be finite")]
+    NotFinite {
+        /// Start of the step, s.
+        t: f64,
+        /// What became infinite or undefined.
+        signal: &'static str,
+        /// Its value.
+        value: f64,
+    },
+}
+
+/// In how many substeps of at most `dt_max`, s, a step of `h`, s, is taken. They are of one length,
+/// so that the last ends where the step does.
+#[must_use]
+#[inline]
+pub fn substeps(h: f64, dt_max: f64) -> f64 {
+    (h * (1.0 - TIME_SLACK) / dt_max).ceil().max(1.0)
+}
+
+/// Checks that a step from `t` by `h`, both s, can be taken at all.
+///
+/// # Errors
+/// [`StepError::BadStep`] where `h` is not finite or not positive.
+#[inline]
+pub fn check_step(t: f64, h: f64) -> Result<(), StepError> {
+    if h.is_finite() && h > 0.0 {
+        return Ok(());
+    }
+    Err(StepError::BadStep { t, h })
+}
+
+/// Checks that all `values`, each with its name, are finite at the end of the step that began at
+/// `t`, s.
+///
+/// # Errors
+/// [`StepError::NotFinite`] with the first that is not.
+#[inline]
+pub fn check_finite<const N: usize>(
+    t: f64,
+    values: [(&'static str, f64); N],
+) -> Result<(), StepError> {
+    // 0·v is 0, unless v is infinite or NaN: one sum instead of a branch for each.
+    if values.iter().map(|(_, value)| 0.0 * value).sum::<f64>() == 0.0 {
+        return Ok(());
+    }
+    let is_wrong = |(_, value): &(&str, f64)| !value.is_finite();
+    match values.into_iter().find(is_wrong) {
+        None => Ok(()),
+        Some((signal, value)) => Err(StepError::NotFinite { t, signal, value }),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A clock that is off by rounding costs no substep; a longer step does.
+    #[test]
+    fn substeps_are_as_few_as_the_longest_allows() {
+        let counts = [1e-9, 0.5e-3, 1e-3, 1.0005e-3, 1.01e-3, 2.9e-3].map(|h| substeps(h, 0.5e-3));
+        assert_eq!(counts, [1.0, 1.0, 2.0, 2.0, 3.0, 6.0]);
+    }
+
+    #[test]
+    fn what_is_unusable_is_named() {
+        for h in [0.0, -1e-3, f64::NAN, f64::INFINITY] {
+            assert!(check_step(3.0, h).is_err(), "{h}");
+        }
+        assert!(check_step(3.0, 1e-3).is_ok());
+        assert!(check_finite(0.0, [("x", 1e308), ("y", -1e308)]).is_ok());
+        let error = check_finite(0.5, [("x", 1.0), ("y", f64::NEG_INFINITY), ("z", f64::NAN)]);
+        let expected = "t = 0.5 s: `y` became -inf; it must be finite";
+        assert_eq!(error.expect_err("y").to_string(), expected);
+    }
+}

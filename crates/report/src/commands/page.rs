@@ -1,0 +1,92 @@
+//! Subcommand `report`.
+
+use std::path::{Path, PathBuf};
+
+use crate::report::{Report, Request, figures};
+use anyhow::Result;
+use clap::Args;
+use cosim::cli::{bar, find, print};
+use cosim::verdict::Verdict;
+use studies::bench::{Bench, MachineArgs};
+use studies::worlds::{BENDING_SYSTEM, SYSTEM, World};
+
+/// The packed machine that a battery feeds, shown where it lies beside the system.
+const ELECTRIC: &str = "Electric.ssp";
+
+#[derive(Args)]
+pub struct ReportArgs {
+    #[command(flatten)]
+    pub machine: MachineArgs,
+    /// HTML file to write
+    #[arg(long, default_value = "report.html", value_name = "FILE")]
+    out: PathBuf,
+    /// Also write the figures as PNG and SVG into this directory
+    #[arg(long, value_name = "DIR")]
+    figures: Option<PathBuf>,
+    /// One-axis experiment: a packed .ssp [default: Testbed.ssp beside the system, where there is one]
+    #[arg(long, value_name = "FILE")]
+    testbed: Option<PathBuf>,
+    /// Also run the world in which the structure bends: needs a Python with MuJoCo, and some minutes more
+    #[arg(long)]
+    pub bending: bool,
+}
+
+/// Make the runs, then write page and figures; a run that failed is named in the page and here.
+pub fn report(args: &ReportArgs) -> Result<Verdict> {
+    let bench = args.machine.bench().without_path().build()?;
+    let path = args.machine.on_path(&bench)?;
+    let packed = |path: &Path| args.machine.bench().packed(path);
+    let beside = bench.beside("Testbed.ssp");
+    let testbed = args
+        .testbed
+        .clone()
+        .or_else(|| beside.is_file().then_some(beside));
+    let testbed = testbed.map(|path| packed(&path).system()).transpose()?;
+    let real = bench.beside(SYSTEM);
+    let real = real
+        .is_file()
+        .then(|| packed(&real).world(World::Real).system())
+        .transpose()?;
+    let bending = args
+        .bending
+        .then(|| packed(&find(BENDING_SYSTEM)?).system());
+    let bending = bending.transpose()?;
+    let electric = bench.beside(ELECTRIC);
+    let electric = electric
+        .is_file()
+        .then(|| packed(&electric).system())
+        .transpose()?;
+    let Bench {
+        system,
+        base,
+        verdict,
+    } = bench;
+    let request = Request {
+        electric: electric.as_ref(),
+        system: &system,
+        testbed: testbed.as_ref(),
+        real: real.as_ref(),
+        bending: bending.as_ref(),
+        path,
+        base: &base,
+    };
+    let bar = bar(0, "runs", false);
+    let report = Report::new(&request, |done, total| {
+        bar.set_length(total);
+        bar.set_position(done);
+    });
+    bar.finish_and_clear();
+    let report = report?;
+    print(report.summary())?;
+    report.write(&args.out)?;
+    print(format_args!("report written to {}\n", args.out.display()))?;
+    if let Some(folder) = &args.figures {
+        let files = figures::write(&report, folder)?;
+        let count = files.len();
+        print(format_args!(
+            "{count} figures written to {}\n",
+            folder.display()
+        ))?;
+    }
+    Ok(verdict)
+}

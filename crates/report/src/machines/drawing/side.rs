@@ -1,0 +1,114 @@
+//! The side view with its points and dimensions.
+
+use plotters::prelude::*;
+
+use super::frame::{Chart, frame};
+use super::labels::Labels;
+use super::sheet::{HEAD, SMALL, Sheet};
+use charts::{Area, Drawn};
+
+impl Sheet {
+    pub(super) fn side<B: DrawingBackend>(&self, area: &Area<'_, B>) -> Drawn<B> {
+        let places = self.view.points.iter().map(|point| point.place);
+        let mut chart = frame(area, "Side view at the start pose", places)?;
+        let at = |name: &str| self.view.at(name);
+        let (boom, link, rod) = (
+            RGBColor(200, 140, 20),
+            RGBColor(120, 120, 130),
+            RGBColor(60, 110, 170),
+        );
+        let lines: [(&[&str], RGBColor, u32); 6] = [
+            (&["T1", "O"], RGBColor(90, 90, 90), 9),
+            (&["O", "B"], boom, 7),
+            (&["O", "P"], boom, 4),
+            (&["B", "A4"], boom, 7),
+            (&["A", "D", "C"], link, 3),
+            (&["A4", "C4", "D4", "T4"], RGBColor(90, 90, 90), 4),
+        ];
+        for (names, color, width) in lines {
+            let points = names.iter().map(|name| at(name)).map(|[x, y]| (x, y));
+            chart.draw_series(LineSeries::new(points, color.stroke_width(width)))?;
+        }
+        for (pivot, on) in [("A", "B"), ("E", "B"), ("C", "B"), ("F", "O")] {
+            dashed(&mut chart, at(pivot), at(on), link)?;
+        }
+        for (foot, pin, inner) in [("F", "P", self.view.rods[0]), ("E", "D", self.view.rods[1])] {
+            let (foot, pin) = (at(foot), at(pin));
+            let line = |a: [f64; 2], b: [f64; 2]| [(a[0], a[1]), (b[0], b[1])];
+            chart.draw_series(LineSeries::new(line(inner, pin), rod.stroke_width(3)))?;
+            chart.draw_series(LineSeries::new(
+                line(foot, middle(inner, pin)),
+                rod.stroke_width(8),
+            ))?;
+        }
+        let mut labels = Labels::beside(&chart, self.view.points.iter().map(|point| point.place));
+        for point in &self.view.points {
+            let (x, y) = (point.place[0], point.place[1]);
+            chart.draw_series([Circle::new((x, y), 4, WHITE.filled())])?;
+            chart.draw_series([Circle::new((x, y), 4, BLACK.stroke_width(1))])?;
+        }
+        for point in &self.view.points {
+            labels.add(
+                &chart,
+                point.place,
+                point.name,
+                &RGBColor(150, 0, 0),
+                HEAD.1,
+            )?;
+        }
+        let told = |(from, to, _): &([f64; 2], [f64; 2], _)| distance(*from, *to) > 1e-3;
+        for (from, to, name) in self.dimensions().into_iter().filter(told) {
+            let text = format!("{name} {:.0}", 1e3 * distance(from, to));
+            labels.add(
+                &chart,
+                middle(from, to),
+                &text,
+                &RGBColor(20, 60, 130),
+                SMALL.1,
+            )?;
+        }
+        Ok(())
+    }
+
+    /// Ends and names of the lengths that the side view tells.
+    fn dimensions(&self) -> Vec<([f64; 2], [f64; 2], &'static str)> {
+        [
+            ("T1", "O", "T1–O"),
+            ("O", "P", "L1_2"),
+            ("O", "F", "L2_2"),
+            ("F", "P", "x_2 + x0_2"),
+            ("O", "B", "O–B"),
+            ("B", "A", "B–A"),
+            ("B", "E", "B–E"),
+            ("B", "C", "B–C"),
+            ("A", "D", "d4"),
+            ("C", "D", "d5"),
+            ("E", "D", "x_3 + x0_3"),
+            ("B", "A4", "B–A4"),
+            ("A4", "C4", "A4–C4"),
+            ("C4", "D4", "C4–D4"),
+            ("D4", "T4", "D4–T4"),
+        ]
+        .map(|(from, to, name)| (self.view.at(from), self.view.at(to), name))
+        .into()
+    }
+}
+
+fn dashed<B: DrawingBackend>(
+    chart: &mut Chart<'_, B>,
+    a: [f64; 2],
+    b: [f64; 2],
+    color: RGBColor,
+) -> Drawn<B> {
+    let line = [(a[0], a[1]), (b[0], b[1])];
+    chart.draw_series(DashedLineSeries::new(line, 4, 4, color.stroke_width(1)))?;
+    Ok(())
+}
+
+fn middle(a: [f64; 2], b: [f64; 2]) -> [f64; 2] {
+    [0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1])]
+}
+
+fn distance(a: [f64; 2], b: [f64; 2]) -> f64 {
+    (a[0] - b[0]).hypot(a[1] - b[1])
+}

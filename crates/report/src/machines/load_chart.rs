@@ -1,0 +1,285 @@
+//! The greatest payload at rest over the workspace, and what limits it.
+#![allow(non_snake_case)] // symbols of the machine file
+
+use anyhow::{Context, Result, ensure};
+use capability::{Capability, Demand, Limits, Margin, Motion, Payload, Quantity};
+use hdrm::{Body, DOF};
+use machine::{AXES, Machine};
+use nalgebra::Vector3;
+use std::io::Write;
+
+use studies::machines::continuous_torque::ContinuousTorque;
+
+/// Poses along each of the two boom joints.
+const POSES: usize = 81;
+/// Payload at which loads are computed beside none, kg; they are linear in it.
+const UNIT: f64 = 1000.0;
+
+/// One pose with the tool at its angle.
+#[derive(Clone, Copy, Debug)]
+pub struct Place {
+    /// Joint angles, rad.
+    pub zeta: [f64; DOF],
+    /// Distance of the tip from the slew axis, m.
+    pub reach: f64,
+    /// Its height over the base, m.
+    pub height: f64,
+    /// Greatest payload, kg; none where the machine cannot hold even itself.
+    pub payload: Option<f64>,
+    /// What limits it.
+    pub limit: Quantity,
+    /// Greatest payload that may be held for ever, kg: at most `payload`, and what the motors hold with the torque that lasts.
+    pub lasting: Option<f64>,
+    /// The actuator whose lasting torque limits that, counted from 0; none where it is `limit`.
+    pub lasting_limit: Option<usize>,
+}
+
+/// Greatest payloads over lift and tilt angles.
+pub struct LoadChart {
+    /// Rows of equal lift angle, each over tilt angles; none where strokes, joints or wrist do not allow the pose.
+    pub rows: Vec<Vec<Option<Place>>>,
+    /// Factor on all weights.
+    pub factor: f64,
+    /// Angle of the tool over the horizontal, rad.
+    pub tool: f64,
+}
+
+/// A machine with nothing at its tip, and with a payload of [`UNIT`].
+struct Loads {
+    empty: Capability,
+    loaded: Capability,
+    limits: Limits,
+    lasting: [ContinuousTorque; 3],
+    factor: f64,
+    tip: Vector3<f64>,
+}
+
+impl LoadChart {
+    /// Of `machine`, all weights times `factor` for what is not at rest. The tool keeps the angle over the horizontal that it has at the start;
+    /// the payload has the file's centre of mass.
+    ///
+    /// # Errors
+    /// A mechanism that does not close, or a factor that is not positive.
+    pub fn new(machine: &Machine, factor: f64) -> Result<Self> {
+        ensure!(
+            factor.is_finite() && factor > 0.0,
+            "the dynamic factor {factor} must be finite and > 0"
+        );
+        let loads = Loads::new(machine, factor)?;
+        let start = machine.start.zeta;
+        let tool = start[1] + start[2] + start[4];
+        let ranges = machine.limits.zeta();
+        let row = |i: usize| {
+            let of_column = |j: usize| {
+                let [lift, tilt] = [along(ranges[1], i), along(ranges[2], j)];
+                let zeta = [start[0], lift, tilt, start[3], tool - lift - tilt, start[5]];
+                loads.place(zeta)
+            };
+            (0..POSES).map(of_column).collect()
+        };
+        Ok(Self {
+            rows: (0..POSES).map(row).collect(),
+            factor,
+            tool,
+        })
+    }
+
+    /// All places.
+    pub fn places(&self) -> impl Iterator<Item = &Place> {
+        self.rows.iter().flatten().flatten()
+    }
+
+    /// Write them as CSV.
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub fn write_csv(&self, file: &mut impl Write) -> Result<()> {
+        writeln!(
+            file,
+            "reach_m,height_m,lift_rad,tilt_rad,wrist_2_rad,payload_kg,limit,lasting_kg,lasting_limit"
+        )?;
+        for p in self.places() {
+            let [_, lift, tilt, _, wrist, _] = p.zeta;
+            let payload = p.payload.unwrap_or(0.0);
+            let (reach, height, limit) = (p.reach, p.height, p.limit);
+            let lasting = p.lasting.unwrap_or(0.0);
+            let motor = p.lasting_limit.map_or_else(
+                || limit.to_string(),
+                |k| format!("lasting torque of {}", AXES[k]),
+            );
+            writeln!(
+                file,
+                "{reach},{height},{lift},{tilt},{wrist},{payload},{limit},{lasting},{motor}"
+            )?;
+        }
+        Ok(())
+    }
+}
+
+/// The `k`-th of [`POSES`] angles over a range.
+#[expect(clippy::cast_precision_loss, reason = "some tens")]
+fn along([min, max]: [f64; 2], k: usize) -> f64 {
+    min + (max - min) * k as f64 / (POSES - 1) as f64
+}
+
+impl Loads {
+    fn new(machine: &Machine, factor: f64) -> Result<Self> {
+        let com = Payload::of(machine).com;
+        let with = |mass| Capability::new(machine, &Payload { mass, com });
+        Ok(Self {
+            empty: with(0.0).context("the mechanism")?,
+            loaded: with(UNIT).context("the mechanism")?,
+            limits: Limits::of(machine),
+            lasting: ContinuousTorque::of(machine),
+            factor,
+            tip: Vector3::from(machine.geometry.r_D4_T4),
+        })
+    }
+
+    /// None where joints or strokes do not allow the pose.
+    fn place(&self, zeta: [f64; DOF]) -> Option<Place> {
+        let motion = Motion::rest(zeta);
+        let [empty, loaded] = [&self.empty, &self.loaded].map(|c| c.demand(&motion));
+        let torques = self.motors(&empty, &loaded);
+        let [empty, loaded] = [empty, loaded].map(|demand| self.limits.margins(&demand));
+        let reaches = |m: &Margin| {
+            m.holds() || !matches!(m.quantity, Quantity::Joint(_) | Quantity::Stroke(_))
+        };
+        if !empty.iter().all(reaches) {
+            return None;
+        }
+        let (payload, limit) = empty
+            .iter()
+            .zip(&loaded)
+            .map(|(a, b)| (of_margin(a, b, self.factor), a.quantity))
+            .min_by(|a, b| a.0.total_cmp(&b.0))?;
+        let (warm, motor) = torques;
+        let of_motor = (warm < payload).then_some(motor);
+        let lasting = warm.min(payload);
+        let poses = self.empty.plant().tree().configuration(&zeta).world_poses();
+        let last = poses[Body::D4 as usize];
+        let tip = last.r + last.R * self.tip;
+        Some(Place {
+            zeta,
+            reach: tip.x.hypot(tip.z),
+            height: tip.y,
+            payload: (payload >= 0.0).then_some(payload),
+            limit,
+            lasting: (lasting >= 0.0).then_some(lasting),
+            lasting_limit: of_motor,
+        })
+    }
+
+    /// The payload, kg, at which a motor first comes to its lasting torque, at rest whatever the factor, and which motor that is.
+    fn motors(&self, empty: &Demand, loaded: &Demand) -> (f64, usize) {
+        let each = (0..3).map(|i| {
+            let both = self.lasting[i].torque;
+            let torques = [empty.tau_e[i], loaded.tau_e[i]];
+            (most(torques, [-both, both]), i)
+        });
+        let least = each.min_by(|a, b| a.0.total_cmp(&b.0));
+        least.expect("three motors")
+    }
+}
+
+/// The payload, kg, at which a quantity comes to its limit with all weights times `factor`; endless for one that is none of the load.
+fn of_margin(a: &Margin, b: &Margin, factor: f64) -> f64 {
+    if matches!(a.quantity, Quantity::Joint(_) | Quantity::Stroke(_)) {
+        return f64::INFINITY;
+    }
+    most([a.value, b.value], a.range.map(|end| end / factor))
+}
+
+/// The payload m, kg, at which `a + (b − a)·m/UNIT` leaves the range. Negative where it is outside without any.
+fn most([a, b]: [f64; 2], [min, max]: [f64; 2]) -> f64 {
+    let slope = (b - a) / UNIT;
+    if !(min..=max).contains(&a) {
+        return -1.0;
+    }
+    match slope {
+        s if s > 0.0 => (max - a) / s,
+        s if s < 0.0 => (min - a) / s,
+        _ => f64::INFINITY,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn holds(machine: &Machine, place: &Place, mass: f64) -> Vec<Quantity> {
+        let com = Payload::of(machine).com;
+        let capability = Capability::new(machine, &Payload { mass, com }).expect("closed");
+        let demand = capability.demand(&Motion::rest(place.zeta));
+        let margins = Limits::of(machine).margins(&demand);
+        let beyond = margins.iter().filter(|margin| !margin.holds());
+        beyond.map(|margin| margin.quantity).collect()
+    }
+
+    /// At every place: 0.98 of the payload breaks no limit, 1.05 of it breaks the one that is named.
+    #[test]
+    fn the_edge_of_the_chart_is_true() {
+        for (name, _) in machine::PRESETS {
+            let machine = Machine::preset(name).expect("shipped");
+            let chart = LoadChart::new(&machine, 1.0).expect("chart");
+            let mut seen = 0;
+            for place in chart.places().step_by(7) {
+                let Some(payload) = place.payload else {
+                    assert_ne!(holds(&machine, place, 0.0), []);
+                    continue;
+                };
+                seen += 1;
+                assert_eq!(
+                    holds(&machine, place, 0.98 * payload),
+                    [],
+                    "{name} {place:?}"
+                );
+                let beyond = holds(&machine, place, 1.05 * payload);
+                assert!(beyond.contains(&place.limit), "{name} {place:?} {beyond:?}");
+            }
+            assert!(seen > 100, "{name}: {seen} places");
+        }
+    }
+
+    /// At the lasting payload the named motor gives its lasting torque, and no other more; where none is named it is the peak payload.
+    #[test]
+    fn the_lasting_edge_is_true() {
+        let mut machine = Machine::reference();
+        machine.ratings.lift.motor_torque = 22.0;
+        machine.ratings.tilt.motor_torque = 25.0;
+        let com = Payload::of(&machine).com;
+        let most = ContinuousTorque::of(&machine);
+        let chart = LoadChart::new(&machine, 1.0).expect("chart");
+        let mut seen = [0; 4];
+        for place in chart.places().step_by(7) {
+            let Some(mass) = place.lasting else { continue };
+            let Some(k) = place.lasting_limit else {
+                assert_eq!(place.lasting, place.payload);
+                seen[3] += 1;
+                continue;
+            };
+            seen[k] += 1;
+            let capability = Capability::new(&machine, &Payload { mass, com }).expect("closed");
+            let torques = capability.demand(&Motion::rest(place.zeta)).tau_e;
+            assert!((torques[k].abs() / most[k].torque - 1.0).abs() < 1e-9);
+            let within = |i: usize| torques[i].abs() <= most[i].torque * (1.0 + 1e-9);
+            assert!((0..3).all(within), "{place:?} {torques:?}");
+            assert!(mass <= place.payload.unwrap_or(0.0));
+        }
+        assert!(seen[1] > 20 && seen[2] > 20, "{seen:?}");
+    }
+
+    /// Oracle: at rest all weights count with the factor, as with as much more gravity.
+    #[test]
+    fn a_factor_is_as_much_more_gravity() {
+        let mut machine = Machine::reference();
+        let with_factor = LoadChart::new(&machine, 1.25).expect("chart");
+        machine.gravity *= 1.25;
+        let heavier = LoadChart::new(&machine, 1.0).expect("chart");
+        for (a, b) in with_factor.places().zip(heavier.places()) {
+            let difference = a.payload.unwrap_or(0.0) - b.payload.unwrap_or(0.0);
+            assert!(difference.abs() < 1e-6, "{a:?} {b:?}");
+        }
+        assert!(LoadChart::new(&machine, 0.0).is_err());
+    }
+}

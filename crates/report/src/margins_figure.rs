@@ -1,0 +1,47 @@
+//! Margins of a machine along a path over time.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result};
+use capability::Quantity;
+use charts::{Curve, Figure, Panel, wheel};
+use studies::path_margins::PathMargins;
+
+/// Points of a curve that are drawn at most.
+const POINTS: usize = 2000;
+
+/// Panels of the figure: title and the quantities in it.
+const PANELS: [(&str, std::ops::Range<usize>); 6] = [
+    ("joints", 0..6),
+    ("strokes", 6..9),
+    ("rod speeds", 9..12),
+    ("forces", 12..15),
+    ("wrist torques", 15..18),
+    ("motors", 18..27),
+];
+
+/// Margins along the path as PNG and SVG into `folder`; the files' names.
+///
+/// # Errors
+/// A picture that cannot be written.
+pub fn draw(margins: &PathMargins, folder: &Path) -> Result<[PathBuf; 2]> {
+    let stride = margins.times.len().div_ceil(POINTS).max(1);
+    let panel = |(title, of): (&str, std::ops::Range<usize>)| {
+        let count = of.len();
+        let curves = of.enumerate().map(|(i, k)| {
+            let points = margins.times.iter().zip(&margins.parts).step_by(stride);
+            let points = points.map(|(t, parts)| (*t, 100.0 * parts[k])).collect();
+            Curve::new(&Quantity::all()[k].to_string(), wheel(i, count), points)
+        });
+        Panel::over_time(&format!("{title}: left of the range, %"), curves.collect())
+    };
+    let stem = Path::new(&margins.name).file_stem().unwrap_or_default();
+    let stem = stem.to_string_lossy().replace(':', "_");
+    let figure = Figure {
+        name: format!("margins_{stem}"),
+        title: format!("Margins along the path {}", margins.name),
+        panels: PANELS.into_iter().map(panel).collect(),
+    };
+    std::fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
+    figure.save(folder)
+}

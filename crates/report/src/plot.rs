@@ -1,0 +1,80 @@
+//! A picture of a recorded run: the signals of a CSV file over time, those of one unit in one panel.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result, ensure};
+use cosim::signals::matches_pattern;
+
+use charts::{Curve, Figure, Panel, wheel};
+use studies::signal_file::SignalFile;
+
+/// Points of a curve that are drawn at most.
+const POINTS: usize = 4000;
+
+/// Draw the signals of `csv` that match one of `patterns` (all without any) as PNG and SVG into `folder`; the files' names.
+pub fn draw(csv: &Path, patterns: &[String], folder: &Path) -> Result<[PathBuf; 2]> {
+    let file = SignalFile::read(csv)?;
+    let is_chosen = |name: &str| patterns.iter().any(|p| matches_pattern(p, name));
+    let mut panels: BTreeMap<&str, Vec<usize>> = BTreeMap::new();
+    for (k, name) in file.names.iter().enumerate().skip(1) {
+        if patterns.is_empty() || is_chosen(name) {
+            panels.entry(&file.units[k]).or_default().push(k);
+        }
+    }
+    ensure!(
+        !panels.is_empty(),
+        "`{}` has no signal that matches {}; it has {}",
+        csv.display(),
+        patterns.join(", "),
+        file.names[1..].join(", ")
+    );
+    let stem = csv.file_stem().unwrap_or_default().to_string_lossy();
+    let figure = Figure {
+        name: stem.clone().into_owned(),
+        title: stem.into_owned(),
+        panels: panels
+            .iter()
+            .map(|(unit, of)| panel(&file, unit, of))
+            .collect(),
+    };
+    std::fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
+    figure.save(folder)
+}
+
+fn panel(file: &SignalFile, unit: &str, of: &[usize]) -> Panel {
+    let stride = file.times().len().div_ceil(POINTS).max(1);
+    let curve = |(i, k): (usize, &usize)| {
+        let points = file.times().iter().zip(&file.columns[*k]);
+        let points = points.step_by(stride).map(|(t, v)| (*t, *v)).collect();
+        Curve::new(&file.names[*k], wheel(i, of.len()), points)
+    };
+    Panel::over_time(unit, of.iter().enumerate().map(curve).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const TEXT: &str = "time,a.x,a.F,b.x\n0,1,2,3\n0.5,4,5,6\n";
+
+    #[test]
+    fn chosen_signals_are_drawn_beside_the_file() {
+        let folder = std::env::temp_dir().join(format!("studies-plot-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).unwrap();
+        let csv = folder.join("run.csv");
+        std::fs::write(&csv, TEXT).unwrap();
+        let files = draw(&csv, &["a.*".into()], &folder).unwrap();
+        let svg = std::fs::read_to_string(&files[1]).unwrap();
+        assert!(svg.contains("a.F") && !svg.contains("b.x"));
+        assert!(std::fs::metadata(&files[0]).unwrap().len() > 1000);
+        let error = draw(&csv, &["c.*".into()], &folder)
+            .unwrap_err()
+            .to_string();
+        assert!(
+            error.contains("c.*") && error.contains("a.x, a.F, b.x"),
+            "{error}"
+        );
+        std::fs::remove_dir_all(folder).unwrap();
+    }
+}

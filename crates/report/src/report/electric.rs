@@ -1,0 +1,140 @@
+//! The machine fed by a battery as the page takes it: where the energy goes, the link over time, motors under their envelopes.
+
+use std::f64::consts::TAU;
+
+use anyhow::{Context, Result};
+use cosim::run::Experiment;
+use cosim::system::System;
+use cosim::wiring::Port;
+use serde::Serialize;
+
+use super::failures::kept;
+use super::request::Request;
+use super::samples::Samples;
+use studies::measures::energy;
+use studies::measures::run::RecordedRun;
+use studies::measures::supply::{self, Supply};
+use studies::studies::sizing::{self, Sizing};
+
+/// Sampling of the page, s.
+const EVERY: f64 = 0.02;
+/// Signals of the feeding component and of every actuator, as far as they have them.
+const OF_SUPPLY: [&str; 5] = ["v_dc", "i_battery", "soc", "T_battery", "P_brake"];
+const OF_ACTUATOR: [&str; 3] = ["i_dc_mean", "T_winding", "T_housing"];
+
+/// One trajectory.
+#[derive(Serialize)]
+pub struct Electric {
+    trajectory: String,
+    supply: Option<Supply>,
+    /// Energy left open, J.
+    open: Option<f64>,
+    start: f64,
+    every: f64,
+    count: usize,
+    curves: Vec<Signal>,
+    sizing: Sizing,
+    motors: Vec<Motor>,
+}
+
+/// A signal over time.
+#[derive(Serialize)]
+struct Signal {
+    name: String,
+    samples: Samples,
+}
+
+/// Torque over speed, rev/min, of one actuator and its envelopes.
+#[derive(Serialize)]
+struct Motor {
+    actuator: String,
+    /// Points of the motion.
+    count: usize,
+    motion: [Samples; 2],
+    speeds: Samples,
+    peak: Samples,
+    continuous: Samples,
+}
+
+/// Both trajectories; what failed of them goes to `failures`.
+pub fn shown(request: &Request, failures: &mut Vec<String>) -> Vec<Electric> {
+    let Some(system) = request.electric else {
+        return Vec::new();
+    };
+    let base = Experiment {
+        settings: Vec::new(), // those of the request are of another system
+        ..request.base.clone()
+    };
+    match energy::cases(system, &base) {
+        Ok(cases) => {
+            let of = |(case, experiment): (String, Experiment)| {
+                one(system, &case, &experiment).with_context(|| format!("electric, {case}"))
+            };
+            kept(cases.into_iter().map(of).collect(), failures)
+        }
+        Err(error) => {
+            failures.push(format!("electric: {error:#}"));
+            Vec::new()
+        }
+    }
+}
+
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "a small positive number"
+)]
+fn one(system: &System, case: &str, experiment: &Experiment) -> Result<Electric> {
+    let mut ports: Vec<Port> = Vec::new();
+    let mut of = |k: usize, names: &[&str]| {
+        ports.extend(names.iter().filter_map(|name| system.port_of(k, name).ok()));
+    };
+    if let Some(k) = supply::component(system)? {
+        of(k, &OF_SUPPLY);
+    }
+    for k in energy::actuators(system) {
+        of(k, &OF_ACTUATOR);
+    }
+    let recorded = RecordedRun::of(system, experiment, &ports)?;
+    let times = &recorded.recording.times;
+    let step = experiment.stepping.step;
+    let stride = ((EVERY / step).round() as usize).max(1);
+    let mut curves = Vec::new();
+    for port in ports {
+        let column = recorded.recording.column(port)?;
+        curves.push(Signal {
+            name: system.name(port),
+            samples: Samples::new(column.iter().step_by(stride).copied()),
+        });
+    }
+    let supply = energy::run(system, experiment)?.supply;
+    let sizing = sizing::run(system, experiment, 0.0)?;
+    Ok(Electric {
+        trajectory: case.into(),
+        open: supply.as_ref().map(Supply::open),
+        supply,
+        start: times.first().copied().unwrap_or(0.0),
+        every: stride as f64 * step,
+        count: times.len().div_ceil(stride),
+        curves,
+        motors: sizing.axes.iter().map(motor).collect(),
+        sizing,
+    })
+}
+
+fn motor(axis: &sizing::Axis) -> Motor {
+    let rpm = 60.0 / TAU;
+    let fastest = (axis.ratings.motor_speed_rpm / rpm).max(axis.speed.peak);
+    let speeds = || (0..=100).map(|k| f64::from(k) * fastest / 100.0);
+    Motor {
+        actuator: axis.actuator.clone(),
+        count: axis.points.len(),
+        motion: [
+            Samples::new(axis.points.iter().map(|(w, _)| rpm * w)),
+            Samples::new(axis.points.iter().map(|(_, tau)| *tau)),
+        ],
+        speeds: Samples::new(speeds().map(|w| rpm * w)),
+        peak: Samples::new(speeds().map(|w| axis.motor.peak(w))),
+        continuous: Samples::new(speeds().map(|w| axis.motor.continuous(w, &axis.ratings))),
+    }
+}

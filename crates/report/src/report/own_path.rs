@@ -1,0 +1,77 @@
+//! The path that the reader gave: margins, tip errors and energy.
+
+use std::fmt::Write as _;
+
+use anyhow::{Context, Result};
+use cosim::run::Experiment;
+use serde::Serialize;
+
+use super::request::Request;
+use crate::margins_figure;
+use studies::machine_file::MachineFile;
+use studies::measures::energy;
+use studies::measures::iso9283::Meter;
+use studies::measures::run::{FailedRun, run};
+use studies::path_margins::PathMargins;
+use studies::print;
+use studies::start_values::vary;
+use studies::studies::inertia::MODES;
+
+/// What is shown of it.
+#[derive(Serialize)]
+pub struct OwnPath {
+    name: String,
+    /// Tables as the command line prints them.
+    text: String,
+    /// Margins along the path, SVG.
+    figure: String,
+}
+
+/// The path, run with the three controllers; what failed goes to `failures`.
+pub fn shown(
+    request: &Request,
+    machine: &MachineFile,
+    failures: &mut Vec<String>,
+) -> Option<OwnPath> {
+    let (name, experiment) = request.path.as_ref()?;
+    let made = of(request, machine, name, experiment);
+    made.map_err(|error| failures.push(format!("path {name}: {error:#}")))
+        .ok()
+}
+
+fn of(
+    request: &Request,
+    machine: &MachineFile,
+    name: &str,
+    experiment: &Experiment,
+) -> Result<OwnPath> {
+    let margins = PathMargins::of(name, &machine.machine)?;
+    let mut text = margins.description() + &margins.table() + "\n";
+    for mode in MODES {
+        let experiment = vary(request.system, experiment, &[("mode", &mode)])?;
+        let mut meter = Meter::of(request.system, &experiment)?;
+        let outcome = run(request.system, &experiment, &|_, _| (), |master| {
+            meter.iter_mut().try_for_each(|meter| meter.add(master))
+        })
+        .map_err(FailedRun::explained)
+        .with_context(|| mode.to_owned())?;
+        writeln!(text, "{mode}: tip error {}", outcome.tip.motion)?;
+        if let Some(measures) = meter.and_then(|meter| meter.measures()) {
+            write!(text, "{measures}")?;
+        }
+        write!(text, "{}", outcome.limits)?;
+    }
+    let energies = energy::run(request.system, experiment)?;
+    write!(
+        text,
+        "\n{}",
+        print::energy::text("energy", &energies.balances)
+    )?;
+    let folder = tempfile::tempdir()?;
+    let [_, svg] = margins_figure::draw(&margins, folder.path())?;
+    Ok(OwnPath {
+        name: name.to_owned(),
+        text,
+        figure: std::fs::read_to_string(svg)?,
+    })
+}

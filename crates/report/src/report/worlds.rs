@@ -1,0 +1,105 @@
+//! The worlds side by side: the adaptive law and its rivals in each, with a sentence on what is in it.
+
+use anyhow::Result;
+use cosim::run::Experiment;
+use cosim::system::System;
+use serde::Serialize;
+
+use super::request::Request;
+use studies::laws::{self, Law};
+use studies::studies::comparison::{self, Summary};
+use studies::worlds::{self, World};
+
+/// Laws that are shown.
+const MODES: [&str; 4] = [
+    "adaptive",
+    "adaptive_integral",
+    "modular_integral",
+    "pd_integral",
+];
+/// Machines drawn for a world: one, because the page is made often; `table --world` takes more.
+const SEEDS: u64 = 1;
+
+/// A world on the page.
+#[derive(Serialize)]
+pub struct Shown {
+    name: &'static str,
+    /// What is in it.
+    sentence: &'static str,
+    /// Machines; none where it was not run.
+    cases: usize,
+    /// Command that runs it on more machines.
+    command: &'static str,
+    laws: Vec<Summary>,
+}
+
+/// The worlds, those whose system is at hand with what the laws do in them; those that fail are named.
+pub fn shown(request: &Request, failures: &mut Vec<String>) -> Vec<Shown> {
+    let worlds = [
+        (World::Ideal, Some(request.system)),
+        (World::Real, request.real),
+        (World::Bending, request.bending),
+    ];
+    let mut found = Vec::new();
+    for (world, system) in worlds {
+        let run = system.map(|system| one(world, system, request.base));
+        let (cases, laws) = run.unwrap_or(Ok((0, Vec::new()))).unwrap_or_else(|error| {
+            failures.push(format!("{world:?} world: {error:#}"));
+            (0, Vec::new())
+        });
+        let (name, sentence, command) = words(world);
+        found.push(Shown {
+            name,
+            sentence,
+            command,
+            cases,
+            laws,
+        });
+    }
+    found
+}
+
+/// Name, what is in it, command.
+fn words(world: World) -> (&'static str, &'static str, &'static str) {
+    match world {
+        World::Ideal => (
+            "ideal",
+            "The plant is the controller's own model and all inertias differ by one factor, -40 to +40 %: a check of the code.",
+            "hdrm-fmu table --study rivals",
+        ),
+        World::Real => (
+            "real",
+            "Actuators as built (stiction, play, soft mounting, heat, a sampling inverter), encoders, noise and biases, one step of \
+             delay, and every body's mass, centre of mass, dimensions, plumb and zeros drawn by seed: what the controller does not know.",
+            "hdrm-fmu table --world real",
+        ),
+        World::Bending => (
+            "bending",
+            "Column and booms that bend in MuJoCo, an engine that shares no line with the controller's model, with dry friction in the \
+             joints and masses, centres of mass, dimensions and plumb drawn by seed; actuators and sensors are ideal.",
+            "hdrm-fmu table --world bending",
+        ),
+    }
+}
+
+/// Number of machines, and each law over them.
+fn one(world: World, system: &System, base: &Experiment) -> Result<(usize, Vec<Summary>)> {
+    let mut base = Experiment {
+        settings: match world {
+            World::Ideal => base.settings.clone(),
+            World::Real | World::Bending => Vec::new(), // of another system
+        },
+        ..base.clone()
+    };
+    if world == World::Bending {
+        base.stepping.step = base.stepping.step.min(worlds::BENDING_STEP);
+    }
+    let laws: Vec<Law> = laws::rivals();
+    let laws: Vec<Law> = laws
+        .into_iter()
+        .filter(|law| MODES.contains(&law.name.as_str()))
+        .collect();
+    let cases = worlds::cases(world, system, 1..1 + SEEDS)?;
+    let cells = comparison::run(system, &base, &laws, &cases.list, || ())?;
+    Ok((cases.list.len(), comparison::summaries(&cells, None)))
+}

@@ -1,0 +1,102 @@
+//! One actuator as built: its configuration, immutable after [`Rig::new`].
+
+use crate::extras::Extras;
+use limits::ParamError;
+use machine::{Drive, MachineError};
+use serde::{Deserialize, Serialize};
+
+/// One actuator as built.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Rig {
+    pub(crate) p: machine::Emla,
+    pub(crate) extra: Extras,
+    pub(crate) drive: Drive,
+    /// Longest substep for these parameters, s.
+    pub(crate) dt_max: f64,
+    /// Communication steps by which the force acts late.
+    pub(crate) delay: u32,
+    /// Voltage of the DC link below which an enabled drive trips, V; 0: never.
+    pub(crate) undervoltage: f64,
+}
+
+impl Rig {
+    /// An actuator with these parameters.
+    ///
+    /// # Errors
+    /// A parameter outside its physical range, by name, value and rule.
+    pub fn new(p: machine::Emla, extra: Extras, drive: Drive) -> Result<Self, RigError> {
+        p.check()?;
+        extra.check(&p)?;
+        let mut rig = Self {
+            p,
+            extra,
+            drive,
+            dt_max: 0.0,
+            delay: 0,
+            undervoltage: 0.0,
+        };
+        rig.dt_max = rig.longest_substep();
+        Ok(rig)
+    }
+
+    /// The same actuator, whose force is given `delay` communication steps ahead, because it acts
+    /// so late.
+    #[must_use]
+    pub fn with_delay(self, delay: u32) -> Self {
+        Self { delay, ..self }
+    }
+
+    /// The same actuator, whose drive trips when it is enabled and its DC link is below
+    /// `undervoltage`, V: gates off, brake applied.
+    #[must_use]
+    pub fn with_undervoltage(self, undervoltage: f64) -> Self {
+        Self {
+            undervoltage,
+            ..self
+        }
+    }
+
+    /// Voltage of the DC link below which the drive trips, V; 0: never.
+    #[must_use]
+    pub fn undervoltage(&self) -> f64 {
+        self.undervoltage
+    }
+
+    /// Drive mode.
+    #[must_use]
+    pub fn drive(&self) -> Drive {
+        self.drive
+    }
+
+    /// Parameters that it shares with its idealised model.
+    #[must_use]
+    pub fn params(&self) -> &machine::Emla {
+        &self.p
+    }
+
+    /// What it knows beyond them.
+    #[must_use]
+    pub fn extras(&self) -> &Extras {
+        &self.extra
+    }
+}
+
+/// Why a rig was refused.
+#[derive(Debug, thiserror::Error)]
+pub enum RigError {
+    /// A parameter shared with the idealised actuator.
+    #[error(transparent)]
+    Machine(#[from] MachineError),
+    /// One of the extras, by group and field.
+    #[error(transparent)]
+    Extra(#[from] ParamError),
+}
+
+#[cfg(test)]
+impl Rig {
+    /// The reference machine's actuator with every extra, moved by a mechanism.
+    pub(crate) fn as_built() -> Self {
+        let p = machine::Machine::reference().emla.lift;
+        Self::new(p, Extras::AS_BUILT, Drive::Motion).expect("valid")
+    }
+}

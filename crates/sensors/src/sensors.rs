@@ -1,0 +1,26 @@
+//! The sensors of one machine: their configuration, and the errors that each of them keeps.
+
+use crate::drawn::Drawn;
+use crate::params::{DELAY_MAX, Params};
+use serde::{Deserialize, Serialize};
+
+/// The sensors: parameters, and the errors drawn from the seed.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Sensors {
+    pub(crate) p: Params,
+    pub(crate) drawn: Drawn,
+}
+
+impl Sensors {
+    /// Sensors with these parameters; `delay` beyond [`DELAY_MAX`] counts as that.
+    #[must_use]
+    pub fn new(p: Params) -> Self {
+        Self {
+            drawn: Drawn::of(p.seed),
+            p: Params {
+                delay: p.delay.min(DELAY_MAX),
+                ..p
+            },
+        }
+    }
+}

@@ -1,0 +1,508 @@
+//! System structures (`.ssd`): systems, their elements, connectors, connections and parameter bindings.
+
+use crate::common::{DataType, Enumeration, Transformation, Unit};
+use crate::dictionary::{DictionaryReference, SignalDictionary};
+use crate::error::StructureError;
+use crate::parameters::{Binding, Sourced};
+use crate::xml::Node;
+
+/// A system structure.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SystemStructure {
+    /// The outermost system.
+    pub system: System,
+    /// Enumerations that connectors name.
+    pub enumerations: Vec<Enumeration>,
+    /// Start and stop of a run if the user says nothing else.
+    pub default_experiment: DefaultExperiment,
+}
+
+/// `DefaultExperiment`; times in s.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct DefaultExperiment {
+    /// First time.
+    pub start: Option<f64>,
+    /// Last time.
+    pub stop: Option<f64>,
+    /// What tools have written there.
+    pub annotations: Vec<Annotation>,
+}
+
+/// Something for those that know its type.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Annotation {
+    /// Type, in reverse domain notation.
+    pub kind: String,
+    /// The annotation with its content.
+    pub content: Node,
+}
+
+impl Annotation {
+    fn read_all(node: &Node) -> Result<Vec<Self>, StructureError> {
+        let read = |content: &Node| {
+            let kind = content.required("type")?.to_string();
+            Ok(Self {
+                kind,
+                content: content.clone(),
+            })
+        };
+        node.listed("Annotations", "Annotation").map(read).collect()
+    }
+}
+
+/// A system: elements, connectors to the outside, and the connections between them.
+#[derive(Clone, Debug, PartialEq)]
+pub struct System {
+    /// Name.
+    pub name: String,
+    /// What it offers to the system around it.
+    pub connectors: Vec<Connector>,
+    /// Parameter values, in the order in which they are applied.
+    pub bindings: Vec<Binding>,
+    /// Components, systems and references to dictionaries, in the order of the file.
+    pub elements: Vec<Element>,
+    /// Connections, in the order of the file.
+    pub connections: Vec<Connection>,
+    /// Signal dictionaries by name.
+    pub dictionaries: Vec<(String, Sourced<SignalDictionary>)>,
+}
+
+/// An element of a system.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Element {
+    /// An FMU, or a structure in another file.
+    Component(Component),
+    /// A system.
+    System(System),
+    /// A place where signals of a dictionary are connected.
+    Dictionary(DictionaryReference),
+}
+
+impl Element {
+    /// Name.
+    pub fn name(&self) -> &str {
+        match self {
+            Self::Component(c) => &c.name,
+            Self::System(s) => &s.name,
+            Self::Dictionary(d) => &d.name,
+        }
+    }
+
+    /// Connectors.
+    pub fn connectors(&self) -> &[Connector] {
+        match self {
+            Self::Component(c) => &c.connectors,
+            Self::System(s) => &s.connectors,
+            Self::Dictionary(d) => &d.connectors,
+        }
+    }
+}
+
+/// What a component is made of, `type`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Kind {
+    /// An FMU.
+    #[default]
+    Fmu,
+    /// Another system structure, `.ssd`.
+    Structure,
+    /// A packed system, `.ssp`.
+    Package,
+}
+
+/// An element with a source of its own.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Component {
+    /// Name.
+    pub name: String,
+    /// File, relative to the structure.
+    pub source: String,
+    /// What the file is.
+    pub kind: Kind,
+    /// Variables that it declares.
+    pub connectors: Vec<Connector>,
+    /// Parameter values, in the order in which they are applied.
+    pub bindings: Vec<Binding>,
+    /// What tools have written there.
+    pub annotations: Vec<Annotation>,
+}
+
+/// Which way values go through a connector, `kind`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Direction {
+    /// Into the element.
+    Input,
+    /// Out of the element.
+    Output,
+    /// Into the element, before the run.
+    Parameter,
+    /// Out of the element, known after initialization.
+    CalculatedParameter,
+    /// Either, as its connections need it (inout, unspecified).
+    Either,
+}
+
+impl Direction {
+    /// As the file writes it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Input => "input",
+            Self::Output => "output",
+            Self::Parameter => "parameter",
+            Self::CalculatedParameter => "calculatedParameter",
+            Self::Either => "inout",
+        }
+    }
+}
+
+/// A variable of an element that is declared.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Connector {
+    /// Name.
+    pub name: String,
+    /// Which way values go.
+    pub direction: Direction,
+    /// Type, where one is declared.
+    pub data_type: Option<DataType>,
+    /// Unit of a real connector, where one is declared.
+    pub unit: Option<Unit>,
+    /// Enumeration that it names.
+    pub enumeration: Option<String>,
+    /// Line of the file.
+    pub line: usize,
+}
+
+/// One end of a connection: an element and its connector; without an element the system's own connector.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct End {
+    /// Element.
+    pub element: Option<String>,
+    /// Connector.
+    pub connector: String,
+}
+
+impl std::fmt::Display for End {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match &self.element {
+            Some(element) => write!(f, "{element}.{}", self.connector),
+            None => f.write_str(&self.connector),
+        }
+    }
+}
+
+/// A connection; which end the values come from is said by the connectors, not by the names of the ends.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Connection {
+    /// One end.
+    pub start: End,
+    /// The other end.
+    pub end: End,
+    /// What becomes of a value on its way.
+    pub transformation: Option<Transformation>,
+    /// `suppressUnitConversion`: the numbers are meant as the transformation leaves them.
+    pub keeps_units: bool,
+    /// What tools have written there.
+    pub annotations: Vec<Annotation>,
+    /// Line of the file.
+    pub line: usize,
+}
+
+impl SystemStructure {
+    /// Read the text of a `.ssd`; `file` is its name for messages.
+    ///
+    /// # Errors
+    /// What is wrong, and where.
+    pub fn parse(text: &str, file: &str) -> Result<Self, StructureError> {
+        let root = Node::parse(text, file, "SystemStructureDescription")?;
+        if let Some(version) = root.attribute("version")
+            && !["1.0", "2.0"].contains(&version)
+        {
+            return Err(root.error(format!(
+                "version `{version}` of SSP is not supported, only 1.0 and 2.0"
+            )));
+        }
+        let Some(system) = root.child("System") else {
+            return Err(root.error("it has no System".into()));
+        };
+        let experiment = root.child("DefaultExperiment");
+        let experiment = experiment.map(|node| {
+            Ok(DefaultExperiment {
+                start: node.number("startTime")?,
+                stop: node.number("stopTime")?,
+                annotations: Annotation::read_all(node)?,
+            })
+        });
+        Ok(Self {
+            system: self::system(system, &Unit::read_all(&root)?)?,
+            enumerations: Enumeration::read_all(&root)?,
+            default_experiment: experiment.transpose()?.unwrap_or_default(),
+        })
+    }
+}
+
+fn system(node: &Node, units: &[Unit]) -> Result<System, StructureError> {
+    let name = node.required("name")?.to_string();
+    let mut elements: Vec<Element> = Vec::new();
+    for child in node.child("Elements").into_iter().flat_map(|e| &e.children) {
+        let element = match child.name.as_str() {
+            "Component" => Element::Component(component(child, units)?),
+            "System" => Element::System(system(child, units)?),
+            "SignalDictionaryReference" => Element::Dictionary(DictionaryReference {
+                name: child.required("name")?.to_string(),
+                dictionary: child.required("dictionary")?.to_string(),
+                connectors: connectors(child, units)?,
+            }),
+            _ => continue,
+        };
+        if elements.iter().any(|other| other.name() == element.name()) {
+            let what = match element {
+                Element::Component(_) => "components",
+                _ => "elements",
+            };
+            return Err(child.error(format!(
+                "system `{name}` has two {what} named `{}`",
+                element.name()
+            )));
+        }
+        elements.push(element);
+    }
+    let connections = node.listed("Connections", "Connection").map(connection);
+    let dictionaries = node.listed("SignalDictionaries", "SignalDictionary");
+    let dictionaries = dictionaries.map(|dictionary| {
+        let inline = |node: &Node| {
+            let inline = node.child("SignalDictionary");
+            inline.map(SignalDictionary::read).transpose()
+        };
+        let name = dictionary.required("name")?.to_string();
+        Ok((
+            name,
+            Sourced::read(dictionary, "a signal dictionary", inline)?,
+        ))
+    });
+    Ok(System {
+        connectors: connectors(node, units)?,
+        bindings: Binding::read_all(node)?,
+        connections: connections.collect::<Result<_, _>>()?,
+        dictionaries: dictionaries.collect::<Result<_, _>>()?,
+        elements,
+        name,
+    })
+}
+
+fn component(node: &Node, units: &[Unit]) -> Result<Component, StructureError> {
+    let (name, source) = (node.required("name")?, node.required("source")?);
+    let kind = match node.attribute("type") {
+        None | Some("application/x-fmu-sharedlibrary") => Kind::Fmu,
+        Some("application/x-ssp-definition") => Kind::Structure,
+        Some("application/x-ssp-package") => Kind::Package,
+        Some(other) => {
+            return Err(node.error(format!(
+                "component `{name}` is of the type `{other}`, which is not supported"
+            )));
+        }
+    };
+    if let Some(implementation) = node.attribute("implementation")
+        && !["any", "CoSimulation"].contains(&implementation)
+    {
+        return Err(node.error(format!(
+            "component `{name}` asks for the implementation `{implementation}`; only CoSimulation is supported"
+        )));
+    }
+    Ok(Component {
+        name: name.to_string(),
+        source: source.to_string(),
+        kind,
+        connectors: connectors(node, units)?,
+        bindings: Binding::read_all(node)?,
+        annotations: Annotation::read_all(node)?,
+    })
+}
+
+fn connectors(node: &Node, units: &[Unit]) -> Result<Vec<Connector>, StructureError> {
+    let read = |c: &Node| {
+        let name = c.required("name")?;
+        let direction = match c.required("kind")? {
+            "input" => Direction::Input,
+            "output" | "local" => Direction::Output,
+            "parameter" | "structuralParameter" => Direction::Parameter,
+            "calculatedParameter" | "constant" => Direction::CalculatedParameter,
+            "inout" | "unspecified" => Direction::Either,
+            other => {
+                return Err(c.error(format!(
+                    "connector `{name}` is of the unknown kind `{other}`"
+                )));
+            }
+        };
+        let declared = DataType::declared(c);
+        let attribute = |name| declared.and_then(|(_, node)| node.attribute(name));
+        let is_enumeration = declared.is_some_and(|(t, _)| t == DataType::Enumeration);
+        Ok(Connector {
+            name: name.to_string(),
+            direction,
+            data_type: declared.map(|(data_type, _)| data_type),
+            unit: attribute("unit").map(|name| Unit::of(units, name)),
+            enumeration: attribute("name")
+                .filter(|_| is_enumeration)
+                .map(str::to_string),
+            line: c.line,
+        })
+    };
+    node.listed("Connectors", "Connector").map(read).collect()
+}
+
+fn connection(node: &Node) -> Result<Connection, StructureError> {
+    let end = |element, connector| {
+        Ok(End {
+            element: node.attribute(element).map(str::to_string),
+            connector: node.required(connector)?.to_string(),
+        })
+    };
+    let connection = Connection {
+        start: end("startElement", "startConnector")?,
+        end: end("endElement", "endConnector")?,
+        transformation: Transformation::read(node)?,
+        keeps_units: node.flag("suppressUnitConversion")?,
+        annotations: Annotation::read_all(node)?,
+        line: node.line,
+    };
+    if node
+        .attribute("startIndices")
+        .or(node.attribute("endIndices"))
+        .is_some()
+    {
+        return Err(node.error(format!(
+            "connection {} -> {}: connections of some elements of an array (indices) are not supported",
+            connection.start, connection.end
+        )));
+    }
+    Ok(connection)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const TEXT: &str = r#"<?xml version="1.0"?>
+<ssd:SystemStructureDescription xmlns:ssd="d" xmlns:ssc="c" xmlns:ssv="v" version="1.0" name="s">
+ <ssd:DefaultExperiment startTime="0.5"/>
+ <ssd:System name="s">
+  <ssd:Connections>
+   <ssd:Connection startElement="a" startConnector="y" endElement="in" endConnector="u" suppressUnitConversion="1"/>
+   <ssd:Connection startConnector="x" endElement="a" endConnector="u"><ssc:LinearTransformation factor="2"/></ssd:Connection>
+  </ssd:Connections>
+  <ssd:Connectors><ssd:Connector name="x" kind="input"><ssc:Float64 unit="mm"/></ssd:Connector></ssd:Connectors>
+  <ssd:Elements>
+   <ssd:Component name="a" source="A.fmu"><ssd:Connectors><ssd:Connector name="y" kind="output"/>
+    <ssd:Connector name="m" kind="parameter"><ssc:Enumeration name="Mode"/></ssd:Connector></ssd:Connectors></ssd:Component>
+   <!-- a comment among the elements -->
+   <ssd:System name="in"><ssd:Elements><ssd:Component name="b" source="B.ssp" type="application/x-ssp-package"/></ssd:Elements></ssd:System>
+   <ssd:Component name="c" source="C.fmu"/>
+   <ssd:SignalDictionaryReference name="bus" dictionary="Bus"/>
+  </ssd:Elements>
+  <ssd:SignalDictionaries><ssd:SignalDictionary name="Bus" source="bus.ssb"/></ssd:SignalDictionaries>
+  <ssd:SystemGeometry x1="0" y1="0" x2="1" y2="1"/>
+ </ssd:System>
+ <ssd:Units><ssc:Unit name="mm"><ssc:BaseUnit m="1" factor="0.001"/></ssc:Unit></ssd:Units>
+ <ssd:Enumerations><ssc:Enumeration name="Mode"><ssc:Item name="off" value="0"/><ssc:Item name="on" value="2"/></ssc:Enumeration></ssd:Enumerations>
+</ssd:SystemStructureDescription>"#;
+
+    #[test]
+    fn every_order_of_elements_is_read() {
+        let read = SystemStructure::parse(TEXT, "s.ssd").unwrap();
+        let names: Vec<_> = read.system.elements.iter().map(Element::name).collect();
+        assert_eq!(names, ["a", "in", "c", "bus"]);
+        assert_eq!(read.default_experiment.start, Some(0.5));
+        assert_eq!(read.enumerations[0].items[1], ("on".into(), 2));
+        let outer = &read.system.connectors[0];
+        assert_eq!(
+            (outer.data_type, outer.direction),
+            (Some(DataType::Real), Direction::Input)
+        );
+        assert_eq!(outer.unit.as_ref().map(|u| u.factor), Some(0.001));
+        let connectors = read.system.elements[0].connectors();
+        assert_eq!((connectors[0].data_type, connectors[0].line), (None, 11));
+        assert_eq!(connectors[1].enumeration.as_deref(), Some("Mode"));
+        let [plain, scaled] = &read.system.connections[..] else {
+            panic!("two connections")
+        };
+        assert!(plain.keeps_units && plain.end.to_string() == "in.u");
+        let linear = Transformation::Linear {
+            factor: 2.0,
+            offset: 0.0,
+        };
+        assert_eq!((scaled.start.element.as_ref(), scaled.line), (None, 7));
+        assert_eq!(scaled.transformation, Some(linear));
+        let Element::System(inner) = &read.system.elements[1] else {
+            panic!("a system")
+        };
+        assert!(matches!(&inner.elements[0], Element::Component(c) if c.kind == Kind::Package));
+        assert_eq!(read.system.dictionaries[0].0, "Bus");
+    }
+
+    /// Each edit makes one thing wrong; the message says what and on which line.
+    #[test]
+    fn what_is_wrong_is_named_with_its_line() {
+        for (old, new, expected) in [
+            (
+                "name=\"c\" source",
+                "name=\"a\" source",
+                "line 15: system `s` has two components named `a`",
+            ),
+            (
+                "kind=\"output\"",
+                "kind=\"out\"",
+                "line 11: connector `y` is of the unknown kind `out`",
+            ),
+            (
+                " source=\"C.fmu\"",
+                "",
+                "line 15: Component has no attribute source",
+            ),
+            (
+                "x-ssp-package",
+                "x-modelica",
+                "line 14: component `b` is of the type `application/x-modelica`",
+            ),
+            (
+                "factor=\"2\"",
+                "factor=\"NaN\"",
+                "line 7: LinearTransformation with factor NaN",
+            ),
+            (
+                "Conversion=\"1\"",
+                "Conversion=\"yes\"",
+                "line 6: Connection has suppressUnitConversion = `yes`",
+            ),
+            (
+                "startTime=\"0.5\"",
+                "startTime=\"now\"",
+                "line 3: DefaultExperiment has startTime = `now`",
+            ),
+            (
+                "m=\"1\" factor",
+                "m=\"1.5\" factor",
+                "line 21: unit `mm`: the exponent m = `1.5`",
+            ),
+            (
+                "value=\"2\"",
+                "value=\"two\"",
+                "line 22: item `on` has the value `two`",
+            ),
+            (
+                "version=\"1.0\" name",
+                "version=\"3.0\" name",
+                "line 2: version `3.0` of SSP",
+            ),
+            ("kind=\"output\"/>", "kind=\"output\">", "it is no XML"),
+            (
+                "startElement=\"a\"",
+                "startElement=\"a\" startIndices=\"1\"",
+                "(indices) are not supported",
+            ),
+        ] {
+            assert!(TEXT.contains(old), "{old}");
+            let error = SystemStructure::parse(&TEXT.replace(old, new), "s.ssd").unwrap_err();
+            assert!(error.to_string().contains(expected), "{error}");
+        }
+    }
+}

@@ -1,0 +1,86 @@
+//! Parameter mappings (`.ssm`): other names for the parameters of a set, and what becomes of their values.
+
+use crate::common::Transformation;
+use crate::error::StructureError;
+use crate::xml::Node;
+
+/// A parameter mapping; parameters that it does not name are not applied.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ParameterMapping {
+    /// Its entries.
+    pub entries: Vec<MappingEntry>,
+}
+
+/// One parameter of the set and the name that it is applied to.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MappingEntry {
+    /// Name in the set.
+    pub source: String,
+    /// Name in the component or system.
+    pub target: String,
+    /// `suppressUnitConversion`.
+    pub keeps_units: bool,
+    /// What becomes of the value.
+    pub transformation: Option<Transformation>,
+}
+
+impl ParameterMapping {
+    /// Read the text of a `.ssm`; `file` is its name for messages.
+    ///
+    /// # Errors
+    /// What is wrong, and where.
+    pub fn parse(text: &str, file: &str) -> Result<Self, StructureError> {
+        Self::read(&Node::parse(text, file, "ParameterMapping")?)
+    }
+
+    pub(crate) fn read(node: &Node) -> Result<Self, StructureError> {
+        let mut entries: Vec<MappingEntry> = Vec::new();
+        for entry in node.children.iter().filter(|c| c.name == "MappingEntry") {
+            let target = entry.required("target")?;
+            if entries.iter().any(|other| other.target == target) {
+                return Err(entry.error(format!(
+                    "two entries of the mapping have the target `{target}`"
+                )));
+            }
+            entries.push(MappingEntry {
+                source: entry.required("source")?.to_string(),
+                target: target.to_string(),
+                keeps_units: entry.flag("suppressUnitConversion")?,
+                transformation: Transformation::read(entry)?,
+            });
+        }
+        Ok(Self { entries })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn entries_rename_and_transform() {
+        let text = r#"<ssm:ParameterMapping xmlns:ssm="u" version="1.0"><ssm:MappingEntry source="a" target="b">
+            <ssc:LinearTransformation factor="2" offset="1"/></ssm:MappingEntry>
+            <ssm:MappingEntry source="a" target="c" suppressUnitConversion="true"><ssc:IntegerMappingTransformation>
+            <ssc:MapEntry source="1" target="-2"/></ssc:IntegerMappingTransformation></ssm:MappingEntry></ssm:ParameterMapping>"#;
+        let mapping = ParameterMapping::parse(text, "m.ssm").unwrap();
+        let linear = Transformation::Linear {
+            factor: 2.0,
+            offset: 1.0,
+        };
+        assert_eq!(mapping.entries[0].transformation, Some(linear));
+        assert_eq!(
+            mapping.entries[1].transformation,
+            Some(Transformation::Integers(vec![(1, -2)]))
+        );
+        assert!(mapping.entries[1].keeps_units && !mapping.entries[0].keeps_units);
+        let twice = text.replace("target=\"c\"", "target=\"b\"");
+        let error = ParameterMapping::parse(&twice, "m.ssm")
+            .unwrap_err()
+            .to_string();
+        assert!(
+            error.contains("`m.ssm`, line 3: two entries of the mapping have the target `b`"),
+            "{error}"
+        );
+    }
+}

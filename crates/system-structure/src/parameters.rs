@@ -1,0 +1,201 @@
+//! Parameter sets (`.ssv`), and the bindings that apply them to a component or a system.
+
+use crate::common::{DataType, Unit};
+use crate::error::StructureError;
+use crate::mapping::ParameterMapping;
+use crate::xml::Node;
+
+/// A value for a parameter, or for any variable that has a start value.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Parameter {
+    /// Name, relative to the element that the set is bound to.
+    pub name: String,
+    /// Type in which it is given.
+    pub data_type: DataType,
+    /// Value.
+    pub value: String,
+    /// Unit of a real value.
+    pub unit: Option<Unit>,
+}
+
+/// A parameter set.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ParameterSet {
+    /// Its parameters, in the order of the file.
+    pub parameters: Vec<Parameter>,
+}
+
+impl ParameterSet {
+    /// Read the text of a `.ssv`; `file` is its name for messages.
+    ///
+    /// # Errors
+    /// What is wrong, and where.
+    pub fn parse(text: &str, file: &str) -> Result<Self, StructureError> {
+        Self::read(&Node::parse(text, file, "ParameterSet")?)
+    }
+
+    fn read(node: &Node) -> Result<Self, StructureError> {
+        let units = Unit::read_all(node)?;
+        let all = node.listed("Parameters", "Parameter");
+        let parameters = all.map(|p| {
+            let name = p.required("name")?;
+            let Some((data_type, value)) = DataType::declared(p) else {
+                return Err(p.error(format!("parameter `{name}` has no value")));
+            };
+            Ok(Parameter {
+                name: name.to_string(),
+                data_type,
+                value: value.required("value")?.to_string(),
+                unit: value.attribute("unit").map(|name| Unit::of(&units, name)),
+            })
+        });
+        Ok(Self {
+            parameters: parameters.collect::<Result<_, _>>()?,
+        })
+    }
+}
+
+/// What a source is relative to.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum SourceBase {
+    /// The file that names it.
+    #[default]
+    Structure,
+    /// The source of the component, such as its FMU.
+    Component,
+}
+
+/// Something that stands in place, or in a file of its own.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Sourced<T> {
+    /// In place.
+    Inline(T),
+    /// In the file with this name.
+    File {
+        /// Name, relative to the base.
+        source: String,
+        /// What it is relative to.
+        base: SourceBase,
+    },
+}
+
+impl<T> Sourced<T> {
+    /// What `node`, a `what`, names as its source, else the content that `inline` finds in it.
+    pub(crate) fn read(
+        node: &Node,
+        what: &str,
+        inline: impl FnOnce(&Node) -> Result<Option<T>, StructureError>,
+    ) -> Result<Self, StructureError> {
+        match (inline(node)?, node.attribute("source")) {
+            (Some(inline), None) => Ok(Self::Inline(inline)),
+            (None, Some(source)) => Ok(Self::File {
+                source: source.to_string(),
+                base: match node.attribute("sourceBase") {
+                    None | Some("SSD") => SourceBase::Structure,
+                    Some("component") => SourceBase::Component,
+                    Some(other) => {
+                        return Err(node.error(format!(
+                            "{what} has sourceBase = `{other}`; it must be SSD or component"
+                        )));
+                    }
+                },
+            }),
+            _ => Err(node.error(format!(
+                "{what} needs either a source or values, and not both"
+            ))),
+        }
+    }
+}
+
+/// A parameter set applied to an element.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Binding {
+    /// Put before every name of the set.
+    pub prefix: String,
+    /// The set.
+    pub set: Sourced<ParameterSet>,
+    /// What becomes of its names and values.
+    pub mapping: Option<Sourced<ParameterMapping>>,
+}
+
+impl Binding {
+    pub(crate) fn read_all(element: &Node) -> Result<Vec<Self>, StructureError> {
+        let all = element.listed("ParameterBindings", "ParameterBinding");
+        all.map(Self::read).collect()
+    }
+
+    fn read(node: &Node) -> Result<Self, StructureError> {
+        let mapping = node.child("ParameterMapping").map(|mapping| {
+            Sourced::read(mapping, "a parameter mapping", |mapping| {
+                let inline = mapping.child("ParameterMapping");
+                inline.map(ParameterMapping::read).transpose()
+            })
+        });
+        Ok(Self {
+            prefix: node.attribute("prefix").unwrap_or_default().to_string(),
+            set: Sourced::read(node, "a parameter binding", |node| {
+                let values = node.child("ParameterValues");
+                let inline = values.and_then(|values| values.child("ParameterSet"));
+                inline.map(ParameterSet::read).transpose()
+            })?,
+            mapping: mapping.transpose()?,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SET: &str = r#"<ssv:ParameterSet xmlns:ssv="urn:ssv" version="1.0" name="x"><ssv:Parameters>
+        <ssv:Parameter name="k"><ssv:Real value="2.5" unit="kN/m"/></ssv:Parameter>
+        <ssv:Parameter name="n"><ssv:Integer value="3"/></ssv:Parameter>
+        <ssv:Parameter name="on"><ssv:Boolean value="true"/></ssv:Parameter>
+        <ssv:Parameter name="file"><ssv:String value="a.json"/></ssv:Parameter>
+        <ssv:Parameter name="mode"><ssv:Enumeration value="pd"/></ssv:Parameter></ssv:Parameters>
+        <ssv:Units><ssc:Unit name="kN/m"><ssc:BaseUnit kg="1" s="-2" factor="1000"/></ssc:Unit></ssv:Units></ssv:ParameterSet>"#;
+
+    #[test]
+    fn a_set_of_every_type_is_read_with_its_units() {
+        let set = ParameterSet::parse(SET, "x.ssv").unwrap();
+        let found: Vec<_> = set
+            .parameters
+            .iter()
+            .map(|p| (p.name.as_str(), p.data_type.name(), p.value.as_str()))
+            .collect();
+        assert_eq!(
+            found,
+            [
+                ("k", "Real", "2.5"),
+                ("n", "Integer", "3"),
+                ("on", "Boolean", "true"),
+                ("file", "String", "a.json"),
+                ("mode", "Enumeration", "pd")
+            ]
+        );
+        let unit = set.parameters[0].unit.as_ref().unwrap();
+        assert_eq!(
+            (unit.factor, unit.exponents),
+            (1000.0, Some([1, 0, -2, 0, 0, 0, 0, 0]))
+        );
+    }
+
+    #[test]
+    fn what_is_no_set_is_refused_with_its_name_and_line() {
+        let empty = SET.replace(r#"<ssv:Integer value="3"/>"#, "");
+        for (text, expected) in [
+            (
+                empty.as_str(),
+                "`x.ssv`, line 3: parameter `n` has no value",
+            ),
+            (
+                "<a/>",
+                "`x.ssv`, line 1: its outermost element is not ParameterSet",
+            ),
+            ("time,x\n0,1\n", "it is no XML"),
+        ] {
+            let error = ParameterSet::parse(text, "x.ssv").unwrap_err().to_string();
+            assert!(error.contains(expected), "{error}");
+        }
+    }
+}

@@ -1,0 +1,87 @@
+//! The inertias of the machine's bodies: nominal ones, with the load that the controller was told
+//! of, and their estimates.
+
+mod estimate;
+
+pub(crate) use estimate::{Bounds, Estimate, adaptation_direction};
+
+use crate::error::ControllerError;
+use hdrm::{BODIES, Body};
+use machine::Machine;
+use nalgebra::{Matrix3, Vector3};
+use serde::{Deserialize, Serialize};
+use spatial::Inertia;
+use tip_path::Load;
+
+/// Inertias of all bodies, in the order of [`BODIES`].
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(crate) struct Bodies {
+    /// Nominal ones about each body's frame origin.
+    pub(crate) nominal: [Inertia; Body::COUNT],
+    /// What the estimates stay within.
+    pub(crate) bounds: [Bounds; Body::COUNT],
+    pub(crate) estimates: [Estimate; Body::COUNT],
+    /// Lower and upper bound of an inverse pseudo-inertia over its nominal value.
+    inverse_bounds: [f64; 2],
+    /// What the controller is told that the end-effector carries beside the payload.
+    load: Load,
+}
+
+impl Bodies {
+    /// Those of `machine`, with estimates that equal them.
+    ///
+    /// # Errors
+    /// A body whose mass, centre and inertia are those of no physical body.
+    pub(crate) fn new(
+        machine: &Machine,
+        inverse_bounds: [f64; 2],
+    ) -> Result<Self, ControllerError> {
+        let nominal = machine.bodies.in_order().map(|b| {
+            let I_com = Matrix3::from_fn(|i, j| b.inertia_com.rows()[i][j]);
+            Inertia::from_com(b.mass, b.com.into(), I_com)
+        });
+        let mut bounds = Vec::with_capacity(Body::COUNT);
+        for body in BODIES {
+            let around = Bounds::around(&nominal[body as usize], inverse_bounds);
+            bounds.push(around.ok_or(ControllerError::NotPhysical { body })?);
+        }
+        let bounds: [Bounds; Body::COUNT] = bounds.try_into().expect("one per body");
+        Ok(Self {
+            estimates: std::array::from_fn(|k| bounds[k].nominal(nominal[k])),
+            nominal,
+            bounds,
+            inverse_bounds,
+            load: Load::default(),
+        })
+    }
+
+    /// The load that the controller was told of.
+    pub(crate) fn load(&self) -> &Load {
+        &self.load
+    }
+
+    /// From now on the end-effector carries `load`, whose place counts from `tip`, the tip in the
+    /// frame of the body `PL`. Nominal inertia, estimate and bounds of that body change by the
+    /// difference to the load before. A mass that is not finite and ≥ 0 changes nothing.
+    pub(crate) fn carry(&mut self, load: &Load, tip: &Vector3<f64>) {
+        const PL: usize = Body::PL as usize;
+        let point = |load: &Load| {
+            let place = tip + Vector3::from(load.com);
+            Inertia::from_com(load.mass, place, Matrix3::zeros())
+        };
+        let (before, left, comes) = (self.nominal[PL], point(&self.load), point(load));
+        let after = Inertia {
+            m: before.m - left.m + comes.m,
+            h: before.h - left.h + comes.h,
+            I: before.I - left.I + comes.I,
+        };
+        let is_mass = load.mass.is_finite() && load.mass >= 0.0;
+        let Some(bounds) = Bounds::around(&after, self.inverse_bounds).filter(|_| is_mass) else {
+            return;
+        };
+        self.estimates[PL] = self.estimates[PL].moved(&before, &after, &bounds);
+        self.nominal[PL] = after;
+        self.bounds[PL] = bounds;
+        self.load = *load;
+    }
+}

@@ -1,0 +1,176 @@
+//! What needs the whole controller, and sees its state.
+
+use super::*;
+use crate::{Mode, RateLimits, tip_pose};
+use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+
+/// Integral after `seconds` in steps of 1 ms beside the start pose, by 1e-4 rad in each joint.
+fn after(machine: &Machine, mode: Mode, integral: bool, seconds: f64) -> (Vector6<f64>, Errors) {
+    let settings = Settings {
+        mode,
+        integral,
+        ..Settings::of(&machine.controller)
+    };
+    let start = Input {
+        zeta: machine.start.zeta,
+        ..Input::default()
+    };
+    let network = Surrogate::reference();
+    let mut controller =
+        Controller::new(machine, &network, Trajectory::Cubic, &settings, &start, 0.0)
+            .expect("valid");
+    let beside = Input {
+        zeta: start.zeta.map(|zeta| zeta + 1e-4),
+        ..start
+    };
+    let now = controller.evaluate(&settings, &beside).expect("finite");
+    for k in 0..(seconds / 1e-3) as u32 {
+        let now = controller.evaluate(&settings, &beside).expect("finite");
+        let t = f64::from(k) * 1e-3;
+        controller
+            .step(&now, &settings, &beside, t, 1e-3)
+            .expect("finite");
+    }
+    (controller.state.integral, now.errors)
+}
+
+/// Closed form: the error stands still, so `z = ω e t`. Tolerance: one rounding a step.
+#[test]
+fn the_integral_grows_with_the_error_in_the_modes_that_have_one() {
+    let machine = Machine::reference();
+    let (z, errors) = after(&machine, Mode::Pd, true, 0.05);
+    let expected = errors.e * (machine.controller.omega_tip * 0.05);
+    assert!(expected.norm() > 1e-5, "{expected}");
+    assert!((z - expected).norm() < 50.0 * f64::EPSILON * expected.norm());
+    assert_eq!(after(&machine, Mode::Pd, false, 0.05).0, Vector6::zeros());
+}
+
+#[test]
+fn the_integral_rests_at_each_limit() {
+    let nominal = Machine::reference();
+    let mut machines = [nominal.clone(), nominal.clone(), nominal];
+    machines[0].emla.lift.v_max = 1.0;
+    machines[1].emla.lift.i_max = 1.0;
+    machines[2].limits.tau_wrist_max[1] = 1.0;
+    for machine in machines {
+        let (z, _) = after(&machine, Mode::PdGravity, true, 0.05);
+        assert_eq!(z, Vector6::zeros());
+    }
+}
+
+/// Joints, and the reference of the tip, on smooth ways; the orientations meet at t = 0, where the
+/// law's derivative is exact.
+fn at(machine: &Machine, t: f64) -> Input {
+    let wave = |i: usize| (0.9 + 0.2 * i as f64, 0.4 * i as f64, 0.05 + 0.01 * i as f64);
+    let zeta = |i: usize| {
+        let (w, phase, size) = wave(i);
+        machine.start.zeta[i] + size * ((w * t + phase).sin() - phase.sin())
+    };
+    let rate = |i: usize| {
+        let (w, phase, size) = wave(i);
+        size * w * (w * t + phase).cos()
+    };
+    let (position, [w, x, y, z]) = tip_pose(machine, &machine.start.zeta).expect("works");
+    let (v, a) = ([0.11, -0.06, 0.08], [-0.3, 0.2, 0.4]);
+    let turning = Vector3::new(0.2, -0.1, 0.15);
+    let q =
+        UnitQuaternion::from_scaled_axis(turning * t).into_inner() * Quaternion::new(w, x, y, z);
+    Input {
+        zeta: std::array::from_fn(zeta),
+        zeta_dot: std::array::from_fn(rate),
+        reference_position: std::array::from_fn(|k| {
+            position[k] + 0.01 + t * (v[k] + 0.5 * t * a[k])
+        }),
+        reference_velocity: std::array::from_fn(|k| v[k] + t * a[k]),
+        reference_acceleration: a,
+        reference_orientation: [q.w, q.i, q.j, q.k],
+        reference_angular_velocity: turning.into(),
+        ..Input::default()
+    }
+}
+
+/// The required accelerations of rods and joints are the rates of the required velocities, with
+/// reference and machine in motion: central differences over 0.1 ms, which err by 1e-9 of the third
+/// derivatives and ε/δ.
+#[test]
+fn required_accelerations_are_rates_of_the_required_velocities() {
+    let machine = Machine::reference();
+    let mut settings = Settings {
+        mode: Mode::Modular,
+        ..Settings::of(&machine.controller)
+    };
+    (
+        settings.gains.Lambda_position,
+        settings.gains.Lambda_orientation,
+    ) = (4.0, 3.0);
+    let network = Surrogate::reference();
+    let controller = Controller::new(
+        &machine,
+        &network,
+        Trajectory::External,
+        &settings,
+        &at(&machine, 0.0),
+        0.0,
+    )
+    .expect("works");
+    let of = |t: f64| {
+        let now = controller.evaluate(&settings, &at(&machine, t));
+        now.expect("finite").demands
+    };
+    let d = 1e-4;
+    let [before, now, after] = [-d, 0.0, d].map(of);
+    for i in 0..3 {
+        let rate = (after[i].motion.x_r_dot - before[i].motion.x_r_dot) / (2.0 * d);
+        let error = (now[i].motion.x_r_ddot - rate).abs();
+        assert!(rate.abs() > 0.05, "{rate}");
+        assert!(
+            error < 1e-6 * rate.abs().max(1.0),
+            "rod {}: {rate} m/s², off by {error:e}",
+            i + 1
+        );
+    }
+}
+
+/// A step that is refused at a sample inside it leaves the controller as it was: what it tells of
+/// the reference, and where the same commands lead it afterwards.
+#[test]
+fn a_refused_step_leaves_commanded_rates_as_they_were() {
+    let machine = Machine::reference();
+    let settings = Settings::of(&machine.controller);
+    let network = Surrogate::reference();
+    let sane = Input {
+        zeta: machine.start.zeta,
+        rate_joint: [0.1, -0.05, 0.05, 0.2, -0.2, 0.3],
+        ..Input::default()
+    };
+    let absurd = Input {
+        zeta_dot: [1e200; DOF],
+        ..sane
+    };
+    let rates = Trajectory::Rates(RateLimits::default());
+    let mut controller = Controller::new(&machine, &network, rates, &settings, &sane, 0.0)
+        .expect("works")
+        .with_timing(Timing {
+            sample_time: 1e-3,
+            delay: 0,
+        });
+    let reference = |controller: &Controller| {
+        let now = controller.evaluate(&settings, &sane).expect("finite");
+        let y = now.output(&[0.0; 3]);
+        (y.desired_position, y.desired_orientation)
+    };
+    let step = |controller: &mut Controller, input: &Input, t: f64| {
+        let now = controller.evaluate(&settings, &sane).expect("finite");
+        controller.step(&now, &settings, input, t, 0.1)
+    };
+    step(&mut controller, &sane, 0.0).expect("finite");
+    let mut spared = controller.clone();
+    let before = reference(&controller);
+    assert!(step(&mut controller, &absurd, 0.1).is_err());
+    assert_eq!(reference(&controller), before);
+    for other in [&mut controller, &mut spared] {
+        step(other, &sane, 0.1).expect("finite");
+    }
+    assert_eq!(reference(&controller), reference(&spared));
+    assert_ne!(reference(&controller), before, "the reference moves");
+}

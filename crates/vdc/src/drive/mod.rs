@@ -1,0 +1,7 @@
+//! From what is asked of a rod to the voltages of its drive.
+
+mod reading;
+mod voltage_law;
+
+pub(crate) use reading::Reading;
+pub(crate) use voltage_law::{Command, DriveState, RodDemand, VoltageLaw, residual_forces};

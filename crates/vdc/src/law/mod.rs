@@ -1,0 +1,122 @@
+//! Control laws: from the required motion to the forces of rods and wrist joints.
+//!
+//! A law is one file that implements [`ControlLaw`], a value of [`Mode`] and its rows in [`MODES`].
+//! What it learns lives in [`Bodies`](crate::bodies::Bodies); a law with another state adds a field
+//! to [`State`](crate::state::State).
+
+mod control_law;
+mod decomposition;
+mod model_based;
+mod pd;
+
+pub(crate) use control_law::{Instant, Rod};
+pub(crate) use decomposition::{BodyMotion, ground, motions, velocity_errors};
+
+use control_law::ControlLaw;
+use model_based::ModelBased;
+use pd::Pd;
+use serde::{Deserialize, Serialize};
+
+/// Which control law is at work.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Mode {
+    /// Model-based with natural adaptation (the paper's proposal).
+    Adaptive,
+    /// Model-based with the nominal parameters.
+    Modular,
+    /// Neither model nor adaptation: inverse kinematics, damping and decoupling only.
+    Pd,
+    /// As `Pd`, with the forces that hold the nominal machine against gravity.
+    PdGravity,
+}
+
+impl Mode {
+    /// The law.
+    pub(crate) fn law(self) -> &'static dyn ControlLaw {
+        match self {
+            Self::Adaptive => &ModelBased { adapts: true },
+            Self::Modular => &ModelBased { adapts: false },
+            Self::Pd => &Pd {
+                holds_weight: false,
+            },
+            Self::PdGravity => &Pd { holds_weight: true },
+        }
+    }
+}
+
+/// A law as users choose it: with the integral of the tip's error, or without.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct NamedMode {
+    /// The law.
+    pub mode: Mode,
+    /// Whether the integral of the tip's error acts.
+    pub integral: bool,
+}
+
+const fn plain(mode: Mode) -> NamedMode {
+    let integral = false;
+    NamedMode { mode, integral }
+}
+
+const fn with_integral(mode: Mode) -> NamedMode {
+    let integral = true;
+    NamedMode { mode, integral }
+}
+
+/// All laws with their names and descriptions, in the order of their numbers from 1. New ones come
+/// at the end.
+#[rustfmt::skip] // a law a line
+pub const MODES: [(NamedMode, &str, &str); 8] = [
+    (plain(Mode::Adaptive), "adaptive", "model-based, with natural adaptation of the inertias"),
+    (plain(Mode::Modular), "modular", "model-based, with the nominal inertias"),
+    (plain(Mode::Pd), "pd", "no model: inverse kinematics, damping and decoupling only"),
+    (with_integral(Mode::Modular), "modular_integral", "as modular, with the integral of the tip's error"),
+    (with_integral(Mode::Pd), "pd_integral", "as pd, with the integral of the tip's error"),
+    (plain(Mode::PdGravity), "pd_gravity", "as pd, with the forces that hold the nominal machine against gravity"),
+    (with_integral(Mode::PdGravity), "pd_gravity_integral", "as pd_gravity, with the integral of the tip's error"),
+    (with_integral(Mode::Adaptive), "adaptive_integral", "as adaptive, with the integral of the tip's error"),
+];
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::tracking::RodMotion;
+    use machine::Machine;
+
+    /// The force of a rod by itself in numbers whose parts are told apart by their powers of ten.
+    #[test]
+    fn the_force_of_a_rod_has_all_its_parts() {
+        let mut gains = Machine::reference().controller;
+        (gains.kappa_KA, gains.pd_actuator_damping) = (3.0, 5.0);
+        let rod = Rod {
+            gains: &gains,
+            M_act: 16.0,
+            required: &RodMotion {
+                x_r_dot: 0.8125,
+                x_r_ddot: 25.5,
+            },
+            x_dot: 0.25,
+            f_d: 4096.0,
+        };
+        let lacking = 0.8125 - 0.25;
+        let model_based = 4096.0 + 16.0 * 25.5 + 16.0 * 3.0 * lacking;
+        for (mode, expected) in [
+            (Mode::Adaptive, model_based),
+            (Mode::Modular, model_based),
+            (Mode::Pd, 5.0 * lacking),
+            (Mode::PdGravity, 4096.0 + 5.0 * lacking),
+        ] {
+            assert_eq!(mode.law().rod_force(&rod), expected, "{mode:?}");
+        }
+    }
+
+    #[test]
+    fn each_name_is_another_law() {
+        for (k, a) in MODES.iter().enumerate() {
+            for b in &MODES[k + 1..] {
+                assert_ne!(a.1, b.1);
+                assert_ne!(a.0, b.0, "{}", a.1);
+            }
+        }
+    }
+}

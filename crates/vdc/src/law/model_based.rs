@@ -1,0 +1,60 @@
+//! The paper's laws: forces by the bodies' model, with their nominal inertias (modular) or with
+//! estimates that adapt (adaptive).
+
+use crate::bodies::{Bodies, adaptation_direction};
+use crate::law::control_law::{ControlLaw, Forces, Instant, Rod};
+use crate::law::decomposition::{self, BodyMotion};
+use hdrm::Body;
+use machine::Controller as Gains;
+
+/// Virtual decomposition control.
+pub(crate) struct ModelBased {
+    /// Whether the estimates of the inertias adapt ([L adapt]); otherwise they stay as they are,
+    /// nominal from the start.
+    pub(crate) adapts: bool,
+}
+
+impl ControlLaw for ModelBased {
+    /// The required wrenches of the bodies, projected on the joints, and the joints' friction.
+    fn forces(&self, now: &Instant) -> Forces {
+        let estimates = &now.bodies.estimates;
+        let (motions, kappa) = (now.motions, now.gains.kappa_KA);
+        let mut Q =
+            decomposition::joint_forces(now.configuration, motions, estimates, now.errors, kappa);
+        for (i, Q) in Q.iter_mut().enumerate() {
+            *Q += now.nominal.joint_viscous[i] * now.required.zeta_dot[i];
+        }
+        Forces {
+            rods: std::array::from_fn(|i| Q[i] / now.configuration.strokes[i].prime),
+            wrist: [Q[3], Q[4], Q[5]],
+        }
+    }
+
+    /// `f_r = f_d + M_act ẍ_r + K_A (ẋ_r − ẋ)`, `K_A = kappa_KA·M_act`: [Eq:Required_Force] with
+    /// the rod as the body.
+    fn rod_force(&self, rod: &Rod) -> f64 {
+        let lacking = rod.required.x_r_dot - rod.x_dot;
+        rod.f_d + rod.M_act * (rod.required.x_r_ddot + rod.gains.kappa_KA * lacking)
+    }
+
+    fn knows_actuators(&self) -> bool {
+        true
+    }
+
+    fn learn(
+        &self,
+        bodies: &mut Bodies,
+        motions: &[BodyMotion; Body::COUNT],
+        gains: &Gains,
+        h: f64,
+    ) {
+        if !self.adapts {
+            return;
+        }
+        for (k, motion) in motions.iter().enumerate() {
+            let S = adaptation_direction(&motion.w, &motion.V_r, &motion.V, &motion.s());
+            let bounds = &bodies.bounds[k];
+            bodies.estimates[k].advance(&S, gains.gamma, gains.leakage, h, bounds);
+        }
+    }
+}

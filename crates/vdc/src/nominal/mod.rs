@@ -1,0 +1,72 @@
+//! What the controller believes about the machine and does not change: mechanism, friction,
+//! actuators, limits.
+//!
+//! The bodies' inertias, which loads and adaptation change, are in [`crate::bodies`].
+
+mod singularities;
+mod tip;
+
+pub(crate) use singularities::{Inverse, Singularities};
+pub(crate) use tip::orientation;
+pub use tip::tip_pose;
+
+use crate::error::ControllerError;
+use capability::Reach;
+use emla::{Drive, Emla, Surrogate};
+use hdrm::Tree;
+use machine::Machine;
+use serde::{Deserialize, Serialize};
+use std::borrow::Cow;
+
+/// The nominal machine without its inertias.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(crate) struct Nominal {
+    pub(crate) tree: Tree,
+    pub(crate) joint_viscous: [f64; 6],
+    pub(crate) tau_wrist_max: [f64; 3],
+    pub(crate) gravity: f64,
+    /// Slew, lift and tilt.
+    pub(crate) actuators: [Emla; 3],
+    /// The same without the network.
+    pub(crate) physics: [Emla; 3],
+    pub(crate) reach: Reach,
+    pub(crate) singularities: Singularities,
+}
+
+impl Nominal {
+    pub(crate) fn new(machine: &Machine, surrogate: &Surrogate) -> Result<Self, ControllerError> {
+        let [slew, lift, tilt] = machine
+            .emla
+            .in_order()
+            .map(|p| Emla::new(*p, Drive::Motion));
+        let physics = [slew?, lift?, tilt?];
+        let tree = Tree::new(machine)?;
+        Ok(Self {
+            singularities: Singularities::of(&tree),
+            tree,
+            joint_viscous: machine.joint_viscous,
+            tau_wrist_max: machine.limits.tau_wrist_max,
+            gravity: machine.gravity,
+            actuators: physics
+                .clone()
+                .map(|physics| physics.with_surrogate(surrogate.clone(), 0.0)),
+            physics,
+            reach: Reach::of(&machine.geometry),
+        })
+    }
+
+    /// Parameters of the actuators.
+    pub(crate) fn parameters(&self) -> [&machine::Emla; 3] {
+        self.actuators.each_ref().map(Emla::params)
+    }
+
+    /// Actuator `i` with the network's share `alpha`.
+    pub(crate) fn actuator(&self, i: usize, alpha: f64) -> Cow<'_, Emla> {
+        if alpha == 0.0 {
+            return Cow::Borrowed(&self.physics[i]);
+        }
+        let mut hybrid = self.actuators[i].clone();
+        hybrid.set_alpha(alpha);
+        Cow::Owned(hybrid)
+    }
+}

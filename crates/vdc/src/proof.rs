@@ -1,0 +1,44 @@
+//! The accompanying functions of the stability proof, in numbers.
+
+use crate::bodies::Bodies;
+use crate::conditions::Conditions;
+use crate::drive::DriveState;
+use crate::evaluation::Evaluation;
+use crate::nominal::Nominal;
+use crate::settings::Settings;
+use crate::signals::Input;
+
+/// Fills the outputs of the proof.
+pub(crate) fn fill(
+    now: &mut Evaluation,
+    nominal: &Nominal,
+    bodies: &Bodies,
+    drives: &[DriveState; 3],
+    settings: &Settings,
+    input: &Input,
+) {
+    let (gains, output) = (&settings.gains, &mut now.output);
+    if let Some(machine) = &now.machine {
+        output.nu_velocity = settings.true_inertia_scale * machine.energy;
+        output.dissipation = 2.0 * gains.kappa_KA * machine.energy;
+        for (k, estimate) in bodies.estimates.iter().enumerate() {
+            let truth = bodies.nominal[k] * settings.true_inertia_scale;
+            output.mass_hat[k] = estimate.inertia().m;
+            output.nu_adaptation += gains.gamma * estimate.divergence(&truth);
+        }
+    }
+    let actuators = nominal.parameters();
+    let each = actuators.map(|p| Conditions::new(p, gains));
+    let weakest = Conditions::weakest(each);
+    if weakest.hold() {
+        output.conditions = weakest; // else they are not defined, and stay 0
+    }
+    for i in 0..3 {
+        let (p, conditions) = (actuators[i], &each[i]);
+        let i_d_error = drives[i].i_dr - input.i_d[i];
+        let force_error = now.commands[i].force_error;
+        output.force_error[i] = force_error;
+        output.nu_actuator[i] = conditions.accompanying(force_error, i_d_error);
+        output.dissipation_actuator[i] = conditions.dissipation(p, gains, force_error, i_d_error);
+    }
+}

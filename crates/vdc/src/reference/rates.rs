@@ -1,0 +1,330 @@
+//! An operator's commanded rates as the reference, of the joints or of the tip, instead of a path.
+//!
+//! Both become a motion of the joints: there rates and accelerations are limited and smoothed, so
+//! that the reference ζ_d, ζ̇_d, ζ̈_d is one that the control law can follow. A command that leads
+//! to the end of a joint's range, or of a stroke, is slowed down in time and held there; commands
+//! of the tip are held as well before the arm is stretched, where the elbow is singular. Near the
+//! wrist's singularity, and about the elbow's if joint commands have led there, the inverse
+//! kinematics are damped ([`Inverse`]): the tip follows in part.
+//!
+//! A command of the tip is slowed as a whole, so that the tip keeps its direction, and no joint
+//! exceeds what it may do. Not in the paper.
+
+use crate::error::ControllerError;
+use crate::nominal::{Inverse, Singularities};
+use crate::reference::motion::{CommandHolds, Motion};
+use crate::reference::rate_limits::{RateCommand, RateLimits};
+use crate::signals::Input;
+use hdrm::{DOF, Tip, Tree};
+use machine::Machine;
+use nalgebra::Vector6;
+use serde::{Deserialize, Serialize};
+
+/// What holds a command of the tip.
+#[derive(Clone, Copy, PartialEq)]
+enum Hold {
+    /// The end of a joint's range.
+    End,
+    Elbow,
+    /// A joint's rate.
+    Rate,
+}
+
+/// Rates between which a joint may go, rad/s, and what holds it to each.
+#[derive(Clone, Copy)]
+struct AllowedRates {
+    low: (f64, Hold),
+    high: (f64, Hold),
+}
+
+/// How commands become a motion of the joints.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(crate) struct Rates {
+    limits: RateLimits,
+    /// Ranges of the joints, strokes included, less a margin, rad.
+    range: [[f64; 2]; DOF],
+    singularities: Singularities,
+}
+
+/// Distance from the end of a joint's range at which commands are held, rad: the control law's
+/// error must not reach the end stop.
+const MARGIN: f64 = 0.01;
+/// Distance of the elbow from its singularity at which commands of the tip are held, rad: beyond
+/// the damped inverse's range.
+const ELBOW_MARGIN: f64 = 0.12;
+/// Share of a joint's largest rate that its reference takes; the rest is for the feedback on its
+/// error, and for the drives' lag.
+const REFERENCE_SHARE: f64 = 0.98;
+/// Share of an acceleration limit with which commands are slowed down before a limit; the rest is
+/// for commands that change meanwhile.
+const BRAKE_SHARE: f64 = 0.4;
+/// Share of a command below which it counts as held.
+const HELD_SHARE: f64 = 0.5;
+/// Share of a joint's rate below which a command of the tip is not held for that joint's sake.
+const NEGLIGIBLE: f64 = 1e-6;
+/// Longest part of a step, by the time constant: the smoothing is integrated in parts.
+const PART: f64 = 0.1;
+/// Most parts of a step.
+const PARTS_MAX: f64 = 1000.0;
+
+impl Rates {
+    /// For a machine whose joints start at the angles `start`, rad.
+    ///
+    /// # Errors
+    /// A limit that is not finite and positive.
+    pub(crate) fn new(
+        machine: &Machine,
+        tree: &Tree,
+        start: &[f64; DOF],
+        limits: &RateLimits,
+    ) -> Result<Self, ControllerError> {
+        limits.check()?;
+        let ranges = ranges(machine, tree);
+        let within = |i: usize| {
+            let [low, high]: [f64; 2] = ranges[i];
+            [(low + MARGIN).min(start[i]), (high - MARGIN).max(start[i])]
+        };
+        Ok(Self {
+            limits: *limits,
+            range: std::array::from_fn(within),
+            singularities: Singularities::of(tree),
+        })
+    }
+
+    /// Moves the joints on by `h` s with the commands of `input` held.
+    pub(crate) fn advance(
+        &self,
+        motion: &mut Motion,
+        tree: &Tree,
+        command: RateCommand,
+        input: &Input,
+        h: f64,
+    ) {
+        let parts = (h / (PART * self.limits.smoothing))
+            .ceil()
+            .clamp(1.0, PARTS_MAX);
+        let h = h / parts;
+        let tau = self.limits.smoothing.max(2.0 * h);
+        for _ in 0..parts as u32 {
+            let allowed = std::array::from_fn(|i| self.allowed(i, motion.zeta[i], command));
+            let (wanted, held) = match command {
+                RateCommand::Joint => self.of_joints(motion, &input.rate_joint, &allowed, tau),
+                RateCommand::Tip => self.of_tip(motion, tree, &input.rate_tip, &allowed, tau),
+            };
+            motion.held = held;
+            self.accelerate(motion, &wanted, &allowed, tau, h);
+        }
+    }
+
+    /// Between which rates joint `i` may go from the angle `zeta`, rad: within its limit, and so
+    /// that it stops before the end of its range with a share of its largest acceleration; under
+    /// commands of the tip before the arm is stretched, too.
+    fn allowed(&self, i: usize, zeta: f64, command: RateCommand) -> AllowedRates {
+        let limits = &self.limits;
+        let largest = self.largest_rate(i);
+        let brake = BRAKE_SHARE * limits.joint_acceleration[i];
+        let before = |ahead: f64, hold| (limits.speed_before(ahead, brake), hold);
+        let least = |a: (f64, Hold), b: (f64, Hold)| if b.0 < a.0 { b } else { a };
+        let [low, high] = self.range[i];
+        let free = (largest, Hold::Rate);
+        let mut bounds = [zeta - low, high - zeta].map(|s| least(free, before(s, Hold::End)));
+        if i == 2 && command == RateCommand::Tip {
+            for (bound, direction) in bounds.iter_mut().zip([-1.0, 1.0]) {
+                let stretch = self.singularities.stretch_ahead(zeta, direction);
+                let elbow = before(stretch - ELBOW_MARGIN, Hold::Elbow);
+                *bound = least(*bound, elbow);
+            }
+        }
+        let [(low, by_low), high] = bounds;
+        AllowedRates {
+            low: (-low, by_low),
+            high,
+        }
+    }
+
+    /// Accelerations with which the joints go to the commanded rates, each for itself; and what
+    /// holds them.
+    fn of_joints(
+        &self,
+        motion: &Motion,
+        commands: &[f64; DOF],
+        allowed: &[AllowedRates; DOF],
+        tau: f64,
+    ) -> (Vector6<f64>, CommandHolds) {
+        let mut held = CommandHolds::default();
+        let acceleration = Vector6::from_fn(|i, _| {
+            let largest = self.limits.joint[i];
+            let wanted = commands[i].clamp(-largest, largest);
+            let AllowedRates { low, high } = allowed[i];
+            held.joint[i] = wanted * HELD_SHARE > high.0 || wanted * HELD_SHARE < low.0;
+            (wanted - motion.zeta_dot[i]) / tau
+        });
+        (acceleration, held)
+    }
+
+    /// Accelerations with which the tip goes straight to the commanded rates u, as far as the
+    /// joints allow, by one share σ of the command and one share s of the acceleration towards it:
+    /// ```text
+    /// ζ̈ = s·(σ·J⁻¹·u − ζ̇)/τ − J⁻¹·J̇·ζ̇
+    /// ```
+    /// The last term is the joints' acceleration of a tip that keeps its velocity.
+    fn of_tip(
+        &self,
+        motion: &Motion,
+        tree: &Tree,
+        command: &[f64; DOF],
+        allowed: &[AllowedRates; DOF],
+        tau: f64,
+    ) -> (Vector6<f64>, CommandHolds) {
+        let Motion { zeta, zeta_dot, .. } = *motion;
+        let [angles, rates] = [zeta, zeta_dot].map(<[f64; DOF]>::from);
+        let tip = Tip::new(tree, &tree.configuration(&angles));
+        let J = tip.jacobian();
+        let inverse = Inverse::of(J, &self.singularities, &angles);
+        let onwards = -inverse.apply(tip.jacobian_dot(&rates) * zeta_dot);
+        let u = Vector6::from(*command);
+        let u = u * share_within(&u, self.limits.tip);
+        let joints = inverse.apply(u);
+        let (share, held) = self.share(motion, &joints, &(onwards * tau), allowed);
+        let drive = (joints * share - zeta_dot) / tau;
+        let of_tip = (u * share - J * zeta_dot) / tau;
+        let mut s = share_within(&of_tip, self.limits.tip_acceleration);
+        for i in 0..DOF {
+            let largest = self.limits.joint_acceleration[i].copysign(drive[i]);
+            if drive[i] != 0.0 {
+                s = s.min(((largest - onwards[i]) / drive[i]).max(0.0));
+            }
+        }
+        (drive * s + onwards, held)
+    }
+
+    /// Share of a command of the tip that the joints may follow, where it asks for the rates
+    /// `joints` and for `onwards` besides, to stay straight; and what holds it.
+    fn share(
+        &self,
+        motion: &Motion,
+        joints: &Vector6<f64>,
+        onwards: &Vector6<f64>,
+        allowed: &[AllowedRates; DOF],
+    ) -> (f64, CommandHolds) {
+        let mut held = CommandHolds::default();
+        let mut share = 1.0_f64;
+        let mut end = None;
+        for i in 0..DOF {
+            let w = joints[i];
+            if w.abs() <= NEGLIGIBLE * self.limits.joint[i] {
+                continue;
+            }
+            let AllowedRates { low, high } = allowed[i];
+            let (bound, hold) = if w > 0.0 { high } else { low };
+            let room = ((bound - onwards[i]) / w).max(0.0);
+            if room < share {
+                (share, end) = (room, Some((hold, i)));
+            }
+        }
+        let is_moving = joints.iter().any(|w| *w != 0.0);
+        held.wrist = is_moving && self.singularities.is_near_wrist(motion.zeta[4]);
+        match end.filter(|_| share < HELD_SHARE) {
+            Some((Hold::End, i)) => held.joint[i] = true,
+            Some((Hold::Elbow, _)) => held.elbow = true,
+            Some((Hold::Rate, i)) => held.rate = Some((i, joints[i])),
+            None => (),
+        }
+        (share, held)
+    }
+
+    /// Moves on by `h` s with the accelerations `wanted`, within the joints' limits and so that
+    /// their rates stay within, or return to, what is `allowed`; smoothed with τ/4, with which a
+    /// joint comes to its rate critically damped.
+    fn accelerate(
+        &self,
+        motion: &mut Motion,
+        wanted: &Vector6<f64>,
+        allowed: &[AllowedRates; DOF],
+        tau: f64,
+        h: f64,
+    ) {
+        let smoothed = -libm::expm1(-4.0 * h / tau);
+        for i in 0..DOF {
+            let [low, high] = self.range[i];
+            let (zeta, rate, before) = (motion.zeta[i], motion.zeta_dot[i], motion.zeta_ddot[i]);
+            let largest = self.limits.joint_acceleration[i];
+            let towards = |bound: f64| ((bound - rate) / tau).clamp(-largest, largest);
+            let AllowedRates {
+                low: least,
+                high: most,
+            } = allowed[i];
+            let acceleration = wanted[i].clamp(towards(least.0), towards(most.0));
+            let after = before + (acceleration - before) * smoothed;
+            let moved = h * (rate + h * (before / 3.0 + after / 6.0));
+            motion.zeta[i] = zeta + moved;
+            motion.zeta_dot[i] = rate + (before + after) * (0.5 * h);
+            motion.zeta_ddot[i] = after;
+            // Braking ends within the range; limits that make it too short, as a smoothing of
+            // seconds does, end here.
+            if !(low..=high).contains(&motion.zeta[i]) {
+                motion.zeta[i] = motion.zeta[i].clamp(low, high);
+                (motion.zeta_dot[i], motion.zeta_ddot[i]) = (0.0, 0.0);
+            }
+        }
+    }
+
+    /// Largest rates of the joints, rad/s.
+    pub(crate) fn largest(&self) -> &[f64; DOF] {
+        &self.limits.joint
+    }
+
+    /// Largest rate of joint `i`'s reference, rad/s.
+    pub(crate) fn largest_rate(&self, i: usize) -> f64 {
+        REFERENCE_SHARE * self.limits.joint[i]
+    }
+
+    /// The end of joint `i`'s range that is nearest to the angle `zeta`, rad.
+    pub(crate) fn nearest_limit(&self, i: usize, zeta: f64) -> f64 {
+        let [low, high] = self.range[i];
+        let is_low = 2.0 * zeta < low + high;
+        if is_low { low } else { high }
+    }
+}
+
+/// Share of the vector for which neither its first nor its last three components are longer than
+/// their limit; at most 1.
+fn share_within(v: &Vector6<f64>, limits: [f64; 2]) -> f64 {
+    let part = |k: usize| v.fixed_rows::<3>(k).norm();
+    (part(0) / limits[0])
+        .max(part(3) / limits[1])
+        .max(1.0)
+        .recip()
+}
+
+/// Ranges of the joints, rad: those of the machine file, and of the three actuators no farther than
+/// the strokes reach.
+fn ranges(machine: &Machine, tree: &Tree) -> [[f64; 2]; DOF] {
+    let (mut ranges, strokes) = (machine.limits.zeta(), machine.limits.strokes());
+    for i in 0..3 {
+        let [low, high] = ranges[i];
+        let stroke = |zeta: f64| {
+            let mut pose = machine.start.zeta;
+            pose[i] = zeta;
+            tree.configuration(&pose).strokes[i].x
+        };
+        // Strokes grow with their joint angle.
+        let reaching = |x: f64| {
+            let (mut a, mut b) = (low, high);
+            for _ in 0..60 {
+                let middle = 0.5 * (a + b);
+                if stroke(middle) < x {
+                    a = middle
+                } else {
+                    b = middle
+                }
+            }
+            0.5 * (a + b)
+        };
+        ranges[i] = [reaching(strokes[i][0]), reaching(strokes[i][1])];
+    }
+    ranges
+}
+
+#[cfg(test)]
+mod tests;

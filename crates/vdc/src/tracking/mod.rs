@@ -1,0 +1,69 @@
+//! From the target and the measurements to the motion that is required of the joints, or of the
+//! rods.
+
+mod clik;
+mod errors;
+mod joints;
+mod required;
+mod rods;
+
+pub(crate) use errors::Errors;
+pub(crate) use required::{RequiredMotion, RodMotion};
+pub(crate) use rods::rod_errors;
+
+use crate::nominal::{Nominal, orientation};
+use crate::reference::Target;
+use crate::signals::Input;
+use clik::TipState;
+use hdrm::Tip;
+use machine::Controller as Gains;
+use nalgebra::{Vector3, Vector6};
+
+/// What the feedback on the target's error asks of the joints.
+pub(crate) struct Tracking {
+    pub(crate) errors: Errors,
+    /// From the present to the desired orientation of the tip, rad.
+    pub(crate) rotation_error: Vector3<f64>,
+    pub(crate) required: RequiredMotion,
+}
+
+/// Required joint motion towards `target` for the tip at `tip`, with the errors' integral part `z`
+/// where there is one.
+pub(crate) fn track(
+    target: &Target,
+    nominal: &Nominal,
+    gains: &Gains,
+    z: Option<&Vector6<f64>>,
+    tip: &Tip,
+    input: &Input,
+) -> Tracking {
+    let Lambda = [gains.Lambda_position, gains.Lambda_orientation];
+    let age = gains.reading_age;
+    let with_integral = |e| Errors::new(e, z, gains.omega_tip);
+    let desired = &target.tip;
+    let now = TipState {
+        tip,
+        singularities: &nominal.singularities,
+        orientation: orientation(&input.zeta),
+        zeta: &input.zeta,
+        zeta_dot: &input.zeta_dot,
+    };
+    if let Some(joints) = &target.joints {
+        let errors = with_integral(joints::error(joints, &input.zeta, age));
+        return Tracking {
+            errors,
+            rotation_error: clik::rotation_error(&desired.orientation, &now.orientation),
+            required: joints::required(joints, &errors, &input.zeta_dot, age, Lambda),
+        };
+    }
+    let seen = match age {
+        0.0 => *desired,
+        age => desired.earlier(age),
+    };
+    let errors = with_integral(clik::pose_error(&now, &seen));
+    Tracking {
+        errors,
+        rotation_error: errors.e.fixed_rows::<3>(3).into(),
+        required: clik::required(&now, desired, &seen, &errors, Lambda),
+    }
+}
