@@ -100,6 +100,8 @@ fn main() -> ExitCode {
         let source = of_command.and_then(|matches| matches.value_source("step"));
         args.is_step_given = source == Some(ValueSource::CommandLine);
     }
+    // What FMUs print must not get into what this program prints; where that cannot be had, it runs all the same.
+    let _ = cosim::output::separate();
     let check = matches!(&command, Command::Run(args) if args.run.check);
     let result = match command {
         Command::Run(args) => run_system(&args),
