@@ -38,7 +38,7 @@ def build(script, folder):
 
 
 STRUCTURE = HERE.parent / "system/SystemStructure.ssd"
-SAMPLED = """<ssd:ParameterBinding>
+SAMPLED = """          <ssd:ParameterBinding>
             <ssd:ParameterValues>
               <ssv:ParameterSet version="1.0" name="sampled">
                 <ssv:Parameters>
@@ -49,7 +49,10 @@ SAMPLED = """<ssd:ParameterBinding>
                 </ssv:Units>
               </ssv:ParameterSet>
             </ssd:ParameterValues>
-          </ssd:ParameterBinding>"""
+          </ssd:ParameterBinding>
+"""
+#: Where the bindings of the controller end, the first component.
+BINDINGS_END = "        </ssd:ParameterBindings>\n"
 
 
 def bending_system(folder):
@@ -60,13 +63,12 @@ def bending_system(folder):
         'version="1.0" name="Manipulator"': 'version="1.0" name="Bending"',
         "resources/Hdrm.fmu": "resources/Bending.fmu",
         'stepSize="0.001"': 'stepSize="0.0005"',
-        "<!-- parameter sets of a variant -->": SAMPLED,
     }.items():
         if text.count(old) != 1:
             raise ValueError(f"{STRUCTURE} must hold `{old}` once, not {text.count(old)} times")
         text = text.replace(old, new)
     path = Path(folder, "Bending.ssd")
-    path.write_text(text)
+    path.write_text(text.replace(BINDINGS_END, SAMPLED + BINDINGS_END, 1))
     return path
 
 

@@ -6,14 +6,16 @@ FMUs. The others use the staged exchange: an FMU's outputs are read again after 
 same values; `jacobi-derivatives` passes first time derivatives too. FMI 3.0 allows the staged exchange in Event Mode only.
 
     python tests/fmpy_master.py --fmu-dir target/fmu --set controller.mode=3 --csv pd.csv
+    python tests/fmpy_master.py --ssd target/fmu/Real.ssp --variant standard.ssd --schedule standard
 """
 
 import argparse
 import csv
 import tempfile
 import time
+import zipfile
 from itertools import groupby
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 
 import numpy as np
 
@@ -225,7 +227,7 @@ def arguments():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--ssd", type=Path, default=ROOT / "system/SystemStructure.ssd", help=".ssd, or a packed .ssp")
     parser.add_argument("--variant", default="SystemStructure.ssd", help="structure to take from the .ssp, as triangular_pd.ssd")
-    parser.add_argument("--fmu-dir", type=Path, default=ROOT / "target/fmu")
+    parser.add_argument("--fmu-dir", type=Path, help="folder of the FMUs; default: those in the .ssp; for a .ssd target/fmu of the repository")
     parser.add_argument("--replace", action="append", default=[], metavar="COMPONENT=FMU", help="take this FMU for a component")
     parser.add_argument("--schedule", choices=SCHEDULES, default=SCHEDULES[0])
     parser.add_argument("--step", type=float, default=1e-3, help="communication step, s")
@@ -237,13 +239,25 @@ def arguments():
     return parser.parse_args()
 
 
+def fmu_files(system, ssd, fmu_dir, folder):
+    """{file name: path} of the FMUs of a system; those of a package are unpacked into `folder`, if none are in `fmu_dir`."""
+    names = set(system.components.values())
+    if fmu_dir or ssd.suffix != ".ssp":
+        return {name: (fmu_dir or ROOT / "target/fmu") / name for name in names}
+    with zipfile.ZipFile(ssd) as archive:
+        for entry in archive.infolist():
+            if (name := PurePosixPath(entry.filename).name) in names:
+                (folder / name).write_bytes(archive.read(entry))
+    return {name: folder / name for name in names}
+
+
 def main():
     args = arguments()
     system = System.read(args.ssd, args.variant)
-    paths = {file: args.fmu_dir / file for file in system.components.values()}
-    for component, path in (text.split("=") for text in args.replace):
-        system.components[component] = paths[path] = path
     with tempfile.TemporaryDirectory() as folder:
+        paths = fmu_files(system, args.ssd, args.fmu_dir, Path(folder))
+        for component, path in (text.split("=") for text in args.replace):
+            system.components[component] = paths[path] = path
         fmus = {file: opened(paths[file], Path(folder) / str(k)) for k, file in enumerate(set(system.components.values()))}
         settings = {}
         for path in args.parameters:

@@ -1,16 +1,20 @@
 """The packages that are made of the suite as SSP tools read them: schemas, names, units, start values, annotations."""
 
 import re
+import subprocess
+import sys
 import zipfile
 from pathlib import Path
 from xml.etree import ElementTree
 
+import numpy as np
 import pyssp_standard
 import pytest
 from lxml import etree
 
-from fmpy_master import ROOT
-from system import SSC, SSD, SSV, System
+from fmpy_master import ROOT, Master
+from native import recorded
+from system import SSC, SSD, SSV, System, read_set
 
 SCHEMAS = {".ssd": "SystemStructureDescription.xsd", ".ssv": "SystemStructureParameterValues.xsd"}
 PACKAGES = {
@@ -76,6 +80,19 @@ def test_every_parameter_set_defines_its_units_as_the_fmus_do(package, fmus):
     assert sets
 
 
+def test_every_structure_defines_the_units_of_its_connectors(package):
+    for name, root in ((name, ElementTree.fromstring(text)) for name, text in package.items() if name.endswith(".ssd")):
+        used = {unit for connector in root.iter(f"{SSD}Connector") for kind in connector if (unit := kind.get("unit"))}
+        assert used <= {unit.get("name") for unit in root.iterfind(f"{SSD}Units/{SSC}Unit")}, name
+
+
+def test_no_comment_is_among_the_items_of_a_structure(package):
+    """Some readers take every child of an element for one of its items."""
+    for name, text in package.items():
+        if name.endswith(".ssd"):
+            assert [node.text for node in etree.fromstring(text).iter(etree.Comment)] == [], name
+
+
 def test_values_are_given_in_forms_that_every_importer_reads(package):
     """Real, Integer, Boolean, String: `ssv:Enumeration` makes some importers end with an error and others drop the value without a word."""
     for name, text in package.items():
@@ -111,6 +128,51 @@ def test_openmodelica_is_told_kind_and_step_of_the_system(package):
             (master,) = found.iterfind("{*}Annotations/{*}SimulationInformation/{*}FixedStepMaster")
             step = 1e-4 if b'name="RigTestbed"' in text else 1e-3
             assert (master.get("description"), float(master.get("stepSize"))) == ("oms-ma", step), name
+
+
+def test_the_machine_as_built_holds_its_gains_and_one_variant_does_not(fmu_dir):
+    """As opened it is what `--parameters resources/real.ssv` made of it."""
+    system = lambda variant: System.read(fmu_dir / "Real.ssp", variant)
+    gains = {tuple(name.split(".", 1)): p for name, p in read_set((ROOT / "system/resources/real.ssv").read_bytes()).items()}
+    default, bare = system("SystemStructure.ssd"), system("bare.ssd")
+    assert {end: default.parameters[end[0]][end[1]] for end in gains} == gains
+    assert all(bare.parameters[component].get(name) != value for (component, name), value in gains.items())
+    with zipfile.ZipFile(fmu_dir / "Real.ssp") as archive:
+        root = ElementTree.fromstring(archive.read("SystemStructure.ssd"))
+    assert [child.tag.removeprefix(SSD) for child in root.find(f"{SSD}System")][:2] == ["ParameterBindings", "Elements"], "readers take them in this order"
+
+
+def test_the_machine_as_built_does_not_swing_as_opened(fmu_dir, tmp_path):
+    """Tip error over the first 8 s of the cubic trajectory, by an exchange once a step too. Without its gains it reaches 0.6 m."""
+    largest = {}
+    for variant, schedule in (("SystemStructure.ssd", "gauss-seidel"), ("standard.ssd", "standard"), ("bare.ssd", "gauss-seidel")):
+        options = ["--system", fmu_dir / "Real.ssp", "--variant", variant, "--schedule", schedule, "--stop-time", 8]
+        largest[variant] = recorded(tmp_path / "rows.csv", ["controller.tip_error_norm"], *options).max()
+    print(largest)
+    assert largest["SystemStructure.ssd"] < 2e-3 and largest["standard.ssd"] < 2e-3 < largest["bare.ssd"]
+
+
+@pytest.mark.parametrize("package, step", [("Testbed.ssp", 1e-3), ("RigTestbed.ssp", 1e-4)])
+def test_testbeds_stay_where_they_are_as_opened(fmu_dir, fmus, package, step):
+    """Nothing is asked of them until a reference is given: small voltages, rods at rest."""
+    master = Master(System.read(fmu_dir / package), fmus, h=step)
+    names = [f"controller.v_q[{k}]" for k in (2, 3)] + [f"emla_{name}.x_rod" for name in ("lift", "tilt")]
+    _, rows = master.record(0.2, names)
+    master.free()
+    print(np.abs(rows[:, :2]).max(axis=0), np.ptp(rows[:, 2:], axis=0))
+    assert np.abs(rows[:, :2]).max() < 20.0 and np.abs(rows[:, 2:] - 0.3).max() < 1e-4
+
+
+def test_the_master_takes_the_fmus_of_a_package(fmu_dir, tmp_path):
+    """Of one whose FMUs are nowhere else under these names."""
+    package = tmp_path / "Renamed.ssp"
+    with zipfile.ZipFile(fmu_dir / "Testbed.ssp") as archive, zipfile.ZipFile(package, "w") as renamed:
+        for name in archive.namelist():
+            data = archive.read(name)
+            renamed.writestr(name.replace(".fmu", "_renamed.fmu"), data.replace(b".fmu", b"_renamed.fmu") if name.endswith(".ssd") else data)
+    command = [sys.executable, ROOT / "tests/fmpy_master.py", "--ssd", package, "--stop-time", 0.01, "--signals", "emla_lift.x_rod"]
+    done = subprocess.run(list(map(str, command)), capture_output=True, text=True)
+    assert done.returncode == 0 and "emla_lift.x_rod: last 0.3" in done.stdout, done.stderr
 
 
 @pytest.mark.parametrize("name", PACKAGES)

@@ -1,205 +1,23 @@
-//! FMI 2.0 co-simulation FMU `Controller`: the adaptive modular controller of the manipulator.
+//! FMU `Controller` for co-simulation in FMI 2.0 and 3.0: the adaptive modular controller of the
+//! manipulator.
 //!
 //! `table` is the single source of names, units, bounds and dependencies; this file connects it
 //! to the `vdc` library.
 #![allow(non_snake_case)] // the paper's symbols
 
+mod enumerations;
+mod files;
+mod model;
 mod table;
 
-use emla::Surrogate;
 use fmu_export::{Info, InputPolynomial, Model, ModelError, StepEnd, Variable};
-use machine::Machine;
-use serde::{Deserialize, Serialize};
-use std::ops::{Deref, DerefMut};
-use tip_path::PathFile;
-use vdc::{
-    Controller, ControllerError, Derating, Evaluation, Level, Mode, Output, RateCommand,
-    RateLimits, Settings, Timing, Told, Trajectory,
-};
-
-/// The controller behind the FMI border.
-#[derive(Clone, Serialize, Deserialize)]
-pub struct ControllerFmu {
-    controller: Controller,
-    /// Troubles that the importer was told of and that last.
-    #[serde(skip)]
-    told: Told,
-    /// Not part of the behaviour: handed to the importer's log once.
-    #[serde(skip)]
-    warning: Option<String>,
-}
-
-/// Inputs as the importer sees them.
-#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
-pub struct Input {
-    u: vdc::Input,
-    /// Voltage of the DC link, V; counts once it was set.
-    v_dc: f64,
-    /// How often it was set.
-    v_dc_sets: u32,
-}
-
-impl Input {
-    /// What the controller reads.
-    fn measured(&self) -> vdc::Input {
-        vdc::Input {
-            v_dc: (self.v_dc_sets > 0).then_some(self.v_dc),
-            ..self.u
-        }
-    }
-}
-
-impl Deref for Input {
-    type Target = vdc::Input;
-
-    fn deref(&self) -> &vdc::Input {
-        &self.u
-    }
-}
-
-impl DerefMut for Input {
-    fn deref_mut(&mut self) -> &mut vdc::Input {
-        &mut self.u
-    }
-}
-
-/// Parameters as the importer sees them.
-#[derive(Clone, Serialize, Deserialize)]
-pub struct Parameters {
-    /// Nominal machine with the gains in `machine.controller`.
-    machine: Machine,
-    /// File the machine came from; empty: the embedded reference machine.
-    machine_file: String,
-    /// Network of the hybrid actuators.
-    surrogate: Surrogate,
-    /// File the network came from; empty: the embedded one.
-    surrogate_file: String,
-    /// Path to follow.
-    path: Option<PathFile>,
-    /// File the path came from, or the name of a built-in one; empty: none.
-    path_file: String,
-    /// Whether a path that the nominal machine cannot do is refused.
-    path_check: bool,
-    /// Blending factor the low-level law reckons with.
-    alpha: f64,
-    /// Item of [`table::LEVEL`].
-    level: i32,
-    /// Item of [`table::MODE`].
-    mode: i32,
-    /// Item of [`table::TRAJECTORY`].
-    trajectory: i32,
-    /// Inertia of the plant over nominal, for the Lyapunov outputs.
-    true_inertia_scale: f64,
-    /// Time between two samples, s; 0: each communication point is one.
-    sample_time: f64,
-    /// Communication steps by which the commands act late.
-    delay: i32,
-    /// Whether hot windings get less current.
-    derating: bool,
-    /// How much less.
-    derated: Derating,
-    /// Item of [`table::RATE_COMMAND`].
-    rate_command: i32,
-    /// Limits of commanded rates.
-    rates: RateLimits,
-    /// Whether it is told of the loads that a path picks up.
-    load_told: bool,
-}
-
-impl Parameters {
-    fn settings(&self) -> Settings {
-        let (mode, integral) = match self.mode {
-            table::MODE_ADAPTIVE => (Mode::Adaptive, false),
-            table::MODE_MODULAR => (Mode::Modular, false),
-            table::MODE_PD => (Mode::Pd, false),
-            table::MODE_MODULAR_INTEGRAL => (Mode::Modular, true),
-            table::MODE_PD_INTEGRAL => (Mode::Pd, true),
-            table::MODE_PD_GRAVITY => (Mode::PdGravity, false),
-            table::MODE_PD_GRAVITY_INTEGRAL => (Mode::PdGravity, true),
-            _ => (Mode::Adaptive, true),
-        };
-        let level = match self.level {
-            table::LEVEL_MACHINE => Level::Machine,
-            _ => Level::Actuator,
-        };
-        Settings {
-            mode,
-            integral,
-            level,
-            gains: self.machine.controller,
-            alpha: self.alpha,
-            true_inertia_scale: self.true_inertia_scale,
-            derating: self.derating.then_some(self.derated),
-            rate_command: match self.rate_command {
-                table::RATE_COMMAND_JOINT => RateCommand::Joint,
-                _ => RateCommand::Tip,
-            },
-            load_told: self.load_told,
-        }
-    }
-
-    fn timing(&self) -> Result<Timing, ModelError> {
-        Ok(Timing {
-            sample_time: self.sample_time,
-            delay: u32::try_from(self.delay)?,
-        })
-    }
-
-    /// The controller on the path of `path_file`.
-    fn follow(
-        &self,
-        controller: Controller,
-        settings: &Settings,
-        measured: &vdc::Input,
-    ) -> Result<Controller, ModelError> {
-        let file = self.path.as_ref().ok_or_else(|| {
-            ModelError::new(
-                "`path_file` is empty, but `trajectory` = path needs one: it must name a path",
-            )
-        })?;
-        let followed =
-            controller.following(file, &self.machine, settings, measured, self.path_check);
-        followed.map_err(|error| {
-            let hint = match error {
-                ControllerError::Refused(_) => {
-                    "; with `path_check` = false it is tried nevertheless"
-                }
-                _ => "",
-            };
-            ModelError::new(format!("path `{}`: {error}{hint}", self.path_file))
-        })
-    }
-
-    fn trajectory(&self) -> Trajectory {
-        match self.trajectory {
-            table::TRAJECTORY_CUBIC => Trajectory::Cubic,
-            table::TRAJECTORY_TRIANGULAR => Trajectory::Triangular,
-            table::TRAJECTORY_RATES => Trajectory::Rates,
-            table::TRAJECTORY_PATH => Trajectory::Path,
-            _ => Trajectory::External,
-        }
-    }
-}
-
-impl ControllerFmu {
-    /// What to tell the importer about the stability conditions of the low-level law, if they fail.
-    fn stability_warning(&self, p: &Parameters) -> Option<String> {
-        let conditions = self.controller.conditions(&p.settings());
-        if conditions.hold() {
-            return None;
-        }
-        let gains = &p.machine.controller;
-        Some(format!(
-            "the stability conditions of the low-level law fail: `K_i` = {}, `K_f` = {}, `K_v` = {} give \
-             epsilon_max = {} A/N, K_1 = {}, K_2 = {}; all must be finite and > 0, so must the gains",
-            gains.K_i, gains.K_f, gains.K_v, conditions.epsilon_max, conditions.K_1, conditions.K_2
-        ))
-    }
-}
+use model::{ControllerFmu, Input, Parameters};
+use table::{INFO, VARIABLES};
+use vdc::{Controller, Derating, Evaluation, Output, ReportedTroubles};
 
 impl fmu_export::Evaluation<ControllerFmu> for Evaluation {
     fn of(model: &ControllerFmu, p: &Parameters, u: &Input) -> Result<Self, ModelError> {
-        Ok(model.controller.evaluate(&p.settings(), &u.measured())?)
+        Ok(model.controller.evaluate(&p.settings()?, &u.measured())?)
     }
 }
 
@@ -208,48 +26,15 @@ impl Model for ControllerFmu {
     type Input = Input;
     type Output = Output;
     type Evaluation = Evaluation;
-    const INFO: Info = table::INFO;
+    const INFO: Info = INFO;
 
     fn variables() -> &'static [Variable<Self>] {
-        table::VARIABLES
+        VARIABLES
     }
 
     fn defaults() -> (Parameters, Input) {
-        let machine = Machine::reference();
-        let (position, orientation) =
-            vdc::tip_pose(&machine, &machine.start.zeta).expect("the reference machine works");
-        let input = Input {
-            u: vdc::Input {
-                zeta: machine.start.zeta,
-                reference_position: position,
-                reference_orientation: orientation,
-                T_winding: [table::ROOM; 3],
-                ..vdc::Input::default()
-            },
-            v_dc: machine.emla.lift.link_voltage(),
-            v_dc_sets: 0,
-        };
-        let parameters = Parameters {
-            machine,
-            machine_file: String::new(),
-            surrogate: Surrogate::reference(),
-            surrogate_file: String::new(),
-            path: None,
-            path_file: String::new(),
-            path_check: true,
-            alpha: 0.0,
-            level: table::LEVEL_MACHINE,
-            mode: table::MODE_ADAPTIVE,
-            trajectory: table::TRAJECTORY_CUBIC,
-            true_inertia_scale: 1.0,
-            sample_time: 0.0,
-            delay: 0,
-            derating: false,
-            derated: table::DERATED,
-            rate_command: table::RATE_COMMAND_JOINT,
-            rates: RateLimits::default(),
-            load_told: true,
-        };
+        let parameters = Parameters::reference();
+        let input = Input::at_start(&parameters.machine);
         (parameters, input)
     }
 
@@ -260,24 +45,21 @@ impl Model for ControllerFmu {
                 "`derating.start` = {start} K must be below `derating.end` = {end} K"
             )));
         }
-        let (settings, measured) = (p.settings(), u.measured());
-        let trajectory = p.trajectory();
-        let mut controller = Controller::new(
+        let (settings, measured) = (p.settings()?, u.measured());
+        let trajectory = p.trajectory()?;
+        let controller = Controller::new(
             &p.machine,
             &p.surrogate,
             trajectory,
             &settings,
             &measured,
             t,
-        )?
-        .with_timing(p.timing()?)
-        .with_rate_limits(&p.rates)?;
-        if trajectory == Trajectory::Path {
-            controller = p.follow(controller, &settings, &measured)?;
-        }
+        );
+        let controller = controller.map_err(|error| p.refusal(error))?;
+        let controller = controller.with_timing(p.timing()?);
         let mut fmu = Self {
             controller,
-            told: Told::default(),
+            reported: ReportedTroubles::default(),
             warning: None,
         };
         fmu.warning = fmu.stability_warning(p);
@@ -303,12 +85,12 @@ impl Model for ControllerFmu {
         h: f64,
     ) -> Result<StepEnd, ModelError> {
         // A sampled controller: it uses the measurements of the communication point.
-        let settings = p.settings();
+        let settings = p.settings()?;
         let measured = u.value().measured();
         self.controller.step(now, &settings, &measured, t, h)?;
         let trouble = self
             .controller
-            .trouble(now, &settings, &mut self.told, t, h);
+            .trouble(now, &settings, &mut self.reported, t, h);
         self.warning = trouble.map(|trouble| trouble.to_string());
         Ok(StepEnd::WHOLE)
     }

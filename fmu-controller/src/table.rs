@@ -1,97 +1,14 @@
-//! Variables of the FMU `Controller`.
+//! Variables of the FMU `Controller`: names, units, bounds and dependencies, each once.
+//!
+//! The fields belong to `vdc` and `machine`, which know no FMI, so a row names its field; a derive
+//! would need a copy of their structs.
 
-use crate::{ControllerFmu, Parameters};
-use emla::Surrogate;
-use fmu_export::{
-    ALL_PARAMETERS, DisplayUnit, Enumeration, File, Info, Terminal, Unit, Variable,
-    read_parameter_file, read_placed_file,
-};
-use machine::Machine;
-use std::path::Path;
-use tip_path::{BUILT_IN, PathFile};
-use vdc::{DELAY_MAX, Derating};
-
-pub(crate) const MODE_ADAPTIVE: i32 = 1;
-pub(crate) const MODE_MODULAR: i32 = 2;
-pub(crate) const MODE_PD: i32 = 3;
-pub(crate) const MODE_MODULAR_INTEGRAL: i32 = 4;
-pub(crate) const MODE_PD_INTEGRAL: i32 = 5;
-pub(crate) const MODE_PD_GRAVITY: i32 = 6;
-pub(crate) const MODE_PD_GRAVITY_INTEGRAL: i32 = 7;
-static MODE: Enumeration = Enumeration::new(
-    "Mode",
-    "how much of the controller is at work",
-    &[
-        (
-            "adaptive",
-            "model-based, with natural adaptation of the inertias",
-        ),
-        ("modular", "model-based, with the nominal inertias"),
-        (
-            "pd",
-            "no model: inverse kinematics, damping and decoupling only",
-        ),
-        (
-            "modular_integral",
-            "as modular, with the integral of the tip's error",
-        ),
-        ("pd_integral", "as pd, with the integral of the tip's error"),
-        (
-            "pd_gravity",
-            "as pd, with the forces that hold the nominal machine against gravity",
-        ),
-        (
-            "pd_gravity_integral",
-            "as pd_gravity, with the integral of the tip's error",
-        ),
-        (
-            "adaptive_integral",
-            "as adaptive, with the integral of the tip's error",
-        ),
-    ],
-);
-
-pub(crate) const TRAJECTORY_CUBIC: i32 = 1;
-pub(crate) const TRAJECTORY_TRIANGULAR: i32 = 2;
-pub(crate) const TRAJECTORY_RATES: i32 = 4;
-pub(crate) const RATE_COMMAND_JOINT: i32 = 1;
-pub(crate) const TRAJECTORY_PATH: i32 = 5;
-pub(crate) const LEVEL_MACHINE: i32 = 1;
-static LEVEL: Enumeration = Enumeration::new(
-    "Level",
-    "what the controller follows",
-    &[
-        (
-            "machine",
-            "the tip's reference, through inverse kinematics and decomposition",
-        ),
-        (
-            "actuator",
-            "the inputs reference.rod_*, each actuator by itself",
-        ),
-    ],
-);
-
-static TRAJECTORY: Enumeration = Enumeration::new(
-    "Trajectory",
-    "desired motion of the tip",
-    &[
-        ("cubic", "edges of a cube"),
-        ("triangular", "a triangle in the boom plane"),
-        ("external", "the inputs reference.*"),
-        ("rates", "the inputs rate.joint or rate.tip, an operator's"),
-        ("path", "the path that path_file names"),
-    ],
-);
-
-static RATE_COMMAND: Enumeration = Enumeration::new(
-    "RateCommand",
-    "what commanded rates are of",
-    &[
-        ("joint", "the six joints, by the inputs rate.joint"),
-        ("tip", "the tip in the world, by the inputs rate.tip"),
-    ],
-);
+use crate::enumerations::{LEVEL, MODE, RATE_COMMAND, TRAJECTORY};
+use crate::files::{read_machine, read_path, read_surrogate};
+use crate::model::ControllerFmu;
+use fmu_export::{ALL_PARAMETERS, DisplayUnit, File, Info, Terminal, Unit, Variable, joined, row};
+use hdrm::Body;
+use vdc::DELAY_MAX;
 
 pub(crate) const INFO: Info = Info::new(
     "Controller",
@@ -123,145 +40,72 @@ pub(crate) const INFO: Info = Info::new(
 
 type V = Variable<ControllerFmu>;
 
-/// What the required twists depend on, and further inputs: joint motion and reference without the acceleration.
-macro_rules! twists_and {
-    ($($more:expr),*) => {
-        &[
-            "zeta", "zeta_dot", "reference.position", "reference.velocity", "reference.orientation",
-            "reference.angular_velocity", $($more),*
-        ]
-    };
+/// What the required twists depend on: joint motion and reference without the acceleration.
+const TWISTS: &[&str] = &[
+    "zeta",
+    "zeta_dot",
+    "reference.position",
+    "reference.velocity",
+    "reference.orientation",
+    "reference.angular_velocity",
+];
+/// What the required wrenches depend on: joint motion, reference, and what the base does.
+const MOTION: &[&str] = joined!(
+    TWISTS,
+    &[
+        "reference.acceleration",
+        "base.tilt",
+        "base.acceleration",
+        "base.angular_velocity",
+        "base.angular_acceleration",
+    ],
+);
+/// The same, and the rod's own reference and measurements.
+const MOTION_AND_ROD: &[&str] = joined!(
+    MOTION,
+    &[
+        "x[i]",
+        "x_dot[i]",
+        "reference.rod_position[i]",
+        "reference.rod_velocity[i]",
+        "reference.rod_acceleration[i]",
+        "reference.rod_force[i]",
+    ],
+);
+/// What a drive's commands depend on.
+const DRIVE: &[&str] = joined!(
+    MOTION_AND_ROD,
+    &["i_d[i]", "i_q[i]", "w_m[i]", "T_winding[i]"]
+);
+/// What the required rod velocities depend on.
+const RATES_AND_ROD: &[&str] = &[
+    "zeta",
+    "reference.position",
+    "reference.velocity",
+    "reference.orientation",
+    "reference.angular_velocity",
+    "x[i]",
+    "reference.rod_position[i]",
+    "reference.rod_velocity[i]",
+];
+
+/// An output that changes at communication points; initially it depends on the same inputs, and on
+/// all parameters.
+const fn at_points(row: V) -> V {
+    row.initially_also_on(&[ALL_PARAMETERS]).discrete()
 }
 
-/// What the required wrenches depend on, and further inputs: joint motion, reference, and what the base does.
-macro_rules! motion_and {
-    ($($more:expr),*) => {
-        twists_and!("reference.acceleration", "base.tilt", "base.acceleration", "base.angular_velocity", "base.angular_acceleration" $(, $more)*)
-    };
-}
-
-/// [`motion_and`] the rods' own references and measurements.
-macro_rules! motion_rod_and {
-    ($($more:expr),*) => {
-        motion_and!(
-            "x[i]", "x_dot[i]", "reference.rod_position[i]", "reference.rod_velocity[i]",
-            "reference.rod_acceleration[i]", "reference.rod_force[i]" $(, $more)*
-        )
-    };
-}
-
-/// What the required rod velocities depend on, and further inputs.
-macro_rules! rates_and_rods_and {
-    ($($more:expr),*) => {
-        &[
-            "zeta", "reference.position", "reference.velocity", "reference.orientation", "reference.angular_velocity",
-            "x[i]", "reference.rod_position[i]", "reference.rod_velocity[i]", $($more),*
-        ]
-    };
-}
-
-/// An output that is as it is from the beginning on: it depends on the same inputs initially, and on all parameters.
-macro_rules! depends {
-    ($row:expr, $list:ident $(, $input:literal)*) => {
-        $row.depends_on($list!($($input),*)).initially_depends_on($list!($($input,)* ALL_PARAMETERS)).discrete()
-    };
-}
-
-/// Inputs by name.
-macro_rules! on {
-    ($($input:expr),*) => { &[$($input),*] };
-}
-
-/// The row of a gain in `machine.controller` from its name, unit and description.
-macro_rules! gain {
-    ($field:ident, $unit:literal, $description:literal) => {
-        V::parameter(
-            stringify!($field),
-            $description,
-            |p| &p.machine.controller.$field,
-            |p| &mut p.machine.controller.$field,
-        )
-        .unit($unit)
-        .tunable()
-        .min(0.0)
-        .max(GAIN_MAX)
-    };
-}
-
-/// The estimated mass of a body.
-macro_rules! mass_hat {
-    ($name:literal, $body:ident) => {
-        V::output(
-            concat!("mass_hat.", $name),
-            concat!("estimated mass of body ", $name),
-            |y| &y.mass_hat[hdrm::Body::$body as usize],
-        )
-        .unit("kg")
-        .depends_on(&[])
-        .initially_depends_on(&[ALL_PARAMETERS])
+/// An output that depends on no input directly, but initially on where the joints start.
+const fn of_start(row: V) -> V {
+    row.depends_on(&[])
+        .initially_depends_on(&["zeta", ALL_PARAMETERS])
         .discrete()
-    };
 }
 
-/// A number of the low-level law's stability conditions.
-macro_rules! condition {
-    ($field:ident, $unit:literal, $description:literal) => {
-        V::output(
-            concat!("stability.", stringify!($field)),
-            $description,
-            |y| &y.conditions.$field,
-        )
-        .unit($unit)
-        .depends_on(&[])
-        .initially_depends_on(&[ALL_PARAMETERS])
-        .discrete()
-    };
+/// A gain in `machine.controller`.
+const fn gain(row: V) -> V {
+    row.tunable().range(0.0..=GAIN_MAX)
 }
-
-fn read_machine(p: &mut Parameters, file: &str, resources: Option<&Path>) -> Result<(), String> {
-    p.machine = match Machine::preset(file) {
-        Some(machine) => machine,
-        None => read_placed_file(file, resources, Machine::of_file)?,
-    };
-    p.machine_file = file.to_owned();
-    Ok(())
-}
-
-fn read_surrogate(p: &mut Parameters, file: &str, resources: Option<&Path>) -> Result<(), String> {
-    p.surrogate = match file {
-        "" => Surrogate::reference(),
-        _ => read_parameter_file(file, resources, Surrogate::from_json)?,
-    };
-    p.surrogate_file = file.to_owned();
-    Ok(())
-}
-
-fn read_path(p: &mut Parameters, file: &str, resources: Option<&Path>) -> Result<(), String> {
-    p.path = match PathFile::built_in(file) {
-        _ if file.is_empty() => None,
-        Some(test) => Some(test.map_err(|e| format!("path `{file}`: {e}"))?),
-        None => Some(
-            read_parameter_file(file, resources, PathFile::parse).map_err(|e| {
-                let is_found =
-                    Path::new(file).exists() || resources.is_some_and(|r| r.join(file).exists());
-                if is_found {
-                    return e;
-                }
-                format!("{e}; the built-in paths are {}", BUILT_IN.join(" and "))
-            })?,
-        ),
-    };
-    p.path_file = file.to_owned();
-    Ok(())
-}
-
-/// 20 °C, K.
-pub(crate) const ROOM: f64 = 293.15;
-/// Class F insulation, 155 °C, reached at no current; full current up to 120 °C.
-pub(crate) const DERATED: Derating = Derating {
-    start: 393.15,
-    end: 428.15,
-};
 
 const ANGLE_MAX: f64 = 100.0;
 const RATE_MAX: f64 = 1e4;
@@ -273,141 +117,155 @@ const GAIN_MAX: f64 = 1e9;
 #[rustfmt::skip]
 pub(crate) const VARIABLES: &[V] = &[
     // Measurements
-    V::inputs("zeta", "joint angles: slew, lift, tilt, wrist", |u| &u.zeta, |u| &mut u.zeta)
-        .unit("rad").display_unit("deg").min(-ANGLE_MAX).max(ANGLE_MAX),
-    V::inputs("zeta_dot", "joint rates", |u| &u.zeta_dot, |u| &mut u.zeta_dot)
-        .unit("rad/s").display_unit("deg/s").min(-RATE_MAX).max(RATE_MAX),
-    V::inputs("i_d", "direct-axis currents of slew, lift and tilt actuator (peak)", |u| &u.i_d, |u| &mut u.i_d)
-        .unit("A").min(-CURRENT_MAX).max(CURRENT_MAX),
-    V::inputs("i_q", "quadrature-axis currents (peak)", |u| &u.i_q, |u| &mut u.i_q)
-        .unit("A").min(-CURRENT_MAX).max(CURRENT_MAX),
-    V::inputs("w_m", "motor speeds", |u| &u.w_m, |u| &mut u.w_m)
-        .unit("rad/s").display_unit("rpm").min(-1e6).max(1e6),
-    V::inputs("x", "rod positions, read if level = actuator", |u| &u.x, |u| &mut u.x)
-        .unit("m").display_unit("mm").min(-10.0).max(10.0),
-    V::inputs("x_dot", "rod velocities; read by the virtual power flows and if level = actuator", |u| &u.x_dot, |u| &mut u.x_dot)
-        .unit("m/s").display_unit("mm/s").min(-100.0).max(100.0),
-    V::inputs("F", "actuator forces, positive when pushing; read by the virtual power flows and, in a step, by the disturbance observer", |u| &u.F, |u| &mut u.F)
-        .unit("N").display_unit("kN").min(-FORCE_MAX).max(FORCE_MAX).beside_evaluation(),
-    V::input("v_dc", "voltage of the DC link: its voltage limit is min(v_max, v_dc/sqrt(3)); until it is set, the nominal machine's counts", |u| &u.v_dc, |u| &mut u.v_dc)
-        .unit("V").min(0.0).max(1e5).nominal(500.0).counted(|u| &mut u.v_dc_sets),
-    V::inputs("T_winding", "temperatures of the windings, read while derating is on", |u| &u.T_winding, |u| &mut u.T_winding)
-        .unit("K").display_unit("degC").min(1.0).max(1e4).nominal(300.0),
+    row!(V, inputs zeta, "joint angles: slew, lift, tilt, wrist")
+        .unit("rad").display_unit("deg").range(-ANGLE_MAX..=ANGLE_MAX),
+    row!(V, inputs zeta_dot, "joint rates")
+        .unit("rad/s").display_unit("deg/s").range(-RATE_MAX..=RATE_MAX),
+    row!(V, inputs i_d, "direct-axis currents of slew, lift and tilt actuator (peak)")
+        .unit("A").range(-CURRENT_MAX..=CURRENT_MAX),
+    row!(V, inputs i_q, "quadrature-axis currents (peak)")
+        .unit("A").range(-CURRENT_MAX..=CURRENT_MAX),
+    row!(V, inputs w_m, "motor speeds")
+        .unit("rad/s").display_unit("rpm").range(-1e6..=1e6),
+    row!(V, inputs x, "rod positions, read if level = actuator")
+        .unit("m").display_unit("mm").range(-10.0..=10.0),
+    row!(V, inputs x_dot, "rod velocities; read by the virtual power flows and if level = actuator")
+        .unit("m/s").display_unit("mm/s").range(-100.0..=100.0),
+    row!(V, inputs F, "actuator forces, positive when pushing; read by the virtual power flows and, in a step, by the disturbance observer")
+        .unit("N").display_unit("kN").range(-FORCE_MAX..=FORCE_MAX).beside_evaluation(),
+    row!(V, counted_input v_dc, "voltage of the DC link: its voltage limit is min(v_max, v_dc/sqrt(3)); until it is set, the nominal machine's counts")
+        .unit("V").range(0.0..=1e5).nominal(500.0),
+    row!(V, inputs T_winding, "temperatures of the windings, read while derating is on")
+        .unit("K").display_unit("degC").range(1.0..=1e4).nominal(300.0),
     // External reference
-    V::inputs("reference.position", "desired tip position in the world, read if trajectory = external",
-        |u| &u.reference_position, |u| &mut u.reference_position).unit("m").min(-100.0).max(100.0),
-    V::inputs("reference.velocity", "desired tip velocity in the world, read if trajectory = external",
-        |u| &u.reference_velocity, |u| &mut u.reference_velocity).unit("m/s").min(-100.0).max(100.0),
-    V::inputs("reference.acceleration", "desired tip acceleration in the world, read if trajectory = external",
-        |u| &u.reference_acceleration, |u| &mut u.reference_acceleration).unit("m/s2").min(-1e4).max(1e4),
-    V::inputs("reference.orientation", "desired tip orientation, quaternion w, x, y, z of length 1, read if trajectory = external",
-        |u| &u.reference_orientation, |u| &mut u.reference_orientation).unit("1").min(-1.001).max(1.001),
-    V::inputs("reference.angular_velocity", "desired angular velocity of the tip in the world, read if trajectory = external",
-        |u| &u.reference_angular_velocity, |u| &mut u.reference_angular_velocity).unit("rad/s").display_unit("deg/s").min(-RATE_MAX).max(RATE_MAX),
+    row!(V, inputs reference.position = reference_position, "desired tip position in the world, read if trajectory = external")
+        .unit("m").range(-100.0..=100.0),
+    row!(V, inputs reference.velocity = reference_velocity, "desired tip velocity in the world, read if trajectory = external")
+        .unit("m/s").range(-100.0..=100.0),
+    row!(V, inputs reference.acceleration = reference_acceleration, "desired tip acceleration in the world, read if trajectory = external")
+        .unit("m/s2").range(-1e4..=1e4),
+    row!(V, inputs reference.orientation = reference_orientation, "desired tip orientation, quaternion w, x, y, z of length 1, read if trajectory = external")
+        .unit("1").range(-1.001..=1.001),
+    row!(V, inputs reference.angular_velocity = reference_angular_velocity, "desired angular velocity of the tip in the world, read if trajectory = external")
+        .unit("rad/s").display_unit("deg/s").range(-RATE_MAX..=RATE_MAX),
 
-    V::inputs("reference.rod_position", "desired rod positions, read if level = actuator",
-        |u| &u.reference_rod_position, |u| &mut u.reference_rod_position).unit("m").display_unit("mm").min(-10.0).max(10.0),
-    V::inputs("reference.rod_velocity", "desired rod velocities, read if level = actuator",
-        |u| &u.reference_rod_velocity, |u| &mut u.reference_rod_velocity).unit("m/s").display_unit("mm/s").min(-100.0).max(100.0),
-    V::inputs("reference.rod_acceleration", "desired rod accelerations, read if level = actuator",
-        |u| &u.reference_rod_acceleration, |u| &mut u.reference_rod_acceleration).unit("m/s2").min(-1e4).max(1e4),
-    V::inputs("reference.rod_force", "desired forces on the load, read if level = actuator",
-        |u| &u.reference_rod_force, |u| &mut u.reference_rod_force).unit("N").display_unit("kN").min(-FORCE_MAX).max(FORCE_MAX),
+    row!(V, inputs reference.rod_position = reference_rod_position, "desired rod positions, read if level = actuator")
+        .unit("m").display_unit("mm").range(-10.0..=10.0),
+    row!(V, inputs reference.rod_velocity = reference_rod_velocity, "desired rod velocities, read if level = actuator")
+        .unit("m/s").display_unit("mm/s").range(-100.0..=100.0),
+    row!(V, inputs reference.rod_acceleration = reference_rod_acceleration, "desired rod accelerations, read if level = actuator")
+        .unit("m/s2").range(-1e4..=1e4),
+    row!(V, inputs reference.rod_force = reference_rod_force, "desired forces on the load, read if level = actuator")
+        .unit("N").display_unit("kN").range(-FORCE_MAX..=FORCE_MAX),
 
-    V::inputs("base.tilt", "what the controller is told of the base's tilt against the ground: roll about x, then pitch about its own z", |u| &u.base_tilt, |u| &mut u.base_tilt)
-        .unit("rad").display_unit("deg").min(-3.2).max(3.2).nominal(0.1),
-    V::inputs("base.acceleration", "what it is told of the base's acceleration, in the axes of the machine's world", |u| &u.base_acceleration, |u| &mut u.base_acceleration)
-        .unit("m/s2").min(-1e3).max(1e3).nominal(1.0),
-    V::inputs("base.angular_velocity", "what it is told of the base's angular velocity, in the same axes",
-        |u| &u.base_angular_velocity, |u| &mut u.base_angular_velocity).unit("rad/s").display_unit("deg/s").min(-100.0).max(100.0).nominal(0.1),
-    V::inputs("base.angular_acceleration", "what it is told of the rate of that",
-        |u| &u.base_angular_acceleration, |u| &mut u.base_angular_acceleration).unit("rad/s2").display_unit("deg/s2").min(-1e4).max(1e4).nominal(0.1),
+    row!(V, inputs base.tilt = base_tilt, "what the controller is told of the base's tilt against the ground: roll about x, then pitch about its own z")
+        .unit("rad").display_unit("deg").range(-3.2..=3.2).nominal(0.1),
+    row!(V, inputs base.acceleration = base_acceleration, "what it is told of the base's acceleration, in the axes of the machine's world")
+        .unit("m/s2").range(-1e3..=1e3).nominal(1.0),
+    row!(V, inputs base.angular_velocity = base_angular_velocity, "what it is told of the base's angular velocity, in the same axes")
+        .unit("rad/s").display_unit("deg/s").range(-100.0..=100.0).nominal(0.1),
+    row!(V, inputs base.angular_acceleration = base_angular_acceleration, "what it is told of the rate of that")
+        .unit("rad/s2").display_unit("deg/s2").range(-1e4..=1e4).nominal(0.1),
 
-    V::inputs("rate.joint", "commanded joint rates, read in a step if trajectory = rates and rate.command = joint", |u| &u.rate_joint, |u| &mut u.rate_joint)
-        .unit("rad/s").display_unit("deg/s").min(-RATE_MAX).max(RATE_MAX).beside_evaluation(),
-    V::inputs("rate.tip", "commanded velocity (1 to 3) and angular velocity (4 to 6) of the tip in the world, read in a step if trajectory = rates and rate.command = tip",
-        |u| &u.rate_tip, |u| &mut u.rate_tip).each_unit(&["m/s", "m/s", "m/s", "rad/s", "rad/s", "rad/s"]).min(-RATE_MAX).max(RATE_MAX).beside_evaluation(),
+    row!(V, inputs rate.joint = rate_joint, "commanded joint rates, read in a step if trajectory = rates and rate.command = joint")
+        .unit("rad/s").display_unit("deg/s").range(-RATE_MAX..=RATE_MAX).beside_evaluation(),
+    row!(V, inputs rate.tip = rate_tip, "commanded velocity (1 to 3) and angular velocity (4 to 6) of the tip in the world, read in a step if trajectory = rates and rate.command = tip")
+        .each_unit(&["m/s", "m/s", "m/s", "rad/s", "rad/s", "rad/s"]).range(-RATE_MAX..=RATE_MAX).beside_evaluation(),
 
     // Commands
-    depends!(V::outputs("v_d", "direct-axis voltages (peak)", |y| &y.v_d)
-        .unit("V"), on, "i_d[i]", "i_q[i]", "w_m[i]"),
-    depends!(V::outputs("v_q", "quadrature-axis voltages (peak)", |y| &y.v_q)
-        .unit("V"), motion_rod_and, "i_d[i]", "i_q[i]", "w_m[i]", "T_winding[i]"),
-    depends!(V::outputs("tau_wrist", "wrist torques, held to their limits", |y| &y.tau_wrist)
-        .unit("N.m"), motion_and),
-    depends!(V::outputs("f_required", "required actuator forces", |y| &y.f_required)
-        .unit("N").display_unit("kN"), motion_rod_and),
-    depends!(V::outputs("x_dot_required", "required rod velocities", |y| &y.x_dot_required)
-        .unit("m/s").display_unit("mm/s"), rates_and_rods_and),
-    depends!(V::outputs("i_q_required", "required quadrature-axis currents (peak)", |y| &y.i_q_required)
-        .unit("A"), motion_rod_and, "i_d[i]", "i_q[i]", "w_m[i]", "T_winding[i]"),
-    V::output("motion_end", "time at which the reference has come to its end; the start time if trajectory = external", |y| &y.motion_end)
-        .unit("s").depends_on(&[]).initially_depends_on(&["zeta", ALL_PARAMETERS]).discrete(),
-    V::outputs("desired.position", "desired tip position in the world", |y| &y.desired_position)
+    at_points(row!(V, outputs v_d, "direct-axis voltages (peak)")
+        .unit("V").depends_on(&["i_d[i]", "i_q[i]", "w_m[i]"])),
+    at_points(row!(V, outputs v_q, "quadrature-axis voltages (peak)")
+        .unit("V").depends_on(DRIVE)),
+    at_points(row!(V, outputs tau_wrist, "wrist torques, held to their limits")
+        .unit("N.m").depends_on(MOTION)),
+    at_points(row!(V, outputs f_required, "required actuator forces")
+        .unit("N").display_unit("kN").depends_on(MOTION_AND_ROD)),
+    at_points(row!(V, outputs x_dot_required, "required rod velocities")
+        .unit("m/s").display_unit("mm/s").depends_on(RATES_AND_ROD)),
+    at_points(row!(V, outputs i_q_required, "required quadrature-axis currents (peak)")
+        .unit("A").depends_on(DRIVE)),
+    of_start(row!(V, output motion_end, "time at which the reference has come to its end; the start time if trajectory = external")
+        .unit("s")),
+    row!(V, outputs desired.position = desired_position, "desired tip position in the world")
         .unit("m").depends_on(&["reference.position"]).initially_depends_on(&["zeta", "reference.position", ALL_PARAMETERS]).discrete(),
-    depends!(V::outputs("tip_error", "desired minus actual tip position in the world", |y| &y.tip_error)
-        .unit("m").display_unit("mm"), on, "zeta", "reference.position"),
-    depends!(V::output("tip_error_norm", "length of the tip error", |y| &y.tip_error_norm)
-        .unit("m").display_unit("mm"), on, "zeta", "reference.position"),
-    V::outputs("desired.orientation", "desired tip orientation in the world, quaternion w, x, y, z", |y| &y.desired_orientation)
+    at_points(row!(V, outputs tip_error, "desired minus actual tip position in the world")
+        .unit("m").display_unit("mm").depends_on(&["zeta", "reference.position"])),
+    at_points(row!(V, output tip_error_norm, "length of the tip error")
+        .unit("m").display_unit("mm").depends_on(&["zeta", "reference.position"])),
+    row!(V, outputs desired.orientation = desired_orientation, "desired tip orientation in the world, quaternion w, x, y, z")
         .unit("1").depends_on(&["reference.orientation"]).initially_depends_on(&["zeta", "reference.orientation", ALL_PARAMETERS]).discrete(),
-    depends!(V::output("orientation_error_norm", "angle between desired and actual tip orientation", |y| &y.orientation_error_norm)
-        .unit("rad").display_unit("deg"), on, "zeta", "reference.orientation"),
+    at_points(row!(V, output orientation_error_norm, "angle between desired and actual tip orientation")
+        .unit("rad").display_unit("deg").depends_on(&["zeta", "reference.orientation"])),
 
-    V::output("load.mass", "mass that the path has the end-effector carry beside its payload", |y| &y.load.mass)
-        .unit("kg").depends_on(&[]).initially_depends_on(&["zeta", ALL_PARAMETERS]).discrete(),
-    V::outputs("load.com", "place of that load from the tip T4, in T4's axes", |y| &y.load.com)
-        .unit("m").depends_on(&[]).initially_depends_on(&["zeta", ALL_PARAMETERS]).discrete(),
+    of_start(row!(V, output load.mass, "mass that the path has the end-effector carry beside its payload")
+        .unit("kg")),
+    of_start(row!(V, outputs load.com, "place of that load from the tip T4, in T4's axes")
+        .unit("m")),
 
     // Adaptation
-    mass_hat!("T1", T1), mass_hat!("A2", A2), mass_hat!("C2", C2), mass_hat!("D2", D2), mass_hat!("A3", A3),
-    mass_hat!("C3", C3), mass_hat!("D3", D3), mass_hat!("RK", RK), mass_hat!("CP", CP), mass_hat!("A4", A4),
-    mass_hat!("C4", C4), mass_hat!("D4", D4), mass_hat!("PL", PL),
+    at_points(row!(V, output mass_hat.T1 = mass_hat[Body::T1 as usize], "estimated mass of body T1").unit("kg").depends_on(&[])),
+    at_points(row!(V, output mass_hat.A2 = mass_hat[Body::A2 as usize], "estimated mass of body A2").unit("kg").depends_on(&[])),
+    at_points(row!(V, output mass_hat.C2 = mass_hat[Body::C2 as usize], "estimated mass of body C2").unit("kg").depends_on(&[])),
+    at_points(row!(V, output mass_hat.D2 = mass_hat[Body::D2 as usize], "estimated mass of body D2").unit("kg").depends_on(&[])),
+    at_points(row!(V, output mass_hat.A3 = mass_hat[Body::A3 as usize], "estimated mass of body A3").unit("kg").depends_on(&[])),
+    at_points(row!(V, output mass_hat.C3 = mass_hat[Body::C3 as usize], "estimated mass of body C3").unit("kg").depends_on(&[])),
+    at_points(row!(V, output mass_hat.D3 = mass_hat[Body::D3 as usize], "estimated mass of body D3").unit("kg").depends_on(&[])),
+    at_points(row!(V, output mass_hat.RK = mass_hat[Body::RK as usize], "estimated mass of body RK").unit("kg").depends_on(&[])),
+    at_points(row!(V, output mass_hat.CP = mass_hat[Body::CP as usize], "estimated mass of body CP").unit("kg").depends_on(&[])),
+    at_points(row!(V, output mass_hat.A4 = mass_hat[Body::A4 as usize], "estimated mass of body A4").unit("kg").depends_on(&[])),
+    at_points(row!(V, output mass_hat.C4 = mass_hat[Body::C4 as usize], "estimated mass of body C4").unit("kg").depends_on(&[])),
+    at_points(row!(V, output mass_hat.D4 = mass_hat[Body::D4 as usize], "estimated mass of body D4").unit("kg").depends_on(&[])),
+    at_points(row!(V, output mass_hat.PL = mass_hat[Body::PL as usize], "estimated mass of body PL").unit("kg").depends_on(&[])),
 
     // Stability in numbers
-    depends!(V::output("lyapunov.nu_velocity", "sum of 1/2 s'Ms over the bodies, s = V_r - V, with the plant's inertias", |y| &y.nu_velocity)
-        .unit("J"), twists_and, "base.angular_velocity"),
-    V::output("lyapunov.nu_adaptation", "sum of gamma D_F(L||L_hat) over the bodies", |y| &y.nu_adaptation)
-        .unit("J").depends_on(&[]).initially_depends_on(&[ALL_PARAMETERS]).discrete(),
-    depends!(V::outputs("lyapunov.nu_actuator", "accompanying function of each actuator", |y| &y.nu_actuator)
-        .unit("J"), motion_rod_and, "i_d[i]", "i_q[i]", "w_m[i]", "T_winding[i]"),
-    depends!(V::output("lyapunov.dissipation", "sum of s'K_A s over the bodies", |y| &y.dissipation)
-        .unit("W"), twists_and, "base.angular_velocity"),
-    depends!(V::outputs("lyapunov.vpf", "virtual power flow (x_dot_r - x_dot)(f_r - F) at each rod", |y| &y.vpf)
-        .unit("W"), motion_rod_and, "F[i]"),
+    at_points(row!(V, output lyapunov.nu_velocity = nu_velocity, "sum of 1/2 s'Ms over the bodies, s = V_r - V, with the plant's inertias")
+        .unit("J").depends_on(joined!(TWISTS, &["base.angular_velocity"]))),
+    at_points(row!(V, output lyapunov.nu_adaptation = nu_adaptation, "sum of gamma D_F(L||L_hat) over the bodies")
+        .unit("J").depends_on(&[])),
+    at_points(row!(V, outputs lyapunov.nu_actuator = nu_actuator, "accompanying function of each actuator")
+        .unit("J").depends_on(DRIVE)),
+    at_points(row!(V, output lyapunov.dissipation = dissipation, "sum of s'K_A s over the bodies")
+        .unit("W").depends_on(joined!(TWISTS, &["base.angular_velocity"]))),
+    at_points(row!(V, outputs lyapunov.vpf = vpf, "virtual power flow (x_dot_r - x_dot)(f_r - F) at each rod")
+        .unit("W").depends_on(joined!(MOTION_AND_ROD, &["F[i]"]))),
 
-    depends!(V::outputs("lyapunov.force_error", "required minus actual force of each actuator by its currents", |y| &y.force_error)
-        .unit("N").display_unit("kN"), motion_rod_and, "i_d[i]", "i_q[i]", "w_m[i]", "T_winding[i]"),
-    depends!(V::outputs("lyapunov.dissipation_actuator", "dissipation of each actuator in the bound on its accompanying function", |y| &y.dissipation_actuator)
-        .unit("W"), motion_rod_and, "i_d[i]", "i_q[i]", "w_m[i]", "T_winding[i]"),
+    at_points(row!(V, outputs lyapunov.force_error = force_error, "required minus actual force of each actuator by its currents")
+        .unit("N").display_unit("kN").depends_on(DRIVE)),
+    at_points(row!(V, outputs lyapunov.dissipation_actuator = dissipation_actuator, "dissipation of each actuator in the bound on its accompanying function")
+        .unit("W").depends_on(DRIVE)),
 
-    condition!(beta_1, "N/A", "beta_1 at i_d = 0"),
-    condition!(beta_2, "N/A", "beta_2 at i_q = i_max"),
-    condition!(printed_margin, "1", "first stability condition as printed, left over right side at i_max: it holds from 1 on"),
-    condition!(epsilon_max, "A/N", "largest weight of Young's inequality for which the first condition holds at i_max"),
-    condition!(K_1, "m/N", "K_1 of the accompanying function, by the third condition"),
-    condition!(K_2, "H", "K_2 of the accompanying function: twice the least that the second condition allows with half the largest weight"),
+    at_points(row!(V, output stability.beta_1 = conditions.beta_1, "beta_1 at i_d = 0").unit("N/A").depends_on(&[])),
+    at_points(row!(V, output stability.beta_2 = conditions.beta_2, "beta_2 at i_q = i_max").unit("N/A").depends_on(&[])),
+    at_points(row!(V, output stability.printed_margin = conditions.printed_margin, "first stability condition as printed, left over right side at i_max: it holds from 1 on")
+        .unit("1").depends_on(&[])),
+    at_points(row!(V, output stability.epsilon_max = conditions.epsilon_max, "largest weight of Young's inequality for which the first condition holds at i_max")
+        .unit("A/N").depends_on(&[])),
+    at_points(row!(V, output stability.K_1 = conditions.K_1, "K_1 of the accompanying function, by the third condition")
+        .unit("m/N").depends_on(&[])),
+    at_points(row!(V, output stability.K_2 = conditions.K_2, "K_2 of the accompanying function: twice the least that the second condition allows with half the largest weight")
+        .unit("H").depends_on(&[])),
 
     // Parameters
-    V::integer_parameter("level", "what the controller follows", |p| &p.level, |p| &mut p.level)
-        .enumeration(&LEVEL),
-    V::integer_parameter("mode", "how much of the controller is at work", |p| &p.mode, |p| &mut p.mode)
-        .enumeration(&MODE).tunable(),
-    V::integer_parameter("trajectory", "desired motion of the tip", |p| &p.trajectory, |p| &mut p.trajectory)
-        .enumeration(&TRAJECTORY),
-    V::integer_parameter("rate.command", "what commanded rates are of, if trajectory = rates", |p| &p.rate_command, |p| &mut p.rate_command)
-        .enumeration(&RATE_COMMAND).tunable(),
-    V::parameters("rate.joint_max", "largest joint rates, under commands of the tip too; the reference takes 98 % of them, the rest is for the feedback", |p| &p.rates.joint, |p| &mut p.rates.joint)
-        .unit("rad/s").display_unit("deg/s").min(1e-6).max(100.0),
-    V::parameters("rate.joint_acceleration_max", "largest accelerations of the joints' reference, under commands of the tip too", |p| &p.rates.joint_acceleration, |p| &mut p.rates.joint_acceleration)
-        .unit("rad/s2").display_unit("deg/s2").min(1e-6).max(1e4),
-    V::parameters("rate.tip_max", "largest commanded velocity and angular velocity of the tip", |p| &p.rates.tip, |p| &mut p.rates.tip)
-        .each_unit(&["m/s", "rad/s"]).min(1e-6).max(100.0),
-    V::parameters("rate.tip_acceleration_max", "largest acceleration and angular acceleration under commands of the tip",
-        |p| &p.rates.tip_acceleration, |p| &mut p.rates.tip_acceleration).each_unit(&["m/s2", "rad/s2"]).min(1e-6).max(1e4),
-    V::parameter("rate.smoothing", "time constant with which rates follow commands", |p| &p.rates.smoothing, |p| &mut p.rates.smoothing)
-        .unit("s").display_unit("ms").min(1e-3).max(10.0),
-    V::boolean_parameter("load.told", "whether the nominal machine takes over the loads that the path picks up and sets down", |p| &p.load_told, |p| &mut p.load_told)
+    row!(V, integer_parameter level, "what the controller follows")
+        .items(&LEVEL),
+    row!(V, integer_parameter mode, "how much of the controller is at work")
+        .items(&MODE).tunable(),
+    row!(V, integer_parameter trajectory, "desired motion of the tip")
+        .items(&TRAJECTORY),
+    row!(V, integer_parameter rate.command = rate_command, "what commanded rates are of, if trajectory = rates")
+        .items(&RATE_COMMAND).tunable(),
+    row!(V, parameters rate.joint_max = rates.joint, "largest joint rates, under commands of the tip too; the reference takes 98 % of them, the rest is for the feedback")
+        .unit("rad/s").display_unit("deg/s").range(1e-6..=100.0),
+    row!(V, parameters rate.joint_acceleration_max = rates.joint_acceleration, "largest accelerations of the joints' reference, under commands of the tip too")
+        .unit("rad/s2").display_unit("deg/s2").range(1e-6..=1e4),
+    row!(V, parameters rate.tip_max = rates.tip, "largest commanded velocity and angular velocity of the tip")
+        .each_unit(&["m/s", "rad/s"]).range(1e-6..=100.0),
+    row!(V, parameters rate.tip_acceleration_max = rates.tip_acceleration, "largest acceleration and angular acceleration under commands of the tip")
+        .each_unit(&["m/s2", "rad/s2"]).range(1e-6..=1e4),
+    row!(V, parameter rate.smoothing = rates.smoothing, "time constant with which rates follow commands")
+        .unit("s").display_unit("ms").range(1e-3..=10.0),
+    row!(V, boolean_parameter load.told = load_told, "whether the nominal machine takes over the loads that the path picks up and sets down")
         .tunable(),
     V::string_parameter("machine_file", "machine JSON, or name of a shipped machine, to use for the nominal parameters and gains instead of the reference machine",
         |p| &p.machine_file, read_machine),
@@ -415,41 +273,50 @@ pub(crate) const VARIABLES: &[V] = &[
         |p| &p.surrogate_file, read_surrogate),
     V::string_parameter("path_file", "path to follow if trajectory = path: JSON or CSV file of waypoints or samples, or iso9283-cube, iso9283-rectangle",
         |p| &p.path_file, read_path),
-    V::boolean_parameter("path_check", "whether a path that the nominal machine cannot do is refused before the start", |p| &p.path_check, |p| &mut p.path_check),
-    V::parameter("alpha", "blending factor of the hybrid actuators that the voltage law reckons with; 0: it knows the physics only",
-        |p| &p.alpha, |p| &mut p.alpha).unit("1").tunable().min(0.0).max(1.0),
-    V::parameter("settle_time", "time for which the start pose is held before the trajectory begins",
-        |p| &p.machine.controller.settle_time, |p| &mut p.machine.controller.settle_time).unit("s").min(0.0).max(1e6),
-    V::parameter("sample_time", "time between two samples: outputs change at its multiples after the start only; 0: every communication point is a sample",
-        |p| &p.sample_time, |p| &mut p.sample_time).unit("s").display_unit("ms").min(0.0).max(10.0),
-    V::boolean_parameter("derating", "whether the largest current falls with the winding's temperature", |p| &p.derating, |p| &mut p.derating),
-    V::parameter("derating.start", "winding temperature up to which the law asks for up to i_max", |p| &p.derated.start, |p| &mut p.derated.start)
-        .unit("K").display_unit("degC").min(1.0).max(1e4),
-    V::parameter("derating.end", "winding temperature from which on the law asks for no current; between the two the limit falls linearly",
-        |p| &p.derated.end, |p| &mut p.derated.end).unit("K").display_unit("degC").min(1.0).max(1e4),
-    V::integer_parameter("delay", "communication steps by which the commands act later than measured, which the controller then predicts over (F must be connected); 1 where all outputs are read before any input is set",
-        |p| &p.delay, |p| &mut p.delay).min(0.0).max(DELAY_MAX as f64),
-    gain!(Lambda_position, "1/s", "inverse-kinematics feedback on the position"),
-    gain!(Lambda_orientation, "1/s", "inverse-kinematics feedback on the orientation"),
-    gain!(Lambda_rod, "1/s", "feedback on the rods' positions if level = actuator").min(1e-6),
-    gain!(kappa_KA, "1/s", "K_A = kappa_KA times the nominal inertia of each body"),
-    gain!(K_i, "V/A", "current feedback"),
-    gain!(K_f, "V/N", "force feedback"),
-    gain!(K_v, "V.s/m", "velocity feedback on the motor side"),
-    gain!(lambda_i, "1/s", "decay rate of the required direct-axis current"),
-    gain!(omega_i, "1/s", "integral rate of the voltage law; 0: the paper's law"),
-    gain!(omega_d, "1/s", "bandwidth of the disturbance observer; 0: the paper's law"),
-    gain!(omega_tip, "1/s", "rate of the integral of the tip's error, read in the modes with integral"),
-    gain!(omega_speed, "rad/s", "bandwidth of the observer that makes joint rates of the angles zeta; 0: the measured zeta_dot count, the paper's law"),
-    gain!(reading_age, "s", "age of the measurements when they are read: they are compared with the reference of then; 0: the paper's law").display_unit("ms").max(1.0),
-    gain!(leakage, "1/s", "rate at which estimated inertias go back to the nominal ones; 0: the paper's law"),
-    gain!(gamma, "J", "adaptation gain of the natural adaptation law; larger is slower").min(1e-6),
-    gain!(di_qr_filter_time, "s", "time constant of the filter behind d(i_qr)/dt").display_unit("ms").min(1e-6),
-    gain!(pd_actuator_damping, "N.s/m", "rod-velocity damping in mode pd"),
-    V::parameters("pd_wrist_damping", "wrist damping in mode pd",
-        |p| &p.machine.controller.pd_wrist_damping, |p| &mut p.machine.controller.pd_wrist_damping).unit("N.m.s/rad").tunable().min(0.0).max(GAIN_MAX),
-    V::parameters("inverse_bounds", "bounds on the inverse pseudo-inertia over its nominal value: lower, upper",
-        |p| &p.machine.controller.inverse_bounds, |p| &mut p.machine.controller.inverse_bounds).unit("1").min(1e-6).max(1e6),
-    V::parameter("lyapunov.inertia_scale", "inertia of the plant over nominal, for the lyapunov.* outputs only",
-        |p| &p.true_inertia_scale, |p| &mut p.true_inertia_scale).unit("1").tunable().min(0.01).max(100.0),
+    row!(V, boolean_parameter path_check, "whether a path that the nominal machine cannot do is refused before the start"),
+    row!(V, parameter alpha, "blending factor of the hybrid actuators that the voltage law reckons with; 0: it knows the physics only")
+        .unit("1").tunable().range(0.0..=1.0),
+    row!(V, parameter settle_time in machine.controller, "time for which the start pose is held before the trajectory begins")
+        .unit("s").range(0.0..=1e6),
+    row!(V, parameter sample_time, "time between two samples: outputs change at its multiples after the start only; 0: every communication point is a sample")
+        .unit("s").display_unit("ms").range(0.0..=10.0),
+    row!(V, boolean_parameter derating, "whether the largest current falls with the winding's temperature"),
+    row!(V, parameter derating.start = derated.start, "winding temperature up to which the law asks for up to i_max")
+        .unit("K").display_unit("degC").range(1.0..=1e4),
+    row!(V, parameter derating.end = derated.end, "winding temperature from which on the law asks for no current; between the two the limit falls linearly")
+        .unit("K").display_unit("degC").range(1.0..=1e4),
+    row!(V, integer_parameter delay, "communication steps by which the commands act later than measured, which the controller then predicts over (F must be connected); 1 where all outputs are read before any input is set")
+        .range(0.0..=DELAY_MAX as f64),
+    gain(row!(V, parameter Lambda_position in machine.controller, "inverse-kinematics feedback on the position")).unit("1/s"),
+    gain(row!(V, parameter Lambda_orientation in machine.controller, "inverse-kinematics feedback on the orientation"))
+        .unit("1/s"),
+    gain(row!(V, parameter Lambda_rod in machine.controller, "feedback on the rods' positions if level = actuator"))
+        .unit("1/s").min(1e-6),
+    gain(row!(V, parameter kappa_KA in machine.controller, "K_A = kappa_KA times the nominal inertia of each body")).unit("1/s"),
+    gain(row!(V, parameter K_i in machine.controller, "current feedback")).unit("V/A"),
+    gain(row!(V, parameter K_f in machine.controller, "force feedback")).unit("V/N"),
+    gain(row!(V, parameter K_v in machine.controller, "velocity feedback on the motor side")).unit("V.s/m"),
+    gain(row!(V, parameter lambda_i in machine.controller, "decay rate of the required direct-axis current")).unit("1/s"),
+    gain(row!(V, parameter omega_i in machine.controller, "integral rate of the voltage law; 0: the paper's law")).unit("1/s"),
+    gain(row!(V, parameter omega_d in machine.controller, "bandwidth of the disturbance observer; 0: the paper's law"))
+        .unit("1/s"),
+    gain(row!(V, parameter omega_tip in machine.controller, "rate of the integral of the tip's error, read in the modes with integral"))
+        .unit("1/s"),
+    gain(row!(V, parameter omega_speed in machine.controller, "bandwidth of the observer that makes joint rates of the angles zeta; 0: the measured zeta_dot count, the paper's law"))
+        .unit("rad/s"),
+    gain(row!(V, parameter reading_age in machine.controller, "age of the measurements when they are read: they are compared with the reference of then; 0: the paper's law"))
+        .unit("s").display_unit("ms").max(1.0),
+    gain(row!(V, parameter leakage in machine.controller, "rate at which estimated inertias go back to the nominal ones; 0: the paper's law"))
+        .unit("1/s"),
+    gain(row!(V, parameter gamma in machine.controller, "adaptation gain of the natural adaptation law; larger is slower"))
+        .unit("J").min(1e-6),
+    gain(row!(V, parameter di_qr_filter_time in machine.controller, "time constant of the filter behind d(i_qr)/dt"))
+        .unit("s").display_unit("ms").min(1e-6),
+    gain(row!(V, parameter pd_actuator_damping in machine.controller, "rod-velocity damping in mode pd")).unit("N.s/m"),
+    row!(V, parameters pd_wrist_damping in machine.controller, "wrist damping in mode pd")
+        .unit("N.m.s/rad").tunable().range(0.0..=GAIN_MAX),
+    row!(V, parameters inverse_bounds in machine.controller, "bounds on the inverse pseudo-inertia over its nominal value: lower, upper")
+        .unit("1").range(1e-6..=1e6),
+    row!(V, parameter lyapunov.inertia_scale = true_inertia_scale, "inertia of the plant over nominal, for the lyapunov.* outputs only")
+        .unit("1").tunable().range(0.01..=100.0),
 ];

@@ -1,7 +1,8 @@
-//! Variables of the FMU `DcLink`.
+//! Variables of the FMU `DcLink`. The rows are written here, not derived: their fields belong to
+//! crates that know no FMI.
 
-use crate::DcLinkFmu;
-use fmu_export::{ALL_PARAMETERS, File, Info, Terminal, Variable};
+use crate::model::DcLinkFmu;
+use fmu_export::{ALL_PARAMETERS, File, Info, Terminal, Variable, row};
 
 /// 20 °C, K.
 pub(crate) const ROOM: f64 = 293.15;
@@ -21,83 +22,64 @@ pub(crate) const INFO: Info = Info::new(
 
 type V = Variable<DcLinkFmu>;
 
-/// A Real parameter from its place in the parameters, its range, unit and description.
-macro_rules! size {
-    ($name:literal, $($field:ident).+ $([$k:literal])?, $min:literal..=$max:literal, $unit:literal, $description:literal) => {
-        V::parameter($name, $description, |p| &p.$($field).+ $([$k])?, |p| &mut p.$($field).+ $([$k])?).unit($unit).min($min).max($max)
-    };
-}
-
 /// An output of the state, which no input acts on at once.
-macro_rules! shown {
-    ($name:literal, $($field:ident).+, $unit:literal, $nominal:literal, $description:literal) => {
-        V::output($name, $description, |y| &y.$($field).+)
-            .unit($unit).nominal($nominal).depends_on(&[]).initially_depends_on(&[ALL_PARAMETERS])
-    };
-}
-
-/// The same of a truth.
-macro_rules! told {
-    ($name:literal, $field:ident, $description:literal) => {
-        V::boolean_output($name, $description, |y| &y.$field)
-            .depends_on(&[])
-            .initially_depends_on(&[ALL_PARAMETERS])
-    };
+const fn state(row: V) -> V {
+    row.depends_on(&[]).initially_depends_on(&[ALL_PARAMETERS])
 }
 
 #[rustfmt::skip]
 pub(crate) const VARIABLES: &[V] = &[
     // Inputs
-    V::inputs("i_load", "currents that the drives draw from the link; negative where they give back", |u| &u.i_load, |u| &mut u.i_load)
-        .unit("A").min(-1e5).max(1e5).nominal(10.0),
-    V::input("T_ambient", "temperature around the pack", |u| &u.T_ambient, |u| &mut u.T_ambient).unit("K").display_unit("degC").min(1.0).max(1e4),
+    row!(V, inputs i_load, "currents that the drives draw from the link; negative where they give back")
+        .unit("A").range(-1e5..=1e5).nominal(10.0),
+    row!(V, input T_ambient, "temperature around the pack").unit("K").display_unit("degC").range(1.0..=1e4),
     // Outputs
-    shown!("v_dc", v_dc, "V", 600.0, "voltage of the link: of its capacitor, a state"),
-    shown!("v_dc_mean", v_dc_mean, "V", 600.0, "mean of v_dc over the last step"),
-    shown!("i_battery", i_battery, "A", 10.0, "current of the pack, positive where it discharges"),
-    shown!("v_battery", v_battery, "V", 600.0, "voltage at the terminals of the pack"),
-    shown!("soc", soc, "1", 1.0, "state of charge").display_unit("%"),
-    shown!("P_brake", P_brake, "W", 1e3, "power burnt in the brake resistor").display_unit("kW"),
-    shown!("P_loss", P_loss, "W", 1e2, "power lost in pack, wiring, precharge and limit").display_unit("kW"),
-    shown!("T_battery", T_battery, "K", 300.0, "temperature of the pack").display_unit("degC"),
-    shown!("energy.battery", energy.battery, "J", 1e3, "energy from the source of the pack since the start, open-circuit voltage times current; = load + brake + loss + rise of stored").display_unit("kJ"),
-    shown!("energy.load", energy.load, "J", 1e3, "energy given to the drives since the start").display_unit("kJ"),
-    shown!("energy.brake", energy.brake, "J", 1e3, "energy burnt in the brake resistor since the start").display_unit("kJ"),
-    shown!("energy.loss", energy.loss, "J", 1e3, "energy lost in pack, wiring, precharge and limit since the start").display_unit("kJ"),
-    shown!("energy.stored", stored, "J", 1e3, "energy in the capacitor and in the RC pairs").display_unit("kJ"),
-    told!("ready", ready, "whether precharge is over: the drives may be enabled"),
-    told!("precharging", precharging, "whether precharge is not over: the opposite of ready, for the brakes that hold the machine meanwhile"),
-    told!("braking", braking, "whether the brake resistor is switched on"),
-    told!("limited", limited, "whether the pack gives or takes all that it may"),
-    told!("undervoltage", undervoltage, "whether precharge is over and v_dc is below v_min"),
+    state(row!(V, output v_dc, "voltage of the link: of its capacitor, a state")).unit("V").nominal(600.0),
+    state(row!(V, output v_dc_mean, "mean of v_dc over the last step")).unit("V").nominal(600.0),
+    state(row!(V, output i_battery, "current of the pack, positive where it discharges")).unit("A").nominal(10.0),
+    state(row!(V, output v_battery, "voltage at the terminals of the pack")).unit("V").nominal(600.0),
+    state(row!(V, output soc, "state of charge")).unit("1").nominal(1.0).display_unit("%"),
+    state(row!(V, output P_brake, "power burnt in the brake resistor")).unit("W").nominal(1e3).display_unit("kW"),
+    state(row!(V, output P_loss, "power lost in pack, wiring, precharge and limit")).unit("W").nominal(1e2).display_unit("kW"),
+    state(row!(V, output T_battery, "temperature of the pack")).unit("K").nominal(300.0).display_unit("degC"),
+    state(row!(V, output energy.battery, "energy from the source of the pack since the start, open-circuit voltage times current; = load + brake + loss + rise of stored")).unit("J").nominal(1e3).display_unit("kJ"),
+    state(row!(V, output energy.load, "energy given to the drives since the start")).unit("J").nominal(1e3).display_unit("kJ"),
+    state(row!(V, output energy.brake, "energy burnt in the brake resistor since the start")).unit("J").nominal(1e3).display_unit("kJ"),
+    state(row!(V, output energy.loss, "energy lost in pack, wiring, precharge and limit since the start")).unit("J").nominal(1e3).display_unit("kJ"),
+    state(row!(V, output energy.stored = stored, "energy in the capacitor and in the RC pairs")).unit("J").nominal(1e3).display_unit("kJ"),
+    state(row!(V, boolean_output ready, "whether precharge is over: the drives may be enabled")),
+    state(row!(V, boolean_output precharging, "whether precharge is not over: the opposite of ready, for the brakes that hold the machine meanwhile")),
+    state(row!(V, boolean_output braking, "whether the brake resistor is switched on")),
+    state(row!(V, boolean_output limited, "whether the pack gives or takes all that it may")),
+    state(row!(V, boolean_output undervoltage, "whether precharge is over and v_dc is below v_min")),
     // Parameters
-    V::integer_parameter("battery.cells", "cells in series", |p| &p.battery.cells, |p| &mut p.battery.cells).min(1.0).max(10000.0),
-    size!("battery.capacity", battery.capacity, 1e-3..=1e6, "A.h", "capacity"),
-    V::parameters("battery.ocv", "open-circuit voltage of a cell at states of charge 0, 0.05, ..., 1; straight lines between, nowhere falling", |p| &p.battery.ocv, |p| &mut p.battery.ocv)
-        .unit("V").min(1e-3).max(1e4),
-    size!("battery.R_0", battery.R_0, 0.0..=1e4, "Ohm", "series resistance of the pack"),
-    size!("battery.R_1", battery.R[0], 0.0..=1e4, "Ohm", "resistance of the first RC pair, of the pack; 0: there is none"),
-    size!("battery.tau_1", battery.tau[0], 1e-6..=1e9, "s", "time constant of the first RC pair"),
-    size!("battery.R_2", battery.R[1], 0.0..=1e4, "Ohm", "resistance of the second RC pair, of the pack; 0: there is none"),
-    size!("battery.tau_2", battery.tau[1], 1e-6..=1e9, "s", "time constant of the second RC pair"),
-    size!("battery.discharge_limit", battery.discharge_limit, 0.0..=1e5, "A", "largest current that the pack gives"),
-    size!("battery.charge_limit", battery.charge_limit, 0.0..=1e5, "A", "largest current that the pack takes"),
-    size!("battery.soc_low", battery.soc_low, 0.0..=1.0, "1", "state of charge below which discharge_limit falls in proportion, to 0 at 0").display_unit("%"),
-    size!("battery.soc_high", battery.soc_high, 0.0..=1.0, "1", "state of charge above which charge_limit falls in proportion, to 0 at 1").display_unit("%"),
-    size!("battery.heat_capacity", battery.heat_capacity, 1e-3..=1e12, "J/K", "heat capacity of the pack"),
-    size!("battery.heat_resistance", battery.heat_resistance, 1e-9..=1e9, "K/W", "heat resistance from the pack to the surroundings"),
-    size!("battery.soc_start", battery.soc_start, 0.0..=1.0, "1", "state of charge at the start").display_unit("%"),
-    size!("battery.T_start", battery.T_start, 1.0..=1e4, "K", "temperature of the pack at the start").display_unit("degC"),
-    size!("link.C", link.C, 1e-9..=1e3, "F", "capacitance of the link").display_unit("mF"),
-    size!("link.R", link.R, 0.0..=1e4, "Ohm", "resistance between pack and capacitor"),
-    V::boolean_parameter("brake.fitted", "whether there is a brake chopper", |p| &p.brake.fitted, |p| &mut p.brake.fitted),
-    size!("brake.R", brake.R, 1e-6..=1e9, "Ohm", "brake resistor"),
-    size!("brake.v_on", brake.v_on, 1e-3..=1e6, "V", "voltage at which the brake resistor is switched on"),
-    size!("brake.v_off", brake.v_off, 1e-3..=1e6, "V", "voltage at which the brake resistor is switched off"),
-    V::boolean_parameter("precharge.on", "whether the capacitor is charged in the run; else it has the pack's voltage at the start", |p| &p.precharge.on, |p| &mut p.precharge.on),
-    size!("precharge.R", precharge.R, 0.0..=1e9, "Ohm", "precharge: resistor in the way of the current until ready"),
-    size!("precharge.v_start", precharge.v_start, 0.0..=1e6, "V", "precharge: voltage of the capacitor at the start"),
-    size!("precharge.share", precharge.share, 1e-3..=0.9999, "1", "precharge: share of the pack's voltage at which it is over").display_unit("%"),
-    size!("v_min", v_min, 0.0..=1e6, "V", "voltage below which drives cannot work: undervoltage"),
-    size!("v_max", v_max, 1e-3..=1e6, "V", "voltage that nothing on the link should see: a warning"),
+    row!(V, integer_parameter battery.cells, "cells in series").range(1.0..=10000.0),
+    row!(V, parameter battery.capacity, "capacity").unit("A.h").range(1e-3..=1e6),
+    row!(V, parameters battery.ocv, "open-circuit voltage of a cell at states of charge 0, 0.05, ..., 1; straight lines between, nowhere falling")
+        .unit("V").range(1e-3..=1e4),
+    row!(V, parameter battery.R_0, "series resistance of the pack").unit("Ohm").range(0.0..=1e4),
+    row!(V, parameter battery.R_1 = battery.R[0], "resistance of the first RC pair, of the pack; 0: there is none").unit("Ohm").range(0.0..=1e4),
+    row!(V, parameter battery.tau_1 = battery.tau[0], "time constant of the first RC pair").unit("s").range(1e-6..=1e9),
+    row!(V, parameter battery.R_2 = battery.R[1], "resistance of the second RC pair, of the pack; 0: there is none").unit("Ohm").range(0.0..=1e4),
+    row!(V, parameter battery.tau_2 = battery.tau[1], "time constant of the second RC pair").unit("s").range(1e-6..=1e9),
+    row!(V, parameter battery.discharge_limit, "largest current that the pack gives").unit("A").range(0.0..=1e5),
+    row!(V, parameter battery.charge_limit, "largest current that the pack takes").unit("A").range(0.0..=1e5),
+    row!(V, parameter battery.soc_low, "state of charge below which discharge_limit falls in proportion, to 0 at 0").unit("1").range(0.0..=1.0).display_unit("%"),
+    row!(V, parameter battery.soc_high, "state of charge above which charge_limit falls in proportion, to 0 at 1").unit("1").range(0.0..=1.0).display_unit("%"),
+    row!(V, parameter battery.heat_capacity, "heat capacity of the pack").unit("J/K").range(1e-3..=1e12),
+    row!(V, parameter battery.heat_resistance, "heat resistance from the pack to the surroundings").unit("K/W").range(1e-9..=1e9),
+    row!(V, parameter battery.soc_start, "state of charge at the start").unit("1").range(0.0..=1.0).display_unit("%"),
+    row!(V, parameter battery.T_start, "temperature of the pack at the start").unit("K").range(1.0..=1e4).display_unit("degC"),
+    row!(V, parameter link.C, "capacitance of the link").unit("F").range(1e-9..=1e3).display_unit("mF"),
+    row!(V, parameter link.R, "resistance between pack and capacitor").unit("Ohm").range(0.0..=1e4),
+    row!(V, boolean_parameter brake.fitted, "whether there is a brake chopper"),
+    row!(V, parameter brake.R, "brake resistor").unit("Ohm").range(1e-6..=1e9),
+    row!(V, parameter brake.v_on, "voltage at which the brake resistor is switched on").unit("V").range(1e-3..=1e6),
+    row!(V, parameter brake.v_off, "voltage at which the brake resistor is switched off").unit("V").range(1e-3..=1e6),
+    row!(V, boolean_parameter precharge.on, "whether the capacitor is charged in the run; else it has the pack's voltage at the start"),
+    row!(V, parameter precharge.R, "precharge: resistor in the way of the current until ready").unit("Ohm").range(0.0..=1e9),
+    row!(V, parameter precharge.v_start, "precharge: voltage of the capacitor at the start").unit("V").range(0.0..=1e6),
+    row!(V, parameter precharge.share, "precharge: share of the pack's voltage at which it is over").unit("1").range(1e-3..=0.9999).display_unit("%"),
+    row!(V, parameter v_min, "voltage below which drives cannot work: undervoltage").unit("V").range(0.0..=1e6),
+    row!(V, parameter v_max, "voltage that nothing on the link should see: a warning").unit("V").range(1e-3..=1e6),
 ];

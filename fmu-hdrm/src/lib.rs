@@ -1,106 +1,17 @@
-//! FMI 2.0 co-simulation FMU `Hdrm`: the heavy-duty manipulator, both closed loops included.
+//! FMU `Hdrm` for co-simulation in FMI 2.0 and 3.0: the heavy-duty manipulator, both closed loops
+//! included.
 //!
 //! `table` is the single source of names, units, bounds and dependencies; this file connects it
 //! to the `hdrm` library.
 #![allow(non_snake_case)] // the paper's symbols
 
+mod model;
 mod table;
 
-use fmu_export::{Evaluation, Info, InputPolynomial, Model, ModelError, StepEnd, Variable};
-use hdrm::{DOF, Dynamics, Hdrm, Load, Options, Output, State};
+use fmu_export::{Info, InputPolynomial, Model, ModelError, StepEnd, Variable};
+use hdrm::{Dynamics, Hdrm, Output, State};
 use machine::Machine;
-use serde::{Deserialize, Serialize};
-use std::ops::{Deref, DerefMut};
-
-/// The manipulator behind the FMI border.
-#[derive(Clone, Serialize, Deserialize)]
-pub struct HdrmFmu {
-    plant: Hdrm,
-    state: State,
-}
-
-/// Inputs as the importer sees them.
-#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
-pub struct Input {
-    u: hdrm::Input,
-    /// Mass of the load, kg.
-    load_mass: f64,
-    /// Where it is, from the tip, m.
-    load_com: [f64; 3],
-}
-
-impl Deref for Input {
-    type Target = hdrm::Input;
-
-    fn deref(&self) -> &hdrm::Input {
-        &self.u
-    }
-}
-
-impl DerefMut for Input {
-    fn deref_mut(&mut self) -> &mut hdrm::Input {
-        &mut self.u
-    }
-}
-
-/// Outputs and the first stage of a step both begin with the dynamics. They are of the state and of the base's motion.
-impl Evaluation<HdrmFmu> for Dynamics {
-    fn of(model: &HdrmFmu, _p: &Parameters, u: &Input) -> Result<Self, ModelError> {
-        Ok(model.plant.dynamics_with(&model.state, u))
-    }
-}
-
-/// Parameters as the importer sees them.
-#[derive(Clone, Serialize, Deserialize)]
-pub struct Parameters {
-    machine: Machine,
-    /// File the machine came from; empty: the embedded reference machine.
-    machine_file: String,
-    options: Options,
-    zeta_start: [f64; DOF],
-    zeta_dot_start: [f64; DOF],
-    /// Whether loads come with the velocity of the end-effector.
-    load_moves_with_tip: bool,
-    /// Else their own, m/s in the world.
-    load_velocity: [f64; 3],
-}
-
-impl Parameters {
-    fn of(machine: Machine, machine_file: String) -> Self {
-        Self {
-            options: Options::of(&machine),
-            zeta_start: machine.start.zeta,
-            zeta_dot_start: [0.0; DOF],
-            load_moves_with_tip: true,
-            load_velocity: [0.0; 3],
-            machine,
-            machine_file,
-        }
-    }
-
-    /// What the end-effector carries by the parameters and the inputs.
-    fn load(&self, u: &Input) -> Load {
-        Load {
-            mass: u.load_mass,
-            com: u.load_com,
-            ..self.options.load
-        }
-    }
-
-    /// A start outside the joint limits would begin inside an end stop.
-    fn check_start(&self) -> Result<(), ModelError> {
-        for (i, [min, max]) in self.machine.limits.zeta().into_iter().enumerate() {
-            let zeta = self.zeta_start[i];
-            if !(min..=max).contains(&zeta) {
-                let name = i + 1;
-                return Err(ModelError::new(format!(
-                    "`zeta_start[{name}]` = {zeta} rad must be within the joint limits [{min}, {max}] rad"
-                )));
-            }
-        }
-        Ok(())
-    }
-}
+use model::{HdrmFmu, Input, Parameters};
 
 impl HdrmFmu {
     /// A step that begins with another load.
@@ -116,8 +27,8 @@ impl HdrmFmu {
     ) -> Result<(), ModelError> {
         let input = u.value();
         let own = (!p.load_moves_with_tip).then_some(p.load_velocity);
-        let (plant, state) = (self.plant).reloaded(now, &p.load(input), own, input)?;
-        let start = plant.dynamics_with(&state, input);
+        let (plant, state) = (self.plant).reloaded(now, &p.load(input), own, &input.u)?;
+        let start = plant.dynamics_with(&state, &input.u);
         self.state = plant.step_from(&start, |s| u.at::<Self>(s).u, t, h)?;
         self.plant = plant;
         Ok(())
@@ -156,7 +67,7 @@ impl Model for HdrmFmu {
     }
 
     fn output(&self, _p: &Parameters, u: &Input, now: &Dynamics) -> Result<Output, ModelError> {
-        Ok(self.plant.output_at(now, u))
+        Ok(self.plant.output_at(now, &u.u))
     }
 
     fn step(
@@ -182,7 +93,7 @@ impl Model for HdrmFmu {
         _now: &Dynamics,
         u_dot: &Input,
     ) -> Result<Output, ModelError> {
-        Ok(self.plant.output_derivative(&self.state, u, u_dot))
+        Ok(self.plant.output_derivative(&self.state, &u.u, &u_dot.u))
     }
 
     fn directional_derivative(
@@ -192,7 +103,7 @@ impl Model for HdrmFmu {
         _now: &Dynamics,
         du: &Input,
     ) -> Result<Output, ModelError> {
-        Ok(self.plant.directional_derivative(&self.state, u, du))
+        Ok(self.plant.directional_derivative(&self.state, &u.u, &du.u))
     }
 }
 

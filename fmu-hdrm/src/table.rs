@@ -1,7 +1,10 @@
-//! Variables of the FMU `Hdrm`.
+//! Variables of the FMU `Hdrm`. The rows are written here, not derived: their fields belong to
+//! crates that know no FMI.
 
-use crate::{HdrmFmu, Parameters};
-use fmu_export::{ALL_PARAMETERS, File, Info, Terminal, Unit, Variable, read_placed_file};
+use crate::model::{HdrmFmu, Parameters};
+use fmu_export::{
+    ALL_PARAMETERS, File, Info, Terminal, Unit, Variable, joined, read_placed_file, row,
+};
 use machine::Machine;
 use std::path::Path;
 
@@ -44,13 +47,14 @@ const LOADED_START: &[&str] = &["load.mass", "load.com", ALL_PARAMETERS];
 
 /// What holds the machine depends on how its base stands and moves.
 const BASE: &[&str] = &["base.acceleration", "base.tilt"];
-const BASE_START: &[&str] = &[
-    "base.acceleration",
-    "base.tilt",
-    "load.mass",
-    "load.com",
-    ALL_PARAMETERS,
-];
+const BASE_START: &[&str] = joined!(BASE, LOADED_START);
+
+/// What the joints accelerate with.
+const FORCES: &[&str] = joined!(
+    &["f", "tau_wrist", "wrench_env"],
+    BASE,
+    &["base.angular_velocity", "base.angular_acceleration"],
+);
 
 fn read_machine(p: &mut Parameters, file: &str, resources: Option<&Path>) -> Result<(), String> {
     let machine = match Machine::preset(file) {
@@ -64,103 +68,83 @@ fn read_machine(p: &mut Parameters, file: &str, resources: Option<&Path>) -> Res
 #[rustfmt::skip]
 pub(crate) const VARIABLES: &[V] = &[
     // Inputs
-    V::inputs("f", "actuator forces of slew, lift and tilt, positive when pushing", |u| &u.f, |u| &mut u.f)
-        .unit("N").display_unit("kN").min(-1e7).max(1e7).nominal(3e4).beside_evaluation(),
-    V::inputs("tau_wrist", "wrist torques; beyond the machine's limits they saturate", |u| &u.tau_wrist, |u| &mut u.tau_wrist)
-        .unit("N.m").min(-1e6).max(1e6).nominal(100.0).beside_evaluation(),
-    V::inputs("wrench_env", "wrench of the environment on the end-effector at T4 in T4 axes: forces 1 to 3, moments 4 to 6",
-        |u| &u.wrench_env, |u| &mut u.wrench_env).each_unit(&["N", "N", "N", "N.m", "N.m", "N.m"]).min(-1e6).max(1e6).nominal(100.0).beside_evaluation(),
+    row!(V, inputs f in u, "actuator forces of slew, lift and tilt, positive when pushing")
+        .unit("N").display_unit("kN").range(-1e7..=1e7).nominal(3e4).beside_evaluation(),
+    row!(V, inputs tau_wrist in u, "wrist torques; beyond the machine's limits they saturate")
+        .unit("N.m").range(-1e6..=1e6).nominal(100.0).beside_evaluation(),
+    row!(V, inputs wrench_env in u, "wrench of the environment on the end-effector at T4 in T4 axes: forces 1 to 3, moments 4 to 6").each_unit(&["N", "N", "N", "N.m", "N.m", "N.m"]).range(-1e6..=1e6).nominal(100.0).beside_evaluation(),
 
     // Base and load
-    V::inputs("base.acceleration", "acceleration of the base, in the axes of the machine's world, which stands on it: a vehicle's", |u| &u.base_acceleration, |u| &mut u.base_acceleration)
-        .unit("m/s2").min(-1e3).max(1e3).nominal(1.0),
-    V::inputs("base.tilt", "tilt of the base against the ground: roll about x, then pitch about its own z; alone it changes the direction of gravity only",
-        |u| &u.base_tilt, |u| &mut u.base_tilt).unit("rad").display_unit("deg").min(-3.2).max(3.2).nominal(0.1),
-    V::inputs("base.angular_velocity", "angular velocity of the base, in the same axes: brings centrifugal and Coriolis forces",
-        |u| &u.base_angular_velocity, |u| &mut u.base_angular_velocity).unit("rad/s").display_unit("deg/s").min(-100.0).max(100.0).nominal(0.1),
-    V::inputs("base.angular_acceleration", "rate of base.angular_velocity: brings Euler forces",
-        |u| &u.base_angular_acceleration, |u| &mut u.base_angular_acceleration).unit("rad/s2").display_unit("deg/s2").min(-1e4).max(1e4).nominal(0.1),
-    V::input("load.mass", "mass that hangs at load.com, a point, beside the payload; a change acts at the beginning of the next step", |u| &u.load_mass, |u| &mut u.load_mass)
-        .unit("kg").min(0.0).max(1e5).nominal(100.0).discrete().beside_evaluation(),
-    V::inputs("load.com", "place of the load from the tip T4, in T4's axes", |u| &u.load_com, |u| &mut u.load_com)
-        .unit("m").min(-100.0).max(100.0).discrete().beside_evaluation(),
+    row!(V, inputs base.acceleration = u.base_acceleration, "acceleration of the base, in the axes of the machine's world, which stands on it: a vehicle's")
+        .unit("m/s2").range(-1e3..=1e3).nominal(1.0),
+    row!(V, inputs base.tilt = u.base_tilt, "tilt of the base against the ground: roll about x, then pitch about its own z; alone it changes the direction of gravity only").unit("rad").display_unit("deg").range(-3.2..=3.2).nominal(0.1),
+    row!(V, inputs base.angular_velocity = u.base_angular_velocity, "angular velocity of the base, in the same axes: brings centrifugal and Coriolis forces").unit("rad/s").display_unit("deg/s").range(-100.0..=100.0).nominal(0.1),
+    row!(V, inputs base.angular_acceleration = u.base_angular_acceleration, "rate of base.angular_velocity: brings Euler forces").unit("rad/s2").display_unit("deg/s2").range(-1e4..=1e4).nominal(0.1),
+    row!(V, input load.mass = load_mass, "mass that hangs at load.com, a point, beside the payload; a change acts at the beginning of the next step")
+        .unit("kg").range(0.0..=1e5).nominal(100.0).discrete().beside_evaluation(),
+    row!(V, inputs load.com = load_com, "place of the load from the tip T4, in T4's axes")
+        .unit("m").range(-100.0..=100.0).discrete().beside_evaluation(),
 
     // Strokes and joints
-    V::outputs("x", "strokes of slew, lift and tilt actuator", |y| &y.x)
+    row!(V, outputs x, "strokes of slew, lift and tilt actuator")
         .unit("m").display_unit("mm").depends_on(&[]).initially_depends_on(START),
-    V::outputs("x_dot", "rod velocities", |y| &y.x_dot)
+    row!(V, outputs x_dot, "rod velocities")
         .unit("m/s").display_unit("mm/s").depends_on(&[]).initially_depends_on(START),
-    V::outputs("zeta", "joint angles: slew, lift, tilt, wrist", |y| &y.zeta)
+    row!(V, outputs zeta, "joint angles: slew, lift, tilt, wrist")
         .unit("rad").display_unit("deg").depends_on(&[]).initially_depends_on(START),
-    V::outputs("zeta_dot", "joint rates", |y| &y.zeta_dot)
+    row!(V, outputs zeta_dot, "joint rates")
         .unit("rad/s").display_unit("deg/s").depends_on(&[]).initially_depends_on(START),
-    V::outputs("zeta_ddot", "joint accelerations", |y| &y.zeta_ddot)
+    row!(V, outputs zeta_ddot, "joint accelerations")
         .unit("rad/s2").display_unit("deg/s2")
-        .depends_on(&["f", "tau_wrist", "wrench_env", "base.acceleration", "base.tilt", "base.angular_velocity", "base.angular_acceleration"])
-        .initially_depends_on(&[
-            "f", "tau_wrist", "wrench_env", "base.acceleration", "base.tilt", "base.angular_velocity", "base.angular_acceleration",
-            "load.mass", "load.com", ALL_PARAMETERS,
-        ]),
-    V::outputs("f_hold", "actuator forces that hold the present pose against gravity", |y| &y.f_hold)
+        .depends_on(FORCES).initially_depends_on(joined!(FORCES, LOADED_START)),
+    row!(V, outputs f_hold, "actuator forces that hold the present pose against gravity")
         .unit("N").display_unit("kN").depends_on(BASE).initially_depends_on(BASE_START),
-    V::outputs("tau_hold", "wrist torques that hold the present pose against gravity", |y| &y.tau_hold)
+    row!(V, outputs tau_hold, "wrist torques that hold the present pose against gravity")
         .unit("N.m").depends_on(BASE).initially_depends_on(BASE_START),
 
     // Tip and energy
-    V::outputs("tip.position", "tip T4 in the world: x forward, y up, z = x cross y", |y| &y.tip_position)
+    row!(V, outputs tip.position = tip_position, "tip T4 in the world: x forward, y up, z = x cross y")
         .unit("m").depends_on(&[]).initially_depends_on(START),
-    V::outputs("tip.orientation", "orientation of T4 in the world, unit quaternion w, x, y, z", |y| &y.tip_orientation)
+    row!(V, outputs tip.orientation = tip_orientation, "orientation of T4 in the world, unit quaternion w, x, y, z")
         .unit("1").depends_on(&[]).initially_depends_on(START),
-    V::outputs("tip.velocity", "velocity (1 to 3) and angular velocity (4 to 6) of T4 in world axes", |y| &y.tip_velocity)
+    row!(V, outputs tip.velocity = tip_velocity, "velocity (1 to 3) and angular velocity (4 to 6) of T4 in world axes")
         .each_unit(&["m/s", "m/s", "m/s", "rad/s", "rad/s", "rad/s"]).depends_on(&[]).initially_depends_on(START),
-    V::output("energy.kinetic", "kinetic energy of the motion relative to the base", |y| &y.energy_kinetic)
+    row!(V, output energy.kinetic = energy_kinetic, "kinetic energy of the motion relative to the base")
         .unit("J").depends_on(&[]).initially_depends_on(LOADED_START),
-    V::output("energy.potential", "potential energy, zero at the height of the world's origin", |y| &y.energy_potential)
+    row!(V, output energy.potential = energy_potential, "potential energy, zero at the height of the world's origin")
         .unit("J").depends_on(BASE).initially_depends_on(BASE_START),
-    V::output("energy.load", "energy that changes of the load have brought since the start: its own, and less what an impact took", |y| &y.energy_load)
+    row!(V, output energy.load = energy_load, "energy that changes of the load have brought since the start: its own, and less what an impact took")
         .unit("J").depends_on(&[]).initially_depends_on(START),
 
     // Contact
-    V::outputs("contact.force", "force of the plane on the tip, in the world", |y| &y.contact_force)
+    row!(V, outputs contact.force = contact_force, "force of the plane on the tip, in the world")
         .unit("N").display_unit("kN").depends_on(&[]).initially_depends_on(START),
-    V::output("contact.penetration", "depth of the tip below the plane, 0 above it", |y| &y.contact_penetration)
+    row!(V, output contact.penetration = contact_penetration, "depth of the tip below the plane, 0 above it")
         .unit("m").display_unit("mm").depends_on(&[]).initially_depends_on(START),
-    V::output("energy.contact", "elastic energy of the contact", |y| &y.energy_contact)
+    row!(V, output energy.contact = energy_contact, "elastic energy of the contact")
         .unit("J").depends_on(&[]).initially_depends_on(START),
-    V::output("energy.contact_loss", "energy that the contact has turned into heat since the start", |y| &y.energy_contact_loss)
+    row!(V, output energy.contact_loss = energy_contact_loss, "energy that the contact has turned into heat since the start")
         .unit("J").depends_on(&[]).initially_depends_on(START),
 
     // Parameters
-    V::parameters("zeta_start", "joint angles at the start, within the joint limits", |p| &p.zeta_start, |p| &mut p.zeta_start)
-        .unit("rad").display_unit("deg").min(-7.0).max(7.0),
-    V::parameters("zeta_dot_start", "joint rates at the start", |p| &p.zeta_dot_start, |p| &mut p.zeta_dot_start)
-        .unit("rad/s").display_unit("deg/s").min(-10.0).max(10.0),
-    V::parameter("inertia_scale", "factor on mass, first moment and inertia of every body, payload included",
-        |p| &p.options.inertia_scale, |p| &mut p.options.inertia_scale).unit("1").min(0.01).max(100.0),
-    V::parameter("payload.mass", "mass of the payload before inertia_scale; its inertia goes with it; a change acts at the beginning of the next step",
-        |p| &p.options.load.payload_mass, |p| &mut p.options.load.payload_mass).unit("kg").tunable().min(0.0).max(1e5),
-    V::parameters("payload.com", "centre of mass of the payload from D4, in D4's axes (the tip lies at r_D4_T4 of the machine file)",
-        |p| &p.options.load.payload_com, |p| &mut p.options.load.payload_com).unit("m").tunable().min(-100.0).max(100.0),
-    V::boolean_parameter("load.moves_with_tip", "whether what is picked up comes with the velocity of the end-effector, so that no impulse arises",
-        |p| &p.load_moves_with_tip, |p| &mut p.load_moves_with_tip).tunable(),
-    V::parameters("load.velocity", "velocity in the world with which it comes if load.moves_with_tip is false: the momentum of arm and load is conserved",
-        |p| &p.load_velocity, |p| &mut p.load_velocity).unit("m/s").tunable().min(-100.0).max(100.0),
-    V::parameters("joint_viscous", "viscous joint friction", |p| &p.options.joint_viscous, |p| &mut p.options.joint_viscous)
-        .unit("N.m.s/rad").min(0.0).max(1e6),
-    V::parameters("gravity", "acceleration of gravity in the world; not along -y where the machine does not stand plumb",
-        |p| &p.options.gravity, |p| &mut p.options.gravity).unit("m/s2").min(-1e3).max(1e3),
-    V::parameters("contact.normal", "direction out of the plane towards the machine, in the world; its length does not count",
-        |p| &p.options.contact.normal, |p| &mut p.options.contact.normal).unit("1").min(-1e3).max(1e3),
-    V::parameter("contact.offset", "distance of the plane from the world's origin along the normal",
-        |p| &p.options.contact.offset, |p| &mut p.options.contact.offset).unit("m").min(-1e3).max(1e3),
-    V::parameter("contact.stiffness", "stiffness of the plane; 0: there is none",
-        |p| &p.options.contact.stiffness, |p| &mut p.options.contact.stiffness).unit("N/m").min(0.0).max(1e8),
-    V::parameter("contact.damping", "dissipation of the plane, Hunt-Crossley: a tip that arrives at v leaves with less than its inverse",
-        |p| &p.options.contact.damping, |p| &mut p.options.contact.damping).own_unit(&PER_SPEED).min(0.0).max(1e3),
-    V::parameter("contact.friction", "coefficient of friction of the tip on the plane",
-        |p| &p.options.contact.friction, |p| &mut p.options.contact.friction).unit("1").min(0.0).max(10.0),
-    V::parameter("contact.slip_velocity", "velocity below which friction falls to zero",
-        |p| &p.options.contact.slip_velocity, |p| &mut p.options.contact.slip_velocity).unit("m/s").display_unit("mm/s").min(1e-4).max(10.0),
+    row!(V, parameters zeta_start, "joint angles at the start, within the joint limits")
+        .unit("rad").display_unit("deg").range(-7.0..=7.0),
+    row!(V, parameters zeta_dot_start, "joint rates at the start")
+        .unit("rad/s").display_unit("deg/s").range(-10.0..=10.0),
+    row!(V, parameter inertia_scale in options, "factor on mass, first moment and inertia of every body, payload included").unit("1").range(0.01..=100.0),
+    row!(V, parameter payload.mass = options.load.payload_mass, "mass of the payload before inertia_scale; its inertia goes with it; a change acts at the beginning of the next step").unit("kg").tunable().range(0.0..=1e5),
+    row!(V, parameters payload.com = options.load.payload_com, "centre of mass of the payload from D4, in D4's axes (the tip lies at r_D4_T4 of the machine file)").unit("m").tunable().range(-100.0..=100.0),
+    row!(V, boolean_parameter load.moves_with_tip = load_moves_with_tip, "whether what is picked up comes with the velocity of the end-effector, so that no impulse arises").tunable(),
+    row!(V, parameters load.velocity = load_velocity, "velocity in the world with which it comes if load.moves_with_tip is false: the momentum of arm and load is conserved").unit("m/s").tunable().range(-100.0..=100.0),
+    row!(V, parameters joint_viscous in options, "viscous joint friction")
+        .unit("N.m.s/rad").range(0.0..=1e6),
+    row!(V, parameters gravity in options, "acceleration of gravity in the world; not along -y where the machine does not stand plumb").unit("m/s2").range(-1e3..=1e3),
+    row!(V, parameters contact.normal in options, "direction out of the plane towards the machine, in the world; its length does not count").unit("1").range(-1e3..=1e3),
+    row!(V, parameter contact.offset in options, "distance of the plane from the world's origin along the normal").unit("m").range(-1e3..=1e3),
+    row!(V, parameter contact.stiffness in options, "stiffness of the plane; 0: there is none").unit("N/m").range(0.0..=1e8),
+    row!(V, parameter contact.damping in options, "dissipation of the plane, Hunt-Crossley: a tip that arrives at v leaves with less than its inverse").own_unit(&PER_SPEED).range(0.0..=1e3),
+    row!(V, parameter contact.friction in options, "coefficient of friction of the tip on the plane").unit("1").range(0.0..=10.0),
+    row!(V, parameter contact.slip_velocity in options, "velocity below which friction falls to zero").unit("m/s").display_unit("mm/s").range(1e-4..=10.0),
     V::string_parameter("machine_file", "machine JSON, or name of a shipped machine, to use instead of the reference machine",
         |p| &p.machine_file, read_machine),
 ];

@@ -1,40 +1,8 @@
-//! Variables of the FMU `Sensors`.
+//! Variables of the FMU `Sensors`. The rows are written here, not derived: their fields belong to
+//! crates that know no FMI.
 
-use crate::SensorsFmu;
-use fmu_export::{ALL_PARAMETERS, Enumeration, File, Info, Terminal, Unit, Variable};
-
-pub(crate) const SPEED_IDEAL: i32 = 1;
-pub(crate) const SPEED_DIFFERENCE: i32 = 2;
-static SPEED: Enumeration = Enumeration::new(
-    "Speed",
-    "where speeds come from",
-    &[
-        ("ideal", "the speeds at the inputs pass as they are"),
-        (
-            "difference",
-            "difference of two position readings over the communication step, and a first-order filter",
-        ),
-        (
-            "observer",
-            "tracking observer of third order on the position readings",
-        ),
-    ],
-);
-
-pub(crate) const FORCE_IDEAL: i32 = 1;
-pub(crate) const FORCE_SENSOR: i32 = 2;
-static FORCE: Enumeration = Enumeration::new(
-    "Force",
-    "what gives the rod forces",
-    &[
-        ("ideal", "the forces at the inputs pass as they are"),
-        ("sensor", "a sensor with bias, noise and bandwidth"),
-        (
-            "absent",
-            "no sensor: F_measured is force.per_current times i_q_measured; whoever needs the true force must do without",
-        ),
-    ],
-);
+use crate::model::{FORCE, SPEED, SensorsFmu};
+use fmu_export::{ALL_PARAMETERS, File, Info, Terminal, Unit, Variable, row};
 
 pub(crate) const INFO: Info = Info::new(
     "Sensors",
@@ -59,113 +27,75 @@ pub(crate) const INFO: Info = Info::new(
 
 type V = Variable<SensorsFmu>;
 
-/// An input that is measured, within the bounds that the controller's inputs have; setting it makes a new sample.
-macro_rules! measured {
-    ($field:ident, $unit:literal, $display:literal, $largest:literal, $description:literal) => {
-        V::inputs(
-            stringify!($field),
-            $description,
-            |u| &u.u.$field,
-            |u| &mut u.u.$field,
-        )
-        .unit($unit)
-        .display_unit($display)
-        .min(-$largest)
-        .max($largest)
-        .counted(|u| &mut u.sets)
-    };
-}
-
-/// A reading, of the output of the same name without suffix. It follows the inputs at once where `delay` is 0, but for others the same
-/// dependencies are told: FMI 2.0 has one list for all values of the parameters, and none of these inputs depends on a reading at once.
-macro_rules! reading {
-    ($name:literal, $field:ident, $unit:literal, $display:literal, [$($input:literal),*], $description:literal) => {
-        V::outputs($name, $description, |y| &y.$field)
-            .unit($unit)
-            .display_unit($display)
-            .depends_on(&[$($input),*])
-            .initially_depends_on(&[$($input,)* ALL_PARAMETERS])
-            .discrete()
-    };
-}
-
-/// A Real parameter from its place in the parameters, its range, unit and description.
-macro_rules! size {
-    ($name:literal, $($field:ident).+, 0..=$max:literal, $unit:literal, $description:literal) => {
-        V::parameter($name, $description, |p| &p.p.$($field).+, |p| &mut p.p.$($field).+).unit($unit).min(0.0).max($max)
-    };
-}
-
-/// The switch of an effect.
-macro_rules! switch {
-    ($name:literal, $($field:ident).+, $description:literal) => {
-        V::boolean_parameter($name, $description, |p| &p.p.$($field).+, |p| &mut p.p.$($field).+)
-    };
-}
-
-/// The bits of a converter or an encoder.
-macro_rules! bits {
-    ($name:literal, $($field:ident).+, $description:literal) => {
-        V::integer_parameter($name, $description, |p| &p.p.$($field).+, |p| &mut p.p.$($field).+).min(1.0).max(48.0)
-    };
+/// An input that is measured: setting it makes a new sample.
+const fn measured(row: V) -> V {
+    row.counted(|u| &mut u.sets)
 }
 
 #[rustfmt::skip]
 pub(crate) const VARIABLES: &[V] = &[
     // What is measured
-    measured!(zeta, "rad", "deg", 100.0, "joint angles: slew, lift, tilt, wrist"),
-    measured!(zeta_dot, "rad/s", "deg/s", 1e4, "joint rates; read if speed = ideal"),
-    measured!(theta_m, "rad", "deg", 1e8, "motor angles of slew, lift and tilt actuator"),
-    measured!(w_m, "rad/s", "rpm", 1e6, "motor speeds; read if speed = ideal"),
-    V::inputs("i_d", "direct-axis currents (peak)", |u| &u.u.i_d, |u| &mut u.u.i_d).unit("A").min(-1e5).max(1e5).counted(|u| &mut u.sets),
-    V::inputs("i_q", "quadrature-axis currents (peak)", |u| &u.u.i_q, |u| &mut u.u.i_q).unit("A").min(-1e5).max(1e5).counted(|u| &mut u.sets),
-    measured!(F, "N", "kN", 1e8, "rod forces, positive when pushing"),
-    measured!(x, "m", "mm", 10.0, "rod positions, positive when extended"),
-    measured!(x_dot, "m/s", "mm/s", 100.0, "rod velocities; read if speed = ideal"),
+    measured(row!(V, inputs zeta in u, "joint angles: slew, lift, tilt, wrist")).unit("rad").display_unit("deg").range(-100.0..=100.0),
+    measured(row!(V, inputs zeta_dot in u, "joint rates; read if speed = ideal")).unit("rad/s").display_unit("deg/s").range(-1e4..=1e4),
+    measured(row!(V, inputs theta_m in u, "motor angles of slew, lift and tilt actuator")).unit("rad").display_unit("deg").range(-1e8..=1e8),
+    measured(row!(V, inputs w_m in u, "motor speeds; read if speed = ideal")).unit("rad/s").display_unit("rpm").range(-1e6..=1e6),
+    measured(row!(V, inputs i_d in u, "direct-axis currents (peak)")).unit("A").range(-1e5..=1e5),
+    measured(row!(V, inputs i_q in u, "quadrature-axis currents (peak)")).unit("A").range(-1e5..=1e5),
+    measured(row!(V, inputs F in u, "rod forces, positive when pushing")).unit("N").display_unit("kN").range(-1e8..=1e8),
+    measured(row!(V, inputs x in u, "rod positions, positive when extended")).unit("m").display_unit("mm").range(-10.0..=10.0),
+    measured(row!(V, inputs x_dot in u, "rod velocities; read if speed = ideal")).unit("m/s").display_unit("mm/s").range(-100.0..=100.0),
 
-    // Readings
-    reading!("zeta_measured", zeta, "rad", "deg", ["zeta[i]"], "joint angles by their encoders"),
-    reading!("zeta_dot_measured", zeta_dot, "rad/s", "deg/s", ["zeta[i]", "zeta_dot[i]"], "joint rates"),
-    reading!("theta_m_measured", theta_m, "rad", "deg", ["theta_m[i]"], "motor angles by their encoders"),
-    reading!("w_m_measured", w_m, "rad/s", "rpm", ["theta_m[i]", "w_m[i]"], "motor speeds"),
-    V::outputs("i_d_measured", "direct-axis currents (peak), from two phases and the measured motor angle", |y| &y.i_d)
-        .unit("A").depends_on(&["i_d[i]", "i_q[i]", "theta_m[i]"]).initially_depends_on(&["i_d[i]", "i_q[i]", "theta_m[i]", ALL_PARAMETERS]).discrete(),
-    V::outputs("i_q_measured", "quadrature-axis currents (peak), from two phases and the measured motor angle", |y| &y.i_q)
-        .unit("A").depends_on(&["i_d[i]", "i_q[i]", "theta_m[i]"]).initially_depends_on(&["i_d[i]", "i_q[i]", "theta_m[i]", ALL_PARAMETERS]).discrete(),
-    reading!("F_measured", F, "N", "kN", ["F[i]", "i_d[i]", "i_q[i]", "theta_m[i]"], "rod forces"),
-    reading!("x_measured", x, "m", "mm", ["x[i]"], "rod positions"),
-    reading!("x_dot_measured", x_dot, "m/s", "mm/s", ["x[i]", "x_dot[i]"], "rod velocities"),
+    // Readings follow the inputs at once where `delay` is 0, but for others the same dependencies
+    // are told: FMI 2.0 has one list for all values of the parameters, and none of these inputs
+    // depends on a reading at once.
+    row!(V, outputs zeta_measured = zeta, "joint angles by their encoders")
+        .unit("rad").display_unit("deg").depends_on(&["zeta[i]"]).initially_also_on(&[ALL_PARAMETERS]).discrete(),
+    row!(V, outputs zeta_dot_measured = zeta_dot, "joint rates")
+        .unit("rad/s").display_unit("deg/s").depends_on(&["zeta[i]", "zeta_dot[i]"]).initially_also_on(&[ALL_PARAMETERS]).discrete(),
+    row!(V, outputs theta_m_measured = theta_m, "motor angles by their encoders")
+        .unit("rad").display_unit("deg").depends_on(&["theta_m[i]"]).initially_also_on(&[ALL_PARAMETERS]).discrete(),
+    row!(V, outputs w_m_measured = w_m, "motor speeds")
+        .unit("rad/s").display_unit("rpm").depends_on(&["theta_m[i]", "w_m[i]"]).initially_also_on(&[ALL_PARAMETERS]).discrete(),
+    row!(V, outputs i_d_measured = i_d, "direct-axis currents (peak), from two phases and the measured motor angle")
+        .unit("A").depends_on(&["i_d[i]", "i_q[i]", "theta_m[i]"]).initially_also_on(&[ALL_PARAMETERS]).discrete(),
+    row!(V, outputs i_q_measured = i_q, "quadrature-axis currents (peak), from two phases and the measured motor angle")
+        .unit("A").depends_on(&["i_d[i]", "i_q[i]", "theta_m[i]"]).initially_also_on(&[ALL_PARAMETERS]).discrete(),
+    row!(V, outputs F_measured = F, "rod forces")
+        .unit("N").display_unit("kN").depends_on(&["F[i]", "i_d[i]", "i_q[i]", "theta_m[i]"]).initially_also_on(&[ALL_PARAMETERS]).discrete(),
+    row!(V, outputs x_measured = x, "rod positions")
+        .unit("m").display_unit("mm").depends_on(&["x[i]"]).initially_also_on(&[ALL_PARAMETERS]).discrete(),
+    row!(V, outputs x_dot_measured = x_dot, "rod velocities")
+        .unit("m/s").display_unit("mm/s").depends_on(&["x[i]", "x_dot[i]"]).initially_also_on(&[ALL_PARAMETERS]).discrete(),
 
     // Parameters
-    V::integer_parameter("seed", "seed of the noise and of the drawn errors; another number for each effect, whatever others are on", |p| &p.seed, |p| &mut p.seed).min(0.0),
-    V::integer_parameter("delay", "communication steps from measurement to reading", |p| &p.delay, |p| &mut p.delay).min(0.0).max(4.0),
-    switch!("motor_encoder", motor_encoder.on, "whether motor angles are counted"),
-    bits!("motor_encoder.bits", motor_encoder.bits, "motor encoder: counts per turn as a power of two"),
-    size!("motor_encoder.noise", motor_encoder.noise, 0..=1e3, "1", "motor encoder: standard deviation of the noise, counts"),
-    switch!("joint_encoder", joint_encoder.on, "whether joint angles are counted"),
-    bits!("joint_encoder.bits", joint_encoder.bits, "joint encoder: counts per turn as a power of two"),
-    size!("joint_encoder.noise", joint_encoder.noise, 0..=1e3, "1", "joint encoder: standard deviation of the noise, counts"),
-    switch!("rod_encoder", rod_encoder.on, "whether rod positions are counted"),
-    bits!("rod_encoder.bits", rod_encoder.bits, "rod encoder: counts per metre as a power of two"),
-    size!("rod_encoder.noise", rod_encoder.noise, 0..=1e3, "1", "rod encoder: standard deviation of the noise, counts"),
-    switch!("joint_zero", joint_zero.on, "whether the joint encoders' zeros err"),
-    size!("joint_zero.bound", joint_zero.bound, 0..=1.0, "rad", "zeros are drawn by the seed, uniformly between minus and plus this").display_unit("deg"),
-    V::parameters("joint_zero.given", "zeros that are added to the drawn ones", |p| &p.p.joint_zero.given, |p| &mut p.p.joint_zero.given)
-        .unit("rad").display_unit("deg").min(-7.0).max(7.0),
-    V::integer_parameter("speed", "where speeds come from", |p| &p.speed, |p| &mut p.speed).enumeration(&SPEED),
-    size!("speed.filter_time", speed.filter_time, 0..=10.0, "s", "speed = difference: time constant of the filter, 0: none").display_unit("ms"),
-    size!("speed.bandwidth", speed.bandwidth, 0..=1e5, "rad/s", "speed = observer: its bandwidth"),
-    switch!("current", current.on, "whether the currents are measured in the phases, with errors"),
-    size!("current.gain", current.gain, 0..=1.0, "1", "current: relative gain errors are drawn by the seed, uniformly between minus and plus this").display_unit("%"),
-    size!("current.offset", current.offset, 0..=1e4, "A", "current: offsets of the phases are drawn by the seed, uniformly between minus and plus this"),
-    size!("current.noise", current.noise, 0..=1e4, "A", "current: standard deviation of the noise in a phase"),
-    bits!("current.bits", current.bits, "current: bits of the converter"),
-    size!("current.range", current.range, 0..=1e6, "A", "current: the converter goes from minus to plus this").min(1e-3),
-    V::integer_parameter("current.pole_pairs", "current: pole pairs of the motors", |p| &p.p.current.pole_pairs, |p| &mut p.p.current.pole_pairs).min(1.0).max(1000.0),
-    V::integer_parameter("force", "what gives the rod forces", |p| &p.force, |p| &mut p.force).enumeration(&FORCE),
-    size!("force.bias", force.bias, 0..=1e7, "N", "force = sensor: biases are drawn by the seed, uniformly between minus and plus this").display_unit("kN"),
-    size!("force.noise", force.noise, 0..=1e7, "N", "force = sensor: standard deviation of the noise"),
-    size!("force.bandwidth", force.bandwidth, 0..=1e6, "Hz", "force = sensor: bandwidth of its first-order lag").min(1e-3),
-    V::parameter("force.per_current", "force = absent: force that the reading gives for an ampere of quadrature current, 3/2 p lambda_m 2 pi N/rho of the reference actuator",
-        |p| &p.p.force.per_current, |p| &mut p.p.force.per_current).unit("N/A").min(-1e6).max(1e6),
+    row!(V, integer_parameter seed, "seed of the noise and of the drawn errors; another number for each effect, whatever others are on").min(0.0),
+    row!(V, integer_parameter delay, "communication steps from measurement to reading").range(0.0..=4.0),
+    row!(V, boolean_parameter motor_encoder = p.motor_encoder.on, "whether motor angles are counted"),
+    row!(V, integer_parameter motor_encoder.bits in p, "motor encoder: counts per turn as a power of two").range(1.0..=48.0),
+    row!(V, parameter motor_encoder.noise in p, "motor encoder: standard deviation of the noise, counts").unit("1").range(0.0..=1e3),
+    row!(V, boolean_parameter joint_encoder = p.joint_encoder.on, "whether joint angles are counted"),
+    row!(V, integer_parameter joint_encoder.bits in p, "joint encoder: counts per turn as a power of two").range(1.0..=48.0),
+    row!(V, parameter joint_encoder.noise in p, "joint encoder: standard deviation of the noise, counts").unit("1").range(0.0..=1e3),
+    row!(V, boolean_parameter rod_encoder = p.rod_encoder.on, "whether rod positions are counted"),
+    row!(V, integer_parameter rod_encoder.bits in p, "rod encoder: counts per metre as a power of two").range(1.0..=48.0),
+    row!(V, parameter rod_encoder.noise in p, "rod encoder: standard deviation of the noise, counts").unit("1").range(0.0..=1e3),
+    row!(V, boolean_parameter joint_zero = p.joint_zero.on, "whether the joint encoders' zeros err"),
+    row!(V, parameter joint_zero.bound in p, "zeros are drawn by the seed, uniformly between minus and plus this").unit("rad").range(0.0..=1.0).display_unit("deg"),
+    row!(V, parameters joint_zero.given in p, "zeros that are added to the drawn ones")
+        .unit("rad").display_unit("deg").range(-7.0..=7.0),
+    row!(V, integer_parameter speed, "where speeds come from").items(&SPEED),
+    row!(V, parameter speed.filter_time in p, "speed = difference: time constant of the filter, 0: none").unit("s").range(0.0..=10.0).display_unit("ms"),
+    row!(V, parameter speed.bandwidth in p, "speed = observer: its bandwidth").unit("rad/s").range(0.0..=1e5),
+    row!(V, boolean_parameter current = p.current.on, "whether the currents are measured in the phases, with errors"),
+    row!(V, parameter current.gain in p, "current: relative gain errors are drawn by the seed, uniformly between minus and plus this").unit("1").range(0.0..=1.0).display_unit("%"),
+    row!(V, parameter current.offset in p, "current: offsets of the phases are drawn by the seed, uniformly between minus and plus this").unit("A").range(0.0..=1e4),
+    row!(V, parameter current.noise in p, "current: standard deviation of the noise in a phase").unit("A").range(0.0..=1e4),
+    row!(V, integer_parameter current.bits in p, "current: bits of the converter").range(1.0..=48.0),
+    row!(V, parameter current.range in p, "current: the converter goes from minus to plus this").unit("A").range(1e-3..=1e6),
+    row!(V, integer_parameter current.pole_pairs in p, "current: pole pairs of the motors").range(1.0..=1000.0),
+    row!(V, integer_parameter force, "what gives the rod forces").items(&FORCE),
+    row!(V, parameter force.bias in p, "force = sensor: biases are drawn by the seed, uniformly between minus and plus this").unit("N").range(0.0..=1e7).display_unit("kN"),
+    row!(V, parameter force.noise in p, "force = sensor: standard deviation of the noise").unit("N").range(0.0..=1e7),
+    row!(V, parameter force.bandwidth in p, "force = sensor: bandwidth of its first-order lag").unit("Hz").range(1e-3..=1e6),
+    row!(V, parameter force.per_current in p, "force = absent: force that the reading gives for an ampere of quadrature current, 3/2 p lambda_m 2 pi N/rho of the reference actuator").unit("N/A").range(-1e6..=1e6),
 ];

@@ -42,6 +42,10 @@ def tune(args):
     fixed = dict(text.split("=", 1) for text in args.set)
     result, history = studies.tune(gains, metric=args.metric, runs=args.runs, settings=fixed)
     print(json.dumps(result, indent=1))
+    for name in result["at_bound"]:
+        print(f"{name} = {result['gains'][name]:g} is at a bound of its range: the best may lie beyond it")
+    if result["bad"]:
+        print(f"{result['bad']} of {len(history)} tries failed or had the verdict BAD")
     plots.tuning(history, args.out / "tuning.png")
 
 
@@ -74,26 +78,28 @@ def arguments():
 
     sub = command(demo, "one run with its figures")
     motion = sub.add_mutually_exclusive_group()
-    motion.add_argument("--trajectory", default="cubic")
+    motion.add_argument("--trajectory", default="cubic", help="cubic or triangular (default: %(default)s)")
     motion.add_argument("--waypoints", metavar="FILE", help="path that the tip follows instead: a JSON or CSV file, or the name of a built-in path")
-    sub.add_argument("--mode", default="adaptive")
-    sub = command(monte_carlo, "machines and sensors drawn by seed")
-    sub.add_argument("--seeds", type=int, default=20)
-    sub.add_argument("--modes", nargs="+", default=["adaptive_integral", "modular_integral"])
-    sub.add_argument("--trajectories", nargs="+", default=["cubic"])
+    sub.add_argument("--mode", default="adaptive", help=f"control law, one of {', '.join(hdrm_fmu.MODES)} (default: %(default)s)")
+    sub = command(monte_carlo, "control laws on many machines of the real world, whose bodies and sensors are drawn by seed; prints median, 95 %% quantile and worst")
+    sub.add_argument("--seeds", type=int, default=20, metavar="N", help="machines, drawn by the seeds 1 to N (default: %(default)s)")
+    sub.add_argument("--modes", nargs="+", default=["adaptive_integral", "modular_integral"], metavar="MODE", help=f"control laws, of {', '.join(hdrm_fmu.MODES)} (default: adaptive_integral modular_integral)")
+    sub.add_argument("--trajectories", nargs="+", default=["cubic"], metavar="NAME", help="cubic, triangular or both (default: cubic)")
     sub.add_argument("--waypoints", metavar="FILE", help="path that all follow instead of a trajectory")
     sub.add_argument("--scheduler", metavar="ADDRESS", help="of a Dask scheduler; default: processes on this machine")
     sub = command(sobol, "which parameter matters: Sobol indices")
     default = ["hdrm.inertia_scale=0.8:1.2", "hdrm.payload.mass=0:100", "Lambda_position=5:25"]
-    sub.add_argument("--range", nargs="+", default=default, metavar="NAME=LOW:HIGH")
-    sub.add_argument("--base", type=int, default=64)
-    sub.add_argument("--metric", default="tip_rmse")
+    sub.add_argument("--range", nargs="+", default=default, metavar="NAME=LOW:HIGH", help=f"parameters and their ranges (default: {' '.join(default)})")
+    sub.add_argument("--base", type=int, default=64, metavar="N", help="size of the base sample, a power of 2; N (k + 2) runs for k parameters (default: %(default)s)")
+    sub.add_argument("--metric", default="tip_rmse", metavar="NAME", help="the number whose variance is explained (default: %(default)s)")
     sub.add_argument("--scheduler", metavar="ADDRESS", help="of a Dask scheduler; default: processes on this machine")
-    sub = command(tune, "gains for one trajectory, judged on another")
-    sub.add_argument("--range", nargs="+", default=["Lambda_position=2:40", "gamma=2:100"], metavar="NAME=LOW:HIGH")
-    sub.add_argument("--set", nargs="+", default=["hdrm.inertia_scale=1.2"], metavar="NAME=VALUE")
-    sub.add_argument("--metric", default="tip_rmse")
-    sub.add_argument("--runs", type=int, default=60)
+    sub = command(tune, "gains that make a metric small on the cubic trajectory, judged on the triangular one")
+    of = "gains and the ranges in which they are searched: scanned coarsely first, then refined from the best (default: Lambda_position=2:40 gamma=2:2000)"
+    sub.add_argument("--range", nargs="+", default=["Lambda_position=2:40", "gamma=2:2000"], metavar="NAME=LOW:HIGH", help=of)
+    of = "start values of all tries (default: hdrm.inertia_scale=1.2, a plant that is heavier than the controller thinks)"
+    sub.add_argument("--set", nargs="+", default=["hdrm.inertia_scale=1.2"], metavar="NAME=VALUE", help=of)
+    sub.add_argument("--metric", default="tip_rmse", metavar="NAME", help="what is made small, a number that `hdrm_fmu.run` gives (default: %(default)s)")
+    sub.add_argument("--runs", type=int, default=60, metavar="N", help="tries at most, a run of 24 s simulated each (default: %(default)s)")
     return parser.parse_args()
 
 

@@ -1,6 +1,6 @@
 """What can go wrong."""
 
-from hdrm_fmu._native import NativeError as RunFailed
+from hdrm_fmu._native import RunFailed
 
 
 class BadInput(ValueError):

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from hdrm_fmu import _native
 from hdrm_fmu.asked import Asked, complete
-from hdrm_fmu.errors import BadInput
+from hdrm_fmu.errors import BadInput, RunFailed
 from hdrm_fmu.files import DATA, MACHINE, parameters
 from hdrm_fmu.names import choice, whole
 from hdrm_fmu.paths import Waypoints
@@ -39,23 +39,25 @@ def world_system(world="ideal", real_parameters=_native.REAL_PARAMETERS, **optio
 
 
 def read_machine(machine):
-    """Checked text of a machine file with all that it extends, and the parameter set that belongs to it in the real world: `machine` is one of
-    `parameters()` by name, a path, or what is in such a file."""
+    """Checked text of a machine file with all that it extends, and the parameter set that belongs to it in the real world: `machine` is the name
+    of a shipped one (as in the programs, or of its file in `parameters()`), a path, or what is in such a file."""
     if machine is None:
         return None, _native.REAL_PARAMETERS
     if isinstance(machine, dict):
         text, name, file = json.dumps(machine), "the machine", None
+    elif isinstance(machine, str) and _native.shipped_machine(machine) is not None:
+        text, name, file = json.dumps({"extends": machine}), f"`{machine}`", None
     else:
         name = f"`{machine}`"
         try:
             file = Path(parameters().get(str(machine), machine)).absolute()
             text = file.read_text()
         except (OSError, TypeError, UnicodeDecodeError) as error:
-            here = ", ".join(parameters())
-            raise BadInput(f"{name} cannot be read: {getattr(error, 'strerror', error)}; files that come with the package: {here}") from None
+            why = getattr(error, "strerror", error)
+            raise BadInput(f"{name} cannot be read: {why}; machines that come with the package: {', '.join(_native.MACHINES)}") from None
     try:
         return _native.whole_machine(text, file)
-    except _native.NativeError as error:
+    except RunFailed as error:
         raise BadInput(f"{name}: {error}") from None
 
 
@@ -73,12 +75,10 @@ def case_settings(case, world):
 @contextmanager
 def all_settings(system, values, seed, machine):
     """The start values, with those of the seed's machine and of the machine file, which exists as long as this."""
-    if machine is not None and seed is not None:
-        raise BadInput("a machine is either drawn by seed or given, not both")
-    if seed is not None:
-        drawn = system._native.draw(seed)
-        yield {**dict(drawn.settings), **values}
-    elif machine is not None:
+    if machine is None:
+        drawn = None if seed is None else system._native.draw(seed)
+        yield {**(dict(drawn.settings) if drawn else {}), **values}
+    else:
         with tempfile.TemporaryDirectory() as folder:
             file = Path(folder) / "machine.json"
             file.write_text(machine)
@@ -86,9 +86,8 @@ def all_settings(system, values, seed, machine):
             # Each actuator has its place in the machine, in the order of the system.
             axes = [n for n in system.variables if n.endswith(".axis")]
             places = {name: place for place, name in enumerate(axes, 1)}
-            yield {**dict.fromkeys(files, str(file)), **places, **values}
-    else:
-        yield values
+            drawn = None if seed is None else system._native.draw(seed, str(file))
+            yield {**dict.fromkeys(files, str(file)), **places, **(dict(drawn.settings) if drawn else {}), **values}
 
 
 def run(
@@ -111,9 +110,10 @@ def run(
     trajectory : `cubic`, `triangular` or `external`.
     mode : control law, one of `MODES`.
     world : `ideal` (the controller's own model) or `real` (actuators as built, sensors, delay).
-    seed : of the machine and of the sensors' errors in the world `real`; default: the machine as drawn, sensors of their own seed.
-    machine : a machine file that all FMUs use: one of `parameters()` by name, a path, or what is in it. In the world `real` a shipped machine, or
-        one that extends it, brings its gains.
+    seed : of the machine and of the sensors' errors in the world `real`; default: the machine as drawn, sensors of their own seed. With
+        `machine` the manipulator is drawn around that one, which all other FMUs use as it is.
+    machine : a machine file that all FMUs use: a shipped one by name (`reference`, `sized`, `hiab_xs031`), a path, or what is in it. In the
+        world `real` a shipped machine, or one that extends it, brings its gains.
     waypoints : path that the tip follows instead of a trajectory: a JSON or CSV file of waypoints or samples, `iso9283-cube` or
         `iso9283-rectangle`, what is in such a JSON file, a DataFrame with the columns of such a CSV file, or positions of the shape (n, 3), m.
         Loads that it picks up act on the manipulator.

@@ -12,10 +12,13 @@ import pandas
 
 from hdrm_fmu import _native
 from hdrm_fmu.cases import grid
-from hdrm_fmu.errors import BadInput
+from hdrm_fmu.errors import BadInput, RunFailed
 from hdrm_fmu.names import unknown, whole
 from hdrm_fmu.running import run, world_system
 from hdrm_fmu.sweeping import chosen_system, sweep
+
+#: Share of a range's logarithm within which a gain counts as being at its bound.
+AT_BOUND = 0.01
 
 
 def monte_carlo(
@@ -107,21 +110,27 @@ def tune(
     runs: int = 60,
     **options: Any,
 ) -> tuple[dict[str, Any], pandas.DataFrame]:
-    """Find gains that make a metric small on one trajectory, by SciPy's Nelder–Mead on their logarithms, and judge them on another.
+    """Find gains that make a metric small on one trajectory, and judge them on another.
+
+    A third of the tries is a coarse scan of the whole ranges (SciPy's Halton sequence on the gains' logarithms); SciPy's Nelder–Mead goes on
+    from the best of it. Tries with a run that fails or has the verdict BAD are counted and never chosen, unless all are such.
 
     Parameters
     ----------
-    gains : (low, high) by name, both > 0; the search begins at the start value of the FMU, or in the middle where that is outside.
+    gains : (low, high) by name, both > 0. The first try is the start value of the FMU, or the middle where that is outside.
     metric : what is made small; an attribute of `run`.
     trajectory, held_out : on which the gains are searched, and judged.
-    runs : at most.
+    runs : number of tries, at most.
     **options : as of `run`; with `world="real"` and `seeds` the mean over these machines is taken.
 
     Returns
     -------
-    (result, history): `result` has the gains found, and the metric on both trajectories before and after; `history` is a DataFrame of all tries.
+    (result, history): `result` has the gains found (`gains`), those at a bound of their range, where the best may lie beyond (`at_bound`), the
+    number of tries that were bad (`bad`), the gains at the start, and the metric on both trajectories before and after; `history` is a
+    DataFrame of all tries, with the number of bad runs of each.
     """
     from scipy.optimize import minimize
+    from scipy.stats.qmc import Halton
 
     system = world_system(options.get("world", "ideal"))
     names = system._names
@@ -139,32 +148,55 @@ def tune(
         low.append(math.log(lower))
         high.append(math.log(upper))
         start.append(math.log(first) if lower <= first <= upper else (low[-1] + high[-1]) / 2)
-    tried = []
+    tried: list[dict[str, float]] = []
 
     def measure(values, on):
-        found = [
-            run(trajectory=on, seed=seed, settings={**fixed, **values}, signals=[], metrics=asked, **options).attrs for seed in seeds
-        ]
-        return float(np.mean([f[metric] for f in found]))
+        """The metric, infinite where a run fails, and the number of runs that are bad."""
+        found, bad = [], 0
+        for seed in seeds:
+            try:
+                made = run(trajectory=on, seed=seed, settings={**fixed, **values}, signals=[], metrics=asked, **options).attrs
+            except RunFailed:
+                made = {metric: math.inf, "verdict": "failed"}
+            found.append(made[metric])
+            bad += made["verdict"] != "good"
+        return float(np.mean(found)), bad
+
+    def attempt(logs):
+        values = {name: float(np.clip(math.exp(x), *gains[name])) for name, x in zip(gains, logs)}
+        objective, bad = measure(values, trajectory)
+        tried.append({**values, "objective": objective, "bad": bad})
+
+    def best(among):
+        """Index of the best try, a good one where there is one."""
+        return min(among, key=lambda k: (tried[k]["bad"] > 0, tried[k]["objective"]))
 
     def objective(logs):
-        values = dict(zip(gains, np.exp(logs).tolist()))
-        tried.append({**values, "objective": measure(values, trajectory)})
-        return tried[-1]["objective"]
+        attempt(logs)
+        last = tried[-1]
+        return math.inf if last["bad"] and not tried[best(range(len(tried)))]["bad"] else last["objective"]
 
-    before = dict(zip(gains, np.exp(start).tolist()))
-    limits = {"maxfev": runs, "xatol": 1e-2, "fatol": 0.0}
-    minimize(objective, start, method="Nelder-Mead", bounds=list(zip(low, high)), options=limits)
-    history = pandas.DataFrame(tried)
-    best = history.iloc[int(history["objective"].argmin())]
-    gained = {name: float(best[name]) for name in gains}
+    attempt(start)
+    for point in Halton(len(gains), seed=1).random(runs // 3):
+        attempt(np.array(low) + point * (np.array(high) - np.array(low)))
+    left = runs - len(tried)
+    if left > 0:
+        first = tried[best(range(len(tried)))]
+        limits = {"maxfev": left, "xatol": 1e-2, "fatol": 0.0}
+        logs = [math.log(first[name]) for name in gains]
+        minimize(objective, logs, method="Nelder-Mead", bounds=list(zip(low, high)), options=limits)
+    found = tried[best(range(len(tried)))]
+    gained, before = ({name: of[name] for name in gains} for of in (found, tried[0]))
+    near = [min(math.log(gained[n]) - lower, upper - math.log(gained[n])) / (upper - lower) for n, lower, upper in zip(gains, low, high)]
     result = {
         "gains": gained,
+        "at_bound": [name for name, share in zip(gains, near) if share < AT_BOUND],
+        "bad": sum(t["bad"] > 0 for t in tried),
         "start": before,
-        trajectory: {"before": tried[0]["objective"], "after": float(best["objective"])},
-        held_out: {"before": measure(before, held_out), "after": measure(gained, held_out)},
+        trajectory: {"before": tried[0]["objective"], "after": found["objective"]},
+        held_out: {"before": measure(before, held_out)[0], "after": measure(gained, held_out)[0]},
     }
-    return result, history
+    return result, pandas.DataFrame(tried)
 
 
 def _metrics(metric, system):

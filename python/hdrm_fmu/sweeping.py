@@ -157,8 +157,6 @@ def _plan(system, spec, common, path, case):
     values, seed = case_settings(case, spec["world"])
     every, common_seed = case_settings(common, spec["world"])
     seed = common_seed if seed is None else seed
-    if seed is not None and spec["machine"] is not None:
-        raise BadInput("a machine is either drawn by seed or given, not both")
     names = system._names
     values = {**names.settings(every), **names.settings(values, "parameter or column")}
     check_free(path, values)

@@ -1,8 +1,10 @@
-//! The native part of the Python package `hdrm_fmu`: a loaded system ([`system`]), whole runs ([`run`]) with their metrics
-//! ([`metrics`]), a run that a script steps ([`session`]), and the files that runs read ([`inputs`]).
+//! The native part of the Python package `hdrm_fmu`: a loaded system ([`system`]), whole runs
+//! ([`run`]) with their metrics ([`metrics`]), a run that a script steps ([`session`]), and the
+//! files that runs read ([`inputs`]).
 //!
-//! What a person reads and calls is the Python package around it, which checks names and values before it calls anything here. The
-//! interpreter's lock is released while FMUs are loaded, run or stepped.
+//! What a person reads and calls is the Python package around it, which checks names and values
+//! before it calls anything here. The interpreter's lock is released while FMUs are loaded, run or
+//! stepped.
 #![forbid(unsafe_code)]
 
 mod inputs;
@@ -14,17 +16,17 @@ mod system;
 use pyo3::prelude::*;
 
 pyo3::create_exception!(
-    hdrm_fmu._native,
-    NativeError,
+    hdrm_fmu,
+    RunFailed,
     pyo3::exceptions::PyException,
-    "What the native master says of a run that failed, with the texts that the FMUs logged."
+    "A run that failed: what the master says of it, with the texts that the FMUs logged."
 );
 
 /// An error of the native code as a Python exception; one that came from Python stays what it was.
 pub(crate) fn raised(error: anyhow::Error) -> PyErr {
     match error.downcast::<PyErr>() {
         Ok(error) => error,
-        Err(error) => NativeError::new_err(format!("{error:#}")),
+        Err(error) => RunFailed::new_err(format!("{error:#}")),
     }
 }
 
@@ -42,10 +44,11 @@ fn kept_instances() -> usize {
 
 #[pymodule]
 fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
-    module.add("NativeError", module.py().get_type::<NativeError>())?;
+    module.add("RunFailed", module.py().get_type::<RunFailed>())?;
     module.add("MODES", studies::laws::MODES.to_vec())?;
     module.add("REAL_SYSTEM", studies::worlds::SYSTEM)?;
     module.add("REAL_PARAMETERS", studies::worlds::PARAMETERS)?;
+    module.add("MACHINES", machine::PRESETS.map(|(name, _)| name).to_vec())?;
     module.add("VERSION", env!("CARGO_PKG_VERSION"))?;
     module.add_class::<system::System>()?;
     module.add_class::<system::Drawn>()?;
@@ -54,6 +57,7 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(kept_instances, module)?)?;
     module.add("BUILT_IN_PATHS", tip_path::BUILT_IN.to_vec())?;
     module.add_function(wrap_pyfunction!(inputs::whole_machine, module)?)?;
+    module.add_function(wrap_pyfunction!(inputs::shipped_machine, module)?)?;
     module.add_function(wrap_pyfunction!(inputs::is_built_in_path, module)?)?;
     module.add_function(wrap_pyfunction!(inputs::path_has_loads, module)?)?;
     module.add_function(wrap_pyfunction!(metrics::metric_names, module)?)?;

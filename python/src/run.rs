@@ -10,8 +10,9 @@ use cosim::verdict::Verdict;
 use cosim::wiring::Port;
 use pyo3::prelude::*;
 use pyo3::types::{PyByteArray, PyDict};
-use studies::metrics::{Metrics, add_residuals, of_tip};
-use studies::{verdict, watched};
+use studies::measures::limits;
+use studies::measures::metrics::{Metrics, add_residuals, of_tip};
+use studies::measures::run::{FailedRun, run as run_machine};
 
 use crate::metrics::Extra;
 use crate::raised;
@@ -31,7 +32,8 @@ pub struct Request {
     pub metrics: Vec<String>,
     /// Called with the numbers of finished and of all steps.
     pub progress: Option<Py<PyAny>>,
-    /// Whether the system is the manipulator with its controller, so that its limits and its tip are watched.
+    /// Whether the system is the manipulator with its controller, so that its limits and its tip
+    /// are watched.
     pub is_machine: bool,
 }
 
@@ -70,8 +72,10 @@ pub fn run(system: &System, experiment: &Experiment, request: Request) -> Result
         Ok(())
     };
     let (outcome, metrics, verdict) = if request.is_machine {
-        let (outcome, mut verdict) = watched::run(system, experiment, &progress, observe)?;
-        verdict.extend(verdict::tracking(&outcome.tip, request.max_error));
+        let outcome = run_machine(system, experiment, &progress, observe);
+        let outcome = outcome.map_err(FailedRun::explained)?;
+        let mut verdict = outcome.limits.clone();
+        verdict.extend(limits::tracking(&outcome.tip, request.max_error));
         let mut metrics = of_tip(&outcome.tip);
         add_residuals(&mut metrics, &outcome.run.residuals);
         if let Some(extra) = extra {

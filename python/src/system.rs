@@ -15,10 +15,11 @@ use cosim::verdict::Verdict;
 use fmu_description::{Kind, Variable};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use studies::experiment::tell_delay;
-use studies::loads;
-use studies::watched::useful;
-use studies::worlds::{Cases, World, cases};
+use studies::bench::forgotten;
+use studies::measures::run::useful;
+use studies::start_values::tell_delay;
+use studies::worlds::RealMachines;
+use studies::{loads, machine_file};
 
 use crate::raised;
 use crate::run::{self, Request};
@@ -82,7 +83,7 @@ pub struct Drawn {
     /// Start values: names and values.
     #[pyo3(get)]
     settings: Vec<(String, String)>,
-    _cases: Cases,
+    _machines: RealMachines,
 }
 
 /// What is told of a variable.
@@ -126,7 +127,8 @@ impl System {
         Ok(Self { system })
     }
 
-    /// The experiment, by the same rules as the programs' command lines, and what the system may have forgotten.
+    /// The experiment, by the same rules as the programs' command lines, and what the system may
+    /// have forgotten.
     fn experiment(&self, conditions: Conditions) -> Result<(Experiment, Verdict)> {
         let Ok(schedule) = Schedule::from_str(&conditions.schedule, false) else {
             bail!(
@@ -145,7 +147,7 @@ impl System {
             check: false,
         };
         let mut experiment = args.experiment(&self.system)?;
-        let forgotten = args.forgotten(&self.system, &experiment)?;
+        let forgotten = forgotten(&args, &self.system, &experiment)?;
         tell_delay(&self.system, &mut experiment)?;
         Ok((experiment, forgotten))
     }
@@ -154,14 +156,30 @@ impl System {
         self.system.port(name).is_ok()
     }
 
-    /// The start values of the machine of `seed`, and its file.
-    fn drawn(&self, seed: u64) -> Result<Drawn> {
-        let cases = cases(World::Real, &self.system, seed..seed + 1)?;
-        let case = cases.list().first().context("one seed is one machine")?;
+    /// The system with a machine file bound to its FMUs.
+    fn with_machine(&self, machine: &str) -> Result<cosim::system::System> {
+        let mut system = cosim::system::System {
+            path: self.system.path.clone(),
+            structure: self.system.structure.clone(),
+            fmus: self.system.fmus.clone(),
+        };
+        machine_file::bind(&mut system, machine)?;
+        Ok(system)
+    }
+
+    /// The start values of the machine of `seed`, drawn around the system's own or around the
+    /// `machine` of a file, and its file.
+    fn drawn(&self, seed: u64, machine: Option<&str>) -> Result<Drawn> {
+        let seeds = seed..seed + 1;
+        let machines = match machine {
+            Some(machine) => RealMachines::draw(&self.with_machine(machine)?, seeds)?,
+            None => RealMachines::draw(&self.system, seeds)?,
+        };
+        let case = machines.cases.first().context("one seed is one machine")?;
         let setting = |s: &cosim::system::Setting| (self.system.name(s.port), s.value.clone());
         Ok(Drawn {
             settings: case.settings.iter().map(setting).collect(),
-            _cases: cases,
+            _machines: machines,
         })
     }
 
@@ -202,7 +220,8 @@ impl System {
         self.has("hdrm.machine_file") && self.has("tip_error_norm")
     }
 
-    /// Name, causality, variability, type, unit, description, items, bounds, driver and bound value of every variable.
+    /// Name, causality, variability, type, unit, description, items, bounds, driver and bound value
+    /// of every variable.
     fn variables(&self) -> Vec<Row> {
         let mut rows = Vec::new();
         let all = self.system.structure.components.iter();
@@ -228,7 +247,8 @@ impl System {
         rows
     }
 
-    /// Names of the signals that patterns choose; None: those that are recorded where none are named.
+    /// Names of the signals that patterns choose; None: those that are recorded where none are
+    /// named.
     fn signals(&self, patterns: Option<Vec<String>>) -> PyResult<Vec<String>> {
         let ports = match patterns {
             Some(patterns) => matching(&self.system, &patterns),
@@ -238,9 +258,11 @@ impl System {
         Ok(ports.map_err(raised)?.iter().map(name).collect())
     }
 
-    /// Draw a machine of the real world.
-    fn draw(&self, py: Python<'_>, seed: u64) -> PyResult<Drawn> {
-        py.detach(|| self.drawn(seed)).map_err(raised)
+    /// Draw a machine of the real world, around the system's own or around that of the file
+    /// `machine`.
+    #[pyo3(signature = (seed, machine=None))]
+    fn draw(&self, py: Python<'_>, seed: u64, machine: Option<&str>) -> PyResult<Drawn> {
+        py.detach(|| self.drawn(seed, machine)).map_err(raised)
     }
 
     /// A whole run; see the Python package for what the values are.

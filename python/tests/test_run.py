@@ -3,6 +3,7 @@
 import csv
 import inspect
 import json
+import pickle
 import subprocess
 import sys
 
@@ -89,6 +90,29 @@ def test_a_machine_brings_its_gains_into_the_real_world():
         assert hdrm_fmu.run(machine=machine, **options).equals(own)
 
 
+def test_a_machine_drawn_around_another_is_that_of_the_program(tmp_path):
+    """`machine` and `seed` together: the same known error as a row of `table --world real --machine`."""
+    options = ["--world", "real", "--machine", "hiab_xs031", "--seeds", "1", "--law", "modular", "--stop-time", "4.2", "--csv", tmp_path / "runs.csv"]
+    command = [program(), "table", *options, "--system", hdrm_fmu.systems()["Real"]]
+    done = subprocess.run(list(map(str, command)), capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    (row,) = [row for row in csv.DictReader((tmp_path / "runs.csv").open()) if row["trajectory"] == "cubic"]
+    drawn = {"world": "real", "machine": "hiab_xs031", "mode": "modular", "stop_time": 4.2, "signals": [], "metrics": ("tracking",)}
+    one, other = (hdrm_fmu.run(seed=seed, **drawn).attrs["known_rmse"] for seed in (1, 2))
+    assert one == float(row["known rmse [m]"]) != other
+
+
+def test_machines_have_the_names_of_the_program():
+    options = {"signals": ["emla_2.F"], "interval": 0.1, "stop_time": 0.1}
+    assert hdrm_fmu.run(machine="reference", **options).equals(hdrm_fmu.run(**options))
+    assert hdrm_fmu.run(machine="sized", **options).equals(hdrm_fmu.run(machine="sized_machine", **options))
+
+
+def test_a_failed_run_has_an_error_of_its_own_name():
+    assert (RunFailed.__name__, RunFailed.__module__) == ("RunFailed", "hdrm_fmu")
+    assert pickle.loads(pickle.dumps(RunFailed("why"))).args == ("why",)
+
+
 def test_a_machine_that_extends_another_beside_its_file(tmp_path):
     (tmp_path / "base.json").write_text(json.dumps({"extends": "sized", "bodies": {"PL": {"mass": 80}}}))
     (tmp_path / "mine.json").write_text(json.dumps({"extends": "base.json"}))
@@ -150,7 +174,7 @@ def test_a_script_in_the_loop_makes_the_same_run():
         ({"stop_time": float("nan")}, "must be finite"),
         ({"schedule": "gauss"}, "schedule"),
         ({"machine": "/nowhere.json"}, "cannot be read"),
-        ({"machine": "refrence_machine"}, "come with the package: hiab_xs031"),
+        ({"machine": "refrence_machine"}, "come with the package: reference, sized, hiab_xs031"),
         ({"machine": 5}, "cannot be read"),
         ({"settings": ["pd"]}, "must be a dictionary"),
         ({"settings": {"mode": 77}}, "no item of `controller.mode` `77`"),

@@ -1,5 +1,9 @@
 """Cases, Monte Carlo, sensitivity and tuning, each with its figure."""
 
+import re
+import subprocess
+import sys
+
 import numpy as np
 import pandas
 import pytest
@@ -47,8 +51,49 @@ def test_tuning_is_judged_on_a_held_out_trajectory(tmp_path):
     assert result["cubic"]["after"] <= result["cubic"]["before"] == history["objective"][0]
     alone = hdrm_fmu.run(trajectory="triangular", stop_time=0.15, signals=[], settings={**options["settings"], **result["gains"]})
     assert result["triangular"]["after"] == alone.attrs["tip_rmse"]
+    assert result["at_bound"] == [] and result["bad"] == (history["bad"] > 0).sum()
     plots.tuning(history, tmp_path / "t.png")
     assert np.isfinite(history.to_numpy()).all()
+
+
+def made_up(monkeypatch, metric, verdict=lambda x: "good"):
+    """Runs whose metric and verdict are functions of gamma."""
+
+    def run(settings, **_):
+        found = verdict(settings["gamma"])
+        if found == "failed":
+            raise hdrm_fmu.RunFailed("it swings")
+        return type("Run", (), {"attrs": {"tip_rmse": metric(settings["gamma"]), "verdict": found}})
+
+    monkeypatch.setattr(studies, "run", run)
+
+
+def test_tuning_finds_a_valley_far_from_the_start(monkeypatch):
+    """A shallow one at the start value, 25, and the deeper one at 900: a search that only goes downhill stays in the first."""
+    made_up(monkeypatch, lambda gamma: min(0.2 + abs(np.log(gamma / 25.0)), abs(np.log(gamma / 900.0))))
+    result, _ = studies.tune({"gamma": (2.0, 2000.0)}, runs=40)
+    assert result["gains"]["gamma"] == pytest.approx(900.0, rel=0.05) and result["at_bound"] == []
+
+
+def test_tuning_says_what_ended_at_a_bound(monkeypatch):
+    made_up(monkeypatch, lambda gamma: 1.0 / gamma)
+    result, _ = studies.tune({"gamma": (2.0, 50.0)}, runs=30)
+    assert result["at_bound"] == ["gamma"] and result["gains"]["gamma"] == pytest.approx(50.0, rel=0.05)
+
+
+def test_tuning_counts_bad_tries_and_takes_none(monkeypatch):
+    """The metric is smallest where runs are bad or fail."""
+    verdict = lambda gamma: "good" if gamma < 100.0 else "BAD" if gamma < 500.0 else "failed"
+    made_up(monkeypatch, lambda gamma: 1.0 / gamma, verdict)
+    result, history = studies.tune({"gamma": (2.0, 2000.0)}, runs=30)
+    assert 50.0 < result["gains"]["gamma"] < 100.0 and 0 < result["bad"] == (history["bad"] > 0).sum() < len(history)
+
+
+@pytest.mark.parametrize("command", ["demo", "monte-carlo", "sobol", "tune"])
+def test_every_option_of_the_commands_is_explained(command):
+    text = subprocess.run([sys.executable, "-m", "hdrm_fmu", command, "--help"], capture_output=True, text=True, check=True).stdout
+    options = re.split(r"\n  (?=-)", text.partition("options:")[2])
+    assert len(options) > 3 and all(len(option.split()) > 4 for option in options[1:]), text
 
 
 @pytest.mark.parametrize(

@@ -1,6 +1,7 @@
-//! What a motion demands: forces, strokes and speeds of the rods, wrist torques, and what the motors need for them.
+//! What a motion demands: forces, strokes and speeds of the rods, wrist torques, and what the
+//! motors need for them.
 
-use crate::Quantity;
+use crate::quantity::Quantity;
 use emla::maps;
 use hdrm::{DOF, Hdrm, HdrmError, Load, Options, State};
 use machine::{Emla, Machine};
@@ -9,7 +10,8 @@ use serde::{Deserialize, Serialize};
 /// A payload held rigidly at the end-effector.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Payload {
-    /// Mass, kg; its inertia about the centre of mass goes with it, as the machine file's payload has it.
+    /// Mass, kg; its inertia about the centre of mass goes with it, as the machine file's payload
+    /// has it.
     pub mass: f64,
     /// Centre of mass in D4's axes, m.
     pub com: [f64; 3],
@@ -102,12 +104,14 @@ impl Capability {
     /// Of the nominal machine with a payload; mass 0: none.
     ///
     /// # Errors
-    /// A mechanism that does not work over its joint range, or a mass that is negative or not finite.
+    /// A mechanism that does not work over its joint range, or a mass that is negative or not
+    /// finite.
     pub fn new(machine: &Machine, payload: &Payload) -> Result<Self, HdrmError> {
         Self::carrying(machine, payload, 0.0, [0.0; 3])
     }
 
-    /// As [`Capability::new`], and a load besides the payload: a point mass, kg, at `com` from the tip T4 in T4's axes, m.
+    /// As [`Capability::new`], and a load besides the payload: a point mass, kg, at `com` from the
+    /// tip T4 in T4's axes, m.
     ///
     /// # Errors
     /// As [`Capability::new`].
@@ -141,7 +145,8 @@ impl Capability {
 
     /// What `motion` demands in free range, without end stops and with nothing touching the tip.
     ///
-    /// The motors follow the rods rigidly: `w_m = ẋ/travel`, `ẇ_m = ẍ/travel` with `ẍ = x'·ζ̈ + x''·ζ̇²`.
+    /// The motors follow the rods rigidly: `w_m = ẋ/travel`, `ẇ_m = ẍ/travel` with `ẍ = x'·ζ̈ +
+    /// x''·ζ̇²`.
     #[must_use]
     pub fn demand(&self, motion: &Motion) -> Demand {
         let Motion {
@@ -186,7 +191,8 @@ struct MotorDemand {
 }
 
 impl MotorDemand {
-    /// Force `F` on the load at the rod's speed and acceleration, m/s and m/s²; with `i_d = 0` and currents that change slowly
+    /// Force `F` on the load at the rod's speed and acceleration, m/s and m/s²; with `i_d = 0` and
+    /// currents that change slowly
     /// ```text
     /// i_q = τ_e/(3/2·p·λ_m),   v_d = −p w_m L_q i_q,   v_q = R_s i_q + p w_m λ_m
     /// ```

@@ -5,13 +5,14 @@ use machine::Machine;
 use nalgebra::{Matrix6, UnitQuaternion, Vector3, Vector6};
 use serde::{Deserialize, Serialize};
 
-use crate::Motion;
+use crate::demand::Motion;
 
 /// Most iterations; beside a solution two or three are needed.
 const ITERATIONS: u32 = 100;
 /// Error of a solution, m and rad: rounding of the pose of an arm of some metres leaves 1e-15.
 const TOLERANCE: f64 = 1e-11;
-/// Keeps the iteration's matrix regular at a singularity; small beside the square of any singular value elsewhere.
+/// Keeps the iteration's matrix regular at a singularity; small beside the square of any singular
+/// value elsewhere.
 const DAMPING: f64 = 1e-10;
 
 /// Position and orientation of the tip T4 in the world.
@@ -34,11 +35,11 @@ pub struct TipMotion {
     pub acceleration: Vector6<f64>,
 }
 
-/// No joint angles were found for a pose.
+/// What comes nearest to a pose for which no joint angles were found.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Unreached {
-    /// Angles that come nearest, as far as the search found, rad.
-    pub nearest: [f64; DOF],
+pub struct NearestPose {
+    /// Joint angles, as far as the search found, rad.
+    pub zeta: [f64; DOF],
     /// Their distance from the position, m.
     pub distance: f64,
     /// Their angle from the orientation, rad.
@@ -75,12 +76,13 @@ impl Kinematics {
         Tip::new(&self.tree, &self.tree.configuration(zeta))
     }
 
-    /// Joint angles of a pose, on the branch of the angles `near`, rad: Levenberg–Marquardt steps whose damping is the squared error
-    /// (Sugihara, IEEE Trans. Robotics 27(5), 2011). Joint limits are not looked at.
+    /// Joint angles of a pose, on the branch of the angles `near`, rad: Levenberg–Marquardt steps
+    /// whose damping is the squared error (Sugihara, IEEE Trans. Robotics 27(5), 2011). Joint
+    /// limits are not looked at.
     ///
     /// # Errors
     /// The arm does not reach the pose, or the search from `near` does not.
-    pub fn inverse(&self, pose: &Pose, near: &[f64; DOF]) -> Result<[f64; DOF], Unreached> {
+    pub fn inverse(&self, pose: &Pose, near: &[f64; DOF]) -> Result<[f64; DOF], NearestPose> {
         let mut zeta = Vector6::from(*near);
         for _ in 0..ITERATIONS {
             let angles = zeta.into();
@@ -97,16 +99,17 @@ impl Kinematics {
             };
             zeta += step;
         }
-        let nearest = zeta.into();
-        let e = error(pose, &self.tip(&nearest), &nearest);
-        Err(Unreached {
-            nearest,
+        let zeta = zeta.into();
+        let e = error(pose, &self.tip(&zeta), &zeta);
+        Err(NearestPose {
+            zeta,
             distance: e.fixed_rows::<3>(0).norm(),
             angle: e.fixed_rows::<3>(3).norm(),
         })
     }
 
-    /// Joint motion of a tip motion at the joint angles `zeta` of its pose, rad; None where the arm is singular.
+    /// Joint motion of a tip motion at the joint angles `zeta` of its pose, rad; None where the arm
+    /// is singular.
     /// ```text
     /// ζ̇ = J⁻¹ V,   ζ̈ = J⁻¹ (V̇ − J̇ ζ̇)
     /// ```

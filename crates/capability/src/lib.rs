@@ -1,11 +1,13 @@
-//! Whether a machine can do a motion: what the motion demands of rods, wrist and motors, and the margin to what the machine file allows.
+//! Whether a machine can do a motion: what the motion demands of rods, wrist and motors, and the
+//! margin to what the machine file allows.
 //!
-//! Statics and dynamics are those of `hdrm` and `emla` with the machine file's nominal parameters; nothing is simulated. [`Kinematics`]
-//! finds the joint motion of a tip motion, [`Capability`] what it demands ([`Demand`]), [`Limits`] what is allowed, each limit with its
-//! [`Margin`]. Frames and symbols are those of `hdrm`. Nothing here allocates.
+//! Statics and dynamics are those of `hdrm` and `emla` with the machine file's nominal parameters;
+//! nothing is simulated. [`Kinematics`] finds the joint motion of a tip motion, [`Capability`] what
+//! it demands ([`Demand`]), [`Limits`] what is allowed, each limit with its [`Margin`]. Frames and
+//! symbols are those of `hdrm`. Nothing here allocates.
 //!
-//! Left out: the elasticity between nut and rod, the direct-axis current (zero) and the voltage `L_q·di_q/dt` (0.3 V at 100 A/s on the
-//! reference machine).
+//! Left out: the elasticity between nut and rod, the direct-axis current (zero) and the voltage
+//! `L_q·di_q/dt` (0.3 V at 100 A/s on the reference machine).
 #![forbid(unsafe_code)]
 #![allow(non_snake_case)] // symbols of the paper
 
@@ -16,7 +18,7 @@ mod quantity;
 mod reach;
 
 pub use demand::{Capability, Demand, Motion, Payload};
-pub use kinematics::{Kinematics, Pose, TipMotion, Unreached};
+pub use kinematics::{Kinematics, NearestPose, Pose, TipMotion};
 pub use limits::{Limits, Margin};
 pub use quantity::Quantity;
 pub use reach::Reach;

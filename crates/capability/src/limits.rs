@@ -1,14 +1,15 @@
 //! What the machine file allows, and the margin to it.
 
-use crate::{Demand, Quantity};
+use crate::demand::Demand;
+use crate::quantity::Quantity;
 use machine::Machine;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
 /// Allowed range of every quantity.
 ///
-/// Rod forces, rod speeds and motor speeds: `ratings`; joints, strokes and wrist torques: `limits`; currents: `emla.i_max`; voltages: what
-/// the inverter makes of its DC link, at most `emla.v_max`.
+/// Rod forces, rod speeds and motor speeds: `ratings`; joints, strokes and wrist torques: `limits`;
+/// currents: `emla.i_max`; voltages: what the inverter makes of its DC link, at most `emla.v_max`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Limits {
     /// Least and largest value, in the order of [`Quantity::all`], SI units.
@@ -68,8 +69,8 @@ impl Limits {
 }
 
 impl Margin {
-    /// Distance to the nearer end of the range as a part of half the range: 1 in its middle (at no force), 0 at the limit, negative
-    /// beyond it. NaN for a value that is not a number.
+    /// Distance to the nearer end of the range as a part of half the range: 1 in its middle (at no
+    /// force), 0 at the limit, negative beyond it. NaN for a value that is not a number.
     #[must_use]
     pub fn part(&self) -> f64 {
         let [min, max] = self.range;

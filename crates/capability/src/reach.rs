@@ -3,7 +3,8 @@
 use machine::Geometry;
 use serde::{Deserialize, Serialize};
 
-/// Reach of the arm: lift joint in the plane of the boom, and the length of the stretched arm from there to the tip, m.
+/// Reach of the arm: lift joint in the plane of the boom, and the length of the stretched arm from
+/// there to the tip, m.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Reach {
     radius: f64,

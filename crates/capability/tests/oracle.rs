@@ -1,4 +1,5 @@
-//! Demands against forward dynamics, against a hand calculation, and inverse against forward kinematics.
+//! Demands against forward dynamics, against a hand calculation, and inverse against forward
+//! kinematics.
 #![allow(non_snake_case)]
 
 use capability::{Capability, Kinematics, Limits, Motion, Payload, Pose, Quantity, TipMotion};
@@ -28,8 +29,8 @@ impl Random {
     }
 }
 
-/// Oracle: forward dynamics, which takes another path than inverse dynamics, of the machine with that payload, its inertia written into
-/// the machine file.
+/// Oracle: forward dynamics, which takes another path than inverse dynamics, of the machine with
+/// that payload, its inertia written into the machine file.
 #[test]
 fn forward_dynamics_under_the_demanded_forces_gives_the_acceleration_back() {
     let machine = Machine::reference();
@@ -83,8 +84,8 @@ fn forward_dynamics_under_the_demanded_forces_gives_the_acceleration_back() {
     }
 }
 
-/// The force on the tip that a point mass there has from gravity and its own acceleration, given as the wrench of the environment, demands
-/// the same as the mass itself.
+/// The force on the tip that a point mass there has from gravity and its own acceleration, given as
+/// the wrench of the environment, demands the same as the mass itself.
 #[test]
 fn a_load_demands_what_its_weight_and_its_inertia_do() {
     let machine = Machine::reference();
@@ -125,8 +126,9 @@ fn a_load_demands_what_its_weight_and_its_inertia_do() {
     }
 }
 
-/// Statics by hand: the machine with weightless bodies besides the lift boom and the payload, boom level, tilt boom level too. The moment
-/// about the lift joint is that of two weights; the lift actuator has the lever arm of its triangle.
+/// Statics by hand: the machine with weightless bodies besides the lift boom and the payload, boom
+/// level, tilt boom level too. The moment about the lift joint is that of two weights; the lift
+/// actuator has the lever arm of its triangle.
 #[test]
 fn the_lift_force_of_two_weights_is_their_moment_over_the_lever_arm() {
     let mut machine = Machine::reference();
@@ -151,12 +153,14 @@ fn the_lift_force_of_two_weights_is_their_moment_over_the_lever_arm() {
     let capability = Capability::new(&machine, &payload).expect("valid");
     let demand = capability.demand(&Motion::rest(zeta));
 
-    // Weights: the boom's centre of mass in axes turned by −beta2, the payload 0.4 m beyond the wrist's last joint.
+    // Weights: the boom's centre of mass in axes turned by −beta2, the payload 0.4 m beyond the
+    // wrist's last joint.
     let [cx, cy, _] = machine.bodies.A2.com;
     let boom = cx * g.beta2.cos() + cy * g.beta2.sin();
     let load = 2.0 + 1.5 + 0.2 + 0.2 + 0.15 + 0.4;
     let moment = machine.gravity * (290.0 * boom + 240.0 * load);
-    // Foot and rod pin from the lift joint; the lever arm is their cross product over the actuator's length.
+    // Foot and rod pin from the lift joint; the lever arm is their cross product over the
+    // actuator's length.
     let foot = Vector3::new(g.L2_2 * g.beta1.sin(), -g.L2_2 * g.beta1.cos(), 0.0);
     let pin = Vector3::new(g.L1_2 * g.beta2.cos(), -g.L1_2 * g.beta2.sin(), 0.0);
     let arm = foot.cross(&pin).z / (pin - foot).norm();
@@ -177,8 +181,9 @@ fn the_lift_force_of_two_weights_is_their_moment_over_the_lever_arm() {
     assert_eq!((demand.x_dot, demand.w_m), ([0.0; 3], [0.0; 3]));
 }
 
-/// Rates and accelerations of the joints against differences of the angles that the inverse finds along a tip motion of constant
-/// acceleration. Over δ = 1e-3 s their errors are δ²/6 times the third and δ²/12 times the fourth derivative, below 1e-5.
+/// Rates and accelerations of the joints against differences of the angles that the inverse finds
+/// along a tip motion of constant acceleration. Over δ = 1e-3 s their errors are δ²/6 times the
+/// third and δ²/12 times the fourth derivative, below 1e-5.
 #[test]
 fn joint_motion_is_the_derivative_of_the_inverse_kinematics() {
     let machine = Machine::reference();
@@ -222,7 +227,8 @@ fn joint_motion_is_the_derivative_of_the_inverse_kinematics() {
     }
 }
 
-/// The inverse gives the angles back whose pose it is asked for, from a pose some way off, and says how far a pose out of reach is.
+/// The inverse gives the angles back whose pose it is asked for, from a pose some way off, and says
+/// how far a pose out of reach is.
 #[test]
 fn the_inverse_finds_the_angles_of_a_pose() {
     let machine = Machine::reference();

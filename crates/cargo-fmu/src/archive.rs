@@ -1,4 +1,5 @@
-//! ZIP archives whose bytes depend on nothing but their contents: entries in the order of their names, with one fixed time.
+//! ZIP archives whose bytes depend on nothing but their contents: entries in the order of their
+//! names, with one fixed time.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -9,8 +10,8 @@ use anyhow::{Context, Result};
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, DateTime, ZipArchive, ZipWriter};
 
-/// The level of deflate that makes the smallest archives: libraries take 3 % less than with the usual level, and packing some tenths of a
-/// second more.
+/// The level of deflate that makes the smallest archives: libraries take 3 % less than with the
+/// usual level, and packing some tenths of a second more.
 const SMALLEST: i64 = 9;
 
 /// Files of an archive: path inside it and content.
@@ -63,7 +64,8 @@ fn read_bytes(bytes: Vec<u8>) -> Result<Entries> {
 mod tests {
     use super::*;
 
-    /// The time is fixed and the order is that of the names, so that equal contents give equal bytes whenever they are packed.
+    /// The time is fixed and the order is that of the names, so that equal contents give equal
+    /// bytes whenever they are packed.
     #[test]
     fn equal_contents_give_equal_archives() {
         let path = std::env::temp_dir().join(format!("cargo-fmu-{}.zip", std::process::id()));

@@ -1,11 +1,14 @@
-//! FMUs from libraries made with `fmu-export`: building them, reading the files they carry, and packing both into archives.
+//! FMUs from libraries made with `fmu-export`: building them, reading the files they carry, and
+//! packing both into archives.
 //!
-//! The program is `cargo fmu` (see [`pack`]); other tools use its parts from here. No model is linked: libraries are loaded, asked
-//! for their files, and closed again.
+//! The program is `cargo fmu` (see [`pack`]); other tools use its parts from here. No model is
+//! linked: libraries are loaded, asked for their files, and closed again.
 #![deny(unsafe_code)]
 
 pub mod archive;
+#[cfg(feature = "check")]
 pub mod check;
+#[cfg(feature = "check")]
 pub mod fmi;
 pub mod library;
 pub mod licences;

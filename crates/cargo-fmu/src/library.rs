@@ -1,5 +1,5 @@
-//! The files that a library made with `fmu_export::export_fmu!` carries, received through its functions `fmi2ExportFiles` and
-//! `fmi3ExportFiles`.
+//! The files that a library made with `fmu_export::export_fmu!` carries, received through its
+//! functions `fmi2ExportFiles` and `fmi3ExportFiles`.
 #![allow(unsafe_code)] // loads a library, and receives C strings and bytes
 
 use std::collections::BTreeMap;
@@ -22,8 +22,8 @@ struct Received {
     reason: Option<String>,
 }
 
-/// All files of the FMU of FMI 2.0 beside the binaries: model description, documentation, icon, resources. The library must be one that
-/// this machine can load.
+/// All files of the FMU of FMI 2.0 beside the binaries: model description, documentation, icon,
+/// resources. The library must be one that this machine can load.
 pub fn files(library: &Path) -> Result<Entries> {
     files_of(library, Version::Fmi2)
 }
@@ -35,7 +35,8 @@ pub fn files_of(library: &Path, version: Version) -> Result<Entries> {
         Version::Fmi3 => "fmi3ExportFiles",
     };
     let name = library.display();
-    // SAFETY: a library that was built to be loaded as an FMU; loading it runs no code of the model.
+    // SAFETY: a library that was built to be loaded as an FMU; loading it runs no code of the
+    // model.
     let loaded = unsafe { libloading::Library::new(library) }
         .with_context(|| format!("{name} cannot be loaded"))?;
     // SAFETY: `fmu_export::export_fmu!` gives the symbol this signature.

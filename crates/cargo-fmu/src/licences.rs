@@ -1,4 +1,5 @@
-//! Licence texts of a package, as FMI 2.0.4 wants them (section 2.3): in `documentation/licenses/`, with one file to begin with.
+//! Licence texts of a package, as FMI 2.0.4 wants them (section 2.3): in `documentation/licenses/`,
+//! with one file to begin with.
 
 use std::fs;
 use std::path::Path;
@@ -25,7 +26,8 @@ pub fn is_licence(name: &str) -> bool {
     NAMES.iter().any(|n| name.starts_with(n))
 }
 
-/// The files of the first folder that has any, and `license.txt`, which names them and the licence expression.
+/// The files of the first folder that has any, and `license.txt`, which names them and the licence
+/// expression.
 pub fn files(folders: &[&Path], expression: Option<&str>) -> Result<Entries> {
     let mut found = Entries::new();
     for folder in folders {

@@ -3,6 +3,7 @@
 
 use std::path::PathBuf;
 use std::process::ExitCode;
+use std::time::Duration;
 
 use anyhow::{Context, Result};
 use cargo_fmu::check::{self, Checker, Verdict};
@@ -31,9 +32,13 @@ enum Command {
     New {
         /// Folder of the crate; its last part is the name
         path: PathBuf,
-        /// Folder of the crate fmu-export [default: that of the source that this program was built from]
+        /// Folder of the crate fmu-export [default: that of the source that this program was built
+        /// from]
         #[arg(long, value_name = "PATH")]
         fmu_export: Option<PathBuf>,
+        /// A model with events within steps, messages and an enumeration, in place of a differential equation
+        #[arg(long)]
+        events: bool,
     },
     /// Build libraries and pack them, with documentation, resources and licences, into FMUs
     Pack {
@@ -43,8 +48,9 @@ enum Command {
         /// Example with crate type cdylib to pack, repeatable
         #[arg(long = "example", value_name = "EXAMPLE")]
         examples: Vec<String>,
-        /// Platform to pack for, repeatable: linux64, win64, darwin64 or (FMI 3.0) aarch64-linux and aarch64-darwin, each for any machine of its kind
-        /// [default: this machine, built the fast way]
+        /// Platform to pack for, repeatable: linux64, win64, darwin64 or (FMI 3.0) aarch64-linux
+        /// and aarch64-darwin, each for any machine of its kind [default: this machine, built the
+        /// fast way]
         #[arg(long = "target", value_name = "PLATFORM")]
         targets: Vec<String>,
         /// Folder for the packed files [default: fmu/ in the target directory]
@@ -54,7 +60,8 @@ enum Command {
         #[arg(long, value_name = "PROFILE", default_value = pack::FMU_PROFILE)]
         profile: String,
     },
-    /// Check FMUs, whoever made them: archive, description, libraries, and what they do when they are run
+    /// Check FMUs, whoever made them: archive, description, libraries, and what they do when they
+    /// are run
     Check {
         /// FMUs
         #[arg(required = true, value_name = "FILE.fmu")]
@@ -62,6 +69,9 @@ enum Command {
         /// Remarks count as failures
         #[arg(long)]
         strict: bool,
+        /// What all trials of an FMU together may take, s
+        #[arg(long, value_name = "SECONDS", default_value_t = 300)]
+        timeout: u64,
         /// Check only the promises with these words
         #[arg(long, value_name = "WORDS", default_value = "")]
         only: String,
@@ -88,7 +98,11 @@ fn main() -> ExitCode {
 
 fn run(command: Command) -> Result<ExitCode> {
     match command {
-        Command::New { path, fmu_export } => new::new(&path, fmu_export.as_deref())?,
+        Command::New {
+            path,
+            fmu_export,
+            events,
+        } => new::new(&path, fmu_export.as_deref(), events)?,
         Command::Pack {
             packages,
             examples,
@@ -107,7 +121,12 @@ fn run(command: Command) -> Result<ExitCode> {
             let profile = pack::profile(&profile);
             pack::fmus(&workspace, &sources, &profile, &platforms, &out)?;
         }
-        Command::Check { fmus, strict, only } => return check_all(&fmus, strict, &only),
+        Command::Check {
+            fmus,
+            strict,
+            timeout,
+            only,
+        } => return check_all(&fmus, strict, Duration::from_secs(timeout), &only),
         Command::Try {
             name,
             folder,
@@ -117,11 +136,12 @@ fn run(command: Command) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-fn check_all(fmus: &[PathBuf], strict: bool, only: &str) -> Result<ExitCode> {
+fn check_all(fmus: &[PathBuf], strict: bool, limit: Duration, only: &str) -> Result<ExitCode> {
     let program = std::env::current_exe().context("the path of this program")?;
     let checker = Checker {
         program: &program,
         only,
+        limit,
     };
     let mut is_sound = true;
     for fmu in fmus {

@@ -8,7 +8,7 @@ use anyhow::{Context, Result, bail, ensure};
 /// The files of a new crate. `{{…}}` is replaced.
 const TEMPLATE: [(&str, &str); 5] = [
     ("Cargo.toml", include_str!("../template/Cargo.toml.in")),
-    ("src/lib.rs", include_str!("../template/src/lib.rs.in")),
+    ("src/lib.rs", "{{source}}"),
     (
         "documentation/index.html",
         include_str!("../template/documentation/index.html.in"),
@@ -16,6 +16,32 @@ const TEMPLATE: [(&str, &str); 5] = [
     ("README.md", include_str!("../template/README.md.in")),
     (".gitignore", include_str!("../template/gitignore.in")),
 ];
+
+/// A model to begin with.
+struct Example {
+    source: &'static str,
+    /// What stands for the name of the model in the source.
+    name: &'static str,
+    /// What the documentation says of it.
+    about: &'static str,
+    /// Its line among the dependencies.
+    serde: &'static str,
+}
+
+const LAG: Example = Example {
+    source: include_str!("../template/src/lib.rs.in"),
+    name: "{{model}}",
+    about: "A first-order lag: T dy/dt = u &minus; y.",
+    serde: "",
+};
+
+/// It is compiled and tested where it is, as the crate `fmu-oven` of fmu-export.
+const OVEN: Example = Example {
+    source: include_str!("../template/events/lib.rs"),
+    name: "Oven",
+    about: "An oven with a thermostat, which switches the heater within steps.",
+    serde: "serde = { version = \"1\", features = [\"derive\"] }\n",
+};
 
 /// Words that cargo or the compiler keep for themselves.
 const RESERVED: [&str; 46] = [
@@ -68,8 +94,9 @@ const RESERVED: [&str; 46] = [
 ];
 
 /// Make the crate at `path`, whose last part is its name; `fmu_export` is the folder of that crate, if it is not where this program
-/// was built.
-pub fn new(path: &Path, fmu_export: Option<&Path>) -> Result<()> {
+/// was built. With `events`, the model is one that something happens to within steps.
+pub fn new(path: &Path, fmu_export: Option<&Path>, events: bool) -> Result<()> {
+    let example = if events { OVEN } else { LAG };
     let name = path.file_name().and_then(|name| name.to_str());
     let name = name.with_context(|| format!("`{}` names no crate", path.display()))?;
     let model = model(name)?;
@@ -84,7 +111,12 @@ pub fn new(path: &Path, fmu_export: Option<&Path>) -> Result<()> {
         .with_context(|| parent.display().to_string())?;
     let content = folder.path().join("new");
     for (file, text) in TEMPLATE {
-        let text = text.replace("{{name}}", name).replace("{{model}}", &model);
+        let source = example.source.replace(example.name, &model);
+        let text = (text.replace("{{source}}", &source))
+            .replace("{{about}}", example.about)
+            .replace("{{serde}}", example.serde)
+            .replace("{{name}}", name)
+            .replace("{{model}}", &model);
         let file = content.join(file);
         fs::create_dir_all(file.parent().unwrap_or(&content))
             .with_context(|| file.display().to_string())?;
@@ -128,6 +160,8 @@ fn model(name: &str) -> Result<String> {
             "State",
             "Ode",
             "Model",
+            "Mode",
+            "Log",
             "Self"
         ]
         .contains(&model.as_str()),
@@ -181,15 +215,16 @@ mod tests {
     fn what_is_there_is_left_alone_and_nothing_half_made() {
         let folder = tempfile::TempDir::new().unwrap();
         let path = folder.path().join("lag");
-        new(&path, None).unwrap();
+        new(&path, None, false).unwrap();
         let manifest = fs::read_to_string(path.join("Cargo.toml")).unwrap();
         assert!(
             manifest.contains("name = \"lag\"") && !manifest.contains("{{"),
             "{manifest}"
         );
-        let again = new(&path, None).unwrap_err().to_string();
+        let again = new(&path, None, true).unwrap_err().to_string();
         assert!(again.ends_with("lag is already there"), "{again}");
-        let nowhere = new(&folder.path().join("other"), Some(Path::new("/nowhere"))).unwrap_err();
+        let nowhere = Path::new("/nowhere");
+        let nowhere = new(&folder.path().join("other"), Some(nowhere), false).unwrap_err();
         assert!(
             nowhere.to_string().contains("--fmu-export PATH"),
             "{nowhere}"
@@ -199,5 +234,17 @@ mod tests {
             .map(|e| e.unwrap().file_name())
             .collect();
         assert_eq!(left, ["lag"]);
+    }
+
+    #[test]
+    fn a_model_with_events_has_the_name_of_the_crate() {
+        let folder = tempfile::TempDir::new().unwrap();
+        let path = folder.path().join("heat-store");
+        new(&path, None, true).unwrap();
+        let read = |file: &str| fs::read_to_string(path.join(file)).unwrap();
+        let (source, manifest) = (read("src/lib.rs"), read("Cargo.toml"));
+        assert!(source.contains("impl Model for HeatStore") && !source.contains("Oven"));
+        assert!(manifest.contains("\nserde = ") && !manifest.contains("{{"));
+        assert!(!read("documentation/index.html").contains("{{"));
     }
 }

@@ -1,4 +1,5 @@
-//! `cargo fmu pack`: libraries are built, asked for the files that they carry, and packed with them.
+//! `cargo fmu pack`: libraries are built, asked for the files that they carry, and packed with
+//! them.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -17,11 +18,11 @@ use crate::{archive, library, licences, platform};
 /// The profile that libraries are built with if none is chosen; see [`profile`].
 pub const FMU_PROFILE: &str = "fmu-release";
 
-/// Arguments of cargo for a profile. A library must unwind from a panic, which is caught at the C border, and carries no symbols
-/// beside those it exports.
+/// Arguments of cargo for a profile. A library must unwind from a panic, which is caught at the C
+/// border, and carries no symbols beside those it exports.
 ///
-/// [`FMU_PROFILE`] needs no entry in the workspace's Cargo.toml: it is `release` with the whole program optimised at once, which
-/// takes longest to build and runs fastest.
+/// [`FMU_PROFILE`] needs no entry in the workspace's Cargo.toml: it is `release` with the whole
+/// program optimised at once, which takes longest to build and runs fastest.
 pub fn profile(name: &str) -> Vec<String> {
     let mut settings = vec!["panic=\"unwind\"", "strip=\"symbols\""];
     if name == FMU_PROFILE {
@@ -67,7 +68,8 @@ impl Platforms {
 /// Folder for archives of FMI 3.0, within that of the archives of FMI 2.0.
 pub const FMI3_FOLDER: &str = "fmi3";
 
-/// Build and pack FMUs into the folder `out`, and for FMI 3.0 into [`FMI3_FOLDER`] there; the files of FMI 2.0.
+/// Build and pack FMUs into the folder `out`, and for FMI 3.0 into [`FMI3_FOLDER`] there; the files
+/// of FMI 2.0.
 pub fn fmus(
     workspace: &Workspace,
     sources: &[Source],
@@ -86,7 +88,8 @@ pub fn fmus(
         targets[0].platform.folder
     );
     let is_host = |t: &&&Target| platform::host().is_ok_and(|host| t.platform == host);
-    // What is packed, for each source one a platform; and what this machine can load to ask for the other files.
+    // What is packed, for each source one a platform; and what this machine can load to ask for the
+    // other files.
     let mut libraries = vec![Vec::new(); sources.len()];
     let mut loaded = None;
     for target in targets {
@@ -177,7 +180,8 @@ fn fmu(
 /// The icon in an archive of FMI 3.0.
 const ICON_3: &str = "terminalsAndIcons/icon.png";
 
-/// What a library does not carry itself: licences, notices, and what lies beside the package's Cargo.toml.
+/// What a library does not carry itself: licences, notices, and what lies beside the package's
+/// Cargo.toml.
 fn beside(workspace: &Workspace, package: &Package, notices: Entries) -> Result<Entries> {
     let folders = [package.folder(), &workspace.root];
     let mut entries = licences::files(&folders, package.license.as_deref())?;
@@ -190,8 +194,9 @@ fn beside(workspace: &Workspace, package: &Package, notices: Entries) -> Result<
     Ok(entries)
 }
 
-/// What lies beside a package's Cargo.toml and belongs into its FMU: `model.png`, and all in `documentation/` and `resources/`. A file
-/// that the library itself carries under the same name wins.
+/// What lies beside a package's Cargo.toml and belongs into its FMU: `model.png`, and all in
+/// `documentation/` and `resources/`. A file that the library itself carries under the same name
+/// wins.
 fn conventional(folder: &Path) -> Result<Entries> {
     let mut found = Entries::new();
     let mut left = ["model.png", "documentation", "resources"]
@@ -223,7 +228,8 @@ fn identifier(files: &Entries, library: &Path) -> Result<String> {
     Ok(description.identifier)
 }
 
-/// Model identifier and files of the FMU that a library makes: those it carries, and itself in the folder of its platform.
+/// Model identifier and files of the FMU that a library makes: those it carries, and itself in the
+/// folder of its platform.
 pub fn contents(library: &Path) -> Result<(String, Entries)> {
     let mut entries = library::files(library)?;
     let identifier = identifier(&entries, library)?;

@@ -31,7 +31,8 @@ mod tests {
     use super::*;
     use fmu_description::Version;
 
-    /// The header of an ELF file for a processor (`e_machine` of the System V ABI), without sections.
+    /// The header of an ELF file for a processor (`e_machine` of the System V ABI), without
+    /// sections.
     fn elf(machine: u16) -> Vec<u8> {
         let mut header = vec![0; 64];
         header[..7].copy_from_slice(b"\x7fELF\x02\x01\x01");

@@ -1,4 +1,5 @@
-//! What a library or program needs from the machine that loads it, and what it tells about the one that built it.
+//! What a library or program needs from the machine that loads it, and what it tells about the one
+//! that built it.
 
 use std::collections::BTreeSet;
 use std::fmt;
@@ -7,7 +8,8 @@ use anyhow::{Context, Result};
 use object::read::elf::FileHeader;
 use object::{Object, elf};
 
-/// Newest version of the GNU C library that a Linux binary may ask for: that of Red Hat Enterprise Linux 7 (2014).
+/// Newest version of the GNU C library that a Linux binary may ask for: that of Red Hat Enterprise
+/// Linux 7 (2014).
 pub const GLIBC: Version = Version(2, 17, 0);
 
 /// Parts of the GNU C library; nothing else may be needed on Linux.
@@ -20,7 +22,8 @@ const LINUX: [&str; 7] = [
     "libpthread.so.0",
     "librt.so.1",
 ];
-/// Libraries that every Windows 10 has, beside the sets of its interface (`api-ms-win-…`), in lower case.
+/// Libraries that every Windows 10 has, beside the sets of its interface (`api-ms-win-…`), in lower
+/// case.
 const WINDOWS: [&str; 10] = [
     "advapi32.dll",
     "bcrypt.dll",
@@ -36,7 +39,8 @@ const WINDOWS: [&str; 10] = [
 /// Where the libraries of every macOS lie.
 const MACOS: [&str; 2] = ["/usr/lib/", "/System/Library/"];
 
-/// Mathematical functions of C whose last digits differ between platforms and between versions of one; Windows puts `_` before some.
+/// Mathematical functions of C whose last digits differ between platforms and between versions of
+/// one; Windows puts `_` before some.
 const MATHEMATICS: [&str; 27] = [
     "acos", "acosh", "asin", "asinh", "atan", "atan2", "atanh", "cbrt", "cos", "cosh", "erf",
     "exp", "exp2", "expm1", "hypot", "lgamma", "log", "log10", "log1p", "log2", "pow", "sin",
@@ -107,13 +111,15 @@ impl Needs {
         self.versions.iter().filter_map(|v| Version::parse(v)).max()
     }
 
-    /// Mathematical functions that it takes from the platform: its numbers may differ from those on another one.
+    /// Mathematical functions that it takes from the platform: its numbers may differ from those on
+    /// another one.
     pub fn mathematics(&self) -> Vec<&str> {
         let names = self.imports.iter().map(|name| name.trim_start_matches('_'));
         names.filter(|name| MATHEMATICS.contains(name)).collect()
     }
 
-    /// Why it would not run on every machine of its platform folder, or is larger than it must be; none where all is well.
+    /// Why it would not run on every machine of its platform folder, or is larger than it must be;
+    /// none where all is well.
     pub fn faults(&self, folder: &str) -> Vec<String> {
         let mut faults = Vec::new();
         for version in &self.versions {
@@ -168,7 +174,8 @@ fn text(name: &[u8]) -> String {
     String::from_utf8_lossy(name).into_owned()
 }
 
-/// Those of the folders that are named somewhere in a binary; `/root` is not named by `src/roots.rs`.
+/// Those of the folders that are named somewhere in a binary; `/root` is not named by
+/// `src/roots.rs`.
 pub fn named<'a>(binary: &[u8], folders: &'a [String]) -> Vec<&'a str> {
     let continues = |next: &u8| next.is_ascii_alphanumeric() || b"_-".contains(next);
     let is_named = |folder: &&String| {
@@ -244,7 +251,8 @@ mod tests {
         assert_eq!(needs(&[], &[]).mathematics(), ["hypot", "sin"]);
     }
 
-    /// This test itself: a program of this machine with symbols, which names the folder of its source.
+    /// This test itself: a program of this machine with symbols, which names the folder of its
+    /// source.
     #[test]
     fn this_program_is_read() {
         let program = std::fs::read(std::env::current_exe().unwrap()).unwrap();

@@ -1,5 +1,5 @@
-//! Building for a platform folder, this machine's or another: in a way that old systems can load, without a path of the machine that
-//! builds, and to the same bytes wherever the source lies.
+//! Building for a platform folder, this machine's or another: in a way that old systems can load,
+//! without a path of the machine that builds, and to the same bytes wherever the source lies.
 
 use std::env;
 use std::ffi::OsString;
@@ -14,7 +14,8 @@ use crate::portability::{self, Needs};
 use crate::process::output;
 use crate::workspace::{Workspace, cargo};
 
-/// The packages on PyPI with the linker for Linux and macOS: zig, and cargo-zigbuild, through which cargo calls it.
+/// The packages on PyPI with the linker for Linux and macOS: zig, and cargo-zigbuild, through which
+/// cargo calls it.
 pub const ZIG: &str = "ziglang==0.17.1\ncargo-zigbuild==0.24.0\n";
 
 const ZIGBUILD: &str = "cargo-zigbuild";
@@ -71,7 +72,8 @@ pub const TARGETS: [Target; 5] = [
     },
 ];
 
-/// Where tools are looked for before the search path: an environment that a program has made for itself.
+/// Where tools are looked for before the search path: an environment that a program has made for
+/// itself.
 #[derive(Clone, Debug, Default)]
 pub struct Tools(pub Vec<PathBuf>);
 
@@ -112,8 +114,8 @@ impl Target {
         missing
     }
 
-    /// Why a library or program that was built for it would not run on every machine of its kind, or tells of the one that built it;
-    /// none where all is well.
+    /// Why a library or program that was built for it would not run on every machine of its kind,
+    /// or tells of the one that built it; none where all is well.
     pub fn faults(&self, binary: &[u8], workspace: &Workspace) -> Result<Vec<String>> {
         let mut faults = Needs::of(binary)?.faults(self.platform.folder);
         let platform = platform::of(binary)?;
@@ -167,7 +169,8 @@ impl Target {
                 if self.is_macos() {
                     // A library's own name, which is else the path where it was linked.
                     flags.extend(["-C", INSTALL_NAME].map(String::from));
-                    // No paths of object files, from which the linker would make the library's UUID.
+                    // No paths of object files, from which the linker would make the library's
+                    // UUID.
                     flags.extend(["-C", "link-arg=-s"].map(String::from));
                 }
                 let mut zigbuild = Command::new(tools.find(ZIGBUILD).context(ZIGBUILD)?);
@@ -214,7 +217,8 @@ impl Tools {
     }
 }
 
-/// What cargo is to call as the linker for Windows: a script in the target directory, by which the bytes do not depend on folders.
+/// What cargo is to call as the linker for Windows: a script in the target directory, by which the
+/// bytes do not depend on folders.
 #[cfg(unix)]
 fn mingw_linker(target: &Path) -> Result<PathBuf> {
     use std::os::unix::fs::PermissionsExt;
@@ -255,8 +259,8 @@ fn flags() -> Result<Vec<String>> {
     Ok(flags)
 }
 
-/// Folders of this machine that the compiler would write into what it builds, innermost first, each with the name that is written
-/// instead: the same on every machine.
+/// Folders of this machine that the compiler would write into what it builds, innermost first, each
+/// with the name that is written instead: the same on every machine.
 fn private_paths(workspace: &Workspace) -> Result<Vec<(String, String)>> {
     let text = |path: &Path| {
         path.to_str()
@@ -351,7 +355,8 @@ mod tests {
         fs::remove_dir_all(&folder).unwrap();
     }
 
-    /// The linker gets archives by names of their order alone, which lead to the files; all else as it is, and its exit code is the answer.
+    /// The linker gets archives by names of their order alone, which lead to the files; all else as
+    /// it is, and its exit code is the answer.
     #[cfg(unix)]
     #[test]
     fn names_of_archives_do_not_depend_on_folders() {

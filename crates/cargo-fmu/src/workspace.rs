@@ -77,7 +77,8 @@ impl Workspace {
         serde_json::from_str(&output(&mut command)?).context("the answer of cargo metadata")
     }
 
-    /// The packages with a library for an FMU: the one that `folder` is in, or all if it is in none.
+    /// The packages with a library for an FMU: the one that `folder` is in, or all if it is in
+    /// none.
     pub fn fmus(&self, folder: &Path) -> Vec<Source> {
         let around = |p: &&Package| folder.starts_with(p.folder()) && p.folder() != self.root;
         let nearest = self.packages.iter().filter(around);
@@ -103,7 +104,8 @@ impl Workspace {
         self.build_with(command, sources, profile)
     }
 
-    /// The same with another command that builds. All in one go, so that their dependencies are built once.
+    /// The same with another command that builds. All in one go, so that their dependencies are
+    /// built once.
     pub fn build_with(
         &self,
         mut command: Command,
@@ -180,7 +182,8 @@ impl Source {
         built.iter().filter(fits).find_map(Artifact::library)
     }
 
-    fn name(&self) -> &str {
+    /// Its name.
+    pub fn name(&self) -> &str {
         match self {
             Self::Package(name) | Self::Example(name) => name,
         }
@@ -248,7 +251,8 @@ mod tests {
         );
     }
 
-    /// A package and an example of one name are told apart, and of a library's files the one that can be loaded is taken.
+    /// A package and an example of one name are told apart, and of a library's files the one that
+    /// can be loaded is taken.
     #[test]
     fn the_library_of_a_source_is_chosen() {
         let artifact = |kind: &str, files: &str| -> Artifact {

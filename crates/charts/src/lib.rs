@@ -1,6 +1,8 @@
 //! Curves in panels, and paths in space, drawn on PNG and SVG alike.
 #![forbid(unsafe_code)]
 
+mod png;
+
 use std::path::{Path, PathBuf};
 
 use anyhow::{Result, anyhow};
@@ -271,9 +273,12 @@ pub fn write(picture: &impl Picture, file: &Path, size: (u32, u32)) -> Result<()
         .map_err(|_| anyhow!("the built-in font is unreadable"))?;
     let failed = |e: &dyn std::fmt::Display| anyhow!("figure {}: {e}", file.display());
     if file.extension().is_some_and(|extension| extension == "png") {
-        let area = BitMapBackend::new(file, size).into_drawing_area();
+        let mut pixels = vec![0; 3 * size.0 as usize * size.1 as usize];
+        let area = BitMapBackend::with_buffer(&mut pixels, size).into_drawing_area();
         let drawn = picture.draw(&area).and_then(|()| area.present());
-        return drawn.map_err(|e| failed(&e));
+        drop(area);
+        drawn.map_err(|e| failed(&e))?;
+        return std::fs::write(file, png::encoded(&pixels, size)?).map_err(|e| failed(&e));
     }
     let area = SVGBackend::new(file, size).into_drawing_area();
     let drawn = picture.draw(&area).and_then(|()| area.present());

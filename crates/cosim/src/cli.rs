@@ -18,7 +18,7 @@ use crate::noise::Noise;
 use crate::output;
 use crate::run::Experiment;
 use crate::signals::matching;
-use crate::system::{FmuPlace, System};
+use crate::system::{FmuPlace, Forgotten, System};
 use crate::verdict::Verdict;
 use crate::wiring::Port;
 
@@ -157,7 +157,19 @@ impl RunArgs {
     /// # Errors
     /// With `--strict`, anything forgotten; inputs that the system does not mention are only told of.
     pub fn forgotten(&self, system: &System, experiment: &Experiment) -> Result<Verdict> {
-        let forgotten = system.forgotten(&experiment.settings)?;
+        self.judge_forgotten(system, experiment, &system.forgotten(&experiment.settings)?)
+    }
+
+    /// As [`RunArgs::forgotten`], of what a program has found itself.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn judge_forgotten(
+        &self,
+        system: &System,
+        experiment: &Experiment,
+        forgotten: &Forgotten,
+    ) -> Result<Verdict> {
         let mut verdict = Verdict::default();
         if !forgotten.connectors.is_empty() {
             verdict.object(format!(

@@ -1,15 +1,6 @@
-//! What an actuator is told beside its parameters: who moves its rod, and what its electrical side does.
+//! What an actuator is told beside its parameters: what its electrical side does.
 
 use serde::{Deserialize, Serialize};
-
-/// Who moves the rod.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Drive {
-    /// The rod follows the inputs `x` and `x_dot`; the force on it is the answer.
-    Motion,
-    /// The rod is a mass of its own against the input `F_ext`.
-    Force,
-}
 
 /// What the electrical side does beyond the paper; by default nothing.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]

@@ -1,5 +1,6 @@
-//! An FMU's archive, from its bytes: opened as tolerantly as a ZIP archive can be (folders as entries, data descriptors, zip64), but
-//! nothing in it may be written outside the folder that it is unpacked to.
+//! An FMU's archive, from its bytes: opened as tolerantly as a ZIP archive can be (folders as
+//! entries, data descriptors, zip64), but nothing in it may be written outside the folder that it
+//! is unpacked to.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -146,7 +147,8 @@ impl Archive {
         library_among(self.names(), description, platform)
     }
 
-    /// Write all files into a folder, which is made where it is not there; programs and libraries may be executed.
+    /// Write all files into a folder, which is made where it is not there; programs and libraries
+    /// may be executed.
     pub fn unpack(&mut self, folder: &Path) -> Result<(), ArchiveError> {
         let write = |path: &Path, content: &[u8]| {
             if let Some(parent) = path.parent() {
@@ -165,8 +167,8 @@ impl Archive {
     }
 }
 
-/// Path of the library for a platform among the files of an FMU. Where none has the identifier's name but the platform's folder has a
-/// single one, that is taken, with a remark.
+/// Path of the library for a platform among the files of an FMU. Where none has the identifier's
+/// name but the platform's folder has a single one, that is taken, with a remark.
 pub fn library_among<'a>(
     names: impl Iterator<Item = &'a str>,
     description: &Description,

@@ -1,11 +1,13 @@
-//! Which variables each computed variable depends on (`ModelStructure`; FMI 2.0, section 2.2.8; FMI 3.0, section 2.4.8).
+//! Which variables each computed variable depends on (`ModelStructure`; FMI 2.0, section 2.2.8; FMI
+//! 3.0, section 2.4.8).
 
 use crate::description::{Description, Unknown, Version};
 use crate::variable::{Causality, Initial};
 
 impl Description {
-    /// Inputs on which the output with index `output` depends directly at a communication point (`initialization` = false) or in
-    /// Initialization Mode; all of them where [nothing is declared](Self::declared_feedthrough).
+    /// Inputs on which the output with index `output` depends directly at a communication point
+    /// (`initialization` = false) or in Initialization Mode; all of them where [nothing is
+    /// declared](Self::declared_feedthrough).
     pub fn feedthrough(&self, output: usize, initialization: bool) -> Vec<usize> {
         let declared = self.declared_feedthrough(output, initialization);
         declared.unwrap_or_else(|| {
@@ -14,11 +16,12 @@ impl Description {
         })
     }
 
-    /// The same, None where the description does not say it: `ModelStructure` lists the output without `dependencies`, or does not
-    /// list it at all.
+    /// The same, None where the description does not say it: `ModelStructure` lists the output
+    /// without `dependencies`, or does not list it at all.
     ///
-    /// In Initialization Mode `InitialUnknowns` count; an output they leave out is taken by its dependencies at communication points, or
-    /// is given (`initial="exact"`) and depends on nothing. What is no output depends on nothing unless it is listed.
+    /// In Initialization Mode `InitialUnknowns` count; an output they leave out is taken by its
+    /// dependencies at communication points, or is given (`initial="exact"`) and depends on
+    /// nothing. What is no output depends on nothing unless it is listed.
     pub fn declared_feedthrough(&self, output: usize, initialization: bool) -> Option<Vec<usize>> {
         let of = |list: &'_ [Unknown]| list.iter().position(|u| self.is_same(u.variable, output));
         let initially = of(&self.initial_unknowns).map(|k| &self.initial_unknowns[k]);
@@ -36,7 +39,8 @@ impl Description {
         Some(known.filter(|k| self.variables[*k].is_input()).collect())
     }
 
-    /// One entry of `ModelStructure` is for both: FMI 3.0 lists value references, which aliases share.
+    /// One entry of `ModelStructure` is for both: FMI 3.0 lists value references, which aliases
+    /// share.
     pub(crate) fn is_same(&self, one: usize, other: usize) -> bool {
         let place = |k: usize| (self.variables[k].reference, self.variables[k].element);
         match self.fmi {

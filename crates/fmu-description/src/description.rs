@@ -1,4 +1,5 @@
-//! What a model description says as a whole: identity, capabilities, units, variables by name, and what depends on what.
+//! What a model description says as a whole: identity, capabilities, units, variables by name, and
+//! what depends on what.
 
 use std::collections::HashMap;
 
@@ -31,13 +32,15 @@ pub struct Description {
     pub fmi: Version,
     /// Name of the model.
     pub model: String,
-    /// Identifier that the FMU and its importer must agree on: `guid` of FMI 2.0, `instantiationToken` of FMI 3.0.
+    /// Identifier that the FMU and its importer must agree on: `guid` of FMI 2.0,
+    /// `instantiationToken` of FMI 3.0.
     pub guid: String,
     /// Version of the model, empty where none is given.
     pub version: String,
     /// Program that generated the FMU, empty where none is given.
     pub tool: String,
-    /// Name of the shared library without its suffix; usually a C identifier, and always the name of a file.
+    /// Name of the shared library without its suffix; usually a C identifier, and always the name
+    /// of a file.
     pub identifier: String,
     /// What the FMU can do as a co-simulation slave.
     pub capabilities: Capabilities,
@@ -63,12 +66,13 @@ pub struct Description {
 pub struct Unknown {
     /// Index into [`Description::variables`].
     pub variable: usize,
-    /// Indices of the variables it depends on; None where nothing is said, which means: on all inputs.
+    /// Indices of the variables it depends on; None where nothing is said, which means: on all
+    /// inputs.
     pub dependencies: Option<Vec<usize>>,
 }
 
-/// Capability flags of co-simulation (FMI 2.0, section 4.3.1; FMI 3.0, section 4.4.1); what is not named, or not known to the version, is
-/// false or 0.
+/// Capability flags of co-simulation (FMI 2.0, section 4.3.1; FMI 3.0, section 4.4.1); what is not
+/// named, or not known to the version, is false or 0.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Capabilities {
     /// `needsExecutionTool`.
@@ -105,7 +109,8 @@ pub struct Capabilities {
     pub internal_step: Option<f64>,
 }
 
-/// A unit with its conversion to SI base units: value in base units = `factor` · value + `offset` (FMI 2.0, section 2.2.2).
+/// A unit with its conversion to SI base units: value in base units = `factor` · value + `offset`
+/// (FMI 2.0, section 2.2.2).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Unit {
     /// Name.
@@ -129,7 +134,8 @@ pub struct DisplayUnit {
     pub factor: f64,
     /// Offset in this unit.
     pub offset: f64,
-    /// It is proportional to the inverse of the other (FMI 3.0): value = `factor` / value in the other.
+    /// It is proportional to the inverse of the other (FMI 3.0): value = `factor` / value in the
+    /// other.
     pub is_inverse: bool,
 }
 

@@ -1,11 +1,13 @@
-//! Arrays of FMI 3.0 seen as FMI 2.0 and SSP 1.0 see them: a variable for each element, `zeta[3]`, `A[2,1]`.
+//! Arrays of FMI 3.0 seen as FMI 2.0 and SSP 1.0 see them: a variable for each element, `zeta[3]`,
+//! `A[2,1]`.
 
 use crate::description::{Description, Unknown};
 use crate::variable::Variable;
 
 impl Description {
-    /// The same description with a variable for each element of every array. An output of which an element depends on an element of an
-    /// input is taken to depend, with all of its elements, on all of the input's: the file says no more.
+    /// The same description with a variable for each element of every array. An output of which an
+    /// element depends on an element of an input is taken to depend, with all of its elements, on
+    /// all of the input's: the file says no more.
     pub fn by_element(&self) -> Self {
         let mut ranges = Vec::with_capacity(self.variables.len());
         let mut variables = Vec::with_capacity(self.variables.len());

@@ -1,8 +1,10 @@
-//! The bytes of an XML file as text, by its byte order mark or by the encoding that its first line names.
+//! The bytes of an XML file as text, by its byte order mark or by the encoding that its first line
+//! names.
 
 use crate::error::DescriptionError;
 
-/// The letters of Windows-1252 from 0x80 to 0x9F, where ISO-8859-1 has control characters; U+FFFD where there is none.
+/// The letters of Windows-1252 from 0x80 to 0x9F, where ISO-8859-1 has control characters; U+FFFD
+/// where there is none.
 const WINDOWS: [char; 32] = [
     '€', '\u{fffd}', '‚', 'ƒ', '„', '…', '†', '‡', 'ˆ', '‰', 'Š', '‹', 'Œ', '\u{fffd}', 'Ž',
     '\u{fffd}', '\u{fffd}', '‘', '’', '“', '”', '•', '–', '—', '˜', '™', 'š', '›', 'œ', '\u{fffd}',

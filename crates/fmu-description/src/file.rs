@@ -1,5 +1,5 @@
-//! What the files of both versions have in common: identity, capabilities, units, and what a variable may inherit from its
-//! declared type.
+//! What the files of both versions have in common: identity, capabilities, units, and what a
+//! variable may inherit from its declared type.
 
 use std::collections::HashMap;
 
@@ -158,7 +158,8 @@ pub fn items(declared: Option<&Element>) -> Result<Vec<Item>, DescriptionError> 
     items.map(item).collect()
 }
 
-/// Where a variable is described: its own element, the one with its type, which in FMI 3.0 is the same, and its declared type.
+/// Where a variable is described: its own element, the one with its type, which in FMI 3.0 is the
+/// same, and its declared type.
 #[derive(Clone, Copy)]
 pub struct Source<'a> {
     pub variable: &'a Element,
@@ -183,7 +184,8 @@ impl<'a> Source<'a> {
         element.map(|element| element.text(attribute))
     }
 
-    /// The variable as a scalar without a start value, with the variability that it names or else this one.
+    /// The variable as a scalar without a start value, with the variability that it names or else
+    /// this one.
     pub fn read(
         &self,
         kind: Kind,

@@ -61,7 +61,8 @@ fn variables(root: &Element, model: &str) -> Result<Vec<Variable>, DescriptionEr
     Ok(variables)
 }
 
-/// The functions for variables with this tag, None inside for an enumeration; None for what is no variable.
+/// The functions for variables with this tag, None inside for an enumeration; None for what is no
+/// variable.
 fn access(tag: &str) -> Option<Option<Access>> {
     Some(Some(match tag {
         "Float32" => Access::Float32,

@@ -1,13 +1,15 @@
-//! What a `modelDescription.xml` of FMI 2.0 or 3.0 (co-simulation) says, typed: identity, capabilities, variables with their types and
-//! bounds, and which inputs each output depends on. Where a notion is the same in both versions, so is its type here. [`Archive`] opens the
-//! FMU itself.
+//! What a `modelDescription.xml` of FMI 2.0 or 3.0 (co-simulation) says, typed: identity,
+//! capabilities, variables with their types and bounds, and which inputs each output depends on.
+//! Where a notion is the same in both versions, so is its type here. [`Archive`] opens the FMU
+//! itself.
 //!
-//! Other tools' FMUs are read as they are: in any encoding that is usual, with whatever their vendors add. What is wrong by the standard
-//! but harmless becomes a [`Remark`].
+//! Other tools' FMUs are read as they are: in any encoding that is usual, with whatever their
+//! vendors add. What is wrong by the standard but harmless becomes a [`Remark`].
 //!
-//! References to sections are to the specifications of FMI 2.0.4 and 3.0.1. Attributes that are left out have the value that the
-//! specification gives them there, and what a variable leaves to its declared type is filled in. An array of FMI 3.0 is one variable;
-//! [`Description::by_element`] has a variable for each of its elements, as FMI 2.0 would.
+//! References to sections are to the specifications of FMI 2.0.4 and 3.0.1. Attributes that are
+//! left out have the value that the specification gives them there, and what a variable leaves to
+//! its declared type is filled in. An array of FMI 3.0 is one variable; [`Description::by_element`]
+//! has a variable for each of its elements, as FMI 2.0 would.
 //!
 //! ```
 //! let text = r#"<fmiModelDescription fmiVersion="2.0" modelName="Lag" guid="{1}">
@@ -41,6 +43,7 @@ pub use archive::{Archive, ArchiveError, library_among};
 pub use description::{
     Capabilities, DefaultExperiment, Description, DisplayUnit, Unit, Unknown, Version,
 };
+pub use encoding::text;
 pub use error::DescriptionError;
 pub use remark::Remark;
 pub use terminals::{Member, Terminal, terminals};

@@ -1,4 +1,5 @@
-//! Platform folders of FMI 2.0 (section 2.3) and 3.0 (section 2.5.1.4): each is claimed only for the processor that it is for.
+//! Platform folders of FMI 2.0 (section 2.3) and 3.0 (section 2.5.1.4): each is claimed only for
+//! the processor that it is for.
 
 use crate::description::Version;
 
@@ -19,7 +20,8 @@ impl Platform {
         self.folder != self.folder_3
     }
 
-    /// Where the library of an FMU lies in its archive; None where the version has no folder for it.
+    /// Where the library of an FMU lies in its archive; None where the version has no folder for
+    /// it.
     pub fn library(&self, version: Version, identifier: &str) -> Option<String> {
         let folder = match version {
             Version::Fmi2 => self.is_in_fmi2().then_some(self.folder)?,

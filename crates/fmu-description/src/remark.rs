@@ -6,7 +6,8 @@ use std::fmt;
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Remark {
-    /// The identifier, which is to be a part of C names, has a letter that they cannot have, or begins with a digit.
+    /// The identifier, which is to be a part of C names, has a letter that they cannot have, or
+    /// begins with a digit.
     Identifier(String),
     /// The library is the only one in its folder, and is not named after the identifier.
     Library {

@@ -1,4 +1,5 @@
-//! `terminalsAndIcons.xml` of FMI 3.0 (section 2.4.9): which variables belong together at a connection.
+//! `terminalsAndIcons.xml` of FMI 3.0 (section 2.4.9): which variables belong together at a
+//! connection.
 
 use crate::error::DescriptionError;
 use crate::xml::Element;

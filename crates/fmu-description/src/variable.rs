@@ -1,4 +1,5 @@
-//! A variable (FMI 2.0, section 2.2.7; FMI 3.0, section 2.4.7): a scalar, an array of FMI 3.0, or an element of one.
+//! A variable (FMI 2.0, section 2.2.7; FMI 3.0, section 2.4.7): a scalar, an array of FMI 3.0, or
+//! an element of one.
 
 /// A variable.
 #[derive(Clone, Debug)]
@@ -7,10 +8,11 @@ pub struct Variable {
     pub name: String,
     /// What it means, empty where nothing is said.
     pub description: String,
-    /// Value reference: in FMI 2.0 unique among the variables with the same [`Access`], in FMI 3.0 among all but aliases; elements have that
-    /// of their array.
+    /// Value reference: in FMI 2.0 unique among the variables with the same [`Access`], in FMI 3.0
+    /// among all but aliases; elements have that of their array.
     pub reference: u32,
-    /// Lengths of an array of FMI 3.0, the last index runs fastest; empty for a scalar and for an element.
+    /// Lengths of an array of FMI 3.0, the last index runs fastest; empty for a scalar and for an
+    /// element.
     pub dimensions: Vec<usize>,
     /// Place of an element in its array, counted from 0; None for a whole variable.
     pub element: Option<usize>,
@@ -22,7 +24,8 @@ pub struct Variable {
     pub variability: Variability,
     /// How it gets its initial value, if that is said.
     pub initial: Option<Initial>,
-    /// Start values as written: none, one for the variable or for all elements, or one for each element.
+    /// Start values as written: none, one for the variable or for all elements, or one for each
+    /// element.
     pub start: Vec<String>,
     /// Least value allowed.
     pub min: Option<f64>,
@@ -34,7 +37,8 @@ pub struct Variable {
     pub unit: Option<String>,
     /// Unit in which people read a Real.
     pub display_unit: Option<String>,
-    /// It is a difference of values, so that the offset of a unit does not apply (`relativeQuantity`).
+    /// It is a difference of values, so that the offset of a unit does not apply
+    /// (`relativeQuantity`).
     pub is_relative: bool,
     /// Value references of the clocks at whose ticks it may change (FMI 3.0).
     pub clocks: Vec<u32>,
@@ -78,12 +82,14 @@ impl Kind {
     }
 }
 
-/// How the ticks of a clock come about (FMI 3.0, section 2.4.7.3): `intervalVariability` and what goes with it.
+/// How the ticks of a clock come about (FMI 3.0, section 2.4.7.3): `intervalVariability` and what
+/// goes with it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ClockTiming {
     /// Who decides on its ticks, and when.
     pub interval: ClockInterval,
-    /// Time between ticks, s, where the description says it: `intervalDecimal`, else `intervalCounter` / `resolution`.
+    /// Time between ticks, s, where the description says it: `intervalDecimal`, else
+    /// `intervalCounter` / `resolution`.
     pub period: Option<f64>,
     /// Delay of the first tick, s: `shiftDecimal`, else `shiftCounter` / `resolution`.
     pub shift: f64,
@@ -115,7 +121,8 @@ pub struct Item {
     pub value: i64,
 }
 
-/// The functions by which a variable is read and written: `fmi2GetReal` and `fmi2SetReal`, `fmi3GetUInt8` and `fmi3SetUInt8`, and so on.
+/// The functions by which a variable is read and written: `fmi2GetReal` and `fmi2SetReal`,
+/// `fmi3GetUInt8` and `fmi3SetUInt8`, and so on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Access {
     /// `Real` of FMI 2.0, `Float64` of FMI 3.0.
@@ -271,7 +278,12 @@ impl Variable {
 
     /// The start value of a Real, Integer or enumeration; of an array that of its first element.
     pub fn start_number(&self) -> Option<f64> {
-        self.start_of(0)?.trim().parse().ok()
+        self.start_number_of(0)
+    }
+
+    /// The same of an element, counted from 0.
+    pub fn start_number_of(&self, element: usize) -> Option<f64> {
+        self.start_of(element)?.trim().parse().ok()
     }
 
     /// The start value of an element, counted from 0, as written.
@@ -283,7 +295,8 @@ impl Variable {
         own.map(String::as_str)
     }
 
-    /// Least and greatest value allowed: infinite where nothing is said, the items of an enumeration.
+    /// Least and greatest value allowed: infinite where nothing is said, the items of an
+    /// enumeration.
     pub fn bounds(&self) -> [f64; 2] {
         let items = match &self.kind {
             Kind::Enumeration(items) => &items[..],

@@ -1,5 +1,6 @@
-//! A file as a tree of elements. Attributes are read by name; what is not asked for, such as namespaces, comments and what a
-//! vendor adds, does no harm. An error names the line, the element, and the value.
+//! A file as a tree of elements. Attributes are read by name; what is not asked for, such as
+//! namespaces, comments and what a vendor adds, does no harm. An error names the line, the element,
+//! and the value.
 
 use std::str::FromStr;
 
@@ -162,7 +163,8 @@ struct Lines {
 }
 
 impl Lines {
-    /// The line, counted from 1, of the first character from `place` on that is not blank; a place before the last one counts as that.
+    /// The line, counted from 1, of the first character from `place` on that is not blank; a place
+    /// before the last one counts as that.
     fn at(&mut self, text: &str, place: usize) -> usize {
         let rest = text.get(place..).unwrap_or_default();
         let place = place + (rest.len() - rest.trim_start().len());

@@ -51,6 +51,7 @@ mod names;
 mod rows;
 mod state;
 mod structs;
+mod values;
 
 use field::Role;
 use proc_macro::TokenStream;

@@ -1,10 +1,11 @@
 //! The rows of a struct in the table of variables.
 
 use crate::field::{Field, Kind, Role};
-use crate::structs::start_value;
+use crate::values::{real, start_value};
 use proc_macro2::{Span, TokenStream, TokenTree};
 use quote::{format_ident, quote, quote_spanned};
-use syn::{Expr, ExprLit, Ident, Lit, LitFloat, LitStr};
+use syn::spanned::Spanned;
+use syn::{Expr, ExprLit, Ident, Lit, LitStr};
 
 /// `impl Rows`, and what it needs.
 pub(crate) fn derive(ident: &Ident, fields: &[Field], role: Role) -> TokenStream {
@@ -16,7 +17,13 @@ pub(crate) fn derive(ident: &Ident, fields: &[Field], role: Role) -> TokenStream
     let fields: Vec<_> = fields.iter().filter(|field| field.is_seen()).collect();
     let names = fields.iter().map(|field| &field.name);
     let parts = (fields.iter().enumerate()).map(|(k, field)| part(field, role, k));
-    let checks = fields.iter().map(|field| units(field));
+    let checks = fields.iter().map(|field| match (field.kind, role) {
+        (Kind::Struct, Role::Output | Role::State) => {
+            let ty = &field.ty;
+            quote_spanned!(ty.span()=> const _: () = __fmu::is_output::<#ty>();)
+        }
+        _ => units(field),
+    });
     let paths = (fields.iter())
         .filter(|field| field.kind == Kind::Struct)
         .map(|field| path(ident, field));
@@ -36,7 +43,11 @@ pub(crate) fn derive(ident: &Ident, fields: &[Field], role: Role) -> TokenStream
             M: ::fmu_export::Model,
             At: __fmu::Path<From = M::#owner, To = #ident>,
         {
-            const ROWS: &'static [__fmu::Part<M>] = &[#(#parts),*];
+            const ROWS: &'static [__fmu::Part<M>] = {
+                #[allow(unused_imports)]
+                use __fmu::SpareRows as _;
+                &[#(#parts),*]
+            };
         }
     }
 }
@@ -76,9 +87,7 @@ fn part(field: &Field, role: Role, k: usize) -> TokenStream {
     let ty = &field.ty;
     if field.kind == Kind::Struct {
         let path = to(field);
-        return quote_spanned! { field.span()=>
-            __fmu::Part::Struct(<#ty as __fmu::Rows<M, #path<At>>>::ROWS)
-        };
+        return quote!(__fmu::Part::Struct(__fmu::RowsOf::<#ty, M, #path<At>>::ROWS));
     }
     let constructor = constructor(field, role);
     let (description, accessors, more) = (
@@ -115,7 +124,7 @@ fn constructor(field: &Field, role: Role) -> Ident {
 }
 
 fn accessors(field: &Field, role: Role) -> TokenStream {
-    let member = &field.ident;
+    let (member, ty) = (&field.ident, &field.ty);
     if field.said.has("constant") {
         let value = (field.said.start.as_ref()).map(|start| start_value(field, start));
         return quote!(|_| &#value);
@@ -134,10 +143,10 @@ fn accessors(field: &Field, role: Role) -> TokenStream {
         }
         (Kind::StaticText, _) => quote!(|s| At::get(s).#member),
         (Kind::Choice, true) => quote! {
-            |s| __fmu::Enumerated::number(&At::get(s).#member),
-            |s| __fmu::Enumerated::number_mut(&mut At::get_mut(s).#member)
+            |s| __fmu::Of::<#ty>::number(&At::get(s).#member),
+            |s| __fmu::Of::<#ty>::number_mut(&mut At::get_mut(s).#member)
         },
-        (Kind::Choice, false) => quote!(|s| __fmu::Enumerated::number(&At::get(s).#member)),
+        (Kind::Choice, false) => quote!(|s| __fmu::Of::<#ty>::number(&At::get(s).#member)),
         (_, true) => quote!(|s| &At::get(s).#member, |s| &mut At::get_mut(s).#member),
         (_, false) => quote!(|s| &At::get(s).#member),
     }
@@ -153,7 +162,8 @@ fn more(field: &Field, role: Role) -> TokenStream {
         None => {}
     }
     if field.kind == Kind::Choice {
-        calls.extend(quote!(.enumeration(&<#ty as __fmu::Enumerated>::ENUMERATION)));
+        let enumeration = quote_spanned!(ty.span()=> <#ty as __fmu::Enumerated>::ENUMERATION);
+        calls.extend(quote!(.enumeration(&#enumeration)));
     }
     if let Some(unit) = &said.display_unit {
         calls.extend(quote!(.display_unit(#unit)));
@@ -274,27 +284,6 @@ fn is_literal(value: &Expr) -> bool {
         Expr::Lit(_) => true,
         Expr::Unary(unary) => is_literal(&unary.expr),
         _ => false,
-    }
-}
-
-/// A number as an f64: `2` is written `2.0` for the compiler.
-pub(crate) fn real(value: &Expr) -> TokenStream {
-    match value {
-        Expr::Lit(ExprLit {
-            lit: Lit::Int(lit), ..
-        }) if lit.suffix().is_empty() => {
-            let lit = LitFloat::new(&format!("{}.0", lit.base10_digits()), lit.span());
-            quote!(#lit)
-        }
-        Expr::Unary(unary) => {
-            let (op, value) = (&unary.op, real(&unary.expr));
-            quote!(#op #value)
-        }
-        Expr::Array(array) => {
-            let values = array.elems.iter().map(real);
-            quote!([#(#values),*])
-        }
-        _ => quote!(#value),
     }
 }
 

@@ -3,7 +3,7 @@
 use crate::attributes::fmu;
 use crate::field::Field;
 use crate::names;
-use crate::structs::{start_value, zero};
+use crate::values::{real, start_value, zero};
 use proc_macro2::TokenStream;
 use quote::quote;
 use syn::punctuated::Punctuated;
@@ -111,17 +111,18 @@ pub(crate) fn derive(
 
 fn vector(ident: &Ident, fields: &[Field]) -> TokenStream {
     let members: Vec<_> = fields.iter().map(|field| &field.ident).collect();
+    let types: Vec<_> = fields.iter().map(|field| &field.ty).collect();
     let names = fields.iter().map(|field| &field.name);
     quote! {
         impl __fmu::Vector for #ident {
             #[inline]
             fn plus(&self, factor: f64, rate: &Self) -> Self {
-                Self { #(#members: __fmu::Vector::plus(&self.#members, factor, &rate.#members)),* }
+                Self { #(#members: __fmu::Of::<#types>::plus(&self.#members, factor, &rate.#members)),* }
             }
 
             fn not_finite(&self) -> ::core::option::Option<(&'static str, f64)> {
                 #(
-                    if let ::core::option::Option::Some((_, value)) = __fmu::Vector::not_finite(&self.#members) {
+                    if let ::core::option::Option::Some((_, value)) = __fmu::Of::<#types>::not_finite(&self.#members) {
                         return ::core::option::Option::Some((#names, value));
                     }
                 )*
@@ -137,7 +138,7 @@ fn whole(ident: &Ident, fields: &[Field], model: &Model) -> TokenStream {
     let u: Type = model.input.clone().unwrap_or_else(nothing);
     let y: Type = model.output.clone().unwrap_or_else(nothing);
     let max_step = match &model.max_step {
-        Some(max_step) => crate::rows::real(max_step),
+        Some(max_step) => real(max_step),
         None => quote!(1e-3),
     };
     let info = info(ident, model);
@@ -185,7 +186,7 @@ fn info(ident: &Ident, model: &Model) -> TokenStream {
     let experiment = match &model.experiment[..] {
         [] => TokenStream::new(),
         values => {
-            let values = values.iter().map(crate::rows::real);
+            let values = values.iter().map(real);
             quote!(.experiment(#(#values),*))
         }
     };

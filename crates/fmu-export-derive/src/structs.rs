@@ -2,11 +2,12 @@
 
 use crate::attributes::fmu;
 use crate::field::{Field, Kind, Role};
-use crate::rows::real;
+use crate::values::{start_value, zero};
 use crate::{check, rows, state};
 use proc_macro2::TokenStream;
-use quote::quote;
-use syn::{Attribute, Data, DeriveInput, Error, Expr, Fields, Ident, Result};
+use quote::{quote, quote_spanned};
+use syn::spanned::Spanned;
+use syn::{Attribute, Data, DeriveInput, Error, Fields, Ident, Result};
 
 pub(crate) fn derive(input: &DeriveInput, role: Role) -> Result<TokenStream> {
     let ident = &input.ident;
@@ -39,6 +40,8 @@ pub(crate) fn derive(input: &DeriveInput, role: Role) -> Result<TokenStream> {
         #[automatically_derived]
         const _: () = {
             use ::fmu_export::derive as __fmu;
+            #[allow(unused_imports)]
+            use __fmu::Spare as _;
             #rows
             #kind
             #data
@@ -102,7 +105,9 @@ fn start(ident: &Ident, fields: &[Field], kind: &TokenStream) -> TokenStream {
     let values = fields.iter().map(|field| {
         let (member, ty) = (&field.ident, &field.ty);
         let value = match (&field.said.start, field.kind) {
-            (None, Kind::Struct) if field.is_seen() => quote!(<#ty as __fmu::#kind>::start()),
+            (None, Kind::Struct) if field.is_seen() => {
+                quote_spanned!(ty.span()=> <#ty as __fmu::#kind>::start())
+            }
             (None, _) => zero(field),
             (Some(start), _) => start_value(field, start),
         };
@@ -117,42 +122,21 @@ fn start(ident: &Ident, fields: &[Field], kind: &TokenStream) -> TokenStream {
     }
 }
 
-/// A start value as the field needs it: a number for an array is that of each element.
-pub(crate) fn start_value(field: &Field, start: &Expr) -> TokenStream {
-    let value = match field.kind {
-        Kind::Real => real(start),
-        Kind::Choice | Kind::Text => return quote!(::core::convert::From::from(#start)),
-        _ => quote!(#start),
-    };
-    match (&field.len, start) {
-        (Some(len), Expr::Lit(_) | Expr::Unary(_)) => quote!([#value; #len]),
-        _ => value,
-    }
-}
-
-/// The zero of a field's type.
-pub(crate) fn zero(field: &Field) -> TokenStream {
-    let zero = match field.kind {
-        Kind::Real => quote!(0.0),
-        Kind::Integer => quote!(0),
-        Kind::Boolean => quote!(false),
-        Kind::StaticText => quote!(""),
-        Kind::Text | Kind::Choice | Kind::Struct => quote!(::core::default::Default::default()),
-    };
-    match &field.len {
-        Some(len) => quote!([#zero; #len]),
-        None => zero,
-    }
-}
-
 /// Clone and serde's traits; Copy and Default for what is copied.
 fn data(ident: &Ident, fields: &[Field], role: Role) -> TokenStream {
     let members: Vec<_> = fields.iter().map(|field| &field.ident).collect();
+    let copies = fields.iter().map(|field| {
+        let (member, ty) = (&field.ident, &field.ty);
+        match field.kind {
+            Kind::Struct => quote!(__fmu::Of::<#ty>::copied(&self.#member)),
+            _ => quote!(::core::clone::Clone::clone(&self.#member)),
+        }
+    });
     let mut impls = match role {
         Role::Parameter => quote! {
             impl ::core::clone::Clone for #ident {
                 fn clone(&self) -> Self {
-                    Self { #(#members: ::core::clone::Clone::clone(&self.#members)),* }
+                    Self { #(#members: #copies),* }
                 }
             }
         },
@@ -185,10 +169,28 @@ fn data(ident: &Ident, fields: &[Field], role: Role) -> TokenStream {
 
 /// Serde's traits: the fields one after the other, as a tuple of tuples, since those are at most 16 long.
 fn serde(ident: &Ident, fields: &[Field]) -> TokenStream {
-    let names: Vec<&Ident> = fields.iter().map(|field| &field.ident).collect();
-    let groups: Vec<_> = names.chunks(16).collect();
-    let read = groups.iter().map(|group| quote!((#(#group,)*)));
-    let written = groups.iter().map(|group| quote!((#(&self.#group,)*)));
+    let groups: Vec<_> = fields.chunks(16).collect();
+    let read = groups.iter().map(|group| {
+        let members = group.iter().map(|field| &field.ident);
+        quote!((#(#members,)*))
+    });
+    let written = groups.iter().map(|group| {
+        let values = group.iter().map(|field| {
+            let (member, ty) = (&field.ident, &field.ty);
+            match field.kind {
+                Kind::Struct => quote!(__fmu::Of::<#ty>::written(&self.#member)),
+                _ => quote!(&self.#member),
+            }
+        });
+        quote!((#(#values,)*))
+    });
+    let members = fields.iter().map(|field| {
+        let (member, ty) = (&field.ident, &field.ty);
+        match field.kind {
+            Kind::Struct => quote!(#member: __fmu::Of::<#ty>::read(#member)),
+            _ => quote!(#member),
+        }
+    });
     quote! {
         impl __fmu::serde::Serialize for #ident {
             fn serialize<S: __fmu::serde::Serializer>(&self, to: S) -> ::core::result::Result<S::Ok, S::Error> {
@@ -199,7 +201,7 @@ fn serde(ident: &Ident, fields: &[Field]) -> TokenStream {
         impl<'de> __fmu::serde::Deserialize<'de> for #ident {
             fn deserialize<D: __fmu::serde::Deserializer<'de>>(from: D) -> ::core::result::Result<Self, D::Error> {
                 let (#(#read,)*) = __fmu::serde::Deserialize::deserialize(from)?;
-                ::core::result::Result::Ok(Self { #(#names),* })
+                ::core::result::Result::Ok(Self { #(#members),* })
             }
         }
     }

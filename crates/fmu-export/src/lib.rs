@@ -102,19 +102,21 @@ mod fmi2;
 mod fmi3;
 
 pub use core::carried::{Carried, Counted};
+pub use core::causality::ALL_PARAMETERS;
 pub use core::check::check;
 pub use core::enumeration::{Enumeration, Items};
+pub use core::error::ModelError;
 pub use core::info::{File, Info, MadeFile, Terminal};
 pub use core::input::{InputPolynomial, MAX_INPUT_DERIVATIVE};
 #[doc(hidden)]
 pub use core::joined::{join, total};
-pub use core::log::{Level, Log};
-pub use core::model::{Evaluation, Model, ModelError};
+pub use core::log::Log;
+pub use core::message::Level;
+pub use core::model::{Evaluation, Model, SetString, Variable};
 pub use core::parameter_file::{read_parameter_file, read_placed_file};
-pub use core::step::StepEnd;
+pub use core::step_end::StepEnd;
 pub use core::unit::{DisplayUnit, Unit};
 pub use core::units::KNOWN_UNITS;
-pub use core::variable::{ALL_PARAMETERS, SetString, Variable};
 pub use fmi2::description::model_description;
 #[doc(hidden)]
 pub use fmi2::entry;

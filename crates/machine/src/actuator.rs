@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 /// Motor, gear, screw and rod of one actuator. dq quantities are peak-valued
 /// (amplitude-invariant): torque carries the factor 3/2.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Emla {
     /// Pole pairs.
@@ -79,6 +80,7 @@ pub struct Emla {
 
 /// Holding brake on the motor's shaft, applied by a spring: dry friction that sticks.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Brake {
     /// Torque up to which it holds and with which it slips, N·m.
@@ -86,12 +88,14 @@ pub struct Brake {
 }
 
 impl Brake {
-    /// Of a motor of 37 N·m: 1.35 times its rated torque, which holds 110 kN at the rod of the reference machine.
+    /// Of a motor of 37 N·m: 1.35 times its rated torque, which holds 110 kN at the rod of the
+    /// reference machine.
     pub const TYPICAL: Self = Self { torque: 50.0 };
 }
 
 /// Winding and housing as two bodies of one temperature each.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Heat {
     /// Heat capacity of the winding, J/K.
@@ -105,7 +109,8 @@ pub struct Heat {
 }
 
 impl Heat {
-    /// Of a motor of 12 kW with its screw: at rated torque, 316 W of copper, the winding settles 66 K above the air.
+    /// Of a motor of 12 kW with its screw: at rated torque, 316 W of copper, the winding settles 66
+    /// K above the air.
     pub const TYPICAL: Self = Self {
         C_w: 2e3,
         R_wh: 0.06,
@@ -114,9 +119,10 @@ impl Heat {
     };
 }
 
-/// `R_s = R_s,ref·(1 + α_Cu·ΔT)` with the winding's and `λ_m = λ_m,ref·(1 + α_m·ΔT)` with the housing's temperature, which the rotor
-/// follows.
+/// `R_s = R_s,ref·(1 + α_Cu·ΔT)` with the winding's and `λ_m = λ_m,ref·(1 + α_m·ΔT)` with the
+/// housing's temperature, which the rotor follows.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Temperature {
     /// Temperature at which `R_s` and `lambda_m` hold, K.
@@ -138,6 +144,7 @@ impl Temperature {
 
 /// Iron losses `P_core = (k_h·|w_e| + k_e·w_e²)·(lambda_d² + lambda_q²)`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct CoreLosses {
     /// Hysteresis coefficient, W·s/(rad·Wb²).
@@ -149,6 +156,7 @@ pub struct CoreLosses {
 /// Losses of a two-level inverter with sinusoidal current of amplitude `i`:
 /// conduction `3·(2/π·v_0·i + r_0·i²/2)`, switching `6/π·f_sw·k_sw·v_dc·i`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct InverterLosses {
     /// DC-link voltage, V.
@@ -165,6 +173,7 @@ pub struct InverterLosses {
 
 /// What the actuator is rated for.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Ratings {
     /// Largest rod force, N.
@@ -180,8 +189,8 @@ pub struct Ratings {
 }
 
 impl Emla {
-    /// Voltage of the DC link where nothing else gives one, V: the inverter's `v_dc`; without one, what [`largest_voltage`] needs for
-    /// `v_max`.
+    /// Voltage of the DC link where nothing else gives one, V: the inverter's `v_dc`; without one,
+    /// what [`largest_voltage`] needs for `v_max`.
     ///
     /// [`largest_voltage`]: Emla::largest_voltage
     #[must_use]
@@ -194,8 +203,8 @@ impl Emla {
         }
     }
 
-    /// Largest phase voltage (peak) that the inverter can give with `v_dc` in its DC link, V: `v_max`, and `v_dc/√3`, to which
-    /// space-vector modulation reaches.
+    /// Largest phase voltage (peak) that the inverter can give with `v_dc` in its DC link, V:
+    /// `v_max`, and `v_dc/√3`, to which space-vector modulation reaches.
     #[must_use]
     pub fn largest_voltage(&self, v_dc: f64) -> f64 {
         (v_dc / 3.0_f64.sqrt()).min(self.v_max)

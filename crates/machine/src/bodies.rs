@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 
 /// One rigid body.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Body {
     /// Mass, kg.
@@ -17,6 +18,7 @@ pub struct Body {
 
 /// Symmetric inertia tensor, kg·m². Off-diagonal entries are the tensor's own (−∫xy dm).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 #[expect(missing_docs, reason = "the six entries of a symmetric tensor")]
 pub struct InertiaTensor {
@@ -61,6 +63,7 @@ impl InertiaTensor {
 
 /// The 13 bodies; frames as in the paper.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Bodies {
     /// Base column.
@@ -135,6 +138,7 @@ impl Bodies {
 
 /// Ranges of strokes and joints.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Limits {
     /// Slew stroke range, m.
@@ -188,6 +192,7 @@ impl Limits {
 
 /// Where a run starts.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Start {
     /// Joint angles, rad.
@@ -212,8 +217,9 @@ impl Start {
 mod tests {
     use super::*;
 
-    /// The tensor `tr(Σ)·1 − Σ` of `Σ = L D Lᵀ` with unit lower triangular L: by Sylvester's law Σ has as many positive eigenvalues as D has
-    /// positive elements. All numbers are small integers or halves, so nothing is rounded.
+    /// The tensor `tr(Σ)·1 − Σ` of `Σ = L D Lᵀ` with unit lower triangular L: by Sylvester's law Σ
+    /// has as many positive eigenvalues as D has positive elements. All numbers are small integers
+    /// or halves, so nothing is rounded.
     fn tensor(d: [f64; 3]) -> InertiaTensor {
         const L: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [3.0, 1.0, 0.0], [-2.0, 0.5, 1.0]];
         let s = |i: usize, j: usize| (0..3).map(|k| L[i][k] * d[k] * L[j][k]).sum::<f64>();

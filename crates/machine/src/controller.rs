@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 
 /// Gains of the adaptive modular controller.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Controller {
     /// Time for which the start pose is held before the trajectory begins, s.
@@ -33,17 +34,21 @@ pub struct Controller {
     /// Bandwidth ω_d of the disturbance observer, 1/s; left out: none, as in the paper.
     #[serde(default)]
     pub omega_d: f64,
-    /// Rate ω_tip of the integral of the tip's error in the modes with integral, 1/s; left out: a quarter of the reference machine's
-    /// `Lambda_position`, which makes the error's two roots equal.
+    /// Rate ω_tip of the integral of the tip's error in the modes with integral, 1/s; left out: a
+    /// quarter of the reference machine's `Lambda_position`, which makes the error's two roots
+    /// equal.
     #[serde(default = "omega_tip")]
     pub omega_tip: f64,
-    /// Bandwidth ω of the observer of the joint rates, rad/s; left out: none, the measured rates count, as in the paper.
+    /// Bandwidth ω of the observer of the joint rates, rad/s; left out: none, the measured rates
+    /// count, as in the paper.
     #[serde(default)]
     pub omega_speed: f64,
-    /// Age of the measurements when they are read, s: they are compared with the reference of then; left out: none, as in the paper.
+    /// Age of the measurements when they are read, s: they are compared with the reference of then;
+    /// left out: none, as in the paper.
     #[serde(default)]
     pub reading_age: f64,
-    /// Leakage σ of the adaptation towards the nominal inertias, 1/s; left out: none, as in the paper.
+    /// Leakage σ of the adaptation towards the nominal inertias, 1/s; left out: none, as in the
+    /// paper.
     #[serde(default)]
     pub leakage: f64,
     /// Adaptation gain γ of the natural adaptation law (larger is slower).
@@ -125,6 +130,7 @@ impl Controller {
 
 /// The paper's two tip trajectories.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Trajectories {
     /// Cube edges in three dimensions.
@@ -135,6 +141,7 @@ pub struct Trajectories {
 
 /// Vertices on a cube, in edge lengths along three axes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct CubicPath {
     /// Edge length, m.
@@ -151,6 +158,7 @@ pub struct CubicPath {
 
 /// World directions of a cube's edges.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 #[expect(missing_docs, reason = "three directions")]
 pub struct CubeAxes {
@@ -161,6 +169,7 @@ pub struct CubeAxes {
 
 /// Vertices relative to the start.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct TriangularPath {
     /// Time for one edge, s.

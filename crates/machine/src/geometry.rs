@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 /// World frame: x forward, y up, z = x × y. Points with two coordinates lie in the boom plane,
 /// which turns with `zeta_1` about y.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Geometry {
     /// Lift joint O in T1.

@@ -10,6 +10,7 @@ use serde::{Deserialize, Serialize};
 
 /// Everything that describes one machine: mechanism, actuators, references and controller gains.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Machine {
     /// Gravitational acceleration along world −y, m/s².
@@ -23,8 +24,10 @@ pub struct Machine {
     /// Strokes, joint ranges and wrist torque limits.
     pub limits: Limits,
     /// Electromechanical linear actuators: one section for all, or one for each.
+    #[cfg_attr(test, schemars(with = "Emla"))]
     pub emla: PerAxis<Emla>,
     /// What the actuators are rated for: one section for all, or one for each.
+    #[cfg_attr(test, schemars(with = "Ratings"))]
     pub ratings: PerAxis<Ratings>,
     /// Pose in which a run starts.
     pub start: Start,
@@ -35,7 +38,8 @@ pub struct Machine {
 }
 
 impl Machine {
-    /// Checks every value; called wherever a machine is read, and wherever values were changed since.
+    /// Checks every value; called wherever a machine is read, and wherever values were changed
+    /// since.
     ///
     /// # Errors
     /// Every value outside its range.

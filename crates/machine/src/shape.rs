@@ -1,14 +1,12 @@
-//! The shape of a machine file: which fields there are, of which type; learnt from a machine that has all of them.
+//! The shape of a machine file: which fields there are, of which type; learnt from a machine that
+//! has all of them.
 
 use crate::Machine;
 use crate::actuator::{Brake, CoreLosses, Heat, InverterLosses, Temperature};
 use crate::check::Findings;
 use crate::per_axis::{AXES, PerAxis};
-use crate::source::is_split;
+use crate::sections::{SECTIONS_PER_AXIS, is_split};
 use serde_json::Value;
-
-/// Sections that may have one object for each actuator.
-pub(crate) const SECTIONS_PER_AXIS: [&str; 2] = ["emla", "ratings"];
 
 /// Likeness from which on a name is proposed instead of another.
 const LIKE: f64 = 0.7;

@@ -1,10 +1,11 @@
-//! Where a machine comes from: a file, or a part of one with `"extends"` and what differs, or a shipped machine.
+//! Where a machine comes from: a file, or a part of one with `"extends"` and what differs, or a
+//! shipped machine.
 
 use crate::Machine;
 use crate::check::{Findings, MachineError};
 use crate::json;
-use crate::per_axis::AXES;
-use crate::shape::{self, SECTIONS_PER_AXIS};
+use crate::sections::{SECTIONS_PER_AXIS, is_split, split};
+use crate::shape;
 use serde_json::{Map, Value};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -33,7 +34,8 @@ pub struct Source {
 }
 
 impl Source {
-    /// What `text` says; a relative path in `extends` starts from the folder of `file`, or from the working directory.
+    /// What `text` says; a relative path in `extends` starts from the folder of `file`, or from the
+    /// working directory.
     ///
     /// # Errors
     /// Everything that is wrong with it.
@@ -51,7 +53,8 @@ impl Source {
         Ok(Self { machine, texts })
     }
 
-    /// Name of the shipped machine that this one is, or that it extends, through other files too; of several the nearest.
+    /// Name of the shipped machine that this one is, or that it extends, through other files too;
+    /// of several the nearest.
     #[must_use]
     pub fn shipped(&self) -> Option<&'static str> {
         let name = |text: &String| PRESETS.iter().find(|(_, shipped)| shipped == text);
@@ -78,13 +81,14 @@ impl Machine {
     /// Reads and checks a machine whose text is of no file.
     ///
     /// # Errors
-    /// Malformed JSON (with line and column), or all fields that are unknown, missing, wrongly typed, or outside their physical ranges
-    /// (with path, value and rule).
+    /// Malformed JSON (with line and column), or all fields that are unknown, missing, wrongly
+    /// typed, or outside their physical ranges (with path, value and rule).
     pub fn from_json(json: &str) -> Result<Self, MachineError> {
         Ok(Source::read(json, None)?.machine)
     }
 
-    /// As [`Machine::from_json`], of the text of `file`, beside which relative paths of `extends` are looked for.
+    /// As [`Machine::from_json`], of the text of `file`, beside which relative paths of `extends`
+    /// are looked for.
     ///
     /// # Errors
     /// As of [`Machine::from_json`].
@@ -120,7 +124,8 @@ fn unknown(name: &str, file: &Path, error: &std::io::Error) -> MachineError {
     ))
 }
 
-/// The object of `text` on top of what it extends. `open` are the files that are being read, `texts` all that were.
+/// The object of `text` on top of what it extends. `open` are the files that are being read,
+/// `texts` all that were.
 fn merged(
     text: &str,
     file: Option<&Path>,
@@ -186,8 +191,8 @@ fn base_of(
     Ok(value)
 }
 
-/// Puts `own` on top of `base`: objects field by field; all else, arrays too, as a whole. Where one of the two tells actuators apart, so
-/// does the result.
+/// Puts `own` on top of `base`: objects field by field; all else, arrays too, as a whole. Where one
+/// of the two tells actuators apart, so does the result.
 fn put(base: &mut Value, own: Value, is_whole: bool) {
     let (Value::Object(base), Value::Object(own)) = (&mut *base, &own) else {
         *base = own;
@@ -209,7 +214,8 @@ fn put(base: &mut Value, own: Value, is_whole: bool) {
     }
 }
 
-/// The object of a file that extends `name`, whose machine is `base`, and says only how `machine` differs.
+/// The object of a file that extends `name`, whose machine is `base`, and says only how `machine`
+/// differs.
 #[must_use]
 pub fn extending(name: &str, base: &Machine, machine: &Machine) -> Value {
     let [mut base, mut machine] =
@@ -241,19 +247,6 @@ fn difference(base: &Value, value: &Value) -> Option<Value> {
     });
     let differing: Map<_, _> = differing.collect();
     (!differing.is_empty()).then_some(Value::Object(differing))
-}
-
-/// Whether a section tells actuators apart.
-pub(crate) fn is_split(section: &Value) -> bool {
-    let fields = section.as_object();
-    fields.is_some_and(|fields| AXES.iter().any(|axis| fields.contains_key(*axis)))
-}
-
-fn split(section: &mut Value) {
-    if !is_split(section) && section.is_object() {
-        let each = AXES.map(|axis| (axis.to_owned(), section.clone()));
-        *section = Value::Object(Map::from_iter(each));
-    }
 }
 
 #[cfg(test)]
@@ -382,7 +375,8 @@ mod tests {
         );
     }
 
-    /// Unknown, misspelt, missing, of another type, beyond its range: one line each, and none that only follows from another.
+    /// Unknown, misspelt, missing, of another type, beyond its range: one line each, and none that
+    /// only follows from another.
     #[test]
     fn everything_wrong_is_told_at_once() {
         let mut value: Value = serde_json::from_str(crate::REFERENCE_JSON).expect("JSON");

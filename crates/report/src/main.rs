@@ -1,17 +1,23 @@
-//! Command line of what is drawn: page, drawings of machines, pictures of runs. `hdrm-fmu` starts it, by the same words.
+//! The program that draws: the evaluation as a page ([`report`]), machines on a sheet ([`machines`]), signals over time ([`plot`]), figures of
+//! sizing and of paths. `hdrm-fmu` starts it, by the same words; numbers come from crate `studies`.
 #![forbid(unsafe_code)]
 
 mod commands;
+mod machines;
+mod margins_figure;
+mod plot;
+mod report;
+mod sizing_figure;
 
 use std::process::ExitCode;
 
 use anyhow::Result;
 use clap::{Parser, Subcommand};
-use commands::{figures, machine, page, plot};
+use commands::{figures, machine, page};
 use cosim::verdict::Verdict;
-use studies::commands::electric::SizingArgs;
 use studies::commands::path::CheckArgs;
 use studies::commands::program;
+use studies::commands::sizing::SizingArgs;
 
 /// Pictures of the coupled manipulator: report, drawings of machines, signals over time.
 #[derive(Parser)]
@@ -28,7 +34,7 @@ enum Command {
     /// Motors and actuators beside what they do: RMS and peaks, envelopes, temperatures over an hour, sensitivity to the payload
     Sizing(SizingArgs),
     /// Draw the signals of a CSV file over time, as PNG and SVG
-    Plot(plot::PlotArgs),
+    Plot(commands::plot::PlotArgs),
     /// What is done to machine files
     #[command(subcommand)]
     Machine(MachineCommand),
@@ -74,7 +80,7 @@ impl Command {
         match self {
             Self::Report(args) => page::report(args),
             Self::Sizing(args) => figures::sizing(args),
-            Self::Plot(args) => done(plot::plot(args)),
+            Self::Plot(args) => done(commands::plot::plot(args)),
             Self::Machine(MachineCommand::Draw(args)) => done(machine::draw(args)),
             Self::Path(PathCommand::Check(args)) => done(figures::path(args)),
         }

@@ -5,71 +5,55 @@
 //! 13 bodies are made of them with the kinematics of crate `hdrm` and the machine file that the FMU runs with (module `scene`). Every frame is
 //! checked against the tip position that the FMU gives, so a drawing of another machine is refused.
 //!
-//! The page is plain HTML with plotly.js (out of the crate `plotly`) and three.js (in `assets/`) inside.
+//! The page is plain HTML with plotly.js and three.js (both in `assets/`) inside.
 
 mod conditions;
 mod electric;
 mod errors;
 mod evaluation;
-mod figures;
+mod failures;
+pub mod figures;
 mod map;
 mod own_path;
 mod page;
+mod request;
 mod runs;
 mod samples;
 mod scene;
 mod stability;
 mod surrogate;
+mod table;
 mod worlds;
 
 use std::fmt::Write as _;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use anyhow::{Context, Result, bail};
-use cosim::run::Experiment;
-use cosim::system::System;
 use rayon::prelude::*;
 use serde::Serialize;
 
 use conditions::Conditions;
 use errors::{ErrorStudy, Plan};
-use evaluation::{Energy, Testbed, kept};
+use evaluation::{Energy, Testbed};
+use failures::kept;
 use map::EfficiencyMap;
+pub use request::Request;
+use request::UNCERTAIN;
 use runs::{Case, Run};
 use scene::Scene;
 use stability::Stability;
-use studies::efficiency;
+use studies::grid::TRAJECTORIES;
 use studies::machine_file::MachineFile;
-use studies::table::{self, MODES, TRAJECTORIES};
-use studies::tip::TipError;
-
-/// Inertia error with which the adaptation is shown besides nominal inertias.
-const UNCERTAIN: f64 = 1.4;
-
-/// What is to be reported on.
-pub struct Request<'a> {
-    /// The machine.
-    pub system: &'a System,
-    /// What all runs have in common.
-    pub base: &'a Experiment,
-    /// The one-axis experiment, where there is one.
-    pub testbed: Option<&'a System>,
-    /// The machine of the real world, where there is one.
-    pub real: Option<&'a System>,
-    /// The machine that bends, where it is to be run.
-    pub bending: Option<&'a System>,
-    /// The machine fed by a battery, where there is one.
-    pub electric: Option<&'a System>,
-    /// A path of the reader's own by its name, and the experiment that follows it.
-    pub path: Option<(String, Experiment)>,
-}
+use studies::studies::efficiency;
+use studies::studies::inertia::{self, MODES};
+use table::Row;
 
 /// All that the page shows.
 #[derive(Serialize)]
 pub struct Report {
     conditions: Conditions,
-    table: Vec<Row>,
+    pub(crate) table: Vec<Row>,
     worlds: Vec<worlds::Shown>,
     errors: Vec<ErrorStudy>,
     runs: Vec<Run>,
@@ -85,53 +69,23 @@ pub struct Report {
     surrogate: Option<surrogate::OnRig>,
 }
 
-/// A row of the robustness table.
-#[derive(Serialize)]
-struct Row {
-    trajectory: &'static str,
-    scale: f64,
-    /// The paper's RMSE of its adaptive controller, m.
-    paper: f64,
-    /// In the order of [`MODES`].
-    cells: Vec<TableCell>,
-}
-
-/// Tip error over the motion, m; nothing where the run failed.
-#[derive(Serialize)]
-struct TableCell {
-    mode: &'static str,
-    rmse: Option<f64>,
-    max: Option<f64>,
-}
-
-impl TableCell {
-    fn of(mode: &'static str, result: &Result<TipError>) -> Self {
-        let motion = result.as_ref().ok().map(|tip| tip.motion);
-        Self {
-            mode,
-            rmse: motion.map(|d| d.rms()),
-            max: motion.map(|d| d.max),
-        }
-    }
-}
-
-impl Request<'_> {
+impl Report {
     /// Make all runs, in parallel; `progress` is told how many of how many are done. A run that fails is named in the report.
     ///
     /// # Errors
     /// No run succeeds, or the machine file cannot be used.
-    pub fn make(&self, progress: impl Fn(u64, u64) + Sync) -> Result<Report> {
-        let machine = MachineFile::of(self.system, &self.base.settings)?;
+    pub fn new(request: &Request<'_>, progress: impl Fn(u64, u64) + Sync) -> Result<Self> {
+        let machine = MachineFile::of(request.system, &request.base.settings)?;
         let scene = Scene::new(&machine)?;
-        let plan = Plan::of(self)?;
-        let runs = cases().len() + table::CELLS + plan.count();
-        let total = runs as u64 + evaluation::RUNS + studies::stability::RUNS;
+        let plan = Plan::of(request)?;
+        let runs = (cases().len() + inertia::CELLS) as u64 + plan.count();
+        let total = runs + evaluation::RUNS + studies::studies::stability::RUNS;
         let done = AtomicU64::new(0);
         let count = || progress(done.fetch_add(1, Ordering::Relaxed) + 1, total);
         let results: Vec<Result<Run>> = cases()
             .into_par_iter()
             .map(|case| {
-                let run = Run::of(self, case, &scene);
+                let run = Run::of(request, case, &scene);
                 count();
                 run
             })
@@ -141,20 +95,20 @@ impl Request<'_> {
         if runs.is_empty() {
             bail!("no run succeeded: {}", failures.join("; "));
         }
-        let cells = table::run(self.system, self.base, count)?;
-        failures.extend(cells.iter().filter_map(failure));
-        let worlds = worlds::shown(self, &mut failures);
-        let errors = plan.run(self, count, &mut failures)?;
-        let energy = evaluation::energies(self, count, &mut failures);
-        let electric = electric::shown(self, &mut failures);
-        let path = own_path::shown(self, &machine, &mut failures);
-        let stability = stability::stability(self, count, &mut failures);
-        let testbed = evaluation::testbed(self, &mut failures);
-        let surrogate = surrogate::on_rig(self, &mut failures);
-        let map = efficiency::map(self.system, self.base).map(EfficiencyMap::from);
-        Ok(Report {
-            conditions: Conditions::of(self, &machine),
-            table: cells.chunks(MODES.len()).map(row).collect(),
+        let cells = inertia::run(request.system, request.base, count)?;
+        failures.extend(cells.iter().filter_map(table::failure));
+        let worlds = worlds::shown(request, &mut failures);
+        let errors = plan.run(request, count, &mut failures)?;
+        let energy = evaluation::energies(request, count, &mut failures);
+        let electric = electric::shown(request, &mut failures);
+        let path = own_path::shown(request, &machine, &mut failures);
+        let stability = stability::stability(request, count, &mut failures)?;
+        let testbed = evaluation::testbed(request, &mut failures);
+        let surrogate = surrogate::on_rig(request, &mut failures);
+        let map = efficiency::map(request.system, request.base).map(EfficiencyMap::from);
+        Ok(Self {
+            conditions: Conditions::of(request, &machine),
+            table: cells.chunks(MODES.len()).map(table::row).collect(),
             worlds,
             errors,
             runs,
@@ -174,7 +128,7 @@ impl Request<'_> {
 /// The runs that are kept: both trajectories with all controllers, and the adaptive one with wrong inertias.
 fn cases() -> Vec<Case> {
     let mut cases = Vec::new();
-    for (trajectory, _) in TRAJECTORIES {
+    for trajectory in TRAJECTORIES {
         cases.extend(MODES.map(|mode| Case {
             trajectory,
             mode,
@@ -189,31 +143,6 @@ fn cases() -> Vec<Case> {
     cases
 }
 
-fn failure(cell: &table::Cell) -> Option<String> {
-    let error = cell.result.as_ref().err()?;
-    let table::Cell {
-        trajectory,
-        mode,
-        scale,
-        ..
-    } = cell;
-    Some(format!(
-        "{trajectory}, {mode}, inertia x {scale}: {error:#}"
-    ))
-}
-
-fn row(cells: &[table::Cell]) -> Row {
-    Row {
-        trajectory: cells[0].trajectory,
-        scale: cells[0].scale,
-        paper: cells[0].paper,
-        cells: cells
-            .iter()
-            .map(|c| TableCell::of(c.mode, &c.result))
-            .collect(),
-    }
-}
-
 impl Report {
     /// Write the page.
     pub fn write(&self, path: &Path) -> Result<()> {
@@ -222,12 +151,6 @@ impl Report {
         }
         std::fs::write(path, page::html(self)?)
             .with_context(|| format!("`{}` cannot be written", path.display()))
-    }
-
-    /// Write the figures as PNG and SVG into `folder`; their names.
-    pub fn write_figures(&self, folder: &Path) -> Result<Vec<PathBuf>> {
-        std::fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
-        figures::write(self, folder)
     }
 
     /// A line for each run and each failure.

@@ -2,15 +2,6 @@
 
 use serde::{Deserialize, Serialize};
 
-/// Who moves the rod.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Drive {
-    /// The rod follows the inputs `x` and `x_dot`; the force on it is the answer.
-    Motion,
-    /// The rod is a mass of its own against the input `F_ext`.
-    Force,
-}
-
 /// What acts on the actuator at one instant.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Input {
@@ -22,15 +13,16 @@ pub struct Input {
     pub v_dc: f64,
     /// Whether the inverter's gates are on, as they are by default. Read at the start of a step.
     pub enable: bool,
-    /// Whether the holding brake is applied; a drive that has tripped applies it too. Read at the start of a step.
+    /// Whether the holding brake is applied; a drive that has tripped applies it too. Read at the
+    /// start of a step.
     pub brake: bool,
     /// Temperature around the actuator, K.
     pub T_ambient: f64,
-    /// Rod position, m. In [`Drive::Force`] read at the start only.
+    /// Rod position, m. In [`crate::Drive::Force`] read at the start only.
     pub x: f64,
-    /// Rod velocity, m/s. In [`Drive::Force`] read at the start only.
+    /// Rod velocity, m/s. In [`crate::Drive::Force`] read at the start only.
     pub x_dot: f64,
-    /// External force on the rod against extension, N. [`Drive::Force`] only.
+    /// External force on the rod against extension, N. [`crate::Drive::Force`] only.
     pub F_ext: f64,
     /// Force that the actuator delivers at the start, N. Read at the start only.
     pub F_hold: f64,

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use anyhow::Result;
+use cosim::structure::Parameter;
 use cosim::system::{Setting, System};
 
 /// Modes of the controller.
@@ -20,7 +21,7 @@ pub const MODES: [&str; 8] = [
 const RATES: [f64; 5] = [1.25, 2.5, 5.0, 10.0, 20.0];
 
 /// A control law.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Law {
     /// Name in the tables.
     pub name: String,
@@ -59,9 +60,14 @@ impl Law {
     }
 }
 
+/// The laws of these modes of the controller.
+pub fn of_modes(modes: &[&str]) -> Vec<Law> {
+    modes.iter().map(|mode| Law::new(*mode, mode)).collect()
+}
+
 /// The modes of the controller, each with and without the integral of the tip's error.
 pub fn rivals() -> Vec<Law> {
-    MODES.map(|mode| Law::new(mode, mode)).to_vec()
+    of_modes(&MODES)
 }
 
 /// Adaptation, disturbance observer, integral of the voltage law and integral of the tip's error, each on and off.
@@ -75,14 +81,19 @@ pub fn ablation() -> Vec<Law> {
             (false, true) => "modular_integral",
             (false, false) => "modular",
         };
-        let part = |on: bool, name: &'static str| if on { name } else { "-" };
-        let name = format!(
-            "{:<11}{:<10}{:<9}{:<4}",
-            part(adaptation, "adaptation"),
-            part(observer, "observer"),
-            part(voltage, "voltage"),
-            part(tip, "tip")
-        );
+        let parts = [
+            (adaptation, "adaptation"),
+            (observer, "observer"),
+            (voltage, "voltage"),
+            (tip, "tip"),
+        ];
+        let on = parts.iter().filter(|(is_on, _)| *is_on);
+        let on: Vec<_> = on.map(|(_, part)| *part).collect();
+        let name = if on.is_empty() {
+            "none".into()
+        } else {
+            on.join(" + ")
+        };
         let mut law = Law::new(name, mode);
         if !observer {
             law = law.with("omega_d", 0.0);
@@ -142,19 +153,23 @@ pub fn tried(mode: &str, network: &Path) -> Vec<Law> {
 }
 
 /// What the parameter set `file` of the system changes, taken back one variable at a time, and all together: what each change brings. A
-/// variable of the same name in several components is one change, as the `delay` that moves from the sensors into the controller.
-pub fn changes(system: &System, file: &str, mode: &str) -> Result<Vec<Law>> {
+/// variable of the same name in several components is one change, as the `delay` that moves from the sensors into the controller. What the
+/// set `bound` says does not count as being there before.
+pub fn changes(system: &System, bound: &str, file: &str, mode: &str) -> Result<Vec<Law>> {
     let mut laws = vec![Law::new("as shipped", mode)];
     let mut without = Law::new("without any", mode);
     for (component, element) in system.structure.components.iter().enumerate() {
         for (k, parameter) in element.parameters.iter().enumerate() {
-            if !parameter.origin.contains(file) {
+            // The structure itself binds a set, which may be applied once more or have another after it.
+            let of_world = |p: &Parameter| p.origin.contains(file) || p.origin.contains(bound);
+            let again = |p: &Parameter| p.name == parameter.name && p.origin.contains(file);
+            if !parameter.origin.contains(file) || element.parameters[k + 1..].iter().any(again) {
                 continue;
             }
             let port = system.port_of(component, &parameter.name)?;
             let before = element.parameters[..k]
                 .iter()
-                .rfind(|p| p.name == parameter.name);
+                .rfind(|p| p.name == parameter.name && !of_world(p));
             let before = before.map(|p| p.value.clone());
             let Some(before) =
                 before.or_else(|| system.variable(port).start_of(0).map(String::from))

@@ -63,6 +63,13 @@ impl MachineFile {
         Self::at(system, settings, system.port("hdrm.machine_file")?)
     }
 
+    /// As [`MachineFile::of`]; nothing for a manipulator that has no such parameter.
+    pub fn of_plant(system: &System, settings: &[Setting]) -> Result<Option<Self>> {
+        let port = system.port("hdrm.machine_file").ok();
+        port.map(|port| Self::at(system, settings, port))
+            .transpose()
+    }
+
     /// As [`MachineFile::of`], of the component whose parameter `file` is.
     pub fn at(system: &System, settings: &[Setting], file: Port) -> Result<Self> {
         let component = &system.structure.components[file.component];
@@ -100,4 +107,10 @@ impl MachineFile {
             machine,
         })
     }
+}
+
+/// The machine of a file, or the shipped one of this name.
+pub fn read(name: &str) -> Result<Machine> {
+    let source = Source::named(name).with_context(|| name.to_owned())?;
+    Ok(source.machine)
 }

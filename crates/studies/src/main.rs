@@ -10,7 +10,10 @@ use clap::{Parser, Subcommand};
 use cosim::cli::exit;
 use cosim::verdict::Verdict;
 use studies::commands::siblings::{OtherArguments, Sibling};
-use studies::commands::{electric, elsewhere, evaluation, machine, path, program, run};
+use studies::commands::{
+    compare, endurance, energy, evaluate, machine, path, program, run, sizing, stability, table,
+    testbed,
+};
 use studies::worlds::World;
 
 /// Experiments on the coupled manipulator: three electromechanical actuators, rigid bodies and controller, as FMUs.
@@ -26,24 +29,24 @@ enum Command {
     /// Run one experiment and print tip error, power residuals and speed
     Run(run::RunArgs),
     /// Run one trajectory with the three controllers and print their tip RMSE beside the paper's
-    Compare(run::CompareArgs),
+    Compare(compare::CompareArgs),
     /// Tip RMSE for parameter errors, noise and loads x trajectories x controllers, for inertia errors beside the paper's
-    Table(evaluation::TableArgs),
+    Table(table::TableArgs),
     /// Write the evaluation as one HTML file with tables, plots and a 3-D animation
     #[command(disable_help_flag = true)]
     Report(OtherArguments),
     /// One-axis experiment: lift and tilt actuator against load emulators that replay the forces of the machine
-    Testbed(evaluation::TestbedArgs),
+    Testbed(testbed::TestbedArgs),
     /// Stability proof in numbers: accompanying functions, bound and excess, gain conditions
-    Stability(evaluation::StabilityArgs),
+    Stability(stability::StabilityArgs),
     /// Energy of each actuator: electrical, losses by kind, work, regeneration, efficiency; of what feeds them, back to its source
-    Energy(electric::EnergyArgs),
+    Energy(energy::EnergyArgs),
     /// Motors and actuators beside what they do: RMS and peaks, envelopes, temperatures over an hour, sensitivity to the payload
-    Sizing(electric::SizingArgs),
+    Sizing(sizing::SizingArgs),
     /// Long run with a reference that never ends: memory, time, tracking and estimates; fails where one of them does not endure
-    Endurance(evaluation::EnduranceArgs),
+    Endurance(endurance::EnduranceArgs),
     /// Tip error, tracking, orientation and verdict of a run that another importer made and wrote as CSV
-    Evaluate(elsewhere::EvaluateArgs),
+    Evaluate(evaluate::EvaluateArgs),
     /// Draw the signals of a CSV file over time, as PNG and SVG
     #[command(disable_help_flag = true)]
     Plot(OtherArguments),
@@ -102,14 +105,14 @@ impl Command {
         let done = |result: Result<()>| result.map(|()| Verdict::default());
         match self {
             Self::Run(args) => run::run(args),
-            Self::Compare(args) => run::compare(args),
-            Self::Table(args) => evaluation::tables(args),
-            Self::Testbed(args) => evaluation::run_testbed(args),
-            Self::Stability(args) => evaluation::run_stability(args),
-            Self::Energy(args) => electric::energy(args),
-            Self::Sizing(args) => electric::sizing(args).map(|(verdict, _)| verdict),
-            Self::Endurance(args) => evaluation::run_endurance(args),
-            Self::Evaluate(args) => elsewhere::evaluate(args),
+            Self::Compare(args) => compare::compare(args),
+            Self::Table(args) => table::table(args),
+            Self::Testbed(args) => testbed::testbed(args),
+            Self::Stability(args) => stability::stability(args),
+            Self::Energy(args) => energy::energy(args),
+            Self::Sizing(args) => sizing::sizing(args).map(|(verdict, _)| verdict),
+            Self::Endurance(args) => endurance::endurance(args),
+            Self::Evaluate(args) => evaluate::evaluate(args),
             Self::Machine(command) => done(machine::run(command)),
             Self::Path(command) => done(path::run(command)),
             Self::Report(_) | Self::Plot(_) | Self::Train(_) | Self::Surrogate(_) => {

@@ -37,8 +37,13 @@ impl SignalFile {
             .split(',')
             .map(String::from)
             .collect();
+        let is_wrong = names[0] != "time" || names.len() == 1;
         ensure!(
-            names[0] == "time" && names.len() > 1,
+            !(is_wrong && names[0].contains(';')),
+            "its columns are separated by semicolons (`;`), but they must be separated by commas, with a point in numbers"
+        );
+        ensure!(
+            !is_wrong,
             "its first line must be time and the names of signals, separated by commas"
         );
         let units: BTreeMap<&str, &str> = units.lines().filter_map(|l| l.split_once(',')).collect();
@@ -89,6 +94,7 @@ mod tests {
         for (text, expected) in [
             ("x,y\n1,2\n", "first line"),
             ("time\n1\n", "first line"),
+            ("time;a.x\n0;1\n", "separated by semicolons (`;`)"),
             ("time,a.x\n0,1\n1\n", "line 3: `1` must be 2 numbers"),
             ("time,a.x\n0,one\n", "line 2: `0,one`"),
         ] {

@@ -1,7 +1,9 @@
-//! Path files as CSV: a header with the columns' names, then a row for each point; lines that begin with `#` are remarks.
+//! Path files as CSV: a header with the columns' names, then a row for each point; lines that begin
+//! with `#` are remarks.
 
-use crate::error::PathError;
-use crate::file::{Load, MotionLimits, PathFile, Points, Sample, Waypoint, refused, unit, unknown};
+use crate::error::{PathError, refused, unknown};
+use crate::file::{Load, MotionLimits, PathFile, Points, Sample, Waypoint};
+use crate::quaternion::unit;
 use csv::{ReaderBuilder, StringRecord, Trim};
 
 const ORIENTATION: [&str; 4] = ["qw", "qx", "qy", "qz"];
@@ -37,7 +39,14 @@ pub(crate) fn parse(text: &str) -> Result<PathFile, PathError> {
     let is_sampled = header.iter().any(|name| name == "t");
     let known: &[&'static str] = if is_sampled { &SAMPLE } else { &WAYPOINT };
     for (k, name) in header.iter().enumerate() {
+        if name.contains(';') {
+            return Err(PathError::Format(
+                "path CSV: its columns are separated by semicolons (`;`), but they must be separated by commas, with a point in numbers"
+                    .into(),
+            ));
+        }
         if !known.contains(&name) {
+            let known = known.iter().map(|&name| name.to_owned()).collect();
             return Err(unknown("the header", name, known));
         }
         if header.iter().take(k).any(|other| other == name) {

@@ -1,27 +1,110 @@
 //! Path files as JSON.
 
-use crate::error::PathError;
-use crate::file::{Load, MotionLimits, PathFile, Points, Sample, Waypoint, refused, unit, unknown};
-use serde_json::{Map, Value};
+use crate::error::{PathError, refused, unknown};
+use crate::file::{Load, MotionLimits, PathFile, Points, Sample, Waypoint};
+use crate::quaternion::unit;
+use serde::de::value::MapAccessDeserializer;
+use serde::de::{Error as _, MapAccess, Visitor};
+use serde::{Deserialize, Deserializer};
+use serde_json::Value;
+use serde_path_to_error::{Path, Segment};
+use std::fmt;
+use std::marker::PhantomData;
 
-const KEYS: [&str; 4] = ["waypoints", "samples", "relative", "limits"];
-const WAYPOINT: [&str; 7] = [
-    "position",
-    "orientation",
-    "dwell",
-    "speed",
-    "time",
-    "blend",
-    "load",
-];
-const LOAD: [&str; 3] = ["mass", "com", "over"];
+/// A path as its file says it.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct FileRecord {
+    #[serde(default, deserialize_with = "given")]
+    waypoints: Option<Vec<Object<WaypointRecord>>>,
+    #[serde(default, deserialize_with = "given")]
+    samples: Option<Vec<Value>>,
+    #[serde(default)]
+    relative: bool,
+    #[serde(default)]
+    limits: Object<MotionLimits>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct WaypointRecord {
+    position: Numbers<3>,
+    #[serde(default, deserialize_with = "given")]
+    orientation: Option<Numbers<4>>,
+    #[serde(default)]
+    dwell: f64,
+    #[serde(default, deserialize_with = "given")]
+    speed: Option<f64>,
+    #[serde(default, deserialize_with = "given")]
+    time: Option<f64>,
+    #[serde(default)]
+    blend: f64,
+    #[serde(default, deserialize_with = "given")]
+    load: Option<Object<LoadRecord>>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct LoadRecord {
+    mass: f64,
+    #[serde(default, deserialize_with = "given")]
+    com: Option<Numbers<3>>,
+    #[serde(default)]
+    over: f64,
+}
+
+/// A list of numbers.
+struct Numbers<const N: usize>([f64; N]);
+
+/// A record that is written as an object; by itself serde would take a list of its fields, too.
+#[derive(Default)]
+struct Object<T>(T);
+
+impl<'de, T: Deserialize<'de>> Deserialize<'de> for Object<T> {
+    fn deserialize<D: Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
+        from.deserialize_map(Fields(PhantomData)).map(Self)
+    }
+}
+
+/// Reader of an object's fields.
+struct Fields<T>(PhantomData<T>);
+
+impl<'de, T: Deserialize<'de>> Visitor<'de> for Fields<T> {
+    type Value = T;
+
+    fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.write_str("an object")
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, fields: A) -> Result<T, A::Error> {
+        T::deserialize(MapAccessDeserializer::new(fields))
+    }
+}
+
+/// What is left out is None, what is given must be a value: `null` is none.
+fn given<'de, T: Deserialize<'de>, D: Deserializer<'de>>(from: D) -> Result<Option<T>, D::Error> {
+    T::deserialize(from).map(Some)
+}
+
+impl<'de, const N: usize> Deserialize<'de> for Numbers<N> {
+    fn deserialize<D: Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
+        let numbers = numbers(&Value::deserialize(from)?).and_then(|list| list.try_into().ok());
+        let rule = || D::Error::custom(format_args!("expected a list of {N} numbers"));
+        numbers.map(Self).ok_or_else(rule)
+    }
+}
+
+fn numbers(list: &Value) -> Option<Vec<f64>> {
+    list.as_array()?.iter().map(Value::as_f64).collect()
+}
 
 /// Reads a path; its values are not checked yet.
 pub(crate) fn parse(text: &str) -> Result<PathFile, PathError> {
     let value: Value =
         serde_json::from_str(text).map_err(|e| PathError::Format(format!("path JSON: {e}")))?;
-    let file = Object::of(&value, "the file", &KEYS)?;
-    let points = match (file.get("waypoints"), file.get("samples")) {
+    let Object::<FileRecord>(file) = serde_path_to_error::deserialize(&value)
+        .map_err(|e| refusal(&value, e.path(), &e.inner().to_string()))?;
+    let points = match (file.waypoints, file.samples) {
         (Some(list), None) => Points::Waypoints(each(list, "waypoint", waypoint)?),
         (None, Some(list)) => Points::Samples(each(list, "sample", sample)?),
         _ => {
@@ -29,133 +112,106 @@ pub(crate) fn parse(text: &str) -> Result<PathFile, PathError> {
             return Err(PathError::Format(text));
         }
     };
-    let relative = match file.get("relative") {
-        None => false,
-        Some(Value::Bool(relative)) => *relative,
-        Some(other) => return Err(refused("the file", "relative", other, "true or false")),
-    };
-    let mut limits = MotionLimits::DEFAULT;
-    if let Some(value) = file.get("limits") {
-        let known = limits.fields().map(|(name, _)| name);
-        let given = Object::of(value, "limits", &known)?;
-        for (name, limit) in limits.fields() {
-            *limit = given.number(name)?.unwrap_or(*limit);
-        }
-    }
     Ok(PathFile {
         points,
-        relative,
-        limits,
+        relative: file.relative,
+        limits: file.limits.0,
         test: None,
     })
 }
 
-fn waypoint(value: &Value, place: &str) -> Result<Waypoint, PathError> {
-    let given = Object::of(value, place, &WAYPOINT)?;
-    let position = given.numbers::<3>("position")?;
-    let position = position.ok_or_else(|| refused(place, "position", "left out", "given"))?;
-    let (mut load, mut over) = (None, 0.0);
-    if let Some(value) = given.get("load") {
-        let load_place = format!("{place}, load");
-        let given = Object::of(value, &load_place, &LOAD)?;
-        let mass = given.number("mass")?;
-        load = Some(Load {
-            mass: mass.ok_or_else(|| refused(place, "load.mass", "left out", "given"))?,
-            com: given.numbers("com")?.unwrap_or_default(),
-        });
-        over = given.number("over")?.unwrap_or(0.0);
-    }
+fn each<R, T>(
+    list: Vec<R>,
+    what: &str,
+    read: impl Fn(R, &str) -> Result<T, PathError>,
+) -> Result<Vec<T>, PathError> {
+    let numbered = (1..).zip(list);
+    numbered
+        .map(|(k, record)| read(record, &format!("{what} {k}")))
+        .collect()
+}
+
+fn waypoint(Object(record): Object<WaypointRecord>, place: &str) -> Result<Waypoint, PathError> {
+    let load = record.load.map(|Object(load)| load);
+    let load = load.as_ref();
     Ok(Waypoint {
-        position: position.into(),
-        orientation: (given.numbers("orientation")?)
-            .map(|q| unit(place, q))
-            .transpose()?,
-        dwell: given.number("dwell")?.unwrap_or(0.0),
-        speed: given.number("speed")?,
-        time: given.number("time")?,
-        blend: given.number("blend")?.unwrap_or(0.0),
-        load,
-        over,
+        position: record.position.0.into(),
+        orientation: (record.orientation).map(|q| unit(place, q.0)).transpose()?,
+        dwell: record.dwell,
+        speed: record.speed,
+        time: record.time,
+        blend: record.blend,
+        over: load.map_or(0.0, |load| load.over),
+        load: load.map(|load| Load {
+            mass: load.mass,
+            com: load.com.as_ref().map_or([0.0; 3], |com| com.0),
+        }),
     })
 }
 
 /// `[t, x, y, z]` or `[t, x, y, z, qw, qx, qy, qz]`.
-fn sample(value: &Value, place: &str) -> Result<Sample, PathError> {
-    let rule = "[t, x, y, z] or [t, x, y, z, qw, qx, qy, qz], all numbers";
-    let refuse = || refused(place, "samples", value, rule);
-    let list = value.as_array().ok_or_else(refuse)?;
-    let numbers = list.iter().map(|v| v.as_f64().ok_or_else(refuse));
-    let numbers = numbers.collect::<Result<Vec<_>, _>>()?;
-    let (&t, [x, y, z], orientation) = match &numbers[..] {
-        [t, x, y, z] => (t, [*x, *y, *z], None),
-        [t, x, y, z, q @ ..] => {
-            let q = <[f64; 4]>::try_from(q).map_err(|_| refuse())?;
-            (t, [*x, *y, *z], Some(unit(place, q)?))
+fn sample(record: Value, place: &str) -> Result<Sample, PathError> {
+    let (t, [x, y, z], orientation) = match numbers(&record).as_deref() {
+        Some(&[t, x, y, z]) => (t, [x, y, z], None),
+        Some(&[t, x, y, z, qw, qx, qy, qz]) => (t, [x, y, z], Some([qw, qx, qy, qz])),
+        _ => {
+            let rule = "[t, x, y, z] or [t, x, y, z, qw, qx, qy, qz], all numbers";
+            return Err(refused(place, "samples", record, rule));
         }
-        _ => return Err(refuse()),
     };
     Ok(Sample {
         t,
         position: [x, y, z].into(),
-        orientation,
+        orientation: orientation.map(|q| unit(place, q)).transpose()?,
     })
 }
 
-fn each<T>(
-    list: &Value,
-    what: &str,
-    read: impl Fn(&Value, &str) -> Result<T, PathError>,
-) -> Result<Vec<T>, PathError> {
-    let Some(list) = list.as_array() else {
-        return Err(PathError::Format(format!("`{what}s` must be a list")));
-    };
-    let numbered = (1..).zip(list);
-    numbered
-        .map(|(k, value)| read(value, &format!("{what} {k}")))
-        .collect()
-}
-
-/// An object of which all keys are known.
-struct Object<'a> {
-    place: &'a str,
-    fields: &'a Map<String, Value>,
-}
-
-impl<'a> Object<'a> {
-    fn of(value: &'a Value, place: &'a str, known: &[&'static str]) -> Result<Self, PathError> {
-        let Some(fields) = value.as_object() else {
-            return Err(PathError::Format(format!(
-                "{place} must be an object, not {value}"
-            )));
-        };
-        match fields.keys().find(|key| !known.contains(&key.as_str())) {
-            Some(key) => Err(unknown(place, key, known)),
-            None => Ok(Self { place, fields }),
+/// What is wrong in the file, for people, of what serde says (`message`) of the value at `path`.
+fn refusal(file: &Value, path: &Path, message: &str) -> PathError {
+    let (mut place, mut names, mut value) = ("the file".to_owned(), Vec::new(), Some(file));
+    for segment in path {
+        match segment {
+            Segment::Map { key } => {
+                names.push(key.as_str());
+                value = value.and_then(|value| value.get(key));
+            }
+            Segment::Seq { index } => {
+                let list = names.pop().unwrap_or_default();
+                place = format!("{} {}", list.trim_end_matches('s'), index + 1);
+                value = value.and_then(|value| value.get(index));
+            }
+            Segment::Enum { .. } | Segment::Unknown => (),
         }
     }
-
-    fn get(&self, name: &str) -> Option<&'a Value> {
-        self.fields.get(name)
-    }
-
-    fn number(&self, name: &str) -> Result<Option<f64>, PathError> {
-        let number = |value: &Value| {
-            let number = value.as_f64();
-            number.ok_or_else(|| refused(self.place, name, value, "a number"))
+    // "expected one of `a`, `b`" and "expected `a`" list what is known.
+    let (said, expected) = message.rsplit_once("expected ").unwrap_or(("", message));
+    if let Some(name) = said.strip_prefix("unknown field `") {
+        let name = name.trim_end_matches("`, ");
+        names.retain(|part| *part != name);
+        let place = match names[..] {
+            [] => place,
+            [section] if place == "the file" => section.to_owned(),
+            _ => format!("{place}, {}", names.join(".")),
         };
-        self.get(name).map(number).transpose()
+        let known = expected.split('`').skip(1).step_by(2).map(str::to_owned);
+        return unknown(&place, name, known.collect());
     }
-
-    fn numbers<const N: usize>(&self, name: &str) -> Result<Option<[f64; N]>, PathError> {
-        let Some(value) = self.get(name) else {
-            return Ok(None);
-        };
-        let list = value
-            .as_array()
-            .map(|list| list.iter().map(Value::as_f64).collect());
-        let numbers: Option<Vec<f64>> = list.flatten();
-        let array = numbers.and_then(|numbers| <[f64; N]>::try_from(numbers).ok());
-        let refuse = || refused(self.place, name, value, format!("a list of {N} numbers"));
-        array.map(Some).ok_or_else(refuse)
+    if let Some(name) = message.strip_prefix("missing field `") {
+        names.push(name.trim_end_matches('`'));
+        return refused(&place, &names.join("."), "left out", "given");
     }
+    let rule = match expected {
+        "f64" => "a number",
+        "a boolean" => "true or false",
+        "a sequence" => "a list",
+        other => other,
+    };
+    let value = value.map_or_else(String::new, Value::to_string);
+    if names.is_empty() {
+        return PathError::Format(format!("{place} must be {rule}, not {value}"));
+    }
+    if place == "the file" && names.len() == 2 {
+        place = names.remove(0).to_owned();
+    }
+    refused(&place, &names.join("."), value, rule)
 }

@@ -1,14 +1,16 @@
-//! Straight lines from waypoint to waypoint, each travelled from rest to rest, with corners where two of them overlap in time.
+//! Straight lines from waypoint to waypoint, each travelled from rest to rest, with corners where
+//! two of them overlap in time.
 //!
-//! Position and orientation are sums: `p = p_0 + Σ d_k·s_k(t)` and `q = exp(φ_n·s_n(t))·…·exp(φ_1·s_1(t))·q_0`, with the way `d_k`, the
-//! rotation vector `φ_k` in world axes and the profile `s_k` of leg k. Where the tip stops the legs follow each other; in a blended corner
-//! the next leg begins while the last `blend` metres of the one before are left, so the tip leaves the straight line there, and speed,
-//! acceleration and jerk stay within the path's limits: those of both legs are lowered by what their vectors can add up to. At most two legs
+//! Position and orientation are sums: `p = p_0 + Σ d_k·s_k(t)` and `q =
+//! exp(φ_n·s_n(t))·…·exp(φ_1·s_1(t))·q_0`, with the way `d_k`, the rotation vector `φ_k` in world
+//! axes and the profile `s_k` of leg k. Where the tip stops the legs follow each other; in a
+//! blended corner the next leg begins while the last `blend` metres of the one before are left, so
+//! the tip leaves the straight line there, and speed, acceleration and jerk stay within the path's
+//! limits: those of both legs are lowered by what their vectors can add up to. At most two legs
 //! move at a time, and the first of the two is in its second, the other in its first half.
 
 use crate::error::PathError;
 use crate::file::{MotionLimits, Waypoint};
-use crate::path::Stop;
 use crate::profile::Profile;
 use capability::{Pose, TipMotion};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3, Vector6};
@@ -30,6 +32,17 @@ struct Leg {
     turn: Vector3<f64>,
 }
 
+/// When the tip is at a waypoint.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Stop {
+    /// From 1.
+    pub waypoint: usize,
+    /// Time of arrival, s; in a blended corner its middle.
+    pub arrives: f64,
+    /// End of the rest, s.
+    pub leaves: f64,
+}
+
 /// All legs of a path.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Legs {
@@ -47,7 +60,8 @@ struct Way {
 }
 
 impl Legs {
-    /// From the pose `start` along the waypoints, with the times at which they are reached and left.
+    /// From the pose `start` along the waypoints, with the times at which they are reached and
+    /// left.
     pub(crate) fn new(
         start: Pose,
         waypoints: &[Waypoint],
@@ -178,8 +192,8 @@ struct Lowering {
     jerk: f64,
 }
 
-/// In a corner the leg before brakes while the next accelerates, so at most `|e_next − e_before|` times the limit acts along both unit
-/// directions; jerks have either sign.
+/// In a corner the leg before brakes while the next accelerates, so at most `|e_next − e_before|`
+/// times the limit acts along both unit directions; jerks have either sign.
 fn lowering(ways: &[Way], waypoints: &[Waypoint], place: usize) -> Lowering {
     let mut lowest = Lowering {
         acceleration: 1.0,
@@ -235,7 +249,8 @@ impl Corner {
     }
 }
 
-/// When the way to waypoint `k` (from 0) begins, and its profile; the waypoint before is left at `leaves`, s.
+/// When the way to waypoint `k` (from 0) begins, and its profile; the waypoint before is left at
+/// `leaves`, s.
 fn timed(
     k: usize,
     waypoint: &Waypoint,

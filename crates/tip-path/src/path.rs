@@ -3,7 +3,7 @@
 use crate::error::{PathError, Place};
 use crate::file::{Load, PathFile, Points, Sample, Waypoint};
 use crate::iso9283::Iso9283;
-use crate::legs::{Legs, rest};
+use crate::legs::{Legs, Stop, rest};
 use crate::spline::Spline;
 use capability::{Pose, TipMotion};
 use nalgebra::Vector3;
@@ -33,19 +33,9 @@ struct Change {
     load: Load,
 }
 
-/// When the tip is at a waypoint.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Stop {
-    /// From 1.
-    pub waypoint: usize,
-    /// Time of arrival, s; in a blended corner its middle.
-    pub arrives: f64,
-    /// End of the rest, s.
-    pub leaves: f64,
-}
-
 impl TipPath {
-    /// The path of a file for a tip that starts in the pose `start`, at rest. It goes to the first point in a straight line.
+    /// The path of a file for a tip that starts in the pose `start`, at rest. It goes to the first
+    /// point in a straight line.
     ///
     /// # Errors
     /// A time of arrival that the path's limits of speed, acceleration and jerk do not allow.
@@ -132,8 +122,8 @@ impl TipPath {
         }
     }
 
-    /// What is carried at `t`, s, besides the machine's own payload; None until the first pick-up or set-down. Over its time a load comes
-    /// or goes smoothly, as 3 p² − 2 p³.
+    /// What is carried at `t`, s, besides the machine's own payload; None until the first pick-up
+    /// or set-down. Over its time a load comes or goes smoothly, as 3 p² − 2 p³.
     #[must_use]
     pub fn load(&self, t: f64) -> Option<Load> {
         let next = self.loads.partition_point(|change| change.from <= t);

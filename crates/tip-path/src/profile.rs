@@ -2,9 +2,10 @@
 
 use serde::{Deserialize, Serialize};
 
-/// The double S-curve from 0 to 1 in closed form (Biagiotti and Melchiorri, "Trajectory Planning for Automatic Machines and Robots", 2008,
-/// section 3.4, for rest at both ends): constant jerk j for `t_j`, constant acceleration to the end of `t_a`, constant speed to the middle;
-/// the second half is the first one backwards.
+/// The double S-curve from 0 to 1 in closed form (Biagiotti and Melchiorri, "Trajectory Planning
+/// for Automatic Machines and Robots", 2008, section 3.4, for rest at both ends): constant jerk j
+/// for `t_j`, constant acceleration to the end of `t_a`, constant speed to the middle; the second
+/// half is the first one backwards.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Profile {
     /// 1/s³.
@@ -74,7 +75,8 @@ impl Profile {
         self.duration
     }
 
-    /// Part of the way and its first two derivatives at `t`, s; before the beginning and after the end at rest.
+    /// Part of the way and its first two derivatives at `t`, s; before the beginning and after the
+    /// end at rest.
     #[must_use]
     pub fn at(&self, t: f64) -> [f64; 3] {
         if t <= 0.0 {
@@ -131,7 +133,8 @@ impl Profile {
 mod tests {
     use super::*;
 
-    /// Limits of which some bind and others do not: with cruise, without, without constant acceleration, without both.
+    /// Limits of which some bind and others do not: with cruise, without, without constant
+    /// acceleration, without both.
     const CASES: [[f64; 3]; 5] = [
         [0.31, 0.7, 2.3],
         [5.0, 0.7, 2.3],
@@ -140,9 +143,10 @@ mod tests {
         [0.9, 50.0, 1e3],
     ];
 
-    /// Rates stay within the limits and one of them is reached; position, speed and acceleration are continuous and each the derivative of
-    /// the one before: differences over δ = 1e-6 s err by δ²/6 of the next but one derivative, here by rounding, 1e-16/δ, where speed and
-    /// acceleration are smooth, and by j·δ where the jerk jumps.
+    /// Rates stay within the limits and one of them is reached; position, speed and acceleration
+    /// are continuous and each the derivative of the one before: differences over δ = 1e-6 s err by
+    /// δ²/6 of the next but one derivative, here by rounding, 1e-16/δ, where speed and acceleration
+    /// are smooth, and by j·δ where the jerk jumps.
     #[test]
     fn a_profile_keeps_its_limits_and_is_smooth() {
         for [v_max, a_max, j_max] in CASES {
@@ -174,7 +178,8 @@ mod tests {
         }
     }
 
-    /// Closed forms by hand: with cruise the time is 1/v + v/a + a/j, without any plateau 4·(1/(2j))^(1/3).
+    /// Closed forms by hand: with cruise the time is 1/v + v/a + a/j, without any plateau
+    /// 4·(1/(2j))^(1/3).
     #[test]
     fn durations_are_the_closed_forms() {
         let duration = Profile::fastest(0.25, 0.5, 2.0).duration();

@@ -17,16 +17,18 @@ struct Knot {
     second: Channels,
 }
 
-/// The cubic spline through the samples with rest at both ends, twice continuously differentiable. In its first and last interval the
-/// polynomial is of fifth order, so that the acceleration at the ends is zero too. Orientations are the spline of the quaternions'
-/// components, brought to length 1.
+/// The cubic spline through the samples with rest at both ends, twice continuously differentiable.
+/// In its first and last interval the polynomial is of fifth order, so that the acceleration at the
+/// ends is zero too. Orientations are the spline of the quaternions' components, brought to length
+/// 1.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Spline {
     knots: Vec<Knot>,
 }
 
 impl Spline {
-    /// Through at least two samples; without orientations, with that of `start`. The first sample is at time `begins`, s.
+    /// Through at least two samples; without orientations, with that of `start`. The first sample
+    /// is at time `begins`, s.
     pub(crate) fn new(samples: &[Sample], start: &Pose, offset: Vector3<f64>, begins: f64) -> Self {
         let mut before = start.orientation.into_inner();
         let mut knots: Vec<Knot> = Vec::with_capacity(samples.len());
@@ -61,8 +63,9 @@ impl Spline {
         next.clamp(1, self.knots.len() - 1) - 1
     }
 
-    /// Slopes of the cubic spline, with zero at both ends: by elimination from
-    /// `m_(i−1)/h_(i−1) + 2 m_i (1/h_(i−1) + 1/h_i) + m_(i+1)/h_i = 3 (Δ_(i−1)/h_(i−1) + Δ_i/h_i)`, Δ the slopes of the chords.
+    /// Slopes of the cubic spline, with zero at both ends: by elimination from `m_(i−1)/h_(i−1) + 2
+    /// m_i (1/h_(i−1) + 1/h_i) + m_(i+1)/h_i = 3 (Δ_(i−1)/h_(i−1) + Δ_i/h_i)`, Δ the slopes of the
+    /// chords.
     fn solve(&mut self) {
         let n = self.knots.len();
         let h = |k: &[Knot], i: usize| k[i + 1].t - k[i].t;
@@ -88,7 +91,8 @@ impl Spline {
         }
     }
 
-    /// Value, first and second derivative of all channels at `t`, s; at rest before the first and after the last sample.
+    /// Value, first and second derivative of all channels at `t`, s; at rest before the first and
+    /// after the last sample.
     fn channels(&self, t: f64) -> [Channels; 3] {
         let i = self.interval(t);
         let (a, b) = (&self.knots[i], &self.knots[i + 1]);

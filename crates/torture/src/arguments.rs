@@ -1,8 +1,12 @@
-//! Random arguments: half of the calls have valid ones, the others hold anything that has the right type in C.
+//! Random arguments: half of the calls have valid ones, the others hold anything that has the right
+//! type in C.
 
-use crate::random::Random;
+use std::ffi::CString;
+
 use cargo_fmu::fmi::Fmu;
 use fmu_description::{Access, Variable};
+
+use crate::random::Random;
 
 const STRANGE: [f64; 12] = [
     f64::NAN,
@@ -28,6 +32,11 @@ pub fn real(r: &mut Random) -> f64 {
     }
 }
 
+/// A C string.
+pub fn c_string(text: &str) -> CString {
+    CString::new(text).expect("names have no NUL")
+}
+
 /// Any integer.
 pub fn integer(r: &mut Random) -> i32 {
     r.of(&[0, 1, 2, 3, 4, 5, 7, -1, 100, i32::MIN, i32::MAX])
@@ -35,8 +44,7 @@ pub fn integer(r: &mut Random) -> i32 {
 
 /// The start value of an element, 0 where it has none.
 pub fn start(v: &Variable, element: usize) -> f64 {
-    let start = v.start_of(element).and_then(|s| s.trim().parse().ok());
-    start.unwrap_or(0.0)
+    v.start_number_of(element).unwrap_or(0.0)
 }
 
 /// A value inside the bounds: near the start value of the element, anywhere, or on a bound.
@@ -120,7 +128,8 @@ mod tests {
     use super::*;
     use fmu_description::Description;
 
-    /// On the committed model descriptions: a valid value lies inside the declared bounds, the rest leaves them now and then.
+    /// On the committed model descriptions: a valid value lies inside the declared bounds, the rest
+    /// leaves them now and then.
     #[test]
     fn valid_values_keep_to_the_bounds() {
         let mut r = Random::new(3);

@@ -1,7 +1,8 @@
-//! Batches of random calls in processes of their own; the seed of a batch also decides which FMU it is for.
+//! Batches of random calls in processes of their own; the seed of a batch also decides which FMU it
+//! is for.
 
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, ExitStatus, Stdio};
+use std::process::{Command, Stdio};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
@@ -9,9 +10,10 @@ use std::{fs, thread};
 
 use anyhow::{Context, Result, anyhow, bail, ensure};
 
+use cargo_fmu::fmi::{Fmu, Functions2, fmi3};
+use cargo_fmu::process::wait;
+
 use crate::session::{Counts, Session};
-use cargo_fmu::fmi::Fmu;
-use cargo_fmu::fmi::{Functions2, fmi3};
 
 /// A batch that takes longer than this hangs. Under valgrind and sanitizers everything is slow.
 const PATIENCE: Duration = Duration::from_secs(600);
@@ -98,7 +100,8 @@ pub fn run(
     Ok(())
 }
 
-/// A seed is a test case only if a batch can be repeated: the same calls with the same answers, in another process.
+/// A seed is a test case only if a batch can be repeated: the same calls with the same answers, in
+/// another process.
 fn twice(batch: impl Fn() -> Result<String>) -> Result<String> {
     let (first, second) = (batch()?, batch()?);
     ensure!(
@@ -172,23 +175,14 @@ fn supervised(fmus: &[PathBuf], calls: usize, seed: u64) -> Result<String> {
     let log = std::env::temp_dir().join(format!("torture-{}-{seed}.log", std::process::id()));
     let (out, err) = (log.with_extension("out"), fs::File::create(&log)?);
     let mut command = process(fmus, calls, seed)?;
-    let status = wait(
-        command
-            .stdout(fs::File::create(&out)?)
-            .stderr(err)
-            .spawn()?,
-    )?;
+    command.stdout(fs::File::create(&out)?).stderr(err);
+    let status = wait(command.spawn()?, PATIENCE)?;
     let (report, complaint) = (fs::read_to_string(&out)?, fs::read_to_string(&log)?);
     let traced = || -> Result<String> {
         let mut command = process(fmus, calls, seed)?;
         let file = fs::File::create(&log)?;
-        wait(
-            command
-                .arg("--trace")
-                .stdout(Stdio::null())
-                .stderr(file)
-                .spawn()?,
-        )?;
+        command.arg("--trace").stdout(Stdio::null()).stderr(file);
+        wait(command.spawn()?, PATIENCE)?;
         let trace = String::from_utf8_lossy(&fs::read(&log)?).into_owned();
         let lines: Vec<&str> = trace.lines().collect();
         Ok(lines[lines.len().saturating_sub(SHOWN)..].join("\n"))
@@ -212,20 +206,6 @@ fn supervised(fmus: &[PathBuf], calls: usize, seed: u64) -> Result<String> {
     };
     let _ = (fs::remove_file(&log), fs::remove_file(&out)); // a leftover in the temporary folder does no harm
     result
-}
-
-/// Waits for a process; its status, or None if it had to be killed.
-fn wait(mut child: Child) -> Result<Option<ExitStatus>> {
-    let clock = Instant::now();
-    while clock.elapsed() < PATIENCE {
-        if let Some(status) = child.try_wait()? {
-            return Ok(Some(status));
-        }
-        thread::sleep(Duration::from_millis(5));
-    }
-    child.kill()?;
-    child.wait()?;
-    Ok(None)
 }
 
 #[cfg(test)]

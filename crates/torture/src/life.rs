@@ -1,13 +1,14 @@
-//! Lives of instances from load to unload. Under valgrind this shows that nothing is read wrongly and nothing is left.
+//! Lives of instances from load to unload. Under valgrind this shows that nothing is read wrongly
+//! and nothing is left.
 
 use std::path::PathBuf;
 use std::time::Instant;
 
 use anyhow::{Result, anyhow};
 
-use crate::instance::{Instance, first_steps};
+use crate::subject::{Subject, first_steps};
 use cargo_fmu::fmi::Fmu;
-use cargo_fmu::fmi::functions::OK;
+use cargo_fmu::fmi::symbols::OK;
 
 /// Instances alive at a time.
 const ALIVE: usize = 10;
@@ -37,24 +38,19 @@ pub fn run(paths: &[PathBuf], instances: usize, loads: usize) -> Result<()> {
     Ok(())
 }
 
-/// One life: steps, a state saved and carried over as bytes, misuse, reset; left alive with a saved state not freed.
-fn live(fmu: &Fmu) -> Result<(Instance<'_>, Vec<u64>), String> {
-    let mut instance = Instance::new(fmu, "life")?;
+/// One life: steps, a state saved and carried over as bytes, misuse, reset; left alive with a saved
+/// state not freed.
+fn live(fmu: &Fmu) -> Result<(Subject<'_>, Vec<u64>), String> {
+    let mut instance = Subject::new(fmu, "life")?;
     first_steps(&mut instance)?;
-    let bytes = instance.snapshot()?;
-    let f = &fmu.functions;
-    let mut states = [std::ptr::null_mut(); 2];
-    // SAFETY: a live instance, arrays of the length given, places for the results.
-    unsafe {
-        let n = bytes.len();
-        let status = f.deserialize_fmu_state(instance.c, bytes.as_ptr(), n, &mut states[0]);
-        instance.must("fmi2DeSerializeFMUstate", status)?;
-        instance.must("fmi2SetFMUstate", f.set_fmu_state(instance.c, states[0]))?;
-        let damaged = f.deserialize_fmu_state(instance.c, bytes.as_ptr(), n - 1, &mut states[1]);
-        let unknown = f.set_real(instance.c, &u32::MAX, 1, &0.0);
-        if damaged == OK || unknown == OK {
-            return Err("a wrong call was accepted".into());
-        }
+    let bytes = instance.bytes()?;
+    let (status, state) = instance.deserialize(&bytes);
+    instance.must("fmi2DeSerializeFMUstate", status)?;
+    instance.go_back(state, 0.0)?;
+    let (damaged, _) = instance.deserialize(&bytes[..bytes.len() - 1]);
+    let unknown = instance.set_reals(&[u32::MAX], &[0.0]);
+    if damaged == OK || unknown == OK {
+        return Err("a wrong call was accepted".into());
     }
     instance.reset()?;
     let bits = first_steps(&mut instance)?;

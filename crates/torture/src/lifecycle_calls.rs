@@ -1,11 +1,13 @@
-//! Random calls about the life cycle of an instance: instantiation, modes, steps, inquiries, logging.
+//! Random calls about the life cycle of an instance: instantiation, modes, steps, inquiries,
+//! logging.
 
-use crate::arguments::{integer, real};
-use crate::instance::text;
+use crate::arguments::{c_string, integer, real};
 use crate::oracle::{Call, Expect};
 use crate::session::Session;
-use cargo_fmu::fmi::functions::*;
+use cargo_fmu::fmi::Callbacks;
+use cargo_fmu::fmi::functions::{Experiment, Own};
 use cargo_fmu::fmi::order::Mode;
+use cargo_fmu::fmi::symbols::*;
 use std::ffi::{CStr, CString, c_int};
 use std::ptr;
 
@@ -18,25 +20,21 @@ impl Session<'_> {
         let stop = if r.one_in(2) { real(r) } else { start + 1.0 };
         let is_3 = self.fmu.functions.fmi3().is_some();
         let name = self.fmu.functions.name("fmi2SetupExperiment");
-        // The tolerance is for FMUs that control their error; no stop time and an infinite one are the same.
+        // The tolerance is for FMUs that control their error; no stop time and an infinite one are
+        // the same.
         let sound = start.is_finite() && (!has_stop || stop >= start);
         let expect = self.in_order(i, name, Expect::done_if(sound));
-        self.trace(
-            i,
-            format_args!("{name}({has_tolerance}, {tolerance}, {start}, {has_stop}, {stop})"),
-        );
+        let experiment = Experiment {
+            has_tolerance,
+            tolerance,
+            start,
+            has_stop,
+            stop,
+        };
+        self.trace(i, format_args!("{name}({experiment:?})"));
         let instance = &mut self.instances[i];
         // SAFETY: a live instance. FMI 3.0 has this in fmi3EnterInitializationMode.
-        let status = unsafe {
-            self.fmu.functions.begin(
-                instance.c,
-                has_tolerance.into(),
-                tolerance,
-                start,
-                has_stop.into(),
-                stop,
-            )
-        };
+        let status = unsafe { self.fmu.functions.begin(instance.c, experiment) };
         if status == OK {
             instance.known.time = start;
             instance.known.has_stop = has_stop;
@@ -68,7 +66,9 @@ impl Session<'_> {
         // SAFETY: a live instance.
         let status = unsafe {
             match (name, f.own()) {
-                ("fmi2EnterInitializationMode", _) => f.enter_initialization_mode(c, 0.0, 0, 0.0),
+                ("fmi2EnterInitializationMode", _) => {
+                    f.enter_initialization_mode(c, Experiment::default())
+                }
                 ("fmi2ExitInitializationMode", _) => f.exit_initialization_mode(c),
                 ("fmi2Terminate", _) => f.terminate(c),
                 ("fmi2Reset", _) => f.reset(c),
@@ -111,7 +111,8 @@ impl Session<'_> {
         let name = self.fmu.functions.name("fmi2DoStep");
         let end = t + h;
         let sound = t == now && h.is_finite() && h > 0.0 && end > t && end.is_finite();
-        // Clocks that add steps up or count nanoseconds are met half-way; twice that is surely a jump.
+        // Clocks that add steps up or count nanoseconds are met half-way; twice that is surely a
+        // jump.
         let near = (t - now).abs() <= 2.0 * (1e-3 * h).max(1e-9 * now.abs().max(1.0));
         let expect = match (sound, near, self.instances[i].known.has_stop) {
             (true, _, false) => Expect::Step,
@@ -208,11 +209,12 @@ impl Session<'_> {
         let mut sound = true;
         let names: Vec<CString> = (0..r.below(3))
             .map(|_| match r.one_in(6) {
-                false => text(&declared[r.below(declared.len())]),
+                false => c_string(&declared[r.below(declared.len())]),
                 true => {
                     let name =
                         r.of::<&CStr>(&[c"", c"logall", c"logNonlinearSystems", c"\xff\xfe"]);
-                    // Categories that nobody has declared are ignored in FMI 2.0, and refused in FMI 3.0.
+                    // Categories that nobody has declared are ignored in FMI 2.0, and refused in
+                    // FMI 3.0.
                     sound &= name.to_str().is_ok() && self.fmu.functions.fmi3().is_none();
                     name.to_owned()
                 }
@@ -244,13 +246,14 @@ impl Session<'_> {
         Ok(call)
     }
 
-    /// fmi2Instantiate, right or wrong, fmi2FreeInstance, and the two functions that need no instance.
+    /// fmi2Instantiate, right or wrong, fmi2FreeInstance, and the two functions that need no
+    /// instance.
     pub fn instantiate(&mut self, i: usize) -> Call {
         let r = &mut self.random;
         let guid = match r.below(4) {
-            0 => text("{00000000-0000-0000-0000-000000000000}"),
-            1 => text("no guid"),
-            _ => text(&self.fmu.description.guid),
+            0 => c_string("{00000000-0000-0000-0000-000000000000}"),
+            1 => c_string("no guid"),
+            _ => c_string(&self.fmu.description.guid),
         };
         let kind = if r.one_in(4) { integer(r) } else { 1 };
         let name = r.of::<Option<&CStr>>(&[Some(c"x"), Some(c"\xff"), Some(c""), None]);

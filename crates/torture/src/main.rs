@@ -1,29 +1,32 @@
 //! Mistreats co-simulation FMUs of FMI 2.0 and 3.0 and checks that they bear it.
 //!
-//! `calls`: random calls over all 34 functions of FMI 2.0, or those of FMI 3.0, with any arguments of the right C types, against an oracle made of the standard's call
-//! order and the FMU's own model description; each batch in a process of its own, so that a crash or a hang is caught, its last calls
-//! are printed, and it can be replayed by its seed. `life`: loads, instances, saved states and unloads, for valgrind. `threads`:
-//! instances in parallel threads, for helgrind. `long`: many steps; memory, time and outputs are watched. `save` and `continue`: states
-//! carried to another process or platform.
+//! `calls`: random calls over all 34 functions of FMI 2.0, or those of FMI 3.0, with any arguments
+//! of the right C types, against an oracle made of the standard's call order and the FMU's own
+//! model description; each batch in a process of its own, so that a crash or a hang is caught, its
+//! last calls are printed, and it can be replayed by its seed. `life`: loads, instances, saved
+//! states and unloads, for valgrind. `threads`: instances in parallel threads, for helgrind.
+//! `long`: many steps; memory, time and outputs are watched. `save` and `continue`: states carried
+//! to another process or platform.
 //!
-//! It works on any packed FMU; that a refused call changes nothing and that messages name what was wrong is asked of those made with
-//! `fmu-export`.
+//! It works on any packed FMU; that a refused call changes nothing and that messages name what was
+//! wrong is asked of those made with `fmu-export`.
 #![allow(clippy::missing_errors_doc)] // a program: every error is printed
 
 mod arguments;
 mod batches;
-mod calls_3;
-mod carry;
 mod derivative_calls;
-mod instance;
+mod endurance;
+mod fmi3_calls;
 mod life;
 mod lifecycle_calls;
-mod long;
 mod oracle;
 mod random;
 mod session;
 mod state_calls;
+mod subject;
 mod threads;
+mod transfer;
+mod turns;
 mod value_calls;
 
 use std::path::PathBuf;
@@ -105,7 +108,8 @@ enum Command {
         #[arg(long)]
         warm: bool,
     },
-    /// Run each FMU, save its state in the middle, and write the state and the numbers that followed into a folder
+    /// Run each FMU, save its state in the middle, and write the state and the numbers that
+    /// followed into a folder
     Save {
         #[command(flatten)]
         fmus: Fmus,
@@ -113,7 +117,8 @@ enum Command {
         #[arg(long, value_name = "DIR")]
         to: PathBuf,
     },
-    /// Continue from states that were saved, perhaps on another platform; the numbers that follow must be the same
+    /// Continue from states that were saved, perhaps on another platform; the numbers that follow
+    /// must be the same
     Continue {
         #[command(flatten)]
         fmus: Fmus,
@@ -171,8 +176,8 @@ fn run(command: Command) -> Result<()> {
             steps,
             warm,
         } => threads::run(&fmus.fmus, threads, steps, warm),
-        Command::Save { fmus, to } => carry::save(&fmus.fmus, &to),
-        Command::Continue { fmus, from } => carry::proceed(&fmus.fmus, &from),
-        Command::Long { fmus, steps } => long::run(&fmus.fmus, steps),
+        Command::Save { fmus, to } => transfer::save(&fmus.fmus, &to),
+        Command::Continue { fmus, from } => transfer::proceed(&fmus.fmus, &from),
+        Command::Long { fmus, steps } => endurance::run(&fmus.fmus, steps),
     }
 }

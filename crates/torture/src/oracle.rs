@@ -1,8 +1,8 @@
 //! What a call must answer, by the standard and the model description, and the check that it did.
 
-use crate::instance::Instance;
+use crate::subject::Subject;
 use cargo_fmu::fmi::Message;
-use cargo_fmu::fmi::functions::{DISCARD, ERROR, OK, WARNING};
+use cargo_fmu::fmi::symbols::{DISCARD, ERROR, OK, WARNING};
 use std::ffi::c_int;
 
 /// What the standard lets a call answer.
@@ -54,14 +54,15 @@ pub struct Call {
     pub status: c_int,
     /// What it may be.
     pub expect: Expect,
-    /// Names of the variables in its arguments: a refusal must name one of them. Empty where the arguments are wrong as such.
+    /// Names of the variables in its arguments: a refusal must name one of them. Empty where the
+    /// arguments are wrong as such.
     pub variables: Vec<String>,
     /// Called with `c` = NULL.
     pub without_instance: bool,
 }
 
 /// Checks answer and messages of a call.
-pub fn judge(instance: &Instance, call: &Call) -> Result<(), String> {
+pub fn judge(instance: &Subject, call: &Call) -> Result<(), String> {
     let messages = instance.messages();
     let Call { name, status, .. } = *call;
     let problem = |what: String| Err(format!("{name} gave {status}: {what}; log: {messages:?}"));
@@ -103,7 +104,8 @@ pub fn judge(instance: &Instance, call: &Call) -> Result<(), String> {
     Ok(())
 }
 
-/// A function that reads values. (A step, or a derivative for a huge seed, may leave the range of numbers.)
+/// A function that reads values. (A step, or a derivative for a huge seed, may leave the range of
+/// numbers.)
 fn is_output(name: &str) -> bool {
     matches!(
         name,
@@ -118,12 +120,13 @@ fn is_output(name: &str) -> bool {
 }
 
 /// What is wrong with a message.
-fn fault(instance: &Instance, message: &Message, status: c_int) -> Option<String> {
+fn fault(instance: &Subject, message: &Message, status: c_int) -> Option<String> {
     let declared = &instance.fmu.description.log_categories;
     if !declared.contains(&message.category) {
         return Some(format!("category `{}` is not declared", message.category));
     }
-    // In FMI 3.0 the status of a message must be no worse than that of the call, so a warning in a call that is done has the status OK.
+    // In FMI 3.0 the status of a message must be no worse than that of the call, so a warning in a
+    // call that is done has the status OK.
     let is_mild =
         message.is_plain && message.status == OK && message.category == "logStatusWarning";
     if !is_mild && category(message.status) != Some(message.category.as_str()) {

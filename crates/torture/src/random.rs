@@ -46,7 +46,8 @@ impl Random {
 mod tests {
     use super::*;
 
-    /// A seed printed years ago must still be the same test case. The numbers are those of splitmix64 for this start, made in Python.
+    /// A seed printed years ago must still be the same test case. The numbers are those of
+    /// splitmix64 for this start, made in Python.
     #[test]
     fn a_seed_gives_its_sequence() {
         let mut r = Random::new(7);

@@ -1,20 +1,18 @@
-//! A batch of random calls on several instances of one FMU, each judged by the oracle.
+//! The state of a batch of random calls: several instances of one FMU, and what they may be given.
 
-use crate::instance::{Instance, Known, first_steps};
-use crate::oracle::{Call, Expect, judge};
+use crate::oracle::{Call, Expect};
 use crate::random::Random;
+use crate::subject::{Known, Subject, first_steps};
 use cargo_fmu::fmi::Fmu;
-use cargo_fmu::fmi::functions::*;
-use cargo_fmu::fmi::order::{Mode, is_allowed};
+use cargo_fmu::fmi::order::is_allowed;
+use cargo_fmu::fmi::symbols::*;
 use std::collections::BTreeMap;
 use std::ffi::c_int;
 use std::fmt::Arguments;
 use std::ptr;
 
 /// Instances that take turns.
-const INSTANCES: usize = 3;
-/// Calls between two tests that an instance still works as a new one.
-const CALLS_BETWEEN_RESETS: usize = 2000;
+pub const INSTANCES: usize = 3;
 
 /// How often each function was called: done, discarded, refused.
 pub type Counts = BTreeMap<&'static str, [u64; 3]>;
@@ -29,33 +27,19 @@ pub struct Bytes {
 pub struct Session<'a> {
     pub fmu: &'a Fmu,
     pub random: Random,
-    pub instances: Vec<Instance<'a>>,
+    pub instances: Vec<Subject<'a>>,
     /// Serialized states that any instance may be given.
     pub bytes: Vec<Bytes>,
     /// Handles that are freed, or belong to no instance.
     pub stale: Vec<Pointer>,
     /// What a new instance does in its first steps.
-    new_bits: Vec<u64>,
+    pub new_bits: Vec<u64>,
     is_traced: bool,
     pub counts: Counts,
     /// Refused calls after which the instance was compared with before.
     pub compared: u64,
     /// Hash (FNV-1a) of all calls, their answers and what was observed before some of them.
     pub digest: u64,
-}
-
-fn digest(hash: &mut u64, bytes: &[u8]) {
-    for byte in bytes {
-        *hash = (*hash ^ u64::from(*byte)).wrapping_mul(0x0100_0000_01b3);
-    }
-}
-
-/// What is compared before and after a refused call.
-#[derive(PartialEq, Debug)]
-enum Observed {
-    Nothing,
-    Outputs(c_int, Vec<u64>),
-    Bytes(Vec<u8>),
 }
 
 impl<'a> Session<'a> {
@@ -66,19 +50,19 @@ impl<'a> Session<'a> {
         seed: u64,
         is_traced: bool,
     ) -> Result<Self, String> {
-        let own = Instance::new(fmu, "own")?;
+        let own = Subject::new(fmu, "own")?;
         let mut bytes = vec![Bytes {
-            bytes: own.snapshot()?,
+            bytes: own.bytes()?,
             known: Some(own.known),
         }];
         if let Some(foreign) = foreign {
             bytes.push(Bytes {
-                bytes: Instance::new(foreign, "other")?.snapshot()?,
+                bytes: Subject::new(foreign, "other")?.bytes()?,
                 known: None,
             });
         }
-        let new_bits = first_steps(&mut Instance::new(fmu, "new")?)?;
-        let names = (0..INSTANCES).map(|k| Instance::new(fmu, &format!("instance {k}")));
+        let new_bits = first_steps(&mut Subject::new(fmu, "new")?)?;
+        let names = (0..INSTANCES).map(|k| Subject::new(fmu, &format!("instance {k}")));
         Ok(Self {
             fmu,
             random: Random::new(seed),
@@ -93,144 +77,10 @@ impl<'a> Session<'a> {
         })
     }
 
-    /// Makes `n` calls.
-    pub fn run(&mut self, n: usize) -> Result<(), String> {
-        for k in 0..n {
-            let i = self.random.below(INSTANCES);
-            self.turn(i)
-                .map_err(|e| format!("call {k} on instance {i}: {e}"))?;
-            if k % CALLS_BETWEEN_RESETS == CALLS_BETWEEN_RESETS - 1 {
-                self.check_reset(i)
-                    .map_err(|e| format!("reset after call {k} on instance {i}: {e}"))?;
-            }
-        }
-        (0..INSTANCES).try_for_each(|i| self.check_reset(i))
-    }
-
     /// Prints a call before it is made, when replaying.
     pub fn trace(&self, i: usize, call: Arguments) {
         if self.is_traced {
             eprintln!("instance {i}: {call}");
-        }
-    }
-
-    /// One call with all checks.
-    fn turn(&mut self, i: usize) -> Result<(), String> {
-        let before = match self.random.below(16) {
-            0..8 => Observed::Nothing,
-            8..15 => self.outputs(i)?,
-            _ => Observed::Bytes(self.instances[i].snapshot()?),
-        };
-        self.instances[i].messages();
-        if let Observed::Outputs(_, bits) = &before {
-            bits.iter()
-                .for_each(|b| digest(&mut self.digest, &b.to_le_bytes()));
-        }
-        let call = self.call(i)?;
-        digest(&mut self.digest, call.name.as_bytes());
-        digest(&mut self.digest, &call.status.to_le_bytes());
-        judge(&self.instances[i], &call)?;
-        let column = match call.status {
-            OK => 0,
-            DISCARD => 1,
-            _ => 2,
-        };
-        self.counts.entry(call.name).or_default()[column] += 1;
-        if call.status == OK {
-            return Ok(());
-        }
-        let after = match before {
-            Observed::Nothing => return Ok(()),
-            Observed::Outputs(..) => self.outputs(i)?,
-            Observed::Bytes(_) => Observed::Bytes(self.instances[i].snapshot()?),
-        };
-        self.compared += 1;
-        if before != after {
-            return Err(format!(
-                "{} gave {} and changed the instance: {before:?} -> {after:?}",
-                call.name, call.status
-            ));
-        }
-        Ok(())
-    }
-
-    /// Outputs and time, which must be finite, and readable at a communication point.
-    fn outputs(&self, i: usize) -> Result<Observed, String> {
-        let instance = &self.instances[i];
-        instance.messages();
-        let (status, mut values) = instance.outputs();
-        let mode = instance.known.mode;
-        if status == OK && values.iter().any(|v| !v.is_finite()) {
-            return Err(format!("an output is not finite: {values:?}"));
-        }
-        if status != OK && is_allowed(self.fmu.functions.name("fmi2GetReal"), mode) {
-            // A model may refuse inputs together, such as a quaternion of length 0, but its numbers must stay numbers.
-            let messages = instance.messages();
-            if messages.iter().any(|m| m.format.contains(" became ")) {
-                return Err(format!("outputs are no numbers: {messages:?}"));
-            }
-        }
-        if status == OK && mode != Mode::Initialization {
-            let mut time = f64::NAN;
-            // SAFETY: a live instance, a place for the result.
-            let got = unsafe { self.fmu.functions.last_time(instance.c, &mut time) };
-            instance.must("fmi2GetRealStatus", got)?;
-            if time != instance.known.time {
-                return Err(format!("time is {time}, expected {}", instance.known.time));
-            }
-            values.push(time);
-        }
-        if status != OK {
-            values.clear();
-        }
-        let bits = values.iter().map(|v| v.to_bits()).collect();
-        Ok(Observed::Outputs(status, bits))
-    }
-
-    /// After whatever was done to it, a reset instance must do what a new one does, bit for bit.
-    fn check_reset(&mut self, i: usize) -> Result<(), String> {
-        let instance = &mut self.instances[i];
-        instance.reset()?;
-        if first_steps(instance)? != self.new_bits {
-            return Err("a reset instance does not do what a new one does".into());
-        }
-        instance.reset()
-    }
-
-    /// Makes a random call.
-    fn call(&mut self, i: usize) -> Result<Call, String> {
-        if self.random.one_in(64) {
-            return self.without_instance(i);
-        }
-        match self.random.below(64) {
-            0..3 => self.setup_experiment(i),
-            3..6 => self.simple(i, "fmi2EnterInitializationMode"),
-            6..9 => self.simple(i, "fmi2ExitInitializationMode"),
-            9 if self.random.one_in(4) => self.simple(i, "fmi2Terminate"),
-            10 if self.random.one_in(4) => self.simple(i, "fmi2Reset"),
-            // In FMI 3.0 what leads into Event Mode and out of it, often enough.
-            11 => self.simple(i, "fmi2CancelStep"),
-            49..53 if self.fmu.functions.fmi3().is_some() => self.event_call(i),
-            53 if self.fmu.functions.fmi3().is_some() => self.absent(i),
-            12 => self.set_debug_logging(i),
-            13..15 => self.status(i),
-            15 if self.random.one_in(2) => Ok(self.instantiate(i)),
-            16..22 => self.set_real(i),
-            22..24 => self.set_integer(i),
-            24 => self.set_string(i),
-            25..30 => self.get_real(i),
-            30..32 => self.get_integer(i),
-            32 => self.get_string(i),
-            33..35 if self.fmu.functions.fmi3().is_some() => self.adjoint(i),
-            33..35 => self.set_input_derivatives(i),
-            35..37 => self.get_output_derivatives(i),
-            37..39 => self.get_directional_derivative(i),
-            39..41 => self.get_state(i),
-            41..43 => self.set_state(i),
-            43..45 => self.free_state(i),
-            45..47 => self.serialize(i),
-            47..49 => self.deserialize(i),
-            _ => self.do_step(i),
         }
     }
 

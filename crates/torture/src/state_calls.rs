@@ -1,10 +1,11 @@
-//! Random calls about saved states: copies, handles, bytes; whole and damaged, own and foreign, live and freed.
+//! Random calls about saved states: copies, handles, bytes; whole and damaged, own and foreign,
+//! live and freed.
 
-use crate::instance::Known;
 use crate::oracle::{Call, Expect};
 use crate::session::{Bytes, Session};
-use cargo_fmu::fmi::functions::*;
+use crate::subject::Known;
 use cargo_fmu::fmi::order::Mode;
+use cargo_fmu::fmi::symbols::*;
 use std::ptr;
 
 /// Saved states an instance holds at most in a batch, so that memory stays bounded.
@@ -13,7 +14,8 @@ const MOST_SAVED: usize = 8;
 const MOST_BYTES: usize = 12;
 
 impl Session<'_> {
-    /// A handle for instance `i`: one of its own, with what it holds; or a freed, foreign or invented one.
+    /// A handle for instance `i`: one of its own, with what it holds; or a freed, foreign or
+    /// invented one.
     fn handle(&mut self, i: usize) -> (Pointer, Option<Known>) {
         let r = &mut self.random;
         let own = &self.instances[i].saved;
@@ -196,7 +198,8 @@ impl Session<'_> {
         } else {
             &raw mut state
         };
-        // SAFETY: a live instance; NULL or an array; NULL or a place with a handle, which is looked up.
+        // SAFETY: a live instance; NULL or an array; NULL or a place with a handle, which is looked
+        // up.
         let status = unsafe {
             self.fmu
                 .functions

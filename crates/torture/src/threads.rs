@@ -1,4 +1,5 @@
-//! Instances in parallel threads: each must do what one alone does, bit for bit. Under helgrind this shows that they share nothing.
+//! Instances in parallel threads: each must do what one alone does, bit for bit. Under helgrind
+//! this shows that they share nothing.
 
 use std::path::PathBuf;
 use std::thread;
@@ -6,14 +7,15 @@ use std::time::Instant;
 
 use anyhow::{Result, anyhow, ensure};
 
-use crate::instance::Instance;
+use crate::subject::Subject;
 use cargo_fmu::fmi::Fmu;
 
 /// `threads` instances of each FMU, `steps` steps each, all at once.
 ///
-/// Helgrind does not understand atomics and futexes, by which the libraries publish what they compute once or share (their GUID, the
-/// processor's abilities, the network); `is_warm` has an instance of each FMU made before the threads start and kept until they have
-/// ended, so that what helgrind still finds is a finding.
+/// Helgrind does not understand atomics and futexes, by which the libraries publish what they
+/// compute once or share (their GUID, the processor's abilities, the network); `is_warm` has an
+/// instance of each FMU made before the threads start and kept until they have ended, so that what
+/// helgrind still finds is a finding.
 pub fn run(paths: &[PathBuf], threads: usize, steps: usize, is_warm: bool) -> Result<()> {
     let clock = Instant::now();
     let fmus = paths
@@ -61,35 +63,26 @@ pub fn run(paths: &[PathBuf], threads: usize, steps: usize, is_warm: bool) -> Re
 }
 
 /// An instance that has done everything once.
-fn warm(fmu: &Fmu) -> Result<Instance<'_>, String> {
-    let mut instance = Instance::new(fmu, "first")?;
+fn warm(fmu: &Fmu) -> Result<Subject<'_>, String> {
+    let mut instance = Subject::new(fmu, "first")?;
     follow(&mut instance, 1)?;
     Ok(instance)
 }
 
 /// Outputs of an instance that is made, stepped, saved and freed in this thread.
 fn trajectory(fmu: &Fmu, steps: usize) -> Result<Vec<u64>, String> {
-    follow(&mut Instance::new(fmu, "thread")?, steps)
+    follow(&mut Subject::new(fmu, "thread")?, steps)
 }
 
 /// Outputs over some steps. Saved states and wrong calls in between exercise memory and log.
-fn follow(instance: &mut Instance, steps: usize) -> Result<Vec<u64>, String> {
+fn follow(instance: &mut Subject, steps: usize) -> Result<Vec<u64>, String> {
     instance.initialize()?;
     let mut bits = Vec::new();
     for k in 0..steps {
-        instance.advance(1e-3)?;
-        let (status, values) = instance.outputs();
-        instance.must("fmi2GetReal", status)?;
-        bits.extend(values.iter().map(|v| v.to_bits()));
+        bits.extend(instance.observed_step(1e-3)?);
         if k % 16 == 0 {
-            instance.snapshot()?;
-            // SAFETY: a live instance; the reference is unknown, which must be refused.
-            unsafe {
-                instance
-                    .fmu
-                    .functions
-                    .set_real(instance.c, &u32::MAX, 1, &0.0)
-            };
+            instance.bytes()?;
+            instance.set_reals(&[u32::MAX], &[0.0]); // unknown, which must be refused
         }
     }
     Ok(bits)

@@ -3,8 +3,8 @@
 use crate::arguments::*;
 use crate::oracle::{Call, Expect};
 use crate::session::Session;
-use cargo_fmu::fmi::functions::*;
 use cargo_fmu::fmi::order::Mode;
+use cargo_fmu::fmi::symbols::*;
 use fmu_description::{Access, Causality, Variable};
 use std::ffi::{CStr, c_int};
 use std::ptr;
@@ -77,7 +77,8 @@ impl Session<'_> {
         expect
     }
 
-    /// With several mistakes in a call of FMI 3.0, whose variables are arrays, which is met first is the exporter's affair.
+    /// With several mistakes in a call of FMI 3.0, whose variables are arrays, which is met first
+    /// is the exporter's affair.
     fn of_several(&self, vr: &[u32], expect: Expect) -> Expect {
         let are_several = self.fmu.functions.fmi3().is_some() && vr.len() > 1;
         match expect {
@@ -160,7 +161,8 @@ impl Session<'_> {
         Ok(self.with_variables(i, name, status, expect, &vr, is_null))
     }
 
-    /// What fmi2GetInteger and fmi3GetInt64 access. A call with references of Int32 only goes to fmi3GetInt32.
+    /// What fmi2GetInteger and fmi3GetInt64 access. A call with references of Int32 only goes to
+    /// fmi3GetInt32.
     fn integer_kind(&self, is_boolean: bool) -> Access {
         match (is_boolean, self.fmu.functions.fmi3()) {
             (true, _) => Access::Boolean,
@@ -211,12 +213,7 @@ impl Session<'_> {
         self.trace(i, format_args!("{name}({vr:?}, {values:?}, {no_values})"));
         let place = pointer(&values, no_values);
         // SAFETY: a live instance; NULL or as many values as there are elements.
-        let status = unsafe {
-            match is_boolean {
-                true => f.set_boolean(c, vr.as_ptr(), vr.len(), place),
-                false => f.set_integer(c, vr.as_ptr(), vr.len(), place),
-            }
-        };
+        let status = unsafe { f.set_integers(is_boolean, c, vr.as_ptr(), vr.len(), place) };
         self.note_set(i, status);
         Ok(self.with_variables(i, name, status, expect, &vr, is_null))
     }
@@ -266,7 +263,8 @@ impl Session<'_> {
         Ok(call)
     }
 
-    /// What fmi2GetXxx may answer. The model may find inputs, or in Initialization Mode start values, impossible together.
+    /// What fmi2GetXxx may answer. The model may find inputs, or in Initialization Mode start
+    /// values, impossible together.
     fn readable(&self, vr: &[u32], kind: Access) -> Expect {
         let mut expect = Expect::Done;
         for vr in vr {
@@ -280,7 +278,8 @@ impl Session<'_> {
         expect
     }
 
-    /// Whether the model is asked before a wrong reference is met: then the refusal may be the model's.
+    /// Whether the model is asked before a wrong reference is met: then the refusal may be the
+    /// model's.
     fn computes(&self, vr: &[u32], kind: Access) -> bool {
         let found = vr.iter().filter_map(|vr| self.fmu.find(*vr));
         found
@@ -333,12 +332,7 @@ impl Session<'_> {
         self.trace(i, format_args!("{name}({vr:?})"));
         let place = values.as_mut_ptr();
         // SAFETY: a live instance; room for all elements.
-        let status = unsafe {
-            match is_boolean {
-                true => f.get_boolean(c, vr.as_ptr(), vr.len(), place),
-                false => f.get_integer(c, vr.as_ptr(), vr.len(), place),
-            }
-        };
+        let status = unsafe { f.get_integers(is_boolean, c, vr.as_ptr(), vr.len(), place) };
         let is_computing = self.computes(&vr, kind);
         Ok(self.with_variables(i, name, status, expect, &vr, is_computing))
     }

@@ -63,8 +63,8 @@ impl Conditions {
         (rest.into_iter()).fold(first, |a, b| if margin(&b) < margin(&a) { b } else { a })
     }
 
-    /// Whether some weight satisfies the conditions: all three gains must be positive, and neither so small nor so large that
-    /// what follows from them overflows.
+    /// Whether some weight satisfies the conditions: all three gains must be positive, and neither
+    /// so small nor so large that what follows from them overflows.
     #[must_use]
     pub fn hold(&self) -> bool {
         let positive = |v: f64| (1e-100..1e100).contains(&v);
@@ -72,8 +72,8 @@ impl Conditions {
     }
 
     /// What the bound on ν̇_a subtracts besides the virtual power flow ([eq:dv_EMLA3]), W, with the
-    /// weight ε = epsilon_max/2 that `K_2` belongs to:
-    /// `K_1 (β₁ K_f/L_q − ε β₂ K_i/(2 L_d)) F² + K_i/L_d (K_2 − K_1 β₂/(2 ε)) i²`; 0 where the conditions fail.
+    /// weight ε = epsilon_max/2 that `K_2` belongs to: `K_1 (β₁ K_f/L_q − ε β₂ K_i/(2 L_d)) F² +
+    /// K_i/L_d (K_2 − K_1 β₂/(2 ε)) i²`; 0 where the conditions fail.
     pub(crate) fn dissipation(
         &self,
         p: &Emla,
@@ -105,7 +105,8 @@ mod tests {
     use super::*;
     use machine::Machine;
 
-    /// The bound by Young's inequality with ε = epsilon_max/2, term by term: what the feedbacks dissipate, less the cross term's share.
+    /// The bound by Young's inequality with ε = epsilon_max/2, term by term: what the feedbacks
+    /// dissipate, less the cross term's share.
     #[test]
     fn dissipation_is_what_the_cross_term_leaves() {
         let machine = Machine::reference();
@@ -121,7 +122,8 @@ mod tests {
         let found = c.dissipation(p, gains, F, i);
         assert!(found > 0.0 && expected > 0.1 * of_force);
         assert!((found / expected - 1.0).abs() < 1e-13, "{found} {expected}");
-        // At the ε of the conditions half of the force's dissipation is left, and as much of the current's as of the cross term.
+        // At the ε of the conditions half of the force's dissipation is left, and as much of the
+        // current's as of the cross term.
         assert!((c.dissipation(p, gains, F, 0.0) / of_force - 0.5).abs() < 1e-13);
         assert!((c.dissipation(p, gains, 0.0, i) / of_current - 0.5).abs() < 1e-13);
     }

@@ -9,19 +9,19 @@ use crate::error::{ControllerError, STEP_MAX};
 use crate::evaluation::{Evaluation, MachineLevel};
 use crate::law::{self, Instant, Rod};
 use crate::measured::{
-    DELAY_MAX, JointObserver, Planned, SAMPLES_MAX, SLACK, Sampling, Timing, predicted,
+    DELAY_MAX, JointObserver, Plan, SAMPLES_MAX, SLACK, Sampling, Timing, predicted,
 };
 use crate::nominal::Nominal;
 use crate::proof;
 use crate::reference::{Motion, Reference, Trajectory};
 use crate::settings::{Level, Settings};
-use crate::signals::{Input, Output};
+use crate::signals::Input;
 use crate::state::State;
 use crate::tracking::{Errors, RodMotion, rod_errors, track};
-use crate::trouble::{Told, Trouble, first_trouble};
+use crate::trouble::{ReportedTroubles, Trouble, first_trouble};
 use emla::Surrogate;
 use hdrm::{DOF, Stroke, Tip, saturate};
-use machine::Machine;
+use machine::{Controller as Gains, Machine};
 use nalgebra::Vector6;
 use serde::{Deserialize, Serialize};
 use tip_path::Load;
@@ -36,12 +36,12 @@ pub struct Controller {
 }
 
 impl Controller {
-    /// A controller for `machine` whose actuators follow `surrogate` as far as `settings.alpha` says, starting at time `t` with the machine
-    /// as `input` measures it.
+    /// A controller for `machine` whose actuators follow `surrogate` as far as `settings.alpha`
+    /// says, starting at time `t` with the machine as `input` measures it.
     ///
     /// # Errors
-    /// Parameters, geometry or inertias that do not make a machine; limits of commanded rates that are none; a path that cannot be made, or
-    /// that the machine cannot do.
+    /// Parameters, geometry or inertias that do not make a machine; limits of commanded rates that
+    /// are not finite and positive; a path that cannot be made, or that the machine cannot do.
     pub fn new(
         machine: &Machine,
         surrogate: &Surrogate,
@@ -89,15 +89,17 @@ impl Controller {
         self.timing
     }
 
-    /// The stability conditions of the voltage law with these gains, at the actuator that meets them with the least margin.
+    /// The stability conditions of the voltage law with these gains, at the actuator that meets
+    /// them with the least margin.
     #[must_use]
-    pub fn conditions(&self, settings: &Settings) -> Conditions {
-        let of = |p| Conditions::new(p, &settings.gains);
+    pub fn conditions(&self, gains: &Gains) -> Conditions {
+        let of = |p| Conditions::new(p, gains);
         Conditions::weakest(self.nominal.parameters().map(of))
     }
 
-    /// Inverse kinematics, control law and voltage law for the present state, with the measurements `input`; while measurements are held
-    /// (`sample_time`, `delay`), with those. It holds until the state, the settings or an input other than the forces `F` change.
+    /// Inverse kinematics, control law and voltage law for the present state, with the measurements
+    /// `input`; while measurements are held (`sample_time`, `delay`), with those. It holds until
+    /// the state, the settings or an input other than the forces `F` change.
     ///
     /// # Errors
     /// A reference orientation of length zero, or a number that is not finite.
@@ -115,41 +117,29 @@ impl Controller {
         let held = state.sampling.held.as_ref();
         let observed = state.joints.observed(input, settings.gains.omega_speed);
         let input = held.unwrap_or(&observed);
-        let (machine, errors, demands, wrist) = match settings.level {
-            Level::Machine => {
-                let (machine, errors, demands, wrist) =
-                    machine_level(nominal, reference, state, settings, input)?;
-                (Some(machine), errors, demands, wrist)
-            }
+        let mut now = Evaluation::of_held(held);
+        let wrist = match settings.level {
+            Level::Machine => machine_level(&mut now, nominal, reference, state, settings, input)?,
             Level::Actuator => {
-                let (errors, demands) = actuator_level(nominal, state, settings, input);
-                (None, errors, demands, [0.0; 3])
+                actuator_level(&mut now, nominal, state, settings, input);
+                [0.0; 3]
             }
         };
-        let commands = voltages(nominal, &state.drives, settings, input, &demands);
+        now.commands = voltages(nominal, &state.drives, settings, input, &now.demands);
         let limit = &nominal.tau_wrist_max;
+        now.output.tau_wrist = std::array::from_fn(|j| saturate(wrist[j], limit[j]));
+        now.fill(input);
         let t = state.motion_time(settings.gains.settle_time);
-        let mut now = Evaluation {
-            errors,
-            rate_error: std::array::from_fn(|i| demands[i].motion.x_r_dot - input.x_dot[i]),
-            F: held.map(|held| held.F),
-            output: Output {
-                v_d: commands.map(|c| c.v_d),
-                v_q: commands.map(|c| c.v_q),
-                tau_wrist: std::array::from_fn(|j| saturate(wrist[j], limit[j])),
-                f_required: demands.map(|d| d.f_r),
-                x_dot_required: demands.map(|d| d.motion.x_r_dot),
-                i_q_required: commands.map(|c| c.i_qr),
-                motion_end: self.motion_end(settings),
-                load: reference.load(t).unwrap_or_default(),
-                ..Output::default()
-            },
-            machine,
-            demands,
-            commands,
-        };
-        now.fill_tip();
-        proof::fill(&mut now, nominal, &state.bodies, &state.drives, settings, input);
+        now.output.motion_end = self.motion_end(settings);
+        now.output.load = reference.load(t).unwrap_or_default();
+        proof::fill(
+            &mut now,
+            nominal,
+            &state.bodies,
+            &state.drives,
+            settings,
+            input,
+        );
         match now.output.not_finite() {
             Some((signal, value)) => Err(ControllerError::NotFinite {
                 t: state.t,
@@ -160,8 +150,8 @@ impl Controller {
         }
     }
 
-    /// Advances from the communication point `t` by `h`, both s, with the measurements held; `now` is the evaluation of the present
-    /// state and `input`. On error nothing has changed.
+    /// Advances from the communication point `t` by `h`, both s, with the measurements held; `now`
+    /// is the evaluation of the present state and `input`. On error nothing has changed.
     ///
     /// # Errors
     /// A step that is not positive or too long, and as [`Controller::evaluate`].
@@ -197,23 +187,25 @@ impl Controller {
         Ok(())
     }
 
-    /// Tells the controller that the end-effector carries `load` from now on; a mass that is not finite and ≥ 0 changes nothing.
+    /// Tells the controller that the end-effector carries `load` from now on; a mass that is not
+    /// finite and ≥ 0 changes nothing.
     pub fn tell_load(&mut self, load: &Load) {
         self.state.bodies.carry(load, &self.nominal.tree.r_D4_T4);
     }
 
-    /// What begins to go wrong with the commands of `now` in a step from `t` by `h`, both s; `told` remembers what was told already.
+    /// What begins to go wrong with the commands of `now` in a step from `t` by `h`, both s;
+    /// `reported` remembers what was reported already.
     pub fn trouble(
         &self,
         now: &Evaluation,
         settings: &Settings,
-        told: &mut Told,
+        reported: &mut ReportedTroubles,
         t: f64,
         h: f64,
     ) -> Option<Trouble> {
         let h = h.max(self.timing.sample_time);
         let rates = self.reference.rates().map(|r| (r, &self.state.motion));
-        first_trouble(now, &self.nominal, rates, settings, told, [t, h])
+        first_trouble(now, &self.nominal, rates, settings, reported, [t, h])
     }
 
     /// Time at which the reference has come to its end, s; the start time for an external one.
@@ -238,7 +230,8 @@ impl Controller {
         }
     }
 
-    /// All states but the observer's and the samples over an interval of `h` s in which the measurements and commands of `now` are held.
+    /// All states but the observer's and the samples over an interval of `h` s in which the
+    /// measurements and commands of `now` are held.
     fn advance(&mut self, now: &Evaluation, settings: &Settings, input: &Input, h: f64) {
         let Self {
             nominal,
@@ -265,7 +258,8 @@ impl Controller {
         }
     }
 
-    /// A step without delay: measurements are held from one sample to the next, those of a sample inside the step are `input`.
+    /// A step without delay: measurements are held from one sample to the next, those of a sample
+    /// inside the step are `input`.
     fn step_sampled(
         &mut self,
         now: &Evaluation,
@@ -305,8 +299,8 @@ impl Controller {
         }
     }
 
-    /// A step after which the outputs belong to the time at which they act: measurements are predicted over the delay, with the commands
-    /// that act meanwhile.
+    /// A step after which the outputs belong to the time at which they act: measurements are
+    /// predicted over the delay, with the commands that act meanwhile.
     fn step_delayed(
         &mut self,
         now: &Evaluation,
@@ -338,14 +332,16 @@ impl Controller {
     }
 }
 
-/// The whole machine: from the reference of the tip, or of the joints, to the demands on rods and wrist, N·m.
+/// The whole machine: from the reference of the tip, or of the joints, to the demands on the rods
+/// and the wrist torques, N·m.
 fn machine_level(
+    now: &mut Evaluation,
     nominal: &Nominal,
     reference: &Reference,
     state: &State,
     settings: &Settings,
     input: &Input,
-) -> Result<(MachineLevel, Errors, [RodDemand; 3], [f64; 3]), ControllerError> {
+) -> Result<[f64; 3], ControllerError> {
     let gains = &settings.gains;
     let t = state.motion_time(gains.settle_time);
     let target = reference.target(nominal, &state.motion, input, t)?;
@@ -373,11 +369,12 @@ fn machine_level(
         motions: &motions,
         errors: &errors,
     });
-    let demand = |i: usize| RodDemand {
+    now.errors = tracking.errors;
+    now.demands = std::array::from_fn(|i| RodDemand {
         f_r: forces.rods[i],
         motion: rods[i],
-    };
-    let machine = MachineLevel {
+    });
+    now.machine = Some(MachineLevel {
         desired: target.tip,
         rotation_error: tracking.rotation_error,
         tip: tip.position,
@@ -385,23 +382,24 @@ fn machine_level(
         strokes: configuration.strokes,
         motions,
         energy: errors.energy,
-    };
-    Ok((machine, tracking.errors, [0, 1, 2].map(demand), forces.wrist))
+    });
+    Ok(forces.wrist)
 }
 
 /// Each rod by itself: the demands by its own reference.
 fn actuator_level(
+    now: &mut Evaluation,
     nominal: &Nominal,
     state: &State,
     settings: &Settings,
     input: &Input,
-) -> (Errors, [RodDemand; 3]) {
+) {
     let gains = &settings.gains;
     let z = settings.integral.then_some(&state.integral);
-    let errors = Errors::new(rod_errors(input, gains.reading_age), z, gains.omega_tip);
+    now.errors = Errors::new(rod_errors(input, gains.reading_age), z, gains.omega_tip);
     let law = settings.mode.law();
-    let demand = |i: usize| {
-        let motion = RodMotion::alone(gains, input, &errors, i);
+    now.demands = std::array::from_fn(|i| {
+        let motion = RodMotion::alone(gains, input, &now.errors, i);
         let f_r = law.rod_force(&Rod {
             gains,
             M_act: nominal.actuators[i].params().M_act,
@@ -410,8 +408,7 @@ fn actuator_level(
             f_d: input.reference_rod_force[i],
         });
         RodDemand { f_r, motion }
-    };
-    (errors, [0, 1, 2].map(demand))
+    });
 }
 
 /// The voltage laws of the three drives.
@@ -434,9 +431,9 @@ fn voltages(
 }
 
 /// What acts with the commands of `now`.
-fn plan(now: &Evaluation) -> Planned {
+fn plan(now: &Evaluation) -> Plan {
     let machine = now.machine.as_ref();
-    Planned {
+    Plan {
         v_d: now.output.v_d,
         v_q: now.output.v_q,
         zeta_ddot: machine.map_or([0.0; DOF], |m| m.zeta_ddot_r),

@@ -4,7 +4,8 @@ use hdrm::{Body, GeometryError};
 use machine::MachineError;
 use thiserror::Error;
 
-/// Longest step, s: measurements held for longer than that mean nothing, and filters with large gains would overflow.
+/// Longest step, s: measurements held for longer than that mean nothing, and filters with large
+/// gains would overflow.
 pub(crate) const STEP_MAX: f64 = 100.0;
 
 /// Why no controller could be made, or a step was refused.
@@ -58,7 +59,7 @@ pub enum ControllerError {
         /// Step, s.
         h: f64,
     },
-    /// A command, or what is told of it, became infinite or NaN.
+    /// A command, or another output, became infinite or NaN.
     #[error("t = {t} s: `{signal}` became {value}; it must be finite")]
     NotFinite {
         /// Time, s.

@@ -1,14 +1,16 @@
-//! What one evaluation of the control law finds: all between the measurements and the commands at one instant.
+//! What one evaluation of the control law finds: all between the measurements and the commands at
+//! one instant.
 
 use crate::drive::{Command, RodDemand};
 use crate::law::BodyMotion;
-use crate::reference::Desired;
-use crate::signals::Output;
+use crate::reference::DesiredMotion;
+use crate::signals::{Input, Output};
 use crate::tracking::Errors;
 use hdrm::{Body, DOF, Stroke};
 use nalgebra::Vector3;
 
-/// Everything between the measurements and the commands at one instant. The forces `F` count in the virtual power flows only.
+/// Everything between the measurements and the commands at one instant. The forces `F` count in the
+/// virtual power flows only.
 #[derive(Clone, Copy, Debug)]
 pub struct Evaluation {
     /// None at [`crate::Level::Actuator`].
@@ -27,7 +29,7 @@ pub struct Evaluation {
 /// What only the level of the machine has.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct MachineLevel {
-    pub(crate) desired: Desired,
+    pub(crate) desired: DesiredMotion,
     /// From the present to the desired orientation, rad.
     pub(crate) rotation_error: Vector3<f64>,
     /// Position of the tip, m.
@@ -52,10 +54,30 @@ impl Evaluation {
         }
     }
 
-    /// Fills the outputs of the tip; at [`crate::Level::Actuator`] they stay 0.
-    pub(crate) fn fill_tip(&mut self) {
+    /// Nothing yet, with the measurements `held`, where these are not those of the moment.
+    pub(crate) fn of_held(held: Option<&Input>) -> Self {
+        Self {
+            machine: None,
+            errors: Errors::default(),
+            demands: Default::default(),
+            commands: Default::default(),
+            rate_error: [0.0; 3],
+            F: held.map(|held| held.F),
+            output: Output::default(),
+        }
+    }
+
+    /// Fills the outputs of demands and commands, and those of the tip; at
+    /// [`crate::Level::Actuator`] these stay 0.
+    pub(crate) fn fill(&mut self, input: &Input) {
+        let (demands, commands, output) = (&self.demands, &self.commands, &mut self.output);
+        self.rate_error = std::array::from_fn(|i| demands[i].motion.x_r_dot - input.x_dot[i]);
+        output.v_d = commands.map(|c| c.v_d);
+        output.v_q = commands.map(|c| c.v_q);
+        output.i_q_required = commands.map(|c| c.i_qr);
+        output.f_required = demands.map(|d| d.f_r);
+        output.x_dot_required = demands.map(|d| d.motion.x_r_dot);
         let Some(machine) = &self.machine else { return };
-        let output = &mut self.output;
         let tip_error = machine.desired.position - machine.tip;
         output.desired_position = machine.desired.position.into();
         output.tip_error = tip_error.into();
@@ -66,7 +88,8 @@ impl Evaluation {
         output.orientation_error_norm = 2.0 * libm::asin(half_sine.min(1.0));
     }
 
-    /// Whether a command is at a limit: voltage or current of a drive, torque of a wrist joint, N·m.
+    /// Whether a command is at a limit: voltage or current of a drive, torque of a wrist joint,
+    /// N·m.
     pub(crate) fn is_at_limit(&self, tau_wrist_max: &[f64; 3]) -> bool {
         let drive = |c: &Command| c.voltage() >= c.v_max || c.i_qr.abs() >= c.i_max;
         let mut wrist = self.output.tau_wrist.iter().zip(tau_wrist_max);

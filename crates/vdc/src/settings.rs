@@ -19,7 +19,8 @@ pub enum Level {
 pub struct Settings {
     /// Which control law is at work.
     pub mode: Mode,
-    /// Whether the integral of the tip's error acts (at [`Level::Actuator`] of the rods' errors), at the rate `gains.omega_tip`.
+    /// Whether the integral of the tip's error acts (at [`Level::Actuator`] of the rods' errors),
+    /// at the rate `gains.omega_tip`.
     pub integral: bool,
     /// What is followed; not to be changed while the controller runs.
     pub level: Level,
@@ -39,8 +40,8 @@ pub struct Settings {
 }
 
 impl Settings {
-    /// The adaptive controller of the whole machine with these gains, which reckons with the physics alone and is told of loads; no integral,
-    /// no derating.
+    /// The adaptive controller of the whole machine with these gains, which reckons with the
+    /// physics alone and is told of loads; no integral, no derating.
     #[must_use]
     pub fn of(gains: &Gains) -> Self {
         Self {
@@ -57,8 +58,8 @@ impl Settings {
     }
 }
 
-/// Currents fall with the winding's temperature: up to `start` the law asks for up to `i_max`, from `end` on for nothing, in between for a share
-/// that falls linearly.
+/// Currents fall with the winding's temperature: up to `start` the law asks for up to `i_max`, from
+/// `end` on for nothing, in between for a share that falls linearly.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Derating {
     /// Temperature from which on the current is reduced, K.

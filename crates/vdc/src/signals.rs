@@ -22,7 +22,8 @@ pub struct Input {
     pub x: [f64; 3],
     /// Rod velocities, m/s; read at [`crate::Level::Actuator`] and by the virtual power flows.
     pub x_dot: [f64; 3],
-    /// Actuator forces, N; read by the virtual power flows and, in a step, by the disturbance observer.
+    /// Actuator forces, N; read by the virtual power flows and, in a step, by the disturbance
+    /// observer.
     pub F: [f64; 3],
     /// Voltage of the DC link, V; None: the nominal machine's.
     pub v_dc: Option<f64>,
@@ -110,7 +111,8 @@ pub struct Output {
 }
 
 impl Output {
-    /// Name and value of the first signal that is not finite: numbers of measurements and settings far beyond any machine's overflow.
+    /// Name and value of the first signal that is not finite: numbers of measurements and settings
+    /// far beyond any machine's overflow.
     pub(crate) fn not_finite(&self) -> Option<(&'static str, f64)> {
         let scalar = std::slice::from_ref;
         let signals: [(&'static str, &[f64]); 11] = [

@@ -10,7 +10,8 @@ use serde::{Deserialize, Serialize};
 /// The controller's state.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct State {
-    /// Time that the states belong to, and with them the next evaluation, s: the communication point without `sample_time` and `delay`.
+    /// Time that the states belong to, and with them the next evaluation, s: the communication
+    /// point without `sample_time` and `delay`.
     pub(crate) t: f64,
     /// Time at which the controller started, s.
     pub(crate) t_start: f64,

@@ -1,4 +1,5 @@
-//! Where trouble begins: causes that later show as voltages beyond all bounds or a machine out of control.
+//! Where trouble begins: causes that later show as voltages beyond all bounds or a machine out of
+//! control.
 
 use crate::evaluation::Evaluation;
 use crate::nominal::Nominal;
@@ -58,7 +59,8 @@ pub enum Trouble {
         /// Reference of the tilt joint, rad.
         zeta: f64,
     },
-    /// Commanded rates of the tip ask for more than twice what a joint may do, as near a singularity.
+    /// Commanded rates of the tip ask for more than twice what a joint may do, as near a
+    /// singularity.
     #[error(
         "t = {t} s: the commanded rates of the tip ask joint {joint} for {asked} rad/s, its reference must be within {limit} rad/s: the tip is slowed as a whole"
     )]
@@ -99,9 +101,9 @@ pub enum Trouble {
     },
 }
 
-/// Which troubles last, so that each is told once, where it begins.
+/// Which troubles last, so that each is reported once, where it begins.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Told {
+pub struct ReportedTroubles {
     step: bool,
     reach: bool,
     voltage: [bool; 3],
@@ -111,52 +113,53 @@ pub struct Told {
     rate: bool,
 }
 
-/// What begins to go wrong with the commands of `now` at `t`, s, where samples are `h` apart, s; `told` remembers what was told already.
-/// `rates` are those of an operator, with the joints' reference that they lead to.
+/// What begins to go wrong with the commands of `now` at `t`, s, where samples are `h` apart, s;
+/// `reported` remembers what was reported already. `rates` are those of an operator, with the
+/// joints' reference that they lead to.
 pub(crate) fn first_trouble(
     now: &Evaluation,
     nominal: &Nominal,
     rates: Option<(&Rates, &Motion)>,
     settings: &Settings,
-    told: &mut Told,
+    reported: &mut ReportedTroubles,
     [t, h]: [f64; 2],
 ) -> Option<Trouble> {
     let mut first = None;
-    let mut begins = |told: &mut bool, lasts: bool, trouble: Trouble| {
-        // One at a time: what begins at the same time is told a step later.
-        if lasts && !*told && first.is_some() {
+    let mut begins = |reported: &mut bool, lasts: bool, trouble: Trouble| {
+        // One at a time: what begins at the same time is reported a step later.
+        if lasts && !*reported && first.is_some() {
             return;
         }
-        if lasts && !*told {
+        if lasts && !*reported {
             first = Some(trouble);
         }
-        *told = lasts;
+        *reported = lasts;
     };
     let least = nominal.parameters().map(|p| p.L_d.min(p.L_q));
     let longest = least.into_iter().fold(f64::INFINITY, f64::min) / settings.gains.K_i;
     let too_long = Trouble::StepTooLong { t, h, longest };
-    begins(&mut told.step, h > longest, too_long);
+    begins(&mut reported.step, h > longest, too_long);
     if settings.level == Level::Machine {
         let reach = nominal.reach.length();
         let distance = nominal.reach.distance(now.output.desired_position);
         let out_of_reach = Trouble::OutOfReach { t, distance, reach };
-        begins(&mut told.reach, distance > reach, out_of_reach);
+        begins(&mut reported.reach, distance > reach, out_of_reach);
     }
     if let Some((rates, motion)) = rates {
         let (zeta, held) = (motion.zeta, &motion.held);
-        for (i, told) in told.joint.iter_mut().enumerate() {
+        for (i, reported) in reported.joint.iter_mut().enumerate() {
             let at_end = Trouble::JointHeld {
                 t,
                 joint: i + 1,
                 zeta: zeta[i],
                 limit: rates.nearest_limit(i, zeta[i]),
             };
-            begins(told, held.joint[i], at_end);
+            begins(reported, held.joint[i], at_end);
         }
         let stretched = Trouble::ElbowHeld { t, zeta: zeta[2] };
-        begins(&mut told.elbow, held.elbow, stretched);
+        begins(&mut reported.elbow, held.elbow, stretched);
         let singular = Trouble::WristSingular { t, zeta: zeta[4] };
-        begins(&mut told.wrist, held.wrist, singular);
+        begins(&mut reported.wrist, held.wrist, singular);
         let (joint, asked) = held.rate.unwrap_or_default();
         let slowed = Trouble::JointRate {
             t,
@@ -164,9 +167,9 @@ pub(crate) fn first_trouble(
             asked,
             limit: rates.largest_rate(joint),
         };
-        begins(&mut told.rate, held.rate.is_some(), slowed);
+        begins(&mut reported.rate, held.rate.is_some(), slowed);
     }
-    for (i, told) in told.voltage.iter_mut().enumerate() {
+    for (i, reported) in reported.voltage.iter_mut().enumerate() {
         let (asked, v_max) = (now.commands[i].voltage(), now.commands[i].v_max);
         let voltage = Trouble::Voltage {
             t,
@@ -174,7 +177,7 @@ pub(crate) fn first_trouble(
             asked,
             v_max,
         };
-        begins(told, asked > v_max, voltage);
+        begins(reported, asked > v_max, voltage);
     }
     first
 }

@@ -19,9 +19,9 @@ use clap::Args;
 use serde::Deserialize;
 use table::{Measured, Row};
 
+use crate::pack;
 use crate::python::Python;
 use crate::workspace::{FMU_PROFILE, Workspace};
-use crate::{libclang, pack};
 
 /// Bench programs of the crates (`crates/*/benches`).
 const PROGRAMS: [&str; 3] = ["dynamics", "step", "controller"];
@@ -193,10 +193,10 @@ fn build(workspace: &Workspace, fmus: Vec<PathBuf>, programs: &[&str]) -> Result
     Ok(Built {
         programs: match targets.is_empty() {
             true => BTreeMap::new(),
-            false => workspace.build(FMU_PROFILE, &targets, &[])?,
+            false => workspace.build(FMU_PROFILE, &targets)?,
         },
-        cosim: libclang::build_cosim(workspace)?,
-        hdrm_fmu: libclang::build_hdrm_fmu(workspace)?,
+        cosim: workspace.build_programs(&["cosim"])?,
+        hdrm_fmu: workspace.build_programs(&["hdrm-fmu"])?,
         fmus,
         folder,
     })

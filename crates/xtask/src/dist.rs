@@ -22,12 +22,11 @@ use cargo_fmu::workspace::artifacts;
 use clap::Args;
 use sha2::{Digest, Sha256};
 
-use crate::libclang;
 use crate::pack;
 use crate::python::Python;
 use crate::test::is_ci;
 use crate::wheel;
-use crate::workspace::{FMU_PROFILE, Workspace};
+use crate::workspace::{FMU_PROFILE, Workspace, profile};
 pub use check::prepare;
 use listing::Listing;
 
@@ -68,13 +67,6 @@ const PROGRAM_PROFILE: [&str; 8] = [
     "profile.release.overflow-checks=false",
     "--config",
     "profile.release.strip=\"symbols\"",
-];
-/// What the crate `fmi` holds about its build, in place of the paths of compiler and documentation tool.
-pub const BUILT: [(&str, &str); 4] = [
-    ("BUILT_OVERRIDE_fmi_RUSTC", "rustc"),
-    ("BUILT_OVERRIDE_fmi_RUSTC_VERSION", ""),
-    ("BUILT_OVERRIDE_fmi_RUSTDOC", "rustdoc"),
-    ("BUILT_OVERRIDE_fmi_RUSTDOC_VERSION", ""),
 ];
 /// Name of the list of checksums, in the form of `sha256sum`.
 const CHECKSUMS: &str = "SHA256SUMS";
@@ -248,7 +240,7 @@ fn build(
         fs::remove_dir_all(&new)?;
     }
     fs::create_dir_all(&new).with_context(|| new.display().to_string())?;
-    let fmus = pack::suite_with(workspace, FMU_PROFILE, platforms, &new)?;
+    let fmus = pack::suite_with(workspace, &profile(FMU_PROFILE), platforms, &new)?;
     let mut dist = Dist {
         folder,
         targets: platforms.targets.clone(),
@@ -335,15 +327,7 @@ impl Dist {
         mut command: Command,
         new: &Path,
     ) -> Result<()> {
-        command
-            .args(PROGRAM_PROFILE)
-            .envs(libclang::provide(workspace)?)
-            .envs(BUILT);
-        if target.needs_zig() {
-            let (name, arguments) = bindgen_arguments(workspace, target.triple)?;
-            command.env(name, arguments);
-        }
-        command.arg("--bins");
+        command.args(PROGRAM_PROFILE).arg("--bins");
         let folder = target.platform.folder;
         for built in artifacts(&mut command)? {
             let name = built.name().to_string();
@@ -379,38 +363,6 @@ impl Dist {
     fn systems(&self) -> Result<Vec<PathBuf>> {
         archives(&self.folder, "ssp")
     }
-}
-
-/// cargo-zigbuild takes from bindgen, which reads the headers of FMI, the folders with those of C; this names those that zig has for the
-/// target, innermost first.
-pub fn bindgen_arguments(workspace: &Workspace, triple: &str) -> Result<(String, String)> {
-    let python = Python::provide(workspace)?;
-    let code = "import pathlib, ziglang; print(pathlib.Path(ziglang.__file__).parent / 'lib')";
-    let zig = output(Command::new(python.program()).args(["-c", code]))?;
-    // zig's name for the processor: one folder for both widths of x86.
-    let processor = match triple.split('-').next() {
-        Some("x86_64") | None => "x86",
-        Some(processor) => processor,
-    };
-    let folders = [
-        "include".to_string(),
-        format!("libc/include/{processor}-linux-gnu"),
-        "libc/include/generic-glibc".to_string(),
-        format!("libc/include/{processor}-linux-any"),
-        "libc/include/any-linux-any".to_string(),
-    ];
-    let mut arguments = Vec::new();
-    for folder in folders {
-        let folder = Path::new(zig.trim()).join(folder);
-        ensure!(
-            folder.is_dir(),
-            "{} is missing: zig has no headers of C for {triple}",
-            folder.display()
-        );
-        arguments.push(format!("-isystem {}", folder.display()));
-    }
-    let name = format!("BINDGEN_EXTRA_CLANG_ARGS_{triple}");
-    Ok((name, arguments.join(" ")))
 }
 
 /// Files in a folder with this suffix, by name.

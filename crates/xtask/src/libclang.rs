@@ -1,4 +1,5 @@
-//! libclang for `fmi-sys`, whose build script runs bindgen: the system's, else the one of the Python package `libclang`.
+//! libclang for the bindings that tests compare with: their build script runs bindgen. The system's, else the one of the Python package
+//! `libclang`.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -33,21 +34,6 @@ pub fn provide(workspace: &Workspace) -> Result<Vec<(String, String)>> {
     }
     remember(workspace, &variables)?;
     Ok(variables)
-}
-
-/// Build the master for any system of FMUs in release mode; its path.
-pub fn build_cosim(workspace: &Workspace) -> Result<PathBuf> {
-    let environment = provide(workspace)?;
-    workspace.build_program("cosim", &environment)
-}
-
-/// Build the program of the manipulator's experiments in release mode, and those that it starts; its path.
-pub fn build_hdrm_fmu(workspace: &Workspace) -> Result<PathBuf> {
-    let environment = provide(workspace)?;
-    for sibling in ["hdrm-fmu-report", "hdrm-fmu-surrogate"] {
-        workspace.build_program(sibling, &environment)?;
-    }
-    workspace.build_program("hdrm-fmu", &environment)
 }
 
 fn remember(workspace: &Workspace, variables: &[(String, String)]) -> Result<()> {

@@ -10,6 +10,7 @@ mod libclang;
 mod nightly;
 mod pack;
 mod phases;
+mod programs;
 mod python;
 mod sanitize;
 mod test;
@@ -19,13 +20,13 @@ mod wheel;
 mod workspace;
 
 use std::path::PathBuf;
-use std::process::{Command as Process, ExitCode};
+use std::process::ExitCode;
 
 use anyhow::Result;
 use cargo_fmu::pack::Platforms;
-use cargo_fmu::process::execute;
 use cargo_fmu::workspace::Source;
 use clap::{Parser, Subcommand};
+use programs::handed_on;
 use workspace::Workspace;
 
 /// Build, pack, demonstrate, test and measure the FMU suite.
@@ -71,7 +72,7 @@ enum Command {
     Bench(bench::Options),
     /// Mistreat the FMUs: random calls, sanitizers, valgrind, threads, fuzzing, long runs
     Torture(torture::Options),
-    /// Provide libclang, so that plain `cargo build -p cosim` works
+    /// Provide libclang, so that plain `cargo test -p cosim` works
     Setup,
     /// Run the co-simulation program: `cargo xtask cosim -- run --help`
     Cosim {
@@ -89,7 +90,7 @@ enum Command {
 
 fn main() -> ExitCode {
     match run(Cli::parse().command) {
-        Ok(()) => ExitCode::SUCCESS,
+        Ok(code) => code,
         Err(error) => {
             eprintln!("error: {error:#}");
             ExitCode::FAILURE
@@ -97,11 +98,26 @@ fn main() -> ExitCode {
     }
 }
 
-fn run(command: Command) -> Result<()> {
+/// Do what was asked for; the exit code of a program that was run, which may say more than that it failed.
+fn run(command: Command) -> Result<ExitCode> {
     let workspace = Workspace::find()?;
+    match command {
+        Command::Cosim { arguments } => {
+            let program = workspace.build_programs(&["cosim"])?;
+            handed_on(&program, &arguments)
+        }
+        Command::HdrmFmu { arguments } => {
+            let program = workspace.build_programs(&programs::beside(&arguments))?;
+            handed_on(&program, &arguments)
+        }
+        command => develop(&workspace, command).map(|()| ExitCode::SUCCESS),
+    }
+}
+
+fn develop(workspace: &Workspace, command: Command) -> Result<()> {
     let caller = std::env::current_dir()?;
     match command {
-        Command::Describe { check } => describe::run(&workspace, check),
+        Command::Describe { check } => describe::run(workspace, check),
         Command::Pack {
             out,
             packages,
@@ -111,26 +127,19 @@ fn run(command: Command) -> Result<()> {
             let out = caller.join(out.unwrap_or_else(|| workspace.fmu_dir()));
             let sources = Source::chosen(packages, examples);
             if sources.is_empty() {
-                pack::suite_with(&workspace, &profile, &Platforms::default(), &out).map(drop)
+                let profile = workspace::profile(&profile);
+                pack::suite_with(workspace, &profile, &Platforms::default(), &out).map(drop)
             } else {
-                pack::fmus(&workspace, &sources, &profile, &out).map(drop)
+                pack::fmus(workspace, &sources, &profile, &out).map(drop)
             }
         }
-        Command::Dist(options) => dist::run(&workspace, &caller, options),
-        Command::Wheel(options) => wheel::run(&workspace, &caller, &options),
-        Command::Demo => demo::run(&workspace),
-        Command::Test => test::run(&workspace),
-        Command::Bench(options) => bench::run(&workspace, &options),
-        Command::Torture(options) => torture::run(&workspace, &options),
-        Command::Setup => libclang::provide(&workspace).map(drop),
-        Command::Cosim { arguments } => {
-            let cosim = libclang::build_cosim(&workspace)?;
-            // In the caller's folder, so that paths are as the shell means them.
-            execute(Process::new(cosim).args(arguments))
-        }
-        Command::HdrmFmu { arguments } => {
-            let hdrm_fmu = libclang::build_hdrm_fmu(&workspace)?;
-            execute(Process::new(hdrm_fmu).args(arguments))
-        }
+        Command::Dist(options) => dist::run(workspace, &caller, options),
+        Command::Wheel(options) => wheel::run(workspace, &caller, &options),
+        Command::Demo => demo::run(workspace),
+        Command::Test => test::run(workspace),
+        Command::Bench(options) => bench::run(workspace, &options),
+        Command::Torture(options) => torture::run(workspace, &options),
+        Command::Setup => libclang::provide(workspace).map(drop),
+        Command::Cosim { .. } | Command::HdrmFmu { .. } => unreachable!("these are run"),
     }
 }

@@ -11,42 +11,67 @@ use cargo_fmu::workspace::Source;
 use crate::variants;
 use crate::workspace::{FMU_PROFILE, Workspace, profile};
 
-/// System structures of the repository, the archives they become, and parameter sets that go with them without being bound.
-const SYSTEMS: [(&str, &str, &[&str]); 5] = [
-    ("system/SystemStructure.ssd", "Manipulator.ssp", &[]),
-    (
-        "system/Real.ssd",
-        "Real.ssp",
-        &["resources/real.ssv", "resources/real_hiab_xs031.ssv"],
-    ),
-    ("system/Electric.ssd", "Electric.ssp", &[]),
-    ("system/Testbed.ssd", "Testbed.ssp", &[]),
-    ("system/RigTestbed.ssd", "RigTestbed.ssp", &[]),
-];
-
-/// Pack the suite's FMUs and its systems into `out`, for this machine; the FMUs, in the order of [`Workspace::suite`].
-pub fn suite(workspace: &Workspace, out: &Path) -> Result<Vec<PathBuf>> {
-    suite_with(workspace, FMU_PROFILE, &Platforms::default(), out)
+/// A system structure of the repository and the archive that it becomes.
+struct System {
+    structure: &'static str,
+    archive: &'static str,
+    /// Whether variants of the structure are packed beside it.
+    varied: bool,
+    /// Parameter sets that go with it without being bound.
+    sets: &'static [&'static str],
 }
 
-/// The same with libraries that were built with another profile, or for other platforms.
+/// The systems that are packed.
+const SYSTEMS: [System; 5] = [
+    System::new("system/SystemStructure.ssd", "Manipulator.ssp").varied(&[]),
+    System::new("system/Real.ssd", "Real.ssp").varied(&["resources/real_hiab_xs031.ssv"]),
+    System::new("system/Electric.ssd", "Electric.ssp").varied(&[]),
+    System::new("system/Testbed.ssd", "Testbed.ssp"),
+    System::new("system/RigTestbed.ssd", "RigTestbed.ssp"),
+];
+
+impl System {
+    const fn new(structure: &'static str, archive: &'static str) -> Self {
+        Self {
+            structure,
+            archive,
+            varied: false,
+            sets: &[],
+        }
+    }
+
+    /// With variants, and with these sets beside them.
+    const fn varied(mut self, sets: &'static [&'static str]) -> Self {
+        (self.varied, self.sets) = (true, sets);
+        self
+    }
+}
+
+/// Pack the suite's FMUs and its systems into `out`, for this machine; the FMUs, in the order of
+/// [`Workspace::suite`].
+pub fn suite(workspace: &Workspace, out: &Path) -> Result<Vec<PathBuf>> {
+    suite_with(workspace, &profile(FMU_PROFILE), &Platforms::default(), out)
+}
+
+/// The same with libraries that were built by other arguments of cargo, such as those for a profile, or for other platforms.
 pub fn suite_with(
     workspace: &Workspace,
-    profile: &str,
+    arguments: &[String],
     platforms: &Platforms,
     out: &Path,
 ) -> Result<Vec<PathBuf>> {
-    let (sources, arguments) = (workspace.suite(), self::profile(profile));
-    let packed = cargo_fmu::pack::fmus(&workspace.cargo, &sources, &arguments, platforms, out)?;
-    for (structure, archive, sets) in SYSTEMS {
-        system(workspace, &packed, structure, sets, &out.join(archive))?;
+    let sources = workspace.suite();
+    let packed = cargo_fmu::pack::fmus(&workspace.cargo, &sources, arguments, platforms, out)?;
+    for system in &SYSTEMS {
+        pack_system(workspace, &packed, system, &out.join(system.archive))?;
     }
     Ok(packed)
 }
 
-/// Names of the files that [`suite`] writes; a folder may hold other FMUs beside them, such as those of the examples.
+/// Names of the files that [`suite`] writes; a folder may hold other FMUs beside them, such as
+/// those of the examples.
 pub fn names(workspace: &Workspace) -> Result<Vec<String>> {
-    let mut names: Vec<String> = SYSTEMS.map(|(_, archive, _)| archive.to_string()).into();
+    let mut names: Vec<String> = SYSTEMS.iter().map(|s| s.archive.to_string()).collect();
     let descriptions = workspace.root.join("modelDescription");
     for entry in fs::read_dir(&descriptions).with_context(|| descriptions.display().to_string())? {
         let path = entry?.path();
@@ -69,7 +94,8 @@ pub fn fmus(
     cargo_fmu::pack::fmus(&workspace.cargo, sources, &profile, &host, out)
 }
 
-/// FMUs of FMI 2.0, and after them those of FMI 3.0, which are packed beside them, in the same order.
+/// FMUs of FMI 2.0, and after them those of FMI 3.0, which are packed beside them, in the same
+/// order.
 pub fn both_versions(fmus: Vec<PathBuf>) -> Result<Vec<PathBuf>> {
     let beside = |fmu: &PathBuf| {
         let (folder, name) = (fmu.parent()?, fmu.file_name()?);
@@ -84,19 +110,21 @@ pub fn both_versions(fmus: Vec<PathBuf>) -> Result<Vec<PathBuf>> {
 }
 
 /// An archive of a system structure with the FMUs it names and further parameter sets beside it.
-fn system(
+fn pack_system(
     workspace: &Workspace,
     packed: &[PathBuf],
-    structure: &str,
-    sets: &[&str],
+    system: &System,
     path: &Path,
 ) -> Result<()> {
-    let file = workspace.root.join(structure);
+    let file = workspace.root.join(system.structure);
     let text = fs::read_to_string(&file).with_context(|| file.display().to_string())?;
-    let mut structures = variants::of(&text).with_context(|| file.display().to_string())?;
+    let mut structures = Vec::new();
+    if system.varied {
+        structures = variants::of(&text).with_context(|| file.display().to_string())?;
+    }
     structures.push(("SystemStructure.ssd".to_string(), text));
     let mut entries = Entries::new();
-    for set in sets {
+    for set in system.sets {
         let from = file.with_file_name(set);
         let bytes = fs::read(&from).with_context(|| from.display().to_string())?;
         entries.insert((*set).to_string(), bytes);

@@ -9,8 +9,8 @@ use anyhow::{Context, Result, anyhow};
 /// The phases so far.
 pub struct Phases {
     start: Instant,
-    /// Name and duration in s.
-    times: Mutex<Vec<(String, f64)>>,
+    /// Name, begin and end since the start, s.
+    times: Mutex<Vec<(String, f64, f64)>>,
 }
 
 impl Default for Phases {
@@ -26,11 +26,11 @@ impl Phases {
     /// Run one phase; its error names it.
     pub fn run<T>(&self, name: &str, phase: impl FnOnce() -> Result<T>) -> Result<T> {
         println!("==> {name}");
-        let clock = Instant::now();
+        let begin = self.start.elapsed().as_secs_f64();
         let result = phase().with_context(|| format!("phase `{name}`"));
-        let seconds = clock.elapsed().as_secs_f64();
+        let end = self.start.elapsed().as_secs_f64();
         let mut times = self.times.lock().unwrap_or_else(PoisonError::into_inner);
-        times.push((name.to_string(), seconds));
+        times.push((name.to_string(), begin, end));
         result
     }
 
@@ -49,12 +49,25 @@ impl Phases {
         })
     }
 
-    /// What each phase took, and all together, which is less than the sum where phases ran at the same time.
+    /// What each phase took, when it began and ended, and which ran side by side with the one before: their times do not add up.
     pub fn table(&self) -> String {
         let times = self.times.lock().unwrap_or_else(PoisonError::into_inner);
-        let all = ("all".to_string(), self.start.elapsed().as_secs_f64());
-        let line = |(name, seconds): &(String, f64)| format!("{name:<40} {seconds:>7.1} s\n");
-        times.iter().chain([&all]).map(line).collect()
+        let mut times = times.clone();
+        times.sort_by(|a, b| a.1.total_cmp(&b.1));
+        let mut text = format!("{:<40}{:>9}{:>9}{:>9}\n", "phase, s", "took", "from", "to");
+        let mut ended = 0.0;
+        for (name, begin, end) in &times {
+            let beside = if *begin < ended {
+                "  beside others"
+            } else {
+                ""
+            };
+            let took = end - begin;
+            text += &format!("{name:<40}{took:>9.1}{begin:>9.1}{end:>9.1}{beside}\n");
+            ended = end.max(ended);
+        }
+        let all = self.start.elapsed().as_secs_f64();
+        text + &format!("{:<40}{all:>9.1}\n", "all")
     }
 }
 
@@ -66,7 +79,7 @@ mod tests {
     fn names(phases: &Phases) -> Vec<String> {
         let table = phases.table();
         let name = |line: &str| line.split(' ').next().unwrap_or_default().to_string();
-        table.lines().map(name).collect()
+        table.lines().skip(1).map(name).collect()
     }
 
     #[test]
@@ -92,5 +105,20 @@ mod tests {
         let error = phases.both(failing, || phases.run("d", || Ok(())));
         assert!(error.is_err());
         assert_eq!(phases.times.lock().unwrap().len(), 4);
+    }
+
+    #[test]
+    fn what_ran_side_by_side_is_said() {
+        let times = [("b", 1.0, 3.0), ("a", 0.0, 2.0), ("c", 3.0, 4.0)];
+        let phases = Phases::default();
+        *phases.times.lock().unwrap() =
+            times.map(|(name, from, to)| (name.into(), from, to)).into();
+        let table = phases.table();
+        let beside = table.lines().filter(|line| line.ends_with("beside others"));
+        let beside: Vec<_> = beside.map(|line| &line[..1]).collect();
+        assert_eq!(
+            (names(&phases), beside),
+            (["a", "b", "c", "all"].map(String::from).into(), vec!["b"])
+        );
     }
 }

@@ -13,8 +13,8 @@ use cargo_fmu::platform;
 use cargo_fmu::process::execute;
 use cargo_fmu::workspace::{Artifact, Source, artifacts};
 
+use crate::nightly;
 use crate::workspace::Workspace;
-use crate::{libclang, nightly};
 
 /// A sanitizer of the nightly compiler.
 struct Sanitizer {
@@ -123,7 +123,6 @@ impl Sanitizer {
     /// Run the tests, and build programs and the suite's FMUs, all instrumented.
     fn build<'a>(&'a self, workspace: &'a Workspace, packages: &[&str]) -> Result<Built<'a>> {
         nightly::component(workspace, "rust-src")?;
-        let environment = libclang::provide(workspace)?;
         let target = nightly::host(workspace)?;
         let suite = workspace.suite();
         let fmus = suite.iter().filter_map(|source| match source {
@@ -139,7 +138,6 @@ impl Sanitizer {
             cargo
                 .env("RUSTFLAGS", self.flags)
                 .env(self.variable, self.options);
-            cargo.envs(environment.iter().cloned());
             cargo.args(all.iter().flat_map(|name| ["-p", name]));
             cargo
         };

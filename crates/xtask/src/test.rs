@@ -63,6 +63,16 @@ fn checks(workspace: &Workspace, phases: &Phases) -> Result<()> {
     phases.both(robustness, outside).map(drop)
 }
 
+/// Programs that the tests from outside run.
+const PROGRAMS: [&str; 6] = [
+    "cosim",
+    "hdrm-fmu",
+    "hdrm-fmu-report",
+    "hdrm-fmu-surrogate",
+    "cargo-fmu",
+    "torture",
+];
+
 /// What the runs need.
 struct Compiled {
     /// Nothing where it cannot be built.
@@ -120,11 +130,7 @@ fn compile(
         }
     })?;
     phases.run("model descriptions", || describe::check(workspace, &fmus))?;
-    phases.run("build programs", || {
-        libclang::build_cosim(workspace)?;
-        libclang::build_hdrm_fmu(workspace)?;
-        workspace.build_program("cargo-fmu", &[])
-    })?;
+    phases.run("build programs", || workspace.build_programs(&PROGRAMS))?;
     Ok(Compiled { handed_out, fmus })
 }
 

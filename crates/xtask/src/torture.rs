@@ -9,7 +9,7 @@ use cargo_fmu::process::execute;
 use clap::Args;
 
 use crate::workspace::Workspace;
-use crate::{fuzz, libclang, pack, sanitize};
+use crate::{fuzz, pack, sanitize};
 
 /// Options of `cargo xtask torture`.
 #[derive(Args)]
@@ -114,7 +114,7 @@ pub fn run(workspace: &Workspace, options: &Options) -> Result<()> {
     }
     if let Some(steps) = long {
         driver.run(&["long", "--steps", &steps.to_string()])?;
-        let hdrm_fmu = libclang::build_hdrm_fmu(workspace)?;
+        let hdrm_fmu = workspace.build_programs(&["hdrm-fmu"])?;
         execute(
             workspace
                 .command(hdrm_fmu)
@@ -161,7 +161,7 @@ pub fn check(workspace: &Workspace, fmus: Vec<PathBuf>) -> Result<()> {
     }
     driver.run(&["threads"])?;
     driver.run(&["long", "--steps", &CI_STEPS.to_string()])?;
-    let mut coupled = workspace.command(libclang::build_hdrm_fmu(workspace)?);
+    let mut coupled = workspace.command(workspace.build_programs(&["hdrm-fmu"])?);
     coupled.args(["endurance", "--steps", &CI_COUPLED_STEPS.to_string()]);
     execute(&mut coupled)
 }
@@ -199,7 +199,7 @@ impl<'a> Driver<'a> {
     fn build(workspace: &'a Workspace, fmus: Vec<PathBuf>) -> Result<Self> {
         Ok(Self {
             workspace,
-            program: workspace.build_program("torture", &[])?,
+            program: workspace.build_programs(&["torture"])?,
             fmus,
         })
     }

@@ -1,18 +1,24 @@
-//! Variants of a packed system: its one structure with parameter values bound, made while packing, so that the wiring is written once.
+//! Variants of a packed system: its one structure with parameter values bound, made while packing,
+//! so that the wiring is written once.
 
 use anyhow::{Context, Result, ensure};
 
-/// Where the sets are bound: inside the parameter bindings of the component that they are for.
-const MARK: &str = "<!-- parameter sets of a variant -->";
-/// Trajectories and when their motion ends, s (`tests/test_parameter_sets.py` compares with what the controller says).
+/// The first component of a structure, for which the sets are; they are bound after its own
+/// parameter bindings.
+const CONTROLLER: &str = r#"<ssd:Component name="controller""#;
+/// Where a component's parameter bindings end.
+const BINDINGS_END: &str = "        </ssd:ParameterBindings>\n";
+/// Trajectories and when their motion ends, s (`tests/test_parameter_sets.py` compares with what
+/// the controller says).
 const TRAJECTORIES: [(&str, &str); 2] = [("cubic", "24.25"), ("triangular", "13.75")];
 /// Controllers.
 const MODES: [&str; 3] = ["adaptive", "modular", "pd"];
 
-/// The first value in the set that each component with a delay holds, where the structure has a variant for masters that exchange values once
-/// a step.
+/// The first value in the set of each component with a delay of its own, in systems whose sensors
+/// have none.
 const FIRST_VALUE: &str = r#"<ssv:Parameter name="alpha">"#;
-/// Outputs act one communication step later than they are computed, as with importers that exchange values once a step.
+/// Outputs act one communication step later than they are computed, as with importers that exchange
+/// values once a step.
 const DELAY: &str = r#"<ssv:Parameter name="delay"><ssv:Integer value="1"/></ssv:Parameter>"#;
 
 /// What only systems fed by a battery hold; they have a variant with the actuators as built.
@@ -22,33 +28,48 @@ const GAINS: &str = r#"<ssd:ParameterBinding source="resources/as_built.ssv"/>"#
 /// The unit that only [`FIRST_VALUE`] of an actuator has.
 const ITS_UNIT: &str = r#"<ssc:Unit name="1">"#;
 
-/// What the path has the end-effector carry, from the controller to the manipulator, with units. The structures have no wires for it, so that
-/// a plant which knows of no loads fits in.
+/// Gains for actuators as built, bound to the whole system; only the system that needs them holds
+/// this.
+const REAL_GAINS: &str = r#"    <ssd:ParameterBindings>
+      <ssd:ParameterBinding source="resources/real.ssv"/>
+    </ssd:ParameterBindings>
+"#;
+/// The same, and the delays of masters that exchange values once a step.
+const REAL_GAINS_AND_DELAYS: &str = r#"    <ssd:ParameterBindings>
+      <ssd:ParameterBinding source="resources/real.ssv"/>
+      <ssd:ParameterBinding source="resources/real_standard.ssv"/>
+    </ssd:ParameterBindings>
+"#;
+
+/// What the path has the end-effector carry, from the controller to the manipulator, with units.
+/// The structures have no wires for it, so that a plant which knows of no loads fits in.
 const LOAD: [(&str, &str); 4] = [
     ("load.mass", "kg"),
     ("load.com[1]", "m"),
     ("load.com[2]", "m"),
     ("load.com[3]", "m"),
 ];
-/// After which connector the load's are declared: an output of the controller, an input of the manipulator.
+/// After which connector the load's are declared: an output of the controller, an input of the
+/// manipulator.
 const LAST_TORQUE: &str =
     r#"<ssd:Connector name="tau_wrist[3]" kind="KIND"><ssc:Real unit="N.m"/></ssd:Connector>"#;
 /// Where connections end.
 const CONNECTIONS_END: &str = "    </ssd:Connections>";
+/// The load's unit that no structure has without it.
+const KILOGRAM: &str = r#"    <ssc:Unit name="kg"><ssc:BaseUnit kg="1"/></ssc:Unit>"#;
+/// Where units begin.
+const UNITS: &str = "  <ssd:Units>\n";
 
-/// File names and texts of the variants of a structure; none where it has no mark. Each has a name of its own, because importers keep the
-/// structures of one package apart by name.
+/// File names and texts of the variants of a structure. Each has a name of its own, because
+/// importers keep the structures of one package apart by name.
 pub fn of(structure: &str) -> Result<Vec<(String, String)>> {
     let mut made = Vec::new();
-    if !structure.contains(MARK) {
-        return Ok(made);
-    }
     let (_, default_stop) = TRAJECTORIES[0];
     for (trajectory, stop) in TRAJECTORIES {
         for mode in MODES {
             let sets = [trajectory, mode]
                 .map(|set| format!(r#"<ssd:ParameterBinding source="resources/{set}.ssv"/>"#));
-            let text = once(structure, MARK, &sets.join("\n          "))?;
+            let text = bound(structure, &sets)?;
             let stop_time = |stop| format!(r#"stopTime="{stop}""#);
             let text = once(&text, &stop_time(default_stop), &stop_time(stop))?;
             let variant = format!("{trajectory}_{mode}");
@@ -56,14 +77,17 @@ pub fn of(structure: &str) -> Result<Vec<(String, String)>> {
         }
     }
     made.push(("loads.ssd".to_string(), loads(structure)?));
-    if structure.matches(FIRST_VALUE).count() == 1 {
-        return Ok(made); // the actuators hold none: their readings are late already
-    }
-    let delayed = structure.replace(
-        FIRST_VALUE,
-        &format!("{DELAY}\n                  {FIRST_VALUE}"),
-    );
-    made.push(("standard.ssd".to_string(), named(&delayed, "standard")?));
+    let standard = if structure.contains(REAL_GAINS) {
+        let bare = once(structure, REAL_GAINS, "")?;
+        made.push(("bare.ssd".to_string(), named(&bare, "bare")?));
+        once(structure, REAL_GAINS, REAL_GAINS_AND_DELAYS)?
+    } else {
+        structure.replace(
+            FIRST_VALUE,
+            &format!("{DELAY}\n                  {FIRST_VALUE}"),
+        )
+    };
+    made.push(("standard.ssd".to_string(), named(&standard, "standard")?));
     if structure.contains(FED) {
         made.push(("as_built.ssd".to_string(), as_built(structure)?));
     }
@@ -88,10 +112,13 @@ fn loads(structure: &str) -> Result<String> {
         )
     });
     let connections = format!("{}{CONNECTIONS_END}", connections.concat());
-    named(&once(&text, CONNECTIONS_END, &connections)?, "loads")
+    let text = once(&text, CONNECTIONS_END, &connections)?;
+    let text = once(&text, UNITS, &format!("{UNITS}{KILOGRAM}\n"))?;
+    named(&text, "loads")
 }
 
-/// The structure with `Rig` in the place of `Emla`: the same connectors and values, but for the network, of which `Rig` knows nothing.
+/// The structure with `Rig` in the place of `Emla`: the same connectors and values, but for the
+/// network, of which `Rig` knows nothing.
 fn as_built(structure: &str) -> Result<String> {
     let components = structure.split("<ssd:Component ").map(|component| {
         if !component.contains("resources/Emla.fmu") {
@@ -102,8 +129,20 @@ fn as_built(structure: &str) -> Result<String> {
         lines.join("\n").replace("Emla.fmu", "Rig.fmu")
     });
     let components: Vec<String> = components.collect();
-    let text = once(&components.join("<ssd:Component "), MARK, GAINS)?;
+    let text = bound(&components.join("<ssd:Component "), &[GAINS])?;
     named(&text, "as_built")
+}
+
+/// The structure with parameter bindings of the controller after those that it has.
+fn bound(structure: &str, bindings: &[impl AsRef<str>]) -> Result<String> {
+    let missing = || "the system structure must hold a component `controller` with bindings";
+    let (before, controller) = structure.split_once(CONTROLLER).with_context(missing)?;
+    let (own, after) = controller.split_once(BINDINGS_END).with_context(missing)?;
+    let bindings = bindings
+        .iter()
+        .map(|binding| format!("          {}\n", binding.as_ref()));
+    let bindings: String = bindings.collect();
+    Ok([before, CONTROLLER, own, &bindings, BINDINGS_END, after].concat())
 }
 
 /// The structure with a name of its own.
@@ -147,7 +186,8 @@ mod tests {
         let (name, loads) = variants.pop().unwrap();
         assert_eq!(name, "loads.ssd");
         assert_eq!(loads.matches("load.mass").count(), 4); // two connectors, two ends
-        assert_eq!(loads.lines().count(), STRUCTURE.lines().count() + 12);
+        assert_eq!(loads.lines().count(), STRUCTURE.lines().count() + 13);
+        assert_eq!(loads.matches(KILOGRAM).count(), 1);
         for (name, text) in variants {
             let (trajectory, mode) = name.strip_suffix(".ssd").unwrap().split_once('_').unwrap();
             let lines: Vec<_> = text
@@ -161,15 +201,16 @@ mod tests {
         }
     }
 
+    const REAL: &str = include_str!("../../../system/Real.ssd");
+
     #[test]
     fn the_machine_as_built_has_the_same_variants_under_its_own_name() {
-        const REAL: &str = include_str!("../../../system/Real.ssd");
         let variants = of(REAL).unwrap();
-        assert_eq!(variants.len(), 7);
+        assert_eq!(variants.len(), 9);
         for (name, text) in variants {
             let variant = name.strip_suffix(".ssd").unwrap();
             assert!(text.contains(&format!(r#"name="Real_{variant}">"#)));
-            assert!(text.contains(MARK) == (variant == "loads"));
+            assert!(text.contains(r#"source="resources/real.ssv""#) == (variant != "bare"));
             assert!(text.contains("resources/sensors.ssv"));
         }
     }
@@ -183,7 +224,8 @@ mod tests {
         assert_eq!(text.matches("resources/Rig.fmu").count(), 3);
         assert!(!text.contains("Emla.fmu") && text.contains(r#"name="Electric_as_built">"#));
         assert_eq!(text.matches(FIRST_VALUE).count(), 1); // the controller's
-        assert_eq!(ELECTRIC.lines().count() - text.lines().count(), 6);
+        // Two lines of each actuator less, a binding more.
+        assert_eq!(ELECTRIC.lines().count() - text.lines().count(), 5);
         assert!(
             of(STRUCTURE)
                 .unwrap()
@@ -193,13 +235,10 @@ mod tests {
     }
 
     #[test]
-    fn a_structure_with_two_marks_or_another_stop_time_is_refused() {
-        for wrong in [
-            STRUCTURE.replace(MARK, &MARK.repeat(2)),
-            STRUCTURE.replace("24.25", "20"),
-        ] {
-            assert!(of(&wrong).unwrap_err().to_string().contains("times"));
-        }
-        assert!(of("no mark").unwrap().is_empty());
+    fn a_structure_with_another_stop_time_or_another_first_component_is_refused() {
+        let other = STRUCTURE.replace("24.25", "20");
+        assert!(of(&other).unwrap_err().to_string().contains("times"));
+        let other = STRUCTURE.replace(CONTROLLER, r#"<ssd:Component name="law""#);
+        assert!(of(&other).unwrap_err().to_string().contains("`controller`"));
     }
 }

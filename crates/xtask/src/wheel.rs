@@ -15,9 +15,9 @@ use cargo_fmu::process::execute;
 use cargo_fmu::target::{Target, Tools, private_folders};
 use clap::Args;
 
+use crate::pack;
 use crate::python::Python;
-use crate::workspace::{FMU_PROFILE, Workspace};
-use crate::{dist, libclang, pack};
+use crate::workspace::{FMU_PROFILE, Workspace, profile};
 
 /// What compiles the native module and writes the wheel.
 const MATURIN: &str = "maturin==1.16.0\n";
@@ -84,7 +84,6 @@ pub fn run(workspace: &Workspace, caller: &Path, options: &Options) -> Result<()
         return check(workspace, &fmus);
     }
     if options.prepare {
-        libclang::provide(workspace)?;
         return prepare(workspace, &fmus, LINUX);
     }
     let out = options.out.clone();
@@ -109,7 +108,7 @@ fn packed(workspace: &Workspace, is_portable: bool) -> Result<PathBuf> {
     let mut platforms = Platforms::named(&PLATFORMS.map(String::from))?;
     platforms.tools = Python::provide(workspace)?.zig(workspace)?;
     let folder = workspace.target.join("fmu-portable");
-    pack::suite_with(workspace, FMU_PROFILE, &platforms, &folder)?;
+    pack::suite_with(workspace, &profile(FMU_PROFILE), &platforms, &folder)?;
     Ok(folder)
 }
 
@@ -168,7 +167,7 @@ pub fn build(
     let mut command = workspace.command(python.program());
     command.args(["-m", "maturin", "build", "--release", "--locked"]);
     command.args(["--manifest-path", "python/Cargo.toml", "--out"]);
-    command.arg(&new).envs(libclang::provide(workspace)?);
+    command.arg(&new);
     match target {
         Some(target) => for_target(workspace, &python, target, &mut command)?,
         None => {
@@ -200,14 +199,12 @@ fn for_target(
     if target.needs_zig() {
         tools = python.zig(workspace)?;
         maturin.args(["--zig", "--compatibility", "manylinux2014"]);
-        let (name, arguments) = dist::bindgen_arguments(workspace, target.triple)?;
-        maturin.env(name, arguments);
     }
     let build = target.build(&workspace.cargo, &tools)?;
     let set = build
         .get_envs()
         .filter_map(|(name, value)| Some((name, value?)));
-    maturin.envs(set).envs(HANDED_OUT).envs(dist::BUILT);
+    maturin.envs(set).envs(HANDED_OUT);
     maturin.args(["--target", target.triple]);
     Ok(())
 }
@@ -284,7 +281,7 @@ pub fn check(workspace: &Workspace, fmus: &Path) -> Result<()> {
     let wheel = build(workspace, fmus, None, &workspace.target.join("wheels"))?;
     let program = match std::env::var_os(PROGRAM) {
         Some(program) => program.into(),
-        None => libclang::build_hdrm_fmu(workspace)?,
+        None => workspace.build_programs(&["hdrm-fmu"])?,
     };
     let python = environment(workspace)?;
     let mut install = workspace.command(python.program());

@@ -68,14 +68,9 @@ impl Workspace {
     }
 
     /// Build programs or benches with a profile; their files, by target name.
-    pub fn build(
-        &self,
-        profile: &str,
-        targets: &[&str],
-        environment: &[(String, String)],
-    ) -> Result<BTreeMap<String, PathBuf>> {
+    pub fn build(&self, profile: &str, targets: &[&str]) -> Result<BTreeMap<String, PathBuf>> {
         let mut command = self.cargo(["build", "--profile", profile]);
-        command.args(targets).envs(environment.iter().cloned());
+        command.args(targets);
         let built = artifacts(&mut command)?.into_iter();
         let programs = built.filter_map(|a| Some((a.name().to_string(), a.executable?)));
         Ok(programs.collect())
@@ -87,12 +82,14 @@ impl Workspace {
         Ok(built.into_iter().map(|(library, _)| library).collect())
     }
 
-    /// Build a program, from the crates that the tests of the whole workspace are built from: with the same features.
-    pub fn build_program(&self, name: &str, environment: &[(String, String)]) -> Result<PathBuf> {
-        let target = ["--workspace", "--bin", name];
-        let mut built = self.build("release", &target, environment)?;
+    /// Build programs, from the crates that the tests of the whole workspace are built from: with the same features. The file of the first.
+    pub fn build_programs(&self, names: &[&str]) -> Result<PathBuf> {
+        let programs = names.iter().flat_map(|name| ["--bin", name]);
+        let targets: Vec<_> = ["--workspace"].into_iter().chain(programs).collect();
+        let mut built = self.build("release", &targets)?;
+        let name = names.first().context("a program")?;
         built
-            .remove(name)
+            .remove(*name)
             .with_context(|| format!("there is no program `{name}`"))
     }
 }

@@ -1,4 +1,5 @@
-//! The archive: whether it opens everywhere, unpacks safely, and holds what the standard wants where it wants it.
+//! The archive: whether it opens everywhere, unpacks safely, and holds what the standard wants
+//! where it wants it.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::{Cursor, Read};

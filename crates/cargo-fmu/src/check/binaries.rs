@@ -1,8 +1,9 @@
-//! The libraries of all platforms, read without loading them: processor, functions, what they need, what they tell of where they
-//! were built.
+//! The libraries of all platforms, read without loading them: processor, functions, what they need,
+//! what they tell of where they were built.
 
 use std::collections::BTreeSet;
 
+use fmu_description::platform::{LINUX, LINUX_ARM, MACOS, MACOS_ARM, WINDOWS};
 use object::{Architecture, BinaryFormat, Object};
 
 use super::outcome::{Outcome, Promise, Report};
@@ -70,7 +71,8 @@ pub const PLATFORMS: [PlatformFolder; 13] = [
 /// What paths of a building machine begin with.
 const HOMES: [&[u8]; 4] = [b"/home/", b"/root/", b"/Users/", b":\\Users\\"];
 
-/// Check the libraries of an FMU with these model identifiers, which must export these functions (None: they are not known here).
+/// Check the libraries of an FMU with these model identifiers, which must export these functions
+/// (None: they are not known here).
 pub fn check(
     entries: &Entries,
     identifiers: &[&str],
@@ -169,11 +171,24 @@ fn paths_inside(path: &str, bytes: &[u8], outcome: &mut Outcome) {
         .filter(|text| text.len() > 10)
         .collect();
     if let Some(first) = found.first() {
-        outcome.remark(format!(
-            "{path} holds {} paths, such as {first}",
-            found.len()
-        ));
+        let count = found.len();
+        let hint = without_paths(path, bytes).unwrap_or_default();
+        outcome.remark(format!("{path} holds {count} paths, such as {first}{hint}"));
     }
+}
+
+/// How a library that was made with fmu-export is packed so that it holds no paths.
+fn without_paths(path: &str, bytes: &[u8]) -> Option<String> {
+    let marker = b"fmi2ExportFiles";
+    let is_ours = bytes.windows(marker.len()).any(|text| text == marker);
+    let folder = path.split('/').nth(1).filter(|_| is_ours)?;
+    let platforms = [LINUX, WINDOWS, MACOS, LINUX_ARM, MACOS_ARM];
+    let mut platforms = platforms.iter();
+    let platform = platforms.find(|p| p.folder == folder || p.folder_3 == folder)?;
+    Some(format!(
+        "; `cargo fmu pack --target {}` packs it for any machine of its kind, without them",
+        platform.folder
+    ))
 }
 
 #[cfg(test)]
@@ -220,6 +235,16 @@ mod tests {
         assert_eq!(
             outcome.remarks,
             ["X.so holds 1 paths, such as /home/me/model/src.c"]
+        );
+        let mut ours = Outcome::default();
+        let text = b"fmi2ExportFiles\0/home/me/model/src.c\0";
+        paths_inside("binaries/x86_64-linux/X.so", text, &mut ours);
+        assert_eq!(
+            ours.remarks,
+            [
+                "binaries/x86_64-linux/X.so holds 1 paths, such as /home/me/model/src.c; \
+              `cargo fmu pack --target linux64` packs it for any machine of its kind, without them"
+            ]
         );
     }
 }

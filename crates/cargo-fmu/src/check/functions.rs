@@ -11,7 +11,8 @@ const MODEL_EXCHANGE_2: &str = "fmi2GetTypesPlatform fmi2GetVersion fmi2SetDebug
     fmi2EnterEventMode fmi2NewDiscreteStates fmi2EnterContinuousTimeMode fmi2CompletedIntegratorStep fmi2SetTime \
     fmi2SetContinuousStates fmi2GetDerivatives fmi2GetEventIndicators fmi2GetContinuousStates fmi2GetNominalsOfContinuousStates";
 
-/// Functions of FMI 3.0 that all interfaces share (section 2.2), without `fmi3`, beside those that get and set values.
+/// Functions of FMI 3.0 that all interfaces share (section 2.2), without `fmi3`, beside those that
+/// get and set values.
 const SHARED_3: &str = "GetVersion SetDebugLogging FreeInstance EnterInitializationMode ExitInitializationMode EnterEventMode \
     Terminate Reset GetNumberOfVariableDependencies GetVariableDependencies GetFMUState SetFMUState FreeFMUState SerializedFMUStateSize \
     SerializeFMUState DeserializeFMUState GetDirectionalDerivative GetAdjointDerivative EnterConfigurationMode ExitConfigurationMode \
@@ -25,7 +26,8 @@ const MODEL_EXCHANGE_3: &str = "InstantiateModelExchange EnterContinuousTimeMode
     GetNumberOfContinuousStates";
 const SCHEDULED_3: &str = "InstantiateScheduledExecution ActivateModelPartition";
 
-/// What an FMU with this model description must export; None for a version whose functions are not known here.
+/// What an FMU with this model description must export; None for a version whose functions are not
+/// known here.
 pub fn required(root: Element, version: &str) -> Option<Vec<String>> {
     let offered = |tag: &str| root.child(tag).is_some();
     let mut names: Vec<String> = match version {
@@ -67,8 +69,8 @@ pub fn required(root: Element, version: &str) -> Option<Vec<String>> {
 mod tests {
     use super::*;
 
-    /// Counted in the headers of the standard: of 2.0 25 functions that both interfaces share, 9 of co-simulation, 10 of model exchange;
-    /// of 3.0 58 that all share, 4 and 11.
+    /// Counted in the headers of the standard: of 2.0 25 functions that both interfaces share, 9 of
+    /// co-simulation, 10 of model exchange; of 3.0 58 that all share, 4 and 11.
     #[test]
     fn the_lists_are_complete() {
         let count = |version: &str, interfaces: &str| {

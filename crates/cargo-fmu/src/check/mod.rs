@@ -1,8 +1,10 @@
-//! `cargo fmu check`: whether an FMU, whoever made it, keeps what importers rely on: archive, model description, libraries, and how
-//! it behaves when it is called. What the standard demands fails; what it permits, but importers stumble over, is a remark.
+//! `cargo fmu check`: whether an FMU, whoever made it, keeps what importers rely on: archive, model
+//! description, libraries, and how it behaves when it is called. What the standard demands fails;
+//! what it permits, but importers stumble over, is a remark.
 
 mod archive;
 mod binaries;
+mod checker;
 mod functions;
 mod outcome;
 mod run;
@@ -21,9 +23,13 @@ use tempfile::TempDir;
 
 use crate::archive::Entries;
 use crate::platform;
+pub use checker::Checker;
 pub use outcome::{Outcome, Promise, Report, Row, Verdict};
 pub use run::one as try_one;
 use xml::Element;
+
+/// Heading of what is asked of it.
+const DESCRIPTION: &str = "model description";
 
 const SCHEMA: Promise = Promise {
     text: "modelDescription.xml is UTF-8, well-formed, and valid by the schema of its version",
@@ -37,15 +43,6 @@ const RUNS: Promise = Promise {
     text: "what it does when it is run",
     why: "",
 };
-
-/// How an FMU is checked.
-#[derive(Clone, Copy, Debug)]
-pub struct Checker<'a> {
-    /// This program, which tries what the FMU does in processes of their own.
-    pub program: &'a Path,
-    /// Only the promises whose text holds this are kept; all hold the empty text.
-    pub only: &'a str,
-}
 
 /// Check an FMU.
 pub fn check(path: &Path, checker: Checker) -> Result<Report> {
@@ -67,28 +64,30 @@ fn unpacked(entries: &Entries, checker: Checker, report: &mut Report) -> Result<
     let Some(text) = entries.get("modelDescription.xml") else {
         return Ok(());
     };
-    match std::str::from_utf8(text) {
-        Ok(text) => described(text, entries, checker, report),
-        Err(reason) => {
-            report.push(
-                "model description",
-                SCHEMA,
-                Outcome::failed(reason.to_string()),
-            );
-            Ok(())
-        }
+    let mut schema = Outcome::default();
+    if let Err(reason) = std::str::from_utf8(text) {
+        schema.fail(reason.to_string());
     }
+    match fmu_description::text(text) {
+        Ok(text) => described(&text, entries, checker, schema, report)?,
+        Err(_) => report.push(DESCRIPTION, SCHEMA, schema),
+    }
+    Ok(())
 }
 
-fn described(text: &str, entries: &Entries, checker: Checker, report: &mut Report) -> Result<()> {
+/// The description with what its bytes were found to be; what other encodings hold is checked, too.
+fn described(
+    text: &str,
+    entries: &Entries,
+    checker: Checker,
+    mut schema: Outcome,
+    report: &mut Report,
+) -> Result<()> {
     let document = match uppsala::parse(text.trim_start_matches('\u{feff}')) {
         Ok(document) => document,
         Err(reason) => {
-            report.push(
-                "model description",
-                SCHEMA,
-                Outcome::failed(reason.to_string()),
-            );
+            schema.fail(reason.to_string());
+            report.push(DESCRIPTION, SCHEMA, schema);
             return Ok(());
         }
     };
@@ -97,11 +96,10 @@ fn described(text: &str, entries: &Entries, checker: Checker, report: &mut Repor
     };
     let version = root.get("fmiVersion").unwrap_or("");
     report.title += &title(root);
-    report.push(
-        "model description",
-        SCHEMA,
-        schema::description(version, &document),
-    );
+    let Outcome { fails, .. } = schema;
+    schema = schema::description(version, &document);
+    schema.fails.splice(..0, fails);
+    report.push(DESCRIPTION, SCHEMA, schema);
     if let Some(version) = known(version) {
         let variables = variables::Variable::all(root, version);
         structure::check(root, &variables, version, report);
@@ -112,7 +110,7 @@ fn described(text: &str, entries: &Entries, checker: Checker, report: &mut Repor
     } else {
         let reason =
             format!("this program knows the rules of FMI 2.0 and 3.0, not those of {version}");
-        report.push("model description", BEYOND, Outcome::not_checked(reason));
+        report.push(DESCRIPTION, BEYOND, Outcome::not_checked(reason));
     }
     binaries::check(
         entries,
@@ -173,11 +171,11 @@ fn runnable(text: &str, root: Element, entries: &Entries) -> Result<Version, Str
 
 fn runs(entries: &Entries, checker: Checker, version: Version, report: &mut Report) -> Result<()> {
     let scratch = TempDir::with_prefix("cargo-fmu-")?;
-    let [plain, spaced] = ["fmu", "an ü in it"].map(|name| scratch.path().join(name));
-    for folder in [&plain, &spaced] {
+    let [plain, odd] = ["fmu", "an ü in it"].map(|name| scratch.path().join(name));
+    for folder in [&plain, &odd] {
         unpack(entries, folder)?;
     }
-    run::all(checker, version, &plain, &spaced, scratch.path(), report)
+    run::all(checker, version, [&plain, &odd], scratch.path(), report)
 }
 
 fn unpack(entries: &Entries, folder: &Path) -> Result<()> {

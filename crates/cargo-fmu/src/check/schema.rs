@@ -1,4 +1,5 @@
-//! The model description against the schema files of the standard, which lie in `schema/` as they are published.
+//! The model description against the schema files of the standard, which lie in `schema/` as they
+//! are published.
 
 mod plain;
 
@@ -95,8 +96,9 @@ mod tests {
         }
     }
 
-    /// A description with a construct of each kind of the schema: array, alias, texts, items, clock, annotations.
-    const RICH: &str = include_str!("../../tests/faulty/rich3.xml");
+    /// A description with a construct of each kind of the schema: array, alias, texts, items,
+    /// clock, annotations.
+    const RICH: &str = include_str!("../../tests/check/rich3.xml");
 
     #[test]
     fn the_schema_of_fmi_3_is_kept() {

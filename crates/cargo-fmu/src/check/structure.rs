@@ -1,4 +1,5 @@
-//! ModelStructure (FMI 2.0, section 2.2.8; FMI 3.0, section 2.4.8), and what a model description says of the whole model.
+//! ModelStructure (FMI 2.0, section 2.2.8; FMI 3.0, section 2.4.8), and what a model description
+//! says of the whole model.
 
 use std::collections::BTreeSet;
 

@@ -1,13 +1,13 @@
-//! The C functions of FMI 2.0 for co-simulation, loaded by name. Enumerations are plain integers here: what a broken FMU returns must
-//! not be undefined behaviour in the one who calls it.
+//! The C functions of FMI 2.0 for co-simulation, loaded by name. Enumerations are plain integers
+//! here: what a broken FMU returns must not be undefined behaviour in the one who calls it.
 
-use super::functions::{Pointer, Text, functions};
-use anyhow::{Context, Result};
-use libloading::Library;
 use std::ffi::c_int;
 
-/// The logger. FMI declares it variadic; this one does not look at the arguments of the format, and a variadic call with pointers and
-/// integers equals a plain one on Linux (x86-64, aarch64) and Windows; not on Apple silicon.
+use super::symbols::{Pointer, Text, functions};
+
+/// The logger. FMI declares it variadic; this one does not look at the arguments of the format, and
+/// a variadic call with pointers and integers equals a plain one on Linux (x86-64, aarch64) and
+/// Windows; not on Apple silicon.
 pub type Logger = unsafe extern "C" fn(Pointer, Text, c_int, Text, Text);
 
 /// `fmi2CallbackFunctions`.

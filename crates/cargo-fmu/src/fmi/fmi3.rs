@@ -1,9 +1,8 @@
 //! The C functions of FMI 3.0, loaded by name.
 
-use super::functions::{Pointer, Text, functions};
-use anyhow::{Context, Result};
-use libloading::Library;
 use std::ffi::c_int;
+
+use super::symbols::{Pointer, Text, functions};
 
 /// `fmi3LogMessageCallback`.
 pub type Logger = unsafe extern "C" fn(Pointer, c_int, Text, Text);

@@ -52,14 +52,15 @@ impl Fmu {
             Version::Fmi3 => format!("{}{MAIN_SEPARATOR}", resources.display()),
         };
         Ok(Self {
-            functions: Functions::load(load(&library)?, &description)?,
+            functions: Functions::load(load(&library)?, &description),
             description,
             resources: CString::new(resources)?,
             _folder: None,
         })
     }
 
-    /// The variable with this value reference, which FMUs made with fmu-export give only once, whatever its type; of aliases the first.
+    /// The variable with this value reference, which FMUs made with fmu-export give only once,
+    /// whatever its type; of aliases the first.
     pub fn find(&self, reference: u32) -> Option<&Variable> {
         let mut variables = self.description.variables.iter();
         variables.find(|v| v.reference == reference)
@@ -76,7 +77,7 @@ impl Fmu {
     fn library(path: &Path) -> Result<Self> {
         let description = library::description(&library::files(path)?)?;
         Ok(Self {
-            functions: Functions::load(load(path)?, &description)?,
+            functions: Functions::load(load(path)?, &description),
             description,
             resources: CString::default(),
             _folder: None,

@@ -1,60 +1,19 @@
-//! The C functions of an FMU of either version, called alike: by what they do, with the arguments of FMI 2.0. What FMI 3.0 wants beside
-//! them, such as the number of values of arrays, follows from the model description.
+//! The C functions of an FMU of either version, called alike: by what they do, with the arguments
+//! of FMI 2.0. What FMI 3.0 wants beside them, such as the number of values of arrays, follows from
+//! the model description.
 
-use super::log::callback_3;
-use super::names::in_3;
-use super::{fmi2, fmi3};
-use anyhow::Result;
-use fmu_description::{Access, Description, Version};
-use libloading::Library;
 use std::collections::HashMap;
-use std::ffi::{c_char, c_int, c_void};
+use std::ffi::c_int;
 use std::ptr;
 
-pub use super::fmi2::{Callbacks, Logger};
+use fmu_description::{Access, Causality, Description, Version};
+use libloading::Library;
 
-/// An instance, a saved state, an environment.
-pub type Pointer = *mut c_void;
-/// A C string.
-pub type Text = *const c_char;
-
-/// Status: all is well.
-pub const OK: c_int = 0;
-/// Status: done, but something is to be told.
-pub const WARNING: c_int = 1;
-/// Status: not done, and nothing has changed.
-pub const DISCARD: c_int = 2;
-/// Status: a wrong call.
-pub const ERROR: c_int = 3;
-
-macro_rules! functions {
-    ($($name:ident($($type:ty),*) $(-> $result:ty)?;)*) => {
-        /// One pointer for each function.
-        #[allow(non_snake_case, missing_docs)] // named as in the standard
-        pub struct Functions {
-            $(pub $name: unsafe extern "C" fn($($type),*) $(-> $result)?,)*
-            _library: Library,
-        }
-
-        #[allow(non_snake_case)]
-        impl Functions {
-            /// Finds all of them.
-            pub fn load(library: Library) -> Result<Self> {
-                $(
-                    // SAFETY: an FMU exports this name with this signature.
-                    let $name = *unsafe { library.get(concat!(stringify!($name), "\0").as_bytes()) }
-                        .with_context(|| format!("{} is not exported", stringify!($name)))?;
-                )*
-                Ok(Self { $($name,)* _library: library })
-            }
-
-            /// Their names.
-            pub const NAMES: &'static [&'static str] = &[$(stringify!($name)),*];
-        }
-    };
-}
-
-pub(super) use functions;
+use super::fmi2::{self, Callbacks};
+use super::fmi3;
+use super::log::logger_3;
+use super::names::in_3;
+use super::symbols::{DISCARD, OK, Pointer, Text, WARNING};
 
 /// The functions of a loaded library.
 pub struct Functions {
@@ -78,30 +37,55 @@ pub enum Own {
 
 use Own::{Fmi2, Fmi3};
 
+/// What is simulated, as the C functions take it: relative tolerance, first and last time in s.
+#[derive(Clone, Copy, Debug, Default)]
+#[allow(missing_docs)] // named and explained in the standard
+pub struct Experiment {
+    pub has_tolerance: bool,
+    pub tolerance: f64,
+    pub start: f64,
+    pub has_stop: bool,
+    pub stop: f64,
+}
+
+/// Functions that take the same arguments in both versions.
+macro_rules! same {
+    ($(fn $name:ident($($argument:ident: $type:ty),*) $(-> $result:ty)? = $in_2:ident, $in_3:ident;)*) => {
+        $(pub unsafe fn $name(&self, c: Pointer $(, $argument: $type)*) $(-> $result)? {
+            // SAFETY: forwarded.
+            unsafe {
+                match &self.own {
+                    Fmi2(f) => (f.$in_2)(c $(, $argument)*),
+                    Fmi3(f) => (f.$in_3)(c $(, $argument)*),
+                }
+            }
+        })*
+    };
+}
+
 /// # Safety
-/// As for the C functions: a live instance or NULL, NULL or arrays of the length given, with room for all elements of the variables.
+/// As for the C functions: a live instance or NULL, NULL or arrays of the length given, with room
+/// for all elements of the variables.
 #[allow(missing_docs, clippy::missing_safety_doc, clippy::too_many_arguments)] // named and explained in the standard
 impl Functions {
-    /// Find all functions of the version that the description names.
-    pub fn load(library: Library, description: &Description) -> Result<Self> {
+    /// Those of the version that the description names.
+    pub fn load(library: Library, description: &Description) -> Self {
         let variables = &description.variables;
         let arrays = variables.iter().filter(|v| v.size() > 1);
+        let accesses = variables.iter().map(|v| (v.reference, v.access()));
         let time = variables
             .iter()
-            .find(|v| v.causality == fmu_description::Causality::Independent);
-        Ok(Self {
+            .find(|v| v.causality == Causality::Independent);
+        Self {
             own: match description.fmi {
-                Version::Fmi2 => Fmi2(fmi2::Functions::load(library)?),
-                Version::Fmi3 => Fmi3(fmi3::Functions::load(library)?),
+                Version::Fmi2 => Fmi2(fmi2::Functions::load(library)),
+                Version::Fmi3 => Fmi3(fmi3::Functions::load(library)),
             },
             sizes: arrays.map(|v| (v.reference, v.size())).collect(),
-            accesses: variables
-                .iter()
-                .map(|v| (v.reference, v.access()))
-                .collect(),
+            accesses: accesses.collect(),
             time: time.map(|v| v.reference),
             has_event_mode: description.capabilities.event_mode,
-        })
+        }
     }
 
     /// Those of the version.
@@ -130,7 +114,8 @@ impl Functions {
         self.has_event_mode && self.fmi3().is_some()
     }
 
-    /// At a communication point values are read after others were set: in FMI 3.0 in Event Mode only.
+    /// At a communication point values are read after others were set: in FMI 3.0 in Event Mode
+    /// only.
     pub fn reads_after_set(&self) -> bool {
         self.has_event_mode || self.fmi3().is_none()
     }
@@ -153,6 +138,20 @@ impl Functions {
             // SAFETY: `n` references.
             false => self.count(unsafe { std::slice::from_raw_parts(vr, n) }),
         }
+    }
+
+    same! {
+        fn free_instance() = fmi2FreeInstance, fmi3FreeInstance;
+        fn exit_initialization_mode() -> c_int = fmi2ExitInitializationMode, fmi3ExitInitializationMode;
+        fn terminate() -> c_int = fmi2Terminate, fmi3Terminate;
+        fn reset() -> c_int = fmi2Reset, fmi3Reset;
+        fn get_fmu_state(state: *mut Pointer) -> c_int = fmi2GetFMUstate, fmi3GetFMUState;
+        fn set_fmu_state(state: Pointer) -> c_int = fmi2SetFMUstate, fmi3SetFMUState;
+        fn free_fmu_state(state: *mut Pointer) -> c_int = fmi2FreeFMUstate, fmi3FreeFMUState;
+        fn serialized_fmu_state_size(state: Pointer, size: *mut usize) -> c_int = fmi2SerializedFMUstateSize, fmi3SerializedFMUStateSize;
+        fn serialize_fmu_state(state: Pointer, bytes: *mut u8, size: usize) -> c_int = fmi2SerializeFMUstate, fmi3SerializeFMUState;
+        fn deserialize_fmu_state(bytes: *const u8, size: usize, state: *mut Pointer) -> c_int
+            = fmi2DeSerializeFMUstate, fmi3DeserializeFMUState;
     }
 
     pub unsafe fn get_version(&self) -> Text {
@@ -181,7 +180,8 @@ impl Functions {
         }
     }
 
-    /// With a `kind` other than 1 for model exchange. In FMI 3.0 with Event Mode; what is no argument there is not looked at.
+    /// With a `kind` other than 1 for model exchange. In FMI 3.0 with Event Mode; what is no
+    /// argument there is not looked at.
     pub unsafe fn instantiate(
         &self,
         name: Text,
@@ -204,7 +204,7 @@ impl Functions {
                     let environment = callbacks.map_or(ptr::null_mut(), |c| c.environment);
                     let logger = callbacks
                         .and_then(|c| c.logger)
-                        .map(|_| callback_3 as fmi3::Logger);
+                        .map(|_| logger_3 as fmi3::Logger);
                     match kind {
                         1 => (f.fmi3InstantiateCoSimulation)(
                             name,
@@ -235,187 +235,47 @@ impl Functions {
         }
     }
 
-    pub unsafe fn free_instance(&self, c: Pointer) {
-        // SAFETY: forwarded.
-        unsafe {
-            match &self.own {
-                Fmi2(f) => (f.fmi2FreeInstance)(c),
-                Fmi3(f) => (f.fmi3FreeInstance)(c),
-            }
+    /// fmi2SetupExperiment; FMI 3.0 has it in fmi3EnterInitializationMode, and nothing is called
+    /// here.
+    pub unsafe fn setup_experiment(&self, c: Pointer, experiment: Experiment) -> c_int {
+        match &self.own {
+            // SAFETY: forwarded.
+            Fmi2(_) => unsafe { self.begin(c, experiment) },
+            Fmi3(_) => OK,
         }
     }
 
-    /// fmi2SetupExperiment; FMI 3.0 has it in fmi3EnterInitializationMode, and nothing is called here.
-    pub unsafe fn setup_experiment(
-        &self,
-        c: Pointer,
-        has_tolerance: c_int,
-        tolerance: f64,
-        start: f64,
-        has_stop: c_int,
-        stop: f64,
-    ) -> c_int {
+    /// In FMI 3.0 with the experiment, which FMI 2.0 is told by fmi2SetupExperiment.
+    pub unsafe fn enter_initialization_mode(&self, c: Pointer, experiment: Experiment) -> c_int {
         // SAFETY: forwarded.
         unsafe {
             match &self.own {
-                Fmi2(f) => {
-                    (f.fmi2SetupExperiment)(c, has_tolerance, tolerance, start, has_stop, stop)
-                }
-                Fmi3(_) => OK,
+                Fmi2(f) => (f.fmi2EnterInitializationMode)(c),
+                Fmi3(_) => self.begin(c, experiment),
             }
         }
     }
 
     /// fmi2SetupExperiment, or fmi3EnterInitializationMode with the same arguments.
-    pub unsafe fn begin(
-        &self,
-        c: Pointer,
-        has_tolerance: c_int,
-        tolerance: f64,
-        start: f64,
-        has_stop: c_int,
-        stop: f64,
-    ) -> c_int {
+    pub unsafe fn begin(&self, c: Pointer, experiment: Experiment) -> c_int {
+        let Experiment {
+            has_tolerance,
+            tolerance,
+            start,
+            has_stop,
+            stop,
+        } = experiment;
         // SAFETY: forwarded.
         unsafe {
             match &self.own {
                 Fmi2(f) => {
+                    let [has_tolerance, has_stop] = [has_tolerance, has_stop].map(c_int::from);
                     (f.fmi2SetupExperiment)(c, has_tolerance, tolerance, start, has_stop, stop)
                 }
-                Fmi3(f) => (f.fmi3EnterInitializationMode)(
-                    c,
-                    has_tolerance != 0,
-                    tolerance,
-                    start,
-                    has_stop != 0,
-                    stop,
-                ),
-            }
-        }
-    }
-
-    /// In FMI 3.0 with start and stop time, which FMI 2.0 is told by fmi2SetupExperiment.
-    pub unsafe fn enter_initialization_mode(
-        &self,
-        c: Pointer,
-        start: f64,
-        has_stop: c_int,
-        stop: f64,
-    ) -> c_int {
-        // SAFETY: forwarded.
-        unsafe {
-            match &self.own {
-                Fmi2(f) => (f.fmi2EnterInitializationMode)(c),
                 Fmi3(f) => {
-                    (f.fmi3EnterInitializationMode)(c, false, 0.0, start, has_stop != 0, stop)
+                    let begin = f.fmi3EnterInitializationMode;
+                    begin(c, has_tolerance, tolerance, start, has_stop, stop)
                 }
-            }
-        }
-    }
-
-    pub unsafe fn exit_initialization_mode(&self, c: Pointer) -> c_int {
-        // SAFETY: forwarded.
-        unsafe {
-            match &self.own {
-                Fmi2(f) => (f.fmi2ExitInitializationMode)(c),
-                Fmi3(f) => (f.fmi3ExitInitializationMode)(c),
-            }
-        }
-    }
-
-    pub unsafe fn terminate(&self, c: Pointer) -> c_int {
-        // SAFETY: forwarded.
-        unsafe {
-            match &self.own {
-                Fmi2(f) => (f.fmi2Terminate)(c),
-                Fmi3(f) => (f.fmi3Terminate)(c),
-            }
-        }
-    }
-
-    pub unsafe fn reset(&self, c: Pointer) -> c_int {
-        // SAFETY: forwarded.
-        unsafe {
-            match &self.own {
-                Fmi2(f) => (f.fmi2Reset)(c),
-                Fmi3(f) => (f.fmi3Reset)(c),
-            }
-        }
-    }
-
-    pub unsafe fn get_fmu_state(&self, c: Pointer, state: *mut Pointer) -> c_int {
-        // SAFETY: forwarded.
-        unsafe {
-            match &self.own {
-                Fmi2(f) => (f.fmi2GetFMUstate)(c, state),
-                Fmi3(f) => (f.fmi3GetFMUState)(c, state),
-            }
-        }
-    }
-
-    pub unsafe fn set_fmu_state(&self, c: Pointer, state: Pointer) -> c_int {
-        // SAFETY: forwarded.
-        unsafe {
-            match &self.own {
-                Fmi2(f) => (f.fmi2SetFMUstate)(c, state),
-                Fmi3(f) => (f.fmi3SetFMUState)(c, state),
-            }
-        }
-    }
-
-    pub unsafe fn free_fmu_state(&self, c: Pointer, state: *mut Pointer) -> c_int {
-        // SAFETY: forwarded.
-        unsafe {
-            match &self.own {
-                Fmi2(f) => (f.fmi2FreeFMUstate)(c, state),
-                Fmi3(f) => (f.fmi3FreeFMUState)(c, state),
-            }
-        }
-    }
-
-    pub unsafe fn serialized_fmu_state_size(
-        &self,
-        c: Pointer,
-        state: Pointer,
-        size: *mut usize,
-    ) -> c_int {
-        // SAFETY: forwarded.
-        unsafe {
-            match &self.own {
-                Fmi2(f) => (f.fmi2SerializedFMUstateSize)(c, state, size),
-                Fmi3(f) => (f.fmi3SerializedFMUStateSize)(c, state, size),
-            }
-        }
-    }
-
-    pub unsafe fn serialize_fmu_state(
-        &self,
-        c: Pointer,
-        state: Pointer,
-        bytes: *mut u8,
-        size: usize,
-    ) -> c_int {
-        // SAFETY: forwarded.
-        unsafe {
-            match &self.own {
-                Fmi2(f) => (f.fmi2SerializeFMUstate)(c, state, bytes, size),
-                Fmi3(f) => (f.fmi3SerializeFMUState)(c, state, bytes, size),
-            }
-        }
-    }
-
-    pub unsafe fn deserialize_fmu_state(
-        &self,
-        c: Pointer,
-        bytes: *const u8,
-        size: usize,
-        state: *mut Pointer,
-    ) -> c_int {
-        // SAFETY: forwarded.
-        unsafe {
-            match &self.own {
-                Fmi2(f) => (f.fmi2DeSerializeFMUstate)(c, bytes, size, state),
-                Fmi3(f) => (f.fmi3DeserializeFMUState)(c, bytes, size, state),
             }
         }
     }

@@ -1,15 +1,21 @@
-//! An FMU as a caller sees it: opened, with its C functions and the order in which they may be called, in either version of FMI.
-#![allow(unsafe_code)] // loads a library
+//! An FMU as a caller sees it: opened, with its C functions and the order in which they may be
+//! called, and instances of it with time and log, in either version of FMI. Whatever runs FMUs to
+//! judge them stands on this.
+#![allow(unsafe_code)] // loads a library, and calls it
 
 mod fmi2;
 pub mod fmi3;
 mod fmu;
 pub mod functions;
+pub mod instance;
 mod log;
 pub mod names;
 pub mod order;
+pub mod symbols;
+pub mod text;
 mod values;
 
-pub use fmi2::Functions as Functions2;
+pub use fmi2::{Callbacks, Functions as Functions2};
 pub use fmu::Fmu;
+pub use instance::Instance;
 pub use log::{Log, Message};

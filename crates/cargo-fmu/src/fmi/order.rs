@@ -17,6 +17,18 @@ pub enum Mode {
     Terminated,
 }
 
+impl Mode {
+    /// All of them.
+    pub const ALL: [Self; 6] = [
+        Self::Instantiated,
+        Self::Initialization,
+        Self::Event,
+        Self::Stepping,
+        Self::SteppingAfterSet,
+        Self::Terminated,
+    ];
+}
+
 const INSTANTIATED: u8 = 1;
 const INITIALIZATION: u8 = 2;
 const STEPPING: u8 = 4;
@@ -25,7 +37,8 @@ const EVENT: u8 = 16;
 const AFTER_SET: u8 = 32;
 const ALL: u8 = 63;
 
-/// The state machines as a table: in which states a function of an FMU without clocks and structural parameters may be called.
+/// The state machines as a table: in which states a function of an FMU without clocks and
+/// structural parameters may be called.
 pub fn is_allowed(name: &str, mode: Mode) -> bool {
     let allowed = match name.strip_prefix("fmi3") {
         Some(name) => allowed_3(name),
@@ -95,7 +108,8 @@ fn allowed_2(name: &str) -> u8 {
 mod tests {
     use super::*;
 
-    /// The state machine of FMI 2.0.4, section 4.2.4, spelt out for each state: what may be called of what is not allowed always.
+    /// The state machine of FMI 2.0.4, section 4.2.4, spelt out for each state: what may be called
+    /// of what is not allowed always.
     #[test]
     fn the_table_is_that_of_the_standard() {
         let only = |mode, expected: &[&str]| {

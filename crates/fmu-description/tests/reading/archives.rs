@@ -1,4 +1,5 @@
-//! Archives as other tools make them, written here byte by byte where the ZIP writer knows no such thing.
+//! Archives as other tools make them, written here byte by byte where the ZIP writer knows no such
+//! thing.
 
 use std::io::{Cursor, Write};
 use std::path::PathBuf;
@@ -30,8 +31,9 @@ fn content(name: &str) -> &[u8] {
     }
 }
 
-/// An archive by hand: each file stored, sizes in a data descriptor behind it (bit 3 of the flags), as those write who cannot go back in
-/// their output (APPNOTE, sections 4.3.9 and 4.4.4); with `zip64` the sizes stand in an extra field of the directory (section 4.5.3).
+/// An archive by hand: each file stored, sizes in a data descriptor behind it (bit 3 of the flags),
+/// as those write who cannot go back in their output (APPNOTE, sections 4.3.9 and 4.4.4); with
+/// `zip64` the sizes stand in an extra field of the directory (section 4.5.3).
 fn by_hand(names: &[&str], zip64: bool) -> Vec<u8> {
     let (mut bytes, mut directory) = (Vec::new(), Vec::new());
     for name in names {

@@ -2,7 +2,8 @@
 
 use fmu_description::{Description, Remark};
 
-/// As Dymola and others write: a schema instance on the root, annotations of their own, comments, Windows line ends.
+/// As Dymola and others write: a schema instance on the root, annotations of their own, comments,
+/// Windows line ends.
 const TEXT: &str = "<?xml version=\"1.0\" encoding=\"ENCODING\"?>\r
 <!-- made by a tool -->\r
 <fmiModelDescription xmlns:xsi=\"http://www.w3.org/2001/XMLSchema-instance\" xmlns=\"urn:of-a-vendor\"\r

@@ -5,8 +5,7 @@
 //! pointers, unaligned.
 
 use crate::core::fault::{Fault, refuse};
-use libc::c_char;
-use std::ffi::CStr;
+use std::ffi::{CStr, c_char};
 
 /// An array to read.
 #[derive(Clone, Copy)]

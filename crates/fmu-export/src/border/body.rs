@@ -1,16 +1,16 @@
 //! What an importer's handle of an instance points at, and how every call gets in and out. Nothing here knows what a function does.
 
-use super::call::Call;
-use super::log::Log;
+use super::answer::Answer;
+use super::call::{Call, L};
+use super::log::{Log, Logger};
 use crate::Model;
 use crate::core::fault::Fault;
 use crate::core::guard::{Entered, Guarded};
 use crate::core::instance::Instance;
 use crate::core::message::{Kind, Message};
 use crate::core::panic::{self, Panic};
-use crate::core::variable::Names;
-use libc::c_void;
-use std::ffi::CString;
+use crate::core::place::Names;
+use std::ffi::{CString, c_void};
 use std::sync::Arc;
 
 /// A version of FMI: what its border adds to an instance, and the words in which it answers.
@@ -18,7 +18,7 @@ pub(crate) trait Version: Sized + 'static {
     /// Its statuses.
     type Status: From<Answer>;
     /// Its logger.
-    type Logger: Send + Sync;
+    type Logger: Logger;
     /// Its name, filled up with zeros.
     const NAME: [u8; 4];
     /// What it calls the types.
@@ -33,20 +33,8 @@ pub(crate) trait Version: Sized + 'static {
     /// The bit of the state that an instance is in.
     fn state<M: Model>(body: &Body<M, Self>) -> u8;
 
-    /// Sends messages of a call that is answered with `answer`.
-    fn send(log: &Log<Self::Logger>, messages: &[Message], answer: Answer);
-}
-
-/// How a call is answered. A warning is never returned, only logged: importers abort on it. Nor is fatality, which would mean that all
-/// instances are corrupt.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Answer {
-    /// All well.
-    Ok = 0,
-    /// [`Fault::Discarded`].
-    Discard = 2,
-    /// [`Fault::Refused`], or a panic.
-    Error = 3,
+    /// The bits of the categories that are on after these were switched on or off.
+    fn switched(log: &Log<Self::Logger>, on: bool, categories: &[&str]) -> Result<u32, Fault>;
 }
 
 /// An instance and what its version of FMI adds to it.
@@ -74,7 +62,7 @@ pub(crate) unsafe fn enter<M: Model, V: Version>(
         return Answer::Error.into();
     };
     let result = panic::catch(|| {
-        let done = call.check(&body).and_then(|()| f(&mut body));
+        let done = check_order(&body, call).and_then(|()| f(&mut body));
         match done {
             Ok(()) => Answer::Ok,
             Err(fault) => refuse(&mut body, call, fault),
@@ -88,6 +76,29 @@ pub(crate) unsafe fn enter<M: Model, V: Version>(
         send(body, answer);
     }
     answer.into()
+}
+
+/// Refuses the call in a state it is not allowed in.
+#[inline]
+fn check_order<M: Model, V: Version>(body: &Body<M, V>, call: Call) -> Result<(), Fault> {
+    let state = V::state(body);
+    if call.allowed & state != 0 {
+        Ok(())
+    } else {
+        out_of_order::<V>(call, state)
+    }
+}
+
+#[cold]
+fn out_of_order<V: Version>(call: Call, state: u8) -> Result<(), Fault> {
+    let names = |mask: u8| -> Vec<&str> {
+        let named = V::STATES.iter().filter(|(bit, _)| mask & bit != 0);
+        named.map(|(_, name)| *name).collect()
+    };
+    let (now, allowed) = (names(state).join(""), names(call.allowed & !L).join(", "));
+    Err(Fault::refused(format_args!(
+        "not allowed in state {now}; allowed in {allowed}"
+    )))
 }
 
 #[cold]
@@ -138,5 +149,5 @@ pub(crate) fn send<M: Model, V: Version>(mut body: Entered<'_, Body<M, V>>, answ
     let messages: Vec<Message> = std::mem::take(&mut body.instance.messages);
     let log = Arc::clone(&body.log);
     drop(body);
-    V::send(&log, &messages, answer);
+    log.send(&messages, answer);
 }

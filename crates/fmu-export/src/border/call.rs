@@ -1,8 +1,6 @@
-//! Call order: a table of the states of an instance in which each function is allowed.
+//! Call order: the states of an instance, and what a function says of itself: its name, and the states in which it is allowed.
 
-use super::body::{Body, Version};
 use crate::Model;
-use crate::core::fault::{Fault, refuse};
 use crate::core::instance::Instance;
 use crate::core::phase::Phase;
 
@@ -40,34 +38,3 @@ pub(crate) struct Call {
     pub(crate) name: &'static str,
     pub(crate) allowed: u8,
 }
-
-impl Call {
-    /// Refuses the call in a state it is not allowed in.
-    #[inline]
-    pub(crate) fn check<M: Model, V: Version>(self, body: &Body<M, V>) -> Result<(), Fault> {
-        let state = V::state(body);
-        if self.allowed & state != 0 {
-            Ok(())
-        } else {
-            self.out_of_order::<V>(state)
-        }
-    }
-
-    #[cold]
-    fn out_of_order<V: Version>(self, state: u8) -> Result<(), Fault> {
-        let names = |mask: u8| -> Vec<&str> {
-            let named = V::STATES.iter().filter(|(bit, _)| mask & bit != 0);
-            named.map(|(_, name)| *name).collect()
-        };
-        let (now, allowed) = (names(state).join(""), names(self.allowed & !L).join(", "));
-        refuse!("not allowed in state {now}; allowed in {allowed}")
-    }
-}
-
-/// Constants of [`Call`]s: name of the constant, name in C, states.
-macro_rules! calls {
-    ($($constant:ident $name:literal $allowed:expr;)*) => {
-        $(pub(crate) const $constant: Call = Call { name: $name, allowed: $allowed };)*
-    };
-}
-pub(crate) use calls;

@@ -4,13 +4,13 @@ use super::library::Library;
 use super::log::c_string;
 use crate::core::panic;
 use crate::{File, MadeFile, Model};
-use libc::{c_char, c_int, c_void, size_t};
 use std::borrow::Cow;
+use std::ffi::{c_char, c_int, c_void};
 use std::ptr;
 
 /// Receives one file of the FMU: context, path inside the FMU (NUL-terminated; NULL for an error text), its bytes and their number.
 pub type ReceiveFile =
-    unsafe extern "C" fn(context: *mut c_void, path: *const c_char, bytes: *const u8, size: size_t);
+    unsafe extern "C" fn(context: *mut c_void, path: *const c_char, bytes: *const u8, size: usize);
 
 /// Path inside the FMU, and content.
 pub(crate) type Packed = (String, Cow<'static, [u8]>);

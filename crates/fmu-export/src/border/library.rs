@@ -1,5 +1,6 @@
 //! What all instances of a library share, and how an instance is made and freed.
 
+use super::answer::Answer;
 use super::body::{Body, Version};
 use super::call::U;
 use super::description::hash;
@@ -10,9 +11,11 @@ use crate::core::instance::Instance;
 use crate::core::layout::Layout;
 use crate::core::message::{Kind, Message};
 use crate::core::panic;
-use crate::core::saved::Identity;
-use libc::c_void;
+use crate::core::state::Identity;
+use std::borrow::Cow;
+use std::ffi::{CStr, c_char, c_void};
 use std::path::PathBuf;
+use std::ptr;
 use std::sync::{Arc, OnceLock};
 use uuid::Uuid;
 
@@ -36,7 +39,11 @@ impl Library {
 
 /// What an importer says of a new instance.
 pub(crate) struct Request<'a, V: Version> {
-    pub(crate) log: Arc<Log<V::Logger>>,
+    /// Name of the function that was called.
+    pub(crate) function: &'static str,
+    pub(crate) log: Log<V::Logger>,
+    /// What is to be told whether or not there is an instance.
+    pub(crate) messages: Vec<Message>,
     pub(crate) name: Option<&'a str>,
     /// Name of the argument by which importer and library agree on the model, and its value.
     pub(crate) token: (&'static str, Option<&'a str>),
@@ -47,12 +54,15 @@ pub(crate) struct Request<'a, V: Version> {
 }
 
 impl<V: Version> Request<'_, V> {
-    /// An instance, or why there is none. `check` says what is wrong with the table: then no importer can know the hash.
+    /// An instance; NULL if there is none, of which the importer's logger hears why. `check` says what is wrong with the table: then no
+    /// importer can know the hash.
     pub(crate) fn make<M: Model>(
-        self,
+        mut self,
         check: impl FnOnce(&Layout<M>) -> Result<(), String>,
         prepare: impl FnOnce(&mut Body<M, V>) -> Result<(), String>,
-    ) -> Result<*mut c_void, String> {
+    ) -> *mut c_void {
+        let (function, log) = (self.function, Arc::new(self.log));
+        let mut messages = std::mem::take(&mut self.messages);
         let made = panic::catch(|| {
             let (parameters, input) = M::defaults();
             let layout = Layout::new(&parameters, &input);
@@ -76,16 +86,33 @@ impl<V: Version> Request<'_, V> {
             );
             let mut body = Body {
                 instance,
-                log: self.log,
+                log: Arc::clone(&log),
                 strings: Vec::new(),
                 own: self.own,
             };
+            body.instance.wanted = body.log.wanted_of_model();
             prepare(&mut body)?;
             Ok(Box::new(Guarded::new(body)))
         });
-        let made = made.unwrap_or_else(|panic| Err(panic.describe()))?;
-        Ok(Box::into_raw(made).cast())
+        let (instance, answer) = match made.unwrap_or_else(|panic| Err(panic.describe())) {
+            Ok(body) => (Box::into_raw(body).cast(), Answer::Ok),
+            Err(reason) => {
+                messages.push(refusal(function, &reason));
+                (ptr::null_mut(), Answer::Error)
+            }
+        };
+        log.send(&messages, answer);
+        instance
     }
+}
+
+/// A text of C, if there is one.
+///
+/// # Safety
+/// `s` is NULL or a C string that lives as long as the result is used.
+pub(crate) unsafe fn text<'a>(s: *const c_char) -> Option<Cow<'a, str>> {
+    // SAFETY: not NULL; the rest is forwarded.
+    (!s.is_null()).then(|| unsafe { CStr::from_ptr(s) }.to_string_lossy())
 }
 
 /// A message that says why there is no instance.

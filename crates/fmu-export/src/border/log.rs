@@ -1,8 +1,9 @@
 //! What the importer wants to hear, and its logger.
 
-use crate::core::log::{Categories, Level, STANDARD, number};
-use crate::core::message::{Kind, Message};
-use std::ffi::CString;
+use super::answer::Answer;
+use crate::core::log::{Categories, STANDARD, Wanted, number};
+use crate::core::message::{Kind, Level, Message};
+use std::ffi::{CStr, CString};
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 
 /// Every category that each FMU declares: its name, its bits, its description. Those of the model come after them.
@@ -40,7 +41,7 @@ const FIRST: usize = 4;
 
 /// The importer's logger and what it wants to hear.
 pub(crate) struct Log<L> {
-    pub(crate) logger: L,
+    logger: L,
     /// The model's own.
     categories: Categories,
     enabled: AtomicU32,
@@ -48,17 +49,26 @@ pub(crate) struct Log<L> {
     is_closed: AtomicBool,
 }
 
-/// Where a message belongs.
-pub(crate) struct Place {
-    /// Bit of a category of the model; 0: none.
-    pub(crate) own: u32,
-    /// Bit of the category of FMI that fits its kind.
-    pub(crate) standard: u32,
-    /// Name of its category.
-    pub(crate) category: &'static str,
+/// The logger of an importer, as a version of FMI has it.
+pub(crate) trait Logger: Send + Sync {
+    /// The statuses of the version.
+    type Status;
+    /// The category of warnings holds those too that have a category of the model.
+    const WARNINGS_ARE_ONE: bool;
+
+    /// Whether the importer has one.
+    fn is_there(&self) -> bool;
+
+    /// The status that comes with a message of a call that is answered with `answer`.
+    fn status(kind: Kind, answer: Answer) -> Self::Status;
+
+    /// Calls it. It may call functions of the instance, and free it.
+    ///
+    /// A C++ exception thrown by the logger unwinds through here; leaving it by longjmp is not allowed.
+    fn tell(&self, status: Self::Status, category: &CStr, text: &str);
 }
 
-impl<L> Log<L> {
+impl<L: Logger> Log<L> {
     /// With the bits `enabled` on.
     pub(crate) fn new(logger: L, categories: Categories, enabled: u32) -> Self {
         Self {
@@ -87,8 +97,29 @@ impl<L> Log<L> {
         }
     }
 
+    /// The model's own categories.
+    pub(crate) fn categories(&self) -> Categories {
+        self.categories
+    }
+
+    /// What the importer wants to hear of the model.
+    pub(crate) fn wanted_of_model(&self) -> Wanted {
+        if !self.logger.is_there() {
+            let (info, warning) = (0, 0);
+            return Wanted { info, warning };
+        }
+        let has_all_warnings = L::WARNINGS_ARE_ONE && self.enabled() & WARNING != 0;
+        Wanted {
+            info: self.wanted(EVENT),
+            warning: match has_all_warnings {
+                true => u32::MAX,
+                false => self.wanted(WARNING),
+            },
+        }
+    }
+
     /// What the model's messages of one level are worth formatting for, where those without a category of its own have the bit `standard`.
-    pub(crate) fn wanted(&self, standard: u32) -> u32 {
+    fn wanted(&self, standard: u32) -> u32 {
         let enabled = self.enabled();
         enabled >> FIRST | u32::from(enabled & standard != 0) << STANDARD
     }
@@ -98,33 +129,44 @@ impl<L> Log<L> {
         self.is_closed.store(true, Ordering::Relaxed);
     }
 
-    pub(crate) fn is_closed(&self) -> bool {
-        self.is_closed.load(Ordering::Relaxed)
+    /// Sends messages that are wanted, one by one, until the logger frees the instance. No reference to the instance lives meanwhile, and
+    /// nothing is left half done if the logger does not return.
+    pub(crate) fn send(&self, messages: &[Message], answer: Answer) {
+        if !self.logger.is_there() {
+            return;
+        }
+        for message in messages {
+            let (bits, category) = self.place(message.kind);
+            if self.enabled() & bits == 0 {
+                continue;
+            }
+            let category = c_string(category);
+            if self.is_closed.load(Ordering::Relaxed) {
+                return;
+            }
+            let status = L::status(message.kind, answer);
+            self.logger.tell(status, &category, &message.text);
+        }
     }
 
-    /// Where a message belongs.
-    pub(crate) fn place(&self, message: &Message) -> Place {
-        let (standard, category) = match message.kind {
+    /// Where a message belongs: the bits of which one must be on, and the name of its category.
+    fn place(&self, kind: Kind) -> (u32, &'static str) {
+        let (standard, category) = match kind {
             Kind::Event | Kind::Model(Level::Info, _) => (EVENT, "logEvents"),
             Kind::Warning | Kind::Model(Level::Warning, _) => (WARNING, "logStatusWarning"),
             Kind::Discarded => (DISCARDED, "logStatusDiscard"),
             Kind::Refused => (REFUSED, "logStatusError"),
         };
-        if let Kind::Model(_, name) = message.kind
-            && let k = number(self.categories, name)
-            && k != STANDARD
-        {
-            let own = 1 << (FIRST + k);
-            return Place {
-                own,
-                standard,
-                category: name,
-            };
-        }
-        Place {
-            own: 0,
-            standard,
-            category,
+        let own = match kind {
+            Kind::Model(_, name) => (number(self.categories, name), name),
+            _ => (STANDARD, ""),
+        };
+        match own {
+            (STANDARD, _) => (standard, category),
+            (k, name) if L::WARNINGS_ARE_ONE && standard == WARNING => {
+                (1 << (FIRST + k) | WARNING, name)
+            }
+            (k, name) => (1 << (FIRST + k), name),
         }
     }
 }

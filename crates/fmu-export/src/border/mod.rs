@@ -1,12 +1,15 @@
 //! What the borders of all versions of FMI have in common: raw arguments of C functions, how a call gets in and out of an instance,
-//! call order as a table, what the importer wants to hear, instantiation, and the parts of a model description that they share.
+//! call order, how a version lists its functions, what the importer wants to hear, instantiation, and the parts of a model description that they share.
 
+pub(crate) mod answer;
 pub(crate) mod arguments;
 pub(crate) mod body;
 pub(crate) mod call;
 pub(crate) mod description;
-mod export;
+pub(crate) mod export;
 pub(crate) mod files;
+pub(crate) mod functions;
 pub(crate) mod library;
 pub(crate) mod log;
 mod states;
+mod texts;

@@ -4,7 +4,7 @@ use super::arguments::{array_mut, bytes, place};
 use super::body::{Body, Version};
 use crate::Model;
 use crate::core::fault::{Fault, refuse};
-use libc::c_void;
+use std::ffi::c_void;
 use std::ptr;
 
 /// A handle of a saved state as C sees it: a number, not a place.

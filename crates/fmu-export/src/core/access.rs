@@ -2,10 +2,12 @@
 //!
 //! Elements of one row that follow each other are read and written through one look at the row.
 
+use super::causality::Causality;
 use super::fault::Fault;
 use super::instance::Instance;
+use super::model::Variable;
+use super::place::Kind;
 use super::value::{Value, allowed};
-use super::variable::{Causality, Kind, Variable};
 use crate::Model;
 use std::fmt::Display;
 use std::mem;

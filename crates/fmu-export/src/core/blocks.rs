@@ -1,12 +1,14 @@
 //! Setting and getting numbers by block: a row as one array. A batch is checked completely before anything is written.
 
 use super::access::{not_allowed, not_finite};
+use super::causality::Causality;
 use super::fault::{Fault, refuse};
 use super::instance::Instance;
 use super::layout::TIME;
+use super::model::Variable;
 use super::phase::Phase;
+use super::place::Write;
 use super::value::Value;
-use super::variable::{Causality, Variable, Write};
 use crate::Model;
 
 impl<M: Model> Instance<M> {

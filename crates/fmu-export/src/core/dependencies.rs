@@ -1,7 +1,7 @@
 //! What outputs depend on: names of the table become positions among all elements.
 
+use super::causality::{ALL_PARAMETERS, Causality, Dependencies};
 use super::layout::Layout;
-use super::variable::{ALL_PARAMETERS, Causality, Dependencies};
 use crate::Model;
 use std::collections::BTreeMap;
 use std::ops::Range;

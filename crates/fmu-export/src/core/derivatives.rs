@@ -1,15 +1,16 @@
 //! Input, output and directional derivatives.
 
+use super::causality::Causality;
 use super::fault::{Fault, discard, refuse};
 use super::instance::Instance;
-use super::layout::{real_inputs, real_outputs};
 use super::message::Kind;
+use super::model::Variable;
 use super::phase::Phase;
+use super::place::{Place, Write};
 use super::value::Value;
-use super::variable::{Causality, Place, Variable, Write};
 use std::collections::BTreeMap;
 
-use crate::{Evaluation, MAX_INPUT_DERIVATIVE, Model, ModelError};
+use crate::{Evaluation, MAX_INPUT_DERIVATIVE, Model};
 
 /// ∛ε, the step of central differences. A number, since some platforms would call their own `cbrt` for it.
 pub(super) const ROOT_OF_EPSILON: f64 = 6.055_454_452_393_343e-6;
@@ -20,26 +21,6 @@ type KnownInput<M> = (
     &'static Variable<M>,
     &'static Write<<M as Model>::Input, f64>,
 );
-
-/// The adjoint derivative of a model from its directional derivatives: the columns of ∂output/∂input one by one.
-pub(crate) fn adjoint_by_columns<M: Model>(
-    model: &M,
-    p: &M::Parameters,
-    u: &M::Input,
-    now: &M::Evaluation,
-    weights: &[f64],
-) -> Result<M::Input, ModelError> {
-    let mut adjoint = M::Input::default();
-    for (i, place) in real_inputs::<M>(u) {
-        let mut du = M::Input::default();
-        *place.get_mut(&mut du, i) = 1.0;
-        let column = model.directional_derivative(p, u, now, &du)?;
-        *place.get_mut(&mut adjoint, i) = (real_outputs::<M>(&column).zip(weights))
-            .map(|(dy, weight)| weight * dy)
-            .sum();
-    }
-    Ok(adjoint)
-}
 
 impl<M: Model> Instance<M> {
     /// Derivatives of `n` Real inputs for the next step: the `order(k)`-th of `element(k)` is `value(k)`.
@@ -90,6 +71,31 @@ impl<M: Model> Instance<M> {
             );
         }
         Ok(())
+    }
+
+    /// Refuses output derivatives where the model has none.
+    pub(crate) fn has_output_derivatives(&self) -> Result<(), Fault> {
+        match M::INFO.output_derivatives {
+            true => Ok(()),
+            false => {
+                refuse!("this FMU has no output derivatives (maxOutputDerivativeOrder = 0)")
+            }
+        }
+    }
+
+    /// Refuses output derivatives of another order than the first.
+    pub(crate) fn check_first_order(
+        &self,
+        n: usize,
+        number: impl Fn(usize) -> u32,
+        order: impl Fn(usize) -> i32,
+    ) -> Result<(), Fault> {
+        let Some(k) = (0..n).find(|&k| order(k) != 1) else {
+            return Ok(());
+        };
+        let (i, row) = self.layout.find(number(k))?;
+        let (name, order) = (row.element_name(i), order(k));
+        refuse!("`{name}`: order of derivative = {order} must be 1")
     }
 
     /// First time derivatives of `n` Real outputs.

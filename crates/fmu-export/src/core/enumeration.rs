@@ -1,6 +1,6 @@
 //! Enumerations: the names that the numbers of an Integer row have, and the values that they stand for.
 
-use super::model::ModelError;
+use super::error::ModelError;
 
 /// An enumeration type; its items count from 1.
 #[derive(Clone, Copy, Debug)]

@@ -1,6 +1,6 @@
 //! Why a call did not succeed.
 
-use crate::ModelError;
+use super::error::ModelError;
 
 /// Every fault leaves the instance as it was before the call.
 #[derive(Debug)]

@@ -1,10 +1,6 @@
 //! Inputs over a communication step: value and time derivatives at its start.
 
-use super::instance::{Reached, State};
-use super::layout;
-use super::value::Value;
-use super::variable::Write;
-use crate::Model;
+use super::place::Write;
 use serde::{Deserialize, Serialize};
 
 /// Highest order of input derivative that is used; higher orders are accepted and left out.
@@ -62,19 +58,9 @@ impl<I: Copy + Default> InputPolynomial<I> {
         }
     }
 
-    /// The inputs `s` seconds into the step. Free when they are held; else it walks the table of `M`.
-    #[inline]
-    pub fn at<M: Model<Input = I>>(&self, s: f64) -> I {
-        if self.order == 0 {
-            self.value
-        } else {
-            layout::taylor::<M>(self, s, 0)
-        }
-    }
-
     /// Makes the inputs held again.
     #[inline]
-    fn clear_derivatives(&mut self) {
+    pub(crate) fn clear_derivatives(&mut self) {
         if self.order > 0 {
             self.derivatives = [I::default(); MAX_INPUT_DERIVATIVE];
             self.order = 0;
@@ -101,93 +87,6 @@ impl<I: Copy + Default> InputPolynomial<I> {
                     [least.min(x), most.max(x)]
                 }
             })
-    }
-}
-
-impl<M: Model> State<M> {
-    /// The inputs of the step to come: from what acts now, with the derivatives given for it.
-    #[inline]
-    pub(crate) fn input_course(&self) -> InputPolynomial<M::Input> {
-        InputPolynomial {
-            value: *self.input(),
-            ..self.input
-        }
-    }
-
-    /// First derivative of the inputs: what was given for the step to come, else where the last one ended.
-    pub(crate) fn input_slope(&self) -> M::Input {
-        let mut slope = self.input.derivative(1);
-        if let Some(reached) = &self.reached {
-            for (i, place) in layout::real_inputs::<M>(&self.input.value) {
-                *place.get_mut(&mut slope, i) += place.get(&reached.slope, i); // one of them is zero
-            }
-        }
-        slope
-    }
-
-    /// Whether each input is what was set, and stays so in the step to come.
-    #[inline]
-    pub(crate) fn is_held(&self) -> bool {
-        self.input.order == 0 && self.reached.is_none()
-    }
-
-    /// Ends the derivatives of an input that was set to `value`, those given for the next step and those of earlier ones.
-    #[cold]
-    pub(crate) fn end_derivatives<T: Value>(
-        &mut self,
-        place: &Write<M::Input, T>,
-        i: usize,
-        value: T,
-    ) {
-        if self.input.order > 0 {
-            for derivative in &mut self.input.derivatives {
-                *place.get_mut(derivative, i) = T::default();
-            }
-        }
-        if let Some(reached) = &mut self.reached {
-            *place.get_mut(&mut reached.value, i) = value;
-            *place.get_mut(&mut reached.slope, i) = T::default();
-        }
-    }
-
-    /// Counts that an input was set.
-    pub(crate) fn count_sets(&mut self, counter: fn(&mut M::Input) -> &mut u32, sets: u32) {
-        let count = counter(&mut self.input.value);
-        *count = count.wrapping_add(sets);
-        let count = *count;
-        if let Some(reached) = &mut self.reached {
-            *counter(&mut reached.value) = count;
-        }
-    }
-
-    /// Gives one derivative of a Real input for the next step.
-    pub(crate) fn set_input_derivative(
-        &mut self,
-        place: &Write<M::Input, f64>,
-        i: usize,
-        order: usize,
-        value: f64,
-    ) {
-        *place.get_mut(&mut self.input.derivatives[order - 1], i) = value;
-        self.input.order = self.input.order.max(order);
-        if let Some(reached) = &mut self.reached {
-            *place.get_mut(&mut reached.slope, i) = 0.0;
-        }
-    }
-
-    /// After a step of `h` s: derivatives have done their duty, the inputs are held where these have taken them.
-    #[inline]
-    pub(crate) fn hold_inputs(&mut self, h: f64) {
-        if self.input.order > 0 {
-            let course = self.input_course();
-            self.reached = Some(Reached {
-                value: course.at::<M>(h),
-                slope: layout::taylor::<M>(&course, h, 1),
-            });
-            self.input.clear_derivatives();
-        } else if let Some(reached) = &mut self.reached {
-            reached.slope = M::Input::default();
-        }
     }
 }
 

@@ -4,12 +4,10 @@ use super::fault::{Fault, refuse};
 use super::layout::Layout;
 use super::log::Wanted;
 use super::message::{Kind, Message};
-use super::parameters::Given;
 use super::phase::Phase;
-use super::saved::{Identity, Saved};
-use super::variable::Names;
-use crate::{Evaluation, InputPolynomial, Model, ModelError};
-use serde::{Deserialize, Serialize};
+use super::place::Names;
+use super::state::{Identity, Saved, State};
+use crate::{Evaluation, Model, ModelError};
 use std::path::PathBuf;
 
 /// An instance, without what its border needs.
@@ -37,70 +35,6 @@ pub(crate) struct Instance<M: Model> {
     pub(crate) wanted: Wanted,
     /// It has been said that derivatives of a higher order are not used.
     pub(crate) has_warned_of_order: bool,
-}
-
-/// All that a saved state holds.
-#[derive(Clone, Serialize, Deserialize)]
-#[serde(bound = "")]
-pub(crate) struct State<M: Model> {
-    pub(crate) phase: Phase,
-    /// Start time, s.
-    pub(crate) start: f64,
-    /// Time that must not be passed, s.
-    pub(crate) stop: Option<f64>,
-    /// Time of the last communication point, s: the importer's own number plus one step, so that no rounding adds up.
-    pub(crate) time: f64,
-    pub(crate) parameters: M::Parameters,
-    /// By element: what the importer has set of the parameters.
-    pub(crate) given: Vec<Given>,
-    /// Inputs as they were set, and their derivatives for the next step.
-    pub(crate) input: InputPolynomial<M::Input>,
-    /// Where the derivatives of earlier steps have taken them; None while each input is what was set.
-    pub(crate) reached: Option<Reached<M::Input>>,
-    /// None until initialized, and during initialization after something was set.
-    pub(crate) model: Option<M>,
-}
-
-/// The inputs at the end of a step with derivatives: held there until each is set again.
-#[derive(Clone, Copy, Serialize, Deserialize)]
-pub(crate) struct Reached<I> {
-    pub(crate) value: I,
-    /// First derivative there; zero for what is held or was set since.
-    pub(crate) slope: I,
-}
-
-impl<M: Model> State<M> {
-    /// The inputs that act now.
-    #[inline]
-    pub(crate) fn input(&self) -> &M::Input {
-        match &self.reached {
-            Some(reached) => &reached.value,
-            None => &self.input.value,
-        }
-    }
-
-    fn instantiated(parameters: M::Parameters, input: M::Input, elements: usize) -> Self {
-        Self {
-            phase: Phase::Instantiated,
-            start: 0.0,
-            stop: None,
-            time: 0.0,
-            parameters,
-            given: vec![Given::Nothing; elements],
-            input: InputPolynomial::held(input),
-            reached: None,
-            model: None,
-        }
-    }
-
-    /// Whether a deserialized state could have come from this layer.
-    pub(crate) fn is_sound(&self, elements: usize) -> bool {
-        let initialized = self.phase.is_running() || self.phase == Phase::Terminated;
-        self.given.len() == elements
-            && self.time.is_finite()
-            && self.input.order <= crate::MAX_INPUT_DERIVATIVE
-            && (self.model.is_some() || !initialized)
-    }
 }
 
 impl<M: Model> Instance<M> {

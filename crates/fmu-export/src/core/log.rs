@@ -1,19 +1,9 @@
 //! What a model tells: messages of its own, queued during a call, which the border sends when the call is over.
 
-use super::message::{Kind, Message};
+use super::message::{Kind, Level, Message};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::fmt;
 use std::panic::Location;
-
-/// How much a message of a model matters.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum Level {
-    /// Good to know; sent if the importer asked for debug messages.
-    Info,
-    /// Something is not quite right, though the call succeeds; sent unless the importer switched warnings off.
-    Warning,
-}
 
 /// Messages of a model to the importer's log. A model that has any keeps one in its state and gives it to
 /// [`Model::log`](crate::Model::log).

@@ -1,7 +1,15 @@
 //! Messages of an instance. They are queued while a call runs, as plain text; the border sends them when it has let go of the
 //! instance, because the receiver may call back.
 
-use super::log::Level;
+/// How much a message of a model matters.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Level {
+    /// Good to know; sent if the importer asked for debug messages.
+    Info,
+    /// Something is not quite right, though the call succeeds; sent unless the importer switched warnings off.
+    Warning,
+}
 
 /// What a message is about.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

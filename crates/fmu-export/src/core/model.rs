@@ -1,9 +1,20 @@
-//! What a model implements.
+//! What a model implements, and what a row of its table of variables holds.
 
-use super::derivatives::adjoint_by_columns;
-use crate::{Info, InputPolynomial, Log, StepEnd, Variable};
+use super::causality::{Causality, Dependencies};
+use super::enumeration::Enumeration;
+use super::error::ModelError;
+use super::info::Info;
+use super::input::InputPolynomial;
+use super::log::Log;
+use super::place::{Place, Write};
+use super::step_end::StepEnd;
+use super::unit::Unit;
 use serde::{Serialize, de::DeserializeOwned};
-use std::fmt;
+use std::path::Path;
+
+/// Setter of a String parameter: parameters, text, the FMU's resources folder if the importer gave one.
+pub type SetString<M> =
+    fn(&mut <M as Model>::Parameters, &str, Option<&Path>) -> Result<(), String>;
 
 /// A model that can be exported: its state is `Self`; parameters, inputs and outputs are plain structs.
 ///
@@ -122,32 +133,90 @@ impl<M: Model> Evaluation<M> for () {
     }
 }
 
-/// Why a model could not do what was asked; the text goes to the importer's log.
+/// A row of the table: name, place in the model's structs, and what the model description says about it.
 ///
-/// Any error type converts into it with `?`.
-pub struct ModelError(String);
+/// Constructors take (name, description, accessors). Singular ones (`input`, `integer_output` …) make a scalar, plural ones a
+/// vector, whose length is that of the slice in the default values and must not change.
+pub struct Variable<M: Model> {
+    pub(crate) name: &'static str,
+    pub(crate) description: &'static str,
+    pub(crate) causality: Causality,
+    pub(crate) place: Place<M::Parameters, M::Input, M::Output>,
+    /// `x`, not `x[1]`.
+    pub(crate) scalar: bool,
+    pub(crate) tunable: bool,
+    pub(crate) discrete: bool,
+    /// Not read by the model's [`Evaluation`](crate::Evaluation).
+    pub(crate) beside_evaluation: bool,
+    /// String setters read this parameter.
+    pub(crate) read_by_texts: bool,
+    /// Counts how often the importer has set this input.
+    pub(crate) counter: Option<fn(&mut M::Input) -> &mut u32>,
+    /// Value reference of the first element; None: the next one.
+    pub(crate) at: Option<u32>,
+    pub(crate) unit: Option<&'static str>,
+    /// The definition of `unit`, where the row brings it along.
+    pub(crate) own_unit: Option<&'static Unit>,
+    /// Units element by element, where they differ.
+    pub(crate) each_unit: &'static [&'static str],
+    pub(crate) display_unit: Option<&'static str>,
+    pub(crate) min: f64,
+    pub(crate) max: f64,
+    pub(crate) nominal: Option<f64>,
+    pub(crate) enumeration: Option<Enumeration>,
+    pub(crate) dependencies: Dependencies,
+    pub(crate) initial_dependencies: Dependencies,
+}
 
-impl ModelError {
-    /// An error with this text. Name the variable, its value and what is allowed.
-    pub fn new(message: impl Into<String>) -> Self {
-        Self(message.into())
+impl<M: Model> Clone for Variable<M> {
+    fn clone(&self) -> Self {
+        *self
     }
 }
 
-impl<E: std::error::Error> From<E> for ModelError {
-    fn from(error: E) -> Self {
-        Self(error.to_string())
-    }
+impl<M: Model> Copy for Variable<M> {}
+
+/// Every element of the Real outputs and local variables, in order.
+pub(crate) fn real_outputs<M: Model>(y: &M::Output) -> impl Iterator<Item = f64> {
+    M::variables()
+        .iter()
+        .filter_map(|row| match &row.place {
+            Place::RealOut(place) => Some(place.slice(y)),
+            _ => None,
+        })
+        .flatten()
+        .copied()
 }
 
-impl fmt::Display for ModelError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&self.0)
-    }
+/// Every element of the Real inputs: index in its row, and place.
+pub(crate) fn real_inputs<M: Model>(
+    u: &M::Input,
+) -> impl Iterator<Item = (usize, &'static Write<M::Input, f64>)> {
+    M::variables()
+        .iter()
+        .filter_map(|row| match &row.place {
+            Place::RealIn(place) => Some(place),
+            _ => None,
+        })
+        .flat_map(|place| (0..place.len(u)).map(move |i| (i, place)))
 }
 
-impl fmt::Debug for ModelError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&self.0)
+/// The adjoint derivative of a model from its directional derivatives: the columns of ∂output/∂input one by one.
+fn adjoint_by_columns<M: Model>(
+    model: &M,
+    p: &M::Parameters,
+    u: &M::Input,
+    now: &M::Evaluation,
+    weights: &[f64],
+) -> Result<M::Input, ModelError> {
+    let mut adjoint = M::Input::default();
+    for (i, place) in real_inputs::<M>(u) {
+        let mut du = M::Input::default();
+        *place.get_mut(&mut du, i) = 1.0;
+        let column = model.directional_derivative(p, u, now, &du)?;
+        *place.get_mut(&mut adjoint, i) = (real_outputs::<M>(&column).zip(weights))
+            .map(|(dy, weight)| weight * dy)
+            .sum();
     }
+    Ok(adjoint)
 }

@@ -8,19 +8,10 @@ use super::fault::{Fault, discard, refuse};
 use super::instance::{Instance, hear, listen, warn};
 use super::layout::Layout;
 use super::message::Kind;
+use super::place::{self, Place};
+use super::state::Given;
 use super::value::{Value, allowed};
-use super::variable::{self, Place};
 use crate::Model;
-use serde::{Deserialize, Serialize};
-
-/// What the importer has set of a parameter.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub(crate) enum Given {
-    Nothing,
-    /// Its start value, before the end of initialization.
-    Start,
-    Explicit,
-}
 
 /// Runs `$then` with the place of a parameter that is a number; None for other rows.
 macro_rules! number {
@@ -115,7 +106,7 @@ impl<M: Model> Instance<M> {
                         row,
                         i,
                         format!("\"{value}\""),
-                        variable::Kind::String,
+                        place::Kind::String,
                     ));
                 }
             }

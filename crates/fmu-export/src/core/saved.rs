@@ -5,11 +5,11 @@
 //! border's version and of the model (4 + 16), length of the rest (8), CRC-32 of everything but itself (4).
 
 use super::fault::{Fault, refuse};
-use super::instance::{Instance, State};
+use super::instance::Instance;
 use super::message::Kind;
 use super::phase::Phase;
+use super::state::State;
 use crate::Model;
-use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 const MAGIC: &[u8; 8] = b"fmu-exp\0";
@@ -19,30 +19,8 @@ const LENGTH_AT: usize = 32;
 const CRC_AT: usize = 40;
 const HEADER: usize = 44;
 
-/// Whose states an instance can take.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Identity {
-    /// Name of the border's version, filled up with zeros: what a state means to an importer differs between them.
-    pub(crate) version: [u8; 4],
-    /// Of the model and its version.
-    pub(crate) model: [u8; 16],
-}
-
-/// The saved states of an instance by handle.
-pub(crate) struct Saved<M: Model> {
-    states: BTreeMap<usize, Box<State<M>>>,
-}
-
 /// The next handle, of all instances; 0 is none.
 static NEXT: AtomicUsize = AtomicUsize::new(1);
-
-impl<M: Model> Default for Saved<M> {
-    fn default() -> Self {
-        Self {
-            states: BTreeMap::new(),
-        }
-    }
-}
 
 impl<M: Model> Instance<M> {
     /// A copy of the present state under a new handle, or in place of the one behind `old` (0: none).

@@ -4,32 +4,10 @@ use super::fault::Fault;
 use super::input::InputPolynomial;
 use super::instance::{Instance, hear, listen, warn};
 use super::layout::Layout;
+use super::place::Place;
+use super::step_end::StepEnd;
 use super::value::{Value, allowed};
-use super::variable::Place;
 use crate::{Model, ModelError};
-
-/// How far a model has gone in a step, and what happened there.
-///
-/// Nearly always [`StepEnd::WHOLE`]; else a copy of it with another field.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[non_exhaustive]
-pub struct StepEnd {
-    /// Time reached, s after the start of the step; None: all of it.
-    pub reached: Option<f64>,
-    /// Something happened there that the importer may want to react to before it goes on.
-    pub event: bool,
-    /// The model wants the simulation to end there.
-    pub terminate: bool,
-}
-
-impl StepEnd {
-    /// The whole step, and nothing to tell of.
-    pub const WHOLE: Self = Self {
-        reached: None,
-        event: false,
-        terminate: false,
-    };
-}
 
 /// Where a step of an instance has ended.
 #[derive(Clone, Copy, Debug)]

@@ -1,17 +1,17 @@
 //! The three types with fixed size: Real, Integer (and Enumeration), Boolean.
 
 use super::enumeration::numbered;
-use super::variable::{Kind, Place, Read, Variable, Write};
-use crate::Model;
+use super::model::{Model, Variable};
+use super::place::{Kind, Place, Read, Write};
 use std::fmt::Display;
 
 /// A type of variable: where rows keep it, what is allowed.
 pub(crate) trait Value: Copy + Default + Display + 'static {
     const KIND: Kind;
 
-    fn input<M: Model>(place: &Place<M>) -> Option<&Write<M::Input, Self>>;
-    fn parameter<M: Model>(place: &Place<M>) -> Option<&Write<M::Parameters, Self>>;
-    fn output<M: Model>(place: &Place<M>) -> Option<&Read<M::Output, Self>>;
+    fn input<P, U, Y>(place: &Place<P, U, Y>) -> Option<&Write<U, Self>>;
+    fn parameter<P, U, Y>(place: &Place<P, U, Y>) -> Option<&Write<P, Self>>;
+    fn output<P, U, Y>(place: &Place<P, U, Y>) -> Option<&Read<Y, Self>>;
 
     /// Whether the value is finite, in the row's bounds and in its enumeration.
     #[inline]
@@ -45,7 +45,7 @@ pub(crate) trait Value: Copy + Default + Display + 'static {
 macro_rules! places {
     ($input:ident $parameter:ident $output:ident) => {
         #[inline]
-        fn input<M: Model>(place: &Place<M>) -> Option<&Write<M::Input, Self>> {
+        fn input<P, U, Y>(place: &Place<P, U, Y>) -> Option<&Write<U, Self>> {
             if let Place::$input(place) = place {
                 Some(place)
             } else {
@@ -54,7 +54,7 @@ macro_rules! places {
         }
 
         #[inline]
-        fn parameter<M: Model>(place: &Place<M>) -> Option<&Write<M::Parameters, Self>> {
+        fn parameter<P, U, Y>(place: &Place<P, U, Y>) -> Option<&Write<P, Self>> {
             if let Place::$parameter(place) = place {
                 Some(place)
             } else {
@@ -63,7 +63,7 @@ macro_rules! places {
         }
 
         #[inline]
-        fn output<M: Model>(place: &Place<M>) -> Option<&Read<M::Output, Self>> {
+        fn output<P, U, Y>(place: &Place<P, U, Y>) -> Option<&Read<Y, Self>> {
             if let Place::$output(place) = place {
                 Some(place)
             } else {
@@ -133,17 +133,6 @@ impl Value for bool {
     #[inline]
     fn is_same(self, other: bool) -> bool {
         self == other
-    }
-}
-
-impl<M: Model> Variable<M> {
-    /// Least and greatest allowed value, both finite: of `min` and `max`, of the items of an enumeration.
-    pub(crate) fn bounds(&self) -> [f64; 2] {
-        let [first, last] = match self.enumeration {
-            Some(enumeration) => [1.0, enumeration.items.len() as f64],
-            None => [f64::MIN, f64::MAX],
-        };
-        [self.min.max(first), self.max.min(last)]
     }
 }
 

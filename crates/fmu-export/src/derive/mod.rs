@@ -8,6 +8,7 @@ mod name;
 mod ode;
 mod path;
 mod rows;
+mod spare;
 
 pub use choice::{Choice, Enumerated, Item};
 pub use name::Name;
@@ -15,6 +16,9 @@ pub use ode::{Ode, Seen, SeenOutputs, SeenState, State, Vector};
 pub use path::{Path, Root};
 pub use rows::{Part, Rows, assemble, count, is_display_unit, is_known_unit};
 pub use serde;
+pub use spare::{Of, RowsOf, Spare, SpareRows, is_output};
+
+use serde::{Serialize, de::DeserializeOwned};
 
 /// A struct of parameters: `#[derive(Parameters)]` makes its rows of the table.
 #[diagnostic::on_unimplemented(
@@ -23,7 +27,7 @@ pub use serde;
     note = "a parameter is an f64, an i32, a bool, an array of one of them, a String, a Choice<…>, or a struct with \
             #[derive(Parameters)]"
 )]
-pub trait Parameters: Sized {
+pub trait Parameters: Clone + Serialize + DeserializeOwned {
     /// The start values.
     fn start() -> Self;
 }
@@ -34,7 +38,7 @@ pub trait Parameters: Sized {
     label = "not a type of input",
     note = "an input is an f64, an i32, a bool, an array of one of them, a Choice<…>, or a struct with #[derive(Input)]"
 )]
-pub trait Input: Sized {
+pub trait Input: Copy + Default + Serialize + DeserializeOwned {
     /// The start values.
     fn start() -> Self;
 }
@@ -46,7 +50,7 @@ pub trait Input: Sized {
     note = "an output is an f64, an i32, a bool, an array of one of them, a &'static str, a Choice<…>, or a struct with \
             #[derive(Output)]"
 )]
-pub trait Output: Sized {}
+pub trait Output: Copy + Default {}
 
 impl Parameters for () {
     fn start() {}

@@ -16,11 +16,11 @@ const MOST_STEPS: f64 = 1e6;
 )]
 pub trait State: Vector + Copy + Default + Serialize + DeserializeOwned + Send + 'static {
     /// The model's parameters.
-    type P: Parameters + Clone + Serialize + DeserializeOwned + Send + 'static;
+    type P: Parameters + Send + 'static;
     /// The model's inputs.
-    type U: Input + Copy + Default + Serialize + DeserializeOwned + Send + 'static;
+    type U: Input + Send + 'static;
     /// What the model puts out beside its state.
-    type Y: Output + Copy + Default + Send + 'static;
+    type Y: Output + Send + 'static;
 
     /// What the model says about itself.
     const INFO: Info;

@@ -45,7 +45,7 @@ pub const fn count<M: Model>(structs: &[&'static [Part<M>]]) -> usize {
 pub const fn assemble<M: Model, const N: usize>(
     structs: &[&'static [Part<M>]],
 ) -> [Variable<M>; N] {
-    let table = [Variable::NOTHING; N];
+    let table = [Variable::<M>::NOTHING; N];
     let (mut table, mut n, mut i) = (table, 0, 0);
     while i < structs.len() {
         (table, n) = append(table, n, structs[i]);

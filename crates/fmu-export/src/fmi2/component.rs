@@ -1,15 +1,14 @@
 //! What FMI 2.0 adds to an instance.
 
-use super::calls;
 use super::ffi::*;
-use super::log::{Log, Logger};
+use super::log::{self, Log, Logger};
 use crate::Model;
-use crate::border::body::{self, Answer, Version};
-use crate::border::call;
+use crate::border::answer::Answer;
+use crate::border::body::{self, Version};
+use crate::border::call::{self, I, L, N, S, T};
 use crate::core::fault::Fault;
-use crate::core::message::Message;
+use crate::core::place::Names;
 use crate::core::step::End;
-use crate::core::variable::Names;
 
 /// FMI 2.0.
 pub(crate) struct Fmi2 {
@@ -22,14 +21,18 @@ pub(crate) struct Fmi2 {
 /// An instance of FMI 2.0.
 pub(crate) type Body<M> = body::Body<M, Fmi2>;
 
-pub(crate) use body::enter;
-
 impl Version for Fmi2 {
     type Status = Status;
     type Logger = Logger;
     const NAME: [u8; 4] = *b"2.0\0";
     const NAMES: Names = Names::PLAIN;
-    const STATES: &'static [(u8, &'static str)] = &calls::STATES;
+    const STATES: &'static [(u8, &'static str)] = &[
+        (I, "Instantiated"),
+        (N, "Initialization Mode"),
+        (S, "Step Complete"),
+        (T, "Terminated"),
+        (L, "lost by a panic"),
+    ];
     const RECOVERY: &'static str = "fmi2Reset or fmi2SetFMUstate";
 
     #[inline]
@@ -37,8 +40,8 @@ impl Version for Fmi2 {
         call::state(&body.instance)
     }
 
-    fn send(log: &Log, messages: &[Message], _answer: Answer) {
-        log.send(messages);
+    fn switched(log: &Log, on: bool, categories: &[&str]) -> Result<u32, Fault> {
+        Ok(log::switched(log, on, categories))
     }
 }
 

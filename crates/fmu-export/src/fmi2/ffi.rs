@@ -2,7 +2,7 @@
 //!
 //! Enumerations that come from the importer are plain `c_int`: a foreign value must not be undefined behaviour.
 
-pub use libc::{c_char, c_int, c_uint, c_void, size_t};
+pub use std::ffi::{c_char, c_int, c_uint, c_void};
 
 /// `fmi2Component`.
 pub type Component = *mut c_void;
@@ -63,7 +63,7 @@ pub type CallbackLogger =
 pub type CallbackLogger =
     unsafe extern "C-unwind" fn(ComponentEnvironment, Str, Status, Str, message: Str);
 /// `fmi2CallbackAllocateMemory`.
-pub type CallbackAllocateMemory = unsafe extern "C" fn(size_t, size_t) -> *mut c_void;
+pub type CallbackAllocateMemory = unsafe extern "C" fn(usize, usize) -> *mut c_void;
 /// `fmi2CallbackFreeMemory`.
 pub type CallbackFreeMemory = unsafe extern "C" fn(*mut c_void);
 /// `fmi2StepFinished`.

@@ -6,20 +6,18 @@ use super::log;
 use super::uri;
 use crate::Model;
 use crate::border::description::table;
-use crate::border::library::{self, Library, Request, refusal};
+use crate::border::export::Exported;
+use crate::border::library::{self, Library, Request, text};
 use crate::core::message::{Kind, Message};
 use crate::core::panic;
-use libc::c_int;
-use std::ffi::CStr;
 use std::path::PathBuf;
 use std::ptr;
-use std::sync::Arc;
 
 /// fmi2Instantiate.
 ///
 /// # Safety
 /// As for every function of [`entry`](crate::entry); `functions` points at callbacks that may be called until fmi2FreeInstance.
-pub unsafe fn instantiate<M: Model>(
+pub unsafe fn instantiate<X: Exported>(
     library: &Library,
     name: Str,
     kind: c_int,
@@ -35,36 +33,28 @@ pub unsafe fn instantiate<M: Model>(
     };
     panic::silence(library.is_program);
     // SAFETY: forwarded.
-    let text = |s: Str| (!s.is_null()).then(|| unsafe { CStr::from_ptr(s) }.to_string_lossy());
-    let (name, guid) = (text(name), text(given_guid));
-    let log = Arc::new(log::new(
-        &callbacks,
-        name.as_deref().unwrap_or_default(),
-        logging_on != 0,
-        M::INFO.log_categories,
-    ));
+    let (name, guid, resources) = unsafe { (text(name), text(given_guid), text(resources)) };
     let mut messages = Vec::new();
+    let resources = resources.and_then(|uri| folder(&mut messages, &uri));
     let request = Request {
-        log: Arc::clone(&log),
+        function: "fmi2Instantiate",
+        log: log::new(
+            &callbacks,
+            name.as_deref().unwrap_or_default(),
+            logging_on != 0,
+            X::Model::INFO.log_categories,
+        ),
+        messages,
         name: name.as_deref(),
         token: ("fmuGUID", guid.as_deref()),
         hash: &library.hashes[0],
-        resources: text(resources).and_then(|uri| folder(&mut messages, &uri)),
+        resources,
         own: Fmi2 {
             last_step: Status::Ok,
             terminated: false,
         },
     };
-    let made = request.make::<M>(table::check, |body| {
-        body.instance.wanted = body.log.wanted_of_model();
-        check_kind(kind)
-    });
-    let component = made.unwrap_or_else(|reason| {
-        messages.push(refusal("fmi2Instantiate", &reason));
-        ptr::null_mut()
-    });
-    log.send(&messages);
-    component
+    request.make::<X::Model>(table::check, |_| check_kind(kind))
 }
 
 fn check_kind(kind: c_int) -> Result<(), String> {
@@ -93,7 +83,7 @@ fn folder(messages: &mut Vec<Message>, uri: &str) -> Option<PathBuf> {
 ///
 /// # Safety
 /// As for every function of [`entry`](crate::entry); `c` is not used afterwards.
-pub unsafe fn free_instance<M: Model>(c: Component) {
+pub unsafe fn free_instance<X: Exported>(c: Component) {
     // SAFETY: forwarded.
-    unsafe { library::free::<M, Fmi2>(c) }
+    unsafe { library::free::<X::Model, Fmi2>(c) }
 }

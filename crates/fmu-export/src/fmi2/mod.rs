@@ -1,7 +1,6 @@
 //! FMI 2.0 for co-simulation over the core: C functions, elements as value references, statuses, call order, messages to the
 //! importer's logger, and `modelDescription.xml`.
 
-mod calls;
 mod component;
 pub(crate) mod description;
 pub mod entry;

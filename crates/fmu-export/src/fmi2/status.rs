@@ -6,7 +6,7 @@ use super::ffi::{
 };
 use crate::Model;
 use crate::core::fault::{Fault, discard, refuse};
-use libc::c_int;
+use std::ffi::c_int;
 
 impl<M: Model> Body<M> {
     /// fmi2CancelStep: FMI allows it during a step only, and a synchronous step is over when fmi2DoStep returns.

@@ -3,11 +3,11 @@
 use super::ffi::{DEPENDENT, ValueReference};
 use super::instance::Body;
 use crate::Model;
+use crate::core::causality::Causality;
 use crate::core::dependencies::Knowns;
 use crate::core::fault::{Fault, refuse};
 use crate::core::phase::Phase;
-use crate::core::variable::Causality;
-use libc::c_int;
+use std::ffi::c_int;
 
 /// One dependency: element of the dependent variable, variable it depends on, element of that one. Elements count from 1.
 pub(super) struct Dependency {

@@ -1,19 +1,17 @@
 //! What FMI 3.0 adds to an instance.
 
-use super::calls::{self, A};
 use super::ffi::*;
-use super::log::{Log, Logger};
+use super::log::{self, Log, Logger};
+use super::order::{A, STATES};
 use crate::Model;
-use crate::border::body::{self, Answer, Version};
+use crate::border::answer::Answer;
+use crate::border::body::{self, Version};
 use crate::border::call::{self, S, U};
 use crate::core::fault::{Fault, refuse};
 use crate::core::layout::TIME;
-use crate::core::message::Message;
 use crate::core::phase::Phase;
+use crate::core::place::Names;
 use crate::core::step::End;
-use crate::core::variable::Names;
-
-pub(crate) use body::enter;
 
 /// FMI 3.0.
 pub(crate) struct Fmi3 {
@@ -56,7 +54,7 @@ impl Version for Fmi3 {
     type Logger = Logger;
     const NAME: [u8; 4] = *b"3.0\0";
     const NAMES: Names = NAMES;
-    const STATES: &'static [(u8, &'static str)] = &calls::STATES;
+    const STATES: &'static [(u8, &'static str)] = &STATES;
     const RECOVERY: &'static str = "fmi3Reset or fmi3SetFMUState";
     const TIME: Option<u32> = Some(TIME);
 
@@ -68,8 +66,8 @@ impl Version for Fmi3 {
         }
     }
 
-    fn send(log: &Log, messages: &[Message], answer: Answer) {
-        log.send(messages, answer);
+    fn switched(log: &Log, on: bool, categories: &[&str]) -> Result<u32, Fault> {
+        log::switched(log, on, categories)
     }
 }
 

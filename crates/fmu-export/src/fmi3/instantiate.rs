@@ -3,27 +3,26 @@
 use super::description::check;
 use super::ffi::*;
 use super::instance::{Fmi3, Update};
-use super::log::{self, Log};
+use super::log;
 use crate::Model;
+use crate::border::answer::Answer;
 use crate::border::arguments::array;
-use crate::border::body::Answer;
 use crate::border::call::S;
-use crate::border::library::{self, Library, Request, refusal};
+use crate::border::export::Exported;
+use crate::border::library::{self, Library, Request, refusal, text};
 use crate::core::fault::Fault;
 use crate::core::layout::Layout;
 use crate::core::message::{Kind, Message};
 use crate::core::panic;
-use std::ffi::CStr;
 use std::path::{Path, PathBuf};
 use std::ptr;
-use std::sync::Arc;
 
 /// fmi3InstantiateCoSimulation.
 ///
 /// # Safety
 /// As for every function of [`entry`](super::entry); the callbacks may be called until fmi3FreeInstance.
 #[expect(clippy::too_many_arguments, reason = "those of FMI")]
-pub unsafe fn instantiate_co_simulation<M: Model>(
+pub unsafe fn instantiate_co_simulation<X: Exported>(
     library: &Library,
     name: Str,
     token: Str,
@@ -39,23 +38,25 @@ pub unsafe fn instantiate_co_simulation<M: Model>(
 ) -> Instance {
     panic::silence(library.is_program);
     // SAFETY: forwarded.
-    let text = |s: Str| (!s.is_null()).then(|| unsafe { CStr::from_ptr(s) }.to_string_lossy());
-    let (name, token) = (text(name), text(token));
-    let log = Arc::new(log::new(
-        log_message,
-        environment,
-        logging_on != 0,
-        M::INFO.log_categories,
-    ));
+    let (name, token, resources, required) = unsafe {
+        let required = array("requiredIntermediateVariables", required, n_required);
+        (text(name), text(token), text(resources), required)
+    };
     let mut messages = Vec::new();
-    // SAFETY: forwarded.
-    let required = unsafe { array("requiredIntermediateVariables", required, n_required) };
+    let resources = resources.and_then(|path| folder(&mut messages, &path));
     let request = Request {
-        log: Arc::clone(&log),
+        function: "fmi3InstantiateCoSimulation",
+        log: log::new(
+            log_message,
+            environment,
+            logging_on != 0,
+            X::Model::INFO.log_categories,
+        ),
+        messages,
         name: name.as_deref(),
         token: ("instantiationToken", token.as_deref()),
         hash: &library.hashes[1],
-        resources: text(resources).and_then(|path| folder(&mut messages, &path)),
+        resources,
         own: Fmi3 {
             has_event_mode: event_mode_used != 0,
             may_return_early: early_return_allowed != 0,
@@ -63,24 +64,12 @@ pub unsafe fn instantiate_co_simulation<M: Model>(
             update: None,
         },
     };
-    let made = request.make::<M>(check, |body| {
-        body.instance.wanted = body.log.wanted_of_model();
+    request.make::<X::Model>(check, |body| {
         let required = required.map_err(reason)?;
         let variables = (0..n_required).map(|k| required.get(k)).collect();
         body.own.update = updates(&body.instance.layout, variables, environment, update)?;
         Ok(())
-    });
-    let instance = made.unwrap_or_else(|reason| {
-        messages.push(refusal("fmi3InstantiateCoSimulation", &reason));
-        ptr::null_mut()
-    });
-    let answer = if instance.is_null() {
-        Answer::Error
-    } else {
-        Answer::Ok
-    };
-    log.send(&messages, answer);
-    instance
+    })
 }
 
 fn reason(fault: Fault) -> String {
@@ -142,17 +131,17 @@ fn folder(messages: &mut Vec<Message>, path: &str) -> Option<PathBuf> {
 ///
 /// # Safety
 /// As for every function of [`entry`](super::entry).
-pub unsafe fn refuse_instantiation<M: Model>(
+pub unsafe fn refuse_instantiation<X: Exported>(
     function: &str,
     logging_on: Boolean,
     environment: InstanceEnvironment,
     log_message: Option<LogMessage>,
 ) -> Instance {
-    let log: Log = log::new(
+    let log = log::new(
         log_message,
         environment,
         logging_on != 0,
-        M::INFO.log_categories,
+        X::Model::INFO.log_categories,
     );
     let reason = "this FMU offers Co-Simulation only; it must be instantiated by fmi3InstantiateCoSimulation";
     log.send(&[refusal(function, reason)], Answer::Error);
@@ -163,7 +152,7 @@ pub unsafe fn refuse_instantiation<M: Model>(
 ///
 /// # Safety
 /// As for every function of [`entry`](super::entry); `c` is not used afterwards.
-pub unsafe fn free_instance<M: Model>(c: Instance) {
+pub unsafe fn free_instance<X: Exported>(c: Instance) {
     // SAFETY: forwarded.
-    unsafe { library::free::<M, Fmi3>(c) }
+    unsafe { library::free::<X::Model, Fmi3>(c) }
 }

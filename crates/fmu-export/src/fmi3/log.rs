@@ -1,12 +1,13 @@
-//! Messages to the importer's logger: what it wants to hear, and how FMI 3.0 wants it written (section 2.3.1): as it is, only if logging
-//! is on, and with no worse status than the function returns.
+//! The importer's logger of FMI 3.0: what it hears at first, how categories are switched, and how a message is written (section 2.3.1):
+//! as it is, only if logging is on, and with no worse status than the function returns.
 
 use super::ffi::{InstanceEnvironment, LogMessage, Status};
-use crate::border::body::Answer;
-use crate::border::log::{ALL, CATEGORIES, EVENT, Place, WARNING, c_string};
+use crate::border::answer::Answer;
+use crate::border::log::{self, ALL, CATEGORIES, c_string};
 use crate::core::fault::{Fault, refuse};
-use crate::core::log::{Categories, Wanted};
-use crate::core::message::{Kind, Message};
+use crate::core::log::Categories;
+use crate::core::message::Kind;
+use std::ffi::CStr;
 
 /// The importer's logger.
 pub(crate) struct Logger {
@@ -14,7 +15,7 @@ pub(crate) struct Logger {
     environment: InstanceEnvironment,
 }
 
-pub(crate) type Log = crate::border::log::Log<Logger>;
+pub(crate) type Log = log::Log<Logger>;
 
 // SAFETY: the environment is handed to the importer's logger and not looked at. FMI lets threads take turns with an instance.
 unsafe impl Send for Logger {}
@@ -35,73 +36,48 @@ pub(crate) fn new(
     Log::new(logger, categories, if logging_on { ALL } else { 0 })
 }
 
-impl Log {
-    /// fmi3SetDebugLogging: all or the named categories on or off.
-    pub(crate) fn switch(&self, on: bool, names: &[&str], own: Categories) -> Result<(), Fault> {
-        let mut named = if names.is_empty() { ALL } else { 0 };
-        for name in names {
-            let Some(bits) = self.bits(name) else {
-                let known = CATEGORIES.iter().map(|(name, ..)| *name);
-                let known: Vec<_> = known.chain(own.iter().map(|(name, _)| *name)).collect();
-                return refuse!("category `{name}` must be one of {}", known.join(", "));
-            };
-            named |= bits;
-        }
-        self.enable(match on {
-            true => self.enabled() | named,
-            false => self.enabled() & !named,
-        });
-        Ok(())
+/// fmi3SetDebugLogging: all or the named categories on or off.
+pub(crate) fn switched(log: &Log, on: bool, names: &[&str]) -> Result<u32, Fault> {
+    let mut named = if names.is_empty() { ALL } else { 0 };
+    for name in names {
+        let Some(bits) = log.bits(name) else {
+            let known = CATEGORIES.iter().map(|(name, ..)| *name);
+            let own = log.categories().iter().map(|(name, _)| *name);
+            let known: Vec<_> = known.chain(own).collect();
+            return refuse!("category `{name}` must be one of {}", known.join(", "));
+        };
+        named |= bits;
+    }
+    Ok(match on {
+        true => log.enabled() | named,
+        false => log.enabled() & !named,
+    })
+}
+
+impl log::Logger for Logger {
+    type Status = Status;
+    const WARNINGS_ARE_ONE: bool = false;
+
+    fn is_there(&self) -> bool {
+        self.callback.is_some()
     }
 
-    /// What the importer wants to hear of the model.
-    pub(crate) fn wanted_of_model(&self) -> Wanted {
-        match self.logger.callback {
-            Some(_) => Wanted {
-                info: self.wanted(EVENT),
-                warning: self.wanted(WARNING),
-            },
-            None => Wanted {
-                info: 0,
-                warning: 0,
-            },
+    fn status(kind: Kind, answer: Answer) -> Status {
+        match kind {
+            Kind::Discarded | Kind::Refused => Status::from(answer),
+            Kind::Warning if answer != Answer::Ok => Status::Warning,
+            _ => Status::Ok,
         }
     }
 
-    /// Sends messages that are wanted, one by one, until the logger frees the instance. See the version of FMI 2.0 for what may happen in
-    /// the logger.
-    pub(crate) fn send(&self, messages: &[Message], answer: Answer) {
-        let Some(callback) = self.logger.callback else {
+    fn tell(&self, status: Status, category: &CStr, text: &str) {
+        let Some(callback) = self.callback else {
             return;
         };
-        for message in messages {
-            let Place {
-                own,
-                standard,
-                category,
-            } = self.place(message);
-            let bit = if own == 0 { standard } else { own };
-            if self.enabled() & bit == 0 {
-                continue;
-            }
-            let status = match message.kind {
-                Kind::Discarded | Kind::Refused => Status::from(answer),
-                Kind::Warning if answer != Answer::Ok => Status::Warning,
-                _ => Status::Ok,
-            };
-            let (category, text) = (c_string(category), c_string(&message.text));
-            if self.is_closed() {
-                return;
-            }
-            // SAFETY: the importer's logger takes these C strings, which live until it returns.
-            unsafe {
-                callback(
-                    self.logger.environment,
-                    status,
-                    category.as_ptr(),
-                    text.as_ptr(),
-                );
-            }
+        let text = c_string(text);
+        // SAFETY: the importer's logger takes these C strings, which live until it returns.
+        unsafe {
+            callback(self.environment, status, category.as_ptr(), text.as_ptr());
         }
     }
 }

@@ -2,7 +2,6 @@
 //! importer's logger, `modelDescription.xml` and `terminalsAndIcons.xml`.
 
 mod absent;
-mod calls;
 mod dependencies;
 pub(crate) mod description;
 pub mod entry;
@@ -11,4 +10,5 @@ mod files;
 mod instance;
 mod instantiate;
 mod log;
+mod order;
 mod values;

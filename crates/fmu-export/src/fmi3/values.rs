@@ -1,109 +1,167 @@
 //! Getting and setting variables.
+//!
+//! Integers are of 32 bits. Enumerations, which the core keeps as integers, are set and read with 64 bits (FMI 3.0.2, section 2.2.6.2).
 
-use super::calls;
 use super::ffi::*;
-use super::instance::{Body, Fmi3, enter};
+use super::instance::{Body, Fmi3};
+use super::order::{GET, SET};
 use crate::Model;
 use crate::border::arguments::{Array, array, array_mut, texts};
-use crate::border::log::c_string;
+use crate::border::functions::functions;
 use crate::core::access::not_allowed;
 use crate::core::fault::{Fault, refuse};
-use crate::core::phase::Phase;
-use crate::core::variable::{Kind, Place};
+use crate::core::place::Kind;
+use crate::core::value::Value;
 
-macro_rules! set_and_get {
-    ($($set:ident $set_name:literal $set_call:ident $get:ident $get_name:literal $get_call:ident $c_type:ty, $from_c:expr, $to_c:expr;)*) => {$(
-        #[doc = concat!($set_name, ".\n\n# Safety\nSee [`entry`](super::entry).")]
-        pub unsafe fn $set<M: Model>(
-            c: Instance,
-            vr: *const ValueReference,
-            n: usize,
-            values: *const $c_type,
-            n_values: usize,
-        ) -> Status {
-            // SAFETY: forwarded.
-            unsafe {
-                enter::<M, Fmi3>(c, calls::$set_call, |b| {
-                    let (vr, values) = (array("valueReferences", vr, n)?, array("values", values, n_values)?);
-                    b.instance.set_blocks(|k| vr.at(k), n_values, |k| $from_c(values.get(k)))?;
-                    b.note_set();
-                    Ok(())
-                })
-            }
-        }
-
-        #[doc = concat!($get_name, ".\n\n# Safety\nSee [`entry`](super::entry).")]
-        pub unsafe fn $get<M: Model>(
-            c: Instance,
-            vr: *const ValueReference,
-            n: usize,
-            values: *mut $c_type,
-            n_values: usize,
-        ) -> Status {
-            // SAFETY: forwarded.
-            unsafe {
-                enter::<M, Fmi3>(c, calls::$get_call, |b| {
-                    let (vr, values) = (array("valueReferences", vr, n)?, array_mut("values", values, n_values)?);
-                    b.check_update(|k| vr.at(k))?;
-                    b.instance.get_blocks(|k| vr.at(k), n_values, |k, some| values.put_all(k, some, $to_c))
-                })
-            }
-        }
-    )*};
+functions! { ($) Fmi3 export_fmi3_values;
+    fmi3GetFloat64 [GET] (vr: *const ValueReference, n: usize, values: *mut f64, n_values: usize)
+        |b| get(b, vr, n, values, n_values, |x: f64| x);
+    fmi3SetFloat64 [SET] (vr: *const ValueReference, n: usize, values: *const f64, n_values: usize)
+        |b| set(b, vr, n, values, n_values, |x: f64| x);
+    fmi3GetBoolean [GET] (vr: *const ValueReference, n: usize, values: *mut Boolean, n_values: usize)
+        |b| get(b, vr, n, values, n_values, |x: bool| Boolean::from(x));
+    fmi3SetBoolean [SET] (vr: *const ValueReference, n: usize, values: *const Boolean, n_values: usize)
+        |b| set(b, vr, n, values, n_values, |x: Boolean| x != 0);
+    fmi3GetInt32 [GET] (vr: *const ValueReference, n: usize, values: *mut i32, n_values: usize)
+        |b| get_integers(b, vr, n, values, n_values, "Int32", false);
+    fmi3SetInt32 [SET] (vr: *const ValueReference, n: usize, values: *const i32, n_values: usize)
+        |b| set_integers(b, vr, n, values, n_values, "Int32", false);
+    fmi3GetInt64 [GET] (vr: *const ValueReference, n: usize, values: *mut i64, n_values: usize)
+        |b| get_integers(b, vr, n, values, n_values, "Int64", true);
+    fmi3SetInt64 [SET] (vr: *const ValueReference, n: usize, values: *const i64, n_values: usize)
+        |b| set_integers(b, vr, n, values, n_values, "Int64", true);
+    /// The texts stay valid until the next call of it.
+    fmi3GetString [GET] (vr: *const ValueReference, n: usize, values: *mut Str, n_values: usize)
+        |b| {
+            let (vr, values) = (array("valueReferences", vr, n)?, array_mut("values", values, n_values)?);
+            b.check_update(|k| vr.at(k))?;
+            check_number_of_texts(b, vr, n, n_values)?;
+            b.get_texts(n, |k| vr.get(k), values)
+        };
+    fmi3SetString [SET] (vr: *const ValueReference, n: usize, values: *const Str, n_values: usize)
+        |b| {
+            let (vr, values) = (array("valueReferences", vr, n)?, texts("values", values, n_values)?);
+            check_number_of_texts(b, vr, n, n_values)?;
+            b.set_texts(|k| vr.get(k), &values)?;
+            b.note_set();
+            Ok(())
+        };
 }
 
-set_and_get! {
-    set_float64 "fmi3SetFloat64" SET_FLOAT64 get_float64 "fmi3GetFloat64" GET_FLOAT64 f64, |x: f64| x, |x: f64| x;
-    set_boolean "fmi3SetBoolean" SET_BOOLEAN get_boolean "fmi3GetBoolean" GET_BOOLEAN Boolean, |c: Boolean| c != 0, |value: bool| Boolean::from(value);
+/// Sets variables.
+///
+/// # Safety
+/// See [`entry`](super::entry).
+#[inline]
+unsafe fn set<M: Model, C: Copy, T: Value>(
+    b: &mut Body<M>,
+    vr: *const ValueReference,
+    n: usize,
+    values: *const C,
+    n_values: usize,
+    from_c: impl Fn(C) -> T + Copy,
+) -> Result<(), Fault> {
+    // SAFETY: forwarded.
+    let (vr, values) = unsafe {
+        (
+            array("valueReferences", vr, n)?,
+            array("values", values, n_values)?,
+        )
+    };
+    (b.instance).set_blocks(|k| vr.at(k), n_values, |k| from_c(values.get(k)))?;
+    b.note_set();
+    Ok(())
 }
 
-macro_rules! set_and_get_integers {
-    ($($set:ident $set_name:literal $set_call:ident $get:ident $get_name:literal $get_call:ident $c_type:ty, $name:literal $enumeration:literal;)*) => {$(
-        #[doc = concat!($set_name, ".\n\n# Safety\nSee [`entry`](super::entry).")]
-        pub unsafe fn $set<M: Model>(
-            c: Instance,
-            vr: *const ValueReference,
-            n: usize,
-            values: *const $c_type,
-            n_values: usize,
-        ) -> Status {
-            // SAFETY: forwarded.
-            unsafe {
-                enter::<M, Fmi3>(c, calls::$set_call, |b| {
-                    let (vr, values) = (array("valueReferences", vr, n)?, array("values", values, n_values)?);
-                    check_integers(b, |k| vr.at(k), n_values, Some(|k| i64::from(values.get(k))), $name, $enumeration)?;
-                    b.instance.set_blocks(|k| vr.at(k), n_values, |k| values.get(k) as i32)?;
-                    b.note_set();
-                    Ok(())
-                })
-            }
-        }
-
-        #[doc = concat!($get_name, ".\n\n# Safety\nSee [`entry`](super::entry).")]
-        pub unsafe fn $get<M: Model>(
-            c: Instance,
-            vr: *const ValueReference,
-            n: usize,
-            values: *mut $c_type,
-            n_values: usize,
-        ) -> Status {
-            // SAFETY: forwarded.
-            unsafe {
-                enter::<M, Fmi3>(c, calls::$get_call, |b| {
-                    let (vr, values) = (array("valueReferences", vr, n)?, array_mut("values", values, n_values)?);
-                    b.check_update(|k| vr.at(k))?;
-                    check_integers(b, |k| vr.at(k), n_values, None::<fn(usize) -> i64>, $name, $enumeration)?;
-                    b.instance.get_blocks(|k| vr.at(k), n_values, |k, some: &[i32]| values.put_all(k, some, <$c_type>::from))
-                })
-            }
-        }
-    )*};
+/// Gets variables.
+///
+/// # Safety
+/// See [`entry`](super::entry).
+#[inline]
+unsafe fn get<M: Model, C: Copy, T: Value>(
+    b: &mut Body<M>,
+    vr: *const ValueReference,
+    n: usize,
+    values: *mut C,
+    n_values: usize,
+    to_c: impl Fn(T) -> C,
+) -> Result<(), Fault> {
+    // SAFETY: forwarded.
+    let (vr, values) = unsafe {
+        (
+            array("valueReferences", vr, n)?,
+            array_mut("values", values, n_values)?,
+        )
+    };
+    b.check_update(|k| vr.at(k))?;
+    (b.instance).get_blocks(
+        |k| vr.at(k),
+        n_values,
+        |k, some| values.put_all(k, some, &to_c),
+    )
 }
 
-// Integers are of 32 bits. Enumerations, which the core keeps as integers, are set and read with 64 bits (FMI 3.0.2, section 2.2.6.2).
-set_and_get_integers! {
-    set_int32 "fmi3SetInt32" SET_INT32 get_int32 "fmi3GetInt32" GET_INT32 i32, "Int32" false;
-    set_int64 "fmi3SetInt64" SET_INT64 get_int64 "fmi3GetInt64" GET_INT64 i64, "Int64" true;
+/// Sets integers, or the numbers of items of enumerations.
+///
+/// # Safety
+/// See [`entry`](super::entry).
+unsafe fn set_integers<M: Model, C: Copy + Into<i64>>(
+    b: &mut Body<M>,
+    vr: *const ValueReference,
+    n: usize,
+    values: *const C,
+    n_values: usize,
+    name: &str,
+    enumeration: bool,
+) -> Result<(), Fault> {
+    // SAFETY: forwarded.
+    let (numbers, integers) = unsafe {
+        (
+            array("valueReferences", vr, n)?,
+            array("values", values, n_values)?,
+        )
+    };
+    let value = |k| integers.get(k).into();
+    check_integers(
+        b,
+        |k| numbers.at(k),
+        n_values,
+        Some(value),
+        name,
+        enumeration,
+    )?;
+    // SAFETY: forwarded.
+    unsafe { set(b, vr, n, values, n_values, |x: C| x.into() as i32) }
+}
+
+/// Gets integers, or the numbers of items of enumerations.
+///
+/// # Safety
+/// See [`entry`](super::entry).
+unsafe fn get_integers<M: Model, C: Copy + From<i32>>(
+    b: &mut Body<M>,
+    vr: *const ValueReference,
+    n: usize,
+    values: *mut C,
+    n_values: usize,
+    name: &str,
+    enumeration: bool,
+) -> Result<(), Fault> {
+    // SAFETY: forwarded.
+    let (vr, values) = unsafe {
+        (
+            array("valueReferences", vr, n)?,
+            array_mut("values", values, n_values)?,
+        )
+    };
+    b.check_update(|k| vr.at(k))?;
+    let none = None::<fn(usize) -> i64>;
+    check_integers(b, |k| vr.at(k), n_values, none, name, enumeration)?;
+    (b.instance).get_blocks(
+        |k| vr.at(k),
+        n_values,
+        |k, some: &[i32]| values.put_all(k, some, C::from),
+    )
 }
 
 /// Refuses integers among enumerations and the other way round, and values that do not fit.
@@ -137,74 +195,15 @@ fn check_integers<M: Model>(
 }
 
 #[cold]
-fn not_settable_as<M: Model>(b: &Body<M>, number: ValueReference, name: &str) -> Result<(), Fault> {
+pub(super) fn not_settable_as<M: Model>(
+    b: &Body<M>,
+    number: ValueReference,
+    name: &str,
+) -> Result<(), Fault> {
     let (run, first, _) = b.instance.layout.block(number)?;
     let (row, names) = (run.row, b.instance.names);
     let (variable, kind, right) = (row.element_name(first), row.kind(names), row.access(names));
     refuse!("`{variable}` is {kind} and cannot be set as {name}; it must be set as {right}")
-}
-
-/// fmi3SetString.
-///
-/// # Safety
-/// See [`entry`](super::entry).
-pub unsafe fn set_string<M: Model>(
-    c: Instance,
-    vr: *const ValueReference,
-    n: usize,
-    values: *const Str,
-    n_values: usize,
-) -> Status {
-    // SAFETY: forwarded.
-    unsafe {
-        enter::<M, Fmi3>(c, calls::SET_STRING, |b| {
-            let vr = array("valueReferences", vr, n)?;
-            let values = texts("values", values, n_values)?;
-            check_number_of_texts(b, vr, n, n_values)?;
-            let pairs: Vec<_> = (values.iter().enumerate())
-                .map(|(k, text)| (vr.get(k), *text))
-                .collect();
-            b.instance.set_texts(&pairs)?;
-            b.note_set();
-            Ok(())
-        })
-    }
-}
-
-/// fmi3GetString; the texts stay valid until the next call of it.
-///
-/// # Safety
-/// See [`entry`](super::entry).
-pub unsafe fn get_string<M: Model>(
-    c: Instance,
-    vr: *const ValueReference,
-    n: usize,
-    values: *mut Str,
-    n_values: usize,
-) -> Status {
-    // SAFETY: forwarded.
-    unsafe {
-        enter::<M, Fmi3>(c, calls::GET_STRING, |b| {
-            let vr = array("valueReferences", vr, n)?;
-            let values = array_mut("values", values, n_values)?;
-            b.check_update(|k| vr.at(k))?;
-            check_number_of_texts(b, vr, n, n_values)?;
-            let mut strings = Vec::new();
-            for k in 0..n {
-                let (_, row) = b.instance.layout.find(vr.get(k))?;
-                let is_output = matches!(row.place, Place::StringOut(_));
-                if is_output && b.instance.state.phase == Phase::Instantiated {
-                    b.instance.start_output(row)?;
-                }
-                strings.push(c_string(b.instance.text(vr.get(k))?));
-            }
-            b.strings = strings;
-            for (k, text) in b.strings.iter().enumerate() {
-                values.put(k, text.as_ptr());
-            }
-            Ok(())
-        })
-    }
 }
 
 /// Texts are scalars; of what is no text, the type is said first.
@@ -231,31 +230,4 @@ fn check_number_of_texts<M: Model>(
         return not_settable_as(b, vr.get(wrong), "String");
     }
     Ok(())
-}
-
-/// Getting or setting variables of a type that no variable has.
-///
-/// # Safety
-/// See [`entry`](super::entry).
-pub(super) unsafe fn no_such_type<M: Model>(
-    c: Instance,
-    call: crate::border::call::Call,
-    name: &str,
-    is_set: bool,
-    vr: *const ValueReference,
-    n: usize,
-) -> Status {
-    // SAFETY: forwarded.
-    unsafe {
-        enter::<M, Fmi3>(c, call, |b| {
-            let Some(number) = array("valueReferences", vr, n)?.at(0) else {
-                return Ok(());
-            };
-            let (run, first, _) = b.instance.layout.block(number)?;
-            match is_set {
-                true => not_settable_as(b, number, name),
-                false => Err(b.instance.not_gettable(run.row, first, name)),
-            }
-        })
-    }
 }

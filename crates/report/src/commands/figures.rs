@@ -2,16 +2,16 @@
 
 use std::path::PathBuf;
 
+use crate::{margins_figure, sizing_figure};
 use anyhow::Result;
 use cosim::cli::print;
 use cosim::verdict::Verdict;
-use report::{margins_figure, sizing_figure};
-use studies::commands::electric::{self, SizingArgs};
 use studies::commands::path::{self, CheckArgs};
+use studies::commands::sizing::{self, SizingArgs};
 
 /// Motors and actuators beside what they do, and torque over speed of each.
 pub fn sizing(args: &SizingArgs) -> Result<Verdict> {
-    let (verdict, found) = electric::sizing(args)?;
+    let (verdict, found) = sizing::sizing(args)?;
     if let Some(folder) = &args.figures {
         for (case, sizing) in &found {
             written(sizing_figure::draw(sizing, case, folder)?)?;

@@ -3,13 +3,13 @@
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
+use crate::machines::drawing::Sheet;
+use crate::machines::load_chart::LoadChart;
 use anyhow::{Context as _, Result, ensure};
 use clap::Args;
 use cosim::cli::print;
-use report::machines::drawing::Sheet;
-use report::machines::load_chart::LoadChart;
-use studies::commands::evaluation::create;
-use studies::commands::machine::read;
+use studies::machine_file::read;
+use studies::print::files::create;
 
 #[derive(Args)]
 pub struct DrawArgs {

@@ -1,15 +1,14 @@
 //! Subcommand `report`.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
+use crate::report::{Report, Request, figures};
 use anyhow::Result;
 use clap::Args;
 use cosim::cli::{bar, find, print};
 use cosim::verdict::Verdict;
-use report::report::Request;
-use studies::worlds::{BENDING_SYSTEM, SYSTEM};
-
-use studies::commands::MachineArgs;
+use studies::bench::{Bench, MachineArgs};
+use studies::worlds::{BENDING_SYSTEM, SYSTEM, World};
 
 /// The packed machine that a battery feeds, shown where it lies beside the system.
 const ELECTRIC: &str = "Electric.ssp";
@@ -34,39 +33,45 @@ pub struct ReportArgs {
 
 /// Make the runs, then write page and figures; a run that failed is named in the page and here.
 pub fn report(args: &ReportArgs) -> Result<Verdict> {
-    let (system, base, verdict) = args.machine.load_without_path()?;
-    let beside = system.path.with_file_name("Testbed.ssp");
+    let bench = args.machine.bench().without_path().build()?;
+    let path = args.machine.on_path(&bench)?;
+    let packed = |path: &Path| args.machine.bench().packed(path);
+    let beside = bench.beside("Testbed.ssp");
     let testbed = args
         .testbed
         .clone()
         .or_else(|| beside.is_file().then_some(beside));
-    let testbed = testbed.map(|path| args.machine.beside(&path)).transpose()?;
-    let real = system.path.with_file_name(SYSTEM);
+    let testbed = testbed.map(|path| packed(&path).system()).transpose()?;
+    let real = bench.beside(SYSTEM);
     let real = real
         .is_file()
-        .then(|| args.machine.real(&real))
+        .then(|| packed(&real).world(World::Real).system())
         .transpose()?;
-    let bending = args.bending.then(|| {
-        let path = find(BENDING_SYSTEM)?;
-        args.machine.beside(&path)
-    });
+    let bending = args
+        .bending
+        .then(|| packed(&find(BENDING_SYSTEM)?).system());
     let bending = bending.transpose()?;
-    let electric = system.path.with_file_name(ELECTRIC);
+    let electric = bench.beside(ELECTRIC);
     let electric = electric
         .is_file()
-        .then(|| args.machine.beside(&electric))
+        .then(|| packed(&electric).system())
         .transpose()?;
+    let Bench {
+        system,
+        base,
+        verdict,
+    } = bench;
     let request = Request {
         electric: electric.as_ref(),
         system: &system,
         testbed: testbed.as_ref(),
         real: real.as_ref(),
         bending: bending.as_ref(),
-        path: args.machine.on_path(&system, &base)?,
+        path,
         base: &base,
     };
     let bar = bar(0, "runs", false);
-    let report = request.make(|done, total| {
+    let report = Report::new(&request, |done, total| {
         bar.set_length(total);
         bar.set_position(done);
     });
@@ -76,7 +81,7 @@ pub fn report(args: &ReportArgs) -> Result<Verdict> {
     report.write(&args.out)?;
     print(format_args!("report written to {}\n", args.out.display()))?;
     if let Some(folder) = &args.figures {
-        let files = report.write_figures(folder)?;
+        let files = figures::write(&report, folder)?;
         let count = files.len();
         print(format_args!(
             "{count} figures written to {}\n",

@@ -22,7 +22,7 @@ pub struct PlotArgs {
 pub fn plot(args: &PlotArgs) -> Result<()> {
     let folder = args.out.as_deref().or(args.csv.parent());
     let folder = folder.unwrap_or(Path::new("."));
-    for file in report::plot::draw(&args.csv, &args.signals, folder)? {
+    for file in crate::plot::draw(&args.csv, &args.signals, folder)? {
         print(format_args!("{}\n", file.display()))?;
     }
     Ok(())

@@ -1,10 +1,12 @@
 //! A machine on one sheet, as crane makers print it: side view with named points and dimensions, workspace, load chart.
 
+mod bands;
 mod frame;
 mod labels;
 mod legend;
 mod loads;
 mod reach;
+mod sheet;
 mod side;
 
 use std::path::Path;
@@ -14,7 +16,9 @@ use hdrm::Tree;
 use machine::Machine;
 use plotters::prelude::*;
 
-use self::loads::Bands;
+use self::bands::Bands;
+pub use self::sheet::Sheet;
+use self::sheet::{FONT, HEAD};
 use super::load_chart::LoadChart;
 use super::side_view::SideView;
 use charts::{Area, Drawn, Picture, write};
@@ -23,18 +27,6 @@ use charts::{Area, Drawn, Picture, write};
 const SHEET: (u32, u32) = (1640, 1240);
 const TITLE: u32 = 56;
 const SPLIT: (u32, u32) = (820, 700);
-const FONT: (&str, i32) = ("sans-serif", 15);
-const SMALL: (&str, i32) = ("sans-serif", 13);
-const HEAD: (&str, i32) = ("sans-serif", 20);
-
-/// What is drawn.
-pub struct Sheet {
-    name: String,
-    machine: Machine,
-    view: SideView,
-    chart: LoadChart,
-    bands: Bands,
-}
 
 impl Sheet {
     /// Of a machine that people know as `name`.

@@ -8,7 +8,7 @@ use machine::{AXES, Machine};
 use nalgebra::Vector3;
 use std::io::Write;
 
-use studies::machines::lasting::Lasting;
+use studies::machines::continuous_torque::ContinuousTorque;
 
 /// Poses along each of the two boom joints.
 const POSES: usize = 81;
@@ -49,7 +49,7 @@ struct Loads {
     empty: Capability,
     loaded: Capability,
     limits: Limits,
-    lasting: [Lasting; 3],
+    lasting: [ContinuousTorque; 3],
     factor: f64,
     tip: Vector3<f64>,
 }
@@ -130,7 +130,7 @@ impl Loads {
             empty: with(0.0).context("the mechanism")?,
             loaded: with(UNIT).context("the mechanism")?,
             limits: Limits::of(machine),
-            lasting: Lasting::of(machine),
+            lasting: ContinuousTorque::of(machine),
             factor,
             tip: Vector3::from(machine.geometry.r_D4_T4),
         })
@@ -248,7 +248,7 @@ mod tests {
         machine.ratings.lift.motor_torque = 22.0;
         machine.ratings.tilt.motor_torque = 25.0;
         let com = Payload::of(&machine).com;
-        let most = Lasting::of(&machine);
+        let most = ContinuousTorque::of(&machine);
         let chart = LoadChart::new(&machine, 1.0).expect("chart");
         let mut seen = [0; 4];
         for place in chart.places().step_by(7) {

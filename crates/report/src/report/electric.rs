@@ -8,13 +8,13 @@ use cosim::system::System;
 use cosim::wiring::Port;
 use serde::Serialize;
 
-use super::Request;
-use super::evaluation::kept;
+use super::failures::kept;
+use super::request::Request;
 use super::samples::Samples;
-use studies::energy;
-use studies::experiment::Recorded;
-use studies::sizing::{self, Sizing};
-use studies::supply::{self, Supply};
+use studies::measures::energy;
+use studies::measures::run::RecordedRun;
+use studies::measures::supply::{self, Supply};
+use studies::studies::sizing::{self, Sizing};
 
 /// Sampling of the page, s.
 const EVERY: f64 = 0.02;
@@ -95,7 +95,7 @@ fn one(system: &System, case: &str, experiment: &Experiment) -> Result<Electric>
     for k in energy::actuators(system) {
         of(k, &OF_ACTUATOR);
     }
-    let recorded = Recorded::of(system, experiment, &ports)?;
+    let recorded = RecordedRun::of(system, experiment, &ports)?;
     let times = &recorded.recording.times;
     let step = experiment.stepping.step;
     let stride = ((EVERY / step).round() as usize).max(1);

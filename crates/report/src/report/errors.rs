@@ -3,9 +3,11 @@
 use anyhow::Result;
 use serde::Serialize;
 
-use super::{Request, TableCell};
-use studies::robustness::{self, Case, Cell, STUDIES, Study};
-use studies::table::MODES;
+use super::request::Request;
+use super::table::{TableCell, TipCell, failure_in as failure};
+use studies::grid::Case;
+use studies::studies::inertia::MODES;
+use studies::studies::robustness::{self, STUDIES, Study};
 
 /// First of the three seeds of the noise study.
 const SEED: u64 = 1;
@@ -51,7 +53,7 @@ impl Plan {
     }
 
     /// Number of runs it takes.
-    pub fn count(&self) -> usize {
+    pub fn count(&self) -> u64 {
         self.0
             .iter()
             .map(|(_, cases)| robustness::count(cases))
@@ -66,34 +68,20 @@ impl Plan {
         failures: &mut Vec<String>,
     ) -> Result<Vec<ErrorStudy>> {
         let one = |(study, cases): &(Study, Vec<Case>)| {
-            let cells = robustness::run(request.system, request.base, *study, cases, &done)?;
-            failures.extend(cells.iter().filter_map(failure));
+            let cells = robustness::run(request.system, request.base, cases, &done)?;
+            failures.extend(cells.iter().filter_map(|cell| failure(cell, &cell.case)));
             Ok(ErrorStudy::of(*study, &cells))
         };
         self.0.iter().map(one).collect()
     }
 }
 
-fn failure(cell: &Cell) -> Option<String> {
-    let error = cell.result.as_ref().err()?;
-    let Cell {
-        trajectory,
-        mode,
-        case,
-        ..
-    } = cell;
-    Some(format!("{trajectory}, {mode}, {case}: {error:#}"))
-}
-
 impl ErrorStudy {
-    fn of(study: Study, cells: &[Cell]) -> Self {
-        let row = |cells: &[Cell]| Row {
+    fn of(study: Study, cells: &[TipCell]) -> Self {
+        let row = |cells: &[TipCell]| Row {
             trajectory: cells[0].trajectory,
             case: cells[0].case.clone(),
-            cells: cells
-                .iter()
-                .map(|c| TableCell::of(c.mode, &c.result))
-                .collect(),
+            cells: cells.iter().map(TableCell::of).collect(),
         };
         let worst = robustness::worst(cells).map(|(cell, tip)| Worst {
             trajectory: cell.trajectory,

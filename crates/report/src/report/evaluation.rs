@@ -4,11 +4,13 @@ use anyhow::{Context, Result};
 use rayon::prelude::*;
 use serde::Serialize;
 
-use super::Request;
+use super::failures::kept;
+use super::request::Request;
 use super::samples::Samples;
-use studies::experiment::vary;
-use studies::table::TRAJECTORIES;
-use studies::{energy, testbed};
+use studies::grid::TRAJECTORIES;
+use studies::measures::energy;
+use studies::start_values::vary;
+use studies::studies::testbed::{self, CHECK, Replay};
 
 /// Time constant of the testbed's load emulators, s.
 const LAG: f64 = 0.02;
@@ -64,14 +66,22 @@ pub const RUNS: u64 = TRAJECTORIES.len() as u64;
 /// The one-axis experiment where there is a testbed; what failed of it goes to `failures`.
 pub fn testbed(request: &Request<'_>, failures: &mut Vec<String>) -> Option<Testbed> {
     let bed = request.testbed?;
-    let mut axes = Vec::new();
-    for result in testbed::run(request.system, bed, request.base, LAG, &[testbed::CHECK]) {
-        match result {
-            Ok(found) => axes.extend(found.into_iter().map(Axis::new)),
-            Err(error) => failures.push(format!("testbed: {error:#}")),
-        }
-    }
-    Some(Testbed { lag: LAG, axes })
+    let (machine, base) = (request.system, request.base);
+    let axes = testbed::record(machine, base).and_then(|runs| {
+        let replay = Replay {
+            machine,
+            base,
+            runs: &runs,
+            lag: LAG,
+        };
+        replay.on(bed, &[CHECK])
+    });
+    let axes = axes.map_err(|error| failures.push(format!("testbed: {error:#}")));
+    let axes = axes.unwrap_or_default().into_iter().map(Axis::new);
+    Some(Testbed {
+        lag: LAG,
+        axes: axes.collect(),
+    })
 }
 
 impl Axis {
@@ -115,7 +125,7 @@ pub fn energies(
     done: impl Fn() + Sync,
     failures: &mut Vec<String>,
 ) -> Vec<Energy> {
-    let one = |(trajectory, _)| -> Result<Energy> {
+    let one = |trajectory| -> Result<Energy> {
         let experiment = vary(request.system, request.base, &[("trajectory", &trajectory)])?;
         let energies = energy::run(request.system, &experiment);
         done();
@@ -134,16 +144,4 @@ pub fn energies(
     };
     let results: Vec<_> = TRAJECTORIES.into_par_iter().map(one).collect();
     kept(results, failures)
-}
-
-/// The results that are there; the others go to `failures`.
-pub fn kept<T>(results: Vec<Result<T>>, failures: &mut Vec<String>) -> Vec<T> {
-    let mut there = Vec::new();
-    for result in results {
-        match result {
-            Ok(value) => there.push(value),
-            Err(error) => failures.push(format!("{error:#}")),
-        }
-    }
-    there
 }

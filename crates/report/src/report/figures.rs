@@ -2,17 +2,19 @@
 
 use std::path::{Path, PathBuf};
 
-use anyhow::Result;
+use anyhow::{Context as _, Result};
 use plotters::style::RGBColor;
 
+use super::Report;
 use super::evaluation::Axis;
+use super::request::UNCERTAIN;
 use super::runs::Run;
 use super::samples::Samples;
 use super::stability;
-use super::{Report, UNCERTAIN};
 use charts::{Curve, Figure, Panel, Path3};
-use studies::table::{MODES, TRAJECTORIES};
-use studies::testbed;
+use studies::grid::TRAJECTORIES;
+use studies::studies::inertia::MODES;
+use studies::studies::testbed;
 
 /// Colours of the controllers, as in the page: adaptive, modular, PD.
 const CONTROLLERS: [RGBColor; 3] = [
@@ -33,9 +35,10 @@ const AXES: [&str; 3] = ["x", "y", "z"];
 
 /// Write all figures into `folder`; the files' names.
 pub fn write(report: &Report, folder: &Path) -> Result<Vec<PathBuf>> {
+    std::fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
     let mut figures = vec![robustness(report)];
     let mut files = Vec::new();
-    for (trajectory, _) in TRAJECTORIES {
+    for trajectory in TRAJECTORIES {
         let nominal = MODES.map(|mode| report.run(trajectory, mode, 1.0));
         files.extend(tip_path(trajectory, &nominal).save(folder)?);
         figures.push(tip_error(trajectory, &nominal));
@@ -118,7 +121,7 @@ fn tip_error(trajectory: &str, runs: &[Option<&Run>; 3]) -> Figure {
 
 /// The paper's table as a picture.
 fn robustness(report: &Report) -> Figure {
-    let panel = |(trajectory, _): (&'static str, [f64; 5])| {
+    let panel = |trajectory: &str| {
         let rows = || {
             report
                 .table

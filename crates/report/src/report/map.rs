@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::samples::Samples;
-use studies::efficiency;
+use studies::studies::efficiency;
 
 /// Efficiency over a grid of load and rod speed.
 #[derive(Serialize)]

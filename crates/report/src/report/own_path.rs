@@ -6,15 +6,16 @@ use anyhow::{Context, Result};
 use cosim::run::Experiment;
 use serde::Serialize;
 
-use super::Request;
+use super::request::Request;
 use crate::margins_figure;
-use studies::accuracy::Meter;
-use studies::energy;
-use studies::experiment::vary;
 use studies::machine_file::MachineFile;
+use studies::measures::energy;
+use studies::measures::iso9283::Meter;
+use studies::measures::run::{FailedRun, run};
 use studies::path_margins::PathMargins;
-use studies::table::MODES;
-use studies::watched;
+use studies::print;
+use studies::start_values::vary;
+use studies::studies::inertia::MODES;
 
 /// What is shown of it.
 #[derive(Serialize)]
@@ -49,18 +50,23 @@ fn of(
     for mode in MODES {
         let experiment = vary(request.system, experiment, &[("mode", &mode)])?;
         let mut meter = Meter::of(request.system, &experiment)?;
-        let (outcome, verdict) = watched::run(request.system, &experiment, &|_, _| (), |master| {
+        let outcome = run(request.system, &experiment, &|_, _| (), |master| {
             meter.iter_mut().try_for_each(|meter| meter.add(master))
         })
+        .map_err(FailedRun::explained)
         .with_context(|| mode.to_owned())?;
         writeln!(text, "{mode}: tip error {}", outcome.tip.motion)?;
         if let Some(measures) = meter.and_then(|meter| meter.measures()) {
             write!(text, "{measures}")?;
         }
-        write!(text, "{verdict}")?;
+        write!(text, "{}", outcome.limits)?;
     }
     let energies = energy::run(request.system, experiment)?;
-    write!(text, "\n{}", energy::text("energy", &energies.balances))?;
+    write!(
+        text,
+        "\n{}",
+        print::energy::text("energy", &energies.balances)
+    )?;
     let folder = tempfile::tempdir()?;
     let [_, svg] = margins_figure::draw(&margins, folder.path())?;
     Ok(OwnPath {

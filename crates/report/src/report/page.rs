@@ -1,11 +1,11 @@
 //! The page: template, style, scripts and data put into one file.
 
 use anyhow::{Context, Result};
-use plotly::Plot;
 use serde::Serialize;
 
 const TEMPLATE: &str = include_str!("../../assets/report.html");
 const STYLE: &str = include_str!("../../assets/report.css");
+const PLOTLY: &str = include_str!("../../assets/plotly/plotly.min.js");
 const THREE: &str = include_str!("../../assets/three/three.min.js");
 const SCRIPTS: [&str; 12] = [
     include_str!("../../assets/data.js"),
@@ -26,21 +26,15 @@ const SCRIPTS: [&str; 12] = [
 pub fn html(data: &impl Serialize) -> Result<String> {
     // Inside a script element only `</` could end it; `<` is written as its escape.
     let json = serde_json::to_string(data)?.replace('<', "\\u003c");
-    // The first script element is plotly.js, the second MathJax, which nothing here needs.
-    let sources = Plot::offline_js_sources();
-    let (plotly, _) = sources
-        .split_once("</script>")
-        .context("crate `plotly` has no plotly.js inside")?;
-    let plotly = format!("{plotly}</script>");
     let scripts = SCRIPTS.join("\n");
     let parts = [
         ("/*STYLE*/", STYLE),
-        ("<!--PLOTLY-->", &plotly),
+        ("/*PLOTLY*/", PLOTLY),
         ("/*THREE*/", THREE),
         ("/*DATA*/", &json),
         ("/*SCRIPTS*/", &scripts),
     ];
-    let mut page = String::with_capacity(plotly.len() + THREE.len() + json.len() + (1 << 17));
+    let mut page = String::with_capacity(PLOTLY.len() + THREE.len() + json.len() + (1 << 17));
     let mut rest = TEMPLATE;
     for (mark, content) in parts {
         let (before, after) = rest

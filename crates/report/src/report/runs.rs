@@ -8,10 +8,11 @@ use cosim::signals::matching;
 use cosim::wiring::Port;
 use serde::Serialize;
 
-use super::Request;
+use super::request::Request;
 use super::samples::Samples;
 use super::scene::Scene;
-use studies::experiment::{Recorded, vary};
+use studies::measures::run::RecordedRun;
+use studies::start_values::vary;
 
 /// Sampling of the page, s: tip error, other signals, frames of the animation.
 const TIP_EVERY: f64 = 0.004;
@@ -149,7 +150,7 @@ impl Run {
         )?;
         let shown = |pattern: &str| matching(system, &[pattern.into()]).unwrap_or_default();
         let ports: Vec<Port> = SHOWN.into_iter().flat_map(shown).collect();
-        let recorded = Recorded::of(system, &experiment, &ports)?;
+        let recorded = RecordedRun::of(system, &experiment, &ports)?;
         let (recording, outcome) = (&recorded.recording, &recorded.outcome);
         let step = experiment.stepping.step;
         let mut signals = BTreeMap::new();

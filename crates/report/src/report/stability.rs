@@ -1,10 +1,12 @@
 //! The stability proof in numbers: what `hdrm-fmu stability` prints, with its course over time.
 
+use anyhow::Result;
 use serde::Serialize;
 
+use super::failures::kept;
+use super::request::{Request, UNCERTAIN};
 use super::samples::Samples;
-use super::{Request, UNCERTAIN, evaluation::kept};
-use studies::stability::{self, Condition, Gains, Powers};
+use studies::studies::stability::{self, Condition, Gains, Powers};
 
 /// Sampling of the curves, s.
 const EVERY: f64 = 0.02;
@@ -58,15 +60,15 @@ pub fn stability(
     request: &Request<'_>,
     done: impl Fn() + Sync,
     failures: &mut Vec<String>,
-) -> Stability {
-    let results = stability::run(request.system, request.base, UNCERTAIN, done);
+) -> Result<Stability> {
+    let (results, _) = stability::run(request.system, request.base, UNCERTAIN, done)?;
     let runs = kept(results, failures);
     let gains = runs.first().map(|run| run.gains);
     let verdict = |condition: Condition| Verdict {
         holds: condition.holds(),
         condition,
     };
-    Stability {
+    Ok(Stability {
         inertia_scale: UNCERTAIN,
         runs: runs.into_iter().map(Run::new).collect(),
         gains,
@@ -75,7 +77,7 @@ pub fn stability(
             .flat_map(Gains::conditions)
             .map(verdict)
             .collect(),
-    }
+    })
 }
 
 impl Run {

@@ -9,9 +9,9 @@ use rig_data::profile::{Kind, LOAD_MAX, SPEED};
 use rig_data::responses::responses;
 use serde::Serialize;
 
-use super::Request;
+use super::request::Request;
 use super::samples::Samples;
-use studies::surrogate_loop::{self, Lift, Looped, RigNetwork};
+use studies::studies::surrogate_loop::{self, LiftCourse, RigNetwork, SurrogateRun};
 
 /// Cells of the maps along load and along speed.
 const CELLS: [usize; 2] = [28, 56];
@@ -55,7 +55,7 @@ struct Line {
 #[derive(Serialize)]
 struct Run {
     #[serde(flatten)]
-    numbers: Looped,
+    numbers: SurrogateRun,
     /// Times, required and true current.
     lift_current: [Samples; 3],
     /// Times, true efficiency, that of physics, hybrid and network.
@@ -94,7 +94,7 @@ fn made(system: &System, base: &Experiment) -> Result<OnRig> {
         unit: panel.unit,
         lines: panel.lines.into_iter().map(line).collect(),
     });
-    let runs = surrogate_loop::run(system, base, &network, || ())?;
+    let (runs, _) = surrogate_loop::run(system, base, &network, || ())?;
     Ok(OnRig {
         maps: maps(&network.models(), CELLS)?.map(map).into(),
         reach: [LOAD_MAX, SPEED[1]],
@@ -112,9 +112,9 @@ fn line((name, points): (&'static str, Vec<(f64, f64)>)) -> Line {
     }
 }
 
-impl From<Looped> for Run {
-    fn from(mut numbers: Looped) -> Self {
-        let Lift {
+impl From<SurrogateRun> for Run {
+    fn from(mut numbers: SurrogateRun) -> Self {
+        let LiftCourse {
             current,
             efficiency,
         } = std::mem::take(&mut numbers.lift);

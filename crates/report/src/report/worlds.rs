@@ -5,9 +5,10 @@ use cosim::run::Experiment;
 use cosim::system::System;
 use serde::Serialize;
 
-use super::Request;
+use super::request::Request;
 use studies::laws::{self, Law};
-use studies::worlds::{self, Summary, World};
+use studies::studies::comparison::{self, Summary};
+use studies::worlds::{self, World};
 
 /// Laws that are shown.
 const MODES: [&str; 4] = [
@@ -99,6 +100,6 @@ fn one(world: World, system: &System, base: &Experiment) -> Result<(usize, Vec<S
         .filter(|law| MODES.contains(&law.name.as_str()))
         .collect();
     let cases = worlds::cases(world, system, 1..1 + SEEDS)?;
-    let cells = worlds::run(system, &base, &laws, cases.list(), || ())?;
-    Ok((cases.list().len(), worlds::summaries(&cells, None)))
+    let cells = comparison::run(system, &base, &laws, &cases.list, || ())?;
+    Ok((cases.list.len(), comparison::summaries(&cells, None)))
 }

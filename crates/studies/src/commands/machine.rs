@@ -3,9 +3,11 @@
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
-use crate::machines::lasting::Lasting;
+use crate::machine_file::read;
+use crate::machines::continuous_torque::ContinuousTorque;
 use crate::machines::scaling::booms;
-use crate::perturbation::{Bounds, draw};
+use crate::print::files::create;
+use crate::worlds::perturbation::{Bounds, draw};
 use anyhow::{Context, Result, bail, ensure};
 use capability::{Capability, Limits, Motion, Payload};
 use clap::{Args, Subcommand};
@@ -13,7 +15,6 @@ use cosim::cli::print;
 use hdrm::HdrmError;
 use machine::{AXES, Machine, Source, extending, preset};
 
-use super::evaluation::create;
 use super::siblings::OtherArguments;
 
 #[derive(Subcommand)]
@@ -84,16 +85,10 @@ pub fn run(command: &MachineCommand) -> Result<()> {
     match command {
         MachineCommand::Perturb(args) => perturb(args),
         MachineCommand::Check(args) => check(args),
-        MachineCommand::Schema => print(serde_json::to_string_pretty(&machine::schema())? + "\n"),
+        MachineCommand::Schema => print(machine::SCHEMA_JSON),
         MachineCommand::Scale(args) => scale(args),
         MachineCommand::Draw(_) => unreachable!("done by another program"),
     }
-}
-
-/// The machine of a file, or the shipped one of this name.
-pub fn read(name: &str) -> Result<Machine> {
-    let source = Source::named(name).with_context(|| name.to_owned())?;
-    Ok(source.machine)
 }
 
 fn check(args: &CheckArgs) -> Result<()> {
@@ -139,10 +134,13 @@ fn of_motors(machine: &Machine) -> Vec<String> {
         return Vec::new();
     };
     let torques = capability.demand(&Motion::rest(machine.start.zeta)).tau_e;
-    let each = AXES.into_iter().zip(torques).zip(Lasting::of(machine));
+    let each = AXES
+        .into_iter()
+        .zip(torques)
+        .zip(ContinuousTorque::of(machine));
     let beyond = each.filter(|((_, torque), lasting)| torque.abs() > lasting.torque);
     beyond
-        .map(|((axis, torque), Lasting { torque: most, by })| {
+        .map(|((axis, torque), ContinuousTorque { torque: most, by })| {
             format!(
                 "the start pose cannot be held for ever: motor torque of {axis} = {torque:.1} N·m, of which {most:.1} N·m may last ({by})"
             )

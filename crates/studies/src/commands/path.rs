@@ -7,8 +7,8 @@ use anyhow::{Result, bail};
 use clap::{Args, Subcommand};
 use cosim::cli::print;
 
-use super::evaluation::write_json;
-use super::machine::read;
+use crate::machine_file::read;
+use crate::print::files::write_json;
 
 #[derive(Subcommand)]
 pub enum PathCommand {

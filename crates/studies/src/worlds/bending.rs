@@ -5,7 +5,7 @@ use std::ops::Range;
 use anyhow::Result;
 use cosim::system::System;
 
-use super::Case;
+use crate::grid::Case;
 
 /// Packed system of the bending world.
 pub const SYSTEM: &str = "Bending.ssd";
@@ -19,10 +19,8 @@ pub const TARGET: f64 = 2e-3;
 /// One case for each seed.
 pub fn cases(system: &System, seeds: Range<u64>) -> Result<Vec<Case>> {
     let case = |seed| {
-        Ok(Case {
-            label: format!("seed {seed}"),
-            settings: vec![system.setting("hdrm.seed", seed)?],
-        })
+        let setting = system.setting("hdrm.seed", seed)?;
+        Ok(Case::new(format!("seed {seed}"), vec![setting]))
     };
     seeds.map(case).collect()
 }

@@ -10,9 +10,9 @@ use anyhow::{Context, Result};
 use cosim::system::System;
 use tempfile::TempDir;
 
-use super::Case;
+use super::perturbation::{Bounds, draw};
+use crate::grid::Case;
 use crate::machine_file::MachineFile;
-use crate::perturbation::{Bounds, draw};
 
 /// Packed system of the real world.
 pub const SYSTEM: &str = "Real.ssp";
@@ -30,29 +30,22 @@ pub fn parameters_of(name: Option<&str>) -> &'static str {
     own.map_or(PARAMETERS, |(_, file)| file)
 }
 
-/// Machines, and the folder of their files.
-pub struct Cases {
-    list: Vec<Case>,
-    _folder: Option<TempDir>,
+/// Machines of the real world; their files exist as long as this.
+pub struct RealMachines {
+    /// One case for each machine.
+    pub cases: Vec<Case>,
+    _folder: TempDir,
 }
 
-impl Cases {
-    /// Cases without files.
-    pub fn plain(list: Vec<Case>) -> Self {
-        Self {
-            list,
-            _folder: None,
-        }
-    }
-
+impl RealMachines {
     /// One case for each seed: the machine of the manipulator and the seed of the sensors.
     ///
     /// # Errors
     /// A system without `hdrm` or `sensors`, or no place for files.
-    pub fn drawn(system: &System, seeds: Range<u64>) -> Result<Self> {
+    pub fn draw(system: &System, seeds: Range<u64>) -> Result<Self> {
         let nominal = MachineFile::of(system, &[])?.machine;
         let folder = TempDir::new().context("no folder for the machine files")?;
-        let mut list = Vec::new();
+        let mut cases = Vec::new();
         for seed in seeds {
             let (machine, gravity) = draw(&nominal, seed, &Bounds::REAL)?;
             let path = folder.path().join(format!("machine_{seed}.json"));
@@ -65,20 +58,12 @@ impl Cases {
             for (axis, value) in (1..).zip(gravity) {
                 settings.push(system.setting(&format!("hdrm.gravity[{axis}]"), value)?);
             }
-            list.push(Case {
-                label: format!("seed {seed}"),
-                settings,
-            });
+            cases.push(Case::new(format!("seed {seed}"), settings));
         }
         Ok(Self {
-            list,
-            _folder: Some(folder),
+            cases,
+            _folder: folder,
         })
-    }
-
-    /// The cases; their files exist as long as this.
-    pub fn list(&self) -> &[Case] {
-        &self.list
     }
 }
 

@@ -83,8 +83,9 @@ impl Bounds {
     }
 }
 
-/// A symmetric 4×4 matrix A and its 2×2 minors. Determinant and inverse follow by Laplace's expansion, with one
-/// division in all; whether A is positive definite, by the signs of its leading minors, without any.
+/// A symmetric 4×4 matrix A and its 2×2 minors. Determinant and inverse follow by Laplace's
+/// expansion, with one division in all; whether A is positive definite, by the signs of its leading
+/// minors, without any.
 struct Minors<'a> {
     A: &'a Symmetric,
     /// Of the rows 1, 2 and the columns 12, 13, 14, 23, 24, 34.
@@ -156,8 +157,9 @@ impl Estimate {
         &self.inertia
     }
 
-    /// The estimate after the body's nominal inertia has changed from `before` to `after`, with `bounds` around the new one: by the same
-    /// difference, or where that is no body within the bounds, the new nominal inertia.
+    /// The estimate after the body's nominal inertia has changed from `before` to `after`, with
+    /// `bounds` around the new one: by the same difference, or where that is no body within the
+    /// bounds, the new nominal inertia.
     pub(crate) fn moved(&self, before: &Inertia, after: &Inertia, bounds: &Bounds) -> Self {
         let inertia = Inertia {
             m: self.inertia.m + after.m - before.m,
@@ -183,8 +185,9 @@ impl Estimate {
     /// stays, which only removes adaptation along S and keeps the Lyapunov argument (the true
     /// parameters lie inside). Inside the bounds P is positive definite, `P > lower·P0 > 0`.
     ///
-    /// `leakage` σ, 1/s, pulls towards the nominal inertia, `P' = −S/γ − σ (P − P0)`: not in the paper (0 is its law), against drift
-    /// under measurements that are never exact (σ-modification of Ioannou and Kokotović).
+    /// `leakage` σ, 1/s, pulls towards the nominal inertia, `P' = −S/γ − σ (P − P0)`: not in the
+    /// paper (0 is its law), against drift under measurements that are never exact (σ-modification
+    /// of Ioannou and Kokotović).
     pub(crate) fn advance(
         &mut self,
         S: &Symmetric,
@@ -208,7 +211,8 @@ impl Estimate {
     }
 
     /// Bregman divergence of the true inertia from the estimate ([Df]), ≥ 0, zero if equal:
-    /// `D(L‖L̂) = log(|L̂|/|L|) + tr(L̂⁻¹·L) − 4`; not a number if the true one is no physical body.
+    /// `D(L‖L̂) = log(|L̂|/|L|) + tr(L̂⁻¹·L) − 4`; not a number if the true one is no physical
+    /// body.
     pub(crate) fn divergence(&self, truth: &Inertia) -> f64 {
         let L = packed(&PseudoInertia::from(truth).0);
         let log_of_quotient = -libm::log(self.determinant * Minors::of(&L).determinant());
@@ -223,8 +227,8 @@ pub(crate) fn adaptation_direction(w: &Twist, V_r: &Twist, V: &Twist, s: &Twist)
     symmetric_product(w, s) - symmetric_product(V_r, &V.crm(s))
 }
 
-/// `sym(âᵀ·b̂)`: with ρ = (x; 1) the integral of (âρ)·(b̂ρ) over a body is `tr(L·sym(âᵀ·b̂))`. Its blocks are
-/// `(a.w·b.w)·1 − ½(a.w b.wᵀ + b.w a.wᵀ)`, `−½(a.w × b.v + b.w × a.v)` and `a.v·b.v`.
+/// `sym(âᵀ·b̂)`: with ρ = (x; 1) the integral of (âρ)·(b̂ρ) over a body is `tr(L·sym(âᵀ·b̂))`. Its
+/// blocks are `(a.w·b.w)·1 − ½(a.w b.wᵀ + b.w a.wᵀ)`, `−½(a.w × b.v + b.w × a.v)` and `a.v·b.v`.
 fn symmetric_product(a: &Twist, b: &Twist) -> Symmetric {
     let squares = a.w.component_mul(&b.w);
     let half = |i: usize, j: usize| -0.5 * (a.w[i] * b.w[j] + a.w[j] * b.w[i]);
@@ -303,9 +307,10 @@ mod tests {
         }
     }
 
-    /// Inverse, determinant and definiteness against what defines them: `A·A⁻¹ = 1`, the product of the
-    /// eigenvalues and their signs (nalgebra's QR iteration shares no code). Two matrices of three are
-    /// shifted and may have negative ones. Tolerance: a product of four entries and its sum are rounded 4 times.
+    /// Inverse, determinant and definiteness against what defines them: `A·A⁻¹ = 1`, the product of
+    /// the eigenvalues and their signs (nalgebra's QR iteration shares no code). Two matrices of
+    /// three are shifted and may have negative ones. Tolerance: a product of four entries and its
+    /// sum are rounded 4 times.
     #[test]
     fn minors_give_inverse_determinant_and_definiteness() {
         let (mut definite, mut worst) = (0, 0.0_f64);
@@ -349,7 +354,8 @@ mod tests {
         assert!(error < 256.0 * f64::EPSILON, "{error:e}");
     }
 
-    /// Closed form: with S = 0 the distance from the nominal decays with e^(−σ t). Tolerance: one rounding of P per step.
+    /// Closed form: with S = 0 the distance from the nominal decays with e^(−σ t). Tolerance: one
+    /// rounding of P per step.
     #[test]
     fn leakage_leads_back_to_the_nominal_inertia() {
         let nominal = inertia(3);
@@ -385,8 +391,9 @@ mod tests {
         assert!(moved);
     }
 
-    /// With bounds as wide as the FMU allows them, P comes near singular ones, where minors are rounding errors. Eigenvalues
-    /// of both matrices, scaled to a diagonal of ones, judge: nalgebra's QR iteration finds them to some ε.
+    /// With bounds as wide as the FMU allows them, P comes near singular ones, where minors are
+    /// rounding errors. Eigenvalues of both matrices, scaled to a diagonal of ones, judge:
+    /// nalgebra's QR iteration finds them to some ε.
     #[test]
     fn the_estimate_stays_physical_within_the_widest_bounds() {
         let mut moved = 0;
@@ -430,8 +437,9 @@ mod tests {
         assert!((estimate.divergence(&(nominal * c)) - expected).abs() < 1e-12);
     }
 
-    /// A body that gets or loses a part keeps its estimate's difference from the nominal one in each parameter; where that would lead out of the
-    /// bounds around the new nominal inertia, it starts from there. Tolerance: P is the inverse of the estimate, condition some 1e3.
+    /// A body that gets or loses a part keeps its estimate's difference from the nominal one in
+    /// each parameter; where that would lead out of the bounds around the new nominal inertia, it
+    /// starts from there. Tolerance: P is the inverse of the estimate, condition some 1e3.
     #[test]
     fn an_estimate_moves_with_its_nominal_inertia() {
         let before = inertia(3);

@@ -1,4 +1,5 @@
-//! The inertias of the machine's bodies: nominal ones, with the load that the controller was told of, and their estimates.
+//! The inertias of the machine's bodies: nominal ones, with the load that the controller was told
+//! of, and their estimates.
 
 mod estimate;
 
@@ -30,8 +31,11 @@ impl Bodies {
     /// Those of `machine`, with estimates that equal them.
     ///
     /// # Errors
-    /// A body that is none.
-    pub(crate) fn new(machine: &Machine, inverse_bounds: [f64; 2]) -> Result<Self, ControllerError> {
+    /// A body whose mass, centre and inertia are those of no physical body.
+    pub(crate) fn new(
+        machine: &Machine,
+        inverse_bounds: [f64; 2],
+    ) -> Result<Self, ControllerError> {
         let nominal = machine.bodies.in_order().map(|b| {
             let I_com = Matrix3::from_fn(|i, j| b.inertia_com.rows()[i][j]);
             Inertia::from_com(b.mass, b.com.into(), I_com)
@@ -56,9 +60,9 @@ impl Bodies {
         &self.load
     }
 
-    /// Takes over that the end-effector carries `load` from now on, in the axes of the tip at `tip` in the frame of the body `PL`: its
-    /// nominal inertia, its estimate and the bounds around it change by the difference to the load before. A mass that is not finite
-    /// and ≥ 0 changes nothing.
+    /// From now on the end-effector carries `load`, whose place counts from `tip`, the tip in the
+    /// frame of the body `PL`. Nominal inertia, estimate and bounds of that body change by the
+    /// difference to the load before. A mass that is not finite and ≥ 0 changes nothing.
     pub(crate) fn carry(&mut self, load: &Load, tip: &Vector3<f64>) {
         const PL: usize = Body::PL as usize;
         let point = |load: &Load| {

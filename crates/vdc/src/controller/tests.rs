@@ -5,12 +5,7 @@ use crate::{Mode, RateLimits, tip_pose};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
 /// Integral after `seconds` in steps of 1 ms beside the start pose, by 1e-4 rad in each joint.
-fn after(
-    machine: &Machine,
-    mode: Mode,
-    integral: bool,
-    seconds: f64,
-) -> (Vector6<f64>, Errors) {
+fn after(machine: &Machine, mode: Mode, integral: bool, seconds: f64) -> (Vector6<f64>, Errors) {
     let settings = Settings {
         mode,
         integral,
@@ -63,7 +58,8 @@ fn the_integral_rests_at_each_limit() {
     }
 }
 
-/// Joints, and the reference of the tip, on smooth ways; the orientations meet at t = 0, where the law's derivative is exact.
+/// Joints, and the reference of the tip, on smooth ways; the orientations meet at t = 0, where the
+/// law's derivative is exact.
 fn at(machine: &Machine, t: f64) -> Input {
     let wave = |i: usize| (0.9 + 0.2 * i as f64, 0.4 * i as f64, 0.05 + 0.01 * i as f64);
     let zeta = |i: usize| {
@@ -74,11 +70,11 @@ fn at(machine: &Machine, t: f64) -> Input {
         let (w, phase, size) = wave(i);
         size * w * (w * t + phase).cos()
     };
-    let (position, [w, x, y, z]) =
-        tip_pose(machine, &machine.start.zeta).expect("works");
+    let (position, [w, x, y, z]) = tip_pose(machine, &machine.start.zeta).expect("works");
     let (v, a) = ([0.11, -0.06, 0.08], [-0.3, 0.2, 0.4]);
     let turning = Vector3::new(0.2, -0.1, 0.15);
-    let q = UnitQuaternion::from_scaled_axis(turning * t).into_inner() * Quaternion::new(w, x, y, z);
+    let q =
+        UnitQuaternion::from_scaled_axis(turning * t).into_inner() * Quaternion::new(w, x, y, z);
     Input {
         zeta: std::array::from_fn(zeta),
         zeta_dot: std::array::from_fn(rate),
@@ -93,8 +89,9 @@ fn at(machine: &Machine, t: f64) -> Input {
     }
 }
 
-/// The required accelerations of rods and joints are the rates of the required velocities, with reference and machine in motion: central
-/// differences over 0.1 ms, which err by 1e-9 of the third derivatives and ε/δ.
+/// The required accelerations of rods and joints are the rates of the required velocities, with
+/// reference and machine in motion: central differences over 0.1 ms, which err by 1e-9 of the third
+/// derivatives and ε/δ.
 #[test]
 fn required_accelerations_are_rates_of_the_required_velocities() {
     let machine = Machine::reference();
@@ -134,8 +131,8 @@ fn required_accelerations_are_rates_of_the_required_velocities() {
     }
 }
 
-/// A step that is refused at a sample inside it leaves the controller as it was: what it tells of the reference, and where the same commands
-/// lead it afterwards.
+/// A step that is refused at a sample inside it leaves the controller as it was: what it tells of
+/// the reference, and where the same commands lead it afterwards.
 #[test]
 fn a_refused_step_leaves_commanded_rates_as_they_were() {
     let machine = Machine::reference();

@@ -71,8 +71,9 @@ pub(crate) struct VoltageLaw<'a> {
     pub(crate) settings: &'a Settings,
 }
 
-/// What the network adds to the physics of each actuator at the present operating points, `α·dF`, N. The hybrid
-/// actuator holds the same value over the step to come, so it is cancelled, not fed back.
+/// What the network adds to the physics of each actuator at the present operating points, `α·dF`,
+/// N. The hybrid actuator holds the same value over the step to come, so it is cancelled, not fed
+/// back.
 pub(crate) fn residual_forces(
     actuators: &[Emla; 3],
     settings: &Settings,
@@ -118,12 +119,13 @@ impl VoltageLaw<'_> {
         self.settings.gains.omega_d * (state.observer - momentum)
     }
 
-    /// Required quadrature-axis current, A, saturated at the drive's limit, which the derating lowers.
+    /// Required quadrature-axis current, A, saturated at the drive's limit, which the derating
+    /// lowers.
     ///
     /// Source: [eq:current_q_required] solved for `i_qr`, with the reflected inertia corrected,
     /// friction at the required rates, and the required instead of the measured acceleration: the
-    /// measured one closes an unfiltered loop around the current and is unstable. In `pd` mode there
-    /// is no model but the lossless transmission.
+    /// measured one closes an unfiltered loop around the current and is unstable. In `pd` mode
+    /// there is no model but the lossless transmission.
     fn required_current(
         &self,
         state: &DriveState,
@@ -158,9 +160,9 @@ impl VoltageLaw<'_> {
     /// ```
     /// The integrals are not in the paper (ω_i = 0 is its law): they take up what wrong motor
     /// parameters leave over, above all the back-EMF of a wrong λ_m. They integrate the sum of both
-    /// errors, so in steady state the velocity feedback keeps its force.
-    /// The velocity feedback acts on the motor side, `ẋ_n = lead·w_m/N`: on the rod side, as printed,
-    /// it is not collocated and unstable at these gains.
+    /// errors, so in steady state the velocity feedback keeps its force. The velocity feedback acts
+    /// on the motor side, `ẋ_n = lead·w_m/N`: on the rod side, as printed, it is not collocated and
+    /// unstable at these gains.
     ///
     /// `residual_force` is that of [`residual_forces`].
     pub(crate) fn command(
@@ -200,15 +202,9 @@ impl VoltageLaw<'_> {
     }
 
     /// Advances the law's state by `h` s with measurements and command held; the filters are exact
-    /// for that. While the command is beyond what the inverter makes of its DC link the integrals rest, or they would
-    /// wind up.
-    pub(crate) fn advance(
-        &self,
-        state: &mut DriveState,
-        now: &Reading,
-        command: &Command,
-        h: f64,
-    ) {
+    /// for that. While the command is beyond what the inverter makes of its DC link the integrals
+    /// rest, or they would wind up.
+    pub(crate) fn advance(&self, state: &mut DriveState, now: &Reading, command: &Command, h: f64) {
         let (p, gains) = (self.p(), &self.settings.gains);
         let reached = |rate: f64| -libm::expm1(-h * rate);
         state.i_dr += h * self.i_dr_dot(now);
@@ -219,7 +215,8 @@ impl VoltageLaw<'_> {
             let unexplained =
                 maps::torque(p, now.i_d, now.i_q) - maps::required_torque(p, F, now.w_m, 0.0);
             let momentum = maps::inertia(p, 1.0) * now.w_m;
-            // The share over ω_d is at most h, the quotient of the torque alone would overflow for the smallest ω_d.
+            // The share over ω_d is at most h, the quotient of the torque alone would overflow for
+            // the smallest ω_d.
             let share = reached(gains.omega_d);
             state.observer +=
                 share * (momentum - state.observer) + share / gains.omega_d * unexplained;
@@ -240,7 +237,8 @@ impl DriveState {
         }
     }
 
-    /// Starts the filter at the required current `i_qr`, A, as if it had been constant: no slope at the start.
+    /// Starts the filter at the required current `i_qr`, A, as if it had been constant: no slope at
+    /// the start.
     pub(crate) fn settled(self, i_qr: f64) -> Self {
         Self {
             i_qr_filtered: i_qr,
@@ -299,8 +297,9 @@ mod tests {
         (demand, measured)
     }
 
-    /// Where the actuator moves steadily as it should the law asks for the current that it has, and for the voltages that keep it:
-    /// `v_d = −p w L_q i_q`, `v_q = R_s i_q + p w λ_m`. Tolerance: the actuator finds its start with the network by secants.
+    /// Where the actuator moves steadily as it should the law asks for the current that it has, and
+    /// for the voltages that keep it: `v_d = −p w L_q i_q`, `v_q = R_s i_q + p w λ_m`. Tolerance:
+    /// the actuator finds its start with the network by secants.
     #[test]
     fn a_steady_motion_is_kept() {
         for alpha in [0.0, 1.0] {
@@ -325,7 +324,8 @@ mod tests {
         }
     }
 
-    /// A torque that the model does not explain is found with the time constant 1/ω_d: `d (1 − e^(−ω_d t))`, and the current compensates it.
+    /// A torque that the model does not explain is found with the time constant 1/ω_d: `d (1 −
+    /// e^(−ω_d t))`, and the current compensates it.
     #[test]
     fn an_unexplained_torque_is_observed() {
         let (actuator, settings) = (actuator(0.0), settings(0.0));
@@ -354,7 +354,8 @@ mod tests {
         assert!(settings.gains.omega_d * 0.05 > 0.5);
     }
 
-    /// The states in closed form over one step of held values; at the voltage's limit the integrals rest, and the rest goes on.
+    /// The states in closed form over one step of held values; at the voltage's limit the integrals
+    /// rest, and the rest goes on.
     #[test]
     fn states_advance_by_their_equations() {
         let (actuator, settings) = (actuator(0.0), settings(0.0));

@@ -7,7 +7,7 @@
 
 use crate::bodies::Estimate;
 use crate::signals::Input;
-use crate::tracking::Required;
+use crate::tracking::RequiredMotion;
 use hdrm::{BODIES, Body, Configuration, DOF, felt_gravity};
 use nalgebra::{Vector3, Vector6};
 use spatial::{Inertia, Twist, Wrench};
@@ -30,8 +30,8 @@ impl BodyMotion {
     }
 }
 
-/// Motion of the ground that the machine stands on, as far as `input` tells of it: a base at rest in gravity along −y, m/s², or one that
-/// tilts, accelerates and turns.
+/// Motion of the ground that the machine stands on, as far as `input` tells of it: a base at rest
+/// in gravity along −y, m/s², or one that tilts, accelerates and turns.
 pub(crate) fn ground(gravity: f64, input: &Input) -> BodyMotion {
     let turn = |w: [f64; 3]| Twist::new(Vector3::zeros(), w.into());
     let V = turn(input.base_angular_velocity);
@@ -58,7 +58,7 @@ pub(crate) fn ground(gravity: f64, input: &Input) -> BodyMotion {
 pub(crate) fn motions(
     configuration: &Configuration,
     zeta_dot: &[f64; DOF],
-    required: &Required,
+    required: &RequiredMotion,
     ground: &BodyMotion,
 ) -> [BodyMotion; Body::COUNT] {
     let mut motions = [BodyMotion::default(); Body::COUNT];
@@ -79,13 +79,14 @@ pub(crate) fn motions(
     motions
 }
 
-/// Generalised forces on the six joints, N·m, that hold bodies with these estimates at rest on such a ground.
+/// Generalised forces on the six joints, N·m, that hold bodies with these estimates at rest on such
+/// a ground.
 pub(crate) fn holding_forces(
     configuration: &Configuration,
     estimates: &[Estimate; Body::COUNT],
     ground: &BodyMotion,
 ) -> [f64; DOF] {
-    let rest = Required {
+    let rest = RequiredMotion {
         zeta_dot: Vector6::zeros(),
         zeta_ddot: Vector6::zeros(),
     };
@@ -97,7 +98,7 @@ pub(crate) fn holding_forces(
     joint_forces(configuration, &motions, estimates, &no_errors, 0.0)
 }
 
-/// What the errors `s = V_r − V` weigh with the nominal inertias M.
+/// Momenta and energy of the errors `s = V_r − V` with the nominal inertias M.
 pub(crate) struct VelocityErrors {
     /// `M s` of each body.
     momenta: [Wrench; Body::COUNT],

@@ -1,6 +1,8 @@
 //! Control laws: from the required motion to the forces of rods and wrist joints.
 //!
-//! A law is one file, a value of [`Mode`] and its rows in [`MODES`]; what it is asked stands in [`ControlLaw`].
+//! A law is one file that implements [`ControlLaw`], a value of [`Mode`] and its rows in [`MODES`].
+//! What it learns lives in [`Bodies`](crate::bodies::Bodies); a law with another state adds a field
+//! to [`State`](crate::state::State).
 
 mod control_law;
 mod decomposition;
@@ -42,44 +44,37 @@ impl Mode {
     }
 }
 
-/// A law as users choose it.
-#[derive(Clone, Copy, Debug)]
+/// A law as users choose it: with the integral of the tip's error, or without.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct NamedMode {
-    /// Its name.
-    pub name: &'static str,
-    /// What it is, for people.
-    pub description: &'static str,
-    /// Its law.
+    /// The law.
     pub mode: Mode,
     /// Whether the integral of the tip's error acts.
     pub integral: bool,
 }
 
-const fn named(
-    name: &'static str,
-    mode: Mode,
-    integral: bool,
-    description: &'static str,
-) -> NamedMode {
-    NamedMode {
-        name,
-        description,
-        mode,
-        integral,
-    }
+const fn plain(mode: Mode) -> NamedMode {
+    let integral = false;
+    NamedMode { mode, integral }
 }
 
-/// All laws under their names, in the order of their numbers from 1; new ones are added at the end.
+const fn with_integral(mode: Mode) -> NamedMode {
+    let integral = true;
+    NamedMode { mode, integral }
+}
+
+/// All laws with their names and descriptions, in the order of their numbers from 1. New ones come
+/// at the end.
 #[rustfmt::skip] // a law a line
-pub const MODES: [NamedMode; 8] = [
-    named("adaptive", Mode::Adaptive, false, "model-based, with natural adaptation of the inertias"),
-    named("modular", Mode::Modular, false, "model-based, with the nominal inertias"),
-    named("pd", Mode::Pd, false, "no model: inverse kinematics, damping and decoupling only"),
-    named("modular_integral", Mode::Modular, true, "as modular, with the integral of the tip's error"),
-    named("pd_integral", Mode::Pd, true, "as pd, with the integral of the tip's error"),
-    named("pd_gravity", Mode::PdGravity, false, "as pd, with the forces that hold the nominal machine against gravity"),
-    named("pd_gravity_integral", Mode::PdGravity, true, "as pd_gravity, with the integral of the tip's error"),
-    named("adaptive_integral", Mode::Adaptive, true, "as adaptive, with the integral of the tip's error"),
+pub const MODES: [(NamedMode, &str, &str); 8] = [
+    (plain(Mode::Adaptive), "adaptive", "model-based, with natural adaptation of the inertias"),
+    (plain(Mode::Modular), "modular", "model-based, with the nominal inertias"),
+    (plain(Mode::Pd), "pd", "no model: inverse kinematics, damping and decoupling only"),
+    (with_integral(Mode::Modular), "modular_integral", "as modular, with the integral of the tip's error"),
+    (with_integral(Mode::Pd), "pd_integral", "as pd, with the integral of the tip's error"),
+    (plain(Mode::PdGravity), "pd_gravity", "as pd, with the forces that hold the nominal machine against gravity"),
+    (with_integral(Mode::PdGravity), "pd_gravity_integral", "as pd_gravity, with the integral of the tip's error"),
+    (with_integral(Mode::Adaptive), "adaptive_integral", "as adaptive, with the integral of the tip's error"),
 ];
 
 #[cfg(test)]
@@ -119,8 +114,8 @@ mod tests {
     fn each_name_is_another_law() {
         for (k, a) in MODES.iter().enumerate() {
             for b in &MODES[k + 1..] {
-                assert_ne!(a.name, b.name);
-                assert_ne!((a.mode, a.integral), (b.mode, b.integral), "{}", a.name);
+                assert_ne!(a.1, b.1);
+                assert_ne!(a.0, b.0, "{}", a.1);
             }
         }
     }

@@ -1,4 +1,5 @@
-//! The paper's laws: forces by the bodies' model, with their nominal inertias (modular) or with estimates that adapt (adaptive).
+//! The paper's laws: forces by the bodies' model, with their nominal inertias (modular) or with
+//! estimates that adapt (adaptive).
 
 use crate::bodies::{Bodies, adaptation_direction};
 use crate::law::control_law::{ControlLaw, Forces, Instant, Rod};
@@ -8,7 +9,8 @@ use machine::Controller as Gains;
 
 /// Virtual decomposition control.
 pub(crate) struct ModelBased {
-    /// Whether the estimates of the inertias adapt ([L adapt]); otherwise they stay as they are, nominal from the start.
+    /// Whether the estimates of the inertias adapt ([L adapt]); otherwise they stay as they are,
+    /// nominal from the start.
     pub(crate) adapts: bool,
 }
 
@@ -28,7 +30,8 @@ impl ControlLaw for ModelBased {
         }
     }
 
-    /// `f_r = f_d + M_act ẍ_r + K_A (ẋ_r − ẋ)`, `K_A = kappa_KA·M_act`: [Eq:Required_Force] with the rod as the body.
+    /// `f_r = f_d + M_act ẍ_r + K_A (ẋ_r − ẋ)`, `K_A = kappa_KA·M_act`: [Eq:Required_Force] with
+    /// the rod as the body.
     fn rod_force(&self, rod: &Rod) -> f64 {
         let lacking = rod.required.x_r_dot - rod.x_dot;
         rod.f_d + rod.M_act * (rod.required.x_r_ddot + rod.gains.kappa_KA * lacking)

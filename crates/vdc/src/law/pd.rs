@@ -1,5 +1,5 @@
-//! Laws without a model of the dynamics, to compare with: inverse kinematics, damping and decoupling, with or without the forces that hold the
-//! nominal machine against gravity.
+//! Laws without a model of the dynamics, to compare with: inverse kinematics, damping and
+//! decoupling, with or without the forces that hold the nominal machine against gravity.
 
 use crate::law::control_law::{ControlLaw, Forces, Instant, Rod};
 use crate::law::decomposition;

@@ -1,10 +1,11 @@
-//! Which measurements the control law is given: joint rates of an observer, samples that are held, and predictions over a delay.
+//! Which measurements the control law is given: joint rates of an observer, samples that are held,
+//! and predictions over a delay.
 
 mod observer;
 mod prediction;
 mod sampling;
 
 pub(crate) use observer::JointObserver;
-pub(crate) use prediction::{Planned, predicted};
-pub(crate) use sampling::{SAMPLES_MAX, SLACK, Sampling};
+pub(crate) use prediction::{Plan, predicted};
 pub use sampling::{DELAY_MAX, Timing};
+pub(crate) use sampling::{SAMPLES_MAX, SLACK, Sampling};

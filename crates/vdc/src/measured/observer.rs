@@ -1,12 +1,14 @@
 //! Joint rates from joint angles: a tracking observer instead of the measured rates.
 //!
-//! Not in the paper, which measures rates. A rate that a drive makes of an encoder's angles by differences is coarse, or late by its filter;
-//! the observer knows which acceleration the controller asks for, so it is late only for what it did not ask for.
+//! Not in the paper, which measures rates. A rate that a drive computes from an encoder's angles by
+//! differences is coarse, or a filter makes it late. The observer knows which acceleration the
+//! controller asks for; it lags only behind motion that the controller did not ask for.
 //! ```text
 //! predicted   ζ⁻ = ζ̂ + h v̂ + h² ζ̈_r/2,   v⁻ = v̂ + h ζ̈_r
 //! corrected   ζ̂ = ζ⁻ + (1 − a²)(ζ − ζ⁻),  v̂ = v⁻ + (1 − a)² (ζ − ζ⁻)/h,   a = e^(−ω h)
 //! ```
-//! Both poles are at −ω (the critically damped g-h filter: Brookner, "Tracking and Kalman Filtering Made Easy", 1998).
+//! Both poles are at −ω (the critically damped g-h filter: Brookner, "Tracking and Kalman Filtering
+//! Made Easy", 1998).
 
 use crate::signals::Input;
 use hdrm::DOF;
@@ -24,13 +26,14 @@ pub(crate) struct JointObserver {
     h: f64,
 }
 
-/// Largest predicted angle in rad and rate in rad/s, far beyond any machine's. What is asked for with absurd gains over steps of very
-/// different lengths drives the observer apart; a prediction beyond this starts anew from the measured rates.
+/// Largest predicted angle, rad, and rate, rad/s, far beyond any machine's. With absurd gains and
+/// steps of very different lengths the predictions diverge; beyond this value the observer starts
+/// anew from the measured rates.
 const LARGEST: f64 = 1e9;
 
 impl JointObserver {
-    /// The measurements with the joint rates that the observer of bandwidth `omega`, rad/s, finds; as they are where that is 0. Doing it
-    /// twice changes nothing.
+    /// The measurements with the joint rates of the observer, whose bandwidth is `omega`, rad/s;
+    /// unchanged where `omega` is 0. Applied twice it gives the same as once.
     pub(crate) fn observed<'a>(&self, input: &'a Input, omega: f64) -> Cow<'a, Input> {
         if omega == 0.0 {
             return Cow::Borrowed(input);
@@ -49,7 +52,8 @@ impl JointObserver {
         (self.h > 0.0).then(|| std::array::from_fn(rate))
     }
 
-    /// After `h` s with the accelerations `zeta_ddot`, from the angles measured now and their rates v̂.
+    /// After `h` s with the accelerations `zeta_ddot`, from the angles measured now and their rates
+    /// v̂.
     pub(crate) fn advanced(
         &self,
         zeta: &[f64; DOF],
@@ -111,8 +115,9 @@ mod tests {
         worst
     }
 
-    /// With the acceleration told it errs by what a step leaves out, h·|jerk|·h/2 each step over the 2/(ω h) steps it remembers: h/ω.
-    /// Without, by the critically damped filter's lag of 2/ω times the acceleration of 1 rad/s².
+    /// With the acceleration told it errs by what a step leaves out, h·|jerk|·h/2 each step over
+    /// the 2/(ω h) steps it remembers: h/ω. Without, by the critically damped filter's lag of 2/ω
+    /// times the acceleration of 1 rad/s².
     #[test]
     fn it_follows_what_it_is_told_and_lags_behind_the_rest() {
         let (h, omega) = (1e-3, 80.0);
@@ -126,7 +131,8 @@ mod tests {
         );
     }
 
-    /// An acceleration that grows with the rate it leads to makes the observer grow; the estimate stays a number, and of use afterwards.
+    /// An acceleration that grows with the rate it leads to makes the observer grow; the estimate
+    /// stays a number, and of use afterwards.
     #[test]
     fn absurd_accelerations_leave_numbers() {
         let (h, omega) = (1e-3, 80.0);

@@ -9,9 +9,9 @@ use emla::{Emla, maps};
 use hdrm::DOF;
 use serde::{Deserialize, Serialize};
 
-/// What acts over one communication step.
+/// Voltages and accelerations that act over one communication step.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
-pub(crate) struct Planned {
+pub(crate) struct Plan {
     /// Voltages of the drives, V.
     pub(crate) v_d: [f64; 3],
     pub(crate) v_q: [f64; 3],
@@ -19,22 +19,24 @@ pub(crate) struct Planned {
     pub(crate) zeta_ddot: [f64; DOF],
     /// Required rod accelerations, m/s².
     pub(crate) x_ddot: [f64; 3],
-    /// Positions of the strokes, m, and their slopes by the joint angles, m/rad; None where each rod moves by itself.
+    /// Positions of the strokes, m, and their slopes by the joint angles, m/rad; None where each
+    /// rod moves by itself.
     pub(crate) strokes: Option<[[f64; 2]; 3]>,
 }
 
-/// The measurements and the external reference after a step of `h` s in which `planned` acts, by the nominal actuators with the
-/// network's share `alpha`.
+/// The measurements and the external reference after a step of `h` s in which `planned` acts, by
+/// the nominal actuators with the network's share `alpha`.
 ///
-/// Joints and rods move with the required accelerations, which they follow within the tracking error:
-/// differentiating the measured rates instead would double their noise. Currents, motor speeds and forces follow from
-/// the nominal actuator under the planned voltages; it begins with the force, so `F` must be connected. `lead` is the time by which that force is
-/// given ahead, s ([`Emla::with_delay`]).
+/// Joints and rods move with the required accelerations, which they follow within the tracking
+/// error: differentiating the measured rates instead would double their noise. Currents, motor
+/// speeds and forces follow from the nominal actuator under the planned voltages; it begins with
+/// the force, so `F` must be connected. `lead` is the time by which that force is given ahead, s
+/// ([`Emla::with_delay`]).
 pub(crate) fn predicted(
     nominal: &Nominal,
     alpha: f64,
     input: &Input,
-    planned: &Planned,
+    planned: &Plan,
     lead: f64,
     t: f64,
     h: f64,
@@ -103,7 +105,8 @@ impl Rod {
         }
     }
 
-    /// The actuator's state with the rod moving so, where the force `now.F` is given a time `lead` ahead, s.
+    /// The actuator's state with the rod moving so, where the force `now.F` is given a time `lead`
+    /// ahead, s.
     fn drive_state(&self, drive: &Emla, now: &Reading, lead: f64) -> emla::State {
         let p = drive.params();
         let travel = maps::travel_per_radian(p);
@@ -130,8 +133,9 @@ mod tests {
 
     const H: f64 = 1e-3;
 
-    /// What is predicted is what the actuators themselves do, with the network's share and with a link that does not give the planned
-    /// voltages. Tolerance: the nut's place is found from the force through a stiffness of 1e8 N/m, ε·0.3 m of it.
+    /// What is predicted is what the actuators themselves do, with the network's share and with a
+    /// link that does not give the planned voltages. Tolerance: the nut's place is found from the
+    /// force through a stiffness of 1e8 N/m, ε·0.3 m of it.
     #[test]
     fn the_prediction_is_what_the_actuators_do() {
         let machine = Machine::reference();
@@ -143,12 +147,12 @@ mod tests {
                 x_ddot: 0.5,
             };
             let (v_d, v_q) = (-4.0, 31.0);
-            let planned = Planned {
+            let planned = Plan {
                 v_d: [v_d; 3],
                 v_q: [v_q; 3],
                 x_ddot: [rod.x_ddot; 3],
                 zeta_ddot: [2.0, -1.0, 3.0, 0.5, -0.5, 4.0],
-                ..Planned::default()
+                ..Plan::default()
             };
             let mut input = Input {
                 v_dc,

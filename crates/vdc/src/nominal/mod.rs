@@ -1,4 +1,5 @@
-//! What the controller believes about the machine and does not change: mechanism, friction, actuators, limits.
+//! What the controller believes about the machine and does not change: mechanism, friction,
+//! actuators, limits.
 //!
 //! The bodies' inertias, which loads and adaptation change, are in [`crate::bodies`].
 
@@ -6,8 +7,8 @@ mod singularities;
 mod tip;
 
 pub(crate) use singularities::{Inverse, Singularities};
-pub use tip::tip_pose;
 pub(crate) use tip::orientation;
+pub use tip::tip_pose;
 
 use crate::error::ControllerError;
 use capability::Reach;

@@ -1,4 +1,5 @@
-//! Where the arm cannot move in all directions, and the tip's inverse kinematics there: damped near the singularities of wrist and elbow.
+//! Where the arm cannot move in all directions, and the tip's inverse kinematics there: damped near
+//! the singularities of wrist and elbow.
 
 use hdrm::{DOF, Tree};
 use nalgebra::{Matrix6, Vector6};
@@ -8,7 +9,8 @@ use serde::{Deserialize, Serialize};
 const NEAR_SINGULAR: f64 = 0.05;
 /// Damping at the singularity itself, in the Jacobian's mixed units (m and rad).
 const DAMPING: f64 = 0.03;
-/// The same sine of the elbow's angle to the stretched arm, where the tip cannot move along the arm.
+/// The same sine of the elbow's angle to the stretched arm, where the tip cannot move along the
+/// arm.
 const NEAR_STRETCHED: f64 = 0.1;
 /// Damping with the arm stretched.
 const STRETCHED_DAMPING: f64 = 0.1;
@@ -36,7 +38,8 @@ impl Singularities {
         libm::sin(zeta_5).abs() < NEAR_SINGULAR
     }
 
-    /// Angle by which `zeta_3`, turning in this direction (its sign), may turn until the arm is stretched, or folded.
+    /// Angle by which `zeta_3`, turning in this direction (its sign), may turn until the arm is
+    /// stretched, or folded.
     pub(crate) fn stretch_ahead(&self, zeta_3: f64, direction: f64) -> f64 {
         use std::f64::consts::PI;
         let beyond = (zeta_3 - self.stretched).rem_euclid(PI);
@@ -113,8 +116,9 @@ mod tests {
 
     const B: Vector6<f64> = Vector6::new(0.3, -0.2, 0.1, 0.5, -0.7, 0.4);
 
-    /// The solution minimises |J·x − b|² + μ²|x|², so its gradient is zero, and |x| ≤ |b|/(2μ) however singular J is. Tolerance: condition
-    /// of J·Jᵀ + μ², some 1e5, times 36 rounded products.
+    /// The solution minimises |J·x − b|² + μ²|x|², so its gradient is zero, and |x| ≤ |b|/(2μ)
+    /// however singular J is. Tolerance: condition of J·Jᵀ + μ², some 1e5, times 36 rounded
+    /// products.
     fn assert_damped(zeta: &[f64; DOF], mu2: f64) {
         let (J, inverse) = inverse(zeta);
         let x = inverse.apply(B);
@@ -132,7 +136,8 @@ mod tests {
         }
     }
 
-    /// The reference machine's arm is in line at zeta_3 = 0. There the tip cannot move along it: the Jacobian is singular, its inverse is not.
+    /// The reference machine's arm is in line at zeta_3 = 0. There the tip cannot move along it:
+    /// the Jacobian is singular, its inverse is not.
     #[test]
     fn with_the_arm_stretched_the_inverse_is_damped() {
         for zeta_3 in [-0.09, -1e-9, 0.0, 0.03] {

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 /// Desired motion of the tip, world frame.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Desired {
+pub struct DesiredMotion {
     /// Position of T4, m.
     pub position: Vector3<f64>,
     /// Velocity of T4, m/s.
@@ -18,8 +18,9 @@ pub struct Desired {
     pub angular_velocity: Vector3<f64>,
 }
 
-impl Desired {
-    /// What was desired a short time `age` ago, s: extrapolated with the present acceleration, the orientation with its angular velocity.
+impl DesiredMotion {
+    /// What was desired a short time `age` ago, s: extrapolated with the present acceleration, the
+    /// orientation with its angular velocity.
     pub(crate) fn earlier(&self, age: f64) -> Self {
         let back = turn(self.angular_velocity * -age);
         Self {
@@ -54,10 +55,11 @@ pub(crate) fn turn(rotation: Vector3<f64>) -> UnitQuaternion<f64> {
 mod tests {
     use super::*;
 
-    /// On a path of constant acceleration with a constant turn the extrapolation is exact: closed form.
+    /// On a path of constant acceleration with a constant turn the extrapolation is exact: closed
+    /// form.
     #[test]
     fn what_was_desired_is_found_from_what_is() {
-        let at = |t: f64| Desired {
+        let at = |t: f64| DesiredMotion {
             position: Vector3::new(0.3, -0.7, 1.1) * (t * t / 2.0)
                 + Vector3::new(0.2, 0.1, -0.4) * t,
             velocity: Vector3::new(0.3, -0.7, 1.1) * t + Vector3::new(0.2, 0.1, -0.4),

@@ -1,9 +1,9 @@
 //! The paper's cubic and triangular trajectories.
 //!
-//! An edge is a straight line travelled rest to rest with a quintic time law; at every vertex the tip dwells. The orientation stays that of
-//! the start pose.
+//! An edge is a straight line travelled rest to rest with a quintic time law; at every vertex the
+//! tip dwells. The orientation stays that of the start pose.
 
-use crate::reference::desired::Desired;
+use crate::reference::desired::DesiredMotion;
 use machine::{CubicPath, TriangularPath};
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Edges {
     /// The tip's pose at the start, at rest.
-    start: Desired,
+    start: DesiredMotion,
     /// Vertices relative to the start, world frame, m.
     vertices: Vec<Vector3<f64>>,
     /// Time for one edge, s.
@@ -23,16 +23,16 @@ pub(crate) struct Edges {
 
 impl Edges {
     /// Edges of a cube, from the pose `start`.
-    pub(crate) fn cubic(path: &CubicPath, start: Desired) -> Self {
+    pub(crate) fn cubic(path: &CubicPath, start: DesiredMotion) -> Self {
         Self::new(start, &path.world_vertices(), path.edge_time, path.dwell)
     }
 
     /// A triangle in the boom plane, from the pose `start`.
-    pub(crate) fn triangular(path: &TriangularPath, start: Desired) -> Self {
+    pub(crate) fn triangular(path: &TriangularPath, start: DesiredMotion) -> Self {
         Self::new(start, &path.vertices, path.edge_time, path.dwell)
     }
 
-    fn new(start: Desired, vertices: &[[f64; 3]], edge_time: f64, dwell: f64) -> Self {
+    fn new(start: DesiredMotion, vertices: &[[f64; 3]], edge_time: f64, dwell: f64) -> Self {
         Self {
             start,
             vertices: vertices.iter().copied().map(Vector3::from).collect(),
@@ -47,9 +47,9 @@ impl Edges {
     }
 
     /// The tip's motion `t` s after the path began.
-    pub(crate) fn at(&self, t: f64) -> Desired {
+    pub(crate) fn at(&self, t: f64) -> DesiredMotion {
         let [x, v, a] = self.displacement(t);
-        Desired {
+        DesiredMotion {
             position: self.start.position + x,
             velocity: v,
             acceleration: a,
@@ -92,7 +92,7 @@ mod tests {
     /// The cube's edges and the triangle's, from the origin.
     fn paths() -> [Edges; 2] {
         let trajectories = Machine::reference().trajectories;
-        let start = Desired::rest(Vector3::zeros(), UnitQuaternion::identity());
+        let start = DesiredMotion::rest(Vector3::zeros(), UnitQuaternion::identity());
         [
             Edges::cubic(&trajectories.cubic, start),
             Edges::triangular(&trajectories.triangular, start),
@@ -140,7 +140,11 @@ mod tests {
             if phase < d || (phase - T).abs() < d {
                 continue; // the third derivative jumps at a vertex
             }
-            let [before, now, after] = [path.displacement(t - d), path.displacement(t), path.displacement(t + d)];
+            let [before, now, after] = [
+                path.displacement(t - d),
+                path.displacement(t),
+                path.displacement(t + d),
+            ];
             let v = (after[0] - before[0]) / (2.0 * d);
             let a = (after[1] - before[1]) / (2.0 * d);
             let tol_v = edge * d * d / 6.0 * 60.0 / T.powi(3) + 4.0 * f64::EPSILON / d;
@@ -158,7 +162,8 @@ mod tests {
         }
     }
 
-    /// Nine edges of 2 s along the cube, three of 3 s about the triangle, and a rest of 0.25 s after each.
+    /// Nine edges of 2 s along the cube, three of 3 s about the triangle, and a rest of 0.25 s
+    /// after each.
     #[test]
     fn a_path_lasts_as_long_as_its_edges_and_rests() {
         for (path, expected) in paths().iter().zip([9.0 * 2.25, 3.0 * 3.25]) {

@@ -1,7 +1,7 @@
 //! The reference that the inputs give.
 
 use crate::error::ControllerError;
-use crate::reference::desired::{Desired, turn};
+use crate::reference::desired::{DesiredMotion, turn};
 use crate::signals::Input;
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
@@ -9,12 +9,12 @@ use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 ///
 /// # Errors
 /// A quaternion without direction.
-pub(crate) fn desired(input: &Input) -> Result<Desired, ControllerError> {
+pub(crate) fn desired(input: &Input) -> Result<DesiredMotion, ControllerError> {
     let [w, x, y, z] = input.reference_orientation;
     let q = Quaternion::new(w, x, y, z);
     let orientation =
         UnitQuaternion::try_new(q, 1e-3).ok_or(ControllerError::Orientation { norm: q.norm() })?;
-    Ok(Desired {
+    Ok(DesiredMotion {
         position: input.reference_position.into(),
         velocity: input.reference_velocity.into(),
         acceleration: input.reference_acceleration.into(),
@@ -23,7 +23,8 @@ pub(crate) fn desired(input: &Input) -> Result<Desired, ControllerError> {
     })
 }
 
-/// The inputs' orientation after `h` s at their angular velocity; unchanged where it has no direction.
+/// The inputs' orientation after `h` s at their angular velocity; unchanged where it has no
+/// direction.
 pub(crate) fn turned(input: &Input, h: f64) -> [f64; 4] {
     let [w, x, y, z] = input.reference_orientation;
     let turn = turn(Vector3::from(input.reference_angular_velocity) * h);

@@ -1,17 +1,18 @@
 //! A path of a file as the reference.
 
 use crate::error::ControllerError;
-use crate::reference::desired::Desired;
+use crate::reference::desired::DesiredMotion;
 use capability::Kinematics;
 use machine::Machine;
 use nalgebra::Vector6;
 use tip_path::{PathFile, TipPath, check};
 
-/// The path of `file` from where the joint angles `zeta`, rad, have the tip. With `is_checked` the path is refused where the nominal
-/// machine cannot do it.
+/// The path of `file` from where the joint angles `zeta`, rad, have the tip. With `is_checked` the
+/// path is refused where the nominal machine cannot do it.
 ///
 /// # Errors
-/// Times of arrival that the path's own limits do not allow; what the machine cannot do, where and by how much.
+/// Times of arrival that the path's own limits do not allow; what the machine cannot do, where and
+/// by how much.
 pub(crate) fn path_of(
     file: &PathFile,
     is_checked: bool,
@@ -30,10 +31,10 @@ pub(crate) fn path_of(
 }
 
 /// The motion of a path at `t`, s.
-pub(crate) fn desired_at(path: &TipPath, t: f64) -> Desired {
+pub(crate) fn desired_at(path: &TipPath, t: f64) -> DesiredMotion {
     let motion = path.at(t);
     let linear = |v: &Vector6<f64>| v.fixed_rows::<3>(0).into();
-    Desired {
+    DesiredMotion {
         position: motion.pose.position,
         velocity: linear(&motion.velocity),
         acceleration: linear(&motion.acceleration),

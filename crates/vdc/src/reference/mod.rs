@@ -1,7 +1,8 @@
-//! What the tip is to do: the paper's trajectories, a path of a file, an operator's commanded rates, or what the inputs say.
+//! What the tip is to do: the paper's trajectories, a path of a file, an operator's commanded
+//! rates, or what the inputs say.
 //!
-//! Position, velocity and acceleration of T4 in the world frame. [`Reference`] is immutable; what moves of it, the joints of commanded
-//! rates, is a [`Motion`] of the controller's state.
+//! Position, velocity and acceleration of T4 in the world frame. [`Reference`] is immutable; what
+//! moves of it, the joints of commanded rates, is a [`Motion`] of the controller's state.
 
 mod desired;
 mod edges;
@@ -11,9 +12,9 @@ mod motion;
 mod rate_limits;
 mod rates;
 
-pub(crate) use desired::Desired;
+pub(crate) use desired::DesiredMotion;
 pub(crate) use external::turned;
-pub use motion::Held;
+pub use motion::CommandHolds;
 pub(crate) use motion::Motion;
 pub use rate_limits::{RateCommand, RateLimits};
 pub(crate) use rates::Rates;
@@ -59,7 +60,7 @@ pub(crate) enum Reference {
 /// What is to be followed at one instant.
 pub(crate) struct Target<'a> {
     /// Of the tip.
-    pub(crate) tip: Desired,
+    pub(crate) tip: DesiredMotion,
     /// Of the joints, where the feedback acts on their errors instead of the tip's.
     pub(crate) joints: Option<JointTarget<'a>>,
 }
@@ -75,7 +76,8 @@ impl Reference {
     /// The reference that `trajectory` names, from the joint angles `zeta`, rad.
     ///
     /// # Errors
-    /// A limit that is none; a path that cannot be made, or that the machine cannot do.
+    /// A limit of rates that is not finite and positive; a path that cannot be made, or that the
+    /// machine cannot do.
     pub(crate) fn new(
         trajectory: Trajectory,
         machine: &Machine,
@@ -84,7 +86,7 @@ impl Reference {
     ) -> Result<Self, ControllerError> {
         let rest = || {
             let tip = Tip::new(&nominal.tree, &nominal.tree.configuration(zeta));
-            Desired::rest(tip.position, orientation(zeta))
+            DesiredMotion::rest(tip.position, orientation(zeta))
         };
         let paths = &machine.trajectories;
         Ok(match trajectory {
@@ -100,8 +102,8 @@ impl Reference {
         })
     }
 
-    /// What is to be followed `t` s after the reference began to move, where the joints of commanded rates are at `motion` and the
-    /// inputs say `input`.
+    /// What is to be followed `t` s after the reference began to move, where the joints of
+    /// commanded rates are at `motion` and the inputs say `input`.
     ///
     /// # Errors
     /// An external orientation without direction.
@@ -134,7 +136,8 @@ impl Reference {
         }
     }
 
-    /// What the end-effector carries `t` s after the beginning of the motion; None where the reference says nothing of loads.
+    /// What the end-effector carries `t` s after the beginning of the motion; None where the
+    /// reference says nothing of loads.
     #[inline]
     pub(crate) fn load(&self, t: f64) -> Option<Load> {
         match self {
@@ -143,7 +146,7 @@ impl Reference {
         }
     }
 
-    /// The maker of the joints' motion under commanded rates.
+    /// How commanded rates move the joints; None for another reference.
     pub(crate) fn rates(&self) -> Option<&Rates> {
         match self {
             Self::Rates(rates) => Some(rates),

@@ -1,14 +1,14 @@
 //! The joints' reference under commanded rates.
 
 use crate::nominal::orientation;
-use crate::reference::desired::Desired;
+use crate::reference::desired::DesiredMotion;
 use hdrm::{DOF, Tip, Tree};
 use nalgebra::Vector6;
 use serde::{Deserialize, Serialize};
 
 /// Where commands are held back.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Held {
+pub struct CommandHolds {
     /// By the end of a joint's range.
     pub joint: [bool; DOF],
     /// Before the arm is stretched.
@@ -26,7 +26,7 @@ pub(crate) struct Motion {
     pub(crate) zeta: Vector6<f64>,
     pub(crate) zeta_dot: Vector6<f64>,
     pub(crate) zeta_ddot: Vector6<f64>,
-    pub(crate) held: Held,
+    pub(crate) held: CommandHolds,
 }
 
 impl Motion {
@@ -39,7 +39,7 @@ impl Motion {
     }
 
     /// The tip where the joints' reference has it.
-    pub(crate) fn tip(&self, tree: &Tree) -> Desired {
+    pub(crate) fn tip(&self, tree: &Tree) -> DesiredMotion {
         let Self {
             zeta,
             zeta_dot,
@@ -51,7 +51,7 @@ impl Motion {
         let J = tip.jacobian();
         let V = J * zeta_dot;
         let A = J * zeta_ddot + tip.jacobian_dot(&rates) * zeta_dot;
-        Desired {
+        DesiredMotion {
             position: tip.position,
             velocity: V.fixed_rows::<3>(0).into(),
             acceleration: A.fixed_rows::<3>(0).into(),

@@ -1,4 +1,4 @@
-//! An operator's commands: of what they are rates, and the limits that they are held to.
+//! An operator's commands: rates of the joints or of the tip, and their limits.
 
 use crate::error::ControllerError;
 use hdrm::DOF;
@@ -30,8 +30,9 @@ pub struct RateLimits {
 }
 
 impl Default for RateLimits {
-    /// Some 70 mm/s of the reference machine's rods, reached within a second. Smoothed less, the drives lag behind changes of the commands so
-    /// far that joints of the wrist exceed their rates by a tenth.
+    /// Some 70 mm/s of the reference machine's rods, reached within a second. Smoothed less, the
+    /// drives lag behind changes of the commands so far that joints of the wrist exceed their rates
+    /// by a tenth.
     fn default() -> Self {
         Self {
             joint: [0.15, 0.1, 0.1, 0.5, 0.5, 0.5],
@@ -61,8 +62,9 @@ impl RateLimits {
         Ok(())
     }
 
-    /// Greatest speed from which the way `ahead` suffices to stop with the deceleration `a`: `√((a·T)² + 2·a·ahead) − a·T`. Close to the end
-    /// it is `ahead/T`; T = 4τ is the least for which the smoothed rate does not swing there (roots −1, −0.38, −2.6 by 1/τ).
+    /// Greatest speed from which the way `ahead` suffices to stop with the deceleration `a`:
+    /// `√((a·T)² + 2·a·ahead) − a·T`. Close to the end it is `ahead/T`; T = 4τ is the least for
+    /// which the smoothed rate does not swing there (roots −1, −0.38, −2.6 by 1/τ).
     pub(crate) fn speed_before(&self, ahead: f64, a: f64) -> f64 {
         let lag = 4.0 * self.smoothing * a;
         let ahead = ahead.max(0.0);

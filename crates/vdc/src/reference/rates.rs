@@ -1,15 +1,18 @@
 //! An operator's commanded rates as the reference, of the joints or of the tip, instead of a path.
 //!
-//! Both become a motion of the joints: there rates and accelerations are limited and smoothed, so that the reference ζ_d, ζ̇_d, ζ̈_d is one
-//! that the control law can follow. A command that leads to the end of a joint's range, or of a stroke, is slowed down in time and held
-//! there; commands of the tip are held as well before the arm is stretched, where the elbow is singular. Near the wrist's singularity, and
-//! about the elbow's if joint commands have led there, the inverse kinematics are damped ([`Inverse`]): the tip follows in part.
+//! Both become a motion of the joints: there rates and accelerations are limited and smoothed, so
+//! that the reference ζ_d, ζ̇_d, ζ̈_d is one that the control law can follow. A command that leads
+//! to the end of a joint's range, or of a stroke, is slowed down in time and held there; commands
+//! of the tip are held as well before the arm is stretched, where the elbow is singular. Near the
+//! wrist's singularity, and about the elbow's if joint commands have led there, the inverse
+//! kinematics are damped ([`Inverse`]): the tip follows in part.
 //!
-//! A command of the tip is slowed as a whole, so that the tip keeps its direction, and no joint exceeds what it may do. Not in the paper.
+//! A command of the tip is slowed as a whole, so that the tip keeps its direction, and no joint
+//! exceeds what it may do. Not in the paper.
 
 use crate::error::ControllerError;
 use crate::nominal::{Inverse, Singularities};
-use crate::reference::motion::{Held, Motion};
+use crate::reference::motion::{CommandHolds, Motion};
 use crate::reference::rate_limits::{RateCommand, RateLimits};
 use crate::signals::Input;
 use hdrm::{DOF, Tip, Tree};
@@ -29,7 +32,7 @@ enum Hold {
 
 /// Rates between which a joint may go, rad/s, and what holds it to each.
 #[derive(Clone, Copy)]
-struct Allowed {
+struct AllowedRates {
     low: (f64, Hold),
     high: (f64, Hold),
 }
@@ -43,13 +46,17 @@ pub(crate) struct Rates {
     singularities: Singularities,
 }
 
-/// Distance from the end of a joint's range at which commands are held, rad: the control law's error must not reach the end stop.
+/// Distance from the end of a joint's range at which commands are held, rad: the control law's
+/// error must not reach the end stop.
 const MARGIN: f64 = 0.01;
-/// Distance of the elbow from its singularity at which commands of the tip are held, rad: beyond the damped inverse's range.
+/// Distance of the elbow from its singularity at which commands of the tip are held, rad: beyond
+/// the damped inverse's range.
 const ELBOW_MARGIN: f64 = 0.12;
-/// Share of a joint's largest rate that its reference takes; the rest is for the feedback on its error, and for the drives' lag.
+/// Share of a joint's largest rate that its reference takes; the rest is for the feedback on its
+/// error, and for the drives' lag.
 const REFERENCE_SHARE: f64 = 0.98;
-/// Share of an acceleration limit with which commands are slowed down before a limit; the rest is for commands that change meanwhile.
+/// Share of an acceleration limit with which commands are slowed down before a limit; the rest is
+/// for commands that change meanwhile.
 const BRAKE_SHARE: f64 = 0.4;
 /// Share of a command below which it counts as held.
 const HELD_SHARE: f64 = 0.5;
@@ -109,9 +116,10 @@ impl Rates {
         }
     }
 
-    /// Between which rates joint `i` may go from the angle `zeta`, rad: within its limit, and so that it stops before the end of its range with a share of its largest
-    /// acceleration; under commands of the tip before the arm is stretched, too.
-    fn allowed(&self, i: usize, zeta: f64, command: RateCommand) -> Allowed {
+    /// Between which rates joint `i` may go from the angle `zeta`, rad: within its limit, and so
+    /// that it stops before the end of its range with a share of its largest acceleration; under
+    /// commands of the tip before the arm is stretched, too.
+    fn allowed(&self, i: usize, zeta: f64, command: RateCommand) -> AllowedRates {
         let limits = &self.limits;
         let largest = self.largest_rate(i);
         let brake = BRAKE_SHARE * limits.joint_acceleration[i];
@@ -128,33 +136,34 @@ impl Rates {
             }
         }
         let [(low, by_low), high] = bounds;
-        Allowed {
+        AllowedRates {
             low: (-low, by_low),
             high,
         }
     }
 
-    /// Accelerations with which the joints go to the commanded rates, each for itself; and what holds them.
+    /// Accelerations with which the joints go to the commanded rates, each for itself; and what
+    /// holds them.
     fn of_joints(
         &self,
         motion: &Motion,
         commands: &[f64; DOF],
-        allowed: &[Allowed; DOF],
+        allowed: &[AllowedRates; DOF],
         tau: f64,
-    ) -> (Vector6<f64>, Held) {
-        let mut held = Held::default();
+    ) -> (Vector6<f64>, CommandHolds) {
+        let mut held = CommandHolds::default();
         let acceleration = Vector6::from_fn(|i, _| {
             let largest = self.limits.joint[i];
             let wanted = commands[i].clamp(-largest, largest);
-            let Allowed { low, high } = allowed[i];
+            let AllowedRates { low, high } = allowed[i];
             held.joint[i] = wanted * HELD_SHARE > high.0 || wanted * HELD_SHARE < low.0;
             (wanted - motion.zeta_dot[i]) / tau
         });
         (acceleration, held)
     }
 
-    /// Accelerations with which the tip goes straight to the commanded rates u, as far as the joints allow, by one share σ of the command
-    /// and one share s of the acceleration towards it:
+    /// Accelerations with which the tip goes straight to the commanded rates u, as far as the
+    /// joints allow, by one share σ of the command and one share s of the acceleration towards it:
     /// ```text
     /// ζ̈ = s·(σ·J⁻¹·u − ζ̇)/τ − J⁻¹·J̇·ζ̇
     /// ```
@@ -164,9 +173,9 @@ impl Rates {
         motion: &Motion,
         tree: &Tree,
         command: &[f64; DOF],
-        allowed: &[Allowed; DOF],
+        allowed: &[AllowedRates; DOF],
         tau: f64,
-    ) -> (Vector6<f64>, Held) {
+    ) -> (Vector6<f64>, CommandHolds) {
         let Motion { zeta, zeta_dot, .. } = *motion;
         let [angles, rates] = [zeta, zeta_dot].map(<[f64; DOF]>::from);
         let tip = Tip::new(tree, &tree.configuration(&angles));
@@ -189,16 +198,16 @@ impl Rates {
         (drive * s + onwards, held)
     }
 
-    /// Share of a command of the tip that the joints may follow, where it asks for the rates `joints` and for `onwards` besides, to stay
-    /// straight; and what holds it.
+    /// Share of a command of the tip that the joints may follow, where it asks for the rates
+    /// `joints` and for `onwards` besides, to stay straight; and what holds it.
     fn share(
         &self,
         motion: &Motion,
         joints: &Vector6<f64>,
         onwards: &Vector6<f64>,
-        allowed: &[Allowed; DOF],
-    ) -> (f64, Held) {
-        let mut held = Held::default();
+        allowed: &[AllowedRates; DOF],
+    ) -> (f64, CommandHolds) {
+        let mut held = CommandHolds::default();
         let mut share = 1.0_f64;
         let mut end = None;
         for i in 0..DOF {
@@ -206,7 +215,7 @@ impl Rates {
             if w.abs() <= NEGLIGIBLE * self.limits.joint[i] {
                 continue;
             }
-            let Allowed { low, high } = allowed[i];
+            let AllowedRates { low, high } = allowed[i];
             let (bound, hold) = if w > 0.0 { high } else { low };
             let room = ((bound - onwards[i]) / w).max(0.0);
             if room < share {
@@ -224,13 +233,14 @@ impl Rates {
         (share, held)
     }
 
-    /// Moves on by `h` s with the accelerations `wanted`, within the joints' limits and so that their rates stay within, or return to, what
-    /// is `allowed`; smoothed with τ/4, with which a joint comes to its rate critically damped.
+    /// Moves on by `h` s with the accelerations `wanted`, within the joints' limits and so that
+    /// their rates stay within, or return to, what is `allowed`; smoothed with τ/4, with which a
+    /// joint comes to its rate critically damped.
     fn accelerate(
         &self,
         motion: &mut Motion,
         wanted: &Vector6<f64>,
-        allowed: &[Allowed; DOF],
+        allowed: &[AllowedRates; DOF],
         tau: f64,
         h: f64,
     ) {
@@ -240,7 +250,7 @@ impl Rates {
             let (zeta, rate, before) = (motion.zeta[i], motion.zeta_dot[i], motion.zeta_ddot[i]);
             let largest = self.limits.joint_acceleration[i];
             let towards = |bound: f64| ((bound - rate) / tau).clamp(-largest, largest);
-            let Allowed {
+            let AllowedRates {
                 low: least,
                 high: most,
             } = allowed[i];
@@ -250,7 +260,8 @@ impl Rates {
             motion.zeta[i] = zeta + moved;
             motion.zeta_dot[i] = rate + (before + after) * (0.5 * h);
             motion.zeta_ddot[i] = after;
-            // Braking ends within the range; limits that make it too short, as a smoothing of seconds does, end here.
+            // Braking ends within the range; limits that make it too short, as a smoothing of
+            // seconds does, end here.
             if !(low..=high).contains(&motion.zeta[i]) {
                 motion.zeta[i] = motion.zeta[i].clamp(low, high);
                 (motion.zeta_dot[i], motion.zeta_ddot[i]) = (0.0, 0.0);
@@ -276,7 +287,8 @@ impl Rates {
     }
 }
 
-/// Share of the vector for which neither its first nor its last three components are longer than their limit; at most 1.
+/// Share of the vector for which neither its first nor its last three components are longer than
+/// their limit; at most 1.
 fn share_within(v: &Vector6<f64>, limits: [f64; 2]) -> f64 {
     let part = |k: usize| v.fixed_rows::<3>(k).norm();
     (part(0) / limits[0])
@@ -285,7 +297,8 @@ fn share_within(v: &Vector6<f64>, limits: [f64; 2]) -> f64 {
         .recip()
 }
 
-/// Ranges of the joints, rad: those of the machine file, and of the three actuators no farther than the strokes reach.
+/// Ranges of the joints, rad: those of the machine file, and of the three actuators no farther than
+/// the strokes reach.
 fn ranges(machine: &Machine, tree: &Tree) -> [[f64; 2]; DOF] {
     let (mut ranges, strokes) = (machine.limits.zeta(), machine.limits.strokes());
     for i in 0..3 {

@@ -2,9 +2,9 @@
 //! ([Eq:Inverse Kinematics2]).
 
 use crate::nominal::{Inverse, Singularities};
-use crate::reference::Desired;
+use crate::reference::DesiredMotion;
 use crate::tracking::errors::Errors;
-use crate::tracking::required::Required;
+use crate::tracking::required::RequiredMotion;
 use hdrm::{DOF, Tip};
 use nalgebra::{UnitQuaternion, Vector3, Vector6};
 
@@ -18,28 +18,29 @@ pub(crate) struct TipState<'a> {
 }
 
 /// Desired minus actual pose of the tip: position m, orientation rad.
-pub(crate) fn pose_error(now: &TipState, desired: &Desired) -> Vector6<f64> {
+pub(crate) fn pose_error(now: &TipState, desired: &DesiredMotion) -> Vector6<f64> {
     stacked(
         desired.position - now.tip.position,
         rotation_error(&desired.orientation, &now.orientation),
     )
 }
 
-/// Required joint motion towards `desired`, where the measurements belong to the reference `seen`, from the tip's error `e = Π_d − Π`,
-/// its integral part z and its rate z'.
+/// Required joint motion towards `desired`, where the measurements belong to the reference `seen`,
+/// from the tip's error `e = Π_d − Π`, its integral part z and its rate z'.
 /// ```text
 /// ζ̇_r = J⁻¹ (Π̇_d + Λ (e + z))
 /// ζ̈_r = J⁻¹ (Π̈_d + Λ (Π̇_d − Π̇ + z') − J̇ ζ̇_r)
 /// ```
 /// The second line is the derivative of the first, exact in position and to first order in the
-/// orientation error. Near the singularities of wrist and elbow the inverse is damped. The paper's law has z = 0.
+/// orientation error. Near the singularities of wrist and elbow the inverse is damped. The paper's
+/// law has z = 0.
 pub(crate) fn required(
     now: &TipState,
-    desired: &Desired,
-    seen: &Desired,
+    desired: &DesiredMotion,
+    seen: &DesiredMotion,
     Errors { e, z, z_dot }: &Errors,
     [Lambda_position, Lambda_orientation]: [f64; 2],
-) -> Required {
+) -> RequiredMotion {
     let J = now.tip.jacobian();
     let J_dot = now.tip.jacobian_dot(now.zeta_dot);
     let [p, o] = [Lambda_position, Lambda_orientation];
@@ -53,7 +54,7 @@ pub(crate) fn required(
     let Pi_ddot_r =
         stacked(desired.acceleration, Vector3::zeros()) + Lambda.component_mul(&(e_dot + z_dot));
     let zeta_ddot = inverse.apply(Pi_ddot_r - J_dot * zeta_dot);
-    Required {
+    RequiredMotion {
         zeta_dot,
         zeta_ddot,
     }

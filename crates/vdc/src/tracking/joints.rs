@@ -1,8 +1,9 @@
-//! Required joint motion from the joints' own errors, where the reference is one of the joints (commanded rates).
+//! Required joint motion from the joints' own errors, where the reference is one of the joints
+//! (commanded rates).
 
 use crate::reference::JointTarget;
 use crate::tracking::errors::Errors;
-use crate::tracking::required::Required;
+use crate::tracking::required::RequiredMotion;
 use hdrm::DOF;
 use nalgebra::Vector6;
 
@@ -12,20 +13,20 @@ pub(crate) fn error(target: &JointTarget, zeta: &[f64; DOF], age: f64) -> Vector
     motion.zeta - motion.zeta_dot * age - Vector6::from(*zeta)
 }
 
-/// Required joint motion, by the feedback Λ on the joints' error with its integral part as for the tip; feedback included, no joint is
-/// asked for more than its largest rate.
+/// Required joint motion, by the feedback Λ on the joints' error with its integral part as for the
+/// tip; feedback included, no joint is asked for more than its largest rate.
 pub(crate) fn required(
     target: &JointTarget,
     errors: &Errors,
     zeta_dot: &[f64; DOF],
     age: f64,
     [position, orientation]: [f64; 2],
-) -> Required {
+) -> RequiredMotion {
     let motion = target.motion;
     let Lambda = Vector6::from_fn(|i, _| if i < 3 { position } else { orientation });
     let seen = motion.zeta_dot - motion.zeta_ddot * age;
     let e_dot = seen - Vector6::from(*zeta_dot);
-    let mut required = Required {
+    let mut required = RequiredMotion {
         zeta_dot: motion.zeta_dot + Lambda.component_mul(&(errors.e + errors.z)),
         zeta_ddot: motion.zeta_ddot + Lambda.component_mul(&(e_dot + errors.z_dot)),
     };
@@ -45,8 +46,8 @@ mod tests {
     use super::*;
     use crate::reference::Motion;
 
-    /// Required motion by its equation, `ζ̇_d + Λ (e + z)` and its rate; a joint that would exceed its largest rate is held to it, and
-    /// not accelerated beyond.
+    /// Required motion by its equation, `ζ̇_d + Λ (e + z)` and its rate; a joint that would exceed
+    /// its largest rate is held to it, and not accelerated beyond.
     #[test]
     fn required_rates_follow_the_reference_and_keep_the_limits() {
         let motion = Motion {

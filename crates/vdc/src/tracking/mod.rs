@@ -1,4 +1,5 @@
-//! From the target and the measurements to the motion that is required of the joints, or of the rods.
+//! From the target and the measurements to the motion that is required of the joints, or of the
+//! rods.
 
 mod clik;
 mod errors;
@@ -7,7 +8,7 @@ mod required;
 mod rods;
 
 pub(crate) use errors::Errors;
-pub(crate) use required::{Required, RodMotion};
+pub(crate) use required::{RequiredMotion, RodMotion};
 pub(crate) use rods::rod_errors;
 
 use crate::nominal::{Nominal, orientation};
@@ -23,10 +24,11 @@ pub(crate) struct Tracking {
     pub(crate) errors: Errors,
     /// From the present to the desired orientation of the tip, rad.
     pub(crate) rotation_error: Vector3<f64>,
-    pub(crate) required: Required,
+    pub(crate) required: RequiredMotion,
 }
 
-/// Required joint motion towards `target` for the tip at `tip`, with the errors' integral part `z` where there is one.
+/// Required joint motion towards `target` for the tip at `tip`, with the errors' integral part `z`
+/// where there is one.
 pub(crate) fn track(
     target: &Target,
     nominal: &Nominal,

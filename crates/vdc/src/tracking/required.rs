@@ -4,7 +4,7 @@ use nalgebra::Vector6;
 
 /// Required joint rates and accelerations.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Required {
+pub(crate) struct RequiredMotion {
     /// `zeta_dot_r`, rad/s.
     pub(crate) zeta_dot: Vector6<f64>,
     /// `zeta_ddot_r`, rad/s².

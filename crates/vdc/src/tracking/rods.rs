@@ -1,13 +1,15 @@
-//! Required motion of rods that follow references of their own, as on a one-axis testbed, and of those that the joints move.
+//! Required motion of rods that follow references of their own, as on a one-axis testbed, and of
+//! those that the joints move.
 
 use crate::signals::Input;
 use crate::tracking::errors::Errors;
-use crate::tracking::required::{Required, RodMotion};
+use crate::tracking::required::{RequiredMotion, RodMotion};
 use hdrm::Stroke;
 use machine::Controller as Gains;
 use nalgebra::Vector6;
 
-/// Desired minus measured rod positions, m, where the measurements are `age` old, s; in the first three places.
+/// Desired minus measured rod positions, m, where the measurements are `age` old, s; in the first
+/// three places.
 pub(crate) fn rod_errors(input: &Input, age: f64) -> Vector6<f64> {
     let error = |i: usize| {
         input.reference_rod_position[i] - age * input.reference_rod_velocity[i] - input.x[i]
@@ -20,8 +22,8 @@ impl RodMotion {
     /// ```text
     /// ẋ_r = ẋ_d + λ (x_d − x),   ẍ_r = ẍ_d + λ (ẋ_d − ẋ)
     /// ```
-    /// Source: [Eq:Required_Joint_Velocity] for a prismatic joint. The integral z of the error and its rate z' are added to the errors
-    /// of position and velocity, as for the tip.
+    /// Source: [Eq:Required_Joint_Velocity] for a prismatic joint. The integral z of the error and
+    /// its rate z' are added to the errors of position and velocity, as for the tip.
     pub(crate) fn alone(
         gains: &Gains,
         input: &Input,
@@ -37,8 +39,14 @@ impl RodMotion {
         }
     }
 
-    /// Of the rod of joint `i`, whose stroke is `stroke`: `ẋ_r = x'·ζ̇_r`, `ẍ_r = x'·ζ̈_r + x''·ζ̇·ζ̇_r`.
-    pub(crate) fn of_joint(stroke: &Stroke, zeta_dot: f64, required: &Required, i: usize) -> Self {
+    /// Of the rod of joint `i`, whose stroke is `stroke`: `ẋ_r = x'·ζ̇_r`, `ẍ_r = x'·ζ̈_r +
+    /// x''·ζ̇·ζ̇_r`.
+    pub(crate) fn of_joint(
+        stroke: &Stroke,
+        zeta_dot: f64,
+        required: &RequiredMotion,
+        i: usize,
+    ) -> Self {
         let rate_r = required.zeta_dot[i];
         Self {
             x_r_dot: stroke.prime * rate_r,

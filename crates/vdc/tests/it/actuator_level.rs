@@ -17,7 +17,8 @@ fn reference(t: f64) -> [f64; 3] {
     [X_0 + 0.02 * (1.0 - c), 0.02 * w * s, 0.02 * w * w * c]
 }
 
-/// Largest position error, m, and the last force, N, under a load that grows by `surprise`, N, without the controller being told.
+/// Largest position error, m, and the last force, N, under a load that grows by `surprise`, N,
+/// without the controller being told.
 fn run(mode: Mode, surprise: f64) -> (f64, f64) {
     let machine = Machine::reference();
     let actuator = Emla::new(machine.emla.lift, Drive::Force).expect("valid actuator");
@@ -88,7 +89,8 @@ fn run(mode: Mode, surprise: f64) -> (f64, f64) {
     (worst, force)
 }
 
-/// With nominal parameters and the load known: microns. The jump of the acceleration at the start, 0.2 m/s², excites the most.
+/// With nominal parameters and the load known: microns. The jump of the acceleration at the start,
+/// 0.2 m/s², excites the most.
 #[test]
 fn a_known_load_is_moved_within_microns() {
     let (worst, _) = run(Mode::Modular, 0.0);

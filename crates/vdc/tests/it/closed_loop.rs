@@ -71,7 +71,8 @@ fn adaptation_beats_the_model_and_the_model_beats_damping() {
     }
 }
 
-/// What stands constant beside the reference, an integral removes; gravity compensation removes it only as far as the machine is nominal.
+/// What stands constant beside the reference, an integral removes; gravity compensation removes it
+/// only as far as the machine is nominal.
 #[test]
 fn an_integral_takes_the_sag_of_the_rivals() {
     let run = |mode, integral| {
@@ -127,8 +128,9 @@ fn hybrid_actuators_are_tracked_known_or_not() {
     }
 }
 
-/// With the exchange of the standard, commands and forces act one step later than measured. Controller and actuators that are told
-/// predict over that step. Forces held for 2 ms without prediction destabilize the coupling itself (C_b < K_b·h/2).
+/// With the exchange of the standard, commands and forces act one step later than measured.
+/// Controller and actuators that are told predict over that step. Forces held for 2 ms without
+/// prediction destabilize the coupling itself (C_b < K_b·h/2).
 #[test]
 fn told_of_the_delay_the_machine_tracks_with_the_standard_exchange() {
     for trajectory in [Trajectory::Triangular, Trajectory::Cubic] {
@@ -154,7 +156,8 @@ fn two_steps_of_delay_are_predicted_over() {
     assert!(told < 0.02, "{told} mm");
 }
 
-/// What the controller does not know of the machine it predicts wrongly, but no worse than it controls it.
+/// What the controller does not know of the machine it predicts wrongly, but no worse than it
+/// controls it.
 #[test]
 fn the_prediction_stands_another_inertia() {
     for inertia_scale in [0.6, 1.4] {
@@ -169,8 +172,8 @@ fn the_prediction_stands_another_inertia() {
     }
 }
 
-/// At rest, where friction locks the motors, the boom swings on the screw's spring; at 2 ms this is what the force's staleness excites
-/// first. After the motion has ended the tip error dies away.
+/// At rest, where friction locks the motors, the boom swings on the screw's spring; at 2 ms this is
+/// what the force's staleness excites first. After the motion has ended the tip error dies away.
 #[test]
 fn the_machine_rests_at_twice_the_step_with_the_standard_exchange() {
     let case = Case::standard(1, 2e-3);
@@ -186,9 +189,10 @@ fn the_machine_rests_at_twice_the_step_with_the_standard_exchange() {
     assert!(worst[0] < 0.02 && worst[1] < 1e-3, "{worst:?} mm");
 }
 
-/// The machine whose actuators are sized each for its axis, with the same gains, on both trajectories (the cube's edges move the slew): tracked as
-/// the reference machine is, by a controller that knows them. One that takes them for the reference machine's is worse, so the plant does
-/// have others.
+/// The machine whose actuators are sized each for its axis, with the same gains, on both
+/// trajectories (the cube's edges move the slew): tracked as the reference machine is, by a
+/// controller that knows them. One that takes them for the reference machine's is worse, so the
+/// plant does have others.
 #[test]
 fn actuators_sized_for_their_axes_are_tracked() {
     let emla = Machine::from_json(machine::SIZED_JSON).expect("valid").emla;

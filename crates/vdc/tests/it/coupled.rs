@@ -1,6 +1,7 @@
-//! The controller on the plants' own models, coupled as a co-simulation master would: staged (Gauss–Seidel: measurements reach the commands at
-//! once, actuators step first, the manipulator gets their mean force), or by the standard alone (all outputs are read, then all inputs
-//! set, then all step).
+//! The controller on the plants' own models, coupled as a co-simulation master would: staged
+//! (Gauss–Seidel: measurements reach the commands at once, actuators step first, the manipulator
+//! gets their mean force), or by the standard alone (all outputs are read, then all inputs set,
+//! then all step).
 
 use emla::{Drive, Emla, Surrogate};
 use hdrm::{Hdrm, Options, State};
@@ -57,8 +58,9 @@ impl Case {
         }
     }
 
-    /// Exchange by the standard alone, with the actuators told that forces act one step late, and the controller that commands act
-    /// `delay` steps late; beyond one, a channel delays the commands.
+    /// Exchange by the standard alone, with the actuators told that forces act one step late, and
+    /// the controller that commands act `delay` steps late; beyond one, a channel delays the
+    /// commands.
     pub fn standard(delay: u32, h: f64) -> Self {
         Self {
             schedule: Schedule::Standard,

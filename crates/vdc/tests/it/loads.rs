@@ -1,4 +1,5 @@
-//! Loads that a path picks up: a controller that is told takes them into its model, at the level of the machine.
+//! Loads that a path picks up: a controller that is told takes them into its model, at the level of
+//! the machine.
 
 use emla::Surrogate;
 use hdrm::{Body, Hdrm, Load, Options};
@@ -35,8 +36,8 @@ fn run(is_told: bool, level: Level) -> [Output; 2] {
         file: &file,
         is_checked: false,
     };
-    let mut controller = Controller::new(&machine, &network, path, &settings, &u, 0.0)
-        .expect("works");
+    let mut controller =
+        Controller::new(&machine, &network, path, &settings, &u, 0.0).expect("works");
     let h = 0.01;
     let mut at = |k: u32| {
         let now = controller.evaluate(&settings, &u).expect("finite");
@@ -49,7 +50,8 @@ fn run(is_told: bool, level: Level) -> [Output; 2] {
     [first, last]
 }
 
-/// With the load at rest in the hand the lift rod is asked for more by its weight; the machine believes in its mass.
+/// With the load at rest in the hand the lift rod is asked for more by its weight; the machine
+/// believes in its mass.
 #[test]
 fn a_controller_that_is_told_takes_the_load_into_its_model() {
     let [before, after] = run(true, Level::Machine);
@@ -58,7 +60,8 @@ fn a_controller_that_is_told_takes_the_load_into_its_model() {
     assert!((heavier - MASS).abs() < 1e-9, "{heavier} kg");
     let more = after.f_required[1] - before.f_required[1];
     assert!(more > MASS * 9.81, "{more} N: the boom is a lever");
-    // At the end of the path the machine stands where it should: what is asked of the rods holds the plant with this load.
+    // At the end of the path the machine stands where it should: what is asked of the rods holds
+    // the plant with this load.
     let machine = Machine::reference();
     let plant = Hdrm::new(&machine, &Options::of(&machine)).expect("valid");
     let load = Load {

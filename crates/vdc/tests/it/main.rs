@@ -1,4 +1,5 @@
-//! The controller as its users see it. One program, so that it is linked once; `coupled` is the machine that several tests control.
+//! The controller as its users see it. One program, so that it is linked once; `coupled` is the
+//! machine that several tests control.
 #![allow(non_snake_case)] // the paper's symbols
 
 mod actuator_level;

@@ -41,8 +41,9 @@ fn errors(mode: Mode, is_told: bool) -> [f64; 2] {
     [worst, (sum / count).sqrt()]
 }
 
-/// Told, a model-based controller follows as on firm ground, but for the actuators' lag; not told, its model lacks a part of the weight and it
-/// sags by millimetres, and adaptation finds what looks like inertia.
+/// Told, a model-based controller follows as on firm ground, but for the actuators' lag; not told,
+/// its model lacks a part of the weight and it sags by millimetres, and adaptation finds what looks
+/// like inertia.
 #[test]
 fn a_controller_that_is_told_of_the_base_follows_as_on_firm_ground() {
     for (mode, bound) in [(Mode::Modular, 1e-4), (Mode::Adaptive, 1e-4)] {

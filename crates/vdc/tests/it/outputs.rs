@@ -1,4 +1,5 @@
-//! What one evaluation says of itself: flows, errors, voltages, times, and whose measurements count.
+//! What one evaluation says of itself: flows, errors, voltages, times, and whose measurements
+//! count.
 
 use capability::Kinematics;
 use emla::Surrogate;
@@ -43,8 +44,9 @@ fn virtual_power_flows_are_made_of_outputs_and_inputs() {
     assert_eq!(y.tip_error_norm, 0.0);
 }
 
-/// The voltage law at its first evaluation, where integrals and filters have their start values, from the outputs and the paper's equations:
-/// `v_d = R_s i_d + L_d di_dr − p w L_q i_q + e_d`, `v_q = R_s i_q + p w (L_d i_d + λ_m) + K_f ΔF + K_v (ẋ_r − lead w/N)`.
+/// The voltage law at its first evaluation, where integrals and filters have their start values,
+/// from the outputs and the paper's equations: `v_d = R_s i_d + L_d di_dr − p w L_q i_q + e_d`,
+/// `v_q = R_s i_q + p w (L_d i_d + λ_m) + K_f ΔF + K_v (ẋ_r − lead w/N)`.
 #[test]
 fn voltages_are_those_of_the_law() {
     let machine = Machine::reference();
@@ -103,7 +105,8 @@ fn the_observer_replaces_the_measured_joint_rates() {
     assert_ne!(v_q(&controller, &u), v_q(&controller, &turned));
 }
 
-/// The end of the motion counts from the start, after the rest that comes first; an external reference has none.
+/// The end of the motion counts from the start, after the rest that comes first; an external
+/// reference has none.
 #[test]
 fn the_end_of_the_motion_is_told() {
     let machine = Machine::reference();
@@ -119,7 +122,10 @@ fn the_end_of_the_motion_is_told() {
     assert!(settle > 0.0);
     let cubic = 40.0 + settle + 9.0 * 2.25;
     assert!((end(Trajectory::Cubic, &settings) - cubic).abs() < 1e-12);
-    assert_eq!(end(Trajectory::Rates(RateLimits::default()), &settings), 40.0);
+    assert_eq!(
+        end(Trajectory::Rates(RateLimits::default()), &settings),
+        40.0
+    );
     let alone = Settings {
         level: Level::Actuator,
         ..settings
@@ -127,7 +133,8 @@ fn the_end_of_the_motion_is_told() {
     assert_eq!(end(Trajectory::Cubic, &alone), 40.0);
 }
 
-/// Turned about its last axis by an angle the tip's orientation is off by that angle, large or small.
+/// Turned about its last axis by an angle the tip's orientation is off by that angle, large or
+/// small.
 #[test]
 fn the_orientation_error_is_an_angle() {
     let machine = Machine::reference();
@@ -145,7 +152,8 @@ fn the_orientation_error_is_an_angle() {
     }
 }
 
-/// At the start nothing is unexplained, at whatever speed the motors turn: the disturbance observer asks for no current.
+/// At the start nothing is unexplained, at whatever speed the motors turn: the disturbance observer
+/// asks for no current.
 #[test]
 fn the_disturbance_observer_begins_with_nothing() {
     let machine = Machine::reference();
@@ -161,7 +169,8 @@ fn the_disturbance_observer_begins_with_nothing() {
     assert_eq!(i_q(&settings), i_q(&without));
 }
 
-/// A path of a file is the reference from the end of the first rest on, from where the tip stood; its end is told.
+/// A path of a file is the reference from the end of the first rest on, from where the tip stood;
+/// its end is told.
 #[test]
 fn the_reference_is_the_path_of_the_file() {
     let mut machine = Machine::reference();

@@ -1,9 +1,10 @@
-//! Commanded rates on the plants' own models: a joystick's half minute, ends of ranges, the elbow, and loads told to the controller.
+//! Commanded rates on the plants' own models: a joystick's half minute, ends of ranges, the elbow,
+//! and loads told to the controller.
 
 use crate::coupled::{Case, Loop, Schedule, machine};
 use hdrm::Load;
 use machine::Machine;
-use vdc::{Mode, Output, RateCommand, RateLimits, Told, Trajectory, Trouble};
+use vdc::{Mode, Output, RateCommand, RateLimits, ReportedTroubles, Trajectory, Trouble};
 
 const H: f64 = 1e-3;
 
@@ -20,7 +21,7 @@ fn case(machine: Machine, mode: Mode) -> Case {
 struct Run {
     machine: Loop,
     k: u32,
-    told: Told,
+    told: ReportedTroubles,
     troubles: Vec<Trouble>,
 }
 
@@ -29,7 +30,7 @@ impl Run {
         Self {
             machine: Loop::new(case),
             k: 0,
-            told: Told::default(),
+            told: ReportedTroubles::default(),
             troubles: Vec::new(),
         }
     }
@@ -42,7 +43,8 @@ impl Run {
         self.machine.state.zeta
     }
 
-    /// `seconds` with these commands of joints or tip; `see` gets the tip's error, m, and the outputs of each step.
+    /// `seconds` with these commands of joints or tip; `see` gets the tip's error, m, and the
+    /// outputs of each step.
     fn hold(
         &mut self,
         seconds: f64,
@@ -74,8 +76,9 @@ impl Run {
     }
 }
 
-/// Half a minute with a hand that pulls all levers, of the joints and of the tip, often beyond what is allowed: everything is finite, the
-/// reference keeps its rates, and the machine follows it as it follows a path.
+/// Half a minute with a hand that pulls all levers, of the joints and of the tip, often beyond what
+/// is allowed: everything is finite, the reference keeps its rates, and the machine follows it as
+/// it follows a path.
 #[test]
 fn half_a_minute_of_joystick_is_followed() {
     let mut run = Run::new(&case(machine(), Mode::Adaptive));
@@ -134,8 +137,9 @@ fn half_a_minute_of_joystick_is_followed() {
     );
 }
 
-/// Each of the six joints is led to both ends of its range, with more than is allowed: it stops there without swinging over by more than 0.1 mrad, 1 %
-/// of the margin to the end stop, says so once, and comes back.
+/// Each of the six joints is led to both ends of its range, with more than is allowed: it stops
+/// there without swinging over by more than 0.1 mrad, 1 % of the margin to the end stop, says so
+/// once, and comes back.
 #[test]
 fn joints_are_held_at_the_ends_of_their_ranges() {
     let margin = 0.01;
@@ -219,7 +223,8 @@ fn the_tip_goes_straight_until_a_joint_ends() {
     );
 }
 
-/// The reference machine with its outer boom bent by 40°, so that the arm is in line within the joints' ranges.
+/// The reference machine with its outer boom bent by 40°, so that the arm is in line within the
+/// joints' ranges.
 fn bent() -> (Machine, f64) {
     let mut machine = machine();
     let (sin, cos) = 40.0_f64.to_radians().sin_cos();
@@ -229,8 +234,9 @@ fn bent() -> (Machine, f64) {
     (machine.clone(), -g.r_B_B4[1].atan2(to_wrist))
 }
 
-/// Commands of the tip lead outwards until the arm is nearly stretched, where they are held; joint commands lead through; and from there,
-/// where the inverse is damped, commands of the tip lead back.
+/// Commands of the tip lead outwards until the arm is nearly stretched, where they are held; joint
+/// commands lead through; and from there, where the inverse is damped, commands of the tip lead
+/// back.
 #[test]
 fn the_elbow_is_stretched_and_comes_back() {
     let (machine, stretched) = bent();
@@ -313,8 +319,8 @@ fn the_elbow_is_stretched_and_comes_back() {
     );
 }
 
-/// 250 kg are picked up and set down again while the tip moves: a controller that is told has an error of the motors' lag alone, one that
-/// is not sags and adapts.
+/// 250 kg are picked up and set down again while the tip moves: a controller that is told has an
+/// error of the motors' lag alone, one that is not sags and adapts.
 #[test]
 fn a_controller_that_is_told_of_a_load_is_better() {
     let [told, untold] = [true, false].map(|is_told| {

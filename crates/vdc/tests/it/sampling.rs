@@ -1,4 +1,5 @@
-//! A controller with a sample time of its own gives the same outputs whatever the communication steps.
+//! A controller with a sample time of its own gives the same outputs whatever the communication
+//! steps.
 
 use emla::Surrogate;
 use machine::Machine;
@@ -70,7 +71,8 @@ fn outputs_at_the_samples_do_not_depend_on_the_steps() {
     }
 }
 
-/// A sample at every communication point is the controller without a sample time, up to the rounding of its clock.
+/// A sample at every communication point is the controller without a sample time, up to the
+/// rounding of its clock.
 #[test]
 fn a_sample_at_each_step_takes_its_measurements() {
     let sampled = Timing {
@@ -102,8 +104,8 @@ fn outputs_change_at_the_samples_only() {
         let outputs = run(T / 4.0, timing);
         let mut changes = 0;
         for (k, pair) in outputs.windows(2).enumerate() {
-            // At a sample the outputs are those of the old measurements first, then of those that are set there. With a delay
-            // they appear after the step that begins with the sample.
+            // At a sample the outputs are those of the old measurements first, then of those that
+            // are set there. With a delay they appear after the step that begins with the sample.
             let end = k + 2;
             let is_sample = end % 4 == 1 || (delay == 0 && end % 4 == 0);
             let changed = pair[0].v_q != pair[1].v_q;
@@ -128,8 +130,9 @@ fn a_step_may_hold_several_samples() {
     assert_ne!(of(T, T / 4.0), of(T, T));
 }
 
-/// With a delay of d steps the outputs after a step belong to the time at which they act: after step k the reference is that of the time
-/// `(k + d) h`, which a controller without delay has after step `k + d − 1`.
+/// With a delay of d steps the outputs after a step belong to the time at which they act: after
+/// step k the reference is that of the time `(k + d) h`, which a controller without delay has after
+/// step `k + d − 1`.
 #[test]
 fn delayed_outputs_belong_to_the_time_at_which_they_act() {
     let undelayed = run(T, Timing::default());

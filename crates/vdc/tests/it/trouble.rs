@@ -2,7 +2,7 @@
 
 use emla::Surrogate;
 use machine::Machine;
-use vdc::{Controller, Input, Settings, Told, Trajectory, Trouble};
+use vdc::{Controller, Input, ReportedTroubles, Settings, Trajectory, Trouble};
 
 const H: f64 = 1e-3;
 
@@ -10,7 +10,7 @@ struct Case {
     controller: Controller,
     settings: Settings,
     u: Input,
-    told: Told,
+    told: ReportedTroubles,
 }
 
 impl Case {
@@ -30,7 +30,7 @@ impl Case {
             controller: controller.expect("works"),
             settings,
             u,
-            told: Told::default(),
+            told: ReportedTroubles::default(),
         }
     }
 
@@ -126,8 +126,8 @@ fn a_link_too_low_for_the_command_is_named() {
     );
 }
 
-/// While the command is beyond what the link gives the integrals rest: after a step of current error the next command is the same, with
-/// voltage enough it has grown.
+/// While the command is beyond what the link gives the integrals rest: after a step of current
+/// error the next command is the same, with voltage enough it has grown.
 #[test]
 fn the_integrals_rest_while_the_link_is_too_low() {
     let grown = |v_dc: Option<f64>| {

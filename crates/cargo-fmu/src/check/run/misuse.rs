@@ -1,17 +1,17 @@
-//! Wrong calls: they must be refused, and the instance must go on as if they had not been made. The standard asks importers not to
-//! make them; accepting one is a remark, a crash is a failure.
+//! Wrong calls: they must be refused, and the instance must go on as if they had not been made. The
+//! standard asks importers not to make them; accepting one is a remark, a crash is a failure.
 
 use std::ffi::c_int;
-use std::path::Path;
 use std::ptr;
 
 use fmu_description::{Access, Causality, Variability, Variable};
 
-use super::super::outcome::Outcome;
-use super::instance::{Instance, references, step_size};
-use super::{Trial, open, trial};
+use super::trial::{Trial, trial};
+use crate::check::outcome::Outcome;
 use crate::fmi::Fmu;
-use crate::fmi::functions::WARNING;
+use crate::fmi::functions::Experiment;
+use crate::fmi::instance::{Instance, references, step_size};
+use crate::fmi::symbols::WARNING;
 
 const STEPS: usize = 10;
 
@@ -53,19 +53,18 @@ pub const TRIALS: &[Trial] = &[
     ),
 ];
 
-/// Makes wrong calls on an instance in the middle of a run. Each is named and answered; those that were accepted are remarks, and
-/// so is a run that goes on otherwise than one without them.
+/// Makes wrong calls on an instance in the middle of a run. Each is named and answered; those that
+/// were accepted are remarks, and so is a run that goes on otherwise than one without them.
 fn refused(
-    folder: &Path,
+    fmu: &Fmu,
     outcome: &mut Outcome,
     wrong: impl Fn(&Instance) -> Vec<(String, c_int)>,
 ) -> Result<(), String> {
-    let fmu = open(folder)?;
-    let mut undisturbed = Instance::started(&fmu, "undisturbed")?;
+    let mut undisturbed = Instance::started(fmu, "undisturbed")?;
     undisturbed.motion(STEPS, 0)?;
     let expected = undisturbed.motion(STEPS, STEPS)?;
     drop(undisturbed); // it may be the only one that can be made
-    let mut instance = Instance::started(&fmu, "misused")?;
+    let mut instance = Instance::started(fmu, "misused")?;
     instance.motion(STEPS, 0)?;
     let answers = wrong(&instance);
     let made = answers.len();
@@ -99,42 +98,51 @@ fn unknown(fmu: &Fmu) -> [u32; 2] {
     [last.saturating_add(1), u32::MAX]
 }
 
-fn unknown_references(folder: &Path, outcome: &mut Outcome) -> Result<(), String> {
-    refused(folder, outcome, |instance| {
+fn unknown_references(fmu: &Fmu, outcome: &mut Outcome) -> Result<(), String> {
+    refused(fmu, outcome, |instance| {
         let mut answers = Vec::new();
         let f = &instance.fmu.functions;
+        let variables = &instance.fmu.description.variables;
+        let has = |access| variables.iter().any(|v| v.access() == access);
         for vr in unknown(instance.fmu) {
-            let get = [
-                ("fmi2GetReal", instance.reals(&[vr]).0),
-                (
-                    "fmi2GetInteger",
-                    instance.integers(Access::Integer, &[vr]).0,
-                ),
-                (
-                    "fmi2GetBoolean",
-                    instance.integers(Access::Boolean, &[vr]).0,
-                ),
-                ("fmi2GetString", instance.texts(&[vr]).0),
-            ];
-            let text = c"".as_ptr();
+            let (c, text) = (instance.c, c"".as_ptr());
+            let mut note = |name: &str, status| answers.push((format!("{name} of {vr}"), status));
+            // Reading all comes first: FMI 3.0 lets nothing be read in Step Mode once something was
+            // set.
+            if has(Access::Real) {
+                note("fmi2GetReal", instance.reals(&[vr]).0);
+            }
+            if has(Access::Integer) || has(Access::Int64) {
+                let (status, _) = instance.integers(Access::Integer, &[vr]);
+                note("fmi2GetInteger", status);
+            }
+            if has(Access::Boolean) {
+                let (status, _) = instance.integers(Access::Boolean, &[vr]);
+                note("fmi2GetBoolean", status);
+            }
             // SAFETY: a live instance, one element each.
-            let set = unsafe {
-                [
-                    ("fmi2SetString", f.set_string(instance.c, &vr, 1, &text)),
-                    ("fmi2SetInteger", f.set_integer(instance.c, &vr, 1, &0)),
-                    ("fmi2SetBoolean", f.set_boolean(instance.c, &vr, 1, &0)),
-                    ("fmi2SetReal", instance.set_reals(&[vr], &[0.0])),
-                ]
-            };
-            let both = get.into_iter().chain(set);
-            answers.extend(both.map(|(name, status)| (format!("{name} of {vr}"), status)));
+            unsafe {
+                if has(Access::String) {
+                    note("fmi2GetString", instance.texts(&[vr]).0);
+                    note("fmi2SetString", f.set_string(c, &vr, 1, &text));
+                }
+                if has(Access::Integer) || has(Access::Int64) {
+                    note("fmi2SetInteger", f.set_integers(false, c, &vr, 1, &0));
+                }
+                if has(Access::Boolean) {
+                    note("fmi2SetBoolean", f.set_integers(true, c, &vr, 1, &0));
+                }
+            }
+            if has(Access::Real) {
+                note("fmi2SetReal", instance.set_reals(&[vr], &[0.0]));
+            }
         }
         answers
     })
 }
 
-fn not_finite(folder: &Path, outcome: &mut Outcome) -> Result<(), String> {
-    refused(folder, outcome, |instance| {
+fn not_finite(fmu: &Fmu, outcome: &mut Outcome) -> Result<(), String> {
+    refused(fmu, outcome, |instance| {
         let variables = &instance.fmu.description.variables;
         let is_settable =
             |v: &&Variable| v.access() == Access::Real && (v.is_input() || v.is_tunable());
@@ -157,8 +165,8 @@ fn not_finite(folder: &Path, outcome: &mut Outcome) -> Result<(), String> {
     })
 }
 
-fn read_only(folder: &Path, outcome: &mut Outcome) -> Result<(), String> {
-    refused(folder, outcome, |instance| {
+fn read_only(fmu: &Fmu, outcome: &mut Outcome) -> Result<(), String> {
+    refused(fmu, outcome, |instance| {
         let variables = &instance.fmu.description.variables;
         let is_fixed = |v: &&Variable| {
             let is_read_only = matches!(
@@ -181,9 +189,8 @@ fn read_only(folder: &Path, outcome: &mut Outcome) -> Result<(), String> {
     })
 }
 
-fn wrong_steps(folder: &Path, outcome: &mut Outcome) -> Result<(), String> {
-    let fmu = open(folder)?;
-    let h = step_size(&fmu);
+fn wrong_steps(fmu: &Fmu, outcome: &mut Outcome) -> Result<(), String> {
+    let h = step_size(fmu);
     let jumps = [
         ("by 0 s", 0.0, 0.0),
         ("backwards", 0.0, -h),
@@ -195,7 +202,7 @@ fn wrong_steps(folder: &Path, outcome: &mut Outcome) -> Result<(), String> {
     ];
     for (what, shift, h) in jumps {
         // A step that was accepted has moved the time: each is tried on a fresh instance.
-        refused(folder, outcome, |instance| {
+        refused(fmu, outcome, |instance| {
             // SAFETY: a live instance.
             let status =
                 instance.stepping(|f, c| unsafe { f.do_step(c, instance.time + shift, h, 1) });
@@ -206,53 +213,49 @@ fn wrong_steps(folder: &Path, outcome: &mut Outcome) -> Result<(), String> {
     Ok(())
 }
 
-fn null(folder: &Path, outcome: &mut Outcome) -> Result<(), String> {
-    refused(folder, outcome, |instance| {
+fn null(fmu: &Fmu, outcome: &mut Outcome) -> Result<(), String> {
+    refused(fmu, outcome, |instance| {
         let f = &instance.fmu.functions;
-        let (nobody, vr, mut value) = (ptr::null_mut(), unknown(instance.fmu)[0], 0.0);
-        let real = |v: &&Variable| v.access() == Access::Real && v.size() == 1;
-        let known = instance
-            .fmu
-            .description
-            .variables
-            .iter()
-            .find(real)
-            .map_or(vr, |v| v.reference);
+        let (c, nobody, mut value) = (instance.c, ptr::null_mut(), 0.0);
         // SAFETY: NULL is what is tried; all other pointers are valid.
-        let answers = unsafe {
-            [
-                (
-                    "fmi2EnterInitializationMode(NULL)",
-                    f.enter_initialization_mode(nobody, 0.0, 0, 0.0),
-                ),
+        unsafe {
+            let begun = f.enter_initialization_mode(nobody, Experiment::default());
+            let mut answers = vec![
+                ("fmi2EnterInitializationMode(NULL)", begun),
                 (
                     "fmi2ExitInitializationMode(NULL)",
                     f.exit_initialization_mode(nobody),
                 ),
-                (
-                    "fmi2GetReal(NULL, …)",
-                    f.get_real(nobody, &known, 1, &mut value),
-                ),
-                ("fmi2SetReal(NULL, …)", f.set_real(nobody, &known, 1, &0.0)),
                 ("fmi2DoStep(NULL, …)", f.do_step(nobody, 0.0, 0.1, 1)),
                 ("fmi2Reset(NULL)", f.reset(nobody)),
                 ("fmi2Terminate(NULL)", f.terminate(nobody)),
-                (
-                    "fmi2GetReal(…, vr = NULL, 1, …)",
-                    f.get_real(instance.c, ptr::null(), 1, &mut value),
-                ),
-                (
-                    "fmi2GetReal(…, value = NULL)",
-                    f.get_real(instance.c, &known, 1, ptr::null_mut()),
-                ),
-                (
-                    "fmi2SetReal(…, value = NULL)",
-                    f.set_real(instance.c, &known, 1, ptr::null()),
-                ),
-            ]
-        };
-        answers
-            .map(|(call, status)| (call.to_string(), status))
-            .into()
+            ];
+            let mut variables = instance.fmu.description.variables.iter();
+            let real = variables.find(|v| v.access() == Access::Real && v.size() == 1);
+            if let Some(vr) = real.map(|v| &raw const v.reference) {
+                let (none, no_values) = (ptr::null(), ptr::null_mut());
+                let place = &raw mut value;
+                answers.extend([
+                    ("fmi2GetReal(NULL, …)", f.get_real(nobody, vr, 1, place)),
+                    ("fmi2SetReal(NULL, …)", f.set_real(nobody, vr, 1, &0.0)),
+                    (
+                        "fmi2GetReal(…, vr = NULL, 1, …)",
+                        f.get_real(c, none, 1, place),
+                    ),
+                    (
+                        "fmi2GetReal(…, value = NULL)",
+                        f.get_real(c, vr, 1, no_values),
+                    ),
+                    (
+                        "fmi2SetReal(…, value = NULL)",
+                        f.set_real(c, vr, 1, no_values),
+                    ),
+                ]);
+            }
+            let answers = answers.into_iter();
+            answers
+                .map(|(call, status)| (call.to_string(), status))
+                .collect()
+        }
     })
 }

@@ -1,7 +1,8 @@
 //! A schema rewritten in constructs that the validator knows, which mean the same.
 //!
-//! uppsala 0.12 forgets how often a group may occur, and a group that extends a type; how often the sequence of an extension may
-//! occur; and the content of the base type where an extension adds attributes only. FMI 3.0 uses all four.
+//! uppsala 0.12 forgets how often a group may occur, and a group that extends a type; how often the
+//! sequence of an extension may occur; and the content of the base type where an extension adds
+//! attributes only. FMI 3.0 uses all four.
 
 use std::borrow::Cow;
 
@@ -19,7 +20,8 @@ pub fn rewrite(schema: &mut Document) {
     }
 }
 
-/// Put in place of each reference to a group what the group holds, to occur as often as the reference says.
+/// Put in place of each reference to a group what the group holds, to occur as often as the
+/// reference says.
 fn write_groups_out(schema: &mut Document) {
     for reference in schema.get_elements_by_tag_name("group") {
         let Some(name) = schema.get_attribute(reference, "ref").map(str::to_string) else {
@@ -46,7 +48,8 @@ fn write_groups_out(schema: &mut Document) {
     }
 }
 
-/// Put what an extension adds into a sequence that occurs once, an empty one where it adds attributes only.
+/// Put what an extension adds into a sequence that occurs once, an empty one where it adds
+/// attributes only.
 fn wrap_content(schema: &mut Document, extension: NodeId) {
     let is_simple = |parent| {
         schema

@@ -1,4 +1,5 @@
-//! Variables against what the standard asks of them beyond the schema (FMI 2.0, sections 2.2.7 and 2.2.9; FMI 3.0, section 2.4.7).
+//! Variables against what the standard asks of them beyond the schema (FMI 2.0, sections 2.2.7 and
+//! 2.2.9; FMI 3.0, section 2.4.7).
 
 mod arrays;
 mod clocks;
@@ -6,147 +7,15 @@ mod names;
 mod roles;
 mod units;
 mod values;
+mod variable;
 
 use fmu_description::Version;
 
 use super::outcome::Report;
 use super::xml::Element;
+pub use variable::Variable;
 
 const AREA: &str = "variables";
-
-/// Tags of the types of a variable of FMI 2.0.
-const KINDS: [&str; 5] = ["Real", "Integer", "Boolean", "String", "Enumeration"];
-
-/// A variable with what the standard fills in.
-pub struct Variable<'a> {
-    /// Name.
-    pub name: &'a str,
-    /// Value reference, as it is written.
-    pub reference: &'a str,
-    /// The element that says its type, which in FMI 3.0 is the variable itself.
-    pub typed: Element<'a>,
-    /// `causality`.
-    pub causality: &'a str,
-    /// `variability`.
-    pub variability: &'a str,
-    /// `initial`, or what stands for it if it is left out; empty where there is none.
-    pub initial: &'a str,
-    element: Element<'a>,
-    declared: Option<Declared<'a>>,
-}
-
-/// A declared type.
-struct Declared<'a> {
-    /// Tag of the variables that may be of it.
-    kind: &'a str,
-    /// The element with its attributes and items.
-    attributes: Element<'a>,
-}
-
-impl<'a> Variable<'a> {
-    /// The variables of a model description.
-    pub fn all(root: Element<'a>, version: Version) -> Vec<Self> {
-        let list = root.child("ModelVariables");
-        let elements = list.into_iter().flat_map(Element::children);
-        let read = |element| match version {
-            Version::Fmi2 => Self::of_2(root, element),
-            Version::Fmi3 => Some(Self::of_3(root, element)),
-        };
-        elements.filter_map(read).collect()
-    }
-
-    fn of_2(root: Element<'a>, element: Element<'a>) -> Option<Self> {
-        let kind = |e: Element<'a>| e.children().find(|c| KINDS.contains(&c.tag()));
-        let typed = kind(element)?;
-        let declared = typed.get("declaredType").and_then(|name| {
-            let types = root.child("TypeDefinitions")?;
-            let attributes = kind(types.named("SimpleType", name)?)?;
-            let kind = attributes.tag();
-            Some(Declared { kind, attributes })
-        });
-        Some(Self::new(element, typed, declared, Version::Fmi2))
-    }
-
-    fn of_3(root: Element<'a>, element: Element<'a>) -> Self {
-        let declared = element.get("declaredType").and_then(|name| {
-            let mut types = root.child("TypeDefinitions")?.children();
-            let attributes = types.find(|t| t.get("name") == Some(name))?;
-            let kind = attributes.tag().strip_suffix("Type")?;
-            Some(Declared { kind, attributes })
-        });
-        Self::new(element, element, declared, Version::Fmi3)
-    }
-
-    fn new(
-        element: Element<'a>,
-        typed: Element<'a>,
-        declared: Option<Declared<'a>>,
-        version: Version,
-    ) -> Self {
-        let causality = element.get("causality").unwrap_or("local");
-        // Continuous is the default of the schema of FMI 2.0, also where it makes no sense; importers read it as discrete for the other
-        // types, and in both versions as fixed for parameters.
-        let default = if causality.to_lowercase().ends_with("parameter") {
-            "fixed"
-        } else if is_float(typed) {
-            "continuous"
-        } else {
-            "discrete"
-        };
-        let variability = element.get("variability").unwrap_or(default);
-        Self {
-            name: element.get("name").unwrap_or(""),
-            reference: element.get("valueReference").unwrap_or("").trim(),
-            typed,
-            causality,
-            variability,
-            initial: element.get("initial").unwrap_or(roles::default_initial(
-                version,
-                causality,
-                variability,
-            )),
-            element,
-            declared,
-        }
-    }
-
-    /// Its name, and those of its aliases.
-    pub fn names(&self) -> Vec<&'a str> {
-        let aliases = self
-            .element
-            .all("Alias")
-            .filter_map(|alias| alias.get("name"));
-        std::iter::once(self.name).chain(aliases).collect()
-    }
-
-    /// Whether it belongs to clocks.
-    pub fn is_clocked(&self) -> bool {
-        self.element.get("clocks").is_some()
-    }
-
-    /// What its own type element says, else its declared type.
-    fn inherited(&self, attribute: &str) -> Option<&'a str> {
-        let of_type = || self.declared.as_ref()?.attributes.get(attribute);
-        self.typed.get(attribute).or_else(of_type)
-    }
-
-    fn number(&self, attribute: &str) -> Option<f64> {
-        self.inherited(attribute)?.trim().parse().ok()
-    }
-
-    fn is_float(&self) -> bool {
-        is_float(self.typed)
-    }
-
-    /// Whether an importer may set it.
-    fn is_settable(&self) -> bool {
-        matches!(self.causality, "input" | "parameter")
-    }
-}
-
-fn is_float(typed: Element) -> bool {
-    matches!(typed.tag(), "Real" | "Float32" | "Float64")
-}
 
 /// Check the variables.
 pub fn check(root: Element, variables: &[Variable], version: Version, report: &mut Report) {

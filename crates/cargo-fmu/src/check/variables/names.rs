@@ -2,9 +2,9 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::super::outcome::{Outcome, Promise};
-use super::super::xml::Element;
-use super::Variable;
+use super::variable::Variable;
+use crate::check::outcome::{Outcome, Promise};
+use crate::check::xml::Element;
 
 const NAMES: Promise = Promise {
     text: "names are unique; structured names follow their grammar",
@@ -43,7 +43,8 @@ pub fn check(root: Element, variables: &[Variable]) -> (Promise, Outcome) {
     (NAMES, outcome)
 }
 
-/// The grammar of FMI 2.0, section 2.2.9, as far as brackets, dots and `der(…)` go; quoted parts may hold anything.
+/// The grammar of FMI 2.0, section 2.2.9, as far as brackets, dots and `der(…)` go; quoted parts
+/// may hold anything.
 fn is_structured_name(name: &str) -> bool {
     let inner = name.strip_prefix("der(").and_then(|n| n.strip_suffix(')'));
     if let Some(inner) = inner {

@@ -2,23 +2,13 @@
 
 use fmu_description::Version;
 
-use super::super::outcome::{Outcome, Promise};
-use super::Variable;
+use super::variable::Variable;
+use crate::check::outcome::{Outcome, Promise};
 
 const ROLES: Promise = Promise {
     text: "causality, variability and initial go together; start is given where it must be, and only there",
     why: "importers decide by them what may be set when, and what is computed",
 };
-
-/// What stands for `initial` where it is left out; empty where there is none.
-pub fn default_initial(version: Version, causality: &str, variability: &str) -> &'static str {
-    match (causality, variability) {
-        ("parameter" | "structuralParameter", _) | ("output" | "local", "constant") => "exact",
-        ("input", _) if version == Version::Fmi3 => "exact",
-        ("input" | "independent", _) => "",
-        _ => "calculated",
-    }
-}
 
 /// Roles of all variables.
 pub fn check(variables: &[Variable], version: Version) -> (Promise, Outcome) {

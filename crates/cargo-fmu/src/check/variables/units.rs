@@ -2,9 +2,9 @@
 
 use std::collections::BTreeSet;
 
-use super::super::outcome::{Outcome, Promise};
-use super::super::xml::Element;
-use super::Variable;
+use super::variable::Variable;
+use crate::check::outcome::{Outcome, Promise};
+use crate::check::xml::Element;
 
 const UNITS: Promise = Promise {
     text: "units and display units are defined, with base units",

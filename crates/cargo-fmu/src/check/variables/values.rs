@@ -2,8 +2,8 @@
 
 use fmu_description::Version;
 
-use super::super::outcome::{Outcome, Promise};
-use super::{Declared, Variable};
+use super::variable::{Declared, Variable};
+use crate::check::outcome::{Outcome, Promise};
 
 const NUMBERS: Promise = Promise {
     text: "min ≤ start ≤ max, nominal ≠ 0, enumerations start at one of their items",

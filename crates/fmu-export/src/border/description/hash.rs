@@ -2,12 +2,14 @@
 //! says, in a shorter form than its text. The first instance of a process computes it, which for the text would take most of the time
 //! that the instance needs.
 
-use super::{enumerations, units_in_use};
+use super::parts::{enumerations, units_in_use};
+use crate::core::causality::{Causality, Dependencies};
 use crate::core::enumeration::Enumeration;
 use crate::core::info::{Experiment, Info};
 use crate::core::layout::Layout;
+use crate::core::model::Variable;
+use crate::core::place::Place;
 use crate::core::unit::{DisplayUnit, Unit};
-use crate::core::variable::{Causality, Dependencies, Place, Variable};
 use crate::{Model, border::log::CATEGORIES};
 use uuid::Uuid;
 

@@ -1,11 +1,13 @@
 //! Checks of the table of variables: what the compiler cannot see.
 
-use super::unit;
+use super::parts::unit;
 use crate::border::log::CATEGORIES;
+use crate::core::causality::Causality;
 use crate::core::dependencies::Knowns;
 use crate::core::layout::{LARGEST_NUMBER, Layout};
+use crate::core::model::Variable;
+use crate::core::place::{Kind, Place};
 use crate::core::value::Value;
-use crate::core::variable::{Causality, Kind, Place, Variable};
 use crate::{Enumeration, Model, Unit};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -46,8 +48,8 @@ pub(crate) fn check<M: Model>(layout: &Layout<M>) -> Result<(), String> {
             ));
         }
         let checks = [
-            attributes(row, i),
-            same_unit(&mut units, row, i, &name),
+            attributes::<M>(row, i),
+            same_unit::<M>(&mut units, row, i, &name),
             enumeration(&mut enumerations, row, &name),
             bounds(row),
             start(row, &parameters, &input, i),
@@ -155,7 +157,7 @@ fn attributes<M: Model>(row: &Variable<M>, i: usize) -> Result<(), String> {
     {
         return Err("only a Real has a unit or a nominal value".to_owned());
     }
-    match (unit_of_element, unit(row, i), row.display_unit) {
+    match (unit_of_element, unit::<M>(row, i), row.display_unit) {
         (Some(name), None, _) => Err(format!(
             "unit `{name}` is neither in KNOWN_UNITS nor in Info::units"
         )),
@@ -208,7 +210,7 @@ fn same_unit<M: Model>(
     i: usize,
     name: &str,
 ) -> Result<(), String> {
-    let Some(unit) = unit(row, i) else {
+    let Some(unit) = unit::<M>(row, i) else {
         return Ok(());
     };
     let (known, first) = units

@@ -1,10 +1,12 @@
 //! Directional derivatives against differences of the outputs, and adjoint ones against directional ones.
 
-use super::{Element, Point, Trial};
+use super::point::Point;
+use super::trial::Trial;
 use crate::core::derivatives::ROOT_OF_EPSILON;
-use crate::core::layout::{real_inputs, real_outputs};
+use crate::core::layout::Element;
+use crate::core::model::{real_inputs, real_outputs};
+use crate::core::place::Place;
 use crate::core::value::Value;
-use crate::core::variable::Place;
 use crate::{Evaluation, Model, ModelError};
 
 /// Part of the size of a derivative by which a difference may miss it beyond its own error.

@@ -1,9 +1,10 @@
 //! What every importer does first: start values, texts, the first outputs, the first step.
 
-use super::{Point, Trial};
+use super::point::Point;
+use super::trial::Trial;
 use crate::core::layout::Element;
+use crate::core::place::Place;
 use crate::core::value::{Value, allowed};
-use crate::core::variable::Place;
 use crate::{Evaluation, InputPolynomial, Model, ModelError};
 
 impl<M: Model> Trial<M> {

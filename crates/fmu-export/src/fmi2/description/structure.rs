@@ -2,9 +2,10 @@
 
 use crate::Model;
 use crate::border::description::{Xml, empty};
+use crate::core::causality::Causality;
 use crate::core::dependencies::Knowns;
 use crate::core::layout::Layout;
-use crate::core::variable::{Causality, Variable};
+use crate::core::model::Variable;
 use std::io;
 
 pub(super) fn write<M: Model>(xml: &mut Xml, layout: &Layout<M>) -> io::Result<()> {

@@ -3,7 +3,8 @@
 use crate::Model;
 use crate::border::description::{Xml, empty, type_attributes};
 use crate::core::layout::Layout;
-use crate::core::variable::{Names, Variable};
+use crate::core::model::Variable;
+use crate::core::place::Names;
 use std::io;
 
 pub(super) fn write<M: Model>(xml: &mut Xml, layout: &Layout<M>) -> io::Result<()> {

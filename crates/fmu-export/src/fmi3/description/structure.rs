@@ -3,9 +3,10 @@
 
 use crate::Model;
 use crate::border::description::{Xml, empty};
+use crate::core::causality::{Causality, Dependencies};
 use crate::core::dependencies::Knowns;
 use crate::core::layout::Layout;
-use crate::core::variable::{Causality, Dependencies, Variable};
+use crate::core::model::Variable;
 use std::collections::BTreeSet;
 use std::io;
 

@@ -3,8 +3,10 @@
 use super::super::instance::NAMES;
 use crate::Model;
 use crate::border::description::{Xml, empty, type_attributes};
+use crate::core::causality::Causality;
 use crate::core::layout::{Layout, TIME};
-use crate::core::variable::{Causality, Kind, Variable};
+use crate::core::model::Variable;
+use crate::core::place::Kind;
 use std::io;
 
 pub(super) fn write<M: Model>(xml: &mut Xml, layout: &Layout<M>) -> io::Result<()> {

@@ -2,9 +2,9 @@
 
 use plotters::prelude::*;
 
-use super::{FONT, HEAD, Sheet};
+use super::sheet::{FONT, HEAD, Sheet};
 use charts::{Area, Drawn};
-use studies::machines::lasting::Lasting;
+use studies::machines::continuous_torque::ContinuousTorque;
 
 impl Sheet {
     pub(super) fn legend<B: DrawingBackend>(&self, area: &Area<'_, B>) -> Drawn<B> {
@@ -45,7 +45,9 @@ impl Sheet {
 
     /// Torques that the motors may give for ever at standstill.
     fn lasting(&self) -> String {
-        let each = machine::AXES.into_iter().zip(Lasting::of(&self.machine));
+        let each = machine::AXES
+            .into_iter()
+            .zip(ContinuousTorque::of(&self.machine));
         let each = each.map(|(axis, l)| format!("{:.1} N·m ({axis}, {})", l.torque, l.by));
         format!("lasting motor torques: {}", Vec::from_iter(each).join(", "))
     }

@@ -3,46 +3,8 @@
 use plotters::prelude::*;
 
 use super::frame::{Chart, frame};
-use super::{SMALL, Sheet};
+use super::sheet::{SMALL, Sheet};
 use charts::{Area, Drawn};
-
-/// First digits of the payload from one colour to the next.
-const STEPS: [f64; 4] = [1.0, 2.0, 2.5, 5.0];
-/// Most bands of payload in the chart.
-const BANDS: usize = 7;
-
-/// Bands of payload.
-pub(super) struct Bands {
-    /// Lower ends, kg, rising.
-    lows: Vec<f64>,
-}
-
-impl Bands {
-    /// Multiples of a round payload that part the range up to `greatest` into at most [`BANDS`], from 0 on.
-    pub(super) fn new(greatest: f64) -> Self {
-        let rounds = (0..6).flat_map(|power| STEPS.map(|step| step * 10.0_f64.powi(power)));
-        let most = BANDS as f64;
-        let step = rounds.into_iter().find(|step| most * step >= greatest);
-        let step = step.unwrap_or(greatest / most);
-        let lows = (0..BANDS).map(|k| step * k as f64);
-        let lows = lows.filter(|low| *low == 0.0 || *low < greatest);
-        Self {
-            lows: lows.collect(),
-        }
-    }
-
-    /// Colour of a payload, kg, from red to green; grey for none.
-    fn color(&self, payload: Option<f64>) -> RGBColor {
-        let Some(payload) = payload else {
-            return RGBColor(190, 190, 190);
-        };
-        let band = self.lows.iter().rposition(|low| payload >= *low);
-        let last = (self.lows.len() - 1).max(1);
-        let part = band.unwrap_or(0) as f64 / last as f64;
-        let (r, g, b) = HSLColor(0.02 + 0.36 * part, 0.55, 0.72 - 0.22 * part).rgb();
-        RGBColor(r, g, b)
-    }
-}
 
 impl Sheet {
     pub(super) fn loads<B: DrawingBackend>(&self, area: &Area<'_, B>) -> Drawn<B> {

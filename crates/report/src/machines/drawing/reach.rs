@@ -2,7 +2,7 @@
 
 use plotters::prelude::*;
 
-use super::{FONT, SMALL, Sheet};
+use super::sheet::{FONT, SMALL, Sheet};
 use crate::machines::load_chart::Place;
 use charts::{Area, Drawn, wheel};
 

@@ -4,7 +4,7 @@ use plotters::prelude::*;
 
 use super::frame::{Chart, frame};
 use super::labels::Labels;
-use super::{HEAD, SMALL, Sheet};
+use super::sheet::{HEAD, SMALL, Sheet};
 use charts::{Area, Drawn};
 
 impl Sheet {

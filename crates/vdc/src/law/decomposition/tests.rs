@@ -1,13 +1,14 @@
 //! Virtual power flows at the cuts between the bodies ([VPF]).
 //!
-//! At a cut the flow is `p = (V_r − V)ᵀ(F_r − F)`. It leaves one body and enters the next, so over the
-//! whole machine the flows cancel in pairs and only those at the rods and the wrist motors remain: the
-//! step of the stability proof from the bodies' accompanying functions to that of the machine.
+//! At a cut the flow is `p = (V_r − V)ᵀ(F_r − F)`. It leaves one body and enters the next, so over
+//! the whole machine the flows cancel in pairs and only those at the rods and the wrist motors
+//! remain: the step of the stability proof from the bodies' accompanying functions to that of the
+//! machine.
 
 use super::{self as decomposition, BodyMotion};
 use crate::bodies::Bounds;
 use crate::signals::Input;
-use crate::tracking::Required;
+use crate::tracking::RequiredMotion;
 use hdrm::{BODIES, Body, Configuration, DOF, Hdrm, Options, State};
 use machine::Machine;
 use nalgebra::Vector6;
@@ -42,7 +43,7 @@ fn instant(k: usize) -> Instant {
     };
     let zeta: [f64; DOF] = std::array::from_fn(|i| machine.start.zeta[i] + near(1, 0.25)[i]);
     let (zeta_dot, zeta_ddot) = (near(2, 0.4), near(3, 0.9));
-    let required = Required {
+    let required = RequiredMotion {
         zeta_dot: Vector6::from(near(4, 0.5)),
         zeta_ddot: Vector6::from(near(5, 1.1)),
     };
@@ -61,7 +62,7 @@ fn instant(k: usize) -> Instant {
     let ground = decomposition::ground(GRAVITY, &input);
     let motions = decomposition::motions(&configuration, &zeta_dot, &required, &ground);
     // The same recursion with the actual motion as the required one gives the actual accelerations.
-    let actual = Required {
+    let actual = RequiredMotion {
         zeta_dot: Vector6::from(zeta_dot),
         zeta_ddot: Vector6::from(zeta_ddot),
     };
@@ -113,9 +114,9 @@ fn instant(k: usize) -> Instant {
     }
 }
 
-/// What leaves the parent at a cut enters the child, apart from the power of the joint between them;
-/// summed over all bodies, what is left are the joints.
-/// Tolerance: 13 bodies deep, some 100 rounded operations each, of the summed magnitudes.
+/// What leaves the parent at a cut enters the child, apart from the power of the joint between
+/// them; summed over all bodies, what is left are the joints. Tolerance: 13 bodies deep, some 100
+/// rounded operations each, of the summed magnitudes.
 #[test]
 fn flows_cancel_in_pairs_at_every_cut() {
     for k in 0..200 {
@@ -153,9 +154,9 @@ fn flows_cancel_in_pairs_at_every_cut() {
     }
 }
 
-/// The flow into all bodies is that of the three rods and the wrist motors, with the forces that the
-/// controller's and the plant's own code give.
-/// Tolerance: as above, and the plant's specialised path loses another factor of 100 by cancellation.
+/// The flow into all bodies is that of the three rods and the wrist motors, with the forces that
+/// the controller's and the plant's own code give. Tolerance: as above, and the plant's specialised
+/// path loses another factor of 100 by cancellation.
 #[test]
 fn the_bodies_take_what_the_rods_and_the_wrist_give() {
     for k in 0..200 {
@@ -179,8 +180,9 @@ fn the_bodies_take_what_the_rods_and_the_wrist_give() {
     }
 }
 
-/// The bodies' energies of the velocity errors add up to `½ eᵀ M e`: e is the error of the joint rates, M the plant's mass matrix, which is
-/// made in the boom's frame. Tolerance: 13 bodies' 36 products, cancelling by less than tenfold.
+/// The bodies' energies of the velocity errors add up to `½ eᵀ M e`: e is the error of the joint
+/// rates, M the plant's mass matrix, which is made in the boom's frame. Tolerance: 13 bodies' 36
+/// products, cancelling by less than tenfold.
 #[test]
 fn the_energy_of_the_errors_is_that_of_the_mass_matrix() {
     let machine = Machine::reference();

@@ -57,10 +57,13 @@ impl Run {
     }
 }
 
-/// Levers thrown about for ten minutes a machine, of the joints and of the tip in turns, far beyond what is allowed, each position held for
-/// 1 ms to 2 s, and for half a minute rather to one side than to the other: rates and accelerations of all joints keep their limits, the angles keep their ranges, and the rates have no jump (a
-/// reference that is cut off at the end of a range would have). Rounding aside exactly: each joint's acceleration is a mean of accelerations
-/// within the limit, and the rate comes to its own without swinging over, as the smoothing is critically damped.
+/// Levers thrown about for ten minutes a machine, of the joints and of the tip in turns, far beyond
+/// what is allowed, each position held for 1 ms to 2 s, and for half a minute rather to one side
+/// than to the other: rates and accelerations of all joints keep their limits, the angles keep
+/// their ranges, and the rates have no jump (a reference that is cut off at the end of a range
+/// would have). Rounding aside exactly: each joint's acceleration is a mean of accelerations within
+/// the limit, and the rate comes to its own without swinging over, as the smoothing is critically
+/// damped.
 #[test]
 fn thrown_levers_leave_rates_accelerations_and_ranges_within_their_limits() {
     let (mut random, mut ends) = (Random(0.0), [false; 2 * DOF]);
@@ -112,8 +115,9 @@ fn thrown_levers_leave_rates_accelerations_and_ranges_within_their_limits() {
     assert_eq!(ends, [true; 2 * DOF], "low and high end of each joint");
 }
 
-/// A command of the tip that its joints cannot follow at once, from rest: the tip goes straight nevertheless, at the speed that the joints allow.
-/// It errs by the smoothing of the accelerations, in which the Jacobian of τ/4 ago counts.
+/// A command of the tip that its joints cannot follow at once, from rest: the tip goes straight
+/// nevertheless, at the speed that the joints allow. It errs by the smoothing of the accelerations,
+/// in which the Jacobian of τ/4 ago counts.
 #[test]
 fn a_tip_that_is_slowed_goes_straight() {
     let [machine, _] = machines();
@@ -137,8 +141,9 @@ fn a_tip_that_is_slowed_goes_straight() {
     assert!(way > 0.3 && aside < 5e-4, "{way} {aside}");
 }
 
-/// Between two points the acceleration is a straight line in time: the rate is its integral, and the angle the integral of that, by Simpson's
-/// rule, which is exact for a parabola. Tolerance: the rounding of the angle, of some radians.
+/// Between two points the acceleration is a straight line in time: the rate is its integral, and
+/// the angle the integral of that, by Simpson's rule, which is exact for a parabola. Tolerance: the
+/// rounding of the angle, of some radians.
 #[test]
 fn angle_and_rate_are_integrals_of_a_straight_acceleration() {
     let [machine, _] = machines();
@@ -214,7 +219,8 @@ fn the_nearest_end_is_that_of_the_joints_half() {
     }
 }
 
-/// A long step is made of as many short ones as the smoothing needs, a tenth of its time constant each.
+/// A long step is made of as many short ones as the smoothing needs, a tenth of its time constant
+/// each.
 #[test]
 fn a_long_step_is_many_short_ones() {
     let machine = Machine::reference();
@@ -232,8 +238,9 @@ fn a_long_step_is_many_short_ones() {
     assert!(long.motion.zeta_dot.norm() > 0.1);
 }
 
-/// Before the end of a range the speed from which a joint brakes with a share of its largest acceleration is the most, `√(lag² + 2 a s) − lag`
-/// with `lag = 4 τ a`, solved here for the way: `s = v²/(2 a) + 4 τ v`.
+/// Before the end of a range the speed from which a joint brakes with a share of its largest
+/// acceleration is the most, `√(lag² + 2 a s) − lag` with `lag = 4 τ a`, solved here for the way:
+/// `s = v²/(2 a) + 4 τ v`.
 #[test]
 fn joints_slow_down_before_the_ends() {
     let rates = Run::new(&Machine::reference()).rates;
@@ -248,7 +255,7 @@ fn joints_slow_down_before_the_ends() {
         }
         let [low, high] = rates.range[i];
         let middle = 0.5 * (low + high);
-        let Allowed { low, high } = rates.allowed(i, middle, RateCommand::Joint);
+        let AllowedRates { low, high } = rates.allowed(i, middle, RateCommand::Joint);
         assert_eq!([-low.0, high.0], [rates.largest_rate(i); 2]);
     }
 }
@@ -266,7 +273,7 @@ fn a_share_keeps_both_lengths_within_their_limits() {
 fn commands_are_held_where_less_than_half_is_allowed() {
     let Run { rates, motion, .. } = Run::new(&Machine::reference());
     let bound = 0.04;
-    let allowed = [Allowed {
+    let allowed = [AllowedRates {
         low: (-bound, Hold::End),
         high: (bound, Hold::End),
     }; DOF];
@@ -275,7 +282,7 @@ fn commands_are_held_where_less_than_half_is_allowed() {
             let mut commands = [0.0; DOF];
             commands[joint] = share * bound;
             let (wanted, held) = rates.of_joints(&motion, &commands, &allowed, 0.5);
-            let mut expected = Held::default();
+            let mut expected = CommandHolds::default();
             expected.joint[joint] = is_held;
             assert_eq!(held, expected);
             assert_eq!(wanted[joint], share * bound / 0.5);

@@ -1,0 +1,91 @@
+//! Enumerations, terminals, resources and units; start values and bounds that the code needs too.
+
+use fmu_export::{File, Items, Terminal, Unit, read_placed_file};
+use machine::{Drive, EmlaFields, Machine};
+use std::path::Path;
+
+/// Rod position before anyone sets it, m: inside every stroke of the reference machine.
+pub const X_START: f64 = 0.3;
+/// Largest magnitude of the rod position, m.
+pub const X_LARGEST: f64 = 10.0;
+/// 20 °C, K.
+pub const ROOM: f64 = 293.15;
+
+/// Who moves the rod.
+pub static DRIVE: Items<Drive, 2> = Items::new(
+    "Drive",
+    "who moves the rod",
+    [
+        (
+            Drive::Motion,
+            "motion",
+            "a mechanism: the rod follows the inputs x and x_dot, F is the answer",
+        ),
+        (
+            Drive::Force,
+            "force",
+            "the actuator: the rod is a free mass against the input F_ext",
+        ),
+    ],
+);
+
+/// Places in the order of the machine's actuators.
+pub static AXIS: Items<usize, 3> = Items::new(
+    "Axis",
+    "actuator of the machine",
+    [
+        (0, "slew", "turns the column"),
+        (1, "lift", "lifts the boom"),
+        (2, "tilt", "tilts the second boom"),
+    ],
+);
+
+/// Terminals of FMI 3.0.
+#[rustfmt::skip]
+pub const TERMINALS: &[Terminal] = &[
+    Terminal::new("rod", "io.github.hdrm-fmu.rod", "mechanical bond: the rod moves as told, and pushes with F", &[
+        ("x", "x"), ("x_dot", "x_dot"), ("F", "F"), ("F_mean", "F_mean"), ("F_hold", "F_hold"),
+    ]),
+    Terminal::new("dc", "io.github.hdrm-fmu.dc-link", "electrical bond: the DC link that the drive draws from", &[
+        ("v_dc", "v_dc"), ("i_dc", "i_dc"),
+    ]),
+    Terminal::new("voltages", "io.github.hdrm-fmu.voltages", "voltages that the controller commands", &[
+        ("v_d", "v_d"), ("v_q", "v_q"),
+    ]),
+    Terminal::new("measurements", "io.github.hdrm-fmu.measurements", "what can be measured of the drive", &[
+        ("i_d", "i_d"), ("i_q", "i_q"), ("theta_m", "theta_m"), ("w_m", "w_m"), ("F", "F"), ("x", "x_rod"), ("x_dot", "x_rod_dot"),
+    ]).bus(),
+];
+
+/// Machine files beside the FMU.
+pub const RESOURCES: &[File] = &[
+    File {
+        path: "reference_machine.json",
+        bytes: machine::REFERENCE_JSON.as_bytes(),
+    },
+    File {
+        path: "sized_machine.json",
+        bytes: machine::SIZED_JSON.as_bytes(),
+    },
+];
+
+/// Units of the losses.
+pub const UNITS: &[Unit] = &[
+    Unit::new("W.s/(rad.Wb2)").kg(-1).m(-2).s(2).A(2).rad(-1),
+    Unit::new("W.s2/(rad2.Wb2)").kg(-1).m(-2).s(3).A(2).rad(-2),
+    Unit::new("J/(V.A)").s(1),
+];
+
+/// The section `emla` of the actuator number `axis` (an item of [`AXIS`]) in a machine file, or in
+/// the shipped machine of that name.
+///
+/// # Errors
+/// No such file, or all that is wrong with it.
+pub fn read_machine(file: &str, axis: i32, resources: Option<&Path>) -> Result<EmlaFields, String> {
+    let machine = match Machine::preset(file) {
+        Some(machine) => machine,
+        None => read_placed_file(file, resources, Machine::of_file)?,
+    };
+    let place = AXIS.item(axis).map_err(|error| error.to_string())?;
+    Ok(EmlaFields::new(*machine.emla.in_order()[place]))
+}

@@ -1,0 +1,48 @@
+//! Inputs of an actuator as the importer sees them, and where its rod is between two sets of the
+//! input `x`.
+//!
+//! The rod moves on with its velocity, in a step and from one step to the next, until `x` is set
+//! again: holding it while x_dot ≠ 0 would cost K_b·x_dot·h of force, some 20 kN at 1 ms. So after
+//! a step the outputs belong to the new time, before the importer has set anything. What remembers
+//! it is a [`Carried`], part of the FMU's state.
+
+use crate::info::{ROOM, X_LARGEST, X_START};
+use fmu_export::{Carried, Counted, ModelError};
+use machine::EmlaFields;
+use serde::{Deserialize, Serialize};
+
+/// Inputs as the importer sees them; `U` are the model's.
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
+pub struct Input<U> {
+    /// The model's inputs; position of the rod and voltage of the DC link follow from the other two
+    /// fields.
+    pub u: U,
+    /// Voltage of the DC link, V; until it is set, that of the machine counts.
+    pub v_dc: Counted<f64>,
+    /// Rod position, m.
+    pub x: Counted<f64>,
+}
+
+impl<U> Input<U> {
+    /// Inputs that nobody has set: `u` is given the temperature of a room.
+    pub fn unset(of_machine: &EmlaFields, u: impl FnOnce(f64) -> U) -> Self {
+        Self {
+            u: u(ROOM),
+            v_dc: Counted::unset(of_machine.inverter.v_dc),
+            x: Counted::unset(X_START),
+        }
+    }
+}
+
+/// The rod at the end of a step that takes it to `x`, m, and no farther from 0 than `farthest`, m.
+///
+/// # Errors
+/// The rod leaves the bounds of the input `x` within the step.
+pub fn rod_end(input: &Counted<f64>, x: f64, farthest: f64) -> Result<Carried<f64>, ModelError> {
+    if farthest > X_LARGEST {
+        return Err(ModelError::new(format!(
+            "`x_dot` moves the rod to |x| = {farthest} m within the step; it must stay within {X_LARGEST} m"
+        )));
+    }
+    Ok(Carried::moved(input, x))
+}

@@ -1,0 +1,15 @@
+//! How an FMU is checked.
+
+use std::path::Path;
+use std::time::Duration;
+
+/// How an FMU is checked.
+#[derive(Clone, Copy, Debug)]
+pub struct Checker<'a> {
+    /// This program, which tries what the FMU does in processes of their own.
+    pub program: &'a Path,
+    /// Only the promises whose text holds this are kept; all hold the empty text.
+    pub only: &'a str,
+    /// What all trials of an FMU together may take.
+    pub limit: Duration,
+}

@@ -1,0 +1,161 @@
+//! What only FMI 3.0 has.
+
+use fmu_description::{Access, Causality, Variable, Version};
+
+use super::trial::{Trial, trial, unless};
+use crate::check::outcome::Outcome;
+use crate::fmi::Fmu;
+use crate::fmi::instance::{Instance, references, step_size};
+use crate::fmi::symbols::WARNING;
+
+pub const TRIALS: &[Trial] = &[
+    trial(
+        "step_end",
+        "simulation",
+        step_end,
+        "a step tells how it ended: not early where that was not allowed, and at its last successful time",
+        "importers go on from there",
+    )
+    .only_in(Version::Fmi3),
+    trial(
+        "counts",
+        "misuse",
+        counts,
+        "a number of values that does not fit the variables is refused",
+        "an importer that takes an array for a scalar reads or writes foreign memory",
+    )
+    .only_in(Version::Fmi3),
+    trial(
+        "variable_dependencies",
+        "derivatives",
+        variable_dependencies,
+        "dependencies of elements are those of ModelStructure, if providesPerElementDependencies",
+        "importers sort by the one and differentiate by the other",
+    )
+    .only_in(Version::Fmi3),
+];
+
+fn step_end(fmu: &Fmu, outcome: &mut Outcome) -> Result<(), String> {
+    let f = fmu.functions.fmi3().ok_or("it is not of FMI 3.0")?;
+    let h = step_size(fmu);
+    let mut instance = Instance::started(fmu, "step end")?;
+    instance.enter_step_mode()?;
+    for k in 0..10 {
+        let [mut event, mut ends, mut early] = [false; 3];
+        let (t, mut last) = (instance.time, f64::NAN);
+        // SAFETY: a live instance in Step Mode, places for the results.
+        let status = unsafe {
+            (f.fmi3DoStep)(
+                instance.c, t, h, true, &mut event, &mut ends, &mut early, &mut last,
+            )
+        };
+        instance.must(&format!("fmi3DoStep from {t} s by {h} s"), status)?;
+        if early {
+            return Err(format!(
+                "step {k} returned early, which it was not allowed to"
+            ));
+        }
+        if (last - (t + h)).abs().is_nan() || (last - (t + h)).abs() > 1e-6 * h {
+            outcome.fail(format!(
+                "after the step to {} s lastSuccessfulTime is {last} s",
+                t + h
+            ));
+            return Ok(());
+        }
+        instance.time += h;
+        if event || ends {
+            break;
+        }
+    }
+    Ok(())
+}
+
+fn counts(fmu: &Fmu, outcome: &mut Outcome) -> Result<(), String> {
+    let f = fmu.functions.fmi3().ok_or("it is not of FMI 3.0")?;
+    let instance = Instance::exchanging(fmu, "counts")?;
+    let is_input = |v: &&Variable| v.is_input() && v.access() == Access::Real;
+    let mut calls = 0;
+    for v in fmu.description.variables.iter().filter(is_input) {
+        let mut values = instance.read(v)?;
+        let n = values.len();
+        values.push(values[n - 1]);
+        for wrong in [n - 1, n + 1] {
+            // SAFETY: a live instance, room for one value more than there are elements.
+            let [got, set] = unsafe {
+                [
+                    (f.fmi3GetFloat64)(instance.c, &v.reference, 1, values.as_mut_ptr(), wrong),
+                    (f.fmi3SetFloat64)(instance.c, &v.reference, 1, values.as_ptr(), wrong),
+                ]
+            };
+            calls += 2;
+            for (call, status) in [("fmi3GetFloat64", got), ("fmi3SetFloat64", set)] {
+                if status <= WARNING {
+                    outcome.remark(format!(
+                        "{call} of `{}` with nValues = {wrong} was accepted",
+                        v.name
+                    ));
+                }
+            }
+        }
+    }
+    instance.messages();
+    match calls {
+        0 => outcome.not_checked = Some("there is no variable to try it with".into()),
+        calls => outcome.note(format!("{calls} calls")),
+    }
+    Ok(())
+}
+
+fn variable_dependencies(fmu: &Fmu, outcome: &mut Outcome) -> Result<(), String> {
+    if unless(fmu.description.capabilities.element_dependencies, outcome) {
+        return Ok(());
+    }
+    let f = fmu.functions.fmi3().ok_or("it is not of FMI 3.0")?;
+    let description = &fmu.description;
+    let instance = Instance::started(fmu, "dependencies")?;
+    let is_output = |v: &Variable| v.causality == Causality::Output;
+    for reference in references(&description.variables, is_output) {
+        let mut n = 0;
+        // SAFETY: a live instance, a place for the result.
+        let status =
+            unsafe { (f.fmi3GetNumberOfVariableDependencies)(instance.c, reference, &mut n) };
+        let output = fmu.find(reference).ok_or("a variable has gone")?;
+        let name = &output.name;
+        instance.must(
+            &format!("fmi3GetNumberOfVariableDependencies of `{name}`"),
+            status,
+        )?;
+        let (mut of, mut on) = (vec![0; n], vec![0; n]);
+        let (mut element, mut kind) = (vec![0; n], vec![0; n]);
+        // SAFETY: a live instance, room for as many as were announced.
+        let status = unsafe {
+            (f.fmi3GetVariableDependencies)(
+                instance.c,
+                reference,
+                of.as_mut_ptr(),
+                on.as_mut_ptr(),
+                element.as_mut_ptr(),
+                kind.as_mut_ptr(),
+                n,
+            )
+        };
+        instance.must(&format!("fmi3GetVariableDependencies of `{name}`"), status)?;
+        // Elements count from 1, and 0 stands for all of them (FMI 3.0.2, section 2.2.10).
+        if let Some(element) = of.iter().find(|element| **element > output.size()) {
+            outcome.fail(format!("`{name}` has no element {element}"));
+        }
+        let of = |k: usize| description.variables[k].reference;
+        let mut entries = description.outputs.iter();
+        let entry = entries.find(|unknown| of(unknown.variable) == reference);
+        let Some(listed) = entry.and_then(|unknown| unknown.dependencies.as_ref()) else {
+            continue; // on everything
+        };
+        let is_listed = |on: &u32| listed.iter().any(|k| of(*k) == *on);
+        if let Some(other) = on.iter().find(|on| !is_listed(on)) {
+            outcome.fail(format!(
+                "`{name}` depends on {other}, which its entry does not list"
+            ));
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,294 @@
+//! Loading, and the plain run that every importer makes.
+
+use std::ffi::c_int;
+use std::path::Path;
+use std::ptr;
+
+use fmu_description::Access;
+
+use super::trial::{Trial, open, trial};
+use crate::check::outcome::Outcome;
+use crate::fmi::Fmu;
+use crate::fmi::functions::Own;
+use crate::fmi::instance::{Instance, Manner, references, start_time, status_name, step_size};
+use crate::fmi::order::Mode;
+use crate::fmi::symbols::{OK, WARNING};
+use crate::fmi::text;
+
+/// Without which nothing can be tried.
+pub const LOADS: &str = "loads";
+/// The plain run.
+pub const RUN: &str = "run";
+
+/// Steps of a plain run.
+const STEPS: usize = 100;
+
+pub const TRIALS: &[Trial] = &[
+    trial(
+            LOADS,
+            "loading",
+            loads,
+            "the library loads",
+            "it needs what this machine, or the program that loads it, does not have",
+        )
+    .as_first_step(),
+    trial(
+            RUN,
+            "loading",
+            run,
+            "it initializes and steps; every number that it hands out is finite",
+            "this is what it is for",
+        )
+    .as_first_step(),
+    trial(
+        "versions",
+        "loading",
+        versions,
+        "it says that it is of the version of FMI that its description names",
+        "importers refuse another version",
+    ),
+    trial(
+            "spaced",
+            "loading",
+            plain_run,
+            "it also runs from a folder whose name has a space and an umlaut, which FMI 2.0 encodes in the URI of its resources",
+            "users unpack files to `C:\\Users\\Jürgen Müller`",
+        )
+    .in_odd_folder(),
+    trial(
+        "guid",
+        "loading",
+        guid,
+        "an instance is made for the guid or token of the description, and refused for another one",
+        "a library beside the description of another version would mix up its variables",
+    ),
+    trial(
+        "reload",
+        "loading",
+        loads,
+        "the library can be unloaded and loaded again",
+        "importers unload between simulations; a crash there takes their user's work with it",
+    )
+    .in_folder(reload),
+    trial(
+        "free",
+        "loading",
+        free_nothing,
+        "freeing an instance of NULL does nothing",
+        "importers do it after an instantiation that failed; the standard lets them",
+    ),
+    trial(
+        "grid",
+        "simulation",
+        grid,
+        "it takes communication points both as k·h and as a running sum of h",
+        "importers compute them either way, and they differ by rounding",
+    ),
+    trial(
+        "start",
+        "simulation",
+        later_start,
+        "it starts at another time than 0",
+        "coupled systems start where the user says",
+    ),
+    trial(
+        "stop",
+        "simulation",
+        stop_time,
+        "a step to the stop time is done, one beyond it refused",
+        "the standard says so, and models prepare no data for what comes after",
+    ),
+    trial(
+        "sizes",
+        "simulation",
+        step_sizes,
+        "steps may differ in length, if canHandleVariableCommunicationStepSize",
+        "importers with step size control, and every simulation whose end is no multiple of h, do that",
+    ),
+    trial(
+        "terminate",
+        "simulation",
+        terminate,
+        "after termination values can still be read, and a reset makes it ready again",
+        "importers read results at the end, and start again without loading",
+    ),
+];
+
+/// It was opened.
+fn loads(_: &Fmu, _: &mut Outcome) -> Result<(), String> {
+    Ok(())
+}
+
+fn versions(fmu: &Fmu, outcome: &mut Outcome) -> Result<(), String> {
+    let f = &fmu.functions;
+    // SAFETY: functions without arguments that give C strings.
+    let mut texts = vec![(
+        "fmi2GetVersion",
+        unsafe { f.get_version() },
+        fmu.description.fmi.to_string(),
+    )];
+    if let Own::Fmi2(f) = f.own() {
+        // SAFETY: as above.
+        let platform = unsafe { (f.fmi2GetTypesPlatform)() };
+        texts.push(("fmi2GetTypesPlatform", platform, "default".to_string()));
+    }
+    for (name, text, expected) in texts {
+        if text.is_null() {
+            outcome.fail(format!("{name} gave NULL"));
+            continue;
+        }
+        // SAFETY: what an FMU gives out is a C string.
+        let text = unsafe { text::shown(text) };
+        // FMI 3.0 has minor versions, and may name one.
+        let is_minor = text.starts_with("3.") && expected == "3.0";
+        if text != expected && !is_minor {
+            outcome.fail(format!("{name} gave `{text}`, expected `{expected}`"));
+        }
+    }
+    Ok(())
+}
+
+fn plain_run(fmu: &Fmu, _: &mut Outcome) -> Result<(), String> {
+    Instance::started(fmu, "spaced")?.motion(3, 0).map(drop)
+}
+
+fn guid(fmu: &Fmu, outcome: &mut Outcome) -> Result<(), String> {
+    Instance::new(fmu, "right")?;
+    let token = "{00000000-1111-2222-3333-444444444444}";
+    let wrong = Manner {
+        token: Some(token),
+        ..Manner::USUAL
+    };
+    if Instance::with(fmu, "wrong", wrong).is_ok() {
+        outcome.remark(format!("fmi2Instantiate took {token}"));
+    }
+    Ok(())
+}
+
+fn reload(folder: &Path) -> Result<(), String> {
+    for _ in 0..3 {
+        let fmu = open(folder)?;
+        Instance::started(&fmu, "reload")?.motion(1, 0)?;
+    }
+    Ok(())
+}
+
+fn free_nothing(fmu: &Fmu, _: &mut Outcome) -> Result<(), String> {
+    // SAFETY: NULL is what the standard lets pass.
+    unsafe { fmu.functions.free_instance(ptr::null_mut()) };
+    Ok(())
+}
+
+fn run(fmu: &Fmu, outcome: &mut Outcome) -> Result<(), String> {
+    let mut instance = Instance::started(fmu, "run")?;
+    let description = &fmu.description;
+    let variables = &description.variables;
+    let reals = references(variables, |v| v.access() == Access::Real);
+    let texts = references(variables, |v| v.access() == Access::String);
+    let h = step_size(fmu);
+    for _ in 0..STEPS {
+        instance.step(h)?;
+        let values = instance.must_read(&reals)?;
+        if let Some(k) = values.iter().position(|value| !value.is_finite()) {
+            let reals = variables.iter().filter(|v| v.access() == Access::Real);
+            let mut names = reals.flat_map(|v| vec![&v.name; v.size()]);
+            let name = names.nth(k).map_or("", |name| name);
+            return Err(format!(
+                "t = {} s: `{name}` is {}",
+                instance.time, values[k]
+            ));
+        }
+        instance.observe()?;
+        let (status, _) = instance.texts(&texts);
+        instance.must("fmi2GetString of all variables", status)?;
+    }
+    outcome.note(format!("{STEPS} steps of {h} s"));
+    Ok(())
+}
+
+fn grid(fmu: &Fmu, _: &mut Outcome) -> Result<(), String> {
+    let h = step_size(fmu);
+    let mut sum = Instance::started(fmu, "sum")?;
+    (0..STEPS).try_for_each(|_| sum.step(h))?;
+    drop(sum); // one at a time: it may be the only one that can be made
+    let mut multiple = Instance::started(fmu, "multiple")?;
+    let start = multiple.time;
+    for k in 0..STEPS {
+        multiple.time = start + k as f64 * h;
+        multiple.step(h)?;
+    }
+    Ok(())
+}
+
+fn later_start(fmu: &Fmu, outcome: &mut Outcome) -> Result<(), String> {
+    let mut instance = Instance::new(fmu, "start")?;
+    let h = step_size(fmu);
+    let later = start_time(fmu) + 7.0 * h;
+    let begun = instance.initialize_between(later, None);
+    if let Err(reason) = begun.and_then(|()| instance.step(h)) {
+        outcome.remark(reason);
+    }
+    Ok(())
+}
+
+fn stop_time(fmu: &Fmu, outcome: &mut Outcome) -> Result<(), String> {
+    let mut instance = Instance::new(fmu, "stop")?;
+    let h = step_size(fmu);
+    let start = start_time(fmu);
+    instance.initialize_between(start, Some(start + 3.0 * h))?;
+    (0..3).try_for_each(|_| instance.step(h))?;
+    if let status @ (OK | WARNING) = instance.step_from(instance.time, h) {
+        outcome.fail(format!(
+            "a step beyond the stop time gave {}, expected fmi2Error",
+            status_name(status)
+        ));
+    }
+    Ok(())
+}
+
+fn step_sizes(fmu: &Fmu, outcome: &mut Outcome) -> Result<(), String> {
+    if !fmu.description.capabilities.variable_step {
+        outcome.not_checked = Some("the FMU does not claim it".into());
+        return Ok(());
+    }
+    let h = step_size(fmu);
+    let outputs = references(&fmu.description.variables, |v| {
+        v.is_computed() && v.access() == Access::Real
+    });
+    let after = |sizes: &[f64]| {
+        let mut instance = Instance::started(fmu, "sizes")?;
+        sizes.iter().try_for_each(|h| instance.step(*h))?;
+        let (status, values) = instance.reals(&outputs);
+        instance.must("fmi2GetReal", status)?;
+        Ok::<_, String>(values)
+    };
+    let whole = after(&[h, h, h])?;
+    let parts = after(&[0.5 * h, h, 0.25 * h, 1.25 * h])?;
+    let pairs = whole.iter().zip(&parts);
+    let differences = pairs.map(|(a, b)| (a - b).abs() / a.abs().max(b.abs()).max(1e-9));
+    let largest = differences.fold(0.0, f64::max);
+    outcome.note(format!(
+        "three steps and the same time in four others differ by {largest:.1e} at most, relatively"
+    ));
+    Ok(())
+}
+
+fn terminate(fmu: &Fmu, _: &mut Outcome) -> Result<(), String> {
+    let mut instance = Instance::started(fmu, "terminate")?;
+    let before = instance.motion(3, 0)?;
+    instance.enter(Mode::Terminated)?;
+    instance.observe()?;
+    instance.enter(Mode::Instantiated)?;
+    instance.initialize()?;
+    match instance.motion(3, 0)? == before {
+        true => Ok(()),
+        false => {
+            Err("after fmi2Terminate and fmi2Reset it does not do what it did at first".into())
+        }
+    }
+}
+
+/// A status that is none, or one that a co-simulation FMU that is not asynchronous has no use for.
+pub fn is_odd(status: c_int) -> bool {
+    !(0..=3).contains(&status)
+}

@@ -1,0 +1,590 @@
+//! An instance of an FMU as a strict importer holds it: with its log, the time, and what can be
+//! read of it. The FMU is asked nothing of types of which it has no variable.
+
+use std::ffi::{CString, c_int};
+use std::ptr;
+
+use fmu_description::{Access, Variable};
+
+use super::fmi2::Callbacks;
+use super::fmu::Fmu;
+use super::functions::{Experiment, Functions};
+use super::log::{Log, Message};
+use super::order::Mode;
+use super::symbols::{ABSENT, OK, Pointer, WARNING};
+use super::text;
+
+/// How an instance is made and what is asked of it.
+#[derive(Clone, Copy, Debug)]
+pub struct Manner<'a> {
+    /// GUID or instantiation token; None for that of the description.
+    pub token: Option<&'a str>,
+    /// loggingOn.
+    pub is_logging: bool,
+    /// It is given functions for memory (FMI 2.0).
+    pub gives_memory: bool,
+    /// A call that must succeed may also answer with a warning.
+    pub may_warn: bool,
+}
+
+impl Manner<'_> {
+    /// As most importers do it.
+    pub const USUAL: Self = Self {
+        token: None,
+        is_logging: false,
+        gives_memory: true,
+        may_warn: true,
+    };
+    /// What FMUs made with fmu-export bear: no functions for memory, and no warnings from calls.
+    pub const STRICT: Self = Self {
+        gives_memory: false,
+        may_warn: false,
+        ..Self::USUAL
+    };
+}
+
+/// No status: a text is at a place that cannot be read.
+pub const NO_TEXT: c_int = 1001;
+
+/// A live instance; freed when dropped.
+pub struct Instance<'a> {
+    /// Its FMU.
+    pub fmu: &'a Fmu,
+    /// `fmi2Component`.
+    pub c: Pointer,
+    /// instanceName.
+    pub name: String,
+    /// Time of the last communication point, s.
+    pub time: f64,
+    /// What it was set up with.
+    experiment: Experiment,
+    /// It is in Event Mode between steps, where FMI 3.0 allows a get after a set.
+    in_events: bool,
+    may_warn: bool,
+    log: Log,
+    _callbacks: Box<Callbacks>,
+}
+
+impl<'a> Instance<'a> {
+    /// fmi2Instantiate as it should be done.
+    pub fn new(fmu: &'a Fmu, name: &str) -> Result<Self, String> {
+        Self::with(fmu, name, Manner::USUAL)
+    }
+
+    /// fmi2Instantiate.
+    pub fn with(fmu: &'a Fmu, name: &str, manner: Manner) -> Result<Self, String> {
+        let log = Log::new(name);
+        let mut callbacks = Box::new(log.callbacks());
+        if manner.gives_memory {
+            callbacks.allocate_memory = Some(libc_calloc);
+            callbacks.free_memory = Some(libc_free);
+        }
+        let token = manner.token.unwrap_or(&fmu.description.guid);
+        let [c_name, token] = [name, token].map(|s| CString::new(s).expect("no NUL in names"));
+        let resources = match fmu.resources.is_empty() {
+            true => ptr::null(),
+            false => fmu.resources.as_ptr(),
+        };
+        let logging = c_int::from(manner.is_logging);
+        // SAFETY: valid strings, and callbacks that outlive the instance.
+        let c = unsafe {
+            fmu.functions.instantiate(
+                c_name.as_ptr(),
+                1,
+                token.as_ptr(),
+                resources,
+                &*callbacks,
+                0,
+                logging,
+            )
+        };
+        if c.is_null() {
+            return Err(format!(
+                "fmi2Instantiate gave NULL{}",
+                told(&log.take_own())
+            ));
+        }
+        Ok(Self {
+            fmu,
+            c,
+            name: name.to_string(),
+            time: 0.0,
+            experiment: Experiment::default(),
+            in_events: false,
+            may_warn: manner.may_warn,
+            log,
+            _callbacks: callbacks,
+        })
+    }
+
+    /// At the first communication point, with the start values.
+    pub fn started(fmu: &'a Fmu, name: &str) -> Result<Self, String> {
+        let mut instance = Self::new(fmu, name)?;
+        instance.initialize()?;
+        Ok(instance)
+    }
+
+    /// In Initialization Mode, at the default start time.
+    pub fn initializing(fmu: &'a Fmu, name: &str) -> Result<Self, String> {
+        let mut instance = Self::new(fmu, name)?;
+        instance.setup(start_time(fmu), None)?;
+        instance.enter(Mode::Initialization)?;
+        Ok(instance)
+    }
+
+    /// Where values may be read after others were set: at the first communication point, or where
+    /// FMI 3.0 forbids that there, in Initialization Mode.
+    pub fn exchanging(fmu: &'a Fmu, name: &str) -> Result<Self, String> {
+        match fmu.functions.reads_after_set() {
+            true => Self::started(fmu, name),
+            false => Self::initializing(fmu, name),
+        }
+    }
+
+    /// Messages since the last call of this function.
+    pub fn messages(&self) -> Vec<Message> {
+        self.log.take()
+    }
+
+    /// A call that must be answered by fmi2OK; fmi2Warning is let through.
+    pub fn must(&self, call: &str, status: c_int) -> Result<(), String> {
+        match status {
+            OK => Ok(()),
+            WARNING if self.may_warn => Ok(()),
+            _ => Err(format!(
+                "{call} gave {}{}",
+                status_name(status),
+                told(&self.messages())
+            )),
+        }
+    }
+
+    /// From Instantiated to the first communication point, at the default start time.
+    pub fn initialize(&mut self) -> Result<(), String> {
+        self.initialize_between(start_time(self.fmu), None)
+    }
+
+    /// From Instantiated to the first communication point.
+    pub fn initialize_between(&mut self, start: f64, stop: Option<f64>) -> Result<(), String> {
+        self.setup(start, stop)?;
+        self.enter(Mode::Initialization)?;
+        self.enter(Mode::Stepping)
+    }
+
+    /// fmi2SetupExperiment.
+    pub fn setup(&mut self, start: f64, stop: Option<f64>) -> Result<(), String> {
+        self.experiment = Experiment {
+            start,
+            has_stop: stop.is_some(),
+            stop: stop.unwrap_or(0.0),
+            ..Experiment::default()
+        };
+        let f = &self.fmu.functions;
+        // SAFETY: a live instance.
+        let status = unsafe { f.setup_experiment(self.c, self.experiment) };
+        self.time = start;
+        self.must("fmi2SetupExperiment", status)
+    }
+
+    /// The call that leads into the next mode.
+    pub fn enter(&mut self, mode: Mode) -> Result<(), String> {
+        let (f, c) = (&self.fmu.functions, self.c);
+        // SAFETY: a live instance.
+        let (name, status) = unsafe {
+            match mode {
+                Mode::Instantiated => ("fmi2Reset", f.reset(c)),
+                Mode::Initialization => {
+                    let status = f.enter_initialization_mode(c, self.experiment);
+                    ("fmi2EnterInitializationMode", status)
+                }
+                Mode::Event | Mode::Stepping | Mode::SteppingAfterSet => {
+                    let status = f.exit_initialization_mode(c);
+                    ("fmi2ExitInitializationMode", status)
+                }
+                Mode::Terminated => ("fmi2Terminate", f.terminate(c)),
+            }
+        };
+        self.in_events = f.has_event_mode() && matches!(mode, Mode::Event | Mode::Stepping);
+        self.must(name, status)
+    }
+
+    /// A step from `t`; its status.
+    pub fn step_from(&mut self, t: f64, h: f64) -> c_int {
+        self.stepping(|f, c| {
+            // SAFETY: a live instance.
+            unsafe { f.do_step(c, t, h, 1) }
+        })
+    }
+
+    /// Out of Event Mode, to stay in Step Mode.
+    pub fn enter_step_mode(&mut self) -> Result<(), String> {
+        if !std::mem::take(&mut self.in_events) {
+            return Ok(());
+        }
+        // SAFETY: a live instance.
+        let status = unsafe { self.fmu.functions.leave_events(self.c) };
+        self.must("fmi3EnterStepMode", status)
+    }
+
+    /// What is done where steps are made: in FMI 3.0 in Step Mode, between two visits of Event
+    /// Mode.
+    pub fn stepping(&self, act: impl FnOnce(&Functions, Pointer) -> c_int) -> c_int {
+        let (f, c) = (&self.fmu.functions, self.c);
+        if !self.in_events {
+            return act(f, c);
+        }
+        // SAFETY: a live instance.
+        let left = unsafe { f.leave_events(c) };
+        if left > WARNING {
+            return left;
+        }
+        let status = act(f, c);
+        // SAFETY: a live instance.
+        let entered = unsafe { f.enter_events(c) };
+        status.max(entered)
+    }
+
+    /// fmi2DoStep from the present time, which must succeed.
+    pub fn step(&mut self, h: f64) -> Result<(), String> {
+        let status = self.step_from(self.time, h);
+        self.must(
+            &format!("fmi2DoStep from t = {} s by {h} s", self.time),
+            status,
+        )?;
+        self.time += h;
+        Ok(())
+    }
+
+    /// Values of Real variables; without any, nothing is called.
+    pub fn reals(&self, references: &[u32]) -> (c_int, Vec<f64>) {
+        if references.is_empty() {
+            return (OK, Vec::new());
+        }
+        let mut values = vec![0.0; self.fmu.functions.count(references)];
+        let (vr, n) = (references.as_ptr(), references.len());
+        // SAFETY: a live instance, arrays of equal length.
+        let status = unsafe {
+            self.fmu
+                .functions
+                .get_real(self.c, vr, n, values.as_mut_ptr())
+        };
+        (status, values)
+    }
+
+    /// Values of Real variables, all of which must be to be had; the error names the first that is
+    /// not.
+    pub fn must_read(&self, vr: &[u32]) -> Result<Vec<f64>, String> {
+        let (status, values) = self.reals(vr);
+        if status <= WARNING {
+            return Ok(values);
+        }
+        let said = told(&self.messages());
+        let refused = vr.iter().find(|r| self.reals(&[**r]).0 > WARNING);
+        let refused = refused.and_then(|r| self.fmu.find(*r));
+        let of = refused.map_or("all variables".into(), |v| format!("`{}`", v.name));
+        Err(format!(
+            "fmi2GetReal of {of} gave {}{said}",
+            status_name(status)
+        ))
+    }
+
+    /// Values of a Real variable, which must be to be had.
+    pub fn read(&self, v: &Variable) -> Result<Vec<f64>, String> {
+        let (status, values) = self.reals(&[v.reference]);
+        self.must(&format!("fmi2GetReal of `{}`", v.name), status)?;
+        Ok(values)
+    }
+
+    /// Directional derivatives of the unknowns for a change of the knowns by the seed.
+    pub fn directional(&self, unknowns: &[u32], knowns: &[u32], seed: &[f64]) -> (c_int, Vec<f64>) {
+        let f = &self.fmu.functions;
+        assert_eq!(f.count(knowns), seed.len());
+        let mut result = vec![0.0; f.count(unknowns)];
+        let (unknown, n, known, m) = slices(unknowns, knowns);
+        let (seed, place) = (seed.as_ptr(), result.as_mut_ptr());
+        // SAFETY: a live instance, arrays of fitting lengths.
+        let status =
+            unsafe { f.get_directional_derivative(self.c, unknown, n, known, m, seed, place) };
+        (status, result)
+    }
+
+    /// Adjoint derivatives of FMI 3.0; of fewer seeds than there are elements of the unknowns, if that is tried.
+    pub fn adjoint(&self, unknowns: &[u32], knowns: &[u32], seed: &[f64]) -> (c_int, Vec<f64>) {
+        let mut result = vec![0.0; self.fmu.functions.count(knowns)];
+        let Some(f) = self.fmu.functions.fmi3() else {
+            return (ABSENT, result);
+        };
+        let (unknown, n, known, m) = slices(unknowns, knowns);
+        let (seeds, seed) = (seed.len(), seed.as_ptr());
+        let (results, place) = (result.len(), result.as_mut_ptr());
+        // SAFETY: a live instance, arrays of the lengths given.
+        let status = unsafe {
+            (f.fmi3GetAdjointDerivative)(self.c, unknown, n, known, m, seed, seeds, place, results)
+        };
+        (status, result)
+    }
+
+    /// Derivatives of outputs, of these orders.
+    pub fn output_derivatives(&self, references: &[u32], orders: &[c_int]) -> (c_int, Vec<f64>) {
+        let f = &self.fmu.functions;
+        assert_eq!(references.len(), orders.len());
+        let mut values = vec![0.0; f.count(references)];
+        let (vr, n, place) = (references.as_ptr(), references.len(), values.as_mut_ptr());
+        // SAFETY: a live instance, arrays of fitting lengths.
+        let status = unsafe { f.get_output_derivatives(self.c, vr, n, orders.as_ptr(), place) };
+        (status, values)
+    }
+
+    /// Set derivatives of inputs, of these orders (FMI 2.0).
+    pub fn set_input_derivatives(
+        &self,
+        references: &[u32],
+        orders: &[c_int],
+        values: &[f64],
+    ) -> c_int {
+        let n = references.len();
+        assert_eq!([orders.len(), values.len()], [n; 2]);
+        let (vr, orders, values) = (references.as_ptr(), orders.as_ptr(), values.as_ptr());
+        let f = &self.fmu.functions;
+        // SAFETY: a live instance, arrays of equal length.
+        unsafe { f.set_input_derivatives(self.c, vr, n, orders, values) }
+    }
+
+    /// Set Real variables; the status.
+    pub fn set_reals(&self, references: &[u32], values: &[f64]) -> c_int {
+        assert_eq!(self.fmu.functions.count(references), values.len());
+        let (vr, n) = (references.as_ptr(), references.len());
+        // SAFETY: a live instance, arrays of equal length.
+        unsafe { self.fmu.functions.set_real(self.c, vr, n, values.as_ptr()) }
+    }
+
+    /// Values of Integer, enumeration or Boolean variables.
+    pub fn integers(&self, access: Access, references: &[u32]) -> (c_int, Vec<c_int>) {
+        if references.is_empty() {
+            return (OK, Vec::new());
+        }
+        let f = &self.fmu.functions;
+        let mut values = vec![0; f.count(references)];
+        let (vr, n, place) = (references.as_ptr(), references.len(), values.as_mut_ptr());
+        // SAFETY: a live instance, room for all elements.
+        let status = unsafe { f.get_integers(access == Access::Boolean, self.c, vr, n, place) };
+        (status, values)
+    }
+
+    /// Values of String variables; the status is [`NO_TEXT`] where a pointer leads nowhere.
+    pub fn texts(&self, references: &[u32]) -> (c_int, Vec<String>) {
+        if references.is_empty() {
+            return (OK, Vec::new());
+        }
+        let mut values = vec![ptr::null(); self.fmu.functions.count(references)];
+        let (vr, n, place) = (references.as_ptr(), references.len(), values.as_mut_ptr());
+        // SAFETY: a live instance, arrays of equal length.
+        let status = unsafe { self.fmu.functions.get_string(self.c, vr, n, place) };
+        if status > WARNING {
+            return (status, vec![String::new(); values.len()]);
+        }
+        // SAFETY: what is given out is NULL or a C string until the next call.
+        let texts = values.into_iter().map(|value| unsafe { text::read(value) });
+        match texts.collect::<Option<Vec<_>>>() {
+            Some(texts) => (status, texts),
+            None => (NO_TEXT, Vec::new()),
+        }
+    }
+
+    /// A state of it, saved by fmi2GetFMUstate.
+    pub fn save(&self) -> Result<Pointer, String> {
+        let mut state = ptr::null_mut();
+        // SAFETY: a live instance, a place for the result.
+        let status = unsafe { self.fmu.functions.get_fmu_state(self.c, &mut state) };
+        self.must("fmi2GetFMUstate", status)?;
+        match state.is_null() {
+            true => Err("fmi2GetFMUstate gave NULL".into()),
+            false => Ok(state),
+        }
+    }
+
+    /// Go back to a saved state, of this time in s.
+    pub fn go_back(&mut self, state: Pointer, time: f64) -> Result<(), String> {
+        // SAFETY: a live instance and a state of it.
+        let status = unsafe { self.fmu.functions.set_fmu_state(self.c, state) };
+        self.time = time;
+        self.must("fmi2SetFMUstate", status)
+    }
+
+    /// Free a saved state, or NULL.
+    pub fn free(&self, mut state: Pointer) -> Result<(), String> {
+        // SAFETY: a live instance and a state of it, or NULL.
+        let status = unsafe { self.fmu.functions.free_fmu_state(self.c, &mut state) };
+        self.must("fmi2FreeFMUstate", status)
+    }
+
+    /// All of it that can be saved, as bytes.
+    pub fn bytes(&self) -> Result<Vec<u8>, String> {
+        let f = &self.fmu.functions;
+        let (state, mut size) = (self.save()?, 0);
+        // SAFETY: a live instance, a state of it, a place for the result.
+        let status = unsafe { f.serialized_fmu_state_size(self.c, state, &mut size) };
+        self.must("fmi2SerializedFMUstateSize", status)?;
+        let mut bytes = Vec::new();
+        if bytes.try_reserve_exact(size).is_err() {
+            return Err(format!("fmi2SerializedFMUstateSize gave {size} bytes"));
+        }
+        bytes.resize(size, 0);
+        // SAFETY: as many bytes as asked for.
+        let status = unsafe { f.serialize_fmu_state(self.c, state, bytes.as_mut_ptr(), size) };
+        self.must("fmi2SerializeFMUstate", status)?;
+        self.free(state)?;
+        Ok(bytes)
+    }
+
+    /// A state made of bytes; the status, and what was made.
+    pub fn deserialize(&self, bytes: &[u8]) -> (c_int, Pointer) {
+        let (f, mut state) = (&self.fmu.functions, ptr::null_mut());
+        // SAFETY: a live instance, readable bytes of the length given, a place for the result.
+        let status =
+            unsafe { f.deserialize_fmu_state(self.c, bytes.as_ptr(), bytes.len(), &mut state) };
+        (status, state)
+    }
+
+    /// Take over a state of this time, s, that was saved as bytes.
+    pub fn restore(&mut self, bytes: &[u8], time: f64) -> Result<(), String> {
+        let (status, state) = self.deserialize(bytes);
+        self.must("fmi2DeSerializeFMUstate", status)?;
+        self.go_back(state, time)?;
+        self.free(state)
+    }
+
+    /// Everything that can be read, as bits: numbers of all variables.
+    pub fn observe(&self) -> Result<Vec<u64>, String> {
+        let description = &self.fmu.description;
+        let of = |access| references(&description.variables, |v| v.access() == access);
+        let reals = self.must_read(&of(Access::Real))?;
+        let mut bits: Vec<_> = reals.iter().map(|value| value.to_bits()).collect();
+        for access in [Access::Integer, Access::Int64, Access::Boolean] {
+            let (status, values) = self.integers(access, &of(access));
+            self.must(&format!("fmi2Get{access:?} of all variables"), status)?;
+            bits.extend(values.iter().map(|value| u64::from(value.cast_unsigned())));
+        }
+        Ok(bits)
+    }
+
+    /// Step a while with inputs that move a little; everything that can be read after each step.
+    pub fn motion(&mut self, steps: usize, phase: usize) -> Result<Vec<u64>, String> {
+        let h = step_size(self.fmu);
+        let mut bits = Vec::new();
+        for k in 0..steps {
+            self.excite(phase + k);
+            self.step(h)?;
+            bits.extend(self.observe()?);
+        }
+        Ok(bits)
+    }
+
+    /// Set Real inputs a little beside their start values, inside their bounds. A model that
+    /// refuses them keeps what it had.
+    pub fn excite(&self, k: usize) {
+        let is_moving = |v: &&Variable| v.is_input() && v.access() == Access::Real;
+        for (n, v) in self
+            .fmu
+            .description
+            .variables
+            .iter()
+            .filter(is_moving)
+            .enumerate()
+        {
+            let [min, max] = v.bounds();
+            let value = |element: usize| {
+                let (start, scale) = about(v, element);
+                let phase = 0.7 * k as f64 + n as f64 + element as f64;
+                (start + 0.01 * scale * phase.sin()).clamp(min, max)
+            };
+            if min <= max {
+                let values: Vec<f64> = (0..v.size()).map(value).collect();
+                self.set_reals(&[v.reference], &values);
+            }
+        }
+        self.messages();
+    }
+}
+
+impl Drop for Instance<'_> {
+    fn drop(&mut self) {
+        // SAFETY: a live instance, freed once.
+        unsafe { self.fmu.functions.free_instance(self.c) }
+    }
+}
+
+unsafe extern "C" fn libc_calloc(count: usize, size: usize) -> Pointer {
+    // SAFETY: calloc takes any sizes.
+    unsafe { libc::calloc(count, size) }
+}
+
+unsafe extern "C" fn libc_free(memory: Pointer) {
+    // SAFETY: what calloc gave, or NULL.
+    unsafe { libc::free(memory) }
+}
+
+/// Two lists of value references as C functions take them.
+fn slices(unknowns: &[u32], knowns: &[u32]) -> (*const u32, usize, *const u32, usize) {
+    let (unknown, known) = (unknowns.as_ptr(), knowns.as_ptr());
+    (unknown, unknowns.len(), known, knowns.len())
+}
+
+/// Value references of the variables that fit.
+pub fn references(variables: &[Variable], fits: impl Fn(&Variable) -> bool) -> Vec<u32> {
+    let fitting = variables.iter().filter(|v| fits(v));
+    fitting.map(|v| v.reference).collect()
+}
+
+/// Start value of an element of a Real, and about how large its values are.
+pub fn about(v: &Variable, element: usize) -> (f64, f64) {
+    let start = v.start_number_of(element).unwrap_or(0.0);
+    let scale = v.nominal.unwrap_or(start.abs()).abs();
+    (start, if scale > 0.0 { scale } else { 1.0 })
+}
+
+/// Start time of the default experiment, s.
+pub fn start_time(fmu: &Fmu) -> f64 {
+    fmu.description.default_experiment.start.unwrap_or(0.0)
+}
+
+/// Communication step that the FMU proposes, else a five-hundredth of its experiment, else 10 ms;
+/// in s.
+pub fn step_size(fmu: &Fmu) -> f64 {
+    let experiment = &fmu.description.default_experiment;
+    let span = experiment
+        .stop
+        .map(|stop| (stop - experiment.start.unwrap_or(0.0)) / 500.0);
+    let proposed = experiment.step.or(span).unwrap_or(0.01);
+    if proposed.is_finite() && proposed > 0.0 {
+        proposed
+    } else {
+        0.01
+    }
+}
+
+/// Name of a status.
+pub fn status_name(status: c_int) -> String {
+    let names = [
+        "fmi2OK",
+        "fmi2Warning",
+        "fmi2Discard",
+        "fmi2Error",
+        "fmi2Fatal",
+        "fmi2Pending",
+    ];
+    let known = usize::try_from(status).ok().and_then(|k| names.get(k));
+    match (known, status) {
+        (Some(name), _) => (*name).to_string(),
+        (_, ABSENT) => "no answer, since the library does not export it".to_string(),
+        (_, NO_TEXT) => "a pointer that leads to no text".to_string(),
+        _ => format!("the number {status}, which is no fmi2Status"),
+    }
+}
+
+/// The last message, for the end of a sentence.
+fn told(messages: &[Message]) -> String {
+    messages
+        .last()
+        .map_or(String::new(), |m| format!(": {}", m.format))
+}

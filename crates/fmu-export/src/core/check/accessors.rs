@@ -1,0 +1,71 @@
+//! Each row has a field of its own, which both of its accessors are of.
+
+use super::point::{Point, known};
+use super::trial::Trial;
+use crate::Model;
+use crate::core::causality::Causality;
+use crate::core::place::Place;
+use std::collections::BTreeMap;
+
+impl<M: Model> Trial<M> {
+    /// Writes each input and parameter, and reads all.
+    pub(super) fn accessors(&mut self) {
+        let elements: Vec<_> = self.layout.iter().collect();
+        let read = |point: &mut Point<M>| -> Vec<_> {
+            elements
+                .iter()
+                .map(|&element| point.read(element))
+                .collect()
+        };
+        let before = read(&mut self.start.clone());
+        for (k, &element) in elements.iter().enumerate() {
+            let mut point = self.start.clone();
+            let lengths = known!(element.1, point, |place, owner| {
+                (place.slice(owner).len(), place.slice_mut(owner).len())
+            });
+            if lengths.is_some_and(|(read, write)| read != write) {
+                let problem = format!("`{}`: its accessors are of different fields", self.name(k));
+                self.problems.insert(problem);
+                continue;
+            }
+            if !point.perturb(element, 0.25) {
+                continue;
+            }
+            let after = read(&mut point);
+            if after[k] == before[k] {
+                let problem = format!("`{}`: its accessors are of different fields", self.name(k));
+                self.problems.insert(problem);
+            }
+            for other in (0..elements.len()).filter(|&j| j != k && after[j] != before[j]) {
+                let names = [self.name(k.min(other)), self.name(k.max(other))];
+                let problem = format!("`{}` and `{}` share a field", names[0], names[1]);
+                self.problems.insert(problem);
+            }
+        }
+    }
+
+    /// Looks where the outputs are.
+    pub(super) fn outputs(&mut self) {
+        let y = M::Output::default();
+        let mut places = BTreeMap::new();
+        for (k, (i, row)) in self.layout.iter().enumerate() {
+            if row.causality == Causality::Constant {
+                continue; // in no field; the compiler may put equal ones in one place
+            }
+            let address = match &row.place {
+                Place::RealOut(place) => (&raw const place.slice(&y)[i]).addr(),
+                Place::IntegerOut(place) => (&raw const place.slice(&y)[i]).addr(),
+                Place::BooleanOut(place) => (&raw const place.slice(&y)[i]).addr(),
+                _ => continue,
+            };
+            if let Some(first) = places.insert(address, k) {
+                let problem = format!(
+                    "`{}` and `{}` share a field",
+                    self.name(first),
+                    self.name(k)
+                );
+                self.problems.insert(problem);
+            }
+        }
+    }
+}

@@ -1,0 +1,186 @@
+//! Outputs follow what they declare, and nothing else.
+
+use super::point::Point;
+use super::trial::{Trial, output, texts};
+use crate::core::causality::{Causality, Dependencies};
+use crate::core::layout::Layout;
+use crate::core::model::Variable;
+use crate::core::place::Names;
+use crate::{Evaluation, InputPolynomial, Model, ModelError, StepEnd};
+
+impl<M: Model> Trial<M> {
+    /// Outputs at fixed states against each input, at points away from the start.
+    pub(super) fn dependencies(&mut self) {
+        let step = M::INFO.experiment.step;
+        let Ok(mut model) = M::initialize(&self.start.0, &self.start.1, 0.0) else {
+            return;
+        };
+        let mut point = self.start.clone();
+        let first = output(&self.layout, &model, &point);
+        for k in 0..4 {
+            self.compare_inputs(&model, &point);
+            self.derivatives(&model, &point);
+            if let (Ok(first), Ok(now)) = (&first, output(&self.layout, &model, &point)) {
+                self.compare_fixed(first, &now);
+            }
+            if advance(&mut model, &point, f64::from(k) * step, step).is_err() {
+                return;
+            }
+            // Some other inputs next time, as far as the model takes them.
+            let elements: Vec<_> = self.layout.iter().collect();
+            for (n, &element) in elements.iter().enumerate() {
+                let mut moved = point.clone();
+                let part = 0.01 * (1.0 + ((7 * n + 3) % 11) as f64);
+                if element.1.causality == Causality::Input
+                    && moved.perturb(element, part)
+                    && output(&self.layout, &model, &moved).is_ok()
+                {
+                    point = moved;
+                }
+            }
+        }
+    }
+
+    fn compare_inputs(&mut self, model: &M, point: &Point<M>) {
+        let Ok(expected) = output(&self.layout, model, point) else {
+            return;
+        };
+        for (known, element) in self.layout.iter().enumerate().collect::<Vec<_>>() {
+            for part in [1e-3, 0.2] {
+                let mut moved = point.clone();
+                if element.1.causality != Causality::Input || !moved.perturb(element, part) {
+                    continue;
+                }
+                let Ok(found) = output(&self.layout, model, &moved) else {
+                    continue;
+                };
+                self.compare(known, &expected, &found, false);
+                if element.1.beside_evaluation
+                    && !keeps_evaluation(&self.layout, model, point, &moved)
+                {
+                    let name = self.name(known);
+                    self.problems.insert(format!(
+                        "`{name}`: the evaluation follows it, though it is declared to be beside it"
+                    ));
+                }
+            }
+        }
+    }
+
+    /// Outputs after initialization against each input and parameter.
+    pub(super) fn initial_dependencies(&mut self) {
+        let Point(p, u) = &self.start;
+        let layout = &Layout::new(p, u);
+        let initial = |point: &Point<M>| {
+            let model = M::initialize(&point.0, &point.1, 0.0)?;
+            output(layout, &model, point)
+        };
+        let Ok(expected) = initial(&self.start) else {
+            return;
+        };
+        for (known, element) in self.layout.iter().enumerate().collect::<Vec<_>>() {
+            for part in [1e-3, 0.2] {
+                let mut moved = self.start.clone();
+                if !moved.perturb(element, part) {
+                    continue;
+                }
+                if let Ok(found) = initial(&moved) {
+                    self.compare(known, &expected, &found, true);
+                }
+            }
+        }
+    }
+
+    /// Reports what must be fixed, and is another after some steps.
+    fn compare_fixed(&mut self, first: &[String], now: &[String]) {
+        for (k, (i, row)) in self.layout.iter().enumerate() {
+            if is_fixed(row) && first[k] != now[k] {
+                let (name, kind) = (row.element_name(i), row.kind(&Names::PLAIN));
+                self.problems
+                    .insert(format!("`{name}` changes in a step, but is {kind}"));
+            }
+        }
+    }
+
+    /// Reports the outputs that follow element `known` without saying so.
+    fn compare(&mut self, known: usize, expected: &[String], found: &[String], initially: bool) {
+        for (k, (i, row)) in self.layout.iter().enumerate().collect::<Vec<_>>() {
+            let is_declared = matches!(
+                row.causality,
+                Causality::Output | Causality::CalculatedParameter | Causality::Constant
+            );
+            if !is_declared || expected[k] == found[k] {
+                continue;
+            }
+            let (_, of) = self.layout.iter().nth(known).expect("counted");
+            let may_follow = match row.causality {
+                Causality::Constant => false,
+                Causality::CalculatedParameter => of.causality == Causality::Parameter,
+                _ => true,
+            };
+            if !may_follow {
+                let (output, kind, known) =
+                    (self.name(k), row.kind(&Names::PLAIN), self.name(known));
+                self.problems
+                    .insert(format!("`{output}` depends on `{known}`, but is {kind}"));
+                continue;
+            }
+            let declared: Dependencies = if initially {
+                row.initial_dependencies
+            } else {
+                row.dependencies
+            };
+            let resolved = self.knowns.resolve(declared, i, initially);
+            if let Ok(Some(elements)) = resolved
+                && !elements.contains(&known)
+            {
+                let (output, known) = (self.name(k), self.name(known));
+                let when = if initially { " initially" } else { "" };
+                self.problems.insert(format!(
+                    "`{output}` depends{when} on `{known}`, which it does not declare"
+                ));
+            }
+        }
+    }
+}
+
+/// Whether its value is settled in the initialization.
+fn is_fixed<M: Model>(row: &Variable<M>) -> bool {
+    matches!(
+        row.causality,
+        Causality::CalculatedParameter | Causality::Constant
+    )
+}
+
+fn advance<M: Model>(
+    model: &mut M,
+    Point(p, u): &Point<M>,
+    t: f64,
+    h: f64,
+) -> Result<StepEnd, ModelError> {
+    let now = M::Evaluation::of(model, p, u)?;
+    model.step(p, &InputPolynomial::held(*u), &now, t, h)
+}
+
+/// Whether an evaluation of one point serves for another one: in outputs now, and after a step.
+fn keeps_evaluation<M: Model>(
+    layout: &Layout<M>,
+    model: &M,
+    old: &Point<M>,
+    new: &Point<M>,
+) -> bool {
+    let Point(p, u) = new;
+    let with = |now: Result<M::Evaluation, ModelError>| -> Result<_, ModelError> {
+        let (now, mut model) = (now?, model.clone());
+        let before = texts(layout, &model.output(p, u, &now)?);
+        let step = M::INFO.experiment.step;
+        model.step(p, &InputPolynomial::held(*u), &now, 0.0, step)?;
+        Ok((before, output(layout, &model, new)?))
+    };
+    let kept = with(M::Evaluation::of(model, &old.0, &old.1));
+    let made = with(M::Evaluation::of(model, p, u));
+    match (kept, made) {
+        (Ok(kept), Ok(made)) => kept == made,
+        (kept, made) => kept.is_err() == made.is_err(),
+    }
+}

@@ -1,0 +1,122 @@
+//! Parameters and inputs at which a model is tried.
+
+use crate::Model;
+use crate::core::layout::Element;
+use crate::core::model::Variable;
+use crate::core::place::Place;
+use crate::core::value::Value;
+
+/// Runs `$then` with the place of an input or a parameter that is a number, and where it lives in a [`Point`].
+macro_rules! known {
+    ($row:expr, $point:expr, |$place:ident, $owner:ident| $then:expr) => {
+        match &$row.place {
+            Place::RealIn($place) => {
+                let $owner = $point.u();
+                Some($then)
+            }
+            Place::IntegerIn($place) => {
+                let $owner = $point.u();
+                Some($then)
+            }
+            Place::BooleanIn($place) => {
+                let $owner = $point.u();
+                Some($then)
+            }
+            Place::RealParameter($place) => {
+                let $owner = $point.p();
+                Some($then)
+            }
+            Place::IntegerParameter($place) => {
+                let $owner = $point.p();
+                Some($then)
+            }
+            Place::BooleanParameter($place) => {
+                let $owner = $point.p();
+                Some($then)
+            }
+            _ => None,
+        }
+    };
+}
+
+pub(super) use known;
+
+/// Parameters and inputs.
+pub(super) struct Point<M: Model>(pub(super) M::Parameters, pub(super) M::Input);
+
+impl<M: Model> Clone for Point<M> {
+    fn clone(&self) -> Self {
+        Self(self.0.clone(), self.1)
+    }
+}
+
+impl<M: Model> Point<M> {
+    pub(super) fn p(&mut self) -> &mut M::Parameters {
+        &mut self.0
+    }
+
+    pub(super) fn u(&mut self) -> &mut M::Input {
+        &mut self.1
+    }
+
+    /// The number in an element, as text: equal texts are equal bits.
+    pub(super) fn read(&mut self, (i, row): Element<M>) -> Option<String> {
+        known!(row, self, |place, owner| place.get(owner, i).to_string())
+    }
+
+    /// Counts that all inputs are set, to what they are.
+    pub(super) fn set_inputs(&mut self) {
+        for counter in M::variables().iter().filter_map(|row| row.counter) {
+            let count = counter(&mut self.1);
+            *count = count.wrapping_add(1);
+        }
+    }
+
+    /// Moves an element by a part of its size, to another value that is allowed; false if there is none.
+    pub(super) fn perturb(&mut self, (i, row): Element<M>, part: f64) -> bool {
+        known!(row, self, |place, owner| {
+            let value = place.get(owner, i);
+            let moved = value.moved(part, row);
+            let other = moved
+                .into_iter()
+                .find(|v| !v.is_same(value) && v.is_allowed(row));
+            if let Some(other) = other {
+                *place.get_mut(owner, i) = other;
+            }
+            other.is_some()
+        })
+        .unwrap_or(false)
+    }
+}
+
+/// Values near another one.
+trait Nearby: Value {
+    fn moved<M: Model>(self, part: f64, row: &Variable<M>) -> Vec<Self>;
+}
+
+impl Nearby for f64 {
+    fn moved<M: Model>(self, part: f64, row: &Variable<M>) -> Vec<f64> {
+        let size = row.nominal.unwrap_or(1.0).max(self.abs());
+        let steps = [
+            part,
+            -part,
+            0.1 * part,
+            -0.1 * part,
+            1e-3 * part,
+            -1e-3 * part,
+        ];
+        steps.iter().map(|part| self + part * size).collect()
+    }
+}
+
+impl Nearby for i32 {
+    fn moved<M: Model>(self, _part: f64, _row: &Variable<M>) -> Vec<i32> {
+        vec![self.saturating_add(1), self.saturating_sub(1)]
+    }
+}
+
+impl Nearby for bool {
+    fn moved<M: Model>(self, _part: f64, _row: &Variable<M>) -> Vec<bool> {
+        vec![!self]
+    }
+}

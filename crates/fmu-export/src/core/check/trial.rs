@@ -1,0 +1,55 @@
+//! A model that is tried: its table, the point at which it starts, and the problems that were found.
+
+use super::point::Point;
+use crate::core::dependencies::Knowns;
+use crate::core::layout::{Element, Layout};
+use crate::core::place::Place;
+use crate::{Evaluation, Model, ModelError};
+use std::collections::BTreeSet;
+
+/// A model that is tried, and what is wrong with its table.
+pub(super) struct Trial<M: Model> {
+    pub(super) layout: Layout<M>,
+    pub(super) knowns: Knowns,
+    pub(super) start: Point<M>,
+    pub(super) problems: BTreeSet<String>,
+}
+
+impl<M: Model> Trial<M> {
+    pub(super) fn new() -> Self {
+        let (p, u) = M::defaults();
+        let layout = Layout::new(&p, &u);
+        Self {
+            knowns: Knowns::new(&layout),
+            layout,
+            start: Point(p, u),
+            problems: BTreeSet::new(),
+        }
+    }
+
+    pub(super) fn name(&self, element: usize) -> String {
+        let (i, row) = self.layout.iter().nth(element).expect("counted");
+        row.element_name(i)
+    }
+}
+
+/// All outputs, as texts by element.
+pub(super) fn output<M: Model>(
+    layout: &Layout<M>,
+    model: &M,
+    point: &Point<M>,
+) -> Result<Vec<String>, ModelError> {
+    let now = M::Evaluation::of(model, &point.0, &point.1)?;
+    Ok(texts(layout, &model.output(&point.0, &point.1, &now)?))
+}
+
+pub(super) fn texts<M: Model>(layout: &Layout<M>, y: &M::Output) -> Vec<String> {
+    let text = |(i, row): Element<M>| match &row.place {
+        Place::RealOut(place) => format!("{:x}", place.get(y, i).to_bits()),
+        Place::IntegerOut(place) => place.get(y, i).to_string(),
+        Place::BooleanOut(place) => place.get(y, i).to_string(),
+        Place::StringOut(get) => get(y).to_owned(),
+        _ => String::new(),
+    };
+    layout.iter().map(text).collect()
+}

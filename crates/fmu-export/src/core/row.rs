@@ -1,0 +1,339 @@
+//! Rows of the table of variables: how they are written, and what follows from that.
+//!
+//! A row is a scalar (`x`) or a vector (`x[1]`, `x[2]`, …). The value reference of an element is its running number across
+//! the table, counted over all types, unless a row says where its elements begin.
+
+use super::causality::{Causality, Dependencies};
+use super::enumeration::{Enumeration, Items};
+use super::model::{Model, SetString, Variable};
+use super::place::{Names, Place, Read, Write};
+use super::unit::Unit;
+use std::ops::RangeInclusive;
+
+macro_rules! writable_rows {
+    ($($scalar:ident $vector:ident $what:literal $causality:ident $place:ident $owner:ident $type:ty;)*) => {$(
+        #[doc = concat!("A scalar ", $what, ".")]
+        pub const fn $scalar(
+            name: &'static str,
+            description: &'static str,
+            get: fn(&M::$owner) -> &$type,
+            get_mut: fn(&mut M::$owner) -> &mut $type,
+        ) -> Self {
+            Self::row(name, description, Causality::$causality, Place::$place(Write::Scalar(get, get_mut)), true)
+        }
+
+        #[doc = concat!("A vector ", $what, ".")]
+        pub const fn $vector(
+            name: &'static str,
+            description: &'static str,
+            get: fn(&M::$owner) -> &[$type],
+            get_mut: fn(&mut M::$owner) -> &mut [$type],
+        ) -> Self {
+            Self::row(name, description, Causality::$causality, Place::$place(Write::Vector(get, get_mut)), false)
+        }
+    )*};
+}
+
+macro_rules! readable_rows {
+    ($($scalar:ident $vector:ident $what:literal $causality:ident $place:ident $type:ty;)*) => {$(
+        #[doc = concat!("A scalar ", $what, ".")]
+        pub const fn $scalar(
+            name: &'static str,
+            description: &'static str,
+            get: fn(&M::Output) -> &$type,
+        ) -> Self {
+            Self::row(name, description, Causality::$causality, Place::$place(Read::Scalar(get)), true)
+        }
+
+        #[doc = concat!("A vector ", $what, ".")]
+        pub const fn $vector(
+            name: &'static str,
+            description: &'static str,
+            get: fn(&M::Output) -> &[$type],
+        ) -> Self {
+            Self::row(name, description, Causality::$causality, Place::$place(Read::Vector(get)), false)
+        }
+    )*};
+}
+
+impl<M: Model> Variable<M> {
+    writable_rows! {
+        input inputs "Real input" Input RealIn Input f64;
+        integer_input integer_inputs "Integer input" Input IntegerIn Input i32;
+        boolean_input boolean_inputs "Boolean input" Input BooleanIn Input bool;
+        parameter parameters "Real parameter" Parameter RealParameter Parameters f64;
+        integer_parameter integer_parameters "Integer parameter" Parameter IntegerParameter Parameters i32;
+        boolean_parameter boolean_parameters "Boolean parameter" Parameter BooleanParameter Parameters bool;
+    }
+
+    readable_rows! {
+        output outputs "Real output" Output RealOut f64;
+        integer_output integer_outputs "Integer output" Output IntegerOut i32;
+        boolean_output boolean_outputs "Boolean output" Output BooleanOut bool;
+        local locals "Real local variable (a field of `Output` that is not meant for wiring)" Local RealOut f64;
+        integer_local integer_locals "Integer local variable" Local IntegerOut i32;
+        boolean_local boolean_locals "Boolean local variable" Local BooleanOut bool;
+        calculated_parameter calculated_parameters "Real parameter that is calculated of others, in [`Model::output`](crate::Model::output)" CalculatedParameter RealOut f64;
+        integer_calculated_parameter integer_calculated_parameters "Integer parameter that is calculated of others" CalculatedParameter IntegerOut i32;
+        boolean_calculated_parameter boolean_calculated_parameters "Boolean parameter that is calculated of others" CalculatedParameter BooleanOut bool;
+        constant constants "Real constant; `|_| &9.80665` is the accessor of a number" Constant RealOut f64;
+        integer_constant integer_constants "Integer constant" Constant IntegerOut i32;
+        boolean_constant boolean_constants "Boolean constant" Constant BooleanOut bool;
+    }
+
+    /// A String output.
+    pub const fn string_output(
+        name: &'static str,
+        description: &'static str,
+        get: fn(&M::Output) -> &str,
+    ) -> Self {
+        let place = Place::StringOut(get);
+        Self::row(name, description, Causality::Output, place, true)
+    }
+
+    /// A String parameter (fixed). `set` may read a file and replace every other parameter: afterwards the layer sets
+    /// those again that the importer has set explicitly, so that the order of setting does not matter.
+    pub const fn string_parameter(
+        name: &'static str,
+        description: &'static str,
+        get: fn(&M::Parameters) -> &str,
+        set: SetString<M>,
+    ) -> Self {
+        let place = Place::StringParameter(get, set);
+        Self::row(name, description, Causality::Parameter, place, true)
+    }
+
+    const fn row(
+        name: &'static str,
+        description: &'static str,
+        causality: Causality,
+        place: Place<M::Parameters, M::Input, M::Output>,
+        scalar: bool,
+    ) -> Self {
+        Self {
+            name,
+            description,
+            causality,
+            place,
+            scalar,
+            tunable: false,
+            discrete: false,
+            beside_evaluation: false,
+            read_by_texts: false,
+            counter: None,
+            at: None,
+            unit: None,
+            own_unit: None,
+            each_unit: &[],
+            display_unit: None,
+            min: f64::NEG_INFINITY,
+            max: f64::INFINITY,
+            nominal: None,
+            enumeration: None,
+            dependencies: Dependencies::Unknown,
+            initial_dependencies: Dependencies::Unknown,
+        }
+    }
+
+    /// A row without elements, in place of which another one is put.
+    #[cfg(feature = "derive")]
+    pub(crate) const NOTHING: Self = {
+        let place = Place::RealOut(Read::Vector(|_| &[]));
+        Self::row("", "", Causality::Local, place, false)
+    };
+
+    /// The value reference of the first element, at most 65535; further elements, and the rows below, follow on. A reference that is
+    /// said does not move when a row is inserted above.
+    pub const fn at(mut self, reference: u32) -> Self {
+        self.at = Some(reference);
+        self
+    }
+
+    /// Unit of a Real row, from [`KNOWN_UNITS`](crate::KNOWN_UNITS) or [`Info::units`](crate::Info::units).
+    pub const fn unit(mut self, unit: &'static str) -> Self {
+        self.unit = Some(unit);
+        self
+    }
+
+    /// Unit of a Real row that is neither known nor in [`Info::units`](crate::Info::units).
+    pub const fn own_unit(mut self, unit: &'static Unit) -> Self {
+        self.unit = Some(unit.name);
+        self.own_unit = Some(unit);
+        self
+    }
+
+    /// Like [`unit`](Self::unit), one for each element of a vector, e.g. of a wrench.
+    pub const fn each_unit(mut self, units: &'static [&'static str]) -> Self {
+        self.each_unit = units;
+        self
+    }
+
+    /// Unit of element `i`.
+    pub(crate) fn unit_of(&self, i: usize) -> Option<&'static str> {
+        self.each_unit.get(i).copied().or(self.unit)
+    }
+
+    /// Unit that tools show; one of the unit's display units.
+    pub const fn display_unit(mut self, unit: &'static str) -> Self {
+        self.display_unit = Some(unit);
+        self
+    }
+
+    /// Least value; a smaller one is refused when set.
+    pub const fn min(mut self, min: f64) -> Self {
+        self.min = min;
+        self
+    }
+
+    /// Greatest value; a larger one is refused when set.
+    pub const fn max(mut self, max: f64) -> Self {
+        self.max = max;
+        self
+    }
+
+    /// Least and greatest value, as [`min`](Self::min) and [`max`](Self::max).
+    pub const fn range(self, values: RangeInclusive<f64>) -> Self {
+        self.min(*values.start()).max(*values.end())
+    }
+
+    /// Typical magnitude (> 0).
+    pub const fn nominal(mut self, nominal: f64) -> Self {
+        self.nominal = Some(nominal);
+        self
+    }
+
+    /// May be set between steps ([`Model::tune`](crate::Model::tune) is told); without it a parameter is fixed after initialization. A calculated parameter
+    /// is tunable if it is calculated of one that is.
+    pub const fn tunable(mut self) -> Self {
+        self.tunable = true;
+        self
+    }
+
+    /// A Real input or output that changes at communication points only; without it a Real is continuous.
+    pub const fn discrete(mut self) -> Self {
+        self.discrete = true;
+        self
+    }
+
+    /// An input that [`Evaluation::of`](crate::Evaluation::of) does not read: setting it keeps the evaluation.
+    pub const fn beside_evaluation(mut self) -> Self {
+        self.beside_evaluation = true;
+        self
+    }
+
+    /// A parameter that setters of String parameters read: they find what the importer has set explicitly, in whatever order.
+    pub const fn read_by_texts(mut self) -> Self {
+        self.read_by_texts = true;
+        self
+    }
+
+    /// A field of the inputs in which the sets of this input are counted, for a model to which setting it to the same value again
+    /// means something. The count wraps around.
+    pub const fn counted(mut self, counter: fn(&mut M::Input) -> &mut u32) -> Self {
+        self.counter = Some(counter);
+        self
+    }
+
+    /// Makes an Integer row an enumeration; values outside its items are refused.
+    pub const fn enumeration(mut self, enumeration: &'static Enumeration) -> Self {
+        self.enumeration = Some(*enumeration);
+        self
+    }
+
+    /// As [`enumeration`](Self::enumeration), whose items stand for values of a type.
+    pub const fn items<T, const N: usize>(mut self, items: &'static Items<T, N>) -> Self {
+        self.enumeration = Some(items.enumeration());
+        self
+    }
+
+    /// The inputs an output depends on directly (at fixed state): `"u"` the scalar or the whole vector, `"u[2]"` one element,
+    /// `"u[i]"` the element with the output's own index; `&[]` none. An output that does not say depends on all.
+    pub const fn depends_on(mut self, inputs: &'static [&'static str]) -> Self {
+        self.dependencies = Dependencies::Same([inputs, &[]]);
+        self
+    }
+
+    /// Like [`depends_on`](Self::depends_on), with a list for each element of a vector.
+    pub const fn each_depends_on(mut self, inputs: &'static [&'static [&'static str]]) -> Self {
+        self.dependencies = Dependencies::Each(inputs);
+        self
+    }
+
+    /// The inputs AND parameters an output depends on in Initialization Mode (through [`Model::initialize`](crate::Model::initialize) too), written as in
+    /// [`depends_on`](Self::depends_on); [`ALL_PARAMETERS`] stands for every parameter. Without it: on all, which lets an
+    /// importer see an algebraic loop at initialization.
+    pub const fn initially_depends_on(mut self, knowns: &'static [&'static str]) -> Self {
+        self.initial_dependencies = Dependencies::Same([knowns, &[]]);
+        self
+    }
+
+    /// After [`depends_on`](Self::depends_on): in Initialization Mode on the same inputs, and on these too. That is what an output
+    /// depends on that the state at the start has no part in.
+    pub const fn initially_also_on(mut self, knowns: &'static [&'static str]) -> Self {
+        self.initial_dependencies = match self.dependencies {
+            Dependencies::Same([inputs, _]) => Dependencies::Same([inputs, knowns]),
+            _ => panic!("`initially_also_on` comes after `depends_on`"),
+        };
+        self
+    }
+
+    /// Like [`initially_depends_on`](Self::initially_depends_on), with a list for each element of a vector.
+    pub const fn each_initially_depends_on(
+        mut self,
+        knowns: &'static [&'static [&'static str]],
+    ) -> Self {
+        self.initial_dependencies = Dependencies::Each(knowns);
+        self
+    }
+}
+
+impl<M: Model> Variable<M> {
+    /// Name of an element: `x`, or `x[1]` for the first of a vector.
+    pub(crate) fn element_name(&self, index: usize) -> String {
+        if self.scalar {
+            self.name.to_owned()
+        } else {
+            format!("{}[{}]", self.name, index + 1)
+        }
+    }
+
+    /// Type and causality in words, for messages: `an Integer input`.
+    pub(crate) fn kind(&self, names: &Names) -> String {
+        let causality = match self.causality {
+            Causality::Input => "input",
+            Causality::Output => "output",
+            Causality::Local => "local variable",
+            Causality::Parameter if self.tunable => "tunable parameter",
+            Causality::Parameter => "fixed parameter",
+            Causality::CalculatedParameter => "calculated parameter",
+            Causality::Constant => "constant",
+        };
+        let name = match self.enumeration {
+            Some(_) => names.enumeration,
+            None => self.place.kind().name(names),
+        };
+        let article = if name.starts_with(['I', 'E']) {
+            "an"
+        } else {
+            "a"
+        };
+        format!("{article} {name} {causality}")
+    }
+
+    /// Name of the type by which it is set and read.
+    pub(crate) fn access(&self, names: &Names) -> &'static str {
+        match self.enumeration {
+            Some(_) => names.enumeration_access,
+            None => self.place.kind().name(names),
+        }
+    }
+
+    /// Least and greatest allowed value, both finite: of `min` and `max`, of the items of an enumeration.
+    pub(crate) fn bounds(&self) -> [f64; 2] {
+        let [first, last] = match self.enumeration {
+            Some(enumeration) => [1.0, enumeration.items.len() as f64],
+            None => [f64::MIN, f64::MAX],
+        };
+        [self.min.max(first), self.max.min(last)]
+    }
+}

@@ -1,0 +1,106 @@
+//! The state of an instance: all that is saved of it, and the states that are saved.
+
+use super::input::{InputPolynomial, MAX_INPUT_DERIVATIVE};
+use super::model::Model;
+use super::phase::Phase;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+
+/// All that a saved state holds.
+#[derive(Clone, Serialize, Deserialize)]
+#[serde(bound = "")]
+pub(crate) struct State<M: Model> {
+    pub(crate) phase: Phase,
+    /// Start time, s.
+    pub(crate) start: f64,
+    /// Time that must not be passed, s.
+    pub(crate) stop: Option<f64>,
+    /// Time of the last communication point, s: the importer's own number plus one step, so that no rounding adds up.
+    pub(crate) time: f64,
+    pub(crate) parameters: M::Parameters,
+    /// By element: what the importer has set of the parameters.
+    pub(crate) given: Vec<Given>,
+    /// Inputs as they were set, and their derivatives for the next step.
+    pub(crate) input: InputPolynomial<M::Input>,
+    /// Where the derivatives of earlier steps have taken them; None while each input is what was set.
+    pub(crate) reached: Option<Reached<M::Input>>,
+    /// None until initialized, and during initialization after something was set.
+    pub(crate) model: Option<M>,
+}
+
+/// The inputs at the end of a step with derivatives: held there until each is set again.
+#[derive(Clone, Copy, Serialize, Deserialize)]
+pub(crate) struct Reached<I> {
+    pub(crate) value: I,
+    /// First derivative there; zero for what is held or was set since.
+    pub(crate) slope: I,
+}
+
+impl<M: Model> State<M> {
+    /// The inputs that act now.
+    #[inline]
+    pub(crate) fn input(&self) -> &M::Input {
+        match &self.reached {
+            Some(reached) => &reached.value,
+            None => &self.input.value,
+        }
+    }
+
+    pub(crate) fn instantiated(
+        parameters: M::Parameters,
+        input: M::Input,
+        elements: usize,
+    ) -> Self {
+        Self {
+            phase: Phase::Instantiated,
+            start: 0.0,
+            stop: None,
+            time: 0.0,
+            parameters,
+            given: vec![Given::Nothing; elements],
+            input: InputPolynomial::held(input),
+            reached: None,
+            model: None,
+        }
+    }
+
+    /// Whether a deserialized state could have come from this layer.
+    pub(crate) fn is_sound(&self, elements: usize) -> bool {
+        let initialized = self.phase.is_running() || self.phase == Phase::Terminated;
+        self.given.len() == elements
+            && self.time.is_finite()
+            && self.input.order <= MAX_INPUT_DERIVATIVE
+            && (self.model.is_some() || !initialized)
+    }
+}
+
+/// What the importer has set of a parameter.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub(crate) enum Given {
+    Nothing,
+    /// Its start value, before the end of initialization.
+    Start,
+    Explicit,
+}
+
+/// Whose states an instance can take.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Identity {
+    /// Name of the border's version, filled up with zeros: what a state means to an importer differs between them.
+    pub(crate) version: [u8; 4],
+    /// Of the model and its version.
+    pub(crate) model: [u8; 16],
+}
+
+/// The saved states of an instance by handle.
+pub(crate) struct Saved<M: Model> {
+    pub(crate) states: BTreeMap<usize, Box<State<M>>>,
+}
+
+impl<M: Model> Default for Saved<M> {
+    fn default() -> Self {
+        Self {
+            states: BTreeMap::new(),
+        }
+    }
+}

@@ -1,0 +1,121 @@
+//! What the derives write of a field whose type is a struct, so that a missing derive is said once.
+//!
+//! That the struct is one of parameters, of inputs or of outputs is asked for in one place, where the compiler says it in the words of that
+//! trait. Everything else that is written of the field goes through [`Of`]: its functions are those of the type where it has what they
+//! need, and else those of [`Spare`], which are never called, because what has such a field does not compile.
+
+use super::{Choice, Enumerated, Item, Output, Part, Rows, Vector};
+use crate::Model;
+use serde::{Serialize, de::DeserializeOwned};
+use std::marker::PhantomData;
+
+/// The type of a field.
+pub struct Of<T>(PhantomData<T>);
+
+/// The rows of the type of a field, where the path `At` leads to it.
+pub struct RowsOf<T, M, At>(PhantomData<(T, M, At)>);
+
+impl<T: Clone> Of<T> {
+    pub fn copied(value: &T) -> T {
+        value.clone()
+    }
+}
+
+impl<T: Default> Of<T> {
+    #[inline]
+    pub fn zero() -> T {
+        T::default()
+    }
+}
+
+impl<T: Serialize> Of<T> {
+    pub fn written(value: &T) -> &T {
+        value
+    }
+}
+
+impl<T: DeserializeOwned> Of<T> {
+    pub fn read(value: T) -> T {
+        value
+    }
+}
+
+impl<T: Vector> Of<T> {
+    #[inline]
+    pub fn plus(value: &T, factor: f64, rate: &T) -> T {
+        value.plus(factor, rate)
+    }
+
+    pub fn not_finite(value: &T) -> Option<(&'static str, f64)> {
+        value.not_finite()
+    }
+}
+
+impl<E: Item> Of<Choice<E>> {
+    pub fn choice(item: impl Into<Choice<E>>) -> Choice<E> {
+        item.into()
+    }
+
+    #[inline]
+    pub fn number(choice: &Choice<E>) -> &i32 {
+        choice.number()
+    }
+
+    #[inline]
+    pub fn number_mut(choice: &mut Choice<E>) -> &mut i32 {
+        choice.number_mut()
+    }
+}
+
+impl<T: Rows<M, At>, M: Model, At> RowsOf<T, M, At> {
+    pub const ROWS: &'static [Part<M>] = T::ROWS;
+}
+
+/// In place of what a type has not.
+pub trait Spare<T>: Sized {
+    fn copied(_: &T) -> T {
+        unreachable!()
+    }
+
+    fn zero() -> T {
+        unreachable!()
+    }
+
+    fn written(_: &T) {}
+
+    fn read((): ()) -> T {
+        unreachable!()
+    }
+
+    fn plus(_: &T, _: f64, _: &T) -> T {
+        unreachable!()
+    }
+
+    fn not_finite(_: &T) -> Option<(&'static str, f64)> {
+        None
+    }
+
+    fn choice<X>(_: X) -> T {
+        unreachable!()
+    }
+
+    fn number(_: &T) -> &i32 {
+        unreachable!()
+    }
+
+    fn number_mut(_: &mut T) -> &mut i32 {
+        unreachable!()
+    }
+}
+
+impl<T> Spare<T> for Of<T> {}
+
+/// In place of the rows that a type has not.
+pub trait SpareRows<M: Model>: Sized {
+    const ROWS: &'static [Part<M>] = &[];
+}
+
+impl<T, M: Model, At> SpareRows<M> for RowsOf<T, M, At> {}
+
+/// Asks that a type is a struct of outputs, or a part of a state.
+pub const fn is_output<T: Output>() {}

@@ -1,0 +1,20 @@
+//! What a sheet shows, and its letters.
+
+use machine::Machine;
+
+use super::bands::Bands;
+use crate::machines::load_chart::LoadChart;
+use crate::machines::side_view::SideView;
+
+pub(super) const FONT: (&str, i32) = ("sans-serif", 15);
+pub(super) const SMALL: (&str, i32) = ("sans-serif", 13);
+pub(super) const HEAD: (&str, i32) = ("sans-serif", 20);
+
+/// The machine on a sheet.
+pub struct Sheet {
+    pub(super) name: String,
+    pub(super) machine: Machine,
+    pub(super) view: SideView,
+    pub(super) chart: LoadChart,
+    pub(super) bands: Bands,
+}

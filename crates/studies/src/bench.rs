@@ -1,0 +1,253 @@
+//! Puts a run of the machine together: system and world, machine file, path, start values; what is bound twice is refused. Every command
+//! begins here, with [`MachineArgs::bench`].
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context as _, Result, ensure};
+use clap::Args;
+use cosim::cli::{RunArgs, SystemArgs, find};
+use cosim::run::Experiment;
+use cosim::system::{Setting, System};
+use cosim::verdict::Verdict;
+use machine::Source;
+use tip_path::PathFile;
+
+use crate::start_values::{over, tell_delay};
+use crate::worlds::{BENDING_STEP, BENDING_SYSTEM, SYSTEM, World, parameters_of};
+use crate::{loads, machine_file, path_margins};
+
+/// The packed machine.
+pub const MACHINE: &str = "Manipulator.ssp";
+
+/// Inputs that the shipped systems leave unconnected on purpose, by the model that has them: their start values stand for a machine without
+/// supply, brakes, weather, load or operator.
+const OPTIONAL: [(&str, &[&str]); 5] = [
+    ("Emla", ACTUATOR),
+    ("Rig", ACTUATOR),
+    ("Hdrm", &["wrench_env", "base", "load"]),
+    (
+        "Controller",
+        &["x", "v_dc", "T_winding", "reference", "base", "rate"],
+    ),
+    ("DcLink", &["T_ambient"]),
+];
+const ACTUATOR: &[&str] = &["v_dc", "enable", "brake", "T_ambient", "F_ext"];
+
+/// The machine and how it is run.
+#[derive(Args)]
+pub struct MachineArgs {
+    #[command(flatten)]
+    system: SystemArgs,
+    /// Machine file, or name of a shipped machine, for all FMUs: the `machine_file` of every component that has one
+    #[arg(long = "machine", value_name = "FILE|NAME")]
+    file: Option<String>,
+    #[command(flatten)]
+    run: RunArgs,
+    /// Path that the tip follows: a JSON or CSV file of waypoints or samples, or iso9283-cube, iso9283-rectangle; without a stop time, to its end
+    #[arg(long, value_name = "FILE")]
+    waypoints: Option<String>,
+}
+
+/// A machine that is ready to run.
+pub struct Bench {
+    /// The system.
+    pub system: System,
+    /// How it is run, and from which start values.
+    pub base: Experiment,
+    /// What the system may have forgotten.
+    pub verdict: Verdict,
+}
+
+/// Which machine the arguments are to run.
+#[derive(Clone)]
+pub struct Builder<'a> {
+    args: &'a MachineArgs,
+    world: World,
+    packed: Option<PathBuf>,
+    has_path: bool,
+}
+
+impl MachineArgs {
+    /// The machine that the arguments name, on their path.
+    pub fn bench(&self) -> Builder<'_> {
+        Builder {
+            args: self,
+            world: World::Ideal,
+            packed: None,
+            has_path: true,
+        }
+    }
+
+    /// The path that is given by its name, and the experiment that follows it.
+    pub fn on_path(&self, bench: &Bench) -> Result<Option<(String, Experiment)>> {
+        let Some(path) = &self.waypoints else {
+            return Ok(None);
+        };
+        let settings = following(&bench.system, path)?;
+        let experiment = over(&bench.system, &bench.base, settings)?;
+        Ok(Some((path.clone(), experiment)))
+    }
+
+    /// The path that the tip follows, where one is given.
+    pub fn waypoints(&self) -> Option<&str> {
+        self.waypoints.as_deref()
+    }
+
+    /// The parameter set of the real world that belongs to the machine.
+    pub fn parameters(&self) -> Result<&'static str> {
+        let source = self.file.as_deref().map(Source::named).transpose()?;
+        Ok(parameters_of(source.and_then(|source| source.shipped())))
+    }
+
+    /// Whether a bad verdict ends the program with a code of its own.
+    pub fn check(&self) -> bool {
+        self.run.check
+    }
+}
+
+impl Builder<'_> {
+    /// As the machine of this world; by default its packed system.
+    pub fn world(self, world: World) -> Self {
+        Self { world, ..self }
+    }
+
+    /// Another packed system, with the FMUs from the same place, and without the path.
+    pub fn packed(self, path: &Path) -> Self {
+        Self {
+            packed: Some(path.into()),
+            has_path: false,
+            ..self
+        }
+    }
+
+    /// Whatever path is given, without following it.
+    pub fn without_path(self) -> Self {
+        Self {
+            has_path: false,
+            ..self
+        }
+    }
+
+    /// The system, with the machine that was asked for, and with wires for the loads of the path.
+    ///
+    /// # Errors
+    /// A file that is missing or wrong.
+    pub fn system(&self) -> Result<System> {
+        let MachineArgs {
+            system,
+            file,
+            waypoints,
+            ..
+        } = self.args;
+        let mut arguments = system.clone();
+        if let Some(path) = &self.packed {
+            arguments.system = Some(path.clone());
+            arguments.variant = None;
+            arguments.parameters.clear();
+        }
+        let mut system = arguments.load(|| find(self.world_system()))?;
+        if let Some(machine) = file {
+            machine_file::bind(&mut system, machine)
+                .with_context(|| format!("--machine {machine}"))?;
+        }
+        if let (Some(path), None) = (waypoints, &self.packed)
+            && loads::are_on(&path_margins::read(path)?)
+        {
+            loads::connect(&mut system)?;
+        }
+        if self.world == World::Real {
+            system.apply_set(Path::new(self.args.parameters()?))?;
+        }
+        Ok(system)
+    }
+
+    fn world_system(&self) -> &'static str {
+        match self.world {
+            World::Ideal => MACHINE,
+            World::Real => SYSTEM,
+            World::Bending => BENDING_SYSTEM,
+        }
+    }
+
+    /// The system, ready to run.
+    ///
+    /// # Errors
+    /// Arguments that do not fit the system, or a value that is bound twice.
+    pub fn build(&self) -> Result<Bench> {
+        let MachineArgs { run, file, .. } = self.args;
+        let system = self.system()?;
+        let mut base = run.experiment(&system)?;
+        if let Some(machine) = file {
+            let twice = (base.settings.iter())
+                .map(|s| system.name(s.port))
+                .find(|name| name.ends_with(".machine_file"));
+            ensure!(
+                twice.is_none(),
+                "`{}` is set (--set), but --machine {machine} binds it too: give one of both",
+                twice.unwrap_or_default()
+            );
+        }
+        let verdict = forgotten(run, &system, &base)?;
+        tell_delay(&system, &mut base)?;
+        let mut bench = Bench {
+            system,
+            base,
+            verdict,
+        };
+        if self.has_path
+            && let Some((_, experiment)) = self.args.on_path(&bench)?
+        {
+            bench.base = experiment;
+        }
+        if self.world == World::Bending {
+            let step = &mut bench.base.stepping.step;
+            *step = step.min(BENDING_STEP);
+        }
+        Ok(bench)
+    }
+}
+
+impl Bench {
+    /// Another packed system that lies beside this one.
+    pub fn beside(&self, name: &str) -> PathBuf {
+        self.system.path.with_file_name(name)
+    }
+}
+
+/// The start values with which the controller follows a path.
+fn following(system: &System, path: &str) -> Result<Vec<Setting>> {
+    let controller = system.component_of(system.port("trajectory")?);
+    let file = match PathFile::built_in(path) {
+        Some(_) => path.to_owned(),
+        None => std::path::absolute(path)?.display().to_string(),
+    };
+    Ok(vec![
+        system.setting(&format!("{controller}.trajectory"), "path")?,
+        system.setting(&format!("{controller}.path_file"), file)?,
+    ])
+}
+
+/// What a system may have forgotten under these arguments; not what the shipped systems leave unconnected on purpose, as long as all
+/// components of a model are alike in it.
+///
+/// # Errors
+/// With `--strict`, anything forgotten.
+pub fn forgotten(run: &RunArgs, system: &System, experiment: &Experiment) -> Result<Verdict> {
+    let mut forgotten = system.forgotten(&experiment.settings)?;
+    let all = forgotten.unmentioned.clone();
+    let components = || system.structure.components.iter().zip(&system.fmus);
+    forgotten.unmentioned.retain(|name| {
+        let Some((component, input)) = name.split_once('.') else {
+            return true;
+        };
+        let found = components().find(|(c, _)| c.name == component);
+        let model = found.map(|(_, fmu)| fmu.description.model.as_str());
+        let is_optional = OPTIONAL
+            .iter()
+            .any(|(of, inputs)| model == Some(*of) && inputs.contains(&input));
+        let alike = components().filter(|(_, fmu)| Some(&*fmu.description.model) == model);
+        let mut names = alike.map(|(c, _)| format!("{}.{input}", c.name));
+        !(is_optional && names.all(|name| all.contains(&name)))
+    });
+    run.judge_forgotten(system, experiment, &forgotten)
+}

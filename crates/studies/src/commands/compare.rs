@@ -1,0 +1,99 @@
+//! Subcommand `compare`.
+
+use std::fmt::Write as _;
+use std::path::PathBuf;
+
+use anyhow::Result;
+use clap::Args;
+use cosim::cli::{CsvArgs, print};
+use cosim::verdict::Verdict;
+
+use super::logged_run::logged_run;
+use crate::bench::{Bench, MachineArgs};
+use crate::print::verdict::text as verdict_text;
+use crate::start_values::vary;
+use crate::studies::inertia::{self, MODES};
+
+#[derive(Args)]
+pub struct CompareArgs {
+    #[command(flatten)]
+    pub machine: MachineArgs,
+    /// Reference trajectory
+    #[arg(long, value_parser = ["cubic", "triangular"], default_value = "cubic", conflicts_with = "waypoints")]
+    trajectory: String,
+    /// Factor on mass and inertia of every body of the manipulator (the controller keeps nominal ones)
+    #[arg(long, value_name = "FACTOR", default_value_t = 1.0)]
+    inertia_scale: f64,
+    /// Write signals of each run to TRAJECTORY_CONTROLLER.csv in this directory
+    #[arg(long, value_name = "DIR")]
+    csv_dir: Option<PathBuf>,
+    /// Time from row to row, s, a multiple of the communication step [default: the communication step]
+    #[arg(long, value_name = "SECONDS", requires = "csv_dir")]
+    interval: Option<f64>,
+}
+
+/// The three controllers on one trajectory.
+pub fn compare(args: &CompareArgs) -> Result<Verdict> {
+    let Bench {
+        system,
+        base,
+        mut verdict,
+    } = args.machine.bench().build()?;
+    let scale = args.inertia_scale;
+    // A path was set already, and has a name that may hold folders.
+    let (title, stem, trajectory) = match args.machine.waypoints() {
+        Some(path) => (format!("path {path}"), "path", None),
+        None => {
+            let title = format!("{} trajectory", args.trajectory);
+            (title, &*args.trajectory, Some(&args.trajectory))
+        }
+    };
+    let mut rows = Vec::new();
+    for mode in MODES {
+        eprintln!("{title}, controller {mode}, inertia x {scale}");
+        let mut experiment = vary(
+            &system,
+            &base,
+            &[("mode", &mode), ("inertia_scale", &scale)],
+        )?;
+        if let Some(trajectory) = trajectory {
+            experiment = vary(&system, &experiment, &[("trajectory", trajectory)])?;
+        }
+        let name = format!("{stem}_{mode}.csv");
+        let csv = CsvArgs {
+            csv: args.csv_dir.as_ref().map(|dir| dir.join(name)),
+            signals: Vec::new(),
+            interval: args.interval,
+        };
+        let (outcome, accuracy) = logged_run(&system, &experiment, &csv, false)?;
+        verdict.extend(outcome.verdict().of(mode));
+        rows.push((mode, outcome, accuracy, csv.csv));
+    }
+    let mut text = format!(
+        "\ntip error over the {title}, inertia x {scale}, H = {} s, in mm\n{:<12}{:>10}{:>10}{:>14}{:>16}\n",
+        base.stepping.step, "controller", "RMSE", "max", "paper, RMSE", "x real time"
+    );
+    for (mode, outcome, ..) in &rows {
+        let tip = outcome.tip.motion;
+        let paper = trajectory.filter(|_| *mode == "adaptive");
+        let paper = paper.and_then(|trajectory| inertia::paper(trajectory, scale));
+        let paper = paper.map_or("-".into(), |m| format!("{:.1}", 1e3 * m));
+        writeln!(
+            text,
+            "{mode:<12}{:>10.4}{:>10.4}{paper:>14}{:>16.0}",
+            1e3 * tip.rms(),
+            1e3 * tip.max,
+            outcome.run.real_time_factor()
+        )?;
+    }
+    for (mode, _, accuracy, _) in &rows {
+        if let Some(accuracy) = accuracy {
+            write!(text, "{mode}: {accuracy}")?;
+        }
+    }
+    for path in rows.iter().filter_map(|(.., csv)| csv.as_ref()) {
+        writeln!(text, "signals written to {}", path.display())?;
+    }
+    print(text + &verdict_text(&verdict))?;
+    Ok(verdict)
+}

@@ -1,0 +1,57 @@
+//! Subcommand `energy`.
+
+use std::path::PathBuf;
+
+use anyhow::Result;
+use clap::Args;
+use cosim::cli::print;
+use cosim::verdict::Verdict;
+
+use crate::bench::{Bench, MachineArgs};
+use crate::measures::energy;
+use crate::print::energy::{balance_json, supply_text, text, write_csv};
+use crate::print::files::{conditions, write, write_json};
+use crate::print::verdict::{put as put_verdict, text as verdict_text};
+
+#[derive(Args)]
+pub struct EnergyArgs {
+    #[command(flatten)]
+    pub machine: MachineArgs,
+    /// Also write the actuators' energies to this CSV file
+    #[arg(long, value_name = "FILE")]
+    csv: Option<PathBuf>,
+    /// Also write the numbers to this JSON file
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
+}
+
+/// Energy balances on both trajectories, or on the one that is set.
+pub fn energy(args: &EnergyArgs) -> Result<Verdict> {
+    let Bench {
+        system,
+        base,
+        mut verdict,
+    } = args.machine.bench().build()?;
+    let mut done = Vec::new();
+    for (case, experiment) in energy::cases(&system, &base)? {
+        let energies = energy::run(&system, &experiment)?;
+        print(text(&format!("{case} trajectory"), &energies.balances) + "\n")?;
+        verdict.extend(energies.verdict.clone().of(&case));
+        if let Some(supply) = &energies.supply {
+            print(supply_text(supply) + "\n")?;
+            verdict.extend(supply.verdict().of(&case));
+        }
+        done.push((case, energies));
+    }
+    write(args.csv.as_deref(), |to| write_csv(&done, to))?;
+    let mut found = conditions(&system, &base);
+    for (case, energies) in &done {
+        let balances = energies.balances.iter().map(balance_json);
+        found["energy"][case] = balances.collect::<Result<_>>()?;
+        found["supply"][case] = serde_json::to_value(&energies.supply)?;
+    }
+    put_verdict(&mut found, &verdict);
+    write_json(args.json.as_deref(), &found)?;
+    print(verdict_text(&verdict))?;
+    Ok(verdict)
+}

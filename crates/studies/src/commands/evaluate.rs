@@ -1,0 +1,55 @@
+//! Subcommand `evaluate`.
+
+use std::path::PathBuf;
+
+use anyhow::{Context, Result};
+use clap::Args;
+use cosim::cli::print;
+use cosim::verdict::Verdict;
+use serde_json::json;
+
+use crate::bench::{Bench, MachineArgs};
+use crate::print::files::{conditions, write_json};
+use crate::print::verdict::put as put_verdict;
+use crate::signal_file::SignalFile;
+use crate::studies::imported_run::Evaluator;
+
+#[derive(Args)]
+pub struct EvaluateArgs {
+    /// CSV file of the run: the column `time`, then signals by `component.variable`, a row for each communication point
+    #[arg(required_unless_present = "signals")]
+    csv: Option<PathBuf>,
+    #[command(flatten)]
+    pub machine: MachineArgs,
+    /// Largest tip error over the motion with which the verdict is good, m
+    #[arg(long, value_name = "METRES")]
+    max_error: Option<f64>,
+    /// Also write metrics and verdict to this JSON file
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
+    /// Only print the names of the signals that are evaluated, for the importer that is to record them
+    #[arg(long)]
+    signals: bool,
+}
+
+/// Evaluate a run that another importer made.
+pub fn evaluate(args: &EvaluateArgs) -> Result<Verdict> {
+    let Bench { system, base, .. } = args.machine.bench().build()?;
+    let evaluator = Evaluator::new(&system, &base)?;
+    let Some(csv) = args.csv.as_ref().filter(|_| !args.signals) else {
+        print(evaluator.signals().join("\n") + "\n")?;
+        return Ok(Verdict::default());
+    };
+    let run = evaluator
+        .evaluate(&SignalFile::read(csv)?, args.max_error)
+        .with_context(|| format!("`{}`", csv.display()))?;
+    print(run.text())?;
+    let mut found = conditions(&system, &base);
+    found["metrics"] = json!(run.metrics());
+    put_verdict(&mut found, &run.verdict);
+    for (what, missing) in &run.left_out {
+        found["not_evaluated"][what] = json!(missing);
+    }
+    write_json(args.json.as_deref(), &found)?;
+    Ok(run.verdict)
+}

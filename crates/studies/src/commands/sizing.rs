@@ -1,0 +1,58 @@
+//! Subcommand `sizing`.
+
+use std::path::PathBuf;
+
+use anyhow::Result;
+use clap::Args;
+use cosim::cli::print;
+use cosim::verdict::Verdict;
+
+use crate::bench::{Bench, MachineArgs};
+use crate::measures::energy;
+use crate::print::files::{conditions, write, write_json};
+use crate::print::sizing::{text, write_csv};
+use crate::print::verdict::{put as put_verdict, text as verdict_text};
+use crate::studies::sizing::{self, Sizing};
+
+#[derive(Args)]
+pub struct SizingArgs {
+    #[command(flatten)]
+    pub machine: MachineArgs,
+    /// Change of the payload by which the sensitivity is found, kg; 0: it is not
+    #[arg(long, default_value_t = 10.0, value_name = "KG")]
+    payload_step: f64,
+    /// Draw torque over motor speed under both envelopes, as PNG and SVG into this directory
+    #[arg(long, value_name = "DIR")]
+    pub figures: Option<PathBuf>,
+    /// Also write the numbers to this CSV file
+    #[arg(long, value_name = "FILE")]
+    csv: Option<PathBuf>,
+    /// Also write the numbers to this JSON file
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
+}
+
+/// Motors and actuators beside what they do; also returns what was found for each case, to be drawn.
+pub fn sizing(args: &SizingArgs) -> Result<(Verdict, Vec<(String, Sizing)>)> {
+    let Bench {
+        system,
+        base,
+        mut verdict,
+    } = args.machine.bench().build()?;
+    let mut done = Vec::new();
+    for (case, experiment) in energy::cases(&system, &base)? {
+        let found = sizing::run(&system, &experiment, args.payload_step)?;
+        print(text(&found, &format!("{case} trajectory")) + "\n")?;
+        verdict.extend(found.verdict().of(&case));
+        done.push((case, found));
+    }
+    write(args.csv.as_deref(), |to| write_csv(&done, to))?;
+    let mut found = conditions(&system, &base);
+    for (case, sizing) in &done {
+        found["sizing"][case] = serde_json::to_value(sizing)?;
+    }
+    put_verdict(&mut found, &verdict);
+    write_json(args.json.as_deref(), &found)?;
+    print(verdict_text(&verdict))?;
+    Ok((verdict, done))
+}

@@ -1,0 +1,70 @@
+//! Subcommand `stability`: accompanying functions, bound and gain conditions.
+
+use std::path::PathBuf;
+
+use anyhow::Result;
+use clap::Args;
+use cosim::cli::{bar, print};
+use cosim::verdict::Verdict;
+
+use crate::bench::{Bench, MachineArgs};
+use crate::machine_file::MachineFile;
+use crate::print::files::{conditions, write_json};
+use crate::print::stability::{causes_text, text, unfitted_text};
+use crate::print::verdict::{print_counted, put as put_verdict};
+use crate::studies::stability::{self, causes, compliance};
+use crate::worlds::World;
+
+#[derive(Args)]
+pub struct StabilityArgs {
+    #[command(flatten)]
+    pub machine: MachineArgs,
+    /// Plant and sensors; real: by which cause the bound is exceeded
+    #[arg(long, value_enum, default_value_t = World::Ideal)]
+    world: World,
+    /// Factor on mass and inertia of every body of the manipulator (the controller keeps nominal ones)
+    #[arg(long, value_name = "FACTOR", default_value_t = 1.4)]
+    inertia_scale: f64,
+    /// Also write the numbers to this JSON file
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
+}
+
+/// The proof in numbers in the ideal world; in the real one, by which cause its bound is exceeded.
+pub fn stability(args: &StabilityArgs) -> Result<Verdict> {
+    anyhow::ensure!(
+        args.world != World::Bending,
+        "--world bending: the accompanying functions need the plant's inertias, which only the ideal and the real world tell"
+    );
+    let bench = args.machine.bench().world(args.world).build()?;
+    let Bench {
+        system,
+        base,
+        mut verdict,
+    } = bench;
+    let mut found = conditions(&system, &base);
+    if args.world == World::Real {
+        let (rungs, spoilt) = causes(&system, &base, args.inertia_scale)?;
+        verdict.extend(spoilt);
+        print(causes_text(&rungs))?;
+        found["causes"] = serde_json::to_value(&rungs)?;
+    } else {
+        let bar = bar(stability::RUNS, "runs", false);
+        let (runs, spoilt) = stability::run(&system, &base, args.inertia_scale, || bar.inc(1))?;
+        bar.finish_and_clear();
+        let runs = runs.into_iter().collect::<Result<Vec<_>>>()?;
+        verdict.extend(spoilt);
+        stability::judge(&runs, &mut verdict);
+        let scale = format!("inertia x {}\n", args.inertia_scale);
+        print(scale + &text(&runs))?;
+        let emla = MachineFile::of(&system, &base.settings)?.machine.emla.lift;
+        let compliance = compliance(&system, &base, &emla)?;
+        print(unfitted_text(&runs[0].gains, compliance, emla.L_d))?;
+        found["inertia_scale"] = args.inertia_scale.into();
+        found["stability"] = serde_json::to_value(&runs)?;
+    }
+    put_verdict(&mut found, &verdict);
+    write_json(args.json.as_deref(), &found)?;
+    print_counted(&verdict, args.machine.check())?;
+    Ok(verdict)
+}

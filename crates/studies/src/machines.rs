@@ -1,4 +1,0 @@
-//! What is made of machine files: other sizes, lasting torques.
-
-pub mod lasting;
-pub mod scaling;

@@ -1,0 +1,122 @@
+//! The torque that a motor may give for ever at standstill.
+#![allow(non_snake_case)] // symbols of the machine file
+
+use std::fmt;
+
+use machine::{Emla, EmlaFields, Machine, Ratings};
+
+use crate::studies::sizing::WINDING_LIMIT;
+
+/// Air around the motors, K: the 40 °C for which IEC 60034-1 rates machines.
+const AIR: f64 = 313.15;
+
+/// Torque that may last at standstill.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ContinuousTorque {
+    /// Torque, N·m.
+    pub torque: f64,
+    /// What limits it.
+    pub by: TorqueLimit,
+}
+
+/// What limits a torque that lasts.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum TorqueLimit {
+    /// The rated torque.
+    Rating,
+    /// The winding's temperature.
+    Winding,
+}
+
+impl fmt::Display for TorqueLimit {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Rating => "rated",
+            Self::Winding => "winding at 155 °C",
+        })
+    }
+}
+
+impl ContinuousTorque {
+    /// Of slew, lift and tilt.
+    #[must_use]
+    pub fn of(machine: &Machine) -> [Self; 3] {
+        let (emla, ratings) = (machine.emla.in_order(), machine.ratings.in_order());
+        std::array::from_fn(|i| Self::of_motor(emla[i], ratings[i]))
+    }
+
+    /// The lower of the rated torque and the one at which the winding settles at its limit.
+    fn of_motor(emla: &Emla, ratings: &Ratings) -> Self {
+        let warm = warm_torque(emla);
+        if warm < ratings.motor_torque {
+            Self {
+                torque: warm,
+                by: TorqueLimit::Winding,
+            }
+        } else {
+            Self {
+                torque: ratings.motor_torque,
+                by: TorqueLimit::Rating,
+            }
+        }
+    }
+}
+
+/// Torque at which winding and housing settle with the winding at its limit T, N·m: copper losses flow through both thermal resistances,
+/// ```text
+/// 3/2 R_s(T) i² = (T − T_air)/(R_wh + R_ha),   τ = 3/2 p λ_m(T_h) i,   T_h = T_air + R_ha·(T − T_air)/(R_wh + R_ha)
+/// ```
+fn warm_torque(emla: &Emla) -> f64 {
+    let EmlaFields {
+        heat, temperature, ..
+    } = EmlaFields::new(*emla);
+    let P = (WINDING_LIMIT - AIR) / (heat.R_wh + heat.R_ha);
+    let R = emla.R_s * (1.0 + temperature.copper * (WINDING_LIMIT - temperature.reference));
+    let housing = AIR + heat.R_ha * P;
+    let flux = emla.lambda_m * (1.0 + temperature.magnet * (housing - temperature.reference));
+    let i = (P / (1.5 * R)).sqrt();
+    1.5 * f64::from(emla.p) * flux * i
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use machine::Heat;
+
+    /// Oracle: the heat balance stepped to rest at the torque that was found, two nodes and a warm motor, ends at the winding's limit.
+    #[test]
+    fn at_the_warm_torque_the_winding_settles_at_its_limit() {
+        let emla = Emla {
+            heat: Some(Heat {
+                C_w: 900.0,
+                R_wh: 0.07,
+                C_h: 3000.0,
+                R_ha: 0.23,
+            }),
+            ..Machine::reference().emla.lift
+        };
+        let fields = EmlaFields::new(emla);
+        let (heat, warm) = (fields.heat, fields.temperature);
+        let torque = warm_torque(&emla);
+        let [mut winding, mut housing] = [AIR; 2];
+        for _ in 0..40_000 {
+            let flux = emla.lambda_m * (1.0 + warm.magnet * (housing - warm.reference));
+            let i = torque / (1.5 * f64::from(emla.p) * flux);
+            let R = emla.R_s * (1.0 + warm.copper * (winding - warm.reference));
+            let inwards = (winding - housing) / heat.R_wh;
+            winding += (1.5 * R * i * i - inwards) / heat.C_w;
+            housing += (inwards - (housing - AIR) / heat.R_ha) / heat.C_h;
+        }
+        assert!((winding - WINDING_LIMIT).abs() < 1e-3, "{winding}");
+    }
+
+    #[test]
+    fn the_lower_of_rating_and_winding_counts() {
+        let mut machine = Machine::reference();
+        machine.ratings.lift.motor_torque = 1e3;
+        machine.ratings.tilt.motor_torque = 1.0;
+        let [_, lift, tilt] = ContinuousTorque::of(&machine);
+        assert_eq!(lift.by, TorqueLimit::Winding);
+        assert_eq!((tilt.by, tilt.torque), (TorqueLimit::Rating, 1.0));
+    }
+}

@@ -1,0 +1,299 @@
+//! Where the energy goes over a run: for each actuator electrical energy, losses by kind, mechanical work, regeneration, efficiency; where
+//! a component feeds the drives through power bonds, what it gave and where that went ([`super::supply`]).
+
+use anyhow::{Result, ensure};
+use cosim::run::Experiment;
+use cosim::system::System;
+use cosim::verdict::Verdict;
+use cosim::wiring::Port;
+use serde::Serialize;
+
+use super::run::RecordedRun;
+use super::supply::{self, Supply};
+use crate::grid::TRAJECTORIES;
+use crate::start_values::vary;
+
+/// Outputs of an actuator that are recorded; a component that has the first is one.
+const OUTPUTS: [&str; 8] = [
+    "energy.in",
+    "energy.out",
+    "energy.loss",
+    "energy.stored",
+    "loss.copper",
+    "loss.core",
+    "loss.inverter",
+    "loss.mechanical",
+];
+
+/// Output of an actuator that tells what crossed its mechanical border between two steps, where it has one: see [`Balance::shift`].
+pub(crate) const SHIFT: &str = "energy.shift";
+
+/// Energies of one actuator over the motion, J.
+#[derive(Clone, Debug, Default, Serialize)]
+pub struct Balance {
+    /// Component.
+    pub actuator: String,
+    /// Taken from the DC side.
+    pub electrical: f64,
+    /// Given back to the DC side.
+    pub regenerated: f64,
+    /// Work done on the load.
+    pub work: f64,
+    /// Work that the load did on the actuator.
+    pub returned: f64,
+    /// Work on the load where the exchange set the rod elsewhere than its velocity had taken it: what the coupling at the rod makes or loses.
+    pub shift: f64,
+    /// Lost in the windings.
+    pub copper: f64,
+    /// Lost in the iron.
+    pub core: f64,
+    /// Lost in the inverter.
+    pub inverter: f64,
+    /// Lost in friction, and to the residual of the network.
+    pub mechanical: f64,
+    /// All losses, as the actuator integrates them.
+    pub lost: f64,
+    /// Rise of the stored energy.
+    pub stored: f64,
+    /// Electrical energy taken, less given back, while work is done on the load.
+    pub working: f64,
+}
+
+impl Balance {
+    /// Work on the load over the electrical energy that it took, both while work is done; nothing where none is done, or where more is done
+    /// than was taken: it then came from what was stored, as when a brake lets go.
+    pub fn efficiency(&self) -> Option<f64> {
+        (self.work > 0.0 && self.work <= self.working).then(|| self.work / self.working)
+    }
+
+    /// Energy that left through a border over energy that came in through one: what goes up and down again passes twice, so this is no
+    /// efficiency.
+    pub fn throughput(&self) -> f64 {
+        let came = self.electrical + self.returned;
+        if came > 0.0 {
+            (self.work + self.regenerated) / came
+        } else {
+            0.0
+        }
+    }
+
+    /// What the actuator's own integrals leave open: in − out − shift − lost − stored.
+    pub fn residual(&self) -> f64 {
+        let taken = self.electrical - self.regenerated;
+        taken - self.work + self.returned - self.shift - self.lost - self.stored
+    }
+
+    /// Balance of several actuators on one DC side: what one gives back another can use, so far as it is stored meanwhile.
+    fn sum(balances: &[Self]) -> Self {
+        let total = |get: fn(&Self) -> f64| balances.iter().map(get).sum();
+        Self {
+            actuator: "all".into(),
+            electrical: total(|b| b.electrical),
+            regenerated: total(|b| b.regenerated),
+            work: total(|b| b.work),
+            returned: total(|b| b.returned),
+            shift: total(|b| b.shift),
+            copper: total(|b| b.copper),
+            core: total(|b| b.core),
+            inverter: total(|b| b.inverter),
+            mechanical: total(|b| b.mechanical),
+            lost: total(|b| b.lost),
+            stored: total(|b| b.stored),
+            working: total(|b| b.working),
+        }
+    }
+}
+
+/// What came out of a run.
+#[derive(Clone, Debug, Serialize)]
+pub struct Energies {
+    /// Balances of the actuators over the motion, and their sum.
+    pub balances: Vec<Balance>,
+    /// What feeds the drives, over the whole run; nothing where no component does.
+    pub supply: Option<Supply>,
+    /// What was found in the run.
+    #[serde(skip)]
+    pub verdict: Verdict,
+}
+
+/// Names of the cases that a study runs, and their conditions: both trajectories, or the one that `base` or the system sets itself (an
+/// external one, say).
+pub fn cases(system: &System, base: &Experiment) -> Result<Vec<(String, Experiment)>> {
+    let port = system.port("trajectory")?;
+    let component = &system.structure.components[port.component];
+    let bound = (component.parameters.iter()).any(|p| p.name == system.variable(port).name);
+    if bound || base.settings.iter().any(|s| s.port == port) {
+        return Ok(vec![("as set".into(), base.clone())]);
+    }
+    let one = |trajectory: &str| {
+        let experiment = vary(system, base, &[("trajectory", &trajectory)])?;
+        Ok((trajectory.to_string(), experiment))
+    };
+    TRAJECTORIES.into_iter().map(one).collect()
+}
+
+/// Indices of the components that are actuators.
+pub fn actuators(system: &System) -> Vec<usize> {
+    let is_actuator = |k: &usize| OUTPUTS.iter().all(|name| system.port_of(*k, name).is_ok());
+    (0..system.fmus.len()).filter(is_actuator).collect()
+}
+
+/// Run the experiment.
+pub fn run(system: &System, experiment: &Experiment) -> Result<Energies> {
+    let recorded = RecordedRun::of(system, experiment, &ports(system)?)?;
+    evaluate(system, &recorded)
+}
+
+/// What must be recorded at every communication point.
+///
+/// # Errors
+/// No component is an actuator.
+pub fn ports(system: &System) -> Result<Vec<Port>> {
+    let shifts = actuators(system).into_iter();
+    let shifts = shifts.filter_map(|k| system.port_of(k, SHIFT).ok());
+    Ok([drives(system)?, shifts.collect(), supply::ports(system)?].concat())
+}
+
+/// The [`OUTPUTS`] of all actuators.
+fn drives(system: &System) -> Result<Vec<Port>> {
+    let actuators = actuators(system);
+    ensure!(
+        !actuators.is_empty(),
+        "no component has an output `{}`",
+        OUTPUTS[0]
+    );
+    let mut ports = Vec::new();
+    for k in &actuators {
+        for output in OUTPUTS {
+            ports.push(system.port_of(*k, output)?);
+        }
+    }
+    Ok(ports)
+}
+
+/// The energies of a run.
+///
+/// # Errors
+/// One of [`ports`] was not recorded.
+pub fn evaluate(system: &System, recorded: &RecordedRun) -> Result<Energies> {
+    let ports = drives(system)?;
+    let mut balances = Vec::new();
+    for outputs in ports.chunks(OUTPUTS.len()) {
+        balances.push(balance(system, recorded, outputs)?);
+    }
+    balances.push(Balance::sum(&balances));
+    let supply = Supply::of(system, recorded, &ports, OUTPUTS.len())?;
+    Ok(Energies {
+        balances,
+        supply,
+        verdict: recorded.outcome.verdict(),
+    })
+}
+
+/// Balance of one actuator, of its [`OUTPUTS`].
+fn balance(system: &System, recorded: &RecordedRun, outputs: &[Port]) -> Result<Balance> {
+    let columns: Vec<&[f64]> = outputs
+        .iter()
+        .map(|port| recorded.motion(*port))
+        .collect::<Result<_>>()?;
+    let times = &recorded.recording.times[recorded.motion_start()..];
+    let loss = |k: usize| integral(times, columns[k]);
+    let shift = match system.port_of(outputs[0].component, SHIFT) {
+        Ok(port) => rise(recorded.motion(port)?),
+        Err(_) => 0.0,
+    };
+    let (electrical, regenerated) = both_ways(columns[0]);
+    let (work, returned) = both_ways(columns[1]);
+    Ok(Balance {
+        actuator: system.component_of(outputs[0]).into(),
+        electrical,
+        regenerated,
+        work,
+        returned,
+        shift,
+        copper: loss(4),
+        core: loss(5),
+        inverter: loss(6),
+        mechanical: loss(7),
+        lost: rise(columns[2]),
+        stored: rise(columns[3]),
+        working: while_working(columns[0], columns[1]),
+    })
+}
+
+/// Last value less the first; 0 without any.
+pub(crate) fn rise(column: &[f64]) -> f64 {
+    column.last().unwrap_or(&0.0) - column.first().unwrap_or(&0.0)
+}
+
+/// Rise of `taken` over the steps in which `work` rises.
+pub(crate) fn while_working(taken: &[f64], work: &[f64]) -> f64 {
+    let steps = taken.windows(2).zip(work.windows(2));
+    let working = steps.filter(|(_, work)| work[1] > work[0]);
+    working.map(|(taken, _)| taken[1] - taken[0]).sum()
+}
+
+/// Sums of the rises and of the falls of an integrated power.
+pub(crate) fn both_ways(energy: &[f64]) -> (f64, f64) {
+    let mut ways = (0.0, 0.0);
+    for pair in energy.windows(2) {
+        let rise = pair[1] - pair[0];
+        if rise > 0.0 {
+            ways.0 += rise;
+        } else {
+            ways.1 -= rise;
+        }
+    }
+    ways
+}
+
+/// Trapezoidal rule.
+fn integral(times: &[f64], power: &[f64]) -> f64 {
+    let steps = times.windows(2).zip(power.windows(2));
+    steps
+        .map(|(t, p)| 0.5 * (t[1] - t[0]) * (p[0] + p[1]))
+        .sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rises_and_falls_are_kept_apart() {
+        assert_eq!(both_ways(&[1.0, 4.0, 2.0, 2.0, 7.0]), (8.0, 2.0));
+        assert_eq!(integral(&[0.0, 1.0, 3.0], &[2.0, 4.0, 6.0]), 13.0);
+    }
+
+    #[test]
+    fn throughput_counts_both_borders_and_efficiency_work_alone() {
+        let b = Balance {
+            actuator: "a".into(),
+            electrical: 90.0,
+            regenerated: 5.0,
+            work: 55.0,
+            returned: 10.0,
+            shift: 1.0,
+            copper: 0.0,
+            core: 0.0,
+            inverter: 0.0,
+            mechanical: 0.0,
+            lost: 37.0,
+            stored: 2.0,
+            working: 88.0,
+        };
+        assert_eq!((b.throughput(), b.efficiency()), (0.6, Some(0.625)));
+        let idle = Balance {
+            work: 0.0,
+            ..b.clone()
+        };
+        assert_eq!(idle.efficiency(), None);
+        assert_eq!(
+            while_working(&[0.0, 5.0, 4.0, 9.0], &[0.0, 1.0, 1.0, 2.0]),
+            10.0
+        );
+        assert_eq!(b.residual(), 0.0);
+        let two = Balance::sum(&[b.clone(), b]);
+        assert_eq!((two.electrical, two.throughput()), (180.0, 0.6));
+    }
+}

@@ -1,0 +1,343 @@
+//! What a run of the machine says of itself: what saturated and for what share of the time, which ratings were exceeded, whether the tip
+//! error stayed below a bound, and whether there was a reference at all.
+
+use std::f64::consts::TAU;
+use std::ops::Range;
+
+use anyhow::{Context, Result};
+use cosim::system::System;
+use cosim::verdict::Verdict;
+use cosim::wiring::Port;
+use fmu_description::Kind;
+use machine::AXES;
+
+use self::Meaning::{RatedMean, Rating, Saturation};
+use super::tip::TipError;
+use crate::machine_file::MachineFile;
+
+/// Share of the time from which on saturation spoils a run.
+const SATURATED: f64 = 0.01;
+
+/// What reaching a limit means.
+#[derive(Clone, Copy, PartialEq)]
+enum Meaning {
+    /// The machine gives no more than this.
+    Saturation,
+    /// It can give more, but is not built for it at any time.
+    Rating,
+    /// It can give more, but is not built for it on average: the root mean square counts.
+    RatedMean,
+}
+
+/// A limit and how close the run came to it.
+struct Limit {
+    /// For people, with the unit of the limit.
+    name: String,
+    unit: &'static str,
+    /// The signals whose vector's length counts, by their places among all that are read.
+    signals: Range<usize>,
+    /// Of one signal: the middle of its range, from which its distance counts.
+    middle: f64,
+    meaning: Meaning,
+    /// Largest value that is not yet beyond.
+    limit: f64,
+    worst: f64,
+    beyond: u64,
+    squares: f64,
+    /// Time of the first sample beyond, s.
+    since: f64,
+}
+
+/// Watches the limits and ratings of a machine while it runs.
+#[derive(Default)]
+pub struct LimitWatch {
+    ports: Vec<Port>,
+    limits: Vec<Limit>,
+    samples: u64,
+    is_without_machine: bool,
+}
+
+impl LimitWatch {
+    /// Of a system whose parameters have the values that `parameter` gives; the machine's limits come from the file that the manipulator
+    /// runs with. Without one nothing is watched, and the verdict says so.
+    pub fn new(
+        system: &System,
+        parameter: &dyn Fn(Port) -> Result<f64>,
+        file: Option<&MachineFile>,
+    ) -> Result<Self> {
+        let mut watch = Self::default();
+        let Some(MachineFile { machine, .. }) = file else {
+            watch.is_without_machine = true;
+            return Ok(watch);
+        };
+        let mut drives = 0;
+        for k in 0..system.fmus.len() {
+            let limits = ["v_max", "i_max"].map(|limit| system.port_of(k, limit));
+            let [Ok(v_max), Ok(i_max)] = limits else {
+                continue;
+            };
+            let name = &system.structure.components[k].name;
+            let [v_max, i_max] = [parameter(v_max)?, parameter(i_max)?];
+            // An actuator of another maker has no axis: in the order of the system.
+            let axis = match system.port_of(k, "axis") {
+                Ok(axis) => parameter(axis)? as usize,
+                Err(_) => drives + 1,
+            };
+            drives += 1;
+            let ratings = machine.ratings.in_order();
+            let ratings = ratings.get(axis.wrapping_sub(1));
+            let ratings =
+                ratings.with_context(|| format!("`axis` of {name} = {axis} must be 1, 2 or 3"))?;
+            let rpm = ratings.motor_speed_rpm * TAU / 60.0;
+            let rows: [(_, _, &[&str], _, _); 5] = [
+                ("voltage", "V", &["v_d", "v_q"], Saturation, v_max),
+                ("current", "A", &["i_d", "i_q"], Saturation, i_max),
+                ("force", "N", &["F"], Rating, ratings.force_max),
+                ("motor speed", "rad/s", &["w_m"], Rating, rpm),
+                (
+                    "motor torque",
+                    "N.m",
+                    &["tau_e"],
+                    RatedMean,
+                    ratings.motor_torque,
+                ),
+            ];
+            for (what, unit, variables, meaning, limit) in rows {
+                let limit = Limit::new(format!("{what} of {name}"), unit, meaning, limit);
+                let ports = variables.iter().map(|name| system.port_of(k, name));
+                watch.add_limit(ports.collect::<Result<_>>()?, limit);
+            }
+        }
+        let arm = system.port("f_hold[1]")?.component;
+        let limits = &machine.limits;
+        let strokes = [limits.stroke_1, limits.stroke_2, limits.stroke_3];
+        let rods = AXES.into_iter().zip(strokes).zip(1..);
+        for (((rod, [min, max]), i), ratings) in rods.zip(machine.ratings.in_order()) {
+            let name = format!("stroke of {rod} from its middle");
+            let stroke = Limit {
+                middle: 0.5 * (min + max),
+                ..Limit::new(name, "m", Saturation, 0.5 * (max - min))
+            };
+            watch.add_limit(vec![system.port_of(arm, &format!("x[{i}]"))?], stroke);
+            let name = format!("rod speed of {rod}");
+            let speed = Limit::new(name, "m/s", Rating, ratings.rod_speed_max);
+            watch.add_limit(vec![system.port_of(arm, &format!("x_dot[{i}]"))?], speed);
+        }
+        for (i, max) in (1..).zip(limits.tau_wrist_max) {
+            let torque = Limit::new(format!("wrist torque {i}"), "N.m", Saturation, max);
+            let port = system.port_of(arm, &format!("tau_wrist[{i}]"))?;
+            watch.add_limit(vec![port], torque);
+        }
+        Ok(watch)
+    }
+
+    fn add_limit(&mut self, ports: Vec<Port>, limit: Limit) {
+        let first = self.ports.len();
+        self.ports.extend(ports);
+        let signals = first..self.ports.len();
+        self.limits.push(Limit { signals, ..limit });
+    }
+
+    /// The variables that it watches.
+    pub fn ports(&self) -> &[Port] {
+        &self.ports
+    }
+
+    /// Add their values, in the order of the ports, at the time `t`, s.
+    pub fn add(&mut self, t: f64, values: &[f64]) {
+        self.samples += 1;
+        for limit in &mut self.limits {
+            limit.add(t, values);
+        }
+    }
+
+    /// What was found so far.
+    pub fn verdict(&self) -> Verdict {
+        let mut verdict = Verdict::default();
+        if self.is_without_machine {
+            verdict.note(
+                "limits and ratings are not watched: the manipulator has no `machine_file`".into(),
+            );
+        }
+        for limit in &self.limits {
+            limit.judge(self.samples, &mut verdict);
+        }
+        verdict
+    }
+}
+
+impl Limit {
+    fn new(name: String, unit: &'static str, meaning: Meaning, limit: f64) -> Self {
+        Self {
+            name,
+            unit,
+            signals: 0..1,
+            middle: 0.0,
+            meaning,
+            limit,
+            worst: 0.0,
+            beyond: 0,
+            squares: 0.0,
+            since: 0.0,
+        }
+    }
+
+    fn magnitude(&self, values: &[f64]) -> f64 {
+        match values[self.signals.clone()] {
+            [a, b] => a.hypot(b),
+            [a] => (a - self.middle).abs(),
+            _ => unreachable!("a limit is on one signal or on two"),
+        }
+    }
+
+    /// Add the sample at time `t`, s.
+    fn add(&mut self, t: f64, values: &[f64]) {
+        let value = self.magnitude(values);
+        self.worst = self.worst.max(value);
+        self.squares += value * value;
+        if value >= self.limit {
+            if self.beyond == 0 {
+                self.since = t;
+            }
+            self.beyond += 1;
+        }
+    }
+
+    #[expect(clippy::cast_precision_loss, reason = "2^53 steps are never reached")]
+    fn judge(&self, samples: u64, verdict: &mut Verdict) {
+        let Self {
+            name, unit, worst, ..
+        } = self;
+        let limit = (1e4 * self.limit).round() / 1e4;
+        if self.meaning == Meaning::RatedMean {
+            let rms = (self.squares / samples.max(1) as f64).sqrt();
+            if rms > self.limit {
+                verdict.object(format!(
+                    "{name}: root mean square {rms:.4} {unit}, more than the rated {limit} {unit}"
+                ));
+            }
+            return;
+        }
+        if self.beyond == 0 {
+            return;
+        }
+        let share = self.beyond as f64 / samples as f64;
+        let when = format!(
+            "for {:.2} % of the time, first at t = {:.3} s",
+            100.0 * share,
+            self.since
+        );
+        if self.meaning == Meaning::Rating {
+            verdict.object(format!(
+                "{name}: up to {worst:.4} {unit}, more than the rated {limit} {unit} {when}"
+            ));
+        } else if share > SATURATED {
+            verdict.object(format!("{name}: at its limit of {limit} {unit} {when}"));
+        } else {
+            verdict.note(format!("{name}: at its limit of {limit} {unit} {when}"));
+        }
+    }
+}
+
+/// The tip error beside the bound that the user has set, m.
+pub fn tracking(tip: &TipError, max_error: Option<f64>) -> Verdict {
+    let mut verdict = Verdict::default();
+    if let Some(bound) = max_error
+        && tip.motion.max > bound
+    {
+        let (max, bound) = (1e3 * tip.motion.max, 1e3 * bound);
+        verdict.object(format!(
+            "tip error: up to {max:.4} mm, more than {bound} mm"
+        ));
+    }
+    verdict
+}
+
+/// Whether the controller has a reference to follow where parameters have the values that `parameter` gives.
+pub fn reference(system: &System, parameter: &dyn Fn(Port) -> Result<f64>) -> Result<Verdict> {
+    let mut verdict = Verdict::default();
+    let port = system.port("trajectory")?;
+    let Kind::Enumeration(items) = &system.variable(port).kind else {
+        return Ok(verdict);
+    };
+    let external = items.iter().find(|item| item.name == "external");
+    let chosen = parameter(port)?;
+    let wiring = system.wiring()?;
+    let inputs = system.elements(port.component, "reference.position", 3)?;
+    let is_driven = inputs
+        .into_iter()
+        .any(|input| wiring.driver(input).is_some());
+    if external.is_some_and(|item| item.value as f64 == chosen) && !is_driven {
+        let name = system.component_of(port);
+        verdict.object(format!(
+            "{name}.trajectory is external, but nothing drives {name}.reference.position: the tip keeps its place, and errors mean nothing"
+        ));
+    }
+    Ok(verdict)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn judged(meaning: Meaning, values: &[f64]) -> Verdict {
+        let mut limit = Limit::new("x".into(), "N", meaning, 2.0);
+        for (k, value) in (0..).zip(values) {
+            limit.add(f64::from(k), &[*value]);
+        }
+        let mut verdict = Verdict::default();
+        limit.judge(values.len() as u64, &mut verdict);
+        verdict
+    }
+
+    #[test]
+    fn saturation_is_noted_and_spoils_a_run_from_one_percent_of_the_time_on() {
+        let mut values = vec![0.0; 200];
+        assert_eq!(judged(Meaning::Saturation, &values), Verdict::default());
+        values[50] = -2.0;
+        let once = judged(Meaning::Saturation, &values);
+        assert!(!once.is_bad());
+        assert!(
+            once.to_string()
+                .contains("0.50 % of the time, first at t = 50.000 s")
+        );
+        (values[60], values[70]) = (2.5, 3.0);
+        assert!(judged(Meaning::Saturation, &values).is_bad());
+    }
+
+    #[test]
+    fn a_rating_is_never_to_be_exceeded_a_rated_mean_may_be_for_a_while() {
+        let values = [0.0, 0.0, 0.0, 3.9];
+        assert!(judged(Meaning::Rating, &values).is_bad());
+        assert!(!judged(Meaning::RatedMean, &values).is_bad(), "1.95");
+        assert!(
+            judged(Meaning::RatedMean, &[0.0, 0.0, 0.0, 4.1]).is_bad(),
+            "2.05"
+        );
+        assert!(!judged(Meaning::Rating, &[1.9]).is_bad());
+    }
+
+    #[test]
+    fn what_counts_is_a_magnitude() {
+        let of = |signals: Range<usize>, middle, values: &[f64]| {
+            let limit = Limit::new("x".into(), "N", Meaning::Rating, 2.0);
+            let limit = Limit {
+                signals,
+                middle,
+                ..limit
+            };
+            limit.magnitude(values)
+        };
+        assert_eq!(of(0..2, 0.0, &[-3.0, 4.0]), 5.0);
+        assert_eq!(of(0..1, 0.3, &[0.1]), 0.3 - 0.1);
+        assert_eq!(of(1..2, 0.0, &[7.0, -1.0]), 1.0);
+    }
+
+    #[test]
+    fn the_largest_tip_error_is_compared_with_the_bound() {
+        let mut tip = TipError::new(0.0);
+        tip.add(1.0, 2e-3);
+        assert!(!tracking(&tip, None).is_bad() && !tracking(&tip, Some(2e-3)).is_bad());
+        assert!(tracking(&tip, Some(1.9e-3)).is_bad());
+    }
+}

@@ -1,0 +1,102 @@
+//! A run in numbers with names: those of the Python package, and of `hdrm-fmu evaluate` for the runs of other importers.
+
+use std::collections::BTreeMap;
+
+use anyhow::Result;
+use cosim::bond::Residual;
+
+use super::energy::Balance;
+use super::tip::TipError;
+use super::tracking::{PositionError, Sag, Tracking};
+
+/// Numbers by name, in SI units.
+pub type Metrics = BTreeMap<String, f64>;
+
+/// Names of all metrics of a system with these actuators (`all` is their sum), each with what a run must be asked for beside the tip error
+/// to have it: `tracking`, `energy`, or nothing.
+///
+/// # Errors
+/// Never, as [`add_energy`].
+pub fn names(actuators: &[String]) -> Result<BTreeMap<String, &'static str>> {
+    let (mut always, mut tracking, mut energy) =
+        (of_tip(&TipError::new(0.0)), Metrics::new(), Metrics::new());
+    add_residuals(&mut always, &[]);
+    let all = Tracking {
+        sag: Some(Sag::default()),
+        ..Tracking::default()
+    };
+    add_tracking(&mut tracking, &all);
+    for actuator in actuators {
+        let balance = Balance {
+            actuator: actuator.clone(),
+            ..Balance::default()
+        };
+        add_energy(&mut energy, &balance)?;
+    }
+    let groups = [(always, ""), (tracking, "tracking"), (energy, "energy")];
+    let named = |(metrics, of): (Metrics, _)| metrics.into_keys().map(move |name| (name, of));
+    Ok(groups.into_iter().flat_map(named).collect())
+}
+
+/// Of the tip error.
+pub fn of_tip(tip: &TipError) -> Metrics {
+    let named = [
+        ("tip_rmse", tip.motion.rms()),
+        ("tip_max", tip.motion.max),
+        ("tip_rmse_whole", tip.whole.rms()),
+        ("tip_max_whole", tip.whole.max),
+        ("motion_start", tip.motion_start),
+    ];
+    named.map(|(name, value)| (name.to_string(), value)).into()
+}
+
+/// Add the power residuals of a run: largest peak, and the energy that the coupling made (negative) or lost at all bonds.
+pub fn add_residuals(metrics: &mut Metrics, residuals: &[Residual]) {
+    let peak = residuals.iter().map(|r| r.peak).fold(0.0, f64::max);
+    metrics.insert("residual_peak".into(), peak);
+    let energy = residuals.iter().map(|r| r.energy).sum();
+    metrics.insert("residual_energy".into(), energy);
+}
+
+/// Add what was tracked.
+pub fn add_tracking(metrics: &mut Metrics, tracking: &Tracking) {
+    let mut position = |of: &str, error: &PositionError| {
+        let named = [
+            ("rmse", error.rmse),
+            ("max", error.max),
+            ("mean", error.mean),
+            ("varying", error.varying),
+        ];
+        metrics.extend(named.map(|(name, value)| (format!("{of}_{name}"), value)));
+    };
+    position("known", &tracking.known);
+    position("joints", &tracking.joints);
+    position("plant", &tracking.plant);
+    if let Some(sag) = &tracking.sag {
+        position("rigid", &sag.rigid);
+        metrics.insert("sag_rms".into(), sag.rms);
+        metrics.insert("sag_max".into(), sag.max);
+    }
+    let [rms, max] = tracking.orientation;
+    metrics.insert("orientation_rms".into(), rms);
+    metrics.insert("orientation_max".into(), max);
+    metrics.insert("speed_max".into(), tracking.speed);
+    metrics.insert("rho".into(), tracking.rho());
+}
+
+/// Add the energies of an actuator.
+///
+/// # Errors
+/// Never: a balance is numbers and a name.
+pub fn add_energy(metrics: &mut Metrics, balance: &Balance) -> Result<()> {
+    let of = format!("energy_{}", balance.actuator);
+    let efficiency = balance.efficiency().unwrap_or(f64::NAN);
+    metrics.insert(format!("{of}_efficiency"), efficiency);
+    let values = serde_json::to_value(balance)?;
+    for (name, value) in values.as_object().into_iter().flatten() {
+        if let Some(value) = value.as_f64() {
+            metrics.insert(format!("{of}_{name}"), value);
+        }
+    }
+    Ok(())
+}

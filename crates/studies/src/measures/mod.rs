@@ -1,0 +1,11 @@
+//! What is measured of a run.
+
+pub mod energy;
+pub mod heat;
+pub mod iso9283;
+pub mod limits;
+pub mod metrics;
+pub mod run;
+pub mod supply;
+pub mod tip;
+pub mod tracking;

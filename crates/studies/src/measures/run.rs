@@ -1,0 +1,220 @@
+//! A run of the machine with what is measured in every run: how far the tip is from its reference, and what went beyond limits and
+//! ratings. [`RecordedRun`] keeps signals of it for what is measured afterwards.
+
+use std::fmt;
+
+use anyhow::{Error, Result, anyhow};
+use cosim::master::{Master, start_value};
+use cosim::recording::Recording;
+use cosim::run::{self, Experiment};
+use cosim::signals::{Signals, matching};
+use cosim::system::System;
+use cosim::verdict::Verdict;
+use cosim::wiring::Port;
+
+use super::limits::{LimitWatch, reference};
+use super::tip::TipError;
+use crate::machine_file::MachineFile;
+
+/// The controller's output of which the tip error is made.
+const TIP_ERROR: &str = "tip_error_norm";
+/// The controller's parameter that says when the reference begins to move.
+const MOTION_START: &str = "settle_time";
+/// The controller's output that says when the reference has come to its end.
+const MOTION_END: &str = "motion_end";
+
+/// The controller's output of which the tip error is made.
+///
+/// # Errors
+/// The system has no such controller.
+pub fn tip_error_port(system: &System) -> Result<Port> {
+    system.port(TIP_ERROR)
+}
+
+/// When the reference begins to move under the start values of `experiment`, s; 0 for a controller that does not say it.
+///
+/// # Errors
+/// The system has no such controller, or it refuses the start values.
+pub fn motion_start(system: &System, experiment: &Experiment) -> Result<f64> {
+    let controller = tip_error_port(system)?.component;
+    match system.port_of(controller, MOTION_START) {
+        Ok(port) => start_value(system, &experiment.settings, port),
+        Err(_) => Ok(0.0),
+    }
+}
+
+/// What came out of a run.
+#[derive(Clone, Debug)]
+pub struct Outcome {
+    /// Residuals, times and messages.
+    pub run: run::Outcome,
+    /// Tip error.
+    pub tip: TipError,
+    /// What the machine's limits and ratings and its reference say of the run.
+    pub limits: Verdict,
+}
+
+/// A run that failed after something had gone beyond its limits.
+#[derive(Debug)]
+pub struct FailedRun {
+    error: Error,
+    /// What was beyond its limits until then.
+    pub limits: Verdict,
+}
+
+/// Run to the stop time asked for, else to the end of the motion, else to that of the default experiment; `observe` sees every
+/// communication point, `progress` is told the numbers of finished and of all steps from time to time.
+///
+/// # Errors
+/// The run failed; a [`FailedRun`] where something was beyond its limits until then.
+pub fn run(
+    system: &System,
+    experiment: &Experiment,
+    progress: &dyn Fn(u64, u64),
+    mut observe: impl FnMut(&Master) -> Result<()>,
+) -> Result<Outcome> {
+    let file = MachineFile::of_plant(system, &experiment.settings)?;
+    let master = experiment.start(system).map_err(refused_path)?;
+    let parameter = |port| master.number(port);
+    let tip_error = tip_error_port(system)?;
+    let of_controller = |name| parameter(system.port_of(tip_error.component, name)?);
+    let mut tip = TipError::new(of_controller(MOTION_START).unwrap_or(0.0));
+    let end = of_controller(MOTION_END).ok();
+    let stop = match (experiment.stop, end.filter(|end| *end > master.time())) {
+        (None, Some(end)) => end,
+        _ => experiment.stop(system)?,
+    };
+    let mut watch = LimitWatch::new(system, &parameter, file.as_ref())?;
+    let mut limits = reference(system, &parameter)?;
+    let mut signals = Signals::new(system, &[&[tip_error], watch.ports()].concat())?;
+    let done = run::run(system, master, stop, progress, |master| {
+        let [distance, watched @ ..] = signals.read(master)? else {
+            unreachable!("the tip error is read first");
+        };
+        tip.add(master.time(), *distance);
+        watch.add(master.time(), watched);
+        observe(master)
+    });
+    limits.extend(watch.verdict());
+    match done {
+        Ok(run) => Ok(Outcome { run, tip, limits }),
+        Err(error) if limits.is_bad() => Err(FailedRun { error, limits }.into()),
+        Err(error) => Err(error),
+    }
+}
+
+/// Where a path is refused, the path and a line for each reason, without the functions in which the controller said it.
+fn refused_path(error: Error) -> Error {
+    let text = format!("{error:#}");
+    let Some((_, refusal)) = text.split_once(": path `") else {
+        return error;
+    };
+    anyhow!("path `{}", refusal.replace("; ", "\n  "))
+}
+
+/// A run with signals kept in memory.
+pub struct RecordedRun {
+    /// The signals.
+    pub recording: Recording,
+    /// What else came out.
+    pub outcome: Outcome,
+}
+
+impl RecordedRun {
+    /// Run and keep the variables `ports`.
+    pub fn of(system: &System, experiment: &Experiment, ports: &[Port]) -> Result<Self> {
+        let mut recording = Recording::new(system, ports)?;
+        let outcome = run(system, experiment, &|_, _| (), |master| {
+            recording.add(master)
+        })?;
+        Ok(Self { recording, outcome })
+    }
+
+    /// Values of a variable over the motion: from the time on at which the reference moves.
+    pub fn motion(&self, port: Port) -> Result<&[f64]> {
+        Ok(&self.recording.column(port)?[self.motion_start()..])
+    }
+
+    /// Index of the first communication point of the motion.
+    pub fn motion_start(&self) -> usize {
+        self.recording.first_from(self.outcome.tip.motion_start)
+    }
+}
+
+impl Outcome {
+    /// The outcome as text for people.
+    pub fn summary(&self) -> String {
+        self.tip.text() + &self.run.summary()
+    }
+
+    /// All that was found.
+    pub fn verdict(&self) -> Verdict {
+        let mut verdict = self.run.verdict.clone();
+        verdict.extend(self.limits.clone());
+        verdict
+    }
+}
+
+impl FailedRun {
+    /// What was beyond its limits before a run failed with `error`.
+    pub fn limits_of(error: &Error) -> Verdict {
+        let failed = error.downcast_ref::<Self>();
+        failed.map(|f| f.limits.clone()).unwrap_or_default()
+    }
+
+    /// `error` with what was beyond its limits before, in the text.
+    pub fn explained(error: Error) -> Error {
+        match error.downcast_ref::<Self>() {
+            Some(failed) => anyhow!("{error:#}\n{}", failed.limits),
+            None => error,
+        }
+    }
+}
+
+impl fmt::Display for FailedRun {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{:#}", self.error)
+    }
+}
+
+impl std::error::Error for FailedRun {}
+
+/// Signals that are recorded where none are named.
+const USEFUL: [&str; 13] = [
+    "*.tip_error_norm",
+    "*.tip_error[*]",
+    "*.desired.position[*]",
+    "*.tip.position[*]",
+    "hdrm.zeta[*]",
+    "hdrm.x[*]",
+    "hdrm.x_dot[*]",
+    "emla_*.F",
+    "emla_*.i_d",
+    "emla_*.i_q",
+    "controller.v_d[*]",
+    "controller.v_q[*]",
+    "controller.tau_wrist[*]",
+];
+
+/// The signals that are recorded where none are named, as far as the system has them.
+pub fn useful(system: &System) -> Result<Vec<Port>> {
+    let ports = |pattern: &str| matching(system, &[pattern.into()]).unwrap_or_default();
+    Ok(USEFUL.into_iter().flat_map(ports).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_refused_path_is_told_without_the_functions_that_refused_it() {
+        let told = "controller: fmi2GetReal of v_d[1] returned fmi2Error: fmi2GetReal: path `/a/far.json`: the machine cannot do this path: \
+                    waypoint 1 is out of reach; and 2 more";
+        assert_eq!(
+            refused_path(anyhow!(told)).to_string(),
+            "path `/a/far.json`: the machine cannot do this path: waypoint 1 is out of reach\n  and 2 more"
+        );
+        let other = refused_path(anyhow!("emla_1: burnt; twice"));
+        assert_eq!(other.to_string(), "emla_1: burnt; twice");
+    }
+}

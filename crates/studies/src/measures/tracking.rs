@@ -1,0 +1,326 @@
+//! How well a run tracked, seen from several places: what the controller could have known, what the tip of the plant did, and how fast.
+//!
+//! Three errors of the tip's position, each of the reference against
+//! - `known`: the controller's own kinematics at the true joint angles as its encoders have them, zero errors included, noise and rounding
+//!   not: all that a controller which reads joints can bring to zero;
+//! - `joints`: the controller's own kinematics at the true joint angles;
+//! - `plant`: the tip of the plant, with errors of dimensions and of zeros in it, which mostly shift it.
+//!
+//! A plant that bends says besides where its tip were if nothing bent: `rigid`.
+//!
+//! Zero errors are the mean difference of measured and true angles over the rest before the motion.
+
+use anyhow::{Context, Result};
+use cosim::recording::Recording;
+use cosim::run::Experiment;
+use cosim::system::System;
+use cosim::wiring::Port;
+use hdrm::{Tip, Tree};
+use nalgebra::{Quaternion, Vector3};
+use serde::Serialize;
+
+use super::run::RecordedRun;
+use super::tip::Distance;
+use crate::machine_file::MachineFile;
+
+/// Joints of the manipulator.
+const JOINTS: usize = 6;
+
+/// An error of the tip's position over the motion.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct PositionError {
+    /// Root mean square, m.
+    pub rmse: f64,
+    /// Largest, m.
+    pub max: f64,
+    /// Length of its mean vector, m: what is constant.
+    pub mean: f64,
+    /// Root mean square of what is left without the mean vector, m.
+    pub varying: f64,
+}
+
+/// A run in numbers.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct Tracking {
+    /// Reference against what the controller could have known.
+    pub known: PositionError,
+    /// Reference against the controller's kinematics at the true joint angles.
+    pub joints: PositionError,
+    /// Reference against the tip of the plant.
+    pub plant: PositionError,
+    /// Root mean square and maximum of the angle between the desired orientation and that of the plant's tip, rad.
+    pub orientation: [f64; 2],
+    /// Largest speed of the plant's tip, m/s.
+    pub speed: f64,
+    /// What a plant that bends says besides.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(rename = "bent")]
+    pub sag: Option<Sag>,
+}
+
+/// A plant that bends.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct Sag {
+    /// Reference against the tip that the plant's joints, with its dimensions, say if nothing bent.
+    pub rigid: PositionError,
+    /// Root mean square of the tip's distance from there, m.
+    #[serde(rename = "sag_rms")]
+    pub rms: f64,
+    /// The largest, m.
+    #[serde(rename = "sag_max")]
+    pub max: f64,
+}
+
+impl Tracking {
+    /// The field's indicator for heavy-duty manipulators: largest error that is known over largest speed, s. It is smaller for better
+    /// control, and compares machines of different size and speed.
+    pub fn rho(&self) -> f64 {
+        self.known.max / self.speed
+    }
+
+    /// Run and evaluate the motion.
+    ///
+    /// # Errors
+    /// The run fails, or the system lacks one of the variables.
+    pub fn of(system: &System, experiment: &Experiment) -> Result<Self> {
+        Self::recorded(system, experiment, &[]).map(|(tracking, _)| tracking)
+    }
+
+    /// As [`Tracking::of`], with the run, of which the variables `more` are recorded too.
+    pub fn recorded(
+        system: &System,
+        experiment: &Experiment,
+        more: &[Port],
+    ) -> Result<(Self, RecordedRun)> {
+        let evaluation = Evaluation::new(system, experiment)?;
+        let ports = [&evaluation.ports(), more].concat();
+        let recorded = RecordedRun::of(system, experiment, &ports)?;
+        let motion_start = recorded.outcome.tip.motion_start;
+        Ok((
+            evaluation.evaluate(&recorded.recording, motion_start)?,
+            recorded,
+        ))
+    }
+}
+
+/// What is needed to evaluate a run of an experiment, found before it.
+pub struct Evaluation {
+    ports: Ports,
+    /// The controller's kinematics.
+    tree: Tree,
+    late: usize,
+}
+
+impl Evaluation {
+    /// Of runs of `experiment` on `system`.
+    ///
+    /// # Errors
+    /// The system lacks one of the variables, or there is no machine in the controller's file.
+    pub fn new(system: &System, experiment: &Experiment) -> Result<Self> {
+        let ports = Ports::of(system)?;
+        let file = system.port_of(ports.controller, "machine_file")?;
+        let believed = MachineFile::at(system, &experiment.settings, file)?;
+        Ok(Self {
+            tree: Tree::new(&believed.machine)?,
+            late: ports.late(system, experiment)?,
+            ports,
+        })
+    }
+
+    /// What must be recorded at every communication point.
+    pub fn ports(&self) -> Vec<Port> {
+        self.ports.all()
+    }
+
+    /// The run in numbers, over the motion, which begins at `motion_start`, s.
+    ///
+    /// # Errors
+    /// One of [`Evaluation::ports`] was not recorded.
+    pub fn evaluate(&self, recording: &Recording, motion_start: f64) -> Result<Tracking> {
+        let first = recording.first_from(motion_start);
+        self.ports.evaluate(recording, first, &self.tree, self.late)
+    }
+}
+
+/// What is recorded.
+struct Ports {
+    /// Component of the controller.
+    controller: usize,
+    /// Desired position and orientation.
+    desired: Vec<Port>,
+    /// Joint angles as they are and as the controller has them.
+    zeta: [Vec<Port>; 2],
+    /// Position, orientation and velocity of the plant's tip.
+    tip: Vec<Port>,
+    /// Where the tip of a plant that bends were if nothing bent; empty of another plant.
+    rigid: Vec<Port>,
+}
+
+impl Ports {
+    fn of(system: &System) -> Result<Self> {
+        let controller = system.port("desired.position[1]")?.component;
+        let plant = system.port("tip.position[1]")?.component;
+        let arrays = |component, names: &[(&str, usize)]| -> Result<Vec<Port>> {
+            let mut ports = Vec::new();
+            for (name, count) in names {
+                ports.extend(system.elements(component, name, *count)?);
+            }
+            Ok(ports)
+        };
+        let measured = arrays(controller, &[("zeta", JOINTS)])?;
+        let wiring = system.wiring()?;
+        let mut drivers = Vec::new();
+        for port in &measured {
+            let link = wiring
+                .driver(*port)
+                .context("nothing measures the joints")?;
+            drivers.push(wiring.links[link].from);
+        }
+        let rigid = system.elements(plant, "tip.rigid_position", 3);
+        Ok(Self {
+            controller,
+            rigid: rigid.unwrap_or_default(),
+            desired: arrays(
+                controller,
+                &[("desired.position", 3), ("desired.orientation", 4)],
+            )?,
+            zeta: [arrays(plant, &[("zeta", JOINTS)])?, drivers],
+            tip: arrays(
+                plant,
+                &[
+                    ("tip.position", 3),
+                    ("tip.orientation", 4),
+                    ("tip.velocity", 3),
+                ],
+            )?,
+        })
+    }
+
+    fn all(&self) -> Vec<Port> {
+        let mut ports = [&self.desired[..], &self.zeta[0], &self.tip, &self.rigid].concat();
+        ports.extend(self.zeta[1].iter().filter(|p| !self.zeta[0].contains(p)));
+        ports
+    }
+
+    /// Communication points by which the desired pose is ahead of the point at which it is read.
+    fn late(&self, system: &System, experiment: &Experiment) -> Result<usize> {
+        let port = system.port_of(self.controller, "delay")?;
+        let delay = cosim::master::start_value(system, &experiment.settings, port)?;
+        // With a delay of one the outputs, predicted over it, belong to the point at which they are read.
+        Ok((delay - 1.0).max(0.0) as usize)
+    }
+
+    fn evaluate(
+        &self,
+        recording: &Recording,
+        first: usize,
+        tree: &Tree,
+        late: usize,
+    ) -> Result<Tracking> {
+        let columns = |ports: &[Port]| -> Result<Vec<&[f64]>> {
+            ports.iter().map(|p| recording.column(*p)).collect()
+        };
+        let desired = columns(&self.desired)?;
+        let [true_zeta, measured] = [columns(&self.zeta[0])?, columns(&self.zeta[1])?];
+        let (tip, rigid) = (columns(&self.tip)?, columns(&self.rigid)?);
+        let zero = |(measured, own): (&&[f64], &&[f64])| mean_difference(measured, own, first);
+        let zero: Vec<f64> = measured.iter().zip(&true_zeta).map(zero).collect();
+        let vector = |c: &[&[f64]], row: usize| Vector3::new(c[0][row], c[1][row], c[2][row]);
+        let quaternion =
+            |c: &[&[f64]], row: usize| Quaternion::new(c[3][row], c[4][row], c[5][row], c[6][row]);
+        let mut sums = [Sum::default(); 3];
+        let mut orientation = Distance::default();
+        let mut speed: f64 = 0.0;
+        let (mut to_rigid, mut sagging) = (Sum::default(), Distance::default());
+        let points = first..recording.times.len();
+        for k in points {
+            let seen = k.saturating_sub(late);
+            let reference = vector(&desired, seen);
+            let own = |share: f64| {
+                let zeta = std::array::from_fn(|j| true_zeta[j][k] + share * zero[j]);
+                Tip::new(tree, &tree.configuration(&zeta)).position
+            };
+            let places = [own(1.0), own(0.0), vector(&tip, k)];
+            for (sum, place) in sums.iter_mut().zip(places) {
+                sum.add(reference - place);
+            }
+            if !rigid.is_empty() {
+                to_rigid.add(reference - vector(&rigid, k));
+                sagging.add((vector(&tip, k) - vector(&rigid, k)).norm());
+            }
+            let cosine = quaternion(&desired, seen).dot(&quaternion(&tip, k));
+            orientation.add(2.0 * cosine.abs().min(1.0).acos());
+            speed = speed.max(vector(&tip[7..], k).norm());
+        }
+        let [known, joints, plant] = sums.map(|sum| sum.error());
+        Ok(Tracking {
+            known,
+            joints,
+            plant,
+            orientation: [orientation.rms(), orientation.max],
+            speed,
+            sag: (!rigid.is_empty()).then(|| Sag {
+                rigid: to_rigid.error(),
+                rms: sagging.rms(),
+                max: sagging.max,
+            }),
+        })
+    }
+}
+
+/// Mean of `a − b` over the first `count` samples, over all where these are none.
+fn mean_difference(a: &[f64], b: &[f64], count: usize) -> f64 {
+    let count = if count == 0 { a.len() } else { count };
+    a.iter().zip(b).take(count).map(|(a, b)| a - b).sum::<f64>() / count as f64
+}
+
+/// Sums over error vectors.
+#[derive(Clone, Copy, Default)]
+struct Sum {
+    vectors: Vector3<f64>,
+    distance: Distance,
+    count: f64,
+}
+
+impl Sum {
+    fn add(&mut self, error: Vector3<f64>) {
+        self.vectors += error;
+        self.distance.add(error.norm());
+        self.count += 1.0;
+    }
+
+    fn error(&self) -> PositionError {
+        let mean = (self.vectors / self.count.max(1.0)).norm();
+        let rmse = self.distance.rms();
+        PositionError {
+            rmse,
+            max: self.distance.max,
+            mean,
+            varying: (rmse * rmse - mean * mean).max(0.0).sqrt(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Closed form: a constant of (3, 4, 0) with ±2 along z beside it. A few roundings of 29 = 25 + 4, divided by 2·2.
+    #[test]
+    fn the_constant_part_is_told_from_the_rest() {
+        let mut sum = Sum::default();
+        for z in [2.0, -2.0, 2.0, -2.0] {
+            sum.add(Vector3::new(3.0, 4.0, z));
+        }
+        let e = sum.error();
+        assert_eq!((e.mean, e.max), (5.0, 29.0_f64.sqrt()));
+        assert!((e.varying - 2.0).abs() < 29.0 * f64::EPSILON, "{e:?}");
+        assert!((e.rmse - e.max).abs() < 8.0 * f64::EPSILON, "{e:?}");
+    }
+
+    #[test]
+    fn zero_errors_are_taken_from_the_rest() {
+        let (a, b) = ([1.5, 1.25, 9.0], [1.0, 1.0, 1.0]);
+        assert_eq!(mean_difference(&a, &b, 2), 0.375);
+    }
+}

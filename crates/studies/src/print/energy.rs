@@ -1,0 +1,113 @@
+//! Energies of the actuators and of what feeds them, as text, CSV and JSON.
+
+use std::io;
+
+use anyhow::Result;
+use serde_json::Value;
+
+use crate::measures::energy::{Balance, Energies};
+use crate::measures::supply::{Range, Supply};
+
+/// The balances as a table for people.
+pub fn text(title: &str, balances: &[Balance]) -> String {
+    let mut text = format!("{title}\n{:<34}", "energy over the motion, J");
+    for b in balances {
+        text += &format!("{:>12}", b.actuator);
+    }
+    text += "\n";
+    for (name, get) in ROWS {
+        text += &format!("{name:<34}");
+        for b in balances {
+            text += &match get(b) {
+                Some(value) => format!("{value:>12.2}"),
+                None => format!("{:>12}", "-"),
+            };
+        }
+        text += "\n";
+    }
+    text
+}
+
+type Quantity = (&'static str, fn(&Balance) -> Option<f64>);
+/// What is told of an actuator.
+const ROWS: [Quantity; 13] = [
+    ("electrical, taken", |b| Some(b.electrical)),
+    ("electrical, given back", |b| Some(b.regenerated)),
+    ("work on the load", |b| Some(b.work)),
+    ("work by the load", |b| Some(b.returned)),
+    ("work by the coupling at the rod", |b| Some(b.shift)),
+    ("loss, copper", |b| Some(b.copper)),
+    ("loss, iron", |b| Some(b.core)),
+    ("loss, inverter", |b| Some(b.inverter)),
+    ("loss, mechanical", |b| Some(b.mechanical)),
+    ("rise of stored energy", |b| Some(b.stored)),
+    ("balance left open", |b| Some(b.residual())),
+    ("efficiency while work is done, %", |b| {
+        b.efficiency().map(|e| 100.0 * e)
+    }),
+    ("throughput (out / in), %", |b| Some(100.0 * b.throughput())),
+];
+
+/// A row of each actuator of each case, energies in J.
+pub fn write_csv(cases: &[(String, Energies)], to: &mut impl io::Write) -> io::Result<()> {
+    let quote = |name: &str| format!("\"{name}\"");
+    let heads: Vec<_> = ROWS.iter().map(|(name, _)| quote(name)).collect();
+    writeln!(to, "trajectory,actuator,{}", heads.join(","))?;
+    for (case, energies) in cases {
+        for b in &energies.balances {
+            let cell = |(_, get): &Quantity| get(b).map_or(String::new(), |v| v.to_string());
+            let cells: Vec<_> = ROWS.iter().map(cell).collect();
+            writeln!(to, "{case},{},{}", b.actuator, cells.join(","))?;
+        }
+    }
+    Ok(())
+}
+
+/// What feeds the drives, for people.
+pub fn supply_text(supply: &Supply) -> String {
+    let mut text = format!("energy over the whole run, J: {}\n", supply.component);
+    let mut line = |name: &str, value: f64| {
+        text += &format!("{name:<46}{value:>14.4}\n");
+    };
+    if let Some(s) = supply.source {
+        line("from the source of the pack", s.battery);
+        line("  burnt in the brake resistor", s.brake);
+        line("  lost in pack, wiring and limit", s.lost);
+        line("  rise of stored energy in the link", s.stored);
+    }
+    line("given to the drives", supply.given);
+    line("  lost by the coupling at the bonds", supply.residual);
+    line("  work on the load, less work by it", supply.work);
+    line("  work by the coupling at the rods", supply.shift);
+    line("  lost in the drives", supply.lost);
+    line("  rise of stored energy in the drives", supply.stored);
+    line("left open", supply.open());
+    line(
+        "went through the bonds in either direction",
+        supply.throughput,
+    );
+    for Range {
+        name,
+        unit,
+        least,
+        greatest,
+        last,
+    } in &supply.ranges
+    {
+        let name = format!("{name}, {unit}: least, greatest, last");
+        text += &format!("{name:<46}{least:>14.4}{greatest:>14.4}{last:>14.4}\n");
+    }
+    text
+}
+
+/// A balance for programs.
+///
+/// # Errors
+/// Never: a balance is numbers and a name.
+pub fn balance_json(balance: &Balance) -> Result<Value> {
+    let mut value = serde_json::to_value(balance)?;
+    value["efficiency"] = balance.efficiency().into();
+    value["throughput"] = balance.throughput().into();
+    value["residual"] = balance.residual().into();
+    Ok(value)
+}

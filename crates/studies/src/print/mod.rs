@@ -1,0 +1,11 @@
+//! Results as text, CSV and JSON.
+
+pub mod comparison;
+pub mod energy;
+pub mod files;
+pub mod sizing;
+pub mod stability;
+pub mod surrogate_loop;
+pub mod testbed;
+pub mod tip_errors;
+pub mod verdict;

@@ -1,0 +1,73 @@
+//! Start values that a study varies: set on top of those that the user has set, refused where one would not count.
+
+use std::fmt::Display;
+
+use anyhow::{Result, bail};
+use cosim::master::Schedule;
+use cosim::run::Experiment;
+use cosim::system::{Setting, System};
+use cosim::wiring::Port;
+
+/// The parameter of controller and actuators that says how many steps late their outputs act.
+const DELAY: &str = "delay";
+
+/// `base` with the start values that a study varies.
+///
+/// # Errors
+/// One of them is set in `base` or bound by the system, so that what was set would not count.
+pub fn vary(
+    system: &System,
+    base: &Experiment,
+    values: &[(&str, &dyn Display)],
+) -> Result<Experiment> {
+    let settings = values
+        .iter()
+        .map(|(name, value)| system.setting(name, value));
+    with(system, base, settings.collect::<Result<_>>()?)
+}
+
+/// As [`vary`].
+pub fn with(system: &System, base: &Experiment, settings: Vec<Setting>) -> Result<Experiment> {
+    for Setting { port, .. } in &settings {
+        let variable = &system.variable(*port).name;
+        let component = &system.structure.components[port.component];
+        if let Some(bound) = component.parameters.iter().find(|p| p.name == *variable) {
+            bail!(is_varied(system, *port, &bound.origin));
+        }
+    }
+    over(system, base, settings)
+}
+
+/// As [`with`], of what the system may bind too.
+pub fn over(system: &System, base: &Experiment, settings: Vec<Setting>) -> Result<Experiment> {
+    for Setting { port, .. } in &settings {
+        if base.settings.iter().any(|s| s.port == *port) {
+            bail!(is_varied(system, *port, "--set"));
+        }
+    }
+    let mut experiment = base.clone();
+    experiment.settings.extend(settings);
+    Ok(experiment)
+}
+
+fn is_varied(system: &System, port: Port, origin: &str) -> String {
+    let name = system.name(port);
+    format!("`{name}` is set ({origin}), but this command varies it itself, so it must not be set")
+}
+
+/// Tells all components that have a parameter `delay` that with the schedule `standard` their outputs act one step late. All of them: a
+/// controller that predicts over the step needs actuators that do too.
+pub fn tell_delay(system: &System, base: &mut Experiment) -> Result<()> {
+    if base.stepping.schedule != Schedule::Standard {
+        return Ok(());
+    }
+    for component in 0..system.structure.components.len() {
+        let Ok(delay) = system.port_of(component, DELAY) else {
+            continue;
+        };
+        if !base.settings.iter().any(|s| s.port == delay) {
+            base.settings.push(system.setting(&system.name(delay), 1)?);
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,233 @@
+//! One axis beside what it is rated for: root mean squares, peaks, envelopes, temperatures.
+#![allow(non_snake_case)] // symbols of the equations
+
+use std::f64::consts::TAU;
+
+use anyhow::{Context, Result};
+use cosim::run::Experiment;
+use cosim::system::System;
+use cosim::verdict::Verdict;
+use machine::Ratings;
+use serde::Serialize;
+
+use super::motor::Motor;
+use super::recorded::{Columns, Size, parameters_of};
+use crate::measures::heat::{Cycle, Network, Temperatures};
+
+/// Time over which the cycle is repeated, s.
+pub const HOUR: f64 = 3600.0;
+/// Part of an envelope by which a sample may lie above it: sampling of current and voltage.
+const SLACK: f64 = 0.01;
+
+/// Winding temperature that insulation of class F stands (IEC 60085: 155 °C), K.
+pub const WINDING_LIMIT: f64 = 428.15;
+
+/// One axis over the motion.
+#[derive(Clone, Debug, Serialize)]
+pub struct Axis {
+    /// Component.
+    pub actuator: String,
+    /// Motor torque, N·m.
+    pub torque: Size,
+    /// Motor speed, rad/s.
+    pub speed: Size,
+    /// Phase current (peak value of the sine), A.
+    pub current: Size,
+    /// Rod force, N.
+    pub force: Size,
+    /// Mechanical power of the motor, W.
+    pub power: Size,
+    /// Torque that may last at the root mean square of the speed, N·m.
+    pub continuous: f64,
+    /// Share of the time in which the torque drives beyond the peak envelope.
+    pub beyond_peak: f64,
+    /// Temperatures after an hour of repetitions.
+    pub temperatures: Temperatures,
+    /// Whether the actuator itself tells of its heat capacities and resistances.
+    pub is_own_heat: bool,
+    /// What the actuator is rated for.
+    pub ratings: Ratings,
+    /// Envelopes' constants.
+    pub motor: Motor,
+    /// Motor speed, rad/s, and torque, N·m, over the motion, thinned.
+    #[serde(skip)]
+    pub points: Vec<(f64, f64)>,
+}
+
+pub(super) fn axis(
+    system: &System,
+    experiment: &Experiment,
+    k: usize,
+    columns: &Columns,
+    lowest: Option<f64>,
+    ratings: &Ratings,
+) -> Result<Axis> {
+    let names = [
+        "p",
+        "R_s",
+        "L_q",
+        "lambda_m",
+        "i_max",
+        "v_max",
+        "inverter.v_dc",
+    ];
+    let name = &system.structure.components[k].name;
+    let [p, R_s, L_q, lambda_m, i_max, v_max, v_dc] = parameters_of(system, experiment, k, names)?
+        .with_context(|| format!("{name} must have the parameters {}", names.join(", ")))?;
+    let v_dc = lowest.unwrap_or(if v_dc > 0.0 { v_dc } else { f64::INFINITY });
+    let motor = Motor {
+        pole_pairs: p,
+        resistance: R_s,
+        inductance: L_q,
+        flux: lambda_m,
+        current: i_max,
+        voltage: v_max.min(v_dc / 3.0_f64.sqrt()),
+    };
+    let [tau, w, i_d, i_q, F, copper, core] = [0, 1, 2, 3, 4, 5, 6].map(|n| columns.values[n]);
+    let both = || tau.iter().copied().zip(w.iter().copied());
+    let speed = Size::of(w.iter().copied());
+    let drives_beyond = |(tau, w): &(f64, f64)| {
+        tau * w > 0.0 && tau.abs() > motor.peak(*w) + SLACK * motor.peak(0.0)
+    };
+    let network = parameters_of(
+        system,
+        experiment,
+        k,
+        [
+            "heat.C_w",
+            "heat.R_wh",
+            "heat.C_h",
+            "heat.R_ha",
+            "T_ambient",
+        ],
+    )?;
+    let own = network.map(|[winding, inside, housing, outside, ambient]| Network {
+        winding,
+        inside,
+        housing,
+        outside,
+        ambient,
+    });
+    let step = match columns.times {
+        [first, .., last] => (last - first) / (columns.times.len() - 1) as f64,
+        _ => experiment.stepping.step,
+    };
+    let cycle = Cycle {
+        step,
+        copper,
+        winding: columns.winding,
+        iron: core,
+    };
+    let stride = tau.len().div_ceil(2000).max(1);
+    Ok(Axis {
+        actuator: name.clone(),
+        torque: Size::of(tau.iter().copied()),
+        speed,
+        current: Size::of(i_d.iter().zip(i_q).map(|(d, q)| d.hypot(*q))),
+        force: Size::of(F.iter().copied()),
+        power: Size::of(both().map(|(tau, w)| tau * w)),
+        continuous: motor.continuous(speed.rms, ratings),
+        beyond_peak: both().filter(drives_beyond).count() as f64 / tau.len().max(1) as f64,
+        temperatures: own.unwrap_or(Network::TYPICAL).after(&cycle, HOUR),
+        is_own_heat: own.is_some(),
+        ratings: *ratings,
+        motor,
+        points: both().map(|(tau, w)| (w, tau)).step_by(stride).collect(),
+    })
+}
+
+impl Axis {
+    /// What is told of it: name, unit, value, rating where there is one.
+    pub fn rows(&self) -> [(&'static str, &'static str, f64, Option<f64>); 16] {
+        let Self { ratings, .. } = self;
+        let rpm = 60.0 / TAU;
+        let t = &self.temperatures;
+        [
+            (
+                "motor torque, rms",
+                "N.m",
+                self.torque.rms,
+                Some(self.continuous),
+            ),
+            (
+                "motor torque, peak",
+                "N.m",
+                self.torque.peak,
+                Some(self.motor.peak(0.0)),
+            ),
+            ("motor speed, rms", "rpm", rpm * self.speed.rms, None),
+            (
+                "motor speed, peak",
+                "rpm",
+                rpm * self.speed.peak,
+                Some(ratings.motor_speed_rpm),
+            ),
+            (
+                "motor power, rms",
+                "W",
+                self.power.rms,
+                Some(ratings.motor_power),
+            ),
+            ("motor power, peak", "W", self.power.peak, None),
+            (
+                "phase current, rms of the peak value",
+                "A",
+                self.current.rms,
+                None,
+            ),
+            (
+                "phase current, peak",
+                "A",
+                self.current.peak,
+                Some(self.motor.current),
+            ),
+            ("rod force, rms", "N", self.force.rms, None),
+            (
+                "rod force, peak",
+                "N",
+                self.force.peak,
+                Some(ratings.force_max),
+            ),
+            (
+                "torque rms of what may last",
+                "%",
+                100.0 * self.torque.rms / self.continuous.max(1e-9),
+                Some(100.0),
+            ),
+            (
+                "rod force peak of the rating",
+                "%",
+                100.0 * self.force.peak / ratings.force_max,
+                Some(100.0),
+            ),
+            (
+                "beyond the peak envelope, of the time",
+                "%",
+                100.0 * self.beyond_peak,
+                Some(0.0),
+            ),
+            (
+                "winding, greatest in an hour",
+                "degC",
+                t.winding_max - 273.15,
+                Some(WINDING_LIMIT - 273.15),
+            ),
+            ("winding after an hour", "degC", t.winding - 273.15, None),
+            ("housing after an hour", "degC", t.housing - 273.15, None),
+        ]
+    }
+
+    /// Objects to what is beyond a rating.
+    pub fn judge(&self, verdict: &mut Verdict) {
+        for (name, unit, value, rating) in self.rows() {
+            if let Some(rating) = rating
+                && value > rating
+            {
+                verdict.object(format!(
+                    "{}: {name} = {value:.4} {unit}, more than {rating:.4} {unit}",
+                    self.actuator
+                ));
+            }
+        }
+    }
+}

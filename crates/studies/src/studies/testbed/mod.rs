@@ -1,0 +1,15 @@
+//! The one-axis experiment.
+
+mod axis;
+mod load_rig;
+mod ports;
+mod profile;
+mod replay;
+mod study;
+
+pub use axis::{
+    Axis, AxisError, CHECK, Course, FORCE_TARGET, Load, LoadedAxis, POSITION_TARGET, Trial,
+    UNKNOWN_LOAD,
+};
+pub use profile::{MachineRun, record};
+pub use study::{RIG_SYSTEM, Replay, SYSTEM, judge};

@@ -1,0 +1,116 @@
+//! The run of the whole machine whose forces and motions the testbed replays.
+#![allow(non_snake_case)] // the paper's symbols
+
+use anyhow::{Context, Result, ensure};
+use cosim::run::Experiment;
+use cosim::system::System;
+use cosim::verdict::Verdict;
+use cosim::wiring::Port;
+use rayon::prelude::*;
+
+use super::axis::AXES;
+use crate::grid::TRAJECTORIES;
+use crate::measures::run::RecordedRun;
+use crate::start_values::vary;
+
+/// Course of one rod in the run of the whole machine, at its communication points.
+pub(super) struct Profile {
+    /// Position, m.
+    pub x: Vec<f64>,
+    /// Velocity, m/s.
+    pub x_dot: Vec<f64>,
+    /// Acceleration, m/s², by central differences of the velocity.
+    x_ddot: Vec<f64>,
+    /// Force of the actuator, N.
+    pub F: Vec<f64>,
+}
+
+/// The machine on a trajectory.
+pub struct MachineRun {
+    pub(super) trajectory: &'static str,
+    /// Of both axes.
+    pub(super) profiles: [Profile; 2],
+    /// First point of the motion.
+    pub(super) motion_start: usize,
+    /// What was found in the run.
+    pub verdict: Verdict,
+}
+
+impl Profile {
+    /// Position, velocity, acceleration and force between point `k` and the next.
+    pub(super) fn between(&self, k: usize, share: f64) -> [f64; 4] {
+        let next = (k + 1).min(self.x.len() - 1);
+        [&self.x, &self.x_dot, &self.x_ddot, &self.F]
+            .map(|course| course[k] + share * (course[next] - course[k]))
+    }
+}
+
+/// Run the `machine` under `base` on both trajectories.
+///
+/// # Errors
+/// A run fails, or is too short to be replayed.
+pub fn record(machine: &System, base: &Experiment) -> Result<Vec<MachineRun>> {
+    let one = |trajectory: &'static str| {
+        let run = record_one(machine, base, trajectory);
+        run.with_context(|| format!("{trajectory}, run of the machine"))
+    };
+    TRAJECTORIES.into_par_iter().map(one).collect()
+}
+
+fn record_one(machine: &System, base: &Experiment, trajectory: &'static str) -> Result<MachineRun> {
+    let experiment = vary(machine, base, &[("trajectory", &trajectory)])?;
+    let rods = [
+        rod_ports(machine, AXES[0].1)?,
+        rod_ports(machine, AXES[1].1)?,
+    ];
+    let recorded = RecordedRun::of(machine, &experiment, rods.as_flattened())?;
+    ensure!(recorded.recording.times.len() > 1, "the recording is empty");
+    let profile = |[x, x_dot, force]: [Port; 3]| -> Result<Profile> {
+        let column = |port| recorded.recording.column(port).map(<[f64]>::to_vec);
+        let x_dot = column(x_dot)?;
+        Ok(Profile {
+            x: column(x)?,
+            x_ddot: slope(&x_dot, base.stepping.step),
+            x_dot,
+            F: column(force)?,
+        })
+    };
+    Ok(MachineRun {
+        trajectory,
+        profiles: [profile(rods[0])?, profile(rods[1])?],
+        motion_start: recorded.motion_start(),
+        verdict: recorded.outcome.verdict(),
+    })
+}
+
+/// Position, velocity and force of a rod of the machine.
+pub(super) fn rod_ports(machine: &System, rod: usize) -> Result<[Port; 3]> {
+    let arm = machine.port("f_hold[1]")?.component;
+    let of_rod = |array: &str| machine.port_of(arm, &format!("{array}[{rod}]"));
+    let wiring = machine.wiring()?;
+    let force = wiring.driver(of_rod("f")?);
+    let force = force.with_context(|| format!("nothing drives rod {rod}"))?;
+    Ok([of_rod("x")?, of_rod("x_dot")?, wiring.links[force].from])
+}
+
+/// Derivative by central differences, one-sided at the ends.
+fn slope(values: &[f64], step: f64) -> Vec<f64> {
+    let last = values.len().saturating_sub(1);
+    let at = |k: usize| {
+        let (before, after) = (k.saturating_sub(1), (k + 1).min(last));
+        (values[after] - values[before]) / (step * (after - before).max(1) as f64)
+    };
+    (0..values.len()).map(at).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Quadratic: central differences are exact inside, half a step off at the ends.
+    #[test]
+    fn slopes_of_a_parabola() {
+        let values: Vec<f64> = (0..5).map(|k| f64::from(k * k)).collect();
+        assert_eq!(slope(&values, 1.0), [1.0, 2.0, 4.0, 6.0, 7.0]);
+    }
+}

@@ -1,0 +1,16 @@
+//! The worlds in which control laws are compared, and the machines that are drawn for them.
+//!
+//! - `ideal`: the plant is the controller's own model, all inertias scaled by one factor; a check of the code.
+//! - `real`: actuators as built, sensors, one step of delay, and errors of the machine drawn by seed (module `real`);
+//! - `bending`: a structure that bends, in MuJoCo, with errors drawn by seed (module `bending`).
+
+mod bending;
+mod ideal;
+pub mod perturbation;
+mod real;
+mod world;
+
+pub use bending::{STEP as BENDING_STEP, SYSTEM as BENDING_SYSTEM, TARGET as BENDING_TARGET};
+pub use ideal::SCALES;
+pub use real::{PARAMETERS, RealMachines, SYSTEM, parameters_of};
+pub use world::{Cases, World, cases};

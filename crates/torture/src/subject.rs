@@ -1,0 +1,182 @@
+//! An instance under test, and what an importer that follows the standard knows about it: the
+//! oracle's side of the state.
+
+use std::ffi::c_int;
+use std::ops::{Deref, DerefMut};
+
+use cargo_fmu::fmi::Fmu;
+use cargo_fmu::fmi::instance::{Instance, Manner, references};
+use cargo_fmu::fmi::order::Mode;
+use cargo_fmu::fmi::symbols::Pointer;
+use fmu_description::Access;
+
+/// What the oracle remembers of an instance, and of each of its saved states.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Known {
+    /// State.
+    pub mode: Mode,
+    /// Time of the last communication point, s.
+    pub time: f64,
+    /// A stop time was given.
+    pub has_stop: bool,
+}
+
+impl Known {
+    /// Something was set: FMI 3.0 lets nothing be read in Step Mode before the next step.
+    pub fn note_set(&mut self, fmu: &Fmu) {
+        if self.mode == Mode::Stepping && fmu.functions.fmi3().is_some() {
+            self.mode = Mode::SteppingAfterSet;
+        }
+    }
+}
+
+const NEW: Known = Known {
+    mode: Mode::Instantiated,
+    time: 0.0,
+    has_stop: false,
+};
+
+/// Which messages the importer has asked for.
+#[derive(Clone, Debug, Default)]
+pub struct Logging {
+    /// Categories that are switched on.
+    pub named: Vec<String>,
+}
+
+impl Logging {
+    /// fmi2SetDebugLogging: all or only the named categories on, all or the named ones off;
+    /// fmi3SetDebugLogging `adds` to those that are on.
+    pub fn set(&mut self, on: bool, named: Vec<String>, adds: bool) {
+        let every = [
+            "logEvents",
+            "logStatusWarning",
+            "logStatusDiscard",
+            "logStatusError",
+        ];
+        let is_named = |c: &&str| named.iter().any(|n| n == c || n == "logAll");
+        let wanted: Vec<&str> = match (on, named.is_empty()) {
+            (true, true) => every.to_vec(),
+            (true, false) => {
+                let was_on = |c: &&str| adds && self.named.iter().any(|n| n == c);
+                let stays = |c: &&str| is_named(c) || was_on(c);
+                every.into_iter().filter(stays).collect()
+            }
+            (false, true) => Vec::new(),
+            (false, false) => {
+                let was_on = |c: &&str| self.named.iter().any(|n| n == c) && !is_named(c);
+                every.into_iter().filter(was_on).collect()
+            }
+        };
+        self.named = wanted.into_iter().map(str::to_owned).collect();
+    }
+
+    /// Whether a failure of this category must be reported.
+    pub fn expects(&self, category: &str) -> bool {
+        // Errors are never muted: that is what debug logging is not about (FMI 2.0.4, section
+        // 2.1.5).
+        let is_error = category == "logStatusError";
+        is_error || self.named.iter().any(|n| n == category)
+    }
+}
+
+/// An instance under test.
+pub struct Subject<'a> {
+    instance: Instance<'a>,
+    /// State as the oracle knows it.
+    pub known: Known,
+    /// Saved states that have not been freed.
+    pub saved: Vec<(Pointer, Known)>,
+    /// What the logger must hear.
+    pub logging: Logging,
+}
+
+impl<'a> Deref for Subject<'a> {
+    type Target = Instance<'a>;
+
+    fn deref(&self) -> &Instance<'a> {
+        &self.instance
+    }
+}
+
+impl DerefMut for Subject<'_> {
+    fn deref_mut(&mut self) -> &mut Self::Target {
+        &mut self.instance
+    }
+}
+
+impl<'a> Subject<'a> {
+    /// fmi2Instantiate as it should be done, without functions for memory.
+    pub fn new(fmu: &'a Fmu, name: &str) -> Result<Self, String> {
+        Ok(Self {
+            instance: Instance::with(fmu, name, Manner::STRICT)?,
+            known: NEW,
+            saved: Vec::new(),
+            logging: Logging::default(), // loggingOn = false
+        })
+    }
+
+    /// Whether a failure of this category must be reported: FMI 3.0 (section 2.3.1) lets errors be
+    /// muted too.
+    pub fn expects(&self, category: &str) -> bool {
+        match self.fmu.functions.fmi3() {
+            None => self.logging.expects(category),
+            Some(_) => self.logging.named.iter().any(|n| n == category),
+        }
+    }
+
+    /// What the oracle must remember after fmi2Reset.
+    pub fn forget(&mut self) {
+        self.known = NEW;
+    }
+
+    /// From Instantiated to the first communication point, in Step Mode, at 0 s and with the start
+    /// values.
+    pub fn initialize(&mut self) -> Result<(), String> {
+        self.instance.initialize_between(0.0, None)?;
+        self.instance.enter_step_mode()?;
+        self.known = Known {
+            mode: Mode::Stepping,
+            ..NEW
+        };
+        Ok(())
+    }
+
+    /// fmi2DoStep at the present time, which must succeed.
+    pub fn advance(&mut self, h: f64) -> Result<(), String> {
+        self.instance.time = self.known.time;
+        self.instance.step(h)?;
+        self.known.time += h;
+        Ok(())
+    }
+
+    /// fmi2Reset, which must succeed.
+    pub fn reset(&mut self) -> Result<(), String> {
+        self.forget();
+        self.instance.enter(Mode::Instantiated)
+    }
+
+    /// All computed Real variables; the status, and the numbers if it is fmi2OK.
+    pub fn outputs(&self) -> (c_int, Vec<f64>) {
+        let variables = &self.fmu.description.variables;
+        let is_it = |v: &fmu_description::Variable| v.is_computed() && v.access() == Access::Real;
+        self.reals(&references(variables, is_it))
+    }
+
+    /// A step, and all computed Real variables after it as bits.
+    pub fn observed_step(&mut self, h: f64) -> Result<Vec<u64>, String> {
+        self.advance(h)?;
+        let (status, values) = self.outputs();
+        self.must("fmi2GetReal", status)?;
+        Ok(values.iter().map(|v| v.to_bits()).collect())
+    }
+}
+
+/// What a freshly made instance does in its first steps of 1 ms, bit for bit.
+pub fn first_steps(subject: &mut Subject) -> Result<Vec<u64>, String> {
+    subject.initialize()?;
+    let mut bits = Vec::new();
+    for _ in 0..5 {
+        bits.extend(subject.observed_step(1e-3)?);
+    }
+    Ok(bits)
+}

@@ -1,0 +1,126 @@
+//! States carried between processes, and so between platforms: one saves them in the middle of a
+//! run, another continues from there and must compute the same numbers bit for bit.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result, anyhow, ensure};
+use cargo_fmu::fmi::Fmu;
+use fmu_description::{Access, Variable};
+
+use crate::arguments::start;
+use crate::subject::Subject;
+
+const STEP: f64 = 1e-3;
+/// Steps before the state is saved, and after it.
+const STEPS: usize = 50;
+
+/// Run each FMU, save its state in the middle, and write the state and what followed into the
+/// folder.
+pub fn save(paths: &[PathBuf], folder: &Path) -> Result<()> {
+    for path in paths {
+        let fmu = Fmu::open(path)?;
+        let run = || -> Result<_, String> {
+            let mut instance = Subject::new(&fmu, "carry")?;
+            instance.initialize()?;
+            steps(&mut instance, 0)?;
+            let state = instance.bytes()?;
+            Ok((state, steps(&mut instance, STEPS)?))
+        };
+        let (state, lines) = run().map_err(|e| anyhow!("{}: {e}", path.display()))?;
+        let name = &fmu.description.identifier;
+        fs::write(folder.join(name).with_extension("state"), &state)?;
+        fs::write(
+            folder.join(name).with_extension("outputs"),
+            lines.join("\n"),
+        )?;
+        println!(
+            "{}: saved {} bytes after {STEPS} steps",
+            path.display(),
+            state.len()
+        );
+    }
+    Ok(())
+}
+
+/// Continue each FMU from the state in the folder; what follows must be what is written there.
+pub fn proceed(paths: &[PathBuf], folder: &Path) -> Result<()> {
+    for path in paths {
+        let fmu = Fmu::open(path)?;
+        let name = &fmu.description.identifier;
+        let read = |suffix| {
+            let file = folder.join(name).with_extension(suffix);
+            fs::read(&file).with_context(|| format!("{}; was it saved?", file.display()))
+        };
+        let (state, expected) = (read("state")?, String::from_utf8(read("outputs")?)?);
+        let run = || -> Result<_, String> {
+            let mut instance = Subject::new(&fmu, "carry")?;
+            let time = STEPS as f64 * STEP;
+            instance.restore(&state, time)?;
+            instance.known.time = time;
+            steps(&mut instance, STEPS)
+        };
+        let lines = run().map_err(|e| anyhow!("{}: {e}", path.display()))?;
+        for (line, expected) in lines.iter().zip(expected.lines()) {
+            ensure!(
+                line == expected,
+                "{}: after the state was carried over: {line}, but where it was saved: {expected}",
+                path.display()
+            );
+        }
+        ensure!(
+            lines.len() == expected.lines().count(),
+            "{}: lines are missing",
+            path.display()
+        );
+        println!(
+            "{}: {} numbers as where it was saved",
+            path.display(),
+            lines.len()
+        );
+    }
+    Ok(())
+}
+
+/// Steps from the step with this number on, with moving inputs; every computed number after each,
+/// by name, in bits.
+fn steps(instance: &mut Subject, first: usize) -> Result<Vec<String>, String> {
+    let variables = &instance.fmu.description.variables;
+    let real = |v: &&Variable| v.access() == Access::Real;
+    let inputs: Vec<_> = variables
+        .iter()
+        .filter(|v| v.is_input())
+        .filter(real)
+        .collect();
+    let computed: Vec<_> = variables
+        .iter()
+        .filter(|v| v.is_computed())
+        .filter(real)
+        .collect();
+    let references: Vec<u32> = inputs.iter().map(|v| v.reference).collect();
+    let mut lines = Vec::new();
+    for k in first..first + STEPS {
+        let values: Vec<f64> = inputs.iter().flat_map(|v| moving(v, k)).collect();
+        let status = instance.set_reals(&references, &values);
+        instance.must("fmi2SetReal", status)?;
+        instance.known.time = k as f64 * STEP;
+        instance.advance(STEP)?;
+        let (status, outputs) = instance.outputs();
+        instance.must("fmi2GetReal", status)?;
+        let line = |(v, y): (&&Variable, f64)| {
+            format!("step {k}: `{}` = {y} ({:016x})", v.name, y.to_bits())
+        };
+        let computed = computed.iter().flat_map(|v| vec![v; v.size()]);
+        lines.extend(computed.zip(outputs).map(line));
+    }
+    Ok(lines)
+}
+
+/// The values of an input in a step: a zigzag around its start values, in numbers that every
+/// platform computes alike.
+fn moving(v: &Variable, step: usize) -> Vec<f64> {
+    let [min, max] = v.bounds();
+    let zigzag = (step % 40).abs_diff(20) as f64 / 10.0 - 1.0;
+    let value = |start: f64| (start + 0.1 * start.abs().max(1e-2) * zigzag).clamp(min, max);
+    (0..v.size()).map(|k| value(start(v, k))).collect()
+}

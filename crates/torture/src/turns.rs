@@ -1,0 +1,164 @@
+//! A batch of random calls on several instances of one FMU, each judged by the oracle.
+
+use std::ffi::c_int;
+
+use cargo_fmu::fmi::order::{Mode, is_allowed};
+use cargo_fmu::fmi::symbols::{DISCARD, OK};
+
+use crate::oracle::{Call, judge};
+use crate::session::{INSTANCES, Session};
+use crate::subject::first_steps;
+
+/// Calls between two tests that an instance still works as a new one.
+const CALLS_BETWEEN_RESETS: usize = 2000;
+
+fn digest(hash: &mut u64, bytes: &[u8]) {
+    for byte in bytes {
+        *hash = (*hash ^ u64::from(*byte)).wrapping_mul(0x0100_0000_01b3);
+    }
+}
+
+/// What is compared before and after a refused call.
+#[derive(PartialEq, Debug)]
+enum Observed {
+    Nothing,
+    Outputs(c_int, Vec<u64>),
+    Bytes(Vec<u8>),
+}
+
+impl Session<'_> {
+    /// Makes `n` calls.
+    pub fn run(&mut self, n: usize) -> Result<(), String> {
+        for k in 0..n {
+            let i = self.random.below(INSTANCES);
+            self.turn(i)
+                .map_err(|e| format!("call {k} on instance {i}: {e}"))?;
+            if k % CALLS_BETWEEN_RESETS == CALLS_BETWEEN_RESETS - 1 {
+                self.check_reset(i)
+                    .map_err(|e| format!("reset after call {k} on instance {i}: {e}"))?;
+            }
+        }
+        (0..INSTANCES).try_for_each(|i| self.check_reset(i))
+    }
+
+    /// One call with all checks.
+    fn turn(&mut self, i: usize) -> Result<(), String> {
+        let before = match self.random.below(16) {
+            0..8 => Observed::Nothing,
+            8..15 => self.outputs(i)?,
+            _ => Observed::Bytes(self.instances[i].bytes()?),
+        };
+        self.instances[i].messages();
+        if let Observed::Outputs(_, bits) = &before {
+            bits.iter()
+                .for_each(|b| digest(&mut self.digest, &b.to_le_bytes()));
+        }
+        let call = self.call(i)?;
+        digest(&mut self.digest, call.name.as_bytes());
+        digest(&mut self.digest, &call.status.to_le_bytes());
+        judge(&self.instances[i], &call)?;
+        let column = match call.status {
+            OK => 0,
+            DISCARD => 1,
+            _ => 2,
+        };
+        self.counts.entry(call.name).or_default()[column] += 1;
+        if call.status == OK {
+            return Ok(());
+        }
+        let after = match before {
+            Observed::Nothing => return Ok(()),
+            Observed::Outputs(..) => self.outputs(i)?,
+            Observed::Bytes(_) => Observed::Bytes(self.instances[i].bytes()?),
+        };
+        self.compared += 1;
+        if before != after {
+            return Err(format!(
+                "{} gave {} and changed the instance: {before:?} -> {after:?}",
+                call.name, call.status
+            ));
+        }
+        Ok(())
+    }
+
+    /// Outputs and time, which must be finite, and readable at a communication point.
+    fn outputs(&self, i: usize) -> Result<Observed, String> {
+        let instance = &self.instances[i];
+        instance.messages();
+        let (status, mut values) = instance.outputs();
+        let mode = instance.known.mode;
+        if status == OK && values.iter().any(|v| !v.is_finite()) {
+            return Err(format!("an output is not finite: {values:?}"));
+        }
+        if status != OK && is_allowed(self.fmu.functions.name("fmi2GetReal"), mode) {
+            // A model may refuse inputs together, such as a quaternion of length 0, but its numbers
+            // must stay numbers.
+            let messages = instance.messages();
+            if messages.iter().any(|m| m.format.contains(" became ")) {
+                return Err(format!("outputs are no numbers: {messages:?}"));
+            }
+        }
+        if status == OK && mode != Mode::Initialization {
+            let mut time = f64::NAN;
+            // SAFETY: a live instance, a place for the result.
+            let got = unsafe { self.fmu.functions.last_time(instance.c, &mut time) };
+            instance.must("fmi2GetRealStatus", got)?;
+            if time != instance.known.time {
+                return Err(format!("time is {time}, expected {}", instance.known.time));
+            }
+            values.push(time);
+        }
+        if status != OK {
+            values.clear();
+        }
+        let bits = values.iter().map(|v| v.to_bits()).collect();
+        Ok(Observed::Outputs(status, bits))
+    }
+
+    /// After whatever was done to it, a reset instance must do what a new one does, bit for bit.
+    fn check_reset(&mut self, i: usize) -> Result<(), String> {
+        let instance = &mut self.instances[i];
+        instance.reset()?;
+        if first_steps(instance)? != self.new_bits {
+            return Err("a reset instance does not do what a new one does".into());
+        }
+        instance.reset()
+    }
+
+    /// Makes a random call.
+    fn call(&mut self, i: usize) -> Result<Call, String> {
+        if self.random.one_in(64) {
+            return self.without_instance(i);
+        }
+        match self.random.below(64) {
+            0..3 => self.setup_experiment(i),
+            3..6 => self.simple(i, "fmi2EnterInitializationMode"),
+            6..9 => self.simple(i, "fmi2ExitInitializationMode"),
+            9 if self.random.one_in(4) => self.simple(i, "fmi2Terminate"),
+            10 if self.random.one_in(4) => self.simple(i, "fmi2Reset"),
+            // In FMI 3.0 what leads into Event Mode and out of it, often enough.
+            11 => self.simple(i, "fmi2CancelStep"),
+            49..53 if self.fmu.functions.fmi3().is_some() => self.event_call(i),
+            53 if self.fmu.functions.fmi3().is_some() => self.absent(i),
+            12 => self.set_debug_logging(i),
+            13..15 => self.status(i),
+            15 if self.random.one_in(2) => Ok(self.instantiate(i)),
+            16..22 => self.set_real(i),
+            22..24 => self.set_integer(i),
+            24 => self.set_string(i),
+            25..30 => self.get_real(i),
+            30..32 => self.get_integer(i),
+            32 => self.get_string(i),
+            33..35 if self.fmu.functions.fmi3().is_some() => self.adjoint(i),
+            33..35 => self.set_input_derivatives(i),
+            35..37 => self.get_output_derivatives(i),
+            37..39 => self.get_directional_derivative(i),
+            39..41 => self.get_state(i),
+            41..43 => self.set_state(i),
+            43..45 => self.free_state(i),
+            45..47 => self.serialize(i),
+            47..49 => self.deserialize(i),
+            _ => self.do_step(i),
+        }
+    }
+}

@@ -1,0 +1,97 @@
+//! State, inputs and parameters of the FMU.
+
+use actuator_table::{AXIS, DRIVE, ROOM};
+use emla::{Electric, Emla, State, Surrogate};
+use fmu_export::{Carried, ModelError};
+use machine::{Drive, EmlaFields, Machine};
+use serde::{Deserialize, Serialize};
+
+/// The actuator behind the FMI border.
+#[derive(Clone, Serialize, Deserialize)]
+pub struct EmlaFmu {
+    pub(crate) emla: Emla,
+    pub(crate) state: State,
+    /// Where the rod is until the input `x` is set again, m.
+    pub(crate) rod: Carried<f64>,
+    /// Whether the importer was told that the network is used where it was not trained.
+    #[serde(skip)]
+    pub(crate) told: bool,
+    /// Not part of the behaviour: handed to the importer's log once.
+    #[serde(skip)]
+    pub(crate) warning: Option<String>,
+}
+
+/// Inputs as the importer sees them.
+pub type Input = actuator_table::Input<emla::Input>;
+
+/// The inputs with the rod at `x`, m; a voltage of the DC link that nobody has set is the
+/// machine's.
+pub(crate) fn at(u: &Input, x: f64) -> emla::Input {
+    let v_dc = u.v_dc.told();
+    emla::Input { x, v_dc, ..u.u }
+}
+
+/// The direction of a derivative, or a derivative by time: in them nothing is set, and every number
+/// counts.
+pub(crate) fn direction(u: &Input) -> emla::Input {
+    emla::Input {
+        x: u.x.value,
+        v_dc: Some(u.v_dc.value),
+        ..u.u
+    }
+}
+
+/// Parameters as the importer sees them.
+#[derive(Clone, Serialize, Deserialize)]
+pub struct Parameters {
+    /// Item of [`DRIVE`].
+    pub(crate) drive: i32,
+    /// Blending of the network, 0…1.
+    pub(crate) alpha: f64,
+    /// Communication steps by which the force acts late.
+    pub(crate) delay: i32,
+    /// What the electrical side does beyond the paper.
+    pub(crate) electric: Electric,
+    /// Temperatures of winding and housing at the start, K.
+    pub(crate) T_start: [f64; 2],
+    /// Item of [`AXIS`].
+    pub(crate) axis: i32,
+    /// The machine's section `emla`.
+    pub(crate) of_machine: EmlaFields,
+    /// File the machine came from; empty: the embedded reference machine.
+    pub(crate) machine_file: String,
+    /// Network behind the blending.
+    pub(crate) surrogate: Surrogate,
+    /// File the network came from; empty: the embedded network.
+    pub(crate) surrogate_file: String,
+}
+
+impl Parameters {
+    pub(crate) fn reference() -> Self {
+        Self {
+            drive: DRIVE.number(Drive::Motion),
+            alpha: 0.0,
+            delay: 0,
+            electric: Electric::default(),
+            T_start: [ROOM; 2],
+            axis: AXIS.number(0),
+            of_machine: EmlaFields::new(Machine::reference().emla.slew),
+            machine_file: String::new(),
+            surrogate: Surrogate::reference(),
+            surrogate_file: String::new(),
+        }
+    }
+
+    pub(crate) fn actuator(&self) -> Result<Emla, ModelError> {
+        let p = self.of_machine.section()?;
+        Ok(Emla::new(p, DRIVE.item(self.drive)?)?
+            .with_surrogate(self.surrogate.clone(), self.alpha)
+            .with_electric(self.electric)
+            .with_delay(u32::try_from(self.delay)?))
+    }
+}
+
+/// What to tell when the drive trips at time `t`, s.
+pub(crate) fn trip(emla: &Emla, u: &emla::Input, t: f64) -> String {
+    machine::trip_message(t, emla.link_voltage(u), emla.electric().undervoltage)
+}

@@ -1,0 +1,84 @@
+//! State, inputs and parameters of the FMU.
+
+use fmu_export::{Evaluation, ModelError};
+use hdrm::{DOF, Dynamics, Hdrm, Load, Options, State};
+use machine::Machine;
+use serde::{Deserialize, Serialize};
+
+/// The manipulator behind the FMI border.
+#[derive(Clone, Serialize, Deserialize)]
+pub struct HdrmFmu {
+    pub(crate) plant: Hdrm,
+    pub(crate) state: State,
+}
+
+/// Inputs as the importer sees them.
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
+pub struct Input {
+    /// The plant's.
+    pub(crate) u: hdrm::Input,
+    /// Mass of the load, kg.
+    pub(crate) load_mass: f64,
+    /// Where it is, from the tip, m.
+    pub(crate) load_com: [f64; 3],
+}
+
+/// Outputs and the first stage of a step both begin with the dynamics. They are of the state and of
+/// the base's motion.
+impl Evaluation<HdrmFmu> for Dynamics {
+    fn of(model: &HdrmFmu, _p: &Parameters, u: &Input) -> Result<Self, ModelError> {
+        Ok(model.plant.dynamics_with(&model.state, &u.u))
+    }
+}
+
+/// Parameters as the importer sees them.
+#[derive(Clone, Serialize, Deserialize)]
+pub struct Parameters {
+    pub(crate) machine: Machine,
+    /// File the machine came from; empty: the embedded reference machine.
+    pub(crate) machine_file: String,
+    pub(crate) options: Options,
+    pub(crate) zeta_start: [f64; DOF],
+    pub(crate) zeta_dot_start: [f64; DOF],
+    /// Whether loads come with the velocity of the end-effector.
+    pub(crate) load_moves_with_tip: bool,
+    /// Else their own, m/s in the world.
+    pub(crate) load_velocity: [f64; 3],
+}
+
+impl Parameters {
+    pub(crate) fn of(machine: Machine, machine_file: String) -> Self {
+        Self {
+            options: Options::of(&machine),
+            zeta_start: machine.start.zeta,
+            zeta_dot_start: [0.0; DOF],
+            load_moves_with_tip: true,
+            load_velocity: [0.0; 3],
+            machine,
+            machine_file,
+        }
+    }
+
+    /// What the end-effector carries by the parameters and the inputs.
+    pub(crate) fn load(&self, u: &Input) -> Load {
+        Load {
+            mass: u.load_mass,
+            com: u.load_com,
+            ..self.options.load
+        }
+    }
+
+    /// A start outside the joint limits would begin inside an end stop.
+    pub(crate) fn check_start(&self) -> Result<(), ModelError> {
+        for (i, [min, max]) in self.machine.limits.zeta().into_iter().enumerate() {
+            let zeta = self.zeta_start[i];
+            if !(min..=max).contains(&zeta) {
+                let name = i + 1;
+                return Err(ModelError::new(format!(
+                    "`zeta_start[{name}]` = {zeta} rad must be within the joint limits [{min}, {max}] rad"
+                )));
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,70 @@
+//! State, inputs and parameters of the FMU.
+
+use actuator_table::{AXIS, DRIVE, ROOM};
+use fmu_export::{Carried, ModelError};
+use machine::{Drive, EmlaFields, Machine};
+use rig::{Extras, Rig, State};
+use serde::{Deserialize, Serialize};
+
+/// The actuator behind the FMI border.
+#[derive(Clone, Serialize, Deserialize)]
+pub struct RigFmu {
+    pub(crate) rig: Rig,
+    pub(crate) state: State,
+    /// Where the rod is until the input `x` is set again, m.
+    pub(crate) rod: Carried<f64>,
+    /// Not part of the behaviour: handed to the importer's log once.
+    #[serde(skip)]
+    pub(crate) warning: Option<String>,
+}
+
+/// Inputs as the importer sees them.
+pub type Input = actuator_table::Input<rig::Input>;
+
+/// Parameters as the importer sees them.
+#[derive(Clone, Serialize, Deserialize)]
+pub struct Parameters {
+    /// Item of [`DRIVE`].
+    pub(crate) drive: i32,
+    /// Communication steps by which the force acts late.
+    pub(crate) delay: i32,
+    /// Item of [`AXIS`].
+    pub(crate) axis: i32,
+    /// The machine's section `emla`.
+    pub(crate) of_machine: EmlaFields,
+    /// What it knows beyond the idealised actuator.
+    pub(crate) extras: Extras,
+    /// Voltage of the DC link below which an enabled drive trips, V.
+    pub(crate) undervoltage: f64,
+    /// Temperatures of winding and housing at the start, K.
+    pub(crate) T_start: [f64; 2],
+    /// File the machine came from; empty: the embedded reference machine.
+    pub(crate) machine_file: String,
+}
+
+impl Parameters {
+    pub(crate) fn reference() -> Self {
+        Self {
+            drive: DRIVE.number(Drive::Motion),
+            delay: 0,
+            axis: AXIS.number(0),
+            of_machine: EmlaFields::new(Machine::reference().emla.slew),
+            extras: Extras::AS_BUILT,
+            undervoltage: 0.0,
+            T_start: [ROOM; 2],
+            machine_file: String::new(),
+        }
+    }
+
+    pub(crate) fn actuator(&self) -> Result<Rig, ModelError> {
+        let p = self.of_machine.section()?;
+        Ok(Rig::new(p, self.extras, DRIVE.item(self.drive)?)?
+            .with_undervoltage(self.undervoltage)
+            .with_delay(u32::try_from(self.delay)?))
+    }
+}
+
+/// What to tell when the drive trips at time `t`, s.
+pub(crate) fn trip(rig: &Rig, u: &rig::Input, t: f64) -> String {
+    machine::trip_message(t, u.v_dc, rig.undervoltage())
+}

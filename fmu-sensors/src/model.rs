@@ -1,0 +1,101 @@
+//! State, inputs and parameters of the FMU.
+
+use fmu_export::{Evaluation, Items, ModelError};
+use sensors::{ForceKind, Measured, Params, Sensors, Signals, SpeedKind, State};
+use serde::{Deserialize, Serialize};
+
+pub(crate) static SPEED: Items<SpeedKind, 3> = Items::new(
+    "Speed",
+    "where speeds come from",
+    [
+        (
+            SpeedKind::Ideal,
+            "ideal",
+            "the speeds at the inputs pass as they are",
+        ),
+        (
+            SpeedKind::Difference,
+            "difference",
+            "difference of two position readings over the communication step, and a first-order filter",
+        ),
+        (
+            SpeedKind::Observer,
+            "observer",
+            "tracking observer of third order on the position readings",
+        ),
+    ],
+);
+
+pub(crate) static FORCE: Items<ForceKind, 3> = Items::new(
+    "Force",
+    "what gives the rod forces",
+    [
+        (
+            ForceKind::Ideal,
+            "ideal",
+            "the forces at the inputs pass as they are",
+        ),
+        (
+            ForceKind::Sensor,
+            "sensor",
+            "a sensor with bias, noise and bandwidth",
+        ),
+        (
+            ForceKind::Absent,
+            "absent",
+            "no sensor: F_measured is force.per_current times i_q_measured; whoever needs the true force must do without",
+        ),
+    ],
+);
+
+/// The sensors behind the FMI border.
+#[derive(Clone, Serialize, Deserialize)]
+pub struct SensorsFmu {
+    pub(crate) sensors: Sensors,
+    pub(crate) state: State,
+    /// How often an input had been set at the last sample. Until one is set again, what is read is
+    /// that sample: a master that reads all outputs before it sets any input would else get the
+    /// difference of a position to itself for a speed.
+    pub(crate) sets: u32,
+}
+
+/// Inputs as the importer sees them.
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
+pub struct Input {
+    pub(crate) u: Signals,
+    /// How often one of them was set.
+    pub(crate) sets: u32,
+}
+
+/// Parameters as the importer sees them.
+#[derive(Clone, Serialize, Deserialize)]
+pub struct Parameters {
+    /// All that is not an enumeration, and no integer that FMI signs and the library does not.
+    pub(crate) p: Params,
+    pub(crate) seed: i32,
+    pub(crate) delay: i32,
+    /// Item of [`SPEED`].
+    pub(crate) speed: i32,
+    /// Item of [`FORCE`].
+    pub(crate) force: i32,
+}
+
+impl Parameters {
+    pub(crate) fn sensors(&self) -> Result<Sensors, ModelError> {
+        let mut p = self.p;
+        p.seed = u64::try_from(self.seed)?;
+        p.delay = u32::try_from(self.delay)?;
+        p.speed.kind = SPEED.item(self.speed)?;
+        p.force.kind = FORCE.item(self.force)?;
+        Ok(Sensors::new(p))
+    }
+}
+
+/// The sample that the present inputs give.
+pub struct Sample(pub(crate) Measured);
+
+impl Evaluation<SensorsFmu> for Sample {
+    fn of(model: &SensorsFmu, _p: &Parameters, u: &Input) -> Result<Self, ModelError> {
+        Ok(Self(model.sensors.measure(&model.state, &u.u)))
+    }
+}

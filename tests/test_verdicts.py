@@ -1,0 +1,77 @@
+"""What a command with `--check` says of all its runs: the verdict on each counts, and so does a target that is not met (exit code 2)."""
+
+import json
+
+import pytest
+
+from native import call
+
+# So heavy that the lift actuator goes beyond its rated force, and that the run ends nevertheless.
+HEAVY = ["--set", "hdrm.payload.mass=3000", "--stop-time", "0.3"]
+FORCE = "force of emla_2"
+
+
+@pytest.fixture
+def machine(fmu_dir):
+    return ["--system", fmu_dir / "Manipulator.ssp"]
+
+
+def checked(*arguments):
+    """A run with `--check` and the same without, which ends with 0."""
+    assert call("hdrm-fmu", *arguments).returncode == 0
+    return call("hdrm-fmu", *arguments, "--check")
+
+
+@pytest.mark.parametrize("study, runs", [("inertia", 30), ("tip-load", 18), ("rivals", 80)])
+def test_the_runs_of_a_table_are_judged_and_counted(machine, tmp_path, study, runs):
+    file = tmp_path / "table.json"
+    bad = checked("table", *machine, "--study", study, *HEAVY, "--json", file)
+    assert bad.returncode == 2 and "verdict: BAD" in bad.stdout, bad.stdout
+    assert f"{FORCE} in {runs} of {runs} runs, first in cubic, adaptive, " in bad.stdout
+    found = json.loads(file.read_text())
+    cells = found[study]["runs"] if study == "rivals" else found[study]
+    assert found["verdict"] == "BAD" and [cell["verdict"] for cell in cells] == ["BAD"] * runs
+    assert all(any(text.startswith(FORCE) for text in cell["findings"]) for cell in cells)
+
+
+def test_a_table_of_good_runs_is_good(machine, tmp_path):
+    file = tmp_path / "table.json"
+    good = checked("table", *machine, "--stop-time", "4.5", "--json", file)
+    assert good.returncode == 0 and "verdict" not in good.stdout, good.stdout
+    found = json.loads(file.read_text())
+    assert found["verdict"] == "good" and {cell["verdict"] for cell in found["inertia"]} == {"good"}
+
+
+def test_a_target_that_is_not_met_ends_a_table_with_code_2(machine):
+    """Without adaptation and with soft rods the adaptive controller cannot carry a payload that it does not know."""
+    soft = ["--set", "gamma=1000000", "--set", "omega_d=0", "--set", "omega_i=0", "--stop-time", "6"]
+    missed = checked("table", *machine, "--study", "payload", *soft)
+    assert "target 0.5: NOT met" in missed.stdout and missed.returncode == 2, missed.stdout
+    assert "! payload: worst adaptive RMSE" in missed.stdout
+
+
+def test_a_target_that_is_not_met_in_the_real_world_ends_with_code_2(fmu_dir):
+    """The law without integral, late and without its observer, on one machine."""
+    real = ["--world", "real", "--system", fmu_dir / "Real.ssp", "--seeds", 1, "--law", "adaptive", "--stop-time", "5"]
+    missed = checked("table", *real, "--set", "Lambda_position=0.3")
+    assert "NOT met" in missed.stdout and missed.returncode == 2, missed.stdout
+    assert "! adaptive: worst known error in mm" in missed.stdout
+
+
+def test_a_testbed_that_misses_its_targets_ends_with_code_2(machine):
+    """A load that follows half a second late is no emulator."""
+    missed = checked("testbed", *machine, "--stop-time", "4.4", "--lag", "0.5")
+    assert "NOT met" in missed.stdout and missed.returncode == 2, missed.stdout
+    assert "of the testbed, cubic: force RMSE" in missed.stdout
+
+
+@pytest.mark.parametrize("command", ["stability", "energy", "sizing"])
+def test_a_rating_that_is_exceeded_spoils_every_study(machine, command):
+    """The force is beyond its rating from the start; what is measured is the motion, which begins at once."""
+    bad = checked(command, *machine, *HEAVY, "--set", "settle_time=0")
+    assert bad.returncode == 2 and "verdict: BAD" in bad.stdout, bad.stdout
+
+
+def test_a_rating_that_is_exceeded_spoils_a_long_run(machine):
+    bad = checked("endurance", *machine, "--steps", "1000", "--mode", "modular", "--set", "hdrm.payload.mass=3000", "--set", "settle_time=0")
+    assert bad.returncode == 2 and f"! {FORCE}: up to" in bad.stdout, bad.stdout + bad.stderr
