@@ -142,9 +142,16 @@ fn run_system(args: &OneRunArgs) -> Result<Verdict> {
         preferred = Some(format!("the communication step is {step} s, as {who} asks"));
         run.step = step;
     }
-    let experiment = run.experiment(&system)?;
+    let mut experiment = run.experiment(&system)?;
     let mut verdict = run.forgotten(&system, &experiment)?;
     preferred.into_iter().for_each(|text| verdict.note(text));
+    if experiment.stop.or(system.structure.stop_time).is_none() {
+        let stop = system.preferred_stop();
+        verdict.note(format!(
+            "nobody says when to stop: the run ends at t = {stop} s"
+        ));
+        experiment.stop = Some(stop);
+    }
     let stop = experiment.stop(&system)?;
     let mut master = experiment.start(&system)?;
     if let Some(file) = &args.input {
