@@ -5,11 +5,10 @@ from ctypes import c_uint, c_uint8, c_uint16, c_uint32, c_uint64, c_void_p
 from dataclasses import dataclass
 from itertools import product
 
-import fmpy
 import numpy as np
 from fmpy import fmi3
 
-from fmu import OK, Instance, Refused, Unknown, _names
+from fmu import OK, Instance, Refused, Unknown, Unpacked
 from system import BadSystem
 
 #: C types by FMI type.
@@ -44,19 +43,13 @@ def elements(variable):
     return [Element(f"{variable.name}[{','.join(map(str, index))}]", variable, k) for k, index in enumerate(indices)]
 
 
-class Fmu3:
+class Fmu3(Unpacked):
     """An unpacked FMU of FMI 3.0."""
 
     def __init__(self, path, folder):
-        self.path = str(path)
-        self.folder = str(fmpy.extract(self.path, unzipdir=str(folder)))
-        self.description = fmpy.read_model_description(self.folder, validate=False)
+        super().__init__(path, folder)
         self.by_array = {v.name: elements(v) for v in self.description.modelVariables}
         self.variables = {e.name: e for some in self.by_array.values() for e in some}
-        self.identifier = self.description.coSimulation.modelIdentifier
-
-    def names(self, causality):
-        return [name for name, e in self.variables.items() if e.causality == causality]
 
     def unknowns(self, initialization):
         """Outputs, or what is computed in initialization, by element; an array depends on whole arrays."""
@@ -73,7 +66,7 @@ class Fmu3:
         return "Int64" if kind == "Enumeration" else kind
 
     def instance(self, name=None, **options):
-        return Instance3(self, name or f"{self.identifier.lower()}_{next(_names)}", **options)
+        return Instance3(self, name or self.new_name(), **options)
 
     def running(self, start=0.0, **values):
         """An instance in Step Mode; `values` go by name, dots and brackets with `set`."""

@@ -18,7 +18,7 @@ _names = itertools.count(1)
 
 
 class Refused(Exception):
-    """A call that did not return fmi2OK, with status and text."""
+    """A call that did not return fmi2OK or fmi3OK, with status and text."""
 
     def __init__(self, function, status, text):
         super().__init__(f"{function} returned {status}: {text}")
@@ -40,8 +40,8 @@ def opened(path, folder):
     return (Fmu3 if is_3 else Fmu)(path, folder)
 
 
-class Fmu:
-    """An unpacked FMU of FMI 2.0."""
+class Unpacked:
+    """An unpacked FMU of any version: its files and variables."""
 
     def __init__(self, path, folder):
         self.path = str(path)
@@ -49,10 +49,35 @@ class Fmu:
         self.description = fmpy.read_model_description(self.folder, validate=False)
         self.variables = {v.name: v for v in self.description.modelVariables}
         self.identifier = self.description.coSimulation.modelIdentifier
-        self.index = {v.name: i for i, v in enumerate(self.description.modelVariables)}
 
     def names(self, causality):
-        return [v.name for v in self.description.modelVariables if v.causality == causality]
+        return [name for name, variable in self.variables.items() if variable.causality == causality]
+
+    def new_name(self):
+        """A name for an instance that no other has."""
+        return f"{self.identifier.lower()}_{next(_names)}"
+
+
+class Called:
+    """An instance of any version: its messages, of which the text is the last part, and calls that must succeed."""
+
+    @property
+    def text(self):
+        """The last message."""
+        return self.messages[-1][-1] if self.messages else ""
+
+    def call(self, function, *arguments):
+        status = self.status(function, *arguments)
+        if status != OK:
+            raise Refused(function, status, self.text)
+
+
+class Fmu(Unpacked):
+    """An unpacked FMU of FMI 2.0."""
+
+    def __init__(self, path, folder):
+        super().__init__(path, folder)
+        self.index = {name: i for i, name in enumerate(self.variables)}
 
     def unknowns(self, initialization):
         """Outputs, or what is computed in initialization."""
@@ -65,14 +90,14 @@ class Fmu:
         return "Integer" if kind == "Enumeration" else kind
 
     def instance(self, name=None, **options):
-        return Instance(self, name or f"{self.identifier.lower()}_{next(_names)}", **options)
+        return Instance(self, name or self.new_name(), **options)
 
     def running(self, start=0.0, **values):
         """An instance in Step Complete; `values` go by name, dots and brackets with `set`."""
         return self.instance().start(start, values)
 
 
-class Instance:
+class Instance(Called):
     """One instance. Every method but `status` raises `Refused` if the FMU does not return fmi2OK."""
 
     def __init__(self, fmu, name, guid=None, resources="", logging=False, callbacks=True, staged=False):
@@ -102,19 +127,9 @@ class Instance:
         text = form.decode().replace("%%", "%").replace("##", "#")
         self.messages.append((name.decode(), status, category.decode(), form.decode(), text))
 
-    @property
-    def text(self):
-        """The last message."""
-        return self.messages[-1][4] if self.messages else ""
-
     def status(self, function, *arguments):
         """Call a C function with this instance as first argument; the status it returns."""
         return getattr(self.slave.dll, function)(self.component, *arguments)
-
-    def call(self, function, *arguments):
-        status = self.status(function, *arguments)
-        if status != OK:
-            raise Refused(function, status, self.text)
 
     def references(self, names):
         return (c_uint * len(names))(*(self.fmu.variables[n].valueReference for n in names))

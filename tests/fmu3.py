@@ -1,35 +1,20 @@
 """An FMU of FMI 3.0 and its instances, through the C functions of its library; statuses and messages can be looked at."""
 
-import itertools
 from ctypes import CDLL, CFUNCTYPE, byref, c_bool, c_char_p, c_double, c_int, c_int32, c_int64, c_size_t, c_uint32, c_uint8, c_void_p
 from pathlib import Path
 
-import fmpy
+from fmu import Called, Unpacked
 
-OK, WARNING, DISCARD, ERROR, FATAL = range(5)
 LOGGER = CFUNCTYPE(None, c_void_p, c_int, c_char_p, c_char_p)
 TYPES = {"Float64": c_double, "Int32": c_int32, "Int64": c_int64, "Boolean": c_bool, "String": c_char_p}
 
-_names = itertools.count(1)
 
-
-class Refused(Exception):
-    """A call that did not return fmi3OK, with status and text."""
-
-    def __init__(self, function, status, text):
-        super().__init__(f"{function} returned {status}: {text}")
-        self.status, self.text = status, text
-
-
-class Fmu3:
+class Fmu3(Unpacked):
     """An unpacked FMU."""
 
     def __init__(self, path, folder):
-        self.path = str(path)
-        self.folder = Path(fmpy.extract(self.path, unzipdir=str(folder)))
-        self.description = fmpy.read_model_description(str(self.folder), validate=False)
-        self.variables = {v.name: v for v in self.description.modelVariables}
-        self.identifier = self.description.coSimulation.modelIdentifier
+        super().__init__(path, folder)
+        self.folder = Path(self.folder)
         self.library = self.folder / f"binaries/x86_64-linux/{self.identifier}.so"
 
     def length(self, name):
@@ -48,14 +33,11 @@ class Fmu3:
             return [name]
         return [f"{name}[{i + 1}]" for i in range(self.length(name))]
 
-    def names(self, causality):
-        return [v.name for v in self.description.modelVariables if v.causality == causality]
-
     def instance(self, **options):
-        return Instance3(self, f"{self.identifier.lower()}_{next(_names)}", **options)
+        return Instance3(self, self.new_name(), **options)
 
 
-class Instance3:
+class Instance3(Called):
     """One instance. Every method but `status` raises `Refused` if the FMU does not return fmi3OK."""
 
     def __init__(self, fmu, name, logging=True, event_mode=False, early_return=False):
@@ -83,18 +65,8 @@ class Instance3:
         )
         assert self.c.value, self.messages
 
-    @property
-    def text(self):
-        """The last message."""
-        return self.messages[-1][2] if self.messages else ""
-
     def status(self, function, *arguments):
         return getattr(self.library, function)(self.c, *arguments)
-
-    def call(self, function, *arguments):
-        status = self.status(function, *arguments)
-        if status != OK:
-            raise Refused(function, status, self.text)
 
     def references(self, names):
         return (c_uint32 * len(names))(*(self.fmu.variables[n].valueReference for n in names))

@@ -32,6 +32,12 @@ def call(name, *arguments, **options):
     return subprocess.run([str(part) for part in (program(name), *arguments)], capture_output=True, text=True, **options)
 
 
+def cargo_fmu(*arguments, environment=None, **options):
+    """Run `cargo fmu`; all builds outside of the workspace share a folder, so that the same crate is built once."""
+    shared = {"CARGO_TARGET_DIR": str(FMU_DIR.parent / "stand-alone")}
+    return call("cargo-fmu", "fmu", *arguments, env=os.environ | shared | (environment or {}), **options)
+
+
 def named(settings):
     """Options of a program for start values: {component: {variable: value}}."""
     settings = {f"{c}.{v}": value for c, values in (settings or {}).items() for v, value in values.items()}

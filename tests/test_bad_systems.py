@@ -1,6 +1,7 @@
 """Systems that cannot be run are refused by both masters, each with the reason in `bad_systems/systems.json`.
 
-An entry changes some text of the good system `bad_systems/good.ssd`, which both masters run.
+An entry changes some text of the good system `bad_systems/good.ssd`, which both masters run. Where the native master has another reason, it is
+the entry's `native`; null: it runs the system, and the FMPy master says that it does not support it.
 """
 
 import json
@@ -73,4 +74,8 @@ def test_the_fmpy_master_refuses(fmpy, name):
 @pytest.mark.parametrize("name", BAD)
 def test_the_native_master_refuses(native, name):
     done = native(changed(BAD[name]))
-    assert done.returncode == 1 and BAD[name]["reason"] in done.stderr, (done.returncode, done.stderr)
+    reason = BAD[name].get("native", BAD[name]["reason"])
+    if reason is None:
+        assert done.returncode == 0, done.stderr
+    else:
+        assert done.returncode == 1 and reason in done.stderr, (done.returncode, done.stderr)

@@ -15,16 +15,9 @@ import pytest
 
 from conftest import FMU_DIR
 from fmpy_master import ROOT
-from native import program
+from native import cargo_fmu
 
 BATTERY = ROOT / "examples/battery"
-
-
-def cargo_fmu(*arguments, **options):
-    """Run `cargo fmu`; builds outside of the workspace share a folder."""
-    command = [str(program("cargo-fmu")), "fmu", *map(str, arguments)]
-    environment = os.environ | {"CARGO_TARGET_DIR": str(FMU_DIR.parent / "stand-alone")} | options.pop("environment", {})
-    return subprocess.run(command, capture_output=True, text=True, env=environment, **options)
 
 
 def packed(folder, out):

@@ -8,7 +8,7 @@ import pytest
 
 from fmpy_master import ROOT, Master
 from fmu import Fmu
-from native import call, recorded
+from native import call, cargo_fmu, recorded
 from system import System
 
 ELECTRIC = ROOT / "system/Electric.ssd"
@@ -139,7 +139,7 @@ def others(fmus, pythonfmu, tmp_path_factory):
     from build import build, electric_systems
 
     folder = tmp_path_factory.mktemp("batteries")
-    done = call("cargo-fmu", "fmu", "pack", "--profile", "release", "--out", folder, cwd=ROOT / "examples/battery")
+    done = cargo_fmu("pack", "--profile", "release", "--out", folder, cwd=ROOT / "examples/battery")
     assert done.returncode == 0, done.stderr
     paths = [build("pack.py", folder), folder / "Battery.fmu"]
     return electric_systems(folder), fmus | {path.name: Fmu(path, folder / path.stem) for path in paths}

@@ -14,7 +14,8 @@ from fmpy.validation import validate_fmu
 from lxml import etree
 
 from conftest import NAMES, WORLD
-from fmu3 import ERROR, OK, Fmu3
+from fmu import ERROR, OK
+from fmu3 import Fmu3
 
 FMPY = Path(fmpy.__file__).parent
 ALL = (*NAMES, *WORLD)

@@ -179,12 +179,15 @@ def test_forgotten_wires_are_reported_and_strict_refuses_them(fmu_dir, tmp_path)
 
 
 def test_the_bending_world_runs_with_the_python_that_has_mujoco(tmp_path, fmu_dir):
-    """One command: it makes the plant, starts itself with Python inside, and prints the laws beside the bound."""
+    """One command: it makes the plant beside the packed machine, starts itself with Python inside, and prints the laws beside the bound."""
+    for name in ("Manipulator.ssp", "Controller.fmu", "Emla.fmu"):
+        shutil.copy(fmu_dir / name, tmp_path)
     machine = ["--world", "bending", "--seeds", "1", "--law", "adaptive", "--stop-time", "4.05"]
-    done = call("hdrm-fmu", "table", *machine, env=os.environ | {"HDRM_FMU_PYTHON": sys.executable})
+    here = os.environ | {"FMU_DIR": str(tmp_path)}
+    done = call("hdrm-fmu", "table", *machine, env=here | {"HDRM_FMU_PYTHON": sys.executable})
     assert done.returncode == 0, done.stderr
     assert "sag max, mm" in done.stdout and "adaptive: at most" in done.stdout
-    missing = call("hdrm-fmu", "table", *machine, env=os.environ | {"HDRM_FMU_PYTHON": str(tmp_path / "python")})
+    missing = call("hdrm-fmu", "table", *machine, env=here | {"HDRM_FMU_PYTHON": str(tmp_path / "python")})
     assert missing.returncode == 1 and "pip install pythonfmu mujoco numpy" in missing.stderr
 
 

@@ -1,5 +1,5 @@
-//! Writes the shipped network as Rust constants, so that making an instance reads no JSON. A network that
-//! [`SurrogateFile::check`] refuses fails the build.
+//! Writes the shipped network as Rust constants, so that making an instance reads no JSON. A
+//! network that [`SurrogateFile::check`] refuses fails the build.
 
 #[path = "src/surrogate/file.rs"]
 #[allow(dead_code)] // what only the library needs
@@ -21,7 +21,8 @@ fn main() {
     fs::write(Path::new(&folder).join("shipped.rs"), source(&file)).expect("it can be written");
 }
 
-/// `{:?}` of numbers, arrays and structs of them is Rust, and as many digits as tell a number from its neighbours.
+/// `{:?}` of numbers, arrays and structs of them is Rust, and as many digits as tell a number from
+/// its neighbours.
 fn source(file: &SurrogateFile) -> String {
     let layers: String = (1..).zip(&file.layers).map(layer).collect();
     let TrainingRecord {

@@ -1,5 +1,5 @@
-//! Writes the reference machine as a Rust expression, so that making an instance reads no JSON. A machine that
-//! [`Machine::check`] refuses fails the build.
+//! Writes the reference machine as a Rust expression, so that making an instance reads no JSON. A
+//! machine that [`Machine::check`] refuses fails the build.
 // What only the library needs; the paper's symbols; lints of what is public.
 #![allow(dead_code, non_snake_case, unfulfilled_lint_expectations)]
 

@@ -3,73 +3,12 @@
 //! The fields belong to `vdc` and `machine`, which know no FMI, so a row names its field; a derive
 //! would need a copy of their structs.
 
-use crate::{ControllerFmu, Parameters};
-use emla::Surrogate;
-use fmu_export::{
-    ALL_PARAMETERS, DisplayUnit, File, Info, Items, Terminal, Unit, Variable, joined,
-    read_parameter_file, read_placed_file, row,
-};
+use crate::enumerations::{LEVEL, MODE, RATE_COMMAND, TRAJECTORY};
+use crate::files::{read_machine, read_path, read_surrogate};
+use crate::model::ControllerFmu;
+use fmu_export::{ALL_PARAMETERS, DisplayUnit, File, Info, Terminal, Unit, Variable, joined, row};
 use hdrm::Body;
-use machine::Machine;
-use std::path::Path;
-use tip_path::{BUILT_IN, PathFile};
-use vdc::{DELAY_MAX, Derating, Level, MODES, NamedMode, RateCommand};
-
-pub(crate) static MODE: Items<NamedMode, { MODES.len() }> =
-    Items::new("Mode", "how much of the controller is at work", MODES);
-
-pub(crate) static LEVEL: Items<Level, 2> = Items::new(
-    "Level",
-    "what the controller follows",
-    [
-        (
-            Level::Machine,
-            "machine",
-            "the tip's reference, through inverse kinematics and decomposition",
-        ),
-        (
-            Level::Actuator,
-            "actuator",
-            "the inputs reference.rod_*, each actuator by itself",
-        ),
-    ],
-);
-
-/// Desired motion of the tip; the parameters say more of it.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum TrajectoryItem {
-    Cubic,
-    Triangular,
-    External,
-    Rates,
-    Path,
-}
-
-#[rustfmt::skip] // an item a line
-pub(crate) static TRAJECTORY: Items<TrajectoryItem, 5> = Items::new("Trajectory", "desired motion of the tip", [
-    (TrajectoryItem::Cubic, "cubic", "edges of a cube"),
-    (TrajectoryItem::Triangular, "triangular", "a triangle in the boom plane"),
-    (TrajectoryItem::External, "external", "the inputs reference.*"),
-    (TrajectoryItem::Rates, "rates", "the inputs rate.joint or rate.tip, an operator's"),
-    (TrajectoryItem::Path, "path", "the path that path_file names"),
-]);
-
-pub(crate) static RATE_COMMAND: Items<RateCommand, 2> = Items::new(
-    "RateCommand",
-    "what commanded rates are of",
-    [
-        (
-            RateCommand::Joint,
-            "joint",
-            "the six joints, by the inputs rate.joint",
-        ),
-        (
-            RateCommand::Tip,
-            "tip",
-            "the tip in the world, by the inputs rate.tip",
-        ),
-    ],
-);
+use vdc::DELAY_MAX;
 
 pub(crate) const INFO: Info = Info::new(
     "Controller",
@@ -167,51 +106,6 @@ const fn of_start(row: V) -> V {
 const fn gain(row: V) -> V {
     row.tunable().range(0.0..=GAIN_MAX)
 }
-
-fn read_machine(p: &mut Parameters, file: &str, resources: Option<&Path>) -> Result<(), String> {
-    p.machine = match Machine::preset(file) {
-        Some(machine) => machine,
-        None => read_placed_file(file, resources, Machine::of_file)?,
-    };
-    p.machine_file = file.to_owned();
-    Ok(())
-}
-
-fn read_surrogate(p: &mut Parameters, file: &str, resources: Option<&Path>) -> Result<(), String> {
-    p.surrogate = match file {
-        "" => Surrogate::reference(),
-        _ => read_parameter_file(file, resources, Surrogate::from_json)?,
-    };
-    p.surrogate_file = file.to_owned();
-    Ok(())
-}
-
-fn read_path(p: &mut Parameters, file: &str, resources: Option<&Path>) -> Result<(), String> {
-    p.path = match PathFile::built_in(file) {
-        _ if file.is_empty() => None,
-        Some(test) => Some(test.map_err(|e| format!("path `{file}`: {e}"))?),
-        None => Some(
-            read_parameter_file(file, resources, PathFile::parse).map_err(|e| {
-                let is_found =
-                    Path::new(file).exists() || resources.is_some_and(|r| r.join(file).exists());
-                if is_found {
-                    return e;
-                }
-                format!("{e}; the built-in paths are {}", BUILT_IN.join(" and "))
-            })?,
-        ),
-    };
-    p.path_file = file.to_owned();
-    Ok(())
-}
-
-/// 20 °C, K.
-pub(crate) const ROOM: f64 = 293.15;
-/// Class F insulation, 155 °C, reached at no current; full current up to 120 °C.
-pub(crate) const DERATED: Derating = Derating {
-    start: 393.15,
-    end: 428.15,
-};
 
 const ANGLE_MAX: f64 = 100.0;
 const RATE_MAX: f64 = 1e4;

@@ -1,4 +1,5 @@
-//! Variables of the FMU `DcLink`. The rows are written here, not derived: their fields belong to crates that know no FMI.
+//! Variables of the FMU `DcLink`. The rows are written here, not derived: their fields belong to
+//! crates that know no FMI.
 
 use crate::model::DcLinkFmu;
 use fmu_export::{ALL_PARAMETERS, File, Info, Terminal, Variable, row};

@@ -40,7 +40,8 @@ impl<'a> Course<'a> {
         }
     }
 
-    /// Work on the load by setting the rod elsewhere than the step before had taken it, J; `s` is the state at the start.
+    /// Work on the load by setting the rod elsewhere than the step before had taken it, J; `s` is
+    /// the state at the start.
     pub(crate) fn work_of_shift(&self, emla: &Emla, s: &State) -> f64 {
         emla.work_of_shift(s, self.from, self.start)
     }
@@ -111,8 +112,8 @@ mod tests {
         }
     }
 
-    /// Set once, and set at every communication point to where the velocity has taken the rod: the same motion. Tolerance: K_b
-    /// times the rounding of a position that 1000 sums have made.
+    /// Set once, and set at every communication point to where the velocity has taken the rod: the
+    /// same motion. Tolerance: K_b times the rounding of a position that 1000 sums have made.
     #[test]
     fn a_rod_that_is_set_once_moves_on() {
         let once = inputs(1, 0.3, 0.1);
@@ -130,7 +131,8 @@ mod tests {
         assert!((a.output(&once).x_rod - 0.4).abs() < 1e-12);
     }
 
-    /// A value that is set takes effect at once, also one that was set before, and the rod moves on from there.
+    /// A value that is set takes effect at once, also one that was set before, and the rod moves on
+    /// from there.
     #[test]
     fn a_value_that_is_set_takes_effect() {
         let first = inputs(1, 0.3, 0.1);
@@ -148,7 +150,8 @@ mod tests {
         assert_eq!(actuator.output(&other).x_rod, 0.2 + H * 0.1);
     }
 
-    /// x(s) is the Taylor polynomial of the derivatives of x, and of those of x_dot where x has none.
+    /// x(s) is the Taylor polynomial of the derivatives of x, and of those of x_dot where x has
+    /// none.
     #[test]
     fn derivatives_of_both_inputs_count() {
         let of = |x: f64, x_dot: f64| Input {
@@ -179,7 +182,8 @@ mod tests {
         }
     }
 
-    /// Until the link's voltage is set, that of the parameters counts; then the one that was set, also 0.
+    /// Until the link's voltage is set, that of the parameters counts; then the one that was set,
+    /// also 0.
     #[test]
     fn a_link_voltage_counts_once_it_is_set() {
         let unset = inputs(1, 0.3, 0.1);

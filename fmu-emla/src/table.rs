@@ -1,4 +1,5 @@
-//! Variables of the FMU `Emla`. The rows are written here, not derived: their fields belong to crates that know no FMI.
+//! Variables of the FMU `Emla`. The rows are written here, not derived: their fields belong to
+//! crates that know no FMI.
 
 use crate::model::{EmlaFmu, Parameters};
 use actuator_table::{

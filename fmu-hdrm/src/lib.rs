@@ -1,4 +1,5 @@
-//! FMU `Hdrm` for co-simulation in FMI 2.0 and 3.0: the heavy-duty manipulator, both closed loops included.
+//! FMU `Hdrm` for co-simulation in FMI 2.0 and 3.0: the heavy-duty manipulator, both closed loops
+//! included.
 //!
 //! `table` is the single source of names, units, bounds and dependencies; this file connects it
 //! to the `hdrm` library.

@@ -23,7 +23,8 @@ pub struct Input {
     pub(crate) load_com: [f64; 3],
 }
 
-/// Outputs and the first stage of a step both begin with the dynamics. They are of the state and of the base's motion.
+/// Outputs and the first stage of a step both begin with the dynamics. They are of the state and of
+/// the base's motion.
 impl Evaluation<HdrmFmu> for Dynamics {
     fn of(model: &HdrmFmu, _p: &Parameters, u: &Input) -> Result<Self, ModelError> {
         Ok(model.plant.dynamics_with(&model.state, &u.u))

@@ -1,4 +1,5 @@
-//! Variables of the FMU `Hdrm`. The rows are written here, not derived: their fields belong to crates that know no FMI.
+//! Variables of the FMU `Hdrm`. The rows are written here, not derived: their fields belong to
+//! crates that know no FMI.
 
 use crate::model::{HdrmFmu, Parameters};
 use fmu_export::{

@@ -1,6 +1,7 @@
 //! FMU `Rig` for co-simulation in FMI 2.0 and 3.0: the electromechanical linear actuator as built.
 //!
-//! `table` is the single source of names, units, bounds and dependencies; this file connects it to the `rig` library.
+//! `table` is the single source of names, units, bounds and dependencies; this file connects it to
+//! the `rig` library.
 #![allow(non_snake_case)] // the paper's symbols
 
 mod model;
@@ -13,7 +14,8 @@ use model::{Input, Parameters, RigFmu, trip};
 use rig::{Output, Rig};
 use table::{INFO, VARIABLES};
 
-/// The inputs with the rod where it is now; a voltage of the DC link that nobody has set is the machine's.
+/// The inputs with the rod where it is now; a voltage of the DC link that nobody has set is the
+/// machine's.
 fn input(rig: &Rig, rod: &Carried<f64>, u: &Input) -> rig::Input {
     rig::Input {
         x: rod.now(&u.x),
@@ -101,8 +103,9 @@ mod tests {
         assert_eq!(fmu_export::check::<RigFmu>(), [""; 0]);
     }
 
-    /// Set once, and set at every communication point to where the velocity has taken the rod: the same motion, to the rounding of a
-    /// position that 1000 sums have made. Beyond the bounds of `x` a step is refused and changes nothing.
+    /// Set once, and set at every communication point to where the velocity has taken the rod: the
+    /// same motion, to the rounding of a position that 1000 sums have made. Beyond the bounds of
+    /// `x` a step is refused and changes nothing.
     #[test]
     fn a_rod_that_is_set_once_moves_on() {
         let (parameters, defaults) = RigFmu::defaults();

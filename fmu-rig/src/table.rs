@@ -1,4 +1,5 @@
-//! Variables of the FMU `Rig`. The rows are written here, not derived: their fields belong to crates that know no FMI.
+//! Variables of the FMU `Rig`. The rows are written here, not derived: their fields belong to
+//! crates that know no FMI.
 
 use crate::model::{Parameters, RigFmu};
 use actuator_table::{

@@ -1,6 +1,7 @@
 //! FMU `Sensors` for co-simulation in FMI 2.0 and 3.0: what a controller knows of its plants.
 //!
-//! `table` is the single source of names, units, bounds and dependencies; this file connects it to the `sensors` library.
+//! `table` is the single source of names, units, bounds and dependencies; this file connects it to
+//! the `sensors` library.
 #![allow(non_snake_case)] // the paper's symbols
 
 mod model;

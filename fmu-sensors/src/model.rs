@@ -53,8 +53,9 @@ pub(crate) static FORCE: Items<ForceKind, 3> = Items::new(
 pub struct SensorsFmu {
     pub(crate) sensors: Sensors,
     pub(crate) state: State,
-    /// How often an input had been set at the last sample. Until one is set again, what is read is that sample: a master that reads all
-    /// outputs before it sets any input would else get the difference of a position to itself for a speed.
+    /// How often an input had been set at the last sample. Until one is set again, what is read is
+    /// that sample: a master that reads all outputs before it sets any input would else get the
+    /// difference of a position to itself for a speed.
     pub(crate) sets: u32,
 }
 

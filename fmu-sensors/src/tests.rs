@@ -80,7 +80,8 @@ fn the_table_agrees_with_the_model() {
     assert_eq!(fmu_export::check::<SensorsFmu>(), [""; 0]);
 }
 
-/// With every effect off values pass bit for bit, before and after a set, −0 and numbers of any size included.
+/// With every effect off values pass bit for bit, before and after a set, −0 and numbers of any
+/// size included.
 #[test]
 fn everything_off_passes_bit_for_bit() {
     let mut importer = Importer::new(|_| ());
@@ -96,7 +97,8 @@ fn everything_off_passes_bit_for_bit() {
     }
 }
 
-/// With a delay of n steps the readings are those of n communication points before, at the start the first ones.
+/// With a delay of n steps the readings are those of n communication points before, at the start
+/// the first ones.
 #[test]
 fn a_delay_counts_communication_steps() {
     for delay in 0..=4 {
@@ -119,8 +121,8 @@ fn a_delay_counts_communication_steps() {
     }
 }
 
-/// A master that reads all outputs before it sets any input gets each sample one step late, speeds by difference included; whoever sets
-/// nothing any more sees the speed come to rest.
+/// A master that reads all outputs before it sets any input gets each sample one step late, speeds
+/// by difference included; whoever sets nothing any more sees the speed come to rest.
 #[test]
 fn readings_before_a_set_are_those_of_the_last_sample() {
     let on = |p: &mut Parameters| {
@@ -137,7 +139,8 @@ fn readings_before_a_set_are_those_of_the_last_sample() {
         }
         last = staged.read();
         if k > 0 {
-            // The quotient loses the digits of an angle of some 300 rad: 300·2⁻⁵²·2/1 ms = 1.3e-10 rad/s.
+            // The quotient loses the digits of an angle of some 300 rad: 300·2⁻⁵²·2/1 ms = 1.3e-10
+            // rad/s.
             let w_m = 90.0 * (1.0 + 0.1 * 2.0);
             assert!((last.w_m[2] - w_m).abs() < 2e-10, "{}", last.w_m[2]);
         }
@@ -148,8 +151,8 @@ fn readings_before_a_set_are_those_of_the_last_sample() {
     assert_eq!(standard.read().w_m, [0.0; 3]);
 }
 
-/// The same seed gives the same readings, another one others; a saved state goes on as the instance that it was saved from; and asking
-/// twice is no new sample.
+/// The same seed gives the same readings, another one others; a saved state goes on as the instance
+/// that it was saved from; and asking twice is no new sample.
 #[test]
 fn noise_belongs_to_seed_and_state() {
     let on = |seed| {
@@ -188,7 +191,8 @@ struct Effect {
     largest: f64,
 }
 
-/// Counts are 2π/2¹⁷ = 4.8e-5 and 2π/2¹⁹ = 1.2e-5 rad; seven standard deviations of noise and half a count of rounding.
+/// Counts are 2π/2¹⁷ = 4.8e-5 and 2π/2¹⁹ = 1.2e-5 rad; seven standard deviations of noise and half
+/// a count of rounding.
 const EFFECTS: [Effect; 5] = [
     Effect {
         name: "motor encoder",
@@ -222,8 +226,9 @@ const EFFECTS: [Effect; 5] = [
     },
 ];
 
-/// Switching one effect changes no reading of another, and each effect stays within its size. (Zeros act on the same reading as the
-/// joint encoder, and currents turn back with the measured motor angle: they are not compared.)
+/// Switching one effect changes no reading of another, and each effect stays within its size.
+/// (Zeros act on the same reading as the joint encoder, and currents turn back with the measured
+/// motor angle: they are not compared.)
 #[test]
 fn effects_are_apart_from_each_other() {
     let u = motion(0.2);
@@ -252,7 +257,8 @@ fn effects_are_apart_from_each_other() {
     }
 }
 
-/// With every effect on an input acts at once on the readings of its own joint or actuator that the table declares, and on no others.
+/// With every effect on an input acts at once on the readings of its own joint or actuator that the
+/// table declares, and on no others.
 #[test]
 fn readings_follow_what_they_declare() {
     type Of<S> = fn(&mut S) -> &mut [f64];

@@ -78,9 +78,9 @@ def arguments():
 
     sub = command(demo, "one run with its figures")
     motion = sub.add_mutually_exclusive_group()
-    motion.add_argument("--trajectory", default="cubic")
+    motion.add_argument("--trajectory", default="cubic", help="cubic or triangular (default: %(default)s)")
     motion.add_argument("--waypoints", metavar="FILE", help="path that the tip follows instead: a JSON or CSV file, or the name of a built-in path")
-    sub.add_argument("--mode", default="adaptive")
+    sub.add_argument("--mode", default="adaptive", help=f"control law, one of {', '.join(hdrm_fmu.MODES)} (default: %(default)s)")
     sub = command(monte_carlo, "control laws on many machines of the real world, whose bodies and sensors are drawn by seed; prints median, 95 %% quantile and worst")
     sub.add_argument("--seeds", type=int, default=20, metavar="N", help="machines, drawn by the seeds 1 to N (default: %(default)s)")
     sub.add_argument("--modes", nargs="+", default=["adaptive_integral", "modular_integral"], metavar="MODE", help=f"control laws, of {', '.join(hdrm_fmu.MODES)} (default: adaptive_integral modular_integral)")
@@ -89,9 +89,9 @@ def arguments():
     sub.add_argument("--scheduler", metavar="ADDRESS", help="of a Dask scheduler; default: processes on this machine")
     sub = command(sobol, "which parameter matters: Sobol indices")
     default = ["hdrm.inertia_scale=0.8:1.2", "hdrm.payload.mass=0:100", "Lambda_position=5:25"]
-    sub.add_argument("--range", nargs="+", default=default, metavar="NAME=LOW:HIGH")
-    sub.add_argument("--base", type=int, default=64)
-    sub.add_argument("--metric", default="tip_rmse")
+    sub.add_argument("--range", nargs="+", default=default, metavar="NAME=LOW:HIGH", help=f"parameters and their ranges (default: {' '.join(default)})")
+    sub.add_argument("--base", type=int, default=64, metavar="N", help="size of the base sample, a power of 2; N (k + 2) runs for k parameters (default: %(default)s)")
+    sub.add_argument("--metric", default="tip_rmse", metavar="NAME", help="the number whose variance is explained (default: %(default)s)")
     sub.add_argument("--scheduler", metavar="ADDRESS", help="of a Dask scheduler; default: processes on this machine")
     sub = command(tune, "gains that make a metric small on the cubic trajectory, judged on the triangular one")
     of = "gains and the ranges in which they are searched: scanned coarsely first, then refined from the best (default: Lambda_position=2:40 gamma=2:2000)"

@@ -10,8 +10,8 @@ use tip_path::PathFile;
 
 use crate::raised;
 
-/// The checked text of a machine file with all that it extends, and the parameter set of the real world that belongs to the machine;
-/// `file` is where its relative paths start.
+/// The checked text of a machine file with all that it extends, and the parameter set of the real
+/// world that belongs to the machine; `file` is where its relative paths start.
 #[pyfunction]
 #[pyo3(signature = (text, file=None))]
 pub fn whole_machine(text: &str, file: Option<PathBuf>) -> PyResult<(String, &'static str)> {
@@ -33,7 +33,8 @@ pub fn is_built_in_path(name: &str) -> PyResult<bool> {
     Ok(path.map_err(|error| raised(error.into()))?.is_some())
 }
 
-/// Whether anything is picked up or set down on the path of a file with this text, which is checked.
+/// Whether anything is picked up or set down on the path of a file with this text, which is
+/// checked.
 #[pyfunction]
 pub fn path_has_loads(text: &str) -> PyResult<bool> {
     let path = PathFile::parse(text).map_err(|error| raised(error.into()))?;

@@ -1,8 +1,10 @@
-//! The native part of the Python package `hdrm_fmu`: a loaded system ([`system`]), whole runs ([`run`]) with their metrics
-//! ([`metrics`]), a run that a script steps ([`session`]), and the files that runs read ([`inputs`]).
+//! The native part of the Python package `hdrm_fmu`: a loaded system ([`system`]), whole runs
+//! ([`run`]) with their metrics ([`metrics`]), a run that a script steps ([`session`]), and the
+//! files that runs read ([`inputs`]).
 //!
-//! What a person reads and calls is the Python package around it, which checks names and values before it calls anything here. The
-//! interpreter's lock is released while FMUs are loaded, run or stepped.
+//! What a person reads and calls is the Python package around it, which checks names and values
+//! before it calls anything here. The interpreter's lock is released while FMUs are loaded, run or
+//! stepped.
 #![forbid(unsafe_code)]
 
 mod inputs;

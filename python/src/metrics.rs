@@ -16,7 +16,8 @@ use studies::measures::tracking::Evaluation;
 
 use crate::raised;
 
-/// Metrics beside those of the tip error; they take time, because signals are recorded at every communication point.
+/// Metrics beside those of the tip error; they take time, because signals are recorded at every
+/// communication point.
 pub struct Extra {
     tracking: Option<Evaluation>,
     energy: bool,
@@ -69,13 +70,15 @@ impl Extra {
     }
 }
 
-/// Names of all metrics of a system with these actuators, each with what a run must be asked for to have it.
+/// Names of all metrics of a system with these actuators, each with what a run must be asked for to
+/// have it.
 #[pyfunction]
 pub fn metric_names(actuators: Vec<String>) -> PyResult<BTreeMap<String, &'static str>> {
     studies::measures::metrics::names(&actuators).map_err(raised)
 }
 
-/// The metrics of tip errors (m) at times (s), with the motion from `motion_start`, s, on: as those of a run.
+/// The metrics of tip errors (m) at times (s), with the motion from `motion_start`, s, on: as those
+/// of a run.
 #[pyfunction]
 pub fn tip_error(times: Vec<f64>, errors: Vec<f64>, motion_start: f64) -> Metrics {
     let mut tip = TipError::new(motion_start);

@@ -32,7 +32,8 @@ pub struct Request {
     pub metrics: Vec<String>,
     /// Called with the numbers of finished and of all steps.
     pub progress: Option<Py<PyAny>>,
-    /// Whether the system is the manipulator with its controller, so that its limits and its tip are watched.
+    /// Whether the system is the manipulator with its controller, so that its limits and its tip
+    /// are watched.
     pub is_machine: bool,
 }
 

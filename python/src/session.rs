@@ -1,5 +1,6 @@
-//! A run that a script steps. A thread of its own owns the running system, because an instance of an FMU belongs to one thread; what is
-//! asked of it is sent there, and the interpreter's lock is free meanwhile.
+//! A run that a script steps. A thread of its own owns the running system, because an instance of
+//! an FMU belongs to one thread; what is asked of it is sent there, and the interpreter's lock is
+//! free meanwhile.
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -119,7 +120,8 @@ impl Session {
         })
     }
 
-    /// Set inputs that no connection drives, and tunable parameters; values as text, numbers among them by their shortest digits.
+    /// Set inputs that no connection drives, and tunable parameters; values as text, numbers among
+    /// them by their shortest digits.
     fn set(&self, py: Python<'_>, values: Vec<(String, String)>) -> PyResult<()> {
         self.call(py, move |system, running| {
             let (mut ports, mut numbers, mut others) = (Vec::new(), Vec::new(), Vec::new());

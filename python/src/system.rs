@@ -127,7 +127,8 @@ impl System {
         Ok(Self { system })
     }
 
-    /// The experiment, by the same rules as the programs' command lines, and what the system may have forgotten.
+    /// The experiment, by the same rules as the programs' command lines, and what the system may
+    /// have forgotten.
     fn experiment(&self, conditions: Conditions) -> Result<(Experiment, Verdict)> {
         let Ok(schedule) = Schedule::from_str(&conditions.schedule, false) else {
             bail!(
@@ -166,7 +167,8 @@ impl System {
         Ok(system)
     }
 
-    /// The start values of the machine of `seed`, drawn around the system's own or around the `machine` of a file, and its file.
+    /// The start values of the machine of `seed`, drawn around the system's own or around the
+    /// `machine` of a file, and its file.
     fn drawn(&self, seed: u64, machine: Option<&str>) -> Result<Drawn> {
         let seeds = seed..seed + 1;
         let machines = match machine {
@@ -218,7 +220,8 @@ impl System {
         self.has("hdrm.machine_file") && self.has("tip_error_norm")
     }
 
-    /// Name, causality, variability, type, unit, description, items, bounds, driver and bound value of every variable.
+    /// Name, causality, variability, type, unit, description, items, bounds, driver and bound value
+    /// of every variable.
     fn variables(&self) -> Vec<Row> {
         let mut rows = Vec::new();
         let all = self.system.structure.components.iter();
@@ -244,7 +247,8 @@ impl System {
         rows
     }
 
-    /// Names of the signals that patterns choose; None: those that are recorded where none are named.
+    /// Names of the signals that patterns choose; None: those that are recorded where none are
+    /// named.
     fn signals(&self, patterns: Option<Vec<String>>) -> PyResult<Vec<String>> {
         let ports = match patterns {
             Some(patterns) => matching(&self.system, &patterns),
@@ -254,7 +258,8 @@ impl System {
         Ok(ports.map_err(raised)?.iter().map(name).collect())
     }
 
-    /// Draw a machine of the real world, around the system's own or around that of the file `machine`.
+    /// Draw a machine of the real world, around the system's own or around that of the file
+    /// `machine`.
     #[pyo3(signature = (seed, machine=None))]
     fn draw(&self, py: Python<'_>, seed: u64, machine: Option<&str>) -> PyResult<Drawn> {
         py.detach(|| self.drawn(seed, machine)).map_err(raised)

@@ -76,7 +76,8 @@ pub const UNITS: &[Unit] = &[
     Unit::new("J/(V.A)").s(1),
 ];
 
-/// The section `emla` of the actuator number `axis` (an item of [`AXIS`]) in a machine file, or in the shipped machine of that name.
+/// The section `emla` of the actuator number `axis` (an item of [`AXIS`]) in a machine file, or in
+/// the shipped machine of that name.
 ///
 /// # Errors
 /// No such file, or all that is wrong with it.

@@ -1,8 +1,10 @@
-//! Inputs of an actuator as the importer sees them, and where its rod is between two sets of the input `x`.
+//! Inputs of an actuator as the importer sees them, and where its rod is between two sets of the
+//! input `x`.
 //!
-//! The rod moves on with its velocity, in a step and from one step to the next, until `x` is set again: holding it while
-//! x_dot ≠ 0 would cost K_b·x_dot·h of force, some 20 kN at 1 ms. So after a step the outputs belong to the new time, before the
-//! importer has set anything. What remembers it is a [`Carried`], part of the FMU's state.
+//! The rod moves on with its velocity, in a step and from one step to the next, until `x` is set
+//! again: holding it while x_dot ≠ 0 would cost K_b·x_dot·h of force, some 20 kN at 1 ms. So after
+//! a step the outputs belong to the new time, before the importer has set anything. What remembers
+//! it is a [`Carried`], part of the FMU's state.
 
 use crate::info::{ROOM, X_LARGEST, X_START};
 use fmu_export::{Carried, Counted, ModelError};
@@ -12,7 +14,8 @@ use serde::{Deserialize, Serialize};
 /// Inputs as the importer sees them; `U` are the model's.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub struct Input<U> {
-    /// The model's inputs; position of the rod and voltage of the DC link follow from the other two fields.
+    /// The model's inputs; position of the rod and voltage of the DC link follow from the other two
+    /// fields.
     pub u: U,
     /// Voltage of the DC link, V; until it is set, that of the machine counts.
     pub v_dc: Counted<f64>,

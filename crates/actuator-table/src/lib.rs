@@ -1,8 +1,10 @@
-//! What the FMUs of an actuator have in common, so that one takes the place of another by the wiring alone: the inputs, the parameters of the
-//! machine's section `emla`, enumerations, terminals and resources.
+//! What the FMUs of an actuator have in common, so that one takes the place of another by the
+//! wiring alone: the inputs, the parameters of the machine's section `emla`, enumerations,
+//! terminals and resources.
 //!
-//! Rows are macros, because the model's own inputs and parameters are behind their fields: a model's inputs are [`Input`], and its
-//! parameters have the fields that [`actuator_parameters!`] names.
+//! Rows are macros, because the model's own inputs and parameters are behind their fields: a
+//! model's inputs are [`Input`], and its parameters have the fields that [`actuator_parameters!`]
+//! names.
 #![forbid(unsafe_code)]
 
 mod info;

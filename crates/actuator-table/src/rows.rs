@@ -1,7 +1,7 @@
 //! Rows that all actuators have.
 
-/// The inputs, in fields of [`Input`](crate::Input): `$V` is `Variable` of the model; what the model says of the voltages and of the
-/// surrounding air is given, and how the latter is shown.
+/// The inputs, in fields of [`Input`](crate::Input): `$V` is `Variable` of the model; what the
+/// model says of the voltages and of the surrounding air is given, and how the latter is shown.
 #[macro_export]
 macro_rules! actuator_inputs {
     ($V:ty, v_d: $v_d:literal, v_q: $v_q:literal, T_ambient: $T_ambient:literal $(in $unit:literal)?) => {
@@ -25,8 +25,9 @@ macro_rules! actuator_inputs {
     };
 }
 
-/// The parameters of the machine's section `emla`, in the field `of_machine: machine::EmlaFields`, but for inverter, brake, heat and
-/// temperature: `$V` is `Variable` of the model; what a model makes of some of them is given.
+/// The parameters of the machine's section `emla`, in the field `of_machine: machine::EmlaFields`,
+/// but for inverter, brake, heat and temperature: `$V` is `Variable` of the model; what a model
+/// makes of some of them is given.
 #[macro_export]
 macro_rules! actuator_parameters {
     ($V:ty, w_C: $w_C:literal, eta_gear: $eta_gear:literal, w_eta: $w_eta:literal, i_max: $i_max:literal) => {

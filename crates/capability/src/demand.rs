@@ -1,7 +1,7 @@
 //! What a motion demands: forces, strokes and speeds of the rods, wrist torques, and what the
 //! motors need for them.
 
-use crate::Quantity;
+use crate::quantity::Quantity;
 use emla::maps;
 use hdrm::{DOF, Hdrm, HdrmError, Load, Options, State};
 use machine::{Emla, Machine};

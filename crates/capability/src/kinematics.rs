@@ -5,7 +5,7 @@ use machine::Machine;
 use nalgebra::{Matrix6, UnitQuaternion, Vector3, Vector6};
 use serde::{Deserialize, Serialize};
 
-use crate::Motion;
+use crate::demand::Motion;
 
 /// Most iterations; beside a solution two or three are needed.
 const ITERATIONS: u32 = 100;
@@ -35,11 +35,11 @@ pub struct TipMotion {
     pub acceleration: Vector6<f64>,
 }
 
-/// No joint angles were found for a pose.
+/// What comes nearest to a pose for which no joint angles were found.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Unreached {
-    /// Angles that come nearest, as far as the search found, rad.
-    pub nearest: [f64; DOF],
+pub struct NearestPose {
+    /// Joint angles, as far as the search found, rad.
+    pub zeta: [f64; DOF],
     /// Their distance from the position, m.
     pub distance: f64,
     /// Their angle from the orientation, rad.
@@ -82,7 +82,7 @@ impl Kinematics {
     ///
     /// # Errors
     /// The arm does not reach the pose, or the search from `near` does not.
-    pub fn inverse(&self, pose: &Pose, near: &[f64; DOF]) -> Result<[f64; DOF], Unreached> {
+    pub fn inverse(&self, pose: &Pose, near: &[f64; DOF]) -> Result<[f64; DOF], NearestPose> {
         let mut zeta = Vector6::from(*near);
         for _ in 0..ITERATIONS {
             let angles = zeta.into();
@@ -99,10 +99,10 @@ impl Kinematics {
             };
             zeta += step;
         }
-        let nearest = zeta.into();
-        let e = error(pose, &self.tip(&nearest), &nearest);
-        Err(Unreached {
-            nearest,
+        let zeta = zeta.into();
+        let e = error(pose, &self.tip(&zeta), &zeta);
+        Err(NearestPose {
+            zeta,
             distance: e.fixed_rows::<3>(0).norm(),
             angle: e.fixed_rows::<3>(3).norm(),
         })

@@ -18,7 +18,7 @@ mod quantity;
 mod reach;
 
 pub use demand::{Capability, Demand, Motion, Payload};
-pub use kinematics::{Kinematics, Pose, TipMotion, Unreached};
+pub use kinematics::{Kinematics, NearestPose, Pose, TipMotion};
 pub use limits::{Limits, Margin};
 pub use quantity::Quantity;
 pub use reach::Reach;

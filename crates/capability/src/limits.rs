@@ -1,6 +1,7 @@
 //! What the machine file allows, and the margin to it.
 
-use crate::{Demand, Quantity};
+use crate::demand::Demand;
+use crate::quantity::Quantity;
 use machine::Machine;
 use serde::{Deserialize, Serialize};
 use std::fmt;

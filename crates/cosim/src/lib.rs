@@ -18,6 +18,7 @@ pub mod csv;
 pub mod divergence;
 pub mod exchange;
 pub mod fmu;
+pub mod input_table;
 mod instances;
 pub mod master;
 mod means;

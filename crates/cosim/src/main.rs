@@ -1,17 +1,25 @@
 //! Command line of the co-simulation master.
 #![forbid(unsafe_code)]
 
+mod describe;
+
 use std::fmt::Write as _;
+use std::path::PathBuf;
 use std::process::ExitCode;
 
 use anyhow::{Context, Result, bail};
-use clap::{Args, Parser, Subcommand};
+use clap::parser::ValueSource;
+use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand};
 use cosim::cli::{CsvArgs, RunArgs, SystemArgs, bar, exit, print};
 use cosim::exchange::{Exchange, Order};
+use cosim::input_table::InputTable;
+use cosim::package::read;
 use cosim::run;
+use cosim::signals::matching;
 use cosim::system::System;
 use cosim::verdict::Verdict;
 use cosim::wiring::Port;
+use fmu_description::Archive;
 
 /// Run a system of FMUs: as its SSP system structure says, or its speed, or its wiring.
 #[derive(Parser)]
@@ -29,10 +37,28 @@ enum Command {
     Bench(BenchArgs),
     /// Show components, stages of the exchange and power bonds; reports algebraic loops
     Wiring(SystemArgs),
+    /// List the variables of FMUs, what the FMUs can do and the platforms that they have libraries for
+    Info(InfoArgs),
+}
+
+#[derive(Args)]
+struct InfoArgs {
+    /// FMUs
+    #[arg(required = true, value_name = "FMU")]
+    files: Vec<PathBuf>,
 }
 
 #[derive(Args)]
 struct OneRunArgs {
+    /// One or several FMUs in place of a system; or a system, as with --system
+    #[arg(value_name = "FILE", conflicts_with = "system")]
+    files: Vec<PathBuf>,
+    /// Connection between these FMUs, from an output to an input; repeatable
+    #[arg(long, value_name = "A.Y=B.U", requires = "files")]
+    connect: Vec<String>,
+    /// Values over time for inputs that no connection drives: a CSV file whose columns are `time` and `component.variable`
+    #[arg(long, value_name = "FILE")]
+    input: Option<PathBuf>,
     #[command(flatten)]
     system: SystemArgs,
     #[command(flatten)]
@@ -42,6 +68,9 @@ struct OneRunArgs {
     /// No progress bar
     #[arg(long)]
     quiet: bool,
+    /// Whether the command line says the step.
+    #[arg(skip)]
+    is_step_given: bool,
 }
 
 #[derive(Args)]
@@ -61,12 +90,22 @@ struct BenchArgs {
 }
 
 fn main() -> ExitCode {
-    let command = Cli::parse().command;
+    let matches = Cli::command().get_matches();
+    let mut command = match Cli::from_arg_matches(&matches) {
+        Ok(cli) => cli.command,
+        Err(error) => error.exit(),
+    };
+    let of_command = matches.subcommand().map(|(_, matches)| matches);
+    if let Command::Run(args) = &mut command {
+        let source = of_command.and_then(|matches| matches.value_source("step"));
+        args.is_step_given = source == Some(ValueSource::CommandLine);
+    }
     let check = matches!(&command, Command::Run(args) if args.run.check);
     let result = match command {
         Command::Run(args) => run_system(&args),
         Command::Bench(args) => bench(&args),
         Command::Wiring(args) => wiring(&args),
+        Command::Info(args) => info(&args),
     };
     exit(result, check)
 }
@@ -75,13 +114,41 @@ fn load(args: &SystemArgs) -> Result<System> {
     args.load(|| bail!("name a system: --system FILE, a packed .ssp or a .ssd"))
 }
 
+/// The system of a run: FMUs by themselves, or a system.
+fn system_of(args: &OneRunArgs) -> Result<System> {
+    match args.files.as_slice() {
+        [] => load(&args.system),
+        [file] if file.extension().is_some_and(|e| e == "ssp" || e == "ssd") => {
+            let system = Some(file.clone());
+            load(&SystemArgs {
+                system,
+                ..args.system.clone()
+            })
+        }
+        files => System::of_fmus(files, &args.connect),
+    }
+}
+
 fn run_system(args: &OneRunArgs) -> Result<Verdict> {
-    let system = load(&args.system)?;
-    let experiment = args.run.experiment(&system)?;
-    let mut verdict = args.run.forgotten(&system, &experiment)?;
+    let system = system_of(args)?;
+    let mut run = args.run.clone();
+    let mut preferred = None;
+    if !args.is_step_given
+        && let Some((step, who)) = system.preferred_step()
+        && step != run.step
+    {
+        preferred = Some(format!("the communication step is {step} s, as {who} asks"));
+        run.step = step;
+    }
+    let experiment = run.experiment(&system)?;
+    let mut verdict = run.forgotten(&system, &experiment)?;
+    preferred.into_iter().for_each(|text| verdict.note(text));
     let stop = experiment.stop(&system)?;
-    let master = experiment.start(&system)?;
-    let mut log = args.csv.log(&system, &experiment, || connected(&system))?;
+    let mut master = experiment.start(&system)?;
+    if let Some(file) = &args.input {
+        master.feed(InputTable::load(file, &system)?)?;
+    }
+    let mut log = args.csv.log(&system, &experiment, || shown(&system))?;
     let bar = bar(0, "steps", args.quiet);
     let progress = |k, steps| {
         bar.set_length(steps);
@@ -107,6 +174,15 @@ fn connected(system: &System) -> Result<Vec<Port>> {
     ports.sort();
     ports.dedup();
     Ok(ports)
+}
+
+/// The same; of FMUs without connections all outputs.
+fn shown(system: &System) -> Result<Vec<Port>> {
+    let ports = connected(system)?;
+    match ports.is_empty() {
+        true => matching(system, &["*".to_string()]),
+        false => Ok(ports),
+    }
 }
 
 fn bench(args: &BenchArgs) -> Result<Verdict> {
@@ -140,6 +216,18 @@ fn bench(args: &BenchArgs) -> Result<Verdict> {
              {instances} instances, one thread\n"
         ))?;
     }
+    Ok(Verdict::default())
+}
+
+fn info(args: &InfoArgs) -> Result<Verdict> {
+    let mut text = String::new();
+    for file in &args.files {
+        let context = || format!("`{}`", file.display());
+        let mut archive = Archive::open(read(file)?).with_context(context)?;
+        let description = archive.description().with_context(context)?;
+        text += &describe::fmu(&file.display().to_string(), &description, archive.names());
+    }
+    print(text)?;
     Ok(Verdict::default())
 }
 

@@ -6,6 +6,7 @@ use fmu_description::{Access, Variability};
 use crate::bond::Residual;
 use crate::coupling::{BondStep, Coupling};
 use crate::exchange::{Exchange, Order};
+use crate::input_table::InputTable;
 use crate::instances::make;
 use crate::means::Means;
 use crate::noise::Noise;
@@ -25,6 +26,7 @@ pub struct Master {
     steps: u64,
     /// Present time, s.
     time: f64,
+    inputs: Option<InputTable>,
 }
 
 impl Master {
@@ -76,6 +78,7 @@ impl Master {
             stepping,
             steps: 0,
             time: stepping.start,
+            inputs: None,
         })
     }
 
@@ -149,7 +152,21 @@ impl Master {
         )?;
         self.steps += 1;
         self.time = end;
-        Ok(())
+        self.set_inputs()
+    }
+
+    /// From now on, and at the present time, inputs that no connection drives have the values of a table.
+    pub fn feed(&mut self, inputs: InputTable) -> Result<()> {
+        self.inputs = Some(inputs);
+        self.set_inputs()
+    }
+
+    fn set_inputs(&mut self) -> Result<()> {
+        let Some(inputs) = &mut self.inputs else {
+            return Ok(());
+        };
+        inputs.set(&self.coupling.slaves, self.time, At::Time(self.time))?;
+        self.pass()
     }
 
     /// End the run for all.

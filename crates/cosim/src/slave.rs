@@ -65,10 +65,12 @@ impl Slave {
                     true => "; it says that it needs its tool (needsExecutionTool)",
                     false => "",
                 };
+                let reasons: String = (reasons(name).iter())
+                    .map(|reason| format!("\n  {reason}"))
+                    .collect();
                 bail!(
-                    "{name}: FMU `{}` could not be instantiated{tool}{}",
-                    fmu.file,
-                    said(name)
+                    "{name}: FMU `{}` could not be instantiated{tool}{reasons}",
+                    fmu.file
                 );
             }
         };
@@ -256,9 +258,16 @@ impl Slave {
         let variables = &self.fmu.description.variables;
         let names = batch.into_iter().flat_map(|batch| &batch.variables);
         let names: Vec<_> = names.map(|k| variables[*k].name.as_str()).collect();
-        let call = match names.is_empty() {
-            true => answer.call.to_string(),
-            false => format!("{} of {}", answer.call, names.join(", ")),
+        let call = match names.as_slice() {
+            [] => answer.call.to_string(),
+            [first, second, third, rest @ ..] if rest.len() > 1 => {
+                format!(
+                    "{} of {first}, {second}, {third} and {} more",
+                    answer.call,
+                    rest.len()
+                )
+            }
+            names => format!("{} of {}", answer.call, names.join(", ")),
         };
         self.refused(answer, &call, at)
     }
@@ -282,12 +291,15 @@ impl Slave {
             4 => format!("{prefix}Fatal"),
             other => format!("the unknown status {other}"),
         };
-        anyhow!(
-            "{} (FMU `{}`): {call} {at} returned {result}{}",
-            self.name,
-            self.fmu.file,
-            said(&self.name)
-        )
+        let (name, file) = (&self.name, &self.fmu.file);
+        let reasons = reasons(name);
+        match reasons.is_empty() {
+            true => anyhow!("{name} (FMU `{file}`): {call} {at} returned {result}"),
+            false => anyhow!(
+                "{name}: {}\n  (FMU `{file}`: {call} {at} returned {result})",
+                reasons.join("\n  ")
+            ),
+        }
     }
 
     fn place(&self, at: At) -> String {
@@ -301,19 +313,16 @@ impl Drop for Slave {
     }
 }
 
-/// The reasons that the instance has logged, else its warnings, as the end of an error text.
-fn said(instance: &str) -> String {
+/// The reasons that the instance has logged, else its warnings, each once.
+fn reasons(instance: &str) -> Vec<String> {
     let mut messages = messages::take();
     messages.retain(|m| m.instance == instance || m.instance == messages::NOBODY);
     if messages.iter().any(|m| !m.is_warning) {
         messages.retain(|m| !m.is_warning);
     }
-    let texts: Vec<_> = messages.into_iter().map(|m| m.text).collect();
-    if texts.is_empty() {
-        String::new()
-    } else {
-        format!(": {}", texts.join("; "))
-    }
+    let mut texts: Vec<_> = messages.into_iter().map(|m| m.text).collect();
+    texts.dedup();
+    texts
 }
 
 /// A start value from text; an error says what the text had to be.

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use crate::fmu::Fmu;
 use crate::package::{Package, read};
-use crate::structure::{self, Hop, Parameter, Structure, parse_set};
+use crate::structure::{self, Component, Hop, Parameter, Structure, parse_set};
 use crate::transformation::{Linear, Transformation, along, conversion, unit_of};
 use crate::wiring::{Port, Wiring};
 use anyhow::{Context, Result, anyhow, bail};
@@ -115,6 +115,72 @@ impl System {
             }
         }
         Ok(system)
+    }
+
+    /// FMUs without a structure, each a component named after its file; `connections` are written `a.y=b.u`.
+    pub fn of_fmus(files: &[PathBuf], connections: &[String]) -> Result<Self> {
+        let mut structure = Structure::default();
+        let mut fmus: Vec<Arc<Fmu>> = Vec::new();
+        for file in files {
+            let source = file.display().to_string();
+            let stem = file.file_stem().unwrap_or_default().to_string_lossy();
+            if structure.component(&stem).is_some() {
+                bail!("two FMUs are named `{stem}`; a structure can give them names");
+            }
+            structure.components.push(Component {
+                name: stem.into_owned(),
+                source: source.clone(),
+                connectors: Vec::new(),
+                parameters: Vec::new(),
+            });
+            fmus.push(Fmu::load(&source, read(file)?)?);
+        }
+        let experiments = || fmus.iter().map(|fmu| &fmu.description.default_experiment);
+        let starts = experiments().filter_map(|e| e.start);
+        structure.start_time = starts.reduce(f64::min).unwrap_or(0.0);
+        let stops = experiments().filter_map(|e| e.stop);
+        let stop = stops
+            .reduce(f64::max)
+            .filter(|stop| *stop > structure.start_time);
+        structure.stop_time = Some(stop.unwrap_or(structure.start_time + 1.0));
+        let mut system = Self {
+            path: files.first().cloned().unwrap_or_default(),
+            structure,
+            fmus,
+        };
+        for text in connections {
+            let context = || format!("--connect {text}");
+            let ends = text.split_once('=').context("it must be a.y=b.u");
+            let (start, end) = ends.with_context(context)?;
+            let end_of = |name: &str| {
+                let port = system.port(name.trim())?;
+                let component = system.component_of(port).to_string();
+                anyhow::Ok((component, system.variable(port).name.clone()))
+            };
+            let (start, end) = (
+                end_of(start).with_context(context)?,
+                end_of(end).with_context(context)?,
+            );
+            let mut others = system.structure.connections.iter();
+            if let Some(other) = others.find(|c| c.end == end) {
+                bail!("--connect {text}: this input is driven already, {other}");
+            }
+            system.structure.connect(start, end);
+        }
+        Ok(system)
+    }
+
+    /// The communication step that the structure asks for, else the smallest that an FMU prefers, s, and who it is.
+    pub fn preferred_step(&self) -> Option<(f64, String)> {
+        if let Some(step) = self.structure.step {
+            return Some((step, "the system structure".into()));
+        }
+        let all = self.structure.components.iter().zip(&self.fmus);
+        let steps = all.filter_map(|(c, fmu)| {
+            let step = fmu.description.default_experiment.step?;
+            (step.is_finite() && step > 0.0).then(|| (step, format!("`{}`", c.name)))
+        });
+        steps.min_by(|a, b| a.0.total_cmp(&b.0))
     }
 
     /// Bring the bound values to the units of their variables; those of variables that the FMUs do not have are passed over, as the

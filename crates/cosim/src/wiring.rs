@@ -137,7 +137,12 @@ impl<'a> Wiring<'a> {
                 let of_start = |variable: &str, side| {
                     let end = (c.start.0.clone(), variable.to_string());
                     let port = self.port(structure, &end, side);
-                    port.with_context(|| format!("power bond of {}.{}", c.start.0, c.start.1))
+                    port.with_context(|| {
+                        format!(
+                            "power bond of {}.{}: {}.{variable}",
+                            c.start.0, c.start.1, c.start.0
+                        )
+                    })
                 };
                 Some(BondPorts {
                     step_mean: of_start(&b.step_mean, Side::Start)?,
@@ -424,7 +429,7 @@ mod tests {
         let (u, none, all) = (
             description("U", "dependencies=\"1\""),
             description("N", "dependencies=\"\""),
-            description("A", ""),
+            description("A", "dependencies=\"1 2\""),
         );
         // a.y <- a.u <- b.y <- (nothing); c.y <- c.u, c.v <- a.y; b is fed by c.y, which is no loop because b.y has no feedthrough.
         let s = structure(&[
@@ -440,7 +445,10 @@ mod tests {
 
     #[test]
     fn a_loop_is_named_in_signal_order() {
-        let (u, all) = (description("U", "dependencies=\"1\""), description("A", ""));
+        let (u, all) = (
+            description("U", "dependencies=\"1\""),
+            description("A", "dependencies=\"1 2\""),
+        );
         let s = structure(&[("c.z", "b.u"), ("a.y", "b.v"), ("b.y", "a.u")]);
         let error = Wiring::new(&s, &[&u, &all, &all])
             .unwrap()

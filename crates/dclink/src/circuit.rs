@@ -4,7 +4,8 @@ use crate::link::DcLink;
 use crate::pack::Line;
 use crate::state::{Mode, Regime, State};
 
-/// What changes continuously: charge and voltages, and what has been turned over since the step began.
+/// What changes continuously: charge and voltages, and what has been turned over since the step
+/// began.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Point {
     /// State of charge.
@@ -50,7 +51,8 @@ impl Point {
         }
     }
 
-    /// `self + Σ h_k·rates_k`: what the rates depend on; the rest, integrals that only count, stays.
+    /// `self + Σ h_k·rates_k`: what the rates depend on; the rest, integrals that only count,
+    /// stays.
     #[inline(always)]
     pub fn moved<const N: usize>(&self, terms: [(f64, &Self); N]) -> Self {
         let mut next = *self;
@@ -114,7 +116,8 @@ impl DcLink {
         }
     }
 
-    /// Rates of everything, per second, while the drives draw `i_load`, A, on a straight line of the open-circuit voltage:
+    /// Rates of everything, per second, while the drives draw `i_load`, A, on a straight line of
+    /// the open-circuit voltage:
     ///
     /// ```text
     /// C dv_c/dt = i − i_load − v_c/R_brake,   d(soc)/dt = −i/Q,   τ_k dv_k/dt = R_k i − v_k
@@ -138,8 +141,8 @@ impl DcLink {
         }
     }
 
-    /// Positive where the mode has ended: a limit reached or left, a threshold of the chopper or of precharge passed, the capacitor empty or
-    /// no longer so. Continuous along a solution.
+    /// Positive where the mode has ended: a limit reached or left, a threshold of the chopper or of
+    /// precharge passed, the capacitor empty or no longer so. Continuous along a solution.
     pub(crate) fn guard(&self, x: &Point, mode: Mode, i_load: f64) -> f64 {
         let b = &self.pack;
         let source = b.open_circuit(x.soc) - x.v[0] - x.v[1];

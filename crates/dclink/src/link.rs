@@ -5,8 +5,9 @@ use crate::params::Params;
 use limits::ParamError;
 use serde::{Deserialize, Serialize};
 
-/// Longest substep in units of the fastest time constant: two in a millisecond of the reference link. The method misses `e^z` by z⁷/1512
-/// (its own seventh power has the factor −1/2160 instead of 1/5040), so a step response by at most `z⁶ e^(z−1)/1512`, 3e-7 here.
+/// Longest substep in units of the fastest time constant: two in a millisecond of the reference
+/// link. The method misses `e^z` by z⁷/1512 (its own seventh power has the factor −1/2160 instead
+/// of 1/5040), so a step response by at most `z⁶ e^(z−1)/1512`, 3e-7 here.
 const SUBSTEP: f64 = 0.31;
 
 /// The link: parameters that have been checked, and what follows from them.

@@ -41,7 +41,8 @@ pub struct Output {
 }
 
 impl DcLink {
-    /// The state at the start: a pack at rest, a capacitor at its voltage or, with precharge, at `precharge.v_start`.
+    /// The state at the start: a pack at rest, a capacitor at its voltage or, with precharge, at
+    /// `precharge.v_start`.
     pub fn start(&self, u: &Input) -> State {
         let (b, precharge) = (&self.p.battery, &self.p.precharge);
         let open = self.pack.open_circuit(b.soc_start);

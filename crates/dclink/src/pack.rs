@@ -1,4 +1,5 @@
-//! The pack: open-circuit voltage, limits, RC pairs, heat. What a step divides by is kept as its inverse.
+//! The pack: open-circuit voltage, limits, RC pairs, heat. What a step divides by is kept as its
+//! inverse.
 
 use crate::params::{Battery, POINTS};
 use serde::{Deserialize, Serialize};
@@ -7,7 +8,8 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Pack {
     b: Battery,
-    /// Open-circuit voltage of the pack at the left ends of the table's pieces, V, and its rise over each of them, V.
+    /// Open-circuit voltage of the pack at the left ends of the table's pieces, V, and its rise
+    /// over each of them, V.
     open: [[f64; 2]; POINTS - 1],
     /// Charge that a current takes, 1/(A·s).
     soc_per_charge: f64,
@@ -89,8 +91,9 @@ impl Pack {
         energy(0) + energy(1)
     }
 
-    /// The temperature a time `h` after `T`, K, in which the heat `E`, J, is made inside, at a constant rate:
-    /// `T + (1 − e^−x)·(E/(G h) − (T − T_a))` with `x = G h/C`; exact but for the shape of the heat in the time.
+    /// The temperature a time `h` after `T`, K, in which the heat `E`, J, is made inside, at a
+    /// constant rate: `T + (1 − e^−x)·(E/(G h) − (T − T_a))` with `x = G h/C`; exact but for the
+    /// shape of the heat in the time.
     pub fn warmed(&self, T: f64, T_ambient: f64, E: f64, h: f64) -> f64 {
         let [per_capacity, G] = self.heat;
         let x = G * h * per_capacity;

@@ -81,7 +81,8 @@ pub struct Brake {
 /// How the capacitor is charged at the start.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Precharge {
-    /// Whether it is charged in the run, through a resistor; else it has the pack's voltage at the start.
+    /// Whether it is charged in the run, through a resistor; else it has the pack's voltage at the
+    /// start.
     pub on: bool,
     /// The resistor, Ω.
     pub R: f64,
@@ -92,7 +93,8 @@ pub struct Precharge {
 }
 
 impl Params {
-    /// A pack of 200 LFP cells (12.9 kWh) with a link and a chopper that fit three drives of 10 kW; typical values, of no product.
+    /// A pack of 200 LFP cells (12.9 kWh) with a link and a chopper that fit three drives of 10 kW;
+    /// typical values, of no product.
     pub const REFERENCE: Self = Self {
         battery: Battery {
             cells: 200,

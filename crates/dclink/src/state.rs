@@ -24,8 +24,8 @@ pub struct Mode {
     pub ready: bool,
     /// Whether the brake resistor is switched on.
     pub braking: bool,
-    /// Whether the capacitor is empty and the drives ask for more than comes: the diodes of their inverters then carry the rest, at no
-    /// voltage.
+    /// Whether the capacitor is empty and the drives ask for more than comes: the diodes of their
+    /// inverters then carry the rest, at no voltage.
     pub empty: bool,
 }
 

@@ -1,7 +1,9 @@
-//! Integration over one communication step: J. C. Butcher's Runge–Kutta method of order 6 within a mode, and events where a mode ends.
+//! Integration over one communication step: J. C. Butcher's Runge–Kutta method of order 6 within a
+//! mode, and events where a mode ends.
 //!
-//! Each substep is tried in its mode. Where its guard is positive at the end, the mode ended inside: the instant is found by the Illinois
-//! variant of the secant rule on the length of the substep, to [`SHARP`] of it; the rest of the substep goes on in the new mode.
+//! Each substep is tried in its mode. Where its guard is positive at the end, the mode ended
+//! inside: the instant is found by the Illinois variant of the secant rule on the length of the
+//! substep, to [`SHARP`] of it; the rest of the substep goes on in the new mode.
 
 use crate::circuit::Point;
 use crate::input::Input;
@@ -11,13 +13,15 @@ use limits::{MAX_SUBSTEPS, StepError, check_step, substeps};
 
 /// Part of a substep to which an event is located.
 const SHARP: f64 = 1e-13;
-/// Most events in one substep that are located; what comes after is taken at the end of the substep.
+/// Most events in one substep that are located; what comes after is taken at the end of the
+/// substep.
 const MAX_EVENTS: u32 = 64;
 /// Most iterations for one event.
 const MAX_ITERATIONS: u32 = 60;
 
 impl DcLink {
-    /// The state a time `h` after `s`, both s, under the inputs `u`, which are held. `t` only names the time in an error.
+    /// The state a time `h` after `s`, both s, under the inputs `u`, which are held. `t` only names
+    /// the time in an error.
     ///
     /// # Errors
     /// An unusable step, or a result that is not finite.
@@ -85,7 +89,8 @@ impl DcLink {
             if high - low <= SHARP * dt {
                 break;
             }
-            // Never nearer to an end than half of what is asked for, so that the bracket closes from both sides.
+            // Never nearer to an end than half of what is asked for, so that the bracket closes
+            // from both sides.
             let margin = 0.5 * SHARP * dt;
             let secant = high - above * (high - low) / (above - below);
             let h = secant.max(low + margin).min(high - margin);
@@ -103,10 +108,12 @@ impl DcLink {
         (high, point)
     }
 
-    /// One step of length `h`; a kink of the open-circuit voltage inside waits for its end, which is microvolts.
+    /// One step of length `h`; a kink of the open-circuit voltage inside waits for its end, which
+    /// is microvolts.
     ///
-    /// Source: J. C. Butcher, *On Runge–Kutta processes of high order*, J. Austral. Math. Soc. 4 (1964), the sixth-order process of
-    /// seven stages with abscissae 0, 1/3, 2/3, 1/3, 1/2, 1/2, 1.
+    /// Source: J. C. Butcher, *On Runge–Kutta processes of high order*, J. Austral. Math. Soc. 4
+    /// (1964), the sixth-order process of seven stages with abscissae 0, 1/3, 2/3, 1/3, 1/2, 1/2,
+    /// 1.
     fn advanced(&self, x: &Point, mode: Mode, i_load: f64, h: f64) -> Point {
         let line = &self.pack.line(x.soc);
         let rates = |x: &Point| self.rates(x, mode, i_load, line);

@@ -10,7 +10,8 @@ fn link(change: impl Fn(&mut Params)) -> DcLink {
     DcLink::new(p).expect("valid")
 }
 
-/// What the energies leave open after `steps` with the loads that `load` gives, J, and what went through the link in either direction.
+/// What the energies leave open after `steps` with the loads that `load` gives, J, and what went
+/// through the link in either direction.
 fn open(link: &DcLink, steps: u32, load: impl Fn(u32) -> f64) -> (f64, f64) {
     let u = |k| Input {
         i_load: [0.25 * load(k), 0.5 * load(k), 0.25 * load(k)],
@@ -30,8 +31,9 @@ fn open(link: &DcLink, steps: u32, load: impl Fn(u32) -> f64) -> (f64, f64) {
     (left, turned)
 }
 
-/// Loads that jump at every step between ±100 A, through limits, chopper and an empty capacitor. The method errs by 3e-7 of a step
-/// response at most, and what a step response holds is a fraction of what is turned over.
+/// Loads that jump at every step between ±100 A, through limits, chopper and an empty capacitor.
+/// The method errs by 3e-7 of a step response at most, and what a step response holds is a fraction
+/// of what is turned over.
 #[test]
 fn energies_close_whatever_happens() {
     let rough = |k: u32| 100.0 * f64::from(k.wrapping_mul(2_654_435_761) >> 16).sin();
@@ -52,7 +54,8 @@ fn energies_close_whatever_happens() {
     }
 }
 
-/// Drives that ask for more than the pack gives empty the capacitor and then get what the pack gives, at no voltage; it fills again after.
+/// Drives that ask for more than the pack gives empty the capacitor and then get what the pack
+/// gives, at no voltage; it fills again after.
 #[test]
 fn a_capped_pack_empties_the_capacitor_and_fills_it_again() {
     let link = link(|p| p.battery.discharge_limit = 0.5);
@@ -76,8 +79,9 @@ fn a_capped_pack_empties_the_capacitor_and_fills_it_again() {
     );
 }
 
-/// A load whose mean is nothing, step after step: what is left open grows with the number of sums, each rounded to 2⁻⁵³ of an energy that
-/// stays below some kilojoules; and the charge is where the currents have taken it.
+/// A load whose mean is nothing, step after step: what is left open grows with the number of sums,
+/// each rounded to 2⁻⁵³ of an energy that stays below some kilojoules; and the charge is where the
+/// currents have taken it.
 fn drift(steps: u32) {
     let cycle = |k: u32| 12.0 * (f64::from(k % 1000) * std::f64::consts::TAU / 1000.0).sin();
     let (left, turned) = open(&link(|_| ()), steps, cycle);

@@ -1,6 +1,5 @@
-//! The link and a published cell against SciPy's integration of independently written equations (`tests/oracle/dclink_oracle.py`).
-#![allow(non_snake_case)]
-
+//! The link and a published cell against SciPy's integration of independently written equations
+//! (`tests/oracle/dclink_oracle.py`).
 use dclink::{Battery, DcLink, Input, POINTS, Pack, Params, State};
 use serde_json::Value;
 
@@ -76,8 +75,9 @@ fn column(name: &str, s: &State, link: &DcLink) -> f64 {
     }
 }
 
-/// Pack within and at its limits, chopper, precharge: every column agrees to 1e-6 of its largest magnitude, in which the charge and the
-/// temperature count by their change. The method's own bound is 3e-7 of a step response, and most of what is compared is none.
+/// Pack within and at its limits, chopper, precharge: every column agrees to 1e-6 of its largest
+/// magnitude, in which the charge and the temperature count by their change. The method's own bound
+/// is 3e-7 of a step response, and most of what is compared is none.
 #[test]
 fn pack_chopper_and_precharge_agree_with_scipy() {
     let golden = golden();
@@ -130,10 +130,12 @@ fn pack_chopper_and_precharge_agree_with_scipy() {
     }
 }
 
-/// `Modelica.Electrical.Batteries.Examples.CCCV_CellRC` of the Modelica Standard Library 4.0.0: a cell of 5 A·h with two RC elements, charged
-/// with 25 A to 4.2 V and then at 4.2 V. The pack's equations, integrated by Runge–Kutta of order 4 in steps of 0.05 s (errs by (h/τ)⁴/120 =
-/// 5e-12 with τ = 10 s); straight lines of the table bend where its points are passed, which costs at most a step's worth of slope. The
-/// library's text says that the cell is nearly full, and the charger changes over, before 0.9·3600 s/5 = 648 s.
+/// `Modelica.Electrical.Batteries.Examples.CCCV_CellRC` of the Modelica Standard Library 4.0.0: a
+/// cell of 5 A·h with two RC elements, charged with 25 A to 4.2 V and then at 4.2 V. The pack's
+/// equations, integrated by Runge–Kutta of order 4 in steps of 0.05 s (errs by (h/τ)⁴/120 = 5e-12
+/// with τ = 10 s); straight lines of the table bend where its points are passed, which costs at
+/// most a step's worth of slope. The library's text says that the cell is nearly full, and the
+/// charger changes over, before 0.9·3600 s/5 = 648 s.
 #[test]
 fn the_cell_of_the_modelica_standard_library_is_charged_as_there() {
     let golden = golden();

@@ -25,8 +25,8 @@ pub struct Emla {
 impl Emla {
     /// An actuator without a network: physics alone.
     ///
-    /// `i_max` is not enforced here: it is a limit for the drive's controller. `v_max` is, and `v_dc/√3`, because no
-    /// inverter can give more.
+    /// `i_max` is not enforced here: it is a limit for the drive's controller. `v_max` is, and
+    /// `v_dc/√3`, because no inverter can give more.
     ///
     /// # Errors
     /// A parameter outside its physical range.
@@ -44,8 +44,8 @@ impl Emla {
         })
     }
 
-    /// The same actuator with this network, whose residual is scaled by `alpha` (0…1). At α = 0 the network
-    /// only shows in the outputs.
+    /// The same actuator with this network, whose residual is scaled by `alpha` (0…1). At α = 0 the
+    /// network only shows in the outputs.
     #[must_use]
     pub fn with_surrogate(mut self, surrogate: Surrogate, alpha: f64) -> Self {
         self.surrogate = Some(surrogate);
@@ -53,10 +53,11 @@ impl Emla {
         self
     }
 
-    /// The same actuator, whose force acts `delay` steps later than it is given and is therefore predicted: [`Output::F`] is
-    /// `F + delay·h·K_b·(ẋ_n − ẋ)`, h the last step. Whoever holds the force over the step that follows the exchange, as an
-    /// importer does that reads all outputs before it sets any input, takes damping `K_b·h` from the spring without it; from
-    /// `C_b = K_b·h/2` on, 2 ms here, the coupling is unstable.
+    /// The same actuator, whose force acts `delay` steps later than it is given and is therefore
+    /// predicted: [`Output::F`] is `F + delay·h·K_b·(ẋ_n − ẋ)`, h the last step. Whoever holds the
+    /// force over the step that follows the exchange, as an importer does that reads all outputs
+    /// before it sets any input, takes damping `K_b·h` from the spring without it; from `C_b =
+    /// K_b·h/2` on, 2 ms here, the coupling is unstable.
     #[must_use]
     pub fn with_delay(self, delay: u32) -> Self {
         Self { delay, ..self }

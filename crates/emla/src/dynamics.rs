@@ -50,12 +50,14 @@ impl Emla {
         }
     }
 
-    /// Work on the load, J, when the rod of [`Drive::Motion`] is set from position `from` to `to`, both m, between two steps in state `s`.
+    /// Work on the load, J, when the rod of [`Drive::Motion`] is set from position `from` to `to`,
+    /// both m, between two steps in state `s`.
     ///
-    /// Whoever prescribes the motion gives a velocity for a step, and then the position that came of it; the rod jumps by the
-    /// difference, `½·a·h²`, and what the spring gives or takes thereby crosses the border outside of every step: it belongs to
-    /// `energy.in = energy.out + shift + energy.loss + Δenergy.stored`. Over a motion from rest to rest it nearly cancels; where a brake
-    /// stops the shaft it does not.
+    /// Whoever prescribes the motion gives a velocity for a step, and then the position that came
+    /// of it; the rod jumps by the difference, `½·a·h²`, and what the spring gives or takes thereby
+    /// crosses the border outside of every step: it belongs to `energy.in = energy.out + shift +
+    /// energy.loss + Δenergy.stored`. Over a motion from rest to rest it nearly cancels; where a
+    /// brake stops the shaft it does not.
     #[must_use]
     pub fn work_of_shift(&self, s: &State, from: f64, to: f64) -> f64 {
         let nut = maps::travel_per_radian(&self.p) * s.theta_m;

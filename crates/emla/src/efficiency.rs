@@ -2,8 +2,9 @@
 
 /// Efficiency of an operating point and, when all its quantities move, its derivative.
 ///
-/// Source: `[paper]` Eq. (eq:dnn_prediction_efficiency), with P_mech counted once: `τ_e·w_m` already feeds the mechanical
-/// losses, so only the electrical ones (copper, core, inverter) are added; absolute values in quadrant IV.
+/// Source: `[paper]` Eq. (eq:dnn_prediction_efficiency), with P_mech counted once: `τ_e·w_m`
+/// already feeds the mechanical losses, so only the electrical ones (copper, core, inverter) are
+/// added; absolute values in quadrant IV.
 /// ```text
 /// τ_e > 0, w_m > 0 (I):   η = P_out/(τ_e w_m + P_el)
 /// τ_e > 0, w_m < 0 (IV):  η = (|τ_e w_m| − P_el)/|P_out|
@@ -96,7 +97,8 @@ mod tests {
         }
     }
 
-    /// Value and derivative with powers that give nothing, less than nothing, all and more than all.
+    /// Value and derivative with powers that give nothing, less than nothing, all and more than
+    /// all.
     #[test]
     fn it_stays_between_nothing_and_all() {
         let of = |shaft: f64, electrical: f64, out: f64, w_m: f64| {

@@ -7,7 +7,8 @@ use crate::state::{State, Thermal};
 use machine::{Heat, Temperature};
 use std::borrow::Cow;
 
-/// Largest part of the faster time constant that one Runge–Kutta step covers; it misses `e^z` by z⁵/120.
+/// Largest part of the faster time constant that one Runge–Kutta step covers; it misses `e^z` by
+/// z⁵/120.
 const SHARE: f64 = 0.02;
 /// Most of these in a step.
 const MAX_STEPS: f64 = 1e6;
@@ -21,7 +22,8 @@ impl Emla {
         self.p.temperature.unwrap_or(Temperature::TYPICAL)
     }
 
-    /// The parameters at these temperatures: `R_s·(1 + α_Cu·(T_w − T_ref))`, `λ_m·(1 + α_m·(T_h − T_ref))`.
+    /// The parameters at these temperatures: `R_s·(1 + α_Cu·(T_w − T_ref))`, `λ_m·(1 + α_m·(T_h −
+    /// T_ref))`.
     pub(crate) fn at_temperature(&self, now: &Thermal) -> Cow<'_, machine::Emla> {
         if !self.electric.temperature {
             return Cow::Borrowed(&self.p);
@@ -75,11 +77,11 @@ impl Emla {
         h.C_w * (now.T_winding - zero) + h.C_h * (now.T_housing - zero)
     }
 
-    /// The temperatures after a step of `h` s from `start` to `end` with its mean losses; None where the step is too long for these
-    /// time constants.
+    /// The temperatures after a step of `h` s from `start` to `end` with its mean losses; None
+    /// where the step is too long for these time constants.
     ///
-    /// The losses of a step depend on its temperatures by `R_s(T)` and `λ_m(T)`, which are held over the step: an error of first order, h/2
-    /// late, of 1e-8 of the temperature rise at 1 ms.
+    /// The losses of a step depend on its temperatures by `R_s(T)` and `λ_m(T)`, which are held
+    /// over the step: an error of first order, h/2 late, of 1e-8 of the temperature rise at 1 ms.
     pub(crate) fn warmed(
         &self,
         start: &State,

@@ -15,7 +15,8 @@ pub(crate) struct Held<'a> {
     pub largest: f64,
     /// What the network adds to the force, `α·dF`, N.
     pub residual: f64,
-    /// Whether the inverter's gates are on. While they are off no current flows: see [`Emla::switched`].
+    /// Whether the inverter's gates are on. While they are off no current flows: see
+    /// [`Emla::switched`].
     pub gates: bool,
     /// What the brake does, N·m.
     pub brake: Holding,

@@ -9,22 +9,25 @@ pub struct Input {
     pub v_d: f64,
     /// Quadrature-axis voltage v_q, V (peak).
     pub v_q: f64,
-    /// Voltage of the DC link, V; None: that of the parameters, [`machine::Emla::link_voltage`]. Over a step it stays what it is
-    /// at its start.
+    /// Voltage of the DC link, V; None: that of the parameters, [`machine::Emla::link_voltage`].
+    /// Over a step it stays what it is at its start.
     pub v_dc: Option<f64>,
     /// Whether the inverter's gates are on, as they are by default. Read at the start of a step.
     pub enable: bool,
-    /// Whether the holding brake is applied; a drive that has tripped applies it too. Read at the start of a step.
+    /// Whether the holding brake is applied; a drive that has tripped applies it too. Read at the
+    /// start of a step.
     pub brake: bool,
     /// Temperature of the air around the actuator, K; read while heat is on.
     pub T_ambient: f64,
-    /// Rod position x, m, positive when extended. In [`crate::Drive::Force`] read at the start only.
+    /// Rod position x, m, positive when extended. In [`crate::Drive::Force`] read at the start
+    /// only.
     pub x: f64,
     /// Rod velocity, m/s. In [`crate::Drive::Force`] read at the start only.
     pub x_dot: f64,
     /// External force on the rod, N, positive against extension. [`crate::Drive::Force`] only.
     pub F_ext: f64,
-    /// Force that the actuator delivers at the start, N, positive when it pushes. Read at the start only.
+    /// Force that the actuator delivers at the start, N, positive when it pushes. Read at the start
+    /// only.
     pub F_hold: f64,
 }
 
@@ -47,7 +50,8 @@ impl Default for Input {
 }
 
 impl Input {
-    /// These inputs a time `s` later, s: voltages and forces held, the rod moved on at constant velocity.
+    /// These inputs a time `s` later, s: voltages and forces held, the rod moved on at constant
+    /// velocity.
     ///
     /// Holding x while x_dot ≠ 0 would cost K_b·x_dot·h of force, some 20 kN at 1 ms.
     #[must_use]

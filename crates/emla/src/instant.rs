@@ -54,8 +54,9 @@ pub(crate) struct Instant {
 impl Emla {
     /// Everything at one instant.
     ///
-    /// Source: `[paper]` Eq. (eq:backdrive_torque) for the spring; Eq. (eq:rotor_dynamics), Eq. (eq:gear_torque) and
-    /// Eq. (eq:screw_dynamics) merged into one equation, because a rigid gear has one degree of freedom:
+    /// Source: `[paper]` Eq. (eq:backdrive_torque) for the spring; Eq. (eq:rotor_dynamics), Eq.
+    /// (eq:gear_torque) and Eq. (eq:screw_dynamics) merged into one equation, because a rigid gear
+    /// has one degree of freedom:
     /// ```text
     /// F_spring = C_b (ẋ_n − ẋ) + K_b(x)·(x_n − x),   F = F_spring − C_act ẋ,   F_nut = F_spring − α·dF
     /// (J_m + k J_s/N²) ẇ_m = τ_e − C_m w_m − τ_C tanh(w_m/w_C) − k (C_s w_m/N + lead·F_nut)/N

@@ -11,10 +11,12 @@ use std::f64::consts::FRAC_2_PI;
 pub struct Losses {
     /// Copper, `3/2·R_s·(i_d² + i_q²)`.
     pub copper: f64,
-    /// Iron, `(k_h·|w_e| + k_e·w_e²)·(λ_d² + λ_q²)`; a parallel loss, without a torque of its own. The DC side supplies it, so there is
-    /// none while the gates are off: the drag of the iron on a turning rotor, 0.2 N·m here, is left out.
+    /// Iron, `(k_h·|w_e| + k_e·w_e²)·(λ_d² + λ_q²)`; a parallel loss, without a torque of its own.
+    /// The DC side supplies it, so there is none while the gates are off: the drag of the iron on a
+    /// turning rotor, 0.2 N·m here, is left out.
     pub core: f64,
-    /// Inverter, conduction `3·(2/π·v_0·i + r_0·i²/2)` and switching `6/π·f_sw·k_sw·v_dc·i` at the voltage of the DC link.
+    /// Inverter, conduction `3·(2/π·v_0·i + r_0·i²/2)` and switching `6/π·f_sw·k_sw·v_dc·i` at the
+    /// voltage of the DC link.
     pub inverter: f64,
     /// Viscous and Coulomb friction of the motor.
     pub motor_friction: f64,
@@ -30,8 +32,9 @@ pub struct Losses {
     pub rod: f64,
     /// Power of the network's residual force, `−α·dF·ẋ_n`; of either sign.
     pub residual: f64,
-    /// `−½·K_b'(x)·ẋ·(x_n − x)²`: the spring's stiffness varies with x, but the paper's force law has no
-    /// term for it, so a moving rod gains or loses this power (of either sign, some 5·10⁻⁵ of `F·ẋ`).
+    /// `−½·K_b'(x)·ẋ·(x_n − x)²`: the spring's stiffness varies with x, but the paper's force law
+    /// has no term for it, so a moving rod gains or loses this power (of either sign, some 5·10⁻⁵
+    /// of `F·ẋ`).
     pub stiffness: f64,
 }
 
@@ -62,7 +65,8 @@ impl Losses {
     }
 }
 
-/// Iron loss per squared flux linkage at electrical speed `w_e`, W/Wb², and its derivative by `w_e`.
+/// Iron loss per squared flux linkage at electrical speed `w_e`, W/Wb², and its derivative by
+/// `w_e`.
 pub(crate) fn core_loss(p: &machine::Emla, w_e: f64) -> (f64, f64) {
     let Some(machine::CoreLosses { k_h, k_e }) = p.core else {
         return (0.0, 0.0);
@@ -74,10 +78,11 @@ pub(crate) fn core_loss(p: &machine::Emla, w_e: f64) -> (f64, f64) {
     )
 }
 
-/// Inverter loss at current amplitude `i`, A, and DC-link voltage `v_dc`, V, in W, and its derivatives by `i`, V, and by `v_dc`, A.
+/// Inverter loss at current amplitude `i`, A, and DC-link voltage `v_dc`, V, in W, and its
+/// derivatives by `i`, V, and by `v_dc`, A.
 ///
-/// Two-level inverter, sinusoidal current: always one device per leg conducts, and the mean of |i| over
-/// a period is `2i/π`.
+/// Two-level inverter, sinusoidal current: always one device per leg conducts, and the mean of |i|
+/// over a period is `2i/π`.
 pub(crate) fn inverter_loss(p: &machine::Emla, i: f64, v_dc: f64) -> (f64, f64, f64) {
     let Some(inverter) = p.inverter else {
         return (0.0, 0.0, 0.0);

@@ -2,8 +2,8 @@
 //! force of the whole actuator with its inverse. The controller calls them with its own nominal
 //! parameters, so a mismatch to the plant is one file away.
 //!
-//! Quotients of parameters stand first in a product (`1/N·τ`, not `τ/N`): the compiler takes them out of the loop over
-//! the substeps, where a division costs as much as ten sums.
+//! Quotients of parameters stand first in a product (`1/N·τ`, not `τ/N`): the compiler takes them
+//! out of the loop over the substeps, where a division costs as much as ten sums.
 
 use crate::motor::{self, Dq};
 use crate::tanh::tanh;
@@ -39,9 +39,9 @@ pub fn magnetic_energy(p: &Emla, i_d: f64, i_q: f64) -> f64 {
 
 /// Axial stiffness between nut and rod at rod position `x`, N/m.
 ///
-/// Source: `[paper]` Eqs. (eq:ballscrew_stiffness), (eq:shaft_effective_length). A series stiffness: the paper's
-/// text calls it parallel, its formula is in series; its K_s is the axial rigidity EA in N, its
-/// K_rot the torsional rigidity GJ in N·m².
+/// Source: `[paper]` Eqs. (eq:ballscrew_stiffness), (eq:shaft_effective_length). A series
+/// stiffness: the paper's text calls it parallel, its formula is in series; its K_s is the axial
+/// rigidity EA in N, its K_rot the torsional rigidity GJ in N·m².
 /// ```text
 /// ℓ_s = x (L_s − x)/L_s
 /// 1/K_b = ℓ_s/EA + 1/(2 K_br) + 1/K_n + 1/K_r + ρ² x/(4π² GJ)
@@ -87,8 +87,8 @@ pub(crate) fn stiffness_curvature(p: &Emla, x: f64) -> f64 {
     K_b * K_b * (2.0 * K_b * slope * slope + 2.0 / (p.L_s * p.EA))
 }
 
-/// Ratio of gear input torque to the lossless one, for a screw-side torque `tau_load` (only its sign
-/// counts, positive against positive rotation) at motor speed `w_m`.
+/// Ratio of gear input torque to the lossless one, for a screw-side torque `tau_load` (only its
+/// sign counts, positive against positive rotation) at motor speed `w_m`.
 ///
 /// ```text
 /// k = (1/η + η)/2 + (1/η − η)/2·sign(τ_load)·tanh(w_m/w_η)
@@ -125,8 +125,8 @@ pub(crate) fn sech2(z: f64) -> f64 {
     1.0 - t * t
 }
 
-/// Friction of the motor, N·m: `C_m w_m + τ_C tanh(w_m/w_C)`. Source: `[paper]` Eq. (eq:rotor_dynamics), with the
-/// Coulomb friction opposing the motion and zero at rest.
+/// Friction of the motor, N·m: `C_m w_m + τ_C tanh(w_m/w_C)`. Source: `[paper]` Eq.
+/// (eq:rotor_dynamics), with the Coulomb friction opposing the motion and zero at rest.
 #[must_use]
 pub fn motor_friction(p: &Emla, w_m: f64) -> f64 {
     p.C_m * w_m + p.tau_C * tanh(1.0 / p.w_C * w_m)
@@ -146,7 +146,8 @@ pub fn screw_load(p: &Emla, F_nut: f64, w_m: f64) -> f64 {
 /// Inertia that the motor accelerates, kg·m²: `J_m + k J_s/N²`.
 ///
 /// Rotor, gear and screw equations of the paper over-determine the rigid gear; this is their single
-/// inertia. It replaces the dimensionally wrong `J_m + M_act/(N + η_f)` of Eq. (eq:current_q_required).
+/// inertia. It replaces the dimensionally wrong `J_m + M_act/(N + η_f)` of Eq.
+/// (eq:current_q_required).
 #[must_use]
 pub fn inertia(p: &Emla, k: f64) -> f64 {
     p.J_m + p.J_s / (p.N_gear * p.N_gear) * k
@@ -166,8 +167,8 @@ pub fn required_torque(p: &Emla, F: f64, w_m: f64, w_m_dot: f64) -> f64 {
     inertia(p, k) * w_m_dot + motor_friction(p, w_m) + k * tau_load / p.N_gear
 }
 
-/// Quasi-static force on the load at torque `tau_e` and constant motor speed `w_m`, N:
-/// `F_ext(θ̇_m, τ_e)` of Eq. (eq:residual_blending_hat), the inverse of [`required_torque`] at `ẇ_m = 0`.
+/// Quasi-static force on the load at torque `tau_e` and constant motor speed `w_m`, N: `F_ext(θ̇_m,
+/// τ_e)` of Eq. (eq:residual_blending_hat), the inverse of [`required_torque`] at `ẇ_m = 0`.
 ///
 /// k > 0, so the load's sign is that of the torque left over after the motor's friction.
 #[must_use]
@@ -208,8 +209,8 @@ mod tests {
     use super::*;
     use machine::Machine;
 
-    /// Central differences, also where gear and friction turn over: their error is the third derivative's share, (δ/w_η)² of the
-    /// slope, and rounding, ε/δ of the force.
+    /// Central differences, also where gear and friction turn over: their error is the third
+    /// derivative's share, (δ/w_η)² of the slope, and rounding, ε/δ of the force.
     #[test]
     fn slopes_of_the_quasi_static_force_match_differences() {
         let p = Machine::reference().emla.lift;

@@ -34,7 +34,8 @@ pub(crate) fn flux(p: &machine::Emla, i: Dq) -> Dq {
 
 /// Current derivative, A/s.
 ///
-/// Source: `[paper]` Eq. (eq:dq_voltages), solved for the derivative (p pole pairs, `w_m` mechanical rad/s):
+/// Source: `[paper]` Eq. (eq:dq_voltages), solved for the derivative (p pole pairs, `w_m`
+/// mechanical rad/s):
 /// ```text
 /// L_d di_d/dt = v_d − R_s i_d + p w_m λ_q
 /// L_q di_q/dt = v_q − R_s i_q − p w_m λ_d
@@ -55,7 +56,8 @@ pub(crate) fn limited(largest: f64, v: Dq) -> Dq {
     v.scaled(largest / square.sqrt())
 }
 
-/// Derivative of [`limited`] at `v` along `dv` and `d_largest`: outside the circle the turn remains, and the circle's growth.
+/// Derivative of [`limited`] at `v` along `dv` and `d_largest`: outside the circle the turn
+/// remains, and the circle's growth.
 /// ```text
 /// d(v·r/|v|) = (r/|v|)·(dv − v (v·dv)/|v|²) + (v/|v|)·dr
 /// ```

@@ -65,7 +65,8 @@ pub struct Output {
     pub E_in: f64,
     /// Energy given to the load since the start, J.
     pub E_out: f64,
-    /// Work on the load since the start by shifts of the rod between steps, J: `E_in = E_out + E_shift + E_loss + ΔE_stored`.
+    /// Work on the load since the start by shifts of the rod between steps, J: `E_in = E_out +
+    /// E_shift + E_loss + ΔE_stored`.
     pub E_shift: f64,
     /// Energy lost since the start, J.
     pub E_loss: f64,
@@ -73,7 +74,8 @@ pub struct Output {
     pub E_stored: f64,
     /// Heat given to the air, W; 0 while heat is off.
     pub P_heat: f64,
-    /// Part of `E_loss` that was lost in the inverter, whose heat does not reach the motor, J; counted while heat is on.
+    /// Part of `E_loss` that was lost in the inverter, whose heat does not reach the motor, J;
+    /// counted while heat is on.
     pub E_inverter: f64,
     /// Heat given to the air since the start, J.
     pub E_heat: f64,
@@ -173,7 +175,8 @@ impl Emla {
         }
     }
 
-    /// `physics + α·(network − physics)`, Eq. (eq:residual_blending_hat); α counts only with a network.
+    /// `physics + α·(network − physics)`, Eq. (eq:residual_blending_hat); α counts only with a
+    /// network.
     pub(crate) fn blended(&self, physics: f64, network: f64) -> f64 {
         match self.surrogate {
             Some(_) => physics + self.alpha * (network - physics),

@@ -23,8 +23,8 @@ pub struct Untrained {
 }
 
 impl Emla {
-    /// Where the network counts but was not trained, in state `s`. Speeds below the trained ones are left out: every motion
-    /// begins and ends there.
+    /// Where the network counts but was not trained, in state `s`. Speeds below the trained ones
+    /// are left out: every motion begins and ends there.
     #[must_use]
     pub fn untrained(&self, s: &State) -> Option<Untrained> {
         let surrogate = self.surrogate.as_ref().filter(|_| self.alpha > 0.0)?;
@@ -49,8 +49,9 @@ impl Emla {
         self.residual_of(surrogate, surrogate.evaluate(tau_e, w_m), [tau_e, w_m])
     }
 
-    /// The residuals of three actuators at the points `[tau_e, w_m]`, N·m and rad/s. The controller calls it with its own nominal
-    /// actuators, which share a network: it is then evaluated for all of them at once, with the same bits.
+    /// The residuals of three actuators at the points `[tau_e, w_m]`, N·m and rad/s. The controller
+    /// calls it with its own nominal actuators, which share a network: it is then evaluated for all
+    /// of them at once, with the same bits.
     #[must_use]
     pub fn residuals(actuators: &[Self; 3], points: [[f64; 2]; 3]) -> [Residual; 3] {
         if let [Some(a), Some(b), Some(c)] = actuators.each_ref().map(|a| a.surrogate.as_ref())

@@ -10,8 +10,8 @@ use limits::StepError;
 const STEADY_STEPS: u32 = 20;
 
 impl Emla {
-    /// The state in equilibrium with the load `F_hold` at rod position `x`; with `x_dot` ≠ 0, in steady
-    /// motion at that velocity.
+    /// The state in equilibrium with the load `F_hold` at rod position `x`; with `x_dot` ≠ 0, in
+    /// steady motion at that velocity.
     /// ```text
     /// w_m = 2πN/ρ·ẋ,   x_n = x + (F_hold + C_act ẋ)/K_b(x),   i_d = 0,   i_q = τ_e/(3/2·p·λ_m)
     /// ```
@@ -24,8 +24,8 @@ impl Emla {
         self.start_at(u, [reference; 2])
     }
 
-    /// [`Emla::start`] with these temperatures of winding and housing, K. A drive that starts disabled or below its undervoltage carries
-    /// no current.
+    /// [`Emla::start`] with these temperatures of winding and housing, K. A drive that starts
+    /// disabled or below its undervoltage carries no current.
     ///
     /// # Errors
     /// [`StepError::NotFinite`] for inputs that are not finite.

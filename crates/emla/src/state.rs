@@ -19,19 +19,22 @@ pub struct State {
     pub x: f64,
     /// Rod velocity in [`Drive::Force`], m/s; stays at its start value in [`Drive::Motion`].
     pub x_dot: f64,
-    /// What the network adds to the force; of the state's torque and speed, held over the next step.
+    /// What the network adds to the force; of the state's torque and speed, held over the next
+    /// step.
     pub residual: Residual,
     /// Mean of the force on the load over the last step, N; at the start that force itself.
     pub F_mean: f64,
     /// Mean of the power from the DC side over the last step, W; at the start that power itself.
     pub P_in_mean: f64,
-    /// Mean of the current from the DC side over the last step, A; at the start that current itself.
+    /// Mean of the current from the DC side over the last step, A; at the start that current
+    /// itself.
     pub i_dc_mean: f64,
     /// Time by which [`crate::Output::F`] is given ahead, s.
     pub lead: f64,
     /// Energies since the start.
     pub energy: Energy,
-    /// Work on the load by shifts of the rod between steps since the start, J: see [`crate::Emla::work_of_shift`].
+    /// Work on the load by shifts of the rod between steps since the start, J: see
+    /// [`crate::Emla::work_of_shift`].
     pub shift: f64,
     /// Losses by where their heat goes.
     pub kinds: Kinds,
@@ -78,10 +81,11 @@ pub(crate) struct Point {
 
 /// What the network says, and what it adds to the physics, at one operating point.
 ///
-/// Source: `[paper]` Eq. (eq:residual_blending_hat), on the quasi-static maps. `α·dF` acts as a load on the nut,
-/// `F_nut = F_spring − α·dF`, so that in steady state the delivered force is `F_qs + α·dF = F_hyb`.
-/// Added on the rod side instead, it would act as a spring force without the motor's inertia behind it
-/// and peak far above the load. The default, all zero, is the actuator without a network.
+/// Source: `[paper]` Eq. (eq:residual_blending_hat), on the quasi-static maps. `α·dF` acts as a
+/// load on the nut, `F_nut = F_spring − α·dF`, so that in steady state the delivered force is `F_qs
+/// + α·dF = F_hyb`. Added on the rod side instead, it would act as a spring force without the
+/// motor's inertia behind it and peak far above the load. The default, all zero, is the actuator
+/// without a network.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Residual {
     /// `F_net − F_qs`, both inside the network's guards, N.
@@ -105,7 +109,8 @@ pub struct Thermal {
     pub given: f64,
 }
 
-/// Losses since the start by where their heat goes, J; counted while heat is on. The rest of the losses warms the housing.
+/// Losses since the start by where their heat goes, J; counted while heat is on. The rest of the
+/// losses warms the housing.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Kinds {
     /// Copper losses: they warm the winding.

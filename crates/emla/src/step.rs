@@ -9,17 +9,19 @@ use crate::substep::RATE_STEP;
 use limits::{MAX_SUBSTEPS, StepError, check_step};
 use machine::{Drive, Holding, link_current};
 
-/// The electrical mode turned faster than the substep of an attempt resolves, at this motor speed in rad/s (or not a number).
+/// The electrical mode turned faster than the substep of an attempt resolves, at this motor speed
+/// in rad/s (or not a number).
 struct TooCoarse {
     w_m: f64,
 }
 
 impl Emla {
-    /// The state a time `h` after `s`, both times s. `input` gives the inputs a time after the start of the step;
-    /// `t` only names the time in an error.
+    /// The state a time `h` after `s`, both times s. `input` gives the inputs a time after the
+    /// start of the step; `t` only names the time in an error.
     ///
-    /// The substep shrinks (the whole step is taken again) when `p·|w_m|·dt` exceeds 1, beyond the reference motor's rated speed:
-    /// with any bounded voltage and motion the currents stay on the stable side of RK4.
+    /// The substep shrinks (the whole step is taken again) when `p·|w_m|·dt` exceeds 1, beyond the
+    /// reference motor's rated speed: with any bounded voltage and motion the currents stay on the
+    /// stable side of RK4.
     ///
     /// # Errors
     /// An unusable step, or a result that is not finite.
@@ -73,8 +75,8 @@ impl Emla {
         limits::substeps(h, self.dt_max)
     }
 
-    /// The step in `n` substeps; means of the electrical side and temperatures are those of the start. What is rare is decided once: heat,
-    /// gates that are off, a brake.
+    /// The step in `n` substeps; means of the electrical side and temperatures are those of the
+    /// start. What is rare is decided once: heat, gates that are off, a brake.
     #[inline(always)]
     fn attempt(
         &self,
@@ -112,10 +114,12 @@ impl Emla {
         })
     }
 
-    /// `n` substeps of `dt` with the inverter at work, the shaft free, and the rod moved from outside or not.
+    /// `n` substeps of `dt` with the inverter at work, the shaft free, and the rod moved from
+    /// outside or not.
     ///
-    /// A function that is not inlined: what its arguments refer to changes for nobody, so the compiler takes all that depends on parameters
-    /// only, some 25 divisions, out of the loops. Inlined, it does not know.
+    /// A function that is not inlined: what its arguments refer to changes for nobody, so the
+    /// compiler takes all that depends on parameters only, some 25 divisions, out of the loops.
+    /// Inlined, it does not know.
     #[inline(never)]
     fn plain<const MOTION: bool>(
         &self,
@@ -138,8 +142,9 @@ impl Emla {
         Ok(s)
     }
 
-    /// The same with what is rare: heat, gates off, a brake. A brake that slips stops a shaft that would turn back within the substep:
-    /// what is left of its energy is lost there, and the next substep finds it at rest.
+    /// The same with what is rare: heat, gates off, a brake. A brake that slips stops a shaft that
+    /// would turn back within the substep: what is left of its energy is lost there, and the next
+    /// substep finds it at rest.
     #[cold]
     #[inline(never)]
     fn braked(
@@ -169,8 +174,9 @@ impl Emla {
         Ok(s)
     }
 
-    /// One classical Runge–Kutta step of length `dt`, a time `t` after the start of the step; `count` is given the losses by kind and for how
-    /// long they count. A loop, because one place where the rates are computed lets the compiler move everything that depends on parameters
+    /// One classical Runge–Kutta step of length `dt`, a time `t` after the start of the step;
+    /// `count` is given the losses by kind and for how long they count. A loop, because one place
+    /// where the rates are computed lets the compiler move everything that depends on parameters
     /// only out of it.
     #[inline(always)]
     fn rk4(

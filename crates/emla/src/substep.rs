@@ -3,10 +3,11 @@
 use crate::maps;
 use machine::Drive;
 
-/// Largest error of the force by the integration, N, while the load keeps its sign; see [`dt_of_error`].
+/// Largest error of the force by the integration, N, while the load keeps its sign; see
+/// [`dt_of_error`].
 const FORCE_ERROR: f64 = 0.05;
-/// Time in which the voltage changes by `v_max`, s, for which [`FORCE_ERROR`] holds: some 20 times as fast as the reference motions
-/// ask for.
+/// Time in which the voltage changes by `v_max`, s, for which [`FORCE_ERROR`] holds: some 20 times
+/// as fast as the reference motions ask for.
 const VOLTAGE_SWEEP: f64 = 0.1;
 /// Longest substep with a free rod, s.
 const DT_MAX_FORCE: f64 = 0.125e-3;
@@ -25,21 +26,24 @@ fn fast_rate(m: f64, c: f64, k: f64) -> f64 {
     }
 }
 
-/// Substep with which RK4 misses the force by [`FORCE_ERROR`], s, when the rod's motion is prescribed and the voltage changes at the
-/// rate `v̇ = v_max/VOLTAGE_SWEEP`.
+/// Substep with which RK4 misses the force by [`FORCE_ERROR`], s, when the rod's motion is
+/// prescribed and the voltage changes at the rate `v̇ = v_max/VOLTAGE_SWEEP`.
 ///
-/// RK4 misses `e^z` by `z⁵/120`. For a linear system `y' = A·y + B·v` whose voltage is held over each communication step but grows
-/// at the mean rate `v̇`, the errors of all substeps add up to `A²·B·v̇·dt⁴/120` in the steady state, whatever the
-/// communication step. For the force the leading term is
+/// RK4 misses `e^z` by `z⁵/120`. For a linear system `y' = A·y + B·v` whose voltage is held over
+/// each communication step but grows at the mean rate `v̇`, the errors of all substeps add up to
+/// `A²·B·v̇·dt⁴/120` in the steady state, whatever the communication step. For the force the
+/// leading term is
 /// ```text
 /// δF = ω₀²·(β₁/L)·v̇·dt⁴/120,   ω₀² = K_b·(ρ/(2πN))²/J
 /// ```
-/// `β₁/L·v̇` is how the voltage bends the force (N/s²), ω₀ the natural frequency of rotor and screw on the spring.
+/// `β₁/L·v̇` is how the voltage bends the force (N/s²), ω₀ the natural frequency of rotor and screw
+/// on the spring.
 ///
-/// Where the load changes sign, the gear factor k jumps by at most `1/η − η`, and the inertia `J_m + k·J_s/N²` with it. RK4 expects
-/// smooth rates: in the substep that holds the jump it misses up to a third of its effect,
-/// `δF = (1/η − η)·(J_s/N²)·ẇ_m·ω₀·(2πN/ρ)·dt/3`, some 0.2 N in usual motion, which decays with the spring's oscillation. No
-/// substep of reasonable length would bring this below [`FORCE_ERROR`].
+/// Where the load changes sign, the gear factor k jumps by at most `1/η − η`, and the inertia `J_m
+/// + k·J_s/N²` with it. RK4 expects smooth rates: in the substep that holds the jump it misses up
+/// to a third of its effect, `δF = (1/η − η)·(J_s/N²)·ẇ_m·ω₀·(2πN/ρ)·dt/3`, some 0.2 N in usual
+/// motion, which decays with the spring's oscillation. No substep of reasonable length would bring
+/// this below [`FORCE_ERROR`].
 fn dt_of_error(p: &machine::Emla, K_b: f64) -> f64 {
     let travel = maps::travel_per_radian(p);
     let w_0_squared = K_b * travel * travel / maps::inertia(p, 1.0);
@@ -47,7 +51,8 @@ fn dt_of_error(p: &machine::Emla, K_b: f64) -> f64 {
     (120.0 * FORCE_ERROR / (w_0_squared * bend)).sqrt().sqrt()
 }
 
-/// Longest substep for these parameters, s: that of the error bound, or less where a mode is faster.
+/// Longest substep for these parameters, s: that of the error bound, or less where a mode is
+/// faster.
 pub(crate) fn longest_substep(p: &machine::Emla, drive: Drive) -> f64 {
     let travel = maps::travel_per_radian(p);
     let nut_mass = p.J_m / (travel * travel);

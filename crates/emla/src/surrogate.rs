@@ -12,8 +12,9 @@
 //! Whoever compares the network with a physical map must pass that map through the same guards
 //! ([`Surrogate::guard`]), or the clamped difference of the two would not be their difference.
 //!
-//! Results do not depend on the processor or the target: see [`network`]. The network's tanh is off by less
-//! than 6e-15, which moves the trained force by less than 1e-8 N against the library's tanh (tested).
+//! Results do not depend on the processor or the target: see [`network`]. The network's tanh is off
+//! by less than 6e-15, which moves the trained force by less than 1e-8 N against the library's tanh
+//! (tested).
 
 mod file;
 mod network;
@@ -64,7 +65,8 @@ struct Read {
 }
 
 impl Surrogate {
-    /// The shipped network, `parameters/surrogate.json` as it was when this was compiled. Costs nothing.
+    /// The shipped network, `parameters/surrogate.json` as it was when this was compiled. Costs
+    /// nothing.
     #[must_use]
     pub fn reference() -> Self {
         Self(Source::Shipped)
@@ -188,8 +190,8 @@ impl Surrogate {
         }
     }
 
-    /// [`evaluate`](Self::evaluate) at three points `[tau_e, w_m]`, bit by bit the same. Up to three directions of motion are evaluated
-    /// together, for which the weights are loaded once.
+    /// [`evaluate`](Self::evaluate) at three points `[tau_e, w_m]`, bit by bit the same. Up to
+    /// three directions of motion are evaluated together, for which the weights are loaded once.
     #[must_use]
     pub fn evaluate_three(&self, points: [[f64; 2]; 3]) -> [SurrogateOutput; 3] {
         let folds = points.map(|[_, w_m]| Fold::of(w_m));

@@ -1,4 +1,5 @@
-//! The drive's states: which voltage its DC link has, whether its gates are on, whether it has tripped, and what its brake does.
+//! The drive's states: which voltage its DC link has, whether its gates are on, whether it has
+//! tripped, and what its brake does.
 
 use crate::actuator::Emla;
 use crate::held::Held;
@@ -14,7 +15,8 @@ impl Emla {
         u.v_dc.unwrap_or(self.v_dc)
     }
 
-    /// What holds in state `s` under the inputs `u`; `p` are the parameters at the state's temperatures.
+    /// What holds in state `s` under the inputs `u`; `p` are the parameters at the state's
+    /// temperatures.
     pub(crate) fn held<'a>(&self, p: &'a machine::Emla, s: &State, u: &Input) -> Held<'a> {
         let v_dc = self.link_voltage(u);
         let mut held = Held {
@@ -43,11 +45,14 @@ impl Emla {
         brake.applied(s.w_m, || self.instant(s, u, &free).torque_left)
     }
 
-    /// The state as a step begins: whether the drive trips, or a trip is taken back, and without current where the gates are off.
+    /// The state as a step begins: whether the drive trips, or a trip is taken back, and without
+    /// current where the gates are off.
     ///
-    /// When the gates go off, the diodes return the currents to the DC link against its voltage. This takes `L·i/v_dc`, some 0.1 ms, and is taken to be over at
-    /// once; the field's energy goes back into the link (into the diodes where the link is dead). From then on the diodes block: this
-    /// holds as long as the back-EMF `√3·p·|w_m|·λ_m` stays below the link's voltage, 3400 rev/min of the reference motor at 450 V.
+    /// When the gates go off, the diodes return the currents to the DC link against its voltage.
+    /// This takes `L·i/v_dc`, some 0.1 ms, and is taken to be over at once; the field's energy goes
+    /// back into the link (into the diodes where the link is dead). From then on the diodes block:
+    /// this holds as long as the back-EMF `√3·p·|w_m|·λ_m` stays below the link's voltage, 3400
+    /// rev/min of the reference motor at 450 V.
     pub(crate) fn switched(&self, s: &State, u: &Input) -> State {
         let mut next = *s;
         let v_dc = self.link_voltage(u);

@@ -33,8 +33,8 @@ struct InstantTangent {
 
 impl Emla {
     /// First time derivatives of the outputs. `u_dot` holds those of the inputs; the rod's position
-    /// always moves with its velocity. Means belong to the last step and are constant; the network's
-    /// residual is held over a step.
+    /// always moves with its velocity. Means belong to the last step and are constant; the
+    /// network's residual is held over a step.
     #[must_use]
     pub fn output_dot(&self, s: &State, u: &Input, u_dot: &Input) -> Output {
         let u_dot = Input {

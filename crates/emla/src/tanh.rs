@@ -1,4 +1,5 @@
-//! The hyperbolic tangent of network and friction: the same bits on every machine, and without a call that a loop would have to wait for.
+//! The hyperbolic tangent of network and friction: the same bits on every machine, and without a
+//! call that a loop would have to wait for.
 
 /// Beyond this argument tanh differs from ±1 by less than half a unit in the last place.
 const SATURATION: f64 = 19.1;
@@ -29,8 +30,8 @@ const INVERSE_FACTORIALS: [f64; 12] = [
 #[cfg(test)]
 pub(crate) const ERROR: f64 = 6e-15;
 
-/// tanh for the equations of the physics. Beyond saturation, where the friction of a moving actuator is, the
-/// series is not computed; its value there is ±1 too.
+/// tanh for the equations of the physics. Beyond saturation, where the friction of a moving
+/// actuator is, the series is not computed; its value there is ±1 too.
 pub(crate) fn tanh(x: f64) -> f64 {
     if x.abs() >= SATURATION {
         return 1.0_f64.copysign(x);
@@ -40,8 +41,8 @@ pub(crate) fn tanh(x: f64) -> f64 {
 
 /// tanh without a branch or a call, so that a loop over it vectorises.
 ///
-/// `tanh x = 1 − 2/(e^{2x} + 1)`, `e^{2x} = 2ⁿ·e^r`, `n = round(2x/ln 2)`. The series is summed in pairs (Estrin), which
-/// the processor computes side by side, unlike Horner's chain. NaN stays NaN.
+/// `tanh x = 1 − 2/(e^{2x} + 1)`, `e^{2x} = 2ⁿ·e^r`, `n = round(2x/ln 2)`. The series is summed in
+/// pairs (Estrin), which the processor computes side by side, unlike Horner's chain. NaN stays NaN.
 #[inline(always)]
 pub(crate) fn series(x: f64) -> f64 {
     let x = if x > SATURATION { SATURATION } else { x };

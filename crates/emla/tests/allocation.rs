@@ -1,4 +1,5 @@
-//! Outputs, their derivatives and steps of the actuator allocate nothing.
+//! Outputs, their derivatives and steps of the actuator allocate nothing, and the shipped network
+//! takes no memory.
 #![allow(non_snake_case)]
 
 use allocation_counter::measure;
@@ -37,4 +38,14 @@ fn outputs_and_steps_allocate_nothing() {
         0,
         "it counts"
     );
+}
+
+/// It is compiled in; one that was read is shared by its clones.
+#[test]
+fn the_shipped_network_takes_no_memory_and_a_read_one_is_shared() {
+    let counted = measure(|| drop(Surrogate::reference().clone()));
+    assert_eq!(counted.count_total, 0, "{} bytes", counted.bytes_total);
+    let read = Surrogate::from_json(&Surrogate::reference().to_json()).expect("valid");
+    let counted = measure(|| drop(read.clone()));
+    assert_eq!(counted.count_total, 0, "{} bytes", counted.bytes_total);
 }

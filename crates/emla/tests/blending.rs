@@ -1,6 +1,4 @@
 //! Hybrid blending, with a network that says the same force everywhere.
-#![allow(non_snake_case)]
-
 use emla::{Drive, Emla, Input, State, Surrogate, maps};
 use machine::Machine;
 
@@ -38,8 +36,9 @@ fn steady_run(emla: &Emla, mut u: Input) -> (State, Input) {
     (s, u)
 }
 
-/// In steady motion the delivered force is F_hyb = F_qs + α(F_net − F_qs): with a constant network of 30 kN
-/// and half of each, F_qs must be 2·F − 30 kN. A newton or two come from K_b(x), as without a network.
+/// In steady motion the delivered force is F_hyb = F_qs + α(F_net − F_qs): with a constant network
+/// of 30 kN and half of each, F_qs must be 2·F − 30 kN. A newton or two come from K_b(x), as
+/// without a network.
 #[test]
 fn steady_force_is_the_hybrid_force() {
     for (alpha, x_dot) in [(0.2, 0.03), (0.5, 0.03), (0.9, 0.03), (0.5, -0.03)] {
@@ -116,7 +115,8 @@ fn power_balance_closes_with_blending() {
     assert!(emla.losses_at(&s, &u).residual.abs() > 10.0);
 }
 
-/// The network's use where it was not trained is told with the numbers, standstill apart, and only where the network counts.
+/// The network's use where it was not trained is told with the numbers, standstill apart, and only
+/// where the network counts.
 #[test]
 fn use_beyond_the_training_is_named() {
     let with = |alpha: f64| {

@@ -1,6 +1,4 @@
 //! The DC side: limits, current and power, and what they do to the outputs' derivatives.
-#![allow(non_snake_case)]
-
 use emla::{Drive, Emla, Input, State};
 use machine::Machine;
 
@@ -27,7 +25,8 @@ fn step(emla: &Emla, s: &State, u: &Input) -> State {
     emla.step(s, |t| u.moved(t), 0.0, H).expect("finite")
 }
 
-/// What the inverter cannot give has no effect: any command beyond `v_dc/√3` acts as one of that size, and above `√3·v_max` v_max limits.
+/// What the inverter cannot give has no effect: any command beyond `v_dc/√3` acts as one of that
+/// size, and above `√3·v_max` v_max limits.
 #[test]
 fn the_link_limits_the_voltage() {
     let emla = actuator();
@@ -42,7 +41,8 @@ fn the_link_limits_the_voltage() {
     }
 }
 
-/// Without a link the voltage is the machine's; a machine without an inverter has the link that v_max needs.
+/// Without a link the voltage is the machine's; a machine without an inverter has the link that
+/// v_max needs.
 #[test]
 fn without_a_link_the_machine_has_one() {
     let emla = actuator();
@@ -55,8 +55,9 @@ fn without_a_link_the_machine_has_one() {
     assert!((p.largest_voltage(p.link_voltage()) - p.v_max).abs() < 1e-12);
 }
 
-/// `v_dc·i_dc = P_in`, both at an instant and in the mean of a step, to two roundings; the mean is the energy taken in the step. A link
-/// of more volts costs more in switching: `6/π·f_sw·k_sw·i` a volt.
+/// `v_dc·i_dc = P_in`, both at an instant and in the mean of a step, to two roundings; the mean is
+/// the energy taken in the step. A link of more volts costs more in switching: `6/π·f_sw·k_sw·i` a
+/// volt.
 #[test]
 fn the_current_carries_the_power() {
     let emla = actuator();
@@ -104,8 +105,9 @@ fn a_dead_link_gives_nothing() {
     }
 }
 
-/// Derivatives by v_dc against central differences, inside and outside the circle; error of the difference: h²/6 of the third derivative,
-/// 2/v_dc³·P·h² of i_dc, below 1e-9 of the derivative, and rounding ε·P/h.
+/// Derivatives by v_dc against central differences, inside and outside the circle; error of the
+/// difference: h²/6 of the third derivative, 2/v_dc³·P·h² of i_dc, below 1e-9 of the derivative,
+/// and rounding ε·P/h.
 #[test]
 fn derivatives_by_the_link_voltage_are_those_of_differences() {
     let emla = actuator();

@@ -1,11 +1,8 @@
 //! Analytic derivatives of the outputs against finite differences, at seeded random points.
-#![allow(non_snake_case)]
-
 use emla::{Drive, Emla, Input, Output, Residual, State};
 use machine::Machine;
 
-mod random;
-use random::Random;
+use crate::random::Random;
 
 /// An output's name, how to read it, and the size against which its derivative's error counts.
 type Row = (&'static str, fn(&Output) -> f64, f64);
@@ -53,8 +50,8 @@ const DIRECTIONS: &[Direction] = &[
     ("F_hold", |u| &mut u.F_hold, 1.0),
 ];
 
-/// A point in one of the four quadrants, away from the kinks; every third beyond the voltage circle; every eighth with a screw so heavy
-/// that its acceleration counts in the gear.
+/// A point in one of the four quadrants, away from the kinks; every third beyond the voltage
+/// circle; every eighth with a screw so heavy that its acceleration counts in the gear.
 fn point(random: &mut Random, k: usize, drive: Drive) -> (Emla, State, Input) {
     // Both are 1 in the reference, by which multiplying and dividing are the same.
     let mut p = machine::Emla {
@@ -119,8 +116,8 @@ fn directional_derivatives_match_differences() {
     }
 }
 
-/// One-sided third-order differences along the model's own steps, with all inputs changing. (Second order
-/// is not enough: the free rod's jerk makes the damper's power turn within 0.1 ms.)
+/// One-sided third-order differences along the model's own steps, with all inputs changing. (Second
+/// order is not enough: the free rod's jerk makes the damper's power turn within 0.1 ms.)
 #[test]
 fn time_derivatives_match_differences() {
     let (mut random, mut slow) = (Random::new(8), Random::new(9));

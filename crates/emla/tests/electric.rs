@@ -1,6 +1,4 @@
 //! Trips, gates, brake and heat: what holds, what falls, and where the energy goes.
-#![allow(non_snake_case)]
-
 use emla::{Drive, Electric, Emla, Input, Output, State};
 use machine::Machine;
 
@@ -50,7 +48,8 @@ fn run(emla: &Emla, mut s: State, u: &Input, steps: u32) -> State {
     s
 }
 
-/// `E_in = E_out + E_loss + ΔE_stored` to 1e-6 of what was turned over, and, with heat on, `E_loss − E_inverter = E_heat + ΔE_thermal`.
+/// `E_in = E_out + E_loss + ΔE_stored` to 1e-6 of what was turned over, and, with heat on, `E_loss
+/// − E_inverter = E_heat + ΔE_thermal`.
 fn assert_balanced(emla: &Emla, first: &Output, s: &State, u: &Input) {
     let y = emla.output(s, u);
     let stored = y.E_stored - first.E_stored;
@@ -63,8 +62,9 @@ fn assert_balanced(emla: &Emla, first: &Output, s: &State, u: &Input) {
     }
 }
 
-/// The link breaks down while the boom is lifted and lowered at 40 mm/s under 41 kN: it stops within 2 mm, and from then on neither
-/// falls nor creeps: motor and rod have the same position after a minute, to the bit and to 1 nm (the spring rings out).
+/// The link breaks down while the boom is lifted and lowered at 40 mm/s under 41 kN: it stops
+/// within 2 mm, and from then on neither falls nor creeps: motor and rod have the same position
+/// after a minute, to the bit and to 1 nm (the spring rings out).
 #[test]
 fn a_boom_without_voltage_stays_where_it_is() {
     let emla = boom(ALL);
@@ -94,8 +94,9 @@ fn a_boom_without_voltage_stays_where_it_is() {
     }
 }
 
-/// With the gates off and the brake released the boom falls, faster than a shorted motor would let it (whose largest torque
-/// `3/4·p·λ_m²/L` = 42 N·m is reached at `R/(p·L)` = 19 rad/s), no current flows, and the balance closes.
+/// With the gates off and the brake released the boom falls, faster than a shorted motor would let
+/// it (whose largest torque `3/4·p·λ_m²/L` = 42 N·m is reached at `R/(p·L)` = 19 rad/s), no current
+/// flows, and the balance closes.
 #[test]
 fn a_disabled_drive_is_not_a_shorted_motor() {
     let emla = boom(Electric::default());
@@ -131,7 +132,8 @@ fn currents_return_to_the_link() {
     assert!((next.i_dc_mean * 600.0 - next.P_in_mean).abs() < 1e-9);
 }
 
-/// The brake of 50 N·m holds what the nut turns back with: `F·ρ/(2πN)·k`, k = (1/η + η)/2 at rest: 117.7 kN.
+/// The brake of 50 N·m holds what the nut turns back with: `F·ρ/(2πN)·k`, k = (1/η + η)/2 at rest:
+/// 117.7 kN.
 #[test]
 fn the_brake_holds_up_to_its_torque() {
     let emla = boom(Electric::default());
@@ -155,8 +157,8 @@ fn the_brake_holds_up_to_its_torque() {
     }
 }
 
-/// A trip stays when the voltage comes back, and while it is low; disabled with the voltage back, the drive is ready again. A disabled
-/// drive does not trip, so a link may be charged.
+/// A trip stays when the voltage comes back, and while it is low; disabled with the voltage back,
+/// the drive is ready again. A disabled drive does not trip, so a link may be charged.
 #[test]
 fn a_trip_is_reset_by_disabling() {
     let emla = boom(ALL);
@@ -183,7 +185,8 @@ fn a_trip_is_reset_by_disabling() {
     assert!(tripped(ready, true, 600.0).i_q != 0.0);
 }
 
-/// Heat alone changes nothing but temperatures: the same bits in every other state. With temperature, resistance and flux follow.
+/// Heat alone changes nothing but temperatures: the same bits in every other state. With
+/// temperature, resistance and flux follow.
 #[test]
 fn heat_alone_changes_no_motion() {
     let plain = boom(Electric::default());
@@ -214,9 +217,10 @@ fn heat_alone_changes_no_motion() {
     );
 }
 
-/// A current that is held: the winding settles at `T_a + 0.21 K/W·P`, `P = P_20·(1 + α ΔT)`, hence `ΔT = 0.21·P_20/(1 − 0.21·α·P_20)`;
-/// without speed there are no other losses, and the brake keeps the rod while the magnets weaken. Capacities are a thousandth, so that the
-/// slowest time constant is 2.6 s; the temperature feedback makes it 2.8 s; what is left after 14 of them is 6e-7.
+/// A current that is held: the winding settles at `T_a + 0.21 K/W·P`, `P = P_20·(1 + α ΔT)`, hence
+/// `ΔT = 0.21·P_20/(1 − 0.21·α·P_20)`; without speed there are no other losses, and the brake keeps
+/// the rod while the magnets weaken. Capacities are a thousandth, so that the slowest time constant
+/// is 2.6 s; the temperature feedback makes it 2.8 s; what is left after 14 of them is 6e-7.
 #[test]
 fn a_held_current_settles_where_it_must() {
     let mut p = Machine::reference().emla.lift;
@@ -243,9 +247,10 @@ fn a_held_current_settles_where_it_must() {
     assert!((emla.output(&s, &u).P_heat * 0.21 / rise - 1.0).abs() < 1e-5);
 }
 
-/// A housing of 0.1 J/K that gives its heat to the air through 1e-4 K/W (10 µs): a step of 0.1 s is ten thousand time constants, so at its
-/// end the housing stands above the air by what flows through it, times 1e-4 K/W, but for the 10 µs by which it lags behind the winding,
-/// whose time constant is minutes: less than 1e-6.
+/// A housing of 0.1 J/K that gives its heat to the air through 1e-4 K/W (10 µs): a step of 0.1 s is
+/// ten thousand time constants, so at its end the housing stands above the air by what flows
+/// through it, times 1e-4 K/W, but for the 10 µs by which it lags behind the winding, whose time
+/// constant is minutes: less than 1e-6.
 #[test]
 fn a_housing_faster_than_the_step_is_resolved() {
     let mut p = Machine::reference().emla.lift;
@@ -267,7 +272,8 @@ fn a_housing_faster_than_the_step_is_resolved() {
     assert!((rise / (flow * 1e-4) - 1.0).abs() < 1e-6, "{rise} K");
 }
 
-/// `P_heat = (T_h − T_a)/R_ha`: a kelvin more of the air takes 1/R_ha away, and nothing while heat is off.
+/// `P_heat = (T_h − T_a)/R_ha`: a kelvin more of the air takes 1/R_ha away, and nothing while heat
+/// is off.
 #[test]
 fn the_air_acts_on_the_heat_that_it_takes() {
     for electric in [ALL, Electric::default()] {

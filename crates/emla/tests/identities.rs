@@ -1,6 +1,4 @@
 //! Closed forms, conserved quantities and identities that the actuator must obey.
-#![allow(non_snake_case)]
-
 use emla::{Drive, Emla, Input, State, maps};
 use machine::Machine;
 
@@ -16,8 +14,9 @@ fn actuator(p: machine::Emla, drive: Drive) -> Emla {
 
 /// Oracle: a locked rotor (an immense inertia) is two RL circuits, i(t) = (v/R)(1 − e^(−tR/L)).
 ///
-/// Tolerance: RK4's one-step factor misses e^(−z) by z⁵/120, z = dt·R/L; after N steps that is
-/// N e^(−(N−1)z) z⁵/120 ≤ z⁴ e^(z−1)/120 of full scale, largest at N = 1/z. Factor 1.1 covers the z⁶ term.
+/// Tolerance: RK4's one-step factor misses e^(−z) by z⁵/120, z = dt·R/L; after N steps that is N
+/// e^(−(N−1)z) z⁵/120 ≤ z⁴ e^(z−1)/120 of full scale, largest at N = 1/z. Factor 1.1 covers the z⁶
+/// term.
 #[test]
 fn locked_rotor_current_follows_rl_law() {
     let p = machine::Emla {
@@ -75,7 +74,8 @@ fn start_is_a_static_equilibrium() {
     }
 }
 
-/// A force told to act `delay` steps later is F + delay·h·K_b·(ẋ_n − ẋ), and nothing else of the actuator changes.
+/// A force told to act `delay` steps later is F + delay·h·K_b·(ẋ_n − ẋ), and nothing else of the
+/// actuator changes.
 #[test]
 fn a_delayed_force_is_predicted() {
     let p = reference();
@@ -136,8 +136,8 @@ fn start_in_motion_is_steady() {
 }
 
 /// P_in = P_out + losses + d(stored)/dt, integrated over 2 s of all four quadrants with core and
-/// inverter losses. Wanted: 1e-3 of the energy turned over. It is an identity before integration, so
-/// only RK4's error remains (the free rod is jolted by F_ext held over each millisecond).
+/// inverter losses. Wanted: 1e-3 of the energy turned over. It is an identity before integration,
+/// so only RK4's error remains (the free rod is jolted by F_ext held over each millisecond).
 #[test]
 fn power_balance_closes() {
     for (drive, bound) in [(Drive::Motion, 1e-8), (Drive::Force, 1e-6)] {
@@ -171,9 +171,9 @@ fn power_balance_closes() {
     }
 }
 
-/// Quadrants, load and speed swept with all friction off: what the motor gives is what the load gets
-/// plus a gear loss ≥ 0, except in the sliver near standstill that `maps::gear_factor` states, where
-/// the gain stays below its bound (0.25 mW at 70 kN).
+/// Quadrants, load and speed swept with all friction off: what the motor gives is what the load
+/// gets plus a gear loss ≥ 0, except in the sliver near standstill that `maps::gear_factor` states,
+/// where the gain stays below its bound (0.25 mW at 70 kN).
 #[test]
 fn back_driven_gear_never_creates_energy() {
     let p = machine::Emla {
@@ -207,8 +207,9 @@ fn back_driven_gear_never_creates_energy() {
     );
 }
 
-/// Error after 20 ms against a run with 1/16 of the step, in a regime without kinks (the load keeps its
-/// sign, the speed is well away from zero). Each halving must gain 2⁴; 14…18 leaves room for z⁵ terms.
+/// Error after 20 ms against a run with 1/16 of the step, in a regime without kinks (the load keeps
+/// its sign, the speed is well away from zero). Each halving must gain 2⁴; 14…18 leaves room for z⁵
+/// terms.
 #[test]
 fn runge_kutta_is_of_fourth_order() {
     for (drive, longest) in [(Drive::Motion, 0.1e-3), (Drive::Force, 0.05e-3)] {
@@ -315,7 +316,8 @@ fn stiffness_is_in_series_and_clamped() {
     assert!((maps::stiffness_slope(&p, x) / slope - 1.0).abs() < 1e-7);
 }
 
-/// The spring is all that a set rod moves: the work is what the stored energy loses. Energies are some 10 J, of which 1e-15 is rounding.
+/// The spring is all that a set rod moves: the work is what the stored energy loses. Energies are
+/// some 10 J, of which 1e-15 is rounding.
 #[test]
 fn work_of_a_set_rod_comes_from_the_spring() {
     for drive in [Drive::Motion, Drive::Force] {
@@ -337,8 +339,8 @@ fn work_of_a_set_rod_comes_from_the_spring() {
     }
 }
 
-/// Steady lifting and lowering of 30 kN at 40 mm/s: η of both quadrants from the powers at the borders
-/// (in steady motion P_in/P_out there is the definition), and none in quadrants II and III.
+/// Steady lifting and lowering of 30 kN at 40 mm/s: η of both quadrants from the powers at the
+/// borders (in steady motion P_in/P_out there is the definition), and none in quadrants II and III.
 #[test]
 fn efficiency_in_its_quadrants() {
     let p = reference();
@@ -372,7 +374,8 @@ fn efficiency_in_its_quadrants() {
     }
 }
 
-/// Importers' clocks are off by rounding: a nanosecond more or less than a millisecond takes as many substeps as a millisecond.
+/// Importers' clocks are off by rounding: a nanosecond more or less than a millisecond takes as
+/// many substeps as a millisecond.
 #[test]
 fn a_nanosecond_is_no_substep_more() {
     for drive in [Drive::Motion, Drive::Force] {
@@ -382,7 +385,8 @@ fn a_nanosecond_is_no_substep_more() {
         let whole = emla.substeps(1e3 * H) / 1e3;
         let n = emla.substeps(H);
         assert!(n >= whole && n < whole + 1.0, "{drive:?}: {n}, {whole}");
-        // The longest step of n substeps, found by bisection: its end lies a thousandth beyond n longest substeps.
+        // The longest step of n substeps, found by bisection: its end lies a thousandth beyond n
+        // longest substeps.
         let (mut short, mut long) = (H / n, 2.0 * H);
         for _ in 0..80 {
             let middle = 0.5 * (short + long);

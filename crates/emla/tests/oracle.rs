@@ -1,7 +1,5 @@
-//! The actuator against SciPy's DOP853 (`tests/oracle/emla_oracle.py`: flux states, gear constraint solved
-//! apart) over 2 s of motoring, generating and load reversal, in both drive modes.
-#![allow(non_snake_case)]
-
+//! The actuator against SciPy's DOP853 (`tests/oracle/emla_oracle.py`: flux states, gear constraint
+//! solved apart) over 2 s of motoring, generating and load reversal, in both drive modes.
 use emla::{Drive, Emla, Input, State, maps};
 use machine::Machine;
 use serde::Deserialize;
@@ -126,10 +124,11 @@ fn compare(golden: &Golden, case: &Case, drive: Drive) -> Worst {
     worst
 }
 
-/// With the rod's motion prescribed, against the two bounds that the choice of the substep states. While motor and load keep
-/// their directions, the voltage's rate bends the force; at the rate that the substep is chosen for this is at most 0.05 N. Where the
-/// load changes its sign, the inertia jumps with the gear factor. Both are sharp. Friction turning over at standstill stays
-/// below 0.05 N.
+/// With the rod's motion prescribed, against the two bounds that the choice of the substep states.
+/// While motor and load keep their directions, the voltage's rate bends the force; at the rate that
+/// the substep is chosen for this is at most 0.05 N. Where the load changes its sign, the inertia
+/// jumps with the gear factor. Both are sharp. Friction turning over at standstill stays below 0.05
+/// N.
 #[test]
 fn force_follows_the_independent_integration_within_the_bounds_of_the_substep() {
     let golden: Golden = serde_json::from_str(GOLDEN).expect("golden file");
@@ -171,8 +170,8 @@ fn force_follows_the_independent_integration_within_the_bounds_of_the_substep() 
     );
 }
 
-/// With a free rod the substeps are shorter. RK4's error comes from the jumps of the gear factor where the load changes sign, and from
-/// the fast rod mode, 11 500/s (measured 0.007 N of 53 kN).
+/// With a free rod the substeps are shorter. RK4's error comes from the jumps of the gear factor
+/// where the load changes sign, and from the fast rod mode, 11 500/s (measured 0.007 N of 53 kN).
 #[test]
 fn a_free_rod_follows_the_independent_integration() {
     let golden: Golden = serde_json::from_str(GOLDEN).expect("golden file");

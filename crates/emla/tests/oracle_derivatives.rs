@@ -1,7 +1,6 @@
-//! Derivatives of the outputs against JAX (`tests/oracle/derivatives.py`: a model of its own, differentiated automatically, losses
-//! of the mechanics from the balance of power) at random states, in both drive modes, inside and beyond the voltage limit.
-#![allow(non_snake_case)]
-
+//! Derivatives of the outputs against JAX (`tests/oracle/derivatives.py`: a model of its own,
+//! differentiated automatically, losses of the mechanics from the balance of power) at random
+//! states, in both drive modes, inside and beyond the voltage limit.
 use std::collections::BTreeMap;
 
 use emla::{Drive, Emla, Input, Output, Residual, State, Surrogate};
@@ -57,8 +56,8 @@ fn state(named: &Named) -> State {
     }
 }
 
-/// An output by its name in the FMU's Rust structure, and the size of the numbers that its derivatives are made of, per second
-/// or along the direction: what the rounding is measured with.
+/// An output by its name in the FMU's Rust structure, and the size of the numbers that its
+/// derivatives are made of, per second or along the direction: what the rounding is measured with.
 type Row = (&'static str, fn(&Output) -> f64, f64);
 
 const ROWS: &[Row] = &[
@@ -95,7 +94,8 @@ fn worst(found: &Output, expected: &Named) -> (f64, &'static str) {
     errors.fold((0.0, ""), |a, b| if b.0 > a.0 { b } else { a })
 }
 
-/// Tolerance: both codes round some 100 operations, 100 ε of the numbers above. A forgotten term is larger by ten orders.
+/// Tolerance: both codes round some 100 operations, 100 ε of the numbers above. A forgotten term is
+/// larger by ten orders.
 #[test]
 fn derivatives_equal_those_of_jax() {
     let golden: Golden = serde_json::from_str(GOLDEN).expect("golden file");

@@ -1,7 +1,6 @@
-//! A warm drive against SciPy's DOP853 (`tests/oracle/heat_oracle.py`): temperatures, losses and heat over half a second of motoring and
-//! generating, resistance and magnets following their temperatures.
-#![allow(non_snake_case)]
-
+//! A warm drive against SciPy's DOP853 (`tests/oracle/heat_oracle.py`): temperatures, losses and
+//! heat over half a second of motoring and generating, resistance and magnets following their
+//! temperatures.
 use emla::{Drive, Electric, Emla, Input};
 use machine::Machine;
 use serde::Deserialize;

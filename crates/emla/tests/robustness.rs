@@ -1,12 +1,9 @@
-//! Any voltage and motion inside the FMU's bounds leaves the actuator finite; what cannot be computed is
-//! refused.
-#![allow(non_snake_case)]
-
+//! Any voltage and motion inside the FMU's bounds leaves the actuator finite; what cannot be
+//! computed is refused.
 use emla::{Drive, Emla, Input, StepError};
 use machine::Machine;
 
-mod random;
-use random::Random;
+use crate::random::Random;
 
 const H: f64 = 1e-3;
 
@@ -14,8 +11,9 @@ fn reference(drive: Drive) -> Emla {
     Emla::new(Machine::reference().emla.lift, drive).expect("reference")
 }
 
-/// Runs `ms` milliseconds of inputs drawn anew from ±`bounds` every `hold` milliseconds. In between the rod
-/// moves with its velocity; with a bound of zero on `x` it never jumps, and stays in the stroke.
+/// Runs `ms` milliseconds of inputs drawn anew from ±`bounds` every `hold` milliseconds. In between
+/// the rod moves with its velocity; with a bound of zero on `x` it never jumps, and stays in the
+/// stroke.
 fn random_run(drive: Drive, bounds: Input, ms: u32, hold: u32) {
     let emla = reference(drive);
     let (mut random, mut u) = (Random::new(11), Input::default());
@@ -48,8 +46,8 @@ fn random_run(drive: Drive, bounds: Input, ms: u32, hold: u32) {
     }
 }
 
-/// 60 s of any voltage, with motion over the whole stroke at up to 14 times the rated speed, whose jumps
-/// meet the stroke's ends at full speed.
+/// 60 s of any voltage, with motion over the whole stroke at up to 14 times the rated speed, whose
+/// jumps meet the stroke's ends at full speed.
 #[test]
 fn a_minute_of_random_voltage_and_motion_stays_finite() {
     let bounds = Input {
@@ -64,7 +62,8 @@ fn a_minute_of_random_voltage_and_motion_stays_finite() {
     random_run(Drive::Force, bounds, 60_000, 7);
 }
 
-/// The FMU's outermost bounds: metres of stretch in the spring, thousands of substeps a millisecond.
+/// The FMU's outermost bounds: metres of stretch in the spring, thousands of substeps a
+/// millisecond.
 #[test]
 fn the_outermost_bounds_stay_finite() {
     let bounds = Input {

@@ -278,7 +278,12 @@ impl Variable {
 
     /// The start value of a Real, Integer or enumeration; of an array that of its first element.
     pub fn start_number(&self) -> Option<f64> {
-        self.start_of(0)?.trim().parse().ok()
+        self.start_number_of(0)
+    }
+
+    /// The same of an element, counted from 0.
+    pub fn start_number_of(&self, element: usize) -> Option<f64> {
+        self.start_of(element)?.trim().parse().ok()
     }
 
     /// The start value of an element, counted from 0, as written.

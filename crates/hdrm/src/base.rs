@@ -1,7 +1,9 @@
-//! Gravity on the machine, also where it does not stand plumb or its base moves: what the base feels, and the forces that hold the machine.
+//! Gravity on the machine, also where it does not stand plumb or its base moves: what the base
+//! feels, and the forces that hold the machine.
 //!
-//! The fast path of the dynamics ([`crate::boom_frame`]) knows gravity along −y, in the boom plane wherever it is turned. What lies across
-//! comes from the general recursion, and costs only where there is some.
+//! The fast path of the dynamics ([`crate::boom_frame`]) knows gravity along −y, in the boom plane
+//! wherever it is turned. What lies across comes from the general recursion, and costs only where
+//! there is some.
 
 use crate::DOF;
 use crate::body::Body;
@@ -13,7 +15,8 @@ use crate::tree::Configuration;
 use nalgebra::{Vector3, Vector6};
 
 impl Hdrm {
-    /// What the machine feels as gravity on its base. What the base's turning adds is in [`crate::turning`].
+    /// What the machine feels as gravity on its base. What the base's turning adds is in
+    /// [`crate::turning`].
     pub(crate) fn felt_gravity(&self, input: &Input) -> Gravity {
         if (input.base_acceleration, input.base_tilt) == ([0.0; 3], [0.0; 2]) {
             return self.gravity;
@@ -22,7 +25,8 @@ impl Hdrm {
         Gravity::of(felt_gravity(g, input.base_tilt, input.base_acceleration))
     }
 
-    /// Rate of the felt gravity, m/s³, while the base moves with `input_dot`; None where it does not.
+    /// Rate of the felt gravity, m/s³, while the base moves with `input_dot`; None where it does
+    /// not.
     pub(crate) fn felt_gravity_rate(
         &self,
         input: &Input,
@@ -34,13 +38,15 @@ impl Hdrm {
         }
         let g = (-self.gravity.up()).into();
         let g = Vector3::from(felt_gravity(g, input.base_tilt, [0.0; 3]));
-        // ġ = −w × g with the base's angular velocity w in its own axes: the roll turns about its x axis before the pitch.
+        // ġ = −w × g with the base's angular velocity w in its own axes: the roll turns about its x
+        // axis before the pitch.
         let (s_p, c_p) = libm::sincos(input.base_tilt[1]);
         let w = Vector3::new(c_p * roll_dot, -s_p * roll_dot, pitch_dot);
         Some(g.cross(&w) - Vector3::from(a_dot))
     }
 
-    /// Rate of the generalised forces that hold the machine, from the rate `g_dot` of gravity alone.
+    /// Rate of the generalised forces that hold the machine, from the rate `g_dot` of gravity
+    /// alone.
     pub(crate) fn holding_rate(
         &self,
         at: &Dynamics,
@@ -61,7 +67,8 @@ impl Hdrm {
         self.potential(configuration, -g_dot)
     }
 
-    /// Generalised forces that hold the machine in the pose `zeta` against the part of `gravity` across the y axis, where there is one.
+    /// Generalised forces that hold the machine in the pose `zeta` against the part of `gravity`
+    /// across the y axis, where there is one.
     pub(crate) fn holding_sideways(
         &self,
         gravity: &Gravity,
@@ -110,8 +117,9 @@ mod tests {
         Hdrm::new(&machine, &options).expect("valid")
     }
 
-    /// Holding forces are the gradient of the potential energy, slew included. Central difference over 2e-5 rad: its error is a sixth of
-    /// the square times the third derivative, below 1e-5 N·m, and rounding of 3e4 J leaves 1e-6 of it.
+    /// Holding forces are the gradient of the potential energy, slew included. Central difference
+    /// over 2e-5 rad: its error is a sixth of the square times the third derivative, below 1e-5
+    /// N·m, and rounding of 3e4 J leaves 1e-6 of it.
     #[test]
     fn holding_is_the_gradient_of_the_potential() {
         let plant = plant(G);
@@ -162,7 +170,8 @@ mod tests {
         assert!((a[0] - plumb[0]).abs() > 1e-3);
     }
 
-    /// The fast path and the general recursion agree, and both with the exact time derivative of the outputs (difference over 1 µs).
+    /// The fast path and the general recursion agree, and both with the exact time derivative of
+    /// the outputs (difference over 1 µs).
     #[test]
     fn inverse_and_forward_dynamics_agree_off_plumb() {
         let plant = plant(G);
@@ -215,8 +224,8 @@ mod tests {
         );
     }
 
-    /// A base tilted by a roll is a world in which gravity has the other parts; one that accelerates upwards makes everything heavier, and
-    /// potential energy follows both.
+    /// A base tilted by a roll is a world in which gravity has the other parts; one that
+    /// accelerates upwards makes everything heavier, and potential energy follows both.
     #[test]
     fn a_base_that_tilts_and_accelerates_is_felt_as_gravity() {
         let g = 9.7;

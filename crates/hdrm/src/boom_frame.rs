@@ -129,8 +129,9 @@ impl BoomFrame {
         }
     }
 
-    /// Mass matrix `M_ij = Σ_k J_kiᵀ I_k J_kj`, J_ki the twist of body k for `zeta_i_dot = 1`, and the machine's
-    /// momentum along y for each such motion, kg·m: `g` times it holds the machine against gravity.
+    /// Mass matrix `M_ij = Σ_k J_kiᵀ I_k J_kj`, J_ki the twist of body k for `zeta_i_dot = 1`, and
+    /// the machine's momentum along y for each such motion, kg·m: `g` times it holds the machine
+    /// against gravity.
     pub fn mass_matrix(&self) -> (Matrix6<f64>, Vector6<f64>) {
         let mut M = Matrix6::zeros();
         let mut momentum_y = Vector6::zeros();
@@ -262,7 +263,8 @@ impl BoomFrame {
         self.tip.R.tr_mul(&self.slew.R.tr_mul(v))
     }
 
-    /// Position of T4 in the world, m, and its velocity with the angular velocity of T4, in world axes.
+    /// Position of T4 in the world, m, and its velocity with the angular velocity of T4, in world
+    /// axes.
     pub fn tip_motion(&self, zeta_dot: &[f64; DOF]) -> (Vector3<f64>, Twist) {
         let plane = self.A2.joint.S * zeta_dot[1] + self.A3.joint.S * zeta_dot[2];
         let mut V = Twist::new(plane.v.push(0.0), Vector3::new(0.0, zeta_dot[0], plane.w));

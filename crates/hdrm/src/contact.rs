@@ -9,15 +9,18 @@ use serde::{Deserialize, Serialize};
 
 /// A plane that the tip may touch. Without stiffness there is none.
 ///
-/// With the depth `d = offset − n·p` of the tip below the plane and its velocity v, the plane pushes with (Hunt–Crossley)
+/// With the depth `d = offset − n·p` of the tip below the plane and its velocity v, the plane
+/// pushes with (Hunt–Crossley)
 /// ```text
 /// F_n = k·d·max(0, 1 + c·d_dot)        0 for d ≤ 0
 /// F_t = −mu·F_n·v_t/√(|v_t|² + v_s²)
 /// ```
-/// It never pulls, is continuous, and gives back at most what it took; friction is Coulomb's, made smooth below the
-/// slip velocity v_s, so a tip that should stick creeps with a part of it. Holds for a point without rolling or spinning friction.
+/// It never pulls, is continuous, and gives back at most what it took; friction is Coulomb's, made
+/// smooth below the slip velocity v_s, so a tip that should stick creeps with a part of it. Holds
+/// for a point without rolling or spinning friction.
 ///
-/// Source: K. H. Hunt, F. R. E. Crossley, J. Appl. Mech. 42 (1975) 440–445, with the exponent 1 that the end stops have.
+/// Source: K. H. Hunt, F. R. E. Crossley, J. Appl. Mech. 42 (1975) 440–445, with the exponent 1
+/// that the end stops have.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Contact {
     /// Direction out of the plane towards the machine, world axes; its length does not count.
@@ -102,7 +105,8 @@ pub(crate) struct Touch {
     pub depth: f64,
     /// Elastic energy `½·k·d²`, J.
     pub energy: f64,
-    /// Power turned into heat, W: what the force takes from the machine and the elastic energy does not get.
+    /// Power turned into heat, W: what the force takes from the machine and the elastic energy does
+    /// not get.
     pub dissipation: f64,
 }
 
@@ -196,8 +200,9 @@ impl Plane {
         self.n * F_n_dot - (v_t * F_n_dot + a_t * F_n - v_t * (F_n * slip_dot / slip)) * (mu / slip)
     }
 
-    /// Fastest rate, 1/s, at which the plane can act within the time `dt`: `√(k·m_n) + k·m_n·c·d` along the normal as for an end stop,
-    /// and friction as a damper at half the present slip; m_n and m_t are the tip's mobilities. 0: out of reach.
+    /// Fastest rate, 1/s, at which the plane can act within the time `dt`: `√(k·m_n) + k·m_n·c·d`
+    /// along the normal as for an end stop, and friction as a damper at half the present slip; m_n
+    /// and m_t are the tip's mobilities. 0: out of reach.
     pub(crate) fn rate_ahead(
         &self,
         frame: &BoomFrame,

@@ -1,4 +1,5 @@
-//! Equations of motion: mass matrix and bias at a state, accelerations, forces for a motion, energies.
+//! Equations of motion: mass matrix and bias at a state, accelerations, forces for a motion,
+//! energies.
 
 use crate::DOF;
 use crate::boom_frame::BoomFrame;

@@ -3,7 +3,8 @@
 use crate::DOF;
 use nalgebra::{Matrix6, Vector6};
 
-/// `M = L·D·Lᵀ`, L unit lower triangular, D diagonal: Cholesky without square roots, which take long and hold up all that follows.
+/// `M = L·D·Lᵀ`, L unit lower triangular, D diagonal: Cholesky without square roots, which take
+/// long and hold up all that follows.
 #[derive(Clone, Debug)]
 pub(crate) struct Factor {
     L: Matrix6<f64>,

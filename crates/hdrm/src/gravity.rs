@@ -36,11 +36,13 @@ impl Gravity {
     }
 }
 
-/// What is felt as gravity, m/s², on a base that is tilted by (roll r about x, then pitch p about its own z), rad, and accelerates with a, m/s²:
+/// What is felt as gravity, m/s², on a base that is tilted by (roll r about x, then pitch p about
+/// its own z), rad, and accelerates with a, m/s²:
 /// ```text
 /// g_felt = Rz(p)ᵀ·Rx(r)ᵀ·g − a
 /// ```
-/// g is in the ground's axes; a and g_felt are in those of the machine's world, which stands on the base.
+/// g is in the ground's axes; a and g_felt are in those of the machine's world, which stands on the
+/// base.
 #[must_use]
 pub fn felt_gravity(g: [f64; 3], [roll, pitch]: [f64; 2], acceleration: [f64; 3]) -> [f64; 3] {
     let ([x, y, z], [a_x, a_y, a_z]) = (g, acceleration);

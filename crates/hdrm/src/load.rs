@@ -1,7 +1,8 @@
-//! What the end-effector carries. How it comes and goes while the machine moves is in [`crate::reload`].
+//! What the end-effector carries. How it comes and goes while the machine moves is in
+//! [`crate::reload`].
 //!
-//! The body `PL` is the sum of two parts: the payload of the machine file, whose mass and centre of mass may be changed, and a load that
-//! is picked up and set down, a point mass.
+//! The body `PL` is the sum of two parts: the payload of the machine file, whose mass and centre of
+//! mass may be changed, and a load that is picked up and set down, a point mass.
 
 use crate::error::HdrmError;
 use machine::Machine;

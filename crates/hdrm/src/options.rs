@@ -16,7 +16,8 @@ pub struct Options {
     pub load: Load,
     /// Viscous joint friction on `zeta_dot`, N·m·s/rad.
     pub joint_viscous: [f64; DOF],
-    /// Acceleration of gravity in world axes, m/s²: not along −y where the machine does not stand plumb.
+    /// Acceleration of gravity in world axes, m/s²: not along −y where the machine does not stand
+    /// plumb.
     pub gravity: [f64; 3],
     /// A plane that the tip may touch.
     pub contact: Contact,

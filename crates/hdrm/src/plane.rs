@@ -195,7 +195,8 @@ impl Add for PlaneInertia {
 impl PlaneInertia {
     /// A body given in its own axes, which are turned about z by the angle of `e` and shifted by
     /// `r` in P: `R I Rᵀ`, then the shift of [`Inertia::shifted`].
-    // Inlined for each of the eight bodies, this and `net_wrench` outgrow the processor's cache of decoded instructions.
+    // Inlined for each of the eight bodies, this and `net_wrench` outgrow the processor's cache of
+    // decoded instructions.
     #[inline(never)]
     pub fn placed(body: &Inertia, e: Vector2<f64>, r: Vector3<f64>) -> Self {
         let (c, s) = (e.x, e.y);

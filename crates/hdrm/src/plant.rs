@@ -14,7 +14,8 @@ use nalgebra::{Matrix6, Vector6};
 use serde::{Deserialize, Serialize};
 use spatial::Inertia;
 
-/// The plant; its parameters do not change after [`Hdrm::new`], but for the load ([`Hdrm::reloaded`]).
+/// The plant; its parameters do not change after [`Hdrm::new`], but for the load
+/// ([`Hdrm::reloaded`]).
 ///
 /// ```text
 /// M(zeta)·zeta_ddot + h(zeta, zeta_dot) + D·zeta_dot

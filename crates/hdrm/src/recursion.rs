@@ -77,7 +77,8 @@ pub(crate) fn inverse_dynamics(
     Q
 }
 
-/// The same without gravity, on a ground that moves; and what the ground exerts on the bodies, about the world's origin in its axes.
+/// The same without gravity, on a ground that moves; and what the ground exerts on the bodies,
+/// about the world's origin in its axes.
 pub(crate) fn inertial_forces(
     configuration: &Configuration,
     bodies: &[Inertia; Body::COUNT],
@@ -192,8 +193,9 @@ fn outward(
     motions
 }
 
-/// Accumulates the wrenches towards the ground and projects them on the joints:
-/// `Q_i = Σ g_k s_kᵀ F_k`, `F_p += U F`, `d/dt (U F) = U (F_dot + crf(s q_dot) F)`. With them what goes through the joint to the ground.
+/// Accumulates the wrenches towards the ground and projects them on the joints: `Q_i = Σ g_k s_kᵀ
+/// F_k`, `F_p += U F`, `d/dt (U F) = U (F_dot + crf(s q_dot) F)`. With them what goes through the
+/// joint to the ground.
 fn inward(
     configuration: &Configuration,
     zeta_dot: &[f64; DOF],

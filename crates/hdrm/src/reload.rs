@@ -1,7 +1,8 @@
 //! A change of the load while the machine moves.
 //!
-//! What is set down leaves with the velocity of the end-effector. What is picked up comes with it too, so that nothing jumps, or with a
-//! velocity of its own; then the momentum of arm and load is conserved (a plastic impact).
+//! What is set down leaves with the velocity of the end-effector. What is picked up comes with it
+//! too, so that nothing jumps, or with a velocity of its own; then the momentum of arm and load is
+//! conserved (a plastic impact).
 
 use crate::body::Body;
 use crate::boom_frame::MovingParts;
@@ -33,9 +34,10 @@ impl Hdrm {
         Ok(plant)
     }
 
-    /// Plant and state after a change of the load at the instant of `now`. What is picked up, the inertia ΔI by which the new body exceeds
-    /// the old one where its mass is greater, comes with the velocity `own` (m/s in the world, all of it alike), or with that of the
-    /// end-effector. Positions stay, and so does the momentum of arm and load:
+    /// Plant and state after a change of the load at the instant of `now`. What is picked up, the
+    /// inertia ΔI by which the new body exceeds the old one where its mass is greater, comes with
+    /// the velocity `own` (m/s in the world, all of it alike), or with that of the end-effector.
+    /// Positions stay, and so does the momentum of arm and load:
     /// ```text
     /// M⁺·zeta_dot⁺ = M⁻·zeta_dot⁻ + Jᵀ·ΔI·V_own
     /// ```
@@ -111,8 +113,9 @@ mod tests {
         }
     }
 
-    /// Linear momentum of all bodies in the world and angular momentum about the world's origin, by each body's own twist: differences of the
-    /// poses over d = 1 ms, which err by d⁴/30 times the fifth derivative and by ε/d, 1e-12 of the momentum.
+    /// Linear momentum of all bodies in the world and angular momentum about the world's origin, by
+    /// each body's own twist: differences of the poses over d = 1 ms, which err by d⁴/30 times the
+    /// fifth derivative and by ε/d, 1e-12 of the momentum.
     fn momentum(plant: &Hdrm, state: &State) -> Vector6<f64> {
         let d = 1e-3;
         let poses = |s: f64| {
@@ -135,8 +138,9 @@ mod tests {
         sum
     }
 
-    /// A load that comes with the end-effector changes no rate; one with a velocity of its own conserves the momentum along each joint
-    /// (1e-9 of its size), found from the load's own momentum with the tip's Jacobian, which shares no code with the plant's.
+    /// A load that comes with the end-effector changes no rate; one with a velocity of its own
+    /// conserves the momentum along each joint (1e-9 of its size), found from the load's own
+    /// momentum with the tip's Jacobian, which shares no code with the plant's.
     #[test]
     fn picking_up_conserves_momentum() {
         let plant = plant();
@@ -168,7 +172,8 @@ mod tests {
         assert!(error < 1e-9, "{error:e}");
         assert!(arriving.norm() > 0.1 * before.norm());
 
-        // The slew axis passes through the world's origin: arm and load keep their angular momentum about it, body by body.
+        // The slew axis passes through the world's origin: arm and load keep their angular momentum
+        // about it, body by body.
         let L = momentum(&plant, &state)[4] + (D4.r + centre).cross(&p).y;
         let L_after = momentum(&carrying, &pushed)[4];
         assert!((L_after / L - 1.0).abs() < 1e-9, "{L_after} {L}");
@@ -186,7 +191,8 @@ mod tests {
         assert_eq!(empty, plant);
     }
 
-    /// The energy that a change brings: with the end-effector's velocity, that of the load itself by hand.
+    /// The energy that a change brings: with the end-effector's velocity, that of the load itself
+    /// by hand.
     #[test]
     fn the_load_brings_its_own_energy() {
         let plant = plant();
@@ -223,7 +229,8 @@ mod tests {
         }
     }
 
-    /// What is no heavier has brought nothing with it: where a load with a velocity of its own is told again, or is set down, no rate changes by a bit.
+    /// What is no heavier has brought nothing with it: where a load with a velocity of its own is
+    /// told again, or is set down, no rate changes by a bit.
     #[test]
     fn only_what_comes_brings_momentum() {
         let plant = plant();

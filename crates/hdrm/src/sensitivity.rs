@@ -7,9 +7,10 @@ use crate::{Configuration, DOF, Output, Stroke, recursion};
 use nalgebra::Vector6;
 
 impl Hdrm {
-    /// Change of the outputs for a change `seed` of the input, the state held: the accelerations move,
-    /// `δzeta_ddot = M⁻¹·(Jxᵀ·δf + δtau + J_T4ᵀ·δW − δQ_hold − δQ_turning)`, and with the base the holding forces and the potential energy. A wrist drive
-    /// in saturation does not follow.
+    /// Change of the outputs for a change `seed` of the input, the state held: the accelerations
+    /// move, `δzeta_ddot = M⁻¹·(Jxᵀ·δf + δtau + J_T4ᵀ·δW − δQ_hold − δQ_turning)`, and with the
+    /// base the holding forces and the potential energy. A wrist drive in saturation does not
+    /// follow.
     #[must_use]
     pub fn directional_derivative(&self, state: &State, input: &Input, seed: &Input) -> Output {
         let dynamics = self.dynamics_with(state, input);

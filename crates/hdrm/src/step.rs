@@ -8,11 +8,12 @@ use limits::substeps;
 use nalgebra::Vector6;
 use thiserror::Error;
 
-/// Largest substep in free motion, s: RK4 then drifts by some 3e-7 J in 10 s of swinging with 400 J.
+/// Largest substep in free motion, s: RK4 then drifts by some 3e-7 J in 10 s of swinging with 400
+/// J.
 const H_MAX: f64 = 1e-3;
 
-/// Largest turn of a joint per substep, rad. RK4's relative energy error grows with its fourth power;
-/// normal operation (0.3 rad/s) stays far below, a wrist that whips around does not.
+/// Largest turn of a joint per substep, rad. RK4's relative energy error grows with its fourth
+/// power; normal operation (0.3 rad/s) stays far below, a wrist that whips around does not.
 const TURN_MAX: f64 = 4e-3;
 
 /// Longest communication step, s: 10⁴ substeps, more in fast motion and in contact.
@@ -24,8 +25,9 @@ const RATE_STEP: f64 = 1.0;
 /// Most substeps that a free substep is divided into.
 const DIVISION_MAX: u32 = 200;
 
-/// Largest angle, rad, and rate, rad/s, of a joint. Only a computation that diverges goes beyond it (friction too stiff for the shortest
-/// substep, forces far beyond the machine's), and the squares in the outputs would soon overflow.
+/// Largest angle, rad, and rate, rad/s, of a joint. Only a computation that diverges goes beyond it
+/// (friction too stiff for the shortest substep, forces far beyond the machine's), and the squares
+/// in the outputs would soon overflow.
 const LARGEST: f64 = 1e9;
 
 /// Why a step could not be done; the state is left as before the step.
@@ -146,8 +148,8 @@ impl Hdrm {
             .sum()
     }
 
-    /// Whether friction may count in the choice of substeps. The mobilities change with the pose, by far less than the
-    /// margin of 100.
+    /// Whether friction may count in the choice of substeps. The mobilities change with the pose,
+    /// by far less than the margin of 100.
     pub(crate) fn has_stiff_friction(&self, start: &Dynamics) -> bool {
         H_MAX * self.friction_rate(start) > 0.01 * RATE_STEP
     }
@@ -238,8 +240,9 @@ mod tests {
         assert_eq!(parts(1e9), DIVISION_MAX);
     }
 
-    /// Wherever a substep is divided, RK4 asks for the inputs at the start, the middle and the end of each part: of 2 ms with the elbow at
-    /// 9 rad/s two substeps, each of three parts, so every sixth of a millisecond. Tolerance: rounding of times of a millisecond.
+    /// Wherever a substep is divided, RK4 asks for the inputs at the start, the middle and the end
+    /// of each part: of 2 ms with the elbow at 9 rad/s two substeps, each of three parts, so every
+    /// sixth of a millisecond. Tolerance: rounding of times of a millisecond.
     #[test]
     fn inputs_are_asked_for_at_the_times_of_the_parts() {
         let machine = machine::Machine::reference();
@@ -263,7 +266,8 @@ mod tests {
         }
     }
 
-    /// From a hundredth of the rate that a whole substep resolves friction counts; the reference machine's does not.
+    /// From a hundredth of the rate that a whole substep resolves friction counts; the reference
+    /// machine's does not.
     #[test]
     fn friction_counts_from_a_hundredth_of_the_largest_rate() {
         let machine = machine::Machine::reference();

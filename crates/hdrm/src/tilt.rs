@@ -182,7 +182,8 @@ mod tests {
     use super::*;
     use machine::Machine;
 
-    /// Oracle: the pin of rocker and coupler, which is a real point exactly where the two circles meet.
+    /// Oracle: the pin of rocker and coupler, which is a real point exactly where the two circles
+    /// meet.
     #[test]
     fn the_loop_closes_where_it_has_a_pin() {
         let mut tilt = Tilt::new(&Machine::reference().geometry, -1.5);

@@ -31,7 +31,8 @@ impl Hdrm {
         pressed.map_or(0.0, |pressed| pressed.d_dot)
     }
 
-    /// Rates of the plane's force on the tip, N/s, and of the forces that it gives the joints, where it touches.
+    /// Rates of the plane's force on the tip, N/s, and of the forces that it gives the joints,
+    /// where it touches.
     pub(crate) fn touch_rate(
         &self,
         at: &Dynamics,
@@ -58,7 +59,8 @@ mod tests {
     use crate::{Contact, Options, State};
     use machine::Machine;
 
-    /// The doc's formula with the mobilities `J·M⁻¹·Jᵀ` of the tip by its Jacobian and a plain inverse. Tolerance: the condition of M, some 1e4.
+    /// The doc's formula with the mobilities `J·M⁻¹·Jᵀ` of the tip by its Jacobian and a plain
+    /// inverse. Tolerance: the condition of M, some 1e4.
     #[test]
     fn the_fastest_rate_is_that_of_the_deepest_contact_ahead() {
         let machine = Machine::reference();

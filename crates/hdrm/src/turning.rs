@@ -1,8 +1,10 @@
 //! A base that turns: the Coriolis, centrifugal and Euler forces of all bodies in its axes.
 //!
-//! The machine's world stands on the base, so joint angles and rates are relative to it. With the angular velocity Ω and its rate Ω̇ of the
-//! base, the equations of motion keep their mass matrix; what the bias forces get besides is the difference of two recursions over the
-//! bodies, one whose ground moves with `V = [0; Ω]`, `V̇ = [0; Ω̇]` and one whose ground rests. It costs only while the base turns.
+//! The machine's world stands on the base, so joint angles and rates are relative to it. With the
+//! angular velocity Ω and its rate Ω̇ of the base, the equations of motion keep their mass matrix;
+//! what the bias forces get besides is the difference of two recursions over the bodies, one whose
+//! ground moves with `V = [0; Ω]`, `V̇ = [0; Ω̇]` and one whose ground rests. It costs only while
+//! the base turns.
 
 use crate::input::{Input, wrench};
 use crate::plant::{Dynamics, Hdrm};
@@ -44,7 +46,8 @@ impl Turning {
 }
 
 impl Hdrm {
-    /// Generalised forces that the turning of the base takes, N·m; None while it does not turn. They do not depend on accelerations.
+    /// Generalised forces that the turning of the base takes, N·m; None while it does not turn.
+    /// They do not depend on accelerations.
     #[inline(always)]
     pub(crate) fn turning_forces(&self, state: &State, input: &Input) -> Option<Vector6<f64>> {
         let turning = Turning::of(input)?;
@@ -68,7 +71,8 @@ impl Hdrm {
             .value
     }
 
-    /// Inertial forces on the ground that moves, less those on one that rests, and their rate for `zeta_ddot`.
+    /// Inertial forces on the ground that moves, less those on one that rests, and their rate for
+    /// `zeta_ddot`.
     fn with_and_without(
         &self,
         ground: &Ground,
@@ -85,8 +89,8 @@ impl Hdrm {
         }
     }
 
-    /// Change of [`Hdrm::turning_forces`] for a change `seed` of the input, the state held: they are a quadratic function of Ω and Ω̇, of
-    /// which a difference to both sides is exact.
+    /// Change of [`Hdrm::turning_forces`] for a change `seed` of the input, the state held: they
+    /// are a quadratic function of Ω and Ω̇, of which a difference to both sides is exact.
     pub(crate) fn turning_change(
         &self,
         state: &State,
@@ -105,7 +109,8 @@ impl Hdrm {
         Some((aside(1.0) - aside(-1.0)) * 0.5)
     }
 
-    /// Rate of [`Hdrm::turning_forces`] along the motion with `zeta_ddot`, while the input changes with `input_dot`.
+    /// Rate of [`Hdrm::turning_forces`] along the motion with `zeta_ddot`, while the input changes
+    /// with `input_dot`.
     pub(crate) fn turning_rate(
         &self,
         state: &State,
@@ -131,8 +136,9 @@ impl Hdrm {
         rate + otherwise.unwrap_or_default()
     }
 
-    /// Force (N) and moment (N·m) `[f; m]` that the base exerts on the machine, at the world's origin in the world's axes, which stand on the
-    /// base: what carries its weight, reacts on its drives' motion and moves it along with the base.
+    /// Force (N) and moment (N·m) `[f; m]` that the base exerts on the machine, at the world's
+    /// origin in the world's axes, which stand on the base: what carries its weight, reacts on its
+    /// drives' motion and moves it along with the base.
     #[must_use]
     pub fn base_wrench(&self, state: &State, input: &Input) -> [f64; 6] {
         let dynamics = self.dynamics_with(state, input);

@@ -1,4 +1,5 @@
-//! Outputs, their derivatives and steps of the manipulator allocate nothing, in free motion and in an end stop.
+//! Outputs, their derivatives and steps of the manipulator allocate nothing, in free motion and in
+//! an end stop.
 #![allow(non_snake_case)]
 
 use allocation_counter::measure;

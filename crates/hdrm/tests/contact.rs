@@ -1,6 +1,4 @@
 //! Contact of the tip with a plane: against SciPy, and energy while it pushes and slides.
-#![allow(non_snake_case)]
-
 use hdrm::{Contact, DOF, Hdrm, Input, Options, State};
 use machine::Machine;
 use serde::Deserialize;
@@ -74,8 +72,9 @@ fn largest<const N: usize>(a: &[f64; N], b: &[f64; N]) -> f64 {
     (0..N).fold(0.0, |worst: f64, i| worst.max((a[i] - b[i]).abs()))
 }
 
-/// The machine falls onto a plane and slides on it, as SciPy's DOP853 (1e-11) has it for the Lagrangian of `tests/oracle/contact.py`. RK4 with
-/// 0.1 ms errs by the kink at touch-down: there a step of h misplaces the beginning of a force k·v·h by less than h.
+/// The machine falls onto a plane and slides on it, as SciPy's DOP853 (1e-11) has it for the
+/// Lagrangian of `tests/oracle/contact.py`. RK4 with 0.1 ms errs by the kink at touch-down: there a
+/// step of h misplaces the beginning of a force k·v·h by less than h.
 #[test]
 fn a_fall_onto_a_plane_is_that_of_scipy() {
     let golden = golden();
@@ -105,9 +104,10 @@ fn a_fall_onto_a_plane_is_that_of_scipy() {
     assert!(touched > 2, "the tip must touch the plane");
 }
 
-/// A plane of 0.7 GN/m with friction that sets in at 50 um/s: a step of 1 ms is divided so that it falls, bounces and slides as with steps of
-/// a tenth. The two differ by where in a step the tip touches down and leaves, 1.2e-4 rad in the end; undivided it is 1.6e-2 rad, and 8e-4 rad
-/// without the parts that slow sliding needs.
+/// A plane of 0.7 GN/m with friction that sets in at 50 um/s: a step of 1 ms is divided so that it
+/// falls, bounces and slides as with steps of a tenth. The two differ by where in a step the tip
+/// touches down and leaves, 1.2e-4 rad in the end; undivided it is 1.6e-2 rad, and 8e-4 rad without
+/// the parts that slow sliding needs.
 #[test]
 fn steps_in_stiff_contact_are_divided() {
     let golden = golden();
@@ -131,7 +131,8 @@ fn steps_in_stiff_contact_are_divided() {
     assert!(coarse.contact_loss > 50.0, "{} J", coarse.contact_loss);
 }
 
-/// What holds the tip near a point that moves: joint springs and dampers beside the holding forces, N and N·m.
+/// What holds the tip near a point that moves: joint springs and dampers beside the holding forces,
+/// N and N·m.
 fn drives(plant: &Hdrm, state: &State, wanted: &[f64; DOF]) -> Input {
     let y = plant.output(state, &Input::default());
     let pull = |i: usize, k: f64, d: f64| k * (wanted[i] - state.zeta[i]) - d * state.zeta_dot[i];
@@ -143,9 +144,10 @@ fn drives(plant: &Hdrm, state: &State, wanted: &[f64; DOF]) -> Input {
     }
 }
 
-/// 60 s of pressing on the ground and sliding over it: everything stays finite, the plane never pulls, its losses never shrink, and what the
-/// drives work is what the machine gains and the plane takes. Forces are held over a step, so their work is exactly force times travel.
-/// Bound: RK4's error at some hundred touch-downs and the friction's reversals, some µJ each.
+/// 60 s of pressing on the ground and sliding over it: everything stays finite, the plane never
+/// pulls, its losses never shrink, and what the drives work is what the machine gains and the plane
+/// takes. Forces are held over a step, so their work is exactly force times travel. Bound: RK4's
+/// error at some hundred touch-downs and the friction's reversals, some µJ each.
 #[test]
 fn pushing_and_sliding_for_a_minute_creates_no_energy() {
     let contact = Contact {
@@ -239,7 +241,8 @@ fn without_stiffness_nothing_changes() {
     assert_eq!(states[0].contact_loss, 0.0);
 }
 
-/// Output derivatives in contact against differences over 1 µs, whose error is 1e-6 s times the next derivative.
+/// Output derivatives in contact against differences over 1 µs, whose error is 1e-6 s times the
+/// next derivative.
 #[test]
 fn output_derivatives_hold_in_contact() {
     let contact = Contact {

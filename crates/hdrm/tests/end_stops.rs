@@ -1,10 +1,8 @@
 //! With nobody in control the machine stays finite and inside its end stops.
 
-mod seeded;
-
+use crate::seeded::Random;
 use hdrm::{DOF, Hdrm, Input, Options, State};
 use machine::Machine;
-use seeded::Random;
 
 fn plant() -> (Machine, Hdrm) {
     let machine = Machine::reference();

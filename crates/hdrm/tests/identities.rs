@@ -1,12 +1,9 @@
 //! Identities that exact dynamics must satisfy: energy, power, inverses, orders, derivatives.
-#![allow(non_snake_case)]
 
-mod seeded;
-
+use crate::seeded::{Random, plant};
 use hdrm::{DOF, Hdrm, Input, Load, Options, Output, State};
 use machine::Machine;
 use nalgebra::{DVector, Matrix6, Vector6};
-use seeded::{Random, plant};
 
 fn moved(state: &State, zeta_ddot: &[f64; DOF], s: f64) -> State {
     let State { zeta, zeta_dot, .. } = state;
@@ -329,7 +326,8 @@ fn a_long_step_is_its_substeps() {
     assert_eq!(long, short);
 }
 
-/// Masters take h as a difference of times, (t + h) − t, and some round their clock to nanoseconds: neither adds a substep.
+/// Masters take h as a difference of times, (t + h) − t, and some round their clock to nanoseconds:
+/// neither adds a substep.
 #[test]
 fn rounding_of_the_step_adds_no_substep() {
     let (machine, hdrm) = plant();

@@ -1,7 +1,5 @@
 //! Kinematics against geometry stated another way: closed loops, the paper's printed formulas,
 //! and finite differences of the next lower derivative.
-#![allow(non_snake_case)]
-
 use hdrm::{BODIES, Body, Configuration, DOF, GeometryError, Tip, Tree};
 use machine::Machine;
 use nalgebra::{Vector3, Vector6};
@@ -202,8 +200,9 @@ fn tip_at_start() {
     assert!((tip.position - expected).amax() < 5e-4, "{}", tip.position);
 }
 
-/// A joint range is refused where an actuator's lever vanishes or the four-bar opens less than 0.05 rad beyond its limits, and taken where that
-/// happens further out. Where it happens is found by turning the joint by hand from the middle of the range on, in steps of 0.2 mrad.
+/// A joint range is refused where an actuator's lever vanishes or the four-bar opens less than 0.05
+/// rad beyond its limits, and taken where that happens further out. Where it happens is found by
+/// turning the joint by hand from the middle of the range on, in steps of 0.2 mrad.
 #[test]
 fn loops_must_work_some_way_beyond_the_limits() {
     let (machine, tree, _) = samples(0);

@@ -1,7 +1,5 @@
-//! A base that moves: against an independent Lagrangian whose base pose is a function of time (`tests/oracle/moving_base.py`, JAX), and by
-//! the balance of energy in an inertial frame.
-#![allow(non_snake_case)]
-
+//! A base that moves: against an independent Lagrangian whose base pose is a function of time
+//! (`tests/oracle/moving_base.py`, JAX), and by the balance of energy in an inertial frame.
 use hdrm::{BODIES, Hdrm, Input, Load, Options, State};
 use machine::Machine;
 use nalgebra::{DVector, Vector3};
@@ -54,8 +52,8 @@ fn relative_error(a: &[f64], b: &[f64]) -> f64 {
     (a - &b).norm() / b.norm()
 }
 
-/// Tolerance 1e-10 relative: rounding gives some κ(M)·ε with κ ≈ 1e4, that is 1e-12; the turning that is left out changes accelerations by a
-/// hundredth at least.
+/// Tolerance 1e-10 relative: rounding gives some κ(M)·ε with κ ≈ 1e4, that is 1e-12; the turning
+/// that is left out changes accelerations by a hundredth at least.
 #[test]
 fn accelerations_and_the_bases_wrench_equal_the_lagrangian() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/oracle/moving_base.json");
@@ -101,7 +99,8 @@ fn accelerations_and_the_bases_wrench_equal_the_lagrangian() {
     assert!(count >= 50 && least > 1e-4);
 }
 
-/// A ship's base about its fixed origin: roll, pitch and yaw as sines; what the machine gets of it at the time t.
+/// A ship's base about its fixed origin: roll, pitch and yaw as sines; what the machine gets of it
+/// at the time t.
 fn ship(t: f64) -> Input {
     // Angle, rate and acceleration.
     let swing = |size: f64, w: f64| {
@@ -138,8 +137,9 @@ fn kinetic(plant: &Hdrm, state: &State, input: &Input) -> f64 {
     sum
 }
 
-/// Kinetic and potential energy change by the work of drives, friction and of the base's moment along its turning, all as an observer on the ground sees it.
-/// Both the steps (RK4 of half a millisecond) and the integral of the power (Simpson) err by some 1e-9 of what is turned over.
+/// Kinetic and potential energy change by the work of drives, friction and of the base's moment
+/// along its turning, all as an observer on the ground sees it. Both the steps (RK4 of half a
+/// millisecond) and the integral of the power (Simpson) err by some 1e-9 of what is turned over.
 #[test]
 fn energy_balances_with_the_wrench_of_the_base() {
     let machine = Machine::reference();
@@ -202,9 +202,10 @@ fn energy_balances_with_the_wrench_of_the_base() {
     assert!(work[1].abs() > 0.01 * turned);
 }
 
-/// The derivative of the outputs along the motion, and of the accelerations by the inputs, against differences: central ones over ±1e-6 s err by
-/// 1e-12/6 of the third derivative and by rounding of 1e-10 of the value; the forces are quadratic in the inputs of the base, so there only
-/// rounding counts.
+/// The derivative of the outputs along the motion, and of the accelerations by the inputs, against
+/// differences: central ones over ±1e-6 s err by 1e-12/6 of the third derivative and by rounding of
+/// 1e-10 of the value; the forces are quadratic in the inputs of the base, so there only rounding
+/// counts.
 #[test]
 fn derivatives_know_the_bases_turning() {
     let machine = Machine::reference();
@@ -291,7 +292,8 @@ fn derivatives_know_the_bases_turning() {
         near(change.zeta_ddot[i], more[i] - less[i], 1e-10, "directional");
     }
 
-    // A tilt turns gravity, which the holding forces feel too; over ±1e-4 rad central differences err by 1e-8/6.
+    // A tilt turns gravity, which the holding forces feel too; over ±1e-4 rad central differences
+    // err by 1e-8/6.
     let tilting = Input {
         base_tilt: input_dot.base_tilt,
         ..Input::default()

@@ -1,8 +1,7 @@
 //! The plant against an independent Lagrangian by automatic differentiation of body poses
-//! (`tests/oracle/lagrangian.py`, JAX): the reference machine, one without any symmetry (bodies
-//! off the plane, full inertia tensors) with scaled inertia and another payload, and the loader crane `hiab_xs031`.
-#![allow(non_snake_case)]
-
+//! (`tests/oracle/lagrangian.py`, JAX): the reference machine, one without any symmetry (bodies off
+//! the plane, full inertia tensors) with scaled inertia and another payload, and the loader crane
+//! `hiab_xs031`.
 use hdrm::{Hdrm, Input, Load, Options, State};
 use machine::Machine;
 use nalgebra::{DVector, Matrix3, Quaternion, UnitQuaternion, Vector3};
@@ -86,8 +85,8 @@ fn relative_error(a: &[f64], b: &[f64]) -> f64 {
     (a - &b).norm() / b.norm()
 }
 
-/// Tolerance 1e-10 relative, by requirement. Rounding gives some κ(M)·ε with κ ≈ 1e4, that is 1e-12;
-/// a swapped term gives at least 1e-3.
+/// Tolerance 1e-10 relative, by requirement. Rounding gives some κ(M)·ε with κ ≈ 1e4, that is
+/// 1e-12; a swapped term gives at least 1e-3.
 #[test]
 fn accelerations_equal_the_lagrangian() {
     let mut worst: f64 = 0.0;

@@ -1,6 +1,4 @@
 //! Joint friction that is stiff for RK4, and friction that is too stiff.
-#![allow(non_snake_case)]
-
 use hdrm::{DOF, Hdrm, Input, Options, State, StepError};
 use machine::Machine;
 
@@ -49,8 +47,9 @@ fn rate(viscous: f64, substeps: u32) -> Result<f64, StepError> {
     Ok(state.zeta_dot[STIFF].abs())
 }
 
-/// The joint decays with d·(M⁻¹)₆₆, which whole substeps would not follow from RK4's limit on. Substeps look at friction, so
-/// that the rate of the reference machine dies away with whatever friction the FMU allows (10⁶).
+/// The joint decays with d·(M⁻¹)₆₆, which whole substeps would not follow from RK4's limit on.
+/// Substeps look at friction, so that the rate of the reference machine dies away with whatever
+/// friction the FMU allows (10⁶).
 #[test]
 fn stiff_friction_decays() {
     let limit = RK4_LIMIT / (SUBSTEP * mobility());
@@ -61,8 +60,8 @@ fn stiff_friction_decays() {
     }
 }
 
-/// Beyond RK4's limit for the shortest substep, a 200th of the longest, the rate of the stiff joint grows from substep to substep
-/// and the step is refused; just below it decays.
+/// Beyond RK4's limit for the shortest substep, a 200th of the longest, the rate of the stiff joint
+/// grows from substep to substep and the step is refused; just below it decays.
 #[test]
 fn friction_beyond_all_substeps_is_refused() {
     let limit = 200.0 * RK4_LIMIT / (SUBSTEP * mobility());

@@ -1,12 +1,9 @@
 //! The actuator forces of the paper, with the corrections, against inverse dynamics.
-#![allow(non_snake_case)]
 
-mod seeded;
-
+use crate::seeded::{Random, plant};
 use hdrm::{BODIES, Body, DOF, Hdrm, State};
 use machine::Machine;
 use nalgebra::Vector3;
-use seeded::{Random, plant};
 use spatial::{Pose, Twist, Wrench};
 
 /// The corrected actuator formulas of the paper against inverse dynamics: slew

@@ -1,7 +1,9 @@
-//! What a model refuses: parameters outside their range, steps that cannot be taken, results that are not finite. Also how many substeps a
-//! communication step is divided into, because that decides which steps are too long.
+//! What a model refuses: parameters outside their range, steps that cannot be taken, results that
+//! are not finite. Also how many substeps a communication step is divided into, because that
+//! decides which steps are too long.
 //!
-//! Every model has its own parameters, state and equations; these rules and the words of their messages are the same for all.
+//! Every model has its own parameters, state and equations; these rules and the words of their
+//! messages are the same for all.
 #![forbid(unsafe_code)]
 
 mod parameter;

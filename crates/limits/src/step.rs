@@ -2,11 +2,12 @@
 
 use thiserror::Error;
 
-/// Most substeps in one step, half a second of computing. Normal operation takes 2 to 16 per millisecond.
+/// Most substeps in one step, half a second of computing. Normal operation takes 2 to 16 per
+/// millisecond.
 pub const MAX_SUBSTEPS: f64 = 1e6;
 
-/// Part of a step by which the substeps may be longer than the longest: an importer's clock may be off by so much, and a nanosecond
-/// more than a millisecond must not cost another substep.
+/// Part of a step by which the substeps may be longer than the longest: an importer's clock may be
+/// off by so much, and a nanosecond more than a millisecond must not cost another substep.
 const TIME_SLACK: f64 = 1e-3;
 
 /// Why a step could not be completed; the caller's state is untouched.
@@ -32,8 +33,8 @@ pub enum StepError {
     },
 }
 
-/// In how many substeps of at most `dt_max`, s, a step of `h`, s, is taken. They are of one length, so that the last ends where the step
-/// does.
+/// In how many substeps of at most `dt_max`, s, a step of `h`, s, is taken. They are of one length,
+/// so that the last ends where the step does.
 #[must_use]
 #[inline]
 pub fn substeps(h: f64, dt_max: f64) -> f64 {
@@ -52,7 +53,8 @@ pub fn check_step(t: f64, h: f64) -> Result<(), StepError> {
     Err(StepError::BadStep { t, h })
 }
 
-/// Checks that all `values`, each with its name, are finite at the end of the step that began at `t`, s.
+/// Checks that all `values`, each with its name, are finite at the end of the step that began at
+/// `t`, s.
 ///
 /// # Errors
 /// [`StepError::NotFinite`] with the first that is not.

@@ -88,7 +88,8 @@ pub struct Brake {
 }
 
 impl Brake {
-    /// Of a motor of 37 N·m: 1.35 times its rated torque, which holds 110 kN at the rod of the reference machine.
+    /// Of a motor of 37 N·m: 1.35 times its rated torque, which holds 110 kN at the rod of the
+    /// reference machine.
     pub const TYPICAL: Self = Self { torque: 50.0 };
 }
 
@@ -108,7 +109,8 @@ pub struct Heat {
 }
 
 impl Heat {
-    /// Of a motor of 12 kW with its screw: at rated torque, 316 W of copper, the winding settles 66 K above the air.
+    /// Of a motor of 12 kW with its screw: at rated torque, 316 W of copper, the winding settles 66
+    /// K above the air.
     pub const TYPICAL: Self = Self {
         C_w: 2e3,
         R_wh: 0.06,
@@ -117,8 +119,8 @@ impl Heat {
     };
 }
 
-/// `R_s = R_s,ref·(1 + α_Cu·ΔT)` with the winding's and `λ_m = λ_m,ref·(1 + α_m·ΔT)` with the housing's temperature, which the rotor
-/// follows.
+/// `R_s = R_s,ref·(1 + α_Cu·ΔT)` with the winding's and `λ_m = λ_m,ref·(1 + α_m·ΔT)` with the
+/// housing's temperature, which the rotor follows.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
@@ -187,8 +189,8 @@ pub struct Ratings {
 }
 
 impl Emla {
-    /// Voltage of the DC link where nothing else gives one, V: the inverter's `v_dc`; without one, what [`largest_voltage`] needs for
-    /// `v_max`.
+    /// Voltage of the DC link where nothing else gives one, V: the inverter's `v_dc`; without one,
+    /// what [`largest_voltage`] needs for `v_max`.
     ///
     /// [`largest_voltage`]: Emla::largest_voltage
     #[must_use]
@@ -201,8 +203,8 @@ impl Emla {
         }
     }
 
-    /// Largest phase voltage (peak) that the inverter can give with `v_dc` in its DC link, V: `v_max`, and `v_dc/√3`, to which
-    /// space-vector modulation reaches.
+    /// Largest phase voltage (peak) that the inverter can give with `v_dc` in its DC link, V:
+    /// `v_max`, and `v_dc/√3`, to which space-vector modulation reaches.
     #[must_use]
     pub fn largest_voltage(&self, v_dc: f64) -> f64 {
         (v_dc / 3.0_f64.sqrt()).min(self.v_max)

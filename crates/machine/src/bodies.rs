@@ -217,8 +217,9 @@ impl Start {
 mod tests {
     use super::*;
 
-    /// The tensor `tr(Σ)·1 − Σ` of `Σ = L D Lᵀ` with unit lower triangular L: by Sylvester's law Σ has as many positive eigenvalues as D has
-    /// positive elements. All numbers are small integers or halves, so nothing is rounded.
+    /// The tensor `tr(Σ)·1 − Σ` of `Σ = L D Lᵀ` with unit lower triangular L: by Sylvester's law Σ
+    /// has as many positive eigenvalues as D has positive elements. All numbers are small integers
+    /// or halves, so nothing is rounded.
     fn tensor(d: [f64; 3]) -> InertiaTensor {
         const L: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [3.0, 1.0, 0.0], [-2.0, 0.5, 1.0]];
         let s = |i: usize, j: usize| (0..3).map(|k| L[i][k] * d[k] * L[j][k]).sum::<f64>();

@@ -83,8 +83,9 @@ impl Findings {
         Err(MachineError::Findings(self.list))
     }
 
-    /// Drops, after the first `of_shape` findings, those of fields that the first ones name, and of the start, whose range other fields give:
-    /// what stands in place of a missing or unusable field is no value of the file.
+    /// Drops, after the first `of_shape` findings, those of fields that the first ones name, and of
+    /// the start, whose range other fields give: what stands in place of a missing or unusable
+    /// field is no value of the file.
     pub(crate) fn drop_consequences(&mut self, of_shape: usize) {
         let of_values = self.list.split_off(of_shape);
         let is_own = |finding: &Finding| {

@@ -34,17 +34,21 @@ pub struct Controller {
     /// Bandwidth ω_d of the disturbance observer, 1/s; left out: none, as in the paper.
     #[serde(default)]
     pub omega_d: f64,
-    /// Rate ω_tip of the integral of the tip's error in the modes with integral, 1/s; left out: a quarter of the reference machine's
-    /// `Lambda_position`, which makes the error's two roots equal.
+    /// Rate ω_tip of the integral of the tip's error in the modes with integral, 1/s; left out: a
+    /// quarter of the reference machine's `Lambda_position`, which makes the error's two roots
+    /// equal.
     #[serde(default = "omega_tip")]
     pub omega_tip: f64,
-    /// Bandwidth ω of the observer of the joint rates, rad/s; left out: none, the measured rates count, as in the paper.
+    /// Bandwidth ω of the observer of the joint rates, rad/s; left out: none, the measured rates
+    /// count, as in the paper.
     #[serde(default)]
     pub omega_speed: f64,
-    /// Age of the measurements when they are read, s: they are compared with the reference of then; left out: none, as in the paper.
+    /// Age of the measurements when they are read, s: they are compared with the reference of then;
+    /// left out: none, as in the paper.
     #[serde(default)]
     pub reading_age: f64,
-    /// Leakage σ of the adaptation towards the nominal inertias, 1/s; left out: none, as in the paper.
+    /// Leakage σ of the adaptation towards the nominal inertias, 1/s; left out: none, as in the
+    /// paper.
     #[serde(default)]
     pub leakage: f64,
     /// Adaptation gain γ of the natural adaptation law (larger is slower).

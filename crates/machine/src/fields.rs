@@ -4,8 +4,8 @@ use crate::{Brake, CoreLosses, Emla, Heat, InverterLosses, Temperature};
 use serde::{Deserialize, Serialize};
 use std::num::TryFromIntError;
 
-/// The section `emla` as FMU parameters have it: losses that the file may leave out are zero, brake and heat typical, and the pole pairs are signed, because
-/// FMI integers are.
+/// The section `emla` as FMU parameters have it: losses that the file may leave out are zero, brake
+/// and heat typical, and the pole pairs are signed, because FMI integers are.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct EmlaFields {
     /// All but what has the fields that follow.

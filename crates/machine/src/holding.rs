@@ -1,18 +1,20 @@
-//! Where an actuator meets its DC link and its holding brake: what all models of one have in common.
+//! Where an actuator meets its DC link and its holding brake: what all models of one have in
+//! common.
 
 use crate::Brake;
 
 /// Voltage below which the DC link is taken for dead, V.
 pub const DEAD_LINK: f64 = 1.0;
 
-/// Current that carries the power `P`, W, from a DC link of `v_dc`, V, in A: `P/v_dc`; none from a dead link.
+/// Current that carries the power `P`, W, from a DC link of `v_dc`, V, in A: `P/v_dc`; none from a
+/// dead link.
 #[must_use]
 pub fn link_current(P: f64, v_dc: f64) -> f64 {
     if v_dc >= DEAD_LINK { P / v_dc } else { 0.0 }
 }
 
-/// Whether a drive is tripped as a step begins. Undervoltage trips an enabled drive; the trip stays until the drive is disabled with the
-/// voltage back. A disabled drive does not trip.
+/// Whether a drive is tripped as a step begins. Undervoltage trips an enabled drive; the trip stays
+/// until the drive is disabled with the voltage back. A disabled drive does not trip.
 #[must_use]
 pub fn is_tripped(before: bool, is_enabled: bool, is_low: bool) -> bool {
     if is_enabled {
@@ -43,8 +45,9 @@ pub enum Holding {
 }
 
 impl Brake {
-    /// What the applied brake does to a shaft at speed `w_m`, rad/s: it holds one at rest as long as all other torques, N·m, stay within its
-    /// own, and slips against the motion, or against the torque that tears it off.
+    /// What the applied brake does to a shaft at speed `w_m`, rad/s: it holds one at rest as long
+    /// as all other torques, N·m, stay within its own, and slips against the motion, or against the
+    /// torque that tears it off.
     #[must_use]
     pub fn applied(&self, w_m: f64, others: impl FnOnce() -> f64) -> Holding {
         if w_m != 0.0 {
@@ -69,8 +72,8 @@ impl Holding {
         }
     }
 
-    /// Whether a brake that slipped in a substep has turned the shaft back to the speed `w_m` at its end: then the shaft came to rest
-    /// inside.
+    /// Whether a brake that slipped in a substep has turned the shaft back to the speed `w_m` at
+    /// its end: then the shaft came to rest inside.
     #[must_use]
     pub fn has_stopped(self, w_m: f64) -> bool {
         self.torque() * w_m < 0.0

@@ -1,4 +1,5 @@
-//! JSON as a tree in which no object has a key twice: `serde_json` alone would keep the last one without a word.
+//! JSON as a tree in which no object has a key twice: `serde_json` alone would keep the last one
+//! without a word.
 
 use serde::Deserializer;
 use serde::de::{DeserializeSeed, Error, MapAccess, SeqAccess, Visitor};

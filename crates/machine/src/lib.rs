@@ -37,13 +37,16 @@ pub use source::{PRESETS, Source, extending, preset};
 /// The reference machine's JSON, as shipped in `parameters/`.
 pub const REFERENCE_JSON: &str = include_str!("../../../parameters/reference_machine.json");
 
-/// The reference machine with an actuator for each axis, sized for what it does: `parameters/sized_machine.json`.
+/// The reference machine with an actuator for each axis, sized for what it does:
+/// `parameters/sized_machine.json`.
 pub const SIZED_JSON: &str = include_str!("../../../parameters/sized_machine.json");
 
-/// A HIAB XS031 loader crane on a research platform, with electric actuators: `parameters/hiab_xs031.json`.
+/// A HIAB XS031 loader crane on a research platform, with electric actuators:
+/// `parameters/hiab_xs031.json`.
 pub const HIAB_XS031_JSON: &str = include_str!("../../../parameters/hiab_xs031.json");
 
-/// The JSON Schema of machine files, for editors, of the shape and the checks of [`Machine`] (tested): `parameters/machine.schema.json`.
+/// The JSON Schema of machine files, for editors, of the shape and the checks of [`Machine`]
+/// (tested): `parameters/machine.schema.json`.
 pub const SCHEMA_JSON: &str = include_str!("../../../parameters/machine.schema.json");
 
 impl Machine {
@@ -61,7 +64,8 @@ mod schema;
 mod tests {
     use super::*;
 
-    /// What is compiled in has the bits of the file: numbers are written with as many digits as tell them apart.
+    /// What is compiled in has the bits of the file: numbers are written with as many digits as
+    /// tell them apart.
     #[test]
     fn the_reference_machine_is_the_file() {
         let machine = Machine::reference();
@@ -106,7 +110,8 @@ mod tests {
             .to_string()
     }
 
-    /// One section for each axis: read, checked and written by its name; a file of one section stays one of one section.
+    /// One section for each axis: read, checked and written by its name; a file of one section
+    /// stays one of one section.
     #[test]
     fn each_axis_may_have_an_actuator_of_its_own() {
         let mut json: serde_json::Value = serde_json::from_str(REFERENCE_JSON).expect("JSON");

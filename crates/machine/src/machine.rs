@@ -38,7 +38,8 @@ pub struct Machine {
 }
 
 impl Machine {
-    /// Checks every value; called wherever a machine is read, and wherever values were changed since.
+    /// Checks every value; called wherever a machine is read, and wherever values were changed
+    /// since.
     ///
     /// # Errors
     /// Every value outside its range.

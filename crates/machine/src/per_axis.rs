@@ -1,5 +1,5 @@
-//! One value for each actuator. A file writes one object for all, or `{"slew": …, "lift": …, "tilt": …}`. Saved states, whose bytes name
-//! nothing, hold all three.
+//! One value for each actuator. A file writes one object for all, or `{"slew": …, "lift": …,
+//! "tilt": …}`. Saved states, whose bytes name nothing, hold all three.
 
 use crate::check::{Finding, Findings};
 use serde::de::value::MapAccessDeserializer;
@@ -48,7 +48,8 @@ impl<T: Copy + PartialEq> PerAxis<T> {
         self.slew == self.lift && self.lift == self.tilt
     }
 
-    /// Examines each of them; where they differ, a finding's name says whose it is: `emla.lift.R_s`.
+    /// Examines each of them; where they differ, a finding's name says whose it is:
+    /// `emla.lift.R_s`.
     pub(crate) fn examine(&self, examine: impl Fn(&T, &mut Findings), found: &mut Findings) {
         if self.is_common() {
             return examine(&self.slew, found);

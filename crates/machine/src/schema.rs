@@ -1,5 +1,6 @@
-//! Makes the JSON Schema of machine files, `parameters/machine.schema.json`, and compares it with that file. Names, types and descriptions
-//! are those of the structs; bounds come from the checks, which are asked.
+//! Makes the JSON Schema of machine files, `parameters/machine.schema.json`, and compares it with
+//! that file. Names, types and descriptions are those of the structs; bounds come from the checks,
+//! which are asked.
 
 use crate::per_axis::AXES;
 use crate::sections::SECTIONS_PER_AXIS;
@@ -66,7 +67,8 @@ struct Bounds {
 }
 
 impl Bounds {
-    /// Puts bounds into the schema of what is at `place`. Every field may be left out of a file that extends another.
+    /// Puts bounds into the schema of what is at `place`. Every field may be left out of a file
+    /// that extends another.
     fn put(&self, schema: &mut Value, place: &[&str]) {
         let Value::Object(fields) = schema else {
             return;
@@ -92,7 +94,8 @@ impl Bounds {
         }
     }
 
-    /// Schema of the elements of the array at `place`. Bounds that not all elements have depend on the others, and are left out.
+    /// Schema of the elements of the array at `place`. Bounds that not all elements have depend on
+    /// the others, and are left out.
     fn items(&self, items: &Value, place: &[&str]) -> Value {
         let pointer: String = place.iter().map(|key| format!("/{key}")).collect();
         let elements = self.template.pointer(&pointer).and_then(Value::as_array);

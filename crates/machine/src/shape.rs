@@ -1,4 +1,5 @@
-//! The shape of a machine file: which fields there are, of which type; learnt from a machine that has all of them.
+//! The shape of a machine file: which fields there are, of which type; learnt from a machine that
+//! has all of them.
 
 use crate::Machine;
 use crate::actuator::{Brake, CoreLosses, Heat, InverterLosses, Temperature};

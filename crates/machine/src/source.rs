@@ -1,4 +1,5 @@
-//! Where a machine comes from: a file, or a part of one with `"extends"` and what differs, or a shipped machine.
+//! Where a machine comes from: a file, or a part of one with `"extends"` and what differs, or a
+//! shipped machine.
 
 use crate::Machine;
 use crate::check::{Findings, MachineError};
@@ -33,7 +34,8 @@ pub struct Source {
 }
 
 impl Source {
-    /// What `text` says; a relative path in `extends` starts from the folder of `file`, or from the working directory.
+    /// What `text` says; a relative path in `extends` starts from the folder of `file`, or from the
+    /// working directory.
     ///
     /// # Errors
     /// Everything that is wrong with it.
@@ -51,7 +53,8 @@ impl Source {
         Ok(Self { machine, texts })
     }
 
-    /// Name of the shipped machine that this one is, or that it extends, through other files too; of several the nearest.
+    /// Name of the shipped machine that this one is, or that it extends, through other files too;
+    /// of several the nearest.
     #[must_use]
     pub fn shipped(&self) -> Option<&'static str> {
         let name = |text: &String| PRESETS.iter().find(|(_, shipped)| shipped == text);
@@ -78,13 +81,14 @@ impl Machine {
     /// Reads and checks a machine whose text is of no file.
     ///
     /// # Errors
-    /// Malformed JSON (with line and column), or all fields that are unknown, missing, wrongly typed, or outside their physical ranges
-    /// (with path, value and rule).
+    /// Malformed JSON (with line and column), or all fields that are unknown, missing, wrongly
+    /// typed, or outside their physical ranges (with path, value and rule).
     pub fn from_json(json: &str) -> Result<Self, MachineError> {
         Ok(Source::read(json, None)?.machine)
     }
 
-    /// As [`Machine::from_json`], of the text of `file`, beside which relative paths of `extends` are looked for.
+    /// As [`Machine::from_json`], of the text of `file`, beside which relative paths of `extends`
+    /// are looked for.
     ///
     /// # Errors
     /// As of [`Machine::from_json`].
@@ -120,7 +124,8 @@ fn unknown(name: &str, file: &Path, error: &std::io::Error) -> MachineError {
     ))
 }
 
-/// The object of `text` on top of what it extends. `open` are the files that are being read, `texts` all that were.
+/// The object of `text` on top of what it extends. `open` are the files that are being read,
+/// `texts` all that were.
 fn merged(
     text: &str,
     file: Option<&Path>,
@@ -186,8 +191,8 @@ fn base_of(
     Ok(value)
 }
 
-/// Puts `own` on top of `base`: objects field by field; all else, arrays too, as a whole. Where one of the two tells actuators apart, so
-/// does the result.
+/// Puts `own` on top of `base`: objects field by field; all else, arrays too, as a whole. Where one
+/// of the two tells actuators apart, so does the result.
 fn put(base: &mut Value, own: Value, is_whole: bool) {
     let (Value::Object(base), Value::Object(own)) = (&mut *base, &own) else {
         *base = own;
@@ -209,7 +214,8 @@ fn put(base: &mut Value, own: Value, is_whole: bool) {
     }
 }
 
-/// The object of a file that extends `name`, whose machine is `base`, and says only how `machine` differs.
+/// The object of a file that extends `name`, whose machine is `base`, and says only how `machine`
+/// differs.
 #[must_use]
 pub fn extending(name: &str, base: &Machine, machine: &Machine) -> Value {
     let [mut base, mut machine] =
@@ -369,7 +375,8 @@ mod tests {
         );
     }
 
-    /// Unknown, misspelt, missing, of another type, beyond its range: one line each, and none that only follows from another.
+    /// Unknown, misspelt, missing, of another type, beyond its range: one line each, and none that
+    /// only follows from another.
     #[test]
     fn everything_wrong_is_told_at_once() {
         let mut value: Value = serde_json::from_str(crate::REFERENCE_JSON).expect("JSON");

@@ -39,7 +39,8 @@ impl Instant {
         self.copper + self.core + self.inverter + self.mechanical
     }
 
-    /// Power from the DC side, W: `3/2·(v_d i_d + v_q i_q)` and the losses that have no part in the motor's voltage.
+    /// Power from the DC side, W: `3/2·(v_d i_d + v_q i_q)` and the losses that have no part in the
+    /// motor's voltage.
     pub(crate) fn supplied(&self, i: Dq) -> f64 {
         1.5 * self.v.dot(i) + self.core + self.inverter
     }
@@ -169,8 +170,8 @@ impl Rig {
         }
     }
 
-    /// Work on the load, J, when the rod of [`Drive::Motion`] is set from position `from` to `to`, both m, between two steps in state `s`:
-    /// what the springs give thereby.
+    /// Work on the load, J, when the rod of [`Drive::Motion`] is set from position `from` to `to`,
+    /// both m, between two steps in state `s`: what the springs give thereby.
     #[must_use]
     pub fn work_of_shift(&self, s: &State, from: f64, to: f64) -> f64 {
         let nut = self.travel() * s.theta_m;

@@ -85,8 +85,8 @@ pub struct Switching {
     pub i_0: f64,
 }
 
-/// Friction of bearings, gear, screw, nut and seals. Switched on, it replaces the idealised gear efficiency and the motor's smooth
-/// Coulomb friction.
+/// Friction of bearings, gear, screw, nut and seals. Switched on, it replaces the idealised gear
+/// efficiency and the motor's smooth Coulomb friction.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Friction {
     /// Switch.
@@ -166,11 +166,13 @@ pub struct Heat {
 }
 
 impl Extras {
-    /// Everything on: ordinary values for a servo motor of 11.6 kW with planetary gear and preloaded ball screw; of no particular product.
+    /// Everything on: ordinary values for a servo motor of 11.6 kW with planetary gear and
+    /// preloaded ball screw; of no particular product.
     ///
-    /// Saturation of 20 % at the peak current; copper and NdFeB magnets (handbook values); 1 % of flux harmonics; 24 cogging periods as
-    /// of a motor with 8 poles and 12 slots; 2 µs of dead time as of IGBT modules; breakaway 1.3 times the Coulomb friction; 40 µm of play
-    /// at nut and pins; 60 N/µm of mounting and pins; 2 kJ/K of copper and teeth, 15 kJ/K of housing and gear.
+    /// Saturation of 20 % at the peak current; copper and NdFeB magnets (handbook values); 1 % of
+    /// flux harmonics; 24 cogging periods as of a motor with 8 poles and 12 slots; 2 µs of dead
+    /// time as of IGBT modules; breakaway 1.3 times the Coulomb friction; 40 µm of play at nut and
+    /// pins; 60 N/µm of mounting and pins; 2 kJ/K of copper and teeth, 15 kJ/K of housing and gear.
     pub const AS_BUILT: Self = Self {
         saturation: Saturation {
             on: true,

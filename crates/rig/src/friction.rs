@@ -1,7 +1,8 @@
 //! Friction of motor, gear, screw and nut, and what it leaves of the motor's torque.
 //!
-//! Source: C. Canudas de Wit, H. Olsson, K. J. Åström, P. Lischinsky, *A new model for control of systems with friction* (LuGre), IEEE
-//! TAC 40(3), 1995; H. Olsson's thesis for a damping that fades with speed, which keeps the model passive.
+//! Source: C. Canudas de Wit, H. Olsson, K. J. Åström, P. Lischinsky, *A new model for control of
+//! systems with friction* (LuGre), IEEE TAC 40(3), 1995; H. Olsson's thesis for a damping that
+//! fades with speed, which keeps the model passive.
 
 use crate::Rig;
 use machine::Holding;
@@ -17,7 +18,8 @@ pub(crate) struct Shaft {
     pub loss: f64,
 }
 
-/// Bristles between nut and screw, which stand for all dry friction: the gear is rigid, so there is one coordinate.
+/// Bristles between nut and screw, which stand for all dry friction: the gear is rigid, so there is
+/// one coordinate.
 #[derive(Clone, Copy, Debug)]
 struct Bristle {
     /// Force against the nut's motion, N.
@@ -42,8 +44,8 @@ impl Rig {
         self.p.J_m + self.p.J_s / (self.p.N_gear * self.p.N_gear)
     }
 
-    /// Motor acceleration and friction losses at torque `tau`, N·m, speed `w`, load `F_nut`, N, and bristle deflection `z`, m,
-    /// with what the brake does.
+    /// Motor acceleration and friction losses at torque `tau`, N·m, speed `w`, load `F_nut`, N, and
+    /// bristle deflection `z`, m, with what the brake does.
     #[inline(always)]
     pub(crate) fn shaft(&self, tau: f64, w: f64, F_nut: f64, z: f64, brake: Holding) -> Shaft {
         let mut shaft = if self.extra.friction.on {
@@ -102,8 +104,8 @@ impl Rig {
         libm::exp(-ratio * ratio)
     }
 
-    /// Dry friction in steady sliding under the load `F_nut`, N: of bearings, gear, preloaded screw and seals, and the shares of the load
-    /// that screw and mesh take; at rest the breakaway force.
+    /// Dry friction in steady sliding under the load `F_nut`, N: of bearings, gear, preloaded screw
+    /// and seals, and the shares of the load that screw and mesh take; at rest the breakaway force.
     fn sliding(&self, F_nut: f64, slow: f64) -> f64 {
         let (p, f) = (&self.p, &self.extra.friction);
         let idle = (p.tau_C + f.gear_drag) / self.travel() + f.screw_drag / self.lead() + f.seal;
@@ -127,8 +129,9 @@ impl Rig {
         }
     }
 
-    /// Bristle deflection after `dt` s at the nut speed `v` and load `F_nut`, exact while these stay: an exponential approach to
-    /// `g(v)/σ_0` in the direction of motion, over a distance of that length.
+    /// Bristle deflection after `dt` s at the nut speed `v` and load `F_nut`, exact while these
+    /// stay: an exponential approach to `g(v)/σ_0` in the direction of motion, over a distance of
+    /// that length.
     pub(crate) fn deflected(&self, z: f64, v: f64, F_nut: f64, dt: f64) -> f64 {
         if !self.extra.friction.on {
             return 0.0;
@@ -156,7 +159,8 @@ impl Rig {
 mod tests {
     use super::*;
 
-    /// Friction of the rig at rest and far beyond the Stribeck speed, unloaded and under 40 kN: sums of what the parameters say.
+    /// Friction of the rig at rest and far beyond the Stribeck speed, unloaded and under 40 kN:
+    /// sums of what the parameters say.
     #[test]
     fn breakaway_is_its_factor_times_coulomb() {
         let rig = Rig::as_built();
@@ -168,7 +172,8 @@ mod tests {
         assert!((rig.sliding(40e3, rig.slow(0.0)) / loaded - 1.3).abs() < 1e-12);
     }
 
-    /// The exact step is that of a thousand parts of it, and of the differential equation (midpoint rule: error (dt/1000)²).
+    /// The exact step is that of a thousand parts of it, and of the differential equation (midpoint
+    /// rule: error (dt/1000)²).
     #[test]
     fn the_exact_deflection_solves_its_equation() {
         let rig = Rig::as_built();
@@ -179,7 +184,8 @@ mod tests {
             let rate = |z: f64| {
                 let bristle = rig.bristle(v, F, z);
                 let slope = rig.extra.friction.damping * rig.slow(v);
-                // z_dot from the force: (F_b − σ_0 z)/σ_1, or by the steady state where σ_1 has faded.
+                // z_dot from the force: (F_b − σ_0 z)/σ_1, or by the steady state where σ_1 has
+                // faded.
                 if slope > 1.0 {
                     (bristle.force - rig.extra.friction.stiffness * z) / slope
                 } else {
@@ -200,7 +206,8 @@ mod tests {
         }
     }
 
-    /// Friction never gives energy: the bristles' loss is not negative at any speed, load and deflection up to their largest.
+    /// Friction never gives energy: the bristles' loss is not negative at any speed, load and
+    /// deflection up to their largest.
     #[test]
     fn friction_is_passive() {
         let rig = Rig::as_built();

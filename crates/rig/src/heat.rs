@@ -16,7 +16,8 @@ pub(crate) struct Warming {
 }
 
 impl Rig {
-    /// Copper losses warm the winding; iron and friction warm the housing, which gives heat to the air. (The inverter has its own cooling.)
+    /// Copper losses warm the winding; iron and friction warm the housing, which gives heat to the
+    /// air. (The inverter has its own cooling.)
     /// ```text
     /// C_w Ṫ_w = P_copper − (T_w − T_h)/R_wh
     /// C_h Ṫ_h = P_iron + P_friction + (T_w − T_h)/R_wh − (T_h − T_a)/R_ha
@@ -36,7 +37,8 @@ impl Rig {
         }
     }
 
-    /// Heat held at these temperatures, J, counted from the reference temperature of the parameters.
+    /// Heat held at these temperatures, J, counted from the reference temperature of the
+    /// parameters.
     pub(crate) fn heat_held(&self, T: [f64; 2]) -> f64 {
         let (h, zero) = (&self.extra.heat, self.extra.temperature.reference);
         h.C_w * (T[0] - zero) + h.C_h * (T[1] - zero)
@@ -47,7 +49,8 @@ impl Rig {
 mod tests {
     use crate::Rig;
 
-    /// 316 W of copper, the loss at rated torque, settle at 316·(0.06 + 0.15) = 66.4 K above the air.
+    /// 316 W of copper, the loss at rated torque, settle at 316·(0.06 + 0.15) = 66.4 K above the
+    /// air.
     #[test]
     fn rated_copper_losses_settle_at_66_kelvin() {
         let rig = Rig::as_built();

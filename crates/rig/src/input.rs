@@ -13,7 +13,8 @@ pub struct Input {
     pub v_dc: f64,
     /// Whether the inverter's gates are on, as they are by default. Read at the start of a step.
     pub enable: bool,
-    /// Whether the holding brake is applied; a drive that has tripped applies it too. Read at the start of a step.
+    /// Whether the holding brake is applied; a drive that has tripped applies it too. Read at the
+    /// start of a step.
     pub brake: bool,
     /// Temperature around the actuator, K.
     pub T_ambient: f64,

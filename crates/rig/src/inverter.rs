@@ -1,6 +1,7 @@
 //! Three-phase inverter: limit, hold in stator coordinates, dead time.
 //!
-//! Source: S.-K. Sul, *Control of Electric Machine Drive Systems*, chapters on space-vector modulation and on dead time.
+//! Source: S.-K. Sul, *Control of Electric Machine Drive Systems*, chapters on space-vector
+//! modulation and on dead time.
 
 use crate::motor::Dq;
 use crate::{Hold, Input, Rig};
@@ -12,7 +13,8 @@ impl Rig {
         self.extra.switching.on.then(|| 1.0 / f_sw)
     }
 
-    /// The commanded voltage within the limit, V: `v_max`, and `v_dc/√3` of space-vector modulation; its direction is kept.
+    /// The commanded voltage within the limit, V: `v_max`, and `v_dc/√3` of space-vector
+    /// modulation; its direction is kept.
     pub(crate) fn commanded(&self, u: &Input) -> Dq {
         let v = Dq { d: u.v_d, q: u.v_q };
         let largest = self.p.largest_voltage(u.v_dc);
@@ -24,8 +26,9 @@ impl Rig {
         }
     }
 
-    /// A new switching period of `T` s begins at motor angle `theta_m` and speed `w_m`: what was computed in the last one acts from now
-    /// on, and what is computed now acts in the next one. It is held there, so it comes 3/2·T late in the mean.
+    /// A new switching period of `T` s begins at motor angle `theta_m` and speed `w_m`: what was
+    /// computed in the last one acts from now on, and what is computed now acts in the next one. It
+    /// is held there, so it comes 3/2·T late in the mean.
     pub(crate) fn switch(&self, hold: &Hold, u: &Input, theta_m: f64, w_m: f64, T: f64) -> Hold {
         let lead = if self.extra.switching.advance {
             1.5 * T * w_m
@@ -41,7 +44,8 @@ impl Rig {
         }
     }
 
-    /// Voltage at the motor in rotor coordinates, V: the command itself, or what is held less what the dead time takes.
+    /// Voltage at the motor in rotor coordinates, V: the command itself, or what is held less what
+    /// the dead time takes.
     #[inline(always)]
     pub(crate) fn voltage(&self, hold: &Hold, u: &Input, i: Dq, theta_m: f64) -> Dq {
         if !self.extra.switching.on {
@@ -56,12 +60,14 @@ impl Rig {
         (held + (-1.0) * lost).turned((-sin, cos))
     }
 
-    /// Voltage that the dead time takes, V, for the currents `i` in stator coordinates: in each phase `v_dc·t_d·f_sw` against the current's
-    /// sign. The part common to all phases drives no current.
+    /// Voltage that the dead time takes, V, for the currents `i` in stator coordinates: in each
+    /// phase `v_dc·t_d·f_sw` against the current's sign. The part common to all phases drives no
+    /// current.
     /// ```text
     /// i_a = i_α,   i_b, i_c = −i_α/2 ± √3/2·i_β,   v_α = (2 v_a − v_b − v_c)/3,   v_β = (v_b − v_c)/√3
     /// ```
-    /// The sign is rounded to i/√(i² + i_0²): near zero the current charges the devices' capacitances.
+    /// The sign is rounded to i/√(i² + i_0²): near zero the current charges the devices'
+    /// capacitances.
     fn dead_time_voltage(&self, i: Dq, v_dc: f64) -> Dq {
         let (s, root) = (&self.extra.switching, 3.0_f64.sqrt());
         let f_sw = self.p.inverter.map_or(0.0, |inverter| inverter.f_sw);
@@ -77,7 +83,8 @@ impl Rig {
             }
     }
 
-    /// What would hold the voltage `v`, V, at motor angle and speed, as at the start: in stator coordinates, dead time made up for.
+    /// What would hold the voltage `v`, V, at motor angle and speed, as at the start: in stator
+    /// coordinates, dead time made up for.
     pub(crate) fn steady_hold(&self, v: Dq, i: Dq, u: &Input, theta_m: f64, w_m: f64) -> Hold {
         let Some(T) = self.switching_period() else {
             return Hold::default();
@@ -120,8 +127,9 @@ mod tests {
         }
     }
 
-    /// A command at angle 0 acts one period later, at the speed w with the rotor then turned by p·w·T; in the middle of that period, with
-    /// the advance, it stands where it was commanded in rotor coordinates.
+    /// A command at angle 0 acts one period later, at the speed w with the rotor then turned by
+    /// p·w·T; in the middle of that period, with the advance, it stands where it was commanded in
+    /// rotor coordinates.
     #[test]
     fn a_command_acts_one_and_a_half_periods_late() {
         let rig = rig(|e| e.switching.dead_time = 0.0);
@@ -151,7 +159,8 @@ mod tests {
         assert!((computed.next[0]).abs() < 1e-12 && (computed.next[1] - 90.0).abs() < 1e-12);
     }
 
-    /// By hand: current in phase a alone against b and c takes `v_dc·t_d·f_sw`·(2 + 1 + 1)/3 from the α axis: 650·2e-6·8000·4/3.
+    /// By hand: current in phase a alone against b and c takes `v_dc·t_d·f_sw`·(2 + 1 + 1)/3 from
+    /// the α axis: 650·2e-6·8000·4/3.
     #[test]
     fn dead_time_takes_its_share_against_the_current() {
         let rig = rig(|e| e.switching.i_0 = 1e-9);

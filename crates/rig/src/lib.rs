@@ -1,13 +1,17 @@
-//! The actuator as built: motor, drive, gear, screw and rod with what a controller's model of them leaves out.
+//! The actuator as built: motor, drive, gear, screw and rod with what a controller's model of them
+//! leaves out.
 //!
-//! It stands in the place of the idealised actuator with the same inputs and outputs, and shares with it what trips and holds the drive
-//! ([`machine::Holding`]); its equations are its own, written from the books named at the functions. [`Extras`] says what it knows beyond [`machine::Emla`]: saturation, temperature, ripple
-//! and cogging, an inverter that holds its voltages in stator coordinates and comes late, stiction with presliding, backlash, compliance of
-//! the mounting and torsion, larger losses, and heat. Each has a switch; with all of them off the equations are those of the idealised
-//! actuator.
+//! It stands in the place of the idealised actuator with the same inputs and outputs, and shares
+//! with it what trips and holds the drive ([`machine::Holding`]); its equations are its own,
+//! written from the books named at the functions. [`Extras`] says what it knows beyond
+//! [`machine::Emla`]: saturation, temperature, ripple and cogging, an inverter that holds its
+//! voltages in stator coordinates and comes late, stiction with presliding, backlash, compliance of
+//! the mounting and torsion, larger losses, and heat. Each has a switch; with all of them off the
+//! equations are those of the idealised actuator.
 //!
-//! The rod's position `x` and the force `F` are positive when the actuator extends. dq quantities are peak-valued and oriented to the rotor
-//! flux. SI units throughout. [`Rig`] is the configuration; [`State`] is passed by value, so a step that fails changes nothing.
+//! The rod's position `x` and the force `F` are positive when the actuator extends. dq quantities
+//! are peak-valued and oriented to the rotor flux. SI units throughout. [`Rig`] is the
+//! configuration; [`State`] is passed by value, so a step that fails changes nothing.
 #![forbid(unsafe_code)]
 #![allow(non_snake_case)] // symbols of the books
 

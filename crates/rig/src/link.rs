@@ -1,4 +1,5 @@
-//! What connects nut and rod: screw, bearings, mounting and pins as springs in series, damping, and play.
+//! What connects nut and rod: screw, bearings, mounting and pins as springs in series, damping, and
+//! play.
 
 use crate::Rig;
 
@@ -18,8 +19,9 @@ pub(crate) struct Link {
 impl Rig {
     /// Stiffness at the rod position `x`, N/m, and its derivative by x.
     ///
-    /// Springs in series: the screw between bearing and nut (`x(L_s − x)/(L_s EA)`, both ends held), two bearings, nut, rod, and the
-    /// screw's torsion over the lead; as built also mounting with pins, and gear with coupling over the lead:
+    /// Springs in series: the screw between bearing and nut (`x(L_s − x)/(L_s EA)`, both ends
+    /// held), two bearings, nut, rod, and the screw's torsion over the lead; as built also mounting
+    /// with pins, and gear with coupling over the lead:
     /// ```text
     /// 1/K = x(L_s − x)/(L_s EA) + 1/(2K_br) + 1/K_n + 1/K_r + (ρ/2π)² x/GJ + 1/K_mount + (ρ/2π)²/K_torsion
     /// ```
@@ -50,12 +52,13 @@ impl Rig {
         if b.on { 0.5 * b.width } else { 0.0 }
     }
 
-    /// Force for the nut's lead `s` over the rod, m, growing at `s_dot`, at rod position `x` moving at `x_dot`.
+    /// Force for the nut's lead `s` over the rod, m, growing at `s_dot`, at rod position `x` moving
+    /// at `x_dot`.
     /// ```text
     /// δ = s − b for s > b, s + b for s < −b, else 0;   F = K δ + C_b ṡ·min(1, |δ|/δ_0),   but never pulling: F δ ≥ 0
     /// ```
-    /// without play `F = K s + C_b ṡ`. The stiffness varies with x, but the force law has no term for it: a moving rod gains or
-    /// loses `½ K' ẋ δ²`, counted as a loss.
+    /// without play `F = K s + C_b ṡ`. The stiffness varies with x, but the force law has no term
+    /// for it: a moving rod gains or loses `½ K' ẋ δ²`, counted as a loss.
     #[inline(always)]
     pub(crate) fn link(&self, s: f64, s_dot: f64, x: f64, x_dot: f64) -> Link {
         let (K, K_slope) = self.stiffness(x);
@@ -95,7 +98,8 @@ impl Rig {
 mod tests {
     use super::*;
 
-    /// Nothing is transmitted within the play; beyond it the stretch under a force gives that force; a contact that parts does not pull.
+    /// Nothing is transmitted within the play; beyond it the stretch under a force gives that
+    /// force; a contact that parts does not pull.
     #[test]
     fn play_transmits_nothing_and_contact_does_not_pull() {
         let rig = Rig::as_built();
@@ -108,7 +112,8 @@ mod tests {
         assert!(rig.link(23e-6, 0.01, 0.2, 0.0).force > rig.link(23e-6, 0.0, 0.2, 0.0).force);
     }
 
-    /// As built it is softer by mounting and torsion; the slope is the derivative (central difference).
+    /// As built it is softer by mounting and torsion; the slope is the derivative (central
+    /// difference).
     #[test]
     fn compliances_add_up() {
         let rig = Rig::as_built();

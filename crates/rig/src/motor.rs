@@ -1,6 +1,8 @@
-//! Permanent-magnet synchronous motor in rotor coordinates, with saturation, temperature, flux harmonics and cogging.
+//! Permanent-magnet synchronous motor in rotor coordinates, with saturation, temperature, flux
+//! harmonics and cogging.
 //!
-//! Source: P. C. Krause, O. Wasynczuk, S. D. Sudhoff, *Analysis of Electric Machinery*, chapter on permanent-magnet machines.
+//! Source: P. C. Krause, O. Wasynczuk, S. D. Sudhoff, *Analysis of Electric Machinery*, chapter on
+//! permanent-magnet machines.
 
 use crate::Rig;
 use std::ops::{Add, Mul};
@@ -90,8 +92,8 @@ impl Rig {
         self.p.R_s * (1.0 + rise)
     }
 
-    /// Flux of the magnets at motor angle and temperature of the housing, which the rotor follows, Wb:
-    /// `λ_m·(1 + α_m ΔT)·(1 + r_6 cos 6θ_e + r_12 cos 12θ_e)`.
+    /// Flux of the magnets at motor angle and temperature of the housing, which the rotor follows,
+    /// Wb: `λ_m·(1 + α_m ΔT)·(1 + r_6 cos 6θ_e + r_12 cos 12θ_e)`.
     pub(crate) fn magnets(&self, theta_e: f64, T_housing: f64) -> f64 {
         let (t, r) = (&self.extra.temperature, &self.extra.ripple);
         let mut flux = self.p.lambda_m;
@@ -109,8 +111,9 @@ impl Rig {
     /// λ_d = L_d i_d + λ_m,   λ_q = L_q i_q/(1 + a|i_q|),   dλ_q/di_q = L_q/(1 + a|i_q|)²
     /// τ_e = 3/2·p·(λ_d i_q − λ_q i_d),   τ_cog = A sin(n θ_m)
     /// ```
-    /// The harmonics of λ_m act in the torque and, as back-EMF, in the voltage of the quadrature axis: so they make no power of their
-    /// own. The voltage by the change of λ_m itself, in the direct axis, is left out with its torque.
+    /// The harmonics of λ_m act in the torque and, as back-EMF, in the voltage of the quadrature
+    /// axis: so they make no power of their own. The voltage by the change of λ_m itself, in the
+    /// direct axis, is left out with its torque.
     #[inline(always)]
     pub(crate) fn magnetics(
         &self,
@@ -147,8 +150,8 @@ impl Rig {
 
     /// Energy of the currents' field, J: `3/2·(½ L_d i_d² + ∫ i dλ_q)`.
     ///
-    /// `∫ i dλ_q = L_q/a²·(ln(1 + a i) + 1/(1 + a i) − 1)` for i ≥ 0, which is ½ L_q i² for a → 0; below `a·i` = 1e-3 its series is taken,
-    /// whose next term is 1e-9 of it.
+    /// `∫ i dλ_q = L_q/a²·(ln(1 + a i) + 1/(1 + a i) − 1)` for i ≥ 0, which is ½ L_q i² for a → 0;
+    /// below `a·i` = 1e-3 its series is taken, whose next term is 1e-9 of it.
     pub(crate) fn field_energy(&self, i: Dq) -> f64 {
         let (p, a) = (&self.p, self.saturation());
         let (size, z) = (i.q.abs(), a * i.q.abs());
@@ -176,7 +179,8 @@ impl Rig {
 mod tests {
     use super::*;
 
-    /// λ_q/i_q is a fifth less at i_max, and dλ_q/di_q is the derivative of λ_q (central difference, h³ error below 1e-9 H).
+    /// λ_q/i_q is a fifth less at i_max, and dλ_q/di_q is the derivative of λ_q (central
+    /// difference, h³ error below 1e-9 H).
     #[test]
     fn saturation_takes_its_share_and_its_slope() {
         let rig = Rig::as_built();
@@ -188,7 +192,8 @@ mod tests {
         }
     }
 
-    /// The energy's derivative by i_q is 3/2·i_q·dλ_q/di_q, by θ_m minus the cogging torque; on both sides of the series.
+    /// The energy's derivative by i_q is 3/2·i_q·dλ_q/di_q, by θ_m minus the cogging torque; on
+    /// both sides of the series.
     #[test]
     fn the_energy_belongs_to_flux_and_torque() {
         let rig = Rig::as_built();
@@ -203,7 +208,8 @@ mod tests {
         assert!((found + rig.cogging(0.3)).abs() < 1e-6);
     }
 
-    /// 60 K warmer: resistance 23.58 % up, magnets 6.6 % down, at an angle without harmonics (cos 6θ_e + cos 12θ_e = 0 at 6θ_e = π/3).
+    /// 60 K warmer: resistance 23.58 % up, magnets 6.6 % down, at an angle without harmonics (cos
+    /// 6θ_e + cos 12θ_e = 0 at 6θ_e = π/3).
     #[test]
     fn winding_and_magnets_follow_the_temperature() {
         let rig = Rig::as_built();

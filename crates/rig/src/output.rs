@@ -58,7 +58,8 @@ pub struct Output {
     pub E_in: f64,
     /// Energy given to the load since the start, J.
     pub E_out: f64,
-    /// Work on the load since the start by shifts of the rod between steps, J: `E_in = E_out + E_shift + E_loss + ΔE_stored`.
+    /// Work on the load since the start by shifts of the rod between steps, J: `E_in = E_out +
+    /// E_shift + E_loss + ΔE_stored`.
     pub E_shift: f64,
     /// Energy lost since the start, J.
     pub E_loss: f64,
@@ -135,8 +136,8 @@ impl Rig {
     }
 }
 
-/// Efficiency of mean powers. Losses rather than input and output make it, so that energy on its way into and out of the stores does not
-/// disturb it; it is kept in [0, 1].
+/// Efficiency of mean powers. Losses rather than input and output make it, so that energy on its
+/// way into and out of the stores does not disturb it; it is kept in [0, 1].
 /// ```text
 /// quadrant I:   η = P_out/(P_out + P_loss)
 /// quadrant IV:  η = (|P_out| − P_loss)/|P_out|

@@ -39,13 +39,15 @@ impl Rig {
         Ok(rig)
     }
 
-    /// The same actuator, whose force is given `delay` communication steps ahead, because it acts so late.
+    /// The same actuator, whose force is given `delay` communication steps ahead, because it acts
+    /// so late.
     #[must_use]
     pub fn with_delay(self, delay: u32) -> Self {
         Self { delay, ..self }
     }
 
-    /// The same actuator, whose drive trips when it is enabled and its DC link is below `undervoltage`, V: gates off, brake applied.
+    /// The same actuator, whose drive trips when it is enabled and its DC link is below
+    /// `undervoltage`, V: gates off, brake applied.
     #[must_use]
     pub fn with_undervoltage(self, undervoltage: f64) -> Self {
         Self {

@@ -5,9 +5,10 @@ use crate::{Energy, Input, Powers, Rig, State, StepError};
 use machine::Holding;
 
 impl Rig {
-    /// The state that delivers `F_hold` at rod position `x`, in steady motion at `x_dot` (at rest all friction is zero), with these
-    /// temperatures of winding and housing, K. The inverter already holds the voltage that keeps the current; a drive that starts disabled or
-    /// below its undervoltage carries none.
+    /// The state that delivers `F_hold` at rod position `x`, in steady motion at `x_dot` (at rest
+    /// all friction is zero), with these temperatures of winding and housing, K. The inverter
+    /// already holds the voltage that keeps the current; a drive that starts disabled or below its
+    /// undervoltage carries none.
     ///
     /// # Errors
     /// [`StepError::NotFinite`] for inputs that are not finite.
@@ -61,7 +62,8 @@ impl Rig {
         Ok(state)
     }
 
-    /// Torque at which the shaft does not accelerate, N·m. The acceleration is linear in the torque, so two of its values tell.
+    /// Torque at which the shaft does not accelerate, N·m. The acceleration is linear in the
+    /// torque, so two of its values tell.
     fn steady_torque(&self, w_m: f64, F_link: f64, z: f64) -> f64 {
         let at = |tau: f64| self.shaft(tau, w_m, F_link, z, Holding::Released).w_m_dot;
         let (idle, slope) = (at(0.0), at(1.0) - at(0.0));

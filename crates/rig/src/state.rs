@@ -35,7 +35,8 @@ pub struct State {
     pub mean: Powers,
     /// Mean current from the DC side over the last step, A; at the start that of the moment.
     pub i_dc_mean: f64,
-    /// Work on the load by shifts of the rod between steps since the start, J: see [`crate::Rig::work_of_shift`].
+    /// Work on the load by shifts of the rod between steps since the start, J: see
+    /// [`crate::Rig::work_of_shift`].
     pub shift: f64,
     /// Whether undervoltage has tripped the drive: gates off, brake applied.
     pub tripped: bool,
@@ -113,7 +114,8 @@ pub(crate) struct Rates {
 }
 
 impl State {
-    /// `self + dt·rates`, with `F_mean` holding an impulse in N·s; bristles and inverter as they are.
+    /// `self + dt·rates`, with `F_mean` holding an impulse in N·s; bristles and inverter as they
+    /// are.
     #[inline(always)]
     pub(crate) fn plus(&self, dt: f64, rates: &Rates) -> Self {
         Self {

@@ -1,16 +1,19 @@
 //! Integration over one communication step.
 //!
-//! Each substep is a symmetric composition: half a substep of the bristles, exact at the present speed and load; a whole one of everything
-//! else by the classical Runge–Kutta method with the bristles held; the other half of the bristles. Its error is of second order in the
-//! substep and only where bristles bend, of fourth order elsewhere. So bristles that relax in a tenth of a millisecond (70 mm/s) or less set
-//! no limit to the substep. Substeps end where a switching period ends.
+//! Each substep is a symmetric composition: half a substep of the bristles, exact at the present
+//! speed and load; a whole one of everything else by the classical Runge–Kutta method with the
+//! bristles held; the other half of the bristles. Its error is of second order in the substep and
+//! only where bristles bend, of fourth order elsewhere. So bristles that relax in a tenth of a
+//! millisecond (70 mm/s) or less set no limit to the substep. Substeps end where a switching period
+//! ends.
 
 use crate::held::Held;
 use crate::state::Rates;
 use crate::{Drive, Input, Rig, State};
 use limits::{MAX_SUBSTEPS, StepError, check_step, substeps};
 
-/// Longest substep, s: half a switching period of 8 kHz, which also resolves the electrical angle to 5° at rated speed.
+/// Longest substep, s: half a switching period of 8 kHz, which also resolves the electrical angle
+/// to 5° at rated speed.
 const DT_MAX: f64 = 62.5e-6;
 /// Largest `rate·dt` of a linear mode; Runge–Kutta is stable to 2.78.
 const RATE_STEP: f64 = 1.0;
@@ -45,8 +48,8 @@ impl Rig {
         DT_MAX.min(RATE_STEP / fastest)
     }
 
-    /// The state a time `h` after `s`, both s, under the inputs `u`: held, but the rod of [`Drive::Motion`] moves on with its velocity.
-    /// `t` only names the time in an error.
+    /// The state a time `h` after `s`, both s, under the inputs `u`: held, but the rod of
+    /// [`Drive::Motion`] moves on with its velocity. `t` only names the time in an error.
     ///
     /// # Errors
     /// An unusable step, or a result that is not finite.

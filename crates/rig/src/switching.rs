@@ -30,12 +30,14 @@ impl Rig {
         brake.applied(s.w_m, || self.instant(s, u, &free).shaft.torque_left)
     }
 
-    /// The state as a step begins: whether the drive trips, or a trip is taken back, and without current and held voltages where the gates
-    /// are off.
+    /// The state as a step begins: whether the drive trips, or a trip is taken back, and without
+    /// current and held voltages where the gates are off.
     ///
-    /// When the gates go off, the diodes return the currents to the DC link against its voltage. This takes `L·i/v_dc`, less than a switching
-    /// period, and is taken to be over at once: the field's energy goes back into the link, or into the diodes where the link is dead.
-    /// From then on the diodes block, as long as the back-EMF `√3·p·|w_m|·λ_m` stays below the link's voltage.
+    /// When the gates go off, the diodes return the currents to the DC link against its voltage.
+    /// This takes `L·i/v_dc`, less than a switching period, and is taken to be over at once: the
+    /// field's energy goes back into the link, or into the diodes where the link is dead. From then
+    /// on the diodes block, as long as the back-EMF `√3·p·|w_m|·λ_m` stays below the link's
+    /// voltage.
     pub(crate) fn switched(&self, s: &State, u: &Input) -> State {
         let mut next = *s;
         next.tripped = is_tripped(s.tripped, u.enable, u.v_dc < self.undervoltage);
@@ -54,8 +56,8 @@ impl Rig {
         next
     }
 
-    /// The state after a substep, in which a brake that slipped has turned the shaft back: it came to rest inside. What is left of its
-    /// energy is lost there, as heat of the housing.
+    /// The state after a substep, in which a brake that slipped has turned the shaft back: it came
+    /// to rest inside. What is left of its energy is lost there, as heat of the housing.
     pub(crate) fn stopped(&self, s: State, held: &Held) -> State {
         if !held.brake.has_stopped(s.w_m) {
             return s;

@@ -1,6 +1,4 @@
 //! The power balance of the actuator as built, all extras on.
-#![allow(non_snake_case)]
-
 use rig::{Drive, Extras, Input, Output, Rig, State};
 
 const H: f64 = 1e-3;
@@ -10,7 +8,8 @@ fn rig(drive: Drive) -> Rig {
     Rig::new(p, Extras::AS_BUILT, drive).expect("valid")
 }
 
-/// Inputs at time `t`: voltages that reverse the motor, a load that reverses, in [`Drive::Motion`] a rod that swings.
+/// Inputs at time `t`: voltages that reverse the motor, a load that reverses, in [`Drive::Motion`]
+/// a rod that swings.
 fn input(t: f64, x: f64, x_dot: f64) -> Input {
     Input {
         v_d: -3.0 + 2.0 * (9.0 * t).sin(),
@@ -35,7 +34,8 @@ fn run(drive: Drive, seconds: f64, mut look: impl FnMut(&Output, &State)) {
         .expect("finite");
     for k in 0..(seconds / H) as u32 {
         let t = f64::from(k) * H;
-        // With a prescribed rod it follows the motor, some 10 % off, so that the connection is worked both ways.
+        // With a prescribed rod it follows the motor, some 10 % off, so that the connection is
+        // worked both ways.
         let x_dot = 0.9 * travel * s.w_m + 0.2 * (travel * s.theta_m - x);
         let u = input(t, x, x_dot);
         look(&rig.output(&s, &u), &s);
@@ -44,7 +44,8 @@ fn run(drive: Drive, seconds: f64, mut look: impl FnMut(&Output, &State)) {
     }
 }
 
-/// `E_in = E_out + E_loss + ΔE_stored` to 1e-3 of what is turned over, and what is lost outside the inverter is the heat held and given.
+/// `E_in = E_out + E_loss + ΔE_stored` to 1e-3 of what is turned over, and what is lost outside the
+/// inverter is the heat held and given.
 #[test]
 fn power_and_heat_balance_close() {
     for drive in [Drive::Motion, Drive::Force] {
@@ -76,8 +77,9 @@ fn power_and_heat_balance_close() {
     }
 }
 
-/// The balance of powers at an instant: with the state's change over a short step, which shows the stored energy's rate. Halving the step
-/// halves the difference (it is of first order in the step), so the balance holds in the limit.
+/// The balance of powers at an instant: with the state's change over a short step, which shows the
+/// stored energy's rate. Halving the step halves the difference (it is of first order in the step),
+/// so the balance holds in the limit.
 #[test]
 fn halving_the_step_halves_the_gap_of_powers() {
     let rig = rig(Drive::Force);

@@ -1,6 +1,5 @@
-//! Trips, gates and brake of the actuator as built: what holds, what falls, and where the energy goes.
-#![allow(non_snake_case)]
-
+//! Trips, gates and brake of the actuator as built: what holds, what falls, and where the energy
+//! goes.
 use rig::{Drive, Extras, Input, Output, Rig, State};
 
 const H: f64 = 1e-3;
@@ -17,7 +16,8 @@ fn boom(extras: Extras) -> Rig {
     rig.with_undervoltage(450.0)
 }
 
-/// The boom at rest or in motion at `x_dot`, m/s, held by the voltage that keeps its current but for the dead time.
+/// The boom at rest or in motion at `x_dot`, m/s, held by the voltage that keeps its current but
+/// for the dead time.
 fn start(rig: &Rig, x_dot: f64) -> (State, Input) {
     let mut u = Input {
         v_dc: 600.0,
@@ -41,8 +41,9 @@ fn run(rig: &Rig, mut s: State, u: &Input, steps: u32) -> State {
     s
 }
 
-/// `E_in = E_out + E_loss + ΔE_stored` and `E_loss − E_inverter = E_heat + ΔE_thermal`. The bristles are composed with the rest to second
-/// order, which leaves 1e-4 of what was turned over; heat is counted from the same losses, to the rounding of half a million temperatures.
+/// `E_in = E_out + E_loss + ΔE_stored` and `E_loss − E_inverter = E_heat + ΔE_thermal`. The
+/// bristles are composed with the rest to second order, which leaves 1e-4 of what was turned over;
+/// heat is counted from the same losses, to the rounding of half a million temperatures.
 fn assert_balanced(rig: &Rig, first: &Output, s: &State, u: &Input) {
     let y = rig.output(s, u);
     let stored = y.E_stored - first.E_stored;
@@ -56,7 +57,8 @@ fn assert_balanced(rig: &Rig, first: &Output, s: &State, u: &Input) {
     );
 }
 
-/// The link breaks down at rest and while the boom moves at 40 mm/s: it stops within 2 mm, and then motor and rod stay, to the bit and to 1 nm.
+/// The link breaks down at rest and while the boom moves at 40 mm/s: it stops within 2 mm, and then
+/// motor and rod stay, to the bit and to 1 nm.
 #[test]
 fn a_boom_without_voltage_stays_where_it_is() {
     let rig = boom(Extras::AS_BUILT);
@@ -76,7 +78,8 @@ fn a_boom_without_voltage_stays_where_it_is() {
         let y = rig.output(&later, &low);
         assert_eq!((y.P_in, y.i_dc, y.i_dc_mean, y.tau_e), (0.0, 0.0, 0.0, 0.0));
         assert_balanced(&rig, &first, &later, &low);
-        // The trip is taken back while the drive is disabled with the voltage back; enabled, it works again.
+        // The trip is taken back while the drive is disabled with the voltage back; enabled, it
+        // works again.
         let off = Input {
             enable: false,
             brake: true,
@@ -88,7 +91,8 @@ fn a_boom_without_voltage_stays_where_it_is() {
     }
 }
 
-/// With the gates off and the brake released the boom falls and no current flows, whatever voltage is asked for.
+/// With the gates off and the brake released the boom falls and no current flows, whatever voltage
+/// is asked for.
 #[test]
 fn a_disabled_drive_is_not_a_shorted_motor() {
     let rig = boom(Extras::AS_BUILT);
@@ -109,8 +113,9 @@ fn a_disabled_drive_is_not_a_shorted_motor() {
     assert_balanced(&rig, &first, &held, &braked);
 }
 
-/// The field's energy goes back into the link when the gates go off, and burns in the diodes of a dead one: `3/2·∫ i dλ_q`, here by
-/// Simpson's rule over the saturated inductance `L_q/(1 + a i)²`, `a` such that λ_q/i_q is a fifth less at 100 A.
+/// The field's energy goes back into the link when the gates go off, and burns in the diodes of a
+/// dead one: `3/2·∫ i dλ_q`, here by Simpson's rule over the saturated inductance `L_q/(1 + a i)²`,
+/// `a` such that λ_q/i_q is a fifth less at 100 A.
 #[test]
 fn currents_return_to_the_link() {
     let rig = boom(Extras::AS_BUILT);
@@ -150,7 +155,8 @@ fn currents_return_to_the_link() {
     assert!((dead.energy.inverter - field).abs() < 1e-10, "{dead:?}");
 }
 
-/// The brake of 50 N·m holds what the nut turns back with, `F·ρ/(2πN)`, without help of friction: 117.8 kN.
+/// The brake of 50 N·m holds what the nut turns back with, `F·ρ/(2πN)`, without help of friction:
+/// 117.8 kN.
 #[test]
 fn the_brake_holds_up_to_its_torque() {
     let mut extras = Extras::AS_BUILT;
@@ -177,8 +183,8 @@ fn the_brake_holds_up_to_its_torque() {
     }
 }
 
-/// What a rod that is set elsewhere between two steps takes from the springs or gives them: the energy of a spring of 1/K in series is
-/// `F²/(2K)`, and `F = K·stretch` beyond the play.
+/// What a rod that is set elsewhere between two steps takes from the springs or gives them: the
+/// energy of a spring of 1/K in series is `F²/(2K)`, and `F = K·stretch` beyond the play.
 #[test]
 fn a_shift_of_the_rod_is_work_of_the_springs() {
     let p = machine::Machine::reference().emla.lift;

@@ -1,14 +1,13 @@
 //! With every extra off it is the idealised actuator, whose code it does not share.
-#![allow(non_snake_case)]
-
 use rig::{Drive, Extras, Input, Rig};
 
-/// Communication step, s: one substep of either. In a step of a millisecond the idealised actuator takes longer ones, whose errors of some
-/// 0.1 N (2.6e-6 of the peak here) are no difference of the equations.
+/// Communication step, s: one substep of either. In a step of a millisecond the idealised actuator
+/// takes longer ones, whose errors of some 0.1 N (2.6e-6 of the peak here) are no difference of the
+/// equations.
 const H: f64 = 62.5e-6;
 
-/// All outputs that both have, to 1e-6 of their peaks, in both drive modes, over four seconds of voltages, motions and loads of both
-/// signs.
+/// All outputs that both have, to 1e-6 of their peaks, in both drive modes, over four seconds of
+/// voltages, motions and loads of both signs.
 #[test]
 fn with_all_extras_off_it_is_the_idealised_actuator() {
     let p = machine::Machine::reference().emla.lift;

@@ -1,6 +1,5 @@
-//! The actuator as built against SciPy's integration of independently written equations (`tests/oracle/rig_oracle.py`).
-#![allow(non_snake_case)]
-
+//! The actuator as built against SciPy's integration of independently written equations
+//! (`tests/oracle/rig_oracle.py`).
 use rig::{Drive, Extras, Input, Output, Rig};
 use serde_json::Value;
 
@@ -58,8 +57,9 @@ fn column(name: &str, y: &Output) -> f64 {
     }
 }
 
-/// Every column to 1 % of its peak (temperatures: of their change) through stiction, presliding and play, with all extras on. The
-/// substeps leave far less, see what is printed; the bound is what is promised.
+/// Every column to 1 % of its peak (temperatures: of their change) through stiction, presliding and
+/// play, with all extras on. The substeps leave far less, see what is printed; the bound is what is
+/// promised.
 #[test]
 fn stiction_and_backlash_agree_with_scipy() {
     let golden: Value = serde_json::from_str(GOLDEN).expect("JSON");

@@ -11,14 +11,17 @@ pub(crate) struct Errors {
 }
 
 impl Current {
-    /// Readings `[i_d, i_q]` of a motor at angle `theta_m`, rad, whose encoder says `theta_measured`.
+    /// Readings `[i_d, i_q]` of a motor at angle `theta_m`, rad, whose encoder says
+    /// `theta_measured`.
     ///
-    /// Phases a and b are measured and turned back with the measured angle; the third follows from the sum, which is zero:
+    /// Phases a and b are measured and turned back with the measured angle; the third follows from
+    /// the sum, which is zero:
     /// ```text
     /// i_a = i_d cos θ_e − i_q sin θ_e,   i_b likewise at θ_e − 2π/3
     /// i_α = i_a,   i_β = (i_a + 2 i_b)/√3,   i_d = i_α cos θ_e + i_β sin θ_e,   i_q = i_β cos θ_e − i_α sin θ_e
     /// ```
-    /// An offset so becomes a ripple with the electrical frequency, a difference of gains one with twice that frequency.
+    /// An offset so becomes a ripple with the electrical frequency, a difference of gains one with
+    /// twice that frequency.
     pub(crate) fn read(
         &self,
         [i_d, i_q]: [f64; 2],
@@ -71,7 +74,8 @@ mod tests {
         noise: [0.0; 2],
     };
 
-    /// Into the phases and back with the same angle is the identity; 40 bits of 300 A leave 1.4e-10 A in each phase.
+    /// Into the phases and back with the same angle is the identity; 40 bits of 300 A leave 1.4e-10
+    /// A in each phase.
     #[test]
     fn phases_and_back_is_the_same_current() {
         for k in 0..100 {
@@ -81,8 +85,9 @@ mod tests {
         }
     }
 
-    /// Oracle by hand. With θ_e = 0 phase a lies on the d axis: its offset o appears as i_d = o and, since c = −a − b, as i_q = o/√3;
-    /// phase b's offset as i_q = 2 o/√3. An angle read δ too large turns the current back by p·δ.
+    /// Oracle by hand. With θ_e = 0 phase a lies on the d axis: its offset o appears as i_d = o
+    /// and, since c = −a − b, as i_q = o/√3; phase b's offset as i_q = 2 o/√3. An angle read δ too
+    /// large turns the current back by p·δ.
     #[test]
     fn offsets_and_angle_errors_come_out_as_by_hand() {
         let sensor = Current {
@@ -102,7 +107,8 @@ mod tests {
         assert!(near(found, [10.0 * sin, 10.0 * cos]), "{found:?}");
     }
 
-    /// Twelve bits over ±150 A: the currents at θ_e = 0 lie on the lattice of 300/4096 A, and saturate at 150 A.
+    /// Twelve bits over ±150 A: the currents at θ_e = 0 lie on the lattice of 300/4096 A, and
+    /// saturate at 150 A.
     #[test]
     fn the_converter_rounds_and_saturates() {
         let sensor = Current { bits: 12, ..PLAIN };

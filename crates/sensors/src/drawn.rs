@@ -83,8 +83,8 @@ impl Source {
 mod tests {
     use super::*;
 
-    /// Mean, variance and neighbours of 20000 samples of every channel. Tolerances: four standard deviations of these estimates,
-    /// 1/√n for the mean and the product, √(2/n) for the variance.
+    /// Mean, variance and neighbours of 20000 samples of every channel. Tolerances: four standard
+    /// deviations of these estimates, 1/√n for the mean and the product, √(2/n) for the variance.
     #[test]
     fn noise_is_white_with_variance_one() {
         const N: usize = 20_000;

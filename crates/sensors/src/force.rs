@@ -4,7 +4,8 @@ use crate::{Force, ForceKind};
 use std::f64::consts::TAU;
 
 impl Force {
-    /// State of the lag after the force `F`, N, that comes `period` s after the last one, exact for a force held since:
+    /// State of the lag after the force `F`, N, that comes `period` s after the last one, exact for
+    /// a force held since:
     /// ```text
     /// y ← y + (1 − e^(−2π f_c T))·(F − y)
     /// ```
@@ -17,8 +18,9 @@ impl Force {
         }
     }
 
-    /// Reading, N: of the lag's state and what errs (`bias` a part of the bound, `noise` in standard deviations), or of the measured
-    /// quadrature current `i_q`, A, where there is no sensor.
+    /// Reading, N: of the lag's state and what errs (`bias` a part of the bound, `noise` in
+    /// standard deviations), or of the measured quadrature current `i_q`, A, where there is no
+    /// sensor.
     pub(crate) fn read(&self, lagged: f64, bias: f64, noise: f64, i_q: f64) -> f64 {
         match self.kind {
             ForceKind::Ideal => lagged,

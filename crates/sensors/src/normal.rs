@@ -1,14 +1,15 @@
-//! The standard normal distribution by the ziggurat method, in the variant ZIGNOR: J. A. Doornik, *An improved ziggurat method to generate
-//! normal random samples* (2005).
+//! The standard normal distribution by the ziggurat method, in the variant ZIGNOR: J. A. Doornik,
+//! *An improved ziggurat method to generate normal random samples* (2005).
 //!
-//! `rand_distr` draws the same way and from the same table, but takes `ln` and `exp` from the platform, whose last digits differ
-//! between platforms. These numbers are the same on all of them.
+//! `rand_distr` draws the same way and from the same table, but takes `ln` and `exp` from the
+//! platform, whose last digits differ between platforms. These numbers are the same on all of them.
 
 use rand::distr::Open01;
 use rand::{Rng, RngExt};
 
-/// Edges of 256 layers of equal area, from the widest to 0; the first, beyond [`TAIL`], is the width of a box that has the area of the
-/// lowest layer with the tail. Source: `ziggurat_tables.rs` of the crate `rand_distr` 0.6, which a script there makes.
+/// Edges of 256 layers of equal area, from the widest to 0; the first, beyond [`TAIL`], is the
+/// width of a box that has the area of the lowest layer with the tail. Source: `ziggurat_tables.rs`
+/// of the crate `rand_distr` 0.6, which a script there makes.
 #[rustfmt::skip]
 const EDGES: [f64; 257] = [
     3.91075795953709, 3.654152885361009, 3.4492782985609645, 3.320244733839166, 3.224575052047029, 3.14788928951715, 3.083526132001233,
@@ -90,7 +91,8 @@ fn density(x: f64) -> f64 {
     libm::exp(-x * x / 2.0)
 }
 
-/// A draw beyond [`TAIL`]. Source: G. Marsaglia, *Generating a variable from the tail of the normal distribution* (1964).
+/// A draw beyond [`TAIL`]. Source: G. Marsaglia, *Generating a variable from the tail of the normal
+/// distribution* (1964).
 fn tail(generator: &mut impl Rng) -> f64 {
     loop {
         let (x, y): (f64, f64) = (generator.sample(Open01), generator.sample(Open01));
@@ -108,8 +110,9 @@ mod tests {
     use rand_chacha::ChaCha8Rng;
     use rand_distr::{Distribution, StandardNormal};
 
-    /// Oracle: `rand_distr`, which takes its functions from the platform. One draw in 4000 comes from the tail, where these may differ
-    /// in their last digits: by 2 ε of the logarithm, which is below 40, over [`TAIL`]. All others are equal, and so is the number of bits taken.
+    /// Oracle: `rand_distr`, which takes its functions from the platform. One draw in 4000 comes
+    /// from the tail, where these may differ in their last digits: by 2 ε of the logarithm, which
+    /// is below 40, over [`TAIL`]. All others are equal, and so is the number of bits taken.
     #[test]
     fn draws_are_those_of_rand_distr() {
         let mut ours = ChaCha8Rng::seed_from_u64(7);

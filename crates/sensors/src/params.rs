@@ -117,16 +117,20 @@ pub enum ForceKind {
     Ideal,
     /// A sensor with bias, noise and bandwidth.
     Sensor,
-    /// No sensor: the reading is the quadrature current times `per_current`, the force of a motor that neither accelerates nor rubs.
+    /// No sensor: the reading is the quadrature current times `per_current`, the force of a motor
+    /// that neither accelerates nor rubs.
     Absent,
 }
 
 impl Params {
-    /// Every effect off; their sizes are those of an industrial machine, so that a switch alone turns an effect on.
+    /// Every effect off; their sizes are those of an industrial machine, so that a switch alone
+    /// turns an effect on.
     ///
-    /// Encoders of 17 bits (motor, one count of noise) and 19 bits (joint), as servo drives and absolute rotary encoders have; zero of a
-    /// joint calibrated to 0.02°; closed-loop current transducers with 0.3 % of gain, 0.1 A of offset and 0.05 A of noise before a
-    /// 12-bit converter over ±150 A; load cell of 70 kN with 0.5 % of bias, 0.1 % of noise and 1 kHz of bandwidth.
+    /// Encoders of 17 bits (motor, one count of noise) and 19 bits (joint), as servo drives and
+    /// absolute rotary encoders have; zero of a joint calibrated to 0.02°; closed-loop current
+    /// transducers with 0.3 % of gain, 0.1 A of offset and 0.05 A of noise before a 12-bit
+    /// converter over ±150 A; load cell of 70 kN with 0.5 % of bias, 0.1 % of noise and 1 kHz of
+    /// bandwidth.
     pub const OFF: Self = Self {
         seed: 0,
         delay: 0,
@@ -184,6 +188,6 @@ impl Params {
     }
 }
 
-/// Force per quadrature current of the reference actuator without losses, N/A: `3/2·p·λ_m·2πN/ρ` with p = 4, λ_m = 0.19 Wb, N = 6,
-/// ρ = 0.016 m.
+/// Force per quadrature current of the reference actuator without losses, N/A: `3/2·p·λ_m·2πN/ρ`
+/// with p = 4, λ_m = 0.19 Wb, N = 6, ρ = 0.016 m.
 const PER_CURRENT: f64 = 1.5 * 4.0 * 0.19 * std::f64::consts::TAU * 6.0 / 0.016;

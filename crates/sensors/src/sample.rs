@@ -60,7 +60,8 @@ pub struct State {
 }
 
 impl Sensors {
-    /// The state at the start: the readings of these inputs have always been there, and nothing moves but what passes as it is.
+    /// The state at the start: the readings of these inputs have always been there, and nothing
+    /// moves but what passes as it is.
     #[must_use]
     pub fn start(&self, u: &Signals) -> State {
         let mut source = Source::new(self.p.seed);

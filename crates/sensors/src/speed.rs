@@ -14,11 +14,13 @@ pub struct Track {
     pub(crate) acceleration: f64,
 }
 
-/// Shortest time between two samples that says something of a speed, s; less and the estimate stays as it is.
+/// Shortest time between two samples that says something of a speed, s; less and the estimate stays
+/// as it is.
 const SHORTEST: f64 = 1e-9;
 
-/// Largest speed and acceleration of an estimate, far beyond any machine. Steps of very different lengths, milliseconds and days in turn,
-/// drive the observer apart; an estimate beyond this starts anew.
+/// Largest speed and acceleration of an estimate, far beyond any machine. Steps of very different
+/// lengths, milliseconds and days in turn, drive the observer apart; an estimate beyond this starts
+/// anew.
 const LARGEST: f64 = 1e18;
 
 impl Track {
@@ -39,7 +41,8 @@ impl Track {
 }
 
 impl Speed {
-    /// The estimate after a reading that comes `period` s after the last one; `None`: there was none, and the speed is taken for 0.
+    /// The estimate after a reading that comes `period` s after the last one; `None`: there was
+    /// none, and the speed is taken for 0.
     pub(crate) fn follow(&self, before: &Track, reading: f64, period: Option<f64>) -> Track {
         let Some(T) = period else {
             return Track::at(reading);
@@ -57,7 +60,8 @@ impl Speed {
         }
     }
 
-    /// Difference quotient behind a first-order lag of τ = `filter_time`, exact for a quotient held over the sample:
+    /// Difference quotient behind a first-order lag of τ = `filter_time`, exact for a quotient held
+    /// over the sample:
     /// ```text
     /// ω ← ω + (1 − e^(−T/τ))·((θ_k − θ_(k−1))/T − ω)
     /// ```
@@ -71,10 +75,11 @@ impl Speed {
         }
     }
 
-    /// Tracking observer: a model of constant acceleration corrected by the reading, with a triple pole at β = e^(−ω_o·T). It follows
-    /// a constant acceleration without error.
+    /// Tracking observer: a model of constant acceleration corrected by the reading, with a triple
+    /// pole at β = e^(−ω_o·T). It follows a constant acceleration without error.
     ///
-    /// Source: P. Zarchan, H. Musoff, *Fundamentals of Kalman Filtering*, fading-memory filter of second order.
+    /// Source: P. Zarchan, H. Musoff, *Fundamentals of Kalman Filtering*, fading-memory filter of
+    /// second order.
     /// ```text
     /// e = θ − (θ̂ + T ω̂ + T²/2 α̂)
     /// θ̂ ← θ̂ + T ω̂ + T²/2 α̂ + (1 − β³) e
@@ -111,7 +116,8 @@ mod tests {
             .collect()
     }
 
-    /// Oracle: answer of a first-order lag to a step of speed, 1 − e^(−t/τ); exact, so only rounding of θ/T is left.
+    /// Oracle: answer of a first-order lag to a step of speed, 1 − e^(−t/τ); exact, so only
+    /// rounding of θ/T is left.
     #[test]
     fn difference_answers_a_step_of_speed_as_a_first_order_lag() {
         let speed = Speed {
@@ -130,7 +136,8 @@ mod tests {
         assert!((estimates(&plain, |t| 3.7 * t, 1)[0] - 3.7).abs() < 1e-11);
     }
 
-    /// However short a step is, the estimate is finite, and one that is too short to tell changes nothing.
+    /// However short a step is, the estimate is finite, and one that is too short to tell changes
+    /// nothing.
     #[test]
     fn a_step_of_no_length_changes_no_estimate() {
         for kind in [SpeedKind::Difference, SpeedKind::Observer] {
@@ -145,7 +152,8 @@ mod tests {
         }
     }
 
-    /// Steps of 1 ms and of days in turn make the observer grow by their quotient; the estimate stays a number, and of use afterwards.
+    /// Steps of 1 ms and of days in turn make the observer grow by their quotient; the estimate
+    /// stays a number, and of use afterwards.
     #[test]
     fn steps_of_very_different_lengths_leave_numbers() {
         for (kind, days) in [
@@ -171,8 +179,8 @@ mod tests {
         }
     }
 
-    /// A constant acceleration leaves a lag of τ − T/2 in the difference and none in the observer, once its triple pole has decayed:
-    /// (ωt)² e^(−ωt) at ω = 300 1/s and 0.15 s is 6e-17.
+    /// A constant acceleration leaves a lag of τ − T/2 in the difference and none in the observer,
+    /// once its triple pole has decayed: (ωt)² e^(−ωt) at ω = 300 1/s and 0.15 s is 6e-17.
     #[test]
     fn only_the_observer_follows_an_acceleration_without_lag() {
         let position = |t: f64| 0.5 * 11.0 * t * t;
@@ -183,7 +191,8 @@ mod tests {
         };
         let error = |kind| estimates(&of(kind), position, 150)[149] - 11.0 * 0.15;
         assert!(error(SpeedKind::Observer).abs() < 1e-9);
-        // τ/(1 − e^(−T/τ))·… : a held quotient lags by T/(1 − e^(−T/τ)) − T, and the quotient itself by T/2.
+        // τ/(1 − e^(−T/τ))·… : a held quotient lags by T/(1 − e^(−T/τ)) − T, and the quotient
+        // itself by T/2.
         let lag = T / -(-T / 0.005_f64).exp_m1() - T + 0.5 * T;
         assert!((error(SpeedKind::Difference) + 11.0 * lag).abs() < 1e-9);
     }

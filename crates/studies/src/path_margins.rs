@@ -6,7 +6,7 @@ use anyhow::{Context, Result};
 use capability::{Kinematics, Margin, Quantity};
 use machine::Machine;
 use serde_json::{Value, json};
-use tip_path::{Checked, PathFile, Points, TipPath, check};
+use tip_path::{PathCheck, PathFile, Points, TipPath, check};
 
 /// A path that was checked.
 pub struct PathMargins {
@@ -15,7 +15,7 @@ pub struct PathMargins {
     file: PathFile,
     path: TipPath,
     /// What was found.
-    pub checked: Checked,
+    pub checked: PathCheck,
     /// Times at which it was checked, s.
     pub times: Vec<f64>,
     /// Part of the range that is left, in the order of [`Quantity::all`], for each time.

@@ -4,7 +4,7 @@
 use crate::error::Place;
 use crate::file::{Load, PathFile, Points};
 use crate::path::TipPath;
-use capability::{Capability, Kinematics, Limits, Margin, Payload, Quantity, Reach, Unreached};
+use capability::{Capability, Kinematics, Limits, Margin, NearestPose, Payload, Quantity, Reach};
 use hdrm::HdrmError;
 use machine::{AXES, Machine};
 use std::fmt;
@@ -16,7 +16,7 @@ const POINTS: f64 = 50_000.0;
 
 /// What was found along a path.
 #[derive(Clone, Debug)]
-pub struct Checked {
+pub struct PathCheck {
     /// Smallest margin of each quantity with its time, s, in the order of [`Quantity::all`].
     pub least: [(f64, Margin); Quantity::COUNT],
     /// Root mean square of the motor torques over the path, N·m.
@@ -44,7 +44,7 @@ pub enum Finding {
         /// When, s.
         t: f64,
         /// What comes nearest; None: the arm is singular there.
-        nearest: Option<Unreached>,
+        nearest: Option<NearestPose>,
     },
     /// A limit that is passed.
     Limit {
@@ -83,9 +83,10 @@ impl fmt::Display for Finding {
             Self::Pose {
                 place,
                 t,
-                nearest: Some(Unreached {
-                    distance, angle, ..
-                }),
+                nearest:
+                    Some(NearestPose {
+                        distance, angle, ..
+                    }),
             } => write!(
                 f,
                 "{place}, t = {t:.2} s: no joint angles reach this pose; the nearest that were found are {:.1} mm and {:.2} deg off",
@@ -132,7 +133,7 @@ pub fn check(
     machine: &Machine,
     zeta: &[f64; 6],
     mut observe: impl FnMut(f64, &[Margin; Quantity::COUNT]),
-) -> Result<Checked, HdrmError> {
+) -> Result<PathCheck, HdrmError> {
     let kinematics = Kinematics::new(machine)?;
     let limits = Limits::of(machine);
     let start = kinematics.pose(zeta);
@@ -255,11 +256,11 @@ impl Log {
         self.count += 1.0;
     }
 
-    fn stops(&mut self, place: Place, t: f64, nearest: Option<Unreached>) {
+    fn stops(&mut self, place: Place, t: f64, nearest: Option<NearestPose>) {
         self.stopped = Some(Finding::Pose { place, t, nearest });
     }
 
-    fn finish(self, rated: [f64; 3]) -> Checked {
+    fn finish(self, rated: [f64; 3]) -> PathCheck {
         let torque_rms = self.squares.map(|sum| (sum / self.count.max(1.0)).sqrt());
         let passed = self
             .first
@@ -283,7 +284,7 @@ impl Log {
             rated: rated[axis],
         });
         let findings = self.reach.into_iter().chain(limits).chain(self.stopped);
-        Checked {
+        PathCheck {
             least: self.least,
             torque_rms,
             findings: findings.chain(hot).collect(),
@@ -301,7 +302,7 @@ fn time(finding: &Finding) -> f64 {
 /// Findings that a message tells of.
 const TOLD: usize = 5;
 
-impl Checked {
+impl PathCheck {
     /// Why the machine cannot do the path, for people; None if it can.
     #[must_use]
     pub fn refusal(&self) -> Option<String> {

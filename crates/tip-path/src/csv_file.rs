@@ -1,8 +1,9 @@
 //! Path files as CSV: a header with the columns' names, then a row for each point; lines that begin
 //! with `#` are remarks.
 
-use crate::error::PathError;
-use crate::file::{Load, MotionLimits, PathFile, Points, Sample, Waypoint, refused, unit, unknown};
+use crate::error::{PathError, refused, unknown};
+use crate::file::{Load, MotionLimits, PathFile, Points, Sample, Waypoint};
+use crate::quaternion::unit;
 use csv::{ReaderBuilder, StringRecord, Trim};
 
 const ORIENTATION: [&str; 4] = ["qw", "qx", "qy", "qz"];

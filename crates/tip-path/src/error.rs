@@ -90,3 +90,35 @@ impl fmt::Display for Place {
         }
     }
 }
+
+/// The error for a value that does not keep to a rule.
+pub(crate) fn refused(
+    place: &str,
+    name: &str,
+    value: impl std::fmt::Display,
+    rule: impl Into<String>,
+) -> PathError {
+    PathError::Value {
+        place: place.to_owned(),
+        name: name.to_owned(),
+        value: value.to_string(),
+        rule: rule.into(),
+    }
+}
+
+/// Likeness from which on a name is proposed for another.
+const LIKE: f64 = 0.7;
+
+/// The error for a name that is not `known`.
+pub(crate) fn unknown(place: &str, name: &str, known: Vec<String>) -> PathError {
+    let likeness = |other: &&String| strsim::jaro_winkler(&name.to_lowercase(), other);
+    let best = known
+        .iter()
+        .max_by(|a, b| likeness(a).total_cmp(&likeness(b)));
+    PathError::Unknown {
+        place: place.to_owned(),
+        name: name.to_owned(),
+        near: best.filter(|best| likeness(best) >= LIKE).cloned(),
+        known,
+    }
+}

@@ -10,8 +10,7 @@
 //!   each.
 //! - `iso9283-rectangle`, the test of paths: P2 → P3 → P4 → P5 → P2 in straight lines, 10 cycles.
 
-use crate::error::PathError;
-use crate::file::{MotionLimits, PathFile, Points, Waypoint, refused};
+use crate::error::{PathError, refused};
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
@@ -22,8 +21,6 @@ pub const BUILT_IN: [&str; 2] = ["iso9283-cube", "iso9283-rectangle"];
 const EDGE: f64 = 0.4;
 /// Part of the plane's half diagonals at which P2 to P5 lie.
 const PART: f64 = 0.8;
-/// Rest at a pose, s, in which the tip settles.
-const REST: f64 = 1.0;
 /// Most cycles.
 const CYCLES_MAX: usize = 1000;
 
@@ -79,28 +76,6 @@ impl Iso9283 {
         match self.kind {
             TestKind::Poses => vec![Vector3::zeros(), p5, p4, p3, p2],
             TestKind::Lines => vec![p2, p3, p4, p5],
-        }
-    }
-
-    /// As a path; it ends where its first cycle began.
-    #[must_use]
-    pub fn path(self) -> PathFile {
-        let points = self.points();
-        let dwell = match self.kind {
-            TestKind::Poses => REST,
-            TestKind::Lines => 0.0,
-        };
-        let at = |position: &Vector3<f64>| Waypoint {
-            position: *position,
-            dwell,
-            ..Waypoint::default()
-        };
-        let waypoints = points.iter().cycle().take(self.cycles * points.len() + 1);
-        PathFile {
-            points: Points::Waypoints(waypoints.map(at).collect()),
-            relative: true,
-            limits: MotionLimits::DEFAULT,
-            test: Some(self),
         }
     }
 }

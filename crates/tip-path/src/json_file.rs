@@ -1,7 +1,8 @@
 //! Path files as JSON.
 
-use crate::error::PathError;
-use crate::file::{Load, MotionLimits, PathFile, Points, Sample, Waypoint, refused, unit, unknown};
+use crate::error::{PathError, refused, unknown};
+use crate::file::{Load, MotionLimits, PathFile, Points, Sample, Waypoint};
+use crate::quaternion::unit;
 use serde::de::value::MapAccessDeserializer;
 use serde::de::{Error as _, MapAccess, Visitor};
 use serde::{Deserialize, Deserializer};
@@ -17,7 +18,7 @@ struct FileRecord {
     #[serde(default, deserialize_with = "given")]
     waypoints: Option<Vec<Object<WaypointRecord>>>,
     #[serde(default, deserialize_with = "given")]
-    samples: Option<Vec<SampleRecord>>,
+    samples: Option<Vec<Value>>,
     #[serde(default)]
     relative: bool,
     #[serde(default)]
@@ -50,13 +51,6 @@ struct LoadRecord {
     com: Option<Numbers<3>>,
     #[serde(default)]
     over: f64,
-}
-
-/// `[t, x, y, z]` or `[t, x, y, z, qw, qx, qy, qz]`.
-struct SampleRecord {
-    t: f64,
-    position: [f64; 3],
-    orientation: Option<[f64; 4]>,
 }
 
 /// A list of numbers.
@@ -97,24 +91,6 @@ impl<'de, const N: usize> Deserialize<'de> for Numbers<N> {
         let numbers = numbers(&Value::deserialize(from)?).and_then(|list| list.try_into().ok());
         let rule = || D::Error::custom(format_args!("expected a list of {N} numbers"));
         numbers.map(Self).ok_or_else(rule)
-    }
-}
-
-impl<'de> Deserialize<'de> for SampleRecord {
-    fn deserialize<D: Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
-        let (t, [x, y, z], orientation) = match numbers(&Value::deserialize(from)?).as_deref() {
-            Some(&[t, x, y, z]) => (t, [x, y, z], None),
-            Some(&[t, x, y, z, qw, qx, qy, qz]) => (t, [x, y, z], Some([qw, qx, qy, qz])),
-            _ => {
-                let rule = "expected [t, x, y, z] or [t, x, y, z, qw, qx, qy, qz], all numbers";
-                return Err(D::Error::custom(rule));
-            }
-        };
-        Ok(Self {
-            t,
-            position: [x, y, z],
-            orientation,
-        })
     }
 }
 
@@ -173,11 +149,20 @@ fn waypoint(Object(record): Object<WaypointRecord>, place: &str) -> Result<Waypo
     })
 }
 
-fn sample(record: SampleRecord, place: &str) -> Result<Sample, PathError> {
+/// `[t, x, y, z]` or `[t, x, y, z, qw, qx, qy, qz]`.
+fn sample(record: Value, place: &str) -> Result<Sample, PathError> {
+    let (t, [x, y, z], orientation) = match numbers(&record).as_deref() {
+        Some(&[t, x, y, z]) => (t, [x, y, z], None),
+        Some(&[t, x, y, z, qw, qx, qy, qz]) => (t, [x, y, z], Some([qw, qx, qy, qz])),
+        _ => {
+            let rule = "[t, x, y, z] or [t, x, y, z, qw, qx, qy, qz], all numbers";
+            return Err(refused(place, "samples", record, rule));
+        }
+    };
     Ok(Sample {
-        t: record.t,
-        position: record.position.into(),
-        orientation: (record.orientation).map(|q| unit(place, q)).transpose()?,
+        t,
+        position: [x, y, z].into(),
+        orientation: orientation.map(|q| unit(place, q)).transpose()?,
     })
 }
 
@@ -198,22 +183,24 @@ fn refusal(file: &Value, path: &Path, message: &str) -> PathError {
             Segment::Enum { .. } | Segment::Unknown => (),
         }
     }
-    let mut quoted = message.split('`').skip(1).step_by(2);
-    if message.starts_with("unknown field") {
-        let name = quoted.next().unwrap_or_default();
+    // "expected one of `a`, `b`" and "expected `a`" list what is known.
+    let (said, expected) = message.rsplit_once("expected ").unwrap_or(("", message));
+    if let Some(name) = said.strip_prefix("unknown field `") {
+        let name = name.trim_end_matches("`, ");
         names.retain(|part| *part != name);
         let place = match names[..] {
             [] => place,
             [section] if place == "the file" => section.to_owned(),
             _ => format!("{place}, {}", names.join(".")),
         };
-        return unknown(&place, name, quoted.map(str::to_owned).collect());
+        let known = expected.split('`').skip(1).step_by(2).map(str::to_owned);
+        return unknown(&place, name, known.collect());
     }
-    if message.starts_with("missing field") {
-        names.extend(quoted.next());
+    if let Some(name) = message.strip_prefix("missing field `") {
+        names.push(name.trim_end_matches('`'));
         return refused(&place, &names.join("."), "left out", "given");
     }
-    let rule = match message.rsplit_once("expected ").map_or(message, |(_, e)| e) {
+    let rule = match expected {
         "f64" => "a number",
         "a boolean" => "true or false",
         "a sequence" => "a list",

@@ -11,7 +11,6 @@
 
 use crate::error::PathError;
 use crate::file::{MotionLimits, Waypoint};
-use crate::path::Stop;
 use crate::profile::Profile;
 use capability::{Pose, TipMotion};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3, Vector6};
@@ -31,6 +30,17 @@ struct Leg {
     step: Vector3<f64>,
     /// Rotation vector, rad.
     turn: Vector3<f64>,
+}
+
+/// When the tip is at a waypoint.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Stop {
+    /// From 1.
+    pub waypoint: usize,
+    /// Time of arrival, s; in a blended corner its middle.
+    pub arrives: f64,
+    /// End of the rest, s.
+    pub leaves: f64,
 }
 
 /// All legs of a path.

@@ -20,11 +20,14 @@ mod json_file;
 mod legs;
 mod path;
 mod profile;
+mod quaternion;
+mod reading;
 mod spline;
 
-pub use check::{Checked, Finding, check};
+pub use check::{Finding, PathCheck, check};
 pub use error::{PathError, Place};
 pub use file::{Load, MotionLimits, PathFile, Points, Sample, Waypoint};
 pub use iso9283::{BUILT_IN, Iso9283, TestKind};
-pub use path::{Stop, TipPath};
+pub use legs::Stop;
+pub use path::TipPath;
 pub use profile::Profile;

@@ -3,7 +3,7 @@
 use crate::error::{PathError, Place};
 use crate::file::{Load, PathFile, Points, Sample, Waypoint};
 use crate::iso9283::Iso9283;
-use crate::legs::{Legs, rest};
+use crate::legs::{Legs, Stop, rest};
 use crate::spline::Spline;
 use capability::{Pose, TipMotion};
 use nalgebra::Vector3;
@@ -31,17 +31,6 @@ struct Change {
     /// How long that takes, s.
     over: f64,
     load: Load,
-}
-
-/// When the tip is at a waypoint.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Stop {
-    /// From 1.
-    pub waypoint: usize,
-    /// Time of arrival, s; in a blended corner its middle.
-    pub arrives: f64,
-    /// End of the rest, s.
-    pub leaves: f64,
 }
 
 impl TipPath {

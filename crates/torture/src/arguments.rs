@@ -44,8 +44,7 @@ pub fn integer(r: &mut Random) -> i32 {
 
 /// The start value of an element, 0 where it has none.
 pub fn start(v: &Variable, element: usize) -> f64 {
-    let start = v.start_of(element).and_then(|s| s.trim().parse().ok());
-    start.unwrap_or(0.0)
+    v.start_number_of(element).unwrap_or(0.0)
 }
 
 /// A value inside the bounds: near the start value of the element, anywhere, or on a bound.

@@ -41,17 +41,7 @@ impl Session<'_> {
         let expect = expect.unwrap_or(Expect::Done);
         let name = "fmi2SetRealInputDerivatives";
         self.trace(i, format_args!("{name}({vr:?}, {order:?}, {values:?})"));
-        let c = self.instances[i].c;
-        // SAFETY: a live instance; arrays of equal length.
-        let status = unsafe {
-            self.fmu.functions.set_input_derivatives(
-                c,
-                vr.as_ptr(),
-                vr.len(),
-                order.as_ptr(),
-                values.as_ptr(),
-            )
-        };
+        let status = self.instances[i].set_input_derivatives(&vr, &order, &values);
         Ok(self.with_variables(i, name, status, expect, &vr, false))
     }
 
@@ -65,7 +55,6 @@ impl Session<'_> {
             .iter()
             .map(|_| if valid { 1 } else { r.of(&[1, 1, 1, 0, 2, -5]) })
             .collect();
-        let mut values = vec![0.0; self.fmu.functions.count(&vr)];
         let known = |vr: &u32| self.fmu.find(*vr).is_some_and(is_output);
         let sound = vr.iter().all(known) && order.iter().all(|o| *o == 1);
         let expect = match (
@@ -78,17 +67,7 @@ impl Session<'_> {
         };
         let name = self.fmu.functions.name("fmi2GetRealOutputDerivatives");
         self.trace(i, format_args!("{name}({vr:?}, {order:?})"));
-        let c = self.instances[i].c;
-        // SAFETY: a live instance; arrays of equal length.
-        let status = unsafe {
-            self.fmu.functions.get_output_derivatives(
-                c,
-                vr.as_ptr(),
-                vr.len(),
-                order.as_ptr(),
-                values.as_mut_ptr(),
-            )
-        };
+        let (status, values) = self.instances[i].output_derivatives(&vr, &order);
         if values.iter().any(|v| !v.is_finite()) {
             return Err(format!("{name}({vr:?}) gave {status} and {values:?}"));
         }
@@ -106,7 +85,6 @@ impl Session<'_> {
         let seed: Vec<f64> = elements(self.fmu, &known)
             .map(|_| if valid { r.unit() } else { real(r) })
             .collect();
-        let mut result = vec![0.0; self.fmu.functions.count(&unknown)];
         let all = |vr: &[u32], wanted: &dyn Fn(&Variable) -> bool| {
             vr.iter().all(|vr| self.fmu.find(*vr).is_some_and(wanted))
         };
@@ -137,19 +115,7 @@ impl Session<'_> {
         };
         let name = self.fmu.functions.name("fmi2GetDirectionalDerivative");
         self.trace(i, format_args!("{name}({unknown:?}, {known:?}, {seed:?})"));
-        let c = self.instances[i].c;
-        // SAFETY: a live instance; arrays of fitting lengths.
-        let status = unsafe {
-            self.fmu.functions.get_directional_derivative(
-                c,
-                unknown.as_ptr(),
-                unknown.len(),
-                known.as_ptr(),
-                known.len(),
-                seed.as_ptr(),
-                result.as_mut_ptr(),
-            )
-        };
+        let (status, result) = self.instances[i].directional(&unknown, &known, &seed);
         if result.iter().any(|v| !v.is_finite()) {
             return Err(format!("{name}({unknown:?}) gave {status} and {result:?}"));
         }

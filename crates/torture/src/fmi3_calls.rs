@@ -127,29 +127,13 @@ impl<'a> Session<'a> {
         };
         let (v, u) = (seed(of(&unknown)), seed(of(&known)));
         let short = usize::from(!valid && r.one_in(4) && !v.is_empty());
-        let mut result = vec![0.0; u.len()];
-        let (f, c) = (self.fmi3(), self.instances[i].c);
         let name = "fmi3GetAdjointDerivative";
         self.trace(
             i,
             format_args!("{name}({unknown:?}, {known:?}, {v:?}, {short})"),
         );
-        let (ks, us) = (known.as_ptr(), unknown.as_ptr());
-        // SAFETY: a live instance, arrays of the lengths given.
-        let status = unsafe {
-            let (n, m) = (v.len() - short, result.len());
-            (f.fmi3GetAdjointDerivative)(
-                c,
-                us,
-                unknown.len(),
-                ks,
-                known.len(),
-                v.as_ptr(),
-                n,
-                result.as_mut_ptr(),
-                m,
-            )
-        };
+        let seed = &v[..v.len() - short];
+        let (status, result) = self.instances[i].adjoint(&unknown, &known, seed);
         let are = |vr: &[u32], wanted: &dyn Fn(&Variable) -> bool| {
             vr.iter().all(|vr| self.fmu.find(*vr).is_some_and(wanted))
         };
@@ -181,26 +165,10 @@ impl<'a> Session<'a> {
         v: &[f64],
         adjoint: &[f64],
     ) -> Result<(), String> {
-        let (f, c) = (self.fmi3(), self.instances[i].c);
         for (k, expected) in adjoint.iter().enumerate() {
-            let (mut seed, mut column) = (vec![0.0; adjoint.len()], vec![0.0; v.len()]);
+            let mut seed = vec![0.0; adjoint.len()];
             seed[k] = 1.0;
-            let (us, n) = (unknown.as_ptr(), seed.len());
-            // SAFETY: a live instance, arrays of the lengths given.
-            let status = unsafe {
-                let (seed, column, m) = (seed.as_ptr(), column.as_mut_ptr(), v.len());
-                (f.fmi3GetDirectionalDerivative)(
-                    c,
-                    us,
-                    unknown.len(),
-                    known.as_ptr(),
-                    known.len(),
-                    seed,
-                    n,
-                    column,
-                    m,
-                )
-            };
+            let (status, column) = self.instances[i].directional(unknown, known, &seed);
             let terms = || v.iter().zip(&column).map(|(v, y)| v * y);
             let (product, scale) = (terms().sum::<f64>(), terms().map(f64::abs).sum::<f64>());
             if status == OK && (product - expected).abs() > 1e-12 * scale {

@@ -5,7 +5,7 @@ use crate::arguments::{c_string, integer, real};
 use crate::oracle::{Call, Expect};
 use crate::session::Session;
 use cargo_fmu::fmi::Callbacks;
-use cargo_fmu::fmi::functions::Own;
+use cargo_fmu::fmi::functions::{Experiment, Own};
 use cargo_fmu::fmi::order::Mode;
 use cargo_fmu::fmi::symbols::*;
 use std::ffi::{CStr, CString, c_int};
@@ -24,22 +24,17 @@ impl Session<'_> {
         // the same.
         let sound = start.is_finite() && (!has_stop || stop >= start);
         let expect = self.in_order(i, name, Expect::done_if(sound));
-        self.trace(
-            i,
-            format_args!("{name}({has_tolerance}, {tolerance}, {start}, {has_stop}, {stop})"),
-        );
+        let experiment = Experiment {
+            has_tolerance,
+            tolerance,
+            start,
+            has_stop,
+            stop,
+        };
+        self.trace(i, format_args!("{name}({experiment:?})"));
         let instance = &mut self.instances[i];
         // SAFETY: a live instance. FMI 3.0 has this in fmi3EnterInitializationMode.
-        let status = unsafe {
-            self.fmu.functions.begin(
-                instance.c,
-                has_tolerance.into(),
-                tolerance,
-                start,
-                has_stop.into(),
-                stop,
-            )
-        };
+        let status = unsafe { self.fmu.functions.begin(instance.c, experiment) };
         if status == OK {
             instance.known.time = start;
             instance.known.has_stop = has_stop;
@@ -71,7 +66,9 @@ impl Session<'_> {
         // SAFETY: a live instance.
         let status = unsafe {
             match (name, f.own()) {
-                ("fmi2EnterInitializationMode", _) => f.enter_initialization_mode(c, 0.0, 0, 0.0),
+                ("fmi2EnterInitializationMode", _) => {
+                    f.enter_initialization_mode(c, Experiment::default())
+                }
                 ("fmi2ExitInitializationMode", _) => f.exit_initialization_mode(c),
                 ("fmi2Terminate", _) => f.terminate(c),
                 ("fmi2Reset", _) => f.reset(c),

@@ -213,12 +213,7 @@ impl Session<'_> {
         self.trace(i, format_args!("{name}({vr:?}, {values:?}, {no_values})"));
         let place = pointer(&values, no_values);
         // SAFETY: a live instance; NULL or as many values as there are elements.
-        let status = unsafe {
-            match is_boolean {
-                true => f.set_boolean(c, vr.as_ptr(), vr.len(), place),
-                false => f.set_integer(c, vr.as_ptr(), vr.len(), place),
-            }
-        };
+        let status = unsafe { f.set_integers(is_boolean, c, vr.as_ptr(), vr.len(), place) };
         self.note_set(i, status);
         Ok(self.with_variables(i, name, status, expect, &vr, is_null))
     }
@@ -337,12 +332,7 @@ impl Session<'_> {
         self.trace(i, format_args!("{name}({vr:?})"));
         let place = values.as_mut_ptr();
         // SAFETY: a live instance; room for all elements.
-        let status = unsafe {
-            match is_boolean {
-                true => f.get_boolean(c, vr.as_ptr(), vr.len(), place),
-                false => f.get_integer(c, vr.as_ptr(), vr.len(), place),
-            }
-        };
+        let status = unsafe { f.get_integers(is_boolean, c, vr.as_ptr(), vr.len(), place) };
         let is_computing = self.computes(&vr, kind);
         Ok(self.with_variables(i, name, status, expect, &vr, is_computing))
     }

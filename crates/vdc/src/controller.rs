@@ -41,7 +41,7 @@ impl Controller {
     ///
     /// # Errors
     /// Parameters, geometry or inertias that do not make a machine; limits of commanded rates that
-    /// are none; a path that cannot be made, or that the machine cannot do.
+    /// are not finite and positive; a path that cannot be made, or that the machine cannot do.
     pub fn new(
         machine: &Machine,
         surrogate: &Surrogate,

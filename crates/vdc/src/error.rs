@@ -59,7 +59,7 @@ pub enum ControllerError {
         /// Step, s.
         h: f64,
     },
-    /// A command, or what is told of it, became infinite or NaN.
+    /// A command, or another output, became infinite or NaN.
     #[error("t = {t} s: `{signal}` became {value}; it must be finite")]
     NotFinite {
         /// Time, s.

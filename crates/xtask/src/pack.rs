@@ -47,7 +47,8 @@ impl System {
     }
 }
 
-/// Pack the suite's FMUs and its systems into `out`, for this machine; the FMUs, in the order of [`Workspace::suite`].
+/// Pack the suite's FMUs and its systems into `out`, for this machine; the FMUs, in the order of
+/// [`Workspace::suite`].
 pub fn suite(workspace: &Workspace, out: &Path) -> Result<Vec<PathBuf>> {
     suite_with(workspace, &profile(FMU_PROFILE), &Platforms::default(), out)
 }
@@ -67,7 +68,8 @@ pub fn suite_with(
     Ok(packed)
 }
 
-/// Names of the files that [`suite`] writes; a folder may hold other FMUs beside them, such as those of the examples.
+/// Names of the files that [`suite`] writes; a folder may hold other FMUs beside them, such as
+/// those of the examples.
 pub fn names(workspace: &Workspace) -> Result<Vec<String>> {
     let mut names: Vec<String> = SYSTEMS.iter().map(|s| s.archive.to_string()).collect();
     let descriptions = workspace.root.join("modelDescription");
@@ -92,7 +94,8 @@ pub fn fmus(
     cargo_fmu::pack::fmus(&workspace.cargo, sources, &profile, &host, out)
 }
 
-/// FMUs of FMI 2.0, and after them those of FMI 3.0, which are packed beside them, in the same order.
+/// FMUs of FMI 2.0, and after them those of FMI 3.0, which are packed beside them, in the same
+/// order.
 pub fn both_versions(fmus: Vec<PathBuf>) -> Result<Vec<PathBuf>> {
     let beside = |fmu: &PathBuf| {
         let (folder, name) = (fmu.parent()?, fmu.file_name()?);

@@ -1,19 +1,24 @@
-//! Variants of a packed system: its one structure with parameter values bound, made while packing, so that the wiring is written once.
+//! Variants of a packed system: its one structure with parameter values bound, made while packing,
+//! so that the wiring is written once.
 
 use anyhow::{Context, Result, ensure};
 
-/// The first component of a structure, for which the sets are; they are bound after its own parameter bindings.
+/// The first component of a structure, for which the sets are; they are bound after its own
+/// parameter bindings.
 const CONTROLLER: &str = r#"<ssd:Component name="controller""#;
 /// Where a component's parameter bindings end.
 const BINDINGS_END: &str = "        </ssd:ParameterBindings>\n";
-/// Trajectories and when their motion ends, s (`tests/test_parameter_sets.py` compares with what the controller says).
+/// Trajectories and when their motion ends, s (`tests/test_parameter_sets.py` compares with what
+/// the controller says).
 const TRAJECTORIES: [(&str, &str); 2] = [("cubic", "24.25"), ("triangular", "13.75")];
 /// Controllers.
 const MODES: [&str; 3] = ["adaptive", "modular", "pd"];
 
-/// The first value in the set of each component with a delay of its own, in systems whose sensors have none.
+/// The first value in the set of each component with a delay of its own, in systems whose sensors
+/// have none.
 const FIRST_VALUE: &str = r#"<ssv:Parameter name="alpha">"#;
-/// Outputs act one communication step later than they are computed, as with importers that exchange values once a step.
+/// Outputs act one communication step later than they are computed, as with importers that exchange
+/// values once a step.
 const DELAY: &str = r#"<ssv:Parameter name="delay"><ssv:Integer value="1"/></ssv:Parameter>"#;
 
 /// What only systems fed by a battery hold; they have a variant with the actuators as built.
@@ -23,7 +28,8 @@ const GAINS: &str = r#"<ssd:ParameterBinding source="resources/as_built.ssv"/>"#
 /// The unit that only [`FIRST_VALUE`] of an actuator has.
 const ITS_UNIT: &str = r#"<ssc:Unit name="1">"#;
 
-/// Gains for actuators as built, bound to the whole system; only the system that needs them holds this.
+/// Gains for actuators as built, bound to the whole system; only the system that needs them holds
+/// this.
 const REAL_GAINS: &str = r#"    <ssd:ParameterBindings>
       <ssd:ParameterBinding source="resources/real.ssv"/>
     </ssd:ParameterBindings>
@@ -35,15 +41,16 @@ const REAL_GAINS_AND_DELAYS: &str = r#"    <ssd:ParameterBindings>
     </ssd:ParameterBindings>
 "#;
 
-/// What the path has the end-effector carry, from the controller to the manipulator, with units. The structures have no wires for it, so that
-/// a plant which knows of no loads fits in.
+/// What the path has the end-effector carry, from the controller to the manipulator, with units.
+/// The structures have no wires for it, so that a plant which knows of no loads fits in.
 const LOAD: [(&str, &str); 4] = [
     ("load.mass", "kg"),
     ("load.com[1]", "m"),
     ("load.com[2]", "m"),
     ("load.com[3]", "m"),
 ];
-/// After which connector the load's are declared: an output of the controller, an input of the manipulator.
+/// After which connector the load's are declared: an output of the controller, an input of the
+/// manipulator.
 const LAST_TORQUE: &str =
     r#"<ssd:Connector name="tau_wrist[3]" kind="KIND"><ssc:Real unit="N.m"/></ssd:Connector>"#;
 /// Where connections end.
@@ -53,8 +60,8 @@ const KILOGRAM: &str = r#"    <ssc:Unit name="kg"><ssc:BaseUnit kg="1"/></ssc:Un
 /// Where units begin.
 const UNITS: &str = "  <ssd:Units>\n";
 
-/// File names and texts of the variants of a structure. Each has a name of its own, because importers keep the structures of one package
-/// apart by name.
+/// File names and texts of the variants of a structure. Each has a name of its own, because
+/// importers keep the structures of one package apart by name.
 pub fn of(structure: &str) -> Result<Vec<(String, String)>> {
     let mut made = Vec::new();
     let (_, default_stop) = TRAJECTORIES[0];
@@ -110,7 +117,8 @@ fn loads(structure: &str) -> Result<String> {
     named(&text, "loads")
 }
 
-/// The structure with `Rig` in the place of `Emla`: the same connectors and values, but for the network, of which `Rig` knows nothing.
+/// The structure with `Rig` in the place of `Emla`: the same connectors and values, but for the
+/// network, of which `Rig` knows nothing.
 fn as_built(structure: &str) -> Result<String> {
     let components = structure.split("<ssd:Component ").map(|component| {
         if !component.contains("resources/Emla.fmu") {

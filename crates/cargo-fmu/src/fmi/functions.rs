@@ -37,6 +37,17 @@ pub enum Own {
 
 use Own::{Fmi2, Fmi3};
 
+/// What is simulated, as the C functions take it: relative tolerance, first and last time in s.
+#[derive(Clone, Copy, Debug, Default)]
+#[allow(missing_docs)] // named and explained in the standard
+pub struct Experiment {
+    pub has_tolerance: bool,
+    pub tolerance: f64,
+    pub start: f64,
+    pub has_stop: bool,
+    pub stop: f64,
+}
+
 /// Functions that take the same arguments in both versions.
 macro_rules! same {
     ($(fn $name:ident($($argument:ident: $type:ty),*) $(-> $result:ty)? = $in_2:ident, $in_3:ident;)*) => {
@@ -226,68 +237,44 @@ impl Functions {
 
     /// fmi2SetupExperiment; FMI 3.0 has it in fmi3EnterInitializationMode, and nothing is called
     /// here.
-    pub unsafe fn setup_experiment(
-        &self,
-        c: Pointer,
-        has_tolerance: c_int,
-        tolerance: f64,
-        start: f64,
-        has_stop: c_int,
-        stop: f64,
-    ) -> c_int {
+    pub unsafe fn setup_experiment(&self, c: Pointer, experiment: Experiment) -> c_int {
+        match &self.own {
+            // SAFETY: forwarded.
+            Fmi2(_) => unsafe { self.begin(c, experiment) },
+            Fmi3(_) => OK,
+        }
+    }
+
+    /// In FMI 3.0 with the experiment, which FMI 2.0 is told by fmi2SetupExperiment.
+    pub unsafe fn enter_initialization_mode(&self, c: Pointer, experiment: Experiment) -> c_int {
         // SAFETY: forwarded.
         unsafe {
             match &self.own {
-                Fmi2(f) => {
-                    (f.fmi2SetupExperiment)(c, has_tolerance, tolerance, start, has_stop, stop)
-                }
-                Fmi3(_) => OK,
+                Fmi2(f) => (f.fmi2EnterInitializationMode)(c),
+                Fmi3(_) => self.begin(c, experiment),
             }
         }
     }
 
     /// fmi2SetupExperiment, or fmi3EnterInitializationMode with the same arguments.
-    pub unsafe fn begin(
-        &self,
-        c: Pointer,
-        has_tolerance: c_int,
-        tolerance: f64,
-        start: f64,
-        has_stop: c_int,
-        stop: f64,
-    ) -> c_int {
+    pub unsafe fn begin(&self, c: Pointer, experiment: Experiment) -> c_int {
+        let Experiment {
+            has_tolerance,
+            tolerance,
+            start,
+            has_stop,
+            stop,
+        } = experiment;
         // SAFETY: forwarded.
         unsafe {
             match &self.own {
                 Fmi2(f) => {
+                    let [has_tolerance, has_stop] = [has_tolerance, has_stop].map(c_int::from);
                     (f.fmi2SetupExperiment)(c, has_tolerance, tolerance, start, has_stop, stop)
                 }
-                Fmi3(f) => (f.fmi3EnterInitializationMode)(
-                    c,
-                    has_tolerance != 0,
-                    tolerance,
-                    start,
-                    has_stop != 0,
-                    stop,
-                ),
-            }
-        }
-    }
-
-    /// In FMI 3.0 with start and stop time, which FMI 2.0 is told by fmi2SetupExperiment.
-    pub unsafe fn enter_initialization_mode(
-        &self,
-        c: Pointer,
-        start: f64,
-        has_stop: c_int,
-        stop: f64,
-    ) -> c_int {
-        // SAFETY: forwarded.
-        unsafe {
-            match &self.own {
-                Fmi2(f) => (f.fmi2EnterInitializationMode)(c),
                 Fmi3(f) => {
-                    (f.fmi3EnterInitializationMode)(c, false, 0.0, start, has_stop != 0, stop)
+                    let begin = f.fmi3EnterInitializationMode;
+                    begin(c, has_tolerance, tolerance, start, has_stop, stop)
                 }
             }
         }

@@ -8,7 +8,7 @@ use fmu_description::{Access, Variable};
 
 use super::fmi2::Callbacks;
 use super::fmu::Fmu;
-use super::functions::Functions;
+use super::functions::{Experiment, Functions};
 use super::log::{Log, Message};
 use super::order::Mode;
 use super::symbols::{ABSENT, OK, Pointer, WARNING};
@@ -56,8 +56,8 @@ pub struct Instance<'a> {
     pub name: String,
     /// Time of the last communication point, s.
     pub time: f64,
-    /// Start and stop time that it was set up with, s.
-    experiment: (f64, Option<f64>),
+    /// What it was set up with.
+    experiment: Experiment,
     /// It is in Event Mode between steps, where FMI 3.0 allows a get after a set.
     in_events: bool,
     may_warn: bool,
@@ -109,7 +109,7 @@ impl<'a> Instance<'a> {
             c,
             name: name.to_string(),
             time: 0.0,
-            experiment: (0.0, None),
+            experiment: Experiment::default(),
             in_events: false,
             may_warn: manner.may_warn,
             log,
@@ -173,11 +173,15 @@ impl<'a> Instance<'a> {
 
     /// fmi2SetupExperiment.
     pub fn setup(&mut self, start: f64, stop: Option<f64>) -> Result<(), String> {
+        self.experiment = Experiment {
+            start,
+            has_stop: stop.is_some(),
+            stop: stop.unwrap_or(0.0),
+            ..Experiment::default()
+        };
         let f = &self.fmu.functions;
-        self.experiment = (start, stop);
-        let (has_stop, stop) = (c_int::from(stop.is_some()), stop.unwrap_or(0.0));
         // SAFETY: a live instance.
-        let status = unsafe { f.setup_experiment(self.c, 0, 0.0, start, has_stop, stop) };
+        let status = unsafe { f.setup_experiment(self.c, self.experiment) };
         self.time = start;
         self.must("fmi2SetupExperiment", status)
     }
@@ -185,14 +189,12 @@ impl<'a> Instance<'a> {
     /// The call that leads into the next mode.
     pub fn enter(&mut self, mode: Mode) -> Result<(), String> {
         let (f, c) = (&self.fmu.functions, self.c);
-        let (start, stop) = self.experiment;
         // SAFETY: a live instance.
         let (name, status) = unsafe {
             match mode {
                 Mode::Instantiated => ("fmi2Reset", f.reset(c)),
                 Mode::Initialization => {
-                    let (has_stop, stop) = (stop.is_some().into(), stop.unwrap_or(0.0));
-                    let status = f.enter_initialization_mode(c, start, has_stop, stop);
+                    let status = f.enter_initialization_mode(c, self.experiment);
                     ("fmi2EnterInitializationMode", status)
                 }
                 Mode::Event | Mode::Stepping | Mode::SteppingAfterSet => {
@@ -286,6 +288,68 @@ impl<'a> Instance<'a> {
         ))
     }
 
+    /// Values of a Real variable, which must be to be had.
+    pub fn read(&self, v: &Variable) -> Result<Vec<f64>, String> {
+        let (status, values) = self.reals(&[v.reference]);
+        self.must(&format!("fmi2GetReal of `{}`", v.name), status)?;
+        Ok(values)
+    }
+
+    /// Directional derivatives of the unknowns for a change of the knowns by the seed.
+    pub fn directional(&self, unknowns: &[u32], knowns: &[u32], seed: &[f64]) -> (c_int, Vec<f64>) {
+        let f = &self.fmu.functions;
+        assert_eq!(f.count(knowns), seed.len());
+        let mut result = vec![0.0; f.count(unknowns)];
+        let (unknown, n, known, m) = slices(unknowns, knowns);
+        let (seed, place) = (seed.as_ptr(), result.as_mut_ptr());
+        // SAFETY: a live instance, arrays of fitting lengths.
+        let status =
+            unsafe { f.get_directional_derivative(self.c, unknown, n, known, m, seed, place) };
+        (status, result)
+    }
+
+    /// Adjoint derivatives of FMI 3.0; of fewer seeds than there are elements of the unknowns, if that is tried.
+    pub fn adjoint(&self, unknowns: &[u32], knowns: &[u32], seed: &[f64]) -> (c_int, Vec<f64>) {
+        let mut result = vec![0.0; self.fmu.functions.count(knowns)];
+        let Some(f) = self.fmu.functions.fmi3() else {
+            return (ABSENT, result);
+        };
+        let (unknown, n, known, m) = slices(unknowns, knowns);
+        let (seeds, seed) = (seed.len(), seed.as_ptr());
+        let (results, place) = (result.len(), result.as_mut_ptr());
+        // SAFETY: a live instance, arrays of the lengths given.
+        let status = unsafe {
+            (f.fmi3GetAdjointDerivative)(self.c, unknown, n, known, m, seed, seeds, place, results)
+        };
+        (status, result)
+    }
+
+    /// Derivatives of outputs, of these orders.
+    pub fn output_derivatives(&self, references: &[u32], orders: &[c_int]) -> (c_int, Vec<f64>) {
+        let f = &self.fmu.functions;
+        assert_eq!(references.len(), orders.len());
+        let mut values = vec![0.0; f.count(references)];
+        let (vr, n, place) = (references.as_ptr(), references.len(), values.as_mut_ptr());
+        // SAFETY: a live instance, arrays of fitting lengths.
+        let status = unsafe { f.get_output_derivatives(self.c, vr, n, orders.as_ptr(), place) };
+        (status, values)
+    }
+
+    /// Set derivatives of inputs, of these orders (FMI 2.0).
+    pub fn set_input_derivatives(
+        &self,
+        references: &[u32],
+        orders: &[c_int],
+        values: &[f64],
+    ) -> c_int {
+        let n = references.len();
+        assert_eq!([orders.len(), values.len()], [n; 2]);
+        let (vr, orders, values) = (references.as_ptr(), orders.as_ptr(), values.as_ptr());
+        let f = &self.fmu.functions;
+        // SAFETY: a live instance, arrays of equal length.
+        unsafe { f.set_input_derivatives(self.c, vr, n, orders, values) }
+    }
+
     /// Set Real variables; the status.
     pub fn set_reals(&self, references: &[u32], values: &[f64]) -> c_int {
         assert_eq!(self.fmu.functions.count(references), values.len());
@@ -303,12 +367,7 @@ impl<'a> Instance<'a> {
         let mut values = vec![0; f.count(references)];
         let (vr, n, place) = (references.as_ptr(), references.len(), values.as_mut_ptr());
         // SAFETY: a live instance, room for all elements.
-        let status = unsafe {
-            match access {
-                Access::Boolean => f.get_boolean(self.c, vr, n, place),
-                _ => f.get_integer(self.c, vr, n, place),
-            }
-        };
+        let status = unsafe { f.get_integers(access == Access::Boolean, self.c, vr, n, place) };
         (status, values)
     }
 
@@ -435,10 +494,7 @@ impl<'a> Instance<'a> {
         {
             let [min, max] = v.bounds();
             let value = |element: usize| {
-                let start = v.start_of(element).and_then(|s| s.trim().parse().ok());
-                let start: f64 = start.unwrap_or(0.0);
-                let scale = v.nominal.unwrap_or(start.abs()).abs();
-                let scale = if scale > 0.0 { scale } else { 1.0 };
+                let (start, scale) = about(v, element);
                 let phase = 0.7 * k as f64 + n as f64 + element as f64;
                 (start + 0.01 * scale * phase.sin()).clamp(min, max)
             };
@@ -468,10 +524,23 @@ unsafe extern "C" fn libc_free(memory: Pointer) {
     unsafe { libc::free(memory) }
 }
 
+/// Two lists of value references as C functions take them.
+fn slices(unknowns: &[u32], knowns: &[u32]) -> (*const u32, usize, *const u32, usize) {
+    let (unknown, known) = (unknowns.as_ptr(), knowns.as_ptr());
+    (unknown, unknowns.len(), known, knowns.len())
+}
+
 /// Value references of the variables that fit.
 pub fn references(variables: &[Variable], fits: impl Fn(&Variable) -> bool) -> Vec<u32> {
     let fitting = variables.iter().filter(|v| fits(v));
     fitting.map(|v| v.reference).collect()
+}
+
+/// Start value of an element of a Real, and about how large its values are.
+pub fn about(v: &Variable, element: usize) -> (f64, f64) {
+    let start = v.start_number_of(element).unwrap_or(0.0);
+    let scale = v.nominal.unwrap_or(start.abs()).abs();
+    (start, if scale > 0.0 { scale } else { 1.0 })
 }
 
 /// Start time of the default experiment, s.

@@ -1,5 +1,7 @@
 //! What the functions and statuses of FMI 2.0 are called in FMI 3.0.
 
+use super::fmi3::Functions;
+
 /// A text with the functions and statuses of FMI 2.0 in it called as FMI 3.0 calls them.
 pub fn text_in_3(text: &str) -> String {
     let is_word = |c: char| c.is_ascii_alphanumeric();
@@ -15,45 +17,37 @@ pub fn text_in_3(text: &str) -> String {
     told + rest
 }
 
-/// What FMI 3.0 calls a function or status of FMI 2.0.
+/// Functions and statuses that differ by more than the number in their names.
+const OTHERS: [(&str, &str); 19] = [
+    ("fmi2Instantiate", "fmi3InstantiateCoSimulation"),
+    ("fmi2SetupExperiment", "fmi3EnterInitializationMode"),
+    ("fmi2GetReal", "fmi3GetFloat64"),
+    ("fmi2SetReal", "fmi3SetFloat64"),
+    ("fmi2GetInteger", "fmi3GetInt64"),
+    ("fmi2SetInteger", "fmi3SetInt64"),
+    ("fmi2GetFMUstate", "fmi3GetFMUState"),
+    ("fmi2SetFMUstate", "fmi3SetFMUState"),
+    ("fmi2FreeFMUstate", "fmi3FreeFMUState"),
+    ("fmi2SerializedFMUstateSize", "fmi3SerializedFMUStateSize"),
+    ("fmi2SerializeFMUstate", "fmi3SerializeFMUState"),
+    ("fmi2DeSerializeFMUstate", "fmi3DeserializeFMUState"),
+    ("fmi2GetRealOutputDerivatives", "fmi3GetOutputDerivatives"),
+    // No functions, so that they are not in the list of those.
+    ("fmi2Status", "fmi3Status"),
+    ("fmi2OK", "fmi3OK"),
+    ("fmi2Warning", "fmi3Warning"),
+    ("fmi2Discard", "fmi3Discard"),
+    ("fmi2Error", "fmi3Error"),
+    ("fmi2Fatal", "fmi3Fatal"),
+];
+
+/// What FMI 3.0 calls a function or status of FMI 2.0; the same where it has no such thing.
 pub fn in_3(name: &str) -> &str {
-    let names = [
-        ("fmi2Instantiate", "fmi3InstantiateCoSimulation"),
-        ("fmi2GetVersion", "fmi3GetVersion"),
-        ("fmi2SetDebugLogging", "fmi3SetDebugLogging"),
-        ("fmi2FreeInstance", "fmi3FreeInstance"),
-        ("fmi2SetupExperiment", "fmi3EnterInitializationMode"),
-        ("fmi2EnterInitializationMode", "fmi3EnterInitializationMode"),
-        ("fmi2ExitInitializationMode", "fmi3ExitInitializationMode"),
-        ("fmi2Terminate", "fmi3Terminate"),
-        ("fmi2Reset", "fmi3Reset"),
-        ("fmi2GetReal", "fmi3GetFloat64"),
-        ("fmi2SetReal", "fmi3SetFloat64"),
-        ("fmi2GetInteger", "fmi3GetInt64"),
-        ("fmi2SetInteger", "fmi3SetInt64"),
-        ("fmi2GetBoolean", "fmi3GetBoolean"),
-        ("fmi2SetBoolean", "fmi3SetBoolean"),
-        ("fmi2GetString", "fmi3GetString"),
-        ("fmi2SetString", "fmi3SetString"),
-        ("fmi2GetFMUstate", "fmi3GetFMUState"),
-        ("fmi2SetFMUstate", "fmi3SetFMUState"),
-        ("fmi2FreeFMUstate", "fmi3FreeFMUState"),
-        ("fmi2SerializedFMUstateSize", "fmi3SerializedFMUStateSize"),
-        ("fmi2SerializeFMUstate", "fmi3SerializeFMUState"),
-        ("fmi2DeSerializeFMUstate", "fmi3DeserializeFMUState"),
-        (
-            "fmi2GetDirectionalDerivative",
-            "fmi3GetDirectionalDerivative",
-        ),
-        ("fmi2GetRealOutputDerivatives", "fmi3GetOutputDerivatives"),
-        ("fmi2DoStep", "fmi3DoStep"),
-        ("fmi2Status", "fmi3Status"),
-        ("fmi2OK", "fmi3OK"),
-        ("fmi2Warning", "fmi3Warning"),
-        ("fmi2Discard", "fmi3Discard"),
-        ("fmi2Error", "fmi3Error"),
-        ("fmi2Fatal", "fmi3Fatal"),
-    ];
-    let found = names.iter().find(|(two, _)| *two == name);
-    found.map_or(name, |(_, three)| three)
+    if let Some((_, three)) = OTHERS.iter().find(|(two, _)| *two == name) {
+        return three;
+    }
+    let plain = name.strip_prefix("fmi2");
+    let mut functions = Functions::NAMES.iter();
+    let function = functions.find(|three| plain.is_some() && three.strip_prefix("fmi3") == plain);
+    function.copied().unwrap_or(name)
 }

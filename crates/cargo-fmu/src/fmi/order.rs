@@ -17,6 +17,18 @@ pub enum Mode {
     Terminated,
 }
 
+impl Mode {
+    /// All of them.
+    pub const ALL: [Self; 6] = [
+        Self::Instantiated,
+        Self::Initialization,
+        Self::Event,
+        Self::Stepping,
+        Self::SteppingAfterSet,
+        Self::Terminated,
+    ];
+}
+
 const INSTANTIATED: u8 = 1;
 const INITIALIZATION: u8 = 2;
 const STEPPING: u8 = 4;

@@ -70,10 +70,11 @@ impl Functions {
         fn set_string(*const Text) = fmi2SetString, fmi3SetString;
     }
 
-    /// In FMI 3.0 by fmi3GetInt32 where the first reference is that of an Int32, else by
-    /// fmi3GetInt64; a value beyond an int is its bound.
-    pub unsafe fn get_integer(
+    /// Integers, or Booleans as 0 and 1. In FMI 3.0 integers by fmi3GetInt32 where the first
+    /// reference is that of an Int32, else by fmi3GetInt64; a value beyond an int is its bound.
+    pub unsafe fn get_integers(
         &self,
+        are_booleans: bool,
         c: Pointer,
         vr: *const u32,
         n: usize,
@@ -81,24 +82,32 @@ impl Functions {
     ) -> c_int {
         // SAFETY: forwarded.
         unsafe {
-            match &self.own {
-                Fmi2(f) => (f.fmi2GetInteger)(c, vr, n, values),
-                Fmi3(f) if self.is_int32(references(vr, n)) => {
-                    (f.fmi3GetInt32)(c, vr, n, values, self.counted(vr, n))
+            let counted = self.counted(vr, n);
+            match (&self.own, are_booleans) {
+                (Fmi2(f), true) => (f.fmi2GetBoolean)(c, vr, n, values),
+                (Fmi2(f), false) => (f.fmi2GetInteger)(c, vr, n, values),
+                (Fmi3(f), true) => {
+                    let truth = |v: u8| (v != 0).into(); // an FMU may write what is no bool
+                    let get =
+                        |place: *mut u8, count| (f.fmi3GetBoolean)(c, vr, n, place.cast(), count);
+                    get_as(values, counted, truth, get)
                 }
-                Fmi3(f) => {
+                (Fmi3(f), false) if self.is_int32(references(vr, n)) => {
+                    (f.fmi3GetInt32)(c, vr, n, values, counted)
+                }
+                (Fmi3(f), false) => {
                     let narrow = |v: i64| v.clamp(c_int::MIN.into(), c_int::MAX.into()) as c_int;
-                    get_as(values, self.counted(vr, n), narrow, |place, count| {
-                        (f.fmi3GetInt64)(c, vr, n, place, count)
-                    })
+                    let get = |place, count| (f.fmi3GetInt64)(c, vr, n, place, count);
+                    get_as(values, counted, narrow, get)
                 }
             }
         }
     }
 
-    /// As [`Functions::get_integer`].
-    pub unsafe fn set_integer(
+    /// As [`Functions::get_integers`].
+    pub unsafe fn set_integers(
         &self,
+        are_booleans: bool,
         c: Pointer,
         vr: *const u32,
         n: usize,
@@ -106,56 +115,21 @@ impl Functions {
     ) -> c_int {
         // SAFETY: forwarded.
         unsafe {
-            match &self.own {
-                Fmi2(f) => (f.fmi2SetInteger)(c, vr, n, values),
-                Fmi3(f) if self.is_int32(references(vr, n)) => {
-                    (f.fmi3SetInt32)(c, vr, n, values, self.counted(vr, n))
+            let counted = self.counted(vr, n);
+            match (&self.own, are_booleans) {
+                (Fmi2(f), true) => (f.fmi2SetBoolean)(c, vr, n, values),
+                (Fmi2(f), false) => (f.fmi2SetInteger)(c, vr, n, values),
+                (Fmi3(f), true) => {
+                    let set = |place, count| (f.fmi3SetBoolean)(c, vr, n, place, count);
+                    set_as(values, counted, |v| v != 0, set)
                 }
-                Fmi3(f) => set_as(values, self.counted(vr, n), i64::from, |place, count| {
-                    (f.fmi3SetInt64)(c, vr, n, place, count)
-                }),
-            }
-        }
-    }
-
-    pub unsafe fn get_boolean(
-        &self,
-        c: Pointer,
-        vr: *const u32,
-        n: usize,
-        values: *mut c_int,
-    ) -> c_int {
-        // SAFETY: forwarded.
-        unsafe {
-            match &self.own {
-                Fmi2(f) => (f.fmi2GetBoolean)(c, vr, n, values),
-                Fmi3(f) => get_as(
-                    values,
-                    self.counted(vr, n),
-                    |v: u8| (v != 0).into(), // an FMU may write what is no bool
-                    |place, count| (f.fmi3GetBoolean)(c, vr, n, place.cast(), count),
-                ),
-            }
-        }
-    }
-
-    pub unsafe fn set_boolean(
-        &self,
-        c: Pointer,
-        vr: *const u32,
-        n: usize,
-        values: *const c_int,
-    ) -> c_int {
-        // SAFETY: forwarded.
-        unsafe {
-            match &self.own {
-                Fmi2(f) => (f.fmi2SetBoolean)(c, vr, n, values),
-                Fmi3(f) => set_as(
-                    values,
-                    self.counted(vr, n),
-                    |v| v != 0,
-                    |place, count| (f.fmi3SetBoolean)(c, vr, n, place, count),
-                ),
+                (Fmi3(f), false) if self.is_int32(references(vr, n)) => {
+                    (f.fmi3SetInt32)(c, vr, n, values, counted)
+                }
+                (Fmi3(f), false) => {
+                    let set = |place, count| (f.fmi3SetInt64)(c, vr, n, place, count);
+                    set_as(values, counted, i64::from, set)
+                }
             }
         }
     }

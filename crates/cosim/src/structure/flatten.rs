@@ -288,8 +288,13 @@ impl Flattening<'_> {
                 }
             };
             if !fitting.contains(&data_type) {
+                let article = if element.starts_with(['I', 'E']) {
+                    "an"
+                } else {
+                    "a"
+                };
                 bail!(
-                    "{name}: a {element} is for {} connectors; these are {}",
+                    "{name}: {article} {element} is for {} connectors; these are {}",
                     fitting[0].name(),
                     data_type.name()
                 );

@@ -3,8 +3,10 @@
 
 mod allocation;
 mod c_types;
+mod foreign;
 mod noise;
 mod oscillator;
+mod program;
 mod support;
 mod trouble;
 mod wires;

@@ -88,17 +88,32 @@ pub fn oscillator_links(motion: &str, force: &str, bond: &str) -> String {
 
 /// Pack a system and load it. `name` keeps the files of several tests apart.
 pub fn system(name: &str, structure: &str) -> anyhow::Result<System> {
+    edited(name, structure, |_, description| description.to_string())
+}
+
+/// The same with other model descriptions; `edit` is given the name of each example and the text of its own.
+pub fn edited(
+    name: &str,
+    structure: &str,
+    edit: impl Fn(&str, &str) -> String,
+) -> anyhow::Result<System> {
     let dir = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(name);
     fs::create_dir_all(&dir).unwrap();
     let path = dir.join("system.ssp");
-    let fmus = ["spring", "mass"].map(|example| (example, fmu(example)));
     let mut entries = vec![(
         "SystemStructure.ssd".to_string(),
         structure.as_bytes().to_vec(),
     )];
-    for (example, bytes) in fmus {
+    for example in ["spring", "mass"] {
         let model = example[..1].to_uppercase() + &example[1..];
-        entries.push((format!("resources/{model}.fmu"), bytes));
+        let mut files = files(example);
+        for (name, bytes) in &mut files {
+            if name == "modelDescription.xml" {
+                let text = edit(example, std::str::from_utf8(bytes).unwrap());
+                *bytes = text.into_bytes();
+            }
+        }
+        entries.push((format!("resources/{model}.fmu"), packed(&files)));
     }
     write_zip(File::create(&path).unwrap(), &entries);
     load(&path)
@@ -110,7 +125,18 @@ pub fn load(path: &Path) -> anyhow::Result<System> {
     System::load(path, None, &FmuPlace::Structure { else_in }, &[])
 }
 
-fn fmu(example: &str) -> Vec<u8> {
+/// The FMU of an example.
+pub fn fmu(example: &str) -> Vec<u8> {
+    packed(&files(example))
+}
+
+fn packed(files: &[(String, Vec<u8>)]) -> Vec<u8> {
+    let mut bytes = std::io::Cursor::new(Vec::new());
+    write_zip(&mut bytes, files);
+    bytes.into_inner()
+}
+
+fn files(example: &str) -> Vec<(String, Vec<u8>)> {
     let file = format!(
         "{}test_{example}{}",
         std::env::consts::DLL_PREFIX,
@@ -129,10 +155,7 @@ fn fmu(example: &str) -> Vec<u8> {
         built.display()
     );
     let (_, files) = cargo_fmu::pack::contents(&built).unwrap();
-    let files: Vec<_> = files.into_iter().collect();
-    let mut bytes = std::io::Cursor::new(Vec::new());
-    write_zip(&mut bytes, &files);
-    bytes.into_inner()
+    files.into_iter().collect()
 }
 
 pub fn write_zip<W: Write + std::io::Seek>(out: W, entries: &[(String, Vec<u8>)]) {

@@ -66,7 +66,8 @@ fn three_points_at_once_have_the_bits_of_each() {
     assert_eq!(right, surrogate.evaluate(1.0, 1.0));
 }
 
-/// Whether three actuators share a network, which a restored state does not, or have different ones, is not seen in their residuals.
+/// Whether three actuators share a network, which a restored state does not, or have different
+/// ones, is not seen in their residuals.
 #[test]
 fn residuals_of_three_are_those_of_each() {
     let actuator = |surrogate: &Surrogate| {
@@ -135,9 +136,10 @@ fn hybrid_stays_near_the_physics_outside_the_range() {
     assert!(worst > 0.01, "the network adds nothing: {worst}");
 }
 
-/// No jump: the residual moves no faster than a physical slope allows. Per newton metre the map itself
-/// gains N/lead = 2356 N; the residual is a correction of it, so a half of that is generous. Per
-/// rad/s the friction of both directions is exchanged within a few rad/s: 2·4 kN over the fold's width.
+/// No jump: the residual moves no faster than a physical slope allows. Per newton metre the map
+/// itself gains N/lead = 2356 N; the residual is a correction of it, so a half of that is generous.
+/// Per rad/s the friction of both directions is exchanged within a few rad/s: 2·4 kN over the
+/// fold's width.
 #[test]
 fn hybrid_is_continuous() {
     let surrogate = Surrogate::reference();

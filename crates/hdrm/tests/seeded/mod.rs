@@ -1,5 +1,4 @@
 //! Seeded states and inputs for the tests, and the plant they are for.
-#![allow(dead_code)] // each test binary uses its part
 
 use hdrm::{Hdrm, Input, Load, Options, State};
 use machine::Machine;

@@ -138,6 +138,10 @@ fn wrong_files_are_refused_with_place_name_value_and_rule() {
             "waypoint 1, load: `comm` is unknown, did you mean `com`?",
         ),
         (
+            waypoints(r#"{"position": [0, 0, 0], "b`lend": 1}"#),
+            "waypoint 1: `b`lend` is unknown, did you mean `blend`?",
+        ),
+        (
             format!(r#"{{"relative": null, "waypoints": [{two}]}}"#),
             "the file: `relative` = null must be true or false",
         ),
@@ -151,7 +155,7 @@ fn wrong_files_are_refused_with_place_name_value_and_rule() {
         ),
         (
             r#"{"samples": [[0, 1, 2, 3], [1, 2, 3, null]]}"#.into(),
-            "sample 2 must be [t, x, y, z] or [t, x, y, z, qw, qx, qy, qz], all numbers, not [1,2,3,null]",
+            "sample 2: `samples` = [1,2,3,null] must be [t, x, y, z] or [t, x, y, z, qw, qx, qy, qz], all numbers",
         ),
         (
             "{\"waypoints\": [".into(),

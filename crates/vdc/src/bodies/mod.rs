@@ -31,7 +31,7 @@ impl Bodies {
     /// Those of `machine`, with estimates that equal them.
     ///
     /// # Errors
-    /// A body that is none.
+    /// A body whose mass, centre and inertia are those of no physical body.
     pub(crate) fn new(
         machine: &Machine,
         inverse_bounds: [f64; 2],
@@ -60,10 +60,9 @@ impl Bodies {
         &self.load
     }
 
-    /// Takes over that the end-effector carries `load` from now on, in the axes of the tip at `tip`
-    /// in the frame of the body `PL`: its nominal inertia, its estimate and the bounds around it
-    /// change by the difference to the load before. A mass that is not finite and ≥ 0 changes
-    /// nothing.
+    /// From now on the end-effector carries `load`, whose place counts from `tip`, the tip in the
+    /// frame of the body `PL`. Nominal inertia, estimate and bounds of that body change by the
+    /// difference to the load before. A mass that is not finite and ≥ 0 changes nothing.
     pub(crate) fn carry(&mut self, load: &Load, tip: &Vector3<f64>) {
         const PL: usize = Body::PL as usize;
         let point = |load: &Load| {

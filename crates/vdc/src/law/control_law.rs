@@ -1,4 +1,4 @@
-//! What a control law is asked, and what it is told.
+//! What every control law computes, and from what.
 
 use crate::bodies::Bodies;
 use crate::law::decomposition::{BodyMotion, VelocityErrors};
@@ -15,9 +15,8 @@ pub(crate) trait ControlLaw: Sync {
     /// What one rod by itself is to give to its load, N.
     fn rod_force(&self, rod: &Rod) -> f64;
 
-    /// Whether the required forces of the rods are to be reached by the actuators' models: with
-    /// their inertia, friction and what the disturbance observer finds. Otherwise the transmission
-    /// counts alone, without losses.
+    /// Whether the drives compute their currents by the model of the actuator, with its inertia,
+    /// friction and what the disturbance observer finds; otherwise by the lossless transmission.
     fn knows_actuators(&self) -> bool;
 
     /// Advances what the law learns of the bodies by `h` s with these motions held.

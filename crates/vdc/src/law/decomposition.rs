@@ -98,7 +98,7 @@ pub(crate) fn holding_forces(
     joint_forces(configuration, &motions, estimates, &no_errors, 0.0)
 }
 
-/// What the errors `s = V_r − V` weigh with the nominal inertias M.
+/// Momenta and energy of the errors `s = V_r − V` with the nominal inertias M.
 pub(crate) struct VelocityErrors {
     /// `M s` of each body.
     momenta: [Wrench; Body::COUNT],

@@ -1,7 +1,8 @@
 //! Control laws: from the required motion to the forces of rods and wrist joints.
 //!
-//! A law is one file, a value of [`Mode`] and its rows in [`MODES`]; what it is asked stands in
-//! [`ControlLaw`].
+//! A law is one file that implements [`ControlLaw`], a value of [`Mode`] and its rows in [`MODES`].
+//! What it learns lives in [`Bodies`](crate::bodies::Bodies); a law with another state adds a field
+//! to [`State`](crate::state::State).
 
 mod control_law;
 mod decomposition;
@@ -62,8 +63,8 @@ const fn with_integral(mode: Mode) -> NamedMode {
     NamedMode { mode, integral }
 }
 
-/// All laws with their names and what they are, in the order of their numbers from 1; new ones are
-/// added at the end.
+/// All laws with their names and descriptions, in the order of their numbers from 1. New ones come
+/// at the end.
 #[rustfmt::skip] // a law a line
 pub const MODES: [(NamedMode, &str, &str); 8] = [
     (plain(Mode::Adaptive), "adaptive", "model-based, with natural adaptation of the inertias"),

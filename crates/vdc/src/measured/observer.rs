@@ -1,8 +1,8 @@
 //! Joint rates from joint angles: a tracking observer instead of the measured rates.
 //!
-//! Not in the paper, which measures rates. A rate that a drive makes of an encoder's angles by
-//! differences is coarse, or late by its filter; the observer knows which acceleration the
-//! controller asks for, so it is late only for what it did not ask for.
+//! Not in the paper, which measures rates. A rate that a drive computes from an encoder's angles by
+//! differences is coarse, or a filter makes it late. The observer knows which acceleration the
+//! controller asks for; it lags only behind motion that the controller did not ask for.
 //! ```text
 //! predicted   ζ⁻ = ζ̂ + h v̂ + h² ζ̈_r/2,   v⁻ = v̂ + h ζ̈_r
 //! corrected   ζ̂ = ζ⁻ + (1 − a²)(ζ − ζ⁻),  v̂ = v⁻ + (1 − a)² (ζ − ζ⁻)/h,   a = e^(−ω h)
@@ -26,14 +26,14 @@ pub(crate) struct JointObserver {
     h: f64,
 }
 
-/// Largest predicted angle in rad and rate in rad/s, far beyond any machine's. What is asked for
-/// with absurd gains over steps of very different lengths drives the observer apart; a prediction
-/// beyond this starts anew from the measured rates.
+/// Largest predicted angle, rad, and rate, rad/s, far beyond any machine's. With absurd gains and
+/// steps of very different lengths the predictions diverge; beyond this value the observer starts
+/// anew from the measured rates.
 const LARGEST: f64 = 1e9;
 
 impl JointObserver {
-    /// The measurements with the joint rates that the observer of bandwidth `omega`, rad/s, finds;
-    /// as they are where that is 0. Doing it twice changes nothing.
+    /// The measurements with the joint rates of the observer, whose bandwidth is `omega`, rad/s;
+    /// unchanged where `omega` is 0. Applied twice it gives the same as once.
     pub(crate) fn observed<'a>(&self, input: &'a Input, omega: f64) -> Cow<'a, Input> {
         if omega == 0.0 {
             return Cow::Borrowed(input);

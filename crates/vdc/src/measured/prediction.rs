@@ -9,7 +9,7 @@ use emla::{Emla, maps};
 use hdrm::DOF;
 use serde::{Deserialize, Serialize};
 
-/// What acts over one communication step.
+/// Voltages and accelerations that act over one communication step.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct Plan {
     /// Voltages of the drives, V.

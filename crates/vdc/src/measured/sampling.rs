@@ -57,8 +57,7 @@ pub(crate) struct Sampling {
 }
 
 impl Sampling {
-    /// Takes note of what acts after `delay` steps; what acts before the first command that was
-    /// decided is the same.
+    /// Enters what acts after `delay` steps. At the start the same acts in the steps before.
     pub(crate) fn plan(&mut self, delay: usize, planned: Plan) {
         if self.count == 0 {
             self.planned = [planned; DELAY_MAX as usize];
@@ -75,7 +74,7 @@ impl Sampling {
     /// are given ahead, s, in steps of `h`.
     ///
     /// The actuators give their force one step ahead (their delay is 1); before their first step it
-    /// is that of the moment. The lead is taken off the whole force, not off its measured share
+    /// is that of the moment. The lead is subtracted from the whole force, not from its measured share
     /// alone: this damps the boom on the locked motors (found by trial; at steps of 2 ms it is
     /// needed).
     pub(crate) fn first(&self, input: &Input, h: f64) -> (Input, f64) {
@@ -89,13 +88,13 @@ impl Sampling {
         (first, h)
     }
 
-    /// The measurements `ahead` are those of the next sample.
+    /// Takes the measurements `ahead` for those of the next sample.
     pub(crate) fn hold(&mut self, ahead: Input) {
         self.count += 1;
         self.held = Some(ahead);
     }
 
-    /// A step has passed: what was planned for the next acts now.
+    /// Moves the plans on by a step: what was planned for the next one acts now.
     pub(crate) fn pass(&mut self) {
         self.planned.rotate_left(1);
     }

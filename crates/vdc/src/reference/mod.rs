@@ -76,7 +76,8 @@ impl Reference {
     /// The reference that `trajectory` names, from the joint angles `zeta`, rad.
     ///
     /// # Errors
-    /// A limit that is none; a path that cannot be made, or that the machine cannot do.
+    /// A limit of rates that is not finite and positive; a path that cannot be made, or that the
+    /// machine cannot do.
     pub(crate) fn new(
         trajectory: Trajectory,
         machine: &Machine,
@@ -145,7 +146,7 @@ impl Reference {
         }
     }
 
-    /// The maker of the joints' motion under commanded rates.
+    /// How commanded rates move the joints; None for another reference.
     pub(crate) fn rates(&self) -> Option<&Rates> {
         match self {
             Self::Rates(rates) => Some(rates),

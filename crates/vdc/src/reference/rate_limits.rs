@@ -1,4 +1,4 @@
-//! An operator's commands: of what they are rates, and the limits that they are held to.
+//! An operator's commands: rates of the joints or of the tip, and their limits.
 
 use crate::error::ControllerError;
 use hdrm::DOF;

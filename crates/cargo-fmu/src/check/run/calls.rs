@@ -1,12 +1,12 @@
 //! Call order, and what the logger hears.
 
 use std::ffi::c_int;
-use std::path::Path;
 use std::ptr;
 
 use super::simulation::is_odd;
-use super::trial::{Trial, open, trial};
+use super::trial::{Trial, trial};
 use crate::check::outcome::Outcome;
+use crate::fmi::functions::Experiment;
 use crate::fmi::instance::{Instance, Manner, references, status_name, step_size};
 use crate::fmi::order::{Mode, is_allowed};
 use crate::fmi::symbols::{ERROR, WARNING};
@@ -39,21 +39,12 @@ pub const TRIALS: &[Trial] = &[
 
 /// The modes of a version.
 fn modes(fmu: &Fmu) -> Vec<Mode> {
-    use Mode::{Event, Initialization, Instantiated, Stepping, SteppingAfterSet, Terminated};
-    let all = [
-        Instantiated,
-        Initialization,
-        Event,
-        Stepping,
-        SteppingAfterSet,
-        Terminated,
-    ];
     let is_had = |mode: &Mode| match mode {
-        Event => fmu.functions.has_event_mode(),
-        SteppingAfterSet => fmu.functions.fmi3().is_some() && an_input(fmu).is_some(),
+        Mode::Event => fmu.functions.has_event_mode(),
+        Mode::SteppingAfterSet => fmu.functions.fmi3().is_some() && an_input(fmu).is_some(),
         _ => true,
     };
-    all.into_iter().filter(is_had).collect()
+    Mode::ALL.into_iter().filter(is_had).collect()
 }
 
 /// A Real input that is a scalar.
@@ -114,8 +105,10 @@ fn call(instance: &Instance, name: &str) -> c_int {
             ("fmi3EnterEventMode", Some(f)) => (f.fmi3EnterEventMode)(c),
             ("fmi3EnterStepMode", Some(f)) => (f.fmi3EnterStepMode)(c),
             ("fmi3EvaluateDiscreteStates", Some(f)) => (f.fmi3EvaluateDiscreteStates)(c),
-            ("fmi2SetupExperiment", _) => f.setup_experiment(c, 0, 0.0, 0.0, 0, 0.0),
-            ("fmi2EnterInitializationMode", _) => f.enter_initialization_mode(c, 0.0, 0, 0.0),
+            ("fmi2SetupExperiment", _) => f.setup_experiment(c, Experiment::default()),
+            ("fmi2EnterInitializationMode", _) => {
+                f.enter_initialization_mode(c, Experiment::default())
+            }
             ("fmi2ExitInitializationMode", _) => f.exit_initialization_mode(c),
             ("fmi2DoStep", _) => f.do_step(c, t, h, 1),
             ("fmi2Terminate", _) => f.terminate(c),
@@ -128,14 +121,13 @@ fn reals(fmu: &Fmu) -> Vec<u32> {
     references(&fmu.description.variables, |v| v.access() == Access::Real)
 }
 
-fn order(folder: &Path, outcome: &mut Outcome) -> Result<(), String> {
-    let fmu = open(folder)?;
+fn order(fmu: &Fmu, outcome: &mut Outcome) -> Result<(), String> {
     let names: Vec<&str> = match fmu.functions.fmi3() {
         None => CALLS.to_vec(),
         Some(_) => CALLS[1..].iter().chain(&CALLS_3).copied().collect(),
     };
-    let is_tried = |name: &&&str| **name != "fmi2GetReal" || !reals(&fmu).is_empty();
-    let modes = modes(&fmu);
+    let is_tried = |name: &&&str| **name != "fmi2GetReal" || !reals(fmu).is_empty();
+    let modes = modes(fmu);
     let mut tried = 0;
     for (name, mode) in names
         .iter()
@@ -145,7 +137,7 @@ fn order(folder: &Path, outcome: &mut Outcome) -> Result<(), String> {
         if is_allowed(fmu.functions.name(name), mode) {
             continue;
         }
-        let instance = in_mode(&fmu, mode)?;
+        let instance = in_mode(fmu, mode)?;
         let status = call(&instance, name);
         tried += 1;
         if is_odd(status) {
@@ -158,13 +150,12 @@ fn order(folder: &Path, outcome: &mut Outcome) -> Result<(), String> {
     Ok(())
 }
 
-fn messages(folder: &Path, outcome: &mut Outcome) -> Result<(), String> {
-    let fmu = open(folder)?;
+fn messages(fmu: &Fmu, outcome: &mut Outcome) -> Result<(), String> {
     let talking = Manner {
         is_logging: true,
         ..Manner::USUAL
     };
-    let mut instance = Instance::with(&fmu, "talker", talking)?;
+    let mut instance = Instance::with(fmu, "talker", talking)?;
     // SAFETY: a live instance; no categories are named.
     let status = unsafe {
         fmu.functions
@@ -173,9 +164,9 @@ fn messages(folder: &Path, outcome: &mut Outcome) -> Result<(), String> {
     instance.must("fmi2SetDebugLogging", status)?;
     let mut heard = instance.messages();
     instance.initialize()?;
-    instance.step(step_size(&fmu))?;
+    instance.step(step_size(fmu))?;
     heard.extend(instance.messages());
-    if !reals(&fmu).is_empty() {
+    if !reals(fmu).is_empty() {
         let status = instance.set_reals(&[u32::MAX], &[0.0]);
         let answer = instance.messages();
         if status >= ERROR && answer.is_empty() {
@@ -189,7 +180,7 @@ fn messages(folder: &Path, outcome: &mut Outcome) -> Result<(), String> {
         ..talking
     };
     if !fmu.description.capabilities.only_once {
-        let _ = Instance::with(&fmu, "talker", refused); // whether it is refused is another row
+        let _ = Instance::with(fmu, "talker", refused); // whether it is refused is another row
     }
     heard.extend(instance.messages());
     for message in heard.iter().filter(|m| m.is_stray) {
@@ -199,7 +190,7 @@ fn messages(folder: &Path, outcome: &mut Outcome) -> Result<(), String> {
         ));
     }
     for message in &heard {
-        if let Some(what) = fault(&fmu, message) {
+        if let Some(what) = fault(fmu, message) {
             outcome.remark(format!("{what}: {}", message.format));
         }
     }
@@ -228,10 +219,9 @@ fn fault(fmu: &Fmu, message: &Message) -> Option<String> {
     is_odd(*status).then(|| format!("the message has status {status}"))
 }
 
-fn quiet(folder: &Path, outcome: &mut Outcome) -> Result<(), String> {
-    let fmu = open(folder)?;
-    let mut instance = Instance::started(&fmu, "quiet")?;
-    (0..3).try_for_each(|_| instance.step(step_size(&fmu)))?;
+fn quiet(fmu: &Fmu, outcome: &mut Outcome) -> Result<(), String> {
+    let mut instance = Instance::started(fmu, "quiet")?;
+    (0..3).try_for_each(|_| instance.step(step_size(fmu)))?;
     for message in instance.messages().iter().filter(|m| m.status < WARNING) {
         outcome.remark(message.format.clone());
     }

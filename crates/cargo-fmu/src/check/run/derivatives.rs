@@ -1,15 +1,13 @@
 //! Derivatives of inputs and outputs.
 
-use std::path::Path;
-
 use fmu_description::{Access, Causality, Variability, Variable, Version};
 
-use super::trial::{Trial, open, trial};
+use super::trial::{Trial, trial, unless};
 use super::values::without_reading_after_set;
 use crate::check::outcome::Outcome;
-use crate::fmi::functions::Functions;
+use crate::fmi::Fmu;
 use crate::fmi::instance::{Instance, references, step_size};
-use crate::fmi::symbols::{Pointer, WARNING};
+use crate::fmi::symbols::WARNING;
 
 /// By which share a directional derivative may differ from a difference of outputs, which is itself
 /// an approximation.
@@ -56,50 +54,27 @@ fn is_real_output(v: &Variable) -> bool {
     v.causality == Causality::Output && v.access() == Access::Real
 }
 
-/// What the FMU does not claim is not tried.
-pub fn unless(claimed: bool, outcome: &mut Outcome) -> bool {
-    if !claimed {
-        outcome.not_checked = Some("the FMU does not claim it".into());
-    }
-    !claimed
-}
-
-fn directional(folder: &Path, outcome: &mut Outcome) -> Result<(), String> {
-    let fmu = open(folder)?;
+fn directional(fmu: &Fmu, outcome: &mut Outcome) -> Result<(), String> {
     if unless(
         fmu.description.capabilities.directional_derivatives,
         outcome,
     ) {
         return Ok(());
     }
-    if without_reading_after_set(&fmu, outcome) {
+    if without_reading_after_set(fmu, outcome) {
         return Ok(());
     }
     let variables = &fmu.description.variables;
     let unknowns = references(variables, is_real_output);
-    let mut instance = Instance::started(&fmu, "directional")?;
-    instance.step(step_size(&fmu))?;
+    let mut instance = Instance::started(fmu, "directional")?;
+    instance.step(step_size(fmu))?;
     let mut compared = 0;
     for input in variables.iter().filter(|v| is_continuous_input(v)) {
         // Of an array, all elements move together.
         let seed = vec![1.0; input.size()];
-        let mut slopes = vec![0.0; fmu.functions.count(&unknowns)];
-        // SAFETY: a live instance, arrays of fitting lengths.
-        let status = unsafe {
-            fmu.functions.get_directional_derivative(
-                instance.c,
-                unknowns.as_ptr(),
-                unknowns.len(),
-                &input.reference,
-                1,
-                seed.as_ptr(),
-                slopes.as_mut_ptr(),
-            )
-        };
-        instance.must(
-            &format!("fmi2GetDirectionalDerivative by `{}`", input.name),
-            status,
-        )?;
+        let (status, slopes) = instance.directional(&unknowns, &[input.reference], &seed);
+        let call = format!("fmi2GetDirectionalDerivative by `{}`", input.name);
+        instance.must(&call, status)?;
         let Some(Around {
             outputs: [below, here, above],
             step,
@@ -131,8 +106,7 @@ fn directional(folder: &Path, outcome: &mut Outcome) -> Result<(), String> {
 
 /// `v·(J u)` against `(Jᵀ v)·u` for all inputs and outputs at once, with directions that no
 /// symmetry favours.
-fn adjoint(folder: &Path, outcome: &mut Outcome) -> Result<(), String> {
-    let fmu = open(folder)?;
+fn adjoint(fmu: &Fmu, outcome: &mut Outcome) -> Result<(), String> {
     let claimed = fmu.description.capabilities;
     let is_claimed = claimed.directional_derivatives && claimed.adjoint_derivatives;
     if unless(is_claimed, outcome) {
@@ -142,9 +116,8 @@ fn adjoint(folder: &Path, outcome: &mut Outcome) -> Result<(), String> {
     let knowns = references(variables, is_continuous_input);
     let unknowns = references(variables, is_real_output);
     let f = &fmu.functions;
-    let of_3 = f.fmi3().ok_or("it is not of FMI 3.0")?;
-    let mut instance = Instance::started(&fmu, "adjoint")?;
-    instance.step(step_size(&fmu))?;
+    let mut instance = Instance::started(fmu, "adjoint")?;
+    instance.step(step_size(fmu))?;
     let mut compared = 0;
     for round in 0..8 {
         let direction = |n: usize, rate: f64| -> Vec<f64> {
@@ -154,24 +127,10 @@ fn adjoint(folder: &Path, outcome: &mut Outcome) -> Result<(), String> {
         };
         let u = direction(f.count(&knowns), 1.3);
         let v = direction(f.count(&unknowns), 0.7);
-        let (mut forward, mut back) = (vec![0.0; v.len()], vec![0.0; u.len()]);
-        let (known, n_known) = (knowns.as_ptr(), knowns.len());
-        let (unknown, n_unknown) = (unknowns.as_ptr(), unknowns.len());
-        // SAFETY: a live instance, arrays of fitting lengths.
-        let (status, adjoint) = unsafe {
-            let (seed, result) = (u.as_ptr(), forward.as_mut_ptr());
-            let status = f.get_directional_derivative(
-                instance.c, unknown, n_unknown, known, n_known, seed, result,
-            );
-            let (seed, result) = (v.as_ptr(), back.as_mut_ptr());
-            let (c, n, m) = (instance.c, v.len(), u.len());
-            let adjoint = (of_3.fmi3GetAdjointDerivative)(
-                c, unknown, n_unknown, known, n_known, seed, n, result, m,
-            );
-            (status, adjoint)
-        };
+        let (status, forward) = instance.directional(&unknowns, &knowns, &u);
         instance.must("fmi3GetDirectionalDerivative of all outputs", status)?;
-        instance.must("fmi3GetAdjointDerivative of all outputs", adjoint)?;
+        let (status, back) = instance.adjoint(&unknowns, &knowns, &v);
+        instance.must("fmi3GetAdjointDerivative of all outputs", status)?;
         let [of_outputs, of_inputs] = [(&v, &forward), (&u, &back)].map(|(a, b)| products(a, b));
         let [left, right]: [f64; 2] = [&of_outputs, &of_inputs].map(|terms| terms.iter().sum());
         let size = |terms: &[f64]| terms.iter().map(|term| term.abs()).sum::<f64>();
@@ -205,8 +164,7 @@ fn around(
     outputs: &[u32],
 ) -> Result<Option<Around>, String> {
     let vr = [input.reference];
-    let (status, old) = instance.reals(&vr);
-    instance.must(&format!("fmi2GetReal of `{}`", input.name), status)?;
+    let old = instance.read(input)?;
     let step = 1e-4 * input.nominal.unwrap_or(old[0].abs().max(1.0)).abs();
     let [min, max] = input.bounds();
     let at = |shift: f64| {
@@ -226,8 +184,7 @@ fn around(
     Ok(Some(Around { outputs, step }))
 }
 
-fn outputs(folder: &Path, outcome: &mut Outcome) -> Result<(), String> {
-    let fmu = open(folder)?;
+fn outputs(fmu: &Fmu, outcome: &mut Outcome) -> Result<(), String> {
     if unless(
         fmu.description.capabilities.output_derivative_order > 0,
         outcome,
@@ -237,24 +194,15 @@ fn outputs(folder: &Path, outcome: &mut Outcome) -> Result<(), String> {
     let is_continuous =
         |v: &Variable| is_real_output(v) && v.variability == Variability::Continuous;
     let vr = references(&fmu.description.variables, is_continuous);
-    let mut instance = Instance::started(&fmu, "outputs")?;
-    instance.step(step_size(&fmu))?;
-    let mut values = vec![0.0; fmu.functions.count(&vr)];
-    let orders = vec![1; vr.len()];
+    let mut instance = Instance::started(fmu, "outputs")?;
+    instance.step(step_size(fmu))?;
     // In FMI 3.0 they are to be had after a step, in Step Mode.
-    let get = |f: &Functions, c: Pointer| {
-        // SAFETY: a live instance, room for all elements.
-        unsafe {
-            f.get_output_derivatives(
-                c,
-                vr.as_ptr(),
-                vr.len(),
-                orders.as_ptr(),
-                values.as_mut_ptr(),
-            )
-        }
-    };
-    let status = instance.stepping(get);
+    let mut values = Vec::new();
+    let status = instance.stepping(|_, _| {
+        let (status, derivatives) = instance.output_derivatives(&vr, &vec![1; vr.len()]);
+        values = derivatives;
+        status
+    });
     instance.must("fmi2GetRealOutputDerivatives of all outputs", status)?;
     match values.iter().find(|value| !value.is_finite()) {
         Some(value) => Err(format!("a derivative is {value}")),
@@ -262,24 +210,13 @@ fn outputs(folder: &Path, outcome: &mut Outcome) -> Result<(), String> {
     }
 }
 
-fn inputs(folder: &Path, outcome: &mut Outcome) -> Result<(), String> {
-    let fmu = open(folder)?;
+fn inputs(fmu: &Fmu, outcome: &mut Outcome) -> Result<(), String> {
     if unless(fmu.description.capabilities.interpolates_inputs, outcome) {
         return Ok(());
     }
     let vr = references(&fmu.description.variables, is_continuous_input);
-    let mut instance = Instance::started(&fmu, "inputs")?;
-    let (orders, values) = (vec![1; vr.len()], vec![0.0; vr.len()]);
-    // SAFETY: a live instance, arrays of equal length.
-    let status = unsafe {
-        fmu.functions.set_input_derivatives(
-            instance.c,
-            vr.as_ptr(),
-            vr.len(),
-            orders.as_ptr(),
-            values.as_ptr(),
-        )
-    };
+    let mut instance = Instance::started(fmu, "inputs")?;
+    let status = instance.set_input_derivatives(&vr, &vec![1; vr.len()], &vec![0.0; vr.len()]);
     instance.must("fmi2SetRealInputDerivatives of all inputs", status)?;
-    instance.step(step_size(&fmu))
+    instance.step(step_size(fmu))
 }

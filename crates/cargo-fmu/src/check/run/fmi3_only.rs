@@ -1,12 +1,10 @@
 //! What only FMI 3.0 has.
 
-use std::path::Path;
-
 use fmu_description::{Access, Causality, Variable, Version};
 
-use super::derivatives::unless;
-use super::trial::{Trial, open, trial};
+use super::trial::{Trial, trial, unless};
 use crate::check::outcome::Outcome;
+use crate::fmi::Fmu;
 use crate::fmi::instance::{Instance, references, step_size};
 use crate::fmi::symbols::WARNING;
 
@@ -37,11 +35,10 @@ pub const TRIALS: &[Trial] = &[
     .only_in(Version::Fmi3),
 ];
 
-fn step_end(folder: &Path, outcome: &mut Outcome) -> Result<(), String> {
-    let fmu = open(folder)?;
+fn step_end(fmu: &Fmu, outcome: &mut Outcome) -> Result<(), String> {
     let f = fmu.functions.fmi3().ok_or("it is not of FMI 3.0")?;
-    let h = step_size(&fmu);
-    let mut instance = Instance::started(&fmu, "step end")?;
+    let h = step_size(fmu);
+    let mut instance = Instance::started(fmu, "step end")?;
     instance.enter_step_mode()?;
     for k in 0..10 {
         let [mut event, mut ends, mut early] = [false; 3];
@@ -73,15 +70,13 @@ fn step_end(folder: &Path, outcome: &mut Outcome) -> Result<(), String> {
     Ok(())
 }
 
-fn counts(folder: &Path, outcome: &mut Outcome) -> Result<(), String> {
-    let fmu = open(folder)?;
+fn counts(fmu: &Fmu, outcome: &mut Outcome) -> Result<(), String> {
     let f = fmu.functions.fmi3().ok_or("it is not of FMI 3.0")?;
-    let instance = Instance::exchanging(&fmu, "counts")?;
+    let instance = Instance::exchanging(fmu, "counts")?;
     let is_input = |v: &&Variable| v.is_input() && v.access() == Access::Real;
     let mut calls = 0;
     for v in fmu.description.variables.iter().filter(is_input) {
-        let (status, mut values) = instance.reals(&[v.reference]);
-        instance.must(&format!("reading `{}`", v.name), status)?;
+        let mut values = instance.read(v)?;
         let n = values.len();
         values.push(values[n - 1]);
         for wrong in [n - 1, n + 1] {
@@ -111,14 +106,13 @@ fn counts(folder: &Path, outcome: &mut Outcome) -> Result<(), String> {
     Ok(())
 }
 
-fn variable_dependencies(folder: &Path, outcome: &mut Outcome) -> Result<(), String> {
-    let fmu = open(folder)?;
+fn variable_dependencies(fmu: &Fmu, outcome: &mut Outcome) -> Result<(), String> {
     if unless(fmu.description.capabilities.element_dependencies, outcome) {
         return Ok(());
     }
     let f = fmu.functions.fmi3().ok_or("it is not of FMI 3.0")?;
     let description = &fmu.description;
-    let instance = Instance::started(&fmu, "dependencies")?;
+    let instance = Instance::started(fmu, "dependencies")?;
     let is_output = |v: &Variable| v.causality == Causality::Output;
     for reference in references(&description.variables, is_output) {
         let mut n = 0;

@@ -1,8 +1,6 @@
 //! Several instances, one after another, in turns, and in threads.
 
-use std::path::Path;
-
-use super::trial::{Trial, open, trial};
+use super::trial::{Trial, trial};
 use crate::check::outcome::Outcome;
 use crate::fmi::Fmu;
 use crate::fmi::instance::{Instance, step_size};
@@ -70,21 +68,19 @@ fn is_single(fmu: &Fmu, outcome: &mut Outcome) -> bool {
     only_once
 }
 
-fn repeat(folder: &Path, _: &mut Outcome) -> Result<(), String> {
-    let fmu = open(folder)?;
-    let first = alone(&fmu)?;
-    same(&first, &alone(&fmu)?, "from the first to the second")
+fn repeat(fmu: &Fmu, _: &mut Outcome) -> Result<(), String> {
+    let first = alone(fmu)?;
+    same(&first, &alone(fmu)?, "from the first to the second")
 }
 
-fn turns(folder: &Path, outcome: &mut Outcome) -> Result<(), String> {
-    let fmu = open(folder)?;
-    if is_single(&fmu, outcome) {
+fn turns(fmu: &Fmu, outcome: &mut Outcome) -> Result<(), String> {
+    if is_single(fmu, outcome) {
         return Ok(());
     }
-    let expected = alone(&fmu)?;
-    let mut watched = Instance::started(&fmu, "watched")?;
-    let mut other = Instance::started(&fmu, "other")?;
-    let (h, mut bits) = (step_size(&fmu), Vec::new());
+    let expected = alone(fmu)?;
+    let mut watched = Instance::started(fmu, "watched")?;
+    let mut other = Instance::started(fmu, "other")?;
+    let (h, mut bits) = (step_size(fmu), Vec::new());
     for k in 0..STEPS {
         // The other is set between the set and the step of the first, and steps between its step
         // and what is read.
@@ -97,14 +93,13 @@ fn turns(folder: &Path, outcome: &mut Outcome) -> Result<(), String> {
     same(&expected, &bits, "from what it is without the other")
 }
 
-fn many(folder: &Path, outcome: &mut Outcome) -> Result<(), String> {
-    let fmu = open(folder)?;
-    if is_single(&fmu, outcome) {
+fn many(fmu: &Fmu, outcome: &mut Outcome) -> Result<(), String> {
+    if is_single(fmu, outcome) {
         return Ok(());
     }
-    let expected = alone(&fmu)?;
+    let expected = alone(fmu)?;
     let made: Result<Vec<_>, _> = (0..MANY)
-        .map(|k| Instance::started(&fmu, &format!("instance {k}")))
+        .map(|k| Instance::started(fmu, &format!("instance {k}")))
         .collect();
     let mut instances = made?;
     // The first, the last, the second, …: neither the order in which they were made nor its
@@ -125,14 +120,13 @@ fn many(folder: &Path, outcome: &mut Outcome) -> Result<(), String> {
     Ok(())
 }
 
-fn threads(folder: &Path, outcome: &mut Outcome) -> Result<(), String> {
-    let fmu = open(folder)?;
-    if is_single(&fmu, outcome) {
+fn threads(fmu: &Fmu, outcome: &mut Outcome) -> Result<(), String> {
+    if is_single(fmu, outcome) {
         return Ok(());
     }
-    let expected = alone(&fmu)?;
+    let expected = alone(fmu)?;
     let results = std::thread::scope(|scope| {
-        let handles: Vec<_> = (0..4).map(|_| scope.spawn(|| alone(&fmu))).collect();
+        let handles: Vec<_> = (0..4).map(|_| scope.spawn(|| alone(fmu))).collect();
         handles
             .into_iter()
             .map(|h| h.join().expect("the thread itself does not panic"))
@@ -148,10 +142,9 @@ fn threads(folder: &Path, outcome: &mut Outcome) -> Result<(), String> {
     Ok(())
 }
 
-fn reset(folder: &Path, _: &mut Outcome) -> Result<(), String> {
-    let fmu = open(folder)?;
-    let expected = alone(&fmu)?;
-    let mut instance = Instance::started(&fmu, "reset")?;
+fn reset(fmu: &Fmu, _: &mut Outcome) -> Result<(), String> {
+    let expected = alone(fmu)?;
+    let mut instance = Instance::started(fmu, "reset")?;
     instance.motion(STEPS, 9)?;
     instance.enter(Mode::Instantiated)?;
     instance.initialize()?;
@@ -162,7 +155,7 @@ fn reset(folder: &Path, _: &mut Outcome) -> Result<(), String> {
     )?;
     // From Initialization Mode, and straight after fmi2Instantiate, too.
     instance.enter(Mode::Instantiated)?;
-    instance.setup(0.0, Some(1e9 * step_size(&fmu)))?;
+    instance.setup(0.0, Some(1e9 * step_size(fmu)))?;
     instance.enter(Mode::Initialization)?;
     instance.enter(Mode::Instantiated)?;
     instance.initialize()?;

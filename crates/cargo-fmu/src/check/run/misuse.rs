@@ -2,14 +2,14 @@
 //! standard asks importers not to make them; accepting one is a remark, a crash is a failure.
 
 use std::ffi::c_int;
-use std::path::Path;
 use std::ptr;
 
 use fmu_description::{Access, Causality, Variability, Variable};
 
-use super::trial::{Trial, open, trial};
+use super::trial::{Trial, trial};
 use crate::check::outcome::Outcome;
 use crate::fmi::Fmu;
+use crate::fmi::functions::Experiment;
 use crate::fmi::instance::{Instance, references, step_size};
 use crate::fmi::symbols::WARNING;
 
@@ -56,16 +56,15 @@ pub const TRIALS: &[Trial] = &[
 /// Makes wrong calls on an instance in the middle of a run. Each is named and answered; those that
 /// were accepted are remarks, and so is a run that goes on otherwise than one without them.
 fn refused(
-    folder: &Path,
+    fmu: &Fmu,
     outcome: &mut Outcome,
     wrong: impl Fn(&Instance) -> Vec<(String, c_int)>,
 ) -> Result<(), String> {
-    let fmu = open(folder)?;
-    let mut undisturbed = Instance::started(&fmu, "undisturbed")?;
+    let mut undisturbed = Instance::started(fmu, "undisturbed")?;
     undisturbed.motion(STEPS, 0)?;
     let expected = undisturbed.motion(STEPS, STEPS)?;
     drop(undisturbed); // it may be the only one that can be made
-    let mut instance = Instance::started(&fmu, "misused")?;
+    let mut instance = Instance::started(fmu, "misused")?;
     instance.motion(STEPS, 0)?;
     let answers = wrong(&instance);
     let made = answers.len();
@@ -99,8 +98,8 @@ fn unknown(fmu: &Fmu) -> [u32; 2] {
     [last.saturating_add(1), u32::MAX]
 }
 
-fn unknown_references(folder: &Path, outcome: &mut Outcome) -> Result<(), String> {
-    refused(folder, outcome, |instance| {
+fn unknown_references(fmu: &Fmu, outcome: &mut Outcome) -> Result<(), String> {
+    refused(fmu, outcome, |instance| {
         let mut answers = Vec::new();
         let f = &instance.fmu.functions;
         let variables = &instance.fmu.description.variables;
@@ -128,10 +127,10 @@ fn unknown_references(folder: &Path, outcome: &mut Outcome) -> Result<(), String
                     note("fmi2SetString", f.set_string(c, &vr, 1, &text));
                 }
                 if has(Access::Integer) || has(Access::Int64) {
-                    note("fmi2SetInteger", f.set_integer(c, &vr, 1, &0));
+                    note("fmi2SetInteger", f.set_integers(false, c, &vr, 1, &0));
                 }
                 if has(Access::Boolean) {
-                    note("fmi2SetBoolean", f.set_boolean(c, &vr, 1, &0));
+                    note("fmi2SetBoolean", f.set_integers(true, c, &vr, 1, &0));
                 }
             }
             if has(Access::Real) {
@@ -142,8 +141,8 @@ fn unknown_references(folder: &Path, outcome: &mut Outcome) -> Result<(), String
     })
 }
 
-fn not_finite(folder: &Path, outcome: &mut Outcome) -> Result<(), String> {
-    refused(folder, outcome, |instance| {
+fn not_finite(fmu: &Fmu, outcome: &mut Outcome) -> Result<(), String> {
+    refused(fmu, outcome, |instance| {
         let variables = &instance.fmu.description.variables;
         let is_settable =
             |v: &&Variable| v.access() == Access::Real && (v.is_input() || v.is_tunable());
@@ -166,8 +165,8 @@ fn not_finite(folder: &Path, outcome: &mut Outcome) -> Result<(), String> {
     })
 }
 
-fn read_only(folder: &Path, outcome: &mut Outcome) -> Result<(), String> {
-    refused(folder, outcome, |instance| {
+fn read_only(fmu: &Fmu, outcome: &mut Outcome) -> Result<(), String> {
+    refused(fmu, outcome, |instance| {
         let variables = &instance.fmu.description.variables;
         let is_fixed = |v: &&Variable| {
             let is_read_only = matches!(
@@ -190,9 +189,8 @@ fn read_only(folder: &Path, outcome: &mut Outcome) -> Result<(), String> {
     })
 }
 
-fn wrong_steps(folder: &Path, outcome: &mut Outcome) -> Result<(), String> {
-    let fmu = open(folder)?;
-    let h = step_size(&fmu);
+fn wrong_steps(fmu: &Fmu, outcome: &mut Outcome) -> Result<(), String> {
+    let h = step_size(fmu);
     let jumps = [
         ("by 0 s", 0.0, 0.0),
         ("backwards", 0.0, -h),
@@ -204,7 +202,7 @@ fn wrong_steps(folder: &Path, outcome: &mut Outcome) -> Result<(), String> {
     ];
     for (what, shift, h) in jumps {
         // A step that was accepted has moved the time: each is tried on a fresh instance.
-        refused(folder, outcome, |instance| {
+        refused(fmu, outcome, |instance| {
             // SAFETY: a live instance.
             let status =
                 instance.stepping(|f, c| unsafe { f.do_step(c, instance.time + shift, h, 1) });
@@ -215,13 +213,13 @@ fn wrong_steps(folder: &Path, outcome: &mut Outcome) -> Result<(), String> {
     Ok(())
 }
 
-fn null(folder: &Path, outcome: &mut Outcome) -> Result<(), String> {
-    refused(folder, outcome, |instance| {
+fn null(fmu: &Fmu, outcome: &mut Outcome) -> Result<(), String> {
+    refused(fmu, outcome, |instance| {
         let f = &instance.fmu.functions;
         let (c, nobody, mut value) = (instance.c, ptr::null_mut(), 0.0);
         // SAFETY: NULL is what is tried; all other pointers are valid.
         unsafe {
-            let begun = f.enter_initialization_mode(nobody, 0.0, 0, 0.0);
+            let begun = f.enter_initialization_mode(nobody, Experiment::default());
             let mut answers = vec![
                 ("fmi2EnterInitializationMode(NULL)", begun),
                 (

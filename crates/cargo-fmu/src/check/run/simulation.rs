@@ -8,6 +8,7 @@ use fmu_description::Access;
 
 use super::trial::{Trial, open, trial};
 use crate::check::outcome::Outcome;
+use crate::fmi::Fmu;
 use crate::fmi::functions::Own;
 use crate::fmi::instance::{Instance, Manner, references, start_time, status_name, step_size};
 use crate::fmi::order::Mode;
@@ -23,26 +24,22 @@ pub const RUN: &str = "run";
 const STEPS: usize = 100;
 
 pub const TRIALS: &[Trial] = &[
-    Trial {
-        is_first_step: true,
-        ..trial(
+    trial(
             LOADS,
             "loading",
             loads,
             "the library loads",
             "it needs what this machine, or the program that loads it, does not have",
         )
-    },
-    Trial {
-        is_first_step: true,
-        ..trial(
+    .as_first_step(),
+    trial(
             RUN,
             "loading",
             run,
             "it initializes and steps; every number that it hands out is finite",
             "this is what it is for",
         )
-    },
+    .as_first_step(),
     trial(
         "versions",
         "loading",
@@ -50,16 +47,14 @@ pub const TRIALS: &[Trial] = &[
         "it says that it is of the version of FMI that its description names",
         "importers refuse another version",
     ),
-    Trial {
-        has_odd_folder: true,
-        ..trial(
+    trial(
             "spaced",
             "loading",
             plain_run,
             "it also runs from a folder whose name has a space and an umlaut, which FMI 2.0 encodes in the URI of its resources",
             "users unpack files to `C:\\Users\\Jürgen Müller`",
         )
-    },
+    .in_odd_folder(),
     trial(
         "guid",
         "loading",
@@ -70,10 +65,11 @@ pub const TRIALS: &[Trial] = &[
     trial(
         "reload",
         "loading",
-        reload,
+        loads,
         "the library can be unloaded and loaded again",
         "importers unload between simulations; a crash there takes their user's work with it",
-    ),
+    )
+    .in_folder(reload),
     trial(
         "free",
         "loading",
@@ -118,12 +114,12 @@ pub const TRIALS: &[Trial] = &[
     ),
 ];
 
-fn loads(folder: &Path, _: &mut Outcome) -> Result<(), String> {
-    open(folder).map(drop)
+/// It was opened.
+fn loads(_: &Fmu, _: &mut Outcome) -> Result<(), String> {
+    Ok(())
 }
 
-fn versions(folder: &Path, outcome: &mut Outcome) -> Result<(), String> {
-    let fmu = open(folder)?;
+fn versions(fmu: &Fmu, outcome: &mut Outcome) -> Result<(), String> {
     let f = &fmu.functions;
     // SAFETY: functions without arguments that give C strings.
     let mut texts = vec![(
@@ -152,26 +148,24 @@ fn versions(folder: &Path, outcome: &mut Outcome) -> Result<(), String> {
     Ok(())
 }
 
-fn plain_run(folder: &Path, _: &mut Outcome) -> Result<(), String> {
-    let fmu = open(folder)?;
-    Instance::started(&fmu, "spaced")?.motion(3, 0).map(drop)
+fn plain_run(fmu: &Fmu, _: &mut Outcome) -> Result<(), String> {
+    Instance::started(fmu, "spaced")?.motion(3, 0).map(drop)
 }
 
-fn guid(folder: &Path, outcome: &mut Outcome) -> Result<(), String> {
-    let fmu = open(folder)?;
-    Instance::new(&fmu, "right")?;
+fn guid(fmu: &Fmu, outcome: &mut Outcome) -> Result<(), String> {
+    Instance::new(fmu, "right")?;
     let token = "{00000000-1111-2222-3333-444444444444}";
     let wrong = Manner {
         token: Some(token),
         ..Manner::USUAL
     };
-    if Instance::with(&fmu, "wrong", wrong).is_ok() {
+    if Instance::with(fmu, "wrong", wrong).is_ok() {
         outcome.remark(format!("fmi2Instantiate took {token}"));
     }
     Ok(())
 }
 
-fn reload(folder: &Path, _: &mut Outcome) -> Result<(), String> {
+fn reload(folder: &Path) -> Result<(), String> {
     for _ in 0..3 {
         let fmu = open(folder)?;
         Instance::started(&fmu, "reload")?.motion(1, 0)?;
@@ -179,21 +173,19 @@ fn reload(folder: &Path, _: &mut Outcome) -> Result<(), String> {
     Ok(())
 }
 
-fn free_nothing(folder: &Path, _: &mut Outcome) -> Result<(), String> {
-    let fmu = open(folder)?;
+fn free_nothing(fmu: &Fmu, _: &mut Outcome) -> Result<(), String> {
     // SAFETY: NULL is what the standard lets pass.
     unsafe { fmu.functions.free_instance(ptr::null_mut()) };
     Ok(())
 }
 
-fn run(folder: &Path, outcome: &mut Outcome) -> Result<(), String> {
-    let fmu = open(folder)?;
-    let mut instance = Instance::started(&fmu, "run")?;
+fn run(fmu: &Fmu, outcome: &mut Outcome) -> Result<(), String> {
+    let mut instance = Instance::started(fmu, "run")?;
     let description = &fmu.description;
     let variables = &description.variables;
     let reals = references(variables, |v| v.access() == Access::Real);
     let texts = references(variables, |v| v.access() == Access::String);
-    let h = step_size(&fmu);
+    let h = step_size(fmu);
     for _ in 0..STEPS {
         instance.step(h)?;
         let values = instance.must_read(&reals)?;
@@ -214,13 +206,12 @@ fn run(folder: &Path, outcome: &mut Outcome) -> Result<(), String> {
     Ok(())
 }
 
-fn grid(folder: &Path, _: &mut Outcome) -> Result<(), String> {
-    let fmu = open(folder)?;
-    let h = step_size(&fmu);
-    let mut sum = Instance::started(&fmu, "sum")?;
+fn grid(fmu: &Fmu, _: &mut Outcome) -> Result<(), String> {
+    let h = step_size(fmu);
+    let mut sum = Instance::started(fmu, "sum")?;
     (0..STEPS).try_for_each(|_| sum.step(h))?;
     drop(sum); // one at a time: it may be the only one that can be made
-    let mut multiple = Instance::started(&fmu, "multiple")?;
+    let mut multiple = Instance::started(fmu, "multiple")?;
     let start = multiple.time;
     for k in 0..STEPS {
         multiple.time = start + k as f64 * h;
@@ -229,11 +220,10 @@ fn grid(folder: &Path, _: &mut Outcome) -> Result<(), String> {
     Ok(())
 }
 
-fn later_start(folder: &Path, outcome: &mut Outcome) -> Result<(), String> {
-    let fmu = open(folder)?;
-    let mut instance = Instance::new(&fmu, "start")?;
-    let h = step_size(&fmu);
-    let later = start_time(&fmu) + 7.0 * h;
+fn later_start(fmu: &Fmu, outcome: &mut Outcome) -> Result<(), String> {
+    let mut instance = Instance::new(fmu, "start")?;
+    let h = step_size(fmu);
+    let later = start_time(fmu) + 7.0 * h;
     let begun = instance.initialize_between(later, None);
     if let Err(reason) = begun.and_then(|()| instance.step(h)) {
         outcome.remark(reason);
@@ -241,11 +231,10 @@ fn later_start(folder: &Path, outcome: &mut Outcome) -> Result<(), String> {
     Ok(())
 }
 
-fn stop_time(folder: &Path, outcome: &mut Outcome) -> Result<(), String> {
-    let fmu = open(folder)?;
-    let mut instance = Instance::new(&fmu, "stop")?;
-    let h = step_size(&fmu);
-    let start = start_time(&fmu);
+fn stop_time(fmu: &Fmu, outcome: &mut Outcome) -> Result<(), String> {
+    let mut instance = Instance::new(fmu, "stop")?;
+    let h = step_size(fmu);
+    let start = start_time(fmu);
     instance.initialize_between(start, Some(start + 3.0 * h))?;
     (0..3).try_for_each(|_| instance.step(h))?;
     if let status @ (OK | WARNING) = instance.step_from(instance.time, h) {
@@ -257,18 +246,17 @@ fn stop_time(folder: &Path, outcome: &mut Outcome) -> Result<(), String> {
     Ok(())
 }
 
-fn step_sizes(folder: &Path, outcome: &mut Outcome) -> Result<(), String> {
-    let fmu = open(folder)?;
+fn step_sizes(fmu: &Fmu, outcome: &mut Outcome) -> Result<(), String> {
     if !fmu.description.capabilities.variable_step {
         outcome.not_checked = Some("the FMU does not claim it".into());
         return Ok(());
     }
-    let h = step_size(&fmu);
+    let h = step_size(fmu);
     let outputs = references(&fmu.description.variables, |v| {
         v.is_computed() && v.access() == Access::Real
     });
     let after = |sizes: &[f64]| {
-        let mut instance = Instance::started(&fmu, "sizes")?;
+        let mut instance = Instance::started(fmu, "sizes")?;
         sizes.iter().try_for_each(|h| instance.step(*h))?;
         let (status, values) = instance.reals(&outputs);
         instance.must("fmi2GetReal", status)?;
@@ -285,9 +273,8 @@ fn step_sizes(folder: &Path, outcome: &mut Outcome) -> Result<(), String> {
     Ok(())
 }
 
-fn terminate(folder: &Path, _: &mut Outcome) -> Result<(), String> {
-    let fmu = open(folder)?;
-    let mut instance = Instance::started(&fmu, "terminate")?;
+fn terminate(fmu: &Fmu, _: &mut Outcome) -> Result<(), String> {
+    let mut instance = Instance::started(fmu, "terminate")?;
     let before = instance.motion(3, 0)?;
     instance.enter(Mode::Terminated)?;
     instance.observe()?;

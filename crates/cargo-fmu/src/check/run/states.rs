@@ -1,9 +1,8 @@
 //! Saved states.
 
-use std::path::Path;
 use std::ptr;
 
-use super::trial::{Trial, open, trial};
+use super::trial::{Trial, trial, unless};
 use crate::check::outcome::Outcome;
 use crate::fmi::Fmu;
 use crate::fmi::instance::Instance;
@@ -35,22 +34,22 @@ pub const TRIALS: &[Trial] = &[
     ),
 ];
 
-/// Whether the FMU claims what is to be tried.
-fn claims(fmu: &Fmu, serialize: bool, outcome: &mut Outcome) -> bool {
-    let capabilities = &fmu.description.capabilities;
-    let claimed = capabilities.saves_state && (capabilities.serializes_state || !serialize);
-    if !claimed {
-        outcome.not_checked = Some("the FMU does not claim it".into());
-    }
-    claimed
+/// What the FMU does not claim is not tried.
+fn unless_saved(fmu: &Fmu, outcome: &mut Outcome) -> bool {
+    unless(fmu.description.capabilities.saves_state, outcome)
 }
 
-fn restore(folder: &Path, outcome: &mut Outcome) -> Result<(), String> {
-    let fmu = open(folder)?;
-    if !claims(&fmu, false, outcome) {
+/// The same for states as bytes.
+fn unless_serialized(fmu: &Fmu, outcome: &mut Outcome) -> bool {
+    let claimed = fmu.description.capabilities;
+    unless(claimed.saves_state && claimed.serializes_state, outcome)
+}
+
+fn restore(fmu: &Fmu, outcome: &mut Outcome) -> Result<(), String> {
+    if unless_saved(fmu, outcome) {
         return Ok(());
     }
-    let mut instance = Instance::started(&fmu, "restore")?;
+    let mut instance = Instance::started(fmu, "restore")?;
     let at_start = instance.save()?;
     let (t0, first) = (instance.time, instance.motion(STEPS, 0)?);
     let in_between = instance.save()?;
@@ -72,18 +71,17 @@ fn restore(folder: &Path, outcome: &mut Outcome) -> Result<(), String> {
     instance.free(ptr::null_mut())
 }
 
-fn serialize(folder: &Path, outcome: &mut Outcome) -> Result<(), String> {
-    let fmu = open(folder)?;
-    if !claims(&fmu, true, outcome) {
+fn serialize(fmu: &Fmu, outcome: &mut Outcome) -> Result<(), String> {
+    if unless_serialized(fmu, outcome) {
         return Ok(());
     }
-    let mut instance = Instance::started(&fmu, "first")?;
+    let mut instance = Instance::started(fmu, "first")?;
     instance.motion(STEPS, 0)?;
     let (bytes, time) = (instance.bytes()?, instance.time);
     let expected = instance.motion(STEPS, STEPS)?;
     drop(instance); // it may be the only one that can be made
     outcome.note(format!("{} bytes", bytes.len()));
-    let mut other = Instance::started(&fmu, "other")?;
+    let mut other = Instance::started(fmu, "other")?;
     let (status, state) = other.deserialize(&bytes);
     other.must("fmi2DeSerializeFMUstate", status)?;
     other.go_back(state, time)?;
@@ -93,12 +91,11 @@ fn serialize(folder: &Path, outcome: &mut Outcome) -> Result<(), String> {
     other.free(state)
 }
 
-fn damaged(folder: &Path, outcome: &mut Outcome) -> Result<(), String> {
-    let fmu = open(folder)?;
-    if !claims(&fmu, true, outcome) {
+fn damaged(fmu: &Fmu, outcome: &mut Outcome) -> Result<(), String> {
+    if unless_serialized(fmu, outcome) {
         return Ok(());
     }
-    let mut instance = Instance::started(&fmu, "damaged")?;
+    let mut instance = Instance::started(fmu, "damaged")?;
     instance.motion(STEPS, 0)?;
     let whole = instance.bytes()?;
     let (half, mut flipped) = (whole[..whole.len() / 2].to_vec(), whole.clone());

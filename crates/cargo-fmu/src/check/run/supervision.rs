@@ -175,10 +175,7 @@ fn attempt(
 pub fn one(name: &str, folder: &Path, result: &Path) -> Result<()> {
     let trial = trials().find(|trial| trial.name == name);
     let trial = trial.with_context(|| format!("there is no trial `{name}`"))?;
-    let mut outcome = Outcome::default();
-    if let Err(reason) = (trial.run)(folder, &mut outcome) {
-        outcome.fail(reason);
-    }
+    let mut outcome = trial.outcome(folder);
     let is_3 = open(folder).is_ok_and(|fmu| fmu.functions.fmi3().is_some());
     if is_3 {
         let texts = [&mut outcome.fails, &mut outcome.remarks, &mut outcome.notes];

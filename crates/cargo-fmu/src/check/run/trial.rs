@@ -7,8 +7,14 @@ use fmu_description::Version;
 use crate::check::outcome::{Outcome, Promise};
 use crate::fmi::Fmu;
 
-/// What a trial does: an error is a reason why the promise does not hold.
-type Run = fn(&Path, &mut Outcome) -> Result<(), String>;
+/// How a promise is tried; an error is a reason why it does not hold.
+#[derive(Clone, Copy)]
+pub enum Run {
+    /// On the opened FMU.
+    Opened(fn(&Fmu, &mut Outcome) -> Result<(), String>),
+    /// On the folder with its files.
+    InFolder(fn(&Path) -> Result<(), String>),
+}
 
 /// A promise and how it is tried.
 pub struct Trial {
@@ -24,15 +30,14 @@ pub struct Trial {
     pub is_first_step: bool,
     /// The version of FMI that has it; None for both.
     pub version: Option<Version>,
-    /// Tries it on the FMU whose files lie in this folder.
-    pub run: Run,
+    run: Run,
 }
 
 /// A trial as most are.
 pub const fn trial(
     name: &'static str,
     area: &'static str,
-    run: Run,
+    run: fn(&Fmu, &mut Outcome) -> Result<(), String>,
     text: &'static str,
     why: &'static str,
 ) -> Trial {
@@ -43,7 +48,7 @@ pub const fn trial(
         has_odd_folder: false,
         is_first_step: false,
         version: None,
-        run,
+        run: Run::Opened(run),
     }
 }
 
@@ -55,6 +60,49 @@ impl Trial {
             ..self
         }
     }
+
+    /// Of what all others try, too.
+    pub const fn as_first_step(self) -> Self {
+        Self {
+            is_first_step: true,
+            ..self
+        }
+    }
+
+    /// With the files in a folder whose name is odd.
+    pub const fn in_odd_folder(self) -> Self {
+        Self {
+            has_odd_folder: true,
+            ..self
+        }
+    }
+
+    /// Of what needs the files themselves, and opens them.
+    pub const fn in_folder(self, run: fn(&Path) -> Result<(), String>) -> Self {
+        let run = Run::InFolder(run);
+        Self { run, ..self }
+    }
+
+    /// Try it on the FMU whose files lie in this folder.
+    pub fn outcome(&self, folder: &Path) -> Outcome {
+        let mut outcome = Outcome::default();
+        let result = match self.run {
+            Run::InFolder(run) => run(folder),
+            Run::Opened(run) => open(folder).and_then(|fmu| run(&fmu, &mut outcome)),
+        };
+        if let Err(reason) = result {
+            outcome.fail(reason);
+        }
+        outcome
+    }
+}
+
+/// What the FMU does not claim is not tried.
+pub fn unless(claimed: bool, outcome: &mut Outcome) -> bool {
+    if !claimed {
+        outcome.not_checked = Some("the FMU does not claim it".into());
+    }
+    !claimed
 }
 
 /// The FMU whose files lie in a folder.

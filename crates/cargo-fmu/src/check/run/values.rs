@@ -1,13 +1,11 @@
 //! Values that are set and read, and which inputs act on which outputs at once.
 
-use std::path::Path;
-
 use fmu_description::{Access, Causality, Initial, Variability, Variable};
 
-use super::trial::{Trial, open, trial};
+use super::trial::{Trial, trial};
 use crate::check::outcome::Outcome;
 use crate::fmi::Fmu;
-use crate::fmi::instance::{Instance, references, step_size};
+use crate::fmi::instance::{Instance, about, references, step_size};
 use crate::fmi::symbols::{OK, WARNING};
 
 pub const TRIALS: &[Trial] = &[
@@ -40,9 +38,8 @@ fn is_given(v: &Variable) -> bool {
     is_set || v.initial == Some(Initial::Exact) || v.variability == Variability::Constant
 }
 
-fn starts(folder: &Path, outcome: &mut Outcome) -> Result<(), String> {
-    let fmu = open(folder)?;
-    let instance = Instance::initializing(&fmu, "starts")?;
+fn starts(fmu: &Fmu, outcome: &mut Outcome) -> Result<(), String> {
+    let instance = Instance::initializing(fmu, "starts")?;
     for v in fmu.description.variables.iter().filter(|v| is_given(v)) {
         let Some(start) = v.start_of(0).filter(|_| v.size() == 1) else {
             check_array(&instance, v, outcome)?;
@@ -92,12 +89,7 @@ fn check_array(instance: &Instance, v: &Variable, outcome: &mut Outcome) -> Resu
     if v.access() != Access::Real || v.start.is_empty() {
         return Ok(());
     }
-    let (status, values) = instance.reals(&[v.reference]);
-    instance.must(
-        &format!("reading `{}` in Initialization Mode", v.name),
-        status,
-    )?;
-    for (k, value) in values.iter().enumerate() {
+    for (k, value) in instance.read(v)?.iter().enumerate() {
         let start = v.start_of(k).unwrap_or("nothing");
         if start.parse() != Ok(*value) {
             let number = k + 1;
@@ -116,12 +108,9 @@ fn beside(v: &Variable) -> Option<Vec<f64>> {
 }
 
 fn beside_element(v: &Variable, element: usize) -> Option<f64> {
-    let start = v.start_of(element).and_then(|s| s.trim().parse().ok());
-    let start: f64 = start.unwrap_or(0.0);
-    let scale = v.nominal.unwrap_or(start.abs()).abs();
-    let shift = 0.01 * if scale > 0.0 { scale } else { 1.0 };
+    let (start, scale) = about(v, element);
     let [min, max] = v.bounds();
-    [start + shift, start - shift]
+    [start + 0.01 * scale, start - 0.01 * scale]
         .into_iter()
         .find(|value| (min..=max).contains(value))
 }
@@ -130,9 +119,8 @@ fn is_real_input(v: &&Variable) -> bool {
     v.is_input() && v.access() == Access::Real
 }
 
-fn read_back(folder: &Path, outcome: &mut Outcome) -> Result<(), String> {
-    let fmu = open(folder)?;
-    let instance = Instance::exchanging(&fmu, "back")?;
+fn read_back(fmu: &Fmu, outcome: &mut Outcome) -> Result<(), String> {
+    let instance = Instance::exchanging(fmu, "back")?;
     for v in fmu.description.variables.iter().filter(is_real_input) {
         let Some(value) = beside(v) else {
             continue;
@@ -146,13 +134,9 @@ fn read_back(folder: &Path, outcome: &mut Outcome) -> Result<(), String> {
             ));
             continue;
         }
-        let (status, back) = instance.reals(&[v.reference]);
-        instance.must(&format!("fmi2GetReal of `{}`", v.name), status)?;
-        if !back
-            .iter()
-            .map(|v| v.to_bits())
-            .eq(value.iter().map(|v| v.to_bits()))
-        {
+        let back = instance.read(v)?;
+        let bits = |values: &[f64]| values.iter().map(|v| v.to_bits()).collect::<Vec<_>>();
+        if bits(&back) != bits(&value) {
             outcome.remark(format!(
                 "`{}`: {value:?} was set, {back:?} came back",
                 v.name
@@ -180,9 +164,8 @@ pub fn without_reading_after_set(fmu: &Fmu, outcome: &mut Outcome) -> bool {
     is_without
 }
 
-fn dependencies(folder: &Path, outcome: &mut Outcome) -> Result<(), String> {
-    let fmu = open(folder)?;
-    if without_reading_after_set(&fmu, outcome) {
+fn dependencies(fmu: &Fmu, outcome: &mut Outcome) -> Result<(), String> {
+    if without_reading_after_set(fmu, outcome) {
         return Ok(());
     }
     let description = &fmu.description;
@@ -192,15 +175,14 @@ fn dependencies(folder: &Path, outcome: &mut Outcome) -> Result<(), String> {
         .flat_map(|k| vec![k; description.variables[k].size()])
         .collect();
     let vr = references(&description.variables, is_output);
-    let mut instance = Instance::started(&fmu, "dependencies")?;
-    (0..2).try_for_each(|_| instance.step(step_size(&fmu)))?;
+    let mut instance = Instance::started(fmu, "dependencies")?;
+    (0..2).try_for_each(|_| instance.step(step_size(fmu)))?;
     let (status, before) = instance.reals(&vr);
     instance.must("fmi2GetReal of all outputs", status)?;
     let mut acting = 0;
     let inputs = description.variables.iter().enumerate();
     for (index, input) in inputs.filter(|(_, v)| is_real_input(v)) {
-        let (status, old) = instance.reals(&[input.reference]);
-        instance.must(&format!("fmi2GetReal of `{}`", input.name), status)?;
+        let old = instance.read(input)?;
         let Some(value) = beside(input) else {
             continue;
         };

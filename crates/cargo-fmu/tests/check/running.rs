@@ -1,24 +1,19 @@
-//! `cargo fmu check` on an FMU by the book, in both versions of FMI, and on that FMU with one
-//! mistake at a time: each mistake must be found in the row of the promise that it breaks. The FMU
-//! is written in C (`faulty/lag.c`, `lag3.c`): it shares no code with fmu-export.
-#![cfg(all(target_os = "linux", target_arch = "x86_64"))]
-
-mod faulty;
+//! What an FMU does when it is run, and the mistakes of a description of FMI 2.0.
 
 use std::fs;
 use std::path::Path;
 use std::process::Command;
 use std::time::Duration;
 
+use crate::faulty::{checked, checked_within, must_be_found};
 use cargo_fmu::archive::{self, Entries};
 use cargo_fmu::check::{self, Verdict};
-use faulty::{checked, checked_within};
 use tempfile::TempDir;
 
 use Verdict::{Fails, Remark};
 
-const DESCRIPTION: &str = include_str!("faulty/modelDescription.xml");
-const DESCRIPTION_3: &str = include_str!("faulty/modelDescription3.xml");
+const DESCRIPTION: &str = include_str!("modelDescription.xml");
+const DESCRIPTION_3: &str = include_str!("modelDescription3.xml");
 
 /// The library with a mistake.
 fn library(folder: &Path, mistake: &str) -> Vec<u8> {
@@ -26,7 +21,7 @@ fn library(folder: &Path, mistake: &str) -> Vec<u8> {
 }
 
 fn compiled(folder: &Path, source: &str, mistake: &str) -> Vec<u8> {
-    let sources = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/faulty");
+    let sources = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/check");
     let source = sources.join(source);
     let out = folder.join("lag.so");
     let compiler = std::env::var("CC").unwrap_or_else(|_| "cc".to_string());
@@ -429,7 +424,7 @@ fn mistakes_of_the_description_are_found() {
             "identity, default experiment",
         ),
     ];
-    faulty::must_be_found(DESCRIPTION, &changes, |changed, promise| {
+    must_be_found(DESCRIPTION, &changes, |changed, promise| {
         // No library: nothing is run, which the last row says.
         let without = [("modelDescription.xml".to_string(), changed.into())];
         checked(&Entries::from(without), promise)

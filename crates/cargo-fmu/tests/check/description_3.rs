@@ -2,13 +2,11 @@
 //! that description with one mistake at a time: each mistake must be found in the row of the rule
 //! that it breaks.
 
-mod faulty;
-
 use cargo_fmu::archive::Entries;
 use cargo_fmu::check::{Report, Verdict};
 
-const DESCRIPTION: &str = include_str!("faulty/rich3.xml");
-const TERMINALS: &str = include_str!("faulty/terminals.xml");
+const DESCRIPTION: &str = include_str!("rich3.xml");
+const TERMINALS: &str = include_str!("terminals.xml");
 
 /// Without a library: nothing is run.
 fn checked(description: &str, terminals: &str, only: &str) -> Report {
@@ -18,13 +16,13 @@ fn checked(description: &str, terminals: &str, only: &str) -> Report {
         ("terminalsAndIcons/rod.png", ""),
     ];
     let files = files.map(|(name, text)| (name.to_string(), text.as_bytes().to_vec()));
-    faulty::checked(&Entries::from(files), only)
+    crate::faulty::checked(&Entries::from(files), only)
 }
 
 /// What is found of changes of the description: text, what stands there instead, the row that must
 /// fail.
 fn must_be_found(changes: &[(&str, &str, &str)]) {
-    faulty::must_be_found(DESCRIPTION, changes, |changed, promise| {
+    crate::faulty::must_be_found(DESCRIPTION, changes, |changed, promise| {
         checked(changed, TERMINALS, promise)
     });
 }
@@ -268,7 +266,7 @@ fn mistakes_of_terminals_are_found() {
         ("name=\"bus\"", "name=\"rod\"", members),
         ("iconBaseName=\"rod\"", "iconBaseName=\"rope\"", members),
     ];
-    faulty::must_be_found(TERMINALS, &changes, |changed, promise| {
+    crate::faulty::must_be_found(TERMINALS, &changes, |changed, promise| {
         checked(DESCRIPTION, changed, promise)
     });
 }

@@ -1,0 +1,2 @@
+/* What plain.c may need. */
+double helper(double u) { return 2 * u; }

@@ -1,0 +1,300 @@
+//! The program `cosim` as its user calls it.
+
+use std::fs;
+use std::path::PathBuf;
+use std::process::Command;
+
+use super::support::{edited, fmu, oscillator, scratch, ssd, system};
+
+/// Exit code, standard output and standard error.
+fn cosim(arguments: &[&str]) -> (i32, String, String) {
+    let done = Command::new(env!("CARGO_BIN_EXE_cosim"))
+        .args(arguments)
+        .output()
+        .unwrap();
+    let text = |bytes| String::from_utf8(bytes).unwrap();
+    (
+        done.status.code().unwrap(),
+        text(done.stdout),
+        text(done.stderr),
+    )
+}
+
+/// Spring.fmu and Mass.fmu in a folder of their own.
+fn fmus(name: &str) -> [String; 2] {
+    let folder = scratch(name);
+    fs::create_dir_all(&folder).unwrap();
+    ["spring", "mass"].map(|example| {
+        let file = folder.join(format!("{example}.fmu"));
+        fs::write(&file, fmu(example)).unwrap();
+        file.display().to_string()
+    })
+}
+
+fn packed(name: &str) -> String {
+    system(name, &oscillator()).unwrap();
+    scratch(name).join("system.ssp").display().to_string()
+}
+
+#[track_caller]
+fn refused(arguments: &[&str], parts: &[&str]) {
+    let (code, _, error) = cosim(arguments);
+    assert_eq!(code, 1, "{error}");
+    for part in parts {
+        assert!(error.contains(part), "`{part}` is missing in: {error}");
+    }
+}
+
+#[test]
+fn mistakes_on_the_command_line_are_named() {
+    let (file, [spring, _]) = (packed("program"), fmus("program-fmus"));
+    let run = |more: &[&str], parts: &[&str]| {
+        let mut arguments = vec!["run", "--quiet", "--system", &file];
+        arguments.extend(more);
+        refused(&arguments, parts);
+    };
+    run(
+        &["--step", "-0.001"],
+        &["--step -0.001: the communication step must be greater than 0 s"],
+    );
+    run(&["--stop-time", "-1"], &["from 0.5 s to -1 s"]);
+    run(
+        &["--set", "mass.x_strat=1"],
+        &["`mass.x_strat`", "did you mean `mass.x_start`?"],
+    );
+    run(
+        &["--set", "mas.x_start=1"],
+        &["did you mean `mass.x_start`?"],
+    );
+    run(
+        &["--feedthrough", "rope"],
+        &["--feedthrough rope: the system has no component"],
+    );
+    refused(
+        &["run", "--system", &spring],
+        &["is an FMU, not a system structure"],
+    );
+}
+
+/// Two FMUs without a structure are the oscillator: the same file, bit for bit, as of the package with the same connections.
+#[test]
+fn fmus_run_without_a_structure() {
+    let ([spring, mass], file) = (fmus("bare"), packed("bare-packed"));
+    let out = |name: &str| scratch(name).display().to_string();
+    let common = [
+        "--step",
+        "0.01",
+        "--stop-time",
+        "1",
+        "--schedule",
+        "jacobi",
+        "--signals",
+        "mass.x,spring.F",
+        "--set",
+        "spring.k=7",
+    ];
+    let (by_hand, by_package) = (out("bare.csv"), out("package.csv"));
+    let start = [
+        "--connect",
+        "mass.x=spring.x",
+        "--connect",
+        "mass.x_dot=spring.x_dot",
+        "--connect",
+        "spring.F=mass.f",
+    ];
+    let mut arguments = vec!["run", &spring, &mass, "--csv", &by_hand, "--quiet"];
+    arguments.extend(start);
+    arguments.extend(common);
+    let (code, text, error) = cosim(&arguments);
+    assert_eq!(code, 0, "{error}");
+    assert!(text.contains("1.000 s simulated"), "{text}");
+    let mut arguments = vec!["run", &file, "--csv", &by_package, "--quiet"];
+    arguments.extend(common);
+    assert_eq!(cosim(&arguments).0, 0);
+    let rows = |path: &str| {
+        let text = fs::read_to_string(path).unwrap();
+        let rows: Vec<String> = text
+            .lines()
+            .map(|l| l.split_once(',').unwrap().1.to_string())
+            .collect();
+        rows
+    };
+    let (by_hand, by_package) = (rows(&by_hand), rows(&by_package));
+    // The package starts at 0.5 s, FMUs by themselves at 0 s: the motion is the same.
+    assert_eq!(by_hand[..by_package.len()], by_package[..]);
+    refused(
+        &["run", &spring, &mass, "--connect", "mass.x=spring.y"],
+        &["--connect mass.x=spring.y", "`spring.y`"],
+    );
+    let (code, text, _) = cosim(&["info", &spring]);
+    assert_eq!(code, 0);
+    for part in [
+        "Spring, FMI 2.0",
+        "x: input, continuous Real, m",
+        "depends at once on x, x_dot",
+    ] {
+        assert!(text.contains(part), "`{part}` is missing in: {text}");
+    }
+}
+
+/// F = −k x for x from a file: linear between rows for the elongation, steps for the Boolean that switches it off.
+#[test]
+fn inputs_come_from_a_file() {
+    let [spring, _] = fmus("fed");
+    let file = |text: &str| -> PathBuf {
+        let file = scratch("fed.in.csv");
+        fs::write(&file, text).unwrap();
+        file
+    };
+    let out = scratch("fed.csv").display().to_string();
+    let run = |text: &str| {
+        let input = file(text).display().to_string();
+        let arguments = [
+            "run",
+            &spring,
+            "--input",
+            &input,
+            "--csv",
+            &out,
+            "--quiet",
+            "--step",
+            "0.25",
+            "--stop-time",
+            "1",
+        ];
+        let more = [
+            "--signals",
+            "spring.F",
+            "--set",
+            "spring.k=2",
+            "--schedule",
+            "jacobi",
+        ];
+        cosim(&[&arguments[..], &more[..]].concat())
+    };
+    let (code, _, error) = run("time,spring.x,spring.off\n0,1,false\n0.5,3,true\n2,3,0\n");
+    assert_eq!(code, 0, "{error}");
+    let text = fs::read_to_string(&out).unwrap();
+    assert_eq!(
+        text,
+        "time,spring.F\n0.0,-2.0\n0.25,-4.0\n0.5,0.0\n0.75,0.0\n1.0,0.0\n"
+    );
+    for (text, part) in [
+        (
+            "time;spring.x\n0;1\n",
+            "row 1: columns are separated by `;`",
+        ),
+        ("t,spring.x\n0,1\n", "row 1: the first column is `t`"),
+        ("time,spring.y\n0,1\n", "row 1, column `spring.y`"),
+        (
+            "time,spring.F\n0,1\n",
+            "is no input that takes numbers; it is of type Real, output",
+        ),
+        (
+            "time,spring.x,spring.x\n0,1,1\n",
+            "two columns are named `spring.x`",
+        ),
+        (
+            "time,spring.x\n0,1\n1,soft\n",
+            "row 3, column `spring.x`: `soft` is not a finite number",
+        ),
+        (
+            "time,spring.x\n0,1\n0,2\n",
+            "row 3: the time 0 s must be greater",
+        ),
+        (
+            "time,spring.x\n0,1,2\n",
+            "row 2 has 3 columns; it must have 2",
+        ),
+        ("time,spring.x\n", "it has no rows of numbers"),
+        ("", "it is empty"),
+    ] {
+        let (code, _, error) = run(text);
+        assert!(
+            code == 1 && error.contains(part) && error.contains("fed.in.csv"),
+            "{text:?}: {error}"
+        );
+    }
+    let package = packed("fed-packed");
+    let input = file("time,spring.x\n0,1\n").display().to_string();
+    refused(
+        &["run", &package, "--input", &input, "--quiet"],
+        &["column `spring.x`: the connection from `mass.x` drives it"],
+    );
+}
+
+/// The step that the structure asks for counts where the command line names none, and is told.
+#[test]
+fn the_step_is_that_of_the_structure_or_of_the_fmus() {
+    let structure = oscillator().replace(
+        "stopTime=\"2.5\"/>",
+        "stopTime=\"2.5\"><ssd:Annotations><ssc:Annotation type=\"com.opensimulationplatform\"><osp:Algorithm>\
+         <osp:FixedStepAlgorithm baseStepSize=\"0.02\"/></osp:Algorithm></ssc:Annotation></ssd:Annotations></ssd:DefaultExperiment>",
+    );
+    system("based", &structure).unwrap();
+    let file = scratch("based").join("system.ssp").display().to_string();
+    let (code, text, error) = cosim(&["run", &file, "--quiet"]);
+    assert_eq!(code, 0, "{error}");
+    assert!(
+        text.contains("the communication step is 0.02 s, as the system structure asks"),
+        "{text}"
+    );
+    let (_, text, _) = cosim(&["run", &file, "--quiet", "--step", "0.01"]);
+    assert!(!text.contains("communication step is"), "{text}");
+}
+
+/// Inputs of the outermost system feed components, converted to their units; a value that matches nothing is told, and refused with
+/// `--strict`.
+#[test]
+fn inputs_of_the_system_are_set_by_name() {
+    let outer = ssd("")
+        .replace(
+            "<ssd:Elements>",
+            "<ssd:Connectors><ssd:Connector name=\"stretch\" kind=\"input\"><ssc:Real unit=\"mm\"/></ssd:Connector>\
+             <ssd:Connector name=\"force\" kind=\"output\"/></ssd:Connectors><ssd:ParameterBindings><ssd:ParameterBinding>\
+             <ssd:ParameterValues><ssv:ParameterSet version=\"1.0\" name=\"p\"><ssv:Parameters><ssv:Parameter name=\"spring.kk\">\
+             <ssv:Real value=\"1\"/></ssv:Parameter></ssv:Parameters></ssv:ParameterSet></ssd:ParameterValues></ssd:ParameterBinding>\
+             </ssd:ParameterBindings><ssd:Elements>",
+        )
+        .replace(
+            "<ssd:Connections>",
+            "<ssd:Connections><ssd:Connection startConnector=\"stretch\" endElement=\"spring\" endConnector=\"x\"/>\
+             <ssd:Connection startElement=\"spring\" startConnector=\"F\" endConnector=\"force\"/>",
+        )
+        .replace(
+            "</ssd:System>",
+            "</ssd:System><ssd:Units><ssc:Unit name=\"mm\"><ssc:BaseUnit m=\"1\" factor=\"0.001\"/></ssc:Unit></ssd:Units>",
+        );
+    edited("outer", &outer, |_, text| text.to_string()).unwrap();
+    let file = scratch("outer").join("system.ssp").display().to_string();
+    let out = scratch("outer.csv").display().to_string();
+    let arguments = [
+        "run",
+        &file,
+        "--quiet",
+        "--step",
+        "0.5",
+        "--set",
+        "stretch=250",
+        "--set",
+        "spring.k=8",
+        "--csv",
+        &out,
+    ];
+    let (code, text, error) = cosim(&[&arguments[..], &["--signals", "spring.F"]].concat());
+    assert_eq!(code, 0, "{error}");
+    assert!(
+        text.contains("bound values that match no variable are passed over: `spring.kk`"),
+        "{text}"
+    );
+    let rows = fs::read_to_string(&out).unwrap();
+    assert_eq!(rows.lines().nth(1), Some("0.5,-2.0"), "8 N/m times 0.25 m");
+    refused(
+        &[&arguments[..], &["--strict"]].concat(),
+        &[
+            "--strict",
+            "bound values that match no variable",
+            "`spring.kk`",
+        ],
+    );
+}

@@ -1,0 +1,13 @@
+//! Tests of the manipulator in one program. What counts allocations has a program of its own.
+#![allow(non_snake_case)] // symbols
+
+mod contact;
+mod damaged;
+mod end_stops;
+mod identities;
+mod kinematics;
+mod moving_base;
+mod oracle;
+mod overflow;
+mod printed_forces;
+mod seeded;

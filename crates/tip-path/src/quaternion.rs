@@ -1,0 +1,22 @@
+//! Orientations in files.
+
+use crate::error::{PathError, refused};
+use nalgebra::{Quaternion, UnitQuaternion};
+
+/// How far a quaternion's length may be from 1: files carry a few digits.
+const UNIT: f64 = 1e-3;
+/// A quaternion w, x, y, z of length 1.
+pub(crate) fn unit(place: &str, [w, x, y, z]: [f64; 4]) -> Result<UnitQuaternion<f64>, PathError> {
+    let q = Quaternion::new(w, x, y, z);
+    let length = q.norm();
+    if (length - 1.0).abs() <= UNIT {
+        return Ok(UnitQuaternion::new_normalize(q));
+    }
+    let rule = format!("a quaternion w, x, y, z of length 1; its length is {length:.4}");
+    Err(refused(
+        place,
+        "orientation",
+        format_args!("[{w}, {x}, {y}, {z}]"),
+        rule,
+    ))
+}

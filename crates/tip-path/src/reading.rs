@@ -1,0 +1,175 @@
+//! Reading a path: from the text of a file, or from the name of a built-in one, and the check of
+//! its values.
+
+use crate::error::{PathError, refused};
+use crate::file::{MotionLimits, PathFile, Points, Sample, Waypoint};
+use crate::iso9283::{Iso9283, TestKind};
+use crate::{csv_file, json_file};
+use nalgebra::Vector3;
+
+/// Waypoints nearer to each other than this, m and rad, are the same.
+const SAME: f64 = 1e-9;
+/// Rest at a pose, s, in which the tip settles.
+const REST: f64 = 1.0;
+
+impl PathFile {
+    /// Of a file's text: JSON where it begins with a brace, else CSV.
+    ///
+    /// # Errors
+    /// What is wrong where: syntax, an unknown name, a value out of its range, too few or equal
+    /// points.
+    pub fn parse(text: &str) -> Result<Self, PathError> {
+        let text = text.trim_start_matches('\u{feff}');
+        let file = if text.trim_start().starts_with(['{', '[']) {
+            json_file::parse(text)?
+        } else {
+            csv_file::parse(text)?
+        };
+        file.check()?;
+        Ok(file)
+    }
+
+    /// Of the name of a built-in path, as `iso9283-cube` or `iso9283-cube:3` with another number of
+    /// cycles; None for another text.
+    ///
+    /// # Errors
+    /// A number of cycles that is none.
+    pub fn built_in(name: &str) -> Option<Result<Self, PathError>> {
+        Iso9283::named(name).map(|test| test.map(test_path))
+    }
+
+    fn check(&self) -> Result<(), PathError> {
+        for (name, value) in self.limits.fields() {
+            positive("limits", name, value)?;
+        }
+        match &self.points {
+            Points::Waypoints(waypoints) => check_waypoints(waypoints),
+            Points::Samples(samples) => check_samples(samples),
+        }
+    }
+}
+
+/// The path of a test; it ends where its first cycle began.
+fn test_path(test: Iso9283) -> PathFile {
+    let points = test.points();
+    let dwell = match test.kind {
+        TestKind::Poses => REST,
+        TestKind::Lines => 0.0,
+    };
+    let at = |position: &Vector3<f64>| Waypoint {
+        position: *position,
+        dwell,
+        ..Waypoint::default()
+    };
+    let waypoints = points.iter().cycle().take(test.cycles * points.len() + 1);
+    PathFile {
+        points: Points::Waypoints(waypoints.map(at).collect()),
+        relative: true,
+        limits: MotionLimits::DEFAULT,
+        test: Some(test),
+    }
+}
+
+fn check_waypoints(waypoints: &[Waypoint]) -> Result<(), PathError> {
+    at_least_two(waypoints.len(), "waypoint(s)")?;
+    let mut earlier = 0.0;
+    for (k, waypoint) in (1..).zip(waypoints) {
+        let place = format!("waypoint {k}");
+        finite(&place, "position", waypoint.position.as_slice())?;
+        not_negative(&place, "dwell", waypoint.dwell)?;
+        not_negative(&place, "blend", waypoint.blend)?;
+        if let Some(speed) = waypoint.speed {
+            positive(&place, "speed", speed)?;
+        }
+        if let Some(time) = waypoint.time {
+            if !(time.is_finite() && time >= earlier) {
+                let rule = format!("finite and not before the waypoints before it, {earlier} s");
+                return Err(refused(&place, "time", time, rule));
+            }
+            earlier = time;
+        }
+        if let Some(load) = waypoint.load {
+            not_negative(&place, "load.mass", load.mass)?;
+            finite(&place, "load.com", &load.com)?;
+            not_negative(&place, "load.over", waypoint.over)?;
+            if waypoint.over > waypoint.dwell {
+                let rule = format!(
+                    "at most the `dwell`, {} s: the tip rests meanwhile",
+                    waypoint.dwell
+                );
+                return Err(refused(&place, "load.over", waypoint.over, rule));
+            }
+        }
+        if waypoint.blend > 0.0 {
+            let stops = [
+                (waypoint.dwell > 0.0, "it has a `dwell`"),
+                (waypoint.load.is_some(), "a `load` changes there"),
+                (k == waypoints.len(), "the path ends there"),
+            ];
+            if let Some((_, why)) = stops.into_iter().find(|(stops, _)| *stops) {
+                let rule = format!("0, because {why} and the tip stops");
+                return Err(refused(&place, "blend", waypoint.blend, rule));
+            }
+        }
+    }
+    let is_same = |pair: &[Waypoint]| {
+        let turned = match (pair[0].orientation, pair[1].orientation) {
+            (_, None) => false,
+            (None, Some(_)) => true,
+            (Some(a), Some(b)) => (a.inverse() * b).imag().norm() > SAME,
+        };
+        (pair[1].position - pair[0].position).norm() <= SAME && !turned
+    };
+    match waypoints.windows(2).position(is_same) {
+        Some(k) => Err(PathError::Same { first: k + 1 }),
+        None => Ok(()),
+    }
+}
+
+fn check_samples(samples: &[Sample]) -> Result<(), PathError> {
+    at_least_two(samples.len(), "sample(s)")?;
+    for (k, sample) in (1..).zip(samples) {
+        let place = format!("sample {k}");
+        finite(&place, "t", &[sample.t])?;
+        finite(&place, "position", sample.position.as_slice())?;
+        if sample.orientation.is_some() != samples[0].orientation.is_some() {
+            let rule = "given in all samples or in none".to_owned();
+            return Err(refused(&place, "orientation", "left out", rule));
+        }
+    }
+    for (k, pair) in (2..).zip(samples.windows(2)) {
+        if pair[1].t <= pair[0].t {
+            let rule = format!("later than that of the sample before, {} s", pair[0].t);
+            return Err(refused(&format!("sample {k}"), "t", pair[1].t, rule));
+        }
+    }
+    Ok(())
+}
+
+fn at_least_two(count: usize, what: &'static str) -> Result<(), PathError> {
+    if count < 2 {
+        return Err(PathError::TooFew { count, what });
+    }
+    Ok(())
+}
+
+fn finite(place: &str, name: &str, values: &[f64]) -> Result<(), PathError> {
+    match values.iter().find(|value| !value.is_finite()) {
+        Some(value) => Err(refused(place, name, value, "a finite number")),
+        None => Ok(()),
+    }
+}
+
+fn not_negative(place: &str, name: &str, value: f64) -> Result<(), PathError> {
+    if value.is_finite() && value >= 0.0 {
+        return Ok(());
+    }
+    Err(refused(place, name, value, "finite and at least 0"))
+}
+
+fn positive(place: &str, name: &str, value: f64) -> Result<(), PathError> {
+    if value.is_finite() && value > 0.0 {
+        return Ok(());
+    }
+    Err(refused(place, name, value, "finite and greater than 0"))
+}

@@ -1,0 +1,60 @@
+//! Enumerations of the FMU `Controller`: names and numbers of what `vdc` distinguishes.
+
+use fmu_export::Items;
+use vdc::{Level, MODES, NamedMode, RateCommand};
+
+pub(crate) static MODE: Items<NamedMode, { MODES.len() }> =
+    Items::new("Mode", "how much of the controller is at work", MODES);
+
+pub(crate) static LEVEL: Items<Level, 2> = Items::new(
+    "Level",
+    "what the controller follows",
+    [
+        (
+            Level::Machine,
+            "machine",
+            "the tip's reference, through inverse kinematics and decomposition",
+        ),
+        (
+            Level::Actuator,
+            "actuator",
+            "the inputs reference.rod_*, each actuator by itself",
+        ),
+    ],
+);
+
+/// Desired motion of the tip; the parameters say more of it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum TrajectoryItem {
+    Cubic,
+    Triangular,
+    External,
+    Rates,
+    Path,
+}
+
+#[rustfmt::skip] // an item a line
+pub(crate) static TRAJECTORY: Items<TrajectoryItem, 5> = Items::new("Trajectory", "desired motion of the tip", [
+    (TrajectoryItem::Cubic, "cubic", "edges of a cube"),
+    (TrajectoryItem::Triangular, "triangular", "a triangle in the boom plane"),
+    (TrajectoryItem::External, "external", "the inputs reference.*"),
+    (TrajectoryItem::Rates, "rates", "the inputs rate.joint or rate.tip, an operator's"),
+    (TrajectoryItem::Path, "path", "the path that path_file names"),
+]);
+
+pub(crate) static RATE_COMMAND: Items<RateCommand, 2> = Items::new(
+    "RateCommand",
+    "what commanded rates are of",
+    [
+        (
+            RateCommand::Joint,
+            "joint",
+            "the six joints, by the inputs rate.joint",
+        ),
+        (
+            RateCommand::Tip,
+            "tip",
+            "the tip in the world, by the inputs rate.tip",
+        ),
+    ],
+);

@@ -1,0 +1,219 @@
+//! State, inputs and parameters of the FMU.
+
+use crate::enumerations::{LEVEL, MODE, RATE_COMMAND, TRAJECTORY, TrajectoryItem};
+use emla::Surrogate;
+use fmu_export::{Counted, ModelError};
+use machine::Machine;
+use serde::{Deserialize, Serialize};
+use std::ops::{Deref, DerefMut};
+use tip_path::PathFile;
+use vdc::{
+    Controller, ControllerError, Derating, Level, Mode, NamedMode, RateCommand, RateLimits,
+    ReportedTroubles, Settings, Timing, Trajectory,
+};
+
+/// 20 °C, K.
+const ROOM: f64 = 293.15;
+/// Class F insulation, 155 °C, reached at no current; full current up to 120 °C.
+const DERATED: Derating = Derating {
+    start: 393.15,
+    end: 428.15,
+};
+
+/// The controller behind the FMI border.
+#[derive(Clone, Serialize, Deserialize)]
+pub struct ControllerFmu {
+    pub(crate) controller: Controller,
+    /// Troubles that were reported to the importer and that last.
+    #[serde(skip)]
+    pub(crate) reported: ReportedTroubles,
+    /// Not part of the behaviour: handed to the importer's log once.
+    #[serde(skip)]
+    pub(crate) warning: Option<String>,
+}
+
+/// Inputs as the importer sees them.
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
+pub struct Input {
+    pub(crate) u: vdc::Input,
+    /// Voltage of the DC link, V; counts once it was set.
+    pub(crate) v_dc: Counted<f64>,
+}
+
+impl Input {
+    /// The start of `machine`; the voltage of the link is not yet set.
+    pub(crate) fn at_start(machine: &Machine) -> Self {
+        let (position, orientation) =
+            vdc::tip_pose(machine, &machine.start.zeta).expect("the reference machine works");
+        Self {
+            u: vdc::Input {
+                zeta: machine.start.zeta,
+                reference_position: position,
+                reference_orientation: orientation,
+                T_winding: [ROOM; 3],
+                ..vdc::Input::default()
+            },
+            v_dc: Counted::unset(machine.emla.lift.link_voltage()),
+        }
+    }
+
+    /// What the controller reads.
+    pub(crate) fn measured(&self) -> vdc::Input {
+        vdc::Input {
+            v_dc: self.v_dc.told(),
+            ..self.u
+        }
+    }
+}
+
+impl Deref for Input {
+    type Target = vdc::Input;
+
+    fn deref(&self) -> &vdc::Input {
+        &self.u
+    }
+}
+
+impl DerefMut for Input {
+    fn deref_mut(&mut self) -> &mut vdc::Input {
+        &mut self.u
+    }
+}
+
+/// Parameters as the importer sees them.
+#[derive(Clone, Serialize, Deserialize)]
+pub struct Parameters {
+    /// Nominal machine with the gains in `machine.controller`.
+    pub(crate) machine: Machine,
+    /// File the machine came from; empty: the embedded reference machine.
+    pub(crate) machine_file: String,
+    /// Network of the hybrid actuators.
+    pub(crate) surrogate: Surrogate,
+    /// File the network came from; empty: the embedded one.
+    pub(crate) surrogate_file: String,
+    /// Path to follow.
+    pub(crate) path: Option<PathFile>,
+    /// File the path came from, or the name of a built-in one; empty: none.
+    pub(crate) path_file: String,
+    /// Whether a path that the nominal machine cannot do is refused.
+    pub(crate) path_check: bool,
+    /// Blending factor the low-level law reckons with.
+    pub(crate) alpha: f64,
+    /// Number of an item of [`LEVEL`].
+    pub(crate) level: i32,
+    /// Number of an item of [`MODE`].
+    pub(crate) mode: i32,
+    /// Number of an item of [`TRAJECTORY`].
+    pub(crate) trajectory: i32,
+    /// Inertia of the plant over nominal, for the Lyapunov outputs.
+    pub(crate) true_inertia_scale: f64,
+    /// Time between two samples, s; 0: each communication point is one.
+    pub(crate) sample_time: f64,
+    /// Communication steps by which the commands act late.
+    pub(crate) delay: i32,
+    /// Whether hot windings get less current.
+    pub(crate) derating: bool,
+    /// How much less.
+    pub(crate) derated: Derating,
+    /// Number of an item of [`RATE_COMMAND`].
+    pub(crate) rate_command: i32,
+    /// Limits of commanded rates.
+    pub(crate) rates: RateLimits,
+    /// Whether it is told of the loads that a path picks up.
+    pub(crate) load_told: bool,
+}
+
+impl Parameters {
+    /// Those of the reference machine with the paper's controller.
+    pub(crate) fn reference() -> Self {
+        Self {
+            machine: Machine::reference(),
+            machine_file: String::new(),
+            surrogate: Surrogate::reference(),
+            surrogate_file: String::new(),
+            path: None,
+            path_file: String::new(),
+            path_check: true,
+            alpha: 0.0,
+            level: LEVEL.number(Level::Machine),
+            mode: MODE.number(NamedMode {
+                mode: Mode::Adaptive,
+                integral: false,
+            }),
+            trajectory: TRAJECTORY.number(TrajectoryItem::Cubic),
+            true_inertia_scale: 1.0,
+            sample_time: 0.0,
+            delay: 0,
+            derating: false,
+            derated: DERATED,
+            rate_command: RATE_COMMAND.number(RateCommand::Joint),
+            rates: RateLimits::default(),
+            load_told: true,
+        }
+    }
+
+    pub(crate) fn settings(&self) -> Result<Settings, ModelError> {
+        let NamedMode { mode, integral } = MODE.item(self.mode)?;
+        Ok(Settings {
+            mode,
+            integral,
+            level: LEVEL.item(self.level)?,
+            gains: self.machine.controller,
+            alpha: self.alpha,
+            true_inertia_scale: self.true_inertia_scale,
+            derating: self.derating.then_some(self.derated),
+            rate_command: RATE_COMMAND.item(self.rate_command)?,
+            load_told: self.load_told,
+        })
+    }
+
+    pub(crate) fn timing(&self) -> Result<Timing, ModelError> {
+        Ok(Timing {
+            sample_time: self.sample_time,
+            delay: u32::try_from(self.delay)?,
+        })
+    }
+
+    pub(crate) fn trajectory(&self) -> Result<Trajectory<'_>, ModelError> {
+        Ok(match TRAJECTORY.item(self.trajectory)? {
+            TrajectoryItem::Cubic => Trajectory::Cubic,
+            TrajectoryItem::Triangular => Trajectory::Triangular,
+            TrajectoryItem::External => Trajectory::External,
+            TrajectoryItem::Rates => Trajectory::Rates(self.rates),
+            TrajectoryItem::Path => Trajectory::Path {
+                file: self.path.as_ref().ok_or_else(|| {
+                    ModelError::new(
+                        "`path_file` is empty, but `trajectory` = path needs one: it must name a path",
+                    )
+                })?,
+                is_checked: self.path_check,
+            },
+        })
+    }
+
+    /// Why there is no controller; what is wrong with a path is said of its file.
+    pub(crate) fn refusal(&self, error: ControllerError) -> ModelError {
+        let hint = match &error {
+            ControllerError::Refused(_) => "; with `path_check` = false it is tried nevertheless",
+            ControllerError::Path(_) | ControllerError::Plant(_) => "",
+            _ => return error.into(),
+        };
+        ModelError::new(format!("path `{}`: {error}{hint}", self.path_file))
+    }
+}
+
+impl ControllerFmu {
+    /// What to tell the importer about the stability conditions of the low-level law, if they fail.
+    pub(crate) fn stability_warning(&self, p: &Parameters) -> Option<String> {
+        let conditions = self.controller.conditions(&p.machine.controller);
+        if conditions.hold() {
+            return None;
+        }
+        let gains = &p.machine.controller;
+        Some(format!(
+            "the stability conditions of the low-level law fail: `K_i` = {}, `K_f` = {}, `K_v` = {} give \
+             epsilon_max = {} A/N, K_1 = {}, K_2 = {}; all must be finite and > 0, so must the gains",
+            gains.K_i, gains.K_f, gains.K_v, conditions.epsilon_max, conditions.K_1, conditions.K_2
+        ))
+    }
+}

@@ -1,0 +1,94 @@
+"""Texts and what publishes them: links lead somewhere, the README is short, a release's files are what docs/releasing.md says."""
+
+import hashlib
+import re
+import runpy
+import subprocess
+import tarfile
+import zipfile
+
+import pytest
+import yaml
+
+from fmpy_master import ROOT
+
+LINK = re.compile(r"!?\[[^\]]*\]\(([^)\s]+)\)|<img src=\"([^\"]+)\"")
+
+
+def pages():
+    """Every Markdown file of the project."""
+    listed = subprocess.run(["git", "ls-files", "*.md"], cwd=ROOT, capture_output=True, text=True, check=True).stdout
+    return [ROOT / name for name in listed.split()]
+
+
+def without_code(text):
+    return re.sub(r"^```.*?^```|`[^`\n]*`", "", text, flags=re.MULTILINE | re.DOTALL)
+
+
+def anchors(page):
+    """Of the headings of a page, as GitHub makes them."""
+    headings = re.findall(r"^#+ (.*)$", re.sub(r"^```.*?^```", "", page.read_text(), flags=re.MULTILINE | re.DOTALL), re.MULTILINE)
+    return {re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-") for heading in headings}
+
+
+@pytest.mark.parametrize("page", pages(), ids=lambda page: str(page.relative_to(ROOT)))
+def test_links_lead_to_files_and_headings(page):
+    wrong = []
+    for target in (first or second for first, second in LINK.findall(without_code(page.read_text()))):
+        if re.match(r"\w+:", target):
+            continue
+        path, _, anchor = target.partition("#")
+        file = (page.parent / path).resolve() if path else page
+        if not file.exists() or (anchor and anchor not in anchors(file)):
+            wrong.append(target)
+    assert wrong == []
+
+
+def test_the_readme_is_for_the_first_five_minutes():
+    lines = (ROOT / "README.md").read_text().splitlines()
+    assert len(lines) <= 150 and max(map(len, lines)) <= 140
+
+
+def test_every_page_is_in_the_index():
+    index = (ROOT / "docs/README.md").read_text()
+    assert [page.name for page in sorted((ROOT / "docs").glob("*.md")) if page.name != "README.md" and f"({page.name})" not in index] == []
+
+
+def test_the_tests_page_names_every_file():
+    page = (ROOT / "tests/README.md").read_text()
+    files = [path for pattern in ("*.py", "oracle/*.py", "bench/*") for path in sorted((ROOT / "tests").glob(pattern)) if path.is_file()]
+    assert [path.name for path in files if path.name not in page] == []
+
+
+@pytest.fixture
+def handed_out(tmp_path):
+    """A folder like that of `cargo xtask dist`."""
+    folder = tmp_path / "dist"
+    for name in ("Emla.fmu", "fmi3/Emla.fmu", "Manipulator.ssp", "linux64/cosim", "win64/cosim.exe", "aarch64-linux/cosim", "python/hdrm_fmu-0.1.0.whl", "README.md"):
+        path = folder / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(name)
+    (folder / "linux64/cosim").chmod(0o755)
+    return folder
+
+
+def test_a_release_has_archives_single_files_and_checksums(handed_out, tmp_path):
+    main = runpy.run_path(str(ROOT / ".github/archives.py"))["main"]
+    main(handed_out, "0.1.0", tmp_path / "one")
+    main(handed_out, "0.1.0", tmp_path / "two")
+    made = {path.name: path.read_bytes() for path in (tmp_path / "one").iterdir()}
+    assert made == {path.name: path.read_bytes() for path in (tmp_path / "two").iterdir()}, "made twice, the same bytes"
+    assert {"Emla.fmu", "fmi3-Emla.fmu", "Manipulator.ssp", "hdrm_fmu-0.1.0.whl", "hdrm-fmu-0.1.0.tar.gz", "hdrm-fmu-0.1.0-win64.zip", "SHA256SUMS"} == set(made)
+    sums = dict(reversed(line.split("  ")) for line in made.pop("SHA256SUMS").decode().splitlines())
+    assert sums == {name: hashlib.sha256(data).hexdigest() for name, data in made.items()}
+    with tarfile.open(tmp_path / "one/hdrm-fmu-0.1.0.tar.gz") as archive:
+        assert archive.getmember("hdrm-fmu-0.1.0/linux64/cosim").mode == 0o755 and len(archive.getnames()) == 8
+    with zipfile.ZipFile(tmp_path / "one/hdrm-fmu-0.1.0-win64.zip") as archive:
+        assert not any(name.split("/")[1] in ("linux64", "aarch64-linux", "python") for name in archive.namelist())
+
+
+def test_the_workflow_of_a_release_drafts_what_it_built():
+    workflow = yaml.safe_load((ROOT / ".github/workflows/release.yml").read_text())
+    commands = [step.get("run", "") for job in workflow["jobs"].values() for step in job["steps"]]
+    assert workflow[True]["push"]["tags"] == ["v*"] and workflow["jobs"]["draft"]["needs"] == "build"
+    assert "cargo xtask dist --check" in commands and any("--draft" in command for command in commands)
