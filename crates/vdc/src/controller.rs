@@ -135,8 +135,8 @@ impl Controller {
         }
     }
 
-    /// The whole machine: from the reference of the tip, or of the joints, to the demands on the rods
-    /// and the wrist torques, N·m.
+    /// The whole machine: from the reference of the tip, or of the joints, to the demands on the
+    /// rods and the wrist torques, N·m.
     fn machine_level(
         &self,
         now: &mut Evaluation,

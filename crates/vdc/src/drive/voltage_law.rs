@@ -155,8 +155,9 @@ impl VoltageLaw<'_> {
 
     /// The voltage law.
     /// ```text
-    /// v_d = R_s i_d + L_d di_dr/dt − p w_m λ_q + e_d + ω_i ∫e_d dt,   e_d = K_i (i_dr − i_d)
-    /// v_q = R_s i_q + L_q di_qr/dt + p w_m λ_d + e_q + ω_i ∫e_q dt,   e_q = K_f (F_r − F) + K_v (ẋ_r − ẋ_n)
+    /// v_d = R_s i_d + L_d di_dr/dt − p w_m λ_q + e_d + ω_i ∫e_d dt
+    /// v_q = R_s i_q + L_q di_qr/dt + p w_m λ_d + e_q + ω_i ∫e_q dt
+    /// e_d = K_i (i_dr − i_d),   e_q = K_f (F_r − F) + K_v (ẋ_r − ẋ_n)
     /// ```
     /// The integrals are not in the paper (ω_i = 0 is its law): they take up what wrong motor
     /// parameters leave over, above all the back-EMF of a wrong λ_m. They integrate the sum of both

@@ -74,9 +74,9 @@ impl Sampling {
     /// are given ahead, s, in steps of `h`.
     ///
     /// The actuators give their force one step ahead (their delay is 1); before their first step it
-    /// is that of the moment. The lead is subtracted from the whole force, not from its measured share
-    /// alone: this damps the boom on the locked motors (found by trial; at steps of 2 ms it is
-    /// needed).
+    /// is that of the moment. The lead is subtracted from the whole force, not from its measured
+    /// share alone: this damps the boom on the locked motors (found by trial; at steps of 2 ms it
+    /// is needed).
     pub(crate) fn first(&self, input: &Input, h: f64) -> (Input, f64) {
         let mut first = *input;
         let Some(held) = &self.held else {
