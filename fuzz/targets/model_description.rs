@@ -4,8 +4,8 @@
 use fmu_description::Description;
 use libfuzzer_sys::fuzz_target;
 
-fuzz_target!(|text: &str| {
-    if let Ok(description) = Description::parse(text) {
+fuzz_target!(|bytes: &[u8]| {
+    if let Ok(description) = Description::read(bytes) {
         for output in 0..description.variables.len() {
             for initialization in [false, true] {
                 for input in description.feedthrough(output, initialization) {

@@ -3,12 +3,13 @@
 
 use std::collections::BTreeMap;
 use std::fs;
-use std::io::{Cursor, Read, Write};
+use std::io::{Cursor, Write};
 use std::path::Path;
 
 use anyhow::{Context, Result};
+use fmu_description::Archive;
 use zip::write::SimpleFileOptions;
-use zip::{CompressionMethod, DateTime, ZipArchive, ZipWriter};
+use zip::{CompressionMethod, DateTime, ZipWriter};
 
 /// The level of deflate that makes the smallest archives: libraries take 3 % less than with the
 /// usual level, and packing some tenths of a second more.
@@ -46,16 +47,12 @@ pub fn read(path: &Path) -> Result<Entries> {
 }
 
 fn read_bytes(bytes: Vec<u8>) -> Result<Entries> {
-    let mut archive = ZipArchive::new(Cursor::new(bytes))?;
+    let mut archive = Archive::open(bytes)?;
+    let names: Vec<_> = archive.names().map(str::to_string).collect();
     let mut entries = Entries::new();
-    for index in 0..archive.len() {
-        let mut entry = archive.by_index(index)?;
-        if entry.is_file() {
-            let name = entry.name()?.into_owned();
-            let mut bytes = Vec::new();
-            entry.read_to_end(&mut bytes)?;
-            entries.insert(name, bytes);
-        }
+    for name in names {
+        let content = archive.file(&name)?.unwrap_or_default();
+        entries.insert(name, content);
     }
     Ok(entries)
 }
@@ -63,6 +60,7 @@ fn read_bytes(bytes: Vec<u8>) -> Result<Entries> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use zip::ZipArchive;
 
     /// The time is fixed and the order is that of the names, so that equal contents give equal
     /// bytes whenever they are packed.

@@ -51,7 +51,7 @@ pub enum DescriptionError {
     },
     /// A dimension of an array that is no number, or names a variable that is no number.
     #[error(
-        "model `{model}`: a dimension of `{name}` must be a number of at least 1 or name a structural parameter that starts at one"
+        "model `{model}`: a dimension of `{name}` must be a number of at least 1 or name a structural parameter that starts at one; an array has at most 16777216 elements"
     )]
     Dimension {
         /// Model.

@@ -8,6 +8,9 @@ use crate::file::{Source, items};
 use crate::variable::{Access, Causality, ClockInterval, ClockTiming, Kind, Variability, Variable};
 use crate::xml::Element;
 
+/// Elements of an array, at most.
+const LARGEST: usize = 1 << 24;
+
 /// Fill in what stands in this version's own way.
 pub fn read(root: &Element, into: &mut Description) -> Result<(), DescriptionError> {
     into.variables = variables(root, &into.model)?;
@@ -109,7 +112,11 @@ fn dimensions(
         }
     };
     let lengths: Option<Vec<usize>> = element.all("Dimension").map(length).collect();
-    let lengths = lengths.filter(|lengths| lengths.iter().all(|n| *n > 0));
+    let lengths = lengths.filter(|lengths| {
+        let mut lengths = lengths.iter();
+        let size = lengths.try_fold(1_usize, |size, length| size.checked_mul(*length));
+        size.is_some_and(|size| (1..=LARGEST).contains(&size))
+    });
     lengths.ok_or_else(|| {
         let (model, name) = (model.to_string(), element.text("name"));
         DescriptionError::Dimension { model, name }

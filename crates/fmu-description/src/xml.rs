@@ -9,6 +9,9 @@ use quick_xml::events::{BytesStart, Event};
 
 use crate::error::DescriptionError;
 
+/// Elements in each other, at most: what is deeper was not made to be read.
+const DEEPEST: usize = 256;
+
 /// An element with its attributes and the elements in it.
 #[derive(Debug)]
 pub struct Element {
@@ -32,6 +35,10 @@ impl Element {
             let line = lines.at(text, begin);
             let unreadable = |reason: String| DescriptionError::Xml { line, reason };
             let closed = match event.map_err(|e| unreadable(e.to_string()))? {
+                Event::Start(_) if open.len() == DEEPEST => {
+                    let reason = format!("more than {DEEPEST} elements stand in each other");
+                    return Err(unreadable(reason));
+                }
                 Event::Start(start) => {
                     open.push(Self::open(&start, line).map_err(unreadable)?);
                     continue;
@@ -206,6 +213,7 @@ mod tests {
             ("<a b=1/>", "line 1: "),
             ("<a b=\"&x;\"/>", "line 1: "),
             ("text", "line 1: there is no element"),
+            (&"<a>".repeat(100_000), "line 1: more than 256 elements"),
         ] {
             let error = Element::parse(text).unwrap_err().to_string();
             let start = format!("the model description cannot be read: {expected}");

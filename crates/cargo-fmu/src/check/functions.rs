@@ -1,67 +1,58 @@
 //! The functions that a library must export, by version and interfaces.
 
 use super::xml::Element;
-use crate::fmi::Functions2;
+use crate::fmi::{Functions2, fmi3};
 
-/// Functions of FMI 2.0 for model exchange (section 3.2), with those that both interfaces share.
-const MODEL_EXCHANGE_2: &str = "fmi2GetTypesPlatform fmi2GetVersion fmi2SetDebugLogging fmi2Instantiate fmi2FreeInstance \
-    fmi2SetupExperiment fmi2EnterInitializationMode fmi2ExitInitializationMode fmi2Terminate fmi2Reset fmi2GetReal fmi2GetInteger \
-    fmi2GetBoolean fmi2GetString fmi2SetReal fmi2SetInteger fmi2SetBoolean fmi2SetString fmi2GetFMUstate fmi2SetFMUstate \
-    fmi2FreeFMUstate fmi2SerializedFMUstateSize fmi2SerializeFMUstate fmi2DeSerializeFMUstate fmi2GetDirectionalDerivative \
-    fmi2EnterEventMode fmi2NewDiscreteStates fmi2EnterContinuousTimeMode fmi2CompletedIntegratorStep fmi2SetTime \
-    fmi2SetContinuousStates fmi2GetDerivatives fmi2GetEventIndicators fmi2GetContinuousStates fmi2GetNominalsOfContinuousStates";
+/// The functions that only one interface has, by its element. FMI 2.0.4, sections 3.2 and 4.2.
+const INTERFACES_2: [(&str, &str); 2] = [
+    (
+        "CoSimulation",
+        "fmi2SetRealInputDerivatives fmi2GetRealOutputDerivatives fmi2DoStep fmi2CancelStep fmi2GetStatus fmi2GetRealStatus \
+         fmi2GetIntegerStatus fmi2GetBooleanStatus fmi2GetStringStatus",
+    ),
+    (
+        "ModelExchange",
+        "fmi2EnterEventMode fmi2NewDiscreteStates fmi2EnterContinuousTimeMode fmi2CompletedIntegratorStep fmi2SetTime \
+         fmi2SetContinuousStates fmi2GetDerivatives fmi2GetEventIndicators fmi2GetContinuousStates \
+         fmi2GetNominalsOfContinuousStates",
+    ),
+];
 
-/// Functions of FMI 3.0 that all interfaces share (section 2.2), without `fmi3`, beside those that
-/// get and set values.
-const SHARED_3: &str = "GetVersion SetDebugLogging FreeInstance EnterInitializationMode ExitInitializationMode EnterEventMode \
-    Terminate Reset GetNumberOfVariableDependencies GetVariableDependencies GetFMUState SetFMUState FreeFMUState SerializedFMUStateSize \
-    SerializeFMUState DeserializeFMUState GetDirectionalDerivative GetAdjointDerivative EnterConfigurationMode ExitConfigurationMode \
-    GetIntervalDecimal GetIntervalFraction GetShiftDecimal GetShiftFraction SetIntervalDecimal SetIntervalFraction SetShiftDecimal \
-    SetShiftFraction EvaluateDiscreteStates UpdateDiscreteStates";
-const TYPES_3: &str =
-    "Float32 Float64 Int8 UInt8 Int16 UInt16 Int32 UInt32 Int64 UInt64 Boolean String Binary Clock";
-const CO_SIMULATION_3: &str = "InstantiateCoSimulation EnterStepMode GetOutputDerivatives DoStep";
-const MODEL_EXCHANGE_3: &str = "InstantiateModelExchange EnterContinuousTimeMode CompletedIntegratorStep SetTime SetContinuousStates \
-    GetContinuousStateDerivatives GetEventIndicators GetContinuousStates GetNominalsOfContinuousStates GetNumberOfEventIndicators \
-    GetNumberOfContinuousStates";
-const SCHEDULED_3: &str = "InstantiateScheduledExecution ActivateModelPartition";
+/// The same of FMI 3.0.1, sections 3.2, 4.2 and 5.2.
+const INTERFACES_3: [(&str, &str); 3] = [
+    (
+        "CoSimulation",
+        "fmi3InstantiateCoSimulation fmi3EnterStepMode fmi3GetOutputDerivatives fmi3DoStep",
+    ),
+    (
+        "ModelExchange",
+        "fmi3InstantiateModelExchange fmi3EnterContinuousTimeMode fmi3CompletedIntegratorStep fmi3SetTime \
+         fmi3SetContinuousStates fmi3GetContinuousStateDerivatives fmi3GetEventIndicators fmi3GetContinuousStates \
+         fmi3GetNominalsOfContinuousStates fmi3GetNumberOfEventIndicators fmi3GetNumberOfContinuousStates",
+    ),
+    (
+        "ScheduledExecution",
+        "fmi3InstantiateScheduledExecution fmi3ActivateModelPartition",
+    ),
+];
 
 /// What an FMU with this model description must export; None for a version whose functions are not
 /// known here.
 pub fn required(root: Element, version: &str) -> Option<Vec<String>> {
-    let offered = |tag: &str| root.child(tag).is_some();
-    let mut names: Vec<String> = match version {
-        "2.0" => {
-            let co_simulation = offered("CoSimulation").then_some(Functions2::NAMES);
-            let model_exchange = offered("ModelExchange").then_some(MODEL_EXCHANGE_2);
-            let co_simulation = co_simulation.into_iter().flatten().copied();
-            let model_exchange = model_exchange.into_iter().flat_map(str::split_whitespace);
-            co_simulation
-                .chain(model_exchange)
-                .map(String::from)
-                .collect()
-        }
-        version if version.starts_with("3.") => {
-            let interfaces = [
-                ("CoSimulation", CO_SIMULATION_3),
-                ("ModelExchange", MODEL_EXCHANGE_3),
-                ("ScheduledExecution", SCHEDULED_3),
-            ];
-            let own = interfaces.into_iter().filter(|(tag, _)| offered(tag));
-            let own = own.flat_map(|(_, names)| names.split_whitespace());
-            let plain = SHARED_3.split_whitespace().chain(own).map(String::from);
-            let access = TYPES_3
-                .split_whitespace()
-                .flat_map(|t| [format!("Get{t}"), format!("Set{t}")]);
-            plain
-                .chain(access)
-                .map(|name| format!("fmi3{name}"))
-                .collect()
-        }
+    let (known, interfaces): (&[&str], &[(&str, &str)]) = match version {
+        "2.0" => (Functions2::NAMES, &INTERFACES_2),
+        version if version.starts_with("3.") => (fmi3::Functions::NAMES, &INTERFACES_3),
         _ => return None,
     };
+    let own = || interfaces.iter().flat_map(|(_, names)| names.split(' '));
+    let is_shared = |name: &&str| own().all(|own| own != *name);
+    let offered = interfaces
+        .iter()
+        .filter(|(tag, _)| root.child(tag).is_some());
+    let offered = offered.flat_map(|(_, names)| names.split(' '));
+    let shared = known.iter().copied().filter(is_shared);
+    let mut names: Vec<String> = shared.chain(offered).map(String::from).collect();
     names.sort_unstable();
-    names.dedup();
     Some(names)
 }
 

@@ -12,6 +12,7 @@ enum {
     OTHER_START, ROUNDED, FEEDTHROUGH, GLOBAL, SHARED, FEW, ONE_THREAD, HALF_RESET, HALF_STATE, HALF_BYTES, NO_CHECKSUM,
     WRONG_SLOPE, NO_DERIVATIVE, NO_INPUT_DERIVATIVE, ANY_REFERENCE, ANY_NUMBER, WRITABLE, ANY_STEP, NULL_CRASH, ANY_ORDER,
     CATEGORY, CHATTER, PRINT, OTHER_ENVIRONMENT, NOWHERE, NO_STRINGS, NO_INSTANCE, HANG,
+    ENDS_AT_STOP, ENDS_AT_ERROR,
     /* of lag3.c */
     WRONG_TRANSPOSE, UNASKED_RETURN, WRONG_TIME, ANY_COUNT, HIDDEN_DEPENDENCY, ANY_ELEMENT,
     NO_EVENTS /* no mistake, if the description says so */
@@ -219,6 +220,8 @@ int fmi2DoStep(void *c, double t, double h, int no_set_prior) {
         return tell(s, ERROR, "steps of one size only");
     if (IS(CRASH))
         *(volatile int *)8 = 0;
+    if (IS(ENDS_AT_STOP) && t + h > 0.2 + 1e-6)
+        return tell(s, ERROR, "no data for later times");
     while (IS(HANG))
         sleep(1);
     if (IS(ONE_THREAD)) {
@@ -287,8 +290,11 @@ int fmi2DeSerializeFMUstate(void *c, const char *bytes, size_t size, void **stat
     if (size != sizeof copy)
         return tell(s, ERROR, "size");
     memcpy(&copy, bytes, size);
-    if (copy.sum != sum(&copy.model) && !IS(NO_CHECKSUM))
+    if (copy.sum != sum(&copy.model) && !IS(NO_CHECKSUM)) {
+        if (IS(ENDS_AT_ERROR))
+            s->model.mode = TERMINATED;
         return tell(s, ERROR, "damaged");
+    }
     *state = calloc(1, sizeof copy);
     memcpy(*state, &copy, size);
     return OK;

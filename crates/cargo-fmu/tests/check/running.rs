@@ -167,6 +167,17 @@ fn a_check_goes_on_where_it_can() {
         ("NOWHERE", Remark, MESSAGES),
         ("NO_INSTANCE", Fails, PLAIN_RUN),
     ]);
+    // By the standard an error may end the simulation.
+    mistakes(&[("ENDS_AT_ERROR", Remark, "damaged bytes are refused")]);
+    // Nothing is asked for after the stop time.
+    found(
+        &[("ENDS_AT_STOP", Verdict::Pass, PLAIN_RUN)],
+        |folder, mistake| {
+            let short = DESCRIPTION.replace("stopTime=\"1\"", "stopTime=\"0.2\"");
+            assert_ne!(short, DESCRIPTION);
+            entries(&short, &library(folder, mistake))
+        },
+    );
     let folder = TempDir::new().unwrap();
     let report = |mistake| checked(&entries(DESCRIPTION, &library(folder.path(), mistake)), "");
     let of = |report: &check::Report, verdict| {

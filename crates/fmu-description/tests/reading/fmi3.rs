@@ -184,6 +184,11 @@ fn what_makes_no_sense_is_refused() {
             "model `M`: a dimension of `A` must be",
         ),
         (
+            "<Dimension start=\"2\"/>",
+            "<Dimension start=\"4294967296\"/><Dimension start=\"4294967296\"/>",
+            "model `M`: a dimension of `y` must be",
+        ),
+        (
             "fmiVersion=\"3.0\"",
             "fmiVersion=\"4.0\"",
             "model `M` is of FMI 4.0; only FMI 2.0 and 3.0 are supported",

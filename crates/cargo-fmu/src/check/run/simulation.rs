@@ -15,8 +15,15 @@ use crate::fmi::order::Mode;
 use crate::fmi::symbols::{OK, WARNING};
 use crate::fmi::text;
 
-/// Steps of a plain run.
+/// Steps of a plain run that does not end before.
 const STEPS: usize = 100;
+
+/// Steps of a plain run: up to the stop time of the default experiment at most.
+fn steps(fmu: &Fmu) -> usize {
+    let stop = fmu.description.default_experiment.stop;
+    let fitting = stop.map(|stop| ((stop - start_time(fmu)) / step_size(fmu) + 1e-6).floor());
+    fitting.map_or(STEPS, |n| (n as usize).clamp(1, STEPS))
+}
 
 trials! {
     "loading" {
@@ -133,7 +140,8 @@ fn run(fmu: &Fmu, outcome: &mut Outcome) -> Result<(), String> {
     let reals = references(variables, |v| v.access() == Access::Real);
     let texts = references(variables, |v| v.access() == Access::String);
     let h = step_size(fmu);
-    for _ in 0..STEPS {
+    let steps = steps(fmu);
+    for _ in 0..steps {
         instance.step(h)?;
         let values = instance.must_read(&reals)?;
         if let Some(k) = values.iter().position(|value| !value.is_finite()) {
@@ -149,18 +157,18 @@ fn run(fmu: &Fmu, outcome: &mut Outcome) -> Result<(), String> {
         let (status, _) = instance.texts(&texts);
         instance.must("fmi2GetString of all variables", status)?;
     }
-    outcome.note(format!("{STEPS} steps of {h} s"));
+    outcome.note(format!("{steps} steps of {h} s"));
     Ok(())
 }
 
 fn grid(fmu: &Fmu, _: &mut Outcome) -> Result<(), String> {
     let h = step_size(fmu);
     let mut sum = Instance::started(fmu, "sum")?;
-    (0..STEPS).try_for_each(|_| sum.step(h))?;
+    (0..steps(fmu)).try_for_each(|_| sum.step(h))?;
     drop(sum); // one at a time: it may be the only one that can be made
     let mut multiple = Instance::started(fmu, "multiple")?;
     let start = multiple.time;
-    for k in 0..STEPS {
+    for k in 0..steps(fmu) {
         multiple.time = start + k as f64 * h;
         multiple.step(h)?;
     }

@@ -100,5 +100,9 @@ fn damaged(fmu: &Fmu, outcome: &mut Outcome) -> Result<(), String> {
             instance.free(state)?;
         }
     }
-    instance.motion(STEPS, STEPS).map(drop)
+    // An error may end the simulation, by the standard.
+    if let Err(reason) = instance.motion(STEPS, STEPS) {
+        outcome.remark(format!("after that it does not go on: {reason}"));
+    }
+    Ok(())
 }
