@@ -1,5 +1,5 @@
-//! Puts a run of the machine together: system and world, machine file, path, start values; what is bound twice is refused. Every command
-//! begins here, with [`MachineArgs::bench`].
+//! Puts a run of the machine together: system and world, machine file, path, start values; what is
+//! bound twice is refused. Every command begins here, with [`MachineArgs::bench`].
 
 use std::path::{Path, PathBuf};
 
@@ -19,8 +19,8 @@ use crate::{loads, machine_file, path_margins};
 /// The packed machine.
 pub const MACHINE: &str = "Manipulator.ssp";
 
-/// Inputs that the shipped systems leave unconnected on purpose, by the model that has them: their start values stand for a machine without
-/// supply, brakes, weather, load or operator.
+/// Inputs that the shipped systems leave unconnected on purpose, by the model that has them: their
+/// start values stand for a machine without supply, brakes, weather, load or operator.
 const OPTIONAL: [(&str, &[&str]); 5] = [
     ("Emla", ACTUATOR),
     ("Rig", ACTUATOR),
@@ -38,12 +38,14 @@ const ACTUATOR: &[&str] = &["v_dc", "enable", "brake", "T_ambient", "F_ext"];
 pub struct MachineArgs {
     #[command(flatten)]
     system: SystemArgs,
-    /// Machine file, or name of a shipped machine, for all FMUs: the `machine_file` of every component that has one
+    /// Machine file, or name of a shipped machine, for all FMUs: the `machine_file` of every
+    /// component that has one
     #[arg(long = "machine", value_name = "FILE|NAME")]
     file: Option<String>,
     #[command(flatten)]
     run: RunArgs,
-    /// Path that the tip follows: a JSON or CSV file of waypoints or samples, or iso9283-cube, iso9283-rectangle; without a stop time, to its end
+    /// Path that the tip follows: a JSON or CSV file of waypoints or samples, or iso9283-cube,
+    /// iso9283-rectangle; without a stop time, to its end
     #[arg(long, value_name = "FILE")]
     waypoints: Option<String>,
 }
@@ -232,8 +234,8 @@ fn following(system: &System, path: &str) -> Result<Vec<Setting>> {
     ])
 }
 
-/// What a system may have forgotten under these arguments; not what the shipped systems leave unconnected on purpose, as long as all
-/// components of a model are alike in it.
+/// What a system may have forgotten under these arguments; not what the shipped systems leave
+/// unconnected on purpose, as long as all components of a model are alike in it.
 ///
 /// # Errors
 /// With `--strict`, anything forgotten.

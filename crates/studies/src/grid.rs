@@ -1,5 +1,6 @@
-//! A grid of runs: control laws × cases × trajectories, run on all cores. Every study of several runs is one; its cells keep what was
-//! measured or why nothing was, and the verdict on the run. What failed, what is bad, median and worst are counted here for all of them.
+//! A grid of runs: control laws × cases × trajectories, run on all cores. Every study of several
+//! runs is one; its cells keep what was measured or why nothing was, and the verdict on the run.
+//! What failed, what is bad, median and worst are counted here for all of them.
 
 use anyhow::{Error, Result};
 use cosim::noise::Noise;
@@ -107,11 +108,13 @@ impl<'a> Grid<'a> {
         self
     }
 
-    /// Run all cells in parallel: trajectory by trajectory, case by case, law by law. `measure` makes one run; `done` is called after each.
-    /// A cell that failed keeps its error, and the others go on.
+    /// Run all cells in parallel: trajectory by trajectory, case by case, law by law. `measure`
+    /// makes one run; `done` is called after each. A cell that failed keeps its error, and the
+    /// others go on.
     ///
     /// # Errors
-    /// Something is varied that is set already, or that the system does not have; this is found before the first run.
+    /// Something is varied that is set already, or that the system does not have; this is found
+    /// before the first run.
     pub fn run<T: Send>(
         &self,
         measure: impl Fn(&Plan) -> Result<(T, Verdict)> + Sync,
@@ -125,7 +128,8 @@ impl<'a> Grid<'a> {
             let motion = self.system.setting("trajectory", trajectory)?;
             for case in self.cases {
                 for (law, settings) in self.laws.iter().zip(&laws) {
-                    let varied = [&case.settings[..], settings, &[motion.clone()]].concat();
+                    let varied =
+                        [&case.settings[..], settings, std::slice::from_ref(&motion)].concat();
                     let mut experiment = vary(self.system, self.base, varied)?;
                     experiment.noise = case.noise.clone();
                     experiment.stepping.step *= case.step;
@@ -182,7 +186,8 @@ pub fn failures<T>(cells: &[Cell<T>], name: impl Fn(&Cell<T>) -> String) -> Stri
         .collect()
 }
 
-/// What spoils cells: each kind of finding once, with the number of cells that have it and the first of them.
+/// What spoils cells: each kind of finding once, with the number of cells that have it and the
+/// first of them.
 pub fn verdict<T>(cells: &[Cell<T>]) -> Verdict {
     // Findings that differ in their numbers only are of one kind.
     let same = |a: &str, b: &str| {
@@ -214,7 +219,8 @@ pub fn verdict<T>(cells: &[Cell<T>]) -> Verdict {
     verdict
 }
 
-/// Median and largest of a number over runs; infinite where a run failed, which counts as the worst.
+/// Median and largest of a number over runs; infinite where a run failed, which counts as the
+/// worst.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Spread {
     /// Median; between the two in the middle where the count is even.

@@ -1,4 +1,5 @@
-//! Control laws that are compared: start values of the controller, beside what a world gives all of them.
+//! Control laws that are compared: start values of the controller, beside what a world gives all of
+//! them.
 
 use std::path::Path;
 
@@ -70,7 +71,8 @@ pub fn rivals() -> Vec<Law> {
     of_modes(&MODES)
 }
 
-/// Adaptation, disturbance observer, integral of the voltage law and integral of the tip's error, each on and off.
+/// Adaptation, disturbance observer, integral of the voltage law and integral of the tip's error,
+/// each on and off.
 pub fn ablation() -> Vec<Law> {
     let mut laws = Vec::new();
     for set in (0..16).rev() {
@@ -116,7 +118,8 @@ pub fn rates() -> Vec<Law> {
     modes.into_iter().flat_map(of).collect()
 }
 
-/// The law `mode` with other sensors: speeds known, by difference or by an observer, force measured or not, and other delays.
+/// The law `mode` with other sensors: speeds known, by difference or by an observer, force measured
+/// or not, and other delays.
 pub fn sensors(mode: &str) -> Vec<Law> {
     let other = |name: &str, variable: &str, value: &str| {
         Law::new(format!("{mode}, {name}"), mode).with(&format!("sensors.{variable}"), value)
@@ -133,8 +136,9 @@ pub fn sensors(mode: &str) -> Vec<Law> {
     ]
 }
 
-/// What was tried for the real world and is not shipped, each added to the shipped law `mode`: dead time predicted over, joint rates by the
-/// controller's observer, leakage, and friction compensated with the `network` that was trained on the rig.
+/// What was tried for the real world and is not shipped, each added to the shipped law `mode`: dead
+/// time predicted over, joint rates by the controller's observer, leakage, and friction compensated
+/// with the `network` that was trained on the rig.
 pub fn tried(mode: &str, network: &Path) -> Vec<Law> {
     let law = |name: &str| Law::new(format!("{mode}, {name}"), mode);
     vec![
@@ -152,15 +156,17 @@ pub fn tried(mode: &str, network: &Path) -> Vec<Law> {
     ]
 }
 
-/// What the parameter set `file` of the system changes, taken back one variable at a time, and all together: what each change brings. A
-/// variable of the same name in several components is one change, as the `delay` that moves from the sensors into the controller. What the
-/// set `bound` says does not count as being there before.
+/// What the parameter set `file` of the system changes, taken back one variable at a time, and all
+/// together: what each change brings. A variable of the same name in several components is one
+/// change, as the `delay` that moves from the sensors into the controller. What the set `bound`
+/// says does not count as being there before.
 pub fn changes(system: &System, bound: &str, file: &str, mode: &str) -> Result<Vec<Law>> {
     let mut laws = vec![Law::new("as shipped", mode)];
     let mut without = Law::new("without any", mode);
     for (component, element) in system.structure.components.iter().enumerate() {
         for (k, parameter) in element.parameters.iter().enumerate() {
-            // The structure itself binds a set, which may be applied once more or have another after it.
+            // The structure itself binds a set, which may be applied once more or have another
+            // after it.
             let of_world = |p: &Parameter| p.origin.contains(file) || p.origin.contains(bound);
             let again = |p: &Parameter| p.name == parameter.name && p.origin.contains(file);
             if !parameter.origin.contains(file) || element.parameters[k + 1..].iter().any(again) {

@@ -1,13 +1,15 @@
 //! Loads of a path on their way from the controller to the manipulator.
 //!
-//! The packed systems have no wires for them, so that a plant of another make, which knows of no loads, takes `Hdrm`'s place as it is.
+//! The packed systems have no wires for them, so that a plant of another make, which knows of no
+//! loads, takes `Hdrm`'s place as it is.
 
 use anyhow::{Result, bail};
 use cosim::system::System;
 use fmu_description::Causality;
 use tip_path::{PathFile, Points};
 
-/// What is carried: mass, kg, and place from T4, m; output of the controller, input of the manipulator.
+/// What is carried: mass, kg, and place from T4, m; output of the controller, input of the
+/// manipulator.
 const LOAD: [&str; 4] = ["load.mass", "load.com[1]", "load.com[2]", "load.com[3]"];
 
 /// Whether anything is picked up or set down on the path.
@@ -19,7 +21,8 @@ pub fn are_on(path: &PathFile) -> bool {
     }
 }
 
-/// Connects the loads of the controller's path to the manipulator, where the system has not done it.
+/// Connects the loads of the controller's path to the manipulator, where the system has not done
+/// it.
 ///
 /// # Errors
 /// A manipulator that takes no loads.

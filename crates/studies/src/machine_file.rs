@@ -26,8 +26,9 @@ pub struct MachineFile {
     pub machine: Machine,
 }
 
-/// Binds `machine`, a file or the name of a shipped machine, to the parameter `machine_file` of every component that has one, and to each
-/// actuator its place as `axis`, in place of what the system binds to them: the one that its name ends in, as `emla_lift`, else the next.
+/// Binds `machine`, a file or the name of a shipped machine, to the parameter `machine_file` of
+/// every component that has one, and to each actuator its place as `axis`, in place of what the
+/// system binds to them: the one that its name ends in, as `emla_lift`, else the next.
 ///
 /// # Errors
 /// Everything that is wrong with the machine, or a manipulator that takes none.
@@ -58,7 +59,8 @@ pub fn bind(system: &mut System, machine: &str) -> Result<()> {
 }
 
 impl MachineFile {
-    /// The file named by a start value of the manipulator's `machine_file`, of a parameter set or of the system, else the one among the FMU's resources, else the reference.
+    /// The file named by a start value of the manipulator's `machine_file`, of a parameter set or
+    /// of the system, else the one among the FMU's resources, else the reference.
     pub fn of(system: &System, settings: &[Setting]) -> Result<Self> {
         Self::at(system, settings, system.port("hdrm.machine_file")?)
     }

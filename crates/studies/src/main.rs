@@ -16,7 +16,8 @@ use studies::commands::{
 };
 use studies::worlds::World;
 
-/// Experiments on the coupled manipulator: three electromechanical actuators, rigid bodies and controller, as FMUs.
+/// Experiments on the coupled manipulator: three electromechanical actuators, rigid bodies and
+/// controller, as FMUs.
 #[derive(Parser)]
 #[command(version, about, long_about = None)]
 struct Cli {
@@ -30,22 +31,28 @@ enum Command {
     Run(run::RunArgs),
     /// Run one trajectory with the three controllers and print their tip RMSE beside the paper's
     Compare(compare::CompareArgs),
-    /// Tip RMSE for parameter errors, noise and loads x trajectories x controllers, for inertia errors beside the paper's
+    /// Tip RMSE for parameter errors, noise and loads x trajectories x controllers, for inertia
+    /// errors beside the paper's
     Table(table::TableArgs),
     /// Write the evaluation as one HTML file with tables, plots and a 3-D animation
     #[command(disable_help_flag = true)]
     Report(OtherArguments),
-    /// One-axis experiment: lift and tilt actuator against load emulators that replay the forces of the machine
+    /// One-axis experiment: lift and tilt actuator against load emulators that replay the forces of
+    /// the machine
     Testbed(testbed::TestbedArgs),
     /// Stability proof in numbers: accompanying functions, bound and excess, gain conditions
     Stability(stability::StabilityArgs),
-    /// Energy of each actuator: electrical, losses by kind, work, regeneration, efficiency; of what feeds them, back to its source
+    /// Energy of each actuator: electrical, losses by kind, work, regeneration, efficiency; of what
+    /// feeds them, back to its source
     Energy(energy::EnergyArgs),
-    /// Motors and actuators beside what they do: RMS and peaks, envelopes, temperatures over an hour, sensitivity to the payload
+    /// Motors and actuators beside what they do: RMS and peaks, envelopes, temperatures over an
+    /// hour, sensitivity to the payload
     Sizing(sizing::SizingArgs),
-    /// Long run with a reference that never ends: memory, time, tracking and estimates; fails where one of them does not endure
+    /// Long run with a reference that never ends: memory, time, tracking and estimates; fails where
+    /// one of them does not endure
     Endurance(endurance::EnduranceArgs),
-    /// Tip error, tracking, orientation and verdict of a run that another importer made and wrote as CSV
+    /// Tip error, tracking, orientation and verdict of a run that another importer made and wrote
+    /// as CSV
     Evaluate(evaluate::EvaluateArgs),
     /// Draw the signals of a CSV file over time, as PNG and SVG
     #[command(disable_help_flag = true)]
@@ -56,10 +63,12 @@ enum Command {
     /// Paths of the tip: what they are, and whether a machine can do them
     #[command(subcommand)]
     Path(path::PathCommand),
-    /// Train the actuator's surrogate network on a CSV file; Ctrl-C keeps the state, --resume goes on
+    /// Train the actuator's surrogate network on a CSV file; Ctrl-C keeps the state, --resume goes
+    /// on
     #[command(disable_help_flag = true)]
     Train(OtherArguments),
-    /// What belongs to the training: virtual testbed, efficiency map, plots and comparison of the network
+    /// What belongs to the training: virtual testbed, efficiency map, plots and comparison of the
+    /// network
     #[command(disable_help_flag = true)]
     Surrogate(OtherArguments),
 }
@@ -75,7 +84,8 @@ fn main() -> ExitCode {
     program::run(command.needs_python(), command.check(), || command.run())
 }
 
-/// The arguments, `help` in front of them as `--help` after them: so another program's command is explained by that program.
+/// The arguments, `help` in front of them as `--help` after them: so another program's command is
+/// explained by that program.
 fn arguments() -> Vec<OsString> {
     let mut arguments: Vec<_> = env::args_os().collect();
     if arguments.get(1).is_some_and(|word| word == "help") {
@@ -158,7 +168,8 @@ impl Command {
 mod tests {
     use clap::CommandFactory as _;
 
-    /// Arguments that are defined twice or contradict each other are found here, not by who runs the program.
+    /// Arguments that are defined twice or contradict each other are found here, not by who runs
+    /// the program.
     #[test]
     fn all_commands_are_well_defined() {
         super::Cli::command().debug_assert();

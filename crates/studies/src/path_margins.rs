@@ -1,4 +1,5 @@
-//! A path beside what a machine can do: its least margins as a table, and all of them along the path.
+//! A path beside what a machine can do: its least margins as a table, and all of them along the
+//! path.
 
 use std::fmt::Write as _;
 

@@ -1,4 +1,5 @@
-//! A CSV file of signals over time: what `run --csv` writes, or any importer that names the columns alike.
+//! A CSV file of signals over time: what `run --csv` writes, or any importer that names the columns
+//! alike.
 
 use std::collections::BTreeMap;
 use std::path::Path;

@@ -1,4 +1,5 @@
-//! Start values that a study varies: set on top of those that the user has set, refused where one would not count.
+//! Start values that a study varies: set on top of those that the user has set, refused where one
+//! would not count.
 
 use std::fmt::Display;
 
@@ -55,9 +56,9 @@ fn is_varied(system: &System, port: Port, origin: &str) -> String {
     format!("`{name}` is set ({origin}), but this command varies it itself, so it must not be set")
 }
 
-/// Tells all components that have a parameter `delay` that with the schedule `standard` their outputs act one step late. All of them: a
-/// controller that predicts over the step needs actuators that do too. What the structure or a
-/// parameter set says of a component's delay stays.
+/// Tells all components that have a parameter `delay` that with the schedule `standard` their
+/// outputs act one step late. All of them: a controller that predicts over the step needs actuators
+/// that do too. What the structure or a parameter set says of a component's delay stays.
 pub fn tell_delay(system: &System, base: &mut Experiment) -> Result<()> {
     if base.stepping.schedule != Schedule::Standard {
         return Ok(());

@@ -21,13 +21,15 @@ pub struct CompareArgs {
     /// Reference trajectory
     #[arg(long, value_parser = ["cubic", "triangular"], default_value = "cubic", conflicts_with = "waypoints")]
     trajectory: String,
-    /// Factor on mass and inertia of every body of the manipulator (the controller keeps nominal ones)
+    /// Factor on mass and inertia of every body of the manipulator (the controller keeps nominal
+    /// ones)
     #[arg(long, value_name = "FACTOR", default_value_t = 1.0)]
     inertia_scale: f64,
     /// Write signals of each run to TRAJECTORY_CONTROLLER.csv in this directory
     #[arg(long, value_name = "DIR")]
     csv_dir: Option<PathBuf>,
-    /// Time from row to row, s, a multiple of the communication step [default: the communication step]
+    /// Time from row to row, s, a multiple of the communication step [default: the communication
+    /// step]
     #[arg(long, value_name = "SECONDS", requires = "csv_dir")]
     interval: Option<f64>,
 }

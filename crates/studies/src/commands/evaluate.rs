@@ -16,7 +16,8 @@ use crate::studies::imported_run::Evaluator;
 
 #[derive(Args)]
 pub struct EvaluateArgs {
-    /// CSV file of the run: the column `time`, then signals by `component.variable`, a row for each communication point
+    /// CSV file of the run: the column `time`, then signals by `component.variable`, a row for each
+    /// communication point
     #[arg(required_unless_present = "signals")]
     csv: Option<PathBuf>,
     #[command(flatten)]
@@ -27,7 +28,8 @@ pub struct EvaluateArgs {
     /// Also write metrics and verdict to this JSON file
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
-    /// Only print the names of the signals that are evaluated, for the importer that is to record them
+    /// Only print the names of the signals that are evaluated, for the importer that is to record
+    /// them
     #[arg(long)]
     signals: bool,
 }

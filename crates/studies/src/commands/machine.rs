@@ -19,15 +19,19 @@ use super::siblings::OtherArguments;
 
 #[derive(Subcommand)]
 pub enum MachineCommand {
-    /// Write a machine whose masses, centres of mass, inertias and lengths are off by errors drawn by seed
+    /// Write a machine whose masses, centres of mass, inertias and lengths are off by errors drawn
+    /// by seed
     Perturb(PerturbArgs),
-    /// Tell everything that is wrong with a machine file, each with its place in the file; exit code 1 where there is anything
+    /// Tell everything that is wrong with a machine file, each with its place in the file; exit
+    /// code 1 where there is anything
     Check(CheckArgs),
     /// Print the JSON Schema of machine files, for editors
     Schema,
-    /// Write a machine with longer or shorter booms of the same shape and material, as a file that extends the one it is made of
+    /// Write a machine with longer or shorter booms of the same shape and material, as a file that
+    /// extends the one it is made of
     Scale(ScaleArgs),
-    /// Draw a machine: side view with named points and dimensions, workspace, greatest payload over reach and height
+    /// Draw a machine: side view with named points and dimensions, workspace, greatest payload over
+    /// reach and height
     #[command(disable_help_flag = true)]
     Draw(OtherArguments),
 }
@@ -41,7 +45,8 @@ pub struct CheckArgs {
 
 #[derive(Args)]
 pub struct ScaleArgs {
-    /// Factor on all lengths of the booms; masses follow its cube, inertias its fifth power, strokes, screws and trajectories the factor
+    /// Factor on all lengths of the booms; masses follow its cube, inertias its fifth power,
+    /// strokes, screws and trajectories the factor
     #[arg(long, value_name = "FACTOR", allow_negative_numbers = true)]
     booms: f64,
     /// Machine file, or name of a shipped machine, to start from
@@ -66,7 +71,8 @@ pub struct PerturbArgs {
     /// Bound on the error of each centre of mass along each axis, m
     #[arg(long, default_value_t = Bounds::REAL.com, value_name = "METRES")]
     com: f64,
-    /// Bound on the error of each second moment of mass along each axis, as a part, besides that of the mass
+    /// Bound on the error of each second moment of mass along each axis, as a part, besides that of
+    /// the mass
     #[arg(long, default_value_t = Bounds::REAL.second_moment, value_name = "PART")]
     second_moment: f64,
     /// Bound on the error of each length, m
@@ -113,7 +119,8 @@ fn check(args: &CheckArgs) -> Result<()> {
     bail!("{name}: {} found{hint}", found.len())
 }
 
-/// What is wrong with a machine whose values are each for themselves in range: loops that do not close, a start that it cannot hold.
+/// What is wrong with a machine whose values are each for themselves in range: loops that do not
+/// close, a start that it cannot hold.
 fn of_mechanism(machine: &Machine) -> Vec<String> {
     let capability = match Capability::new(machine, &Payload::of(machine)) {
         Err(HdrmError::Geometry(error)) => return vec![format!("`geometry`: {error}")],
@@ -174,7 +181,8 @@ fn scale(args: &ScaleArgs) -> Result<()> {
     Ok(())
 }
 
-/// What a file at `output` calls the machine `name`: a shipped one by its name, a file in the same folder by its own, any other by its path.
+/// What a file at `output` calls the machine `name`: a shipped one by its name, a file in the same
+/// folder by its own, any other by its path.
 fn name_beside(name: &str, output: &Path) -> Result<String> {
     if preset(name).is_some() {
         return Ok(name.to_owned());

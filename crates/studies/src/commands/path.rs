@@ -12,7 +12,8 @@ use crate::print::files::write_json;
 
 #[derive(Subcommand)]
 pub enum PathCommand {
-    /// Whether the machine can do a path: least margins of reach, joints, strokes, speeds, forces, wrist and motors; fails where it cannot
+    /// Whether the machine can do a path: least margins of reach, joints, strokes, speeds, forces,
+    /// wrist and motors; fails where it cannot
     Check(CheckArgs),
     /// Duration and length of a path, and when the tip is at which waypoint
     Show(PathArgs),

@@ -8,7 +8,8 @@ use cosim::verdict::Verdict;
 
 use super::python;
 
-/// Run a command, with Python inside where it needs that; with `check`, a bad verdict has an exit code of its own.
+/// Run a command, with Python inside where it needs that; with `check`, a bad verdict has an exit
+/// code of its own.
 pub fn run(needs_python: bool, check: bool, command: impl FnOnce() -> Result<Verdict>) -> ExitCode {
     if needs_python {
         match python::with_python() {

@@ -1,4 +1,5 @@
-//! The Python that an FMU of pythonfmu runs in: a program that is not Python itself must be started with Python's library and packages.
+//! The Python that an FMU of pythonfmu runs in: a program that is not Python itself must be started
+//! with Python's library and packages.
 
 use std::env;
 use std::io::{self, Write as _};
@@ -17,7 +18,8 @@ const STARTED: &str = "HDRM_FMU_WITH_PYTHON";
 const PYTHON: &str = "HDRM_FMU_PYTHON";
 /// What the bending plant imports.
 const PACKAGES: &str = "pythonfmu mujoco numpy";
-/// Prints the library of the Python that runs it, then the folders in which it finds packages; fails where one is missing.
+/// Prints the library of the Python that runs it, then the folders in which it finds packages;
+/// fails where one is missing.
 const PROBE: &str = "
 import os, sys, sysconfig
 import pythonfmu, mujoco, numpy
@@ -35,8 +37,9 @@ struct Python {
     packages: String,
 }
 
-/// Make this program one in which FMUs of pythonfmu run: where it is not, it is started once more with Python's library and packages, and
-/// how that ended is returned. Bending.fmu and its system are made before, where their scripts are at hand.
+/// Make this program one in which FMUs of pythonfmu run: where it is not, it is started once more
+/// with Python's library and packages, and how that ended is returned. Bending.fmu and its system
+/// are made before, where their scripts are at hand.
 ///
 /// # Errors
 /// No Python with the packages, or no bending system; the message says how to get them.
@@ -58,9 +61,9 @@ pub fn with_python() -> Result<Option<ExitStatus>> {
 
 /// End this program here, if it is the one that was started with Python inside.
 ///
-/// The library of pythonfmu (0.7.0) frees its interpreter's state twice when a process ends in the usual way: its finalizer runs after
-/// the destructors of its static objects, which corrupts the heap, and one process in three aborts after all work is done. So nothing of
-/// the kind is run.
+/// The library of pythonfmu (0.7.0) frees its interpreter's state twice when a process ends in the
+/// usual way: its finalizer runs after the destructors of its static objects, which corrupts the
+/// heap, and one process in three aborts after all work is done. So nothing of the kind is run.
 pub fn end(code: u8) {
     if env::var_os(STARTED).is_some() {
         // Nobody may read the output any more.
@@ -70,7 +73,8 @@ pub fn end(code: u8) {
 }
 
 impl Python {
-    /// The first of: what the environment names, the active environment, `.venv` here or above the program, the system's.
+    /// The first of: what the environment names, the active environment, `.venv` here or above the
+    /// program, the system's.
     fn find() -> Result<Self> {
         let mut tried = Vec::new();
         for program in candidates() {

@@ -22,7 +22,8 @@ pub struct RunArgs {
     /// Controller
     #[arg(long, value_parser = laws::MODES)]
     mode: Option<String>,
-    /// Factor on mass and inertia of every body of the manipulator (the controller keeps nominal ones)
+    /// Factor on mass and inertia of every body of the manipulator (the controller keeps nominal
+    /// ones)
     #[arg(long, value_name = "FACTOR")]
     inertia_scale: Option<f64>,
     #[command(flatten)]

@@ -1,5 +1,6 @@
-//! Programs that do what `hdrm-fmu` leaves to them, so that it is built in a third of the time: `hdrm-fmu-report` draws, `hdrm-fmu-surrogate`
-//! trains networks. They lie beside it, and take its arguments over.
+//! Programs that do what `hdrm-fmu` leaves to them, so that it is built in a third of the time:
+//! `hdrm-fmu-report` draws, `hdrm-fmu-surrogate` trains networks. They lie beside it, and take its
+//! arguments over.
 
 use std::env::{self, consts::EXE_SUFFIX};
 use std::ffi::OsString;

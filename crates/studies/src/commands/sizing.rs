@@ -32,7 +32,8 @@ pub struct SizingArgs {
     json: Option<PathBuf>,
 }
 
-/// Motors and actuators beside what they do; also returns what was found for each case, to be drawn.
+/// Motors and actuators beside what they do; also returns what was found for each case, to be
+/// drawn.
 pub fn sizing(args: &SizingArgs) -> Result<(Verdict, Vec<(String, Sizing)>)> {
     let (system, base, mut verdict) = args.machine.bench().build()?.into_parts();
     let mut done = Vec::new();

@@ -22,7 +22,8 @@ pub struct StabilityArgs {
     /// Plant and sensors; real: by which cause the bound is exceeded
     #[arg(long, value_enum, default_value_t = World::Ideal)]
     world: World,
-    /// Factor on mass and inertia of every body of the manipulator (the controller keeps nominal ones)
+    /// Factor on mass and inertia of every body of the manipulator (the controller keeps nominal
+    /// ones)
     #[arg(long, value_name = "FACTOR", default_value_t = 1.4)]
     inertia_scale: f64,
     /// Also write the numbers to this JSON file

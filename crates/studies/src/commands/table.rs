@@ -41,7 +41,8 @@ pub struct TableArgs {
     /// Laws to compare, repeatable; by their names in the table [default: all of the study]
     #[arg(long = "law", value_name = "NAME")]
     pub laws: Vec<String>,
-    /// Also write the cells of the inertia study, or the runs of a comparison of laws, to this CSV file
+    /// Also write the cells of the inertia study, or the runs of a comparison of laws, to this CSV
+    /// file
     #[arg(long, value_name = "FILE")]
     pub csv: Option<PathBuf>,
     /// Also write all cells to this JSON file
@@ -63,9 +64,11 @@ pub enum StudyArg {
     TipLoad,
     /// All of the above
     All,
-    /// All modes of the controller, with and without integral: known error, the plant's tip, orientation, rho
+    /// All modes of the controller, with and without integral: known error, the plant's tip,
+    /// orientation, rho
     Rivals,
-    /// Adaptation x disturbance observer x integral of the voltage law x integral of the tip's error
+    /// Adaptation x disturbance observer x integral of the voltage law x integral of the tip's
+    /// error
     Ablation,
     /// The rivals with integral at several rates of it
     IntegralRate,
@@ -75,7 +78,8 @@ pub enum StudyArg {
     Tried,
     /// In the real world: with and without force sensor, speeds known or estimated, other delays
     Sensors,
-    /// In the real world: physics, hybrid and network under the shipped law and the paper's, on the nominal machine
+    /// In the real world: physics, hybrid and network under the shipped law and the paper's, on the
+    /// nominal machine
     Surrogate,
 }
 
@@ -132,7 +136,8 @@ struct Tables<'a> {
     failed: usize,
 }
 
-/// Robustness tables and comparisons of laws; fails when a cell failed, after the others have been printed.
+/// Robustness tables and comparisons of laws; fails when a cell failed, after the others have been
+/// printed.
 pub fn table(args: &TableArgs) -> Result<Verdict> {
     let bench = args.machine.bench().world(args.world).build()?;
     let wanted = args.wanted()?;
@@ -256,7 +261,8 @@ impl Tables<'_> {
         write(self.args.csv.as_deref(), |file| {
             compared::write_csv(&cells, file)
         })?;
-        // Outside the ideal world a law may fail on some machine; that is a result, and printed as one.
+        // Outside the ideal world a law may fail on some machine; that is a result, and printed as
+        // one.
         let allowed = if world == World::Ideal {
             0
         } else {

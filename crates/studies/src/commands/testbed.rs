@@ -27,7 +27,8 @@ pub struct TestbedArgs {
     /// Time constant of the loads, s
     #[arg(long, default_value_t = 0.02, value_name = "SECONDS")]
     lag: f64,
-    /// Write reference and measurement of each axis (s, m, m/s, N) to TRAJECTORY_AXIS.csv in this directory
+    /// Write reference and measurement of each axis (s, m, m/s, N) to TRAJECTORY_AXIS.csv in this
+    /// directory
     #[arg(long, value_name = "DIR")]
     csv_dir: Option<PathBuf>,
     /// Also write the numbers to this JSON file

@@ -62,7 +62,8 @@ impl ContinuousTorque {
     }
 }
 
-/// Torque at which winding and housing settle with the winding at its limit T, N·m: copper losses flow through both thermal resistances,
+/// Torque at which winding and housing settle with the winding at its limit T, N·m: copper losses
+/// flow through both thermal resistances,
 /// ```text
 /// 3/2 R_s(T) i² = (T − T_air)/(R_wh + R_ha),   τ = 3/2 p λ_m(T_h) i,   T_h = T_air + R_ha·(T − T_air)/(R_wh + R_ha)
 /// ```
@@ -83,7 +84,8 @@ mod tests {
     use super::*;
     use machine::Heat;
 
-    /// Oracle: the heat balance stepped to rest at the torque that was found, two nodes and a warm motor, ends at the winding's limit.
+    /// Oracle: the heat balance stepped to rest at the torque that was found, two nodes and a warm
+    /// motor, ends at the winding's limit.
     #[test]
     fn at_the_warm_torque_the_winding_settles_at_its_limit() {
         let emla = Emla {

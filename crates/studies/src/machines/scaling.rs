@@ -11,8 +11,9 @@ use machine::{Body, Machine};
 /// inertias                             ∝ s⁵
 /// edges of the trajectories, and the time for them ∝ s, so the tip's speed stays
 /// ```
-/// Booms are both booms with their cylinders, rods, rocker and coupler; also the length of the screws of lift and tilt, and the mass that
-/// moves with them. What stays: column and slew, wrist and tool, payload, joint ranges, motors, ratings, friction and gains.
+/// Booms are both booms with their cylinders, rods, rocker and coupler; also the length of the
+/// screws of lift and tilt, and the mass that moves with them. What stays: column and slew, wrist
+/// and tool, payload, joint ranges, motors, ratings, friction and gains.
 #[must_use]
 pub fn booms(nominal: &Machine, s: f64) -> Machine {
     let mut machine = nominal.clone();
@@ -82,8 +83,9 @@ mod tests {
     use super::*;
     use hdrm::{Hdrm, Options};
 
-    /// Oracle: similarity. At the same joint angles the strokes of lift and tilt are `s` times as long; without wrist and payload so are
-    /// all distances from the lift joint O, and the holding forces are `s³` times as large (moments of weight ∝ s⁴, levers ∝ s).
+    /// Oracle: similarity. At the same joint angles the strokes of lift and tilt are `s` times as
+    /// long; without wrist and payload so are all distances from the lift joint O, and the holding
+    /// forces are `s³` times as large (moments of weight ∝ s⁴, levers ∝ s).
     #[test]
     fn forces_of_a_similar_machine_follow_the_cube() {
         let s = 1.3;

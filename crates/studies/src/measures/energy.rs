@@ -1,5 +1,6 @@
-//! Where the energy goes over a run: for each actuator electrical energy, losses by kind, mechanical work, regeneration, efficiency; where
-//! a component feeds the drives through power bonds, what it gave and where that went ([`super::supply`]).
+//! Where the energy goes over a run: for each actuator electrical energy, losses by kind,
+//! mechanical work, regeneration, efficiency; where a component feeds the drives through power
+//! bonds, what it gave and where that went ([`super::supply`]).
 
 use anyhow::{Result, ensure};
 use cosim::run::Experiment;
@@ -39,7 +40,8 @@ pub struct Balance {
     pub work: f64,
     /// Work that the load did on the actuator.
     pub returned: f64,
-    /// Work on the load where the exchange set the rod elsewhere than its velocity had taken it: what the coupling at the rod makes or loses.
+    /// Work on the load where the exchange set the rod elsewhere than its velocity had taken it:
+    /// what the coupling at the rod makes or loses.
     pub shift: f64,
     /// Lost in the windings.
     pub copper: f64,
@@ -58,14 +60,15 @@ pub struct Balance {
 }
 
 impl Balance {
-    /// Work on the load over the electrical energy that it took, both while work is done; nothing where none is done, or where more is done
-    /// than was taken: it then came from what was stored, as when a brake lets go.
+    /// Work on the load over the electrical energy that it took, both while work is done; nothing
+    /// where none is done, or where more is done than was taken: it then came from what was stored,
+    /// as when a brake lets go.
     pub fn efficiency(&self) -> Option<f64> {
         (self.work > 0.0 && self.work <= self.working).then(|| self.work / self.working)
     }
 
-    /// Energy that left through a border over energy that came in through one: what goes up and down again passes twice, so this is no
-    /// efficiency.
+    /// Energy that left through a border over energy that came in through one: what goes up and
+    /// down again passes twice, so this is no efficiency.
     pub fn throughput(&self) -> f64 {
         let came = self.electrical + self.returned;
         if came > 0.0 {
@@ -81,7 +84,8 @@ impl Balance {
         taken - self.work + self.returned - self.shift - self.lost - self.stored
     }
 
-    /// Balance of several actuators on one DC side: what one gives back another can use, so far as it is stored meanwhile.
+    /// Balance of several actuators on one DC side: what one gives back another can use, so far as
+    /// it is stored meanwhile.
     fn sum(balances: &[Self]) -> Self {
         let total = |get: fn(&Self) -> f64| balances.iter().map(get).sum();
         Self {
@@ -114,8 +118,8 @@ pub struct Energies {
     pub verdict: Verdict,
 }
 
-/// Names of the cases that a study runs, and their conditions: both trajectories, or the one that `base` or the system sets itself (an
-/// external one, say).
+/// Names of the cases that a study runs, and their conditions: both trajectories, or the one that
+/// `base` or the system sets itself (an external one, say).
 pub fn cases(system: &System, base: &Experiment) -> Result<Vec<(String, Experiment)>> {
     let port = system.port("trajectory")?;
     let component = &system.structure.components[port.component];

@@ -1,4 +1,5 @@
-//! Temperatures of an actuator whose motion is repeated for hours: two nodes, winding and housing, fed by the losses of one cycle.
+//! Temperatures of an actuator whose motion is repeated for hours: two nodes, winding and housing,
+//! fed by the losses of one cycle.
 #![allow(non_snake_case)] // symbols of the equations
 
 use serde::Serialize;
@@ -66,8 +67,9 @@ impl Network {
         ]
     }
 
-    /// Temperatures after `duration`, s, of the cycle repeated, from the ambient temperature on. The resistance of the copper follows the
-    /// winding; Heun's method at the cycle's own steps, which are a ten-thousandth of the time constants.
+    /// Temperatures after `duration`, s, of the cycle repeated, from the ambient temperature on.
+    /// The resistance of the copper follows the winding; Heun's method at the cycle's own steps,
+    /// which are a ten-thousandth of the time constants.
     pub fn after(&self, cycle: &Cycle, duration: f64) -> Temperatures {
         let mut T = [self.ambient; 2];
         let mut found = Temperatures {
@@ -101,8 +103,9 @@ impl Network {
 mod tests {
     use super::*;
 
-    /// At rest: T_h = T_a + R_ha (P_cu + P_fe), T_w = T_h + R_wh P_cu with P_cu = P (1 + a (T_w − T_ref)), a linear equation in T_w. After 40 time
-    /// constants of the housing (2250 s) e⁻⁴⁰ is left of the way there.
+    /// At rest: T_h = T_a + R_ha (P_cu + P_fe), T_w = T_h + R_wh P_cu with P_cu = P (1 + a (T_w −
+    /// T_ref)), a linear equation in T_w. After 40 time constants of the housing (2250 s) e⁻⁴⁰ is
+    /// left of the way there.
     #[test]
     fn a_constant_loss_ends_at_the_equilibrium() {
         let n = Network::TYPICAL;
@@ -125,7 +128,8 @@ mod tests {
         assert!((found.housing - housing).abs() < 1e-9, "{found:?}");
     }
 
-    /// Without a way out and with a run that was as hot as the motor gets here, both nodes store all of the loss.
+    /// Without a way out and with a run that was as hot as the motor gets here, both nodes store
+    /// all of the loss.
     #[test]
     fn what_does_not_leave_stays() {
         let closed = Network {

@@ -1,7 +1,9 @@
-//! Measures of accuracy after ISO 9283:1998 over a test path: of poses at rest AP and RP, of straight lines AT and RT.
+//! Measures of accuracy after ISO 9283:1998 over a test path: of poses at rest AP and RP, of
+//! straight lines AT and RT.
 //!
-//! The attained position is the plant's tip, the command is the controller's reference at the same communication point. Of lines, deviations
-//! along the line are left out: the standard measures in planes normal to it. With the deviations `d_j` of n cycles at one point
+//! The attained position is the plant's tip, the command is the controller's reference at the same
+//! communication point. Of lines, deviations along the line are left out: the standard measures in
+//! planes normal to it. With the deviations `d_j` of n cycles at one point
 //! ```text
 //! accuracy = |d̄|,   repeatability = l̄ + 3·S_l,   l_j = |d_j − d̄|
 //! ```
@@ -244,7 +246,8 @@ impl fmt::Display for Measures {
 mod tests {
     use super::*;
 
-    /// By hand: deviations (1, 0, 0) and (3, 0, 0) have the mean 2, distances 1 and 1 from it, and no spread.
+    /// By hand: deviations (1, 0, 0) and (3, 0, 0) have the mean 2, distances 1 and 1 from it, and
+    /// no spread.
     #[test]
     fn accuracy_and_repeatability_are_those_of_the_standard() {
         let d = [1.0, 3.0].map(|x| Vector3::new(x, 0.0, 0.0));

@@ -1,5 +1,6 @@
-//! What a run of the machine says of itself: what saturated and for what share of the time, which ratings were exceeded, whether the tip
-//! error stayed below a bound, and whether there was a reference at all.
+//! What a run of the machine says of itself: what saturated and for what share of the time, which
+//! ratings were exceeded, whether the tip error stayed below a bound, and whether there was a
+//! reference at all.
 
 use std::f64::consts::TAU;
 use std::ops::Range;
@@ -58,8 +59,9 @@ pub struct LimitWatch {
 }
 
 impl LimitWatch {
-    /// Of a system whose parameters have the values that `parameter` gives; the machine's limits come from the file that the manipulator
-    /// runs with. Without one nothing is watched, and the verdict says so.
+    /// Of a system whose parameters have the values that `parameter` gives; the machine's limits
+    /// come from the file that the manipulator runs with. Without one nothing is watched, and the
+    /// verdict says so.
     pub fn new(
         system: &System,
         parameter: &dyn Fn(Port) -> Result<f64>,
@@ -253,7 +255,8 @@ pub fn tracking(tip: &TipError, max_error: Option<f64>) -> Verdict {
     verdict
 }
 
-/// Whether the controller has a reference to follow where parameters have the values that `parameter` gives.
+/// Whether the controller has a reference to follow where parameters have the values that
+/// `parameter` gives.
 pub fn reference(system: &System, parameter: &dyn Fn(Port) -> Result<f64>) -> Result<Verdict> {
     let mut verdict = Verdict::default();
     let port = system.port("trajectory")?;

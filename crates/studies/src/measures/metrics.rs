@@ -1,4 +1,5 @@
-//! A run in numbers with names: those of the Python package, and of `hdrm-fmu evaluate` for the runs of other importers.
+//! A run in numbers with names: those of the Python package, and of `hdrm-fmu evaluate` for the
+//! runs of other importers.
 
 use std::collections::BTreeMap;
 
@@ -12,8 +13,8 @@ use super::tracking::{PositionError, Sag, Tracking};
 /// Numbers by name, in SI units.
 pub type Metrics = BTreeMap<String, f64>;
 
-/// Names of all metrics of a system with these actuators (`all` is their sum), each with what a run must be asked for beside the tip error
-/// to have it: `tracking`, `energy`, or nothing.
+/// Names of all metrics of a system with these actuators (`all` is their sum), each with what a run
+/// must be asked for beside the tip error to have it: `tracking`, `energy`, or nothing.
 ///
 /// # Errors
 /// Never, as [`add_energy`].
@@ -50,7 +51,8 @@ pub fn of_tip(tip: &TipError) -> Metrics {
     named.map(|(name, value)| (name.to_string(), value)).into()
 }
 
-/// Add the power residuals of a run: largest peak, and the energy that the coupling made (negative) or lost at all bonds.
+/// Add the power residuals of a run: largest peak, and the energy that the coupling made (negative)
+/// or lost at all bonds.
 pub fn add_residuals(metrics: &mut Metrics, residuals: &[Residual]) {
     let peak = residuals.iter().map(|r| r.peak).fold(0.0, f64::max);
     metrics.insert("residual_peak".into(), peak);

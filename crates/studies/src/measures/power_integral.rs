@@ -1,6 +1,7 @@
 //! Powers integrated over time: what a run recorded of an energy, in parts.
 
-/// Output of an actuator that tells what crossed its mechanical border between two steps, where it has one: see `Balance::shift`.
+/// Output of an actuator that tells what crossed its mechanical border between two steps, where it
+/// has one: see `Balance::shift`.
 pub const SHIFT: &str = "energy.shift";
 
 /// Last value less the first; 0 without any.

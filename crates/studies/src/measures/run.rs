@@ -1,5 +1,6 @@
-//! A run of the machine with what is measured in every run: how far the tip is from its reference, and what went beyond limits and
-//! ratings. [`RecordedRun`] keeps signals of it for what is measured afterwards.
+//! A run of the machine with what is measured in every run: how far the tip is from its reference,
+//! and what went beyond limits and ratings. [`RecordedRun`] keeps signals of it for what is
+//! measured afterwards.
 
 use std::fmt;
 
@@ -31,7 +32,8 @@ pub fn tip_error_port(system: &System) -> Result<Port> {
     system.port(TIP_ERROR)
 }
 
-/// When the reference begins to move under the start values of `experiment`, s; 0 for a controller that does not say it.
+/// When the reference begins to move under the start values of `experiment`, s; 0 for a controller
+/// that does not say it.
 ///
 /// # Errors
 /// The system has no such controller, or it refuses the start values.
@@ -62,8 +64,9 @@ pub struct FailedRun {
     pub limits: Verdict,
 }
 
-/// Run to the stop time asked for, else to the end of the motion, else to that of the default experiment; `observe` sees every
-/// communication point, `progress` is told the numbers of finished and of all steps from time to time.
+/// Run to the stop time asked for, else to the end of the motion, else to that of the default
+/// experiment; `observe` sees every communication point, `progress` is told the numbers of finished
+/// and of all steps from time to time.
 ///
 /// # Errors
 /// The run failed; a [`FailedRun`] where something was beyond its limits until then.
@@ -103,7 +106,8 @@ pub fn run(
     }
 }
 
-/// Where a path is refused, the path and a line for each reason, without the functions in which the controller said it.
+/// Where a path is refused, the path and a line for each reason, without the functions in which the
+/// controller said it.
 fn refused_path(error: Error) -> Error {
     let text = format!("{error:#}");
     let Some((_, refusal)) = text.split_once(": path `") else {

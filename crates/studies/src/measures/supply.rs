@@ -1,7 +1,9 @@
-//! What feeds the drives: the component at the far end of power bonds that draw (`power="drawn"`), our `DcLink` or anybody's battery.
+//! What feeds the drives: the component at the far end of power bonds that draw (`power="drawn"`),
+//! our `DcLink` or anybody's battery.
 //!
-//! What it gave comes from the bonds themselves, so that a component counts which tells nothing of itself; where it has outputs `energy.battery`,
-//! `energy.brake`, `energy.loss` and `energy.stored` with the meaning of `DcLink`'s, the balance is drawn up back to its source.
+//! What it gave comes from the bonds themselves, so that a component counts which tells nothing of
+//! itself; where it has outputs `energy.battery`, `energy.brake`, `energy.loss` and `energy.stored`
+//! with the meaning of `DcLink`'s, the balance is drawn up back to its source.
 
 use anyhow::Result;
 use cosim::structure::Power;
@@ -42,7 +44,8 @@ pub struct Supply {
     pub residual: f64,
     /// What became of the energy in the drives: work on the load, losses, rise of what is stored.
     pub work: f64,
-    /// Work on the load where the exchange set a rod elsewhere than its velocity had taken it: what the coupling at the rods makes or loses.
+    /// Work on the load where the exchange set a rod elsewhere than its velocity had taken it: what
+    /// the coupling at the rods makes or loses.
     pub shift: f64,
     /// Lost in the drives.
     pub lost: f64,
@@ -129,7 +132,8 @@ fn trouble(system: &System) -> Vec<Port> {
 }
 
 impl Supply {
-    /// Of a run; `actuators` are the recorded outputs of all actuators, `count` of each: energies in, out, lost and stored first.
+    /// Of a run; `actuators` are the recorded outputs of all actuators, `count` of each: energies
+    /// in, out, lost and stored first.
     pub fn of(
         system: &System,
         recorded: &RecordedRun,
@@ -200,8 +204,9 @@ impl Supply {
         }))
     }
 
-    /// What is left open of: energy from the source, or given by the component where it tells of no source, less losses, work, rise of what is
-    /// stored, and what the bonds and the exchange at the rods lost, J.
+    /// What is left open of: energy from the source, or given by the component where it tells of no
+    /// source, less losses, work, rise of what is stored, and what the bonds and the exchange at
+    /// the rods lost, J.
     pub fn open(&self) -> f64 {
         let from = self
             .source

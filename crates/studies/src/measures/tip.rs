@@ -1,4 +1,5 @@
-//! Tip tracking error of a run: root mean square and maximum of the controller's output `tip_error_norm`.
+//! Tip tracking error of a run: root mean square and maximum of the controller's output
+//! `tip_error_norm`.
 
 /// Root mean square and maximum of a distance, both m.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

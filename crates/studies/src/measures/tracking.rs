@@ -1,10 +1,13 @@
-//! How well a run tracked, seen from several places: what the controller could have known, what the tip of the plant did, and how fast.
+//! How well a run tracked, seen from several places: what the controller could have known, what the
+//! tip of the plant did, and how fast.
 //!
 //! Three errors of the tip's position, each of the reference against
-//! - `known`: the controller's own kinematics at the true joint angles as its encoders have them, zero errors included, noise and rounding
-//!   not: all that a controller which reads joints can bring to zero;
+//! - `known`: the controller's own kinematics at the true joint angles as its encoders have them,
+//!   zero errors included, noise and rounding not: all that a controller which reads joints can
+//!   bring to zero;
 //! - `joints`: the controller's own kinematics at the true joint angles;
-//! - `plant`: the tip of the plant, with errors of dimensions and of zeros in it, which mostly shift it.
+//! - `plant`: the tip of the plant, with errors of dimensions and of zeros in it, which mostly
+//!   shift it.
 //!
 //! A plant that bends says besides where its tip were if nothing bent: `rigid`.
 //!
@@ -48,7 +51,8 @@ pub struct Tracking {
     pub joints: PositionError,
     /// Reference against the tip of the plant.
     pub plant: PositionError,
-    /// Root mean square and maximum of the angle between the desired orientation and that of the plant's tip, rad.
+    /// Root mean square and maximum of the angle between the desired orientation and that of the
+    /// plant's tip, rad.
     pub orientation: [f64; 2],
     /// Largest speed of the plant's tip, m/s.
     pub speed: f64,
@@ -72,8 +76,9 @@ pub struct Sag {
 }
 
 impl Tracking {
-    /// The field's indicator for heavy-duty manipulators: largest error that is known over largest speed, s. It is smaller for better
-    /// control, and compares machines of different size and speed.
+    /// The field's indicator for heavy-duty manipulators: largest error that is known over largest
+    /// speed, s. It is smaller for better control, and compares machines of different size and
+    /// speed.
     pub fn rho(&self) -> f64 {
         self.known.max / self.speed
     }
@@ -206,7 +211,8 @@ impl Ports {
     fn late(&self, system: &System, experiment: &Experiment) -> Result<usize> {
         let port = system.port_of(self.controller, "delay")?;
         let delay = cosim::master::start_value(system, &experiment.settings, port)?;
-        // With a delay of one the outputs, predicted over it, belong to the point at which they are read.
+        // With a delay of one the outputs, predicted over it, belong to the point at which they are
+        // read.
         Ok((delay - 1.0).max(0.0) as usize)
     }
 
@@ -305,7 +311,8 @@ impl Sum {
 mod tests {
     use super::*;
 
-    /// Closed form: a constant of (3, 4, 0) with ±2 along z beside it. A few roundings of 29 = 25 + 4, divided by 2·2.
+    /// Closed form: a constant of (3, 4, 0) with ±2 along z beside it. A few roundings of 29 = 25 +
+    /// 4, divided by 2·2.
     #[test]
     fn the_constant_part_is_told_from_the_rest() {
         let mut sum = Sum::default();

@@ -83,7 +83,8 @@ fn gains(gains: &Gains) -> String {
     )
 }
 
-/// The conditions with weights that are energies of the machine, of an actuator with this elastic compliance, m/N.
+/// The conditions with weights that are energies of the machine, of an actuator with this elastic
+/// compliance, m/N.
 pub fn unfitted_text(gains: &Gains, compliance: f64, L_d: f64) -> String {
     let [second, third] = gains.unfitted(compliance, L_d);
     format!(

@@ -1,4 +1,5 @@
-//! Tip errors of three controllers a row: the paper's table and those of other errors, as text, CSV and JSON.
+//! Tip errors of three controllers a row: the paper's table and those of other errors, as text, CSV
+//! and JSON.
 
 use std::fmt::Write as _;
 use std::io;
@@ -35,7 +36,8 @@ pub fn inertia_text(cells: &[TipCell]) -> String {
     })
 }
 
-/// The cells of another study for people, with the target and the failures; a target that is not met spoils `verdict`.
+/// The cells of another study for people, with the target and the failures; a target that is not
+/// met spoils `verdict`.
 pub fn robustness_text(study: Study, cells: &[TipCell], verdict: &mut Verdict) -> String {
     let name = |trajectory: &str, case: &str| [format!("{trajectory:<11}  {case:<38}"), "".into()];
     let mut text = table(name("trajectory", study.name()), cells, |c| {
@@ -45,7 +47,8 @@ pub fn robustness_text(study: Study, cells: &[TipCell], verdict: &mut Verdict) -
     text + &failures(cells, |c| format!("{} {}, {}", c.trajectory, c.case, c.law))
 }
 
-/// A table with what stands before and behind the controllers in its first row, and in the row that begins with a cell.
+/// A table with what stands before and behind the controllers in its first row, and in the row that
+/// begins with a cell.
 fn table(head: [String; 2], cells: &[TipCell], row: impl Fn(&TipCell) -> [String; 2]) -> String {
     let [mut text, end] = head;
     for mode in MODES {

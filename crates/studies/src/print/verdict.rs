@@ -13,7 +13,8 @@ pub fn text(verdict: &Verdict) -> String {
     verdict.to_string()
 }
 
-/// The verdict on many runs: printed where it is asked for by `--check`; else a hint beside the results where it is bad.
+/// The verdict on many runs: printed where it is asked for by `--check`; else a hint beside the
+/// results where it is bad.
 ///
 /// # Errors
 /// Standard output is closed.

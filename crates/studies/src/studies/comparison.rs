@@ -1,4 +1,5 @@
-//! Control laws compared in a world: every law on every case of the world and both trajectories; of each law the median and the worst case.
+//! Control laws compared in a world: every law on every case of the world and both trajectories; of
+//! each law the median and the worst case.
 
 use anyhow::Result;
 use cosim::run::Experiment;
@@ -11,7 +12,8 @@ use crate::laws::Law;
 use crate::measures::tracking::{Sag, Tracking};
 use crate::worlds::BENDING_TARGET;
 
-/// Largest error that the adaptive controller may have in the real world: median and worst RMSE of what it can know, m.
+/// Largest error that the adaptive controller may have in the real world: median and worst RMSE of
+/// what it can know, m.
 pub const TARGETS: [f64; 2] = [0.3e-3, 0.7e-3];
 /// How many times smaller than that of the best rival with integral its median is to be.
 pub const AHEAD: f64 = 1.5;
@@ -19,8 +21,8 @@ pub const AHEAD: f64 = 1.5;
 /// One run.
 pub type TrackingCell = Cell<Tracking>;
 
-/// Run every law on every case and both trajectories in parallel, law by law; `done` is called after each run. A failed run keeps its error
-/// and the others go on.
+/// Run every law on every case and both trajectories in parallel, law by law; `done` is called
+/// after each run. A failed run keeps its error and the others go on.
 ///
 /// # Errors
 /// A law that the controller does not have, or a start value of a case that is set already.
@@ -60,7 +62,8 @@ pub struct Summary {
     pub orientation: Spread,
     /// Largest known error over largest speed, s.
     pub rho: Spread,
-    /// Largest distance of the plant's tip from where its joints say that it is, m; of a plant that bends.
+    /// Largest distance of the plant's tip from where its joints say that it is, m; of a plant that
+    /// bends.
     pub sag: Option<Spread>,
     /// Largest error against that place, m: dimensions as drawn count in it.
     pub rigid_max: Option<Spread>,
@@ -117,8 +120,8 @@ pub fn summaries(cells: &[TrackingCell], trajectory: Option<&str>) -> Vec<Summar
     laws.into_iter().map(of).collect()
 }
 
-/// The adaptive law `adaptive` over both trajectories beside the targets, and beside the best of the laws `rivals`, for people; a target
-/// that is not met spoils `verdict`.
+/// The adaptive law `adaptive` over both trajectories beside the targets, and beside the best of
+/// the laws `rivals`, for people; a target that is not met spoils `verdict`.
 pub fn judge(
     cells: &[TrackingCell],
     adaptive: &str,
@@ -181,8 +184,9 @@ pub fn judge(
     text
 }
 
-/// The worst of each law in the bending world beside the bound, for people: the reference against the tip that the controller's own rigid
-/// kinematics tell. A bound that is not met spoils `verdict`.
+/// The worst of each law in the bending world beside the bound, for people: the reference against
+/// the tip that the controller's own rigid kinematics tell. A bound that is not met spoils
+/// `verdict`.
 pub fn judge_bending(cells: &[TrackingCell], verdict: &mut Verdict) -> String {
     let line = |row: &Summary| {
         let [worst, bound] = [row.known_max.worst, BENDING_TARGET].map(|v| 1e3 * v);

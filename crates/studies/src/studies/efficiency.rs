@@ -1,6 +1,7 @@
-//! Efficiency of an actuator FMU over load and rod speed. Each point is an instance of its own that is initialized in steady motion
-//! against a constant load. The efficiency is defined where the motor's torque pushes against the load: while the rod moves against it
-//! (quadrant I) and while the load moves the rod back (quadrant IV).
+//! Efficiency of an actuator FMU over load and rod speed. Each point is an instance of its own that
+//! is initialized in steady motion against a constant load. The efficiency is defined where the
+//! motor's torque pushes against the load: while the rod moves against it (quadrant I) and while
+//! the load moves the rod back (quadrant IV).
 
 use anyhow::{Context, Result};
 use cosim::master::instantiate;
@@ -13,11 +14,13 @@ use rayon::prelude::*;
 const LOADS: (u32, f64) = (28, 70e3);
 /// Rod speeds of each direction: number and largest, m/s. The shipped network was trained up to it.
 const SPEEDS: (u32, f64) = (28, 0.07);
-/// The actuator's outputs that are read: whether the efficiency is defined, and its values in the order of [`Point`].
+/// The actuator's outputs that are read: whether the efficiency is defined, and its values in the
+/// order of [`Point`].
 const VALID: &str = "efficiency_valid";
 const OUTPUTS: [&str; 3] = ["efficiency_phys", "efficiency_net", "efficiency"];
 
-/// Efficiencies at one point: of the physics, of the network, and of both blended as the actuator runs.
+/// Efficiencies at one point: of the physics, of the network, and of both blended as the actuator
+/// runs.
 pub type Point = [f64; 3];
 
 /// Efficiency over a grid.
@@ -33,7 +36,8 @@ pub struct Map {
     pub points: Vec<Option<Point>>,
 }
 
-/// Map of the first component that has an efficiency, with the start values of the structure and of `base`.
+/// Map of the first component that has an efficiency, with the start values of the structure and of
+/// `base`.
 ///
 /// # Errors
 /// No component has one, or an instance fails.

@@ -1,8 +1,10 @@
-//! A long coupled run: the tip follows a smooth closed form that never repeats, and memory, time, tracking and estimates are watched.
+//! A long coupled run: the tip follows a smooth closed form that never repeats, and memory, time,
+//! tracking and estimates are watched.
 //!
-//! The trajectories of the controller end after half a minute and rest; here the reference comes from outside. It is
-//! `p_i(t) = p_i(t_0) + a_i (1 − cos(2π s/T_i))/2`, `s` the time since the settling, with periods whose ratios are irrational: every
-//! corner of the box is neared again and again, and rest, start and derivatives are exact at any time, however late.
+//! The trajectories of the controller end after half a minute and rest; here the reference comes
+//! from outside. It is `p_i(t) = p_i(t_0) + a_i (1 − cos(2π s/T_i))/2`, `s` the time since the
+//! settling, with periods whose ratios are irrational: every corner of the box is neared again and
+//! again, and rest, start and derivatives are exact at any time, however late.
 
 use std::f64::consts::{SQRT_2, TAU};
 use std::fmt::Write as _;
@@ -27,7 +29,8 @@ const GROWTH: i64 = 256;
 /// What the tip error of the last part may be, over that of the second.
 const WORSE: f64 = 1.5;
 
-/// (1 + √5)/2, the number that is worst approximated by fractions, so that its multiples never nearly repeat.
+/// (1 + √5)/2, the number that is worst approximated by fractions, so that its multiples never
+/// nearly repeat.
 const GOLDEN_RATIO: f64 = 1.618_033_988_749_895;
 
 /// The reference: a box and the period along its first edge.
@@ -52,7 +55,8 @@ impl Excursion {
         })
     }
 
-    /// Displacement (m), velocity (m/s) and acceleration (m/s²), `s` seconds after the motion began; rest before.
+    /// Displacement (m), velocity (m/s) and acceleration (m/s²), `s` seconds after the motion
+    /// began; rest before.
     pub fn at(&self, s: f64) -> [[f64; 3]; 3] {
         let mut motion = [[0.0; 3]; 3];
         if s > 0.0 {
@@ -203,7 +207,8 @@ impl Instruments {
     }
 }
 
-/// Run `steps` communication steps under `experiment`, whose stop time is not looked at; `each` is told of every tenth.
+/// Run `steps` communication steps under `experiment`, whose stop time is not looked at; `each` is
+/// told of every tenth.
 pub fn run(
     system: &System,
     experiment: &Experiment,
@@ -255,7 +260,8 @@ pub fn run(
     })
 }
 
-/// `lower·P_0 < P < upper·P_0` for the inverse pseudo-inertias means `m_0/upper < m < m_0/lower` for the masses.
+/// `lower·P_0 < P < upper·P_0` for the inverse pseudo-inertias means `m_0/upper < m < m_0/lower`
+/// for the masses.
 fn bounds(system: &System, master: &Master) -> Result<[f64; 2]> {
     let mut bounds = [0.0; 2];
     for (name, bound) in ["inverse_bounds[2]", "inverse_bounds[1]"]
@@ -371,7 +377,8 @@ mod tests {
         .check()
     }
 
-    /// Central differences: δ²/6 times the next derivative but one, and rounding of a position of 0.3 m, ε/δ.
+    /// Central differences: δ²/6 times the next derivative but one, and rounding of a position of
+    /// 0.3 m, ε/δ.
     #[test]
     fn rates_are_the_derivatives_of_the_reference() {
         let excursion = Excursion::new([-0.2, 0.3, 0.15], 7.0).unwrap();

@@ -1,4 +1,5 @@
-//! A run that another importer made and wrote as CSV: the same numbers and the same verdict as of a run that is made here.
+//! A run that another importer made and wrote as CSV: the same numbers and the same verdict as of a
+//! run that is made here.
 
 use std::cmp::Ordering;
 use std::fmt::Write as _;

@@ -1,4 +1,5 @@
-//! The paper's robustness table `tab:rmse_uncertainties`: tip RMSE under inertia errors for both trajectories, here for three controllers.
+//! The paper's robustness table `tab:rmse_uncertainties`: tip RMSE under inertia errors for both
+//! trajectories, here for three controllers.
 
 use anyhow::Result;
 use cosim::run::Experiment;

@@ -1,8 +1,9 @@
-//! Robustness beyond the paper's table: errors of motor and transmission parameters, of the payload alone, sensor noise, and a load on
-//! the tip that the controller does not know. The controller keeps its nominal values throughout.
+//! Robustness beyond the paper's table: errors of motor and transmission parameters, of the payload
+//! alone, sensor noise, and a load on the tip that the controller does not know. The controller
+//! keeps its nominal values throughout.
 //!
-//! The tip error is taken between the controller's desired position and the manipulator's true one, so that noise on the measurements
-//! does not count as motion.
+//! The tip error is taken between the controller's desired position and the manipulator's true one,
+//! so that noise on the measurements does not count as motion.
 
 use anyhow::Result;
 use cosim::master::start_value;
@@ -35,7 +36,8 @@ pub enum Study {
 /// All studies.
 pub const STUDIES: [Study; 4] = [Study::Motor, Study::Payload, Study::Noise, Study::TipLoad];
 
-/// Motor and transmission parameters that are varied: name in the tables, variables of the actuator.
+/// Motor and transmission parameters that are varied: name in the tables, variables of the
+/// actuator.
 const MOTOR: [(&str, &[&str]); 7] = [
     ("R_s", &["R_s"]),
     ("L_d, L_q", &["L_d", "L_q"]),
@@ -49,8 +51,9 @@ const MOTOR: [(&str, &[&str]); 7] = [
 const EFFICIENCY: &str = "eta_gear";
 /// Errors of parameters.
 const FACTORS: [f64; 2] = [1.4, 0.6];
-/// Standard deviations on the controller's inputs. A 20-bit encoder at a joint resolves 6e-6 rad, its
-/// rate is filtered; current transducers and motor encoders of servo drives; a 70 kN load cell of class 0.1.
+/// Standard deviations on the controller's inputs. A 20-bit encoder at a joint resolves 6e-6 rad,
+/// its rate is filtered; current transducers and motor encoders of servo drives; a 70 kN load cell
+/// of class 0.1.
 pub const SENSORS: [(&str, &str, f64); 7] = [
     ("zeta", "rad", 1e-5),
     ("zeta_dot", "rad/s", 1e-3),
@@ -213,8 +216,8 @@ fn scaled(system: &System, base: &Experiment, variable: &str, factor: f64) -> Re
     Ok(settings)
 }
 
-/// Run all cells of a study in parallel, three controllers a row; `done` is called after each. A failed cell keeps its error and the
-/// others go on.
+/// Run all cells of a study in parallel, three controllers a row; `done` is called after each. A
+/// failed cell keeps its error and the others go on.
 ///
 /// # Errors
 /// `base` sets what the study varies; this is found before the first run.
@@ -261,7 +264,8 @@ pub fn worst(cells: &[Cell<TipError>]) -> Option<(&Cell<TipError>, TipError)> {
     found.max_by(|(_, a), (_, b)| a.motion.rms().total_cmp(&b.motion.rms()))
 }
 
-/// The worst adaptive cell beside the target, as a line for people; a target that is not met spoils `verdict`.
+/// The worst adaptive cell beside the target, as a line for people; a target that is not met spoils
+/// `verdict`.
 pub fn judge(study: Study, cells: &[Cell<TipError>], verdict: &mut Verdict) -> String {
     let worst = 1e3 * worst(cells).map_or(0.0, |(_, tip)| tip.motion.rms());
     let end = match study.target().map(|target| 1e3 * target) {

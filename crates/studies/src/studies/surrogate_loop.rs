@@ -1,6 +1,7 @@
-//! The surrogate in the loop: the machine on rigs with sensors, whose controller reckons with physics, hybrid or network, under the shipped
-//! law and the paper's; how it tracks, what current it requires beside what the motors take, and what each model predicts of current and
-//! efficiency along the way.
+//! The surrogate in the loop: the machine on rigs with sensors, whose controller reckons with
+//! physics, hybrid or network, under the shipped law and the paper's; how it tracks, what current
+//! it requires beside what the motors take, and what each model predicts of current and efficiency
+//! along the way.
 
 use std::path::PathBuf;
 
@@ -20,7 +21,8 @@ use crate::grid::{self, Case, Grid, Plan, TRAJECTORIES};
 use crate::laws::Law;
 use crate::measures::tracking::Tracking;
 
-/// Laws: name, and what is set for them besides the system's parameter set. The paper's has neither observer nor integral.
+/// Laws: name, and what is set for them besides the system's parameter set. The paper's has neither
+/// observer nor integral.
 const LAWS: [(&str, &[(&str, f64)]); 2] = [
     ("shipped", &[]),
     (
@@ -86,7 +88,8 @@ pub struct SurrogateRun {
 pub struct LiftCourse {
     /// Times, s, required and true current, A.
     pub current: [Vec<f64>; 3],
-    /// Windows of 20 ms in which the efficiency is defined: time, s, true efficiency, that of physics, hybrid and network.
+    /// Windows of 20 ms in which the efficiency is defined: time, s, true efficiency, that of
+    /// physics, hybrid and network.
     pub efficiency: Vec<[f64; 5]>,
 }
 

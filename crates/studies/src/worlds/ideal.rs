@@ -1,4 +1,5 @@
-//! The ideal world: the plant is the controller's own model, all inertias by one factor; a check of the code.
+//! The ideal world: the plant is the controller's own model, all inertias by one factor; a check of
+//! the code.
 
 use anyhow::Result;
 use cosim::system::System;

@@ -1,7 +1,9 @@
 //! The worlds in which control laws are compared, and the machines that are drawn for them.
 //!
-//! - `ideal`: the plant is the controller's own model, all inertias scaled by one factor; a check of the code.
-//! - `real`: actuators as built, sensors, one step of delay, and errors of the machine drawn by seed (module `real`);
+//! - `ideal`: the plant is the controller's own model, all inertias scaled by one factor; a check
+//!   of the code.
+//! - `real`: actuators as built, sensors, one step of delay, and errors of the machine drawn by
+//!   seed (module `real`);
 //! - `bending`: a structure that bends, in MuJoCo, with errors drawn by seed (module `bending`).
 
 mod bending;

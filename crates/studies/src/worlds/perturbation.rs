@@ -1,9 +1,10 @@
 //! A machine that is not quite the one in the drawings: errors drawn by seed within bounds.
 //!
-//! Each body's mass and inertia by one factor, its centre of mass along each axis, its second moments of mass along each axis, joint
-//! friction, each length of the geometry, and gravity out of plumb. Whatever the bounds below 1, each body stays one that can exist: its
-//! pseudo-inertia stays positive definite, because masses are scaled by positive factors, second moments `Σ` are stretched to `D Σ D`, and
-//! moving the centre of mass shifts the body as a whole.
+//! Each body's mass and inertia by one factor, its centre of mass along each axis, its second
+//! moments of mass along each axis, joint friction, each length of the geometry, and gravity out of
+//! plumb. Whatever the bounds below 1, each body stays one that can exist: its pseudo-inertia stays
+//! positive definite, because masses are scaled by positive factors, second moments `Σ` are
+//! stretched to `D Σ D`, and moving the centre of mass shifts the body as a whole.
 #![allow(non_snake_case)] // the symbols of mechanics
 
 use anyhow::{Context, Result, ensure};
@@ -65,7 +66,8 @@ pub fn draw(nominal: &Machine, seed: u64, bounds: &Bounds) -> Result<(Machine, [
     bounds.check()?;
     let even = Uniform::new_inclusive(-1.0, 1.0).expect("finite bounds");
     let mut random = ChaCha8Rng::seed_from_u64(seed);
-    // Second moments have a stream of their own, so the other errors of a seed do not depend on them.
+    // Second moments have a stream of their own, so the other errors of a seed do not depend on
+    // them.
     let mut of_moments = ChaCha8Rng::seed_from_u64(seed);
     of_moments.set_stream(1);
     let mut error = |bound: f64| bound * even.sample(&mut random);
@@ -107,8 +109,8 @@ pub fn draw(nominal: &Machine, seed: u64, bounds: &Bounds) -> Result<(Machine, [
     Ok((machine, [g * along.sin(), down, g * across.sin()]))
 }
 
-/// Inertia of a body whose second moments of mass `Σ = ½ tr(I)·1 − I` are stretched by `factors` along its axes: `D Σ D` with
-/// `D = diag(√factors)`, and back `I = tr(Σ)·1 − Σ`.
+/// Inertia of a body whose second moments of mass `Σ = ½ tr(I)·1 − I` are stretched by `factors`
+/// along its axes: `D Σ D` with `D = diag(√factors)`, and back `I = tr(Σ)·1 − Σ`.
 fn stretched(body: &Body, factors: [f64; 3]) -> InertiaTensor {
     let I = &body.inertia_com;
     let [x, y, z] = factors.map(f64::sqrt);
@@ -177,8 +179,8 @@ mod tests {
         }
     }
 
-    /// Pseudo-inertia about the origin of the body's axes, by the book (Wensing, Kim, Slotine 2018): `[[Σ, h], [hᵀ, m]]` with
-    /// `Σ = ½ tr(I)·1 − I` about that origin, `h = m c`.
+    /// Pseudo-inertia about the origin of the body's axes, by the book (Wensing, Kim, Slotine
+    /// 2018): `[[Σ, h], [hᵀ, m]]` with `Σ = ½ tr(I)·1 − I` about that origin, `h = m c`.
     fn pseudo_inertia(body: &Body) -> Matrix4<f64> {
         let c = Vector3::from(body.com);
         let about_com = Matrix3::from(body.inertia_com.rows());
@@ -194,8 +196,9 @@ mod tests {
         J
     }
 
-    /// A body can exist exactly where its pseudo-inertia is positive definite. The bounds go far beyond those of the real world: heavier by
-    /// 95 % or 20 times lighter, centres of mass half a metre off, second moments by ±90 %.
+    /// A body can exist exactly where its pseudo-inertia is positive definite. The bounds go far
+    /// beyond those of the real world: heavier by 95 % or 20 times lighter, centres of mass half a
+    /// metre off, second moments by ±90 %.
     #[test]
     fn every_drawn_body_has_a_positive_definite_pseudo_inertia() {
         let nominal = Machine::reference();
@@ -220,7 +223,8 @@ mod tests {
         }
     }
 
-    /// Oracle: a box whose second moments are `m a²/12` along each edge; stretching by f makes edges `a √f`.
+    /// Oracle: a box whose second moments are `m a²/12` along each edge; stretching by f makes
+    /// edges `a √f`.
     #[test]
     fn a_stretched_box_is_a_box() {
         let (m, edges) = (31.0, [0.7, 1.1, 1.9]);

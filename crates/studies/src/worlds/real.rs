@@ -1,7 +1,9 @@
-//! The machines of the real world, drawn by seed within [`Bounds::REAL`], and the files that hold them.
+//! The machines of the real world, drawn by seed within [`Bounds::REAL`], and the files that hold
+//! them.
 //!
-//! Zeros of the joint encoders and errors of the other sensors are drawn by the same seed. The actuators are those of the system, `Rig`, of
-//! whose friction, play, compliance, heat and drive the controller knows nothing.
+//! Zeros of the joint encoders and errors of the other sensors are drawn by the same seed. The
+//! actuators are those of the system, `Rig`, of whose friction, play, compliance, heat and drive
+//! the controller knows nothing.
 
 use std::fs;
 use std::ops::Range;
@@ -23,7 +25,8 @@ const PARAMETERS_OF: [(&str, &str); 1] = [("hiab_xs031", "resources/real_hiab_xs
 /// Machines that are drawn where no number is asked for.
 pub const SEEDS: u64 = 20;
 
-/// The parameter set of the machine `name`, or of one that extends it; of any other machine that of the reference machine.
+/// The parameter set of the machine `name`, or of one that extends it; of any other machine that of
+/// the reference machine.
 #[must_use]
 pub fn parameters_of(name: Option<&str>) -> &'static str {
     let own = PARAMETERS_OF.iter().find(|(of, _)| name == Some(*of));

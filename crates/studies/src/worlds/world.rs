@@ -17,7 +17,8 @@ use crate::grid::Case;
 pub enum World {
     /// The controller's own model, all inertias by one factor: a check of the code
     Ideal,
-    /// A machine that the controller does not know: actuators as built, sensors, a step of delay, errors drawn by seed
+    /// A machine that the controller does not know: actuators as built, sensors, a step of delay,
+    /// errors drawn by seed
     Real,
     /// A structure that bends, in MuJoCo, its errors drawn by seed; steps of at most 0.5 ms
     Bending,
@@ -46,7 +47,8 @@ pub struct Cases {
     _machines: Option<RealMachines>,
 }
 
-/// The cases of a world: those of the ideal one are the inertia errors of the paper's table, those of the others a machine for each seed.
+/// The cases of a world: those of the ideal one are the inertia errors of the paper's table, those
+/// of the others a machine for each seed.
 pub fn cases(world: World, system: &System, seeds: Range<u64>) -> Result<Cases> {
     let (list, machines) = match world {
         World::Ideal => (ideal::cases(system)?, None),

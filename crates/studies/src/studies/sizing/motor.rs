@@ -22,8 +22,9 @@ pub struct Motor {
 }
 
 impl Motor {
-    /// Largest torque at the motor speed `w`, rad/s, N·m, without current in the direct axis: of the current limit, and of the voltage limit
-    /// `(R i + ω_e λ)² + (ω_e L_q i)² = v²`. 0 beyond the speed at which the voltage induced is the largest.
+    /// Largest torque at the motor speed `w`, rad/s, N·m, without current in the direct axis: of
+    /// the current limit, and of the voltage limit `(R i + ω_e λ)² + (ω_e L_q i)² = v²`. 0 beyond
+    /// the speed at which the voltage induced is the largest.
     pub fn peak(&self, w: f64) -> f64 {
         let w_e = self.pole_pairs * w.abs();
         let (R, X, induced) = (self.resistance, w_e * self.inductance, w_e * self.flux);
@@ -33,7 +34,8 @@ impl Motor {
         1.5 * self.pole_pairs * self.flux * i.clamp(0.0, self.current)
     }
 
-    /// Torque that may last at the motor speed `w`, rad/s, N·m: the rated torque up to the rated power, under the peak.
+    /// Torque that may last at the motor speed `w`, rad/s, N·m: the rated torque up to the rated
+    /// power, under the peak.
     pub fn continuous(&self, w: f64, ratings: &Ratings) -> f64 {
         let by_power = ratings.motor_power / w.abs().max(1e-9);
         ratings.motor_torque.min(by_power).min(self.peak(w))
@@ -53,7 +55,8 @@ mod tests {
         voltage: 300.0,
     };
 
-    /// At each speed the peak torque's current meets the current or the voltage limit, by the voltage equation itself.
+    /// At each speed the peak torque's current meets the current or the voltage limit, by the
+    /// voltage equation itself.
     #[test]
     fn the_peak_is_at_a_limit() {
         let mut by_voltage = 0;

@@ -1,5 +1,6 @@
-//! How power, force, energy and efficiency follow the payload at the tip: the metrics of arXiv 2409.16186 and their partial derivatives by the
-//! payload's mass, found by differences as there. There they are functions of time; here they are taken over the motion, the power and the force
+//! How power, force, energy and efficiency follow the payload at the tip: the metrics of arXiv
+//! 2409.16186 and their partial derivatives by the payload's mass, found by differences as there.
+//! There they are functions of time; here they are taken over the motion, the power and the force
 //! as root mean squares.
 
 use anyhow::{Context, Result, ensure};
@@ -66,7 +67,8 @@ impl Metrics {
     }
 }
 
-/// Partial derivatives by the mass of the payload, which the manipulator carries and the controller does not know of.
+/// Partial derivatives by the mass of the payload, which the manipulator carries and the controller
+/// does not know of.
 pub(super) fn sensitivity(
     system: &System,
     experiment: &Experiment,

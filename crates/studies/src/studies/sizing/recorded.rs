@@ -79,7 +79,8 @@ pub(super) fn columns<'a>(
     })
 }
 
-/// Values of parameters or inputs of a component under the start values of `experiment`; None where it has not all of them.
+/// Values of parameters or inputs of a component under the start values of `experiment`; None where
+/// it has not all of them.
 pub(super) fn parameters_of<const N: usize>(
     system: &System,
     experiment: &Experiment,

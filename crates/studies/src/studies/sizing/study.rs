@@ -1,5 +1,6 @@
-//! Whether motors and actuators fit what they do: root mean squares and peaks beside ratings, torque over speed under the continuous and the
-//! peak envelope, temperatures over an hour of repetitions, and how power, force, energy and efficiency follow the payload at the tip.
+//! Whether motors and actuators fit what they do: root mean squares and peaks beside ratings,
+//! torque over speed under the continuous and the peak envelope, temperatures over an hour of
+//! repetitions, and how power, force, energy and efficiency follow the payload at the tip.
 
 use anyhow::{Result, ensure};
 use cosim::run::Experiment;
@@ -27,7 +28,8 @@ pub struct Sizing {
     pub run: Verdict,
 }
 
-/// Run the experiment, and twice more with the payload `payload_step`, kg, less and more where that is not 0.
+/// Run the experiment, and twice more with the payload `payload_step`, kg, less and more where that
+/// is not 0.
 pub fn run(system: &System, experiment: &Experiment, payload_step: f64) -> Result<Sizing> {
     let machine = MachineFile::of(system, &experiment.settings)?.machine;
     let actuators = energy::actuators(system);
@@ -73,7 +75,8 @@ fn lowest_voltage(system: &System, recorded: &RecordedRun) -> Result<Option<f64>
     Ok(recorded.motion(port)?.iter().copied().reduce(f64::min))
 }
 
-/// Ratings of actuator `k`: of the axis that its parameter `axis` names; without one, of the place that it has among the actuators.
+/// Ratings of actuator `k`: of the axis that its parameter `axis` names; without one, of the place
+/// that it has among the actuators.
 fn ratings_of(
     system: &System,
     experiment: &Experiment,

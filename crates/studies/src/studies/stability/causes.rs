@@ -1,4 +1,5 @@
-//! By which cause the bound is exceeded: the machine as built, put together step by step, each run beside the one before.
+//! By which cause the bound is exceeded: the machine as built, put together step by step, each run
+//! beside the one before.
 
 use anyhow::{Context, Result};
 use cosim::master::start_value;
@@ -49,8 +50,9 @@ const RUNGS: [&str; 5] = [
     "+ sensors and delay",
 ];
 
-/// The machine with all that was put together so far, on the cubic trajectory with the gains of `base`, and what spoils the runs; `system` is
-/// the real world, `scale` the plant's inertia over nominal.
+/// The machine with all that was put together so far, on the cubic trajectory with the gains of
+/// `base`, and what spoils the runs; `system` is the real world, `scale` the plant's inertia over
+/// nominal.
 pub fn causes(
     system: &System,
     base: &Experiment,
@@ -100,7 +102,8 @@ fn switched_off(system: &System, rung: usize) -> Result<Vec<Setting>> {
     Ok(settings)
 }
 
-/// Elastic compliance 1/K_b of the lift actuator, m/N, from the stretch with which it holds its load at the start.
+/// Elastic compliance 1/K_b of the lift actuator, m/N, from the stretch with which it holds its
+/// load at the start.
 pub fn compliance(system: &System, base: &Experiment, p: &Emla) -> Result<f64> {
     let of = |variable: &str| -> Result<f64> {
         let port = system.port(&format!("emla_2.{variable}"))?;

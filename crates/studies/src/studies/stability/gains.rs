@@ -43,8 +43,8 @@ impl Condition {
 }
 
 impl Gains {
-    /// The conditions: the first as printed (weight 1 A/N) and with half of the largest weight, the second with the latter. The third
-    /// one, `K₁ = L_q/(β₁ K_v)`, is an equality by construction.
+    /// The conditions: the first as printed (weight 1 A/N) and with half of the largest weight, the
+    /// second with the latter. The third one, `K₁ = L_q/(β₁ K_v)`, is an equality by construction.
     pub fn conditions(&self) -> [Condition; 3] {
         let weight = 0.5 * self.epsilon_max;
         let first = Condition {
@@ -71,9 +71,10 @@ impl Gains {
         ]
     }
 
-    /// The conditions with weights that were not fitted to them but are energies of the machine: `K₁ = 1/K_b`, so that ν_a's first part is
-    /// the energy in the actuator's springs, and `K₂ = 3/2·L_d`, so that its second is that of the direct-axis field. The third condition
-    /// is then no longer an equality by construction.
+    /// The conditions with weights that were not fitted to them but are energies of the machine:
+    /// `K₁ = 1/K_b`, so that ν_a's first part is the energy in the actuator's springs, and `K₂ =
+    /// 3/2·L_d`, so that its second is that of the direct-axis field. The third condition is then
+    /// no longer an equality by construction.
     pub fn unfitted(&self, compliance: f64, L_d: f64) -> [Condition; 2] {
         let weight = 0.5 * self.epsilon_max;
         [
@@ -99,7 +100,8 @@ impl Gains {
 mod tests {
     use super::*;
 
-    /// Young's inequality `a b <= ε a²/2 + b²/(2 ε)`: the first condition gets harder in proportion to the weight.
+    /// Young's inequality `a b <= ε a²/2 + b²/(2 ε)`: the first condition gets harder in proportion
+    /// to the weight.
     #[test]
     fn gain_conditions_follow_from_the_weight() {
         let gains = Gains {

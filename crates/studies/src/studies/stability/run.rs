@@ -1,15 +1,18 @@
-//! The stability proof in numbers along a run: the accompanying functions, their derivative beside the bound of the last theorem, and
-//! where the bound is exceeded, which assumption of the proof fails there.
+//! The stability proof in numbers along a run: the accompanying functions, their derivative beside
+//! the bound of the last theorem, and where the bound is exceeded, which assumption of the proof
+//! fails there.
 //!
-//! With ν = ν_1 + Σ ν_a the theorem says `ν' ≤ −B`, B the dissipation of bodies and actuators. The excess `ν' + B` is the sum of
+//! With ν = ν_1 + Σ ν_a the theorem says `ν' ≤ −B`, B the dissipation of bodies and actuators. The
+//! excess `ν' + B` is the sum of
 //! ```text
 //! bodies     ν_1' + B_1 − p          p  = Σ (ẋ_r − ẋ)(f_r − F), with the measured force F at the rods
 //! actuators  Σ ν_a' + B_a + p'       p' = Σ (ẋ_r − ẋ)·e_F, with the force error e_F of the proof, from the currents
 //! cuts       p − p'
 //! ```
-//! In the proof the first two are ≤ 0 and the third is zero. In the machine the first is what sampling adds; the second what sampling
-//! adds and the voltage law has more or other than the printed one (motor-side velocity, filtered slope, integral part); the third is
-//! friction, inertia and elasticity between current and rod, which the proof leaves out.
+//! In the proof the first two are ≤ 0 and the third is zero. In the machine the first is what
+//! sampling adds; the second what sampling adds and the voltage law has more or other than the
+//! printed one (motor-side velocity, filtered slope, integral part); the third is friction, inertia
+//! and elasticity between current and rod, which the proof leaves out.
 #![allow(non_snake_case)] // the paper's symbols
 
 use anyhow::{Result, ensure};
@@ -97,7 +100,8 @@ pub struct Run {
     pub course: Powers,
 }
 
-/// The accompanying functions, J, at the communication points of the motion, and the powers, W, over the steps between them.
+/// The accompanying functions, J, at the communication points of the motion, and the powers, W,
+/// over the steps between them.
 #[derive(Clone, Debug, Default)]
 pub struct Powers {
     /// Time of the first point, s.
@@ -324,8 +328,9 @@ fn ends(values: &[f64]) -> [f64; 3] {
 mod tests {
     use super::*;
 
-    /// ν = e^(−2t) falls with exactly ν' = −2ν: B = 2ν leaves nothing but the error of the differences, h²/12·ν''' < h².
-    /// A flow that the actuators do not give shows at the cuts and, with the other sign, nowhere else.
+    /// ν = e^(−2t) falls with exactly ν' = −2ν: B = 2ν leaves nothing but the error of the
+    /// differences, h²/12·ν''' < h². A flow that the actuators do not give shows at the cuts and,
+    /// with the other sign, nowhere else.
     #[test]
     fn the_excess_is_split_by_its_cause() {
         let h = 1e-3;

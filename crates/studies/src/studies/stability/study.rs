@@ -1,4 +1,5 @@
-//! The runs in which the proof is looked at: both trajectories with both laws, at two communication steps.
+//! The runs in which the proof is looked at: both trajectories with both laws, at two communication
+//! steps.
 #![allow(non_snake_case)] // the paper's symbols
 
 use anyhow::{Context as _, Result};
@@ -24,8 +25,8 @@ pub(super) fn scaled(system: &System, scale: f64) -> Result<Vec<Setting>> {
     settings.into_iter().collect()
 }
 
-/// Run both trajectories with both laws, at the step of `base` and at a quarter of it; `scale` is the plant's inertia over nominal. The runs,
-/// and what spoils them.
+/// Run both trajectories with both laws, at the step of `base` and at a quarter of it; `scale` is
+/// the plant's inertia over nominal. The runs, and what spoils them.
 ///
 /// # Errors
 /// `base` sets what is varied here.
@@ -59,7 +60,8 @@ pub fn run(
     Ok((cells.into_iter().map(|cell| cell.result).collect(), verdict))
 }
 
-/// The gain conditions that hold with a weight of their own are asked for; the first as printed, with a weight of 1 A/N, is a result.
+/// The gain conditions that hold with a weight of their own are asked for; the first as printed,
+/// with a weight of 1 A/N, is a result.
 pub fn judge(runs: &[Run], verdict: &mut Verdict) {
     let Some(run) = runs.first() else { return };
     let [_printed, asked @ ..] = run.gains.conditions();

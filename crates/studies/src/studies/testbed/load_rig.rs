@@ -13,7 +13,8 @@ use super::profile::Profile;
 
 /// Components of the loading rigs, in the order of the axes.
 const LOADS: [&str; 2] = ["load_lift", "load_tilt"];
-/// Shortest time constant with which a loading rig's force follows, s: its speed control is little faster.
+/// Shortest time constant with which a loading rig's force follows, s: its speed control is little
+/// faster.
 const FASTEST: f64 = 0.01;
 /// Bandwidths of the loading rig's speed and current control, rad/s, and of the speed's integral.
 const W_SPEED: f64 = 150.0;
@@ -22,7 +23,8 @@ const W_INTEGRAL: f64 = 40.0;
 /// See [`W_SPEED`].
 const W_CURRENT: f64 = 1500.0;
 
-/// Stroke of a loading rig whose actuator is at `x`: nose to nose both screws together are one screw long.
+/// Stroke of a loading rig whose actuator is at `x`: nose to nose both screws together are one
+/// screw long.
 fn mirrored(p: &Emla, x: f64) -> f64 {
     p.L_s - x
 }
@@ -133,8 +135,9 @@ impl LoadDrive {
         }
     }
 
-    /// Voltages for the force `F` while the nut accelerates by `x_ddot`. The spring between nut and rod turns speed into force, so the
-    /// speed is commanded with which the force follows with the time constant `lag`:
+    /// Voltages for the force `F` while the nut accelerates by `x_ddot`. The spring between nut and
+    /// rod turns speed into force, so the speed is commanded with which the force follows with the
+    /// time constant `lag`:
     /// ```text
     /// K (ẋ_n − ẋ) = (F_r − F)/lag,   w = ẋ_n/ρ
     /// τ = ρ F_r + J (ẇ_r + K_w (w − w_m)) + ∫,   v = K_c (i_r − i) + ∫ + back-EMF
@@ -180,9 +183,10 @@ mod tests {
     use machine::Machine;
     use rig::{Drive, Extras, Input, Rig};
 
-    /// The force of a loading rig on a rod that stands follows a step as the law that its speed is commanded by: two thirds after the time
-    /// constant, all of it in the end. It falls short by what its speed control, eight times as fast, and dry friction take: a tenth of the
-    /// step at first, 2 % in the end.
+    /// The force of a loading rig on a rod that stands follows a step as the law that its speed is
+    /// commanded by: two thirds after the time constant, all of it in the end. It falls short by
+    /// what its speed control, eight times as fast, and dry friction take: a tenth of the step at
+    /// first, 2 % in the end.
     #[test]
     fn a_loading_rig_follows_its_force_with_the_lag() {
         let p = Machine::reference().emla.lift;

@@ -1,5 +1,5 @@
-//! The testbed while it runs: the actuator level of the controller tracks the rods' recorded motion, and a load emulator or a second rig
-//! replays the recorded force.
+//! The testbed while it runs: the actuator level of the controller tracks the rods' recorded
+//! motion, and a load emulator or a second rig replays the recorded force.
 #![allow(non_snake_case)] // the paper's symbols
 
 use anyhow::Result;
@@ -13,7 +13,8 @@ use super::load_rig::{self, LoadRigs};
 use super::ports::{inputs, ports};
 use super::profile::Profile;
 
-/// Communication step of two rigs against each other, s: the rod between them weighs 24 kg and hangs between two stiff springs.
+/// Communication step of two rigs against each other, s: the rod between them weighs 24 kg and
+/// hangs between two stiff springs.
 const STEP: f64 = 1e-4;
 
 /// The one-axis experiment as it is run.
@@ -144,7 +145,8 @@ fn references(testbed: &System) -> Result<Inputs> {
     inputs(testbed, names.as_flattened())
 }
 
-/// Load emulator: `lag·F' = F_profile − F`, exact for a profile held at its mean over the step; the mean force of the step.
+/// Load emulator: `lag·F' = F_profile − F`, exact for a profile held at its mean over the step; the
+/// mean force of the step.
 fn emulate(force: &mut f64, from: f64, to: f64, step: f64, lag: f64) -> f64 {
     let before = *force;
     let reached = if lag > 0.0 {

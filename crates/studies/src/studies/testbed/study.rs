@@ -1,8 +1,10 @@
-//! One-axis experiment (the paper's "Experimental Results"): the lift and the tilt actuator, force-driven, each against a load emulator
-//! that replays the force profile of its joint from a run of the whole machine with a first-order lag; the actuator level of the
-//! controller tracks the rod's position and velocity of that run. The load's force is previewed to the controller, as the whole machine's
-//! decomposition would, or not known to it beforehand, as on a testbed that something else loads. With actuators as built, a second rig
-//! under force control, nose to nose, loads them too.
+//! One-axis experiment (the paper's "Experimental Results"): the lift and the tilt actuator,
+//! force-driven, each against a load emulator that replays the force profile of its joint from a
+//! run of the whole machine with a first-order lag; the actuator level of the controller tracks the
+//! rod's position and velocity of that run. The load's force is previewed to the controller, as the
+//! whole machine's decomposition would, or not known to it beforehand, as on a testbed that
+//! something else loads. With actuators as built, a second rig under force control, nose to nose,
+//! loads them too.
 
 use anyhow::{Context, Result};
 use cosim::run::Experiment;
@@ -23,7 +25,8 @@ pub const RIG_SYSTEM: &str = "RigTestbed.ssp";
 pub struct Replay<'a> {
     /// The machine.
     pub machine: &'a System,
-    /// Its conditions; what is set on its controller, and on its lift and tilt actuators, counts on the testbed too.
+    /// Its conditions; what is set on its controller, and on its lift and tilt actuators, counts on
+    /// the testbed too.
     pub base: &'a Experiment,
     /// Its runs.
     pub runs: &'a [MachineRun],
@@ -41,8 +44,8 @@ impl Replay<'_> {
         Ok(axes.into_iter().map(|loaded| loaded.axis).collect())
     }
 
-    /// Replay both trajectories on the testbed of actuators as built with each of `trials`, under both loads; of what is set on the machine
-    /// what is set on its controller counts.
+    /// Replay both trajectories on the testbed of actuators as built with each of `trials`, under
+    /// both loads; of what is set on the machine what is set on its controller counts.
     ///
     /// # Errors
     /// As [`Replay::on`].
