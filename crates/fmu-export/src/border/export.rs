@@ -18,15 +18,15 @@ pub trait Exported {
 macro_rules! export_fmu {
     ($model:ty) => {
         const _: () = {
-            /// The model of this library.
-            struct Library;
+            /// The model of this library, under a name that no model has.
+            struct __Exported;
 
-            impl $crate::entry::Exported for Library {
+            impl $crate::entry::Exported for __Exported {
                 type Model = $model;
             }
 
-            $crate::export_fmi2!(Library);
-            $crate::export_fmi3!(Library);
+            $crate::export_fmi2!(__Exported);
+            $crate::export_fmi3!(__Exported);
         };
     };
 }

@@ -269,8 +269,9 @@ impl<M: Model> Variable<M> {
 
     /// The inputs AND parameters an output depends on in Initialization Mode (through
     /// [`Model::initialize`](crate::Model::initialize) too), written as in
-    /// [`depends_on`](Self::depends_on); [`ALL_PARAMETERS`] stands for every parameter. Without it:
-    /// on all, which lets an importer see an algebraic loop at initialization.
+    /// [`depends_on`](Self::depends_on); [`ALL_PARAMETERS`](crate::ALL_PARAMETERS) stands for every
+    /// parameter. Without it: on all, which lets an importer see an algebraic loop at
+    /// initialization.
     pub const fn initially_depends_on(mut self, knowns: &'static [&'static str]) -> Self {
         self.initial_dependencies = Dependencies::Same([knowns, &[]]);
         self

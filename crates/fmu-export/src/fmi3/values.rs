@@ -101,16 +101,18 @@ fn get<M: Model, C: Copy, T: Value>(
     vr: Array<ValueReference>,
     values: ArrayMut<C>,
     integers: Option<&Integers>,
-    to_c: impl Fn(T) -> C,
+    to_c: impl Fn(T) -> C + Copy,
 ) -> Result<(), Fault> {
     b.check_update(|k| vr.at(k))?;
     if let Some(integers) = integers {
         check_integers(b, vr, values.len(), None::<fn(usize) -> i64>, integers)?;
     }
+    // Closures of a word each, so that they are handed on in registers.
+    let (vr, to) = (&vr, &values);
     (b.instance).get_blocks(
-        |k| vr.at(k),
-        values.len(),
-        |k, some| values.put_all(k, some, &to_c),
+        move |k| vr.at(k),
+        to.len(),
+        move |k, some| to.put_all(k, some, to_c),
     )
 }
 
