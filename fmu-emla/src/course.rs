@@ -1,7 +1,7 @@
 //! The inputs over a step, in which the rod moves on with its velocity.
 
-use crate::model::{EmlaFmu, Input};
-use actuator_table::rod_end;
+use crate::model::EmlaFmu;
+use actuator_table::{Input, rod_end};
 use emla::{Emla, State};
 use fmu_export::{Carried, InputPolynomial, ModelError};
 use std::cell::Cell;

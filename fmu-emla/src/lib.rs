@@ -8,19 +8,13 @@ mod course;
 mod model;
 mod table;
 
+use actuator_table::Input;
 use course::Course;
 use emla::Output;
 use fmu_export::{Carried, Info, InputPolynomial, Model, ModelError, StepEnd, Variable};
 use machine::Drive;
-use model::{EmlaFmu, Input, Parameters, at, direction, trip};
+use model::{EmlaFmu, Parameters, trip};
 use table::{INFO, VARIABLES};
-
-impl EmlaFmu {
-    /// The inputs with the rod where it is now.
-    fn input(&self, u: &Input) -> emla::Input {
-        at(u, self.rod.now(&u.x))
-    }
-}
 
 impl Model for EmlaFmu {
     type Parameters = Parameters;
@@ -35,17 +29,14 @@ impl Model for EmlaFmu {
 
     fn defaults() -> (Parameters, Input) {
         let parameters = Parameters::reference();
-        let input = Input::unset(&parameters.of_machine, |T_ambient| emla::Input {
-            T_ambient,
-            ..emla::Input::default()
-        });
+        let input = Input::unset(&parameters.of_machine);
         (parameters, input)
     }
 
     fn initialize(p: &Parameters, u: &Input, t: f64) -> Result<Self, ModelError> {
         let emla = p.actuator()?;
         let rod = Carried::at(&u.x);
-        let u = at(u, rod.now(&u.x));
+        let u = u.now(&rod);
         let state = emla.start_at(&u, p.T_start)?;
         let warning = state.tripped.then(|| trip(&emla, &u, t));
         Ok(Self {
@@ -63,7 +54,7 @@ impl Model for EmlaFmu {
     }
 
     fn output(&self, _p: &Parameters, u: &Input, _now: &()) -> Result<Output, ModelError> {
-        Ok(self.emla.output(&self.state, &self.input(u)))
+        Ok(self.emla.output(&self.state, &u.now(&self.rod)))
     }
 
     fn step(
@@ -78,7 +69,7 @@ impl Model for EmlaFmu {
         let mut state = self.emla.step(&self.state, |s| course.at(s), t, h)?;
         state.shift += course.work_of_shift(&self.emla, &self.state);
         if state.tripped && !self.state.tripped {
-            let u = self.input(u.value());
+            let u = u.value().now(&self.rod);
             self.warning = Some(trip(&self.emla, &u, t));
         }
         if self.emla.drive() == Drive::Motion {
@@ -100,7 +91,7 @@ impl Model for EmlaFmu {
         _now: &(),
         u_dot: &Input,
     ) -> Result<Output, ModelError> {
-        Ok((self.emla).output_dot(&self.state, &self.input(u), &direction(u_dot)))
+        Ok((self.emla).output_dot(&self.state, &u.now(&self.rod), &u_dot.direction()))
     }
 
     fn directional_derivative(
@@ -110,7 +101,7 @@ impl Model for EmlaFmu {
         _now: &(),
         du: &Input,
     ) -> Result<Output, ModelError> {
-        Ok((self.emla).output_along(&self.state, &self.input(u), &direction(du)))
+        Ok((self.emla).output_along(&self.state, &u.now(&self.rod), &du.direction()))
     }
 
     fn take_warning(&mut self) -> Option<String> {

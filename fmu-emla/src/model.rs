@@ -21,26 +21,6 @@ pub struct EmlaFmu {
     pub(crate) warning: Option<String>,
 }
 
-/// Inputs as the importer sees them.
-pub type Input = actuator_table::Input<emla::Input>;
-
-/// The inputs with the rod at `x`, m; a voltage of the DC link that nobody has set is the
-/// machine's.
-pub(crate) fn at(u: &Input, x: f64) -> emla::Input {
-    let v_dc = u.v_dc.told();
-    emla::Input { x, v_dc, ..u.u }
-}
-
-/// The direction of a derivative, or a derivative by time: in them nothing is set, and every number
-/// counts.
-pub(crate) fn direction(u: &Input) -> emla::Input {
-    emla::Input {
-        x: u.x.value,
-        v_dc: Some(u.v_dc.value),
-        ..u.u
-    }
-}
-
 /// Parameters as the importer sees them.
 #[derive(Clone, Serialize, Deserialize)]
 pub struct Parameters {

@@ -7,22 +7,12 @@
 mod model;
 mod table;
 
-use actuator_table::rod_end;
+use actuator_table::{Input, rod_end};
 use fmu_export::{Carried, Info, InputPolynomial, Model, ModelError, StepEnd, Variable};
 use machine::Drive;
-use model::{Input, Parameters, RigFmu, trip};
-use rig::{Output, Rig};
+use model::{Parameters, RigFmu, trip};
+use rig::Output;
 use table::{INFO, VARIABLES};
-
-/// The inputs with the rod where it is now; a voltage of the DC link that nobody has set is the
-/// machine's.
-fn input(rig: &Rig, rod: &Carried<f64>, u: &Input) -> rig::Input {
-    rig::Input {
-        x: rod.now(&u.x),
-        v_dc: u.v_dc.told().unwrap_or(rig.params().link_voltage()),
-        ..u.u
-    }
-}
 
 impl Model for RigFmu {
     type Parameters = Parameters;
@@ -37,16 +27,13 @@ impl Model for RigFmu {
 
     fn defaults() -> (Parameters, Input) {
         let parameters = Parameters::reference();
-        let input = Input::unset(&parameters.of_machine, |T_ambient| rig::Input {
-            T_ambient,
-            ..rig::Input::default()
-        });
+        let input = Input::unset(&parameters.of_machine);
         (parameters, input)
     }
 
     fn initialize(p: &Parameters, u: &Input, t: f64) -> Result<Self, ModelError> {
         let (rig, rod) = (p.actuator()?, Carried::at(&u.x));
-        let u = input(&rig, &rod, u);
+        let u = u.now(&rod);
         let state = rig.start(&u, p.T_start)?;
         let warning = state.tripped.then(|| trip(&rig, &u, t));
         Ok(Self {
@@ -58,9 +45,7 @@ impl Model for RigFmu {
     }
 
     fn output(&self, _p: &Parameters, u: &Input, _now: &()) -> Result<Output, ModelError> {
-        Ok(self
-            .rig
-            .output(&self.state, &input(&self.rig, &self.rod, u)))
+        Ok(self.rig.output(&self.state, &u.now(&self.rod)))
     }
 
     fn step(
@@ -71,7 +56,7 @@ impl Model for RigFmu {
         t: f64,
         h: f64,
     ) -> Result<StepEnd, ModelError> {
-        let now = input(&self.rig, &self.rod, u.value());
+        let now = u.value().now(&self.rod);
         let mut state = self.rig.step(&self.state, &now, t, h)?;
         state.shift += self.rig.work_of_shift(&self.state, self.rod.value(), now.x);
         if state.tripped && !self.state.tripped {

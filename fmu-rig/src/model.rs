@@ -18,9 +18,6 @@ pub struct RigFmu {
     pub(crate) warning: Option<String>,
 }
 
-/// Inputs as the importer sees them.
-pub type Input = actuator_table::Input<rig::Input>;
-
 /// Parameters as the importer sees them.
 #[derive(Clone, Serialize, Deserialize)]
 pub struct Parameters {
@@ -66,5 +63,5 @@ impl Parameters {
 
 /// What to tell when the drive trips at time `t`, s.
 pub(crate) fn trip(rig: &Rig, u: &rig::Input, t: f64) -> String {
-    machine::trip_message(t, u.v_dc, rig.undervoltage())
+    machine::trip_message(t, rig.link_voltage(u), rig.undervoltage())
 }

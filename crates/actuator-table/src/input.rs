@@ -8,28 +8,50 @@
 
 use crate::info::{ROOM, X_LARGEST, X_START};
 use fmu_export::{Carried, Counted, ModelError};
-use machine::EmlaFields;
+use machine::{ActuatorInput, EmlaFields};
 use serde::{Deserialize, Serialize};
 
-/// Inputs as the importer sees them; `U` are the model's.
+/// Inputs as the importer sees them.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
-pub struct Input<U> {
-    /// The model's inputs; position of the rod and voltage of the DC link follow from the other two
-    /// fields.
-    pub u: U,
+pub struct Input {
+    /// The model's; position of the rod and voltage of the DC link follow from the other fields.
+    pub u: ActuatorInput,
     /// Voltage of the DC link, V; until it is set, that of the machine counts.
     pub v_dc: Counted<f64>,
     /// Rod position, m.
     pub x: Counted<f64>,
 }
 
-impl<U> Input<U> {
-    /// Inputs that nobody has set: `u` is given the temperature of a room.
-    pub fn unset(of_machine: &EmlaFields, u: impl FnOnce(f64) -> U) -> Self {
+impl Input {
+    /// Inputs that nobody has set.
+    pub fn unset(of_machine: &EmlaFields) -> Self {
         Self {
-            u: u(ROOM),
+            u: ActuatorInput {
+                T_ambient: ROOM,
+                ..ActuatorInput::default()
+            },
             v_dc: Counted::unset(of_machine.inverter.v_dc),
             x: Counted::unset(X_START),
+        }
+    }
+
+    /// The model's inputs with the rod where it is now; a voltage of the DC link that nobody has set
+    /// is the machine's.
+    pub fn now(&self, rod: &Carried<f64>) -> ActuatorInput {
+        ActuatorInput {
+            x: rod.now(&self.x),
+            v_dc: self.v_dc.told(),
+            ..self.u
+        }
+    }
+
+    /// The direction of a derivative, or a derivative by time: in them nothing is set, and every
+    /// number counts.
+    pub fn direction(&self) -> ActuatorInput {
+        ActuatorInput {
+            x: self.x.value,
+            v_dc: Some(self.v_dc.value),
+            ..self.u
         }
     }
 }

@@ -6,6 +6,7 @@
 //! model's inputs are [`Input`], and its parameters have the fields that [`actuator_parameters!`]
 //! names.
 #![forbid(unsafe_code)]
+#![allow(non_snake_case)] // the paper's symbols
 
 mod info;
 mod input;

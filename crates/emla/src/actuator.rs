@@ -54,10 +54,11 @@ impl Emla {
     }
 
     /// The same actuator for an importer in which its force acts `delay` steps after the outputs
-    /// are read. The force is therefore predicted: [`Output::F`] is `F + delay·h·K_b·(ẋ_n − ẋ)`, h
-    /// the last step. An importer that reads all outputs before it sets any input holds the force
-    /// over the step that follows. Without the prediction this takes the damping `K_b·h` away from
-    /// the spring, and from `C_b = K_b·h/2` on (2 ms here) the coupling is unstable.
+    /// are read. The force is therefore predicted: [`crate::Output::F`] is
+    /// `F + delay·h·K_b·(ẋ_n − ẋ)`, h the last step. An importer that reads all outputs before it
+    /// sets any input holds the force over the step that follows. Without the prediction this takes
+    /// the damping `K_b·h` away from the spring, and from `C_b = K_b·h/2` on (2 ms here) the
+    /// coupling is unstable.
     #[must_use]
     pub fn with_delay(self, delay: u32) -> Self {
         Self { delay, ..self }

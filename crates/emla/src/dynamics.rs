@@ -2,13 +2,12 @@
 
 use crate::actuator::Emla;
 use crate::conditions::Conditions;
-use crate::input::Input;
 use crate::instant::Instant;
 use crate::losses::Losses;
 use crate::maps;
 use crate::motor::{self, Dq};
 use crate::state::{Balance, LossKinds, Point, Rates, State};
-use machine::Drive;
+use machine::{ActuatorInput as Input, Drive};
 
 impl Emla {
     /// Time derivative of the state.

@@ -2,11 +2,10 @@
 
 use crate::actuator::Emla;
 use crate::conditions::Conditions;
-use crate::input::Input;
 use crate::maps;
 use crate::motor::{self, Dq};
 use crate::state::Point;
-use machine::{Drive, Holding};
+use machine::{ActuatorInput as Input, Drive, Holding};
 
 /// What follows from state and inputs at one instant.
 #[derive(Clone, Copy, Debug)]

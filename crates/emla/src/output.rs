@@ -3,11 +3,10 @@
 use crate::actuator::Emla;
 use crate::dynamics::{power_in, power_out};
 use crate::efficiency::{Efficiency, Powers, is_defined};
-use crate::input::Input;
 use crate::losses::Losses;
 use crate::maps;
 use crate::state::{Residual, State};
-use machine::link_current;
+use machine::{ActuatorInput as Input, link_current};
 use serde::{Deserialize, Serialize};
 
 /// Outputs, of the state and the current inputs.

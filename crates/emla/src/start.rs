@@ -1,10 +1,10 @@
 //! The state at the start: in equilibrium with a load.
 
 use crate::actuator::Emla;
-use crate::input::Input;
 use crate::maps;
 use crate::state::{Balance, LossKinds, Residual, State, Thermal};
 use limits::StepError;
+use machine::ActuatorInput as Input;
 
 /// Secant steps for the torque of the start; the residual is smooth, so a handful converges.
 const STEADY_STEPS: u32 = 20;

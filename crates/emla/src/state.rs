@@ -15,9 +15,11 @@ pub struct State {
     pub theta_m: f64,
     /// Motor speed, rad/s.
     pub w_m: f64,
-    /// Rod position in [`Drive::Force`], m; stays at its start value in [`Drive::Motion`].
+    /// Rod position in [`crate::Drive::Force`], m; stays at its start value in
+    /// [`crate::Drive::Motion`].
     pub x: f64,
-    /// Rod velocity in [`Drive::Force`], m/s; stays at its start value in [`Drive::Motion`].
+    /// Rod velocity in [`crate::Drive::Force`], m/s; stays at its start value in
+    /// [`crate::Drive::Motion`].
     pub x_dot: f64,
     /// What the network adds to the force; of the state's torque and speed, held over the next
     /// step.

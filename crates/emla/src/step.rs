@@ -2,12 +2,11 @@
 
 use crate::actuator::Emla;
 use crate::conditions::Conditions;
-use crate::input::Input;
 use crate::maps;
 use crate::state::{LossKinds, Point, Rates, State};
 use crate::substep::RATE_STEP;
 use limits::{MAX_SUBSTEPS, StepError, check_step};
-use machine::{Drive, Holding, link_current};
+use machine::{ActuatorInput as Input, Drive, Holding, link_current};
 
 /// The electrical mode turned faster than the substep of an attempt resolves, at this motor speed
 /// in rad/s (or not a number).

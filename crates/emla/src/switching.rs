@@ -3,10 +3,9 @@
 
 use crate::actuator::Emla;
 use crate::conditions::Conditions;
-use crate::input::Input;
 use crate::maps;
 use crate::state::{Point, State};
-use machine::{DEAD_LINK, Holding};
+use machine::{ActuatorInput as Input, DEAD_LINK, Holding};
 
 impl Emla {
     /// Voltage of the DC link, V: the input's, or the machine's.

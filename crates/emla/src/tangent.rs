@@ -4,14 +4,13 @@ use crate::actuator::Emla;
 use crate::conditions::Conditions;
 use crate::dynamics::power_in;
 use crate::efficiency::{Efficiency, Powers, is_defined};
-use crate::input::Input;
 use crate::instant::Instant;
 use crate::losses::{Losses, core_loss, inverter_loss};
 use crate::maps;
 use crate::motor::{self, Dq};
 use crate::output::Output;
 use crate::state::{Balance, Point, Rates, State};
-use machine::{Drive, Holding, link_current};
+use machine::{ActuatorInput as Input, Drive, Holding, link_current};
 
 /// Derivatives of the members of [`Instant`] that the outputs need.
 struct InstantTangent {

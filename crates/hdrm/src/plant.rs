@@ -24,7 +24,7 @@ use spatial::Inertia;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Hdrm {
     pub(crate) tree: Tree,
-    /// In the order of [`BODIES`].
+    /// In the order of [`crate::BODIES`].
     pub(crate) bodies: [Inertia; Body::COUNT],
     pub(crate) parts: MovingParts,
     pub(crate) payload: Payload,
@@ -64,7 +64,7 @@ impl Hdrm {
         &self.tree
     }
 
-    /// Inertias in the order of [`BODIES`], in body axes about body origins.
+    /// Inertias in the order of [`crate::BODIES`], in body axes about body origins.
     #[must_use]
     pub fn inertias(&self) -> &[Inertia; Body::COUNT] {
         &self.bodies

@@ -114,7 +114,7 @@ pub fn run(profile: &Profile, sensor_seed: u64) -> Result<Vec<Instant>> {
         .inverter
         .map_or(650.0, |inverter| inverter.v_dc);
     let mut u = Input {
-        v_dc,
+        v_dc: Some(v_dc),
         T_ambient: rig.extras().temperature.reference,
         x: 0.5 * (crate::profile::STROKE[0] + crate::profile::STROKE[1]),
         F_ext: desired[0].load,

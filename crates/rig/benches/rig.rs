@@ -11,7 +11,7 @@ fn main() {
     let p = machine::Machine::reference().emla.lift;
     let u = Input {
         v_q: 60.0,
-        v_dc: 650.0,
+        v_dc: Some(650.0),
         T_ambient: 293.15,
         x: 0.3,
         x_dot: 0.03,

@@ -102,7 +102,7 @@ impl Rig {
             F,
             copper,
             core,
-            inverter: self.inverter(i, u.v_dc),
+            inverter: self.inverter(i, self.link_voltage(u)),
             mechanical,
             delivered: match self.drive {
                 Drive::Motion => F * x_dot,

@@ -17,7 +17,7 @@ impl Rig {
     /// modulation; its direction is kept.
     pub(crate) fn commanded(&self, u: &Input) -> Dq {
         let v = Dq { d: u.v_d, q: u.v_q };
-        let largest = self.p.largest_voltage(u.v_dc);
+        let largest = self.p.largest_voltage(self.link_voltage(u));
         let square = v.dot(v);
         if square <= largest * largest {
             v
@@ -63,7 +63,7 @@ impl Rig {
             d: hold.acting[0],
             q: hold.acting[1],
         };
-        let lost = self.dead_time_voltage(i.turned((sin, cos)), u.v_dc);
+        let lost = self.dead_time_voltage(i.turned((sin, cos)), self.link_voltage(u));
         (held + (-1.0) * lost).turned((-sin, cos))
     }
 
@@ -105,7 +105,7 @@ impl Rig {
         };
         let at = |theta: f64| {
             let turn = libm::sincos(f64::from(self.p.p) * theta);
-            let v = v.turned(turn) + self.dead_time_voltage(i.turned(turn), u.v_dc);
+            let v = v.turned(turn) + self.dead_time_voltage(i.turned(turn), self.link_voltage(u));
             [v.d, v.q]
         };
         HeldVoltages {
@@ -136,7 +136,7 @@ mod tests {
         Input {
             v_d,
             v_q,
-            v_dc: 650.0,
+            v_dc: Some(650.0),
             ..Input::default()
         }
     }
@@ -204,7 +204,7 @@ mod tests {
         let v = rig.commanded(&input(-300.0, 400.0));
         assert!((size(v) - 375.0).abs() < 1e-9 && (v.d / v.q + 0.75).abs() < 1e-12);
         let low = Input {
-            v_dc: 400.0,
+            v_dc: Some(400.0),
             ..input(-300.0, 400.0)
         };
         assert!((size(rig.commanded(&low)) - 400.0 / 3.0_f64.sqrt()).abs() < 1e-9);

@@ -20,7 +20,6 @@ mod dynamics;
 mod extras;
 mod friction;
 mod heat;
-mod input;
 mod inverter;
 mod link;
 mod motor;
@@ -35,9 +34,8 @@ pub use extras::{
     Backlash, Cogging, Compliance, Extras, Friction, Heat, Losses, Ripple, Saturation, Switching,
     Temperature,
 };
-pub use input::Input;
 pub use limits::StepError;
-pub use machine::Drive;
+pub use machine::{ActuatorInput as Input, Drive};
 pub use output::Output;
 pub use rig::{Rig, RigError};
 pub use state::{Balance, HeldVoltages, Powers, State};

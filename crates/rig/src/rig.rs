@@ -2,7 +2,7 @@
 
 use crate::extras::Extras;
 use limits::ParamError;
-use machine::{Drive, MachineError};
+use machine::{ActuatorInput, Drive, MachineError};
 use serde::{Deserialize, Serialize};
 
 /// One actuator as built.
@@ -60,6 +60,12 @@ impl Rig {
     #[must_use]
     pub fn undervoltage(&self) -> f64 {
         self.undervoltage
+    }
+
+    /// Voltage of the DC link, V: the input's, or the machine's.
+    #[must_use]
+    pub fn link_voltage(&self, u: &ActuatorInput) -> f64 {
+        u.v_dc.unwrap_or_else(|| self.p.link_voltage())
     }
 
     /// Drive mode.

@@ -52,7 +52,7 @@ impl Rig {
         };
         let now = self.instant(&state, u, &self.held(&state, u));
         let supplied = now.supplied(state.current());
-        state.i_dc_mean = machine::link_current(supplied, u.v_dc);
+        state.i_dc_mean = machine::link_current(supplied, self.link_voltage(u));
         state.mean = Powers {
             supplied,
             delivered: now.delivered,

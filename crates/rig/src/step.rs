@@ -62,7 +62,8 @@ impl Rig {
             match self.attempt(begun, u, h, dt_max) {
                 Ok(mut next) => {
                     next.mean = next.energy.mean_since(&s.energy, h);
-                    next.i_dc_mean = machine::link_current(next.mean.supplied, u.v_dc);
+                    next.i_dc_mean =
+                        machine::link_current(next.mean.supplied, self.link_voltage(u));
                     next.check_finite(t)?;
                     return Ok(next);
                 }

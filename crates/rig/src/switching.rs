@@ -1,10 +1,9 @@
 //! The drive's states: whether its gates are on, whether it has tripped, and what its brake does.
 
 use crate::conditions::Conditions;
-use crate::input::Input;
 use crate::rig::Rig;
 use crate::state::{HeldVoltages, State};
-use machine::{DEAD_LINK, Holding, is_tripped};
+use machine::{ActuatorInput as Input, DEAD_LINK, Holding, is_tripped};
 
 impl Rig {
     /// What holds in state `s` under the inputs `u`.
@@ -40,12 +39,16 @@ impl Rig {
     /// voltage.
     pub(crate) fn switched(&self, s: &State, u: &Input) -> State {
         let mut next = *s;
-        next.tripped = is_tripped(s.tripped, u.enable, u.v_dc < self.undervoltage);
+        next.tripped = is_tripped(
+            s.tripped,
+            u.enable,
+            self.link_voltage(u) < self.undervoltage,
+        );
         if u.enable && !next.tripped {
             return next;
         }
         let field = self.field_energy(s.current());
-        if u.v_dc >= DEAD_LINK {
+        if self.link_voltage(u) >= DEAD_LINK {
             next.energy.supplied -= field;
         } else {
             next.energy.lost += field;

@@ -10,7 +10,7 @@ fn outputs_and_steps_allocate_nothing() {
         let rig = Rig::new(p, Extras::AS_BUILT, drive).expect("valid");
         let u = Input {
             v_q: 40.0,
-            v_dc: 650.0,
+            v_dc: Some(650.0),
             T_ambient: 293.15,
             x: 0.3,
             x_dot: 0.02,

@@ -14,7 +14,7 @@ fn input(t: f64, x: f64, x_dot: f64) -> Input {
     Input {
         v_d: -3.0 + 2.0 * (9.0 * t).sin(),
         v_q: 60.0 * (3.1 * t).sin() + 4.0 * (17.0 * t).cos(),
-        v_dc: 650.0,
+        v_dc: Some(650.0),
         T_ambient: 293.15,
         x,
         x_dot,

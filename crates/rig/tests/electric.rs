@@ -20,7 +20,7 @@ fn boom(extras: Extras) -> Rig {
 /// for the dead time.
 fn start(rig: &Rig, x_dot: f64) -> (State, Input) {
     let mut u = Input {
-        v_dc: 600.0,
+        v_dc: Some(600.0),
         T_ambient: ROOM,
         x: 0.31,
         x_dot,
@@ -67,7 +67,10 @@ fn a_boom_without_voltage_stays_where_it_is() {
         let first = rig.output(&s, &u);
         let s = run(&rig, s, &u, 10);
         assert!(!s.tripped && s.i_q.abs() > 1.0);
-        let low = Input { v_dc: 449.9, ..u };
+        let low = Input {
+            v_dc: Some(449.9),
+            ..u
+        };
         let begun = run(&rig, s, &low, 1);
         assert!(begun.tripped && begun.i_q == 0.0 && begun.i_d == 0.0);
         let stopped = run(&rig, begun, &low, 2000);
@@ -150,7 +153,15 @@ fn currents_return_to_the_link() {
         (next.i_dc_mean * 600.0 * H + field).abs() < 1e-10,
         "{next:?}"
     );
-    let dead = run(&rig, s, &Input { v_dc: 0.5, ..off }, 1);
+    let dead = run(
+        &rig,
+        s,
+        &Input {
+            v_dc: Some(0.5),
+            ..off
+        },
+        1,
+    );
     assert_eq!((dead.energy.supplied, dead.i_dc_mean), (0.0, 0.0));
     assert!((dead.energy.inverter - field).abs() < 1e-10, "{dead:?}");
 }
@@ -169,7 +180,7 @@ fn the_brake_holds_up_to_its_torque() {
     for (share, holds) in [(0.99, true), (1.02, false)] {
         let F = share * 50.0 / per_newton;
         let u = Input {
-            v_dc: 600.0,
+            v_dc: Some(600.0),
             x: 0.31,
             F_ext: F,
             F_hold: F,
@@ -190,7 +201,7 @@ fn a_shift_of_the_rod_is_work_of_the_springs() {
     let p = machine::Machine::reference().emla.lift;
     let rig = Rig::new(p, Extras::AS_BUILT, Drive::Motion).expect("valid");
     let u = Input {
-        v_dc: 600.0,
+        v_dc: Some(600.0),
         x: 0.31,
         F_hold: LOAD,
         ..Input::default()

@@ -34,7 +34,7 @@ fn with_all_extras_off_it_is_the_idealised_actuator() {
             let built = Input {
                 v_d: ideal.v_d,
                 v_q: ideal.v_q,
-                v_dc: 650.0,
+                v_dc: Some(650.0),
                 T_ambient: 293.15,
                 x: ideal.x,
                 x_dot: ideal.x_dot,

@@ -79,7 +79,7 @@ fn stiction_and_backlash_agree_with_scipy() {
             Input {
                 v_d: wave(&case["v_d"], t).0,
                 v_q: wave(&case["v_q"], t).0,
-                v_dc: golden["v_dc"].as_f64().expect("V"),
+                v_dc: golden["v_dc"].as_f64(),
                 T_ambient: golden["T_ambient"].as_f64().expect("K"),
                 x,
                 x_dot,

@@ -119,8 +119,8 @@ impl Network {
         self.forward::<2, B>(&x)
     }
 
-    /// Scaled outputs of `B` scaled inputs on registers of `LANES` numbers. Only the widest hold the
-    /// sums of several points; elsewhere one point after the other is faster.
+    /// Scaled outputs of `B` scaled inputs on registers of `LANES` numbers. Only the widest hold
+    /// the sums of several points; elsewhere one point after the other is faster.
     #[inline(always)]
     fn forward<const LANES: usize, const B: usize>(&self, x: &[[f64; 2]; B]) -> [[f64; 2]; B] {
         if LANES == 8 {
