@@ -42,6 +42,10 @@ pub struct SystemArgs {
     /// FMU for one component instead of the one that the system names, of either version; repeatable
     #[arg(long = "fmu", value_name = "COMPONENT=FILE")]
     pub fmus: Vec<String>,
+    /// Other names that the FMU of a component has: a parameter mapping (.ssm) from the structure's names to the FMU's; the component may be
+    /// left out where one --fmu is given; repeatable
+    #[arg(long = "map", value_name = "[COMPONENT=]FILE")]
+    pub maps: Vec<String>,
     /// System structure to take from the packed system: `heavy.ssd` [default: SystemStructure.ssd]
     #[arg(long, value_name = "NAME")]
     pub variant: Option<String>,
@@ -73,7 +77,16 @@ impl SystemArgs {
             Ok((component.to_string(), PathBuf::from(file)))
         });
         let replaced = replaced.collect::<Result<Vec<_>>>()?;
-        let mut system = System::load(&path, self.variant.as_deref(), &place, &replaced)?;
+        let mapping = |text: &String| match (text.split_once('='), replaced.as_slice()) {
+            (Some((component, file)), _) => Ok((component.to_string(), PathBuf::from(file))),
+            (None, [(component, _)]) => Ok((component.clone(), PathBuf::from(text))),
+            (None, _) => {
+                bail!("--map {text}: it must be COMPONENT=FILE where not one --fmu is given")
+            }
+        };
+        let maps = self.maps.iter().map(mapping).collect::<Result<Vec<_>>>()?;
+        let variant = self.variant.as_deref();
+        let mut system = System::load_renamed(&path, variant, &place, &replaced, &maps)?;
         for set in &self.parameters {
             system.apply_set(set)?;
         }

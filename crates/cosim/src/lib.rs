@@ -27,6 +27,7 @@ pub mod observer;
 pub mod output;
 pub mod package;
 pub mod recording;
+mod renaming;
 pub mod run;
 pub mod schedule;
 pub mod signals;

@@ -6,12 +6,13 @@ use std::sync::Arc;
 
 use crate::fmu::Fmu;
 use crate::package::{Package, read};
+use crate::renaming::rename;
 use crate::structure::{self, Component, Hop, Parameter, Structure, parse_set};
 use crate::transformation::{Linear, Transformation, along, conversion, unit_of};
 use crate::wiring::{Port, Wiring};
 use anyhow::{Context, Result, anyhow, bail};
 use fmu_description::{Description, Kind, Variable};
-use system_structure::{Connector, DataType};
+use system_structure::{Connector, DataType, ParameterMapping};
 
 /// Likeness from which on a known name is suggested for an unknown one; 1 is the same name.
 const LIKE: f64 = 0.85;
@@ -72,6 +73,18 @@ impl System {
         place: &FmuPlace,
         replaced: &[(String, PathBuf)],
     ) -> Result<Self> {
+        Self::load_renamed(path, variant, place, replaced, &[])
+    }
+
+    /// The same where the FMUs of some components have names of their own, by parameter mappings (`.ssm`): `source` is the name in the
+    /// structure, `target` that of the FMU.
+    pub fn load_renamed(
+        path: &Path,
+        variant: Option<&str>,
+        place: &FmuPlace,
+        replaced: &[(String, PathBuf)],
+        mappings: &[(String, PathBuf)],
+    ) -> Result<Self> {
         let mut package = Package::open(path)?;
         let text = package.structure(variant)?;
         let name = package.structure_name(variant);
@@ -108,6 +121,22 @@ impl System {
             structure,
             fmus,
         };
+        for (name, file) in mappings {
+            let text = String::from_utf8(read(file).context("mapping")?);
+            let text = text.with_context(|| format!("`{}` is not UTF-8 text", file.display()))?;
+            let mapping = ParameterMapping::parse(&text, &file.display().to_string())?;
+            let Some(k) = system.structure.component(name) else {
+                bail!(
+                    "a mapping is given for the component `{name}`, which the system does not have"
+                );
+            };
+            let description = &system.fmus[k].description;
+            for entry in &mapping.entries {
+                let found = description.variable(&entry.target);
+                found.with_context(|| format!("mapping `{}`", file.display()))?;
+            }
+            rename(&mut system.structure, k, &mapping, description);
+        }
         system.fit_values()?;
         for (c, fmu) in system.structure.components.iter().zip(&system.fmus) {
             for connector in &c.connectors {
@@ -267,7 +296,8 @@ impl System {
     /// What the structure may have forgotten, under the start values `settings`.
     pub fn forgotten(&self, settings: &[Setting]) -> Result<Forgotten> {
         let wiring = self.wiring()?;
-        let mut remarks = wiring.remarks.clone();
+        let mut remarks = self.structure.remarks.clone();
+        remarks.extend(wiring.remarks.iter().cloned());
         for (k, fmu) in self.fmus.iter().enumerate() {
             if self.fmus[..k].iter().all(|other| !Arc::ptr_eq(other, fmu)) {
                 let named = fmu

@@ -127,6 +127,8 @@ pub struct Structure {
     pub step: Option<f64>,
     /// Components whose outputs may be read again after inputs were set although they declare no dependencies.
     pub feedthrough: Vec<String>,
+    /// What was made of it that its file does not say.
+    pub remarks: Vec<String>,
     /// Parameter values that match nothing, with their origin: by the standard they are passed over.
     pub unmatched: Vec<String>,
 }

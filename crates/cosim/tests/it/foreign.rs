@@ -36,6 +36,7 @@ const PLAIN: &str = r#"<?xml version="1.0" encoding="ISO-8859-1"?>
   modelName="plain" guid="{1}"><CoSimulation modelIdentifier="plain-c" needsExecutionTool="true"/><ModelVariables>
   <ScalarVariable name="u" valueReference="0" causality="input"><Real start="0"/></ScalarVariable>
   <ScalarVariable name="y" valueReference="1" causality="output"><Real/></ScalarVariable>
+  <ScalarVariable name="n" valueReference="2" causality="parameter" variability="fixed"><Integer start="1"/></ScalarVariable>
   </ModelVariables><ModelStructure><Outputs><Unknown index="2"/></Outputs></ModelStructure></fmiModelDescription>"#;
 
 /// A system of one such FMU, with further files beside its library.
@@ -123,8 +124,19 @@ fn an_fmu_written_by_hand_runs_with_remarks() {
     }
     // What a library lacks is missed when it is asked for.
     let mut args = run_args();
-    args.settings = vec!["plain.u=soft".into()];
-    assert!(args.experiment(&system).unwrap().start(&system).is_err());
+    args.settings = vec!["plain.n=3".into()];
+    let error = args
+        .experiment(&system)
+        .unwrap()
+        .start(&system)
+        .err()
+        .unwrap();
+    assert!(
+        error
+            .to_string()
+            .contains("its library does not export fmi2SetInteger"),
+        "{error:#}"
+    );
 }
 
 #[cfg(all(target_os = "linux", target_arch = "x86_64"))]
