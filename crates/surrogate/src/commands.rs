@@ -10,6 +10,7 @@ use clap::{Args, Parser};
 use emla::Surrogate;
 use indicatif::{ProgressBar, ProgressStyle};
 
+use crate::files::{NetworkArg, make_folder, write};
 use crate::rig_commands::{RigCompareArgs, RigDataArgs, RigLoopArgs};
 use crate::training::{EPOCHS, Prepared, Progress};
 use rig_data::data;
@@ -64,25 +65,6 @@ pub struct TrainArgs {
     /// Go on from the checkpoint.
     #[arg(long)]
     resume: bool,
-}
-
-/// The network that a picture or comparison is of.
-#[derive(Args)]
-pub(crate) struct NetworkArg {
-    /// Network file; the shipped network without it.
-    #[arg(long)]
-    network: Option<PathBuf>,
-}
-
-impl NetworkArg {
-    pub(crate) fn read(&self) -> Result<Surrogate> {
-        let Some(path) = &self.network else {
-            return Ok(Surrogate::reference());
-        };
-        let name = path.display();
-        let text = std::fs::read_to_string(path).with_context(|| format!("cannot read {name}"))?;
-        Surrogate::from_json(&text).with_context(|| name.to_string())
-    }
 }
 
 /// Arguments of `plots`.
@@ -227,16 +209,4 @@ fn report(record: &emla::TrainingRecord, seconds: f64) -> Result<()> {
         )?;
     }
     Ok(())
-}
-
-fn make_folder(path: &std::path::Path) -> Result<()> {
-    let Some(folder) = path.parent() else {
-        return Ok(());
-    };
-    std::fs::create_dir_all(folder).with_context(|| format!("cannot make {}", folder.display()))
-}
-
-pub(crate) fn write(path: &std::path::Path, text: &str) -> Result<()> {
-    make_folder(path)?;
-    std::fs::write(path, text).with_context(|| format!("cannot write {}", path.display()))
 }

@@ -7,6 +7,7 @@
 #![allow(non_snake_case)] // the paper's symbols
 
 pub mod commands;
+mod files;
 pub mod lm;
 pub mod network;
 pub mod normal;

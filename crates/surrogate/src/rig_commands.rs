@@ -7,7 +7,7 @@ use anyhow::Result;
 use clap::Args;
 use emla::Surrogate;
 
-use crate::commands::{NetworkArg, write};
+use crate::files::{NetworkArg, write};
 use crate::rig_plots;
 use rig_data::campaign::{
     Trust, compliance, held_out_profiles, measure, rms, rows, training_profiles,

@@ -2,44 +2,31 @@
 //! counts against the recorded ones.
 
 mod borders;
+mod built;
+mod callgrind;
 pub mod instructions;
 mod table;
 
-use std::collections::BTreeMap;
 use std::fs;
-use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::Instant;
 
 use anyhow::{Context, Result};
-use cargo_fmu::process::{execute, output};
-use cargo_fmu::workspace::Source;
-use cargo_fmu::{archive, library, platform};
+use built::{
+    Built, COUPLED, COUPLED_RECORDED, PROGRAMS, TABLE_ON_ALL_CORES, TABLE_ON_ONE_CORE, build,
+    overhead,
+};
+use cargo_fmu::process::output;
 use clap::Args;
 use serde::Deserialize;
 use table::{Measured, Row};
 
 use crate::pack;
 use crate::python::Python;
-use crate::workspace::{FMU_PROFILE, Workspace};
-
-/// Bench programs of the crates (`crates/*/benches`).
-const PROGRAMS: [&str; 3] = ["dynamics", "step", "controller"];
+use crate::workspace::Workspace;
 
 /// MuJoCo and Pinocchio.
 const ENGINES: &str = "engines.py";
-
-/// The coupled machine under the native master.
-const COUPLED: &str = "coupled step of 1 ms, cosim, no recording";
-const COUPLED_RECORDED: &str = "coupled step of 1 ms, cosim with CSV";
-
-/// The paper's table, 30 runs; its ratio to the one below is the gain by the cores of the machine.
-const TABLE_ON_ALL_CORES: &str = "hdrm-fmu table, all cores";
-const TABLE_ON_ONE_CORE: &str = "hdrm-fmu table, one core";
-
-/// Three calls at the border, which cost what the border costs.
-const BORDER_IN_RUST: &str = "set of 4 + step + get of 4, Rust (fmu-export)";
-const BORDER_IN_C: &str = "set of 4 + step + get of 4, C by hand";
 
 /// What to measure.
 #[derive(Args)]
@@ -137,17 +124,6 @@ fn coupled_step(name: &str, text: &str) -> Result<Measured> {
     })
 }
 
-/// Built programs and packed FMUs.
-struct Built {
-    programs: BTreeMap<String, PathBuf>,
-    cosim: PathBuf,
-    hdrm_fmu: PathBuf,
-    /// The suite.
-    fmus: Vec<PathBuf>,
-    /// Where it lies, with its systems.
-    folder: PathBuf,
-}
-
 /// Measure.
 pub fn run(workspace: &Workspace, options: &Options) -> Result<()> {
     let fmus = pack::suite(workspace, &workspace.fmu_dir())?;
@@ -161,7 +137,7 @@ pub fn run(workspace: &Workspace, options: &Options) -> Result<()> {
     let mut jobs: Vec<Job>;
     if options.ratios {
         let built = build(workspace, fmus, &[])?;
-        jobs = vec![built.coupled_step(workspace, COUPLED)];
+        jobs = vec![coupled_job(workspace, &built, COUPLED)];
         jobs.extend(overhead(workspace)?.map(Job::from));
         jobs.extend(python_jobs(workspace, &built, &[ENGINES])?);
     } else {
@@ -185,46 +161,12 @@ pub fn run(workspace: &Workspace, options: &Options) -> Result<()> {
     Ok(())
 }
 
-/// Build these bench programs of the crates, and the other programs, for packed FMUs.
-fn build(workspace: &Workspace, fmus: Vec<PathBuf>, programs: &[&str]) -> Result<Built> {
-    let folder = fmus.first().and_then(|fmu| fmu.parent());
-    let folder = folder.context("no FMU was packed")?.to_path_buf();
-    let targets: Vec<&str> = programs.iter().flat_map(|name| ["--bench", name]).collect();
-    Ok(Built {
-        programs: match targets.is_empty() {
-            true => BTreeMap::new(),
-            false => workspace.build(FMU_PROFILE, &targets)?,
-        },
-        cosim: workspace.build_programs(&["cosim"])?,
-        hdrm_fmu: workspace.build_programs(&["hdrm-fmu"])?,
-        fmus,
-        folder,
-    })
-}
-
-impl Built {
-    fn program(&self, name: &str) -> Result<&Path> {
-        let found = self.programs.get(name).map(PathBuf::as_path);
-        found.with_context(|| format!("cargo has built no bench `{name}`"))
-    }
-
-    /// `cosim bench` on the packed system: the cubic trajectory, adaptive.
-    fn coupled(&self, workspace: &Workspace) -> Command {
-        let mut cosim = workspace.command(&self.cosim);
-        let system = self.folder.join("Manipulator.ssp");
-        cosim.args(["bench", "--system"]).arg(system);
-        cosim.args(["--set", "controller.trajectory=cubic"]);
-        cosim.args(["--set", "controller.mode=adaptive"]);
-        cosim
-    }
-
-    /// How long a step of it takes.
-    fn coupled_step(&self, workspace: &Workspace, name: &'static str) -> Job {
-        let mut command = self.coupled(workspace);
-        command.args(["--stop-time", "10", "--repeat", "3", "--json"]);
-        let result = Measures::CoupledStep(name);
-        Job { command, result }
-    }
+/// How long a step of the coupled machine takes.
+fn coupled_job(workspace: &Workspace, built: &Built, name: &'static str) -> Job {
+    let mut command = built.coupled(workspace);
+    command.args(["--stop-time", "10", "--repeat", "3", "--json"]);
+    let result = Measures::CoupledStep(name);
+    Job { command, result }
 }
 
 /// What needs cargo and a C compiler only.
@@ -233,8 +175,8 @@ fn all_jobs(workspace: &Workspace, built: &Built) -> Result<Vec<Job>> {
     for name in PROGRAMS {
         jobs.push(workspace.command(built.program(name)?).into());
     }
-    jobs.push(built.coupled_step(workspace, COUPLED));
-    let mut recorded = built.coupled_step(workspace, COUPLED_RECORDED);
+    jobs.push(coupled_job(workspace, &built, COUPLED));
+    let mut recorded = coupled_job(workspace, &built, COUPLED_RECORDED);
     recorded.command.args(["--signals", "*", "--csv"]);
     recorded.command.arg(workspace.target.join("bench.csv"));
     jobs.push(recorded);
@@ -252,63 +194,6 @@ fn all_jobs(workspace: &Workspace, built: &Built) -> Result<Vec<Job>> {
     ]);
     jobs.extend(overhead(workspace)?.map(Job::from));
     Ok(jobs)
-}
-
-/// The same FMU from Rust and from C under the same C program.
-fn overhead(workspace: &Workspace) -> Result<[Command; 2]> {
-    let in_c = compiled(workspace, "integrators.c", &["-shared", "-fPIC"])?;
-    let driver = compiled(workspace, "overhead.c", &["-ldl"])?;
-    let in_rust = Source::Example("integrators".to_string());
-    let in_rust = workspace.build_fmus(&[in_rust])?.remove(0);
-    let guid = library::description(&library::files(&in_rust)?)?.guid;
-    let job = |name: &str, library: &Path| {
-        let mut command = workspace.command(&driver);
-        command.arg(name).arg(library).arg(&guid);
-        command
-    };
-    Ok([job(BORDER_IN_RUST, &in_rust), job(BORDER_IN_C, &in_c)])
-}
-
-/// The C program that makes instances of packed FMUs: the name of each, and the command.
-fn instantiation(workspace: &Workspace, fmus: &[PathBuf]) -> Result<Vec<(String, Command)>> {
-    let driver = compiled(workspace, "overhead.c", &["-ldl"])?;
-    let job = |fmu: &PathBuf| {
-        let library = library_in(workspace, fmu)?;
-        let description = library::description(&library::files(&library)?)?;
-        let mut command = workspace.command(&driver);
-        command.arg(&description.model).arg(library);
-        command.arg(description.guid);
-        Ok((description.model, command))
-    };
-    fmus.iter().map(job).collect()
-}
-
-/// The library for this machine in a packed FMU, unpacked.
-fn library_in(workspace: &Workspace, fmu: &Path) -> Result<PathBuf> {
-    let entries = archive::read(fmu)?;
-    let folder = format!("binaries/{}/", platform::host()?.folder);
-    let library = entries
-        .iter()
-        .find_map(|(name, bytes)| Some((name.strip_prefix(&folder)?, bytes)));
-    let (name, bytes) = library.with_context(|| format!("{folder} in {}", fmu.display()))?;
-    let folder = workspace.target.join("bench");
-    fs::create_dir_all(&folder)?;
-    let path = folder.join(name);
-    fs::write(&path, bytes).with_context(|| path.display().to_string())?;
-    Ok(path)
-}
-
-/// A C source of `tests/bench`, compiled.
-fn compiled(workspace: &Workspace, source: &str, options: &[&str]) -> Result<PathBuf> {
-    let folder = workspace.target.join("bench");
-    fs::create_dir_all(&folder)?;
-    let program = folder.join(Path::new(source).with_extension("out"));
-    let compiler = std::env::var("CC").unwrap_or_else(|_| "cc".to_string());
-    let mut cc = workspace.command(&compiler);
-    cc.args(["-O2", "-o"]).arg(&program);
-    cc.arg(workspace.root.join("tests/bench").join(source));
-    execute(cc.args(options))?;
-    Ok(program)
 }
 
 /// Scripts of `tests/bench`: other engines, the FMPy master, and what loading costs.

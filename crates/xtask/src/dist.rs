@@ -4,6 +4,7 @@
 mod again;
 mod check;
 mod exact;
+mod folder;
 mod listing;
 pub mod userland;
 mod wine;
@@ -28,6 +29,7 @@ use crate::test::is_ci;
 use crate::wheel;
 use crate::workspace::{FMU_PROFILE, Workspace, profile};
 pub use check::prepare;
+use folder::{CHECKSUMS, Dist, file_name, files};
 use listing::Listing;
 
 /// Options of `cargo xtask dist`.
@@ -68,19 +70,7 @@ const PROGRAM_PROFILE: [&str; 8] = [
     "--config",
     "profile.release.strip=\"symbols\"",
 ];
-/// Name of the list of checksums, in the form of `sha256sum`.
-const CHECKSUMS: &str = "SHA256SUMS";
 const README: &str = include_str!("dist/README.md");
-
-/// What was built, and where it lies.
-struct Dist {
-    folder: PathBuf,
-    targets: Vec<&'static Target>,
-    /// File names of the FMUs, in the order of [`Workspace::suite`].
-    suite: Vec<String>,
-    /// Programs by platform folder and name; also those that only the checks need.
-    programs: BTreeMap<(&'static str, String), PathBuf>,
-}
 
 /// What was made by the options, and the lines about it.
 pub struct Made {
@@ -148,7 +138,7 @@ impl Made {
             Ok(())
         };
         let repeated = match options.again {
-            true => again::compare(workspace, &dist, &options),
+            true => again::compare(workspace, &dist, options.without_experiments),
             false => Ok(()),
         };
         print!("\n{listing}");
@@ -348,53 +338,6 @@ impl Dist {
         }
         Ok(())
     }
-
-    /// The FMUs of FMI 2.0.
-    fn fmus(&self) -> Result<Vec<PathBuf>> {
-        archives(&self.folder, "fmu")
-    }
-
-    /// Those of FMI 3.0.
-    fn fmus_3(&self) -> Result<Vec<PathBuf>> {
-        archives(&self.folder.join(FMI3_FOLDER), "fmu")
-    }
-
-    /// The systems.
-    fn systems(&self) -> Result<Vec<PathBuf>> {
-        archives(&self.folder, "ssp")
-    }
-}
-
-/// Files in a folder with this suffix, by name.
-fn archives(folder: &Path, suffix: &str) -> Result<Vec<PathBuf>> {
-    let mut all = files(folder)?;
-    let is_one = |path: &PathBuf| {
-        path.parent() == Some(folder) && path.extension().is_some_and(|e| e == suffix)
-    };
-    all.retain(is_one);
-    Ok(all)
-}
-
-/// All files below a folder, by name.
-fn files(folder: &Path) -> Result<Vec<PathBuf>> {
-    let mut found = Vec::new();
-    for entry in fs::read_dir(folder).with_context(|| folder.display().to_string())? {
-        let path = entry?.path();
-        match path.is_dir() {
-            true => found.extend(files(&path)?),
-            false => found.push(path),
-        }
-    }
-    found.sort();
-    Ok(found)
-}
-
-/// The last part of a path.
-fn file_name(path: &Path) -> String {
-    path.file_name()
-        .unwrap_or_default()
-        .to_string_lossy()
-        .into_owned()
 }
 
 /// Lines of `sha256sum`, in the order of the names.

@@ -163,7 +163,8 @@ fn pytest(workspace: &Workspace, fmi_sim: Option<PathBuf>) -> Result<()> {
     let mut command = workspace.command(python.program());
     execute(
         command
-            .args(["-m", "pytest", "tests"])
+            // Two processes, as CI has two cores; tests of one file share what they build.
+            .args(["-m", "pytest", "tests", "-n", "2", "--dist", "loadfile"])
             .env("FMU_DIR", workspace.fmu_dir())
             .envs(is_ci().then_some(("REPORT_BROWSER", "required")))
             .envs(fmi_sim.map(|program| ("FMI_SIM", program))),

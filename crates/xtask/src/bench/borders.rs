@@ -6,7 +6,8 @@ use anyhow::{Result, ensure};
 use cargo_fmu::library::{self, Version};
 use cargo_fmu::workspace::Source;
 
-use super::instructions::{per_call, valgrind};
+use super::built::{compiled, library_in};
+use super::callgrind::{per_call, valgrind};
 use crate::workspace::Workspace;
 
 /// Most instructions of set + step + get through FMI 3.0, in those through FMI 2.0.
@@ -14,7 +15,7 @@ const MOST: f64 = 1.1;
 
 /// Count on an example and on the packed manipulator, print, and fail where FMI 3.0 costs too much.
 pub fn check(workspace: &Workspace, hdrm: &Path) -> Result<()> {
-    let driver = super::compiled(workspace, "borders.c", &["-ldl"])?;
+    let driver = compiled(workspace, "borders.c", &["-ldl"])?;
     let count = |library: &Path, version: Version, call: &[&str]| {
         let token = library::description(&library::files_of(library, version)?)?.guid;
         let number = match version {
@@ -42,7 +43,7 @@ pub fn check(workspace: &Workspace, hdrm: &Path) -> Result<()> {
         three as f64 <= MOST * two as f64,
         "through FMI 3.0 it must be at most {MOST} times as much"
     );
-    let hdrm = super::library_in(workspace, hdrm)?;
+    let hdrm = library_in(workspace, hdrm)?;
     let description = library::description(&library::files(&hdrm)?)?;
     let zeta = description.variable("zeta[1]")?.reference.to_string();
     let [six, array] = both(&hdrm, &["get", &zeta, "6"])?;

@@ -11,6 +11,9 @@ use anyhow::{Context, Result, ensure};
 use cargo_fmu::process::output;
 use serde::{Deserialize, Serialize};
 
+use super::borders;
+use super::built::{BORDER_IN_C, BORDER_IN_RUST, PROGRAMS, build, instantiation, overhead};
+use super::callgrind::{per_call, valgrind};
 use crate::workspace::Workspace;
 
 /// Growth over the recorded count that is still accepted.
@@ -76,7 +79,7 @@ pub fn check(workspace: &Workspace, fmus: Vec<PathBuf>) -> Result<()> {
     let is_hdrm = |fmu: &&PathBuf| fmu.file_stem().is_some_and(|name| name == "Hdrm");
     let hdrm = fmus.iter().find(is_hdrm).cloned();
     compare(&count(workspace, fmus)?, &recorded.counts, limit)?;
-    super::borders::check(
+    borders::check(
         workspace,
         &hdrm.context("Hdrm is not among the packed FMUs")?,
     )
@@ -98,7 +101,7 @@ fn environment() -> Result<Vec<String>> {
 }
 
 fn count(workspace: &Workspace, fmus: Vec<PathBuf>) -> Result<BTreeMap<String, u64>> {
-    let built = super::build(workspace, fmus, &super::PROGRAMS)?;
+    let built = build(workspace, fmus, &PROGRAMS)?;
     let mut counts = BTreeMap::new();
     for (program, call) in CALLS {
         let program = built.program(program)?;
@@ -125,12 +128,12 @@ fn count(workspace: &Workspace, fmus: Vec<PathBuf>) -> Result<BTreeMap<String, u
         counted.args([instances.to_string(), steps.to_string()]);
         counted
     };
-    for (name, command) in super::instantiation(workspace, &built.fmus)? {
+    for (name, command) in instantiation(workspace, &built.fmus)? {
         let count = per_call([0, 1], |n| driven(&command, [n, 0]))?;
         counts.insert(format!("first instance of {name}"), count);
     }
-    let [in_rust, in_c] = super::overhead(workspace)?;
-    for (name, command) in [(super::BORDER_IN_RUST, in_rust), (super::BORDER_IN_C, in_c)] {
+    let [in_rust, in_c] = overhead(workspace)?;
+    for (name, command) in [(BORDER_IN_RUST, in_rust), (BORDER_IN_C, in_c)] {
         let count = per_call([1000, 2000], |n| driven(&command, [1, n]))?;
         counts.insert(name.to_string(), count);
     }
@@ -164,24 +167,6 @@ fn compare(
         grown.join(", ")
     );
     Ok(())
-}
-
-pub(super) fn valgrind(workspace: &Workspace) -> Command {
-    let mut command = workspace.command("valgrind");
-    command.args(["--tool=callgrind", "--callgrind-out-file=/dev/null"]);
-    command
-}
-
-/// Instructions per call, from the difference of two runs: what the start of the program costs drops out.
-pub(super) fn per_call([few, many]: [u32; 2], command: impl Fn(u32) -> Command) -> Result<u64> {
-    let total = |n| -> Result<u64> {
-        let result = command(n).output().context("is valgrind installed?")?;
-        let said = String::from_utf8_lossy(&result.stderr).into_owned();
-        let count = said.lines().find_map(|l| l.split("Collected :").nth(1));
-        let count = count.with_context(|| format!("callgrind gave no count: {said}"))?;
-        count.trim().parse().context("count of callgrind")
-    };
-    Ok(total(many)?.saturating_sub(total(few)?) / u64::from(many - few))
 }
 
 #[cfg(test)]

@@ -6,7 +6,7 @@ use std::process::Command;
 use cargo_fmu::process::output;
 use serde::Deserialize;
 
-use super::{TABLE_ON_ALL_CORES, TABLE_ON_ONE_CORE};
+use super::built::{TABLE_ON_ALL_CORES, TABLE_ON_ONE_CORE};
 
 /// A row and those it is compared with, by the beginnings of their names; the ratio is theirs over its own.
 const COMPARISONS: [(&str, &str); 8] = [

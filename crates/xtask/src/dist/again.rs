@@ -7,11 +7,11 @@ use std::process::Command;
 use anyhow::{Result, ensure};
 use cargo_fmu::process::execute;
 
-use super::{CHECKSUMS, Dist, Options};
+use super::folder::{CHECKSUMS, Dist};
 use crate::workspace::Workspace;
 
 /// Build the committed source in another folder with a target directory of its own, and compare the checksums.
-pub fn compare(workspace: &Workspace, first: &Dist, options: &Options) -> Result<()> {
+pub fn compare(workspace: &Workspace, first: &Dist, without_experiments: bool) -> Result<()> {
     let place = std::env::temp_dir().join(format!("hdrm-dist-{}", std::process::id()));
     let mut clone = Command::new("git");
     clone
@@ -26,7 +26,7 @@ pub fn compare(workspace: &Workspace, first: &Dist, options: &Options) -> Result
     for target in &first.targets {
         command.args(["--platform", target.platform.folder]);
     }
-    if options.without_experiments {
+    if without_experiments {
         command.arg("--without-experiments");
     }
     let built = execute(&mut command);

@@ -8,10 +8,11 @@ use anyhow::{Context, Result, ensure};
 use cargo_fmu::process::{execute, output};
 use cargo_fmu::target::Tools;
 
+use super::exact;
+use super::folder::{self, Dist};
 use super::listing::Listing;
 use super::userland::Userland;
 use super::wine::Wine;
-use super::{Dist, exact};
 use crate::workspace::Workspace;
 
 /// Random calls under Wine.
@@ -267,7 +268,7 @@ fn read(path: &Path) -> Result<String> {
 }
 
 fn name(path: &Path) -> String {
-    super::file_name(path)
+    folder::file_name(path)
 }
 
 fn arguments(system: &Path, csv: &Path) -> Vec<PathBuf> {

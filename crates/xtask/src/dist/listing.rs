@@ -11,7 +11,7 @@ use cargo_fmu::pack::FMI3_FOLDER;
 use cargo_fmu::platform::Platform;
 use cargo_fmu::portability::Needs;
 
-use super::{Dist, file_name};
+use super::folder::{Dist, file_name};
 
 /// The lines so far.
 #[derive(Default)]

@@ -76,7 +76,7 @@ impl Userland {
             })?;
             if !packages.is_empty() {
                 // debootstrap has fetched them, but unpacks what every Debian has.
-                for package in super::files(&new.join("var/cache/apt/archives"))? {
+                for package in super::folder::files(&new.join("var/cache/apt/archives"))? {
                     execute(Command::new("dpkg-deb").arg("-x").arg(package).arg(&new))?;
                 }
             }
@@ -109,7 +109,7 @@ impl Userland {
         if inside.exists() {
             fs::remove_dir_all(&inside)?;
         }
-        for path in super::files(files)? {
+        for path in super::folder::files(files)? {
             let to = inside.join(path.strip_prefix(files)?);
             fs::create_dir_all(to.parent().unwrap_or(&inside))?;
             fs::copy(&path, &to).with_context(|| to.display().to_string())?;
