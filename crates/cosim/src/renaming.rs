@@ -1,12 +1,14 @@
-//! An FMU with names of its own in the place of another: a parameter mapping (`.ssm`) says what the structure's names are called there.
+//! An FMU with names of its own in the place of another: a parameter mapping (`.ssm`) says what the
+//! structure's names are called there.
 
 use fmu_description::Description;
 use system_structure::{MappingEntry, ParameterMapping, Transformation};
 
 use crate::structure::{Hop, Structure};
 
-/// Give the connections, connectors and values of the component with the index `component` the names of its FMU. What the FMU does not
-/// have then is not connected, with a remark; a bond whose mean effort it does not have is none.
+/// Give the connections, connectors and values of the component with the index `component` the
+/// names of its FMU. What the FMU does not have then is not connected, with a remark; a bond whose
+/// mean effort it does not have is none.
 pub(crate) fn rename(
     structure: &mut Structure,
     component: usize,

@@ -76,7 +76,8 @@ fn mistakes_on_the_command_line_are_named() {
     );
 }
 
-/// Two FMUs without a structure are the oscillator: the same file, bit for bit, as of the package with the same connections.
+/// Two FMUs without a structure are the oscillator: the same file, bit for bit, as of the package
+/// with the same connections.
 #[test]
 fn fmus_run_without_a_structure() {
     let ([spring, mass], file) = (fmus("bare"), packed("bare-packed"));
@@ -137,7 +138,8 @@ fn fmus_run_without_a_structure() {
     }
 }
 
-/// F = −k x for x from a file: linear between rows for the elongation, steps for the Boolean that switches it off.
+/// F = −k x for x from a file: linear between rows for the elongation, steps for the Boolean that
+/// switches it off.
 #[test]
 fn inputs_come_from_a_file() {
     let [spring, _] = fmus("fed");
@@ -223,7 +225,8 @@ fn inputs_come_from_a_file() {
     );
 }
 
-/// A banner that an FMU prints when it is made is named as its, and is not in what the program prints.
+/// A banner that an FMU prints when it is made is named as its, and is not in what the program
+/// prints.
 #[cfg(all(target_os = "linux", target_arch = "x86_64"))]
 #[test]
 fn what_an_fmu_prints_is_named() {
@@ -262,8 +265,8 @@ fn the_step_is_that_of_the_structure_or_of_the_fmus() {
     assert!(!text.contains("communication step is"), "{text}");
 }
 
-/// Inputs of the outermost system feed components, converted to their units; a value that matches nothing is told, and refused with
-/// `--strict`.
+/// Inputs of the outermost system feed components, converted to their units; a value that matches
+/// nothing is told, and refused with `--strict`.
 #[test]
 fn inputs_of_the_system_are_set_by_name() {
     let outer = ssd("")
@@ -318,7 +321,8 @@ fn inputs_of_the_system_are_set_by_name() {
     );
 }
 
-/// A mass whose names and units are its own, in the place of the mass: with a mapping it is the same oscillator, bit for bit.
+/// A mass whose names and units are its own, in the place of the mass: with a mapping it is the
+/// same oscillator, bit for bit.
 #[test]
 fn an_fmu_with_names_of_its_own_takes_the_place_of_another() {
     let own = |example: &str, text: &str| match example {
@@ -394,7 +398,8 @@ fn an_fmu_with_names_of_its_own_takes_the_place_of_another() {
     );
 }
 
-/// A parameter of the system reaches the parameters of its components before the run; a unit at one end only passes with a remark.
+/// A parameter of the system reaches the parameters of its components before the run; a unit at one
+/// end only passes with a remark.
 #[test]
 fn parameters_of_the_system_and_lone_units() {
     let structure = oscillator()
