@@ -1,4 +1,5 @@
-//! Compiles the logger that FMUs of FMI 2.0 are given: stable Rust cannot define a variadic function.
+//! Compiles the logger that FMUs of FMI 2.0 are given: stable Rust cannot define a variadic
+//! function.
 
 fn main() {
     println!("cargo::rerun-if-changed=src/slave/logger.c");

@@ -1,6 +1,8 @@
-//! What one call reads or writes, planned before the run: which references, and where each value stands among those that the call passes.
+//! What one call reads or writes, planned before the run: which references, and where each value
+//! stands among those that the call passes.
 //!
-//! FMI 2.0 passes elements. FMI 3.0 passes whole arrays: to set some elements of one, the others must be given too, as they were given last.
+//! FMI 2.0 passes elements. FMI 3.0 passes whole arrays: to set some elements of one, the others
+//! must be given too, as they were given last.
 
 use std::collections::HashMap;
 use std::ops::Range;
@@ -19,7 +21,8 @@ pub struct Batch {
     pub(crate) passed: usize,
     /// Place of each value among those that are passed.
     pub(crate) places: Vec<usize>,
-    /// Slots of what is passed in the memory of an instance, for each reference. FMI 3.0 only, as the next.
+    /// Slots of what is passed in the memory of an instance, for each reference. FMI 3.0 only, as
+    /// the next.
     pub(crate) spans: Vec<Range<usize>>,
     /// Slot of each value in that memory.
     pub(crate) slots: Vec<usize>,
@@ -27,7 +30,8 @@ pub struct Batch {
     pub(crate) is_whole: bool,
 }
 
-/// A memory for what was last given to the elements of an instance of FMI 3.0: a slot for each, as bits of the number.
+/// A memory for what was last given to the elements of an instance of FMI 3.0: a slot for each, as
+/// bits of the number.
 #[derive(Debug, Default)]
 pub struct Layout {
     spans: HashMap<u32, Range<usize>>,
@@ -62,7 +66,8 @@ impl Layout {
     }
 }
 
-/// A value as the memory has it: the bits of a floating-point number, else of an integer of 64 bits, 0 or 1 for a Boolean.
+/// A value as the memory has it: the bits of a floating-point number, else of an integer of 64
+/// bits, 0 or 1 for a Boolean.
 pub fn bits(access: Access, text: &str) -> Option<u64> {
     match access {
         Access::Real | Access::Float32 => text.parse().ok().map(f64::to_bits),

@@ -1,12 +1,16 @@
-//! Power that the coupling itself creates or destroys in a bond of effort and flow: force and velocity, voltage and current.
+//! Power that the coupling itself creates or destroys in a bond of effort and flow: force and
+//! velocity, voltage and current.
 //!
-//! The component that exerts the effort delivers over a step the mean power `F̄·u_v`: its mean effort times the flow it was
-//! given. The other one receives `u_F·v̄`: the effort it was given times its own mean flow. Were both solved together the
-//! two would be equal; the residual `P = F̄·u_v − u_F·v̄` is the error of the coupling, measurable while it runs (power bonds in
-//! co-simulation, Sadjina et al. 2017, here with means over the step in place of end values). `P < 0`: the coupling creates energy.
+//! The component that exerts the effort delivers over a step the mean power `F̄·u_v`: its mean
+//! effort times the flow it was given. The other one receives `u_F·v̄`: the effort it was given
+//! times its own mean flow. Were both solved together the two would be equal; the residual `P =
+//! F̄·u_v − u_F·v̄` is the error of the coupling, measurable while it runs (power bonds in
+//! co-simulation, Sadjina et al. 2017, here with means over the step in place of end values). `P <
+//! 0`: the coupling creates energy.
 //!
-//! Where the component takes the power that effort times flow is, as a drive by the current it draws (`power="drawn"`), the same holds with
-//! the signs of both turned. Where connections transform the values, all are counted as the receiver of the effort has them.
+//! Where the component takes the power that effort times flow is, as a drive by the current it
+//! draws (`power="drawn"`), the same holds with the signs of both turned. Where connections
+//! transform the values, all are counted as the receiver of the effort has them.
 
 use crate::structure::Power;
 use crate::transformation::Linear;
@@ -23,7 +27,8 @@ pub struct BondSlots {
     pub flow_slot: usize,
     /// Slot of the mean effort among the step means.
     pub mean_slot: usize,
-    /// True where the component that receives the effort is stepped later, so that the Gauss–Seidel schedule gives it the mean.
+    /// True where the component that receives the effort is stepped later, so that the Gauss–Seidel
+    /// schedule gives it the mean.
     pub mean_given: bool,
     /// Slots of the effort's and the flow's derivative where derivatives are passed.
     pub derivative_slots: (Option<usize>, Option<usize>),
@@ -63,8 +68,8 @@ impl Residual {
         }
     }
 
-    /// Add a step of length `h`, s, in which the component that exerts the effort counts the power `exerted`, and the one that receives it
-    /// `received`, W, both in the direction `power`.
+    /// Add a step of length `h`, s, in which the component that exerts the effort counts the power
+    /// `exerted`, and the one that receives it `received`, W, both in the direction `power`.
     pub fn add(&mut self, h: f64, power: Power, exerted: f64, received: f64) {
         self.power = match power {
             Power::Delivered => exerted - received,

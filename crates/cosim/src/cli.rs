@@ -1,5 +1,5 @@
-//! What the command lines of programs on this library share: which system, how it is stepped, which values it starts from, which signals
-//! are written where, how a program ends.
+//! What the command lines of programs on this library share: which system, how it is stepped, which
+//! values it starts from, which signals are written where, how a program ends.
 
 use std::fmt::Display;
 use std::io;
@@ -31,25 +31,32 @@ pub struct SystemArgs {
     /// System: a packed .ssp, or a .ssd
     #[arg(long, value_name = "FILE")]
     pub system: Option<PathBuf>,
-    /// Take the FMUs from this directory, by file name [default: where the system says; of a .ssd also the environment variable FMU_DIR,
-    /// or beside this program, or fmu/ in the build folder]
+    /// Take the FMUs from this directory, by file name [default: where the system says; of a .ssd
+    /// also the environment variable FMU_DIR, or beside this program, or fmu/ in the build folder]
     #[arg(long, value_name = "DIR")]
     pub fmu_dir: Option<PathBuf>,
-    /// Version of FMI: with 3 the FMUs are taken, by file name, from the folder `fmi3` in that directory, or in the first of the other
-    /// places that has one
+    /// Version of FMI: with 3 the FMUs are taken, by file name, from the folder `fmi3` in that
+    /// directory, or in the first of the other places that has one
     #[arg(long, value_name = "VERSION", value_parser = clap::value_parser!(u8).range(2..=3))]
     pub fmi: Option<u8>,
-    /// FMU for one component instead of the one that the system names, of either version; repeatable
+    /// FMU for one component instead of the one that the system names, of either version;
+    /// repeatable
     #[arg(long = "fmu", value_name = "COMPONENT=FILE")]
     pub fmus: Vec<String>,
+    /// Other names that the FMU of a component has: a parameter mapping (.ssm) from the structure's
+    /// names to the FMU's; the component may be left out where one --fmu is given; repeatable
+    #[arg(long = "map", value_name = "[COMPONENT=]FILE")]
+    pub maps: Vec<String>,
     /// System structure to take from the packed system: `heavy.ssd` [default: SystemStructure.ssd]
     #[arg(long, value_name = "NAME")]
     pub variant: Option<String>,
-    /// Outputs of this component may be read again after inputs were set at the same communication point, although it does not declare
-    /// on which inputs they depend: all of them then; repeatable
+    /// Outputs of this component may be read again after inputs were set at the same communication
+    /// point, although it does not declare on which inputs they depend: all of them then;
+    /// repeatable
     #[arg(long, value_name = "COMPONENT")]
     pub feedthrough: Vec<String>,
-    /// Parameter set for the system, in the packed system (`resources/heavy.ssv`) or a file; repeatable, before all other options
+    /// Parameter set for the system, in the packed system (`resources/heavy.ssv`) or a file;
+    /// repeatable, before all other options
     #[arg(long, value_name = "FILE")]
     pub parameters: Vec<PathBuf>,
 }
@@ -73,7 +80,16 @@ impl SystemArgs {
             Ok((component.to_string(), PathBuf::from(file)))
         });
         let replaced = replaced.collect::<Result<Vec<_>>>()?;
-        let mut system = System::load(&path, self.variant.as_deref(), &place, &replaced)?;
+        let mapping = |text: &String| match (text.split_once('='), replaced.as_slice()) {
+            (Some((component, file)), _) => Ok((component.to_string(), PathBuf::from(file))),
+            (None, [(component, _)]) => Ok((component.clone(), PathBuf::from(text))),
+            (None, _) => {
+                bail!("--map {text}: it must be COMPONENT=FILE where not one --fmu is given")
+            }
+        };
+        let maps = self.maps.iter().map(mapping).collect::<Result<Vec<_>>>()?;
+        let variant = self.variant.as_deref();
+        let mut system = System::load_renamed(&path, variant, &place, &replaced, &maps)?;
         for set in &self.parameters {
             system.apply_set(set)?;
         }
@@ -100,24 +116,27 @@ pub struct RunArgs {
         allow_negative_numbers = true
     )]
     pub step: f64,
-    /// Stop time, s [default: the end of the motion where the program knows it, else that of the system's default experiment]
+    /// Stop time, s [default: the end of the motion where the program knows it, else that of the
+    /// system's default experiment]
     #[arg(long, value_name = "SECONDS", allow_negative_numbers = true)]
     pub stop_time: Option<f64>,
     /// Order of stepping
     #[arg(long, value_enum, default_value_t)]
     pub schedule: Schedule,
-    /// With --schedule jacobi: pass first time derivatives of continuous signals instead of holding them
+    /// With --schedule jacobi: pass first time derivatives of continuous signals instead of holding
+    /// them
     #[arg(long)]
     pub input_derivatives: bool,
-    /// Start value of any variable, repeatable, applied last; an enumeration item may be given by name, and the component left out where
-    /// one alone has the variable
+    /// Start value of any variable, repeatable, applied last; an enumeration item may be given by
+    /// name, and the component left out where one alone has the variable
     #[arg(long = "set", value_name = "COMPONENT.VARIABLE=VALUE")]
     pub settings: Vec<String>,
-    /// Refuse a system with input connectors that nothing drives or sets, or with connectors that its FMUs do not have; inputs without a
-    /// connector keep their start values
+    /// Refuse a system with input connectors that nothing drives or sets, or with connectors that
+    /// its FMUs do not have; inputs without a connector keep their start values
     #[arg(long)]
     pub strict: bool,
-    /// End with exit code 2 where the verdict on the result is bad (0: the run is done, 1: it failed)
+    /// End with exit code 2 where the verdict on the result is bad (0: the run is done, 1: it
+    /// failed)
     #[arg(long)]
     pub check: bool,
 }
@@ -155,7 +174,8 @@ impl RunArgs {
     /// What the system may have forgotten under these arguments.
     ///
     /// # Errors
-    /// With `--strict`, anything forgotten; inputs that the system does not mention are only told of.
+    /// With `--strict`, anything forgotten; inputs that the system does not mention are only told
+    /// of.
     pub fn forgotten(&self, system: &System, experiment: &Experiment) -> Result<Verdict> {
         self.judge_forgotten(system, experiment, &system.forgotten(&experiment.settings)?)
     }
@@ -223,10 +243,12 @@ pub struct CsvArgs {
     /// Write signals to this CSV file, and their units beside it to NAME.units.csv
     #[arg(long, value_name = "FILE")]
     pub csv: Option<PathBuf>,
-    /// Signals for --csv, comma-separated, with * for any text: `arm.tip.*,*.F`; `*` for all outputs [default: a useful few]
+    /// Signals for --csv, comma-separated, with * for any text: `arm.tip.*,*.F`; `*` for all
+    /// outputs [default: a useful few]
     #[arg(long, value_delimiter = ',', value_name = "PATTERNS", requires = "csv")]
     pub signals: Vec<String>,
-    /// Time from row to row, s, a multiple of the communication step [default: the communication step]
+    /// Time from row to row, s, a multiple of the communication step [default: the communication
+    /// step]
     #[arg(
         long,
         value_name = "SECONDS",
@@ -283,8 +305,9 @@ impl ValueEnum for Schedule {
     }
 }
 
-/// Folders in which packed FMUs are looked for: the one that the environment variable `FMU_DIR` names; else the program's own, `fmu/` in
-/// it, and `fmu/` in the folders above it (the build folder).
+/// Folders in which packed FMUs are looked for: the one that the environment variable `FMU_DIR`
+/// names; else the program's own, `fmu/` in it, and `fmu/` in the folders above it (the build
+/// folder).
 fn folders() -> Result<Vec<PathBuf>> {
     if let Some(folder) = std::env::var_os(FMU_DIR) {
         return Ok(vec![PathBuf::from(folder)]);
@@ -298,7 +321,8 @@ fn folders() -> Result<Vec<PathBuf>> {
 /// Name of the folder with the FMUs of FMI 3.0, beside those of 2.0.
 const FMI_3: &str = "fmi3";
 
-/// The folder of the FMUs of FMI 3.0: beside the system, else in one of the places where a program finds FMUs by itself.
+/// The folder of the FMUs of FMI 3.0: beside the system, else in one of the places where a program
+/// finds FMUs by itself.
 fn folder_of_fmi_3(system: &Path) -> Result<PathBuf> {
     let beside = system.parent().map(Path::to_path_buf);
     let places: Vec<PathBuf> = beside.into_iter().chain(folders()?).collect();
@@ -349,8 +373,8 @@ pub fn exit(result: Result<Verdict>, check: bool) -> ExitCode {
     ExitCode::from(code(result, check))
 }
 
-/// A program's exit code: 0, 1 where it failed, with `check` 2 where the verdict is bad. An error is printed, but not that nobody reads
-/// the output any more.
+/// A program's exit code: 0, 1 where it failed, with `check` 2 where the verdict is bad. An error
+/// is printed, but not that nobody reads the output any more.
 pub fn code(result: Result<Verdict>, check: bool) -> u8 {
     let is_closed = |e: &(dyn std::error::Error + 'static)| {
         let error = e.downcast_ref::<io::Error>();

@@ -1,4 +1,5 @@
-//! The coupled instances with the plans of what is passed between them: what every schedule is made of. Nothing here looks up or allocates.
+//! The coupled instances with the plans of what is passed between them: what every schedule is made
+//! of. Nothing here looks up or allocates.
 
 use anyhow::{Result, bail};
 
@@ -93,7 +94,8 @@ impl Coupling {
         self.slaves.iter().try_for_each(|s| s.enter_events(at))
     }
 
-    /// Out of Event Mode, once no discrete state changes any more; where one does, the values are passed again.
+    /// Out of Event Mode, once no discrete state changes any more; where one does, the values are
+    /// passed again.
     pub fn leave_events(&mut self, t: f64) -> Result<()> {
         let at = At::Time(t);
         for _ in 0..PASSES {
@@ -109,8 +111,9 @@ impl Coupling {
         bail!("{at}: discrete states still change after {PASSES} passes of Event Mode")
     }
 
-    /// Note, before the next exchange overwrites them, the means of effort and flow that the components were given.
-    /// With `gives_means` a component that was stepped later was given the mean effort.
+    /// Note, before the next exchange overwrites them, the means of effort and flow that the
+    /// components were given. With `gives_means` a component that was stepped later was given the
+    /// mean effort.
     pub fn note_bonds(&mut self, h: f64, gives_means: bool) {
         let half = 0.5 * h;
         let rise = |slot: Option<usize>| {

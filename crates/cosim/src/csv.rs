@@ -1,5 +1,5 @@
-//! Signals written as comma-separated values: one line of plain names, then one row per communication point; the units stand in a second
-//! file beside it, `NAME.units.csv`.
+//! Signals written as comma-separated values: one line of plain names, then one row per
+//! communication point; the units stand in a second file beside it, `NAME.units.csv`.
 
 use std::fs::{self, File};
 use std::io::{BufWriter, Write};
@@ -12,7 +12,8 @@ use crate::signals::Signals;
 use crate::system::System;
 use crate::wiring::Port;
 
-/// A file that is being written under another name; it gets its own when it is complete, and leaves nothing when it is not.
+/// A file that is being written under another name; it gets its own when it is complete, and leaves
+/// nothing when it is not.
 pub struct CsvFile {
     path: PathBuf,
     part: PathBuf,

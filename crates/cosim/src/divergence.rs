@@ -1,16 +1,19 @@
-//! The signature of a communication step that is too long: a value that jumps up and down from one communication point to the next, ever
-//! further. A loop of components does that long before one of them refuses a value. A physical oscillation does not, because many
-//! communication steps resolve it; noise does, but it does not grow.
+//! The signature of a communication step that is too long: a value that jumps up and down from one
+//! communication point to the next, ever further. A loop of components does that long before one of
+//! them refuses a value. A physical oscillation does not, because many communication steps resolve
+//! it; noise does, but it does not grow.
 
 /// Communication steps over which changes are looked at together.
 const WINDOW: u32 = 8;
-/// Changes against the one before from which on a window is not resolved: three or more in eight steps are a period of five or less.
+/// Changes against the one before from which on a window is not resolved: three or more in eight
+/// steps are a period of five or less.
 const TURNS: f64 = 3.0;
 /// Growth of the largest change from one window to the next.
 const GROWTH: f64 = 2.0;
 /// Growth over all windows in a row, far beyond what noise does by chance.
 const TOTAL: f64 = 1e4;
-/// Changes below this, SI unit, are rounding of larger values, which at rest may grow from one value's last digit to another's.
+/// Changes below this, SI unit, are rounding of larger values, which at rest may grow from one
+/// value's last digit to another's.
 const ROUNDING: f64 = 1e-9;
 
 /// Windows in a row in which a value grew.
@@ -25,7 +28,8 @@ struct Growth {
     last: f64,
 }
 
-/// Watches values that are exchanged. What is done at every step is kept in one array for each quantity, which takes vector instructions.
+/// Watches values that are exchanged. What is done at every step is kept in one array for each
+/// quantity, which takes vector instructions.
 #[derive(Clone, Debug)]
 pub struct Watch {
     values: Vec<f64>,
@@ -111,7 +115,8 @@ mod tests {
         watch.diverged
     }
 
-    /// Any period that the steps do not resolve; the time is that of the first window which has one to grow over.
+    /// Any period that the steps do not resolve; the time is that of the first window which has one
+    /// to grow over.
     #[test]
     fn an_unresolved_growth_is_seen_where_it_begins() {
         assert_eq!(diverged(|t| (-2.0f64).powf(t)), Some((1, 8.0)));

@@ -1,5 +1,6 @@
-//! One exchange over all connections, as precomputed batches: per stage one read per component that has outputs there, then one
-//! write per component that receives them. Running it neither looks anything up nor allocates.
+//! One exchange over all connections, as precomputed batches: per stage one read per component that
+//! has outputs there, then one write per component that receives them. Running it neither looks
+//! anything up nor allocates.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -93,11 +94,13 @@ struct Stage {
 pub enum Order {
     /// Stages in the order of direct feedthrough in initialization mode.
     Initialization,
-    /// The same where what is not declared forms a loop: in the order of what is declared, to be repeated until nothing changes.
+    /// The same where what is not declared forms a loop: in the order of what is declared, to be
+    /// repeated until nothing changes.
     Repeated,
     /// One stage in initialization mode, to be repeated until nothing changes.
     RepeatedAtOnce,
-    /// Stages in the order of direct feedthrough at a communication point, after the outputs that can be read once only.
+    /// Stages in the order of direct feedthrough at a communication point, after the outputs that
+    /// can be read once only.
     Stages,
     /// One stage: all outputs, then all inputs.
     AtOnce,
@@ -118,7 +121,8 @@ pub struct Exchange {
 }
 
 impl Exchange {
-    /// Plan the exchange over the connections that `chosen` keeps. Stages fail on an algebraic loop.
+    /// Plan the exchange over the connections that `chosen` keeps. Stages fail on an algebraic
+    /// loop.
     pub fn new(wiring: &Wiring, order: Order, chosen: impl Fn(&Link) -> bool) -> Result<Self> {
         let is_initial = !matches!(order, Order::Stages | Order::AtOnce);
         let levels = match order {
@@ -222,7 +226,8 @@ impl Exchange {
         self.run_again(slaves, at)
     }
 
-    /// Pass all values once more at the same communication point: outputs that can be read once only keep their values.
+    /// Pass all values once more at the same communication point: outputs that can be read once
+    /// only keep their values.
     pub fn run_again(&mut self, slaves: &[Slave], at: At) -> Result<()> {
         for k in 0..self.stages.len() {
             self.read_stage(k, slaves, at)?;
@@ -231,7 +236,8 @@ impl Exchange {
         Ok(())
     }
 
-    /// Pass all values until none changes any more, bit for bit, at most `passes` times; the outputs that still change.
+    /// Pass all values until none changes any more, bit for bit, at most `passes` times; the
+    /// outputs that still change.
     pub fn settle(&mut self, slaves: &[Slave], at: At, passes: usize) -> Result<Vec<Port>> {
         let mut changed = Vec::new();
         for _ in 0..passes {
@@ -333,7 +339,8 @@ impl Exchange {
     }
 }
 
-/// One read per component and type; new slots are numbered on in `slots` so that each read fills a contiguous range.
+/// One read per component and type; new slots are numbered on in `slots` so that each read fills a
+/// contiguous range.
 pub fn reads(
     wiring: &Wiring,
     ports: impl Iterator<Item = Port>,
@@ -362,7 +369,8 @@ pub fn reads(
     reads
 }
 
-/// One write per component and type, of inputs, the slots their values come from, and what becomes of them on the way.
+/// One write per component and type, of inputs, the slots their values come from, and what becomes
+/// of them on the way.
 pub fn writes(
     wiring: &Wiring,
     inputs: impl Iterator<Item = (Port, usize, Transformation)>,

@@ -21,7 +21,8 @@ use library::Library;
 pub struct Fmu {
     /// Name for messages: the file it came from.
     pub file: String,
-    /// What the model description says; arrays of FMI 3.0 by element, which is how a system structure names them.
+    /// What the model description says; arrays of FMI 3.0 by element, which is how a system
+    /// structure names them.
     pub description: Description,
     /// Where the unpacked resources are, as the version wants it: a URI or a path.
     pub resources: String,
@@ -83,7 +84,8 @@ impl Fmu {
         }))
     }
 
-    /// Variables that are read or written together, by index; all must be of one type that is a number or a truth value.
+    /// Variables that are read or written together, by index; all must be of one type that is a
+    /// number or a truth value.
     pub fn batch(&self, variables: Vec<usize>) -> Result<Batch> {
         let of = |k: &usize| &self.description.variables[*k];
         if let Some(v) = variables.iter().map(of).find(|v| !v.access().is_number()) {

@@ -31,8 +31,8 @@ struct Column {
 }
 
 impl InputTable {
-    /// Read a CSV file for `system`: a line of names, the first of which is `time`, the others `component.variable` or inputs of the
-    /// system; then rows of numbers, with increasing times.
+    /// Read a CSV file for `system`: a line of names, the first of which is `time`, the others
+    /// `component.variable` or inputs of the system; then rows of numbers, with increasing times.
     ///
     /// # Errors
     /// File, row and column of what is wrong.
@@ -137,7 +137,8 @@ impl InputTable {
         })
     }
 
-    /// Set the inputs to their values at `t`, s; before the first row and after the last one those hold.
+    /// Set the inputs to their values at `t`, s; before the first row and after the last one those
+    /// hold.
     pub fn set(&mut self, slaves: &[Slave], t: f64, at: At) -> Result<()> {
         while self.times.get(self.row + 1).is_some_and(|next| *next <= t) {
             self.row += 1;

@@ -7,7 +7,8 @@ use crate::spare;
 use crate::system::{Setting, System};
 use crate::wiring::Port;
 
-/// An instance of the component with the index `k` for itself, with the system's parameter values, then `settings`.
+/// An instance of the component with the index `k` for itself, with the system's parameter values,
+/// then `settings`.
 pub fn instantiate(system: &System, k: usize, settings: &[Setting]) -> Result<Slave> {
     make(system, k, settings, false, system.structure.start_time)
 }
@@ -38,7 +39,8 @@ pub(crate) fn make(
     Ok(slave)
 }
 
-/// Value that a variable has in initialization mode under the system's parameter values and `settings`, before any connection is passed.
+/// Value that a variable has in initialization mode under the system's parameter values and
+/// `settings`, before any connection is passed.
 pub fn start_value(system: &System, settings: &[Setting], port: Port) -> Result<f64> {
     let slave = instantiate(system, port.component, settings)?;
     slave.enter_initialization(system.structure.start_time)?;

@@ -1,10 +1,13 @@
-//! Native co-simulation master for FMI 2.0 and 3.0, also mixed: runs a system of FMUs as its SSP system structure describes it.
+//! Native co-simulation master for FMI 2.0 and 3.0, also mixed: runs a system of FMUs as its SSP
+//! system structure describes it.
 //!
-//! The structure says which FMUs there are, who is wired to whom, in which order they are stepped and which connections are power bonds
-//! ([`structure`]); the model descriptions say which outputs depend directly on which inputs ([`fmu_description`]); both give the order of the
-//! exchange ([`wiring`], [`exchange`]). A loaded [`system`] finds variables by name once and hands out [`wiring::Port`]s for them.
-//! [`master`] initializes and steps; [`run`] steps to a stop time and lets the caller observe every communication point, for example
-//! with [`signals`] and a [`recording`]. FMUs are unpacked and called through the `fmi` crate ([`fmu`], [`slave`]);
+//! The structure says which FMUs there are, who is wired to whom, in which order they are stepped
+//! and which connections are power bonds ([`structure`]); the model descriptions say which outputs
+//! depend directly on which inputs ([`fmu_description`]); both give the order of the exchange
+//! ([`wiring`], [`exchange`]). A loaded [`system`] finds variables by name once and hands out
+//! [`wiring::Port`]s for them. [`master`] initializes and steps; [`run`] steps to a stop time and
+//! lets the caller observe every communication point, for example through an [`observer`]:
+//! [`signals`], a [`recording`], a file. FMUs are unpacked and called by [`fmu`] and [`slave`];
 //! what one call passes, elements or whole arrays, is planned before the run ([`batch`]).
 //!
 //! Nothing here knows the physics.
@@ -27,6 +30,7 @@ pub mod observer;
 pub mod output;
 pub mod package;
 pub mod recording;
+mod renaming;
 pub mod run;
 pub mod schedule;
 pub mod signals;

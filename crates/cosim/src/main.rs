@@ -37,7 +37,8 @@ enum Command {
     Bench(BenchArgs),
     /// Show components, stages of the exchange and power bonds; reports algebraic loops
     Wiring(SystemArgs),
-    /// List the variables of FMUs, what the FMUs can do and the platforms that they have libraries for
+    /// List the variables of FMUs, what the FMUs can do and the platforms that they have libraries
+    /// for
     Info(InfoArgs),
 }
 
@@ -56,7 +57,8 @@ struct OneRunArgs {
     /// Connection between these FMUs, from an output to an input; repeatable
     #[arg(long, value_name = "A.Y=B.U", requires = "files")]
     connect: Vec<String>,
-    /// Values over time for inputs that no connection drives: a CSV file whose columns are `time` and `component.variable`
+    /// Values over time for inputs that no connection drives: a CSV file whose columns are `time`
+    /// and `component.variable`
     #[arg(long, value_name = "FILE")]
     input: Option<PathBuf>,
     #[command(flatten)]
@@ -100,7 +102,8 @@ fn main() -> ExitCode {
         let source = of_command.and_then(|matches| matches.value_source("step"));
         args.is_step_given = source == Some(ValueSource::CommandLine);
     }
-    // What FMUs print must not get into what this program prints; where that cannot be had, it runs all the same.
+    // What FMUs print must not get into what this program prints; where that cannot be had, it runs
+    // all the same.
     let _ = cosim::output::separate();
     let check = matches!(&command, Command::Run(args) if args.run.check);
     let result = match command {

@@ -30,8 +30,9 @@ pub struct Master {
 }
 
 impl Master {
-    /// Instantiate and initialize all components of `system`, with the structure's parameter values, then `settings`, in this order;
-    /// afterwards all connections are passed at the start time.
+    /// Instantiate and initialize all components of `system`, with the structure's parameter
+    /// values, then `settings`, in this order; afterwards all connections are passed at the start
+    /// time.
     pub fn new(system: &System, settings: &[Setting], stepping: Stepping) -> Result<Self> {
         if !(stepping.step.is_finite() && stepping.step > 0.0 && stepping.start.is_finite()) {
             bail!(
@@ -112,14 +113,15 @@ impl Master {
         &self.coupling.slaves
     }
 
-    /// From now on disturb the chosen inputs; what was passed at the present time is passed again, disturbed.
+    /// From now on disturb the chosen inputs; what was passed at the present time is passed again,
+    /// disturbed.
     pub fn disturb(&mut self, system: &System, noise: &Noise) -> Result<()> {
         self.coupling.exchange.disturb(&system.wiring()?, noise)?;
         self.pass()
     }
 
-    /// Pass all connections again at the present time: after inputs that no connection drives have been set. With
-    /// [`Schedule::Standard`] nothing is to be done: the next step passes them.
+    /// Pass all connections again at the present time: after inputs that no connection drives have
+    /// been set. With [`Schedule::Standard`] nothing is to be done: the next step passes them.
     pub fn pass(&mut self) -> Result<()> {
         if self.stepping.schedule == Schedule::Standard {
             return Ok(());
@@ -132,7 +134,8 @@ impl Master {
         &self.coupling.residuals
     }
 
-    /// One communication step: all components, then the exchange at the new time. Does not allocate unless it fails.
+    /// One communication step: all components, then the exchange at the new time. Does not allocate
+    /// unless it fails.
     #[expect(clippy::cast_precision_loss, reason = "2^53 steps are never reached")]
     pub fn step(&mut self) -> Result<()> {
         let Stepping { start, step, .. } = self.stepping;
@@ -155,7 +158,8 @@ impl Master {
         self.set_inputs()
     }
 
-    /// From now on, and at the present time, inputs that no connection drives have the values of a table.
+    /// From now on, and at the present time, inputs that no connection drives have the values of a
+    /// table.
     pub fn feed(&mut self, inputs: InputTable) -> Result<()> {
         self.inputs = Some(inputs);
         self.set_inputs()
@@ -178,7 +182,8 @@ impl Master {
     }
 }
 
-/// An output's derivative is passed where the source gives it, the target uses it and the signal is not sampled.
+/// An output's derivative is passed where the source gives it, the target uses it and the signal is
+/// not sampled.
 fn passes_derivative(wiring: &Wiring, link: &Link) -> bool {
     let (from, to) = (
         wiring.description(link.from.component),
@@ -191,9 +196,10 @@ fn passes_derivative(wiring: &Wiring, link: &Link) -> bool {
         && from.variables[link.from.variable].variability == Variability::Continuous
 }
 
-/// Pass the connections in initialization mode, in the order of the initial dependencies, so that every component starts from what
-/// the others start from. Where what is not declared forms a loop, they are passed until nothing changes, bit for bit; with the schedule
-/// `standard` what is declared, too.
+/// Pass the connections in initialization mode, in the order of the initial dependencies, so that
+/// every component starts from what the others start from. Where what is not declared forms a loop,
+/// they are passed until nothing changes, bit for bit; with the schedule `standard` what is
+/// declared, too.
 fn initialize(slaves: &[Slave], wiring: &Wiring, stepping: Stepping) -> Result<()> {
     let (ordered, is_standard) = (
         Exchange::new(wiring, Order::Initialization, |_| true),

@@ -8,7 +8,8 @@ use crate::bond::BondSlots;
 use crate::exchange::{Exchange, Read, Write, reads, writes};
 use crate::wiring::Wiring;
 
-/// Step means of the bonds' efforts: read after a component was stepped, given to those stepped later (Gauss–Seidel).
+/// Step means of the bonds' efforts: read after a component was stepped, given to those stepped
+/// later (Gauss–Seidel).
 #[derive(Default)]
 pub struct Means {
     /// After the step of each component.

@@ -1,4 +1,5 @@
-//! Sensor noise: seeded Gaussian numbers added to chosen inputs whenever they are passed; off unless asked for.
+//! Sensor noise: seeded Gaussian numbers added to chosen inputs whenever they are passed; off
+//! unless asked for.
 
 use anyhow::{Result, ensure};
 use rand_chacha::ChaCha8Rng;
@@ -8,7 +9,8 @@ use rand_distr::{Distribution, StandardNormal};
 /// White noise on an input of one component.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sensor {
-    /// Component whose input is disturbed; other components that get the same signal do not see the noise.
+    /// Component whose input is disturbed; other components that get the same signal do not see the
+    /// noise.
     pub component: String,
     /// Input, or the name of an array of inputs without its index.
     pub variable: String,

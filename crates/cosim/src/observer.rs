@@ -1,4 +1,5 @@
-//! What looks at a run while it is made: measures, recordings, files. The loop calls it and knows nothing of what it wants.
+//! What looks at a run while it is made: measures, recordings, files. The loop calls it and knows
+//! nothing of what it wants.
 
 use anyhow::Result;
 

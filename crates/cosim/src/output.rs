@@ -1,5 +1,5 @@
-//! Standard output: ours stays ours. Many FMUs print banners there; what they print goes to standard error, and is named as theirs while they
-//! are loaded and made.
+//! Standard output: ours stays ours. Many FMUs print banners there; what they print goes to
+//! standard error, and is named as theirs while they are loaded and made.
 #![allow(unsafe_code)]
 
 use std::fmt::Display;
@@ -17,7 +17,8 @@ pub fn write(text: impl Display) -> io::Result<()> {
     }
 }
 
-/// From now on what else is printed to standard output in this program goes to standard error. For programs, at their start.
+/// From now on what else is printed to standard output in this program goes to standard error. For
+/// programs, at their start.
 ///
 /// # Errors
 /// What the system says.

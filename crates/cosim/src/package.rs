@@ -30,7 +30,8 @@ impl Package {
         })
     }
 
-    /// Text of the system structure: of a packed system the one named `variant`, without a name the default.
+    /// Text of the system structure: of a packed system the one named `variant`, without a name the
+    /// default.
     pub fn structure(&mut self, variant: Option<&str>) -> Result<String> {
         if self.archive.is_some() {
             return self.text(variant.unwrap_or(DEFAULT));
@@ -67,8 +68,9 @@ impl Package {
         }
     }
 
-    /// A file of the package, by its name relative to the system structure; `%20` and the like in it may stand for other characters. What
-    /// lies in a packed system of its own is named after that, `parts/inner.ssp/resources/A.fmu`.
+    /// A file of the package, by its name relative to the system structure; `%20` and the like in
+    /// it may stand for other characters. What lies in a packed system of its own is named after
+    /// that, `parts/inner.ssp/resources/A.fmu`.
     pub fn file(&mut self, name: &str) -> Result<Vec<u8>> {
         let name = name.strip_prefix("file://").unwrap_or(name);
         if let Some((outer, inner)) = name.split_once(".ssp/") {

@@ -25,7 +25,8 @@ impl Recording {
         })
     }
 
-    /// A recording that was made elsewhere: a column of values at `times`, s, for each of the variables `ports`.
+    /// A recording that was made elsewhere: a column of values at `times`, s, for each of the
+    /// variables `ports`.
     ///
     /// # Errors
     /// A column has another length than the times.

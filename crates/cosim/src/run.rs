@@ -1,4 +1,5 @@
-//! A run: a system stepped from its start to a stop time, observed at every communication point, and what came out of it.
+//! A run: a system stepped from its start to a stop time, observed at every communication point,
+//! and what came out of it.
 
 use std::fmt::Write as _;
 use std::time::{Duration, Instant};
@@ -42,7 +43,8 @@ pub struct Outcome {
     pub simulated: f64,
     /// Time it took, without loading and initialization.
     pub elapsed: Duration,
-    /// What is to be said of the result: divergence, energy that the coupling made, warnings of the FMUs.
+    /// What is to be said of the result: divergence, energy that the coupling made, warnings of the
+    /// FMUs.
     pub verdict: Verdict,
 }
 
@@ -78,9 +80,9 @@ pub fn run(
     observed(system, master, stop, progress, &mut Function(observe))
 }
 
-/// Step `master`, which runs `system`, to `stop`, s; the last step is shortened where it has to be. The `observer` sees every
-/// communication point, the first included, and may end the run; `progress` is given the numbers of finished and of all steps from time to
-/// time.
+/// Step `master`, which runs `system`, to `stop`, s; the last step is shortened where it has to be.
+/// The `observer` sees every communication point, the first included, and may end the run;
+/// `progress` is given the numbers of finished and of all steps from time to time.
 ///
 /// # Errors
 /// Besides what went wrong: where the loops of the system began to diverge before.
@@ -156,7 +158,8 @@ fn divergence(system: &System, master: &Master, watch: &Watch) -> Option<String>
     ))
 }
 
-/// Energy that the coupling made or lost at a bond, beside what went through all: a bond through which next to nothing goes says nothing.
+/// Energy that the coupling made or lost at a bond, beside what went through all: a bond through
+/// which next to nothing goes says nothing.
 fn judge(residuals: &[Residual], verdict: &mut Verdict) {
     let all: f64 = residuals.iter().map(|r| r.turnover).sum();
     for Residual { bond, energy, .. } in residuals {

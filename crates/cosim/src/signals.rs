@@ -1,4 +1,5 @@
-//! Variables of a running system read and set by handle, one call per component; names chosen by patterns.
+//! Variables of a running system read and set by handle, one call per component; names chosen by
+//! patterns.
 
 use std::collections::BTreeMap;
 
@@ -84,8 +85,9 @@ impl Inputs {
     }
 }
 
-/// All outputs whose `component.variable` matches one of `patterns` (`*` stands for any text); inputs and local variables where a
-/// pattern names them without the wildcard in the variable's first letter.
+/// All outputs whose `component.variable` matches one of `patterns` (`*` stands for any text);
+/// inputs and local variables where a pattern names them without the wildcard in the variable's
+/// first letter.
 ///
 /// # Errors
 /// A pattern that matches nothing.

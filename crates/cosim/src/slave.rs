@@ -1,4 +1,5 @@
-//! One FMU instance: safe calls that are the same for both versions of FMI. All `unsafe` of this crate is in this folder and in `fmu/`.
+//! One FMU instance: safe calls that are the same for both versions of FMI. All `unsafe` of this
+//! crate is in this folder and in `fmu/`.
 
 pub mod answer;
 mod border;
@@ -30,7 +31,8 @@ pub struct Slave {
 impl Slave {
     /// Create the instance `name` of `fmu`. Errors it logs later become part of the error texts.
     ///
-    /// With `is_staged` an output may be read after an input was set at the same communication point. FMI 2.0 leaves that to the FMU; FMI
+    /// With `is_staged` an output may be read after an input was set at the same communication
+    /// point. FMI 2.0 leaves that to the FMU; FMI
     /// 3.0 allows it in Event Mode only, which the instance then goes through where its FMU has one.
     pub fn new(fmu: &Arc<Fmu>, name: &str, is_staged: bool) -> Result<Self> {
         let c_string = |text: &str| {
@@ -95,7 +97,8 @@ impl Slave {
         &self.fmu
     }
 
-    /// Ask for warnings and errors only, where the FMU has the standard categories; other messages cost time.
+    /// Ask for warnings and errors only, where the FMU has the standard categories; other messages
+    /// cost time.
     fn log_only_trouble(&self) -> Result<()> {
         const TROUBLE: [&str; 4] = [
             "logStatusWarning",
@@ -119,7 +122,8 @@ impl Slave {
         }
     }
 
-    /// Set a variable of any type from text: a number, `true`/`false`, an enumeration item's name or number, or a string.
+    /// Set a variable of any type from text: a number, `true`/`false`, an enumeration item's name
+    /// or number, or a string.
     pub fn set_from_text(&self, variable: &str, text: &str) -> Result<()> {
         let description = &self.fmu.description;
         let v = description.variable(variable);
@@ -135,7 +139,8 @@ impl Slave {
         Err(self.refused(answer, &names, At::Initialization))
     }
 
-    /// Value of a numeric variable, by its index in the description; an integer, enumeration or boolean as a number.
+    /// Value of a numeric variable, by its index in the description; an integer, enumeration or
+    /// boolean as a number.
     pub fn number(&self, variable: usize, at: At) -> Result<f64> {
         let mut value = [0.0];
         self.get(&self.fmu.batch(vec![variable])?, &mut value, at)?;

@@ -1,6 +1,8 @@
-//! Instances that have ended their run and are used again by the next one: for programs that make thousands of runs. Off unless asked for.
+//! Instances that have ended their run and are used again by the next one: for programs that make
+//! thousands of runs. Off unless asked for.
 //!
-//! An instance belongs to a thread, so each thread keeps its own. It is reset before it is used again, and freed where that fails.
+//! An instance belongs to a thread, so each thread keeps its own. It is reset before it is used
+//! again, and freed where that fails.
 
 use std::cell::RefCell;
 use std::sync::Arc;
@@ -33,7 +35,8 @@ pub fn count() -> usize {
     SPARES.with_borrow(|spares| spares.as_ref().map_or(0, Vec::len))
 }
 
-/// Keep instances that have been terminated. One of an FMU that allows no second in the process is not kept.
+/// Keep instances that have been terminated. One of an FMU that allows no second in the process is
+/// not kept.
 pub(crate) fn keep(slaves: Vec<Slave>, is_staged: bool) {
     SPARES.with_borrow_mut(|spares| {
         let Some(spares) = spares else { return };

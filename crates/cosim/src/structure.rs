@@ -1,4 +1,5 @@
-//! The system as the master runs it: what a system structure of SSP says, with systems in systems resolved ([`flat`]).
+//! The system as the master runs it: what a system structure of SSP says, with systems in systems
+//! resolved ([`flat`]).
 
 mod bond;
 pub mod flat;
@@ -33,7 +34,8 @@ mod tests {
         let s = Structure::parse(REPOSITORY).unwrap();
         let names: Vec<_> = s.components.iter().map(|c| c.name.as_str()).collect();
         assert_eq!(names, ["controller", "emla_1", "emla_2", "emla_3", "hdrm"]);
-        // 3 actuators × (3 motion + 1 force + 4 measurements + 2 voltages) + 12 joint + 3 rod measurements + 3 torques
+        // 3 actuators × (3 motion + 1 force + 4 measurements + 2 voltages) + 12 joint + 3 rod
+        // measurements + 3 torques
         assert_eq!(s.connections.len(), 3 * 10 + 12 + 3 + 3);
         let with_bond: Vec<_> = s.connections.iter().filter(|c| c.bond.is_some()).collect();
         let bonds: Vec<_> = with_bond.iter().map(ToString::to_string).collect();
@@ -120,7 +122,8 @@ mod tests {
 
     const TWICE: &str = r#"<ssc:LinearTransformation factor="2"/>"#;
 
-    /// a.y goes through the input of a nested system, and of one in that, to two components; each connection may do something to it.
+    /// a.y goes through the input of a nested system, and of one in that, to two components; each
+    /// connection may do something to it.
     #[test]
     fn nested_systems_are_resolved_to_paths() {
         let innermost = format!(
@@ -215,7 +218,8 @@ mod tests {
         );
     }
 
-    /// Values of the outer element come last, and so count; in one element the later binding; names of a set may be prefixed and mapped.
+    /// Values of the outer element come last, and so count; in one element the later binding; names
+    /// of a set may be prefixed and mapped.
     #[test]
     fn the_binding_further_out_has_the_last_word() {
         let bindings = r#"<ssd:ParameterBindings><ssd:ParameterBinding source="k1"/><ssd:ParameterBinding source="k2"/></ssd:ParameterBindings>"#;

@@ -1,4 +1,5 @@
-//! A loaded system: the structure and its FMUs, ready to be run as often and in as many threads as wanted.
+//! A loaded system: the structure and its FMUs, ready to be run as often and in as many threads as
+//! wanted.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -6,12 +7,13 @@ use std::sync::Arc;
 
 use crate::fmu::Fmu;
 use crate::package::{Package, read};
+use crate::renaming::rename;
 use crate::structure::{self, Component, Hop, Parameter, Structure, parse_set};
 use crate::transformation::{Linear, Transformation, along, conversion, unit_of};
 use crate::wiring::{Port, Wiring};
 use anyhow::{Context, Result, anyhow, bail};
 use fmu_description::{Description, Kind, Variable};
-use system_structure::{Connector, DataType};
+use system_structure::{Connector, DataType, ParameterMapping};
 
 /// Likeness from which on a known name is suggested for an unknown one; 1 is the same name.
 const LIKE: f64 = 0.85;
@@ -42,10 +44,11 @@ pub enum FmuPlace {
 pub struct Forgotten {
     /// Connectors that the FMU does not have.
     pub connectors: Vec<String>,
-    /// Input connectors that neither a connection nor a parameter value gives, so that they keep their start values; elements of an
-    /// array, and members of a structure, are one item.
+    /// Input connectors that neither a connection nor a parameter value gives, so that they keep
+    /// their start values; elements of an array, and members of a structure, are one item.
     pub inputs: Vec<String>,
-    /// Inputs of the FMU without a connector: the structure does not use them, and they keep their start values.
+    /// Inputs of the FMU without a connector: the structure does not use them, and they keep their
+    /// start values.
     pub unmentioned: Vec<String>,
     /// Bound values that match no variable, with their origin.
     pub values: Vec<String>,
@@ -64,13 +67,26 @@ pub struct System {
 }
 
 impl System {
-    /// Load a packed system (`.ssp`; of it the structure named `variant`, else the default one), or a `.ssd` with its FMUs from `place`. The
-    /// components named in `replaced` get the FMU in that file instead, of whichever version of FMI.
+    /// Load a packed system (`.ssp`; of it the structure named `variant`, else the default one), or
+    /// a `.ssd` with its FMUs from `place`. The components named in `replaced` get the FMU in that
+    /// file instead, of whichever version of FMI.
     pub fn load(
         path: &Path,
         variant: Option<&str>,
         place: &FmuPlace,
         replaced: &[(String, PathBuf)],
+    ) -> Result<Self> {
+        Self::load_renamed(path, variant, place, replaced, &[])
+    }
+
+    /// The same where the FMUs of some components have names of their own, by parameter mappings
+    /// (`.ssm`): `source` is the name in the structure, `target` that of the FMU.
+    pub fn load_renamed(
+        path: &Path,
+        variant: Option<&str>,
+        place: &FmuPlace,
+        replaced: &[(String, PathBuf)],
+        mappings: &[(String, PathBuf)],
     ) -> Result<Self> {
         let mut package = Package::open(path)?;
         let text = package.structure(variant)?;
@@ -108,6 +124,22 @@ impl System {
             structure,
             fmus,
         };
+        for (name, file) in mappings {
+            let text = String::from_utf8(read(file).context("mapping")?);
+            let text = text.with_context(|| format!("`{}` is not UTF-8 text", file.display()))?;
+            let mapping = ParameterMapping::parse(&text, &file.display().to_string())?;
+            let Some(k) = system.structure.component(name) else {
+                bail!(
+                    "a mapping is given for the component `{name}`, which the system does not have"
+                );
+            };
+            let description = &system.fmus[k].description;
+            for entry in &mapping.entries {
+                let found = description.variable(&entry.target);
+                found.with_context(|| format!("mapping `{}`", file.display()))?;
+            }
+            rename(&mut system.structure, k, &mapping, description);
+        }
         system.fit_values()?;
         for (c, fmu) in system.structure.components.iter().zip(&system.fmus) {
             for connector in &c.connectors {
@@ -117,7 +149,8 @@ impl System {
         Ok(system)
     }
 
-    /// FMUs without a structure, each a component named after its file; `connections` are written `a.y=b.u`.
+    /// FMUs without a structure, each a component named after its file; `connections` are written
+    /// `a.y=b.u`.
     pub fn of_fmus(files: &[PathBuf], connections: &[String]) -> Result<Self> {
         let mut structure = Structure::default();
         let mut fmus: Vec<Arc<Fmu>> = Vec::new();
@@ -179,7 +212,8 @@ impl System {
         latest.unwrap_or(start + 1.0)
     }
 
-    /// The communication step that the structure asks for, else the smallest that an FMU prefers, s, and who it is.
+    /// The communication step that the structure asks for, else the smallest that an FMU prefers,
+    /// s, and who it is.
     pub fn preferred_step(&self) -> Option<(f64, String)> {
         if let Some(step) = self.structure.step {
             return Some((step, "the system structure".into()));
@@ -192,8 +226,8 @@ impl System {
         steps.min_by(|a, b| a.0.total_cmp(&b.0))
     }
 
-    /// Bring the bound values to the units of their variables; those of variables that the FMUs do not have are passed over, as the
-    /// standard has it, and noted.
+    /// Bring the bound values to the units of their variables; those of variables that the FMUs do
+    /// not have are passed over, as the standard has it, and noted.
     fn fit_values(&mut self) -> Result<()> {
         let Structure {
             components,
@@ -215,8 +249,9 @@ impl System {
         Ok(())
     }
 
-    /// Apply a parameter set (`.ssv`) after the values that the structure binds: a file of the packed system, else one on disk. Its
-    /// parameters are named `component.variable`, or only by variable where one component alone has it.
+    /// Apply a parameter set (`.ssv`) after the values that the structure binds: a file of the
+    /// packed system, else one on disk. Its parameters are named `component.variable`, or only by
+    /// variable where one component alone has it.
     pub fn apply_set(&mut self, file: &Path) -> Result<()> {
         let name = file.display().to_string();
         let mut package = Package::open(&self.path)?;
@@ -267,7 +302,8 @@ impl System {
     /// What the structure may have forgotten, under the start values `settings`.
     pub fn forgotten(&self, settings: &[Setting]) -> Result<Forgotten> {
         let wiring = self.wiring()?;
-        let mut remarks = wiring.remarks.clone();
+        let mut remarks = self.structure.remarks.clone();
+        remarks.extend(wiring.remarks.iter().cloned());
         for (k, fmu) in self.fmus.iter().enumerate() {
             if self.fmus[..k].iter().all(|other| !Arc::ptr_eq(other, fmu)) {
                 let named = fmu
@@ -313,8 +349,8 @@ impl System {
         Ok(forgotten)
     }
 
-    /// The variable `component.variable`, or `variable` where one component alone has it; the name of an output of the system is that of the
-    /// output that it shows.
+    /// The variable `component.variable`, or `variable` where one component alone has it; the name
+    /// of an output of the system is that of the output that it shows.
     pub fn port(&self, name: &str) -> Result<Port> {
         if let Some(output) = self.structure.outputs.iter().find(|o| o.name == name)
             && let Some(component) = self.structure.component(&output.start.0)
@@ -405,7 +441,8 @@ impl System {
         })
     }
 
-    /// As [`System::parse_setting`]; of an input of the system the start values of all inputs that it feeds.
+    /// As [`System::parse_setting`]; of an input of the system the start values of all inputs that
+    /// it feeds.
     pub fn parse_settings(&self, text: &str) -> Result<Vec<Setting>> {
         let (name, value) = text.split_once('=').unwrap_or((text, ""));
         let mut inputs = self.structure.inputs.iter();
@@ -436,7 +473,8 @@ impl System {
         Ok(settings)
     }
 
-    /// Parse `component.variable=value`, or `variable=value` where one component alone has the variable.
+    /// Parse `component.variable=value`, or `variable=value` where one component alone has the
+    /// variable.
     pub fn parse_setting(&self, text: &str) -> Result<Setting> {
         let parts = text.split_once('=');
         let (name, value) =
@@ -446,7 +484,8 @@ impl System {
 }
 
 impl FmuPlace {
-    /// A source in a folder of the resources, `resources/fmi3/Emla.fmu`, is looked for in that folder too.
+    /// A source in a folder of the resources, `resources/fmi3/Emla.fmu`, is looked for in that
+    /// folder too.
     fn read(&self, source: &str, package: &mut Package) -> Result<Vec<u8>> {
         let name = Path::new(source).file_name().unwrap_or_default();
         let inner = Path::new(source).strip_prefix("resources").ok();
@@ -496,7 +535,8 @@ fn check_unit(component: &str, fmu: &Fmu, connector: &Connector) -> Result<()> {
     Ok(())
 }
 
-/// A value of the type of its variable, in the variable's unit. An Integer may be given for a Real and for an enumeration.
+/// A value of the type of its variable, in the variable's unit. An Integer may be given for a Real
+/// and for an enumeration.
 fn fitted(component: &str, fmu: &Fmu, parameter: Parameter) -> Result<Parameter> {
     let Parameter {
         name,

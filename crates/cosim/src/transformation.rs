@@ -1,4 +1,5 @@
-//! What becomes of a value on its way: units converted, scaled and shifted, or mapped to other values (SSP 1.0).
+//! What becomes of a value on its way: units converted, scaled and shifted, or mapped to other
+//! values (SSP 1.0).
 
 use anyhow::{Result, bail};
 use fmu_description::{Description, Item, Kind, Variable};
@@ -127,8 +128,9 @@ pub(crate) fn conversion(a: &Unit, b: &Unit) -> Option<Linear> {
     })
 }
 
-/// What becomes of a value on a `way` from one variable, in the unit `unit`, to another, in the unit of the last hop; the variables say
-/// which items their enumerations have. A unit at one end only changes nothing, and is named in `lone`.
+/// What becomes of a value on a `way` from one variable, in the unit `unit`, to another, in the
+/// unit of the last hop; the variables say which items their enumerations have. A unit at one end
+/// only changes nothing, and is named in `lone`.
 pub(crate) fn along(
     way: &[Hop],
     unit: Option<Unit>,

@@ -1,4 +1,5 @@
-//! What a run says of itself at its end: findings, and whether one of them forbids to use its result.
+//! What a run says of itself at its end: findings, and whether one of them forbids to use its
+//! result.
 
 use std::fmt;
 

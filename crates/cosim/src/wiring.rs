@@ -1,4 +1,5 @@
-//! Who must be read before whom: connections resolved against the model descriptions and put in the order of direct feedthrough.
+//! Who must be read before whom: connections resolved against the model descriptions and put in the
+//! order of direct feedthrough.
 
 use std::collections::HashMap;
 
@@ -56,7 +57,8 @@ pub struct Wiring<'a> {
     /// What is odd about them, but does no harm.
     pub remarks: Vec<String>,
     driver: HashMap<Port, usize>,
-    /// Components of which outputs may be read again after inputs were set although they declare no dependencies.
+    /// Components of which outputs may be read again after inputs were set although they declare no
+    /// dependencies.
     trusted: Vec<bool>,
 }
 
@@ -235,8 +237,9 @@ impl<'a> Wiring<'a> {
         self.driver.get(&input).copied()
     }
 
-    /// Whether an output can be read once only at a communication point, right after the step and before any input is set: its dependencies
-    /// are not declared, or its FMU is of FMI 3.0 and has no Event Mode, outside of which no output may be read after an input was set.
+    /// Whether an output can be read once only at a communication point, right after the step and
+    /// before any input is set: its dependencies are not declared, or its FMU is of FMI 3.0 and has
+    /// no Event Mode, outside of which no output may be read after an input was set.
     pub fn is_read_once(&self, output: Port) -> bool {
         let description = self.description(output.component);
         let has_events = description.fmi == Version::Fmi2 || description.capabilities.event_mode;
@@ -267,9 +270,10 @@ impl<'a> Wiring<'a> {
         }
     }
 
-    /// Level of the output of each connection: 0 where it depends on no connected input, else one more than the highest level it
-    /// depends on; outputs that no other one waits for come with the last ones of their component. All outputs of one level can be read
-    /// together after the inputs from all lower levels are set.
+    /// Level of the output of each connection: 0 where it depends on no connected input, else one
+    /// more than the highest level it depends on; outputs that no other one waits for come with the
+    /// last ones of their component. All outputs of one level can be read together after the inputs
+    /// from all lower levels are set.
     ///
     /// # Errors
     /// An algebraic loop, by the names along it.
@@ -285,7 +289,8 @@ impl<'a> Wiring<'a> {
         let mut levels = links
             .map(|l| search.level(l.from))
             .collect::<Result<Vec<_>>>()?;
-        // What no connected output waits for is read with the component's last ones, which saves the component an evaluation of its own.
+        // What no connected output waits for is read with the component's last ones, which saves
+        // the component an evaluation of its own.
         for (k, link) in self.links.iter().enumerate() {
             let is_free = initialization || !self.is_read_once(link.from);
             if is_free && !self.is_awaited(link.to, initialization, undeclared) {
@@ -431,7 +436,8 @@ mod tests {
             description("N", "dependencies=\"\""),
             description("A", "dependencies=\"1 2\""),
         );
-        // a.y <- a.u <- b.y <- (nothing); c.y <- c.u, c.v <- a.y; b is fed by c.y, which is no loop because b.y has no feedthrough.
+        // a.y <- a.u <- b.y <- (nothing); c.y <- c.u, c.v <- a.y; b is fed by c.y, which is no loop
+        // because b.y has no feedthrough.
         let s = structure(&[
             ("b.y", "a.u"),
             ("a.y", "c.v"),

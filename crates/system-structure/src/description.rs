@@ -1,4 +1,5 @@
-//! System structures (`.ssd`): systems, their elements, connectors, connections and parameter bindings.
+//! System structures (`.ssd`): systems, their elements, connectors, connections and parameter
+//! bindings.
 
 use crate::common::{DataType, Enumeration, Transformation, Unit};
 use crate::dictionary::{DictionaryReference, SignalDictionary};
@@ -172,7 +173,8 @@ pub struct Connector {
     pub line: usize,
 }
 
-/// One end of a connection: an element and its connector; without an element the system's own connector.
+/// One end of a connection: an element and its connector; without an element the system's own
+/// connector.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct End {
     /// Element.
@@ -190,7 +192,8 @@ impl std::fmt::Display for End {
     }
 }
 
-/// A connection; which end the values come from is said by the connectors, not by the names of the ends.
+/// A connection; which end the values come from is said by the connectors, not by the names of the
+/// ends.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Connection {
     /// One end.

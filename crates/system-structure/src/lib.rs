@@ -1,9 +1,11 @@
-//! What the files of SSP say, typed: system structures (`.ssd`), parameter sets (`.ssv`), parameter mappings (`.ssm`) and signal dictionaries
-//! (`.ssb`). Texts in, types out: nothing here opens a file, and nothing knows FMUs.
+//! What the files of SSP say, typed: system structures (`.ssd`), parameter sets (`.ssv`), parameter
+//! mappings (`.ssm`) and signal dictionaries (`.ssb`). Texts in, types out: nothing here opens a
+//! file, and nothing knows FMUs.
 //!
-//! Read is SSP 1.0; of SSP 2.0 the types of FMI 3.0. Names of elements are compared without their namespace prefix, elements may stand in
-//! every order, and what the standard does not name (geometry, annotations of tools, comments) is passed over. An error names the file,
-//! the line and what is wrong there.
+//! Read is SSP 1.0; of SSP 2.0 the types of FMI 3.0. Names of elements are compared without their
+//! namespace prefix, elements may stand in every order, and what the standard does not name
+//! (geometry, annotations of tools, comments) is passed over. An error names the file, the line and
+//! what is wrong there.
 //!
 //! ```
 //! let text = r#"<ssd:SystemStructureDescription xmlns:ssd="http://ssp-standard.org/SSP1/SystemStructureDescription" version="1.0" name="S">

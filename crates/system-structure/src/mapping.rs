@@ -1,4 +1,5 @@
-//! Parameter mappings (`.ssm`): other names for the parameters of a set, and what becomes of their values.
+//! Parameter mappings (`.ssm`): other names for the parameters of a set, and what becomes of their
+//! values.
 
 use crate::common::Transformation;
 use crate::error::StructureError;

@@ -22,7 +22,8 @@ pub struct Node {
 }
 
 impl Node {
-    /// Read the text of `file`, whose outermost element must be `root`; the errors never repeat more than names of it.
+    /// Read the text of `file`, whose outermost element must be `root`; the errors never repeat
+    /// more than names of it.
     pub(crate) fn parse(text: &str, file: &str, root: &str) -> Result<Self, StructureError> {
         let file: Arc<str> = file.into();
         let text = text.strip_prefix('\u{feff}').unwrap_or(text);

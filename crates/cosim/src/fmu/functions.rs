@@ -1,5 +1,6 @@
-//! The functions of FMI 2.0 and 3.0 that the master calls, as a library exports them. A function that is missing is missed when it is
-//! called, not when the library is loaded: many libraries lack some that they never need.
+//! The functions of FMI 2.0 and 3.0 that the master calls, as a library exports them. A function
+//! that is missing is missed when it is called, not when the library is loaded: many libraries lack
+//! some that they never need.
 #![allow(unsafe_code, non_snake_case, missing_docs)]
 
 use std::ffi::{c_char, c_int, c_void};
@@ -73,7 +74,8 @@ functions! {
 }
 
 functions! {
-    /// Of FMI 3.0, by their C names. A pointer to values is untyped where the type says nothing more.
+    /// Of FMI 3.0, by their C names. A pointer to values is untyped where the type says nothing
+    /// more.
     Functions3 {
         fmi3InstantiateCoSimulation(
             Text, Text, Text, bool, bool, bool, bool, *const u32, usize, Handle, Logger3, *const c_void

@@ -71,7 +71,8 @@ fn open(file: &Path) -> Result<libloading::Library, libloading::Error> {
     unsafe { libloading::Library::new(file) }
 }
 
-/// Windows looks for further libraries in the folder of the file, not of the program, where it is asked to.
+/// Windows looks for further libraries in the folder of the file, not of the program, where it is
+/// asked to.
 #[cfg(windows)]
 fn open(file: &Path) -> Result<libloading::Library, libloading::Error> {
     use libloading::os::windows::{LOAD_WITH_ALTERED_SEARCH_PATH, Library};

@@ -1,4 +1,5 @@
-//! One component after the other; a later one gets the mean effort that an earlier one exerted over the step.
+//! One component after the other; a later one gets the mean effort that an earlier one exerted over
+//! the step.
 
 use anyhow::Result;
 

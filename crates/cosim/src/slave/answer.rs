@@ -1,4 +1,5 @@
-//! How a C function answered, and where in the run it was called: what the text of an error is made of.
+//! How a C function answered, and where in the run it was called: what the text of an error is made
+//! of.
 
 use std::ffi::c_int;
 

@@ -1,4 +1,5 @@
-//! The calls that an instance of either version of FMI understands, which is all that the master knows of it.
+//! The calls that an instance of either version of FMI understands, which is all that the master
+//! knows of it.
 
 use std::ffi::CString;
 

@@ -268,7 +268,8 @@ impl Border for Component {
     }
 }
 
-/// An `fmi2Integer` or `fmi2Boolean` from the bits of a value; the reader of values has checked that it fits.
+/// An `fmi2Integer` or `fmi2Boolean` from the bits of a value; the reader of values has checked
+/// that it fits.
 #[expect(clippy::cast_possible_truncation, reason = "checked when it was read")]
 fn int(bits: u64) -> i32 {
     bits.cast_signed() as i32

@@ -114,7 +114,8 @@ impl Instance {
                 }
             };
         }
-        // SAFETY: `m` references, and `n` values of the type of the call, which the memory has for these references.
+        // SAFETY: `m` references, and `n` values of the type of the call, which the memory has for
+        // these references.
         unsafe {
             calls! {
                 Real fmi3SetFloat64 Float32 fmi3SetFloat32 Int8 fmi3SetInt8 UInt8 fmi3SetUInt8 Int16 fmi3SetInt16 UInt16 fmi3SetUInt16
@@ -135,7 +136,8 @@ impl Instance {
                 }
             };
         }
-        // SAFETY: `m` references and room for `n` values of at most eight bytes each, the caller's promise.
+        // SAFETY: `m` references and room for `n` values of at most eight bytes each, the caller's
+        // promise.
         unsafe {
             calls! {
                 Real fmi3GetFloat64 Float32 fmi3GetFloat32 Int8 fmi3GetInt8 UInt8 fmi3GetUInt8 Int16 fmi3GetInt16 UInt16 fmi3GetUInt16
@@ -176,7 +178,8 @@ impl Drop for Instance {
 impl Border for Instance {
     fn log_only(&self, categories: &[CString]) -> Answer {
         let pointers: Vec<_> = categories.iter().map(|c| c.as_ptr()).collect();
-        // SAFETY: as many valid C strings as said. All categories are on from instantiation, so that it may say why it fails.
+        // SAFETY: as many valid C strings as said. All categories are on from instantiation, so
+        // that it may say why it fails.
         unsafe {
             let (api, i, n) = (&self.api, self.instance, pointers.len());
             let off = call!(api, fmi3SetDebugLogging(i, false, 0, ptr::null()));
@@ -253,7 +256,8 @@ impl Border for Instance {
         assert!(batch.len() == values.len() && batch.references.len() <= ones.len());
         let mut passed = self.passed.borrow_mut();
         assert!(batch.passed <= passed.len());
-        // SAFETY: as many readable references as orders, and room for the values that belong to them.
+        // SAFETY: as many readable references as orders, and room for the values that belong to
+        // them.
         let answer = unsafe {
             let (i, vr, m) = (
                 self.instance,
@@ -357,7 +361,8 @@ impl Border for Instance {
         unsafe { call!(self.api, fmi3Terminate(self.instance)) }
     }
 
-    /// The memory of what was last given would have to be as new, too: another instance is made instead.
+    /// The memory of what was last given would have to be as new, too: another instance is made
+    /// instead.
     fn reset(&self) -> Option<Answer> {
         None
     }

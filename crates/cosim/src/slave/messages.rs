@@ -1,7 +1,9 @@
-//! What the FMUs say through their logger callback, kept for the error texts and for the verdict of a run.
+//! What the FMUs say through their logger callback, kept for the error texts and for the verdict of
+//! a run.
 //!
-//! FMUs log while they are being called, so a buffer per thread keeps apart what several systems in several threads say. An FMU hands back
-//! the environment that it was given; it is looked up, not trusted.
+//! FMUs log while they are being called, so a buffer per thread keeps apart what several systems in
+//! several threads say. An FMU hands back the environment that it was given; it is looked up, not
+//! trusted.
 #![allow(unsafe_code)]
 
 use std::cell::RefCell;

@@ -1,4 +1,5 @@
-//! Communication steps of one length; the last one is shortened where it has to be and every component can.
+//! Communication steps of one length; the last one is shortened where it has to be and every
+//! component can.
 
 use anyhow::{Result, bail};
 
@@ -31,7 +32,8 @@ impl FixedSteps {
         if !(steps > 0.0 && steps < 1e12) {
             bail!("from {start} s to {stop} s in steps of {step} s: no run");
         }
-        // A stop time that is a multiple of h up to rounding is met exactly; the comparison is relative to h.
+        // A stop time that is a multiple of h up to rounding is met exactly; the comparison is
+        // relative to h.
         let whole = (steps + 1e-6).floor();
         Ok(Self {
             whole: whole as u64,

@@ -1,10 +1,12 @@
-//! A system without systems in it: components and the connections between them, as the master runs them.
+//! A system without systems in it: components and the connections between them, as the master runs
+//! them.
 
 use system_structure::{Connector, DataType, Direction, Transformation, Unit};
 
 use super::bond::PowerBond;
 
-/// One FMU instance of the system; the order in the file is the stepping order of the Gauss–Seidel schedule.
+/// One FMU instance of the system; the order in the file is the stepping order of the Gauss–Seidel
+/// schedule.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Component {
     /// Name of the instance; in a nested system its path, `system.component`.
@@ -18,7 +20,8 @@ pub struct Component {
 }
 
 impl Component {
-    /// Give a variable a value in place of all that it is bound to; `origin` says who does, for messages.
+    /// Give a variable a value in place of all that it is bound to; `origin` says who does, for
+    /// messages.
     pub fn bind(&mut self, name: &str, value: String, data_type: DataType, origin: &str) {
         self.parameters.retain(|p| p.name != name);
         self.parameters.push(Parameter {
@@ -54,7 +57,8 @@ pub struct Parameter {
 pub struct Hop {
     /// What becomes of the value.
     pub transformation: Option<Transformation>,
-    /// The units of both ends may differ, because the numbers are meant as the transformation leaves them.
+    /// The units of both ends may differ, because the numbers are meant as the transformation
+    /// leaves them.
     pub keeps_units: bool,
     /// Unit that is declared at its end.
     pub unit: Option<Unit>,
@@ -125,9 +129,13 @@ pub struct Structure {
     pub stop_time: Option<f64>,
     /// Communication step that the structure asks for, s.
     pub step: Option<f64>,
-    /// Components whose outputs may be read again after inputs were set although they declare no dependencies.
+    /// Components whose outputs may be read again after inputs were set although they declare no
+    /// dependencies.
     pub feedthrough: Vec<String>,
-    /// Parameter values that match nothing, with their origin: by the standard they are passed over.
+    /// What was made of it that its file does not say.
+    pub remarks: Vec<String>,
+    /// Parameter values that match nothing, with their origin: by the standard they are passed
+    /// over.
     pub unmatched: Vec<String>,
 }
 
@@ -147,7 +155,8 @@ impl Structure {
         self.components.iter().position(|c| c.name == name)
     }
 
-    /// Connect an output with an input that no connection drives yet; both get connectors where they have none.
+    /// Connect an output with an input that no connection drives yet; both get connectors where
+    /// they have none.
     pub fn connect(&mut self, start: (String, String), end: (String, String)) {
         for ((component, name), direction) in
             [(&start, Direction::Output), (&end, Direction::Input)]

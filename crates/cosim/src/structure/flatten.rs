@@ -1,4 +1,5 @@
-//! Systems in systems, connectors of systems, dictionaries and nested packages resolved into one flat system.
+//! Systems in systems, connectors of systems, dictionaries and nested packages resolved into one
+//! flat system.
 
 use std::collections::HashMap;
 
@@ -29,7 +30,8 @@ const FEEDTHROUGH: &str = "io.github.hdrm-fmu.feedthrough";
 /// Deepest nesting of files, so that a file that names itself ends somewhere.
 const DEPTH: usize = 16;
 
-/// A connector: the path of the element that owns it, and its name. Signals of dictionaries have a path that no element has.
+/// A connector: the path of the element that owns it, and its name. Signals of dictionaries have a
+/// path that no element has.
 type Key = (String, String);
 
 /// Which way values go through a connector, seen from the system that connects it.
@@ -51,7 +53,8 @@ struct Flow {
     place: String,
 }
 
-/// Read the text of the system structure `file`; `files` gives the texts of files by the names that they have there.
+/// Read the text of the system structure `file`; `files` gives the texts of files by the names that
+/// they have there.
 pub fn read(text: &str, file: &str, files: &mut Files<'_>) -> Result<Structure> {
     let read = SystemStructure::parse(text, file)?;
     let mut flattening = Flattening {
@@ -118,7 +121,8 @@ fn join(path: &str, name: &str) -> String {
 }
 
 impl Flattening<'_> {
-    /// Take in a system that has the path `path`; `around` are the dictionaries of the systems around it, by name and path.
+    /// Take in a system that has the path `path`; `around` are the dictionaries of the systems
+    /// around it, by name and path.
     fn system(
         &mut self,
         system: &System,
@@ -380,7 +384,8 @@ impl Flattening<'_> {
         (owner, end.connector.clone())
     }
 
-    /// Connections between components, connectors of the outermost system, and values for variables.
+    /// Connections between components, connectors of the outermost system, and values for
+    /// variables.
     fn resolve(&mut self, outermost: &System) -> Result<()> {
         let drivers: HashMap<&Key, usize> =
             (0..).zip(&self.flows).map(|(k, f)| (&f.to, k)).collect();

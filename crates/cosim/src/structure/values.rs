@@ -14,7 +14,8 @@ pub fn parse_set(text: &str, file: &str) -> Result<Vec<Parameter>> {
     Ok(values(set, &format!("parameter set `{file}`")))
 }
 
-/// The values of a binding in the element `owner`, with the names that they have there; `files` gives texts, by names relative to `base`.
+/// The values of a binding in the element `owner`, with the names that they have there; `files`
+/// gives texts, by names relative to `base`.
 pub(super) fn bound(
     binding: &Binding,
     owner: &str,

@@ -36,7 +36,10 @@ int fmi2SetupExperiment(void *c, int has_tolerance, double tolerance, double sta
 }
 int fmi2EnterInitializationMode(void *c) { return 0; }
 int fmi2ExitInitializationMode(void *c) { return 0; }
-int fmi2Terminate(void *c) { return 0; }
+int fmi2Terminate(void *c) {
+    printf("plain: farewell\n");
+    return 0;
+}
 int fmi2GetReal(void *c, const unsigned *vr, size_t n, double *value) {
     for (size_t k = 0; k < n; k++) value[k] = vr[k] ? helper(((plain *)c)->u) : ((plain *)c)->u;
     return 0;

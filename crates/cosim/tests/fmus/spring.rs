@@ -1,6 +1,7 @@
 //! Test FMU: a linear spring with damper, driven by the motion of its end.
 //!
-//! F = −k (1 + stage) x − d x_dot − m x_ddot (m = 0 unless set), 0 where it is off. Inside a step x follows x + x_dot·s where no derivatives are given.
+//! F = −k (1 + stage) x − d x_dot − m x_ddot (m = 0 unless set), 0 where it is off. Inside a step x
+//! follows x + x_dot·s where no derivatives are given.
 
 use fmu_export::{Info, InputPolynomial, Model, ModelError, StepEnd, Variable};
 use serde::{Deserialize, Serialize};

@@ -1,6 +1,7 @@
 //! A communication step of the master allocates nothing.
 //!
-//! This counts the allocations of this program; the FMUs have an allocator of their own, which the tests of their crates watch.
+//! This counts the allocations of this program; the FMUs have an allocator of their own, which the
+//! tests of their crates watch.
 
 use allocation_counter::measure;
 use cosim::master::{Master, Schedule};

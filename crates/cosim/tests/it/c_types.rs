@@ -1,5 +1,5 @@
-//! The C types that `fmu-export` writes by hand have the size, alignment, layout and values of the standard's headers, as bindgen
-//! reads them for `fmi-sys`.
+//! The C types that `fmu-export` writes by hand have the size, alignment, layout and values of the
+//! standard's headers, as bindgen reads them for `fmi-sys`.
 
 use std::mem::{align_of, offset_of, size_of};
 

@@ -1,5 +1,5 @@
-//! FMUs as other tools make them: attributes that nobody asked for, libraries of other names, functions that are missing, nothing said of
-//! dependencies.
+//! FMUs as other tools make them: attributes that nobody asked for, libraries of other names,
+//! functions that are missing, nothing said of dependencies.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -36,6 +36,7 @@ const PLAIN: &str = r#"<?xml version="1.0" encoding="ISO-8859-1"?>
   modelName="plain" guid="{1}"><CoSimulation modelIdentifier="plain-c" needsExecutionTool="true"/><ModelVariables>
   <ScalarVariable name="u" valueReference="0" causality="input"><Real start="0"/></ScalarVariable>
   <ScalarVariable name="y" valueReference="1" causality="output"><Real/></ScalarVariable>
+  <ScalarVariable name="n" valueReference="2" causality="parameter" variability="fixed"><Integer start="1"/></ScalarVariable>
   </ModelVariables><ModelStructure><Outputs><Unknown index="2"/></Outputs></ModelStructure></fmiModelDescription>"#;
 
 /// A system of one such FMU, with further files beside its library.
@@ -88,8 +89,8 @@ pub fn plain_fmu(name: &str) {
     drop(plain(name, &[&library]));
 }
 
-/// A hyphen in the identifier, a library of another name, namespaces on the root, an encoding, and a library that lacks half of the
-/// functions: it runs, and what is odd is told.
+/// A hyphen in the identifier, a library of another name, namespaces on the root, an encoding, and
+/// a library that lacks half of the functions: it runs, and what is odd is told.
 #[cfg(all(target_os = "linux", target_arch = "x86_64"))]
 #[test]
 fn an_fmu_written_by_hand_runs_with_remarks() {
@@ -107,7 +108,8 @@ fn an_fmu_written_by_hand_runs_with_remarks() {
     master.step().unwrap();
     let y = system.port("plain.y").unwrap();
     assert_eq!(master.number(y).unwrap(), 42.0);
-    // It discards the step beyond 1 s: the last successful time is told, and what it said though it says not who it is.
+    // It discards the step beyond 1 s: the last successful time is told, and what it said though it
+    // says not who it is.
     let mut args = run_args();
     args.stop_time = Some(2.0);
     let experiment = args.experiment(&system).unwrap();
@@ -123,8 +125,19 @@ fn an_fmu_written_by_hand_runs_with_remarks() {
     }
     // What a library lacks is missed when it is asked for.
     let mut args = run_args();
-    args.settings = vec!["plain.u=soft".into()];
-    assert!(args.experiment(&system).unwrap().start(&system).is_err());
+    args.settings = vec!["plain.n=3".into()];
+    let error = args
+        .experiment(&system)
+        .unwrap()
+        .start(&system)
+        .err()
+        .unwrap();
+    assert!(
+        error
+            .to_string()
+            .contains("its library does not export fmi2SetInteger"),
+        "{error:#}"
+    );
 }
 
 #[cfg(all(target_os = "linux", target_arch = "x86_64"))]
@@ -195,8 +208,9 @@ fn states(system: &System, schedule: Schedule) -> Vec<u64> {
         .collect()
 }
 
-/// A force whose dependencies nobody declares is that of the motion one step before, as with the schedule `standard`; where it is said that
-/// it may be read again, all is as if the dependencies were declared.
+/// A force whose dependencies nobody declares is that of the motion one step before, as with the
+/// schedule `standard`; where it is said that it may be read again, all is as if the dependencies
+/// were declared.
 #[test]
 fn outputs_without_declared_dependencies_are_read_right_after_the_step() {
     let declared = super::support::system("declared", &oscillator()).unwrap();
@@ -223,7 +237,8 @@ fn outputs_without_declared_dependencies_are_read_right_after_the_step() {
     );
 }
 
-/// Nothing is declared at all, so that all may be one loop: initialization passes the values until nothing changes.
+/// Nothing is declared at all, so that all may be one loop: initialization passes the values until
+/// nothing changes.
 #[test]
 fn initialization_settles_loops_that_nobody_declared() {
     let both = undeclared("both", &oscillator(), &["spring", "mass"]);
@@ -243,8 +258,9 @@ fn initialization_settles_loops_that_nobody_declared() {
     );
 }
 
-/// F = −k x − m_s x_ddot with x_ddot = F/m: each pass divides the error by −m/m_s, so that it never comes to rest; and a loop that is
-/// declared is refused by the staged schedules, while `standard` takes it where it comes to rest.
+/// F = −k x − m_s x_ddot with x_ddot = F/m: each pass divides the error by −m/m_s, so that it never
+/// comes to rest; and a loop that is declared is refused by the staged schedules, while `standard`
+/// takes it where it comes to rest.
 #[test]
 fn what_does_not_settle_is_named() {
     let links = oscillator_links("", "", "") + &link(("mass", "x_ddot"), ("spring", "x_ddot"), "");

@@ -42,7 +42,8 @@ fn noise_reaches_the_input_it_is_meant_for_and_repeats_with_its_seed() {
         "0.5 s to 0.6 s in steps of 0.01 s"
     );
     let (_, noisy, noisy_x) = record(noise("x", 0.01, 5)).unwrap();
-    // The mass moves only by the forces of steps made: at the start it is where it was, the force is not.
+    // The mass moves only by the forces of steps made: at the start it is where it was, the force
+    // is not.
     assert_eq!(noisy_x[0], x[0]);
     let difference = (noisy[0] - clean[0]).abs();
     assert!(

@@ -51,9 +51,10 @@ fn error_ratio(system: &System, schedule: Schedule, d: f64) -> f64 {
     error(1.0 / 512.0, 1024) / error(1.0 / 1024.0, 2048)
 }
 
-/// Gauss–Seidel passes the mean of F over x + x_dot·s, which is exact to second order for the spring, to first for the damper (it
-/// sees a held x_dot); Jacobi holds F: first order; with derivatives F is linear over the step: second order. Halving h divides the
-/// error by 2^order up to terms of relative size h·w = 0.7 %; 5 % are allowed, and orders 1 and 2 differ by 100 %.
+/// Gauss–Seidel passes the mean of F over x + x_dot·s, which is exact to second order for the
+/// spring, to first for the damper (it sees a held x_dot); Jacobi holds F: first order; with
+/// derivatives F is linear over the step: second order. Halving h divides the error by 2^order up
+/// to terms of relative size h·w = 0.7 %; 5 % are allowed, and orders 1 and 2 differ by 100 %.
 #[test]
 fn schedules_converge_to_the_closed_form_with_their_order() {
     let system = system("order", &oscillator()).unwrap();
@@ -74,8 +75,9 @@ fn schedules_converge_to_the_closed_form_with_their_order() {
     }
 }
 
-/// Each schedule is a linear map of (x, v) that can be written down; 100 steps of it agree to rounding: each of the some 10 products
-/// and sums of a step is rounded, so 100·10·ε of the largest state, 3.2.
+/// Each schedule is a linear map of (x, v) that can be written down; 100 steps of it agree to
+/// rounding: each of the some 10 products and sums of a step is rounded, so 100·10·ε of the largest
+/// state, 3.2.
 #[test]
 fn every_step_is_the_map_that_the_schedule_says() {
     let (h, d) = (0.01, 0.9);
@@ -107,8 +109,8 @@ fn every_step_is_the_map_that_the_schedule_says() {
     }
 }
 
-/// In a Gauss–Seidel step the spring delivers F̄·v, the mass receives F̄·(v + v')/2 with v' = v + h F̄/m: the residual is −h F̄²/(2m).
-/// Held force: F̄·v − F (v + v')/2 with v' = v + h F/m.
+/// In a Gauss–Seidel step the spring delivers F̄·v, the mass receives F̄·(v + v')/2 with v' = v + h
+/// F̄/m: the residual is −h F̄²/(2m). Held force: F̄·v − F (v + v')/2 with v' = v + h F/m.
 #[test]
 fn power_residuals_are_those_of_the_schedule() {
     let (h, d) = (0.01, 0.9);
@@ -174,14 +176,16 @@ fn runs_in_parallel_threads_are_bit_equal() {
     assert!(results.iter().all(|r| *r == alone));
 }
 
-/// Get all, set all, step all: the spring gets x and v, the mass the force of the point before, held over the step:
-/// x' = x + h v + h² a/2, v' = v + h a, a = F/m, F' = −k x' − d v' only at the next read.
+/// Get all, set all, step all: the spring gets x and v, the mass the force of the point before,
+/// held over the step: x' = x + h v + h² a/2, v' = v + h a, a = F/m, F' = −k x' − d v' only at the
+/// next read.
 #[test]
 fn the_standard_schedule_passes_what_was_read_before_anything_was_set() {
     let (h, d) = (0.01, 0.9);
     let system = system("standard", &oscillator()).unwrap();
     let (mut x, mut v) = (X0, V0);
-    // In initialization the spring has got the start values; its force of the second step is made of those set for the first.
+    // In initialization the spring has got the start values; its force of the second step is made
+    // of those set for the first.
     let mut force = -K * x - d * v;
     for _ in 0..100 {
         let (a, next) = (force / M, -K * x - d * v);
@@ -263,8 +267,9 @@ fn the_last_step_is_shortened_to_end_at_the_stop_time() {
     assert!((last[3] - x).abs() < 1e-14 * 10.0, "{} {x}", last[3]);
 }
 
-/// Held force with ω h > 2: each step multiplies the state by a factor < −1, so that x jumps from side to side until the mass refuses the
-/// force. The error names the step that is too long, the signal and the time from which on it diverges.
+/// Held force with ω h > 2: each step multiplies the state by a factor < −1, so that x jumps from
+/// side to side until the mass refuses the force. The error names the step that is too long, the
+/// signal and the time from which on it diverges.
 #[test]
 fn a_diverging_loop_is_named_where_it_begins() {
     let system = system("diverging", &oscillator()).unwrap();

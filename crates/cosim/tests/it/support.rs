@@ -1,4 +1,5 @@
-//! Two test FMUs, built as examples of this crate and packed as a system into a folder of their own.
+//! Two test FMUs, built as examples of this crate and packed as a system into a folder of their
+//! own.
 
 use std::fs::{self, File};
 use std::io::Write;
@@ -75,7 +76,8 @@ pub fn oscillator() -> String {
     ssd(&oscillator_links("", "", ""))
 }
 
-/// Its connections; `motion` and `force` stand in those of the motion and of the force, `bond` are further attributes of the power bond.
+/// Its connections; `motion` and `force` stand in those of the motion and of the force, `bond` are
+/// further attributes of the power bond.
 pub fn oscillator_links(motion: &str, force: &str, bond: &str) -> String {
     let bond = format!(
         "<ssd:Annotations><ssc:Annotation type=\"io.github.hdrm-fmu.power-bond\"><PowerBond stepMean=\"F_mean\" flow=\"x_dot\" {bond}/>\
@@ -91,7 +93,8 @@ pub fn system(name: &str, structure: &str) -> anyhow::Result<System> {
     edited(name, structure, |_, description| description.to_string())
 }
 
-/// The same with other model descriptions; `edit` is given the name of each example and the text of its own.
+/// The same with other model descriptions; `edit` is given the name of each example and the text of
+/// its own.
 pub fn edited(
     name: &str,
     structure: &str,

@@ -1,4 +1,5 @@
-//! What the user gets to read when something goes wrong: component, variable, time, and what the FMU itself said.
+//! What the user gets to read when something goes wrong: component, variable, time, and what the
+//! FMU itself said.
 
 use cosim::master::{Master, Schedule};
 use cosim::system::System;

@@ -1,4 +1,5 @@
-//! What a connection does to a value on its way, and values that are no Reals, on the coupled mass and spring.
+//! What a connection does to a value on its way, and values that are no Reals, on the coupled mass
+//! and spring.
 
 use cosim::master::{Master, Schedule};
 use cosim::system::System;
@@ -28,8 +29,8 @@ fn number(system: &System, master: &Master, name: &str) -> f64 {
     master.number(system.port(name).unwrap()).unwrap()
 }
 
-/// A spring that sees twice the motion and whose force counts half is the same spring; factors that are powers of two round nothing, so the
-/// run and the power of the bond are the same bit for bit.
+/// A spring that sees twice the motion and whose force counts half is the same spring; factors that
+/// are powers of two round nothing, so the run and the power of the bond are the same bit for bit.
 #[test]
 fn factors_that_cancel_change_nothing() {
     let factor = |f: &str| format!("<ssc:LinearTransformation factor=\"{f}\"/>");
@@ -55,7 +56,8 @@ fn factors_that_cancel_change_nothing() {
     }
 }
 
-/// An offset shifts where the spring is at rest: c·k of force at the start. The derivative of a shifted value is that of the value.
+/// An offset shifts where the spring is at rest: c·k of force at the start. The derivative of a
+/// shifted value is that of the value.
 #[test]
 fn an_offset_shifts_a_value_and_not_its_derivative() {
     let shifted = link(
@@ -67,7 +69,8 @@ fn an_offset_shifts_a_value_and_not_its_derivative() {
     let mut master = master(&system, Schedule::JacobiDerivatives);
     assert_eq!(number(&system, &master, "spring.x"), 2.75);
     master.step().unwrap();
-    // F = −k(x_s − d), held derivative −k·3·v: a first step of order two in h, exact for these polynomials.
+    // F = −k(x_s − d), held derivative −k·3·v: a first step of order two in h, exact for these
+    // polynomials.
     let (force, slope) = (-23.0 * 2.75, 23.0 * 3.0 * 0.83);
     let x = 1.0 - 0.83 * H + H * H * (force / 2.0 + H * slope / 6.0) / 1.7;
     let found = number(&system, &master, "mass.x");
@@ -95,7 +98,8 @@ fn booleans_and_integers_are_passed() {
         (x, v) = (x + H * (v + H * a / 2.0), v + H * a);
         master.step().unwrap();
         let found = number(&system, &master, "mass.x");
-        // Some ten rounded operations a step on a position below 2 m, and no growth: the spring only ever loses its force.
+        // Some ten rounded operations a step on a position below 2 m, and no growth: the spring
+        // only ever loses its force.
         assert!(
             (found - x).abs() < 1e3 * 2.0 * f64::EPSILON,
             "{k}: {found} {x}"
