@@ -1,4 +1,5 @@
-//! From a fresh checkout to the coupled machine: builds what runs it, prints the paper's table, then writes a report.
+//! From a fresh checkout to the coupled machine: builds what runs it, prints the paper's table,
+//! then writes a report.
 
 use std::fs;
 
@@ -10,10 +11,12 @@ use crate::pack;
 use crate::phases::Phases;
 use crate::workspace::Workspace;
 
-/// Profile of FMUs and programs: one for both, so that what they share is compiled once. The FMUs compute the same as those of `cargo xtask
-/// pack`, which take minutes longest to link and run faster.
+/// Profile of FMUs and programs: one for both, so that what they share is compiled once. The FMUs
+/// compute the same as those of `cargo xtask pack`, which take minutes longest to link and run
+/// faster.
 const PROFILE: &str = "release";
-/// Packages that are built beside the FMUs, always together, so that their dependencies have the same features.
+/// Packages that are built beside the FMUs, always together, so that their dependencies have the
+/// same features.
 const PACKAGES: [&str; 4] = ["--package", "studies", "--package", "report"];
 
 /// Do it all, with CSV files, report and figures in `demo/` of the target directory.

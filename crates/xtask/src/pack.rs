@@ -53,7 +53,8 @@ pub fn suite(workspace: &Workspace, out: &Path) -> Result<Vec<PathBuf>> {
     suite_with(workspace, &profile(FMU_PROFILE), &Platforms::default(), out)
 }
 
-/// The same with libraries that were built by other arguments of cargo, such as those for a profile, or for other platforms.
+/// The same with libraries that were built by other arguments of cargo, such as those for a
+/// profile, or for other platforms.
 pub fn suite_with(
     workspace: &Workspace,
     arguments: &[String],
