@@ -1,5 +1,5 @@
 """A battery by somebody else, in the place of DcLink.fmu: a source behind a resistance, and the capacitor that the
-drives draw from. It tells of nothing but its voltage, charge and current."""
+drives draw from. Its outputs are voltage, charge and current."""
 
 from pythonfmu import Fmi2Causality, Fmi2Slave, Fmi2Variability, Real
 

@@ -101,7 +101,7 @@ class Instance(Called):
     """One instance. Every method but `status` raises `Refused` if the FMU does not return fmi2OK."""
 
     def __init__(self, fmu, name, guid=None, resources="", logging=False, callbacks=True, staged=False):
-        """`staged` is of no account: in FMI 2.0 it is for the FMU to allow a get after a set."""
+        """`staged` has no effect: in FMI 2.0 an FMU allows a get after a set, or it does not."""
         self.fmu, self.name, self.messages = fmu, name, []
         self.slave = fmi2.FMU2Slave(
             guid=fmu.description.guid, modelIdentifier=fmu.identifier, unzipDirectory=fmu.folder, instanceName=name

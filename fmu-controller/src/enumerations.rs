@@ -1,9 +1,9 @@
 //! Enumerations of the FMU `Controller`: names and numbers of what `vdc` distinguishes.
 
 use fmu_export::Items;
-use vdc::{Level, MODES, NamedMode, RateCommand};
+use vdc::{Level, MODES, Mode, RateCommand};
 
-pub(crate) static MODE: Items<NamedMode, { MODES.len() }> =
+pub(crate) static MODE: Items<(Mode, bool), { MODES.len() }> =
     Items::new("Mode", "how much of the controller is at work", MODES);
 
 pub(crate) static LEVEL: Items<Level, 2> = Items::new(

@@ -1,6 +1,6 @@
 //! Files that String parameters name: machine, network, path.
 
-use crate::model::Parameters;
+use super::model::Parameters;
 use emla::Surrogate;
 use fmu_export::{read_parameter_file, read_placed_file};
 use machine::Machine;

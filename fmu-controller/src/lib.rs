@@ -11,7 +11,7 @@ mod model;
 mod table;
 
 use fmu_export::{Info, InputPolynomial, Model, ModelError, StepEnd, Variable};
-use model::{ControllerFmu, Input, Parameters};
+pub use model::{ControllerFmu, Input, Parameters};
 use table::{INFO, VARIABLES};
 use vdc::{Controller, Derating, Evaluation, Output, ReportedTroubles};
 

@@ -1,6 +1,6 @@
 //! State, inputs and parameters of the FMU.
 
-use crate::enumerations::{LEVEL, MODE, RATE_COMMAND, TRAJECTORY, TrajectoryItem};
+use super::enumerations::{LEVEL, MODE, RATE_COMMAND, TRAJECTORY, TrajectoryItem};
 use emla::Surrogate;
 use fmu_export::{Counted, ModelError};
 use machine::Machine;
@@ -8,8 +8,8 @@ use serde::{Deserialize, Serialize};
 use std::ops::{Deref, DerefMut};
 use tip_path::PathFile;
 use vdc::{
-    Controller, ControllerError, Derating, Level, Mode, NamedMode, RateCommand, RateLimits,
-    ReportedTroubles, Settings, Timing, Trajectory,
+    Controller, ControllerError, Derating, Level, Mode, RateCommand, RateLimits, ReportedTroubles,
+    Settings, Timing, Trajectory,
 };
 
 /// 20 °C, K.
@@ -136,10 +136,7 @@ impl Parameters {
             path_check: true,
             alpha: 0.0,
             level: LEVEL.number(Level::Machine),
-            mode: MODE.number(NamedMode {
-                mode: Mode::Adaptive,
-                integral: false,
-            }),
+            mode: MODE.number((Mode::Adaptive, false)),
             trajectory: TRAJECTORY.number(TrajectoryItem::Cubic),
             true_inertia_scale: 1.0,
             sample_time: 0.0,
@@ -153,7 +150,7 @@ impl Parameters {
     }
 
     pub(crate) fn settings(&self) -> Result<Settings, ModelError> {
-        let NamedMode { mode, integral } = MODE.item(self.mode)?;
+        let (mode, integral) = MODE.item(self.mode)?;
         Ok(Settings {
             mode,
             integral,

@@ -3,9 +3,9 @@
 //! The fields belong to `vdc` and `machine`, which know no FMI, so a row names its field; a derive
 //! would need a copy of their structs.
 
-use crate::enumerations::{LEVEL, MODE, RATE_COMMAND, TRAJECTORY};
-use crate::files::{read_machine, read_path, read_surrogate};
-use crate::model::ControllerFmu;
+use super::enumerations::{LEVEL, MODE, RATE_COMMAND, TRAJECTORY};
+use super::files::{read_machine, read_path, read_surrogate};
+use super::model::ControllerFmu;
 use fmu_export::{ALL_PARAMETERS, DisplayUnit, File, Info, Terminal, Unit, Variable, joined, row};
 use hdrm::Body;
 use vdc::DELAY_MAX;

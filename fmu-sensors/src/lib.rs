@@ -8,8 +8,8 @@ mod model;
 mod table;
 
 use fmu_export::{Info, InputPolynomial, Model, ModelError, StepEnd, Variable};
-use model::{FORCE, Input, Parameters, SPEED, Sample, SensorsFmu};
-use sensors::{ForceKind, Params, Signals, SpeedKind};
+use model::{FORCE, Input, Parameters, SPEED, SensorsFmu};
+use sensors::{ForceKind, Params, Sample, Signals, SpeedKind};
 
 impl Model for SensorsFmu {
     type Parameters = Parameters;
@@ -46,7 +46,7 @@ impl Model for SensorsFmu {
         Ok(if u.sets == self.sets {
             *self.sensors.held(&self.state)
         } else {
-            *self.sensors.read(&self.state, &now.0)
+            *self.sensors.read(&self.state, now)
         })
     }
 
@@ -58,12 +58,12 @@ impl Model for SensorsFmu {
         t: f64,
         h: f64,
     ) -> Result<StepEnd, ModelError> {
-        if !now.0.is_finite() {
+        if !now.is_finite() {
             return Err(ModelError::new(format!(
                 "t = {t} s: the sample is not finite; inputs and their differences over a step must be"
             )));
         }
-        self.sensors.advance(&mut self.state, &now.0, h);
+        self.sensors.advance(&mut self.state, now, h);
         self.sets = u.value().sets;
         Ok(StepEnd::WHOLE)
     }

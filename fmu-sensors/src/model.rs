@@ -1,7 +1,7 @@
 //! State, inputs and parameters of the FMU.
 
 use fmu_export::{Evaluation, Items, ModelError};
-use sensors::{ForceKind, Measured, Params, Sensors, Signals, SpeedKind, State};
+use sensors::{ForceKind, Params, Sample, Sensors, Signals, SpeedKind, State};
 use serde::{Deserialize, Serialize};
 
 pub(crate) static SPEED: Items<SpeedKind, 3> = Items::new(
@@ -92,10 +92,8 @@ impl Parameters {
 }
 
 /// The sample that the present inputs give.
-pub struct Sample(pub(crate) Measured);
-
 impl Evaluation<SensorsFmu> for Sample {
     fn of(model: &SensorsFmu, _p: &Parameters, u: &Input) -> Result<Self, ModelError> {
-        Ok(Self(model.sensors.measure(&model.state, &u.u)))
+        Ok(model.sensors.measure(&model.state, &u.u))
     }
 }

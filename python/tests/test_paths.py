@@ -1,4 +1,4 @@
-"""Paths of one's own: the program's run bit for bit, from a file or from points, in sweeps, and refused before the start."""
+"""Your own paths: the program's run bit for bit, from a file or from points, in sweeps, and refused before the start."""
 
 import csv
 import json

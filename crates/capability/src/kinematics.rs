@@ -6,6 +6,7 @@ use nalgebra::{Matrix6, UnitQuaternion, Vector3, Vector6};
 use serde::{Deserialize, Serialize};
 
 use crate::demand::Motion;
+use crate::rotation::rotation_vector;
 
 /// Most iterations; beside a solution two or three are needed.
 const ITERATIONS: u32 = 100;
@@ -134,13 +135,4 @@ fn error(pose: &Pose, tip: &Tip, zeta: &[f64; DOF]) -> Vector6<f64> {
     let position = pose.position - tip.position;
     let turn = rotation_vector(&(pose.orientation * now.inverse()));
     Vector6::new(position.x, position.y, position.z, turn.x, turn.y, turn.z)
-}
-
-/// Rotation vector of at most half a turn, rad, with the same bits on every platform.
-fn rotation_vector(q: &UnitQuaternion<f64>) -> Vector3<f64> {
-    let sine = q.imag().norm();
-    if sine == 0.0 {
-        return Vector3::zeros();
-    }
-    q.imag() * (2.0 * q.w.signum() * libm::atan2(sine, q.w.abs()) / sine)
 }

@@ -16,9 +16,11 @@ mod kinematics;
 mod limits;
 mod quantity;
 mod reach;
+mod rotation;
 
 pub use demand::{Capability, Demand, Motion, Payload};
 pub use kinematics::{Kinematics, NearestPose, Pose, TipMotion};
 pub use limits::{Limits, Margin};
 pub use quantity::Quantity;
 pub use reach::Reach;
+pub use rotation::{rotation_vector, turn};

@@ -17,7 +17,7 @@ type Receive = unsafe extern "C" fn(*mut c_void, *const c_char, *const u8, usize
 pub type ExportFiles = unsafe extern "C" fn(*mut c_void, Option<Receive>) -> c_int;
 
 #[derive(Default)]
-struct Received {
+struct ReceivedFiles {
     files: Entries,
     reason: Option<String>,
 }
@@ -53,7 +53,7 @@ pub fn files_of(library: &Path, version: Version) -> Result<Entries> {
 /// # Safety
 /// `export` must be what `fmu_export::export_fmu!` makes, and callable.
 pub unsafe fn received(export: ExportFiles) -> Result<Entries> {
-    let mut received = Received::default();
+    let mut received = ReceivedFiles::default();
     // SAFETY: the context is what `receive` expects, and outlives the call.
     let status = unsafe { export((&raw mut received).cast(), Some(receive)) };
     match received.reason {
@@ -70,7 +70,7 @@ unsafe extern "C" fn receive(
     size: usize,
 ) {
     // SAFETY: the context given to fmi2ExportFiles, used by nothing else meanwhile.
-    let received = unsafe { &mut *context.cast::<Received>() };
+    let received = unsafe { &mut *context.cast::<ReceivedFiles>() };
     let content = match size {
         0 => &[],
         // SAFETY: `size` readable bytes.

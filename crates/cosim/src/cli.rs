@@ -2,7 +2,7 @@
 //! are written where, how a program ends.
 
 use std::fmt::Display;
-use std::io::{self, Write as _};
+use std::io;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Duration;
@@ -15,6 +15,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use crate::csv::Log;
 use crate::master::{Schedule, Stepping};
 use crate::noise::Noise;
+use crate::output;
 use crate::run::Experiment;
 use crate::signals::matching;
 use crate::system::{FmuPlace, Forgotten, System};
@@ -340,9 +341,7 @@ pub fn bar(length: u64, unit: &str, hidden: bool) -> ProgressBar {
 
 /// Write to standard output.
 pub fn print(text: impl Display) -> Result<()> {
-    let mut out = io::stdout().lock();
-    write!(out, "{text}")?;
-    Ok(out.flush()?)
+    Ok(output::write(text)?)
 }
 
 /// End a program with its [`code`].

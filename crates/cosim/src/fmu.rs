@@ -13,6 +13,7 @@ use fmu_description::{Archive, Description, Version, platform};
 use tempfile::TempDir;
 
 use crate::batch::{Batch, Layout};
+use crate::output;
 use functions::{Functions2, Functions3};
 use library::Library;
 
@@ -55,7 +56,8 @@ impl Fmu {
         let description = description.by_element();
         let folder = TempDir::with_prefix("cosim-")?;
         archive.unpack(folder.path())?;
-        let library = Library::load(&folder.path().join(library))?;
+        let library = folder.path().join(library);
+        let library = output::named(&format!("FMU `{file}`"), || Library::load(&library))?;
         let resources = std::path::absolute(folder.path().join("resources"))?;
         let (api, resources) = match description.fmi {
             Version::Fmi2 => (

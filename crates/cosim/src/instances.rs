@@ -9,15 +9,16 @@ use crate::wiring::Port;
 
 /// An instance of the component with the index `k` for itself, with the system's parameter values, then `settings`.
 pub fn instantiate(system: &System, k: usize, settings: &[Setting]) -> Result<Slave> {
-    make(system, k, settings, false)
+    make(system, k, settings, false, system.structure.start_time)
 }
 
-/// The same for a run; `is_staged` as in [`Slave::new`].
+/// The same for a run from `start`, s; `is_staged` as in [`Slave::new`].
 pub(crate) fn make(
     system: &System,
     k: usize,
     settings: &[Setting],
     is_staged: bool,
+    start: f64,
 ) -> Result<Slave> {
     let component = &system.structure.components[k];
     let fmu = &system.fmus[k];
@@ -25,6 +26,7 @@ pub(crate) fn make(
         Some(slave) => slave,
         None => Slave::new(fmu, &component.name, is_staged)?,
     };
+    slave.set_up(start)?;
     for p in &component.parameters {
         slave
             .set_from_text(&p.name, &p.value)

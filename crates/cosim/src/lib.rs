@@ -24,6 +24,7 @@ pub mod master;
 mod means;
 pub mod noise;
 pub mod observer;
+pub mod output;
 pub mod package;
 pub mod recording;
 pub mod run;

@@ -100,6 +100,8 @@ fn main() -> ExitCode {
         let source = of_command.and_then(|matches| matches.value_source("step"));
         args.is_step_given = source == Some(ValueSource::CommandLine);
     }
+    // What FMUs print must not get into what this program prints; where that cannot be had, it runs all the same.
+    let _ = cosim::output::separate();
     let check = matches!(&command, Command::Run(args) if args.run.check);
     let result = match command {
         Command::Run(args) => run_system(&args),
@@ -140,9 +142,16 @@ fn run_system(args: &OneRunArgs) -> Result<Verdict> {
         preferred = Some(format!("the communication step is {step} s, as {who} asks"));
         run.step = step;
     }
-    let experiment = run.experiment(&system)?;
+    let mut experiment = run.experiment(&system)?;
     let mut verdict = run.forgotten(&system, &experiment)?;
     preferred.into_iter().for_each(|text| verdict.note(text));
+    if experiment.stop.or(system.structure.stop_time).is_none() {
+        let stop = system.preferred_stop();
+        verdict.note(format!(
+            "nobody says when to stop: the run ends at t = {stop} s"
+        ));
+        experiment.stop = Some(stop);
+    }
     let stop = experiment.stop(&system)?;
     let mut master = experiment.start(&system)?;
     if let Some(file) = &args.input {

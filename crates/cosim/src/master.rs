@@ -56,7 +56,7 @@ impl Master {
         }
         let (means, bonds) = Means::new(&wiring, &exchange, derivatives.as_ref())?;
         let slaves: Vec<Slave> = (0..system.fmus.len())
-            .map(|k| make(system, k, settings, is_staged))
+            .map(|k| make(system, k, settings, is_staged, stepping.start))
             .collect::<Result<_>>()?;
         initialize(&slaves, &wiring, stepping)?;
         let residuals = bonds

@@ -10,7 +10,7 @@ use crate::divergence::Watch;
 use crate::master::{Master, Stepping};
 use crate::noise::Noise;
 use crate::observer::{Function, Observer};
-use crate::slave::messages;
+use crate::slave::{Ended, messages};
 use crate::stepping::FixedSteps;
 use crate::system::{Setting, System};
 use crate::verdict::Verdict;
@@ -112,6 +112,10 @@ pub fn observed(
         let stepped = steps.make(k, &mut master);
         let observed = stepped.and_then(|()| observer.observe(&master));
         if let Err(error) = observed {
+            if error.downcast_ref::<Ended>().is_some() {
+                verdict.note(format!("{error:#}"));
+                break;
+            }
             return Err(match divergence(system, &master, &watch) {
                 Some(cause) => error.context(cause),
                 None => error,

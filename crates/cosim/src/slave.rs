@@ -12,11 +12,12 @@ use std::sync::atomic::Ordering;
 
 use crate::batch::{Batch, bits};
 use crate::fmu::{Api, Fmu};
+use crate::output;
 use anyhow::{Context, Result, anyhow, bail};
 use fmu_description::{Access, Kind, Variable, Version};
 
 use answer::Answer;
-pub use answer::At;
+pub use answer::{At, Ended};
 use border::{Border, Value};
 
 /// An FMU instance; terminated by the owner, freed when dropped.
@@ -42,7 +43,7 @@ impl Slave {
         );
         let description = &fmu.description;
         fmu.register(name)?;
-        let border = match &fmu.api {
+        let make = || match &fmu.api {
             Api::Fmi2(api) => fmi2::Component::new(api, &c_name, &token, &resources)
                 .map(|made| made.map(|component| Box::new(component) as Box<dyn Border>)),
             Api::Fmi3(api) => {
@@ -56,6 +57,7 @@ impl Slave {
                     .map(|made| made.map(|instance| Box::new(instance) as Box<dyn Border>))
             }
         };
+        let border = output::named(&format!("{name} (FMU `{}`)", fmu.file), make);
         let border = match border {
             Ok(Some(border)) => border,
             Ok(None) | Err(_) => {
@@ -138,6 +140,11 @@ impl Slave {
         let mut value = [0.0];
         self.get(&self.fmu.batch(vec![variable])?, &mut value, at)?;
         Ok(value[0])
+    }
+
+    /// Say when the run starts, s: before start values are set.
+    pub fn set_up(&self, start: f64) -> Result<()> {
+        self.check(self.border.set_up(start), None, At::Initialization)
     }
 
     /// Into Initialization Mode, from `start`, s.

@@ -138,16 +138,12 @@ impl System {
         let experiments = || fmus.iter().map(|fmu| &fmu.description.default_experiment);
         let starts = experiments().filter_map(|e| e.start);
         structure.start_time = starts.reduce(f64::min).unwrap_or(0.0);
-        let stops = experiments().filter_map(|e| e.stop);
-        let stop = stops
-            .reduce(f64::max)
-            .filter(|stop| *stop > structure.start_time);
-        structure.stop_time = Some(stop.unwrap_or(structure.start_time + 1.0));
         let mut system = Self {
             path: files.first().cloned().unwrap_or_default(),
             structure,
             fmus,
         };
+        system.structure.stop_time = Some(system.preferred_stop());
         for text in connections {
             let context = || format!("--connect {text}");
             let ends = text.split_once('=').context("it must be a.y=b.u");
@@ -168,6 +164,19 @@ impl System {
             system.structure.connect(start, end);
         }
         Ok(system)
+    }
+
+    /// The latest stop time that an FMU prefers, s, else 1 s after the start.
+    pub fn preferred_stop(&self) -> f64 {
+        let start = self.structure.start_time;
+        let stops = self
+            .fmus
+            .iter()
+            .filter_map(|fmu| fmu.description.default_experiment.stop);
+        let latest = stops
+            .filter(|stop| stop.is_finite() && *stop > start)
+            .reduce(f64::max);
+        latest.unwrap_or(start + 1.0)
     }
 
     /// The communication step that the structure asks for, else the smallest that an FMU prefers, s, and who it is.

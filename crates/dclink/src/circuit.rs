@@ -1,4 +1,4 @@
-//! The circuit at one instant: currents, powers, rates, and what ends the way it works at present.
+//! The circuit at one instant: currents, powers, rates, and the events that end its present mode.
 
 use crate::link::DcLink;
 use crate::pack::Line;

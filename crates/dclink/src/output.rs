@@ -1,4 +1,4 @@
-//! Where a run starts, and what the link shows.
+//! The state at the start, and the outputs.
 
 use crate::circuit::Point;
 use crate::input::Input;

@@ -1,5 +1,4 @@
-//! The pack: open-circuit voltage, limits, RC pairs, heat. What a step divides by is kept as its
-//! inverse.
+//! The pack: open-circuit voltage, limits, RC pairs, heat. Divisors are stored as their inverses.
 
 use crate::params::{Battery, POINTS};
 use serde::{Deserialize, Serialize};

@@ -1,4 +1,4 @@
-//! What the link is made of.
+//! Parameters of battery pack, link, brake chopper and precharge, with their ranges.
 
 use limits::{ParamError, Range, check, demand};
 use serde::{Deserialize, Serialize};

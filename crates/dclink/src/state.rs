@@ -1,4 +1,4 @@
-//! What the link remembers.
+//! State of the link: charge, voltages, temperature, mode of the circuit, energies.
 
 use limits::{StepError, check_finite};
 use serde::{Deserialize, Serialize};

@@ -53,17 +53,17 @@ impl Emla {
         self
     }
 
-    /// The same actuator, whose force acts `delay` steps later than it is given and is therefore
-    /// predicted: [`Output::F`] is `F + delay·h·K_b·(ẋ_n − ẋ)`, h the last step. Whoever holds the
-    /// force over the step that follows the exchange, as an importer does that reads all outputs
-    /// before it sets any input, takes damping `K_b·h` from the spring without it; from `C_b =
-    /// K_b·h/2` on, 2 ms here, the coupling is unstable.
+    /// The same actuator for an importer in which its force acts `delay` steps after the outputs
+    /// are read. The force is therefore predicted: [`Output::F`] is `F + delay·h·K_b·(ẋ_n − ẋ)`, h
+    /// the last step. An importer that reads all outputs before it sets any input holds the force
+    /// over the step that follows. Without the prediction this takes the damping `K_b·h` away from
+    /// the spring, and from `C_b = K_b·h/2` on (2 ms here) the coupling is unstable.
     #[must_use]
     pub fn with_delay(self, delay: u32) -> Self {
         Self { delay, ..self }
     }
 
-    /// The same actuator with this of the electrical side.
+    /// The same actuator with these options of its electrical side.
     #[must_use]
     pub fn with_electric(self, electric: Electric) -> Self {
         Self { electric, ..self }
@@ -80,7 +80,7 @@ impl Emla {
         &self.p
     }
 
-    /// What it does of the electrical side.
+    /// Options of its electrical side.
     #[must_use]
     pub fn electric(&self) -> &Electric {
         &self.electric

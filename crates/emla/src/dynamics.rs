@@ -1,13 +1,13 @@
 //! Equations of motion: the rates of the state, and the powers and energies of one instant.
 
 use crate::actuator::Emla;
-use crate::held::Held;
+use crate::conditions::Conditions;
 use crate::input::Input;
 use crate::instant::Instant;
 use crate::losses::Losses;
 use crate::maps;
 use crate::motor::{self, Dq};
-use crate::state::{Energy, Kinds, Point, Rates, State};
+use crate::state::{Balance, LossKinds, Point, Rates, State};
 use machine::Drive;
 
 impl Emla {
@@ -18,7 +18,7 @@ impl Emla {
     /// M_act ẍ + C_act ẋ + C_b (ẋ − ẋ_n) + K_b (x − x_n) = −F_ext
     /// ```
     #[inline(always)]
-    pub(crate) fn rates(&self, s: &Point, u: &Input, held: &Held) -> Rates {
+    pub(crate) fn rates(&self, s: &Point, u: &Input, held: &Conditions) -> Rates {
         let p = held.p;
         let now = self.instant(s, u, held);
         let (x, x_dot) = match held.drive {
@@ -38,12 +38,12 @@ impl Emla {
             x,
             x_dot,
             F: now.F,
-            energy: Energy {
+            energy: Balance {
                 supplied: power_in(&now, &losses),
                 delivered: power_out(held.drive, &now, u),
                 lost: losses.total(),
             },
-            kinds: Kinds {
+            kinds: LossKinds {
                 copper: losses.copper,
                 inverter: losses.inverter,
             },
@@ -53,11 +53,11 @@ impl Emla {
     /// Work on the load, J, when the rod of [`Drive::Motion`] is set from position `from` to `to`,
     /// both m, between two steps in state `s`.
     ///
-    /// Whoever prescribes the motion gives a velocity for a step, and then the position that came
-    /// of it; the rod jumps by the difference, `½·a·h²`, and what the spring gives or takes thereby
-    /// crosses the border outside of every step: it belongs to `energy.in = energy.out + shift +
-    /// energy.loss + Δenergy.stored`. Over a motion from rest to rest it nearly cancels; where a
-    /// brake stops the shaft it does not.
+    /// An importer that prescribes the motion sets a velocity for a step and afterwards the
+    /// position that the rod has reached. The two differ by `½·a·h²`, and the rod jumps by that.
+    /// The energy that the spring gives or takes in the jump crosses the border between two steps;
+    /// it is the shift in `energy.in = energy.out + shift + energy.loss + Δenergy.stored`. Over a
+    /// motion from rest to rest it nearly cancels, unless a brake stops the shaft.
     #[must_use]
     pub fn work_of_shift(&self, s: &State, from: f64, to: f64) -> f64 {
         let nut = maps::travel_per_radian(&self.p) * s.theta_m;

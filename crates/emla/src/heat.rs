@@ -22,8 +22,8 @@ impl Emla {
         self.p.temperature.unwrap_or(Temperature::TYPICAL)
     }
 
-    /// The parameters at these temperatures: `R_s·(1 + α_Cu·(T_w − T_ref))`, `λ_m·(1 + α_m·(T_h −
-    /// T_ref))`.
+    /// The parameters at these temperatures: `R_s·(1 + α_Cu·(T_w − T_ref))`,
+    /// `λ_m·(1 + α_m·(T_h − T_ref))`.
     pub(crate) fn at_temperature(&self, now: &Thermal) -> Cow<'_, machine::Emla> {
         if !self.electric.temperature {
             return Cow::Borrowed(&self.p);

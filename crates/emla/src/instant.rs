@@ -1,7 +1,7 @@
 //! Everything that holds at one instant: spring, friction, transmission, motor.
 
 use crate::actuator::Emla;
-use crate::held::Held;
+use crate::conditions::Conditions;
 use crate::input::Input;
 use crate::maps;
 use crate::motor::{self, Dq};
@@ -62,7 +62,7 @@ impl Emla {
     /// (J_m + k J_s/N²) ẇ_m = τ_e − C_m w_m − τ_C tanh(w_m/w_C) − k (C_s w_m/N + lead·F_nut)/N
     /// ```
     #[inline(always)] // so that what depends on parameters only moves out of the loops of a step
-    pub(crate) fn instant(&self, s: &Point, u: &Input, held: &Held) -> Instant {
+    pub(crate) fn instant(&self, s: &Point, u: &Input, held: &Conditions) -> Instant {
         let p = held.p;
         let (x, x_dot) = match held.drive {
             Drive::Motion => (u.x, u.x_dot),

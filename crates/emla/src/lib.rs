@@ -16,10 +16,10 @@
 #![allow(non_snake_case)] // the paper's symbols
 
 mod actuator;
+mod conditions;
 mod dynamics;
 mod efficiency;
 mod heat;
-mod held;
 mod input;
 mod instant;
 mod losses;
@@ -46,7 +46,7 @@ pub use motor::Dq;
 pub use options::Electric;
 pub use output::Output;
 pub use residual::Untrained;
-pub use state::{Energy, Kinds, Residual, State, Thermal};
+pub use state::{Balance, LossKinds, Residual, State, Thermal};
 pub use surrogate::{
     LayerFile, MinMax, Ranges, Split, Surrogate, SurrogateError, SurrogateFile, SurrogateOutput,
     TrainingRecord, WIDTHS,

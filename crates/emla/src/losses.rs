@@ -1,7 +1,7 @@
 //! Where power goes, and the efficiency.
 
 use crate::actuator::Emla;
-use crate::held::Held;
+use crate::conditions::Conditions;
 use crate::instant::Instant;
 use std::f64::consts::FRAC_2_PI;
 
@@ -104,7 +104,7 @@ pub(crate) fn inverter_loss(p: &machine::Emla, i: f64, v_dc: f64) -> (f64, f64, 
 
 impl Emla {
     #[inline(always)]
-    pub(crate) fn losses(&self, now: &Instant, held: &Held) -> Losses {
+    pub(crate) fn losses(&self, now: &Instant, held: &Conditions) -> Losses {
         let p = held.p;
         let i2 = now.i.dot(now.i);
         let w_s = 1.0 / p.N_gear * now.w_m;

@@ -167,8 +167,9 @@ pub fn required_torque(p: &Emla, F: f64, w_m: f64, w_m_dot: f64) -> f64 {
     inertia(p, k) * w_m_dot + motor_friction(p, w_m) + k * tau_load / p.N_gear
 }
 
-/// Quasi-static force on the load at torque `tau_e` and constant motor speed `w_m`, N: `F_ext(θ̇_m,
-/// τ_e)` of Eq. (eq:residual_blending_hat), the inverse of [`required_torque`] at `ẇ_m = 0`.
+/// Quasi-static force on the load at torque `tau_e` and constant motor speed `w_m`, N:
+/// `F_ext(θ̇_m, τ_e)` of Eq. (eq:residual_blending_hat), the inverse of [`required_torque`] at
+/// `ẇ_m = 0`.
 ///
 /// k > 0, so the load's sign is that of the torque left over after the motor's friction.
 #[must_use]

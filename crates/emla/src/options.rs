@@ -1,8 +1,8 @@
-//! What an actuator is told beside its parameters: what its electrical side does.
+//! Options of the electrical side: undervoltage trip, heat, temperature.
 
 use serde::{Deserialize, Serialize};
 
-/// What the electrical side does beyond the paper; by default nothing.
+/// What of the electrical side is modelled beyond the paper; by default nothing.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Electric {
     /// Voltage of the DC link below which an enabled drive trips, V; 0: never.

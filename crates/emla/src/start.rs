@@ -1,9 +1,9 @@
-//! Where a run starts.
+//! The state at the start: in equilibrium with a load.
 
 use crate::actuator::Emla;
 use crate::input::Input;
 use crate::maps;
-use crate::state::{Energy, Kinds, Residual, State, Thermal};
+use crate::state::{Balance, LossKinds, Residual, State, Thermal};
 use limits::StepError;
 
 /// Secant steps for the torque of the start; the residual is smooth, so a handful converges.
@@ -56,15 +56,15 @@ impl Emla {
             P_in_mean: 0.0,
             i_dc_mean: 0.0,
             lead: 0.0,
-            energy: Energy::default(),
+            energy: Balance::default(),
             shift: 0.0,
-            kinds: Kinds::default(),
+            kinds: LossKinds::default(),
             thermal,
             tripped: false,
         };
         state = State {
-            energy: Energy::default(),
-            kinds: Kinds::default(),
+            energy: Balance::default(),
+            kinds: LossKinds::default(),
             ..self.switched(&state, u)
         };
         let now = self.output(&state, u);

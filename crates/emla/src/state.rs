@@ -32,21 +32,22 @@ pub struct State {
     /// Time by which [`crate::Output::F`] is given ahead, s.
     pub lead: f64,
     /// Energies since the start.
-    pub energy: Energy,
+    pub energy: Balance,
     /// Work on the load by shifts of the rod between steps since the start, J: see
     /// [`crate::Emla::work_of_shift`].
     pub shift: f64,
     /// Losses by where their heat goes.
-    pub kinds: Kinds,
+    pub kinds: LossKinds,
     /// Temperatures.
     pub thermal: Thermal,
     /// Whether undervoltage has tripped the drive: gates off, brake applied.
     pub tripped: bool,
 }
 
-/// Energies since the start, J; as a rate: powers, W.
+/// What crosses the borders of the actuator: energies since the start, J, or the powers that they
+/// change with, W.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Energy {
+pub struct Balance {
     /// Taken from the DC side, core and inverter losses included.
     pub supplied: f64,
     /// Given to the load.
@@ -55,7 +56,7 @@ pub struct Energy {
     pub lost: f64,
 }
 
-impl Energy {
+impl Balance {
     fn advanced(self, dt: f64, power: Self) -> Self {
         Self {
             supplied: self.supplied + dt * power.supplied,
@@ -76,14 +77,14 @@ pub(crate) struct Point {
     pub x_dot: f64,
     /// Integral of the force on the load, N·s.
     pub impulse: f64,
-    pub energy: Energy,
+    pub energy: Balance,
 }
 
 /// What the network says, and what it adds to the physics, at one operating point.
 ///
 /// Source: `[paper]` Eq. (eq:residual_blending_hat), on the quasi-static maps. `α·dF` acts as a
-/// load on the nut, `F_nut = F_spring − α·dF`, so that in steady state the delivered force is `F_qs
-/// + α·dF = F_hyb`. Added on the rod side instead, it would act as a spring force without the
+/// load on the nut, `F_nut = F_spring − α·dF`, so that in steady state the delivered force is
+/// `F_qs + α·dF = F_hyb`. Added on the rod side instead, it would act as a spring force without the
 /// motor's inertia behind it and peak far above the load. The default, all zero, is the actuator
 /// without a network.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -112,7 +113,7 @@ pub struct Thermal {
 /// Losses since the start by where their heat goes, J; counted while heat is on. The rest of the
 /// losses warms the housing.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Kinds {
+pub struct LossKinds {
     /// Copper losses: they warm the winding.
     pub copper: f64,
     /// Inverter losses: the inverter has its own cooling.
@@ -128,8 +129,8 @@ pub(crate) struct Rates {
     pub x: f64,
     pub x_dot: f64,
     pub F: f64,
-    pub energy: Energy,
-    pub kinds: Kinds,
+    pub energy: Balance,
+    pub kinds: LossKinds,
 }
 
 impl State {

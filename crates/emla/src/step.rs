@@ -1,10 +1,10 @@
 //! Integration over one communication step: classical Runge–Kutta with a fixed substep.
 
 use crate::actuator::Emla;
-use crate::held::Held;
+use crate::conditions::Conditions;
 use crate::input::Input;
 use crate::maps;
-use crate::state::{Kinds, Point, Rates, State};
+use crate::state::{LossKinds, Point, Rates, State};
 use crate::substep::RATE_STEP;
 use limits::{MAX_SUBSTEPS, StepError, check_step};
 use machine::{Drive, Holding, link_current};
@@ -117,18 +117,17 @@ impl Emla {
     /// `n` substeps of `dt` with the inverter at work, the shaft free, and the rod moved from
     /// outside or not.
     ///
-    /// A function that is not inlined: what its arguments refer to changes for nobody, so the
-    /// compiler takes all that depends on parameters only, some 25 divisions, out of the loops.
-    /// Inlined, it does not know.
+    /// It is not inlined, so that the compiler knows that its arguments do not change, and moves
+    /// everything that depends on parameters only, some 25 divisions, out of the loops.
     #[inline(never)]
     fn plain<const MOTION: bool>(
         &self,
         mut s: Point,
         input: &impl Fn(f64) -> Input,
-        (p, held): (&machine::Emla, &Held),
+        (p, held): (&machine::Emla, &Conditions),
         (n, dt): (u32, f64),
     ) -> Result<Point, TooCoarse> {
-        let held = Held {
+        let held = Conditions {
             p,
             drive: if MOTION { Drive::Motion } else { Drive::Force },
             gates: true,
@@ -151,11 +150,11 @@ impl Emla {
         &self,
         mut s: Point,
         input: &impl Fn(f64) -> Input,
-        (p, held): (&machine::Emla, &Held),
+        (p, held): (&machine::Emla, &Conditions),
         (n, dt): (u32, f64),
-        kinds: &mut Kinds,
+        kinds: &mut LossKinds,
     ) -> Result<Point, TooCoarse> {
-        let mut held = Held { p, ..*held };
+        let mut held = Conditions { p, ..*held };
         for j in 0..n {
             let t = f64::from(j) * dt;
             if held.brake != Holding::Released {
@@ -183,10 +182,10 @@ impl Emla {
         &self,
         s: &Point,
         input: &impl Fn(f64) -> Input,
-        held: &Held,
+        held: &Conditions,
         t: f64,
         dt: f64,
-        mut count: impl FnMut(f64, &Kinds),
+        mut count: impl FnMut(f64, &LossKinds),
     ) -> Point {
         // Share of dt at which the rates are taken, and their weight.
         const STAGES: [(f64, f64); 4] = [

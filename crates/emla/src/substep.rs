@@ -39,9 +39,9 @@ fn fast_rate(m: f64, c: f64, k: f64) -> f64 {
 /// `β₁/L·v̇` is how the voltage bends the force (N/s²), ω₀ the natural frequency of rotor and screw
 /// on the spring.
 ///
-/// Where the load changes sign, the gear factor k jumps by at most `1/η − η`, and the inertia `J_m
-/// + k·J_s/N²` with it. RK4 expects smooth rates: in the substep that holds the jump it misses up
-/// to a third of its effect, `δF = (1/η − η)·(J_s/N²)·ẇ_m·ω₀·(2πN/ρ)·dt/3`, some 0.2 N in usual
+/// Where the load changes sign, the gear factor k jumps by at most `1/η − η`, and the inertia
+/// `J_m + k·J_s/N²` with it. RK4 expects smooth rates: in the substep that holds the jump it misses
+/// up to a third of its effect, `δF = (1/η − η)·(J_s/N²)·ẇ_m·ω₀·(2πN/ρ)·dt/3`, some 0.2 N in usual
 /// motion, which decays with the spring's oscillation. No substep of reasonable length would bring
 /// this below [`FORCE_ERROR`].
 fn dt_of_error(p: &machine::Emla, K_b: f64) -> f64 {

@@ -9,8 +9,8 @@
 //! - the other direction follows by odd symmetry, blended through standstill:
 //!   `F = (1+s)/2·N(tau,|w|) − (1−s)/2·N(−tau,|w|)`, `s = tanh(w_m/2)`.
 //!
-//! Whoever compares the network with a physical map must pass that map through the same guards
-//! ([`Surrogate::guard`]), or the clamped difference of the two would not be their difference.
+//! A physical map that is compared with the network must pass through the same guards
+//! ([`Surrogate::guard`]); otherwise only one of the two would be clamped.
 //!
 //! Results do not depend on the processor or the target: see [`network`]. The network's tanh is off
 //! by less than 6e-15, which moves the trained force by less than 1e-8 N against the library's tanh

@@ -2,7 +2,7 @@
 //! tripped, and what its brake does.
 
 use crate::actuator::Emla;
-use crate::held::Held;
+use crate::conditions::Conditions;
 use crate::input::Input;
 use crate::maps;
 use crate::state::{Point, State};
@@ -17,9 +17,9 @@ impl Emla {
 
     /// What holds in state `s` under the inputs `u`; `p` are the parameters at the state's
     /// temperatures.
-    pub(crate) fn held<'a>(&self, p: &'a machine::Emla, s: &State, u: &Input) -> Held<'a> {
+    pub(crate) fn held<'a>(&self, p: &'a machine::Emla, s: &State, u: &Input) -> Conditions<'a> {
         let v_dc = self.link_voltage(u);
-        let mut held = Held {
+        let mut held = Conditions {
             p,
             drive: self.drive,
             v_dc,
@@ -36,8 +36,8 @@ impl Emla {
 
     /// What an applied brake does at this point.
     #[cold]
-    pub(crate) fn braking(&self, s: &Point, u: &Input, held: &Held) -> Holding {
-        let free = Held {
+    pub(crate) fn braking(&self, s: &Point, u: &Input, held: &Conditions) -> Holding {
+        let free = Conditions {
             brake: Holding::Released,
             ..*held
         };

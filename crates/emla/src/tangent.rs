@@ -1,16 +1,16 @@
 //! Derivatives of the outputs: along time, and along a direction of the inputs.
 
 use crate::actuator::Emla;
+use crate::conditions::Conditions;
 use crate::dynamics::power_in;
 use crate::efficiency::{Efficiency, Powers, is_defined};
-use crate::held::Held;
 use crate::input::Input;
 use crate::instant::Instant;
 use crate::losses::{Losses, core_loss, inverter_loss};
 use crate::maps;
 use crate::motor::{self, Dq};
 use crate::output::Output;
-use crate::state::{Energy, Point, Rates, State};
+use crate::state::{Balance, Point, Rates, State};
 use machine::{Drive, Holding, link_current};
 
 /// Derivatives of the members of [`Instant`] that the outputs need.
@@ -75,7 +75,7 @@ impl Emla {
         let efficiency_phys = efficiency_tangent(&now, &d, electrical, out);
         let net = (s.residual.F_net * s.residual.x_dot_net, 0.0);
         let efficiency_net = efficiency_tangent(&now, &d, electrical, net);
-        let Energy {
+        let Balance {
             supplied,
             delivered,
             lost,
@@ -130,7 +130,7 @@ impl Emla {
         s: &Point,
         u: &Input,
         now: &Instant,
-        held: &Held,
+        held: &Conditions,
         ds: &Rates,
         du: &Input,
     ) -> InstantTangent {
@@ -208,7 +208,7 @@ impl Emla {
     }
 }
 
-fn losses_tangent(now: &Instant, held: &Held, d: &InstantTangent) -> Losses {
+fn losses_tangent(now: &Instant, held: &Conditions, d: &InstantTangent) -> Losses {
     let p = held.p;
     let N = p.N_gear;
     let size = now.i.dot(now.i).sqrt();

@@ -48,8 +48,8 @@ fn run(emla: &Emla, mut s: State, u: &Input, steps: u32) -> State {
     s
 }
 
-/// `E_in = E_out + E_loss + ΔE_stored` to 1e-6 of what was turned over, and, with heat on, `E_loss
-/// − E_inverter = E_heat + ΔE_thermal`.
+/// `E_in = E_out + E_loss + ΔE_stored` to 1e-6 of what was turned over, and, with heat on,
+/// `E_loss − E_inverter = E_heat + ΔE_thermal`.
 fn assert_balanced(emla: &Emla, first: &Output, s: &State, u: &Input) {
     let y = emla.output(s, u);
     let stored = y.E_stored - first.E_stored;

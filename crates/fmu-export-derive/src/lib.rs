@@ -1,7 +1,9 @@
-//! The derives of `fmu-export`, which re-exports them with its feature `derive`: the variables of an FMU from structs.
+//! The derives of `fmu-export`, which re-exports them with its feature `derive`: the variables of
+//! an FMU from structs.
 //!
-//! `#[derive(Parameters)]`, `#[derive(Input)]`, `#[derive(Output)]` and `#[derive(State)]` make a row of the table of variables from each
-//! field: its name, its doc comment as the description, its type, and what `#[fmu(…)]` says.
+//! `#[derive(Parameters)]`, `#[derive(Input)]`, `#[derive(Output)]` and `#[derive(State)]` make a
+//! row of the table of variables from each field: its name, its doc comment as the description, its
+//! type, and what `#[fmu(…)]` says.
 //!
 //! | Field | Variable |
 //! |---|---|
@@ -37,11 +39,12 @@
 //! | `experiment(0.0, 5.0, 0.01)` | default experiment: start, stop, communication step, s |
 //! | `info = INFO` | names and files (a `const INFO: Info`), instead of the struct's name, doc comment and the package's version |
 //!
-//! Beside the rows each derive implements what a model's struct must have: `Clone` and serde's traits, and for all but parameters `Copy`
-//! and a `Default` of zeros (not serde's for outputs). `#[fmu(table_only)]` on the struct leaves them to you.
+//! Beside the rows each derive implements what a model's struct must have: `Clone` and serde's
+//! traits, and for all but parameters `Copy` and a `Default` of zeros (not serde's for outputs).
+//! `#[fmu(table_only)]` on the struct leaves them to you.
 //!
-//! On an enumeration, `#[derive(Enumeration)]` makes the items from the variants, in order and counted from 1: names, doc comments as
-//! descriptions, `#[fmu(name = "…")]` for another name.
+//! On an enumeration, `#[derive(Enumeration)]` makes the items from the variants, in order and
+//! counted from 1: names, doc comments as descriptions, `#[fmu(name = "…")]` for another name.
 
 mod attributes;
 mod check;
@@ -75,7 +78,8 @@ pub fn output(input: TokenStream) -> TokenStream {
     derive(input, |input| structs::derive(input, Role::Output))
 }
 
-/// A struct of states, of a whole model if it says `#[fmu(parameters = …)]`. The table of attributes is in the text of the crate.
+/// A struct of states, of a whole model if it says `#[fmu(parameters = …)]`. The table of
+/// attributes is in the text of the crate.
 #[proc_macro_derive(State, attributes(fmu))]
 pub fn state(input: TokenStream) -> TokenStream {
     derive(input, |input| structs::derive(input, Role::State))

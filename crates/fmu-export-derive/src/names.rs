@@ -8,7 +8,8 @@ pub(crate) fn plain(ident: &Ident) -> String {
     ident.unraw().to_string()
 }
 
-/// The first paragraph of the doc comment, in one line, without its full stop; empty if there is none.
+/// The first paragraph of the doc comment, in one line, without its full stop; empty if there is
+/// none.
 pub(crate) fn description(attributes: &[Attribute]) -> String {
     let mut words = Vec::new();
     for line in attributes.iter().filter_map(doc) {

@@ -1,4 +1,5 @@
-//! What is derived for a struct: its rows, its start values, and what a model's struct must implement.
+//! What is derived for a struct: its rows, its start values, and what a model's struct must
+//! implement.
 
 use crate::attributes::fmu;
 use crate::field::{Field, Kind, Role};
@@ -167,7 +168,8 @@ fn data(ident: &Ident, fields: &[Field], role: Role) -> TokenStream {
     impls
 }
 
-/// Serde's traits: the fields one after the other, as a tuple of tuples, since those are at most 16 long.
+/// Serde's traits: the fields one after the other, as a tuple of tuples, since those are at most 16
+/// long.
 fn serde(ident: &Ident, fields: &[Field]) -> TokenStream {
     let groups: Vec<_> = fields.chunks(16).collect();
     let read = groups.iter().map(|group| {

@@ -1,5 +1,5 @@
-//! A model that does next to nothing, so that a step through its FMU costs what the export layer costs.
-//! Benchmarks time it beside the same FMU written by hand in C.
+//! A model that does next to nothing, so that a step through its FMU costs what the export layer
+//! costs. Benchmarks time it beside the same FMU written by hand in C.
 
 use fmu_export::{Info, InputPolynomial, Model, ModelError, StepEnd, Variable};
 use serde::{Deserialize, Serialize};

@@ -1,4 +1,5 @@
-//! Exports a Rust model as a co-simulation FMU of FMI 2.0 and of FMI 3.0, from one table of variables and in one library.
+//! Exports a Rust model as a co-simulation FMU of FMI 2.0 and of FMI 3.0, from one table of
+//! variables and in one library.
 //!
 //! With the feature `derive`, structs with derives are the table of variables:
 //!
@@ -58,34 +59,26 @@
 //!
 //! type V = Variable<Lag>;
 //! #[rustfmt::skip]
-//! const VARIABLES: &[V] = &[
-//!     V::parameter("T", "time constant", |p| &p.time_constant, |p| &mut p.time_constant).unit("s").min(1e-6),
-//!     V::inputs   ("u", "what y follows", |u| &u.u, |u| &mut u.u).unit("m").display_unit("mm"),
-//!     V::outputs  ("y", "lagged u", |y| &y.y).unit("m").depends_on(&[]).initially_depends_on(&["u[i]"]),
-//!     V::output   ("sum", "sum of y and u", |y| &y.sum).unit("m").depends_on(&["u"]).initially_depends_on(&["u"]),
-//! ];
+//! const VARIABLES: &[V] = &[ V::parameter("T", "time constant", |p| &p.time_constant, |p| &mut
+//! p.time_constant).unit("s").min(1e-6), V::inputs   ("u", "what y follows", |u| &u.u, |u| &mut
+//! u.u).unit("m").display_unit("mm"), V::outputs  ("y", "lagged u", |y|
+//! &y.y).unit("m").depends_on(&[]).initially_depends_on(&["u[i]"]), V::output   ("sum", "sum of y
+//! and u", |y| &y.sum).unit("m").depends_on(&["u"]).initially_depends_on(&["u"]), ];
 //!
-//! impl Model for Lag {
-//!     type Parameters = Parameters;
-//!     type Input = Input;
-//!     type Output = Output;
-//!     type Evaluation = (); // nothing that `output` and `step` would both compute
-//!     const INFO: Info = Info::new("Lag", "two first-order lags").version(env!("CARGO_PKG_VERSION"));
+//! impl Model for Lag { type Parameters = Parameters; type Input = Input; type Output = Output;
+//! type Evaluation = (); // nothing that `output` and `step` would both compute const INFO: Info =
+//! Info::new("Lag", "two first-order lags").version(env!("CARGO_PKG_VERSION"));
 //!
-//!     fn variables() -> &'static [Variable<Self>] { VARIABLES }
-//!     fn defaults() -> (Parameters, Input) { (Parameters { time_constant: 0.1 }, Input::default()) }
-//!     fn initialize(_p: &Parameters, u: &Input, _t: f64) -> Result<Self, ModelError> { Ok(Lag { y: u.u }) }
-//!     fn output(&self, _p: &Parameters, u: &Input, _now: &()) -> Result<Output, ModelError> {
-//!         Ok(Output { y: self.y, sum: self.y.iter().chain(&u.u).sum() })
-//!     }
-//!     fn step(&mut self, p: &Parameters, u: &InputPolynomial<Input>, _now: &(), _t: f64, h: f64) -> Result<StepEnd, ModelError> {
-//!         let decay = (-h / p.time_constant).exp();
-//!         let mid = u.at::<Self>(0.5 * h); // follows the input derivatives if the importer gives them
-//!         for (y, u) in self.y.iter_mut().zip(mid.u) { *y = u + (*y - u) * decay; }
-//!         Ok(StepEnd::WHOLE)
-//!     }
-//! }
-//! fmu_export::export_fmu!(Lag);
+//!     fn variables() -> &'static [Variable<Self>] { VARIABLES } fn defaults() -> (Parameters,
+//!     Input) { (Parameters { time_constant: 0.1 }, Input::default()) } fn initialize(_p:
+//!     &Parameters, u: &Input, _t: f64) -> Result<Self, ModelError> { Ok(Lag { y: u.u }) } fn
+//!     output(&self, _p: &Parameters, u: &Input, _now: &()) -> Result<Output, ModelError> {
+//!     Ok(Output { y: self.y, sum: self.y.iter().chain(&u.u).sum() }) } fn step(&mut self, p:
+//!     &Parameters, u: &InputPolynomial<Input>, _now: &(), _t: f64, h: f64) -> Result<StepEnd,
+//!     ModelError> { let decay = (-h / p.time_constant).exp(); let mid = u.at::<Self>(0.5 * h); //
+//!     follows the input derivatives if the importer gives them for (y, u) in
+//!     self.y.iter_mut().zip(mid.u) { *y = u + (*y - u) * decay; } Ok(StepEnd::WHOLE) } }
+//!     fmu_export::export_fmu!(Lag);
 //! # fn main() {}
 //! ```
 //!

@@ -8,7 +8,7 @@
 //! Equations of motion: `M(zeta)·zeta_ddot + h(zeta, zeta_dot) = Q`, with gravity in h.
 
 use crate::planar::turned;
-use crate::plane::{PlaneInertia, PlaneJoint, PlaneMotion, PlaneTwist, PlaneWrench};
+use crate::planar_body::{PlanarInertia, PlanarJoint, PlanarMotion, PlanarTwist, PlanarWrench};
 use crate::tree::Solved;
 use crate::{Body, DOF, Tree};
 use nalgebra::{Matrix6, Vector2, Vector3, Vector6};
@@ -56,9 +56,9 @@ impl MovingParts {
 
 /// A body of the plane with its joint.
 #[derive(Clone, Debug)]
-struct PlaneBody {
-    joint: PlaneJoint,
-    inertia: PlaneInertia,
+struct PlanarBody {
+    joint: PlanarJoint,
+    inertia: PlanarInertia,
 }
 
 /// A wrist body with its joint axis.
@@ -71,15 +71,15 @@ struct WristBody {
 /// The machine at one pose, everything in and about P.
 #[derive(Clone, Debug)]
 pub(crate) struct BoomFrame {
-    T1: PlaneInertia,
-    A2: PlaneBody,
-    C2: PlaneBody,
-    D2: PlaneBody,
-    A3: PlaneBody,
-    C3: PlaneBody,
-    D3: PlaneBody,
-    RK: PlaneBody,
-    CP: PlaneBody,
+    T1: PlanarInertia,
+    A2: PlanarBody,
+    C2: PlanarBody,
+    D2: PlanarBody,
+    A3: PlanarBody,
+    C3: PlanarBody,
+    D3: PlanarBody,
+    RK: PlanarBody,
+    CP: PlanarBody,
     /// A4, C4, D4.
     wrist: [WristBody; 3],
     /// Pose of T4.
@@ -108,17 +108,17 @@ impl BoomFrame {
         let rod_2 = foot + (lift.e * (lift.length - tree.lift.lc)).push(0.0);
         let rod_3 = E + (e_3 * (tilt.actuator.length - tree.tilt.lc)).push(0.0);
 
-        let turn = |r: Vector3<f64>, d| PlaneJoint::new(PlaneTwist::turn(r.xy()), d);
-        let slide = |e, d| PlaneJoint::new(PlaneTwist::slide(e), d);
-        let body = |joint, inertia, e, r| PlaneBody { joint, inertia: PlaneInertia::placed(inertia, e, r) };
+        let turn = |r: Vector3<f64>, d| PlanarJoint::new(PlanarTwist::turn(r.xy()), d);
+        let slide = |e, d| PlanarJoint::new(PlanarTwist::slide(e), d);
+        let body = |joint, inertia, e, r| PlanarBody { joint, inertia: PlanarInertia::placed(inertia, e, r) };
         let [b1, b2, b3] = tilt.coupler_d;
         let (wrist, tip) = place_wrist(tree, parts, &Pose::turn_z(B, e_A3.x, e_A3.y), e);
         Self {
-            T1: PlaneInertia::from(&parts.T1),
-            A2: body(PlaneJoint::turn(O.xy()), &parts.A2, *e_A2, O),
+            T1: PlanarInertia::from(&parts.T1),
+            A2: body(PlanarJoint::turn(O.xy()), &parts.A2, *e_A2, O),
             C2: body(turn(foot, lift.angle_d), &parts.C2, lift.e, foot),
             D2: body(slide(lift.e, lift.length_d), &parts.D2, lift.e, rod_2),
-            A3: body(PlaneJoint::turn(B.xy()), &parts.A3, e_A3, B),
+            A3: body(PlanarJoint::turn(B.xy()), &parts.A3, e_A3, B),
             C3: body(turn(E, tilt.actuator.angle_d), &parts.C3, e_3, E),
             D3: body(slide(e_3, tilt.actuator.length_d), &parts.D3, e_3, rod_3),
             RK: body(turn(A, tilt.rocker_d), &parts.RK, e_RK, A),
@@ -145,7 +145,7 @@ impl BoomFrame {
             for j in 0..=i {
                 M[(3 + i, 3 + j)] = self.wrist[j].S.power(&P);
             }
-            let P = PlaneWrench::from(P);
+            let P = PlanarWrench::from(P);
             momentum_y[3 + i] = P.f.y;
             M[(3 + i, 2)] = S3.power(P);
             M[(3 + i, 1)] = S2.power(P);
@@ -153,7 +153,7 @@ impl BoomFrame {
         }
 
         // Tilt: the bodies that zeta_3 moves, each with its own J.
-        let boom_3 = self.A3.inertia + PlaneInertia::from(&carried);
+        let boom_3 = self.A3.inertia + PlanarInertia::from(&carried);
         let J_C3 = self.C3.joint.S;
         let tilt = [
             (S3, boom_3),
@@ -194,7 +194,7 @@ impl BoomFrame {
     /// (m/s², along −y).
     pub fn bias(&self, zeta_dot: &[f64; DOF], g: f64) -> Vector6<f64> {
         let [w_1, w_2, w_3, ..] = *zeta_dot;
-        let rest = PlaneMotion::default();
+        let rest = PlanarMotion::default();
         let A2 = self.A2.joint.child(&rest, w_2);
         let C2 = self.C2.joint.child(&rest, w_2);
         let D2 = self.D2.joint.child(&C2, w_2);
@@ -205,10 +205,10 @@ impl BoomFrame {
         let CP = self.CP.joint.child(&A3, w_3);
 
         let F_wrist = self.wrist_bias(&A3, zeta_dot, g);
-        let F = |body: &PlaneBody, motion| body.inertia.net_wrench(motion, w_1, g);
+        let F = |body: &PlanarBody, motion| body.inertia.net_wrench(motion, w_1, g);
         // Wrenches accumulated from the subtree.
         let F_CP = F(&self.CP, &CP);
-        let F_A3 = F(&self.A3, &A3) + F_CP + PlaneWrench::from(F_wrist[0]);
+        let F_A3 = F(&self.A3, &A3) + F_CP + PlanarWrench::from(F_wrist[0]);
         let F_D3 = F(&self.D3, &D3);
         let F_C3 = F(&self.C3, &C3) + F_D3;
         let F_RK = F(&self.RK, &RK);
@@ -216,7 +216,7 @@ impl BoomFrame {
         let F_D2 = F(&self.D2, &D2);
         let F_C2 = F(&self.C2, &C2) + F_D2;
 
-        let Q = |body: &PlaneBody, F| body.joint.S.power(F);
+        let Q = |body: &PlanarBody, F| body.joint.S.power(F);
         let h_3 = Q(&self.A3, F_A3)
             + Q(&self.CP, F_CP)
             + Q(&self.C3, F_C3)
@@ -229,7 +229,7 @@ impl BoomFrame {
     }
 
     /// Wrenches through the three wrist joints.
-    fn wrist_bias(&self, A3: &PlaneMotion, zeta_dot: &[f64; DOF], g: f64) -> [Wrench; 3] {
+    fn wrist_bias(&self, A3: &PlanarMotion, zeta_dot: &[f64; DOF], g: f64) -> [Wrench; 3] {
         let (mut V, mut A) = A3.spatial(zeta_dot[0], g);
         let mut F = [Wrench::zero(); 3];
         for (i, WristBody { S, inertia }) in self.wrist.iter().enumerate() {
@@ -246,7 +246,7 @@ impl BoomFrame {
     /// `J_T4ᵀ W`: what a wrench on the end-effector, at T4 in T4 axes, gives the coordinates.
     pub fn tip_forces(&self, W: &Wrench) -> Vector6<f64> {
         let F = self.tip.wrench_to_A(W);
-        let plane = PlaneWrench::from(F);
+        let plane = PlanarWrench::from(F);
         let [Q_4, Q_5, Q_6] = std::array::from_fn(|i| self.wrist[i].S.power(&F));
         let Q_2 = self.A2.joint.S.power(plane);
         let Q_3 = self.A3.joint.S.power(plane);
@@ -289,8 +289,8 @@ impl BoomFrame {
 }
 
 /// Momentum `Σ I_k J_k` and `Σ J_kᵀ I_k J_k` of bodies with unit twists J_k.
-fn momentum(bodies: &[(PlaneTwist, PlaneInertia)]) -> (PlaneWrench, f64) {
-    let mut sum = PlaneWrench::default();
+fn momentum(bodies: &[(PlanarTwist, PlanarInertia)]) -> (PlanarWrench, f64) {
+    let mut sum = PlanarWrench::default();
     let mut energy = 0.0;
     for (J, inertia) in bodies {
         let P = inertia.apply(*J);

@@ -98,7 +98,7 @@ pub(crate) struct Plane {
 
 /// What the plane does at one instant.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct Touch {
+pub(crate) struct ContactForce {
     /// Force on the tip in world axes, N.
     pub force: Vector3<f64>,
     /// Depth below the plane, m; 0 above it.
@@ -111,7 +111,7 @@ pub(crate) struct Touch {
 }
 
 /// Parts of the law that force and its rate share.
-pub(crate) struct Pressed {
+pub(crate) struct Penetration {
     d: f64,
     pub d_dot: f64,
     /// `1 + c·d_dot`, not below 0.
@@ -122,7 +122,7 @@ pub(crate) struct Pressed {
 }
 
 impl Plane {
-    pub(crate) fn pressed(&self, p: &Vector3<f64>, v: &Vector3<f64>) -> Option<Pressed> {
+    pub(crate) fn penetration(&self, p: &Vector3<f64>, v: &Vector3<f64>) -> Option<Penetration> {
         let Self { n, contact } = self;
         let d = contact.offset - n.dot(p);
         if d <= 0.0 {
@@ -131,7 +131,7 @@ impl Plane {
         let d_dot = -n.dot(v);
         let v_t = v + n * d_dot;
         let v_s = contact.slip_velocity;
-        Some(Pressed {
+        Some(Penetration {
             d,
             d_dot,
             pressure: (1.0 + contact.damping * d_dot).max(0.0),
@@ -141,16 +141,16 @@ impl Plane {
     }
 
     /// For the tip at `p`, m, with the velocity `v`, m/s, in the world.
-    pub(crate) fn touch(&self, p: &Vector3<f64>, v: &Vector3<f64>) -> Touch {
-        let Some(Pressed {
+    pub(crate) fn contact_force(&self, p: &Vector3<f64>, v: &Vector3<f64>) -> ContactForce {
+        let Some(Penetration {
             d,
             d_dot,
             pressure,
             v_t,
             slip,
-        }) = self.pressed(p, v)
+        }) = self.penetration(p, v)
         else {
-            return Touch::default();
+            return ContactForce::default();
         };
         let Contact {
             stiffness,
@@ -160,7 +160,7 @@ impl Plane {
         let spring = stiffness * d;
         let F_n = spring * pressure;
         let drag = friction * F_n / slip;
-        Touch {
+        ContactForce {
             force: self.n * F_n - v_t * drag,
             depth: d,
             energy: 0.5 * spring * d,
@@ -175,8 +175,10 @@ impl Plane {
         v: &Vector3<f64>,
         a: &Vector3<f64>,
     ) -> Vector3<f64> {
-        let pressed = self.pressed(p, v).filter(|pressed| pressed.pressure > 0.0);
-        let Some(Pressed {
+        let pressed = self
+            .penetration(p, v)
+            .filter(|pressed| pressed.pressure > 0.0);
+        let Some(Penetration {
             d,
             d_dot,
             pressure,

@@ -79,7 +79,9 @@ impl Hdrm {
         let State { zeta, zeta_dot, .. } = &dynamics.state;
         let mut Q = dynamics.frame.tip_forces(&wrench(&input.wrench_env));
         if self.plane.is_some() {
-            Q += dynamics.frame.tip_forces_of(&self.touch(dynamics).force);
+            Q += dynamics
+                .frame
+                .tip_forces_of(&self.contact_force(dynamics).force);
         }
         for i in 0..DOF {
             let w = zeta_dot[i];

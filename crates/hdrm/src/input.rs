@@ -1,4 +1,4 @@
-//! What acts on the machine.
+//! Inputs: forces, torques, environment, motion of the base.
 
 use nalgebra::Vector6;
 use serde::{Deserialize, Serialize};

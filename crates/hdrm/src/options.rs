@@ -1,4 +1,4 @@
-//! What of a machine may differ from its file.
+//! Options: in what a plant may differ from its machine file.
 
 use crate::DOF;
 use crate::contact::Contact;

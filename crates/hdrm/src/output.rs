@@ -1,4 +1,4 @@
-//! What the plant shows, as functions of state and input, and its first time derivative.
+//! Outputs as functions of state and input, and their first time derivative.
 
 use crate::input::Input;
 use crate::plant::{Dynamics, Hdrm};
@@ -60,7 +60,7 @@ impl Hdrm {
             strokes, holding, ..
         } = dynamics;
         let State { zeta, zeta_dot, .. } = &dynamics.state;
-        let touch = self.touch(dynamics);
+        let touch = self.contact_force(dynamics);
         let (tip, V_tip) = dynamics.frame.tip_motion(zeta_dot);
         let (energy_kinetic, energy_potential) = self.energies_of(dynamics);
         Output {
@@ -105,8 +105,8 @@ impl Hdrm {
             holding.rate += self.holding_rate(&dynamics, &configuration, g_dot);
             base_power = self.potential_rate(&configuration, g_dot);
         }
-        let touch = self.touch(&dynamics);
-        let touch_rate = self.touch_rate(&dynamics, &configuration, &zeta_ddot);
+        let touch = self.contact_force(&dynamics);
+        let contact_rate = self.contact_rate(&dynamics, &configuration, &zeta_ddot);
         let contact_power = touch.force.dot(&V_tip.fixed_rows::<3>(0));
         let depth_rate = self.depth_rate(&dynamics);
         // d/dt (Q/x′) = (Q_dot − (Q/x′) x″ zeta_dot)/x′
@@ -136,7 +136,7 @@ impl Hdrm {
             tip_velocity: (J * acceleration + tip.jacobian_dot(zeta_dot) * w).into(),
             energy_kinetic: power - power_of_gravity - power_to_base,
             energy_potential: power_of_gravity + base_power,
-            contact_force: touch_rate.map_or([0.0; 3], |(rate, _)| rate.into()),
+            contact_force: contact_rate.map_or([0.0; 3], |(rate, _)| rate.into()),
             contact_penetration: depth_rate,
             energy_contact: -contact_power - touch.dissipation,
             energy_contact_loss: touch.dissipation,

@@ -1,4 +1,4 @@
-//! The manipulator as a plant: what it consists of, and what is known of it at one state.
+//! The plant: its parts, and everything that depends on its state alone.
 
 use crate::DOF;
 use crate::body::Body;

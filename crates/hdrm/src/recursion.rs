@@ -11,7 +11,7 @@ use spatial::{Inertia, Pose, Twist, Wrench};
 
 /// A quantity and its time derivative.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Rated<T> {
+pub(crate) struct WithRate<T> {
     pub value: T,
     pub rate: T,
 }
@@ -54,7 +54,7 @@ pub(crate) fn inverse_dynamics(
     zeta_dot: &[f64; DOF],
     zeta_ddot: &[f64; DOF],
     gravity: &Gravity,
-) -> Rated<Vector6<f64>> {
+) -> WithRate<Vector6<f64>> {
     let rest = Ground::default();
     let motions = outward(configuration, zeta_dot, zeta_ddot, Vector3::y(), &rest);
     let g = gravity.along_y;
@@ -63,7 +63,7 @@ pub(crate) fn inverse_dynamics(
         let M = &bodies[k];
         let gravity = Twist::new(up * g, Vector3::zeros());
         let gravity_dot = Twist::new(up.cross(&V.w) * g, Vector3::zeros());
-        Rated {
+        WithRate {
             value: M.net_wrench(&V, &(A + gravity)),
             rate: M.apply(&(A_dot + gravity_dot)) + A.crf(&M.apply(&V)) + V.crf(&M.apply(&A)),
         }
@@ -85,12 +85,12 @@ pub(crate) fn inertial_forces(
     zeta_dot: &[f64; DOF],
     zeta_ddot: &[f64; DOF],
     ground: &Ground,
-) -> (Rated<Vector6<f64>>, Wrench) {
+) -> (WithRate<Vector6<f64>>, Wrench) {
     let motions = outward(configuration, zeta_dot, zeta_ddot, Vector3::zeros(), ground);
     let wrenches = std::array::from_fn(|k| {
         let BodyMotion { V, A, A_dot, .. } = motions[k];
         let M = &bodies[k];
-        Rated {
+        WithRate {
             value: M.net_wrench(&V, &A),
             rate: M.apply(&A_dot) + A.crf(&M.apply(&V)) + V.crf(&M.apply(&A)),
         }
@@ -105,7 +105,7 @@ pub(crate) fn gravity_forces(
     bodies: &[Inertia; Body::COUNT],
     zeta_dot: &[f64; DOF],
     gravity: &Gravity,
-) -> Rated<Vector6<f64>> {
+) -> WithRate<Vector6<f64>> {
     let of = |up, g| holding_forces(configuration, bodies, zeta_dot, up, g);
     let mut Q = of(Vector3::y(), gravity.along_y);
     if let Some(up) = gravity.sideways() {
@@ -123,13 +123,13 @@ pub(crate) fn holding_forces(
     zeta_dot: &[f64; DOF],
     up: Vector3<f64>,
     g: f64,
-) -> Rated<Vector6<f64>> {
+) -> WithRate<Vector6<f64>> {
     let rest = Ground::default();
     let motions = outward(configuration, zeta_dot, &[0.0; DOF], up, &rest);
     let wrenches = std::array::from_fn(|k| {
         let BodyMotion { V, up, .. } = motions[k];
         let of = |up: Vector3<f64>| bodies[k].apply(&Twist::new(up * g, Vector3::zeros()));
-        Rated {
+        WithRate {
             value: of(up),
             rate: of(up.cross(&V.w)),
         }
@@ -144,8 +144,8 @@ pub(crate) fn tip_forces(
     tree: &Tree,
     zeta_dot: &[f64; DOF],
     W: &Wrench,
-) -> Rated<Vector6<f64>> {
-    let mut wrenches = [Rated::default(); Body::COUNT];
+) -> WithRate<Vector6<f64>> {
+    let mut wrenches = [WithRate::default(); Body::COUNT];
     wrenches[Body::D4 as usize].value = Pose::translation(tree.r_D4_T4).wrench_to_A(W);
     inward(configuration, zeta_dot, wrenches).0
 }
@@ -193,18 +193,18 @@ fn outward(
     motions
 }
 
-/// Accumulates the wrenches towards the ground and projects them on the joints: `Q_i = Σ g_k s_kᵀ
-/// F_k`, `F_p += U F`, `d/dt (U F) = U (F_dot + crf(s q_dot) F)`. With them what goes through the
-/// joint to the ground.
+/// Accumulates the wrenches towards the ground and projects them on the joints:
+/// `Q_i = Σ g_k s_kᵀ F_k`, `F_p += U F`, `d/dt (U F) = U (F_dot + crf(s q_dot) F)`. With them what
+/// goes through the joint to the ground.
 fn inward(
     configuration: &Configuration,
     zeta_dot: &[f64; DOF],
-    mut wrenches: [Rated<Wrench>; Body::COUNT],
-) -> (Rated<Vector6<f64>>, Wrench) {
-    let mut Q = Rated::<Vector6<f64>>::default();
+    mut wrenches: [WithRate<Wrench>; Body::COUNT],
+) -> (WithRate<Vector6<f64>>, Wrench) {
+    let mut Q = WithRate::<Vector6<f64>>::default();
     let mut ground = Wrench::zero();
     for body in BODIES.into_iter().rev() {
-        let Rated {
+        let WithRate {
             value: F,
             rate: F_dot,
         } = wrenches[body as usize];

@@ -229,8 +229,8 @@ mod tests {
         }
     }
 
-    /// What is no heavier has brought nothing with it: where a load with a velocity of its own is
-    /// told again, or is set down, no rate changes by a bit.
+    /// A load that is no heavier brings no momentum: setting the same load again, or setting one
+    /// down, changes no rate by a bit.
     #[test]
     fn only_what_comes_brings_momentum() {
         let plant = plant();

@@ -72,7 +72,7 @@ impl Hdrm {
         if let Some(g_dot) = self.felt_gravity_rate(input, input_dot) {
             Q_dot -= self.holding_rate(dynamics, configuration, g_dot);
         }
-        if let Some((_, of_plane)) = self.touch_rate(dynamics, configuration, zeta_ddot) {
+        if let Some((_, of_plane)) = self.contact_rate(dynamics, configuration, zeta_ddot) {
             Q_dot += of_plane;
         }
         for i in 0..DOF {

@@ -1,4 +1,4 @@
-//! What the machine remembers.
+//! State: joint angles and rates, and energies that follow from neither.
 
 use crate::DOF;
 use serde::{Deserialize, Serialize};

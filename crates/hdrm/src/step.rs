@@ -159,8 +159,9 @@ impl Hdrm {
         let State { zeta, zeta_dot, .. } = start.state;
         let (q, w) = (Vector6::from(zeta), Vector6::from(zeta_dot));
         // Acceleration, and the power that the contact turns into heat.
-        let rates =
-            |at: &Dynamics, u: &Input| (self.acceleration(at, u), self.touch(at).dissipation);
+        let rates = |at: &Dynamics, u: &Input| {
+            (self.acceleration(at, u), self.contact_force(at).dissipation)
+        };
         let at = |q: Vector6<f64>, w: Vector6<f64>, u: &Input| {
             let state = State {
                 zeta: q.into(),

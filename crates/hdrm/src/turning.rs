@@ -8,7 +8,7 @@
 
 use crate::input::{Input, wrench};
 use crate::plant::{Dynamics, Hdrm};
-use crate::recursion::{self, Ground, Rated};
+use crate::recursion::{self, Ground, WithRate};
 use crate::state::State;
 use crate::{Configuration, DOF};
 use nalgebra::{Vector3, Vector6};
@@ -79,11 +79,11 @@ impl Hdrm {
         configuration: &Configuration,
         zeta_dot: &[f64; DOF],
         zeta_ddot: &[f64; DOF],
-    ) -> Rated<Vector6<f64>> {
+    ) -> WithRate<Vector6<f64>> {
         let [moving, resting] = [*ground, Ground::default()].map(|ground| {
             recursion::inertial_forces(configuration, &self.bodies, zeta_dot, zeta_ddot, &ground).0
         });
-        Rated {
+        WithRate {
             value: moving.value - resting.value,
             rate: moving.rate - resting.rate,
         }
@@ -125,7 +125,7 @@ impl Hdrm {
         };
         // As if Ω changed with Ω̇, and then what it changes otherwise.
         let ground = turning.ground(input_dot.base_angular_acceleration.into());
-        let Rated { rate, .. } =
+        let WithRate { rate, .. } =
             self.with_and_without(&ground, configuration, &state.zeta_dot, zeta_ddot);
         let w_dot = Vector3::from(input_dot.base_angular_velocity);
         let seed = Input {
@@ -173,7 +173,7 @@ impl Hdrm {
         let configuration = self.tree.configuration(&dynamics.state.zeta);
         let tip = configuration.world_poses()[crate::Body::D4 as usize]
             * spatial::Pose::translation(self.tree.r_D4_T4);
-        let touch = self.touch(dynamics).force;
+        let touch = self.contact_force(dynamics).force;
         let at_tip = wrench(&input.wrench_env);
         tip.wrench_to_A(&at_tip) + Wrench::new(touch, tip.r.cross(&touch))
     }

@@ -1,4 +1,4 @@
-//! What is wrong with a machine, all of it at once.
+//! Everything that is wrong with a machine, reported at once.
 
 use std::fmt::{self, Display};
 use thiserror::Error;
@@ -83,9 +83,10 @@ impl Findings {
         Err(MachineError::Findings(self.list))
     }
 
-    /// Drops, after the first `of_shape` findings, those of fields that the first ones name, and of
-    /// the start, whose range other fields give: what stands in place of a missing or unusable
-    /// field is no value of the file.
+    /// Keeps the first `of_shape` findings, which are about missing and unusable fields, and drops
+    /// later ones that only follow from them: those about the same fields, in whose place the
+    /// reference machine's values stand, and those about the start, whose range depends on other
+    /// fields.
     pub(crate) fn drop_consequences(&mut self, of_shape: usize) {
         let of_values = self.list.split_off(of_shape);
         let is_own = |finding: &Finding| {

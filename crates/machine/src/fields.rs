@@ -1,4 +1,4 @@
-//! The section `emla` with every field there, to be set one by one.
+//! The section `emla` with every optional field present, so that an importer can set each of them.
 
 use crate::{Brake, CoreLosses, Emla, Heat, InverterLosses, Temperature};
 use serde::{Deserialize, Serialize};

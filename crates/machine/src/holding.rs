@@ -1,5 +1,4 @@
-//! Where an actuator meets its DC link and its holding brake: what all models of one have in
-//! common.
+//! The DC link and the holding brake of an actuator, as all models of actuators have them.
 
 use crate::Brake;
 

@@ -1,5 +1,5 @@
-//! JSON as a tree in which no object has a key twice: `serde_json` alone would keep the last one
-//! without a word.
+//! Reads JSON and refuses an object that has a key twice; `serde_json` alone would silently keep
+//! the last one.
 
 use serde::Deserializer;
 use serde::de::{DeserializeSeed, Error, MapAccess, SeqAccess, Visitor};
@@ -9,14 +9,14 @@ use std::fmt;
 /// Reads a whole text.
 pub(crate) fn parse(text: &str) -> Result<Value, serde_json::Error> {
     let mut from = serde_json::Deserializer::from_str(text);
-    let value = Unique.deserialize(&mut from)?;
+    let value = UniqueKeys.deserialize(&mut from)?;
     from.end()?;
     Ok(value)
 }
 
-struct Unique;
+struct UniqueKeys;
 
-impl<'de> DeserializeSeed<'de> for Unique {
+impl<'de> DeserializeSeed<'de> for UniqueKeys {
     type Value = Value;
 
     fn deserialize<D: Deserializer<'de>>(self, from: D) -> Result<Value, D::Error> {
@@ -24,7 +24,7 @@ impl<'de> DeserializeSeed<'de> for Unique {
     }
 }
 
-impl<'de> Visitor<'de> for Unique {
+impl<'de> Visitor<'de> for UniqueKeys {
     type Value = Value;
 
     fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {

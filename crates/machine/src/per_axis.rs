@@ -1,5 +1,5 @@
-//! One value for each actuator. A file writes one object for all, or `{"slew": …, "lift": …,
-//! "tilt": …}`. Saved states, whose bytes name nothing, hold all three.
+//! One value for each actuator. A file writes one object for all, or
+//! `{"slew": …, "lift": …, "tilt": …}`. Saved states, whose bytes name nothing, hold all three.
 
 use crate::check::{Finding, Findings};
 use serde::de::value::MapAccessDeserializer;

@@ -1,5 +1,5 @@
-//! The shape of a machine file: which fields there are, of which type; learnt from a machine that
-//! has all of them.
+//! Compares a machine file with a machine that has all fields, and reports every field that is
+//! unknown, missing or of another type.
 
 use crate::Machine;
 use crate::actuator::{Brake, CoreLosses, Heat, InverterLosses, Temperature};
@@ -13,7 +13,7 @@ const LIKE: f64 = 0.7;
 
 /// Reports what no machine file has, and takes it out.
 pub(crate) fn partial(value: &mut Value, found: &mut Findings) {
-    Walk {
+    ShapeCheck {
         template: template(),
         is_complete: false,
     }
@@ -22,7 +22,7 @@ pub(crate) fn partial(value: &mut Value, found: &mut Findings) {
 
 /// Reports also what is missing, and puts values of the reference machine there.
 pub(crate) fn complete(value: &mut Value, found: &mut Findings) {
-    Walk {
+    ShapeCheck {
         template: template(),
         is_complete: true,
     }
@@ -60,7 +60,7 @@ pub(crate) fn template() -> Value {
 }
 
 /// A place in a machine file.
-struct At<'a> {
+struct FieldPath<'a> {
     /// What a machine has there.
     template: &'a Value,
     /// Keys that lead there in the template.
@@ -69,14 +69,14 @@ struct At<'a> {
     name: &'a str,
 }
 
-struct Walk {
+struct ShapeCheck {
     template: Value,
     is_complete: bool,
 }
 
-impl Walk {
+impl ShapeCheck {
     fn all(&self, value: &mut Value, found: &mut Findings) {
-        let root = At {
+        let root = FieldPath {
             template: &self.template,
             keys: &[],
             name: "",
@@ -84,7 +84,7 @@ impl Walk {
         self.value(value, &root, found);
     }
 
-    fn value(&self, value: &mut Value, at: &At, found: &mut Findings) {
+    fn value(&self, value: &mut Value, at: &FieldPath, found: &mut Findings) {
         let is_section = matches!(at.keys, [section] if SECTIONS_PER_AXIS.contains(section));
         if is_section && is_split(value) {
             return self.axes(value, at, found);
@@ -112,7 +112,7 @@ impl Walk {
         *value = at.template.clone();
     }
 
-    fn axes(&self, value: &mut Value, at: &At, found: &mut Findings) {
+    fn axes(&self, value: &mut Value, at: &FieldPath, found: &mut Findings) {
         let Value::Object(fields) = value else { return };
         fields.retain(|key, _| {
             let is_axis = AXES.contains(&key.as_str());
@@ -126,7 +126,7 @@ impl Walk {
             let name = format!("{}.{axis}", at.name);
             match fields.get_mut(axis) {
                 Some(value) if value.is_object() => {
-                    self.fields(value, &At { name: &name, ..*at }, found);
+                    self.fields(value, &FieldPath { name: &name, ..*at }, found);
                 }
                 Some(value) => {
                     found.refuse(name, &*value, "an object");
@@ -141,7 +141,7 @@ impl Walk {
         }
     }
 
-    fn fields(&self, value: &mut Value, at: &At, found: &mut Findings) {
+    fn fields(&self, value: &mut Value, at: &FieldPath, found: &mut Findings) {
         let (Value::Object(fields), Value::Object(known)) = (value, at.template) else {
             return;
         };
@@ -168,7 +168,7 @@ impl Walk {
         for (key, template) in known {
             let keys = &[at.keys, &[key.as_str()]].concat();
             let name = &inner(key);
-            let field = At {
+            let field = FieldPath {
                 template,
                 keys,
                 name,
@@ -184,7 +184,7 @@ impl Walk {
         }
     }
 
-    fn elements(&self, value: &mut Value, at: &At, found: &mut Findings) {
+    fn elements(&self, value: &mut Value, at: &FieldPath, found: &mut Findings) {
         let (Value::Array(values), Value::Array(known)) = (&mut *value, at.template) else {
             return;
         };
@@ -196,7 +196,7 @@ impl Walk {
             return;
         }
         for (i, value) in values.iter_mut().enumerate() {
-            let element = At {
+            let element = FieldPath {
                 template: if is_list { &known[0] } else { &known[i] },
                 keys: &[at.keys, &["element"]].concat(),
                 name: &format!("{}[{}]", at.name, i + 1),

@@ -1,11 +1,11 @@
 //! Everything that holds at one instant, and the rates of the state.
 
+use crate::conditions::Conditions;
 use crate::friction::Shaft;
 use crate::heat::Warming;
-use crate::held::Held;
 use crate::link::Link;
 use crate::motor::{Dq, Magnetics};
-use crate::state::{Energy, Rates};
+use crate::state::{Balance, Rates};
 use crate::{Drive, Input, Rig, State};
 
 /// What follows from state and inputs at one instant.
@@ -72,7 +72,7 @@ impl Rig {
     /// ```
     /// The DC side supplies the iron losses, so there are none while the gates are off.
     #[inline(always)]
-    pub(crate) fn instant(&self, s: &State, u: &Input, held: &Held) -> Instant {
+    pub(crate) fn instant(&self, s: &State, u: &Input, held: &Conditions) -> Instant {
         let (p, i) = (&self.p, s.current());
         let (x, x_dot) = self.rod(s, u);
         let magnetics = self.magnetics(i, s.theta_m, s.T[0], s.T[1]);
@@ -135,7 +135,7 @@ impl Rig {
     /// M_act ẍ = F − F_ext (free rod)
     /// ```
     #[inline(always)]
-    pub(crate) fn rates(&self, s: &State, u: &Input, held: &Held) -> Rates {
+    pub(crate) fn rates(&self, s: &State, u: &Input, held: &Conditions) -> Rates {
         let (p, i, now) = (&self.p, s.current(), self.instant(s, u, held));
         let Magnetics {
             lambda, L_inc, R, ..
@@ -160,7 +160,7 @@ impl Rig {
             x_dot,
             T: [now.warming.T_winding, now.warming.T_housing],
             F: now.F,
-            energy: Energy {
+            energy: Balance {
                 supplied: now.supplied(i),
                 delivered: now.delivered,
                 lost: now.lost(),

@@ -4,7 +4,7 @@
 //! modulation and on dead time.
 
 use crate::motor::Dq;
-use crate::{Hold, Input, Rig};
+use crate::{HeldVoltages, Input, Rig};
 
 impl Rig {
     /// Whether the voltages are sampled and held; then the switching period, s.
@@ -29,7 +29,14 @@ impl Rig {
     /// A new switching period of `T` s begins at motor angle `theta_m` and speed `w_m`: what was
     /// computed in the last one acts from now on, and what is computed now acts in the next one. It
     /// is held there, so it comes 3/2·T late in the mean.
-    pub(crate) fn switch(&self, hold: &Hold, u: &Input, theta_m: f64, w_m: f64, T: f64) -> Hold {
+    pub(crate) fn switch(
+        &self,
+        hold: &HeldVoltages,
+        u: &Input,
+        theta_m: f64,
+        w_m: f64,
+        T: f64,
+    ) -> HeldVoltages {
         let lead = if self.extra.switching.advance {
             1.5 * T * w_m
         } else {
@@ -37,7 +44,7 @@ impl Rig {
         };
         let angle = f64::from(self.p.p) * (theta_m + lead);
         let next = self.commanded(u).turned(libm::sincos(angle));
-        Hold {
+        HeldVoltages {
             acting: hold.next,
             next: [next.d, next.q],
             left: hold.left + T,
@@ -47,7 +54,7 @@ impl Rig {
     /// Voltage at the motor in rotor coordinates, V: the command itself, or what is held less what
     /// the dead time takes.
     #[inline(always)]
-    pub(crate) fn voltage(&self, hold: &Hold, u: &Input, i: Dq, theta_m: f64) -> Dq {
+    pub(crate) fn voltage(&self, hold: &HeldVoltages, u: &Input, i: Dq, theta_m: f64) -> Dq {
         if !self.extra.switching.on {
             return self.commanded(u);
         }
@@ -85,16 +92,23 @@ impl Rig {
 
     /// What would hold the voltage `v`, V, at motor angle and speed, as at the start: in stator
     /// coordinates, dead time made up for.
-    pub(crate) fn steady_hold(&self, v: Dq, i: Dq, u: &Input, theta_m: f64, w_m: f64) -> Hold {
+    pub(crate) fn steady_hold(
+        &self,
+        v: Dq,
+        i: Dq,
+        u: &Input,
+        theta_m: f64,
+        w_m: f64,
+    ) -> HeldVoltages {
         let Some(T) = self.switching_period() else {
-            return Hold::default();
+            return HeldVoltages::default();
         };
         let at = |theta: f64| {
             let turn = libm::sincos(f64::from(self.p.p) * theta);
             let v = v.turned(turn) + self.dead_time_voltage(i.turned(turn), u.v_dc);
             [v.d, v.q]
         };
-        Hold {
+        HeldVoltages {
             acting: at(theta_m - 0.5 * T * w_m),
             next: at(theta_m + 0.5 * T * w_m),
             left: 0.0,
@@ -134,7 +148,7 @@ mod tests {
     fn a_command_acts_one_and_a_half_periods_late() {
         let rig = rig(|e| e.switching.dead_time = 0.0);
         let (T, w, u) = (125e-6, 200.0, input(-20.0, 90.0));
-        let empty = Hold::default();
+        let empty = HeldVoltages::default();
         let computed = rig.switch(&empty, &u, 0.0, w, T);
         assert_eq!(computed.acting, [0.0; 2]);
         let acts = rig.switch(&computed, &input(0.0, 0.0), w * T, w, T);
@@ -155,7 +169,7 @@ mod tests {
             e.switching.advance = false;
         });
         let (T, w) = (125e-6, 200.0);
-        let computed = rig.switch(&Hold::default(), &input(0.0, 90.0), 0.0, w, T);
+        let computed = rig.switch(&HeldVoltages::default(), &input(0.0, 90.0), 0.0, w, T);
         assert!((computed.next[0]).abs() < 1e-12 && (computed.next[1] - 90.0).abs() < 1e-12);
     }
 

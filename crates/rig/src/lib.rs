@@ -2,10 +2,10 @@
 //! leaves out.
 //!
 //! It stands in the place of the idealised actuator with the same inputs and outputs, and shares
-//! with it what trips and holds the drive ([`machine::Holding`]); its equations are its own,
-//! written from the books named at the functions. [`Extras`] says what it knows beyond
+//! with it the undervoltage trip and the holding brake ([`machine::Holding`]); its equations are
+//! its own, written from the books named at the functions. [`Extras`] says what it knows beyond
 //! [`machine::Emla`]: saturation, temperature, ripple and cogging, an inverter that holds its
-//! voltages in stator coordinates and comes late, stiction with presliding, backlash, compliance of
+//! voltages in stator coordinates and acts late, stiction with presliding, backlash, compliance of
 //! the mounting and torsion, larger losses, and heat. Each has a switch; with all of them off the
 //! equations are those of the idealised actuator.
 //!
@@ -15,11 +15,11 @@
 #![forbid(unsafe_code)]
 #![allow(non_snake_case)] // symbols of the books
 
+mod conditions;
 mod dynamics;
 mod extras;
 mod friction;
 mod heat;
-mod held;
 mod input;
 mod inverter;
 mod link;
@@ -40,4 +40,4 @@ pub use limits::StepError;
 pub use machine::Drive;
 pub use output::Output;
 pub use rig::{Rig, RigError};
-pub use state::{Energy, Hold, Powers, State};
+pub use state::{Balance, HeldVoltages, Powers, State};

@@ -1,4 +1,4 @@
-//! What the actuator shows at one instant.
+//! Outputs at one instant.
 
 use crate::{Input, Powers, Rig, State};
 use serde::{Deserialize, Serialize};
@@ -58,8 +58,8 @@ pub struct Output {
     pub E_in: f64,
     /// Energy given to the load since the start, J.
     pub E_out: f64,
-    /// Work on the load since the start by shifts of the rod between steps, J: `E_in = E_out +
-    /// E_shift + E_loss + ΔE_stored`.
+    /// Work on the load since the start by shifts of the rod between steps, J:
+    /// `E_in = E_out + E_shift + E_loss + ΔE_stored`.
     pub E_shift: f64,
     /// Energy lost since the start, J.
     pub E_loss: f64,

@@ -1,7 +1,7 @@
-//! Where a run starts.
+//! The state at the start: in equilibrium with a load.
 
 use crate::motor::Dq;
-use crate::{Energy, Input, Powers, Rig, State, StepError};
+use crate::{Balance, Input, Powers, Rig, State, StepError};
 use machine::Holding;
 
 impl Rig {
@@ -40,14 +40,14 @@ impl Rig {
             hold: self.steady_hold(v, i, u, theta_m, w_m),
             F_mean: u.F_hold,
             lead: 0.0,
-            energy: Energy::default(),
+            energy: Balance::default(),
             mean: Powers::default(),
             i_dc_mean: 0.0,
             shift: 0.0,
             tripped: false,
         };
         state = State {
-            energy: Energy::default(),
+            energy: Balance::default(),
             ..self.switched(&state, u)
         };
         let now = self.instant(&state, u, &self.held(&state, u));

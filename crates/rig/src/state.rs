@@ -23,14 +23,14 @@ pub struct State {
     pub x_dot: f64,
     /// Temperatures of winding and housing, K.
     pub T: [f64; 2],
-    /// What the inverter holds.
-    pub hold: Hold,
+    /// Voltages that the inverter holds over a switching period.
+    pub hold: HeldVoltages,
     /// Mean force over the last step, N; at the start that force itself.
     pub F_mean: f64,
     /// Time by which the force is given ahead, s.
     pub lead: f64,
     /// Energies since the start.
-    pub energy: Energy,
+    pub energy: Balance,
     /// Mean powers over the last step; at the start those of the moment.
     pub mean: Powers,
     /// Mean current from the DC side over the last step, A; at the start that of the moment.
@@ -44,7 +44,7 @@ pub struct State {
 
 /// Voltages of the inverter, V, in stator coordinates.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Hold {
+pub struct HeldVoltages {
     /// What acts in this switching period.
     pub acting: [f64; 2],
     /// What will act in the next one.
@@ -53,9 +53,10 @@ pub struct Hold {
     pub left: f64,
 }
 
-/// Energies since the start, J; as a rate: powers, W.
+/// What crosses the borders of the actuator: energies since the start, J, or the powers that they
+/// change with, W.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Energy {
+pub struct Balance {
     /// Taken from the DC side.
     pub supplied: f64,
     /// Given to the load.
@@ -79,7 +80,7 @@ pub struct Powers {
     pub lost: f64,
 }
 
-impl Energy {
+impl Balance {
     fn plus(self, dt: f64, power: &Self) -> Self {
         Self {
             supplied: self.supplied + dt * power.supplied,
@@ -110,7 +111,7 @@ pub(crate) struct Rates {
     pub x_dot: f64,
     pub T: [f64; 2],
     pub F: f64,
-    pub energy: Energy,
+    pub energy: Balance,
 }
 
 impl State {

@@ -7,7 +7,7 @@
 //! millisecond (70 mm/s) or less set no limit to the substep. Substeps end where a switching period
 //! ends.
 
-use crate::held::Held;
+use crate::conditions::Conditions;
 use crate::state::Rates;
 use crate::{Drive, Input, Rig, State};
 use limits::{MAX_SUBSTEPS, StepError, check_step, substeps};
@@ -126,7 +126,7 @@ impl Rig {
     }
 
     /// One classical Runge–Kutta step. A loop, so that the rates are compiled once.
-    fn rk4(&self, s: &State, u: &Input, held: &Held, t: f64, dt: f64) -> State {
+    fn rk4(&self, s: &State, u: &Input, held: &Conditions, t: f64, dt: f64) -> State {
         // Share of dt at which the rates are taken, and their weight.
         const STAGES: [(f64, f64); 4] = [
             (0.0, 1.0 / 6.0),

@@ -1,15 +1,15 @@
 //! The drive's states: whether its gates are on, whether it has tripped, and what its brake does.
 
-use crate::held::Held;
+use crate::conditions::Conditions;
 use crate::input::Input;
 use crate::rig::Rig;
-use crate::state::{Hold, State};
+use crate::state::{HeldVoltages, State};
 use machine::{DEAD_LINK, Holding, is_tripped};
 
 impl Rig {
     /// What holds in state `s` under the inputs `u`.
-    pub(crate) fn held(&self, s: &State, u: &Input) -> Held {
-        let mut held = Held {
+    pub(crate) fn held(&self, s: &State, u: &Input) -> Conditions {
+        let mut held = Conditions {
             gates: u.enable && !s.tripped,
             brake: Holding::Released,
         };
@@ -22,7 +22,7 @@ impl Rig {
     /// What an applied brake does at this point.
     #[cold]
     fn braking(&self, s: &State, u: &Input, gates: bool) -> Holding {
-        let free = Held {
+        let free = Conditions {
             gates,
             brake: Holding::Released,
         };
@@ -52,13 +52,13 @@ impl Rig {
             next.energy.inverter += field;
         }
         (next.i_d, next.i_q) = (0.0, 0.0);
-        next.hold = Hold::default();
+        next.hold = HeldVoltages::default();
         next
     }
 
     /// The state after a substep, in which a brake that slipped has turned the shaft back: it came
     /// to rest inside. What is left of its energy is lost there, as heat of the housing.
-    pub(crate) fn stopped(&self, s: State, held: &Held) -> State {
+    pub(crate) fn stopped(&self, s: State, held: &Conditions) -> State {
         if !held.brake.has_stopped(s.w_m) {
             return s;
         }

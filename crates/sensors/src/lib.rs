@@ -15,19 +15,19 @@
 #![allow(non_snake_case)] // the paper's symbols
 
 mod current;
-mod drawn;
 mod encoder;
 mod force;
 mod normal;
 mod params;
+mod random;
 mod sample;
 mod sensors;
 mod speed;
 
-pub use drawn::{Drawn, Noise};
 pub use params::{
     ACTUATORS, Current, DELAY_MAX, Encoder, Force, ForceKind, JOINTS, JointZero, Params, Speed,
     SpeedKind,
 };
-pub use sample::{Measured, Signals, State};
+pub use random::{FixedErrors, Noise};
+pub use sample::{Sample, Signals, State};
 pub use sensors::Sensors;

@@ -1,4 +1,4 @@
-//! What the sensors are like.
+//! Parameters of the sensors.
 
 use serde::{Deserialize, Serialize};
 
@@ -57,7 +57,7 @@ pub struct JointZero {
 /// Where speeds come from.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Speed {
-    /// The way.
+    /// Which of the ways.
     pub kind: SpeedKind,
     /// Time constant of the filter behind the difference, s; 0: none.
     pub filter_time: f64,

@@ -1,13 +1,13 @@
-//! One sample of all sensors, and what it leaves behind.
+//! One sample of all sensors, and the state that it leads to.
 
 use crate::current::Errors;
-use crate::drawn::Source;
+use crate::random::Source;
 use crate::speed::Track;
 use crate::{ACTUATORS, DELAY_MAX, JOINTS, Noise, Sensors, SpeedKind};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
-/// What there is to read: as it is, and as the sensors say.
+/// Signals of the manipulator: the true ones, or those that the sensors read.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Signals {
     /// Joint angles, rad.
@@ -41,7 +41,7 @@ struct Memory {
 
 /// One sample: readings, and what filters and observers come to by it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Measured {
+pub struct Sample {
     output: Signals,
     memory: Memory,
 }
@@ -89,8 +89,8 @@ impl Sensors {
 
     /// The sample that these inputs give.
     #[must_use]
-    pub fn measure(&self, s: &State, u: &Signals) -> Measured {
-        let mut now = Measured {
+    pub fn measure(&self, s: &State, u: &Signals) -> Sample {
+        let mut now = Sample {
             output: Signals::default(),
             memory: s.memory,
         };
@@ -99,7 +99,7 @@ impl Sensors {
         now
     }
 
-    fn joints(&self, s: &State, u: &Signals, now: &mut Measured) {
+    fn joints(&self, s: &State, u: &Signals, now: &mut Sample) {
         let p = &self.p;
         for k in 0..JOINTS {
             let zero = p.joint_zero.given[k] + p.joint_zero.bound * self.drawn.zero[k];
@@ -116,7 +116,7 @@ impl Sensors {
         }
     }
 
-    fn actuator(&self, s: &State, u: &Signals, k: usize, now: &mut Measured) {
+    fn actuator(&self, s: &State, u: &Signals, k: usize, now: &mut Sample) {
         let (p, drawn, noise) = (&self.p, &self.drawn, &s.noise);
         let (y, memory) = (&mut now.output, &mut now.memory);
 
@@ -153,7 +153,7 @@ impl Sensors {
 
     /// What is read at an instant whose sample is `now`.
     #[must_use]
-    pub fn read<'a>(&self, s: &'a State, now: &'a Measured) -> &'a Signals {
+    pub fn read<'a>(&self, s: &'a State, now: &'a Sample) -> &'a Signals {
         match self.p.delay {
             0 => &now.output,
             late => &s.past[late as usize - 1],
@@ -167,7 +167,7 @@ impl Sensors {
     }
 
     /// Takes the sample `now`; the next one comes `h` s later.
-    pub fn advance(&self, s: &mut State, now: &Measured, h: f64) {
+    pub fn advance(&self, s: &mut State, now: &Sample, h: f64) {
         s.memory = now.memory;
         s.period = Some(h);
         s.past.rotate_right(1);
@@ -176,7 +176,7 @@ impl Sensors {
     }
 }
 
-impl Measured {
+impl Sample {
     /// Whether all readings and all that is remembered are finite.
     #[must_use]
     pub fn is_finite(&self) -> bool {

@@ -1,14 +1,14 @@
 //! The sensors of one machine: their configuration, and the errors that each of them keeps.
 
-use crate::drawn::Drawn;
 use crate::params::{DELAY_MAX, Params};
+use crate::random::FixedErrors;
 use serde::{Deserialize, Serialize};
 
 /// The sensors: parameters, and the errors drawn from the seed.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Sensors {
     pub(crate) p: Params,
-    pub(crate) drawn: Drawn,
+    pub(crate) drawn: FixedErrors,
 }
 
 impl Sensors {
@@ -16,7 +16,7 @@ impl Sensors {
     #[must_use]
     pub fn new(p: Params) -> Self {
         Self {
-            drawn: Drawn::of(p.seed),
+            drawn: FixedErrors::of(p.seed),
             p: Params {
                 delay: p.delay.min(DELAY_MAX),
                 ..p

@@ -208,6 +208,11 @@ impl Builder<'_> {
 }
 
 impl Bench {
+    /// System, experiment, and what the system may have forgotten.
+    pub fn into_parts(self) -> (System, Experiment, Verdict) {
+        (self.system, self.base, self.verdict)
+    }
+
     /// Another packed system that lies beside this one.
     pub fn beside(&self, name: &str) -> PathBuf {
         self.system.path.with_file_name(name)

@@ -57,24 +57,54 @@ pub struct Cell<T> {
 
 /// Runs that belong together.
 pub struct Grid<'a> {
-    /// The machine.
-    pub system: &'a System,
-    /// What is common to all runs.
-    pub base: &'a Experiment,
-    /// Trajectories.
-    pub trajectories: &'a [&'static str],
-    /// Control laws.
-    pub laws: &'a [Law],
-    /// Cases.
-    pub cases: &'a [Case],
-    /// Whether start values that the system binds are varied too: a world binds its own.
-    pub varies_bound: bool,
+    system: &'a System,
+    base: &'a Experiment,
+    laws: &'a [Law],
+    cases: &'a [Case],
+    trajectories: &'a [&'static str],
+    varies_bound: bool,
 }
 
-impl Grid<'_> {
-    /// Number of runs.
-    pub fn count(&self) -> u64 {
-        (self.trajectories.len() * self.laws.len() * self.cases.len()) as u64
+/// A run of a grid before it is made.
+pub struct Plan<'a> {
+    /// Trajectory.
+    pub trajectory: &'static str,
+    /// Name of the law.
+    pub law: &'a str,
+    /// Name of the case.
+    pub case: &'a str,
+    /// How it is run.
+    pub experiment: Experiment,
+}
+
+impl<'a> Grid<'a> {
+    /// Laws × cases on both trajectories; `base` is common to all runs.
+    pub fn new(
+        system: &'a System,
+        base: &'a Experiment,
+        laws: &'a [Law],
+        cases: &'a [Case],
+    ) -> Self {
+        Self {
+            system,
+            base,
+            laws,
+            cases,
+            trajectories: &TRAJECTORIES,
+            varies_bound: false,
+        }
+    }
+
+    /// On these trajectories only.
+    pub fn only_on(mut self, trajectories: &'a [&'static str]) -> Self {
+        self.trajectories = trajectories;
+        self
+    }
+
+    /// Varies what the system binds, too: a world binds its own gains.
+    pub fn varying_bound(mut self) -> Self {
+        self.varies_bound = true;
+        self
     }
 
     /// Run all cells in parallel: trajectory by trajectory, case by case, law by law. `measure` makes one run; `done` is called after each.
@@ -84,13 +114,13 @@ impl Grid<'_> {
     /// Something is varied that is set already, or that the system does not have; this is found before the first run.
     pub fn run<T: Send>(
         &self,
-        measure: impl Fn(&Experiment) -> Result<(T, Verdict)> + Sync,
+        measure: impl Fn(&Plan) -> Result<(T, Verdict)> + Sync,
         done: impl Fn() + Sync,
     ) -> Result<Vec<Cell<T>>> {
         let vary = if self.varies_bound { over } else { with };
         let laws = self.laws.iter().map(|law| law.settings(self.system));
         let laws: Vec<_> = laws.collect::<Result<_>>()?;
-        let mut runs = Vec::new();
+        let mut plans = Vec::new();
         for trajectory in self.trajectories {
             let motion = self.system.setting("trajectory", trajectory)?;
             for case in self.cases {
@@ -99,12 +129,18 @@ impl Grid<'_> {
                     let mut experiment = vary(self.system, self.base, varied)?;
                     experiment.noise = case.noise.clone();
                     experiment.stepping.step *= case.step;
-                    runs.push((*trajectory, law, case, experiment));
+                    let (law, case) = (&law.name, &case.label);
+                    plans.push(Plan {
+                        trajectory,
+                        law,
+                        case,
+                        experiment,
+                    });
                 }
             }
         }
-        let one = |(trajectory, law, case, experiment): (_, &Law, &Case, _)| {
-            let measured = measure(&experiment);
+        let one = |plan: Plan| {
+            let measured = measure(&plan);
             done();
             let (result, verdict) = match measured {
                 Ok((value, verdict)) => (Ok(value), verdict),
@@ -115,14 +151,14 @@ impl Grid<'_> {
                 }
             };
             Cell {
-                trajectory,
-                law: law.name.clone(),
-                case: case.label.clone(),
+                trajectory: plan.trajectory,
+                law: plan.law.into(),
+                case: plan.case.into(),
                 result,
                 verdict,
             }
         };
-        Ok(runs.into_par_iter().map(one).collect())
+        Ok(plans.into_par_iter().map(one).collect())
     }
 }
 
@@ -163,14 +199,8 @@ pub fn verdict<T>(cells: &[Cell<T>]) -> Verdict {
             match kinds.iter_mut().find(|(known, ..)| same(known, kind)) {
                 Some((_, count, _)) => *count += 1,
                 None => {
-                    let Cell {
-                        trajectory,
-                        law,
-                        case,
-                        ..
-                    } = cell;
-                    let names = [*trajectory, law, case].map(str::trim);
-                    let names: Vec<_> = names.into_iter().filter(|n| !n.is_empty()).collect();
+                    let mut names = vec![cell.trajectory, &cell.law, &cell.case];
+                    names.retain(|name| !name.is_empty());
                     kinds.push((kind, 1, format!("{}: {detail}", names.join(", "))));
                 }
             }
@@ -243,15 +273,20 @@ mod tests {
             cell("adaptive", &[]),
             cell("modular", &["force of emla_2: up to 190 kN"]),
             cell("pd", &["force of emla_2: up to 200 kN", "failed: a: burnt"]),
+            cell(
+                "pd",
+                &["force of emla_3: up to 190 kN", "created 2e3 J, 1.5 %: x"],
+            ),
+            cell("pd", &["created 1 J, 1.2 %: y"]),
         ]);
         let texts: Vec<_> = found.findings().iter().map(|f| &*f.text).collect();
         assert_eq!(
             texts,
             [
                 "force of emla_2 in 2 of 5 runs, first in cubic, modular: up to 190 kN",
-                "force of emla_3 in 1 of 5 runs, first in cubic, modular: up to 190 kN",
-                "created 2e3 J, 1.5 % in 2 of 5 runs, first in cubic, modular: x",
                 "failed in 1 of 5 runs, first in cubic, pd: a: burnt",
+                "force of emla_3 in 1 of 5 runs, first in cubic, pd: up to 190 kN",
+                "created 2e3 J, 1.5 % in 2 of 5 runs, first in cubic, pd: x",
             ]
         );
         assert!(found.is_bad());

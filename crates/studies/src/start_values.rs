@@ -56,16 +56,18 @@ fn is_varied(system: &System, port: Port, origin: &str) -> String {
 }
 
 /// Tells all components that have a parameter `delay` that with the schedule `standard` their outputs act one step late. All of them: a
-/// controller that predicts over the step needs actuators that do too.
+/// controller that predicts over the step needs actuators that do too. What the structure or a
+/// parameter set says of a component's delay stays.
 pub fn tell_delay(system: &System, base: &mut Experiment) -> Result<()> {
     if base.stepping.schedule != Schedule::Standard {
         return Ok(());
     }
-    for component in 0..system.structure.components.len() {
+    for (component, element) in system.structure.components.iter().enumerate() {
+        let is_bound = element.parameters.iter().any(|p| p.name == DELAY);
         let Ok(delay) = system.port_of(component, DELAY) else {
             continue;
         };
-        if !base.settings.iter().any(|s| s.port == delay) {
+        if !is_bound && !base.settings.iter().any(|s| s.port == delay) {
             base.settings.push(system.setting(&system.name(delay), 1)?);
         }
     }

@@ -12,8 +12,8 @@
 use crate::error::PathError;
 use crate::file::{MotionLimits, Waypoint};
 use crate::profile::Profile;
-use capability::{Pose, TipMotion};
-use nalgebra::{Quaternion, UnitQuaternion, Vector3, Vector6};
+use capability::{Pose, TipMotion, rotation_vector, turn};
+use nalgebra::{Vector3, Vector6};
 use serde::{Deserialize, Serialize};
 
 /// Ways shorter than this, m and rad, are none.
@@ -144,7 +144,7 @@ impl Leg {
     /// ```
     fn add_to(&self, motion: &mut TipMotion, t: f64) {
         let [s, v, a] = self.profile.at(t - self.begins);
-        let R = exp(self.turn * s);
+        let R = turn(self.turn * s);
         let of = |vector: &Vector6<f64>| -> (Vector3<f64>, Vector3<f64>) {
             (
                 vector.fixed_rows::<3>(0).into(),
@@ -280,21 +280,4 @@ fn timed(
 
 fn stacked(linear: Vector3<f64>, angular: Vector3<f64>) -> Vector6<f64> {
     Vector6::from_iterator(linear.iter().chain(&angular).copied())
-}
-
-/// Rotation vector of at most half a turn, rad, with the same bits on every platform.
-fn rotation_vector(q: &UnitQuaternion<f64>) -> Vector3<f64> {
-    let sine = q.imag().norm();
-    if sine == 0.0 {
-        return Vector3::zeros();
-    }
-    q.imag() * (2.0 * q.w.signum() * libm::atan2(sine, q.w.abs()) / sine)
-}
-
-/// The turn by a rotation vector, with the same bits on every platform.
-fn exp(rotation: Vector3<f64>) -> UnitQuaternion<f64> {
-    let angle = rotation.norm();
-    let (sine, cosine) = libm::sincos(0.5 * angle);
-    let per_angle = if angle > 0.0 { sine / angle } else { 0.5 };
-    UnitQuaternion::new_unchecked(Quaternion::from_parts(cosine, rotation * per_angle))
 }

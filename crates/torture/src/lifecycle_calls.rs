@@ -5,7 +5,7 @@ use crate::arguments::{c_string, integer, real};
 use crate::oracle::{Call, Expect};
 use crate::session::Session;
 use cargo_fmu::fmi::Callbacks;
-use cargo_fmu::fmi::functions::{Experiment, Own};
+use cargo_fmu::fmi::functions::{Experiment, OwnFunctions};
 use cargo_fmu::fmi::order::Mode;
 use cargo_fmu::fmi::symbols::*;
 use std::ffi::{CStr, CString, c_int};
@@ -72,8 +72,8 @@ impl Session<'_> {
                 ("fmi2ExitInitializationMode", _) => f.exit_initialization_mode(c),
                 ("fmi2Terminate", _) => f.terminate(c),
                 ("fmi2Reset", _) => f.reset(c),
-                (_, Own::Fmi2(f)) => (f.fmi2CancelStep)(c),
-                (_, Own::Fmi3(_)) => return self.event_call(i),
+                (_, OwnFunctions::Fmi2(f)) => (f.fmi2CancelStep)(c),
+                (_, OwnFunctions::Fmi3(_)) => return self.event_call(i),
             }
         };
         let is_3 = f.fmi3().is_some();
@@ -136,7 +136,7 @@ impl Session<'_> {
 
     /// Inquiries of FMI 2.0; in FMI 3.0 about dependencies.
     pub fn status(&mut self, i: usize) -> Result<Call, String> {
-        let Own::Fmi2(f) = self.fmu.functions.own() else {
+        let OwnFunctions::Fmi2(f) = self.fmu.functions.own() else {
             return self.dependencies(i);
         };
         let (r, c) = (&mut self.random, self.instances[i].c);
@@ -293,11 +293,11 @@ impl Session<'_> {
             f.free_instance(ptr::null_mut());
             !c.is_null()
                 && match f.own() {
-                    Own::Fmi2(f) => {
+                    OwnFunctions::Fmi2(f) => {
                         CStr::from_ptr((f.fmi2GetVersion)()) == c"2.0"
                             && CStr::from_ptr((f.fmi2GetTypesPlatform)()) == c"default"
                     }
-                    Own::Fmi3(f) => CStr::from_ptr((f.fmi3GetVersion)()) == c"3.0",
+                    OwnFunctions::Fmi3(f) => CStr::from_ptr((f.fmi3GetVersion)()) == c"3.0",
                 }
         };
         let right = guid.to_str() == Ok(&self.fmu.description.guid) && !no_guid;
@@ -337,8 +337,8 @@ impl Session<'_> {
                 4 => ("fmi2Terminate", f.terminate(c)),
                 5 => ("fmi2GetFMUstate", f.get_fmu_state(c, &mut state)),
                 6 => match f.own() {
-                    Own::Fmi2(f) => ("fmi2CancelStep", (f.fmi2CancelStep)(c)),
-                    Own::Fmi3(f) => ("fmi3EnterStepMode", (f.fmi3EnterStepMode)(c)),
+                    OwnFunctions::Fmi2(f) => ("fmi2CancelStep", (f.fmi2CancelStep)(c)),
+                    OwnFunctions::Fmi3(f) => ("fmi3EnterStepMode", (f.fmi3EnterStepMode)(c)),
                 },
                 _ => ("fmi2ExitInitializationMode", f.exit_initialization_mode(c)),
             }

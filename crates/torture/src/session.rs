@@ -2,7 +2,7 @@
 
 use crate::oracle::{Call, Expect};
 use crate::random::Random;
-use crate::subject::{Known, Subject, first_steps};
+use crate::subject::{KnownState, Subject, first_steps};
 use cargo_fmu::fmi::Fmu;
 use cargo_fmu::fmi::order::is_allowed;
 use cargo_fmu::fmi::symbols::*;
@@ -20,7 +20,7 @@ pub type Counts = BTreeMap<&'static str, [u64; 3]>;
 /// Serialized bytes and what they hold; those of another FMU hold nothing.
 pub struct Bytes {
     pub bytes: Vec<u8>,
-    pub known: Option<Known>,
+    pub known: Option<KnownState>,
 }
 
 /// The state of a batch.

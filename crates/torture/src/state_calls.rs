@@ -3,7 +3,7 @@
 
 use crate::oracle::{Call, Expect};
 use crate::session::{Bytes, Session};
-use crate::subject::Known;
+use crate::subject::KnownState;
 use cargo_fmu::fmi::order::Mode;
 use cargo_fmu::fmi::symbols::*;
 use std::ptr;
@@ -16,7 +16,7 @@ const MOST_BYTES: usize = 12;
 impl Session<'_> {
     /// A handle for instance `i`: one of its own, with what it holds; or a freed, foreign or
     /// invented one.
-    fn handle(&mut self, i: usize) -> (Pointer, Option<Known>) {
+    fn handle(&mut self, i: usize) -> (Pointer, Option<KnownState>) {
         let r = &mut self.random;
         let own = &self.instances[i].saved;
         if !own.is_empty() && !r.one_in(4) {
@@ -34,7 +34,7 @@ impl Session<'_> {
     }
 
     /// Remembers that `handle` of instance `i` now holds `known`.
-    fn remember(&mut self, i: usize, handle: Pointer, known: Known) {
+    fn remember(&mut self, i: usize, handle: Pointer, known: KnownState) {
         let saved = &mut self.instances[i].saved;
         saved.retain(|(h, _)| *h != handle);
         saved.push((handle, known));
@@ -83,7 +83,7 @@ impl Session<'_> {
                 Mode::SteppingAfterSet => Mode::Stepping,
                 mode => mode,
             };
-            self.instances[i].known = Known { mode, ..known };
+            self.instances[i].known = KnownState { mode, ..known };
         }
         Ok(self.plain(i, name, status, Expect::done_if(held.is_some())))
     }

@@ -12,7 +12,7 @@ use fmu_description::Access;
 
 /// What the oracle remembers of an instance, and of each of its saved states.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Known {
+pub struct KnownState {
     /// State.
     pub mode: Mode,
     /// Time of the last communication point, s.
@@ -21,7 +21,7 @@ pub struct Known {
     pub has_stop: bool,
 }
 
-impl Known {
+impl KnownState {
     /// Something was set: FMI 3.0 lets nothing be read in Step Mode before the next step.
     pub fn note_set(&mut self, fmu: &Fmu) {
         if self.mode == Mode::Stepping && fmu.functions.fmi3().is_some() {
@@ -30,7 +30,7 @@ impl Known {
     }
 }
 
-const NEW: Known = Known {
+const NEW: KnownState = KnownState {
     mode: Mode::Instantiated,
     time: 0.0,
     has_stop: false,
@@ -83,9 +83,9 @@ impl Logging {
 pub struct Subject<'a> {
     instance: Instance<'a>,
     /// State as the oracle knows it.
-    pub known: Known,
+    pub known: KnownState,
     /// Saved states that have not been freed.
-    pub saved: Vec<(Pointer, Known)>,
+    pub saved: Vec<(Pointer, KnownState)>,
     /// What the logger must hear.
     pub logging: Logging,
 }
@@ -134,7 +134,7 @@ impl<'a> Subject<'a> {
     pub fn initialize(&mut self) -> Result<(), String> {
         self.instance.initialize_between(0.0, None)?;
         self.instance.enter_step_mode()?;
-        self.known = Known {
+        self.known = KnownState {
             mode: Mode::Stepping,
             ..NEW
         };

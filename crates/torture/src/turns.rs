@@ -20,7 +20,7 @@ fn digest(hash: &mut u64, bytes: &[u8]) {
 
 /// What is compared before and after a refused call.
 #[derive(PartialEq, Debug)]
-enum Observed {
+enum Observation {
     Nothing,
     Outputs(c_int, Vec<u64>),
     Bytes(Vec<u8>),
@@ -44,12 +44,12 @@ impl Session<'_> {
     /// One call with all checks.
     fn turn(&mut self, i: usize) -> Result<(), String> {
         let before = match self.random.below(16) {
-            0..8 => Observed::Nothing,
+            0..8 => Observation::Nothing,
             8..15 => self.outputs(i)?,
-            _ => Observed::Bytes(self.instances[i].bytes()?),
+            _ => Observation::Bytes(self.instances[i].bytes()?),
         };
         self.instances[i].messages();
-        if let Observed::Outputs(_, bits) = &before {
+        if let Observation::Outputs(_, bits) = &before {
             bits.iter()
                 .for_each(|b| digest(&mut self.digest, &b.to_le_bytes()));
         }
@@ -67,9 +67,9 @@ impl Session<'_> {
             return Ok(());
         }
         let after = match before {
-            Observed::Nothing => return Ok(()),
-            Observed::Outputs(..) => self.outputs(i)?,
-            Observed::Bytes(_) => Observed::Bytes(self.instances[i].bytes()?),
+            Observation::Nothing => return Ok(()),
+            Observation::Outputs(..) => self.outputs(i)?,
+            Observation::Bytes(_) => Observation::Bytes(self.instances[i].bytes()?),
         };
         self.compared += 1;
         if before != after {
@@ -82,7 +82,7 @@ impl Session<'_> {
     }
 
     /// Outputs and time, which must be finite, and readable at a communication point.
-    fn outputs(&self, i: usize) -> Result<Observed, String> {
+    fn outputs(&self, i: usize) -> Result<Observation, String> {
         let instance = &self.instances[i];
         instance.messages();
         let (status, mut values) = instance.outputs();
@@ -112,7 +112,7 @@ impl Session<'_> {
             values.clear();
         }
         let bits = values.iter().map(|v| v.to_bits()).collect();
-        Ok(Observed::Outputs(status, bits))
+        Ok(Observation::Outputs(status, bits))
     }
 
     /// After whatever was done to it, a reset instance must do what a new one does, bit for bit.

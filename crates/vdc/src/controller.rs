@@ -108,38 +108,23 @@ impl Controller {
         settings: &Settings,
         input: &Input,
     ) -> Result<Evaluation, ControllerError> {
-        let Self {
-            nominal,
-            reference,
-            state,
-            ..
-        } = self;
+        let Self { nominal, state, .. } = self;
         let held = state.sampling.held.as_ref();
         let observed = state.joints.observed(input, settings.gains.omega_speed);
         let input = held.unwrap_or(&observed);
         let mut now = Evaluation::of_held(held);
         let wrist = match settings.level {
-            Level::Machine => machine_level(&mut now, nominal, reference, state, settings, input)?,
-            Level::Actuator => {
-                actuator_level(&mut now, nominal, state, settings, input);
-                [0.0; 3]
-            }
+            Level::Machine => self.machine_level(&mut now, settings, input)?,
+            Level::Actuator => self.actuator_level(&mut now, settings, input),
         };
-        now.commands = voltages(nominal, &state.drives, settings, input, &now.demands);
+        now.commands = self.voltages(&now.demands, settings, input);
         let limit = &nominal.tau_wrist_max;
         now.output.tau_wrist = std::array::from_fn(|j| saturate(wrist[j], limit[j]));
         now.fill(input);
         let t = state.motion_time(settings.gains.settle_time);
         now.output.motion_end = self.motion_end(settings);
-        now.output.load = reference.load(t).unwrap_or_default();
-        proof::fill(
-            &mut now,
-            nominal,
-            &state.bodies,
-            &state.drives,
-            settings,
-            input,
-        );
+        now.output.load = self.reference.load(t).unwrap_or_default();
+        proof::fill(&mut now, nominal, state, settings, input);
         match now.output.not_finite() {
             Some((signal, value)) => Err(ControllerError::NotFinite {
                 t: state.t,
@@ -148,6 +133,103 @@ impl Controller {
             }),
             None => Ok(now),
         }
+    }
+
+    /// The whole machine: from the reference of the tip, or of the joints, to the demands on the rods
+    /// and the wrist torques, N·m.
+    fn machine_level(
+        &self,
+        now: &mut Evaluation,
+        settings: &Settings,
+        input: &Input,
+    ) -> Result<[f64; 3], ControllerError> {
+        let Self {
+            nominal,
+            reference,
+            state,
+            ..
+        } = self;
+        let gains = &settings.gains;
+        let t = state.motion_time(gains.settle_time);
+        let target = reference.target(nominal, &state.motion, input, t)?;
+        let configuration = nominal.tree.configuration(&input.zeta);
+        let tip = Tip::new(&nominal.tree, &configuration);
+        let z = settings.integral.then_some(&state.integral);
+        let tracking = track(&target, nominal, gains, z, &tip, input);
+        let required = &tracking.required;
+        let ground = law::ground(nominal.gravity, input);
+        let motions = law::motions(&configuration, &input.zeta_dot, required, &ground);
+        let errors = law::velocity_errors(&motions, &state.bodies.nominal);
+        let rods = std::array::from_fn(|i| {
+            let stroke = &configuration.strokes[i];
+            RodMotion::of_joint(stroke, input.zeta_dot[i], required, i)
+        });
+        let forces = settings.mode.law().forces(&Instant {
+            nominal,
+            bodies: &state.bodies,
+            gains,
+            configuration: &configuration,
+            zeta_dot: &input.zeta_dot,
+            required,
+            rods: &rods,
+            ground: &ground,
+            motions: &motions,
+            errors: &errors,
+        });
+        now.errors = tracking.errors;
+        now.demands = std::array::from_fn(|i| RodDemand {
+            f_r: forces.rods[i],
+            motion: rods[i],
+        });
+        now.machine = Some(MachineLevel {
+            desired: target.tip,
+            rotation_error: tracking.rotation_error,
+            tip: tip.position,
+            zeta_ddot_r: required.zeta_ddot.into(),
+            strokes: configuration.strokes,
+            motions,
+            energy: errors.energy,
+        });
+        Ok(forces.wrist)
+    }
+
+    /// Each rod by itself: the demands by its own reference. The wrist rests.
+    fn actuator_level(&self, now: &mut Evaluation, settings: &Settings, input: &Input) -> [f64; 3] {
+        let gains = &settings.gains;
+        let z = settings.integral.then_some(&self.state.integral);
+        now.errors = Errors::new(rod_errors(input, gains.reading_age), z, gains.omega_tip);
+        let law = settings.mode.law();
+        now.demands = std::array::from_fn(|i| {
+            let motion = RodMotion::alone(gains, input, &now.errors, i);
+            let f_r = law.rod_force(&Rod {
+                gains,
+                M_act: self.nominal.actuators[i].params().M_act,
+                required: &motion,
+                x_dot: input.x_dot[i],
+                f_d: input.reference_rod_force[i],
+            });
+            RodDemand { f_r, motion }
+        });
+        [0.0; 3]
+    }
+
+    /// The voltage laws of the three drives.
+    fn voltages(
+        &self,
+        demands: &[RodDemand; 3],
+        settings: &Settings,
+        input: &Input,
+    ) -> [Command; 3] {
+        let (actuators, states) = (&self.nominal.actuators, &self.state.drives);
+        let readings = [0, 1, 2].map(|i| Reading::of(input, i));
+        let residual_forces = residual_forces(actuators, settings, readings.each_ref());
+        std::array::from_fn(|i| {
+            let law = VoltageLaw {
+                actuator: &actuators[i],
+                settings,
+            };
+            law.command(&states[i], &demands[i], &readings[i], residual_forces[i])
+        })
     }
 
     /// Advances from the communication point `t` by `h`, both s, with the measurements held; `now`
@@ -330,104 +412,6 @@ impl Controller {
         self.state.sampling = sampling;
         Ok(())
     }
-}
-
-/// The whole machine: from the reference of the tip, or of the joints, to the demands on the rods
-/// and the wrist torques, N·m.
-fn machine_level(
-    now: &mut Evaluation,
-    nominal: &Nominal,
-    reference: &Reference,
-    state: &State,
-    settings: &Settings,
-    input: &Input,
-) -> Result<[f64; 3], ControllerError> {
-    let gains = &settings.gains;
-    let t = state.motion_time(gains.settle_time);
-    let target = reference.target(nominal, &state.motion, input, t)?;
-    let configuration = nominal.tree.configuration(&input.zeta);
-    let tip = Tip::new(&nominal.tree, &configuration);
-    let z = settings.integral.then_some(&state.integral);
-    let tracking = track(&target, nominal, gains, z, &tip, input);
-    let required = &tracking.required;
-    let ground = law::ground(nominal.gravity, input);
-    let motions = law::motions(&configuration, &input.zeta_dot, required, &ground);
-    let errors = law::velocity_errors(&motions, &state.bodies.nominal);
-    let rods = std::array::from_fn(|i| {
-        let stroke = &configuration.strokes[i];
-        RodMotion::of_joint(stroke, input.zeta_dot[i], required, i)
-    });
-    let forces = settings.mode.law().forces(&Instant {
-        nominal,
-        bodies: &state.bodies,
-        gains,
-        configuration: &configuration,
-        zeta_dot: &input.zeta_dot,
-        required,
-        rods: &rods,
-        ground: &ground,
-        motions: &motions,
-        errors: &errors,
-    });
-    now.errors = tracking.errors;
-    now.demands = std::array::from_fn(|i| RodDemand {
-        f_r: forces.rods[i],
-        motion: rods[i],
-    });
-    now.machine = Some(MachineLevel {
-        desired: target.tip,
-        rotation_error: tracking.rotation_error,
-        tip: tip.position,
-        zeta_ddot_r: required.zeta_ddot.into(),
-        strokes: configuration.strokes,
-        motions,
-        energy: errors.energy,
-    });
-    Ok(forces.wrist)
-}
-
-/// Each rod by itself: the demands by its own reference.
-fn actuator_level(
-    now: &mut Evaluation,
-    nominal: &Nominal,
-    state: &State,
-    settings: &Settings,
-    input: &Input,
-) {
-    let gains = &settings.gains;
-    let z = settings.integral.then_some(&state.integral);
-    now.errors = Errors::new(rod_errors(input, gains.reading_age), z, gains.omega_tip);
-    let law = settings.mode.law();
-    now.demands = std::array::from_fn(|i| {
-        let motion = RodMotion::alone(gains, input, &now.errors, i);
-        let f_r = law.rod_force(&Rod {
-            gains,
-            M_act: nominal.actuators[i].params().M_act,
-            required: &motion,
-            x_dot: input.x_dot[i],
-            f_d: input.reference_rod_force[i],
-        });
-        RodDemand { f_r, motion }
-    });
-}
-
-/// The voltage laws of the three drives.
-fn voltages(
-    nominal: &Nominal,
-    states: &[DriveState; 3],
-    settings: &Settings,
-    input: &Input,
-    demands: &[RodDemand; 3],
-) -> [Command; 3] {
-    let readings = [0, 1, 2].map(|i| Reading::of(input, i));
-    let residual_forces = residual_forces(&nominal.actuators, settings, readings.each_ref());
-    std::array::from_fn(|i| {
-        let law = VoltageLaw {
-            actuator: &nominal.actuators[i],
-            settings,
-        };
-        law.command(&states[i], &demands[i], &readings[i], residual_forces[i])
-    })
 }
 
 /// What acts with the commands of `now`.

@@ -29,7 +29,7 @@ pub use conditions::Conditions;
 pub use controller::Controller;
 pub use error::ControllerError;
 pub use evaluation::Evaluation;
-pub use law::{MODES, Mode, NamedMode};
+pub use law::{MODES, Mode};
 pub use measured::{DELAY_MAX, Timing};
 pub use nominal::tip_pose;
 pub use reference::{CommandHolds, RateCommand, RateLimits, Trajectory};

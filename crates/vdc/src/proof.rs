@@ -1,19 +1,17 @@
 //! The accompanying functions of the stability proof, in numbers.
 
-use crate::bodies::Bodies;
 use crate::conditions::Conditions;
-use crate::drive::DriveState;
 use crate::evaluation::Evaluation;
 use crate::nominal::Nominal;
 use crate::settings::Settings;
 use crate::signals::Input;
+use crate::state::State;
 
 /// Fills the outputs of the proof.
 pub(crate) fn fill(
     now: &mut Evaluation,
     nominal: &Nominal,
-    bodies: &Bodies,
-    drives: &[DriveState; 3],
+    State { bodies, drives, .. }: &State,
     settings: &Settings,
     input: &Input,
 ) {

@@ -108,8 +108,9 @@ mod tests {
         assert_eq!(fmu_export::check::<Battery>(), [""; 0]);
     }
 
-    /// Oracle: at a constant current i the charge falls by i t/Q, the RC pair follows R_1 i (1 − exp(−t/τ)) with τ = R_1 C_1 = 16 s. The
-    /// solver of order 4 errs by (h/τ)⁴/120 of it, with its steps of h = 0.1 s: 1.3e-11. The charge is a sum of 400 parts, each rounded.
+    /// Oracle: at a constant current i the charge falls by i t/Q, the RC pair follows R_1 i (1 −
+    /// exp(−t/τ)) with τ = R_1 C_1 = 16 s. The solver of order 4 errs by (h/τ)⁴/120 of it, with its
+    /// steps of h = 0.1 s: 1.3e-11. The charge is a sum of 400 parts, each rounded.
     #[test]
     fn a_constant_current_discharges_it() {
         let (p, mut u) = <Battery as Model>::defaults();

@@ -1,7 +1,7 @@
 //! The model description against the schema files of the standard, which lie in `schema/` as they
 //! are published.
 
-mod plain;
+mod rewriting;
 
 use uppsala::{Document, XsdValidator};
 
@@ -39,7 +39,7 @@ pub fn terminals(document: &Document) -> Outcome {
 fn validate(files: &[&str], document: &Document) -> Outcome {
     let schema = merged(files);
     let mut schema = uppsala::parse(&schema).expect("the schema files are well-formed");
-    plain::rewrite(&mut schema);
+    rewriting::rewrite(&mut schema);
     let validator = XsdValidator::from_schema(&schema).expect("the schema files are a schema");
     let errors = validator.validate(document);
     let fails = errors.iter().map(|e| match e.line {

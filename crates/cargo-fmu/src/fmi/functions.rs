@@ -17,7 +17,7 @@ use super::symbols::{DISCARD, OK, Pointer, Text, WARNING};
 
 /// The functions of a loaded library.
 pub struct Functions {
-    pub(super) own: Own,
+    pub(super) own: OwnFunctions,
     /// Number of values by value reference; not told of scalars.
     sizes: HashMap<u32, usize>,
     /// Enumerations and integers of FMI 3.0 have functions of their own.
@@ -28,14 +28,14 @@ pub struct Functions {
 
 /// Those of one version.
 #[allow(clippy::large_enum_variant)] // one for each FMU
-pub enum Own {
+pub enum OwnFunctions {
     /// FMI 2.0.
     Fmi2(fmi2::Functions),
     /// FMI 3.0.
     Fmi3(fmi3::Functions),
 }
 
-use Own::{Fmi2, Fmi3};
+use OwnFunctions::{Fmi2, Fmi3};
 
 /// What is simulated, as the C functions take it: relative tolerance, first and last time in s.
 #[derive(Clone, Copy, Debug, Default)]
@@ -89,7 +89,7 @@ impl Functions {
     }
 
     /// Those of the version.
-    pub fn own(&self) -> &Own {
+    pub fn own(&self) -> &OwnFunctions {
         &self.own
     }
 

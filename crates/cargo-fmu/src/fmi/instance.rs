@@ -46,6 +46,15 @@ impl Manner<'_> {
 /// No status: a text is at a place that cannot be read.
 pub const NO_TEXT: c_int = 1001;
 
+/// A saved state of an instance.
+#[derive(Clone, Copy, Debug)]
+pub struct SavedState(Pointer);
+
+impl SavedState {
+    /// NULL, which may be freed.
+    pub const NONE: Self = Self(ptr::null_mut());
+}
+
 /// A live instance; freed when dropped.
 pub struct Instance<'a> {
     /// Its FMU.
@@ -392,27 +401,27 @@ impl<'a> Instance<'a> {
     }
 
     /// A state of it, saved by fmi2GetFMUstate.
-    pub fn save(&self) -> Result<Pointer, String> {
+    pub fn save(&self) -> Result<SavedState, String> {
         let mut state = ptr::null_mut();
         // SAFETY: a live instance, a place for the result.
         let status = unsafe { self.fmu.functions.get_fmu_state(self.c, &mut state) };
         self.must("fmi2GetFMUstate", status)?;
         match state.is_null() {
             true => Err("fmi2GetFMUstate gave NULL".into()),
-            false => Ok(state),
+            false => Ok(SavedState(state)),
         }
     }
 
     /// Go back to a saved state, of this time in s.
-    pub fn go_back(&mut self, state: Pointer, time: f64) -> Result<(), String> {
+    pub fn go_back(&mut self, state: SavedState, time: f64) -> Result<(), String> {
         // SAFETY: a live instance and a state of it.
-        let status = unsafe { self.fmu.functions.set_fmu_state(self.c, state) };
+        let status = unsafe { self.fmu.functions.set_fmu_state(self.c, state.0) };
         self.time = time;
         self.must("fmi2SetFMUstate", status)
     }
 
     /// Free a saved state, or NULL.
-    pub fn free(&self, mut state: Pointer) -> Result<(), String> {
+    pub fn free(&self, SavedState(mut state): SavedState) -> Result<(), String> {
         // SAFETY: a live instance and a state of it, or NULL.
         let status = unsafe { self.fmu.functions.free_fmu_state(self.c, &mut state) };
         self.must("fmi2FreeFMUstate", status)
@@ -423,7 +432,7 @@ impl<'a> Instance<'a> {
         let f = &self.fmu.functions;
         let (state, mut size) = (self.save()?, 0);
         // SAFETY: a live instance, a state of it, a place for the result.
-        let status = unsafe { f.serialized_fmu_state_size(self.c, state, &mut size) };
+        let status = unsafe { f.serialized_fmu_state_size(self.c, state.0, &mut size) };
         self.must("fmi2SerializedFMUstateSize", status)?;
         let mut bytes = Vec::new();
         if bytes.try_reserve_exact(size).is_err() {
@@ -431,19 +440,19 @@ impl<'a> Instance<'a> {
         }
         bytes.resize(size, 0);
         // SAFETY: as many bytes as asked for.
-        let status = unsafe { f.serialize_fmu_state(self.c, state, bytes.as_mut_ptr(), size) };
+        let status = unsafe { f.serialize_fmu_state(self.c, state.0, bytes.as_mut_ptr(), size) };
         self.must("fmi2SerializeFMUstate", status)?;
         self.free(state)?;
         Ok(bytes)
     }
 
     /// A state made of bytes; the status, and what was made.
-    pub fn deserialize(&self, bytes: &[u8]) -> (c_int, Pointer) {
+    pub fn deserialize(&self, bytes: &[u8]) -> (c_int, SavedState) {
         let (f, mut state) = (&self.fmu.functions, ptr::null_mut());
         // SAFETY: a live instance, readable bytes of the length given, a place for the result.
         let status =
             unsafe { f.deserialize_fmu_state(self.c, bytes.as_ptr(), bytes.len(), &mut state) };
-        (status, state)
+        (status, SavedState(state))
     }
 
     /// Take over a state of this time, s, that was saved as bytes.

@@ -41,7 +41,7 @@ impl Message {
 
 /// What came with one environment.
 #[derive(Default)]
-struct Heard {
+struct Journal {
     /// Name of the instance, which a logger of FMI 3.0 is not told.
     name: String,
     messages: Vec<Message>,
@@ -49,12 +49,12 @@ struct Heard {
 
 /// What all live logs have heard, by the number that is their environment; under [`STRAY`] what
 /// came with another one.
-static HEARD: Mutex<BTreeMap<usize, Heard>> = Mutex::new(BTreeMap::new());
+static HEARD: Mutex<BTreeMap<usize, Journal>> = Mutex::new(BTreeMap::new());
 
 /// The environment of nobody: NULL.
 const STRAY: usize = 0;
 
-fn heard() -> MutexGuard<'static, BTreeMap<usize, Heard>> {
+fn heard() -> MutexGuard<'static, BTreeMap<usize, Journal>> {
     HEARD.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
@@ -69,7 +69,7 @@ impl Log {
     pub fn new(name: &str) -> Self {
         static NEXT: AtomicUsize = AtomicUsize::new(STRAY + 1);
         let environment = NEXT.fetch_add(1, Ordering::Relaxed);
-        let own = Heard {
+        let own = Journal {
             name: name.to_string(),
             messages: Vec::new(),
         };

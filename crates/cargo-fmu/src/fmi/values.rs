@@ -4,7 +4,7 @@ use std::ffi::c_int;
 use std::ptr;
 
 use super::functions::Functions;
-use super::functions::Own::{Fmi2, Fmi3};
+use super::functions::OwnFunctions::{Fmi2, Fmi3};
 use super::symbols::{DISCARD, Pointer, Text, WARNING};
 
 /// Functions for values of a type that both versions have; FMI 3.0 is told the number of values,

@@ -1,7 +1,8 @@
-//! FMU `Oven`: an oven with a thermostat that switches within steps, to be replaced by a model with events of your own.
+//! FMU `Oven`: an oven with a thermostat that switches within steps, to be replaced by a model with
+//! events of your own.
 //!
-//! Its variables are structs with derives, as in a model of differential equations. What happens in a step, though, is written
-//! out: `impl Model` in place of `impl Ode`.
+//! Its variables are structs with derives, as in a model of differential equations. What happens in
+//! a step, though, is written out: `impl Model` in place of `impl Ode`.
 
 use fmu_export::Log;
 use fmu_export::prelude::*;
@@ -18,8 +19,8 @@ enum Mode {
     Thermostat,
 }
 
-// Saved states hold parameters, inputs and the model, so all of them must be serde's `Serialize` and `Deserialize`. These derives
-// bring that along for their structs.
+// Saved states hold parameters, inputs and the model, so all of them must be serde's `Serialize`
+// and `Deserialize`. These derives bring that along for their structs.
 
 #[derive(Parameters)]
 struct Parameters {
@@ -53,7 +54,8 @@ struct Input {
     mode: Choice<Mode>,
 }
 
-// `depends_on` names the inputs that an output follows at once, while the state stays what it is. These follow none.
+// `depends_on` names the inputs that an output follows at once, while the state stays what it is.
+// These follow none.
 #[derive(Output)]
 struct Output {
     /// Temperature of the oven
@@ -95,7 +97,8 @@ impl Oven {
         }
     }
 
-    /// Time until the thermostat switches, s; infinite if it does not. T(s) = T∞ + (T − T∞) exp(−s/τ) is solved for s.
+    /// Time until the thermostat switches, s; infinite if it does not. T(s) = T∞ + (T − T∞)
+    /// exp(−s/τ) is solved for s.
     fn time_to_switch(p: &Parameters, u: &Input, temperature: f64, heating: bool) -> f64 {
         if *u.mode != Mode::Thermostat {
             return f64::INFINITY;
@@ -147,8 +150,10 @@ impl Model for Oven {
         })
     }
 
-    /// The step is done to its end, whatever happens on the way: each event is found exactly, and the model goes on from there. A model
-    /// that wants the importer to react first stops there instead (`StepEnd::reached`), and declares it (`Info::with_early_return`). In FMI 2.0 that is `fmi2Discard`, with which many importers end the simulation.
+    /// The step is done to its end, whatever happens on the way: each event is found exactly, and
+    /// the model goes on from there. A model that wants the importer to react first stops there
+    /// instead (`StepEnd::reached`), and declares it (`Info::with_early_return`). In FMI 2.0 that
+    /// is `fmi2Discard`, with which many importers end the simulation.
     fn step(
         &mut self,
         p: &Parameters,
@@ -225,7 +230,8 @@ mod tests {
         assert_eq!(fmu_export::check::<Oven>(), [""; 0]);
     }
 
-    /// Oracle: from 20 °C at 1500 W towards 320 °C with τ = 400 s, 190 °C is passed after τ ln(300/130) = 334.499 s.
+    /// Oracle: from 20 °C at 1500 W towards 320 °C with τ = 400 s, 190 °C is passed after τ
+    /// ln(300/130) = 334.499 s.
     #[test]
     fn the_heater_is_switched_off_in_time() {
         let before = after([334.498].into_iter());

@@ -198,11 +198,14 @@ fn all_trials_together_have_a_limit() {
     let clock = std::time::Instant::now();
     let report = checked_within(&entries, "", Duration::from_secs(2)).to_string();
     assert!(clock.elapsed() < Duration::from_secs(20), "{report}");
-    assert!(report.contains("! no answer within "), "{report}");
+    assert!(
+        report.contains("! no answer when the time for all trials was up, 2 s"),
+        "{report}"
+    );
     assert!(report.contains("it does not get that far"), "{report}");
     // Where nothing hangs, the limit itself ends it.
     let sound = sound_entries(folder.path());
-    let report = checked_within(&sound, "", Duration::from_millis(1)).to_string();
+    let report = checked_within(&sound, "", Duration::ZERO).to_string();
     let expected = "all trials together may take 0 s (--timeout)";
     assert!(report.contains(expected), "{report}");
 }

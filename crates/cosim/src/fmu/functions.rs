@@ -68,6 +68,7 @@ functions! {
         fmi2GetRealOutputDerivatives(Handle, *const u32, usize, *const c_int, *mut f64) -> c_int;
         fmi2DoStep(Handle, f64, f64, c_int) -> c_int;
         fmi2GetRealStatus(Handle, c_int, *mut f64) -> c_int;
+        fmi2GetBooleanStatus(Handle, c_int, *mut c_int) -> c_int;
     }
 }
 

@@ -53,3 +53,24 @@ impl Answer {
         matches!(self.status, 0 | 1)
     }
 }
+
+/// An FMU asks to end the simulation: the end of a run, not a failure.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Ended {
+    /// C name of the function that said so.
+    pub call: &'static str,
+    /// Its time, s.
+    pub time: f64,
+}
+
+impl std::fmt::Display for Ended {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(
+            f,
+            "{} asks to end the simulation at t = {} s",
+            self.call, self.time
+        )
+    }
+}
+
+impl std::error::Error for Ended {}

@@ -22,7 +22,9 @@ pub trait Border {
     fn log_only(&self, categories: &[CString]) -> Answer;
     /// Set a variable, or an element of an array.
     fn set_one(&self, variable: &Variable, value: &Value) -> Answer;
-    /// From Instantiated into Initialization Mode.
+    /// Say when the run starts. Before start values are set: FMUs of 20-sim forget them here.
+    fn set_up(&self, start: f64) -> Answer;
+    /// From Instantiated into Initialization Mode, set up or not.
     fn enter_initialization(&self, start: f64) -> Answer;
     /// From Initialization Mode to the first communication point.
     fn exit_initialization(&self) -> Answer;

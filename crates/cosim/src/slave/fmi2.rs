@@ -1,6 +1,7 @@
 //! The calls of FMI 2.0.
 #![allow(unsafe_code)]
 
+use std::cell::Cell;
 use std::ffi::{CStr, CString, c_int};
 use std::ptr;
 use std::sync::Arc;
@@ -8,7 +9,7 @@ use std::sync::Arc;
 use anyhow::{Result, bail};
 use fmu_description::{Access, Variable};
 
-use super::answer::Answer;
+use super::answer::{Answer, Ended};
 use super::border::{Border, Value};
 use super::messages::{Speaker, cosim_logger};
 use crate::batch::Batch;
@@ -16,15 +17,21 @@ use crate::fmu::functions::{Callbacks, Functions2, Handle, call};
 
 /// `fmi2CoSimulation`.
 const CO_SIMULATION: c_int = 1;
+/// `fmi2Discard`.
+const DISCARD: c_int = 2;
 /// `fmi2Pending`.
 const PENDING: c_int = 5;
 /// `fmi2LastSuccessfulTime`.
 const LAST_SUCCESSFUL_TIME: c_int = 2;
+/// `fmi2Terminated`.
+const TERMINATED: c_int = 3;
 
 /// A component; freed when dropped.
 pub struct Component {
     api: Arc<Functions2>,
     component: Handle,
+    /// Start of the run that it was set up for, s; NaN: for none.
+    start: Cell<f64>,
     /// FMI: must outlive the component.
     _callbacks: Box<Callbacks>,
     _speaker: Speaker,
@@ -57,6 +64,7 @@ impl Component {
         Ok((!component.is_null()).then(|| Self {
             api: api.clone(),
             component,
+            start: Cell::new(f64::NAN),
             _callbacks: callbacks,
             _speaker: speaker,
         }))
@@ -100,15 +108,23 @@ impl Border for Component {
         }
     }
 
-    fn enter_initialization(&self, start: f64) -> Answer {
+    /// No stop time: a run may be continued.
+    fn set_up(&self, start: f64) -> Answer {
         let (api, c) = (&self.api, self.component);
-        // SAFETY: plain values. No stop time: a run may be continued.
-        let setup = unsafe { call!(api, fmi2SetupExperiment(c, 0, 0.0, start, 0, 0.0)) };
-        if !setup.is_done() {
-            return setup;
+        self.start.set(start);
+        // SAFETY: plain values.
+        unsafe { call!(api, fmi2SetupExperiment(c, 0, 0.0, start, 0, 0.0)) }
+    }
+
+    fn enter_initialization(&self, start: f64) -> Answer {
+        if self.start.get() != start {
+            let answer = self.set_up(start);
+            if !answer.is_done() {
+                return answer;
+            }
         }
         // SAFETY: the component is alive.
-        unsafe { call!(api, fmi2EnterInitializationMode(c)) }
+        unsafe { call!(self.api, fmi2EnterInitializationMode(self.component)) }
     }
 
     fn exit_initialization(&self) -> Answer {
@@ -199,6 +215,20 @@ impl Border for Component {
         if answer.status == PENDING {
             bail!("fmi2DoStep answered fmi2Pending, but steps in the background are not supported");
         }
+        let (mut ends, kind) = (0, TERMINATED);
+        if answer.status == DISCARD {
+            // SAFETY: room for one value.
+            let told = unsafe {
+                call!(
+                    self.api,
+                    fmi2GetBooleanStatus(self.component, kind, &mut ends)
+                )
+            };
+            if told.is_done() && ends != 0 {
+                let (call, time) = ("fmi2DoStep", self.time().unwrap_or(t));
+                bail!(Ended { call, time });
+            }
+        }
         Ok(answer)
     }
 
@@ -232,6 +262,7 @@ impl Border for Component {
 
     fn reset(&self) -> Option<Answer> {
         self.api.fmi2Reset?;
+        self.start.set(f64::NAN);
         // SAFETY: the component is alive.
         Some(unsafe { call!(self.api, fmi2Reset(self.component)) })
     }

@@ -10,7 +10,7 @@ use std::sync::Arc;
 use anyhow::{Result, bail};
 use fmu_description::{Access, Variable};
 
-use super::answer::Answer;
+use super::answer::{Answer, Ended};
 use super::border::{Border, Value};
 use super::messages::{Speaker, receive_3};
 use crate::batch::{Batch, Layout};
@@ -198,6 +198,11 @@ impl Border for Instance {
         }
     }
 
+    /// There is nothing to say before Initialization Mode is entered.
+    fn set_up(&self, _: f64) -> Answer {
+        Answer::done()
+    }
+
     fn enter_initialization(&self, start: f64) -> Answer {
         self.time.set(start);
         // SAFETY: plain values. No stop time: a run may be continued.
@@ -288,7 +293,10 @@ impl Border for Instance {
         if answer.is_done() {
             self.time.set(time);
             if ends {
-                bail!("fmi3DoStep asks to end the simulation at {time} s");
+                bail!(Ended {
+                    call: "fmi3DoStep",
+                    time
+                });
             }
             if early {
                 bail!("fmi3DoStep returned early, at {time} s, which it was not allowed to");
@@ -328,7 +336,10 @@ impl Border for Instance {
             )
         };
         if answer.is_done() && ends {
-            bail!("fmi3UpdateDiscreteStates asks to end the simulation");
+            bail!(Ended {
+                call: "fmi3UpdateDiscreteStates",
+                time: self.time.get()
+            });
         }
         Ok((answer, again))
     }

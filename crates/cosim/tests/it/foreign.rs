@@ -79,6 +79,15 @@ fn run_args() -> RunArgs {
     }
 }
 
+/// The FMU alone, `plain.fmu` in the folder `name`.
+#[cfg(unix)]
+pub fn plain_fmu(name: &str) {
+    let folder = scratch(name);
+    fs::create_dir_all(&folder).unwrap();
+    let library = compiled(&folder, "plain-c.so", &["plain.c"], &[]);
+    drop(plain(name, &[&library]));
+}
+
 /// A hyphen in the identifier, a library of another name, namespaces on the root, an encoding, and a library that lacks half of the
 /// functions: it runs, and what is odd is told.
 #[cfg(all(target_os = "linux", target_arch = "x86_64"))]

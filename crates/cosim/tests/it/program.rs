@@ -223,6 +223,25 @@ fn inputs_come_from_a_file() {
     );
 }
 
+/// A banner that an FMU prints when it is made is named as its, and is not in what the program prints.
+#[cfg(all(target_os = "linux", target_arch = "x86_64"))]
+#[test]
+fn what_an_fmu_prints_is_named() {
+    super::foreign::plain_fmu("banner");
+    let file = scratch("banner").join("plain.fmu").display().to_string();
+    let (code, text, error) =
+        cosim(&["run", &file, "--quiet", "--step", "0.1", "--stop-time", "1"]);
+    assert_eq!(code, 0, "{error}");
+    assert!(
+        text.contains("1.000 s simulated") && !text.contains("licensed"),
+        "{text}"
+    );
+    assert!(
+        error.starts_with("plain (FMU `") && error.contains("prints: plain: licensed to nobody"),
+        "{error}"
+    );
+}
+
 /// The step that the structure asks for counts where the command line names none, and is told.
 #[test]
 fn the_step_is_that_of_the_structure_or_of_the_fmus() {

@@ -35,15 +35,13 @@ impl<const IN: usize, const OUT: usize> Layer<IN, OUT> {
         // where registers are widest there are 32.
         let widest = match (LANES, B) {
             (8, 1) => 48,
-            (8, _) | (4, 1) => 16,
-            (4, _) | (_, 1) => 8,
-            _ => 4,
+            (8, _) | (4, _) => 16,
+            _ => 8,
         };
         self.add_blocks::<48, B>(x, &mut y, &mut first, widest);
         self.add_blocks::<32, B>(x, &mut y, &mut first, widest);
         self.add_blocks::<16, B>(x, &mut y, &mut first, widest);
         self.add_blocks::<8, B>(x, &mut y, &mut first, widest);
-        self.add_blocks::<4, B>(x, &mut y, &mut first, widest);
         self.add_blocks::<2, B>(x, &mut y, &mut first, widest);
         y
     }
@@ -121,8 +119,22 @@ impl Network {
         self.forward::<2, B>(&x)
     }
 
+    /// Scaled outputs of `B` scaled inputs on registers of `LANES` numbers. Only the widest hold the
+    /// sums of several points; elsewhere one point after the other is faster.
     #[inline(always)]
     fn forward<const LANES: usize, const B: usize>(&self, x: &[[f64; 2]; B]) -> [[f64; 2]; B] {
+        if LANES == 8 {
+            return self.layers::<LANES, B>(x);
+        }
+        let mut y = [[0.0; 2]; B];
+        for (y, x) in y.iter_mut().zip(x) {
+            [*y] = self.layers::<LANES, 1>(&[*x]);
+        }
+        y
+    }
+
+    #[inline(always)]
+    fn layers<const LANES: usize, const B: usize>(&self, x: &[[f64; 2]; B]) -> [[f64; 2]; B] {
         let a = self.l1.hidden::<LANES, B>(x);
         let a = self.l2.hidden::<LANES, B>(&a);
         let a = self.l3.hidden::<LANES, B>(&a);

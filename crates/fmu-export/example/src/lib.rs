@@ -1,4 +1,5 @@
-//! FMU `Oscillator`: the table of variables and what each call of FMI means for the model in `oscillator`.
+//! FMU `Oscillator`: the table of variables and what each call of FMI means for the model in
+//! `oscillator`.
 
 mod oscillator;
 
@@ -88,7 +89,8 @@ fn read_file(p: &mut Parameters, path: &str, resources: Option<&Path>) -> Result
 }
 
 impl Oscillator {
-    /// Outputs that are linear in the force: the parts that change with `force` at the rates of `v` and `a`.
+    /// Outputs that are linear in the force: the parts that change with `force` at the rates of `v`
+    /// and `a`.
     fn accelerations(&self, p: &Parameters, force: [f64; 2]) -> [f64; 2] {
         let State { x, v } = self.0;
         [0, 1].map(|i| p.acceleration(x[i], v[i], force[i]))
@@ -222,8 +224,8 @@ mod tests {
         fmu_export::model_description::<Oscillator>().unwrap();
     }
 
-    /// Oracle: a central difference of the outputs over ±e. Its error is e²/6 of the third derivative, here ≤ (k/m)^1.5 times
-    /// the value ≈ 2e3, plus rounding 1e-16/e times the value.
+    /// Oracle: a central difference of the outputs over ±e. Its error is e²/6 of the third
+    /// derivative, here ≤ (k/m)^1.5 times the value ≈ 2e3, plus rounding 1e-16/e times the value.
     #[test]
     fn output_derivatives_are_the_slopes() {
         let (mut p, _) = Oscillator::defaults();

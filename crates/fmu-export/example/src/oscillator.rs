@@ -1,9 +1,11 @@
-//! The model alone: a mass that moves in a plane, held by a spring and a damper along each axis. It knows nothing of FMI.
+//! The model alone: a mass that moves in a plane, held by a spring and a damper along each axis. It
+//! knows nothing of FMI.
 //!
 //! ```text
 //! m a_i = F_i − d v_i − k x_i (1 + (x_i/x_h)²)      i = 1, 2
 //! ```
-//! `x_h` is infinite for the linear spring. SI units; axes are fixed in space and do not influence each other.
+//! `x_h` is infinite for the linear spring. SI units; axes are fixed in space and do not influence
+//! each other.
 
 use serde::{Deserialize, Serialize};
 
@@ -71,7 +73,8 @@ impl Parameters {
     }
 }
 
-/// The state after `h` s under the force `force(s)`, N, `s` seconds into the step. Runge–Kutta of order 4.
+/// The state after `h` s under the force `force(s)`, N, `s` seconds into the step. Runge–Kutta of
+/// order 4.
 pub fn advance(p: &Parameters, start: State, h: f64, force: impl Fn(f64) -> [f64; 2]) -> State {
     let n = (h / H_MAX).ceil(); // substeps divide h, so it ends where it should
     let dt = h / n;
@@ -110,8 +113,9 @@ mod tests {
         }
     }
 
-    /// Oracle: x = x0 cos ωt + F/k (1 − cos ωt). RK4 misses e^{iz}, z = ω dt, by z⁵/120 a step: N z⁵/120 = ωT z⁴/120 of the
-    /// amplitude, 4.22·4·(4.22e-3)⁴/120 = 4.5e-11; times amplitude 0.4 and a little for rounding.
+    /// Oracle: x = x0 cos ωt + F/k (1 − cos ωt). RK4 misses e^{iz}, z = ω dt, by z⁵/120 a step: N
+    /// z⁵/120 = ωT z⁴/120 of the amplitude, 4.22·4·(4.22e-3)⁴/120 = 4.5e-11; times amplitude 0.4
+    /// and a little for rounding.
     #[test]
     fn the_linear_spring_swings_as_a_cosine() {
         let p = parameters(1);
@@ -132,7 +136,8 @@ mod tests {
         }
     }
 
-    /// Oracle: energy. RK4 loses z⁶/72 of it a step (z at the stiffest deflection): 4000 · (9.1e-3)⁶/72 < 4e-11.
+    /// Oracle: energy. RK4 loses z⁶/72 of it a step (z at the stiffest deflection): 4000 ·
+    /// (9.1e-3)⁶/72 < 4e-11.
     #[test]
     fn the_hardening_spring_keeps_its_energy() {
         let p = parameters(2);

@@ -1,7 +1,7 @@
 //! How a call is answered, in no version's words.
 
-/// How a call is answered. A warning is never returned, only logged: importers abort on it. Nor is fatality, which would mean that all
-/// instances are corrupt.
+/// How a call is answered. A warning is never returned, only logged: importers abort on it. Nor is
+/// fatality, which would mean that all instances are corrupt.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Answer {
     /// All well.

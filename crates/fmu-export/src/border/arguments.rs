@@ -1,8 +1,8 @@
 //! Raw arguments of C functions.
 //!
-//! Arrays of the importer stay raw: they may be uninitialised where we write, one array may be given for several arguments, and on
-//! 32-bit platforms numbers of eight bytes may lie at multiples of four. So elements are read and written one by one, through
-//! pointers, unaligned.
+//! Arrays of the importer stay raw: they may be uninitialised where we write, one array may be
+//! given for several arguments, and on 32-bit platforms numbers of eight bytes may lie at multiples
+//! of four. So elements are read and written one by one, through pointers, unaligned.
 
 use crate::core::fault::{Fault, refuse};
 use std::ffi::{CStr, c_char};
@@ -23,6 +23,12 @@ impl<T: Copy> Array<T> {
         (k < self.1).then(|| unsafe { self.0.add(k).read_unaligned() })
     }
 
+    /// How many elements there are.
+    #[inline]
+    pub(crate) fn len(self) -> usize {
+        self.1
+    }
+
     /// The `k`-th element, which must exist.
     #[inline]
     pub(crate) fn get(self, k: usize) -> T {
@@ -30,7 +36,13 @@ impl<T: Copy> Array<T> {
     }
 }
 
-impl<T> ArrayMut<T> {
+impl<T: Copy> ArrayMut<T> {
+    /// How many elements there are.
+    #[inline]
+    pub(crate) fn len(self) -> usize {
+        self.1
+    }
+
     /// Writes the `k`-th element.
     #[inline]
     pub(crate) fn put(self, k: usize, value: T) {
@@ -44,7 +56,8 @@ impl<T> ArrayMut<T> {
     pub(crate) fn put_all<S: Copy>(self, k: usize, values: &[S], convert: impl Fn(S) -> T) {
         assert!(k <= self.1 && values.len() <= self.1 - k);
         for (j, value) in values.iter().enumerate() {
-            // SAFETY: within the array, which `array_mut` was promised to be writable during the call.
+            // SAFETY: within the array, which `array_mut` was promised to be writable during the
+            // call.
             unsafe { self.0.add(k + j).write_unaligned(convert(*value)) }
         }
     }

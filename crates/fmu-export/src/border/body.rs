@@ -1,4 +1,5 @@
-//! What an importer's handle of an instance points at, and how every call gets in and out. Nothing here knows what a function does.
+//! What an importer's handle of an instance points at, and how every call gets in and out. Nothing
+//! here knows what a function does.
 
 use super::answer::Answer;
 use super::call::{Call, L};
@@ -46,7 +47,8 @@ pub(crate) struct Body<M: Model, V: Version> {
     pub(crate) own: V,
 }
 
-/// Runs `f` on the instance: NULL, calls from within calls, call order, panics and messages are dealt with here.
+/// Runs `f` on the instance: NULL, calls from within calls, call order, panics and messages are
+/// dealt with here.
 ///
 /// # Safety
 /// `c` is NULL or came from the instantiation of this library in this version and was not freed.

@@ -1,4 +1,5 @@
-//! Call order: the states of an instance, and what a function says of itself: its name, and the states in which it is allowed.
+//! Call order: the states of an instance, and what a function says of itself: its name, and the
+//! states in which it is allowed.
 
 use crate::Model;
 use crate::core::instance::Instance;

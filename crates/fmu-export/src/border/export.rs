@@ -2,16 +2,18 @@
 
 use crate::Model;
 
-/// The model that a library exports. That it is one is asked for once, here, and not by each function.
+/// The model that a library exports. That it is one is asked for once, here, and not by each
+/// function.
 pub trait Exported {
     /// The model.
     type Model: Model;
 }
 
-/// Exports the C functions of FMI 2.0 and FMI 3.0 for one model. Use it once, in the crate that becomes the shared library.
+/// Exports the C functions of FMI 2.0 and FMI 3.0 for one model. Use it once, in the crate that
+/// becomes the shared library.
 ///
-/// Beside the functions of FMI it exports `fmi2ExportFiles` and `fmi3ExportFiles`, through which a packer reads `modelDescription.xml`,
-/// documentation, icon and resources from the built library.
+/// Beside the functions of FMI it exports `fmi2ExportFiles` and `fmi3ExportFiles`, through which a
+/// packer reads `modelDescription.xml`, documentation, icon and resources from the built library.
 #[macro_export]
 macro_rules! export_fmu {
     ($model:ty) => {

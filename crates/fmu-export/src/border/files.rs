@@ -8,7 +8,8 @@ use std::borrow::Cow;
 use std::ffi::{c_char, c_int, c_void};
 use std::ptr;
 
-/// Receives one file of the FMU: context, path inside the FMU (NUL-terminated; NULL for an error text), its bytes and their number.
+/// Receives one file of the FMU: context, path inside the FMU (NUL-terminated; NULL for an error
+/// text), its bytes and their number.
 pub type ReceiveFile =
     unsafe extern "C" fn(context: *mut c_void, path: *const c_char, bytes: *const u8, size: usize);
 

@@ -1,8 +1,11 @@
-//! How a version of FMI lists its functions: name in C, states in which it may be called (its call order), arguments, what it does.
+//! How a version of FMI lists its functions: name in C, states in which it may be called (its call
+//! order), arguments, what it does.
 //!
-//! From one list come the functions for any model and the macro that gives them their C names for one model.
+//! From one list come the functions for any model and the macro that gives them their C names for
+//! one model.
 
-/// `functions! { ($) Version name_of_the_macro; fmi2Reset [I | N | S] () |b| …; … }`; `b` is the instance's `Body`.
+/// `functions! { ($) Version name_of_the_macro; fmi2Reset [I | N | S] () |b| …; … }`; `b` is the
+/// instance's `Body`.
 macro_rules! functions {
     (($d:tt) $version:ident $export:ident; $(
         $(#[$doc:meta])*
@@ -23,7 +26,8 @@ macro_rules! functions {
 }
 pub(crate) use functions;
 
-/// One function for any model: it enters the instance, if the call order allows it, and does what it does there.
+/// One function for any model: it enters the instance, if the call order allows it, and does what
+/// it does there.
 macro_rules! function {
     ($(#[$doc:meta])* $version:ident $name:ident [$allowed:expr] ($($argument:ident: $type:ty),* $(,)?) $run:expr) => {
         #[doc = concat!("`", stringify!($name), "`.")]

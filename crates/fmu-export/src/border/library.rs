@@ -54,8 +54,8 @@ pub(crate) struct Request<'a, V: Version> {
 }
 
 impl<V: Version> Request<'_, V> {
-    /// An instance; NULL if there is none, of which the importer's logger hears why. `check` says what is wrong with the table: then no
-    /// importer can know the hash.
+    /// An instance; NULL if there is none, of which the importer's logger hears why. `check` says
+    /// what is wrong with the table: then no importer can know the hash.
     pub(crate) fn make<M: Model>(
         mut self,
         check: impl FnOnce(&Layout<M>) -> Result<(), String>,
@@ -143,10 +143,12 @@ fn is_same(given: &str, hash: Uuid) -> bool {
     Uuid::try_parse(given.trim()).is_ok_and(|given| given == hash)
 }
 
-/// Frees an instance; NULL is ignored, and so is an instance in use: a logger that is called while its instance works cannot free it.
+/// Frees an instance; NULL is ignored, and so is an instance in use: a logger that is called while
+/// its instance works cannot free it.
 ///
 /// # Safety
-/// `c` is NULL or came from the instantiation of this library in this version, and is not used afterwards.
+/// `c` is NULL or came from the instantiation of this library in this version, and is not used
+/// afterwards.
 pub(crate) unsafe fn free<M: Model, V: Version>(c: *mut c_void) {
     let component = c.cast::<Guarded<Body<M, V>>>();
     // SAFETY: forwarded.

@@ -6,7 +6,8 @@ use crate::core::message::{Kind, Level, Message};
 use std::ffi::{CStr, CString};
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 
-/// Every category that each FMU declares: its name, its bits, its description. Those of the model come after them.
+/// Every category that each FMU declares: its name, its bits, its description. Those of the model
+/// come after them.
 pub(crate) const CATEGORIES: [(&str, u32, &str); 5] = [
     ("logAll", ALL, "All messages"),
     (
@@ -64,7 +65,8 @@ pub(crate) trait Logger: Send + Sync {
 
     /// Calls it. It may call functions of the instance, and free it.
     ///
-    /// A C++ exception thrown by the logger unwinds through here; leaving it by longjmp is not allowed.
+    /// A C++ exception thrown by the logger unwinds through here; leaving it by longjmp is not
+    /// allowed.
     fn tell(&self, status: Self::Status, category: &CStr, text: &str);
 }
 
@@ -118,7 +120,8 @@ impl<L: Logger> Log<L> {
         }
     }
 
-    /// What the model's messages of one level are worth formatting for, where those without a category of its own have the bit `standard`.
+    /// What the model's messages of one level are worth formatting for, where those without a
+    /// category of its own have the bit `standard`.
     fn wanted(&self, standard: u32) -> u32 {
         let enabled = self.enabled();
         enabled >> FIRST | u32::from(enabled & standard != 0) << STANDARD
@@ -129,8 +132,9 @@ impl<L: Logger> Log<L> {
         self.is_closed.store(true, Ordering::Relaxed);
     }
 
-    /// Sends messages that are wanted, one by one, until the logger frees the instance. No reference to the instance lives meanwhile, and
-    /// nothing is left half done if the logger does not return.
+    /// Sends messages that are wanted, one by one, until the logger frees the instance. No
+    /// reference to the instance lives meanwhile, and nothing is left half done if the logger does
+    /// not return.
     pub(crate) fn send(&self, messages: &[Message], answer: Answer) {
         if !self.logger.is_there() {
             return;

@@ -1,5 +1,6 @@
-//! What the borders of all versions of FMI have in common: raw arguments of C functions, how a call gets in and out of an instance,
-//! call order, how a version lists its functions, what the importer wants to hear, instantiation, and the parts of a model description that they share.
+//! What the borders of all versions of FMI have in common: raw arguments of C functions, how a call
+//! gets in and out of an instance, call order, how a version lists its functions, what the importer
+//! wants to hear, instantiation, and the parts of a model description that they share.
 
 pub(crate) mod answer;
 pub(crate) mod arguments;

@@ -1,4 +1,5 @@
-//! Saved states through C: handles that are numbers, and bytes. What `name` calls the argument differs between the versions of FMI.
+//! Saved states through C: handles that are numbers, and bytes. What `name` calls the argument
+//! differs between the versions of FMI.
 
 use super::arguments::{array_mut, bytes, place};
 use super::body::{Body, Version};
@@ -84,7 +85,8 @@ impl<M: Model, V: Version> Body<M, V> {
     /// Takes a saved state from its bytes, under a new handle where `state` holds none.
     ///
     /// # Safety
-    /// `serialized` is NULL or points at `size` bytes that nothing writes to; `state` as for [`Body::save`].
+    /// `serialized` is NULL or points at `size` bytes that nothing writes to; `state` as for
+    /// [`Body::save`].
     pub(crate) unsafe fn deserialize(
         &mut self,
         serialized: *const u8,

@@ -1,4 +1,5 @@
-//! Setting and getting numbers by element. A batch is checked completely before anything is written.
+//! Setting and getting numbers by element. A batch is checked completely before anything is
+//! written.
 //!
 //! Elements of one row that follow each other are read and written through one look at the row.
 
@@ -13,7 +14,8 @@ use std::fmt::Display;
 use std::mem;
 
 impl<M: Model> Instance<M> {
-    /// Sets elements: `pair(k)` is the number of the `k`-th and its value, None at the end of the batch.
+    /// Sets elements: `pair(k)` is the number of the `k`-th and its value, None at the end of the
+    /// batch.
     #[inline]
     pub(crate) fn set<T: Value>(
         &mut self,
@@ -25,7 +27,8 @@ impl<M: Model> Instance<M> {
         }
     }
 
-    /// Sets elements of one row of inputs that are held, which is what most batches are; None for other batches.
+    /// Sets elements of one row of inputs that are held, which is what most batches are; None for
+    /// other batches.
     #[inline]
     fn set_one_row<T: Value>(
         &mut self,
@@ -195,7 +198,8 @@ impl<M: Model> Instance<M> {
         ))
     }
 
-    /// Gets elements: `put(k, value)` receives the value of `element(k)`, which is None at the end of the batch.
+    /// Gets elements: `put(k, value)` receives the value of `element(k)`, which is None at the end
+    /// of the batch.
     #[inline]
     pub(crate) fn get<T: Value>(
         &mut self,

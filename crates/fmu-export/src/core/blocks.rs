@@ -1,4 +1,5 @@
-//! Setting and getting numbers by block: a row as one array. A batch is checked completely before anything is written.
+//! Setting and getting numbers by block: a row as one array. A batch is checked completely before
+//! anything is written.
 
 use super::access::{not_allowed, not_finite};
 use super::causality::Causality;
@@ -12,7 +13,8 @@ use super::value::Value;
 use crate::Model;
 
 impl<M: Model> Instance<M> {
-    /// Sets blocks: `number(k)` is that of the `k`-th, None at the end of the batch; `value(j)` is the `j`-th of all `len` values.
+    /// Sets blocks: `number(k)` is that of the `k`-th, None at the end of the batch; `value(j)` is
+    /// the `j`-th of all `len` values.
     #[inline]
     pub(crate) fn set_blocks<T: Value>(
         &mut self,
@@ -86,7 +88,8 @@ impl<M: Model> Instance<M> {
         Ok(())
     }
 
-    /// Writes what are inputs in a checked batch. They are held: where rows are arrays, nobody gives derivatives.
+    /// Writes what are inputs in a checked batch. They are held: where rows are arrays, nobody
+    /// gives derivatives.
     #[inline]
     fn set_input_blocks<T: Value>(
         &mut self,
@@ -137,7 +140,8 @@ impl<M: Model> Instance<M> {
         self.set_parameters(|k| pairs.get(k).copied())
     }
 
-    /// Gets blocks: `put(j, values)` receives those of each, of which the first is the `j`-th of all `len` values.
+    /// Gets blocks: `put(j, values)` receives those of each, of which the first is the `j`-th of
+    /// all `len` values.
     #[inline]
     pub(crate) fn get_blocks<T: Value>(
         &mut self,

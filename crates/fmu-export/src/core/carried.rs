@@ -1,4 +1,5 @@
-//! Inputs that count how often they were set, for models to which setting one means something, if only to the value that it has.
+//! Inputs that count how often they were set, for models to which setting one means something, if
+//! only to the value that it has.
 
 use serde::{Deserialize, Serialize};
 
@@ -25,7 +26,8 @@ impl<T: Copy> Counted<T> {
     }
 }
 
-/// Part of a model's state: a value that the importer sets by an input from time to time, and that the model moves on in between.
+/// Part of a model's state: a value that the importer sets by an input from time to time, and that
+/// the model moves on in between.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Carried<T> {
     /// How often the input had been set.

@@ -1,4 +1,5 @@
-//! Inputs over a step: what the importer has set and given derivatives of, and where these take them.
+//! Inputs over a step: what the importer has set and given derivatives of, and where these take
+//! them.
 
 use super::input::InputPolynomial;
 use super::model::{Model, real_inputs};
@@ -7,7 +8,8 @@ use super::state::{Reached, State};
 use super::value::Value;
 
 impl<I: Copy + Default> InputPolynomial<I> {
-    /// The inputs `s` seconds into the step. Free when they are held; else it walks the table of `M`.
+    /// The inputs `s` seconds into the step. Free when they are held; else it walks the table of
+    /// `M`.
     #[inline]
     pub fn at<M: Model<Input = I>>(&self, s: f64) -> I {
         if self.order == 0 {
@@ -18,7 +20,8 @@ impl<I: Copy + Default> InputPolynomial<I> {
     }
 }
 
-/// The `order`-th time derivative of all Real inputs, `s` seconds into the step; other inputs as they are.
+/// The `order`-th time derivative of all Real inputs, `s` seconds into the step; other inputs as
+/// they are.
 pub(crate) fn taylor<M: Model>(u: &InputPolynomial<M::Input>, s: f64, order: usize) -> M::Input {
     let mut result = if order == 0 {
         u.value
@@ -26,7 +29,8 @@ pub(crate) fn taylor<M: Model>(u: &InputPolynomial<M::Input>, s: f64, order: usi
         M::Input::default()
     };
     for (i, place) in real_inputs::<M>(&u.value) {
-        // Horner from the highest order down: a_k + s/(k − order + 1)·(…), a_k the k-th derivative at the start.
+        // Horner from the highest order down: a_k + s/(k − order + 1)·(…), a_k the k-th derivative
+        // at the start.
         let mut sum = 0.0;
         for k in (order..=u.order).rev() {
             let a_k = if k == 0 {
@@ -51,7 +55,8 @@ impl<M: Model> State<M> {
         }
     }
 
-    /// First derivative of the inputs: what was given for the step to come, else where the last one ended.
+    /// First derivative of the inputs: what was given for the step to come, else where the last one
+    /// ended.
     pub(crate) fn input_slope(&self) -> M::Input {
         let mut slope = self.input.derivative(1);
         if let Some(reached) = &self.reached {
@@ -68,7 +73,8 @@ impl<M: Model> State<M> {
         self.input.order == 0 && self.reached.is_none()
     }
 
-    /// Ends the derivatives of an input that was set to `value`, those given for the next step and those of earlier ones.
+    /// Ends the derivatives of an input that was set to `value`, those given for the next step and
+    /// those of earlier ones.
     #[cold]
     pub(crate) fn end_derivatives<T: Value>(
         &mut self,
@@ -112,7 +118,8 @@ impl<M: Model> State<M> {
         }
     }
 
-    /// After a step of `h` s: derivatives have done their duty, the inputs are held where these have taken them.
+    /// After a step of `h` s: derivatives have done their duty, the inputs are held where these
+    /// have taken them.
     #[inline]
     pub(crate) fn hold_inputs(&mut self, h: f64) {
         if self.input.order > 0 {

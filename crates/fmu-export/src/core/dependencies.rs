@@ -36,7 +36,8 @@ impl Knowns {
         Self { rows, parameters }
     }
 
-    /// Positions of what an element depends on, ascending; None: not said. Without `parameters`, only inputs may be named.
+    /// Positions of what an element depends on, ascending; None: not said. Without `parameters`,
+    /// only inputs may be named.
     pub(crate) fn resolve(
         &self,
         dependencies: Dependencies,
@@ -78,7 +79,8 @@ impl Knowns {
         Ok(Some(elements))
     }
 
-    /// Positions of all inputs, with `parameters` of the parameters too, ascending: what an element depends on that does not say.
+    /// Positions of all inputs, with `parameters` of the parameters too, ascending: what an element
+    /// depends on that does not say.
     pub(crate) fn all(&self, parameters: bool) -> Vec<usize> {
         let known = self.rows.values().filter(|k| parameters || k.is_input);
         let mut elements: Vec<_> = known.flat_map(|k| k.elements.clone()).collect();

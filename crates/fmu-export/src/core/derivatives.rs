@@ -12,7 +12,8 @@ use std::collections::BTreeMap;
 
 use crate::{Evaluation, MAX_INPUT_DERIVATIVE, Model};
 
-/// ∛ε, the step of central differences. A number, since some platforms would call their own `cbrt` for it.
+/// ∛ε, the step of central differences. A number, since some platforms would call their own `cbrt`
+/// for it.
 pub(super) const ROOT_OF_EPSILON: f64 = 6.055_454_452_393_343e-6;
 
 /// A Real input: index in its row, row, place.
@@ -23,7 +24,8 @@ type KnownInput<M> = (
 );
 
 impl<M: Model> Instance<M> {
-    /// Derivatives of `n` Real inputs for the next step: the `order(k)`-th of `element(k)` is `value(k)`.
+    /// Derivatives of `n` Real inputs for the next step: the `order(k)`-th of `element(k)` is
+    /// `value(k)`.
     pub(crate) fn set_input_derivatives(
         &mut self,
         n: usize,
@@ -176,7 +178,8 @@ impl<M: Model> Instance<M> {
         self.read_outputs(unknowns, unknown, &dy, put, "directional derivative")
     }
 
-    /// seed · ∂unknown/∂known, the transpose of [`directional_derivative`](Self::directional_derivative).
+    /// seed · ∂unknown/∂known, the transpose of
+    /// [`directional_derivative`](Self::directional_derivative).
     pub(crate) fn adjoint_derivative(
         &mut self,
         unknowns: &[u32],
@@ -208,7 +211,8 @@ impl<M: Model> Instance<M> {
         knowns.iter().map(read).collect()
     }
 
-    /// A weight for each element of the Real outputs and local variables, in the order of the table.
+    /// A weight for each element of the Real outputs and local variables, in the order of the
+    /// table.
     fn weights(&self, unknowns: &[u32], seed: &[f64]) -> Result<Vec<f64>, Fault> {
         let is_output = |row: &Variable<M>| matches!(row.place, Place::RealOut(_));
         let mut positions = BTreeMap::new();
@@ -254,8 +258,9 @@ impl<M: Model> Instance<M> {
         knowns.iter().map(column).collect()
     }
 
-    /// The same before the state is settled: outputs depend on inputs through [`Model::initialize`] too, so it is a central
-    /// difference of all of it, with a step of ∛ε of the nominal values; its error is some ε^⅔ of them.
+    /// The same before the state is settled: outputs depend on inputs through [`Model::initialize`]
+    /// too, so it is a central difference of all of it, with a step of ∛ε of the nominal values;
+    /// its error is some ε^⅔ of them.
     fn initial_derivative(
         &self,
         du: &M::Input,

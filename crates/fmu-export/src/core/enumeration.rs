@@ -1,4 +1,5 @@
-//! Enumerations: the names that the numbers of an Integer row have, and the values that they stand for.
+//! Enumerations: the names that the numbers of an Integer row have, and the values that they stand
+//! for.
 
 use super::error::ModelError;
 
@@ -25,7 +26,8 @@ impl Enumeration {
     }
 }
 
-/// An enumeration whose items stand for values of the type `T`, which may be declared in another crate.
+/// An enumeration whose items stand for values of the type `T`, which may be declared in another
+/// crate.
 ///
 /// ```
 /// # use fmu_export::Items;

@@ -7,7 +7,8 @@ use super::error::ModelError;
 pub(crate) enum Fault {
     /// The call was wrong, or the model refused it.
     Refused(String),
-    /// A value out of its bounds, a step that cannot be done, an inquiry without an answer: another one may succeed.
+    /// A value out of its bounds, a step that cannot be done, an inquiry without an answer: another
+    /// one may succeed.
     Discarded(String),
     /// No element has this number.
     Unknown(u32),

@@ -6,9 +6,10 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 /// A body that is in use by one call at a time.
 ///
-/// The mark is looked at before any reference to the body is made. A call from within a call finds it for certain. Calls of two
-/// threads at once, which no version of FMI allows, find it unless they begin within the same few instructions: a mark that is
-/// taken atomically would cost every call more than all of its other checks.
+/// The mark is looked at before any reference to the body is made. A call from within a call finds
+/// it for certain. Calls of two threads at once, which no version of FMI allows, find it unless
+/// they begin within the same few instructions: a mark that is taken atomically would cost every
+/// call more than all of its other checks.
 #[repr(C)]
 pub(crate) struct Guarded<B> {
     busy: AtomicBool,

@@ -29,7 +29,8 @@ pub struct Info {
 }
 
 impl Info {
-    /// `model` is both modelName and modelIdentifier (a C identifier: it is the name of the shared library inside the FMU).
+    /// `model` is both modelName and modelIdentifier (a C identifier: it is the name of the shared
+    /// library inside the FMU).
     pub const fn new(model: &'static str, description: &'static str) -> Self {
         Self {
             model,
@@ -57,7 +58,8 @@ impl Info {
         }
     }
 
-    /// Version of the model, usually `env!("CARGO_PKG_VERSION")`. Saved states do not survive a change of it.
+    /// Version of the model, usually `env!("CARGO_PKG_VERSION")`. Saved states do not survive a
+    /// change of it.
     pub const fn version(mut self, version: &'static str) -> Self {
         self.version = version;
         self
@@ -117,7 +119,8 @@ impl Info {
         self
     }
 
-    /// Categories of the model's own messages ([`Log`](crate::Log)), at most 28: name and description.
+    /// Categories of the model's own messages ([`Log`](crate::Log)), at most 28: name and
+    /// description.
     pub const fn log_categories(
         mut self,
         categories: &'static [(&'static str, &'static str)],
@@ -130,8 +133,8 @@ impl Info {
         self
     }
 
-    /// Declare that [`Model::step`](crate::Model::step) looks at the inputs within the step. Without it their derivatives are
-    /// accepted and have no effect.
+    /// Declare that [`Model::step`](crate::Model::step) looks at the inputs within the step.
+    /// Without it their derivatives are accepted and have no effect.
     pub const fn with_input_derivatives(mut self) -> Self {
         self.input_derivatives = true;
         self
@@ -143,13 +146,15 @@ impl Info {
         self
     }
 
-    /// Declare that [`Model::directional_derivative`](crate::Model::directional_derivative) is implemented.
+    /// Declare that [`Model::directional_derivative`](crate::Model::directional_derivative) is
+    /// implemented.
     pub const fn with_directional_derivatives(mut self) -> Self {
         self.directional_derivatives = true;
         self
     }
 
-    /// Declare that [`Model::step`](crate::Model::step) may stop before the end of a step ([`StepEnd::reached`](crate::StepEnd::reached)).
+    /// Declare that [`Model::step`](crate::Model::step) may stop before the end of a step
+    /// ([`StepEnd::reached`](crate::StepEnd::reached)).
     pub const fn with_early_return(mut self) -> Self {
         self.early_return = true;
         self
@@ -204,8 +209,9 @@ pub struct Terminal {
 }
 
 impl Terminal {
-    /// `kind` is a name with a reversed domain in front, which both ends of a connection have; `members` are (name, variable). A vector is
-    /// one member; where its elements have different units, each element is one (`w[1]`). Members with the same name are wired.
+    /// `kind` is a name with a reversed domain in front, which both ends of a connection have;
+    /// `members` are (name, variable). A vector is one member; where its elements have different
+    /// units, each element is one (`w[1]`). Members with the same name are wired.
     pub const fn new(
         name: &'static str,
         kind: &'static str,

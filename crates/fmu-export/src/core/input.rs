@@ -26,7 +26,8 @@ impl<I: Copy + Default> InputPolynomial<I> {
         }
     }
 
-    /// Inputs with their time derivatives, first order first; at most [`MAX_INPUT_DERIVATIVE`] are kept.
+    /// Inputs with their time derivatives, first order first; at most [`MAX_INPUT_DERIVATIVE`] are
+    /// kept.
     pub fn with_derivatives(value: I, derivatives: &[I]) -> Self {
         let mut polynomial = Self::held(value);
         for (to, from) in polynomial.derivatives.iter_mut().zip(derivatives) {
@@ -48,7 +49,8 @@ impl<I: Copy + Default> InputPolynomial<I> {
         self.order
     }
 
-    /// The `k`-th time derivative (`k` = 0: the value), zero beyond [`order`](Self::order). Integer and Boolean fields of it mean nothing.
+    /// The `k`-th time derivative (`k` = 0: the value), zero beyond [`order`](Self::order). Integer
+    /// and Boolean fields of it mean nothing.
     #[inline]
     pub fn derivative(&self, k: usize) -> I {
         match k {
@@ -72,7 +74,8 @@ impl<I: Copy + Default> InputPolynomial<I> {
         let [a, b, c, d] = [0, 1, 2, 3].map(|k| place.get(&self.derivative(k), i));
         let at = |s: f64| a + s * (b + s / 2.0 * (c + s / 3.0 * d));
         let inside = |&s: &f64| 0.0 < s && s < h;
-        // The extrema inside are the roots of b + c s + d/2 s²; the second form of the formula holds for d = 0 too.
+        // The extrema inside are the roots of b + c s + d/2 s²; the second form of the formula
+        // holds for d = 0 too.
         let root = (c * c - 2.0 * b * d).sqrt(); // NaN, hence not inside, if there are none
         let sum = c + root.copysign(c);
         let extrema = [-sum / d, -2.0 * b / sum];
@@ -94,7 +97,8 @@ impl<I: Copy + Default> InputPolynomial<I> {
 mod tests {
     use super::*;
 
-    /// Oracle: the values at 10⁵ times; between them the polynomial moves by less than its largest slope times their distance.
+    /// Oracle: the values at 10⁵ times; between them the polynomial moves by less than its largest
+    /// slope times their distance.
     #[test]
     fn the_range_holds_every_value_within_the_step() {
         let place: Write<f64, f64> = Write::Scalar(|u| u, |u| u);

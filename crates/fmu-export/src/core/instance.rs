@@ -117,7 +117,8 @@ impl<M: Model> Instance<M> {
         self.lost = false;
     }
 
-    /// Marks what was computed from parameters and inputs as out of date: the outputs, and the evaluation if it has read them.
+    /// Marks what was computed from parameters and inputs as out of date: the outputs, and the
+    /// evaluation if it has read them.
     #[inline]
     pub(crate) fn touch(&mut self, is_evaluated: bool) {
         self.fresh = false;

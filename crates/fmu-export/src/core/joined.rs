@@ -20,8 +20,8 @@ macro_rules! joined {
 
 /// A row of the table whose name says where its field is, so that it is written once.
 ///
-/// First comes the type, which is `Variable` of the model; then the name of the row's constructor, then the name of the variable, and where
-/// its field is if it is not where the name says:
+/// First comes the type, which is `Variable` of the model; then the name of the row's constructor,
+/// then the name of the variable, and where its field is if it is not where the name says:
 ///
 /// ```
 /// # use fmu_export::*; use serde::{Deserialize, Serialize};

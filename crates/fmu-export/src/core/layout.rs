@@ -1,5 +1,5 @@
-//! The elements of a table, counted over all rows: a scalar is one, a vector as many as it is long. A row may say the number of its
-//! first element, so numbers may be left out, and need not ascend.
+//! The elements of a table, counted over all rows: a scalar is one, a vector as many as it is long.
+//! A row may say the number of its first element, so numbers may be left out, and need not ascend.
 
 use super::fault::Fault;
 use super::model::{Model, Variable};
@@ -32,7 +32,8 @@ impl<M: Model> Clone for Run<M> {
 impl<M: Model> Copy for Run<M> {}
 
 impl<M: Model> Run<M> {
-    /// Index within the row of the element with this number; larger than any for an element of another row.
+    /// Index within the row of the element with this number; larger than any for an element of
+    /// another row.
     #[inline]
     pub(crate) fn index(&self, number: u32) -> usize {
         number.wrapping_sub(self.first) as usize
@@ -123,8 +124,9 @@ impl<M: Model> Layout<M> {
             })
     }
 
-    /// The elements that one number means where rows are arrays: their run, the index of the first one, and how many they are. It is the
-    /// number of a row's first element, and means all of the row; where the elements have different units, each is on its own.
+    /// The elements that one number means where rows are arrays: their run, the index of the first
+    /// one, and how many they are. It is the number of a row's first element, and means all of the
+    /// row; where the elements have different units, each is on its own.
     #[inline]
     pub(crate) fn block(&self, number: u32) -> Result<(Run<M>, usize, usize), Fault> {
         let run = self.run(number)?;

@@ -1,12 +1,13 @@
-//! What a model tells: messages of its own, queued during a call, which the border sends when the call is over.
+//! What a model tells: messages of its own, queued during a call, which the border sends when the
+//! call is over.
 
 use super::message::{Kind, Level, Message};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::fmt;
 use std::panic::Location;
 
-/// Messages of a model to the importer's log. A model that has any keeps one in its state and gives it to
-/// [`Model::log`](crate::Model::log).
+/// Messages of a model to the importer's log. A model that has any keeps one in its state and gives
+/// it to [`Model::log`](crate::Model::log).
 ///
 /// ```
 /// # use fmu_export::Log; use serde::{Serialize, Deserialize};
@@ -18,8 +19,8 @@ use std::panic::Location;
 /// # } }
 /// ```
 ///
-/// A message that nobody wants to hear is not even formatted. Of the messages from one line of the program, the first ten are sent, then the
-/// 100th, the 1000th and so on. A saved state holds none.
+/// A message that nobody wants to hear is not even formatted. Of the messages from one line of the
+/// program, the first ten are sent, then the 100th, the 1000th and so on. A saved state holds none.
 #[derive(Clone, Debug, Default)]
 pub struct Log {
     queue: Vec<Message>,
@@ -57,8 +58,8 @@ impl Default for Wanted {
 }
 
 impl Log {
-    /// Tells something. `category` is one of [`Info::log_categories`](crate::Info::log_categories), or empty for that of FMI which fits the
-    /// level.
+    /// Tells something. `category` is one of [`Info::log_categories`](crate::Info::log_categories),
+    /// or empty for that of FMI which fits the level.
     #[track_caller]
     pub fn info(&mut self, category: &'static str, text: fmt::Arguments<'_>) {
         self.tell(Level::Info, category, text);

@@ -1,5 +1,5 @@
-//! Messages of an instance. They are queued while a call runs, as plain text; the border sends them when it has let go of the
-//! instance, because the receiver may call back.
+//! Messages of an instance. They are queued while a call runs, as plain text; the border sends them
+//! when it has let go of the instance, because the receiver may call back.
 
 /// How much a message of a model matters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -7,7 +7,8 @@
 pub enum Level {
     /// Good to know; sent if the importer asked for debug messages.
     Info,
-    /// Something is not quite right, though the call succeeds; sent unless the importer switched warnings off.
+    /// Something is not quite right, though the call succeeds; sent unless the importer switched
+    /// warnings off.
     Warning,
 }
 

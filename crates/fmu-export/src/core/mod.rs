@@ -1,8 +1,10 @@
-//! Everything about a model as an FMU that is the same in every version of FMI: the table of variables and its elements, access,
-//! phases, steps, derivatives, saved states, messages, and the mark of an instance in use.
+//! Everything about a model as an FMU that is the same in every version of FMI: the table of
+//! variables and its elements, access, phases, steps, derivatives, saved states, messages, and the
+//! mark of an instance in use.
 //!
-//! A border over it translates: element numbers into the version's references, [`Fault`](fault::Fault)s into its statuses,
-//! [`Phase`](phase::Phase)s into its states, queued messages into calls of its logger.
+//! A border over it translates: element numbers into the version's references,
+//! [`Fault`](fault::Fault)s into its statuses, [`Phase`](phase::Phase)s into its states, queued
+//! messages into calls of its logger.
 
 pub(crate) mod access;
 pub(crate) mod blocks;

@@ -12,45 +12,56 @@ use super::unit::Unit;
 use serde::{Serialize, de::DeserializeOwned};
 use std::path::Path;
 
-/// Setter of a String parameter: parameters, text, the FMU's resources folder if the importer gave one.
+/// Setter of a String parameter: parameters, text, the FMU's resources folder if the importer gave
+/// one.
 pub type SetString<M> =
     fn(&mut <M as Model>::Parameters, &str, Option<&Path>) -> Result<(), String>;
 
-/// A model that can be exported: its state is `Self`; parameters, inputs and outputs are plain structs.
+/// A model that can be exported: its state is `Self`; parameters, inputs and outputs are plain
+/// structs.
 ///
-/// The layer around it owns parameters, inputs, time, call order, saved states and messages; the model owns the physics.
-/// All methods are called with parameters and inputs inside their declared bounds and finite.
+/// The layer around it owns parameters, inputs, time, call order, saved states and messages; the
+/// model owns the physics. All methods are called with parameters and inputs inside their declared
+/// bounds and finite.
+#[diagnostic::on_unimplemented(
+    message = "`{Self}` is not a model",
+    note = "write `impl Model for {Self}`, or `impl Ode for {Self}` where `{Self}` derives `State`"
+)]
 pub trait Model: Clone + Serialize + DeserializeOwned + Send + 'static {
     /// FMI parameters, all of them.
     type Parameters: Clone + Serialize + DeserializeOwned + Send + 'static;
-    /// FMI inputs. The same type carries their time derivatives and the seeds of directional derivatives, so `Default` must be zero.
+    /// FMI inputs. The same type carries their time derivatives and the seeds of directional
+    /// derivatives, so `Default` must be zero.
     type Input: Copy + Default + Serialize + DeserializeOwned + Send + 'static;
     /// FMI outputs and locals.
     type Output: Copy + Default + Send + 'static;
-    /// What outputs, derivatives and the step have in common, computed once for a state, parameters and inputs. `()` where there
-    /// is nothing to share.
+    /// What outputs, derivatives and the step have in common, computed once for a state, parameters
+    /// and inputs. `()` where there is nothing to share.
     type Evaluation: Evaluation<Self>;
 
     /// Names, default experiment, files.
     const INFO: Info;
 
-    /// The table of variables: the single source of value references, get and set, and `modelDescription.xml`.
+    /// The table of variables: the single source of value references, get and set, and
+    /// `modelDescription.xml`.
     fn variables() -> &'static [Variable<Self>];
 
     /// Start values of parameters and inputs.
     fn defaults() -> (Self::Parameters, Self::Input);
 
-    /// The state at the start time `t`, s. Called at the end of initialization, and before whenever an output is asked for after
-    /// something was set. The place for checks across several parameters.
+    /// The state at the start time `t`, s. Called at the end of initialization, and before whenever
+    /// an output is asked for after something was set. The place for checks across several
+    /// parameters.
     fn initialize(p: &Self::Parameters, u: &Self::Input, t: f64) -> Result<Self, ModelError>;
 
-    /// Take over tunable parameters changed after initialization. On `Err`, `self` must be as before.
-    /// A model that reads `p` in each call and caches nothing keeps this default.
+    /// Take over tunable parameters changed after initialization. On `Err`, `self` must be as
+    /// before. A model that reads `p` in each call and caches nothing keeps this default.
     fn tune(&mut self, _p: &Self::Parameters) -> Result<(), ModelError> {
         Ok(())
     }
 
-    /// Outputs of the state and the CURRENT inputs; called once per change of either. Must not give NaN or infinity.
+    /// Outputs of the state and the CURRENT inputs; called once per change of either. Must not give
+    /// NaN or infinity.
     fn output(
         &self,
         p: &Self::Parameters,
@@ -58,8 +69,9 @@ pub trait Model: Clone + Serialize + DeserializeOwned + Send + 'static {
         now: &Self::Evaluation,
     ) -> Result<Self::Output, ModelError>;
 
-    /// Advance from `t` by `h`, both s; `now` belongs to the state and `u.value()`. On `Err`, `self` must be as before: compute in
-    /// locals, commit at the end; the importer may then try a smaller step. Nearly always the answer is [`StepEnd::WHOLE`].
+    /// Advance from `t` by `h`, both s; `now` belongs to the state and `u.value()`. On `Err`,
+    /// `self` must be as before: compute in locals, commit at the end; the importer may then try a
+    /// smaller step. Nearly always the answer is [`StepEnd::WHOLE`].
     fn step(
         &mut self,
         p: &Self::Parameters,
@@ -93,10 +105,11 @@ pub trait Model: Clone + Serialize + DeserializeOwned + Send + 'static {
         Err(ModelError::new("directional_derivative is not implemented"))
     }
 
-    /// Adjoint derivative `weights · ∂output/∂input` at fixed state, one number in each Real input. There is a weight for each element of
-    /// the Real outputs and local variables, in the order of the table. This default takes one directional derivative for each
-    /// Real input; a model that has a shorter way overrides it.
-    /// Only called if [`Info::with_directional_derivatives`] is declared.
+    /// Adjoint derivative `weights · ∂output/∂input` at fixed state, one number in each Real input.
+    /// There is a weight for each element of the Real outputs and local variables, in the order of
+    /// the table. This default takes one directional derivative for each Real input; a model that
+    /// has a shorter way overrides it. Only called if [`Info::with_directional_derivatives`] is
+    /// declared.
     fn adjoint_derivative(
         &self,
         p: &Self::Parameters,
@@ -107,20 +120,23 @@ pub trait Model: Clone + Serialize + DeserializeOwned + Send + 'static {
         adjoint_by_columns(self, p, u, now, weights)
     }
 
-    /// Where the model's messages are, if it has any: asked for before and after `tune` and `step`, and after `initialize`.
+    /// Where the model's messages are, if it has any: asked for before and after `tune` and `step`,
+    /// and after `initialize`.
     fn log(&mut self) -> Option<&mut Log> {
         None
     }
 
-    /// A warning that arose in the last `initialize`, `tune` or `step`, handed out once. It is logged; the call still succeeds.
+    /// A warning that arose in the last `initialize`, `tune` or `step`, handed out once. It is
+    /// logged; the call still succeeds.
     fn take_warning(&mut self) -> Option<String> {
         None
     }
 }
 
-/// Work that outputs, derivatives and the step share: the layer makes it when one of them first needs it, hands it to each of
-/// them, and drops it when the state, a parameter or an input changes. Inputs that [`of`](Self::of) does not read say so by
-/// [`Variable::beside_evaluation`]; setting them keeps it.
+/// Work that outputs, derivatives and the step share: the layer makes it when one of them first
+/// needs it, hands it to each of them, and drops it when the state, a parameter or an input
+/// changes. Inputs that [`of`](Self::of) does not read say so by [`Variable::beside_evaluation`];
+/// setting them keeps it.
 pub trait Evaluation<M: Model>: Sized + Send + 'static {
     /// The evaluation of this state, with these parameters and inputs.
     fn of(model: &M, p: &M::Parameters, u: &M::Input) -> Result<Self, ModelError>;
@@ -133,10 +149,12 @@ impl<M: Model> Evaluation<M> for () {
     }
 }
 
-/// A row of the table: name, place in the model's structs, and what the model description says about it.
+/// A row of the table: name, place in the model's structs, and what the model description says
+/// about it.
 ///
-/// Constructors take (name, description, accessors). Singular ones (`input`, `integer_output` …) make a scalar, plural ones a
-/// vector, whose length is that of the slice in the default values and must not change.
+/// Constructors take (name, description, accessors). Singular ones (`input`, `integer_output` …)
+/// make a scalar, plural ones a vector, whose length is that of the slice in the default values and
+/// must not change.
 pub struct Variable<M: Model> {
     pub(crate) name: &'static str,
     pub(crate) description: &'static str,
@@ -201,7 +219,8 @@ pub(crate) fn real_inputs<M: Model>(
         .flat_map(|place| (0..place.len(u)).map(move |i| (i, place)))
 }
 
-/// The adjoint derivative of a model from its directional derivatives: the columns of ∂output/∂input one by one.
+/// The adjoint derivative of a model from its directional derivatives: the columns of
+/// ∂output/∂input one by one.
 fn adjoint_by_columns<M: Model>(
     model: &M,
     p: &M::Parameters,

@@ -1,10 +1,12 @@
 //! Panics stop at the border and print nothing.
 //!
-//! The default panic hook prints to stderr before unwinding, so another one is installed, once. A shared library written in Rust
-//! carries its own copy of the standard library, hence its own hook: nothing of the importer is disturbed, and whatever panics
-//! there is the model. Where the border is linked into a program with panics of its own (tests), the hook keeps silent only while
-//! the panicking thread is inside [`catch`], and passes on to the previous hook otherwise. Neither the hook nor the thread-local
-//! variables have a destructor, so that the library can be unloaded without a leak.
+//! The default panic hook prints to stderr before unwinding, so another one is installed, once. A
+//! shared library written in Rust carries its own copy of the standard library, hence its own hook:
+//! nothing of the importer is disturbed, and whatever panics there is the model. Where the border
+//! is linked into a program with panics of its own (tests), the hook keeps silent only while the
+//! panicking thread is inside [`catch`], and passes on to the previous hook otherwise. Neither the
+//! hook nor the thread-local variables have a destructor, so that the library can be unloaded
+//! without a leak.
 
 use std::{
     any::Any,
@@ -19,14 +21,16 @@ type Hook = Box<dyn Fn(&PanicHookInfo<'_>) + Sync + Send>;
 
 static PREVIOUS: OnceLock<Hook> = OnceLock::new();
 
-/// Whether other panics than those of the model can happen: threads then mark when they are inside [`catch`]. In a shared library
-/// looking up a thread-local variable would take longer than most calls.
+/// Whether other panics than those of the model can happen: threads then mark when they are inside
+/// [`catch`]. In a shared library looking up a thread-local variable would take longer than most
+/// calls.
 static IN_PROGRAM: AtomicBool = AtomicBool::new(false);
 
 thread_local! {
     /// How often this thread is inside [`catch`]; kept in a program only.
     static INSIDE: Cell<u32> = const { Cell::new(0) };
-    /// Where the last panic of this thread was, a `Box` until [`catch`] takes it; null if there is none.
+    /// Where the last panic of this thread was, a `Box` until [`catch`] takes it; null if there is
+    /// none.
     static PLACE: Cell<*mut String> = const { Cell::new(ptr::null_mut()) };
 }
 

@@ -3,12 +3,15 @@
 use std::fmt::Display;
 use std::path::Path;
 
-/// What `parse` makes of the file that a String parameter names, for use in a [`SetString`](crate::SetString).
+/// What `parse` makes of the file that a String parameter names, for use in a
+/// [`SetString`](crate::SetString).
 ///
-/// A relative path that does not exist in the working directory is looked up in `resources`, the FMU's resources folder.
+/// A relative path that does not exist in the working directory is looked up in `resources`, the
+/// FMU's resources folder.
 ///
 /// # Errors
-/// The file cannot be read (the text says where it was looked for), or `parse` refuses its contents.
+/// The file cannot be read (the text says where it was looked for), or `parse` refuses its
+/// contents.
 pub fn read_parameter_file<T, E: Display>(
     path: &str,
     resources: Option<&Path>,
@@ -17,7 +20,8 @@ pub fn read_parameter_file<T, E: Display>(
     read_placed_file(path, resources, |text, _| parse(text))
 }
 
-/// As [`read_parameter_file`], where what the file says depends on where it is: `parse` gets its path too.
+/// As [`read_parameter_file`], where what the file says depends on where it is: `parse` gets its
+/// path too.
 ///
 /// # Errors
 /// As of [`read_parameter_file`].

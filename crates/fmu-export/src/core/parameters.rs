@@ -1,8 +1,10 @@
 //! Parameters: numbers set one by one, and texts that may set all of them.
 //!
-//! What is in force does not depend on the order of setting: it is the start values and the explicit numbers that texts read, then what each
-//! text sets (a file, say), then every number that was set explicitly. Importers write back start values without meaning anything by it, so before the end of
-//! initialization a value equal to its start is not explicit: what a text sets stays in force, and that is logged.
+//! What is in force does not depend on the order of setting: it is the start values and the
+//! explicit numbers that texts read, then what each text sets (a file, say), then every number that
+//! was set explicitly. Importers write back start values without meaning anything by it, so before
+//! the end of initialization a value equal to its start is not explicit: what a text sets stays in
+//! force, and that is logged.
 
 use super::fault::{Fault, discard, refuse};
 use super::instance::{Instance, hear, listen, warn};
@@ -25,7 +27,8 @@ macro_rules! number {
     };
 }
 
-/// The first parameter that is not finite, in its bounds and in its enumeration: its name, value, and what it must be.
+/// The first parameter that is not finite, in its bounds and in its enumeration: its name, value,
+/// and what it must be.
 pub(crate) fn out_of_bounds<M: Model>(layout: &Layout<M>, p: &M::Parameters) -> Option<String> {
     layout.iter().find_map(|(i, row)| {
         number!(&row.place, |place| {
@@ -130,7 +133,8 @@ impl<M: Model> Instance<M> {
         texts
     }
 
-    /// The parameters in force: start values, what the texts set, and the explicit numbers of `numbers`.
+    /// The parameters in force: start values, what the texts set, and the explicit numbers of
+    /// `numbers`.
     fn composed(
         &mut self,
         texts: &[Option<String>],

@@ -71,7 +71,8 @@ impl<P, U, Y> Clone for Place<P, U, Y> {
 
 impl<P, U, Y> Copy for Place<P, U, Y> {}
 
-/// Setter of a String parameter: parameters, text, the FMU's resources folder if the importer gave one.
+/// Setter of a String parameter: parameters, text, the FMU's resources folder if the importer gave
+/// one.
 pub(crate) type SetText<P> = fn(&mut P, &str, Option<&Path>) -> Result<(), String>;
 
 /// Read access to a scalar or a vector in `S`.

@@ -1,7 +1,8 @@
 //! Rows of the table of variables: how they are written, and what follows from that.
 //!
-//! A row is a scalar (`x`) or a vector (`x[1]`, `x[2]`, …). The value reference of an element is its running number across
-//! the table, counted over all types, unless a row says where its elements begin.
+//! A row is a scalar (`x`) or a vector (`x[1]`, `x[2]`, …). The value reference of an element is
+//! its running number across the table, counted over all types, unless a row says where its
+//! elements begin.
 
 use super::causality::{Causality, Dependencies};
 use super::enumeration::{Enumeration, Items};
@@ -91,8 +92,9 @@ impl<M: Model> Variable<M> {
         Self::row(name, description, Causality::Output, place, true)
     }
 
-    /// A String parameter (fixed). `set` may read a file and replace every other parameter: afterwards the layer sets
-    /// those again that the importer has set explicitly, so that the order of setting does not matter.
+    /// A String parameter (fixed). `set` may read a file and replace every other parameter:
+    /// afterwards the layer sets those again that the importer has set explicitly, so that the
+    /// order of setting does not matter.
     pub const fn string_parameter(
         name: &'static str,
         description: &'static str,
@@ -142,14 +144,15 @@ impl<M: Model> Variable<M> {
         Self::row("", "", Causality::Local, place, false)
     };
 
-    /// The value reference of the first element, at most 65535; further elements, and the rows below, follow on. A reference that is
-    /// said does not move when a row is inserted above.
+    /// The value reference of the first element, at most 65535; further elements, and the rows
+    /// below, follow on. A reference that is said does not move when a row is inserted above.
     pub const fn at(mut self, reference: u32) -> Self {
         self.at = Some(reference);
         self
     }
 
-    /// Unit of a Real row, from [`KNOWN_UNITS`](crate::KNOWN_UNITS) or [`Info::units`](crate::Info::units).
+    /// Unit of a Real row, from [`KNOWN_UNITS`](crate::KNOWN_UNITS) or
+    /// [`Info::units`](crate::Info::units).
     pub const fn unit(mut self, unit: &'static str) -> Self {
         self.unit = Some(unit);
         self
@@ -202,33 +205,37 @@ impl<M: Model> Variable<M> {
         self
     }
 
-    /// May be set between steps ([`Model::tune`](crate::Model::tune) is told); without it a parameter is fixed after initialization. A calculated parameter
-    /// is tunable if it is calculated of one that is.
+    /// May be set between steps ([`Model::tune`](crate::Model::tune) is told); without it a
+    /// parameter is fixed after initialization. A calculated parameter is tunable if it is
+    /// calculated of one that is.
     pub const fn tunable(mut self) -> Self {
         self.tunable = true;
         self
     }
 
-    /// A Real input or output that changes at communication points only; without it a Real is continuous.
+    /// A Real input or output that changes at communication points only; without it a Real is
+    /// continuous.
     pub const fn discrete(mut self) -> Self {
         self.discrete = true;
         self
     }
 
-    /// An input that [`Evaluation::of`](crate::Evaluation::of) does not read: setting it keeps the evaluation.
+    /// An input that [`Evaluation::of`](crate::Evaluation::of) does not read: setting it keeps the
+    /// evaluation.
     pub const fn beside_evaluation(mut self) -> Self {
         self.beside_evaluation = true;
         self
     }
 
-    /// A parameter that setters of String parameters read: they find what the importer has set explicitly, in whatever order.
+    /// A parameter that setters of String parameters read: they find what the importer has set
+    /// explicitly, in whatever order.
     pub const fn read_by_texts(mut self) -> Self {
         self.read_by_texts = true;
         self
     }
 
-    /// A field of the inputs in which the sets of this input are counted, for a model to which setting it to the same value again
-    /// means something. The count wraps around.
+    /// A field of the inputs in which the sets of this input are counted, for a model to which
+    /// setting it to the same value again means something. The count wraps around.
     pub const fn counted(mut self, counter: fn(&mut M::Input) -> &mut u32) -> Self {
         self.counter = Some(counter);
         self
@@ -246,8 +253,9 @@ impl<M: Model> Variable<M> {
         self
     }
 
-    /// The inputs an output depends on directly (at fixed state): `"u"` the scalar or the whole vector, `"u[2]"` one element,
-    /// `"u[i]"` the element with the output's own index; `&[]` none. An output that does not say depends on all.
+    /// The inputs an output depends on directly (at fixed state): `"u"` the scalar or the whole
+    /// vector, `"u[2]"` one element, `"u[i]"` the element with the output's own index; `&[]` none.
+    /// An output that does not say depends on all.
     pub const fn depends_on(mut self, inputs: &'static [&'static str]) -> Self {
         self.dependencies = Dependencies::Same([inputs, &[]]);
         self
@@ -259,16 +267,17 @@ impl<M: Model> Variable<M> {
         self
     }
 
-    /// The inputs AND parameters an output depends on in Initialization Mode (through [`Model::initialize`](crate::Model::initialize) too), written as in
-    /// [`depends_on`](Self::depends_on); [`ALL_PARAMETERS`] stands for every parameter. Without it: on all, which lets an
-    /// importer see an algebraic loop at initialization.
+    /// The inputs AND parameters an output depends on in Initialization Mode (through
+    /// [`Model::initialize`](crate::Model::initialize) too), written as in
+    /// [`depends_on`](Self::depends_on); [`ALL_PARAMETERS`] stands for every parameter. Without it:
+    /// on all, which lets an importer see an algebraic loop at initialization.
     pub const fn initially_depends_on(mut self, knowns: &'static [&'static str]) -> Self {
         self.initial_dependencies = Dependencies::Same([knowns, &[]]);
         self
     }
 
-    /// After [`depends_on`](Self::depends_on): in Initialization Mode on the same inputs, and on these too. That is what an output
-    /// depends on that the state at the start has no part in.
+    /// After [`depends_on`](Self::depends_on): in Initialization Mode on the same inputs, and on
+    /// these too. That is what an output depends on that the state at the start has no part in.
     pub const fn initially_also_on(mut self, knowns: &'static [&'static str]) -> Self {
         self.initial_dependencies = match self.dependencies {
             Dependencies::Same([inputs, _]) => Dependencies::Same([inputs, knowns]),
@@ -277,7 +286,8 @@ impl<M: Model> Variable<M> {
         self
     }
 
-    /// Like [`initially_depends_on`](Self::initially_depends_on), with a list for each element of a vector.
+    /// Like [`initially_depends_on`](Self::initially_depends_on), with a list for each element of a
+    /// vector.
     pub const fn each_initially_depends_on(
         mut self,
         knowns: &'static [&'static [&'static str]],
@@ -328,7 +338,8 @@ impl<M: Model> Variable<M> {
         }
     }
 
-    /// Least and greatest allowed value, both finite: of `min` and `max`, of the items of an enumeration.
+    /// Least and greatest allowed value, both finite: of `min` and `max`, of the items of an
+    /// enumeration.
     pub(crate) fn bounds(&self) -> [f64; 2] {
         let [first, last] = match self.enumeration {
             Some(enumeration) => [1.0, enumeration.items.len() as f64],

@@ -1,8 +1,9 @@
 //! Saved states: copies inside the instance, handed out as counted handles, and their bytes.
 //!
-//! A handle is looked up, never followed, and never used twice, so that a freed or foreign one is an error. The bytes are a header
-//! and the state in `postcard` (fixed little-endian reals, so that a return is bit-exact): magic (8), version (4), identity of the
-//! border's version and of the model (4 + 16), length of the rest (8), CRC-32 of everything but itself (4).
+//! A handle is looked up, never followed, and never used twice, so that a freed or foreign one is
+//! an error. The bytes are a header and the state in `postcard` (fixed little-endian reals, so that
+//! a return is bit-exact): magic (8), version (4), identity of the border's version and of the
+//! model (4 + 16), length of the rest (8), CRC-32 of everything but itself (4).
 
 use super::fault::{Fault, refuse};
 use super::instance::Instance;
@@ -23,7 +24,8 @@ const HEADER: usize = 44;
 static NEXT: AtomicUsize = AtomicUsize::new(1);
 
 impl<M: Model> Instance<M> {
-    /// A copy of the present state under a new handle, or in place of the one behind `old` (0: none).
+    /// A copy of the present state under a new handle, or in place of the one behind `old` (0:
+    /// none).
     pub(crate) fn save(&mut self, old: usize) -> Result<usize, Fault> {
         let mut state = Box::new(self.state.clone());
         if state.phase == Phase::Initialization {

@@ -15,14 +15,16 @@ pub(crate) struct State<M: Model> {
     pub(crate) start: f64,
     /// Time that must not be passed, s.
     pub(crate) stop: Option<f64>,
-    /// Time of the last communication point, s: the importer's own number plus one step, so that no rounding adds up.
+    /// Time of the last communication point, s: the importer's own number plus one step, so that no
+    /// rounding adds up.
     pub(crate) time: f64,
     pub(crate) parameters: M::Parameters,
     /// By element: what the importer has set of the parameters.
     pub(crate) given: Vec<Given>,
     /// Inputs as they were set, and their derivatives for the next step.
     pub(crate) input: InputPolynomial<M::Input>,
-    /// Where the derivatives of earlier steps have taken them; None while each input is what was set.
+    /// Where the derivatives of earlier steps have taken them; None while each input is what was
+    /// set.
     pub(crate) reached: Option<Reached<M::Input>>,
     /// None until initialized, and during initialization after something was set.
     pub(crate) model: Option<M>,
@@ -86,7 +88,8 @@ pub(crate) enum Given {
 /// Whose states an instance can take.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Identity {
-    /// Name of the border's version, filled up with zeros: what a state means to an importer differs between them.
+    /// Name of the border's version, filled up with zeros: what a state means to an importer
+    /// differs between them.
     pub(crate) version: [u8; 4],
     /// Of the model and its version.
     pub(crate) model: [u8; 16],

@@ -41,8 +41,8 @@ fn check_inputs<M: Model>(
     Ok(())
 }
 
-/// How far `t` may be from `limit` in a step of `h` and still count as equal, all s: importers add steps up, or keep time in
-/// nanoseconds.
+/// How far `t` may be from `limit` in a step of `h` and still count as equal, all s: importers add
+/// steps up, or keep time in nanoseconds.
 fn slack(t: f64, h: f64) -> f64 {
     (1e-3 * h).max(1e-9 * t.abs().max(1.0))
 }
@@ -53,8 +53,8 @@ fn is_rounding(gap: f64, t: f64, now: f64) -> bool {
     gap <= relative * t.abs() || gap <= relative * now.abs()
 }
 
-/// What is wrong with a step at the time `now`. Out of line, like all that follows a failure, so that the numbers of a step that
-/// succeeds stay in registers.
+/// What is wrong with a step at the time `now`. Out of line, like all that follows a failure, so
+/// that the numbers of a step that succeeds stay in registers.
 #[cold]
 #[inline(never)]
 fn not_a_step(t: f64, h: f64, now: f64) -> Fault {
@@ -85,7 +85,8 @@ fn failed(t: f64, h: f64, error: &ModelError) -> Fault {
 }
 
 impl<M: Model> Instance<M> {
-    /// A step from `t` by `h`, both s. Where `t` is not quite the present time, the step makes up for it.
+    /// A step from `t` by `h`, both s. Where `t` is not quite the present time, the step makes up
+    /// for it.
     #[inline(always)] // into each border's step: a call would cost several per cent of a small one
     pub(crate) fn do_step(&mut self, t: f64, h: f64) -> Result<End, Fault> {
         let from_now = self.check_step(t, h)?;
@@ -147,7 +148,8 @@ impl<M: Model> Instance<M> {
         let is_exact = is_rounding(gap, t, now);
         let from_now = if is_exact { h } else { (t - now) + h };
         let end = t + h;
-        // No comparison holds for NaN. That `t` is finite and `h` finite and positive follows from the end.
+        // No comparison holds for NaN. That `t` is finite and `h` finite and positive follows from
+        // the end.
         let is_forward = end > now && end > t && end <= f64::MAX && from_now > 0.0;
         if !(is_forward && (is_exact || gap <= slack(t, h))) {
             return Err(not_a_step(t, h, now));

@@ -69,21 +69,6 @@ impl Unit {
         self.display = units;
         self
     }
-
-    /// Its name.
-    pub const fn name(&self) -> &'static str {
-        self.name
-    }
-
-    /// Exponents of kg, m, s, A, K, mol, cd and rad, factor and offset.
-    pub const fn base(&self) -> ([i8; 8], f64, f64) {
-        (self.exponents, self.factor, self.offset)
-    }
-
-    /// Units to show values in.
-    pub const fn display_units(&self) -> &'static [DisplayUnit] {
-        self.display
-    }
 }
 
 /// A unit to show values in: shown value = factor · value + offset.
@@ -110,15 +95,5 @@ impl DisplayUnit {
     pub const fn offset(mut self, offset: f64) -> Self {
         self.offset = offset;
         self
-    }
-
-    /// Its name.
-    pub const fn name(&self) -> &'static str {
-        self.name
-    }
-
-    /// Factor and offset.
-    pub const fn scale(&self) -> (f64, f64) {
-        (self.factor, self.offset)
     }
 }

@@ -96,7 +96,8 @@ impl Value for f64 {
         self.abs() <= f64::MAX // one comparison, which NaN fails too
     }
 
-    /// Without a branch for each: of what is not finite all bits of the exponent are set, and one more carries into the sign.
+    /// Without a branch for each: of what is not finite all bits of the exponent are set, and one
+    /// more carries into the sign.
     #[inline]
     fn are_finite(values: &[f64]) -> bool {
         const SIGN: u64 = 1 << 63;

@@ -23,8 +23,9 @@ pub trait Item: Copy + Send + 'static {
 
 /// A field that holds an item of the enumeration `E`.
 ///
-/// `*choice` is the item, to compare or to match; `item.into()` makes a choice of an item. It holds a number, because that is what
-/// importers set; the border lets no number pass that is not of an item.
+/// `*choice` is the item, to compare or to match; `item.into()` makes a choice of an item. It holds
+/// a number, because that is what importers set; the border lets no number pass that is not of an
+/// item.
 pub struct Choice<E>(i32, PhantomData<E>);
 
 /// What is behind the type of a field.
@@ -58,7 +59,8 @@ impl<E: Item> Deref for Choice<E> {
 
     #[inline]
     fn deref(&self) -> &E {
-        // Zero, what derivatives and seeds of inputs hold, is no item; nor is anything a table by hand would let pass.
+        // Zero, what derivatives and seeds of inputs hold, is no item; nor is anything a table by
+        // hand would let pass.
         let last = E::ITEMS.len() - 1;
         &E::ITEMS[usize::try_from(self.0 - 1).unwrap_or(0).min(last)]
     }

@@ -1,7 +1,9 @@
-//! What the derives of `fmu-export-derive` write against. None of it is written by hand, except [`Choice`] and [`Ode`].
+//! What the derives of `fmu-export-derive` write against. None of it is written by hand, except
+//! [`Choice`] and [`Ode`].
 //!
-//! A struct that derives [`Parameters`], [`Input`], [`Output`] or [`State`] has rows for any model and any [`Path`] that leads to
-//! it, so that structs can be nested. The rows of a model are a constant: nothing is made when a library is loaded.
+//! A struct that derives [`Parameters`], [`Input`], [`Output`] or [`State`] has rows for any model
+//! and any [`Path`] that leads to it, so that structs can be nested. The rows of a model are a
+//! constant: nothing is made when a library is loaded.
 
 mod choice;
 mod name;
@@ -64,8 +66,9 @@ impl Output for () {}
 
 /// In an `impl Model`: types, table and start values from structs with derives.
 ///
-/// `derived!(Parameters, Input, Output);` stands for the associated types `Parameters`, `Input`, `Output` and `Evaluation = ()`, and for
-/// `variables` and `defaults`. A type that is not needed is `()`.
+/// `derived!(Parameters, Input, Output);` stands for the associated types `Parameters`, `Input`,
+/// `Output` and `Evaluation = ()`, and for `variables` and `defaults`. A type that is not needed is
+/// `()`.
 #[macro_export]
 macro_rules! derived {
     ($parameters:ty, $input:ty, $output:ty $(,)?) => {

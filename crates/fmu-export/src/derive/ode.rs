@@ -68,11 +68,13 @@ impl<const N: usize> Vector for [f64; N] {
     }
 }
 
-/// A model of ordinary differential equations: `x' = f(x, p, u, t)`, `y = g(x, p, u)`, x the state `Self`.
+/// A model of ordinary differential equations: `x' = f(x, p, u, t)`, `y = g(x, p, u)`, x the state
+/// `Self`.
 ///
-/// It is solved by the Runge–Kutta method of order 4 in equal internal steps that end where the communication step ends, none longer
-/// than `#[fmu(max_step = …)]` says, 1 ms if it says nothing. Inputs follow their derivatives, if the importer gives them. A step
-/// that leaves a state that is not finite is discarded.
+/// It is solved by the Runge–Kutta method of order 4 in equal internal steps that end where the
+/// communication step ends, none longer than `#[fmu(max_step = …)]` says, 1 ms if it says nothing.
+/// Inputs follow their derivatives, if the importer gives them. A step that leaves a state that is
+/// not finite is discarded.
 #[diagnostic::on_unimplemented(
     message = "`{Self}` is not a model",
     note = "write `impl Ode for {Self}` with its equations, or `impl Model for {Self}`"
@@ -81,7 +83,8 @@ pub trait Ode: State {
     /// Time derivative of each state, per s.
     fn derivative(&self, p: &Self::P, u: &Self::U, t: f64) -> Self;
 
-    /// What the model puts out beside its state. Must be written where `#[fmu(output = …)]` names a struct.
+    /// What the model puts out beside its state. Must be written where `#[fmu(output = …)]` names a
+    /// struct.
     fn outputs(&self, _p: &Self::P, _u: &Self::U) -> Self::Y {
         const {
             assert!(

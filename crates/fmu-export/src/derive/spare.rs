@@ -1,8 +1,9 @@
 //! What the derives write of a field whose type is a struct, so that a missing derive is said once.
 //!
-//! That the struct is one of parameters, of inputs or of outputs is asked for in one place, where the compiler says it in the words of that
-//! trait. Everything else that is written of the field goes through [`Of`]: its functions are those of the type where it has what they
-//! need, and else those of [`Spare`], which are never called, because what has such a field does not compile.
+//! That the struct is one of parameters, of inputs or of outputs is asked for in one place, where
+//! the compiler says it in the words of that trait. Everything else that is written of the field
+//! goes through [`Of`]: its functions are those of the type where it has what they need, and else
+//! those of [`Spare`], which are never called, because what has such a field does not compile.
 
 use super::{Choice, Enumerated, Item, Output, Part, Rows, Vector};
 use crate::Model;

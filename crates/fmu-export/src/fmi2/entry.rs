@@ -1,7 +1,9 @@
-//! The functions of FMI 2.0, one to one, and their call order; [`export_fmu!`](crate::export_fmu) gives them their C names for one model.
+//! The functions of FMI 2.0, one to one, and their call order; [`export_fmu!`](crate::export_fmu)
+//! gives them their C names for one model.
 //!
-//! All of them may be called with `c` = NULL or an instance of this library that is in use by no other thread, and with
-//! pointers that are NULL or valid for the number of elements given beside them; that is what FMI asks of the importer.
+//! All of them may be called with `c` = NULL or an instance of this library that is in use by no
+//! other thread, and with pointers that are NULL or valid for the number of elements given beside
+//! them; that is what FMI asks of the importer.
 
 pub use super::instantiate::{free_instance, instantiate};
 pub use crate::border::export::Exported;
@@ -10,15 +12,16 @@ pub use crate::border::library::Library;
 use super::component::{Body, Fmi2};
 use super::ffi::*;
 use crate::Model;
-use crate::border::arguments::{array, array_mut, place, texts};
+use crate::border::arguments::{Array, ArrayMut, array, array_mut, place, texts};
 use crate::border::call::{I, L, N, S, T};
 use crate::border::files;
 use crate::border::functions::functions;
 use crate::core::fault::{Fault, refuse};
 use crate::core::value::Value;
 
-// The states in which a function is allowed are those of FMI 2.0.4, section 4.2.4. Departures: fmi2SetupExperiment may be left out (start
-// time 0), and what is set at a communication point can be read back there before the next step.
+// The states in which a function is allowed are those of FMI 2.0.4, section 4.2.4. Departures:
+// fmi2SetupExperiment may be left out (start time 0), and what is set at a communication point can
+// be read back there before the next step.
 functions! { ($) Fmi2 export_fmi2_functions;
     fmi2SetDebugLogging [I | N | S | T | L] (on: Boolean, n: usize, categories: *const Str)
         |b| b.set_logging(on != 0, n, categories);
@@ -35,11 +38,11 @@ functions! { ($) Fmi2 export_fmi2_functions;
         |b| b.reset();
 
     fmi2GetReal [N | S | T] (vr: *const ValueReference, n: usize, value: *mut Real)
-        |b| get(b, vr, n, value, |x: f64| x);
+        |b| get(b, array("vr", vr, n)?, array_mut("value", value, n)?, |x: f64| x);
     fmi2GetInteger [N | S | T] (vr: *const ValueReference, n: usize, value: *mut Integer)
-        |b| get(b, vr, n, value, |x: i32| x);
+        |b| get(b, array("vr", vr, n)?, array_mut("value", value, n)?, |x: i32| x);
     fmi2GetBoolean [N | S | T] (vr: *const ValueReference, n: usize, value: *mut Boolean)
-        |b| get(b, vr, n, value, |x: bool| Boolean::from(x));
+        |b| get(b, array("vr", vr, n)?, array_mut("value", value, n)?, |x: bool| Boolean::from(x));
     /// The texts stay valid until the next call of it.
     fmi2GetString [N | S | T] (vr: *const ValueReference, n: usize, value: *mut Str)
         |b| {
@@ -47,11 +50,11 @@ functions! { ($) Fmi2 export_fmi2_functions;
             b.get_texts(n, |k| vr.get(k), value)
         };
     fmi2SetReal [I | N | S] (vr: *const ValueReference, n: usize, value: *const Real)
-        |b| set(b, vr, n, value, |x: Real| x);
+        |b| set(b, array("vr", vr, n)?, array("value", value, n)?, |x: Real| x);
     fmi2SetInteger [I | N | S] (vr: *const ValueReference, n: usize, value: *const Integer)
-        |b| set(b, vr, n, value, |x: Integer| x);
+        |b| set(b, array("vr", vr, n)?, array("value", value, n)?, |x: Integer| x);
     fmi2SetBoolean [I | N | S] (vr: *const ValueReference, n: usize, value: *const Boolean)
-        |b| set(b, vr, n, value, |x: Boolean| x != 0);
+        |b| set(b, array("vr", vr, n)?, array("value", value, n)?, |x: Boolean| x != 0);
     fmi2SetString [I | N | S] (vr: *const ValueReference, n: usize, value: *const Str)
         |b| {
             let (vr, value) = (array("vr", vr, n)?, texts("value", value, n)?);
@@ -125,38 +128,27 @@ fn check_provided<M: Model>(_: &Body<M>) -> Result<(), Fault> {
 }
 
 /// Sets elements.
-///
-/// # Safety
-/// See the module.
-#[inline]
-unsafe fn set<M: Model, C: Copy, T: Value>(
+#[inline(always)]
+fn set<M: Model, C: Copy, T: Value>(
     b: &mut Body<M>,
-    vr: *const ValueReference,
-    n: usize,
-    values: *const C,
+    vr: Array<ValueReference>,
+    values: Array<C>,
     from_c: impl Fn(C) -> T + Copy,
 ) -> Result<(), Fault> {
-    // SAFETY: forwarded.
-    let (vr, values) = unsafe { (array("vr", vr, n)?, array("value", values, n)?) };
-    b.instance.set(|k| Some((vr.at(k)?, from_c(values.at(k)?))))
+    // Of two words, so that it is handed on in registers.
+    let (vr, values) = (&vr, &values);
+    (b.instance).set(move |k| Some((vr.at(k)?, from_c(values.at(k)?))))
 }
 
 /// Gets elements.
-///
-/// # Safety
-/// See the module.
-#[inline]
-unsafe fn get<M: Model, C: Copy, T: Value>(
+#[inline(always)]
+fn get<M: Model, C: Copy, T: Value>(
     b: &mut Body<M>,
-    vr: *const ValueReference,
-    n: usize,
-    values: *mut C,
+    vr: Array<ValueReference>,
+    values: ArrayMut<C>,
     to_c: impl Fn(T) -> C,
 ) -> Result<(), Fault> {
-    // SAFETY: forwarded.
-    let (vr, values) = unsafe { (array("vr", vr, n)?, array_mut("value", values, n)?) };
-    b.instance
-        .get(|k| vr.at(k), |k, value| values.put(k, to_c(value)))
+    (b.instance).get(|k| vr.at(k), |k, value| values.put(k, to_c(value)))
 }
 
 /// fmi2ExportFiles: hands every file of the FMU beside the binaries to `receive`; 0 if all is well.

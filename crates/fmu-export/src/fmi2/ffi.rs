@@ -1,6 +1,8 @@
-//! The C types of FMI 2.0, for 64- and 32-bit platforms alike (`fmi2TypesPlatform.h`, `fmi2FunctionTypes.h`).
+//! The C types of FMI 2.0, for 64- and 32-bit platforms alike (`fmi2TypesPlatform.h`,
+//! `fmi2FunctionTypes.h`).
 //!
-//! Enumerations that come from the importer are plain `c_int`: a foreign value must not be undefined behaviour.
+//! Enumerations that come from the importer are plain `c_int`: a foreign value must not be
+//! undefined behaviour.
 
 pub use std::ffi::{c_char, c_int, c_uint, c_void};
 
@@ -31,10 +33,11 @@ pub enum Status {
     Ok = 0,
     /// Never returned, only logged: importers abort on it.
     Warning = 1,
-    /// A step could not be done, a value is out of bounds, an inquiry has no answer; the instance is as before. Or the step was
-    /// done in part (fmi2LastSuccessfulTime).
+    /// A step could not be done, a value is out of bounds, an inquiry has no answer; the instance
+    /// is as before. Or the step was done in part (fmi2LastSuccessfulTime).
     Discard = 2,
-    /// The call was wrong and the instance is as before; or a panic has made it useless until a reset or a restored state.
+    /// The call was wrong and the instance is as before; or a panic has made it useless until a
+    /// reset or a restored state.
     Error = 3,
     /// Never returned: it would mean that all instances are corrupt.
     Fatal = 4,
@@ -69,7 +72,8 @@ pub type CallbackFreeMemory = unsafe extern "C" fn(*mut c_void);
 /// `fmi2StepFinished`.
 pub type StepFinished = unsafe extern "C" fn(ComponentEnvironment, Status);
 
-/// `fmi2CallbackFunctions`. Only the logger is used (`canNotUseMemoryManagementFunctions`); each may be NULL.
+/// `fmi2CallbackFunctions`. Only the logger is used (`canNotUseMemoryManagementFunctions`); each
+/// may be NULL.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct CallbackFunctions {

@@ -16,7 +16,8 @@ use std::ptr;
 /// fmi2Instantiate.
 ///
 /// # Safety
-/// As for every function of [`entry`](crate::entry); `functions` points at callbacks that may be called until fmi2FreeInstance.
+/// As for every function of [`entry`](crate::entry); `functions` points at callbacks that may be
+/// called until fmi2FreeInstance.
 pub unsafe fn instantiate<X: Exported>(
     library: &Library,
     name: Str,
@@ -79,7 +80,8 @@ fn folder(messages: &mut Vec<Message>, uri: &str) -> Option<PathBuf> {
     }
 }
 
-/// fmi2FreeInstance; NULL is ignored, and so is an instance in use: a logger that is called while its instance works cannot free it.
+/// fmi2FreeInstance; NULL is ignored, and so is an instance in use: a logger that is called while
+/// its instance works cannot free it.
 ///
 /// # Safety
 /// As for every function of [`entry`](crate::entry); `c` is not used afterwards.

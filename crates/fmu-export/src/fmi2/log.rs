@@ -1,4 +1,5 @@
-//! The importer's logger of FMI 2.0: what it hears at first, how categories are switched, how a message is written.
+//! The importer's logger of FMI 2.0: what it hears at first, how categories are switched, how a
+//! message is written.
 
 use super::ffi::{CallbackFunctions, CallbackLogger, ComponentEnvironment, Status};
 use crate::border::answer::Answer;
@@ -16,7 +17,8 @@ pub(crate) struct Logger {
 
 pub(crate) type Log = log::Log<Logger>;
 
-// SAFETY: the environment is handed to the importer's logger and not looked at. FMI lets threads take turns with an instance.
+// SAFETY: the environment is handed to the importer's logger and not looked at. FMI lets threads
+// take turns with an instance.
 unsafe impl Send for Logger {}
 // SAFETY: as above; everything is immutable.
 unsafe impl Sync for Logger {}
@@ -37,8 +39,8 @@ pub(crate) fn new(
     Log::new(logger, categories, enabled)
 }
 
-/// fmi2SetDebugLogging: all or only the named categories on; all or only the named ones off. Errors are always reported. Categories
-/// of the standard that no message has are accepted.
+/// fmi2SetDebugLogging: all or only the named categories on; all or only the named ones off. Errors
+/// are always reported. Categories of the standard that no message has are accepted.
 pub(crate) fn switched(log: &Log, on: bool, categories: &[&str]) -> u32 {
     let named = (categories.iter()).fold(0, |mask, name| mask | log.bits(name).unwrap_or(0));
     let enabled = match (on, categories) {
@@ -73,7 +75,8 @@ impl log::Logger for Logger {
             return;
         };
         let text = c_string(&escaped(text));
-        // SAFETY: the importer's logger takes these C strings, which live until it returns; the format asks for no more.
+        // SAFETY: the importer's logger takes these C strings, which live until it returns; the
+        // format asks for no more.
         unsafe {
             callback(
                 self.environment,
@@ -86,7 +89,8 @@ impl log::Logger for Logger {
     }
 }
 
-/// Text as a format of `printf` without arguments, in which `#` would begin the name of a variable (FMI 2.0.4, section 2.1.5).
+/// Text as a format of `printf` without arguments, in which `#` would begin the name of a variable
+/// (FMI 2.0.4, section 2.1.5).
 fn escaped(text: &str) -> String {
     text.replace('%', "%%").replace('#', "##")
 }

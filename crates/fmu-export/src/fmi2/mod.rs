@@ -1,5 +1,5 @@
-//! FMI 2.0 for co-simulation over the core: C functions, elements as value references, statuses, call order, messages to the
-//! importer's logger, and `modelDescription.xml`.
+//! FMI 2.0 for co-simulation over the core: C functions, elements as value references, statuses,
+//! call order, messages to the importer's logger, and `modelDescription.xml`.
 
 mod component;
 pub(crate) mod description;

@@ -1,4 +1,5 @@
-//! Inquiries about steps. Steps are synchronous, so most of them have no answer; FMI 2.0 then wants fmi2Discard.
+//! Inquiries about steps. Steps are synchronous, so most of them have no answer; FMI 2.0 then wants
+//! fmi2Discard.
 
 use super::component::Body;
 use super::ffi::{
@@ -9,7 +10,8 @@ use crate::core::fault::{Fault, discard, refuse};
 use std::ffi::c_int;
 
 impl<M: Model> Body<M> {
-    /// fmi2CancelStep: FMI allows it during a step only, and a synchronous step is over when fmi2DoStep returns.
+    /// fmi2CancelStep: FMI allows it during a step only, and a synchronous step is over when
+    /// fmi2DoStep returns.
     pub(crate) fn cancel_step(&mut self) -> Result<(), Fault> {
         refuse!("no step is in progress: steps are synchronous")
     }

@@ -3,8 +3,9 @@
 use percent_encoding::percent_decode_str;
 use std::path::PathBuf;
 
-/// The folder a `file:` URI means: `file:/C:/x`, `file:///x`, `file://localhost/x`, with extra slashes, a trailing slash and
-/// percent-encoding. A plain absolute path is taken as it is, since some importers pass one.
+/// The folder a `file:` URI means: `file:/C:/x`, `file:///x`, `file://localhost/x`, with extra
+/// slashes, a trailing slash and percent-encoding. A plain absolute path is taken as it is, since
+/// some importers pass one.
 pub(crate) fn folder(uri: &str) -> Result<PathBuf, String> {
     let path = match uri.get(..5) {
         Some(scheme) if scheme.eq_ignore_ascii_case("file:") => {

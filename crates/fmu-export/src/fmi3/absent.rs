@@ -1,12 +1,13 @@
-//! Functions of what this FMU declares not to have: variables of other types, clocks, structural parameters, Model Exchange, Scheduled
-//! Execution. Each is refused by name, and leaves the instance as it is.
+//! Functions of what this FMU declares not to have: variables of other types, clocks, structural
+//! parameters, Model Exchange, Scheduled Execution. Each is refused by name, and leaves the
+//! instance as it is.
 
 use super::ffi::*;
 use super::instance::{Body, Fmi3};
 use super::order::{A, ANY, GET, SET};
-use super::values::not_settable_as;
+use super::values::{VR, not_settable_as};
 use crate::Model;
-use crate::border::arguments::array;
+use crate::border::arguments::{Array, array};
 use crate::border::call::{E, I, N, S};
 use crate::border::functions::functions;
 use crate::core::fault::{Fault, refuse};
@@ -20,42 +21,42 @@ const STRUCTURAL: &str =
 
 functions! { ($) Fmi3 export_fmi3_absent;
     // Types that no variable has.
-    fmi3GetFloat32 [GET] (vr: *const ValueReference, n: usize, values: *mut f32, n_values: usize) |b| not_read(b, vr, n, "Float32");
-    fmi3GetInt8 [GET] (vr: *const ValueReference, n: usize, values: *mut i8, n_values: usize) |b| not_read(b, vr, n, "Int8");
-    fmi3GetUInt8 [GET] (vr: *const ValueReference, n: usize, values: *mut u8, n_values: usize) |b| not_read(b, vr, n, "UInt8");
-    fmi3GetInt16 [GET] (vr: *const ValueReference, n: usize, values: *mut i16, n_values: usize) |b| not_read(b, vr, n, "Int16");
-    fmi3GetUInt16 [GET] (vr: *const ValueReference, n: usize, values: *mut u16, n_values: usize) |b| not_read(b, vr, n, "UInt16");
-    fmi3GetUInt32 [GET] (vr: *const ValueReference, n: usize, values: *mut u32, n_values: usize) |b| not_read(b, vr, n, "UInt32");
-    fmi3GetUInt64 [GET] (vr: *const ValueReference, n: usize, values: *mut u64, n_values: usize) |b| not_read(b, vr, n, "UInt64");
+    fmi3GetFloat32 [GET] (vr: *const ValueReference, n: usize, values: *mut f32, n_values: usize) |b| not_read(b, array(VR, vr, n)?, "Float32");
+    fmi3GetInt8 [GET] (vr: *const ValueReference, n: usize, values: *mut i8, n_values: usize) |b| not_read(b, array(VR, vr, n)?, "Int8");
+    fmi3GetUInt8 [GET] (vr: *const ValueReference, n: usize, values: *mut u8, n_values: usize) |b| not_read(b, array(VR, vr, n)?, "UInt8");
+    fmi3GetInt16 [GET] (vr: *const ValueReference, n: usize, values: *mut i16, n_values: usize) |b| not_read(b, array(VR, vr, n)?, "Int16");
+    fmi3GetUInt16 [GET] (vr: *const ValueReference, n: usize, values: *mut u16, n_values: usize) |b| not_read(b, array(VR, vr, n)?, "UInt16");
+    fmi3GetUInt32 [GET] (vr: *const ValueReference, n: usize, values: *mut u32, n_values: usize) |b| not_read(b, array(VR, vr, n)?, "UInt32");
+    fmi3GetUInt64 [GET] (vr: *const ValueReference, n: usize, values: *mut u64, n_values: usize) |b| not_read(b, array(VR, vr, n)?, "UInt64");
     fmi3GetBinary [GET] (vr: *const ValueReference, n: usize, sizes: *mut usize, values: *mut Binary, n_values: usize)
-        |b| not_read(b, vr, n, "Binary");
-    fmi3GetClock [E] (vr: *const ValueReference, n: usize, values: *mut Boolean) |b| not_read(b, vr, n, "Clock");
-    fmi3SetFloat32 [SET] (vr: *const ValueReference, n: usize, values: *const f32, n_values: usize) |b| not_set(b, vr, n, "Float32");
-    fmi3SetInt8 [SET] (vr: *const ValueReference, n: usize, values: *const i8, n_values: usize) |b| not_set(b, vr, n, "Int8");
-    fmi3SetUInt8 [SET] (vr: *const ValueReference, n: usize, values: *const u8, n_values: usize) |b| not_set(b, vr, n, "UInt8");
-    fmi3SetInt16 [SET] (vr: *const ValueReference, n: usize, values: *const i16, n_values: usize) |b| not_set(b, vr, n, "Int16");
-    fmi3SetUInt16 [SET] (vr: *const ValueReference, n: usize, values: *const u16, n_values: usize) |b| not_set(b, vr, n, "UInt16");
-    fmi3SetUInt32 [SET] (vr: *const ValueReference, n: usize, values: *const u32, n_values: usize) |b| not_set(b, vr, n, "UInt32");
-    fmi3SetUInt64 [SET] (vr: *const ValueReference, n: usize, values: *const u64, n_values: usize) |b| not_set(b, vr, n, "UInt64");
+        |b| not_read(b, array(VR, vr, n)?, "Binary");
+    fmi3GetClock [E] (vr: *const ValueReference, n: usize, values: *mut Boolean) |b| not_read(b, array(VR, vr, n)?, "Clock");
+    fmi3SetFloat32 [SET] (vr: *const ValueReference, n: usize, values: *const f32, n_values: usize) |b| not_set(b, array(VR, vr, n)?, "Float32");
+    fmi3SetInt8 [SET] (vr: *const ValueReference, n: usize, values: *const i8, n_values: usize) |b| not_set(b, array(VR, vr, n)?, "Int8");
+    fmi3SetUInt8 [SET] (vr: *const ValueReference, n: usize, values: *const u8, n_values: usize) |b| not_set(b, array(VR, vr, n)?, "UInt8");
+    fmi3SetInt16 [SET] (vr: *const ValueReference, n: usize, values: *const i16, n_values: usize) |b| not_set(b, array(VR, vr, n)?, "Int16");
+    fmi3SetUInt16 [SET] (vr: *const ValueReference, n: usize, values: *const u16, n_values: usize) |b| not_set(b, array(VR, vr, n)?, "UInt16");
+    fmi3SetUInt32 [SET] (vr: *const ValueReference, n: usize, values: *const u32, n_values: usize) |b| not_set(b, array(VR, vr, n)?, "UInt32");
+    fmi3SetUInt64 [SET] (vr: *const ValueReference, n: usize, values: *const u64, n_values: usize) |b| not_set(b, array(VR, vr, n)?, "UInt64");
     fmi3SetBinary [SET] (vr: *const ValueReference, n: usize, sizes: *const usize, values: *const Binary, n_values: usize)
-        |b| not_set(b, vr, n, "Binary");
-    fmi3SetClock [E] (vr: *const ValueReference, n: usize, values: *const Boolean) |b| not_set(b, vr, n, "Clock");
+        |b| not_set(b, array(VR, vr, n)?, "Binary");
+    fmi3SetClock [E] (vr: *const ValueReference, n: usize, values: *const Boolean) |b| not_set(b, array(VR, vr, n)?, "Clock");
 
     // Clocks.
     fmi3GetIntervalDecimal [N | E] (vr: *const ValueReference, n: usize, intervals: *mut f64, qualifiers: *mut c_int)
-        |b| no_clock(b, vr, n);
+        |b| no_clock(b, array(VR, vr, n)?);
     fmi3GetIntervalFraction [N | E] (
         vr: *const ValueReference, n: usize, counters: *mut u64, resolutions: *mut u64, qualifiers: *mut c_int
-    ) |b| no_clock(b, vr, n);
-    fmi3GetShiftDecimal [N] (vr: *const ValueReference, n: usize, shifts: *mut f64) |b| no_clock(b, vr, n);
+    ) |b| no_clock(b, array(VR, vr, n)?);
+    fmi3GetShiftDecimal [N] (vr: *const ValueReference, n: usize, shifts: *mut f64) |b| no_clock(b, array(VR, vr, n)?);
     fmi3GetShiftFraction [N] (vr: *const ValueReference, n: usize, counters: *mut u64, resolutions: *mut u64)
-        |b| no_clock(b, vr, n);
-    fmi3SetIntervalDecimal [N | E] (vr: *const ValueReference, n: usize, intervals: *const f64) |b| no_clock(b, vr, n);
+        |b| no_clock(b, array(VR, vr, n)?);
+    fmi3SetIntervalDecimal [N | E] (vr: *const ValueReference, n: usize, intervals: *const f64) |b| no_clock(b, array(VR, vr, n)?);
     fmi3SetIntervalFraction [N | E] (vr: *const ValueReference, n: usize, counters: *const u64, resolutions: *const u64)
-        |b| no_clock(b, vr, n);
-    fmi3SetShiftDecimal [N | E] (vr: *const ValueReference, n: usize, shifts: *const f64) |b| no_clock(b, vr, n);
+        |b| no_clock(b, array(VR, vr, n)?);
+    fmi3SetShiftDecimal [N | E] (vr: *const ValueReference, n: usize, shifts: *const f64) |b| no_clock(b, array(VR, vr, n)?);
     fmi3SetShiftFraction [N | E] (vr: *const ValueReference, n: usize, counters: *const u64, resolutions: *const u64)
-        |b| no_clock(b, vr, n);
+        |b| no_clock(b, array(VR, vr, n)?);
 
     // Structural parameters, Model Exchange, Scheduled Execution.
     fmi3EnterConfigurationMode [I | S | A] () |_| refuse!("{STRUCTURAL}");
@@ -75,17 +76,8 @@ functions! { ($) Fmi3 export_fmi3_absent;
 }
 
 /// Reading variables as a type that none of them has.
-///
-/// # Safety
-/// See [`entry`](super::entry).
-unsafe fn not_read<M: Model>(
-    b: &mut Body<M>,
-    vr: *const ValueReference,
-    n: usize,
-    name: &str,
-) -> Result<(), Fault> {
-    // SAFETY: forwarded.
-    let Some(number) = unsafe { array("valueReferences", vr, n) }?.at(0) else {
+fn not_read<M: Model>(b: &Body<M>, vr: Array<ValueReference>, name: &str) -> Result<(), Fault> {
+    let Some(number) = vr.at(0) else {
         return Ok(());
     };
     let (run, first, _) = b.instance.layout.block(number)?;
@@ -93,33 +85,14 @@ unsafe fn not_read<M: Model>(
 }
 
 /// Setting variables as a type that none of them has.
-///
-/// # Safety
-/// See [`entry`](super::entry).
-unsafe fn not_set<M: Model>(
-    b: &mut Body<M>,
-    vr: *const ValueReference,
-    n: usize,
-    name: &str,
-) -> Result<(), Fault> {
-    // SAFETY: forwarded.
-    match unsafe { array("valueReferences", vr, n) }?.at(0) {
-        Some(number) => not_settable_as(b, number, name),
-        None => Ok(()),
-    }
+fn not_set<M: Model>(b: &Body<M>, vr: Array<ValueReference>, name: &str) -> Result<(), Fault> {
+    vr.at(0)
+        .map_or(Ok(()), |number| not_settable_as(b, number, name))
 }
 
 /// What is for clocks only, of which there are none.
-///
-/// # Safety
-/// See [`entry`](super::entry).
-unsafe fn no_clock<M: Model>(
-    b: &mut Body<M>,
-    vr: *const ValueReference,
-    n: usize,
-) -> Result<(), Fault> {
-    // SAFETY: forwarded.
-    let Some(number) = unsafe { array("valueReferences", vr, n) }?.at(0) else {
+fn no_clock<M: Model>(b: &Body<M>, vr: Array<ValueReference>) -> Result<(), Fault> {
+    let Some(number) = vr.at(0) else {
         return Ok(());
     };
     let (run, first, _) = b.instance.layout.block(number)?;

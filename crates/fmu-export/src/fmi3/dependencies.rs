@@ -9,7 +9,8 @@ use crate::core::fault::{Fault, refuse};
 use crate::core::phase::Phase;
 use std::ffi::c_int;
 
-/// One dependency: element of the dependent variable, variable it depends on, element of that one. Elements count from 1.
+/// One dependency: element of the dependent variable, variable it depends on, element of that one.
+/// Elements count from 1.
 pub(super) struct Dependency {
     pub(super) element: usize,
     pub(super) independent: ValueReference,
@@ -18,8 +19,8 @@ pub(super) struct Dependency {
 }
 
 impl<M: Model> Body<M> {
-    /// All dependencies of a variable that is computed: before and in Initialization Mode those of `InitialUnknown`, later those of
-    /// `Output`.
+    /// All dependencies of a variable that is computed: before and in Initialization Mode those of
+    /// `InitialUnknown`, later those of `Output`.
     pub(super) fn dependencies(&self, dependent: ValueReference) -> Result<Vec<Dependency>, Fault> {
         let layout = &self.instance.layout;
         let (run, first, n) = layout.block(dependent)?;

@@ -1,8 +1,10 @@
-//! The functions of FMI 3.0, one to one, and their call order; [`export_fmu!`](crate::export_fmu) gives them their C names for one model.
-//! Those that get and set variables are in `values`, those of what these FMUs do not have in `absent`.
+//! The functions of FMI 3.0, one to one, and their call order; [`export_fmu!`](crate::export_fmu)
+//! gives them their C names for one model. Those that get and set variables are in `values`, those
+//! of what these FMUs do not have in `absent`.
 //!
-//! All of them may be called with an instance that is NULL or of this library, made by fmi3InstantiateCoSimulation, and in use by no
-//! other thread, and with pointers that are NULL or valid for the number of elements given beside them; that is what FMI asks of the importer.
+//! All of them may be called with an instance that is NULL or of this library, made by
+//! fmi3InstantiateCoSimulation, and in use by no other thread, and with pointers that are NULL or
+//! valid for the number of elements given beside them; that is what FMI asks of the importer.
 
 pub use super::absent::*;
 pub use super::instantiate::{free_instance, instantiate_co_simulation, refuse_instantiation};
@@ -13,6 +15,7 @@ pub use crate::border::library::Library;
 use super::ffi::*;
 use super::instance::{Body, Fmi3};
 use super::order::{A, ANY};
+use super::values::VR;
 use crate::Model;
 use crate::border::arguments::{array, array_mut, place};
 use crate::border::body::enter;
@@ -21,7 +24,8 @@ use crate::border::files;
 use crate::border::functions::functions;
 use crate::core::fault::{Fault, refuse};
 
-// Nothing in these FMUs happens in Event Mode but the exchange of values, so there are no discrete states to evaluate.
+// Nothing in these FMUs happens in Event Mode but the exchange of values, so there are no discrete
+// states to evaluate.
 functions! { ($) Fmi3 export_fmi3_functions;
     fmi3SetDebugLogging [ANY] (on: Boolean, n: usize, categories: *const Str)
         |b| b.set_logging(on != 0, n, categories);
@@ -116,7 +120,7 @@ functions! { ($) Fmi3 export_fmi3_functions;
     fmi3GetOutputDerivatives [S | U | T] (
         vr: *const ValueReference, n: usize, orders: *const i32, values: *mut f64, n_values: usize
     ) |b| {
-        let (vr, orders) = (array("valueReferences", vr, n)?, array("orders", orders, n)?);
+        let (vr, orders) = (array(VR, vr, n)?, array("orders", orders, n)?);
         let values = array_mut("values", values, n_values)?;
         b.check_update(|k| vr.at(k))?;
         b.instance.has_output_derivatives()?;
@@ -235,7 +239,8 @@ unsafe fn show<M: Model>(c: Instance) -> Status {
         return status;
     };
     let (mut early_return_requested, mut early_return_time) = (0, 0.0);
-    // SAFETY: the importer's callback, with places for its answers; nothing is returned early, so they are not looked at.
+    // SAFETY: the importer's callback, with places for its answers; nothing is returned early, so
+    // they are not looked at.
     unsafe {
         (update.callback)(
             update.environment,

@@ -1,6 +1,7 @@
 //! The C types of FMI 3.0 (`fmi3PlatformTypes.h`, `fmi3FunctionTypes.h`).
 //!
-//! Enumerations that come from the importer are plain numbers, and so is its `bool`: a foreign value must not be undefined behaviour.
+//! Enumerations that come from the importer are plain numbers, and so is its `bool`: a foreign
+//! value must not be undefined behaviour.
 
 pub use crate::border::files::ReceiveFile;
 pub use std::ffi::{c_char, c_int, c_void};
@@ -32,7 +33,8 @@ pub enum Status {
     Warning = 1,
     /// A value is out of its bounds or a step could not be done; the instance is as before.
     Discard = 2,
-    /// The call was wrong and the instance is as before; or a panic has made it useless until a reset or a restored state.
+    /// The call was wrong and the instance is as before; or a panic has made it useless until a
+    /// reset or a restored state.
     Error = 3,
     /// Never returned: it would mean that all instances are corrupt.
     Fatal = 4,

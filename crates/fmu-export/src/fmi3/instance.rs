@@ -33,7 +33,8 @@ pub(crate) struct Update {
     pub(crate) variables: Vec<ValueReference>,
 }
 
-// SAFETY: the environment is handed to the importer's callback and not looked at. FMI lets threads take turns with an instance.
+// SAFETY: the environment is handed to the importer's callback and not looked at. FMI lets threads
+// take turns with an instance.
 unsafe impl Send for Update {}
 
 /// An instance of FMI 3.0.
@@ -91,8 +92,8 @@ pub(crate) struct StepResult {
 }
 
 impl<M: Model> Body<M> {
-    /// fmi3DoStep. Where the importer takes no early return, a model that stops on its way goes on to the end; if it cannot, the step
-    /// has not been done.
+    /// fmi3DoStep. Where the importer takes no early return, a model that stops on its way goes on
+    /// to the end; if it cannot, the step has not been done.
     #[inline]
     pub(crate) fn do_step(&mut self, t: f64, h: f64) -> Result<StepResult, Fault> {
         let mut end = self.instance.do_step(t, h)?;

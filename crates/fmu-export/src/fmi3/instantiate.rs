@@ -20,7 +20,8 @@ use std::ptr;
 /// fmi3InstantiateCoSimulation.
 ///
 /// # Safety
-/// As for every function of [`entry`](super::entry); the callbacks may be called until fmi3FreeInstance.
+/// As for every function of [`entry`](super::entry); the callbacks may be called until
+/// fmi3FreeInstance.
 #[expect(clippy::too_many_arguments, reason = "those of FMI")]
 pub unsafe fn instantiate_co_simulation<X: Exported>(
     library: &Library,
@@ -148,7 +149,8 @@ pub unsafe fn refuse_instantiation<X: Exported>(
     ptr::null_mut()
 }
 
-/// fmi3FreeInstance; NULL is ignored, and so is an instance in use: a callback cannot free its instance.
+/// fmi3FreeInstance; NULL is ignored, and so is an instance in use: a callback cannot free its
+/// instance.
 ///
 /// # Safety
 /// As for every function of [`entry`](super::entry); `c` is not used afterwards.

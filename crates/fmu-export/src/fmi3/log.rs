@@ -1,5 +1,6 @@
-//! The importer's logger of FMI 3.0: what it hears at first, how categories are switched, and how a message is written (section 2.3.1):
-//! as it is, only if logging is on, and with no worse status than the function returns.
+//! The importer's logger of FMI 3.0: what it hears at first, how categories are switched, and how a
+//! message is written (section 2.3.1): as it is, only if logging is on, and with no worse status
+//! than the function returns.
 
 use super::ffi::{InstanceEnvironment, LogMessage, Status};
 use crate::border::answer::Answer;
@@ -17,7 +18,8 @@ pub(crate) struct Logger {
 
 pub(crate) type Log = log::Log<Logger>;
 
-// SAFETY: the environment is handed to the importer's logger and not looked at. FMI lets threads take turns with an instance.
+// SAFETY: the environment is handed to the importer's logger and not looked at. FMI lets threads
+// take turns with an instance.
 unsafe impl Send for Logger {}
 // SAFETY: as above; everything is immutable.
 unsafe impl Sync for Logger {}

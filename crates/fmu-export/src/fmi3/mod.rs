@@ -1,5 +1,6 @@
-//! FMI 3.0 for co-simulation over the core: C functions, rows as arrays with one value reference, statuses, call order, messages to the
-//! importer's logger, `modelDescription.xml` and `terminalsAndIcons.xml`.
+//! FMI 3.0 for co-simulation over the core: C functions, rows as arrays with one value reference,
+//! statuses, call order, messages to the importer's logger, `modelDescription.xml` and
+//! `terminalsAndIcons.xml`.
 
 mod absent;
 mod dependencies;

@@ -1,10 +1,11 @@
-//! States of an instance as FMI 3.0 calls them (FMI 3.0.2, sections 2.3 and 4.2.1), for a co-simulation FMU with Event Mode, without
-//! clocks and structural parameters. Each function names those in which it is allowed.
+//! States of an instance as FMI 3.0 calls them (FMI 3.0.2, sections 2.3 and 4.2.1), for a
+//! co-simulation FMU with Event Mode, without clocks and structural parameters. Each function names
+//! those in which it is allowed.
 
 use crate::border::call::{E, I, L, N, S, T, U};
 
-/// Step Mode, where values were set since the last step: nothing can be read before the next one (section 4.2.1). What must be exchanged
-/// at a communication point goes through Event Mode.
+/// Step Mode, where values were set since the last step: nothing can be read before the next one
+/// (section 4.2.1). What must be exchanged at a communication point goes through Event Mode.
 pub(crate) const A: u8 = 128;
 
 /// Every state but the callback within a step.

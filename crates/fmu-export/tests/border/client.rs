@@ -85,7 +85,8 @@ unsafe extern "C-unwind" fn logger(
     }
 }
 
-/// Callbacks that log into `log`. A variadic call with pointers only equals a plain one on the platforms we test on.
+/// Callbacks that log into `log`. A variadic call with pointers only equals a plain one on the
+/// platforms we test on.
 pub fn callbacks(log: &Mutex<Vec<Message>>) -> CallbackFunctions {
     CallbackFunctions {
         // SAFETY: see above.

@@ -19,7 +19,8 @@ fn input_derivatives_act_for_one_step() {
     let x = 2.0 * h + 3.0 * h * h / 2.0 + 5.0 * h.powi(3) / 6.0 + 21.0 * h.powi(4) / 24.0;
     // 4 rounded terms of size 1.
     assert!((fmu.get([vr::X[0]])[0] - x).abs() < 4.0 * f64::EPSILON);
-    // What was set is read back; what acts has gone on to the end of the step and is held from there: 2 + 3h + 5h²/2 + 21h³/6.
+    // What was set is read back; what acts has gone on to the end of the step and is held from
+    // there: 2 + 3h + 5h²/2 + 21h³/6.
     assert_eq!(fmu.get([u]), [2.0]);
     let end = 2.0 + 3.0 * h + 5.0 * h * h / 2.0 + 21.0 * h.powi(3) / 6.0;
     let (status, x_dot) = fmu.output_derivative(vr::X[0], 1); // x₁' is the input itself
@@ -167,7 +168,8 @@ fn derivatives_of_the_wrong_things_are_refused() {
     assert_eq!(fmu.snapshot(), before);
 }
 
-/// FMI 2.0 declares no highest order of input derivatives: those beyond the ones in use are left out, which is said once.
+/// FMI 2.0 declares no highest order of input derivatives: those beyond the ones in use are left
+/// out, which is said once.
 #[test]
 fn derivatives_of_high_order_are_left_out() {
     let (fmu, plain) = (Fmu::stepping(), Fmu::stepping());
@@ -203,8 +205,9 @@ fn input_derivatives_that_leave_the_bounds_on_the_way_discard_the_step() {
     assert_eq!(fmu.step(0.0, 0.125), Status::Ok);
 }
 
-/// In Initialization Mode y depends on u₂ directly, and x on its start alone: no part of it is through the initialization here, so
-/// the answer is that of the step mode, to the accuracy of the difference.
+/// In Initialization Mode y depends on u₂ directly, and x on its start alone: no part of it is
+/// through the initialization here, so the answer is that of the step mode, to the accuracy of the
+/// difference.
 #[test]
 fn directional_derivatives_are_given_during_initialization() {
     let fmu = Fmu::initializing();

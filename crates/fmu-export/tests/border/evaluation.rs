@@ -4,14 +4,16 @@ use crate::client::*;
 use crate::probe::{EVALUATIONS, vr};
 use fmu_export::ffi::*;
 
-/// How many evaluations `f` makes. (The model itself checks that each belongs to its state and inputs.)
+/// How many evaluations `f` makes. (The model itself checks that each belongs to its state and
+/// inputs.)
 fn evaluations(f: impl FnOnce()) -> u32 {
     let before = EVALUATIONS.get();
     f();
     EVALUATIONS.get() - before
 }
 
-/// A communication step with staged exchange: get after set, twice, and outputs again after the step.
+/// A communication step with staged exchange: get after set, twice, and outputs again after the
+/// step.
 #[test]
 fn a_coupled_step_evaluates_once_per_state_and_inputs() {
     let fmu = Fmu::stepping();
@@ -69,7 +71,8 @@ fn a_discarded_step_keeps_the_evaluation() {
     assert_eq!(count, 0);
 }
 
-/// During initialization every set makes the model anew, whether its evaluation reads the input or not.
+/// During initialization every set makes the model anew, whether its evaluation reads the input or
+/// not.
 #[test]
 fn during_initialization_the_model_is_made_anew() {
     let fmu = Fmu::initializing();

@@ -284,7 +284,8 @@ fn logging_can_be_chosen() {
     }
 }
 
-/// A message is a format without arguments: `%` would ask for some, `#` would begin a value reference (FMI 2.0.4, section 2.1.5).
+/// A message is a format without arguments: `%` would ask for some, `#` would begin a value
+/// reference (FMI 2.0.4, section 2.1.5).
 #[test]
 fn messages_are_sent_as_text() {
     let fmu = Fmu::initializing();

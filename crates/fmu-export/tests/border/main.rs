@@ -1,5 +1,6 @@
-//! The C border, called as an importer calls it: by C name, through pointers.
-//! Each unsafe call gets an instance that is live or NULL, and pointers that are NULL or valid for the number beside them.
+//! The C border, called as an importer calls it: by C name, through pointers. Each unsafe call gets
+//! an instance that is live or NULL, and pointers that are NULL or valid for the number beside
+//! them.
 #![allow(missing_docs, clippy::undocumented_unsafe_blocks)]
 
 mod client;

@@ -1,4 +1,5 @@
-//! Wrong arguments: fmi2Error, or fmi2Discard for values; a message with name, value and what it must be; nothing changed.
+//! Wrong arguments: fmi2Error, or fmi2Discard for values; a message with name, value and what it
+//! must be; nothing changed.
 
 use crate::client::*;
 use crate::probe::vr;
@@ -264,7 +265,8 @@ fn outputs_are_never_nan_and_a_failed_output_is_an_error() {
 #[test]
 fn inquiries_of_the_wrong_kind_are_discarded() {
     let fmu = Fmu::stepping();
-    // "fmi2Discard: … the slave does not support this" (FMI 2.0.4, section 4.2.3). SAFETY: a live instance, one place each.
+    // "fmi2Discard: … the slave does not support this" (FMI 2.0.4, section 4.2.3). SAFETY: a live
+    // instance, one place each.
     unsafe {
         discarded(&fmu, "status kind = 2 must be 0 (fmi2DoStepStatus)", || {
             fmi2GetStatus(fmu.c, LAST_SUCCESSFUL_TIME, &mut Status::Ok)

@@ -11,7 +11,8 @@ type Attempt = fn(&Fmu) -> Status;
 /// One correct call of a function.
 #[rustfmt::skip]
 const CALLS: &[(&str, &str, Attempt)] = &[
-    // name, states it is allowed in: I(nstantiated) N (initialization mode) S(tep complete) T(erminated)
+    // name, states it is allowed in: I(nstantiated) N (initialization mode) S(tep complete)
+    // T(erminated)
     ("fmi2SetDebugLogging",          "INST", |f| unsafe { fmi2SetDebugLogging(f.c, 1, 0, ptr::null()) }),
     ("fmi2SetupExperiment",          "I",    |f| unsafe { fmi2SetupExperiment(f.c, 0, 0.0, 0.0, 0, 0.0) }),
     ("fmi2EnterInitializationMode",  "I",    |f| f.call(fmi2EnterInitializationMode)),

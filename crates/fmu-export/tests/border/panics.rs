@@ -8,7 +8,8 @@ use std::process::Command;
 use std::ptr;
 use std::sync::Mutex;
 
-/// An instance in which the model has panicked, once in a step and once in an output, with a state from before.
+/// An instance in which the model has panicked, once in a step and once in an output, with a state
+/// from before.
 fn lost(fault: i32) -> (Fmu, FmuState) {
     let fmu = Fmu::stepping();
     let before = fmu.save();
@@ -22,7 +23,8 @@ fn lost(fault: i32) -> (Fmu, FmuState) {
     (fmu, before)
 }
 
-/// fmi2Fatal would mean that all instances are corrupt; after fmi2Error a restored state or a reset leads on (FMI 2.0.4, section 2.1.3).
+/// fmi2Fatal would mean that all instances are corrupt; after fmi2Error a restored state or a reset
+/// leads on (FMI 2.0.4, section 2.1.3).
 #[test]
 fn a_panic_is_an_error_of_its_instance_only() {
     for (fault, what) in [(1, "asked to in step"), (4, "asked to in output by 4")] {
@@ -73,7 +75,8 @@ fn a_restored_state_or_a_reset_leads_on_after_a_panic() {
     }
 }
 
-/// What the model does when an instance is made is caught, too: there is none, and the logger hears why. Others can be made afterwards.
+/// What the model does when an instance is made is caught, too: there is none, and the logger hears
+/// why. Others can be made afterwards.
 #[test]
 fn a_panic_when_an_instance_is_made_gives_null() {
     let (log, guid, token) = (Mutex::new(Vec::new()), guid(), token());
@@ -103,7 +106,8 @@ fn a_panic_when_an_instance_is_made_gives_null() {
     assert_eq!(Fmu::stepping().step(0.0, 1.0), Status::Ok);
 }
 
-/// Runs the first test above in a process of its own and looks at what it prints beside the harness.
+/// Runs the first test above in a process of its own and looks at what it prints beside the
+/// harness.
 #[test]
 #[cfg_attr(miri, ignore = "Miri starts no processes")]
 fn a_panic_prints_nothing() {

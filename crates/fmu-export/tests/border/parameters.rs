@@ -1,4 +1,5 @@
-//! Parameters set one by one, and a text that sets all of them: what is in force, in whichever order they were set.
+//! Parameters set one by one, and a text that sets all of them: what is in force, in whichever
+//! order they were set.
 //!
 //! The probe's `file` "n" sets level = n, gain = 0.5, rate = 7.5, 8.5, law = 1.
 

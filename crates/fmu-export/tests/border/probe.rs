@@ -1,4 +1,5 @@
-//! A model made to be tested: integrators with a known solution, one variable of every kind, and faults on demand.
+//! A model made to be tested: integrators with a known solution, one variable of every kind, and
+//! faults on demand.
 
 use fmu_export::{
     ALL_PARAMETERS, Enumeration, Evaluation, File, Info, InputPolynomial, Model, ModelError,

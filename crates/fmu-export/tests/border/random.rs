@@ -1,4 +1,5 @@
-//! Random calls in random order with random arguments: nothing crashes, and a refused call changes nothing.
+//! Random calls in random order with random arguments: nothing crashes, and a refused call changes
+//! nothing.
 
 use crate::client::*;
 use fmu_export::ffi::*;
@@ -45,7 +46,8 @@ impl Random {
     }
 }
 
-/// One random call. Panics of the model (faults 1 and 4) are tested elsewhere: they end an instance.
+/// One random call. Panics of the model (faults 1 and 4) are tested elsewhere: they end an
+/// instance.
 fn call(fmu: &Fmu, r: &mut Random, states: &mut Vec<FmuState>) -> Status {
     let c = fmu.c;
     let vr = r.references();

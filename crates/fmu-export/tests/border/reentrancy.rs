@@ -90,7 +90,8 @@ fn a_logger_may_use_the_component() {
     assert_eq!(fmu.try_get(vr::Y), Status::Error); // it was reset
 }
 
-/// The instance and its log are gone when the logger returns; nothing touches them. (Seen by valgrind and AddressSanitizer.)
+/// The instance and its log are gone when the logger returns; nothing touches them. (Seen by
+/// valgrind and AddressSanitizer.)
 #[test]
 fn a_logger_may_free_the_instance() {
     let mut fmu = with_calling_back();

@@ -161,7 +161,8 @@ fn foreign_truncated_and_damaged_bytes_are_refused() {
     assert_eq!(fmu.deserialize(&longer).0, Status::Ok);
 }
 
-/// The bytes after a change, with the length (32..40) and the CRC-32 of all the rest (40..44) put right.
+/// The bytes after a change, with the length (32..40) and the CRC-32 of all the rest (40..44) put
+/// right.
 fn sealed(mut bytes: Vec<u8>) -> Vec<u8> {
     let length = (bytes.len() - 44) as u64;
     bytes[32..40].copy_from_slice(&length.to_le_bytes());
@@ -170,9 +171,9 @@ fn sealed(mut bytes: Vec<u8>) -> Vec<u8> {
     bytes
 }
 
-/// Bytes that are whole, but hold what no instance can hold. Places in `postcard`: phase (44), start, stop, time (54..62), 29
-/// bytes of parameters, the number of elements (91) and what was set of each; at the end the order of the input derivatives, no
-/// held inputs and no model.
+/// Bytes that are whole, but hold what no instance can hold. Places in `postcard`: phase (44),
+/// start, stop, time (54..62), 29 bytes of parameters, the number of elements (91) and what was set
+/// of each; at the end the order of the input derivatives, no held inputs and no model.
 #[test]
 fn whole_bytes_of_an_impossible_state_are_refused() {
     let fmu = Fmu::instantiated();

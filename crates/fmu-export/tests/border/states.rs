@@ -3,7 +3,8 @@
 /// Gives an importer's instance what it needs of saved states, by the names of the six C functions.
 macro_rules! saved_states {
     ($fmu:ident: $get:ident $set:ident $free:ident $size:ident $serialize:ident $deserialize:ident) => {
-        /// Every call goes to the C functions with pointers that are valid for the slices they come from.
+        /// Every call goes to the C functions with pointers that are valid for the slices they come
+        /// from.
         impl $fmu {
             pub fn save(&self) -> FmuState {
                 let mut state = ptr::null_mut();
@@ -42,7 +43,8 @@ macro_rules! saved_states {
                 (status, state)
             }
 
-            /// All of the instance that can be saved, as bytes: to see that a refused call changed nothing.
+            /// All of the instance that can be saved, as bytes: to see that a refused call changed
+            /// nothing.
             pub fn snapshot(&self) -> Vec<u8> {
                 let mut state = self.save();
                 let bytes = self.serialize(state);

@@ -52,7 +52,8 @@ fn steps_without_sense_are_refused() {
     assert_eq!(late.step(1000.0 + 0.9e-6, 1e-4), Status::Ok);
 }
 
-/// A clock t_0 + k h differs from the end of the step before by its rounding; the model is stepped by h all the same, to the bit.
+/// A clock t_0 + k h differs from the end of the step before by its rounding; the model is stepped
+/// by h all the same, to the bit.
 #[test]
 fn the_rounding_of_a_clock_does_not_reach_the_model() {
     for start in [0.0, 1000.0] {
@@ -73,7 +74,8 @@ fn the_rounding_of_a_clock_does_not_reach_the_model() {
     }
 }
 
-/// A clock that is ahead of ours, within what rounding explains, does not make a step of one that does not move it.
+/// A clock that is ahead of ours, within what rounding explains, does not make a step of one that
+/// does not move it.
 #[test]
 fn a_step_that_does_not_move_the_importers_time_is_refused() {
     let fmu = Fmu::instantiated();
@@ -85,7 +87,8 @@ fn a_step_that_does_not_move_the_importers_time_is_refused() {
     assert_eq!(fmu.step(ahead, 1e-3), Status::Ok);
 }
 
-/// Where the importer's time is not quite ours, the step makes up for it: the model is integrated without a gap.
+/// Where the importer's time is not quite ours, the step makes up for it: the model is integrated
+/// without a gap.
 #[test]
 fn a_step_ends_where_the_importer_says() {
     let fmu = Fmu::stepping();
@@ -99,7 +102,8 @@ fn a_step_ends_where_the_importer_says() {
     }
 }
 
-/// The standard's own loop, `t += h`, and a clock that counts nanoseconds, at the steps where they were refused.
+/// The standard's own loop, `t += h`, and a clock that counts nanoseconds, at the steps where they
+/// were refused.
 #[test]
 #[cfg_attr(miri, ignore = "too long for an interpreter")]
 fn usual_clocks_are_accepted() {
@@ -126,7 +130,8 @@ fn usual_clocks_are_accepted() {
     }
 }
 
-/// An importer that keeps its own time by index, where the FMU would have added: what the 10⁻⁶ of before refused.
+/// An importer that keeps its own time by index, where the FMU would have added: what the 10⁻⁶ of
+/// before refused.
 #[test]
 #[cfg_attr(miri, ignore = "too long for an interpreter")]
 fn a_sum_and_an_index_are_the_same_clock() {
@@ -162,8 +167,9 @@ fn the_stop_time_is_not_passed() {
     );
 }
 
-/// Both an importer that computes t_k = k h and one that adds up, over 10⁶ steps of a step that binary cannot hold. The sum of the
-/// second is 10⁻⁹ s off (its rounding, not ours); a layer with a clock of its own would be told of a jump.
+/// Both an importer that computes t_k = k h and one that adds up, over 10⁶ steps of a step that
+/// binary cannot hold. The sum of the second is 10⁻⁹ s off (its rounding, not ours); a layer with a
+/// clock of its own would be told of a jump.
 #[test]
 #[cfg_attr(miri, ignore = "too long for an interpreter")]
 fn no_rounding_adds_up() {
@@ -229,7 +235,8 @@ fn a_step_the_model_cannot_do_is_discarded() {
         );
     }
     assert_eq!((status, terminated), (Status::Discard, 0));
-    // A smaller step from the same point, with the derivative still pending: 1 + 2·0.25 + 4·0.25²/2.
+    // A smaller step from the same point, with the derivative still pending: 1 + 2·0.25 +
+    // 4·0.25²/2.
     assert_eq!(fmu.set_integer(vr::FAULT, 0), Status::Ok);
     assert_eq!(fmu.step(0.5, 0.25), Status::Ok);
     assert_eq!(fmu.get([vr::X[0]]), [1.625]);
@@ -248,7 +255,8 @@ fn a_warning_is_logged_and_the_step_is_ok() {
     assert_eq!(message.text, "careful in step");
 }
 
-/// What FMI 2.0 has for a model that stops early: fmi2Discard, the time it reached, and whether it wants the end.
+/// What FMI 2.0 has for a model that stops early: fmi2Discard, the time it reached, and whether it
+/// wants the end.
 #[test]
 fn a_model_may_end_a_step_or_the_simulation() {
     let fmu = Fmu::stepping();

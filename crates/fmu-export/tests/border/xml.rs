@@ -1,4 +1,5 @@
-//! The model description: structure here; the schema and FMPy's rules in `tests/test_export_example.py`.
+//! The model description: structure here; the schema and FMPy's rules in
+//! `tests/test_export_example.py`.
 
 use crate::client::fmi2ExportFiles;
 use crate::probe::{Probe, vr};
@@ -173,7 +174,8 @@ fn units_in_use_are_defined_with_base_and_display_units() {
     assert_eq!(under("TypeDefinitions/SimpleType/Enumeration/"), items);
 }
 
-/// Positions count from 1: x[1] = 13, x[2] = 14, y = 15, doubled = 16, on = 17; u[1] = 8, u[2] = 9, fault = 11, switch = 12.
+/// Positions count from 1: x[1] = 13, x[2] = 14, y = 15, doubled = 16, on = 17; u[1] = 8, u[2] = 9,
+/// fault = 11, switch = 12.
 #[test]
 fn dependencies_are_exact() {
     let outputs = [

@@ -1,4 +1,5 @@
-//! A model with one variable of each kind that derives and tables can make beside plain numbers, and messages of its own.
+//! A model with one variable of each kind that derives and tables can make beside plain numbers,
+//! and messages of its own.
 
 use fmu_export::Log;
 use fmu_export::prelude::*;

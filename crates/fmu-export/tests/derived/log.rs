@@ -20,7 +20,8 @@ impl Fmu {
         unsafe { fmi2SetDebugLogging(self.c, on, categories.len(), categories.as_ptr()) }
     }
 
-    /// A stepping instance that is hot and switched on, so that each step has messages of both levels.
+    /// A stepping instance that is hot and switched on, so that each step has messages of both
+    /// levels.
     fn hot(logging_on: bool) -> Self {
         let fmu = Fmu::with(callbacks, c"file:///tmp/", logging_on);
         assert_eq!(fmu.set(&[vr::AMBIENT], &[400.0]), Status::Ok);

@@ -9,7 +9,7 @@ use cosim::cli::{CsvArgs, print};
 use cosim::verdict::Verdict;
 
 use super::logged_run::logged_run;
-use crate::bench::{Bench, MachineArgs};
+use crate::bench::MachineArgs;
 use crate::print::verdict::text as verdict_text;
 use crate::start_values::vary;
 use crate::studies::inertia::{self, MODES};
@@ -34,11 +34,7 @@ pub struct CompareArgs {
 
 /// The three controllers on one trajectory.
 pub fn compare(args: &CompareArgs) -> Result<Verdict> {
-    let Bench {
-        system,
-        base,
-        mut verdict,
-    } = args.machine.bench().build()?;
+    let (system, base, mut verdict) = args.machine.bench().build()?.into_parts();
     let scale = args.inertia_scale;
     // A path was set already, and has a name that may hold folders.
     let (title, stem, trajectory) = match args.machine.waypoints() {

@@ -5,7 +5,7 @@ use clap::Args;
 use cosim::cli::print;
 use cosim::verdict::Verdict;
 
-use crate::bench::{Bench, MachineArgs};
+use crate::bench::MachineArgs;
 use crate::laws;
 use crate::print::verdict::print_counted;
 use crate::start_values::vary;
@@ -34,11 +34,7 @@ pub struct EnduranceArgs {
 
 /// A long coupled run.
 pub fn endurance(args: &EnduranceArgs) -> Result<Verdict> {
-    let Bench {
-        system,
-        base,
-        mut verdict,
-    } = args.machine.bench().build()?;
+    let (system, base, mut verdict) = args.machine.bench().build()?.into_parts();
     anyhow::ensure!(
         base.stop.is_none(),
         "--stop-time: the length of the run is given by --steps"

@@ -7,7 +7,7 @@ use clap::Args;
 use cosim::cli::print;
 use cosim::verdict::Verdict;
 
-use crate::bench::{Bench, MachineArgs};
+use crate::bench::MachineArgs;
 use crate::measures::energy;
 use crate::print::energy::{balance_json, supply_text, text, write_csv};
 use crate::print::files::{conditions, write, write_json};
@@ -27,11 +27,7 @@ pub struct EnergyArgs {
 
 /// Energy balances on both trajectories, or on the one that is set.
 pub fn energy(args: &EnergyArgs) -> Result<Verdict> {
-    let Bench {
-        system,
-        base,
-        mut verdict,
-    } = args.machine.bench().build()?;
+    let (system, base, mut verdict) = args.machine.bench().build()?.into_parts();
     let mut done = Vec::new();
     for (case, experiment) in energy::cases(&system, &base)? {
         let energies = energy::run(&system, &experiment)?;

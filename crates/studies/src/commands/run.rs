@@ -6,7 +6,7 @@ use cosim::cli::{CsvArgs, print};
 use cosim::verdict::Verdict;
 
 use super::logged_run::logged_run;
-use crate::bench::{Bench, MachineArgs};
+use crate::bench::MachineArgs;
 use crate::laws;
 use crate::measures::limits;
 use crate::print::verdict::text as verdict_text;
@@ -37,11 +37,7 @@ pub struct RunArgs {
 
 /// One experiment.
 pub fn run(args: &RunArgs) -> Result<Verdict> {
-    let Bench {
-        system,
-        base: mut experiment,
-        mut verdict,
-    } = args.machine.bench().build()?;
+    let (system, mut experiment, mut verdict) = args.machine.bench().build()?.into_parts();
     if let Some(trajectory) = &args.trajectory {
         experiment = vary(&system, &experiment, &[("trajectory", trajectory)])?;
     }

@@ -7,7 +7,7 @@ use clap::Args;
 use cosim::cli::print;
 use cosim::verdict::Verdict;
 
-use crate::bench::{Bench, MachineArgs};
+use crate::bench::MachineArgs;
 use crate::measures::energy;
 use crate::print::files::{conditions, write, write_json};
 use crate::print::sizing::{text, write_csv};
@@ -34,11 +34,7 @@ pub struct SizingArgs {
 
 /// Motors and actuators beside what they do; also returns what was found for each case, to be drawn.
 pub fn sizing(args: &SizingArgs) -> Result<(Verdict, Vec<(String, Sizing)>)> {
-    let Bench {
-        system,
-        base,
-        mut verdict,
-    } = args.machine.bench().build()?;
+    let (system, base, mut verdict) = args.machine.bench().build()?.into_parts();
     let mut done = Vec::new();
     for (case, experiment) in energy::cases(&system, &base)? {
         let found = sizing::run(&system, &experiment, args.payload_step)?;

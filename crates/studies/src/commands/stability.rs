@@ -7,7 +7,7 @@ use clap::Args;
 use cosim::cli::{bar, print};
 use cosim::verdict::Verdict;
 
-use crate::bench::{Bench, MachineArgs};
+use crate::bench::MachineArgs;
 use crate::machine_file::MachineFile;
 use crate::print::files::{conditions, write_json};
 use crate::print::stability::{causes_text, text, unfitted_text};
@@ -37,11 +37,7 @@ pub fn stability(args: &StabilityArgs) -> Result<Verdict> {
         "--world bending: the accompanying functions need the plant's inertias, which only the ideal and the real world tell"
     );
     let bench = args.machine.bench().world(args.world).build()?;
-    let Bench {
-        system,
-        base,
-        mut verdict,
-    } = bench;
+    let (system, base, mut verdict) = bench.into_parts();
     let mut found = conditions(&system, &base);
     if args.world == World::Real {
         let (rungs, spoilt) = causes(&system, &base, args.inertia_scale)?;

@@ -5,6 +5,7 @@ pub mod heat;
 pub mod iso9283;
 pub mod limits;
 pub mod metrics;
+pub mod power_integral;
 pub mod run;
 pub mod supply;
 pub mod tip;

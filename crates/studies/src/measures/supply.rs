@@ -11,7 +11,7 @@ use cosim::wiring::Port;
 use fmu_description::{Causality, Kind};
 use serde::Serialize;
 
-use super::energy::{SHIFT, rise};
+use super::power_integral::{SHIFT, rise};
 use super::run::RecordedRun;
 
 /// Outputs of the source that make a whole balance.

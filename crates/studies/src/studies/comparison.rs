@@ -6,7 +6,7 @@ use cosim::system::System;
 use cosim::verdict::Verdict;
 use serde::Serialize;
 
-use crate::grid::{self, Case, Cell, Grid, Spread, TRAJECTORIES};
+use crate::grid::{self, Case, Cell, Grid, Plan, Spread};
 use crate::laws::Law;
 use crate::measures::tracking::{Sag, Tracking};
 use crate::worlds::BENDING_TARGET;
@@ -31,18 +31,11 @@ pub fn run(
     cases: &[Case],
     done: impl Fn() + Sync,
 ) -> Result<Vec<TrackingCell>> {
-    let grid = Grid {
-        system,
-        base,
-        trajectories: &TRAJECTORIES,
-        laws,
-        cases,
-        varies_bound: true,
-    };
-    let measure = |experiment: &Experiment| {
-        let (tracking, recorded) = Tracking::recorded(system, experiment, &[])?;
+    let measure = |plan: &Plan| {
+        let (tracking, recorded) = Tracking::recorded(system, &plan.experiment, &[])?;
         Ok((tracking, recorded.outcome.verdict()))
     };
+    let grid = Grid::new(system, base, laws, cases).varying_bound();
     let mut cells = grid.run(measure, done)?;
     cells.sort_by_key(|cell| laws.iter().position(|law| law.name == cell.law));
     Ok(cells)

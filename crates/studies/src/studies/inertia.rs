@@ -4,7 +4,7 @@ use anyhow::Result;
 use cosim::run::Experiment;
 use cosim::system::System;
 
-use crate::grid::{Case, Cell, Grid, TRAJECTORIES};
+use crate::grid::{Case, Cell, Grid, Plan, TRAJECTORIES};
 use crate::laws::of_modes;
 use crate::measures::run::run as run_once;
 use crate::measures::tip::TipError;
@@ -50,17 +50,9 @@ pub fn run(
         Ok(Case::new(scale.to_string(), vec![setting]))
     };
     let cases = SCALES.into_iter().map(case).collect::<Result<Vec<_>>>()?;
-    let grid = Grid {
-        system,
-        base,
-        trajectories: &TRAJECTORIES,
-        laws: &of_modes(&MODES),
-        cases: &cases,
-        varies_bound: false,
-    };
-    let measure = |experiment: &Experiment| {
-        let outcome = run_once(system, experiment, &|_, _| (), |_| Ok(()))?;
+    let measure = |plan: &Plan| {
+        let outcome = run_once(system, &plan.experiment, &|_, _| (), |_| Ok(()))?;
         Ok((outcome.tip, outcome.verdict()))
     };
-    grid.run(measure, done)
+    Grid::new(system, base, &of_modes(&MODES), &cases).run(measure, done)
 }

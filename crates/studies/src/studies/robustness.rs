@@ -13,7 +13,7 @@ use cosim::verdict::Verdict;
 use serde::Serialize;
 
 use super::inertia::MODES;
-use crate::grid::{Case, Cell, Grid, TRAJECTORIES};
+use crate::grid::{Case, Cell, Grid, Plan, TRAJECTORIES};
 use crate::laws::of_modes;
 use crate::measures::run::RecordedRun;
 use crate::measures::tip::TipError;
@@ -224,15 +224,9 @@ pub fn run(
     cases: &[Case],
     done: impl Fn() + Sync,
 ) -> Result<Vec<Cell<TipError>>> {
-    let grid = Grid {
-        system,
-        base,
-        trajectories: &TRAJECTORIES,
-        laws: &of_modes(&MODES),
-        cases,
-        varies_bound: false,
-    };
-    grid.run(|experiment| tip_error(system, experiment), done)
+    let laws = of_modes(&MODES);
+    let measure = |plan: &Plan| tip_error(system, &plan.experiment);
+    Grid::new(system, base, &laws, cases).run(measure, done)
 }
 
 /// Cells that [`run`] makes of these cases.

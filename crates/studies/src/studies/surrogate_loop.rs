@@ -16,7 +16,7 @@ use rig_data::prediction::{Errors, MODELS, Model, Motion, errors};
 use serde::Serialize;
 use tempfile::TempDir;
 
-use crate::grid::{self, Case, Cell, Grid, TRAJECTORIES};
+use crate::grid::{self, Case, Grid, Plan, TRAJECTORIES};
 use crate::laws::Law;
 use crate::measures::tracking::Tracking;
 
@@ -118,48 +118,26 @@ pub fn run(
         Ok(Case::new(model, settings))
     };
     let cases = MODELS.into_iter().map(case).collect::<Result<Vec<_>>>()?;
-    let grid = Grid {
-        system,
-        base,
-        trajectories: &TRAJECTORIES,
-        laws: &LAWS.map(law),
-        cases: &cases,
-        varies_bound: true,
+    let laws = LAWS.map(law);
+    let grid = Grid::new(system, base, &laws, &cases).varying_bound();
+    let measure = |plan: &Plan| {
+        let name = || format!("{}, {} law, {}", plan.trajectory, plan.law, plan.case);
+        measure(system, plan, network).with_context(name)
     };
-    let mut cells = grid.run(|experiment| measure(system, experiment, network), done)?;
+    let mut cells = grid.run(measure, done)?;
     let place = |law: &str| LAWS.iter().position(|(name, _)| *name == law);
     cells.sort_by_key(|cell| (cell.trajectory, place(&cell.law)));
     let verdict = grid::verdict(&cells);
-    let run = |cell: Cell<SurrogateRun>| {
-        let Cell {
-            trajectory,
-            law,
-            case: model,
-            result,
-            ..
-        } = cell;
-        let run = result.with_context(|| format!("{trajectory}, {law} law, {model}"))?;
-        Ok(SurrogateRun {
-            trajectory,
-            law,
-            model,
-            ..run
-        })
-    };
-    let runs = cells.into_iter().map(run).collect::<Result<_>>()?;
-    Ok((runs, verdict))
+    let runs = cells.into_iter().map(|cell| cell.result);
+    Ok((runs.collect::<Result<_>>()?, verdict))
 }
 
-fn measure(
-    system: &System,
-    experiment: &Experiment,
-    network: &RigNetwork,
-) -> Result<(SurrogateRun, Verdict)> {
+fn measure(system: &System, plan: &Plan, network: &RigNetwork) -> Result<(SurrogateRun, Verdict)> {
     let ports: Result<Vec<_>> = CoupledRun::signals()
         .iter()
         .map(|name| system.port(name))
         .collect();
-    let (tracking, recorded) = Tracking::recorded(system, experiment, &ports?)?;
+    let (tracking, recorded) = Tracking::recorded(system, &plan.experiment, &ports?)?;
     let recording = &recorded.recording;
     let column = |name: &str| {
         let column = recording.column(system.port(name)?);
@@ -180,9 +158,9 @@ fn measure(
         efficiency: efficiency.collect(),
     };
     let measured = SurrogateRun {
-        trajectory: "",
-        law: String::new(),
-        model: String::new(),
+        trajectory: plan.trajectory,
+        law: plan.law.into(),
+        model: plan.case.into(),
         tip: tracking.known.rmse,
         current: rms(run.current_errors(start)),
         predicted,

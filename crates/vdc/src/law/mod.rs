@@ -44,37 +44,18 @@ impl Mode {
     }
 }
 
-/// A law as users choose it: with the integral of the tip's error, or without.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct NamedMode {
-    /// The law.
-    pub mode: Mode,
-    /// Whether the integral of the tip's error acts.
-    pub integral: bool,
-}
-
-const fn plain(mode: Mode) -> NamedMode {
-    let integral = false;
-    NamedMode { mode, integral }
-}
-
-const fn with_integral(mode: Mode) -> NamedMode {
-    let integral = true;
-    NamedMode { mode, integral }
-}
-
-/// All laws with their names and descriptions, in the order of their numbers from 1. New ones come
-/// at the end.
+/// What users choose from, in the order of its numbers from 1: a law, whether the integral of the
+/// tip's error acts, a name and a description. New rows come at the end.
 #[rustfmt::skip] // a law a line
-pub const MODES: [(NamedMode, &str, &str); 8] = [
-    (plain(Mode::Adaptive), "adaptive", "model-based, with natural adaptation of the inertias"),
-    (plain(Mode::Modular), "modular", "model-based, with the nominal inertias"),
-    (plain(Mode::Pd), "pd", "no model: inverse kinematics, damping and decoupling only"),
-    (with_integral(Mode::Modular), "modular_integral", "as modular, with the integral of the tip's error"),
-    (with_integral(Mode::Pd), "pd_integral", "as pd, with the integral of the tip's error"),
-    (plain(Mode::PdGravity), "pd_gravity", "as pd, with the forces that hold the nominal machine against gravity"),
-    (with_integral(Mode::PdGravity), "pd_gravity_integral", "as pd_gravity, with the integral of the tip's error"),
-    (with_integral(Mode::Adaptive), "adaptive_integral", "as adaptive, with the integral of the tip's error"),
+pub const MODES: [((Mode, bool), &str, &str); 8] = [
+    ((Mode::Adaptive, false), "adaptive", "model-based, with natural adaptation of the inertias"),
+    ((Mode::Modular, false), "modular", "model-based, with the nominal inertias"),
+    ((Mode::Pd, false), "pd", "no model: inverse kinematics, damping and decoupling only"),
+    ((Mode::Modular, true), "modular_integral", "as modular, with the integral of the tip's error"),
+    ((Mode::Pd, true), "pd_integral", "as pd, with the integral of the tip's error"),
+    ((Mode::PdGravity, false), "pd_gravity", "as pd, with the forces that hold the nominal machine against gravity"),
+    ((Mode::PdGravity, true), "pd_gravity_integral", "as pd_gravity, with the integral of the tip's error"),
+    ((Mode::Adaptive, true), "adaptive_integral", "as adaptive, with the integral of the tip's error"),
 ];
 
 #[cfg(test)]

@@ -1,6 +1,7 @@
 //! The desired motion of the tip at one instant.
 
-use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+use capability::turn;
+use nalgebra::{UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize};
 
 /// Desired motion of the tip, world frame.
@@ -41,14 +42,6 @@ impl DesiredMotion {
             angular_velocity: Vector3::zeros(),
         }
     }
-}
-
-/// The turn about an axis by the length of the vector, rad, with the same bits on every platform.
-pub(crate) fn turn(rotation: Vector3<f64>) -> UnitQuaternion<f64> {
-    let angle = rotation.norm();
-    let (sine, cosine) = libm::sincos(0.5 * angle);
-    let per_angle = if angle > 0.0 { sine / angle } else { 0.5 };
-    UnitQuaternion::new_unchecked(Quaternion::from_parts(cosine, rotation * per_angle))
 }
 
 #[cfg(test)]

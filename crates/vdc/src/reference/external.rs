@@ -1,8 +1,9 @@
 //! The reference that the inputs give.
 
 use crate::error::ControllerError;
-use crate::reference::desired::{DesiredMotion, turn};
+use crate::reference::desired::DesiredMotion;
 use crate::signals::Input;
+use capability::turn;
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
 /// The tip's motion by the inputs `reference.*`.

@@ -4,7 +4,7 @@ use std::ffi::c_int;
 use std::ptr;
 
 use super::simulation::is_odd;
-use super::trial::{Trial, trial};
+use super::trial::trials;
 use crate::check::outcome::Outcome;
 use crate::fmi::functions::Experiment;
 use crate::fmi::instance::{Instance, Manner, references, status_name, step_size};
@@ -13,29 +13,21 @@ use crate::fmi::symbols::{ERROR, WARNING};
 use crate::fmi::{Fmu, Message};
 use fmu_description::{Access, Variable};
 
-pub const TRIALS: &[Trial] = &[
-    trial(
-        "order",
-        "misuse",
-        order,
-        "calls out of order are refused",
-        "an importer with a mistake gets numbers that mean nothing",
-    ),
-    trial(
-        "messages",
-        "log",
-        messages,
-        "messages have a declared category, come from the instance, and tell why a call failed",
-        "users filter by category, and see nothing but the message when a simulation fails",
-    ),
-    trial(
-        "quiet",
-        "log",
-        quiet,
-        "with loggingOn = false a run without errors sends no message",
-        "logs of long simulations fill up",
-    ),
-];
+trials! {
+    "misuse" {
+        opened order:
+            "calls out of order are refused",
+            "an importer with a mistake gets numbers that mean nothing";
+    }
+    "log" {
+        opened messages:
+            "messages have a declared category, come from the instance, and tell why a call failed",
+            "users filter by category, and see nothing but the message when a simulation fails";
+        opened quiet:
+            "with loggingOn = false a run without errors sends no message",
+            "logs of long simulations fill up";
+    }
+}
 
 /// The modes of a version.
 fn modes(fmu: &Fmu) -> Vec<Mode> {

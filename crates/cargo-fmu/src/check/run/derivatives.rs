@@ -2,7 +2,7 @@
 
 use fmu_description::{Access, Causality, Variability, Variable, Version};
 
-use super::trial::{Trial, trial, unless};
+use super::trial::{trials, unless};
 use super::values::without_reading_after_set;
 use crate::check::outcome::Outcome;
 use crate::fmi::Fmu;
@@ -13,38 +13,22 @@ use crate::fmi::symbols::WARNING;
 /// an approximation.
 const TOLERANCE: f64 = 1e-2;
 
-pub const TRIALS: &[Trial] = &[
-    trial(
-        "directional",
-        "derivatives",
-        directional,
-        "directional derivatives are the slopes of the outputs, if providesDirectionalDerivative",
-        "importers solve algebraic loops with them, and diverge with wrong ones",
-    ),
-    trial(
-        "outputs",
-        "derivatives",
-        outputs,
-        "derivatives of outputs are given, if maxOutputDerivativeOrder says so",
-        "importers extrapolate with them",
-    ),
-    trial(
-        "adjoint",
-        "derivatives",
-        adjoint,
-        "adjoint derivatives are the directional ones transposed: v·(J u) = (Jᵀ v)·u, if both are claimed",
-        "optimizers take gradients from the one and check them with the other",
-    )
-    .only_in(Version::Fmi3),
-    trial(
-        "inputs",
-        "derivatives",
-        inputs,
-        "derivatives of inputs are taken, if canInterpolateInputs",
-        "importers that extrapolate inputs send them",
-    )
-    .only_in(Version::Fmi2),
-];
+trials! {
+    "derivatives" {
+        opened directional:
+            "directional derivatives are the slopes of the outputs, if providesDirectionalDerivative",
+            "importers solve algebraic loops with them, and diverge with wrong ones";
+        opened outputs:
+            "derivatives of outputs are given, if maxOutputDerivativeOrder says so",
+            "importers extrapolate with them";
+        opened adjoint.only_in(Version::Fmi3):
+            "adjoint derivatives are the directional ones transposed: v·(J u) = (Jᵀ v)·u, if both are claimed",
+            "optimizers take gradients from the one and check them with the other";
+        opened inputs.only_in(Version::Fmi2):
+            "derivatives of inputs are taken, if canInterpolateInputs",
+            "importers that extrapolate inputs send them";
+    }
+}
 
 fn is_continuous_input(v: &Variable) -> bool {
     v.is_input() && v.access() == Access::Real && v.variability == Variability::Continuous
@@ -75,7 +59,7 @@ fn directional(fmu: &Fmu, outcome: &mut Outcome) -> Result<(), String> {
         let (status, slopes) = instance.directional(&unknowns, &[input.reference], &seed);
         let call = format!("fmi2GetDirectionalDerivative by `{}`", input.name);
         instance.must(&call, status)?;
-        let Some(Around {
+        let Some(OutputsAround {
             outputs: [below, here, above],
             step,
         }) = around(&instance, input, &unknowns)?
@@ -151,7 +135,7 @@ fn products(a: &[f64], b: &[f64]) -> Vec<f64> {
 }
 
 /// Outputs below, at and above the present value of an input.
-struct Around {
+struct OutputsAround {
     outputs: [Vec<f64>; 3],
     /// Distance of the values of the input.
     step: f64,
@@ -162,7 +146,7 @@ fn around(
     instance: &Instance,
     input: &Variable,
     outputs: &[u32],
-) -> Result<Option<Around>, String> {
+) -> Result<Option<OutputsAround>, String> {
     let vr = [input.reference];
     let old = instance.read(input)?;
     let step = 1e-4 * input.nominal.unwrap_or(old[0].abs().max(1.0)).abs();
@@ -181,7 +165,7 @@ fn around(
         return Ok(None);
     };
     let outputs = [below, here, above];
-    Ok(Some(Around { outputs, step }))
+    Ok(Some(OutputsAround { outputs, step }))
 }
 
 fn outputs(fmu: &Fmu, outcome: &mut Outcome) -> Result<(), String> {

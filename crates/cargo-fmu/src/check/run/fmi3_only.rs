@@ -2,38 +2,29 @@
 
 use fmu_description::{Access, Causality, Variable, Version};
 
-use super::trial::{Trial, trial, unless};
+use super::trial::{trials, unless};
 use crate::check::outcome::Outcome;
 use crate::fmi::Fmu;
 use crate::fmi::instance::{Instance, references, step_size};
 use crate::fmi::symbols::WARNING;
 
-pub const TRIALS: &[Trial] = &[
-    trial(
-        "step_end",
-        "simulation",
-        step_end,
-        "a step tells how it ended: not early where that was not allowed, and at its last successful time",
-        "importers go on from there",
-    )
-    .only_in(Version::Fmi3),
-    trial(
-        "counts",
-        "misuse",
-        counts,
-        "a number of values that does not fit the variables is refused",
-        "an importer that takes an array for a scalar reads or writes foreign memory",
-    )
-    .only_in(Version::Fmi3),
-    trial(
-        "variable_dependencies",
-        "derivatives",
-        variable_dependencies,
-        "dependencies of elements are those of ModelStructure, if providesPerElementDependencies",
-        "importers sort by the one and differentiate by the other",
-    )
-    .only_in(Version::Fmi3),
-];
+trials! {
+    "simulation" {
+        opened step_end.only_in(Version::Fmi3):
+            "a step tells how it ended: not early where that was not allowed, and at its last successful time",
+            "importers go on from there";
+    }
+    "misuse" {
+        opened counts.only_in(Version::Fmi3):
+            "a number of values that does not fit the variables is refused",
+            "an importer that takes an array for a scalar reads or writes foreign memory";
+    }
+    "derivatives" {
+        opened variable_dependencies.only_in(Version::Fmi3):
+            "dependencies of elements are those of ModelStructure, if providesPerElementDependencies",
+            "importers sort by the one and differentiate by the other";
+    }
+}
 
 fn step_end(fmu: &Fmu, outcome: &mut Outcome) -> Result<(), String> {
     let f = fmu.functions.fmi3().ok_or("it is not of FMI 3.0")?;

@@ -1,6 +1,6 @@
 //! Several instances, one after another, in turns, and in threads.
 
-use super::trial::{Trial, trial};
+use super::trial::trials;
 use crate::check::outcome::Outcome;
 use crate::fmi::Fmu;
 use crate::fmi::instance::{Instance, step_size};
@@ -10,43 +10,25 @@ const STEPS: usize = 20;
 /// Instances that live at a time.
 const MANY: usize = 12;
 
-pub const TRIALS: &[Trial] = &[
-    trial(
-        "repeat",
-        "instances",
-        repeat,
-        "two instances, one after the other, do the same bit for bit",
-        "a result that cannot be repeated cannot be checked",
-    ),
-    trial(
-        "turns",
-        "instances",
-        turns,
-        "an instance does the same while another takes turns with it",
-        "coupled systems hold several instances of one FMU; here they share what they must not",
-    ),
-    trial(
-        "many",
-        "instances",
-        many,
-        "a dozen instances live at a time and are freed in another order",
-        "sweeps and coupled systems do that",
-    ),
-    trial(
-        "threads",
-        "instances",
-        threads,
-        "instances in four threads do what one alone does",
-        "importers step the parts of a system in parallel",
-    ),
-    trial(
-        "reset",
-        "instances",
-        reset,
-        "after a reset it does what a new instance does, bit for bit",
-        "importers repeat simulations so, instead of loading again",
-    ),
-];
+trials! {
+    "instances" {
+        opened repeat:
+            "two instances, one after the other, do the same bit for bit",
+            "a result that cannot be repeated cannot be checked";
+        opened turns:
+            "an instance does the same while another takes turns with it",
+            "coupled systems hold several instances of one FMU; here they share what they must not";
+        opened many:
+            "a dozen instances live at a time and are freed in another order",
+            "sweeps and coupled systems do that";
+        opened threads:
+            "instances in four threads do what one alone does",
+            "importers step the parts of a system in parallel";
+        opened reset:
+            "after a reset it does what a new instance does, bit for bit",
+            "importers repeat simulations so, instead of loading again";
+    }
+}
 
 fn alone(fmu: &Fmu) -> Result<Vec<u64>, String> {
     Instance::started(fmu, "alone")?.motion(STEPS, 0)

@@ -6,7 +6,7 @@ use std::ptr;
 
 use fmu_description::{Access, Causality, Variability, Variable};
 
-use super::trial::{Trial, trial};
+use super::trial::trials;
 use crate::check::outcome::Outcome;
 use crate::fmi::Fmu;
 use crate::fmi::functions::Experiment;
@@ -15,43 +15,25 @@ use crate::fmi::symbols::WARNING;
 
 const STEPS: usize = 10;
 
-pub const TRIALS: &[Trial] = &[
-    trial(
-        "references",
-        "misuse",
-        unknown_references,
-        "unknown value references are refused",
-        "an importer with the description of another version reads or writes foreign memory",
-    ),
-    trial(
-        "nan",
-        "misuse",
-        not_finite,
-        "NaN and infinity are refused as inputs and parameters",
-        "one NaN spreads through a coupled system until nobody can tell where it came from",
-    ),
-    trial(
-        "readonly",
-        "misuse",
-        read_only,
-        "outputs, constants and, between steps, fixed parameters cannot be set",
-        "a value that is taken without effect, or that changes a result, is found by nobody",
-    ),
-    trial(
-        "steps",
-        "misuse",
-        wrong_steps,
-        "steps of length 0, below 0 or NaN, and jumps in time, are refused",
-        "a master with a mistake computes wrong results without a word",
-    ),
-    trial(
-        "null",
-        "misuse",
-        null,
-        "NULL instead of an instance or an array is refused",
-        "an instantiation that failed without being noticed takes the importer down",
-    ),
-];
+trials! {
+    "misuse" {
+        opened unknown_references:
+            "unknown value references are refused",
+            "an importer with the description of another version reads or writes foreign memory";
+        opened not_finite:
+            "NaN and infinity are refused as inputs and parameters",
+            "one NaN spreads through a coupled system until nobody can tell where it came from";
+        opened read_only:
+            "outputs, constants and, between steps, fixed parameters cannot be set",
+            "a value that is taken without effect, or that changes a result, is found by nobody";
+        opened wrong_steps:
+            "steps of length 0, below 0 or NaN, and jumps in time, are refused",
+            "a master with a mistake computes wrong results without a word";
+        opened null:
+            "NULL instead of an instance or an array is refused",
+            "an instantiation that failed without being noticed takes the importer down";
+    }
+}
 
 /// Makes wrong calls on an instance in the middle of a run. Each is named and answered; those that
 /// were accepted are remarks, and so is a run that goes on otherwise than one without them.

@@ -6,113 +6,60 @@ use std::ptr;
 
 use fmu_description::Access;
 
-use super::trial::{Trial, open, trial};
+use super::trial::{open, trials};
 use crate::check::outcome::Outcome;
 use crate::fmi::Fmu;
-use crate::fmi::functions::Own;
+use crate::fmi::functions::OwnFunctions;
 use crate::fmi::instance::{Instance, Manner, references, start_time, status_name, step_size};
 use crate::fmi::order::Mode;
 use crate::fmi::symbols::{OK, WARNING};
 use crate::fmi::text;
 
-/// Without which nothing can be tried.
-pub const LOADS: &str = "loads";
-/// The plain run.
-pub const RUN: &str = "run";
-
 /// Steps of a plain run.
 const STEPS: usize = 100;
 
-pub const TRIALS: &[Trial] = &[
-    trial(
-            LOADS,
-            "loading",
-            loads,
+trials! {
+    "loading" {
+        opened loads.first_step():
             "the library loads",
-            "it needs what this machine, or the program that loads it, does not have",
-        )
-    .as_first_step(),
-    trial(
-            RUN,
-            "loading",
-            run,
+            "it needs what this machine, or the program that loads it, does not have";
+        opened run.first_step():
             "it initializes and steps; every number that it hands out is finite",
-            "this is what it is for",
-        )
-    .as_first_step(),
-    trial(
-        "versions",
-        "loading",
-        versions,
-        "it says that it is of the version of FMI that its description names",
-        "importers refuse another version",
-    ),
-    trial(
-            "spaced",
-            "loading",
-            plain_run,
+            "this is what it is for";
+        opened versions:
+            "it says that it is of the version of FMI that its description names",
+            "importers refuse another version";
+        opened plain_run.in_odd_folder():
             "it also runs from a folder whose name has a space and an umlaut, which FMI 2.0 encodes in the URI of its resources",
-            "users unpack files to `C:\\Users\\Jürgen Müller`",
-        )
-    .in_odd_folder(),
-    trial(
-        "guid",
-        "loading",
-        guid,
-        "an instance is made for the guid or token of the description, and refused for another one",
-        "a library beside the description of another version would mix up its variables",
-    ),
-    trial(
-        "reload",
-        "loading",
-        loads,
-        "the library can be unloaded and loaded again",
-        "importers unload between simulations; a crash there takes their user's work with it",
-    )
-    .in_folder(reload),
-    trial(
-        "free",
-        "loading",
-        free_nothing,
-        "freeing an instance of NULL does nothing",
-        "importers do it after an instantiation that failed; the standard lets them",
-    ),
-    trial(
-        "grid",
-        "simulation",
-        grid,
-        "it takes communication points both as k·h and as a running sum of h",
-        "importers compute them either way, and they differ by rounding",
-    ),
-    trial(
-        "start",
-        "simulation",
-        later_start,
-        "it starts at another time than 0",
-        "coupled systems start where the user says",
-    ),
-    trial(
-        "stop",
-        "simulation",
-        stop_time,
-        "a step to the stop time is done, one beyond it refused",
-        "the standard says so, and models prepare no data for what comes after",
-    ),
-    trial(
-        "sizes",
-        "simulation",
-        step_sizes,
-        "steps may differ in length, if canHandleVariableCommunicationStepSize",
-        "importers with step size control, and every simulation whose end is no multiple of h, do that",
-    ),
-    trial(
-        "terminate",
-        "simulation",
-        terminate,
-        "after termination values can still be read, and a reset makes it ready again",
-        "importers read results at the end, and start again without loading",
-    ),
-];
+            "users unpack files to `C:\\Users\\Jürgen Müller`";
+        opened guid:
+            "an instance is made for the guid or token of the description, and refused for another one",
+            "a library beside the description of another version would mix up its variables";
+        in_folder reload:
+            "the library can be unloaded and loaded again",
+            "importers unload between simulations; a crash there takes their user's work with it";
+        opened free_nothing:
+            "freeing an instance of NULL does nothing",
+            "importers do it after an instantiation that failed; the standard lets them";
+    }
+    "simulation" {
+        opened grid:
+            "it takes communication points both as k·h and as a running sum of h",
+            "importers compute them either way, and they differ by rounding";
+        opened later_start:
+            "it starts at another time than 0",
+            "coupled systems start where the user says";
+        opened stop_time:
+            "a step to the stop time is done, one beyond it refused",
+            "the standard says so, and models prepare no data for what comes after";
+        opened step_sizes:
+            "steps may differ in length, if canHandleVariableCommunicationStepSize",
+            "importers with step size control, and every simulation whose end is no multiple of h, do that";
+        opened terminate:
+            "after termination values can still be read, and a reset makes it ready again",
+            "importers read results at the end, and start again without loading";
+    }
+}
 
 /// It was opened.
 fn loads(_: &Fmu, _: &mut Outcome) -> Result<(), String> {
@@ -127,7 +74,7 @@ fn versions(fmu: &Fmu, outcome: &mut Outcome) -> Result<(), String> {
         unsafe { f.get_version() },
         fmu.description.fmi.to_string(),
     )];
-    if let Own::Fmi2(f) = f.own() {
+    if let OwnFunctions::Fmi2(f) = f.own() {
         // SAFETY: as above.
         let platform = unsafe { (f.fmi2GetTypesPlatform)() };
         texts.push(("fmi2GetTypesPlatform", platform, "default".to_string()));

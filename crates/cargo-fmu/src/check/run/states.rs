@@ -1,38 +1,26 @@
 //! Saved states.
 
-use std::ptr;
-
-use super::trial::{Trial, trial, unless};
+use super::trial::{trials, unless};
 use crate::check::outcome::Outcome;
 use crate::fmi::Fmu;
-use crate::fmi::instance::Instance;
+use crate::fmi::instance::{Instance, SavedState};
 use crate::fmi::symbols::{OK, WARNING};
 
 const STEPS: usize = 10;
 
-pub const TRIALS: &[Trial] = &[
-    trial(
-        "restore",
-        "saved states",
-        restore,
-        "a state that is set again leads to the same future, bit for bit, if canGetAndSetFMUstate",
-        "iterating and error controlling importers go back and repeat a step",
-    ),
-    trial(
-        "serialize",
-        "saved states",
-        serialize,
-        "bytes of a state carry it to another instance, if canSerializeFMUstate",
-        "long simulations are interrupted and go on in another process",
-    ),
-    trial(
-        "damaged",
-        "saved states",
-        damaged,
-        "damaged bytes are refused, if canSerializeFMUstate",
-        "files get cut off; a state made of half a file is wrong without a word",
-    ),
-];
+trials! {
+    "saved states" {
+        opened restore:
+            "a state that is set again leads to the same future, bit for bit, if canGetAndSetFMUstate",
+            "iterating and error controlling importers go back and repeat a step";
+        opened serialize:
+            "bytes of a state carry it to another instance, if canSerializeFMUstate",
+            "long simulations are interrupted and go on in another process";
+        opened damaged:
+            "damaged bytes are refused, if canSerializeFMUstate",
+            "files get cut off; a state made of half a file is wrong without a word";
+    }
+}
 
 /// What the FMU does not claim is not tried.
 fn unless_saved(fmu: &Fmu, outcome: &mut Outcome) -> bool {
@@ -68,7 +56,7 @@ fn restore(fmu: &Fmu, outcome: &mut Outcome) -> Result<(), String> {
     }
     instance.free(at_start)?;
     instance.free(in_between)?;
-    instance.free(ptr::null_mut())
+    instance.free(SavedState::NONE)
 }
 
 fn serialize(fmu: &Fmu, outcome: &mut Outcome) -> Result<(), String> {

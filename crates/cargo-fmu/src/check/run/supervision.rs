@@ -23,6 +23,11 @@ const SHORTEST: Duration = Duration::from_secs(20);
 /// runs.
 const PLAIN_RUNS: u32 = 100;
 
+/// The trial without which nothing can be tried.
+const LOADS: &str = "loads";
+/// The plain run.
+const RUN: &str = "run";
+
 const REST: Promise = Promise {
     text: "everything else that it does when it is run",
     why: "",
@@ -94,14 +99,20 @@ pub fn all(
             hangs,
             printed: line,
         } = answer;
-        if trial.name == simulation::RUN {
+        if hangs && limit < longest {
+            outcome = Outcome::failed(format!(
+                "no answer when the time for all trials was up, {} s (--timeout)",
+                checker.limit.as_secs()
+            ));
+        }
+        if trial.name == RUN {
             longest = (PLAIN_RUNS * clock.elapsed()).clamp(SHORTEST, LONGEST);
         }
         if let Some(line) = line.filter(|_| outcome.fails.is_empty()) {
             let what = trial.promise.text;
             printed.remark(format!("while trying whether {what}: {line}"));
         }
-        let is_stuck = trial.is_first_step && (hangs || trial.name == simulation::LOADS);
+        let is_stuck = trial.is_first_step && (hangs || trial.name == LOADS);
         let ends_here = is_stuck && !outcome.fails.is_empty();
         if trial.is_first_step {
             known.extend(outcome.fails.iter().map(|reason| without_names(reason)));
@@ -191,4 +202,19 @@ fn first_line(output: &Path) -> Option<String> {
     let text = String::from_utf8_lossy(&text);
     let line = text.lines().find(|line| !line.trim().is_empty())?;
     Some(line.chars().take(200).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_name_is_that_of_one_trial() {
+        let mut names: Vec<_> = trials().map(|trial| trial.name).collect();
+        let count = names.len();
+        names.sort_unstable();
+        names.dedup();
+        assert_eq!(names.len(), count);
+        assert!(names.contains(&LOADS) && names.contains(&RUN));
+    }
 }

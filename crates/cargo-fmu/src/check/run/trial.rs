@@ -4,7 +4,8 @@ use std::path::Path;
 
 use fmu_description::Version;
 
-use crate::check::outcome::{Outcome, Promise};
+use crate::check::outcome::Outcome;
+pub use crate::check::outcome::Promise;
 use crate::fmi::Fmu;
 
 /// How a promise is tried; an error is a reason why it does not hold.
@@ -33,26 +34,51 @@ pub struct Trial {
     run: Run,
 }
 
-/// A trial as most are.
-pub const fn trial(
-    name: &'static str,
-    area: &'static str,
-    run: fn(&Fmu, &mut Outcome) -> Result<(), String>,
-    text: &'static str,
-    why: &'static str,
-) -> Trial {
-    Trial {
-        name,
-        area,
-        promise: Promise { text, why },
-        has_odd_folder: false,
-        is_first_step: false,
-        version: None,
-        run: Run::Opened(run),
-    }
+/// Trials as a table. Under each heading: how it is tried, the promise, and why it matters.
+macro_rules! trials {
+    ($($area:literal { $($kind:ident $run:ident $(.$how:ident($($argument:expr)?))*: $text:literal, $why:literal;)* })*) => {
+        pub const TRIALS: &[super::trial::Trial] = &[$($(
+            super::trial::Trial::$kind(
+                stringify!($run), $area, $run, super::trial::Promise { text: $text, why: $why },
+            )$(.$how($($argument)?))*,
+        )*)*];
+    };
 }
 
+pub(super) use trials;
+
 impl Trial {
+    /// On the opened FMU.
+    pub const fn opened(
+        name: &'static str,
+        area: &'static str,
+        run: fn(&Fmu, &mut Outcome) -> Result<(), String>,
+        promise: Promise,
+    ) -> Self {
+        Self {
+            name,
+            area,
+            promise,
+            has_odd_folder: false,
+            is_first_step: false,
+            version: None,
+            run: Run::Opened(run),
+        }
+    }
+
+    /// With the files themselves, which it opens.
+    pub const fn in_folder(
+        name: &'static str,
+        area: &'static str,
+        run: fn(&Path) -> Result<(), String>,
+        promise: Promise,
+    ) -> Self {
+        Self {
+            run: Run::InFolder(run),
+            ..Self::opened(name, area, nothing, promise)
+        }
+    }
+
     /// Of what only one version of FMI has.
     pub const fn only_in(self, version: Version) -> Self {
         Self {
@@ -62,7 +88,7 @@ impl Trial {
     }
 
     /// Of what all others try, too.
-    pub const fn as_first_step(self) -> Self {
+    pub const fn first_step(self) -> Self {
         Self {
             is_first_step: true,
             ..self
@@ -77,12 +103,6 @@ impl Trial {
         }
     }
 
-    /// Of what needs the files themselves, and opens them.
-    pub const fn in_folder(self, run: fn(&Path) -> Result<(), String>) -> Self {
-        let run = Run::InFolder(run);
-        Self { run, ..self }
-    }
-
     /// Try it on the FMU whose files lie in this folder.
     pub fn outcome(&self, folder: &Path) -> Outcome {
         let mut outcome = Outcome::default();
@@ -95,6 +115,10 @@ impl Trial {
         }
         outcome
     }
+}
+
+fn nothing(_: &Fmu, _: &mut Outcome) -> Result<(), String> {
+    Ok(())
 }
 
 /// What the FMU does not claim is not tried.

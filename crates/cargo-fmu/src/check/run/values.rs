@@ -2,35 +2,25 @@
 
 use fmu_description::{Access, Causality, Initial, Variability, Variable};
 
-use super::trial::{Trial, trial};
+use super::trial::trials;
 use crate::check::outcome::Outcome;
 use crate::fmi::Fmu;
 use crate::fmi::instance::{Instance, about, references, step_size};
 use crate::fmi::symbols::{OK, WARNING};
 
-pub const TRIALS: &[Trial] = &[
-    trial(
-        "starts",
-        "values",
-        starts,
-        "parameters and inputs begin at the start values of the description",
-        "tools show those to their users, and set only what differs from them",
-    ),
-    trial(
-        "back",
-        "values",
-        read_back,
-        "an input that is set is read back bit for bit",
-        "importers and users check what they have set",
-    ),
-    trial(
-        "dependencies",
-        "values",
-        dependencies,
-        "an input acts at once only on outputs that list it in their dependencies",
-        "importers read outputs before such inputs are set, and then compute with old values",
-    ),
-];
+trials! {
+    "values" {
+        opened starts:
+            "parameters and inputs begin at the start values of the description",
+            "tools show those to their users, and set only what differs from them";
+        opened read_back:
+            "an input that is set is read back bit for bit",
+            "importers and users check what they have set";
+        opened dependencies:
+            "an input acts at once only on outputs that list it in their dependencies",
+            "importers read outputs before such inputs are set, and then compute with old values";
+    }
+}
 
 /// Whether a variable begins at its start value, by the standard.
 fn is_given(v: &Variable) -> bool {

@@ -2,7 +2,7 @@
 
 use fmu_description::Version;
 
-use super::variable::{Declared, Variable};
+use super::variable::{DeclaredType, Variable};
 use crate::check::outcome::{Outcome, Promise};
 
 const NUMBERS: Promise = Promise {
@@ -43,7 +43,7 @@ pub fn numbers(variables: &[Variable], version: Version) -> (Promise, Outcome) {
         if v.number("nominal") == Some(0.0) {
             outcome.fail(format!("`{name}` has nominal 0"));
         }
-        let is_enumeration = |d: &&Declared| d.kind == "Enumeration";
+        let is_enumeration = |d: &&DeclaredType| d.kind == "Enumeration";
         let items = v.declared.as_ref().filter(is_enumeration).map(|d| {
             let items = d.attributes.all("Item");
             items.filter_map(|i| i.number("value")).collect::<Vec<_>>()

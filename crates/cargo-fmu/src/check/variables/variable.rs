@@ -24,11 +24,11 @@ pub struct Variable<'a> {
     /// The whole of it.
     pub element: Element<'a>,
     /// Its declared type.
-    pub declared: Option<Declared<'a>>,
+    pub declared: Option<DeclaredType<'a>>,
 }
 
 /// A declared type.
-pub struct Declared<'a> {
+pub struct DeclaredType<'a> {
     /// Tag of the variables that may be of it.
     pub kind: &'a str,
     /// The element with its attributes and items.
@@ -54,7 +54,7 @@ impl<'a> Variable<'a> {
             let types = root.child("TypeDefinitions")?;
             let attributes = kind(types.named("SimpleType", name)?)?;
             let kind = attributes.tag();
-            Some(Declared { kind, attributes })
+            Some(DeclaredType { kind, attributes })
         });
         Some(Self::new(element, typed, declared, Version::Fmi2))
     }
@@ -64,7 +64,7 @@ impl<'a> Variable<'a> {
             let mut types = root.child("TypeDefinitions")?.children();
             let attributes = types.find(|t| t.get("name") == Some(name))?;
             let kind = attributes.tag().strip_suffix("Type")?;
-            Some(Declared { kind, attributes })
+            Some(DeclaredType { kind, attributes })
         });
         Self::new(element, element, declared, Version::Fmi3)
     }
@@ -72,7 +72,7 @@ impl<'a> Variable<'a> {
     fn new(
         element: Element<'a>,
         typed: Element<'a>,
-        declared: Option<Declared<'a>>,
+        declared: Option<DeclaredType<'a>>,
         version: Version,
     ) -> Self {
         let causality = element.get("causality").unwrap_or("local");

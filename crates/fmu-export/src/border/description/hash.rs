@@ -1,6 +1,7 @@
-//! The hash by which importer and library agree on the model (`guid`, `instantiationToken`): a UUID v5 of all that the model description
-//! says, in a shorter form than its text. The first instance of a process computes it, which for the text would take most of the time
-//! that the instance needs.
+//! The hash by which importer and library agree on the model (`guid`, `instantiationToken`): a UUID
+//! v5 of all that the model description says, in a shorter form than its text. The first instance
+//! of a process computes it, which for the text would take most of the time that the instance
+//! needs.
 
 use super::parts::{enumerations, units_in_use};
 use crate::core::causality::{Causality, Dependencies};
@@ -13,8 +14,8 @@ use crate::core::unit::{DisplayUnit, Unit};
 use crate::{Model, border::log::CATEGORIES};
 use uuid::Uuid;
 
-/// The hash of a model with these start values, for a version of FMI. It contains the version of this crate: what is written of the same
-/// table may change with it.
+/// The hash of a model with these start values, for a version of FMI. It contains the version of
+/// this crate: what is written of the same table may change with it.
 pub(crate) fn hash<M: Model>(
     layout: &Layout<M>,
     (parameters, input): (&M::Parameters, &M::Input),
@@ -35,8 +36,9 @@ pub(crate) fn hash<M: Model>(
     Uuid::new_v5(&Uuid::NAMESPACE_OID, &all.0)
 }
 
-/// What is hashed. Texts and lists begin with their length, so that neighbours cannot be mistaken for each other. Fields of structs are
-/// taken out by name, so that the compiler asks what is to be done with a new one.
+/// What is hashed. Texts and lists begin with their length, so that neighbours cannot be mistaken
+/// for each other. Fields of structs are taken out by name, so that the compiler asks what is to be
+/// done with a new one.
 struct Bytes(Vec<u8>);
 
 impl Bytes {

@@ -1,4 +1,5 @@
-//! Model descriptions: what is the same in every version of FMI, and how a version says what is not.
+//! Model descriptions: what is the same in every version of FMI, and how a version says what is
+//! not.
 
 mod hash;
 mod parts;

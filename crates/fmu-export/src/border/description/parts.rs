@@ -26,7 +26,8 @@ pub(crate) fn text(write: impl FnOnce(&mut Xml) -> io::Result<()>) -> Result<Str
     String::from_utf8(xml.into_inner()).map_err(|e| e.to_string())
 }
 
-/// Attributes of the root: what comes before those of the model, what may be said of it, what comes after.
+/// Attributes of the root: what comes before those of the model, what may be said of it, what comes
+/// after.
 pub(crate) fn root_attributes<'a>(
     info: &'static Info,
     version: &'static str,
@@ -132,7 +133,8 @@ fn write_unit(xml: &mut Xml, unit: &Unit) -> io::Result<()> {
     Ok(())
 }
 
-/// Attributes of a factor and an offset, unless they are 1 and 0, which is what their absence means.
+/// Attributes of a factor and an offset, unless they are 1 and 0, which is what their absence
+/// means.
 fn scale(factor: f64, offset: f64) -> impl Iterator<Item = (&'static str, String)> {
     let factor = (factor != 1.0).then(|| ("factor", real(factor)));
     let offset = (offset != 0.0).then(|| ("offset", real(offset)));

@@ -1,4 +1,5 @@
-//! Directional derivatives against differences of the outputs, and adjoint ones against directional ones.
+//! Directional derivatives against differences of the outputs, and adjoint ones against directional
+//! ones.
 
 use super::point::Point;
 use super::trial::Trial;
@@ -57,8 +58,9 @@ impl<M: Model> Trial<M> {
         }
     }
 
-    /// The derivatives by each Real input, compared with central differences. Two differences, one with twice the step of the
-    /// other, say how good they are: near a kink of the model that is not very.
+    /// The derivatives by each Real input, compared with central differences. Two differences, one
+    /// with twice the step of the other, say how good they are: near a kink of the model that is
+    /// not very.
     fn columns(
         &mut self,
         model: &M,

@@ -13,15 +13,18 @@ use trial::Trial;
 /// What is wrong with a model's table, as far as trying can tell; empty if nothing is.
 ///
 /// - [`model_description`](crate::model_description) finds no mistake.
-/// - The model initializes, gives outputs that are finite and in their enumerations, and steps, all with its start values; the
-///   derivatives it declares are there.
-/// - Each input and parameter reads back what was written, and writing it changes no other one: accessors of one row are of one
-///   field, and no two rows share a field. No two outputs do.
-/// - Outputs follow no input and no parameter but those that they declare, while stepping and initially.
-/// - Directional derivatives, if the model has them, are those that differences of the outputs give, and adjoint derivatives are their
-///   transpose.
-/// - Calculated parameters follow the parameters they declare and nothing else; constants nothing at all.
-/// - The model's [`Evaluation`](crate::Evaluation) follows no input that is declared to be beside it.
+/// - The model initializes, gives outputs that are finite and in their enumerations, and steps, all
+///   with its start values; the derivatives it declares are there.
+/// - Each input and parameter reads back what was written, and writing it changes no other one:
+///   accessors of one row are of one field, and no two rows share a field. No two outputs do.
+/// - Outputs follow no input and no parameter but those that they declare, while stepping and
+///   initially.
+/// - Directional derivatives, if the model has them, are those that differences of the outputs
+///   give, and adjoint derivatives are their transpose.
+/// - Calculated parameters follow the parameters they declare and nothing else; constants nothing
+///   at all.
+/// - The model's [`Evaluation`](crate::Evaluation) follows no input that is declared to be beside
+///   it.
 ///
 /// ```
 /// # use fmu_export::*; use serde::{Deserialize, Serialize};

@@ -6,7 +6,8 @@ use crate::core::model::Variable;
 use crate::core::place::Place;
 use crate::core::value::Value;
 
-/// Runs `$then` with the place of an input or a parameter that is a number, and where it lives in a [`Point`].
+/// Runs `$then` with the place of an input or a parameter that is a number, and where it lives in a
+/// [`Point`].
 macro_rules! known {
     ($row:expr, $point:expr, |$place:ident, $owner:ident| $then:expr) => {
         match &$row.place {
@@ -72,7 +73,8 @@ impl<M: Model> Point<M> {
         }
     }
 
-    /// Moves an element by a part of its size, to another value that is allowed; false if there is none.
+    /// Moves an element by a part of its size, to another value that is allowed; false if there is
+    /// none.
     pub(super) fn perturb(&mut self, (i, row): Element<M>, part: f64) -> bool {
         known!(row, self, |place, owner| {
             let value = place.get(owner, i);

@@ -1,4 +1,5 @@
-//! A model that is tried: its table, the point at which it starts, and the problems that were found.
+//! A model that is tried: its table, the point at which it starts, and the problems that were
+//! found.
 
 use super::point::Point;
 use crate::core::dependencies::Knowns;

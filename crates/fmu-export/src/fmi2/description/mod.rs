@@ -10,8 +10,8 @@ use crate::border::description::{Dialect, flag, table};
 
 /// The text of `modelDescription.xml` of FMI 2.0, or what is wrong with the table of variables.
 ///
-/// The GUID is a hash of the table and of what [`Info`](crate::Info) says of the model: it is the same on every platform and says when the
-/// interface changed.
+/// The GUID is a hash of the table and of what [`Info`](crate::Info) says of the model: it is the
+/// same on every platform and says when the interface changed.
 pub fn model_description<M: Model>() -> Result<String, String> {
     let info = &M::INFO;
     let order = if info.output_derivatives { "1" } else { "0" };

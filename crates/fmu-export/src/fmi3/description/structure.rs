@@ -1,5 +1,6 @@
-//! `<ModelStructure>`: what the outputs depend on, while stepping and in Initialization Mode. An array depends on what one of its elements
-//! depends on; fmi3GetVariableDependencies tells it element by element.
+//! `<ModelStructure>`: what the outputs depend on, while stepping and in Initialization Mode. An
+//! array depends on what one of its elements depends on; fmi3GetVariableDependencies tells it
+//! element by element.
 
 use crate::Model;
 use crate::border::description::{Xml, empty};

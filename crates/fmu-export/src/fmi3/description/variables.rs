@@ -1,4 +1,5 @@
-//! `<ModelVariables>`: time, and one variable for each row; a row whose elements have different units is one for each element.
+//! `<ModelVariables>`: time, and one variable for each row; a row whose elements have different
+//! units is one for each element.
 
 use super::super::instance::NAMES;
 use crate::Model;

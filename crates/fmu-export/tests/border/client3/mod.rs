@@ -39,7 +39,8 @@ unsafe extern "C-unwind" fn log_message(
     }
 }
 
-/// An intermediate update: time and flags (set requested, get allowed, step finished, early return possible).
+/// An intermediate update: time and flags (set requested, get allowed, step finished, early return
+/// possible).
 pub type Seen = (f64, [Boolean; 4]);
 
 unsafe extern "C-unwind" fn intermediate_update(
@@ -446,7 +447,8 @@ saved_states! { Fmu3:
 impl Drop for Fmu3 {
     fn drop(&mut self) {
         if self.world.is_some() {
-            // SAFETY: a live instance, freed once; one without a world is borrowed from the callback.
+            // SAFETY: a live instance, freed once; one without a world is borrowed from the
+            // callback.
             unsafe { fmi3FreeInstance(self.c) }
         }
     }

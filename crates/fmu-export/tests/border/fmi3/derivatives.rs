@@ -20,7 +20,8 @@ fn directional_and_adjoint_derivatives_are_transposes() {
     }
 }
 
-/// In Initialization Mode both are differences through the whole initialization; the probe's is linear. Tolerance: ε^⅔ of values of 1.
+/// In Initialization Mode both are differences through the whole initialization; the probe's is
+/// linear. Tolerance: ε^⅔ of values of 1.
 #[test]
 fn they_are_transposes_in_initialization_mode_too() {
     let fmu = Fmu3::initializing(PLAIN);

@@ -15,7 +15,8 @@ fn the_version_is_that_of_the_standard() {
     assert_eq!(unsafe { CStr::from_ptr(fmi3GetVersion()) }, c"3.0");
 }
 
-/// Oracle: x_dot is constant, so x = x0 + t (u + rate), exact in binary for these numbers. A row is one array.
+/// Oracle: x_dot is constant, so x = x0 + t (u + rate), exact in binary for these numbers. A row is
+/// one array.
 #[test]
 fn a_run_gives_the_closed_form() {
     let fmu = Fmu3::initializing(PLAIN);
@@ -121,7 +122,8 @@ fn both_versions_give_the_same_numbers() {
     }
 }
 
-/// A model that stops half way: an early return for who allows it; else the step goes on to its end.
+/// A model that stops half way: an early return for who allows it; else the step goes on to its
+/// end.
 #[test]
 fn a_model_that_stops_returns_early_or_goes_on() {
     let early = Fmu3::stepping(EVENTS);

@@ -1,4 +1,5 @@
-//! Messages: as they are, only where logging is on, and never with a worse status than the function returns.
+//! Messages: as they are, only where logging is on, and never with a worse status than the function
+//! returns.
 
 use crate::client3::*;
 use crate::probe::vr;

@@ -1,4 +1,5 @@
-//! Wrong arguments: fmi3Error, or fmi3Discard for values; a message with name, value and what it must be; nothing changed.
+//! Wrong arguments: fmi3Error, or fmi3Discard for values; a message with name, value and what it
+//! must be; nothing changed.
 
 use crate::client3::*;
 use crate::probe::vr;

@@ -9,7 +9,8 @@ type Attempt = fn(&Fmu3) -> Status;
 /// One correct call of a function in each of its states.
 #[rustfmt::skip]
 const CALLS: &[(&str, &str, Attempt)] = &[
-    // name, states it is allowed in: I(nstantiated) N (initialization) E(vent) S(tep) A (step after a set) T(erminated)
+    // name, states it is allowed in: I(nstantiated) N (initialization) E(vent) S(tep) A (step after
+    // a set) T(erminated)
     ("fmi3SetDebugLogging",         "INESAT", |f| unsafe { fmi3SetDebugLogging(f.c, 1, 0, ptr::null()) }),
     ("fmi3EnterInitializationMode", "I",      |f| f.enter_initialization(0.0, None)),
     ("fmi3ExitInitializationMode",  "N",      |f| f.call(fmi3ExitInitializationMode)),
@@ -149,7 +150,8 @@ fn each_function_is_allowed_in_its_states_only() {
     }
 }
 
-/// Of the 75 functions of the header, all but fmi3GetVersion, three for instantiation and fmi3FreeInstance.
+/// Of the 75 functions of the header, all but fmi3GetVersion, three for instantiation and
+/// fmi3FreeInstance.
 #[test]
 fn the_table_has_every_function_with_an_instance() {
     let names: std::collections::BTreeSet<_> = CALLS.iter().map(|(name, ..)| *name).collect();
@@ -173,7 +175,8 @@ fn a_call_out_of_order_names_the_states() {
     );
 }
 
-/// Section 4.2.1: what is set in Step Mode acts in the step; it can be read after it, or in Event Mode.
+/// Section 4.2.1: what is set in Step Mode acts in the step; it can be read after it, or in Event
+/// Mode.
 #[test]
 fn nothing_is_read_after_a_set_in_step_mode_until_a_step_or_event_mode() {
     let fmu = Fmu3::stepping(EVENTS);

@@ -142,78 +142,45 @@ impl Axis {
         let Self { ratings, .. } = self;
         let rpm = 60.0 / TAU;
         let t = &self.temperatures;
+        let of = |name, unit, value| (name, unit, value, None);
+        let rated = |name, unit, value, rating| (name, unit, value, Some(rating));
+        let lasting = 100.0 * self.torque.rms / self.continuous.max(1e-9);
+        let force = 100.0 * self.force.peak / ratings.force_max;
+        let beyond = 100.0 * self.beyond_peak;
+        let [greatest, limit, winding, housing] =
+            [t.winding_max, WINDING_LIMIT, t.winding, t.housing].map(|T| T - 273.15);
+        let top = rpm * self.speed.peak;
         [
-            (
-                "motor torque, rms",
-                "N.m",
-                self.torque.rms,
-                Some(self.continuous),
-            ),
-            (
+            rated("motor torque, rms", "N.m", self.torque.rms, self.continuous),
+            rated(
                 "motor torque, peak",
                 "N.m",
                 self.torque.peak,
-                Some(self.motor.peak(0.0)),
+                self.motor.peak(0.0),
             ),
-            ("motor speed, rms", "rpm", rpm * self.speed.rms, None),
-            (
-                "motor speed, peak",
-                "rpm",
-                rpm * self.speed.peak,
-                Some(ratings.motor_speed_rpm),
-            ),
-            (
-                "motor power, rms",
-                "W",
-                self.power.rms,
-                Some(ratings.motor_power),
-            ),
-            ("motor power, peak", "W", self.power.peak, None),
-            (
+            of("motor speed, rms", "rpm", rpm * self.speed.rms),
+            rated("motor speed, peak", "rpm", top, ratings.motor_speed_rpm),
+            rated("motor power, rms", "W", self.power.rms, ratings.motor_power),
+            of("motor power, peak", "W", self.power.peak),
+            of(
                 "phase current, rms of the peak value",
                 "A",
                 self.current.rms,
-                None,
             ),
-            (
+            rated(
                 "phase current, peak",
                 "A",
                 self.current.peak,
-                Some(self.motor.current),
+                self.motor.current,
             ),
-            ("rod force, rms", "N", self.force.rms, None),
-            (
-                "rod force, peak",
-                "N",
-                self.force.peak,
-                Some(ratings.force_max),
-            ),
-            (
-                "torque rms of what may last",
-                "%",
-                100.0 * self.torque.rms / self.continuous.max(1e-9),
-                Some(100.0),
-            ),
-            (
-                "rod force peak of the rating",
-                "%",
-                100.0 * self.force.peak / ratings.force_max,
-                Some(100.0),
-            ),
-            (
-                "beyond the peak envelope, of the time",
-                "%",
-                100.0 * self.beyond_peak,
-                Some(0.0),
-            ),
-            (
-                "winding, greatest in an hour",
-                "degC",
-                t.winding_max - 273.15,
-                Some(WINDING_LIMIT - 273.15),
-            ),
-            ("winding after an hour", "degC", t.winding - 273.15, None),
-            ("housing after an hour", "degC", t.housing - 273.15, None),
+            of("rod force, rms", "N", self.force.rms),
+            rated("rod force, peak", "N", self.force.peak, ratings.force_max),
+            rated("torque rms of what may last", "%", lasting, 100.0),
+            rated("rod force peak of the rating", "%", force, 100.0),
+            rated("beyond the peak envelope, of the time", "%", beyond, 0.0),
+            rated("winding, greatest in an hour", "degC", greatest, limit),
+            of("winding after an hour", "degC", winding),
+            of("housing after an hour", "degC", housing),
         ]
     }
 

@@ -8,7 +8,7 @@ use cosim::system::System;
 use serde::Serialize;
 
 use super::recorded::{Columns, Size, columns, parameters_of, recorded};
-use crate::measures::energy;
+use crate::measures::power_integral::{both_ways, while_working};
 use crate::measures::run::RecordedRun;
 use crate::start_values::over;
 
@@ -44,8 +44,8 @@ fn metrics(columns: &Columns) -> Metrics {
         steps.map(|(t, e)| (e[1] - e[0]) / (t[1] - t[0])).collect()
     };
     let rise = |c: &[f64]| c[c.len() - 1] - c[0];
-    let working = energy::while_working(taken, work);
-    let (done, _) = energy::both_ways(work);
+    let working = while_working(taken, work);
+    let (done, _) = both_ways(work);
     Metrics {
         power: Size::of(rates(work).into_iter()).rms,
         force: Size::of(columns.values[4].iter().copied()).rms,

@@ -9,6 +9,7 @@ use cosim::wiring::Port;
 use serde::Serialize;
 
 use crate::measures::run::RecordedRun;
+use crate::measures::tip::Distance;
 
 /// Outputs of an actuator that are recorded.
 const OUTPUTS: [&str; 9] = [
@@ -33,18 +34,12 @@ pub struct Size {
 
 impl Size {
     pub(super) fn of(values: impl Iterator<Item = f64>) -> Self {
-        let (mut squares, mut count, mut peak) = (0.0, 0.0, 0.0_f64);
-        for value in values {
-            squares += value * value;
-            count += 1.0;
-            peak = peak.max(value.abs());
+        let mut size = Distance::default();
+        values.for_each(|value| size.add(value.abs()));
+        Self {
+            rms: size.rms(),
+            peak: size.max,
         }
-        let rms = if count > 0.0 {
-            f64::sqrt(squares / count)
-        } else {
-            0.0
-        };
-        Self { rms, peak }
     }
 }
 

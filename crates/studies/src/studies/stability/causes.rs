@@ -65,15 +65,10 @@ pub fn causes(
         })
     };
     let cases = RUNGS.into_iter().enumerate().map(case);
-    let grid = Grid {
-        system,
-        base,
-        trajectories: &TRAJECTORIES[..1],
-        laws: &[Law::default()],
-        cases: &cases.collect::<Result<Vec<_>>>()?,
-        varies_bound: true,
-    };
-    let cells = grid.run(|experiment| measure(system, experiment), || ())?;
+    let (laws, cases) = ([Law::default()], cases.collect::<Result<Vec<_>>>()?);
+    let grid = Grid::new(system, base, &laws, &cases).varying_bound();
+    let grid = grid.only_on(&TRAJECTORIES[..1]);
+    let cells = grid.run(|plan| measure(system, plan), || ())?;
     let verdict = grid::verdict(&cells);
     let named = RUNGS.into_iter().zip(cells);
     let rungs = named.map(|(name, cell)| Ok((name, cell.result.context(name)?)));

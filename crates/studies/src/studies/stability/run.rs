@@ -13,13 +13,13 @@
 #![allow(non_snake_case)] // the paper's symbols
 
 use anyhow::{Result, ensure};
-use cosim::run::Experiment;
 use cosim::system::System;
 use cosim::verdict::Verdict;
 use cosim::wiring::Port;
 use serde::Serialize;
 
 use super::gains::Gains;
+use crate::grid::Plan;
 use crate::measures::run::RecordedRun;
 
 /// Actuators.
@@ -128,10 +128,12 @@ impl Powers {
 }
 
 /// Run and evaluate the motion.
-pub fn measure(system: &System, experiment: &Experiment) -> Result<(Run, Verdict)> {
+pub fn measure(system: &System, plan: &Plan) -> Result<(Run, Verdict)> {
     let outputs = Outputs::of(system)?;
-    let recorded = RecordedRun::of(system, experiment, &outputs.all())?;
-    let mut run = Course::of(&recorded, &outputs)?.evaluate(experiment.stepping.step)?;
+    let recorded = RecordedRun::of(system, &plan.experiment, &outputs.all())?;
+    let step = plan.experiment.stepping.step;
+    let mut run = Course::of(&recorded, &outputs)?.evaluate(step)?;
+    (run.trajectory, run.law) = (plan.trajectory, plan.law.into());
     let start = recorded.motion_start();
     run.course.start = recorded.recording.times[start];
     run.gains = outputs.gains_of(&recorded)?;

@@ -7,7 +7,7 @@ use cosim::system::{Setting, System};
 use cosim::verdict::Verdict;
 
 use super::run::{Run, measure};
-use crate::grid::{self, Case, Grid, TRAJECTORIES};
+use crate::grid::{self, Case, Grid, Plan, TRAJECTORIES};
 use crate::laws::Law;
 
 /// Laws: without the extensions of the voltage law, and with them.
@@ -47,34 +47,16 @@ pub fn run(
             settings.clone(),
         )
     };
-    let grid = Grid {
-        system,
-        base,
-        trajectories: &TRAJECTORIES,
-        laws: &LAWS.map(law),
-        cases: &STEPS.map(case),
-        varies_bound: false,
+    let (laws, cases) = (LAWS.map(law), STEPS.map(case));
+    let measure = |plan: &Plan| {
+        let name = || format!("{}, {} law, {}", plan.trajectory, plan.law, plan.case);
+        measure(system, plan).with_context(name)
     };
-    let mut cells = grid.run(|experiment| measure(system, experiment), done)?;
+    let mut cells = Grid::new(system, base, &laws, &cases).run(measure, done)?;
     // Trajectory by trajectory, law by law, the steps beside each other.
     cells.sort_by(|a, b| (a.trajectory, &a.law).cmp(&(b.trajectory, &b.law)));
     let verdict = grid::verdict(&cells);
-    let run = |cell: grid::Cell<Run>| {
-        let grid::Cell {
-            trajectory,
-            law,
-            case,
-            result,
-            ..
-        } = cell;
-        let run = result.with_context(|| format!("{trajectory}, {law} law, {case}"))?;
-        Ok(Run {
-            trajectory,
-            law,
-            ..run
-        })
-    };
-    Ok((cells.into_iter().map(run).collect(), verdict))
+    Ok((cells.into_iter().map(|cell| cell.result).collect(), verdict))
 }
 
 /// The gain conditions that hold with a weight of their own are asked for; the first as printed, with a weight of 1 A/N, is a result.

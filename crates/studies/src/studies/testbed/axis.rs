@@ -2,6 +2,8 @@
 
 use serde::Serialize;
 
+use crate::measures::tip::Distance;
+
 /// An axis of the testbed: name, number of its rod, component of the testbed.
 pub(super) const AXES: [(&str, usize, &str); 2] =
     [("lift", 2, "emla_lift"), ("tilt", 3, "emla_tilt")];
@@ -151,15 +153,16 @@ impl Axis {
 
 /// Errors from sample `first` on.
 fn error([desired, actual]: &[Vec<f64>; 2], first: usize) -> AxisError {
-    let mut sum = 0.0;
-    let mut error = AxisError::default();
+    let (mut error, mut peak) = (Distance::default(), 0.0_f64);
     for (d, a) in desired.iter().zip(actual).skip(first) {
-        sum += (d - a) * (d - a);
-        error.max = error.max.max((d - a).abs());
-        error.peak = error.peak.max(d.abs());
+        error.add((d - a).abs());
+        peak = peak.max(d.abs());
     }
-    error.rmse = (sum / desired.len().saturating_sub(first).max(1) as f64).sqrt();
-    error
+    AxisError {
+        rmse: error.rms(),
+        max: error.max,
+        peak,
+    }
 }
 
 #[cfg(test)]

@@ -2,9 +2,9 @@
 
 use machine::{Drive, Holding};
 
-/// What a step holds.
+/// Parameters and conditions that do not change during a step.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Held<'a> {
+pub(crate) struct Conditions<'a> {
     /// Parameters, resistance and flux as the temperatures make them.
     pub p: &'a machine::Emla,
     /// Who moves the rod.
@@ -22,7 +22,7 @@ pub(crate) struct Held<'a> {
     pub brake: Holding,
 }
 
-impl Held<'_> {
+impl Conditions<'_> {
     /// Whether the inverter works and the shaft is free.
     #[inline(always)]
     pub(crate) fn is_plain(&self) -> bool {

@@ -1,5 +1,4 @@
 //! A table from derives is the table by hand: the same model description.
-#![allow(missing_docs)]
 
 use fmu_export::prelude::*;
 use fmu_export::{ALL_PARAMETERS, DisplayUnit, model_description};

@@ -1,5 +1,5 @@
-//! GUID and instantiation token differ where model descriptions differ, and only where tables say something else.
-#![allow(missing_docs)]
+//! GUID and instantiation token differ where model descriptions differ, and only where tables say
+//! something else.
 
 use fmu_export::{
     DisplayUnit, Enumeration, Info, InputPolynomial, Items, Model, ModelError, StepEnd, Unit,

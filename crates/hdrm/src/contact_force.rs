@@ -1,7 +1,8 @@
-//! What a plane does to the plant whose tip it touches.
+//! The contact of the plant's tip with its plane: force, its rate, and the rate that substeps must
+//! resolve.
 
 use crate::DOF;
-use crate::contact::Touch;
+use crate::contact::ContactForce;
 use crate::plant::{Dynamics, Hdrm};
 use crate::tip::Tip;
 use crate::tree::Configuration;
@@ -9,12 +10,12 @@ use nalgebra::{Vector3, Vector6};
 
 impl Hdrm {
     /// What the plane does to the tip; nothing where there is none.
-    pub(crate) fn touch(&self, at: &Dynamics) -> Touch {
+    pub(crate) fn contact_force(&self, at: &Dynamics) -> ContactForce {
         let Some(plane) = &self.plane else {
-            return Touch::default();
+            return ContactForce::default();
         };
         let (p, V) = at.frame.tip_motion(&at.state.zeta_dot);
-        plane.touch(&p, &V.v)
+        plane.contact_force(&p, &V.v)
     }
 
     /// [`Plane::rate_ahead`] at `start`, 0 without a plane.
@@ -27,13 +28,13 @@ impl Hdrm {
     /// Rate of the depth, m/s; 0 above the plane.
     pub(crate) fn depth_rate(&self, at: &Dynamics) -> f64 {
         let (p, V) = at.frame.tip_motion(&at.state.zeta_dot);
-        let pressed = (self.plane.as_ref()).and_then(|plane| plane.pressed(&p, &V.v));
-        pressed.map_or(0.0, |pressed| pressed.d_dot)
+        let penetration = (self.plane.as_ref()).and_then(|plane| plane.penetration(&p, &V.v));
+        penetration.map_or(0.0, |penetration| penetration.d_dot)
     }
 
     /// Rates of the plane's force on the tip, N/s, and of the forces that it gives the joints,
     /// where it touches.
-    pub(crate) fn touch_rate(
+    pub(crate) fn contact_rate(
         &self,
         at: &Dynamics,
         configuration: &Configuration,
@@ -42,12 +43,12 @@ impl Hdrm {
         let plane = self.plane.as_ref()?;
         let zeta_dot = &at.state.zeta_dot;
         let (p, V) = at.frame.tip_motion(zeta_dot);
-        plane.pressed(&p, &V.v)?;
+        plane.penetration(&p, &V.v)?;
         let tip = Tip::new(&self.tree, configuration);
         let (J, J_dot) = (tip.jacobian(), tip.jacobian_dot(zeta_dot));
         let a = J * Vector6::from(*zeta_ddot) + J_dot * Vector6::from(*zeta_dot);
         let rate = plane.force_rate(&p, &V.v, &a.fixed_rows::<3>(0).into());
-        let force = plane.touch(&p, &V.v).force;
+        let force = plane.contact_force(&p, &V.v).force;
         let of = |J: &nalgebra::Matrix6<f64>, f: &Vector3<f64>| J.fixed_rows::<3>(0).tr_mul(f);
         Some((rate, of(&J, &rate) + of(&J_dot, &force)))
     }

@@ -2,9 +2,9 @@
 
 use machine::Holding;
 
-/// What a substep holds.
+/// Conditions that do not change during a substep.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Held {
+pub(crate) struct Conditions {
     /// Whether the inverter's gates are on. While they are off no current flows: see
     /// [`Rig::switched`].
     pub gates: bool,

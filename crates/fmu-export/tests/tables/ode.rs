@@ -1,5 +1,5 @@
-//! Models of differential equations: accuracy, start values, nested states, steps that cannot be done.
-#![allow(missing_docs)]
+//! Models of differential equations: accuracy, start values, nested states, steps that cannot be
+//! done.
 
 use fmu_export::prelude::*;
 use fmu_export::{check, model_description};
@@ -75,7 +75,8 @@ fn the_table_agrees_with_the_model() {
         assert!(xml.contains(&format!("name=\"{name}\"")), "{name}");
     }
     assert!(!xml.contains("hidden"));
-    // Variables 1 rate, 2 and 3 chain_start, 4 v, 5 size, 6 and 7 chain, 8 and 9 copy, 10 and 11 shown: of their start values.
+    // Variables 1 rate, 2 and 3 chain_start, 4 v, 5 size, 6 and 7 chain, 8 and 9 copy, 10 and 11
+    // shown: of their start values.
     for unknown in [
         r#"<Unknown index="5" dependencies="1 4"/>"#,
         r#"<Unknown index="10" dependencies="2"/>"#,
@@ -100,8 +101,8 @@ fn start_values_follow_parameters_and_inputs() {
     assert_eq!((x.copy, x.shown), ([0.5, -0.25], [0.5, -0.25]));
 }
 
-/// Oracle: size e^(rate t). The method of order 4 misses e^−z, z = −rate h, by z⁵/120 a step, e^z z⁵/120 of it, and n times as much
-/// in n steps. The next term is z/6 of it.
+/// Oracle: size e^(rate t). The method of order 4 misses e^−z, z = −rate h, by z⁵/120 a step, e^z
+/// z⁵/120 of it, and n times as much in n steps. The next term is z/6 of it.
 #[test]
 fn the_error_is_that_of_order_4() {
     for n in [4_i32, 8, 16] {
@@ -126,7 +127,8 @@ fn the_error_is_that_of_order_4() {
     }
 }
 
-/// A step longer than `max_step` is divided; a polynomial of order 3 in time is integrated exactly, be it in the equations or an input.
+/// A step longer than `max_step` is divided; a polynomial of order 3 in time is integrated exactly,
+/// be it in the equations or an input.
 #[test]
 fn inputs_follow_their_derivatives_and_steps_are_divided() {
     let (mut x, p, u) = started();

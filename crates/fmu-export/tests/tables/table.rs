@@ -1,5 +1,4 @@
 //! Mistakes in a table of variables are found before an FMU is made, and named.
-#![allow(missing_docs)]
 
 use fmu_export::{
     Enumeration, Info, InputPolynomial, Model, ModelError, StepEnd, Unit, Variable, check,

@@ -13,12 +13,12 @@ use std::ops::{Add, Mul};
 
 /// Twist relative to P: velocity at P's origin and turning rate about z.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct PlaneTwist {
+pub(crate) struct PlanarTwist {
     pub v: Vector2<f64>,
     pub w: f64,
 }
 
-impl PlaneTwist {
+impl PlanarTwist {
     /// Unit turn about z through the point `r`: `v = w×(0 − r) = −⊥r`.
     pub fn turn(r: Vector2<f64>) -> Self {
         Self {
@@ -41,12 +41,12 @@ impl PlaneTwist {
     }
 
     /// `Vᵀ F`.
-    pub fn power(self, F: PlaneWrench) -> f64 {
+    pub fn power(self, F: PlanarWrench) -> f64 {
         self.v.dot(&F.f) + self.w * F.m_z
     }
 }
 
-impl Add for PlaneTwist {
+impl Add for PlanarTwist {
     type Output = Self;
     fn add(self, other: Self) -> Self {
         Self {
@@ -56,7 +56,7 @@ impl Add for PlaneTwist {
     }
 }
 
-impl Mul<f64> for PlaneTwist {
+impl Mul<f64> for PlanarTwist {
     type Output = Self;
     fn mul(self, s: f64) -> Self {
         Self {
@@ -68,13 +68,13 @@ impl Mul<f64> for PlaneTwist {
 
 /// The working components of a wrench (or momentum).
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct PlaneWrench {
+pub(crate) struct PlanarWrench {
     pub f: Vector2<f64>,
     pub m_y: f64,
     pub m_z: f64,
 }
 
-impl From<Wrench> for PlaneWrench {
+impl From<Wrench> for PlanarWrench {
     fn from(F: Wrench) -> Self {
         Self {
             f: F.f.xy(),
@@ -84,7 +84,7 @@ impl From<Wrench> for PlaneWrench {
     }
 }
 
-impl Add for PlaneWrench {
+impl Add for PlanarWrench {
     type Output = Self;
     fn add(self, other: Self) -> Self {
         Self {
@@ -97,12 +97,12 @@ impl Add for PlaneWrench {
 
 /// Twist relative to P and its rate in P with all `zeta_ddot = 0`.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct PlaneMotion {
-    pub V: PlaneTwist,
-    pub A: PlaneTwist,
+pub(crate) struct PlanarMotion {
+    pub V: PlanarTwist,
+    pub A: PlanarTwist,
 }
 
-impl PlaneMotion {
+impl PlanarMotion {
     /// Twist against the ground and acceleration minus gravity, in P:
     /// `V = [v; w_1 y + w z]`, `A = [a; α z] + crm([0; w_1 y])·[v; w z] − a_g`, `a_g = −g y`.
     pub fn spatial(&self, w_1: f64, g: f64) -> (Twist, Twist) {
@@ -119,16 +119,16 @@ impl PlaneMotion {
 
 /// One joint and what it does to the motion of its body.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct PlaneJoint {
+pub(crate) struct PlanarJoint {
     /// Twist of the body against its parent for a unit rate of the coordinate, `s·g`.
-    pub S: PlaneTwist,
+    pub S: PlanarTwist,
     /// `s·g′`.
-    pub S_prime: PlaneTwist,
+    pub S_prime: PlanarTwist,
 }
 
-impl PlaneJoint {
+impl PlanarJoint {
     /// Joint with unit twist `s`, gear g and its derivative g′.
-    pub fn new(s: PlaneTwist, [gear, gear_prime, _]: [f64; 3]) -> Self {
+    pub fn new(s: PlanarTwist, [gear, gear_prime, _]: [f64; 3]) -> Self {
         Self {
             S: s * gear,
             S_prime: s * gear_prime,
@@ -137,13 +137,13 @@ impl PlaneJoint {
 
     /// A joint that turns about `r` with its coordinate.
     pub fn turn(r: Vector2<f64>) -> Self {
-        Self::new(PlaneTwist::turn(r), [1.0, 0.0, 0.0])
+        Self::new(PlanarTwist::turn(r), [1.0, 0.0, 0.0])
     }
 
     /// Motion of the body: `V = V_p + S·w`, `A = A_p + S′·w² + crm(V)·S·w`.
-    pub fn child(&self, parent: &PlaneMotion, rate: f64) -> PlaneMotion {
+    pub fn child(&self, parent: &PlanarMotion, rate: f64) -> PlanarMotion {
         let V = parent.V + self.S * rate;
-        PlaneMotion {
+        PlanarMotion {
             V,
             A: parent.A + self.S_prime * (rate * rate) + V.crm(self.S * rate),
         }
@@ -152,7 +152,7 @@ impl PlaneJoint {
 
 /// Inertia in and about P, without the entry that never works (xx).
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct PlaneInertia {
+pub(crate) struct PlanarInertia {
     pub m: f64,
     pub h: Vector3<f64>,
     pub yy: f64,
@@ -162,7 +162,7 @@ pub(crate) struct PlaneInertia {
     pub yz: f64,
 }
 
-impl From<&Inertia> for PlaneInertia {
+impl From<&Inertia> for PlanarInertia {
     fn from(body: &Inertia) -> Self {
         let I = &body.I;
         Self {
@@ -177,7 +177,7 @@ impl From<&Inertia> for PlaneInertia {
     }
 }
 
-impl Add for PlaneInertia {
+impl Add for PlanarInertia {
     type Output = Self;
     fn add(self, other: Self) -> Self {
         Self {
@@ -192,7 +192,7 @@ impl Add for PlaneInertia {
     }
 }
 
-impl PlaneInertia {
+impl PlanarInertia {
     /// A body given in its own axes, which are turned about z by the angle of `e` and shifted by
     /// `r` in P: `R I Rᵀ`, then the shift of [`Inertia::shifted`].
     // Inlined for each of the eight bodies, this and `net_wrench` outgrow the processor's cache of
@@ -218,21 +218,21 @@ impl PlaneInertia {
     }
 
     /// Momentum `M·V` of a motion in the plane.
-    pub fn apply(&self, V: PlaneTwist) -> PlaneWrench {
+    pub fn apply(&self, V: PlanarTwist) -> PlanarWrench {
         let Self { m, h, .. } = self;
-        PlaneWrench {
+        PlanarWrench {
             f: V.v * *m + perp(h.xy()) * V.w,
             m_y: self.yz * V.w + h.z * V.v.x,
             m_z: self.zz * V.w + h.x * V.v.y - h.y * V.v.x,
         }
     }
 
-    /// Net wrench `M·A + crf(V)·M·V` ([`Inertia::net_wrench`]) of [`PlaneMotion::spatial`],
+    /// Net wrench `M·A + crf(V)·M·V` ([`Inertia::net_wrench`]) of [`PlanarMotion::spatial`],
     /// written out.
     #[inline(never)] // see `placed`
-    pub fn net_wrench(&self, motion: &PlaneMotion, w_1: f64, g: f64) -> PlaneWrench {
+    pub fn net_wrench(&self, motion: &PlanarMotion, w_1: f64, g: f64) -> PlanarWrench {
         let Self { m, h, .. } = self;
-        let PlaneMotion { V, A } = motion;
+        let PlanarMotion { V, A } = motion;
         let (v, w) = (V.v, V.w);
         // A = [a_x, a_y, a_z; alpha_x, 0, A.w]
         let (a_x, a_y, a_z) = (A.v.x, A.v.y + g, -w_1 * v.x);
@@ -242,7 +242,7 @@ impl PlaneInertia {
         let p_y = m * v.y + w * h.x;
         let p_z = -w_1 * h.x;
         let L_x = self.xy * w_1 + self.xz * w - h.z * v.y;
-        PlaneWrench {
+        PlanarWrench {
             f: Vector2::new(
                 m * a_x - A.w * h.y + w_1 * p_z - w * p_y,
                 m * a_y + A.w * h.x - alpha_x * h.z + w * p_x,
@@ -268,10 +268,10 @@ mod tests {
             Inertia { m, h, I }
         };
         let (a, b) = (body(3.0), body(4.0));
-        let sum = PlaneInertia::from(&a) + PlaneInertia::from(&b);
+        let sum = PlanarInertia::from(&a) + PlanarInertia::from(&b);
         assert_eq!(
             format!("{sum:?}"),
-            format!("{:?}", PlaneInertia::from(&(a + b)))
+            format!("{:?}", PlanarInertia::from(&(a + b)))
         );
     }
 }

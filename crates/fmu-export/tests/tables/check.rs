@@ -1,5 +1,4 @@
 //! Each mistake that `check` promises to find is found, by name.
-#![allow(missing_docs)]
 
 use fmu_export::{Evaluation, Info, InputPolynomial, Model, ModelError, StepEnd, Variable, check};
 use serde::{Deserialize, Serialize};
@@ -35,7 +34,8 @@ struct Output {
     on: bool,
 }
 
-/// The state times two; with the tables 12 to 14 it follows w, too, which the 12th declares to be beside it.
+/// The state times two; with the tables 12 to 14 it follows w, too, which the 12th declares to be
+/// beside it.
 struct Now(f64);
 
 impl<const K: usize> Evaluation<Tried<K>> for Now {

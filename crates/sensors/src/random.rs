@@ -1,4 +1,4 @@
-//! Random numbers: errors that stay, and the noise of a sample.
+//! Random numbers: errors that do not change during a run, and the noise of each sample.
 
 use crate::{ACTUATORS, JOINTS, normal};
 use rand::{RngExt, SeedableRng};
@@ -16,9 +16,9 @@ fn generator(seed: u64, stream: u64) -> ChaCha8Rng {
     generator
 }
 
-/// Errors that stay, as parts of their bounds: uniform between −1 and 1.
+/// Errors that do not change during a run, in units of their bounds: uniform between −1 and 1.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Drawn {
+pub struct FixedErrors {
     /// Zeros of the joints.
     pub zero: [f64; JOINTS],
     /// Gains of the current sensors in two phases of each motor.
@@ -29,7 +29,7 @@ pub struct Drawn {
     pub bias: [f64; ACTUATORS],
 }
 
-impl Drawn {
+impl FixedErrors {
     pub(crate) fn of(seed: u64) -> Self {
         let mut generator = generator(seed, ERRORS);
         let mut part = || generator.random_range(-1.0..=1.0);
@@ -112,14 +112,14 @@ mod tests {
 
     #[test]
     fn errors_lie_within_their_bounds_and_differ_by_seed() {
-        let (a, b) = (Drawn::of(1), Drawn::of(2));
-        assert_eq!(a, Drawn::of(1));
+        let (a, b) = (FixedErrors::of(1), FixedErrors::of(2));
+        assert_eq!(a, FixedErrors::of(1));
         assert_ne!(a, b);
-        let all = |d: &Drawn| {
+        let all = |d: &FixedErrors| {
             let phases = [d.gain, d.offset].concat().concat();
             [&d.zero[..], &d.bias[..], &phases[..]].concat()
         };
-        assert!((0..200).all(|seed| all(&Drawn::of(seed)).iter().all(|e| e.abs() <= 1.0)));
-        assert!((0..200).any(|seed| all(&Drawn::of(seed)).iter().any(|e| e.abs() > 0.99)));
+        assert!((0..200).all(|seed| all(&FixedErrors::of(seed)).iter().all(|e| e.abs() <= 1.0)));
+        assert!((0..200).any(|seed| all(&FixedErrors::of(seed)).iter().any(|e| e.abs() > 0.99)));
     }
 }

@@ -1,0 +1,24 @@
+//! Rotations by their vectors, with the same bits on every platform.
+
+use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+
+/// The turn about an axis by the length of the vector, rad.
+#[inline]
+#[must_use]
+pub fn turn(rotation: Vector3<f64>) -> UnitQuaternion<f64> {
+    let angle = rotation.norm();
+    let (sine, cosine) = libm::sincos(0.5 * angle);
+    let per_angle = if angle > 0.0 { sine / angle } else { 0.5 };
+    UnitQuaternion::new_unchecked(Quaternion::from_parts(cosine, rotation * per_angle))
+}
+
+/// Rotation vector of at most half a turn, rad.
+#[inline]
+#[must_use]
+pub fn rotation_vector(q: &UnitQuaternion<f64>) -> Vector3<f64> {
+    let sine = q.imag().norm();
+    if sine == 0.0 {
+        return Vector3::zeros();
+    }
+    q.imag() * (2.0 * q.w.signum() * libm::atan2(sine, q.w.abs()) / sine)
+}
