@@ -54,9 +54,10 @@ pub fn run(workspace: &Workspace) -> Result<()> {
     })?;
     let report = out.join("report.html");
     phases.run("the report: its runs, page and figures", || {
-        let mut command = run(&["report", "--out"]);
+        let mut command = run(&["report"]);
         execute(
             command
+                .arg("--out")
                 .arg(&report)
                 .arg("--figures")
                 .arg(out.join("figures")),
