@@ -182,8 +182,7 @@ impl Source {
         built.iter().filter(fits).find_map(Artifact::library)
     }
 
-    /// Its name.
-    pub fn name(&self) -> &str {
+    fn name(&self) -> &str {
         match self {
             Self::Package(name) | Self::Example(name) => name,
         }

@@ -22,7 +22,7 @@ const SPACE: (u32, u32) = (900, 760);
 /// Where is drawn, on any backend.
 pub type Area<'a, B> = DrawingArea<B, Shift>;
 /// How drawing ended.
-pub type Drawn<B> = Result<(), DrawingAreaErrorKind<<B as DrawingBackend>::ErrorType>>;
+pub type DrawResult<B> = Result<(), DrawingAreaErrorKind<<B as DrawingBackend>::ErrorType>>;
 
 /// A line with its name.
 pub struct Curve {
@@ -69,7 +69,7 @@ pub trait Picture {
     ///
     /// # Errors
     /// The backend fails.
-    fn draw<B: DrawingBackend>(&self, area: &Area<'_, B>) -> Drawn<B>;
+    fn draw<B: DrawingBackend>(&self, area: &Area<'_, B>) -> DrawResult<B>;
 }
 
 impl Curve {
@@ -109,7 +109,7 @@ impl Panel {
         LEGEND.0 + LEGEND.1 * letters
     }
 
-    fn draw<B: DrawingBackend>(&self, area: &Area<'_, B>) -> Drawn<B> {
+    fn draw<B: DrawingBackend>(&self, area: &Area<'_, B>) -> DrawResult<B> {
         let points = || self.curves.iter().flat_map(|c| &c.points);
         let (x0, x1) = extent(points().map(|p| p.0));
         let (y0, y1) = extent(points().map(|p| p.1));
@@ -150,7 +150,7 @@ impl Panel {
         &self,
         chart: &mut ChartContext<'a, B, Cartesian2d<plotters::coord::types::RangedCoordf64, Y>>,
         shown: impl Fn(f64) -> f64,
-    ) -> Drawn<B> {
+    ) -> DrawResult<B> {
         for curve in &self.curves {
             let color = curve.color;
             let points = curve.points.iter().map(|(x, y)| (*x, shown(*y)));
@@ -160,7 +160,7 @@ impl Panel {
     }
 
     /// Names beside the axes, so that they cover no curve.
-    fn legend<B: DrawingBackend>(&self, area: &Area<'_, B>) -> Drawn<B> {
+    fn legend<B: DrawingBackend>(&self, area: &Area<'_, B>) -> DrawResult<B> {
         let (width, _) = area.dim_in_pixel();
         let left = i32::try_from(width.saturating_sub(self.legend_width())).unwrap_or(0) + 10;
         for (curve, top) in self.curves.iter().zip((26..).step_by(19)) {
@@ -173,7 +173,7 @@ impl Panel {
 }
 
 impl Picture for Figure {
-    fn draw<B: DrawingBackend>(&self, area: &Area<'_, B>) -> Drawn<B> {
+    fn draw<B: DrawingBackend>(&self, area: &Area<'_, B>) -> DrawResult<B> {
         area.fill(&WHITE)?;
         let area = area.titled(&self.title, TITLE)?;
         let parts = area.split_evenly((self.panels.len().div_ceil(2), 2));
@@ -186,7 +186,7 @@ impl Picture for Figure {
 }
 
 impl Picture for Path3 {
-    fn draw<B: DrawingBackend>(&self, area: &Area<'_, B>) -> Drawn<B> {
+    fn draw<B: DrawingBackend>(&self, area: &Area<'_, B>) -> DrawResult<B> {
         area.fill(&WHITE)?;
         let axis = |i: usize| {
             let points = self.curves.iter().flat_map(|(_, _, points)| points);

@@ -6,7 +6,8 @@ use flate2::Compression;
 use flate2::write::ZlibEncoder;
 
 const SIGNATURE: [u8; 8] = *b"\x89PNG\r\n\x1a\n";
-/// After width and height: 8 bits a sample, red, green and blue; deflated, filtered by row, not interlaced.
+/// After width and height: 8 bits a sample, red, green and blue; deflated, filtered by row, not
+/// interlaced.
 const KIND: [u8; 5] = [8, 2, 0, 0, 0];
 /// Filter of a row: none.
 const UNFILTERED: u8 = 0;
@@ -41,8 +42,8 @@ fn chunk(file: &mut Vec<u8>, name: [u8; 4], data: &[u8]) -> io::Result<()> {
 mod tests {
     use super::*;
 
-    /// Oracle: a file of two pixels, red over blue, that Python made by `zlib` and `struct` after the standard; its data are inflated here, as
-    /// compressors differ in what they write.
+    /// Oracle: a file of two pixels, red over blue, that Python made by `zlib` and `struct` after
+    /// the standard; its data are inflated here, as compressors differ in what they write.
     #[test]
     fn two_pixels_are_a_file_after_the_standard() {
         let file = encoded(&[255, 0, 0, 0, 0, 255], (1, 2)).unwrap();

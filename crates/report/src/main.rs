@@ -1,5 +1,6 @@
-//! The program that draws: the evaluation as a page ([`report`]), machines on a sheet ([`machines`]), signals over time ([`plot`]), figures of
-//! sizing and of paths. `hdrm-fmu` starts it, by the same words; numbers come from crate `studies`.
+//! The program that draws: the evaluation as a page ([`report`]), machines on a sheet
+//! ([`machines`]), signals over time ([`plot`]), figures of sizing and of paths. `hdrm-fmu` starts
+//! it, by the same words; numbers come from crate `studies`.
 #![forbid(unsafe_code)]
 
 mod commands;
@@ -31,7 +32,8 @@ struct Cli {
 enum Command {
     /// Write the evaluation as one HTML file with tables, plots and a 3-D animation
     Report(page::ReportArgs),
-    /// Motors and actuators beside what they do: RMS and peaks, envelopes, temperatures over an hour, sensitivity to the payload
+    /// Motors and actuators beside what they do: RMS and peaks, envelopes, temperatures over an
+    /// hour, sensitivity to the payload
     Sizing(SizingArgs),
     /// Draw the signals of a CSV file over time, as PNG and SVG
     Plot(commands::plot::PlotArgs),
@@ -45,13 +47,15 @@ enum Command {
 
 #[derive(Subcommand)]
 enum MachineCommand {
-    /// Draw a machine: side view with named points and dimensions, workspace, greatest payload over reach and height
+    /// Draw a machine: side view with named points and dimensions, workspace, greatest payload over
+    /// reach and height
     Draw(machine::DrawArgs),
 }
 
 #[derive(Subcommand)]
 enum PathCommand {
-    /// Whether the machine can do a path: least margins of reach, joints, strokes, speeds, forces, wrist and motors; fails where it cannot
+    /// Whether the machine can do a path: least margins of reach, joints, strokes, speeds, forces,
+    /// wrist and motors; fails where it cannot
     Check(CheckArgs),
 }
 
@@ -91,7 +95,8 @@ impl Command {
 mod tests {
     use clap::CommandFactory as _;
 
-    /// Arguments that are defined twice or contradict each other are found here, not by who runs the program.
+    /// Arguments that are defined twice or contradict each other are found here, not by who runs
+    /// the program.
     #[test]
     fn all_commands_are_well_defined() {
         super::Cli::command().debug_assert();

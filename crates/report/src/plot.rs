@@ -1,4 +1,5 @@
-//! A picture of a recorded run: the signals of a CSV file over time, those of one unit in one panel.
+//! A picture of a recorded run: the signals of a CSV file over time, those of one unit in one
+//! panel.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -12,7 +13,8 @@ use studies::signal_file::SignalFile;
 /// Points of a curve that are drawn at most.
 const POINTS: usize = 4000;
 
-/// Draw the signals of `csv` that match one of `patterns` (all without any) as PNG and SVG into `folder`; the files' names.
+/// Draw the signals of `csv` that match one of `patterns` (all without any) as PNG and SVG into
+/// `folder`; the files' names.
 pub fn draw(csv: &Path, patterns: &[String], folder: &Path) -> Result<[PathBuf; 2]> {
     let file = SignalFile::read(csv)?;
     let is_chosen = |name: &str| patterns.iter().any(|p| matches_pattern(p, name));

@@ -1,19 +1,20 @@
-//! The evaluation as one HTML file that opens without a network: conditions, robustness table, plots and a 3-D animation; and the same
-//! figures as PNG and SVG.
+//! The evaluation as one HTML file that opens without a network: conditions, robustness table,
+//! plots and a 3-D animation; and the same figures as PNG and SVG.
 //!
-//! Everything shown comes out of the FMUs. The one exception is the animation's drawing: the FMU gives joint angles, and the poses of the
-//! 13 bodies are made of them with the kinematics of crate `hdrm` and the machine file that the FMU runs with (module `scene`). Every frame is
-//! checked against the tip position that the FMU gives, so a drawing of another machine is refused.
+//! Everything shown comes out of the FMUs. The one exception is the animation's drawing: the FMU
+//! gives joint angles, and the poses of the 13 bodies are made of them with the kinematics of crate
+//! `hdrm` and the machine file that the FMU runs with (module `scene`). Every frame is checked
+//! against the tip position that the FMU gives, so a drawing of another machine is refused.
 //!
 //! The page is plain HTML with plotly.js and three.js (both in `assets/`) inside.
 
 mod conditions;
+mod efficiency_map;
 mod electric;
 mod errors;
 mod evaluation;
 mod failures;
 pub mod figures;
-mod map;
 mod own_path;
 mod page;
 mod request;
@@ -34,10 +35,10 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use conditions::Conditions;
+use efficiency_map::EfficiencyMap;
 use errors::{ErrorStudy, Plan};
 use evaluation::{Energy, Testbed};
 use failures::kept;
-use map::EfficiencyMap;
 pub use request::Request;
 use request::UNCERTAIN;
 use runs::{Case, Run};
@@ -54,7 +55,7 @@ use table::Row;
 pub struct Report {
     conditions: Conditions,
     pub(crate) table: Vec<Row>,
-    worlds: Vec<worlds::Shown>,
+    worlds: Vec<worlds::WorldComparison>,
     errors: Vec<ErrorStudy>,
     runs: Vec<Run>,
     /// Runs that failed, with the reason.
@@ -66,11 +67,12 @@ pub struct Report {
     testbed: Option<Testbed>,
     scene: Scene,
     efficiency_map: Option<EfficiencyMap>,
-    surrogate: Option<surrogate::OnRig>,
+    surrogate: Option<surrogate::RigComparison>,
 }
 
 impl Report {
-    /// Make all runs, in parallel; `progress` is told how many of how many are done. A run that fails is named in the report.
+    /// Make all runs, in parallel; `progress` is told how many of how many are done. A run that
+    /// fails is named in the report.
     ///
     /// # Errors
     /// No run succeeds, or the machine file cannot be used.
@@ -125,7 +127,8 @@ impl Report {
     }
 }
 
-/// The runs that are kept: both trajectories with all controllers, and the adaptive one with wrong inertias.
+/// The runs that are kept: both trajectories with all controllers, and the adaptive one with wrong
+/// inertias.
 fn cases() -> Vec<Case> {
     let mut cases = Vec::new();
     for trajectory in TRAJECTORIES {

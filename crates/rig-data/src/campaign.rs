@@ -1,4 +1,5 @@
-//! The campaign on the rig: profiles to train on, profiles held out, and how far its data can be trusted.
+//! The campaign on the rig: profiles to train on, profiles held out, and how far its data can be
+//! trusted.
 
 use anyhow::Result;
 use emla::maps;
@@ -10,7 +11,8 @@ use crate::profile::{Kind, Profile};
 use crate::rig_run::run;
 use crate::windows::{Window, windows};
 
-/// Kinds of the campaign's profiles, in turn. [`Kind::Work`] is not among them: what a network knows of it, it knows from the others.
+/// Kinds of the campaign's profiles, in turn. [`Kind::Work`] is not among them: what a network
+/// knows of it, it knows from the others.
 const TRAINING: [Kind; 5] = [
     Kind::Steps,
     Kind::Sweep,
@@ -71,7 +73,8 @@ pub fn measure(
         .collect()
 }
 
-/// Compliance between nut and rod by a campaign's own data, m/N: the least squares of `travel·w_m − ẋ = c Ḟ`.
+/// Compliance between nut and rod by a campaign's own data, m/N: the least squares of `travel·w_m −
+/// ẋ = c Ḟ`.
 #[must_use]
 pub fn compliance(p: &Emla, campaign: &[Vec<Window>]) -> f64 {
     let travel = maps::travel_per_radian(p);
@@ -82,8 +85,9 @@ pub fn compliance(p: &Emla, campaign: &[Vec<Window>]) -> f64 {
     moved / all().map(|w| w.F_dot * w.F_dot).sum::<f64>()
 }
 
-/// Rows of a campaign with the number of their profile. The rod's speed is that of the nut: what the change of the force bends on the way
-/// is added, so that rows of changing and of steady loads lie on one map.
+/// Rows of a campaign with the number of their profile. The rod's speed is that of the nut: what
+/// the change of the force bends on the way is added, so that rows of changing and of steady loads
+/// lie on one map.
 #[must_use]
 pub fn rows(p: &Emla, campaign: &[Vec<Window>]) -> Vec<(u32, Row)> {
     let compliance = compliance(p, campaign);
@@ -97,8 +101,9 @@ pub fn rows(p: &Emla, campaign: &[Vec<Window>]) -> Vec<(u32, Row)> {
         .collect()
 }
 
-/// Force errors of rows, N, root mean square: what the sensors alone leave even where a map is perfect, and by how much two runs of one
-/// profile differ for the same map. An error of the torque counts as the force that it stands for.
+/// Force errors of rows, N, root mean square: what the sensors alone leave even where a map is
+/// perfect, and by how much two runs of one profile differ for the same map. An error of the torque
+/// counts as the force that it stands for.
 #[derive(Clone, Copy, Debug)]
 pub struct Trust {
     /// Against what is true of the windows.

@@ -1,5 +1,5 @@
-//! A coupled run of the machine on rigs, of signals in memory or in the CSV file of `hdrm-fmu run`: what is true of its actuators in windows
-//! of 20 ms.
+//! A coupled run of the machine on rigs, of signals in memory or in the CSV file of `hdrm-fmu run`:
+//! what is true of its actuators in windows of 20 ms.
 
 use std::path::Path;
 
@@ -51,7 +51,8 @@ pub struct CoupledRun {
 }
 
 impl CoupledRun {
-    /// Read the file; it must hold all signals of the controller and of `emla_1` … `emla_3`, which are rigs.
+    /// Read the file; it must hold all signals of the controller and of `emla_1` … `emla_3`, which
+    /// are rigs.
     ///
     /// # Errors
     /// A signal that is missing, a value that is no number, by name.
@@ -130,7 +131,8 @@ impl CoupledRun {
         names
     }
 
-    /// Times, s, from `start` on, and what the controller required and what the motor took of the current of an axis, A.
+    /// Times, s, from `start` on, and what the controller required and what the motor took of the
+    /// current of an axis, A.
     #[must_use]
     pub fn currents(&self, axis: usize, start: f64) -> [&[f64]; 3] {
         let (first, a) = (self.from(start), &self.axes[axis]);

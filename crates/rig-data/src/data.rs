@@ -1,9 +1,10 @@
 //! Rows of a campaign and the CSV file they are kept in.
 //!
-//! The header names each column and may give its unit in brackets: `tau_e [N.m]`. Training
-//! needs `tau_e`, `w_m`, `F_ext` and `x_dot`; other columns are allowed. Lines that begin
-//! with `#` are comments. A column `profile` numbers the runs that rows belong to: what tests the training is then held out by run.
-//! Rows of motion backwards are mirrored. Every refusal names the file, the line and the column.
+//! The header names each column and may give its unit in brackets: `tau_e [N.m]`. Training needs
+//! `tau_e`, `w_m`, `F_ext` and `x_dot`; other columns are allowed. Lines that begin with `#` are
+//! comments. A column `profile` numbers the runs that rows belong to: what tests the training is
+//! then held out by run. Rows of motion backwards are mirrored. Every refusal names the file, the
+//! line and the column.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -97,7 +98,8 @@ pub fn to_csv_by_profile(rows: &[(u32, Row)], comment: &str) -> String {
     numbered
 }
 
-/// What training sees of a file: rows of (tau_e, w_m) and of (F_ext, x_dot), and where they are from.
+/// What training sees of a file: rows of (tau_e, w_m) and of (F_ext, x_dot), and where they are
+/// from.
 #[derive(Clone, Debug)]
 pub struct Data {
     /// [tau_e, w_m], N·m and rad/s.
@@ -167,8 +169,8 @@ pub fn parse_csv(name: &str, text: &str) -> Result<Data> {
     })
 }
 
-/// Line of a record, counted from 1. The reader's position stands before the comments and empty lines
-/// that it skips on the way to the record.
+/// Line of a record, counted from 1. The reader's position stands before the comments and empty
+/// lines that it skips on the way to the record.
 fn line_of(text: &str, position: Option<&csv::Position>) -> u64 {
     let start = position.map_or(1, csv::Position::line);
     let skipped = text

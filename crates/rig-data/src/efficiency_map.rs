@@ -1,4 +1,5 @@
-//! Efficiency over load and rod speed in quadrants I and IV: by physics, by hybrid, and that of the rig.
+//! Efficiency over load and rod speed in quadrants I and IV: by physics, by hybrid, and that of the
+//! rig.
 
 use anyhow::{Context as _, Result};
 use rayon::prelude::*;
@@ -16,8 +17,8 @@ pub struct EfficiencyMap {
     pub cells: Vec<Vec<f64>>,
 }
 
-/// Efficiency by physics and hybrid, and that of the rig, over loads up to [`LOAD_MAX`] (rows) and speeds up to [`SPEED`] both ways: quadrants
-/// I and IV.
+/// Efficiency by physics and hybrid, and that of the rig, over loads up to [`LOAD_MAX`] (rows) and
+/// speeds up to [`SPEED`] both ways: quadrants I and IV.
 ///
 /// # Errors
 /// A steady point that the rig cannot hold.

@@ -1,8 +1,9 @@
 //! Data of the rig, and what physics, hybrid and network predict of it.
 //!
-//! The rig is a simulation of the actuator as built (crate `rig`), the same that the machine is tried with; nothing here is a measurement,
-//! unless a user brings a CSV file of his own ([`data`]). SI units; dq quantities peak-valued. Source: the paper's section
-//! "Surrogate-Enhanced Hybrid Model of the EMLA".
+//! The rig is a simulation of the actuator as built (crate `rig`), the same that the machine is
+//! tried with; nothing here is a measurement, unless a user brings a CSV file of his own
+//! ([`data`]). SI units; dq quantities peak-valued. Source: the paper's section "Surrogate-Enhanced
+//! Hybrid Model of the EMLA".
 #![forbid(unsafe_code)]
 #![allow(non_snake_case)] // the paper's symbols
 

@@ -1,4 +1,5 @@
-//! What an actuator's model says that a motion under a load will take: current and efficiency, by physics, hybrid and network.
+//! What an actuator's model says that a motion under a load will take: current and efficiency, by
+//! physics, hybrid and network.
 
 use emla::{Surrogate, maps};
 use machine::Emla;
@@ -64,8 +65,8 @@ impl Model {
         Self { p, network, alpha }
     }
 
-    /// Force on the load at constant speed by `[paper]` Eq. (eq:residual_blending_hat), N:
-    /// `F_hyb = F_qs + α (F_net − F_qs)`, the physics of the difference inside the network's guards.
+    /// Force on the load at constant speed by `[paper]` Eq. (eq:residual_blending_hat), N: `F_hyb =
+    /// F_qs + α (F_net − F_qs)`, the physics of the difference inside the network's guards.
     #[must_use]
     pub fn force(&self, tau: f64, w: f64) -> f64 {
         let physics = |tau, w| maps::quasi_static_force(&self.p, tau, w);
@@ -76,8 +77,8 @@ impl Model {
         F + self.alpha * (self.network.evaluate(tau, w).F - self.network.guard(tau, w, physics))
     }
 
-    /// Torque that gives the force `F` at constant speed: force rises with torque, so halving finds it. 60 halvings of ±200 N·m end at
-    /// rounding.
+    /// Torque that gives the force `F` at constant speed: force rises with torque, so halving finds
+    /// it. 60 halvings of ±200 N·m end at rounding.
     #[must_use]
     pub fn torque(&self, F: f64, w: f64) -> f64 {
         let (mut low, mut high) = (-200.0, 200.0);
@@ -94,8 +95,9 @@ impl Model {
 
     /// Current and efficiency of a motion.
     ///
-    /// Power goes out at the nut: what bends on the way to the load stores energy, and loses none. The efficiency is that of `[paper]` Eq. (eq:dnn_prediction_efficiency) with the torque at constant speed: `P_out/(τ w + P_el)` or, where the
-    /// load drives, `(|τ w| − P_el)/|P_out|`.
+    /// Power goes out at the nut: what bends on the way to the load stores energy, and loses none.
+    /// The efficiency is that of `[paper]` Eq. (eq:dnn_prediction_efficiency) with the torque at
+    /// constant speed: `P_out/(τ w + P_el)` or, where the load drives, `(|τ w| − P_el)/|P_out|`.
     #[must_use]
     pub fn demand(&self, m: &Motion) -> Demand {
         let p = &self.p;
@@ -139,7 +141,8 @@ impl Model {
     }
 }
 
-/// Errors of a model on windows, root mean square: current, A, and efficiency, with temperatures known and taken for the reference.
+/// Errors of a model on windows, root mean square: current, A, and efficiency, with temperatures
+/// known and taken for the reference.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Errors {
     /// Of the current, A: temperatures known, and taken for the reference.

@@ -1,6 +1,8 @@
-//! Motions and loads that a rig is asked for: speed steps, sine sweeps, whole strokes, creeping, and work.
+//! Motions and loads that a rig is asked for: speed steps, sine sweeps, whole strokes, creeping,
+//! and work.
 //!
-//! The load pushes against extension, as the paper's 0 … 70 kN, and the rod goes both ways: quadrants I and IV.
+//! The load pushes against extension, as the paper's 0 … 70 kN, and the rod goes both ways:
+//! quadrants I and IV.
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -8,7 +10,8 @@ use std::f64::consts::TAU;
 
 /// Largest load, N.
 pub const LOAD_MAX: f64 = 70e3;
-/// Slowest and fastest rod, m/s. At rest the force is no function of the torque: friction holds anything inside its band.
+/// Slowest and fastest rod, m/s. At rest the force is no function of the torque: friction holds
+/// anything inside its band.
 pub const SPEED: [f64; 2] = [0.001, 0.07];
 /// Time from one desired value to the next, s.
 pub const SAMPLE: f64 = 1e-3;
@@ -80,7 +83,8 @@ struct Goal {
 }
 
 impl Profile {
-    /// Desired values from the start to the end, [`SAMPLE`] apart; the first begins at rest in mid-stroke.
+    /// Desired values from the start to the end, [`SAMPLE`] apart; the first begins at rest in
+    /// mid-stroke.
     #[must_use]
     pub fn desired(&self) -> Vec<Desired> {
         let mut rng = ChaCha8Rng::seed_from_u64(self.seed);
@@ -153,7 +157,8 @@ impl Profile {
         };
     }
 
-    /// Frequencies that rise in proportion to time: the phase of a sine from f_0 to f_1 is 2π (f_0 t + (f_1 − f_0) t²/(2T)).
+    /// Frequencies that rise in proportion to time: the phase of a sine from f_0 to f_1 is 2π (f_0
+    /// t + (f_1 − f_0) t²/(2T)).
     fn sweep(&self, t: f64, phase: [f64; 4]) -> Goal {
         let turned = |f: [f64; 2]| TAU * (f[0] * t + (f[1] - f[0]) * t * t / (2.0 * self.seconds));
         let frequency = 0.2 + 2.8 * t / self.seconds;
@@ -180,7 +185,8 @@ fn work(t: f64, phase: [f64; 4]) -> Goal {
 mod tests {
     use super::*;
 
-    /// Every kind keeps to the stroke, to the acceleration and to the load, and goes both ways; the same seed gives the same.
+    /// Every kind keeps to the stroke, to the acceleration and to the load, and goes both ways; the
+    /// same seed gives the same.
     #[test]
     fn profiles_keep_their_bounds_and_go_both_ways() {
         for kind in [

@@ -14,7 +14,8 @@ pub struct Panel {
     pub lines: [(&'static str, Vec<(f64, f64)>); 2],
 }
 
-/// Force and rod speed along a held-out profile: the rig against what was asked for, the network against the rig.
+/// Force and rod speed along a held-out profile: the rig against what was asked for, the network
+/// against the rig.
 #[must_use]
 pub fn responses(surrogate: &Surrogate, work: &[Window]) -> [Panel; 4] {
     let of =

@@ -56,7 +56,8 @@ pub fn rig(drive: Drive) -> Result<Rig> {
     .context("the reference machine")
 }
 
-/// Sensors of a rig: those of the machine, and a rod encoder. Their fixed errors and noise come from the seed.
+/// Sensors of a rig: those of the machine, and a rod encoder. Their fixed errors and noise come
+/// from the seed.
 #[must_use]
 pub fn sensors(seed: u64) -> Sensors {
     let mut p = Params {
@@ -70,7 +71,8 @@ pub fn sensors(seed: u64) -> Sensors {
     Sensors::new(p)
 }
 
-/// What the speed control of the rig's drive remembers: integrals of speed, N·m, and of the currents, V.
+/// What the speed control of the rig's drive remembers: integrals of speed, N·m, and of the
+/// currents, V.
 #[derive(Clone, Copy, Debug, Default)]
 struct Control {
     speed: f64,

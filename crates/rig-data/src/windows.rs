@@ -1,7 +1,9 @@
-//! Samples of a rig gathered into windows of 20 ms: what the sensors make of a window, and what is true of it.
+//! Samples of a rig gathered into windows of 20 ms: what the sensors make of a window, and what is
+//! true of it.
 //!
-//! A window evens out cogging and noise and is short beside the motions. The torque of a row is that of the measured currents with the
-//! magnets at the measured temperature, less what accelerates the rotor: so rows of transients and of steady motion lie on one map.
+//! A window evens out cogging and noise and is short beside the motions. The torque of a row is
+//! that of the measured currents with the magnets at the measured temperature, less what
+//! accelerates the rotor: so rows of transients and of steady motion lie on one map.
 
 use emla::maps;
 use machine::Emla;
@@ -14,7 +16,8 @@ use crate::rig_run::Instant;
 pub const SAMPLES: usize = 20;
 /// Length of a window, s.
 const LENGTH: f64 = SAMPLES as f64 * SAMPLE;
-/// Below this rod speed, m/s, presliding and dry friction hold anything inside their band, and the force is no function of the torque.
+/// Below this rod speed, m/s, presliding and dry friction hold anything inside their band, and the
+/// force is no function of the torque.
 pub const SLOWEST: f64 = 1e-3;
 
 /// Means of 20 ms.
@@ -49,15 +52,16 @@ pub struct Truth {
     pub x_dot: f64,
     /// Temperatures of winding and housing, K.
     pub T: [f64; 2],
-    /// Power of the force at the nut, W: that to the load but for what goes into bending and comes back.
+    /// Power of the force at the nut, W: that to the load but for what goes into bending and comes
+    /// back.
     pub P_out: f64,
     /// All losses, W.
     pub P_loss: f64,
 }
 
 impl Truth {
-    /// `P_out/(P_out + P_loss)` where the rod drives the load, `(|P_out| − P_loss)/|P_out|` where the load drives it, kept in [0, 1];
-    /// none elsewhere.
+    /// `P_out/(P_out + P_loss)` where the rod drives the load, `(|P_out| − P_loss)/|P_out|` where
+    /// the load drives it, kept in [0, 1]; none elsewhere.
     #[must_use]
     pub fn efficiency(&self) -> Option<f64> {
         let loss = self.P_loss;
@@ -91,8 +95,8 @@ pub fn resistance(p: &Emla, T: f64) -> f64 {
     p.R_s * (1.0 + catalogue.copper * (T - catalogue.reference))
 }
 
-/// Windows in which rod and nut move one way, at no sample slower than [`SLOWEST`]: where a load that changes bends the structure, the rod moves
-/// while the motor stands.
+/// Windows in which rod and nut move one way, at no sample slower than [`SLOWEST`]: where a load
+/// that changes bends the structure, the rod moves while the motor stands.
 #[must_use]
 pub fn windows(p: &Emla, run: &[Instant]) -> Vec<Window> {
     let whole = run.len().saturating_sub(2) / SAMPLES;
@@ -115,8 +119,8 @@ pub fn windows(p: &Emla, run: &[Instant]) -> Vec<Window> {
 
 /// The window between sample `first` and the one [`SAMPLES`] later.
 ///
-/// Speeds are differences of encoder readings over the window, the acceleration that of speeds over the two milliseconds around its ends:
-/// what is evaluated afterwards needs no filter that lags.
+/// Speeds are differences of encoder readings over the window, the acceleration that of speeds over
+/// the two milliseconds around its ends: what is evaluated afterwards needs no filter that lags.
 fn window(p: &Emla, run: &[Instant], first: usize) -> Window {
     let last = first + SAMPLES;
     let mean = |of: &dyn Fn(&Instant) -> f64| {

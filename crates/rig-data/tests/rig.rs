@@ -1,4 +1,5 @@
-//! Data of the rig: what its windows hold, and what a model with the rig's own friction left out says of them.
+//! Data of the rig: what its windows hold, and what a model with the rig's own friction left out
+//! says of them.
 
 use emla::Surrogate;
 use rig_data::campaign::{Trust, compliance, held_out_profiles, measure, rms, training_profiles};
@@ -35,8 +36,8 @@ fn seed(profile: &Profile) -> u64 {
     profile.seed
 }
 
-/// Sensors leave some 260 N and no bias worth the name; two runs of one profile differ by less. The compliance is that of mounting, pins,
-/// screw and bearings, 1/60 N/nm and a quarter more.
+/// Sensors leave some 260 N and no bias worth the name; two runs of one profile differ by less. The
+/// compliance is that of mounting, pins, screw and bearings, 1/60 N/nm and a quarter more.
 #[test]
 fn rows_are_as_good_as_their_sensors() {
     let p = machine::Machine::reference().emla.lift;
@@ -52,8 +53,9 @@ fn rows_are_as_good_as_their_sensors() {
     assert!((1.7e-8..2.5e-8).contains(&found), "{found} m/N");
 }
 
-/// The physics lacks the rig's friction that grows with the load; the shipped network, trained on another simulation with such friction,
-/// brings the hybrid nearer. At the same current a model's torque and force are each other's inverse.
+/// The physics lacks the rig's friction that grows with the load; the shipped network, trained on
+/// another simulation with such friction, brings the hybrid nearer. At the same current a model's
+/// torque and force are each other's inverse.
 #[test]
 fn the_network_brings_what_the_physics_lacks() {
     let p = machine::Machine::reference().emla.lift;

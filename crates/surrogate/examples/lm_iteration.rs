@@ -1,4 +1,5 @@
-//! Time of one Levenberg–Marquardt iteration of the paper's network, s: `lm_iteration ROWS REPEATS`.
+//! Time of one Levenberg–Marquardt iteration of the paper's network, s: `lm_iteration ROWS
+//! REPEATS`.
 //!
 //! `tests/oracle/surrogate_bench.py` runs it side by side with NumPy and SciPy.
 

@@ -12,7 +12,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::files::{NetworkArg, make_folder, write};
 use crate::rig_commands::{RigCompareArgs, RigDataArgs, RigLoopArgs};
-use crate::training::{EPOCHS, Prepared, Progress};
+use crate::training::{EPOCHS, Progress, TrainingData};
 use rig_data::data;
 
 use crate::plots;
@@ -21,36 +21,41 @@ use crate::plots;
 #[derive(Parser)]
 #[command(version)]
 pub enum Command {
-    /// Run the campaign on the rig (a simulation, not measurements): transients, both directions, temperatures, sensors; write it as CSV.
+    /// Run the campaign on the rig (a simulation, not measurements): transients, both directions,
+    /// temperatures, sensors; write it as CSV.
     #[command(alias = "rig-data")]
     Data(RigDataArgs),
-    /// Train the network on the rig's data or on a CSV file of your own; Ctrl-C keeps the state, --resume goes on.
+    /// Train the network on the rig's data or on a CSV file of your own; Ctrl-C keeps the state,
+    /// --resume goes on.
     Train(TrainArgs),
     /// Draw predicted against true, residuals and learning curve.
     Plots(PlotsArgs),
-    /// Print what physics, hybrid and network predict on profiles of the rig that are held out, and draw their efficiency maps.
+    /// Print what physics, hybrid and network predict on profiles of the rig that are held out, and
+    /// draw their efficiency maps.
     #[command(alias = "rig-compare")]
     Compare(RigCompareArgs),
-    /// Print tracking, required against true current, and what physics, hybrid and network predict, along a coupled run on rigs.
+    /// Print tracking, required against true current, and what physics, hybrid and network predict,
+    /// along a coupled run on rigs.
     #[command(alias = "rig-loop")]
     Loop(RigLoopArgs),
 }
 
-/// Cells along torque and along speed that the rig's rows are gathered into: more, and the network learns the noise.
+/// Cells along torque and along speed that the rig's rows are gathered into: more, and the network
+/// learns the noise.
 const RIG_CELLS: u32 = 45;
 
 /// Arguments of `train`.
 #[derive(Args)]
 pub struct TrainArgs {
-    /// CSV file with columns tau_e [N.m], w_m [rad/s], F_ext [N], x_dot [m/s] [default: a campaign on the rig, which is run and kept beside
-    /// the network as rig.csv]
+    /// CSV file with columns tau_e [N.m], w_m [rad/s], F_ext [N], x_dot [m/s] [default: a campaign
+    /// on the rig, which is run and kept beside the network as rig.csv]
     #[arg(long)]
     data: Option<PathBuf>,
     /// Seed of the split and of the first weights.
     #[arg(long, default_value_t = 1)]
     seed: u64,
-    /// Gather rows into this many cells along torque and along speed, and train on their means; 0: train on the rows [default: 0, and 45 on
-    /// the rig]
+    /// Gather rows into this many cells along torque and along speed, and train on their means; 0:
+    /// train on the rows [default: 0, and 45 on the rig]
     #[arg(long)]
     cells: Option<u32>,
     /// Most epochs.
@@ -92,7 +97,7 @@ impl PlotsArgs {
             )?;
         }
         make_folder(&self.out.join("x"))?;
-        let (inputs, targets) = Prepared::new(data, record.seed).test_rows();
+        let (inputs, targets) = TrainingData::new(data, record.seed).test_rows();
         for file in plots::quality(&surrogate, &inputs, &targets, &self.out)? {
             writeln!(stdout(), "{}", file.display())?;
         }
@@ -114,7 +119,8 @@ impl Command {
 }
 
 impl TrainArgs {
-    /// The rig's data in a file beside the network; an interrupted training goes on with the file that is there.
+    /// The rig's data in a file beside the network; an interrupted training goes on with the file
+    /// that is there.
     fn campaign(&self) -> Result<PathBuf> {
         let file = self.out.with_file_name("rig.csv");
         if !(self.resume && file.is_file()) {
@@ -129,7 +135,7 @@ impl TrainArgs {
             Some(file) => (file.clone(), 0),
             None => (self.campaign()?, RIG_CELLS),
         };
-        let mut prepared = Prepared::new(data::read_csv(&file)?, self.seed);
+        let mut prepared = TrainingData::new(data::read_csv(&file)?, self.seed);
         let cells = self.cells.unwrap_or(cells);
         if cells > 0 {
             prepared = prepared.gathered(cells);

@@ -7,7 +7,7 @@
 use std::collections::BTreeMap;
 
 use crate::network::Shape;
-use crate::normal::{Form, Tiled, residual_order};
+use crate::normal::{Form, TiledMatrix, residual_order};
 
 /// First `mu`.
 pub const MU_START: f64 = 1e-3;
@@ -30,7 +30,8 @@ pub struct Samples {
 }
 
 impl Samples {
-    /// Means of the samples in each of `cells` × `cells` cells of the inputs' range [−1, 1], in the order of the cells.
+    /// Means of the samples in each of `cells` × `cells` cells of the inputs' range [−1, 1], in the
+    /// order of the cells.
     #[must_use]
     pub fn gathered(&self, cells: u32) -> Self {
         let place = |x: f64| (0.5 * (x + 1.0) * f64::from(cells)) as u32;
@@ -105,8 +106,8 @@ pub fn iterate_in(
         return Outcome::FlatGradient;
     }
     let normal = match form {
-        Form::Weights => Tiled::weights(shape, &views, e.len()),
-        Form::Residuals => Tiled::residuals(shape, &views, e.len()),
+        Form::Weights => TiledMatrix::weights(shape, &views, e.len()),
+        Form::Residuals => TiledMatrix::residuals(shape, &views, e.len()),
     };
     let order = residual_order(shape, e.len());
     while *mu <= MU_MAX {

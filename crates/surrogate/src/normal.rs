@@ -24,7 +24,7 @@ const SAMPLES_AT_ONCE: usize = 512;
 
 /// The lower tiles of a symmetric matrix, column after column.
 #[derive(Clone)]
-pub struct Tiled {
+pub struct TiledMatrix {
     /// Where each tile row begins; one more entry for the end.
     starts: Vec<usize>,
     columns: Vec<Vec<Mat<f64>>>,
@@ -65,7 +65,7 @@ impl Form {
 #[derive(Clone, Copy, Debug)]
 pub struct NotPositiveDefinite;
 
-impl Tiled {
+impl TiledMatrix {
     /// `J·Jᵀ`; residuals of a tile of samples are ordered output after output.
     #[must_use]
     pub fn residuals(shape: &Shape, views: &[LayerView], samples: usize) -> Self {
@@ -285,7 +285,7 @@ fn kernel_tile(
     tile
 }
 
-/// Order of the residuals in [`Tiled::residuals`]: sample and output of each row.
+/// Order of the residuals in [`TiledMatrix::residuals`]: sample and output of each row.
 #[must_use]
 pub fn residual_order(shape: &Shape, samples: usize) -> Vec<(usize, usize)> {
     let outputs = shape.outputs();

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::Result;
-use charts::{Area, Drawn, Picture};
+use charts::{Area, DrawResult, Picture};
 use emla::{Split, Surrogate};
 use plotters::prelude::*;
 
@@ -26,7 +26,7 @@ struct Agreement {
 const QUANTITIES: [&str; 2] = ["force, kN", "rod speed, mm/s"];
 
 impl Picture for Agreement {
-    fn draw<B: DrawingBackend>(&self, area: &Area<'_, B>) -> Drawn<B> {
+    fn draw<B: DrawingBackend>(&self, area: &Area<'_, B>) -> DrawResult<B> {
         area.fill(&WHITE)?;
         for (k, part) in area.split_evenly((1, 2)).iter().enumerate() {
             let pairs = &self.pairs[k];
@@ -57,7 +57,7 @@ struct Residuals {
 }
 
 impl Picture for Residuals {
-    fn draw<B: DrawingBackend>(&self, area: &Area<'_, B>) -> Drawn<B> {
+    fn draw<B: DrawingBackend>(&self, area: &Area<'_, B>) -> DrawResult<B> {
         area.fill(&WHITE)?;
         let names = ["force error, N", "rod speed error, mm/s"];
         for (k, part) in area.split_evenly((1, 2)).iter().enumerate() {
@@ -99,7 +99,7 @@ struct LearningCurve<'a> {
 }
 
 impl Picture for LearningCurve<'_> {
-    fn draw<B: DrawingBackend>(&self, area: &Area<'_, B>) -> Drawn<B> {
+    fn draw<B: DrawingBackend>(&self, area: &Area<'_, B>) -> DrawResult<B> {
         area.fill(&WHITE)?;
         let all = self
             .curve
@@ -154,7 +154,7 @@ pub(crate) struct EfficiencyMaps<'a> {
 }
 
 impl Picture for EfficiencyMaps<'_> {
-    fn draw<B: DrawingBackend>(&self, area: &Area<'_, B>) -> Drawn<B> {
+    fn draw<B: DrawingBackend>(&self, area: &Area<'_, B>) -> DrawResult<B> {
         area.fill(&WHITE)?;
         let (maps, legend) = area.split_horizontally(SIZE.0 - 90);
         for (map, part) in self

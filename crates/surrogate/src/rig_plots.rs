@@ -1,9 +1,10 @@
-//! Pictures of the rig: efficiency of physics, hybrid and rig in quadrants I and IV, and responses over time.
+//! Pictures of the rig: efficiency of physics, hybrid and rig in quadrants I and IV, and responses
+//! over time.
 
 use std::path::{Path, PathBuf};
 
 use anyhow::Result;
-use charts::{Area, Drawn, Picture, save};
+use charts::{Area, DrawResult, Picture, save};
 use emla::Surrogate;
 use plotters::prelude::*;
 use rig_data::efficiency_map::maps;
@@ -54,7 +55,7 @@ struct Responses {
 }
 
 impl Picture for Responses {
-    fn draw<B: DrawingBackend>(&self, area: &Area<'_, B>) -> Drawn<B> {
+    fn draw<B: DrawingBackend>(&self, area: &Area<'_, B>) -> DrawResult<B> {
         area.fill(&WHITE)?;
         for (panel, part) in self.panels.iter().zip(area.split_evenly((2, 2))) {
             let points = || panel.lines.iter().flat_map(|line| &line.1);
@@ -74,7 +75,8 @@ impl Picture for Responses {
                 .y_desc(panel.unit)
                 .draw()?;
             for ((name, line), color) in panel.lines.iter().zip([BLUE, RED]) {
-                // Windows in which the rod stands or turns are left out: a line does not bridge them.
+                // Windows in which the rod stands or turns are left out: a line does not bridge
+                // them.
                 for piece in line.chunk_by(|a, b| b.0 - a.0 < 0.03) {
                     chart.draw_series(LineSeries::new(
                         piece.iter().copied(),

@@ -21,7 +21,7 @@ pub const FAILURES: u32 = 30;
 
 /// Scaled and split data.
 #[derive(Clone, Debug)]
-pub struct Prepared {
+pub struct TrainingData {
     /// Ranges of the columns.
     pub ranges: Ranges,
     /// 70 %, 20 % and 10 % of the rows.
@@ -29,8 +29,9 @@ pub struct Prepared {
     data: Data,
 }
 
-impl Prepared {
-    /// `mapminmax` over all rows, then a seeded split 70:20:10: of rows, or of profiles where the data name them.
+impl TrainingData {
+    /// `mapminmax` over all rows, then a seeded split 70:20:10: of rows, or of profiles where the
+    /// data name them.
     #[must_use]
     pub fn new(data: Data, seed: u64) -> Self {
         let ranges = Ranges {
@@ -123,9 +124,9 @@ fn shuffled(data: &Data, seed: u64) -> (Vec<usize>, [usize; 2]) {
     (order, ends)
 }
 
-impl Prepared {
-    /// The same with the rows of each part gathered into cells of its inputs, `cells` along torque and speed, each replaced by its mean: dense
-    /// data lose noise and weigh all of the map alike.
+impl TrainingData {
+    /// The same with the rows of each part gathered into cells of its inputs, `cells` along torque
+    /// and speed, each replaced by its mean: dense data lose noise and weigh all of the map alike.
     #[must_use]
     pub fn gathered(self, cells: u32) -> Self {
         let Split {
@@ -167,7 +168,7 @@ pub struct Progress {
 impl Progress {
     /// A run at its beginning.
     #[must_use]
-    pub fn start(widths: &[usize], seed: u64, prepared: &Prepared) -> Self {
+    pub fn start(widths: &[usize], seed: u64, prepared: &TrainingData) -> Self {
         let shape = Shape::new(widths);
         let weights = shape.initial_weights(seed);
         Self {
@@ -187,7 +188,12 @@ impl Progress {
     }
 
     /// A run from its checkpoint; it must be of the same data and seed.
-    pub fn resume(path: &Path, widths: &[usize], seed: u64, prepared: &Prepared) -> Result<Self> {
+    pub fn resume(
+        path: &Path,
+        widths: &[usize],
+        seed: u64,
+        prepared: &TrainingData,
+    ) -> Result<Self> {
         let name = path.display();
         let text = std::fs::read_to_string(path).with_context(|| format!("cannot read {name}"))?;
         let mut progress: Self =
@@ -228,7 +234,7 @@ impl Progress {
     }
 
     /// One iteration and what follows from it.
-    pub fn epoch(&mut self, prepared: &Prepared, epochs: u32) {
+    pub fn epoch(&mut self, prepared: &TrainingData, epochs: u32) {
         let clock = Instant::now();
         let shape = Shape::new(&self.widths);
         let training = &prepared.samples.training;
@@ -279,7 +285,7 @@ impl Progress {
 
     /// The best network so far, with its record.
     #[must_use]
-    pub fn network(&self, prepared: &Prepared) -> SurrogateFile {
+    pub fn network(&self, prepared: &TrainingData) -> SurrogateFile {
         let shape = Shape::new(&self.widths);
         let correlation = |column: usize| {
             prepared.each(|s| {

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use rig_data::data::{FEWEST_ROWS, Row, parse_csv, to_csv, to_csv_by_profile};
 use surrogate::lm::Samples;
-use surrogate::training::Prepared;
+use surrogate::training::TrainingData;
 
 fn rows(count: usize) -> Vec<Row> {
     let row = |k: usize| {
@@ -105,14 +105,15 @@ fn motion_backwards_is_mirrored() {
     assert_eq!(mirrored.targets, plain.targets);
 }
 
-/// Of 20 profiles 14 are trained on, 4 stop the training and 2 test it; no profile is in two parts. Force 100·k tells a row's profile.
+/// Of 20 profiles 14 are trained on, 4 stop the training and 2 test it; no profile is in two parts.
+/// Force 100·k tells a row's profile.
 #[test]
 fn profiles_are_held_out_whole() {
     let rows: Vec<(u32, Row)> = (0..).zip(rows(100)).map(|(k, row)| (k / 5, row)).collect();
     let data = parse_csv("rig.csv", &to_csv_by_profile(&rows, "made up")).expect("valid");
     assert_eq!(data.profiles[7], 1);
-    let range = Prepared::new(data.clone(), 3).ranges.f_ext;
-    let samples = Prepared::new(data, 3).samples;
+    let range = TrainingData::new(data.clone(), 3).ranges.f_ext;
+    let samples = TrainingData::new(data, 3).samples;
     let parts = [samples.training, samples.validation, samples.test].map(|part| {
         let profile = |t: &[f64; 2]| (range.unscale(t[0]) / 500.0 + 1e-9) as u32;
         part.targets.iter().map(profile).collect::<BTreeSet<_>>()

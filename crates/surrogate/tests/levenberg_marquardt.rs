@@ -98,7 +98,8 @@ fn random_samples(count: usize) -> Samples {
 }
 
 /// Oracle: central differences of the paper's network, over random directions of all weights.
-/// Truncation h²·f'''/6 and rounding ε/h are both near 1e-10 at h = 1e-5; slopes are of order 1 to 10.
+/// Truncation h²·f'''/6 and rounding ε/h are both near 1e-10 at h = 1e-5; slopes are of order 1 to
+/// 10.
 #[test]
 fn full_jacobian_matches_finite_differences() {
     let shape = Shape::new(&emla::WIDTHS);

@@ -1,11 +1,11 @@
 //! A whole training run, small: same seed same weights, interruption and resumption.
 
 use rig_data::data::{Row, parse_csv, to_csv};
-use surrogate::training::{Prepared, Progress};
+use surrogate::training::{Progress, TrainingData};
 
 const WIDTHS: [usize; 4] = [2, 6, 5, 2];
 
-fn prepared(seed: u64) -> Prepared {
+fn prepared(seed: u64) -> TrainingData {
     let row = |k: u32| {
         let (a, b) = (
             (1.3 * f64::from(k)).sin(),
@@ -22,13 +22,13 @@ fn prepared(seed: u64) -> Prepared {
         }
     };
     let rows: Vec<Row> = (0..200).map(row).collect();
-    Prepared::new(
+    TrainingData::new(
         parse_csv("made.csv", &to_csv(&rows, "made up")).expect("valid"),
         seed,
     )
 }
 
-fn run(progress: &mut Progress, prepared: &Prepared, epochs: u32) {
+fn run(progress: &mut Progress, prepared: &TrainingData, epochs: u32) {
     while progress.stop.is_none() && progress.epoch < epochs {
         progress.epoch(prepared, 60);
     }
@@ -66,7 +66,7 @@ fn a_resumed_run_is_the_same_run() {
     part.seconds = whole.seconds;
     assert_eq!(part, whole);
 
-    let refuse = |seed, data: &Prepared| {
+    let refuse = |seed, data: &TrainingData| {
         format!(
             "{:#}",
             Progress::resume(&file, &WIDTHS, seed, data).expect_err("refused")

@@ -1,9 +1,9 @@
-//! Measurements: one table of what everything costs, beside other engines measured in the same run; or instruction
-//! counts against the recorded ones.
+//! Measurements: one table of what everything costs, beside other engines measured in the same run;
+//! or instruction counts against the recorded ones.
 
 mod borders;
-mod built;
 mod callgrind;
+mod inputs;
 pub mod instructions;
 mod table;
 
@@ -12,14 +12,14 @@ use std::process::Command;
 use std::time::Instant;
 
 use anyhow::{Context, Result};
-use built::{
-    Built, COUPLED, COUPLED_RECORDED, PROGRAMS, TABLE_ON_ALL_CORES, TABLE_ON_ONE_CORE, build,
-    overhead,
-};
 use cargo_fmu::process::output;
 use clap::Args;
+use inputs::{
+    BenchInputs, COUPLED, COUPLED_RECORDED, PROGRAMS, TABLE_ON_ALL_CORES, TABLE_ON_ONE_CORE, build,
+    overhead,
+};
 use serde::Deserialize;
-use table::{Measured, Row};
+use table::{Measurement, Row};
 
 use crate::pack;
 use crate::python::Python;
@@ -31,7 +31,8 @@ const ENGINES: &str = "engines.py";
 /// What to measure.
 #[derive(Args)]
 pub struct Options {
-    /// Count instructions with valgrind's callgrind instead of timing, and compare with the recorded counts
+    /// Count instructions with valgrind's callgrind instead of timing, and compare with the
+    /// recorded counts
     #[arg(long)]
     instructions: bool,
     /// With --instructions: record the counts
@@ -43,7 +44,8 @@ pub struct Options {
     /// Leave out what needs Python: MuJoCo, Pinocchio, FMPy, load times
     #[arg(long)]
     no_python: bool,
-    /// Only the two ratios that have an aim: the coupled step beside MuJoCo's RK4 step of the bare manipulator, and the border beside C
+    /// Only the two ratios that have an aim: the coupled step beside MuJoCo's RK4 step of the bare
+    /// manipulator, and the border beside C
     #[arg(long, conflicts_with_all = ["no_python", "instructions"])]
     ratios: bool,
 }
@@ -58,7 +60,8 @@ struct Job {
 enum Measures {
     /// It prints a line of JSON for each row.
     Rows,
-    /// `cosim bench --json`: its real-time factor becomes the time of a coupled step, under this name.
+    /// `cosim bench --json`: its real-time factor becomes the time of a coupled step, under this
+    /// name.
     CoupledStep(&'static str),
     /// Its whole run time, under this name.
     RunTime(&'static str),
@@ -74,7 +77,7 @@ impl From<Command> for Job {
 }
 
 impl Job {
-    fn run(&mut self) -> Result<Vec<Measured>> {
+    fn run(&mut self) -> Result<Vec<Measurement>> {
         let start = Instant::now();
         let text = output(&mut self.command)?;
         let seconds = start.elapsed().as_secs_f64();
@@ -84,7 +87,7 @@ impl Job {
             Measures::CoupledStep(name) => {
                 Ok(vec![coupled_step(name, &text).with_context(program)?])
             }
-            Measures::RunTime(name) => Ok(vec![Measured {
+            Measures::RunTime(name) => Ok(vec![Measurement {
                 name: name.to_string(),
                 unit: "s".to_string(),
                 median: seconds,
@@ -94,14 +97,14 @@ impl Job {
     }
 }
 
-fn rows(text: &str) -> Result<Vec<Measured>> {
+fn rows(text: &str) -> Result<Vec<Measurement>> {
     let rows = text.lines().map(|line| {
         serde_json::from_str(line).with_context(|| format!("`{line}` is no measurement in JSON"))
     });
     rows.collect()
 }
 
-fn coupled_step(name: &str, text: &str) -> Result<Measured> {
+fn coupled_step(name: &str, text: &str) -> Result<Measurement> {
     #[derive(Deserialize)]
     struct Coupled {
         real_time_factor: Factor,
@@ -116,7 +119,7 @@ fn coupled_step(name: &str, text: &str) -> Result<Measured> {
         real_time_factor,
         step_s,
     } = serde_json::from_str(text)?;
-    Ok(Measured {
+    Ok(Measurement {
         name: name.to_string(),
         unit: "ns".to_string(),
         median: 1e9 * step_s / real_time_factor.median,
@@ -162,7 +165,7 @@ pub fn run(workspace: &Workspace, options: &Options) -> Result<()> {
 }
 
 /// How long a step of the coupled machine takes.
-fn coupled_job(workspace: &Workspace, built: &Built, name: &'static str) -> Job {
+fn coupled_job(workspace: &Workspace, built: &BenchInputs, name: &'static str) -> Job {
     let mut command = built.coupled(workspace);
     command.args(["--stop-time", "10", "--repeat", "3", "--json"]);
     let result = Measures::CoupledStep(name);
@@ -170,7 +173,7 @@ fn coupled_job(workspace: &Workspace, built: &Built, name: &'static str) -> Job 
 }
 
 /// What needs cargo and a C compiler only.
-fn all_jobs(workspace: &Workspace, built: &Built) -> Result<Vec<Job>> {
+fn all_jobs(workspace: &Workspace, built: &BenchInputs) -> Result<Vec<Job>> {
     let mut jobs: Vec<Job> = Vec::new();
     for name in PROGRAMS {
         jobs.push(workspace.command(built.program(name)?).into());
@@ -197,7 +200,7 @@ fn all_jobs(workspace: &Workspace, built: &Built) -> Result<Vec<Job>> {
 }
 
 /// Scripts of `tests/bench`: other engines, the FMPy master, and what loading costs.
-fn python_jobs(workspace: &Workspace, built: &Built, scripts: &[&str]) -> Result<Vec<Job>> {
+fn python_jobs(workspace: &Workspace, built: &BenchInputs, scripts: &[&str]) -> Result<Vec<Job>> {
     let folder = workspace.root.join("tests/bench");
     let requirements = fs::read_to_string(folder.join("requirements.txt"))?;
     let python = Python::provide(workspace)?;

@@ -1,36 +1,37 @@
-//! From a fresh checkout to the coupled machine: builds what runs it, prints the paper's table, then writes a report.
+//! From a fresh checkout to the coupled machine: builds what runs it, prints the paper's table,
+//! then writes a report.
 
 use std::fs;
+use std::path::PathBuf;
 
 use anyhow::{Context as _, Result};
 use cargo_fmu::pack::Platforms;
 use cargo_fmu::process::execute;
 
-use crate::pack;
+use crate::pack::{self, PAPER};
 use crate::phases::Phases;
 use crate::workspace::Workspace;
 
-/// Profile of FMUs and programs: one for both, so that what they share is compiled once. The FMUs compute the same as those of `cargo xtask
-/// pack`, which take minutes longest to link and run faster.
+/// Profile of FMUs and programs: one for both, so that what they share is compiled once. The FMUs
+/// compute the same as those of `cargo xtask pack`, which take minutes longer to link and run
+/// faster.
 const PROFILE: &str = "release";
-/// Packages that are built beside the FMUs, always together, so that their dependencies have the same features.
-const PACKAGES: [&str; 4] = ["--package", "studies", "--package", "report"];
+/// Packages that are built beside the FMUs, always together, so that what they share has the same
+/// features each time.
+const PROGRAMS: [&str; 2] = ["studies", "report"];
 
 /// Do it all, with CSV files, report and figures in `demo/` of the target directory.
 pub fn run(workspace: &Workspace) -> Result<()> {
     println!(
-        "From nothing, on two cores: some three minutes to the paper's table, some two more to the report. What is compiled now is the \
-         machine's FMUs and the program that runs them; a second time all of this takes seconds."
+        "From nothing, on two cores: some three minutes to the paper's table, some two more to the \
+         report. The machine's FMUs and the program that runs them are compiled first; a second \
+         time all of this takes a minute."
     );
     let phases = Phases::default();
     let fmus = workspace.fmu_dir();
-    let hdrm_fmu = phases.run("compile and pack FMUs, compile hdrm-fmu", || {
-        let program = ["--bin", "hdrm-fmu"];
-        let mut arguments = vec!["--profile", PROFILE];
-        arguments.extend(PACKAGES.iter().chain(&program));
-        let arguments: Vec<_> = arguments.into_iter().map(String::from).collect();
-        pack::suite_with(workspace, &arguments, &Platforms::default(), &fmus)?;
-        build(workspace, "hdrm-fmu")
+    let hdrm_fmu = phases.run("compile the FMUs of the paper and hdrm-fmu", || {
+        pack::paper_with(workspace, &arguments("hdrm-fmu"), &fmus)?;
+        program(workspace, "hdrm-fmu")
     })?;
     let system = fmus.join("Manipulator.ssp");
     let run = |arguments: &[&str]| {
@@ -47,14 +48,16 @@ pub fn run(workspace: &Workspace) -> Result<()> {
         let mut compare = run(&["compare", "--trajectory", "cubic", "--interval", "0.01"]);
         execute(compare.arg("--csv-dir").arg(&out))
     })?;
-    phases.run("compile hdrm-fmu-report", || {
-        build(workspace, "hdrm-fmu-report")
+    phases.run("compile the other FMUs and hdrm-fmu-report", || {
+        let arguments = arguments("hdrm-fmu-report");
+        pack::suite_with(workspace, &arguments, &Platforms::default(), &fmus)
     })?;
     let report = out.join("report.html");
     phases.run("the report: its runs, page and figures", || {
-        let mut command = run(&["report", "--out"]);
+        let mut command = run(&["report"]);
         execute(
             command
+                .arg("--out")
                 .arg(&report)
                 .arg("--figures")
                 .arg(out.join("figures")),
@@ -69,13 +72,20 @@ pub fn run(workspace: &Workspace) -> Result<()> {
     Ok(())
 }
 
-/// Build a program of [`PACKAGES`] from the same crates as the FMUs.
-fn build(workspace: &Workspace, program: &str) -> Result<std::path::PathBuf> {
-    let suite = workspace.suite();
-    let shells = suite.iter().flat_map(|source| ["--package", source.name()]);
-    let targets: Vec<_> = shells.chain(PACKAGES).chain(["--bin", program]).collect();
+/// What cargo is asked for beside the libraries of FMUs.
+fn arguments(program: &str) -> Vec<String> {
+    let packages = PROGRAMS.iter().flat_map(|name| ["--package", *name]);
+    let all = ["--profile", PROFILE].into_iter().chain(packages);
+    all.chain(["--bin", program]).map(String::from).collect()
+}
+
+/// The file of a program that was built beside the FMUs of the paper.
+fn program(workspace: &Workspace, name: &str) -> Result<PathBuf> {
+    let packages = PAPER.iter().chain(&PROGRAMS);
+    let packages = packages.flat_map(|name| ["--package", *name]);
+    let targets: Vec<_> = packages.chain(["--bin", name]).collect();
     let mut built = workspace.build(PROFILE, &targets)?;
     built
-        .remove(program)
-        .with_context(|| format!("there is no program `{program}`"))
+        .remove(name)
+        .with_context(|| format!("there is no program `{name}`"))
 }

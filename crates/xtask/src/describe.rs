@@ -1,4 +1,5 @@
-//! `modelDescription/*.xml`, and in `fmi3/` those of FMI 3.0: what the libraries say about themselves, committed so that a change of the interface is seen in a review.
+//! `modelDescription/*.xml`, and in `fmi3/` those of FMI 3.0: what the libraries say about
+//! themselves, committed so that a change of the interface is seen in a review.
 
 use std::fs;
 use std::path::PathBuf;
@@ -11,7 +12,8 @@ use cargo_fmu::pack::FMI3_FOLDER;
 use crate::pack;
 use crate::workspace::Workspace;
 
-/// Build the libraries and write their model descriptions, or check that the committed ones are what the libraries say.
+/// Build the libraries and write their model descriptions, or check that the committed ones are
+/// what the libraries say.
 pub fn run(workspace: &Workspace, check: bool) -> Result<()> {
     let built = workspace.build_fmus(&workspace.suite())?;
     let mut described = Vec::new();
@@ -23,7 +25,8 @@ pub fn run(workspace: &Workspace, check: bool) -> Result<()> {
     compare(workspace, described, check)
 }
 
-/// Check that the committed model descriptions are those in packed FMUs of FMI 2.0, and in those of FMI 3.0 beside them.
+/// Check that the committed model descriptions are those in packed FMUs of FMI 2.0, and in those of
+/// FMI 3.0 beside them.
 pub fn check(workspace: &Workspace, fmus: &[PathBuf]) -> Result<()> {
     let both = pack::both_versions(fmus.to_vec())?;
     let versions = both.iter().enumerate().map(|(i, fmu)| {

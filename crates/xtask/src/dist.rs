@@ -1,11 +1,12 @@
-//! `cargo xtask dist`: the folder that is handed out. Its FMUs hold a library for each platform, its programs and libraries run on any
-//! machine of their kind, and the same commit gives the same bytes wherever it is built.
+//! `cargo xtask dist`: the folder that is handed out. Its FMUs hold a library for each platform,
+//! its programs and libraries run on any machine of their kind, and the same commit gives the same
+//! bytes wherever it is built.
 
-mod again;
 mod check;
-mod exact;
 mod folder;
 mod listing;
+mod numbers;
+mod rebuild;
 pub mod userland;
 mod wine;
 
@@ -35,8 +36,8 @@ use listing::Listing;
 /// Options of `cargo xtask dist`.
 #[derive(Args)]
 pub struct Options {
-    /// Platform to build for, repeatable: linux64, win64, aarch64-linux, darwin64, aarch64-darwin [default: all, those of macOS where
-    /// they can be built]
+    /// Platform to build for, repeatable: linux64, win64, aarch64-linux, darwin64, aarch64-darwin
+    /// [default: all, those of macOS where they can be built]
     #[arg(long = "platform", value_name = "PLATFORM")]
     platforms: Vec<String>,
     /// Folder for the result, which is replaced [default: dist/ in the cargo target directory]
@@ -45,7 +46,8 @@ pub struct Options {
     /// Leave out `hdrm-fmu` and the programs beside it, which take longest to build
     #[arg(long)]
     without_experiments: bool,
-    /// Run what was built: here, in an old Debian and under Wine, with equal numbers; random calls; states carried between platforms
+    /// Run what was built: here, in an old Debian and under Wine, with equal numbers; random calls;
+    /// states carried between platforms
     #[arg(long)]
     check: bool,
     /// Build a second time from a copy of the source in another folder, and compare every byte
@@ -59,7 +61,8 @@ const CI_PLATFORMS: [&str; 2] = ["linux64", "win64"];
 const PROGRAMS: [&str; 4] = ["cosim", "hdrm-fmu", "hdrm-fmu-report", "hdrm-fmu-surrogate"];
 /// The packages of these, and of what the checks need; those of the experiments last.
 const PACKAGES: [&str; 5] = ["cosim", "torture", "studies", "report", "surrogate"];
-/// Programs are built like those for this machine, but without checks of what cannot happen, and without symbols.
+/// Programs are built like those for this machine, but without checks of what cannot happen, and
+/// without symbols.
 const PROGRAM_PROFILE: [&str; 8] = [
     "--profile",
     "release",
@@ -73,7 +76,7 @@ const PROGRAM_PROFILE: [&str; 8] = [
 const README: &str = include_str!("dist/README.md");
 
 /// What was made by the options, and the lines about it.
-pub struct Made {
+pub struct Handout {
     dist: Dist,
     listing: Listing,
     options: Options,
@@ -84,9 +87,9 @@ pub fn run(workspace: &Workspace, caller: &Path, options: Options) -> Result<()>
     make(workspace, caller, options)?.try_out(workspace)
 }
 
-/// What CI builds and runs: libraries and co-simulation program for [`CI_PLATFORMS`]. The other programs and platforms are made by the same
-/// steps.
-pub fn for_ci(workspace: &Workspace) -> Result<Made> {
+/// What CI builds and runs: libraries and co-simulation program for [`CI_PLATFORMS`]. The other
+/// programs and platforms are made by the same steps.
+pub fn for_ci(workspace: &Workspace) -> Result<Handout> {
     let options = Options {
         platforms: CI_PLATFORMS.map(String::from).into(),
         out: None,
@@ -97,7 +100,7 @@ pub fn for_ci(workspace: &Workspace) -> Result<Made> {
     make(workspace, &workspace.root, options)
 }
 
-fn make(workspace: &Workspace, caller: &Path, options: Options) -> Result<Made> {
+fn make(workspace: &Workspace, caller: &Path, options: Options) -> Result<Handout> {
     let folder = options.out.clone();
     let folder = caller.join(folder.unwrap_or_else(|| workspace.target.join("dist")));
     ensure!(
@@ -111,14 +114,14 @@ fn make(workspace: &Workspace, caller: &Path, options: Options) -> Result<Made> 
         listing.not_built("all", "`hdrm-fmu`: --without-experiments");
     }
     listing.built(&dist)?;
-    Ok(Made {
+    Ok(Handout {
         dist,
         listing,
         options,
     })
 }
 
-impl Made {
+impl Handout {
     /// Run it and build it again, as far as the options say, and print the listing.
     pub fn try_out(self, workspace: &Workspace) -> Result<()> {
         let Self {
@@ -138,7 +141,7 @@ impl Made {
             Ok(())
         };
         let repeated = match options.again {
-            true => again::compare(workspace, &dist, options.without_experiments),
+            true => rebuild::compare(workspace, &dist, options.without_experiments),
             false => Ok(()),
         };
         print!("\n{listing}");
@@ -152,7 +155,8 @@ impl Made {
         Ok(())
     }
 
-    /// Copies of the FMUs and systems, for what looks for them in a folder; the FMUs of FMI 2.0, in the order of [`Workspace::suite`].
+    /// Copies of the FMUs and systems, for what looks for them in a folder; the FMUs of FMI 2.0, in
+    /// the order of [`Workspace::suite`].
     pub fn copy(&self, folder: &Path) -> Result<Vec<PathBuf>> {
         let dist = &self.dist;
         fs::create_dir_all(folder.join(FMI3_FOLDER))
@@ -172,7 +176,8 @@ pub fn lacking(workspace: &Workspace) -> Result<String> {
     Ok(missing(&platforms).join("\n"))
 }
 
-/// The platforms, with the tools to build for them. What was not asked for by name and cannot be built is listed.
+/// The platforms, with the tools to build for them. What was not asked for by name and cannot be
+/// built is listed.
 fn platforms(workspace: &Workspace, names: &[String], listing: &mut Listing) -> Result<Platforms> {
     let mut platforms = Platforms::named(names)?;
     let is_default = platforms.targets.is_empty();
@@ -294,7 +299,8 @@ fn notices(
     Ok(())
 }
 
-/// Removes a folder that holds an older result or nothing, and refuses one that holds anything else.
+/// Removes a folder that holds an older result or nothing, and refuses one that holds anything
+/// else.
 fn clear(folder: &Path) -> Result<()> {
     if folder.exists() && fs::read_dir(folder)?.next().is_some() {
         ensure!(

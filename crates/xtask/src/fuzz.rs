@@ -8,7 +8,8 @@ use cargo_fmu::process::output;
 use crate::nightly;
 use crate::workspace::Workspace;
 
-/// Each fuzz target for some time, from the committed corpus on; what it finds beyond goes to the target directory.
+/// Each fuzz target for some time, from the committed corpus on; what it finds beyond goes to the
+/// target directory.
 pub fn run(workspace: &Workspace, seconds: u64) -> Result<()> {
     let folder = workspace.root.join("fuzz");
     let list = output(

@@ -11,7 +11,8 @@ use crate::workspace::Workspace;
 /// Version of fmi-sim that `tests/test_importers.py` asks for.
 const FMI_SIM: &str = "0.7.0";
 
-/// rust-fmi's command line, built once into the target directory (some two minutes); `FMI_SIM` names another one.
+/// rust-fmi's command line, built once into the target directory (some two minutes); `FMI_SIM`
+/// names another one.
 pub fn fmi_sim(workspace: &Workspace, environment: &[(String, String)]) -> Result<PathBuf> {
     if let Some(path) = std::env::var_os("FMI_SIM") {
         return Ok(path.into());

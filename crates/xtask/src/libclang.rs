@@ -1,5 +1,5 @@
-//! libclang for the bindings that tests compare with: their build script runs bindgen. The system's, else the one of the Python package
-//! `libclang`.
+//! libclang for the bindings that tests compare with: their build script runs bindgen. The
+//! system's, else the one of the Python package `libclang`.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -13,8 +13,9 @@ use crate::workspace::Workspace;
 /// Wheel of the `libclang` package on PyPI.
 const REQUIREMENT: &str = "libclang==18.1.1\n";
 
-/// The environment variables with which cargo can build everything. They are also left in `.cargo/libclang.toml`, which
-/// `.cargo/config.toml` includes, so that plain cargo commands work from then on.
+/// The environment variables with which cargo can build everything. They are also left in
+/// `.cargo/libclang.toml`, which `.cargo/config.toml` includes, so that plain cargo commands work
+/// from then on.
 pub fn provide(workspace: &Workspace) -> Result<Vec<(String, String)>> {
     if std::env::var_os("LIBCLANG_PATH").is_some() || on_system() {
         return Ok(Vec::new());

@@ -1,4 +1,5 @@
-//! `cargo xtask`: builds, describes, packs, demonstrates, tests and measures the FMU suite. `cargo xtask help` lists the commands.
+//! `cargo xtask`: builds, describes, packs, demonstrates, tests and measures the FMU suite. `cargo
+//! xtask help` lists the commands.
 
 mod bench;
 mod demo;
@@ -60,15 +61,18 @@ enum Command {
         #[arg(long, value_name = "PROFILE", default_value = workspace::FMU_PROFILE)]
         profile: String,
     },
-    /// What is handed out: FMUs that hold libraries for several platforms, systems, programs, notices, checksums
+    /// What is handed out: FMUs that hold libraries for several platforms, systems, programs,
+    /// notices, checksums
     Dist(dist::Options),
     /// The Python package `hdrm_fmu` as a wheel, with the packed FMUs inside
     Wheel(wheel::Options),
-    /// From a fresh checkout to the coupled machine: build, pack, run the cubic trajectory with three controllers
+    /// From a fresh checkout to the coupled machine: build, pack, run the cubic trajectory with
+    /// three controllers
     Demo,
     /// Everything that CI checks
     Test,
-    /// One table of what everything costs, beside other engines; or instruction counts against the recorded ones
+    /// One table of what everything costs, beside other engines; or instruction counts against the
+    /// recorded ones
     Bench(bench::Options),
     /// Mistreat the FMUs: random calls, sanitizers, valgrind, threads, fuzzing, long runs
     Torture(torture::Options),
@@ -98,7 +102,8 @@ fn main() -> ExitCode {
     }
 }
 
-/// Do what was asked for; the exit code of a program that was run, which may say more than that it failed.
+/// Do what was asked for; the exit code of a program that was run, which may say more than that it
+/// failed.
 fn run(command: Command) -> Result<ExitCode> {
     let workspace = Workspace::find()?;
     match command {

@@ -15,7 +15,8 @@ pub fn cargo(workspace: &Workspace) -> Command {
     command
 }
 
-/// Provides a component of the nightly toolchain through rustup, which does nothing where it is installed.
+/// Provides a component of the nightly toolchain through rustup, which does nothing where it is
+/// installed.
 pub fn component(workspace: &Workspace, name: &str) -> Result<()> {
     let mut rustup = workspace.command("rustup");
     rustup.args(["component", "add", "--toolchain", "nightly", name]);

@@ -30,6 +30,9 @@ const SYSTEMS: [System; 5] = [
     System::new("system/RigTestbed.ssd", "RigTestbed.ssp"),
 ];
 
+/// Packages of the FMUs that the first of them, the paper's, is made of.
+pub const PAPER: [&str; 3] = ["fmu-emla", "fmu-hdrm", "fmu-controller"];
+
 impl System {
     const fn new(structure: &'static str, archive: &'static str) -> Self {
         Self {
@@ -53,7 +56,8 @@ pub fn suite(workspace: &Workspace, out: &Path) -> Result<Vec<PathBuf>> {
     suite_with(workspace, &profile(FMU_PROFILE), &Platforms::default(), out)
 }
 
-/// The same with libraries that were built by other arguments of cargo, such as those for a profile, or for other platforms.
+/// The same with libraries that were built by other arguments of cargo, such as those for a
+/// profile, or for other platforms.
 pub fn suite_with(
     workspace: &Workspace,
     arguments: &[String],
@@ -66,6 +70,15 @@ pub fn suite_with(
         pack_system(workspace, &packed, system, &out.join(system.archive))?;
     }
     Ok(packed)
+}
+
+/// Pack the paper's system into `out`, and the FMUs that it needs; these are [`PAPER`].
+pub fn paper_with(workspace: &Workspace, arguments: &[String], out: &Path) -> Result<()> {
+    let sources = PAPER.map(|name| Source::Package(name.to_string()));
+    let host = Platforms::default();
+    let packed = cargo_fmu::pack::fmus(&workspace.cargo, &sources, arguments, &host, out)?;
+    let system = &SYSTEMS[0];
+    pack_system(workspace, &packed, system, &out.join(system.archive))
 }
 
 /// Names of the files that [`suite`] writes; a folder may hold other FMUs beside them, such as

@@ -34,8 +34,8 @@ impl Phases {
         result
     }
 
-    /// Run two sequences of phases at the same time: what one leaves of the processor, the other uses. Both end before an error is
-    /// returned.
+    /// Run two sequences of phases at the same time: what one leaves of the processor, the other
+    /// uses. Both end before an error is returned.
     pub fn both<A: Send, B>(
         &self,
         first: impl FnOnce() -> Result<A> + Send,
@@ -49,7 +49,8 @@ impl Phases {
         })
     }
 
-    /// What each phase took, when it began and ended, and which ran side by side with the one before: their times do not add up.
+    /// What each phase took, when it began and ended, and which ran side by side with the one
+    /// before: their times do not add up.
     pub fn table(&self) -> String {
         let times = self.times.lock().unwrap_or_else(PoisonError::into_inner);
         let mut times = times.clone();

@@ -1,4 +1,5 @@
-//! The repository's own Python environment in `.venv`: `libclang` for bindgen, and what the tests need.
+//! The repository's own Python environment in `.venv`: `libclang` for bindgen, and what the tests
+//! need.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -53,7 +54,8 @@ impl Python {
         Ok(Tools(folder.into_iter().collect()))
     }
 
-    /// Install pinned requirements (text of a requirements file), unless just these are installed under `name`.
+    /// Install pinned requirements (text of a requirements file), unless just these are installed
+    /// under `name`.
     pub fn install(&self, workspace: &Workspace, name: &str, requirements: &str) -> Result<()> {
         let stamp = self.dir.join(format!("{name}.installed.txt"));
         if fs::read_to_string(&stamp).is_ok_and(|installed| installed == requirements) {

@@ -1,5 +1,5 @@
-//! Sanitizers, with the standard library built for them: on the tests of the C border, and on the FMUs under their driver and the
-//! native master. And Miri on the tests of the C border.
+//! Sanitizers, with the standard library built for them: on the tests of the C border, and on the
+//! FMUs under their driver and the native master. And Miri on the tests of the C border.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -20,8 +20,8 @@ use crate::workspace::Workspace;
 struct Sanitizer {
     /// Folder in the target directory.
     folder: &'static str,
-    /// Flags of the compiler. The executables carry the sanitizer's functions, which the libraries they load look for among their
-    /// dynamic symbols.
+    /// Flags of the compiler. The executables carry the sanitizer's functions, which the libraries
+    /// they load look for among their dynamic symbols.
     flags: &'static str,
     /// Environment variable with its options.
     variable: &'static str,
@@ -44,7 +44,8 @@ const THREAD: Sanitizer = Sanitizer {
     options: "halt_on_error=1:exitcode=98",
 };
 
-/// The test that is run under the sanitizers and Miri: the C border of both versions, as importers call it.
+/// The test that is run under the sanitizers and Miri: the C border of both versions, as importers
+/// call it.
 const BORDER: [&str; 4] = ["-p", "fmu-export", "--test", "border"];
 
 /// AddressSanitizer and LeakSanitizer; the first report ends it.
@@ -92,7 +93,8 @@ pub fn thread(workspace: &Workspace) -> Result<()> {
     Ok(())
 }
 
-/// Miri on the tests of the C border, as far as they need no other process and no millions of steps; the first report ends it.
+/// Miri on the tests of the C border, as far as they need no other process and no millions of
+/// steps; the first report ends it.
 pub fn miri(workspace: &Workspace) -> Result<()> {
     nightly::component(workspace, "miri")?;
     nightly::component(workspace, "rust-src")?;
@@ -101,7 +103,8 @@ pub fn miri(workspace: &Workspace) -> Result<()> {
     cargo.arg("--target-dir").arg(workspace.target.join("miri"));
     // Safe code makes the descriptions; it would take an interpreter long.
     cargo.args(["--", "--skip", "xml"]);
-    // The tests write parameter files, and compare runs bit for bit, whose inputs are sines: Miri rounds those at random otherwise.
+    // The tests write parameter files, and compare runs bit for bit, whose inputs are sines: Miri
+    // rounds those at random otherwise.
     let flags = "-Zmiri-disable-isolation -Zmiri-deterministic-floats";
     cargo.env("MIRIFLAGS", flags);
     execute(&mut cargo)?;
@@ -110,7 +113,7 @@ pub fn miri(workspace: &Workspace) -> Result<()> {
 }
 
 /// What was built with a sanitizer.
-struct Built<'a> {
+struct SanitizedPrograms<'a> {
     workspace: &'a Workspace,
     sanitizer: &'a Sanitizer,
     programs: Vec<Artifact>,
@@ -121,7 +124,11 @@ struct Built<'a> {
 
 impl Sanitizer {
     /// Run the tests, and build programs and the suite's FMUs, all instrumented.
-    fn build<'a>(&'a self, workspace: &'a Workspace, packages: &[&str]) -> Result<Built<'a>> {
+    fn build<'a>(
+        &'a self,
+        workspace: &'a Workspace,
+        packages: &[&str],
+    ) -> Result<SanitizedPrograms<'a>> {
         nightly::component(workspace, "rust-src")?;
         let target = nightly::host(workspace)?;
         let suite = workspace.suite();
@@ -130,7 +137,8 @@ impl Sanitizer {
             Source::Example(_) => None,
         });
         let all: Vec<&str> = fmus.chain(packages.iter().copied()).collect();
-        // The test, FMUs and programs are built of the same packages, so that the features of what they share are the same too.
+        // The test, FMUs and programs are built of the same packages, so that the features of what
+        // they share are the same too.
         let cargo = |command: &str| {
             let mut cargo = nightly::cargo(workspace);
             cargo.args([command, "-Zbuild-std", "--target", &target, "--target-dir"]);
@@ -152,7 +160,7 @@ impl Sanitizer {
                 fmus.push(archived(workspace, source, folder, &library, &fmu_dir)?);
             }
         }
-        Ok(Built {
+        Ok(SanitizedPrograms {
             workspace,
             sanitizer: self,
             programs: built,
@@ -162,8 +170,9 @@ impl Sanitizer {
     }
 }
 
-/// An FMU with an instrumented library. Only instrumented programs can load that to ask for its files, so the description is the committed
-/// one, which must be what the library says: otherwise it makes no instance.
+/// An FMU with an instrumented library. Only instrumented programs can load that to ask for its
+/// files, so the description is the committed one, which must be what the library says: otherwise
+/// it makes no instance.
 fn archived(
     workspace: &Workspace,
     source: &Source,
@@ -197,7 +206,7 @@ fn archived(
     Ok(fmu)
 }
 
-impl Built<'_> {
+impl SanitizedPrograms<'_> {
     fn program(&self, name: &str) -> Result<Command> {
         let mut programs = self.programs.iter().filter(|a| a.name() == name);
         let file: Option<&Path> = programs.find_map(|a| a.executable.as_deref());

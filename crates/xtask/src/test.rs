@@ -40,7 +40,7 @@ fn checks(workspace: &Workspace, phases: &Phases) -> Result<()> {
                 .or_else(|e| skipped(&format!("fmi-sim could not be built: {e:#}")).map(|()| None))
         })
     };
-    let (Compiled { handed_out, fmus }, fmi_sim) = phases.both(compile, install)?;
+    let (TestInputs { handed_out, fmus }, fmi_sim) = phases.both(compile, install)?;
     let robustness = || {
         phases.run("torture", || torture::check(workspace, fmus.clone()))?;
         phases.run("instruction counts", || {
@@ -74,21 +74,22 @@ const PROGRAMS: [&str; 6] = [
 ];
 
 /// What the runs need.
-struct Compiled {
+struct TestInputs {
     /// Nothing where it cannot be built.
-    handed_out: Option<dist::Made>,
-    /// The FMUs that are tested, of FMI 2.0: those that are handed out, else those for this machine.
+    handed_out: Option<dist::Handout>,
+    /// The FMUs that are tested, of FMI 2.0: those that are handed out, else those for this
+    /// machine.
     fmus: Vec<PathBuf>,
 }
 
-/// The Rust checks, and everything that is compiled before the runs share the processor. One profile, that of the programs, so that macros
-/// and dependencies are compiled once.
+/// The Rust checks, and everything that is compiled before the runs share the processor. One
+/// profile, that of the programs, so that macros and dependencies are compiled once.
 fn compile(
     workspace: &Workspace,
     phases: &Phases,
     environment: &[(String, String)],
     lacking: &str,
-) -> Result<Compiled> {
+) -> Result<TestInputs> {
     let cargo = |arguments: &str, more: &[(&str, &str)]| {
         let mut command = workspace.cargo(arguments.split(' '));
         command.envs(environment.iter().cloned());
@@ -131,7 +132,7 @@ fn compile(
     })?;
     phases.run("model descriptions", || describe::check(workspace, &fmus))?;
     phases.run("build programs", || workspace.build_programs(&PROGRAMS))?;
-    Ok(Compiled { handed_out, fmus })
+    Ok(TestInputs { handed_out, fmus })
 }
 
 /// A check that cannot be made here: named on a developer's machine, a failure in CI.

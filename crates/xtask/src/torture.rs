@@ -1,6 +1,7 @@
 //! Robustness: random calls, sanitizers, valgrind, threads, fuzzing and long runs on the FMUs.
 //!
-//! Without options it does what CI does. The nightly compiler, valgrind and cargo-fuzz are only needed by the options that say so.
+//! Without options it does what CI does. The nightly compiler, valgrind and cargo-fuzz are only
+//! needed by the options that say so.
 
 use std::path::PathBuf;
 
@@ -23,11 +24,13 @@ pub struct Options {
     /// Repeat one batch of random calls, printing every call before it is made
     #[arg(long, value_name = "SEED")]
     replay: Option<u64>,
-    /// Steps of each FMU of both versions alone, and of all together, in long runs; 10000000 are 2.8 h of simulated time
+    /// Steps of each FMU of both versions alone, and of all together, in long runs; 10000000 are
+    /// 2.8 h of simulated time
     #[arg(long, value_name = "STEPS")]
     long: Option<u64>,
-    /// AddressSanitizer and LeakSanitizer on the tests of the C border, on random calls, on lives of instances, on instances in
-    /// threads and on a coupled run (rustup toolchain install nightly)
+    /// AddressSanitizer and LeakSanitizer on the tests of the C border, on random calls, on lives
+    /// of instances, on instances in threads and on a coupled run (rustup toolchain install
+    /// nightly)
     #[arg(long)]
     asan: bool,
     /// ThreadSanitizer on the same tests and on instances in threads (nightly as above)
@@ -42,7 +45,8 @@ pub struct Options {
     /// Helgrind on instances in parallel threads (apt-get install valgrind)
     #[arg(long)]
     threads: bool,
-    /// Coverage-guided fuzzing, this many seconds for each target (nightly as above; cargo install cargo-fuzz)
+    /// Coverage-guided fuzzing, this many seconds for each target (nightly as above; cargo install
+    /// cargo-fuzz)
     #[arg(long, value_name = "SECONDS")]
     fuzz: Option<u64>,
 }

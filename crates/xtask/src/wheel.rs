@@ -25,9 +25,11 @@ const MATURIN: &str = "maturin==1.16.0\n";
 const PROGRAM: &str = "HDRM_FMU";
 /// What the notices of the crates in a module for this machine are collected for.
 const LINUX: &str = "x86_64-unknown-linux-gnu";
-/// Platforms that wheels for other machines are made for; their FMUs hold libraries for all of these.
+/// Platforms that wheels for other machines are made for; their FMUs hold libraries for all of
+/// these.
 const PLATFORMS: [&str; 2] = ["linux64", "win64"];
-/// The one of which `cargo xtask dist` hands out the wheel: the others have never been installed anywhere.
+/// The one of which `cargo xtask dist` hands out the wheel: the others have never been installed
+/// anywhere.
 pub const HANDED_OUT_FOR: &str = "linux64";
 /// The profile of what is handed out, as maturin is told of it.
 const HANDED_OUT: [(&str, &str); 3] = [
@@ -53,11 +55,12 @@ pub struct Options {
     /// For Windows (win_amd64), by the MinGW linker
     #[arg(long)]
     windows: bool,
-    /// Install the wheel for this machine in an environment of its own, and run its tests and its notebook there
+    /// Install the wheel for this machine in an environment of its own, and run its tests and its
+    /// notebook there
     #[arg(long, conflicts_with_all = ["prepare", "manylinux", "windows"])]
     check: bool,
-    /// Install a finished wheel in an empty environment and run its demo with nothing in the search path: here, and one for any Linux in an
-    /// old Debian too
+    /// Install a finished wheel in an empty environment and run its demo with nothing in the search
+    /// path: here, and one for any Linux in an old Debian too
     #[arg(long, value_name = "WHEEL", conflicts_with_all = ["prepare", "manylinux", "windows", "check"])]
     trial: Option<PathBuf>,
     /// Folder for the wheel [default: wheels/ in the cargo target directory]
@@ -98,7 +101,8 @@ pub fn run(workspace: &Workspace, caller: &Path, options: &Options) -> Result<()
     Ok(())
 }
 
-/// The folder of the suite, packed for this machine, or in another one for all machines of the platforms that wheels are made for.
+/// The folder of the suite, packed for this machine, or in another one for all machines of the
+/// platforms that wheels are made for.
 fn packed(workspace: &Workspace, is_portable: bool) -> Result<PathBuf> {
     if !is_portable {
         let folder = workspace.fmu_dir();
@@ -112,8 +116,8 @@ fn packed(workspace: &Workspace, is_portable: bool) -> Result<PathBuf> {
     Ok(folder)
 }
 
-/// Put the packed FMUs and systems of a folder, the parameter files, and the notices of what the module for a compiler's target holds, into
-/// the package, in place of what was there.
+/// Put the packed FMUs and systems of a folder, the parameter files, and the notices of what the
+/// module for a compiler's target holds, into the package, in place of what was there.
 fn prepare(workspace: &Workspace, fmus: &Path, triple: &str) -> Result<()> {
     let data = workspace.root.join("python/hdrm_fmu/data");
     if data.exists() {
@@ -145,10 +149,12 @@ fn prepare(workspace: &Workspace, fmus: &Path, triple: &str) -> Result<()> {
     Ok(())
 }
 
-/// The wheel with the FMUs of a folder, in `out`: for this machine, or for all machines of a platform.
+/// The wheel with the FMUs of a folder, in `out`: for this machine, or for all machines of a
+/// platform.
 ///
 /// # Errors
-/// Something cannot be built, or the module or an FMU in it would not run on every machine of the platform.
+/// Something cannot be built, or the module or an FMU in it would not run on every machine of the
+/// platform.
 pub fn build(
     workspace: &Workspace,
     fmus: &Path,
@@ -188,7 +194,8 @@ pub fn build(
     Ok(wheel)
 }
 
-/// Have maturin build for all machines of a platform, with the flags and profile of all that is handed out.
+/// Have maturin build for all machines of a platform, with the flags and profile of all that is
+/// handed out.
 fn for_target(
     workspace: &Workspace,
     python: &Python,
@@ -209,7 +216,8 @@ fn for_target(
     Ok(())
 }
 
-/// Refuse FMUs without a library for a platform, or with one that would not run on every machine of it.
+/// Refuse FMUs without a library for a platform, or with one that would not run on every machine of
+/// it.
 fn check_libraries(workspace: &Workspace, fmus: &Path, target: &Target) -> Result<()> {
     let folder = format!("binaries/{}/", target.platform.folder);
     let names = pack::names(workspace)?;
@@ -229,8 +237,8 @@ fn check_libraries(workspace: &Workspace, fmus: &Path, target: &Target) -> Resul
     Ok(())
 }
 
-/// Refuse a wheel whose module would not run on every machine of the platform, beside Python, or one that names folders of this machine; its FMUs
-/// were looked at before they came in.
+/// Refuse a wheel whose module would not run on every machine of the platform, beside Python, or
+/// one that names folders of this machine; its FMUs were looked at before they came in.
 fn check_wheel(workspace: &Workspace, wheel: &Path, target: &Target) -> Result<()> {
     let entries = archive::read(wheel)?;
     let module = entries
@@ -259,7 +267,8 @@ fn builder(workspace: &Workspace) -> Result<Python> {
     Ok(python)
 }
 
-/// Install what builds the package and what tries it, before something else runs in these environments.
+/// Install what builds the package and what tries it, before something else runs in these
+/// environments.
 pub fn install(workspace: &Workspace) -> Result<()> {
     builder(workspace)?;
     environment(workspace).map(drop)
@@ -275,8 +284,9 @@ fn environment(workspace: &Workspace) -> Result<Python> {
     Ok(python)
 }
 
-/// Build the wheel for this machine, install it in an environment of its own, and run its tests and its notebook there. The tests compare it
-/// with the program that the environment variable `HDRM_FMU` names, else with that of the same source.
+/// Build the wheel for this machine, install it in an environment of its own, and run its tests and
+/// its notebook there. The tests compare it with the program that the environment variable
+/// `HDRM_FMU` names, else with that of the same source.
 pub fn check(workspace: &Workspace, fmus: &Path) -> Result<()> {
     let wheel = build(workspace, fmus, None, &workspace.target.join("wheels"))?;
     let program = match std::env::var_os(PROGRAM) {

@@ -82,7 +82,8 @@ impl Workspace {
         Ok(built.into_iter().map(|(library, _)| library).collect())
     }
 
-    /// Build programs, from the crates that the tests of the whole workspace are built from: with the same features. The file of the first.
+    /// Build programs, from the crates that the tests of the whole workspace are built from: with
+    /// the same features. The file of the first.
     pub fn build_programs(&self, names: &[&str]) -> Result<PathBuf> {
         let programs = names.iter().flat_map(|name| ["--bin", name]);
         let targets: Vec<_> = ["--workspace"].into_iter().chain(programs).collect();

@@ -23,10 +23,12 @@ pub struct ReportArgs {
     /// Also write the figures as PNG and SVG into this directory
     #[arg(long, value_name = "DIR")]
     figures: Option<PathBuf>,
-    /// One-axis experiment: a packed .ssp [default: Testbed.ssp beside the system, where there is one]
+    /// One-axis experiment: a packed .ssp [default: Testbed.ssp beside the system, where there is
+    /// one]
     #[arg(long, value_name = "FILE")]
     testbed: Option<PathBuf>,
-    /// Also run the world in which the structure bends: needs a Python with MuJoCo, and some minutes more
+    /// Also run the world in which the structure bends: needs a Python with MuJoCo, and some
+    /// minutes more
     #[arg(long)]
     pub bending: bool,
 }

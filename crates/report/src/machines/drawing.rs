@@ -1,4 +1,5 @@
-//! A machine on one sheet, as crane makers print it: side view with named points and dimensions, workspace, load chart.
+//! A machine on one sheet, as crane makers print it: side view with named points and dimensions,
+//! workspace, load chart.
 
 mod bands;
 mod frame;
@@ -21,7 +22,7 @@ pub use self::sheet::Sheet;
 use self::sheet::{FONT, HEAD};
 use super::load_chart::LoadChart;
 use super::side_view::SideView;
-use charts::{Area, Drawn, Picture, write};
+use charts::{Area, DrawResult, Picture, write};
 
 /// Size of the sheet, of a view, of the title, pixels.
 const SHEET: (u32, u32) = (1640, 1240);
@@ -56,7 +57,7 @@ impl Sheet {
 }
 
 impl Picture for Sheet {
-    fn draw<B: DrawingBackend>(&self, area: &Area<'_, B>) -> Drawn<B> {
+    fn draw<B: DrawingBackend>(&self, area: &Area<'_, B>) -> DrawResult<B> {
         area.fill(&WHITE)?;
         let (title, rest) = area.split_vertically(TITLE);
         let start = self.machine.start.zeta.map(f64::to_degrees);

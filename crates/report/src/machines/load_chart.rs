@@ -17,7 +17,7 @@ const UNIT: f64 = 1000.0;
 
 /// One pose with the tool at its angle.
 #[derive(Clone, Copy, Debug)]
-pub struct Place {
+pub struct LoadPoint {
     /// Joint angles, rad.
     pub zeta: [f64; DOF],
     /// Distance of the tip from the slew axis, m.
@@ -28,7 +28,8 @@ pub struct Place {
     pub payload: Option<f64>,
     /// What limits it.
     pub limit: Quantity,
-    /// Greatest payload that may be held for ever, kg: at most `payload`, and what the motors hold with the torque that lasts.
+    /// Greatest payload that may be held for ever, kg: at most `payload`, and what the motors hold
+    /// with the torque that lasts.
     pub lasting: Option<f64>,
     /// The actuator whose lasting torque limits that, counted from 0; none where it is `limit`.
     pub lasting_limit: Option<usize>,
@@ -36,8 +37,9 @@ pub struct Place {
 
 /// Greatest payloads over lift and tilt angles.
 pub struct LoadChart {
-    /// Rows of equal lift angle, each over tilt angles; none where strokes, joints or wrist do not allow the pose.
-    pub rows: Vec<Vec<Option<Place>>>,
+    /// Rows of equal lift angle, each over tilt angles; none where strokes, joints or wrist do not
+    /// allow the pose.
+    pub rows: Vec<Vec<Option<LoadPoint>>>,
     /// Factor on all weights.
     pub factor: f64,
     /// Angle of the tool over the horizontal, rad.
@@ -55,8 +57,8 @@ struct Loads {
 }
 
 impl LoadChart {
-    /// Of `machine`, all weights times `factor` for what is not at rest. The tool keeps the angle over the horizontal that it has at the start;
-    /// the payload has the file's centre of mass.
+    /// Of `machine`, all weights times `factor` for what is not at rest. The tool keeps the angle
+    /// over the horizontal that it has at the start; the payload has the file's centre of mass.
     ///
     /// # Errors
     /// A mechanism that does not close, or a factor that is not positive.
@@ -85,7 +87,7 @@ impl LoadChart {
     }
 
     /// All places.
-    pub fn places(&self) -> impl Iterator<Item = &Place> {
+    pub fn places(&self) -> impl Iterator<Item = &LoadPoint> {
         self.rows.iter().flatten().flatten()
     }
 
@@ -137,7 +139,7 @@ impl Loads {
     }
 
     /// None where joints or strokes do not allow the pose.
-    fn place(&self, zeta: [f64; DOF]) -> Option<Place> {
+    fn place(&self, zeta: [f64; DOF]) -> Option<LoadPoint> {
         let motion = Motion::rest(zeta);
         let [empty, loaded] = [&self.empty, &self.loaded].map(|c| c.demand(&motion));
         let torques = self.motors(&empty, &loaded);
@@ -159,7 +161,7 @@ impl Loads {
         let poses = self.empty.plant().tree().configuration(&zeta).world_poses();
         let last = poses[Body::D4 as usize];
         let tip = last.r + last.R * self.tip;
-        Some(Place {
+        Some(LoadPoint {
             zeta,
             reach: tip.x.hypot(tip.z),
             height: tip.y,
@@ -170,7 +172,8 @@ impl Loads {
         })
     }
 
-    /// The payload, kg, at which a motor first comes to its lasting torque, at rest whatever the factor, and which motor that is.
+    /// The payload, kg, at which a motor first comes to its lasting torque, at rest whatever the
+    /// factor, and which motor that is.
     fn motors(&self, empty: &Demand, loaded: &Demand) -> (f64, usize) {
         let each = (0..3).map(|i| {
             let both = self.lasting[i].torque;
@@ -182,7 +185,8 @@ impl Loads {
     }
 }
 
-/// The payload, kg, at which a quantity comes to its limit with all weights times `factor`; endless for one that is none of the load.
+/// The payload, kg, at which a quantity comes to its limit with all weights times `factor`; endless
+/// for one that is none of the load.
 fn of_margin(a: &Margin, b: &Margin, factor: f64) -> f64 {
     if matches!(a.quantity, Quantity::Joint(_) | Quantity::Stroke(_)) {
         return f64::INFINITY;
@@ -190,7 +194,8 @@ fn of_margin(a: &Margin, b: &Margin, factor: f64) -> f64 {
     most([a.value, b.value], a.range.map(|end| end / factor))
 }
 
-/// The payload m, kg, at which `a + (b − a)·m/UNIT` leaves the range. Negative where it is outside without any.
+/// The payload m, kg, at which `a + (b − a)·m/UNIT` leaves the range. Negative where it is outside
+/// without any.
 fn most([a, b]: [f64; 2], [min, max]: [f64; 2]) -> f64 {
     let slope = (b - a) / UNIT;
     if !(min..=max).contains(&a) {
@@ -207,7 +212,7 @@ fn most([a, b]: [f64; 2], [min, max]: [f64; 2]) -> f64 {
 mod tests {
     use super::*;
 
-    fn holds(machine: &Machine, place: &Place, mass: f64) -> Vec<Quantity> {
+    fn holds(machine: &Machine, place: &LoadPoint, mass: f64) -> Vec<Quantity> {
         let com = Payload::of(machine).com;
         let capability = Capability::new(machine, &Payload { mass, com }).expect("closed");
         let demand = capability.demand(&Motion::rest(place.zeta));
@@ -216,7 +221,8 @@ mod tests {
         beyond.map(|margin| margin.quantity).collect()
     }
 
-    /// At every place: 0.98 of the payload breaks no limit, 1.05 of it breaks the one that is named.
+    /// At every place: 0.98 of the payload breaks no limit, 1.05 of it breaks the one that is
+    /// named.
     #[test]
     fn the_edge_of_the_chart_is_true() {
         for (name, _) in machine::PRESETS {
@@ -241,7 +247,8 @@ mod tests {
         }
     }
 
-    /// At the lasting payload the named motor gives its lasting torque, and no other more; where none is named it is the peak payload.
+    /// At the lasting payload the named motor gives its lasting torque, and no other more; where
+    /// none is named it is the peak payload.
     #[test]
     fn the_lasting_edge_is_true() {
         let mut machine = Machine::reference();

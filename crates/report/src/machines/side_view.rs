@@ -5,7 +5,7 @@ use hdrm::{Body, DOF, Tree};
 use nalgebra::Vector3;
 
 /// A point of the boom plane with its name.
-pub struct Named {
+pub struct NamedPoint {
     /// As in the machine file and the equations.
     pub name: &'static str,
     /// For people.
@@ -17,7 +17,7 @@ pub struct Named {
 /// The points of one pose.
 pub struct SideView {
     /// All of them.
-    pub points: Vec<Named>,
+    pub points: Vec<NamedPoint>,
     /// Ends of the lift actuator's cylinder, where its rod begins; the same of the tilt actuator.
     pub rods: [[f64; 2]; 2],
 }
@@ -35,7 +35,7 @@ impl SideView {
         };
         let along = |x: f64| Vector3::new(x, 0.0, 0.0);
         let origin = Vector3::zeros();
-        let named = |name, meaning, place| Named {
+        let named = |name, meaning, place| NamedPoint {
             name,
             meaning,
             place,

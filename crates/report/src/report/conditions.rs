@@ -90,8 +90,8 @@ fn since_epoch() -> u64 {
     passed.map_or(0, |passed| passed.as_secs())
 }
 
-/// Date and time of a second since the beginning of 1970, by ISO 8601. Years are counted from March, so that the day that some years have
-/// is their last; 400 of them have 146 097 days.
+/// Date and time of a second since the beginning of 1970, by ISO 8601. Years are counted from
+/// March, so that the day that some years have is their last; 400 of them have 146 097 days.
 fn date(seconds: u64) -> String {
     let (days, time) = (seconds / 86_400, seconds % 86_400);
     let days = days + 719_468; // since March 1, 0000

@@ -1,4 +1,5 @@
-//! The machine fed by a battery as the page takes it: where the energy goes, the link over time, motors under their envelopes.
+//! The machine fed by a battery as the page takes it: where the energy goes, the link over time,
+//! motors under their envelopes.
 
 use std::f64::consts::TAU;
 

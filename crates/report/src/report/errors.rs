@@ -1,4 +1,5 @@
-//! The robustness studies besides the paper's: what is varied, a table, and where the worst case is.
+//! The robustness studies besides the paper's: what is varied, a table, and where the worst case
+//! is.
 
 use anyhow::Result;
 use serde::Serialize;

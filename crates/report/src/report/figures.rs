@@ -233,7 +233,8 @@ fn adaptation(run: &Run) -> Figure {
     }
 }
 
-/// How far the derivative of the accompanying functions is above its bound: both voltage laws, both communication steps.
+/// How far the derivative of the accompanying functions is above its bound: both voltage laws, both
+/// communication steps.
 fn stability(report: &Report, trajectory: &str) -> Figure {
     let panel = |law: &str| {
         let runs = report.stability.runs.iter();

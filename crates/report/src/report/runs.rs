@@ -97,7 +97,8 @@ pub struct Run {
     pub signals: BTreeMap<String, Signal>,
     /// Time between frames, s.
     frames_every: f64,
-    /// Poses of the bodies in world axes, frame after frame, body after body: x, y, z, m; quaternion x, y, z, w.
+    /// Poses of the bodies in world axes, frame after frame, body after body: x, y, z, m;
+    /// quaternion x, y, z, w.
     frames: Samples,
     /// Largest distance of the drawn tip from the tip position that the FMU gives, m.
     drawing_error: f64,
@@ -144,7 +145,8 @@ impl Run {
                 ("trajectory", &case.trajectory),
                 ("mode", &case.mode),
                 ("inertia_scale", &case.scale),
-                // The controller's accompanying functions need the plant's true inertias; its law does not see them.
+                // The controller's accompanying functions need the plant's true inertias; its law
+                // does not see them.
                 ("lyapunov.inertia_scale", &case.scale),
             ],
         )?;

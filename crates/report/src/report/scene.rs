@@ -1,6 +1,7 @@
 //! What the animation draws: shapes of the bodies in body axes, and the bodies' poses over a run.
 //!
-//! Shapes are made for the eye, from the mechanism's points; where bodies hang on each other is exact.
+//! Shapes are made for the eye, from the mechanism's points; where bodies hang on each other is
+//! exact.
 
 #![allow(non_snake_case)] // points as in the paper
 
@@ -21,14 +22,14 @@ const SAME_MACHINE: f64 = 1e-6;
 /// The bodies to draw.
 #[derive(Serialize)]
 pub struct Scene {
-    bodies: Vec<Drawn>,
+    bodies: Vec<BodyShape>,
     #[serde(skip)]
     tree: Tree,
 }
 
 /// One body.
 #[derive(Serialize)]
-struct Drawn {
+struct BodyShape {
     name: String,
     /// For people.
     title: &'static str,
@@ -54,7 +55,7 @@ enum Shape {
 impl Scene {
     pub fn new(file: &MachineFile) -> Result<Self> {
         let tree = Tree::new(&file.machine)?;
-        let bodies = BODIES.map(|body| Drawn {
+        let bodies = BODIES.map(|body| BodyShape {
             name: format!("{body:?}"),
             title: title(body),
             shapes: shapes(body, &tree, &file.machine),
@@ -65,7 +66,8 @@ impl Scene {
         })
     }
 
-    /// Poses of all bodies at every `stride`-th point of a run, and the largest distance of the drawn tip from the FMU's, m.
+    /// Poses of all bodies at every `stride`-th point of a run, and the largest distance of the
+    /// drawn tip from the FMU's, m.
     pub fn frames(
         &self,
         system: &System,
@@ -140,7 +142,8 @@ fn shapes(body: Body, tree: &Tree, machine: &Machine) -> Vec<Shape> {
     }
 }
 
-/// Column up to the lift joint with brackets for joint and cylinder foot, and the slew wheel of radius `r_B`.
+/// Column up to the lift joint with brackets for joint and cylinder foot, and the slew wheel of
+/// radius `r_B`.
 fn column(tree: &Tree, g: &Geometry, d: f64) -> Vec<Shape> {
     let O = tree.r_T1_O;
     let foot = [O.x + tree.lift.foot.x, O.y + tree.lift.foot.y];
@@ -270,7 +273,8 @@ fn cylinder(x0: f64, d: f64) -> Vec<Shape> {
     ]
 }
 
-/// The rod, to its pin at `lc`; behind the frame's origin it is drawn long enough to stay inside the barrel.
+/// The rod, to its pin at `lc`; behind the frame's origin it is drawn long enough to stay inside
+/// the barrel.
 fn rod(x0: f64, lc: f64, d: f64) -> Vec<Shape> {
     vec![
         Shape::Bar {
@@ -311,7 +315,8 @@ fn wrist(next: Vector3<f64>, radius: f64) -> Vec<Shape> {
     ]
 }
 
-/// The box of uniform density with the body's mass and moments of inertia: `a_x² = 6 (I_yy + I_zz − I_xx)/m`.
+/// The box of uniform density with the body's mass and moments of inertia: `a_x² = 6 (I_yy + I_zz −
+/// I_xx)/m`.
 fn equivalent_box(body: &machine::Body) -> Shape {
     let i = &body.inertia_com;
     let edge = |own: f64, others: f64| (6.0 * (others - own) / body.mass).sqrt();

@@ -41,7 +41,8 @@ pub struct Run {
     curves: Curves,
 }
 
-/// Accompanying functions, J, and powers, W. Powers are means over the time between samples, except `excess_max`, the largest value.
+/// Accompanying functions, J, and powers, W. Powers are means over the time between samples, except
+/// `excess_max`, the largest value.
 #[derive(Serialize)]
 struct Curves {
     nu_velocity: Samples,
@@ -130,7 +131,8 @@ impl Curves {
 mod tests {
     use super::*;
 
-    /// A peak between two samples is seen in the largest value, a power that cancels leaves no mean.
+    /// A peak between two samples is seen in the largest value, a power that cancels leaves no
+    /// mean.
     #[test]
     fn no_peak_is_lost_between_samples() {
         let course = Powers {

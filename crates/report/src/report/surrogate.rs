@@ -1,4 +1,5 @@
-//! The surrogate on the rig as the page takes it: efficiency maps, time responses, and what it does in the loop.
+//! The surrogate on the rig as the page takes it: efficiency maps, time responses, and what it does
+//! in the loop.
 
 use anyhow::Result;
 use cosim::run::Experiment;
@@ -22,7 +23,7 @@ const STRIDE: usize = 20;
 
 /// The section of the page.
 #[derive(Serialize)]
-pub struct OnRig {
+pub struct RigComparison {
     maps: Vec<Map>,
     /// Largest load, N, and speed, m/s, of the maps.
     reach: [f64; 2],
@@ -63,7 +64,7 @@ struct Run {
 }
 
 /// Of the machine of the real world, where its system is at hand; what failed goes to `failures`.
-pub fn on_rig(request: &Request<'_>, failures: &mut Vec<String>) -> Option<OnRig> {
+pub fn on_rig(request: &Request<'_>, failures: &mut Vec<String>) -> Option<RigComparison> {
     let system = request.real?;
     let base = Experiment {
         settings: Vec::new(), // of another system
@@ -78,7 +79,7 @@ pub fn on_rig(request: &Request<'_>, failures: &mut Vec<String>) -> Option<OnRig
     }
 }
 
-fn made(system: &System, base: &Experiment) -> Result<OnRig> {
+fn made(system: &System, base: &Experiment) -> Result<RigComparison> {
     let network = RigNetwork::new()?;
     let map = |map: efficiency_map::EfficiencyMap| Map {
         title: map.title,
@@ -95,7 +96,7 @@ fn made(system: &System, base: &Experiment) -> Result<OnRig> {
         lines: panel.lines.into_iter().map(line).collect(),
     });
     let (runs, _) = surrogate_loop::run(system, base, &network, || ())?;
-    Ok(OnRig {
+    Ok(RigComparison {
         maps: maps(&network.models(), CELLS)?.map(map).into(),
         reach: [LOAD_MAX, SPEED[1]],
         cells: CELLS,

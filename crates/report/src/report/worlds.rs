@@ -1,4 +1,5 @@
-//! The worlds side by side: the adaptive law and its rivals in each, with a sentence on what is in it.
+//! The worlds side by side: the adaptive law and its rivals in each, with a sentence on what is in
+//! it.
 
 use anyhow::Result;
 use cosim::run::Experiment;
@@ -22,7 +23,7 @@ const SEEDS: u64 = 1;
 
 /// A world on the page.
 #[derive(Serialize)]
-pub struct Shown {
+pub struct WorldComparison {
     name: &'static str,
     /// What is in it.
     sentence: &'static str,
@@ -33,8 +34,9 @@ pub struct Shown {
     laws: Vec<Summary>,
 }
 
-/// The worlds, those whose system is at hand with what the laws do in them; those that fail are named.
-pub fn shown(request: &Request, failures: &mut Vec<String>) -> Vec<Shown> {
+/// The worlds, those whose system is at hand with what the laws do in them; those that fail are
+/// named.
+pub fn shown(request: &Request, failures: &mut Vec<String>) -> Vec<WorldComparison> {
     let worlds = [
         (World::Ideal, Some(request.system)),
         (World::Real, request.real),
@@ -48,7 +50,7 @@ pub fn shown(request: &Request, failures: &mut Vec<String>) -> Vec<Shown> {
             (0, Vec::new())
         });
         let (name, sentence, command) = words(world);
-        found.push(Shown {
+        found.push(WorldComparison {
             name,
             sentence,
             command,

@@ -6,8 +6,8 @@ use anyhow::{Result, ensure};
 use cargo_fmu::library::{self, Version};
 use cargo_fmu::workspace::Source;
 
-use super::built::{compiled, library_in};
 use super::callgrind::{per_call, valgrind};
+use super::inputs::{compiled, library_in};
 use crate::workspace::Workspace;
 
 /// Most instructions of set + step + get through FMI 3.0, in those through FMI 2.0.

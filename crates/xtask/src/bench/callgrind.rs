@@ -13,7 +13,8 @@ pub fn valgrind(workspace: &Workspace) -> Command {
     command
 }
 
-/// Instructions per call, from the difference of two runs: what the start of the program costs drops out.
+/// Instructions per call, from the difference of two runs: what the start of the program costs
+/// drops out.
 pub fn per_call([few, many]: [u32; 2], command: impl Fn(u32) -> Command) -> Result<u64> {
     let total = |n| -> Result<u64> {
         let result = command(n).output().context("is valgrind installed?")?;

@@ -1,6 +1,6 @@
-//! Instruction counts against recorded ones. Counts repeat from run to run where times do not, so they show a loss
-//! of a few per cent; they are not times. They are those of one compiler and one C library, so a record holds its environment, and
-//! elsewhere more growth is accepted.
+//! Instruction counts against recorded ones. Counts repeat from run to run where times do not, so
+//! they show a loss of a few per cent; they are not times. They are those of one compiler and one C
+//! library, so a record holds its environment, and elsewhere more growth is accepted.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -12,8 +12,8 @@ use cargo_fmu::process::output;
 use serde::{Deserialize, Serialize};
 
 use super::borders;
-use super::built::{BORDER_IN_C, BORDER_IN_RUST, PROGRAMS, build, instantiation, overhead};
 use super::callgrind::{per_call, valgrind};
+use super::inputs::{BORDER_IN_C, BORDER_IN_RUST, PROGRAMS, build, instantiation, overhead};
 use crate::workspace::Workspace;
 
 /// Growth over the recorded count that is still accepted.

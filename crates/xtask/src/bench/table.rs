@@ -6,9 +6,10 @@ use std::process::Command;
 use cargo_fmu::process::output;
 use serde::Deserialize;
 
-use super::built::{TABLE_ON_ALL_CORES, TABLE_ON_ONE_CORE};
+use super::inputs::{TABLE_ON_ALL_CORES, TABLE_ON_ONE_CORE};
 
-/// A row and those it is compared with, by the beginnings of their names; the ratio is theirs over its own.
+/// A row and those it is compared with, by the beginnings of their names; the ratio is theirs over
+/// its own.
 const COMPARISONS: [(&str, &str); 8] = [
     ("forward dynamics", "Pinocchio"),
     ("forward dynamics", "MuJoCo"),
@@ -31,7 +32,7 @@ const COMPARISONS: [(&str, &str); 8] = [
 
 /// What a program has measured, in a line of JSON.
 #[derive(Debug, Deserialize, PartialEq)]
-pub struct Measured {
+pub struct Measurement {
     /// What was measured.
     pub name: String,
     /// Unit of both numbers.
@@ -52,8 +53,8 @@ pub struct Row {
 }
 
 /// Add a measurement to the row of its name.
-pub fn note(rows: &mut Vec<Row>, measured: Measured) {
-    let Measured {
+pub fn note(rows: &mut Vec<Row>, measured: Measurement) {
+    let Measurement {
         name,
         unit,
         median,
@@ -154,7 +155,7 @@ mod tests {
                 let least = median;
                 note(
                     &mut rows,
-                    Measured {
+                    Measurement {
                         name,
                         unit,
                         median,

@@ -1,4 +1,5 @@
-//! Runs of what was built: on this machine, in an old Debian and under Wine. The same inputs must give the same numbers everywhere.
+//! Runs of what was built: on this machine, in an old Debian and under Wine. The same inputs must
+//! give the same numbers everywhere.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -8,9 +9,9 @@ use anyhow::{Context, Result, ensure};
 use cargo_fmu::process::{execute, output};
 use cargo_fmu::target::Tools;
 
-use super::exact;
 use super::folder::{self, Dist};
 use super::listing::Listing;
+use super::numbers;
 use super::userland::Userland;
 use super::wine::Wine;
 use crate::workspace::Workspace;
@@ -24,11 +25,13 @@ const WINDOWS: &str = "win64";
 const ARM: &str = "aarch64-linux";
 /// Debian's package `libc6-arm64-cross`: the C library of that platform.
 const ARM_SYSTEM: &str = "/usr/aarch64-linux-gnu";
-/// Numbers of ARM may differ from those of x86-64 by this part of the largest value of their signal: vector instructions of other widths
-/// add the products of the surrogate network in another order.
+/// Numbers of ARM may differ from those of x86-64 by this part of the largest value of their
+/// signal: vector instructions of other widths add the products of the surrogate network in another
+/// order.
 const ARM_TOLERANCE: f64 = 1e-9;
 
-/// Install what the runs for [`super::CI_PLATFORMS`] need. What cannot be had here is listed when it is missing.
+/// Install what the runs for [`super::CI_PLATFORMS`] need. What cannot be had here is listed when
+/// it is missing.
 pub fn prepare(workspace: &Workspace) -> Result<()> {
     let folder = folder(workspace)?;
     if let Err(why) = Userland::provide(&folder) {
@@ -167,7 +170,7 @@ impl Runs<'_> {
         listing.run(ARM, &text);
         if self.has(LINUX, "cosim") {
             let here = read(&self.csv(system, LINUX))?;
-            let (numbers, worst) = exact::close(&here, &there, ARM_TOLERANCE)
+            let (numbers, worst) = numbers::close(&here, &there, ARM_TOLERANCE)
                 .with_context(|| format!("{LINUX} by FMI 2.0 and {ARM} by FMI 3.0"))?;
             let text = format!(
                 "{numbers} numbers of that run differ from those on {LINUX} by FMI 2.0 by at most {worst:.0e} of the signal's largest value"
@@ -177,7 +180,8 @@ impl Runs<'_> {
         Ok(())
     }
 
-    /// Linux and Windows: numbers of the runs, the table of experiments, and states that one saves and the other continues.
+    /// Linux and Windows: numbers of the runs, the table of experiments, and states that one saves
+    /// and the other continues.
     fn compare(&self, wine: impl Fn(&str) -> Result<Command>, listing: &mut Listing) -> Result<()> {
         for system in &self.systems {
             let numbers = self.equal(system, WINDOWS)?;
@@ -242,7 +246,8 @@ impl Runs<'_> {
         Ok(Command::new(self.program(LINUX, name)?))
     }
 
-    /// A system over its default experiment, with all outputs; the lines of the table that it writes.
+    /// A system over its default experiment, with all outputs; the lines of the table that it
+    /// writes.
     fn cosim(&self, mut cosim: Command, system: &Path, place: &str) -> Result<usize> {
         let csv = self.csv(system, place);
         execute(cosim.args(arguments(system, &csv)))?;
@@ -258,7 +263,7 @@ impl Runs<'_> {
     /// Numbers of that table, which must be those of the run on this machine.
     fn equal(&self, system: &Path, place: &str) -> Result<usize> {
         let [here, there] = [LINUX, place].map(|place| read(&self.csv(system, place)));
-        exact::same(&here?, &there?)
+        numbers::same(&here?, &there?)
             .with_context(|| format!("{}: {LINUX} and {place}", name(system)))
     }
 }

@@ -1,4 +1,5 @@
-//! The oldest Debian whose packages are still handed out, in a folder: programs for old systems are run in it.
+//! The oldest Debian whose packages are still handed out, in a folder: programs for old systems are
+//! run in it.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -30,7 +31,8 @@ impl Userland {
         Self::unpacked(folder, RELEASE, &[])
     }
 
-    /// As [`Userland::provide`], with its Python, and with what pip needs to reach the network as this system does.
+    /// As [`Userland::provide`], with its Python, and with what pip needs to reach the network as
+    /// this system does.
     pub fn with_python(folder: &Path) -> Result<Self> {
         let name = format!("{RELEASE}-python");
         let userland = Self::unpacked(folder, &name, &["python3-venv"])?;
@@ -43,7 +45,8 @@ impl Userland {
         Ok(userland)
     }
 
-    /// Unpacked as `name` below `folder`, unless it is there, with packages beside those that every Debian has.
+    /// Unpacked as `name` below `folder`, unless it is there, with packages beside those that every
+    /// Debian has.
     fn unpacked(folder: &Path, name: &str, packages: &[&str]) -> Result<Self> {
         let root = folder.join(name);
         if !root.is_dir() {
@@ -117,7 +120,8 @@ impl Userland {
         Ok(())
     }
 
-    /// A program that runs in it. What shows processes is mounted for this command alone, so that nothing stays mounted after it.
+    /// A program that runs in it. What shows processes is mounted for this command alone, so that
+    /// nothing stays mounted after it.
     pub fn command(&self, program: &str) -> Command {
         let mut command = Command::new("unshare");
         command.args(["--mount", "sh", "-c", INSIDE]);

@@ -31,7 +31,8 @@ impl Wine {
         Some(Self { program, prefix })
     }
 
-    /// Make its Windows, with the one library of Windows 10 that Wine 8 lacks and Rust programs need.
+    /// Make its Windows, with the one library of Windows 10 that Wine 8 lacks and Rust programs
+    /// need.
     pub fn prepare(&self) -> Result<()> {
         let system = self.prefix.join("drive_c/windows/system32");
         if !system.is_dir() {

@@ -15,7 +15,8 @@ const FIGURES: [&str; 2] = ["tip.png", "energy.png"];
 /// A picture with axes and a curve is no smaller, bytes.
 const PICTURE: u64 = 20_000;
 
-/// Install a wheel in an empty environment and run its demo, here and, if it is for any Linux, in an old Debian.
+/// Install a wheel in an empty environment and run its demo, here and, if it is for any Linux, in
+/// an old Debian.
 pub fn run(workspace: &Workspace, wheel: &Path) -> Result<()> {
     let folder = workspace.target.join("wheel-trial");
     fs::create_dir_all(&folder).with_context(|| folder.display().to_string())?;

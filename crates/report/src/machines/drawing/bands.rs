@@ -14,7 +14,8 @@ pub(super) struct Bands {
 }
 
 impl Bands {
-    /// Multiples of a round payload that part the range up to `greatest` into at most [`BANDS`], from 0 on.
+    /// Multiples of a round payload that part the range up to `greatest` into at most [`BANDS`],
+    /// from 0 on.
     pub(super) fn new(greatest: f64) -> Self {
         let rounds = (0..6).flat_map(|power| STEPS.map(|step| step * 10.0_f64.powi(power)));
         let most = BANDS as f64;

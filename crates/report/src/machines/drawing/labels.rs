@@ -4,12 +4,13 @@ use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 use super::frame::Chart;
-use charts::Drawn;
+use charts::DrawResult;
 
 /// Half the size of what a point takes, pixels.
 const POINT: i32 = 6;
 
-/// Texts that do not cover each other: each goes to the nearest free place beside its point, pixels.
+/// Texts that do not cover each other: each goes to the nearest free place beside its point,
+/// pixels.
 pub(super) struct Labels {
     /// Left, top, right, bottom of what is covered.
     taken: Vec<[i32; 4]>,
@@ -42,7 +43,7 @@ impl Labels {
         text: &str,
         color: &RGBColor,
         size: i32,
-    ) -> Drawn<B> {
+    ) -> DrawResult<B> {
         let area = chart.plotting_area();
         let (x, y) = area.map_coordinate(&(place[0], place[1]));
         let letters = i32::try_from(text.chars().count()).unwrap_or(0);

@@ -3,11 +3,11 @@
 use plotters::prelude::*;
 
 use super::sheet::{FONT, HEAD, Sheet};
-use charts::{Area, Drawn};
+use charts::{Area, DrawResult};
 use studies::machines::continuous_torque::ContinuousTorque;
 
 impl Sheet {
-    pub(super) fn legend<B: DrawingBackend>(&self, area: &Area<'_, B>) -> Drawn<B> {
+    pub(super) fn legend<B: DrawingBackend>(&self, area: &Area<'_, B>) -> DrawResult<B> {
         area.draw(&Text::new("Points", (24, 8), HEAD.into_font()))?;
         let half = self.view.points.len().div_ceil(2);
         let [column, line] = [380, 24];

@@ -4,10 +4,10 @@ use plotters::prelude::*;
 
 use super::frame::{Chart, frame};
 use super::sheet::{SMALL, Sheet};
-use charts::{Area, Drawn};
+use charts::{Area, DrawResult};
 
 impl Sheet {
-    pub(super) fn loads<B: DrawingBackend>(&self, area: &Area<'_, B>) -> Drawn<B> {
+    pub(super) fn loads<B: DrawingBackend>(&self, area: &Area<'_, B>) -> DrawResult<B> {
         let places = || self.chart.places().map(|p| [p.reach, p.height]);
         let all = places().chain([[0.0, 0.0]]).collect::<Vec<_>>();
         let caption = format!(
@@ -63,7 +63,7 @@ fn legend_entry<B: DrawingBackend>(
     chart: &mut Chart<'_, B>,
     text: &str,
     color: RGBColor,
-) -> Drawn<B> {
+) -> DrawResult<B> {
     chart
         .draw_series(std::iter::empty::<Circle<(f64, f64), i32>>())?
         .label(text)

@@ -3,15 +3,16 @@
 use plotters::prelude::*;
 
 use super::sheet::{FONT, SMALL, Sheet};
-use crate::machines::load_chart::Place;
-use charts::{Area, Drawn, wheel};
+use crate::machines::load_chart::LoadPoint;
+use charts::{Area, DrawResult, wheel};
 
 /// Classes of reach.
 const CLASSES: usize = 60;
 
 impl Sheet {
-    /// Payload over reach: the greatest at any height, coloured by what limits it, and the one that holds at every height.
-    pub(super) fn over_reach<B: DrawingBackend>(&self, area: &Area<'_, B>) -> Drawn<B> {
+    /// Payload over reach: the greatest at any height, coloured by what limits it, and the one that
+    /// holds at every height.
+    pub(super) fn over_reach<B: DrawingBackend>(&self, area: &Area<'_, B>) -> DrawResult<B> {
         let classes = self.classes();
         let last = classes.iter().map(|c| c.best.reach).fold(0.0, f64::max);
         let greatest = classes
@@ -108,7 +109,7 @@ impl Sheet {
 #[derive(Clone, Copy)]
 struct Class {
     /// Where the payload is greatest.
-    best: Place,
+    best: LoadPoint,
     /// Payload that holds at every height, kg.
     least: f64,
     /// Greatest payload that may be held for ever, kg.

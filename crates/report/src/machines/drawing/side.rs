@@ -5,10 +5,10 @@ use plotters::prelude::*;
 use super::frame::{Chart, frame};
 use super::labels::Labels;
 use super::sheet::{HEAD, SMALL, Sheet};
-use charts::{Area, Drawn};
+use charts::{Area, DrawResult};
 
 impl Sheet {
-    pub(super) fn side<B: DrawingBackend>(&self, area: &Area<'_, B>) -> Drawn<B> {
+    pub(super) fn side<B: DrawingBackend>(&self, area: &Area<'_, B>) -> DrawResult<B> {
         let places = self.view.points.iter().map(|point| point.place);
         let mut chart = frame(area, "Side view at the start pose", places)?;
         let at = |name: &str| self.view.at(name);
@@ -99,7 +99,7 @@ fn dashed<B: DrawingBackend>(
     a: [f64; 2],
     b: [f64; 2],
     color: RGBColor,
-) -> Drawn<B> {
+) -> DrawResult<B> {
     let line = [(a[0], a[1]), (b[0], b[1])];
     chart.draw_series(DashedLineSeries::new(line, 4, 4, color.stroke_width(1)))?;
     Ok(())

@@ -2,7 +2,8 @@
 
 use anyhow::{Result, bail, ensure};
 
-/// Numbers of two CSV files that must be equal in every digit; how many there are. The first that differs is named.
+/// Numbers of two CSV files that must be equal in every digit; how many there are. The first that
+/// differs is named.
 pub fn same(one: &str, other: &str) -> Result<usize> {
     let names: Vec<_> = one.lines().next().unwrap_or_default().split(',').collect();
     ensure!(
@@ -38,8 +39,8 @@ fn difference(names: &[&str], a: &str, b: &str) -> String {
     }
 }
 
-/// Numbers of two CSV files, which may differ by a part of the largest value of their signal; how many there are, and the largest such
-/// part.
+/// Numbers of two CSV files, which may differ by a part of the largest value of their signal; how
+/// many there are, and the largest such part.
 pub fn close(one: &str, other: &str, tolerance: f64) -> Result<(usize, f64)> {
     let (mut rows, mut others) = (one.lines(), other.lines());
     let names = rows.next().unwrap_or_default();

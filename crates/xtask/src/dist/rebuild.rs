@@ -10,7 +10,8 @@ use cargo_fmu::process::execute;
 use super::folder::{CHECKSUMS, Dist};
 use crate::workspace::Workspace;
 
-/// Build the committed source in another folder with a target directory of its own, and compare the checksums.
+/// Build the committed source in another folder with a target directory of its own, and compare the
+/// checksums.
 pub fn compare(workspace: &Workspace, first: &Dist, without_experiments: bool) -> Result<()> {
     let place = std::env::temp_dir().join(format!("hdrm-dist-{}", std::process::id()));
     let mut clone = Command::new("git");

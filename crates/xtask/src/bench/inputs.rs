@@ -27,8 +27,8 @@ pub const TABLE_ON_ONE_CORE: &str = "hdrm-fmu table, one core";
 pub const BORDER_IN_RUST: &str = "set of 4 + step + get of 4, Rust (fmu-export)";
 pub const BORDER_IN_C: &str = "set of 4 + step + get of 4, C by hand";
 
-/// Built programs and packed FMUs.
-pub struct Built {
+/// BenchInputs programs and packed FMUs.
+pub struct BenchInputs {
     pub programs: BTreeMap<String, PathBuf>,
     pub cosim: PathBuf,
     pub hdrm_fmu: PathBuf,
@@ -39,11 +39,11 @@ pub struct Built {
 }
 
 /// Build these bench programs of the crates, and the other programs, for packed FMUs.
-pub fn build(workspace: &Workspace, fmus: Vec<PathBuf>, programs: &[&str]) -> Result<Built> {
+pub fn build(workspace: &Workspace, fmus: Vec<PathBuf>, programs: &[&str]) -> Result<BenchInputs> {
     let folder = fmus.first().and_then(|fmu| fmu.parent());
     let folder = folder.context("no FMU was packed")?.to_path_buf();
     let targets: Vec<&str> = programs.iter().flat_map(|name| ["--bench", name]).collect();
-    Ok(Built {
+    Ok(BenchInputs {
         programs: match targets.is_empty() {
             true => BTreeMap::new(),
             false => workspace.build(FMU_PROFILE, &targets)?,
@@ -55,7 +55,7 @@ pub fn build(workspace: &Workspace, fmus: Vec<PathBuf>, programs: &[&str]) -> Re
     })
 }
 
-impl Built {
+impl BenchInputs {
     pub fn program(&self, name: &str) -> Result<&Path> {
         let found = self.programs.get(name).map(PathBuf::as_path);
         found.with_context(|| format!("cargo has built no bench `{name}`"))
