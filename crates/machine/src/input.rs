@@ -1,0 +1,73 @@
+//! What acts on an actuator, and who moves its rod: the same for all models of one.
+
+use serde::{Deserialize, Serialize};
+
+/// Who moves the rod.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Drive {
+    /// The rod follows the inputs `x` and `x_dot`; the force on it is the answer.
+    Motion,
+    /// The rod is a mass of its own against the input `F_ext`.
+    Force,
+}
+
+/// What acts on the actuator at one instant.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ActuatorInput {
+    /// Direct-axis voltage v_d, V (peak).
+    pub v_d: f64,
+    /// Quadrature-axis voltage v_q, V (peak).
+    pub v_q: f64,
+    /// Voltage of the DC link, V; None: that of the parameters, [`crate::Emla::link_voltage`].
+    /// Over a step it stays what it is at its start.
+    pub v_dc: Option<f64>,
+    /// Whether the inverter's gates are on, as they are by default. Read at the start of a step.
+    pub enable: bool,
+    /// Whether the holding brake is applied; a drive that has tripped applies it too. Read at the
+    /// start of a step.
+    pub brake: bool,
+    /// Temperature of the air around the actuator, K; read while heat is on.
+    pub T_ambient: f64,
+    /// Rod position x, m, positive when extended. In [`Drive::Force`] read at the start
+    /// only.
+    pub x: f64,
+    /// Rod velocity, m/s. In [`Drive::Force`] read at the start only.
+    pub x_dot: f64,
+    /// External force on the rod, N, positive against extension. [`Drive::Force`] only.
+    pub F_ext: f64,
+    /// Force that the actuator delivers at the start, N, positive when it pushes. Read at the start
+    /// only.
+    pub F_hold: f64,
+}
+
+impl Default for ActuatorInput {
+    /// All zero; the machine's DC link, gates on, brake released.
+    fn default() -> Self {
+        Self {
+            v_d: 0.0,
+            v_q: 0.0,
+            v_dc: None,
+            enable: true,
+            brake: false,
+            T_ambient: 0.0,
+            x: 0.0,
+            x_dot: 0.0,
+            F_ext: 0.0,
+            F_hold: 0.0,
+        }
+    }
+}
+
+impl ActuatorInput {
+    /// These inputs a time `s` later, s: voltages and forces held, the rod moved on at constant
+    /// velocity.
+    ///
+    /// Holding x while x_dot ≠ 0 would cost K_b·x_dot·h of force, some 20 kN at 1 ms.
+    #[must_use]
+    pub fn moved(&self, s: f64) -> Self {
+        Self {
+            x: self.x + s * self.x_dot,
+            ..*self
+        }
+    }
+}
