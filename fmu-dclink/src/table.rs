@@ -1,7 +1,7 @@
 //! Variables of the FMU `DcLink`. The rows are written here, not derived: their fields belong to
 //! crates that know no FMI.
 
-use crate::model::DcLinkFmu;
+use super::model::DcLinkFmu;
 use fmu_export::{ALL_PARAMETERS, File, Info, Terminal, Variable, row};
 
 /// 20 °C, K.

@@ -1,6 +1,6 @@
 //! The inputs over a step, in which the rod moves on with its velocity.
 
-use crate::model::EmlaFmu;
+use super::model::EmlaFmu;
 use actuator_table::{Input, rod_end};
 use emla::{Emla, State};
 use fmu_export::{Carried, InputPolynomial, ModelError};
@@ -67,8 +67,8 @@ impl<'a> Course<'a> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::model::Parameters;
     use super::*;
-    use crate::model::Parameters;
     use emla::Output;
     use fmu_export::{Counted, Model, StepEnd};
 

@@ -1,7 +1,7 @@
 //! Variables of the FMU `Hdrm`. The rows are written here, not derived: their fields belong to
 //! crates that know no FMI.
 
-use crate::model::{HdrmFmu, Parameters};
+use super::model::{HdrmFmu, Parameters};
 use fmu_export::{
     ALL_PARAMETERS, File, Info, Terminal, Unit, Variable, joined, read_placed_file, row,
 };

@@ -1,7 +1,7 @@
 //! Variables of the FMU `Rig`. The rows are written here, not derived: their fields belong to
 //! crates that know no FMI.
 
-use crate::model::{Parameters, RigFmu};
+use super::model::{Parameters, RigFmu};
 use actuator_table::{
     AXIS, DRIVE, RESOURCES, TERMINALS, UNITS, actuator_inputs, actuator_parameters,
     inverter_parameters,

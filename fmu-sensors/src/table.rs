@@ -1,7 +1,7 @@
 //! Variables of the FMU `Sensors`. The rows are written here, not derived: their fields belong to
 //! crates that know no FMI.
 
-use crate::model::{FORCE, SPEED, SensorsFmu};
+use super::model::{FORCE, SPEED, SensorsFmu};
 use fmu_export::{ALL_PARAMETERS, File, Info, Terminal, Unit, Variable, row};
 
 pub(crate) const INFO: Info = Info::new(
