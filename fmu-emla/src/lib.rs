@@ -13,7 +13,8 @@ use course::Course;
 use emla::Output;
 use fmu_export::{Carried, Info, InputPolynomial, Model, ModelError, StepEnd, Variable};
 use machine::Drive;
-use model::{EmlaFmu, Parameters, trip};
+pub use model::EmlaFmu;
+use model::{Parameters, trip};
 use table::{INFO, VARIABLES};
 
 impl Model for EmlaFmu {

@@ -11,7 +11,8 @@ mod table;
 use fmu_export::{Info, InputPolynomial, Model, ModelError, StepEnd, Variable};
 use hdrm::{Dynamics, Hdrm, Output, State};
 use machine::Machine;
-use model::{HdrmFmu, Input, Parameters};
+pub use model::HdrmFmu;
+use model::{Input, Parameters};
 
 impl HdrmFmu {
     /// A step that begins with another load.

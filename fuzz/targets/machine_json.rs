@@ -9,6 +9,8 @@ fuzz_target!(|text: &str| {
         return;
     };
     let _ = hdrm::Hdrm::new(&machine, &hdrm::Options::of(&machine));
-    let _ = emla::Emla::new(machine.emla, emla::Drive::Motion);
+    for actuator in [machine.emla.slew, machine.emla.lift, machine.emla.tilt] {
+        let _ = emla::Emla::new(actuator, machine::Drive::Motion);
+    }
     let _ = vdc::tip_pose(&machine, &machine.start.zeta);
 });

@@ -1,7 +1,7 @@
 //! A resource location becomes an absolute path or is refused. The private module's source is included.
 #![no_main]
 
-#[path = "../../crates/fmu-export/src/uri.rs"]
+#[path = "../../crates/fmu-export/src/fmi2/uri.rs"]
 #[allow(dead_code)]
 mod uri;
 

@@ -7,6 +7,6 @@ mod fmu;
 #[path = "../saved_state.rs"]
 mod saved_state;
 
-use fmu::{EmlaFmu, Parameters};
+use fmu::EmlaFmu;
 
 libfuzzer_sys::fuzz_target!(|data: &[u8]| saved_state::run::<EmlaFmu>(data));

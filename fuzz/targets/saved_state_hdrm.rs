@@ -7,6 +7,6 @@ mod fmu;
 #[path = "../saved_state.rs"]
 mod saved_state;
 
-use fmu::{HdrmFmu, Parameters};
+use fmu::HdrmFmu;
 
 libfuzzer_sys::fuzz_target!(|data: &[u8]| saved_state::run::<HdrmFmu>(data));

@@ -194,7 +194,7 @@ mod tests {
         let (low, high, lag, h) = (20e3, 30e3, 0.05, 1e-4);
         let T = rig.extras().temperature.reference;
         let mut u = Input {
-            v_dc: 650.0,
+            v_dc: Some(650.0),
             T_ambient: T,
             x: 0.4,
             F_hold: low,
