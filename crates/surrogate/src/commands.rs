@@ -7,7 +7,6 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use anyhow::{Context as _, Result};
 use clap::{Args, Parser};
-use emla::Surrogate;
 use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::files::{NetworkArg, make_folder, write};

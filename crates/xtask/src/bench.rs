@@ -178,8 +178,8 @@ fn all_jobs(workspace: &Workspace, built: &BenchInputs) -> Result<Vec<Job>> {
     for name in PROGRAMS {
         jobs.push(workspace.command(built.program(name)?).into());
     }
-    jobs.push(coupled_job(workspace, &built, COUPLED));
-    let mut recorded = coupled_job(workspace, &built, COUPLED_RECORDED);
+    jobs.push(coupled_job(workspace, built, COUPLED));
+    let mut recorded = coupled_job(workspace, built, COUPLED_RECORDED);
     recorded.command.args(["--signals", "*", "--csv"]);
     recorded.command.arg(workspace.target.join("bench.csv"));
     jobs.push(recorded);

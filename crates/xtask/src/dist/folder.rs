@@ -14,7 +14,7 @@ pub const CHECKSUMS: &str = "SHA256SUMS";
 pub struct Dist {
     pub folder: PathBuf,
     pub targets: Vec<&'static Target>,
-    /// File names of the FMUs, in the order of [`Workspace::suite`].
+    /// File names of the FMUs, in the order of `Workspace::suite`.
     pub suite: Vec<String>,
     /// Programs by platform folder and name; also those that only the checks need.
     pub programs: BTreeMap<(&'static str, String), PathBuf>,
