@@ -1,4 +1,4 @@
-//! Where power goes, and the efficiency.
+//! Where power goes.
 
 use crate::actuator::Emla;
 use crate::conditions::Conditions;

@@ -3,7 +3,7 @@
 //! Frame P has T1's axes and origin, so it turns with `zeta_1` about y. Lift and tilt move their
 //! eight bodies in the plane of P; only the wrist is spatial. With everything expressed in and
 //! about P, the twists of a chain simply add, composite inertias and wrenches are sums, and for a
-//! body of the plane most entries are zero ([`crate::plane`]).
+//! body of the plane most entries are zero (`planar_body`).
 //!
 //! Equations of motion: `M(zeta)·zeta_ddot + h(zeta, zeta_dot) = Q`, with gravity in h.
 

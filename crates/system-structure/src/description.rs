@@ -2,6 +2,7 @@
 //! bindings.
 
 use crate::common::{DataType, Enumeration, Transformation, Unit};
+use crate::connector::{Connector, connectors};
 use crate::dictionary::{DictionaryReference, SignalDictionary};
 use crate::error::StructureError;
 use crate::parameters::{Binding, Sourced};
@@ -126,51 +127,6 @@ pub struct Component {
     pub bindings: Vec<Binding>,
     /// What tools have written there.
     pub annotations: Vec<Annotation>,
-}
-
-/// Which way values go through a connector, `kind`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Direction {
-    /// Into the element.
-    Input,
-    /// Out of the element.
-    Output,
-    /// Into the element, before the run.
-    Parameter,
-    /// Out of the element, known after initialization.
-    CalculatedParameter,
-    /// Either, as its connections need it (inout, unspecified).
-    Either,
-}
-
-impl Direction {
-    /// As the file writes it.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Input => "input",
-            Self::Output => "output",
-            Self::Parameter => "parameter",
-            Self::CalculatedParameter => "calculatedParameter",
-            Self::Either => "inout",
-        }
-    }
-}
-
-/// A variable of an element that is declared.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Connector {
-    /// Name.
-    pub name: String,
-    /// Which way values go.
-    pub direction: Direction,
-    /// Type, where one is declared.
-    pub data_type: Option<DataType>,
-    /// Unit of a real connector, where one is declared.
-    pub unit: Option<Unit>,
-    /// Enumeration that it names.
-    pub enumeration: Option<String>,
-    /// Line of the file.
-    pub line: usize,
 }
 
 /// One end of a connection: an element and its connector; without an element the system's own
@@ -321,38 +277,6 @@ fn component(node: &Node, units: &[Unit]) -> Result<Component, StructureError> {
     })
 }
 
-fn connectors(node: &Node, units: &[Unit]) -> Result<Vec<Connector>, StructureError> {
-    let read = |c: &Node| {
-        let name = c.required("name")?;
-        let direction = match c.required("kind")? {
-            "input" => Direction::Input,
-            "output" | "local" => Direction::Output,
-            "parameter" | "structuralParameter" => Direction::Parameter,
-            "calculatedParameter" | "constant" => Direction::CalculatedParameter,
-            "inout" | "unspecified" => Direction::Either,
-            other => {
-                return Err(c.error(format!(
-                    "connector `{name}` is of the unknown kind `{other}`"
-                )));
-            }
-        };
-        let declared = DataType::declared(c);
-        let attribute = |name| declared.and_then(|(_, node)| node.attribute(name));
-        let is_enumeration = declared.is_some_and(|(t, _)| t == DataType::Enumeration);
-        Ok(Connector {
-            name: name.to_string(),
-            direction,
-            data_type: declared.map(|(data_type, _)| data_type),
-            unit: attribute("unit").map(|name| Unit::of(units, name)),
-            enumeration: attribute("name")
-                .filter(|_| is_enumeration)
-                .map(str::to_string),
-            line: c.line,
-        })
-    };
-    node.listed("Connectors", "Connector").map(read).collect()
-}
-
 fn connection(node: &Node) -> Result<Connection, StructureError> {
     let end = |element, connector| {
         Ok(End {
@@ -384,6 +308,7 @@ fn connection(node: &Node) -> Result<Connection, StructureError> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::connector::Direction;
 
     const TEXT: &str = r#"<?xml version="1.0"?>
 <ssd:SystemStructureDescription xmlns:ssd="d" xmlns:ssc="c" xmlns:ssv="v" version="1.0" name="s">

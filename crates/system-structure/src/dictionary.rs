@@ -1,7 +1,7 @@
 //! Signal dictionaries (`.ssb`): signals by name that connections of several systems share.
 
 use crate::common::{DataType, Unit};
-use crate::description::Connector;
+use crate::connector::Connector;
 use crate::error::StructureError;
 use crate::xml::Node;
 

@@ -17,6 +17,7 @@
 #![forbid(unsafe_code)]
 
 mod common;
+mod connector;
 mod description;
 mod dictionary;
 mod error;
@@ -25,9 +26,10 @@ mod parameters;
 mod xml;
 
 pub use common::{DataType, Enumeration, Transformation, Unit};
+pub use connector::{Connector, Direction};
 pub use description::{
-    Annotation, Component, Connection, Connector, DefaultExperiment, Direction, Element, End, Kind,
-    System, SystemStructure,
+    Annotation, Component, Connection, DefaultExperiment, Element, End, Kind, System,
+    SystemStructure,
 };
 pub use dictionary::{DictionaryReference, SignalDictionary};
 pub use error::StructureError;
