@@ -42,7 +42,7 @@ def test_a_path_that_the_machine_cannot_do_is_told_line_by_line(machine, tmp_pat
     first, *others = refused.stderr.splitlines()
     assert refused.returncode == 1 and first.startswith(f"error: path `{far}`: the machine cannot do this path: waypoint 1 is"), first
     assert len(others) > 3 and all(line.startswith("  ") and "; " not in line for line in others), others
-    assert "fmi2" not in refused.stderr
+    assert all("fmi2" not in line for line in [first, *others[:-1]]), refused.stderr  # only the last line may say which call it was
 
 
 def test_semicolons_in_a_csv_file_are_named(machine, tmp_path):
@@ -80,4 +80,4 @@ def test_a_wrong_mean_of_a_bond_names_its_place(fmu_dir, tmp_path):
     path.write_text(text.replace('stepMean="F_mean"', 'stepMean="F_maen"', 1))
     refused = call("hdrm-fmu", "run", "--system", path, "--fmu-dir", fmu_dir, *SHORT)
     assert refused.returncode == 1 and f"`{path}`, line " in refused.stderr, refused.stderr
-    assert "power bond of emla_1.F: model `Emla` has no variable `F_maen`" in refused.stderr
+    assert "power bond of emla_1.F: emla_1.F_maen: model `Emla` has no variable `F_maen`" in refused.stderr
