@@ -1,7 +1,7 @@
 //! System structures (`.ssd`): systems, their elements, connectors, connections and parameter
 //! bindings.
 
-use crate::common::{DataType, Enumeration, Transformation, Unit};
+use crate::common::{Enumeration, Transformation, Unit};
 use crate::connector::{Connector, connectors};
 use crate::dictionary::{DictionaryReference, SignalDictionary};
 use crate::error::StructureError;
@@ -308,6 +308,7 @@ fn connection(node: &Node) -> Result<Connection, StructureError> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::common::DataType;
     use crate::connector::Direction;
 
     const TEXT: &str = r#"<?xml version="1.0"?>
