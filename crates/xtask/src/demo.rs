@@ -23,7 +23,7 @@ const PROGRAMS: [&str; 2] = ["studies", "report"];
 /// Do it all, with CSV files, report and figures in `demo/` of the target directory.
 pub fn run(workspace: &Workspace) -> Result<()> {
     println!(
-        "From nothing, on two cores: some three minutes to the paper's table, some two more to the \
+        "From nothing, on two cores: some two minutes to the paper's table, some two more to the \
          report. The machine's FMUs and the program that runs them are compiled first; a second \
          time all of this takes a minute."
     );
