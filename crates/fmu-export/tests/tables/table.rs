@@ -158,22 +158,5 @@ impl<const K: usize> Model for Wrong<K> {
         )
     }
 
-    fn initialize(_p: &Parameters, _u: &Input, _t: f64) -> Result<Self, ModelError> {
-        Ok(Self)
-    }
-
-    fn output(&self, _p: &Parameters, _u: &Input, _now: &()) -> Result<Output, ModelError> {
-        Ok(Output::default())
-    }
-
-    fn step(
-        &mut self,
-        _p: &Parameters,
-        _u: &InputPolynomial<Input>,
-        _now: &(),
-        _t: f64,
-        _h: f64,
-    ) -> Result<StepEnd, ModelError> {
-        Ok(StepEnd::WHOLE)
-    }
+    idle_model!();
 }
