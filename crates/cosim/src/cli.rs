@@ -168,6 +168,7 @@ impl RunArgs {
             stop: self.stop_time,
             settings,
             noise: Noise::default(),
+            inputs: None,
         })
     }
 

@@ -1,6 +1,7 @@
 //! Signals written as comma-separated values: one line of plain names, then one row per
 //! communication point; the units stand in a second file beside it, `NAME.units.csv`.
 
+use std::borrow::Cow;
 use std::fs::{self, File};
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
@@ -38,7 +39,7 @@ impl CsvFile {
         };
         for name in names {
             csv.row.push(b',');
-            csv.row.extend_from_slice(name.as_bytes());
+            csv.row.extend_from_slice(cell(name).as_bytes());
         }
         csv.write_row()?;
         Ok(csv)
@@ -107,7 +108,7 @@ impl Log {
         let unit = |p: &Port| system.variable(*p).unit.clone().unwrap_or("1".into());
         let mut units = String::from("signal,unit\ntime,s\n");
         for (name, port) in names.iter().zip(ports) {
-            units += &format!("{name},{}\n", unit(port));
+            units += &format!("{},{}\n", cell(name), cell(&unit(port)));
         }
         Ok(Self {
             file: CsvFile::create(path, &names)?,
@@ -133,6 +134,30 @@ impl Log {
         let written = fs::write(&beside, self.units);
         written.with_context(|| format!("`{}` cannot be written", beside.display()))
     }
+}
+
+/// A text as a cell, in quotes where it needs them: names of elements hold commas, `a[1,2]`.
+fn cell(text: &str) -> Cow<'_, str> {
+    match text.contains([',', '"']) {
+        true => format!("\"{}\"", text.replace('"', "\"\"")).into(),
+        false => text.into(),
+    }
+}
+
+/// The cells of a line, without the quotes and blanks around them.
+pub fn cells(line: &str) -> Vec<String> {
+    let mut cells = vec![String::new()];
+    let (mut is_quoted, mut letters) = (false, line.trim().chars().peekable());
+    while let Some(letter) = letters.next() {
+        let last = cells.last_mut().expect("there is always one");
+        match letter {
+            '"' if is_quoted && letters.next_if_eq(&'"').is_some() => last.push('"'),
+            '"' => is_quoted = !is_quoted,
+            ',' if !is_quoted => cells.push(String::new()),
+            _ => last.push(letter),
+        }
+    }
+    cells.iter().map(|cell| cell.trim().to_string()).collect()
 }
 
 /// Communication steps in an interval, s; without one every step counts.
@@ -196,6 +221,15 @@ mod tests {
         assert_eq!(files.len(), 1, "{files:?}");
         assert_eq!(fs::read_to_string(&path).unwrap(), "old");
         fs::remove_dir_all(folder).unwrap();
+    }
+
+    #[test]
+    fn names_with_commas_and_quotes_read_back() {
+        let names = ["a.J[1,2]", "a.\"q\"", "a.x"];
+        let line = names.map(cell).join(",");
+        assert_eq!(line, "\"a.J[1,2]\",\"a.\"\"q\"\"\",a.x");
+        assert_eq!(cells(&line), names);
+        assert_eq!(cells(" a , \"b\",,"), ["a", "b", "", ""]);
     }
 
     #[test]

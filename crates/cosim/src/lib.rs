@@ -40,5 +40,7 @@ pub mod stepping;
 pub mod structure;
 pub mod system;
 pub mod transformation;
+pub mod units;
+pub mod values;
 pub mod verdict;
 pub mod wiring;

@@ -6,13 +6,14 @@ mod describe;
 use std::fmt::Write as _;
 use std::path::PathBuf;
 use std::process::ExitCode;
+use std::sync::Arc;
 
 use anyhow::{Context, Result, bail};
 use clap::parser::ValueSource;
 use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand};
 use cosim::cli::{CsvArgs, RunArgs, SystemArgs, bar, exit, print};
 use cosim::exchange::{Exchange, Order};
-use cosim::input_table::InputTable;
+use cosim::input_table::Table;
 use cosim::package::read;
 use cosim::run;
 use cosim::signals::matching;
@@ -156,10 +157,10 @@ fn run_system(args: &OneRunArgs) -> Result<Verdict> {
         experiment.stop = Some(stop);
     }
     let stop = experiment.stop(&system)?;
-    let mut master = experiment.start(&system)?;
     if let Some(file) = &args.input {
-        master.feed(InputTable::load(file, &system)?)?;
+        experiment.inputs = Some(Arc::new(Table::load(file, &system, &[])?));
     }
+    let master = experiment.start(&system)?;
     let mut log = args.csv.log(&system, &experiment, || shown(&system))?;
     let bar = bar(0, "steps", args.quiet);
     let progress = |k, steps| {

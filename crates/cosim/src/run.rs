@@ -2,12 +2,14 @@
 //! and what came out of it.
 
 use std::fmt::Write as _;
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result};
 
 use crate::bond::Residual;
 use crate::divergence::Watch;
+use crate::input_table::{InputTable, Table};
 use crate::master::{Master, Stepping};
 use crate::noise::Noise;
 use crate::observer::{Function, Observer};
@@ -32,6 +34,8 @@ pub struct Experiment {
     pub settings: Vec<Setting>,
     /// Noise on inputs.
     pub noise: Noise,
+    /// Values over time for inputs that no connection drives.
+    pub inputs: Option<Arc<Table>>,
 }
 
 /// What came out of a run.
@@ -53,6 +57,9 @@ impl Experiment {
     pub fn start(&self, system: &System) -> Result<Master> {
         messages::take();
         let mut master = Master::new(system, &self.settings, self.stepping)?;
+        if let Some(table) = &self.inputs {
+            master.feed(InputTable::new(system, table)?)?;
+        }
         if !self.noise.sensors.is_empty() {
             master.disturb(system, &self.noise)?;
         }

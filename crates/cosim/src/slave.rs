@@ -367,7 +367,7 @@ fn value(v: &Variable, text: &str) -> Result<Value, String> {
 }
 
 /// Least and greatest value of an integer type.
-fn range(access: Access) -> Option<[i64; 2]> {
+pub(crate) fn range(access: Access) -> Option<[i64; 2]> {
     Some(match access {
         Access::Int8 => [i8::MIN.into(), i8::MAX.into()],
         Access::UInt8 => [0, u8::MAX.into()],

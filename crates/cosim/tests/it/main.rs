@@ -4,6 +4,7 @@
 mod allocation;
 mod c_types;
 mod foreign;
+mod inputs;
 mod noise;
 mod oscillator;
 mod program;

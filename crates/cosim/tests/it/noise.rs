@@ -25,6 +25,7 @@ fn noise_reaches_the_input_it_is_meant_for_and_repeats_with_its_seed() {
             stop: Some(0.6),
             settings: settings(&system, &["spring.k=10"])?,
             noise,
+            inputs: None,
         };
         let ports = [system.port("spring.F")?, system.port("mass.x")?];
         let mut recording = Recording::new(&system, &ports)?;
