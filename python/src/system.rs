@@ -138,7 +138,7 @@ impl System {
         };
         let setting = |(name, value): &(String, String)| format!("{name}={value}");
         let args = RunArgs {
-            step: conditions.step,
+            step: Some(conditions.step),
             stop_time: conditions.stop_time,
             schedule,
             input_derivatives: false,

@@ -6,7 +6,7 @@ use std::fs::{self, File};
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, Result, ensure};
+use anyhow::{Context, Result};
 
 use crate::master::{Master, Stepping};
 use crate::signals::Signals;
@@ -164,21 +164,27 @@ pub fn cells(line: &str) -> Vec<String> {
 ///
 /// # Errors
 /// The interval is not a multiple of the step.
+pub fn stride(interval: Option<f64>, step: f64) -> Result<u64> {
+    let steps = interval.map_or(Some(1), |interval| steps_in(interval, step));
+    steps.with_context(|| {
+        let interval = interval.unwrap_or_default();
+        format!(
+            "an interval of {interval} s must be a multiple of the communication step, {step} s"
+        )
+    })
+}
+
+/// Communication steps in a time, s; none where it is no multiple of the step.
 #[expect(
     clippy::cast_possible_truncation,
     clippy::cast_sign_loss,
     reason = "checked to be in range"
 )]
-pub fn stride(interval: Option<f64>, step: f64) -> Result<u64> {
-    let Some(interval) = interval else {
-        return Ok(1);
-    };
-    let steps = interval / step;
-    ensure!(
-        steps.round() >= 1.0 && steps < 1e12 && (steps - steps.round()).abs() <= 1e-6 * steps,
-        "an interval of {interval} s must be a multiple of the communication step, {step} s"
-    );
-    Ok(steps.round() as u64)
+pub fn steps_in(time: f64, step: f64) -> Option<u64> {
+    let steps = time / step;
+    let is_whole =
+        steps.round() >= 1.0 && steps < 1e12 && (steps - steps.round()).abs() <= 1e-6 * steps;
+    is_whole.then_some(steps.round() as u64)
 }
 
 #[cfg(test)]

@@ -7,13 +7,14 @@ use fmu_description::{Kind, Variability, Variable};
 
 use crate::csv::cells;
 use crate::exchange::{Write, writes};
+use crate::faults::Alteration;
+use crate::numbers::{allowed, fits, number};
 use crate::package::read;
 use crate::slave::{At, Slave};
 use crate::structure::Hop;
 use crate::system::System;
 use crate::transformation::{Linear, Transformation, along, conversion, unit_of};
 use crate::units::{common, named};
-use crate::values::{allowed, fits, number};
 use crate::wiring::{Port, Wiring};
 
 /// Values over time as a user has them.
@@ -181,6 +182,7 @@ fn follows(times: &[f64], time: f64, row: impl Fn() -> String) -> Result<()> {
 }
 
 /// Columns of values over time, and the inputs that they go to.
+#[derive(Default)]
 pub struct InputTable {
     times: Vec<f64>,
     columns: Vec<Values>,
@@ -256,9 +258,41 @@ impl InputTable {
         &self.ports
     }
 
+    /// A table without inputs; `t`, s, is any time.
+    pub(crate) fn empty(t: f64) -> Self {
+        Self {
+            times: vec![t],
+            ..Self::default()
+        }
+    }
+
+    /// An input that has this value all the time.
+    pub(crate) fn hold(&mut self, wiring: &Wiring, port: Port, value: f64) {
+        let slot = self.columns.len();
+        self.columns.push(Values {
+            values: vec![value; self.times.len()],
+            is_linear: false,
+        });
+        let target = (port, slot, Transformation::NONE);
+        self.writes.extend(writes(wiring, std::iter::once(target)));
+        self.values.push(value);
+        self.buffer.push(value);
+        self.ports.push(port);
+    }
+
+    /// What is set at a communication point.
+    pub(crate) fn writes(&mut self) -> impl Iterator<Item = &mut Write> {
+        self.writes.iter_mut()
+    }
+
     /// Set the inputs to their values at `t`, s; before the first row and after the last one those
     /// hold.
-    pub fn set(&mut self, slaves: &[Slave], t: f64, at: At) -> Result<()> {
+    pub(crate) fn set(
+        &mut self,
+        slaves: &[Slave],
+        mut faults: Option<&mut Alteration>,
+        t: f64,
+    ) -> Result<()> {
         // Times of steps are products, which may end one rounding before the time that is written.
         let reached = t + 4.0 * f64::EPSILON * t.abs();
         let next = |row: usize| self.times.get(row + 1);
@@ -278,8 +312,14 @@ impl InputTable {
             };
         }
         let (values, buffer) = (&self.values, &mut self.buffer);
+        if let Some(faults) = &mut faults {
+            faults.begin(t);
+        }
         let mut writes = self.writes.iter();
-        writes.try_for_each(|write| write.run(slaves, values, buffer, at))
+        writes.try_for_each(|write| {
+            let faults = faults.as_deref_mut();
+            write.run(slaves, values, buffer, faults, At::Time(t))
+        })
     }
 }
 

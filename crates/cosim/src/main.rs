@@ -6,14 +6,11 @@ mod describe;
 use std::fmt::Write as _;
 use std::path::PathBuf;
 use std::process::ExitCode;
-use std::sync::Arc;
 
 use anyhow::{Context, Result, bail};
-use clap::parser::ValueSource;
-use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand};
-use cosim::cli::{CsvArgs, RunArgs, SystemArgs, bar, exit, print};
+use clap::{Args, Parser, Subcommand};
+use cosim::cli::{CsvArgs, InputArgs, RunArgs, SystemArgs, bar, exit, print};
 use cosim::exchange::{Exchange, Order};
-use cosim::input_table::Table;
 use cosim::package::read;
 use cosim::run;
 use cosim::signals::matching;
@@ -58,22 +55,17 @@ struct OneRunArgs {
     /// Connection between these FMUs, from an output to an input; repeatable
     #[arg(long, value_name = "A.Y=B.U", requires = "files")]
     connect: Vec<String>,
-    /// Values over time for inputs that no connection drives: a CSV file whose columns are `time`
-    /// and `component.variable`
-    #[arg(long, value_name = "FILE")]
-    input: Option<PathBuf>,
     #[command(flatten)]
     system: SystemArgs,
     #[command(flatten)]
     run: RunArgs,
     #[command(flatten)]
+    inputs: InputArgs,
+    #[command(flatten)]
     csv: CsvArgs,
     /// No progress bar
     #[arg(long)]
     quiet: bool,
-    /// Whether the command line says the step.
-    #[arg(skip)]
-    is_step_given: bool,
 }
 
 #[derive(Args)]
@@ -93,16 +85,7 @@ struct BenchArgs {
 }
 
 fn main() -> ExitCode {
-    let matches = Cli::command().get_matches();
-    let mut command = match Cli::from_arg_matches(&matches) {
-        Ok(cli) => cli.command,
-        Err(error) => error.exit(),
-    };
-    let of_command = matches.subcommand().map(|(_, matches)| matches);
-    if let Command::Run(args) = &mut command {
-        let source = of_command.and_then(|matches| matches.value_source("step"));
-        args.is_step_given = source == Some(ValueSource::CommandLine);
-    }
+    let command = Cli::parse().command;
     // What FMUs print must not get into what this program prints; where that cannot be had, it runs
     // all the same.
     let _ = cosim::output::separate();
@@ -137,18 +120,9 @@ fn system_of(args: &OneRunArgs) -> Result<System> {
 
 fn run_system(args: &OneRunArgs) -> Result<Verdict> {
     let system = system_of(args)?;
-    let mut run = args.run.clone();
-    let mut preferred = None;
-    if !args.is_step_given
-        && let Some((step, who)) = system.preferred_step()
-        && step != run.step
-    {
-        preferred = Some(format!("the communication step is {step} s, as {who} asks"));
-        run.step = step;
-    }
-    let mut experiment = run.experiment(&system)?;
-    let mut verdict = run.forgotten(&system, &experiment)?;
-    preferred.into_iter().for_each(|text| verdict.note(text));
+    let mut experiment = args.run.experiment(&system)?;
+    let mut verdict = args.run.forgotten(&system, &experiment)?;
+    verdict.extend(args.inputs.add_to(&mut experiment, &system)?);
     if experiment.stop.or(system.structure.stop_time).is_none() {
         let stop = system.preferred_stop();
         verdict.note(format!(
@@ -157,9 +131,6 @@ fn run_system(args: &OneRunArgs) -> Result<Verdict> {
         experiment.stop = Some(stop);
     }
     let stop = experiment.stop(&system)?;
-    if let Some(file) = &args.input {
-        experiment.inputs = Some(Arc::new(Table::load(file, &system, &[])?));
-    }
     let master = experiment.start(&system)?;
     let mut log = args.csv.log(&system, &experiment, || shown(&system))?;
     let bar = bar(0, "steps", args.quiet);

@@ -3,7 +3,7 @@
 //! What failed, what is bad, median and worst are counted here for all of them.
 
 use anyhow::{Error, Result};
-use cosim::noise::Noise;
+use cosim::faults::Faults;
 use cosim::run::Experiment;
 use cosim::system::{Setting, System};
 use cosim::verdict::Verdict;
@@ -25,7 +25,7 @@ pub struct Case {
     /// Start values.
     pub settings: Vec<Setting>,
     /// Noise on inputs.
-    pub noise: Noise,
+    pub noise: Faults,
     /// Part of the communication step that is stepped.
     pub step: f64,
 }
@@ -36,7 +36,7 @@ impl Case {
         Self {
             label: label.into(),
             settings,
-            noise: Noise::default(),
+            noise: Faults::default(),
             step: 1.0,
         }
     }
@@ -131,7 +131,7 @@ impl<'a> Grid<'a> {
                     let varied =
                         [&case.settings[..], settings, std::slice::from_ref(&motion)].concat();
                     let mut experiment = vary(self.system, self.base, varied)?;
-                    experiment.noise = case.noise.clone();
+                    experiment.faults = case.noise.clone();
                     experiment.stepping.step *= case.step;
                     let (law, case) = (&law.name, &case.label);
                     plans.push(Plan {

@@ -13,7 +13,7 @@ use cosim::system::System;
 use super::support::{fmu, oscillator, scratch, settings, stepping, system};
 
 /// The spring alone.
-fn spring(name: &str) -> System {
+pub fn spring(name: &str) -> System {
     let folder = scratch(name);
     fs::create_dir_all(&folder).unwrap();
     let file = folder.join("spring.fmu");
@@ -26,7 +26,7 @@ fn experiment(system: &System, table: Option<Table>) -> Experiment {
         stepping: stepping(0.25, Schedule::Jacobi),
         stop: Some(1.5),
         settings: settings(system, &["spring.k=2"]).unwrap(),
-        noise: cosim::noise::Noise::default(),
+        faults: cosim::faults::Faults::default(),
         inputs: table.map(Arc::new),
     }
 }

@@ -3,9 +3,10 @@
 
 mod allocation;
 mod c_types;
+mod faults;
 mod foreign;
 mod inputs;
-mod noise;
+
 mod oscillator;
 mod program;
 mod support;
