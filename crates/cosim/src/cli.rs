@@ -73,11 +73,8 @@ impl SystemArgs {
         let path = self.system.clone().map_or_else(default, Ok)?;
         let place = match (&self.fmu_dir, self.fmi) {
             (Some(folder), Some(3)) => FmuPlace::Folder(folder.join(FMI_3)),
-            (Some(folder), _) => FmuPlace::Folder(folder.clone()),
             (None, Some(3)) => FmuPlace::Folder(folder_of_fmi_3(&path)?),
-            (None, _) => FmuPlace::Structure {
-                else_in: folders()?,
-            },
+            (folder, _) => place(folder.as_deref())?,
         };
         let replaced = self.fmus.iter().map(|text| {
             let parts = text.split_once('=');
@@ -380,6 +377,17 @@ impl ValueEnum for Schedule {
         };
         Some(PossibleValue::new(name).help(help))
     }
+}
+
+/// Where the FMUs of a system lie: in `folder`, else where the system says or where a program finds
+/// FMUs by itself.
+pub fn place(folder: Option<&Path>) -> Result<FmuPlace> {
+    Ok(match folder {
+        Some(folder) => FmuPlace::Folder(folder.to_path_buf()),
+        None => FmuPlace::Structure {
+            else_in: folders()?,
+        },
+    })
 }
 
 /// Folders in which packed FMUs are looked for: the one that the environment variable `FMU_DIR`

@@ -1,14 +1,15 @@
 //! Signals written as comma-separated values: one line of plain names, then one row per
 //! communication point; the units stand in a second file beside it, `NAME.units.csv`.
 
-use std::borrow::Cow;
 use std::fs::{self, File};
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
 
+use crate::cells::cell;
 use crate::master::{Master, Stepping};
+use crate::schedule::steps_in;
 use crate::signals::Signals;
 use crate::system::System;
 use crate::wiring::Port;
@@ -136,30 +137,6 @@ impl Log {
     }
 }
 
-/// A text as a cell, in quotes where it needs them: names of elements hold commas, `a[1,2]`.
-fn cell(text: &str) -> Cow<'_, str> {
-    match text.contains([',', '"']) {
-        true => format!("\"{}\"", text.replace('"', "\"\"")).into(),
-        false => text.into(),
-    }
-}
-
-/// The cells of a line, without the quotes and blanks around them.
-pub fn cells(line: &str) -> Vec<String> {
-    let mut cells = vec![String::new()];
-    let (mut is_quoted, mut letters) = (false, line.trim().chars().peekable());
-    while let Some(letter) = letters.next() {
-        let last = cells.last_mut().expect("there is always one");
-        match letter {
-            '"' if is_quoted && letters.next_if_eq(&'"').is_some() => last.push('"'),
-            '"' => is_quoted = !is_quoted,
-            ',' if !is_quoted => cells.push(String::new()),
-            _ => last.push(letter),
-        }
-    }
-    cells.iter().map(|cell| cell.trim().to_string()).collect()
-}
-
 /// Communication steps in an interval, s; without one every step counts.
 ///
 /// # Errors
@@ -172,19 +149,6 @@ pub fn stride(interval: Option<f64>, step: f64) -> Result<u64> {
             "an interval of {interval} s must be a multiple of the communication step, {step} s"
         )
     })
-}
-
-/// Communication steps in a time, s; none where it is no multiple of the step.
-#[expect(
-    clippy::cast_possible_truncation,
-    clippy::cast_sign_loss,
-    reason = "checked to be in range"
-)]
-pub fn steps_in(time: f64, step: f64) -> Option<u64> {
-    let steps = time / step;
-    let is_whole =
-        steps.round() >= 1.0 && steps < 1e12 && (steps - steps.round()).abs() <= 1e-6 * steps;
-    is_whole.then_some(steps.round() as u64)
 }
 
 #[cfg(test)]
@@ -227,15 +191,6 @@ mod tests {
         assert_eq!(files.len(), 1, "{files:?}");
         assert_eq!(fs::read_to_string(&path).unwrap(), "old");
         fs::remove_dir_all(folder).unwrap();
-    }
-
-    #[test]
-    fn names_with_commas_and_quotes_read_back() {
-        let names = ["a.J[1,2]", "a.\"q\"", "a.x"];
-        let line = names.map(cell).join(",");
-        assert_eq!(line, "\"a.J[1,2]\",\"a.\"\"q\"\"\",a.x");
-        assert_eq!(cells(&line), names);
-        assert_eq!(cells(" a , \"b\",,"), ["a", "b", "", ""]);
     }
 
     #[test]

@@ -52,14 +52,19 @@ impl Write {
         self.slave
     }
 
-    /// The inputs.
-    pub fn inputs(&self) -> impl Iterator<Item = Port> {
-        let component = self.slave;
-        let variables = self.batch.variables.iter();
-        variables.map(move |variable| Port {
-            component,
-            variable: *variable,
-        })
+    /// From now on values are altered on their way.
+    pub(crate) fn attach(&mut self, wiring: &Wiring, faults: &mut Alteration) {
+        for (place, variable) in self.batch.variables.iter().enumerate() {
+            let input = Port {
+                component: self.slave,
+                variable: *variable,
+            };
+            let driver = wiring.driver(input).map(|link| wiring.links[link].from);
+            for (port, altered) in [driver, Some(input)].iter().zip(&mut self.altered) {
+                let channel = port.and_then(|port| faults.channel(port));
+                altered.extend(channel.map(|channel| (place, channel)));
+            }
+        }
     }
 
     /// Set the inputs to the values in their slots; `buffer` has room for all of them.

@@ -7,10 +7,8 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 use rand_distr::{Distribution, StandardNormal};
 
-use crate::csv::steps_in;
-use crate::exchange::Write;
 use crate::numbers;
-use crate::schedule::Stepping;
+use crate::schedule::{Stepping, steps_in};
 use crate::system::System;
 use crate::wiring::{Port, Wiring};
 
@@ -343,35 +341,28 @@ impl Alteration {
         })
     }
 
-    /// Give the values that `write` passes their channels.
-    pub fn attach<'a>(&mut self, wiring: &Wiring, writes: impl Iterator<Item = &'a mut Write>) {
-        for write in writes {
-            for (place, input) in write.inputs().enumerate().collect::<Vec<_>>() {
-                let driver = wiring.driver(input).map(|link| wiring.links[link].from);
-                for (ports, altered) in [driver, Some(input)].iter().zip(&mut write.altered) {
-                    let Some(port) = *ports else { continue };
-                    let states: Vec<_> = (0..self.faults.len())
-                        .filter(|k| self.faults[*k].fault.port == port)
-                        .map(|k| State::new(k, &self.faults[k].fault, self.stepping))
-                        .collect();
-                    for k in states.iter().map(|s| s.fault) {
-                        let effect = self.faults[k].fault.effect;
-                        let draws = matches!(effect, Effect::Noise(_) | Effect::Drop(_));
-                        if draws && !self.draws.contains(&k) {
-                            self.draws.push(k);
-                        }
-                    }
-                    if !states.is_empty() {
-                        altered.push((place, self.channels.len()));
-                        self.channels.push(Channel {
-                            states,
-                            given: None,
-                            before: None,
-                        });
-                    }
-                }
+    /// A channel for values of `port`; none where nothing is done to them.
+    pub fn channel(&mut self, port: Port) -> Option<usize> {
+        let own = (0..self.faults.len()).filter(|k| self.faults[*k].fault.port == port);
+        let own: Vec<usize> = own.collect();
+        for k in &own {
+            let effect = self.faults[*k].fault.effect;
+            let draws = matches!(effect, Effect::Noise(_) | Effect::Drop(_));
+            if draws && !self.draws.contains(k) {
+                self.draws.push(*k);
             }
         }
+        let state = |k: &usize| State::new(*k, &self.faults[*k].fault, self.stepping);
+        let states: Vec<_> = own.iter().map(state).collect();
+        if states.is_empty() {
+            return None;
+        }
+        self.channels.push(Channel {
+            states,
+            given: None,
+            before: None,
+        });
+        Some(self.channels.len() - 1)
     }
 
     /// The communication point at `t`, s, begins, unless it has begun.

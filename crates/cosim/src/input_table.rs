@@ -5,7 +5,7 @@ use std::path::Path;
 use anyhow::{Context, Result, bail, ensure};
 use fmu_description::{Kind, Variability, Variable};
 
-use crate::csv::cells;
+use crate::cells::cells;
 use crate::exchange::{Write, writes};
 use crate::faults::Alteration;
 use crate::numbers::{allowed, fits, number};

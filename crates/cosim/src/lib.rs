@@ -15,6 +15,7 @@
 
 pub mod batch;
 pub mod bond;
+mod cells;
 pub mod cli;
 mod coupling;
 pub mod csv;
@@ -30,6 +31,7 @@ pub mod numbers;
 pub mod observer;
 pub mod output;
 pub mod package;
+pub mod probing;
 pub mod recording;
 mod renaming;
 pub mod run;

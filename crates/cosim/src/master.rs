@@ -131,14 +131,18 @@ impl Master {
         let fed = self.inputs.as_ref().map_or(&[][..], InputTable::ports);
         faults.described(system, &wiring, fed)?;
         let mut alteration = Alteration::new(system, faults, self.stepping)?;
-        alteration.attach(&wiring, self.coupling.exchange.writes());
-        if let Some(derivatives) = &mut self.coupling.derivatives {
-            alteration.attach(&wiring, derivatives.writes());
-        }
-        let means = self.coupling.means.writes.iter_mut();
-        alteration.attach(&wiring, means.flatten());
-        if let Some(inputs) = &mut self.inputs {
-            alteration.attach(&wiring, inputs.writes());
+        let Coupling {
+            exchange,
+            derivatives,
+            means,
+            ..
+        } = &mut self.coupling;
+        let passed = exchange.writes();
+        let rates = derivatives.iter_mut().flat_map(Exchange::writes);
+        let given = means.writes.iter_mut().flatten();
+        let fed = self.inputs.iter_mut().flat_map(InputTable::writes);
+        for write in passed.chain(rates).chain(given).chain(fed) {
+            write.attach(&wiring, &mut alteration);
         }
         self.coupling.exchange.faults = Some(alteration);
         self.set_inputs()?;
