@@ -71,8 +71,8 @@ impl Instance {
                 ptr::null(),
                 0,
                 speaker.environment(),
-                receive_3,
-                ptr::null(),
+                Some(receive_3),
+                ptr::null_mut(),
             )
         };
         Ok((!instance.is_null()).then(|| Self {
