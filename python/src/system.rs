@@ -7,9 +7,9 @@ use std::sync::Arc;
 use anyhow::{Context, Result, bail, ensure};
 use clap::ValueEnum as _;
 use cosim::cli::RunArgs;
+use cosim::input_table::InputTable;
 use cosim::master::Schedule;
 use cosim::run::Experiment;
-use cosim::input_table::InputTable;
 use cosim::signals::{connected, matching};
 use cosim::system::FmuPlace;
 use cosim::verdict::Verdict;
@@ -338,9 +338,8 @@ impl System {
     ) -> PyResult<Py<PyDict>> {
         let (experiment, forgotten) = self.experiment(conditions).map_err(raised)?;
         let ports = asked.signals.iter().map(|name| self.system.port(name));
-        let table = |(times, columns): Inputs| {
-            InputTable::from_columns(&self.system, &times, columns)
-        };
+        let table =
+            |(times, columns): Inputs| InputTable::from_columns(&self.system, &times, columns);
         let inputs = asked.inputs.map(table);
         let request = Request {
             inputs: inputs.transpose().map_err(raised)?,

@@ -83,9 +83,7 @@ impl InputTable {
                 })
             };
             let time = number(0)?;
-            table
-                .add_time(time)
-                .with_context(|| format!("row {row}"))?;
+            table.add_time(time).with_context(|| format!("row {row}"))?;
             for (k, column) in table.columns.iter_mut().enumerate() {
                 column.values.push(number(k + 1)?);
             }
