@@ -15,7 +15,7 @@ use cosim::exchange::{Exchange, Order};
 use cosim::input_table::InputTable;
 use cosim::package::read;
 use cosim::run;
-use cosim::signals::matching;
+use cosim::signals::matching_any;
 use cosim::system::System;
 use cosim::verdict::Verdict;
 use cosim::wiring::Port;
@@ -192,7 +192,7 @@ fn connected(system: &System) -> Result<Vec<Port>> {
 fn shown(system: &System) -> Result<Vec<Port>> {
     let ports = connected(system)?;
     match ports.is_empty() {
-        true => matching(system, &["*".to_string()]),
+        true => matching_any(system, &["*".to_string()]),
         false => Ok(ports),
     }
 }

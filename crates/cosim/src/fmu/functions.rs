@@ -70,6 +70,7 @@ functions! {
         fmi2DoStep(Handle, f64, f64, c_int) -> c_int;
         fmi2GetRealStatus(Handle, c_int, *mut f64) -> c_int;
         fmi2GetBooleanStatus(Handle, c_int, *mut c_int) -> c_int;
+        fmi2GetString(Handle, *const u32, usize, *mut Text) -> c_int;
     }
 }
 
@@ -115,6 +116,12 @@ functions! {
         fmi3SetUInt64(Handle, *const u32, usize, *const c_void, usize) -> c_int;
         fmi3SetBoolean(Handle, *const u32, usize, *const c_void, usize) -> c_int;
         fmi3SetString(Handle, *const u32, usize, *const Text, usize) -> c_int;
+        fmi3GetString(Handle, *const u32, usize, *mut Text, usize) -> c_int;
+        fmi3GetBinary(Handle, *const u32, usize, *mut usize, *mut *const u8, usize) -> c_int;
+        fmi3SetBinary(Handle, *const u32, usize, *const usize, *const *const u8, usize) -> c_int;
+        fmi3SetClock(Handle, *const u32, usize, *const bool) -> c_int;
+        fmi3GetIntervalDecimal(Handle, *const u32, usize, *mut f64, *mut c_int) -> c_int;
+        fmi3GetShiftDecimal(Handle, *const u32, usize, *mut f64) -> c_int;
     }
 }
 
