@@ -85,6 +85,18 @@ impl Inputs {
     }
 }
 
+/// The outputs that connections pass on; where there is no connection, all outputs: what is written
+/// where no signals are named.
+pub fn connected(system: &System) -> Result<Vec<Port>> {
+    let mut ports: Vec<Port> = system.wiring()?.links.iter().map(|l| l.from).collect();
+    if ports.is_empty() {
+        return matching(system, &["*".into()]);
+    }
+    ports.sort();
+    ports.dedup();
+    Ok(ports)
+}
+
 /// All outputs whose `component.variable` matches one of `patterns` (`*` stands for any text);
 /// inputs and local variables where a pattern names them without the wildcard in the variable's
 /// first letter.
