@@ -4,7 +4,7 @@ use std::borrow::Cow;
 
 /// A text as a cell, in quotes where it needs them: names of elements hold commas, `a[1,2]`.
 pub fn cell(text: &str) -> Cow<'_, str> {
-    match text.contains([',', '"']) {
+    match text.contains([',', '"', '\n', '\r']) {
         true => format!("\"{}\"", text.replace('"', "\"\"")).into(),
         false => text.into(),
     }

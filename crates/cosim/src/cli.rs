@@ -20,7 +20,7 @@ use crate::master::{Schedule, Stepping};
 use crate::output;
 use crate::run::Experiment;
 use crate::scenario;
-use crate::signals::matching;
+use crate::signals::matching_any;
 use crate::system::{FmuPlace, Forgotten, System};
 use crate::verdict::Verdict;
 use crate::wiring::Port;
@@ -29,7 +29,7 @@ use crate::wiring::Port;
 const FMU_DIR: &str = "FMU_DIR";
 
 /// Communication step where nobody asks for one, s.
-const STEP: f64 = 1e-3;
+pub const STEP: f64 = 1e-3;
 
 /// Which system is run.
 #[derive(Args, Clone)]
@@ -111,8 +111,8 @@ impl SystemArgs {
 #[derive(Args, Clone)]
 #[group(skip)] // A program's own command may be called `run`.
 pub struct RunArgs {
-    /// Communication step H, s [default: the one that the system structure asks for, else the
-    /// smallest that an FMU prefers, else 0.001]
+    /// Communication step H, s [default of cosim: the one that the system structure asks for, else
+    /// the smallest that an FMU prefers; else 0.001]
     #[arg(long, value_name = "SECONDS", allow_negative_numbers = true)]
     pub step: Option<f64>,
     /// Stop time, s [default: the end of the motion where the program knows it, else that of the
@@ -141,6 +141,26 @@ pub struct RunArgs {
 }
 
 impl RunArgs {
+    /// Without a step or a stop time of their own, those that the system asks for, else its FMUs;
+    /// what is to be said of that.
+    pub fn prefer(&mut self, system: &System) -> Verdict {
+        let mut verdict = Verdict::default();
+        if let (None, Some((step, who))) = (self.step, system.preferred_step()) {
+            self.step = Some(step);
+            if step != STEP {
+                verdict.note(format!("the communication step is {step} s, as {who} asks"));
+            }
+        }
+        if self.stop_time.or(system.structure.stop_time).is_none() {
+            let stop = system.preferred_stop();
+            verdict.note(format!(
+                "nobody says when to stop: the run ends at t = {stop} s"
+            ));
+            self.stop_time = Some(stop);
+        }
+        verdict
+    }
+
     /// The experiment on `system` that these arguments describe.
     pub fn experiment(&self, system: &System) -> Result<Experiment> {
         let schedule = match (self.schedule, self.input_derivatives) {
@@ -153,8 +173,7 @@ impl RunArgs {
             let parsed = system.parse_settings(text);
             settings.extend(parsed.with_context(|| format!("--set {text}"))?);
         }
-        let step = self.step.or(system.preferred_step().map(|(step, _)| step));
-        let step = step.unwrap_or(STEP);
+        let step = self.step.unwrap_or(STEP);
         ensure!(
             step.is_finite() && step > 0.0,
             "--step {step}: the communication step must be greater than 0 s"
@@ -192,11 +211,6 @@ impl RunArgs {
         forgotten: &Forgotten,
     ) -> Result<Verdict> {
         let mut verdict = Verdict::default();
-        if let (None, Some((step, who))) = (self.step, system.preferred_step())
-            && step != STEP
-        {
-            verdict.note(format!("the communication step is {step} s, as {who} asks"));
-        }
         if !forgotten.connectors.is_empty() {
             verdict.object(format!(
                 "connectors that the FMUs do not have: {}",
@@ -345,7 +359,7 @@ impl CsvArgs {
         };
         let ports = match self.signals.is_empty() {
             true => useful()?,
-            false => matching(system, &self.signals)?,
+            false => matching_any(system, &self.signals)?,
         };
         Log::create(path, system, &ports, self.interval, experiment.stepping).map(Some)
     }

@@ -10,6 +10,7 @@ use rand_distr::{Distribution, StandardNormal};
 use crate::numbers;
 use crate::schedule::{Stepping, steps_in};
 use crate::system::System;
+use crate::value::is_wide;
 use crate::wiring::{Port, Wiring};
 
 /// What becomes of a value; numbers are in the unit of the variable.
@@ -143,6 +144,12 @@ impl Faults {
             let mut wires = links.filter(|link| link.from == port || link.to == port);
             let is_input = !is_source(system, port);
             let what = match (wires.next(), wires.next()) {
+                (Some(wire), _) if is_wide(wiring.access(wire.from)) => {
+                    bail!(
+                        "the values of `{}` are of 64 bits and do not pass as numbers; they cannot be altered",
+                        wiring.name(wire.from)
+                    )
+                }
                 (Some(wire), None) => {
                     let ends = [wire.from, wire.to].map(|end| wiring.name(end));
                     format!("the wire {}", ends.join(" -> "))
@@ -365,9 +372,11 @@ impl Alteration {
         Some(self.channels.len() - 1)
     }
 
-    /// The communication point at `t`, s, begins, unless it has begun.
+    /// The communication point at `t`, s, begins, unless it has begun. Events between two of them
+    /// are none.
     pub fn begin(&mut self, t: f64) {
-        if t == self.time {
+        let steps = (t - self.stepping.start) / self.stepping.step;
+        if t == self.time || (steps - steps.round()).abs() > 1e-6 {
             return;
         }
         self.time = t;

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use anyhow::{Context, Result, bail, ensure};
+use anyhow::{Context, Result, anyhow, bail, ensure};
 use fmu_description::{Kind, Variability, Variable};
 
 use crate::cells::cells;
@@ -128,7 +128,7 @@ impl Table {
                     cells[0]
                 )
             })?;
-            follows(&table.times, time, || format!("row {row}"))?;
+            follows(&table.times, time).with_context(|| format!("row {row}"))?;
             table.times.push(time);
             for ((column, goal), place) in table.columns.iter_mut().zip(&goals).zip(&places) {
                 let value = goal.number(&cells[*place]);
@@ -171,12 +171,11 @@ fn parse_units(text: &str) -> Result<Vec<(String, String)>> {
 }
 
 /// Times increase.
-fn follows(times: &[f64], time: f64, row: impl Fn() -> String) -> Result<()> {
+fn follows(times: &[f64], time: f64) -> Result<()> {
     let last = times.last().copied().unwrap_or(f64::NEG_INFINITY);
     ensure!(
         time > last,
-        "{}: the time {time} s must be greater than the one before, {last} s",
-        row()
+        "the time {time} s must be greater than the one before, {last} s"
     );
     Ok(())
 }
@@ -205,26 +204,26 @@ impl InputTable {
     /// Of a table in memory.
     ///
     /// # Errors
-    /// Row, counted from 1, and column of what is wrong.
+    /// Column and time of what is wrong.
     pub fn new(system: &System, table: &Table) -> Result<Self> {
         let wiring = system.wiring()?;
         let goals = goals(system, &wiring, &table.columns, "")?;
         ensure!(!table.times.is_empty(), "the input table has no rows");
         for (k, time) in table.times.iter().enumerate() {
-            ensure!(time.is_finite(), "row {}: the time {time} s", k + 1);
-            follows(&table.times[..k], *time, || format!("row {}", k + 1))?;
+            ensure!(time.is_finite(), "the time {time} s must be finite");
+            follows(&table.times[..k], *time)?;
         }
         for (column, goal) in table.columns.iter().zip(&goals) {
             ensure!(
                 column.values.len() == table.times.len(),
-                "column `{}` has {} values; there are {} times",
+                "column `{}` has {} values at {} times",
                 column.name,
                 column.values.len(),
                 table.times.len()
             );
-            for (k, value) in column.values.iter().enumerate() {
-                let place = || format!("row {}, column `{}`", k + 1, column.name);
-                goal.check(*value).with_context(place)?;
+            for (t, value) in table.times.iter().zip(&column.values) {
+                let (name, checked) = (&column.name, goal.check(*value));
+                checked.map_err(|unfit| anyhow!("column `{name}`: at {t} s {unfit}"))?;
             }
         }
         let columns = table
@@ -251,6 +250,27 @@ impl InputTable {
             writes: writes(&wiring, targets.into_iter()),
             row: 0,
         })
+    }
+
+    /// The same of names and columns, with a value at each of the `times`, s.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn from_columns(
+        system: &System,
+        times: &[f64],
+        columns: Vec<(String, Vec<f64>)>,
+    ) -> Result<Self> {
+        let column = |(name, values)| Column {
+            name,
+            unit: None,
+            values,
+        };
+        let table = Table {
+            times: times.to_vec(),
+            columns: columns.into_iter().map(column).collect(),
+        };
+        Self::new(system, &table)
     }
 
     /// The inputs that it gives values to.
@@ -348,7 +368,7 @@ impl Goal<'_> {
     fn check(&self, value: f64) -> Result<()> {
         let is_fit = self.variable.map_or(value.is_finite(), |v| fits(v, value));
         let needed = self.variable.map_or("a finite number".into(), allowed);
-        ensure!(is_fit, "{value} is not {needed}");
+        ensure!(is_fit, "`{value}` is not {needed}");
         Ok(())
     }
 }
@@ -362,8 +382,12 @@ fn goals<'a>(
 ) -> Result<Vec<Goal<'a>>> {
     let mut taken: Vec<(Port, &str)> = Vec::new();
     let mut goals = Vec::new();
-    for column in columns {
+    for (k, column) in columns.iter().enumerate() {
         let name = column.name.as_str();
+        ensure!(
+            columns[..k].iter().all(|other| other.name != name),
+            "{place}two columns are named `{name}`"
+        );
         let place = || format!("{place}column `{name}`");
         let ends = ends(system, column).with_context(place)?;
         for (port, _) in &ends {

@@ -45,6 +45,6 @@ pub mod structure;
 pub mod system;
 pub mod transformation;
 pub mod units;
-
+pub mod value;
 pub mod verdict;
 pub mod wiring;

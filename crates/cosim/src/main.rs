@@ -15,11 +15,10 @@ use cosim::exchange::{Exchange, Order};
 use cosim::package::{Package, read};
 use cosim::probing::probe;
 use cosim::run;
-use cosim::signals::matching;
+use cosim::signals::connected;
 use cosim::structure::{self, Structure};
 use cosim::system::System;
 use cosim::verdict::Verdict;
-use cosim::wiring::Port;
 use fmu_description::{Archive, Causality};
 
 /// Run a system of FMUs: as its SSP system structure says, or its speed, or its wiring.
@@ -146,19 +145,15 @@ fn system_of(args: &OneRunArgs) -> Result<System> {
 
 fn run_system(args: &OneRunArgs) -> Result<Verdict> {
     let system = system_of(args)?;
-    let mut experiment = args.run.experiment(&system)?;
-    let mut verdict = args.run.forgotten(&system, &experiment)?;
+    let mut run = args.run.clone();
+    let preferred = run.prefer(&system);
+    let mut experiment = run.experiment(&system)?;
+    let mut verdict = run.forgotten(&system, &experiment)?;
+    verdict.extend(preferred);
     verdict.extend(args.inputs.add_to(&mut experiment, &system)?);
-    if experiment.stop.or(system.structure.stop_time).is_none() {
-        let stop = system.preferred_stop();
-        verdict.note(format!(
-            "nobody says when to stop: the run ends at t = {stop} s"
-        ));
-        experiment.stop = Some(stop);
-    }
     let stop = experiment.stop(&system)?;
     let master = experiment.start(&system)?;
-    let mut log = args.csv.log(&system, &experiment, || shown(&system))?;
+    let mut log = args.csv.log(&system, &experiment, || connected(&system))?;
     let bar = bar(0, "steps", args.quiet);
     let progress = |k, steps| {
         bar.set_length(steps);
@@ -178,26 +173,11 @@ fn run_system(args: &OneRunArgs) -> Result<Verdict> {
     Ok(verdict)
 }
 
-/// The outputs that connections pass on: what is written where no signals are named.
-fn connected(system: &System) -> Result<Vec<Port>> {
-    let mut ports: Vec<Port> = system.wiring()?.links.iter().map(|l| l.from).collect();
-    ports.sort();
-    ports.dedup();
-    Ok(ports)
-}
-
-/// The same; of FMUs without connections all outputs.
-fn shown(system: &System) -> Result<Vec<Port>> {
-    let ports = connected(system)?;
-    match ports.is_empty() {
-        true => matching(system, &["*".to_string()]),
-        false => Ok(ports),
-    }
-}
-
 fn bench(args: &BenchArgs) -> Result<Verdict> {
     let system = load(&args.system)?;
-    let experiment = args.run.experiment(&system)?;
+    let mut run = args.run.clone();
+    run.prefer(&system);
+    let experiment = run.experiment(&system)?;
     let stop = experiment.stop(&system)?;
     let mut outcomes = Vec::new();
     for _ in 0..args.repeat.max(1) {

@@ -3,7 +3,7 @@
 use anyhow::{Result, ensure};
 use fmu_description::{Kind, Variable};
 
-use crate::slave::range;
+use crate::value::{self, Value};
 
 /// Whole numbers up to here pass as numbers without loss: 2^53.
 const WHOLE: f64 = 9_007_199_254_740_992.0;
@@ -14,13 +14,8 @@ const WHOLE: f64 = 9_007_199_254_740_992.0;
 /// # Errors
 /// What the text has to be.
 pub fn number(v: &Variable, text: &str) -> Result<f64> {
-    let number = match (&v.kind, text) {
-        (Kind::Boolean, "true") => Some(1.0),
-        (Kind::Boolean, "false") => Some(0.0),
-        (Kind::Enumeration(items), _) => {
-            let item = items.iter().find(|item| item.name == text);
-            item.map(|item| whole(item.value)).or(text.parse().ok())
-        }
+    let number = match Value::of_variable(v, text) {
+        Ok(Value::Whole(number)) => Some(whole(number)),
         _ => text.parse().ok(),
     };
     let number = number.filter(|number| fits(v, *number));
@@ -29,16 +24,14 @@ pub fn number(v: &Variable, text: &str) -> Result<f64> {
 }
 
 /// Whether a variable can take a number.
+#[expect(clippy::cast_possible_truncation, reason = "whole numbers up to 2^53")]
 pub fn fits(v: &Variable, number: f64) -> bool {
     let is_whole = number.fract() == 0.0 && number.abs() <= WHOLE;
     match &v.kind {
         Kind::Real => number.is_finite(),
-        Kind::Integer => {
-            let [least, most] = range(v.access()).map_or([-WHOLE, WHOLE], |r| r.map(whole));
-            is_whole && least <= number && number <= most
-        }
+        Kind::Integer => is_whole && value::fits(v.access(), number as i128),
         Kind::Boolean => number == 0.0 || number == 1.0,
-        Kind::Enumeration(items) => items.iter().any(|item| whole(item.value) == number),
+        Kind::Enumeration(items) => items.iter().any(|item| whole(item.value.into()) == number),
         Kind::String | Kind::Binary | Kind::Clock => false,
     }
 }
@@ -47,17 +40,8 @@ pub fn fits(v: &Variable, number: f64) -> bool {
 pub fn allowed(v: &Variable) -> String {
     match &v.kind {
         Kind::Real => "a finite number".into(),
-        Kind::Integer => match range(v.access()) {
-            Some([least, most]) => format!("a whole number from {least} to {most}"),
-            None => "a whole number".into(),
-        },
         Kind::Boolean => "true (1) or false (0)".into(),
-        Kind::Enumeration(items) => {
-            let item = |i: &fmu_description::Item| format!("{} ({})", i.name, i.value);
-            let items: Vec<_> = items.iter().map(item).collect();
-            format!("one of {}", items.join(", "))
-        }
-        other => format!("a number; the variable is of type {}", other.name()),
+        _ => Value::of_variable(v, "").err().unwrap_or("a number".into()),
     }
 }
 
@@ -65,6 +49,6 @@ pub fn allowed(v: &Variable) -> String {
     clippy::cast_precision_loss,
     reason = "whole numbers beyond 2^53 are refused"
 )]
-fn whole(value: i64) -> f64 {
+fn whole(value: i128) -> f64 {
     value as f64
 }

@@ -78,7 +78,7 @@ fn a_table_in_memory_is_an_input() {
         (
             &[0.0, 0.0][..],
             table(&[], &[("spring.x", None, &[1.0, 2.0])]),
-            "row 2: the time 0 s must be greater",
+            "the time 0 s must be greater",
         ),
         (
             &[][..],
@@ -88,22 +88,22 @@ fn a_table_in_memory_is_an_input() {
         (
             &[0.0][..],
             table(&[], &[("spring.x", None, &[1.0, 2.0])]),
-            "column `spring.x` has 2 values; there are 1 times",
+            "column `spring.x` has 2 values at 1 times",
         ),
         (
             &[0.0][..],
             table(&[], &[("spring.x", None, &[f64::NAN])]),
-            "row 1, column `spring.x`: NaN is not a finite number",
+            "column `spring.x`: at 0 s `NaN` is not a finite number",
         ),
         (
             &[0.0][..],
             table(&[], &[("spring.stage", None, &[0.5])]),
-            "0.5 is not a whole number from -2147483648",
+            "`0.5` is not a whole number from -2147483648",
         ),
         (
             &[0.0][..],
             table(&[], &[("spring.off", None, &[2.0])]),
-            "2 is not true (1) or false (0)",
+            "`2` is not true (1) or false (0)",
         ),
         (
             &[0.0][..],
