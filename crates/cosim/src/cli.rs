@@ -318,7 +318,8 @@ impl InputArgs {
             .map(|table| InputTable::new(system, table))
             .transpose()?;
         let fed = table.as_ref().map_or(&[][..], InputTable::ports);
-        for line in faults.described(system, &system.wiring()?, fed)? {
+        let lines = faults.described(system, &system.wiring()?, fed);
+        for line in lines.context("--fault")? {
             verdict.note(line);
         }
         Ok(verdict)

@@ -201,6 +201,7 @@ pub fn effect(system: &System, port: Port, word: &str, value: &str) -> Result<Ef
     let number = |what: &str, fits: &dyn Fn(f64) -> bool| {
         let number = value.parse().ok().filter(|x: &f64| x.is_finite());
         let number = number.filter(|x| fits(*x));
+        ensure!(!value.is_empty(), "{word} of `{name}` needs {what}");
         number.with_context(|| format!("{word} of `{name}`: `{value}` is not {what}"))
     };
     let any = |_: f64| true;

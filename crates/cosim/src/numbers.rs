@@ -27,9 +27,11 @@ pub fn number(v: &Variable, text: &str) -> Result<f64> {
 #[expect(clippy::cast_possible_truncation, reason = "whole numbers up to 2^53")]
 pub fn fits(v: &Variable, number: f64) -> bool {
     let is_whole = number.fract() == 0.0 && number.abs() <= WHOLE;
+    let [least, greatest] = v.bounds();
+    let is_within = least <= number && number <= greatest;
     match &v.kind {
-        Kind::Real => number.is_finite(),
-        Kind::Integer => is_whole && value::fits(v.access(), number as i128),
+        Kind::Real => number.is_finite() && is_within,
+        Kind::Integer => is_whole && is_within && value::fits(v.access(), number as i128),
         Kind::Boolean => number == 0.0 || number == 1.0,
         Kind::Enumeration(items) => items.iter().any(|item| whole(item.value.into()) == number),
         Kind::String | Kind::Binary | Kind::Clock => false,
@@ -39,6 +41,14 @@ pub fn fits(v: &Variable, number: f64) -> bool {
 /// What a variable takes, for messages.
 pub fn allowed(v: &Variable) -> String {
     match &v.kind {
+        Kind::Real | Kind::Integer if (v.min, v.max) != (None, None) => {
+            let [least, greatest] = v.bounds();
+            let kind = match v.kind {
+                Kind::Real => "number",
+                _ => "whole number",
+            };
+            format!("a {kind} from {least} to {greatest}")
+        }
         Kind::Real => "a finite number".into(),
         Kind::Boolean => "true (1) or false (0)".into(),
         _ => Value::of_variable(v, "").err().unwrap_or("a number".into()),

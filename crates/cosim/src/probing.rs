@@ -97,7 +97,7 @@ fn at_point(system: &System, k: usize, inputs: &[usize], is_moved: bool) -> Resu
         #[expect(clippy::cast_precision_loss, reason = "few inputs")]
         let share = 0.1 + 0.05 * (place as f64).sin();
         let moved = start + share * scale(v, start);
-        if v.kind == Kind::Real && within(v, moved) && set(&slave, *input, moved).is_err() {
+        if v.kind == Kind::Real && fits(v, moved) && set(&slave, *input, moved).is_err() {
             drop(slave);
             return new();
         }
@@ -109,11 +109,6 @@ fn scale(v: &Variable, value: f64) -> f64 {
     value.abs().max(v.nominal.unwrap_or(1.0).abs())
 }
 
-fn within(v: &Variable, value: f64) -> bool {
-    let [least, greatest] = v.bounds();
-    fits(v, value) && least <= value && value <= greatest
-}
-
 /// Values beside `value` that a variable may have.
 fn others(v: &Variable, value: f64) -> impl Iterator<Item = f64> {
     let by = match v.kind {
@@ -121,5 +116,5 @@ fn others(v: &Variable, value: f64) -> impl Iterator<Item = f64> {
         _ => 1.0,
     };
     let both = [value + by, value - by].into_iter();
-    both.filter(|other| within(v, *other))
+    both.filter(|other| fits(v, *other))
 }

@@ -601,8 +601,7 @@ fn faults_and_scenarios_are_told() {
     let (code, _, error) = run(&["--noise", "spring.x"]);
     assert!(
         code == 1
-            && error
-                .contains("--noise spring.x: noise of `spring.x`: `` is not a standard deviation"),
+            && error.contains("--noise spring.x: noise of `spring.x` needs a standard deviation"),
         "{error}"
     );
 }
