@@ -195,7 +195,7 @@ macro_rules! fmi3_functions {
             fmi3GetBoolean Shared [N | I | E | S | T] (Pointer, *const u32, usize, *mut bool, usize) -> c_int;
             fmi3GetString Shared [N | I | E | S | T] (Pointer, *const u32, usize, *mut Text, usize) -> c_int;
             fmi3GetBinary Shared [N | I | E | S | T]
-                (Pointer, *const u32, usize, *mut usize, *mut Pointer, usize) -> c_int;
+                (Pointer, *const u32, usize, *mut usize, *mut *const u8, usize) -> c_int;
             fmi3GetClock Shared [E] (Pointer, *const u32, usize, *mut bool) -> c_int;
             fmi3SetFloat32 Shared [N | I | E | S | A] (Pointer, *const u32, usize, *const f32, usize) -> c_int;
             fmi3SetFloat64 Shared [N | I | E | S | A] (Pointer, *const u32, usize, *const f64, usize) -> c_int;
@@ -210,7 +210,7 @@ macro_rules! fmi3_functions {
             fmi3SetBoolean Shared [N | I | E | S | A] (Pointer, *const u32, usize, *const bool, usize) -> c_int;
             fmi3SetString Shared [N | I | E | S | A] (Pointer, *const u32, usize, *const Text, usize) -> c_int;
             fmi3SetBinary Shared [N | I | E | S | A]
-                (Pointer, *const u32, usize, *const usize, *const Pointer, usize) -> c_int;
+                (Pointer, *const u32, usize, *const usize, *const *const u8, usize) -> c_int;
             fmi3SetClock Shared [E] (Pointer, *const u32, usize, *const bool) -> c_int;
             fmi3GetNumberOfVariableDependencies Shared [ANY] (Pointer, u32, *mut usize) -> c_int;
             fmi3GetVariableDependencies Shared [ANY]
