@@ -3,7 +3,7 @@
 use std::process::ExitCode;
 
 use anyhow::Result;
-use cosim::cli::{code, exit};
+use cosim::cli::exit;
 use cosim::verdict::Verdict;
 
 use super::python;
@@ -22,7 +22,5 @@ pub fn run(needs_python: bool, check: bool, command: impl FnOnce() -> Result<Ver
             Err(error) => return exit(Err(error), check),
         }
     }
-    let code = code(command(), check);
-    python::end(code);
-    ExitCode::from(code)
+    exit(command(), check)
 }
