@@ -17,7 +17,7 @@ use crate::master::{Schedule, Stepping};
 use crate::noise::Noise;
 use crate::output;
 use crate::run::Experiment;
-use crate::signals::matching;
+use crate::signals::matching_any;
 use crate::system::{FmuPlace, Forgotten, System};
 use crate::verdict::Verdict;
 use crate::wiring::Port;
@@ -292,7 +292,7 @@ impl CsvArgs {
         };
         let ports = match self.signals.is_empty() {
             true => useful()?,
-            false => matching(system, &self.signals)?,
+            false => matching_any(system, &self.signals)?,
         };
         Log::create(path, system, &ports, self.interval, experiment.stepping).map(Some)
     }
