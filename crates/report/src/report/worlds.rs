@@ -81,6 +81,11 @@ fn words(world: World) -> (&'static str, &'static str, &'static str) {
              joints and masses, centres of mass, dimensions and plumb drawn by seed; actuators and sensors are ideal.",
             "hdrm-fmu table --world bending",
         ),
+        World::StrictRigid | World::Strict => (
+            "strict",
+            "Actuators, joints, wrist drives, load cells and clock drawn by seed besides.",
+            "hdrm-fmu table --world strict-rigid",
+        ),
     }
 }
 
@@ -89,11 +94,11 @@ fn one(world: World, system: &System, base: &Experiment) -> Result<(usize, Vec<S
     let mut base = Experiment {
         settings: match world {
             World::Ideal => base.settings.clone(),
-            World::Real | World::Bending => Vec::new(), // of another system
+            _ => Vec::new(), // of another system
         },
         ..base.clone()
     };
-    if world == World::Bending {
+    if world.bends() {
         base.stepping.step = base.stepping.step.min(worlds::BENDING_STEP);
     }
     let laws: Vec<Law> = laws::rivals();
@@ -102,6 +107,13 @@ fn one(world: World, system: &System, base: &Experiment) -> Result<(usize, Vec<S
         .filter(|law| MODES.contains(&law.name.as_str()))
         .collect();
     let cases = worlds::cases(world, system, 1..1 + SEEDS)?;
-    let cells = comparison::run(system, &base, &laws, &cases.list, || ())?;
+    let cells = comparison::run(
+        system,
+        &base,
+        &laws,
+        &cases.list,
+        world.trajectories(),
+        || (),
+    )?;
     Ok((cases.list.len(), comparison::summaries(&cells, None)))
 }

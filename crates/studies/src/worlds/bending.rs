@@ -24,7 +24,7 @@ pub const TARGET: f64 = 2e-3;
 pub fn cases(system: &System, seeds: Range<u64>) -> Result<Vec<Case>> {
     let case = |seed| {
         let setting = system.setting("hdrm.seed", seed)?;
-        Ok(Case::new(format!("seed {seed}"), vec![setting]))
+        Ok(Case::of_seed(seed, vec![setting]))
     };
     seeds.map(case).collect()
 }
