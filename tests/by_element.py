@@ -136,8 +136,10 @@ class Instance3(Instance):
         values = [found[n] for n in names]
         return values[0] if len(values) == 1 else values
 
-    def enter_initialization(self, start=0.0, stop=None):
+    def enter_initialization(self, start=0.0, stop=None, values=None):
         self.time = start
+        if values:
+            self.set(values)
         has_stop, stop = c_bool(stop is not None), c_double(stop or 0.0)
         self.call("fmi3EnterInitializationMode", c_bool(False), c_double(0.0), c_double(start), has_stop, stop)
 

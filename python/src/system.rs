@@ -1,15 +1,16 @@
 //! A loaded system.
 
 use std::collections::BTreeMap;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use anyhow::{Context, Result, bail, ensure};
 use clap::ValueEnum as _;
 use cosim::cli::RunArgs;
+use cosim::input_table::InputTable;
 use cosim::master::Schedule;
 use cosim::run::Experiment;
-use cosim::signals::matching;
+use cosim::signals::{connected, matching};
 use cosim::system::FmuPlace;
 use cosim::verdict::Verdict;
 use fmu_description::{Kind, Variable};
@@ -25,6 +26,9 @@ use crate::raised;
 use crate::run::{self, Request};
 use crate::session::Session;
 
+/// Communication step where neither the caller nor a system says another one, s.
+const STEP: f64 = 1e-3;
+
 /// A system with its FMUs, loaded once for any number of runs.
 #[pyclass(frozen)]
 pub struct System {
@@ -34,8 +38,12 @@ pub struct System {
 /// What is loaded.
 #[derive(FromPyObject)]
 struct Source {
+    /// A system, or FMUs by themselves.
     #[pyo3(item)]
-    path: PathBuf,
+    files: Vec<PathBuf>,
+    /// Connections between these FMUs.
+    #[pyo3(item)]
+    connect: Vec<String>,
     #[pyo3(item)]
     variant: Option<String>,
     #[pyo3(item)]
@@ -46,6 +54,12 @@ struct Source {
     disconnect: Vec<String>,
     #[pyo3(item)]
     replaced: Vec<(String, PathBuf)>,
+    /// Mappings from names of the system to those of the FMUs of components.
+    #[pyo3(item)]
+    maps: Vec<(String, PathBuf)>,
+    /// Components whose outputs may be read again after inputs were set.
+    #[pyo3(item)]
+    feedthrough: Vec<String>,
     /// Whether the loads of the controller's path are connected to the manipulator.
     #[pyo3(item)]
     has_loads: bool,
@@ -56,12 +70,15 @@ struct Source {
 struct Conditions {
     #[pyo3(item)]
     settings: Vec<(String, String)>,
+    /// s; None: what the system asks for, else its FMUs.
     #[pyo3(item)]
-    step: f64,
+    step: Option<f64>,
     #[pyo3(item)]
     stop_time: Option<f64>,
     #[pyo3(item)]
     schedule: String,
+    #[pyo3(item)]
+    strict: bool,
 }
 
 /// What is to come out of a run.
@@ -75,7 +92,12 @@ struct Asked {
     max_error: Option<f64>,
     #[pyo3(item)]
     metrics: Vec<String>,
+    #[pyo3(item)]
+    inputs: Option<Inputs>,
 }
+
+/// Inputs that no connection drives, over time: times (s), names and columns.
+type Inputs = (Vec<f64>, Vec<(String, Vec<f64>)>);
 
 /// A machine of the real world, drawn by seed; its file exists as long as this.
 #[pyclass(frozen)]
@@ -106,8 +128,24 @@ impl System {
         let place = FmuPlace::Structure {
             else_in: source.fmu_dirs,
         };
-        let (path, variant) = (&source.path, source.variant.as_deref());
-        let mut system = cosim::system::System::load(path, variant, &place, &source.replaced)?;
+        let variant = source.variant.as_deref();
+        let mut system = match source.files.as_slice() {
+            [path] if !is_fmu(path) => cosim::system::System::load_renamed(
+                path,
+                variant,
+                &place,
+                &source.replaced,
+                &source.maps,
+            )?,
+            files => cosim::system::System::of_fmus(files, &source.connect)?,
+        };
+        for name in source.feedthrough {
+            ensure!(
+                system.structure.component(&name).is_some(),
+                "feedthrough `{name}`: the system has no component of this name"
+            );
+            system.structure.feedthrough.push(name);
+        }
         for set in &source.parameters {
             system.apply_set(set)?;
         }
@@ -137,17 +175,23 @@ impl System {
             );
         };
         let setting = |(name, value): &(String, String)| format!("{name}={value}");
-        let args = RunArgs {
-            step: conditions.step,
+        let mut args = RunArgs {
+            step: conditions.step.unwrap_or(STEP),
             stop_time: conditions.stop_time,
             schedule,
             input_derivatives: false,
             settings: conditions.settings.iter().map(setting).collect(),
-            strict: false,
+            strict: conditions.strict,
             check: false,
         };
+        // Where the machine's motion ends, it says itself.
+        let preferred = match self.is_machine() {
+            true => Verdict::default(),
+            false => args.prefer(&self.system, conditions.step.is_some()),
+        };
         let mut experiment = args.experiment(&self.system)?;
-        let forgotten = forgotten(&args, &self.system, &experiment)?;
+        let mut forgotten = forgotten(&args, &self.system, &experiment)?;
+        forgotten.extend(preferred);
         tell_delay(&self.system, &mut experiment)?;
         Ok((experiment, forgotten))
     }
@@ -211,10 +255,20 @@ impl System {
             .collect()
     }
 
-    /// Start and stop time of the system's default experiment, s.
-    fn default_experiment(&self) -> (f64, Option<f64>) {
+    /// Names of the system's own inputs, and of its outputs with the variables that they show.
+    fn connectors(&self) -> (Vec<String>, BTreeMap<String, String>) {
         let structure = &self.system.structure;
-        (structure.start_time, structure.stop_time)
+        let inputs = structure.inputs.iter().map(|input| input.name.clone());
+        let shown = |(component, variable): &(String, String)| format!("{component}.{variable}");
+        let outputs = structure.outputs.iter();
+        let outputs = outputs.map(|output| (output.name.clone(), shown(&output.start)));
+        (inputs.collect(), outputs.collect())
+    }
+
+    /// Communication step where none is given, s.
+    fn step(&self) -> f64 {
+        let preferred = self.system.preferred_step().map(|(step, _)| step);
+        preferred.filter(|_| !self.is_machine()).unwrap_or(STEP)
     }
 
     /// Whether it is the manipulator with its controller.
@@ -254,10 +308,19 @@ impl System {
     fn signals(&self, patterns: Option<Vec<String>>) -> PyResult<Vec<String>> {
         let ports = match patterns {
             Some(patterns) => matching(&self.system, &patterns),
-            None => useful(&self.system),
+            None => match useful(&self.system) {
+                Ok(ports) if ports.is_empty() => connected(&self.system),
+                ports => ports,
+            },
         };
         let name = |port: &cosim::wiring::Port| self.system.name(*port);
         Ok(ports.map_err(raised)?.iter().map(name).collect())
+    }
+
+    /// Look at inputs over time before a run.
+    fn check_inputs(&self, times: Vec<f64>, columns: Vec<(String, Vec<f64>)>) -> PyResult<()> {
+        let table = InputTable::from_columns(&self.system, &times, columns);
+        table.map(drop).map_err(raised)
     }
 
     /// Draw a machine of the real world, around the system's own or around that of the file
@@ -277,7 +340,11 @@ impl System {
     ) -> PyResult<Py<PyDict>> {
         let (experiment, forgotten) = self.experiment(conditions).map_err(raised)?;
         let ports = asked.signals.iter().map(|name| self.system.port(name));
+        let table =
+            |(times, columns): Inputs| InputTable::from_columns(&self.system, &times, columns);
+        let inputs = asked.inputs.map(table);
         let request = Request {
+            inputs: inputs.transpose().map_err(raised)?,
             ports: ports.collect::<Result<_>>().map_err(raised)?,
             interval: asked.interval,
             max_error: asked.max_error,
@@ -295,6 +362,10 @@ impl System {
         let (experiment, _) = self.experiment(conditions).map_err(raised)?;
         Session::start(py, self.system.clone(), experiment)
     }
+}
+
+fn is_fmu(path: &Path) -> bool {
+    path.extension().is_some_and(|e| e == "fmu")
 }
 
 /// Names and numbers of the items of an enumeration.

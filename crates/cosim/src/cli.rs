@@ -17,7 +17,7 @@ use crate::master::{Schedule, Stepping};
 use crate::noise::Noise;
 use crate::output;
 use crate::run::Experiment;
-use crate::signals::matching;
+use crate::signals::matching_any;
 use crate::system::{FmuPlace, Forgotten, System};
 use crate::verdict::Verdict;
 use crate::wiring::Port;
@@ -142,6 +142,27 @@ pub struct RunArgs {
 }
 
 impl RunArgs {
+    /// Without a step or a stop time of their own, those that the system asks for, else its FMUs;
+    /// what is to be said of that.
+    pub fn prefer(&mut self, system: &System, is_step_given: bool) -> Verdict {
+        let mut verdict = Verdict::default();
+        if !is_step_given
+            && let Some((step, who)) = system.preferred_step()
+            && step != self.step
+        {
+            verdict.note(format!("the communication step is {step} s, as {who} asks"));
+            self.step = step;
+        }
+        if self.stop_time.or(system.structure.stop_time).is_none() {
+            let stop = system.preferred_stop();
+            verdict.note(format!(
+                "nobody says when to stop: the run ends at t = {stop} s"
+            ));
+            self.stop_time = Some(stop);
+        }
+        verdict
+    }
+
     /// The experiment on `system` that these arguments describe.
     pub fn experiment(&self, system: &System) -> Result<Experiment> {
         let schedule = match (self.schedule, self.input_derivatives) {
@@ -272,7 +293,7 @@ impl CsvArgs {
         };
         let ports = match self.signals.is_empty() {
             true => useful()?,
-            false => matching(system, &self.signals)?,
+            false => matching_any(system, &self.signals)?,
         };
         Log::create(path, system, &ports, self.interval, experiment.stepping).map(Some)
     }

@@ -1,15 +1,18 @@
 //! Signals written as comma-separated values: one line of plain names, then one row per
 //! communication point; the units stand in a second file beside it, `NAME.units.csv`.
 
+use std::borrow::Cow;
 use std::fs::{self, File};
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, ensure};
+use fmu_description::Kind;
 
 use crate::master::{Master, Stepping};
 use crate::signals::Signals;
 use crate::system::System;
+use crate::value::is_wide;
 use crate::wiring::Port;
 
 /// A file that is being written under another name; it gets its own when it is complete, and leaves
@@ -46,11 +49,23 @@ impl CsvFile {
 
     /// Add a row; the numbers are the shortest that read back bit for bit.
     pub fn row(&mut self, time: f64, values: &[f64]) -> Result<()> {
+        self.row_with(time, values, &[])
+    }
+
+    /// The same with texts, each in its column, counted from 0 after the time.
+    fn row_with(&mut self, time: f64, values: &[f64], texts: &[(usize, String)]) -> Result<()> {
         let mut digits = zmij::Buffer::new();
         self.row.extend_from_slice(digits.format(time).as_bytes());
-        for value in values {
+        let (mut values, mut texts) = (values.iter(), texts.iter().peekable());
+        for column in 0..values.len() + texts.len() {
             self.row.push(b',');
-            self.row.extend_from_slice(digits.format(*value).as_bytes());
+            match texts.next_if(|(k, _)| *k == column) {
+                Some((_, text)) => self.row.extend_from_slice(quoted(text).as_bytes()),
+                None => {
+                    let value = values.next().context("a text in no column")?;
+                    self.row.extend_from_slice(digits.format(*value).as_bytes());
+                }
+            }
         }
         self.write_row()
     }
@@ -83,10 +98,21 @@ impl Drop for CsvFile {
     }
 }
 
+/// A text as a cell: in quotes where it would be taken for more than one (RFC 4180).
+fn quoted(text: &str) -> Cow<'_, str> {
+    match text.contains([',', '"', '\n', '\r']) {
+        true => Cow::Owned(format!("\"{}\"", text.replace('"', "\"\""))),
+        false => Cow::Borrowed(text),
+    }
+}
+
 /// Writes signals of a run to a file, and their units beside it.
 pub struct Log {
     file: CsvFile,
     signals: Signals,
+    /// Columns of what does not pass as numbers, and texts for them.
+    whole: Vec<(usize, Port)>,
+    texts: Vec<(usize, String)>,
     /// Text of the file of units.
     units: String,
     /// Communication steps from row to row.
@@ -109,10 +135,19 @@ impl Log {
         for (name, port) in names.iter().zip(ports) {
             units += &format!("{name},{}\n", unit(port));
         }
+        let is_whole = |port: &Port| {
+            let v = system.variable(*port);
+            is_wide(v.access()) && !matches!(v.kind, Kind::Enumeration(_))
+        };
+        let columns = ports.iter().copied().enumerate();
+        let (whole, numbers): (Vec<_>, Vec<_>) = columns.partition(|(_, port)| is_whole(port));
+        let numbers: Vec<Port> = numbers.into_iter().map(|(_, port)| port).collect();
         Ok(Self {
             file: CsvFile::create(path, &names)?,
             units,
-            signals: Signals::new(system, ports)?,
+            signals: Signals::new(system, &numbers)?,
+            whole,
+            texts: Vec::new(),
             stride,
         })
     }
@@ -122,8 +157,12 @@ impl Log {
         if !master.steps().is_multiple_of(self.stride) {
             return Ok(());
         }
+        self.texts.clear();
+        for (column, port) in &self.whole {
+            self.texts.push((*column, master.text(*port)?));
+        }
         let values = self.signals.read(master)?;
-        self.file.row(master.time(), values)
+        self.file.row_with(master.time(), values, &self.texts)
     }
 
     /// The run has ended.

@@ -9,6 +9,7 @@ use crate::batch::Batch;
 use crate::noise::{Noise, Source, is_element};
 use crate::slave::{At, Slave};
 use crate::transformation::Transformation;
+use crate::value::{Value, is_wide};
 use crate::wiring::{Link, Port, Undeclared, Wiring};
 use anyhow::{Result, bail};
 use fmu_description::Access;
@@ -27,6 +28,19 @@ impl Read {
         self.slave
     }
 
+    fn run_any(
+        &self,
+        slaves: &[Slave],
+        values: &mut [f64],
+        wide: &mut [Value],
+        at: At,
+    ) -> Result<()> {
+        match self.batch.is_wide {
+            false => self.run(slaves, values, at),
+            true => slaves[self.slave].get_whole(&self.batch, &mut wide[self.slots.clone()], at),
+        }
+    }
+
     /// Read the values into their slots.
     pub fn run(&self, slaves: &[Slave], values: &mut [f64], at: At) -> Result<()> {
         slaves[self.slave].get(&self.batch, &mut values[self.slots.clone()], at)
@@ -43,6 +57,8 @@ pub struct Write {
     transformed: Vec<(usize, Transformation)>,
     /// Standard deviations of the noise on the inputs; empty where there is none.
     sigma: Vec<f64>,
+    /// The values come from outputs that do not pass as numbers.
+    is_wide: bool,
 }
 
 impl Write {
@@ -63,6 +79,17 @@ impl Write {
             buffer[*k] = transformation.of(buffer[*k]);
         }
         buffer
+    }
+
+    /// Set the inputs to whole values.
+    fn run_wide(&self, slaves: &[Slave], wide: &[Value], at: At) -> Result<()> {
+        let mut inputs: Vec<_> = self.slots.iter().map(|slot| wide[*slot].clone()).collect();
+        for (k, transformation) in &self.transformed {
+            if let Value::Whole(number) = &mut inputs[*k] {
+                *number = transformation.of_whole(*number);
+            }
+        }
+        slaves[self.slave].set_whole(&self.batch, &inputs, at)
     }
 
     /// Of time derivatives: an offset has none.
@@ -115,6 +142,8 @@ pub struct Exchange {
     slots: BTreeMap<Port, usize>,
     /// Values last passed, one slot per connected output.
     pub values: Vec<f64>,
+    /// Those of outputs that do not pass as numbers; empty where there is none.
+    wide: Vec<Value>,
     buffer: Vec<f64>,
     ones: Vec<i32>,
     noise: Option<Source>,
@@ -149,12 +178,16 @@ impl Exchange {
             let outputs = links.iter().map(|link| link.from);
             let outputs = outputs.filter(|port| !is_first(port));
             let reads = reads(wiring, outputs, &mut slots);
-            let writes = writes(
-                wiring,
-                links
+            let writes = [false, true].map(|wide| {
+                let chosen = links
                     .iter()
-                    .map(|link| (link.to, slots[&link.from], link.transformation.clone())),
-            );
+                    .filter(|link| is_wide(wiring.access(link.from)) == wide);
+                let inputs = chosen.map(|l| (l.to, slots[&l.from], l.transformation.clone()));
+                let mut writes = writes(wiring, inputs);
+                writes.iter_mut().for_each(|write| write.is_wide = wide);
+                writes
+            });
+            let writes = writes.into_iter().flatten().collect();
             stages.push(Stage { reads, writes });
         }
         let widest = stages
@@ -164,10 +197,15 @@ impl Exchange {
             .max()
             .unwrap_or(0);
         let (values, ones) = (vec![0.0; slots.len()], vec![1; slots.len().max(widest)]);
+        let mut wide = Vec::new();
+        if slots.keys().any(|port| is_wide(wiring.access(*port))) {
+            wide = vec![Value::none(Access::Int64); slots.len()];
+        }
         Ok(Self {
             first,
             stages,
             values,
+            wide,
             buffer: vec![0.0; widest],
             ones,
             slots,
@@ -221,8 +259,9 @@ impl Exchange {
 
     /// Pass all values, stage by stage.
     pub fn run(&mut self, slaves: &[Slave], at: At) -> Result<()> {
-        let mut first = self.first.iter();
-        first.try_for_each(|read| read.run(slaves, &mut self.values, at))?;
+        for read in &self.first {
+            read.run_any(slaves, &mut self.values, &mut self.wide, at)?;
+        }
         self.run_again(slaves, at)
     }
 
@@ -231,7 +270,7 @@ impl Exchange {
     pub fn run_again(&mut self, slaves: &[Slave], at: At) -> Result<()> {
         for k in 0..self.stages.len() {
             self.read_stage(k, slaves, at)?;
-            self.write_stage(k, slaves, at)?;
+            self.write_stage(k, None, slaves, at)?;
         }
         Ok(())
     }
@@ -241,10 +280,12 @@ impl Exchange {
     pub fn settle(&mut self, slaves: &[Slave], at: At, passes: usize) -> Result<Vec<Port>> {
         let mut changed = Vec::new();
         for _ in 0..passes {
-            let before = self.values.clone();
+            let (before, wide) = (self.values.clone(), self.wide.clone());
             self.run(slaves, at)?;
-            let differs =
-                |(_, k): &(&Port, &usize)| before[**k].to_bits() != self.values[**k].to_bits();
+            let differs = |(_, k): &(&Port, &usize)| {
+                before[**k].to_bits() != self.values[**k].to_bits()
+                    || wide.get(**k) != self.wide.get(**k)
+            };
             changed = self
                 .slots
                 .iter()
@@ -258,6 +299,19 @@ impl Exchange {
         Ok(changed)
     }
 
+    /// Read all outputs of one component.
+    pub fn read_of(&mut self, component: usize, slaves: &[Slave], at: At) -> Result<()> {
+        let reads = self.stages.iter().flat_map(|stage| &stage.reads);
+        let mut own = reads.filter(|read| read.slave == component);
+        own.try_for_each(|read| read.run_any(slaves, &mut self.values, &mut self.wide, at))
+    }
+
+    /// Set all inputs of one component.
+    pub fn write_of(&mut self, component: usize, slaves: &[Slave], at: At) -> Result<()> {
+        let chosen = Some(component);
+        (0..self.stages.len()).try_for_each(|k| self.write_stage(k, chosen, slaves, at))
+    }
+
     /// Read all outputs.
     pub fn read(&mut self, slaves: &[Slave], at: At) -> Result<()> {
         (0..self.stages.len()).try_for_each(|k| self.read_stage(k, slaves, at))
@@ -265,16 +319,30 @@ impl Exchange {
 
     /// Set all inputs to what was last read.
     pub fn write(&mut self, slaves: &[Slave], at: At) -> Result<()> {
-        (0..self.stages.len()).try_for_each(|k| self.write_stage(k, slaves, at))
+        (0..self.stages.len()).try_for_each(|k| self.write_stage(k, None, slaves, at))
     }
 
     fn read_stage(&mut self, k: usize, slaves: &[Slave], at: At) -> Result<()> {
         let mut reads = self.stages[k].reads.iter();
-        reads.try_for_each(|read| read.run(slaves, &mut self.values, at))
+        reads.try_for_each(|read| read.run_any(slaves, &mut self.values, &mut self.wide, at))
     }
 
-    fn write_stage(&mut self, k: usize, slaves: &[Slave], at: At) -> Result<()> {
+    /// Set the inputs of a stage, or those of one component.
+    fn write_stage(
+        &mut self,
+        k: usize,
+        only: Option<usize>,
+        slaves: &[Slave],
+        at: At,
+    ) -> Result<()> {
         for write in &self.stages[k].writes {
+            if only.is_some_and(|slave| slave != write.slave) {
+                continue;
+            }
+            if write.is_wide {
+                write.run_wide(slaves, &self.wide, at)?;
+                continue;
+            }
             let inputs = write.gather(&self.values, &mut self.buffer);
             if let Some(source) = &mut self.noise {
                 source.disturb(inputs, &write.sigma);
@@ -339,23 +407,23 @@ impl Exchange {
     }
 }
 
-/// One read per component and type; new slots are numbered on in `slots` so that each read fills a
+/// One read per component, type and clocks; new slots are numbered on in `slots` so that each read fills a
 /// contiguous range.
 pub fn reads(
     wiring: &Wiring,
     ports: impl Iterator<Item = Port>,
     slots: &mut BTreeMap<Port, usize>,
 ) -> Vec<Read> {
-    let mut together: BTreeMap<(usize, Access), Vec<Port>> = BTreeMap::new();
+    let mut together: BTreeMap<_, Vec<Port>> = BTreeMap::new();
     for port in ports {
-        let key = (port.component, wiring.access(port));
+        let key = (port.component, wiring.access(port), wiring.clocks(port));
         let list = together.entry(key).or_default();
         if !list.contains(&port) {
             list.push(port);
         }
     }
     let mut reads = Vec::new();
-    for ((slave, _), ports) in together {
+    for ((slave, ..), ports) in together {
         let start = slots.len();
         for (k, port) in ports.iter().enumerate() {
             slots.insert(*port, start + k);
@@ -369,19 +437,20 @@ pub fn reads(
     reads
 }
 
-/// One write per component and type, of inputs, the slots their values come from, and what becomes
+/// One write per component, type and clocks, of inputs, the slots their values come from, and what becomes
 /// of them on the way.
 pub fn writes(
     wiring: &Wiring,
     inputs: impl Iterator<Item = (Port, usize, Transformation)>,
 ) -> Vec<Write> {
-    let mut together: BTreeMap<(usize, Access), Vec<_>> = BTreeMap::new();
+    let mut together: BTreeMap<_, Vec<_>> = BTreeMap::new();
     for input in inputs {
-        let key = (input.0.component, wiring.access(input.0));
+        let port = input.0;
+        let key = (port.component, wiring.access(port), wiring.clocks(port));
         together.entry(key).or_default().push(input);
     }
     let mut writes = Vec::new();
-    for ((slave, _), inputs) in together {
+    for ((slave, ..), inputs) in together {
         let transformed = inputs.iter().map(|(.., t)| t.clone()).enumerate();
         writes.push(Write {
             slave,
@@ -391,6 +460,7 @@ pub fn writes(
                 .filter(|(_, t)| *t != Transformation::NONE)
                 .collect(),
             sigma: Vec::new(),
+            is_wide: false,
         });
     }
     writes

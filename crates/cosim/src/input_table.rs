@@ -62,37 +62,7 @@ impl InputTable {
             "row 1: the first column is `{}`; it must be `time`",
             names[0]
         );
-        let wiring = system.wiring()?;
-        let mut columns = Vec::new();
-        let mut targets: Vec<(Port, Transformation, usize)> = Vec::new();
-        for (slot, name) in names[1..].iter().enumerate() {
-            ensure!(
-                !names[1..=slot].contains(name),
-                "row 1: two columns are named `{name}`"
-            );
-            let place = || format!("row 1, column `{name}`");
-            let ends = ends(system, name).with_context(place)?;
-            for (port, transformation) in &ends {
-                if let Some(link) = wiring.driver(*port) {
-                    let driver = wiring.name(wiring.links[link].from);
-                    bail!("{}: the connection from `{driver}` drives it", place());
-                }
-                if let Some((.., other)) = targets.iter().find(|(p, ..)| p == port) {
-                    let other = names[1 + *other];
-                    bail!("{}: the column `{other}` gives this input, too", place());
-                }
-                targets.push((*port, transformation.clone(), slot));
-            }
-            let is_linear = ends.iter().all(|(port, _)| {
-                let variable = system.variable(*port);
-                variable.kind == Kind::Real && variable.variability == Variability::Continuous
-            });
-            columns.push(Column {
-                values: Vec::new(),
-                is_linear,
-            });
-        }
-        let mut times: Vec<f64> = Vec::new();
+        let mut table = Self::empty(system, &names[1..], "row 1, ")?;
         for (row, line) in lines {
             let cells: Vec<&str> = line.split(',').map(str::trim).collect();
             ensure!(
@@ -113,28 +83,97 @@ impl InputTable {
                 })
             };
             let time = number(0)?;
-            if let Some(before) = times.last() {
-                ensure!(
-                    time > *before,
-                    "row {row}: the time {time} s must be greater than the one before, {before} s"
-                );
-            }
-            times.push(time);
-            for (k, column) in columns.iter_mut().enumerate() {
+            table.add_time(time).with_context(|| format!("row {row}"))?;
+            for (k, column) in table.columns.iter_mut().enumerate() {
                 column.values.push(number(k + 1)?);
             }
         }
+        ensure!(!table.times.is_empty(), "it has no rows of numbers");
+        Ok(table)
+    }
+
+    /// A table of `columns` with their names, as in a file, and a value at each of the `times`, s.
+    ///
+    /// # Errors
+    /// Column and time of what is wrong.
+    pub fn from_columns(
+        system: &System,
+        times: &[f64],
+        columns: Vec<(String, Vec<f64>)>,
+    ) -> Result<Self> {
+        let names: Vec<&str> = columns.iter().map(|(name, _)| name.as_str()).collect();
+        let mut table = Self::empty(system, &names, "")?;
         ensure!(!times.is_empty(), "it has no rows of numbers");
+        times.iter().try_for_each(|time| table.add_time(*time))?;
+        for (column, (name, values)) in table.columns.iter_mut().zip(columns) {
+            ensure!(
+                values.len() == times.len(),
+                "column `{name}` has {} values at {} times",
+                values.len(),
+                times.len()
+            );
+            if let Some((t, value)) = times.iter().zip(&values).find(|(_, x)| !x.is_finite()) {
+                bail!("column `{name}`: at {t} s `{value}` is not a finite number");
+            }
+            column.values = values;
+        }
+        Ok(table)
+    }
+
+    /// A table without rows for the inputs `names`; `place` begins what is said of a column.
+    fn empty(system: &System, names: &[&str], place: &str) -> Result<Self> {
+        let wiring = system.wiring()?;
+        let mut columns = Vec::new();
+        let mut targets: Vec<(Port, Transformation, usize)> = Vec::new();
+        for (slot, name) in names.iter().enumerate() {
+            ensure!(
+                !names[..slot].contains(name),
+                "{place}two columns are named `{name}`"
+            );
+            let place = || format!("{place}column `{name}`");
+            let ends = ends(system, name).with_context(place)?;
+            for (port, transformation) in &ends {
+                if let Some(link) = wiring.driver(*port) {
+                    let driver = wiring.name(wiring.links[link].from);
+                    bail!("{}: the connection from `{driver}` drives it", place());
+                }
+                if let Some((.., other)) = targets.iter().find(|(p, ..)| p == port) {
+                    let other = names[*other];
+                    bail!("{}: the column `{other}` gives this input, too", place());
+                }
+                targets.push((*port, transformation.clone(), slot));
+            }
+            let is_linear = ends.iter().all(|(port, _)| {
+                let variable = system.variable(*port);
+                variable.kind == Kind::Real && variable.variability == Variability::Continuous
+            });
+            columns.push(Column {
+                values: Vec::new(),
+                is_linear,
+            });
+        }
         let targets = targets.into_iter().map(|(port, t, slot)| (port, slot, t));
         let targets: Vec<_> = targets.collect();
         Ok(Self {
-            times,
+            times: Vec::new(),
             values: vec![0.0; columns.len()],
             columns,
             buffer: vec![0.0; targets.len()],
             writes: writes(&wiring, targets.into_iter()),
             row: 0,
         })
+    }
+
+    fn add_time(&mut self, time: f64) -> Result<()> {
+        ensure!(time.is_finite(), "the time {time} s must be finite");
+        if let Some(before) = self.times.last() {
+            ensure!(
+                time > *before,
+                "the time {time} s must be greater than the one before, {before} s"
+            );
+        }
+        self.times.push(time);
+        Ok(())
     }
 
     /// Set the inputs to their values at `t`, s; before the first row and after the last one those

@@ -40,5 +40,6 @@ pub mod stepping;
 pub mod structure;
 pub mod system;
 pub mod transformation;
+pub mod value;
 pub mod verdict;
 pub mod wiring;

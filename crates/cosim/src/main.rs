@@ -15,10 +15,9 @@ use cosim::exchange::{Exchange, Order};
 use cosim::input_table::InputTable;
 use cosim::package::read;
 use cosim::run;
-use cosim::signals::matching;
+use cosim::signals::connected;
 use cosim::system::System;
 use cosim::verdict::Verdict;
-use cosim::wiring::Port;
 use fmu_description::Archive;
 
 /// Run a system of FMUs: as its SSP system structure says, or its speed, or its wiring.
@@ -137,30 +136,16 @@ fn system_of(args: &OneRunArgs) -> Result<System> {
 fn run_system(args: &OneRunArgs) -> Result<Verdict> {
     let system = system_of(args)?;
     let mut run = args.run.clone();
-    let mut preferred = None;
-    if !args.is_step_given
-        && let Some((step, who)) = system.preferred_step()
-        && step != run.step
-    {
-        preferred = Some(format!("the communication step is {step} s, as {who} asks"));
-        run.step = step;
-    }
-    let mut experiment = run.experiment(&system)?;
+    let preferred = run.prefer(&system, args.is_step_given);
+    let experiment = run.experiment(&system)?;
     let mut verdict = run.forgotten(&system, &experiment)?;
-    preferred.into_iter().for_each(|text| verdict.note(text));
-    if experiment.stop.or(system.structure.stop_time).is_none() {
-        let stop = system.preferred_stop();
-        verdict.note(format!(
-            "nobody says when to stop: the run ends at t = {stop} s"
-        ));
-        experiment.stop = Some(stop);
-    }
+    verdict.extend(preferred);
     let stop = experiment.stop(&system)?;
     let mut master = experiment.start(&system)?;
     if let Some(file) = &args.input {
         master.feed(InputTable::load(file, &system)?)?;
     }
-    let mut log = args.csv.log(&system, &experiment, || shown(&system))?;
+    let mut log = args.csv.log(&system, &experiment, || connected(&system))?;
     let bar = bar(0, "steps", args.quiet);
     let progress = |k, steps| {
         bar.set_length(steps);
@@ -178,23 +163,6 @@ fn run_system(args: &OneRunArgs) -> Result<Verdict> {
         print(format_args!("signals written to {}\n", path.display()))?;
     }
     Ok(verdict)
-}
-
-/// The outputs that connections pass on: what is written where no signals are named.
-fn connected(system: &System) -> Result<Vec<Port>> {
-    let mut ports: Vec<Port> = system.wiring()?.links.iter().map(|l| l.from).collect();
-    ports.sort();
-    ports.dedup();
-    Ok(ports)
-}
-
-/// The same; of FMUs without connections all outputs.
-fn shown(system: &System) -> Result<Vec<Port>> {
-    let ports = connected(system)?;
-    match ports.is_empty() {
-        true => matching(system, &["*".to_string()]),
-        false => Ok(ports),
-    }
 }
 
 fn bench(args: &BenchArgs) -> Result<Verdict> {

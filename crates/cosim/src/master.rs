@@ -19,6 +19,9 @@ use crate::wiring::{Link, Port, Wiring};
 pub use crate::instances::{instantiate, start_value};
 pub use crate::schedule::{Jitter, Schedule, Stepping};
 
+/// Part of the communication step by which an event may be missed.
+const TOLERANCE: f64 = 1e-6;
+
 /// A running system.
 pub struct Master {
     coupling: Coupling,
@@ -64,7 +67,10 @@ impl Master {
             .iter()
             .map(|b| Residual::new(wiring.name(b.effort)))
             .collect();
+        let timed = (0..slaves.len()).filter(|k| slaves[*k].has_events());
         let mut coupling = Coupling {
+            timed: timed.collect(),
+            fixed: system.fixed_step().map(str::to_string),
             bond_steps: vec![BondStep::default(); bonds.len()],
             slaves,
             exchange,
@@ -74,6 +80,7 @@ impl Master {
             residuals,
         };
         schedule::begin(stepping.schedule, &mut coupling, stepping.start)?;
+        coupling.tick(stepping.start, TOLERANCE * stepping.step, is_staged)?;
         Ok(Self {
             coupling,
             stepping,
@@ -106,6 +113,12 @@ impl Master {
     /// Present value of a numeric variable.
     pub fn number(&self, port: Port) -> Result<f64> {
         self.coupling.slaves[port.component].number(port.variable, At::Time(self.time))
+    }
+
+    /// Present value of a variable of any type that does not pass as a number, whole, as text.
+    pub fn text(&self, port: Port) -> Result<String> {
+        let slave = &self.coupling.slaves[port.component];
+        Ok(slave.value(port.variable, At::Time(self.time))?.to_string())
     }
 
     /// The instances, in the order of the structure's components.
@@ -147,15 +160,25 @@ impl Master {
         self.advance(end - self.time, end)
     }
 
-    fn advance(&mut self, h: f64, end: f64) -> Result<()> {
-        schedule::advance(
-            self.stepping.schedule,
-            &mut self.coupling,
-            [self.time, h, end],
-        )?;
-        self.steps += 1;
-        self.time = end;
-        self.set_inputs()
+    /// Step to `end`, which is `h` away, both s; in parts where events are between.
+    fn advance(&mut self, mut h: f64, end: f64) -> Result<()> {
+        let Stepping { step, schedule, .. } = self.stepping;
+        let tolerance = TOLERANCE * step;
+        loop {
+            schedule::prepare(schedule, &mut self.coupling, self.time)?;
+            let split = self.coupling.split(end - tolerance);
+            let part = split.map_or([self.time, h, end], |t| [self.time, t - self.time, t]);
+            schedule::advance(schedule, &mut self.coupling, part)?;
+            self.time = part[2];
+            self.steps += u64::from(split.is_none());
+            self.set_inputs()?;
+            let is_staged = schedule != Schedule::Standard;
+            self.coupling.tick(self.time, tolerance, is_staged)?;
+            if split.is_none() {
+                return Ok(());
+            }
+            h = end - self.time;
+        }
     }
 
     /// From now on, and at the present time, inputs that no connection drives have the values of a

@@ -21,6 +21,15 @@ pub(crate) fn begin(schedule: Schedule, coupling: &mut Coupling, t: f64) -> Resu
     }
 }
 
+/// What the instances are given at `t`, s, before the step from there; afterwards it is known when
+/// their next events are.
+pub(crate) fn prepare(schedule: Schedule, coupling: &mut Coupling, t: f64) -> Result<()> {
+    match schedule {
+        Schedule::Standard => standard::prepare(coupling, t),
+        _ => coupling.leave_events(t),
+    }
+}
+
 /// A communication step from `t` by `h` that ends at `end`, all s, and the exchange there.
 pub(crate) fn advance(
     schedule: Schedule,

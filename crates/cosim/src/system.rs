@@ -457,6 +457,7 @@ impl System {
                 Kind::Real => DataType::Real,
                 Kind::Boolean => DataType::Boolean,
                 Kind::String => DataType::String,
+                Kind::Binary => DataType::Binary,
                 _ => DataType::Integer,
             };
             let parameter = Parameter {
@@ -575,6 +576,13 @@ fn fitted(component: &str, fmu: &Fmu, parameter: Parameter) -> Result<Parameter>
     })?;
     if transformation == Transformation::NONE {
         return Ok(parameter);
+    }
+    if let (Transformation::Map(_), Ok(number)) = (&transformation, value.trim().parse()) {
+        return Ok(Parameter {
+            value: transformation.of_whole(number).to_string(),
+            way: Vec::new(),
+            ..parameter
+        });
     }
     let number: f64 = match (value.trim(), value.trim().parse()) {
         ("true", _) => 1.0,

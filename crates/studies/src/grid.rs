@@ -197,6 +197,17 @@ impl<'a> Grid<'a> {
 }
 
 impl<T> Cell<T> {
+    /// The cell with what `make` makes of what was measured.
+    pub fn map<U>(self, make: impl FnOnce(T) -> U) -> Cell<U> {
+        Cell {
+            trajectory: self.trajectory,
+            law: self.law,
+            case: self.case,
+            result: self.result.map(make),
+            verdict: self.verdict,
+        }
+    }
+
     /// The failure, where it failed.
     pub fn error(&self) -> Option<&Error> {
         self.result.as_ref().err()

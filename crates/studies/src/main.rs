@@ -9,7 +9,7 @@ use anyhow::Result;
 use clap::{Parser, Subcommand};
 use cosim::cli::exit;
 use cosim::verdict::Verdict;
-use studies::commands::siblings::{OtherArguments, Sibling};
+use studies::commands::program::{OtherArguments, Sibling};
 use studies::commands::{
     compare, endurance, energy, evaluate, machine, path, program, run, sizing, stability, table,
     testbed,

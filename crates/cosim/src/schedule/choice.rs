@@ -13,7 +13,8 @@ pub enum Schedule {
     /// point t_k: all connected outputs of all components are read, once; all connected inputs of
     /// all components are set from them, once; all components are stepped to t_(k+1). Nothing is
     /// read between a set and the step that follows it, so a value that goes through a component
-    /// arrives one step later.
+    /// arrives one step later. An FMU of FMI 3.0 with clocks or discrete inputs goes through Event
+    /// Mode where a clock ticks or such an input changes.
     Standard,
     /// One after the other in the order of the system structure; a component stepped later than the
     /// one that exerts an effort on it gets the mean of that effort over the step.

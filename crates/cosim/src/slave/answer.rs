@@ -34,6 +34,9 @@ impl Answer {
     /// In place of a status: the library does not export the function.
     pub const MISSING: c_int = -1;
 
+    /// In place of a status: a value is outside of the range of its type, so that it was not set.
+    pub const UNFIT: c_int = -2;
+
     /// What the function answered.
     pub fn new(status: c_int, call: &'static str) -> Self {
         Self { status, call }
@@ -47,6 +50,11 @@ impl Answer {
     /// Of a function that the library does not export.
     pub fn missing(call: &'static str) -> Self {
         Self::new(Self::MISSING, call)
+    }
+
+    /// Of a function that was not called, because a value does not fit its type.
+    pub fn unfit(call: &'static str) -> Self {
+        Self::new(Self::UNFIT, call)
     }
 
     /// OK or Warning.

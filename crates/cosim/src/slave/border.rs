@@ -4,31 +4,25 @@
 use std::ffi::CString;
 
 use anyhow::Result;
-use fmu_description::Variable;
 
 use super::answer::Answer;
 use crate::batch::Batch;
-
-/// A start value for one element.
-pub enum Value {
-    /// A number or a truth value, as [`crate::batch::bits`] has it.
-    Bits(u64),
-    /// A text.
-    Text(CString),
-}
+use crate::value::Value;
 
 /// The calls of one version of FMI. What the version does not have is done without a call.
 pub trait Border {
     /// Switch these log categories on and no other.
     fn log_only(&self, categories: &[CString]) -> Answer;
-    /// Set a variable, or an element of an array.
-    fn set_one(&self, variable: &Variable, value: &Value) -> Answer;
+    /// Whole values of a type that does not pass as numbers.
+    fn get_whole(&self, batch: &Batch, values: &mut [Value]) -> Answer;
+    /// Set whole values, of any type.
+    fn set_whole(&self, batch: &Batch, values: &[Value]) -> Answer;
     /// Say when the run starts. Before start values are set: FMUs of 20-sim forget them here.
     fn set_up(&self, start: f64) -> Answer;
     /// From Instantiated into Initialization Mode, set up or not.
     fn enter_initialization(&self, start: f64) -> Answer;
     /// From Initialization Mode to the first communication point.
-    fn exit_initialization(&self) -> Answer;
+    fn exit_initialization(&self) -> Result<Answer>;
     /// Values as numbers.
     fn get(&self, batch: &Batch, values: &mut [f64]) -> Answer;
     /// Set values from numbers.
@@ -47,6 +41,18 @@ pub trait Border {
     fn update_events(&self) -> Result<(Answer, bool)>;
     /// From Event Mode back to where steps are made.
     fn leave_events(&self) -> Answer;
+    /// Event Mode to its end, where the instance is in it.
+    fn settle(&self) -> Result<Answer> {
+        Ok(Answer::done())
+    }
+    /// When Event Mode must be entered next, s: infinite where that is not known.
+    fn next_event(&self) -> f64 {
+        f64::INFINITY
+    }
+    /// Into Event Mode at `t`, s, where an event is due then, up to `tolerance`, s; clocks tick.
+    fn tick(&self, _t: f64, _tolerance: f64) -> Result<Answer> {
+        Ok(Answer::done())
+    }
     /// The end of the run.
     fn terminate(&self) -> Answer;
     /// Back to where it was when it was made; None where the library cannot.

@@ -2,18 +2,19 @@
 #![allow(unsafe_code)]
 
 use std::cell::Cell;
-use std::ffi::{CStr, CString, c_int};
+use std::ffi::{CStr, CString, c_char, c_int};
 use std::ptr;
 use std::sync::Arc;
 
 use anyhow::{Result, bail};
-use fmu_description::{Access, Variable};
+use fmu_description::Access;
 
 use super::answer::{Answer, Ended};
-use super::border::{Border, Value};
+use super::border::Border;
 use super::messages::{Speaker, cosim_logger};
 use crate::batch::Batch;
 use crate::fmu::functions::{Callbacks, Functions2, Handle, call};
+use crate::value::{Value, fits};
 
 /// `fmi2CoSimulation`.
 const CO_SIMULATION: c_int = 1;
@@ -93,19 +94,42 @@ impl Border for Component {
         }
     }
 
-    fn set_one(&self, variable: &Variable, value: &Value) -> Answer {
-        let (api, c, vr) = (&self.api, self.component, &raw const variable.reference);
-        // SAFETY: one reference and one value of the type of the call.
-        unsafe {
-            match value {
-                Value::Bits(bits) => match variable.access() {
-                    Access::Real => call!(api, fmi2SetReal(c, vr, 1, &f64::from_bits(*bits))),
-                    Access::Boolean => call!(api, fmi2SetBoolean(c, vr, 1, &int(*bits))),
-                    _ => call!(api, fmi2SetInteger(c, vr, 1, &int(*bits))),
-                },
-                Value::Text(text) => call!(api, fmi2SetString(c, vr, 1, &text.as_ptr())),
+    /// Only texts do not pass as numbers.
+    fn get_whole(&self, batch: &Batch, values: &mut [Value]) -> Answer {
+        assert!(batch.access == Access::String && batch.references.len() == values.len());
+        let mut answer = Answer::done();
+        for (vr, value) in batch.references.iter().zip(values) {
+            let mut text = ptr::null();
+            // SAFETY: one reference and room for one text, which is valid until the next call.
+            unsafe {
+                answer = call!(self.api, fmi2GetString(self.component, vr, 1, &mut text));
+                if !answer.is_done() {
+                    break;
+                }
+                *value = Value::Text(owned(text));
             }
         }
+        answer
+    }
+
+    fn set_whole(&self, batch: &Batch, values: &[Value]) -> Answer {
+        let (api, c) = (&self.api, self.component);
+        let mut answer = Answer::done();
+        for (vr, value) in batch.references.iter().zip(values) {
+            // SAFETY: one reference and one value of the type of the call.
+            answer = unsafe {
+                match (value, batch.access) {
+                    (Value::Real(number), _) => call!(api, fmi2SetReal(c, vr, 1, number)),
+                    (Value::Text(text), _) => call!(api, fmi2SetString(c, vr, 1, &text.as_ptr())),
+                    (_, Access::Boolean) => call!(api, fmi2SetBoolean(c, vr, 1, &int(value))),
+                    _ => call!(api, fmi2SetInteger(c, vr, 1, &int(value))),
+                }
+            };
+            if !answer.is_done() {
+                break;
+            }
+        }
+        answer
     }
 
     /// No stop time: a run may be continued.
@@ -127,9 +151,9 @@ impl Border for Component {
         unsafe { call!(self.api, fmi2EnterInitializationMode(self.component)) }
     }
 
-    fn exit_initialization(&self) -> Answer {
+    fn exit_initialization(&self) -> Result<Answer> {
         // SAFETY: the component is alive.
-        unsafe { call!(self.api, fmi2ExitInitializationMode(self.component)) }
+        Ok(unsafe { call!(self.api, fmi2ExitInitializationMode(self.component)) })
     }
 
     /// Values that are not Real are read one by one: there are few, and no buffer is needed.
@@ -163,7 +187,7 @@ impl Border for Component {
         answer
     }
 
-    #[expect(clippy::cast_possible_truncation, reason = "it was an i32")]
+    #[expect(clippy::cast_possible_truncation, reason = "it fits")]
     fn set(&self, batch: &Batch, values: &[f64]) -> Answer {
         let (api, c, vr) = (&self.api, self.component, &batch.references);
         assert_eq!(vr.len(), values.len());
@@ -173,6 +197,9 @@ impl Border for Component {
         }
         let mut answer = Answer::done();
         for (vr, value) in vr.iter().zip(values) {
+            if !fits(batch.access, *value as i128) {
+                return Answer::unfit("fmi2SetInteger");
+            }
             let written = *value as i32;
             // SAFETY: one reference and one value of the type of the call.
             answer = unsafe {
@@ -268,9 +295,20 @@ impl Border for Component {
     }
 }
 
-/// An `fmi2Integer` or `fmi2Boolean` from the bits of a value; the reader of values has checked
-/// that it fits.
-#[expect(clippy::cast_possible_truncation, reason = "checked when it was read")]
-fn int(bits: u64) -> i32 {
-    bits.cast_signed() as i32
+/// A text of an FMU as our own; none is an empty one.
+///
+/// # Safety
+/// NULL or a C string.
+pub(super) unsafe fn owned(text: *const c_char) -> CString {
+    match text.is_null() {
+        true => CString::default(),
+        // SAFETY: as the caller promises.
+        false => unsafe { CStr::from_ptr(text) }.to_owned(),
+    }
+}
+
+/// An `fmi2Integer` or `fmi2Boolean`, checked to fit before.
+#[expect(clippy::cast_possible_truncation, reason = "checked before")]
+fn int(value: &Value) -> i32 {
+    value.bits().cast_signed() as i32
 }

@@ -4,33 +4,65 @@
 use std::cell::{Cell, RefCell};
 use std::collections::BTreeMap;
 use std::ffi::{CStr, CString};
+use std::ops::Range;
 use std::ptr;
 use std::sync::Arc;
 
 use anyhow::{Result, bail};
-use fmu_description::{Access, Variable};
+use fmu_description::Access;
 
 use super::answer::{Answer, Ended};
-use super::border::{Border, Value};
+use super::border::Border;
+use super::clocks::{Clock, Interval, Plan};
+use super::fmi2::owned;
 use super::messages::{Speaker, receive_3};
 use crate::batch::{Batch, Layout};
 use crate::fmu::functions::{Functions3, Handle, call};
+use crate::value::{Value, fits};
+
+/// Updates of discrete states, or early returns, at one time after which that is a failure.
+const PASSES: usize = 100;
+
+/// Where an instance is in the state machine of the standard.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Mode {
+    /// Instantiated or Initialization Mode.
+    Initialization,
+    Event,
+    Step,
+}
+
+/// Leaves the function with an answer that is not done.
+macro_rules! done {
+    ($answer:expr) => {{
+        let answer: Answer = $answer;
+        if !answer.is_done() {
+            return Ok(answer);
+        }
+    }};
+}
 
 /// An instance; freed when dropped.
 pub struct Instance {
     api: Arc<Functions3>,
     instance: Handle,
     has_events: bool,
-    in_events: Cell<bool>,
+    returns_early: bool,
+    mode: Cell<Mode>,
     /// End of the last step, s.
     time: Cell<f64>,
-    /// What was last given to each element.
+    /// What was last given to each element; of clocked ones also what they had at the last tick.
     memory: RefCell<Vec<u64>>,
+    /// The same of texts and bytes, by slot of the memory.
+    texts: RefCell<BTreeMap<usize, Value>>,
     /// Room for what one call passes.
     passed: RefCell<Vec<u64>>,
-    /// Texts of arrays of strings, by slot of the memory.
-    texts: RefCell<BTreeMap<usize, CString>>,
-    layout: Arc<Layout>,
+    plan: Arc<Plan>,
+    clocks: RefCell<Vec<Clock>>,
+    /// References of the clocks that are active.
+    active: RefCell<Vec<u32>>,
+    /// Time of the next event that the FMU announced, s.
+    announced: Cell<f64>,
     _speaker: Speaker,
 }
 
@@ -42,15 +74,18 @@ pub struct Arguments<'a> {
     pub token: &'a CStr,
     /// Folder of the unpacked resources.
     pub resources: &'a CStr,
-    /// The master goes through Event Mode at each communication point.
+    /// The master goes through Event Mode where it is needed.
     pub has_events: bool,
+    /// Steps may end early.
+    pub returns_early: bool,
 }
 
 impl Instance {
     /// `fmi3InstantiateCoSimulation`; None where the FMU gives no instance.
     pub fn new(
         api: &Arc<Functions3>,
-        layout: &Arc<Layout>,
+        layout: &Layout,
+        plan: &Arc<Plan>,
         arguments: &Arguments,
     ) -> Result<Option<Self>> {
         let (Some(instantiate), Some(_)) = (api.fmi3InstantiateCoSimulation, api.fmi3FreeInstance)
@@ -67,30 +102,34 @@ impl Instance {
                 false,
                 true,
                 arguments.has_events,
-                false,
+                arguments.returns_early,
                 ptr::null(),
                 0,
                 speaker.environment(),
-                receive_3,
-                ptr::null(),
+                Some(receive_3),
+                ptr::null_mut(),
             )
         };
         Ok((!instance.is_null()).then(|| Self {
             api: api.clone(),
             instance,
             has_events: arguments.has_events,
-            in_events: Cell::new(false),
+            returns_early: arguments.returns_early,
+            mode: Cell::new(Mode::Initialization),
             time: Cell::new(f64::NAN),
             memory: RefCell::new(layout.initial.clone()),
+            texts: RefCell::new(layout.texts.clone()),
             passed: RefCell::new(vec![0; layout.initial.len()]),
-            texts: RefCell::default(),
-            layout: layout.clone(),
+            plan: plan.clone(),
+            clocks: RefCell::new(plan.clocks.iter().map(Clock::new).collect()),
+            active: RefCell::new(Vec::with_capacity(plan.clocks.len())),
+            announced: Cell::new(f64::INFINITY),
             _speaker: speaker,
         }))
     }
 
     /// Write what the memory holds for these slots into the room for a call.
-    fn gather(&self, access: Access, spans: &[std::ops::Range<usize>], passed: &mut [u64]) {
+    fn gather(&self, access: Access, spans: &[Range<usize>], passed: &mut [u64]) {
         let memory = self.memory.borrow();
         let slots = spans.iter().flat_map(|span| &memory[span.clone()]);
         for (k, slot) in slots.enumerate() {
@@ -99,7 +138,7 @@ impl Instance {
     }
 
     /// `fmi3SetXXX` with what the memory holds.
-    fn set_numbers(&self, access: Access, vr: &[u32], spans: &[std::ops::Range<usize>]) -> Answer {
+    fn set_numbers(&self, access: Access, vr: &[u32], spans: &[Range<usize>]) -> Answer {
         let mut passed = self.passed.borrow_mut();
         self.gather(access, spans, &mut passed);
         let n = spans.iter().map(ExactSizeIterator::len).sum();
@@ -146,23 +185,192 @@ impl Instance {
         }
     }
 
-    fn set_text(&self, variable: &Variable, text: &CString) -> Answer {
-        let span = self.layout.span(variable.reference);
-        let mut texts = self.texts.borrow_mut();
-        texts.insert(span.start + variable.element.unwrap_or(0), text.clone());
-        let empty = CString::default();
-        let all: Vec<_> = span
-            .map(|k| texts.get(&k).unwrap_or(&empty).as_ptr())
-            .collect();
-        let vr = [variable.reference];
-        // SAFETY: one reference, and a C string for each of its elements.
+    /// `fmi3SetString` or `fmi3SetBinary` with what the memory holds.
+    fn set_texts(&self, access: Access, vr: &[u32], spans: &[Range<usize>]) -> Answer {
+        let (texts, empty) = (self.texts.borrow(), CString::default());
+        let slots = || spans.iter().cloned().flatten();
+        let (i, api, m) = (self.instance, &self.api, vr.len());
+        if access == Access::String {
+            let text = |slot| match texts.get(&slot) {
+                Some(Value::Text(text)) => text.as_ptr(),
+                _ => empty.as_ptr(),
+            };
+            let all: Vec<_> = slots().map(text).collect();
+            // SAFETY: `m` references, and a C string for each of their elements.
+            return unsafe {
+                call!(
+                    api,
+                    fmi3SetString(i, vr.as_ptr(), m, all.as_ptr(), all.len())
+                )
+            };
+        }
+        let bytes = |slot| match texts.get(&slot) {
+            Some(Value::Bytes(bytes)) => bytes.as_slice(),
+            _ => &[],
+        };
+        let sizes: Vec<_> = slots().map(|slot| bytes(slot).len()).collect();
+        let all: Vec<_> = slots().map(|slot| bytes(slot).as_ptr()).collect();
+        let (vr, sizes, p) = (vr.as_ptr(), sizes.as_ptr(), all.as_ptr());
+        // SAFETY: `m` references, and for each of their elements as many bytes as said.
+        unsafe { call!(api, fmi3SetBinary(i, vr, m, sizes, p, all.len())) }
+    }
+
+    /// Set variables to what the memory holds.
+    fn set_remembered(&self, batch: &Batch) -> Answer {
+        match batch.access {
+            access @ (Access::String | Access::Binary) => {
+                self.set_texts(access, &batch.references, &batch.spans)
+            }
+            access => self.set_numbers(access, &batch.references, &batch.spans),
+        }
+    }
+
+    /// `fmi3GetString` or `fmi3GetBinary`, one value for each element.
+    fn get_texts(&self, batch: &Batch, mut take: impl FnMut(usize, Value)) -> Answer {
+        let (api, i, n) = (&self.api, self.instance, batch.passed);
+        let (vr, m) = (batch.references.as_ptr(), batch.references.len());
+        if batch.access == Access::String {
+            let mut texts = vec![ptr::null(); n];
+            // SAFETY: `m` references and room for `n` texts, which are valid until the next call.
+            unsafe {
+                let answer = call!(api, fmi3GetString(i, vr, m, texts.as_mut_ptr(), n));
+                for (k, place) in batch.places.iter().enumerate() {
+                    if answer.is_done() {
+                        take(k, Value::Text(owned(texts[*place])));
+                    }
+                }
+                return answer;
+            }
+        }
+        let (mut sizes, mut bytes) = (vec![0; n], vec![ptr::null(); n]);
+        // SAFETY: `m` references and room for `n` sizes and addresses; what they tell is valid
+        // until the next call.
         unsafe {
-            let (all, n) = (all.as_ptr(), all.len());
+            let (sizes_at, bytes_at) = (sizes.as_mut_ptr(), bytes.as_mut_ptr());
+            let answer = call!(api, fmi3GetBinary(i, vr, m, sizes_at, bytes_at, n));
+            for (k, place) in batch.places.iter().enumerate() {
+                let (size, first) = (sizes[*place], bytes[*place]);
+                let is_some = size > 0 && !first.is_null();
+                if answer.is_done() {
+                    let all = is_some.then(|| std::slice::from_raw_parts(first, size));
+                    take(k, Value::Bytes(all.unwrap_or_default().to_vec()));
+                }
+            }
+            answer
+        }
+    }
+
+    /// Keep in the memory what variables have.
+    fn remember(&self, batch: &Batch) -> Answer {
+        if matches!(batch.access, Access::String | Access::Binary) {
+            let mut texts = self.texts.borrow_mut();
+            return self.get_texts(batch, |k, value| {
+                texts.insert(batch.slots[k], value);
+            });
+        }
+        let mut passed = self.passed.borrow_mut();
+        assert!(batch.passed <= passed.len());
+        let answer = self.get_numbers(batch, passed.as_mut_ptr());
+        if answer.is_done() {
+            let mut memory = self.memory.borrow_mut();
+            for (slot, place) in batch.slots.iter().zip(&batch.places) {
+                memory[*slot] = load(batch.access, &passed, *place);
+            }
+        }
+        answer
+    }
+
+    /// Whether these variables may be set and read now.
+    fn is_open(&self, batch: &Batch) -> bool {
+        batch.clocks.is_empty()
+            || !self.has_events
+            || self.mode.get() == Mode::Initialization
+            || self
+                .active
+                .borrow()
+                .iter()
+                .any(|k| batch.clocks.contains(k))
+    }
+
+    /// Discrete values change in Event Mode: into it, where one of them is not what it was.
+    fn open(&self, batch: &Batch, is_changed: impl Fn(usize, usize) -> bool) -> Answer {
+        let is_stepping = self.has_events && self.mode.get() == Mode::Step;
+        let mut all = batch.discrete.iter();
+        if is_stepping && all.any(|(slot, k)| is_changed(*slot, *k)) {
+            return self.enter_events();
+        }
+        Answer::done()
+    }
+
+    /// What the FMU says of the interval of a clock.
+    fn interval(&self, reference: u32) -> (Answer, Interval) {
+        let (mut interval, mut qualifier, vr) = (f64::NAN, 0, [reference]);
+        // SAFETY: one reference, and room for one interval and one qualifier.
+        let answer = unsafe {
+            let (i, vr) = (self.instance, vr.as_ptr());
+            let (interval, qualifier) = (&raw mut interval, &raw mut qualifier);
             call!(
                 self.api,
-                fmi3SetString(self.instance, vr.as_ptr(), 1, all, n)
+                fmi3GetIntervalDecimal(i, vr, 1, interval, qualifier)
             )
+        };
+        let interval = match qualifier {
+            0 => Interval::Unknown,
+            1 => Interval::Unchanged(interval),
+            _ => Interval::Changed(interval),
+        };
+        (answer, interval)
+    }
+
+    /// When the clocks tick for the first time; in Initialization Mode.
+    fn begin_clocks(&self) -> Result<Answer> {
+        for clock in self.clocks.borrow_mut().iter_mut() {
+            let (mut interval, mut shift) = (None, None);
+            if clock.asks {
+                let (answer, told) = self.interval(clock.reference);
+                done!(answer);
+                interval = Some(told);
+                if clock.is_periodic() {
+                    let (mut told, vr) = (f64::NAN, [clock.reference]);
+                    // SAFETY: one reference and room for one value.
+                    done!(unsafe {
+                        let (i, vr) = (self.instance, vr.as_ptr());
+                        call!(self.api, fmi3GetShiftDecimal(i, vr, 1, &raw mut told))
+                    });
+                    shift = Some(told);
+                }
+            }
+            clock.begin(self.time.get(), interval, shift)?;
         }
+        Ok(Answer::done())
+    }
+
+    /// In Event Mode: the clocks that are due by `until`, s, tick; their inputs are set.
+    fn activate(&self, until: f64) -> Answer {
+        for clock in self.clocks.borrow_mut().iter_mut() {
+            if clock.next > until {
+                continue;
+            }
+            let (vr, on) = ([clock.reference], [true]);
+            // SAFETY: one reference and one value.
+            let answer = unsafe {
+                call!(
+                    self.api,
+                    fmi3SetClock(self.instance, vr.as_ptr(), 1, on.as_ptr())
+                )
+            };
+            if !answer.is_done() {
+                return answer;
+            }
+            clock.tick();
+            self.active.borrow_mut().push(clock.reference);
+        }
+        let open = self.plan.given.iter().filter(|batch| self.is_open(batch));
+        let answers = open.map(|batch| self.set_remembered(batch));
+        answers
+            .into_iter()
+            .find(|answer| !answer.is_done())
+            .unwrap_or(Answer::done())
     }
 }
 
@@ -190,14 +398,51 @@ impl Border for Instance {
         }
     }
 
-    fn set_one(&self, variable: &Variable, value: &Value) -> Answer {
-        match value {
-            Value::Text(text) => self.set_text(variable, text),
-            Value::Bits(bits) => {
-                let span = self.layout.span(variable.reference);
-                self.memory.borrow_mut()[span.start + variable.element.unwrap_or(0)] = *bits;
-                self.set_numbers(variable.access(), &[variable.reference], &[span])
+    fn get_whole(&self, batch: &Batch, values: &mut [Value]) -> Answer {
+        assert_eq!(batch.len(), values.len());
+        if self.is_open(batch) {
+            let answer = match batch.access {
+                Access::String | Access::Binary if batch.clocks.is_empty() => {
+                    return self.get_texts(batch, |k, value| values[k] = value);
+                }
+                _ => self.remember(batch),
+            };
+            if !answer.is_done() {
+                return answer;
             }
+        }
+        let (memory, texts) = (self.memory.borrow(), self.texts.borrow());
+        for (value, slot) in values.iter_mut().zip(&batch.slots) {
+            let bits = memory[*slot];
+            *value = match batch.access {
+                access @ (Access::String | Access::Binary) => {
+                    texts.get(slot).cloned().unwrap_or(Value::none(access))
+                }
+                Access::UInt64 => Value::Whole(bits.into()),
+                _ => Value::Whole(bits.cast_signed().into()),
+            };
+        }
+        Answer::done()
+    }
+
+    fn set_whole(&self, batch: &Batch, values: &[Value]) -> Answer {
+        assert_eq!(batch.len(), values.len());
+        let is_changed = |slot: usize, k: usize| match &values[k] {
+            value @ (Value::Real(_) | Value::Whole(_)) => {
+                value.bits() != self.memory.borrow()[slot]
+            }
+            text => self.texts.borrow().get(&slot) != Some(text),
+        };
+        let answer = self.open(batch, is_changed);
+        for (value, slot) in values.iter().zip(&batch.slots) {
+            match value {
+                Value::Real(_) | Value::Whole(_) => self.memory.borrow_mut()[*slot] = value.bits(),
+                text => drop(self.texts.borrow_mut().insert(*slot, text.clone())),
+            }
+        }
+        match answer.is_done() && self.is_open(batch) {
+            true => self.set_remembered(batch),
+            false => answer,
         }
     }
 
@@ -219,24 +464,45 @@ impl Border for Instance {
     }
 
     /// Leads into Event Mode where the master uses it.
-    fn exit_initialization(&self) -> Answer {
+    fn exit_initialization(&self) -> Result<Answer> {
+        if self.has_events {
+            done!(self.begin_clocks()?);
+        }
         // SAFETY: the instance is alive.
         let answer = unsafe { call!(self.api, fmi3ExitInitializationMode(self.instance)) };
-        self.in_events.set(self.has_events);
-        answer
+        let mode = if self.has_events {
+            Mode::Event
+        } else {
+            Mode::Step
+        };
+        self.mode.set(mode);
+        Ok(answer)
     }
 
     fn get(&self, batch: &Batch, values: &mut [f64]) -> Answer {
         assert_eq!(batch.len(), values.len());
-        if batch.is_whole && batch.access == Access::Real {
+        if batch.is_whole && batch.access == Access::Real && batch.clocks.is_empty() {
             return self.get_numbers(batch, values.as_mut_ptr().cast());
+        }
+        if !batch.clocks.is_empty() {
+            let is_open = self.is_open(batch);
+            let answer = if is_open {
+                self.remember(batch)
+            } else {
+                Answer::done()
+            };
+            let memory = self.memory.borrow();
+            for (value, slot) in values.iter_mut().zip(&batch.slots) {
+                *value = number(batch.access, memory[*slot]);
+            }
+            return answer;
         }
         let mut passed = self.passed.borrow_mut();
         assert!(batch.passed <= passed.len());
         let answer = self.get_numbers(batch, passed.as_mut_ptr());
         if answer.is_done() {
             for (value, place) in values.iter_mut().zip(&batch.places) {
-                *value = load(batch.access, &passed, *place);
+                *value = number(batch.access, load(batch.access, &passed, *place));
             }
         }
         answer
@@ -244,12 +510,24 @@ impl Border for Instance {
 
     fn set(&self, batch: &Batch, values: &[f64]) -> Answer {
         assert_eq!(batch.len(), values.len());
+        let access = batch.access;
+        let is_float = matches!(access, Access::Real | Access::Float32);
+        #[expect(clippy::cast_possible_truncation, reason = "it was an integer")]
+        if !is_float && values.iter().any(|value| !fits(access, *value as i128)) {
+            return Answer::unfit("fmi3Set");
+        }
+        let is_changed =
+            |slot: usize, k: usize| as_bits(access, values[k]) != self.memory.borrow()[slot];
+        let answer = self.open(batch, is_changed);
         let mut memory = self.memory.borrow_mut();
         for (value, slot) in values.iter().zip(&batch.slots) {
-            memory[*slot] = as_bits(batch.access, *value);
+            memory[*slot] = as_bits(access, *value);
         }
         drop(memory);
-        self.set_numbers(batch.access, &batch.references, &batch.spans)
+        match answer.is_done() && self.is_open(batch) {
+            true => self.set_numbers(access, &batch.references, &batch.spans),
+            false => answer,
+        }
     }
 
     fn get_derivatives(&self, batch: &Batch, ones: &[i32], values: &mut [f64]) -> Answer {
@@ -282,19 +560,25 @@ impl Border for Instance {
         bail!("FMI 3.0 has no derivatives of inputs")
     }
 
+    /// A step that ends early is gone on with, after the event that ended it.
     fn step(&self, t: f64, h: f64) -> Result<Answer> {
-        let [mut event, mut ends, mut early] = [false; 3];
-        let mut time = self.time.get();
-        // SAFETY: plain values and places for the results.
-        let answer = unsafe {
-            let (i, time) = (self.instance, &mut time);
-            let (event, ends, early) = (&mut event, &mut ends, &mut early);
-            call!(
-                self.api,
-                fmi3DoStep(i, t, h, true, event, ends, early, time)
-            )
-        };
-        if answer.is_done() {
+        if self.mode.get() == Mode::Event {
+            done!(self.settle()?);
+        }
+        let (mut from, mut rest, mut stays) = (t, h, 0);
+        loop {
+            let [mut event, mut ends, mut early] = [false; 3];
+            let mut time = self.time.get();
+            // SAFETY: plain values and places for the results.
+            let answer = unsafe {
+                let (i, time) = (self.instance, &mut time);
+                let (event, ends, early) = (&mut event, &mut ends, &mut early);
+                call!(
+                    self.api,
+                    fmi3DoStep(i, from, rest, true, event, ends, early, time)
+                )
+            };
+            done!(answer);
             self.time.set(time);
             if ends {
                 bail!(Ended {
@@ -302,11 +586,23 @@ impl Border for Instance {
                     time
                 });
             }
-            if early {
+            if early && !self.returns_early {
                 bail!("fmi3DoStep returned early, at {time} s, which it was not allowed to");
             }
+            if event && self.has_events {
+                done!(self.enter_events());
+                done!(self.settle()?);
+            }
+            let end = t + h;
+            if !early || end - time <= f64::EPSILON * end.abs() {
+                return Ok(answer);
+            }
+            stays = if time > from { 0 } else { stays + 1 };
+            if stays == PASSES {
+                bail!("fmi3DoStep returned early {PASSES} times at {time} s");
+            }
+            (from, rest) = (time, end - time);
         }
-        Ok(answer)
     }
 
     fn time(&self) -> Result<f64> {
@@ -314,18 +610,32 @@ impl Border for Instance {
     }
 
     fn enter_events(&self) -> Answer {
-        if !self.has_events || self.in_events.get() {
+        if !self.has_events || self.mode.get() == Mode::Event {
             return Answer::done();
         }
         // SAFETY: the instance is alive.
         let answer = unsafe { call!(self.api, fmi3EnterEventMode(self.instance)) };
-        self.in_events.set(true);
+        self.mode.set(Mode::Event);
         answer
     }
 
+    /// What clocked variables have at the tick is remembered before it is over. A clock that ticks
+    /// again at the same time is active afterwards.
     fn update_events(&self) -> Result<(Answer, bool)> {
-        if !self.in_events.get() {
+        if self.mode.get() != Mode::Event {
             return Ok((Answer::done(), false));
+        }
+        if !self.active.borrow().is_empty() {
+            let open = self
+                .plan
+                .computed
+                .iter()
+                .filter(|batch| self.is_open(batch));
+            for answer in open.map(|batch| self.remember(batch)) {
+                if !answer.is_done() {
+                    return Ok((answer, false));
+                }
+            }
         }
         let [mut again, mut ends, mut nominals, mut values, mut has_next] = [false; 5];
         let mut next = 0.0;
@@ -339,21 +649,71 @@ impl Border for Instance {
                 fmi3UpdateDiscreteStates(i, again, ends, nominals, values, has_next, next)
             )
         };
-        if answer.is_done() && ends {
+        self.active.borrow_mut().clear();
+        if !answer.is_done() {
+            return Ok((answer, false));
+        }
+        let now = self.time.get();
+        if ends {
             bail!(Ended {
                 call: "fmi3UpdateDiscreteStates",
-                time: self.time.get()
+                time: now
             });
         }
-        Ok((answer, again))
+        let is_ahead = has_next && next > now;
+        self.announced
+            .set(if is_ahead { next } else { f64::INFINITY });
+        let mut is_due = false;
+        for clock in self
+            .clocks
+            .borrow_mut()
+            .iter_mut()
+            .filter(|clock| clock.asks)
+        {
+            let (answer, interval) = self.interval(clock.reference);
+            if !answer.is_done() {
+                return Ok((answer, false));
+            }
+            clock.told(now, &interval)?;
+            is_due |= clock.next <= now;
+        }
+        let answer = if is_due { self.activate(now) } else { answer };
+        Ok((answer, again || is_due))
     }
 
     fn leave_events(&self) -> Answer {
-        if !self.in_events.replace(false) {
+        if self.mode.get() != Mode::Event {
             return Answer::done();
         }
+        self.mode.set(Mode::Step);
         // SAFETY: the instance is alive.
         unsafe { call!(self.api, fmi3EnterStepMode(self.instance)) }
+    }
+
+    fn settle(&self) -> Result<Answer> {
+        for _ in 0..PASSES {
+            let (answer, again) = self.update_events()?;
+            done!(answer);
+            if !again {
+                return Ok(self.leave_events());
+            }
+        }
+        bail!("discrete states still change after {PASSES} passes of Event Mode")
+    }
+
+    fn next_event(&self) -> f64 {
+        let clocks = self.clocks.borrow();
+        let ticks = clocks.iter().map(|clock| clock.next);
+        ticks.fold(self.announced.get(), f64::min)
+    }
+
+    fn tick(&self, t: f64, tolerance: f64) -> Result<Answer> {
+        let late = |clock: &&Clock| clock.next < t - tolerance;
+        if let Some(Clock { name, next, .. }) = self.clocks.borrow().iter().find(late) {
+            bail!("its clock `{name}` ticks at {next} s, between two communication points");
+        }
+        done!(self.enter_events());
+        Ok(self.activate(t + tolerance))
     }
 
     fn terminate(&self) -> Answer {
@@ -432,22 +792,32 @@ fn store(access: Access, array: &mut [u64], k: usize, bits: u64) {
     }
 }
 
-/// The number at place `k` of an array of the type of `access`.
-#[expect(
-    clippy::cast_precision_loss,
-    reason = "an i64 beyond 2^53 is told to the nearest number"
-)]
-fn load(access: Access, array: &[u64], k: usize) -> f64 {
+/// What is at place `k` of an array of the type of `access`, as the memory has it.
+#[expect(clippy::cast_lossless, reason = "one expression for all integer types")]
+fn load(access: Access, array: &[u64], k: usize) -> u64 {
     assert!(k < array.len());
     let array = array.as_ptr();
     // SAFETY: `k` is a place of the array, since no type is larger than its elements.
     unsafe {
         by_type!(
             access,
-            f64::from_bits(*array.add(k)),
-            f64::from(*array.cast::<f32>().add(k)),
-            |T| *array.cast::<T>().add(k) as f64
+            *array.add(k),
+            f64::from(*array.cast::<f32>().add(k)).to_bits(),
+            |T| *array.cast::<T>().add(k) as u64
         )
+    }
+}
+
+/// What the memory has, as a number.
+#[expect(
+    clippy::cast_precision_loss,
+    reason = "an integer beyond 2^53 is told to the nearest number"
+)]
+fn number(access: Access, bits: u64) -> f64 {
+    match access {
+        Access::Real | Access::Float32 => f64::from_bits(bits),
+        Access::UInt64 => bits as f64,
+        _ => bits.cast_signed() as f64,
     }
 }
 

@@ -18,7 +18,7 @@ use super::support::{
 
 /// A library of the C sources `sources` in the folder `folder`.
 #[cfg(unix)]
-fn compiled(folder: &Path, library: &str, sources: &[&str], more: &[&str]) -> PathBuf {
+pub fn compiled(folder: &Path, library: &str, sources: &[&str], more: &[&str]) -> PathBuf {
     let file = folder.join(library);
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/fmus");
     let done = Command::new("cc")

@@ -3,6 +3,8 @@
 
 mod allocation;
 mod c_types;
+#[cfg(all(target_os = "linux", target_arch = "x86_64"))]
+mod events;
 mod foreign;
 mod noise;
 mod oscillator;
