@@ -42,7 +42,7 @@ fn checks(workspace: &Workspace, phases: &Phases) -> Result<()> {
     };
     let (TestInputs { handed_out, fmus }, fmi_sim) = phases.both(compile, install)?;
     let robustness = || {
-        phases.run("torture", || torture::check(workspace, fmus.clone()))?;
+        phases.run("torture", || torture::check(workspace))?;
         phases.run("instruction counts", || {
             if bench::can_count() {
                 return bench::check_instructions(workspace, &fmus);
