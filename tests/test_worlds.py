@@ -61,3 +61,39 @@ def test_a_study_of_another_world_is_refused(fmu_dir, world, study):
     system = fmu_dir / {"ideal": "Manipulator.ssp", "real": "Real.ssp"}[world]
     done = call("hdrm-fmu", "table", "--world", world, "--study", study, "--system", system)
     assert done.returncode == 1 and f"--study {study} is not of the {world} world" in done.stderr
+
+
+@pytest.fixture(scope="module")
+def strict(fmu_dir, tmp_path_factory):
+    """Two machines of the strict world without bending, one law on all three paths, twice: rows of both CSV files."""
+    folder, found = tmp_path_factory.mktemp("strict"), []
+    for name in ("first.csv", "again.csv"):
+        options = ["--seeds", 2, "--law", "modular_integral", "--csv", folder / name]
+        done = call("hdrm-fmu", "table", "--world", "strict-rigid", "--system", fmu_dir / "Real.ssp", *options)
+        assert done.returncode == 0, done.stderr
+        found.append(list(csv.DictReader((folder / name).open())))
+    return found
+
+
+def test_the_strict_world_draws_by_its_seed_alone(strict):
+    """The clock's jitter, the push and every actuator follow the seed: the same numbers again, others for another seed."""
+    first, again = strict
+    assert first == again and len(first) == 2 * 3
+    by_path = [[row["known rmse [m]"] for row in first if row["trajectory"] == path] for path in ("cubic", "triangular", "six-joints")]
+    assert all(one != other for one, other in by_path)
+
+
+def test_the_strict_world_is_harder_and_no_machine_is_lost_in_it(strict, real):
+    """Of the same law and the same drawn bodies; above 20 mm a machine swings or has left its path."""
+    hard, easy = rmse(strict[0], "modular_integral"), rmse(real[1], "modular_integral")
+    assert min(hard) > max(easy) and max(hard) < 20e-3, (hard, easy)
+
+
+def test_the_path_of_six_joints_is_checked_and_followed(fmu_dir):
+    """By `path check` the machine can do it; in the ideal world the tip stays within 0.5 mm of it."""
+    done = call("hdrm-fmu", "path", "check", "six-joints")
+    assert done.returncode == 0 and "the machine can do this path" in done.stdout
+    done = call("hdrm-fmu", "run", "--quiet", "--system", fmu_dir / "Manipulator.ssp", "--waypoints", "six-joints", "--check")
+    assert done.returncode == 0, done.stdout + done.stderr
+    motion = next(line for line in done.stdout.splitlines() if line.startswith("tip error, motion"))
+    assert float(motion.split("RMSE ")[1].split()[0]) < 0.5, motion

@@ -185,6 +185,7 @@ impl RunArgs {
                 start: system.structure.start_time,
                 step: self.step,
                 schedule,
+                jitter: None,
             },
             stop: self.stop_time,
             settings,

@@ -111,8 +111,11 @@ pub fn observed(
         if observer.is_done() {
             break;
         }
-        let stepped = steps.make(k, &mut master);
-        let observed = stepped.and_then(|()| observer.observe(&master));
+        let observed = match steps.make(k, &mut master) {
+            Ok(false) => continue,
+            Ok(true) => observer.observe(&master),
+            Err(error) => Err(error),
+        };
         if let Err(error) = observed {
             if error.downcast_ref::<Ended>().is_some() {
                 verdict.note(format!("{error:#}"));

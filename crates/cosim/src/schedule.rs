@@ -8,7 +8,7 @@ mod standard;
 
 use anyhow::Result;
 
-pub use choice::{Schedule, Stepping};
+pub use choice::{Jitter, Schedule, Stepping};
 
 use crate::coupling::Coupling;
 

@@ -14,7 +14,6 @@ use studies::commands::{
     compare, endurance, energy, evaluate, machine, path, program, run, sizing, stability, table,
     testbed,
 };
-use studies::worlds::World;
 
 /// Experiments on the coupled manipulator: three electromechanical actuators, rigid bodies and
 /// controller, as FMUs.
@@ -134,7 +133,7 @@ impl Command {
     /// Whether it runs the plant that bends, which is written in Python.
     fn needs_python(&self) -> bool {
         match self {
-            Self::Table(args) => args.world == World::Bending,
+            Self::Table(args) => args.world.bends(),
             _ => false,
         }
     }

@@ -1,7 +1,5 @@
 //! `cargo xtask wheel`: the Python package `hdrm_fmu` as a wheel, with the packed FMUs inside.
 
-mod trial;
-
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -15,6 +13,7 @@ use cargo_fmu::process::execute;
 use cargo_fmu::target::{Target, Tools, private_folders};
 use clap::Args;
 
+use crate::dist;
 use crate::pack;
 use crate::python::Python;
 use crate::workspace::{FMU_PROFILE, Workspace, profile};
@@ -71,7 +70,7 @@ pub struct Options {
 /// Build wheels, or prepare the package.
 pub fn run(workspace: &Workspace, caller: &Path, options: &Options) -> Result<()> {
     if let Some(wheel) = &options.trial {
-        return trial::run(workspace, &caller.join(wheel));
+        return dist::try_wheel(workspace, &caller.join(wheel));
     }
     let chosen = PLATFORMS
         .into_iter()
