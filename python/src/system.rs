@@ -19,7 +19,7 @@ use pyo3::types::PyDict;
 use studies::bench::forgotten;
 use studies::measures::run::useful;
 use studies::start_values::tell_delay;
-use studies::worlds::RealMachines;
+use studies::worlds::{Bounds, DrawnMachines};
 use studies::{loads, machine_file};
 
 use crate::raised;
@@ -102,7 +102,7 @@ pub struct Drawn {
     /// Start values: names and values.
     #[pyo3(get)]
     settings: Vec<(String, String)>,
-    _machines: RealMachines,
+    _machines: DrawnMachines,
 }
 
 /// What is told of a variable.
@@ -213,8 +213,10 @@ impl System {
     fn drawn(&self, seed: u64, machine: Option<&str>) -> Result<Drawn> {
         let seeds = seed..seed + 1;
         let machines = match machine {
-            Some(machine) => RealMachines::draw(&self.with_machine(machine)?, seeds)?,
-            None => RealMachines::draw(&self.system, seeds)?,
+            Some(machine) => {
+                DrawnMachines::draw(&self.with_machine(machine)?, seeds, &Bounds::REAL)?
+            }
+            None => DrawnMachines::draw(&self.system, seeds, &Bounds::REAL)?,
         };
         let case = machines.cases.first().context("one seed is one machine")?;
         let setting = |s: &cosim::system::Setting| (self.system.name(s.port), s.value.clone());

@@ -183,6 +183,7 @@ impl RunArgs {
                 start: system.structure.start_time,
                 step,
                 schedule,
+                jitter: None,
             },
             stop: self.stop_time,
             settings,
@@ -470,7 +471,7 @@ pub fn print(text: impl Display) -> Result<()> {
 
 /// End a program with its [`code`].
 pub fn exit(result: Result<Verdict>, check: bool) -> ExitCode {
-    ExitCode::from(code(result, check))
+    output::end(code(result, check))
 }
 
 /// A program's exit code: 0, 1 where it failed, with `check` 2 where the verdict is bad. An error

@@ -17,7 +17,7 @@ use crate::system::{Setting, System};
 use crate::wiring::{Link, Port, Wiring};
 
 pub use crate::instances::{instantiate, start_value};
-pub use crate::schedule::{Schedule, Stepping};
+pub use crate::schedule::{Jitter, Schedule, Stepping};
 
 /// Part of the communication step by which an event may be missed.
 const TOLERANCE: f64 = 1e-6;

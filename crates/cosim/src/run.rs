@@ -110,6 +110,12 @@ pub fn observed(
             "the last step is not shortened to end at {stop} s, because `{fixed}` cannot vary its step"
         ));
     }
+    let step = master.stepping().step;
+    if let Some((component, internal)) = system.uneven_step(step) {
+        verdict.note(format!(
+            "the communication step of {step} s is no multiple of the fixed internal step of `{component}`, {internal} s"
+        ));
+    }
     let all = steps.count();
     let mut watch = Watch::new(start, &master.exchange().values);
     let clock = Instant::now();
@@ -118,8 +124,11 @@ pub fn observed(
         if observer.is_done() {
             break;
         }
-        let stepped = steps.make(k, &mut master);
-        let observed = stepped.and_then(|()| observer.observe(&master));
+        let observed = match steps.make(k, &mut master) {
+            Ok(false) => continue,
+            Ok(true) => observer.observe(&master),
+            Err(error) => Err(error),
+        };
         if let Err(error) = observed {
             if error.downcast_ref::<Ended>().is_some() {
                 verdict.note(format!("{error:#}"));

@@ -31,8 +31,8 @@ mod step;
 mod switching;
 
 pub use extras::{
-    Backlash, Cogging, Compliance, Extras, Friction, Heat, Losses, Ripple, Saturation, Switching,
-    Temperature,
+    Backlash, Cogging, Compliance, Damping, Extras, Friction, Heat, Losses, Ripple, Saturation,
+    Switching, Temperature,
 };
 pub use limits::StepError;
 pub use machine::{ActuatorInput as Input, Drive};

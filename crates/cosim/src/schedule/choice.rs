@@ -28,7 +28,7 @@ pub enum Schedule {
 }
 
 /// Times and schedule of a run.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stepping {
     /// Start, s.
     pub start: f64,
@@ -36,6 +36,38 @@ pub struct Stepping {
     pub step: f64,
     /// Order of stepping.
     pub schedule: Schedule,
+    /// How communication points stray from their grid, if they do.
+    pub jitter: Option<Jitter>,
+}
+
+/// A clock that wakes up early and late, and now and then not at all.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Jitter {
+    /// Equal seeds give equal runs.
+    pub seed: u64,
+    /// Largest change of a communication step, as a part of it: each point is early or late by up
+    /// to half of that, uniformly; points do not drift away from their grid.
+    pub part: f64,
+    /// Share of the points that are lost: the step over such a point is one of twice the length.
+    pub lost: f64,
+}
+
+impl Jitter {
+    /// By what part of a step point `k` is late, or `None` where it is lost. A hash of seed and
+    /// number (Steele, Lea, Flood 2014: SplitMix64) stands for the random numbers.
+    #[must_use]
+    pub fn lateness(&self, k: u64) -> Option<f64> {
+        let mut state = self.seed ^ k.wrapping_mul(0x9E37_79B9_7F4A_7C15);
+        let mut uniform = || {
+            state = state.wrapping_add(0x9E37_79B9_7F4A_7C15);
+            let mut z = state;
+            z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+            z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+            f64::from(((z ^ (z >> 31)) >> 32) as u32) / f64::from(u32::MAX)
+        };
+        let late = self.part * (uniform() - 0.5);
+        (uniform() >= self.lost).then_some(late)
+    }
 }
 
 /// Communication steps in a time, s; none where it is no multiple of the step.

@@ -11,6 +11,7 @@ mod inputs;
 
 mod oscillator;
 mod program;
+mod rust_fmi;
 mod support;
 mod trouble;
 mod wires;

@@ -46,7 +46,7 @@ pub fn shown(request: &Request, failures: &mut Vec<String>) -> Vec<WorldComparis
     for (world, system) in worlds {
         let base = match world {
             World::Ideal => request.base.clone(),
-            World::Real | World::Bending => request.elsewhere(),
+            _ => request.elsewhere(),
         };
         let run = system.map(|system| one(world, system, base));
         let (cases, laws) = run.unwrap_or(Ok((0, Vec::new()))).unwrap_or_else(|error| {
@@ -85,16 +85,28 @@ fn words(world: World) -> (&'static str, &'static str, &'static str) {
              joints and masses, centres of mass, dimensions and plumb drawn by seed; actuators and sensors are ideal.",
             "hdrm-fmu table --world bending",
         ),
+        World::StrictRigid | World::Strict => (
+            "strict",
+            "Actuators, joints, wrist drives, load cells and clock drawn by seed besides.",
+            "hdrm-fmu table --world strict-rigid",
+        ),
     }
 }
 
 /// Number of machines, and each law over them.
 fn one(world: World, system: &System, mut base: Experiment) -> Result<(usize, Vec<Summary>)> {
-    if world == World::Bending {
+    if world.bends() {
         base.stepping.step = base.stepping.step.min(worlds::BENDING_STEP);
     }
     let laws = laws::of_modes(&MODES);
     let cases = worlds::cases(world, system, 1..1 + SEEDS)?;
-    let cells = comparison::run(system, &base, &laws, &cases.list, || ())?;
+    let cells = comparison::run(
+        system,
+        &base,
+        &laws,
+        &cases.list,
+        world.trajectories(),
+        || (),
+    )?;
     Ok((cases.list.len(), comparison::summaries(&cells, None)))
 }

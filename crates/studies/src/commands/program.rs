@@ -9,7 +9,7 @@ use std::process::{Command, ExitCode};
 
 use anyhow::{Context, Result, bail};
 use clap::Args;
-use cosim::cli::{code, exit};
+use cosim::cli::exit;
 use cosim::verdict::Verdict;
 
 use super::python;
@@ -28,9 +28,7 @@ pub fn run(needs_python: bool, check: bool, command: impl FnOnce() -> Result<Ver
             Err(error) => return exit(Err(error), check),
         }
     }
-    let code = code(command(), check);
-    python::end(code);
-    ExitCode::from(code)
+    exit(command(), check)
 }
 
 /// Arguments that another program reads; it is asked for its options by `--help`, too.

@@ -7,8 +7,10 @@ use clap::ValueEnum;
 use cosim::system::System;
 use serde::Serialize;
 
-use super::real::{self, RealMachines};
-use crate::grid::Case;
+use super::perturbation::Bounds;
+use super::real::{self, DrawnMachines};
+use super::strict;
+use crate::grid::{ALL_TRAJECTORIES, Case, TRAJECTORIES};
 
 /// Inertia scales of the ideal world, in the order of the paper's table.
 pub const SCALES: [f64; 5] = [1.4, 1.2, 1.0, 0.8, 0.6];
@@ -35,6 +37,12 @@ pub enum World {
     Real,
     /// A structure that bends, in MuJoCo, its errors drawn by seed; steps of at most 0.5 ms
     Bending,
+    /// As real, with motors, screws, friction, mounting, joints, wrist drives, load cells and clock
+    /// drawn by seed
+    StrictRigid,
+    /// The structure that bends, with actuators as built and sensors, their parameters drawn by
+    /// seed
+    Strict,
 }
 
 impl World {
@@ -44,11 +52,29 @@ impl World {
         value.get_name().to_owned()
     }
 
+    /// Whether its plant bends, which MuJoCo in Python computes.
+    pub fn bends(self) -> bool {
+        matches!(self, Self::Bending | Self::Strict)
+    }
+
+    /// Whether its system is that of the real world.
+    pub fn is_as_built(self) -> bool {
+        matches!(self, Self::Real | Self::StrictRigid)
+    }
+
+    /// The trajectories on which laws are compared in it.
+    pub fn trajectories(self) -> &'static [&'static str] {
+        match self {
+            Self::Ideal | Self::Real | Self::Bending => &TRAJECTORIES,
+            Self::StrictRigid | Self::Strict => &ALL_TRAJECTORIES,
+        }
+    }
+
     /// Machines that are drawn where no number is asked for.
     pub fn usual_seeds(self) -> u64 {
         match self {
-            Self::Bending => BENDING_SEEDS,
-            Self::Ideal | Self::Real => real::SEEDS,
+            Self::Bending | Self::Strict => BENDING_SEEDS,
+            Self::Ideal | Self::Real | Self::StrictRigid => real::SEEDS,
         }
     }
 }
@@ -57,19 +83,38 @@ impl World {
 pub struct Cases {
     /// The cases.
     pub list: Vec<Case>,
-    _machines: Option<RealMachines>,
+    _machines: Option<DrawnMachines>,
 }
 
 /// The cases of a world: those of the ideal one are the inertia errors of the paper's table, those
 /// of the others a machine for each seed.
 pub fn cases(world: World, system: &System, seeds: Range<u64>) -> Result<Cases> {
+    cases_within(world, system, seeds, 1.0)
+}
+
+/// As [`cases`], with errors of drawn machines up to `factor` times the usual bounds.
+pub fn cases_within(
+    world: World,
+    system: &System,
+    seeds: Range<u64>,
+    factor: f64,
+) -> Result<Cases> {
     let (list, machines) = match world {
         World::Ideal => (by_scale(system)?, None),
-        World::Real => {
-            let mut machines = RealMachines::draw(system, seeds)?;
-            (std::mem::take(&mut machines.cases), Some(machines))
+        World::Real | World::StrictRigid => {
+            let mut machines = DrawnMachines::draw(system, seeds, &Bounds::REAL.times(factor))?;
+            let mut cases = std::mem::take(&mut machines.cases);
+            if world == World::StrictRigid {
+                strict::harden(system, &mut cases, false)?;
+            }
+            (cases, Some(machines))
         }
         World::Bending => (by_seed_of_plant(system, seeds)?, None),
+        World::Strict => {
+            let mut cases = by_seed_of_plant(system, seeds)?;
+            strict::harden(system, &mut cases, true)?;
+            (cases, None)
+        }
     };
     Ok(Cases {
         list,
@@ -91,7 +136,7 @@ fn by_scale(system: &System) -> Result<Vec<Case>> {
 fn by_seed_of_plant(system: &System, seeds: Range<u64>) -> Result<Vec<Case>> {
     let case = |seed| {
         let setting = system.setting("hdrm.seed", seed)?;
-        Ok(Case::new(format!("seed {seed}"), vec![setting]))
+        Ok(Case::of_seed(seed, vec![setting]))
     };
     seeds.map(case).collect()
 }
