@@ -64,33 +64,27 @@ pub struct Faults {
 
 /// The variable named `name`, or the elements of the array of this name.
 pub fn elements(system: &System, name: &str) -> Result<Vec<Port>> {
-    let (component, variable) = match system.structure.split(name) {
-        Some(parts) => parts,
-        None => {
-            let port = system.port(name).or_else(|error| {
-                let first = system.port(&format!("{name}[1]"));
-                first.map_err(|_| error)
-            })?;
-            (port.component, name)
-        }
-    };
-    let variables = system.fmus[component].description.variables.iter();
-    let is_element = |(_, v): &(usize, &fmu_description::Variable)| {
-        let rest = v.name.strip_prefix(variable);
-        rest.is_some_and(|rest| rest.starts_with('['))
-    };
-    let found = variables.enumerate().filter(is_element);
-    let found: Vec<Port> = found
-        .map(|(variable, _)| Port {
+    let found = system.port(name);
+    let mut firsts = ["[1]", "[1,1]"].iter();
+    let first = firsts.find_map(|index| system.port(&format!("{name}{index}")).ok());
+    let (
+        Err(_),
+        Some(Port {
             component,
             variable,
-        })
-        .collect();
-    match (system.port(name), found.is_empty()) {
-        (Ok(port), _) => Ok(vec![port]),
-        (Err(error), true) => Err(error),
-        (Err(_), false) => Ok(found),
-    }
+        }),
+    ) = (&found, first)
+    else {
+        return Ok(vec![found?]);
+    };
+    let variables = &system.fmus[component].description.variables;
+    let array = |k: usize| variables[k].name.rsplit_once('[').map(|(array, _)| array);
+    let own = (0..variables.len()).filter(|k| array(*k) == array(variable));
+    let port = |variable| Port {
+        component,
+        variable,
+    };
+    Ok(own.map(port).collect())
 }
 
 impl Faults {
@@ -100,16 +94,11 @@ impl Faults {
         let parts = text.split_once('=');
         let (name, what) =
             parts.with_context(|| format!("it must be WIRE=EFFECT, and EFFECT {WORDS}"))?;
-        let (what, times) = match what.rsplit_once('@') {
-            Some((what, times)) => (what, times),
-            None => (what, ""),
-        };
+        let (what, times) = what.rsplit_once('@').unwrap_or((what, ""));
         let (from, until) = times.split_once("..").unwrap_or((times, ""));
         let time = |text: &str, without: f64| {
-            let time = match text.trim() {
-                "" => Some(without),
-                text => text.parse().ok().filter(|t: &f64| t.is_finite()),
-            };
+            let time = text.trim().parse().ok().filter(|t: &f64| t.is_finite());
+            let time = time.or(text.trim().is_empty().then_some(without));
             time.with_context(|| format!("`{text}` is no time in s; times are written @1.5..2"))
         };
         let (from, until) = (time(from, f64::NEG_INFINITY)?, time(until, f64::INFINITY)?);
@@ -198,46 +187,29 @@ pub fn effect(system: &System, port: Port, word: &str, value: &str) -> Result<Ef
         "`{name}` is of type {}; only numbers are altered",
         variable.kind.name()
     );
-    let number = |what: &str, fits: &dyn Fn(f64) -> bool| {
+    let number = |what: &str, fits: fn(f64) -> bool| {
         let number = value.parse().ok().filter(|x: &f64| x.is_finite());
-        let number = number.filter(|x| fits(*x));
         ensure!(!value.is_empty(), "{word} of `{name}` needs {what}");
+        let number = number.filter(|x| fits(*x));
         number.with_context(|| format!("{word} of `{name}`: `{value}` is not {what}"))
     };
-    let any = |_: f64| true;
-    let is_real = variable.kind == Kind::Real;
-    let is_number = is_real || variable.kind == Kind::Integer;
-    let needs = |is_fit: bool, kinds: &str| {
+    let real = |kinds: &str, what: &str, fits: fn(f64) -> bool| {
         let kind = variable.kind.name();
         ensure!(
-            is_fit,
+            kind == "Real",
             "{word} of `{name}`, which is of type {kind}: this is for {kinds}; of any type are override, freeze, drop and delay"
         );
-        Ok(())
+        number(what, fits)
     };
     Ok(match word {
-        "bias" => {
-            needs(is_number, "Reals and Integers")?;
-            let fits = |x: f64| is_real || x.fract() == 0.0;
-            Effect::Bias(number(
-                match is_real {
-                    true => "a finite number",
-                    false => "a whole number",
-                },
-                &fits,
-            )?)
+        "bias" if variable.kind == Kind::Integer => {
+            Effect::Bias(number("a whole number", |x| x.fract() == 0.0)?)
         }
-        "gain" => {
-            needs(is_real, "Reals")?;
-            Effect::Gain(number("a finite number", &any)?)
-        }
+        "bias" => Effect::Bias(real("Reals and Integers", "a finite number", |_| true)?),
+        "gain" => Effect::Gain(real("Reals", "a finite number", |_| true)?),
         "noise" => {
-            needs(is_real, "Reals")?;
-            let fits = |x: f64| x >= 0.0;
-            Effect::Noise(number(
-                "a standard deviation, finite and not negative",
-                &fits,
-            )?)
+            let what = "a standard deviation, finite and not negative";
+            Effect::Noise(real("Reals", what, |x| x >= 0.0)?)
         }
         "override" => {
             let number = numbers::number(variable, value);
@@ -245,10 +217,11 @@ pub fn effect(system: &System, port: Port, word: &str, value: &str) -> Result<Ef
         }
         "freeze" if value.is_empty() => Effect::Freeze,
         "freeze" => bail!("freeze of `{name}`: it takes no number, but `{value}` is given"),
-        "drop" => Effect::Drop(number("a probability from 0 to 1", &|x| {
-            (0.0..=1.0).contains(&x)
-        })?),
-        "delay" => Effect::Delay(number("a time in s, greater than 0", &|x| x > 0.0)?),
+        "drop" => {
+            let fits = |x| (0.0..=1.0).contains(&x);
+            Effect::Drop(number("a probability from 0 to 1", fits)?)
+        }
+        "delay" => Effect::Delay(number("a time in s, greater than 0", |x| x > 0.0)?),
         _ => bail!("`{word}` is nothing that can be done to a value; it must be {WORDS}"),
     })
 }

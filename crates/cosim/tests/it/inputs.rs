@@ -182,12 +182,12 @@ fn what_a_run_writes_another_one_reads() {
     // The same numbers in another unit are others.
     fs::write(
         csv.with_extension("units.csv"),
-        "signal,unit\ntime,s\nspring.x,cm\n",
+        "signal,unit\ntime,s\nspring.x,mm\n",
     )
     .unwrap();
     let smaller = Table::load(&csv, &alone, &chosen[..1]).unwrap();
     let force = record(&alone, &experiment(&alone, Some(smaller)), &["spring.F"]).unwrap();
-    let expected = -2.0 * 0.01 * stages.columns[0].values[2];
+    let expected = -2.0 * 1e-3 * stages.columns[0].values[2];
     assert!(
         (force[0][2] - expected).abs() <= 2.0 * f64::EPSILON,
         "{force:?}"
