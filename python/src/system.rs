@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use anyhow::{Context, Result, bail, ensure};
 use clap::ValueEnum as _;
-use cosim::cli::RunArgs;
+use cosim::cli::{RunArgs, STEP};
 use cosim::input_table::InputTable;
 use cosim::master::Schedule;
 use cosim::run::Experiment;
@@ -25,9 +25,6 @@ use studies::{loads, machine_file};
 use crate::raised;
 use crate::run::{self, Request};
 use crate::session::Session;
-
-/// Communication step where neither the caller nor a system says another one, s.
-const STEP: f64 = 1e-3;
 
 /// A system with its FMUs, loaded once for any number of runs.
 #[pyclass(frozen)]
@@ -176,7 +173,7 @@ impl System {
         };
         let setting = |(name, value): &(String, String)| format!("{name}={value}");
         let mut args = RunArgs {
-            step: conditions.step.unwrap_or(STEP),
+            step: conditions.step,
             stop_time: conditions.stop_time,
             schedule,
             input_derivatives: false,
@@ -187,7 +184,7 @@ impl System {
         // Where the machine's motion ends, it says itself.
         let preferred = match self.is_machine() {
             true => Verdict::default(),
-            false => args.prefer(&self.system, conditions.step.is_some()),
+            false => args.prefer(&self.system),
         };
         let mut experiment = args.experiment(&self.system)?;
         let mut forgotten = forgotten(&args, &self.system, &experiment)?;
