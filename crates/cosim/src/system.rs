@@ -505,9 +505,9 @@ impl System {
 }
 
 impl FmuPlace {
-    /// A source in a folder of the resources, `resources/fmi3/Emla.fmu`, is looked for in that
-    /// folder too.
-    fn read(&self, source: &str, package: &mut Package) -> Result<Vec<u8>> {
+    /// The FMU that a structure names. A source in a folder of the resources,
+    /// `resources/fmi3/Emla.fmu`, is looked for in that folder too.
+    pub fn read(&self, source: &str, package: &mut Package) -> Result<Vec<u8>> {
         let name = Path::new(source).file_name().unwrap_or_default();
         let inner = Path::new(source).strip_prefix("resources").ok();
         let names = |folder: &PathBuf| {

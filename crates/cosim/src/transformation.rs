@@ -88,7 +88,8 @@ impl Transformation {
         }
     }
 
-    fn then(self, next: Self) -> Self {
+    /// This one, then `next`.
+    pub(crate) fn then(self, next: Self) -> Self {
         match (self, next) {
             (Self::Linear(a), Self::Linear(b)) => Self::Linear(a.then(b)),
             (a, Self::Linear(Linear::NONE)) => a,

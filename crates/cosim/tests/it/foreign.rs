@@ -70,7 +70,7 @@ fn plain(name: &str, libraries: &[&Path]) -> System {
 
 fn run_args() -> RunArgs {
     RunArgs {
-        step: 0.1,
+        step: Some(0.1),
         stop_time: Some(1.0),
         schedule: Schedule::GaussSeidel,
         input_derivatives: false,
