@@ -97,3 +97,50 @@ def test_the_path_of_six_joints_is_checked_and_followed(fmu_dir):
     assert done.returncode == 0, done.stdout + done.stderr
     motion = next(line for line in done.stdout.splitlines() if line.startswith("tip error, motion"))
     assert float(motion.split("RMSE ")[1].split()[0]) < 0.5, motion
+
+
+def draws(fmu_dir, *options):
+    return call("hdrm-fmu", "draws", "--system", fmu_dir / "Real.ssp", "--mode", "modular_integral", *options)
+
+
+def test_draws_go_on_where_they_were_interrupted(fmu_dir, tmp_path):
+    """Kept runs are taken as they are, a missing one is run again and is the same; those of other bounds are refused."""
+    first = draws(fmu_dir, "--seeds", 3, "--store", tmp_path)
+    assert first.returncode == 0 and "3 kept, 0 stopped, 0 lost" in first.stdout, first.stdout + first.stderr
+    files = sorted(tmp_path.iterdir())
+    texts, times = [f.read_text() for f in files], [f.stat().st_mtime_ns for f in files]
+    assert len(files) == 3
+    files[1].unlink()
+    again = draws(fmu_dir, "--seeds", 3, "--store", tmp_path)
+    assert again.stdout == first.stdout and [f.read_text() for f in files] == texts
+    assert [f.stat().st_mtime_ns == t for f, t in zip(files, times)] == [True, False, True]
+    other = draws(fmu_dir, "--seeds", 3, "--bounds", 1, "--store", tmp_path)
+    assert other.returncode == 1 and "of other start values" in other.stderr
+
+
+def test_a_machine_that_swings_is_lost_early_and_spoils_the_verdict(fmu_dir, tmp_path):
+    """Readings five communication steps old are too old for the voltage loop of every law: the run ends when a rod swings."""
+    done = draws(fmu_dir, "--seeds", 1, "--set", "sensors.delay=4", "--set", "hdrm.inertia_scale=1.4", "--json", tmp_path / "d.json", "--check")
+    assert done.returncode == 2 and "0 kept, 0 stopped, 1 lost" in done.stdout, done.stdout + done.stderr
+    machine = json.loads((tmp_path / "d.json").read_text())["machines"][0]
+    assert machine["fate"] == "lost" and "swings" in machine["why"] and machine["time"] < 13 and machine["rmse"] is None
+
+
+def test_margins_enclose_the_border_of_stability(fmu_dir, tmp_path):
+    """Each change of a law without adaptation has a factor that is stable and one, 14 % beyond, that is not, or the largest that is tried."""
+    options = ["--law", "modular_integral", "--place", "start", "--payload", 300, "--csv", tmp_path / "m.csv", "--check"]
+    done = call("hdrm-fmu", "margins", "--system", fmu_dir / "Real.ssp", *options)
+    rows = list(csv.DictReader((tmp_path / "m.csv").open()))
+    assert len(rows) == 6 and all(row["law"] == "modular_integral" for row in rows), done.stderr
+    below = 0
+    for row in rows:
+        stable, target = float(row["stable"]), 2
+        assert stable > 0, row
+        if row["change"].startswith("delay"):
+            assert stable == int(stable) and (not row["unstable"] or float(row["unstable"]) == stable + 1)
+        elif row["unstable"]:
+            assert 1.13 < float(row["unstable"]) / stable < 1.14, row
+        else:
+            assert stable == 8
+        below += stable < target
+    assert done.returncode == (2 if below else 0), done.stdout

@@ -28,4 +28,5 @@ pub mod print;
 pub mod signal_file;
 pub mod start_values;
 pub mod studies;
+pub mod trial;
 pub mod worlds;

@@ -11,8 +11,8 @@ use cosim::cli::exit;
 use cosim::verdict::Verdict;
 use studies::commands::program::{OtherArguments, Sibling};
 use studies::commands::{
-    compare, endurance, energy, evaluate, machine, path, program, run, sizing, stability, table,
-    testbed,
+    compare, draws, endurance, energy, evaluate, machine, margins, path, program, run, sizing,
+    stability, table, testbed,
 };
 
 /// Experiments on the coupled manipulator: three electromechanical actuators, rigid bodies and
@@ -50,6 +50,10 @@ enum Command {
     /// Long run with a reference that never ends: memory, time, tracking and estimates; fails where
     /// one of them does not endure
     Endurance(endurance::EnduranceArgs),
+    /// How far each law is from instability: in delay, loop gain, mounting, inertia, adaptation
+    Margins(margins::MarginsArgs),
+    /// Many machines drawn at random under one law: kept, stopped, lost, and the rods' forces
+    Draws(draws::DrawsArgs),
     /// Tip error, tracking, orientation and verdict of a run that another importer made and wrote
     /// as CSV
     Evaluate(evaluate::EvaluateArgs),
@@ -121,6 +125,8 @@ impl Command {
             Self::Energy(args) => energy::energy(args),
             Self::Sizing(args) => sizing::sizing(args).map(|(verdict, _)| verdict),
             Self::Endurance(args) => endurance::endurance(args),
+            Self::Draws(args) => draws::draws(args),
+            Self::Margins(args) => margins::margins(args),
             Self::Evaluate(args) => evaluate::evaluate(args),
             Self::Machine(command) => done(machine::run(command)),
             Self::Path(command) => done(path::run(command)),
@@ -149,6 +155,8 @@ impl Command {
             Self::Energy(args) => &args.machine,
             Self::Sizing(args) => &args.machine,
             Self::Endurance(args) => &args.machine,
+            Self::Draws(args) => &args.machine,
+            Self::Margins(args) => &args.machine,
             Self::Evaluate(args) => &args.machine,
             Self::Report(_)
             | Self::Plot(_)

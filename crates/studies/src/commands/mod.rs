@@ -2,10 +2,12 @@
 //! programs.
 
 pub mod compare;
+pub mod draws;
 pub mod endurance;
 pub mod energy;
 pub mod evaluate;
 pub mod machine;
+pub mod margins;
 pub mod path;
 pub mod program;
 pub mod python;

@@ -16,4 +16,6 @@ mod world;
 pub use perturbation::Bounds;
 pub use real::{DrawnMachines, PARAMETERS, SYSTEM, parameters_of};
 pub use strict::SYSTEM as STRICT_SYSTEM;
-pub use world::{BENDING_STEP, BENDING_SYSTEM, BENDING_TARGET, Cases, SCALES, World, cases};
+pub use world::{
+    BENDING_STEP, BENDING_SYSTEM, BENDING_TARGET, Cases, SCALES, World, cases, cases_within,
+};

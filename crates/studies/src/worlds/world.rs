@@ -89,10 +89,20 @@ pub struct Cases {
 /// The cases of a world: those of the ideal one are the inertia errors of the paper's table, those
 /// of the others a machine for each seed.
 pub fn cases(world: World, system: &System, seeds: Range<u64>) -> Result<Cases> {
+    cases_within(world, system, seeds, 1.0)
+}
+
+/// As [`cases`], with errors of drawn machines up to `factor` times the usual bounds.
+pub fn cases_within(
+    world: World,
+    system: &System,
+    seeds: Range<u64>,
+    factor: f64,
+) -> Result<Cases> {
     let (list, machines) = match world {
         World::Ideal => (by_scale(system)?, None),
         World::Real | World::StrictRigid => {
-            let mut machines = DrawnMachines::draw(system, seeds, &Bounds::REAL)?;
+            let mut machines = DrawnMachines::draw(system, seeds, &Bounds::REAL.times(factor))?;
             let mut cases = std::mem::take(&mut machines.cases);
             if world == World::StrictRigid {
                 strict::harden(system, &mut cases, false)?;
