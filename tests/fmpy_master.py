@@ -294,6 +294,8 @@ def main():
         paths = fmu_files(system, args.ssd, args.fmu_dir, Path(folder))
         for component, path in (text.split("=") for text in args.replace):
             system.components[component] = paths[path] = path
+        if missing := [str(path) for path in paths.values() if not Path(path).is_file()]:
+            raise BadSystem(f"FMU `{missing[0]}` cannot be read")
         fmus = {file: opened(paths[file], Path(folder) / str(k)) for k, file in enumerate(set(system.components.values()))}
         settings = {}
         for path in args.parameters:

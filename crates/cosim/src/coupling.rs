@@ -130,7 +130,7 @@ impl Coupling {
     }
 
     /// Let the clocks tick that are due at `t` up to `tolerance`, both s, and pass what they change.
-    /// A staged exchange does so within Event Mode, of which the instances are in the middle.
+    /// With a staged exchange the instances are in Event Mode, before and after.
     pub fn tick(&mut self, t: f64, tolerance: f64, is_staged: bool) -> Result<()> {
         let (at, mut is_any) = (At::Time(t), false);
         for k in self.timed.iter().copied() {
@@ -155,10 +155,14 @@ impl Coupling {
                 self.exchange.read_of(k, &self.slaves, at)?;
             }
         }
-        match is_any && is_staged {
-            true => self.pass_again(t),
-            false => Ok(()),
+        if is_any && is_staged {
+            // To the end of these events and back, so that what they change is passed, too.
+            self.pass_again(t)?;
+            self.leave_events(t)?;
+            self.enter_events(t)?;
+            self.pass_again(t)?;
         }
+        Ok(())
     }
 
     /// Note, before the next exchange overwrites them, the means of effort and flow that the

@@ -81,15 +81,22 @@ impl Write {
         buffer
     }
 
-    /// Set the inputs to whole values.
-    fn run_wide(&self, slaves: &[Slave], wide: &[Value], at: At) -> Result<()> {
-        let mut inputs: Vec<_> = self.slots.iter().map(|slot| wide[*slot].clone()).collect();
+    /// Set the inputs to whole values, which `buffer` takes up.
+    fn run_wide(
+        &self,
+        slaves: &[Slave],
+        wide: &[Value],
+        buffer: &mut Vec<Value>,
+        at: At,
+    ) -> Result<()> {
+        buffer.clear();
+        buffer.extend(self.slots.iter().map(|slot| wide[*slot].clone()));
         for (k, transformation) in &self.transformed {
-            if let Value::Whole(number) = &mut inputs[*k] {
+            if let Value::Whole(number) = &mut buffer[*k] {
                 *number = transformation.of_whole(*number);
             }
         }
-        slaves[self.slave].set_whole(&self.batch, &inputs, at)
+        slaves[self.slave].set_whole(&self.batch, buffer, at)
     }
 
     /// Of time derivatives: an offset has none.
@@ -145,6 +152,7 @@ pub struct Exchange {
     /// Those of outputs that do not pass as numbers; empty where there is none.
     wide: Vec<Value>,
     buffer: Vec<f64>,
+    wide_buffer: Vec<Value>,
     ones: Vec<i32>,
     noise: Option<Source>,
 }
@@ -207,6 +215,7 @@ impl Exchange {
             values,
             wide,
             buffer: vec![0.0; widest],
+            wide_buffer: Vec::new(),
             ones,
             slots,
             noise: None,
@@ -340,7 +349,7 @@ impl Exchange {
                 continue;
             }
             if write.is_wide {
-                write.run_wide(slaves, &self.wide, at)?;
+                write.run_wide(slaves, &self.wide, &mut self.wide_buffer, at)?;
                 continue;
             }
             let inputs = write.gather(&self.values, &mut self.buffer);

@@ -57,6 +57,9 @@ impl Fmu {
         let remarks = description.remarks.iter().cloned().chain(remark);
         let mut remarks: Vec<String> = remarks.map(|remark| remark.to_string()).collect();
         let description = description.by_element();
+        if description.capabilities.needs_execution_tool {
+            remarks.push("it says that it needs its tool (needsExecutionTool)".into());
+        }
         let triggered = description
             .variables
             .iter()

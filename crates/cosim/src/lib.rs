@@ -13,6 +13,7 @@
 //! Nothing here knows the physics.
 #![deny(unsafe_code)]
 
+mod arrays;
 pub mod batch;
 pub mod bond;
 pub mod cli;

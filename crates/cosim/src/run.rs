@@ -103,6 +103,12 @@ pub fn observed(
             "the last step is not shortened to end at {stop} s, because `{fixed}` cannot vary its step"
         ));
     }
+    let step = master.stepping().step;
+    if let Some((component, internal)) = system.uneven_step(step) {
+        verdict.note(format!(
+            "the communication step of {step} s is no multiple of the fixed internal step of `{component}`, {internal} s"
+        ));
+    }
     let all = steps.count();
     let mut watch = Watch::new(start, &master.exchange().values);
     let clock = Instant::now();

@@ -86,12 +86,13 @@ impl Inputs {
 }
 
 /// The outputs that connections pass on; where there is no connection, all outputs: what is written
-/// where no signals are named.
+/// where no signals are named. Texts and bytes only by name.
 pub fn connected(system: &System) -> Result<Vec<Port>> {
     let mut ports: Vec<Port> = system.wiring()?.links.iter().map(|l| l.from).collect();
     if ports.is_empty() {
         return matching(system, &["*".into()]);
     }
+    ports.retain(|port| system.variable(*port).access().is_number());
     ports.sort();
     ports.dedup();
     Ok(ports)

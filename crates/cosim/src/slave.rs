@@ -23,6 +23,9 @@ use answer::Answer;
 pub use answer::{At, Ended};
 use border::Border;
 
+/// `fmi2Discard`, `fmi3Discard`.
+const DISCARD: std::ffi::c_int = 2;
+
 /// An FMU instance; terminated by the owner, freed when dropped.
 pub struct Slave {
     border: Box<dyn Border>,
@@ -136,10 +139,9 @@ impl Slave {
         if chosen.is_empty() {
             return Ok(());
         }
-        let answer = self.border.log_only(&chosen);
-        match answer.status {
-            Answer::MISSING => Ok(()),
-            _ => self.check(answer, None, At::Initialization),
+        match self.border.log_only(&chosen) {
+            Err(error) if Answer::status(&error) == Some(Answer::MISSING) => Ok(()),
+            done => self.check(done, None, At::Initialization),
         }
     }
 
@@ -153,12 +155,14 @@ impl Slave {
             .map_err(|unfit| anyhow!("{}.{variable}: `{text}` is not {unfit}", self.name))?;
         let index = description.index(variable).unwrap_or_default();
         let batch = self.fmu.any_batch(vec![index]);
-        let answer = self.border.set_whole(&batch, &[value]);
-        if answer.is_done() {
-            return Ok(());
-        }
-        let names = format!("{} to `{text}` of {variable}", answer.call);
-        Err(self.refused(answer, &names, At::Initialization))
+        let set = self.border.set_whole(&batch, &[value]);
+        set.map_err(|error| match error.downcast::<Answer>() {
+            Ok(answer) => {
+                let names = format!("{} to `{text}` of {variable}", answer.call);
+                self.refused(answer, &names, At::Initialization)
+            }
+            Err(error) => error.context(self.place(At::Initialization)),
+        })
     }
 
     /// Value of a variable that does not pass as a number, by its index in the description.
@@ -185,43 +189,42 @@ impl Slave {
 
     /// Into Initialization Mode, from `start`, s.
     pub fn enter_initialization(&self, start: f64) -> Result<()> {
-        let answer = self.border.enter_initialization(start);
-        self.check(answer, None, At::Initialization)
+        let done = self.border.enter_initialization(start);
+        self.check(done, None, At::Initialization)
     }
 
     /// Out of Initialization Mode.
     pub fn exit_initialization(&self) -> Result<()> {
-        let answer = self.border.exit_initialization();
-        let answer = answer.with_context(|| self.place(At::Initialization))?;
-        self.check(answer, None, At::Initialization)
+        let done = self.border.exit_initialization();
+        self.check(done, None, At::Initialization)
     }
 
     /// Read values, as numbers.
     pub fn get(&self, batch: &Batch, values: &mut [f64], at: At) -> Result<()> {
-        let answer = self.border.get(batch, values);
-        self.check(answer, Some(batch), at)
+        let done = self.border.get(batch, values);
+        self.check(done, Some(batch), at)
     }
 
     /// Set values.
     pub fn set(&self, batch: &Batch, values: &[f64], at: At) -> Result<()> {
-        let answer = self.border.set(batch, values);
-        self.check(answer, Some(batch), at)
+        let done = self.border.set(batch, values);
+        self.check(done, Some(batch), at)
     }
 
     /// Read values of a type that does not pass as numbers.
     pub fn get_whole(&self, batch: &Batch, values: &mut [Value], at: At) -> Result<()> {
-        let answer = self.border.get_whole(batch, values);
-        self.check(answer, Some(batch), at)
+        let done = self.border.get_whole(batch, values);
+        self.check(done, Some(batch), at)
     }
 
     /// Set whole values.
     pub fn set_whole(&self, batch: &Batch, values: &[Value], at: At) -> Result<()> {
         let is_unfit = |value: &&Value| matches!(value, Value::Whole(k) if !fits(batch.access, *k));
-        let answer = match values.iter().find(is_unfit) {
-            Some(_) => Answer::unfit("set"),
+        let done = match values.iter().find(is_unfit) {
+            Some(_) => Answer::refuse(Answer::UNFIT, "set"),
             None => self.border.set_whole(batch, values),
         };
-        self.check(answer, Some(batch), at)
+        self.check(done, Some(batch), at)
     }
 
     /// First time derivatives of outputs; `ones` holds at least as many ones.
@@ -232,8 +235,8 @@ impl Slave {
         values: &mut [f64],
         at: At,
     ) -> Result<()> {
-        let answer = self.border.get_derivatives(batch, ones, values);
-        self.check(answer, Some(batch), at)
+        let done = self.border.get_derivatives(batch, ones, values);
+        self.check(done, Some(batch), at)
     }
 
     /// First time derivatives of inputs for the next step; `ones` holds at least as many ones.
@@ -244,30 +247,28 @@ impl Slave {
         values: &[f64],
         at: At,
     ) -> Result<()> {
-        let answer = self.border.set_derivatives(batch, ones, values)?;
-        self.check(answer, Some(batch), at)
+        let done = self.border.set_derivatives(batch, ones, values);
+        self.check(done, Some(batch), at)
     }
 
     /// A communication step from `t` by `h`, both s.
     pub fn step(&self, t: f64, h: f64) -> Result<()> {
-        let answer = self.border.step(t, h);
-        let answer = answer.with_context(|| self.place(At::Time(t)))?;
-        match answer.status {
-            2 => Err(self.discarded(answer, t)),
-            _ => self.check(answer, None, At::Time(t)),
+        let done = self.border.step(t, h);
+        let is_discarded = matches!(&done, Err(e) if Answer::status(e) == Some(DISCARD));
+        let checked = self.check(done, None, At::Time(t));
+        match is_discarded {
+            true => checked.with_context(|| self.last_time()),
+            false => checked,
         }
     }
 
-    /// A step that was discarded: how far it came, where the FMU tells.
+    /// After a step that was discarded: how far it came, where the FMU tells.
     #[cold]
-    fn discarded(&self, answer: Answer, t: f64) -> anyhow::Error {
-        let error = self.error(answer, None, At::Time(t));
+    fn last_time(&self) -> String {
+        let name = &self.name;
         match self.border.time() {
-            Ok(time) => error.context(format!(
-                "the run ends at t = {time} s, the last successful time of {}",
-                self.name
-            )),
-            Err(_) => error,
+            Ok(time) => format!("the run ends at t = {time} s, the last successful time of {name}"),
+            Err(_) => format!("the run ends, because {name} does not make this step"),
         }
     }
 
@@ -284,9 +285,7 @@ impl Slave {
     /// In Event Mode: let discrete states follow; true where the exchange must be made once more.
     pub fn update_events(&self, at: At) -> Result<bool> {
         let updated = self.border.update_events();
-        let (answer, again) = updated.with_context(|| self.place(at))?;
-        self.check(answer, None, at)?;
-        Ok(again)
+        updated.map_err(|error| self.error(error, None, at))
     }
 
     /// From Event Mode to where steps are made.
@@ -301,15 +300,13 @@ impl Slave {
 
     /// Into Event Mode at `t`, s, where an event is due then, up to `tolerance`, s; clocks tick.
     pub fn tick(&self, t: f64, tolerance: f64) -> Result<()> {
-        let answer = self.border.tick(t, tolerance);
-        let answer = answer.with_context(|| self.place(At::Time(t)))?;
-        self.check(answer, None, At::Time(t))
+        let done = self.border.tick(t, tolerance);
+        self.check(done, None, At::Time(t))
     }
 
     /// Event Mode to its end, where the instance is in it.
     pub fn settle(&self, at: At) -> Result<()> {
-        let answer = self.border.settle().with_context(|| self.place(at))?;
-        self.check(answer, None, at)
+        self.check(self.border.settle(), None, at)
     }
 
     /// End the run.
@@ -319,20 +316,20 @@ impl Slave {
 
     /// Back to where it was when it was made; false where it cannot be, so that another is needed.
     pub(crate) fn reset(&self) -> bool {
-        let is_reset = self.border.reset().is_some_and(Answer::is_done);
-        is_reset && self.log_only_trouble().is_ok()
+        self.border.reset() && self.log_only_trouble().is_ok()
     }
 
     #[inline]
-    fn check(&self, answer: Answer, batch: Option<&Batch>, at: At) -> Result<()> {
-        match answer.is_done() {
-            true => Ok(()),
-            false => Err(self.error(answer, batch, at)),
-        }
+    fn check(&self, done: Result<()>, batch: Option<&Batch>, at: At) -> Result<()> {
+        done.map_err(|error| self.error(error, batch, at))
     }
 
     #[cold]
-    fn error(&self, answer: Answer, batch: Option<&Batch>, at: At) -> anyhow::Error {
+    fn error(&self, error: anyhow::Error, batch: Option<&Batch>, at: At) -> anyhow::Error {
+        let answer = match error.downcast::<Answer>() {
+            Ok(answer) => answer,
+            Err(error) => return error.context(self.place(at)),
+        };
         let variables = &self.fmu.description.variables;
         let names = batch.into_iter().flat_map(|batch| &batch.variables);
         let names: Vec<_> = names.map(|k| variables[*k].name.as_str()).collect();
@@ -371,7 +368,7 @@ impl Slave {
                     self.fmu.file
                 );
             }
-            2 => format!("{prefix}Discard"),
+            DISCARD => format!("{prefix}Discard"),
             3 => format!("{prefix}Error"),
             4 => format!("{prefix}Fatal"),
             other => format!("the unknown status {other}"),

@@ -1,6 +1,6 @@
-//! The C functions of FMI 2.0 and 3.0: name, interface, when an importer that does co-simulation may
-//! call them, and C type. Enumerations are plain integers here: what a broken FMU returns must not
-//! be undefined behaviour in the one who calls it.
+//! The C functions of FMI 2.0 and 3.0: name, interface, when an importer that does co-simulation
+//! may call them, and C type. Enumerations are plain integers here: what a broken FMU returns must
+//! not be undefined behaviour in the one who calls it.
 //!
 //! The types are for whoever loads a library: [`fmi2_functions`](crate::fmi2_functions) and
 //! [`fmi3_functions`](crate::fmi3_functions) hand the rows to another macro. Where they are used,
@@ -104,8 +104,8 @@ macro_rules! list {
     };
 }
 
-/// Calls the macro `$make`, after the tokens `$first`, with a row for each function of FMI 2.0: name,
-/// interface, states in brackets, type.
+/// Calls the macro `$make`, after the tokens `$first`, with a row for each function of FMI 2.0:
+/// name, interface, states in brackets, type.
 #[macro_export]
 macro_rules! fmi2_functions {
     ($make:ident! $($first:tt)*) => {

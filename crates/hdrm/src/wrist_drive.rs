@@ -1,5 +1,5 @@
-//! The wrist's drives as built: a lag from command to torque, the limit, dry friction and inertia of
-//! the motor as the joint feels them, and a gear that yields and has play.
+//! The wrist's drives as built: a lag from command to torque, the limit, dry friction and inertia
+//! of the motor as the joint feels them, and a gear that yields and has play.
 //!
 //! Source: B. Siciliano, L. Sciavicco, L. Villani, G. Oriolo, *Robotics: Modelling, Planning and
 //! Control*, chapter on elastic joints; J. J. Moreau's time stepping for the dry friction, which
@@ -47,8 +47,8 @@ pub struct WristState {
 }
 
 impl WristDrive {
-    /// Ideal sources; the sizes are those of servo motors behind slewing drives of 2500 and 800 N·m,
-    /// with a tenth of what they usually transmit as dry friction.
+    /// Ideal sources; the sizes are those of servo motors behind slewing drives of 2500 and 800
+    /// N·m, with a tenth of what they usually transmit as dry friction.
     pub const IDEAL: Self = Self {
         on: false,
         lag: 5e-3,

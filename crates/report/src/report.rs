@@ -6,8 +6,8 @@
 //! `hdrm` and the machine file that the FMU runs with (module `scene`). Every frame is checked
 //! against the tip position that the FMU gives, so a drawing of another machine is refused.
 //!
-//! Every run is made once: the cells of the paper's table are also those whose signals, energies and
-//! rod forces are shown.
+//! Every run is made once: the cells of the paper's table are also those whose signals, energies
+//! and rod forces are shown.
 //!
 //! The page is plain HTML with plotly.js and three.js (both in `assets/`) inside.
 

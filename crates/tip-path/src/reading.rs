@@ -7,8 +7,8 @@ use crate::iso9283::{Iso9283, TestKind};
 use crate::{csv_file, json_file};
 use nalgebra::Vector3;
 
-/// Name of the built-in path that moves all six joints: up to 2 m/s², turning by more than 60°, rods
-/// up to their rated speed.
+/// Name of the built-in path that moves all six joints: up to 2 m/s², turning by more than 60°,
+/// rods up to their rated speed.
 pub const SIX_JOINTS: &str = "six-joints";
 /// Names of the built-in paths.
 pub const BUILT_IN: [&str; 3] = ["iso9283-cube", "iso9283-rectangle", SIX_JOINTS];

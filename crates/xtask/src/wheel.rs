@@ -284,13 +284,13 @@ fn environment(workspace: &Workspace) -> Result<Python> {
 }
 
 /// Build the wheel for this machine, install it in an environment of its own, and run its tests and
-/// its notebook there. The tests compare it with the program that the environment variable
-/// `HDRM_FMU` names, else with that of the same source.
+/// its notebook there. The tests compare it with the programs beside the one that the variable
+/// `HDRM_FMU` names, else with those of the same source.
 pub fn check(workspace: &Workspace, fmus: &Path) -> Result<()> {
     let wheel = build(workspace, fmus, None, &workspace.target.join("wheels"))?;
     let program = match std::env::var_os(PROGRAM) {
         Some(program) => program.into(),
-        None => workspace.build_programs(&["hdrm-fmu"])?,
+        None => workspace.build_programs(&["hdrm-fmu", "cosim"])?,
     };
     let python = environment(workspace)?;
     let mut install = workspace.command(python.program());

@@ -48,12 +48,12 @@ macro_rules! functions {
 fmi2_functions!(functions! Functions2);
 fmi3_functions!(functions! Functions3);
 
-/// Calls a function of a library, or answers that it is missing.
+/// Calls a function of a library; an error where it is missing or does not do it.
 macro_rules! call {
     ($api:expr, $function:ident($($argument:expr),* $(,)?)) => {
         match $api.$function {
-            Some(function) => Answer::new(function($($argument),*), stringify!($function)),
-            None => Answer::missing(stringify!($function)),
+            Some(function) => Answer::check(function($($argument),*), stringify!($function)),
+            None => Answer::refuse(Answer::MISSING, stringify!($function)),
         }
     };
 }

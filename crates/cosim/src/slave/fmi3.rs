@@ -32,14 +32,15 @@ enum Mode {
     Step,
 }
 
-/// Leaves the function with an answer that is not done.
-macro_rules! done {
-    ($answer:expr) => {{
-        let answer: Answer = $answer;
-        if !answer.is_done() {
-            return Ok(answer);
+/// `fmi3GetXXX` or `fmi3SetXXX` of numbers, by type.
+macro_rules! by_function {
+    ($api:expr, $access:expr, $arguments:tt: $($of:ident $function:ident)*) => {
+        match $access {
+            $(Access::$of => by_function!(call $api, $function $arguments),)*
+            other => unreachable!("{other:?} is no number"),
         }
-    }};
+    };
+    (call $api:expr, $function:ident ($($argument:expr),*)) => { call!($api, $function($($argument),*)) };
 }
 
 /// An instance; freed when dropped.
@@ -137,240 +138,177 @@ impl Instance {
         }
     }
 
-    /// `fmi3SetXXX` with what the memory holds.
-    fn set_numbers(&self, access: Access, vr: &[u32], spans: &[Range<usize>]) -> Answer {
-        let mut passed = self.passed.borrow_mut();
-        self.gather(access, spans, &mut passed);
-        let n = spans.iter().map(ExactSizeIterator::len).sum();
-        assert!(n <= passed.len());
-        let (api, i, p) = (&self.api, self.instance, passed.as_ptr());
-        let (vr, m) = (vr.as_ptr(), vr.len());
-        macro_rules! calls {
-            ($($access:ident $name:ident)*) => {
-                match access {
-                    $(Access::$access => call!(api, $name(i, vr, m, p.cast(), n)),)*
-                    other => unreachable!("{other:?} is no number"),
+    /// Set variables to what the memory holds.
+    fn set_remembered(&self, batch: &Batch) -> Result<()> {
+        let (api, i) = (&self.api, self.instance);
+        let (vr, m) = (batch.references.as_ptr(), batch.references.len());
+        let n = batch.passed;
+        match batch.access {
+            Access::String | Access::Binary => {
+                let (texts, is_text) = (self.texts.borrow(), batch.access == Access::String);
+                let slots = batch.spans.iter().cloned().flatten();
+                let all: Vec<_> = slots.map(|slot| texts.get(&slot)).collect();
+                let all = all.iter().map(|value| match value {
+                    Some(Value::Text(text)) => text.as_bytes_with_nul(),
+                    Some(Value::Bytes(bytes)) => bytes,
+                    _ if is_text => c"".to_bytes_with_nul(),
+                    _ => &[],
+                });
+                let sizes: Vec<_> = all.clone().map(<[u8]>::len).collect();
+                let all: Vec<_> = all.map(<[u8]>::as_ptr).collect();
+                let (p, sizes) = (all.as_ptr(), sizes.as_ptr());
+                // SAFETY: `m` references, and for each of their elements a C string, or as many
+                // bytes as said.
+                unsafe {
+                    match is_text {
+                        true => call!(api, fmi3SetString(i, vr, m, p.cast(), n)),
+                        false => call!(api, fmi3SetBinary(i, vr, m, sizes, p, n)),
+                    }
                 }
-            };
-        }
-        // SAFETY: `m` references, and `n` values of the type of the call, which the memory has for
-        // these references.
-        unsafe {
-            calls! {
-                Real fmi3SetFloat64 Float32 fmi3SetFloat32 Int8 fmi3SetInt8 UInt8 fmi3SetUInt8 Int16 fmi3SetInt16 UInt16 fmi3SetUInt16
-                Integer fmi3SetInt32 UInt32 fmi3SetUInt32 Int64 fmi3SetInt64 UInt64 fmi3SetUInt64 Boolean fmi3SetBoolean
+            }
+            access => {
+                let mut passed = self.passed.borrow_mut();
+                self.gather(access, &batch.spans, &mut passed);
+                assert!(n <= passed.len());
+                let p = passed.as_ptr();
+                // SAFETY: `m` references, and `n` values of the type of the call, which the memory
+                // has for these references.
+                unsafe {
+                    by_function! { api, access, (i, vr, m, p.cast(), n):
+                        Real fmi3SetFloat64 Float32 fmi3SetFloat32 Int8 fmi3SetInt8 UInt8 fmi3SetUInt8
+                        Int16 fmi3SetInt16 UInt16 fmi3SetUInt16 Integer fmi3SetInt32 UInt32 fmi3SetUInt32
+                        Int64 fmi3SetInt64 UInt64 fmi3SetUInt64 Boolean fmi3SetBoolean
+                    }
+                }
             }
         }
     }
 
     /// `fmi3GetXXX` into the room for a call.
-    fn get_numbers(&self, batch: &Batch, p: *mut u64) -> Answer {
+    fn get_numbers(&self, batch: &Batch, p: *mut u64) -> Result<()> {
         let (api, i, n) = (&self.api, self.instance, batch.passed);
         let (vr, m) = (batch.references.as_ptr(), batch.references.len());
-        macro_rules! calls {
-            ($($access:ident $name:ident)*) => {
-                match batch.access {
-                    $(Access::$access => call!(api, $name(i, vr, m, p.cast(), n)),)*
-                    other => unreachable!("{other:?} is no number"),
-                }
-            };
-        }
         // SAFETY: `m` references and room for `n` values of at most eight bytes each, the caller's
         // promise.
         unsafe {
-            calls! {
-                Real fmi3GetFloat64 Float32 fmi3GetFloat32 Int8 fmi3GetInt8 UInt8 fmi3GetUInt8 Int16 fmi3GetInt16 UInt16 fmi3GetUInt16
-                Integer fmi3GetInt32 UInt32 fmi3GetUInt32 Int64 fmi3GetInt64 UInt64 fmi3GetUInt64 Boolean fmi3GetBoolean
+            by_function! { api, batch.access, (i, vr, m, p.cast(), n):
+                Real fmi3GetFloat64 Float32 fmi3GetFloat32 Int8 fmi3GetInt8 UInt8 fmi3GetUInt8
+                Int16 fmi3GetInt16 UInt16 fmi3GetUInt16 Integer fmi3GetInt32 UInt32 fmi3GetUInt32
+                Int64 fmi3GetInt64 UInt64 fmi3GetUInt64 Boolean fmi3GetBoolean
             }
         }
     }
 
-    /// `fmi3SetString` or `fmi3SetBinary` with what the memory holds.
-    fn set_texts(&self, access: Access, vr: &[u32], spans: &[Range<usize>]) -> Answer {
-        let (texts, empty) = (self.texts.borrow(), CString::default());
-        let slots = || spans.iter().cloned().flatten();
-        let (i, api, m) = (self.instance, &self.api, vr.len());
-        if access == Access::String {
-            let text = |slot| match texts.get(&slot) {
-                Some(Value::Text(text)) => text.as_ptr(),
-                _ => empty.as_ptr(),
-            };
-            let all: Vec<_> = slots().map(text).collect();
-            // SAFETY: `m` references, and a C string for each of their elements.
-            return unsafe {
-                call!(
-                    api,
-                    fmi3SetString(i, vr.as_ptr(), m, all.as_ptr(), all.len())
-                )
-            };
-        }
-        let bytes = |slot| match texts.get(&slot) {
-            Some(Value::Bytes(bytes)) => bytes.as_slice(),
-            _ => &[],
-        };
-        let sizes: Vec<_> = slots().map(|slot| bytes(slot).len()).collect();
-        let all: Vec<_> = slots().map(|slot| bytes(slot).as_ptr()).collect();
-        let (vr, sizes, p) = (vr.as_ptr(), sizes.as_ptr(), all.as_ptr());
-        // SAFETY: `m` references, and for each of their elements as many bytes as said.
-        unsafe { call!(api, fmi3SetBinary(i, vr, m, sizes, p, all.len())) }
-    }
-
-    /// Set variables to what the memory holds.
-    fn set_remembered(&self, batch: &Batch) -> Answer {
-        match batch.access {
-            access @ (Access::String | Access::Binary) => {
-                self.set_texts(access, &batch.references, &batch.spans)
-            }
-            access => self.set_numbers(access, &batch.references, &batch.spans),
-        }
-    }
-
-    /// `fmi3GetString` or `fmi3GetBinary`, one value for each element.
-    fn get_texts(&self, batch: &Batch, mut take: impl FnMut(usize, Value)) -> Answer {
+    /// Read variables into the memory.
+    fn remember(&self, batch: &Batch) -> Result<()> {
         let (api, i, n) = (&self.api, self.instance, batch.passed);
         let (vr, m) = (batch.references.as_ptr(), batch.references.len());
-        if batch.access == Access::String {
-            let mut texts = vec![ptr::null(); n];
-            // SAFETY: `m` references and room for `n` texts, which are valid until the next call.
-            unsafe {
-                let answer = call!(api, fmi3GetString(i, vr, m, texts.as_mut_ptr(), n));
-                for (k, place) in batch.places.iter().enumerate() {
-                    if answer.is_done() {
-                        take(k, Value::Text(owned(texts[*place])));
-                    }
-                }
-                return answer;
-            }
-        }
-        let (mut sizes, mut bytes) = (vec![0; n], vec![ptr::null(); n]);
-        // SAFETY: `m` references and room for `n` sizes and addresses; what they tell is valid
-        // until the next call.
-        unsafe {
-            let (sizes_at, bytes_at) = (sizes.as_mut_ptr(), bytes.as_mut_ptr());
-            let answer = call!(api, fmi3GetBinary(i, vr, m, sizes_at, bytes_at, n));
-            for (k, place) in batch.places.iter().enumerate() {
-                let (size, first) = (sizes[*place], bytes[*place]);
-                let is_some = size > 0 && !first.is_null();
-                if answer.is_done() {
-                    let all = is_some.then(|| std::slice::from_raw_parts(first, size));
-                    take(k, Value::Bytes(all.unwrap_or_default().to_vec()));
+        let places = batch.slots.iter().zip(&batch.places);
+        match batch.access {
+            Access::String => {
+                let mut texts = vec![ptr::null(); n];
+                // SAFETY: `m` references and room for `n` texts, valid until the next call.
+                unsafe { call!(api, fmi3GetString(i, vr, m, texts.as_mut_ptr(), n))? };
+                for (slot, place) in places {
+                    // SAFETY: as above.
+                    let text = unsafe { owned(texts[*place]) };
+                    self.texts.borrow_mut().insert(*slot, Value::Text(text));
                 }
             }
-            answer
-        }
-    }
-
-    /// Keep in the memory what variables have.
-    fn remember(&self, batch: &Batch) -> Answer {
-        if matches!(batch.access, Access::String | Access::Binary) {
-            let mut texts = self.texts.borrow_mut();
-            return self.get_texts(batch, |k, value| {
-                texts.insert(batch.slots[k], value);
-            });
-        }
-        let mut passed = self.passed.borrow_mut();
-        assert!(batch.passed <= passed.len());
-        let answer = self.get_numbers(batch, passed.as_mut_ptr());
-        if answer.is_done() {
-            let mut memory = self.memory.borrow_mut();
-            for (slot, place) in batch.slots.iter().zip(&batch.places) {
-                memory[*slot] = load(batch.access, &passed, *place);
+            Access::Binary => {
+                let (mut sizes, mut all) = (vec![0; n], vec![ptr::null(); n]);
+                let (sizes_at, all_at) = (sizes.as_mut_ptr(), all.as_mut_ptr());
+                // SAFETY: `m` references and room for `n` sizes and addresses.
+                unsafe { call!(api, fmi3GetBinary(i, vr, m, sizes_at, all_at, n))? };
+                for (slot, place) in places {
+                    let (first, size) = (all[*place], sizes[*place]);
+                    let is_some = size > 0 && !first.is_null();
+                    // SAFETY: as many bytes as said, valid until the next call.
+                    let bytes = is_some.then(|| unsafe { std::slice::from_raw_parts(first, size) });
+                    let value = Value::Bytes(bytes.unwrap_or_default().to_vec());
+                    self.texts.borrow_mut().insert(*slot, value);
+                }
+            }
+            access => {
+                let (mut passed, mut memory) = (self.passed.borrow_mut(), self.memory.borrow_mut());
+                assert!(n <= passed.len());
+                self.get_numbers(batch, passed.as_mut_ptr())?;
+                for (slot, place) in places {
+                    memory[*slot] = load(access, &passed, *place);
+                }
             }
         }
-        answer
+        Ok(())
     }
 
     /// Whether these variables may be set and read now.
     fn is_open(&self, batch: &Batch) -> bool {
-        batch.clocks.is_empty()
-            || !self.has_events
-            || self.mode.get() == Mode::Initialization
-            || self
-                .active
-                .borrow()
-                .iter()
-                .any(|k| batch.clocks.contains(k))
+        let is_active = |clock: &u32| self.active.borrow().contains(clock);
+        let is_free = batch.clocks.is_empty() || !self.has_events;
+        is_free || self.mode.get() == Mode::Initialization || batch.clocks.iter().any(is_active)
     }
 
     /// Discrete values change in Event Mode: into it, where one of them is not what it was.
-    fn open(&self, batch: &Batch, is_changed: impl Fn(usize, usize) -> bool) -> Answer {
+    fn open(&self, batch: &Batch, is_changed: impl Fn(usize, usize) -> bool) -> Result<()> {
         let is_stepping = self.has_events && self.mode.get() == Mode::Step;
         let mut all = batch.discrete.iter();
-        if is_stepping && all.any(|(slot, k)| is_changed(*slot, *k)) {
-            return self.enter_events();
+        match is_stepping && all.any(|(slot, k)| is_changed(*slot, *k)) {
+            true => self.enter_events(),
+            false => Ok(()),
         }
-        Answer::done()
     }
 
     /// What the FMU says of the interval of a clock.
-    fn interval(&self, reference: u32) -> (Answer, Interval) {
+    fn interval(&self, reference: u32) -> Result<Interval> {
         let (mut interval, mut qualifier, vr) = (f64::NAN, 0, [reference]);
+        let (told, how) = (&raw mut interval, &raw mut qualifier);
         // SAFETY: one reference, and room for one interval and one qualifier.
-        let answer = unsafe {
+        unsafe {
             let (i, vr) = (self.instance, vr.as_ptr());
-            let (interval, qualifier) = (&raw mut interval, &raw mut qualifier);
-            call!(
-                self.api,
-                fmi3GetIntervalDecimal(i, vr, 1, interval, qualifier)
-            )
-        };
-        let interval = match qualifier {
+            call!(self.api, fmi3GetIntervalDecimal(i, vr, 1, told, how))?;
+        }
+        Ok(match qualifier {
             0 => Interval::Unknown,
             1 => Interval::Unchanged(interval),
             _ => Interval::Changed(interval),
-        };
-        (answer, interval)
+        })
     }
 
     /// When the clocks tick for the first time; in Initialization Mode.
-    fn begin_clocks(&self) -> Result<Answer> {
+    fn begin_clocks(&self) -> Result<()> {
         for clock in self.clocks.borrow_mut().iter_mut() {
-            let (mut interval, mut shift) = (None, None);
+            let (mut interval, mut shift, vr) = (None, None, [clock.reference]);
             if clock.asks {
-                let (answer, told) = self.interval(clock.reference);
-                done!(answer);
-                interval = Some(told);
-                if clock.is_periodic() {
-                    let (mut told, vr) = (f64::NAN, [clock.reference]);
-                    // SAFETY: one reference and room for one value.
-                    done!(unsafe {
-                        let (i, vr) = (self.instance, vr.as_ptr());
-                        call!(self.api, fmi3GetShiftDecimal(i, vr, 1, &raw mut told))
-                    });
-                    shift = Some(told);
+                interval = Some(self.interval(clock.reference)?);
+            }
+            if clock.asks && clock.is_periodic() {
+                let told = shift.insert(f64::NAN);
+                // SAFETY: one reference and room for one value.
+                unsafe {
+                    call!(
+                        self.api,
+                        fmi3GetShiftDecimal(self.instance, vr.as_ptr(), 1, told)
+                    )?;
                 }
             }
             clock.begin(self.time.get(), interval, shift)?;
         }
-        Ok(Answer::done())
+        Ok(())
     }
 
     /// In Event Mode: the clocks that are due by `until`, s, tick; their inputs are set.
-    fn activate(&self, until: f64) -> Answer {
-        for clock in self.clocks.borrow_mut().iter_mut() {
-            if clock.next > until {
-                continue;
-            }
+    fn activate(&self, until: f64) -> Result<()> {
+        let mut clocks = self.clocks.borrow_mut();
+        for clock in clocks.iter_mut().filter(|clock| clock.next <= until) {
             let (vr, on) = ([clock.reference], [true]);
+            let (i, vr, on) = (self.instance, vr.as_ptr(), on.as_ptr());
             // SAFETY: one reference and one value.
-            let answer = unsafe {
-                call!(
-                    self.api,
-                    fmi3SetClock(self.instance, vr.as_ptr(), 1, on.as_ptr())
-                )
-            };
-            if !answer.is_done() {
-                return answer;
-            }
+            unsafe { call!(self.api, fmi3SetClock(i, vr, 1, on))? };
             clock.tick();
             self.active.borrow_mut().push(clock.reference);
         }
-        let open = self.plan.given.iter().filter(|batch| self.is_open(batch));
-        let answers = open.map(|batch| self.set_remembered(batch));
-        answers
-            .into_iter()
-            .find(|answer| !answer.is_done())
-            .unwrap_or(Answer::done())
+        let mut open = self.plan.given.iter().filter(|batch| self.is_open(batch));
+        open.try_for_each(|batch| self.set_remembered(batch))
     }
 }
 
@@ -384,74 +322,61 @@ impl Drop for Instance {
 }
 
 impl Border for Instance {
-    fn log_only(&self, categories: &[CString]) -> Answer {
+    fn log_only(&self, categories: &[CString]) -> Result<()> {
         let pointers: Vec<_> = categories.iter().map(|c| c.as_ptr()).collect();
         // SAFETY: as many valid C strings as said. All categories are on from instantiation, so
         // that it may say why it fails.
         unsafe {
             let (api, i, n) = (&self.api, self.instance, pointers.len());
-            let off = call!(api, fmi3SetDebugLogging(i, false, 0, ptr::null()));
-            match off.is_done() {
-                true => call!(api, fmi3SetDebugLogging(i, true, n, pointers.as_ptr())),
-                false => off,
-            }
+            call!(api, fmi3SetDebugLogging(i, false, 0, ptr::null()))?;
+            call!(api, fmi3SetDebugLogging(i, true, n, pointers.as_ptr()))
         }
     }
 
-    fn get_whole(&self, batch: &Batch, values: &mut [Value]) -> Answer {
+    fn get_whole(&self, batch: &Batch, values: &mut [Value]) -> Result<()> {
         assert_eq!(batch.len(), values.len());
         if self.is_open(batch) {
-            let answer = match batch.access {
-                Access::String | Access::Binary if batch.clocks.is_empty() => {
-                    return self.get_texts(batch, |k, value| values[k] = value);
-                }
-                _ => self.remember(batch),
-            };
-            if !answer.is_done() {
-                return answer;
-            }
+            self.remember(batch)?;
         }
         let (memory, texts) = (self.memory.borrow(), self.texts.borrow());
         for (value, slot) in values.iter_mut().zip(&batch.slots) {
-            let bits = memory[*slot];
             *value = match batch.access {
-                access @ (Access::String | Access::Binary) => {
-                    texts.get(slot).cloned().unwrap_or(Value::none(access))
+                Access::String | Access::Binary => {
+                    let text = texts.get(slot).cloned();
+                    text.unwrap_or_else(|| Value::none(batch.access))
                 }
-                Access::UInt64 => Value::Whole(bits.into()),
-                _ => Value::Whole(bits.cast_signed().into()),
+                Access::UInt64 => Value::Whole(memory[*slot].into()),
+                _ => Value::Whole(memory[*slot].cast_signed().into()),
             };
         }
-        Answer::done()
+        Ok(())
     }
 
-    fn set_whole(&self, batch: &Batch, values: &[Value]) -> Answer {
+    fn set_whole(&self, batch: &Batch, values: &[Value]) -> Result<()> {
         assert_eq!(batch.len(), values.len());
-        let is_changed = |slot: usize, k: usize| match &values[k] {
-            value @ (Value::Real(_) | Value::Whole(_)) => {
-                value.bits() != self.memory.borrow()[slot]
-            }
-            text => self.texts.borrow().get(&slot) != Some(text),
-        };
-        let answer = self.open(batch, is_changed);
+        let is_text = matches!(batch.access, Access::String | Access::Binary);
+        self.open(batch, |slot, k| match is_text {
+            true => self.texts.borrow().get(&slot) != Some(&values[k]),
+            false => self.memory.borrow()[slot] != values[k].bits(),
+        })?;
         for (value, slot) in values.iter().zip(&batch.slots) {
-            match value {
-                Value::Real(_) | Value::Whole(_) => self.memory.borrow_mut()[*slot] = value.bits(),
-                text => drop(self.texts.borrow_mut().insert(*slot, text.clone())),
+            match is_text {
+                true => drop(self.texts.borrow_mut().insert(*slot, value.clone())),
+                false => self.memory.borrow_mut()[*slot] = value.bits(),
             }
         }
-        match answer.is_done() && self.is_open(batch) {
+        match self.is_open(batch) {
             true => self.set_remembered(batch),
-            false => answer,
+            false => Ok(()),
         }
     }
 
     /// There is nothing to say before Initialization Mode is entered.
-    fn set_up(&self, _: f64) -> Answer {
-        Answer::done()
+    fn set_up(&self, _: f64) -> Result<()> {
+        Ok(())
     }
 
-    fn enter_initialization(&self, start: f64) -> Answer {
+    fn enter_initialization(&self, start: f64) -> Result<()> {
         self.time.set(start);
         // SAFETY: plain values. No stop time: a run may be continued.
         unsafe {
@@ -464,138 +389,119 @@ impl Border for Instance {
     }
 
     /// Leads into Event Mode where the master uses it.
-    fn exit_initialization(&self) -> Result<Answer> {
+    fn exit_initialization(&self) -> Result<()> {
         if self.has_events {
-            done!(self.begin_clocks()?);
+            self.begin_clocks()?;
         }
+        self.mode.set(match self.has_events {
+            true => Mode::Event,
+            false => Mode::Step,
+        });
         // SAFETY: the instance is alive.
-        let answer = unsafe { call!(self.api, fmi3ExitInitializationMode(self.instance)) };
-        let mode = if self.has_events {
-            Mode::Event
-        } else {
-            Mode::Step
-        };
-        self.mode.set(mode);
-        Ok(answer)
+        unsafe { call!(self.api, fmi3ExitInitializationMode(self.instance)) }
     }
 
-    fn get(&self, batch: &Batch, values: &mut [f64]) -> Answer {
+    fn get(&self, batch: &Batch, values: &mut [f64]) -> Result<()> {
         assert_eq!(batch.len(), values.len());
-        if batch.is_whole && batch.access == Access::Real && batch.clocks.is_empty() {
-            return self.get_numbers(batch, values.as_mut_ptr().cast());
-        }
         if !batch.clocks.is_empty() {
-            let is_open = self.is_open(batch);
-            let answer = if is_open {
-                self.remember(batch)
-            } else {
-                Answer::done()
-            };
+            if self.is_open(batch) {
+                self.remember(batch)?;
+            }
             let memory = self.memory.borrow();
             for (value, slot) in values.iter_mut().zip(&batch.slots) {
                 *value = number(batch.access, memory[*slot]);
             }
-            return answer;
+            return Ok(());
+        }
+        if batch.is_whole && batch.access == Access::Real {
+            return self.get_numbers(batch, values.as_mut_ptr().cast());
         }
         let mut passed = self.passed.borrow_mut();
         assert!(batch.passed <= passed.len());
-        let answer = self.get_numbers(batch, passed.as_mut_ptr());
-        if answer.is_done() {
-            for (value, place) in values.iter_mut().zip(&batch.places) {
-                *value = number(batch.access, load(batch.access, &passed, *place));
-            }
+        self.get_numbers(batch, passed.as_mut_ptr())?;
+        for (value, place) in values.iter_mut().zip(&batch.places) {
+            *value = number(batch.access, load(batch.access, &passed, *place));
         }
-        answer
+        Ok(())
     }
 
-    fn set(&self, batch: &Batch, values: &[f64]) -> Answer {
+    fn set(&self, batch: &Batch, values: &[f64]) -> Result<()> {
         assert_eq!(batch.len(), values.len());
         let access = batch.access;
         let is_float = matches!(access, Access::Real | Access::Float32);
         #[expect(clippy::cast_possible_truncation, reason = "it was an integer")]
         if !is_float && values.iter().any(|value| !fits(access, *value as i128)) {
-            return Answer::unfit("fmi3Set");
+            return Answer::refuse(Answer::UNFIT, "fmi3Set");
         }
-        let is_changed =
-            |slot: usize, k: usize| as_bits(access, values[k]) != self.memory.borrow()[slot];
-        let answer = self.open(batch, is_changed);
+        self.open(batch, |slot, k| {
+            as_bits(access, values[k]) != self.memory.borrow()[slot]
+        })?;
         let mut memory = self.memory.borrow_mut();
         for (value, slot) in values.iter().zip(&batch.slots) {
             memory[*slot] = as_bits(access, *value);
         }
         drop(memory);
-        match answer.is_done() && self.is_open(batch) {
-            true => self.set_numbers(access, &batch.references, &batch.spans),
-            false => answer,
+        match self.is_open(batch) {
+            true => self.set_remembered(batch),
+            false => Ok(()),
         }
     }
 
-    fn get_derivatives(&self, batch: &Batch, ones: &[i32], values: &mut [f64]) -> Answer {
+    fn get_derivatives(&self, batch: &Batch, ones: &[i32], values: &mut [f64]) -> Result<()> {
         assert!(batch.len() == values.len() && batch.references.len() <= ones.len());
         let mut passed = self.passed.borrow_mut();
         assert!(batch.passed <= passed.len());
         // SAFETY: as many readable references as orders, and room for the values that belong to
         // them.
-        let answer = unsafe {
-            let (i, vr, m) = (
-                self.instance,
-                batch.references.as_ptr(),
-                batch.references.len(),
-            );
+        unsafe {
+            let (i, n, vr) = (self.instance, batch.passed, &batch.references);
+            let (m, vr) = (vr.len(), vr.as_ptr());
             let (ones, room) = (ones.as_ptr(), passed.as_mut_ptr().cast());
-            call!(
-                self.api,
-                fmi3GetOutputDerivatives(i, vr, m, ones, room, batch.passed)
-            )
-        };
-        if answer.is_done() {
-            for (value, place) in values.iter_mut().zip(&batch.places) {
-                *value = f64::from_bits(passed[*place]);
-            }
+            call!(self.api, fmi3GetOutputDerivatives(i, vr, m, ones, room, n))?;
         }
-        answer
+        for (value, place) in values.iter_mut().zip(&batch.places) {
+            *value = f64::from_bits(passed[*place]);
+        }
+        Ok(())
     }
 
-    fn set_derivatives(&self, _: &Batch, _: &[i32], _: &[f64]) -> Result<Answer> {
+    fn set_derivatives(&self, _: &Batch, _: &[i32], _: &[f64]) -> Result<()> {
         bail!("FMI 3.0 has no derivatives of inputs")
     }
 
     /// A step that ends early is gone on with, after the event that ended it.
-    fn step(&self, t: f64, h: f64) -> Result<Answer> {
+    fn step(&self, t: f64, h: f64) -> Result<()> {
         if self.mode.get() == Mode::Event {
-            done!(self.settle()?);
+            self.settle()?;
         }
         let (mut from, mut rest, mut stays) = (t, h, 0);
         loop {
             let [mut event, mut ends, mut early] = [false; 3];
             let mut time = self.time.get();
             // SAFETY: plain values and places for the results.
-            let answer = unsafe {
+            unsafe {
                 let (i, time) = (self.instance, &mut time);
                 let (event, ends, early) = (&mut event, &mut ends, &mut early);
                 call!(
                     self.api,
                     fmi3DoStep(i, from, rest, true, event, ends, early, time)
-                )
-            };
-            done!(answer);
+                )?;
+            }
             self.time.set(time);
             if ends {
-                bail!(Ended {
-                    call: "fmi3DoStep",
-                    time
-                });
+                let call = "fmi3DoStep";
+                bail!(Ended { call, time });
             }
             if early && !self.returns_early {
                 bail!("fmi3DoStep returned early, at {time} s, which it was not allowed to");
             }
             if event && self.has_events {
-                done!(self.enter_events());
-                done!(self.settle()?);
+                self.enter_events()?;
+                self.settle()?;
             }
             let end = t + h;
             if !early || end - time <= f64::EPSILON * end.abs() {
-                return Ok(answer);
+                return Ok(());
             }
             stays = if time > from { 0 } else { stays + 1 };
             if stays == PASSES {
@@ -609,58 +515,47 @@ impl Border for Instance {
         Ok(self.time.get())
     }
 
-    fn enter_events(&self) -> Answer {
-        if !self.has_events || self.mode.get() == Mode::Event {
-            return Answer::done();
+    fn enter_events(&self) -> Result<()> {
+        if !self.has_events || self.mode.replace(Mode::Event) == Mode::Event {
+            return Ok(());
         }
         // SAFETY: the instance is alive.
-        let answer = unsafe { call!(self.api, fmi3EnterEventMode(self.instance)) };
-        self.mode.set(Mode::Event);
-        answer
+        unsafe { call!(self.api, fmi3EnterEventMode(self.instance)) }
     }
 
     /// What clocked variables have at the tick is remembered before it is over. A clock that ticks
     /// again at the same time is active afterwards.
-    fn update_events(&self) -> Result<(Answer, bool)> {
+    fn update_events(&self) -> Result<bool> {
         if self.mode.get() != Mode::Event {
-            return Ok((Answer::done(), false));
+            return Ok(false);
         }
         if !self.active.borrow().is_empty() {
-            let open = self
+            let mut open = self
                 .plan
                 .computed
                 .iter()
                 .filter(|batch| self.is_open(batch));
-            for answer in open.map(|batch| self.remember(batch)) {
-                if !answer.is_done() {
-                    return Ok((answer, false));
-                }
-            }
+            open.try_for_each(|batch| self.remember(batch))?;
         }
         let [mut again, mut ends, mut nominals, mut values, mut has_next] = [false; 5];
         let mut next = 0.0;
         // SAFETY: the instance is alive; places for the results.
-        let answer = unsafe {
+        unsafe {
             let (i, again, ends) = (self.instance, &mut again, &mut ends);
             let (nominals, values) = (&mut nominals, &mut values);
             let (has_next, next) = (&mut has_next, &mut next);
             call!(
                 self.api,
                 fmi3UpdateDiscreteStates(i, again, ends, nominals, values, has_next, next)
-            )
-        };
+            )?;
+        }
         self.active.borrow_mut().clear();
-        if !answer.is_done() {
-            return Ok((answer, false));
-        }
-        let now = self.time.get();
+        let time = self.time.get();
         if ends {
-            bail!(Ended {
-                call: "fmi3UpdateDiscreteStates",
-                time: now
-            });
+            let call = "fmi3UpdateDiscreteStates";
+            bail!(Ended { call, time });
         }
-        let is_ahead = has_next && next > now;
+        let is_ahead = has_next && next > time;
         self.announced
             .set(if is_ahead { next } else { f64::INFINITY });
         let mut is_due = false;
@@ -670,32 +565,28 @@ impl Border for Instance {
             .iter_mut()
             .filter(|clock| clock.asks)
         {
-            let (answer, interval) = self.interval(clock.reference);
-            if !answer.is_done() {
-                return Ok((answer, false));
-            }
-            clock.told(now, &interval)?;
-            is_due |= clock.next <= now;
+            clock.told(time, &self.interval(clock.reference)?)?;
+            is_due |= clock.next <= time;
         }
-        let answer = if is_due { self.activate(now) } else { answer };
-        Ok((answer, again || is_due))
+        if is_due {
+            self.activate(time)?;
+        }
+        Ok(again || is_due)
     }
 
-    fn leave_events(&self) -> Answer {
+    fn leave_events(&self) -> Result<()> {
         if self.mode.get() != Mode::Event {
-            return Answer::done();
+            return Ok(());
         }
         self.mode.set(Mode::Step);
         // SAFETY: the instance is alive.
         unsafe { call!(self.api, fmi3EnterStepMode(self.instance)) }
     }
 
-    fn settle(&self) -> Result<Answer> {
+    fn settle(&self) -> Result<()> {
         for _ in 0..PASSES {
-            let (answer, again) = self.update_events()?;
-            done!(answer);
-            if !again {
-                return Ok(self.leave_events());
+            if !self.update_events()? {
+                return self.leave_events();
             }
         }
         bail!("discrete states still change after {PASSES} passes of Event Mode")
@@ -707,24 +598,24 @@ impl Border for Instance {
         ticks.fold(self.announced.get(), f64::min)
     }
 
-    fn tick(&self, t: f64, tolerance: f64) -> Result<Answer> {
+    fn tick(&self, t: f64, tolerance: f64) -> Result<()> {
         let late = |clock: &&Clock| clock.next < t - tolerance;
         if let Some(Clock { name, next, .. }) = self.clocks.borrow().iter().find(late) {
             bail!("its clock `{name}` ticks at {next} s, between two communication points");
         }
-        done!(self.enter_events());
-        Ok(self.activate(t + tolerance))
+        self.enter_events()?;
+        self.activate(t + tolerance)
     }
 
-    fn terminate(&self) -> Answer {
+    fn terminate(&self) -> Result<()> {
         // SAFETY: the instance is alive.
         unsafe { call!(self.api, fmi3Terminate(self.instance)) }
     }
 
     /// The memory of what was last given would have to be as new, too: another instance is made
     /// instead.
-    fn reset(&self) -> Option<Answer> {
-        None
+    fn reset(&self) -> bool {
+        false
     }
 }
 

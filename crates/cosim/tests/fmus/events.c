@@ -7,7 +7,7 @@
    10      u, clocked by 1; 11: y = 2 u, clocked by 1; 12: ticks of 1; 13: ticks of 2, each clocked by its clock
    20      level, a discrete input; 21: what it was at the last event; 22: x, the integral of `rate`, which is 1 and doubles at early returns
    23      number of calls of fmi3DoStep
-   30, 31  Int64 in and out; 32, 33: UInt64; 34, 35: Int32; 40, 41: String; 42, 43: Binary; 50 to 52: a temperature */
+   30, 31  Int64 in and out; 32, 33: UInt64; 34, 35: Int32; 40, 41: String; 42, 43: Binary; 50 to 52: a temperature; 60, 61: two numbers in and out */
 #include <math.h>
 #include <stdbool.h>
 #include <stdint.h>
@@ -28,6 +28,7 @@ typedef struct {
     char text[64];
     uint8_t bytes[64];
     size_t size;
+    double pair[2];
 } events;
 
 static int refuse(events *e, const char *why) {
@@ -145,7 +146,8 @@ int fmi3GetFloat64(void *c, const unsigned *vr, size_t n, double *value, size_t 
     events *e = c;
     for (size_t k = 0; k < n; k++) {
         CHECKED(vr[k], false);
-        value[k] = vr[k] == 11 ? 2 * e->u : *real(e, vr[k]);
+        if (vr[k] == 61) memcpy(value, e->pair, sizeof e->pair), value += 2;
+        else *value++ = vr[k] == 11 ? 2 * e->u : *real(e, vr[k]);
     }
     return 0;
 }
@@ -153,7 +155,8 @@ int fmi3SetFloat64(void *c, const unsigned *vr, size_t n, const double *value, s
     events *e = c;
     for (size_t k = 0; k < n; k++) {
         CHECKED(vr[k], true);
-        *real(e, vr[k]) = value[k];
+        if (vr[k] == 60) memcpy(e->pair, value, sizeof e->pair), value += 2;
+        else *real(e, vr[k]) = *value++;
     }
     return 0;
 }

@@ -39,7 +39,9 @@ const OTHERS: &str = r#"<Float64 name="period" valueReference="6" causality="par
     <Binary name="bytes" valueReference="42" causality="input"/><Binary name="bytes_out" valueReference="43" causality="output"/>
     <Float64 name="T" valueReference="50" causality="input" start="0" unit="degC"/>
     <Float64 name="dT_out" valueReference="51" causality="output" unit="K" relativeQuantity="true"/>
-    <Float64 name="T_out" valueReference="52" causality="output" unit="K"/>"#;
+    <Float64 name="T_out" valueReference="52" causality="output" unit="K"/>
+    <Float64 name="v" valueReference="60" causality="input" start="0 0"><Dimension start="2"/></Float64>
+    <Float64 name="v_out" valueReference="61" causality="output"><Dimension start="2"/></Float64>"#;
 
 /// The FMU as a file `component.fmu` in the folder `test`, with these clocks; `flags` are further
 /// attributes of its `CoSimulation`.
@@ -232,6 +234,92 @@ fn an_early_return_is_obeyed() {
     }
 }
 
+/// No shortened last step where one of them cannot make it, and a step that an internal one does
+/// not divide is told; a second instance is refused where there may be one only.
+#[test]
+fn what_an_fmu_cannot_do_is_obeyed_or_said() {
+    let flags = r#"hasEventMode="true" fixedInternalStepSize="0.04" canBeInstantiatedOnlyOncePerProcess="true""#;
+    let system = System::of_fmus(&[fmu("limits", "a", "", flags)], &[]).unwrap();
+    assert_eq!(system.preferred_step(), Some((0.04, "`a`".into())));
+    let started = master(&system, &[], Schedule::Standard).unwrap();
+    let second = master(&system, &[], Schedule::Standard);
+    assert_holds(
+        second,
+        &["a: FMU `", "allows only one instance per process"],
+    );
+    let outcome = cosim::run::run(&system, started, 0.95, &|_, _| (), |_| Ok(())).unwrap();
+    let verdict = outcome.verdict.to_string();
+    for part in [
+        "the last step is not shortened to end at 0.95 s, because `a` cannot vary its step",
+        "the communication step of 0.1 s is no multiple of the fixed internal step of `a`, 0.04 s",
+    ] {
+        assert!(verdict.contains(part), "`{part}` is missing in {verdict}");
+    }
+    assert!(
+        (outcome.simulated - 0.4).abs() < 1e-12,
+        "{}",
+        outcome.simulated
+    );
+    master(&system, &[], Schedule::Standard).unwrap();
+}
+
+/// Connectors with dimensions, as SSP 2.0 has them: element by element, in their order.
+#[test]
+fn arrays_are_connected_as_a_whole() {
+    for name in ["a", "b"] {
+        fmu("arrays", name, "", ABLE);
+    }
+    let component = |name: &str, size: usize, start: &str| {
+        format!(
+            r#"<ssd:Component name="{name}" source="{name}.fmu"><ssd:Connectors>
+            <ssd:Connector name="v" kind="input"><ssc:Float64/><ssc:Dimension size="{size}"/></ssd:Connector>
+            <ssd:Connector name="v_out" kind="output"><ssc:Float64/><ssc:Dimension/></ssd:Connector></ssd:Connectors>
+            <ssd:ParameterBindings><ssd:ParameterBinding><ssd:ParameterValues><ssv:ParameterSet version="2.0" name="p"><ssv:Parameters>
+            <ssv:Parameter name="v"><ssv:Float64 value="{start}"/></ssv:Parameter></ssv:Parameters></ssv:ParameterSet></ssd:ParameterValues>
+            </ssd:ParameterBinding></ssd:ParameterBindings></ssd:Component>"#
+        )
+    };
+    let text = |size: usize| {
+        format!(
+            r#"<ssd:SystemStructureDescription xmlns:ssd="d" xmlns:ssc="c" xmlns:ssv="v" version="2.0" name="s"><ssd:System name="s">
+            <ssd:Connectors><ssd:Connector name="all" kind="input"><ssc:Float64/><ssc:Dimension size="2"/></ssd:Connector></ssd:Connectors>
+            <ssd:Elements>{}{}</ssd:Elements><ssd:Connections><ssd:Connection startElement="a" startConnector="v_out" endElement="b" endConnector="v"/>
+            <ssd:Connection startConnector="all" endElement="a" endConnector="v"/></ssd:Connections></ssd:System>
+            </ssd:SystemStructureDescription>"#,
+            component("a", size, "3 5"),
+            component("b", 2, "8 9")
+        )
+    };
+    let file = scratch("arrays").join("s.ssd");
+    fs::write(&file, text(2)).unwrap();
+    let system = load(&file).unwrap();
+    let mut settings = system.parse_settings("all[1]=7").unwrap();
+    for (start, expected) in [
+        (Vec::new(), [3.0, 5.0]),
+        (std::mem::take(&mut settings), [7.0, 5.0]),
+    ] {
+        let mut started = Master::new(&system, &start, stepping(H, Schedule::Standard)).unwrap();
+        run(&mut started, 2).unwrap();
+        let found = ["b.v_out[1]", "b.v_out[2]"].map(|name| number(&system, &started, name));
+        assert_eq!(found, expected);
+    }
+    fs::write(&file, text(3)).unwrap();
+    let parts = ["connector `a.v` is declared with 3 elements, but its FMU has 2"];
+    assert_holds(load(&file).map(|_| ()), &parts);
+    let lone = text(2).replace(
+        "endElement=\"b\" endConnector=\"v\"",
+        "endElement=\"b\" endConnector=\"T\"",
+    );
+    let scalar =
+        "<ssd:Connector name=\"T\" kind=\"input\"><ssc:Float64/></ssd:Connector></ssd:Connectors>";
+    let (first, last) = lone.rsplit_once("</ssd:Connectors>").unwrap();
+    fs::write(&file, format!("{first}{scalar}{last}")).unwrap();
+    assert_holds(
+        load(&file).map(|_| ()),
+        &["a.v_out -> b.T: its ends have 2 and 1 elements"],
+    );
+}
+
 #[test]
 fn clocks_that_cannot_be_served_are_refused() {
     let clocks = PERIODIC.to_string() + CLOCKED;
@@ -255,10 +343,10 @@ fn clocks_that_cannot_be_served_are_refused() {
         &parts,
     );
     let triggered = clocks.replace("constant", "triggered");
-    let told = of("triggered", &triggered, ABLE)
-        .forgotten(&[])
-        .unwrap()
-        .remarks;
+    let forgotten = of("triggered", &triggered, ABLE).forgotten(&[]).unwrap();
+    let is_clock = |name: &String| name.ends_with("clock");
+    assert!(!forgotten.unmentioned.iter().any(is_clock));
+    let told = forgotten.remarks;
     let is_told = |r: &String| r.contains("clock `clock` is triggered from outside");
     assert!(told.iter().any(is_told), "{told:?}");
     let output = r#"<Clock name="out" valueReference="3" causality="output" intervalVariability="triggered"/>"#;
@@ -308,6 +396,20 @@ fn whole_values_pass_through_wires_and_into_files() {
         ("a.bytes=00F", "bytes, each as two hexadecimal digits"),
     ] {
         assert_holds(master(&system, &[setting], Schedule::Standard), &[part]);
+    }
+}
+
+/// Integers of 64 bits on wires and ticks of clocks need no memory.
+#[test]
+fn whole_numbers_and_ticks_allocate_nothing() {
+    let clocks = PERIODIC.to_string() + CLOCKED;
+    let connections = ["a.whole_out=b.whole", "a.natural_out=b.natural", "a.y=b.u"];
+    let system = two("lean", &clocks, &connections).unwrap();
+    for schedule in SCHEDULES {
+        let mut master = master(&system, &["a.whole=3"], schedule).unwrap();
+        run(&mut master, 2).unwrap();
+        let steps = allocation_counter::measure(|| run(&mut master, 20).unwrap());
+        assert_eq!(steps.count_total, 0, "{schedule:?}");
     }
 }
 

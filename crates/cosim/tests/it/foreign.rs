@@ -101,7 +101,7 @@ fn an_fmu_written_by_hand_runs_with_remarks() {
     let args = run_args();
     let experiment = args.experiment(&system).unwrap();
     let remarks = args.forgotten(&system, &experiment).unwrap().to_string();
-    for part in ["plain-c", "watertank.so"] {
+    for part in ["plain-c", "watertank.so", "needsExecutionTool"] {
         assert!(remarks.contains(part), "`{part}` is missing in {remarks}");
     }
     let mut master = experiment.start(&system).unwrap();
@@ -138,6 +138,29 @@ fn an_fmu_written_by_hand_runs_with_remarks() {
             .contains("its library does not export fmi2SetInteger"),
         "{error:#}"
     );
+}
+
+#[cfg(all(target_os = "linux", target_arch = "x86_64"))]
+#[test]
+fn steps_in_the_background_are_refused() {
+    let folder = scratch("pending");
+    fs::create_dir_all(&folder).unwrap();
+    let library = compiled(&folder, "plain-c.so", &["plain.c"], &["-DPENDING"]);
+    let system = plain("pending", &[&library]);
+    let mut master = run_args()
+        .experiment(&system)
+        .unwrap()
+        .start(&system)
+        .unwrap();
+    let error = format!("{:#}", master.step().unwrap_err());
+    for part in [
+        "plain (FMU `",
+        "at t = 0 s",
+        "fmi2Pending",
+        "in the background are not supported",
+    ] {
+        assert!(error.contains(part), "`{part}` is missing in {error}");
+    }
 }
 
 #[cfg(all(target_os = "linux", target_arch = "x86_64"))]
@@ -235,6 +258,15 @@ fn outputs_without_declared_dependencies_are_read_right_after_the_step() {
         states(&declared, Schedule::Jacobi),
         states(&declared, Schedule::Standard)
     );
+    // The same said in the structure.
+    let said = "<ssd:Annotations><ssc:Annotation type=\"io.github.hdrm-fmu.feedthrough\"/></ssd:Annotations></ssd:Component>";
+    let annotated = oscillator().replacen("</ssd:Component>", said, 1);
+    let annotated = undeclared("annotated", &annotated, &["spring"]);
+    assert_eq!(annotated.structure.feedthrough, ["spring"]);
+    assert_eq!(
+        states(&annotated, Schedule::Jacobi),
+        states(&declared, Schedule::Jacobi)
+    );
 }
 
 /// Nothing is declared at all, so that all may be one loop: initialization passes the values until
@@ -289,18 +321,9 @@ fn what_does_not_settle_is_named() {
     start(&texts[..5], &declared, Schedule::Standard).unwrap();
 }
 
-/// `rust-fmi` reads and runs one of our FMUs, so that our reader is not the only one that does.
+/// Nothing is odd about an FMU that our kit made.
 #[test]
-fn another_importer_opens_our_fmu() {
-    use fmi::fmi2::import::Fmi2Import;
-    use fmi::fmi2::instance::{CoSimulation as _, Common as _, InstanceCS};
-    let import: Fmi2Import = fmi::import::new(std::io::Cursor::new(fmu("spring"))).unwrap();
-    let mut spring = InstanceCS::new(&import, "spring", false, true).unwrap();
-    spring.setup_experiment(None, 0.0, None).unwrap();
-    spring.enter_initialization_mode().unwrap();
-    spring.exit_initialization_mode().unwrap();
-    spring.do_step(0.0, 0.1, true).unwrap();
-    drop(spring);
+fn our_fmu_has_no_remarks() {
     let ours = Fmu::load("Spring.fmu", fmu("spring")).unwrap();
     assert!(ours.remarks.is_empty(), "{:?}", ours.remarks);
 }

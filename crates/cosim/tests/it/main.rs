@@ -9,6 +9,7 @@ mod foreign;
 mod noise;
 mod oscillator;
 mod program;
+mod rust_fmi;
 mod support;
 mod trouble;
 mod wires;
