@@ -252,27 +252,6 @@ impl InputTable {
         })
     }
 
-    /// The same of names and columns, with a value at each of the `times`, s.
-    ///
-    /// # Errors
-    /// As there.
-    pub fn from_columns(
-        system: &System,
-        times: &[f64],
-        columns: Vec<(String, Vec<f64>)>,
-    ) -> Result<Self> {
-        let column = |(name, values)| Column {
-            name,
-            unit: None,
-            values,
-        };
-        let table = Table {
-            times: times.to_vec(),
-            columns: columns.into_iter().map(column).collect(),
-        };
-        Self::new(system, &table)
-    }
-
     /// The inputs that it gives values to.
     pub fn ports(&self) -> &[Port] {
         &self.ports
