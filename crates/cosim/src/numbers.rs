@@ -40,17 +40,16 @@ pub fn fits(v: &Variable, number: f64) -> bool {
 
 /// What a variable takes, for messages.
 pub fn allowed(v: &Variable) -> String {
-    match &v.kind {
-        Kind::Real | Kind::Integer if (v.min, v.max) != (None, None) => {
-            let [least, greatest] = v.bounds();
-            let kind = match v.kind {
-                Kind::Real => "number",
-                _ => "whole number",
-            };
-            format!("a {kind} from {least} to {greatest}")
-        }
-        Kind::Real => "a finite number".into(),
-        Kind::Boolean => "true (1) or false (0)".into(),
+    let bounds = match (v.min, v.max) {
+        (Some(least), Some(greatest)) => Some(format!("from {least} to {greatest}")),
+        (Some(least), None) => Some(format!("of at least {least}")),
+        (None, greatest) => greatest.map(|greatest| format!("of at most {greatest}")),
+    };
+    match (&v.kind, bounds) {
+        (Kind::Real, Some(bounds)) => format!("a number {bounds}"),
+        (Kind::Integer, Some(bounds)) => format!("a whole number {bounds}"),
+        (Kind::Real, None) => "a finite number".into(),
+        (Kind::Boolean, _) => "true (1) or false (0)".into(),
         _ => Value::of_variable(v, "").err().unwrap_or("a number".into()),
     }
 }

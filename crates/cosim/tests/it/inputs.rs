@@ -6,6 +6,7 @@ use std::sync::Arc;
 use cosim::cli::CsvArgs;
 use cosim::input_table::{Column, Table};
 use cosim::master::Schedule;
+use cosim::numbers::number;
 use cosim::recording::Recording;
 use cosim::run::{self, Experiment};
 use cosim::system::System;
@@ -206,4 +207,44 @@ fn what_a_run_writes_another_one_reads() {
         error.contains("writes.units.csv`: row 2: the unit of `time` is ms; it must be s"),
         "{error}"
     );
+}
+
+/// Items by name or number, truth values by word or number, integers as they are written; what a
+/// variable cannot take is told with what it can.
+#[test]
+fn values_are_numbers_that_their_variables_can_take() {
+    let text = r#"<fmiModelDescription fmiVersion="3.0" modelName="M" instantiationToken="t"><CoSimulation modelIdentifier="M"/>
+      <TypeDefinitions><EnumerationType name="Gear"><Item name="low" value="1"/><Item name="high" value="4"/></EnumerationType></TypeDefinitions>
+      <ModelVariables><Enumeration name="gear" valueReference="1" causality="input" declaredType="Gear" start="1"/>
+      <Int8 name="n" valueReference="2" causality="input" start="0"/><Float64 name="x" valueReference="3" causality="input" start="0" max="2.5"/>
+      <Boolean name="on" valueReference="4" causality="input" start="true"/></ModelVariables><ModelStructure/></fmiModelDescription>"#;
+    let description = fmu_description::Description::parse(text).unwrap();
+    for (name, text, expected) in [
+        ("gear", "high", Ok(4.0)),
+        ("gear", "4", Ok(4.0)),
+        ("gear", "1.0", Ok(1.0)),
+        ("gear", "2", Err("`2` is not one of low, high")),
+        ("n", "-128", Ok(-128.0)),
+        ("n", "3.0", Ok(3.0)),
+        (
+            "n",
+            "128",
+            Err("`128` is not a whole number from -128 to 127"),
+        ),
+        (
+            "n",
+            "0.5",
+            Err("`0.5` is not a whole number from -128 to 127"),
+        ),
+        ("x", "2.5", Ok(2.5)),
+        ("x", "2.6", Err("`2.6` is not a number of at most 2.5")),
+        ("on", "true", Ok(1.0)),
+        ("on", "0", Ok(0.0)),
+        ("on", "1.0", Ok(1.0)),
+        ("on", "yes", Err("`yes` is not true (1) or false (0)")),
+    ] {
+        let found = number(description.variable(name).unwrap(), text);
+        let found = found.map_err(|error| error.to_string());
+        assert_eq!(found, expected.map_err(String::from), "{name} {text}");
+    }
 }
