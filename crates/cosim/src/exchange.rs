@@ -366,7 +366,8 @@ impl Exchange {
         at: At,
     ) -> Result<()> {
         let mut faults = self.faults.as_mut();
-        if let (Some(faults), At::Time(t)) = (&mut faults, at) {
+        // What one component is given by itself is between two communication points.
+        if let (Some(faults), At::Time(t), None) = (&mut faults, at, only) {
             faults.begin(t);
         }
         for write in &self.stages[k].writes {

@@ -373,11 +373,9 @@ impl Alteration {
         Some(self.channels.len() - 1)
     }
 
-    /// The communication point at `t`, s, begins, unless it has begun. Events between two of them
-    /// are none.
+    /// The communication point at `t`, s, begins, unless it has begun.
     pub fn begin(&mut self, t: f64) {
-        let steps = (t - self.stepping.start) / self.stepping.step;
-        if t == self.time || (steps - steps.round()).abs() > 1e-6 {
+        if t == self.time {
             return;
         }
         self.time = t;

@@ -409,6 +409,13 @@ impl System {
             let variables = fmu.description.variables.iter();
             variables.flat_map(|v| [v.name.clone(), format!("{}.{}", c.name, v.name)])
         });
+        let inputs = self.structure.inputs.iter().map(|input| input.name.clone());
+        let outputs = self
+            .structure
+            .outputs
+            .iter()
+            .map(|output| output.name.clone());
+        let names = names.chain(inputs).chain(outputs);
         let rated = names.map(|known| (strsim::jaro_winkler(name, &known), known));
         let best = rated.max_by(|a, b| a.0.total_cmp(&b.0));
         match best {

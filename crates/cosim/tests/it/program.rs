@@ -312,6 +312,10 @@ fn inputs_of_the_system_are_set_by_name() {
     let rows = fs::read_to_string(&out).unwrap();
     assert_eq!(rows.lines().nth(1), Some("0.5,-2.0"), "8 N/m times 0.25 m");
     refused(
+        &[&arguments[..], &["--set", "strech=1"]].concat(),
+        &["--set strech=1", "did you mean `stretch`?"],
+    );
+    refused(
         &[&arguments[..], &["--strict"]].concat(),
         &[
             "--strict",
