@@ -12,7 +12,7 @@ use cosim::verdict::Verdict;
 use studies::commands::program::{OtherArguments, Sibling};
 use studies::commands::{
     compare, draws, endurance, energy, evaluate, machine, margins, path, program, run, sizing,
-    stability, table, testbed,
+    stability, table, testbed, tournament,
 };
 
 /// Experiments on the coupled manipulator: three electromechanical actuators, rigid bodies and
@@ -50,6 +50,8 @@ enum Command {
     /// Long run with a reference that never ends: memory, time, tracking and estimates; fails where
     /// one of them does not endure
     Endurance(endurance::EnduranceArgs),
+    /// Laws tuned alike, by one tuner on some drawn machines, and compared on others
+    Tournament(tournament::TournamentArgs),
     /// How far each law is from instability: in delay, loop gain, mounting, inertia, adaptation
     Margins(margins::MarginsArgs),
     /// Many machines drawn at random under one law: kept, stopped, lost, and the rods' forces
@@ -126,6 +128,7 @@ impl Command {
             Self::Sizing(args) => sizing::sizing(args).map(|(verdict, _)| verdict),
             Self::Endurance(args) => endurance::endurance(args),
             Self::Draws(args) => draws::draws(args),
+            Self::Tournament(args) => tournament::tournament(args),
             Self::Margins(args) => margins::margins(args),
             Self::Evaluate(args) => evaluate::evaluate(args),
             Self::Machine(command) => done(machine::run(command)),
@@ -156,6 +159,7 @@ impl Command {
             Self::Sizing(args) => &args.machine,
             Self::Endurance(args) => &args.machine,
             Self::Draws(args) => &args.machine,
+            Self::Tournament(args) => &args.machine,
             Self::Margins(args) => &args.machine,
             Self::Evaluate(args) => &args.machine,
             Self::Report(_)

@@ -16,3 +16,4 @@ pub mod sizing;
 pub mod stability;
 pub mod table;
 pub mod testbed;
+pub mod tournament;

@@ -12,3 +12,4 @@ pub mod sizing;
 pub mod stability;
 pub mod surrogate_loop;
 pub mod testbed;
+pub mod tournament;
