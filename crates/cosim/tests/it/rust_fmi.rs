@@ -69,9 +69,9 @@ fn it_opens_our_fmu_of_fmi_2() {
 /// F = −k x.
 #[test]
 fn it_opens_our_fmu_of_fmi_3_where_that_says_no_units() {
+    use fmi3::Common as _;
     use fmi3::import::Fmi3Import;
     use fmi3::instance::InstanceCS;
-    use fmi3::Common as _;
     let open = |bytes: Vec<u8>| fmi::import::new::<_, Fmi3Import>(std::io::Cursor::new(bytes));
     let refused = open(spring_of_3(str::to_string)).err();
     let refused =

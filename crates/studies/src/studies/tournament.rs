@@ -122,6 +122,17 @@ impl Arena<'_> {
         Ok(experiment)
     }
 
+    /// Runs `contestant` as it is shipped on the first case and tells how long, s: for an estimate.
+    ///
+    /// # Errors
+    /// As [`Arena::tune`].
+    pub fn first(&self, contestant: &Contestant, cases: &[Case]) -> Result<f64> {
+        let case = cases.first().context("no machine")?;
+        let (_, law) = self.gains(contestant, &[])?;
+        let experiment = self.experiment(&law, case, TUNING_PATHS[0])?;
+        Ok(Trial::of(self.system, &experiment)?.time)
+    }
+
     /// The law `contestant` with these factors on the logarithm of its gains.
     fn gains(
         &self,
@@ -175,7 +186,7 @@ impl Arena<'_> {
         contestant: &Contestant,
         cases: &[Case],
         budget: u64,
-        done: impl Fn(u64),
+        done: impl Fn(),
     ) -> Result<Tuned> {
         let mut best: Option<(f64, Vec<f64>)> = None;
         let (mut kept, all) = (0, usize::try_from(budget)?);
@@ -193,7 +204,7 @@ impl Arena<'_> {
             if cost.is_finite() && best.as_ref().is_none_or(|(least, _)| cost < *least) {
                 best = Some((cost, logs));
             }
-            done(k);
+            done();
         }
         let cost = best.as_ref().map(|(cost, _)| *cost);
         let logs = best.map_or(vec![0.0; contestant.gains.len()], |(_, logs)| logs);
