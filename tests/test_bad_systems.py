@@ -22,6 +22,8 @@ from system import BadSystem, System
 FOLDER = Path(__file__).parent / "bad_systems"
 GOOD = (FOLDER / "good.ssd").read_text()
 BAD = {entry["name"]: entry for entry in json.loads((FOLDER / "systems.json").read_text())}
+FILES = {entry["name"]: entry for entry in json.loads((FOLDER / "files.json").read_text())}
+MAPPING = "<ssm:ParameterMapping xmlns:ssm='m' xmlns:ssc='c' version='1.0'>{}</ssm:ParameterMapping>"
 
 
 def changed(entry):
@@ -160,3 +162,23 @@ def test_undeclared_dependencies_cost_a_step_unless_it_is_trusted(with_bare, tmp
     declared, late, trusted = rows.values()
     np.testing.assert_array_equal(trusted, declared)
     assert (late != declared).any()
+
+
+def test_there_are_forty_that_the_native_master_refuses():
+    refused = [entry for entry in BAD.values() if entry.get("native", entry["reason"]) is not None]
+    assert len(refused) >= 40 and len(FILES) >= 40, (len(refused), len(FILES))
+    reasons = [entry["reason"] for entry in FILES.values()]
+    assert len(set(reasons)) == len(reasons), "each entry has a fault of its own"
+
+
+@pytest.mark.parametrize("name", FILES)
+def test_the_native_master_refuses_the_file(fmu_dir, tmp_path, name):
+    entry = FILES[name]
+    options = list(entry.get("options", []))
+    for kind, suffix in {"input": "csv", "units": "units.csv", "scenario": entry.get("suffix", "json"), "mapping": "ssm"}.items():
+        if kind in entry:
+            file = tmp_path / f"bad.{suffix}"
+            file.write_text(MAPPING.format(entry[kind]) if kind == "mapping" else entry[kind])
+            options += {"units": [], "mapping": ["--fmu", f"emla={fmu_dir / 'Emla.fmu'}", "--map", file]}.get(kind, [f"--{kind}", file])
+    done = call("cosim", "run", "--system", FOLDER / "good.ssd", "--fmu-dir", fmu_dir, "--quiet", "--stop-time", "2e-3", *options)
+    assert done.returncode == 1 and entry["reason"] in done.stderr, (done.returncode, done.stderr)

@@ -15,10 +15,9 @@ from hdrm_fmu.errors import BadInput, RunFailed
 from hdrm_fmu.files import DATA, MACHINE, parameters
 from hdrm_fmu.names import choice, whole
 from hdrm_fmu.paths import Waypoints
-from hdrm_fmu.system import Files, System
+from hdrm_fmu.system import Files, Inputs, System
 
 if TYPE_CHECKING:
-    import pandas
     import xarray
     from typing_extensions import Unpack
 
@@ -94,7 +93,7 @@ def all_settings(system, values, seed, machine):
 def run(
     *,
     system: System | Files | None = None,
-    inputs: pandas.DataFrame | None = None,
+    inputs: Inputs | None = None,
     trajectory: str | None = None,
     mode: str | None = None,
     world: str = "ideal",

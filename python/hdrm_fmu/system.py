@@ -26,6 +26,8 @@ if TYPE_CHECKING:
 
 #: A packed system, a structure, or one or several FMUs without one.
 Files = Union[str, "os.PathLike[str]", Iterable[Union[str, "os.PathLike[str]"]]]
+#: Values over time of inputs: a table, or what another run returned.
+Inputs = Union[pandas.DataFrame, xarray.Dataset]
 #: Orders of exchange and stepping that the master knows.
 SCHEDULES = ("gauss-seidel", "jacobi", "standard")
 #: Metrics beside the tip error that are made on request.
@@ -60,6 +62,9 @@ class System:
     waypoints : path that the controller follows, as of `run`.
     step : communication step, s; default: what the system asks for, else its FMUs, else 1 ms. The shipped systems run at 1 ms.
     schedule : `gauss-seidel`, `jacobi` or `standard`.
+    scenario : events that alter variables: a file of libcosim's scenarios, as JSON.
+    faults : what is done to values on their way, such as `emla_2.x=bias:0.001@1..2`, as `cosim run --fault` takes it.
+    fault_seed : seed of what is random in faults.
     strict : refuse a system with connectors that its FMUs do not have, inputs that nothing drives, or values that match nothing.
 
     Nothing is loaded before it is needed. As a context manager it is a run that the script steps:
@@ -86,6 +91,9 @@ class System:
         step: float | None = None,
         schedule: str = "gauss-seidel",
         strict: bool = False,
+        scenario: str | os.PathLike[str] | None = None,
+        faults: Iterable[str] = (),
+        fault_seed: int = 0,
     ) -> None:
         self.files = tuple(Path(p) for p in ([path] if isinstance(path, (str, os.PathLike)) else path))
         if not self.files:
@@ -107,6 +115,9 @@ class System:
         self._step = step
         self.schedule = schedule
         self.strict = strict
+        self.scenario = None if scenario is None else str(scenario)
+        self.faults = (faults,) if isinstance(faults, str) else tuple(faults)
+        self.fault_seed = fault_seed
         self._session = None
 
     def _only_fmus(self, variant, replace, maps):
@@ -196,7 +207,9 @@ class System:
         check_free(self._tip_path, values)
         choice("schedule", self.schedule, SCHEDULES)
         step, stop = positive("step", self._step), positive("stop_time", stop_time)
-        return {"settings": list(values.items()), "step": step, "stop_time": stop, "schedule": self.schedule, "strict": self.strict}
+        conditions = {"settings": list(values.items()), "step": step, "stop_time": stop, "schedule": self.schedule, "strict": self.strict}
+        altered = {"inputs": None, "scenario": self.scenario, "faults": list(self.faults), "fault_seed": whole("fault_seed", self.fault_seed, 0)}
+        return {**conditions, **altered}
 
     @contextmanager
     def _on_path(self, conditions):
@@ -228,14 +241,15 @@ class System:
                 raise BadInput(f"interval = {interval} s must be a multiple of the communication step, {self.step_size} s")
         return self.signals(asked["signals"])
 
-    def run(self, *, inputs: pandas.DataFrame | None = None, progress: bool = False, **asked: Unpack[Asked]) -> xarray.Dataset:
+    def run(self, *, inputs: Inputs | None = None, progress: bool = False, **asked: Unpack[Asked]) -> xarray.Dataset:
         """Run to the stop time, else to the end of the motion, else to that of the system's default experiment.
 
         Parameters
         ----------
         inputs : values over time for inputs that no connection drives: a DataFrame whose index is time, s, and whose columns are named
-            `component.variable` or after inputs of the system. Continuous inputs are linear between rows, all others hold the value of the row
-            before. `run.to_dataframe()` of another run is such a table.
+            `component.variable` or after inputs of the system; units other than those of the inputs are in `attrs["units"]`, by column.
+            Or a Dataset as this method returns it, whose variables have units. Continuous inputs are linear between rows, all others hold the
+            value of the row before.
         settings : start values by name, after those of the system.
         signals : names or patterns (`*`: any text, an array by its name); default: a useful few.
         interval : time between two recorded points, s, a multiple of the communication step; default: every step.
@@ -250,8 +264,9 @@ class System:
         what was found, and the metrics in SI units.
         """
         wanted = complete(asked, self.run)
-        wanted |= {"signals": self._check(wanted), "metrics": list(wanted["metrics"]), "inputs": self._inputs(inputs)}
-        conditions = self._conditions(wanted["settings"], wanted["stop_time"])
+        wanted |= {"signals": self._check(wanted), "metrics": list(wanted["metrics"])}
+        conditions = {**self._conditions(wanted["settings"], wanted["stop_time"]), "inputs": _columns(inputs)}
+        self._check_altered(conditions)
         bar = _Bar() if progress else None
         try:
             with self._on_path(conditions) as on_path:
@@ -261,15 +276,13 @@ class System:
                 bar.close()
         return self._dataset(done, conditions)
 
-    def _inputs(self, inputs):
-        """Times and columns of inputs over time, checked."""
-        columns = _columns(inputs)
-        if columns is not None:
+    def _check_altered(self, conditions):
+        """Look at inputs over time, faults and scenario before the run."""
+        if conditions["inputs"] or self.faults or self.scenario:
             try:
-                self._native.check_inputs(*columns)
+                self._native.check(conditions)
             except RunFailed as error:
-                raise BadInput(f"inputs: {error}") from None
-        return columns
+                raise BadInput(str(error)) from None
 
     def _dataset(self, done, conditions):
         variables = {}
@@ -344,14 +357,19 @@ class System:
 
 
 def _columns(inputs):
-    """Times, and names with columns of numbers, of a DataFrame."""
+    """Times, and columns with names and units, of a DataFrame or of another run."""
     if inputs is None:
         return None
-    if not isinstance(inputs, pandas.DataFrame):
+    if isinstance(inputs, xarray.Dataset):
+        units = {name: variable.attrs.get("units") for name, variable in inputs.data_vars.items() if variable.attrs.get("units") != "1"}
+        inputs = inputs.to_dataframe()
+    elif isinstance(inputs, pandas.DataFrame):
+        units = inputs.attrs.get("units", {})
+    else:
         raise BadInput(f"inputs must be a DataFrame with time (s) as index and columns named component.variable, not {type(inputs).__name__}")
     times, columns = _numbers("the index, which is time in s,", inputs.index), []
     for k, name in enumerate(inputs.columns):
-        columns.append((str(name), _numbers(f"column `{name}`", inputs.iloc[:, k])))
+        columns.append((str(name), units.get(name), _numbers(f"column `{name}`", inputs.iloc[:, k])))
     return times, columns
 
 

@@ -2,7 +2,6 @@
 
 use anyhow::Result;
 use cosim::csv::stride;
-use cosim::input_table::InputTable;
 use cosim::master::Master;
 use cosim::recording::Recording;
 use cosim::run::{self, Experiment};
@@ -13,7 +12,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyByteArray, PyDict};
 use studies::measures::limits;
 use studies::measures::metrics::{Metrics, add_residuals, of_tip};
-use studies::measures::run::{FailedRun, run_fed};
+use studies::measures::run::{FailedRun, run as run_machine};
 
 use crate::metrics::Extra;
 use crate::raised;
@@ -31,8 +30,6 @@ pub struct Request {
     pub max_error: Option<f64>,
     /// Names of further metrics.
     pub metrics: Vec<String>,
-    /// Values over time of inputs that no connection drives.
-    pub inputs: Option<InputTable>,
     /// Called with the numbers of finished and of all steps.
     pub progress: Option<Py<PyAny>>,
     /// Whether the system is the manipulator with its controller, so that its limits and its tip
@@ -75,7 +72,7 @@ pub fn run(system: &System, experiment: &Experiment, request: Request) -> Result
         Ok(())
     };
     let (outcome, metrics, verdict) = if request.is_machine {
-        let outcome = run_fed(system, experiment, request.inputs, &progress, observe);
+        let outcome = run_machine(system, experiment, &progress, observe);
         let outcome = outcome.map_err(FailedRun::explained)?;
         let mut verdict = outcome.limits.clone();
         verdict.extend(limits::tracking(&outcome.tip, request.max_error));
@@ -86,10 +83,7 @@ pub fn run(system: &System, experiment: &Experiment, request: Request) -> Result
         }
         (outcome.run, metrics, verdict)
     } else {
-        let mut master = experiment.start(system)?;
-        request
-            .inputs
-            .map_or(Ok(()), |inputs| master.feed(inputs))?;
+        let master = experiment.start(system)?;
         let stop = experiment.stop(system)?;
         let outcome = run::run(system, master, stop, &progress, observe)?;
         let mut metrics = Metrics::new();

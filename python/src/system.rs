@@ -6,8 +6,8 @@ use std::sync::Arc;
 
 use anyhow::{Context, Result, bail, ensure};
 use clap::ValueEnum as _;
-use cosim::cli::RunArgs;
-use cosim::input_table::InputTable;
+use cosim::cli::{InputArgs, RunArgs, STEP};
+use cosim::input_table::{Column, Table};
 use cosim::master::Schedule;
 use cosim::run::Experiment;
 use cosim::signals::{connected, matching};
@@ -25,9 +25,6 @@ use studies::{loads, machine_file};
 use crate::raised;
 use crate::run::{self, Request};
 use crate::session::Session;
-
-/// Communication step where neither the caller nor a system says another one, s.
-const STEP: f64 = 1e-3;
 
 /// A system with its FMUs, loaded once for any number of runs.
 #[pyclass(frozen)]
@@ -79,6 +76,14 @@ struct Conditions {
     schedule: String,
     #[pyo3(item)]
     strict: bool,
+    #[pyo3(item)]
+    inputs: Option<Inputs>,
+    #[pyo3(item)]
+    scenario: Option<PathBuf>,
+    #[pyo3(item)]
+    faults: Vec<String>,
+    #[pyo3(item)]
+    fault_seed: u64,
 }
 
 /// What is to come out of a run.
@@ -92,12 +97,10 @@ struct Asked {
     max_error: Option<f64>,
     #[pyo3(item)]
     metrics: Vec<String>,
-    #[pyo3(item)]
-    inputs: Option<Inputs>,
 }
 
-/// Inputs that no connection drives, over time: times (s), names and columns.
-type Inputs = (Vec<f64>, Vec<(String, Vec<f64>)>);
+/// Inputs that no connection drives, over time: times (s), and columns with names and units.
+type Inputs = (Vec<f64>, Vec<(String, Option<String>, Vec<f64>)>);
 
 /// A machine of the real world, drawn by seed; its file exists as long as this.
 #[pyclass(frozen)]
@@ -176,7 +179,7 @@ impl System {
         };
         let setting = |(name, value): &(String, String)| format!("{name}={value}");
         let mut args = RunArgs {
-            step: conditions.step.unwrap_or(STEP),
+            step: conditions.step,
             stop_time: conditions.stop_time,
             schedule,
             input_derivatives: false,
@@ -187,11 +190,24 @@ impl System {
         // Where the machine's motion ends, it says itself.
         let preferred = match self.is_machine() {
             true => Verdict::default(),
-            false => args.prefer(&self.system, conditions.step.is_some()),
+            false => args.prefer(&self.system),
         };
         let mut experiment = args.experiment(&self.system)?;
         let mut forgotten = forgotten(&args, &self.system, &experiment)?;
         forgotten.extend(preferred);
+        let column = |(name, unit, values)| Column { name, unit, values };
+        let table = |(times, columns): Inputs| Table {
+            times,
+            columns: columns.into_iter().map(column).collect(),
+        };
+        experiment.inputs = conditions.inputs.map(|inputs| Arc::new(table(inputs)));
+        let inputs = InputArgs {
+            scenario: conditions.scenario,
+            faults: conditions.faults,
+            seed: conditions.fault_seed,
+            ..InputArgs::default()
+        };
+        forgotten.extend(inputs.add_to(&mut experiment, &self.system)?);
         tell_delay(&self.system, &mut experiment)?;
         Ok((experiment, forgotten))
     }
@@ -317,10 +333,9 @@ impl System {
         Ok(ports.map_err(raised)?.iter().map(name).collect())
     }
 
-    /// Look at inputs over time before a run.
-    fn check_inputs(&self, times: Vec<f64>, columns: Vec<(String, Vec<f64>)>) -> PyResult<()> {
-        let table = InputTable::from_columns(&self.system, &times, columns);
-        table.map(drop).map_err(raised)
+    /// Look at the conditions of a run before it.
+    fn check(&self, conditions: Conditions) -> PyResult<()> {
+        self.experiment(conditions).map(drop).map_err(raised)
     }
 
     /// Draw a machine of the real world, around the system's own or around that of the file
@@ -340,11 +355,7 @@ impl System {
     ) -> PyResult<Py<PyDict>> {
         let (experiment, forgotten) = self.experiment(conditions).map_err(raised)?;
         let ports = asked.signals.iter().map(|name| self.system.port(name));
-        let table =
-            |(times, columns): Inputs| InputTable::from_columns(&self.system, &times, columns);
-        let inputs = asked.inputs.map(table);
         let request = Request {
-            inputs: inputs.transpose().map_err(raised)?,
             ports: ports.collect::<Result<_>>().map_err(raised)?,
             interval: asked.interval,
             max_error: asked.max_error,

@@ -1,6 +1,7 @@
 """Other systems than the manipulator, and inputs over time: the same numbers and the same errors as `cosim run`."""
 
 import csv
+import json
 import os
 import subprocess
 from pathlib import Path
@@ -70,12 +71,39 @@ def test_several_fmus_without_a_structure(tmp_path):
 def test_a_whole_run_is_the_input_of_another():
     """What the controller puts out drives an actuator that stands alone."""
     whole = hdrm_fmu.run(stop_time=0.05, signals=["controller.v_q", "hdrm.x", "hdrm.x_dot"])
-    frame = whole.to_dataframe()
     names = {"controller.v_q[2]": "Emla.v_q", "hdrm.x[2]": "Emla.x", "hdrm.x_dot[2]": "Emla.x_dot"}
-    run = hdrm_fmu.run(system=hdrm_fmu.fmus()["Emla"], inputs=frame[list(names)].rename(columns=names), stop_time=0.05, signals=["Emla.x", "Emla.v_q"])
+    frame = whole.to_dataframe()[list(names)].rename(columns=names)
+    options = {"system": hdrm_fmu.fmus()["Emla"], "stop_time": 0.05, "signals": ["Emla.x", "Emla.v_q", "Emla.F"]}
+    run = hdrm_fmu.run(inputs=frame, **options)
     for there, here in names.items():
         if here in run:
             np.testing.assert_array_equal(run[here], whole[there])
+    assert hdrm_fmu.run(inputs=whole[list(names)].rename(names), **options).equals(run)
+    frame["Emla.x"] *= 1000.0
+    frame.attrs["units"] = {"Emla.x": "mm"}
+    np.testing.assert_allclose(hdrm_fmu.run(inputs=frame, **options)["Emla.x"], run["Emla.x"], rtol=1e-15)
+
+
+def test_faults_and_scenarios_are_those_of_cosim(tmp_path):
+    manipulator = hdrm_fmu.systems()["Manipulator"]
+    options = {"settings": {"settle_time": 0.01}, "stop_time": 0.1, "signals": ["hdrm.x", "emla_2.x"]}
+    set_there = ("--set", "controller.settle_time=0.01", "--stop-time", 0.1, "--signals", "hdrm.x[*],emla_2.x")
+    faults = ["emla_2.x=bias:1e-5@0.02..0.05", "emla_1.v_q=noise:0.5"]
+    run = hdrm_fmu.run(system=System(manipulator, faults=faults, fault_seed=7), **options)
+    columns, _ = cosim(tmp_path, manipulator, "--fault", faults[0], "--fault", faults[1], "--seed", 7, "--step", 1e-3, *set_there)
+    equal(run[[name for name in columns if name != "time"]], columns)
+    usual = hdrm_fmu.run(system=manipulator, **options)
+    assert not run.equals(usual) and "emla_2.x" in run.attrs["findings"]
+    scenario = tmp_path / "scenario.json"
+    event = {"time": 0.03, "model": "emla_2", "variable": "v_q", "action": "bias", "value": 20.0}
+    scenario.write_text(json.dumps({"events": [event], "end": 0.1}))
+    run = hdrm_fmu.run(system=System(manipulator, scenario=scenario), **options)
+    columns, _ = cosim(tmp_path, manipulator, "--scenario", scenario, "--step", 1e-3, *set_there)
+    equal(run[[name for name in columns if name != "time"]], columns)
+    assert not run.equals(usual)
+    for wrong, reason in (({"faults": "emla_2.x=bend:2"}, "bend"), ({"faults": ["emla_9.x=freeze"]}, "emla_9"), ({"scenario": "/no.json"}, "no.json")):
+        with pytest.raises(BadInput, match=reason):
+            System(manipulator, **wrong).run(stop_time=0.01)
 
 
 def test_a_reference_from_outside_moves_the_manipulator():
@@ -163,7 +191,7 @@ def test_the_step_is_that_of_the_system_where_none_is_given(tmp_path):
     [
         ({"Emla.v_qq": [0.0, 8.0, 3.0]}, "column `Emla.v_qq`: `Emla.v_qq`; did you mean `Emla.v_q`"),
         ({"Emla.F": [0.0, 8.0, 3.0]}, "column `Emla.F`: `Emla.F` is no input that takes numbers; it is of type Real, output"),
-        ({"Emla.v_q": [0.0, float("nan"), 3.0]}, "column `Emla.v_q`: at 0.004 s `NaN` is not a finite number"),
+        ({"Emla.v_q": [0.0, float("nan"), 3.0]}, "column `Emla.v_q`: at 0.004 s `NaN` is not a number from -10000 to 10000"),
         ({"Emla.v_q": [0.0, "much", 3.0]}, "column `Emla.v_q` must hold numbers: could not convert string to float: 'much'"),
         ({"Emla.v_q": [0.0, 8.0, 3.0], "v_q": [0.0, 8.0, 3.0]}, "column `v_q`: the column `Emla.v_q` gives this input, too"),
     ],
@@ -186,7 +214,7 @@ def test_wrong_tables_of_inputs_are_refused():
         (backwards, "the time 0.004 s must be greater than the one before, 0.01 s"),
         (INPUTS.set_axis(["now", "then", "later"]), "the index, which is time in s, must hold numbers"),
         (twice, "two columns are named `Emla.v_q`"),
-        (INPUTS[:0], "it has no rows of numbers"),
+        (INPUTS[:0], "the input table has no rows"),
         ({"Emla.v_q": 8.0}, "inputs must be a DataFrame with time \\(s\\) as index"),
     ):
         with pytest.raises(BadInput, match=reason):

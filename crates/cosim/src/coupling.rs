@@ -64,8 +64,9 @@ impl Coupling {
 
     /// Pass first time derivatives.
     pub fn pass_derivatives(&mut self, t: f64) -> Result<()> {
+        let faults = self.exchange.faults.as_ref();
         let derivatives = self.derivatives.iter_mut();
-        let mut all = derivatives.map(|d| d.run_derivatives(&self.slaves, At::Time(t)));
+        let mut all = derivatives.map(|d| d.run_derivatives(&self.slaves, faults, At::Time(t)));
         all.try_for_each(|done| done)
     }
 
@@ -78,7 +79,10 @@ impl Coupling {
             ..
         } = &mut self.means;
         match &writes[component] {
-            Some(write) => write.run(&self.slaves, values, buffer, At::Time(t)),
+            Some(write) => {
+                let faults = self.exchange.faults.as_mut();
+                write.run(&self.slaves, values, buffer, faults, At::Time(t))
+            }
             None => Ok(()),
         }
     }

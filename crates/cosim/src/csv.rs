@@ -1,15 +1,16 @@
 //! Signals written as comma-separated values: one line of plain names, then one row per
 //! communication point; the units stand in a second file beside it, `NAME.units.csv`.
 
-use std::borrow::Cow;
 use std::fs::{self, File};
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, Result, ensure};
+use anyhow::{Context, Result};
 use fmu_description::Kind;
 
+use crate::cells::cell;
 use crate::master::{Master, Stepping};
+use crate::schedule::steps_in;
 use crate::signals::Signals;
 use crate::system::System;
 use crate::value::is_wide;
@@ -41,7 +42,7 @@ impl CsvFile {
         };
         for name in names {
             csv.row.push(b',');
-            csv.row.extend_from_slice(name.as_bytes());
+            csv.row.extend_from_slice(cell(name).as_bytes());
         }
         csv.write_row()?;
         Ok(csv)
@@ -60,7 +61,7 @@ impl CsvFile {
         for column in 0..values.len() + texts.len() {
             self.row.push(b',');
             match texts.next_if(|(k, _)| *k == column) {
-                Some((_, text)) => self.row.extend_from_slice(quoted(text).as_bytes()),
+                Some((_, text)) => self.row.extend_from_slice(cell(text).as_bytes()),
                 None => {
                     let value = values.next().context("a text in no column")?;
                     self.row.extend_from_slice(digits.format(*value).as_bytes());
@@ -98,14 +99,6 @@ impl Drop for CsvFile {
     }
 }
 
-/// A text as a cell: in quotes where it would be taken for more than one (RFC 4180).
-fn quoted(text: &str) -> Cow<'_, str> {
-    match text.contains([',', '"', '\n', '\r']) {
-        true => Cow::Owned(format!("\"{}\"", text.replace('"', "\"\""))),
-        false => Cow::Borrowed(text),
-    }
-}
-
 /// Writes signals of a run to a file, and their units beside it.
 pub struct Log {
     file: CsvFile,
@@ -133,7 +126,7 @@ impl Log {
         let unit = |p: &Port| system.variable(*p).unit.clone().unwrap_or("1".into());
         let mut units = String::from("signal,unit\ntime,s\n");
         for (name, port) in names.iter().zip(ports) {
-            units += &format!("{name},{}\n", unit(port));
+            units += &format!("{},{}\n", cell(name), cell(&unit(port)));
         }
         let is_whole = |port: &Port| {
             let v = system.variable(*port);
@@ -178,21 +171,14 @@ impl Log {
 ///
 /// # Errors
 /// The interval is not a multiple of the step.
-#[expect(
-    clippy::cast_possible_truncation,
-    clippy::cast_sign_loss,
-    reason = "checked to be in range"
-)]
 pub fn stride(interval: Option<f64>, step: f64) -> Result<u64> {
-    let Some(interval) = interval else {
-        return Ok(1);
-    };
-    let steps = interval / step;
-    ensure!(
-        steps.round() >= 1.0 && steps < 1e12 && (steps - steps.round()).abs() <= 1e-6 * steps,
-        "an interval of {interval} s must be a multiple of the communication step, {step} s"
-    );
-    Ok(steps.round() as u64)
+    let steps = interval.map_or(Some(1), |interval| steps_in(interval, step));
+    steps.with_context(|| {
+        let interval = interval.unwrap_or_default();
+        format!(
+            "an interval of {interval} s must be a multiple of the communication step, {step} s"
+        )
+    })
 }
 
 #[cfg(test)]

@@ -6,12 +6,12 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 
 use crate::batch::Batch;
-use crate::noise::{Noise, Source, is_element};
+use crate::faults::Alteration;
 use crate::slave::{At, Slave};
 use crate::transformation::Transformation;
 use crate::value::{Value, is_wide};
 use crate::wiring::{Link, Port, Undeclared, Wiring};
-use anyhow::{Result, bail};
+use anyhow::Result;
 use fmu_description::Access;
 
 /// Values of one component's variables of one type, read together.
@@ -55,8 +55,9 @@ pub struct Write {
     slots: Vec<usize>,
     /// What becomes of some of the values on their way, by place.
     transformed: Vec<(usize, Transformation)>,
-    /// Standard deviations of the noise on the inputs; empty where there is none.
-    sigma: Vec<f64>,
+    /// Which values are altered, by place and channel: as outputs give them, and as inputs take
+    /// them.
+    altered: [Vec<(usize, usize)>; 2],
     /// The values come from outputs that do not pass as numbers.
     is_wide: bool,
 }
@@ -67,17 +68,52 @@ impl Write {
         self.slave
     }
 
+    /// From now on values are altered on their way.
+    pub(crate) fn attach(&mut self, wiring: &Wiring, faults: &mut Alteration) {
+        for (place, variable) in self.batch.variables.iter().enumerate() {
+            let input = Port {
+                component: self.slave,
+                variable: *variable,
+            };
+            let driver = wiring.driver(input).map(|link| wiring.links[link].from);
+            for (port, altered) in [driver, Some(input)].iter().zip(&mut self.altered) {
+                let channel = port.and_then(|port| faults.channel(port));
+                altered.extend(channel.map(|channel| (place, channel)));
+            }
+        }
+    }
+
     /// Set the inputs to the values in their slots; `buffer` has room for all of them.
-    pub fn run(&self, slaves: &[Slave], values: &[f64], buffer: &mut [f64], at: At) -> Result<()> {
-        let buffer = self.gather(values, buffer);
+    pub fn run(
+        &self,
+        slaves: &[Slave],
+        values: &[f64],
+        buffer: &mut [f64],
+        faults: Option<&mut Alteration>,
+        at: At,
+    ) -> Result<()> {
+        let buffer = self.gather(values, buffer, faults);
         slaves[self.slave].set(&self.batch, buffer, at)
     }
 
-    fn gather<'a>(&self, values: &[f64], buffer: &'a mut [f64]) -> &'a mut [f64] {
+    fn gather<'a>(
+        &self,
+        values: &[f64],
+        buffer: &'a mut [f64],
+        mut faults: Option<&mut Alteration>,
+    ) -> &'a mut [f64] {
         let buffer = self.gather_raw(values, buffer);
+        let mut alter = |altered: &[(usize, usize)], buffer: &mut [f64]| {
+            let Some(faults) = &mut faults else { return };
+            for (k, channel) in altered {
+                buffer[*k] = faults.of(*channel, buffer[*k]);
+            }
+        };
+        alter(&self.altered[0], buffer);
         for (k, transformation) in &self.transformed {
             buffer[*k] = transformation.of(buffer[*k]);
         }
+        alter(&self.altered[1], buffer);
         buffer
     }
 
@@ -100,10 +136,22 @@ impl Write {
     }
 
     /// Of time derivatives: an offset has none.
-    fn gather_derivatives<'a>(&self, values: &[f64], buffer: &'a mut [f64]) -> &'a mut [f64] {
+    fn gather_derivatives<'a>(
+        &self,
+        values: &[f64],
+        buffer: &'a mut [f64],
+        faults: Option<&Alteration>,
+    ) -> &'a mut [f64] {
         let buffer = self.gather_raw(values, buffer);
         for (k, transformation) in &self.transformed {
             buffer[*k] = transformation.of_derivative(buffer[*k]);
+        }
+        let altered = self.altered.iter().flatten();
+        for (faults, (k, channel)) in faults
+            .iter()
+            .flat_map(|f| altered.clone().map(move |a| (f, a)))
+        {
+            buffer[*k] = faults.of_derivative(*channel, buffer[*k]);
         }
         buffer
     }
@@ -154,7 +202,8 @@ pub struct Exchange {
     buffer: Vec<f64>,
     wide_buffer: Vec<Value>,
     ones: Vec<i32>,
-    noise: Option<Source>,
+    /// What is done to values on their way.
+    pub(crate) faults: Option<Alteration>,
 }
 
 impl Exchange {
@@ -218,41 +267,13 @@ impl Exchange {
             wide_buffer: Vec::new(),
             ones,
             slots,
-            noise: None,
+            faults: None,
         })
     }
 
-    /// From now on add noise to the inputs it names; an input that no connection drives is refused.
-    pub fn disturb(&mut self, wiring: &Wiring, noise: &Noise) -> Result<()> {
-        noise.check()?;
-        let mut unused: Vec<_> = noise.sensors.iter().collect();
-        for write in self.stages.iter_mut().flat_map(|s| &mut s.writes) {
-            let (component, description) = (
-                wiring.component(write.slave),
-                wiring.description(write.slave),
-            );
-            if write.batch.access != Access::Real {
-                continue;
-            }
-            let name = |k: &usize| description.variables[*k].name.as_str();
-            let names: Vec<&str> = write.batch.variables.iter().map(name).collect();
-            let sigma: Vec<f64> = names.iter().map(|v| noise.sigma(component, v)).collect();
-            unused.retain(|s| {
-                s.component != component || !names.iter().any(|v| is_element(&s.variable, v))
-            });
-            if sigma.iter().any(|s| *s > 0.0) {
-                write.sigma = sigma;
-            }
-        }
-        if let Some(s) = unused.first() {
-            bail!(
-                "noise: no connection drives an input {}.{}",
-                s.component,
-                s.variable
-            );
-        }
-        self.noise = Some(Source::new(noise.seed));
-        Ok(())
+    /// What is set at a communication point.
+    pub(crate) fn writes(&mut self) -> impl Iterator<Item = &mut Write> {
+        self.stages.iter_mut().flat_map(|stage| &mut stage.writes)
     }
 
     /// Slot in [`Exchange::values`] of a connected output.
@@ -344,6 +365,11 @@ impl Exchange {
         slaves: &[Slave],
         at: At,
     ) -> Result<()> {
+        let mut faults = self.faults.as_mut();
+        // What one component is given by itself is between two communication points.
+        if let (Some(faults), At::Time(t), None) = (&mut faults, at, only) {
+            faults.begin(t);
+        }
         for write in &self.stages[k].writes {
             if only.is_some_and(|slave| slave != write.slave) {
                 continue;
@@ -352,17 +378,19 @@ impl Exchange {
                 write.run_wide(slaves, &self.wide, &mut self.wide_buffer, at)?;
                 continue;
             }
-            let inputs = write.gather(&self.values, &mut self.buffer);
-            if let Some(source) = &mut self.noise {
-                source.disturb(inputs, &write.sigma);
-            }
-            slaves[write.slave].set(&write.batch, inputs, at)?;
+            let faults = faults.as_deref_mut();
+            write.run(slaves, &self.values, &mut self.buffer, faults, at)?;
         }
         Ok(())
     }
 
     /// Pass all first time derivatives; [`Exchange::values`] then holds derivatives.
-    pub fn run_derivatives(&mut self, slaves: &[Slave], at: At) -> Result<()> {
+    pub fn run_derivatives(
+        &mut self,
+        slaves: &[Slave],
+        faults: Option<&Alteration>,
+        at: At,
+    ) -> Result<()> {
         for stage in &self.stages {
             for Read {
                 slave,
@@ -374,7 +402,7 @@ impl Exchange {
                 slaves[*slave].get_derivatives(batch, &self.ones, values, at)?;
             }
             for write in &stage.writes {
-                let derivatives = write.gather_derivatives(&self.values, &mut self.buffer);
+                let derivatives = write.gather_derivatives(&self.values, &mut self.buffer, faults);
                 slaves[write.slave].set_derivatives(&write.batch, &self.ones, derivatives, at)?;
             }
         }
@@ -468,7 +496,7 @@ pub fn writes(
             transformed: transformed
                 .filter(|(_, t)| *t != Transformation::NONE)
                 .collect(),
-            sigma: Vec::new(),
+            altered: Default::default(),
             is_wide: false,
         });
     }

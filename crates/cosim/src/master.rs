@@ -6,10 +6,10 @@ use fmu_description::{Access, Variability};
 use crate::bond::Residual;
 use crate::coupling::{BondStep, Coupling};
 use crate::exchange::{Exchange, Order};
+use crate::faults::{Alteration, Faults, is_source};
 use crate::input_table::InputTable;
 use crate::instances::make;
 use crate::means::Means;
-use crate::noise::Noise;
 use crate::schedule;
 use crate::slave::{At, Slave};
 use crate::spare;
@@ -126,10 +126,39 @@ impl Master {
         &self.coupling.slaves
     }
 
-    /// From now on disturb the chosen inputs; what was passed at the present time is passed again,
-    /// disturbed.
-    pub fn disturb(&mut self, system: &System, noise: &Noise) -> Result<()> {
-        self.coupling.exchange.disturb(&system.wiring()?, noise)?;
+    /// From now on values are altered; what was passed at the present time is passed again. An
+    /// input of a scenario to which nothing gives values has its present one but for that.
+    pub fn alter(&mut self, system: &System, faults: &Faults) -> Result<()> {
+        let wiring = system.wiring()?;
+        for fault in faults.list.iter().filter(|fault| fault.is_event) {
+            let (port, is_source) = (fault.port, is_source(system, fault.port));
+            let fed = self.inputs.as_ref().map_or(&[][..], InputTable::ports);
+            if !is_source && wiring.driver(port).is_none() && !fed.contains(&port) {
+                let value = self.number(port)?;
+                let table = self
+                    .inputs
+                    .get_or_insert_with(|| InputTable::empty(self.time));
+                table.hold(&wiring, port, value);
+            }
+        }
+        let fed = self.inputs.as_ref().map_or(&[][..], InputTable::ports);
+        faults.described(system, &wiring, fed)?;
+        let mut alteration = Alteration::new(system, faults, self.stepping)?;
+        let Coupling {
+            exchange,
+            derivatives,
+            means,
+            ..
+        } = &mut self.coupling;
+        let passed = exchange.writes();
+        let rates = derivatives.iter_mut().flat_map(Exchange::writes);
+        let given = means.writes.iter_mut().flatten();
+        let fed = self.inputs.iter_mut().flat_map(InputTable::writes);
+        for write in passed.chain(rates).chain(given).chain(fed) {
+            write.attach(&wiring, &mut alteration);
+        }
+        self.coupling.exchange.faults = Some(alteration);
+        self.set_inputs()?;
         self.pass()
     }
 
@@ -192,7 +221,10 @@ impl Master {
         let Some(inputs) = &mut self.inputs else {
             return Ok(());
         };
-        inputs.set(&self.coupling.slaves, self.time, At::Time(self.time))?;
+        let Coupling {
+            slaves, exchange, ..
+        } = &mut self.coupling;
+        inputs.set(slaves, exchange.faults.as_mut(), self.time)?;
         self.pass()
     }
 

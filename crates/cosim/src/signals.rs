@@ -81,7 +81,7 @@ impl Inputs {
     pub fn set(&mut self, master: &Master, values: &[f64]) -> Result<()> {
         let at = At::Time(master.time());
         let mut writes = self.writes.iter();
-        writes.try_for_each(|w| w.run(master.slaves(), values, &mut self.buffer, at))
+        writes.try_for_each(|w| w.run(master.slaves(), values, &mut self.buffer, None, at))
     }
 }
 

@@ -409,6 +409,13 @@ impl System {
             let variables = fmu.description.variables.iter();
             variables.flat_map(|v| [v.name.clone(), format!("{}.{}", c.name, v.name)])
         });
+        let inputs = self.structure.inputs.iter().map(|input| input.name.clone());
+        let outputs = self
+            .structure
+            .outputs
+            .iter()
+            .map(|output| output.name.clone());
+        let names = names.chain(inputs).chain(outputs);
         let rated = names.map(|known| (strsim::jaro_winkler(name, &known), known));
         let best = rated.max_by(|a, b| a.0.total_cmp(&b.0));
         match best {
@@ -505,9 +512,9 @@ impl System {
 }
 
 impl FmuPlace {
-    /// A source in a folder of the resources, `resources/fmi3/Emla.fmu`, is looked for in that
-    /// folder too.
-    fn read(&self, source: &str, package: &mut Package) -> Result<Vec<u8>> {
+    /// The FMU that a structure names. A source in a folder of the resources,
+    /// `resources/fmi3/Emla.fmu`, is looked for in that folder too.
+    pub fn read(&self, source: &str, package: &mut Package) -> Result<Vec<u8>> {
         let name = Path::new(source).file_name().unwrap_or_default();
         let inner = Path::new(source).strip_prefix("resources").ok();
         let names = |folder: &PathBuf| {

@@ -88,7 +88,8 @@ impl Transformation {
         }
     }
 
-    fn then(self, next: Self) -> Self {
+    /// This one, then `next`.
+    pub(crate) fn then(self, next: Self) -> Self {
         match (self, next) {
             (Self::Linear(a), Self::Linear(b)) => Self::Linear(a.then(b)),
             (a, Self::Linear(Linear::NONE)) => a,
@@ -310,5 +311,7 @@ mod tests {
         let values = [1.0, 2.0, 3.0, 7.0].map(|k| both.of(k));
         assert_eq!(values, [5.0, 5.0, 4.0, 7.0]);
         assert_eq!(map(&[(1.0, 0.0)]).then(Transformation::NONE).of(1.0), 0.0);
+        let whole = [1, i128::from(u64::MAX)].map(|k| map(&[(1.0, -2.0)]).of_whole(k));
+        assert_eq!(whole, [-2, i128::from(u64::MAX)]);
     }
 }

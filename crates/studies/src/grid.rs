@@ -3,8 +3,8 @@
 //! What failed, what is bad, median and worst are counted here for all of them.
 
 use anyhow::{Error, Result};
+use cosim::faults::Faults;
 use cosim::master::Jitter;
-use cosim::noise::Noise;
 use cosim::run::Experiment;
 use cosim::system::{Setting, System};
 use cosim::verdict::Verdict;
@@ -30,7 +30,7 @@ pub struct Case {
     /// Start values.
     pub settings: Vec<Setting>,
     /// Noise on inputs.
-    pub noise: Noise,
+    pub noise: Faults,
     /// Part of the communication step that is stepped.
     pub step: f64,
     /// How communication points stray from their grid, if they do.
@@ -45,7 +45,7 @@ impl Case {
         Self {
             label: label.into(),
             settings,
-            noise: Noise::default(),
+            noise: Faults::default(),
             step: 1.0,
             jitter: None,
             seed: None,
@@ -160,7 +160,7 @@ impl<'a> Grid<'a> {
                 for (law, settings) in self.laws.iter().zip(&laws) {
                     let varied = [&case.settings[..], settings, &motion].concat();
                     let mut experiment = vary(self.system, self.base, varied)?;
-                    experiment.noise = case.noise.clone();
+                    experiment.faults = case.noise.clone();
                     experiment.stepping.step *= case.step;
                     experiment.stepping.jitter = case.jitter;
                     let (law, case) = (&law.name, &case.label);

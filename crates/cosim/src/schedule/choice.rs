@@ -69,3 +69,16 @@ impl Jitter {
         (uniform() >= self.lost).then_some(late)
     }
 }
+
+/// Communication steps in a time, s; none where it is no multiple of the step.
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "checked to be in range"
+)]
+pub fn steps_in(time: f64, step: f64) -> Option<u64> {
+    let steps = time / step;
+    let is_whole =
+        steps.round() >= 1.0 && steps < 1e12 && (steps - steps.round()).abs() <= 1e-6 * steps;
+    is_whole.then_some(steps.round() as u64)
+}

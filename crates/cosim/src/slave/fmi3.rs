@@ -619,47 +619,21 @@ impl Border for Instance {
     }
 }
 
+/// An expression by type: of floating-point numbers, or of integers of the type that it is given.
 macro_rules! by_type {
     ($access:expr, $real:expr, $single:expr, |$t:ident| $integer:expr) => {
+        by_type!($access, $real, $single, $t $integer; Int8 i8 UInt8 u8 Int16 i16 UInt16 u16
+            Integer i32 UInt32 u32 Int64 i64 UInt64 u64 Boolean u8)
+    };
+    ($access:expr, $real:expr, $single:expr, $t:ident $integer:expr; $($of:ident $type:ty)*) => {
         match $access {
             Access::Real => $real,
             Access::Float32 => $single,
-            Access::Int8 => {
-                type $t = i8;
+            $(Access::$of => {
+                type $t = $type;
                 $integer
-            }
-            Access::UInt8 => {
-                type $t = u8;
-                $integer
-            }
-            Access::Int16 => {
-                type $t = i16;
-                $integer
-            }
-            Access::UInt16 => {
-                type $t = u16;
-                $integer
-            }
-            Access::Integer => {
-                type $t = i32;
-                $integer
-            }
-            Access::UInt32 => {
-                type $t = u32;
-                $integer
-            }
-            Access::UInt64 => {
-                type $t = u64;
-                $integer
-            }
-            Access::Boolean => {
-                type $t = u8;
-                $integer
-            }
-            _ => {
-                type $t = i64;
-                $integer
-            }
+            })*
+            other => unreachable!("{other:?} is no number"),
         }
     };
 }
@@ -684,7 +658,11 @@ fn store(access: Access, array: &mut [u64], k: usize, bits: u64) {
 }
 
 /// What is at place `k` of an array of the type of `access`, as the memory has it.
-#[expect(clippy::cast_lossless, reason = "one expression for all integer types")]
+#[expect(
+    clippy::cast_lossless,
+    clippy::unnecessary_cast,
+    reason = "one expression for all integer types"
+)]
 fn load(access: Access, array: &[u64], k: usize) -> u64 {
     assert!(k < array.len());
     let array = array.as_ptr();

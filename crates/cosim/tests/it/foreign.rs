@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use cosim::cli::RunArgs;
+use cosim::exchange::{Exchange, Order};
 use cosim::fmu::Fmu;
 use cosim::master::{Master, Schedule};
 use cosim::run;
@@ -70,7 +71,7 @@ fn plain(name: &str, libraries: &[&Path]) -> System {
 
 fn run_args() -> RunArgs {
     RunArgs {
-        step: 0.1,
+        step: Some(0.1),
         stop_time: Some(1.0),
         schedule: Schedule::GaussSeidel,
         input_derivatives: false,
@@ -239,6 +240,14 @@ fn outputs_without_declared_dependencies_are_read_right_after_the_step() {
     let declared = super::support::system("declared", &oscillator()).unwrap();
     let mut spring = undeclared("undeclared", &oscillator(), &["spring"]);
     assert_eq!(spring.read_once().unwrap(), ["spring.F"]);
+    let shown = |system: &System| {
+        let wiring = system.wiring().unwrap();
+        let exchange = Exchange::new(&wiring, Order::Stages, |_| true).unwrap();
+        exchange.describe(&wiring)
+    };
+    let once = "right after the step, before any input is set\n  get 1 value, spring.F\nstage 1\n";
+    assert!(shown(&spring).starts_with(once), "{}", shown(&spring));
+    assert!(shown(&declared).starts_with("stage 1\n"));
     for schedule in [Schedule::Standard, Schedule::Jacobi] {
         assert_eq!(
             states(&spring, schedule),

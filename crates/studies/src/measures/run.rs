@@ -5,7 +5,6 @@
 use std::fmt;
 
 use anyhow::{Error, Result, anyhow};
-use cosim::input_table::InputTable;
 use cosim::master::{Master, start_value};
 use cosim::recording::Recording;
 use cosim::run::{self, Experiment};
@@ -75,25 +74,10 @@ pub fn run(
     system: &System,
     experiment: &Experiment,
     progress: &dyn Fn(u64, u64),
-    observe: impl FnMut(&Master) -> Result<()>,
-) -> Result<Outcome> {
-    run_fed(system, experiment, None, progress, observe)
-}
-
-/// As [`run`], with `inputs` over time.
-///
-/// # Errors
-/// As there.
-pub fn run_fed(
-    system: &System,
-    experiment: &Experiment,
-    inputs: Option<InputTable>,
-    progress: &dyn Fn(u64, u64),
     mut observe: impl FnMut(&Master) -> Result<()>,
 ) -> Result<Outcome> {
     let file = MachineFile::of_plant(system, &experiment.settings)?;
-    let mut master = experiment.start(system).map_err(refused_path)?;
-    inputs.map_or(Ok(()), |inputs| master.feed(inputs))?;
+    let master = experiment.start(system).map_err(refused_path)?;
     let parameter = |port| master.number(port);
     let tip_error = tip_error_port(system)?;
     let of_controller = |name| parameter(system.port_of(tip_error.component, name)?);
