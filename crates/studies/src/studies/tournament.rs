@@ -342,8 +342,8 @@ mod tests {
         }
     }
 
-    /// What is shipped comes first; a fifth of the evenly spread points lies in each fifth of every
-    /// gain's range, to one or two; later ones stay within the range and close in on the best.
+    /// What is shipped comes first; a fifth of the evenly spread points, 10 of 50, lies in each fifth
+    /// of every gain's range, to 4; later ones stay within the range and close in on the best.
     #[test]
     fn candidates_spread_and_then_close_in() {
         let budget = 100;
@@ -355,7 +355,7 @@ mod tests {
                 fifths[(2.5 * (log + 1.0)) as usize] += 1;
             }
             assert!(
-                fifths.iter().all(|n| (8..=12).contains(n)),
+                fifths.iter().all(|n| (6..=14).contains(n)),
                 "{gain}: {fifths:?}"
             );
         }
