@@ -18,6 +18,8 @@ use crate::worlds::{World, cases};
 
 /// Law to which the errors of the others are compared.
 const REFERENCE: &str = "adaptive_integral";
+/// Mean length of a run that is kept, s.
+const RUN: f64 = 18.0;
 
 #[derive(Args)]
 pub struct TournamentArgs {
@@ -61,21 +63,19 @@ pub fn tournament(args: &TournamentArgs) -> Result<Verdict> {
     let laws: Vec<_> = CONTESTANTS.iter().filter(|c| chosen(c.mode)).collect();
     let tries = laws.len() as u64 * args.budget;
     let runs = (laws.len() * reporting.list.len() * ALL_TRAJECTORIES.len()) as u64;
+    let begun = Instant::now();
+    let simulated = arena.first(laws[0], &tuning.list)?;
+    let each = begun.elapsed().as_secs_f64() / simulated * RUN;
+    let all = tries * args.tuning_seeds * TUNING_PATHS.len() as u64 + runs;
+    let cores = std::thread::available_parallelism().map_or(1, usize::from);
+    let hours = each * all as f64 / cores as f64 / 3600.0;
+    eprintln!(
+        "{each:.1} s a run, {all} runs on {cores} cores: at most {hours:.1} hours; lost runs end early, kept ones are not repeated"
+    );
     let progress = bar(tries, "candidates", false);
-    let (begun, mut results) = (Instant::now(), Vec::new());
-    for (n, law) in (0..).zip(&laws) {
-        let done = |k: u64| {
-            progress.inc(1);
-            if (n, k) == (0, 0) {
-                // What is shipped is kept on every machine, or nearly: the longest candidate.
-                let of_tuning = args.tuning_seeds * TUNING_PATHS.len() as u64;
-                let each = begun.elapsed().as_secs_f64() / of_tuning as f64;
-                let most = each * (tries * of_tuning + runs) as f64 / 3600.0;
-                eprintln!(
-                    "{each:.2} s a run on all cores: {most:.1} hours at most; lost runs end early"
-                );
-            }
-        };
+    let mut results = Vec::new();
+    for law in &laws {
+        let done = || progress.inc(1);
         results.push(arena.tune(law, &tuning.list, args.budget, done)?);
     }
     progress.finish_and_clear();
