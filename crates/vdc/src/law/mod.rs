@@ -10,7 +10,9 @@ mod model_based;
 mod pd;
 
 pub(crate) use control_law::{Instant, Rod};
-pub(crate) use decomposition::{BodyMotion, ground, motions, velocity_errors};
+pub(crate) use decomposition::{
+    BodyMotion, WEIGHING_JOINT, ground, motions, velocity_errors, wrist_inertia,
+};
 
 use control_law::ControlLaw;
 use model_based::ModelBased;
