@@ -119,6 +119,10 @@ pub struct Parameters {
     pub(crate) rate_command: i32,
     /// Limits of commanded rates.
     pub(crate) rates: RateLimits,
+    /// Whether the drives regulate their currents themselves.
+    pub(crate) current_loop: bool,
+    /// Time after the start in which the payload is weighed, s.
+    pub(crate) weighing_time: f64,
     /// Whether it is told of the loads that a path picks up.
     pub(crate) load_told: bool,
 }
@@ -145,6 +149,8 @@ impl Parameters {
             derated: DERATED,
             rate_command: RATE_COMMAND.number(RateCommand::Joint),
             rates: RateLimits::default(),
+            current_loop: false,
+            weighing_time: 0.0,
             load_told: true,
         }
     }
@@ -160,6 +166,8 @@ impl Parameters {
             true_inertia_scale: self.true_inertia_scale,
             derating: self.derating.then_some(self.derated),
             rate_command: RATE_COMMAND.item(self.rate_command)?,
+            current_loop: self.current_loop,
+            weighing_time: self.weighing_time,
             load_told: self.load_told,
         })
     }

@@ -319,4 +319,7 @@ pub(crate) const VARIABLES: &[V] = &[
         .unit("1").range(1e-6..=1e6),
     row!(V, parameter lyapunov.inertia_scale = true_inertia_scale, "inertia of the plant over nominal, for the lyapunov.* outputs only")
         .unit("1").tunable().range(0.01..=100.0),
+    row!(V, boolean_parameter current_loop, "whether the drives regulate their currents themselves: they follow i_q_required, which holds the velocity feedback too, and read no voltages"),
+    row!(V, parameter weighing_time, "time after the start in which the payload is weighed at the second wrist joint, and nothing adapts; nominal inertia, gains and bounds of the payload follow; 0: not, the paper's law")
+        .unit("s").range(0.0..=1e6),
 ];

@@ -3,7 +3,7 @@
 use actuator_table::{AXIS, DRIVE, ROOM};
 use fmu_export::{Carried, ModelError};
 use machine::{Drive, EmlaFields, Machine};
-use rig::{Extras, Rig, State};
+use rig::{CurrentLoop, Extras, Rig, State};
 use serde::{Deserialize, Serialize};
 
 /// The actuator behind the FMI border.
@@ -31,6 +31,10 @@ pub struct Parameters {
     pub(crate) of_machine: EmlaFields,
     /// What it knows beyond the idealised actuator.
     pub(crate) extras: Extras,
+    /// Whether the drive regulates its currents itself.
+    pub(crate) current_loop: bool,
+    /// With which gains.
+    pub(crate) regulator: CurrentLoop,
     /// Voltage of the DC link below which an enabled drive trips, V.
     pub(crate) undervoltage: f64,
     /// Temperatures of winding and housing at the start, K.
@@ -47,6 +51,8 @@ impl Parameters {
             axis: AXIS.number(0),
             of_machine: EmlaFields::new(Machine::reference().emla.slew),
             extras: Extras::AS_BUILT,
+            current_loop: false,
+            regulator: CurrentLoop::TYPICAL,
             undervoltage: 0.0,
             T_start: [ROOM; 2],
             machine_file: String::new(),
@@ -55,7 +61,13 @@ impl Parameters {
 
     pub(crate) fn actuator(&self) -> Result<Rig, ModelError> {
         let p = self.of_machine.section()?;
+        if self.current_loop && !self.extras.switching.on {
+            return Err(ModelError::new(
+                "`current_loop` = true needs `switching` = true: the loop runs at the switching frequency",
+            ));
+        }
         Ok(Rig::new(p, self.extras, DRIVE.item(self.drive)?)?
+            .with_current_loop(self.current_loop.then_some(self.regulator))
             .with_undervoltage(self.undervoltage)
             .with_delay(u32::try_from(self.delay)?))
     }

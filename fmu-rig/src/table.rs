@@ -72,7 +72,15 @@ const fn energy(row: V) -> V {
 }
 
 pub(crate) const VARIABLES: &[V] = joined!(
-    INPUTS, OUTPUTS, PARAMETERS, EXTRAS, OF_MACHINE, BRAKE, INVERTER, OF_PARTS
+    INPUTS,
+    OUTPUTS,
+    PARAMETERS,
+    EXTRAS,
+    OF_MACHINE,
+    BRAKE,
+    INVERTER,
+    OF_PARTS,
+    CURRENT_LOOP
 );
 
 const INPUTS: &[V] = actuator_inputs!(
@@ -237,3 +245,13 @@ const INVERTER: &[V] = inverter_parameters!(
     V,
     f_sw: "switching frequency; at least 100 Hz while switching is on" up to 1e6
 );
+
+/// At the end of the table, so that the value references before it stay what they were.
+#[rustfmt::skip]
+const CURRENT_LOOP: &[V] = &[
+    row!(V, input i_q_required in u, "required quadrature-axis current (peak), read instead of the voltages while current_loop is on; held to i_max")
+        .unit("A").range(-1e5..=1e5).nominal(10.0),
+    row!(V, boolean_parameter current_loop, "whether the drive regulates its currents itself, at the switching frequency: i_d to 0, i_q to i_q_required"),
+    row!(V, parameter current_loop.K_p = regulator.K_p, "proportional gain of its current loop").unit("V/A").range(0.0..=1e6),
+    row!(V, parameter current_loop.K_i = regulator.K_i, "integral gain of its current loop").unit("V/(A.s)").range(0.0..=1e9),
+];

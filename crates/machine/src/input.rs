@@ -18,6 +18,9 @@ pub struct ActuatorInput {
     pub v_d: f64,
     /// Quadrature-axis voltage v_q, V (peak).
     pub v_q: f64,
+    /// Required quadrature-axis current, A (peak): read by drives with a current loop of their own
+    /// instead of the voltages.
+    pub i_q_required: f64,
     /// Voltage of the DC link, V; None: that of the parameters, [`crate::Emla::link_voltage`].
     /// Over a step it stays what it is at its start.
     pub v_dc: Option<f64>,
@@ -46,6 +49,7 @@ impl Default for ActuatorInput {
         Self {
             v_d: 0.0,
             v_q: 0.0,
+            i_q_required: 0.0,
             v_dc: None,
             enable: true,
             brake: false,

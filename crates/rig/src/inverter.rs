@@ -16,7 +16,11 @@ impl Rig {
     /// The commanded voltage within the limit, V: `v_max`, and `v_dc/√3` of space-vector
     /// modulation; its direction is kept.
     pub(crate) fn commanded(&self, u: &Input) -> Dq {
-        let v = Dq { d: u.v_d, q: u.v_q };
+        self.limited(Dq { d: u.v_d, q: u.v_q }, u)
+    }
+
+    /// The voltage `v` within the limit, V.
+    pub(crate) fn limited(&self, v: Dq, u: &Input) -> Dq {
         let largest = self.p.largest_voltage(self.link_voltage(u));
         let square = v.dot(v);
         if square <= largest * largest {
@@ -27,12 +31,12 @@ impl Rig {
     }
 
     /// A new switching period of `T` s begins at motor angle `theta_m` and speed `w_m`: what was
-    /// computed in the last one acts from now on, and what is computed now acts in the next one. It
-    /// is held there, so it comes 3/2·T late in the mean.
+    /// computed in the last one acts from now on, and what is computed now, `v` in rotor
+    /// coordinates, acts in the next one. It is held there, so it comes 3/2·T late in the mean.
     pub(crate) fn switch(
         &self,
         hold: &HeldVoltages,
-        u: &Input,
+        v: Dq,
         theta_m: f64,
         w_m: f64,
         T: f64,
@@ -43,7 +47,7 @@ impl Rig {
             0.0
         };
         let angle = f64::from(self.p.p) * (theta_m + lead) + self.extra.switching.offset;
-        let next = self.commanded(u).turned(libm::sincos(angle));
+        let next = v.turned(libm::sincos(angle));
         HeldVoltages {
             acting: hold.next,
             next: [next.d, next.q],
@@ -160,9 +164,9 @@ mod tests {
         let rig = rig(|e| e.switching.dead_time = 0.0);
         let (T, w, u) = (125e-6, 200.0, input(-20.0, 90.0));
         let empty = HeldVoltages::default();
-        let computed = rig.switch(&empty, &u, 0.0, w, T);
+        let computed = rig.switch(&empty, rig.commanded(&u), 0.0, w, T);
         assert_eq!(computed.acting, [0.0; 2]);
-        let acts = rig.switch(&computed, &input(0.0, 0.0), w * T, w, T);
+        let acts = rig.switch(&computed, Dq::default(), w * T, w, T);
         let middle = rig.voltage(&acts, &u, Dq::default(), 1.5 * w * T);
         assert!((middle.d + 20.0).abs() < 1e-11 && (middle.q - 90.0).abs() < 1e-11);
         let begin = rig.voltage(&acts, &u, Dq::default(), w * T);
@@ -180,7 +184,7 @@ mod tests {
             e.switching.advance = false;
         });
         let (T, w) = (125e-6, 200.0);
-        let computed = rig.switch(&HeldVoltages::default(), &input(0.0, 90.0), 0.0, w, T);
+        let computed = rig.switch(&HeldVoltages::default(), Dq { d: 0.0, q: 90.0 }, 0.0, w, T);
         assert!((computed.next[0]).abs() < 1e-12 && (computed.next[1] - 90.0).abs() < 1e-12);
     }
 

@@ -16,6 +16,7 @@
 #![allow(non_snake_case)] // symbols of the books
 
 mod conditions;
+mod current_loop;
 mod dynamics;
 mod extras;
 mod friction;
@@ -30,6 +31,7 @@ mod state;
 mod step;
 mod switching;
 
+pub use current_loop::CurrentLoop;
 pub use extras::{
     Backlash, Cogging, Compliance, Damping, Extras, Friction, Heat, Losses, Ripple, Saturation,
     Switching, Temperature,

@@ -1,5 +1,6 @@
 //! One actuator as built: its configuration, immutable after [`Rig::new`].
 
+use crate::current_loop::CurrentLoop;
 use crate::extras::Extras;
 use limits::ParamError;
 use machine::{ActuatorInput, Drive, MachineError};
@@ -17,6 +18,8 @@ pub struct Rig {
     pub(crate) delay: u32,
     /// Voltage of the DC link below which an enabled drive trips, V; 0: never.
     pub(crate) undervoltage: f64,
+    /// The drive's own current loop; None: its inputs are voltages.
+    pub(crate) current_loop: Option<CurrentLoop>,
 }
 
 impl Rig {
@@ -34,6 +37,7 @@ impl Rig {
             dt_max: 0.0,
             delay: 0,
             undervoltage: 0.0,
+            current_loop: None,
         };
         rig.dt_max = rig.longest_substep();
         Ok(rig)
@@ -52,6 +56,17 @@ impl Rig {
     pub fn with_undervoltage(self, undervoltage: f64) -> Self {
         Self {
             undervoltage,
+            ..self
+        }
+    }
+
+    /// The same actuator, whose drive regulates its currents itself: it follows the input
+    /// `i_q_required` instead of the voltages. It acts while the inverter samples
+    /// ([`Extras::switching`](crate::Extras::switching)).
+    #[must_use]
+    pub fn with_current_loop(self, current_loop: Option<CurrentLoop>) -> Self {
+        Self {
+            current_loop,
             ..self
         }
     }

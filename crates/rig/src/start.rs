@@ -38,6 +38,7 @@ impl Rig {
             x_dot: u.x_dot,
             T,
             hold: self.steady_hold(v, i, u, theta_m, w_m),
+            regulator: [v.d, v.q],
             F_mean: u.F_hold,
             lead: 0.0,
             energy: Balance::default(),

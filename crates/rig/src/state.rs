@@ -25,6 +25,8 @@ pub struct State {
     pub T: [f64; 2],
     /// Voltages that the inverter holds over a switching period.
     pub hold: HeldVoltages,
+    /// Integral parts of the current loop's voltages, V.
+    pub regulator: [f64; 2],
     /// Mean force over the last step, N; at the start that force itself.
     pub F_mean: f64,
     /// Time by which the force is given ahead, s.
@@ -155,7 +157,12 @@ impl State {
             ("T_housing", self.T[1]),
             (
                 "voltage",
-                hold.acting[0] + hold.acting[1] + hold.next[0] + hold.next[1],
+                hold.acting[0]
+                    + hold.acting[1]
+                    + hold.next[0]
+                    + hold.next[1]
+                    + self.regulator[0]
+                    + self.regulator[1],
             ),
             ("F_mean", self.F_mean),
             ("i_dc_mean", self.i_dc_mean),

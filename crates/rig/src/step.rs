@@ -90,7 +90,8 @@ impl Rig {
             let mut span = h - done;
             if let Some(T) = self.switching_period().filter(|_| gates) {
                 if s.hold.left <= SLACK * dt_max.min(T) {
-                    s.hold = self.switch(&s.hold, u, s.theta_m, s.w_m, T);
+                    let asked = self.asked(&mut s, u, T);
+                    s.hold = self.switch(&s.hold, asked, s.theta_m, s.w_m, T);
                 }
                 span = span.min(s.hold.left);
                 s.hold.left -= span;

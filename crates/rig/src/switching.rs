@@ -56,6 +56,7 @@ impl Rig {
         }
         (next.i_d, next.i_q) = (0.0, 0.0);
         next.hold = HeldVoltages::default();
+        next.regulator = [0.0; 2];
         next
     }
 

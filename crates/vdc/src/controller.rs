@@ -7,7 +7,7 @@ use crate::conditions::Conditions;
 use crate::drive::{Command, DriveState, Reading, RodDemand, VoltageLaw, residual_forces};
 use crate::error::{ControllerError, STEP_MAX};
 use crate::evaluation::{Evaluation, MachineLevel};
-use crate::law::{self, Instant, Rod};
+use crate::law::{self, Instant, Rod, WEIGHING_JOINT};
 use crate::measured::{
     DELAY_MAX, JointObserver, Plan, SAMPLES_MAX, SLACK, Sampling, Timing, predicted,
 };
@@ -114,6 +114,7 @@ impl Controller {
         let observed = state.joints.observed(input, settings.gains.omega_speed);
         let input = held.unwrap_or(&observed);
         let mut now = Evaluation::of_held(held);
+        now.current_loop = settings.current_loop;
         let wrist = match settings.level {
             Level::Machine => self.machine_level(&mut now, settings, input)?,
             Level::Actuator => self.actuator_level(&mut now, settings, input),
@@ -183,7 +184,18 @@ impl Controller {
             f_r: forces.rods[i],
             motion: rods[i],
         });
+        let weighs = state.t - state.t_start < settings.weighing_time;
+        let bodies = &state.bodies;
+        let weighing = weighs.then(|| {
+            law::wrist_inertia(
+                &configuration,
+                &bodies.nominal,
+                bodies.payload(),
+                nominal.gravity,
+            )
+        });
         now.machine = Some(MachineLevel {
+            weighing,
             desired: target.tip,
             rotation_error: tracking.rotation_error,
             tip: tip.position,
@@ -325,8 +337,14 @@ impl Controller {
             ..
         } = self;
         if let Some(machine) = &now.machine {
-            let law = settings.mode.law();
-            law.learn(&mut state.bodies, &machine.motions, &settings.gains, h);
+            if let Some(inertia) = &machine.weighing {
+                let torque = now.output.tau_wrist[WEIGHING_JOINT - 3];
+                let rate = input.zeta_dot[WEIGHING_JOINT];
+                state.bodies.weigh(torque, rate, inertia, h);
+            } else {
+                let law = settings.mode.law();
+                law.learn(&mut state.bodies, &machine.motions, &settings.gains, h);
+            }
         }
         let is_at_limit = now.is_at_limit(&nominal.tau_wrist_max);
         if let (Some(machine), false) = (&now.machine, is_at_limit) {

@@ -1,6 +1,7 @@
 //! What one evaluation of the control law finds: all between the measurements and the commands at
 //! one instant.
 
+use crate::bodies::WristInertia;
 use crate::drive::{Command, RodDemand};
 use crate::law::BodyMotion;
 use crate::reference::DesiredMotion;
@@ -22,6 +23,8 @@ pub struct Evaluation {
     pub(crate) rate_error: [f64; 3],
     /// Forces where measurements are held, N.
     pub(crate) F: Option<[f64; 3]>,
+    /// Whether the drives follow the required currents instead of the voltages.
+    pub(crate) current_loop: bool,
     /// Without the virtual power flows.
     pub(crate) output: Output,
 }
@@ -34,6 +37,8 @@ pub(crate) struct MachineLevel {
     pub(crate) rotation_error: Vector3<f64>,
     /// Position of the tip, m.
     pub(crate) tip: Vector3<f64>,
+    /// Inertia at the wrist, while the payload is weighed.
+    pub(crate) weighing: Option<WristInertia>,
     /// Required joint accelerations, rad/s².
     pub(crate) zeta_ddot_r: [f64; DOF],
     pub(crate) strokes: [Stroke; 3],
@@ -65,6 +70,7 @@ impl Evaluation {
             commands: Default::default(),
             rate_error: [0.0; 3],
             F: held.map(|held| held.F),
+            current_loop: false,
             output: Output::default(),
         }
     }
@@ -93,7 +99,8 @@ impl Evaluation {
     /// Whether a command is at a limit: voltage or current of a drive, torque of a wrist joint,
     /// N·m.
     pub(crate) fn is_at_limit(&self, tau_wrist_max: &[f64; 3]) -> bool {
-        let drive = |c: &Command| c.voltage() >= c.v_max || c.i_qr.abs() >= c.i_max;
+        let drive =
+            |c: &Command| (!self.current_loop && c.voltage() >= c.v_max) || c.i_qr.abs() >= c.i_max;
         let mut wrist = self.output.tau_wrist.iter().zip(tau_wrist_max);
         self.commands.iter().any(drive) || wrist.any(|(tau, max)| tau.abs() >= *max)
     }

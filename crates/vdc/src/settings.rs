@@ -26,6 +26,12 @@ pub struct Settings {
     pub level: Level,
     /// Gains.
     pub gains: Gains,
+    /// Whether the drives regulate their currents themselves and follow
+    /// [`crate::Output::i_q_required`]; otherwise they follow the voltages.
+    pub current_loop: bool,
+    /// Time after the start in which the payload is weighed at the wrist while nothing adapts, s; 0:
+    /// the nominal payload counts.
+    pub weighing_time: f64,
     /// Blending factor α of the hybrid actuator that the low-level law reckons with, 0…1; 0: it
     /// knows the physics only.
     pub alpha: f64,
@@ -49,6 +55,8 @@ impl Settings {
             integral: false,
             level: Level::Machine,
             gains: *gains,
+            current_loop: false,
+            weighing_time: 0.0,
             alpha: 0.0,
             true_inertia_scale: 1.0,
             derating: None,

@@ -181,9 +181,14 @@ impl Estimate {
         bounds.nominal(*after)
     }
 
-    /// Advances by `h` s with S held. A step that would leave the bounds is refused: the estimate
-    /// stays, which only removes adaptation along S and keeps the Lyapunov argument (the true
-    /// parameters lie inside). Inside the bounds P is positive definite, `P > lower·P0 > 0`.
+    /// Advances by `h` s with S held. A step that would leave the bounds is refused as a whole: the
+    /// estimate stays. Inside the bounds P is positive definite, `P > lower·P0 > 0`.
+    ///
+    /// This is no projection for which the Lyapunov argument holds. The argument needs that what is
+    /// left out of a step never points towards the true parameters, `tr((L − L̂) ΔS) ≤ 0`; a refused
+    /// step leaves out all of S, which for ten parameters may point either way, and the true body
+    /// may itself lie outside of the bounds. While steps are refused the term of the adaptation is
+    /// `tr(f(θ~) S)`, of either sign.
     ///
     /// `leakage` σ, 1/s, pulls towards the nominal inertia, `P' = −S/γ − σ (P − P0)`: not in the
     /// paper (0 is its law), against drift under measurements that are never exact (σ-modification

@@ -2,8 +2,10 @@
 //! of, and their estimates.
 
 mod estimate;
+mod payload;
 
 pub(crate) use estimate::{Bounds, Estimate, adaptation_direction};
+pub(crate) use payload::{PayloadShare, WristInertia};
 
 use crate::error::ControllerError;
 use hdrm::{BODIES, Body};
@@ -25,6 +27,10 @@ pub(crate) struct Bodies {
     inverse_bounds: [f64; 2],
     /// What the controller is told that the end-effector carries beside the payload.
     load: Load,
+    /// The machine's own payload.
+    payload: Inertia,
+    /// What is found of it.
+    share: PayloadShare,
 }
 
 impl Bodies {
@@ -47,12 +53,32 @@ impl Bodies {
         }
         let bounds: [Bounds; Body::COUNT] = bounds.try_into().expect("one per body");
         Ok(Self {
+            payload: nominal[Body::PL as usize],
+            share: PayloadShare::default(),
             estimates: std::array::from_fn(|k| bounds[k].nominal(nominal[k])),
             nominal,
             bounds,
             inverse_bounds,
             load: Load::default(),
         })
+    }
+
+    /// The machine's own payload.
+    pub(crate) fn payload(&self) -> &Inertia {
+        &self.payload
+    }
+
+    /// Takes over what `h` s of `torque`, N·m, and `rate`, rad/s, of the second wrist joint say of
+    /// the payload, where the wrist's own bodies and the nominal payload have this inertia. Nominal
+    /// inertia, estimate and bounds of the payload take the share that is found.
+    pub(crate) fn weigh(&mut self, torque: f64, rate: f64, inertia: &WristInertia, h: f64) {
+        const PL: usize = Body::PL as usize;
+        let payload = self.payload * self.share.advance(torque, rate, inertia, h);
+        if let Some(bounds) = Bounds::around(&payload, self.inverse_bounds) {
+            self.nominal[PL] = payload;
+            self.estimates[PL] = bounds.nominal(payload);
+            self.bounds[PL] = bounds;
+        }
     }
 
     /// The load that the controller was told of.

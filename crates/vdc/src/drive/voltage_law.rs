@@ -148,6 +148,19 @@ impl VoltageLaw<'_> {
         saturate(i_qr, self.largest_current(now.T_winding))
     }
 
+    /// The current `i_qr`, A, for a drive that regulates its currents itself: the velocity feedback
+    /// joins it, at the ratio in which the voltage law weighs both errors,
+    /// ```text
+    /// i_q,cmd = i_qr + K_v/K_i (ẋ_r − ẋ_n)
+    /// ```
+    /// so the motor is as stiff against the force as under that law. Saturated at the drive's
+    /// limit.
+    fn with_damping(&self, i_qr: f64, velocity_error: f64, now: &Reading) -> f64 {
+        let gains = &self.settings.gains;
+        let i_q = i_qr + gains.K_v / gains.K_i * velocity_error;
+        saturate(i_q, self.largest_current(now.T_winding))
+    }
+
     /// `di_dr/dt = −λ_i·i_d` ([eq:current_d_required] with `i_dd = 0`), A/s.
     fn i_dr_dot(&self, now: &Reading) -> f64 {
         -self.settings.gains.lambda_i * now.i_d
@@ -176,10 +189,13 @@ impl VoltageLaw<'_> {
         let (p, gains) = (self.p(), &self.settings.gains);
         let Reading { i_d, i_q, w_m, .. } = *now;
         let i_dr = state.i_dr;
-        let i_qr = self.required_current(state, demand, now, residual_force);
+        let velocity_error = demand.motion.x_r_dot - maps::travel_per_radian(p) * w_m;
+        let mut i_qr = self.required_current(state, demand, now, residual_force);
+        if self.settings.current_loop {
+            i_qr = self.with_damping(i_qr, velocity_error, now);
+        }
         let di_qr = (i_qr - state.i_qr_filtered) / gains.di_qr_filter_time;
         let force_error = maps::beta_1(p, i_d) * (i_qr - i_q) - maps::beta_2(p, i_q) * (i_dr - i_d);
-        let velocity_error = demand.motion.x_r_dot - maps::travel_per_radian(p) * w_m;
         let w_e = f64::from(p.p) * w_m;
         let e_d = gains.K_i * (i_dr - i_d);
         let e_q = gains.K_f * force_error + gains.K_v * velocity_error;
@@ -222,7 +238,7 @@ impl VoltageLaw<'_> {
             state.observer +=
                 share * (momentum - state.observer) + share / gains.omega_d * unexplained;
         }
-        if command.voltage() < command.v_max {
+        if command.voltage() < command.v_max && !self.settings.current_loop {
             state.v_d_integral += h * gains.omega_i * command.e_d;
             state.v_q_integral += h * gains.omega_i * command.e_q;
         }
@@ -410,5 +426,36 @@ mod tests {
         let slope = actuator.params().L_q / gains.di_qr_filter_time;
         assert!((more.v_q - command.v_q - slope).abs() < 1e-9);
         assert_eq!([command.i_max, command.v_max], [100.0, 375.0]);
+    }
+
+    /// For a drive with a current loop of its own the velocity feedback is part of the current, in
+    /// the ratio of the voltage law's gains, within the drive's limit; the integrals rest.
+    #[test]
+    fn a_drive_with_a_current_loop_is_told_a_current() {
+        let mut settings = settings(0.0);
+        let actuator = actuator(0.0);
+        let (mut demand, now) = steady(&actuator);
+        demand.motion.x_r_dot += 1e-3;
+        let of = |settings: &Settings, demand: &RodDemand| {
+            let law = VoltageLaw {
+                actuator: &actuator,
+                settings,
+            };
+            let state = DriveState::undisturbed(actuator.params(), now.w_m).settled(now.i_q);
+            let command = law.command(&state, demand, &now, 0.0);
+            let mut after = state;
+            law.advance(&mut after, &now, &command, H);
+            (command, after.v_q_integral)
+        };
+        settings.gains.omega_i = 100.0;
+        let (voltage, integral) = of(&settings, &demand);
+        assert!(integral != 0.0);
+        settings.current_loop = true;
+        let (current, integral) = of(&settings, &demand);
+        let share = 1e-3 * settings.gains.K_v / settings.gains.K_i;
+        assert!((current.i_qr - voltage.i_qr - share).abs() < 1e-9);
+        assert_eq!(integral, 0.0);
+        demand.motion.x_r_dot += 1.0;
+        assert_eq!(of(&settings, &demand).0.i_qr, actuator.params().i_max);
     }
 }

@@ -5,7 +5,7 @@
 //! one recursion up the tree for the twists and one down for the wrenches. Projected on the joints
 //! it gives the corrected actuator forces (see `docs/departures.md`).
 
-use crate::bodies::Estimate;
+use crate::bodies::{Estimate, WristInertia};
 use crate::signals::Input;
 use crate::tracking::RequiredMotion;
 use hdrm::{BODIES, Body, Configuration, DOF, felt_gravity};
@@ -130,14 +130,57 @@ pub(crate) fn joint_forces(
     errors: &VelocityErrors,
     kappa: f64,
 ) -> [f64; DOF] {
+    projected(configuration, |body, passed_on| {
+        let k = body as usize;
+        passed_on
+            + required_net_wrench(&motions[k], estimates[k].inertia())
+            + errors.momenta[k] * kappa
+    })
+}
+
+/// Inertia about the second wrist joint: of the wrist's own bodies, and of a `payload`.
+pub(crate) fn wrist_inertia(
+    configuration: &Configuration,
+    nominal: &[Inertia; Body::COUNT],
+    payload: &Inertia,
+    gravity: f64,
+) -> WristInertia {
+    let mut required = RequiredMotion {
+        zeta_dot: Vector6::zeros(),
+        zeta_ddot: Vector6::zeros(),
+    };
+    required.zeta_ddot[WEIGHING_JOINT] = 1.0;
+    let ground = BodyMotion::default();
+    let turning = motions(configuration, &[0.0; DOF], &required, &ground);
+    let inertia = |of_payload: bool| {
+        projected(configuration, |body, passed_on| {
+            let w = &turning[body as usize].w;
+            match (body == Body::PL, of_payload) {
+                (true, true) => payload.apply(w),
+                (false, false) => passed_on + nominal[body as usize].apply(w),
+                _ => passed_on,
+            }
+        })[WEIGHING_JOINT]
+    };
+    let [own, of_payload] = [inertia(false), inertia(true)];
+    WristInertia {
+        own,
+        payload: of_payload,
+        weight: gravity * (payload.m * of_payload).sqrt(),
+    }
+}
+
+/// Second wrist joint: on it the payload has its longest arm.
+pub(crate) const WEIGHING_JOINT: usize = 4;
+
+/// Generalised forces on the six joints, N·m, where `net` gives the wrench of a body from what the
+/// bodies beyond it pass on.
+#[inline(always)]
+fn projected(configuration: &Configuration, net: impl Fn(Body, Wrench) -> Wrench) -> [f64; DOF] {
     let mut wrenches = [Wrench::zero(); Body::COUNT];
     let mut Q = [0.0; DOF];
     for body in BODIES.into_iter().rev() {
-        let k = body as usize;
-        let motion = &motions[k];
-        let F = wrenches[k]
-            + required_net_wrench(motion, estimates[k].inertia())
-            + errors.momenta[k] * kappa;
+        let F = net(body, wrenches[body as usize]);
         let link = configuration.link(body);
         Q[body.coordinate()] += link.gear * body.axis().power(&F);
         if let Some(parent) = body.parent() {

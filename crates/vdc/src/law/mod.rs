@@ -13,7 +13,9 @@ mod pd;
 mod sliding;
 
 pub(crate) use control_law::{Instant, Rod};
-pub(crate) use decomposition::{BodyMotion, ground, motions, velocity_errors};
+pub(crate) use decomposition::{
+    BodyMotion, WEIGHING_JOINT, ground, motions, velocity_errors, wrist_inertia,
+};
 
 use cascade::Cascade;
 use control_law::ControlLaw;
