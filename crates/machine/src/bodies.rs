@@ -122,7 +122,7 @@ impl Bodies {
     pub(crate) fn examine(&self, found: &mut Findings) {
         for (name, body) in Self::NAMES.iter().zip(self.in_order()) {
             found.positive(format_args!("bodies.{name}.mass"), body.mass);
-            found.finite(format_args!("bodies.{name}.com"), &body.com);
+            found.finite(format_args!("bodies.{name}.com"), body.com);
             let field = format_args!("bodies.{name}.inertia_com").to_string();
             found.finite(&field, body.inertia_com.rows().as_flattened());
             if !body.inertia_com.is_physical() {
