@@ -1,9 +1,9 @@
 //! Measures small calls; included by the bench programs of the crates.
 //!
 //! Without arguments each call is timed in batches and one line of JSON is printed:
-//! `{"name":…,"unit":"ns","median":…,"least":…}`.
-//! With `--count NAME N` the call NAME runs N times and nothing is printed: for an instruction counter around
-//! the program. `cargo xtask bench` uses both.
+//! `{"name":…,"unit":"ns","median":…,"least":…}`. With `--count NAME N` the call NAME runs N times
+//! and nothing is printed: for an instruction counter around the program. `cargo xtask bench` uses
+//! both.
 
 use std::time::Instant;
 

@@ -1,9 +1,7 @@
 """Builds the example FMUs with pythonfmu, all or those of the scripts named, and the systems with the bending plant and other batteries:
 `python examples/build.py DIRECTORY [SCRIPT ...]`."""
 
-import re
 import sys
-import zipfile
 from pathlib import Path
 
 from pythonfmu import FmuBuilder
@@ -22,22 +20,13 @@ SCRIPTS = {
 
 
 def build(script, folder):
-    """The FMU of a script. pythonfmu does not say what outputs depend on, which means: on every input. These FMUs change
-    their outputs in fmi2DoStep only, so that is what the model structure is made to say; else masters find algebraic loops."""
+    """The FMU of a script, as pythonfmu builds it."""
     files = [MACHINE, *(HERE / other for other in SCRIPTS[script])]
-    made = Path(FmuBuilder.build_FMU(HERE / script, dest=Path(folder), project_files=files))
-    with zipfile.ZipFile(made) as archive:
-        files = {name: archive.read(name) for name in archive.namelist()}
-    description = files["modelDescription.xml"].decode()
-    description = re.sub(r'(<Unknown index="\d+")\s*/>', r'\1 dependencies=""/>', description)
-    files["modelDescription.xml"] = description.encode()
-    with zipfile.ZipFile(made, "w", zipfile.ZIP_DEFLATED) as archive:
-        for name, data in files.items():
-            archive.writestr(name, data)
-    return made
+    return Path(FmuBuilder.build_FMU(HERE / script, dest=Path(folder), project_files=files))
 
 
 STRUCTURE = HERE.parent / "system/SystemStructure.ssd"
+REAL = HERE.parent / "system/Real.ssd"
 SAMPLED = """          <ssd:ParameterBinding>
             <ssd:ParameterValues>
               <ssv:ParameterSet version="1.0" name="sampled">
@@ -55,21 +44,30 @@ SAMPLED = """          <ssd:ParameterBinding>
 BINDINGS_END = "        </ssd:ParameterBindings>\n"
 
 
-def bending_system(folder):
+def bending_system(folder, source=STRUCTURE, name="Manipulator", made="Bending"):
     """Bending.ssd: the machine's system with the bending plant, for a communication step of 0.5 ms at which the controller still samples
     once in 1 ms. At 1 ms the exchange between an actuator and the light end of a bending boom rings by itself (docs/bending.md)."""
-    text = STRUCTURE.read_text()
+    text = source.read_text()
     for old, new in {
-        'version="1.0" name="Manipulator"': 'version="1.0" name="Bending"',
+        f'version="1.0" name="{name}"': f'version="1.0" name="{made}"',
         "resources/Hdrm.fmu": "resources/Bending.fmu",
         'stepSize="0.001"': 'stepSize="0.0005"',
     }.items():
         if text.count(old) != 1:
-            raise ValueError(f"{STRUCTURE} must hold `{old}` once, not {text.count(old)} times")
+            raise ValueError(f"{source} must hold `{old}` once, not {text.count(old)} times")
         text = text.replace(old, new)
-    path = Path(folder, "Bending.ssd")
+    path = Path(folder, f"{made}.ssd")
     path.write_text(text.replace(BINDINGS_END, SAMPLED + BINDINGS_END, 1))
     return path
+
+
+def strict_system(folder):
+    """StrictBending.ssd: the system of the machine as built with the bending plant, and the parameter sets that it binds beside it."""
+    resources = Path(folder, "resources")
+    resources.mkdir(exist_ok=True)
+    for name in ("real.ssv", "sensors.ssv"):
+        (resources / name).write_bytes((REAL.parent / "resources" / name).read_bytes())
+    return bending_system(folder, REAL, "Real", "StrictBending")
 
 
 ELECTRIC = HERE.parent / "system/Electric.ssd"
@@ -115,4 +113,4 @@ if __name__ == "__main__":
     folder, *scripts = sys.argv[1:]
     for script in scripts or SCRIPTS:
         print(build(script, folder))
-    print(bending_system(folder), *electric_systems(folder))
+    print(bending_system(folder), strict_system(folder), *electric_systems(folder))

@@ -1,6 +1,8 @@
-//! Serialized states with a right header and checksum but a damaged body: refused, or usable without a crash or panic.
+//! Serialized states with a right header and checksum but a damaged body: refused, or usable
+//! without a crash or panic.
 //!
-//! A valid state is taken from the FMU and patched as the fuzzer says, so that small inputs reach deep into large states.
+//! A valid state is taken from the FMU and patched as the fuzzer says, so that small inputs reach
+//! deep into large states.
 
 use fmu_description::Description;
 use fmu_export::Model;

@@ -1,6 +1,6 @@
 """An FMU of FMI 3.0 and its instances on FMPy's FMU3Slave, seen as one of FMI 2.0: each element of an array by its name, `zeta[3]`."""
 
-from ctypes import POINTER, byref, c_bool, c_char_p, c_double, c_int, c_int8, c_int16, c_int32, c_int64, c_size_t
+from ctypes import POINTER, byref, c_bool, c_char_p, c_double, c_float, c_int, c_int8, c_int16, c_int32, c_int64, c_size_t
 from ctypes import c_uint, c_uint8, c_uint16, c_uint32, c_uint64, c_void_p
 from dataclasses import dataclass
 from itertools import product
@@ -12,11 +12,11 @@ from fmu import OK, Instance, Refused, Unknown, Unpacked
 from system import BadSystem
 
 #: C types by FMI type.
-TYPES = {"Float64": c_double, "Boolean": c_bool, "String": c_char_p, "Int8": c_int8, "UInt8": c_uint8, "Int16": c_int16}
+TYPES = {"Float64": c_double, "Float32": c_float, "Boolean": c_bool, "String": c_char_p, "Int8": c_int8, "UInt8": c_uint8, "Int16": c_int16}
 TYPES |= {"UInt16": c_uint16, "Int32": c_int32, "UInt32": c_uint32, "Int64": c_int64, "UInt64": c_uint64}
 
-#: Types of FMI 2.0 by those of FMI 3.0; enumerations stay what they are.
-AS_IN_2 = {name: "Integer" for name in TYPES} | {"Float64": "Real", "Boolean": "Boolean", "String": "String", "Enumeration": "Enumeration"}
+#: Types of FMI 2.0 by those of FMI 3.0; others stay what they are.
+AS_IN_2 = {name: "Integer" for name in TYPES} | {"Float64": "Real", "Float32": "Real", "Boolean": "Boolean", "String": "String", "Enumeration": "Enumeration"}
 
 
 @dataclass
@@ -29,7 +29,7 @@ class Element:
 
     @property
     def type(self):
-        return AS_IN_2[self.array.type]
+        return AS_IN_2.get(self.array.type, self.array.type)
 
     def __getattr__(self, name):
         return getattr(self.array, name)
@@ -136,8 +136,10 @@ class Instance3(Instance):
         values = [found[n] for n in names]
         return values[0] if len(values) == 1 else values
 
-    def enter_initialization(self, start=0.0, stop=None):
+    def enter_initialization(self, start=0.0, stop=None, values=None):
         self.time = start
+        if values:
+            self.set(values)
         has_stop, stop = c_bool(stop is not None), c_double(stop or 0.0)
         self.call("fmi3EnterInitializationMode", c_bool(False), c_double(0.0), c_double(start), has_stop, stop)
 

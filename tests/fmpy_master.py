@@ -3,7 +3,8 @@
 Schedules: `standard` exchanges values once a step (get all, set all, step all), which is all that FMI 2.0 promises between masters and
 FMUs. The others use the staged exchange: an FMU's outputs are read again after its inputs have been set at the same communication point.
 `gauss-seidel` steps the components in the order of the system and gives later ones the mean effort of the step; `jacobi` steps all from the
-same values; `jacobi-derivatives` passes first time derivatives too. FMI 3.0 allows the staged exchange in Event Mode only.
+same values; `jacobi-derivatives` passes first time derivatives too. FMI 3.0 allows the staged exchange in Event Mode only. An output that does
+not declare its dependencies is read once, right after the step, before any input of that point is set.
 
     python tests/fmpy_master.py --fmu-dir target/fmu --set controller.mode=3 --csv pd.csv
     python tests/fmpy_master.py --ssd target/fmu/Real.ssp --variant standard.ssd --schedule standard
@@ -15,12 +16,12 @@ import tempfile
 import time
 import zipfile
 from itertools import groupby
-from pathlib import Path, PurePosixPath
+from pathlib import Path
 
 import numpy as np
 
 from fmu import Refused, opened
-from system import AS_IT_IS, BadSystem, System, check_parameter, described, levels, read_set
+from system import AS_IT_IS, AlgebraicLoop, BadSystem, System, check_parameter, described, is_read_once, levels, read_set
 
 ROOT = Path(__file__).resolve().parent.parent
 STAGED = ("gauss-seidel", "jacobi", "jacobi-derivatives")
@@ -57,16 +58,17 @@ class Transfer:
 
 class Exchange:
     """Links passed level by level: reads, then writes, one call per component and type. With all links on one level all is read, then all
-    written."""
+    written. The outputs `once` are read before all that."""
 
-    def __init__(self, instances, links, levels):
+    def __init__(self, instances, links, levels, once=()):
         sources = list(dict.fromkeys(link.source for link in links))
-        slot = {source: i for i, source in enumerate(sources)}
+        self.sources, slot = sources, {source: i for i, source in enumerate(sources)}
         self.values = np.zeros(len(sources))
         self.transfers = []
+        self._add(instances, "Get", [(*source, slot[source]) for source in sources if source in once])
         for level in sorted(set(levels)):
             now = [link for link, of in zip(links, levels) if of == level]
-            self._add(instances, "Get", list(dict.fromkeys((*link.source, slot[link.source]) for link in now)))
+            self._add(instances, "Get", list(dict.fromkeys((*link.source, slot[link.source]) for link in now if link.source not in once)))
             self._add(instances, "Set", [(*link.target, slot[link.source], link.transformation) for link in now])
 
     def _add(self, instances, verb, ends):
@@ -85,28 +87,54 @@ class Exchange:
 class Master:
     """A coupled system. `settings`: {component: {variable: value}}, set before initialization."""
 
-    def __init__(self, system, fmus, settings=None, schedule="gauss-seidel", h=1e-3, start=0.0):
+    def __init__(self, system, fmus, settings=None, schedule="gauss-seidel", h=1e-3, start=None):
         assert schedule in SCHEDULES
         system.check(fmus)
-        order, initial = levels(system, fmus), levels(system, fmus, initialization=True)
+        start = system.start if start is None else start
+        order = levels(system, fmus) if schedule in STAGED else [0] * len(system.links)
         self.system, self.schedule, self.h, self.start, self.steps = system, schedule, h, start, 0
         made = {"logging": True, "staged": schedule in STAGED}
         self.instances = {name: fmus[file].instance(name, **made) for name, file in system.components.items()}
         for name, instance in self.instances.items():
+            if not instance.component:
+                raise BadSystem(f"component `{name}` cannot be instantiated: {instance.text}")
             bound = {variable: parameter.value for variable, parameter in system.parameters[name].items()}
-            instance.set({**bound, **(settings or {}).get(name, {})})
-        for instance in self.instances.values():
-            instance.enter_initialization(start)
-        Exchange(self.instances, system.links, initial).run()
+            instance.enter_initialization(start, values={**bound, **(settings or {}).get(name, {})})
+        self._initialize(fmus)
         for instance in self.instances.values():
             instance.exit_initialization()
-        self.exchange = Exchange(self.instances, system.links, [0] * len(order) if schedule == "standard" else order)
+        once = {link.source for link in system.links if schedule in STAGED and is_read_once(system, fmus, link)}
+        self.exchange = Exchange(self.instances, system.links, order, once)
         self.slopes = None
         if schedule == "jacobi-derivatives":
-            smooth = [(link, k) for link, k in zip(system.links, order) if passes_derivative(system, fmus, link)]
+            smooth = [(link, k) for link, k in zip(system.links, order) if link.source not in once and passes_derivative(system, fmus, link)]
             self.slopes = Exchange(self.instances, *map(list, zip(*smooth)))
         self.means = self._means() if schedule == "gauss-seidel" else {}
         self.pass_all()
+
+    def _initialize(self, fmus):
+        """Pass the values in Initialization Mode: in the order of the dependencies, or where what is not declared forms a loop, until nothing
+        changes, bit for bit."""
+        system = self.system
+        try:
+            Exchange(self.instances, system.links, levels(system, fmus, initialization=True)).run()
+            return
+        except AlgebraicLoop:
+            pass
+        try:
+            order = levels(system, fmus, initialization=True, declared_only=True)
+        except AlgebraicLoop:
+            if self.schedule in STAGED:
+                raise
+            order = [0] * len(system.links)
+        exchange, passes = Exchange(self.instances, system.links, order), len(system.links) + 1
+        for _ in range(passes):
+            before = exchange.values.copy()
+            exchange.run()
+            if before.tobytes() == exchange.values.tobytes():
+                return
+        names = [".".join(source) for source, a, b in zip(exchange.sources, before, exchange.values) if a.tobytes() != b.tobytes()]
+        raise BadSystem(f"in initialization {', '.join(names)} still change after {passes} passes over all connections")
 
     def _means(self):
         """By component: how it gets the mean efforts of the step from components stepped before it."""
@@ -128,6 +156,10 @@ class Master:
     def time(self):
         return self.start + self.steps * self.h
 
+    def interval(self):
+        """Start and length of the next step, s."""
+        return self.time, self.h
+
     def pass_all(self):
         """What follows a step. By `standard` outputs are only read: inputs are set just before the next step, so that whoever looks at
         outputs in between gets them before any set."""
@@ -139,7 +171,7 @@ class Master:
             self.slopes.run(derivatives=True)
 
     def step(self):
-        t = self.time
+        t, h = self.interval()
         if self.schedule == "standard":
             self.exchange.run(verb="Set")
         for instance in self.instances.values():
@@ -147,7 +179,7 @@ class Master:
         for name, instance in self.instances.items():
             for transfer in self.means.get(name, ()):
                 transfer.run()
-            instance.step(t, self.h)
+            instance.step(t, h)
         self.steps += 1
         for instance in self.instances.values():
             instance.enter_events()
@@ -227,10 +259,11 @@ def arguments():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--ssd", type=Path, default=ROOT / "system/SystemStructure.ssd", help=".ssd, or a packed .ssp")
     parser.add_argument("--variant", default="SystemStructure.ssd", help="structure to take from the .ssp, as triangular_pd.ssd")
-    parser.add_argument("--fmu-dir", type=Path, help="folder of the FMUs; default: those in the .ssp; for a .ssd target/fmu of the repository")
+    parser.add_argument("--fmu-dir", type=Path, help="folder of the FMUs; default: where the system says; for a .ssd else target/fmu of the repository")
     parser.add_argument("--replace", action="append", default=[], metavar="COMPONENT=FMU", help="take this FMU for a component")
     parser.add_argument("--schedule", choices=SCHEDULES, default=SCHEDULES[0])
-    parser.add_argument("--step", type=float, default=1e-3, help="communication step, s")
+    parser.add_argument("--step", type=float, help="communication step, s; default: the one that the system asks for, else 1e-3")
+    parser.add_argument("--feedthrough", action="append", default=[], metavar="COMPONENT", help="its outputs may be read again after a set")
     parser.add_argument("--stop-time", type=float, help="s; default: the system's")
     parser.add_argument("--parameters", action="append", default=[], type=Path, metavar="SSV", help="parameter set")
     parser.add_argument("--set", action="append", default=[], metavar="COMPONENT.VARIABLE=VALUE")
@@ -241,14 +274,17 @@ def arguments():
 
 def fmu_files(system, ssd, fmu_dir, folder):
     """{file name: path} of the FMUs of a system; those of a package are unpacked into `folder`, if none are in `fmu_dir`."""
-    names = set(system.components.values())
-    if fmu_dir or ssd.suffix != ".ssp":
-        return {name: (fmu_dir or ROOT / "target/fmu") / name for name in names}
+    if fmu_dir:
+        return {name: fmu_dir / name for name in system.sources}
+    if ssd.suffix != ".ssp":
+        beside = {name: ssd.parent / source for name, source in system.sources.items()}
+        return {name: path if path.is_file() else ROOT / "target/fmu" / name for name, path in beside.items()}
     with zipfile.ZipFile(ssd) as archive:
-        for entry in archive.infolist():
-            if (name := PurePosixPath(entry.filename).name) in names:
-                (folder / name).write_bytes(archive.read(entry))
-    return {name: folder / name for name in names}
+        for name, source in system.sources.items():
+            if source not in archive.namelist():
+                raise BadSystem(f"`{ssd}` does not contain `{source}`")
+            (folder / name).write_bytes(archive.read(source))
+    return {name: folder / name for name in system.sources}
 
 
 def main():
@@ -258,6 +294,8 @@ def main():
         paths = fmu_files(system, args.ssd, args.fmu_dir, Path(folder))
         for component, path in (text.split("=") for text in args.replace):
             system.components[component] = paths[path] = path
+        if missing := [str(path) for path in paths.values() if not Path(path).is_file()]:
+            raise BadSystem(f"FMU `{missing[0]}` cannot be read")
         fmus = {file: opened(paths[file], Path(folder) / str(k)) for k, file in enumerate(set(system.components.values()))}
         settings = {}
         for path in args.parameters:
@@ -266,7 +304,10 @@ def main():
         for text in args.set:
             component, variable, value = setting(system, fmus, text)
             settings.setdefault(component, {})[variable] = value
-        master = Master(system, fmus, settings, args.schedule, args.step)
+        if unknown := set(args.feedthrough) - set(system.components):
+            raise BadSystem(f"--feedthrough {', '.join(unknown)}: the system has no component of this name")
+        system.feedthrough |= set(args.feedthrough)
+        master = Master(system, fmus, settings, args.schedule, args.step or system.step or 1e-3)
         clock = time.perf_counter()
         times, rows = master.record(args.stop_time or system.stop, args.signals)
         print(f"{times[-1]:.3f} s simulated in {time.perf_counter() - clock:.1f} s")

@@ -110,6 +110,8 @@ class Instance(Called):
         self.callbacks = fmi2.fmi2CallbackFunctions()
         if callbacks:
             self.callbacks.logger = cast(self._logger, fmi2.fmi2CallbackLoggerTYPE)
+            self.callbacks.allocateMemory = fmi2.defaultCallbacks.allocateMemory
+            self.callbacks.freeMemory = fmi2.defaultCallbacks.freeMemory
         if resources == "":
             resources = f"file://{fmu.folder}/resources"
         self.component = self.slave.dll.fmi2Instantiate(
@@ -163,8 +165,11 @@ class Instance(Called):
         self.exit_initialization()
         return self
 
-    def enter_initialization(self, start=0.0, stop=None):
+    def enter_initialization(self, start=0.0, stop=None, values=None):
+        """`values` are set after fmi2SetupExperiment, in which FMUs of 20-sim forget what was set before."""
         self.setup(start, stop)
+        if values:
+            self.set(values)
         self.call("fmi2EnterInitializationMode")
 
     def exit_initialization(self):

@@ -4,9 +4,12 @@ They are looked for in the build folder beside the packed FMUs; the environment 
 """
 
 import csv
+import ctypes.util
 import json
 import os
 import subprocess
+import sys
+import sysconfig
 from pathlib import Path
 
 import numpy as np
@@ -65,3 +68,11 @@ def recorded(path, signals, *options, settings=None):
         titles, *rows = csv.reader(file)
     columns = dict(zip(titles, np.array(rows, dtype=float).T))
     return np.column_stack([columns[s] for s in signals])
+
+
+def libpython():
+    """The Python library of this interpreter, which pythonfmu's FMUs expect in the program that loads them."""
+    built = Path(sysconfig.get_config_var("LIBDIR") or "") / (sysconfig.get_config_var("INSTSONAME") or "")
+    if built.is_file() and ".so" in built.name:
+        return str(built)
+    return ctypes.util.find_library(f"python{sys.version_info.major}.{sys.version_info.minor}")

@@ -14,6 +14,10 @@ SSD = "{http://ssp-standard.org/SSP1/SystemStructureDescription}"
 SSC = "{http://ssp-standard.org/SSP1/SystemStructureCommon}"
 SSV = "{http://ssp-standard.org/SSP1/SystemStructureParameterValues}"
 BOND = "io.github.hdrm-fmu.power-bond"
+FEEDTHROUGH = "io.github.hdrm-fmu.feedthrough"
+#: What the Open Simulation Platform says of the step.
+OSP = "{http://opensimulationplatform.com/SSP/OSPAnnotations}"
+FMU = "application/x-fmu-sharedlibrary"
 
 #: Types of connectors that can be connected.
 CONNECTED = ("Real", "Integer", "Boolean")
@@ -145,6 +149,8 @@ def connection(element):
     """The link of an ssd:Connection."""
     ends = [element.get(name) for name in ("startElement", "startConnector", "endElement", "endConnector")]
     link = Link((ends[0], ends[1]), (ends[2], ends[3]))
+    if any(name.endswith("Indices") for name in element.attrib):
+        raise BadSystem(f"connection {ends[1]} -> {ends[3]}: connections of single elements of arrays by their indices are not supported")
     if None in ends:
         raise BadSystem(f"connection {ends[1]} -> {ends[3]}: both ends must name a component")
     if any(child.tag.endswith("MappingTransformation") for child in element):
@@ -182,10 +188,17 @@ class System:
     """Components in stepping order with the name of their FMU's file, and the links between them."""
 
     components: dict = field(default_factory=dict)
+    #: {name of an FMU's file: where the structure says that it lies}
+    sources: dict = field(default_factory=dict)
     #: {(component, name): Connector}
     connectors: dict = field(default_factory=dict)
     links: list = field(default_factory=list)
+    start: float = 0.0
     stop: float = 0.0
+    #: Communication step that the structure asks for, s, or None.
+    step: float | None = None
+    #: Components whose outputs may be read again after a set, although they declare no dependencies.
+    feedthrough: set = field(default_factory=set)
     #: {component: {name: Parameter}} of the parameter bindings
     parameters: dict = field(default_factory=dict)
 
@@ -203,13 +216,17 @@ class System:
         """Of a text; `file` gives the parameter sets that it names."""
         root = parse_xml(text, f"{SSD}SystemStructureDescription", "the system structure")
         outer, experiment = root.find(f"{SSD}System"), root.find(f"{SSD}DefaultExperiment")
-        system = cls(stop=float(experiment.get("stopTime"))) if experiment is not None else cls()
+        system = cls()
+        if experiment is not None:
+            system.start, system.stop = float(experiment.get("startTime", 0.0)), float(experiment.get("stopTime", 0.0))
+            steps = [float(a.get("baseStepSize")) for a in experiment.iter(f"{OSP}FixedStepAlgorithm")]
+            system.step = steps[0] if steps else None
         owner = f"system `{outer.get('name')}`"
         if outer.find(f"{SSD}Connectors/{SSD}Connector") is not None:
             raise BadSystem(f"{owner}: connectors of the outer system are not supported")
         for element in outer.iterfind(f"{SSD}Elements/*"):
             system._add(element, owner, file)
-        system.links = [connection(element) for element in outer.iterfind(f"{SSD}Connections/{SSD}Connection")]
+        system.links = [system._directed(connection(element)) for element in outer.iterfind(f"{SSD}Connections/{SSD}Connection")]
         system._check_links()
         for name, parameter in bound(outer, owner, file).items():
             component, _, variable = name.partition(".")
@@ -225,12 +242,25 @@ class System:
             raise BadSystem(f"{owner}: the {kind} `{name}` is not supported, only components")
         if name in self.components:
             raise BadSystem(f"the system has two components named `{name}`")
-        self.components[name] = PurePosixPath(element.get("source")).name
+        source, kind = element.get("source"), element.get("type", FMU)
+        if source is None or kind != FMU or PurePosixPath(source).suffix in (".ssd", ".ssp"):
+            raise BadSystem(f"component `{name}` is `{source}` of type {kind}; only FMUs, of type {FMU}, are supported")
+        fmu = PurePosixPath(source).name
+        if self.sources.setdefault(fmu, source) != source:
+            raise BadSystem(f"the FMUs `{self.sources[fmu]}` and `{source}` have the same file name, by which this master tells FMUs apart")
+        self.components[name] = fmu
+        if any(a.get("type") == FEEDTHROUGH for a in element.iter(f"{SSC}Annotation")):
+            self.feedthrough.add(name)
         self.parameters[name] = bound(element, f"component `{name}`", file)
         for connector in element.iterfind(f"{SSD}Connectors/{SSD}Connector"):
             types = [child for child in connector if child.tag.startswith(SSC)]
             kind, unit = (types[0].tag.removeprefix(SSC), types[0].get("unit")) if types else ("nothing", None)
             self.connectors[name, connector.get("name")] = Connector(connector.get("kind"), kind, unit)
+
+    def _directed(self, link):
+        """The link from an output to an input; a structure may name its ends in either order."""
+        kinds = [self.connectors[end].kind if end in self.connectors else None for end in (link.source, link.target)]
+        return replace(link, source=link.target, target=link.source) if kinds == ["input", "output"] else link
 
     def _check_links(self):
         """Each link must join declared connectors, an output and an input, of the same type and unit, every input at most once."""
@@ -321,9 +351,9 @@ def check_parameter(name, parameter, variable):
         raise BadSystem(f"`{name}` = `{value}` must be one of {', '.join(items)}")
 
 
-def feedthrough(fmu, initialization):
-    """Inputs that each output depends on, by name, as the model structure says."""
-    inputs = fmu.names("input")
+def feedthrough(fmu, initialization, declared_only=False):
+    """Inputs that each output depends on, by name, as the model structure says; where it does not say it, all or none."""
+    inputs = [] if declared_only else fmu.names("input")
     return {
         u.variable.name: inputs if u.dependencies is None else [v.name for v in u.dependencies if v.causality == "input"]
         for u in fmu.unknowns(initialization)
@@ -331,9 +361,22 @@ def feedthrough(fmu, initialization):
     }
 
 
-def levels(system, fmus, initialization=False):
-    """Level of each link: 0 if its output depends on no connected input, else one more than the links it depends on."""
-    through = {name: feedthrough(fmus[file], initialization) for name, file in system.components.items()}
+def is_read_once(system, fmus, link):
+    """Whether an output is read right after the step only, before any input is set: its dependencies are not declared."""
+    component, output = link.source
+    listed = fmus[system.components[component]].unknowns(False)
+    is_declared = any(u.variable.name == output and u.dependencies is not None for u in listed)
+    return component not in system.feedthrough and not is_declared
+
+
+def levels(system, fmus, initialization=False, declared_only=False):
+    """Level of each link: 0 if its output depends on no connected input, else one more than the links it depends on. An output whose
+    dependencies are not declared depends on all inputs in initialization, or with `declared_only` on none; afterwards it is read once."""
+    through = {name: feedthrough(fmus[file], initialization, declared_only) for name, file in system.components.items()}
+    if not initialization:
+        for link in system.links:
+            if is_read_once(system, fmus, link):
+                through[link.source[0]][link.source[1]] = []
     into = {link.target: link for link in system.links}
     found, under_way = {}, []
 

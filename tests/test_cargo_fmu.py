@@ -1,12 +1,10 @@
 """`cargo fmu` as its users call it: a new crate, the battery of `examples/`, and an FMU that another tool made."""
 
-import ctypes.util
 import json
 import math
 import os
 import subprocess
 import sys
-import sysconfig
 import zipfile
 from pathlib import Path
 
@@ -15,7 +13,7 @@ import pytest
 
 from conftest import FMU_DIR
 from fmpy_master import ROOT
-from native import cargo_fmu
+from native import cargo_fmu, libpython
 
 BATTERY = ROOT / "examples/battery"
 
@@ -94,14 +92,6 @@ class Lag(Fmi2Slave):
         self.y += h * (self.u - self.y)
         return True
 '''
-
-
-def libpython():
-    """The Python library of this interpreter, which pythonfmu's FMUs expect in the program that loads them."""
-    built = Path(sysconfig.get_config_var("LIBDIR") or "") / (sysconfig.get_config_var("INSTSONAME") or "")
-    if built.is_file() and ".so" in built.name:
-        return str(built)
-    return ctypes.util.find_library(f"python{sys.version_info.major}.{sys.version_info.minor}")
 
 
 def test_an_fmu_of_fmi_3_of_another_tool(fmu_dir, tmp_path):

@@ -49,6 +49,15 @@ def test_the_readme_is_for_the_first_five_minutes():
     assert len(lines) <= 150 and max(map(len, lines)) <= 140
 
 
+def test_the_readme_says_how_long_how_much_disk_and_which_door_is_whose():
+    text = " ".join((ROOT / "README.md").read_text().split())
+    assert "`demo` prints the table after two minutes and has written the report after three and a half" in text
+    assert "takes 0.6 GB of disk" in text and "side by side" in text
+    doors = text[text.index("## Four doors") : text.index("## Use it")]
+    for door in ("run the machine", "export a model of your own", "script runs", "test an importer, or FMUs in your CI"):
+        assert f"| {door}" in doors, door
+
+
 def test_every_page_is_in_the_index():
     index = (ROOT / "docs/README.md").read_text()
     assert [page.name for page in sorted((ROOT / "docs").glob("*.md")) if page.name != "README.md" and f"({page.name})" not in index] == []

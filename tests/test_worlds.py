@@ -61,3 +61,104 @@ def test_a_study_of_another_world_is_refused(fmu_dir, world, study):
     system = fmu_dir / {"ideal": "Manipulator.ssp", "real": "Real.ssp"}[world]
     done = call("hdrm-fmu", "table", "--world", world, "--study", study, "--system", system)
     assert done.returncode == 1 and f"--study {study} is not of the {world} world" in done.stderr
+
+
+@pytest.fixture(scope="module")
+def strict(fmu_dir, tmp_path_factory):
+    """Two machines of the strict world without bending, one law on all three paths, twice: rows of both CSV files."""
+    folder, found = tmp_path_factory.mktemp("strict"), []
+    for name in ("first.csv", "again.csv"):
+        options = ["--seeds", 2, "--law", "modular_integral", "--csv", folder / name]
+        done = call("hdrm-fmu", "table", "--world", "strict-rigid", "--system", fmu_dir / "Real.ssp", *options)
+        assert done.returncode == 0, done.stderr
+        found.append(list(csv.DictReader((folder / name).open())))
+    return found
+
+
+def test_the_strict_world_draws_by_its_seed_alone(strict):
+    """The clock's jitter, the push and every actuator follow the seed: the same numbers again, others for another seed."""
+    first, again = strict
+    assert first == again and len(first) == 2 * 3
+    by_path = [[row["known rmse [m]"] for row in first if row["trajectory"] == path] for path in ("cubic", "triangular", "six-joints")]
+    assert all(one != other for one, other in by_path)
+
+
+def test_the_strict_world_is_harder_and_no_machine_is_lost_in_it(strict, real):
+    """Of the same law and the same drawn bodies; above 20 mm a machine swings or has left its path."""
+    hard, easy = rmse(strict[0], "modular_integral"), rmse(real[1], "modular_integral")
+    assert min(hard) > max(easy) and max(hard) < 20e-3, (hard, easy)
+
+
+def test_the_path_of_six_joints_is_checked_and_followed(fmu_dir):
+    """By `path check` the machine can do it; in the ideal world the tip stays within 0.5 mm of it."""
+    done = call("hdrm-fmu", "path", "check", "six-joints")
+    assert done.returncode == 0 and "the machine can do this path" in done.stdout
+    done = call("hdrm-fmu", "run", "--quiet", "--system", fmu_dir / "Manipulator.ssp", "--waypoints", "six-joints", "--check")
+    assert done.returncode == 0, done.stdout + done.stderr
+    motion = next(line for line in done.stdout.splitlines() if line.startswith("tip error, motion"))
+    assert float(motion.split("RMSE ")[1].split()[0]) < 0.5, motion
+
+
+def draws(fmu_dir, *options):
+    return call("hdrm-fmu", "draws", "--system", fmu_dir / "Real.ssp", "--mode", "modular_integral", *options)
+
+
+def test_draws_go_on_where_they_were_interrupted(fmu_dir, tmp_path):
+    """Kept runs are taken as they are, a missing one is run again and is the same; those of other bounds are refused."""
+    first = draws(fmu_dir, "--seeds", 3, "--store", tmp_path)
+    assert first.returncode == 0 and "3 kept, 0 stopped, 0 lost" in first.stdout, first.stdout + first.stderr
+    files = sorted(tmp_path.iterdir())
+    texts, times = [f.read_text() for f in files], [f.stat().st_mtime_ns for f in files]
+    assert len(files) == 3
+    files[1].unlink()
+    again = draws(fmu_dir, "--seeds", 3, "--store", tmp_path)
+    assert again.stdout == first.stdout and [f.read_text() for f in files] == texts
+    assert [f.stat().st_mtime_ns == t for f, t in zip(files, times)] == [True, False, True]
+    other = draws(fmu_dir, "--seeds", 3, "--bounds", 1, "--store", tmp_path)
+    assert other.returncode == 1 and "of other start values" in other.stderr
+
+
+def test_a_machine_that_swings_is_lost_early_and_spoils_the_verdict(fmu_dir, tmp_path):
+    """Readings five communication steps old are too old for the voltage loop of every law: the run ends when a rod swings."""
+    done = draws(fmu_dir, "--seeds", 1, "--set", "sensors.delay=4", "--set", "hdrm.inertia_scale=1.4", "--json", tmp_path / "d.json", "--check")
+    assert done.returncode == 2 and "0 kept, 0 stopped, 1 lost" in done.stdout, done.stdout + done.stderr
+    machine = json.loads((tmp_path / "d.json").read_text())["machines"][0]
+    assert machine["fate"] == "lost" and "swings" in machine["why"] and machine["time"] < 13 and machine["rmse"] is None
+
+
+def test_margins_enclose_the_border_of_stability(fmu_dir, tmp_path):
+    """Each change of a law without adaptation has a factor that is stable and one, 14 % beyond, that is not, or the largest that is tried."""
+    options = ["--law", "modular_integral", "--place", "start", "--payload", 300, "--csv", tmp_path / "m.csv", "--check"]
+    done = call("hdrm-fmu", "margins", "--system", fmu_dir / "Real.ssp", *options)
+    rows = list(csv.DictReader((tmp_path / "m.csv").open()))
+    assert len(rows) == 6 and all(row["law"] == "modular_integral" for row in rows), done.stderr
+    below = 0
+    for row in rows:
+        stable, target = float(row["stable"]), 2
+        assert stable > 0, row
+        if row["change"].startswith("delay"):
+            assert stable == int(stable) and (not row["unstable"] or float(row["unstable"]) == stable + 1)
+        elif row["unstable"]:
+            assert 1.13 < float(row["unstable"]) / stable < 1.14, row
+        else:
+            assert stable == 8
+        below += stable < target
+    assert done.returncode == (2 if below else 0), done.stdout
+
+
+def test_a_tournament_goes_on_where_it_was_interrupted(fmu_dir, tmp_path):
+    """Tuned and reported with few runs: the files that are there are taken, and the table is the same."""
+    options = ["--budget", 2, "--tuning-seeds", 1, "--seeds", 1, "--store", tmp_path / "store"]
+    options += ["--law", "modular_integral", "--law", "cascade", "--json", tmp_path / "t.json"]
+    first = call("hdrm-fmu", "tournament", "--system", fmu_dir / "Real.ssp", *options)
+    assert first.returncode == 0 and "hours" in first.stderr, first.stderr
+    found = json.loads((tmp_path / "t.json").read_text())
+    assert {row["law"] for row in found["rows"]} == {"modular_integral", "cascade"}
+    for row, trials in zip(found["tuned"], found["runs"]):
+        assert row["tried"] == 2 and len(trials) == 3 and all(t["fate"] in ("kept", "stopped", "lost") for t in trials), row
+    files = sorted((tmp_path / "store").iterdir())
+    times = {f: f.stat().st_mtime_ns for f in files}
+    files[-1].unlink()
+    again = call("hdrm-fmu", "tournament", "--system", fmu_dir / "Real.ssp", *options)
+    assert again.stdout == first.stdout
+    assert [f for f in files if f.stat().st_mtime_ns != times[f]] == [files[-1]]

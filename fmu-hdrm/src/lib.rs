@@ -26,11 +26,11 @@ impl HdrmFmu {
         t: f64,
         h: f64,
     ) -> Result<(), ModelError> {
-        let input = u.value();
+        let input = p.push.on(u.value().u, t);
         let own = (!p.load_moves_with_tip).then_some(p.load_velocity);
-        let (plant, state) = (self.plant).reloaded(now, &p.load(input), own, &input.u)?;
-        let start = plant.dynamics_with(&state, &input.u);
-        self.state = plant.step_from(&start, |s| u.at::<Self>(s).u, t, h)?;
+        let (plant, state) = (self.plant).reloaded(now, &p.load(u.value()), own, &input)?;
+        let start = plant.dynamics_with(&state, &input);
+        self.state = plant.step_from(&start, |s| p.push.on(u.at::<Self>(s).u, t), t, h)?;
         self.plant = plant;
         Ok(())
     }
@@ -54,21 +54,23 @@ impl Model for HdrmFmu {
         )
     }
 
-    fn initialize(p: &Parameters, u: &Input, _t: f64) -> Result<Self, ModelError> {
+    fn initialize(p: &Parameters, u: &Input, t: f64) -> Result<Self, ModelError> {
         p.check_start()?;
         let state = State {
             zeta: p.zeta_start,
             zeta_dot: p.zeta_dot_start,
             ..State::default()
         };
+        let plant = Hdrm::new(&p.machine, &p.options)?.with_load(&p.load(u))?;
         Ok(Self {
-            plant: Hdrm::new(&p.machine, &p.options)?.with_load(&p.load(u))?,
-            state,
+            state: plant.started(state),
+            plant,
+            t,
         })
     }
 
-    fn output(&self, _p: &Parameters, u: &Input, now: &Dynamics) -> Result<Output, ModelError> {
-        Ok(self.plant.output_at(now, &u.u))
+    fn output(&self, p: &Parameters, u: &Input, now: &Dynamics) -> Result<Output, ModelError> {
+        Ok(self.plant.output_at(now, &p.push.on(u.u, self.t)))
     }
 
     fn step(
@@ -81,20 +83,23 @@ impl Model for HdrmFmu {
     ) -> Result<StepEnd, ModelError> {
         if p.load(u.value()) != *self.plant.load() {
             self.step_reloaded(p, u, now, t, h)?;
-            return Ok(StepEnd::WHOLE);
+        } else {
+            let input = |s| p.push.on(u.at::<Self>(s).u, t);
+            self.state = (self.plant).step_from(now, input, t, h)?;
         }
-        self.state = (self.plant).step_from(now, |s| u.at::<Self>(s).u, t, h)?;
+        self.t = t + h;
         Ok(StepEnd::WHOLE)
     }
 
     fn output_derivative(
         &self,
-        _p: &Parameters,
+        p: &Parameters,
         u: &Input,
         _now: &Dynamics,
         u_dot: &Input,
     ) -> Result<Output, ModelError> {
-        Ok(self.plant.output_derivative(&self.state, &u.u, &u_dot.u))
+        let input = p.push.on(u.u, self.t);
+        Ok(self.plant.output_derivative(&self.state, &input, &u_dot.u))
     }
 
     fn directional_derivative(
@@ -118,5 +123,32 @@ mod tests {
     #[test]
     fn the_table_agrees_with_the_model() {
         assert_eq!(fmu_export::check::<HdrmFmu>(), [""; 0]);
+    }
+
+    /// A push is the wrench of the same force on the tip, from its start to its end, and nothing
+    /// before and after: step by step the same state, to the last bit.
+    #[test]
+    fn a_push_acts_as_the_wrench_does_for_its_time() {
+        let (mut parameters, resting) = HdrmFmu::defaults();
+        let step = |fmu: &mut HdrmFmu, p: &Parameters, u: Input, t: f64| {
+            let u = InputPolynomial::held(u);
+            let now = fmu.plant.dynamics_with(&fmu.state, &u.value().u);
+            fmu.step(p, &u, &now, t, 1e-3).expect("free motion");
+        };
+        let mut pulled = HdrmFmu::initialize(&parameters, &resting, 0.0).expect("valid");
+        parameters.push.force = [170.0, -90.0, 240.0];
+        (parameters.push.start, parameters.push.duration) = (0.02, 0.03);
+        let mut pushed = HdrmFmu::initialize(&parameters, &resting, 0.0).expect("valid");
+        let free = HdrmFmu::defaults().0;
+        for k in 0..80 {
+            let mut u = resting;
+            if (20..50).contains(&k) {
+                u.u.wrench_env[..3].copy_from_slice(&parameters.push.force);
+            }
+            let t = f64::from(k) * 1e-3;
+            step(&mut pulled, &free, u, t);
+            step(&mut pushed, &parameters, resting, t);
+            assert_eq!(pushed.state, pulled.state, "{k}");
+        }
     }
 }

@@ -10,6 +10,8 @@ use serde::{Deserialize, Serialize};
 pub struct HdrmFmu {
     pub(crate) plant: Hdrm,
     pub(crate) state: State,
+    /// Present time, s.
+    pub(crate) t: f64,
 }
 
 /// Inputs as the importer sees them.
@@ -44,6 +46,33 @@ pub struct Parameters {
     pub(crate) load_moves_with_tip: bool,
     /// Else their own, m/s in the world.
     pub(crate) load_velocity: [f64; 3],
+    pub(crate) push: Push,
+}
+
+/// A push on the tip: a force in T4's axes for some time.
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
+pub struct Push {
+    /// N.
+    pub(crate) force: [f64; 3],
+    /// s.
+    pub(crate) start: f64,
+    /// s.
+    pub(crate) duration: f64,
+}
+
+impl Push {
+    /// `u` with the push, where it acts at the time `t`, s.
+    pub(crate) fn on(&self, mut u: hdrm::Input, t: f64) -> hdrm::Input {
+        // Rounding of a sum of steps does not decide whether it acts.
+        const SLACK: f64 = 1e-9;
+        let since = t - self.start + SLACK;
+        if since >= 0.0 && since < self.duration {
+            for (sum, force) in u.wrench_env.iter_mut().zip(self.force) {
+                *sum += force;
+            }
+        }
+        u
+    }
 }
 
 impl Parameters {
@@ -54,6 +83,7 @@ impl Parameters {
             zeta_dot_start: [0.0; DOF],
             load_moves_with_tip: true,
             load_velocity: [0.0; 3],
+            push: Push::default(),
             machine,
             machine_file,
         }

@@ -147,4 +147,17 @@ pub(crate) const VARIABLES: &[V] = &[
     row!(V, parameter contact.slip_velocity in options, "velocity below which friction falls to zero").unit("m/s").display_unit("mm/s").range(1e-4..=10.0),
     V::string_parameter("machine_file", "machine JSON, or name of a shipped machine, to use instead of the reference machine",
         |p| &p.machine_file, read_machine),
+
+    // The machine as built
+    row!(V, parameters joint_dry.torque in options, "dry friction of slew, lift and tilt joint in fast motion").unit("N.m").range(0.0..=1e6),
+    row!(V, parameter joint_dry.breakaway in options, "their breakaway torque over that").unit("1").range(1.0..=10.0),
+    row!(V, boolean_parameter wrist = options.wrist.on, "whether the wrist's drives are as built: lag, dry friction, inertia, gears that yield and have play; else torques act at once"),
+    row!(V, parameter wrist.lag in options, "wrist: time constant from command to torque").unit("s").display_unit("ms").range(0.0..=10.0),
+    row!(V, parameters wrist.friction in options, "wrist: dry friction of the drives").unit("N.m").range(0.0..=1e6),
+    row!(V, parameter wrist.play in options, "wrist: whole play of the gears").unit("rad").display_unit("deg").range(0.0..=0.1),
+    row!(V, parameters wrist.stiffness in options, "wrist: stiffness of the gears").unit("N.m/rad").range(1.0..=1e10),
+    row!(V, parameters wrist.inertia in options, "wrist: inertia of the motors as the joints feel it").unit("kg.m2").range(1e-6..=1e6),
+    row!(V, parameters push.force, "push on the tip in T4's axes, beside wrench_env").unit("N").range(-1e6..=1e6),
+    row!(V, parameter push.start, "time at which it begins; held over a step").unit("s").range(-1e9..=1e9),
+    row!(V, parameter push.duration, "how long it acts").unit("s").range(0.0..=1e9),
 ];

@@ -79,6 +79,7 @@ pub(crate) const VARIABLES: &[V] = joined!(
     OF_MACHINE,
     BRAKE,
     INVERTER,
+    OF_PARTS,
     CURRENT_LOOP
 );
 
@@ -231,6 +232,13 @@ const OF_MACHINE: &[V] = actuator_parameters!(
 const BRAKE: &[V] = &[
     row!(V, parameter brake.torque in of_machine, "torque up to which the holding brake holds and with which it slips, at the motor")
         .unit("N.m").range(0.0..=1e6),
+];
+
+#[rustfmt::skip]
+const OF_PARTS: &[V] = &[
+    row!(V, boolean_parameter damping = extras.damping.on, "whether C_b spans screw, nut and bearings alone, and mounting and pins have a damper of their own; else C_b spans all together"),
+    row!(V, parameter damping.mount in extras, "damping of mounting and pins").unit("N.s/m").range(0.0..=1e9),
+    row!(V, parameter switching.offset in extras, "error of the rotor's electrical angle in the drive: turns commanded voltages ahead and told currents back").unit("rad").display_unit("deg").range(-1.5..=1.5),
 ];
 
 const INVERTER: &[V] = inverter_parameters!(

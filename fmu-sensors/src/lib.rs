@@ -72,4 +72,5 @@ impl Model for SensorsFmu {
 fmu_export::export_fmu!(SensorsFmu);
 
 #[cfg(test)]
+#[path = "../tests/unit/sensors.rs"]
 mod tests;

@@ -98,4 +98,6 @@ pub(crate) const VARIABLES: &[V] = &[
     row!(V, parameter force.noise in p, "force = sensor: standard deviation of the noise").unit("N").range(0.0..=1e7),
     row!(V, parameter force.bandwidth in p, "force = sensor: bandwidth of its first-order lag").unit("Hz").range(1e-3..=1e6),
     row!(V, parameter force.per_current in p, "force = absent: force that the reading gives for an ampere of quadrature current, 3/2 p lambda_m 2 pi N/rho of the reference actuator").unit("N/A").range(-1e6..=1e6),
+    row!(V, parameter force.gain in p, "force = sensor: relative gain errors are drawn by the seed, uniformly between minus and plus this").unit("1").range(0.0..=1.0).display_unit("%"),
+    row!(V, parameter force.hysteresis in p, "force = sensor: width of the loop between rising and falling force").unit("N").range(0.0..=1e7).display_unit("kN"),
 ];

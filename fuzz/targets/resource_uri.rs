@@ -1,4 +1,5 @@
-//! A resource location becomes an absolute path or is refused. The private module's source is included.
+//! A resource location becomes an absolute path or is refused. The private module's source is
+//! included.
 #![no_main]
 
 #[path = "../../crates/fmu-export/src/fmi2/uri.rs"]

@@ -1,4 +1,5 @@
-//! Damaged saved states of the FMU; its source is included, because a library with C symbols is never linked into another.
+//! Damaged saved states of the FMU; its source is included, because a library with C symbols is
+//! never linked into another.
 #![no_main]
 
 #[path = "../../fmu-hdrm/src/lib.rs"]

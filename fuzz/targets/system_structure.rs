@@ -1,4 +1,5 @@
-//! A system structure, a parameter set, a mapping or a dictionary is read or refused with its place.
+//! A system structure, a parameter set, a mapping or a dictionary is read or refused with its
+//! place.
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;

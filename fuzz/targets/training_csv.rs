@@ -1,4 +1,5 @@
-//! Training data in a CSV file: read or refused. The module is included: the rest of its crate has nothing to do with it.
+//! Training data in a CSV file: read or refused. The module is included: the rest of its crate has
+//! nothing to do with it.
 #![no_main]
 
 #[path = "../../crates/rig-data/src/data.rs"]

@@ -86,20 +86,30 @@ def whole(name, value, least):
 
 
 class Names:
-    """The variables of a system by name; the component may be left out where one alone has the variable, and arrays be named whole."""
+    """The variables of a system by name; the component may be left out where one alone has the variable, and arrays be named whole.
 
-    def __init__(self, variables):
+    `components` may be paths, `system.component`; `inputs` are the system's own, `outputs` its own with the variables that they show.
+    """
+
+    def __init__(self, variables, components, inputs, outputs):
         self.all = {v.name: v for v in variables}
+        self.inputs, self.outputs = frozenset(inputs), outputs
         self._short = {}
         self._arrays = {}
+        self._short_arrays = {}
         for v in variables:
-            self._short.setdefault(v.name.split(".", 1)[1], []).append(v.name)
-            array = re.fullmatch(r"(.*)\[\d+\]", v.name)
+            owner = max((c for c in components if v.name.startswith(f"{c}.")), key=len)
+            short = v.name[len(owner) + 1 :]
+            self._short.setdefault(short, []).append(v.name)
+            array = re.fullmatch(r"(.*)\[\d+\]", short)
             if array:
-                self._arrays.setdefault(array[1], []).append(v.name)
+                name = f"{owner}.{array[1]}"
+                self._arrays.setdefault(name, []).append(v.name)
+                self._short_arrays.setdefault(array[1], set()).add(name)
 
     def one(self, name, kind="variable"):
         """The variable named `name`."""
+        name = self.outputs.get(name, name)
         if name in self.all:
             return self.all[name]
         owners = self._short.get(name, [])
@@ -107,21 +117,24 @@ class Names:
             return self.all[owners[0]]
         if owners:
             raise BadInput(f"several components have a {kind} `{name}`: {', '.join(owners)}; name one of them")
-        raise unknown(kind, name, [*self.all, *(s for s, of in self._short.items() if len(of) == 1)])
+        raise unknown(kind, name, [*self.all, *self.inputs, *self.outputs, *(s for s, of in self._short.items() if len(of) == 1)])
 
     def many(self, name, kind="variable"):
         """The variables that `name` means: one, or the elements of an array."""
         if name in self._arrays:
             return [self.all[n] for n in self._arrays[name]]
-        owners = [a for a in self._arrays if a.split(".", 1)[1] == name]
+        owners = self._short_arrays.get(name, ())
         if len(owners) == 1 and name not in self._short:
-            return [self.all[n] for n in self._arrays[owners[0]]]
+            return [self.all[n] for owner in owners for n in self._arrays[owner]]
         return [self.one(name, kind)]
 
     def settings(self, values, kind="parameter"):
         """Checked start values as (full name, text): what the native code takes."""
         checked = {}
         for name, value in values.items():
+            if name in self.inputs:
+                checked[name] = str(value).lower() if isinstance(value, (bool, np.bool_)) else str(value)
+                continue
             variables = self.many(name, kind)
             if len(variables) == 1:
                 elements = [value]

@@ -15,7 +15,7 @@ from hdrm_fmu.errors import BadInput, RunFailed
 from hdrm_fmu.files import DATA, MACHINE, parameters
 from hdrm_fmu.names import choice, whole
 from hdrm_fmu.paths import Waypoints
-from hdrm_fmu.system import System
+from hdrm_fmu.system import Files, Inputs, System
 
 if TYPE_CHECKING:
     import xarray
@@ -92,21 +92,26 @@ def all_settings(system, values, seed, machine):
 
 def run(
     *,
+    system: System | Files | None = None,
+    inputs: Inputs | None = None,
     trajectory: str | None = None,
     mode: str | None = None,
     world: str = "ideal",
     seed: int | None = None,
     machine: str | os.PathLike[str] | dict[str, Any] | None = None,
     waypoints: Waypoints | None = None,
-    step: float = 1e-3,
+    step: float | None = None,
     schedule: str = "gauss-seidel",
     progress: bool = False,
     **asked: Unpack[Asked],
 ) -> xarray.Dataset:
-    """Run the manipulator over its motion.
+    """Run the manipulator over its motion, or another system.
 
     Parameters
     ----------
+    system : what is run in the place of the manipulator: a packed system (`.ssp`), a structure (`.ssd`), an FMU or several, or a `System`, which
+        says itself how it is stepped. `world`, `seed` and `machine` are the manipulator's.
+    inputs : values over time for inputs that no connection drives, as of `System.run`.
     trajectory : `cubic`, `triangular` or `external`.
     mode : control law, one of `MODES`.
     world : `ideal` (the controller's own model) or `real` (actuators as built, sensors, delay).
@@ -119,7 +124,7 @@ def run(
         Loads that it picks up act on the manipulator.
     settings : start values by name, such as `{"hdrm.inertia_scale": 1.2}`.
     signals, interval, stop_time, max_error, metrics, progress : as of `System.run`.
-    step : communication step, s.
+    step : communication step, s; default: as of `System`.
     schedule : `gauss-seidel`, `jacobi` or `standard`.
 
     Returns
@@ -133,12 +138,30 @@ def run(
     RunFailed : the machine cannot do what is asked, such as a path with a waypoint out of reach, which the controller says before the start.
     """
     wanted = complete(asked, run)
+    if system is not None:
+        other_world = None if world == "ideal" else world
+        _refuse("is for the manipulator; a `system` of one's own takes `settings`", world=other_world, seed=seed, machine=machine)
+    if isinstance(system, System):
+        other_schedule = None if schedule == "gauss-seidel" else schedule
+        _refuse("must be given to the `System`", waypoints=waypoints, step=step, schedule=other_schedule)
     text, real_parameters = read_machine(machine)
-    system = world_system(world, real_parameters, waypoints=waypoints, step=step, schedule=schedule)
+    if isinstance(system, System):
+        chosen = system
+    elif system is None:
+        chosen = world_system(world, real_parameters, waypoints=waypoints, step=step, schedule=schedule)
+    else:
+        chosen = System(system, waypoints=waypoints, step=step, schedule=schedule)
     given = {"trajectory": trajectory, "mode": mode, "seed": seed}
     case, settings = {name: value for name, value in given.items() if value is not None}, wanted.pop("settings")
     for name in case.keys() & settings.keys():
         raise BadInput(f"`{name}` is given twice, once in settings")
     values, seed = case_settings({**case, **settings}, world)
-    with all_settings(system, values, seed, text) as values:
-        return system.run(settings=values, progress=progress, **wanted)
+    with all_settings(chosen, values, seed, text) as values:
+        return chosen.run(inputs=inputs, settings=values, progress=progress, **wanted)
+
+
+def _refuse(why, **given):
+    """Refuse arguments that do not belong to this call."""
+    for name, value in given.items():
+        if value is not None:
+            raise BadInput(f"{name} = {value!r} {why}")

@@ -8,9 +8,10 @@ from collections.abc import Iterable, Mapping
 from contextlib import contextmanager
 from functools import cached_property, lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING, overload
+from typing import TYPE_CHECKING, Union, overload
 
 import numpy as np
+import pandas
 import xarray
 
 from hdrm_fmu import _native
@@ -23,6 +24,10 @@ from hdrm_fmu.paths import FILE, TRAJECTORY, Waypoints, check_free, tip_path
 if TYPE_CHECKING:
     from typing_extensions import Unpack
 
+#: A packed system, a structure, or one or several FMUs without one.
+Files = Union[str, "os.PathLike[str]", Iterable[Union[str, "os.PathLike[str]"]]]
+#: Values over time of inputs: a table, or what another run returned.
+Inputs = Union[pandas.DataFrame, xarray.Dataset]
 #: Orders of exchange and stepping that the master knows.
 SCHEDULES = ("gauss-seidel", "jacobi", "standard")
 #: Metrics beside the tip error that are made on request.
@@ -30,30 +35,37 @@ METRICS = ("tracking", "energy")
 
 
 @lru_cache(maxsize=8)
-def _loaded(path, _stamp, variant, parameters, disconnect, replace, has_loads):
-    source = {"path": path, "variant": variant, "fmu_dirs": [DATA], "parameters": list(parameters), "disconnect": list(disconnect)}
+def _loaded(_stamp, has_loads, **source):
     try:
-        system = _native.System({**source, "replaced": list(replace), "has_loads": has_loads})
+        system = _native.System({**source, "fmu_dirs": [DATA], "has_loads": has_loads})
     except RunFailed as error:
         raise BadInput(str(error)) from None
     rows = [Variable(*row) for row in system.variables()]
-    return system, Names(rows)
+    return system, Names(rows, dict(system.components()), *system.connectors())
 
 
 class System:
-    """Any system of FMUs: a packed `.ssp`, or an `.ssd`, whose FMUs lie where it says or come with this package.
+    """Any system of FMUs: a packed `.ssp`, an `.ssd`, whose FMUs lie where it says or come with this package, or FMUs without a structure.
 
     Parameters
     ----------
-    path : path of the system.
+    path : path of the system, or of an FMU, or several FMUs, each a component named after its file.
+    connect : connections between these FMUs: `Plant.y=Controller.measured`, from an output to an input.
     variant : structure to take from a packed system, such as `triangular_pd.ssd`; default: its first.
     parameters : parameter sets (`.ssv`), in the packed system or files, applied in this order.
     disconnect : inputs (`component.variable`) whose connections are left out, so that a script can drive them.
     replace : FMUs (paths) that take the places of components, by the component's name.
+    maps : parameter mappings (`.ssm`) from the structure's names to those of the FMU of a component, by the component's name.
+    feedthrough : components whose outputs may be read again after inputs were set at the same communication point, although they do not
+        declare on which inputs they depend.
     settings : start values by name, applied last; the component may be left out where one alone has the variable.
     waypoints : path that the controller follows, as of `run`.
-    step : communication step, s.
+    step : communication step, s; default: what the system asks for, else its FMUs, else 1 ms. The shipped systems run at 1 ms.
     schedule : `gauss-seidel`, `jacobi` or `standard`.
+    scenario : events that alter variables: a file of libcosim's scenarios, as JSON.
+    faults : what is done to values on their way, such as `emla_2.x=bias:0.001@1..2`, as `cosim run --fault` takes it.
+    fault_seed : seed of what is random in faults.
+    strict : refuse a system with connectors that its FMUs do not have, inputs that nothing drives, or values that match nothing.
 
     Nothing is loaded before it is needed. As a context manager it is a run that the script steps:
 
@@ -65,31 +77,68 @@ class System:
 
     def __init__(
         self,
-        path: str | os.PathLike[str],
+        path: Files,
         *,
+        connect: Iterable[str] = (),
         variant: str | None = None,
         parameters: Iterable[str | os.PathLike[str]] = (),
         disconnect: Iterable[str] = (),
         replace: Mapping[str, str | os.PathLike[str]] | None = None,
+        maps: Mapping[str, str | os.PathLike[str]] | None = None,
+        feedthrough: Iterable[str] = (),
         settings: Mapping[str, object] | None = None,
         waypoints: Waypoints | None = None,
-        step: float = 1e-3,
+        step: float | None = None,
         schedule: str = "gauss-seidel",
+        strict: bool = False,
+        scenario: str | os.PathLike[str] | None = None,
+        faults: Iterable[str] = (),
+        fault_seed: int = 0,
     ) -> None:
-        self.path = Path(path)
+        self.files = tuple(Path(p) for p in ([path] if isinstance(path, (str, os.PathLike)) else path))
+        if not self.files:
+            raise BadInput("no system is named, and no FMU")
+        self.path = self.files[0]
+        self.connect = tuple(connect)
+        if len(self.files) > 1 or self.path.suffix == ".fmu":
+            self._only_fmus(variant, replace, maps)
+        elif self.connect:
+            raise BadInput(f"connect = {list(self.connect)} is for FMUs without a structure; `{self.path}` has one")
         self.variant = variant
         self.parameters = tuple(str(p) for p in parameters)
         self.disconnect = tuple(disconnect)
         self.replace = tuple((name, str(fmu)) for name, fmu in (replace or {}).items())
+        self.maps = tuple((name, str(file)) for name, file in (maps or {}).items())
+        self.feedthrough = tuple(feedthrough)
         self.settings = by_name(settings)
         self.waypoints = waypoints
-        self.step_size = step
+        self._step = step
         self.schedule = schedule
+        self.strict = strict
+        self.scenario = None if scenario is None else str(scenario)
+        self.faults = (faults,) if isinstance(faults, str) else tuple(faults)
+        self.fault_seed = fault_seed
         self._session = None
+
+    def _only_fmus(self, variant, replace, maps):
+        """FMUs without a structure have no variants and no names to replace."""
+        others = [str(file) for file in self.files if file.suffix != ".fmu"]
+        if others:
+            raise BadInput(f"several files must all be FMUs (.fmu); {', '.join(others)} is none")
+        for name, value in (("variant", variant), ("replace", replace), ("maps", maps)):
+            if value:
+                raise BadInput(f"{name} = {value!r} is for a system structure; FMUs without one are given as they are")
 
     def _load(self):
         has_loads = self._tip_path is not None and self._tip_path.has_loads
-        return _loaded(str(self.path), self._stamp(), self.variant, self.parameters, self.disconnect, self.replace, has_loads)
+        source = {"files": tuple(map(str, self.files)), "connect": self.connect, "variant": self.variant, "parameters": self.parameters}
+        source |= {"disconnect": self.disconnect, "replaced": self.replace, "maps": self.maps, "feedthrough": self.feedthrough}
+        return _loaded(self._stamp(), has_loads, **source)
+
+    @property
+    def step_size(self) -> float:
+        """Communication step, s: the one given, else the one that the system asks for."""
+        return self._native.step() if self._step is None else self._step
 
     @cached_property
     def _tip_path(self):
@@ -99,7 +148,7 @@ class System:
         """Changes where the file does; FMUs beside an `.ssd` are told apart by their times."""
         try:
             beside = sorted(self.path.parent.glob("*.fmu")) if self.path.suffix == ".ssd" else []
-            files = (self.path, *beside, *(Path(fmu) for _, fmu in self.replace))
+            files = (*self.files, *beside, *(Path(file) for _, file in (*self.replace, *self.maps)))
             return tuple((p.name, p.stat().st_mtime_ns, p.stat().st_size) for p in files)
         except OSError as error:
             raise BadInput(f"`{error.filename}` cannot be read: {error.strerror}") from None
@@ -157,8 +206,10 @@ class System:
         values = {**names.settings(self.settings), **names.settings(by_name(settings))}
         check_free(self._tip_path, values)
         choice("schedule", self.schedule, SCHEDULES)
-        step, stop = positive("step", self.step_size), positive("stop_time", stop_time)
-        return {"settings": list(values.items()), "step": step, "stop_time": stop, "schedule": self.schedule}
+        step, stop = positive("step", self._step), positive("stop_time", stop_time)
+        conditions = {"settings": list(values.items()), "step": step, "stop_time": stop, "schedule": self.schedule, "strict": self.strict}
+        altered = {"inputs": None, "scenario": self.scenario, "faults": list(self.faults), "fault_seed": whole("fault_seed", self.fault_seed, 0)}
+        return {**conditions, **altered}
 
     @contextmanager
     def _on_path(self, conditions):
@@ -190,11 +241,15 @@ class System:
                 raise BadInput(f"interval = {interval} s must be a multiple of the communication step, {self.step_size} s")
         return self.signals(asked["signals"])
 
-    def run(self, *, progress: bool = False, **asked: Unpack[Asked]) -> xarray.Dataset:
+    def run(self, *, inputs: Inputs | None = None, progress: bool = False, **asked: Unpack[Asked]) -> xarray.Dataset:
         """Run to the stop time, else to the end of the motion, else to that of the system's default experiment.
 
         Parameters
         ----------
+        inputs : values over time for inputs that no connection drives: a DataFrame whose index is time, s, and whose columns are named
+            `component.variable` or after inputs of the system; units other than those of the inputs are in `attrs["units"]`, by column.
+            Or a Dataset as this method returns it, whose variables have units. Continuous inputs are linear between rows, all others hold the
+            value of the row before.
         settings : start values by name, after those of the system.
         signals : names or patterns (`*`: any text, an array by its name); default: a useful few.
         interval : time between two recorded points, s, a multiple of the communication step; default: every step.
@@ -210,7 +265,8 @@ class System:
         """
         wanted = complete(asked, self.run)
         wanted |= {"signals": self._check(wanted), "metrics": list(wanted["metrics"])}
-        conditions = self._conditions(wanted["settings"], wanted["stop_time"])
+        conditions = {**self._conditions(wanted["settings"], wanted["stop_time"]), "inputs": _columns(inputs)}
+        self._check_altered(conditions)
         bar = _Bar() if progress else None
         try:
             with self._on_path(conditions) as on_path:
@@ -219,6 +275,14 @@ class System:
             if bar:
                 bar.close()
         return self._dataset(done, conditions)
+
+    def _check_altered(self, conditions):
+        """Look at inputs over time, faults and scenario before the run."""
+        if conditions["inputs"] or self.faults or self.scenario:
+            try:
+                self._native.check(conditions)
+            except RunFailed as error:
+                raise BadInput(str(error)) from None
 
     def _dataset(self, done, conditions):
         variables = {}
@@ -290,6 +354,30 @@ class System:
             if v.causality != "input" and v.variability != "tunable":
                 raise BadInput(f"`{full}` cannot be set during a run: it is {v.variability}; give it in settings")
         self._running().set(list(values.items()))
+
+
+def _columns(inputs):
+    """Times, and columns with names and units, of a DataFrame or of another run."""
+    if inputs is None:
+        return None
+    if isinstance(inputs, xarray.Dataset):
+        units = {name: variable.attrs.get("units") for name, variable in inputs.data_vars.items() if variable.attrs.get("units") != "1"}
+        inputs = inputs.to_dataframe()
+    elif isinstance(inputs, pandas.DataFrame):
+        units = inputs.attrs.get("units", {})
+    else:
+        raise BadInput(f"inputs must be a DataFrame with time (s) as index and columns named component.variable, not {type(inputs).__name__}")
+    times, columns = _numbers("the index, which is time in s,", inputs.index), []
+    for k, name in enumerate(inputs.columns):
+        columns.append((str(name), units.get(name), _numbers(f"column `{name}`", inputs.iloc[:, k])))
+    return times, columns
+
+
+def _numbers(what, values):
+    try:
+        return np.asarray(values, dtype=float).tolist()
+    except (TypeError, ValueError) as error:
+        raise BadInput(f"inputs: {what} must hold numbers: {error}") from None
 
 
 class _Bar:

@@ -1,15 +1,16 @@
 //! A loaded system.
 
 use std::collections::BTreeMap;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use anyhow::{Context, Result, bail, ensure};
 use clap::ValueEnum as _;
-use cosim::cli::RunArgs;
+use cosim::cli::{InputArgs, RunArgs, STEP};
+use cosim::input_table::{Column, Table};
 use cosim::master::Schedule;
 use cosim::run::Experiment;
-use cosim::signals::matching;
+use cosim::signals::{connected, matching};
 use cosim::system::FmuPlace;
 use cosim::verdict::Verdict;
 use fmu_description::{Kind, Variable};
@@ -18,7 +19,7 @@ use pyo3::types::PyDict;
 use studies::bench::forgotten;
 use studies::measures::run::useful;
 use studies::start_values::tell_delay;
-use studies::worlds::RealMachines;
+use studies::worlds::{Bounds, DrawnMachines};
 use studies::{loads, machine_file};
 
 use crate::raised;
@@ -34,8 +35,12 @@ pub struct System {
 /// What is loaded.
 #[derive(FromPyObject)]
 struct Source {
+    /// A system, or FMUs by themselves.
     #[pyo3(item)]
-    path: PathBuf,
+    files: Vec<PathBuf>,
+    /// Connections between these FMUs.
+    #[pyo3(item)]
+    connect: Vec<String>,
     #[pyo3(item)]
     variant: Option<String>,
     #[pyo3(item)]
@@ -46,6 +51,12 @@ struct Source {
     disconnect: Vec<String>,
     #[pyo3(item)]
     replaced: Vec<(String, PathBuf)>,
+    /// Mappings from names of the system to those of the FMUs of components.
+    #[pyo3(item)]
+    maps: Vec<(String, PathBuf)>,
+    /// Components whose outputs may be read again after inputs were set.
+    #[pyo3(item)]
+    feedthrough: Vec<String>,
     /// Whether the loads of the controller's path are connected to the manipulator.
     #[pyo3(item)]
     has_loads: bool,
@@ -56,12 +67,23 @@ struct Source {
 struct Conditions {
     #[pyo3(item)]
     settings: Vec<(String, String)>,
+    /// s; None: what the system asks for, else its FMUs.
     #[pyo3(item)]
-    step: f64,
+    step: Option<f64>,
     #[pyo3(item)]
     stop_time: Option<f64>,
     #[pyo3(item)]
     schedule: String,
+    #[pyo3(item)]
+    strict: bool,
+    #[pyo3(item)]
+    inputs: Option<Inputs>,
+    #[pyo3(item)]
+    scenario: Option<PathBuf>,
+    #[pyo3(item)]
+    faults: Vec<String>,
+    #[pyo3(item)]
+    fault_seed: u64,
 }
 
 /// What is to come out of a run.
@@ -77,13 +99,16 @@ struct Asked {
     metrics: Vec<String>,
 }
 
+/// Inputs that no connection drives, over time: times (s), and columns with names and units.
+type Inputs = (Vec<f64>, Vec<(String, Option<String>, Vec<f64>)>);
+
 /// A machine of the real world, drawn by seed; its file exists as long as this.
 #[pyclass(frozen)]
 pub struct Drawn {
     /// Start values: names and values.
     #[pyo3(get)]
     settings: Vec<(String, String)>,
-    _machines: RealMachines,
+    _machines: DrawnMachines,
 }
 
 /// What is told of a variable.
@@ -106,8 +131,24 @@ impl System {
         let place = FmuPlace::Structure {
             else_in: source.fmu_dirs,
         };
-        let (path, variant) = (&source.path, source.variant.as_deref());
-        let mut system = cosim::system::System::load(path, variant, &place, &source.replaced)?;
+        let variant = source.variant.as_deref();
+        let mut system = match source.files.as_slice() {
+            [path] if !is_fmu(path) => cosim::system::System::load_renamed(
+                path,
+                variant,
+                &place,
+                &source.replaced,
+                &source.maps,
+            )?,
+            files => cosim::system::System::of_fmus(files, &source.connect)?,
+        };
+        for name in source.feedthrough {
+            ensure!(
+                system.structure.component(&name).is_some(),
+                "feedthrough `{name}`: the system has no component of this name"
+            );
+            system.structure.feedthrough.push(name);
+        }
         for set in &source.parameters {
             system.apply_set(set)?;
         }
@@ -137,17 +178,36 @@ impl System {
             );
         };
         let setting = |(name, value): &(String, String)| format!("{name}={value}");
-        let args = RunArgs {
+        let mut args = RunArgs {
             step: conditions.step,
             stop_time: conditions.stop_time,
             schedule,
             input_derivatives: false,
             settings: conditions.settings.iter().map(setting).collect(),
-            strict: false,
+            strict: conditions.strict,
             check: false,
         };
+        // Where the machine's motion ends, it says itself.
+        let preferred = match self.is_machine() {
+            true => Verdict::default(),
+            false => args.prefer(&self.system),
+        };
         let mut experiment = args.experiment(&self.system)?;
-        let forgotten = forgotten(&args, &self.system, &experiment)?;
+        let mut forgotten = forgotten(&args, &self.system, &experiment)?;
+        forgotten.extend(preferred);
+        let column = |(name, unit, values)| Column { name, unit, values };
+        let table = |(times, columns): Inputs| Table {
+            times,
+            columns: columns.into_iter().map(column).collect(),
+        };
+        experiment.inputs = conditions.inputs.map(|inputs| Arc::new(table(inputs)));
+        let inputs = InputArgs {
+            scenario: conditions.scenario,
+            faults: conditions.faults,
+            seed: conditions.fault_seed,
+            ..InputArgs::default()
+        };
+        forgotten.extend(inputs.add_to(&mut experiment, &self.system)?);
         tell_delay(&self.system, &mut experiment)?;
         Ok((experiment, forgotten))
     }
@@ -172,8 +232,10 @@ impl System {
     fn drawn(&self, seed: u64, machine: Option<&str>) -> Result<Drawn> {
         let seeds = seed..seed + 1;
         let machines = match machine {
-            Some(machine) => RealMachines::draw(&self.with_machine(machine)?, seeds)?,
-            None => RealMachines::draw(&self.system, seeds)?,
+            Some(machine) => {
+                DrawnMachines::draw(&self.with_machine(machine)?, seeds, &Bounds::REAL)?
+            }
+            None => DrawnMachines::draw(&self.system, seeds, &Bounds::REAL)?,
         };
         let case = machines.cases.first().context("one seed is one machine")?;
         let setting = |s: &cosim::system::Setting| (self.system.name(s.port), s.value.clone());
@@ -209,10 +271,20 @@ impl System {
             .collect()
     }
 
-    /// Start and stop time of the system's default experiment, s.
-    fn default_experiment(&self) -> (f64, Option<f64>) {
+    /// Names of the system's own inputs, and of its outputs with the variables that they show.
+    fn connectors(&self) -> (Vec<String>, BTreeMap<String, String>) {
         let structure = &self.system.structure;
-        (structure.start_time, structure.stop_time)
+        let inputs = structure.inputs.iter().map(|input| input.name.clone());
+        let shown = |(component, variable): &(String, String)| format!("{component}.{variable}");
+        let outputs = structure.outputs.iter();
+        let outputs = outputs.map(|output| (output.name.clone(), shown(&output.start)));
+        (inputs.collect(), outputs.collect())
+    }
+
+    /// Communication step where none is given, s.
+    fn step(&self) -> f64 {
+        let preferred = self.system.preferred_step().map(|(step, _)| step);
+        preferred.filter(|_| !self.is_machine()).unwrap_or(STEP)
     }
 
     /// Whether it is the manipulator with its controller.
@@ -252,10 +324,18 @@ impl System {
     fn signals(&self, patterns: Option<Vec<String>>) -> PyResult<Vec<String>> {
         let ports = match patterns {
             Some(patterns) => matching(&self.system, &patterns),
-            None => useful(&self.system),
+            None => match useful(&self.system) {
+                Ok(ports) if ports.is_empty() => connected(&self.system),
+                ports => ports,
+            },
         };
         let name = |port: &cosim::wiring::Port| self.system.name(*port);
         Ok(ports.map_err(raised)?.iter().map(name).collect())
+    }
+
+    /// Look at the conditions of a run before it.
+    fn check(&self, conditions: Conditions) -> PyResult<()> {
+        self.experiment(conditions).map(drop).map_err(raised)
     }
 
     /// Draw a machine of the real world, around the system's own or around that of the file
@@ -293,6 +373,10 @@ impl System {
         let (experiment, _) = self.experiment(conditions).map_err(raised)?;
         Session::start(py, self.system.clone(), experiment)
     }
+}
+
+fn is_fmu(path: &Path) -> bool {
+    path.extension().is_some_and(|e| e == "fmu")
 }
 
 /// Names and numbers of the items of an enumeration.

@@ -25,13 +25,14 @@ X = {
     "temperature": {"reference": 293.15, "copper": 0.00393, "magnet": -0.0011},
     "ripple": {"sixth": 0.01, "twelfth": 0.01},
     "cogging": {"torque": 0.06, "per_turn": 24.0},
-    "switching": {"dead_time": 2e-6, "i_0": 0.5},
+    "switching": {"dead_time": 2e-6, "i_0": 0.5, "offset": 0.0},
     "friction": {
         **{"breakaway": 1.3, "v_stribeck": 5e-3, "stiffness": 2e8, "damping": 2e5, "screw_drag": 0.5, "screw_loss": 0.026},
         **{"seal": 260.0, "gear_drag": 0.14, "gear_viscous": 0.0012, "gear_loss": 0.05, "windage": 4e-6, "f_smooth": 900.0},
     },
     "backlash": {"width": 40e-6, "contact": 5e-6},
     "compliance": {"mount": 6e7, "torsion": 2e4},
+    "damping": {"mount": 2e4},  # off but where a case has it
     "losses": {"core": 1.15, "inverter": 1.1},
     "heat": {"C_w": 2e3, "R_wh": 0.06, "C_h": 15e3, "R_ha": 0.15},
 }
@@ -104,13 +105,22 @@ def stiffness(x):
     return 1 / (screw + rest)
 
 
-def contact(lead, rate, x):
+def damping(x, in_parts):
+    """Damper over the whole connection. In parts, each with its own, it loses what they lose when each part stretches by F/K_part."""
+    if not in_parts:
+        return P["C_b"]
+    mounting = 1 / X["compliance"]["mount"] + LEAD**2 / X["compliance"]["torsion"]
+    screw = 1 / stiffness(x) - mounting
+    return (P["C_b"] * screw**2 + X["damping"]["mount"] * mounting**2) * stiffness(x) ** 2
+
+
+def contact(lead, rate, x, in_parts):
     """Force of the nut on the rod."""
     half = X["backlash"]["width"] / 2
     if abs(lead) <= half:
         return 0.0
     depth = abs(lead) - half
-    push = stiffness(x) * depth + P["C_b"] * min(1.0, depth / X["backlash"]["contact"]) * rate * math.copysign(1, lead)
+    push = stiffness(x) * depth + damping(x, in_parts) * min(1.0, depth / X["backlash"]["contact"]) * rate * math.copysign(1, lead)
     return math.copysign(max(push, 0.0), lead)
 
 
@@ -121,7 +131,7 @@ def sliding(v, F):
     return loaded * (1 + (f["breakaway"] - 1) * math.exp(-((v / f["v_stribeck"]) ** 2)))
 
 
-def instant(t, y, held, rod, external):
+def instant(t, y, held, rod, external, in_parts):
     """Everything at one instant; y = excess flux d, flux q (rotor coordinates), theta_m, w_m, z, T_w, T_h, impulse (and x, x_dot)."""
     excess_d, lambda_q, theta_m, w_m, z, T_w, T_h = y[:7]
     theta_e, w_e = P["p"] * theta_m, P["p"] * w_m
@@ -132,7 +142,7 @@ def instant(t, y, held, rod, external):
     v_q = held[1] * math.cos(theta_e) - held[0] * math.sin(theta_e) - lost_q
     x, x_dot = rod(t) if rod else (y[8], y[9])
     v = TRAVEL * w_m
-    F_link = contact(TRAVEL * theta_m - x, v - x_dot, x)
+    F_link = contact(TRAVEL * theta_m - x, v - x_dot, x, in_parts)
     f, g = X["friction"], sliding(v, F_link)
     z_dot = v - f["stiffness"] * abs(v) / g * z
     F_b = f["stiffness"] * z + f["damping"] * math.exp(-((v / f["v_stribeck"]) ** 2)) * z_dot
@@ -195,6 +205,8 @@ def limited(v_d, v_q):
 def run(case):
     y, acting = start(case)
     after, rows = acting, []
+    # The drive takes the rotor for turned by `offset`: it commands and tells by that.
+    in_parts, offset = case.get("damping", False), case.get("offset", 0.0)
     for k in range(STEPS):
         t_k = k * H
         v = limited(case["v_d"](t_k), case["v_q"](t_k))
@@ -202,15 +214,17 @@ def run(case):
         x_k, x_dot_k = case["x"](t_k), case["x"](t_k, 1)
         rod = (lambda t: (x_k + x_dot_k * (t - t_k), x_dot_k)) if case["drive"] == "motion" else None
         if k % EVERY == 0:
-            _, now = instant(t_k, y, acting, rod, external)
+            _, now = instant(t_k, y, acting, rod, external, in_parts)
+            if offset:
+                now["i_d"], now["i_q"] = turned(now["i_d"], now["i_q"], -offset)
             mean = y[7] / H if k else case["F_hold"]
             rows.append([now["F"], mean, now["i_d"], now["i_q"], y[2], y[3], y[4], now["x"], now["x_dot"], y[5], y[6], now["tau_e"]])
         y = [*y[:7], 0.0, *y[8:]]
         for period in range(PERIODS):
             t = t_k + period * T_SW
-            acting, after = after, turned(*v, P["p"] * (y[2] + 1.5 * T_SW * y[3]))
+            acting, after = after, turned(*v, P["p"] * (y[2] + 1.5 * T_SW * y[3]) + offset)
             y = solve_ivp(
-                lambda t, y: instant(t, y, acting, rod, external)[0],
+                lambda t, y: instant(t, y, acting, rod, external, in_parts)[0],
                 (t, t + T_SW), y, method="DOP853", rtol=1e-9, atol=[1e-10, 1e-10, 1e-9, 1e-7, 1e-14, 1e-9, 1e-9, 1e-7] + [1e-13, 1e-11] * (len(y) > 8),
                 max_step=T_SW / 2,
             ).y[:, -1].tolist()  # fmt: skip
@@ -233,6 +247,12 @@ def main():
             **{"drive": "force", "F_hold": -8e3, "T_start": [350.0, 320.0]},
             **{"x": Wave(0.25), "F_ext": Wave(0.0, (14e3, 1.9, -0.61))},
             **{"v_d": Wave(-2.0), "v_q": Wave(0.0, (35.0, 1.3, -0.5))},
+        },
+        {
+            "name": "the same mechanism with damping in its parts and a drive that errs in the rotor's angle by 4 degrees",
+            **{"drive": "motion", "F_hold": 12e3, "T_start": [330.0, 310.0], "damping": True, "offset": 0.07},
+            **{"x": Wave(0.3 + amplitude, (amplitude, f, -math.pi / 2)), "F_ext": Wave(0.0)},
+            **{"v_d": Wave(0.0, (2.0, 2.3, 0.0)), "v_q": Wave(0.0, (EMF * swing, f, 0.0), (16.0, 1.7, 0.6))},
         },
     ]  # fmt: skip
     for case in cases:

@@ -35,8 +35,8 @@ impl Input {
         }
     }
 
-    /// The model's inputs with the rod where it is now; a voltage of the DC link that nobody has set
-    /// is the machine's.
+    /// The model's inputs with the rod where it is now; a voltage of the DC link that nobody has
+    /// set is the machine's.
     pub fn now(&self, rod: &Carried<f64>) -> ActuatorInput {
         ActuatorInput {
             x: rod.now(&self.x),

@@ -36,7 +36,8 @@ enum Command {
         /// from]
         #[arg(long, value_name = "PATH")]
         fmu_export: Option<PathBuf>,
-        /// A model with events within steps, messages and an enumeration, in place of a differential equation
+        /// A model with events within steps, messages and an enumeration, in place of a
+        /// differential equation
         #[arg(long)]
         events: bool,
     },

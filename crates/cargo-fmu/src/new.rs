@@ -1,4 +1,5 @@
-//! `cargo fmu new`: a crate that stands alone, with a small model, its tests, and what is packed beside it.
+//! `cargo fmu new`: a crate that stands alone, with a small model, its tests, and what is packed
+//! beside it.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -93,8 +94,9 @@ const RESERVED: [&str; 46] = [
     "use",
 ];
 
-/// Make the crate at `path`, whose last part is its name; `fmu_export` is the folder of that crate, if it is not where this program
-/// was built. With `events`, the model is one that something happens to within steps.
+/// Make the crate at `path`, whose last part is its name; `fmu_export` is the folder of that crate,
+/// if it is not where this program was built. With `events`, the model is one that something
+/// happens to within steps.
 pub fn new(path: &Path, fmu_export: Option<&Path>, events: bool) -> Result<()> {
     let example = if events { OVEN } else { LAG };
     let name = path.file_name().and_then(|name| name.to_str());

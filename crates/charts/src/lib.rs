@@ -73,7 +73,7 @@ pub trait Picture {
 }
 
 impl Curve {
-    /// Of points that lie as they are.
+    /// Of points that lie as they are; without a label it is not in the legend.
     pub fn new(label: &str, color: RGBColor, points: Vec<(f64, f64)>) -> Self {
         Self {
             label: label.into(),
@@ -163,7 +163,8 @@ impl Panel {
     fn legend<B: DrawingBackend>(&self, area: &Area<'_, B>) -> DrawResult<B> {
         let (width, _) = area.dim_in_pixel();
         let left = i32::try_from(width.saturating_sub(self.legend_width())).unwrap_or(0) + 10;
-        for (curve, top) in self.curves.iter().zip((26..).step_by(19)) {
+        let named = self.curves.iter().filter(|c| !c.label.is_empty());
+        for (curve, top) in named.zip((26..).step_by(19)) {
             let line = [(left, top), (left + 20, top)];
             area.draw(&PathElement::new(line, curve.color.stroke_width(3)))?;
             area.draw(&Text::new(curve.label.as_str(), (left + 27, top - 9), FONT))?;
@@ -176,7 +177,8 @@ impl Picture for Figure {
     fn draw<B: DrawingBackend>(&self, area: &Area<'_, B>) -> DrawResult<B> {
         area.fill(&WHITE)?;
         let area = area.titled(&self.title, TITLE)?;
-        let parts = area.split_evenly((self.panels.len().div_ceil(2), 2));
+        let columns = self.panels.len().min(2);
+        let parts = area.split_evenly((self.panels.len().div_ceil(2), columns));
         for (panel, part) in self.panels.iter().zip(&parts) {
             panel.draw(part)?;
             panel.legend(part)?;
@@ -235,8 +237,9 @@ impl Figure {
     /// Write `folder/name.png` and `.svg`.
     #[expect(clippy::cast_possible_truncation, reason = "a few panels")]
     pub fn save(&self, folder: &Path) -> Result<[PathBuf; 2]> {
-        let rows = self.panels.len().div_ceil(2) as u32;
-        let size = (2 * PANEL.0, rows * PANEL.1 + TITLE_HEIGHT);
+        let [columns, rows] = [self.panels.len().min(2), self.panels.len().div_ceil(2)];
+        let [width, height] = [columns as u32 * PANEL.0, rows as u32 * PANEL.1];
+        let size = (width, height + TITLE_HEIGHT);
         save(self, folder, &self.name, size)
     }
 }

@@ -4,10 +4,12 @@
 //! FMI 2.0 passes elements. FMI 3.0 passes whole arrays: to set some elements of one, the others
 //! must be given too, as they were given last.
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 use std::ops::Range;
 
-use fmu_description::{Access, Description, Version};
+use fmu_description::{Access, Description, Variability, Version};
+
+use crate::value::{Value, is_wide};
 
 /// Values of some variables of one instance and of one type.
 #[derive(Debug)]
@@ -28,6 +30,12 @@ pub struct Batch {
     pub(crate) slots: Vec<usize>,
     /// The passed values are just the values.
     pub(crate) is_whole: bool,
+    /// Slots and places of values that change at events only. FMI 3.0 only, as the next.
+    pub(crate) discrete: Vec<(usize, usize)>,
+    /// Clocks at whose ticks alone the values are exchanged; the same for all of them.
+    pub(crate) clocks: Vec<u32>,
+    /// Values of this type do not pass as `f64`.
+    pub(crate) is_wide: bool,
 }
 
 /// A memory for what was last given to the elements of an instance of FMI 3.0: a slot for each, as
@@ -37,6 +45,8 @@ pub struct Layout {
     spans: HashMap<u32, Range<usize>>,
     /// Start values.
     pub(crate) initial: Vec<u64>,
+    /// Start values of texts and bytes.
+    pub(crate) texts: BTreeMap<usize, Value>,
 }
 
 impl Layout {
@@ -54,8 +64,15 @@ impl Layout {
                 continue; // an alias
             }
             span.end += 1;
-            let start = v.start_of(0).unwrap_or("0").trim();
-            layout.initial.push(bits(v.access(), start).unwrap_or(0));
+            let start = v.start_of(0).map(|start| match v.access() {
+                Access::String | Access::Binary => start,
+                _ => start.trim(),
+            });
+            let start = start.and_then(|start| Value::parse(v.access(), start));
+            layout.initial.push(start.as_ref().map_or(0, Value::bits));
+            if let Some(text @ (Value::Text(_) | Value::Bytes(_))) = start {
+                layout.texts.insert(next, text);
+            }
         }
         layout
     }
@@ -63,22 +80,6 @@ impl Layout {
     /// Slots of the variable or array with this reference.
     pub fn span(&self, reference: u32) -> Range<usize> {
         self.spans.get(&reference).cloned().unwrap_or(0..0)
-    }
-}
-
-/// A value as the memory has it: the bits of a floating-point number, else of an integer of 64
-/// bits, 0 or 1 for a Boolean.
-pub fn bits(access: Access, text: &str) -> Option<u64> {
-    match access {
-        Access::Real | Access::Float32 => text.parse().ok().map(f64::to_bits),
-        Access::Boolean => match text {
-            "true" | "1" => Some(1),
-            "false" | "0" => Some(0),
-            _ => None,
-        },
-        Access::UInt64 => text.parse().ok(),
-        Access::String | Access::Binary | Access::Clock => None,
-        _ => text.parse().ok().map(i64::cast_unsigned),
     }
 }
 
@@ -96,6 +97,9 @@ impl Batch {
             spans: Vec::new(),
             slots: Vec::new(),
             is_whole: true,
+            discrete: Vec::new(),
+            clocks: Vec::new(),
+            is_wide: is_wide(access),
             variables,
         };
         if description.fmi == Version::Fmi2 {
@@ -103,8 +107,12 @@ impl Batch {
             batch.passed = batch.references.len();
             return batch;
         }
+        batch.clocks = batch
+            .variables
+            .first()
+            .map_or(Vec::new(), |k| of(k).clocks.clone());
         let mut firsts = HashMap::new();
-        for v in batch.variables.iter().map(of) {
+        for (k, v) in batch.variables.iter().map(of).enumerate() {
             let first = *firsts.entry(v.reference).or_insert_with(|| {
                 let (span, first) = (layout.span(v.reference), batch.passed);
                 batch.passed += span.len();
@@ -114,7 +122,11 @@ impl Batch {
             });
             let place = v.element.unwrap_or(0);
             batch.places.push(first + place);
-            batch.slots.push(layout.span(v.reference).start + place);
+            let slot = layout.span(v.reference).start + place;
+            batch.slots.push(slot);
+            if v.is_input() && v.variability == Variability::Discrete && v.clocks.is_empty() {
+                batch.discrete.push((slot, k));
+            }
         }
         let in_order = batch
             .places

@@ -5,6 +5,7 @@ use std::fmt::Display;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use std::sync::Arc;
 use std::time::Duration;
 
 use anyhow::{Context, Result, bail, ensure};
@@ -13,17 +14,22 @@ use clap::{Args, ValueEnum};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::csv::Log;
+use crate::faults::Faults;
+use crate::input_table::{InputTable, Table};
 use crate::master::{Schedule, Stepping};
-use crate::noise::Noise;
 use crate::output;
 use crate::run::Experiment;
-use crate::signals::matching;
+use crate::scenario;
+use crate::signals::matching_any;
 use crate::system::{FmuPlace, Forgotten, System};
 use crate::verdict::Verdict;
 use crate::wiring::Port;
 
 /// Environment variable that names the folder of the packed FMUs.
 const FMU_DIR: &str = "FMU_DIR";
+
+/// Communication step where nobody asks for one, s.
+pub const STEP: f64 = 1e-3;
 
 /// Which system is run.
 #[derive(Args, Clone)]
@@ -67,11 +73,8 @@ impl SystemArgs {
         let path = self.system.clone().map_or_else(default, Ok)?;
         let place = match (&self.fmu_dir, self.fmi) {
             (Some(folder), Some(3)) => FmuPlace::Folder(folder.join(FMI_3)),
-            (Some(folder), _) => FmuPlace::Folder(folder.clone()),
             (None, Some(3)) => FmuPlace::Folder(folder_of_fmi_3(&path)?),
-            (None, _) => FmuPlace::Structure {
-                else_in: folders()?,
-            },
+            (folder, _) => place(folder.as_deref())?,
         };
         let replaced = self.fmus.iter().map(|text| {
             let parts = text.split_once('=');
@@ -108,14 +111,10 @@ impl SystemArgs {
 #[derive(Args, Clone)]
 #[group(skip)] // A program's own command may be called `run`.
 pub struct RunArgs {
-    /// Communication step H, s
-    #[arg(
-        long,
-        default_value_t = 1e-3,
-        value_name = "SECONDS",
-        allow_negative_numbers = true
-    )]
-    pub step: f64,
+    /// Communication step H, s [default of cosim: the one that the system structure asks for, else
+    /// the smallest that an FMU prefers; else 0.001]
+    #[arg(long, value_name = "SECONDS", allow_negative_numbers = true)]
+    pub step: Option<f64>,
     /// Stop time, s [default: the end of the motion where the program knows it, else that of the
     /// system's default experiment]
     #[arg(long, value_name = "SECONDS", allow_negative_numbers = true)]
@@ -142,6 +141,26 @@ pub struct RunArgs {
 }
 
 impl RunArgs {
+    /// Without a step or a stop time of their own, those that the system asks for, else its FMUs;
+    /// what is to be said of that.
+    pub fn prefer(&mut self, system: &System) -> Verdict {
+        let mut verdict = Verdict::default();
+        if let (None, Some((step, who))) = (self.step, system.preferred_step()) {
+            self.step = Some(step);
+            if step != STEP {
+                verdict.note(format!("the communication step is {step} s, as {who} asks"));
+            }
+        }
+        if self.stop_time.or(system.structure.stop_time).is_none() {
+            let stop = system.preferred_stop();
+            verdict.note(format!(
+                "nobody says when to stop: the run ends at t = {stop} s"
+            ));
+            self.stop_time = Some(stop);
+        }
+        verdict
+    }
+
     /// The experiment on `system` that these arguments describe.
     pub fn experiment(&self, system: &System) -> Result<Experiment> {
         let schedule = match (self.schedule, self.input_derivatives) {
@@ -154,20 +173,22 @@ impl RunArgs {
             let parsed = system.parse_settings(text);
             settings.extend(parsed.with_context(|| format!("--set {text}"))?);
         }
+        let step = self.step.unwrap_or(STEP);
         ensure!(
-            self.step.is_finite() && self.step > 0.0,
-            "--step {}: the communication step must be greater than 0 s",
-            self.step
+            step.is_finite() && step > 0.0,
+            "--step {step}: the communication step must be greater than 0 s"
         );
         Ok(Experiment {
             stepping: Stepping {
                 start: system.structure.start_time,
-                step: self.step,
+                step,
                 schedule,
+                jitter: None,
             },
             stop: self.stop_time,
             settings,
-            noise: Noise::default(),
+            faults: Faults::default(),
+            inputs: None,
         })
     }
 
@@ -237,6 +258,75 @@ impl RunArgs {
     }
 }
 
+/// What is given to the inputs of a run, and what is done to values on their way.
+#[derive(Args, Clone, Default)]
+pub struct InputArgs {
+    /// Values over time for inputs that no connection drives: a CSV file whose columns are `time`
+    /// and `component.variable`; units are those in FILE.units.csv, where there is one
+    #[arg(long, value_name = "FILE")]
+    pub input: Option<PathBuf>,
+    /// Column of --input for an input, where it is not named after it; only columns that are named
+    /// so are then taken; repeatable
+    #[arg(long = "input-column", value_name = "INPUT=COLUMN", requires = "input")]
+    pub columns: Vec<String>,
+    /// Events that alter variables: a scenario of libcosim, as JSON
+    #[arg(long, value_name = "FILE")]
+    pub scenario: Option<PathBuf>,
+    /// What is done to the values of a wire, named by its input, or of all wires of an output:
+    /// bias:NUMBER, gain:NUMBER, override:VALUE, freeze, drop:PROBABILITY, delay:SECONDS or
+    /// noise:DEVIATION, from and until a time, s; repeatable, one after the other
+    #[arg(long = "fault", value_name = "WIRE=EFFECT[@FROM..UNTIL]")]
+    pub faults: Vec<String>,
+    /// Short for --fault WIRE=noise:DEVIATION
+    #[arg(long, value_name = "WIRE=DEVIATION")]
+    pub noise: Vec<String>,
+    /// Seed of what is random in faults
+    #[arg(long, default_value_t = 0)]
+    pub seed: u64,
+}
+
+impl InputArgs {
+    /// Give an experiment these inputs and faults; they are named in the verdict.
+    pub fn add_to(&self, experiment: &mut Experiment, system: &System) -> Result<Verdict> {
+        let mut verdict = Verdict::default();
+        let pair = |text: &String| {
+            let parts = text
+                .split_once('=')
+                .map(|(a, b)| (a.trim().into(), b.trim().into()));
+            parts.with_context(|| format!("--input-column {text}: it must be INPUT=COLUMN"))
+        };
+        let columns = self.columns.iter().map(pair).collect::<Result<Vec<_>>>()?;
+        if let Some(file) = &self.input {
+            experiment.inputs = Some(Arc::new(Table::load(file, system, &columns)?));
+        }
+        let faults = &mut experiment.faults;
+        faults.seed = self.seed;
+        for text in &self.faults {
+            let added = faults.add(system, text);
+            added.with_context(|| format!("--fault {text}"))?;
+        }
+        for text in &self.noise {
+            let (wire, sigma) = text.split_once('=').unwrap_or((text, ""));
+            let added = faults.add(system, &format!("{wire}=noise:{sigma}"));
+            added.with_context(|| format!("--noise {text}"))?;
+        }
+        if let Some(file) = &self.scenario {
+            let scenario = scenario::add(file, system, experiment.stepping, faults)?;
+            verdict.note(scenario);
+        }
+        let table = experiment.inputs.as_deref();
+        let table = table
+            .map(|table| InputTable::new(system, table))
+            .transpose()?;
+        let fed = table.as_ref().map_or(&[][..], InputTable::ports);
+        let lines = faults.described(system, &system.wiring()?, fed);
+        for line in lines.context("--fault")? {
+            verdict.note(line);
+        }
+        Ok(verdict)
+    }
+}
+
 /// Which signals of a run are written.
 #[derive(Args, Clone)]
 pub struct CsvArgs {
@@ -271,7 +361,7 @@ impl CsvArgs {
         };
         let ports = match self.signals.is_empty() {
             true => useful()?,
-            false => matching(system, &self.signals)?,
+            false => matching_any(system, &self.signals)?,
         };
         Log::create(path, system, &ports, self.interval, experiment.stepping).map(Some)
     }
@@ -303,6 +393,17 @@ impl ValueEnum for Schedule {
         };
         Some(PossibleValue::new(name).help(help))
     }
+}
+
+/// Where the FMUs of a system lie: in `folder`, else where the system says or where a program finds
+/// FMUs by itself.
+pub fn place(folder: Option<&Path>) -> Result<FmuPlace> {
+    Ok(match folder {
+        Some(folder) => FmuPlace::Folder(folder.to_path_buf()),
+        None => FmuPlace::Structure {
+            else_in: folders()?,
+        },
+    })
 }
 
 /// Folders in which packed FMUs are looked for: the one that the environment variable `FMU_DIR`
@@ -370,7 +471,7 @@ pub fn print(text: impl Display) -> Result<()> {
 
 /// End a program with its [`code`].
 pub fn exit(result: Result<Verdict>, check: bool) -> ExitCode {
-    ExitCode::from(code(result, check))
+    output::end(code(result, check))
 }
 
 /// A program's exit code: 0, 1 where it failed, with `check` 2 where the verdict is bad. An error

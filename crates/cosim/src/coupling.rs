@@ -14,6 +14,10 @@ const PASSES: usize = 100;
 /// The coupled instances.
 pub(crate) struct Coupling {
     pub slaves: Vec<Slave>,
+    /// Those that may have events at times of their own.
+    pub timed: Vec<usize>,
+    /// A component whose step may not be varied.
+    pub fixed: Option<String>,
     pub exchange: Exchange,
     /// Where the schedule passes derivatives.
     pub derivatives: Option<Exchange>,
@@ -60,8 +64,9 @@ impl Coupling {
 
     /// Pass first time derivatives.
     pub fn pass_derivatives(&mut self, t: f64) -> Result<()> {
+        let faults = self.exchange.faults.as_ref();
         let derivatives = self.derivatives.iter_mut();
-        let mut all = derivatives.map(|d| d.run_derivatives(&self.slaves, At::Time(t)));
+        let mut all = derivatives.map(|d| d.run_derivatives(&self.slaves, faults, At::Time(t)));
         all.try_for_each(|done| done)
     }
 
@@ -74,7 +79,10 @@ impl Coupling {
             ..
         } = &mut self.means;
         match &writes[component] {
-            Some(write) => write.run(&self.slaves, values, buffer, At::Time(t)),
+            Some(write) => {
+                let faults = self.exchange.faults.as_mut();
+                write.run(&self.slaves, values, buffer, faults, At::Time(t))
+            }
             None => Ok(()),
         }
     }
@@ -109,6 +117,56 @@ impl Coupling {
             self.exchange.run_again(&self.slaves, at)?;
         }
         bail!("{at}: discrete states still change after {PASSES} passes of Event Mode")
+    }
+
+    /// All instances out of Event Mode, each for itself.
+    pub fn settle(&self, t: f64) -> Result<()> {
+        let mut timed = self.timed.iter();
+        timed.try_for_each(|k| self.slaves[*k].settle(At::Time(t)))
+    }
+
+    /// Time of the first event before `end`, s, at which a step is split; none where a component
+    /// cannot vary its step.
+    pub fn split(&self, end: f64) -> Option<f64> {
+        let events = self.timed.iter().map(|k| self.slaves[*k].next_event());
+        let first = events.reduce(f64::min)?;
+        (first < end && self.fixed.is_none()).then_some(first)
+    }
+
+    /// Let the clocks tick that are due at `t` up to `tolerance`, both s, and pass what they change.
+    /// With a staged exchange the instances are in Event Mode, before and after.
+    pub fn tick(&mut self, t: f64, tolerance: f64, is_staged: bool) -> Result<()> {
+        let (at, mut is_any) = (At::Time(t), false);
+        for k in self.timed.iter().copied() {
+            let slave = &self.slaves[k];
+            if slave.next_event() > t + tolerance {
+                continue;
+            }
+            is_any = true;
+            if !is_staged {
+                self.exchange.write_of(k, &self.slaves, at)?;
+            }
+            slave
+                .tick(t, tolerance)
+                .map_err(|error| match &self.fixed {
+                    Some(fixed) => error.context(format!(
+                        "the step cannot be split, because `{fixed}` cannot vary its step"
+                    )),
+                    None => error,
+                })?;
+            if !is_staged {
+                slave.settle(at)?;
+                self.exchange.read_of(k, &self.slaves, at)?;
+            }
+        }
+        if is_any && is_staged {
+            // To the end of these events and back, so that what they change is passed, too.
+            self.pass_again(t)?;
+            self.leave_events(t)?;
+            self.enter_events(t)?;
+            self.pass_again(t)?;
+        }
+        Ok(())
     }
 
     /// Note, before the next exchange overwrites them, the means of effort and flow that the

@@ -5,11 +5,15 @@ use std::fs::{self, File};
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, Result, ensure};
+use anyhow::{Context, Result};
+use fmu_description::Kind;
 
+use crate::cells::cell;
 use crate::master::{Master, Stepping};
+use crate::schedule::steps_in;
 use crate::signals::Signals;
 use crate::system::System;
+use crate::value::is_wide;
 use crate::wiring::Port;
 
 /// A file that is being written under another name; it gets its own when it is complete, and leaves
@@ -38,7 +42,7 @@ impl CsvFile {
         };
         for name in names {
             csv.row.push(b',');
-            csv.row.extend_from_slice(name.as_bytes());
+            csv.row.extend_from_slice(cell(name).as_bytes());
         }
         csv.write_row()?;
         Ok(csv)
@@ -46,11 +50,23 @@ impl CsvFile {
 
     /// Add a row; the numbers are the shortest that read back bit for bit.
     pub fn row(&mut self, time: f64, values: &[f64]) -> Result<()> {
+        self.row_with(time, values, &[])
+    }
+
+    /// The same with texts, each in its column, counted from 0 after the time.
+    fn row_with(&mut self, time: f64, values: &[f64], texts: &[(usize, String)]) -> Result<()> {
         let mut digits = zmij::Buffer::new();
         self.row.extend_from_slice(digits.format(time).as_bytes());
-        for value in values {
+        let (mut values, mut texts) = (values.iter(), texts.iter().peekable());
+        for column in 0..values.len() + texts.len() {
             self.row.push(b',');
-            self.row.extend_from_slice(digits.format(*value).as_bytes());
+            match texts.next_if(|(k, _)| *k == column) {
+                Some((_, text)) => self.row.extend_from_slice(cell(text).as_bytes()),
+                None => {
+                    let value = values.next().context("a text in no column")?;
+                    self.row.extend_from_slice(digits.format(*value).as_bytes());
+                }
+            }
         }
         self.write_row()
     }
@@ -87,6 +103,9 @@ impl Drop for CsvFile {
 pub struct Log {
     file: CsvFile,
     signals: Signals,
+    /// Columns of what does not pass as numbers, and texts for them.
+    whole: Vec<(usize, Port)>,
+    texts: Vec<(usize, String)>,
     /// Text of the file of units.
     units: String,
     /// Communication steps from row to row.
@@ -107,12 +126,21 @@ impl Log {
         let unit = |p: &Port| system.variable(*p).unit.clone().unwrap_or("1".into());
         let mut units = String::from("signal,unit\ntime,s\n");
         for (name, port) in names.iter().zip(ports) {
-            units += &format!("{name},{}\n", unit(port));
+            units += &format!("{},{}\n", cell(name), cell(&unit(port)));
         }
+        let is_whole = |port: &Port| {
+            let v = system.variable(*port);
+            is_wide(v.access()) && !matches!(v.kind, Kind::Enumeration(_))
+        };
+        let columns = ports.iter().copied().enumerate();
+        let (whole, numbers): (Vec<_>, Vec<_>) = columns.partition(|(_, port)| is_whole(port));
+        let numbers: Vec<Port> = numbers.into_iter().map(|(_, port)| port).collect();
         Ok(Self {
             file: CsvFile::create(path, &names)?,
             units,
-            signals: Signals::new(system, ports)?,
+            signals: Signals::new(system, &numbers)?,
+            whole,
+            texts: Vec::new(),
             stride,
         })
     }
@@ -122,8 +150,12 @@ impl Log {
         if !master.steps().is_multiple_of(self.stride) {
             return Ok(());
         }
+        self.texts.clear();
+        for (column, port) in &self.whole {
+            self.texts.push((*column, master.text(*port)?));
+        }
         let values = self.signals.read(master)?;
-        self.file.row(master.time(), values)
+        self.file.row_with(master.time(), values, &self.texts)
     }
 
     /// The run has ended.
@@ -139,21 +171,14 @@ impl Log {
 ///
 /// # Errors
 /// The interval is not a multiple of the step.
-#[expect(
-    clippy::cast_possible_truncation,
-    clippy::cast_sign_loss,
-    reason = "checked to be in range"
-)]
 pub fn stride(interval: Option<f64>, step: f64) -> Result<u64> {
-    let Some(interval) = interval else {
-        return Ok(1);
-    };
-    let steps = interval / step;
-    ensure!(
-        steps.round() >= 1.0 && steps < 1e12 && (steps - steps.round()).abs() <= 1e-6 * steps,
-        "an interval of {interval} s must be a multiple of the communication step, {step} s"
-    );
-    Ok(steps.round() as u64)
+    let steps = interval.map_or(Some(1), |interval| steps_in(interval, step));
+    steps.with_context(|| {
+        let interval = interval.unwrap_or_default();
+        format!(
+            "an interval of {interval} s must be a multiple of the communication step, {step} s"
+        )
+    })
 }
 
 #[cfg(test)]

@@ -1,17 +1,193 @@
-//! What `cosim info` prints of an FMU.
+//! What `cosim info` says of FMUs and systems, as text and as JSON. The names in the JSON are a
+//! contract (`docs/cosim.md`): names are added, none is renamed.
 
 use std::fmt::Write as _;
 
-use fmu_description::{Description, Variable};
+use cosim::structure::Structure;
+use fmu_description::{Archive, Capabilities, Description, Kind, Variable};
+use serde_json::{Map, Value, json};
+
+/// An FMU with the name of its file.
+pub struct Fmu {
+    /// File, as the user or the system names it.
+    pub file: String,
+    /// What its description says.
+    pub description: Description,
+    /// Platforms that it has libraries for.
+    pub platforms: Vec<String>,
+}
+
+impl Fmu {
+    /// Of an opened archive.
+    ///
+    /// # Errors
+    /// The description cannot be read.
+    pub fn of(file: String, mut archive: Archive) -> anyhow::Result<Self> {
+        let description = archive.description()?;
+        let names = archive.names();
+        let mut platforms: Vec<String> = names
+            .filter_map(|name| name.strip_prefix("binaries/")?.split_once('/'))
+            .map(|(platform, _)| platform.to_string())
+            .collect();
+        platforms.sort();
+        platforms.dedup();
+        Ok(Self {
+            file,
+            description,
+            platforms,
+        })
+    }
+}
+
+/// What an FMU can do: its name in JSON, in text, and whether it can.
+fn abilities(c: &Capabilities) -> [(&'static str, &'static str, bool); 9] {
+    [
+        ("variable_step", "variable step", c.variable_step),
+        (
+            "interpolates_inputs",
+            "interpolates inputs",
+            c.interpolates_inputs,
+        ),
+        (
+            "output_derivatives",
+            "derivatives of outputs",
+            c.output_derivative_order > 0,
+        ),
+        ("saves_state", "saves its state", c.saves_state),
+        ("serializes_state", "state as bytes", c.serializes_state),
+        (
+            "directional_derivatives",
+            "directional derivatives",
+            c.directional_derivatives,
+        ),
+        ("event_mode", "Event Mode", c.event_mode),
+        (
+            "needs_execution_tool",
+            "needs its tool",
+            c.needs_execution_tool,
+        ),
+        (
+            "only_once_per_process",
+            "only one instance in a process",
+            c.only_once,
+        ),
+    ]
+}
+
+/// The FMU as JSON.
+pub fn fmu_json(fmu: &Fmu) -> Value {
+    let d = &fmu.description;
+    let e = &d.default_experiment;
+    let abilities = abilities(&d.capabilities);
+    let abilities = abilities.map(|(name, _, has)| (name.to_string(), json!(has)));
+    let unit = |u: &fmu_description::Unit| json!({"name": u.name, "factor": u.factor, "offset": u.offset, "exponents": u.exponents});
+    let remarks = d.remarks.iter().map(ToString::to_string);
+    json!({
+        "file": fmu.file, "kind": "fmu", "fmi": d.fmi.to_string(), "model": d.model, "version": d.version, "tool": d.tool,
+        "identifier": d.identifier, "token": d.guid, "platforms": fmu.platforms,
+        "capabilities": Map::from_iter(abilities),
+        "default_experiment": {"start": e.start, "stop": e.stop, "step": e.step, "tolerance": e.tolerance},
+        "units": d.units.iter().map(unit).collect::<Value>(),
+        "remarks": remarks.collect::<Value>(),
+        "variables": d.variables.iter().map(|v| variable_json(d, v)).collect::<Value>(),
+    })
+}
+
+fn variable_json(d: &Description, v: &Variable) -> Value {
+    let starts: Vec<Value> = v.start.iter().map(|text| start_json(v, text)).collect();
+    let start = match starts.as_slice() {
+        [] => Value::Null,
+        [one] => one.clone(),
+        _ => starts.into(),
+    };
+    let items = match &v.kind {
+        Kind::Enumeration(items) => items
+            .iter()
+            .map(|item| json!({"name": item.name, "value": item.value}))
+            .collect(),
+        _ => Value::Null,
+    };
+    let depends = depends_on(d, v).flatten();
+    json!({
+        "name": v.name, "causality": word(&v.causality), "variability": word(&v.variability), "type": v.kind.name(),
+        "dimensions": v.dimensions, "unit": v.unit, "start": start, "min": v.min, "max": v.max, "nominal": v.nominal,
+        "items": items, "depends_on": depends, "description": v.description,
+    })
+}
+
+fn start_json(v: &Variable, text: &str) -> Value {
+    let text = text.trim();
+    match v.kind {
+        Kind::Real => text.parse::<f64>().map_or(text.into(), Value::from),
+        Kind::Integer | Kind::Enumeration(_) => {
+            text.parse::<i64>().map_or(text.into(), Value::from)
+        }
+        Kind::Boolean => (text == "true" || text == "1").into(),
+        _ => text.into(),
+    }
+}
+
+/// The inputs that an output depends on at once: None of what is no output, Some(None) where it is
+/// not declared.
+fn depends_on<'a>(d: &'a Description, v: &Variable) -> Option<Option<Vec<&'a str>>> {
+    let is_output = v.causality == fmu_description::Causality::Output;
+    let index = d.index(&v.name).filter(|_| is_output)?;
+    let inputs = d.declared_feedthrough(index, false);
+    let name = |k: &usize| d.variables[*k].name.as_str();
+    Some(inputs.map(|inputs| inputs.iter().map(name).collect()))
+}
+
+/// A word of FMI, as its files spell it.
+fn word(x: &dyn std::fmt::Debug) -> String {
+    let mut word = format!("{x:?}");
+    word[..1].make_ascii_lowercase();
+    word
+}
+
+/// A system as JSON, with its FMUs.
+pub fn system_json(file: &str, s: &Structure, fmus: &[Fmu]) -> Value {
+    let dotted = |end: &(String, String)| format!("{}.{}", end.0, end.1);
+    let components = s.components.iter();
+    let components = components.map(|c| json!({"name": c.name, "source": c.source}));
+    let connections = s.connections.iter();
+    let connections = connections.map(|c| json!({"from": dotted(&c.start), "to": dotted(&c.end)}));
+    let inputs = s.inputs.iter().map(|i| {
+        let to: Value = i.ends.iter().map(|(end, _)| dotted(end)).collect();
+        json!({"name": i.name, "unit": i.unit.as_ref().map(|u| &u.name), "to": to})
+    });
+    let outputs = s.outputs.iter();
+    let outputs = outputs.map(|o| json!({"name": o.name, "from": dotted(&o.start)}));
+    json!({
+        "file": file, "kind": "system", "name": s.name, "start": s.start_time, "stop": s.stop_time, "step": s.step,
+        "components": components.collect::<Value>(), "connections": connections.collect::<Value>(),
+        "inputs": inputs.collect::<Value>(), "outputs": outputs.collect::<Value>(),
+        "fmus": fmus.iter().map(fmu_json).collect::<Value>(),
+    })
+}
+
+/// A system as text, with its FMUs.
+pub fn system(file: &str, s: &Structure, fmus: &[Fmu]) -> String {
+    let mut text = format!("{file}: system {}\n", s.name);
+    for c in &s.components {
+        let _ = writeln!(text, "  component {}: {}", c.name, c.source);
+    }
+    for input in &s.inputs {
+        let _ = writeln!(text, "  input {}", input.name);
+    }
+    for o in &s.outputs {
+        let _ = writeln!(text, "  output {}: {}.{}", o.name, o.start.0, o.start.1);
+    }
+    for connection in &s.connections {
+        let _ = writeln!(text, "  connection {connection}");
+    }
+    fmus.iter().for_each(|f| text += &fmu(f));
+    text
+}
 
 /// Everything that a user of the FMU needs to know, as text.
-pub fn fmu<'a>(
-    file: &str,
-    description: &Description,
-    names: impl Iterator<Item = &'a str>,
-) -> String {
-    let d = description;
-    let mut text = format!("{file}: {}, FMI {}", d.model, d.fmi);
+pub fn fmu(fmu: &Fmu) -> String {
+    let d = &fmu.description;
+    let mut text = format!("{}: {}, FMI {}", fmu.file, d.model, d.fmi);
     let mut line = |l: String| {
         text.push_str(&l);
         text.push('\n');
@@ -20,29 +196,10 @@ pub fn fmu<'a>(
         true => line(String::new()),
         false => line(format!(", made by {}", d.tool)),
     }
-    let mut platforms: Vec<&str> = names
-        .filter_map(|name| name.strip_prefix("binaries/")?.split_once('/'))
-        .map(|(platform, _)| platform)
-        .collect();
-    platforms.dedup();
+    let platforms: Vec<&str> = fmu.platforms.iter().map(String::as_str).collect();
     line(format!("  platforms: {}", listed(&platforms)));
-    let c = &d.capabilities;
-    let abilities = [
-        (c.variable_step, "variable step"),
-        (c.interpolates_inputs, "interpolates inputs"),
-        (c.output_derivative_order > 0, "derivatives of outputs"),
-        (c.saves_state, "saves its state"),
-        (c.serializes_state, "state as bytes"),
-        (c.directional_derivatives, "directional derivatives"),
-        (c.event_mode, "Event Mode"),
-        (c.needs_execution_tool, "needs its tool"),
-        (c.only_once, "only one instance in a process"),
-    ];
-    let has: Vec<&str> = abilities
-        .iter()
-        .filter(|(has, _)| *has)
-        .map(|(_, name)| *name)
-        .collect();
+    let has = abilities(&d.capabilities);
+    let has: Vec<&str> = has.iter().filter(|a| a.2).map(|a| a.1).collect();
     line(format!("  abilities: {}", listed(&has)));
     let e = &d.default_experiment;
     let times = [("start", e.start), ("stop", e.stop), ("step", e.step)];
@@ -70,7 +227,6 @@ fn listed(items: &[&str]) -> String {
 }
 
 fn variable(description: &Description, v: &Variable) -> String {
-    let word = |x: &dyn std::fmt::Debug| format!("{x:?}").to_lowercase();
     let mut text = format!(
         "  {}: {}, {} {}",
         v.name,
@@ -94,18 +250,9 @@ fn variable(description: &Description, v: &Variable) -> String {
             let _ = write!(text, ", {} to {}", bound(min), bound(max));
         }
     }
-    let index = description.index(&v.name);
-    let is_output = v.causality == fmu_description::Causality::Output;
-    let unknown = index
-        .filter(|_| is_output)
-        .map(|k| description.declared_feedthrough(k, false));
-    match unknown {
+    match depends_on(description, v) {
         Some(None) => text.push_str(", dependencies not declared"),
-        Some(Some(inputs)) if !inputs.is_empty() => {
-            let names: Vec<_> = inputs
-                .iter()
-                .map(|k| description.variables[*k].name.as_str())
-                .collect();
+        Some(Some(names)) if !names.is_empty() => {
             let _ = write!(text, ", depends at once on {}", names.join(", "));
         }
         _ => {}

@@ -6,11 +6,12 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 
 use crate::batch::Batch;
-use crate::noise::{Noise, Source, is_element};
+use crate::faults::Alteration;
 use crate::slave::{At, Slave};
 use crate::transformation::Transformation;
+use crate::value::{Value, is_wide};
 use crate::wiring::{Link, Port, Undeclared, Wiring};
-use anyhow::{Result, bail};
+use anyhow::Result;
 use fmu_description::Access;
 
 /// Values of one component's variables of one type, read together.
@@ -27,6 +28,19 @@ impl Read {
         self.slave
     }
 
+    fn run_any(
+        &self,
+        slaves: &[Slave],
+        values: &mut [f64],
+        wide: &mut [Value],
+        at: At,
+    ) -> Result<()> {
+        match self.batch.is_wide {
+            false => self.run(slaves, values, at),
+            true => slaves[self.slave].get_whole(&self.batch, &mut wide[self.slots.clone()], at),
+        }
+    }
+
     /// Read the values into their slots.
     pub fn run(&self, slaves: &[Slave], values: &mut [f64], at: At) -> Result<()> {
         slaves[self.slave].get(&self.batch, &mut values[self.slots.clone()], at)
@@ -41,8 +55,11 @@ pub struct Write {
     slots: Vec<usize>,
     /// What becomes of some of the values on their way, by place.
     transformed: Vec<(usize, Transformation)>,
-    /// Standard deviations of the noise on the inputs; empty where there is none.
-    sigma: Vec<f64>,
+    /// Which values are altered, by place and channel: as outputs give them, and as inputs take
+    /// them.
+    altered: [Vec<(usize, usize)>; 2],
+    /// The values come from outputs that do not pass as numbers.
+    is_wide: bool,
 }
 
 impl Write {
@@ -51,25 +68,90 @@ impl Write {
         self.slave
     }
 
+    /// From now on values are altered on their way.
+    pub(crate) fn attach(&mut self, wiring: &Wiring, faults: &mut Alteration) {
+        for (place, variable) in self.batch.variables.iter().enumerate() {
+            let input = Port {
+                component: self.slave,
+                variable: *variable,
+            };
+            let driver = wiring.driver(input).map(|link| wiring.links[link].from);
+            for (port, altered) in [driver, Some(input)].iter().zip(&mut self.altered) {
+                let channel = port.and_then(|port| faults.channel(port));
+                altered.extend(channel.map(|channel| (place, channel)));
+            }
+        }
+    }
+
     /// Set the inputs to the values in their slots; `buffer` has room for all of them.
-    pub fn run(&self, slaves: &[Slave], values: &[f64], buffer: &mut [f64], at: At) -> Result<()> {
-        let buffer = self.gather(values, buffer);
+    pub fn run(
+        &self,
+        slaves: &[Slave],
+        values: &[f64],
+        buffer: &mut [f64],
+        faults: Option<&mut Alteration>,
+        at: At,
+    ) -> Result<()> {
+        let buffer = self.gather(values, buffer, faults);
         slaves[self.slave].set(&self.batch, buffer, at)
     }
 
-    fn gather<'a>(&self, values: &[f64], buffer: &'a mut [f64]) -> &'a mut [f64] {
+    fn gather<'a>(
+        &self,
+        values: &[f64],
+        buffer: &'a mut [f64],
+        mut faults: Option<&mut Alteration>,
+    ) -> &'a mut [f64] {
         let buffer = self.gather_raw(values, buffer);
+        let mut alter = |altered: &[(usize, usize)], buffer: &mut [f64]| {
+            let Some(faults) = &mut faults else { return };
+            for (k, channel) in altered {
+                buffer[*k] = faults.of(*channel, buffer[*k]);
+            }
+        };
+        alter(&self.altered[0], buffer);
         for (k, transformation) in &self.transformed {
             buffer[*k] = transformation.of(buffer[*k]);
         }
+        alter(&self.altered[1], buffer);
         buffer
     }
 
+    /// Set the inputs to whole values, which `buffer` takes up.
+    fn run_wide(
+        &self,
+        slaves: &[Slave],
+        wide: &[Value],
+        buffer: &mut Vec<Value>,
+        at: At,
+    ) -> Result<()> {
+        buffer.clear();
+        buffer.extend(self.slots.iter().map(|slot| wide[*slot].clone()));
+        for (k, transformation) in &self.transformed {
+            if let Value::Whole(number) = &mut buffer[*k] {
+                *number = transformation.of_whole(*number);
+            }
+        }
+        slaves[self.slave].set_whole(&self.batch, buffer, at)
+    }
+
     /// Of time derivatives: an offset has none.
-    fn gather_derivatives<'a>(&self, values: &[f64], buffer: &'a mut [f64]) -> &'a mut [f64] {
+    fn gather_derivatives<'a>(
+        &self,
+        values: &[f64],
+        buffer: &'a mut [f64],
+        faults: Option<&Alteration>,
+    ) -> &'a mut [f64] {
         let buffer = self.gather_raw(values, buffer);
         for (k, transformation) in &self.transformed {
             buffer[*k] = transformation.of_derivative(buffer[*k]);
+        }
+        let altered = self.altered.iter().flatten();
+        for (faults, (k, channel)) in faults
+            .iter()
+            .flat_map(|f| altered.clone().map(move |a| (f, a)))
+        {
+            buffer[*k] = faults.of_derivative(*channel, buffer[*k]);
         }
         buffer
     }
@@ -115,9 +197,13 @@ pub struct Exchange {
     slots: BTreeMap<Port, usize>,
     /// Values last passed, one slot per connected output.
     pub values: Vec<f64>,
+    /// Those of outputs that do not pass as numbers; empty where there is none.
+    wide: Vec<Value>,
     buffer: Vec<f64>,
+    wide_buffer: Vec<Value>,
     ones: Vec<i32>,
-    noise: Option<Source>,
+    /// What is done to values on their way.
+    pub(crate) faults: Option<Alteration>,
 }
 
 impl Exchange {
@@ -149,12 +235,16 @@ impl Exchange {
             let outputs = links.iter().map(|link| link.from);
             let outputs = outputs.filter(|port| !is_first(port));
             let reads = reads(wiring, outputs, &mut slots);
-            let writes = writes(
-                wiring,
-                links
+            let writes = [false, true].map(|wide| {
+                let chosen = links
                     .iter()
-                    .map(|link| (link.to, slots[&link.from], link.transformation.clone())),
-            );
+                    .filter(|link| is_wide(wiring.access(link.from)) == wide);
+                let inputs = chosen.map(|l| (l.to, slots[&l.from], l.transformation.clone()));
+                let mut writes = writes(wiring, inputs);
+                writes.iter_mut().for_each(|write| write.is_wide = wide);
+                writes
+            });
+            let writes = writes.into_iter().flatten().collect();
             stages.push(Stage { reads, writes });
         }
         let widest = stages
@@ -164,48 +254,26 @@ impl Exchange {
             .max()
             .unwrap_or(0);
         let (values, ones) = (vec![0.0; slots.len()], vec![1; slots.len().max(widest)]);
+        let mut wide = Vec::new();
+        if slots.keys().any(|port| is_wide(wiring.access(*port))) {
+            wide = vec![Value::none(Access::Int64); slots.len()];
+        }
         Ok(Self {
             first,
             stages,
             values,
+            wide,
             buffer: vec![0.0; widest],
+            wide_buffer: Vec::new(),
             ones,
             slots,
-            noise: None,
+            faults: None,
         })
     }
 
-    /// From now on add noise to the inputs it names; an input that no connection drives is refused.
-    pub fn disturb(&mut self, wiring: &Wiring, noise: &Noise) -> Result<()> {
-        noise.check()?;
-        let mut unused: Vec<_> = noise.sensors.iter().collect();
-        for write in self.stages.iter_mut().flat_map(|s| &mut s.writes) {
-            let (component, description) = (
-                wiring.component(write.slave),
-                wiring.description(write.slave),
-            );
-            if write.batch.access != Access::Real {
-                continue;
-            }
-            let name = |k: &usize| description.variables[*k].name.as_str();
-            let names: Vec<&str> = write.batch.variables.iter().map(name).collect();
-            let sigma: Vec<f64> = names.iter().map(|v| noise.sigma(component, v)).collect();
-            unused.retain(|s| {
-                s.component != component || !names.iter().any(|v| is_element(&s.variable, v))
-            });
-            if sigma.iter().any(|s| *s > 0.0) {
-                write.sigma = sigma;
-            }
-        }
-        if let Some(s) = unused.first() {
-            bail!(
-                "noise: no connection drives an input {}.{}",
-                s.component,
-                s.variable
-            );
-        }
-        self.noise = Some(Source::new(noise.seed));
-        Ok(())
+    /// What is set at a communication point.
+    pub(crate) fn writes(&mut self) -> impl Iterator<Item = &mut Write> {
+        self.stages.iter_mut().flat_map(|stage| &mut stage.writes)
     }
 
     /// Slot in [`Exchange::values`] of a connected output.
@@ -221,8 +289,9 @@ impl Exchange {
 
     /// Pass all values, stage by stage.
     pub fn run(&mut self, slaves: &[Slave], at: At) -> Result<()> {
-        let mut first = self.first.iter();
-        first.try_for_each(|read| read.run(slaves, &mut self.values, at))?;
+        for read in &self.first {
+            read.run_any(slaves, &mut self.values, &mut self.wide, at)?;
+        }
         self.run_again(slaves, at)
     }
 
@@ -231,7 +300,7 @@ impl Exchange {
     pub fn run_again(&mut self, slaves: &[Slave], at: At) -> Result<()> {
         for k in 0..self.stages.len() {
             self.read_stage(k, slaves, at)?;
-            self.write_stage(k, slaves, at)?;
+            self.write_stage(k, None, slaves, at)?;
         }
         Ok(())
     }
@@ -241,10 +310,12 @@ impl Exchange {
     pub fn settle(&mut self, slaves: &[Slave], at: At, passes: usize) -> Result<Vec<Port>> {
         let mut changed = Vec::new();
         for _ in 0..passes {
-            let before = self.values.clone();
+            let (before, wide) = (self.values.clone(), self.wide.clone());
             self.run(slaves, at)?;
-            let differs =
-                |(_, k): &(&Port, &usize)| before[**k].to_bits() != self.values[**k].to_bits();
+            let differs = |(_, k): &(&Port, &usize)| {
+                before[**k].to_bits() != self.values[**k].to_bits()
+                    || wide.get(**k) != self.wide.get(**k)
+            };
             changed = self
                 .slots
                 .iter()
@@ -258,6 +329,19 @@ impl Exchange {
         Ok(changed)
     }
 
+    /// Read all outputs of one component.
+    pub fn read_of(&mut self, component: usize, slaves: &[Slave], at: At) -> Result<()> {
+        let reads = self.stages.iter().flat_map(|stage| &stage.reads);
+        let mut own = reads.filter(|read| read.slave == component);
+        own.try_for_each(|read| read.run_any(slaves, &mut self.values, &mut self.wide, at))
+    }
+
+    /// Set all inputs of one component.
+    pub fn write_of(&mut self, component: usize, slaves: &[Slave], at: At) -> Result<()> {
+        let chosen = Some(component);
+        (0..self.stages.len()).try_for_each(|k| self.write_stage(k, chosen, slaves, at))
+    }
+
     /// Read all outputs.
     pub fn read(&mut self, slaves: &[Slave], at: At) -> Result<()> {
         (0..self.stages.len()).try_for_each(|k| self.read_stage(k, slaves, at))
@@ -265,27 +349,48 @@ impl Exchange {
 
     /// Set all inputs to what was last read.
     pub fn write(&mut self, slaves: &[Slave], at: At) -> Result<()> {
-        (0..self.stages.len()).try_for_each(|k| self.write_stage(k, slaves, at))
+        (0..self.stages.len()).try_for_each(|k| self.write_stage(k, None, slaves, at))
     }
 
     fn read_stage(&mut self, k: usize, slaves: &[Slave], at: At) -> Result<()> {
         let mut reads = self.stages[k].reads.iter();
-        reads.try_for_each(|read| read.run(slaves, &mut self.values, at))
+        reads.try_for_each(|read| read.run_any(slaves, &mut self.values, &mut self.wide, at))
     }
 
-    fn write_stage(&mut self, k: usize, slaves: &[Slave], at: At) -> Result<()> {
+    /// Set the inputs of a stage, or those of one component.
+    fn write_stage(
+        &mut self,
+        k: usize,
+        only: Option<usize>,
+        slaves: &[Slave],
+        at: At,
+    ) -> Result<()> {
+        let mut faults = self.faults.as_mut();
+        // What one component is given by itself is between two communication points.
+        if let (Some(faults), At::Time(t), None) = (&mut faults, at, only) {
+            faults.begin(t);
+        }
         for write in &self.stages[k].writes {
-            let inputs = write.gather(&self.values, &mut self.buffer);
-            if let Some(source) = &mut self.noise {
-                source.disturb(inputs, &write.sigma);
+            if only.is_some_and(|slave| slave != write.slave) {
+                continue;
             }
-            slaves[write.slave].set(&write.batch, inputs, at)?;
+            if write.is_wide {
+                write.run_wide(slaves, &self.wide, &mut self.wide_buffer, at)?;
+                continue;
+            }
+            let faults = faults.as_deref_mut();
+            write.run(slaves, &self.values, &mut self.buffer, faults, at)?;
         }
         Ok(())
     }
 
     /// Pass all first time derivatives; [`Exchange::values`] then holds derivatives.
-    pub fn run_derivatives(&mut self, slaves: &[Slave], at: At) -> Result<()> {
+    pub fn run_derivatives(
+        &mut self,
+        slaves: &[Slave],
+        faults: Option<&Alteration>,
+        at: At,
+    ) -> Result<()> {
         for stage in &self.stages {
             for Read {
                 slave,
@@ -297,7 +402,7 @@ impl Exchange {
                 slaves[*slave].get_derivatives(batch, &self.ones, values, at)?;
             }
             for write in &stage.writes {
-                let derivatives = write.gather_derivatives(&self.values, &mut self.buffer);
+                let derivatives = write.gather_derivatives(&self.values, &mut self.buffer, faults);
                 slaves[write.slave].set_derivatives(&write.batch, &self.ones, derivatives, at)?;
             }
         }
@@ -339,23 +444,23 @@ impl Exchange {
     }
 }
 
-/// One read per component and type; new slots are numbered on in `slots` so that each read fills a
+/// One read per component, type and clocks; new slots are numbered on in `slots` so that each read fills a
 /// contiguous range.
 pub fn reads(
     wiring: &Wiring,
     ports: impl Iterator<Item = Port>,
     slots: &mut BTreeMap<Port, usize>,
 ) -> Vec<Read> {
-    let mut together: BTreeMap<(usize, Access), Vec<Port>> = BTreeMap::new();
+    let mut together: BTreeMap<_, Vec<Port>> = BTreeMap::new();
     for port in ports {
-        let key = (port.component, wiring.access(port));
+        let key = (port.component, wiring.access(port), wiring.clocks(port));
         let list = together.entry(key).or_default();
         if !list.contains(&port) {
             list.push(port);
         }
     }
     let mut reads = Vec::new();
-    for ((slave, _), ports) in together {
+    for ((slave, ..), ports) in together {
         let start = slots.len();
         for (k, port) in ports.iter().enumerate() {
             slots.insert(*port, start + k);
@@ -369,19 +474,20 @@ pub fn reads(
     reads
 }
 
-/// One write per component and type, of inputs, the slots their values come from, and what becomes
+/// One write per component, type and clocks, of inputs, the slots their values come from, and what becomes
 /// of them on the way.
 pub fn writes(
     wiring: &Wiring,
     inputs: impl Iterator<Item = (Port, usize, Transformation)>,
 ) -> Vec<Write> {
-    let mut together: BTreeMap<(usize, Access), Vec<_>> = BTreeMap::new();
+    let mut together: BTreeMap<_, Vec<_>> = BTreeMap::new();
     for input in inputs {
-        let key = (input.0.component, wiring.access(input.0));
+        let port = input.0;
+        let key = (port.component, wiring.access(port), wiring.clocks(port));
         together.entry(key).or_default().push(input);
     }
     let mut writes = Vec::new();
-    for ((slave, _), inputs) in together {
+    for ((slave, ..), inputs) in together {
         let transformed = inputs.iter().map(|(.., t)| t.clone()).enumerate();
         writes.push(Write {
             slave,
@@ -390,7 +496,8 @@ pub fn writes(
             transformed: transformed
                 .filter(|(_, t)| *t != Transformation::NONE)
                 .collect(),
-            sigma: Vec::new(),
+            altered: Default::default(),
+            is_wide: false,
         });
     }
     writes

@@ -14,6 +14,7 @@ use tempfile::TempDir;
 
 use crate::batch::{Batch, Layout};
 use crate::output;
+use crate::slave::clocks::{self, Plan};
 use functions::{Functions2, Functions3};
 use library::Library;
 
@@ -27,7 +28,8 @@ pub struct Fmu {
     /// Where the unpacked resources are, as the version wants it: a URI or a path.
     pub resources: String,
     pub(crate) api: Api,
-    pub(crate) layout: Arc<Layout>,
+    pub(crate) layout: Layout,
+    pub(crate) plan: Arc<Plan>,
     pub(crate) instances: AtomicUsize,
     /// What is odd about the archive or its description, but does no harm.
     pub remarks: Vec<String>,
@@ -53,8 +55,21 @@ impl Fmu {
         let host = platform::host().context("FMUs have no folder for a platform like this one")?;
         let (library, remark) = archive.library(&description, host)?;
         let remarks = description.remarks.iter().cloned().chain(remark);
-        let remarks = remarks.map(|remark| remark.to_string()).collect();
+        let mut remarks: Vec<String> = remarks.map(|remark| remark.to_string()).collect();
         let description = description.by_element();
+        if description.capabilities.needs_execution_tool {
+            remarks.push("it says that it needs its tool (needsExecutionTool)".into());
+        }
+        let triggered = description
+            .variables
+            .iter()
+            .filter(|v| clocks::is_triggered(v));
+        remarks.extend(triggered.map(|v| {
+            let name = &v.name;
+            format!(
+                "its clock `{name}` is triggered from outside, which nothing does: it never ticks"
+            )
+        }));
         let folder = TempDir::with_prefix("cosim-")?;
         archive.unpack(folder.path())?;
         let library = folder.path().join(library);
@@ -72,11 +87,13 @@ impl Fmu {
                 (Api::Fmi3(Arc::new(Functions3::of(library))), path)
             }
         };
+        let layout = Layout::new(&description);
         Ok(Arc::new(Self {
             file: file.to_string(),
             resources,
             api,
-            layout: Arc::new(Layout::new(&description)),
+            plan: Arc::new(Plan::new(&description, &layout)),
+            layout,
             description,
             instances: AtomicUsize::new(0),
             remarks,
@@ -91,7 +108,12 @@ impl Fmu {
         if let Some(v) = variables.iter().map(of).find(|v| !v.access().is_number()) {
             bail!("{} of FMU `{}` is not a number", v.name, self.file);
         }
-        Ok(Batch::new(&self.description, &self.layout, variables))
+        Ok(self.any_batch(variables))
+    }
+
+    /// The same of any type.
+    pub(crate) fn any_batch(&self, variables: Vec<usize>) -> Batch {
+        Batch::new(&self.description, &self.layout, variables)
     }
 
     /// Count one more instance, or refuse where the FMU allows only one per process.

@@ -1,49 +1,71 @@
-//! Inputs from a file: values over time for inputs that no connection drives.
+//! Values over time for inputs that no connection drives, from a file or from memory.
 
 use std::path::Path;
 
-use anyhow::{Context, Result, bail, ensure};
-use fmu_description::{Kind, Variability};
+use anyhow::{Context, Result, anyhow, bail, ensure};
+use fmu_description::{Kind, Variability, Variable};
 
+use crate::cells::cells;
 use crate::exchange::{Write, writes};
+use crate::faults::Alteration;
+use crate::numbers::{allowed, fits, number};
 use crate::package::read;
 use crate::slave::{At, Slave};
+use crate::structure::Hop;
 use crate::system::System;
-use crate::transformation::{Transformation, along};
-use crate::wiring::Port;
+use crate::transformation::{Linear, Transformation, along, conversion, unit_of};
+use crate::units::{common, named};
+use crate::wiring::{Port, Wiring};
 
-/// Columns of values over time, and the inputs that they go to.
-pub struct InputTable {
-    times: Vec<f64>,
-    columns: Vec<Column>,
-    writes: Vec<Write>,
-    /// Present values, a slot for each column.
-    values: Vec<f64>,
-    buffer: Vec<f64>,
-    /// Row that the last time was found in.
-    row: usize,
+/// Values over time as a user has them.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Table {
+    /// Times of the rows, s, increasing.
+    pub times: Vec<f64>,
+    /// Columns.
+    pub columns: Vec<Column>,
 }
 
-struct Column {
-    values: Vec<f64>,
-    /// Between two rows the value lies between theirs; else that of the row before holds.
-    is_linear: bool,
+/// Values of one input.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Column {
+    /// An input, or a parameter that may be set between steps, `component.variable`; or an input of
+    /// the system.
+    pub name: String,
+    /// Unit of the values; none: that of the input.
+    pub unit: Option<String>,
+    /// A value for each time; of a Boolean 0 or 1, of an enumeration the number of the item.
+    pub values: Vec<f64>,
 }
 
-impl InputTable {
+impl Table {
     /// Read a CSV file for `system`: a line of names, the first of which is `time`, the others
-    /// `component.variable` or inputs of the system; then rows of numbers, with increasing times.
+    /// inputs; then rows of values. The units are those in the file `NAME.units.csv` beside it,
+    /// where there is one. `chosen` names inputs and the columns that are for them; where it is
+    /// empty, each column is for the input of its name.
     ///
     /// # Errors
     /// File, row and column of what is wrong.
-    pub fn load(path: &Path, system: &System) -> Result<Self> {
+    pub fn load(path: &Path, system: &System, chosen: &[(String, String)]) -> Result<Self> {
         let file = path.display();
-        let text = String::from_utf8(read(path).context("input file")?);
-        let text = text.with_context(|| format!("input file `{file}` is not UTF-8 text"))?;
-        Self::parse(&text, system).with_context(|| format!("input file `{file}`"))
+        let context = || format!("input file `{file}`");
+        let mut units = Vec::new();
+        let beside = path.with_extension("units.csv");
+        if beside.is_file() {
+            let text = text_of(&beside)?;
+            let read = parse_units(&text);
+            units = read.with_context(|| format!("units `{}`", beside.display()))?;
+        }
+        let text = text_of(path).context("input file")?;
+        Self::parse(&text, &units, system, chosen).with_context(context)
     }
 
-    fn parse(text: &str, system: &System) -> Result<Self> {
+    fn parse(
+        text: &str,
+        units: &[(String, String)],
+        system: &System,
+        chosen: &[(String, String)],
+    ) -> Result<Self> {
         let mut lines = (1..)
             .zip(text.lines())
             .filter(|(_, line)| !line.trim().is_empty());
@@ -53,94 +75,227 @@ impl InputTable {
             header.contains(',') || !header.contains(';'),
             "row 1: columns are separated by `;`; they must be separated by commas"
         );
-        let names: Vec<&str> = header
-            .split(',')
-            .map(|name| name.trim().trim_matches('"'))
-            .collect();
+        let names = cells(header);
         ensure!(
             names[0] == "time",
             "row 1: the first column is `{}`; it must be `time`",
             names[0]
         );
-        let wiring = system.wiring()?;
-        let mut columns = Vec::new();
-        let mut targets: Vec<(Port, Transformation, usize)> = Vec::new();
-        for (slot, name) in names[1..].iter().enumerate() {
+        let mut table = Self::default();
+        let mut places = Vec::new();
+        for (place, name) in names.iter().enumerate().skip(1) {
             ensure!(
-                !names[1..=slot].contains(name),
+                !names[1..place].contains(name),
                 "row 1: two columns are named `{name}`"
             );
-            let place = || format!("row 1, column `{name}`");
-            let ends = ends(system, name).with_context(place)?;
-            for (port, transformation) in &ends {
-                if let Some(link) = wiring.driver(*port) {
-                    let driver = wiring.name(wiring.links[link].from);
-                    bail!("{}: the connection from `{driver}` drives it", place());
-                }
-                if let Some((.., other)) = targets.iter().find(|(p, ..)| p == port) {
-                    let other = names[1 + *other];
-                    bail!("{}: the column `{other}` gives this input, too", place());
-                }
-                targets.push((*port, transformation.clone(), slot));
+            let targets = chosen.iter().filter(|(_, column)| column == name);
+            let targets: Vec<&String> = match chosen.is_empty() {
+                true => vec![name],
+                false => targets.map(|(input, _)| input).collect(),
+            };
+            for target in targets {
+                let unit = units.iter().find(|(signal, _)| signal == name);
+                table.columns.push(Column {
+                    name: target.clone(),
+                    unit: unit.map(|(_, unit)| unit.clone()),
+                    values: Vec::new(),
+                });
+                places.push(place);
             }
-            let is_linear = ends.iter().all(|(port, _)| {
-                let variable = system.variable(*port);
-                variable.kind == Kind::Real && variable.variability == Variability::Continuous
-            });
-            columns.push(Column {
-                values: Vec::new(),
-                is_linear,
-            });
         }
-        let mut times: Vec<f64> = Vec::new();
+        let has = |column: &String| names[1..].contains(column);
+        if let Some((input, column)) = chosen.iter().find(|(_, column)| !has(column)) {
+            bail!(
+                "row 1: there is no column `{column}` for `{input}`; there are {}",
+                names[1..].join(", ")
+            );
+        }
+        let wiring = system.wiring()?;
+        let goals = goals(system, &wiring, &table.columns, "row 1, ")?;
         for (row, line) in lines {
-            let cells: Vec<&str> = line.split(',').map(str::trim).collect();
+            let cells = cells(line);
             ensure!(
                 cells.len() == names.len(),
                 "row {row} has {} columns; it must have {}",
                 cells.len(),
                 names.len()
             );
-            let number = |k: usize| {
-                let number = match cells[k] {
-                    "true" => Some(1.0),
-                    "false" => Some(0.0),
-                    text => text.parse().ok().filter(|x: &f64| x.is_finite()),
-                };
-                let (name, text) = (names[k], cells[k]);
-                number.with_context(|| {
-                    format!("row {row}, column `{name}`: `{text}` is not a finite number")
-                })
-            };
-            let time = number(0)?;
-            if let Some(before) = times.last() {
-                ensure!(
-                    time > *before,
-                    "row {row}: the time {time} s must be greater than the one before, {before} s"
-                );
-            }
-            times.push(time);
-            for (k, column) in columns.iter_mut().enumerate() {
-                column.values.push(number(k + 1)?);
+            let time = cells[0].parse();
+            let time = time.ok().filter(|t: &f64| t.is_finite());
+            let time = time.with_context(|| {
+                format!(
+                    "row {row}, column `time`: `{}` is not a finite number",
+                    cells[0]
+                )
+            })?;
+            follows(&table.times, time).with_context(|| format!("row {row}"))?;
+            table.times.push(time);
+            for ((column, goal), place) in table.columns.iter_mut().zip(&goals).zip(&places) {
+                let value = goal.number(&cells[*place]);
+                let value =
+                    value.with_context(|| format!("row {row}, column `{}`", names[*place]))?;
+                column.values.push(value);
             }
         }
-        ensure!(!times.is_empty(), "it has no rows of numbers");
-        let targets = targets.into_iter().map(|(port, t, slot)| (port, slot, t));
+        ensure!(!table.times.is_empty(), "it has no rows of numbers");
+        Ok(table)
+    }
+}
+
+fn text_of(path: &Path) -> Result<String> {
+    let text = String::from_utf8(read(path)?);
+    text.with_context(|| format!("`{}` is not UTF-8 text", path.display()))
+}
+
+/// Signals and their units, as [`crate::csv::Log`] writes them.
+fn parse_units(text: &str) -> Result<Vec<(String, String)>> {
+    let mut lines = (1..).zip(text.lines());
+    let header = lines.next().map(|(_, line)| cells(line));
+    ensure!(
+        header.is_some_and(|header| header == ["signal", "unit"]),
+        "row 1: it must be `signal,unit`"
+    );
+    let mut units = Vec::new();
+    for (row, line) in lines.filter(|(_, line)| !line.trim().is_empty()) {
+        let cells = cells(line);
+        let [signal, unit] = cells.as_slice() else {
+            bail!("row {row} has {} columns; it must have 2", cells.len());
+        };
+        ensure!(
+            signal != "time" || unit == "s",
+            "row {row}: the unit of `time` is {unit}; it must be s"
+        );
+        units.push((signal.clone(), unit.clone()));
+    }
+    Ok(units)
+}
+
+/// Times increase.
+fn follows(times: &[f64], time: f64) -> Result<()> {
+    let last = times.last().copied().unwrap_or(f64::NEG_INFINITY);
+    ensure!(
+        time > last,
+        "the time {time} s must be greater than the one before, {last} s"
+    );
+    Ok(())
+}
+
+/// Columns of values over time, and the inputs that they go to.
+#[derive(Default)]
+pub struct InputTable {
+    times: Vec<f64>,
+    columns: Vec<Values>,
+    ports: Vec<Port>,
+    writes: Vec<Write>,
+    /// Present values, a slot for each column.
+    values: Vec<f64>,
+    buffer: Vec<f64>,
+    /// Row that the last time was found in.
+    row: usize,
+}
+
+struct Values {
+    values: Vec<f64>,
+    /// Between two rows the value lies between theirs; else that of the row before holds.
+    is_linear: bool,
+}
+
+impl InputTable {
+    /// Of a table in memory.
+    ///
+    /// # Errors
+    /// Column and time of what is wrong.
+    pub fn new(system: &System, table: &Table) -> Result<Self> {
+        let wiring = system.wiring()?;
+        let goals = goals(system, &wiring, &table.columns, "")?;
+        ensure!(!table.times.is_empty(), "the input table has no rows");
+        for (k, time) in table.times.iter().enumerate() {
+            ensure!(time.is_finite(), "the time {time} s must be finite");
+            follows(&table.times[..k], *time)?;
+        }
+        for (column, goal) in table.columns.iter().zip(&goals) {
+            ensure!(
+                column.values.len() == table.times.len(),
+                "column `{}` has {} values at {} times",
+                column.name,
+                column.values.len(),
+                table.times.len()
+            );
+            for (t, value) in table.times.iter().zip(&column.values) {
+                let (name, checked) = (&column.name, goal.check(*value));
+                checked.map_err(|unfit| anyhow!("column `{name}`: at {t} s {unfit}"))?;
+            }
+        }
+        let columns = table
+            .columns
+            .iter()
+            .zip(&goals)
+            .map(|(column, goal)| Values {
+                values: column.values.clone(),
+                is_linear: goal.is_linear,
+            });
+        let columns: Vec<_> = columns.collect();
+        let targets = goals.into_iter().enumerate();
+        let targets = targets.flat_map(|(slot, goal)| {
+            let ends = goal.ends.into_iter();
+            ends.map(move |(port, transformation)| (port, slot, transformation))
+        });
         let targets: Vec<_> = targets.collect();
         Ok(Self {
-            times,
+            times: table.times.clone(),
             values: vec![0.0; columns.len()],
             columns,
             buffer: vec![0.0; targets.len()],
+            ports: targets.iter().map(|(port, ..)| *port).collect(),
             writes: writes(&wiring, targets.into_iter()),
             row: 0,
         })
     }
 
+    /// The inputs that it gives values to.
+    pub fn ports(&self) -> &[Port] {
+        &self.ports
+    }
+
+    /// A table without inputs; `t`, s, is any time.
+    pub(crate) fn empty(t: f64) -> Self {
+        Self {
+            times: vec![t],
+            ..Self::default()
+        }
+    }
+
+    /// An input that has this value all the time.
+    pub(crate) fn hold(&mut self, wiring: &Wiring, port: Port, value: f64) {
+        let slot = self.columns.len();
+        self.columns.push(Values {
+            values: vec![value; self.times.len()],
+            is_linear: false,
+        });
+        let target = (port, slot, Transformation::NONE);
+        self.writes.extend(writes(wiring, std::iter::once(target)));
+        self.values.push(value);
+        self.buffer.push(value);
+        self.ports.push(port);
+    }
+
+    /// What is set at a communication point.
+    pub(crate) fn writes(&mut self) -> impl Iterator<Item = &mut Write> {
+        self.writes.iter_mut()
+    }
+
     /// Set the inputs to their values at `t`, s; before the first row and after the last one those
     /// hold.
-    pub fn set(&mut self, slaves: &[Slave], t: f64, at: At) -> Result<()> {
-        while self.times.get(self.row + 1).is_some_and(|next| *next <= t) {
+    pub(crate) fn set(
+        &mut self,
+        slaves: &[Slave],
+        mut faults: Option<&mut Alteration>,
+        t: f64,
+    ) -> Result<()> {
+        // Times of steps are products, which may end one rounding before the time that is written.
+        let reached = t + 4.0 * f64::EPSILON * t.abs();
+        let next = |row: usize| self.times.get(row + 1);
+        while next(self.row).is_some_and(|next| *next <= reached) {
             self.row += 1;
         }
         let row = self.row;
@@ -156,30 +311,150 @@ impl InputTable {
             };
         }
         let (values, buffer) = (&self.values, &mut self.buffer);
+        if let Some(faults) = &mut faults {
+            faults.begin(t);
+        }
         let mut writes = self.writes.iter();
-        writes.try_for_each(|write| write.run(slaves, values, buffer, at))
+        writes.try_for_each(|write| {
+            let faults = faults.as_deref_mut();
+            write.run(slaves, values, buffer, faults, At::Time(t))
+        })
     }
 }
 
-/// The inputs that a name stands for, and what becomes of values on their way there.
-fn ends(system: &System, name: &str) -> Result<Vec<(Port, Transformation)>> {
+/// What the values of a column are for.
+struct Goal<'a> {
+    /// Inputs, and what becomes of values on their way there.
+    ends: Vec<(Port, Transformation)>,
+    /// The input whose values the column has; none where they are transformed.
+    variable: Option<&'a Variable>,
+    is_linear: bool,
+}
+
+impl Goal<'_> {
+    fn number(&self, text: &str) -> Result<f64> {
+        if let Some(variable) = self.variable {
+            return number(variable, text);
+        }
+        let number = match text {
+            "true" => Some(1.0),
+            "false" => Some(0.0),
+            _ => text.parse().ok().filter(|x: &f64| x.is_finite()),
+        };
+        number.with_context(|| format!("`{text}` is not a finite number"))
+    }
+
+    fn check(&self, value: f64) -> Result<()> {
+        let is_fit = self.variable.map_or(value.is_finite(), |v| fits(v, value));
+        let needed = self.variable.map_or("a finite number".into(), allowed);
+        ensure!(is_fit, "`{value}` is not {needed}");
+        Ok(())
+    }
+}
+
+/// What each column is for; `place` says where the names stand.
+fn goals<'a>(
+    system: &'a System,
+    wiring: &Wiring,
+    columns: &[Column],
+    place: &str,
+) -> Result<Vec<Goal<'a>>> {
+    let mut taken: Vec<(Port, &str)> = Vec::new();
+    let mut goals = Vec::new();
+    for (k, column) in columns.iter().enumerate() {
+        let name = column.name.as_str();
+        ensure!(
+            columns[..k].iter().all(|other| other.name != name),
+            "{place}two columns are named `{name}`"
+        );
+        let place = || format!("{place}column `{name}`");
+        let ends = ends(system, column).with_context(place)?;
+        for (port, _) in &ends {
+            if let Some(link) = wiring.driver(*port) {
+                let driver = wiring.name(wiring.links[link].from);
+                bail!("{}: the connection from `{driver}` drives it", place());
+            }
+            if let Some((_, other)) = taken.iter().find(|(p, _)| p == port) {
+                bail!("{}: the column `{other}` gives this input, too", place());
+            }
+            taken.push((*port, name));
+        }
+        let variables = || ends.iter().map(|(port, _)| system.variable(*port));
+        let is_plain = ends.iter().all(|(_, t)| *t == Transformation::NONE);
+        goals.push(Goal {
+            is_linear: variables()
+                .all(|v| v.kind == Kind::Real && v.variability == Variability::Continuous),
+            variable: variables().next().filter(|_| is_plain),
+            ends,
+        });
+    }
+    Ok(goals)
+}
+
+/// The inputs that a column is for, and what becomes of its values on their way there.
+fn ends(system: &System, column: &Column) -> Result<Vec<(Port, Transformation)>> {
+    let name = &column.name;
+    let unit = column.unit.as_deref().filter(|unit| *unit != "1");
+    let unit = unit.map(|unit| named(system, unit));
     let mut inputs = system.structure.inputs.iter();
-    if let Some(input) = inputs.find(|input| input.name == name) {
-        let end = |((component, variable), way): &((String, String), Vec<_>)| {
+    if let Some(input) = inputs.find(|input| input.name == *name) {
+        let first = match (&unit, &input.unit) {
+            (Some(unit), Some(own)) => converted(unit, own)?,
+            _ => Transformation::NONE,
+        };
+        let unit = input.unit.clone().or(unit);
+        let end = |((component, variable), way): &((String, String), Vec<Hop>)| {
             let port = system.port(&format!("{component}.{variable}"))?;
             let ends = [None, Some(system.variable(port))];
-            Ok((port, along(way, input.unit.clone(), ends, &mut None)?))
+            let along = along(way, unit.clone(), ends, &mut None)?;
+            Ok((port, first.clone().then(along)))
         };
         return input.ends.iter().map(end).collect();
     }
     let port = system.port(name)?;
     let variable = system.variable(port);
     ensure!(
-        variable.is_input() && variable.access().is_number(),
+        (variable.is_input() || variable.is_tunable()) && variable.access().is_number(),
         "`{}` is no input that takes numbers; it is of type {}, {}",
         system.name(port),
         variable.kind.name(),
         format!("{:?}", variable.causality).to_lowercase()
     );
-    Ok(vec![(port, Transformation::NONE)])
+    let own = unit_of(&system.fmus[port.component].description, variable);
+    let transformation = match (&unit, own) {
+        (Some(unit), Some(own)) => converted(unit, &own)?,
+        _ => Transformation::NONE,
+    };
+    Ok(vec![(port, without_offset(transformation, variable))])
+}
+
+/// A difference of values takes no offset.
+fn without_offset(transformation: Transformation, variable: &Variable) -> Transformation {
+    match transformation {
+        Transformation::Linear(Linear { factor, .. }) if variable.is_relative => {
+            Transformation::Linear(Linear {
+                factor,
+                offset: 0.0,
+            })
+        }
+        other => other,
+    }
+}
+
+/// From the unit of a column to that of an input.
+fn converted(
+    unit: &system_structure::Unit,
+    own: &system_structure::Unit,
+) -> Result<Transformation> {
+    let known = match own.exponents {
+        Some(_) => own.clone(),
+        None => common(&own.name),
+    };
+    let linear = conversion(unit, own).or_else(|| conversion(unit, &known));
+    linear.map(Transformation::Linear).with_context(|| {
+        format!(
+            "its unit is {}, that of the input is {}: it must be the same, or one that is defined with the same base units",
+            unit.name, own.name
+        )
+    })
 }

@@ -13,25 +13,30 @@
 //! Nothing here knows the physics.
 #![deny(unsafe_code)]
 
+mod arrays;
 pub mod batch;
 pub mod bond;
+mod cells;
 pub mod cli;
 mod coupling;
 pub mod csv;
 pub mod divergence;
 pub mod exchange;
+pub mod faults;
 pub mod fmu;
 pub mod input_table;
 mod instances;
 pub mod master;
 mod means;
-pub mod noise;
+pub mod numbers;
 pub mod observer;
 pub mod output;
 pub mod package;
+pub mod probing;
 pub mod recording;
 mod renaming;
 pub mod run;
+pub mod scenario;
 pub mod schedule;
 pub mod signals;
 pub mod slave;
@@ -40,5 +45,7 @@ pub mod stepping;
 pub mod structure;
 pub mod system;
 pub mod transformation;
+pub mod units;
+pub mod value;
 pub mod verdict;
 pub mod wiring;

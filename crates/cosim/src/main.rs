@@ -3,23 +3,23 @@
 
 mod describe;
 
+use std::collections::BTreeSet;
 use std::fmt::Write as _;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use anyhow::{Context, Result, bail};
-use clap::parser::ValueSource;
-use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand};
-use cosim::cli::{CsvArgs, RunArgs, SystemArgs, bar, exit, print};
+use clap::{Args, Parser, Subcommand};
+use cosim::cli::{CsvArgs, InputArgs, RunArgs, SystemArgs, bar, exit, place, print};
 use cosim::exchange::{Exchange, Order};
-use cosim::input_table::InputTable;
-use cosim::package::read;
+use cosim::package::{Package, read};
+use cosim::probing::probe;
 use cosim::run;
-use cosim::signals::matching;
+use cosim::signals::connected;
+use cosim::structure::{self, Structure};
 use cosim::system::System;
 use cosim::verdict::Verdict;
-use cosim::wiring::Port;
-use fmu_description::Archive;
+use fmu_description::{Archive, Causality};
 
 /// Run a system of FMUs: as its SSP system structure says, or its speed, or its wiring.
 #[derive(Parser)]
@@ -36,17 +36,36 @@ enum Command {
     /// Measure how many times faster than real time the system runs
     Bench(BenchArgs),
     /// Show components, stages of the exchange and power bonds; reports algebraic loops
-    Wiring(SystemArgs),
-    /// List the variables of FMUs, what the FMUs can do and the platforms that they have libraries
-    /// for
+    Wiring(WiringArgs),
+    /// List the variables of FMUs and systems, what the FMUs can do and the platforms that they have
+    /// libraries for
     Info(InfoArgs),
 }
 
 #[derive(Args)]
 struct InfoArgs {
-    /// FMUs
-    #[arg(required = true, value_name = "FMU")]
+    /// FMUs, and systems: a packed .ssp or a .ssd
+    #[arg(required = true, value_name = "FILE")]
     files: Vec<PathBuf>,
+    /// Take the FMUs of systems from this directory, by file name
+    #[arg(long, value_name = "DIR")]
+    fmu_dir: Option<PathBuf>,
+    /// System structure to take from packed systems
+    #[arg(long, value_name = "NAME")]
+    variant: Option<String>,
+    /// Print a list with an object for each file
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Args)]
+struct WiringArgs {
+    #[command(flatten)]
+    system: SystemArgs,
+    /// Try in Initialization Mode which inputs act at once on which outputs: a hint, which no run
+    /// uses
+    #[arg(long = "try")]
+    tries: bool,
 }
 
 #[derive(Args)]
@@ -57,22 +76,17 @@ struct OneRunArgs {
     /// Connection between these FMUs, from an output to an input; repeatable
     #[arg(long, value_name = "A.Y=B.U", requires = "files")]
     connect: Vec<String>,
-    /// Values over time for inputs that no connection drives: a CSV file whose columns are `time`
-    /// and `component.variable`
-    #[arg(long, value_name = "FILE")]
-    input: Option<PathBuf>,
     #[command(flatten)]
     system: SystemArgs,
     #[command(flatten)]
     run: RunArgs,
     #[command(flatten)]
+    inputs: InputArgs,
+    #[command(flatten)]
     csv: CsvArgs,
     /// No progress bar
     #[arg(long)]
     quiet: bool,
-    /// Whether the command line says the step.
-    #[arg(skip)]
-    is_step_given: bool,
 }
 
 #[derive(Args)]
@@ -92,16 +106,7 @@ struct BenchArgs {
 }
 
 fn main() -> ExitCode {
-    let matches = Cli::command().get_matches();
-    let mut command = match Cli::from_arg_matches(&matches) {
-        Ok(cli) => cli.command,
-        Err(error) => error.exit(),
-    };
-    let of_command = matches.subcommand().map(|(_, matches)| matches);
-    if let Command::Run(args) = &mut command {
-        let source = of_command.and_then(|matches| matches.value_source("step"));
-        args.is_step_given = source == Some(ValueSource::CommandLine);
-    }
+    let command = Cli::parse().command;
     // What FMUs print must not get into what this program prints; where that cannot be had, it runs
     // all the same.
     let _ = cosim::output::separate();
@@ -119,11 +124,15 @@ fn load(args: &SystemArgs) -> Result<System> {
     args.load(|| bail!("name a system: --system FILE, a packed .ssp or a .ssd"))
 }
 
+fn is_system(file: &Path) -> bool {
+    file.extension().is_some_and(|e| e == "ssp" || e == "ssd")
+}
+
 /// The system of a run: FMUs by themselves, or a system.
 fn system_of(args: &OneRunArgs) -> Result<System> {
     match args.files.as_slice() {
         [] => load(&args.system),
-        [file] if file.extension().is_some_and(|e| e == "ssp" || e == "ssd") => {
+        [file] if is_system(file) => {
             let system = Some(file.clone());
             load(&SystemArgs {
                 system,
@@ -137,30 +146,14 @@ fn system_of(args: &OneRunArgs) -> Result<System> {
 fn run_system(args: &OneRunArgs) -> Result<Verdict> {
     let system = system_of(args)?;
     let mut run = args.run.clone();
-    let mut preferred = None;
-    if !args.is_step_given
-        && let Some((step, who)) = system.preferred_step()
-        && step != run.step
-    {
-        preferred = Some(format!("the communication step is {step} s, as {who} asks"));
-        run.step = step;
-    }
+    let preferred = run.prefer(&system);
     let mut experiment = run.experiment(&system)?;
     let mut verdict = run.forgotten(&system, &experiment)?;
-    preferred.into_iter().for_each(|text| verdict.note(text));
-    if experiment.stop.or(system.structure.stop_time).is_none() {
-        let stop = system.preferred_stop();
-        verdict.note(format!(
-            "nobody says when to stop: the run ends at t = {stop} s"
-        ));
-        experiment.stop = Some(stop);
-    }
+    verdict.extend(preferred);
+    verdict.extend(args.inputs.add_to(&mut experiment, &system)?);
     let stop = experiment.stop(&system)?;
-    let mut master = experiment.start(&system)?;
-    if let Some(file) = &args.input {
-        master.feed(InputTable::load(file, &system)?)?;
-    }
-    let mut log = args.csv.log(&system, &experiment, || shown(&system))?;
+    let master = experiment.start(&system)?;
+    let mut log = args.csv.log(&system, &experiment, || connected(&system))?;
     let bar = bar(0, "steps", args.quiet);
     let progress = |k, steps| {
         bar.set_length(steps);
@@ -180,26 +173,11 @@ fn run_system(args: &OneRunArgs) -> Result<Verdict> {
     Ok(verdict)
 }
 
-/// The outputs that connections pass on: what is written where no signals are named.
-fn connected(system: &System) -> Result<Vec<Port>> {
-    let mut ports: Vec<Port> = system.wiring()?.links.iter().map(|l| l.from).collect();
-    ports.sort();
-    ports.dedup();
-    Ok(ports)
-}
-
-/// The same; of FMUs without connections all outputs.
-fn shown(system: &System) -> Result<Vec<Port>> {
-    let ports = connected(system)?;
-    match ports.is_empty() {
-        true => matching(system, &["*".to_string()]),
-        false => Ok(ports),
-    }
-}
-
 fn bench(args: &BenchArgs) -> Result<Verdict> {
     let system = load(&args.system)?;
-    let experiment = args.run.experiment(&system)?;
+    let mut run = args.run.clone();
+    run.prefer(&system);
+    let experiment = run.experiment(&system)?;
     let stop = experiment.stop(&system)?;
     let mut outcomes = Vec::new();
     for _ in 0..args.repeat.max(1) {
@@ -232,19 +210,52 @@ fn bench(args: &BenchArgs) -> Result<Verdict> {
 }
 
 fn info(args: &InfoArgs) -> Result<Verdict> {
-    let mut text = String::new();
-    for file in &args.files {
-        let context = || format!("`{}`", file.display());
-        let mut archive = Archive::open(read(file)?).with_context(context)?;
-        let description = archive.description().with_context(context)?;
-        text += &describe::fmu(&file.display().to_string(), &description, archive.names());
+    let (mut text, mut list) = (String::new(), Vec::new());
+    for path in &args.files {
+        let file = path.display().to_string();
+        let context = || format!("`{file}`");
+        if is_system(path) {
+            let (structure, fmus) = described(path, args).with_context(context)?;
+            list.push(describe::system_json(&file, &structure, &fmus));
+            text += &describe::system(&file, &structure, &fmus);
+        } else {
+            let archive = Archive::open(read(path)?).with_context(context)?;
+            let fmu = describe::Fmu::of(file.clone(), archive).with_context(context)?;
+            list.push(describe::fmu_json(&fmu));
+            text += &describe::fmu(&fmu);
+        }
     }
-    print(text)?;
+    match args.json {
+        true => print(format_args!("{:#}\n", serde_json::Value::from(list)))?,
+        false => print(text)?,
+    }
     Ok(Verdict::default())
 }
 
-fn wiring(args: &SystemArgs) -> Result<Verdict> {
-    let system = load(args)?;
+/// A structure and its FMUs, each once; no library is loaded.
+fn described(path: &Path, args: &InfoArgs) -> Result<(Structure, Vec<describe::Fmu>)> {
+    let mut package = Package::open(path)?;
+    let variant = args.variant.as_deref();
+    let text = package.structure(variant)?;
+    let name = package.structure_name(variant);
+    let structure = structure::read(&text, &name, &mut |source| package.text(source))?;
+    let place = place(args.fmu_dir.as_deref())?;
+    let mut fmus: Vec<describe::Fmu> = Vec::new();
+    for component in &structure.components {
+        if fmus.iter().any(|fmu| fmu.file == component.source) {
+            continue;
+        }
+        let context = || format!("FMU of component `{}`", component.name);
+        let bytes = place.read(&component.source, &mut package);
+        let archive = Archive::open(bytes.with_context(context)?).with_context(context)?;
+        let fmu = describe::Fmu::of(component.source.clone(), archive);
+        fmus.push(fmu.with_context(context)?);
+    }
+    Ok((structure, fmus))
+}
+
+fn wiring(args: &WiringArgs) -> Result<Verdict> {
+    let system = load(&args.system)?;
     let wiring = system.wiring()?;
     let mut text = String::new();
     for (c, fmu) in system.structure.components.iter().zip(&system.fmus) {
@@ -261,6 +272,26 @@ fn wiring(args: &SystemArgs) -> Result<Verdict> {
     ] {
         let exchange = Exchange::new(&wiring, order, |_| true).context(title)?;
         writeln!(text, "\n{title}\n{}", exchange.describe(&wiring).trim_end())?;
+    }
+    let mut outputs = connected(&system)?;
+    outputs.retain(|port| system.variable(*port).causality == Causality::Output);
+    for (title, is_late) in [
+        ("read at once, after the inputs that they depend on", false),
+        (
+            "read late, right after the step, because nobody says what they depend on",
+            true,
+        ),
+    ] {
+        let names = outputs
+            .iter()
+            .filter(|p| wiring.is_read_once(**p) == is_late);
+        let names: Vec<_> = names.map(|port| system.name(*port)).collect();
+        if !names.is_empty() {
+            writeln!(text, "\noutputs {title}: {}", names.join(", "))?;
+        }
+    }
+    if args.tries {
+        text += &tried(&system)?;
     }
     for link in wiring.links.iter().filter(|link| link.bond.is_some()) {
         let (from, to) = (wiring.name(link.from), wiring.name(link.to));
@@ -284,4 +315,51 @@ fn wiring(args: &SystemArgs) -> Result<Verdict> {
     }
     print(text)?;
     Ok(Verdict::default())
+}
+
+/// What changes at once, as text.
+fn tried(system: &System) -> Result<String> {
+    let mut text = "\ntried in Initialization Mode (a hint, which no run uses)\n".to_string();
+    for (k, component) in system.structure.components.iter().enumerate() {
+        let description = &system.fmus[k].description;
+        let names = |list: &mut dyn Iterator<Item = &usize>| -> String {
+            let names: Vec<_> = list
+                .map(|i| description.variables[*i].name.as_str())
+                .collect();
+            match names.is_empty() {
+                true => "nothing".into(),
+                false => names.join(", "),
+            }
+        };
+        let found = probe(system, k).with_context(|| component.name.clone())?;
+        for (i, v) in description.variables.iter().enumerate() {
+            if v.causality != Causality::Output || !v.access().is_number() {
+                continue;
+            }
+            let acting = found.acting.get(&i).cloned().unwrap_or_default();
+            let declared = |initially| description.declared_feedthrough(i, initially);
+            let declared = match (declared(false), declared(true).unwrap_or_default()) {
+                (None, _) => "nothing is declared".to_string(),
+                (_, inputs) if acting.iter().eq(inputs.iter().collect::<BTreeSet<_>>()) => {
+                    "as declared".into()
+                }
+                (_, inputs) => format!("declared: {}", names(&mut inputs.iter())),
+            };
+            let by = names(&mut acting.iter());
+            writeln!(
+                text,
+                "  {}.{}: changed by {by} ({declared})",
+                component.name, v.name
+            )?;
+        }
+        if !found.refused.is_empty() {
+            let refused = names(&mut found.refused.iter());
+            writeln!(
+                text,
+                "  {}: refuses other values of {refused}",
+                component.name
+            )?;
+        }
+    }
+    Ok(text)
 }

@@ -6,10 +6,10 @@ use fmu_description::{Access, Variability};
 use crate::bond::Residual;
 use crate::coupling::{BondStep, Coupling};
 use crate::exchange::{Exchange, Order};
+use crate::faults::{Alteration, Faults, is_source};
 use crate::input_table::InputTable;
 use crate::instances::make;
 use crate::means::Means;
-use crate::noise::Noise;
 use crate::schedule;
 use crate::slave::{At, Slave};
 use crate::spare;
@@ -17,7 +17,10 @@ use crate::system::{Setting, System};
 use crate::wiring::{Link, Port, Wiring};
 
 pub use crate::instances::{instantiate, start_value};
-pub use crate::schedule::{Schedule, Stepping};
+pub use crate::schedule::{Jitter, Schedule, Stepping};
+
+/// Part of the communication step by which an event may be missed.
+const TOLERANCE: f64 = 1e-6;
 
 /// A running system.
 pub struct Master {
@@ -64,7 +67,10 @@ impl Master {
             .iter()
             .map(|b| Residual::new(wiring.name(b.effort)))
             .collect();
+        let timed = (0..slaves.len()).filter(|k| slaves[*k].has_events());
         let mut coupling = Coupling {
+            timed: timed.collect(),
+            fixed: system.fixed_step().map(str::to_string),
             bond_steps: vec![BondStep::default(); bonds.len()],
             slaves,
             exchange,
@@ -74,6 +80,7 @@ impl Master {
             residuals,
         };
         schedule::begin(stepping.schedule, &mut coupling, stepping.start)?;
+        coupling.tick(stepping.start, TOLERANCE * stepping.step, is_staged)?;
         Ok(Self {
             coupling,
             stepping,
@@ -108,15 +115,50 @@ impl Master {
         self.coupling.slaves[port.component].number(port.variable, At::Time(self.time))
     }
 
+    /// Present value of a variable of any type that does not pass as a number, whole, as text.
+    pub fn text(&self, port: Port) -> Result<String> {
+        let slave = &self.coupling.slaves[port.component];
+        Ok(slave.value(port.variable, At::Time(self.time))?.to_string())
+    }
+
     /// The instances, in the order of the structure's components.
     pub fn slaves(&self) -> &[Slave] {
         &self.coupling.slaves
     }
 
-    /// From now on disturb the chosen inputs; what was passed at the present time is passed again,
-    /// disturbed.
-    pub fn disturb(&mut self, system: &System, noise: &Noise) -> Result<()> {
-        self.coupling.exchange.disturb(&system.wiring()?, noise)?;
+    /// From now on values are altered; what was passed at the present time is passed again. An
+    /// input of a scenario to which nothing gives values has its present one but for that.
+    pub fn alter(&mut self, system: &System, faults: &Faults) -> Result<()> {
+        let wiring = system.wiring()?;
+        for fault in faults.list.iter().filter(|fault| fault.is_event) {
+            let (port, is_source) = (fault.port, is_source(system, fault.port));
+            let fed = self.inputs.as_ref().map_or(&[][..], InputTable::ports);
+            if !is_source && wiring.driver(port).is_none() && !fed.contains(&port) {
+                let value = self.number(port)?;
+                let table = self
+                    .inputs
+                    .get_or_insert_with(|| InputTable::empty(self.time));
+                table.hold(&wiring, port, value);
+            }
+        }
+        let fed = self.inputs.as_ref().map_or(&[][..], InputTable::ports);
+        faults.described(system, &wiring, fed)?;
+        let mut alteration = Alteration::new(system, faults, self.stepping)?;
+        let Coupling {
+            exchange,
+            derivatives,
+            means,
+            ..
+        } = &mut self.coupling;
+        let passed = exchange.writes();
+        let rates = derivatives.iter_mut().flat_map(Exchange::writes);
+        let given = means.writes.iter_mut().flatten();
+        let fed = self.inputs.iter_mut().flat_map(InputTable::writes);
+        for write in passed.chain(rates).chain(given).chain(fed) {
+            write.attach(&wiring, &mut alteration);
+        }
+        self.coupling.exchange.faults = Some(alteration);
+        self.set_inputs()?;
         self.pass()
     }
 
@@ -147,15 +189,25 @@ impl Master {
         self.advance(end - self.time, end)
     }
 
-    fn advance(&mut self, h: f64, end: f64) -> Result<()> {
-        schedule::advance(
-            self.stepping.schedule,
-            &mut self.coupling,
-            [self.time, h, end],
-        )?;
-        self.steps += 1;
-        self.time = end;
-        self.set_inputs()
+    /// Step to `end`, which is `h` away, both s; in parts where events are between.
+    fn advance(&mut self, mut h: f64, end: f64) -> Result<()> {
+        let Stepping { step, schedule, .. } = self.stepping;
+        let tolerance = TOLERANCE * step;
+        loop {
+            schedule::prepare(schedule, &mut self.coupling, self.time)?;
+            let split = self.coupling.split(end - tolerance);
+            let part = split.map_or([self.time, h, end], |t| [self.time, t - self.time, t]);
+            schedule::advance(schedule, &mut self.coupling, part)?;
+            self.time = part[2];
+            self.steps += u64::from(split.is_none());
+            self.set_inputs()?;
+            let is_staged = schedule != Schedule::Standard;
+            self.coupling.tick(self.time, tolerance, is_staged)?;
+            if split.is_none() {
+                return Ok(());
+            }
+            h = end - self.time;
+        }
     }
 
     /// From now on, and at the present time, inputs that no connection drives have the values of a
@@ -169,7 +221,10 @@ impl Master {
         let Some(inputs) = &mut self.inputs else {
             return Ok(());
         };
-        inputs.set(&self.coupling.slaves, self.time, At::Time(self.time))?;
+        let Coupling {
+            slaves, exchange, ..
+        } = &mut self.coupling;
+        inputs.set(slaves, exchange.faults.as_mut(), self.time)?;
         self.pass()
     }
 

@@ -3,10 +3,11 @@
 use std::collections::BTreeMap;
 
 use anyhow::{Context, Result, bail};
+use fmu_description::Access;
 
 use crate::bond::BondSlots;
 use crate::exchange::{Exchange, Read, Write, reads, writes};
-use crate::wiring::Wiring;
+use crate::wiring::{Port, Wiring};
 
 /// Step means of the bonds' efforts: read after a component was stepped, given to those stepped
 /// later (Gauss–Seidel).
@@ -55,6 +56,14 @@ impl Means {
                     wiring.name(b.flow)
                 );
             };
+            let is_no_real = |port: &Port| wiring.access(*port) != Access::Real;
+            if let Some(port) = [link.from, b.step_mean, flow]
+                .iter()
+                .find(|p| is_no_real(p))
+            {
+                let (bond, name) = (wiring.name(link.from), wiring.name(*port));
+                bail!("power bond of {bond}: {name} must be Real");
+            }
             let slot = |port| exchange.slot(port).context("every connection has a slot");
             let (mean_slot, mean_given) =
                 (slots[&b.step_mean], link.from.component < link.to.component);

@@ -4,6 +4,7 @@
 
 use std::fmt::Display;
 use std::io::{self, Write};
+use std::process::ExitCode;
 
 /// Write to our standard output.
 pub fn write(text: impl Display) -> io::Result<()> {
@@ -24,6 +25,25 @@ pub fn write(text: impl Display) -> io::Result<()> {
 /// What the system says.
 pub fn separate() -> io::Result<()> {
     own::separate()
+}
+
+/// The end of a program.
+///
+/// The library of pythonfmu (0.7.0) frees its interpreter's state twice when a process ends in the
+/// usual way: its finalizer runs after the destructors of its static objects, which corrupts the
+/// heap, and some processes abort after all work is done. So nothing of the kind is run where
+/// Python's library is in the process.
+pub fn end(code: u8) -> ExitCode {
+    #[cfg(unix)]
+    // SAFETY: the name is a C string; nothing is to be run any more.
+    unsafe {
+        if !libc::dlsym(libc::RTLD_DEFAULT, c"Py_Initialize".as_ptr()).is_null() {
+            // Nobody may read the output any more.
+            let _ = io::stdout().flush();
+            libc::_exit(code.into());
+        }
+    }
+    ExitCode::from(code)
 }
 
 /// Call what may print; where outputs are separate, its lines are named as those of `who`.

@@ -2,14 +2,16 @@
 //! and what came out of it.
 
 use std::fmt::Write as _;
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result};
 
 use crate::bond::Residual;
 use crate::divergence::Watch;
+use crate::faults::Faults;
+use crate::input_table::{InputTable, Table};
 use crate::master::{Master, Stepping};
-use crate::noise::Noise;
 use crate::observer::{Function, Observer};
 use crate::slave::{Ended, messages};
 use crate::stepping::FixedSteps;
@@ -30,8 +32,10 @@ pub struct Experiment {
     pub stop: Option<f64>,
     /// Start values, applied in this order after those of the system.
     pub settings: Vec<Setting>,
-    /// Noise on inputs.
-    pub noise: Noise,
+    /// What is done to values on their way: noise and other faults, events of a scenario.
+    pub faults: Faults,
+    /// Values over time for inputs that no connection drives.
+    pub inputs: Option<Arc<Table>>,
 }
 
 /// What came out of a run.
@@ -53,8 +57,11 @@ impl Experiment {
     pub fn start(&self, system: &System) -> Result<Master> {
         messages::take();
         let mut master = Master::new(system, &self.settings, self.stepping)?;
-        if !self.noise.sensors.is_empty() {
-            master.disturb(system, &self.noise)?;
+        if let Some(table) = &self.inputs {
+            master.feed(InputTable::new(system, table)?)?;
+        }
+        if !self.faults.list.is_empty() {
+            master.alter(system, &self.faults)?;
         }
         Ok(master)
     }
@@ -103,6 +110,12 @@ pub fn observed(
             "the last step is not shortened to end at {stop} s, because `{fixed}` cannot vary its step"
         ));
     }
+    let step = master.stepping().step;
+    if let Some((component, internal)) = system.uneven_step(step) {
+        verdict.note(format!(
+            "the communication step of {step} s is no multiple of the fixed internal step of `{component}`, {internal} s"
+        ));
+    }
     let all = steps.count();
     let mut watch = Watch::new(start, &master.exchange().values);
     let clock = Instant::now();
@@ -111,8 +124,11 @@ pub fn observed(
         if observer.is_done() {
             break;
         }
-        let stepped = steps.make(k, &mut master);
-        let observed = stepped.and_then(|()| observer.observe(&master));
+        let observed = match steps.make(k, &mut master) {
+            Ok(false) => continue,
+            Ok(true) => observer.observe(&master),
+            Err(error) => Err(error),
+        };
         if let Err(error) = observed {
             if error.downcast_ref::<Ended>().is_some() {
                 verdict.note(format!("{error:#}"));

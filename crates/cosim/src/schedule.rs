@@ -8,7 +8,7 @@ mod standard;
 
 use anyhow::Result;
 
-pub use choice::{Schedule, Stepping};
+pub use choice::{Jitter, Schedule, Stepping, steps_in};
 
 use crate::coupling::Coupling;
 
@@ -18,6 +18,15 @@ pub(crate) fn begin(schedule: Schedule, coupling: &mut Coupling, t: f64) -> Resu
         Schedule::Standard => standard::begin(coupling, t),
         Schedule::GaussSeidel | Schedule::Jacobi => coupling.pass(t),
         Schedule::JacobiDerivatives => jacobi_derivatives::exchange(coupling, t),
+    }
+}
+
+/// What the instances are given at `t`, s, before the step from there; afterwards it is known when
+/// their next events are.
+pub(crate) fn prepare(schedule: Schedule, coupling: &mut Coupling, t: f64) -> Result<()> {
+    match schedule {
+        Schedule::Standard => standard::prepare(coupling, t),
+        _ => coupling.leave_events(t),
     }
 }
 

@@ -10,7 +10,7 @@ use crate::system::System;
 use crate::transformation::Transformation;
 use crate::wiring::Port;
 use anyhow::{Result, bail};
-use fmu_description::Causality;
+use fmu_description::{Access, Causality};
 
 /// Variables that are read together.
 pub struct Signals {
@@ -81,8 +81,21 @@ impl Inputs {
     pub fn set(&mut self, master: &Master, values: &[f64]) -> Result<()> {
         let at = At::Time(master.time());
         let mut writes = self.writes.iter();
-        writes.try_for_each(|w| w.run(master.slaves(), values, &mut self.buffer, at))
+        writes.try_for_each(|w| w.run(master.slaves(), values, &mut self.buffer, None, at))
     }
+}
+
+/// The outputs that connections pass on; where there is no connection, all outputs: what is written
+/// where no signals are named. Texts and bytes only by name.
+pub fn connected(system: &System) -> Result<Vec<Port>> {
+    let mut ports: Vec<Port> = system.wiring()?.links.iter().map(|l| l.from).collect();
+    if ports.is_empty() {
+        return matching(system, &["*".into()]);
+    }
+    ports.retain(|port| system.variable(*port).access().is_number());
+    ports.sort();
+    ports.dedup();
+    Ok(ports)
 }
 
 /// All outputs whose `component.variable` matches one of `patterns` (`*` stands for any text);
@@ -92,11 +105,27 @@ impl Inputs {
 /// # Errors
 /// A pattern that matches nothing.
 pub fn matching(system: &System, patterns: &[String]) -> Result<Vec<Port>> {
+    chosen(system, patterns, Access::is_number)
+}
+
+/// The same, texts and bytes included.
+///
+/// # Errors
+/// As there.
+pub fn matching_any(system: &System, patterns: &[String]) -> Result<Vec<Port>> {
+    chosen(system, patterns, |access| access != Access::Clock)
+}
+
+fn chosen(
+    system: &System,
+    patterns: &[String],
+    is_taken: impl Fn(Access) -> bool,
+) -> Result<Vec<Port>> {
     let mut chosen = Vec::new();
     let mut matched = vec![false; patterns.len()];
     for (component, fmu) in system.fmus.iter().enumerate() {
         for (variable, v) in fmu.description.variables.iter().enumerate() {
-            if !v.access().is_number() || !(v.is_input() || v.is_computed()) {
+            if !is_taken(v.access()) || !(v.is_input() || v.is_computed()) {
                 continue;
             }
             let is_output = v.causality == Causality::Output;

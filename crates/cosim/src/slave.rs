@@ -3,6 +3,7 @@
 
 pub mod answer;
 mod border;
+pub(crate) mod clocks;
 mod fmi2;
 mod fmi3;
 pub mod messages;
@@ -11,29 +12,35 @@ use std::ffi::CString;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
-use crate::batch::{Batch, bits};
+use crate::batch::Batch;
 use crate::fmu::{Api, Fmu};
 use crate::output;
+use crate::value::{Value, fits};
 use anyhow::{Context, Result, anyhow, bail};
-use fmu_description::{Access, Kind, Variable, Version};
+use fmu_description::Version;
 
 use answer::Answer;
 pub use answer::{At, Ended};
-use border::{Border, Value};
+use border::Border;
+
+/// `fmi2Discard`, `fmi3Discard`.
+const DISCARD: std::ffi::c_int = 2;
 
 /// An FMU instance; terminated by the owner, freed when dropped.
 pub struct Slave {
     border: Box<dyn Border>,
     fmu: Arc<Fmu>,
     name: String,
+    has_events: bool,
 }
 
 impl Slave {
     /// Create the instance `name` of `fmu`. Errors it logs later become part of the error texts.
     ///
     /// With `is_staged` an output may be read after an input was set at the same communication
-    /// point. FMI 2.0 leaves that to the FMU; FMI
-    /// 3.0 allows it in Event Mode only, which the instance then goes through where its FMU has one.
+    /// point. FMI 2.0 leaves that to the FMU; FMI 3.0 allows it in Event Mode only, which the
+    /// instance then goes through where its FMU has one. Without, it goes there for clocks and for
+    /// inputs that are discrete.
     pub fn new(fmu: &Arc<Fmu>, name: &str, is_staged: bool) -> Result<Self> {
         let c_string = |text: &str| {
             CString::new(text).map_err(|_| anyhow!("{name}: `{text}` has a NUL character"))
@@ -44,6 +51,16 @@ impl Slave {
             c_string(&fmu.resources)?,
         );
         let description = &fmu.description;
+        let has_events =
+            description.capabilities.event_mode && (is_staged || description.needs_events());
+        if let Some((clock, ..)) = fmu.plan.clocks.first()
+            && !has_events
+        {
+            bail!(
+                "{name}: FMU `{}` has the clock `{clock}` but no Event Mode, in which alone it could tick",
+                fmu.file
+            );
+        }
         fmu.register(name)?;
         let make = || match &fmu.api {
             Api::Fmi2(api) => fmi2::Component::new(api, &c_name, &token, &resources)
@@ -53,9 +70,10 @@ impl Slave {
                     name: &c_name,
                     token: &token,
                     resources: &resources,
-                    has_events: is_staged && description.capabilities.event_mode,
+                    has_events,
+                    returns_early: has_events && description.capabilities.variable_step,
                 };
-                fmi3::Instance::new(api, &fmu.layout, &arguments)
+                fmi3::Instance::new(api, &fmu.layout, &fmu.plan, &arguments)
                     .map(|made| made.map(|instance| Box::new(instance) as Box<dyn Border>))
             }
         };
@@ -82,6 +100,7 @@ impl Slave {
             border,
             fmu: fmu.clone(),
             name: name.to_string(),
+            has_events,
         };
         slave.log_only_trouble()?;
         Ok(slave)
@@ -95,6 +114,11 @@ impl Slave {
     /// The FMU it is an instance of.
     pub fn fmu(&self) -> &Arc<Fmu> {
         &self.fmu
+    }
+
+    /// Whether it goes through Event Mode.
+    pub fn has_events(&self) -> bool {
+        self.has_events
     }
 
     /// Ask for warnings and errors only, where the FMU has the standard categories; other messages
@@ -115,28 +139,39 @@ impl Slave {
         if chosen.is_empty() {
             return Ok(());
         }
-        let answer = self.border.log_only(&chosen);
-        match answer.status {
-            Answer::MISSING => Ok(()),
-            _ => self.check(answer, None, At::Initialization),
+        match self.border.log_only(&chosen) {
+            Err(error) if Answer::status(&error) == Some(Answer::MISSING) => Ok(()),
+            done => self.check(done, None, At::Initialization),
         }
     }
 
     /// Set a variable of any type from text: a number, `true`/`false`, an enumeration item's name
-    /// or number, or a string.
+    /// or number, a string, or bytes as hexadecimal digits.
     pub fn set_from_text(&self, variable: &str, text: &str) -> Result<()> {
         let description = &self.fmu.description;
         let v = description.variable(variable);
         let v = v.map_err(|e| anyhow!("{}: {e}", self.name))?;
-        let value = value(v, text);
-        let value =
-            value.map_err(|unfit| anyhow!("{}.{variable}: `{text}` is not {unfit}", self.name))?;
-        let answer = self.border.set_one(v, &value);
-        if answer.is_done() {
-            return Ok(());
-        }
-        let names = format!("{} to `{text}` of {variable}", answer.call);
-        Err(self.refused(answer, &names, At::Initialization))
+        let value = Value::of_variable(v, text)
+            .map_err(|unfit| anyhow!("{}.{variable}: `{text}` is not {unfit}", self.name))?;
+        let index = description.index(variable).unwrap_or_default();
+        let batch = self.fmu.any_batch(vec![index]);
+        let set = self.border.set_whole(&batch, &[value]);
+        set.map_err(|error| match error.downcast::<Answer>() {
+            Ok(answer) => {
+                let names = format!("{} to `{text}` of {variable}", answer.call);
+                self.refused(answer, &names, At::Initialization)
+            }
+            Err(error) => error.context(self.place(At::Initialization)),
+        })
+    }
+
+    /// Value of a variable that does not pass as a number, by its index in the description.
+    pub fn value(&self, variable: usize, at: At) -> Result<Value> {
+        let batch = self.fmu.any_batch(vec![variable]);
+        let mut value = [Value::none(batch.access)];
+        self.get_whole(&batch, &mut value, at)?;
+        let [value] = value;
+        Ok(value)
     }
 
     /// Value of a numeric variable, by its index in the description; an integer, enumeration or
@@ -154,26 +189,42 @@ impl Slave {
 
     /// Into Initialization Mode, from `start`, s.
     pub fn enter_initialization(&self, start: f64) -> Result<()> {
-        let answer = self.border.enter_initialization(start);
-        self.check(answer, None, At::Initialization)
+        let done = self.border.enter_initialization(start);
+        self.check(done, None, At::Initialization)
     }
 
     /// Out of Initialization Mode.
     pub fn exit_initialization(&self) -> Result<()> {
-        let answer = self.border.exit_initialization();
-        self.check(answer, None, At::Initialization)
+        let done = self.border.exit_initialization();
+        self.check(done, None, At::Initialization)
     }
 
     /// Read values, as numbers.
     pub fn get(&self, batch: &Batch, values: &mut [f64], at: At) -> Result<()> {
-        let answer = self.border.get(batch, values);
-        self.check(answer, Some(batch), at)
+        let done = self.border.get(batch, values);
+        self.check(done, Some(batch), at)
     }
 
     /// Set values.
     pub fn set(&self, batch: &Batch, values: &[f64], at: At) -> Result<()> {
-        let answer = self.border.set(batch, values);
-        self.check(answer, Some(batch), at)
+        let done = self.border.set(batch, values);
+        self.check(done, Some(batch), at)
+    }
+
+    /// Read values of a type that does not pass as numbers.
+    pub fn get_whole(&self, batch: &Batch, values: &mut [Value], at: At) -> Result<()> {
+        let done = self.border.get_whole(batch, values);
+        self.check(done, Some(batch), at)
+    }
+
+    /// Set whole values.
+    pub fn set_whole(&self, batch: &Batch, values: &[Value], at: At) -> Result<()> {
+        let is_unfit = |value: &&Value| matches!(value, Value::Whole(k) if !fits(batch.access, *k));
+        let done = match values.iter().find(is_unfit) {
+            Some(_) => Answer::refuse(Answer::UNFIT, "set"),
+            None => self.border.set_whole(batch, values),
+        };
+        self.check(done, Some(batch), at)
     }
 
     /// First time derivatives of outputs; `ones` holds at least as many ones.
@@ -184,8 +235,8 @@ impl Slave {
         values: &mut [f64],
         at: At,
     ) -> Result<()> {
-        let answer = self.border.get_derivatives(batch, ones, values);
-        self.check(answer, Some(batch), at)
+        let done = self.border.get_derivatives(batch, ones, values);
+        self.check(done, Some(batch), at)
     }
 
     /// First time derivatives of inputs for the next step; `ones` holds at least as many ones.
@@ -196,30 +247,28 @@ impl Slave {
         values: &[f64],
         at: At,
     ) -> Result<()> {
-        let answer = self.border.set_derivatives(batch, ones, values)?;
-        self.check(answer, Some(batch), at)
+        let done = self.border.set_derivatives(batch, ones, values);
+        self.check(done, Some(batch), at)
     }
 
     /// A communication step from `t` by `h`, both s.
     pub fn step(&self, t: f64, h: f64) -> Result<()> {
-        let answer = self.border.step(t, h);
-        let answer = answer.with_context(|| self.place(At::Time(t)))?;
-        match answer.status {
-            2 => Err(self.discarded(answer, t)),
-            _ => self.check(answer, None, At::Time(t)),
+        let done = self.border.step(t, h);
+        let is_discarded = matches!(&done, Err(e) if Answer::status(e) == Some(DISCARD));
+        let checked = self.check(done, None, At::Time(t));
+        match is_discarded {
+            true => checked.with_context(|| self.last_time()),
+            false => checked,
         }
     }
 
-    /// A step that was discarded: how far it came, where the FMU tells.
+    /// After a step that was discarded: how far it came, where the FMU tells.
     #[cold]
-    fn discarded(&self, answer: Answer, t: f64) -> anyhow::Error {
-        let error = self.error(answer, None, At::Time(t));
+    fn last_time(&self) -> String {
+        let name = &self.name;
         match self.border.time() {
-            Ok(time) => error.context(format!(
-                "the run ends at t = {time} s, the last successful time of {}",
-                self.name
-            )),
-            Err(_) => error,
+            Ok(time) => format!("the run ends at t = {time} s, the last successful time of {name}"),
+            Err(_) => format!("the run ends, because {name} does not make this step"),
         }
     }
 
@@ -236,14 +285,28 @@ impl Slave {
     /// In Event Mode: let discrete states follow; true where the exchange must be made once more.
     pub fn update_events(&self, at: At) -> Result<bool> {
         let updated = self.border.update_events();
-        let (answer, again) = updated.with_context(|| self.place(at))?;
-        self.check(answer, None, at)?;
-        Ok(again)
+        updated.map_err(|error| self.error(error, None, at))
     }
 
     /// From Event Mode to where steps are made.
     pub fn leave_events(&self, at: At) -> Result<()> {
         self.check(self.border.leave_events(), None, at)
+    }
+
+    /// When Event Mode must be entered next, s: infinite where that is not known.
+    pub fn next_event(&self) -> f64 {
+        self.border.next_event()
+    }
+
+    /// Into Event Mode at `t`, s, where an event is due then, up to `tolerance`, s; clocks tick.
+    pub fn tick(&self, t: f64, tolerance: f64) -> Result<()> {
+        let done = self.border.tick(t, tolerance);
+        self.check(done, None, At::Time(t))
+    }
+
+    /// Event Mode to its end, where the instance is in it.
+    pub fn settle(&self, at: At) -> Result<()> {
+        self.check(self.border.settle(), None, at)
     }
 
     /// End the run.
@@ -253,20 +316,20 @@ impl Slave {
 
     /// Back to where it was when it was made; false where it cannot be, so that another is needed.
     pub(crate) fn reset(&self) -> bool {
-        let is_reset = self.border.reset().is_some_and(Answer::is_done);
-        is_reset && self.log_only_trouble().is_ok()
+        self.border.reset() && self.log_only_trouble().is_ok()
     }
 
     #[inline]
-    fn check(&self, answer: Answer, batch: Option<&Batch>, at: At) -> Result<()> {
-        match answer.is_done() {
-            true => Ok(()),
-            false => Err(self.error(answer, batch, at)),
-        }
+    fn check(&self, done: Result<()>, batch: Option<&Batch>, at: At) -> Result<()> {
+        done.map_err(|error| self.error(error, batch, at))
     }
 
     #[cold]
-    fn error(&self, answer: Answer, batch: Option<&Batch>, at: At) -> anyhow::Error {
+    fn error(&self, error: anyhow::Error, batch: Option<&Batch>, at: At) -> anyhow::Error {
+        let answer = match error.downcast::<Answer>() {
+            Ok(answer) => answer,
+            Err(error) => return error.context(self.place(at)),
+        };
         let variables = &self.fmu.description.variables;
         let names = batch.into_iter().flat_map(|batch| &batch.variables);
         let names: Vec<_> = names.map(|k| variables[*k].name.as_str()).collect();
@@ -298,7 +361,14 @@ impl Slave {
             );
         }
         let result = match answer.status {
-            2 => format!("{prefix}Discard"),
+            Answer::UNFIT => {
+                return anyhow!(
+                    "{} (FMU `{}`): {call} {at}: a value is outside of the range of its type",
+                    self.name,
+                    self.fmu.file
+                );
+            }
+            DISCARD => format!("{prefix}Discard"),
             3 => format!("{prefix}Error"),
             4 => format!("{prefix}Fatal"),
             other => format!("the unknown status {other}"),
@@ -335,57 +405,4 @@ fn reasons(instance: &str) -> Vec<String> {
     let mut texts: Vec<_> = messages.into_iter().map(|m| m.text).collect();
     texts.dedup();
     texts
-}
-
-/// A start value from text; an error says what the text had to be.
-fn value(v: &Variable, text: &str) -> Result<Value, String> {
-    let unfit = || match &v.kind {
-        Kind::Real => "a number".to_string(),
-        Kind::Integer => whole_number(v.access()),
-        Kind::Boolean => "true or false".to_string(),
-        Kind::Enumeration(items) => {
-            let names: Vec<_> = items.iter().map(|item| item.name.as_str()).collect();
-            format!("one of {}", names.join(", "))
-        }
-        Kind::String => "a string without NUL characters".to_string(),
-        Kind::Binary | Kind::Clock => "a value: a start value of this type is not supported".into(),
-    };
-    let item = match &v.kind {
-        Kind::Enumeration(items) => items.iter().find(|item| item.name == text),
-        _ => None,
-    };
-    let number = item.map(|item| item.value.to_string());
-    let found = match v.kind {
-        Kind::String => CString::new(text).ok().map(Value::Text),
-        _ => bits(v.access(), number.as_deref().unwrap_or(text)).map(Value::Bits),
-    };
-    let found = found.filter(|value| match value {
-        Value::Bits(bits) => fits(v.access(), *bits),
-        Value::Text(_) => true,
-    });
-    found.ok_or_else(unfit)
-}
-
-/// Least and greatest value of an integer type.
-fn range(access: Access) -> Option<[i64; 2]> {
-    Some(match access {
-        Access::Int8 => [i8::MIN.into(), i8::MAX.into()],
-        Access::UInt8 => [0, u8::MAX.into()],
-        Access::Int16 => [i16::MIN.into(), i16::MAX.into()],
-        Access::UInt16 => [0, u16::MAX.into()],
-        Access::Integer => [i32::MIN.into(), i32::MAX.into()],
-        Access::UInt32 => [0, u32::MAX.into()],
-        _ => return None,
-    })
-}
-
-fn fits(access: Access, bits: u64) -> bool {
-    range(access).is_none_or(|[least, most]| (least..=most).contains(&bits.cast_signed()))
-}
-
-fn whole_number(access: Access) -> String {
-    match range(access) {
-        Some([least, most]) => format!("a whole number from {least} to {most}"),
-        None => "a whole number".to_string(),
-    }
 }

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use crate::arrays;
 use crate::fmu::Fmu;
 use crate::package::{Package, read};
 use crate::renaming::rename;
@@ -140,6 +141,7 @@ impl System {
             }
             rename(&mut system.structure, k, &mapping, description);
         }
+        arrays::resolve(&mut system.structure, &system.fmus)?;
         system.fit_values()?;
         for (c, fmu) in system.structure.components.iter().zip(&system.fmus) {
             for connector in &c.connectors {
@@ -220,7 +222,12 @@ impl System {
         }
         let all = self.structure.components.iter().zip(&self.fmus);
         let steps = all.filter_map(|(c, fmu)| {
-            let step = fmu.description.default_experiment.step?;
+            let Description {
+                default_experiment: preferred,
+                capabilities,
+                ..
+            } = &fmu.description;
+            let step = preferred.step.or(capabilities.internal_step)?;
             (step.is_finite() && step > 0.0).then(|| (step, format!("`{}`", c.name)))
         });
         steps.min_by(|a, b| a.0.total_cmp(&b.0))
@@ -235,7 +242,9 @@ impl System {
             ..
         } = &mut self.structure;
         for (component, fmu) in components.iter_mut().zip(&self.fmus) {
-            for parameter in std::mem::take(&mut component.parameters) {
+            let values = std::mem::take(&mut component.parameters);
+            let values = values.into_iter().flat_map(|value| by_element(fmu, value));
+            for parameter in values {
                 if fmu.description.index(&parameter.name).is_none() {
                     let (name, origin) = (&parameter.name, &parameter.origin);
                     unmatched.push(format!("`{}.{name}` ({origin})", component.name));
@@ -299,6 +308,17 @@ impl System {
         fixed.map(|(component, _)| component.name.as_str())
     }
 
+    /// A component whose internal step, s, is fixed and does not fit the communication step, s.
+    pub fn uneven_step(&self, step: f64) -> Option<(&str, f64)> {
+        let mut all = self.structure.components.iter().zip(&self.fmus);
+        all.find_map(|(component, fmu)| {
+            let internal = fmu.description.capabilities.internal_step?;
+            let parts = step / internal;
+            let fits = parts.round() >= 1.0 && (parts - parts.round()).abs() <= 1e-6 * parts;
+            (!fits).then_some((component.name.as_str(), internal))
+        })
+    }
+
     /// What the structure may have forgotten, under the start values `settings`.
     pub fn forgotten(&self, settings: &[Setting]) -> Result<Forgotten> {
         let wiring = self.wiring()?;
@@ -341,7 +361,7 @@ impl System {
                 } else {
                     &mut forgotten.unmentioned
                 };
-                if v.is_input() && !is_given && !names.contains(&name) {
+                if v.is_input() && v.kind != Kind::Clock && !is_given && !names.contains(&name) {
                     names.push(name);
                 }
             }
@@ -389,6 +409,13 @@ impl System {
             let variables = fmu.description.variables.iter();
             variables.flat_map(|v| [v.name.clone(), format!("{}.{}", c.name, v.name)])
         });
+        let inputs = self.structure.inputs.iter().map(|input| input.name.clone());
+        let outputs = self
+            .structure
+            .outputs
+            .iter()
+            .map(|output| output.name.clone());
+        let names = names.chain(inputs).chain(outputs);
         let rated = names.map(|known| (strsim::jaro_winkler(name, &known), known));
         let best = rated.max_by(|a, b| a.0.total_cmp(&b.0));
         match best {
@@ -457,6 +484,7 @@ impl System {
                 Kind::Real => DataType::Real,
                 Kind::Boolean => DataType::Boolean,
                 Kind::String => DataType::String,
+                Kind::Binary => DataType::Binary,
                 _ => DataType::Integer,
             };
             let parameter = Parameter {
@@ -484,9 +512,9 @@ impl System {
 }
 
 impl FmuPlace {
-    /// A source in a folder of the resources, `resources/fmi3/Emla.fmu`, is looked for in that
-    /// folder too.
-    fn read(&self, source: &str, package: &mut Package) -> Result<Vec<u8>> {
+    /// The FMU that a structure names. A source in a folder of the resources,
+    /// `resources/fmi3/Emla.fmu`, is looked for in that folder too.
+    pub fn read(&self, source: &str, package: &mut Package) -> Result<Vec<u8>> {
         let name = Path::new(source).file_name().unwrap_or_default();
         let inner = Path::new(source).strip_prefix("resources").ok();
         let names = |folder: &PathBuf| {
@@ -535,6 +563,27 @@ fn check_unit(component: &str, fmu: &Fmu, connector: &Connector) -> Result<()> {
     Ok(())
 }
 
+/// The values of an array, one for each element; any other value as it is.
+fn by_element(fmu: &Fmu, parameter: Parameter) -> Vec<Parameter> {
+    let names = match fmu.description.index(&parameter.name) {
+        Some(_) => Vec::new(),
+        None => arrays::elements(fmu, &parameter.name),
+    };
+    let values: Vec<String> = (parameter.value.split_whitespace())
+        .map(str::to_string)
+        .collect();
+    if names.is_empty() || names.len() != values.len() {
+        return vec![parameter];
+    }
+    let pairs = names.into_iter().zip(values);
+    let each = pairs.map(|(name, value)| Parameter {
+        name,
+        value,
+        ..parameter.clone()
+    });
+    each.collect()
+}
+
 /// A value of the type of its variable, in the variable's unit. An Integer may be given for a Real
 /// and for an enumeration.
 fn fitted(component: &str, fmu: &Fmu, parameter: Parameter) -> Result<Parameter> {
@@ -575,6 +624,13 @@ fn fitted(component: &str, fmu: &Fmu, parameter: Parameter) -> Result<Parameter>
     })?;
     if transformation == Transformation::NONE {
         return Ok(parameter);
+    }
+    if let (Transformation::Map(_), Ok(number)) = (&transformation, value.trim().parse()) {
+        return Ok(Parameter {
+            value: transformation.of_whole(number).to_string(),
+            way: Vec::new(),
+            ..parameter
+        });
     }
     let number: f64 = match (value.trim(), value.trim().parse()) {
         ("true", _) => 1.0,

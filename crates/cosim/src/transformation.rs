@@ -61,6 +61,17 @@ impl Transformation {
         }
     }
 
+    /// The whole number at the end; what a map does not name stays, however large.
+    pub fn of_whole(&self, value: i128) -> i128 {
+        let Self::Map(entries) = self else {
+            return value;
+        };
+        #[expect(clippy::cast_possible_truncation, reason = "entries are whole numbers")]
+        let mut whole = entries.iter().map(|(s, t)| (*s as i128, *t as i128));
+        let found = whole.find(|(source, _)| *source == value);
+        found.map_or(value, |(_, target)| target)
+    }
+
     /// The rate of change at the end.
     pub fn of_derivative(&self, rate: f64) -> f64 {
         match self {
@@ -77,7 +88,8 @@ impl Transformation {
         }
     }
 
-    fn then(self, next: Self) -> Self {
+    /// This one, then `next`.
+    pub(crate) fn then(self, next: Self) -> Self {
         match (self, next) {
             (Self::Linear(a), Self::Linear(b)) => Self::Linear(a.then(b)),
             (a, Self::Linear(Linear::NONE)) => a,
@@ -129,8 +141,9 @@ pub(crate) fn conversion(a: &Unit, b: &Unit) -> Option<Linear> {
 }
 
 /// What becomes of a value on a `way` from one variable, in the unit `unit`, to another, in the
-/// unit of the last hop; the variables say which items their enumerations have. A unit at one end
-/// only changes nothing, and is named in `lone`.
+/// unit of the last hop; the variables say which items their enumerations have, and whether they
+/// are differences, to which offsets of units do not apply. A unit at one end only changes nothing,
+/// and is named in `lone`.
 pub(crate) fn along(
     way: &[Hop],
     unit: Option<Unit>,
@@ -139,11 +152,15 @@ pub(crate) fn along(
 ) -> Result<Transformation> {
     let mut whole = Transformation::NONE;
     let mut unit = unit;
+    let is_relative = [from, to].into_iter().flatten().any(|v| v.is_relative);
     for hop in way {
         if let (Some(a), Some(b), false) = (&unit, &hop.unit, hop.keeps_units) {
-            let Some(linear) = conversion(a, b) else {
+            let Some(mut linear) = conversion(a, b) else {
                 bail!("the units differ, {} and {}; {UNITS}", a.name, b.name);
             };
+            if is_relative {
+                linear.offset = 0.0;
+            }
             whole = whole.then(Transformation::Linear(linear));
         }
         if let Some(transformation) = &hop.transformation {
@@ -175,11 +192,14 @@ fn own(
 ) -> Result<Transformation> {
     use system_structure::Transformation as Of;
     let number = |on: bool| f64::from(u8::from(on));
-    #[expect(
-        clippy::cast_precision_loss,
-        reason = "whole numbers beyond 2^53 do not pass as numbers"
-    )]
-    let whole = |k: i64| k as f64;
+    let whole = |k: i64| {
+        #[expect(clippy::cast_precision_loss, reason = "checked")]
+        let number = k as f64;
+        if k.unsigned_abs() > 1 << f64::MANTISSA_DIGITS {
+            bail!("a mapping names {k}; it must lie between -2^53 and 2^53");
+        }
+        Ok(number)
+    };
     Ok(match transformation {
         Of::Linear { factor, offset } => Transformation::Linear(Linear {
             factor: *factor,
@@ -191,12 +211,10 @@ fn own(
                 .map(|(s, t)| (number(*s), number(*t)))
                 .collect(),
         ),
-        Of::Integers(entries) => Transformation::Map(
-            entries
-                .iter()
-                .map(|(s, t)| (whole(*s), whole(*t)))
-                .collect(),
-        ),
+        Of::Integers(entries) => {
+            let entry = |(s, t): &(i64, i64)| Ok((whole(*s)?, whole(*t)?));
+            Transformation::Map(entries.iter().map(entry).collect::<Result<_>>()?)
+        }
         Of::Items(entries) => {
             let item = |variable: Option<&Variable>, name: &str| {
                 let items: &[Item] = match variable.map(|v| &v.kind) {
@@ -204,7 +222,7 @@ fn own(
                     _ => &[],
                 };
                 match items.iter().find(|item| item.name == name) {
-                    Some(item) => Ok(whole(item.value)),
+                    Some(item) => whole(item.value),
                     None => bail!(
                         "EnumerationMappingTransformation: the enumeration has no item `{name}`, only {}",
                         items
@@ -293,5 +311,7 @@ mod tests {
         let values = [1.0, 2.0, 3.0, 7.0].map(|k| both.of(k));
         assert_eq!(values, [5.0, 5.0, 4.0, 7.0]);
         assert_eq!(map(&[(1.0, 0.0)]).then(Transformation::NONE).of(1.0), 0.0);
+        let whole = [1, i128::from(u64::MAX)].map(|k| map(&[(1.0, -2.0)]).of_whole(k));
+        assert_eq!(whole, [-2, i128::from(u64::MAX)]);
     }
 }

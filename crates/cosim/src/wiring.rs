@@ -5,7 +5,7 @@ use std::collections::HashMap;
 
 use crate::batch::{Batch, Layout};
 use crate::structure::{Connection, Power, Structure};
-use crate::transformation::{Transformation, along, unit_of};
+use crate::transformation::{Linear, Transformation, along, unit_of};
 use anyhow::{Context, Result, bail};
 use fmu_description::{Access, Causality, Description, Kind, Variable, Version};
 use system_structure::DataType;
@@ -108,6 +108,11 @@ impl<'a> Wiring<'a> {
                 end.kind.name()
             );
         }
+        if start.kind == Kind::Clock {
+            bail!(
+                "connection {c} connects clocks, which is not supported: only the clocks tick whose FMU says when"
+            );
+        }
         // An end without a declared unit has that of its FMU.
         let [unit_of_start, unit_of_end] =
             [from, to].map(|p| unit_of(self.description(p.component), self.variable(p)));
@@ -128,6 +133,12 @@ impl<'a> Wiring<'a> {
             };
             anyhow::anyhow!("connection {c}: {text}")
         })?;
+        if start.kind != Kind::Real && transformation.linear() != Linear::NONE {
+            bail!(
+                "connection {c}: a LinearTransformation is for Real, not for {}",
+                start.kind.name()
+            );
+        }
         if let Some(unit) = lone {
             self.remarks.push(format!(
                 "connection {c}: only one end has a unit, {unit}; values pass unchanged"
@@ -219,6 +230,11 @@ impl<'a> Wiring<'a> {
     /// The functions that read and write a variable.
     pub fn access(&self, p: Port) -> Access {
         self.description(p.component).variables[p.variable].access()
+    }
+
+    /// The clocks at whose ticks alone a variable is exchanged.
+    pub fn clocks(&self, p: Port) -> &[u32] {
+        &self.description(p.component).variables[p.variable].clocks
     }
 
     /// Variables of a component that are read or written together.

@@ -350,4 +350,5 @@ fn layer<const IN: usize, const OUT: usize>(layer: &Layer<IN, OUT>) -> LayerFile
 }
 
 #[cfg(test)]
+#[path = "../tests/unit/surrogate.rs"]
 mod tests;

@@ -5,7 +5,7 @@ use std::collections::HashMap;
 
 use crate::error::DescriptionError;
 use crate::remark::Remark;
-use crate::variable::Variable;
+use crate::variable::{Kind, Variability, Variable};
 
 /// A version of FMI.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -162,6 +162,14 @@ impl Description {
     /// Index of the variable named `name`.
     pub fn index(&self, name: &str) -> Option<usize> {
         self.by_name.get(name).copied()
+    }
+
+    /// Whether Event Mode is needed, where the FMU has one: it has clocks, or inputs that change at
+    /// events only.
+    pub fn needs_events(&self) -> bool {
+        let is_discrete = |v: &Variable| v.is_input() && v.variability == Variability::Discrete;
+        let mut variables = self.variables.iter();
+        variables.any(|v| v.kind == Kind::Clock || is_discrete(v))
     }
 
     /// The variable named `name`, or an error that suggests similar names.

@@ -3,6 +3,8 @@
 //! Where a notion is the same in both versions, so is its type here. [`Archive`] opens the FMU
 //! itself.
 //!
+//! Which C functions an FMU exports, of which type and when they may be called: [`functions`].
+//!
 //! Other tools' FMUs are read as they are: in any encoding that is usual, with whatever their
 //! vendors add. What is wrong by the standard but harmless becomes a [`Remark`].
 //!
@@ -32,6 +34,7 @@ mod error;
 mod file;
 mod fmi2;
 mod fmi3;
+pub mod functions;
 mod parse;
 pub mod platform;
 mod remark;

@@ -39,6 +39,8 @@ impl Hdrm {
             bodies,
             gravity: Gravity::of(options.gravity),
             joint_viscous: options.joint_viscous,
+            joint_dry: options.joint_dry,
+            wrist: options.wrist.on.then_some(options.wrist),
             friction_is_stiff: false,
             tau_wrist_max: machine.limits.tau_wrist_max,
             stops: [free; DOF],
@@ -47,6 +49,19 @@ impl Hdrm {
         plant.friction_is_stiff = plant.has_stiff_friction(&start);
         plant.stops = plant.dimension_stops(machine, &start);
         Ok(plant)
+    }
+
+    /// The state at the start, in which drives of the wrist as built hold the pose.
+    #[must_use]
+    pub fn started(&self, state: State) -> State {
+        let Some(drive) = &self.wrist else {
+            return state;
+        };
+        let (_, hold) = self.holding(&state.zeta);
+        State {
+            wrist: std::array::from_fn(|i| drive.at_rest(i, state.zeta[3 + i], hold[i])),
+            ..state
+        }
     }
 
     /// Stops of slew, lift and tilt where the stroke ends or the joint range does, whichever comes

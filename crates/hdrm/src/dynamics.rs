@@ -85,25 +85,32 @@ impl Hdrm {
         }
         for i in 0..DOF {
             let w = zeta_dot[i];
-            Q[i] -= self.joint_viscous[i] * w;
+            Q[i] -= self.joint_viscous[i] * w + self.joint_dry.torque(i, w).0;
             Q[i] += if i < 3 {
                 let Stroke { x, prime, .. } = dynamics.strokes[i];
                 prime * (input.f[i] + self.stops[i].force(x, prime * w))
             } else {
-                self.saturated(i - 3, input.tau_wrist[i - 3]) + self.stops[i].force(zeta[i], w)
+                self.wrist_torque(&dynamics.state, i - 3, input.tau_wrist[i - 3])
+                    + self.stops[i].force(zeta[i], w)
             };
         }
         Q
     }
 
-    /// Torque that wrist drive i gives: the ideal source obeys up to its limit.
-    fn saturated(&self, i: usize, tau: f64) -> f64 {
-        saturate(tau, self.tau_wrist_max[i])
+    /// Torque that wrist drive i gives: the ideal source obeys up to its limit; of a drive as built
+    /// it is what its gear transmits.
+    fn wrist_torque(&self, state: &State, i: usize, tau: f64) -> f64 {
+        match self.wrist {
+            None => saturate(tau, self.tau_wrist_max[i]),
+            Some(_) => state.wrist[i].transmitted,
+        }
     }
 
-    /// 1 while wrist drive i follows its command, 0 in saturation.
+    /// 1 while wrist drive i follows its command at once, 0 in saturation and as built.
     pub(crate) fn wrist_gain(&self, i: usize, tau: f64) -> f64 {
-        f64::from(u8::from(tau.abs() <= self.tau_wrist_max[i]))
+        f64::from(u8::from(
+            self.wrist.is_none() && tau.abs() <= self.tau_wrist_max[i],
+        ))
     }
 
     /// Drive forces and torques for which the machine moves with `zeta_ddot`, rad/s², in free
@@ -127,6 +134,7 @@ impl Hdrm {
         )
         .value;
         Q += Vector6::from(self.joint_viscous).component_mul(&Vector6::from(*zeta_dot));
+        Q += Vector6::from_fn(|i, _| self.joint_dry.torque(i, zeta_dot[i]).0);
         let W = wrench(wrench_env);
         Q -= recursion::tip_forces(&configuration, &self.tree, zeta_dot, &W).value;
         let f = std::array::from_fn(|i| Q[i] / configuration.strokes[i].prime);

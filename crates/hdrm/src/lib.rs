@@ -16,6 +16,7 @@ mod body;
 mod boom_frame;
 mod contact;
 mod contact_force;
+mod dry_friction;
 mod dynamics;
 mod end_stop;
 mod error;
@@ -39,9 +40,11 @@ mod tilt;
 mod tip;
 mod tree;
 mod turning;
+mod wrist_drive;
 
 pub use body::{BODIES, Body};
 pub use contact::Contact;
+pub use dry_friction::DryFriction;
 pub use end_stop::EndStop;
 pub use error::HdrmError;
 pub use gravity::felt_gravity;
@@ -58,6 +61,7 @@ pub use step::StepError;
 pub use tilt::{FourBar, Tilt, TiltAngles};
 pub use tip::Tip;
 pub use tree::{Configuration, GeometryError, Link, Stroke, Tree};
+pub use wrist_drive::{WristDrive, WristState};
 
 /// The six joint coordinates, rad.
 pub const DOF: usize = 6;

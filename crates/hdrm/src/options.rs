@@ -2,8 +2,10 @@
 
 use crate::DOF;
 use crate::contact::Contact;
+use crate::dry_friction::DryFriction;
 use crate::error::HdrmError;
 use crate::load::Load;
+use crate::wrist_drive::WristDrive;
 use machine::Machine;
 use serde::{Deserialize, Serialize};
 
@@ -21,6 +23,10 @@ pub struct Options {
     pub gravity: [f64; 3],
     /// A plane that the tip may touch.
     pub contact: Contact,
+    /// Dry friction of slew, lift and tilt joint.
+    pub joint_dry: DryFriction,
+    /// The wrist's drives.
+    pub wrist: WristDrive,
 }
 
 impl Options {
@@ -33,6 +39,8 @@ impl Options {
             joint_viscous: machine.joint_viscous,
             gravity: [0.0, -machine.gravity, 0.0],
             contact: Contact::default(),
+            joint_dry: DryFriction::default(),
+            wrist: WristDrive::IDEAL,
         }
     }
 
@@ -51,6 +59,8 @@ impl Options {
             return refuse("inertia_scale", inertia_scale, "finite and > 0");
         }
         load.check()?;
+        self.joint_dry.check()?;
+        self.wrist.check()?;
         if let Some(&value) = gravity.iter().find(|g| !g.is_finite()) {
             return refuse("gravity", value, "finite");
         }

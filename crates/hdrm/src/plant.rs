@@ -4,12 +4,14 @@ use crate::DOF;
 use crate::body::Body;
 use crate::boom_frame::{BoomFrame, MovingParts};
 use crate::contact::Plane;
+use crate::dry_friction::DryFriction;
 use crate::end_stop::EndStop;
 use crate::factor::Factor;
 use crate::gravity::Gravity;
 use crate::load::{Load, Payload};
 use crate::state::State;
 use crate::tree::{Stroke, Tree};
+use crate::wrist_drive::WristDrive;
 use nalgebra::{Matrix6, Vector6};
 use serde::{Deserialize, Serialize};
 use spatial::Inertia;
@@ -18,7 +20,7 @@ use spatial::Inertia;
 /// ([`Hdrm::reloaded`]).
 ///
 /// ```text
-/// M(zeta)·zeta_ddot + h(zeta, zeta_dot) + D·zeta_dot
+/// M(zeta)·zeta_ddot + h(zeta, zeta_dot) + D·zeta_dot + friction(zeta_dot)
 ///     = Jxᵀ·(f + f_stop) + [0, 0, 0, tau + tau_stop] + J_T4ᵀ·(W_env + W_contact)
 /// ```
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -34,7 +36,10 @@ pub struct Hdrm {
     pub(crate) joint_viscous: [f64; DOF],
     /// Whether substeps look at friction.
     pub(crate) friction_is_stiff: bool,
+    pub(crate) joint_dry: DryFriction,
     pub(crate) tau_wrist_max: [f64; 3],
+    /// None: ideal sources of torque.
+    pub(crate) wrist: Option<WristDrive>,
     /// On the strokes of slew, lift, tilt, then on the wrist angles.
     pub(crate) stops: [EndStop; DOF],
 }

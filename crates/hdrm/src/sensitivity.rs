@@ -77,7 +77,7 @@ impl Hdrm {
         }
         for i in 0..DOF {
             let (w, a) = (zeta_dot[i], zeta_ddot[i]);
-            Q_dot[i] -= self.joint_viscous[i] * a;
+            Q_dot[i] -= (self.joint_viscous[i] + self.joint_dry.torque(i, w).1) * a;
             let stop = &self.stops[i];
             Q_dot[i] += if i < 3 {
                 let Stroke { x, prime, second } = dynamics.strokes[i];

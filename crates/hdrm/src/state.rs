@@ -1,6 +1,7 @@
 //! State: joint angles and rates, and energies that follow from neither.
 
 use crate::DOF;
+use crate::wrist_drive::WristState;
 use serde::{Deserialize, Serialize};
 
 /// Joint angles and rates, and the energies that the machine's own do not show.
@@ -14,6 +15,8 @@ pub struct State {
     pub contact_loss: f64,
     /// Energy that changes of the load have brought, J.
     pub load_energy: f64,
+    /// The wrist's drives as built; at rest of ideal ones.
+    pub wrist: [WristState; 3],
 }
 
 impl State {

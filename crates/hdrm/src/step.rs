@@ -104,11 +104,27 @@ impl Hdrm {
             .max(self.friction_substeps(start, dt))
             .max(turning_substeps(&start.state, dt));
         let dt = dt / f64::from(n);
-        let first = self.rk4(start, input, s, dt);
+        let first = self.part(start, input, s, dt);
         (1..n).fold(first, |now, k| {
             let s = s + f64::from(k) * dt;
-            self.rk4(&self.dynamics_with(&now, &input(s)), input, s, dt)
+            self.part(&self.dynamics_with(&now, &input(s)), input, s, dt)
         })
+    }
+
+    /// One part: the drives of the wrist against the joints as they move now, then all else under
+    /// the mean torques that they transmit meanwhile, so that no momentum is lost between them.
+    fn part(&self, start: &Dynamics, input: &impl Fn(f64) -> Input, s: f64, dt: f64) -> State {
+        let Some(drive) = &self.wrist else {
+            return self.rk4(start, input, s, dt);
+        };
+        let mut driven = start.clone();
+        let (now, command) = (&start.state, input(s).tau_wrist);
+        driven.state.wrist = std::array::from_fn(|i| {
+            let joint = [now.zeta[3 + i], now.zeta_dot[3 + i]];
+            let command = [command[i], self.tau_wrist_max[i]];
+            drive.after(i, &now.wrist[i], command, joint, dt)
+        });
+        self.rk4(&driven, input, s, dt)
     }
 
     /// How many parts of `dt` resolve the contacts that can be reached within it; 1 when free.
@@ -144,7 +160,7 @@ impl Hdrm {
     /// Upper bound of the rates, 1/s, at which friction slows the joints: the trace of `M⁻¹·D`.
     fn friction_rate(&self, at: &Dynamics) -> f64 {
         (0..DOF)
-            .map(|i| self.joint_viscous[i] * at.factor.mobility(i))
+            .map(|i| (self.joint_viscous[i] + self.joint_dry.steepest(i)) * at.factor.mobility(i))
             .sum()
     }
 

@@ -1,6 +1,6 @@
 //! Parameters of the electromechanical linear actuator.
 
-use crate::check::{Findings, MachineError};
+use crate::check::{Findings, MachineError, examine};
 use serde::{Deserialize, Serialize};
 
 /// Motor, gear, screw and rod of one actuator. dq quantities are peak-valued
@@ -220,62 +220,25 @@ impl Emla {
 
     pub(crate) fn examine(&self, found: &mut Findings) {
         found.positive("emla.p", f64::from(self.p));
-        for (name, value) in [
-            ("emla.R_s", self.R_s),
-            ("emla.L_d", self.L_d),
-            ("emla.L_q", self.L_q),
-            ("emla.lambda_m", self.lambda_m),
-            ("emla.J_m", self.J_m),
-            ("emla.w_C", self.w_C),
-            ("emla.N_gear", self.N_gear),
-            ("emla.w_eta", self.w_eta),
-            ("emla.rho", self.rho),
-            ("emla.J_s", self.J_s),
-            ("emla.EA", self.EA),
-            ("emla.K_br", self.K_br),
-            ("emla.K_n", self.K_n),
-            ("emla.K_r", self.K_r),
-            ("emla.GJ", self.GJ),
-            ("emla.L_s", self.L_s),
-            ("emla.M_act", self.M_act),
-            ("emla.i_max", self.i_max),
-            ("emla.v_max", self.v_max),
-        ] {
-            found.positive(name, value);
-        }
-        for (name, value) in [
-            ("emla.C_m", self.C_m),
-            ("emla.tau_C", self.tau_C),
-            ("emla.C_s", self.C_s),
-            ("emla.C_b", self.C_b),
-            ("emla.C_act", self.C_act),
-        ] {
-            found.not_negative(name, value);
+        examine! { found, "emla" of self;
+            positive: R_s L_d L_q lambda_m J_m w_C N_gear w_eta rho J_s EA K_br K_n K_r GJ L_s
+                M_act i_max v_max;
+            not_negative: C_m tau_C C_s C_b C_act;
         }
         if !(self.eta_gear > 0.0 && self.eta_gear <= 1.0) {
             found.refuse("emla.eta_gear", self.eta_gear, "in (0, 1]");
         }
-        if let Some(CoreLosses { k_h, k_e }) = self.core {
-            found.not_negative("emla.core.k_h", k_h);
-            found.not_negative("emla.core.k_e", k_e);
+        if let Some(core) = self.core {
+            examine! { found, "emla.core" of core; not_negative: k_h k_e; }
         }
         if let Some(inverter) = self.inverter {
-            inverter.examine(found);
+            examine! { found, "emla.inverter" of inverter; not_negative: v_dc f_sw k_sw v_0 r_0; }
         }
-        if let Some(Brake { torque }) = self.brake {
-            found.not_negative("emla.brake.torque", torque);
+        if let Some(brake) = self.brake {
+            examine! { found, "emla.brake" of brake; not_negative: torque; }
         }
-        if let Some(Heat {
-            C_w,
-            R_wh,
-            C_h,
-            R_ha,
-        }) = self.heat
-        {
-            found.positive("emla.heat.C_w", C_w);
-            found.positive("emla.heat.R_wh", R_wh);
-            found.positive("emla.heat.C_h", C_h);
-            found.positive("emla.heat.R_ha", R_ha);
+        if let Some(heat) = self.heat {
+            examine! { found, "emla.heat" of heat; positive: C_w R_wh C_h R_ha; }
         }
         if let Some(Temperature {
             reference,
@@ -284,35 +247,15 @@ impl Emla {
         }) = self.temperature
         {
             found.positive("emla.temperature.reference", reference);
-            found.finite("emla.temperature", &[copper, magnet]);
-        }
-    }
-}
-
-impl InverterLosses {
-    fn examine(&self, found: &mut Findings) {
-        for (name, value) in [
-            ("emla.inverter.v_dc", self.v_dc),
-            ("emla.inverter.f_sw", self.f_sw),
-            ("emla.inverter.k_sw", self.k_sw),
-            ("emla.inverter.v_0", self.v_0),
-            ("emla.inverter.r_0", self.r_0),
-        ] {
-            found.not_negative(name, value);
+            found.finite("emla.temperature", [copper, magnet]);
         }
     }
 }
 
 impl Ratings {
     pub(crate) fn examine(&self, found: &mut Findings) {
-        for (name, value) in [
-            ("ratings.force_max", self.force_max),
-            ("ratings.rod_speed_max", self.rod_speed_max),
-            ("ratings.motor_power", self.motor_power),
-            ("ratings.motor_torque", self.motor_torque),
-            ("ratings.motor_speed_rpm", self.motor_speed_rpm),
-        ] {
-            found.positive(name, value);
+        examine! { found, "ratings" of self;
+            positive: force_max rod_speed_max motor_power motor_torque motor_speed_rpm;
         }
     }
 }

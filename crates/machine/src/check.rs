@@ -61,6 +61,15 @@ impl MachineError {
     }
 }
 
+/// Examines fields of a section, each by the check that it is listed under, with its own name.
+macro_rules! examine {
+    ($found:ident, $section:literal of $of:expr; $($check:ident: $($field:ident)*;)*) => {
+        let of = $of;
+        $($($found.$check(concat!($section, ".", stringify!($field)), of.$field);)*)*
+    };
+}
+pub(crate) use examine;
+
 /// What has been found so far.
 #[derive(Default)]
 pub(crate) struct Findings {
@@ -123,8 +132,8 @@ impl Findings {
         }
     }
 
-    pub(crate) fn finite(&mut self, name: impl Display, values: &[f64]) {
-        if let Some(value) = values.iter().find(|v| !v.is_finite()) {
+    pub(crate) fn finite(&mut self, name: impl Display, values: impl AsRef<[f64]>) {
+        if let Some(value) = values.as_ref().iter().find(|v| !v.is_finite()) {
             self.refuse(name, value, "finite");
         }
     }

@@ -1,6 +1,6 @@
 //! Controller gains and reference trajectories.
 
-use crate::check::{Findings, MachineError};
+use crate::check::{Findings, MachineError, examine};
 use serde::{Deserialize, Serialize};
 
 /// Gains of the adaptive modular controller.
@@ -88,31 +88,10 @@ impl Controller {
     }
 
     pub(crate) fn examine(&self, found: &mut Findings) {
-        for (name, value) in [
-            ("controller.Lambda_position", self.Lambda_position),
-            ("controller.Lambda_orientation", self.Lambda_orientation),
-            ("controller.Lambda_rod", self.Lambda_rod),
-            ("controller.gamma", self.gamma),
-            ("controller.di_qr_filter_time", self.di_qr_filter_time),
-        ] {
-            found.positive(name, value);
-        }
-        for (name, value) in [
-            ("controller.settle_time", self.settle_time),
-            ("controller.kappa_KA", self.kappa_KA),
-            ("controller.K_i", self.K_i),
-            ("controller.K_f", self.K_f),
-            ("controller.K_v", self.K_v),
-            ("controller.lambda_i", self.lambda_i),
-            ("controller.omega_i", self.omega_i),
-            ("controller.omega_d", self.omega_d),
-            ("controller.omega_tip", self.omega_tip),
-            ("controller.omega_speed", self.omega_speed),
-            ("controller.leakage", self.leakage),
-            ("controller.reading_age", self.reading_age),
-            ("controller.pd_actuator_damping", self.pd_actuator_damping),
-        ] {
-            found.not_negative(name, value);
+        examine! { found, "controller" of self;
+            positive: Lambda_position Lambda_orientation Lambda_rod gamma di_qr_filter_time;
+            not_negative: settle_time kappa_KA K_i K_f K_v lambda_i omega_i omega_d omega_tip
+                omega_speed leakage reading_age pd_actuator_damping;
         }
         for (i, &d) in self.pd_wrist_damping.iter().enumerate() {
             found.not_negative(format_args!("controller.pd_wrist_damping[{}]", i + 1), d);

@@ -1,6 +1,6 @@
 //! Dimensions of the mechanism.
 
-use crate::check::Findings;
+use crate::check::{Findings, examine};
 use serde::{Deserialize, Serialize};
 
 /// Dimensions, m and rad.
@@ -59,35 +59,15 @@ pub struct Geometry {
 
 impl Geometry {
     pub(crate) fn examine(&self, found: &mut Findings) {
-        for (name, value) in [
-            ("geometry.r_B", self.r_B),
-            ("geometry.L1_2", self.L1_2),
-            ("geometry.L2_2", self.L2_2),
-            ("geometry.x0_2", self.x0_2),
-            ("geometry.lc_2", self.lc_2),
-            ("geometry.d4", self.d4),
-            ("geometry.d5", self.d5),
-            ("geometry.x0_3", self.x0_3),
-            ("geometry.lc_3", self.lc_3),
-        ] {
-            found.positive(name, value);
+        examine! { found, "geometry" of self;
+            positive: r_B L1_2 L2_2 x0_2 lc_2 d4 d5 x0_3 lc_3;
         }
-        found.finite("geometry.x1_mid", &[self.x1_mid]);
-        found.finite("geometry.beta1", &[self.beta1]);
-        found.finite("geometry.beta2", &[self.beta2]);
-        for (name, point) in [
-            ("geometry.r_T1_O", &self.r_T1_O[..]),
-            ("geometry.r_O_B", &self.r_O_B),
-            ("geometry.A_in_boom", &self.A_in_boom),
-            ("geometry.E_in_boom", &self.E_in_boom),
-            ("geometry.C_in_tilt", &self.C_in_tilt),
-            ("geometry.r_B_B4", &self.r_B_B4),
-            ("geometry.r_B4_A4", &self.r_B4_A4),
-            ("geometry.r_A4_C4", &self.r_A4_C4),
-            ("geometry.r_C4_D4", &self.r_C4_D4),
-            ("geometry.r_D4_T4", &self.r_D4_T4),
-        ] {
-            found.finite(name, point);
+        found.finite("geometry.x1_mid", [self.x1_mid]);
+        found.finite("geometry.beta1", [self.beta1]);
+        found.finite("geometry.beta2", [self.beta2]);
+        examine! { found, "geometry" of self;
+            finite: r_T1_O r_O_B A_in_boom E_in_boom C_in_tilt r_B_B4 r_B4_A4 r_A4_C4 r_C4_D4
+                r_D4_T4;
         }
     }
 }

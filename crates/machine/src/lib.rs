@@ -58,6 +58,7 @@ impl Machine {
 }
 
 #[cfg(test)]
+#[path = "../tests/unit/schema.rs"]
 mod schema;
 
 #[cfg(test)]

@@ -6,14 +6,16 @@
 //! `hdrm` and the machine file that the FMU runs with (module `scene`). Every frame is checked
 //! against the tip position that the FMU gives, so a drawing of another machine is refused.
 //!
+//! Every run is made once: the cells of the paper's table are also those whose signals, energies
+//! and rod forces are shown.
+//!
 //! The page is plain HTML with plotly.js and three.js (both in `assets/`) inside.
 
 mod conditions;
 mod efficiency_map;
 mod electric;
+mod energy;
 mod errors;
-mod evaluation;
-mod failures;
 pub mod figures;
 mod own_path;
 mod page;
@@ -24,6 +26,7 @@ mod scene;
 mod stability;
 mod surrogate;
 mod table;
+mod testbed;
 mod worlds;
 
 use std::fmt::Write as _;
@@ -31,24 +34,23 @@ use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use anyhow::{Context, Result, bail};
-use rayon::prelude::*;
 use serde::Serialize;
 
 use conditions::Conditions;
 use efficiency_map::EfficiencyMap;
+use energy::Energy;
 use errors::{ErrorStudy, Plan};
-use evaluation::{Energy, Testbed};
-use failures::kept;
 pub use request::Request;
-use request::UNCERTAIN;
-use runs::{Case, Run};
+use request::kept;
+use runs::{Run, Shown};
 use scene::Scene;
 use stability::Stability;
-use studies::grid::TRAJECTORIES;
+use studies::grid;
 use studies::machine_file::MachineFile;
 use studies::studies::efficiency;
 use studies::studies::inertia::{self, MODES};
 use table::Row;
+use testbed::Testbed;
 
 /// All that the page shows.
 #[derive(Serialize)]
@@ -75,39 +77,36 @@ impl Report {
     /// fails is named in the report.
     ///
     /// # Errors
-    /// No run succeeds, or the machine file cannot be used.
+    /// No run of the table succeeds, or the machine file cannot be used.
     pub fn new(request: &Request<'_>, progress: impl Fn(u64, u64) + Sync) -> Result<Self> {
-        let machine = MachineFile::of(request.system, &request.base.settings)?;
+        let (system, base) = (request.system, request.base);
+        let machine = MachineFile::of(system, &base.settings)?;
         let scene = Scene::new(&machine)?;
         let plan = Plan::of(request)?;
-        let runs = (cases().len() + inertia::CELLS) as u64 + plan.count();
-        let total = runs + evaluation::RUNS + studies::studies::stability::RUNS;
+        let total = inertia::CELLS as u64 + plan.count() + studies::studies::stability::RUNS;
         let done = AtomicU64::new(0);
         let count = || progress(done.fetch_add(1, Ordering::Relaxed) + 1, total);
-        let results: Vec<Result<Run>> = cases()
-            .into_par_iter()
-            .map(|case| {
-                let run = Run::of(request, case, &scene);
-                count();
-                run
-            })
-            .collect();
-        let mut failures = Vec::new();
-        let runs = kept(results, &mut failures);
-        if runs.is_empty() {
+        let measure = |plan: &grid::Plan| runs::measure(request, &scene, plan);
+        let cells = inertia::measured(system, base, measure, count)?;
+        let Shown {
+            cells,
+            runs,
+            energies,
+            machines,
+        } = Shown::of(cells);
+        let mut failures: Vec<_> = cells.iter().filter_map(table::failure).collect();
+        if failures.len() == cells.len() {
             bail!("no run succeeded: {}", failures.join("; "));
         }
-        let cells = inertia::run(request.system, request.base, count)?;
-        failures.extend(cells.iter().filter_map(table::failure));
         let worlds = worlds::shown(request, &mut failures);
         let errors = plan.run(request, count, &mut failures)?;
-        let energy = evaluation::energies(request, count, &mut failures);
+        let energy = kept(energies, &mut failures);
         let electric = electric::shown(request, &mut failures);
         let path = own_path::shown(request, &machine, &mut failures);
         let stability = stability::stability(request, count, &mut failures)?;
-        let testbed = evaluation::testbed(request, &mut failures);
+        let testbed = testbed::replayed(request, machines, &mut failures);
         let surrogate = surrogate::on_rig(request, &mut failures);
-        let map = efficiency::map(request.system, request.base).map(EfficiencyMap::from);
+        let map = efficiency::map(system, base).map(EfficiencyMap::from);
         Ok(Self {
             conditions: Conditions::of(request, &machine),
             table: cells.chunks(MODES.len()).map(table::row).collect(),
@@ -125,28 +124,7 @@ impl Report {
             failures,
         })
     }
-}
 
-/// The runs that are kept: both trajectories with all controllers, and the adaptive one with wrong
-/// inertias.
-fn cases() -> Vec<Case> {
-    let mut cases = Vec::new();
-    for trajectory in TRAJECTORIES {
-        cases.extend(MODES.map(|mode| Case {
-            trajectory,
-            mode,
-            scale: 1.0,
-        }));
-        cases.push(Case {
-            trajectory,
-            mode: MODES[0],
-            scale: UNCERTAIN,
-        });
-    }
-    cases
-}
-
-impl Report {
     /// Write the page.
     pub fn write(&self, path: &Path) -> Result<()> {
         if let Some(folder) = path.parent() {

@@ -22,6 +22,8 @@ pub struct Extras {
     pub backlash: Backlash,
     /// Mounting, pins, torsion.
     pub compliance: Compliance,
+    /// Damping in the parts where it arises.
+    pub damping: Damping,
     /// Core and inverter losses.
     pub losses: Losses,
     /// Warming.
@@ -83,6 +85,9 @@ pub struct Switching {
     pub dead_time: f64,
     /// Current over which the dead time's effect changes sign, A.
     pub i_0: f64,
+    /// Error of the rotor's electrical angle in the drive, rad: it turns the voltages that are
+    /// commanded ahead, and the currents that the drive tells back.
+    pub offset: f64,
 }
 
 /// Friction of bearings, gear, screw, nut and seals. Switched on, it replaces the idealised gear
@@ -139,6 +144,16 @@ pub struct Compliance {
     pub torsion: f64,
 }
 
+/// Where the damping between nut and rod arises. Switched on, `C_b` spans screw, nut and bearings
+/// alone, and the mounting has a damper of its own; switched off, `C_b` spans all of them together.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Damping {
+    /// Switch.
+    pub on: bool,
+    /// Damper beside the compliance of mounting, pins and torsion, N·s/m.
+    pub mount: f64,
+}
+
 /// Factors on the losses of the machine's sections `core` and `inverter`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Losses {
@@ -166,7 +181,7 @@ pub struct Heat {
 }
 
 impl Extras {
-    /// Everything on: ordinary values for a servo motor of 11.6 kW with planetary gear and
+    /// Everything on but [`Damping`]: ordinary values for a servo motor of 11.6 kW with planetary gear and
     /// preloaded ball screw; of no particular product.
     ///
     /// Saturation of 20 % at the peak current; copper and NdFeB magnets (handbook values); 1 % of
@@ -199,6 +214,7 @@ impl Extras {
             advance: true,
             dead_time: 2e-6,
             i_0: 0.5,
+            offset: 0.0,
         },
         friction: Friction {
             on: true,
@@ -225,6 +241,10 @@ impl Extras {
             mount: 6e7,
             torsion: 2e4,
         },
+        damping: Damping {
+            on: false,
+            mount: 2e4,
+        },
         losses: Losses {
             on: true,
             core: 1.15,
@@ -250,6 +270,7 @@ impl Extras {
         self.friction.on = false;
         self.backlash.on = false;
         self.compliance.on = false;
+        self.damping.on = false;
         self.losses.on = false;
         self.heat.on = false;
         self
@@ -312,6 +333,7 @@ impl Extras {
                 ("friction.gear_viscous", f.gear_viscous),
                 ("friction.gear_loss", f.gear_loss),
                 ("friction.windage", f.windage),
+                ("damping.mount", self.damping.mount),
                 ("backlash.width", self.backlash.width),
                 ("losses.core", self.losses.core),
                 ("losses.inverter", self.losses.inverter),
@@ -329,6 +351,13 @@ impl Extras {
             f.breakaway,
             "finite and ≥ 1",
             f.breakaway >= 1.0,
+        )?;
+        let offset = self.switching.offset;
+        demand(
+            "switching.offset",
+            offset,
+            "between -π/2 and π/2",
+            offset.abs() <= std::f64::consts::FRAC_PI_2,
         )?;
         for (name, value) in [
             ("temperature.copper", t.copper),

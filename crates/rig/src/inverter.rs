@@ -46,13 +46,24 @@ impl Rig {
         } else {
             0.0
         };
-        let angle = f64::from(self.p.p) * (theta_m + lead);
+        let angle = f64::from(self.p.p) * (theta_m + lead) + self.extra.switching.offset;
         let next = v.turned(libm::sincos(angle));
         HeldVoltages {
             acting: hold.next,
             next: [next.d, next.q],
             left: hold.left + T,
         }
+    }
+
+    /// Currents as the drive has them, A: in the coordinates of the angle that it takes for the
+    /// rotor's.
+    pub(crate) fn told(&self, i: Dq) -> Dq {
+        let s = &self.extra.switching;
+        if !s.on || s.offset == 0.0 {
+            return i;
+        }
+        let (sin, cos) = libm::sincos(s.offset);
+        i.turned((-sin, cos))
     }
 
     /// Voltage at the motor in rotor coordinates, V: the command itself, or what is held less what

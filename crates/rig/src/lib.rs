@@ -33,8 +33,8 @@ mod switching;
 
 pub use current_loop::CurrentLoop;
 pub use extras::{
-    Backlash, Cogging, Compliance, Extras, Friction, Heat, Losses, Ripple, Saturation, Switching,
-    Temperature,
+    Backlash, Cogging, Compliance, Damping, Extras, Friction, Heat, Losses, Ripple, Saturation,
+    Switching, Temperature,
 };
 pub use limits::StepError;
 pub use machine::{ActuatorInput as Input, Drive};

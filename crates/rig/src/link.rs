@@ -27,15 +27,15 @@ impl Rig {
     /// ```
     /// Beyond the screw's ends the stiffness there holds.
     pub(crate) fn stiffness(&self, x: f64) -> (f64, f64) {
-        let (p, c, lead) = (&self.p, &self.extra.compliance, self.lead());
+        let (p, lead) = (&self.p, self.lead());
         let inside = x.max(0.0).min(p.L_s);
         let mut sum = inside * (p.L_s - inside) / (p.L_s * p.EA)
             + 0.5 / p.K_br
             + 1.0 / p.K_n
             + 1.0 / p.K_r
             + lead * lead * inside / p.GJ;
-        if c.on {
-            sum += 1.0 / c.mount + lead * lead / c.torsion;
+        if self.extra.compliance.on {
+            sum += self.mounting();
         }
         let by_x = if inside == x {
             (1.0 - 2.0 * x / p.L_s) / p.EA + lead * lead / p.GJ
@@ -44,6 +44,34 @@ impl Rig {
         };
         let K = 1.0 / sum;
         (K, -K * K * by_x)
+    }
+
+    /// Compliance of mounting, pins, gear and coupling, m/N.
+    fn mounting(&self) -> f64 {
+        let (c, lead) = (&self.extra.compliance, self.lead());
+        1.0 / c.mount + lead * lead / c.torsion
+    }
+
+    /// Damping of the whole connection, N·s/m, whose stiffness is `K`, N/m.
+    ///
+    /// Two parts in series, each a spring with a damper beside it, share the stretch as their
+    /// springs do as long as it changes slowly beside `K_part/C_part`; the mounting takes the share
+    /// σ = K/K_mounting. Their dampers then lose what one damper over both loses:
+    /// ```text
+    /// C = C_b (1 − σ)² + C_mount σ²
+    /// ```
+    /// For the reference actuator this holds to 0.2 % at 6 Hz, and up to some 100 Hz.
+    fn damping(&self, K: f64) -> f64 {
+        let (C_b, d) = (self.p.C_b, &self.extra.damping);
+        if !d.on {
+            return C_b;
+        }
+        let share = if self.extra.compliance.on {
+            K * self.mounting()
+        } else {
+            0.0
+        };
+        C_b * (1.0 - share) * (1.0 - share) + d.mount * share * share
     }
 
     /// Half the play, m.
@@ -55,20 +83,20 @@ impl Rig {
     /// Force for the nut's lead `s` over the rod, m, growing at `s_dot`, at rod position `x` moving
     /// at `x_dot`.
     /// ```text
-    /// δ = s − b for s > b, s + b for s < −b, else 0;   F = K δ + C_b ṡ·min(1, |δ|/δ_0),   but never pulling: F δ ≥ 0
+    /// δ = s − b for s > b, s + b for s < −b, else 0;   F = K δ + C ṡ·min(1, |δ|/δ_0),   but never pulling: F δ ≥ 0
     /// ```
-    /// without play `F = K s + C_b ṡ`. The stiffness varies with x, but the force law has no term
+    /// without play `F = K s + C ṡ`. The stiffness varies with x, but the force law has no term
     /// for it: a moving rod gains or loses `½ K' ẋ δ²`, counted as a loss.
     #[inline(always)]
     pub(crate) fn link(&self, s: f64, s_dot: f64, x: f64, x_dot: f64) -> Link {
         let (K, K_slope) = self.stiffness(x);
-        let play = self.play();
+        let (C, play) = (self.damping(K), self.play());
         let deflection = s - s.max(-play).min(play);
         let spring = K * deflection;
-        let mut force = spring + self.p.C_b * s_dot;
+        let mut force = spring + C * s_dot;
         if self.extra.backlash.on {
             let engaged = (deflection.abs() / self.extra.backlash.contact).min(1.0);
-            force = spring + engaged * self.p.C_b * s_dot;
+            force = spring + engaged * C * s_dot;
             if force * spring <= 0.0 {
                 force = 0.0;
             }
@@ -124,5 +152,36 @@ mod tests {
         assert!((more - 1.0 / 6e7 - lead * lead / 2e4).abs() < 1e-18);
         let difference = (rig.stiffness(0.3001).0 - rig.stiffness(0.2999).0) / 2e-4;
         assert!((rig.stiffness(0.3).1 / difference - 1.0).abs() < 1e-6);
+    }
+
+    /// Two parts in series, each a spring with a damper beside it, yield to a force of frequency ω by
+    /// ```text
+    /// Σ 1/(K + jωC) = Σ (K − jωC)/(K² + ω²C²)
+    /// ```
+    /// so a mass on them has half the ratio of both sums, the loss factor, as its damping ratio
+    /// (C. Zener, *Elasticity and Anelasticity of Metals*). One damper over both has it to 1 % at
+    /// 5 Hz, where `C_b` over all of them gives five times as much and more.
+    #[test]
+    fn damping_in_parts_is_that_of_the_parts_in_series() {
+        let mut rig = Rig::as_built();
+        let (K, w) = (rig.stiffness(0.3).0, std::f64::consts::TAU * 5.0);
+        let ratio = |C: f64| 0.5 * w * C / K;
+        assert!(ratio(rig.damping(K)) > 0.08);
+        for mount in [0.0, 2e4, 6e4] {
+            rig.extra.damping = crate::Damping { on: true, mount };
+            let stiff = 1.0 / (1.0 / K - rig.mounting());
+            let parts = [(stiff, rig.p.C_b), (1.0 / rig.mounting(), mount)];
+            let sum = |of: fn(f64, f64) -> f64| -> f64 {
+                let share = |&(K, C): &(f64, f64)| of(K, w * C) / (K * K + w * w * C * C);
+                parts.iter().map(share).sum()
+            };
+            let exact = 0.5 * sum(|_, C| C) / sum(|K, _| K);
+            let found = ratio(rig.damping(K));
+            assert!(
+                (found / exact - 1.0).abs() < 0.01,
+                "{mount}: {found}, {exact}"
+            );
+            assert!(found < 0.02, "{mount}: {found}");
+        }
     }
 }

@@ -16,9 +16,9 @@ pub struct Output {
     pub x_rod_dot: f64,
     /// Nut position, m.
     pub x_nut: f64,
-    /// Direct-axis current, A.
+    /// Direct-axis current as the drive has it, A.
     pub i_d: f64,
-    /// Quadrature-axis current, A.
+    /// Quadrature-axis current as the drive has it, A.
     pub i_q: f64,
     /// Motor angle, rad.
     pub theta_m: f64,
@@ -89,6 +89,7 @@ impl Rig {
     pub fn output(&self, s: &State, u: &Input) -> Output {
         let now = self.instant(s, u, &self.held(s, u));
         let P_in = now.supplied(s.current());
+        let told = self.told(s.current());
         let is_defined = now.magnetics.tau_e > 0.0 && s.w_m != 0.0;
         Output {
             F: now.F + s.lead * now.link.stiffness * now.s_dot,
@@ -96,8 +97,8 @@ impl Rig {
             x_rod: now.x,
             x_rod_dot: now.x_dot,
             x_nut: self.travel() * s.theta_m,
-            i_d: s.i_d,
-            i_q: s.i_q,
+            i_d: told.d,
+            i_q: told.q,
             theta_m: s.theta_m,
             w_m: s.w_m,
             tau_e: now.magnetics.tau_e,

@@ -34,7 +34,12 @@ impl Rig {
             Drive::Force => 1.0 / (1.0 / nut + 1.0 / p.M_act),
         };
         let K = self.stiffness(0.0).0.max(self.stiffness(p.L_s).0);
-        let (half, square) = (0.5 * (p.C_b + p.C_act) / mass, K / mass);
+        let C_link = if e.damping.on {
+            p.C_b.max(e.damping.mount)
+        } else {
+            p.C_b
+        };
+        let (half, square) = (0.5 * (C_link + p.C_act) / mass, K / mass);
         let rod = half + (half * half - square).max(0.0).sqrt();
         let L = p.L_d.min(p.L_q * (1.0 - e.saturation.share).powi(2));
         let f_sw = p.inverter.map_or(0.0, |inverter| inverter.f_sw);
@@ -44,7 +49,7 @@ impl Rig {
             .max(square.sqrt())
             .max((p.R_s + if e.switching.on { dead } else { 0.0 }) / L)
             .max((p.C_m + p.tau_C / p.w_C) / p.J_m)
-            .max((e.friction.damping + p.C_b) / nut);
+            .max((e.friction.damping + C_link) / nut);
         DT_MAX.min(RATE_STEP / fastest)
     }
 

@@ -18,14 +18,81 @@ impl Force {
         }
     }
 
-    /// Reading, N: of the lag's state and what errs (`bias` a part of the bound, `noise` in
-    /// standard deviations), or of the measured quadrature current `i_q`, A, where there is no
-    /// sensor.
-    pub(crate) fn read(&self, lagged: f64, bias: f64, noise: f64, i_q: f64) -> f64 {
+    /// What the cell's element shows of the force `F`, N, after it showed `before`: it follows
+    /// once the force has moved on by half the width of the loop, the play operator
+    /// ```text
+    /// y ← min(max(y, F − w/2), F + w/2)
+    /// ```
+    /// (I. D. Mayergoyz, *Mathematical Models of Hysteresis*). Without a width it is `F`.
+    pub(crate) fn shown(&self, before: f64, F: f64, is_first: bool) -> f64 {
+        if self.kind != ForceKind::Sensor || self.hysteresis == 0.0 || is_first {
+            return F;
+        }
+        let half = 0.5 * self.hysteresis;
+        before.max(F - half).min(F + half)
+    }
+
+    /// Reading, N: of what the element shows and what errs (`gain` and `bias` a part of their
+    /// bounds, `noise` in standard deviations), or of the measured quadrature current `i_q`, A,
+    /// where there is no sensor.
+    pub(crate) fn read(&self, shown: f64, [gain, bias]: [f64; 2], noise: f64, i_q: f64) -> f64 {
         match self.kind {
-            ForceKind::Ideal => lagged,
-            ForceKind::Sensor => lagged + self.bias * bias + self.noise * noise,
+            ForceKind::Ideal => shown,
+            ForceKind::Sensor => {
+                shown * (1.0 + self.gain * gain) + self.bias * bias + self.noise * noise
+            }
             ForceKind::Absent => self.per_current * i_q,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Params;
+
+    fn cell(hysteresis: f64) -> Force {
+        Force {
+            kind: ForceKind::Sensor,
+            hysteresis,
+            gain: 0.01,
+            ..Params::OFF.force
+        }
+    }
+
+    /// A force that goes up and down between ±A is shown behind by half the width w on either way:
+    /// a parallelogram of width w and height 2A − w. Trapezoids over steps of A/1000 miss less than
+    /// a step times the width.
+    #[test]
+    fn a_cycle_of_force_encloses_the_loop_of_its_width() {
+        let (w, A) = (210.0, 31e3);
+        let cell = cell(w);
+        let force = |k: i32| {
+            let part = f64::from(k % 4000) / 1000.0;
+            A * if part < 2.0 { part - 1.0 } else { 3.0 - part }
+        };
+        let (mut y, mut area, mut widest) = (cell.shown(0.0, force(0), true), 0.0, 0.0_f64);
+        for k in 1..=8000 {
+            let next = cell.shown(y, force(k), false);
+            if k > 4000 {
+                area += 0.5 * (next + y) * (force(k) - force(k - 1));
+            }
+            widest = widest.max((next - force(k)).abs());
+            y = next;
+        }
+        assert!((widest - 0.5 * w).abs() < 1e-9, "{widest}");
+        assert!(
+            (area.abs() - w * (2.0 * A - w)).abs() < w * A / 1000.0,
+            "{area}"
+        );
+    }
+
+    #[test]
+    fn the_gain_errs_by_its_part_of_the_bound() {
+        let reading = cell(0.0).read(40e3, [-0.5, 0.2], 0.0, 0.0);
+        assert!(
+            (reading - (40e3 * 0.995 + 0.2 * 350.0)).abs() < 1e-9,
+            "{reading}"
+        );
     }
 }

@@ -102,6 +102,10 @@ pub struct Force {
     pub kind: ForceKind,
     /// Biases are drawn uniformly from −bias to bias, N.
     pub bias: f64,
+    /// Relative gain errors are drawn uniformly from −gain to gain.
+    pub gain: f64,
+    /// Width of the loop between rising and falling force, N.
+    pub hysteresis: f64,
     /// Standard deviation of the noise, N.
     pub noise: f64,
     /// Bandwidth of the first-order lag, Hz.
@@ -171,6 +175,8 @@ impl Params {
         force: Force {
             kind: ForceKind::Ideal,
             bias: 350.0,
+            gain: 0.0,
+            hysteresis: 0.0,
             noise: 70.0,
             bandwidth: 1000.0,
             per_current: PER_CURRENT,

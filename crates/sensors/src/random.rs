@@ -27,6 +27,8 @@ pub struct FixedErrors {
     pub offset: [[f64; 2]; ACTUATORS],
     /// Biases of the force sensors.
     pub bias: [f64; ACTUATORS],
+    /// Gains of the force sensors.
+    pub force_gain: [f64; ACTUATORS],
 }
 
 impl FixedErrors {
@@ -38,6 +40,7 @@ impl FixedErrors {
             gain: std::array::from_fn(|_| [part(), part()]),
             offset: std::array::from_fn(|_| [part(), part()]),
             bias: std::array::from_fn(|_| part()),
+            force_gain: std::array::from_fn(|_| part()),
         }
     }
 }
@@ -117,7 +120,7 @@ mod tests {
         assert_ne!(a, b);
         let all = |d: &FixedErrors| {
             let phases = [d.gain, d.offset].concat().concat();
-            [&d.zero[..], &d.bias[..], &phases[..]].concat()
+            [&d.zero[..], &d.bias[..], &d.force_gain[..], &phases[..]].concat()
         };
         assert!((0..200).all(|seed| all(&FixedErrors::of(seed)).iter().all(|e| e.abs() <= 1.0)));
         assert!((0..200).any(|seed| all(&FixedErrors::of(seed)).iter().any(|e| e.abs() > 0.99)));

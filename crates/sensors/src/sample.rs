@@ -37,6 +37,8 @@ struct Memory {
     motor: [Track; ACTUATORS],
     rod: [Track; ACTUATORS],
     force: [f64; ACTUATORS],
+    /// What the load cells' elements show.
+    shown: [f64; ACTUATORS],
 }
 
 /// One sample: readings, and what filters and observers come to by it.
@@ -139,9 +141,10 @@ impl Sensors {
             .read(currents, u.theta_m[k], y.theta_m[k], &errors);
 
         memory.force[k] = p.force.lag(s.memory.force[k], u.F[k], s.period);
-        y.F[k] = p
-            .force
-            .read(memory.force[k], drawn.bias[k], noise.force[k], y.i_q[k]);
+        let is_first = s.period.is_none();
+        memory.shown[k] = p.force.shown(s.memory.shown[k], memory.force[k], is_first);
+        let errors = [drawn.force_gain[k], drawn.bias[k]];
+        y.F[k] = (p.force).read(memory.shown[k], errors, noise.force[k], y.i_q[k]);
     }
 
     fn speed(&self, track: &Track, ideal: f64) -> f64 {

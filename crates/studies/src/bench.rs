@@ -13,7 +13,7 @@ use machine::Source;
 use tip_path::PathFile;
 
 use crate::start_values::{over, tell_delay};
-use crate::worlds::{BENDING_STEP, BENDING_SYSTEM, SYSTEM, World, parameters_of};
+use crate::worlds::{BENDING_STEP, BENDING_SYSTEM, STRICT_SYSTEM, SYSTEM, World, parameters_of};
 use crate::{loads, machine_file, path_margins};
 
 /// The packed machine.
@@ -45,7 +45,7 @@ pub struct MachineArgs {
     #[command(flatten)]
     run: RunArgs,
     /// Path that the tip follows: a JSON or CSV file of waypoints or samples, or iso9283-cube,
-    /// iso9283-rectangle; without a stop time, to its end
+    /// iso9283-rectangle, six-joints; without a stop time, to its end
     #[arg(long, value_name = "FILE")]
     waypoints: Option<String>,
 }
@@ -157,7 +157,7 @@ impl Builder<'_> {
         {
             loads::connect(&mut system)?;
         }
-        if self.world == World::Real {
+        if self.world.is_as_built() {
             system.apply_set(Path::new(self.args.parameters()?))?;
         }
         Ok(system)
@@ -166,8 +166,9 @@ impl Builder<'_> {
     fn world_system(&self) -> &'static str {
         match self.world {
             World::Ideal => MACHINE,
-            World::Real => SYSTEM,
+            World::Real | World::StrictRigid => SYSTEM,
             World::Bending => BENDING_SYSTEM,
+            World::Strict => STRICT_SYSTEM,
         }
     }
 
@@ -201,7 +202,7 @@ impl Builder<'_> {
         {
             bench.base = experiment;
         }
-        if self.world == World::Bending {
+        if self.world.bends() {
             let step = &mut bench.base.stepping.step;
             *step = step.min(BENDING_STEP);
         }
@@ -222,7 +223,7 @@ impl Bench {
 }
 
 /// The start values with which the controller follows a path.
-fn following(system: &System, path: &str) -> Result<Vec<Setting>> {
+pub(crate) fn following(system: &System, path: &str) -> Result<Vec<Setting>> {
     let controller = system.component_of(system.port("trajectory")?);
     let file = match PathFile::built_in(path) {
         Some(_) => path.to_owned(),

@@ -3,19 +3,24 @@
 //! What failed, what is bad, median and worst are counted here for all of them.
 
 use anyhow::{Error, Result};
-use cosim::noise::Noise;
+use cosim::faults::Faults;
+use cosim::master::Jitter;
 use cosim::run::Experiment;
 use cosim::system::{Setting, System};
 use cosim::verdict::Verdict;
 use rayon::prelude::*;
 use serde::Serialize;
+use tip_path::SIX_JOINTS;
 
+use crate::bench;
 use crate::laws::Law;
 use crate::measures::run::FailedRun;
 use crate::start_values::{over, with};
 
 /// The trajectories of the controller.
 pub const TRAJECTORIES: [&str; 2] = ["cubic", "triangular"];
+/// The same with the path that moves all six joints.
+pub const ALL_TRAJECTORIES: [&str; 3] = ["cubic", "triangular", SIX_JOINTS];
 
 /// What differs from a nominal run.
 #[derive(Clone, Debug)]
@@ -25,9 +30,13 @@ pub struct Case {
     /// Start values.
     pub settings: Vec<Setting>,
     /// Noise on inputs.
-    pub noise: Noise,
+    pub noise: Faults,
     /// Part of the communication step that is stepped.
     pub step: f64,
+    /// How communication points stray from their grid, if they do.
+    pub jitter: Option<Jitter>,
+    /// Seed that it was drawn from, if it was.
+    pub seed: Option<u64>,
 }
 
 impl Case {
@@ -36,10 +45,31 @@ impl Case {
         Self {
             label: label.into(),
             settings,
-            noise: Noise::default(),
+            noise: Faults::default(),
             step: 1.0,
+            jitter: None,
+            seed: None,
         }
     }
+
+    /// What was drawn from a seed.
+    pub fn of_seed(seed: u64, settings: Vec<Setting>) -> Self {
+        Self {
+            seed: Some(seed),
+            ..Self::new(format!("seed {seed}"), settings)
+        }
+    }
+}
+
+/// The start values with which the controller follows a trajectory.
+///
+/// # Errors
+/// A system without a controller that can.
+pub fn following(system: &System, trajectory: &str) -> Result<Vec<Setting>> {
+    if trajectory == SIX_JOINTS {
+        return bench::following(system, trajectory);
+    }
+    Ok(vec![system.setting("trajectory", trajectory)?])
 }
 
 /// One run of a grid.
@@ -125,14 +155,14 @@ impl<'a> Grid<'a> {
         let laws: Vec<_> = laws.collect::<Result<_>>()?;
         let mut plans = Vec::new();
         for trajectory in self.trajectories {
-            let motion = self.system.setting("trajectory", trajectory)?;
+            let motion = following(self.system, trajectory)?;
             for case in self.cases {
                 for (law, settings) in self.laws.iter().zip(&laws) {
-                    let varied =
-                        [&case.settings[..], settings, std::slice::from_ref(&motion)].concat();
+                    let varied = [&case.settings[..], settings, &motion].concat();
                     let mut experiment = vary(self.system, self.base, varied)?;
-                    experiment.noise = case.noise.clone();
+                    experiment.faults = case.noise.clone();
                     experiment.stepping.step *= case.step;
+                    experiment.stepping.jitter = case.jitter;
                     let (law, case) = (&law.name, &case.label);
                     plans.push(Plan {
                         trajectory,
@@ -167,6 +197,17 @@ impl<'a> Grid<'a> {
 }
 
 impl<T> Cell<T> {
+    /// The cell with what `make` makes of what was measured.
+    pub fn map<U>(self, make: impl FnOnce(T) -> U) -> Cell<U> {
+        Cell {
+            trajectory: self.trajectory,
+            law: self.law,
+            case: self.case,
+            result: self.result.map(make),
+            verdict: self.verdict,
+        }
+    }
+
     /// The failure, where it failed.
     pub fn error(&self) -> Option<&Error> {
         self.result.as_ref().err()

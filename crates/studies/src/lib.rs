@@ -1,8 +1,9 @@
 //! Experiments on the coupled manipulator, made with the co-simulation master `cosim`. A command
-//! ([`commands`]) puts a run together on the [`mod@bench`]; a study ([`studies`]: the paper's table,
-//! other errors, laws compared, testbed, stability proof, motors, a long run) makes a [`grid`] of
-//! runs on the machines of a world ([`worlds`]) and takes measures of each ([`measures`]: tip,
-//! tracking, accuracy, energy, limits); [`mod@print`] makes text, CSV and JSON of what came out.
+//! ([`commands`]) puts a run together on the [`mod@bench`]; a study ([`studies`]: the paper's
+//! table, other errors, laws compared, testbed, stability proof, motors, a long run) makes a
+//! [`grid`] of runs on the machines of a world ([`worlds`]) and takes measures of each
+//! ([`measures`]: tip, tracking, accuracy, energy, limits); [`mod@print`] makes text, CSV and JSON
+//! of what came out.
 //!
 //! Everything is computed by the FMUs; names such as `tip_error_norm`, `settle_time` or
 //! `inertia_scale` are variables of theirs. The crate `machine` serves the machine's limits and
@@ -27,4 +28,5 @@ pub mod print;
 pub mod signal_file;
 pub mod start_values;
 pub mod studies;
+pub mod trial;
 pub mod worlds;

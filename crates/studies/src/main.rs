@@ -9,12 +9,11 @@ use anyhow::Result;
 use clap::{Parser, Subcommand};
 use cosim::cli::exit;
 use cosim::verdict::Verdict;
-use studies::commands::siblings::{OtherArguments, Sibling};
+use studies::commands::program::{OtherArguments, Sibling};
 use studies::commands::{
-    compare, endurance, energy, evaluate, machine, path, program, run, sizing, stability, table,
-    testbed,
+    compare, draws, endurance, energy, evaluate, machine, margins, path, program, run, sizing,
+    stability, table, testbed, tournament,
 };
-use studies::worlds::World;
 
 /// Experiments on the coupled manipulator: three electromechanical actuators, rigid bodies and
 /// controller, as FMUs.
@@ -51,6 +50,12 @@ enum Command {
     /// Long run with a reference that never ends: memory, time, tracking and estimates; fails where
     /// one of them does not endure
     Endurance(endurance::EnduranceArgs),
+    /// Laws tuned alike, by one tuner on some drawn machines, and compared on others
+    Tournament(tournament::TournamentArgs),
+    /// How far each law is from instability: in delay, loop gain, mounting, inertia, adaptation
+    Margins(margins::MarginsArgs),
+    /// Many machines drawn at random under one law: kept, stopped, lost, and the rods' forces
+    Draws(draws::DrawsArgs),
     /// Tip error, tracking, orientation and verdict of a run that another importer made and wrote
     /// as CSV
     Evaluate(evaluate::EvaluateArgs),
@@ -122,6 +127,9 @@ impl Command {
             Self::Energy(args) => energy::energy(args),
             Self::Sizing(args) => sizing::sizing(args).map(|(verdict, _)| verdict),
             Self::Endurance(args) => endurance::endurance(args),
+            Self::Draws(args) => draws::draws(args),
+            Self::Tournament(args) => tournament::tournament(args),
+            Self::Margins(args) => margins::margins(args),
             Self::Evaluate(args) => evaluate::evaluate(args),
             Self::Machine(command) => done(machine::run(command)),
             Self::Path(command) => done(path::run(command)),
@@ -134,7 +142,7 @@ impl Command {
     /// Whether it runs the plant that bends, which is written in Python.
     fn needs_python(&self) -> bool {
         match self {
-            Self::Table(args) => args.world == World::Bending,
+            Self::Table(args) => args.world.bends(),
             _ => false,
         }
     }
@@ -150,6 +158,9 @@ impl Command {
             Self::Energy(args) => &args.machine,
             Self::Sizing(args) => &args.machine,
             Self::Endurance(args) => &args.machine,
+            Self::Draws(args) => &args.machine,
+            Self::Tournament(args) => &args.machine,
+            Self::Margins(args) => &args.machine,
             Self::Evaluate(args) => &args.machine,
             Self::Report(_)
             | Self::Plot(_)

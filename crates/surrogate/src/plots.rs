@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::Result;
-use charts::{Area, DrawResult, Picture};
+use charts::{Area, Curve, DrawResult, Figure, Panel, Picture};
 use emla::{Split, Surrogate};
 use plotters::prelude::*;
 
@@ -51,99 +51,58 @@ impl Picture for Agreement {
     }
 }
 
-/// Errors of force, N, and rod speed, mm/s.
-struct Residuals {
-    errors: [Vec<f64>; 2],
-}
-
-impl Picture for Residuals {
-    fn draw<B: DrawingBackend>(&self, area: &Area<'_, B>) -> DrawResult<B> {
-        area.fill(&WHITE)?;
-        let names = ["force error, N", "rod speed error, mm/s"];
-        for (k, part) in area.split_evenly((1, 2)).iter().enumerate() {
-            let errors = &self.errors[k];
-            let reach = errors.iter().fold(0.0_f64, |m, e| m.max(e.abs())) * 1.05;
-            let width = 2.0 * reach / BARS as f64;
-            let mut counts = vec![0_u32; BARS];
-            for e in errors {
-                counts[(((e + reach) / width) as usize).min(BARS - 1)] += 1;
-            }
-            let top = f64::from(counts.iter().copied().max().unwrap_or(1)) * 1.1;
-            let mut chart = ChartBuilder::on(part)
-                .caption("Test set: network less data", TITLE)
-                .margin(12)
-                .x_label_area_size(44)
-                .y_label_area_size(56)
-                .build_cartesian_2d(-reach..reach, 0.0..top)?;
-            chart
-                .configure_mesh()
-                .label_style(FONT)
-                .x_desc(names[k])
-                .y_desc("points")
-                .draw()?;
-            chart.draw_series(counts.iter().enumerate().map(|(bar, &n)| {
-                let left = -reach + bar as f64 * width;
-                Rectangle::new(
-                    [(left, 0.0), (left + width, f64::from(n))],
-                    BLUE.mix(0.6).filled(),
-                )
-            }))?;
+/// Histograms of the errors of force, N, and rod speed, mm/s.
+fn residuals(errors: &[Vec<f64>; 2]) -> Figure {
+    let panel = |(name, errors): (&str, &Vec<f64>)| {
+        let reach = errors.iter().fold(0.0_f64, |m, e| m.max(e.abs())) * 1.05;
+        let width = 2.0 * reach / BARS as f64;
+        let mut counts = vec![0_u32; BARS];
+        for e in errors {
+            counts[(((e + reach) / width) as usize).min(BARS - 1)] += 1;
         }
-        Ok(())
+        let bar = |(k, n): (usize, &u32)| {
+            let [left, right] = [k, k + 1].map(|k| -reach + k as f64 * width);
+            [(left, f64::from(*n)), (right, f64::from(*n))]
+        };
+        let outline = counts.iter().enumerate().flat_map(bar).collect();
+        Panel {
+            x_label: name.into(),
+            y_label: "points".into(),
+            floor: None,
+            curves: vec![Curve::new("", BLUE, outline)],
+        }
+    };
+    let names = ["force error, N", "rod speed error, mm/s"];
+    Figure {
+        name: "residuals".into(),
+        title: "Test set: network less data".into(),
+        panels: names.into_iter().zip(errors).map(panel).collect(),
     }
 }
 
 /// Mean squared errors by epoch.
-struct LearningCurve<'a> {
-    curve: &'a [Split<f64>],
-}
-
-impl Picture for LearningCurve<'_> {
-    fn draw<B: DrawingBackend>(&self, area: &Area<'_, B>) -> DrawResult<B> {
-        area.fill(&WHITE)?;
-        let all = self
-            .curve
-            .iter()
-            .flat_map(|s| [&s.training, &s.validation, &s.test]);
-        let low = all.clone().fold(f64::INFINITY, |m, x| m.min(*x)) * 0.5;
-        let high = all.fold(0.0_f64, |m, x| m.max(*x)) * 2.0;
-        let mut chart = ChartBuilder::on(area)
-            .caption("Learning curve", TITLE)
-            .margin(12)
-            .x_label_area_size(44)
-            .y_label_area_size(80)
-            .build_cartesian_2d(0.0..self.curve.len() as f64 - 1.0, (low..high).log_scale())?;
-        chart
-            .configure_mesh()
-            .label_style(FONT)
-            .y_label_formatter(&|y| format!("{y:.0e}"))
-            .x_desc("epoch")
-            .y_desc("mean squared error, scaled")
-            .draw()?;
-        type Part = fn(&Split<f64>) -> f64;
-        let parts: [(&str, RGBColor, Part); 3] = [
-            ("training", BLUE, |s| s.training),
-            ("validation", GREEN, |s| s.validation),
-            ("test", RED, |s| s.test),
-        ];
-        for (name, color, part) in parts {
-            let line = self
-                .curve
-                .iter()
-                .enumerate()
-                .map(|(k, s)| (k as f64, part(s)));
-            chart
-                .draw_series(LineSeries::new(line, color.stroke_width(2)))?
-                .label(name)
-                .legend(move |(x, y)| PathElement::new([(x, y), (x + 24, y)], color));
-        }
-        chart
-            .configure_series_labels()
-            .label_font(FONT)
-            .background_style(WHITE)
-            .border_style(BLACK)
-            .draw()?;
-        Ok(())
+fn learning_curve(curve: &[Split<f64>]) -> Figure {
+    let line = |name: &str, color, part: fn(&Split<f64>) -> f64| {
+        let points = curve.iter().enumerate().map(|(k, s)| (k as f64, part(s)));
+        Curve::new(name, color, points.collect())
+    };
+    let all = curve
+        .iter()
+        .flat_map(|s| [s.training, s.validation, s.test]);
+    let panel = Panel {
+        x_label: "epoch".into(),
+        y_label: "mean squared error, scaled".into(),
+        floor: Some(0.5 * all.fold(f64::INFINITY, f64::min)),
+        curves: vec![
+            line("training", BLUE, |s| s.training),
+            line("validation", GREEN, |s| s.validation),
+            line("test", RED, |s| s.test),
+        ],
+    };
+    Figure {
+        name: "learning_curve".into(),
+        title: "Learning curve".into(),
+        panels: vec![panel],
     }
 }
 
@@ -243,13 +202,10 @@ pub fn quality(
         pairs[0].iter().map(|p| 1e3 * (p[0] - p[1])).collect(),
         pairs[1].iter().map(|p| p[0] - p[1]).collect(),
     ];
-    let curve = LearningCurve {
-        curve: &surrogate.training().curve,
-    };
     let files = [
         charts::save(&Agreement { pairs }, folder, "predicted_against_true", SIZE)?,
-        charts::save(&Residuals { errors }, folder, "residuals", SIZE)?,
-        charts::save(&curve, folder, "learning_curve", SIZE)?,
+        residuals(&errors).save(folder)?,
+        learning_curve(&surrogate.training().curve).save(folder)?,
     ];
     Ok(files.concat())
 }

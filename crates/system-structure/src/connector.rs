@@ -45,6 +45,9 @@ pub struct Connector {
     pub unit: Option<Unit>,
     /// Enumeration that it names.
     pub enumeration: Option<String>,
+    /// Lengths of an array, None where another connector or the component says it; empty for a
+    /// scalar (SSP 2.0).
+    pub dimensions: Vec<Option<usize>>,
     /// Line of the file.
     pub line: usize,
 }
@@ -67,7 +70,17 @@ pub(crate) fn connectors(node: &Node, units: &[Unit]) -> Result<Vec<Connector>, 
         let declared = DataType::declared(c);
         let attribute = |name| declared.and_then(|(_, node)| node.attribute(name));
         let is_enumeration = declared.is_some_and(|(t, _)| t == DataType::Enumeration);
+        let dimensions = c.children.iter().filter(|d| d.name == "Dimension");
+        let size = |d: &Node| {
+            let Some(text) = d.attribute("size") else {
+                return Ok(None);
+            };
+            let unfit = || format!("connector `{name}` has a dimension of the size `{text}`");
+            let size = text.trim().parse();
+            size.map(Some).map_err(|_| d.error(unfit()))
+        };
         Ok(Connector {
+            dimensions: dimensions.map(size).collect::<Result<_, _>>()?,
             name: name.to_string(),
             direction,
             data_type: declared.map(|(data_type, _)| data_type),

@@ -14,9 +14,6 @@ use crate::error::{PathError, refused};
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
-/// Names of the built-in paths.
-pub const BUILT_IN: [&str; 2] = ["iso9283-cube", "iso9283-rectangle"];
-
 /// Edge of the cube, m.
 const EDGE: f64 = 0.4;
 /// Part of the plane's half diagonals at which P2 to P5 lie.

@@ -7,6 +7,12 @@ use crate::iso9283::{Iso9283, TestKind};
 use crate::{csv_file, json_file};
 use nalgebra::Vector3;
 
+/// Name of the built-in path that moves all six joints: up to 2 m/s², turning by more than 60°,
+/// rods up to their rated speed.
+pub const SIX_JOINTS: &str = "six-joints";
+/// Names of the built-in paths.
+pub const BUILT_IN: [&str; 3] = ["iso9283-cube", "iso9283-rectangle", SIX_JOINTS];
+
 /// Waypoints nearer to each other than this, m and rad, are the same.
 const SAME: f64 = 1e-9;
 /// Rest at a pose, s, in which the tip settles.
@@ -29,12 +35,15 @@ impl PathFile {
         Ok(file)
     }
 
-    /// Of the name of a built-in path, as `iso9283-cube` or `iso9283-cube:3` with another number of
-    /// cycles; None for another text.
+    /// Of the name of a built-in path, as [`SIX_JOINTS`], `iso9283-cube`, or `iso9283-cube:3` with
+    /// another number of cycles; None for another text.
     ///
     /// # Errors
     /// A number of cycles that is none.
     pub fn built_in(name: &str) -> Option<Result<Self, PathError>> {
+        if name == SIX_JOINTS {
+            return Some(Self::parse(include_str!("../paths/six_joints.json")));
+        }
         Iso9283::named(name).map(|test| test.map(test_path))
     }
 

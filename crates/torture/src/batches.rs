@@ -10,8 +10,9 @@ use std::{fs, thread};
 
 use anyhow::{Context, Result, anyhow, bail, ensure};
 
-use cargo_fmu::fmi::{Fmu, Functions2, fmi3};
+use cargo_fmu::fmi::Fmu;
 use cargo_fmu::process::wait;
+use fmu_description::functions::Function;
 
 use crate::session::{Counts, Session};
 
@@ -135,12 +136,8 @@ impl Total {
                 ["compared", n] => self.compared += n.parse::<u64>()?,
                 ["digest", _] => (),
                 [name, done, discarded, refused] => {
-                    let known = Functions2::NAMES.iter().chain(fmi3::Functions::NAMES);
-                    let known = known.copied().find(|n| *n == name);
-                    let counts = self
-                        .counts
-                        .entry(known.with_context(|| line.to_string())?)
-                        .or_default();
+                    let known = Function::named(name).with_context(|| line.to_string())?;
+                    let counts = self.counts.entry(known.name).or_default();
                     for (count, word) in counts.iter_mut().zip([done, discarded, refused]) {
                         *count += word.parse::<u64>()?;
                     }

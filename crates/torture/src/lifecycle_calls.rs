@@ -143,54 +143,24 @@ impl Session<'_> {
         let kind = r.of(&[0, 1, 2, 3, 4, -1, c_int::MAX]);
         let is_null = r.one_in(8);
         let (mut integer, mut number, mut string) = (-1, f64::NAN, ptr::null());
-        let integer_place: *mut c_int = if is_null {
-            ptr::null_mut()
-        } else {
-            &mut integer
-        };
-        let which = r.below(5);
+        // The inquiry that each function answers.
+        let inquiries = [Some(0), Some(2), None, Some(3), Some(1)];
+        let which = r.below(inquiries.len());
+        let right = inquiries[which] == Some(kind);
+        macro_rules! ask {
+            ($function:ident, $place:expr) => {{
+                let place = if is_null { ptr::null_mut() } else { $place };
+                (stringify!($function), (f.$function)(c, kind, place))
+            }};
+        }
         // SAFETY: a live instance; places for one result or NULL.
-        let (name, status, right) = unsafe {
+        let (name, status) = unsafe {
             match which {
-                0 => (
-                    "fmi2GetStatus",
-                    (f.fmi2GetStatus)(c, kind, integer_place),
-                    kind == 0,
-                ),
-                1 => {
-                    let place = if is_null {
-                        ptr::null_mut()
-                    } else {
-                        &mut number
-                    };
-                    (
-                        "fmi2GetRealStatus",
-                        (f.fmi2GetRealStatus)(c, kind, place),
-                        kind == 2,
-                    )
-                }
-                2 => (
-                    "fmi2GetIntegerStatus",
-                    (f.fmi2GetIntegerStatus)(c, kind, integer_place),
-                    false,
-                ),
-                3 => (
-                    "fmi2GetBooleanStatus",
-                    (f.fmi2GetBooleanStatus)(c, kind, integer_place),
-                    kind == 3,
-                ),
-                _ => {
-                    let place = if is_null {
-                        ptr::null_mut()
-                    } else {
-                        &mut string
-                    };
-                    (
-                        "fmi2GetStringStatus",
-                        (f.fmi2GetStringStatus)(c, kind, place),
-                        kind == 1,
-                    )
-                }
+                0 => ask!(fmi2GetStatus, &mut integer),
+                1 => ask!(fmi2GetRealStatus, &mut number),
+                2 => ask!(fmi2GetIntegerStatus, &mut integer),
+                3 => ask!(fmi2GetBooleanStatus, &mut integer),
+                _ => ask!(fmi2GetStringStatus, &mut string),
             }
         };
         self.trace(i, format_args!("{name}({kind}, NULL: {is_null})"));

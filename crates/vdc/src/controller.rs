@@ -62,6 +62,7 @@ impl Controller {
                 sampling: Sampling::default(),
                 motion: Motion::rest(&input.zeta),
                 integral: Vector6::zeros(),
+                memory: [0.0; DOF],
                 bodies: Bodies::new(machine, settings.gains.inverse_bounds)?,
                 drives: [0, 1, 2].map(drive),
             },
@@ -176,6 +177,7 @@ impl Controller {
             ground: &ground,
             motions: &motions,
             errors: &errors,
+            memory: &state.memory,
         });
         now.errors = tracking.errors;
         now.demands = std::array::from_fn(|i| RodDemand {
@@ -200,6 +202,7 @@ impl Controller {
             zeta_ddot_r: required.zeta_ddot.into(),
             strokes: configuration.strokes,
             motions,
+            memory_rate: forces.memory_rate,
             energy: errors.energy,
         });
         Ok(forces.wrist)
@@ -344,6 +347,11 @@ impl Controller {
             }
         }
         let is_at_limit = now.is_at_limit(&nominal.tau_wrist_max);
+        if let (Some(machine), false) = (&now.machine, is_at_limit) {
+            for (memory, rate) in state.memory.iter_mut().zip(machine.memory_rate) {
+                *memory += h * rate;
+            }
+        }
         now.errors.advance(&mut state.integral, is_at_limit, h);
         if let Some(rates) = reference.rates() {
             let command = settings.rate_command;

@@ -43,6 +43,8 @@ pub(crate) struct MachineLevel {
     pub(crate) zeta_ddot_r: [f64; DOF],
     pub(crate) strokes: [Stroke; 3],
     pub(crate) motions: [BodyMotion; Body::COUNT],
+    /// Rate of what the law integrates.
+    pub(crate) memory_rate: [f64; DOF],
     /// Σ ½ sᵀ M s with the nominal inertias, J.
     pub(crate) energy: f64,
 }

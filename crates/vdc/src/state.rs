@@ -4,6 +4,7 @@ use crate::bodies::Bodies;
 use crate::drive::DriveState;
 use crate::measured::{JointObserver, Sampling};
 use crate::reference::Motion;
+use hdrm::DOF;
 use nalgebra::Vector6;
 use serde::{Deserialize, Serialize};
 
@@ -21,6 +22,8 @@ pub(crate) struct State {
     pub(crate) motion: Motion,
     /// Integral part z of the tracking error, in the places of [`crate::tracking::Errors`].
     pub(crate) integral: Vector6<f64>,
+    /// What the control law integrates, a joint each.
+    pub(crate) memory: [f64; DOF],
     pub(crate) bodies: Bodies,
     pub(crate) drives: [DriveState; 3],
 }

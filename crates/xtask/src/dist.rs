@@ -5,10 +5,6 @@
 mod check;
 mod folder;
 mod listing;
-mod numbers;
-mod rebuild;
-pub mod userland;
-mod wine;
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -29,7 +25,7 @@ use crate::python::Python;
 use crate::test::is_ci;
 use crate::wheel;
 use crate::workspace::{FMU_PROFILE, Workspace, profile};
-pub use check::prepare;
+pub use check::{prepare, try_wheel};
 use folder::{CHECKSUMS, Dist, file_name, files};
 use listing::Listing;
 
@@ -141,7 +137,7 @@ impl Handout {
             Ok(())
         };
         let repeated = match options.again {
-            true => rebuild::compare(workspace, &dist, options.without_experiments),
+            true => check::build_again(workspace, &dist, options.without_experiments),
             false => Ok(()),
         };
         print!("\n{listing}");

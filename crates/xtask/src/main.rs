@@ -5,15 +5,12 @@ mod bench;
 mod demo;
 mod describe;
 mod dist;
-mod fuzz;
 mod importers;
 mod libclang;
-mod nightly;
 mod pack;
 mod phases;
 mod programs;
 mod python;
-mod sanitize;
 mod test;
 mod torture;
 mod variants;
@@ -75,6 +72,7 @@ enum Command {
     /// recorded ones
     Bench(bench::Options),
     /// Mistreat the FMUs: random calls, sanitizers, valgrind, threads, fuzzing, long runs
+    #[command(disable_help_flag = true)]
     Torture(torture::Options),
     /// Provide libclang, so that plain `cargo test -p cosim` works
     Setup,

@@ -7,7 +7,7 @@ use anyhow::{Context, Result, bail};
 use cargo_fmu::process::execute;
 use cargo_fmu::workspace::Source;
 
-use crate::bench::instructions;
+use crate::bench;
 use crate::phases::Phases;
 use crate::python::Python;
 use crate::workspace::Workspace;
@@ -42,10 +42,10 @@ fn checks(workspace: &Workspace, phases: &Phases) -> Result<()> {
     };
     let (TestInputs { handed_out, fmus }, fmi_sim) = phases.both(compile, install)?;
     let robustness = || {
-        phases.run("torture", || torture::check(workspace, fmus.clone()))?;
+        phases.run("torture", || torture::check(workspace))?;
         phases.run("instruction counts", || {
-            if instructions::is_possible() {
-                return instructions::check(workspace, fmus.clone());
+            if bench::can_count() {
+                return bench::check_instructions(workspace, &fmus);
             }
             skipped("there is no valgrind, so instructions are not counted")
         })?;

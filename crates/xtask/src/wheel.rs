@@ -1,7 +1,5 @@
 //! `cargo xtask wheel`: the Python package `hdrm_fmu` as a wheel, with the packed FMUs inside.
 
-mod trial;
-
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -15,6 +13,7 @@ use cargo_fmu::process::execute;
 use cargo_fmu::target::{Target, Tools, private_folders};
 use clap::Args;
 
+use crate::dist;
 use crate::pack;
 use crate::python::Python;
 use crate::workspace::{FMU_PROFILE, Workspace, profile};
@@ -71,7 +70,7 @@ pub struct Options {
 /// Build wheels, or prepare the package.
 pub fn run(workspace: &Workspace, caller: &Path, options: &Options) -> Result<()> {
     if let Some(wheel) = &options.trial {
-        return trial::run(workspace, &caller.join(wheel));
+        return dist::try_wheel(workspace, &caller.join(wheel));
     }
     let chosen = PLATFORMS
         .into_iter()
@@ -285,13 +284,13 @@ fn environment(workspace: &Workspace) -> Result<Python> {
 }
 
 /// Build the wheel for this machine, install it in an environment of its own, and run its tests and
-/// its notebook there. The tests compare it with the program that the environment variable
-/// `HDRM_FMU` names, else with that of the same source.
+/// its notebook there. The tests compare it with the programs beside the one that the variable
+/// `HDRM_FMU` names, else with those of the same source.
 pub fn check(workspace: &Workspace, fmus: &Path) -> Result<()> {
     let wheel = build(workspace, fmus, None, &workspace.target.join("wheels"))?;
     let program = match std::env::var_os(PROGRAM) {
         Some(program) => program.into(),
-        None => workspace.build_programs(&["hdrm-fmu"])?,
+        None => workspace.build_programs(&["hdrm-fmu", "cosim"])?,
     };
     let python = environment(workspace)?;
     let mut install = workspace.command(python.program());

@@ -317,7 +317,8 @@ impl<'a> Instance<'a> {
         (status, result)
     }
 
-    /// Adjoint derivatives of FMI 3.0; of fewer seeds than there are elements of the unknowns, if that is tried.
+    /// Adjoint derivatives of FMI 3.0; of fewer seeds than there are elements of the unknowns, if
+    /// that is tried.
     pub fn adjoint(&self, unknowns: &[u32], knowns: &[u32], seed: &[f64]) -> (c_int, Vec<f64>) {
         let mut result = vec![0.0; self.fmu.functions.count(knowns)];
         let Some(f) = self.fmu.functions.fmi3() else {

@@ -15,7 +15,7 @@ pub mod symbols;
 pub mod text;
 mod values;
 
-pub use fmi2::{Callbacks, Functions as Functions2};
+pub use fmi2::Callbacks;
 pub use fmu::Fmu;
 pub use instance::Instance;
 pub use log::{Log, Message};

@@ -1,6 +1,6 @@
 //! What the functions and statuses of FMI 2.0 are called in FMI 3.0.
 
-use super::fmi3::Functions;
+use fmu_description::functions::FMI3;
 
 /// A text with the functions and statuses of FMI 2.0 in it called as FMI 3.0 calls them.
 pub fn text_in_3(text: &str) -> String {
@@ -47,7 +47,7 @@ pub fn in_3(name: &str) -> &str {
         return three;
     }
     let plain = name.strip_prefix("fmi2");
-    let mut functions = Functions::NAMES.iter();
+    let mut functions = FMI3.iter().map(|function| function.name);
     let function = functions.find(|three| plain.is_some() && three.strip_prefix("fmi3") == plain);
-    function.copied().unwrap_or(name)
+    function.unwrap_or(name)
 }

@@ -1,13 +1,10 @@
 //! Looking up the C functions of a library by name. A function that is missing is missed when it is
 //! called, not when the library is loaded: what is called in its place answers [`ABSENT`].
 
-use std::ffi::{c_char, c_int, c_void};
+use std::ffi::c_int;
 use std::ptr;
 
-/// An instance, a saved state, an environment.
-pub type Pointer = *mut c_void;
-/// A C string.
-pub type Text = *const c_char;
+pub use fmu_description::functions::{Pointer, Text};
 
 /// Status: all is well.
 pub const OK: c_int = 0;
@@ -49,13 +46,11 @@ impl Absent for Text {
 }
 
 macro_rules! functions {
-    ($($name:ident($($type:ty),*) $(-> $result:ty)?;)*) => {
+    ($($name:ident $interface:ident [$($states:tt)*] ($($type:ty),*) $(-> $result:ty)?;)*) => {
         /// One pointer for each function.
         #[allow(non_snake_case, missing_docs)] // named as in the standard
         pub struct Functions {
             $(pub $name: unsafe extern "C" fn($($type),*) $(-> $result)?,)*
-            /// Names of those that the library does not export.
-            pub missing: Vec<&'static str>,
             _library: libloading::Library,
         }
 
@@ -63,7 +58,6 @@ macro_rules! functions {
         impl Functions {
             /// Find them in a library.
             pub fn load(library: libloading::Library) -> Self {
-                let mut missing = Vec::new();
                 $(
                     unsafe extern "C" fn $name($(_: $type),*) $(-> $result)? {
                         $crate::fmi::symbols::Absent::absent()
@@ -71,19 +65,13 @@ macro_rules! functions {
                     let name = concat!(stringify!($name), "\0").as_bytes();
                     // SAFETY: an FMU exports this name with this signature.
                     let found = unsafe { library.get::<unsafe extern "C" fn($($type),*) $(-> $result)?>(name) };
-                    let $name = found.map_or_else(
-                        |_| {
-                            missing.push(stringify!($name));
-                            $name as unsafe extern "C" fn($($type),*) $(-> $result)?
-                        },
+                    let $name = found.map_or(
+                        $name as unsafe extern "C" fn($($type),*) $(-> $result)?,
                         |symbol| *symbol,
                     );
                 )*
-                Self { $($name,)* missing, _library: library }
+                Self { $($name,)* _library: library }
             }
-
-            /// Their names.
-            pub const NAMES: &'static [&'static str] = &[$(stringify!($name)),*];
         }
     };
 }

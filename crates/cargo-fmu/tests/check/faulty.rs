@@ -29,7 +29,8 @@ pub fn checked_within(entries: &Entries, only: &str, limit: Duration) -> Report 
     .unwrap()
 }
 
-/// Changes of a text, one at a time: what is changed, what stands there instead, the promise whose row alone must fail.
+/// Changes of a text, one at a time: what is changed, what stands there instead, the promise whose
+/// row alone must fail.
 pub fn must_be_found(
     text: &str,
     changes: &[(&str, &str, &str)],

@@ -44,7 +44,10 @@ impl Library {
                 own,
                 _others: others,
             }),
-            Err(_) => Err(anyhow!("its library cannot be loaded: {first}")),
+            Err(_) => Err(anyhow!(
+                "its library cannot be loaded: {first}{}",
+                remedy(&first.to_string())
+            )),
         }
     }
 
@@ -55,6 +58,18 @@ impl Library {
     pub unsafe fn function<F: Copy>(&self, name: &str) -> Option<F> {
         // SAFETY: as the caller promises.
         unsafe { self.own.get(name.as_bytes()) }.ok().map(|f| *f)
+    }
+}
+
+/// What helps where the functions of Python are missing, as pythonfmu leaves them out of its
+/// libraries.
+fn remedy(error: &str) -> &'static str {
+    match error.contains("undefined symbol: Py") || error.contains("undefined symbol: _Py") {
+        true => {
+            "; it runs in Python, whose library must be in this program: start it with \
+             LD_PRELOAD=…/libpython3.X.so (docs/cosim.md, FMUs of pythonfmu)"
+        }
+        false => "",
     }
 }
 

@@ -13,7 +13,8 @@ pub enum Schedule {
     /// point t_k: all connected outputs of all components are read, once; all connected inputs of
     /// all components are set from them, once; all components are stepped to t_(k+1). Nothing is
     /// read between a set and the step that follows it, so a value that goes through a component
-    /// arrives one step later.
+    /// arrives one step later. An FMU of FMI 3.0 with clocks or discrete inputs goes through Event
+    /// Mode where a clock ticks or such an input changes.
     Standard,
     /// One after the other in the order of the system structure; a component stepped later than the
     /// one that exerts an effort on it gets the mean of that effort over the step.
@@ -27,7 +28,7 @@ pub enum Schedule {
 }
 
 /// Times and schedule of a run.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stepping {
     /// Start, s.
     pub start: f64,
@@ -35,4 +36,49 @@ pub struct Stepping {
     pub step: f64,
     /// Order of stepping.
     pub schedule: Schedule,
+    /// How communication points stray from their grid, if they do.
+    pub jitter: Option<Jitter>,
+}
+
+/// A clock that wakes up early and late, and now and then not at all.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Jitter {
+    /// Equal seeds give equal runs.
+    pub seed: u64,
+    /// Largest change of a communication step, as a part of it: each point is early or late by up
+    /// to half of that, uniformly; points do not drift away from their grid.
+    pub part: f64,
+    /// Share of the points that are lost: the step over such a point is one of twice the length.
+    pub lost: f64,
+}
+
+impl Jitter {
+    /// By what part of a step point `k` is late, or `None` where it is lost. A hash of seed and
+    /// number (Steele, Lea, Flood 2014: SplitMix64) stands for the random numbers.
+    #[must_use]
+    pub fn lateness(&self, k: u64) -> Option<f64> {
+        let mut state = self.seed ^ k.wrapping_mul(0x9E37_79B9_7F4A_7C15);
+        let mut uniform = || {
+            state = state.wrapping_add(0x9E37_79B9_7F4A_7C15);
+            let mut z = state;
+            z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+            z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+            f64::from(((z ^ (z >> 31)) >> 32) as u32) / f64::from(u32::MAX)
+        };
+        let late = self.part * (uniform() - 0.5);
+        (uniform() >= self.lost).then_some(late)
+    }
+}
+
+/// Communication steps in a time, s; none where it is no multiple of the step.
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "checked to be in range"
+)]
+pub fn steps_in(time: f64, step: f64) -> Option<u64> {
+    let steps = time / step;
+    let is_whole =
+        steps.round() >= 1.0 && steps < 1e12 && (steps - steps.round()).abs() <= 1e-6 * steps;
+    is_whole.then_some(steps.round() as u64)
 }

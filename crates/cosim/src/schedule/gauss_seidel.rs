@@ -7,7 +7,6 @@ use crate::coupling::Coupling;
 
 /// Step the components in their order, then pass all connections.
 pub fn advance(coupling: &mut Coupling, t: f64, h: f64, end: f64) -> Result<()> {
-    coupling.leave_events(t)?;
     for k in 0..coupling.count() {
         coupling.give_means(k, t)?;
         coupling.step(k, t, h)?;

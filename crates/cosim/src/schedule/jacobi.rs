@@ -6,7 +6,6 @@ use crate::coupling::Coupling;
 
 /// Step all components, then pass all connections.
 pub fn advance(coupling: &mut Coupling, t: f64, h: f64, end: f64) -> Result<()> {
-    coupling.leave_events(t)?;
     for k in 0..coupling.count() {
         coupling.step(k, t, h)?;
     }

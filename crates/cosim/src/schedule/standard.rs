@@ -9,9 +9,14 @@ pub fn begin(coupling: &mut Coupling, t: f64) -> Result<()> {
     coupling.read(t)
 }
 
-/// Set all inputs, step all components, read all outputs.
-pub fn advance(coupling: &mut Coupling, t: f64, h: f64, end: f64) -> Result<()> {
+/// Set all inputs, in Event Mode where discrete ones change.
+pub fn prepare(coupling: &mut Coupling, t: f64) -> Result<()> {
     coupling.write(t)?;
+    coupling.settle(t)
+}
+
+/// Step all components, read all outputs.
+pub fn advance(coupling: &mut Coupling, t: f64, h: f64, end: f64) -> Result<()> {
     for k in 0..coupling.count() {
         coupling.step(k, t, h)?;
     }

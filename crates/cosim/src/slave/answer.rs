@@ -3,6 +3,8 @@
 
 use std::ffi::c_int;
 
+use anyhow::Result;
+
 /// Where in the run a call was made, for its error text.
 #[derive(Clone, Copy, Debug)]
 pub enum At {
@@ -21,10 +23,11 @@ impl std::fmt::Display for At {
     }
 }
 
-/// How a C function answered: both versions of FMI number their statuses alike.
+/// A C function that did not do what it was asked for: both versions of FMI number their statuses
+/// alike.
 #[derive(Clone, Copy, Debug)]
 pub struct Answer {
-    /// Status, or [`Answer::MISSING`].
+    /// Status, or [`Answer::MISSING`] or [`Answer::UNFIT`].
     pub status: c_int,
     /// C name of the function.
     pub call: &'static str,
@@ -33,27 +36,37 @@ pub struct Answer {
 impl Answer {
     /// In place of a status: the library does not export the function.
     pub const MISSING: c_int = -1;
+    /// In place of a status: it was not called, because a value does not fit its type.
+    pub const UNFIT: c_int = -2;
 
-    /// What the function answered.
-    pub fn new(status: c_int, call: &'static str) -> Self {
-        Self { status, call }
+    /// Good where the status is OK or Warning.
+    #[inline]
+    pub fn check(status: c_int, call: &'static str) -> Result<()> {
+        match status {
+            0 | 1 => Ok(()),
+            _ => Self::refuse(status, call),
+        }
     }
 
-    /// Of a function that this version of FMI has no need to call.
-    pub fn done() -> Self {
-        Self::new(0, "")
+    /// As an error.
+    #[cold]
+    pub fn refuse(status: c_int, call: &'static str) -> Result<()> {
+        Err(Self { status, call }.into())
     }
 
-    /// Of a function that the library does not export.
-    pub fn missing(call: &'static str) -> Self {
-        Self::new(Self::MISSING, call)
-    }
-
-    /// OK or Warning.
-    pub fn is_done(self) -> bool {
-        matches!(self.status, 0 | 1)
+    /// Status in an error that is an answer.
+    pub fn status(error: &anyhow::Error) -> Option<c_int> {
+        error.downcast_ref().map(|answer: &Self| answer.status)
     }
 }
+
+impl std::fmt::Display for Answer {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{} answered {}", self.call, self.status)
+    }
+}
+
+impl std::error::Error for Answer {}
 
 /// An FMU asks to end the simulation: the end of a run, not a failure.
 #[derive(Clone, Debug, PartialEq)]

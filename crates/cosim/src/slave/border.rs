@@ -4,51 +4,63 @@
 use std::ffi::CString;
 
 use anyhow::Result;
-use fmu_description::Variable;
 
-use super::answer::Answer;
 use crate::batch::Batch;
+use crate::value::Value;
 
-/// A start value for one element.
-pub enum Value {
-    /// A number or a truth value, as [`crate::batch::bits`] has it.
-    Bits(u64),
-    /// A text.
-    Text(CString),
-}
-
-/// The calls of one version of FMI. What the version does not have is done without a call.
+/// The calls of one version of FMI. What the version does not have is done without a call. An error
+/// is an [`Answer`](super::answer::Answer), or says more.
 pub trait Border {
     /// Switch these log categories on and no other.
-    fn log_only(&self, categories: &[CString]) -> Answer;
-    /// Set a variable, or an element of an array.
-    fn set_one(&self, variable: &Variable, value: &Value) -> Answer;
+    fn log_only(&self, categories: &[CString]) -> Result<()>;
+    /// Whole values of a type that does not pass as numbers.
+    fn get_whole(&self, batch: &Batch, values: &mut [Value]) -> Result<()>;
+    /// Set whole values, of any type.
+    fn set_whole(&self, batch: &Batch, values: &[Value]) -> Result<()>;
     /// Say when the run starts. Before start values are set: FMUs of 20-sim forget them here.
-    fn set_up(&self, start: f64) -> Answer;
+    fn set_up(&self, start: f64) -> Result<()>;
     /// From Instantiated into Initialization Mode, set up or not.
-    fn enter_initialization(&self, start: f64) -> Answer;
+    fn enter_initialization(&self, start: f64) -> Result<()>;
     /// From Initialization Mode to the first communication point.
-    fn exit_initialization(&self) -> Answer;
+    fn exit_initialization(&self) -> Result<()>;
     /// Values as numbers.
-    fn get(&self, batch: &Batch, values: &mut [f64]) -> Answer;
+    fn get(&self, batch: &Batch, values: &mut [f64]) -> Result<()>;
     /// Set values from numbers.
-    fn set(&self, batch: &Batch, values: &[f64]) -> Answer;
+    fn set(&self, batch: &Batch, values: &[f64]) -> Result<()>;
     /// First time derivatives of Real outputs; `ones` holds at least as many ones.
-    fn get_derivatives(&self, batch: &Batch, ones: &[i32], values: &mut [f64]) -> Answer;
+    fn get_derivatives(&self, batch: &Batch, ones: &[i32], values: &mut [f64]) -> Result<()>;
     /// First time derivatives of Real inputs.
-    fn set_derivatives(&self, batch: &Batch, ones: &[i32], values: &[f64]) -> Result<Answer>;
+    fn set_derivatives(&self, batch: &Batch, ones: &[i32], values: &[f64]) -> Result<()>;
     /// A communication step.
-    fn step(&self, t: f64, h: f64) -> Result<Answer>;
+    fn step(&self, t: f64, h: f64) -> Result<()>;
     /// The instance's own time, s.
     fn time(&self) -> Result<f64>;
     /// Into Event Mode, where an output may be read after an input was set.
-    fn enter_events(&self) -> Answer;
+    fn enter_events(&self) -> Result<()> {
+        Ok(())
+    }
     /// Let discrete states follow; whether they want to once more.
-    fn update_events(&self) -> Result<(Answer, bool)>;
+    fn update_events(&self) -> Result<bool> {
+        Ok(false)
+    }
     /// From Event Mode back to where steps are made.
-    fn leave_events(&self) -> Answer;
+    fn leave_events(&self) -> Result<()> {
+        Ok(())
+    }
+    /// Event Mode to its end, where the instance is in it.
+    fn settle(&self) -> Result<()> {
+        Ok(())
+    }
+    /// When Event Mode must be entered next, s: infinite where that is not known.
+    fn next_event(&self) -> f64 {
+        f64::INFINITY
+    }
+    /// Into Event Mode at `t`, s, where an event is due then, up to `tolerance`, s; clocks tick.
+    fn tick(&self, _t: f64, _tolerance: f64) -> Result<()> {
+        Ok(())
+    }
     /// The end of the run.
-    fn terminate(&self) -> Answer;
-    /// Back to where it was when it was made; None where the library cannot.
-    fn reset(&self) -> Option<Answer>;
+    fn terminate(&self) -> Result<()>;
+    /// Back to where it was when it was made; false where it cannot be.
+    fn reset(&self) -> bool;
 }

@@ -2,18 +2,19 @@
 #![allow(unsafe_code)]
 
 use std::cell::Cell;
-use std::ffi::{CStr, CString, c_int};
+use std::ffi::{CStr, CString, c_char, c_int};
 use std::ptr;
 use std::sync::Arc;
 
 use anyhow::{Result, bail};
-use fmu_description::{Access, Variable};
+use fmu_description::Access;
 
 use super::answer::{Answer, Ended};
-use super::border::{Border, Value};
+use super::border::Border;
 use super::messages::{Speaker, cosim_logger};
 use crate::batch::Batch;
 use crate::fmu::functions::{Callbacks, Functions2, Handle, call};
+use crate::value::{Value, fits};
 
 /// `fmi2CoSimulation`.
 const CO_SIMULATION: c_int = 1;
@@ -81,7 +82,7 @@ impl Drop for Component {
 }
 
 impl Border for Component {
-    fn log_only(&self, categories: &[CString]) -> Answer {
+    fn log_only(&self, categories: &[CString]) -> Result<()> {
         let pointers: Vec<_> = categories.iter().map(|c| c.as_ptr()).collect();
         let n = pointers.len();
         // SAFETY: as many valid C strings as said.
@@ -93,47 +94,59 @@ impl Border for Component {
         }
     }
 
-    fn set_one(&self, variable: &Variable, value: &Value) -> Answer {
-        let (api, c, vr) = (&self.api, self.component, &raw const variable.reference);
-        // SAFETY: one reference and one value of the type of the call.
-        unsafe {
-            match value {
-                Value::Bits(bits) => match variable.access() {
-                    Access::Real => call!(api, fmi2SetReal(c, vr, 1, &f64::from_bits(*bits))),
-                    Access::Boolean => call!(api, fmi2SetBoolean(c, vr, 1, &int(*bits))),
-                    _ => call!(api, fmi2SetInteger(c, vr, 1, &int(*bits))),
-                },
-                Value::Text(text) => call!(api, fmi2SetString(c, vr, 1, &text.as_ptr())),
+    /// Only texts do not pass as numbers.
+    fn get_whole(&self, batch: &Batch, values: &mut [Value]) -> Result<()> {
+        assert!(batch.access == Access::String && batch.references.len() == values.len());
+        for (vr, value) in batch.references.iter().zip(values) {
+            let mut text = ptr::null();
+            // SAFETY: one reference and room for one text, which is valid until the next call.
+            unsafe {
+                call!(self.api, fmi2GetString(self.component, vr, 1, &mut text))?;
+                *value = Value::Text(owned(text));
             }
         }
+        Ok(())
+    }
+
+    fn set_whole(&self, batch: &Batch, values: &[Value]) -> Result<()> {
+        let (api, c) = (&self.api, self.component);
+        for (vr, value) in batch.references.iter().zip(values) {
+            // SAFETY: one reference and one value of the type of the call.
+            unsafe {
+                match (value, batch.access) {
+                    (Value::Real(number), _) => call!(api, fmi2SetReal(c, vr, 1, number)),
+                    (Value::Text(text), _) => call!(api, fmi2SetString(c, vr, 1, &text.as_ptr())),
+                    (_, Access::Boolean) => call!(api, fmi2SetBoolean(c, vr, 1, &int(value))),
+                    _ => call!(api, fmi2SetInteger(c, vr, 1, &int(value))),
+                }?;
+            }
+        }
+        Ok(())
     }
 
     /// No stop time: a run may be continued.
-    fn set_up(&self, start: f64) -> Answer {
+    fn set_up(&self, start: f64) -> Result<()> {
         let (api, c) = (&self.api, self.component);
         self.start.set(start);
         // SAFETY: plain values.
         unsafe { call!(api, fmi2SetupExperiment(c, 0, 0.0, start, 0, 0.0)) }
     }
 
-    fn enter_initialization(&self, start: f64) -> Answer {
+    fn enter_initialization(&self, start: f64) -> Result<()> {
         if self.start.get() != start {
-            let answer = self.set_up(start);
-            if !answer.is_done() {
-                return answer;
-            }
+            self.set_up(start)?;
         }
         // SAFETY: the component is alive.
         unsafe { call!(self.api, fmi2EnterInitializationMode(self.component)) }
     }
 
-    fn exit_initialization(&self) -> Answer {
+    fn exit_initialization(&self) -> Result<()> {
         // SAFETY: the component is alive.
         unsafe { call!(self.api, fmi2ExitInitializationMode(self.component)) }
     }
 
     /// Values that are not Real are read one by one: there are few, and no buffer is needed.
-    fn get(&self, batch: &Batch, values: &mut [f64]) -> Answer {
+    fn get(&self, batch: &Batch, values: &mut [f64]) -> Result<()> {
         let (api, c, vr) = (&self.api, self.component, &batch.references);
         assert_eq!(vr.len(), values.len());
         if batch.access == Access::Real {
@@ -145,50 +158,45 @@ impl Border for Component {
                 )
             };
         }
-        let mut answer = Answer::done();
         for (vr, value) in vr.iter().zip(values) {
             let mut read = 0;
             // SAFETY: one reference and room for one value of the type of the call.
-            answer = unsafe {
+            unsafe {
                 match batch.access {
                     Access::Boolean => call!(api, fmi2GetBoolean(c, vr, 1, &mut read)),
                     _ => call!(api, fmi2GetInteger(c, vr, 1, &mut read)),
-                }
-            };
-            if !answer.is_done() {
-                break;
+                }?;
             }
             *value = read.into();
         }
-        answer
+        Ok(())
     }
 
-    #[expect(clippy::cast_possible_truncation, reason = "it was an i32")]
-    fn set(&self, batch: &Batch, values: &[f64]) -> Answer {
+    #[expect(clippy::cast_possible_truncation, reason = "it fits")]
+    fn set(&self, batch: &Batch, values: &[f64]) -> Result<()> {
         let (api, c, vr) = (&self.api, self.component, &batch.references);
         assert_eq!(vr.len(), values.len());
         if batch.access == Access::Real {
             // SAFETY: as many readable references as values.
             return unsafe { call!(api, fmi2SetReal(c, vr.as_ptr(), vr.len(), values.as_ptr())) };
         }
-        let mut answer = Answer::done();
         for (vr, value) in vr.iter().zip(values) {
+            if !fits(batch.access, *value as i128) {
+                return Answer::refuse(Answer::UNFIT, "fmi2SetInteger");
+            }
             let written = *value as i32;
             // SAFETY: one reference and one value of the type of the call.
-            answer = unsafe {
+            unsafe {
                 match batch.access {
                     Access::Boolean => call!(api, fmi2SetBoolean(c, vr, 1, &written)),
                     _ => call!(api, fmi2SetInteger(c, vr, 1, &written)),
-                }
-            };
-            if !answer.is_done() {
-                break;
+                }?;
             }
         }
-        answer
+        Ok(())
     }
 
-    fn get_derivatives(&self, batch: &Batch, ones: &[i32], values: &mut [f64]) -> Answer {
+    fn get_derivatives(&self, batch: &Batch, ones: &[i32], values: &mut [f64]) -> Result<()> {
         let (vr, n) = (batch.references.as_ptr(), batch.references.len());
         assert!(n == values.len() && n <= ones.len());
         let (api, c, ones, values) = (
@@ -201,22 +209,25 @@ impl Border for Component {
         unsafe { call!(api, fmi2GetRealOutputDerivatives(c, vr, n, ones, values)) }
     }
 
-    fn set_derivatives(&self, batch: &Batch, ones: &[i32], values: &[f64]) -> Result<Answer> {
+    fn set_derivatives(&self, batch: &Batch, ones: &[i32], values: &[f64]) -> Result<()> {
         let (vr, n) = (batch.references.as_ptr(), batch.references.len());
         assert!(n == values.len() && n <= ones.len());
         let (api, c, ones, values) = (&self.api, self.component, ones.as_ptr(), values.as_ptr());
         // SAFETY: as many readable references and orders as values.
-        Ok(unsafe { call!(api, fmi2SetRealInputDerivatives(c, vr, n, ones, values)) })
+        unsafe { call!(api, fmi2SetRealInputDerivatives(c, vr, n, ones, values)) }
     }
 
-    fn step(&self, t: f64, h: f64) -> Result<Answer> {
+    fn step(&self, t: f64, h: f64) -> Result<()> {
         // SAFETY: plain values.
-        let answer = unsafe { call!(self.api, fmi2DoStep(self.component, t, h, 1)) };
-        if answer.status == PENDING {
+        let Err(error) = (unsafe { call!(self.api, fmi2DoStep(self.component, t, h, 1)) }) else {
+            return Ok(());
+        };
+        let status = Answer::status(&error);
+        if status == Some(PENDING) {
             bail!("fmi2DoStep answered fmi2Pending, but steps in the background are not supported");
         }
         let (mut ends, kind) = (0, TERMINATED);
-        if answer.status == DISCARD {
+        if status == Some(DISCARD) {
             // SAFETY: room for one value.
             let told = unsafe {
                 call!(
@@ -224,53 +235,50 @@ impl Border for Component {
                     fmi2GetBooleanStatus(self.component, kind, &mut ends)
                 )
             };
-            if told.is_done() && ends != 0 {
+            if told.is_ok() && ends != 0 {
                 let (call, time) = ("fmi2DoStep", self.time().unwrap_or(t));
                 bail!(Ended { call, time });
             }
         }
-        Ok(answer)
+        Err(error)
     }
 
     fn time(&self) -> Result<f64> {
         let (mut time, kind) = (f64::NAN, LAST_SUCCESSFUL_TIME);
         // SAFETY: room for one value.
-        let answer = unsafe { call!(self.api, fmi2GetRealStatus(self.component, kind, &mut time)) };
-        match answer.is_done() {
-            true => Ok(time),
-            false => bail!("fmi2GetRealStatus does not tell the last successful time"),
+        let told = unsafe { call!(self.api, fmi2GetRealStatus(self.component, kind, &mut time)) };
+        match told {
+            Ok(()) => Ok(time),
+            Err(_) => bail!("fmi2GetRealStatus does not tell the last successful time"),
         }
     }
 
-    /// There is no Event Mode in co-simulation.
-    fn enter_events(&self) -> Answer {
-        Answer::done()
-    }
-
-    fn update_events(&self) -> Result<(Answer, bool)> {
-        Ok((Answer::done(), false))
-    }
-
-    fn leave_events(&self) -> Answer {
-        Answer::done()
-    }
-
-    fn terminate(&self) -> Answer {
+    fn terminate(&self) -> Result<()> {
         // SAFETY: the component is alive.
         unsafe { call!(self.api, fmi2Terminate(self.component)) }
     }
 
-    fn reset(&self) -> Option<Answer> {
-        self.api.fmi2Reset?;
+    fn reset(&self) -> bool {
         self.start.set(f64::NAN);
         // SAFETY: the component is alive.
-        Some(unsafe { call!(self.api, fmi2Reset(self.component)) })
+        unsafe { call!(self.api, fmi2Reset(self.component)) }.is_ok()
     }
 }
 
-/// An `fmi2Integer` or `fmi2Boolean` from the bits of a value; the reader of values has checked
-/// that it fits.
-#[expect(clippy::cast_possible_truncation, reason = "checked when it was read")]
-fn int(bits: u64) -> i32 {
-    bits.cast_signed() as i32
+/// A text of an FMU as our own; none is an empty one.
+///
+/// # Safety
+/// NULL or a C string.
+pub(super) unsafe fn owned(text: *const c_char) -> CString {
+    match text.is_null() {
+        true => CString::default(),
+        // SAFETY: as the caller promises.
+        false => unsafe { CStr::from_ptr(text) }.to_owned(),
+    }
+}
+
+/// An `fmi2Integer` or `fmi2Boolean`, checked to fit before.
+#[expect(clippy::cast_possible_truncation, reason = "checked before")]
+fn int(value: &Value) -> i32 {
+    value.bits().cast_signed() as i32
 }

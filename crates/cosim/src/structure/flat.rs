@@ -171,6 +171,7 @@ impl Structure {
                     data_type: None,
                     unit: None,
                     enumeration: None,
+                    dimensions: Vec::new(),
                     line: 0,
                 });
             }

@@ -14,11 +14,13 @@ use super::flat::{Component, Connection, Hop, OuterInput, OuterOutput, Parameter
 use super::values::{Files, bound};
 
 /// Types of connectors that can be connected.
-const CONNECTED: [DataType; 4] = [
+const CONNECTED: [DataType; 6] = [
     DataType::Real,
     DataType::Integer,
     DataType::Boolean,
     DataType::Enumeration,
+    DataType::String,
+    DataType::Binary,
 ];
 
 /// Name of the default structure in a packed system.

@@ -1,5 +1,6 @@
 /* An FMU of FMI 2.0 as it is written by hand: y = 2 u, at once; it has no functions but those that it needs, prints to stdout, and hands its
-   logger another environment than it was given. With -DNEEDS_HELPER it calls a function of another library, which lies beside it. */
+   logger another environment than it was given. With -DNEEDS_HELPER it calls a function of another library, which lies beside it;
+   with -DPENDING its steps go on in the background. */
 #include <stdio.h>
 #include <stdlib.h>
 
@@ -50,6 +51,9 @@ int fmi2SetReal(void *c, const unsigned *vr, size_t n, const double *value) {
 }
 int fmi2DoStep(void *c, double t, double h, int no_state) {
     plain *p = c;
+#ifdef PENDING
+    return 5;
+#endif
     if (t + h > 1.0) {
         p->log((void *)0x10, NULL, 2, NULL, "stopped by %s at %d percent", "hand", 42);
         return 2;

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use cosim::cli::RunArgs;
+use cosim::exchange::{Exchange, Order};
 use cosim::fmu::Fmu;
 use cosim::master::{Master, Schedule};
 use cosim::run;
@@ -18,7 +19,7 @@ use super::support::{
 
 /// A library of the C sources `sources` in the folder `folder`.
 #[cfg(unix)]
-fn compiled(folder: &Path, library: &str, sources: &[&str], more: &[&str]) -> PathBuf {
+pub fn compiled(folder: &Path, library: &str, sources: &[&str], more: &[&str]) -> PathBuf {
     let file = folder.join(library);
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/fmus");
     let done = Command::new("cc")
@@ -70,7 +71,7 @@ fn plain(name: &str, libraries: &[&Path]) -> System {
 
 fn run_args() -> RunArgs {
     RunArgs {
-        step: 0.1,
+        step: Some(0.1),
         stop_time: Some(1.0),
         schedule: Schedule::GaussSeidel,
         input_derivatives: false,
@@ -101,7 +102,7 @@ fn an_fmu_written_by_hand_runs_with_remarks() {
     let args = run_args();
     let experiment = args.experiment(&system).unwrap();
     let remarks = args.forgotten(&system, &experiment).unwrap().to_string();
-    for part in ["plain-c", "watertank.so"] {
+    for part in ["plain-c", "watertank.so", "needsExecutionTool"] {
         assert!(remarks.contains(part), "`{part}` is missing in {remarks}");
     }
     let mut master = experiment.start(&system).unwrap();
@@ -138,6 +139,29 @@ fn an_fmu_written_by_hand_runs_with_remarks() {
             .contains("its library does not export fmi2SetInteger"),
         "{error:#}"
     );
+}
+
+#[cfg(all(target_os = "linux", target_arch = "x86_64"))]
+#[test]
+fn steps_in_the_background_are_refused() {
+    let folder = scratch("pending");
+    fs::create_dir_all(&folder).unwrap();
+    let library = compiled(&folder, "plain-c.so", &["plain.c"], &["-DPENDING"]);
+    let system = plain("pending", &[&library]);
+    let mut master = run_args()
+        .experiment(&system)
+        .unwrap()
+        .start(&system)
+        .unwrap();
+    let error = format!("{:#}", master.step().unwrap_err());
+    for part in [
+        "plain (FMU `",
+        "at t = 0 s",
+        "fmi2Pending",
+        "in the background are not supported",
+    ] {
+        assert!(error.contains(part), "`{part}` is missing in {error}");
+    }
 }
 
 #[cfg(all(target_os = "linux", target_arch = "x86_64"))]
@@ -216,6 +240,14 @@ fn outputs_without_declared_dependencies_are_read_right_after_the_step() {
     let declared = super::support::system("declared", &oscillator()).unwrap();
     let mut spring = undeclared("undeclared", &oscillator(), &["spring"]);
     assert_eq!(spring.read_once().unwrap(), ["spring.F"]);
+    let shown = |system: &System| {
+        let wiring = system.wiring().unwrap();
+        let exchange = Exchange::new(&wiring, Order::Stages, |_| true).unwrap();
+        exchange.describe(&wiring)
+    };
+    let once = "right after the step, before any input is set\n  get 1 value, spring.F\nstage 1\n";
+    assert!(shown(&spring).starts_with(once), "{}", shown(&spring));
+    assert!(shown(&declared).starts_with("stage 1\n"));
     for schedule in [Schedule::Standard, Schedule::Jacobi] {
         assert_eq!(
             states(&spring, schedule),
@@ -234,6 +266,15 @@ fn outputs_without_declared_dependencies_are_read_right_after_the_step() {
     assert_ne!(
         states(&declared, Schedule::Jacobi),
         states(&declared, Schedule::Standard)
+    );
+    // The same said in the structure.
+    let said = "<ssd:Annotations><ssc:Annotation type=\"io.github.hdrm-fmu.feedthrough\"/></ssd:Annotations></ssd:Component>";
+    let annotated = oscillator().replacen("</ssd:Component>", said, 1);
+    let annotated = undeclared("annotated", &annotated, &["spring"]);
+    assert_eq!(annotated.structure.feedthrough, ["spring"]);
+    assert_eq!(
+        states(&annotated, Schedule::Jacobi),
+        states(&declared, Schedule::Jacobi)
     );
 }
 
@@ -289,18 +330,9 @@ fn what_does_not_settle_is_named() {
     start(&texts[..5], &declared, Schedule::Standard).unwrap();
 }
 
-/// `rust-fmi` reads and runs one of our FMUs, so that our reader is not the only one that does.
+/// Nothing is odd about an FMU that our kit made.
 #[test]
-fn another_importer_opens_our_fmu() {
-    use fmi::fmi2::import::Fmi2Import;
-    use fmi::fmi2::instance::{CoSimulation as _, Common as _, InstanceCS};
-    let import: Fmi2Import = fmi::import::new(std::io::Cursor::new(fmu("spring"))).unwrap();
-    let mut spring = InstanceCS::new(&import, "spring", false, true).unwrap();
-    spring.setup_experiment(None, 0.0, None).unwrap();
-    spring.enter_initialization_mode().unwrap();
-    spring.exit_initialization_mode().unwrap();
-    spring.do_step(0.0, 0.1, true).unwrap();
-    drop(spring);
+fn our_fmu_has_no_remarks() {
     let ours = Fmu::load("Spring.fmu", fmu("spring")).unwrap();
     assert!(ours.remarks.is_empty(), "{:?}", ours.remarks);
 }

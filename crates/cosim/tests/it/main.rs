@@ -3,10 +3,15 @@
 
 mod allocation;
 mod c_types;
+#[cfg(all(target_os = "linux", target_arch = "x86_64"))]
+mod events;
+mod faults;
 mod foreign;
-mod noise;
+mod inputs;
+
 mod oscillator;
 mod program;
+mod rust_fmi;
 mod support;
 mod trouble;
 mod wires;

@@ -202,7 +202,8 @@ fn the_standard_schedule_passes_what_was_read_before_anything_was_set() {
 
 fn experiment(system: &System, step: f64, stop: Option<f64>) -> Experiment {
     Experiment {
-        noise: cosim::noise::Noise::default(),
+        faults: cosim::faults::Faults::default(),
+        inputs: None,
         stepping: stepping(step, Schedule::Jacobi),
         stop,
         settings: parameters(system, 0.0),

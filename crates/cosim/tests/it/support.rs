@@ -140,6 +140,12 @@ fn packed(files: &[(String, Vec<u8>)]) -> Vec<u8> {
 }
 
 fn files(example: &str) -> Vec<(String, Vec<u8>)> {
+    let (_, files) = cargo_fmu::pack::contents(&library(example)).unwrap();
+    files.into_iter().collect()
+}
+
+/// The library of an example.
+pub fn library(example: &str) -> PathBuf {
     let file = format!(
         "{}test_{example}{}",
         std::env::consts::DLL_PREFIX,
@@ -157,8 +163,7 @@ fn files(example: &str) -> Vec<(String, Vec<u8>)> {
         "{} is missing; `cargo test -p cosim` builds it, `--test` alone does not",
         built.display()
     );
-    let (_, files) = cargo_fmu::pack::contents(&built).unwrap();
-    files.into_iter().collect()
+    built
 }
 
 pub fn write_zip<W: Write + std::io::Seek>(out: W, entries: &[(String, Vec<u8>)]) {
@@ -181,6 +186,7 @@ pub fn stepping(step: f64, schedule: Schedule) -> Stepping {
         start: 0.5,
         step,
         schedule,
+        jitter: None,
     }
 }
 

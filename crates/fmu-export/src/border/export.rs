@@ -31,6 +31,20 @@ macro_rules! export_fmu {
     };
 }
 
+/// Part of [`export_fmu!`]: functions by their C names, each of which calls one of `e` for the
+/// exported model.
+#[doc(hidden)]
+#[macro_export]
+macro_rules! export_entries {
+    ($exported:ty; $($name:ident($($argument:ident: $type:ty),*) $(-> $result:ty)? = $function:ident($($given:expr),*);)*) => {$(
+        #[unsafe(no_mangle)]
+        unsafe extern "C-unwind" fn $name($($argument: $type),*) $(-> $result)? {
+            // SAFETY: FMI asks of the importer, and a packer knows, what the called function asks for.
+            unsafe { e::$function::<$exported>($($given),*) }
+        }
+    )*};
+}
+
 /// Part of [`export_fmu!`].
 #[doc(hidden)]
 #[macro_export]
@@ -52,37 +66,14 @@ macro_rules! export_fmi2 {
                 c"2.0".as_ptr()
             }
 
-            #[unsafe(no_mangle)]
-            unsafe extern "C-unwind" fn fmi2Instantiate(
-                name: Str,
-                kind: c_int,
-                guid: Str,
-                resources: Str,
-                functions: *const CallbackFunctions,
-                _visible: Boolean,
-                logging_on: Boolean,
-            ) -> Component {
-                // SAFETY: FMI asks of the importer what the called function asks for.
-                unsafe {
-                    e::instantiate::<$exported>(
-                        &LIBRARY, name, kind, guid, resources, functions, logging_on,
-                    )
-                }
-            }
-
-            #[unsafe(no_mangle)]
-            unsafe extern "C-unwind" fn fmi2FreeInstance(c: Component) {
-                // SAFETY: as above.
-                unsafe { e::free_instance::<$exported>(c) }
-            }
-
-            #[unsafe(no_mangle)]
-            unsafe extern "C-unwind" fn fmi2ExportFiles(
-                context: *mut c_void,
-                receive: Option<ReceiveFile>,
-            ) -> c_int {
-                // SAFETY: asked of the packer.
-                unsafe { e::export_files::<$exported>(&LIBRARY, context, receive) }
+            $crate::export_entries! { $exported;
+                fmi2Instantiate(
+                    name: Str, kind: c_int, guid: Str, resources: Str, functions: *const CallbackFunctions,
+                    _visible: Boolean, logging_on: Boolean
+                ) -> Component = instantiate(&LIBRARY, name, kind, guid, resources, functions, logging_on);
+                fmi2FreeInstance(c: Component) = free_instance(c);
+                fmi2ExportFiles(context: *mut c_void, receive: Option<ReceiveFile>) -> c_int
+                    = export_files(&LIBRARY, context, receive);
             }
 
             $crate::export_fmi2_functions!($exported);
@@ -106,115 +97,34 @@ macro_rules! export_fmi3 {
                 c"3.0".as_ptr()
             }
 
-            #[unsafe(no_mangle)]
-            unsafe extern "C-unwind" fn fmi3InstantiateCoSimulation(
-                name: Str,
-                token: Str,
-                resources: Str,
-                _visible: Boolean,
-                logging_on: Boolean,
-                event_mode_used: Boolean,
-                early_return_allowed: Boolean,
-                required: *const ValueReference,
-                n_required: usize,
-                environment: InstanceEnvironment,
-                log_message: Option<LogMessage>,
-                update: Option<IntermediateUpdate>,
-            ) -> Instance {
-                // SAFETY: FMI asks of the importer what the called function asks for.
-                unsafe {
-                    e::instantiate_co_simulation::<$exported>(
-                        &LIBRARY,
-                        name,
-                        token,
-                        resources,
-                        logging_on,
-                        event_mode_used,
-                        early_return_allowed,
-                        required,
-                        n_required,
-                        environment,
-                        log_message,
-                        update,
-                    )
-                }
-            }
-
-            #[unsafe(no_mangle)]
-            unsafe extern "C-unwind" fn fmi3InstantiateModelExchange(
-                _name: Str,
-                _token: Str,
-                _resources: Str,
-                _visible: Boolean,
-                logging_on: Boolean,
-                environment: InstanceEnvironment,
-                log_message: Option<LogMessage>,
-            ) -> Instance {
-                // SAFETY: as above.
-                unsafe {
-                    e::refuse_instantiation::<$exported>(
-                        "fmi3InstantiateModelExchange",
-                        logging_on,
-                        environment,
-                        log_message,
-                    )
-                }
-            }
-
-            #[unsafe(no_mangle)]
-            unsafe extern "C-unwind" fn fmi3InstantiateScheduledExecution(
-                _name: Str,
-                _token: Str,
-                _resources: Str,
-                _visible: Boolean,
-                logging_on: Boolean,
-                environment: InstanceEnvironment,
-                log_message: Option<LogMessage>,
-                _clock_update: Option<ClockUpdate>,
-                _lock: Option<Preemption>,
-                _unlock: Option<Preemption>,
-            ) -> Instance {
-                // SAFETY: as above.
-                unsafe {
-                    e::refuse_instantiation::<$exported>(
-                        "fmi3InstantiateScheduledExecution",
-                        logging_on,
-                        environment,
-                        log_message,
-                    )
-                }
-            }
-
-            #[unsafe(no_mangle)]
-            unsafe extern "C-unwind" fn fmi3FreeInstance(c: Instance) {
-                // SAFETY: as above.
-                unsafe { e::free_instance::<$exported>(c) }
-            }
-
-            #[unsafe(no_mangle)]
-            unsafe extern "C-unwind" fn fmi3DoStep(
-                c: Instance,
-                t: f64,
-                h: f64,
-                _no_set_prior: Boolean,
-                event: *mut Boolean,
-                terminate: *mut Boolean,
-                early_return: *mut Boolean,
-                last_time: *mut f64,
-            ) -> Status {
-                // SAFETY: as above.
-                unsafe {
-                    e::do_step::<$exported>(c, t, h, event, terminate, early_return, last_time)
-                }
-            }
-
-            #[unsafe(no_mangle)]
-            unsafe extern "C-unwind" fn fmi3ExportFiles(
-                context: *mut c_void,
-                receive: Option<ReceiveFile>,
-            ) -> c_int {
-                // SAFETY: asked of the packer.
-                unsafe { e::export_files::<$exported>(&LIBRARY, context, receive) }
+            $crate::export_entries! { $exported;
+                fmi3InstantiateCoSimulation(
+                    name: Str, token: Str, resources: Str, _visible: Boolean, logging_on: Boolean,
+                    event_mode_used: Boolean, early_return_allowed: Boolean,
+                    required: *const ValueReference, n_required: usize,
+                    environment: InstanceEnvironment, log_message: Option<LogMessage>, update: Option<IntermediateUpdate>
+                ) -> Instance = instantiate_co_simulation(
+                    &LIBRARY, name, token, resources, logging_on, event_mode_used, early_return_allowed,
+                    required, n_required, environment, log_message, update
+                );
+                fmi3InstantiateModelExchange(
+                    _name: Str, _token: Str, _resources: Str, _visible: Boolean, logging_on: Boolean,
+                    environment: InstanceEnvironment, log_message: Option<LogMessage>
+                ) -> Instance
+                    = refuse_instantiation("fmi3InstantiateModelExchange", logging_on, environment, log_message);
+                fmi3InstantiateScheduledExecution(
+                    _name: Str, _token: Str, _resources: Str, _visible: Boolean, logging_on: Boolean,
+                    environment: InstanceEnvironment, log_message: Option<LogMessage>,
+                    _clock_update: Option<ClockUpdate>, _lock: Option<Preemption>, _unlock: Option<Preemption>
+                ) -> Instance
+                    = refuse_instantiation("fmi3InstantiateScheduledExecution", logging_on, environment, log_message);
+                fmi3FreeInstance(c: Instance) = free_instance(c);
+                fmi3DoStep(
+                    c: Instance, t: f64, h: f64, _no_set_prior: Boolean, event: *mut Boolean, terminate: *mut Boolean,
+                    early_return: *mut Boolean, last_time: *mut f64
+                ) -> Status = do_step(c, t, h, event, terminate, early_return, last_time);
+                fmi3ExportFiles(context: *mut c_void, receive: Option<ReceiveFile>) -> c_int
+                    = export_files(&LIBRARY, context, receive);
             }
 
             $crate::export_fmi3_functions!($exported);

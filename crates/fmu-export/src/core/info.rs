@@ -1,6 +1,7 @@
 //! What a model says about itself outside its variables: names, default experiment, files.
 
 use super::log::{Categories, MOST_CATEGORIES};
+use super::setters::setters;
 use super::unit::Unit;
 
 /// Model-wide facts for `modelDescription.xml` and the packer.
@@ -58,65 +59,38 @@ impl Info {
         }
     }
 
-    /// Version of the model, usually `env!("CARGO_PKG_VERSION")`. Saved states do not survive a
-    /// change of it.
-    pub const fn version(mut self, version: &'static str) -> Self {
-        self.version = version;
-        self
-    }
+    setters! {
+        /// Version of the model, usually `env!("CARGO_PKG_VERSION")`. Saved states do not survive a
+        /// change of it.
+        version(version: &'static str) version = version;
 
-    /// Author as written into the model description.
-    pub const fn author(mut self, author: &'static str) -> Self {
-        self.author = author;
-        self
-    }
+        /// Author as written into the model description.
+        author(author: &'static str) author = author;
 
-    /// Copyright line as written into the model description.
-    pub const fn copyright(mut self, copyright: &'static str) -> Self {
-        self.copyright = copyright;
-        self
-    }
+        /// Copyright line as written into the model description.
+        copyright(copyright: &'static str) copyright = copyright;
 
-    /// Licence as written into the model description.
-    pub const fn license(mut self, license: &'static str) -> Self {
-        self.license = license;
-        self
-    }
+        /// Licence as written into the model description.
+        license(license: &'static str) license = license;
 
-    /// Default experiment: start, stop and communication step, all s.
-    pub const fn experiment(mut self, start: f64, stop: f64, step: f64) -> Self {
-        self.experiment = Experiment { start, stop, step };
-        self
-    }
+        /// Default experiment: start, stop and communication step, all s.
+        experiment(start: f64, stop: f64, step: f64) experiment = Experiment { start, stop, step };
 
-    /// Files for the FMU's `documentation/` folder; the page itself must be called `index.html`.
-    pub const fn documentation(mut self, files: &'static [File]) -> Self {
-        self.documentation = files;
-        self
-    }
+        /// Files for the FMU's `documentation/` folder; the page itself must be called
+        /// `index.html`.
+        documentation(files: &'static [File]) documentation = files;
 
-    /// The icon (`model.png`), usually `include_bytes!("../model.png")`.
-    pub const fn icon(mut self, png: &'static [u8]) -> Self {
-        self.icon = png;
-        self
-    }
+        /// The icon (`model.png`), usually `include_bytes!("../model.png")`.
+        icon(png: &'static [u8]) icon = png;
 
-    /// Files for the FMU's `resources/` folder.
-    pub const fn resources(mut self, files: &'static [File]) -> Self {
-        self.resources = files;
-        self
-    }
+        /// Files for the FMU's `resources/` folder.
+        resources(files: &'static [File]) resources = files;
 
-    /// More files for the `resources/` folder, whose content the library holds in another form.
-    pub const fn made_resources(mut self, files: &'static [MadeFile]) -> Self {
-        self.made_resources = files;
-        self
-    }
+        /// More files for the `resources/` folder, whose content the library holds in another form.
+        made_resources(files: &'static [MadeFile]) made_resources = files;
 
-    /// Units beyond (or instead of) those in [`KNOWN_UNITS`](crate::KNOWN_UNITS).
-    pub const fn units(mut self, units: &'static [Unit]) -> Self {
-        self.units = units;
-        self
+        /// Units beyond (or instead of) those in [`KNOWN_UNITS`](crate::KNOWN_UNITS).
+        units(units: &'static [Unit]) units = units;
     }
 
     /// Categories of the model's own messages ([`Log`](crate::Log)), at most 28: name and
@@ -133,37 +107,25 @@ impl Info {
         self
     }
 
-    /// Declare that [`Model::step`](crate::Model::step) looks at the inputs within the step.
-    /// Without it their derivatives are accepted and have no effect.
-    pub const fn with_input_derivatives(mut self) -> Self {
-        self.input_derivatives = true;
-        self
-    }
+    setters! {
+        /// Declare that [`Model::step`](crate::Model::step) looks at the inputs within the step.
+        /// Without it their derivatives are accepted and have no effect.
+        with_input_derivatives() input_derivatives = true;
 
-    /// Declare that [`Model::output_derivative`](crate::Model::output_derivative) is implemented.
-    pub const fn with_output_derivatives(mut self) -> Self {
-        self.output_derivatives = true;
-        self
-    }
+        /// Declare that [`Model::output_derivative`](crate::Model::output_derivative) is
+        /// implemented.
+        with_output_derivatives() output_derivatives = true;
 
-    /// Declare that [`Model::directional_derivative`](crate::Model::directional_derivative) is
-    /// implemented.
-    pub const fn with_directional_derivatives(mut self) -> Self {
-        self.directional_derivatives = true;
-        self
-    }
+        /// Declare that [`Model::directional_derivative`](crate::Model::directional_derivative) is
+        /// implemented.
+        with_directional_derivatives() directional_derivatives = true;
 
-    /// Declare that [`Model::step`](crate::Model::step) may stop before the end of a step
-    /// ([`StepEnd::reached`](crate::StepEnd::reached)).
-    pub const fn with_early_return(mut self) -> Self {
-        self.early_return = true;
-        self
-    }
+        /// Declare that [`Model::step`](crate::Model::step) may stop before the end of a step
+        /// ([`StepEnd::reached`](crate::StepEnd::reached)).
+        with_early_return() early_return = true;
 
-    /// Groups of variables that are wired together, for FMI 3.0.
-    pub const fn terminals(mut self, terminals: &'static [Terminal]) -> Self {
-        self.terminals = terminals;
-        self
+        /// Groups of variables that are wired together, for FMI 3.0.
+        terminals(terminals: &'static [Terminal]) terminals = terminals;
     }
 }
 

@@ -33,6 +33,7 @@ pub(crate) mod phase;
 pub(crate) mod place;
 mod row;
 pub(crate) mod saved;
+pub(crate) mod setters;
 pub(crate) mod state;
 pub(crate) mod step;
 pub(crate) mod step_end;

@@ -8,6 +8,7 @@ use super::causality::{Causality, Dependencies};
 use super::enumeration::{Enumeration, Items};
 use super::model::{Model, SetString, Variable};
 use super::place::{Names, Place, Read, Write};
+use super::setters::setters;
 use super::unit::Unit;
 use std::ops::RangeInclusive;
 
@@ -144,18 +145,72 @@ impl<M: Model> Variable<M> {
         Self::row("", "", Causality::Local, place, false)
     };
 
-    /// The value reference of the first element, at most 65535; further elements, and the rows
-    /// below, follow on. A reference that is said does not move when a row is inserted above.
-    pub const fn at(mut self, reference: u32) -> Self {
-        self.at = Some(reference);
-        self
-    }
+    setters! {
+        /// The value reference of the first element, at most 65535; further elements, and the rows
+        /// below, follow on. A reference that is said does not move when a row is inserted above.
+        at(reference: u32) at = Some(reference);
 
-    /// Unit of a Real row, from [`KNOWN_UNITS`](crate::KNOWN_UNITS) or
-    /// [`Info::units`](crate::Info::units).
-    pub const fn unit(mut self, unit: &'static str) -> Self {
-        self.unit = Some(unit);
-        self
+        /// Unit of a Real row, from [`KNOWN_UNITS`](crate::KNOWN_UNITS) or
+        /// [`Info::units`](crate::Info::units).
+        unit(unit: &'static str) unit = Some(unit);
+
+        /// Like [`unit`](Self::unit), one for each element of a vector, e.g. of a wrench.
+        each_unit(units: &'static [&'static str]) each_unit = units;
+
+        /// Unit that tools show; one of the unit's display units.
+        display_unit(unit: &'static str) display_unit = Some(unit);
+
+        /// Least value; a smaller one is refused when set.
+        min(min: f64) min = min;
+
+        /// Greatest value; a larger one is refused when set.
+        max(max: f64) max = max;
+
+        /// Typical magnitude (> 0).
+        nominal(nominal: f64) nominal = Some(nominal);
+
+        /// May be set between steps ([`Model::tune`](crate::Model::tune) is told); without it a
+        /// parameter is fixed after initialization. A calculated parameter is tunable if it is
+        /// calculated of one that is.
+        tunable() tunable = true;
+
+        /// A Real input or output that changes at communication points only; without it a Real is
+        /// continuous.
+        discrete() discrete = true;
+
+        /// An input that [`Evaluation::of`](crate::Evaluation::of) does not read: setting it keeps
+        /// the evaluation.
+        beside_evaluation() beside_evaluation = true;
+
+        /// A parameter that setters of String parameters read: they find what the importer has set
+        /// explicitly, in whatever order.
+        read_by_texts() read_by_texts = true;
+
+        /// A field of the inputs in which the sets of this input are counted, for a model to which
+        /// setting it to the same value again means something. The count wraps around.
+        counted(counter: fn(&mut M::Input) -> &mut u32) counter = Some(counter);
+
+        /// Makes an Integer row an enumeration; values outside its items are refused.
+        enumeration(enumeration: &'static Enumeration) enumeration = Some(*enumeration);
+
+        /// The inputs an output depends on directly (at fixed state): `"u"` the scalar or the whole
+        /// vector, `"u[2]"` one element, `"u[i]"` the element with the output's own index; `&[]`
+        /// none. An output that does not say depends on all.
+        depends_on(inputs: &'static [&'static str]) dependencies = Dependencies::Same([inputs, &[]]);
+
+        /// Like [`depends_on`](Self::depends_on), with a list for each element of a vector.
+        each_depends_on(inputs: &'static [&'static [&'static str]]) dependencies = Dependencies::Each(inputs);
+
+        /// The inputs AND parameters an output depends on in Initialization Mode (through
+        /// [`Model::initialize`](crate::Model::initialize) too), written as in
+        /// [`depends_on`](Self::depends_on); [`ALL_PARAMETERS`](crate::ALL_PARAMETERS) stands for
+        /// every parameter. Without it: on all, which lets an importer see an algebraic loop at
+        /// initialization.
+        initially_depends_on(knowns: &'static [&'static str]) initial_dependencies = Dependencies::Same([knowns, &[]]);
+
+        /// Like [`initially_depends_on`](Self::initially_depends_on), with a list for each element
+        /// of a vector.
+        each_initially_depends_on(knowns: &'static [&'static [&'static str]]) initial_dependencies = Dependencies::Each(knowns);
     }
 
     /// Unit of a Real row that is neither known nor in [`Info::units`](crate::Info::units).
@@ -165,33 +220,9 @@ impl<M: Model> Variable<M> {
         self
     }
 
-    /// Like [`unit`](Self::unit), one for each element of a vector, e.g. of a wrench.
-    pub const fn each_unit(mut self, units: &'static [&'static str]) -> Self {
-        self.each_unit = units;
-        self
-    }
-
     /// Unit of element `i`.
     pub(crate) fn unit_of(&self, i: usize) -> Option<&'static str> {
         self.each_unit.get(i).copied().or(self.unit)
-    }
-
-    /// Unit that tools show; one of the unit's display units.
-    pub const fn display_unit(mut self, unit: &'static str) -> Self {
-        self.display_unit = Some(unit);
-        self
-    }
-
-    /// Least value; a smaller one is refused when set.
-    pub const fn min(mut self, min: f64) -> Self {
-        self.min = min;
-        self
-    }
-
-    /// Greatest value; a larger one is refused when set.
-    pub const fn max(mut self, max: f64) -> Self {
-        self.max = max;
-        self
     }
 
     /// Least and greatest value, as [`min`](Self::min) and [`max`](Self::max).
@@ -199,81 +230,9 @@ impl<M: Model> Variable<M> {
         self.min(*values.start()).max(*values.end())
     }
 
-    /// Typical magnitude (> 0).
-    pub const fn nominal(mut self, nominal: f64) -> Self {
-        self.nominal = Some(nominal);
-        self
-    }
-
-    /// May be set between steps ([`Model::tune`](crate::Model::tune) is told); without it a
-    /// parameter is fixed after initialization. A calculated parameter is tunable if it is
-    /// calculated of one that is.
-    pub const fn tunable(mut self) -> Self {
-        self.tunable = true;
-        self
-    }
-
-    /// A Real input or output that changes at communication points only; without it a Real is
-    /// continuous.
-    pub const fn discrete(mut self) -> Self {
-        self.discrete = true;
-        self
-    }
-
-    /// An input that [`Evaluation::of`](crate::Evaluation::of) does not read: setting it keeps the
-    /// evaluation.
-    pub const fn beside_evaluation(mut self) -> Self {
-        self.beside_evaluation = true;
-        self
-    }
-
-    /// A parameter that setters of String parameters read: they find what the importer has set
-    /// explicitly, in whatever order.
-    pub const fn read_by_texts(mut self) -> Self {
-        self.read_by_texts = true;
-        self
-    }
-
-    /// A field of the inputs in which the sets of this input are counted, for a model to which
-    /// setting it to the same value again means something. The count wraps around.
-    pub const fn counted(mut self, counter: fn(&mut M::Input) -> &mut u32) -> Self {
-        self.counter = Some(counter);
-        self
-    }
-
-    /// Makes an Integer row an enumeration; values outside its items are refused.
-    pub const fn enumeration(mut self, enumeration: &'static Enumeration) -> Self {
-        self.enumeration = Some(*enumeration);
-        self
-    }
-
     /// As [`enumeration`](Self::enumeration), whose items stand for values of a type.
     pub const fn items<T, const N: usize>(mut self, items: &'static Items<T, N>) -> Self {
         self.enumeration = Some(items.enumeration());
-        self
-    }
-
-    /// The inputs an output depends on directly (at fixed state): `"u"` the scalar or the whole
-    /// vector, `"u[2]"` one element, `"u[i]"` the element with the output's own index; `&[]` none.
-    /// An output that does not say depends on all.
-    pub const fn depends_on(mut self, inputs: &'static [&'static str]) -> Self {
-        self.dependencies = Dependencies::Same([inputs, &[]]);
-        self
-    }
-
-    /// Like [`depends_on`](Self::depends_on), with a list for each element of a vector.
-    pub const fn each_depends_on(mut self, inputs: &'static [&'static [&'static str]]) -> Self {
-        self.dependencies = Dependencies::Each(inputs);
-        self
-    }
-
-    /// The inputs AND parameters an output depends on in Initialization Mode (through
-    /// [`Model::initialize`](crate::Model::initialize) too), written as in
-    /// [`depends_on`](Self::depends_on); [`ALL_PARAMETERS`](crate::ALL_PARAMETERS) stands for every
-    /// parameter. Without it: on all, which lets an importer see an algebraic loop at
-    /// initialization.
-    pub const fn initially_depends_on(mut self, knowns: &'static [&'static str]) -> Self {
-        self.initial_dependencies = Dependencies::Same([knowns, &[]]);
         self
     }
 
@@ -284,16 +243,6 @@ impl<M: Model> Variable<M> {
             Dependencies::Same([inputs, _]) => Dependencies::Same([inputs, knowns]),
             _ => panic!("`initially_also_on` comes after `depends_on`"),
         };
-        self
-    }
-
-    /// Like [`initially_depends_on`](Self::initially_depends_on), with a list for each element of a
-    /// vector.
-    pub const fn each_initially_depends_on(
-        mut self,
-        knowns: &'static [&'static [&'static str]],
-    ) -> Self {
-        self.initial_dependencies = Dependencies::Each(knowns);
         self
     }
 }

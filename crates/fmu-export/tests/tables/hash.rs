@@ -1,15 +1,22 @@
 //! GUID and instantiation token differ where model descriptions differ, and only where tables say
 //! something else.
 
+use std::cell::Cell;
+
 use fmu_export::{
     DisplayUnit, Enumeration, Info, InputPolynomial, Items, Model, ModelError, StepEnd, Unit,
     Variable, joined, model_description, model_description3,
 };
 use serde::{Deserialize, Serialize};
 
-/// A model with the `K`-th table; its start values are those of `K` too.
+thread_local! {
+    /// The table that the model has just now. A type for each would be compiled forty times.
+    static CHOSEN: Cell<usize> = const { Cell::new(0) };
+}
+
+/// A model with the table that is chosen; its start values are of that table too.
 #[derive(Clone, Serialize, Deserialize)]
-struct Table<const K: usize>;
+struct Table;
 
 #[derive(Clone, Serialize, Deserialize)]
 struct Parameters {
@@ -30,40 +37,36 @@ struct Output {
     y: [f64; 2],
 }
 
-type V<const K: usize> = Variable<Table<K>>;
+type V = Variable<Table>;
 
-const fn p<const K: usize>() -> V<K> {
+const fn p() -> V {
     V::parameters("p", "parameter", |p| &p.p, |p| &mut p.p)
 }
 
-const fn n<const K: usize>() -> V<K> {
+const fn n() -> V {
     V::integer_parameter("n", "number", |p| &p.n, |p| &mut p.n)
 }
 
-const fn u<const K: usize>() -> V<K> {
+const fn u() -> V {
     V::inputs("u", "input", |u| &u.u, |u| &mut u.u)
 }
 
-const fn y<const K: usize>() -> V<K> {
+const fn y() -> V {
     V::outputs("y", "output", |y| &y.y).depends_on(&["u"])
 }
 
-const fn rest<const K: usize>() -> [V<K>; 2] {
-    [
-        V::boolean_parameter("yes", "truth", |p| &p.yes, |p| &mut p.yes),
-        V::string_parameter(
-            "text",
-            "text",
-            |p| &p.text,
-            |p, text, _| {
-                text.clone_into(&mut p.text);
-                Ok(())
-            },
-        ),
-    ]
-}
+const YES: V = V::boolean_parameter("yes", "truth", |p| &p.yes, |p| &mut p.yes);
+const TEXT: V = V::string_parameter(
+    "text",
+    "text",
+    |p| &p.text,
+    |p, text, _| {
+        text.clone_into(&mut p.text);
+        Ok(())
+    },
+);
 
-const fn unit<const K: usize>(unit: &'static Unit) -> V<K> {
+const fn unit(unit: &'static Unit) -> V {
     p().own_unit(unit)
 }
 
@@ -87,102 +90,92 @@ const SHOWN_OTHERWISE: Unit = Unit::new("furlong")
     .factor(201.168)
     .display(&[DisplayUnit::new("chain", 10.5)]);
 
-macro_rules! tables {
-    ($($k:literal [$($row:expr),*])*) => {
-        impl<const K: usize> Table<K> {
-            fn rows() -> &'static [V<K>] {
-                match K {
-                    $($k => const {
-                        let [yes, text] = rest();
-                        &[$($row,)* yes, text]
-                    },)*
-                    _ => unreachable!(),
-                }
-            }
-        }
-
-        /// Descriptions of FMI 2.0 and 3.0 of each.
-        fn descriptions() -> Vec<[String; 2]> {
-            vec![$([
-                model_description::<Table<$k>>().unwrap(),
-                model_description3::<Table<$k>>().unwrap(),
-            ]),*]
-        }
-    };
-}
-
+/// Tables by their number.
 #[rustfmt::skip]
-tables! {
-    0  [p(), n(), u(), y()]
-    1  [n(), p(), u(), y()]
-    2  [p().at(1), n(), u(), y()]
-    3  [V::parameters("q", "parameter", |p| &p.p, |p| &mut p.p), n(), u(), y()]
-    4  [V::parameters("p", "Parameter", |p| &p.p, |p| &mut p.p), n(), u(), y()]
-    5  [V::parameter("p", "parameter", |p| &p.p[0], |p| &mut p.p[0]), n(), u(), y()]
-    6  [p().tunable(), n(), u(), y()]
-    7  [p().unit("m"), n(), u(), y()]
-    8  [p().unit("m").display_unit("mm"), n(), u(), y()]
-    9  [p().each_unit(&["m", "s"]), n(), u(), y()]
-    10 [p().min(-3.0), n(), u(), y()]
-    11 [p().max(30.0), n(), u(), y()]
-    12 [p().nominal(3.0), n(), u(), y()]
-    13 [p(), n().enumeration(&E), u(), y()]
-    14 [p(), n().enumeration(&E_NAMED), u(), y()]
-    15 [p(), n().enumeration(&E_TOLD), u(), y()]
-    16 [p(), n().enumeration(&E_ITEM), u(), y()]
-    17 [p(), n().enumeration(&E_ITEM_TOLD), u(), y()]
-    18 [unit(&FURLONG), n(), u(), y()]
-    19 [unit(&LONGER), n(), u(), y()]
-    20 [unit(&SQUARED), n(), u(), y()]
-    21 [unit(&SHIFTED), n(), u(), y()]
-    22 [unit(&SHOWN), n(), u(), y()]
-    23 [unit(&SHOWN_OTHERWISE), n(), u(), y()]
-    24 [p(), n(), u().discrete(), y()]
-    25 [p(), n(), u(), V::locals("y", "output", |y| &y.y)]
-    26 [p(), n(), u(), V::outputs("y", "output", |y| &y.y)]
-    27 [p(), n(), u(), y().depends_on(&["u[i]"])]
-    28 [p(), n(), u(), y().each_depends_on(&[&["u"], &[]])]
-    29 [p(), n(), u(), y().initially_depends_on(&["p"])]
-    30 [p(), n(), u(), V::constants("y", "output", |_| &[1.0, 2.0])]
-    31 [p(), n(), u(), V::constants("y", "output", |_| &[1.0, 2.5])]
+const TABLES: &[&[V]] = &[
+    &[p(), n(), u(), y(), YES, TEXT], // 0
+    &[n(), p(), u(), y(), YES, TEXT], // 1
+    &[p().at(1), n(), u(), y(), YES, TEXT], // 2
+    &[V::parameters("q", "parameter", |p| &p.p, |p| &mut p.p), n(), u(), y(), YES, TEXT], // 3
+    &[V::parameters("p", "Parameter", |p| &p.p, |p| &mut p.p), n(), u(), y(), YES, TEXT], // 4
+    &[V::parameter("p", "parameter", |p| &p.p[0], |p| &mut p.p[0]), n(), u(), y(), YES, TEXT], // 5
+    &[p().tunable(), n(), u(), y(), YES, TEXT], // 6
+    &[p().unit("m"), n(), u(), y(), YES, TEXT], // 7
+    &[p().unit("m").display_unit("mm"), n(), u(), y(), YES, TEXT], // 8
+    &[p().each_unit(&["m", "s"]), n(), u(), y(), YES, TEXT], // 9
+    &[p().min(-3.0), n(), u(), y(), YES, TEXT], // 10
+    &[p().max(30.0), n(), u(), y(), YES, TEXT], // 11
+    &[p().nominal(3.0), n(), u(), y(), YES, TEXT], // 12
+    &[p(), n().enumeration(&E), u(), y(), YES, TEXT], // 13
+    &[p(), n().enumeration(&E_NAMED), u(), y(), YES, TEXT], // 14
+    &[p(), n().enumeration(&E_TOLD), u(), y(), YES, TEXT], // 15
+    &[p(), n().enumeration(&E_ITEM), u(), y(), YES, TEXT], // 16
+    &[p(), n().enumeration(&E_ITEM_TOLD), u(), y(), YES, TEXT], // 17
+    &[unit(&FURLONG), n(), u(), y(), YES, TEXT], // 18
+    &[unit(&LONGER), n(), u(), y(), YES, TEXT], // 19
+    &[unit(&SQUARED), n(), u(), y(), YES, TEXT], // 20
+    &[unit(&SHIFTED), n(), u(), y(), YES, TEXT], // 21
+    &[unit(&SHOWN), n(), u(), y(), YES, TEXT], // 22
+    &[unit(&SHOWN_OTHERWISE), n(), u(), y(), YES, TEXT], // 23
+    &[p(), n(), u().discrete(), y(), YES, TEXT], // 24
+    &[p(), n(), u(), V::locals("y", "output", |y| &y.y), YES, TEXT], // 25
+    &[p(), n(), u(), V::outputs("y", "output", |y| &y.y), YES, TEXT], // 26
+    &[p(), n(), u(), y().depends_on(&["u[i]"]), YES, TEXT], // 27
+    &[p(), n(), u(), y().each_depends_on(&[&["u"], &[]]), YES, TEXT], // 28
+    &[p(), n(), u(), y().initially_depends_on(&["p"]), YES, TEXT], // 29
+    &[p(), n(), u(), V::constants("y", "output", |_| &[1.0, 2.0]), YES, TEXT], // 30
+    &[p(), n(), u(), V::constants("y", "output", |_| &[1.0, 2.5]), YES, TEXT], // 31
     // Start values.
-    32 [p(), n(), u(), y()]
-    33 [p(), n(), u(), y()]
-    34 [p(), n(), u(), y()]
-    35 [p(), n(), u(), y()]
-    36 [p(), n(), u(), y()]
+    &[p(), n(), u(), y(), YES, TEXT], // 32
+    &[p(), n(), u(), y(), YES, TEXT], // 33
+    &[p(), n(), u(), y(), YES, TEXT], // 34
+    &[p(), n(), u(), y(), YES, TEXT], // 35
+    &[p(), n(), u(), y(), YES, TEXT], // 36
     // What the description does not say.
-    37 [p(), n(), u().beside_evaluation().counted(|u| &mut u.sets), y()]
-    38 [p().read_by_texts(), n(), u(), y()]
-    39 [p(), n(), u(), y().initially_depends_on(&["u", "p"])]
+    &[p(), n(), u().beside_evaluation().counted(|u| &mut u.sets), y(), YES, TEXT], // 37
+    &[p().read_by_texts(), n(), u(), y(), YES, TEXT], // 38
+    &[p(), n(), u(), y().initially_depends_on(&["u", "p"]), YES, TEXT], // 39
     // The same in other words.
-    40 [p(), n(), u(), y().initially_also_on(&["p"])]
-    41 [p(), n(), u(), y().initially_depends_on(joined!(&["u"], &[], &["p"]))]
-    42 [p(), n().items(&ITEMS), u(), y()]
-    43 [p(), n(), u().range(-3.0..=30.0), y()]
-    44 [p(), n(), u().min(-3.0).max(30.0), y()]
+    &[p(), n(), u(), y().initially_also_on(&["p"]), YES, TEXT], // 40
+    &[p(), n(), u(), y().initially_depends_on(joined!(&["u"], &[], &["p"])), YES, TEXT], // 41
+    &[p(), n().items(&ITEMS), u(), y(), YES, TEXT], // 42
+    &[p(), n(), u().range(-3.0..=30.0), y(), YES, TEXT], // 43
+    &[p(), n(), u().min(-3.0).max(30.0), y(), YES, TEXT], // 44
+];
+
+/// Descriptions of FMI 2.0 and 3.0 of each.
+fn descriptions() -> Vec<[String; 2]> {
+    let described = |k| {
+        CHOSEN.set(k);
+        [
+            model_description::<Table>().unwrap(),
+            model_description3::<Table>().unwrap(),
+        ]
+    };
+    (0..TABLES.len()).map(described).collect()
 }
 
-impl<const K: usize> Model for Table<K> {
+impl Model for Table {
     type Parameters = Parameters;
     type Input = Input;
     type Output = Output;
     type Evaluation = ();
     const INFO: Info = Info::new("Table", "a table that differs from the others");
 
-    fn variables() -> &'static [V<K>] {
-        Self::rows()
+    fn variables() -> &'static [V] {
+        TABLES[CHOSEN.get()]
     }
 
     fn defaults() -> (Parameters, Input) {
+        let k = CHOSEN.get();
         let p = Parameters {
-            p: [1.0, if K == 32 { 1.5 } else { 2.0 }],
-            n: if K == 33 { 2 } else { 1 },
-            yes: K == 34,
-            text: if K == 35 { "yes" } else { "" }.to_owned(),
+            p: [1.0, if k == 32 { 1.5 } else { 2.0 }],
+            n: if k == 33 { 2 } else { 1 },
+            yes: k == 34,
+            text: if k == 35 { "yes" } else { "" }.to_owned(),
         };
         let u = Input {
-            u: [0.0, if K == 36 { 0.5 } else { 0.0 }],
+            u: [0.0, if k == 36 { 0.5 } else { 0.0 }],
             sets: 0,
         };
         (p, u)

@@ -9,8 +9,8 @@ use cosim::system::System;
 use cosim::wiring::Port;
 use serde::Serialize;
 
-use super::failures::kept;
-use super::request::Request;
+use super::request::{Request, kept};
+use super::runs::stride;
 use super::samples::Samples;
 use studies::measures::energy;
 use studies::measures::run::RecordedRun;
@@ -62,11 +62,7 @@ pub fn shown(request: &Request, failures: &mut Vec<String>) -> Vec<Electric> {
     let Some(system) = request.electric else {
         return Vec::new();
     };
-    let base = Experiment {
-        settings: Vec::new(), // those of the request are of another system
-        ..request.base.clone()
-    };
-    match energy::cases(system, &base) {
+    match energy::cases(system, &request.elsewhere()) {
         Ok(cases) => {
             let of = |(case, experiment): (String, Experiment)| {
                 one(system, &case, &experiment).with_context(|| format!("electric, {case}"))
@@ -80,11 +76,6 @@ pub fn shown(request: &Request, failures: &mut Vec<String>) -> Vec<Electric> {
     }
 }
 
-#[expect(
-    clippy::cast_possible_truncation,
-    clippy::cast_sign_loss,
-    reason = "a small positive number"
-)]
 fn one(system: &System, case: &str, experiment: &Experiment) -> Result<Electric> {
     let mut ports: Vec<Port> = Vec::new();
     let mut of = |k: usize, names: &[&str]| {
@@ -96,10 +87,11 @@ fn one(system: &System, case: &str, experiment: &Experiment) -> Result<Electric>
     for k in energy::actuators(system) {
         of(k, &OF_ACTUATOR);
     }
-    let recorded = RecordedRun::of(system, experiment, &ports)?;
+    let all = [&ports[..], &energy::ports(system)?, &sizing::ports(system)?].concat();
+    let recorded = RecordedRun::of(system, experiment, &all)?;
     let times = &recorded.recording.times;
     let step = experiment.stepping.step;
-    let stride = ((EVERY / step).round() as usize).max(1);
+    let stride = stride(EVERY, step);
     let mut curves = Vec::new();
     for port in ports {
         let column = recorded.recording.column(port)?;
@@ -108,8 +100,8 @@ fn one(system: &System, case: &str, experiment: &Experiment) -> Result<Electric>
             samples: Samples::new(column.iter().step_by(stride).copied()),
         });
     }
-    let supply = energy::run(system, experiment)?.supply;
-    let sizing = sizing::run(system, experiment, 0.0)?;
+    let supply = energy::evaluate(system, &recorded)?.supply;
+    let sizing = sizing::evaluate(system, experiment, &recorded)?;
     Ok(Electric {
         trajectory: case.into(),
         open: supply.as_ref().map(Supply::open),

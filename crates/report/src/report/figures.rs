@@ -6,11 +6,11 @@ use anyhow::{Context as _, Result};
 use plotters::style::RGBColor;
 
 use super::Report;
-use super::evaluation::Axis;
 use super::request::UNCERTAIN;
 use super::runs::Run;
 use super::samples::Samples;
 use super::stability;
+use super::testbed::Axis;
 use charts::{Curve, Figure, Panel, Path3};
 use studies::grid::TRAJECTORIES;
 use studies::studies::inertia::MODES;

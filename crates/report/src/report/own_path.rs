@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 
 use anyhow::{Context, Result};
+use cosim::recording::Recording;
 use cosim::run::Experiment;
 use serde::Serialize;
 
@@ -11,11 +12,14 @@ use crate::margins_figure;
 use studies::machine_file::MachineFile;
 use studies::measures::energy;
 use studies::measures::iso9283::Meter;
-use studies::measures::run::{FailedRun, run};
+use studies::measures::run::{FailedRun, RecordedRun, run};
 use studies::path_margins::PathMargins;
 use studies::print;
 use studies::start_values::vary;
 use studies::studies::inertia::MODES;
+
+/// The controller whose energy is shown.
+const ADAPTIVE: &str = MODES[0];
 
 /// What is shown of it.
 #[derive(Serialize)]
@@ -47,10 +51,17 @@ fn of(
 ) -> Result<OwnPath> {
     let margins = PathMargins::of(name, &machine.machine)?;
     let mut text = margins.description() + &margins.table() + "\n";
+    let mut balances = String::new();
     for mode in MODES {
         let experiment = vary(request.system, experiment, &[("mode", &mode)])?;
         let mut meter = Meter::of(request.system, &experiment)?;
+        let ports = match mode {
+            ADAPTIVE => energy::ports(request.system)?,
+            _ => Vec::new(),
+        };
+        let mut recording = Recording::new(request.system, &ports)?;
         let outcome = run(request.system, &experiment, &|_, _| (), |master| {
+            recording.add(master)?;
             meter.iter_mut().try_for_each(|meter| meter.add(master))
         })
         .map_err(FailedRun::explained)
@@ -60,13 +71,13 @@ fn of(
             write!(text, "{measures}")?;
         }
         write!(text, "{}", outcome.limits)?;
+        if mode == ADAPTIVE {
+            let recorded = RecordedRun { recording, outcome };
+            let energies = energy::evaluate(request.system, &recorded)?;
+            balances = print::energy::text("energy", &energies.balances);
+        }
     }
-    let energies = energy::run(request.system, experiment)?;
-    write!(
-        text,
-        "\n{}",
-        print::energy::text("energy", &energies.balances)
-    )?;
+    write!(text, "\n{balances}")?;
     let folder = tempfile::tempdir()?;
     let [_, svg] = margins_figure::draw(&margins, folder.path())?;
     Ok(OwnPath {

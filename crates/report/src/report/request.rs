@@ -1,5 +1,6 @@
-//! What is to be reported on.
+//! What is to be reported on; what failed of it is told in the page, and the rest is shown.
 
+use anyhow::Result;
 use cosim::run::Experiment;
 use cosim::system::System;
 
@@ -22,4 +23,26 @@ pub struct Request<'a> {
     pub electric: Option<&'a System>,
     /// A path of the reader's own by its name, and the experiment that follows it.
     pub path: Option<(String, Experiment)>,
+}
+
+impl Request<'_> {
+    /// The conditions of another system than the machine, whose start values it does not have.
+    pub fn elsewhere(&self) -> Experiment {
+        Experiment {
+            settings: Vec::new(),
+            ..self.base.clone()
+        }
+    }
+}
+
+/// The results that are there; the others go to `failures`.
+pub fn kept<T>(results: Vec<Result<T>>, failures: &mut Vec<String>) -> Vec<T> {
+    let mut there = Vec::new();
+    for result in results {
+        match result {
+            Ok(value) => there.push(value),
+            Err(error) => failures.push(format!("{error:#}")),
+        }
+    }
+    there
 }

@@ -4,15 +4,24 @@ use std::collections::BTreeMap;
 
 use anyhow::{Context, Result};
 use cosim::bond::Residual;
+use cosim::run::Experiment;
 use cosim::signals::matching;
+use cosim::system::System;
+use cosim::verdict::Verdict;
 use cosim::wiring::Port;
 use serde::Serialize;
 
-use super::request::Request;
+use super::energy::Energy;
+use super::request::{Request, UNCERTAIN};
 use super::samples::Samples;
 use super::scene::Scene;
+use studies::grid::{Cell, Plan};
+use studies::measures::energy;
 use studies::measures::run::RecordedRun;
+use studies::measures::tip::TipError;
 use studies::start_values::vary;
+use studies::studies::inertia::MODES;
+use studies::studies::testbed::{self, MachineRun};
 
 /// Sampling of the page, s: tip error, other signals, frames of the animation.
 const TIP_EVERY: f64 = 0.004;
@@ -124,39 +133,111 @@ impl From<&Residual> for Bond {
     }
 }
 
-impl Run {
-    pub fn of(request: &Request<'_>, case: Case, scene: &Scene) -> Result<Self> {
-        Self::recorded(request, case, scene).with_context(|| {
-            let Case {
-                trajectory,
-                mode,
-                scale,
-            } = case;
-            format!("{trajectory}, {mode}, inertia x {scale}")
-        })
-    }
+/// What the page takes of a run of the paper's table.
+pub struct Measured {
+    tip: TipError,
+    /// Of the runs that are shown.
+    run: Option<Run>,
+    /// Of the adaptive controller with nominal inertias.
+    energy: Option<Result<Energy>>,
+    /// The same for the testbed, where there is one.
+    machine: Option<Result<MachineRun>>,
+}
 
-    fn recorded(request: &Request<'_>, case: Case, scene: &Scene) -> Result<Self> {
-        let system = request.system;
-        let experiment = vary(
+/// What is shown of the runs of the paper's table.
+#[derive(Default)]
+pub struct Shown {
+    /// The table.
+    pub cells: Vec<Cell<TipError>>,
+    /// Both trajectories with all controllers, and with wrong inertias the adaptive one.
+    pub runs: Vec<Run>,
+    pub energies: Vec<Result<Energy>>,
+    pub machines: Vec<Result<MachineRun>>,
+}
+
+impl Shown {
+    pub fn of(cells: Vec<Cell<Measured>>) -> Self {
+        let mut shown = Self::default();
+        for cell in cells {
+            let tip = cell.map(|measured| {
+                shown.runs.extend(measured.run);
+                shown.energies.extend(measured.energy);
+                shown.machines.extend(measured.machine);
+                measured.tip
+            });
+            shown.cells.push(tip);
+        }
+        let is_nominal = |run: &Run| run.case.scale == 1.0;
+        let order = |run: &Run| (run.case.trajectory, !is_nominal(run));
+        shown.runs.sort_by_key(order);
+        shown
+    }
+}
+
+/// A run of the paper's table, with what is shown of it.
+pub fn measure(request: &Request<'_>, scene: &Scene, plan: &Plan) -> Result<(Measured, Verdict)> {
+    let system = request.system;
+    let mode = MODES.into_iter().find(|mode| *mode == plan.law);
+    let case = Case {
+        trajectory: plan.trajectory,
+        mode: mode.context("a controller of the table")?,
+        scale: plan.case.parse()?,
+    };
+    let is_adaptive = case.mode == MODES[0];
+    let is_nominal = case.scale == 1.0;
+    let is_shown = is_nominal || is_adaptive && case.scale == UNCERTAIN;
+    let mut experiment = plan.experiment.clone();
+    let mut signals: Vec<Port> = Vec::new();
+    if is_shown {
+        // The controller's accompanying functions need the plant's true inertias; its law does not
+        // see them.
+        experiment = vary(
             system,
-            request.base,
-            &[
-                ("trajectory", &case.trajectory),
-                ("mode", &case.mode),
-                ("inertia_scale", &case.scale),
-                // The controller's accompanying functions need the plant's true inertias; its law
-                // does not see them.
-                ("lyapunov.inertia_scale", &case.scale),
-            ],
+            &experiment,
+            &[("lyapunov.inertia_scale", &case.scale)],
         )?;
-        let shown = |pattern: &str| matching(system, &[pattern.into()]).unwrap_or_default();
-        let ports: Vec<Port> = SHOWN.into_iter().flat_map(shown).collect();
-        let recorded = RecordedRun::of(system, &experiment, &ports)?;
+        let of = |pattern: &str| matching(system, &[pattern.into()]).unwrap_or_default();
+        signals = SHOWN.into_iter().flat_map(of).collect();
+    }
+    let mut ports = signals.clone();
+    if is_adaptive && is_nominal {
+        ports.extend(energy::ports(system).unwrap_or_default());
+        if request.testbed.is_some() {
+            ports.extend(testbed::ports(system).unwrap_or_default());
+        }
+    }
+    let recorded = RecordedRun::of(system, &experiment, &ports)?;
+    let energy = (is_adaptive && is_nominal).then(|| {
+        Energy::of(system, case.trajectory, &recorded)
+            .with_context(|| format!("energy, {}", case.trajectory))
+    });
+    let machine = (is_adaptive && is_nominal && request.testbed.is_some()).then(|| {
+        MachineRun::of(system, case.trajectory, experiment.stepping.step, &recorded)
+            .with_context(|| format!("{}, run of the machine", case.trajectory))
+    });
+    let run = is_shown.then(|| Run::of(system, &experiment, case, &recorded, &signals, scene));
+    let measured = Measured {
+        tip: recorded.outcome.tip,
+        run: run.transpose()?,
+        energy,
+        machine,
+    };
+    Ok((measured, recorded.outcome.verdict()))
+}
+
+impl Run {
+    fn of(
+        system: &System,
+        experiment: &Experiment,
+        case: Case,
+        recorded: &RecordedRun,
+        shown: &[Port],
+        scene: &Scene,
+    ) -> Result<Self> {
         let (recording, outcome) = (&recorded.recording, &recorded.outcome);
         let step = experiment.stepping.step;
         let mut signals = BTreeMap::new();
-        for port in ports {
+        for &port in shown {
             let name = system.name(port);
             let is_tip = name.starts_with("controller.tip_error");
             let stride = stride(if is_tip { TIP_EVERY } else { SIGNALS_EVERY }, step);

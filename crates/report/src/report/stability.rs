@@ -3,7 +3,7 @@
 use anyhow::Result;
 use serde::Serialize;
 
-use super::failures::kept;
+use super::request::kept;
 use super::request::{Request, UNCERTAIN};
 use super::samples::Samples;
 use studies::studies::stability::{self, Condition, Gains, Powers};

@@ -66,17 +66,9 @@ struct Run {
 /// Of the machine of the real world, where its system is at hand; what failed goes to `failures`.
 pub fn on_rig(request: &Request<'_>, failures: &mut Vec<String>) -> Option<RigComparison> {
     let system = request.real?;
-    let base = Experiment {
-        settings: Vec::new(), // of another system
-        ..request.base.clone()
-    };
-    match made(system, &base) {
-        Ok(made) => Some(made),
-        Err(error) => {
-            failures.push(format!("surrogate on the rig: {error:#}"));
-            None
-        }
-    }
+    made(system, &request.elsewhere())
+        .map_err(|error| failures.push(format!("surrogate on the rig: {error:#}")))
+        .ok()
 }
 
 fn made(system: &System, base: &Experiment) -> Result<RigComparison> {

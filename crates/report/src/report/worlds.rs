@@ -7,7 +7,7 @@ use cosim::system::System;
 use serde::Serialize;
 
 use super::request::Request;
-use studies::laws::{self, Law};
+use studies::laws;
 use studies::studies::comparison::{self, Summary};
 use studies::worlds::{self, World};
 
@@ -44,7 +44,11 @@ pub fn shown(request: &Request, failures: &mut Vec<String>) -> Vec<WorldComparis
     ];
     let mut found = Vec::new();
     for (world, system) in worlds {
-        let run = system.map(|system| one(world, system, request.base));
+        let base = match world {
+            World::Ideal => request.base.clone(),
+            _ => request.elsewhere(),
+        };
+        let run = system.map(|system| one(world, system, base));
         let (cases, laws) = run.unwrap_or(Ok((0, Vec::new()))).unwrap_or_else(|error| {
             failures.push(format!("{world:?} world: {error:#}"));
             (0, Vec::new())
@@ -81,27 +85,28 @@ fn words(world: World) -> (&'static str, &'static str, &'static str) {
              joints and masses, centres of mass, dimensions and plumb drawn by seed; actuators and sensors are ideal.",
             "hdrm-fmu table --world bending",
         ),
+        World::StrictRigid | World::Strict => (
+            "strict",
+            "Actuators, joints, wrist drives, load cells and clock drawn by seed besides.",
+            "hdrm-fmu table --world strict-rigid",
+        ),
     }
 }
 
 /// Number of machines, and each law over them.
-fn one(world: World, system: &System, base: &Experiment) -> Result<(usize, Vec<Summary>)> {
-    let mut base = Experiment {
-        settings: match world {
-            World::Ideal => base.settings.clone(),
-            World::Real | World::Bending => Vec::new(), // of another system
-        },
-        ..base.clone()
-    };
-    if world == World::Bending {
+fn one(world: World, system: &System, mut base: Experiment) -> Result<(usize, Vec<Summary>)> {
+    if world.bends() {
         base.stepping.step = base.stepping.step.min(worlds::BENDING_STEP);
     }
-    let laws: Vec<Law> = laws::rivals();
-    let laws: Vec<Law> = laws
-        .into_iter()
-        .filter(|law| MODES.contains(&law.name.as_str()))
-        .collect();
+    let laws = laws::of_modes(&MODES);
     let cases = worlds::cases(world, system, 1..1 + SEEDS)?;
-    let cells = comparison::run(system, &base, &laws, &cases.list, || ())?;
+    let cells = comparison::run(
+        system,
+        &base,
+        &laws,
+        &cases.list,
+        world.trajectories(),
+        || (),
+    )?;
     Ok((cases.list.len(), comparison::summaries(&cells, None)))
 }

@@ -8,7 +8,7 @@ use clap::Args;
 use cosim::cli::{CsvArgs, print};
 use cosim::verdict::Verdict;
 
-use super::logged_run::logged_run;
+use super::run::logged_run;
 use crate::bench::MachineArgs;
 use crate::print::verdict::text as verdict_text;
 use crate::start_values::vary;

@@ -15,7 +15,7 @@ use cosim::cli::print;
 use hdrm::HdrmError;
 use machine::{AXES, Machine, Source, extending, preset};
 
-use super::siblings::OtherArguments;
+use super::program::OtherArguments;
 
 #[derive(Subcommand)]
 pub enum MachineCommand {

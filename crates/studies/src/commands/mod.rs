@@ -2,17 +2,18 @@
 //! programs.
 
 pub mod compare;
+pub mod draws;
 pub mod endurance;
 pub mod energy;
 pub mod evaluate;
-mod logged_run;
 pub mod machine;
+pub mod margins;
 pub mod path;
 pub mod program;
 pub mod python;
 pub mod run;
-pub mod siblings;
 pub mod sizing;
 pub mod stability;
 pub mod table;
 pub mod testbed;
+pub mod tournament;

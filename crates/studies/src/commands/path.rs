@@ -21,7 +21,8 @@ pub enum PathCommand {
 
 #[derive(Args)]
 pub struct PathArgs {
-    /// JSON or CSV file of waypoints or samples, or iso9283-cube, iso9283-rectangle
+    /// JSON or CSV file of waypoints or samples, or iso9283-cube, iso9283-rectangle,
+    /// six-joints
     path: String,
     /// Machine file, or name of a shipped machine, whose limits and start pose count
     #[arg(long, value_name = "FILE|NAME", default_value = "reference")]

@@ -2,7 +2,6 @@
 //! with Python's library and packages.
 
 use std::env;
-use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitStatus};
 
@@ -57,19 +56,6 @@ pub fn with_python() -> Result<Option<ExitStatus>> {
     }
     let status = again.status().context("this program with Python")?;
     Ok(Some(status))
-}
-
-/// End this program here, if it is the one that was started with Python inside.
-///
-/// The library of pythonfmu (0.7.0) frees its interpreter's state twice when a process ends in the
-/// usual way: its finalizer runs after the destructors of its static objects, which corrupts the
-/// heap, and one process in three aborts after all work is done. So nothing of the kind is run.
-pub fn end(code: u8) {
-    if env::var_os(STARTED).is_some() {
-        // Nobody may read the output any more.
-        let _ = io::stdout().flush();
-        signal_hook::low_level::exit(code.into());
-    }
 }
 
 impl Python {

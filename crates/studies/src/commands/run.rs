@@ -2,13 +2,16 @@
 
 use anyhow::Result;
 use clap::Args;
-use cosim::cli::{CsvArgs, print};
+use cosim::cli::{CsvArgs, bar, print};
+use cosim::run::Experiment;
+use cosim::system::System;
 use cosim::verdict::Verdict;
 
-use super::logged_run::logged_run;
 use crate::bench::MachineArgs;
 use crate::laws;
+use crate::measures::iso9283::{Measures, Meter};
 use crate::measures::limits;
+use crate::measures::run::{FailedRun, Outcome, run as run_once, useful};
 use crate::print::verdict::text as verdict_text;
 use crate::start_values::vary;
 
@@ -61,4 +64,28 @@ pub fn run(args: &RunArgs) -> Result<Verdict> {
         print(format_args!("signals written to {}\n", path.display()))?;
     }
     Ok(verdict)
+}
+
+/// Run with a progress bar, the accuracy on a test path measured, and, where asked for, a CSV file.
+pub(super) fn logged_run(
+    system: &System,
+    experiment: &Experiment,
+    csv: &CsvArgs,
+    quiet: bool,
+) -> Result<(Outcome, Option<Measures>)> {
+    let mut meter = Meter::of(system, experiment)?;
+    let mut log = csv.log(system, experiment, || useful(system))?;
+    let bar = bar(0, "steps", quiet);
+    let progress = |k, steps| {
+        bar.set_length(steps);
+        bar.set_position(k);
+    };
+    let outcome = run_once(system, experiment, &progress, |master| {
+        meter.iter_mut().try_for_each(|meter| meter.add(master))?;
+        log.iter_mut().try_for_each(|log| log.add(master))
+    });
+    bar.finish_and_clear();
+    let outcome = outcome.map_err(FailedRun::explained)?;
+    log.map_or(Ok(()), |log| log.finish())?;
+    Ok((outcome, meter.and_then(|meter| meter.measures())))
 }

@@ -34,8 +34,9 @@ pub struct StabilityArgs {
 /// The proof in numbers in the ideal world; in the real one, by which cause its bound is exceeded.
 pub fn stability(args: &StabilityArgs) -> Result<Verdict> {
     anyhow::ensure!(
-        args.world != World::Bending,
-        "--world bending: the accompanying functions need the plant's inertias, which only the ideal and the real world tell"
+        matches!(args.world, World::Ideal | World::Real),
+        "--world {}: the accompanying functions need the plant's inertias, which only the ideal and the real world tell",
+        args.world.name()
     );
     let bench = args.machine.bench().world(args.world).build()?;
     let (system, base, mut verdict) = bench.into_parts();

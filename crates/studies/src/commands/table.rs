@@ -35,7 +35,7 @@ pub struct TableArgs {
     /// First seed: of the three of the noise study, of those of the real world
     #[arg(long, default_value_t = 1)]
     seed: u64,
-    /// Machines drawn by seed [default: 20 of the real world, 5 of the bending one]
+    /// Machines drawn by seed [default: 20, 5 of those that bend]
     #[arg(long, value_parser = clap::value_parser!(u64).range(1..))]
     seeds: Option<u64>,
     /// Laws to compare, repeatable; by their names in the table [default: all of the study]
@@ -108,7 +108,8 @@ impl StudyArg {
         match world {
             World::Ideal => !self.is_of_real_world(),
             World::Real => self.compares_laws() || self == Self::Surrogate,
-            World::Bending => self.compares_laws() && !self.is_of_real_world(),
+            World::StrictRigid => self.compares_laws(),
+            World::Bending | World::Strict => self.compares_laws() && !self.is_of_real_world(),
         }
     }
 
@@ -190,7 +191,7 @@ impl TableArgs {
     fn wanted(&self) -> Result<Vec<StudyArg>> {
         let wanted = match (&self.studies[..], self.world) {
             ([], World::Ideal) => vec![StudyArg::Inertia],
-            ([], World::Real | World::Bending) => vec![StudyArg::Rivals],
+            ([], _) => vec![StudyArg::Rivals],
             (studies, _) => studies.to_vec(),
         };
         for study in &wanted {
@@ -244,11 +245,13 @@ impl Tables<'_> {
             _ => laws::rivals(),
         };
         let laws = self.args.chosen(laws)?;
-        let bar = bar((laws.len() * cases.len() * 2) as u64, "runs", false);
-        let cells = comparison::run(system, base, &laws, cases, || bar.inc(1))?;
+        let trajectories = world.trajectories();
+        let count = laws.len() * cases.len() * trajectories.len();
+        let bar = bar(count as u64, "runs", false);
+        let cells = comparison::run(system, base, &laws, cases, trajectories, || bar.inc(1))?;
         bar.finish_and_clear();
         print(compared::text(&cells))?;
-        if world == World::Bending {
+        if world.bends() {
             print(comparison::judge_bending(&cells, verdict))?;
         } else if study == StudyArg::Rivals {
             let rivals = laws.iter().filter(|law| law.is_rival_with_integral());

@@ -6,7 +6,7 @@ use std::io;
 use serde_json::{Value, json};
 
 use super::verdict;
-use crate::grid::{Spread, TRAJECTORIES, failures};
+use crate::grid::{ALL_TRAJECTORIES, Spread, failures};
 use crate::studies::comparison::{Summary, TrackingCell, summaries};
 use crate::worlds::World;
 
@@ -27,7 +27,10 @@ const COLUMNS: [Column; 9] = [
 /// The comparison of each trajectory: median (worst) over the cases, then the failures.
 pub fn text(cells: &[TrackingCell]) -> String {
     let mut text = String::new();
-    for trajectory in TRAJECTORIES {
+    for trajectory in ALL_TRAJECTORIES {
+        if !cells.iter().any(|c| c.trajectory == trajectory) {
+            continue;
+        }
         let rows = summaries(cells, Some(trajectory));
         let width = rows.iter().map(|r| r.law.len()).max().unwrap_or(0).max(11);
         let mut line = format!("{trajectory:<width$}");

@@ -21,7 +21,7 @@ pub const AHEAD: f64 = 1.5;
 /// One run.
 pub type TrackingCell = Cell<Tracking>;
 
-/// Run every law on every case and both trajectories in parallel, law by law; `done` is called
+/// Run every law on every case and these trajectories in parallel, law by law; `done` is called
 /// after each run. A failed run keeps its error and the others go on.
 ///
 /// # Errors
@@ -31,13 +31,16 @@ pub fn run(
     base: &Experiment,
     laws: &[Law],
     cases: &[Case],
+    trajectories: &[&'static str],
     done: impl Fn() + Sync,
 ) -> Result<Vec<TrackingCell>> {
     let measure = |plan: &Plan| {
         let (tracking, recorded) = Tracking::recorded(system, &plan.experiment, &[])?;
         Ok((tracking, recorded.outcome.verdict()))
     };
-    let grid = Grid::new(system, base, laws, cases).varying_bound();
+    let grid = Grid::new(system, base, laws, cases)
+        .only_on(trajectories)
+        .varying_bound();
     let mut cells = grid.run(measure, done)?;
     cells.sort_by_key(|cell| laws.iter().position(|law| law.name == cell.law));
     Ok(cells)

@@ -4,6 +4,7 @@
 use anyhow::Result;
 use cosim::run::Experiment;
 use cosim::system::System;
+use cosim::verdict::Verdict;
 
 use crate::grid::{Case, Cell, Grid, Plan, TRAJECTORIES};
 use crate::laws::of_modes;
@@ -46,14 +47,27 @@ pub fn run(
     base: &Experiment,
     done: impl Fn() + Sync,
 ) -> Result<Vec<Cell<TipError>>> {
+    let measure = |plan: &Plan| {
+        let outcome = run_once(system, &plan.experiment, &|_, _| (), |_| Ok(()))?;
+        Ok((outcome.tip, outcome.verdict()))
+    };
+    measured(system, base, measure, done)
+}
+
+/// As [`run`], with what `measure` makes of a run.
+///
+/// # Errors
+/// As [`run`].
+pub fn measured<T: Send>(
+    system: &System,
+    base: &Experiment,
+    measure: impl Fn(&Plan) -> Result<(T, Verdict)> + Sync,
+    done: impl Fn() + Sync,
+) -> Result<Vec<Cell<T>>> {
     let case = |scale: f64| {
         let setting = system.setting("inertia_scale", scale)?;
         Ok(Case::new(scale.to_string(), vec![setting]))
     };
     let cases = SCALES.into_iter().map(case).collect::<Result<Vec<_>>>()?;
-    let measure = |plan: &Plan| {
-        let outcome = run_once(system, &plan.experiment, &|_, _| (), |_| Ok(()))?;
-        Ok((outcome.tip, outcome.verdict()))
-    };
     Grid::new(system, base, &of_modes(&MODES), &cases).run(measure, done)
 }

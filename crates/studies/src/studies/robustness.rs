@@ -6,8 +6,8 @@
 //! so that noise on the measurements does not count as motion.
 
 use anyhow::Result;
+use cosim::faults::Faults;
 use cosim::master::start_value;
-use cosim::noise::{Noise, Sensor};
 use cosim::run::Experiment;
 use cosim::system::{Setting, System};
 use cosim::verdict::Verdict;
@@ -168,15 +168,14 @@ fn payload_cases(system: &System, base: &Experiment) -> Result<Vec<Case>> {
 /// The same noise with three seeds.
 fn noise_cases(system: &System, seed: u64) -> Result<Vec<Case>> {
     let controller = system.component_of(system.port("trajectory")?);
-    let sensors = SENSORS.map(|(variable, _, sigma)| Sensor {
-        component: controller.into(),
-        variable: variable.into(),
-        sigma,
-    });
+    let mut noise = Faults::default();
+    for (variable, _, sigma) in SENSORS {
+        noise.add(system, &format!("{controller}.{variable}=noise:{sigma}"))?;
+    }
     let case = |seed| Case {
-        noise: Noise {
-            sensors: sensors.to_vec(),
+        noise: Faults {
             seed,
+            ..noise.clone()
         },
         ..Case::new(format!("seed {seed}"), Vec::new())
     };

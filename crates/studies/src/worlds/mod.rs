@@ -4,15 +4,18 @@
 //!   of the code.
 //! - `real`: actuators as built, sensors, one step of delay, and errors of the machine drawn by
 //!   seed (module `real`);
-//! - `bending`: a structure that bends, in MuJoCo, with errors drawn by seed (module `bending`).
+//! - `bending`: a structure that bends, in MuJoCo, with errors that the plant draws itself by seed;
+//! - `strict-rigid` and `strict`: the real world, and the structure that bends under its actuators
+//!   and sensors, with more that is drawn (module `strict`).
 
-mod bending;
-mod ideal;
 pub mod perturbation;
 mod real;
+mod strict;
 mod world;
 
-pub use bending::{STEP as BENDING_STEP, SYSTEM as BENDING_SYSTEM, TARGET as BENDING_TARGET};
-pub use ideal::SCALES;
-pub use real::{PARAMETERS, RealMachines, SYSTEM, parameters_of};
-pub use world::{Cases, World, cases};
+pub use perturbation::Bounds;
+pub use real::{DrawnMachines, PARAMETERS, SYSTEM, parameters_of};
+pub use strict::SYSTEM as STRICT_SYSTEM;
+pub use world::{
+    BENDING_STEP, BENDING_SYSTEM, BENDING_TARGET, Cases, SCALES, World, cases, cases_within,
+};

@@ -39,6 +39,18 @@ impl Bounds {
         plumb: std::f64::consts::PI / 180.0,
     };
 
+    /// These bounds times a factor.
+    #[must_use]
+    pub fn times(self, factor: f64) -> Self {
+        Self {
+            mass: factor * self.mass,
+            com: factor * self.com,
+            second_moment: factor * self.second_moment,
+            length: factor * self.length,
+            plumb: factor * self.plumb,
+        }
+    }
+
     /// # Errors
     /// A bound that is negative, not finite, or too large for a machine to be left.
     fn check(&self) -> Result<()> {

@@ -33,24 +33,24 @@ pub fn parameters_of(name: Option<&str>) -> &'static str {
     own.map_or(PARAMETERS, |(_, file)| file)
 }
 
-/// Machines of the real world; their files exist as long as this.
-pub struct RealMachines {
+/// Machines drawn within bounds; their files exist as long as this.
+pub struct DrawnMachines {
     /// One case for each machine.
     pub cases: Vec<Case>,
     _folder: TempDir,
 }
 
-impl RealMachines {
+impl DrawnMachines {
     /// One case for each seed: the machine of the manipulator and the seed of the sensors.
     ///
     /// # Errors
     /// A system without `hdrm` or `sensors`, or no place for files.
-    pub fn draw(system: &System, seeds: Range<u64>) -> Result<Self> {
+    pub fn draw(system: &System, seeds: Range<u64>, bounds: &Bounds) -> Result<Self> {
         let nominal = MachineFile::of(system, &[])?.machine;
         let folder = TempDir::new().context("no folder for the machine files")?;
         let mut cases = Vec::new();
         for seed in seeds {
-            let (machine, gravity) = draw(&nominal, seed, &Bounds::REAL)?;
+            let (machine, gravity) = draw(&nominal, seed, bounds)?;
             let path = folder.path().join(format!("machine_{seed}.json"));
             let text = serde_json::to_string_pretty(&machine)?;
             fs::write(&path, text).with_context(|| path.display().to_string())?;
@@ -61,7 +61,7 @@ impl RealMachines {
             for (axis, value) in (1..).zip(gravity) {
                 settings.push(system.setting(&format!("hdrm.gravity[{axis}]"), value)?);
             }
-            cases.push(Case::new(format!("seed {seed}"), settings));
+            cases.push(Case::of_seed(seed, settings));
         }
         Ok(Self {
             cases,

@@ -7,9 +7,24 @@ use clap::ValueEnum;
 use cosim::system::System;
 use serde::Serialize;
 
-use super::real::{self, RealMachines};
-use super::{bending, ideal};
-use crate::grid::Case;
+use super::perturbation::Bounds;
+use super::real::{self, DrawnMachines};
+use super::strict;
+use crate::grid::{ALL_TRAJECTORIES, Case, TRAJECTORIES};
+
+/// Inertia scales of the ideal world, in the order of the paper's table.
+pub const SCALES: [f64; 5] = [1.4, 1.2, 1.0, 0.8, 0.6];
+/// Packed system of the bending world.
+pub const BENDING_SYSTEM: &str = "Bending.ssd";
+/// Largest communication step of the bending world, s: with 1 ms the exchange between an actuator
+/// and the light end of a boom that bends rings by itself.
+pub const BENDING_STEP: f64 = 5e-4;
+/// Machines of the bending world that are drawn where no number is asked for: a run takes some ten
+/// times as long as in the other worlds.
+const BENDING_SEEDS: u64 = 5;
+/// Largest error that the controller may leave in the bending world against the tip that its own
+/// rigid kinematics tell, m.
+pub const BENDING_TARGET: f64 = 2e-3;
 
 /// A world.
 #[derive(Clone, Copy, Debug, Eq, PartialEq, Serialize, ValueEnum)]
@@ -22,6 +37,12 @@ pub enum World {
     Real,
     /// A structure that bends, in MuJoCo, its errors drawn by seed; steps of at most 0.5 ms
     Bending,
+    /// As real, with motors, screws, friction, mounting, joints, wrist drives, load cells and clock
+    /// drawn by seed
+    StrictRigid,
+    /// The structure that bends, with actuators as built and sensors, their parameters drawn by
+    /// seed
+    Strict,
 }
 
 impl World {
@@ -31,11 +52,29 @@ impl World {
         value.get_name().to_owned()
     }
 
+    /// Whether its plant bends, which MuJoCo in Python computes.
+    pub fn bends(self) -> bool {
+        matches!(self, Self::Bending | Self::Strict)
+    }
+
+    /// Whether its system is that of the real world.
+    pub fn is_as_built(self) -> bool {
+        matches!(self, Self::Real | Self::StrictRigid)
+    }
+
+    /// The trajectories on which laws are compared in it.
+    pub fn trajectories(self) -> &'static [&'static str] {
+        match self {
+            Self::Ideal | Self::Real | Self::Bending => &TRAJECTORIES,
+            Self::StrictRigid | Self::Strict => &ALL_TRAJECTORIES,
+        }
+    }
+
     /// Machines that are drawn where no number is asked for.
     pub fn usual_seeds(self) -> u64 {
         match self {
-            Self::Bending => bending::SEEDS,
-            Self::Ideal | Self::Real => real::SEEDS,
+            Self::Bending | Self::Strict => BENDING_SEEDS,
+            Self::Ideal | Self::Real | Self::StrictRigid => real::SEEDS,
         }
     }
 }
@@ -44,22 +83,60 @@ impl World {
 pub struct Cases {
     /// The cases.
     pub list: Vec<Case>,
-    _machines: Option<RealMachines>,
+    _machines: Option<DrawnMachines>,
 }
 
 /// The cases of a world: those of the ideal one are the inertia errors of the paper's table, those
 /// of the others a machine for each seed.
 pub fn cases(world: World, system: &System, seeds: Range<u64>) -> Result<Cases> {
+    cases_within(world, system, seeds, 1.0)
+}
+
+/// As [`cases`], with errors of drawn machines up to `factor` times the usual bounds.
+pub fn cases_within(
+    world: World,
+    system: &System,
+    seeds: Range<u64>,
+    factor: f64,
+) -> Result<Cases> {
     let (list, machines) = match world {
-        World::Ideal => (ideal::cases(system)?, None),
-        World::Real => {
-            let mut machines = RealMachines::draw(system, seeds)?;
-            (std::mem::take(&mut machines.cases), Some(machines))
+        World::Ideal => (by_scale(system)?, None),
+        World::Real | World::StrictRigid => {
+            let mut machines = DrawnMachines::draw(system, seeds, &Bounds::REAL.times(factor))?;
+            let mut cases = std::mem::take(&mut machines.cases);
+            if world == World::StrictRigid {
+                strict::harden(system, &mut cases, false)?;
+            }
+            (cases, Some(machines))
         }
-        World::Bending => (bending::cases(system, seeds)?, None),
+        World::Bending => (by_seed_of_plant(system, seeds)?, None),
+        World::Strict => {
+            let mut cases = by_seed_of_plant(system, seeds)?;
+            strict::harden(system, &mut cases, true)?;
+            (cases, None)
+        }
     };
     Ok(Cases {
         list,
         _machines: machines,
     })
+}
+
+/// A case of the ideal world for each inertia scale.
+fn by_scale(system: &System) -> Result<Vec<Case>> {
+    let case = |scale: f64| {
+        let label = format!("inertia {:+.0} %", 100.0 * (scale - 1.0));
+        let setting = system.setting("inertia_scale", scale)?;
+        Ok(Case::new(label, vec![setting]))
+    };
+    SCALES.into_iter().map(case).collect()
+}
+
+/// A case of the bending world for each seed.
+fn by_seed_of_plant(system: &System, seeds: Range<u64>) -> Result<Vec<Case>> {
+    let case = |seed| {
+        let setting = system.setting("hdrm.seed", seed)?;
+        Ok(Case::of_seed(seed, vec![setting]))
+    };
+    seeds.map(case).collect()
 }

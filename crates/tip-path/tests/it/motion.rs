@@ -197,3 +197,50 @@ fn slopes_are_those_of_the_cubic_spline() {
     // Half way between two samples the cubic with zero slopes is in the middle.
     assert!((path.at(begins + 1.5).pose.position.x - 3.05).abs() < 1e-12);
 }
+
+/// The path of all six joints is no test of gravity: the tip accelerates with at least 1.5 m/s² (by
+/// differences of its velocity over 1 ms, which the jerk of 30 m/s³ moves by less than 2 %), turns
+/// by at least 60° between two waypoints, every joint moves by 12° and more, and slew and lift rod
+/// come to 95 % of their rated speed.
+#[test]
+fn the_path_of_six_joints_accelerates_and_turns() {
+    let machine = Machine::reference();
+    let file = PathFile::built_in(tip_path::SIX_JOINTS)
+        .expect("known")
+        .expect("valid");
+    let path = TipPath::new(&file, start()).expect("timed");
+    let (mut acceleration, mut turn) = (0.0_f64, 0.0_f64);
+    let points = (path.duration() / 1e-3) as u32;
+    for k in 1..points {
+        let [before, now] = [k - 1, k].map(|k| path.at(1e-3 * f64::from(k)));
+        let change = (now.velocity - before.velocity).fixed_rows::<3>(0).norm() / 1e-3;
+        acceleration = acceleration.max(change);
+    }
+    for stops in path.stops().windows(2) {
+        let [from, to] = [0, 1].map(|k| path.at(stops[k].arrives).pose.orientation);
+        turn = turn.max(from.angle_to(&to).to_degrees());
+    }
+    assert!(acceleration > 1.5, "{acceleration} m/s²");
+    assert!(turn > 60.0, "{turn}°");
+    let mut reached = [[f64::INFINITY, f64::NEG_INFINITY]; 6];
+    let zeta = &machine.start.zeta;
+    let checked = tip_path::check(&file, &path, &machine, zeta, |_, margins| {
+        for (range, margin) in reached.iter_mut().zip(margins) {
+            range[0] = range[0].min(margin.value);
+            range[1] = range[1].max(margin.value);
+        }
+    });
+    let checked = checked.expect("works");
+    for (joint, [least, most]) in reached.into_iter().enumerate() {
+        assert!(
+            (most - least).to_degrees() > 12.0,
+            "joint {joint}: {least} to {most}"
+        );
+    }
+    for rod in ["rod speed of slew", "rod speed of lift"] {
+        let (_, margin) = (checked.least.iter())
+            .find(|(_, margin)| margin.quantity.to_string() == rod)
+            .expect("checked");
+        assert!(margin.value.abs() > 0.95 * 0.07, "{rod}: {}", margin.value);
+    }
+}

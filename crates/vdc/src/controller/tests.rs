@@ -58,6 +58,96 @@ fn the_integral_rests_at_each_limit() {
     }
 }
 
+/// Wrist torques beside the start pose, by 1e-4 rad in each joint, and what the law has integrated
+/// after 20 ms there.
+fn beside(mode: Mode, change: impl Fn(&mut Gains)) -> ([f64; 3], [f64; DOF]) {
+    let machine = Machine::reference();
+    let mut settings = Settings {
+        mode,
+        ..Settings::of(&machine.controller)
+    };
+    change(&mut settings.gains);
+    let start = Input {
+        zeta: machine.start.zeta,
+        ..Input::default()
+    };
+    let network = Surrogate::reference();
+    let mut controller = Controller::new(
+        &machine,
+        &network,
+        Trajectory::Cubic,
+        &settings,
+        &start,
+        0.0,
+    )
+    .expect("valid");
+    let beside = Input {
+        zeta: start.zeta.map(|zeta| zeta + 1e-4),
+        ..start
+    };
+    let first = controller.evaluate(&settings, &beside).expect("finite");
+    for k in 0..20 {
+        let now = controller.evaluate(&settings, &beside).expect("finite");
+        let t = f64::from(k) * 1e-3;
+        controller
+            .step(&now, &settings, &beside, t, 1e-3)
+            .expect("finite");
+    }
+    (first.output.tau_wrist, controller.state.memory)
+}
+
+/// Closed forms with the error standing still. Two gains of the modular law tell `M s`, since its
+/// torque is `model + κ M s`. Then the observer asks for `(κ + ω) M s` and integrates `ω κ M s`;
+/// super-twisting asks for `κ M s r` and integrates `ω κ M s r²` with `r² = s_0/|s|`. The cascade
+/// asks for `K s` and integrates `ω K s`. The laws before them integrate nothing. Tolerance: rounding of
+/// differences of torques of 1 kN·m, and of 20 sums.
+#[test]
+fn the_rivals_integrate_what_they_ask_for() {
+    let (kappa, omega) = (30.0, 2.5);
+    let set = |gains: &mut Gains| (gains.kappa_KA, gains.omega_tip) = (kappa, omega);
+    let (once, nothing) = beside(Mode::Modular, set);
+    let (twice, _) = beside(Mode::Modular, |gains| gains.kappa_KA = 2.0 * kappa);
+    assert_eq!(nothing, [0.0; DOF]);
+    let (observed, by_observer) = beside(Mode::DisturbanceObserver, set);
+    let (sliding, by_sliding) = beside(Mode::SuperTwisting, set);
+    let (cascade, by_cascade) = beside(Mode::Cascade, set);
+    let (damped, _) = beside(Mode::Cascade, |gains| {
+        set(gains);
+        gains.pd_wrist_damping = gains.pd_wrist_damping.map(|d| 2.0 * d);
+    });
+    let near = |found: f64, expected: f64, what: &str| {
+        let tolerance = 1e-9 + 1e-6 * expected.abs();
+        assert!(
+            (found - expected).abs() < tolerance,
+            "{what}: {found}, {expected}"
+        );
+    };
+    let mut largest = 0.0_f64;
+    for j in 0..3 {
+        let momentum = (twice[j] - once[j]) / kappa;
+        largest = largest.max(momentum.abs());
+        near(observed[j] - once[j], omega * momentum, "observer");
+        near(
+            by_observer[3 + j],
+            0.02 * omega * kappa * momentum,
+            "its integral",
+        );
+        let root = 1.0 + (sliding[j] - once[j]) / (kappa * momentum);
+        assert!(root > 1.0 && root < 4.1, "{root}");
+        near(
+            by_sliding[3 + j],
+            0.02 * omega * kappa * momentum * root * root,
+            "super-twisting",
+        );
+        near(
+            by_cascade[3 + j],
+            0.02 * omega * (damped[j] - cascade[j]),
+            "cascade",
+        );
+    }
+    assert!(largest > 1e-3, "{largest}");
+}
+
 /// Joints, and the reference of the tip, on smooth ways; the orientations meet at t = 0, where the
 /// law's derivative is exact.
 fn at(machine: &Machine, t: f64) -> Input {

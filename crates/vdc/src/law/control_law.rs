@@ -1,7 +1,7 @@
 //! What every control law computes, and from what.
 
 use crate::bodies::Bodies;
-use crate::law::decomposition::{BodyMotion, VelocityErrors};
+use crate::law::decomposition::{self, BodyMotion, VelocityErrors};
 use crate::nominal::Nominal;
 use crate::tracking::{RequiredMotion, RodMotion};
 use hdrm::{Body, Configuration, DOF};
@@ -45,6 +45,45 @@ pub(crate) struct Instant<'a> {
     pub(crate) ground: &'a BodyMotion,
     pub(crate) motions: &'a [BodyMotion; Body::COUNT],
     pub(crate) errors: &'a VelocityErrors,
+    /// What the law has integrated, a joint each: see [`Forces::memory_rate`].
+    pub(crate) memory: &'a [f64; DOF],
+}
+
+impl Instant<'_> {
+    /// Generalised forces of the nominal bodies' required motion, and of the joints' friction, N·m.
+    pub(crate) fn model(&self) -> [f64; DOF] {
+        let mut Q = self.bodies_forces(0.0);
+        for (i, Q) in Q.iter_mut().enumerate() {
+            *Q += self.nominal.joint_viscous[i] * self.required.zeta_dot[i];
+        }
+        Q
+    }
+
+    /// Generalised momentum `M s` of the velocity errors with the nominal inertias, N·m·s.
+    pub(crate) fn momentum(&self) -> [f64; DOF] {
+        let (with, without) = (self.bodies_forces(1.0), self.bodies_forces(0.0));
+        std::array::from_fn(|i| with[i] - without[i])
+    }
+
+    fn bodies_forces(&self, kappa: f64) -> [f64; DOF] {
+        let estimates = &self.bodies.estimates;
+        decomposition::joint_forces(
+            self.configuration,
+            self.motions,
+            estimates,
+            self.errors,
+            kappa,
+        )
+    }
+
+    /// What these generalised forces, N·m, ask of rods and wrist.
+    pub(crate) fn of_joints(&self, Q: [f64; DOF]) -> Forces {
+        Forces {
+            rods: std::array::from_fn(|i| Q[i] / self.configuration.strokes[i].prime),
+            wrist: [Q[3], Q[4], Q[5]],
+            memory_rate: [0.0; DOF],
+        }
+    }
 }
 
 /// One rod by itself at one instant.
@@ -66,4 +105,7 @@ pub(crate) struct Forces {
     pub(crate) rods: [f64; 3],
     /// Torques of the wrist joints, N·m, not yet held to their limits.
     pub(crate) wrist: [f64; 3],
+    /// Rate of what the law integrates, N·m/s; it rests while a drive or a wrist joint is at its
+    /// limit.
+    pub(crate) memory_rate: [f64; DOF],
 }

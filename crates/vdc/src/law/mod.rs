@@ -2,22 +2,28 @@
 //!
 //! A law is one file that implements [`ControlLaw`], a value of [`Mode`] and its rows in [`MODES`].
 //! What it learns lives in [`Bodies`](crate::bodies::Bodies); a law with another state adds a field
-//! to [`State`](crate::state::State).
+//! to [`State`](crate::state::State); what it integrates at the joints is there already.
 
+mod cascade;
 mod control_law;
 mod decomposition;
 mod model_based;
+mod observer;
 mod pd;
+mod sliding;
 
 pub(crate) use control_law::{Instant, Rod};
 pub(crate) use decomposition::{
     BodyMotion, WEIGHING_JOINT, ground, motions, velocity_errors, wrist_inertia,
 };
 
+use cascade::Cascade;
 use control_law::ControlLaw;
 use model_based::ModelBased;
+use observer::DisturbanceObserver;
 use pd::Pd;
 use serde::{Deserialize, Serialize};
+use sliding::SuperTwisting;
 
 /// Which control law is at work.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -30,6 +36,12 @@ pub enum Mode {
     Pd,
     /// As `Pd`, with the forces that hold the nominal machine against gravity.
     PdGravity,
+    /// Position P, velocity PI, gravity and friction fed forward.
+    Cascade,
+    /// Model-based with the nominal parameters and a disturbance observer at the joints.
+    DisturbanceObserver,
+    /// Model-based with the nominal parameters and super-twisting.
+    SuperTwisting,
 }
 
 impl Mode {
@@ -42,6 +54,9 @@ impl Mode {
                 holds_weight: false,
             },
             Self::PdGravity => &Pd { holds_weight: true },
+            Self::Cascade => &Cascade,
+            Self::DisturbanceObserver => &DisturbanceObserver,
+            Self::SuperTwisting => &SuperTwisting,
         }
     }
 }
@@ -49,7 +64,7 @@ impl Mode {
 /// What users choose from, in the order of its numbers from 1: a law, whether the integral of the
 /// tip's error acts, a name and a description. New rows come at the end.
 #[rustfmt::skip] // a law a line
-pub const MODES: [((Mode, bool), &str, &str); 8] = [
+pub const MODES: [((Mode, bool), &str, &str); 11] = [
     ((Mode::Adaptive, false), "adaptive", "model-based, with natural adaptation of the inertias"),
     ((Mode::Modular, false), "modular", "model-based, with the nominal inertias"),
     ((Mode::Pd, false), "pd", "no model: inverse kinematics, damping and decoupling only"),
@@ -58,6 +73,9 @@ pub const MODES: [((Mode, bool), &str, &str); 8] = [
     ((Mode::PdGravity, false), "pd_gravity", "as pd, with the forces that hold the nominal machine against gravity"),
     ((Mode::PdGravity, true), "pd_gravity_integral", "as pd_gravity, with the integral of the tip's error"),
     ((Mode::Adaptive, true), "adaptive_integral", "as adaptive, with the integral of the tip's error"),
+    ((Mode::Cascade, false), "cascade", "position P, velocity PI of each joint (integral rate omega_tip), gravity and friction fed forward"),
+    ((Mode::DisturbanceObserver, false), "disturbance_observer", "as modular, with a disturbance observer of bandwidth omega_tip at the joints"),
+    ((Mode::SuperTwisting, false), "super_twisting", "as modular, with a super-twisting sliding mode (integral rate omega_tip) at the joints"),
 ];
 
 #[cfg(test)]

@@ -24,10 +24,7 @@ impl ControlLaw for ModelBased {
         for (i, Q) in Q.iter_mut().enumerate() {
             *Q += now.nominal.joint_viscous[i] * now.required.zeta_dot[i];
         }
-        Forces {
-            rods: std::array::from_fn(|i| Q[i] / now.configuration.strokes[i].prime),
-            wrist: [Q[3], Q[4], Q[5]],
-        }
+        now.of_joints(Q)
     }
 
     /// `f_r = f_d + M_act ẍ_r + K_A (ẋ_r − ẋ)`, `K_A = kappa_KA·M_act`: [Eq:Required_Force] with

@@ -32,6 +32,7 @@ impl ControlLaw for Pd {
         Forces {
             rods: std::array::from_fn(rod),
             wrist: std::array::from_fn(wrist),
+            ..Forces::default()
         }
     }
 

@@ -5,7 +5,7 @@ use std::fmt;
 use std::fs;
 use std::path::Path;
 
-use anyhow::{Context, Result, ensure};
+use anyhow::{Context, Result, bail, ensure};
 use cargo_fmu::archive::{self, Entries};
 use cargo_fmu::pack::FMI3_FOLDER;
 use cargo_fmu::platform::Platform;
@@ -27,20 +27,28 @@ impl Listing {
         self.add(platform, "not built", why);
     }
 
-    /// A run of what was built for a platform, and what it showed.
-    pub fn run(&mut self, platform: &str, what: &str) {
-        self.add(platform, "run", what);
-    }
-
     /// A run that was not made.
     pub fn not_run(&mut self, platform: &str, why: &str) {
         self.add(platform, "not run", why);
     }
 
-    /// A run that this machine should have made and could not.
-    pub fn lacks(&mut self, platform: &str, why: &str) {
-        self.not_run(platform, why);
-        self.lacking.push(format!("{platform}: {why}"));
+    /// Runs of what was built, a line each: platform, kind and text, with tabs between. The kind is
+    /// `run`, `not run`, or `lacks` where this machine should have made it and could not.
+    pub fn add_runs(&mut self, lines: &str) -> Result<()> {
+        for line in lines.lines() {
+            let mut parts = line.splitn(3, '\t');
+            match [parts.next(), parts.next(), parts.next()] {
+                [Some(platform), Some("lacks"), Some(why)] => {
+                    self.not_run(platform, why);
+                    self.lacking.push(format!("{platform}: {why}"));
+                }
+                [Some(platform), Some(kind @ ("run" | "not run")), Some(text)] => {
+                    self.add(platform, kind, text);
+                }
+                _ => bail!("`{line}` must be platform, kind and text"),
+            }
+        }
+        Ok(())
     }
 
     /// What this machine lacked; empty where every run was made.
@@ -145,10 +153,13 @@ mod tests {
     #[test]
     fn a_run_that_was_left_out_is_told_from_one_that_could_not_be_made() {
         let mut listing = Listing::default();
-        listing.run("linux64", "a system");
-        listing.not_run("linux64", "it was left out");
+        let lines = "linux64\trun\ta system\nlinux64\tnot run\tit was left out\n";
+        listing.add_runs(lines).unwrap();
         assert_eq!(listing.lacking(), "");
-        listing.lacks("win64", "there is no Wine");
+        listing
+            .add_runs("win64\tlacks\tthere is no Wine\n")
+            .unwrap();
+        assert!(listing.add_runs("win64\tran\tx\n").is_err());
         assert_eq!(listing.lacking(), "win64: there is no Wine");
         let text = "linux64\n  run        a system\n  not run    it was left out\nwin64\n  not run    there is no Wine\n";
         assert_eq!(listing.to_string(), text);

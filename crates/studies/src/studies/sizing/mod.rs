@@ -9,5 +9,5 @@ mod study;
 pub use axis::{Axis, HOUR, WINDING_LIMIT};
 pub use motor::Motor;
 pub use payload::{Metrics, Sensitivity};
-pub use recorded::Size;
-pub use study::{Sizing, run};
+pub use recorded::{Size, ports};
+pub use study::{Sizing, evaluate, run};

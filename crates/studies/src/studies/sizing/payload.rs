@@ -8,7 +8,8 @@ use cosim::run::Experiment;
 use cosim::system::System;
 use serde::Serialize;
 
-use super::recorded::{Columns, Size, columns, parameters_of, recorded};
+use super::recorded::{Columns, Size, columns, parameters_of, ports};
+use crate::measures::energy;
 use crate::measures::power_integral::{both_ways, while_working};
 use crate::measures::run::RecordedRun;
 use crate::start_values::over;
@@ -72,7 +73,6 @@ impl Metrics {
 pub(super) fn sensitivity(
     system: &System,
     experiment: &Experiment,
-    actuators: &[usize],
     as_it_is: &RecordedRun,
     step: f64,
 ) -> Result<Vec<Sensitivity>> {
@@ -83,17 +83,18 @@ pub(super) fn sensitivity(
         step > 0.0 && step <= payload,
         "the step of the payload, {step} kg, must be above 0 and at most the payload itself, {payload} kg"
     );
+    let ports = ports(system)?;
     let other = |mass: f64| {
         let setting = system.setting("payload.mass", mass)?;
         let experiment = over(system, experiment, vec![setting])?;
-        recorded(system, &experiment, actuators)
+        RecordedRun::of(system, &experiment, &ports)
     };
     let (less, more) = (other(payload - step)?, other(payload + step)?);
     let mut found = Vec::new();
-    for k in actuators {
-        let of = |recorded| Ok::<_, anyhow::Error>(metrics(&columns(system, recorded, *k)?));
+    for k in energy::actuators(system) {
+        let of = |recorded| Ok::<_, anyhow::Error>(metrics(&columns(system, recorded, k)?));
         found.push(Sensitivity {
-            actuator: system.structure.components[*k].name.clone(),
+            actuator: system.structure.components[k].name.clone(),
             metrics: of(as_it_is)?,
             per_kg: of(&more)?.with(of(&less)?, |more, less| (more - less) / (2.0 * step)),
         });

@@ -1,6 +1,6 @@
 //! What is recorded of the actuators, and what their parameters are.
 
-use anyhow::Result;
+use anyhow::{Result, ensure};
 use cosim::master::instantiate;
 use cosim::run::Experiment;
 use cosim::slave::At;
@@ -8,6 +8,7 @@ use cosim::system::System;
 use cosim::wiring::Port;
 use serde::Serialize;
 
+use crate::measures::energy;
 use crate::measures::run::RecordedRun;
 use crate::measures::tip::Distance;
 
@@ -50,20 +51,22 @@ pub(super) struct Columns<'a> {
     pub winding: &'a [f64],
 }
 
-pub(super) fn recorded(
-    system: &System,
-    experiment: &Experiment,
-    actuators: &[usize],
-) -> Result<RecordedRun> {
+/// What must be recorded at every communication point.
+///
+/// # Errors
+/// No component is an actuator, or one lacks an output.
+pub fn ports(system: &System) -> Result<Vec<Port>> {
+    let actuators = energy::actuators(system);
+    ensure!(!actuators.is_empty(), "no component is an actuator");
     let mut ports = Vec::new();
     for k in actuators {
         for name in OUTPUTS {
-            ports.push(system.port_of(*k, name)?);
+            ports.push(system.port_of(k, name)?);
         }
-        ports.extend(system.port_of(*k, "T_winding").ok());
+        ports.extend(system.port_of(k, "T_winding").ok());
     }
     ports.extend(system.port("v_dc_mean")); // of what feeds them, if anything does
-    RecordedRun::of(system, experiment, &ports)
+    Ok(ports)
 }
 
 pub(super) fn columns<'a>(

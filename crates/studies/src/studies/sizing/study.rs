@@ -11,7 +11,7 @@ use serde::Serialize;
 
 use super::axis::{Axis, axis};
 use super::payload::{Sensitivity, sensitivity};
-use super::recorded::{columns, parameters_of, recorded};
+use super::recorded::{columns, parameters_of, ports};
 use crate::machine_file::MachineFile;
 use crate::measures::energy;
 use crate::measures::run::RecordedRun;
@@ -31,29 +31,39 @@ pub struct Sizing {
 /// Run the experiment, and twice more with the payload `payload_step`, kg, less and more where that
 /// is not 0.
 pub fn run(system: &System, experiment: &Experiment, payload_step: f64) -> Result<Sizing> {
+    let recorded = RecordedRun::of(system, experiment, &ports(system)?)?;
+    let mut sizing = evaluate(system, experiment, &recorded)?;
+    if payload_step != 0.0 {
+        sizing.payload = sensitivity(system, experiment, &recorded, payload_step)?;
+    }
+    Ok(sizing)
+}
+
+/// A run of the experiment of which [`ports`] were recorded.
+///
+/// # Errors
+/// One was not, or an actuator has no ratings.
+pub fn evaluate(
+    system: &System,
+    experiment: &Experiment,
+    recorded: &RecordedRun,
+) -> Result<Sizing> {
     let machine = MachineFile::of(system, &experiment.settings)?.machine;
-    let actuators = energy::actuators(system);
-    ensure!(!actuators.is_empty(), "no component is an actuator");
-    let recorded = recorded(system, experiment, &actuators)?;
-    let lowest = lowest_voltage(system, &recorded)?;
+    let lowest = lowest_voltage(system, recorded)?;
     let mut axes = Vec::new();
-    for k in &actuators {
-        let columns = columns(system, &recorded, *k)?;
-        let ratings = ratings_of(system, experiment, *k, axes.len(), &machine)?;
-        axes.push(axis(system, experiment, *k, &columns, lowest, &ratings)?);
+    for k in energy::actuators(system) {
+        let columns = columns(system, recorded, k)?;
+        let ratings = ratings_of(system, experiment, k, axes.len(), &machine)?;
+        axes.push(axis(system, experiment, k, &columns, lowest, &ratings)?);
     }
     let mut spoilt = Verdict::default();
     let findings = recorded.outcome.run.verdict.findings().iter();
     findings
         .filter(|f| f.is_bad)
         .for_each(|f| spoilt.object(f.text.clone()));
-    let mut by_payload = Vec::new();
-    if payload_step != 0.0 {
-        by_payload = sensitivity(system, experiment, &actuators, &recorded, payload_step)?;
-    }
     Ok(Sizing {
         axes,
-        payload: by_payload,
+        payload: Vec::new(),
         run: spoilt,
     })
 }

@@ -1,5 +1,9 @@
 //! The axes of the testbed, the controllers on it, and what is measured of an axis.
 
+use anyhow::Result;
+use cosim::signals::Inputs;
+use cosim::system::System;
+use cosim::wiring::Port;
 use serde::Serialize;
 
 use crate::measures::tip::Distance;
@@ -9,6 +13,14 @@ pub(super) const AXES: [(&str, usize, &str); 2] =
     [("lift", 2, "emla_lift"), ("tilt", 3, "emla_tilt")];
 /// Component of the testbed that controls both.
 pub(super) const CONTROLLER: &str = "controller";
+
+pub(super) fn inputs(testbed: &System, names: &[String]) -> Result<Inputs> {
+    Inputs::new(testbed, &ports(testbed, names)?)
+}
+
+pub(super) fn ports(system: &System, names: &[String]) -> Result<Vec<Port>> {
+    names.iter().map(|name| system.port(name)).collect()
+}
 
 /// Position RMSE to stay below, m.
 pub const POSITION_TARGET: f64 = 0.05e-3;

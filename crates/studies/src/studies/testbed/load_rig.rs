@@ -8,7 +8,7 @@ use cosim::system::{Setting, System};
 use emla::maps;
 use machine::Emla;
 
-use super::ports::{inputs, ports};
+use super::axis::{inputs, ports};
 use super::profile::Profile;
 
 /// Components of the loading rigs, in the order of the axes.

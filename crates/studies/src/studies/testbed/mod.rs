@@ -2,7 +2,6 @@
 
 mod axis;
 mod load_rig;
-mod ports;
 mod profile;
 mod replay;
 mod study;
@@ -11,5 +10,5 @@ pub use axis::{
     Axis, AxisError, CHECK, Course, FORCE_TARGET, Load, LoadedAxis, POSITION_TARGET, Trial,
     UNKNOWN_LOAD,
 };
-pub use profile::{MachineRun, record};
+pub use profile::{MachineRun, ports, record};
 pub use study::{RIG_SYSTEM, Replay, SYSTEM, judge};

@@ -50,37 +50,60 @@ impl Profile {
 /// # Errors
 /// A run fails, or is too short to be replayed.
 pub fn record(machine: &System, base: &Experiment) -> Result<Vec<MachineRun>> {
+    let ports = ports(machine)?;
     let one = |trajectory: &'static str| {
-        let run = record_one(machine, base, trajectory);
-        run.with_context(|| format!("{trajectory}, run of the machine"))
+        let experiment = vary(machine, base, &[("trajectory", &trajectory)])?;
+        RecordedRun::of(machine, &experiment, &ports)
+            .and_then(|recorded| MachineRun::of(machine, trajectory, base.stepping.step, &recorded))
+            .with_context(|| format!("{trajectory}, run of the machine"))
     };
     TRAJECTORIES.into_par_iter().map(one).collect()
 }
 
-fn record_one(machine: &System, base: &Experiment, trajectory: &'static str) -> Result<MachineRun> {
-    let experiment = vary(machine, base, &[("trajectory", &trajectory)])?;
-    let rods = [
-        rod_ports(machine, AXES[0].1)?,
-        rod_ports(machine, AXES[1].1)?,
-    ];
-    let recorded = RecordedRun::of(machine, &experiment, rods.as_flattened())?;
-    ensure!(recorded.recording.times.len() > 1, "the recording is empty");
-    let profile = |[x, x_dot, force]: [Port; 3]| -> Result<Profile> {
-        let column = |port| recorded.recording.column(port).map(<[f64]>::to_vec);
-        let x_dot = column(x_dot)?;
-        Ok(Profile {
-            x: column(x)?,
-            x_ddot: slope(&x_dot, base.stepping.step),
-            x_dot,
-            F: column(force)?,
+/// What must be recorded of the machine at every communication point.
+///
+/// # Errors
+/// The machine has not the rods of the testbed.
+pub fn ports(machine: &System) -> Result<Vec<Port>> {
+    Ok(rods(machine)?.as_flattened().to_vec())
+}
+
+impl MachineRun {
+    /// Of a run of the machine on this trajectory in communication steps of `step`, s.
+    ///
+    /// # Errors
+    /// It is too short to be replayed, or one of [`ports`] was not recorded.
+    pub fn of(
+        machine: &System,
+        trajectory: &'static str,
+        step: f64,
+        recorded: &RecordedRun,
+    ) -> Result<Self> {
+        let times = &recorded.recording.times;
+        ensure!(times.len() > 1, "the recording is empty");
+        let profile = |[x, x_dot, force]: [Port; 3]| -> Result<Profile> {
+            let column = |port| recorded.recording.column(port).map(<[f64]>::to_vec);
+            let x_dot = column(x_dot)?;
+            Ok(Profile {
+                x: column(x)?,
+                x_ddot: slope(&x_dot, step),
+                x_dot,
+                F: column(force)?,
+            })
+        };
+        let [lift, tilt] = rods(machine)?;
+        Ok(Self {
+            trajectory,
+            profiles: [profile(lift)?, profile(tilt)?],
+            motion_start: recorded.motion_start(),
+            verdict: recorded.outcome.verdict(),
         })
-    };
-    Ok(MachineRun {
-        trajectory,
-        profiles: [profile(rods[0])?, profile(rods[1])?],
-        motion_start: recorded.motion_start(),
-        verdict: recorded.outcome.verdict(),
-    })
+    }
+}
+
+fn rods(machine: &System) -> Result<[[Port; 3]; 2]> {
+    let [lift, tilt] = AXES.map(|(_, rod, _)| rod_ports(machine, rod));
+    Ok([lift?, tilt?])
 }
 
 /// Position, velocity and force of a rod of the machine.

@@ -8,9 +8,8 @@ use cosim::signals::{Inputs, Signals};
 use cosim::system::{Setting, System};
 use machine::Machine;
 
-use super::axis::{AXES, CONTROLLER, Course, Load, Trial};
+use super::axis::{AXES, CONTROLLER, Course, Load, Trial, inputs, ports};
 use super::load_rig::{self, LoadRigs};
-use super::ports::{inputs, ports};
 use super::profile::Profile;
 
 /// Communication step of two rigs against each other, s: the rod between them weighs 24 kg and

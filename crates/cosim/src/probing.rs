@@ -1,0 +1,120 @@
+//! Which inputs act at once on which outputs, found by trying in Initialization Mode. A hint: what
+//! shows at two points may hide elsewhere. No run uses it.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use anyhow::Result;
+use fmu_description::{Causality, Kind, Variable};
+
+use crate::instances::instantiate;
+use crate::numbers::fits;
+use crate::slave::{At, Slave};
+use crate::system::System;
+
+/// What was found of a component; variables are indices in its description.
+#[derive(Debug, Default)]
+pub struct Found {
+    /// Inputs that change an output at once.
+    pub acting: BTreeMap<usize, BTreeSet<usize>>,
+    /// Inputs whose other values the FMU refuses.
+    pub refused: BTreeSet<usize>,
+}
+
+/// Change each input of the component with the index `k` by itself, from its start value and from
+/// another point, at which products with zero show too, and see which outputs change.
+///
+/// # Errors
+/// The FMU cannot be instantiated or read.
+pub fn probe(system: &System, k: usize) -> Result<Found> {
+    let variables = &system.fmus[k].description.variables;
+    let numbers = || {
+        let all = variables.iter().enumerate();
+        all.filter(|(_, v)| v.access().is_number())
+    };
+    let inputs: Vec<usize> = numbers()
+        .filter(|(_, v)| v.is_input())
+        .map(|(i, _)| i)
+        .collect();
+    let outputs = numbers().filter(|(_, v)| v.causality == Causality::Output);
+    let outputs: Vec<usize> = outputs.map(|(i, _)| i).collect();
+    let mut found = Found::default();
+    for is_moved in [false, true] {
+        // After an error an instance is good for nothing: the next input gets another one.
+        let mut instance = None;
+        for input in &inputs {
+            let slave = match instance.take() {
+                Some(slave) => slave,
+                None => at_point(system, k, &inputs, is_moved)?,
+            };
+            let read = || -> Result<Vec<u64>> {
+                // -0 is 0.
+                let value = |o: &usize| Ok((slave.number(*o, At::Initialization)? + 0.0).to_bits());
+                outputs.iter().map(value).collect()
+            };
+            let (start, before) = (slave.number(*input, At::Initialization)?, read()?);
+            let mut try_all = || -> Result<()> {
+                for other in others(&variables[*input], start) {
+                    set(&slave, *input, other)?;
+                    for (output, (a, b)) in outputs.iter().zip(before.iter().zip(read()?)) {
+                        if *a != b {
+                            found.acting.entry(*output).or_default().insert(*input);
+                        }
+                    }
+                }
+                set(&slave, *input, start)
+            };
+            match try_all() {
+                Ok(()) => instance = Some(slave),
+                Err(_) => drop(found.refused.insert(*input)),
+            }
+        }
+    }
+    Ok(found)
+}
+
+fn set(slave: &Slave, input: usize, value: f64) -> Result<()> {
+    slave.set(
+        &slave.fmu().batch(vec![input])?,
+        &[value],
+        At::Initialization,
+    )
+}
+
+/// An instance in Initialization Mode at its start values; or with Reals moved away from them,
+/// where the FMU takes that.
+fn at_point(system: &System, k: usize, inputs: &[usize], is_moved: bool) -> Result<Slave> {
+    let variables = &system.fmus[k].description.variables;
+    let new = || -> Result<Slave> {
+        let slave = instantiate(system, k, &[])?;
+        slave.enter_initialization(system.structure.start_time)?;
+        Ok(slave)
+    };
+    let slave = new()?;
+    for (place, input) in inputs.iter().enumerate().filter(|_| is_moved) {
+        let v = &variables[*input];
+        let start = slave.number(*input, At::Initialization)?;
+        // No two inputs are moved alike.
+        #[expect(clippy::cast_precision_loss, reason = "few inputs")]
+        let share = 0.1 + 0.05 * (place as f64).sin();
+        let moved = start + share * scale(v, start);
+        if v.kind == Kind::Real && fits(v, moved) && set(&slave, *input, moved).is_err() {
+            drop(slave);
+            return new();
+        }
+    }
+    Ok(slave)
+}
+
+fn scale(v: &Variable, value: f64) -> f64 {
+    value.abs().max(v.nominal.unwrap_or(1.0).abs())
+}
+
+/// Values beside `value` that a variable may have.
+fn others(v: &Variable, value: f64) -> impl Iterator<Item = f64> {
+    let by = match v.kind {
+        Kind::Real => 0.1 * scale(v, value),
+        _ => 1.0,
+    };
+    let both = [value + by, value - by].into_iter();
+    both.filter(|other| fits(v, *other))
+}

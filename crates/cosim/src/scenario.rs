@@ -1,0 +1,211 @@
+//! Scenarios in the format of libcosim: events at which variables are overridden, shifted, moved
+//! along a ramp, or left to themselves again. They become [`Faults`] with a start and an end.
+
+use std::path::Path;
+
+use anyhow::{Context, Result, bail, ensure};
+use fmu_description::Causality;
+use serde_json::{Map, Value};
+
+use crate::faults::{Effect, Fault, Faults, effect};
+use crate::package::read;
+use crate::schedule::Stepping;
+use crate::system::System;
+use crate::wiring::Port;
+
+/// Keys of an event that are nothing but words for people, and those of older versions of the
+/// format, which say what the FMU says.
+const PASSED_OVER: [&str; 4] = ["id", "description", "type", "causality"];
+const DEFAULTS: [&str; 3] = ["model", "variable", "action"];
+
+/// An event that has been read.
+struct Event {
+    /// Since the start of the run, s.
+    time: f64,
+    port: Port,
+    /// None: from now on nothing is done to the variable.
+    effect: Option<Effect>,
+}
+
+/// Add the events of the scenario in `file`, for a run with these steps; a line that says what it
+/// is.
+///
+/// # Errors
+/// File, event and what is wrong.
+pub fn add(file: &Path, system: &System, stepping: Stepping, to: &mut Faults) -> Result<String> {
+    let context = || format!("scenario `{}`", file.display());
+    let is_yaml = file
+        .extension()
+        .is_some_and(|e| ["yml", "yaml"].iter().any(|y| e.eq_ignore_ascii_case(y)));
+    ensure!(
+        !is_yaml,
+        "{}: scenarios are read as JSON, not as YAML; the keys are the same",
+        context()
+    );
+    let bytes = read(file).context("scenario")?;
+    let scenario: Value = serde_json::from_slice(&bytes)
+        .context("it is no JSON")
+        .with_context(context)?;
+    let (events, end) = events(&scenario, system).with_context(context)?;
+    let last = events.iter().map(|e| e.time).fold(0.0, f64::max);
+    // As in libcosim all ends at `end`, but not before the step after the last event.
+    let steps = |time: f64| (time / stepping.step - 1e-6).ceil();
+    let over = steps(end.unwrap_or(0.0)).max(steps(last) + 1.0);
+    let over = stepping.start + over * stepping.step;
+    for event in &events {
+        let Some(effect) = event.effect else { continue };
+        let others = events.iter().filter(|other| other.port == event.port);
+        let next = others.map(|o| o.time).filter(|time| *time > event.time);
+        let until = next.reduce(f64::min).map(|time| stepping.start + time);
+        to.list.push(Fault {
+            port: event.port,
+            effect,
+            from: stepping.start + event.time,
+            until: until.unwrap_or(over),
+            is_event: true,
+        });
+    }
+    let why = match end {
+        Some(end) if stepping.start + end >= over - 1e-6 * stepping.step => "",
+        Some(_) => ", a step after its last event, which is later than its `end`",
+        None => ", a step after its last event, because it has no `end`",
+    };
+    Ok(format!(
+        "{}: {} events; what it alters ends at t = {over} s{why}",
+        context(),
+        events.len()
+    ))
+}
+
+/// The events in the order of their times, and when all ends, s.
+fn events(scenario: &Value, system: &System) -> Result<(Vec<Event>, Option<f64>)> {
+    let scenario = object(scenario, "it")?;
+    known(scenario, &["events", "defaults", "end"])?;
+    let nothing = Map::new();
+    let defaults = match scenario.get("defaults") {
+        Some(defaults) => object(defaults, "`defaults`")?,
+        None => &nothing,
+    };
+    known(defaults, &DEFAULTS).context("`defaults`")?;
+    let end = scenario.get("end").map(|end| time(end, "`end`"));
+    let list = scenario.get("events").and_then(Value::as_array);
+    let list = list.context("it must have a list `events`")?;
+    let mut events: Vec<Event> = Vec::new();
+    for (k, event) in (1..).zip(list) {
+        let event = read_event(event, defaults, system).with_context(|| format!("event {k}"))?;
+        // Of two events of one variable at one time the later counts.
+        events.retain(|e| e.port != event.port || e.time != event.time);
+        events.push(event);
+    }
+    ensure!(!events.is_empty(), "it has no events");
+    Ok((events, end.transpose()?))
+}
+
+fn read_event(event: &Value, defaults: &Map<String, Value>, system: &System) -> Result<Event> {
+    let event = object(event, "it")?;
+    known(
+        event,
+        &["time", "model", "variable", "action", "value", "duration"],
+    )?;
+    let at = event.get("time").context("it has no `time`")?;
+    let at = time(at, "`time`")?;
+    let word = |key: &str| {
+        let value = event.get(key).or_else(|| defaults.get(key));
+        value
+            .map(|v| {
+                v.as_str()
+                    .with_context(|| format!("`{key}` = {v}: it must be a text"))
+            })
+            .transpose()
+    };
+    let variable =
+        word("variable")?.context("it has no `variable`, nor have the `defaults` one")?;
+    let port = match word("model")? {
+        Some(model) => {
+            let component = system.structure.component(model).with_context(|| {
+                let all = system.structure.components.iter();
+                let all: Vec<_> = all.map(|c| c.name.as_str()).collect();
+                format!(
+                    "`model` = `{model}`: the system has no component of this name, only {}",
+                    all.join(", ")
+                )
+            })?;
+            system.port_of(component, variable)?
+        }
+        None => system.port(variable)?,
+    };
+    let (v, name) = (system.variable(port), system.name(port));
+    use Causality::{CalculatedParameter, Input, Output, Parameter};
+    ensure!(
+        matches!(v.causality, Input | Output | CalculatedParameter) || v.is_tunable(),
+        match v.causality {
+            Parameter => format!(
+                "`{name}` is a parameter that is fixed after initialization; a start value is given by --set"
+            ),
+            other => format!(
+                "`{name}` is {}; a scenario alters inputs, outputs and parameters",
+                format!("{other:?}").to_lowercase()
+            ),
+        }
+    );
+    let action = word("action")?.context("it has no `action`, nor have the `defaults` one")?;
+    let value = || {
+        let value = event.get("value");
+        let value = value.with_context(|| format!("the action `{action}` needs a `value`"))?;
+        Ok(match value {
+            Value::String(text) => text.clone(),
+            Value::Number(_) | Value::Bool(_) => value.to_string(),
+            other => bail!("`value` = {other}: it must be a number, true, false or a text"),
+        })
+    };
+    let effect = match action {
+        "reset" => None,
+        "override" | "bias" => Some(effect(system, port, action, &value()?)?),
+        "ramp" => {
+            ensure!(
+                v.kind == fmu_description::Kind::Real,
+                "the action `ramp` is for Reals; `{name}` is of type {}",
+                v.kind.name()
+            );
+            let Effect::Override(to) = effect(system, port, "override", &value()?)? else {
+                bail!("`{name}` takes no number");
+            };
+            let over = event.get("duration");
+            let over = over.context("the action `ramp` needs a `duration`, s")?;
+            let over = time(over, "`duration`")?;
+            ensure!(over > 0.0, "`duration` = {over}: it must be greater than 0");
+            Some(Effect::Ramp(to, over))
+        }
+        other => bail!("`action` = `{other}`: it must be override, bias, ramp or reset"),
+    };
+    Ok(Event {
+        time: at,
+        port,
+        effect,
+    })
+}
+
+fn object<'a>(value: &'a Value, what: &str) -> Result<&'a Map<String, Value>> {
+    value
+        .as_object()
+        .with_context(|| format!("{what} must be an object, {{ ... }}"))
+}
+
+/// Refuse keys that are misspelt.
+fn known(object: &Map<String, Value>, keys: &[&str]) -> Result<()> {
+    let is_unknown =
+        |key: &&String| !keys.contains(&key.as_str()) && !PASSED_OVER.contains(&key.as_str());
+    match object.keys().find(is_unknown) {
+        Some(key) => bail!(
+            "the key `{key}` is not known; it must be one of {}",
+            keys.join(", ")
+        ),
+        None => Ok(()),
+    }
+}
+
+/// A time since the start, s.
+fn time(value: &Value, what: &str) -> Result<f64> {
+    let time = value.as_f64().filter(|time| *time >= 0.0);
+    time.with_context(|| format!("{what} = {value}: it must be a number, s, not below 0"))
+}

@@ -1,0 +1,187 @@
+//! A value of any type, whole: integers of 64 bits, texts and bytes do not pass as `f64`.
+
+use std::ffi::CString;
+use std::fmt;
+
+use fmu_description::{Access, Kind, Variable};
+
+/// A value of a variable.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Value {
+    /// A floating-point number.
+    Real(f64),
+    /// An integer of any type, or a truth value, 0 or 1.
+    Whole(i128),
+    /// A text.
+    Text(CString),
+    /// Bytes.
+    Bytes(Vec<u8>),
+}
+
+impl Value {
+    /// 0, or what is empty.
+    pub fn none(access: Access) -> Self {
+        match access {
+            Access::Real | Access::Float32 => Self::Real(0.0),
+            Access::String => Self::Text(CString::default()),
+            Access::Binary => Self::Bytes(Vec::new()),
+            _ => Self::Whole(0),
+        }
+    }
+
+    /// From text: a number, `true` or `false`, a text, bytes as hexadecimal digits.
+    pub fn parse(access: Access, text: &str) -> Option<Self> {
+        match access {
+            Access::Real | Access::Float32 => text.parse().ok().map(Self::Real),
+            Access::Boolean => match text {
+                "true" | "1" => Some(Self::Whole(1)),
+                "false" | "0" => Some(Self::Whole(0)),
+                _ => None,
+            },
+            Access::String => CString::new(text).ok().map(Self::Text),
+            Access::Binary => bytes(text).map(Self::Bytes),
+            Access::Clock => None,
+            _ => text
+                .parse()
+                .ok()
+                .filter(|k| fits(access, *k))
+                .map(Self::Whole),
+        }
+    }
+
+    /// The same for a variable, where an enumeration item may be given by its name.
+    ///
+    /// # Errors
+    /// What the text must be.
+    pub fn of_variable(v: &Variable, text: &str) -> Result<Self, String> {
+        let items = match &v.kind {
+            Kind::Enumeration(items) => &items[..],
+            _ => &[],
+        };
+        let item = items.iter().find(|item| item.name == text);
+        let found = match item {
+            Some(item) => Some(Self::Whole(item.value.into())),
+            None => Self::parse(v.access(), text),
+        };
+        found.ok_or_else(|| match &v.kind {
+            Kind::Real => "a number".into(),
+            Kind::Integer => {
+                let [least, most] = range(v.access());
+                format!("a whole number from {least} to {most}")
+            }
+            Kind::Boolean => "true or false".into(),
+            Kind::Enumeration(_) => {
+                let names: Vec<_> = items.iter().map(|item| item.name.as_str()).collect();
+                format!("one of {}", names.join(", "))
+            }
+            Kind::String => "a string without NUL characters".into(),
+            Kind::Binary => "bytes, each as two hexadecimal digits".into(),
+            Kind::Clock => "a value: a clock has no start value".into(),
+        })
+    }
+
+    /// A number as a memory of 64 bits has it: the bits of a floating-point number, else of an
+    /// integer of 64 bits; 0 for texts and bytes.
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "integers that fit their type have at most 64 bits"
+    )]
+    pub fn bits(&self) -> u64 {
+        match self {
+            Self::Real(number) => number.to_bits(),
+            Self::Whole(number) => *number as u64,
+            Self::Text(_) | Self::Bytes(_) => 0,
+        }
+    }
+}
+
+/// As [`Value::parse`] reads it.
+impl fmt::Display for Value {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Real(number) => write!(f, "{number}"),
+            Self::Whole(number) => write!(f, "{number}"),
+            Self::Text(text) => f.write_str(&text.to_string_lossy()),
+            Self::Bytes(bytes) => bytes.iter().try_for_each(|byte| write!(f, "{byte:02X}")),
+        }
+    }
+}
+
+/// Whether values of a type do not pass as `f64`.
+pub fn is_wide(access: Access) -> bool {
+    use Access::{Binary, Int64, String, UInt64};
+    matches!(access, Int64 | UInt64 | String | Binary)
+}
+
+/// Whether an integer type has this value.
+pub fn fits(access: Access, number: i128) -> bool {
+    let [least, most] = range(access);
+    (least..=most).contains(&number)
+}
+
+/// Least and greatest value of an integer type.
+fn range(access: Access) -> [i128; 2] {
+    macro_rules! of {
+        ($($t:ty)*) => { [$(<$t>::MIN.into(), <$t>::MAX.into()),*] };
+    }
+    match access {
+        Access::Int8 => of!(i8),
+        Access::UInt8 => of!(u8),
+        Access::Int16 => of!(i16),
+        Access::UInt16 => of!(u16),
+        Access::Integer => of!(i32),
+        Access::UInt32 => of!(u32),
+        Access::UInt64 => of!(u64),
+        _ => of!(i64),
+    }
+}
+
+fn bytes(digits: &str) -> Option<Vec<u8>> {
+    let pairs = digits.as_bytes().chunks(2);
+    let byte = |pair: &[u8]| match pair {
+        [high, low] => {
+            let digit = |d: u8| char::from(d).to_digit(16);
+            u8::try_from(16 * digit(*high)? + digit(*low)?).ok()
+        }
+        _ => None,
+    };
+    pairs.map(byte).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn values_are_written_as_they_are_read() {
+        for (access, text) in [
+            (Access::Int64, "-9223372036854775808"),
+            (Access::UInt64, "18446744073709551615"),
+            (Access::String, "a \"b\", ä"),
+            (Access::Binary, "00FFA7"),
+            (Access::Binary, ""),
+            (Access::Real, "0.1"),
+        ] {
+            assert_eq!(Value::parse(access, text).unwrap().to_string(), text);
+        }
+        for (access, text) in [
+            (Access::Int64, "9223372036854775808"),
+            (Access::UInt64, "-1"),
+            (Access::Int8, "128"),
+            (Access::Binary, "ABC"),
+            (Access::Binary, "+1"),
+            (Access::String, "a\0"),
+            (Access::Clock, "true"),
+        ] {
+            assert_eq!(Value::parse(access, text), None, "{access:?} {text}");
+        }
+        assert_eq!(
+            Value::parse(Access::UInt64, "18446744073709551615")
+                .unwrap()
+                .bits(),
+            u64::MAX
+        );
+        assert_eq!(Value::Whole(-1).bits(), u64::MAX);
+    }
+}

@@ -1,0 +1,235 @@
+//! The wrist's drives as built: a lag from command to torque, the limit, dry friction and inertia
+//! of the motor as the joint feels them, and a gear that yields and has play.
+//!
+//! Source: B. Siciliano, L. Sciavicco, L. Villani, G. Oriolo, *Robotics: Modelling, Planning and
+//! Control*, chapter on elastic joints; J. J. Moreau's time stepping for the dry friction, which
+//! sticks exactly.
+
+use crate::error::HdrmError;
+use crate::saturate::saturate;
+use serde::{Deserialize, Serialize};
+
+/// Joints of the wrist.
+const JOINTS: usize = 3;
+/// Longest part of a substep, s: a twentieth of the fastest usual mode's period.
+const PART: f64 = 5e-5;
+/// Damping ratio of motor against gear.
+const DAMPING_RATIO: f64 = 0.1;
+
+/// The drives of the wrist, as the joints feel them.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct WristDrive {
+    /// Whether they are as built; else they are ideal sources of torque.
+    pub on: bool,
+    /// Time constant from command to torque, s; 0: none.
+    pub lag: f64,
+    /// Dry friction, N·m.
+    pub friction: [f64; JOINTS],
+    /// Whole play of the gears, rad.
+    pub play: f64,
+    /// Stiffness of the gears, N·m/rad.
+    pub stiffness: [f64; JOINTS],
+    /// Inertia of the motors, kg·m².
+    pub inertia: [f64; JOINTS],
+}
+
+/// One drive of the wrist.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct WristState {
+    /// Torque of the motor, N·m.
+    pub(crate) motor: f64,
+    /// Angle of the motor as the joint feels it, rad.
+    pub(crate) angle: f64,
+    /// Its rate, rad/s.
+    pub(crate) rate: f64,
+    /// Mean torque on the joint over the last substep, N·m.
+    pub(crate) transmitted: f64,
+}
+
+impl WristDrive {
+    /// Ideal sources; the sizes are those of servo motors behind slewing drives of 2500 and 800
+    /// N·m, with a tenth of what they usually transmit as dry friction.
+    pub const IDEAL: Self = Self {
+        on: false,
+        lag: 5e-3,
+        friction: [80.0, 80.0, 25.0],
+        play: 0.2 * std::f64::consts::PI / 180.0,
+        stiffness: [1e6, 1e6, 2e5],
+        inertia: [10.0, 10.0, 2.0],
+    };
+
+    pub(crate) fn check(&self) -> Result<(), HdrmError> {
+        let refuse = |name, value, rule| Err(HdrmError::Value { name, value, rule });
+        for (name, values) in [
+            ("wrist.lag", &[self.lag][..]),
+            ("wrist.play", &[self.play]),
+            ("wrist.friction", &self.friction),
+        ] {
+            if let Some(&value) = values.iter().find(|v| !(v.is_finite() && **v >= 0.0)) {
+                return refuse(name, value, "finite and ≥ 0");
+            }
+        }
+        for (name, values) in [
+            ("wrist.stiffness", self.stiffness),
+            ("wrist.inertia", self.inertia),
+        ] {
+            if let Some(&value) = values.iter().find(|v| !(v.is_finite() && **v > 0.0)) {
+                return refuse(name, value, "finite and > 0");
+            }
+        }
+        Ok(())
+    }
+
+    /// Drive `i` at rest with the joint at `zeta`, rad, which it gives the torque `tau`, N·m.
+    pub(crate) fn at_rest(&self, i: usize, zeta: f64, tau: f64) -> WristState {
+        let play = if tau == 0.0 {
+            0.0
+        } else {
+            0.5 * self.play.copysign(tau)
+        };
+        WristState {
+            motor: tau,
+            angle: zeta + tau / self.stiffness[i] + play,
+            rate: 0.0,
+            transmitted: tau,
+        }
+    }
+
+    /// Torque of gear `i` on the joint, N·m, at the lead `s` of the motor, rad, which grows at
+    /// `s_dot`: nothing within the play, and a contact that parts does not pull.
+    fn gear(&self, i: usize, s: f64, s_dot: f64) -> f64 {
+        let half = 0.5 * self.play;
+        let bent = s - s.max(-half).min(half);
+        if bent == 0.0 && half > 0.0 {
+            return 0.0;
+        }
+        let (K, J) = (self.stiffness[i], self.inertia[i]);
+        let torque = K * bent + 2.0 * DAMPING_RATIO * (K * J).sqrt() * s_dot;
+        if half > 0.0 && torque * bent <= 0.0 {
+            return 0.0;
+        }
+        torque
+    }
+
+    /// Drive `i` a time `dt`, s, after `from`, commanded `command`, N·m, which saturates at
+    /// `limit`, while its joint moves on from `zeta`, rad, with `zeta_dot`, rad/s:
+    /// ```text
+    /// T τ̇ = sat(τ_command) − τ,   J φ̈ = τ − τ_gear − friction
+    /// ```
+    /// The lag is exact; the motor takes its dry friction as an impulse that at most stops it.
+    pub(crate) fn after(
+        &self,
+        i: usize,
+        from: &WristState,
+        [command, limit]: [f64; 2],
+        [zeta, zeta_dot]: [f64; 2],
+        dt: f64,
+    ) -> WristState {
+        let n = (dt / PART).ceil().max(1.0);
+        let h = dt / n;
+        let share = if self.lag > 0.0 {
+            -libm::expm1(-h / self.lag)
+        } else {
+            1.0
+        };
+        let (target, J) = (saturate(command, limit), self.inertia[i]);
+        let mut now = *from;
+        let mut impulse = 0.0;
+        for k in 0..n as u32 {
+            now.motor += share * (target - now.motor);
+            let joint = zeta + zeta_dot * h * f64::from(k);
+            let gear = self.gear(i, now.angle - joint, now.rate - zeta_dot);
+            impulse += h * gear;
+            let free = now.rate + h * (now.motor - gear) / J;
+            let most = h * self.friction[i] / J;
+            now.rate = free - saturate(free, most);
+            now.angle += h * now.rate;
+        }
+        now.transmitted = impulse / dt;
+        now
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn drive() -> WristDrive {
+        WristDrive {
+            on: true,
+            friction: [250.0; JOINTS],
+            ..WristDrive::IDEAL
+        }
+    }
+
+    /// The motor's torque approaches the command as 1 − e^(−t/T), and stays at the limit.
+    #[test]
+    fn the_torque_lags_and_saturates() {
+        let drive = drive();
+        let mut now = WristState::default();
+        for k in 1..=40 {
+            now = drive.after(0, &now, [900.0, 2500.0], [0.0; 2], 1e-3);
+            let exact = 900.0 * -(-f64::from(k) * 1e-3 / 5e-3).exp_m1();
+            assert!((now.motor - exact).abs() < 1e-9, "{k}: {}", now.motor);
+        }
+        let held = drive.after(0, &now, [9e3, 2500.0], [0.0; 2], 1.0);
+        assert!((held.motor - 2500.0).abs() < 1e-9);
+    }
+
+    /// A joint that is held feels, once the motor has come to rest, the torque of the motor less at
+    /// most the friction; the motor leads by half the play and the gear's twist. A torque below the
+    /// friction moves nothing, to the last bit.
+    #[test]
+    fn friction_sticks_and_play_is_crossed() {
+        let drive = drive();
+        let mut now = drive.at_rest(1, 0.3, 700.0);
+        for _ in 0..3000 {
+            now = drive.after(1, &now, [900.0, 2500.0], [0.3, 0.0], 1e-3);
+        }
+        assert_eq!(now.rate, 0.0);
+        assert!((now.transmitted - 900.0).abs() <= 250.0 && now.transmitted > 650.0);
+        let lead = now.angle - 0.3 - 0.5 * drive.play;
+        assert!((lead - now.transmitted / 1e6).abs() < 1e-9, "{lead}");
+        let mut idle = WristState::default();
+        for _ in 0..1000 {
+            idle = drive.after(1, &idle, [249.0, 2500.0], [0.0; 2], 1e-3);
+        }
+        assert_eq!((idle.angle, idle.transmitted), (0.0, 0.0));
+        for _ in 0..3000 {
+            now = drive.after(1, &now, [-900.0, 2500.0], [0.3, 0.0], 1e-3);
+        }
+        let back = now.angle - 0.3 + 0.5 * drive.play;
+        assert!(
+            now.transmitted < 0.0 && (back - now.transmitted / 1e6).abs() < 1e-9,
+            "{back}"
+        );
+    }
+
+    /// Without friction, play and damping that counts, motor and held joint swing with √(K/J).
+    #[test]
+    fn motor_and_gear_swing_at_their_frequency() {
+        let drive = WristDrive {
+            friction: [0.0; 3],
+            play: 0.0,
+            lag: 0.0,
+            ..drive()
+        };
+        let mut now = WristState {
+            angle: 1e-3,
+            ..WristState::default()
+        };
+        let (mut crossings, mut last) = (Vec::new(), now.angle);
+        for k in 1..=2000 {
+            now = drive.after(2, &now, [0.0, 800.0], [0.0; 2], 1e-4);
+            if last > 0.0 && now.angle <= 0.0 {
+                crossings.push(1e-4 * (f64::from(k) - now.angle / (now.angle - last)));
+            }
+            last = now.angle;
+        }
+        let period = crossings[1] - crossings[0];
+        let undamped = (2e5_f64 / 2.0).sqrt();
+        let exact = std::f64::consts::TAU / (undamped * (1.0 - 0.1_f64.powi(2)).sqrt());
+        // Symplectic Euler with damping is off by some ζ ω h.
+        assert!((period / exact - 1.0).abs() < 5e-3, "{period}, {exact}");
+    }
+}

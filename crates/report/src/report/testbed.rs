@@ -1,0 +1,96 @@
+//! The one-axis experiment as the page takes it.
+
+use anyhow::Result;
+use serde::Serialize;
+
+use super::request::{Request, kept};
+use super::runs::stride;
+use super::samples::Samples;
+use studies::studies::testbed::{self, CHECK, MachineRun, Replay};
+
+/// Time constant of the testbed's load emulators, s.
+const LAG: f64 = 0.02;
+/// Sampling of the testbed's curves, s.
+const EVERY: f64 = 0.02;
+
+/// The one-axis experiment.
+#[derive(Serialize)]
+pub struct Testbed {
+    /// Time constant of the load emulators, s.
+    lag: f64,
+    pub axes: Vec<Axis>,
+}
+
+/// One axis on one trajectory: numbers and curves, desired and actual.
+#[derive(Serialize)]
+pub struct Axis {
+    #[serde(flatten)]
+    pub numbers: testbed::Axis,
+    start: f64,
+    every: f64,
+    /// Number of samples.
+    count: usize,
+    pub curves: Curves,
+}
+
+/// Desired and actual course.
+#[derive(Serialize)]
+pub struct Curves {
+    pub position: [Samples; 2],
+    pub velocity: [Samples; 2],
+    pub force: [Samples; 2],
+}
+
+/// The one-axis experiment, where there is a testbed, of these runs of the machine; what failed of
+/// it goes to `failures`.
+pub fn replayed(
+    request: &Request<'_>,
+    machines: Vec<Result<MachineRun>>,
+    failures: &mut Vec<String>,
+) -> Option<Testbed> {
+    let bed = request.testbed?;
+    let runs = kept(machines, failures);
+    let replay = Replay {
+        machine: request.system,
+        base: request.base,
+        runs: &runs,
+        lag: LAG,
+    };
+    let axes = replay.on(bed, &[CHECK]);
+    let axes = axes.map_err(|error| failures.push(format!("testbed: {error:#}")));
+    let axes = axes.unwrap_or_default().into_iter().map(Axis::new);
+    Some(Testbed {
+        lag: LAG,
+        axes: axes.collect(),
+    })
+}
+
+impl Axis {
+    fn new(numbers: testbed::Axis) -> Self {
+        let course = &numbers.course;
+        let start = course.time.first().copied().unwrap_or(0.0);
+        let step = course.time.get(1).map_or(EVERY, |t| t - start);
+        let stride = stride(EVERY, step);
+        let thinned = |pair: &[Vec<f64>; 2]| {
+            [0, 1].map(|k| Samples::new(pair[k].iter().step_by(stride).copied()))
+        };
+        Self {
+            start,
+            every: stride as f64 * step,
+            count: course.time.len().div_ceil(stride),
+            curves: Curves {
+                position: thinned(&course.position),
+                velocity: thinned(&course.velocity),
+                force: thinned(&course.force),
+            },
+            numbers,
+        }
+    }
+
+    /// Times, s, and values times `factor`.
+    pub fn points(&self, samples: &Samples, factor: f64) -> Vec<(f64, f64)> {
+        let at = |k: usize| self.start + k as f64 * self.every;
+        let points = samples.values().enumerate();
+        points.map(|(k, v)| (at(k), factor * v)).collect()
+    }
+}

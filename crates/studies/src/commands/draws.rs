@@ -1,0 +1,96 @@
+//! Subcommand `draws`: many machines drawn at random under one law.
+
+use std::path::PathBuf;
+
+use anyhow::{Result, ensure};
+use clap::Args;
+use cosim::cli::{bar, print};
+use cosim::verdict::Verdict;
+
+use crate::bench::MachineArgs;
+use crate::grid::{ALL_TRAJECTORIES, Spread};
+use crate::laws;
+use crate::print::files::{conditions, write_json};
+use crate::print::verdict::{print_counted, put as put_verdict};
+use crate::studies::draws::{self, Counts, FORCE};
+use crate::trial::Store;
+use crate::worlds::{World, cases_within};
+
+#[derive(Args)]
+pub struct DrawsArgs {
+    #[command(flatten)]
+    pub machine: MachineArgs,
+    /// World that machines are drawn in: real or strict-rigid
+    #[arg(long, value_enum, default_value_t = World::Real)]
+    world: World,
+    /// Bounds of the machine's errors over those of the world
+    #[arg(long, default_value_t = 2.0, value_name = "FACTOR")]
+    bounds: f64,
+    /// First seed
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// Machines
+    #[arg(long, default_value_t = 1000, value_parser = clap::value_parser!(u64).range(1..))]
+    seeds: u64,
+    /// Controller
+    #[arg(long, value_parser = laws::MODES, default_value = "adaptive_integral")]
+    mode: String,
+    /// What the tip follows
+    #[arg(long, value_parser = ALL_TRAJECTORIES, default_value = "triangular")]
+    trajectory: String,
+    /// Keep each run in this folder, and take those that are there: an interrupted command goes on
+    #[arg(long, value_name = "DIR")]
+    store: Option<PathBuf>,
+    /// Also write all runs to this JSON file
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
+}
+
+/// How many drawn machines are kept, stopped and lost.
+pub fn draws(args: &DrawsArgs) -> Result<Verdict> {
+    ensure!(
+        args.world.is_as_built(),
+        "--world {}: machines are drawn within bounds in the worlds real and strict-rigid",
+        args.world.name()
+    );
+    let bench = args.machine.bench().world(args.world).build()?;
+    let (system, base, mut verdict) = bench.into_parts();
+    let mut found = conditions(&system, &base);
+    let seeds = args.seed..args.seed + args.seeds;
+    let cases = cases_within(args.world, &system, seeds, args.bounds)?;
+    let law = &laws::of_modes(&[&args.mode])[0];
+    let store = Store::new(args.store.as_deref(), &system)?;
+    let bar = bar(args.seeds, "machines", false);
+    let done = || bar.inc(1);
+    let of = (&system, &base);
+    let runs = draws::run(of, law, &cases.list, &args.trajectory, &store, done)?;
+    bar.finish_and_clear();
+    let counts = Counts::of(runs.iter().map(|draw| &draw.trial));
+    let force = Spread::of(runs.iter().map(|draw| draw.trial.force));
+    let error = Spread::of(runs.iter().filter_map(|draw| draw.trial.rmse));
+    print(format!(
+        "{} machines, {} x the bounds of the {} world, {}, {}: {} kept, {} stopped, {} lost\nrods with more than {FORCE} x their rated \
+         force: on {} machines; largest force over the rated one: median {:.2}, worst {:.2}\nknown error of those kept: median {:.3} mm, worst {:.3} mm\n",
+        args.seeds,
+        args.bounds,
+        args.world.name(),
+        args.mode,
+        args.trajectory,
+        counts.kept,
+        counts.stopped,
+        counts.lost,
+        counts.forced,
+        force.median,
+        force.worst,
+        1e3 * error.median,
+        1e3 * error.worst,
+    ))?;
+    draws::judge(&runs, &mut verdict);
+    found["bounds"] = args.bounds.into();
+    found["counts"] = serde_json::to_value(counts)?;
+    found["machines"] = serde_json::to_value(&runs)?;
+    put_verdict(&mut found, &verdict);
+    write_json(args.json.as_deref(), &found)?;
+    print_counted(&verdict, args.machine.check())?;
+    Ok(verdict)
+}

@@ -1,0 +1,129 @@
+//! Subcommand `margins`: how far each law is from instability.
+
+use std::fmt::Write as _;
+use std::io::Write as _;
+use std::path::PathBuf;
+
+use anyhow::{Result, ensure};
+use clap::Args;
+use cosim::cli::{bar, print};
+use cosim::verdict::Verdict;
+
+use crate::bench::MachineArgs;
+use crate::laws;
+use crate::print::files::{conditions, write, write_json};
+use crate::print::verdict::{print_counted, put as put_verdict};
+use crate::studies::margins::{self, CHANGES, Margin, PAYLOADS, PLACES};
+use crate::trial::Store;
+use crate::worlds::World;
+
+#[derive(Args)]
+pub struct MarginsArgs {
+    #[command(flatten)]
+    pub machine: MachineArgs,
+    /// Laws, repeatable [default: adaptive_integral, adaptive, modular_integral,
+    /// pd_gravity_integral]
+    #[arg(long = "law", value_name = "MODE", value_parser = laws::MODES)]
+    laws: Vec<String>,
+    /// Poses to rest in and paths to follow, repeatable [default: all]
+    #[arg(long = "place", value_name = "NAME", value_parser = PLACES.map(|(name, _)| name))]
+    places: Vec<String>,
+    /// Payloads, kg, repeatable [default: 1, 300]
+    #[arg(long = "payload", value_name = "KG")]
+    payloads: Vec<f64>,
+    /// Keep each run in this folder, and take those that are there: an interrupted command goes on
+    #[arg(long, value_name = "DIR")]
+    store: Option<PathBuf>,
+    /// Also write all margins to this CSV file
+    #[arg(long, value_name = "FILE")]
+    csv: Option<PathBuf>,
+    /// Also write all margins to this JSON file
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
+}
+
+/// How far each law is from instability.
+pub fn margins(args: &MarginsArgs) -> Result<Verdict> {
+    let bench = args.machine.bench().world(World::Real).build()?;
+    let (system, base, mut verdict) = bench.into_parts();
+    ensure!(
+        base.stop.is_none(),
+        "--stop-time: how long a run takes is part of the study"
+    );
+    let mut found = conditions(&system, &base);
+    let usual = [
+        "adaptive_integral",
+        "adaptive",
+        "modular_integral",
+        "pd_gravity_integral",
+    ];
+    let modes: Vec<&str> = match &args.laws[..] {
+        [] => usual.into(),
+        laws => laws.iter().map(String::as_str).collect(),
+    };
+    let laws = laws::of_modes(&modes);
+    let mut places = PLACES.to_vec();
+    places.retain(|(name, _)| args.places.is_empty() || args.places.iter().any(|p| p == name));
+    let payloads = match &args.payloads[..] {
+        [] => &PAYLOADS,
+        payloads => payloads,
+    };
+    let store = Store::new(args.store.as_deref(), &system)?;
+    let of_adaptive = laws.iter().filter(|law| law.name.starts_with("adaptive"));
+    let count = (CHANGES.len() - 1) * laws.len() + of_adaptive.count();
+    let bar = bar(
+        (count * places.len() * payloads.len()) as u64,
+        "margins",
+        false,
+    );
+    let done = || bar.inc(1);
+    let margins = margins::run((&system, &base), &laws, &places, payloads, &store, done)?;
+    bar.finish_and_clear();
+    print(text(&modes, &margins))?;
+    margins::judge(&margins, &mut verdict);
+    write(args.csv.as_deref(), |file| {
+        writeln!(file, "law,place,payload [kg],change,stable,unstable")?;
+        for m in &margins {
+            let what = CHANGES
+                .iter()
+                .find(|(c, _)| *c == m.change)
+                .map(|(_, what)| *what);
+            let unstable = m.unstable.map(|v| v.to_string()).unwrap_or_default();
+            let what = what.unwrap_or_default().replace(',', "");
+            writeln!(
+                file,
+                "{},{},{},{what},{},{unstable}",
+                m.law, m.place, m.payload, m.stable
+            )?;
+        }
+        Ok(())
+    })?;
+    found["margins"] = serde_json::to_value(&margins)?;
+    put_verdict(&mut found, &verdict);
+    write_json(args.json.as_deref(), &found)?;
+    print_counted(&verdict, args.machine.check())?;
+    Ok(verdict)
+}
+
+/// The least margin of each law and change, with the place and the payload that have it.
+fn text(laws: &[&str], margins: &[Margin]) -> String {
+    let least = margins::least(margins);
+    let mut text = format!("{:<22}", "stable up to");
+    for law in laws {
+        let _ = write!(text, "{law:>28}");
+    }
+    text += "\n";
+    for (change, what) in CHANGES {
+        let _ = write!(text, "{what:<22}");
+        for law in laws {
+            let cell = least.iter().find(|m| m.law == *law && m.change == change);
+            let cell = cell.map_or("-".into(), |m| {
+                let more = if m.unstable.is_none() { "+" } else { "" };
+                format!("{:.2}{more} ({}, {} kg)", m.stable, m.place, m.payload)
+            });
+            let _ = write!(text, "{cell:>28}");
+        }
+        text += "\n";
+    }
+    text + "least over places and payloads (where); +: the largest that is tried; 0: unstable without any change; runs from rest and on paths, by bisection\n"
+}

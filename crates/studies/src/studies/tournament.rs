@@ -1,0 +1,413 @@
+//! A fair comparison of laws: one tuner with one budget and one cost for all of them on some drawn
+//! machines, and one report on others.
+//!
+//! The gains of a law are tuned as factors on what is shipped, each from an eighth to eight times:
+//! first what is shipped, then evenly spread points, then points around the best so far. The cost of
+//! gains is the median plus the worst known error over the tuning machines and paths; a run that is
+//! not kept makes it infinite, and the rest of them is left out.
+
+use anyhow::{Context, Result};
+use cosim::master::start_value;
+use cosim::run::Experiment;
+use cosim::system::{Setting, System};
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::SeedableRng;
+use rand_distr::{Distribution, StandardNormal, Uniform};
+use rayon::prelude::*;
+use serde::Serialize;
+use tip_path::SIX_JOINTS;
+
+use crate::grid::{Case, Spread, following};
+use crate::start_values::over;
+use crate::studies::draws::Counts;
+use crate::trial::{Fate, Store, Trial};
+
+/// Paths on which gains are tuned.
+pub const TUNING_PATHS: [&str; 2] = ["triangular", SIX_JOINTS];
+/// Largest factor on a gain; its inverse is the smallest.
+const RANGE: f64 = 8.0;
+/// Part of the budget that is spread evenly.
+const SPREAD: f64 = 0.5;
+/// Standard deviation of a step from the best so far, in parts of the logarithm of [`RANGE`], and
+/// by what it shrinks over the rest of the budget.
+const STEP: f64 = 0.3;
+const SHRINKS: f64 = 0.2;
+/// Resamplings of the bootstrap.
+const RESAMPLINGS: usize = 2000;
+
+const TIP: &[&str] = &["Lambda_position"];
+const TURN: &[&str] = &["Lambda_orientation"];
+const KAPPA: &[&str] = &["kappa_KA"];
+const INTEGRAL: &[&str] = &["omega_tip"];
+const RODS: &[&str] = &["pd_actuator_damping"];
+const WRIST: &[&str] = &[
+    "pd_wrist_damping[1]",
+    "pd_wrist_damping[2]",
+    "pd_wrist_damping[3]",
+];
+
+/// A law and the gains that are tuned; those of a group have one factor.
+pub struct Contestant {
+    /// Mode of the controller.
+    pub mode: &'static str,
+    gains: &'static [&'static [&'static str]],
+}
+
+/// All laws.
+pub const CONTESTANTS: [Contestant; 7] = [
+    Contestant {
+        mode: "adaptive_integral",
+        gains: &[TIP, TURN, KAPPA, INTEGRAL, &["gamma"]],
+    },
+    Contestant {
+        mode: "adaptive",
+        gains: &[TIP, TURN, KAPPA, &["gamma"]],
+    },
+    Contestant {
+        mode: "modular_integral",
+        gains: &[TIP, TURN, KAPPA, INTEGRAL],
+    },
+    Contestant {
+        mode: "pd_gravity_integral",
+        gains: &[TIP, TURN, RODS, WRIST, INTEGRAL],
+    },
+    Contestant {
+        mode: "cascade",
+        gains: &[TIP, TURN, RODS, WRIST, INTEGRAL],
+    },
+    Contestant {
+        mode: "disturbance_observer",
+        gains: &[TIP, TURN, KAPPA, INTEGRAL],
+    },
+    Contestant {
+        mode: "super_twisting",
+        gains: &[TIP, TURN, KAPPA, INTEGRAL],
+    },
+];
+
+/// What is run and where it is kept.
+pub struct Arena<'a> {
+    /// The machine.
+    pub system: &'a System,
+    /// Common to all runs.
+    pub base: &'a Experiment,
+    /// Kept runs.
+    pub store: &'a Store,
+}
+
+/// Gains of a law and what they cost.
+#[derive(Clone, Debug, Serialize)]
+pub struct Tuned {
+    /// Law.
+    pub law: String,
+    /// Gains that were tuned with their values.
+    pub gains: Vec<(String, f64)>,
+    /// Median plus worst known error over the tuning runs, m; none where a run was lost with every
+    /// candidate.
+    pub cost: Option<f64>,
+    /// Candidates with which no run was lost.
+    pub kept: usize,
+    /// Candidates that were tried.
+    pub tried: usize,
+    #[serde(skip)]
+    law_settings: Vec<Setting>,
+}
+
+impl Arena<'_> {
+    fn experiment(&self, law: &[Setting], case: &Case, path: &str) -> Result<Experiment> {
+        let path = following(self.system, path)?;
+        let settings = [&case.settings[..], law, &path].concat();
+        let mut experiment = over(self.system, self.base, settings)?;
+        experiment.stepping.jitter = case.jitter;
+        Ok(experiment)
+    }
+
+    /// Runs `contestant` as it is shipped on the first case and tells how long, s: for an estimate.
+    ///
+    /// # Errors
+    /// As [`Arena::tune`].
+    pub fn first(&self, contestant: &Contestant, cases: &[Case]) -> Result<f64> {
+        let case = cases.first().context("no machine")?;
+        let (_, law) = self.gains(contestant, &[])?;
+        let experiment = self.experiment(&law, case, TUNING_PATHS[0])?;
+        Ok(Trial::of(self.system, &experiment)?.time)
+    }
+
+    /// The law `contestant` with these factors on the logarithm of its gains.
+    fn gains(
+        &self,
+        contestant: &Contestant,
+        logs: &[f64],
+    ) -> Result<(Vec<(String, f64)>, Vec<Setting>)> {
+        let law = &crate::laws::of_modes(&[contestant.mode])[0];
+        let (mut gains, mut settings) = (Vec::new(), law.settings(self.system)?);
+        for (group, log) in contestant.gains.iter().zip(logs) {
+            for gain in *group {
+                let name = format!("controller.{gain}");
+                let shipped =
+                    start_value(self.system, &self.base.settings, self.system.port(&name)?)?;
+                let value = shipped * (log * RANGE.ln()).exp();
+                settings.push(self.system.setting(&name, value)?);
+                gains.push(((*gain).into(), value));
+            }
+        }
+        Ok((gains, settings))
+    }
+
+    /// Median plus worst known error over cases and paths, m; infinite as soon as a run is not kept.
+    fn cost(&self, name: &str, law: &[Setting], cases: &[Case]) -> Result<f64> {
+        let mut errors = Vec::new();
+        // As many at once as there are cores, so that little is run in vain.
+        let runs: Vec<(&Case, &str)> = (cases.iter())
+            .flat_map(|case| TUNING_PATHS.map(|path| (case, path)))
+            .collect();
+        for chunk in runs.chunks(rayon::current_num_threads().max(1)) {
+            let one = |(case, path): &(&Case, &str)| {
+                let name = format!("{name} {} {path}", case.label);
+                let experiment = self.experiment(law, case, path)?;
+                self.store.trial(&name, self.system, &experiment)
+            };
+            let trials: Vec<Trial> = chunk.par_iter().map(one).collect::<Result<_>>()?;
+            if trials.iter().any(|trial| trial.fate != Fate::Kept) {
+                return Ok(f64::INFINITY);
+            }
+            errors.extend(trials.iter().map(Trial::cost));
+        }
+        let Spread { median, worst } = Spread::of(errors);
+        Ok(median + worst)
+    }
+
+    /// Tunes `contestant` with `budget` candidates on `cases`; `done` is called after each.
+    ///
+    /// # Errors
+    /// A gain that the controller does not have, or a store that cannot be written.
+    pub fn tune(
+        &self,
+        contestant: &Contestant,
+        cases: &[Case],
+        budget: u64,
+        done: impl Fn(),
+    ) -> Result<Tuned> {
+        let mut best: Option<(f64, Vec<f64>)> = None;
+        let (mut kept, all) = (0, usize::try_from(budget)?);
+        for k in 0..budget {
+            let logs = candidate(
+                contestant.gains.len(),
+                k,
+                budget,
+                best.as_ref().map(|b| &b.1[..]),
+            );
+            let (_, law) = self.gains(contestant, &logs)?;
+            let name = format!("tune {} {k}", contestant.mode);
+            let cost = self.cost(&name, &law, cases)?;
+            kept += usize::from(cost.is_finite());
+            if cost.is_finite() && best.as_ref().is_none_or(|(least, _)| cost < *least) {
+                best = Some((cost, logs));
+            }
+            done();
+        }
+        let cost = best.as_ref().map(|(cost, _)| *cost);
+        let logs = best.map_or(vec![0.0; contestant.gains.len()], |(_, logs)| logs);
+        let (gains, law_settings) = self.gains(contestant, &logs)?;
+        Ok(Tuned {
+            law: contestant.mode.into(),
+            gains,
+            cost,
+            kept,
+            tried: all,
+            law_settings,
+        })
+    }
+
+    /// The runs of a tuned law on every case and path, in this order; `done` is called after each.
+    ///
+    /// # Errors
+    /// As [`Arena::tune`].
+    pub fn report(
+        &self,
+        tuned: &Tuned,
+        cases: &[Case],
+        paths: &[&str],
+        done: impl Fn() + Sync,
+    ) -> Result<Vec<Trial>> {
+        let runs: Vec<(&Case, &str)> = (cases.iter())
+            .flat_map(|case| paths.iter().map(move |path| (case, *path)))
+            .collect();
+        let one = |(case, path): &(&Case, &str)| {
+            let name = format!("report {} {} {path}", tuned.law, case.label);
+            let experiment = self.experiment(&tuned.law_settings, case, path)?;
+            let trial = self.store.trial(&name, self.system, &experiment)?;
+            done();
+            Ok(trial)
+        };
+        runs.par_iter().map(one).collect()
+    }
+}
+
+/// Candidate `k` of `budget`: a logarithm between −1 and 1 for each gain. The first is what is
+/// shipped; then a lattice of Kronecker (Roberts' generalised golden ratio) spreads evenly; the rest
+/// steps around `best`, by less and less.
+fn candidate(gains: usize, k: u64, budget: u64, best: Option<&[f64]>) -> Vec<f64> {
+    if k == 0 {
+        return vec![0.0; gains];
+    }
+    let spread = (SPREAD * budget as f64).ceil();
+    let number = k as f64;
+    if let (Some(best), true) = (best, number >= spread) {
+        let rest = (number - spread) / (budget as f64 - spread).max(1.0);
+        let step = STEP * SHRINKS.powf(rest);
+        let mut random = ChaCha8Rng::seed_from_u64(k);
+        let around = |log: &f64| {
+            let normal: f64 = StandardNormal.sample(&mut random);
+            (log + step * normal).max(-1.0).min(1.0)
+        };
+        return best.iter().map(around).collect();
+    }
+    // The root of g^(n + 1) = g + 1, by fixed-point iteration.
+    let power = 1.0 / (gains as f64 + 1.0);
+    let golden = (0..60).fold(1.5_f64, |g, _| (g + 1.0).powf(power));
+    let part = |j: usize| (0.5 + number * golden.powi(-(j as i32 + 1))).fract();
+    (0..gains).map(|j| 2.0 * part(j) - 1.0).collect()
+}
+
+/// A law in the report.
+#[derive(Clone, Debug, Serialize)]
+pub struct Row {
+    /// Law.
+    pub law: String,
+    /// How its runs ended.
+    pub counts: Counts,
+    /// Known error of those kept, m.
+    pub error: Spread,
+    /// Ratio of its error to that of the first law over runs that both kept, geometric mean, and
+    /// the bounds of its 95 % interval; none for the first, or without such runs.
+    pub ratio: Option<[f64; 3]>,
+}
+
+/// Rows of the report: fewest failures first, then by the median; ratios are to `reference`.
+pub fn rows(results: &[(Tuned, Vec<Trial>)], reference: &str) -> Result<Vec<Row>> {
+    let (_, of_first) = (results.iter())
+        .find(|(tuned, _)| tuned.law == reference)
+        .or(results.first())
+        .context("no law took part")?;
+    let row = |(tuned, trials): &(Tuned, Vec<Trial>)| {
+        let pairs = trials.iter().zip(of_first);
+        let logs: Vec<f64> = pairs
+            .filter_map(|(own, first)| Some((own.rmse? / first.rmse?).ln()))
+            .collect();
+        let is_first = tuned.law == reference;
+        Row {
+            law: tuned.law.clone(),
+            counts: Counts::of(trials),
+            error: Spread::of(trials.iter().filter_map(|trial| trial.rmse)),
+            ratio: (!is_first && !logs.is_empty()).then(|| bootstrap(&logs).map(f64::exp)),
+        }
+    };
+    let mut rows: Vec<Row> = results.iter().map(row).collect();
+    rows.sort_by(|a, b| {
+        let failed = |row: &Row| row.counts.lost + row.counts.stopped;
+        (failed(a).cmp(&failed(b))).then(a.error.median.total_cmp(&b.error.median))
+    });
+    Ok(rows)
+}
+
+/// Mean, and 2.5 and 97.5 % of the means of resampled values (B. Efron, R. J. Tibshirani, *An
+/// Introduction to the Bootstrap*).
+fn bootstrap(values: &[f64]) -> [f64; 3] {
+    let n = values.len();
+    let mean = |of: &mut dyn FnMut(usize) -> f64| (0..n).map(of).sum::<f64>() / n as f64;
+    let even = Uniform::new(0, n).expect("not empty");
+    let mut random = ChaCha8Rng::seed_from_u64(0);
+    let mut means: Vec<f64> = (0..RESAMPLINGS)
+        .map(|_| mean(&mut |_| values[even.sample(&mut random)]))
+        .collect();
+    means.sort_by(f64::total_cmp);
+    let at = |part: f64| means[(part * (RESAMPLINGS - 1) as f64).round() as usize];
+    [mean(&mut |k| values[k]), at(0.025), at(0.975)]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// 100 numbers of variance 1/12: the interval of their mean is ±1.96/√1200 = ±0.057; the
+    /// bootstrap's own error is some 5 % of it.
+    #[test]
+    fn the_interval_is_that_of_the_mean() {
+        let values: Vec<f64> = (0..100).map(|k| f64::from(k) / 99.0).collect();
+        let [mean, low, high] = bootstrap(&values);
+        assert!((mean - 0.5).abs() < 1e-12);
+        for side in [mean - low, high - mean] {
+            assert!((side / 0.057 - 1.0).abs() < 0.15, "{low} {high}");
+        }
+    }
+
+    /// What is shipped comes first; a fifth of the evenly spread points, 10 of 50, lies in each fifth
+    /// of every gain's range, to 4; later ones stay within the range and close in on the best.
+    #[test]
+    fn candidates_spread_and_then_close_in() {
+        let budget = 100;
+        assert_eq!(candidate(4, 0, budget, None), [0.0; 4]);
+        for gain in 0..4 {
+            let mut fifths = [0; 5];
+            for k in 1..=50 {
+                let log = candidate(4, k, budget, None)[gain];
+                fifths[(2.5 * (log + 1.0)) as usize] += 1;
+            }
+            assert!(
+                fifths.iter().all(|n| (6..=14).contains(n)),
+                "{gain}: {fifths:?}"
+            );
+        }
+        let best = [0.9, -0.3, 0.0, 1.0];
+        let away = |k: u64| {
+            let candidate = candidate(4, k, budget, Some(&best));
+            assert!(candidate.iter().all(|log| log.abs() <= 1.0));
+            let distance = candidate.iter().zip(best).map(|(a, b)| (a - b).abs());
+            distance.sum::<f64>()
+        };
+        let mean = |from: u64| (from..from + 20).map(away).sum::<f64>() / 20.0;
+        assert!(mean(80) < 0.6 * mean(50), "{} {}", mean(80), mean(50));
+    }
+
+    /// Failures count before errors; a law with twice the error of the first on every run has that
+    /// ratio, with no width.
+    #[test]
+    fn failures_come_before_errors() {
+        let result = |law: &str, errors: &[Option<f64>]| {
+            let trial = |rmse: &Option<f64>| Trial {
+                fate: if rmse.is_some() {
+                    Fate::Kept
+                } else {
+                    Fate::Lost
+                },
+                why: String::new(),
+                rmse: *rmse,
+                force: 0.5,
+                swing: 0.0,
+                time: 1.0,
+            };
+            let tuned = Tuned {
+                law: law.into(),
+                gains: Vec::new(),
+                cost: None,
+                kept: 0,
+                tried: 0,
+                law_settings: Vec::new(),
+            };
+            (tuned, errors.iter().map(trial).collect())
+        };
+        let results = [
+            result("a", &[Some(1e-3), Some(2e-3), Some(3e-3)]),
+            result("b", &[Some(1e-4), None, Some(1e-4)]),
+            result("c", &[Some(2e-3), Some(4e-3), Some(6e-3)]),
+        ];
+        let rows = rows(&results, "a").expect("laws");
+        let order: Vec<_> = rows.iter().map(|row| row.law.as_str()).collect();
+        assert_eq!(order, ["a", "c", "b"]);
+        assert_eq!(rows[0].ratio, None);
+        for bound in rows[1].ratio.expect("pairs") {
+            assert!((bound - 2.0).abs() < 1e-12, "{bound}");
+        }
+    }
+}

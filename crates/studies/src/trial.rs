@@ -1,0 +1,312 @@
+//! A run that may be lost: what became of it, how far the tip was off, how large the rods' forces
+//! were. It ends as soon as it is known that it is lost or was stopped.
+//!
+//! Trials that are asked for once more are read from the folder that keeps them, a file each, so a
+//! study that was interrupted goes on where it was.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result, ensure};
+use cosim::master::Master;
+use cosim::observer::{Observer, Observers};
+use cosim::recording::Recording;
+use cosim::run::{Experiment, observed};
+use cosim::signals::Signals;
+use cosim::system::System;
+use cosim::wiring::Port;
+use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
+
+use crate::machine_file::MachineFile;
+use crate::measures::run::{motion_start, tip_error_port};
+use crate::measures::tracking::Evaluation;
+
+/// Tip error from which on a run is lost, m.
+const FAR: f64 = 0.05;
+/// Rod force from which on a run is lost, over the rated one.
+const HUGE: f64 = 4.0;
+/// A rod swings whose force, less its mean, has this root mean square over the rated force: the
+/// paths' own accelerations stay below a third of it.
+const SWINGS: f64 = 0.15;
+/// Time constants of that mean and of the mean square, s: swinging is what is faster than 0.6 Hz
+/// and lasts.
+const MEAN: f64 = 0.25;
+const LASTING: f64 = 1.0;
+
+/// What became of a run.
+#[derive(Clone, Copy, Debug, Eq, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Fate {
+    /// The tip followed to the end.
+    Kept,
+    /// The controller stopped the machine by its brakes.
+    Stopped,
+    /// It swung, was far off, or failed.
+    Lost,
+}
+
+/// A run and what became of it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Trial {
+    /// What became of it.
+    pub fate: Fate,
+    /// Why it did not come to its end; empty of a run that did.
+    pub why: String,
+    /// Root mean square of the known tip error over the motion, m; of a run that was kept.
+    pub rmse: Option<f64>,
+    /// Largest rod force over the rated one.
+    pub force: f64,
+    /// Mean square of the swinging at the end of the run, over the rated force, its root.
+    pub swing: f64,
+    /// Simulated time, s.
+    pub time: f64,
+}
+
+impl Trial {
+    /// RMSE, m; infinite of a run that was not kept.
+    #[must_use]
+    pub fn cost(&self) -> f64 {
+        self.rmse.unwrap_or(f64::INFINITY)
+    }
+
+    /// Run `experiment`.
+    ///
+    /// # Errors
+    /// A system without the signals that tell; a run that fails is lost, not an error.
+    pub fn of(system: &System, experiment: &Experiment) -> Result<Self> {
+        let evaluation = Evaluation::new(system, experiment)?;
+        let mut watch = Watch::new(system, experiment)?;
+        let ports = evaluation.ports();
+        let mut recording = Recording::new(system, &ports)?;
+        let controller = tip_error_port(system)?.component;
+        let mut run = || -> Result<f64> {
+            let master = experiment.start(system)?;
+            let end = (system.port_of(controller, "motion_end")).and_then(|p| master.number(p));
+            let stop = match (experiment.stop, end) {
+                (None, Ok(end)) if end > master.time() => end,
+                _ => experiment.stop(system)?,
+            };
+            let observers = &mut Observers(vec![&mut recording, &mut watch]);
+            let outcome = observed(system, master, stop, &|_, _| (), observers)?;
+            Ok(outcome.simulated)
+        };
+        let run = run();
+        let time = *run.as_ref().unwrap_or(&watch.time);
+        let ended = run.err().map(|error| (Fate::Lost, format!("{error:#}")));
+        let (fate, why) = (watch.ended.take().or(ended)).unwrap_or((Fate::Kept, String::new()));
+        let rmse = match fate {
+            Fate::Kept => {
+                let start = motion_start(system, experiment)?;
+                let tracking = evaluation.evaluate(&recording, start)?;
+                Some(tracking.known.rmse)
+            }
+            Fate::Stopped | Fate::Lost => None,
+        };
+        let swing = watch.rods.iter().map(|rod| rod.square).fold(0.0, f64::max);
+        Ok(Self {
+            fate,
+            why,
+            rmse,
+            force: watch.force,
+            swing: swing.sqrt(),
+            time,
+        })
+    }
+}
+
+/// Force of a rod over the rated one: its mean, and the mean square of the rest.
+#[derive(Clone, Copy, Default)]
+struct Rod {
+    rated: f64,
+    mean: f64,
+    square: f64,
+}
+
+impl Rod {
+    /// Add the force, N, that comes `dt` s after the last.
+    fn add(&mut self, force: f64, dt: f64) -> f64 {
+        let part = force / self.rated;
+        if dt == 0.0 {
+            self.mean = part;
+        }
+        self.mean += (dt / MEAN).min(1.0) * (part - self.mean);
+        let rest = part - self.mean;
+        self.square += (dt / LASTING).min(1.0) * (rest * rest - self.square);
+        part.abs()
+    }
+}
+
+/// Watches whether a run is lost.
+struct Watch {
+    signals: Signals,
+    rods: Vec<Rod>,
+    time: f64,
+    force: f64,
+    ended: Option<(Fate, String)>,
+}
+
+impl Watch {
+    fn new(system: &System, experiment: &Experiment) -> Result<Self> {
+        let file = MachineFile::of(system, &experiment.settings)?;
+        let tip = tip_error_port(system)?;
+        let force = |k| system.port(&format!("emla_{k}.F"));
+        let mut ports: Vec<Port> = [Ok(tip), force(1), force(2), force(3)]
+            .into_iter()
+            .collect::<Result<_>>()?;
+        let rated = file.machine.ratings.in_order();
+        ports.extend((1..=3).filter_map(|k| {
+            let brake = system.port_of(tip.component, &format!("brake[{k}]"));
+            brake.ok()
+        }));
+        Ok(Self {
+            signals: Signals::new(system, &ports)?,
+            rods: (rated.iter())
+                .map(|ratings| Rod {
+                    rated: ratings.force_max,
+                    ..Rod::default()
+                })
+                .collect(),
+            time: experiment.stepping.start,
+            force: 0.0,
+            ended: None,
+        })
+    }
+}
+
+impl Observer for Watch {
+    fn observe(&mut self, master: &Master) -> Result<()> {
+        let dt = master.time() - self.time;
+        self.time = master.time();
+        let [error, rest @ ..] = self.signals.read(master)? else {
+            unreachable!("the tip error is read first");
+        };
+        let (forces, brakes) = rest.split_at(self.rods.len());
+        for (k, (rod, force)) in (1..).zip(self.rods.iter_mut().zip(forces)) {
+            self.force = self.force.max(rod.add(*force, dt));
+            if rod.square > SWINGS * SWINGS {
+                self.ended = Some((Fate::Lost, format!("rod {k} swings")));
+            }
+        }
+        if self.force > HUGE {
+            self.ended = Some((Fate::Lost, "a rod's force".into()));
+        }
+        if *error > FAR {
+            self.ended = Some((Fate::Lost, "the tip is far off".into()));
+        }
+        if brakes.iter().any(|brake| *brake != 0.0) {
+            self.ended = Some((Fate::Stopped, "the controller braked".into()));
+        }
+        Ok(())
+    }
+
+    fn is_done(&self) -> bool {
+        self.ended.is_some()
+    }
+}
+
+/// Where trials are kept.
+pub struct Store {
+    folder: Option<PathBuf>,
+    /// SHA-256 of the system's file.
+    system: String,
+}
+
+/// A trial with what it was made of.
+#[derive(Serialize, Deserialize)]
+struct Kept {
+    made_of: String,
+    trial: Trial,
+}
+
+impl Store {
+    /// In `folder`, which is made where it is missing; without one nothing is kept.
+    ///
+    /// # Errors
+    /// A folder that cannot be made, or a system that cannot be read.
+    pub fn new(folder: Option<&Path>, system: &System) -> Result<Self> {
+        if let Some(folder) = folder {
+            fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
+        }
+        let bytes = fs::read(&system.path).with_context(|| system.path.display().to_string())?;
+        Ok(Self {
+            folder: folder.map(Into::into),
+            system: hex(&bytes),
+        })
+    }
+
+    /// The trial called `name` of `experiment`: as it is kept, else run and kept. What its machine
+    /// file says counts, not where it lies.
+    ///
+    /// # Errors
+    /// As [`Trial::of`]; a trial of this name was kept of something else.
+    pub fn trial(&self, name: &str, system: &System, experiment: &Experiment) -> Result<Trial> {
+        let Some(folder) = &self.folder else {
+            return Trial::of(system, experiment);
+        };
+        let mut made_of = format!("{} {:?}", self.system, experiment.stepping);
+        for setting in &experiment.settings {
+            let value = match fs::read(&setting.value) {
+                Ok(bytes) => hex(&bytes),
+                Err(_) => setting.value.clone(),
+            };
+            made_of += &format!(" {}={value}", system.name(setting.port));
+        }
+        let made_of = hex(made_of.as_bytes());
+        let file = folder.join(format!("{}.json", name.replace([' ', '/', ','], "_")));
+        if let Ok(text) = fs::read_to_string(&file) {
+            let kept: Kept = serde_json::from_str(&text)
+                .with_context(|| format!("`{}` is no trial", file.display()))?;
+            ensure!(
+                kept.made_of == made_of,
+                "`{}` is of another system, or of other start values: take another folder, or remove it",
+                file.display()
+            );
+            return Ok(kept.trial);
+        }
+        let trial = Trial::of(system, experiment)?;
+        let kept = Kept { made_of, trial };
+        let part = file.with_extension("part");
+        fs::write(&part, serde_json::to_string_pretty(&kept)?)
+            .and_then(|()| fs::rename(&part, &file))
+            .with_context(|| file.display().to_string())?;
+        Ok(kept.trial)
+    }
+}
+
+fn hex(bytes: &[u8]) -> String {
+    let digest = Sha256::digest(bytes);
+    digest.iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A force that swings around a load has its amplitude over √2 as its root mean square, less
+    /// what the mean takes: at 5.6 Hz and 0.25 s 0.6 %. A load that changes slowly does not swing.
+    #[test]
+    fn swinging_is_told_from_load() {
+        let rated = 70e3;
+        let after = |force: &dyn Fn(f64) -> f64| {
+            let mut rod = Rod {
+                rated,
+                ..Rod::default()
+            };
+            rod.add(force(0.0), 0.0);
+            for k in 1..8000 {
+                rod.add(force(1e-3 * f64::from(k)), 1e-3);
+            }
+            rod.square.sqrt()
+        };
+        let w = std::f64::consts::TAU * 5.6;
+        let swings = after(&|t| 40e3 + 16e3 * (w * t).sin());
+        let expected = 16e3 / rated / 2.0_f64.sqrt();
+        assert!(
+            (swings / expected - 1.0).abs() < 0.03,
+            "{swings}, {expected}"
+        );
+        let slow = after(&|t| 40e3 + 16e3 * (0.5 * t).sin());
+        assert!(slow < 0.2 * SWINGS, "{slow}");
+    }
+}

@@ -1,0 +1,48 @@
+//! The cascade that drives ship with, to compare with: position P, velocity PI, and what holds the
+//! nominal machine fed forward, with the nominal friction of joints and actuators.
+//!
+//! Source: R. Krishnan, *Permanent Magnet Synchronous and Brushless DC Motor Drives*, chapter on
+//! speed control. The position loop is that of the tip (`Lambda_position`,
+//! `Lambda_orientation`), whose rates the joints' velocity loops follow; their proportional gains
+//! are the `pd_…` dampings, their integral rate is `omega_tip`. The voltage law stands for the
+//! current loop.
+
+use crate::law::control_law::{ControlLaw, Forces, Instant, Rod};
+use crate::law::decomposition;
+use crate::law::pd::Pd;
+
+/// Position P, velocity PI.
+pub(crate) struct Cascade;
+
+impl ControlLaw for Cascade {
+    fn forces(&self, now: &Instant) -> Forces {
+        let hold =
+            decomposition::holding_forces(now.configuration, &now.bodies.estimates, now.ground);
+        let gains = now.gains;
+        // Proportional part of the velocity loop of each joint, N·m.
+        let proportional: [f64; 6] = std::array::from_fn(|i| {
+            let lacking = now.required.zeta_dot[i] - now.zeta_dot[i];
+            let gain = match i.checked_sub(3) {
+                None => gains.pd_actuator_damping * now.configuration.strokes[i].prime.powi(2),
+                Some(j) => gains.pd_wrist_damping[j],
+            };
+            gain * lacking
+        });
+        let torque = |i: usize| {
+            let friction = now.nominal.joint_viscous[i] * now.required.zeta_dot[i];
+            hold[i] + friction + proportional[i] + now.memory[i]
+        };
+        Forces {
+            memory_rate: proportional.map(|p| gains.omega_tip * p),
+            ..now.of_joints(std::array::from_fn(torque))
+        }
+    }
+
+    fn rod_force(&self, rod: &Rod) -> f64 {
+        Pd { holds_weight: true }.rod_force(rod)
+    }
+
+    fn knows_actuators(&self) -> bool {
+        true
+    }
+}

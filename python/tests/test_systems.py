@@ -1,0 +1,266 @@
+"""Other systems than the manipulator, and inputs over time: the same numbers and the same errors as `cosim run`."""
+
+import csv
+import json
+import os
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pandas
+import pytest
+
+import hdrm_fmu
+from conftest import program
+from hdrm_fmu import BadInput, RunFailed, System
+
+TIMES = [0.0, 0.004, 0.01]
+#: One actuator whose rod is held, under a voltage that rises and falls.
+INPUTS = pandas.DataFrame({"Emla.v_q": [0.0, 8.0, 3.0], "Emla.x": [0.4, 0.4, 0.4]}, index=TIMES)
+
+
+def cosim(tmp_path, *arguments):
+    """Columns of the CSV of `cosim run`, and what it prints."""
+    found = os.environ.get("COSIM", str(Path(program()).with_name("cosim")))
+    assert os.access(found, os.X_OK), f"{found}: build it by `cargo build --release --bin cosim`, or name it in COSIM"
+    out = tmp_path / "out.csv"
+    done = subprocess.run([found, "run", *map(str, arguments), "--csv", str(out), "--quiet"], capture_output=True, text=True)
+    if done.returncode:
+        return None, done.stderr
+    with out.open() as f:
+        titles, *rows = csv.reader(f)
+    return dict(zip(titles, np.array(rows, dtype=float).T)), done.stdout
+
+
+def as_file(tmp_path, inputs=INPUTS):
+    path = tmp_path / "in.csv"
+    inputs.to_csv(path, index_label="time")
+    return path
+
+
+def equal(run, columns):
+    assert list(columns) == ["time", *run.data_vars]
+    for name, column in columns.items():
+        np.testing.assert_array_equal(run[name].to_numpy().view("u8"), column.view("u8"), err_msg=name)
+
+
+def test_an_fmu_alone_is_that_of_cosim_bit_for_bit(tmp_path):
+    emla = hdrm_fmu.fmus()["Emla"]
+    run = hdrm_fmu.run(system=emla, inputs=INPUTS, stop_time=0.01, step=5e-4, settings={"alpha": 0.2}, signals=["Emla.*"])
+    options = ("--stop-time", 0.01, "--step", 5e-4, "--set", "alpha=0.2", "--signals", "Emla.*")
+    columns, printed = cosim(tmp_path, emla, "--input", as_file(tmp_path), *options)
+    equal(run, columns)
+    assert run["Emla.F"].attrs["units"] == "N" and np.ptp(run["Emla.F"].to_numpy()) > 1.0
+    held = hdrm_fmu.run(system=emla, stop_time=0.01, step=5e-4, settings={"alpha": 0.2}, signals=["Emla.*"])
+    assert not held.equals(run), "the inputs count"
+    findings = [line.strip() for line in printed.splitlines() if line.strip().startswith("- ")]
+    assert findings[0].split(":")[0] in run.attrs["findings"]
+
+
+def test_several_fmus_without_a_structure(tmp_path):
+    fmus = hdrm_fmu.fmus()
+    files, connections = [fmus["Hdrm"], fmus["Emla"]], ["Hdrm.x[1]=Emla.x", "Hdrm.x_dot[1]=Emla.x_dot", "Emla.F=Hdrm.f[1]"]
+    run = hdrm_fmu.run(system=System(files, connect=connections), stop_time=0.01, signals=["*.F", "Hdrm.x[1]"])
+    connect = [option for text in connections for option in ("--connect", text)]
+    equal(run[["Hdrm.x[1]", "Emla.F"]], cosim(tmp_path, *files, *connect, "--stop-time", 0.01, "--signals", "*.F,Hdrm.x[1]")[0])
+    assert (run["Emla.F"] != run["Emla.F"][0]).any()
+    with pytest.raises(BadInput, match="this input is driven already"):
+        System(files, connect=[*connections, "Hdrm.x[2]=Emla.x"]).variables
+
+
+def test_a_whole_run_is_the_input_of_another():
+    """What the controller puts out drives an actuator that stands alone."""
+    whole = hdrm_fmu.run(stop_time=0.05, signals=["controller.v_q", "hdrm.x", "hdrm.x_dot"])
+    names = {"controller.v_q[2]": "Emla.v_q", "hdrm.x[2]": "Emla.x", "hdrm.x_dot[2]": "Emla.x_dot"}
+    frame = whole.to_dataframe()[list(names)].rename(columns=names)
+    options = {"system": hdrm_fmu.fmus()["Emla"], "stop_time": 0.05, "signals": ["Emla.x", "Emla.v_q", "Emla.F"]}
+    run = hdrm_fmu.run(inputs=frame, **options)
+    for there, here in names.items():
+        if here in run:
+            np.testing.assert_array_equal(run[here], whole[there])
+    assert hdrm_fmu.run(inputs=whole[list(names)].rename(names), **options).equals(run)
+    frame["Emla.x"] *= 1000.0
+    frame.attrs["units"] = {"Emla.x": "mm"}
+    np.testing.assert_allclose(hdrm_fmu.run(inputs=frame, **options)["Emla.x"], run["Emla.x"], rtol=1e-15)
+
+
+def test_faults_and_scenarios_are_those_of_cosim(tmp_path):
+    manipulator = hdrm_fmu.systems()["Manipulator"]
+    options = {"settings": {"settle_time": 0.01}, "stop_time": 0.1, "signals": ["hdrm.x", "emla_2.x"]}
+    set_there = ("--set", "controller.settle_time=0.01", "--stop-time", 0.1, "--signals", "hdrm.x[*],emla_2.x")
+    faults = ["emla_2.x=bias:1e-5@0.02..0.05", "emla_1.v_q=noise:0.5"]
+    run = hdrm_fmu.run(system=System(manipulator, faults=faults, fault_seed=7), **options)
+    columns, _ = cosim(tmp_path, manipulator, "--fault", faults[0], "--fault", faults[1], "--seed", 7, "--step", 1e-3, *set_there)
+    equal(run[[name for name in columns if name != "time"]], columns)
+    usual = hdrm_fmu.run(system=manipulator, **options)
+    assert not run.equals(usual) and "emla_2.x" in run.attrs["findings"]
+    scenario = tmp_path / "scenario.json"
+    event = {"time": 0.03, "model": "emla_2", "variable": "v_q", "action": "bias", "value": 20.0}
+    scenario.write_text(json.dumps({"events": [event], "end": 0.1}))
+    run = hdrm_fmu.run(system=System(manipulator, scenario=scenario), **options)
+    columns, _ = cosim(tmp_path, manipulator, "--scenario", scenario, "--step", 1e-3, *set_there)
+    equal(run[[name for name in columns if name != "time"]], columns)
+    assert not run.equals(usual)
+    for wrong, reason in (({"faults": "emla_2.x=bend:2"}, "bend"), ({"faults": ["emla_9.x=freeze"]}, "emla_9"), ({"scenario": "/no.json"}, "no.json")):
+        with pytest.raises(BadInput, match=reason):
+            System(manipulator, **wrong).run(stop_time=0.01)
+
+
+def test_a_reference_from_outside_moves_the_manipulator():
+    start = hdrm_fmu.run(stop_time=1e-3, signals=["controller.desired.position"]).isel(time=0)
+    position = [float(start[f"controller.desired.position[{k}]"]) for k in (1, 2, 3)]
+    rows = {f"controller.reference.position[{k}]": [x, x + (0.02 if k == 2 else 0.0)] for k, x in zip((1, 2, 3), position)}
+    inputs = pandas.DataFrame(rows, index=[0.0, 0.5])
+    run = hdrm_fmu.run(trajectory="external", inputs=inputs, stop_time=0.5, signals=["hdrm.tip.position"])
+    risen = run["hdrm.tip.position[2]"]
+    assert 0.015 < float(risen[-1] - risen[0]) < 0.025
+
+
+NESTED = """<?xml version="1.0" encoding="UTF-8"?>
+<ssd:SystemStructureDescription xmlns:ssc="http://ssp-standard.org/SSP1/SystemStructureCommon"
+    xmlns:ssd="http://ssp-standard.org/SSP1/SystemStructureDescription" version="1.0" name="Outer">
+  <ssd:System name="Outer">
+    <ssd:Connectors>
+      <ssd:Connector name="push" kind="input"><ssc:Real unit="V"/></ssd:Connector>
+      <ssd:Connector name="force" kind="output"><ssc:Real unit="N"/></ssd:Connector>
+    </ssd:Connectors>
+    <ssd:Elements>
+      <ssd:System name="drive">
+        <ssd:Connectors>
+          <ssd:Connector name="v" kind="input"><ssc:Real unit="V"/></ssd:Connector>
+          <ssd:Connector name="F" kind="output"><ssc:Real unit="N"/></ssd:Connector>
+        </ssd:Connectors>
+        <ssd:Elements>
+          <ssd:Component name="emla" source="Emla.fmu">
+            <ssd:Connectors>
+              <ssd:Connector name="v_q" kind="input"><ssc:Real unit="V"/></ssd:Connector>
+              <ssd:Connector name="F" kind="output"><ssc:Real unit="N"/></ssd:Connector>
+            </ssd:Connectors>
+          </ssd:Component>
+        </ssd:Elements>
+        <ssd:Connections>
+          <ssd:Connection startConnector="v" endElement="emla" endConnector="v_q"/>
+          <ssd:Connection startElement="emla" startConnector="F" endConnector="F"/>
+        </ssd:Connections>
+      </ssd:System>
+    </ssd:Elements>
+    <ssd:Connections>
+      <ssd:Connection startConnector="push" endElement="drive" endConnector="v"/>
+      <ssd:Connection startElement="drive" startConnector="F" endConnector="force"/>
+    </ssd:Connections>
+  </ssd:System>
+</ssd:SystemStructureDescription>
+"""
+
+
+def test_nested_systems_and_connectors_of_the_outer_one(tmp_path):
+    path = tmp_path / "outer.ssd"
+    path.write_text(NESTED)
+    inputs = pandas.DataFrame({"push": [0.0, 8.0]}, index=[0.0, 0.01])
+    run = hdrm_fmu.run(system=path, inputs=inputs, settings={"alpha": 0.2, "drive.emla.x": 0.4}, stop_time=0.01, signals=["force", "v_q"])
+    alone = {"Emla.v_q": [0.0, 8.0]}
+    other = hdrm_fmu.run(
+        system=hdrm_fmu.fmus()["Emla"],
+        inputs=pandas.DataFrame(alone, index=[0.0, 0.01]),
+        settings={"alpha": 0.2, "x": 0.4},
+        stop_time=0.01,
+        signals=["F", "v_q"],
+    )
+    np.testing.assert_array_equal(run["drive.emla.F"], other["Emla.F"])
+    np.testing.assert_array_equal(run["drive.emla.v_q"], other["Emla.v_q"])
+    constant = hdrm_fmu.run(system=path, settings={"push": 8.0}, stop_time=0.01, signals=["drive.emla.v_q"])
+    assert (constant["drive.emla.v_q"] == 8.0).all()
+
+
+def test_the_step_is_that_of_the_system_where_none_is_given(tmp_path):
+    path = tmp_path / "stepped.ssd"
+    osp = """<ssd:DefaultExperiment><ssd:Annotations><ssc:Annotation type="com.opensimulationplatform"><osp:Algorithm
+        xmlns:osp="http://opensimulationplatform.com/SSP/OSPAnnotations"><osp:FixedStepAlgorithm baseStepSize="0.002"/></osp:Algorithm>
+        </ssc:Annotation></ssd:Annotations></ssd:DefaultExperiment></ssd:SystemStructureDescription>"""
+    path.write_text(NESTED.replace("</ssd:SystemStructureDescription>", osp))
+    run = hdrm_fmu.run(system=path, stop_time=0.01)
+    assert (len(run.time), run.attrs["step"], System(path).step_size) == (6, 0.002, 0.002)
+    assert "communication step is 0.002 s, as the system structure asks" in run.attrs["findings"]
+    assert hdrm_fmu.run(system=path, step=1e-3, stop_time=0.01).attrs["step"] == 1e-3
+    for name in hdrm_fmu.systems():
+        assert System(hdrm_fmu.systems()[name]).step_size == 1e-3, name
+
+
+@pytest.mark.parametrize(
+    ("inputs", "reason"),
+    [
+        ({"Emla.v_qq": [0.0, 8.0, 3.0]}, "column `Emla.v_qq`: `Emla.v_qq`; did you mean `Emla.v_q`"),
+        ({"Emla.F": [0.0, 8.0, 3.0]}, "column `Emla.F`: `Emla.F` is no input that takes numbers; it is of type Real, output"),
+        ({"Emla.v_q": [0.0, float("nan"), 3.0]}, "column `Emla.v_q`: at 0.004 s `NaN` is not a number from -10000 to 10000"),
+        ({"Emla.v_q": [0.0, "much", 3.0]}, "column `Emla.v_q` must hold numbers: could not convert string to float: 'much'"),
+        ({"Emla.v_q": [0.0, 8.0, 3.0], "v_q": [0.0, 8.0, 3.0]}, "column `v_q`: the column `Emla.v_q` gives this input, too"),
+    ],
+)
+def test_wrong_inputs_are_refused_as_cosim_refuses_them(tmp_path, inputs, reason):
+    emla, frame = hdrm_fmu.fmus()["Emla"], pandas.DataFrame(inputs, index=TIMES)
+    with pytest.raises(BadInput) as refused:
+        hdrm_fmu.run(system=emla, inputs=frame, stop_time=0.01)
+    assert reason in str(refused.value)
+    _, error = cosim(tmp_path, emla, "--input", as_file(tmp_path, frame), "--stop-time", 0.01)
+    column = reason.partition(":")[0]
+    assert error and ("column" not in column or column.removesuffix(" must hold numbers") in error)
+
+
+def test_wrong_tables_of_inputs_are_refused():
+    emla = hdrm_fmu.fmus()["Emla"]
+    backwards = INPUTS.set_axis([0.0, 0.01, 0.004])
+    twice = pandas.DataFrame([[1.0, 2.0]], columns=["Emla.v_q", "Emla.v_q"], index=[0.0])
+    for inputs, reason in (
+        (backwards, "the time 0.004 s must be greater than the one before, 0.01 s"),
+        (INPUTS.set_axis(["now", "then", "later"]), "the index, which is time in s, must hold numbers"),
+        (twice, "two columns are named `Emla.v_q`"),
+        (INPUTS[:0], "the input table has no rows"),
+        ({"Emla.v_q": 8.0}, "inputs must be a DataFrame with time \\(s\\) as index"),
+    ):
+        with pytest.raises(BadInput, match=reason):
+            hdrm_fmu.run(system=emla, inputs=inputs, stop_time=0.01)
+    driven = pandas.DataFrame({"emla_2.v_q": [0.0]}, index=[0.0])
+    with pytest.raises(BadInput, match=r"column `emla_2.v_q`: the connection from `controller.v_q\[2\]` drives it"):
+        hdrm_fmu.run(inputs=driven, stop_time=0.01)
+
+
+def test_what_belongs_to_another_system_is_refused(tmp_path):
+    fmus = hdrm_fmu.fmus()
+    for options, reason in (
+        ({"seed": 1}, "seed = 1 is for the manipulator"),
+        ({"world": "real"}, "world = 'real' is for the manipulator"),
+        ({"machine": "sized"}, "machine = 'sized' is for the manipulator"),
+        ({"trajectory": "cubic"}, "there is no parameter `trajectory`"),
+    ):
+        with pytest.raises(BadInput, match=reason):
+            hdrm_fmu.run(system=fmus["Emla"], stop_time=0.01, **options)
+    with pytest.raises(BadInput, match="must be given to the `System`"):
+        hdrm_fmu.run(system=System(fmus["Emla"]), step=1e-3)
+    for make, reason in (
+        (lambda: System([fmus["Emla"], "machine.ssp"]), "several files must all be FMUs"),
+        (lambda: System(fmus["Emla"], variant="pd.ssd"), "is for a system structure"),
+        (lambda: System("a.ssd", connect=["a.y=b.u"]), "for FMUs without a structure"),
+        (lambda: System([]), "no system is named"),
+        (lambda: System(hdrm_fmu.systems()["Manipulator"], feedthrough=["hrdm"]).variables, "feedthrough `hrdm`"),
+    ):
+        with pytest.raises(BadInput, match=reason):
+            make()
+    path = tmp_path / "outer.ssd"
+    path.write_text(NESTED.replace('name="v_q" kind="input"', 'name="v_q" kind="input"/><ssd:Connector name="v_d" kind="input"'))
+    hdrm_fmu.run(system=path, stop_time=0.01)
+    with pytest.raises(RunFailed, match=r"--strict|strict.*drive.emla.v_d"):
+        hdrm_fmu.run(system=System(path, strict=True), stop_time=0.01)
+
+
+def test_a_plant_with_names_of_its_own(tmp_path):
+    """A mapping leads the structure's force to the mean force of the step, which is another number."""
+    mapping = tmp_path / "own.ssm"
+    mapping.write_text(
+        '<ssm:ParameterMapping xmlns:ssm="http://ssp-standard.org/SSP1/SystemStructureParameterMapping" version="1.0">'
+        '<ssm:MappingEntry source="F" target="F_mean"/></ssm:ParameterMapping>'
+    )
+    manipulator, emla = hdrm_fmu.systems()["Manipulator"], hdrm_fmu.fmus()["Emla"]
+    named = System(manipulator, replace={"emla_1": emla}, maps={"emla_1": mapping})
+    options = {"settings": {"settle_time": 0.01}, "stop_time": 0.1, "signals": ["hdrm.x"]}
+    run, usual = (s.run(**options) for s in (named, System(manipulator)))
+    assert not run["hdrm.x[1]"].equals(usual["hdrm.x[1]"])
