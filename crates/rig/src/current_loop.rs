@@ -33,15 +33,17 @@ impl Rig {
     /// ```text
     /// e = (0, i_q,r) − i,   v = K_p e + ∫ K_i e dt
     /// ```
-    /// The integrals rest while the voltage is at its limit.
+    /// The currents are those that the drive measures. The integrals rest while the voltage is at its
+    /// limit.
     pub(crate) fn asked(&self, s: &mut State, u: &Input, T: f64) -> Dq {
         let Some(gains) = self.current_loop else {
             return self.commanded(u);
         };
         let i_max = self.p.i_max;
+        let i = self.told(Dq { d: s.i_d, q: s.i_q });
         let e = Dq {
-            d: -s.i_d,
-            q: u.i_q_required.max(-i_max).min(i_max) - s.i_q,
+            d: -i.d,
+            q: u.i_q_required.max(-i_max).min(i_max) - i.q,
         };
         let [d, q] = s.regulator;
         let asked = gains.K_p * e + Dq { d, q };
