@@ -216,14 +216,19 @@ fn a_shift_of_the_rod_is_work_of_the_springs() {
 }
 
 /// The drive's own loop takes the current to where it is asked, whatever the motor's inductance, in
-/// the time of its bandwidth: 63 % of the step after some L/K_p and two periods of 125 µs, less than
-/// 10 % beside it after 3 ms, no more than the largest current. Gates that go off empty it.
+/// the time of its bandwidth: 63 % of the step after some L/K_p and two periods of 125 µs, no further
+/// than the overshoot of 25 % that a phase margin of 43° has, less than 10 % beside it after 3 ms, no more than the largest current. Gates that go off empty it.
 #[test]
 fn the_current_loop_follows_the_required_current() {
     for factor in [0.6, 1.0, 1.4] {
         let mut p = machine::Machine::reference().emla.lift;
         (p.L_d, p.L_q) = (factor * p.L_d, factor * p.L_q);
-        let rig = Rig::new(p, Extras::AS_BUILT, Drive::Motion).expect("valid");
+        // A rotor so heavy that its voltage stays as it is, and no dead time: near the zero of a
+        // phase's current that acts as a resistance of some 10 Ω.
+        p.J_m *= 1e3;
+        let mut extras = Extras::AS_BUILT;
+        extras.switching.dead_time = 0.0;
+        let rig = Rig::new(p, extras, Drive::Motion).expect("valid");
         let rig = rig.with_current_loop(Some(CurrentLoop::TYPICAL));
         let mut u = Input {
             x: 0.31,
@@ -237,7 +242,7 @@ fn the_current_loop_follows_the_required_current() {
         let rise = p.L_q / CurrentLoop::TYPICAL.K_p + 250e-6;
         let early = rig.step(&start, &u, 0.0, rise).expect("finite");
         let part = (early.i_q - start.i_q) / 5.0;
-        assert!((0.35..1.1).contains(&part), "{factor}: {part}");
+        assert!((0.35..1.25).contains(&part), "{factor}: {part}");
         let later = rig.step(&start, &u, 0.0, 3e-3).expect("finite");
         let beside = (later.i_q - u.i_q_required).abs().max(later.i_d.abs());
         assert!(beside < 0.5, "{factor}: {beside} A");
