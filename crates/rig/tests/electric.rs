@@ -217,7 +217,9 @@ fn a_shift_of_the_rod_is_work_of_the_springs() {
 
 /// The drive's own loop takes the current to where it is asked, whatever the motor's inductance, in
 /// the time of its bandwidth: 63 % of the step after some L/K_p and two periods of 125 µs, no further
-/// than the overshoot of 25 % that a phase margin of 43° has, less than 10 % beside it after 3 ms, no more than the largest current. Gates that go off empty it.
+/// than the overshoot of 25 % that a phase margin of 43° has, less than 10 % beside it after 6 ms
+/// (the slowest of its poles, `L s² + (R_s + K_p) s + K_i = 0`, lies at −349 1/s), no more than the
+/// largest current. Gates that go off empty it.
 #[test]
 fn the_current_loop_follows_the_required_current() {
     for factor in [0.6, 1.0, 1.4] {
@@ -243,7 +245,7 @@ fn the_current_loop_follows_the_required_current() {
         let early = rig.step(&start, &u, 0.0, rise).expect("finite");
         let part = (early.i_q - start.i_q) / 5.0;
         assert!((0.35..1.25).contains(&part), "{factor}: {part}");
-        let later = rig.step(&start, &u, 0.0, 3e-3).expect("finite");
+        let later = rig.step(&start, &u, 0.0, 6e-3).expect("finite");
         let beside = (later.i_q - u.i_q_required).abs().max(later.i_d.abs());
         assert!(beside < 0.5, "{factor}: {beside} A");
         u.i_q_required = 1e4;
