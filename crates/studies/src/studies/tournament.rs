@@ -46,6 +46,9 @@ const WRIST: &[&str] = &[
     "pd_wrist_damping[3]",
 ];
 
+/// A gain's name and value.
+pub type Gain = (String, f64);
+
 /// A law and the gains that are tuned; those of a group have one factor.
 pub struct Contestant {
     /// Mode of the controller.
@@ -101,7 +104,7 @@ pub struct Tuned {
     /// Law.
     pub law: String,
     /// Gains that were tuned with their values.
-    pub gains: Vec<(String, f64)>,
+    pub gains: Vec<Gain>,
     /// Median plus worst known error over the tuning runs, m; none where a run was lost with every
     /// candidate.
     pub cost: Option<f64>,
@@ -134,11 +137,7 @@ impl Arena<'_> {
     }
 
     /// The law `contestant` with these factors on the logarithm of its gains.
-    fn gains(
-        &self,
-        contestant: &Contestant,
-        logs: &[f64],
-    ) -> Result<(Vec<(String, f64)>, Vec<Setting>)> {
+    fn gains(&self, contestant: &Contestant, logs: &[f64]) -> Result<(Vec<Gain>, Vec<Setting>)> {
         let law = &crate::laws::of_modes(&[contestant.mode])[0];
         let (mut gains, mut settings) = (Vec::new(), law.settings(self.system)?);
         for (group, log) in contestant.gains.iter().zip(logs) {
@@ -259,7 +258,7 @@ fn candidate(gains: usize, k: u64, budget: u64, best: Option<&[f64]>) -> Vec<f64
         let mut random = ChaCha8Rng::seed_from_u64(k);
         let around = |log: &f64| {
             let normal: f64 = StandardNormal.sample(&mut random);
-            (log + step * normal).max(-1.0).min(1.0)
+            (log + step * normal).clamp(-1.0, 1.0)
         };
         return best.iter().map(around).collect();
     }
