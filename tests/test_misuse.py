@@ -94,7 +94,7 @@ def test_input_out_of_bounds(running):
 
 def test_enumeration_out_of_items(controller):
     instance = controller.instance()
-    for value in (0, 9, -1):
+    for value in (0, 12, -1):
         refused(instance, lambda: instance.set({"mode": value}), f"`mode` = {value}", "1 (adaptive) or 2 (modular) or 3 (pd) or 4 (modular_integral)", status=DISCARD)
     instance.free()
 

@@ -4,8 +4,6 @@
 //! Industrial drives close this loop themselves and take a current from the network; a voltage
 //! that comes over the network closes it with the network's delay.
 
-use crate::motor::Dq;
-use crate::{Input, Rig, State};
 use serde::{Deserialize, Serialize};
 
 /// Gains of the regulators of both axes.
@@ -25,32 +23,4 @@ impl CurrentLoop {
         K_p: 4.2,
         K_i: 1350.0,
     };
-}
-
-impl Rig {
-    /// Voltages that the drive asks of its inverter for the next switching period of `T` s: those
-    /// of its inputs, or of its current loop.
-    /// ```text
-    /// e = (0, i_q,r) − i,   v = K_p e + ∫ K_i e dt
-    /// ```
-    /// The currents are those that the drive measures. The integrals rest while the voltage is at its
-    /// limit.
-    pub(crate) fn asked(&self, s: &mut State, u: &Input, T: f64) -> Dq {
-        let Some(gains) = self.current_loop else {
-            return self.commanded(u);
-        };
-        let i_max = self.p.i_max;
-        let i = self.told(Dq { d: s.i_d, q: s.i_q });
-        let e = Dq {
-            d: -i.d,
-            q: u.i_q_required.max(-i_max).min(i_max) - i.q,
-        };
-        let [d, q] = s.regulator;
-        let asked = gains.K_p * e + Dq { d, q };
-        let given = self.limited(asked, u);
-        if given == asked {
-            s.regulator = [d + T * gains.K_i * e.d, q + T * gains.K_i * e.q];
-        }
-        given
-    }
 }
