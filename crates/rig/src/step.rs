@@ -10,7 +10,7 @@
 use crate::conditions::Conditions;
 use crate::state::Rates;
 use crate::{Drive, Input, Rig, State};
-use limits::{MAX_SUBSTEPS, StepError, check_step, substeps};
+use limits::{MAX_SUBSTEPS, StepError, check_finite, check_step, substeps};
 
 /// Longest substep, s: half a switching period of 8 kHz, which also resolves the electrical angle
 /// to 5° at rated speed.
@@ -70,6 +70,9 @@ impl Rig {
                     next.i_dc_mean =
                         machine::link_current(next.mean.supplied, self.link_voltage(u));
                     next.check_finite(t)?;
+                    // Powers are products: of finite states they may not be finite.
+                    let lost = self.output(&next, &u.moved(h)).P_loss;
+                    check_finite(t, [("P_loss", lost)])?;
                     return Ok(next);
                 }
                 Err(TooCoarse) => dt_max *= 0.25,
