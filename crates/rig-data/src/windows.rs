@@ -64,20 +64,8 @@ impl Truth {
     /// the load drives it, kept in [0, 1]; none elsewhere.
     #[must_use]
     pub fn efficiency(&self) -> Option<f64> {
-        let loss = self.P_loss;
-        (self.tau_e > 0.0 && self.w_m != 0.0).then(|| {
-            let out = self.P_out * self.w_m.signum();
-            let (gained, spent) = if self.w_m > 0.0 {
-                (out, out + loss)
-            } else {
-                (out - loss, out)
-            };
-            if gained <= 0.0 || spent <= 0.0 {
-                0.0
-            } else {
-                (gained / spent).min(1.0)
-            }
-        })
+        let is_defined = self.tau_e > 0.0 && self.w_m != 0.0;
+        is_defined.then(|| rig::efficiency(self.P_out, self.P_loss, self.w_m))
     }
 }
 
