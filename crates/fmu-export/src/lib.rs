@@ -104,6 +104,8 @@ mod core;
 pub mod derive;
 mod fmi2;
 mod fmi3;
+#[cfg(target_arch = "wasm32")]
+mod wasm;
 
 pub use core::carried::{Carried, Counted};
 pub use core::causality::ALL_PARAMETERS;

@@ -25,6 +25,7 @@ macro_rules! export_fmu {
                 type Model = $model;
             }
 
+            #[cfg(not(target_arch = "wasm32"))]
             $crate::export_fmi2!(__Exported);
             $crate::export_fmi3!(__Exported);
         };
@@ -123,6 +124,10 @@ macro_rules! export_fmi3 {
                     c: Instance, t: f64, h: f64, _no_set_prior: Boolean, event: *mut Boolean, terminate: *mut Boolean,
                     early_return: *mut Boolean, last_time: *mut f64
                 ) -> Status = do_step(c, t, h, event, terminate, early_return, last_time);
+            }
+
+            #[cfg(not(target_arch = "wasm32"))]
+            $crate::export_entries! { $exported;
                 fmi3ExportFiles(context: *mut c_void, receive: Option<ReceiveFile>) -> c_int
                     = export_files(&LIBRARY, context, receive);
             }

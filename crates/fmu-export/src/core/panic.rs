@@ -45,6 +45,8 @@ pub(crate) fn silence(in_program: bool) {
 }
 
 fn hook(info: &PanicHookInfo<'_>) {
+    #[cfg(target_arch = "wasm32")]
+    crate::wasm::callbacks::tell_panic(&info.to_string());
     if IN_PROGRAM.load(Ordering::Relaxed) && INSIDE.get() == 0 {
         if let Some(previous) = PREVIOUS.get() {
             previous(info);

@@ -1,7 +1,12 @@
 //! Files that String parameters name.
 
 use std::fmt::Display;
+#[cfg(not(target_arch = "wasm32"))]
+use std::fs::{exists, read_to_string as read};
 use std::path::Path;
+
+#[cfg(target_arch = "wasm32")]
+use crate::wasm::files::{exists, read};
 
 /// What `parse` makes of the file that a String parameter names, for use in a
 /// [`SetString`](crate::SetString).
@@ -33,10 +38,10 @@ pub fn read_placed_file<T, E: Display>(
     let given = Path::new(path);
     let in_resources = resources.map(|folder| folder.join(given));
     let file = match &in_resources {
-        Some(file) if given.is_relative() && !given.exists() => file,
+        Some(file) if given.is_relative() && !exists(given).unwrap_or(false) => file,
         _ => given,
     };
-    let text = std::fs::read_to_string(file).map_err(|e| match resources {
+    let text = read(file).map_err(|e| match resources {
         Some(folder) if given.is_relative() => {
             let folder = folder.display();
             format!(

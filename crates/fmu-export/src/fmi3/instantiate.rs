@@ -115,7 +115,8 @@ fn updates<M: Model>(
 /// The resources folder; one that is not absolute is reported and done without.
 fn folder(messages: &mut Vec<Message>, path: &str) -> Option<PathBuf> {
     let folder = Path::new(path);
-    if folder.is_absolute() {
+    // In a WebAssembly module the folder is the beginning of the paths of files that its host places.
+    if folder.is_absolute() || cfg!(target_arch = "wasm32") {
         // Without the separator at the end.
         return Some(folder.components().collect());
     }
