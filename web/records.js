@@ -1,0 +1,60 @@
+/* What one takes along: the recorded signals as CSV, and the settings as an address. */
+
+/* Communication points that a recording holds at most: five minutes at 1 ms. */
+const MOST_ROWS = 300_000;
+
+export class Recorder {
+  constructor() {
+    Object.assign(this, { on: false, names: [] });
+    this.restart([]);
+  }
+
+  restart(names) {
+    Object.assign(this, { names, chunks: [], count: 0 });
+  }
+
+  toggle() {
+    this.on = !this.on;
+    if (this.on) this.restart(this.names);
+    return this.on;
+  }
+
+  add(rows, stride) {
+    if (!this.on || rows.length === 0 || this.count >= MOST_ROWS) return;
+    this.chunks.push(rows);
+    this.count += rows.length / stride;
+  }
+
+  /* Forgets what is after the time. */
+  cut(time) {
+    const stride = 1 + this.names.length;
+    this.chunks = this.chunks.map((rows) => {
+      let end = rows.length;
+      while (end > 0 && rows[end - stride] > time + 1e-9) end -= stride;
+      return rows.slice(0, end);
+    });
+    this.count = this.chunks.reduce((sum, rows) => sum + rows.length / stride, 0);
+  }
+
+  csv() {
+    const stride = 1 + this.names.length;
+    const lines = [["time", ...this.names].join(",")];
+    for (const rows of this.chunks) {
+      for (let at = 0; at < rows.length; at += stride) lines.push(rows.subarray(at, at + stride).join(","));
+    }
+    return `${lines.join("\n")}\n`;
+  }
+}
+
+/* Settings and ghosts that an address asks for. */
+export function settingsOf(hash) {
+  const { ghosts = "", ...settings } = Object.fromEntries(new URLSearchParams(hash.slice(1)));
+  return { settings, ghosts: ghosts.split(",").filter(Boolean) };
+}
+
+/* The address of a run. */
+export function addressOf(settings, ghosts) {
+  const all = new URLSearchParams(Object.entries(settings).map(([name, value]) => [name, String(value)]));
+  if (ghosts.length) all.set("ghosts", ghosts.join(","));
+  return `#${all}`;
+}
