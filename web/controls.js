@@ -3,6 +3,8 @@
  * once; all others by a restart, which the sign beside the name says.
  */
 
+import { takesEffectAtOnce } from "./variables.js";
+
 /* Words that an operator says for the laws of `controller.mode`. */
 export const LAWS = {
   adaptive: "learns the load (adaptive)",
@@ -52,9 +54,6 @@ export const CONTROLS = [
   { sheet: "world", label: "The battery gives at most", unit: "A", range: [5, 120, 5], names: ["dclink.battery.discharge_limit"] },
 ];
 
-/* Whether the engine takes a value of this variable between two steps. */
-export const takesEffectAtOnce = (variable) => variable.causality === "input" || variable.variability === "tunable";
-
 export class Panel {
   /* `changed(control, values, atOnce)` is told the values by the variables' names. */
   constructor(sheets, changed) {
@@ -64,13 +63,13 @@ export class Panel {
   /* Rows for the variables of the running system, in the place of those before. */
   build(variables) {
     this.controls.forEach(({ row }) => row.remove());
+    this.variables = variables;
     this.controls = CONTROLS.filter(({ names, own }) => own || variables.has(names[0])).map((control) => ({ ...control }));
     for (const control of this.controls) {
       control.atOnce = Boolean(control.own) || takesEffectAtOnce(variables.get(control.names[0]));
       this.row(control);
       const sheet = this.sheets[control.sheet];
       sheet.insertBefore(control.row, sheet.querySelector(":scope > .buttons, :scope > fieldset"));
-      control.was = this.value(control);
     }
   }
 
@@ -135,7 +134,7 @@ export class Panel {
       if (control.own) continue;
       const { factor = 1, offset = 0, list, flag, names } = control;
       const inside = await read(names[0]);
-      if (list) this.put(control, typeof inside === "number" ? Object.keys(list)[inside - 1] : inside);
+      if (list) this.put(control, this.variables.get(names[0]).items.find((item) => item.value === inside)?.name);
       else this.put(control, flag ? inside : Number(((inside - offset) / factor).toPrecision(9)));
     }
   }

@@ -8,6 +8,19 @@ import { Engine } from "./engine.js";
 const SAVE_EVERY = 1;
 const SAVES = 12;
 
+/* Structure of the package for each world, and what an operator calls it. */
+export const WORLDS = {
+  ideal: { structure: "SystemStructure.ssd", text: "ideal: as the controller thinks it is" },
+  real: { structure: "Real.ssd", text: "as built: drives, mounting, sensors" },
+  electric: { structure: "Electric.ssd", text: "fed by a battery" },
+};
+
+/* Settings in the engine's words. */
+function forEngine({ world = "ideal", trajectory, ...rest }) {
+  if (!(world in WORLDS)) throw new Error(`world = ${world}: it must be one of ${Object.keys(WORLDS).join(", ")}.`);
+  return { structure: WORLDS[world].structure, ...(trajectory && { "controller.trajectory": trajectory }), ...rest };
+}
+
 export class Ensemble {
   static async open(parts) {
     const ensemble = new Ensemble();
@@ -32,9 +45,9 @@ export class Ensemble {
 
   /* All from the start. What the main engine refuses, changes nothing. */
   async restart(settings) {
-    await this.main.restart(settings);
-    await Promise.all([...this.ghosts].map(([law, ghost]) => ghost.restart({ ...settings, "controller.mode": law })));
-    this.forget();
+    await this.main.restart(forEngine(settings));
+    await Promise.all([...this.ghosts].map(([law, ghost]) => ghost.restart(forEngine({ ...settings, "controller.mode": law }))));
+    this.saved = [];
     await this.keep();
   }
 
@@ -42,7 +55,7 @@ export class Ensemble {
   async beside(laws, settings) {
     for (const [law, ghost] of this.ghosts) {
       if (laws.includes(law)) continue;
-      ghost.close?.();
+      ghost.close();
       this.ghosts.delete(law);
     }
     for (const law of laws) {
@@ -95,10 +108,6 @@ export class Ensemble {
     if (this.busy || this.time < (this.saved.at(-1)?.time ?? -Infinity) + SAVE_EVERY) return;
     this.busy = true;
     await this.keep().finally(() => (this.busy = false));
-  }
-
-  forget() {
-    this.saved = [];
   }
 
   /* To the state of ten seconds ago, or the oldest one kept since; the time that it is of. */

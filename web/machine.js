@@ -1,22 +1,24 @@
 /* The live machine: puts engine, scene, levers, panel and scopes together; `window.machine` is the page for scripts. */
-import { Ensemble } from "./ensemble.js";
-import { Panel, LAWS, takesEffectAtOnce } from "./controls.js";
+import { Ensemble, WORLDS } from "./ensemble.js";
+import { LAWS, Panel } from "./controls.js";
 import { Levers, LEVER_KEYS } from "./drive.js";
 import { LiveScene } from "./live_scene.js";
-import { Recorder, settingsOf, addressOf } from "./records.js";
+import { Recorder } from "./records.js";
 import { Scope, readable } from "./scopes.js";
 import { ACTUATORS, GHOST_SIGNALS, SCOPES, SIGNALS, watched } from "./signals.js";
 import { download, json, part } from "./parts.js";
+import { addressOf, elements, settingsOf } from "./variables.js";
 
 const element = (id) => document.getElementById(id);
 /* What one sees first: it moves at once, and with all joints. */
 const FIRST = { trajectory: "path", "controller.path_file": "six-joints", "controller.settle_time": "0.3" };
-const WORLDS = { ideal: "ideal: as the controller thinks it is", real: "as built: drives, mounting, sensors", electric: "fed by a battery" };
 const GHOST_LAWS = ["adaptive", "modular", "pd", "modular_integral"];
 /* Largest rates of the levers, by kind; the controller limits them too. */
 const MOST = { joint: [0.15, 0.1, 0.1, 0.5, 0.5, 0.5], tip: [0.25, 0.25, 0.25, 0.3, 0.3, 0.3] };
 const PUSH = { force: 300, duration: 0.2 };
 const SCOPE_SECONDS = 12;
+/* Name of the file that the controller is given waypoints in. */
+const PATH = "waypoints";
 /* Where a run is lost: the tip this far off, m; a rod with this many times its rated force. */
 const LOST_TIP = 0.05;
 const LOST_FORCE = 4;
@@ -48,13 +50,18 @@ class LivePage {
     if (!matchMedia("(prefers-reduced-motion: reduce)").matches) this.play();
   }
 
+  /* Laws of the ghosts. */
+  get laws() {
+    return [...this.ensemble.ghosts.keys()];
+  }
+
   /* Starts with these settings, and says why where a reason is given; what is refused leaves the run as it is. */
-  async start(settings, ghosts = [...this.ensemble.ghosts.keys()], why = "") {
+  async start(settings, ghosts = this.laws, why = "") {
     const playing = this.playing;
     await this.pause();
     try {
       const laws = ghosts.filter((law) => law in LAWS);
-      if (laws.join() === [...this.ensemble.ghosts.keys()].join()) await this.ensemble.restart(settings);
+      if (laws.join() === this.laws.join()) await this.ensemble.restart(settings);
       else await this.ensemble.beside(laws, settings);
     } finally {
       if (playing) this.play();
@@ -62,11 +69,11 @@ class LivePage {
     this.settings = settings;
     [this.log, this.lost, this.pushed] = [[], null, null];
     element("broken").hidden = true;
-    this.variables = new Map((await this.ensemble.main.variables()).map((variable) => [variable.name, variable]));
+    this.variables = new Map(elements(await this.ensemble.main.variables()).map((variable) => [variable.name, variable]));
     this.panel.build(this.variables);
     await this.follow();
     this.watch();
-    history.replaceState(null, "", addressOf(this.settings, [...this.ensemble.ghosts.keys()]));
+    history.replaceState(null, "", addressOf(this.settings, this.laws));
     this.say(why);
     element("undo").disabled = false;
     await this.judge();
@@ -120,7 +127,7 @@ class LivePage {
       if (!this.chosen.has(name) || !this.places[signal]) continue;
       const scope = new Scope(element("scopes"), { title, unit, length: SCOPE_SECONDS, scrolls: true });
       const traces = labels.map((label) => scope.add(label));
-      const beside = ghosts ? [...this.ensemble.ghosts.keys()].map((law, k) => scope.add(law, k + 2)) : [];
+      const beside = ghosts ? this.laws.map((law, k) => scope.add(law, k + 2)) : [];
       const true_ = truth ? labels.map((label, k) => scope.add("", k, true)) : [];
       this.scopes.set(name, { description, scope, traces, beside, true_ });
     }
@@ -161,6 +168,7 @@ class LivePage {
     }
     this.recorder.add(history, stride);
     this.latest = frame;
+    if (frame.error && this.playing) this.ended(frame.error);
     if (this.pushed && frame.time >= this.pushed) this.push([0, 0, 0]);
     this.ensemble.remember();
   }
@@ -188,10 +196,19 @@ class LivePage {
     const [rank, text] = shares[worst] >= LOST_FORCE ? [2, `The machine would have broken at ${t.toFixed(2)} s: ${rod}.`]
       : error >= LOST_TIP ? [2, `The controller lost the machine at ${t.toFixed(2)} s: the tip was ${(1000 * error).toFixed(0)} mm off.`]
       : shares[worst] > 1 ? [1, `Overloaded at ${t.toFixed(2)} s: ${rod}.`] : [0, ""];
-    if (rank <= (this.lost?.rank ?? 0)) return;
+    if (rank > (this.lost?.rank ?? 0)) this.alarm(rank, text);
+  }
+
+  alarm(rank, text) {
     this.lost = { rank, text };
     element("broken").textContent = text;
     element("broken").hidden = false;
+  }
+
+  /* The run goes on no more. */
+  ended(error) {
+    this.alarm(2, `The run ended at ${this.ensemble.time.toFixed(2)} s: ${error}`);
+    this.pause();
   }
 
   /* One picture. */
@@ -236,7 +253,7 @@ class LivePage {
       const part = Math.abs(forces[k]) / this.data.rated[k];
       return `<tr><td>${name}</td><td>${(forces[k] / 1000).toFixed(1).replace("-", "−")} kN</td><td><meter min="0" max="1.3" high="1" low="0.8" optimum="0" value="${part}"></meter></td><td>${currents[k].toFixed(1).replace("-", "−")} A</td></tr>`;
     });
-    const beside = [...this.ensemble.ghosts.keys()].map((law, k) => {
+    const beside = this.laws.map((law, k) => {
       const last = this.scopes.get("error")?.beside[k]?.last;
       return last === undefined ? "" : `<tr style="color:${this.ghostColor(k)}"><td>${law}</td><td colspan="3">${readable(last)} mm</td></tr>`;
     });
@@ -247,11 +264,10 @@ class LivePage {
   }
 
   async judge() {
-    const verdict = await this.ensemble.main.verdict().catch((error) => ({ good: false, text: error.message }));
-    const text = typeof verdict === "string" ? verdict : (verdict.text ?? "");
-    const good = typeof verdict === "string" ? !/\bBAD\b/.test(verdict) : verdict.good;
-    element("verdict").textContent = `${good ? "good" : "bad"}${this.lost?.rank === 2 ? ", broken" : ""}`;
-    element("verdict").className = good && this.lost?.rank !== 2 ? "good" : "bad";
+    const { bad, text } = await this.ensemble.main.verdict();
+    const lost = this.lost?.rank === 2;
+    element("verdict").textContent = lost ? "lost" : bad ? "bad" : "good";
+    element("verdict").className = lost || bad ? "bad" : "good";
     element("verdict").title = text;
   }
 
@@ -291,7 +307,7 @@ class LivePage {
 
   async step() {
     await this.pause();
-    await this.ensemble.advance(Number(this.settings.step ?? 0.001));
+    await this.ensemble.advance(this.ensemble.main.about.step);
   }
 
   async set(name, value) {
@@ -307,7 +323,7 @@ class LivePage {
       if (control.atOnce) {
         for (const [name, value] of Object.entries(values)) await this.set(name, value);
         Object.assign(this.settings, values);
-        history.replaceState(null, "", addressOf(this.settings, [...this.ensemble.ghosts.keys()]));
+        history.replaceState(null, "", addressOf(this.settings, this.laws));
       } else {
         await this.start({ ...this.settings, ...values }, undefined, `${control.label}: that needs a standstill, so the machine started again.`);
       }
@@ -342,7 +358,7 @@ class LivePage {
   /* Who leads from now on: a value of the select `trajectory`. */
   async lead(choice) {
     const [trajectory, detail] = choice.split(" ");
-    const kept = Object.entries(this.settings).filter(([name]) => !/^controller\.(path_file|rate\.|settle_time)|^trajectory$|zeta_start/.test(name));
+    const kept = Object.entries(this.settings).filter(([name]) => !/^controller\.(path_file|rate\.|settle_time)|^trajectory$|^files$|zeta_start/.test(name));
     const settings = { ...Object.fromEntries(kept), trajectory, "controller.settle_time": 0.3 };
     if (trajectory === "rates") {
       if (this.settings.trajectory === "rates") {
@@ -362,8 +378,8 @@ class LivePage {
 
   /* Follows a path from where the machine stands: waypoints, or the text of a file. */
   follows(path) {
-    const text = typeof path === "string" ? path : JSON.stringify(path);
-    const settings = { ...this.settings, ...this.standing(), trajectory: "path", "controller.path_file": text, "controller.settle_time": 0.3 };
+    const files = { [PATH]: typeof path === "string" ? path : JSON.stringify(path) };
+    const settings = { ...this.settings, ...this.standing(), trajectory: "path", "controller.path_file": PATH, files, "controller.settle_time": 0.3 };
     return this.start(settings, undefined, "The machine follows your waypoints.");
   }
 
@@ -472,7 +488,7 @@ class LivePage {
     on("settings", () => download("machine.json", this.settingsText(), "application/json"));
     on("link", async () => { await navigator.clipboard.writeText(location.href); this.say("The link is copied."); });
     document.querySelectorAll("[data-view]").forEach((button) => button.addEventListener("click", () => this.scene.view(button.dataset.view)));
-    Object.entries(WORLDS).forEach(([value, text]) => element("world").add(new Option(text, value)));
+    Object.entries(WORLDS).forEach(([value, { text }]) => element("world").add(new Option(text, value)));
     const boxes = GHOST_LAWS.map((law) => {
       const label = this.box(LAWS[law], false, () => this.beside([...element("ghosts").querySelectorAll("input:checked")].map((box) => box.value)));
       label.firstChild.value = law;
@@ -497,12 +513,12 @@ class LivePage {
     if (world !== "ideal") this.done("world");
     // Parameters of components that the other world does not have stay behind.
     const kept = Object.entries(this.settings).filter(([name]) => !/^(sensors|dclink|emla_\d)\./.test(name));
-    return this.start({ ...Object.fromEntries(kept), world }, undefined, `Started again: ${WORLDS[world]}.`);
+    return this.start({ ...Object.fromEntries(kept), world }, undefined, `Started again: ${WORLDS[world].text}.`);
   }
 
   settingsText() {
     const note = "settings as `cosim run --set` takes them; changes: what was changed while it ran, s after the start";
-    return JSON.stringify({ note, settings: this.settings, ghosts: [...this.ensemble.ghosts.keys()], changes: this.log }, null, 1);
+    return JSON.stringify({ note, settings: this.settings, ghosts: this.laws, changes: this.log }, null, 1);
   }
 
   keys() {

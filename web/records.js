@@ -1,4 +1,4 @@
-/* What one takes along: the recorded signals as CSV, and the settings as an address. */
+/* Recorded signals, as CSV. */
 
 /* Communication points that a recording holds at most: five minutes at 1 ms. */
 const MOST_ROWS = 300_000;
@@ -44,17 +44,4 @@ export class Recorder {
     }
     return `${lines.join("\n")}\n`;
   }
-}
-
-/* Settings and ghosts that an address asks for. */
-export function settingsOf(hash) {
-  const { ghosts = "", ...settings } = Object.fromEntries(new URLSearchParams(hash.slice(1)));
-  return { settings, ghosts: ghosts.split(",").filter(Boolean) };
-}
-
-/* The address of a run. */
-export function addressOf(settings, ghosts) {
-  const all = new URLSearchParams(Object.entries(settings).map(([name, value]) => [name, String(value)]));
-  if (ghosts.length) all.set("ghosts", ghosts.join(","));
-  return `#${all}`;
 }
