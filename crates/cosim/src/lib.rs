@@ -26,11 +26,13 @@ pub mod cli;
 mod coupling;
 #[cfg(feature = "native")]
 pub mod csv;
+pub mod describe;
 pub mod divergence;
 pub mod exchange;
 pub mod experiment;
 pub mod faults;
 pub mod fmu;
+pub mod forgotten;
 pub mod input_table;
 mod instances;
 pub mod master;

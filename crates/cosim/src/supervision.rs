@@ -46,6 +46,11 @@ impl Supervision {
         self.verdict.note(text);
     }
 
+    /// Add something that spoils the result.
+    pub fn fail(&mut self, text: String) {
+        self.verdict.object(text);
+    }
+
     /// The error of a step, with where the loops of the system began to diverge before.
     pub fn explain(&self, error: anyhow::Error, system: &System, master: &Master) -> anyhow::Error {
         match self.divergence(system, master) {
