@@ -11,6 +11,7 @@ const TIP_COLOR = "#d4145a";
 /* Where the eye is and what it looks at; `at` is the tip. */
 const VIEWS = {
   whole: () => [[2.6, 1.9, 5.6], [1.55, 1.3, 0]],
+  wide: () => [[2.9, 2.2, 7.2], [1.6, 1.55, 0]],
   linkages: () => [[1.7, 2, 2.9], [1.35, 1.9, 0]],
   tip: (at) => [[at.x + 0.9, at.y + 0.7, at.z + 1.3], [at.x - 0.1, at.y + 0.1, at.z]],
   side: () => [[1.6, 1.5, 5.9], [1.6, 1.4, 0]],

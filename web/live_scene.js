@@ -65,7 +65,7 @@ export class LiveScene {
     drawing.base.add(this.waypoints);
     this.theme();
     drawing.size(stage);
-    drawing.view("whole");
+    drawing.view("wide");
     this.pointer();
     this.slow = 0;
     new ResizeObserver(() => { drawing.size(stage); this.dirty = true; }).observe(stage);
@@ -93,7 +93,7 @@ export class LiveScene {
   /* Machines beside the driven one, in these colours. */
   showGhosts(colors) {
     this.ghosts.flat().forEach((group) => this.drawing.base.remove(group));
-    this.ghosts = colors.map((color) => this.drawing.machine(() => ({ color, transparent: true, opacity: 0.3, depthWrite: false })));
+    this.ghosts = colors.map((color) => this.drawing.machine(() => ({ color, transparent: true, opacity: 0.3, depthWrite: false, polygonOffset: true, polygonOffsetFactor: 4 })));
     this.ghosts.flat().forEach((group) => group.children.forEach((mesh) => (mesh.castShadow = mesh.receiveShadow = false)));
     this.dirty = true;
   }

@@ -58,7 +58,7 @@ class LivePage {
   /* Starts with these settings, and says why where a reason is given; what is refused leaves the run as it is. */
   async start(settings, ghosts = this.laws, why = "") {
     const playing = this.playing;
-    await this.pause();
+    if (this.settings) await this.pause();
     try {
       const laws = ghosts.filter((law) => law in LAWS);
       if (laws.join() === this.laws.join()) await this.ensemble.restart(settings);
