@@ -91,7 +91,7 @@ export class Panel {
       if (range) [control.field.min, control.field.max, control.field.step] = range;
     }
     if (range) {
-      control.text = document.createElement("output");
+      control.text = document.createElement("b");
       row.append(control.text);
       control.field.addEventListener("input", () => this.say(control));
       control.say = () => `${control.field.value.replace("-", "−")} ${unit}`;
@@ -103,7 +103,7 @@ export class Panel {
   }
 
   say(control) {
-    if (control.text) control.text.value = control.say();
+    if (control.text) control.text.textContent = control.say();
   }
 
   put(control, value) {

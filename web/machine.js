@@ -597,7 +597,7 @@ window.machine = {
   get: (name) => page.ensemble.main.get(name),
   set: (name, value) => page.set(name, value),
   get time() {
-    return page.ensemble.time;
+    return page.ensemble?.time ?? NaN;
   },
   verdict: () => page.ensemble.main.verdict(),
 };

@@ -138,7 +138,7 @@ export class Scope {
       for (const y of trace.high) high = Math.max(high, y);
     }
     if (low > high) [low, high] = [0, 1];
-    const margin = Math.max(0.06 * (high - low), 1e-6 * Math.max(Math.abs(low), Math.abs(high)), 1e-12);
+    const margin = 0.06 * (high - low) || 0.1 * Math.abs(high) || 1;
     const now = [low - margin, high + margin];
     const before = this.range;
     const tight = !this.scrolls || !before || before[1] - before[0] > 3 * (now[1] - now[0]);
