@@ -3,6 +3,7 @@
 
 fn main() {
     println!("cargo::rerun-if-changed=src/slave/logger.c");
+    #[cfg(feature = "native")]
     cc::Build::new()
         .file("src/slave/logger.c")
         .compile("cosim_logger");

@@ -15,21 +15,20 @@ use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::csv::Log;
 use crate::faults::Faults;
+use crate::forgotten::Forgotten;
 use crate::input_table::{InputTable, Table};
 use crate::master::{Schedule, Stepping};
 use crate::output;
 use crate::run::Experiment;
 use crate::scenario;
+pub use crate::schedule::STEP;
 use crate::signals::matching_any;
-use crate::system::{FmuPlace, Forgotten, System};
+use crate::system::{FmuPlace, System};
 use crate::verdict::Verdict;
 use crate::wiring::Port;
 
 /// Environment variable that names the folder of the packed FMUs.
 const FMU_DIR: &str = "FMU_DIR";
-
-/// Communication step where nobody asks for one, s.
-pub const STEP: f64 = 1e-3;
 
 /// Which system is run.
 #[derive(Args, Clone)]
@@ -211,50 +210,7 @@ impl RunArgs {
         experiment: &Experiment,
         forgotten: &Forgotten,
     ) -> Result<Verdict> {
-        let mut verdict = Verdict::default();
-        if !forgotten.connectors.is_empty() {
-            verdict.object(format!(
-                "connectors that the FMUs do not have: {}",
-                forgotten.connectors.join(", ")
-            ));
-        }
-        if !forgotten.inputs.is_empty() {
-            verdict.note(format!(
-                "inputs that nothing drives or sets keep their start values: {}",
-                forgotten.inputs.join(", ")
-            ));
-        }
-        if !forgotten.values.is_empty() {
-            verdict.note(format!(
-                "bound values that match no variable are passed over: {}",
-                forgotten.values.join(", ")
-            ));
-        }
-        if self.strict {
-            let texts: Vec<_> = verdict.findings().iter().map(|f| f.text.as_str()).collect();
-            ensure!(texts.is_empty(), "--strict: {}", texts.join("; "));
-        }
-        let read_once = match experiment.stepping.schedule {
-            Schedule::Standard => Vec::new(),
-            _ => system.read_once()?,
-        };
-        if !read_once.is_empty() {
-            verdict.note(format!(
-                "outputs that do not declare on which inputs they depend are read right after the step, so that what goes through them \
-                 arrives one step later (--feedthrough COMPONENT, where they may be read again): {}",
-                read_once.join(", ")
-            ));
-        }
-        for remark in &forgotten.remarks {
-            verdict.note(remark.clone());
-        }
-        if !forgotten.unmentioned.is_empty() {
-            verdict.note(format!(
-                "inputs that the system does not mention keep their start values: {}",
-                forgotten.unmentioned.join(", ")
-            ));
-        }
-        Ok(verdict)
+        forgotten.judge(system, experiment.stepping.schedule, self.strict)
     }
 }
 
@@ -373,25 +329,23 @@ impl ValueEnum for Schedule {
     }
 
     fn to_possible_value(&self) -> Option<PossibleValue> {
-        let (name, help) = match self {
-            Self::Standard => (
-                "standard",
+        let help = match self {
+            Self::Standard => {
                 "Get all outputs, set all inputs, step all: asks of an FMU and of an importer what FMI 2.0 promises, nothing more; a value \
-                 that goes through a component arrives one step later",
-            ),
-            Self::Jacobi => (
-                "jacobi",
+                 that goes through a component arrives one step later"
+            }
+            Self::Jacobi => {
                 "Step all from the values at the communication point; asks that outputs can be read again after inputs were set at the \
-                 same communication point",
-            ),
-            Self::GaussSeidel => (
-                "gauss-seidel",
+                 same communication point"
+            }
+            Self::GaussSeidel => {
                 "Step one after the other in the order of the system, later ones with the mean effort of the step; asks what jacobi asks, \
-                 and that inputs can be set between the steps of two components",
-            ),
+                 and that inputs can be set between the steps of two components"
+            }
             Self::JacobiDerivatives => return None,
         };
-        Some(PossibleValue::new(name).help(help))
+        let named = Self::NAMED.iter().find(|(_, schedule)| schedule == self);
+        Some(PossibleValue::new(named?.0).help(help))
     }
 }
 

@@ -1,12 +1,12 @@
 //! The coupled instances with the plans of what is passed between them: what every schedule is made
 //! of. Nothing here looks up or allocates.
 
-use anyhow::{Result, bail};
+use anyhow::{Result, bail, ensure};
 
 use crate::bond::{BondSlots, Residual};
-use crate::exchange::Exchange;
+use crate::exchange::{Exchange, Passed};
 use crate::means::Means;
-use crate::slave::{At, Slave};
+use crate::slave::{At, Slave, State};
 
 /// Passes of Event Mode after which discrete states that still change are a failure.
 const PASSES: usize = 100;
@@ -36,7 +36,49 @@ pub struct BondStep {
     flow_before: f64,
 }
 
+/// What the instances and the plans remember from one communication point to the next.
+pub(crate) struct Saved {
+    slaves: Vec<State>,
+    passed: Passed,
+    derivatives: Option<Passed>,
+    means: Vec<f64>,
+    residuals: Vec<Residual>,
+    bond_steps: Vec<BondStep>,
+}
+
 impl Coupling {
+    /// The state at `t`, s.
+    pub fn save(&self, t: f64) -> Result<Saved> {
+        let slaves = self.slaves.iter().map(|s| s.save(At::Time(t)));
+        Ok(Saved {
+            slaves: slaves.collect::<Result<_>>()?,
+            passed: self.exchange.save(),
+            derivatives: self.derivatives.as_ref().map(Exchange::save),
+            means: self.means.values.clone(),
+            residuals: self.residuals.clone(),
+            bond_steps: self.bond_steps.clone(),
+        })
+    }
+
+    /// Back to a state at `t`, s.
+    pub fn restore(&mut self, saved: &Saved, t: f64) -> Result<()> {
+        ensure!(
+            saved.slaves.len() == self.slaves.len(),
+            "a state of another run"
+        );
+        for (slave, state) in self.slaves.iter().zip(&saved.slaves) {
+            slave.restore(state, At::Time(t))?;
+        }
+        self.exchange.restore(&saved.passed);
+        for (exchange, passed) in self.derivatives.iter_mut().zip(&saved.derivatives) {
+            exchange.restore(passed);
+        }
+        self.means.values.clone_from(&saved.means);
+        self.residuals.clone_from(&saved.residuals);
+        self.bond_steps.clone_from(&saved.bond_steps);
+        Ok(())
+    }
+
     /// Number of components.
     pub fn count(&self) -> usize {
         self.slaves.len()

@@ -10,6 +10,7 @@ use fmu_description::Kind;
 
 use crate::cells::cell;
 use crate::master::{Master, Stepping};
+use crate::observer::Observer;
 use crate::schedule::steps_in;
 use crate::signals::Signals;
 use crate::system::System;
@@ -164,6 +165,12 @@ impl Log {
         self.file.finish()?;
         let written = fs::write(&beside, self.units);
         written.with_context(|| format!("`{}` cannot be written", beside.display()))
+    }
+}
+
+impl Observer for Log {
+    fn observe(&mut self, master: &Master) -> Result<()> {
+        self.add(master)
     }
 }
 

@@ -3,7 +3,7 @@
 
 use std::fmt::Write as _;
 
-use cosim::structure::Structure;
+use crate::structure::Structure;
 use fmu_description::{Archive, Capabilities, Description, Kind, Variable};
 use serde_json::{Map, Value, json};
 
@@ -93,7 +93,8 @@ pub fn fmu_json(fmu: &Fmu) -> Value {
     })
 }
 
-fn variable_json(d: &Description, v: &Variable) -> Value {
+/// A variable as JSON.
+pub fn variable_json(d: &Description, v: &Variable) -> Value {
     let starts: Vec<Value> = v.start.iter().map(|text| start_json(v, text)).collect();
     let start = match starts.as_slice() {
         [] => Value::Null,
@@ -110,7 +111,7 @@ fn variable_json(d: &Description, v: &Variable) -> Value {
     let depends = depends_on(d, v).flatten();
     json!({
         "name": v.name, "causality": word(&v.causality), "variability": word(&v.variability), "type": v.kind.name(),
-        "dimensions": v.dimensions, "unit": v.unit, "start": start, "min": v.min, "max": v.max, "nominal": v.nominal,
+        "dimensions": v.dimensions, "unit": v.unit, "display_unit": v.display_unit, "start": start, "min": v.min, "max": v.max, "nominal": v.nominal,
         "items": items, "depends_on": depends, "description": v.description,
     })
 }

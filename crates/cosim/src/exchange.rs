@@ -188,6 +188,14 @@ pub enum Order {
     AtOnce,
 }
 
+/// What an exchange remembers from one communication point to the next.
+#[derive(Clone, Debug)]
+pub(crate) struct Passed {
+    values: Vec<f64>,
+    wide: Vec<Value>,
+    faults: Option<Alteration>,
+}
+
 /// The connections in the order of direct feedthrough, with the values last passed.
 #[derive(Debug)]
 pub struct Exchange {
@@ -269,6 +277,22 @@ impl Exchange {
             slots,
             faults: None,
         })
+    }
+
+    /// What was last passed.
+    pub(crate) fn save(&self) -> Passed {
+        Passed {
+            values: self.values.clone(),
+            wide: self.wide.clone(),
+            faults: self.faults.clone(),
+        }
+    }
+
+    /// As if this had been passed last.
+    pub(crate) fn restore(&mut self, passed: &Passed) {
+        self.values.clone_from(&passed.values);
+        self.wide.clone_from(&passed.wide);
+        self.faults.clone_from(&passed.faults);
     }
 
     /// What is set at a communication point.

@@ -243,7 +243,7 @@ impl Effect {
 }
 
 /// The faults of a run that is being made.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Alteration {
     faults: Vec<Active>,
     /// Faults that draw numbers, in the order in which they do.
@@ -255,7 +255,7 @@ pub struct Alteration {
     time: f64,
 }
 
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 struct Active {
     fault: Fault,
     is_on: bool,
@@ -266,7 +266,7 @@ struct Active {
 }
 
 /// The values of one wire, or of the mean effort that goes over it.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 struct Channel {
     states: Vec<State>,
     /// What was given last.
@@ -277,7 +277,7 @@ struct Channel {
 
 /// What one fault remembers of one channel. At one communication point values may pass several
 /// times; the last counts.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 struct State {
     fault: usize,
     value: f64,

@@ -1,24 +1,21 @@
-//! An unpacked FMU with its library loaded once, shared by all its instances.
+//! An FMU with its library loaded once, shared by all its instances.
 
 pub(crate) mod functions;
+#[cfg_attr(not(feature = "native"), path = "fmu/module.rs")]
 mod library;
 
-use std::path::MAIN_SEPARATOR;
-use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use anyhow::{Context, Result, bail};
-use fmu_description::{Archive, Description, Version, platform};
-use tempfile::TempDir;
+use fmu_description::{Archive, Description, Version};
 
 use crate::batch::{Batch, Layout};
-use crate::output;
 use crate::slave::clocks::{self, Plan};
 use functions::{Functions2, Functions3};
 use library::Library;
 
-/// A loaded FMU. The library and the unpacked files live as long as any instance.
+/// A loaded FMU. The library and the files that it needs live as long as any instance.
 pub struct Fmu {
     /// Name for messages: the file it came from.
     pub file: String,
@@ -33,18 +30,20 @@ pub struct Fmu {
     pub(crate) instances: AtomicUsize,
     /// What is odd about the archive or its description, but does no harm.
     pub remarks: Vec<String>,
-    /// Where the FMU was unpacked to; removed when dropped, hence after `api`.
-    _folder: TempDir,
 }
 
 /// The functions of the library.
 pub(crate) enum Api {
+    #[cfg_attr(
+        not(feature = "native"),
+        expect(dead_code, reason = "modules are of FMI 3.0")
+    )]
     Fmi2(Arc<Functions2>),
     Fmi3(Arc<Functions3>),
 }
 
 impl Fmu {
-    /// Unpack and load an FMU from its bytes; `file` is its name for messages.
+    /// Load an FMU from its bytes; `file` is its name for messages.
     pub fn load(file: &str, bytes: Vec<u8>) -> Result<Arc<Self>> {
         Self::open(file, bytes).with_context(|| format!("FMU `{file}` cannot be loaded"))
     }
@@ -52,8 +51,7 @@ impl Fmu {
     fn open(file: &str, bytes: Vec<u8>) -> Result<Arc<Self>> {
         let mut archive = Archive::open(bytes)?;
         let description = archive.description()?;
-        let host = platform::host().context("FMUs have no folder for a platform like this one")?;
-        let (library, remark) = archive.library(&description, host)?;
+        let (library, resources, remark) = Library::load(file, &mut archive, &description)?;
         let remarks = description.remarks.iter().cloned().chain(remark);
         let mut remarks: Vec<String> = remarks.map(|remark| remark.to_string()).collect();
         let description = description.by_element();
@@ -70,22 +68,9 @@ impl Fmu {
                 "its clock `{name}` is triggered from outside, which nothing does: it never ticks"
             )
         }));
-        let folder = TempDir::with_prefix("cosim-")?;
-        archive.unpack(folder.path())?;
-        let library = folder.path().join(library);
-        let library = output::named(&format!("FMU `{file}`"), || Library::load(&library))?;
-        let resources = std::path::absolute(folder.path().join("resources"))?;
-        let (api, resources) = match description.fmi {
-            Version::Fmi2 => (
-                Api::Fmi2(Arc::new(Functions2::of(library))),
-                uri(&resources)?,
-            ),
-            Version::Fmi3 => {
-                let path = resources.to_str().context("a path that is not UTF-8")?;
-                // With a separator at its end (section 2.3.1).
-                let path = format!("{path}{MAIN_SEPARATOR}");
-                (Api::Fmi3(Arc::new(Functions3::of(library))), path)
-            }
+        let api = match description.fmi {
+            Version::Fmi2 => Api::Fmi2(Arc::new(Functions2::of(library))),
+            Version::Fmi3 => Api::Fmi3(Arc::new(Functions3::of(library))),
         };
         let layout = Layout::new(&description);
         Ok(Arc::new(Self {
@@ -97,7 +82,6 @@ impl Fmu {
             description,
             instances: AtomicUsize::new(0),
             remarks,
-            _folder: folder,
         }))
     }
 
@@ -129,22 +113,4 @@ impl Fmu {
         }
         Ok(())
     }
-}
-
-/// A folder as the URI that FMI 2.0 wants.
-fn uri(folder: &Path) -> Result<String> {
-    let path = folder.to_str().context("a path that is not UTF-8")?;
-    let mut uri = String::from("file://");
-    if !path.starts_with('/') {
-        uri.push('/'); // file:///C:/…
-    }
-    for byte in path.bytes() {
-        match byte {
-            b'\\' if cfg!(windows) => uri.push('/'),
-            b'/' | b':' | b'-' | b'_' | b'.' | b'~' => uri.push(byte.into()),
-            byte if byte.is_ascii_alphanumeric() => uri.push(byte.into()),
-            byte => uri += &format!("%{byte:02X}"),
-        }
-    }
-    Ok(uri)
 }

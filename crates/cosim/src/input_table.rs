@@ -279,6 +279,11 @@ impl InputTable {
         self.ports.push(port);
     }
 
+    /// Times may be earlier again from now on.
+    pub(crate) fn rewind(&mut self) {
+        self.row = 0;
+    }
+
     /// What is set at a communication point.
     pub(crate) fn writes(&mut self) -> impl Iterator<Item = &mut Write> {
         self.writes.iter_mut()

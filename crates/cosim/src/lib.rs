@@ -1,4 +1,4 @@
-//! Native co-simulation master for FMI 2.0 and 3.0, also mixed: runs a system of FMUs as its SSP
+//! Co-simulation master for FMI 2.0 and 3.0, also mixed: runs a system of FMUs as its SSP
 //! system structure describes it.
 //!
 //! The structure says which FMUs there are, who is wired to whom, in which order they are stepped
@@ -11,30 +11,41 @@
 //! what one call passes, elements or whole arrays, is planned before the run ([`batch`]).
 //!
 //! Nothing here knows the physics.
+//!
+//! Without the feature `native` there are no libraries and files of a system, no clock and no
+//! command line: packages are read from bytes, FMUs are WebAssembly modules of FMI 3.0 that a host
+//! of WebAssembly calls, and the caller makes the steps and has them watched ([`supervision`]).
 #![deny(unsafe_code)]
 
 mod arrays;
 pub mod batch;
 pub mod bond;
-mod cells;
+pub mod cells;
+#[cfg(feature = "native")]
 pub mod cli;
 mod coupling;
+#[cfg(feature = "native")]
 pub mod csv;
+pub mod describe;
 pub mod divergence;
 pub mod exchange;
+pub mod experiment;
 pub mod faults;
 pub mod fmu;
+pub mod forgotten;
 pub mod input_table;
 mod instances;
 pub mod master;
 mod means;
 pub mod numbers;
 pub mod observer;
+#[cfg(feature = "native")]
 pub mod output;
 pub mod package;
 pub mod probing;
 pub mod recording;
 mod renaming;
+#[cfg(feature = "native")]
 pub mod run;
 pub mod scenario;
 pub mod schedule;
@@ -43,6 +54,7 @@ pub mod slave;
 pub mod spare;
 pub mod stepping;
 pub mod structure;
+pub mod supervision;
 pub mod system;
 pub mod transformation;
 pub mod units;

@@ -1,8 +1,6 @@
 //! Command line of the co-simulation master.
 #![forbid(unsafe_code)]
 
-mod describe;
-
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -11,6 +9,7 @@ use std::process::ExitCode;
 use anyhow::{Context, Result, bail};
 use clap::{Args, Parser, Subcommand};
 use cosim::cli::{CsvArgs, InputArgs, RunArgs, SystemArgs, bar, exit, place, print};
+use cosim::describe;
 use cosim::exchange::{Exchange, Order};
 use cosim::package::{Package, read};
 use cosim::probing::probe;

@@ -4,7 +4,7 @@ use anyhow::{Result, bail};
 use fmu_description::{Access, Variability};
 
 use crate::bond::Residual;
-use crate::coupling::{BondStep, Coupling};
+use crate::coupling::{self, BondStep, Coupling};
 use crate::exchange::{Exchange, Order};
 use crate::faults::{Alteration, Faults, is_source};
 use crate::input_table::InputTable;
@@ -30,6 +30,13 @@ pub struct Master {
     /// Present time, s.
     time: f64,
     inputs: Option<InputTable>,
+}
+
+/// A running system at a communication point, as it was saved.
+pub struct Saved {
+    coupling: coupling::Saved,
+    steps: u64,
+    time: f64,
 }
 
 impl Master {
@@ -226,6 +233,29 @@ impl Master {
         } = &mut self.coupling;
         inputs.set(slaves, exchange.faults.as_mut(), self.time)?;
         self.pass()
+    }
+
+    /// The state of the whole: of all instances, and of what is passed between them.
+    ///
+    /// # Errors
+    /// An FMU that cannot save its state.
+    pub fn save(&self) -> Result<Saved> {
+        Ok(Saved {
+            coupling: self.coupling.save(self.time)?,
+            steps: self.steps,
+            time: self.time,
+        })
+    }
+
+    /// Back to a saved state of this run: from there it goes on as it did, bit for bit.
+    ///
+    /// # Errors
+    /// A state of another run, or one that an FMU refuses.
+    pub fn restore(&mut self, saved: &Saved) -> Result<()> {
+        self.coupling.restore(&saved.coupling, saved.time)?;
+        (self.steps, self.time) = (saved.steps, saved.time);
+        self.inputs.iter_mut().for_each(InputTable::rewind);
+        Ok(())
     }
 
     /// End the run for all.

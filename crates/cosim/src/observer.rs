@@ -3,7 +3,6 @@
 
 use anyhow::Result;
 
-use crate::csv::Log;
 use crate::master::Master;
 use crate::recording::Recording;
 
@@ -55,12 +54,6 @@ impl<O: Observer> Observer for Option<O> {
 }
 
 impl Observer for Recording {
-    fn observe(&mut self, master: &Master) -> Result<()> {
-        self.add(master)
-    }
-}
-
-impl Observer for Log {
     fn observe(&mut self, master: &Master) -> Result<()> {
         self.add(master)
     }

@@ -18,16 +18,33 @@ pub struct Package {
 impl Package {
     /// Open a `.ssp`, or the folder of a `.ssd`.
     pub fn open(path: &Path) -> Result<Self> {
-        let mut archive = None;
         if path.extension().is_some_and(|e| e == "ssp") {
             let bytes = read(path).context("system")?;
-            let opened = Archive::open(bytes);
-            archive = Some(opened.with_context(|| format!("`{}`", path.display()))?);
+            return Self::of_bytes(&path.display().to_string(), bytes);
         }
         Ok(Self {
             path: path.to_path_buf(),
-            archive,
+            archive: None,
         })
+    }
+
+    /// A packed system by its bytes; `name` is its name for messages.
+    pub fn of_bytes(name: &str, bytes: Vec<u8>) -> Result<Self> {
+        let archive = Archive::open(bytes).with_context(|| format!("`{name}`"))?;
+        Ok(Self {
+            path: PathBuf::from(name),
+            archive: Some(archive),
+        })
+    }
+
+    /// Where it came from.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Names of the files of a packed system.
+    pub fn names(&self) -> impl Iterator<Item = &str> {
+        self.archive.iter().flat_map(Archive::names)
     }
 
     /// Text of the system structure: of a packed system the one named `variant`, without a name the
@@ -96,8 +113,7 @@ impl Package {
 
     /// True where a packed system holds the file.
     pub fn holds(&self, name: &str) -> bool {
-        let archive = self.archive.as_ref();
-        archive.is_some_and(|a| a.names().any(|n| n == name))
+        self.names().any(|n| n == name)
     }
 
     fn utf8(&self, bytes: Vec<u8>, what: &str) -> Result<String> {

@@ -2,41 +2,20 @@
 //! and what came out of it.
 
 use std::fmt::Write as _;
-use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use anyhow::{Context, Result};
+use anyhow::Result;
 
 use crate::bond::Residual;
-use crate::divergence::Watch;
-use crate::faults::Faults;
-use crate::input_table::{InputTable, Table};
-use crate::master::{Master, Stepping};
+use crate::master::Master;
 use crate::observer::{Function, Observer};
-use crate::slave::{Ended, messages};
+use crate::slave::Ended;
 use crate::stepping::FixedSteps;
-use crate::system::{Setting, System};
+use crate::supervision::Supervision;
+use crate::system::System;
 use crate::verdict::Verdict;
 
-/// Share of the energy through all bonds that the coupling may make or lose.
-const SPURIOUS: f64 = 0.01;
-/// Energy that may be rounding, J.
-const ROUNDING: f64 = 1e-9;
-
-/// Conditions of a run.
-#[derive(Clone, Debug)]
-pub struct Experiment {
-    /// Start, communication step and schedule.
-    pub stepping: Stepping,
-    /// Stop time, s, where it is not that of the system's default experiment.
-    pub stop: Option<f64>,
-    /// Start values, applied in this order after those of the system.
-    pub settings: Vec<Setting>,
-    /// What is done to values on their way: noise and other faults, events of a scenario.
-    pub faults: Faults,
-    /// Values over time for inputs that no connection drives.
-    pub inputs: Option<Arc<Table>>,
-}
+pub use crate::experiment::Experiment;
 
 /// What came out of a run.
 #[derive(Clone, Debug)]
@@ -50,27 +29,6 @@ pub struct Outcome {
     /// What is to be said of the result: divergence, energy that the coupling made, warnings of the
     /// FMUs.
     pub verdict: Verdict,
-}
-
-impl Experiment {
-    /// The initialized system at its start time.
-    pub fn start(&self, system: &System) -> Result<Master> {
-        messages::take();
-        let mut master = Master::new(system, &self.settings, self.stepping)?;
-        if let Some(table) = &self.inputs {
-            master.feed(InputTable::new(system, table)?)?;
-        }
-        if !self.faults.list.is_empty() {
-            master.alter(system, &self.faults)?;
-        }
-        Ok(master)
-    }
-
-    /// The stop time asked for, else that of the system's default experiment, s.
-    pub fn stop(&self, system: &System) -> Result<f64> {
-        let stop = self.stop.or(system.structure.stop_time);
-        stop.context("neither a stop time is given nor has the system structure one")
-    }
 }
 
 /// As [`observed`], with a function as the observer.
@@ -110,14 +68,8 @@ pub fn observed(
             "the last step is not shortened to end at {stop} s, because `{fixed}` cannot vary its step"
         ));
     }
-    let step = master.stepping().step;
-    if let Some((component, internal)) = system.uneven_step(step) {
-        verdict.note(format!(
-            "the communication step of {step} s is no multiple of the fixed internal step of `{component}`, {internal} s"
-        ));
-    }
     let all = steps.count();
-    let mut watch = Watch::new(start, &master.exchange().values);
+    let mut supervision = Supervision::new(system, &master, verdict);
     let clock = Instant::now();
     observer.observe(&master)?;
     for k in 1..=all {
@@ -131,15 +83,12 @@ pub fn observed(
         };
         if let Err(error) = observed {
             if error.downcast_ref::<Ended>().is_some() {
-                verdict.note(format!("{error:#}"));
+                supervision.note(format!("{error:#}"));
                 break;
             }
-            return Err(match divergence(system, &master, &watch) {
-                Some(cause) => error.context(cause),
-                None => error,
-            });
+            return Err(supervision.explain(error, system, &master));
         }
-        watch.add(master.time(), &master.exchange().values);
+        supervision.add(&master);
         if k % 256 == 0 {
             progress(k, all);
         }
@@ -147,49 +96,12 @@ pub fn observed(
     progress(all, all);
     let elapsed = clock.elapsed();
     let (residuals, simulated) = (master.residuals().to_vec(), master.time() - start);
-    if let Some(text) = divergence(system, &master, &watch) {
-        verdict.object(text);
-    }
-    judge(&residuals, &mut verdict);
-    master.terminate()?;
-    for message in messages::take() {
-        verdict.note(message.to_string());
-    }
     Ok(Outcome {
         residuals,
         simulated,
         elapsed,
-        verdict,
+        verdict: supervision.end(system, master)?,
     })
-}
-
-/// Where a loop began to diverge, and why.
-fn divergence(system: &System, master: &Master, watch: &Watch) -> Option<String> {
-    let (slot, since) = watch.diverged?;
-    let name = system.name(master.exchange().output(slot)?);
-    let step = master.stepping().step;
-    Some(format!(
-        "`{name}` diverges from t = {since} s on: it jumps up and down from one communication point to the next, further each time; the \
-         communication step of {step} s is too long for the loops of this system"
-    ))
-}
-
-/// Energy that the coupling made or lost at a bond, beside what went through all: a bond through
-/// which next to nothing goes says nothing.
-fn judge(residuals: &[Residual], verdict: &mut Verdict) {
-    let all: f64 = residuals.iter().map(|r| r.turnover).sum();
-    for Residual { bond, energy, .. } in residuals {
-        let share = energy.abs() / all;
-        if share > SPURIOUS && energy.abs() > ROUNDING {
-            let done = if *energy < 0.0 { "created" } else { "lost" };
-            verdict.object(format!(
-                "the coupling {done} {:.3e} J at the bond {bond}, {:.1} % of what went through all bonds: a loop is unstable, or the \
-                 communication step too long",
-                energy.abs(),
-                100.0 * share
-            ));
-        }
-    }
 }
 
 impl Outcome {
@@ -220,27 +132,5 @@ impl Outcome {
             self.real_time_factor()
         ));
         text
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_bond_is_judged_beside_what_goes_through_all() {
-        let residual = |energy, turnover| Residual {
-            energy,
-            turnover,
-            ..Residual::new("a.F".into())
-        };
-        let is_bad = |residuals: &[Residual]| {
-            let mut verdict = Verdict::default();
-            judge(residuals, &mut verdict);
-            verdict.is_bad()
-        };
-        assert!(is_bad(&[residual(-0.02, 1.0)]) && is_bad(&[residual(0.02, 1.0)]));
-        assert!(!is_bad(&[residual(-0.02, 1.0), residual(0.0, 2.0)]));
-        assert!(!is_bad(&[residual(-1e-12, 1e-12)]), "rounding");
     }
 }

@@ -8,7 +8,7 @@ mod standard;
 
 use anyhow::Result;
 
-pub use choice::{Jitter, Schedule, Stepping, steps_in};
+pub use choice::{Jitter, STEP, Schedule, Stepping, steps_in};
 
 use crate::coupling::Coupling;
 

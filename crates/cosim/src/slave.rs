@@ -4,24 +4,27 @@
 pub mod answer;
 mod border;
 pub(crate) mod clocks;
+#[cfg(feature = "native")]
 mod fmi2;
 mod fmi3;
+#[cfg_attr(not(feature = "native"), path = "slave/instance_of_module.rs")]
+mod instance;
 pub mod messages;
 
+use std::any::Any;
 use std::ffi::CString;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
 use crate::batch::Batch;
-use crate::fmu::{Api, Fmu};
-use crate::output;
+use crate::fmu::Fmu;
 use crate::value::{Value, fits};
-use anyhow::{Context, Result, anyhow, bail};
+use anyhow::{Context, Result, anyhow, bail, ensure};
 use fmu_description::Version;
 
 use answer::Answer;
 pub use answer::{At, Ended};
-use border::Border;
+use border::{Arguments, Border};
 
 /// `fmi2Discard`, `fmi3Discard`.
 const DISCARD: std::ffi::c_int = 2;
@@ -33,6 +36,9 @@ pub struct Slave {
     name: String,
     has_events: bool,
 }
+
+/// A saved state of an instance.
+pub struct State(Box<dyn Any>);
 
 impl Slave {
     /// Create the instance `name` of `fmu`. Errors it logs later become part of the error texts.
@@ -62,22 +68,14 @@ impl Slave {
             );
         }
         fmu.register(name)?;
-        let make = || match &fmu.api {
-            Api::Fmi2(api) => fmi2::Component::new(api, &c_name, &token, &resources)
-                .map(|made| made.map(|component| Box::new(component) as Box<dyn Border>)),
-            Api::Fmi3(api) => {
-                let arguments = fmi3::Arguments {
-                    name: &c_name,
-                    token: &token,
-                    resources: &resources,
-                    has_events,
-                    returns_early: has_events && description.capabilities.variable_step,
-                };
-                fmi3::Instance::new(api, &fmu.layout, &fmu.plan, &arguments)
-                    .map(|made| made.map(|instance| Box::new(instance) as Box<dyn Border>))
-            }
+        let arguments = Arguments {
+            name: &c_name,
+            token: &token,
+            resources: &resources,
+            has_events,
+            returns_early: has_events && description.capabilities.variable_step,
         };
-        let border = output::named(&format!("{name} (FMU `{}`)", fmu.file), make);
+        let border = instance::make(fmu, &arguments);
         let border = match border {
             Ok(Some(border)) => border,
             Ok(None) | Err(_) => {
@@ -312,6 +310,31 @@ impl Slave {
     /// End the run.
     pub fn terminate(&self, at: At) -> Result<()> {
         self.check(self.border.terminate(), None, at)
+    }
+
+    /// The state that it is in.
+    ///
+    /// # Errors
+    /// An FMU that cannot save its state.
+    pub fn save(&self, at: At) -> Result<State> {
+        ensure!(
+            self.fmu.description.capabilities.saves_state,
+            "{} (FMU `{}`) cannot save its state ({at})",
+            self.name,
+            self.fmu.file
+        );
+        let saved = self.border.save();
+        saved
+            .map(State)
+            .map_err(|error| self.error(error, None, at))
+    }
+
+    /// Back to a state that it was saved in.
+    ///
+    /// # Errors
+    /// A state of another instance, or one that the FMU refuses.
+    pub fn restore(&self, state: &State, at: At) -> Result<()> {
+        self.check(self.border.restore(&*state.0), None, at)
     }
 
     /// Back to where it was when it was made; false where it cannot be, so that another is needed.

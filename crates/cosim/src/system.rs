@@ -40,24 +40,8 @@ pub enum FmuPlace {
     },
 }
 
-/// What a system structure may have forgotten, as `component.variable`.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Forgotten {
-    /// Connectors that the FMU does not have.
-    pub connectors: Vec<String>,
-    /// Input connectors that neither a connection nor a parameter value gives, so that they keep
-    /// their start values; elements of an array, and members of a structure, are one item.
-    pub inputs: Vec<String>,
-    /// Inputs of the FMU without a connector: the structure does not use them, and they keep their
-    /// start values.
-    pub unmentioned: Vec<String>,
-    /// Bound values that match no variable, with their origin.
-    pub values: Vec<String>,
-    /// What is odd about connections and FMUs, but does no harm.
-    pub remarks: Vec<String>,
-}
-
 /// A system structure with one loaded FMU per component (shared where the source is the same).
+#[derive(Clone)]
 pub struct System {
     /// Where it came from.
     pub path: PathBuf,
@@ -89,7 +73,27 @@ impl System {
         replaced: &[(String, PathBuf)],
         mappings: &[(String, PathBuf)],
     ) -> Result<Self> {
-        let mut package = Package::open(path)?;
+        Self::of_package(
+            &mut Package::open(path)?,
+            variant,
+            place,
+            replaced,
+            mappings,
+            &mut BTreeMap::new(),
+        )
+    }
+
+    /// The same of an opened package; `loaded` are FMUs of it that are loaded already, by the names
+    /// that structures have for them, and takes up those that are not.
+    pub fn of_package(
+        package: &mut Package,
+        variant: Option<&str>,
+        place: &FmuPlace,
+        replaced: &[(String, PathBuf)],
+        mappings: &[(String, PathBuf)],
+        loaded: &mut BTreeMap<String, Arc<Fmu>>,
+    ) -> Result<Self> {
+        let path = package.path().to_path_buf();
         let text = package.structure(variant)?;
         let name = package.structure_name(variant);
         let structure = structure::read(&text, &name, &mut |source| package.text(source));
@@ -100,7 +104,6 @@ impl System {
         {
             bail!("an FMU is given for the component `{unknown}`, which the system does not have");
         }
-        let mut loaded: BTreeMap<String, Arc<Fmu>> = BTreeMap::new();
         let mut fmus = Vec::new();
         for c in &structure.components {
             let own = replaced.iter().rfind(|(name, _)| *name == c.name);
@@ -110,7 +113,7 @@ impl System {
                 None => {
                     let bytes = match own {
                         Some((_, file)) => read(file),
-                        None => place.read(&source, &mut package),
+                        None => place.read(&source, package),
                     };
                     let bytes = bytes.with_context(|| format!("FMU of component `{}`", c.name))?;
                     let fmu = Fmu::load(&source, bytes)?;
@@ -121,7 +124,7 @@ impl System {
             fmus.push(fmu);
         }
         let mut system = Self {
-            path: path.to_path_buf(),
+            path,
             structure,
             fmus,
         };
@@ -154,9 +157,19 @@ impl System {
     /// FMUs without a structure, each a component named after its file; `connections` are written
     /// `a.y=b.u`.
     pub fn of_fmus(files: &[PathBuf], connections: &[String]) -> Result<Self> {
+        let mut fmus = Vec::new();
+        for file in files {
+            fmus.push((file.clone(), read(file)?));
+        }
+        Self::of_archives(fmus, connections)
+    }
+
+    /// The same of the bytes of each file.
+    pub fn of_archives(files: Vec<(PathBuf, Vec<u8>)>, connections: &[String]) -> Result<Self> {
         let mut structure = Structure::default();
         let mut fmus: Vec<Arc<Fmu>> = Vec::new();
-        for file in files {
+        let path = files.first().map(|(file, _)| file.clone());
+        for (file, bytes) in files {
             let source = file.display().to_string();
             let stem = file.file_stem().unwrap_or_default().to_string_lossy();
             if structure.component(&stem).is_some() {
@@ -168,13 +181,13 @@ impl System {
                 connectors: Vec::new(),
                 parameters: Vec::new(),
             });
-            fmus.push(Fmu::load(&source, read(file)?)?);
+            fmus.push(Fmu::load(&source, bytes)?);
         }
         let experiments = || fmus.iter().map(|fmu| &fmu.description.default_experiment);
         let starts = experiments().filter_map(|e| e.start);
         structure.start_time = starts.reduce(f64::min).unwrap_or(0.0);
         let mut system = Self {
-            path: files.first().cloned().unwrap_or_default(),
+            path: path.unwrap_or_default(),
             structure,
             fmus,
         };
@@ -262,8 +275,12 @@ impl System {
     /// packed system, else one on disk. Its parameters are named `component.variable`, or only by
     /// variable where one component alone has it.
     pub fn apply_set(&mut self, file: &Path) -> Result<()> {
+        self.apply_set_of(&mut Package::open(&self.path)?, file)
+    }
+
+    /// The same where the packed system is opened already.
+    pub fn apply_set_of(&mut self, package: &mut Package, file: &Path) -> Result<()> {
         let name = file.display().to_string();
-        let mut package = Package::open(&self.path)?;
         let text = if package.holds(&name) {
             package.text(&name)?
         } else {
@@ -317,56 +334,6 @@ impl System {
             let fits = parts.round() >= 1.0 && (parts - parts.round()).abs() <= 1e-6 * parts;
             (!fits).then_some((component.name.as_str(), internal))
         })
-    }
-
-    /// What the structure may have forgotten, under the start values `settings`.
-    pub fn forgotten(&self, settings: &[Setting]) -> Result<Forgotten> {
-        let wiring = self.wiring()?;
-        let mut remarks = self.structure.remarks.clone();
-        remarks.extend(wiring.remarks.iter().cloned());
-        for (k, fmu) in self.fmus.iter().enumerate() {
-            if self.fmus[..k].iter().all(|other| !Arc::ptr_eq(other, fmu)) {
-                let named = fmu
-                    .remarks
-                    .iter()
-                    .map(|r| format!("FMU `{}`: {r}", fmu.file));
-                remarks.extend(named);
-            }
-        }
-        let mut forgotten = Forgotten {
-            values: self.structure.unmatched.clone(),
-            remarks,
-            ..Forgotten::default()
-        };
-        for (component, (c, fmu)) in self.structure.components.iter().zip(&self.fmus).enumerate() {
-            let lacking = |name: &&str| fmu.description.index(name).is_none();
-            let declared = c.connectors.iter().map(|connector| connector.name.as_str());
-            let lacking = declared
-                .filter(lacking)
-                .map(|name| format!("{}.{name}", c.name));
-            forgotten.connectors.extend(lacking);
-            for (variable, v) in fmu.description.variables.iter().enumerate() {
-                let port = Port {
-                    component,
-                    variable,
-                };
-                let is_given = wiring.driver(port).is_some()
-                    || c.parameters.iter().any(|p| p.name == v.name)
-                    || settings.iter().any(|s| s.port == port);
-                let group = v.name.split(['[', '.']).next().unwrap_or(&v.name);
-                let name = format!("{}.{group}", c.name);
-                let is_declared = c.connectors.iter().any(|c| c.name == v.name);
-                let names = if is_declared {
-                    &mut forgotten.inputs
-                } else {
-                    &mut forgotten.unmentioned
-                };
-                if v.is_input() && v.kind != Kind::Clock && !is_given && !names.contains(&name) {
-                    names.push(name);
-                }
-            }
-        }
-        Ok(forgotten)
     }
 
     /// The variable `component.variable`, or `variable` where one component alone has it; the name

@@ -27,6 +27,18 @@ pub enum Schedule {
     JacobiDerivatives,
 }
 
+impl Schedule {
+    /// Those to choose from, by name.
+    pub const NAMED: [(&str, Self); 3] = [
+        ("standard", Self::Standard),
+        ("jacobi", Self::Jacobi),
+        ("gauss-seidel", Self::GaussSeidel),
+    ];
+}
+
+/// Communication step where nobody asks for one, s.
+pub const STEP: f64 = 1e-3;
+
 /// Times and schedule of a run.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stepping {

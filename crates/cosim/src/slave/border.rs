@@ -1,12 +1,27 @@
 //! The calls that an instance of either version of FMI understands, which is all that the master
 //! knows of it.
 
-use std::ffi::CString;
+use std::any::Any;
+use std::ffi::{CStr, CString};
 
 use anyhow::Result;
 
 use crate::batch::Batch;
 use crate::value::Value;
+
+/// What an instance is made with.
+pub struct Arguments<'a> {
+    /// Name.
+    pub name: &'a CStr,
+    /// `guid` or `instantiationToken`.
+    pub token: &'a CStr,
+    /// Folder of the unpacked resources, as the version wants it.
+    pub resources: &'a CStr,
+    /// The master goes through Event Mode where it is needed.
+    pub has_events: bool,
+    /// Steps may end early.
+    pub returns_early: bool,
+}
 
 /// The calls of one version of FMI. What the version does not have is done without a call. An error
 /// is an [`Answer`](super::answer::Answer), or says more.
@@ -61,6 +76,10 @@ pub trait Border {
     }
     /// The end of the run.
     fn terminate(&self) -> Result<()>;
+    /// The state of the instance, and what its border knows of it; freed when dropped.
+    fn save(&self) -> Result<Box<dyn Any>>;
+    /// Back to a state that this instance was saved in.
+    fn restore(&self, state: &dyn Any) -> Result<()>;
     /// Back to where it was when it was made; false where it cannot be.
     fn reset(&self) -> bool;
 }

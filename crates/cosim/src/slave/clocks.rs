@@ -59,7 +59,7 @@ pub enum Interval {
 }
 
 /// A clock of an instance.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Clock {
     /// Name.
     pub name: String,

@@ -1,17 +1,20 @@
 //! The calls of FMI 2.0.
 #![allow(unsafe_code)]
 
+use std::any::Any;
 use std::cell::Cell;
-use std::ffi::{CStr, CString, c_char, c_int};
+use std::ffi::{CStr, CString, c_char, c_int, c_void};
 use std::ptr;
+use std::rc::Rc;
 use std::sync::Arc;
 
-use anyhow::{Result, bail};
+use anyhow::{Context, Result, bail};
 use fmu_description::Access;
 
 use super::answer::{Answer, Ended};
-use super::border::Border;
-use super::messages::{Speaker, cosim_logger};
+use super::border::{Arguments, Border};
+use super::fmi3::owned;
+use super::messages::{Speaker, receive};
 use crate::batch::Batch;
 use crate::fmu::functions::{Callbacks, Functions2, Handle, call};
 use crate::value::{Value, fits};
@@ -27,25 +30,65 @@ const LAST_SUCCESSFUL_TIME: c_int = 2;
 /// `fmi2Terminated`.
 const TERMINATED: c_int = 3;
 
+unsafe extern "C" {
+    /// The logger of FMI 2.0, in logger.c.
+    fn cosim_logger(
+        environment: *mut c_void,
+        instance: *const c_char,
+        status: c_int,
+        category: *const c_char,
+        message: *const c_char,
+        ...
+    );
+}
+
+/// What [`cosim_logger`] calls with the formatted text.
+#[unsafe(no_mangle)]
+unsafe extern "C" fn cosim_receive(
+    environment: *mut c_void,
+    _instance: *const c_char,
+    status: c_int,
+    text: *const c_char,
+) {
+    // SAFETY: a C string of the logger's own.
+    let text = unsafe { CStr::from_ptr(text) };
+    receive(environment.addr(), status, &text.to_string_lossy());
+}
+
+/// What frees the component, after all states that it saved.
+struct Owner {
+    api: Arc<Functions2>,
+    component: Handle,
+    /// FMI: must outlive the component.
+    _callbacks: Box<Callbacks>,
+    _speaker: Speaker,
+}
+
+/// A saved state.
+struct State {
+    owner: Rc<Owner>,
+    state: Handle,
+    start: f64,
+}
+
 /// A component; freed when dropped.
 pub struct Component {
     api: Arc<Functions2>,
     component: Handle,
     /// Start of the run that it was set up for, s; NaN: for none.
     start: Cell<f64>,
-    /// FMI: must outlive the component.
-    _callbacks: Box<Callbacks>,
-    _speaker: Speaker,
+    owner: Rc<Owner>,
 }
 
 impl Component {
     /// `fmi2Instantiate` for co-simulation; None where the FMU gives no component.
-    pub fn new(
-        api: &Arc<Functions2>,
-        name: &CStr,
-        guid: &CStr,
-        resources: &CStr,
-    ) -> Result<Option<Self>> {
+    pub fn new(api: &Arc<Functions2>, arguments: &Arguments) -> Result<Option<Self>> {
+        let Arguments {
+            name,
+            token,
+            resources,
+            ..
+        } = arguments;
         let (Some(instantiate), Some(_)) = (api.fmi2Instantiate, api.fmi2FreeInstance) else {
             bail!("its library does not export fmi2Instantiate and fmi2FreeInstance");
         };
@@ -59,24 +102,37 @@ impl Component {
         });
         // SAFETY: valid C strings; the callbacks outlive the component.
         let component = unsafe {
-            let (name, guid, resources) = (name.as_ptr(), guid.as_ptr(), resources.as_ptr());
+            let (name, guid, resources) = (name.as_ptr(), token.as_ptr(), resources.as_ptr());
             instantiate(name, CO_SIMULATION, guid, resources, &*callbacks, 0, 1)
         };
         Ok((!component.is_null()).then(|| Self {
             api: api.clone(),
             component,
             start: Cell::new(f64::NAN),
-            _callbacks: callbacks,
-            _speaker: speaker,
+            owner: Rc::new(Owner {
+                api: api.clone(),
+                component,
+                _callbacks: callbacks,
+                _speaker: speaker,
+            }),
         }))
     }
 }
 
-impl Drop for Component {
+impl Drop for Owner {
     fn drop(&mut self) {
         if let Some(free) = self.api.fmi2FreeInstance {
             // SAFETY: freed once; the library is still loaded.
             unsafe { free(self.component) };
+        }
+    }
+}
+
+impl Drop for State {
+    fn drop(&mut self) {
+        if let Some(free) = self.owner.api.fmi2FreeFMUstate {
+            // SAFETY: a state of this component, which is still alive, freed once.
+            unsafe { free(self.owner.component, &mut self.state) };
         }
     }
 }
@@ -258,22 +314,32 @@ impl Border for Component {
         unsafe { call!(self.api, fmi2Terminate(self.component)) }
     }
 
+    fn save(&self) -> Result<Box<dyn Any>> {
+        let mut state = ptr::null_mut();
+        // SAFETY: room for one state, which is new.
+        unsafe { call!(self.api, fmi2GetFMUstate(self.component, &mut state))? };
+        let (owner, start) = (self.owner.clone(), self.start.get());
+        Ok(Box::new(State {
+            owner,
+            state,
+            start,
+        }))
+    }
+
+    fn restore(&self, state: &dyn Any) -> Result<()> {
+        let own = state
+            .downcast_ref()
+            .filter(|s: &&State| Rc::ptr_eq(&s.owner, &self.owner));
+        let State { state, start, .. } = own.context("a state of another instance")?;
+        self.start.set(*start);
+        // SAFETY: a state of this component.
+        unsafe { call!(self.api, fmi2SetFMUstate(self.component, *state)) }
+    }
+
     fn reset(&self) -> bool {
         self.start.set(f64::NAN);
         // SAFETY: the component is alive.
         unsafe { call!(self.api, fmi2Reset(self.component)) }.is_ok()
-    }
-}
-
-/// A text of an FMU as our own; none is an empty one.
-///
-/// # Safety
-/// NULL or a C string.
-pub(super) unsafe fn owned(text: *const c_char) -> CString {
-    match text.is_null() {
-        true => CString::default(),
-        // SAFETY: as the caller promises.
-        false => unsafe { CStr::from_ptr(text) }.to_owned(),
     }
 }
 

@@ -1,20 +1,21 @@
 //! The calls of FMI 3.0.
 #![allow(unsafe_code)]
 
+use std::any::Any;
 use std::cell::{Cell, RefCell};
 use std::collections::BTreeMap;
-use std::ffi::{CStr, CString};
+use std::ffi::{CStr, CString, c_char};
 use std::ops::Range;
 use std::ptr;
+use std::rc::Rc;
 use std::sync::Arc;
 
-use anyhow::{Result, bail};
+use anyhow::{Context, Result, bail};
 use fmu_description::Access;
 
 use super::answer::{Answer, Ended};
-use super::border::Border;
+use super::border::{Arguments, Border};
 use super::clocks::{Clock, Interval, Plan};
-use super::fmi2::owned;
 use super::messages::{Speaker, receive_3};
 use crate::batch::{Batch, Layout};
 use crate::fmu::functions::{Functions3, Handle, call};
@@ -43,6 +44,26 @@ macro_rules! by_function {
     (call $api:expr, $function:ident ($($argument:expr),*)) => { call!($api, $function($($argument),*)) };
 }
 
+/// What frees the instance, after all states that it saved.
+struct Owner {
+    api: Arc<Functions3>,
+    instance: Handle,
+    _speaker: Speaker,
+}
+
+/// A saved state, and what is known of the instance besides.
+struct State {
+    owner: Rc<Owner>,
+    state: Handle,
+    mode: Mode,
+    time: f64,
+    memory: Vec<u64>,
+    texts: BTreeMap<usize, Value>,
+    clocks: Vec<Clock>,
+    active: Vec<u32>,
+    announced: f64,
+}
+
 /// An instance; freed when dropped.
 pub struct Instance {
     api: Arc<Functions3>,
@@ -64,21 +85,7 @@ pub struct Instance {
     active: RefCell<Vec<u32>>,
     /// Time of the next event that the FMU announced, s.
     announced: Cell<f64>,
-    _speaker: Speaker,
-}
-
-/// What an instance is made with.
-pub struct Arguments<'a> {
-    /// Name.
-    pub name: &'a CStr,
-    /// `instantiationToken`.
-    pub token: &'a CStr,
-    /// Folder of the unpacked resources.
-    pub resources: &'a CStr,
-    /// The master goes through Event Mode where it is needed.
-    pub has_events: bool,
-    /// Steps may end early.
-    pub returns_early: bool,
+    owner: Rc<Owner>,
 }
 
 impl Instance {
@@ -125,7 +132,11 @@ impl Instance {
             clocks: RefCell::new(plan.clocks.iter().map(Clock::new).collect()),
             active: RefCell::new(Vec::with_capacity(plan.clocks.len())),
             announced: Cell::new(f64::INFINITY),
-            _speaker: speaker,
+            owner: Rc::new(Owner {
+                api: api.clone(),
+                instance,
+                _speaker: speaker,
+            }),
         }))
     }
 
@@ -312,11 +323,20 @@ impl Instance {
     }
 }
 
-impl Drop for Instance {
+impl Drop for Owner {
     fn drop(&mut self) {
         if let Some(free) = self.api.fmi3FreeInstance {
             // SAFETY: freed once; the library is still loaded.
             unsafe { free(self.instance) };
+        }
+    }
+}
+
+impl Drop for State {
+    fn drop(&mut self) {
+        if let Some(free) = self.owner.api.fmi3FreeFMUState {
+            // SAFETY: a state of this instance, which is still alive, freed once.
+            unsafe { free(self.owner.instance, &mut self.state) };
         }
     }
 }
@@ -612,10 +632,56 @@ impl Border for Instance {
         unsafe { call!(self.api, fmi3Terminate(self.instance)) }
     }
 
+    fn save(&self) -> Result<Box<dyn Any>> {
+        let mut state = ptr::null_mut();
+        // SAFETY: room for one state, which is new.
+        unsafe { call!(self.api, fmi3GetFMUState(self.instance, &mut state))? };
+        Ok(Box::new(State {
+            owner: self.owner.clone(),
+            state,
+            mode: self.mode.get(),
+            time: self.time.get(),
+            memory: self.memory.borrow().clone(),
+            texts: self.texts.borrow().clone(),
+            clocks: self.clocks.borrow().clone(),
+            active: self.active.borrow().clone(),
+            announced: self.announced.get(),
+        }))
+    }
+
+    fn restore(&self, state: &dyn Any) -> Result<()> {
+        let own = state
+            .downcast_ref()
+            .filter(|s: &&State| Rc::ptr_eq(&s.owner, &self.owner));
+        let saved = own.context("a state of another instance")?;
+        // SAFETY: a state of this instance.
+        unsafe { call!(self.api, fmi3SetFMUState(self.instance, saved.state))? };
+        self.mode.set(saved.mode);
+        self.time.set(saved.time);
+        self.memory.borrow_mut().clone_from(&saved.memory);
+        self.texts.borrow_mut().clone_from(&saved.texts);
+        self.clocks.borrow_mut().clone_from(&saved.clocks);
+        self.active.borrow_mut().clone_from(&saved.active);
+        self.announced.set(saved.announced);
+        Ok(())
+    }
+
     /// The memory of what was last given would have to be as new, too: another instance is made
     /// instead.
     fn reset(&self) -> bool {
         false
+    }
+}
+
+/// A text of an FMU as our own; none is an empty one.
+///
+/// # Safety
+/// NULL or a C string.
+pub(super) unsafe fn owned(text: *const c_char) -> CString {
+    match text.is_null() {
+        true => CString::default(),
+        // SAFETY: as the caller promises.
+        false => unsafe { CStr::from_ptr(text) }.to_owned(),
     }
 }
 

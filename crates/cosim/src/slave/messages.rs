@@ -105,30 +105,6 @@ impl Drop for Speaker {
     }
 }
 
-unsafe extern "C" {
-    /// The logger of FMI 2.0, in logger.c.
-    pub(super) fn cosim_logger(
-        environment: *mut c_void,
-        instance: *const c_char,
-        status: c_int,
-        category: *const c_char,
-        message: *const c_char,
-        ...
-    );
-}
-
-/// What [`cosim_logger`] calls with the formatted text.
-#[unsafe(no_mangle)]
-unsafe extern "C" fn cosim_receive(
-    environment: *mut c_void,
-    _instance: *const c_char,
-    status: c_int,
-    text: *const c_char,
-) {
-    // SAFETY: a C string of the logger's own.
-    receive(environment, status, unsafe { CStr::from_ptr(text) });
-}
-
 /// The logger of FMI 3.0.
 pub(super) unsafe extern "C" fn receive_3(
     environment: *mut c_void,
@@ -138,16 +114,22 @@ pub(super) unsafe extern "C" fn receive_3(
 ) {
     if !message.is_null() {
         // SAFETY: the message is a C string of the FMU.
-        receive(environment, status, unsafe { CStr::from_ptr(message) });
+        let message = unsafe { CStr::from_ptr(message) };
+        receive(environment.addr(), status, &message.to_string_lossy());
     }
 }
 
-/// What is not a warning is a reason.
-fn receive(environment: *mut c_void, status: c_int, text: &CStr) {
+/// A message of an instance with this environment. What is not a warning is a reason.
+pub fn receive(environment: usize, status: c_int, text: &str) {
     let name = NAMES.lock().ok();
-    let name = name.and_then(|names| names.get(&environment.addr()).cloned());
+    let name = name.and_then(|names| names.get(&environment).cloned());
     let name = name.as_deref().unwrap_or(NOBODY);
-    add(name, status <= 1, text.to_string_lossy().trim_end());
+    add(name, status <= 1, text.trim_end());
+}
+
+/// What was said in this thread since it was last taken.
+pub fn present() -> Vec<Message> {
+    MESSAGES.with_borrow(Clone::clone)
 }
 
 /// Take what was said in this thread since the last call.

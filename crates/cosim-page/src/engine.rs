@@ -1,0 +1,239 @@
+//! What a page has opened, and the run of it.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use anyhow::{Context, Result, bail, ensure};
+use cosim::experiment::Experiment;
+use cosim::faults::Faults;
+use cosim::fmu::Fmu;
+use cosim::package::Package;
+use cosim::schedule::{STEP, Schedule, Stepping};
+use cosim::system::{FmuPlace, System};
+use serde_json::{Map, Value};
+
+use crate::run::Run;
+
+/// Name of the package in messages.
+const NAME: &str = "the package";
+const NO_RUN: &str = "nothing runs yet: start it with `restart`";
+
+/// Settings that are no start values of variables.
+const STRUCTURE: &str = "structure";
+const PARAMETERS: &str = "parameters";
+const SCHEDULE: &str = "schedule";
+const STEP_SIZE: &str = "step";
+
+/// A package with what was loaded of it.
+pub struct Engine {
+    source: Source,
+    run: Option<Run>,
+    names: Vec<String>,
+    /// Rows of time and watched values, since it was emptied last.
+    pub history: Vec<f64>,
+}
+
+/// What was opened.
+enum Source {
+    /// A packed system; the structures and FMUs of it that were loaded, by name.
+    Package {
+        package: Package,
+        systems: BTreeMap<String, System>,
+        fmus: BTreeMap<String, Arc<Fmu>>,
+    },
+    /// One FMU.
+    Fmu(System),
+}
+
+impl Engine {
+    /// Open a packed system or an FMU.
+    ///
+    /// # Errors
+    /// It is neither, or it is damaged.
+    pub fn open(bytes: Vec<u8>) -> Result<Self> {
+        let package = Package::of_bytes(NAME, bytes.clone())?;
+        let source = if package.holds("modelDescription.xml") {
+            Source::Fmu(System::of_archives(
+                vec![(PathBuf::from("fmu"), bytes)],
+                &[],
+            )?)
+        } else {
+            ensure!(
+                package.names().any(|name| name.ends_with(".ssd")),
+                "{NAME} holds neither a system structure (.ssd) nor a model description: it is no system and no FMU"
+            );
+            Source::Package {
+                package,
+                systems: BTreeMap::new(),
+                fmus: BTreeMap::new(),
+            }
+        };
+        Ok(Self {
+            source,
+            run: None,
+            names: Vec::new(),
+            history: Vec::new(),
+        })
+    }
+
+    /// Files of the package whose names end so.
+    pub fn files(&self, end: &str) -> Vec<&str> {
+        match &self.source {
+            Source::Package { package, .. } => {
+                package.names().filter(|n| n.ends_with(end)).collect()
+            }
+            Source::Fmu(_) => Vec::new(),
+        }
+    }
+
+    /// The run.
+    ///
+    /// # Errors
+    /// Nothing was started yet.
+    pub fn run(&mut self) -> Result<&mut Run> {
+        self.run.as_mut().context(NO_RUN)
+    }
+
+    /// The system by this name, with the values of these parameter sets.
+    fn system(&mut self, structure: Option<&str>, sets: &[String]) -> Result<System> {
+        let (package, systems, fmus) = match &mut self.source {
+            Source::Package {
+                package,
+                systems,
+                fmus,
+            } => (package, systems, fmus),
+            Source::Fmu(system) => {
+                ensure!(
+                    structure.is_none() && sets.is_empty(),
+                    "an FMU by itself has no structures and no parameter sets"
+                );
+                return Ok(system.clone());
+            }
+        };
+        let key = structure.unwrap_or_default().to_string();
+        let mut system = match systems.get(&key) {
+            Some(system) => system.clone(),
+            None => {
+                let else_in = Vec::new();
+                let place = FmuPlace::Structure { else_in };
+                let system = System::of_package(package, structure, &place, &[], &[], fmus)?;
+                systems.entry(key).or_insert(system).clone()
+            }
+        };
+        for set in sets {
+            system.apply_set_of(package, Path::new(set))?;
+        }
+        Ok(system)
+    }
+
+    /// Start anew: settings are start values by the names of variables, and `structure`,
+    /// `parameters` (names of sets), `schedule` and `step`, s. The run before is over only when the
+    /// new one has begun.
+    ///
+    /// # Errors
+    /// What is wrong with the settings, or what the initialization says.
+    pub fn restart(&mut self, settings: &Map<String, Value>) -> Result<()> {
+        let word = |key: &str| settings.get(key).map(text).filter(|text| !text.is_empty());
+        let sets = match settings.get(PARAMETERS) {
+            Some(Value::Array(sets)) => sets.iter().map(text).collect(),
+            _ => word(PARAMETERS).into_iter().collect::<Vec<_>>(),
+        };
+        let system = self.system(word(STRUCTURE).as_deref(), &sets)?;
+        let mut start_values = Vec::new();
+        for (name, value) in settings {
+            if ![STRUCTURE, PARAMETERS, SCHEDULE, STEP_SIZE].contains(&name.as_str()) {
+                start_values.extend(system.parse_settings(&format!("{name}={}", text(value)))?);
+            }
+        }
+        let preferred = || system.preferred_step().map_or(STEP, |(step, _)| step);
+        let step = match word(STEP_SIZE) {
+            Some(step) => step
+                .parse()
+                .ok()
+                .filter(|h: &f64| h.is_finite() && *h > 0.0),
+            None => Some(preferred()),
+        };
+        let experiment = Experiment {
+            stepping: Stepping {
+                start: system.structure.start_time,
+                step: step
+                    .context("`step`: the communication step must be a number greater than 0 s")?,
+                schedule: word(SCHEDULE).map_or(Ok(Schedule::default()), |name| schedule(&name))?,
+                jitter: None,
+            },
+            stop: None,
+            settings: start_values,
+            faults: Faults::default(),
+            inputs: None,
+        };
+        let forgotten = system.forgotten(&experiment.settings)?;
+        let verdict = forgotten.judge(&system, experiment.stepping.schedule, false)?;
+        let mut run = Run::start(system, &experiment, verdict)?;
+        let known = self
+            .names
+            .iter()
+            .filter(|name| run.system.port(name).is_ok());
+        let names: Vec<String> = known.cloned().collect();
+        run.watch(&names)?;
+        self.names = names;
+        self.run = Some(run);
+        self.look()
+    }
+
+    /// Watch these variables from now on; `history` begins anew.
+    ///
+    /// # Errors
+    /// A name that is not known.
+    pub fn watch(&mut self, names: Vec<String>) -> Result<()> {
+        self.run()?.watch(&names)?;
+        self.names = names;
+        self.look()
+    }
+
+    /// Back to a saved state; `history` begins anew.
+    ///
+    /// # Errors
+    /// It is not known, or an FMU refuses it.
+    pub fn restore(&mut self, id: u64) -> Result<()> {
+        self.run()?.restore(id)?;
+        self.look()
+    }
+
+    fn look(&mut self) -> Result<()> {
+        self.history.clear();
+        self.run.as_mut().context(NO_RUN)?.look(&mut self.history)
+    }
+
+    /// The variables that are watched.
+    pub fn watched(&self) -> &[String] {
+        &self.names
+    }
+
+    /// Make communication steps, each with a row in `history`, which begins anew.
+    ///
+    /// # Errors
+    /// The number of steps that were made is that of the rows.
+    pub fn advance(&mut self, steps: u32) -> Result<()> {
+        let run = self.run.as_mut().context(NO_RUN)?;
+        self.history.clear();
+        (0..steps).try_for_each(|_| run.step(&mut self.history))
+    }
+}
+
+/// A value as it stands after `--set NAME=`.
+pub fn text(value: &Value) -> String {
+    match value {
+        Value::String(text) => text.clone(),
+        other => other.to_string(),
+    }
+}
+
+fn schedule(name: &str) -> Result<Schedule> {
+    let mut named = Schedule::NAMED.iter();
+    let Some((_, schedule)) = named.find(|(known, _)| *known == name) else {
+        let names = Schedule::NAMED.map(|(known, _)| known).join(", ");
+        bail!("`schedule` = `{name}`: it must be one of {names}");
+    };
+    Ok(*schedule)
+}

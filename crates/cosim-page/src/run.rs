@@ -1,0 +1,180 @@
+//! A run in a page: the running system, what watches it, the variables that are looked at, and its
+//! saved states.
+
+use std::collections::BTreeMap;
+
+use anyhow::{Context, Result, bail, ensure};
+use cosim::experiment::Experiment;
+use cosim::master::{Master, Saved};
+use cosim::signals::{Inputs, Signals};
+use cosim::slave::{At, Ended, messages};
+use cosim::supervision::Supervision;
+use cosim::system::System;
+use cosim::verdict::Verdict;
+use cosim::wiring::Port;
+use cosim::{faults, numbers};
+use fmu_description::{Causality, Kind};
+use serde_json::Value;
+
+/// A run.
+pub struct Run {
+    /// What runs.
+    pub system: System,
+    /// It, running.
+    pub master: Master,
+    supervision: Supervision,
+    watched: Option<Signals>,
+    /// Why it goes on no more.
+    end: Option<String>,
+    saved: BTreeMap<u64, (Saved, Supervision)>,
+    next_id: u64,
+}
+
+impl Run {
+    /// At its start; `verdict` is what there is to be said of it already.
+    pub fn start(system: System, experiment: &Experiment, verdict: Verdict) -> Result<Self> {
+        let master = experiment.start(&system)?;
+        let supervision = Supervision::new(&system, &master, verdict);
+        Ok(Self {
+            system,
+            master,
+            supervision,
+            watched: None,
+            end: None,
+            saved: BTreeMap::new(),
+            next_id: 0,
+        })
+    }
+
+    /// Look at these variables from now on.
+    pub fn watch(&mut self, names: &[String]) -> Result<()> {
+        let ports = names.iter().map(|name| self.system.port(name));
+        let ports = ports.collect::<Result<Vec<_>>>()?;
+        self.watched = (!ports.is_empty())
+            .then(|| Signals::new(&self.system, &ports))
+            .transpose()?;
+        Ok(())
+    }
+
+    /// Add a row to `history`: the present time, s, and the values of the watched variables.
+    pub fn look(&mut self, history: &mut Vec<f64>) -> Result<()> {
+        history.push(self.master.time());
+        if let Some(signals) = &mut self.watched {
+            history.extend_from_slice(signals.read(&self.master)?);
+        }
+        Ok(())
+    }
+
+    /// Make a communication step and add a row to `history`.
+    pub fn step(&mut self, history: &mut Vec<f64>) -> Result<()> {
+        if let Some(end) = &self.end {
+            bail!("{end}");
+        }
+        if let Err(error) = self.master.step() {
+            let error = match error.downcast_ref::<Ended>() {
+                Some(_) => error,
+                None => (self.supervision).explain(error, &self.system, &self.master),
+            };
+            let text = format!("{error:#}");
+            self.supervision.fail(text.clone());
+            self.end = Some(text);
+            return Err(error);
+        }
+        self.supervision.add(&self.master);
+        self.look(history)
+    }
+
+    /// Present value of a variable.
+    pub fn get(&self, name: &str) -> Result<Value> {
+        let port = self.system.port(name)?;
+        let v = self.system.variable(port);
+        let is_truth = v.kind == Kind::Boolean;
+        Ok(match v.access().is_number() {
+            true => match self.master.number(port)? {
+                number if is_truth => (number != 0.0).into(),
+                number => number.into(),
+            },
+            false => self.master.text(port)?.into(),
+        })
+    }
+
+    /// Set an input that no connection drives, or a tunable parameter, at the present communication
+    /// point. An input of the system stands for all inputs that it feeds.
+    pub fn set(&mut self, name: &str, text: &str) -> Result<()> {
+        let settings = self.system.parse_settings(&format!("{name}={text}"))?;
+        for setting in &settings {
+            self.refuse_fixed(setting.port)?;
+        }
+        for setting in &settings {
+            let v = self.system.variable(setting.port);
+            let at = At::Time(self.master.time());
+            if v.access().is_number() {
+                let number = numbers::number(v, &setting.value);
+                let number = number.with_context(|| self.system.name(setting.port))?;
+                let mut inputs = Inputs::new(&self.system, &[setting.port])?;
+                inputs.set(&self.master, &[number])?;
+            } else {
+                let slave = &self.master.slaves()[setting.port.component];
+                let set = slave.set_from_text(&v.name, &setting.value);
+                set.with_context(|| at.to_string())?;
+            }
+        }
+        self.master.pass()
+    }
+
+    fn refuse_fixed(&self, port: Port) -> Result<()> {
+        let (v, name) = (self.system.variable(port), self.system.name(port));
+        ensure!(
+            !faults::is_source(&self.system, port),
+            "`{name}` is an output; inputs and parameters can be set"
+        );
+        if v.causality == Causality::Input {
+            let wiring = self.system.wiring()?;
+            let link = wiring.driver(port).map(|k| &wiring.links[k]);
+            if let Some(link) = link.filter(|link| !link.is_initial) {
+                bail!(
+                    "`{name}` cannot be set: the connection from `{}` gives it its values",
+                    wiring.name(link.from)
+                );
+            }
+        }
+        ensure!(
+            v.causality == Causality::Input || v.is_tunable(),
+            "`{name}` is fixed once a run has begun: it takes effect by a restart"
+        );
+        Ok(())
+    }
+
+    /// Save the state of the whole; its number.
+    pub fn save(&mut self) -> Result<u64> {
+        let saved = (self.master.save()?, self.supervision.clone());
+        self.next_id += 1;
+        self.saved.insert(self.next_id, saved);
+        Ok(self.next_id)
+    }
+
+    /// Back to a saved state.
+    pub fn restore(&mut self, id: u64) -> Result<()> {
+        let saved = self.saved.get(&id);
+        let (saved, supervision) =
+            saved.with_context(|| format!("this run has no saved state {id}"))?;
+        self.master.restore(saved)?;
+        self.supervision.clone_from(supervision);
+        self.end = None;
+        Ok(())
+    }
+
+    /// A saved state is not needed any more.
+    pub fn forget(&mut self, id: u64) {
+        self.saved.remove(&id);
+    }
+
+    /// What is to be said of the run so far.
+    pub fn verdict(&self) -> Verdict {
+        let mut verdict = self.supervision.verdict(&self.system, &self.master);
+        for message in messages::present() {
+            verdict.note(message.to_string());
+        }
+        verdict
+    }
+}

@@ -1,0 +1,134 @@
+//! What a system structure may have forgotten, and what is to be said of that.
+
+use std::sync::Arc;
+
+use anyhow::{Result, ensure};
+use fmu_description::Kind;
+
+use crate::schedule::Schedule;
+use crate::system::{Setting, System};
+use crate::verdict::Verdict;
+use crate::wiring::Port;
+
+/// What a system structure may have forgotten, as `component.variable`.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Forgotten {
+    /// Connectors that the FMU does not have.
+    pub connectors: Vec<String>,
+    /// Input connectors that neither a connection nor a parameter value gives, so that they keep
+    /// their start values; elements of an array, and members of a structure, are one item.
+    pub inputs: Vec<String>,
+    /// Inputs of the FMU without a connector: the structure does not use them, and they keep their
+    /// start values.
+    pub unmentioned: Vec<String>,
+    /// Bound values that match no variable, with their origin.
+    pub values: Vec<String>,
+    /// What is odd about connections and FMUs, but does no harm.
+    pub remarks: Vec<String>,
+}
+
+impl System {
+    /// What the structure may have forgotten, under the start values `settings`.
+    pub fn forgotten(&self, settings: &[Setting]) -> Result<Forgotten> {
+        let wiring = self.wiring()?;
+        let mut remarks = self.structure.remarks.clone();
+        remarks.extend(wiring.remarks.iter().cloned());
+        for (k, fmu) in self.fmus.iter().enumerate() {
+            if self.fmus[..k].iter().all(|other| !Arc::ptr_eq(other, fmu)) {
+                let named = fmu
+                    .remarks
+                    .iter()
+                    .map(|r| format!("FMU `{}`: {r}", fmu.file));
+                remarks.extend(named);
+            }
+        }
+        let mut forgotten = Forgotten {
+            values: self.structure.unmatched.clone(),
+            remarks,
+            ..Forgotten::default()
+        };
+        for (component, (c, fmu)) in self.structure.components.iter().zip(&self.fmus).enumerate() {
+            let lacking = |name: &&str| fmu.description.index(name).is_none();
+            let declared = c.connectors.iter().map(|connector| connector.name.as_str());
+            let lacking = declared
+                .filter(lacking)
+                .map(|name| format!("{}.{name}", c.name));
+            forgotten.connectors.extend(lacking);
+            for (variable, v) in fmu.description.variables.iter().enumerate() {
+                let port = Port {
+                    component,
+                    variable,
+                };
+                let is_given = wiring.driver(port).is_some()
+                    || c.parameters.iter().any(|p| p.name == v.name)
+                    || settings.iter().any(|s| s.port == port);
+                let group = v.name.split(['[', '.']).next().unwrap_or(&v.name);
+                let name = format!("{}.{group}", c.name);
+                let is_declared = c.connectors.iter().any(|c| c.name == v.name);
+                let names = if is_declared {
+                    &mut forgotten.inputs
+                } else {
+                    &mut forgotten.unmentioned
+                };
+                if v.is_input() && v.kind != Kind::Clock && !is_given && !names.contains(&name) {
+                    names.push(name);
+                }
+            }
+        }
+        Ok(forgotten)
+    }
+}
+
+impl Forgotten {
+    /// What is to be said of it in a run by this schedule.
+    ///
+    /// # Errors
+    /// Where the judge `is_strict`, anything forgotten; inputs that the system does not mention are
+    /// only told of.
+    pub fn judge(&self, system: &System, schedule: Schedule, is_strict: bool) -> Result<Verdict> {
+        let mut verdict = Verdict::default();
+        if !self.connectors.is_empty() {
+            verdict.object(format!(
+                "connectors that the FMUs do not have: {}",
+                self.connectors.join(", ")
+            ));
+        }
+        if !self.inputs.is_empty() {
+            verdict.note(format!(
+                "inputs that nothing drives or sets keep their start values: {}",
+                self.inputs.join(", ")
+            ));
+        }
+        if !self.values.is_empty() {
+            verdict.note(format!(
+                "bound values that match no variable are passed over: {}",
+                self.values.join(", ")
+            ));
+        }
+        if is_strict {
+            let texts: Vec<_> = verdict.findings().iter().map(|f| f.text.as_str()).collect();
+            ensure!(texts.is_empty(), "--strict: {}", texts.join("; "));
+        }
+        let read_once = match schedule {
+            Schedule::Standard => Vec::new(),
+            _ => system.read_once()?,
+        };
+        if !read_once.is_empty() {
+            verdict.note(format!(
+                "outputs that do not declare on which inputs they depend are read right after the step, so that what goes through them \
+                 arrives one step later (--feedthrough COMPONENT, where they may be read again): {}",
+                read_once.join(", ")
+            ));
+        }
+        for remark in &self.remarks {
+            verdict.note(remark.clone());
+        }
+        if !self.unmentioned.is_empty() {
+            verdict.note(format!(
+                "inputs that the system does not mention keep their start values: {}",
+                self.unmentioned.join(", ")
+            ));
+        }
+        Ok(verdict)
+    }
+}

@@ -1,0 +1,135 @@
+//! What watches a run while it is made, and judges it.
+
+use anyhow::Result;
+
+use crate::bond::Residual;
+use crate::divergence::Watch;
+use crate::master::Master;
+use crate::slave::messages;
+use crate::system::System;
+use crate::verdict::Verdict;
+
+/// Share of the energy through all bonds that the coupling may make or lose.
+const SPURIOUS: f64 = 0.01;
+/// Energy that may be rounding, J.
+const ROUNDING: f64 = 1e-9;
+
+/// Watches the communication points of a run.
+#[derive(Clone, Debug)]
+pub struct Supervision {
+    watch: Watch,
+    verdict: Verdict,
+}
+
+impl Supervision {
+    /// Of a run of `system` that begins; `verdict` is what there is to be said of it already.
+    pub fn new(system: &System, master: &Master, mut verdict: Verdict) -> Self {
+        let step = master.stepping().step;
+        if let Some((component, internal)) = system.uneven_step(step) {
+            verdict.note(format!(
+                "the communication step of {step} s is no multiple of the fixed internal step of `{component}`, {internal} s"
+            ));
+        }
+        Self {
+            watch: Watch::new(master.time(), &master.exchange().values),
+            verdict,
+        }
+    }
+
+    /// Look at the present communication point.
+    pub fn add(&mut self, master: &Master) {
+        self.watch.add(master.time(), &master.exchange().values);
+    }
+
+    /// Add something that does not spoil the result.
+    pub fn note(&mut self, text: String) {
+        self.verdict.note(text);
+    }
+
+    /// Add something that spoils the result.
+    pub fn fail(&mut self, text: String) {
+        self.verdict.object(text);
+    }
+
+    /// The error of a step, with where the loops of the system began to diverge before.
+    pub fn explain(&self, error: anyhow::Error, system: &System, master: &Master) -> anyhow::Error {
+        match self.divergence(system, master) {
+            Some(cause) => error.context(cause),
+            None => error,
+        }
+    }
+
+    /// What is to be said of the run so far, but for the warnings of the FMUs.
+    pub fn verdict(&self, system: &System, master: &Master) -> Verdict {
+        let mut verdict = self.verdict.clone();
+        if let Some(text) = self.divergence(system, master) {
+            verdict.object(text);
+        }
+        judge(master.residuals(), &mut verdict);
+        verdict
+    }
+
+    /// End the run for all; what is to be said of it.
+    ///
+    /// # Errors
+    /// An instance that does not end.
+    pub fn end(&self, system: &System, master: Master) -> Result<Verdict> {
+        let mut verdict = self.verdict(system, &master);
+        master.terminate()?;
+        for message in messages::take() {
+            verdict.note(message.to_string());
+        }
+        Ok(verdict)
+    }
+
+    /// Where a loop began to diverge, and why.
+    fn divergence(&self, system: &System, master: &Master) -> Option<String> {
+        let (slot, since) = self.watch.diverged?;
+        let name = system.name(master.exchange().output(slot)?);
+        let step = master.stepping().step;
+        Some(format!(
+            "`{name}` diverges from t = {since} s on: it jumps up and down from one communication point to the next, further each time; the \
+             communication step of {step} s is too long for the loops of this system"
+        ))
+    }
+}
+
+/// Energy that the coupling made or lost at a bond, beside what went through all: a bond through
+/// which next to nothing goes says nothing.
+fn judge(residuals: &[Residual], verdict: &mut Verdict) {
+    let all: f64 = residuals.iter().map(|r| r.turnover).sum();
+    for Residual { bond, energy, .. } in residuals {
+        let share = energy.abs() / all;
+        if share > SPURIOUS && energy.abs() > ROUNDING {
+            let done = if *energy < 0.0 { "created" } else { "lost" };
+            verdict.object(format!(
+                "the coupling {done} {:.3e} J at the bond {bond}, {:.1} % of what went through all bonds: a loop is unstable, or the \
+                 communication step too long",
+                energy.abs(),
+                100.0 * share
+            ));
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_bond_is_judged_beside_what_goes_through_all() {
+        let residual = |energy, turnover| Residual {
+            energy,
+            turnover,
+            ..Residual::new("a.F".into())
+        };
+        let is_bad = |residuals: &[Residual]| {
+            let mut verdict = Verdict::default();
+            judge(residuals, &mut verdict);
+            verdict.is_bad()
+        };
+        assert!(is_bad(&[residual(-0.02, 1.0)]) && is_bad(&[residual(0.02, 1.0)]));
+        assert!(!is_bad(&[residual(-0.02, 1.0), residual(0.0, 2.0)]));
+        assert!(!is_bad(&[residual(-1e-12, 1e-12)]), "rounding");
+    }
+}

@@ -1,0 +1,135 @@
+/* A coupled system that runs in a worker: `Engine.open`, then `restart`, and the rest. Every command is a promise, which rejects with the
+ * master's message; values pass at communication points. The text of `worker.js` comes in `parts.worker`, else in the page's element
+ * `part-worker`, because a page that was opened from a folder may start no worker from another file. */
+
+export class Engine {
+  #worker;
+  #waiting = new Map();
+  #next = 1;
+  /* Of the last answer or frame, s. */
+  time = NaN;
+  /* Called with {time, values, history, factor, share, error} up to 60 times a second. */
+  onframe = null;
+  /* Of what runs: name, structures, parameters, components, start, stop, step. */
+  about = null;
+
+  /* Open a packed system or an FMU: parts = {engine: bytes of the engine's module, system: bytes of the archive}. */
+  static async open({ engine, system, worker = document.getElementById("part-worker").textContent }) {
+    const own = new Engine();
+    own.#worker = await started(worker);
+    own.#worker.onmessage = (message) => own.#receive(message);
+    own.#worker.onerror = (error) => own.#fail(new Error(error.message ?? String(error)));
+    await own.#ask("open", { engine, system });
+    return own;
+  }
+
+  #receive({ id, ok, error, time, frame }) {
+    this.time = frame?.time ?? time ?? this.time;
+    if (frame) {
+      this.onframe?.(frame);
+      return;
+    }
+    const { resolve, reject } = this.#waiting.get(id);
+    this.#waiting.delete(id);
+    if (error === undefined) resolve(ok);
+    else reject(new Error(error));
+  }
+
+  #fail(error) {
+    for (const { reject } of this.#waiting.values()) reject(error);
+    this.#waiting.clear();
+  }
+
+  #ask(command, its = {}) {
+    return new Promise((resolve, reject) => {
+      const id = this.#next++;
+      this.#waiting.set(id, { resolve, reject });
+      this.#worker.postMessage({ id, command, ...its });
+    });
+  }
+
+  /* Start anew. Settings: start values by names of variables; `structure` (a .ssd of the package), `parameters` (a .ssv or several, applied in
+   * this order), `schedule`, `step` (s), `files` ({path: text or bytes} for parameters that name files). The run before goes on where this
+   * is refused. */
+  async restart(settings = {}) {
+    this.about = await this.#ask("restart", { settings });
+    return this.about;
+  }
+
+  /* So many seconds, as fast as it goes. */
+  advance(seconds) {
+    return this.#ask("advance", { seconds });
+  }
+
+  /* Run in step with the wall clock, so many times as fast. */
+  play(speed = 1) {
+    return this.#ask("play", { speed });
+  }
+
+  pause() {
+    return this.#ask("pause");
+  }
+
+  /* The present value of a variable: a number, true or false, a text. */
+  get(name) {
+    return this.#ask("get", { name });
+  }
+
+  /* Set an input that nothing drives, or a tunable parameter; others are refused with the reason. */
+  set(name, value) {
+    return this.#ask("set", { name, value });
+  }
+
+  /* Which values the frames carry from now on. */
+  watch(names) {
+    return this.#ask("watch", { names });
+  }
+
+  /* Save the state of the whole; its number. */
+  save() {
+    return this.#ask("save");
+  }
+
+  restore(id) {
+    return this.#ask("restore", { id });
+  }
+
+  forget(id) {
+    return this.#ask("forget", { id });
+  }
+
+  /* All variables: name, description, causality, variability, type, unit, displayUnit, start, min, max, items. */
+  variables() {
+    return this.#ask("variables");
+  }
+
+  /* {bad, text, findings: [{text, bad}]} of the run so far. */
+  verdict() {
+    return this.#ask("verdict");
+  }
+
+  /* End the worker. */
+  close() {
+    this.#fail(new Error("the engine is closed"));
+    return this.#worker.terminate();
+  }
+}
+
+/* A worker with this source, of a page or of Node. */
+async function started(source) {
+  if (globalThis.Worker) {
+    const address = URL.createObjectURL(new Blob([source], { type: "text/javascript" }));
+    const worker = new Worker(address);
+    const own = { postMessage: (message) => worker.postMessage(message), terminate: () => worker.terminate() };
+    worker.onmessage = ({ data }) => own.onmessage(data);
+    worker.onerror = (error) => own.onerror(error);
+    URL.revokeObjectURL(address);
+    return own;
+  }
+  const { Worker: Thread } = await import("node:worker_threads");
+  const thread = new Thread(source, { eval: true });
+  const own = { postMessage: (message) => thread.postMessage(message), terminate: () => thread.terminate() };
+  thread.on("message", (message) => own.onmessage(message));
+  thread.on("error", (error) => own.onerror(error));
+  return own;
+}
