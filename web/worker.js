@@ -17,10 +17,10 @@
       this.look();
     }
 
+    /* Views of a memory that has grown have no length any more. */
     look() {
+      if (this.u8 !== undefined && this.u8.length !== 0) return this;
       const { buffer } = this.memory;
-      if (this.buffer === buffer) return this;
-      this.buffer = buffer;
       this.u8 = new Uint8Array(buffer);
       this.u32 = new Uint32Array(buffer);
       this.f64 = new Float64Array(buffer);
@@ -57,7 +57,7 @@
   class Host {
     constructor() {
       this.modules = new Map();
-      this.instances = new Map();
+      this.instances = [];
       this.next = 1;
       this.files = {};
     }
@@ -70,11 +70,11 @@
         fmi3[`fmi3Get${name}`] = this.getter(`fmi3Get${name}`, size);
         fmi3[`fmi3Set${name}`] = this.setter(`fmi3Set${name}`, size);
       }
-      // Arguments by position: an array that the FMU reads or writes, `[position, size of an element, position of the number or 0 for one]`.
+      for (const name of ["EnterInitializationMode", "ExitInitializationMode", "EnterEventMode", "EnterStepMode", "Terminate", "Reset", "SetFMUState"]) {
+        fmi3[`fmi3${name}`] = this.plain(`fmi3${name}`);
+      }
+      // Arrays that the FMU reads, and those that it writes: [position, size of an element, position of the number, else it is one].
       const calls = {
-        EnterInitializationMode: [], ExitInitializationMode: [], EnterEventMode: [], EnterStepMode: [], Terminate: [], Reset: [], SetFMUState: [],
-        DoStep: [[], [[3, 1], [4, 1], [5, 1], [6, 8]]],
-        UpdateDiscreteStates: [[], [[0, 1], [1, 1], [2, 1], [3, 1], [4, 1], [5, 8]]],
         SetClock: [[[0, 4, 1], [2, 1, 1]]],
         GetIntervalDecimal: [[[0, 4, 1]], [[2, 8, 1], [3, 4, 1]]],
         GetShiftDecimal: [[[0, 4, 1]], [[2, 8, 1]]],
@@ -85,6 +85,8 @@
       for (const [name, [given = [], told = []]] of Object.entries(calls)) fmi3[`fmi3${name}`] = this.caller(`fmi3${name}`, given, told);
       Object.assign(fmi3, {
         fmi3InstantiateCoSimulation: (...its) => this.instantiate(...its),
+        fmi3DoStep: (key, t, h, keeps, event, ends, early, time) => this.step(key, t, h, keeps, event, ends, early, time),
+        fmi3UpdateDiscreteStates: (key, ...told) => this.update(key, told),
         fmi3FreeInstance: (handle) => this.free(handle),
         fmi3SetDebugLogging: (handle, on, n, list) => this.withTexts(handle, "fmi3SetDebugLogging", list, n, (texts) => [on, n, texts]),
         fmi3SetString: (handle, vr, n, list, m) => this.withTexts(handle, "fmi3SetString", list, m, (texts, i) => [i.pass(vr, 4 * n), n, texts, m]),
@@ -143,7 +145,7 @@
         if (instance.handle === 0) return 0;
         for (const [file, content] of Object.entries(this.files)) instance.file(file, content);
         const key = this.next++;
-        this.instances.set(key, instance);
+        this.instances[key] = instance;
         return key;
       } catch (error) {
         said(FATAL, `its WebAssembly failed: ${error.message}`);
@@ -152,16 +154,36 @@
     }
 
     free(key) {
-      const instance = this.instances.get(key);
-      this.instances.delete(key);
-      instance?.call("fmi3FreeInstance", []);
+      this.instances[key].call("fmi3FreeInstance", []);
+      delete this.instances[key];
+    }
+
+    // What every step calls is written out: it makes no lists.
+
+    plain(name) {
+      return (key, ...its) => {
+        const i = this.instances[key];
+        if (i.lost !== undefined) return FATAL;
+        try {
+          return its.length === 0 ? i.fmu[name](i.handle) : i.fmu[name](i.handle, ...its);
+        } catch (error) {
+          return i.trap(name, error);
+        }
+      };
     }
 
     getter(name, size) {
       return (key, vr, n, values, m) => {
-        const i = this.instances.get(key).begin();
-        const [references, room] = [i.pass(vr, 4 * n), i.room(size * m)];
-        const status = i.call(name, [references, n, room, m]);
+        const i = this.instances[key].begin();
+        if (i.lost !== undefined) return FATAL;
+        const references = i.pass(vr, 4 * n);
+        const room = i.room(size * m);
+        let status;
+        try {
+          status = i.fmu[name](i.handle, references, n, room, m);
+        } catch (error) {
+          return i.trap(name, error);
+        }
         if (status <= 1) copy(i.memory.look(), room, this.own.look(), values, size * m);
         return status;
       };
@@ -169,14 +191,55 @@
 
     setter(name, size) {
       return (key, vr, n, values, m) => {
-        const i = this.instances.get(key).begin();
-        return i.call(name, [i.pass(vr, 4 * n), n, i.pass(values, size * m), m]);
+        const i = this.instances[key].begin();
+        if (i.lost !== undefined) return FATAL;
+        const references = i.pass(vr, 4 * n);
+        const given = i.pass(values, size * m);
+        try {
+          return i.fmu[name](i.handle, references, n, given, m);
+        } catch (error) {
+          return i.trap(name, error);
+        }
       };
+    }
+
+    step(key, t, h, keeps, event, ends, early, time) {
+      const i = this.instances[key].begin();
+      if (i.lost !== undefined) return FATAL;
+      const at = i.room(16);
+      let status;
+      try {
+        status = i.fmu.fmi3DoStep(i.handle, t, h, keeps, at, at + 1, at + 2, at + 8);
+      } catch (error) {
+        return i.trap("fmi3DoStep", error);
+      }
+      const { u8, f64 } = i.memory.look();
+      const own = this.own.look();
+      [own.u8[event], own.u8[ends], own.u8[early]] = [u8[at], u8[at + 1], u8[at + 2]];
+      own.f64[time >> 3] = f64[(at + 8) >> 3];
+      return status;
+    }
+
+    update(key, told) {
+      const i = this.instances[key].begin();
+      if (i.lost !== undefined) return FATAL;
+      const at = i.room(16);
+      let status;
+      try {
+        status = i.fmu.fmi3UpdateDiscreteStates(i.handle, at, at + 1, at + 2, at + 3, at + 4, at + 8);
+      } catch (error) {
+        return i.trap("fmi3UpdateDiscreteStates", error);
+      }
+      const { u8, f64 } = i.memory.look();
+      const own = this.own.look();
+      for (let k = 0; k < 5; k += 1) own.u8[told[k]] = u8[at + k];
+      own.f64[told[5] >> 3] = f64[(at + 8) >> 3];
+      return status;
     }
 
     caller(name, given, told) {
       return (key, ...its) => {
-        const i = this.instances.get(key).begin();
+        const i = this.instances[key].begin();
         const number = (count) => (count === undefined ? 1 : its[count]);
         const args = its.slice();
         for (const [at, size, count] of given) args[at] = i.pass(its[at], size * number(count));
@@ -191,7 +254,7 @@
 
     /* A call with texts, or with bytes of these sizes. */
     withTexts(key, name, list, n, args, sizes) {
-      const i = this.instances.get(key).begin();
+      const i = this.instances[key].begin();
       const { own } = this;
       own.look();
       const contents = Array.from({ length: n }, (_, k) => {
@@ -208,7 +271,7 @@
 
     /* Texts, or bytes with their sizes, which the engine may read until the next call of the kind. */
     getBlocks(key, name, vr, n, sizes, list, m) {
-      const i = this.instances.get(key).begin();
+      const i = this.instances[key].begin();
       const [references, lengths, table] = [i.pass(vr, 4 * n), i.room(4 * m), i.room(4 * m)];
       const status = i.call(name, sizes === 0 ? [references, n, table, m] : [references, n, lengths, table, m]);
       if (status > 1) return status;
@@ -279,16 +342,20 @@
       return place;
     }
 
-    /* A trap loses the instance: its memory is in no state that is known. */
     call(name, args) {
       if (this.lost !== undefined) return FATAL;
       try {
         return this.fmu[name](this.handle, ...args);
       } catch (error) {
-        this.lost = error;
-        this.said(FATAL, `its WebAssembly failed in ${name}: ${error.message}; this instance is lost`);
-        return FATAL;
+        return this.trap(name, error);
       }
+    }
+
+    /* A trap loses the instance: its memory is in no state that is known. */
+    trap(name, error) {
+      this.lost = error;
+      this.said(FATAL, `its WebAssembly failed in ${name}: ${error.message}; this instance is lost`);
+      return FATAL;
     }
 
     file(path, content) {
