@@ -3,6 +3,7 @@
  * once; all others by a restart, which the sign beside the name says.
  */
 
+import { html } from "./page.js";
 import { takesEffectAtOnce } from "./variables.js";
 
 /* Words that an operator says for the laws of `controller.mode`. */
@@ -74,42 +75,27 @@ export class Panel {
   }
 
   row(control) {
-    const { label, unit, range, list, flag, atOnce } = control;
-    const row = (control.row = document.createElement("label"));
-    row.className = "row";
-    const name = document.createElement("span");
-    name.textContent = label;
-    name.classList.toggle("restarts", !atOnce);
-    if (!atOnce) name.title = "The machine starts again with another value";
-    row.append(name);
-    if (list) {
-      control.field = document.createElement("select");
-      Object.entries(list).forEach(([value, text]) => control.field.add(new Option(text, value)));
-    } else {
-      control.field = document.createElement("input");
-      control.field.type = flag ? "checkbox" : "range";
-      if (range) [control.field.min, control.field.max, control.field.step] = range;
-    }
-    if (range) {
-      control.text = document.createElement("b");
-      row.append(control.text);
-      control.field.addEventListener("input", () => this.say(control));
-      control.say = () => `${control.field.value.replace("-", "−")} ${unit}`;
-    }
+    const { label, unit, range = [], list, flag, atOnce } = control;
+    control.row = html`<label class="row"><span>${label}</span></label>`;
+    const [name] = control.row.children;
+    if (!atOnce) Object.assign(name, { className: "restarts", title: "The machine starts again with another value" });
+    const [min, max, step] = range;
+    control.field = list ? html`<select></select>` : flag ? html`<input type="checkbox">` : html`<input type="range" min="${min}" max="${max}" step="${step}">`;
+    Object.entries(list ?? {}).forEach(([value, text]) => control.field.add(new Option(text, value)));
+    const text = document.createElement("b");
+    control.say = () => (text.textContent = `${control.field.value.replace("-", "−")} ${unit}`);
+    if (unit !== undefined) control.row.append(text);
+    control.row.append(control.field);
     if (control.start !== undefined) this.put(control, control.start);
+    control.field.addEventListener("input", control.say);
     // What takes effect at once follows the slider; a restart waits until it is let go.
     control.field.addEventListener(atOnce ? "input" : "change", () => this.tell(control));
-    row.append(control.field);
-  }
-
-  say(control) {
-    if (control.text) control.text.textContent = control.say();
   }
 
   put(control, value) {
     if (control.flag) control.field.checked = value === true || value === "true" || value === 1;
     else control.field.value = value;
-    this.say(control);
+    control.say();
   }
 
   value({ flag, field, list }) {

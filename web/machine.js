@@ -1,15 +1,15 @@
-/* The live machine: puts engine, scene, levers, panel and scopes together; `window.machine` is the page for scripts. */
+/* The live machine: puts engines, scene, levers, panel and scopes together. */
 import { Ensemble, WORLDS } from "./ensemble.js";
 import { LAWS, Panel } from "./controls.js";
 import { Levers, LEVER_KEYS } from "./drive.js";
 import { LiveScene } from "./live_scene.js";
 import { Recorder } from "./records.js";
+import { Page, element, html, scripted, tickBox } from "./page.js";
 import { Scope, readable } from "./scopes.js";
 import { ACTUATORS, GHOST_SIGNALS, SCOPES, SIGNALS, watched } from "./signals.js";
 import { download, json, part } from "./parts.js";
 import { addressOf, elements, settingsOf } from "./variables.js";
 
-const element = (id) => document.getElementById(id);
 /* What one sees first: it moves at once, and with all joints. */
 const FIRST = { trajectory: "path", "controller.path_file": "six-joints", "controller.settle_time": "0.3" };
 const GHOST_LAWS = ["adaptive", "modular", "pd", "modular_integral"];
@@ -23,8 +23,9 @@ const PATH = "waypoints";
 const LOST_TIP = 0.05;
 const LOST_FORCE = 4;
 
-class LivePage {
+class LivePage extends Page {
   constructor() {
+    super();
     this.data = json("scene");
     this.log = [];
     this.waypoints = [];
@@ -38,7 +39,7 @@ class LivePage {
     this.chosen = new Set(SCOPES.filter((scope) => scope.shown).map((scope) => scope.name));
     this.buttons();
     this.firstMinute();
-    this.files();
+    this.takeFiles(["waypoint-file", "settings-file"], "Waypoints or settings");
   }
 
   async open() {
@@ -69,7 +70,7 @@ class LivePage {
     this.settings = settings;
     [this.log, this.lost, this.pushed] = [[], null, null];
     element("broken").hidden = true;
-    this.variables = new Map(elements(await this.ensemble.main.variables()).map((variable) => [variable.name, variable]));
+    this.variables = new Map(elements(await this.engine.variables()).map((variable) => [variable.name, variable]));
     this.panel.build(this.variables);
     await this.follow();
     this.watch();
@@ -81,7 +82,7 @@ class LivePage {
 
   /* The panel shows what the running system has. */
   async follow() {
-    await this.panel.follow((name) => this.ensemble.main.get(name));
+    await this.panel.follow((name) => this.engine.get(name));
     const { trajectory } = this.settings;
     const file = this.settings["controller.path_file"];
     const kind = this.settings["controller.rate.command"] ?? "joint";
@@ -90,7 +91,7 @@ class LivePage {
     element("waypoint-tools").hidden = element("trajectory").value !== "waypoints";
     element("world").value = this.settings.world ?? "ideal";
     this.levers.lead(kind);
-    this.hanging = this.variables.has("hdrm.load.mass") && (await this.ensemble.main.get("hdrm.load.mass")) > 0;
+    this.hanging = this.variables.has("hdrm.load.mass") && (await this.engine.get("hdrm.load.mass")) > 0;
     this.sayHanging();
     for (const box of element("ghosts").querySelectorAll("input")) box.checked = this.ensemble.ghosts.has(box.value);
   }
@@ -132,19 +133,10 @@ class LivePage {
       this.scopes.set(name, { description, scope, traces, beside, true_ });
     }
     const offered = SCOPES.filter(({ signal }) => this.places[signal]);
-    element("scope-choice").replaceChildren(...offered.map(({ name, title }) => this.box(title, this.chosen.has(name), (on) => {
+    element("scope-choice").replaceChildren(...offered.map(({ name, title }) => tickBox(title, this.chosen.has(name), (on) => {
       this.chosen[on ? "add" : "delete"](name);
       this.makeScopes();
     })));
-  }
-
-  box(text, checked, changed) {
-    const label = document.createElement("label");
-    const field = document.createElement("input");
-    Object.assign(field, { type: "checkbox", checked });
-    field.addEventListener("change", () => changed(field.checked));
-    label.append(field, text);
-    return label;
   }
 
   /* Values of a signal of a row that begins with time. */
@@ -170,7 +162,7 @@ class LivePage {
     this.latest = frame;
     if (frame.error && this.playing) this.ended(frame.error);
     if (this.pushed && frame.time >= this.pushed) this.push([0, 0, 0]);
-    this.ensemble.remember();
+    this.ensemble.tend();
   }
 
   ghostFrame({ values, history }, k) {
@@ -264,7 +256,7 @@ class LivePage {
   }
 
   async judge() {
-    const { bad, text } = await this.ensemble.main.verdict();
+    const { bad, text } = await this.engine.verdict();
     const lost = this.lost?.rank === 2;
     element("verdict").textContent = lost ? "lost" : bad ? "bad" : "good";
     element("verdict").className = lost || bad ? "bad" : "good";
@@ -279,14 +271,8 @@ class LivePage {
     this.silence = setTimeout(() => element("message").classList.remove("shown"), 6000);
   }
 
-  /* Does it, and says what stood in the way. */
-  async attempt(act) {
-    try {
-      await act();
-    } catch (error) {
-      this.say(error.message);
-      await this.follow().catch(() => {});
-    }
+  get engine() {
+    return this.ensemble?.main;
   }
 
   play() {
@@ -305,9 +291,9 @@ class LivePage {
     element("play").textContent = this.playing ? "❚❚ Pause" : "▶ Run";
   }
 
-  async step() {
+  async advance(seconds) {
     await this.pause();
-    await this.ensemble.advance(this.ensemble.main.about.step);
+    await this.ensemble.advance(seconds);
   }
 
   async set(name, value) {
@@ -334,7 +320,7 @@ class LivePage {
   async tell(told) {
     for (const axis of [1, 2]) {
       const name = `base.tilt[${axis}]`;
-      await this.set(`controller.${name}`, told ? await this.ensemble.main.get(`hdrm.${name}`) : 0);
+      await this.set(`controller.${name}`, told ? await this.engine.get(`hdrm.${name}`) : 0);
     }
   }
 
@@ -451,50 +437,41 @@ class LivePage {
     });
   }
 
-  keepMoment() {
-    return this.attempt(async () => {
-      const state = await this.ensemble.state();
-      const button = document.createElement("button");
-      button.textContent = `${state.time.toFixed(2)} s`;
-      button.title = "Back to this moment";
-      button.addEventListener("click", () => this.attempt(async () => {
-        await this.pause();
-        await this.ensemble.back(state);
-        await this.jumped(`Back at ${state.time.toFixed(2)} s.`);
-      }));
-      element("moments").append(button);
-    });
+  async keepMoment() {
+    const state = await this.ensemble.state();
+    const button = html`<button title="Back to this moment">${state.time.toFixed(2)} s</button>`;
+    button.addEventListener("click", () => this.attempt(async () => {
+      await this.pause();
+      await this.ensemble.back(state);
+      await this.jumped(`Back at ${state.time.toFixed(2)} s.`);
+    }));
+    element("moments").append(button);
   }
 
   buttons() {
-    const on = (id, act, event = "click") => element(id).addEventListener(event, () => this.attempt(act));
-    on("play", () => (this.playing ? this.pause() : this.play()));
-    on("step", () => this.step());
-    on("undo", () => this.undo());
-    on("restart", () => this.start(this.settings, undefined, "From the start again."));
-    on("speed", () => this.playing && this.play(), "change");
-    on("trajectory", () => this.lead(element("trajectory").value), "change");
-    on("world", () => this.world(element("world").value), "change");
-    on("push", () => this.pushShortly());
-    on("hang", () => this.hang());
-    on("save", () => this.keepMoment());
-    on("show-labels", () => (this.scene.dirty = true), "change");
-    on("error-gain", () => { this.scene.gain = Number(element("error-gain").value); this.scene.clear(); }, "change");
-    on("waypoint-click", () => this.aim(!this.scene.aiming));
-    on("waypoint-here", () => this.addWaypoint(this.of(this.latest.values, "tip", 0)));
-    on("waypoint-clear", () => { this.waypoints = []; this.sayWaypoints(); });
-    on("record", () => { element("record").setAttribute("aria-pressed", this.recorder.toggle()); });
-    on("csv", () => download("machine.csv", this.recorder.csv(), "text/csv"));
-    on("settings", () => download("machine.json", this.settingsText(), "application/json"));
-    on("link", async () => { await navigator.clipboard.writeText(location.href); this.say("The link is copied."); });
+    this.on("play", () => (this.playing ? this.pause() : this.play()));
+    this.on("step", () => this.advance(this.engine.about.step));
+    this.on("undo", () => this.undo());
+    this.on("restart", () => this.start(this.settings, undefined, "From the start again."));
+    this.on("speed", () => this.playing && this.play(), "change");
+    this.on("trajectory", () => this.lead(element("trajectory").value), "change");
+    this.on("world", () => this.world(element("world").value), "change");
+    this.on("push", () => this.pushShortly());
+    this.on("hang", () => this.hang());
+    this.on("save", () => this.keepMoment());
+    this.on("show-labels", () => (this.scene.dirty = true), "change");
+    this.on("error-gain", () => { this.scene.gain = Number(element("error-gain").value); this.scene.clear(); }, "change");
+    this.on("waypoint-click", () => this.aim(!this.scene.aiming));
+    this.on("waypoint-here", () => this.addWaypoint(this.of(this.latest.values, "tip", 0)));
+    this.on("waypoint-clear", () => { this.waypoints = []; this.sayWaypoints(); });
+    this.on("record", () => { element("record").setAttribute("aria-pressed", this.recorder.toggle()); });
+    this.on("csv", () => download("machine.csv", this.recorder.csv(), "text/csv"));
+    this.on("settings", () => download("machine.json", this.settingsText(), "application/json"));
+    this.on("link", async () => { await navigator.clipboard.writeText(location.href); this.say("The link is copied."); });
     document.querySelectorAll("[data-view]").forEach((button) => button.addEventListener("click", () => this.scene.view(button.dataset.view)));
     Object.entries(WORLDS).forEach(([value, { text }]) => element("world").add(new Option(text, value)));
-    const boxes = GHOST_LAWS.map((law) => {
-      const label = this.box(LAWS[law], false, () => this.beside([...element("ghosts").querySelectorAll("input:checked")].map((box) => box.value)));
-      label.firstChild.value = law;
-      return label;
-    });
-    element("ghosts").append(...boxes);
+    const chosen = () => this.beside([...element("ghosts").querySelectorAll("input:checked")].map((box) => box.value));
+    element("ghosts").append(...GHOST_LAWS.map((law) => tickBox(LAWS[law], false, chosen, law)));
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
       this.scene.theme();
       this.scopes.forEach(({ scope }) => scope.theme());
@@ -522,7 +499,7 @@ class LivePage {
   }
 
   keys() {
-    const keys = { Space: () => element("play").click(), Period: () => this.step(), Backspace: () => this.undo(), KeyP: () => this.pushShortly(), KeyL: () => this.hang(), KeyO: () => this.aim(!this.scene.aiming) };
+    const keys = { Space: () => element("play").click(), Period: () => this.advance(this.engine.about.step), Backspace: () => this.undo(), KeyP: () => this.pushShortly(), KeyL: () => this.hang(), KeyO: () => this.aim(!this.scene.aiming) };
     document.addEventListener("keydown", (event) => {
       const inField = event.target.closest?.("input:not([type=range]):not([type=checkbox]), select, textarea");
       const own = event.code === "Space" && event.target.closest?.("button, summary, input, a");
@@ -542,33 +519,15 @@ class LivePage {
     await (found?.settings ? this.start(found.settings, found.ghosts ?? [], "Settings of the file.") : this.follows(text));
   }
 
-  files() {
-    const picker = element("file");
-    for (const id of ["waypoint-file", "settings-file"]) element(id).addEventListener("click", () => picker.click());
-    picker.addEventListener("change", () => picker.files[0] && this.attempt(() => this.read(picker.files[0])));
-    document.body.dataset.drop = "Waypoints or settings";
-    for (const kind of ["dragover", "dragleave", "drop"]) {
-      document.addEventListener(kind, (event) => {
-        event.preventDefault();
-        document.body.classList.toggle("dropping", kind === "dragover");
-        if (kind === "drop" && event.dataTransfer.files[0]) this.attempt(() => this.read(event.dataTransfer.files[0]));
-      });
-    }
-  }
-
   /* What to try first; each is crossed off when it was done. */
   firstMinute() {
     const steps = { levers: ["Take the levers: hold W, or drag one below", () => this.lead("rates joint")], push: ["Push it: drag the red ball, or press P", () => this.pushShortly()],
       hang: ["Have it pick up 150 kg", () => this.hang()], ghost: ["See a second law beside it", () => this.beside(["modular"])], world: ["Make it a machine as built", () => this.world("real")] };
     const list = element("first-minute");
-    list.innerHTML = `<p>Try it <button aria-label="Close">×</button></p>`;
     list.querySelector("button").addEventListener("click", () => (list.hidden = true));
     this.tried = Object.entries(steps).map(([name, [text, act]]) => {
-      const item = document.createElement("li");
-      const button = document.createElement("button");
-      button.textContent = text;
-      button.addEventListener("click", () => this.attempt(act));
-      item.append(button);
+      const item = html`<li><button>${text}</button></li>`;
+      item.firstChild.addEventListener("click", () => this.attempt(act));
       list.append(item);
       return [name, item];
     });
@@ -579,25 +538,7 @@ class LivePage {
   }
 }
 
-const page = new LivePage();
-const ready = page.open();
-ready.catch((error) => {
-  element("broken").textContent = `The machine cannot be started: ${error.message}`;
-  element("broken").hidden = false;
-});
-window.machine = {
-  ready,
-  restart: (settings) => page.start({ ...settings }),
-  play: () => page.play(),
-  pause: () => page.pause(),
-  advance: async (seconds) => {
-    await page.pause();
-    await page.ensemble.advance(seconds);
-  },
-  get: (name) => page.ensemble.main.get(name),
-  set: (name, value) => page.set(name, value),
-  get time() {
-    return page.ensemble?.time ?? NaN;
-  },
-  verdict: () => page.ensemble.main.verdict(),
-};
+const live = new LivePage();
+const opened = live.open();
+opened.catch((error) => live.alarm(2, `The machine cannot be started: ${error.message}`));
+scripted(live, opened);
