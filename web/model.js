@@ -47,7 +47,7 @@ function columnsOf(text) {
 async function fmusOf(name, bytes) {
   const files = archive(bytes);
   const fmus = new Map();
-  if (files.has("modelDescription.xml")) fmus.set(name, files);
+  if (files.has("modelDescription.xml")) fmus.set(name || "this FMU", files);
   else if (files.has("SystemStructure.ssd")) {
     for (const [path, read] of files) if (path.endsWith(".fmu")) fmus.set(path.split("/").at(-1), archive(await read()));
   } else throw new Error(`${name} is neither an FMU nor an SSP: it holds no modelDescription.xml and no SystemStructure.ssd.`);
@@ -77,7 +77,7 @@ class ModelPage extends Page {
   async open() {
     this.engineBytes = await part("engine");
     const system = await part("system");
-    if (system) await this.load(document.title, system, settingsOf(location.hash).settings);
+    if (system) await this.load("", system, settingsOf(location.hash).settings);
     else this.say("Drop an FMU or SSP with WebAssembly onto this page.");
   }
 
@@ -86,15 +86,15 @@ class ModelPage extends Page {
     element("message").hidden = !text;
   }
 
-  /* Another model in the place of this one. */
+  /* The model of a file, in the place of the one before. */
   async load(name, bytes, settings = {}) {
     const fmus = await fmusOf(name, bytes);
     const engine = await Engine.open({ engine: this.engineBytes, system: bytes });
     await engine.restart(settings);
     this.engine?.close();
     Object.assign(this, { engine, fmus, runs: [], values: settings, signals: new Map() });
-    document.title = name;
-    element("title").textContent = name.replace(/\.(fmu|ssp)$/, "");
+    const { components, name: system } = engine.about;
+    document.title = element("title").textContent = components.length === 1 ? components[0].model : system;
     this.variables = elements(await engine.variables()).filter(({ type }) => type !== "Clock" && type !== "Binary");
     // A name without its component, where there is one component.
     const lone = new Set(this.variables.map((variable) => variable.name.split(".")[0])).size === 1;
