@@ -53,23 +53,6 @@
     }
   }
 
-  /* The module itself, or the one in a component: its first section with the id 1. */
-  function moduleOf(content) {
-    if (content[4] !== 0x0d) return content;
-    let at = 8;
-    while (at < content.length) {
-      const id = content[at++];
-      let [size, shift] = [0, 0];
-      do {
-        size += (content[at] & 0x7f) << shift;
-        shift += 7;
-      } while (content[at++] >= 0x80);
-      if (id === 1) return content.subarray(at, at + size);
-      at += size;
-    }
-    throw new Error("the component holds no module");
-  }
-
   /* The host of the FMUs' modules. */
   class Host {
     constructor() {
@@ -136,7 +119,7 @@
     load(at, size) {
       try {
         const key = this.next++;
-        this.modules.set(key, new WebAssembly.Module(moduleOf(this.own.look().u8.slice(at, at + size))));
+        this.modules.set(key, new WebAssembly.Module(this.own.look().u8.slice(at, at + size)));
         return key;
       } catch (error) {
         this.say(0, FATAL, `it is no WebAssembly module: ${error.message}`);

@@ -13,12 +13,8 @@ use fmu_description::{
 use super::functions::Logger;
 use crate::slave::messages;
 
-/// Folders in an archive: that of plain modules, and that of components, which hold one; the host
-/// takes it out.
-const FOLDERS: [&str; 2] = [
-    "binaries/wasm32-unknown-unknown",
-    "binaries/wasm32-wasip2",
-];
+/// Folder of the modules in an archive.
+const FOLDER: &str = "binaries/wasm32-unknown-unknown";
 
 /// A module that the host has compiled.
 pub struct Library(u32);
@@ -68,17 +64,10 @@ impl Library {
             description.fmi == Version::Fmi3,
             "it is of FMI 2.0; a page runs FMUs of FMI 3.0 with WebAssembly"
         );
-        let [plain, component] =
-            FOLDERS.map(|folder| format!("{folder}/{}.wasm", description.identifier));
-        let (path, bytes) = match archive.file(&plain)? {
-            Some(bytes) => (plain, bytes),
-            None => {
-                let bytes = archive.file(&component)?.ok_or_else(|| {
-                    anyhow!("it has no WebAssembly for a page: there is no `{component}` in it (cargo fmu pack --target wasm adds it)")
-                })?;
-                (component, bytes)
-            }
-        };
+        let path = format!("{FOLDER}/{}.wasm", description.identifier);
+        let bytes = archive.file(&path)?.ok_or_else(|| {
+            anyhow!("it has no WebAssembly for a page: there is no `{path}` in it (cargo fmu pack --target wasm adds it)")
+        })?;
         let Ok(module) = u32::try_from(load(bytes.as_ptr(), bytes.len())) else {
             let reasons = messages::take().into_iter().map(|m| m.text);
             return Err(
