@@ -32,9 +32,8 @@ export const CONTROLS = [
   { sheet: "load", label: "Payload", unit: "kg", range: [0, 600, 10], names: ["hdrm.payload.mass"] },
   { sheet: "load", label: "Load to pick up", unit: "kg", range: [10, 400, 10], start: 150, own: "load" },
   { sheet: "load", label: "All bodies heavier than planned", unit: "%", factor: 0.01, offset: 1, range: [-40, 40, 5], names: ["hdrm.inertia_scale"] },
-  { sheet: "load", label: "Base rolls to the side", unit: "°", factor: DEGREE, range: [-10, 10, 0.5], names: ["hdrm.base.tilt[1]"], told: ["controller.base.tilt[1]"] },
-  { sheet: "load", label: "Base tips forward or back", unit: "°", factor: DEGREE, range: [-10, 10, 0.5], names: ["hdrm.base.tilt[2]"], told: ["controller.base.tilt[2]"] },
-  { sheet: "load", label: "The controller is told of the tilt", flag: true, own: "told", start: false },
+  { sheet: "load", label: "Base rolls to the side", unit: "°", factor: DEGREE, range: [-10, 10, 0.5], names: ["hdrm.base.tilt[1]"] },
+  { sheet: "load", label: "Base tips forward or back", unit: "°", factor: DEGREE, range: [-10, 10, 0.5], names: ["hdrm.base.tilt[2]"] },
   { sheet: "law", label: "Law", list: LAWS, names: ["controller.mode"] },
   { sheet: "law", label: "Stiffness of position", unit: "1/s", range: [1, 40, 0.5], names: ["controller.Lambda_position"] },
   { sheet: "law", label: "Stiffness of orientation", unit: "1/s", range: [1, 40, 0.5], names: ["controller.Lambda_orientation"] },
@@ -110,8 +109,7 @@ export class Panel {
     const { factor = 1, offset = 0, list, flag, names = [] } = control;
     const value = this.value(control);
     const inside = list || flag ? value : Number((value * factor + offset).toPrecision(12));
-    const all = control.told && this.own("told") ? [...names, ...control.told] : names;
-    this.changed(control, Object.fromEntries(all.map((name) => [name, inside])));
+    this.changed(control, Object.fromEntries(names.map((name) => [name, inside])));
   }
 
   /* Shows what the variables are; `read(name)` gives a value. */
