@@ -44,7 +44,7 @@ export class Engine {
     return new Promise((resolve, reject) => {
       const id = this.#next++;
       this.#waiting.set(id, { resolve, reject });
-      this.#worker.postMessage({ id, command, ...its });
+      this.#worker.postMessage({ id, command, its });
     });
   }
 

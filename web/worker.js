@@ -562,7 +562,7 @@
 
   const own = ["open", "restart", "watch", "restore", "advance", "play", "pause"];
   let turn = Promise.resolve();
-  async function obey({ id, command, ...its }) {
+  async function obey({ id, command, its }) {
     try {
       const ok = own.includes(command) ? await session[command](its) : session.command(command, its);
       post({ id, ok, time: session.time });

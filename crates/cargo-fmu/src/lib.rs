@@ -19,4 +19,6 @@ pub mod platform;
 pub mod portability;
 pub mod process;
 pub mod target;
+#[cfg(feature = "wasm")]
+pub mod wasm;
 pub mod workspace;

@@ -8,7 +8,7 @@ use std::time::Duration;
 use anyhow::{Context, Result};
 use cargo_fmu::check::{self, Checker, Verdict};
 use cargo_fmu::workspace::{Source, Workspace};
-use cargo_fmu::{new, pack};
+use cargo_fmu::{new, pack, wasm};
 use clap::{Args, Parser, Subcommand};
 
 /// Cargo hands its subcommands their own name first.
@@ -50,8 +50,8 @@ enum Command {
         #[arg(long = "example", value_name = "EXAMPLE")]
         examples: Vec<String>,
         /// Platform to pack for, repeatable: linux64, win64, darwin64 or (FMI 3.0) aarch64-linux
-        /// and aarch64-darwin, each for any machine of its kind [default: this machine, built the
-        /// fast way]
+        /// and aarch64-darwin, each for any machine of its kind, and wasm, which adds WebAssembly
+        /// to the archives of FMI 3.0 [default: this machine, built the fast way]
         #[arg(long = "target", value_name = "PLATFORM")]
         targets: Vec<String>,
         /// Folder for the packed files [default: fmu/ in the target directory]
@@ -60,6 +60,15 @@ enum Command {
         /// Cargo profile; fmu-release optimises the whole program at once, release builds faster
         #[arg(long, value_name = "PROFILE", default_value = pack::FMU_PROFILE)]
         profile: String,
+    },
+    /// Add WebAssembly of packages to archives of FMI 3.0 in the same order
+    #[command(hide = true)]
+    AddWasm {
+        #[arg(short, long = "package")]
+        packages: Vec<String>,
+        #[arg(long, default_value = pack::FMU_PROFILE)]
+        profile: String,
+        fmus: Vec<PathBuf>,
     },
     /// Check FMUs, whoever made them: archive, description, libraries, and what they do when they
     /// are run
@@ -120,7 +129,19 @@ fn run(command: Command) -> Result<ExitCode> {
             }
             let out = out.unwrap_or_else(|| workspace.target.join("fmu"));
             let profile = pack::profile(&profile);
-            pack::fmus(&workspace, &sources, &profile, &platforms, &out)?;
+            let packed = pack::fmus(&workspace, &sources, &profile, &platforms, &out)?;
+            if platforms.wasm {
+                wasm::add(&workspace, &sources, &profile, &pack::of_fmi3(&packed)?)?;
+            }
+        }
+        Command::AddWasm {
+            packages,
+            profile,
+            fmus,
+        } => {
+            let workspace = Workspace::of(&std::env::current_dir()?)?;
+            let sources = Source::chosen(packages, Vec::new());
+            wasm::add(&workspace, &sources, &pack::profile(&profile), &fmus)?;
         }
         Command::Check {
             fmus,

@@ -50,6 +50,8 @@ enum MachineCommand {
     /// Draw a machine: side view with named points and dimensions, workspace, greatest payload over
     /// reach and height
     Draw(machine::DrawArgs),
+    /// Write a machine's bodies and loops as JSON, from which a page draws it in motion
+    Scene(machine::SceneArgs),
 }
 
 #[derive(Subcommand)]
@@ -86,6 +88,7 @@ impl Command {
             Self::Sizing(args) => figures::sizing(args),
             Self::Plot(args) => done(commands::plot::plot(args)),
             Self::Machine(MachineCommand::Draw(args)) => done(machine::draw(args)),
+            Self::Machine(MachineCommand::Scene(args)) => done(machine::scene(args)),
             Self::Path(PathCommand::Check(args)) => done(figures::path(args)),
         }
     }

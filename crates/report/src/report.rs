@@ -22,7 +22,7 @@ mod page;
 mod request;
 mod runs;
 mod samples;
-mod scene;
+pub mod scene;
 mod stability;
 mod surrogate;
 mod table;
@@ -81,7 +81,7 @@ impl Report {
     pub fn new(request: &Request<'_>, progress: impl Fn(u64, u64) + Sync) -> Result<Self> {
         let (system, base) = (request.system, request.base);
         let machine = MachineFile::of(system, &base.settings)?;
-        let scene = Scene::new(&machine)?;
+        let scene = Scene::new(&machine.machine)?;
         let plan = Plan::of(request)?;
         let total = inertia::CELLS as u64 + plan.count() + studies::studies::stability::RUNS;
         let done = AtomicU64::new(0);

@@ -104,7 +104,9 @@ impl Command {
     /// The program that does it, where it is not this one.
     fn sibling(&self) -> Option<Sibling> {
         match self {
-            Self::Report(_) | Self::Plot(_) | Self::Machine(machine::MachineCommand::Draw(_)) => {
+            Self::Report(_)
+            | Self::Plot(_)
+            | Self::Machine(machine::MachineCommand::Draw(_) | machine::MachineCommand::Scene(_)) => {
                 Some(Sibling::Report)
             }
             Self::Sizing(args) if args.figures.is_some() => Some(Sibling::Report),

@@ -110,15 +110,7 @@ pub fn fmus(
 /// FMUs of FMI 2.0, and after them those of FMI 3.0, which are packed beside them, in the same
 /// order.
 pub fn both_versions(fmus: Vec<PathBuf>) -> Result<Vec<PathBuf>> {
-    let beside = |fmu: &PathBuf| {
-        let (folder, name) = (fmu.parent()?, fmu.file_name()?);
-        Some(folder.join("fmi3").join(name)).filter(|path| path.is_file())
-    };
-    let of_3 = fmus.iter().map(|fmu| {
-        let missing = || format!("{} has no fellow of FMI 3.0 in fmi3/", fmu.display());
-        beside(fmu).with_context(missing)
-    });
-    let of_3: Vec<PathBuf> = of_3.collect::<Result<_>>()?;
+    let of_3 = cargo_fmu::pack::of_fmi3(&fmus)?;
     Ok([fmus, of_3].concat())
 }
 

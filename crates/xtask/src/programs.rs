@@ -8,7 +8,10 @@ use anyhow::{Context, Result};
 
 /// Words on the command line of `hdrm-fmu` by which it starts a program beside it.
 const STARTED: [(&str, &[&str]); 2] = [
-    ("hdrm-fmu-report", &["report", "plot", "draw", "--figures"]),
+    (
+        "hdrm-fmu-report",
+        &["report", "plot", "draw", "scene", "--figures"],
+    ),
     ("hdrm-fmu-surrogate", &["train", "surrogate"]),
 ];
 

@@ -1,10 +1,11 @@
-//! Subcommand `machine draw`.
+//! Subcommands `machine draw` and `machine scene`.
 
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 use crate::machines::drawing::Sheet;
 use crate::machines::load_chart::LoadChart;
+use crate::report::scene::Scene;
 use anyhow::{Context as _, Result, ensure};
 use clap::Args;
 use cosim::cli::print;
@@ -49,5 +50,26 @@ pub fn draw(args: &DrawArgs) -> Result<()> {
     }
     let name = Path::new(&args.machine).file_stem().unwrap_or_default();
     Sheet::new(&name.to_string_lossy(), machine, chart)?.write(&args.output)?;
+    print(format_args!("{} written\n", args.output.display()))
+}
+
+#[derive(Args)]
+pub struct SceneArgs {
+    /// Machine file, or name of a shipped machine
+    #[arg(value_name = "FILE|NAME")]
+    machine: String,
+    /// JSON file to write
+    #[arg(long, value_name = "FILE", default_value = "scene.json")]
+    output: PathBuf,
+}
+
+/// Write what a page needs to draw it in motion.
+pub fn scene(args: &SceneArgs) -> Result<()> {
+    let machine = read(&args.machine)?;
+    let scene = Scene::new(&machine)?;
+    let mut file = create(&args.output)?;
+    serde_json::to_writer(&mut file, &scene.live(&machine))?;
+    file.flush()
+        .with_context(|| args.output.display().to_string())?;
     print(format_args!("{} written\n", args.output.display()))
 }

@@ -7,7 +7,7 @@ const TEMPLATE: &str = include_str!("../../assets/report.html");
 const STYLE: &str = include_str!("../../assets/report.css");
 const PLOTLY: &str = include_str!("../../assets/plotly/plotly.min.js");
 const THREE: &str = include_str!("../../assets/three/three.min.js");
-const SCRIPTS: [&str; 12] = [
+const SCRIPTS: [&str; 13] = [
     include_str!("../../assets/data.js"),
     include_str!("../../assets/plots.js"),
     include_str!("../../assets/tracking.js"),
@@ -19,6 +19,7 @@ const SCRIPTS: [&str; 12] = [
     include_str!("../../assets/energy.js"),
     include_str!("../../assets/surrogate.js"),
     include_str!("../../assets/page.js"),
+    include_str!("../../../../web/drawing.js"),
     include_str!("../../assets/animation.js"),
 ];
 

@@ -14,7 +14,6 @@ use nalgebra::{Rotation3, UnitQuaternion, Vector3};
 use serde::Serialize;
 
 use super::samples::Samples;
-use studies::machine_file::MachineFile;
 
 /// A drawn tip this far from the FMU's is another machine, m.
 const SAME_MACHINE: f64 = 1e-6;
@@ -27,12 +26,23 @@ pub struct Scene {
     tree: Tree,
 }
 
+/// What a page needs that poses the bodies itself, at joint angles that come in while it is open.
+#[derive(Serialize)]
+pub struct LiveScene<'a> {
+    bodies: &'a [BodyShape],
+    tree: &'a Tree,
+    /// Force that each rod is rated for, N.
+    rated: [f64; 3],
+}
+
 /// One body.
 #[derive(Serialize)]
 struct BodyShape {
     name: String,
     /// For people.
     title: &'static str,
+    /// kg.
+    mass: f64,
     shapes: Vec<Shape>,
 }
 
@@ -53,17 +63,27 @@ enum Shape {
 }
 
 impl Scene {
-    pub fn new(file: &MachineFile) -> Result<Self> {
-        let tree = Tree::new(&file.machine)?;
+    pub fn new(machine: &Machine) -> Result<Self> {
+        let tree = Tree::new(machine)?;
         let bodies = BODIES.map(|body| BodyShape {
             name: format!("{body:?}"),
             title: title(body),
-            shapes: shapes(body, &tree, &file.machine),
+            mass: machine.bodies.in_order()[body as usize].mass,
+            shapes: shapes(body, &tree, machine),
         });
         Ok(Self {
             bodies: bodies.into(),
             tree,
         })
+    }
+
+    /// For a page that poses the bodies itself; `machine` is the one that was given to [`Scene::new`].
+    pub fn live(&self, machine: &Machine) -> LiveScene<'_> {
+        LiveScene {
+            bodies: &self.bodies,
+            tree: &self.tree,
+            rated: machine.ratings.in_order().map(|ratings| ratings.force_max),
+        }
     }
 
     /// Poses of all bodies at every `stride`-th point of a run, and the largest distance of the

@@ -34,6 +34,9 @@ pub enum MachineCommand {
     /// reach and height
     #[command(disable_help_flag = true)]
     Draw(OtherArguments),
+    /// Write a machine's bodies and loops as JSON, from which a page draws it in motion
+    #[command(disable_help_flag = true)]
+    Scene(OtherArguments),
 }
 
 #[derive(Args)]
@@ -93,7 +96,9 @@ pub fn run(command: &MachineCommand) -> Result<()> {
         MachineCommand::Check(args) => check(args),
         MachineCommand::Schema => print(machine::SCHEMA_JSON),
         MachineCommand::Scale(args) => scale(args),
-        MachineCommand::Draw(_) => unreachable!("done by another program"),
+        MachineCommand::Draw(_) | MachineCommand::Scene(_) => {
+            unreachable!("done by another program")
+        }
     }
 }
 

@@ -1,0 +1,141 @@
+/*
+ * What can be changed while the machine runs: one table, from which the panel is made. A variable that may be set between steps takes effect at
+ * once; all others by a restart, which the sign beside the name says.
+ */
+
+import { takesEffectAtOnce } from "./variables.js";
+
+/* Words that an operator says for the laws of `controller.mode`. */
+export const LAWS = {
+  adaptive: "learns the load (adaptive)",
+  adaptive_integral: "learns, with integral",
+  modular: "trusts the data sheet (modular)",
+  modular_integral: "trusts, with integral",
+  pd: "plain springs and dampers (PD)",
+  pd_gravity: "PD with gravity",
+  pd_gravity_integral: "PD, gravity, integral",
+  cascade: "cascade, as drives have it",
+  disturbance_observer: "disturbance observer",
+  super_twisting: "sliding mode (super-twisting)",
+};
+
+const DEGREE = Math.PI / 180;
+const AXES = [1, 2, 3];
+
+/*
+ * Rows: where (`sheet`), what it is called, unit shown, `factor` from the unit shown to that of the variables, range, what it is at the start
+ * (`start`, in the unit shown; left out: what the variable is), and the variables that get the value. Each is left out where the system has no
+ * such variable. `list`: names to choose from; `flag`: a switch.
+ */
+export const CONTROLS = [
+  { sheet: "load", label: "Payload", unit: "kg", range: [0, 600, 10], names: ["hdrm.payload.mass"] },
+  { sheet: "load", label: "Load to pick up", unit: "kg", range: [10, 400, 10], start: 150, own: "load" },
+  { sheet: "load", label: "All bodies heavier than planned", unit: "%", factor: 0.01, offset: 1, range: [-40, 40, 5], names: ["hdrm.inertia_scale"] },
+  { sheet: "load", label: "Base rolls to the side", unit: "°", factor: DEGREE, range: [-10, 10, 0.5], names: ["hdrm.base.tilt[1]"], told: ["controller.base.tilt[1]"] },
+  { sheet: "load", label: "Base tips forward or back", unit: "°", factor: DEGREE, range: [-10, 10, 0.5], names: ["hdrm.base.tilt[2]"], told: ["controller.base.tilt[2]"] },
+  { sheet: "load", label: "The controller is told of the tilt", flag: true, own: "told", start: false },
+  { sheet: "law", label: "Law", list: LAWS, names: ["controller.mode"] },
+  { sheet: "law", label: "Stiffness of position", unit: "1/s", range: [1, 40, 0.5], names: ["controller.Lambda_position"] },
+  { sheet: "law", label: "Stiffness of orientation", unit: "1/s", range: [1, 40, 0.5], names: ["controller.Lambda_orientation"] },
+  { sheet: "law", label: "Damping of the bodies", unit: "1/s", range: [2, 80, 1], names: ["controller.kappa_KA"] },
+  { sheet: "law", label: "Slowness of learning", unit: "J", range: [5, 500, 5], names: ["controller.gamma"] },
+  { sheet: "law", label: "Integral at the tip", unit: "1/s", range: [0, 20, 0.5], names: ["controller.omega_tip"] },
+  { sheet: "law", label: "Feedback of speed at the motors", unit: "V·s/m", range: [100, 2000, 20], names: ["controller.K_v"] },
+  { sheet: "world", label: "Stiffness of mounting and pins", unit: "N/µm", factor: 1e6, range: [10, 150, 5], names: AXES.map((k) => `emla_${k}.compliance.mount`) },
+  { sheet: "world", label: "Play between nut and rod", unit: "µm", factor: 1e-6, range: [0, 200, 10], names: AXES.map((k) => `emla_${k}.backlash.width`) },
+  { sheet: "world", label: "Late readings", unit: "steps", range: [0, 4, 1], names: ["sensors.delay"] },
+  { sheet: "world", label: "Joint encoders count", flag: true, names: ["sensors.joint_encoder"] },
+  { sheet: "world", label: "Currents are measured with errors", flag: true, names: ["sensors.current"] },
+  { sheet: "world", label: "Seed of the sensors' errors", unit: "", range: [0, 20, 1], names: ["sensors.seed"] },
+  { sheet: "world", label: "Wrist drives lag and stick", flag: true, names: ["hdrm.wrist"] },
+  { sheet: "world", label: "Motors warm at the start", unit: "°C", offset: 273.15, range: [-20, 120, 5], names: AXES.flatMap((k) => [`emla_${k}.T_winding_start`, `emla_${k}.T_housing_start`]) },
+  { sheet: "world", label: "Battery charged at the start", unit: "%", factor: 0.01, range: [5, 100, 5], names: ["dclink.battery.soc_start"] },
+  { sheet: "world", label: "Resistance of the battery", unit: "mΩ", factor: 1e-3, range: [20, 1000, 20], names: ["dclink.battery.R_0"] },
+  { sheet: "world", label: "The battery gives at most", unit: "A", range: [5, 120, 5], names: ["dclink.battery.discharge_limit"] },
+];
+
+export class Panel {
+  /* `changed(control, values, atOnce)` is told the values by the variables' names. */
+  constructor(sheets, changed) {
+    Object.assign(this, { sheets, changed, controls: [] });
+  }
+
+  /* Rows for the variables of the running system, in the place of those before. */
+  build(variables) {
+    this.controls.forEach(({ row }) => row.remove());
+    this.variables = variables;
+    this.controls = CONTROLS.filter(({ names, own }) => own || variables.has(names[0])).map((control) => ({ ...control }));
+    for (const control of this.controls) {
+      control.atOnce = Boolean(control.own) || takesEffectAtOnce(variables.get(control.names[0]));
+      this.row(control);
+      const sheet = this.sheets[control.sheet];
+      sheet.insertBefore(control.row, sheet.querySelector(":scope > .buttons, :scope > fieldset"));
+    }
+  }
+
+  row(control) {
+    const { label, unit, range, list, flag, atOnce } = control;
+    const row = (control.row = document.createElement("label"));
+    row.className = "row";
+    const name = document.createElement("span");
+    name.textContent = label;
+    name.classList.toggle("restarts", !atOnce);
+    if (!atOnce) name.title = "The machine starts again with another value";
+    row.append(name);
+    if (list) {
+      control.field = document.createElement("select");
+      Object.entries(list).forEach(([value, text]) => control.field.add(new Option(text, value)));
+    } else {
+      control.field = document.createElement("input");
+      control.field.type = flag ? "checkbox" : "range";
+      if (range) [control.field.min, control.field.max, control.field.step] = range;
+    }
+    if (range) {
+      control.text = document.createElement("b");
+      row.append(control.text);
+      control.field.addEventListener("input", () => this.say(control));
+      control.say = () => `${control.field.value.replace("-", "−")} ${unit}`;
+    }
+    if (control.start !== undefined) this.put(control, control.start);
+    // What takes effect at once follows the slider; a restart waits until it is let go.
+    control.field.addEventListener(atOnce ? "input" : "change", () => this.tell(control));
+    row.append(control.field);
+  }
+
+  say(control) {
+    if (control.text) control.text.textContent = control.say();
+  }
+
+  put(control, value) {
+    if (control.flag) control.field.checked = value === true || value === "true" || value === 1;
+    else control.field.value = value;
+    this.say(control);
+  }
+
+  value({ flag, field, list }) {
+    return flag ? field.checked : list ? field.value : Number(field.value);
+  }
+
+  own(name) {
+    return this.value(this.controls.find((control) => control.own === name));
+  }
+
+  tell(control) {
+    const { factor = 1, offset = 0, list, flag, names = [] } = control;
+    const value = this.value(control);
+    const inside = list || flag ? value : Number((value * factor + offset).toPrecision(12));
+    const all = control.told && this.own("told") ? [...names, ...control.told] : names;
+    this.changed(control, Object.fromEntries(all.map((name) => [name, inside])));
+  }
+
+  /* Shows what the variables are; `read(name)` gives a value. */
+  async follow(read) {
+    for (const control of this.controls) {
+      if (control.own) continue;
+      const { factor = 1, offset = 0, list, flag, names } = control;
+      const inside = await read(names[0]);
+      if (list) this.put(control, this.variables.get(names[0]).items.find((item) => item.value === inside)?.name);
+      else this.put(control, flag ? inside : Number(((inside - offset) / factor).toPrecision(9)));
+    }
+  }
+}

@@ -1,0 +1,183 @@
+"use strict";
+/*
+ * The machine in three dimensions, for the report's animation and for the live page: bodies, ground, light, camera, lines, names.
+ * World axes as in the models: x forward, y up. A plain script, as the report has no modules; it asks for three.js as `THREE`.
+ */
+const METAL = {
+  T1: "#56687a", A2: "#ffb400", C2: "#3d5063", D2: "#e8edf2", A3: "#ffb400", C3: "#3d5063", D3: "#e8edf2",
+  RK: "#e04848", CP: "#2f95dc", A4: "#8494a5", C4: "#b3c0cc", D4: "#8494a5", PL: "#a9814f",
+};
+const TIP_COLOR = "#d4145a";
+/* Where the eye is and what it looks at; `at` is the tip. */
+const VIEWS = {
+  whole: () => [[2.6, 1.9, 5.6], [1.55, 1.3, 0]],
+  wide: () => [[2.9, 2.2, 7.2], [1.6, 1.55, 0]],
+  linkages: () => [[1.7, 2, 2.9], [1.35, 1.9, 0]],
+  tip: (at) => [[at.x + 0.9, at.y + 0.7, at.z + 1.3], [at.x - 0.1, at.y + 0.1, at.z]],
+  side: () => [[1.6, 1.5, 5.9], [1.6, 1.4, 0]],
+  top: () => [[1.6, 7.5, 0.01], [1.6, 0, 0]],
+};
+
+class MachineDrawing {
+  /* `bodies` as crate `report` describes them; `keep` lets the picture be read after it was drawn. */
+  constructor(canvas, bodies, keep) {
+    this.canvas = canvas;
+    this.bodies = bodies;
+    this.renderer = new THREE.WebGLRenderer({ canvas, antialias: true, preserveDrawingBuffer: keep });
+    this.renderer.setPixelRatio(Math.min(window.devicePixelRatio, 2));
+    this.renderer.shadowMap.enabled = true;
+    this.scene = new THREE.Scene();
+    this.camera = new THREE.PerspectiveCamera(35, 1, 0.05, 60);
+    this.controls = new THREE.OrbitControls(this.camera, canvas);
+    this.controls.enableDamping = false;
+    this.controls.maxPolarAngle = 0.52 * Math.PI;
+    this.controls.listenToKeyEvents(canvas);
+    this.light();
+    this.surroundings({ sky: "#dfe7ef", ground: "#cfd8e1", axes: "#aab6c2", grid: "#bcc7d2" });
+    /* What stands on the base: everything but the ground. */
+    this.base = new THREE.Group();
+    this.scene.add(this.base);
+    this.groups = this.machine(() => ({}));
+    this.tip = new THREE.Mesh(
+      new THREE.SphereGeometry(0.03, 24, 16),
+      new THREE.MeshStandardMaterial({ color: TIP_COLOR, emissive: TIP_COLOR, emissiveIntensity: 0.5, depthTest: false }));
+    this.tip.renderOrder = 3;
+    this.base.add(this.tip);
+    /* Middle of what is drawn of a body, in body axes. */
+    this.middles = this.groups.map((group) => {
+      const main = group.children[0].geometry;
+      main.computeBoundingSphere();
+      return main.boundingSphere.center.clone();
+    });
+  }
+
+  light() {
+    this.scene.add(new THREE.HemisphereLight("#ffffff", "#b9c3cd", 2.1));
+    const sun = new THREE.DirectionalLight("#fff6e6", 3);
+    sun.position.set(2.5, 7, 4.5);
+    sun.target.position.set(1.5, 1, 0);
+    sun.castShadow = true;
+    sun.shadow.mapSize.set(2048, 2048);
+    Object.assign(sun.shadow.camera, { left: -5, right: 5, top: 5, bottom: -5, near: 1, far: 20 });
+    sun.shadow.bias = -0.0005;
+    sun.shadow.normalBias = 0.02;
+    this.scene.add(sun, sun.target);
+    this.sun = sun;
+  }
+
+  /* Colours of sky and ground; may be called again. */
+  surroundings({ sky, ground, axes, grid }) {
+    this.scene.background = new THREE.Color(sky);
+    this.scene.fog = new THREE.Fog(sky, 14, 32);
+    if (this.ground) this.scene.remove(this.ground);
+    this.ground = new THREE.Group();
+    const floor = new THREE.Mesh(new THREE.PlaneGeometry(80, 80), new THREE.MeshStandardMaterial({ color: ground, roughness: 1 }));
+    floor.rotation.x = -Math.PI / 2;
+    floor.receiveShadow = true;
+    const lines = new THREE.GridHelper(40, 40, axes, grid);
+    lines.position.y = 0.002;
+    this.ground.add(floor, lines);
+    this.scene.add(this.ground);
+  }
+
+  /* The bodies once more; `look` gives what a body's material has other than usual. */
+  machine(look) {
+    return this.bodies.map((body) => {
+      const rod = body.name.startsWith("D") && body.name !== "D4";
+      const material = new THREE.MeshStandardMaterial({
+        color: METAL[body.name] ?? "#888888", metalness: rod ? 0.4 : 0.05, roughness: rod ? 0.3 : 0.55,
+        transparent: body.name === "PL", opacity: body.name === "PL" ? 0.45 : 1, ...look(body) });
+      const group = new THREE.Group();
+      body.shapes.forEach((s) => group.add(MachineDrawing.shape(s, material)));
+      this.base.add(group);
+      return group;
+    });
+  }
+
+  static shape(description, material) {
+    let geometry;
+    const { kind } = description;
+    if (kind === "plate") {
+      const outline = new THREE.Shape();
+      description.outline.forEach(([x, y], k) => (k ? outline.lineTo(x, y) : outline.moveTo(x, y)));
+      const [z0, z1] = description.z;
+      const bevel = Math.min(0.008, 0.2 * (z1 - z0));
+      geometry = new THREE.ExtrudeGeometry(outline, {
+        depth: z1 - z0 - 2 * bevel, bevelSize: bevel, bevelThickness: bevel, bevelOffset: -bevel, bevelSegments: 2 });
+      geometry.translate(0, 0, z0 + bevel);
+    } else if (kind === "bar") {
+      const [from, to] = [new THREE.Vector3(...description.from), new THREE.Vector3(...description.to)];
+      const axis = to.clone().sub(from);
+      geometry = new THREE.CylinderGeometry(description.radius, description.radius, axis.length(), 36);
+      geometry.applyQuaternion(new THREE.Quaternion().setFromUnitVectors(new THREE.Vector3(0, 1, 0), axis.normalize()));
+      geometry.translate(...from.add(to).multiplyScalar(0.5).toArray());
+    } else {
+      geometry = new THREE.BoxGeometry(...description.size);
+      geometry.translate(...description.centre);
+    }
+    const mesh = new THREE.Mesh(geometry, material);
+    mesh.castShadow = mesh.receiveShadow = true;
+    return mesh;
+  }
+
+  /* A line through points [x, y, z]; drawn over everything. */
+  line(color, opacity) {
+    const material = new THREE.LineBasicMaterial({ color, transparent: true, opacity, depthTest: false });
+    const made = new THREE.Line(new THREE.BufferGeometry(), material);
+    made.frustumCulled = false;
+    made.renderOrder = 2;
+    this.base.add(made);
+    return made;
+  }
+
+  static setPoints(line, xyz) {
+    const points = new Float32Array(3 * (xyz ? xyz[0].length : 0));
+    xyz?.forEach((axis, i) => axis.forEach((v, k) => (points[3 * k + i] = v)));
+    line.geometry.setAttribute("position", new THREE.BufferAttribute(points, 3));
+  }
+
+  /* Spans with the given texts in `parent`, to be placed at the bodies. */
+  label(parent, texts) {
+    this.labels = texts.map((text) => {
+      const span = document.createElement("span");
+      span.textContent = text;
+      parent.append(span);
+      return span;
+    });
+  }
+
+  /* Each text that is to be shown at its body; those that would cover each other move down. */
+  placeLabels(show) {
+    const [width, height] = [this.canvas.clientWidth, this.canvas.clientHeight];
+    const placed = [];
+    this.labels.forEach((span, j) => {
+      const p = this.middles[j].clone().applyMatrix4(this.groups[j].matrixWorld).project(this.camera);
+      span.hidden = !show || !span.textContent || p.z > 1 || Math.abs(p.x) > 1 || Math.abs(p.y) > 1;
+      if (span.hidden) return;
+      const at = { x: (0.5 + 0.5 * p.x) * width, y: (0.5 - 0.5 * p.y) * height, reach: 3.6 * span.textContent.length };
+      while (placed.some((o) => Math.abs(o.y - at.y) < 16 && Math.abs(o.x - at.x) < o.reach + at.reach)) at.y += 4;
+      placed.push(at);
+      span.style.left = `${at.x}px`;
+      span.style.top = `${at.y}px`;
+    });
+  }
+
+  /* The picture fills the element. */
+  size({ clientWidth, clientHeight }) {
+    this.renderer.setSize(clientWidth, clientHeight, false);
+    this.camera.aspect = clientWidth / clientHeight;
+    this.camera.updateProjectionMatrix();
+  }
+
+  view(name) {
+    const [eye, target] = VIEWS[name](this.tip.position);
+    this.controls.target.set(...target);
+    // In a picture higher than wide the eye goes back until the width fits.
+    this.camera.position.set(...eye).sub(this.controls.target).multiplyScalar(Math.max(1, 1.15 / this.camera.aspect)).add(this.controls.target);
+    this.controls.update();
+  }
+
+  render() {
+    this.renderer.render(this.scene, this.camera);
+  }
+}

@@ -1,0 +1,121 @@
+/*
+ * The machine that is driven and its ghosts: the same system under other laws, each in an engine of its own, on the same commands and
+ * disturbances. What is told to one is told to all.
+ */
+import { Engine } from "./engine.js";
+
+/* Simulated time between two saved states, s, and how many are kept: a little more than ten seconds. */
+const SAVE_EVERY = 1;
+const SAVES = 12;
+
+/* Structure of the package for each world, and what an operator calls it. */
+export const WORLDS = {
+  ideal: { structure: "SystemStructure.ssd", text: "ideal: as the controller thinks it is" },
+  real: { structure: "Real.ssd", text: "as built: drives, mounting, sensors" },
+  electric: { structure: "Electric.ssd", text: "fed by a battery" },
+};
+
+/* Settings in the engine's words. */
+function forEngine({ world = "ideal", trajectory, ...rest }) {
+  if (!(world in WORLDS)) throw new Error(`world = ${world}: it must be one of ${Object.keys(WORLDS).join(", ")}.`);
+  return { structure: WORLDS[world].structure, ...(trajectory && { "controller.trajectory": trajectory }), ...rest };
+}
+
+export class Ensemble {
+  static async open(parts) {
+    const ensemble = new Ensemble();
+    ensemble.parts = parts;
+    ensemble.main = await Engine.open(parts);
+    ensemble.ghosts = new Map();
+    ensemble.saved = [];
+    return ensemble;
+  }
+
+  get all() {
+    return [this.main, ...this.ghosts.values()];
+  }
+
+  get time() {
+    return this.main.time;
+  }
+
+  each(act) {
+    return Promise.all(this.all.map(act));
+  }
+
+  /* All from the start. What the main engine refuses, changes nothing. */
+  async restart(settings) {
+    await this.main.restart(forEngine(settings));
+    await Promise.all([...this.ghosts].map(([law, ghost]) => ghost.restart(forEngine({ ...settings, "controller.mode": law }))));
+    this.saved = [];
+    await this.keep();
+  }
+
+  /* The ghosts are those of the laws; all start again together. */
+  async beside(laws, settings) {
+    for (const [law, ghost] of this.ghosts) {
+      if (laws.includes(law)) continue;
+      ghost.close();
+      this.ghosts.delete(law);
+    }
+    for (const law of laws) {
+      if (!this.ghosts.has(law)) this.ghosts.set(law, await Engine.open(this.parts));
+    }
+    await this.restart(settings);
+  }
+
+  play(speed) {
+    this.each((engine) => engine.play(speed));
+  }
+
+  pause() {
+    return this.each((engine) => engine.pause());
+  }
+
+  advance(seconds) {
+    return this.each((engine) => engine.advance(seconds));
+  }
+
+  /* A ghost keeps its law. */
+  async set(name, value) {
+    await this.main.set(name, value);
+    if (name === "controller.mode") return;
+    await Promise.all([...this.ghosts.values()].map((ghost) => ghost.set(name, value)));
+  }
+
+  /* A state of all, as { time, ids }. */
+  async state() {
+    const time = this.time;
+    return { time, ids: await this.each((engine) => engine.save()) };
+  }
+
+  async back({ ids }) {
+    await Promise.all(this.all.map((engine, k) => engine.restore(ids[k])));
+  }
+
+  drop({ ids }) {
+    this.all.forEach((engine, k) => ids[k] !== undefined && engine.forget(ids[k]));
+  }
+
+  /* Keeps the present state for `undo`. */
+  async keep() {
+    this.saved.push(await this.state());
+    while (this.saved.length > SAVES) this.drop(this.saved.shift());
+  }
+
+  /* Keeps a state each second of simulated time; called often. */
+  async remember() {
+    if (this.busy || this.time < (this.saved.at(-1)?.time ?? -Infinity) + SAVE_EVERY) return;
+    this.busy = true;
+    await this.keep().finally(() => (this.busy = false));
+  }
+
+  /* To the state of ten seconds ago, or the oldest one kept since; the time that it is of. */
+  async undo(seconds = 10) {
+    const goal = this.time - seconds;
+    const near = this.saved.reduce((best, state) => (Math.abs(state.time - goal) < Math.abs(best.time - goal) ? state : best));
+    while (this.saved.at(-1) !== near) this.drop(this.saved.pop());
+    await this.back(near);
+    return near.time;
+  }
+}

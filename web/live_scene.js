@@ -1,0 +1,243 @@
+/*
+ * The live machine in three dimensions, on top of `MachineDrawing`: ghosts under other laws, the reference with its shadow on the ground, the
+ * way of the tip, forces at the rods, what hangs at the tip, the push that one drags, waypoints.
+ */
+import { poses, rotated } from "./kinematics.js";
+
+const DAY = { sky: "#dfe7ef", ground: "#cfd8e1", axes: "#aab6c2", grid: "#bcc7d2" };
+const NIGHT = { sky: "#141c26", ground: "#1d2732", axes: "#3a4856", grid: "#2a3642" };
+/* Points of the tip's way that are kept. */
+const WAY = 4000;
+/* Force of a push per metre dragged, N/m, and the largest, N. */
+const PUSH_STIFFNESS = 1500;
+const PUSH_MOST = 2000;
+const REFERENCE = "#00a6c8";
+const ROD_LABELS = { C2: 1, C3: 2, T1: 0 };
+
+/* A line to which points are added; the oldest go. */
+class Way {
+  constructor(line) {
+    this.line = line;
+    this.points = new Float32Array(3 * WAY);
+    this.line.geometry.setAttribute("position", new THREE.BufferAttribute(this.points, 3));
+    this.clear();
+  }
+
+  clear() {
+    this.count = 0;
+    this.line.geometry.setDrawRange(0, 0);
+  }
+
+  add([x, y, z]) {
+    const k = 3 * (this.count - 1);
+    if (this.count && Math.hypot(x - this.points[k], y - this.points[k + 1], z - this.points[k + 2]) < 1e-3) return;
+    if (this.count === WAY) {
+      this.points.copyWithin(0, 3 * 500);
+      this.count -= 500;
+    }
+    this.points.set([x, y, z], 3 * this.count);
+    this.count += 1;
+    this.line.geometry.attributes.position.needsUpdate = true;
+    this.line.geometry.setDrawRange(0, this.count);
+  }
+}
+
+export class LiveScene {
+  /* `data`: bodies and tree of the machine. `pushed(force)` is told the force at the tip in world axes, N; `clicked(point)` a waypoint. */
+  constructor(stage, data, pushed, clicked) {
+    Object.assign(this, { stage, data, pushed, clicked, ghosts: [], gain: 100, aiming: false });
+    this.canvas = stage.querySelector("canvas");
+    const drawing = (this.drawing = new MachineDrawing(this.canvas, data.bodies, true));
+    drawing.label(stage.querySelector("#labels"), data.bodies.map(() => ""));
+    this.way = new Way(drawing.line(TIP_COLOR, 1));
+    this.desiredWay = new Way(drawing.line("#20303f", 0.5));
+    this.reference = this.mark(new THREE.SphereGeometry(0.045, 24, 16), REFERENCE);
+    this.reference.material.opacity = 0.5;
+    this.drop = drawing.line(REFERENCE, 0.5);
+    this.shadow = this.mark(new THREE.CylinderGeometry(0.06, 0.06, 0.002, 24), REFERENCE);
+    this.load = this.mark(new THREE.SphereGeometry(1, 24, 16), "#7a4f1d");
+    this.load.castShadow = true;
+    this.load.visible = false;
+    // A cone one metre long, whose point is the tip: scaled it shows the push.
+    this.arrow = this.mark(new THREE.CylinderGeometry(0.05, 0.005, 1, 16).translate(0, 0.5, 0), "#ff3b30");
+    this.arrow.visible = false;
+    this.waypoints = new THREE.Group();
+    drawing.base.add(this.waypoints);
+    this.theme();
+    drawing.size(stage);
+    drawing.view("wide");
+    this.pointer();
+    this.slow = 0;
+    new ResizeObserver(() => { drawing.size(stage); this.dirty = true; }).observe(stage);
+    drawing.controls.addEventListener("change", () => (this.dirty = true));
+  }
+
+  mark(geometry, color) {
+    const made = new THREE.Mesh(geometry, new THREE.MeshStandardMaterial({ color, emissive: color, emissiveIntensity: 0.35, transparent: true, opacity: 0.9 }));
+    this.drawing.base.add(made);
+    return made;
+  }
+
+  theme() {
+    const dark = matchMedia("(prefers-color-scheme: dark)").matches;
+    this.drawing.surroundings(dark ? NIGHT : DAY);
+    this.desiredWay.line.material.color.set(dark ? "#cfe0f0" : "#20303f");
+    this.dirty = true;
+  }
+
+  view(name) {
+    this.drawing.view(name);
+    this.dirty = true;
+  }
+
+  /* Machines beside the driven one, in these colours. */
+  showGhosts(colors) {
+    this.ghosts.flat().forEach((group) => this.drawing.base.remove(group));
+    this.ghosts = colors.map((color) => this.drawing.machine(() => ({ color, transparent: true, opacity: 0.3, depthWrite: false, polygonOffset: true, polygonOffsetFactor: 4 })));
+    this.ghosts.flat().forEach((group) => group.children.forEach((mesh) => (mesh.castShadow = mesh.receiveShadow = false)));
+    this.dirty = true;
+  }
+
+  pose(groups, zeta) {
+    const world = poses(this.data.tree, zeta);
+    this.data.bodies.forEach(({ name }, k) => {
+      groups[k].position.set(...world[name].r);
+      groups[k].quaternion.set(...world[name].q);
+    });
+    return world;
+  }
+
+  /* A frame's values: zeta, tip, orientation [w, x, y, z], desired, forces, loadMass, tilt, and zeta of each ghost. */
+  show({ zeta, tip, orientation, desired, loadMass, tilt, ghosts }) {
+    const { drawing } = this;
+    const world = this.pose(drawing.groups, zeta);
+    // How far the drawn tip is from the FMU's, m: another machine would show.
+    this.stage.dataset.drawingError = Math.hypot(...world.T4.r.map((v, k) => v - tip[k]));
+    drawing.tip.position.set(...tip);
+    const [w, x, y, z] = orientation;
+    this.orientation = [x, y, z, w];
+    const shown = tip.map((v, k) => v + this.gain * (desired[k] - v));
+    this.reference.position.set(...shown);
+    this.shadow.position.set(shown[0], 0.006, shown[2]);
+    MachineDrawing.setPoints(this.drop, shown.map((v, k) => [v, k === 1 ? 0 : v]));
+    this.way.add(desired.map((v, k) => v + this.gain * (tip[k] - v)));
+    this.desiredWay.add(desired);
+    this.load.visible = loadMass > 0;
+    this.load.scale.setScalar(0.05 + 0.012 * Math.cbrt(loadMass));
+    this.load.position.set(...tip);
+    // Roll about x, then pitch about its own z.
+    drawing.base.rotation.set(tilt[0], 0, tilt[1], "XYZ");
+    ghosts.forEach((angles, k) => this.ghosts[k] && angles.every(Number.isFinite) && this.pose(this.ghosts[k], angles));
+    this.dirty = true;
+  }
+
+  /* Texts at the actuators. */
+  label(texts) {
+    this.drawing.bodies.forEach(({ name }, k) => (this.drawing.labels[k].textContent = name in ROD_LABELS ? texts[ROD_LABELS[name]] : ""));
+  }
+
+  clear() {
+    this.way.clear();
+    this.desiredWay.clear();
+  }
+
+  setWaypoints(points) {
+    this.waypoints.clear();
+    points.forEach((point) => {
+      const ball = new THREE.Mesh(new THREE.SphereGeometry(0.025, 16, 12), new THREE.MeshStandardMaterial({ color: REFERENCE }));
+      ball.position.set(...point);
+      this.waypoints.add(ball);
+    });
+    this.dirty = true;
+  }
+
+  /* Dragging the tip pushes it; with `aiming` a click sets a waypoint in the boom's vertical plane, or with shift at the tip's height. */
+  pointer() {
+    const { canvas, drawing } = this;
+    // Where the ray through the pointer meets the plane through a point, in the machine's world.
+    const meet = (event, normal, through) => {
+      const eye = drawing.camera.position;
+      const [x, y] = [(2 * event.offsetX) / canvas.clientWidth - 1, 1 - (2 * event.offsetY) / canvas.clientHeight];
+      const ray = new THREE.Vector3(x, y, 0.5).unproject(drawing.camera).sub(eye);
+      const distance = normal.dot(through.clone().sub(eye)) / normal.dot(ray);
+      return distance > 0 ? drawing.base.worldToLocal(eye.clone().addScaledVector(ray, distance)) : null;
+    };
+    const tip = () => drawing.tip.getWorldPosition(new THREE.Vector3());
+    const near = (event) => {
+      const p = tip().project(drawing.camera);
+      const [x, y] = [(0.5 + 0.5 * p.x) * canvas.clientWidth, (0.5 - 0.5 * p.y) * canvas.clientHeight];
+      return Math.hypot(x - event.offsetX, y - event.offsetY) < (event.pointerType === "touch" ? 34 : 18);
+    };
+    const stop = () => {
+      if (!this.dragging) return;
+      this.dragging = false;
+      drawing.controls.enabled = true;
+      this.push([0, 0, 0]);
+    };
+    canvas.addEventListener("pointerdown", (event) => {
+      if (this.aiming) {
+        const normal = event.shiftKey ? new THREE.Vector3(0, 1, 0) : new THREE.Vector3(0, 0, 1).applyQuaternion(drawing.groups[0].quaternion);
+        const point = meet(event, normal, tip());
+        if (point) this.clicked(point.toArray());
+      } else if (near(event)) {
+        this.dragging = true;
+        drawing.controls.enabled = false;
+        canvas.setPointerCapture(event.pointerId);
+      }
+    }, true);
+    canvas.addEventListener("pointermove", (event) => {
+      if (!this.dragging) return;
+      const point = meet(event, drawing.camera.getWorldDirection(new THREE.Vector3()), tip());
+      if (point) this.push(point.sub(drawing.tip.position).multiplyScalar(PUSH_STIFFNESS).clampLength(0, PUSH_MOST).toArray());
+    });
+    canvas.addEventListener("pointerup", stop);
+    canvas.addEventListener("pointercancel", stop);
+  }
+
+  push(force) {
+    this.arrowForce = force;
+    this.pushed(force);
+    this.dirty = true;
+  }
+
+  /* A vector of the machine's world in the axes of the tip. */
+  inTipAxes(vector) {
+    const [x, y, z, w] = this.orientation;
+    return rotated(vector, [-x, -y, -z, w]);
+  }
+
+  /* Draws where something has changed. On a slow machine the picture gets simpler. */
+  draw(showLabels) {
+    if (!this.dirty) return;
+    this.dirty = false;
+    const { drawing } = this;
+    const force = new THREE.Vector3(...(this.arrowForce ?? [0, 0, 0]));
+    this.arrow.visible = force.length() > 1;
+    if (this.arrow.visible) {
+      this.arrow.position.copy(drawing.tip.position);
+      this.arrow.scale.y = 0.1 + force.length() / PUSH_STIFFNESS;
+      this.arrow.quaternion.setFromUnitVectors(new THREE.Vector3(0, 1, 0), force.normalize());
+    }
+    const before = performance.now();
+    drawing.render();
+    drawing.placeLabels(showLabels);
+    const took = performance.now() - before;
+    this.slow = took > 20 ? this.slow + 1 : Math.max(this.slow - 1, 0);
+    if (this.slow > 8) this.simplify();
+  }
+
+  simplify() {
+    this.slow = 0;
+    const { renderer, sun } = this.drawing;
+    if (sun.castShadow && sun.shadow.mapSize.x > 1024) {
+      sun.shadow.mapSize.set(1024, 1024);
+      sun.shadow.map?.dispose();
+      sun.shadow.map = null;
+    } else if (renderer.getPixelRatio() > 0.75) {
+      renderer.setPixelRatio(Math.max(0.75, renderer.getPixelRatio() - 0.25));
+    } else {
+      sun.castShadow = false;
+    }
+    this.drawing.size(this.stage);
+  }
+}

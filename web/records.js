@@ -1,0 +1,47 @@
+/* Recorded signals, as CSV. */
+
+/* Communication points that a recording holds at most: five minutes at 1 ms. */
+const MOST_ROWS = 300_000;
+
+export class Recorder {
+  constructor() {
+    Object.assign(this, { on: false, names: [] });
+    this.restart([]);
+  }
+
+  restart(names) {
+    Object.assign(this, { names, chunks: [], count: 0 });
+  }
+
+  toggle() {
+    this.on = !this.on;
+    if (this.on) this.restart(this.names);
+    return this.on;
+  }
+
+  add(rows, stride) {
+    if (!this.on || rows.length === 0 || this.count >= MOST_ROWS) return;
+    this.chunks.push(rows);
+    this.count += rows.length / stride;
+  }
+
+  /* Forgets what is after the time. */
+  cut(time) {
+    const stride = 1 + this.names.length;
+    this.chunks = this.chunks.map((rows) => {
+      let end = rows.length;
+      while (end > 0 && rows[end - stride] > time + 1e-9) end -= stride;
+      return rows.slice(0, end);
+    });
+    this.count = this.chunks.reduce((sum, rows) => sum + rows.length / stride, 0);
+  }
+
+  csv() {
+    const stride = 1 + this.names.length;
+    const lines = [["time", ...this.names].join(",")];
+    for (const rows of this.chunks) {
+      for (let at = 0; at < rows.length; at += stride) lines.push(rows.subarray(at, at + stride).join(","));
+    }
+    return `${lines.join("\n")}\n`;
+  }
+}

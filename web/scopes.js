@@ -1,0 +1,239 @@
+/*
+ * Scopes: curves over time on a canvas, scrolling or of fixed length. Of all values in a short stretch of time a trace keeps the least and the
+ * greatest: no peak is lost, and as much is drawn whatever the communication step.
+ */
+
+/* Stretches of time across a scope. */
+const STRETCHES = 500;
+
+class Trace {
+  constructor({ label, color, dashed = false }, stretch) {
+    Object.assign(this, { label, color, dashed, stretch });
+    this.clear();
+  }
+
+  clear() {
+    [this.indices, this.low, this.high] = [[], [], []];
+    this.last = NaN;
+  }
+
+  push(t, y) {
+    if (!Number.isFinite(y)) return;
+    this.last = y;
+    const index = Math.floor(t / this.stretch + 1e-6);
+    const k = this.indices.length - 1;
+    if (this.indices[k] === index) {
+      this.low[k] = Math.min(this.low[k], y);
+      this.high[k] = Math.max(this.high[k], y);
+    } else {
+      this.indices.push(index);
+      this.low.push(y);
+      this.high.push(y);
+    }
+  }
+
+  /* Forgets what is not between the two times. */
+  keep(from, to) {
+    const [least, most] = [Math.floor(from / this.stretch), Math.floor(to / this.stretch)];
+    let end = this.indices.length;
+    while (end > 0 && this.indices[end - 1] > most) end -= 1;
+    let begin = 0;
+    while (begin < end && this.indices[begin] < least) begin += 1;
+    // Dropping from the front moves everything: in larger pieces.
+    if (begin < 200) begin = 0;
+    if (begin === 0 && end === this.indices.length) return;
+    for (const name of ["indices", "low", "high"]) this[name] = this[name].slice(begin, end);
+  }
+
+  at(t) {
+    const index = Math.floor(t / this.stretch);
+    const k = this.indices.findIndex((i) => i >= index);
+    return k < 0 ? NaN : 0.5 * (this.low[k] + this.high[k]);
+  }
+}
+
+/* A round number near `span / count`. */
+function roundStep(span, count) {
+  const raw = span / count;
+  const ten = 10 ** Math.floor(Math.log10(raw));
+  return ten * [1, 2, 5, 10].find((m) => m * ten >= raw * 0.999);
+}
+
+/* The number with as many digits as one can use. */
+export function readable(value) {
+  if (!Number.isFinite(value)) return "–";
+  const size = Math.abs(value);
+  if (size !== 0 && (size < 1e-4 || size >= 1e6)) return value.toExponential(2).replace("-", "−");
+  return value.toFixed(size >= 1000 ? 0 : size >= 100 ? 1 : size >= 1 ? 2 : 4).replace("-", "−");
+}
+
+const style = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
+
+export class Scope {
+  /* `length` in s; `scrolls`: the newest `length` seconds are shown, else the first ones. */
+  constructor(parent, { title, unit, length, scrolls }) {
+    Object.assign(this, { title, unit, length, scrolls, traces: [], pointer: null, shown: 0 });
+    this.element = document.createElement("div");
+    this.element.className = "scope";
+    this.element.innerHTML = `<h3></h3><canvas role="img"></canvas>`;
+    [this.legend, this.canvas] = this.element.children;
+    parent.append(this.element);
+    this.canvas.addEventListener("pointermove", (event) => this.point(event.offsetX));
+    this.canvas.addEventListener("pointerleave", () => this.point(null));
+    this.observer = new ResizeObserver(() => this.draw(this.end ?? 0));
+    this.observer.observe(this.canvas);
+    this.theme();
+  }
+
+  remove() {
+    this.observer.disconnect();
+    this.element.remove();
+  }
+
+  theme() {
+    this.ink = { soft: style("--soft"), line: style("--line") };
+    this.palette = [1, 2, 3, 4, 5, 6].map((k) => style(`--trace-${k}`));
+    this.draw(this.end ?? 0);
+  }
+
+  add(label, color = this.traces.length, dashed = false) {
+    const trace = new Trace({ label, color, dashed }, this.length / STRETCHES);
+    this.traces.push(trace);
+    this.labels();
+    return trace;
+  }
+
+  /* Names of the traces, once; their values follow in `draw`. */
+  labels() {
+    this.legend.textContent = this.unit ? `${this.title}, ${this.unit}` : this.title;
+    for (const trace of this.traces) {
+      trace.text = document.createElement("span");
+      trace.text.classList.toggle("dashed", trace.dashed);
+      trace.text.textContent = trace.label;
+      this.legend.append(trace.text);
+    }
+    this.canvas.setAttribute("aria-label", `${this.legend.textContent} over time`);
+  }
+
+  clear() {
+    this.traces.forEach((trace) => trace.clear());
+    this.range = null;
+  }
+
+  /* After a jump back to `time`. */
+  cut(time) {
+    this.traces.forEach((trace) => trace.keep(-Infinity, time));
+  }
+
+  point(x) {
+    this.pointer = x;
+    this.draw(this.end ?? 0);
+  }
+
+  /* Least and greatest value shown, a little beyond the curves; it shrinks slowly. */
+  bounds() {
+    let [low, high] = [Infinity, -Infinity];
+    for (const trace of this.traces) {
+      for (const y of trace.low) low = Math.min(low, y);
+      for (const y of trace.high) high = Math.max(high, y);
+    }
+    if (low > high) [low, high] = [0, 1];
+    const margin = 0.06 * (high - low) || 0.1 * Math.abs(high) || 1;
+    const now = [low - margin, high + margin];
+    const before = this.range;
+    const tight = !this.scrolls || !before || before[1] - before[0] > 3 * (now[1] - now[0]);
+    this.range = tight ? now : [Math.min(now[0], before[0] + 0.02 * (now[0] - before[0])), Math.max(now[1], before[1] + 0.02 * (now[1] - before[1]))];
+    return this.range;
+  }
+
+  draw(end) {
+    this.end = end;
+    const { clientWidth: width, clientHeight: height } = this.canvas;
+    if (!width || !height) return;
+    const ratio = Math.min(window.devicePixelRatio, 2);
+    const [w, h] = [Math.round(width * ratio), Math.round(height * ratio)];
+    if (this.canvas.width !== w || this.canvas.height !== h) [this.canvas.width, this.canvas.height] = [w, h];
+    const context = this.canvas.getContext("2d");
+    context.setTransform(ratio, 0, 0, ratio, 0, 0);
+    context.clearRect(0, 0, width, height);
+    const from = this.scrolls ? Math.max(end - this.length, 0) : 0;
+    if (this.scrolls) this.traces.forEach((trace) => trace.keep(from, end));
+    const [low, high] = this.bounds();
+    const box = { left: 46, right: width - 6, top: 6, bottom: height - 16 };
+    const x = (t) => box.left + ((t - from) / this.length) * (box.right - box.left);
+    const y = (v) => box.bottom - ((v - low) / (high - low)) * (box.bottom - box.top);
+    this.grid(context, box, [from, low, high], x, y);
+    context.save();
+    context.beginPath();
+    context.rect(box.left, 0, box.right - box.left, height);
+    context.clip();
+    this.traces.forEach((trace) => this.curve(context, trace, x, y));
+    context.restore();
+    this.values(context, box, from, x);
+  }
+
+  grid(context, box, [from, low, high], x, y) {
+    context.font = "10px system-ui, sans-serif";
+    context.strokeStyle = this.ink.line;
+    context.fillStyle = this.ink.soft;
+    context.lineWidth = 1;
+    const step = roundStep(high - low, Math.max((box.bottom - box.top) / 30, 2));
+    const digits = Math.max(0, -Math.floor(Math.log10(step) + 1e-9));
+    context.textAlign = "right";
+    context.textBaseline = "middle";
+    context.beginPath();
+    for (let v = Math.ceil(low / step) * step; v <= high; v += step) {
+      context.moveTo(box.left, y(v));
+      context.lineTo(box.right, y(v));
+      const text = digits > 5 ? v.toExponential(1) : (Math.abs(v) < 1e-9 * step ? 0 : v).toFixed(digits);
+      context.fillText(text.replace("-", "−"), box.left - 4, y(v));
+    }
+    const every = roundStep(this.length, Math.max((box.right - box.left) / 70, 2));
+    context.textAlign = "center";
+    context.textBaseline = "alphabetic";
+    for (let t = Math.ceil(from / every) * every; t <= from + this.length; t += every) {
+      context.moveTo(x(t), box.top);
+      context.lineTo(x(t), box.bottom);
+      context.fillText(`${Number(t.toPrecision(6))} s`, Math.min(x(t), box.right - 12), box.bottom + 12);
+    }
+    context.stroke();
+  }
+
+  curve(context, { indices, low, high, stretch, color, dashed }, x, y) {
+    context.strokeStyle = this.palette[color % this.palette.length];
+    context.lineWidth = 1.5;
+    context.setLineDash(dashed ? [5, 3] : []);
+    context.beginPath();
+    for (let k = 0; k < indices.length; k += 1) {
+      const at = x((indices[k] + 0.5) * stretch);
+      // The nearer end first, so that a curve that rises or falls shows no teeth.
+      const falls = k > 0 && low[k] + high[k] < low[k - 1] + high[k - 1];
+      context.lineTo(at, y(falls ? high[k] : low[k]));
+      if (high[k] > low[k]) context.lineTo(at, y(falls ? low[k] : high[k]));
+    }
+    context.stroke();
+    context.setLineDash([]);
+  }
+
+  /* Values in the legend: the newest, or those under the pointer. */
+  values(context, box, from, x) {
+    const pointed = this.pointer !== null && this.pointer >= box.left && this.pointer <= box.right;
+    const t = from + ((this.pointer - box.left) / (box.right - box.left)) * this.length;
+    if (pointed) {
+      context.strokeStyle = this.ink.soft;
+      context.beginPath();
+      context.moveTo(this.pointer, box.top);
+      context.lineTo(this.pointer, box.bottom);
+      context.stroke();
+      context.fillStyle = this.ink.soft;
+      context.fillText(`${t.toFixed(2)} s`, Math.min(Math.max(this.pointer, box.left + 18), box.right - 18), box.top + 8);
+    }
+    const now = performance.now();
+    if (!pointed && now - this.shown < 150) return;
+    this.shown = now;
+    for (const trace of this.traces) {
+      trace.text.style.setProperty("--color", this.palette[trace.color % this.palette.length]);
+      trace.text.textContent = `${trace.label} ${readable(pointed ? trace.at(t) : trace.last)}`;
+    }
+  }
+}
