@@ -497,6 +497,11 @@
       return null;
     }
 
+    memory() {
+      const memories = [this.host.own, ...this.host.instances.filter(Boolean).map((i) => i.memory)];
+      return memories.reduce((sum, { memory }) => sum + memory.buffer.byteLength, 0);
+    }
+
     pause() {
       this.playing = false;
       this.report(0, 0);
@@ -560,7 +565,7 @@
   const post = (message, moved) => (node ?? self).postMessage(message, moved);
   const session = new Session();
 
-  const own = ["open", "restart", "watch", "restore", "advance", "play", "pause"];
+  const own = ["open", "restart", "watch", "restore", "advance", "play", "pause", "memory"];
   let turn = Promise.resolve();
   async function obey({ id, command, its }) {
     try {
