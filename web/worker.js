@@ -73,16 +73,16 @@
       for (const name of ["EnterInitializationMode", "ExitInitializationMode", "EnterEventMode", "EnterStepMode", "Terminate", "Reset", "SetFMUState"]) {
         fmi3[`fmi3${name}`] = this.plain(`fmi3${name}`);
       }
-      // Arrays that the FMU reads, and those that it writes: [position, size of an element, position of the number, else it is one].
+      // What is pointed to, which goes there and back: [position, size of an element, position of the number, else it is one].
       const calls = {
-        SetClock: [[[0, 4, 1], [2, 1, 1]]],
-        GetIntervalDecimal: [[[0, 4, 1]], [[2, 8, 1], [3, 4, 1]]],
-        GetShiftDecimal: [[[0, 4, 1]], [[2, 8, 1]]],
-        GetOutputDerivatives: [[[0, 4, 1], [2, 4, 1]], [[3, 8, 4]]],
-        GetFMUState: [[[0, 4]], [[0, 4]]],
-        FreeFMUState: [[[0, 4]]],
+        SetClock: [[0, 4, 1], [2, 1, 1]],
+        GetIntervalDecimal: [[0, 4, 1], [2, 8, 1], [3, 4, 1]],
+        GetShiftDecimal: [[0, 4, 1], [2, 8, 1]],
+        GetOutputDerivatives: [[0, 4, 1], [2, 4, 1], [3, 8, 4]],
+        GetFMUState: [[0, 4]],
+        FreeFMUState: [[0, 4]],
       };
-      for (const [name, [given = [], told = []]] of Object.entries(calls)) fmi3[`fmi3${name}`] = this.caller(`fmi3${name}`, given, told);
+      for (const [name, arrays] of Object.entries(calls)) fmi3[`fmi3${name}`] = this.caller(`fmi3${name}`, arrays);
       Object.assign(fmi3, {
         fmi3InstantiateCoSimulation: (...its) => this.instantiate(...its),
         fmi3DoStep: (key, t, h, keeps, event, ends, early, time) => this.step(key, t, h, keeps, event, ends, early, time),
@@ -206,7 +206,7 @@
     step(key, t, h, keeps, event, ends, early, time) {
       const i = this.instances[key].begin();
       if (i.lost !== undefined) return FATAL;
-      const at = i.room(16);
+      const at = i.cleared(16);
       let status;
       try {
         status = i.fmu.fmi3DoStep(i.handle, t, h, keeps, at, at + 1, at + 2, at + 8);
@@ -223,7 +223,7 @@
     update(key, told) {
       const i = this.instances[key].begin();
       if (i.lost !== undefined) return FATAL;
-      const at = i.room(16);
+      const at = i.cleared(16);
       let status;
       try {
         status = i.fmu.fmi3UpdateDiscreteStates(i.handle, at, at + 1, at + 2, at + 3, at + 4, at + 8);
@@ -237,17 +237,16 @@
       return status;
     }
 
-    caller(name, given, told) {
+    caller(name, arrays) {
       return (key, ...its) => {
         const i = this.instances[key].begin();
-        const number = (count) => (count === undefined ? 1 : its[count]);
+        const sizes = arrays.map(([, size, count]) => size * (count === undefined ? 1 : its[count]));
         const args = its.slice();
-        for (const [at, size, count] of given) args[at] = i.pass(its[at], size * number(count));
-        for (const [at, size, count] of told) if (given.every(([other]) => other !== at)) args[at] = i.room(size * number(count));
+        arrays.forEach(([at], k) => { args[at] = i.pass(its[at], sizes[k]); });
         const status = i.call(name, args);
         i.memory.look();
         this.own.look();
-        for (const [at, size, count] of told) copy(i.memory, args[at], this.own, its[at], size * number(count));
+        arrays.forEach(([at], k) => copy(i.memory, args[at], this.own, its[at], sizes[k]));
         return status;
       };
     }
@@ -336,6 +335,13 @@
       return this.lost === undefined ? this.fmu.fmu_allocate(size) : 0;
     }
 
+    /* The same for answers, all zero. */
+    cleared(size) {
+      const at = this.room(size);
+      this.memory.look().u8.fill(0, at, at + size);
+      return at;
+    }
+
     pass(address, size) {
       const place = this.room(size);
       if (this.lost === undefined) copy(this.host.own.look(), address, this.memory.look(), place, size);
@@ -367,6 +373,8 @@
 
   /* The engine and the run that goes on. */
   class Session {
+    rows = [];
+
     async open({ engine, system }) {
       this.playing = false;
       const module = this.module ?? await WebAssembly.compile(engine);
@@ -466,6 +474,7 @@
     }
 
     async advance({ seconds }) {
+      if (this.step === undefined) this.make(0);
       const steps = Math.max(0, Math.round(seconds / this.step));
       const begin = performance.now();
       let [made, slice] = [0, 16];
@@ -488,6 +497,7 @@
     }
 
     play({ speed = 1 }) {
+      if (this.step === undefined) this.make(0);
       this.speed = speed;
       this.pace();
       if (!this.playing) {
