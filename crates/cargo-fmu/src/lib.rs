@@ -21,4 +21,6 @@ pub mod process;
 pub mod target;
 #[cfg(feature = "wasm")]
 pub mod wasm;
+#[cfg(feature = "wasm")]
+pub mod web;
 pub mod workspace;

@@ -8,7 +8,7 @@ use std::time::Duration;
 use anyhow::{Context, Result};
 use cargo_fmu::check::{self, Checker, Verdict};
 use cargo_fmu::workspace::{Source, Workspace};
-use cargo_fmu::{new, pack, wasm};
+use cargo_fmu::{new, pack, wasm, web};
 use clap::{Args, Parser, Subcommand};
 
 /// Cargo hands its subcommands their own name first.
@@ -86,6 +86,27 @@ enum Command {
         #[arg(long, value_name = "WORDS", default_value = "")]
         only: String,
     },
+    /// Make one HTML file that runs an FMU or a packed system in any browser, from a folder
+    Web {
+        /// FMU or SSP with WebAssembly
+        #[arg(value_name = "FILE")]
+        model: PathBuf,
+        /// The page
+        #[arg(long, value_name = "FILE.html")]
+        out: PathBuf,
+        /// The master as a WebAssembly module [default: built from the source that this program
+        /// was built from]
+        #[arg(long, value_name = "FILE.wasm")]
+        engine: Option<PathBuf>,
+        /// Cargo profile with which it is built
+        #[arg(long, value_name = "PROFILE", default_value = pack::FMU_PROFILE)]
+        profile: String,
+        /// Another page than that of any model
+        #[arg(long, hide = true)]
+        page: Option<PathBuf>,
+        #[arg(long, hide = true)]
+        data: Vec<String>,
+    },
     /// One trial of `check`, in this process
     #[command(hide = true)]
     Try {
@@ -149,6 +170,27 @@ fn run(command: Command) -> Result<ExitCode> {
             timeout,
             only,
         } => return check_all(&fmus, strict, Duration::from_secs(timeout), &only),
+        Command::Web {
+            model,
+            out,
+            engine,
+            profile,
+            page,
+            data,
+        } => {
+            let page = web::Page {
+                html: page.as_deref(),
+                engine: engine.as_deref(),
+                profile: &profile,
+                data: &data,
+            };
+            let size = page.write(&model, &out)?;
+            println!(
+                "made {} ({} kB): open it in a browser",
+                out.display(),
+                size / 1000
+            );
+        }
         Command::Try {
             name,
             folder,

@@ -5,7 +5,7 @@ use std::fs;
 use std::path::Path;
 
 use anyhow::{Context, Result, ensure};
-use wasmparser::{Parser, Payload};
+use wasmparser::{Parser, Payload, Validator, WasmFeatures};
 use wit_component::{ComponentEncoder, StringEncoding, embed_component_metadata};
 use wit_parser::{Resolve, WorldId};
 
@@ -92,9 +92,34 @@ pub fn component(module: &[u8]) -> Result<Vec<u8>> {
 }
 
 /// Why a file is no component for this world, if it is none.
-pub fn check_world(component: &[u8]) -> Result<()> {
-    let (resolve, world) = interface()?;
-    wit_component::targets(&resolve, world, component, false)
+pub fn world_fault(component: &[u8]) -> Option<String> {
+    if Parser::is_core_wasm(component) {
+        return Some("it is a module, not a component".to_string());
+    }
+    let fault = || {
+        Validator::new_with_features(WasmFeatures::all()).validate_all(component)?;
+        let (resolve, world) = interface()?;
+        wit_component::targets(&resolve, world, component, false)
+    };
+    fault().err().map(|error| format!("{error:#}"))
+}
+
+/// Names of what a component imports.
+pub fn imports(component: &[u8]) -> Result<Vec<String>> {
+    let (mut names, mut depth) = (Vec::new(), 0);
+    for payload in Parser::new(0).parse_all(component) {
+        match payload? {
+            Payload::ModuleSection { .. } | Payload::ComponentSection { .. } => depth += 1,
+            Payload::End(_) => depth -= 1,
+            Payload::ComponentImportSection(imports) if depth == 0 => {
+                for import in imports {
+                    names.push(import?.name.name.to_string());
+                }
+            }
+            _ => {}
+        }
+    }
+    Ok(names)
 }
 
 /// The module that a component was made of: the first one in it. None in a module.
@@ -109,4 +134,17 @@ pub fn module(component: &[u8]) -> Result<Option<&[u8]>> {
         }
     }
     Ok(None)
+}
+
+/// Names of what a module exports.
+pub fn exports(module: &[u8]) -> Result<Vec<String>> {
+    let mut names = Vec::new();
+    for payload in Parser::new(0).parse_all(module) {
+        if let Payload::ExportSection(exports) = payload? {
+            for export in exports {
+                names.push(export?.name.to_string());
+            }
+        }
+    }
+    Ok(names)
 }

@@ -14,6 +14,7 @@ mod python;
 mod test;
 mod torture;
 mod variants;
+mod web;
 mod wheel;
 mod workspace;
 
@@ -61,6 +62,8 @@ enum Command {
     /// What is handed out: FMUs that hold libraries for several platforms, systems, programs,
     /// notices, checksums
     Dist(dist::Options),
+    /// The live machine: one HTML file that runs the coupled system in any browser
+    Web(web::Options),
     /// The Python package `hdrm_fmu` as a wheel, with the packed FMUs inside
     Wheel(wheel::Options),
     /// From a fresh checkout to the coupled machine: build, pack, run the cubic trajectory with
@@ -137,6 +140,7 @@ fn develop(workspace: &Workspace, command: Command) -> Result<()> {
             }
         }
         Command::Dist(options) => dist::run(workspace, &caller, options),
+        Command::Web(options) => web::run(workspace, &caller, &options),
         Command::Wheel(options) => wheel::run(workspace, &caller, &options),
         Command::Demo => demo::run(workspace),
         Command::Test => test::run(workspace),
