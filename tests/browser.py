@@ -51,3 +51,14 @@ def chromium(*flags):
 def noise(chrome):
     """What the browser has complained of since this was asked last."""
     return [e for e in chrome.get_log("browser") if e["level"] != "INFO" and not any(a in e["message"] for a in ADVICE)]
+
+
+def run(chrome, script, *arguments):
+    """What the lines of an asynchronous function return; its errors are `RuntimeError`s."""
+    done = chrome.execute_async_script(
+        f"const given = [...arguments], told = given.pop(); (async () => {{ {script} }})().then((v) => told([v]), (e) => told([null, e.message]))",
+        *arguments,
+    )
+    if len(done) == 2:
+        raise RuntimeError(done[1])
+    return done[0]

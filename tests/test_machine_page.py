@@ -14,7 +14,7 @@ from selenium.webdriver.common.by import By
 from selenium.webdriver.common.keys import Keys
 from selenium.webdriver.support.ui import Select, WebDriverWait
 
-from browser import chromium, noise
+from browser import chromium, noise, run
 from conftest import FMU_DIR
 
 PAGE = Path(os.environ.get("MACHINE_PAGE", FMU_DIR.parent / "web/machine.html")).resolve()
@@ -40,17 +40,6 @@ def page(opened):
     run(chrome, "await machine.pause()")
     yield chrome
     assert noise(chrome) == []
-
-
-def run(chrome, script, *arguments):
-    """What the lines of an asynchronous function return."""
-    done = chrome.execute_async_script(
-        f"const given = [...arguments], told = given.pop(); (async () => {{ {script} }})().then((v) => told([v]), (e) => told([null, e.message]))",
-        *arguments,
-    )
-    if len(done) == 2:
-        raise RuntimeError(done[1])
-    return done[0]
 
 
 def get(chrome, name):
