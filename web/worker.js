@@ -119,7 +119,8 @@
     load(at, size) {
       try {
         const key = this.next++;
-        this.modules.set(key, new WebAssembly.Module(this.own.look().u8.slice(at, at + size)));
+        const module = new WebAssembly.Module(this.own.look().u8.slice(at, at + size));
+        this.modules.set(key, { module, names: new Set(WebAssembly.Module.exports(module).map(({ name }) => name)) });
         return key;
       } catch (error) {
         this.say(0, FATAL, `it is no WebAssembly module: ${error.message}`);
@@ -129,7 +130,7 @@
 
     exports(key, at, size) {
       const name = text.decode(this.own.look().u8.slice(at, at + size));
-      return WebAssembly.Module.exports(this.modules.get(key)).some((e) => e.name === name) ? 1 : 0;
+      return this.modules.get(key).names.has(name) ? 1 : 0;
     }
 
     /* `resources` names the module: "/3/". */
@@ -137,7 +138,7 @@
       const path = text.decode(this.own.string(resources).slice(0, -1));
       const said = (status, message) => this.say(environment, status, message);
       try {
-        const instance = new Instance(this, this.modules.get(Number(path.split("/")[1])), said);
+        const instance = new Instance(this, this.modules.get(Number(path.split("/")[1])).module, said);
         const own = (address) => instance.memory.place(this.own.string(address).slice());
         instance.handle = instance.fmu.fmi3InstantiateCoSimulation(
           own(name), own(token), own(resources), visible, logging, events, early, 0, 0, 0, instance.fmu.fmu_log_message?.() ?? 0, 0,
@@ -402,9 +403,13 @@
       }
     }
 
-    answer(size) {
+    text(size) {
       const at = this.engine.answer_address();
-      const { ok, error } = JSON.parse(text.decode(this.host.own.look().u8.slice(at, at + size)));
+      return text.decode(this.host.own.look().u8.slice(at, at + size));
+    }
+
+    answer(size) {
+      const { ok, error } = JSON.parse(this.text(size));
       if (error !== undefined) throw new Error(error);
       return ok;
     }
@@ -416,7 +421,9 @@
         return work();
       } catch (error) {
         if (!(error instanceof WebAssembly.RuntimeError)) throw error;
-        this.broken = new Error(`the engine failed: ${error.message}; restart it`);
+        // What it answers then is what its panic says.
+        const said = JSON.parse(this.text(this.engine.answer_size())).error;
+        this.broken = new Error(`${said ?? error.message}; restart it`);
         throw this.broken;
       }
     }
