@@ -111,7 +111,8 @@ export class LiveScene {
   show({ zeta, tip, orientation, desired, loadMass, tilt, ghosts }) {
     const { drawing } = this;
     const world = this.pose(drawing.groups, zeta);
-    this.drawingError = Math.hypot(...world.T4.r.map((v, k) => v - tip[k]));
+    // How far the drawn tip is from the FMU's, m: another machine would show.
+    this.stage.dataset.drawingError = Math.hypot(...world.T4.r.map((v, k) => v - tip[k]));
     drawing.tip.position.set(...tip);
     const [w, x, y, z] = orientation;
     this.orientation = [x, y, z, w];
