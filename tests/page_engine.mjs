@@ -1,6 +1,6 @@
 // Runs a script on the page's engine in a worker of Node. In it `open(archive)` gives an engine, and `archives` are the files of the folder by
-// name. node page_engine.mjs FOLDER SCRIPT, where FOLDER has engine.wasm, worker.js and archives; prints the JSON of what the script returns.
-import { readFileSync, readdirSync } from "node:fs";
+// name. node page_engine.mjs FOLDER SCRIPT, where FOLDER has engine.wasm, worker.js and archives and gets told.json, what the script returns.
+import { readFileSync, readdirSync, writeFileSync } from "node:fs";
 import { Engine } from "../web/engine.js";
 
 const [, , folder, script] = process.argv;
@@ -10,5 +10,5 @@ const worker = readFileSync(`${folder}/worker.js`, "utf8");
 const open = (system) => Engine.open({ engine: archives["engine.wasm"], system, worker });
 const Script = Object.getPrototypeOf(async () => {}).constructor;
 const told = await new Script("open", "archives", readFileSync(script, "utf8"))(open, archives);
-console.log(JSON.stringify(told));
+writeFileSync(`${folder}/told.json`, JSON.stringify(told));
 process.exit(0);
