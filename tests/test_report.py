@@ -1,27 +1,21 @@
 """The report of `hdrm-fmu report`: in a headless browser without a network it shows its plots and the slider moves the arm.
-
-Needs Chromium and ChromeDriver of the system (Debian: chromium, chromium-driver). Where there are none it is skipped, except with
-REPORT_BROWSER=required in the environment, as in CI.
 """
 
 import base64
 import json
-import os
-import shutil
 import subprocess
 import time
 from pathlib import Path
 
 import numpy as np
 import pytest
-from selenium import webdriver
 from selenium.webdriver.common.by import By
 from selenium.webdriver.common.keys import Keys
 from selenium.webdriver.support.ui import Select, WebDriverWait
 
+from browser import chromium, noise
 from native import hdrm_fmu
 
-BROWSERS = ("chromium", "chromium-browser", "google-chrome", "chrome")
 # A cut-off motion: 2 s of it are enough to see things move, and the runs stay short.
 STOP_TIME = "6"
 TRAJECTORIES = ("cubic", "triangular")
@@ -42,33 +36,7 @@ def written(fmu_dir, tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def browser(written):
-    binary = next(filter(None, map(shutil.which, BROWSERS)), None)
-    driver = shutil.which("chromedriver")
-    if not (binary and driver):
-        missing = "no Chromium with ChromeDriver on this machine (Debian: apt-get install chromium chromium-driver)"
-        if os.environ.get("REPORT_BROWSER") == "required":
-            pytest.fail(missing)
-        pytest.skip(missing)
-    options = webdriver.ChromeOptions()
-    options.binary_location = binary
-    for flag in (
-        "headless=new",
-        "no-sandbox",
-        "disable-dev-shm-usage",
-        "use-angle=swiftshader",
-        "enable-unsafe-swiftshader",
-        "disable-background-networking",
-        "disable-component-update",
-        "disable-sync",
-        "no-first-run",
-        "window-size=1400,1000",
-        # Nothing is reachable: the page must do without.
-        "host-resolver-rules=MAP * ~NOTFOUND",
-    ):
-        options.add_argument(f"--{flag}")
-    options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
-    chrome = webdriver.Chrome(options=options, service=webdriver.ChromeService(driver))
-    chrome.set_script_timeout(60)
+    chrome = chromium()
     chrome.get((written / "report.html").as_uri())
     WebDriverWait(chrome, 120).until(lambda b: b.execute_script("return document.readyState") == "complete")
     yield chrome
@@ -110,10 +78,7 @@ def shown_time(browser):
 def test_the_page_makes_no_noise_and_asks_for_nothing(browser):
     asked = browser.execute_script("return performance.getEntriesByType('resource').map((e) => e.name)")
     assert [a for a in asked if not a.startswith(("data:", "blob:"))] == []
-    # Advice of Chromium on speed (software renderer, a canvas of plotly.js that is read back) is no error.
-    advice = ("GPU stall", "willReadFrequently")
-    noise = [e for e in browser.get_log("browser") if e["level"] != "INFO" and not any(a in e["message"] for a in advice)]
-    assert noise == []
+    assert noise(browser) == []
 
 
 def test_plots_hold_curves(browser):

@@ -3,6 +3,7 @@
  * once; all others by a restart, which the sign beside the name says.
  */
 
+import { html } from "./page.js";
 import { takesEffectAtOnce } from "./variables.js";
 
 /* Words that an operator says for the laws of `controller.mode`. */
@@ -31,9 +32,8 @@ export const CONTROLS = [
   { sheet: "load", label: "Payload", unit: "kg", range: [0, 600, 10], names: ["hdrm.payload.mass"] },
   { sheet: "load", label: "Load to pick up", unit: "kg", range: [10, 400, 10], start: 150, own: "load" },
   { sheet: "load", label: "All bodies heavier than planned", unit: "%", factor: 0.01, offset: 1, range: [-40, 40, 5], names: ["hdrm.inertia_scale"] },
-  { sheet: "load", label: "Base rolls to the side", unit: "°", factor: DEGREE, range: [-10, 10, 0.5], names: ["hdrm.base.tilt[1]"], told: ["controller.base.tilt[1]"] },
-  { sheet: "load", label: "Base tips forward or back", unit: "°", factor: DEGREE, range: [-10, 10, 0.5], names: ["hdrm.base.tilt[2]"], told: ["controller.base.tilt[2]"] },
-  { sheet: "load", label: "The controller is told of the tilt", flag: true, own: "told", start: false },
+  { sheet: "load", label: "Base rolls to the side", unit: "°", factor: DEGREE, range: [-10, 10, 0.5], names: ["hdrm.base.tilt[1]"] },
+  { sheet: "load", label: "Base tips forward or back", unit: "°", factor: DEGREE, range: [-10, 10, 0.5], names: ["hdrm.base.tilt[2]"] },
   { sheet: "law", label: "Law", list: LAWS, names: ["controller.mode"] },
   { sheet: "law", label: "Stiffness of position", unit: "1/s", range: [1, 40, 0.5], names: ["controller.Lambda_position"] },
   { sheet: "law", label: "Stiffness of orientation", unit: "1/s", range: [1, 40, 0.5], names: ["controller.Lambda_orientation"] },
@@ -74,42 +74,27 @@ export class Panel {
   }
 
   row(control) {
-    const { label, unit, range, list, flag, atOnce } = control;
-    const row = (control.row = document.createElement("label"));
-    row.className = "row";
-    const name = document.createElement("span");
-    name.textContent = label;
-    name.classList.toggle("restarts", !atOnce);
-    if (!atOnce) name.title = "The machine starts again with another value";
-    row.append(name);
-    if (list) {
-      control.field = document.createElement("select");
-      Object.entries(list).forEach(([value, text]) => control.field.add(new Option(text, value)));
-    } else {
-      control.field = document.createElement("input");
-      control.field.type = flag ? "checkbox" : "range";
-      if (range) [control.field.min, control.field.max, control.field.step] = range;
-    }
-    if (range) {
-      control.text = document.createElement("output");
-      row.append(control.text);
-      control.field.addEventListener("input", () => this.say(control));
-      control.say = () => `${control.field.value.replace("-", "−")} ${unit}`;
-    }
+    const { label, unit, range = [], list, flag, atOnce } = control;
+    control.row = html`<label class="row"><span>${label}</span></label>`;
+    const [name] = control.row.children;
+    if (!atOnce) Object.assign(name, { className: "restarts", title: "The machine starts again with another value" });
+    const [min, max, step] = range;
+    control.field = list ? html`<select></select>` : flag ? html`<input type="checkbox">` : html`<input type="range" min="${min}" max="${max}" step="${step}">`;
+    Object.entries(list ?? {}).forEach(([value, text]) => control.field.add(new Option(text, value)));
+    const text = document.createElement("b");
+    control.say = () => (text.textContent = `${control.field.value.replace("-", "−")} ${unit}`);
+    if (unit !== undefined) control.row.append(text);
+    control.row.append(control.field);
     if (control.start !== undefined) this.put(control, control.start);
+    control.field.addEventListener("input", control.say);
     // What takes effect at once follows the slider; a restart waits until it is let go.
     control.field.addEventListener(atOnce ? "input" : "change", () => this.tell(control));
-    row.append(control.field);
-  }
-
-  say(control) {
-    if (control.text) control.text.value = control.say();
   }
 
   put(control, value) {
     if (control.flag) control.field.checked = value === true || value === "true" || value === 1;
     else control.field.value = value;
-    this.say(control);
+    control.say();
   }
 
   value({ flag, field, list }) {
@@ -124,8 +109,7 @@ export class Panel {
     const { factor = 1, offset = 0, list, flag, names = [] } = control;
     const value = this.value(control);
     const inside = list || flag ? value : Number((value * factor + offset).toPrecision(12));
-    const all = control.told && this.own("told") ? [...names, ...control.told] : names;
-    this.changed(control, Object.fromEntries(all.map((name) => [name, inside])));
+    this.changed(control, Object.fromEntries(names.map((name) => [name, inside])));
   }
 
   /* Shows what the variables are; `read(name)` gives a value. */

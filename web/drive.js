@@ -3,6 +3,8 @@
  * is up to the page, which is told the commands as rates.
  */
 
+import { html } from "./page.js";
+
 /* The levers in the order of the screen: names of both ends, keys of the two directions, and what of the rates they are. Positive is the first end. */
 const LEVERS = {
   joint: [
@@ -24,15 +26,13 @@ export class Levers {
   constructor(parent, rates, moved) {
     Object.assign(this, { rates, moved, kind: "joint", keys: new Set(), sent: "", padName: "" });
     this.rows = LEVER_KEYS.map((keys, k) => {
-      const row = document.createElement("label");
-      row.className = "lever";
-      const letters = keys.map((key) => key.slice(3));
-      row.innerHTML = `<b><span></span><output>0</output></b><kbd title="key">${letters[1]}</kbd><input type="range" min="-1" max="1" step="0.01" value="0"><kbd title="key">${letters[0]}</kbd>`;
+      const [more, less] = keys.map((key) => key.slice(3));
+      const row = html`<label class="lever"><b><span></span><i>0</i></b><kbd title="key">${less}</kbd><input type="range" min="-1" max="1" step="0.01" value="0"><kbd title="key">${more}</kbd></label>`;
       parent.append(row);
       const field = row.querySelector("input");
       // Let go, it springs back: by pointer, by keys, and when the focus leaves.
       for (const event of ["pointerup", "pointercancel", "keyup", "blur"]) field.addEventListener(event, () => (field.value = 0));
-      return { row, field, name: row.querySelector("span"), text: row.querySelector("output") };
+      return { field, name: row.querySelector("span"), text: row.querySelector("i") };
     });
     document.addEventListener("keydown", (event) => this.key(event, true));
     document.addEventListener("keyup", (event) => this.key(event, false));
@@ -79,10 +79,9 @@ export class Levers {
     deflections.forEach((deflection, k) => {
       const [index, sign] = LEVERS[this.kind][k].at;
       rates[index] = sign * deflection * most[index];
-      const { text, row } = this.rows[k];
+      const { text } = this.rows[k];
       const words = deflection === 0 ? "0" : `${LEVERS[this.kind][k].ends[deflection > 0 ? 0 : 1]} ${Math.round(100 * Math.abs(deflection))} %`;
-      if (text.value !== words) text.value = words;
-      row.classList.toggle("moved", deflection !== 0);
+      if (text.textContent !== words) text.textContent = words;
     });
     const now = rates.join();
     if (now === this.sent || (this.sent === "" && rates.every((rate) => rate === 0))) return;

@@ -19,7 +19,12 @@ export class Engine {
     own.#worker = await started(worker);
     own.#worker.onmessage = (message) => own.#receive(message);
     own.#worker.onerror = (error) => own.#fail(new Error(error.message ?? String(error)));
-    await own.#ask("open", { engine, system });
+    try {
+      await own.#ask("open", { engine, system });
+    } catch (error) {
+      own.close();
+      throw error;
+    }
     return own;
   }
 
@@ -106,6 +111,11 @@ export class Engine {
   /* {bad, text, findings: [{text, bad}]} of the run so far. */
   verdict() {
     return this.#ask("verdict");
+  }
+
+  /* Memory that the engine and all instances of FMUs have, bytes. */
+  memory() {
+    return this.#ask("memory");
   }
 
   /* End the worker. */

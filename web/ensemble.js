@@ -7,6 +7,8 @@ import { Engine } from "./engine.js";
 /* Simulated time between two saved states, s, and how many are kept: a little more than ten seconds. */
 const SAVE_EVERY = 1;
 const SAVES = 12;
+/* How far engines that run side by side may be apart, s. */
+const LATE = 0.05;
 
 /* Structure of the package for each world, and what an operator calls it. */
 export const WORLDS = {
@@ -16,19 +18,14 @@ export const WORLDS = {
 };
 
 /* Settings in the engine's words. */
-function forEngine({ world = "ideal", trajectory, ...rest }) {
+export function forEngine({ world = "ideal", trajectory, ...rest }) {
   if (!(world in WORLDS)) throw new Error(`world = ${world}: it must be one of ${Object.keys(WORLDS).join(", ")}.`);
   return { structure: WORLDS[world].structure, ...(trajectory && { "controller.trajectory": trajectory }), ...rest };
 }
 
 export class Ensemble {
   static async open(parts) {
-    const ensemble = new Ensemble();
-    ensemble.parts = parts;
-    ensemble.main = await Engine.open(parts);
-    ensemble.ghosts = new Map();
-    ensemble.saved = [];
-    return ensemble;
+    return Object.assign(new Ensemble(), { parts, main: await Engine.open(parts), ghosts: new Map(), saved: [] });
   }
 
   get all() {
@@ -103,11 +100,18 @@ export class Ensemble {
     while (this.saved.length > SAVES) this.drop(this.saved.shift());
   }
 
-  /* Keeps a state each second of simulated time; called often. */
-  async remember() {
-    if (this.busy || this.time < (this.saved.at(-1)?.time ?? -Infinity) + SAVE_EVERY) return;
+  /* While all run: a state is kept each second, and who is late on a busy machine makes up for it. Called for each frame. */
+  async tend() {
+    if (this.busy) return;
     this.busy = true;
-    await this.keep().finally(() => (this.busy = false));
+    try {
+      const latest = Math.max(...this.all.map((engine) => engine.time));
+      const late = this.ghosts.size ? this.all.filter((engine) => latest - engine.time > LATE) : [];
+      await Promise.all(late.map((engine) => engine.advance(latest - engine.time)));
+      if (this.time >= (this.saved.at(-1)?.time ?? -Infinity) + SAVE_EVERY) await this.keep();
+    } finally {
+      this.busy = false;
+    }
   }
 
   /* To the state of ten seconds ago, or the oldest one kept since; the time that it is of. */

@@ -1,25 +1,26 @@
-/* The page of an FMU or an SSP package with WebAssembly: inputs, parameters, runs over one another. `window.machine` is the page for scripts. */
+/* The page of an FMU or an SSP package with WebAssembly: inputs, parameters, runs over one another. */
 import { Engine } from "./engine.js";
+import { Page, element, html, scripted, tickBox } from "./page.js";
 import { archive, download, part, textOf } from "./parts.js";
 import { Recorder } from "./records.js";
 import { Scope } from "./scopes.js";
 import { addressOf, elements, settingsOf } from "./variables.js";
 
-const element = (id) => document.getElementById(id);
 const WASM = /^binaries\/wasm32[^/]*\/.*\.wasm$/;
 /* Plots that are shown at first. */
 const FIRST_PLOTS = 6;
-/* Pieces in which a run is made: so often its curves grow. */
+/* Pieces in which a run is made: so often its curves grow. Where inputs move there are more of them; in each one they are held. */
 const PIECES = 40;
-/* Points of a signal over a run at most; between them an input is held. */
-const SIGNAL_POINTS = 2000;
+const MOVING_PIECES = 2000;
+/* Bounds that are wider than this make no slider. */
+const WIDEST_SLIDER = 1e5;
 
-/* Signals that an input can have over time: names of their numbers, and the value at t. */
+/* What an input can do over time: names of its two numbers, and the value at t; `rest` is the value in its field. */
 const SIGNALS = {
-  constant: { numbers: [], at: (t, _, value) => value },
-  step: { numbers: ["to", "at s"], start: [1, 1], at: (t, [to, when], value) => (t >= when ? to : value) },
-  sine: { numbers: ["amplitude", "Hz"], start: [1, 1], at: (t, [amplitude, hertz], value) => value + amplitude * Math.sin(2 * Math.PI * hertz * t) },
-  file: { numbers: [], at: (t, _, value, column) => (column ? between(column, t) : value) },
+  constant: { numbers: [] },
+  step: { numbers: ["to", "at, s"], at: (t, [to, when], rest) => (t >= when ? to : rest) },
+  sine: { numbers: ["± ", "Hz"], at: (t, [amplitude, hertz], rest) => rest + amplitude * Math.sin(2 * Math.PI * hertz * t) },
+  file: { numbers: [], at: (t, _, rest, column) => (column ? between(column, t) : rest) },
 };
 
 /* The column's value at t, straight between its rows. */
@@ -46,7 +47,7 @@ function columnsOf(text) {
 async function fmusOf(name, bytes) {
   const files = archive(bytes);
   const fmus = new Map();
-  if (files.has("modelDescription.xml")) fmus.set(name, files);
+  if (files.has("modelDescription.xml")) fmus.set(name || "this FMU", files);
   else if (files.has("SystemStructure.ssd")) {
     for (const [path, read] of files) if (path.endsWith(".fmu")) fmus.set(path.split("/").at(-1), archive(await read()));
   } else throw new Error(`${name} is neither an FMU nor an SSP: it holds no modelDescription.xml and no SystemStructure.ssd.`);
@@ -60,35 +61,24 @@ async function fmusOf(name, bytes) {
   return fmus;
 }
 
-class ModelPage {
+class ModelPage extends Page {
   constructor() {
-    Object.assign(this, { runs: [], scopes: new Map(), columns: new Map(), values: {}, signals: new Map() });
-    this.buttons();
+    super();
+    Object.assign(this, { runs: [], scopes: new Map(), columns: new Map() });
+    this.on("run", () => this.run());
+    this.on("clear", () => this.plots((this.runs = [])));
+    this.on("csv", () => download(`${document.title}.csv`, this.runs.at(-1).csv(), "text/csv"));
+    this.on("find", () => this.table(), "input");
+    this.on("document", () => this.documentation(), "change");
+    this.takeFiles(["open"], "An FMU or SSP with WebAssembly, or a CSV file for the inputs");
+    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.scopes.forEach((scope) => scope.theme()));
   }
 
   async open() {
     this.engineBytes = await part("engine");
     const system = await part("system");
-    if (system) await this.load(document.title, system, settingsOf(location.hash).settings);
+    if (system) await this.load("", system, settingsOf(location.hash).settings);
     else this.say("Drop an FMU or SSP with WebAssembly onto this page.");
-  }
-
-  /* Another model in the place of this one. */
-  async load(name, bytes, settings = {}) {
-    const fmus = await fmusOf(name, bytes);
-    const engine = await Engine.open({ engine: this.engineBytes, system: bytes });
-    this.engine?.close();
-    Object.assign(this, { engine, fmus, runs: [], values: settings, signals: new Map() });
-    element("title").textContent = document.title = name.replace(/\.(fmu|ssp)$/, "");
-    await engine.restart(settings);
-    this.variables = elements(await engine.variables());
-    element("stop").value = engine.about.stop;
-    element("step").value = engine.about.step;
-    this.say("");
-    this.fields();
-    this.table();
-    await this.documents();
-    await this.run();
   }
 
   say(text) {
@@ -96,129 +86,101 @@ class ModelPage {
     element("message").hidden = !text;
   }
 
-  async attempt(act) {
-    try {
-      await act();
-    } catch (error) {
-      this.say(error.message);
-    }
+  /* The model of a file, in the place of the one before. */
+  async load(name, bytes, settings = {}) {
+    const fmus = await fmusOf(name, bytes);
+    const engine = await Engine.open({ engine: this.engineBytes, system: bytes });
+    await engine.restart(settings);
+    this.engine?.close();
+    Object.assign(this, { engine, fmus, runs: [], values: settings, signals: new Map() });
+    const { components, name: system } = engine.about;
+    document.title = element("title").textContent = components.length === 1 ? components[0].model : system;
+    this.variables = elements(await engine.variables()).filter(({ type }) => type !== "Clock" && type !== "Binary");
+    // A name without its component, where there is one component.
+    const lone = new Set(this.variables.map((variable) => variable.name.split(".")[0])).size === 1;
+    this.variables.forEach((variable) => (variable.short = lone ? variable.name.slice(variable.name.indexOf(".") + 1) : variable.name));
+    element("stop").value = engine.about.stop;
+    element("step").value = engine.about.step;
+    this.fields();
+    this.table();
+    element("document").replaceChildren(...[...fmus.keys()].map((fmu) => new Option(fmu)));
+    await this.documentation();
+    await this.run();
   }
 
-  /* A name without its component, where there is one component. */
-  short(name) {
-    const components = new Set(this.variables.map((variable) => variable.name.split(".")[0]));
-    return components.size === 1 ? name.slice(name.indexOf(".") + 1) : name;
+  of(...causalities) {
+    return this.variables.filter((variable) => causalities.includes(variable.causality));
   }
 
-  of(causality) {
-    return this.variables.filter((variable) => variable.causality === causality && variable.type !== "Clock" && variable.type !== "Binary");
+  /* Variables that have curves. */
+  get curves() {
+    return this.of("output", "local").filter(({ type }) => type !== "String");
   }
 
   fields() {
     for (const [id, causality] of [["inputs", "input"], ["parameters", "parameter"]]) {
-      const sheet = element(id);
-      sheet.querySelectorAll(".row").forEach((row) => row.remove());
-      const variables = this.of(causality);
-      sheet.hidden = variables.length === 0;
-      variables.forEach((variable) => sheet.append(this.field(variable)));
+      const rows = this.of(causality).map((variable) => this.field(variable));
+      element(id).querySelectorAll(".row").forEach((row) => row.remove());
+      element(id).append(...rows);
+      element(id).hidden = rows.length === 0;
     }
-    const plotted = [...this.of("output"), ...this.variables.filter((v) => v.causality === "local")].filter((v) => v.type !== "String");
-    this.plotted = new Set(plotted.slice(0, FIRST_PLOTS).map((variable) => variable.name));
-    element("shown").querySelectorAll("label").forEach((row) => row.remove());
-    for (const { name, description } of plotted) {
-      const label = document.createElement("label");
-      label.className = "row";
-      label.title = description ?? "";
-      label.append(this.short(name), Object.assign(document.createElement("input"), { type: "checkbox", checked: this.plotted.has(name) }));
-      label.lastChild.addEventListener("change", () => {
-        this.plotted[label.lastChild.checked ? "add" : "delete"](name);
-        this.plots();
-      });
-      element("shown").append(label);
-    }
+    this.plotted = new Set(this.curves.slice(0, FIRST_PLOTS).map(({ name }) => name));
+    element("plotted").replaceChildren(...this.curves.map(({ name, short }) => tickBox(short, this.plotted.has(name), (on) => {
+      this.plotted[on ? "add" : "delete"](name);
+      this.plots();
+    })));
   }
 
-  /* A row for an input or a parameter: a slider where it has bounds, and the signal of an input. */
-  field(variable) {
-    const { name, unit, description, type, items, causality } = variable;
-    const start = this.values[name] ?? variable.start;
-    const row = document.createElement("div");
-    row.className = "row";
-    const label = document.createElement("label");
-    label.textContent = `${this.short(name)}${unit && unit !== "1" ? `, ${unit}` : ""}`;
-    label.title = description ?? "";
-    let field;
-    if (items?.length) {
-      field = document.createElement("select");
-      items.forEach((item) => field.add(new Option(item.name)));
-      field.value = items.find((item) => item.value === start)?.name ?? start;
-    } else {
-      const kind = type === "Boolean" ? "checkbox" : type === "String" ? "text" : "number";
-      field = Object.assign(document.createElement("input"), { type: kind, step: "any", value: start ?? 0 });
-      if (kind === "checkbox") field.checked = start === true || start === "true";
-      if (Number.isFinite(variable.min)) field.min = variable.min;
-      if (Number.isFinite(variable.max)) field.max = variable.max;
-    }
-    field.id = `field ${name}`;
-    label.htmlFor = field.id;
-    const value = () => (field.type === "checkbox" ? field.checked : field.type === "number" ? Number(field.value) : field.value);
+  /* A row for an input or a parameter: a slider too where it has bounds, and for an input what it does over time. */
+  field({ name, short, unit, description, type, items, causality, min, max, ...variable }) {
+    const start = this.values[name] ?? variable.start ?? 0;
+    const text = `${short}${unit && unit !== "1" ? `, ${unit}` : ""}`;
+    const row = html`<div class="row"><label title="${description}"><span>${text}</span></label></div>`;
+    const field = items?.length ? html`<select></select>` : html`<input type="${{ Boolean: "checkbox", String: "text" }[type] ?? "number"}" step="any" value="${start}">`;
+    items?.forEach((item) => field.add(new Option(item.name)));
+    if (items?.length) field.value = items.find((item) => item.value === start)?.name ?? start;
+    field.checked = String(start) === "true";
+    const isNumber = field.type === "number";
+    if (isNumber) Object.assign(field, { min: min ?? "", max: max ?? "" });
     const changed = () => {
       if (!field.reportValidity()) return;
-      this.values[name] = value();
-      if (this.live && (causality === "input" || variable.variability === "tunable")) this.attempt(() => this.engine.set(name, value()));
+      this.values[name] = field.type === "checkbox" ? field.checked : isNumber ? Number(field.value) : field.value;
       history.replaceState(null, "", addressOf(this.values));
     };
     field.addEventListener("change", changed);
-    row.append(label, field);
-    if (field.type === "number" && field.min !== "" && field.max !== "" && field.max - field.min < 1e5) row.append(this.slider(field, changed));
-    if (causality === "input" && field.type === "number") row.append(this.signal(name));
+    row.firstChild.append(field);
+    if (isNumber && max - min < WIDEST_SLIDER) {
+      const slider = html`<input type="range" min="${min}" max="${max}" step="${(max - min) / 200}" value="${start}" aria-label="${text}">`;
+      slider.addEventListener("input", () => {
+        field.value = slider.value;
+        changed();
+      });
+      field.addEventListener("change", () => (slider.value = field.value));
+      row.append(slider);
+    }
+    if (isNumber && causality === "input") row.append(this.signal(name, short, field));
     return row;
   }
 
-  slider(field, changed) {
-    const slider = Object.assign(document.createElement("input"), { type: "range", min: field.min, max: field.max, step: (field.max - field.min) / 200, value: field.value });
-    slider.setAttribute("aria-label", `${field.id} as a slider`);
-    slider.addEventListener("input", () => {
-      field.value = slider.value;
-      changed();
-    });
-    field.addEventListener("change", () => (slider.value = field.value));
-    return slider;
-  }
-
   /* What an input does over time. */
-  signal(name) {
-    const box = document.createElement("span");
-    box.className = "signal";
-    const select = document.createElement("select");
-    select.setAttribute("aria-label", `${name} over time`);
+  signal(name, short, rest) {
+    const box = html`<span class="signal"><select aria-label="${short} over time"></select><label><span></span><input type="number" step="any" value="1"></label><label><span></span><input type="number" step="any" value="1"></label></span>`;
+    const [select, ...labels] = box.children;
     Object.keys(SIGNALS).forEach((kind) => select.add(new Option(kind)));
-    box.append(select);
-    const chosen = { kind: "constant", numbers: [] };
-    this.signals.set(name, Object.assign(chosen, { select }));
-    select.addEventListener("change", () => {
-      chosen.kind = select.value;
-      const { numbers, start = [] } = SIGNALS[chosen.kind];
-      chosen.numbers = [...start];
-      const fields = numbers.map((text, k) => {
-        const label = document.createElement("label");
-        const field = Object.assign(document.createElement("input"), { type: "number", step: "any", value: start[k], className: "short" });
-        field.addEventListener("change", () => (chosen.numbers[k] = Number(field.value)));
-        label.append(`${text} `, field);
-        return label;
-      });
-      box.replaceChildren(select, ...fields);
+    const show = () => labels.forEach((label, k) => {
+      label.firstChild.textContent = SIGNALS[select.value].numbers[k];
+      label.hidden = k >= SIGNALS[select.value].numbers.length;
     });
+    select.addEventListener("change", show);
+    show();
+    const at = (t) => SIGNALS[select.value].at(t, labels.map((label) => Number(label.lastChild.value)), Number(rest.value), this.columns.get(name) ?? this.columns.get(short));
+    this.signals.set(name, { select, short, at });
     return box;
   }
 
-  /* The inputs that change over time, with their values at t. */
-  driven(t) {
-    const moving = [...this.signals].filter(([, { kind }]) => kind !== "constant");
-    return moving.map(([name, { kind, numbers }]) => {
-      const value = Number(this.values[name] ?? this.variables.find((v) => v.name === name).start ?? 0);
-      return [name, SIGNALS[kind].at(t, numbers, value, this.columns.get(name) ?? this.columns.get(this.short(name)))];
-    });
+  /* The inputs that move, with their values at t. */
+  moving(t) {
+    return [...this.signals].filter(([, { select }]) => select.value !== "constant").map(([name, { at }]) => [name, at(t)]);
   }
 
   async run() {
@@ -226,152 +188,104 @@ class ModelPage {
     if (!(stop > 0 && step > 0)) throw new Error("Stop time and step must be greater than 0.");
     this.say("");
     const ticket = (this.ticket = {});
-    this.engine.pause();
-    await this.engine.restart({ ...this.values, ...Object.fromEntries(this.driven(0)), step });
+    await this.engine.restart({ ...this.values, ...Object.fromEntries(this.moving(0)), step });
+    const number = (this.runs.at(-1)?.number ?? 0) + 1;
     if (!element("over").checked) this.runs = [];
-    const names = [...this.of("output"), ...this.variables.filter((v) => v.causality === "local"), ...this.of("input")].filter((v) => v.type !== "String").map((v) => v.name);
-    const run = Object.assign(new Recorder(), { on: true, title: `run ${(this.runs.at(-1)?.number ?? 0) + 1}`, number: (this.runs.at(-1)?.number ?? 0) + 1 });
-    run.restart(names);
+    const run = Object.assign(new Recorder(), { on: true, number });
+    run.restart([...this.curves, ...this.of("input").filter(({ type }) => type !== "String")].map(({ name }) => name));
     this.runs.push(run);
     this.plots();
     this.engine.onframe = (frame) => ticket === this.ticket && this.frame(run, frame);
-    this.engine.watch(names);
-    this.live = element("pace").value === "live";
-    await (this.live ? this.inRealTime(ticket, stop) : this.atOnce(ticket, stop, step));
-    if (ticket !== this.ticket) return;
+    this.engine.watch(run.names);
+    const steps = Math.round(stop / step);
+    const piece = Math.ceil(steps / (this.moving(0).length ? MOVING_PIECES : PIECES));
+    for (let k = 0; k < steps && ticket === this.ticket; k += piece) {
+      for (const [name, value] of this.moving(k * step)) await this.engine.set(name, value);
+      await this.engine.advance(Math.min(piece, steps - k) * step);
+    }
     this.scopes.forEach((scope) => scope.draw(stop));
-    const verdict = await this.engine.verdict();
-    element("verdict").textContent = verdict.bad ? "bad" : "good";
-    element("verdict").className = verdict.bad ? "bad" : "good";
-    element("verdict").title = verdict.text;
+    const { bad, text } = await this.engine.verdict();
+    Object.assign(element("verdict"), { textContent: bad ? "bad" : "good", className: bad ? "bad" : "good", title: text });
     element("csv").disabled = false;
   }
 
-  /* As fast as it goes, in pieces; where inputs move, they are set anew for each. */
-  async atOnce(ticket, stop, step) {
-    const moving = this.driven(0).length > 0;
-    const steps = Math.round(stop / step);
-    const piece = moving ? Math.max(1, Math.round(steps / SIGNAL_POINTS)) : Math.max(1, Math.ceil(steps / PIECES));
-    for (let k = 0; k < steps && ticket === this.ticket; k += piece) {
-      for (const [name, value] of this.driven(k * step)) await this.engine.set(name, value);
-      await this.engine.advance(Math.min(piece, steps - k) * step);
-    }
-  }
-
-  async inRealTime(ticket, stop) {
-    this.engine.play(1);
-    while (ticket === this.ticket && this.engine.time < stop) {
-      await new Promise((done) => setTimeout(done, 20));
-      for (const [name, value] of this.driven(this.engine.time)) await this.engine.set(name, value);
-    }
-    if (ticket === this.ticket) await this.engine.pause();
-    this.live = false;
-  }
-
   frame(run, { time, history, factor }) {
-    const stride = 1 + run.names.length;
-    run.add(history, stride);
+    run.add(history, 1 + run.names.length);
     this.draw(run, history);
     element("clock").textContent = `${Number(time.toPrecision(6))} s`;
     if (factor) element("factor").textContent = `${factor.toPrecision(3)} ×`;
-    const now = performance.now();
-    if (now - (this.drawn ?? 0) < 50) return;
-    this.drawn = now;
+    if (performance.now() - (this.drawn ?? 0) < 50) return;
     this.scopes.forEach((scope) => scope.draw(time));
+    this.drawn = performance.now();
   }
 
   draw(run, rows) {
     const stride = 1 + run.names.length;
     for (const [name, scope] of this.scopes) {
       const [column, trace] = [1 + run.names.indexOf(name), scope.traces[this.runs.indexOf(run)]];
-      for (let at = 0; column > 0 && trace && at + stride <= rows.length; at += stride) trace.push(rows[at], rows[at + column]);
+      for (let at = 0; trace && at + stride <= rows.length; at += stride) trace.push(rows[at], rows[at + column]);
     }
   }
 
   /* All plots anew, with all runs. */
   plots() {
     this.scopes.forEach((scope) => scope.remove());
-    this.scopes = new Map([...this.plotted].map((name) => {
-      const { unit } = this.variables.find((variable) => variable.name === name);
-      const scope = new Scope(element("scopes"), { title: this.short(name), unit: unit === "1" ? "" : unit, length: Number(element("stop").value), scrolls: false });
-      this.runs.forEach((run) => scope.add(this.runs.length > 1 ? run.title : "", run.number - 1));
+    this.scopes = new Map(this.curves.filter(({ name }) => this.plotted.has(name)).map(({ name, short, unit }) => {
+      const scope = new Scope(element("scopes"), { title: short, unit: unit === "1" ? "" : unit, length: Number(element("stop").value), scrolls: false });
+      this.runs.forEach((run) => scope.add(this.runs.length > 1 ? `run ${run.number}` : "", run.number - 1));
       return [name, scope];
     }));
-    for (const run of this.runs) for (const rows of run.chunks) this.draw(run, rows);
+    for (const run of this.runs) run.chunks.forEach((rows) => this.draw(run, rows));
     this.scopes.forEach((scope) => scope.draw(0));
   }
 
   table() {
-    const columns = ["name", "causality", "variability", "type", "unit", "start", "min", "max", "description"];
     const wanted = element("find").value.toLowerCase();
-    const found = this.variables.filter((v) => `${v.name} ${v.description ?? ""}`.toLowerCase().includes(wanted));
-    const cell = (tag, text) => Object.assign(document.createElement(tag), { textContent: text ?? "" });
-    const rows = [columns.map((name) => cell("th", name)), ...found.map((v) => columns.map((name) => cell("td", v[name])))];
-    element("variables").querySelector("table").replaceChildren(...rows.map((cells) => {
-      const row = document.createElement("tr");
-      row.append(...cells);
-      return row;
-    }));
+    const found = this.variables.filter(({ name, description }) => `${name} ${description ?? ""}`.toLowerCase().includes(wanted));
+    const rows = found.map((v) => html`<table><tr><td>${v.name}</td><td>${v.causality}</td><td>${v.variability}</td><td>${v.type}</td><td>${v.unit}</td><td>${v.start}</td><td>${v.min}</td><td>${v.max}</td><td>${v.description}</td></tr></table>`);
+    element("variables").querySelector("tbody").replaceChildren(...rows.map((table) => table.querySelector("tr")));
   }
 
-  async documents() {
-    const select = element("document");
-    select.replaceChildren(...[...this.fmus.keys()].map((name) => new Option(name)));
-    select.parentElement.hidden = this.fmus.size < 2;
-    const show = async () => {
-      const text = await textOf(this.fmus.get(select.value), "documentation/index.html");
-      element("documentation").querySelector("iframe").srcdoc = text ?? "<p>This FMU brings no documentation.</p>";
-    };
-    select.onchange = () => this.attempt(show);
-    await show();
+  async documentation() {
+    const text = await textOf(this.fmus.get(element("document").value), "documentation/index.html");
+    element("documentation").querySelector("iframe").srcdoc = text ?? "<p>This FMU brings no documentation.</p>";
   }
 
   /* A file: another model, or columns for the inputs. */
   async read(file) {
     if (!file.name.endsWith(".csv")) return this.load(file.name, new Uint8Array(await file.arrayBuffer()));
     this.columns = columnsOf(await file.text());
-    const driven = [...this.signals].filter(([name]) => this.columns.has(name) || this.columns.has(this.short(name)));
+    const driven = [...this.signals].filter(([name, { short }]) => this.columns.has(name) || this.columns.has(short));
     if (!driven.length) throw new Error(`No column of ${file.name} is named as an input: ${[...this.columns.keys()].join(", ")}.`);
     for (const [, { select }] of driven) {
       select.value = "file";
       select.dispatchEvent(new Event("change"));
     }
-    await this.run();
+    return this.run();
   }
 
-  buttons() {
-    const on = (id, act, event = "click") => element(id).addEventListener(event, () => this.attempt(act));
-    on("run", () => this.run());
-    on("clear", () => { this.runs = []; this.plots(); });
-    on("csv", () => download(`${document.title}.csv`, this.runs.at(-1).csv(), "text/csv"));
-    on("open", () => element("file").click());
-    on("file", () => element("file").files[0] && this.read(element("file").files[0]), "change");
-    on("find", () => this.table(), "input");
-    document.body.dataset.drop = "An FMU or SSP with WebAssembly, or a CSV file for the inputs";
-    for (const kind of ["dragover", "dragleave", "drop"]) {
-      document.addEventListener(kind, (event) => {
-        event.preventDefault();
-        document.body.classList.toggle("dropping", kind === "dragover");
-        if (kind === "drop" && event.dataTransfer.files[0]) this.attempt(() => this.read(event.dataTransfer.files[0]));
-      });
-    }
-    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.scopes.forEach((scope) => scope.theme()));
+  start(settings) {
+    return this.engine.restart(settings);
+  }
+
+  play() {
+    return this.engine.play(1);
+  }
+
+  pause() {
+    return this.engine.pause();
+  }
+
+  advance(seconds) {
+    return this.engine.advance(seconds);
+  }
+
+  set(name, value) {
+    return this.engine.set(name, value);
   }
 }
 
-const page = new ModelPage();
-const ready = page.open();
-ready.catch((error) => page.say(`This model cannot be started: ${error.message}`));
-window.machine = {
-  ready,
-  restart: (settings) => page.engine.restart(settings),
-  play: () => page.engine.play(1),
-  pause: () => page.engine.pause(),
-  advance: (seconds) => page.engine.advance(seconds),
-  get: (name) => page.engine.get(name),
-  set: (name, value) => page.engine.set(name, value),
-  get time() {
-    return page.engine.time;
-  },
-  verdict: () => page.engine.verdict(),
-};
+const model = new ModelPage();
+const opened = model.open();
+opened.catch((error) => model.say(`This model cannot be started: ${error.message}`));
+scripted(model, opened);

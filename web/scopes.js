@@ -3,6 +3,8 @@
  * greatest: no peak is lost, and as much is drawn whatever the communication step.
  */
 
+import { html } from "./page.js";
+
 /* Stretches of time across a scope. */
 const STRETCHES = 500;
 
@@ -73,9 +75,7 @@ export class Scope {
   /* `length` in s; `scrolls`: the newest `length` seconds are shown, else the first ones. */
   constructor(parent, { title, unit, length, scrolls }) {
     Object.assign(this, { title, unit, length, scrolls, traces: [], pointer: null, shown: 0 });
-    this.element = document.createElement("div");
-    this.element.className = "scope";
-    this.element.innerHTML = `<h3></h3><canvas role="img"></canvas>`;
+    this.element = html`<div class="scope"><h3></h3><canvas role="img"></canvas></div>`;
     [this.legend, this.canvas] = this.element.children;
     parent.append(this.element);
     this.canvas.addEventListener("pointermove", (event) => this.point(event.offsetX));
@@ -107,9 +107,7 @@ export class Scope {
   labels() {
     this.legend.textContent = this.unit ? `${this.title}, ${this.unit}` : this.title;
     for (const trace of this.traces) {
-      trace.text = document.createElement("span");
-      trace.text.classList.toggle("dashed", trace.dashed);
-      trace.text.textContent = trace.label;
+      trace.text = html`<span class="${trace.dashed ? "dashed" : ""}">${trace.label}</span>`;
       this.legend.append(trace.text);
     }
     this.canvas.setAttribute("aria-label", `${this.legend.textContent} over time`);
@@ -138,7 +136,7 @@ export class Scope {
       for (const y of trace.high) high = Math.max(high, y);
     }
     if (low > high) [low, high] = [0, 1];
-    const margin = Math.max(0.06 * (high - low), 1e-6 * Math.max(Math.abs(low), Math.abs(high)), 1e-12);
+    const margin = 0.06 * (high - low) || 0.1 * Math.abs(high) || 1;
     const now = [low - margin, high + margin];
     const before = this.range;
     const tight = !this.scrolls || !before || before[1] - before[0] > 3 * (now[1] - now[0]);

@@ -73,16 +73,16 @@
       for (const name of ["EnterInitializationMode", "ExitInitializationMode", "EnterEventMode", "EnterStepMode", "Terminate", "Reset", "SetFMUState"]) {
         fmi3[`fmi3${name}`] = this.plain(`fmi3${name}`);
       }
-      // Arrays that the FMU reads, and those that it writes: [position, size of an element, position of the number, else it is one].
+      // What is pointed to, which goes there and back: [position, size of an element, position of the number, else it is one].
       const calls = {
-        SetClock: [[[0, 4, 1], [2, 1, 1]]],
-        GetIntervalDecimal: [[[0, 4, 1]], [[2, 8, 1], [3, 4, 1]]],
-        GetShiftDecimal: [[[0, 4, 1]], [[2, 8, 1]]],
-        GetOutputDerivatives: [[[0, 4, 1], [2, 4, 1]], [[3, 8, 4]]],
-        GetFMUState: [[[0, 4]], [[0, 4]]],
-        FreeFMUState: [[[0, 4]]],
+        SetClock: [[0, 4, 1], [2, 1, 1]],
+        GetIntervalDecimal: [[0, 4, 1], [2, 8, 1], [3, 4, 1]],
+        GetShiftDecimal: [[0, 4, 1], [2, 8, 1]],
+        GetOutputDerivatives: [[0, 4, 1], [2, 4, 1], [3, 8, 4]],
+        GetFMUState: [[0, 4]],
+        FreeFMUState: [[0, 4]],
       };
-      for (const [name, [given = [], told = []]] of Object.entries(calls)) fmi3[`fmi3${name}`] = this.caller(`fmi3${name}`, given, told);
+      for (const [name, arrays] of Object.entries(calls)) fmi3[`fmi3${name}`] = this.caller(`fmi3${name}`, arrays);
       Object.assign(fmi3, {
         fmi3InstantiateCoSimulation: (...its) => this.instantiate(...its),
         fmi3DoStep: (key, t, h, keeps, event, ends, early, time) => this.step(key, t, h, keeps, event, ends, early, time),
@@ -119,7 +119,8 @@
     load(at, size) {
       try {
         const key = this.next++;
-        this.modules.set(key, new WebAssembly.Module(this.own.look().u8.slice(at, at + size)));
+        const module = new WebAssembly.Module(this.own.look().u8.slice(at, at + size));
+        this.modules.set(key, { module, names: new Set(WebAssembly.Module.exports(module).map(({ name }) => name)) });
         return key;
       } catch (error) {
         this.say(0, FATAL, `it is no WebAssembly module: ${error.message}`);
@@ -129,7 +130,7 @@
 
     exports(key, at, size) {
       const name = text.decode(this.own.look().u8.slice(at, at + size));
-      return WebAssembly.Module.exports(this.modules.get(key)).some((e) => e.name === name) ? 1 : 0;
+      return this.modules.get(key).names.has(name) ? 1 : 0;
     }
 
     /* `resources` names the module: "/3/". */
@@ -137,7 +138,7 @@
       const path = text.decode(this.own.string(resources).slice(0, -1));
       const said = (status, message) => this.say(environment, status, message);
       try {
-        const instance = new Instance(this, this.modules.get(Number(path.split("/")[1])), said);
+        const instance = new Instance(this, this.modules.get(Number(path.split("/")[1])).module, said);
         const own = (address) => instance.memory.place(this.own.string(address).slice());
         instance.handle = instance.fmu.fmi3InstantiateCoSimulation(
           own(name), own(token), own(resources), visible, logging, events, early, 0, 0, 0, instance.fmu.fmu_log_message?.() ?? 0, 0,
@@ -206,7 +207,7 @@
     step(key, t, h, keeps, event, ends, early, time) {
       const i = this.instances[key].begin();
       if (i.lost !== undefined) return FATAL;
-      const at = i.room(16);
+      const at = i.cleared(16);
       let status;
       try {
         status = i.fmu.fmi3DoStep(i.handle, t, h, keeps, at, at + 1, at + 2, at + 8);
@@ -223,7 +224,7 @@
     update(key, told) {
       const i = this.instances[key].begin();
       if (i.lost !== undefined) return FATAL;
-      const at = i.room(16);
+      const at = i.cleared(16);
       let status;
       try {
         status = i.fmu.fmi3UpdateDiscreteStates(i.handle, at, at + 1, at + 2, at + 3, at + 4, at + 8);
@@ -237,17 +238,16 @@
       return status;
     }
 
-    caller(name, given, told) {
+    caller(name, arrays) {
       return (key, ...its) => {
         const i = this.instances[key].begin();
-        const number = (count) => (count === undefined ? 1 : its[count]);
+        const sizes = arrays.map(([, size, count]) => size * (count === undefined ? 1 : its[count]));
         const args = its.slice();
-        for (const [at, size, count] of given) args[at] = i.pass(its[at], size * number(count));
-        for (const [at, size, count] of told) if (given.every(([other]) => other !== at)) args[at] = i.room(size * number(count));
+        arrays.forEach(([at], k) => { args[at] = i.pass(its[at], sizes[k]); });
         const status = i.call(name, args);
         i.memory.look();
         this.own.look();
-        for (const [at, size, count] of told) copy(i.memory, args[at], this.own, its[at], size * number(count));
+        arrays.forEach(([at], k) => copy(i.memory, args[at], this.own, its[at], sizes[k]));
         return status;
       };
     }
@@ -336,6 +336,13 @@
       return this.lost === undefined ? this.fmu.fmu_allocate(size) : 0;
     }
 
+    /* The same for answers, all zero. */
+    cleared(size) {
+      const at = this.room(size);
+      this.memory.look().u8.fill(0, at, at + size);
+      return at;
+    }
+
     pass(address, size) {
       const place = this.room(size);
       if (this.lost === undefined) copy(this.host.own.look(), address, this.memory.look(), place, size);
@@ -367,6 +374,8 @@
 
   /* The engine and the run that goes on. */
   class Session {
+    rows = [];
+
     async open({ engine, system }) {
       this.playing = false;
       const module = this.module ?? await WebAssembly.compile(engine);
@@ -394,9 +403,13 @@
       }
     }
 
-    answer(size) {
+    text(size) {
       const at = this.engine.answer_address();
-      const { ok, error } = JSON.parse(text.decode(this.host.own.look().u8.slice(at, at + size)));
+      return text.decode(this.host.own.look().u8.slice(at, at + size));
+    }
+
+    answer(size) {
+      const { ok, error } = JSON.parse(this.text(size));
       if (error !== undefined) throw new Error(error);
       return ok;
     }
@@ -408,7 +421,9 @@
         return work();
       } catch (error) {
         if (!(error instanceof WebAssembly.RuntimeError)) throw error;
-        this.broken = new Error(`the engine failed: ${error.message}; restart it`);
+        // What it answers then is what its panic says.
+        const said = JSON.parse(this.text(this.engine.answer_size())).error;
+        this.broken = new Error(`${said ?? error.message}; restart it`);
         throw this.broken;
       }
     }
@@ -466,6 +481,7 @@
     }
 
     async advance({ seconds }) {
+      if (this.step === undefined) this.make(0);
       const steps = Math.max(0, Math.round(seconds / this.step));
       const begin = performance.now();
       let [made, slice] = [0, 16];
@@ -488,6 +504,7 @@
     }
 
     play({ speed = 1 }) {
+      if (this.step === undefined) this.make(0);
       this.speed = speed;
       this.pace();
       if (!this.playing) {
@@ -495,6 +512,11 @@
         this.loop();
       }
       return null;
+    }
+
+    memory() {
+      const memories = [this.host.own, ...this.host.instances.filter(Boolean).map((i) => i.memory)];
+      return memories.reduce((sum, { memory }) => sum + memory.buffer.byteLength, 0);
     }
 
     pause() {
@@ -560,7 +582,7 @@
   const post = (message, moved) => (node ?? self).postMessage(message, moved);
   const session = new Session();
 
-  const own = ["open", "restart", "watch", "restore", "advance", "play", "pause"];
+  const own = ["open", "restart", "watch", "restore", "advance", "play", "pause", "memory"];
   let turn = Promise.resolve();
   async function obey({ id, command, its }) {
     try {

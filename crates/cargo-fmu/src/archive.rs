@@ -18,8 +18,8 @@ const SMALLEST: i64 = 9;
 /// Files of an archive: path inside it and content.
 pub type Entries = BTreeMap<String, Vec<u8>>;
 
-/// Write an archive; its size in bytes. A file appears only once the archive is complete.
-pub fn write(path: &Path, entries: &Entries) -> Result<usize> {
+/// The bytes of an archive.
+pub fn packed(entries: &Entries) -> Result<Vec<u8>> {
     let mut zip = ZipWriter::new(Cursor::new(Vec::new()));
     for (name, bytes) in entries {
         let is_executable = name.starts_with("binaries/");
@@ -32,7 +32,12 @@ pub fn write(path: &Path, entries: &Entries) -> Result<usize> {
             .with_context(|| name.clone())?;
         zip.write_all(bytes)?;
     }
-    let bytes = zip.finish()?.into_inner();
+    Ok(zip.finish()?.into_inner())
+}
+
+/// Write an archive; its size in bytes. A file appears only once the archive is complete.
+pub fn write(path: &Path, entries: &Entries) -> Result<usize> {
+    let bytes = packed(entries)?;
     // Written beside and renamed: who reads meanwhile gets the file as it was, or as it is.
     let new = path.with_extension(format!("{}.new", std::process::id()));
     let written = fs::write(&new, &bytes).and_then(|()| fs::rename(&new, path));
@@ -46,7 +51,8 @@ pub fn read(path: &Path) -> Result<Entries> {
         .with_context(|| path.display().to_string())
 }
 
-fn read_bytes(bytes: Vec<u8>) -> Result<Entries> {
+/// Read all files of an archive that is in memory.
+pub fn read_bytes(bytes: Vec<u8>) -> Result<Entries> {
     let mut archive = Archive::open(bytes)?;
     let names: Vec<_> = archive.names().map(str::to_string).collect();
     let mut entries = Entries::new();

@@ -19,4 +19,8 @@ pub mod platform;
 pub mod portability;
 pub mod process;
 pub mod target;
+#[cfg(feature = "wasm")]
+pub mod wasm;
+#[cfg(feature = "wasm")]
+pub mod web;
 pub mod workspace;

@@ -8,7 +8,7 @@ use std::time::Duration;
 use anyhow::{Context, Result};
 use cargo_fmu::check::{self, Checker, Verdict};
 use cargo_fmu::workspace::{Source, Workspace};
-use cargo_fmu::{new, pack};
+use cargo_fmu::{new, pack, wasm, web};
 use clap::{Args, Parser, Subcommand};
 
 /// Cargo hands its subcommands their own name first.
@@ -50,8 +50,8 @@ enum Command {
         #[arg(long = "example", value_name = "EXAMPLE")]
         examples: Vec<String>,
         /// Platform to pack for, repeatable: linux64, win64, darwin64 or (FMI 3.0) aarch64-linux
-        /// and aarch64-darwin, each for any machine of its kind [default: this machine, built the
-        /// fast way]
+        /// and aarch64-darwin, each for any machine of its kind, and wasm, which adds WebAssembly
+        /// to the archives of FMI 3.0 [default: this machine, built the fast way]
         #[arg(long = "target", value_name = "PLATFORM")]
         targets: Vec<String>,
         /// Folder for the packed files [default: fmu/ in the target directory]
@@ -60,6 +60,15 @@ enum Command {
         /// Cargo profile; fmu-release optimises the whole program at once, release builds faster
         #[arg(long, value_name = "PROFILE", default_value = pack::FMU_PROFILE)]
         profile: String,
+    },
+    /// Add WebAssembly of packages to archives of FMI 3.0 in the same order
+    #[command(hide = true)]
+    AddWasm {
+        #[arg(short, long = "package")]
+        packages: Vec<String>,
+        #[arg(long, default_value = pack::FMU_PROFILE)]
+        profile: String,
+        fmus: Vec<PathBuf>,
     },
     /// Check FMUs, whoever made them: archive, description, libraries, and what they do when they
     /// are run
@@ -76,6 +85,27 @@ enum Command {
         /// Check only the promises with these words
         #[arg(long, value_name = "WORDS", default_value = "")]
         only: String,
+    },
+    /// Make one HTML file that runs an FMU or a packed system in any browser, from a folder
+    Web {
+        /// FMU or SSP with WebAssembly
+        #[arg(value_name = "FILE")]
+        model: PathBuf,
+        /// The page
+        #[arg(long, value_name = "FILE.html")]
+        out: PathBuf,
+        /// The master as a WebAssembly module [default: built from the source that this program
+        /// was built from]
+        #[arg(long, value_name = "FILE.wasm")]
+        engine: Option<PathBuf>,
+        /// Cargo profile with which it is built
+        #[arg(long, value_name = "PROFILE", default_value = pack::FMU_PROFILE)]
+        profile: String,
+        /// Another page than that of any model
+        #[arg(long, hide = true)]
+        page: Option<PathBuf>,
+        #[arg(long, hide = true)]
+        data: Vec<String>,
     },
     /// One trial of `check`, in this process
     #[command(hide = true)]
@@ -120,7 +150,19 @@ fn run(command: Command) -> Result<ExitCode> {
             }
             let out = out.unwrap_or_else(|| workspace.target.join("fmu"));
             let profile = pack::profile(&profile);
-            pack::fmus(&workspace, &sources, &profile, &platforms, &out)?;
+            let packed = pack::fmus(&workspace, &sources, &profile, &platforms, &out)?;
+            if platforms.wasm {
+                wasm::add(&workspace, &sources, &profile, &pack::of_fmi3(&packed)?)?;
+            }
+        }
+        Command::AddWasm {
+            packages,
+            profile,
+            fmus,
+        } => {
+            let workspace = Workspace::of(&std::env::current_dir()?)?;
+            let sources = Source::chosen(packages, Vec::new());
+            wasm::add(&workspace, &sources, &pack::profile(&profile), &fmus)?;
         }
         Command::Check {
             fmus,
@@ -128,6 +170,27 @@ fn run(command: Command) -> Result<ExitCode> {
             timeout,
             only,
         } => return check_all(&fmus, strict, Duration::from_secs(timeout), &only),
+        Command::Web {
+            model,
+            out,
+            engine,
+            profile,
+            page,
+            data,
+        } => {
+            let page = web::Page {
+                html: page.as_deref(),
+                engine: engine.as_deref(),
+                profile: &profile,
+                data: &data,
+            };
+            let size = page.write(&model, &out)?;
+            println!(
+                "made {} ({} kB): open it in a browser",
+                out.display(),
+                size / 1000
+            );
+        }
         Command::Try {
             name,
             folder,

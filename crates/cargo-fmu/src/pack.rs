@@ -48,20 +48,28 @@ pub struct Platforms {
     pub targets: Vec<&'static Target>,
     /// With which the libraries for them are built.
     pub tools: Tools,
+    /// Whether WebAssembly goes beside the libraries, into the archives of FMI 3.0.
+    pub wasm: bool,
 }
+
+/// Name of WebAssembly among the platforms.
+const WASM: &str = "wasm";
 
 impl Platforms {
     /// Those with these names, from tools on the search path.
     pub fn named(names: &[String]) -> Result<Self> {
         let mut targets = Vec::new();
-        for name in names {
+        for name in names.iter().filter(|name| *name != WASM) {
             let target = Target::named(name)?;
             if !targets.contains(&target) {
                 targets.push(target);
             }
         }
-        let tools = Tools::default();
-        Ok(Self { targets, tools })
+        Ok(Self {
+            targets,
+            tools: Tools::default(),
+            wasm: names.iter().any(|name| name == WASM),
+        })
     }
 }
 
@@ -81,7 +89,7 @@ pub fn fmus(
         !sources.is_empty(),
         "no package here makes an FMU: it needs crate-type = [\"cdylib\"] in [lib] and fmu-export among its dependencies"
     );
-    let Platforms { targets, tools } = platforms;
+    let Platforms { targets, tools, .. } = platforms;
     ensure!(
         targets.is_empty() || targets.iter().any(|t| t.platform.is_in_fmi2()),
         "FMI 2.0 has no folder for {}; name another platform beside it",
@@ -123,6 +131,19 @@ pub fn fmus(
             fmu(Version::Fmi2, library, &libraries, &beside, out)
         });
     packed.collect()
+}
+
+/// The archives of FMI 3.0 that are packed beside these of FMI 2.0, in the same order.
+pub fn of_fmi3(fmus: &[PathBuf]) -> Result<Vec<PathBuf>> {
+    let beside = |fmu: &PathBuf| {
+        let (folder, name) = (fmu.parent()?, fmu.file_name()?);
+        Some(folder.join(FMI3_FOLDER).join(name)).filter(|path| path.is_file())
+    };
+    let missing = |fmu: &PathBuf| format!("{} has no fellow of FMI 3.0 in fmi3/", fmu.display());
+    let of_3 = fmus
+        .iter()
+        .map(|fmu| beside(fmu).with_context(|| missing(fmu)));
+    of_3.collect()
 }
 
 /// A library and its platform, by its own header.

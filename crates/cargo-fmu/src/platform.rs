@@ -1,7 +1,7 @@
 //! For which platform a library was built, and which one this machine is.
 
 use anyhow::{Context, Result, bail};
-pub use fmu_description::platform::{LINUX, LINUX_ARM, MACOS, MACOS_ARM, Platform, WINDOWS};
+pub use fmu_description::platform::{LINUX, LINUX_ARM, MACOS, MACOS_ARM, Platform, WASM, WINDOWS};
 use object::{Architecture, BinaryFormat, Object};
 
 /// The platform that a library was built for, by its own header.

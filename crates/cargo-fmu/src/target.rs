@@ -41,9 +41,19 @@ enum Linker {
     Zig { libc: &'static str },
     /// The GNU linker for Windows.
     Mingw,
+    /// The compiler's own.
+    Own,
 }
 
-/// All of them.
+/// What becomes a component of FMI-LS-WASM: a module without an operating system, which imports
+/// nothing but the callbacks.
+pub const WASM: Target = Target {
+    platform: platform::WASM,
+    triple: "wasm32-unknown-unknown",
+    linker: Linker::Own,
+};
+
+/// All that have libraries.
 pub const TARGETS: [Target; 5] = [
     Target {
         platform: platform::LINUX,
@@ -110,6 +120,7 @@ impl Target {
                 needs(ZIGBUILD, &command);
             }
             Linker::Mingw => needs(MINGW, "apt-get install gcc-mingw-w64-x86-64"),
+            Linker::Own => {}
         }
         missing
     }
@@ -188,6 +199,13 @@ impl Target {
                     "CARGO_TARGET_X86_64_PC_WINDOWS_GNU_LINKER",
                     mingw_linker(&workspace.target)?,
                 );
+                build
+            }
+            Linker::Own => {
+                // In every browser since 2021. Numbers are the same bits without.
+                flags.extend(["-C", "target-feature=+simd128"].map(String::from));
+                let mut build = cargo();
+                build.args(["build", "--target", self.triple]);
                 build
             }
         };

@@ -205,7 +205,7 @@ impl Artifact {
         let mut files = self.filenames.iter();
         let is_shared = |f: &&PathBuf| {
             f.extension()
-                .is_some_and(|e| ["so", "dll", "dylib"].iter().any(|s| e == *s))
+                .is_some_and(|e| ["so", "dll", "dylib", "wasm"].iter().any(|s| e == *s))
         };
         files.find(is_shared).filter(|_| is_cdylib).cloned()
     }

@@ -72,6 +72,12 @@ pub extern "C" fn answer_address() -> *const u8 {
     ANSWER.with_borrow(|text| text.as_ptr())
 }
 
+/// Its size: after a panic it says what failed.
+#[unsafe(no_mangle)]
+pub extern "C" fn answer_size() -> usize {
+    ANSWER.with_borrow(String::len)
+}
+
 fn with_engine(work: impl FnOnce(&mut Engine) -> Result<Value>) -> usize {
     answered(ENGINE.with_borrow_mut(|engine| {
         let engine = engine.as_mut();

@@ -6,10 +6,11 @@ use std::collections::BTreeMap;
 use anyhow::{Context, Result, bail, ensure};
 use cosim::experiment::Experiment;
 use cosim::master::{Master, Saved};
+use cosim::schedule::Schedule;
 use cosim::signals::{Inputs, Signals};
 use cosim::slave::{At, Ended, messages};
 use cosim::supervision::Supervision;
-use cosim::system::System;
+use cosim::system::{Setting, System};
 use cosim::verdict::Verdict;
 use cosim::wiring::Port;
 use cosim::{faults, numbers};
@@ -26,6 +27,8 @@ pub struct Run {
     watched: Option<Signals>,
     /// Why it goes on no more.
     end: Option<String>,
+    /// To be set at the next step.
+    waiting: Vec<Setting>,
     saved: BTreeMap<u64, (Saved, Supervision)>,
     next_id: u64,
 }
@@ -41,6 +44,7 @@ impl Run {
             supervision,
             watched: None,
             end: None,
+            waiting: Vec::new(),
             saved: BTreeMap::new(),
             next_id: 0,
         })
@@ -70,7 +74,9 @@ impl Run {
         if let Some(end) = &self.end {
             bail!("{end}");
         }
-        if let Err(error) = self.master.step() {
+        let waiting = std::mem::take(&mut self.waiting);
+        let given = waiting.iter().try_for_each(|setting| self.apply(setting));
+        if let Err(error) = given.and_then(|()| self.master.step()) {
             let error = match error.downcast_ref::<Ended>() {
                 Some(_) => error,
                 None => (self.supervision).explain(error, &self.system, &self.master),
@@ -98,28 +104,39 @@ impl Run {
         })
     }
 
-    /// Set an input that no connection drives, or a tunable parameter, at the present communication
-    /// point. An input of the system stands for all inputs that it feeds.
+    /// Set an input that no connection drives, or a tunable parameter. An input of the system stands
+    /// for all inputs that it feeds. It takes effect at the present communication point; with the
+    /// schedule `standard` just before the next step, because nothing may be read after it.
     pub fn set(&mut self, name: &str, text: &str) -> Result<()> {
         let settings = self.system.parse_settings(&format!("{name}={text}"))?;
         for setting in &settings {
             self.refuse_fixed(setting.port)?;
-        }
-        for setting in &settings {
             let v = self.system.variable(setting.port);
-            let at = At::Time(self.master.time());
             if v.access().is_number() {
                 let number = numbers::number(v, &setting.value);
-                let number = number.with_context(|| self.system.name(setting.port))?;
-                let mut inputs = Inputs::new(&self.system, &[setting.port])?;
-                inputs.set(&self.master, &[number])?;
-            } else {
-                let slave = &self.master.slaves()[setting.port.component];
-                let set = slave.set_from_text(&v.name, &setting.value);
-                set.with_context(|| at.to_string())?;
+                number.with_context(|| self.system.name(setting.port))?;
             }
         }
+        if self.master.stepping().schedule == Schedule::Standard {
+            self.waiting.extend(settings);
+            return Ok(());
+        }
+        settings
+            .iter()
+            .try_for_each(|setting| self.apply(setting))?;
         self.master.pass()
+    }
+
+    fn apply(&self, setting: &Setting) -> Result<()> {
+        let v = self.system.variable(setting.port);
+        if v.access().is_number() {
+            let number = numbers::number(v, &setting.value)?;
+            let mut inputs = Inputs::new(&self.system, &[setting.port])?;
+            return inputs.set(&self.master, &[number]);
+        }
+        let slave = &self.master.slaves()[setting.port.component];
+        let set = slave.set_from_text(&v.name, &setting.value);
+        set.with_context(|| At::Time(self.master.time()).to_string())
     }
 
     fn refuse_fixed(&self, port: Port) -> Result<()> {
@@ -161,6 +178,7 @@ impl Run {
         self.master.restore(saved)?;
         self.supervision.clone_from(supervision);
         self.end = None;
+        self.waiting.clear();
         Ok(())
     }
 

@@ -62,6 +62,13 @@ pub const MACOS_ARM: Platform = Platform {
     suffix: ".dylib",
 };
 
+/// WebAssembly, as the draft FMI-LS-WASM has it: for every machine.
+pub const WASM: Platform = Platform {
+    folder: "wasm32-wasip2",
+    folder_3: "wasm32-wasip2",
+    suffix: ".wasm",
+};
+
 /// The platform of this machine, if FMUs have a folder for it.
 pub fn host() -> Option<Platform> {
     match (std::env::consts::OS, std::env::consts::ARCH) {

@@ -131,6 +131,9 @@ pub use fmi3::description::model_description3;
 #[doc(hidden)]
 pub use fmi3::entry as entry3;
 pub use fmi3::ffi as ffi3;
+#[cfg(target_arch = "wasm32")]
+#[doc(hidden)]
+pub use wasm::component;
 #[cfg(feature = "derive")]
 pub use {
     derive::{Choice, Ode},

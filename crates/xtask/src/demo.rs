@@ -65,6 +65,7 @@ pub fn run(workspace: &Workspace) -> Result<()> {
     })?;
     print!("\n{}", phases.table());
     println!("open {} in a browser", report.display());
+    println!("`cargo xtask web` makes the live machine, which runs in a browser");
     println!(
         "the FMUs in {} were built fast; `cargo xtask pack` makes them run faster",
         fmus.display()

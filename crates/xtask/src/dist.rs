@@ -13,7 +13,7 @@ use std::process::Command;
 
 use anyhow::{Context, Result, bail, ensure};
 use cargo_fmu::notices::Notices;
-use cargo_fmu::pack::{FMI3_FOLDER, Platforms};
+use cargo_fmu::pack::{FMI3_FOLDER, Platforms, of_fmi3};
 use cargo_fmu::process::output;
 use cargo_fmu::target::{TARGETS, Target};
 use cargo_fmu::workspace::artifacts;
@@ -23,6 +23,7 @@ use sha2::{Digest, Sha256};
 use crate::pack;
 use crate::python::Python;
 use crate::test::is_ci;
+use crate::web;
 use crate::wheel;
 use crate::workspace::{FMU_PROFILE, Workspace, profile};
 pub use check::{prepare, try_wheel};
@@ -39,7 +40,8 @@ pub struct Options {
     /// Folder for the result, which is replaced [default: dist/ in the cargo target directory]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Leave out `hdrm-fmu` and the programs beside it, which take longest to build
+    /// Leave out `hdrm-fmu` and the programs beside it, and WebAssembly with the live machine,
+    /// which take longest to build
     #[arg(long)]
     without_experiments: bool,
     /// Run what was built: here, in an old Debian and under Wine, with equal numbers; random calls;
@@ -107,7 +109,10 @@ fn make(workspace: &Workspace, caller: &Path, options: Options) -> Result<Handou
     let platforms = platforms(workspace, &options.platforms, &mut listing)?;
     let dist = build(workspace, &platforms, folder, options.without_experiments)?;
     if options.without_experiments {
-        listing.not_built("all", "`hdrm-fmu`: --without-experiments");
+        listing.not_built(
+            "all",
+            "`hdrm-fmu`, WebAssembly, machine.html: --without-experiments",
+        );
     }
     listing.built(&dist)?;
     Ok(Handout {
@@ -232,6 +237,10 @@ fn build(
     }
     fs::create_dir_all(&new).with_context(|| new.display().to_string())?;
     let fmus = pack::suite_with(workspace, &profile(FMU_PROFILE), platforms, &new)?;
+    if !without_experiments {
+        let page = new.join("machine.html");
+        web::make(workspace, &of_fmi3(&fmus)?, FMU_PROFILE, &page)?;
+    }
     let mut dist = Dist {
         folder,
         targets: platforms.targets.clone(),

@@ -14,6 +14,7 @@ mod python;
 mod test;
 mod torture;
 mod variants;
+mod web;
 mod wheel;
 mod workspace;
 
@@ -61,6 +62,8 @@ enum Command {
     /// What is handed out: FMUs that hold libraries for several platforms, systems, programs,
     /// notices, checksums
     Dist(dist::Options),
+    /// The live machine: one HTML file that runs the coupled system in any browser
+    Web(web::Options),
     /// The Python package `hdrm_fmu` as a wheel, with the packed FMUs inside
     Wheel(wheel::Options),
     /// From a fresh checkout to the coupled machine: build, pack, run the cubic trajectory with
@@ -74,7 +77,7 @@ enum Command {
     /// Mistreat the FMUs: random calls, sanitizers, valgrind, threads, fuzzing, long runs
     #[command(disable_help_flag = true)]
     Torture(torture::Options),
-    /// Provide libclang, so that plain `cargo test -p cosim` works
+    /// Provide libclang, so that plain `cargo test -p cosim` works, and what WebAssembly needs
     Setup,
     /// Run the co-simulation program: `cargo xtask cosim -- run --help`
     Cosim {
@@ -137,12 +140,16 @@ fn develop(workspace: &Workspace, command: Command) -> Result<()> {
             }
         }
         Command::Dist(options) => dist::run(workspace, &caller, options),
+        Command::Web(options) => web::run(workspace, &caller, &options),
         Command::Wheel(options) => wheel::run(workspace, &caller, &options),
         Command::Demo => demo::run(workspace),
         Command::Test => test::run(workspace),
         Command::Bench(options) => bench::run(workspace, &options),
         Command::Torture(options) => torture::run(workspace, &options),
-        Command::Setup => libclang::provide(workspace).map(drop),
+        Command::Setup => {
+            libclang::provide(workspace)?;
+            web::prepare()
+        }
         Command::Cosim { .. } | Command::HdrmFmu { .. } => unreachable!("these are run"),
     }
 }

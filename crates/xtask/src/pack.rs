@@ -110,15 +110,7 @@ pub fn fmus(
 /// FMUs of FMI 2.0, and after them those of FMI 3.0, which are packed beside them, in the same
 /// order.
 pub fn both_versions(fmus: Vec<PathBuf>) -> Result<Vec<PathBuf>> {
-    let beside = |fmu: &PathBuf| {
-        let (folder, name) = (fmu.parent()?, fmu.file_name()?);
-        Some(folder.join("fmi3").join(name)).filter(|path| path.is_file())
-    };
-    let of_3 = fmus.iter().map(|fmu| {
-        let missing = || format!("{} has no fellow of FMI 3.0 in fmi3/", fmu.display());
-        beside(fmu).with_context(missing)
-    });
-    let of_3: Vec<PathBuf> = of_3.collect::<Result<_>>()?;
+    let of_3 = cargo_fmu::pack::of_fmi3(&fmus)?;
     Ok([fmus, of_3].concat())
 }
 
@@ -142,13 +134,43 @@ fn pack_system(
         let bytes = fs::read(&from).with_context(|| from.display().to_string())?;
         entries.insert((*set).to_string(), bytes);
     }
+    entries.extend(with_sources(packed, &file, structures)?);
+    write(path, &entries)
+}
+
+/// Pack into one archive, for a page, the structures of several systems and the FMUs that they
+/// name. A page has one of them run at a time.
+pub fn worlds(workspace: &Workspace, packed: &[PathBuf], path: &Path) -> Result<()> {
+    let mut entries = Entries::new();
+    for system in SYSTEMS.iter().filter(|system| system.varied) {
+        let file = workspace.root.join(system.structure);
+        let text = fs::read_to_string(&file).with_context(|| file.display().to_string())?;
+        let name = file.file_name().unwrap_or_default().to_string_lossy();
+        entries.extend(with_sources(packed, &file, vec![(name.into(), text)])?);
+    }
+    write(path, &entries)
+}
+
+fn write(path: &Path, entries: &Entries) -> Result<()> {
+    let size = archive::write(path, entries)?;
+    println!("packed {} ({} kB)", path.display(), size / 1000);
+    Ok(())
+}
+
+/// Structures by name, and what they name: FMUs that have just been packed, else files beside
+/// `file`.
+fn with_sources(
+    packed: &[PathBuf],
+    file: &Path,
+    structures: Vec<(String, String)>,
+) -> Result<Entries> {
+    let mut entries = Entries::new();
     for (name, text) in structures {
         for source in text
             .split("source=\"")
             .skip(1)
             .filter_map(|rest| rest.split('"').next())
         {
-            // An FMU that has just been packed, else a file beside the structure.
             let fmu = packed
                 .iter()
                 .find(|p| p.file_name() == Path::new(source).file_name());
@@ -160,7 +182,5 @@ fn pack_system(
         }
         entries.insert(name, text.into_bytes());
     }
-    let size = archive::write(path, &entries)?;
-    println!("packed {} ({} kB)", path.display(), size / 1000);
-    Ok(())
+    Ok(entries)
 }

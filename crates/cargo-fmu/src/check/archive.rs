@@ -6,6 +6,8 @@ use std::io::{Cursor, Read};
 
 use zip::{CompressionMethod, ZipArchive};
 
+use fmu_description::platform::WASM;
+
 use super::binaries::PLATFORMS;
 use super::outcome::{Outcome, Promise, Report};
 use crate::archive::Entries;
@@ -127,7 +129,8 @@ fn places(entries: &Entries) -> Outcome {
         .filter_map(|n| Some(n.split_once('/')?.0))
         .collect();
     for folder in &platforms {
-        if !PLATFORMS.iter().any(|p| p.folder == *folder) {
+        let is_known = |known: &str| known == *folder;
+        if !PLATFORMS.iter().any(|p| is_known(p.folder)) && !is_known(WASM.folder) {
             outcome.remark(format!(
                 "the standard knows no platform `binaries/{folder}`"
             ));

@@ -12,6 +12,8 @@ mod schema;
 mod structure;
 mod terminals;
 mod variables;
+#[cfg(feature = "wasm")]
+mod wasm;
 mod xml;
 
 use std::fs;
@@ -118,6 +120,10 @@ fn described(
         functions::required(root, version),
         report,
     );
+    #[cfg(feature = "wasm")]
+    if root.child("CoSimulation").is_some() {
+        wasm::check(entries, &structure::identifiers(root), report);
+    }
     match runnable(text, root, entries) {
         Ok(version) => runs(entries, checker, version, report)?,
         Err(reason) => report.push("simulation", RUNS, Outcome::not_checked(reason)),

@@ -4,7 +4,7 @@
 
 use std::ffi::{c_int, c_void};
 
-use anyhow::{Result, anyhow, ensure};
+use anyhow::{Context, Result, anyhow, bail, ensure};
 use fmu_description::{
     Archive, Description, Remark, Version, fmi3_functions,
     functions::{Pointer, Text},
@@ -13,8 +13,8 @@ use fmu_description::{
 use super::functions::Logger;
 use crate::slave::messages;
 
-/// Folder of the modules in an archive.
-const FOLDER: &str = "binaries/wasm32-unknown-unknown";
+/// Where an archive has a module by itself, and where in a component.
+const FOLDERS: [&str; 2] = ["binaries/wasm32-unknown-unknown", "binaries/wasm32-wasip2"];
 
 /// A module that the host has compiled.
 pub struct Library(u32);
@@ -64,10 +64,18 @@ impl Library {
             description.fmi == Version::Fmi3,
             "it is of FMI 2.0; a page runs FMUs of FMI 3.0 with WebAssembly"
         );
-        let path = format!("{FOLDER}/{}.wasm", description.identifier);
-        let bytes = archive.file(&path)?.ok_or_else(|| {
-            anyhow!("it has no WebAssembly for a page: there is no `{path}` in it (cargo fmu pack --target wasm adds it)")
-        })?;
+        let [path, inside] =
+            FOLDERS.map(|folder| format!("{folder}/{}.wasm", description.identifier));
+        let bytes = match (archive.file(&path)?, archive.file(&inside)?) {
+            (Some(module), _) => module,
+            (None, Some(component)) => {
+                let module = module_of(&component).map(<[u8]>::to_vec);
+                module.with_context(|| format!("`{inside}` is no component that holds a module"))?
+            }
+            (None, None) => bail!(
+                "it has no WebAssembly for a page: there is neither `{path}` nor `{inside}` in it (cargo fmu pack --target wasm adds it)"
+            ),
+        };
         let Ok(module) = u32::try_from(load(bytes.as_ptr(), bytes.len())) else {
             let reasons = messages::take().into_iter().map(|m| m.text);
             return Err(
@@ -86,6 +94,30 @@ impl Library {
         let function = imported(name).filter(|_| exports(self.0, name.as_ptr(), name.len()))?;
         // SAFETY: a pointer to the imported function of this name, as the caller promises.
         Some(unsafe { std::mem::transmute_copy(&function) })
+    }
+}
+
+/// The first module in a component of the Component Model: its sections are a kind, a size (LEB128)
+/// and that many bytes, those of kind 1 a module.
+fn module_of(component: &[u8]) -> Option<&[u8]> {
+    const MODULE: u8 = 1;
+    let mut rest = component.get(8..)?;
+    loop {
+        let (kind, mut after) = rest.split_first()?;
+        let (mut size, mut shift) = (0usize, 0);
+        loop {
+            let (byte, next) = after.split_first()?;
+            size |= usize::from(byte & 0x7F).checked_shl(shift)?;
+            (after, shift) = (next, shift + 7);
+            if byte & 0x80 == 0 {
+                break;
+            }
+        }
+        let (section, next) = after.split_at_checked(size)?;
+        if *kind == MODULE {
+            return Some(section);
+        }
+        rest = next;
     }
 }
 

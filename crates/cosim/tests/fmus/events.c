@@ -59,6 +59,20 @@ int fmi3ExitInitializationMode(void *c) {
     return 0;
 }
 int fmi3Terminate(void *c) { return 0; }
+int fmi3GetFMUState(void *c, void **state) {
+    if (!*state) *state = malloc(sizeof(events));
+    memcpy(*state, c, sizeof(events));
+    return 0;
+}
+int fmi3SetFMUState(void *c, void *state) {
+    memcpy(c, state, sizeof(events));
+    return 0;
+}
+int fmi3FreeFMUState(void *c, void **state) {
+    free(*state);
+    *state = NULL;
+    return 0;
+}
 int fmi3EnterEventMode(void *c) {
     events *e = c;
     if (e->mode != STEP) return refuse(e, "Event Mode is entered twice");

@@ -137,6 +137,40 @@ fn a_periodic_clock_ticks_and_splits_the_step() {
     }
 }
 
+/// What is remembered of clocks and of clocked and discrete variables belongs to a saved state.
+#[test]
+fn a_restored_run_ticks_as_it_did() {
+    let clocks = PERIODIC.to_string() + CLOCKED + COUNTDOWN;
+    let flags = format!("{ABLE} canGetAndSetFMUState=\"true\"");
+    let able = System::of_fmus(&[fmu("restored", "a", &clocks, &flags)], &[]).unwrap();
+    for schedule in SCHEDULES {
+        let mut master = master(&able, &["a.u=3", "a.early=0.97"], schedule).unwrap();
+        let mut level = Inputs::new(&able, &[able.port("a.level").unwrap()]).unwrap();
+        let mut seen = |master: &mut Master, from: u32| {
+            let names = ["a.ticks", "a.y", "a.x", "a.late_ticks", "a.steps", "a.seen"];
+            let mut all = Vec::new();
+            for k in from..from + 10 {
+                level.set(master, &[f64::from(k / 4)]).unwrap();
+                master.step().unwrap();
+                all.push(names.map(|name| number(&able, master, name)));
+            }
+            all
+        };
+        seen(&mut master, 0);
+        let saved = master.save().unwrap();
+        let first = seen(&mut master, 10);
+        assert!(
+            first[0] != first[9] && first[9][3] > first[0][3],
+            "{first:?}"
+        );
+        master.restore(&saved).unwrap();
+        assert_eq!(seen(&mut master, 10), first, "{schedule:?}");
+    }
+    let unable = alone("not_restored", &clocks);
+    let master = master(&unable, &[], Schedule::Jacobi).unwrap();
+    assert_holds(master.save(), &["a (FMU `", "cannot save its state"]);
+}
+
 /// The same clock where the FMU says in Initialization Mode how long its period is, and a clock of
 /// which it says so at each event: 0.2 s after the level changes.
 #[test]

@@ -8,10 +8,10 @@ mod events;
 mod faults;
 mod foreign;
 mod inputs;
-
 mod oscillator;
 mod program;
 mod rust_fmi;
+mod saved;
 mod support;
 mod trouble;
 mod wires;

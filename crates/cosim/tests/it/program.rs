@@ -496,6 +496,7 @@ fn info_is_there_for_programs_too() {
             "depends_on",
             "description",
             "dimensions",
+            "display_unit",
             "items",
             "max",
             "min",

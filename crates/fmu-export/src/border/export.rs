@@ -28,6 +28,8 @@ macro_rules! export_fmu {
             #[cfg(not(target_arch = "wasm32"))]
             $crate::export_fmi2!(__Exported);
             $crate::export_fmi3!(__Exported);
+            #[cfg(target_arch = "wasm32")]
+            $crate::export_component!(__Exported);
         };
     };
 }

@@ -8,7 +8,7 @@ pub(crate) mod description;
 pub mod entry;
 pub mod ffi;
 mod files;
-mod instance;
+pub(crate) mod instance;
 mod instantiate;
 mod log;
 mod order;

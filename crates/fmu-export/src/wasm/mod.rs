@@ -1,6 +1,9 @@
-//! What a WebAssembly module of an FMU has beside the C functions of FMI 3.0, for hosts that give
-//! it memory ([`memory`]), files ([`files`]) and callbacks ([`callbacks`]).
+//! What a WebAssembly module of an FMU has beside the C functions of FMI 3.0: for hosts of the plain
+//! module [`memory`], [`files`] and [`callbacks`], for those of a component [`component`].
 
+mod answers;
 pub(crate) mod callbacks;
+#[doc(hidden)]
+pub mod component;
 pub(crate) mod files;
 mod memory;

@@ -56,20 +56,20 @@ pub fn draw(args: &DrawArgs) -> Result<()> {
 #[derive(Args)]
 pub struct SceneArgs {
     /// Machine file, or name of a shipped machine
-    #[arg(value_name = "FILE|NAME")]
+    #[arg(value_name = "FILE|NAME", default_value = "reference")]
     machine: String,
     /// JSON file to write
     #[arg(long, value_name = "FILE", default_value = "scene.json")]
-    output: PathBuf,
+    out: PathBuf,
 }
 
 /// Write what a page needs to draw it in motion.
 pub fn scene(args: &SceneArgs) -> Result<()> {
     let machine = read(&args.machine)?;
     let scene = Scene::new(&machine)?;
-    let mut file = create(&args.output)?;
+    let mut file = create(&args.out)?;
     serde_json::to_writer(&mut file, &scene.live(&machine))?;
     file.flush()
-        .with_context(|| args.output.display().to_string())?;
-    print(format_args!("{} written\n", args.output.display()))
+        .with_context(|| args.out.display().to_string())?;
+    print(format_args!("{} written\n", args.out.display()))
 }

@@ -1,0 +1,219 @@
+//! `cargo fmu web`: one HTML file that runs an FMU or a packed system in a browser, opened from a
+//! folder. In it are the page, the master's module, and the archive with the plain modules of its
+//! FMUs.
+
+use std::fs;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result, bail, ensure};
+use base64::Engine as _;
+use base64::engine::general_purpose::STANDARD;
+use flate2::Compression;
+use flate2::write::GzEncoder;
+
+use crate::archive::{self, Entries};
+use crate::target::{self, Tools};
+use crate::workspace::{Source, Workspace};
+use crate::{library, pack, wasm};
+
+macro_rules! sources {
+    ($($name:literal)*) => {
+        [$(($name, include_str!(concat!("../../../web/", $name)))),*]
+    };
+}
+
+/// The page of an FMU or a packed system, and what its parts import.
+const MODEL: [(&str, &str); 10] = sources!(
+    "model.html" "model.js" "engine.js" "page.js" "parts.js" "records.js" "scopes.js" "style.css"
+    "variables.js" "worker.js"
+);
+
+/// Which page is made, and of what.
+pub struct Page<'a> {
+    /// An HTML file, whose parts lie beside it; None: the page of any model.
+    pub html: Option<&'a Path>,
+    /// The master's module; None: it is built from the source that this program was built from.
+    pub engine: Option<&'a Path>,
+    /// The cargo profile with which it is built.
+    pub profile: &'a str,
+    /// Texts for the page's script, by name: NAME=FILE.
+    pub data: &'a [String],
+}
+
+impl Page<'_> {
+    /// Write the page of an FMU or a packed system; its size in bytes.
+    pub fn write(&self, model: &Path, out: &Path) -> Result<usize> {
+        let name = || model.display().to_string();
+        let entries = archive::read(model)?;
+        let entries = match model.extension().is_some_and(|suffix| suffix == "ssp") {
+            true => system(entries),
+            false => fmu(entries),
+        };
+        let archive = archive::packed(&entries.with_context(name)?)?;
+        let engine = match self.engine {
+            Some(engine) => engine.to_path_buf(),
+            None => built_engine(self.profile)?,
+        };
+        let engine = fs::read(&engine).with_context(|| engine.display().to_string())?;
+        let mut parts = vec![
+            binary("part-engine", &engine)?,
+            binary("part-system", &archive)?,
+            script("text/plain", "part-worker", &self.source("worker.js")?)?,
+        ];
+        for data in self.data {
+            let (name, file) = data.split_once('=').context("data is NAME=FILE")?;
+            let text = fs::read_to_string(file).with_context(|| file.to_string())?;
+            // Inside a script element only `</` could end it; `<` is written as its escape.
+            let text = text.replace('<', "\\u003c");
+            parts.push(script("application/json", name, &text)?);
+        }
+        let page = self.inlined(&parts.concat())?;
+        fs::write(out, &page).with_context(|| out.display().to_string())?;
+        Ok(page.len())
+    }
+
+    fn source(&self, name: &str) -> Result<String> {
+        let Some(page) = self.html else {
+            let found = MODEL.iter().find(|(file, _)| *file == name);
+            let (_, text) = found.with_context(|| format!("the page has no {name}"))?;
+            return Ok((*text).to_string());
+        };
+        let file = match name {
+            // As in the report.
+            "three.min.js" => page.with_file_name("../crates/report/assets/three/three.min.js"),
+            _ => page.with_file_name(name),
+        };
+        fs::read_to_string(&file).with_context(|| file.display().to_string())
+    }
+
+    /// The page with what it names in its place, and these elements before its script.
+    fn inlined(&self, parts: &str) -> Result<String> {
+        let html = self.html.and_then(Path::file_name);
+        let html = html.map_or("model.html".into(), |name| name.to_string_lossy());
+        let mut page = String::new();
+        for line in self.source(&html)?.lines() {
+            let line = match between(line, r#"<link rel="stylesheet" href=""#, r#"">"#) {
+                Some(file) => format!("<style>\n{}</style>", self.source(file)?),
+                None => match between(line, r#"<script src=""#, r#""></script>"#) {
+                    Some(file) => script("text/javascript", file, &self.source(file)?)?,
+                    None => match between(line, r#"<script type="module" src=""#, r#""></script>"#)
+                    {
+                        Some(file) => parts.to_string() + &self.bundle(file)?,
+                        None => line.to_string(),
+                    },
+                },
+            };
+            page += &line;
+            page.push('\n');
+        }
+        Ok(page)
+    }
+
+    /// A module and those that it imports as one script: each import stands in a line of its own,
+    /// and no two modules give one name to different things.
+    fn bundle(&self, entry: &str) -> Result<String> {
+        let (mut order, mut text) = (Vec::new(), String::new());
+        self.visit(entry, &mut order, &mut text)?;
+        script("module", entry, &text)
+    }
+
+    fn visit(&self, name: &str, order: &mut Vec<String>, text: &mut String) -> Result<()> {
+        if order.iter().any(|visited| visited == name) {
+            return Ok(());
+        }
+        order.push(name.to_string());
+        let mut own = String::new();
+        for line in self.source(name)?.lines() {
+            if let Some(imported) =
+                between(line, "from \"./", "\";").filter(|_| line.starts_with("import "))
+            {
+                self.visit(imported, order, text)?;
+                continue;
+            }
+            ensure!(
+                !line.starts_with("import "),
+                "{name}: `{line}` must import from a module beside it"
+            );
+            own += line.strip_prefix("export ").unwrap_or(line);
+            own.push('\n');
+        }
+        *text += &own;
+        Ok(())
+    }
+}
+
+fn between<'a>(line: &'a str, before: &str, after: &str) -> Option<&'a str> {
+    line.split_once(before)?.1.strip_suffix(after)
+}
+
+/// An element of the page that holds a text.
+fn script(kind: &str, name: &str, text: &str) -> Result<String> {
+    ensure!(!text.contains("</script"), "{name} would end its element");
+    Ok(format!(
+        "<script type=\"{kind}\" id=\"{name}\">\n{text}</script>\n"
+    ))
+}
+
+/// One that holds bytes, compressed.
+fn binary(name: &str, bytes: &[u8]) -> Result<String> {
+    let mut gzip = GzEncoder::new(Vec::new(), Compression::best());
+    gzip.write_all(bytes)?;
+    let text = STANDARD.encode(gzip.finish()?);
+    script("application/octet-stream;base64", name, &text)
+}
+
+/// The files of an FMU for a page: what describes it, and its plain module in the place of all
+/// libraries.
+fn fmu(mut entries: Entries) -> Result<Entries> {
+    let identifier = library::description(&entries)?.identifier;
+    let plain = format!("binaries/wasm32-unknown-unknown/{identifier}.wasm");
+    let module = match (entries.get(&plain), entries.get(&wasm::path(&identifier))) {
+        (Some(module), _) => module.clone(),
+        (None, Some(component)) => wasm::module(component)?
+            .context("its component holds no module")?
+            .to_vec(),
+        (None, None) => bail!(
+            "it has no WebAssembly ({}); for a model in Rust with fmu-export, `cargo fmu pack --target wasm` packs it into the FMU of FMI 3.0, in the folder fmi3/",
+            wasm::path(&identifier)
+        ),
+    };
+    ensure!(
+        wasm::exports(&module)?
+            .iter()
+            .any(|name| name == "fmi3DoStep"),
+        "its WebAssembly does not export the C functions of FMI 3.0, which a page calls; fmu-export makes such modules"
+    );
+    entries.retain(|name, _| !name.starts_with("binaries/") && !name.starts_with("sources/"));
+    entries.insert(plain, module);
+    Ok(entries)
+}
+
+/// The files of a packed system for a page.
+fn system(entries: Entries) -> Result<Entries> {
+    let for_page = |(name, bytes): (String, Vec<u8>)| {
+        if !name.ends_with(".fmu") {
+            return Ok((name, bytes));
+        }
+        let entries = archive::read_bytes(bytes).and_then(fmu);
+        let bytes = archive::packed(&entries.with_context(|| name.clone())?)?;
+        Ok((name, bytes))
+    };
+    entries.into_iter().map(for_page).collect()
+}
+
+/// The master's module, built from the source beside that of this program.
+fn built_engine(profile: &str) -> Result<PathBuf> {
+    let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("../cosim-page");
+    ensure!(
+        source.join("Cargo.toml").is_file(),
+        "the source that this program was built from is not at {} any more; it holds the master of the page: build the package cosim-page there for wasm32-unknown-unknown, and say where the module is: --engine FILE",
+        source.display()
+    );
+    let workspace = Workspace::of(&source)?;
+    let build = target::WASM.build(&workspace, &Tools::default())?;
+    let sources = [Source::Package("cosim-page".to_string())];
+    let profile = pack::profile(profile);
+    let mut built = workspace.build_with(build, &sources, &profile)?;
+    Ok(built.remove(0).0)
+}

@@ -1,0 +1,102 @@
+//! `cargo xtask web`: the live machine in one HTML file.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use anyhow::{Context, Result};
+use cargo_fmu::pack::{Platforms, of_fmi3};
+use cargo_fmu::process::execute;
+use cargo_fmu::target::{self, Tools};
+use cargo_fmu::workspace::Source;
+use clap::Args;
+
+use crate::workspace::{FMU_PROFILE, Workspace, profile};
+use crate::{pack, programs};
+
+/// Options of `cargo xtask web`.
+#[derive(Args)]
+pub struct Options {
+    /// Cargo profile of the WebAssembly; `fmu-fast` builds faster, runs slower
+    #[arg(long, value_name = "PROFILE", default_value = FMU_PROFILE)]
+    profile: String,
+    /// The page [default: web/machine.html in the cargo target directory]
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
+}
+
+/// Make the page. What describes the FMUs is asked of libraries that are built the fast way.
+pub fn run(workspace: &Workspace, caller: &Path, options: &Options) -> Result<()> {
+    let folder = workspace.target.join("web");
+    let out = options.out.as_ref().map(|out| caller.join(out));
+    let out = out.unwrap_or_else(|| folder.join("machine.html"));
+    let packed = pack::suite_with(
+        workspace,
+        &profile("release"),
+        &Platforms::default(),
+        &folder,
+    )?;
+    make(workspace, &of_fmi3(&packed)?, &options.profile, &out)
+}
+
+/// Make the page of these FMUs of FMI 3.0, in the order of [`Workspace::suite`], which get
+/// WebAssembly.
+pub fn make(workspace: &Workspace, fmus: &[PathBuf], profile: &str, out: &Path) -> Result<()> {
+    add_wasm(workspace, fmus, profile)?;
+    let folder = out.parent().context("the page lies in a folder")?;
+    fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
+    let scratch = workspace.target.join("web");
+    fs::create_dir_all(&scratch)?;
+    let (system, scene) = (scratch.join("machine.ssp"), scratch.join("scene.json"));
+    pack::worlds(workspace, fmus, &system)?;
+    let drawn = ["machine", "scene", "--out"].map(String::from);
+    let hdrm_fmu = workspace.build_programs(&programs::beside(&drawn))?;
+    execute(workspace.command(hdrm_fmu).args(&drawn).arg(&scene))?;
+    let mut page = cargo_fmu(workspace)?;
+    page.arg("web").arg(&system).arg("--out").arg(out);
+    page.args(["--page", "web/machine.html", "--profile", profile]);
+    page.arg("--data").arg(format!("scene={}", scene.display()));
+    execute(&mut page)
+}
+
+/// Copies of these FMUs with WebAssembly, in `wasm/` of the target directory: built as those that
+/// are handed out, but linked fast.
+pub fn for_tests(workspace: &Workspace, fmus: &[PathBuf]) -> Result<()> {
+    let folder = workspace.target.join("wasm");
+    fs::create_dir_all(&folder).with_context(|| folder.display().to_string())?;
+    let copy = |fmu: &PathBuf| {
+        let to = folder.join(fmu.file_name().unwrap_or_default());
+        fs::copy(fmu, &to).with_context(|| fmu.display().to_string())?;
+        Ok(to)
+    };
+    let copies: Vec<_> = fmus.iter().map(copy).collect::<Result<_>>()?;
+    add_wasm(workspace, &copies, "fmu-fast")
+}
+
+/// Provide what WebAssembly needs.
+pub fn prepare() -> Result<()> {
+    for missing in target::WASM.missing(&Tools::default()) {
+        let mut rustup = Command::new("rustup");
+        rustup.args(["target", "add", target::WASM.triple]);
+        execute(&mut rustup).with_context(|| format!("WebAssembly needs {missing}"))?;
+    }
+    Ok(())
+}
+
+/// Add WebAssembly to the FMUs of FMI 3.0 of the suite, in its order.
+pub fn add_wasm(workspace: &Workspace, fmus: &[PathBuf], profile: &str) -> Result<()> {
+    let mut command = cargo_fmu(workspace)?;
+    command.args(["add-wasm", "--profile", profile]);
+    for source in workspace.suite() {
+        if let Source::Package(name) = source {
+            command.args(["--package", &name]);
+        }
+    }
+    execute(command.args(fmus))
+}
+
+fn cargo_fmu(workspace: &Workspace) -> Result<Command> {
+    let mut command = workspace.command(workspace.build_programs(&["cargo-fmu"])?);
+    command.arg("fmu");
+    Ok(command)
+}

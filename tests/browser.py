@@ -1,0 +1,64 @@
+"""A headless Chromium without a network, for pages that open from a folder.
+
+Needs Chromium and ChromeDriver of the system (Debian: chromium, chromium-driver). Where there are none tests are skipped, except with
+REPORT_BROWSER=required in the environment, as in CI.
+"""
+
+import os
+import shutil
+
+import pytest
+from selenium import webdriver
+
+BROWSERS = ("chromium", "chromium-browser", "google-chrome", "chrome")
+# Advice of Chromium on speed (software renderer, a canvas of plotly.js that is read back) is no error.
+ADVICE = ("GPU stall", "willReadFrequently")
+
+
+def chromium(*flags):
+    """A driver of the browser; whoever asks for it quits it."""
+    binary = next(filter(None, map(shutil.which, BROWSERS)), None)
+    driver = shutil.which("chromedriver")
+    if not (binary and driver):
+        missing = "no Chromium with ChromeDriver on this machine (Debian: apt-get install chromium chromium-driver)"
+        if os.environ.get("REPORT_BROWSER") == "required":
+            pytest.fail(missing)
+        pytest.skip(missing)
+    options = webdriver.ChromeOptions()
+    options.binary_location = binary
+    for flag in (
+        "headless=new",
+        "no-sandbox",
+        "disable-dev-shm-usage",
+        "use-angle=swiftshader",
+        "enable-unsafe-swiftshader",
+        "disable-background-networking",
+        "disable-component-update",
+        "disable-sync",
+        "no-first-run",
+        "window-size=1400,1000",
+        # Nothing is reachable: the page must do without.
+        "host-resolver-rules=MAP * ~NOTFOUND",
+        *flags,
+    ):
+        options.add_argument(f"--{flag}")
+    options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
+    chrome = webdriver.Chrome(options=options, service=webdriver.ChromeService(driver))
+    chrome.set_script_timeout(60)
+    return chrome
+
+
+def noise(chrome):
+    """What the browser has complained of since this was asked last."""
+    return [e for e in chrome.get_log("browser") if e["level"] != "INFO" and not any(a in e["message"] for a in ADVICE)]
+
+
+def run(chrome, script, *arguments):
+    """What the lines of an asynchronous function return; its errors are `RuntimeError`s."""
+    done = chrome.execute_async_script(
+        f"const given = [...arguments], told = given.pop(); (async () => {{ {script} }})().then((v) => told([v]), (e) => told([null, e.message]))",
+        *arguments,
+    )
+    if len(done) == 2:
+        raise RuntimeError(done[1])
+    return done[0]

@@ -1,0 +1,323 @@
+"""The live machine's page in a headless browser without a network: it moves at once, obeys levers, sliders, keys and addresses, and goes back.
+
+The page is `target/web/machine.html` (`cargo xtask web`), or what MACHINE_PAGE names.
+"""
+
+import json
+import os
+import time
+from pathlib import Path
+
+import pytest
+from selenium.webdriver.common.action_chains import ActionChains
+from selenium.webdriver.common.by import By
+from selenium.webdriver.common.keys import Keys
+from selenium.webdriver.support.ui import Select, WebDriverWait
+
+from browser import chromium, noise, run
+from conftest import FMU_DIR
+
+PAGE = Path(os.environ.get("MACHINE_PAGE", FMU_DIR.parent / "web/machine.html")).resolve()
+MOST_BYTES = 6e6
+
+
+@pytest.fixture(scope="module")
+def opened():
+    """The browser, and how long the page took from its address to the first motion, s."""
+    assert PAGE.is_file(), f"no page {PAGE}; run `cargo xtask web`"
+    chrome = chromium()
+    begin = time.monotonic()
+    chrome.get(PAGE.as_uri())
+    WebDriverWait(chrome, 60, 0.02).until(lambda b: b.execute_script("return window.machine?.time > 0.31"))
+    yield chrome, time.monotonic() - begin
+    chrome.quit()
+
+
+@pytest.fixture
+def page(opened):
+    """The page, paused."""
+    chrome, _ = opened
+    run(chrome, "await machine.pause()")
+    yield chrome
+    assert noise(chrome) == []
+
+
+def get(chrome, name):
+    return run(chrome, "return machine.get(given[0])", name)
+
+
+def restart(chrome, **settings):
+    """Paused at the start of a run with these settings; `__` stands for a dot."""
+    run(chrome, "await machine.pause(); await machine.restart(given[0])", {k.replace("__", "."): v for k, v in settings.items()})
+
+
+def advance(chrome, seconds):
+    run(chrome, "await machine.advance(given[0])", seconds)
+
+
+def text(chrome, name):
+    return chrome.find_element(By.ID, name).text
+
+
+def until(chrome, condition):
+    return WebDriverWait(chrome, 20, 0.05).until(lambda _: condition())
+
+
+def slide(chrome, label, value):
+    """Moves a slider of the panel and lets it go."""
+    chrome.execute_script(
+        """
+        const row = [...document.querySelectorAll("#panel .row")].find((row) => row.firstChild.textContent === arguments[0]);
+        row.closest("details").open = true;
+        const field = row.querySelector("input");
+        field.value = arguments[1];
+        field.dispatchEvent(new Event("input"));
+        field.dispatchEvent(new Event("change"));
+        """,
+        label,
+        value,
+    )
+
+
+def test_the_page_opens_from_a_folder_and_moves(opened):
+    """First motion: the path waits for 0.3 s of simulated time, which are part of it. The bound is wide for machines that do much else."""
+    chrome, took = opened
+    assert PAGE.stat().st_size <= MOST_BYTES
+    assert noise(chrome) == []
+    asked = chrome.execute_script("return performance.getEntriesByType('resource').map((e) => e.name)")
+    assert [a for a in asked if not a.startswith(("data:", "blob:"))] == []
+    assert took < 15, f"first motion after {took:.1f} s"
+    before = [get(chrome, f"hdrm.zeta[{k}]") for k in range(1, 7)]
+    until(chrome, lambda: abs(get(chrome, "hdrm.zeta[1]") - before[0]) > 1e-3)
+    assert chrome.execute_script("return document.querySelectorAll('.scope').length") == 3
+
+
+def test_the_drawn_tip_is_the_fmus(page):
+    """The page solves the closed loops itself: its tip is that of the FMU to rounding, also away from the start."""
+    restart(page, trajectory="cubic", controller__settle_time=0.1)
+    advance(page, 2.0)
+    time.sleep(0.3)
+    off = page.find_element(By.ID, "stage").get_attribute("data-drawing-error")
+    assert float(off) < 1e-9
+
+
+def test_the_tip_follows_as_natively(page):
+    """The error on the cube is that of `hdrm-fmu run --trajectory cubic`: 0.0021 mm over the motion, here the largest of 2 s of it."""
+    restart(page, trajectory="cubic", controller__settle_time=0.5)
+    worst = 0.0
+    for _ in range(20):
+        advance(page, 0.1)
+        worst = max(worst, get(page, "controller.tip_error_norm"))
+    assert 1e-7 < worst < 2e-5
+
+
+def test_levers_on_the_screen_and_keys_move_the_joints(page):
+    restart(page, trajectory="rates", controller__settle_time=0)
+    run(page, "machine.play()")
+    before = get(page, "hdrm.zeta[2]")
+    body = page.find_element(By.TAG_NAME, "body")
+    ActionChains(page).key_down("w", body).perform()
+    until(page, lambda: get(page, "hdrm.zeta[2]") > before + 0.01)
+    ActionChains(page).key_up("w", body).perform()
+    until(page, lambda: get(page, "controller.rate.joint[2]") == 0)
+    slew = page.find_element(By.CSS_SELECTOR, "#levers input")
+    before = get(page, "hdrm.zeta[1]")
+    ActionChains(page).click_and_hold(slew).move_by_offset(40, 0).perform()
+    until(page, lambda: get(page, "hdrm.zeta[1]") < before - 0.01)  # to the right
+    ActionChains(page).release().perform()
+    until(page, lambda: get(page, "controller.rate.joint[1]") == 0)
+    assert slew.get_property("value") == "0", "it springs back"
+
+
+def test_a_lever_takes_over_from_a_path_where_the_machine_stands(page):
+    restart(page, trajectory="path", controller__path_file="six-joints", controller__settle_time=0.1)
+    advance(page, 1.5)
+    before = get(page, "hdrm.zeta[2]")
+    run(page, "machine.play()")
+    body = page.find_element(By.TAG_NAME, "body")
+    ActionChains(page).key_down("s", body).perform()
+    until(page, lambda: page.find_element(By.ID, "trajectory").get_property("value") == "rates joint")
+    ActionChains(page).key_up("s", body).perform()
+    start = get(page, "hdrm.zeta_start[2]")
+    assert abs(start - before) < 0.1 and abs(start - 0.6981317) > 1e-4
+
+
+def test_a_slider_that_is_tunable_acts_at_once(page):
+    restart(page, trajectory="rates", controller__settle_time=0)
+    advance(page, 0.2)
+    before, at = get(page, "emla_2.F"), page.execute_script("return machine.time")
+    slide(page, "Payload", 600)
+    until(page, lambda: get(page, "hdrm.payload.mass") == 600)
+    assert page.execute_script("return machine.time") == at, "without a restart"
+    advance(page, 1.0)
+    assert abs(get(page, "emla_2.F")) > abs(before) + 5000, "300 kg at 3 m outweigh 5 kN at the lift rod"
+
+
+def test_a_slider_that_is_fixed_restarts_and_says_so(page):
+    restart(page, trajectory="rates")
+    advance(page, 0.2)
+    slide(page, "All bodies heavier than planned", 40)
+    until(page, lambda: page.execute_script("return machine.time") == 0)
+    until(page, lambda: "started again" in text(page, "message"))
+    assert get(page, "hdrm.inertia_scale") == pytest.approx(1.4)
+    assert "hdrm.inertia_scale=1.4" in page.execute_script("return location.hash")
+
+
+def test_what_is_refused_changes_nothing(page):
+    restart(page, trajectory="rates")
+    advance(page, 0.3)
+    with pytest.raises(RuntimeError, match="trajectory"):
+        restart(page, trajectory="nowhere")
+    with pytest.raises(RuntimeError, match="restart"):
+        run(page, "await machine.set('hdrm.inertia_scale', 1.2)")
+    assert page.execute_script("return machine.time") == pytest.approx(0.3)
+    assert get(page, "controller.trajectory") == 4
+
+
+def test_an_address_reproduces_a_run(page):
+    """The address of a run, opened anew, gives the same numbers in every digit."""
+    restart(page, trajectory="triangular", world="real", controller__settle_time=0.1, hdrm__payload__mass=250)
+    address = page.current_url
+    assert "world=real" in address
+    advance(page, 0.5)
+    names = ["hdrm.tip.position[1]", "hdrm.tip.position[2]", "emla_2.F", "controller.tip_error_norm"]
+    first = [get(page, name) for name in names]
+    page.get("about:blank")
+    page.get(address)
+    run(page, "await machine.ready; await machine.pause()")
+    run(page, "document.getElementById('restart').click()")
+    until(page, lambda: page.execute_script("return machine.time") == 0)
+    advance(page, 0.5)
+    assert [get(page, name) for name in names] == first
+
+
+def test_undo_goes_back_ten_seconds(page):
+    """And what follows is what followed before, bit for bit."""
+    restart(page, trajectory="cubic", controller__settle_time=0.1)
+    for _ in range(13):
+        advance(page, 1.0)
+    end = get(page, "hdrm.zeta[2]")
+    run(page, "await machine.set('hdrm.payload.mass', 500)")
+    page.find_element(By.ID, "undo").click()
+    until(page, lambda: page.execute_script("return machine.time") < 4)
+    at = page.execute_script("return machine.time")
+    assert at == pytest.approx(3.0, abs=0.51)
+    assert get(page, "hdrm.payload.mass") == 300
+    until(page, lambda: "Back" in text(page, "message"))
+    advance(page, 13.0 - at)
+    assert get(page, "hdrm.zeta[2]") == end
+
+
+def test_a_push_and_a_load_reach_the_machine(page):
+    restart(page, trajectory="rates", controller__settle_time=0)
+    advance(page, 0.2)
+    page.find_element(By.ID, "push").click()
+    until(page, lambda: sum(get(page, f"hdrm.wrench_env[{k}]") ** 2 for k in (1, 2, 3)) > 299**2)
+    before = get(page, "controller.tip_error_norm")
+    advance(page, 0.1)
+    assert get(page, "controller.tip_error_norm") > before + 1e-5
+    advance(page, 0.3)
+    until(page, lambda: get(page, "hdrm.wrench_env[3]") == 0)
+    page.find_element(By.ID, "hang").click()
+    until(page, lambda: get(page, "hdrm.load.mass") == 150)
+    page.find_element(By.ID, "hang").click()
+    until(page, lambda: get(page, "hdrm.load.mass") == 0)
+
+
+def test_ghosts_run_beside_it(page):
+    """Another law has another error on the same path and push; the ghost keeps its law."""
+    restart(page, trajectory="cubic", controller__settle_time=0.1)
+    page.execute_script("document.querySelector('#ghosts [value=pd]').click()")
+    until(page, lambda: "ghosts=pd" in page.execute_script("return location.hash"))
+    advance(page, 1.5)
+    time.sleep(0.3)  # numbers are written eight times a second
+    own, ghost = (float(text(page, "readout").split(mark)[1].split("mm")[0].replace("−", "-")) for mark in ("tip error", "pd"))
+    assert ghost > 10 * own
+    page.execute_script("document.querySelector('#ghosts [value=pd]').click()")
+    until(page, lambda: "ghosts" not in page.execute_script("return location.hash"))
+
+
+@pytest.mark.parametrize("world, variable", [("real", "emla_1.compliance.mount"), ("electric", "dclink.battery.soc_start")])
+def test_worlds(page, world, variable):
+    restart(page, trajectory="rates")
+    page.execute_script("document.getElementById('world').closest('details').open = true")
+    Select(page.find_element(By.ID, "world")).select_by_value(world)
+    until(page, lambda: "Started again" in text(page, "message") and f"world={world}" in page.execute_script("return location.hash"))
+    assert get(page, variable) > 0
+    advance(page, 0.2)
+    assert get(page, "controller.tip_error_norm") < 5e-3
+
+
+def test_waypoints_of_a_file(page):
+    """A file that is dropped becomes the path, from where the machine stands; a wrong one is refused with the reason."""
+    restart(page, trajectory="rates", controller__settle_time=0)
+    advance(page, 0.1)
+    drop = """
+        const data = new DataTransfer();
+        data.items.add(new File([arguments[0]], "path.json"));
+        document.dispatchEvent(new DragEvent("drop", { dataTransfer: data, bubbles: true, cancelable: true }));
+        """
+    points = [{"position": [3.0, 1.1, 0.0], "dwell": 0.1}, {"position": [2.9, 1.2, 0.1]}]
+    page.execute_script(drop, json.dumps({"waypoints": points}))
+    until(page, lambda: "waypoints" in text(page, "message"))
+    advance(page, 3.0)
+    assert get(page, "controller.desired.position[1]") < 3.05
+    page.execute_script(drop, json.dumps({"waypoints": [{"position": [9.0, 1.1, 0.0]}, {"position": [2.9, 1.2, 0.1]}]}))
+    until(page, lambda: "out of reach" in text(page, "message"))
+
+
+def test_recording(page):
+    """Every communication point is in the CSV; after a step back it ends where the run is."""
+    restart(page, trajectory="rates")
+    page.execute_script("document.getElementById('record').click()")
+    advance(page, 0.25)
+    kept = "URL.createObjectURL = (blob) => { window.kept = blob; return 'data:,'; }; document.getElementById('csv').click()"
+    until(page, lambda: page.find_element(By.ID, "csv").is_enabled())
+    page.execute_script(kept)
+    lines = run(page, "return kept.text()").strip().split("\n")
+    assert lines[0].startswith("time,hdrm.zeta[1]")
+    times = [float(line.split(",")[0]) for line in lines[1:]]
+    assert times[-1] == pytest.approx(0.25) and len(times) >= 250
+    assert all(b - a == pytest.approx(1e-3) for a, b in zip(times[-200:], times[-199:]))
+    page.execute_script("document.getElementById('record').click()")
+
+
+def test_the_keyboard_reaches_all_controls(page):
+    page.execute_script("document.querySelectorAll('details').forEach((part) => (part.open = true))")
+    controls = page.find_elements(By.CSS_SELECTOR, "select, input:not([hidden]), button, summary, #machine")
+    assert len(controls) > 50
+    named = "return arguments[0].ariaLabel || arguments[0].labels?.[0]?.textContent.trim() || arguments[0].textContent.trim()"
+    for control in controls:
+        assert control.get_property("tabIndex") == 0
+        assert page.execute_script(named, control), control.get_attribute("outerHTML")
+    restart(page, trajectory="rates")
+    before = page.execute_script("return machine.time")
+    body = page.find_element(By.TAG_NAME, "body")
+    body.send_keys(".")
+    until(page, lambda: page.execute_script("return machine.time") > before)
+    body.send_keys(Keys.SPACE)
+    until(page, lambda: page.execute_script("return machine.time") > before + 0.1)
+    body.send_keys(Keys.SPACE)
+    until(page, lambda: "Run" in text(page, "play"))
+
+
+@pytest.mark.parametrize("width", [1400, 390])
+def test_nothing_is_wider_than_the_window(page, width):
+    try:
+        page.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", {"width": width, "height": 844, "deviceScaleFactor": 1, "mobile": width < 600})
+        time.sleep(0.5)
+        assert page.execute_script("return document.documentElement.scrollWidth") <= width
+        stage = page.find_element(By.ID, "stage").rect
+        assert stage["width"] > 0.6 * min(width, 1000) and stage["height"] > 250
+    finally:
+        page.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
+
+
+def test_the_verdict_and_the_end(page):
+    """A machine that is asked too much is said to be lost."""
+    restart(page, trajectory="rates", controller__settle_time=0)
+    until(page, lambda: text(page, "verdict") == "good")
+    run(page, "await machine.set('hdrm.wrench_env[2]', -60000)")
+    advance(page, 0.4)
+    until(page, lambda: page.find_element(By.ID, "broken").is_displayed())
+    assert any(word in text(page, "broken") for word in ("broken", "lost", "Overloaded"))

@@ -1,0 +1,169 @@
+"""The page of anyone's FMU, made by `cargo fmu pack --target wasm` and `cargo fmu web` for the battery of `examples/`."""
+
+import base64
+import io
+import math
+import zipfile
+
+import pytest
+from selenium.webdriver.common.by import By
+from selenium.webdriver.support.ui import Select, WebDriverWait
+
+from browser import chromium, noise, run
+from fmpy_master import ROOT
+from native import cargo_fmu
+
+BATTERY = ROOT / "examples/battery"
+CURRENT = 80.0
+
+
+@pytest.fixture(scope="module")
+def battery(tmp_path_factory):
+    """The FMU with WebAssembly, and its page: two commands."""
+    folder = tmp_path_factory.mktemp("battery")
+    packed = cargo_fmu("pack", "--profile", "release", "--target", "wasm", "--out", folder, cwd=BATTERY)
+    assert packed.returncode == 0, packed.stderr
+    fmu = folder / "fmi3/Battery.fmu"
+    made = cargo_fmu("web", fmu, "--out", folder / "battery.html")
+    assert made.returncode == 0, made.stderr
+    return fmu, folder / "battery.html"
+
+
+@pytest.fixture(scope="module")
+def chrome(battery):
+    chrome = chromium()
+    chrome.get(battery[1].as_uri())
+    run(chrome, "await machine.ready")
+    yield chrome
+    chrome.quit()
+
+
+@pytest.fixture
+def page(chrome):
+    yield chrome
+    assert noise(chrome) == []
+
+
+def text(page, name):
+    return page.find_element(By.ID, name).text
+
+
+def until(page, condition):
+    return WebDriverWait(page, 30, 0.05).until(lambda _: condition())
+
+
+def field(page, name):
+    return page.find_element(By.XPATH, f"//div[@class='row']/label[span[text()='{name}' or starts-with(text(), '{name}, ')]]/*[2]")
+
+
+def put(page, name, value):
+    page.execute_script("arguments[0].value = arguments[1]; arguments[0].dispatchEvent(new Event('change'))", field(page, name), value)
+
+
+def run_to(page, stop):
+    """A run over earlier ones; the newest one's CSV as columns."""
+    page.execute_script("document.getElementById('stop').value = arguments[0]", stop)
+    page.execute_script("document.getElementById('csv').disabled = true; document.getElementById('run').click()")
+    until(page, lambda: page.find_element(By.ID, "csv").is_enabled())
+    page.execute_script("URL.createObjectURL = (blob) => { window.kept = blob; return 'data:,'; }; document.getElementById('csv').click()")
+    lines = run(page, "return kept.text()").strip().split("\n")
+    rows = [[float(cell) for cell in line.split(",")] for line in lines[1:]]
+    return {name.split(".")[-1]: [row[k] for row in rows] for k, name in enumerate(lines[0].split(","))}
+
+
+def drop(page, name, content):
+    """A file falls onto the page."""
+    page.execute_script(
+        """
+        const bytes = Uint8Array.from(atob(arguments[1]), (c) => c.charCodeAt(0));
+        const data = new DataTransfer();
+        data.items.add(new File([bytes], arguments[0]));
+        document.dispatchEvent(new DragEvent("drop", { dataTransfer: data, bubbles: true, cancelable: true }));
+        """,
+        name,
+        base64.b64encode(content).decode(),
+    )
+
+
+def archive(**files):
+    content = io.BytesIO()
+    with zipfile.ZipFile(content, "w") as to:
+        for name, data in files.items():
+            to.writestr(name.replace("__", "/").replace("_xml", ".xml"), data)
+    return content.getvalue()
+
+
+def test_it_shows_what_the_fmu_has(page):
+    assert text(page, "title") == "Battery"
+    assert field(page, "i").get_attribute("type") == "number"
+    page.execute_script("document.querySelectorAll('details').forEach((part) => (part.open = true))")
+    table = text(page, "variables")
+    for name in ("soc", "v", "T"):
+        assert f"Battery.{name}" in table or f".{name} " in table
+    document = page.find_element(By.CSS_SELECTOR, "#documentation iframe").get_attribute("srcdoc")
+    assert document == (BATTERY / "documentation/index.html").read_text()
+
+
+def test_a_run_follows_the_closed_form(page):
+    """As `test_the_battery_follows_the_closed_form` has it for the library: a straight line and an exponential."""
+    put(page, "i", CURRENT)
+    found = run_to(page, 60)
+    assert found["time"][-1] == pytest.approx(60)
+    soc = 0.9 - CURRENT * 60 / (3600.0 * 50.0)
+    v_1 = 0.8e-3 * CURRENT * -math.expm1(-60 / (0.8e-3 * 2.0e4))
+    assert found["soc"][-1] == pytest.approx(soc, abs=1e-12)
+    assert found["v"][-1] == pytest.approx(3.0 + 1.2 * soc - 1.5e-3 * CURRENT - v_1, abs=1e-10)
+    assert text(page, "verdict") == "good"
+    assert "i=80" in page.execute_script("return location.hash")
+
+
+def test_inputs_follow_signals_and_files(page):
+    """A step of the current, and one from a CSV file: the charge that has left is the integral of the current."""
+    put(page, "i", 0)
+    signal = page.find_element(By.CSS_SELECTOR, "#inputs .signal select")
+    Select(signal).select_by_visible_text("step")
+    for number, value in zip(page.find_elements(By.CSS_SELECTOR, "#inputs .signal input"), (CURRENT, 30)):
+        page.execute_script("arguments[0].value = arguments[1]", number, value)
+    found = run_to(page, 60)
+    # The step takes effect at the first communication point that is not before 30 s.
+    assert found["soc"][-1] == pytest.approx(0.9 - CURRENT * 30 / (3600.0 * 50.0), abs=2 * CURRENT / 3600 / 50)
+    assert max(found["i"]) == CURRENT and min(found["i"]) == 0
+    drop(page, "current.csv", b"time,i\n0,0\n20,40\n60,40\n")
+    until(page, lambda: text(page, "clock") == "60 s" and Select(signal).first_selected_option.text == "file")
+    found = run_to(page, 60)
+    assert found["soc"][-1] == pytest.approx(0.9 - (0.5 * 20 * 40 + 40 * 40) / (3600.0 * 50.0), abs=1e-5)
+    drop(page, "other.csv", b"time,nothing\n0,1\n")
+    until(page, lambda: "No column of other.csv" in text(page, "message"))
+    Select(signal).select_by_visible_text("constant")
+
+
+def test_runs_lie_over_one_another(page):
+    page.find_element(By.ID, "clear").click()
+    for current in (10, 20):
+        put(page, "i", current)
+        run_to(page, 20)
+    legends = [scope.text for scope in page.find_elements(By.CSS_SELECTOR, ".scope h3")]
+    assert legends and all(legend.count("run ") == 2 for legend in legends)
+
+
+def test_files_that_cannot_run_are_refused_with_the_reason(page):
+    """And the model that runs stays."""
+    refused = {
+        "broken.fmu": (b"this is no archive", "no ZIP archive"),
+        "empty.fmu": (archive(readme="x"), "neither an FMU nor an SSP"),
+        "native.fmu": (archive(modelDescription_xml="<x/>", **{"binaries__x86_64-linux__m.so": "x"}), "has no WebAssembly"),
+        "wrong.fmu": (archive(modelDescription_xml="<x/>", **{"binaries__wasm32-wasip2__m.wasm": "x"}), "modelDescription"),
+    }
+    for name, (content, reason) in refused.items():
+        drop(page, name, content)
+        until(page, lambda: reason in text(page, "message"))
+    assert "x86_64-linux" not in text(page, "message")
+    assert text(page, "title") == "Battery"
+    put(page, "i", CURRENT)
+    assert run_to(page, 10)["soc"][-1] < 0.9
+
+
+def test_an_fmu_as_it_is_packed_runs_where_it_is_dropped(page, battery):
+    drop(page, "Battery.fmu", battery[0].read_bytes())
+    until(page, lambda: page.execute_script("return machine.time") > 0 and text(page, "message") == "" and text(page, "verdict") == "good")
+    assert text(page, "title") == "Battery"

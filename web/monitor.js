@@ -1,0 +1,113 @@
+/* Follows the values of a run: scopes, the newest values by what they are, ghosts, and when the machine is asked too much. */
+import { element, tickBox } from "./page.js";
+import { Scope, readable } from "./scopes.js";
+import { ACTUATORS, GHOST_SIGNALS, SCOPES, SIGNALS, watched } from "./signals.js";
+
+const SCOPE_SECONDS = 12;
+/* Colours of the page that ghosts have come after those of the machine. */
+const FIRST_GHOST_COLOR = 2;
+/* Where a run is lost: the tip this far off, m; a rod with this many times its rated force. */
+const LOST_TIP = 0.05;
+const LOST_FORCE = 4;
+
+export class Monitor {
+  /* `machine` has its bodies and rated forces; `alarm(rank, text)` is told that it is overloaded (1) or lost (2). */
+  constructor(machine, alarm) {
+    Object.assign(this, { machine, alarm, scopes: new Map(), chosen: new Set(SCOPES.filter(({ shown }) => shown).map(({ name }) => name)) });
+    this.now = (signal) => (this.places[signal] ?? []).map((k) => this.values[k]);
+  }
+
+  /* Another run, of a system with these variables, with ghosts under these laws. */
+  restart(variables, laws, settings) {
+    const has = (name) => variables.has(name);
+    const [own, ghost] = [watched(SIGNALS, has), watched(GHOST_SIGNALS, has)];
+    Object.assign(this, { laws, settings, names: own.names, places: own.places, ghostNames: ghost.names, ghostPlaces: ghost.places });
+    [this.ghosts, this.ghostErrors] = [laws.map(() => [NaN]), laws.map(() => NaN)];
+    this.scopes.forEach(({ scope }) => scope.remove());
+    this.scopes.clear();
+    this.makeScopes();
+  }
+
+  ghostColor(k) {
+    return getComputedStyle(document.documentElement).getPropertyValue(`--trace-${k + 1 + FIRST_GHOST_COLOR}`).trim();
+  }
+
+  /* The scopes that are chosen; those that are there stay. */
+  makeScopes() {
+    const offered = SCOPES.filter(({ signal }) => this.places[signal]);
+    for (const description of offered) {
+      const { name, title, unit, labels, ghosts, truth } = description;
+      if (this.scopes.has(name) === this.chosen.has(name)) continue;
+      this.scopes.get(name)?.scope.remove();
+      if (this.scopes.delete(name)) continue;
+      const scope = new Scope(element("scopes"), { title, unit, length: SCOPE_SECONDS, scrolls: true });
+      const traces = labels.map((label) => scope.add(label));
+      const beside = ghosts ? this.laws.map((law, k) => scope.add(law, k + FIRST_GHOST_COLOR)) : [];
+      const planned = truth ? labels.map((_, k) => scope.add("", k, true)) : [];
+      this.scopes.set(name, { description, scope, traces, beside, planned });
+    }
+    element("scope-choice").replaceChildren(...offered.map(({ name, title }) => tickBox(title, this.chosen.has(name), (on) => {
+      this.chosen[on ? "add" : "delete"](name);
+      this.makeScopes();
+    })));
+  }
+
+  /* Takes a frame of the machine; false for one of other variables. */
+  frame({ history, values }) {
+    const stride = 1 + this.names.length;
+    if (values.length + 1 !== stride) return false;
+    this.values = values;
+    const masses = this.trueMasses();
+    for (let at = 0; at + stride <= history.length; at += stride) {
+      const [t, row] = [history[at], (signal) => this.places[signal].map((k) => history[at + 1 + k])];
+      for (const { description, traces, planned } of this.scopes.values()) {
+        const { signal, of = (v) => v } = description;
+        row(signal).forEach((v, k) => traces[k].push(t, of(v)));
+        planned.forEach((trace, k) => trace.push(t, masses[k]));
+      }
+      this.judge(t, row("force"), row("error")[0]);
+    }
+    return true;
+  }
+
+  ghostFrame({ values, history }, k) {
+    const stride = 1 + this.ghostNames.length;
+    const [error] = this.ghostPlaces.error;
+    const trace = this.scopes.get("error")?.beside[k];
+    for (let at = 0; trace && at + stride <= history.length; at += stride) trace.push(history[at], 1000 * history[at + 1 + error]);
+    this.ghosts[k] = this.ghostPlaces.zeta.map((j) => values[j]);
+    this.ghostErrors[k] = values[error];
+  }
+
+  /* Masses of the bodies that the machine has, beside those that the controller estimates. */
+  trueMasses() {
+    const scale = Number(this.settings["hdrm.inertia_scale"] ?? 1);
+    const payload = this.settings["hdrm.payload.mass"];
+    const of = (name) => (name === "PL" && payload !== undefined ? Number(payload) : this.machine.bodies.find((body) => body.name === name).mass);
+    return SIGNALS.masses.map((name) => scale * of(name.split(".").at(-1)));
+  }
+
+  judge(t, forces, error) {
+    const shares = forces.map((force, k) => Math.abs(force) / this.machine.rated[k]);
+    const share = Math.max(...shares);
+    if (share <= 1 && error < LOST_TIP) return;
+    const rod = shares.indexOf(share);
+    const text = `the ${ACTUATORS[rod]} rod had ${readable(forces[rod] / 1000)} kN, ${share.toFixed(1)} times what it is rated for.`;
+    if (share >= LOST_FORCE) this.alarm(2, `The machine would have broken at ${t.toFixed(2)} s: ${text}`);
+    else if (error >= LOST_TIP) this.alarm(2, `The controller lost the machine at ${t.toFixed(2)} s: the tip was ${(1000 * error).toFixed(0)} mm off.`);
+    else this.alarm(1, `Overloaded at ${t.toFixed(2)} s: ${text}`);
+  }
+
+  draw(time) {
+    this.scopes.forEach(({ scope }) => scope.draw(time));
+  }
+
+  /* After a jump back to `time`. */
+  cut(time) {
+    this.scopes.forEach(({ scope }) => scope.cut(time));
+  }
+
+  theme() {
+    this.scopes.forEach(({ scope }) => scope.theme());
+  }
+}
