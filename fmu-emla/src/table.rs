@@ -32,14 +32,17 @@ pub(crate) const INFO: Info = Info::new(
 
 type V = Variable<EmlaFmu>;
 
+/// Whether currents may flow, and what holds the load in steady motion.
+const DRIVE_ON: &[&str] = &["v_dc", "enable"];
+const HELD: &[&str] = &["x_dot", "F_hold", ALL_PARAMETERS];
 /// What current and torque of the start follow from.
-const START: &[&str] = &["v_dc", "enable", "x_dot", "F_hold", ALL_PARAMETERS];
+const START: &[&str] = joined!(DRIVE_ON, HELD);
 /// What the power from the DC side follows from at the start.
 const ELECTRICAL_START: &[&str] = joined!(&["v_d", "v_q"], START);
 /// What the stored energy follows from at the start.
-const STORED_START: &[&str] = joined!(&["x"], START);
+const STORED_START: &[&str] = joined!(DRIVE_ON, &["x"], HELD);
 /// What losses follow from at the start.
-const LOSS_START: &[&str] = joined!(&["brake"], STORED_START);
+const LOSS_START: &[&str] = joined!(DRIVE_ON, &["brake", "x"], HELD);
 
 fn read_machine(p: &mut Parameters, file: &str, resources: Option<&Path>) -> Result<(), String> {
     p.of_machine = actuator_table::read_machine(file, p.axis, resources)?;

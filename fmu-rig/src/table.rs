@@ -25,12 +25,16 @@ pub(crate) const INFO: Info = Info::new(
 
 type V = Variable<RigFmu>;
 
+/// How the rod moves, whether currents may flow, and what is held at the start.
+const ROD: &[&str] = &["x", "x_dot"];
+const DRIVE_ON: &[&str] = &["v_dc", "enable"];
+const HELD: &[&str] = &["F_hold", ALL_PARAMETERS];
 /// What the start state follows from.
-const START: &[&str] = &["x", "x_dot", "v_dc", "enable", "F_hold", ALL_PARAMETERS];
+const START: &[&str] = joined!(ROD, DRIVE_ON, HELD);
 /// What losses follow from at the start.
-const LOSS_START: &[&str] = joined!(&["brake"], START);
+const LOSS_START: &[&str] = joined!(ROD, DRIVE_ON, &["brake"], HELD);
 /// What voltage and power from the DC side follow from at the start.
-const ELECTRICAL_START: &[&str] = joined!(&["v_d", "v_q"], START);
+const ELECTRICAL_START: &[&str] = joined!(&["v_d", "v_q"], DRIVE_ON, ROD, HELD);
 
 fn read_machine(p: &mut Parameters, file: &str, resources: Option<&Path>) -> Result<(), String> {
     let fields = actuator_table::read_machine(file, p.axis, resources)?;

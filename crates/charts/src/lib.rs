@@ -5,8 +5,10 @@ mod png;
 
 use std::path::{Path, PathBuf};
 
-use anyhow::{Result, anyhow};
+use anyhow::{Context as _, Result, anyhow};
 use plotters::coord::Shift;
+use plotters::coord::ranged1d::ValueFormatter;
+use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::*;
 use plotters::style::{FontStyle, register_font};
 
@@ -122,35 +124,31 @@ impl Panel {
         if let Some(floor) = self.floor {
             let range = (floor..(2.0 * y1).max(10.0 * floor)).log_scale();
             let mut chart = builder.build_cartesian_2d(x0..x1, range)?;
-            let label = |y: &f64| format!("{y:.0e}");
-            chart
-                .configure_mesh()
-                .light_line_style(TRANSPARENT)
-                .label_style(FONT)
-                .y_label_formatter(&label)
-                .x_desc(&self.x_label)
-                .y_desc(&self.y_label)
-                .draw()?;
-            self.lines(&mut chart, |y| y.max(floor))
+            self.lines(&mut chart, Some(&|y| format!("{y:.0e}")), |y| y.max(floor))
         } else {
             let margin = 0.06 * (y1 - y0).max(1e-12);
             let mut chart = builder.build_cartesian_2d(x0..x1, y0 - margin..y1 + margin)?;
-            chart
-                .configure_mesh()
-                .light_line_style(TRANSPARENT)
-                .label_style(FONT)
-                .x_desc(&self.x_label)
-                .y_desc(&self.y_label)
-                .draw()?;
-            self.lines(&mut chart, |y| y)
+            self.lines(&mut chart, None, |y| y)
         }
     }
 
-    fn lines<'a, B: DrawingBackend + 'a, Y: Ranged<ValueType = f64>>(
+    fn lines<'a, B, Y>(
         &self,
-        chart: &mut ChartContext<'a, B, Cartesian2d<plotters::coord::types::RangedCoordf64, Y>>,
+        chart: &mut ChartContext<'a, B, Cartesian2d<RangedCoordf64, Y>>,
+        y_format: Option<&dyn Fn(&f64) -> String>,
         shown: impl Fn(f64) -> f64,
-    ) -> DrawResult<B> {
+    ) -> DrawResult<B>
+    where
+        B: DrawingBackend + 'a,
+        Y: Ranged<ValueType = f64> + ValueFormatter<f64>,
+    {
+        let mut mesh = chart.configure_mesh();
+        mesh.light_line_style(TRANSPARENT).label_style(FONT);
+        mesh.x_desc(&self.x_label).y_desc(&self.y_label);
+        if let Some(y_format) = y_format {
+            mesh.y_label_formatter(y_format);
+        }
+        mesh.draw()?;
         for curve in &self.curves {
             let color = curve.color;
             let points = curve.points.iter().map(|(x, y)| (*x, shown(*y)));
@@ -251,7 +249,7 @@ impl Path3 {
     }
 }
 
-/// Write `folder/name.png` and `.svg`.
+/// Write `folder/name.png` and `.svg`; a folder that is not there is made.
 ///
 /// # Errors
 /// A file cannot be written.
@@ -261,6 +259,7 @@ pub fn save(
     name: &str,
     size: (u32, u32),
 ) -> Result<[PathBuf; 2]> {
+    std::fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
     let files = ["png", "svg"].map(|extension| folder.join(format!("{name}.{extension}")));
     for file in &files {
         write(picture, file, size)?;

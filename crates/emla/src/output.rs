@@ -5,7 +5,7 @@ use crate::dynamics::{power_in, power_out};
 use crate::efficiency::{Efficiency, Powers, is_defined};
 use crate::losses::Losses;
 use crate::maps;
-use crate::state::{Residual, State};
+use crate::state::State;
 use machine::{ActuatorInput as Input, link_current};
 use serde::{Deserialize, Serialize};
 
@@ -108,37 +108,27 @@ impl Emla {
         let losses = self.losses(&now, &held);
         let F_phys = maps::quasi_static_force(&self.p, now.tau_e, now.w_m);
         let (P_in, P_out) = (power_in(&now, &losses), power_out(self.drive, &now, u));
-        let valid = is_defined(now.tau_e, now.w_m);
         let efficiency = |out: f64| {
             let powers = Powers {
                 shaft: now.tau_e * now.w_m,
                 electrical: losses.electrical(),
                 out,
             };
-            if valid {
-                Efficiency::of(powers, now.w_m).value()
-            } else {
-                0.0
-            }
+            Efficiency::of(powers, now.tau_e, now.w_m).map_or(0.0, Efficiency::value)
         };
-        let Residual {
-            dF,
-            F_net,
-            x_dot_net,
-            in_trained_range,
-        } = s.residual;
+        let net = &s.residual;
         let efficiency_phys = efficiency(F_phys * now.x_n_dot);
-        let efficiency_net = efficiency(F_net * x_dot_net);
+        let efficiency_net = efficiency(net.F_net * net.x_dot_net);
         Output {
             F: now.F + s.lead * now.K_b * now.stretch_dot,
             F_mean: s.F_mean,
             F_phys,
-            F_hyb: F_phys + self.alpha * dF,
-            F_net,
+            F_hyb: F_phys + self.alpha * net.dF,
+            F_net: net.F_net,
             x_rod: now.x,
             x_rod_dot: now.x_dot,
-            x_dot_net,
-            x_dot_hyb: self.blended(now.x_n_dot, x_dot_net),
+            x_dot_net: net.x_dot_net,
+            x_dot_hyb: self.blended(now.x_n_dot, net.x_dot_net),
             i_d: s.i_d,
             i_q: s.i_q,
             theta_m: s.theta_m,
@@ -169,8 +159,8 @@ impl Emla {
             efficiency: self.blended(efficiency_phys, efficiency_net),
             efficiency_phys,
             efficiency_net,
-            efficiency_valid: valid,
-            in_trained_range,
+            efficiency_valid: is_defined(now.tau_e, now.w_m),
+            in_trained_range: net.in_trained_range,
         }
     }
 

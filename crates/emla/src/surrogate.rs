@@ -92,20 +92,12 @@ impl Surrogate {
     pub fn new(file: SurrogateFile) -> Result<Self, SurrogateError> {
         file.check()?;
         let mut network = Network::ZERO;
-        let Network {
-            l1,
-            l2,
-            l3,
-            l4,
-            l5,
-            l6,
-        } = &mut network;
-        fill(l1, &file.layers[0]);
-        fill(l2, &file.layers[1]);
-        fill(l3, &file.layers[2]);
-        fill(l4, &file.layers[3]);
-        fill(l5, &file.layers[4]);
-        fill(l6, &file.layers[5]);
+        fill(&mut network.l1, &file.layers[0]);
+        fill(&mut network.l2, &file.layers[1]);
+        fill(&mut network.l3, &file.layers[2]);
+        fill(&mut network.l4, &file.layers[3]);
+        fill(&mut network.l5, &file.layers[4]);
+        fill(&mut network.l6, &file.layers[5]);
         let SurrogateFile {
             training, ranges, ..
         } = file;
@@ -119,24 +111,17 @@ impl Surrogate {
     /// The file's contents.
     #[must_use]
     pub fn file(&self) -> SurrogateFile {
-        let Network {
-            l1,
-            l2,
-            l3,
-            l4,
-            l5,
-            l6,
-        } = self.network();
+        let n = self.network();
         SurrogateFile {
             training: self.training(),
             ranges: *self.ranges(),
             layers: vec![
-                layer(l1),
-                layer(l2),
-                layer(l3),
-                layer(l4),
-                layer(l5),
-                layer(l6),
+                layer(&n.l1),
+                layer(&n.l2),
+                layer(&n.l3),
+                layer(&n.l4),
+                layer(&n.l5),
+                layer(&n.l6),
             ],
         }
     }
@@ -174,7 +159,7 @@ impl Surrogate {
     pub fn evaluate(&self, tau_e: f64, w_m: f64) -> SurrogateOutput {
         let fold = Fold::of(w_m);
         // Away from standstill the other direction has no weight at all: one evaluation is enough.
-        let [[f_fwd, x_fwd], [f_rev, x_rev]] = if fold.reverse == 0.0 {
+        let [forward, reverse] = if fold.reverse == 0.0 {
             let [forward] = self.sliding([[tau_e, w_m]]);
             [forward, [0.0; 2]]
         } else if fold.forward == 0.0 {
@@ -183,9 +168,20 @@ impl Surrogate {
         } else {
             self.sliding([[tau_e, w_m.abs()], [-tau_e, w_m.abs()]])
         };
+        self.folded(fold, [tau_e, w_m], [forward, reverse])
+    }
+
+    /// The outputs of both directions together.
+    #[inline]
+    fn folded(
+        &self,
+        fold: Fold,
+        [tau_e, w_m]: [f64; 2],
+        [fwd, rev]: [[f64; 2]; 2],
+    ) -> SurrogateOutput {
         SurrogateOutput {
-            F: fold.apply(f_fwd, f_rev),
-            x_dot: fold.apply(x_fwd, x_rev),
+            F: fold.apply(fwd[0], rev[0]),
+            x_dot: fold.apply(fwd[1], rev[1]),
             in_trained_range: self.in_trained_range(tau_e, w_m),
         }
     }
@@ -218,13 +214,9 @@ impl Surrogate {
             _ => found.next().expect("as many as were asked for"),
         };
         std::array::from_fn(|i| {
-            let (fold, [tau_e, w_m]) = (folds[i], points[i]);
-            let ([f_fwd, x_fwd], [f_rev, x_rev]) = (next(fold.forward), next(fold.reverse));
-            SurrogateOutput {
-                F: fold.apply(f_fwd, f_rev),
-                x_dot: fold.apply(x_fwd, x_rev),
-                in_trained_range: self.in_trained_range(tau_e, w_m),
-            }
+            let fold = folds[i];
+            let directions = [next(fold.forward), next(fold.reverse)];
+            self.folded(fold, points[i], directions)
         })
     }
 
@@ -248,16 +240,12 @@ impl Surrogate {
     /// clamp to the trained box, fold by odd symmetry. `evaluate` is this for the network.
     #[must_use]
     pub fn guard(&self, tau_e: f64, w_m: f64, map: impl Fn(f64, f64) -> f64) -> f64 {
-        let Ranges {
-            tau_e: tau_range,
-            w_m: w_range,
-            ..
-        } = *self.ranges();
-        let w = w_range.clamp(w_m.abs());
+        let ranges = self.ranges();
+        let w = ranges.w_m.clamp(w_m.abs());
         let fold = Fold::of(w_m);
         let weighed = |weight, tau| match weight {
             0.0 => 0.0,
-            _ => map(tau_range.clamp(tau), w),
+            _ => map(ranges.tau_e.clamp(tau), w),
         };
         fold.apply(weighed(fold.forward, tau_e), weighed(fold.reverse, -tau_e))
     }
@@ -265,27 +253,18 @@ impl Surrogate {
     /// Does the point, mirrored to positive speed, lie in the trained box?
     #[must_use]
     pub fn in_trained_range(&self, tau_e: f64, w_m: f64) -> bool {
-        let Ranges {
-            tau_e: tau_range,
-            w_m: w_range,
-            ..
-        } = *self.ranges();
+        let ranges = self.ranges();
         let tau = if w_m < 0.0 { -tau_e } else { tau_e };
-        tau_range.contains(tau) && w_range.contains(w_m.abs())
+        ranges.tau_e.contains(tau) && ranges.w_m.contains(w_m.abs())
     }
 
     /// [F, x_dot] of points (tau_e, w_m ≥ 0), clamped to the trained box.
     fn sliding<const B: usize>(&self, points: [[f64; 2]; B]) -> [[f64; 2]; B] {
-        let Ranges {
-            tau_e,
-            w_m,
-            f_ext,
-            x_dot,
-        } = *self.ranges();
-        let x = points.map(|[tau, w]| [tau_e.scale(tau_e.clamp(tau)), w_m.scale(w_m.clamp(w))]);
-        self.network()
-            .evaluate(x)
-            .map(|[f, v]| [f_ext.unscale(f), x_dot.unscale(v)])
+        let r = self.ranges();
+        let inside = |range: &MinMax, value| range.scale(range.clamp(value));
+        let x = points.map(|[tau, w]| [inside(&r.tau_e, tau), inside(&r.w_m, w)]);
+        let y = self.network().evaluate(x);
+        y.map(|[f, v]| [r.f_ext.unscale(f), r.x_dot.unscale(v)])
     }
 }
 

@@ -3,7 +3,7 @@
 use crate::actuator::Emla;
 use crate::conditions::Conditions;
 use crate::dynamics::power_in;
-use crate::efficiency::{Efficiency, Powers, is_defined};
+use crate::efficiency::{Efficiency, Powers};
 use crate::instant::Instant;
 use crate::losses::{Losses, core_loss, inverter_loss};
 use crate::maps;
@@ -233,19 +233,17 @@ fn efficiency_tangent(
     (electrical, electrical_dot): (f64, f64),
     (out, out_dot): (f64, f64),
 ) -> f64 {
-    if !is_defined(now.tau_e, now.w_m) {
-        return 0.0;
-    }
     let powers = Powers {
         shaft: now.tau_e * now.w_m,
         electrical,
         out,
     };
-    Efficiency::of(powers, now.w_m).tangent(Powers {
+    let dot = Powers {
         shaft: d.tau_e * now.w_m + now.tau_e * d.w_m,
         electrical: electrical_dot,
         out: out_dot,
-    })
+    };
+    Efficiency::of(powers, now.tau_e, now.w_m).map_or(0.0, |efficiency| efficiency.tangent(dot))
 }
 
 /// Derivative of [`link_current`] when power and voltage change by `dP` and `dv_dc`.

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, Result};
+use anyhow::Result;
 use capability::Quantity;
 use charts::{Curve, Figure, Panel, wheel};
 use studies::path_margins::PathMargins;
@@ -42,6 +42,5 @@ pub fn draw(margins: &PathMargins, folder: &Path) -> Result<[PathBuf; 2]> {
         title: format!("Margins along the path {}", margins.name),
         panels: PANELS.into_iter().map(panel).collect(),
     };
-    std::fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
     figure.save(folder)
 }

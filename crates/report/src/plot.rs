@@ -4,7 +4,7 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, Result, ensure};
+use anyhow::{Result, ensure};
 use cosim::signals::matches_pattern;
 
 use charts::{Curve, Figure, Panel, wheel};
@@ -40,7 +40,6 @@ pub fn draw(csv: &Path, patterns: &[String], folder: &Path) -> Result<[PathBuf; 
             .map(|(unit, of)| panel(&file, unit, of))
             .collect(),
     };
-    std::fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
     figure.save(folder)
 }
 

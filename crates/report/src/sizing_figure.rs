@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, Result};
+use anyhow::Result;
 
 use charts::{Curve, Figure, Panel, wheel};
 use studies::studies::sizing::{Axis, Sizing};
@@ -45,7 +45,6 @@ fn panel(axis: &Axis) -> Panel {
 /// # Errors
 /// A file cannot be written.
 pub fn draw(sizing: &Sizing, case: &str, folder: &Path) -> Result<[PathBuf; 2]> {
-    std::fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
     let panels = sizing.axes.iter().map(panel);
     let figure = Figure {
         name: format!("sizing_{}", case.replace(' ', "_")),

@@ -145,3 +145,43 @@ impl Rig {
         next
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Extras;
+    use machine::Machine;
+
+    /// Oracle: a drag `V w²` so strong that a substep of h does not resolve it. Runge–Kutta then
+    /// multiplies the speed by a polynomial of z = V h/J ≈ 1e12, whose last term z⁴/24 is all that
+    /// counts: the one before it is 4/z of that. In the stages the speed stays 6/z below, so that powers
+    /// and energies on the way are finite. The losses at the end are finite or not as V says.
+    #[test]
+    fn a_step_to_losses_beyond_all_numbers_is_refused() {
+        let (t, h, w) = (0.5, 1e-100, 1e99);
+        for part in [0.9, 1.1] {
+            let V = part * (f64::MAX / w / w);
+            let mut extras = Extras::AS_BUILT.off();
+            (extras.friction.on, extras.friction.gear_viscous) = (true, V);
+            let p = Machine::reference().emla.lift;
+            let rig = Rig::new(p, extras, Drive::Motion).expect("valid parameters");
+            let u = Input {
+                x: 0.3,
+                ..Input::default()
+            };
+            let z = V * h / rig.inertia();
+            let start = State {
+                w_m: 24.0 * w / z.powi(4),
+                ..rig.start(&u, [293.15; 2]).expect("rest")
+            };
+            let end = rig.step(&start, &u, t, h);
+            if part > 1.0 {
+                let (signal, value) = ("P_loss", f64::INFINITY);
+                assert_eq!(end, Err(StepError::NotFinite { t, signal, value }));
+                continue;
+            }
+            let lost = rig.output(&end.expect("finite"), &u.moved(h)).P_loss;
+            assert!((lost / f64::MAX / part - 1.0).abs() < 1e-9, "{lost:e}");
+        }
+    }
+}

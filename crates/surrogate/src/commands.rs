@@ -180,37 +180,29 @@ impl TrainArgs {
 }
 
 fn report(record: &emla::TrainingRecord, seconds: f64) -> Result<()> {
-    let emla::TrainingRecord {
-        epochs,
-        best_epoch,
-        stop,
-        mse,
-        r_f,
-        r_x_dot,
-        ..
-    } = record;
+    let (epochs, best_epoch, stop) = (record.epochs, record.best_epoch, &record.stop);
+    let mut out = stdout();
     writeln!(
-        stdout(),
+        out,
         "{epochs} epochs in {seconds:.0} s, stopped by: {stop}; best epoch {best_epoch}"
     )?;
+    let head = "             training      validation    test          paper (train/val/test)";
+    writeln!(out, "{head}")?;
+    let mse = &record.mse;
     writeln!(
-        stdout(),
-        "             training      validation    test          paper (train/val/test)"
-    )?;
-    writeln!(
-        stdout(),
+        out,
         "mse scaled   {:<13.3e} {:<13.3e} {:<13.3e} 0.00013 / 0.00476 / 0.00219",
-        mse.training,
-        mse.validation,
-        mse.test
+        mse.training, mse.validation, mse.test
     )?;
-    for (name, r) in [("R force     ", r_f), ("R rod speed ", r_x_dot)] {
+    let correlations = [
+        ("R force     ", &record.r_f),
+        ("R rod speed ", &record.r_x_dot),
+    ];
+    for (name, r) in correlations {
+        let [training, validation, test] = [r.training, r.validation, r.test];
         writeln!(
-            stdout(),
-            "{name} {:<13.8} {:<13.8} {:<13.8} > 0.995",
-            r.training,
-            r.validation,
-            r.test
+            out,
+            "{name} {training:<13.8} {validation:<13.8} {test:<13.8} > 0.995"
         )?;
     }
     Ok(())

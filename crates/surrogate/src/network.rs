@@ -173,18 +173,11 @@ impl Shape {
                 (a, d)
             })
             .collect();
+        let delta = |l: usize, o: usize| samples.iter().flat_map(move |(_, d)| &d[o][l]);
         let gather = |l: usize| LayerView {
-            inputs: samples
-                .iter()
-                .flat_map(|(a, _)| a[l].iter().copied())
-                .collect(),
+            inputs: samples.iter().flat_map(|(a, _)| &a[l]).copied().collect(),
             deltas: (0..self.outputs())
-                .map(|o| {
-                    samples
-                        .iter()
-                        .flat_map(|(_, d)| d[o][l].iter().copied())
-                        .collect()
-                })
+                .map(|o| delta(l, o).copied().collect())
                 .collect(),
         };
         (0..self.layers()).into_par_iter().map(gather).collect()
@@ -218,11 +211,8 @@ impl Shape {
                 let x = &views[l].inputs[n * inputs..][..inputs];
                 for j in 0..outputs {
                     let delta = &views[l].deltas;
-                    let d: f64 = r
-                        .iter()
-                        .zip(delta)
-                        .map(|(r, d)| r * d[n * outputs + j])
-                        .sum();
+                    let terms = r.iter().zip(delta);
+                    let d: f64 = terms.map(|(r, d)| r * d[n * outputs + j]).sum();
                     bias[j] += d;
                     for (cell, x) in matrix[j * inputs..][..inputs].iter_mut().zip(x) {
                         *cell += d * x;
@@ -268,16 +258,11 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
 /// Range of one column of `rows`.
 #[must_use]
 pub fn column_range(rows: &[[f64; 2]], column: usize) -> MinMax {
-    rows.iter().fold(
-        MinMax {
-            min: f64::INFINITY,
-            max: f64::NEG_INFINITY,
-        },
-        |r, row| MinMax {
-            min: r.min.min(row[column]),
-            max: r.max.max(row[column]),
-        },
-    )
+    let values = || rows.iter().map(|row| row[column]);
+    MinMax {
+        min: values().fold(f64::INFINITY, f64::min),
+        max: values().fold(f64::NEG_INFINITY, f64::max),
+    }
 }
 
 /// `mapminmax` of both columns.

@@ -11,7 +11,9 @@
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::cholesky::llt::factor;
 use faer::linalg::matmul::matmul;
-use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
+use faer::linalg::triangular_solve::{
+    solve_lower_triangular_in_place, solve_upper_triangular_in_place,
+};
 use faer::{Accum, Mat, MatRef, Par};
 use rayon::prelude::*;
 
@@ -88,19 +90,12 @@ impl TiledMatrix {
         for first in (0..samples).step_by(SAMPLES_AT_ONCE) {
             let count = SAMPLES_AT_ONCE.min(samples - first);
             let rows = jacobian(shape, views, first, count);
-            let rows =
-                MatRef::from_row_major_slice(&rows, count * shape.outputs(), shape.weights());
+            let size = (count * shape.outputs(), shape.weights());
+            let rows = MatRef::from_row_major_slice(&rows, size.0, size.1);
             each_tile(&mut columns, |i, j, tile| {
                 let block = |k: usize| rows.subcols(starts[k], starts[k + 1] - starts[k]);
                 let (left, right) = (block(i), block(j));
-                matmul(
-                    tile.as_mut(),
-                    Accum::Add,
-                    left.transpose(),
-                    right,
-                    1.0,
-                    Par::Seq,
-                );
+                product(tile, Accum::Add, left.transpose(), right, 1.0);
             });
         }
         Self { starts, columns }
@@ -128,8 +123,8 @@ impl TiledMatrix {
             });
             let panel = &*panel;
             each_tile(later, |i, j, tile| {
-                let (left, right) = (&panel[i], panel[j].transpose());
-                matmul(tile.as_mut(), Accum::Add, left, right, -1.0, Par::Seq);
+                let (left, right) = (panel[i].as_ref(), panel[j].transpose());
+                product(tile, Accum::Add, left, right, -1.0);
             });
         }
         Ok(())
@@ -159,11 +154,7 @@ impl TiledMatrix {
                 subtract(tile.transpose(), source, head);
             }
             let factor = self.columns[k][0].transpose();
-            faer::linalg::triangular_solve::solve_upper_triangular_in_place(
-                factor,
-                column(head),
-                Par::Seq,
-            );
+            solve_upper_triangular_in_place(factor, column(head), Par::Seq);
         }
     }
 }
@@ -171,6 +162,11 @@ impl TiledMatrix {
 fn column(x: &mut [f64]) -> faer::MatMut<'_, f64> {
     let n = x.len();
     faer::MatMut::from_column_major_slice_mut(x, n, 1)
+}
+
+/// `factor·A·B`, put into `of` or added to it.
+fn product(of: &mut Mat<f64>, accum: Accum, a: MatRef<'_, f64>, b: MatRef<'_, f64>, factor: f64) {
+    matmul(of.as_mut(), accum, a, b, factor, Par::Seq);
 }
 
 /// `y −= A·x`.
@@ -252,26 +248,12 @@ fn kernel_tile(
     for (l, view) in views.iter().enumerate() {
         let (inputs, width) = shape.size(l);
         let (left, right) = (rows(&view.inputs, i, inputs), rows(&view.inputs, j, inputs));
-        matmul(
-            x.as_mut(),
-            Accum::Replace,
-            left,
-            right.transpose(),
-            1.0,
-            Par::Seq,
-        );
+        product(&mut x, Accum::Replace, left, right.transpose(), 1.0);
         for o in 0..outputs {
             for p in 0..outputs {
                 let left = rows(&view.deltas[o], i, width);
                 let right = rows(&view.deltas[p], j, width);
-                matmul(
-                    d.as_mut(),
-                    Accum::Replace,
-                    left,
-                    right.transpose(),
-                    1.0,
-                    Par::Seq,
-                );
+                product(&mut d, Accum::Replace, left, right.transpose(), 1.0);
                 for c in 0..m {
                     let target = &mut tile.col_as_slice_mut(p * m + c)[o * n..][..n];
                     let (x, d) = (x.col_as_slice(c), d.col_as_slice(c));

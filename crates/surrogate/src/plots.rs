@@ -116,11 +116,8 @@ impl Picture for EfficiencyMaps<'_> {
     fn draw<B: DrawingBackend>(&self, area: &Area<'_, B>) -> DrawResult<B> {
         area.fill(&WHITE)?;
         let (maps, legend) = area.split_horizontally(SIZE.0 - 90);
-        for (map, part) in self
-            .maps
-            .iter()
-            .zip(maps.split_evenly((1, self.maps.len())))
-        {
+        let parts = maps.split_evenly((1, self.maps.len()));
+        for (map, part) in self.maps.iter().zip(parts) {
             let (load_max, [slow, fast]) = (LOAD_MAX / 1e3, self.speeds.map(|v| 1e3 * v));
             let mut chart = ChartBuilder::on(&part)
                 .caption(&map.title, TITLE)
@@ -128,10 +125,8 @@ impl Picture for EfficiencyMaps<'_> {
                 .x_label_area_size(44)
                 .y_label_area_size(52)
                 .build_cartesian_2d(slow..fast, 0.0..load_max)?;
-            let (d_load, d_speed) = (
-                load_max / MAP_CELLS[0] as f64,
-                (fast - slow) / MAP_CELLS[1] as f64,
-            );
+            let [loads, speeds] = MAP_CELLS.map(|cells| cells as f64);
+            let (d_load, d_speed) = (load_max / loads, (fast - slow) / speeds);
             for (i, row) in map.cells.iter().enumerate() {
                 chart.draw_series(row.iter().enumerate().map(|(j, &eta)| {
                     let (x, y) = (slow + j as f64 * d_speed, i as f64 * d_load);
@@ -185,19 +180,12 @@ pub fn quality(
     targets: &[[f64; 2]],
     folder: &Path,
 ) -> Result<Vec<PathBuf>> {
-    let predicted: Vec<_> = inputs
-        .iter()
-        .map(|&[tau, w]| surrogate.evaluate(tau, w))
-        .collect();
-    let force = predicted
-        .iter()
-        .zip(targets)
-        .map(|(y, t)| [y.F / 1e3, t[0] / 1e3]);
-    let speed = predicted
-        .iter()
-        .zip(targets)
-        .map(|(y, t)| [y.x_dot * 1e3, t[1] * 1e3]);
-    let pairs = [force.collect::<Vec<_>>(), speed.collect()];
+    let mut pairs = [Vec::new(), Vec::new()];
+    for (&[tau, w], [F, x_dot]) in inputs.iter().zip(targets) {
+        let y = surrogate.evaluate(tau, w);
+        pairs[0].push([y.F / 1e3, F / 1e3]);
+        pairs[1].push([y.x_dot * 1e3, x_dot * 1e3]);
+    }
     let errors = [
         pairs[0].iter().map(|p| 1e3 * (p[0] - p[1])).collect(),
         pairs[1].iter().map(|p| p[0] - p[1]).collect(),

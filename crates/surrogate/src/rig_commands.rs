@@ -174,7 +174,6 @@ impl RigCompareArgs {
         }
         quality(&surrogate, &all)?;
         if let Some(folder) = &self.out {
-            std::fs::create_dir_all(folder)?;
             for file in rig_plots::all(&models, &surrogate, &measured[4], folder)? {
                 writeln!(stdout(), "{}", file.display())?;
             }

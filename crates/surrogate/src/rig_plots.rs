@@ -27,16 +27,12 @@ pub fn all(
 ) -> Result<Vec<PathBuf>> {
     let maps = maps(models, MAP_CELLS)?;
     let speeds = [-SPEED[1], SPEED[1]];
+    let maps = EfficiencyMaps {
+        maps: &maps,
+        speeds,
+    };
     let files = [
-        save(
-            &EfficiencyMaps {
-                maps: &maps,
-                speeds,
-            },
-            folder,
-            "rig_efficiency_maps",
-            SIZE,
-        )?,
+        save(&maps, folder, "rig_efficiency_maps", SIZE)?,
         over_time(responses::responses(surrogate, work)).save(folder)?,
     ];
     Ok(files.concat())

@@ -62,22 +62,23 @@ impl TrainingData {
     /// Inputs and targets of the test rows, unscaled.
     #[must_use]
     pub fn test_rows(&self) -> (Vec<[f64; 2]>, Vec<[f64; 2]>) {
-        let Ranges {
-            tau_e,
-            w_m,
-            f_ext,
-            x_dot,
-        } = self.ranges;
-        let Samples { inputs, targets } = &self.samples.test;
+        let (ranges, Samples { inputs, targets }) = (&self.ranges, &self.samples.test);
         let unscaled = |rows: &[[f64; 2]], a: MinMax, b: MinMax| {
-            rows.iter()
-                .map(|r| [a.unscale(r[0]), b.unscale(r[1])])
-                .collect()
+            let rows = rows.iter();
+            rows.map(|r| [a.unscale(r[0]), b.unscale(r[1])]).collect()
         };
         (
-            unscaled(inputs, tau_e, w_m),
-            unscaled(targets, f_ext, x_dot),
+            unscaled(inputs, ranges.tau_e, ranges.w_m),
+            unscaled(targets, ranges.f_ext, ranges.x_dot),
         )
+    }
+
+    /// The same with the rows of each part gathered into cells of its inputs, `cells` along torque
+    /// and speed, each replaced by its mean: dense data lose noise and weigh all of the map alike.
+    #[must_use]
+    pub fn gathered(self, cells: u32) -> Self {
+        let samples = self.each(|s| s.gathered(cells));
+        Self { samples, ..self }
     }
 
     fn mse(&self, shape: &Shape, weights: &[f64]) -> Split<f64> {
@@ -85,15 +86,11 @@ impl TrainingData {
     }
 
     fn each<T>(&self, f: impl Fn(&Samples) -> T) -> Split<T> {
-        let Split {
-            training,
-            validation,
-            test,
-        } = &self.samples;
+        let samples = &self.samples;
         Split {
-            training: f(training),
-            validation: f(validation),
-            test: f(test),
+            training: f(&samples.training),
+            validation: f(&samples.validation),
+            test: f(&samples.test),
         }
     }
 }
@@ -122,25 +119,6 @@ fn shuffled(data: &Data, seed: u64) -> (Vec<usize>, [usize; 2]) {
         order.extend((0..rows).filter(|&row| data.profiles[row] == *profile));
     }
     (order, ends)
-}
-
-impl TrainingData {
-    /// The same with the rows of each part gathered into cells of its inputs, `cells` along torque
-    /// and speed, each replaced by its mean: dense data lose noise and weigh all of the map alike.
-    #[must_use]
-    pub fn gathered(self, cells: u32) -> Self {
-        let Split {
-            training,
-            validation,
-            test,
-        } = &self.samples;
-        let samples = Split {
-            training: training.gathered(cells),
-            validation: validation.gathered(cells),
-            test: test.gathered(cells),
-        };
-        Self { samples, ..self }
-    }
 }
 
 /// Everything that a run needs to go on: the checkpoint file.
@@ -290,11 +268,8 @@ impl Progress {
         let correlation = |column: usize| {
             prepared.each(|s| {
                 let y = shape.evaluate(&self.best_weights, &s.inputs);
-                correlation(
-                    y.iter()
-                        .zip(&s.targets)
-                        .map(|(y, t)| [y[column], t[column]]),
-                )
+                let pairs = y.iter().zip(&s.targets);
+                correlation(pairs.map(|(y, t)| [y[column], t[column]]))
             })
         };
         SurrogateFile {

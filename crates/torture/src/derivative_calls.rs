@@ -7,6 +7,16 @@ use cargo_fmu::fmi::order::Mode;
 use fmu_description::{Access, Causality, Variability, Variable};
 use std::ffi::c_int;
 
+/// Whether derivatives may be taken by a variable.
+pub fn is_known(v: &Variable) -> bool {
+    v.is_input() && v.access() == Access::Real
+}
+
+/// Whether a variable has derivatives.
+pub fn is_unknown(v: &Variable) -> bool {
+    v.is_computed() && v.access() == Access::Real
+}
+
 impl Session<'_> {
     pub fn set_input_derivatives(&mut self, i: usize) -> Result<Call, String> {
         let is_input = |v: &Variable| {
@@ -63,24 +73,27 @@ impl Session<'_> {
         Ok(self.with_variables(i, name, status, expect, &vr, !has_them))
     }
 
-    pub fn get_directional_derivative(&mut self, i: usize) -> Result<Call, String> {
-        let is_known = |v: &Variable| v.is_input() && v.access() == Access::Real;
-        let is_unknown = |v: &Variable| v.is_computed() && v.access() == Access::Real;
+    /// What a derivative is taken by, and of what: valid or not.
+    pub fn for_derivative(&mut self) -> (bool, Vec<u32>, Vec<u32>) {
         let r = &mut self.random;
         let valid = r.one_in(2);
         let known = references(r, self.fmu, valid, is_known);
-        let unknown = references(r, self.fmu, valid, is_unknown);
-        let seed = seeds(r, elements(self.fmu, &known).count(), valid);
-        let all = |vr: &[u32], wanted: &dyn Fn(&Variable) -> bool| {
-            vr.iter().all(|vr| self.fmu.find(*vr).is_some_and(wanted))
-        };
+        (valid, known, references(r, self.fmu, valid, is_unknown))
+    }
+
+    /// Whether all references are of variables that are `wanted`.
+    pub fn are(&self, vr: &[u32], wanted: impl Fn(&Variable) -> bool) -> bool {
+        let find = |vr: &u32| self.fmu.find(*vr);
+        vr.iter().all(|vr| find(vr).is_some_and(&wanted))
+    }
+
+    pub fn get_directional_derivative(&mut self, i: usize) -> Result<Call, String> {
+        let (valid, known, unknown) = self.for_derivative();
+        let n = elements(self.fmu, &known).count();
+        let seed = seeds(&mut self.random, n, valid);
         // Knowns with their seeds come first, one by one.
         let is_3 = self.fmu.functions.fmi3().is_some();
-        let are_known = !is_3
-            || known
-                .iter()
-                .chain(&unknown)
-                .all(|vr| self.fmu.find(*vr).is_some());
+        let are_there = self.are(&known, |_| true) && self.are(&unknown, |_| true);
         let wrong_known = elements(self.fmu, &known)
             .zip(&seed)
             .find_map(|((v, _), seed)| match v.is_some_and(is_known) {
@@ -90,11 +103,11 @@ impl Session<'_> {
         let is_initializing = self.instances[i].known.mode == Mode::Initialization;
         let expect = match wrong_known {
             _ if !self.fmu.description.capabilities.directional_derivatives => Expect::Refused,
-            _ if !are_known => Expect::Refused,
+            _ if is_3 && !are_there => Expect::Refused,
             // FMI 3.0 names whole arrays, so what is looked at first is the exporter's affair.
             Some(_) if is_3 && seed.iter().any(|s| !s.is_finite()) => Expect::RefusedOrDiscarded,
             Some(answer) => answer,
-            None if !all(&unknown, &is_unknown) => Expect::Refused,
+            None if !self.are(&unknown, is_unknown) => Expect::Refused,
             // Beyond the range of numbers; or start values that do not fit together.
             None if !valid || is_initializing => Expect::ModelDecides,
             None => Expect::Done,

@@ -1,13 +1,13 @@
 //! Random calls of what FMI 3.0 has and FMI 2.0 has not: Event Mode, adjoint derivatives,
 //! dependencies, wrong numbers of values, and the functions of what these FMUs declare not to have.
 
-use crate::arguments::{elements, place, references, seeds};
+use crate::arguments::{elements, place, seeds};
+use crate::derivative_calls::{is_known, is_unknown};
 use crate::oracle::{Call, Expect};
 use crate::session::Session;
 use cargo_fmu::fmi::fmi3::Functions;
 use cargo_fmu::fmi::order::Mode;
 use cargo_fmu::fmi::symbols::*;
-use fmu_description::{Access, Variable};
 use std::ptr;
 
 /// Elements of inputs up to which an adjoint derivative is compared with the directional ones.
@@ -103,12 +103,8 @@ impl<'a> Session<'a> {
 
     /// fmi3GetAdjointDerivative, which must be the transpose of fmi3GetDirectionalDerivative.
     pub fn adjoint(&mut self, i: usize) -> Result<Call, String> {
-        let is_known = |v: &Variable| v.is_input() && v.access() == Access::Real;
-        let is_unknown = |v: &Variable| v.is_computed() && v.access() == Access::Real;
+        let (valid, known, unknown) = self.for_derivative();
         let r = &mut self.random;
-        let valid = r.one_in(2);
-        let known = references(r, self.fmu, valid, is_known);
-        let unknown = references(r, self.fmu, valid, is_unknown);
         let of = |vr: &[u32]| elements(self.fmu, vr).count();
         let [v, u] = [&unknown, &known].map(|vr| seeds(r, of(vr), valid));
         let short = usize::from(!valid && r.one_in(4) && !v.is_empty());
@@ -119,11 +115,9 @@ impl<'a> Session<'a> {
         );
         let seed = &v[..v.len() - short];
         let (status, result) = self.instances[i].adjoint(&unknown, &known, seed);
-        let are = |vr: &[u32], wanted: &dyn Fn(&Variable) -> bool| {
-            vr.iter().all(|vr| self.fmu.find(*vr).is_some_and(wanted))
-        };
         let claims = self.fmu.description.capabilities.adjoint_derivatives;
-        let sound = claims && short == 0 && are(&known, &is_known) && are(&unknown, &is_unknown);
+        let fit = self.are(&known, is_known) && self.are(&unknown, is_unknown);
+        let sound = claims && short == 0 && fit;
         // A model refuses inputs that are impossible together; a huge seed leaves the range of
         // numbers, one that is none is discarded.
         let expect = match sound {

@@ -80,18 +80,25 @@ impl MinMax {
     }
 
     fn check(self, field: &'static str) -> Result<(), SurrogateError> {
+        finite(&format!("{field}.min"), self.min)?;
+        finite(&format!("{field}.max"), self.max)?;
+        self.demand(field, self.min < self.max, "min must lie below max")
+    }
+
+    fn demand(
+        self,
+        field: &'static str,
+        holds: bool,
+        rule: &'static str,
+    ) -> Result<(), SurrogateError> {
         let Self { min, max } = self;
-        finite(&format!("{field}.min"), min)?;
-        finite(&format!("{field}.max"), max)?;
-        if min >= max {
-            return Err(SurrogateError::Range {
-                field,
-                min,
-                max,
-                rule: "min must lie below max",
-            });
-        }
-        Ok(())
+        let refusal = SurrogateError::Range {
+            field,
+            min,
+            max,
+            rule,
+        };
+        holds.then_some(()).ok_or(refusal)
     }
 }
 
@@ -176,39 +183,24 @@ pub struct SurrogateFile {
 
 impl SurrogateFile {
     pub(super) fn check(&self) -> Result<(), SurrogateError> {
-        let Ranges {
-            tau_e,
-            w_m,
-            f_ext,
-            x_dot,
-        } = self.ranges;
-        tau_e.check("ranges.tau_e")?;
-        w_m.check("ranges.w_m")?;
-        f_ext.check("ranges.F_ext")?;
-        x_dot.check("ranges.x_dot")?;
-        if w_m.min < 0.0 {
-            let MinMax { min, max } = w_m;
-            let rule = "the network is trained on one direction, speeds must not be negative";
-            return Err(SurrogateError::Range {
-                field: "ranges.w_m",
-                min,
-                max,
-                rule,
-            });
-        }
+        let ranges = &self.ranges;
+        ranges.tau_e.check("ranges.tau_e")?;
+        ranges.w_m.check("ranges.w_m")?;
+        ranges.f_ext.check("ranges.F_ext")?;
+        ranges.x_dot.check("ranges.x_dot")?;
+        let rule = "the network is trained on one direction, speeds must not be negative";
+        (ranges.w_m).demand("ranges.w_m", ranges.w_m.min >= 0.0, rule)?;
         length("layers", self.layers.len(), WIDTHS.len() - 1)?;
         for (k, (layer, widths)) in self.layers.iter().zip(WIDTHS.windows(2)).enumerate() {
             layer.check(k, widths[0], widths[1])?;
         }
-        let TrainingRecord {
-            mse,
-            r_f,
-            r_x_dot,
-            curve,
-            ..
-        } = &self.training;
-        let named = [("mse", mse), ("R_F", r_f), ("R_x_dot", r_x_dot)];
-        let curve = curve.iter().map(|split| ("curve", split));
+        let record = &self.training;
+        let named = [
+            ("mse", &record.mse),
+            ("R_F", &record.r_f),
+            ("R_x_dot", &record.r_x_dot),
+        ];
+        let curve = record.curve.iter().map(|split| ("curve", split));
         for (name, split) in named.into_iter().chain(curve) {
             for value in [split.training, split.validation, split.test] {
                 finite(&format!("training.{name}"), value)?;

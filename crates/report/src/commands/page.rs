@@ -38,26 +38,17 @@ pub fn report(args: &ReportArgs) -> Result<Verdict> {
     let bench = args.machine.bench().without_path().build()?;
     let path = args.machine.on_path(&bench)?;
     let packed = |path: &Path| args.machine.bench().packed(path);
-    let beside = bench.beside("Testbed.ssp");
-    let testbed = args
-        .testbed
-        .clone()
-        .or_else(|| beside.is_file().then_some(beside));
+    let beside = |name: &str| Some(bench.beside(name)).filter(|path| path.is_file());
+    let testbed = args.testbed.clone().or_else(|| beside("Testbed.ssp"));
     let testbed = testbed.map(|path| packed(&path).system()).transpose()?;
-    let real = bench.beside(SYSTEM);
-    let real = real
-        .is_file()
-        .then(|| packed(&real).world(World::Real).system())
-        .transpose()?;
+    let real = beside(SYSTEM).map(|path| packed(&path).world(World::Real).system());
+    let real = real.transpose()?;
     let bending = args
         .bending
         .then(|| packed(&find(BENDING_SYSTEM)?).system());
     let bending = bending.transpose()?;
-    let electric = bench.beside(ELECTRIC);
-    let electric = electric
-        .is_file()
-        .then(|| packed(&electric).system())
-        .transpose()?;
+    let electric = beside(ELECTRIC).map(|path| packed(&path).system());
+    let electric = electric.transpose()?;
     let Bench {
         system,
         base,

@@ -9,9 +9,9 @@ use cosim::system::System;
 use cosim::wiring::Port;
 use serde::Serialize;
 
-use super::request::{Request, kept};
+use super::request::{Request, kept, kept_as};
 use super::runs::stride;
-use super::samples::Samples;
+use super::samples::{SampleTimes, Samples};
 use studies::measures::energy;
 use studies::measures::run::RecordedRun;
 use studies::measures::supply::{self, Supply};
@@ -30,9 +30,8 @@ pub struct Electric {
     supply: Option<Supply>,
     /// Energy left open, J.
     open: Option<f64>,
-    start: f64,
-    every: f64,
-    count: usize,
+    #[serde(flatten)]
+    times: SampleTimes,
     curves: Vec<Signal>,
     sizing: Sizing,
     motors: Vec<Motor>,
@@ -62,18 +61,12 @@ pub fn shown(request: &Request, failures: &mut Vec<String>) -> Vec<Electric> {
     let Some(system) = request.electric else {
         return Vec::new();
     };
-    match energy::cases(system, &request.elsewhere()) {
-        Ok(cases) => {
-            let of = |(case, experiment): (String, Experiment)| {
-                one(system, &case, &experiment).with_context(|| format!("electric, {case}"))
-            };
-            kept(cases.into_iter().map(of).collect(), failures)
-        }
-        Err(error) => {
-            failures.push(format!("electric: {error:#}"));
-            Vec::new()
-        }
-    }
+    let cases = energy::cases(system, &request.elsewhere());
+    let cases = kept_as("electric", cases, failures).unwrap_or_default();
+    let of = |(case, experiment): (String, Experiment)| {
+        one(system, &case, &experiment).with_context(|| format!("electric, {case}"))
+    };
+    kept(cases.into_iter().map(of).collect(), failures)
 }
 
 fn one(system: &System, case: &str, experiment: &Experiment) -> Result<Electric> {
@@ -106,9 +99,11 @@ fn one(system: &System, case: &str, experiment: &Experiment) -> Result<Electric>
         trajectory: case.into(),
         open: supply.as_ref().map(Supply::open),
         supply,
-        start: times.first().copied().unwrap_or(0.0),
-        every: stride as f64 * step,
-        count: times.len().div_ceil(stride),
+        times: SampleTimes {
+            start: times.first().copied().unwrap_or(0.0),
+            every: stride as f64 * step,
+            count: times.len().div_ceil(stride),
+        },
         curves,
         motors: sizing.axes.iter().map(motor).collect(),
         sizing,

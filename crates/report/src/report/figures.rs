@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context as _, Result};
+use anyhow::Result;
 use plotters::style::RGBColor;
 
 use super::Report;
@@ -35,7 +35,6 @@ const AXES: [&str; 3] = ["x", "y", "z"];
 
 /// Write all figures into `folder`; the files' names.
 pub fn write(report: &Report, folder: &Path) -> Result<Vec<PathBuf>> {
-    std::fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
     let mut figures = vec![robustness(report)];
     let mut files = Vec::new();
     for trajectory in TRAJECTORIES {
@@ -179,8 +178,9 @@ fn actuators(run: &Run) -> Figure {
 /// The paper's figures of the testbed: desired and measured position, velocity and force.
 fn testbed(axis: &Axis) -> Figure {
     let panel = |label: &str, pair: &[Samples; 2], factor: f64| {
-        let curve =
-            |k: usize, name: &str, color| Curve::new(name, color, axis.points(&pair[k], factor));
+        let curve = |k: usize, name: &str, color| {
+            Curve::new(name, color, axis.times.points(&pair[k], factor))
+        };
         let curves = vec![
             curve(1, "measured", ACTUATORS[2].1),
             curve(0, "desired", DESIRED),
@@ -243,7 +243,11 @@ fn stability(report: &Report, trajectory: &str) -> Figure {
             .collect();
         let curve = |(k, run): (usize, &&stability::Run)| {
             let label = format!("{} ms", 1e3 * run.numbers.step);
-            Curve::new(&label, CONTROLLERS[k % 3], run.excess())
+            Curve::new(
+                &label,
+                CONTROLLERS[k % 3],
+                run.times.points(&run.curves.excess_max, 1.0),
+            )
         };
         let curves = own.iter().enumerate().map(curve).collect();
         Panel::over_time(&format!("{law} law: largest excess in 20 ms, W"), curves)

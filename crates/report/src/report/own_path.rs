@@ -7,7 +7,7 @@ use cosim::recording::Recording;
 use cosim::run::Experiment;
 use serde::Serialize;
 
-use super::request::Request;
+use super::request::{Request, kept_as};
 use crate::margins_figure;
 use studies::machine_file::MachineFile;
 use studies::measures::energy;
@@ -39,8 +39,7 @@ pub fn shown(
 ) -> Option<OwnPath> {
     let (name, experiment) = request.path.as_ref()?;
     let made = of(request, machine, name, experiment);
-    made.map_err(|error| failures.push(format!("path {name}: {error:#}")))
-        .ok()
+    kept_as(format_args!("path {name}"), made, failures)
 }
 
 fn of(

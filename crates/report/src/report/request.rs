@@ -1,5 +1,7 @@
 //! What is to be reported on; what failed of it is told in the page, and the rest is shown.
 
+use std::fmt::Display;
+
 use anyhow::Result;
 use cosim::run::Experiment;
 use cosim::system::System;
@@ -37,12 +39,15 @@ impl Request<'_> {
 
 /// The results that are there; the others go to `failures`.
 pub fn kept<T>(results: Vec<Result<T>>, failures: &mut Vec<String>) -> Vec<T> {
-    let mut there = Vec::new();
-    for result in results {
-        match result {
-            Ok(value) => there.push(value),
-            Err(error) => failures.push(format!("{error:#}")),
-        }
-    }
-    there
+    let mut noted = |error| failures.push(format!("{error:#}"));
+    let results = results.into_iter();
+    results
+        .filter_map(|result| result.map_err(&mut noted).ok())
+        .collect()
+}
+
+/// The result if it is there; else it goes to `failures`, with what failed.
+pub fn kept_as<T>(what: impl Display, result: Result<T>, failures: &mut Vec<String>) -> Option<T> {
+    let noted = |error| failures.push(format!("{what}: {error:#}"));
+    result.map_err(noted).ok()
 }

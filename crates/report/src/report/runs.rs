@@ -10,6 +10,7 @@ use cosim::system::System;
 use cosim::verdict::Verdict;
 use cosim::wiring::Port;
 use serde::Serialize;
+use serde_json::{Value, json};
 
 use super::energy::Energy;
 use super::request::{Request, UNCERTAIN};
@@ -101,7 +102,8 @@ pub struct Run {
     whole_rmse: f64,
     whole_max: f64,
     pub real_time_factor: f64,
-    bonds: Vec<Bond>,
+    /// Power residual of each bond.
+    bonds: Vec<Value>,
     warnings: Vec<String>,
     pub signals: BTreeMap<String, Signal>,
     /// Time between frames, s.
@@ -111,26 +113,6 @@ pub struct Run {
     frames: Samples,
     /// Largest distance of the drawn tip from the tip position that the FMU gives, m.
     drawing_error: f64,
-}
-
-/// Power residual of a bond.
-#[derive(Serialize)]
-struct Bond {
-    bond: String,
-    peak: f64,
-    energy: f64,
-    turnover: f64,
-}
-
-impl From<&Residual> for Bond {
-    fn from(r: &Residual) -> Self {
-        Self {
-            bond: r.bond.clone(),
-            peak: r.peak,
-            energy: r.energy,
-            turnover: r.turnover,
-        }
-    }
 }
 
 /// What the page takes of a run of the paper's table.
@@ -252,6 +234,7 @@ impl Run {
         }
         let stride = stride(FRAMES_EVERY, step);
         let (frames, drawing_error) = scene.frames(system, recording, stride)?;
+        let findings = outcome.run.verdict.findings().iter();
         Ok(Self {
             case,
             start: experiment.stepping.start,
@@ -262,14 +245,8 @@ impl Run {
             whole_rmse: outcome.tip.whole.rms(),
             whole_max: outcome.tip.whole.max,
             real_time_factor: outcome.run.real_time_factor(),
-            bonds: outcome.run.residuals.iter().map(Bond::from).collect(),
-            warnings: outcome
-                .run
-                .verdict
-                .findings()
-                .iter()
-                .map(|finding| finding.text.clone())
-                .collect(),
+            bonds: outcome.run.residuals.iter().map(bond).collect(),
+            warnings: findings.map(|finding| finding.text.clone()).collect(),
             signals,
             frames_every: step * stride as f64,
             frames,
@@ -279,15 +256,10 @@ impl Run {
 
     /// One line for people.
     pub fn line(&self) -> String {
-        let Case {
-            trajectory,
-            mode,
-            scale,
-        } = self.case;
+        let (case, [rmse, max]) = (self.case, [self.rmse, self.max].map(|e| 1e3 * e));
         format!(
-            "{trajectory:<11}{mode:<9} inertia x {scale:<4} tip RMSE {:8.4} mm, max {:8.4} mm",
-            1e3 * self.rmse,
-            1e3 * self.max
+            "{:<11}{:<9} inertia x {:<4} tip RMSE {rmse:8.4} mm, max {max:8.4} mm",
+            case.trajectory, case.mode, case.scale
         )
     }
 
@@ -298,6 +270,10 @@ impl Run {
         let points = signal.samples.values().enumerate().map(|(k, v)| (at(k), v));
         Some(points.collect())
     }
+}
+
+fn bond(r: &Residual) -> Value {
+    json!({"bond": r.bond, "peak": r.peak, "energy": r.energy, "turnover": r.turnover})
 }
 
 /// Communication steps between samples.

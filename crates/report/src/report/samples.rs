@@ -20,6 +20,26 @@ impl Samples {
     }
 }
 
+/// Times of samples.
+#[derive(Serialize)]
+pub struct SampleTimes {
+    /// Of the first, s.
+    pub start: f64,
+    /// From one to the next, s.
+    pub every: f64,
+    /// Number of samples.
+    pub count: usize,
+}
+
+impl SampleTimes {
+    /// Times, s, and values times `factor`.
+    pub fn points(&self, samples: &Samples, factor: f64) -> Vec<(f64, f64)> {
+        let at = |k: usize| self.start + k as f64 * self.every;
+        let points = samples.values().enumerate();
+        points.map(|(k, v)| (at(k), factor * v)).collect()
+    }
+}
+
 impl Serialize for Samples {
     /// One value where all are the same, else all.
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {

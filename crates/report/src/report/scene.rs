@@ -167,15 +167,11 @@ fn shapes(body: Body, tree: &Tree, machine: &Machine) -> Vec<Shape> {
 fn column(tree: &Tree, g: &Geometry, d: f64) -> Vec<Shape> {
     let O = tree.r_T1_O;
     let foot = [O.x + tree.lift.foot.x, O.y + tree.lift.foot.y];
-    let bar = |y0: f64, y1: f64, radius: f64| Shape::Bar {
-        from: [0.0, y0, 0.0],
-        to: [0.0, y1, 0.0],
-        radius,
-    };
+    let upright = |y0: f64, y1: f64, radius| bar([0.0, y0, 0.0], [0.0, y1, 0.0], radius);
     let mut shapes = vec![
-        bar(0.0, 0.3 * d, 1.15 * g.r_B),
-        bar(0.3 * d, 0.7 * d, g.r_B),
-        bar(0.7 * d, O.y - d, 0.85 * d),
+        upright(0.0, 0.3 * d, 1.15 * g.r_B),
+        upright(0.3 * d, 0.7 * d, g.r_B),
+        upright(0.7 * d, O.y - d, 0.85 * d),
     ];
     for side in [-1.0, 1.0] {
         let z = plate(side, 0.62 * d, 0.12 * d);
@@ -267,25 +263,17 @@ fn tilt_boom(tree: &Tree, d: f64) -> Vec<Shape> {
             z: [-0.34 * d, 0.34 * d],
         },
         pin(C.into(), 0.78 * d, 0.12 * d),
-        Shape::Bar {
-            from: [length - 0.5 * d, 0.0, 0.0],
-            to: tree.r_A3_A4.into(),
-            radius: 0.42 * d,
-        },
+        bar([length - 0.5 * d, 0.0, 0.0], tree.r_A3_A4.into(), 0.42 * d),
     ]
 }
 
 /// Barrel from the foot on, and the motor on it.
 fn cylinder(x0: f64, d: f64) -> Vec<Shape> {
-    let bar = |x0: f64, x1: f64, y: f64, radius: f64| Shape::Bar {
-        from: [x0, y, 0.0],
-        to: [x1, y, 0.0],
-        radius,
-    };
+    let along = |x0: f64, x1: f64, y: f64, radius| bar([x0, y, 0.0], [x1, y, 0.0], radius);
     vec![
-        bar(0.0, 0.93 * x0, 0.0, 0.3 * d),
-        bar(0.87 * x0, 0.95 * x0, 0.0, 0.36 * d),
-        bar(0.12 * x0, 0.5 * x0, -0.62 * d, 0.26 * d),
+        along(0.0, 0.93 * x0, 0.0, 0.3 * d),
+        along(0.87 * x0, 0.95 * x0, 0.0, 0.36 * d),
+        along(0.12 * x0, 0.5 * x0, -0.62 * d, 0.26 * d),
         Shape::Box {
             centre: [0.1 * x0, -0.3 * d, 0.0],
             size: [0.08 * x0, 1.1 * d, 0.55 * d],
@@ -297,11 +285,7 @@ fn cylinder(x0: f64, d: f64) -> Vec<Shape> {
 /// the barrel.
 fn rod(x0: f64, lc: f64, d: f64) -> Vec<Shape> {
     vec![
-        Shape::Bar {
-            from: [lc - x0, 0.0, 0.0],
-            to: [lc, 0.0, 0.0],
-            radius: 0.17 * d,
-        },
+        bar([lc - x0, 0.0, 0.0], [lc, 0.0, 0.0], 0.17 * d),
         pin([lc, 0.0], 0.4 * d, 0.24 * d),
     ]
 }
@@ -327,11 +311,7 @@ fn pair_of_links(length: f64, z: f64, d: f64) -> Vec<Shape> {
 fn wrist(next: Vector3<f64>, radius: f64) -> Vec<Shape> {
     vec![
         pin([0.0, 0.0], 1.15 * radius, 0.8 * radius),
-        Shape::Bar {
-            from: [0.0; 3],
-            to: next.into(),
-            radius,
-        },
+        bar([0.0; 3], next.into(), radius),
     ]
 }
 
@@ -351,12 +331,12 @@ fn equivalent_box(body: &machine::Body) -> Shape {
 }
 
 /// A round bar across the boom plane.
-fn pin(at: [f64; 2], half_width: f64, radius: f64) -> Shape {
-    Shape::Bar {
-        from: [at[0], at[1], -half_width],
-        to: [at[0], at[1], half_width],
-        radius,
-    }
+fn pin([x, y]: [f64; 2], half_width: f64, radius: f64) -> Shape {
+    bar([x, y, -half_width], [x, y, half_width], radius)
+}
+
+fn bar(from: [f64; 3], to: [f64; 3], radius: f64) -> Shape {
+    Shape::Bar { from, to, radius }
 }
 
 /// z range of a plate on one side of the boom plane.

@@ -3,9 +3,8 @@
 use anyhow::Result;
 use serde::Serialize;
 
-use super::request::kept;
-use super::request::{Request, UNCERTAIN};
-use super::samples::Samples;
+use super::request::{Request, UNCERTAIN, kept};
+use super::samples::{SampleTimes, Samples};
 use studies::studies::stability::{self, Condition, Gains, Powers};
 
 /// Sampling of the curves, s.
@@ -33,18 +32,15 @@ struct Verdict {
 pub struct Run {
     #[serde(flatten)]
     pub numbers: stability::Run,
-    /// Time of the first sample, s.
-    start: f64,
-    every: f64,
-    /// Number of samples.
-    count: usize,
-    curves: Curves,
+    #[serde(flatten)]
+    pub times: SampleTimes,
+    pub curves: Curves,
 }
 
 /// Accompanying functions, J, and powers, W. Powers are means over the time between samples, except
 /// `excess_max`, the largest value.
 #[derive(Serialize)]
-struct Curves {
+pub struct Curves {
     nu_velocity: Samples,
     nu_adaptation: Samples,
     nu_actuators: Samples,
@@ -53,7 +49,7 @@ struct Curves {
     bodies: Samples,
     actuators: Samples,
     cuts: Samples,
-    excess_max: Samples,
+    pub excess_max: Samples,
 }
 
 /// The runs that succeed; what failed goes to `failures`.
@@ -87,19 +83,14 @@ impl Run {
         let course = &numbers.course;
         let count = course.nu_dot.len() / stride;
         Self {
-            start: course.start,
-            every: stride as f64 * numbers.step,
-            count,
+            times: SampleTimes {
+                start: course.start,
+                every: stride as f64 * numbers.step,
+                count,
+            },
             curves: Curves::new(course, stride, count),
             numbers,
         }
-    }
-
-    /// Times, s, and values of the largest excess in each sample.
-    pub fn excess(&self) -> Vec<(f64, f64)> {
-        let at = |k: usize| self.start + k as f64 * self.every;
-        let values = self.curves.excess_max.values().enumerate();
-        values.map(|(k, v)| (at(k), v)).collect()
     }
 }
 

@@ -10,7 +10,7 @@ use rig_data::profile::{Kind, LOAD_MAX, SPEED};
 use rig_data::responses::responses;
 use serde::Serialize;
 
-use super::request::Request;
+use super::request::{Request, kept_as};
 use super::samples::Samples;
 use studies::studies::surrogate_loop::{self, LiftCourse, RigNetwork, SurrogateRun};
 
@@ -66,9 +66,8 @@ struct Run {
 /// Of the machine of the real world, where its system is at hand; what failed goes to `failures`.
 pub fn on_rig(request: &Request<'_>, failures: &mut Vec<String>) -> Option<RigComparison> {
     let system = request.real?;
-    made(system, &request.elsewhere())
-        .map_err(|error| failures.push(format!("surrogate on the rig: {error:#}")))
-        .ok()
+    let made = made(system, &request.elsewhere());
+    kept_as("surrogate on the rig", made, failures)
 }
 
 fn made(system: &System, base: &Experiment) -> Result<RigComparison> {

@@ -3,9 +3,9 @@
 use anyhow::Result;
 use serde::Serialize;
 
-use super::request::{Request, kept};
+use super::request::{Request, kept, kept_as};
 use super::runs::stride;
-use super::samples::Samples;
+use super::samples::{SampleTimes, Samples};
 use studies::studies::testbed::{self, CHECK, MachineRun, Replay};
 
 /// Time constant of the testbed's load emulators, s.
@@ -26,10 +26,8 @@ pub struct Testbed {
 pub struct Axis {
     #[serde(flatten)]
     pub numbers: testbed::Axis,
-    start: f64,
-    every: f64,
-    /// Number of samples.
-    count: usize,
+    #[serde(flatten)]
+    pub times: SampleTimes,
     pub curves: Curves,
 }
 
@@ -57,11 +55,10 @@ pub fn replayed(
         lag: LAG,
     };
     let axes = replay.on(bed, &[CHECK]);
-    let axes = axes.map_err(|error| failures.push(format!("testbed: {error:#}")));
-    let axes = axes.unwrap_or_default().into_iter().map(Axis::new);
+    let axes = kept_as("testbed", axes, failures).unwrap_or_default();
     Some(Testbed {
         lag: LAG,
-        axes: axes.collect(),
+        axes: axes.into_iter().map(Axis::new).collect(),
     })
 }
 
@@ -75,9 +72,11 @@ impl Axis {
             [0, 1].map(|k| Samples::new(pair[k].iter().step_by(stride).copied()))
         };
         Self {
-            start,
-            every: stride as f64 * step,
-            count: course.time.len().div_ceil(stride),
+            times: SampleTimes {
+                start,
+                every: stride as f64 * step,
+                count: course.time.len().div_ceil(stride),
+            },
             curves: Curves {
                 position: thinned(&course.position),
                 velocity: thinned(&course.velocity),
@@ -85,12 +84,5 @@ impl Axis {
             },
             numbers,
         }
-    }
-
-    /// Times, s, and values times `factor`.
-    pub fn points(&self, samples: &Samples, factor: f64) -> Vec<(f64, f64)> {
-        let at = |k: usize| self.start + k as f64 * self.every;
-        let points = samples.values().enumerate();
-        points.map(|(k, v)| (at(k), factor * v)).collect()
     }
 }

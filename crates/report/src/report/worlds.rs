@@ -6,7 +6,7 @@ use cosim::run::Experiment;
 use cosim::system::System;
 use serde::Serialize;
 
-use super::request::Request;
+use super::request::{Request, kept_as};
 use studies::laws;
 use studies::studies::comparison::{self, Summary};
 use studies::worlds::{self, World};
@@ -49,10 +49,8 @@ pub fn shown(request: &Request, failures: &mut Vec<String>) -> Vec<WorldComparis
             _ => request.elsewhere(),
         };
         let run = system.map(|system| one(world, system, base));
-        let (cases, laws) = run.unwrap_or(Ok((0, Vec::new()))).unwrap_or_else(|error| {
-            failures.push(format!("{world:?} world: {error:#}"));
-            (0, Vec::new())
-        });
+        let run = run.and_then(|run| kept_as(format_args!("{world:?} world"), run, failures));
+        let (cases, laws) = run.unwrap_or_default();
         let (name, sentence, command) = words(world);
         found.push(WorldComparison {
             name,

@@ -4,7 +4,7 @@ use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::*;
 
 use super::sheet::{FONT, SMALL};
-use charts::Area;
+use charts::{Area, DrawResult};
 
 pub(super) type Chart<'a, B> = ChartContext<'a, B, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
 
@@ -44,4 +44,15 @@ pub(super) fn frame<'a, B: DrawingBackend>(
         .axis_desc_style(FONT)
         .draw()?;
     Ok(chart)
+}
+
+/// Draws the names of the series.
+pub(super) fn series_names<'a, B: DrawingBackend + 'a>(
+    chart: &mut Chart<'a, B>,
+    at: SeriesLabelPosition,
+) -> DrawResult<B> {
+    let mut labels = chart.configure_series_labels();
+    labels.position(at).label_font(SMALL);
+    labels.background_style(WHITE.mix(0.85));
+    labels.border_style(BLACK.mix(0.3)).draw()
 }

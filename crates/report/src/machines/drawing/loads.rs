@@ -2,8 +2,8 @@
 
 use plotters::prelude::*;
 
-use super::frame::{Chart, frame};
-use super::sheet::{SMALL, Sheet};
+use super::frame::{Chart, frame, series_names};
+use super::sheet::Sheet;
 use charts::{Area, DrawResult};
 
 impl Sheet {
@@ -49,13 +49,7 @@ impl Sheet {
         if self.chart.places().any(|p| p.payload.is_none()) {
             legend_entry(&mut chart, "cannot hold itself", self.bands.color(None))?;
         }
-        chart
-            .configure_series_labels()
-            .position(SeriesLabelPosition::UpperRight)
-            .background_style(WHITE.mix(0.85))
-            .border_style(BLACK.mix(0.3))
-            .label_font(SMALL)
-            .draw()
+        series_names(&mut chart, SeriesLabelPosition::UpperRight)
     }
 }
 

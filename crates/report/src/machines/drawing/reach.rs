@@ -2,6 +2,7 @@
 
 use plotters::prelude::*;
 
+use super::frame::series_names;
 use super::sheet::{FONT, SMALL, Sheet};
 use crate::machines::load_chart::LoadPoint;
 use charts::{Area, DrawResult, wheel};
@@ -36,18 +37,26 @@ impl Sheet {
             .axis_desc_style(FONT)
             .y_label_formatter(&|payload| format!("{payload:.0}"))
             .draw()?;
-        let anywhere = classes.iter().map(|c| (c.best.reach, c.least));
-        let gray = RGBColor(110, 110, 110);
-        chart
-            .draw_series(LineSeries::new(anywhere, gray.stroke_width(2)))?
-            .label("at every height that is reached")
-            .legend(move |(x, y)| PathElement::new([(x, y), (x + 18, y)], gray.stroke_width(2)));
-        let lasting = classes.iter().map(|c| (c.best.reach, c.lasting));
-        let violet = RGBColor(110, 70, 170);
-        chart
-            .draw_series(LineSeries::new(lasting, violet.stroke_width(2)))?
-            .label("at the best height, for ever (lasting motor torques)")
-            .legend(move |(x, y)| PathElement::new([(x, y), (x + 18, y)], violet.stroke_width(2)));
+        let lines: [(fn(&Class) -> f64, _, _); 2] = [
+            (
+                |c| c.least,
+                RGBColor(110, 110, 110),
+                "at every height that is reached",
+            ),
+            (
+                |c| c.lasting,
+                RGBColor(110, 70, 170),
+                "at the best height, for ever (lasting motor torques)",
+            ),
+        ];
+        for (value, color, label) in lines {
+            let points = classes.iter().map(|c| (c.best.reach, value(c)));
+            let style = color.stroke_width(2);
+            chart
+                .draw_series(LineSeries::new(points, style))?
+                .label(label)
+                .legend(move |(x, y)| PathElement::new([(x, y), (x + 18, y)], style));
+        }
         let mut limits: Vec<_> = Vec::new();
         for class in &classes {
             if !limits.contains(&class.best.limit) {
@@ -69,13 +78,7 @@ impl Sheet {
                 .label(format!("at the best height, limited by {limit}"))
                 .legend(move |(x, y)| Circle::new((x + 9, y), 4, color.filled()));
         }
-        chart
-            .configure_series_labels()
-            .position(SeriesLabelPosition::LowerLeft)
-            .background_style(WHITE.mix(0.85))
-            .border_style(BLACK.mix(0.3))
-            .label_font(SMALL)
-            .draw()
+        series_names(&mut chart, SeriesLabelPosition::LowerLeft)
     }
 
     #[expect(
