@@ -123,6 +123,8 @@ pub struct Parameters {
     pub(crate) current_loop: bool,
     /// Time after the start in which the payload is weighed, s.
     pub(crate) weighing_time: f64,
+    /// Largest required force of a rod over its rated one.
+    pub(crate) force_limit: f64,
     /// Whether it is told of the loads that a path picks up.
     pub(crate) load_told: bool,
 }
@@ -151,6 +153,7 @@ impl Parameters {
             rates: RateLimits::default(),
             current_loop: false,
             weighing_time: 0.0,
+            force_limit: 0.0,
             load_told: true,
         }
     }
@@ -168,6 +171,7 @@ impl Parameters {
             rate_command: RATE_COMMAND.item(self.rate_command)?,
             current_loop: self.current_loop,
             weighing_time: self.weighing_time,
+            force_limit: self.force_limit,
             load_told: self.load_told,
         })
     }

@@ -322,4 +322,6 @@ pub(crate) const VARIABLES: &[V] = &[
     row!(V, boolean_parameter current_loop, "whether the drives regulate their currents themselves: they follow i_q_required, which holds the velocity feedback too, and read no voltages"),
     row!(V, parameter weighing_time, "time after the start in which the payload is weighed at the second wrist joint, and nothing adapts; nominal inertia, gains and bounds of the payload follow; 0: not, the paper's law")
         .unit("s").range(0.0..=1e6),
+    row!(V, parameter force_limit, "largest required force of a rod over force_max of the machine file, for short times; 0: only the current is limited, the paper's law")
+        .unit("1").tunable().range(0.0..=100.0),
 ];

@@ -180,9 +180,14 @@ impl Controller {
             memory: &state.memory,
         });
         now.errors = tracking.errors;
-        now.demands = std::array::from_fn(|i| RodDemand {
-            f_r: forces.rods[i],
-            motion: rods[i],
+        if let (Some(z), true) = (z, settings.force_limit > 0.0) {
+            let grown = z + tracking.errors.z_dot;
+            let grown = track(&target, nominal, gains, Some(&grown), &tip, input);
+            let more = grown.required.zeta_dot - required.zeta_dot;
+            now.push = std::array::from_fn(|i| configuration.strokes[i].prime * more[i]);
+        }
+        now.demands = std::array::from_fn(|i| {
+            RodDemand::within(self.largest_force(settings, i), forces.rods[i], rods[i])
         });
         let weighs = state.t - state.t_start < settings.weighing_time;
         let bodies = &state.bodies;
@@ -223,9 +228,15 @@ impl Controller {
                 x_dot: input.x_dot[i],
                 f_d: input.reference_rod_force[i],
             });
-            RodDemand { f_r, motion }
+            RodDemand::within(self.largest_force(settings, i), f_r, motion)
         });
+        now.push = std::array::from_fn(|i| gains.Lambda_rod * now.errors.z_dot[i]);
         [0.0; 3]
+    }
+
+    /// Largest force that rod `i` is asked for, N, where there is a limit.
+    fn largest_force(&self, settings: &Settings, i: usize) -> Option<f64> {
+        (settings.force_limit > 0.0).then(|| settings.force_limit * self.nominal.force_max[i])
     }
 
     /// The voltage laws of the three drives.
@@ -341,18 +352,22 @@ impl Controller {
                 let torque = now.output.tau_wrist[WEIGHING_JOINT - 3];
                 let rate = input.zeta_dot[WEIGHING_JOINT];
                 state.bodies.weigh(torque, rate, inertia, h);
-            } else {
+            } else if !now.is_at_force_limit() {
                 let law = settings.mode.law();
                 law.learn(&mut state.bodies, &machine.motions, &settings.gains, h);
             }
         }
         let is_at_limit = now.is_at_limit(&nominal.tau_wrist_max);
         if let (Some(machine), false) = (&now.machine, is_at_limit) {
-            for (memory, rate) in state.memory.iter_mut().zip(machine.memory_rate) {
-                *memory += h * rate;
+            for (i, rate) in machine.memory_rate.into_iter().enumerate() {
+                let prime = machine.strokes.get(i).map(|stroke| stroke.prime);
+                if !prime.is_some_and(|prime| now.leads_beyond(i, rate / prime)) {
+                    state.memory[i] += h * rate;
+                }
             }
         }
-        now.errors.advance(&mut state.integral, is_at_limit, h);
+        let rests = is_at_limit || (0..3).any(|i| now.leads_beyond(i, now.push[i]));
+        now.errors.advance(&mut state.integral, rests, h);
         if let Some(rates) = reference.rates() {
             let command = settings.rate_command;
             rates.advance(&mut state.motion, &nominal.tree, command, input, h);

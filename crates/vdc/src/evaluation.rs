@@ -25,6 +25,9 @@ pub struct Evaluation {
     pub(crate) F: Option<[f64; 3]>,
     /// Whether the drives follow the required currents instead of the voltages.
     pub(crate) current_loop: bool,
+    /// What the growth of the integral adds to the required accelerations of the rods, m/s²; read
+    /// where a rod's force is limited.
+    pub(crate) push: [f64; 3],
     /// Without the virtual power flows.
     pub(crate) output: Output,
 }
@@ -71,6 +74,7 @@ impl Evaluation {
             rate_error: [0.0; 3],
             F: held.map(|held| held.F),
             current_loop: false,
+            push: [0.0; 3],
             output: Output::default(),
         }
     }
@@ -103,5 +107,15 @@ impl Evaluation {
             |c: &Command| (!self.current_loop && c.voltage() >= c.v_max) || c.i_qr.abs() >= c.i_max;
         let mut wrist = self.output.tau_wrist.iter().zip(tau_wrist_max);
         self.commands.iter().any(drive) || wrist.any(|(tau, max)| tau.abs() >= *max)
+    }
+
+    /// Whether a rod has the largest force that it may be asked for.
+    pub(crate) fn is_at_force_limit(&self) -> bool {
+        self.commands.iter().any(|c| c.at_force_limit != 0.0)
+    }
+
+    /// Whether `more[i]` asks rod `i` for more force where it has the largest already.
+    pub(crate) fn leads_beyond(&self, i: usize, more: f64) -> bool {
+        self.commands[i].at_force_limit * more > 0.0
     }
 }

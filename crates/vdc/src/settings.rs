@@ -37,6 +37,9 @@ pub struct Settings {
     pub alpha: f64,
     /// Inertia of the plant over nominal, for the Lyapunov outputs only.
     pub true_inertia_scale: f64,
+    /// Largest required force of a rod over its rated one, for short times; 0: it has no limit but
+    /// the currents'.
+    pub force_limit: f64,
     /// Less current for hot windings; None: `i_max` at any temperature.
     pub derating: Option<Derating>,
     /// Which rates are commanded, if the trajectory is [`crate::Trajectory::Rates`].
@@ -59,6 +62,7 @@ impl Settings {
             weighing_time: 0.0,
             alpha: 0.0,
             true_inertia_scale: 1.0,
+            force_limit: 0.0,
             derating: None,
             rate_command: RateCommand::Joint,
             load_told: true,

@@ -84,6 +84,21 @@ pub enum Trouble {
         /// Reference of the joint, rad.
         zeta: f64,
     },
+    /// A rod may not be given the force that the law asks for.
+    #[error(
+        "t = {t} s: the law asks for {asked} N of actuator {actuator}, whose force is limited to {f_max} N (force_limit times force_max of the machine \
+         file): the load is too large, the reference too fast, or control has become unstable; meanwhile nothing adapts"
+    )]
+    Force {
+        /// Time, s.
+        t: f64,
+        /// Actuator, counted from 1.
+        actuator: usize,
+        /// Force asked for, N.
+        asked: f64,
+        /// Most that the rod is given, N.
+        f_max: f64,
+    },
     /// A drive cannot give what the law asks for.
     #[error(
         "t = {t} s: the voltage law asks for {asked} V at actuator {actuator}, whose drive gives at most {v_max} V (v_max and v_dc/sqrt(3)): the reference \
@@ -107,6 +122,7 @@ pub struct ReportedTroubles {
     step: bool,
     reach: bool,
     voltage: [bool; 3],
+    force: [bool; 3],
     joint: [bool; 6],
     elbow: bool,
     wrist: bool,
@@ -168,6 +184,16 @@ pub(crate) fn first_trouble(
             limit: rates.largest_rate(joint),
         };
         begins(&mut reported.rate, held.rate.is_some(), slowed);
+    }
+    for (i, reported) in reported.force.iter_mut().enumerate() {
+        let demand = &now.demands[i];
+        let force = Trouble::Force {
+            t,
+            actuator: i + 1,
+            asked: demand.asked,
+            f_max: demand.f_max.unwrap_or(f64::INFINITY),
+        };
+        begins(reported, demand.asked != demand.f_r, force);
     }
     for (i, reported) in reported.voltage.iter_mut().enumerate() {
         let (asked, v_max) = (now.commands[i].voltage(), now.commands[i].v_max);

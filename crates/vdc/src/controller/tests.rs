@@ -58,6 +58,66 @@ fn the_integral_rests_at_each_limit() {
     }
 }
 
+/// Integral, and what was learnt of the payload's mass, kg, after 50 ms beside the start pose by `off`, rad, in
+/// the lift joint, where the lift rod may have the share `limit` of the force that holds the
+/// machine there; the required force of that rod, N, and its limit.
+fn limited(off: f64, limit: f64) -> (Vector6<f64>, f64, [f64; 2], Errors) {
+    let mut machine = Machine::reference();
+    let start = Input {
+        zeta: machine.start.zeta,
+        ..Input::default()
+    };
+    let network = Surrogate::reference();
+    let path = Trajectory::Cubic;
+    let new = |machine: &Machine, settings: &Settings| {
+        Controller::new(machine, &network, path, settings, &start, 0.0).expect("valid")
+    };
+    let settings = Settings {
+        integral: true,
+        force_limit: 1.25,
+        ..Settings::of(&machine.controller)
+    };
+    let holding = new(&machine, &settings).evaluate(&settings, &start);
+    machine.ratings.lift.force_max = limit * holding.expect("finite").output.f_required[1];
+    let most = settings.force_limit * machine.ratings.lift.force_max;
+    let mut controller = new(&machine, &settings);
+    let mut beside = start;
+    beside.zeta[1] += off;
+    let mass = |controller: &Controller| {
+        let estimate = &controller.state.bodies.estimates[hdrm::Body::PL as usize];
+        estimate.inertia().m
+    };
+    let before = mass(&controller);
+    let now = controller.evaluate(&settings, &beside).expect("finite");
+    for k in 0..50 {
+        let now = controller.evaluate(&settings, &beside).expect("finite");
+        let t = f64::from(k) * 1e-3;
+        controller
+            .step(&now, &settings, &beside, t, 1e-3)
+            .expect("finite");
+    }
+    let learnt = mass(&controller) - before;
+    let force = [now.output.f_required[1], most];
+    (controller.state.integral, learnt, force, now.errors)
+}
+
+/// At the limit of its force a rod that is asked for more, where the machine is too low, has the
+/// limit exactly; the integral rests and nothing is learnt. Where the machine is too high the
+/// integral leads back from the limit, and grows in closed form as within it; nothing is learnt
+/// there either.
+#[test]
+fn at_the_limit_of_a_force_the_integral_only_goes_back_and_nothing_is_learnt() {
+    let (z, learnt, [force, most], _) = limited(-1e-4, 0.7);
+    assert_eq!((z, learnt, force), (Vector6::zeros(), 0.0, most));
+    for (limit, is_limited) in [(0.7, true), (2.0, false)] {
+        let (z, learnt, [force, most], errors) = limited(1e-4, limit);
+        let expected = errors.e * (Machine::reference().controller.omega_tip * 0.05);
+        assert!(expected.norm() > 1e-6, "{expected}");
+        assert!((z - expected).norm() < 50.0 * f64::EPSILON * expected.norm());
+        assert_eq!((force == most, learnt == 0.0), (is_limited, is_limited));
+    }
+}
+
 /// Wrist torques beside the start pose, by 1e-4 rad in each joint, and what the law has integrated
 /// after 20 ms there.
 fn beside(mode: Mode, change: impl Fn(&mut Gains)) -> ([f64; 3], [f64; DOF]) {

@@ -12,10 +12,26 @@ use hdrm::saturate;
 /// What the law asks of one actuator.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct RodDemand {
-    /// Required force on the load, N.
+    /// Required force on the load, N, within its limit.
     pub(crate) f_r: f64,
     /// Required motion.
     pub(crate) motion: RodMotion,
+    /// The force before it was limited, N.
+    pub(crate) asked: f64,
+    /// The limit, N; None: the current's alone.
+    pub(crate) f_max: Option<f64>,
+}
+
+impl RodDemand {
+    /// The force `asked`, N, as far as `f_max` allows.
+    pub(crate) fn within(f_max: Option<f64>, asked: f64, motion: RodMotion) -> Self {
+        Self {
+            f_r: f_max.map_or(asked, |f_max| saturate(asked, f_max)),
+            motion,
+            asked,
+            f_max,
+        }
+    }
 }
 
 /// States of the law.
@@ -52,6 +68,8 @@ pub(crate) struct Command {
     pub(crate) e_q: f64,
     /// `F_hyb,r − F_hyb` by [eq:Error_Force_EMLA], N.
     pub(crate) force_error: f64,
+    /// Sign of the force whose limit is reached; 0 within it.
+    pub(crate) at_force_limit: f64,
     /// What the network adds to the physics, `α·dF`, N.
     residual_force: f64,
 }
@@ -148,17 +166,28 @@ impl VoltageLaw<'_> {
         saturate(i_qr, self.largest_current(now.T_winding))
     }
 
-    /// The current `i_qr`, A, for a drive that regulates its currents itself: the velocity feedback
-    /// joins it, at the ratio in which the voltage law weighs both errors,
-    /// ```text
-    /// i_q,cmd = i_qr + K_v/K_i (ẋ_r − ẋ_n)
-    /// ```
-    /// so the motor is as stiff against the force as under that law. Saturated at the drive's
-    /// limit.
-    fn with_damping(&self, i_qr: f64, velocity_error: f64, now: &Reading) -> f64 {
-        let gains = &self.settings.gains;
-        let i_q = i_qr + gains.K_v / gains.K_i * velocity_error;
-        saturate(i_q, self.largest_current(now.T_winding))
+    /// How much of the current `more`, A, which the velocity feedback adds to `i_qr`, the limit of
+    /// the rod's force leaves, and the sign of the force whose limit is reached, or 0. Both currents
+    /// together are at most what it takes to hold the largest forces: friction and the rotor's
+    /// inertia are not added, since a load that drives the motor back has them on its side, and
+    /// friction that changed its sign with the measured speed would make the machine swing.
+    fn within_force_limit(
+        i_qr: f64,
+        more: f64,
+        demand: &RodDemand,
+        current: impl Fn(&RodDemand) -> f64,
+    ) -> (f64, f64) {
+        let Some(f_max) = demand.f_max else {
+            return (more, 0.0);
+        };
+        let at_rest = RodMotion::default();
+        let [least, most] = [-f_max, f_max].map(|f| current(&RodDemand::within(None, f, at_rest)));
+        match i_qr + more {
+            i_q if i_q > most => (most - i_qr, 1.0),
+            i_q if i_q < least => (least - i_qr, -1.0),
+            _ if demand.asked == demand.f_r => (more, 0.0),
+            _ => (more, demand.asked.signum()),
+        }
     }
 
     /// `di_dr/dt = −λ_i·i_d` ([eq:current_d_required] with `i_dd = 0`), A/s.
@@ -178,6 +207,10 @@ impl VoltageLaw<'_> {
     /// on the motor side, `ẋ_n = lead·w_m/N`: on the rod side, as printed, it is not collocated and
     /// unstable at these gains.
     ///
+    /// A drive that regulates its currents itself is told a current which the velocity feedback
+    /// joins, `i_q,cmd = i_qr + K_v/K_i (ẋ_r − ẋ_n)`, at the ratio in which the voltage law weighs
+    /// both errors: so the motor is as stiff against the force as under that law.
+    ///
     /// `residual_force` is that of [`residual_forces`].
     pub(crate) fn command(
         &self,
@@ -190,15 +223,26 @@ impl VoltageLaw<'_> {
         let Reading { i_d, i_q, w_m, .. } = *now;
         let i_dr = state.i_dr;
         let velocity_error = demand.motion.x_r_dot - maps::travel_per_radian(p) * w_m;
-        let mut i_qr = self.required_current(state, demand, now, residual_force);
+        let current = |d: &RodDemand| self.required_current(state, d, now, residual_force);
+        let mut i_qr = current(demand);
+        // What an ampere of the required current weighs in the feedback, V.
+        let ampere = match self.settings.current_loop {
+            true => gains.K_i,
+            false => gains.K_f * maps::beta_1(p, i_d),
+        };
+        let asked = gains.K_v / ampere * velocity_error;
+        let (given, at_force_limit) = Self::within_force_limit(i_qr, asked, demand, current);
+        let mut damping = gains.K_v * velocity_error;
         if self.settings.current_loop {
-            i_qr = self.with_damping(i_qr, velocity_error, now);
+            i_qr = saturate(i_qr + given, self.largest_current(now.T_winding));
+        } else if given != asked && ampere > 0.0 {
+            damping = ampere * given;
         }
         let di_qr = (i_qr - state.i_qr_filtered) / gains.di_qr_filter_time;
         let force_error = maps::beta_1(p, i_d) * (i_qr - i_q) - maps::beta_2(p, i_q) * (i_dr - i_d);
         let w_e = f64::from(p.p) * w_m;
         let e_d = gains.K_i * (i_dr - i_d);
-        let e_q = gains.K_f * force_error + gains.K_v * velocity_error;
+        let e_q = gains.K_f * force_error + damping;
         Command {
             v_d: p.R_s * i_d + p.L_d * self.i_dr_dot(now) - w_e * p.L_q * i_q
                 + e_d
@@ -214,6 +258,7 @@ impl VoltageLaw<'_> {
             e_d,
             e_q,
             force_error,
+            at_force_limit,
             residual_force,
         }
     }
@@ -297,13 +342,11 @@ mod tests {
             ..emla::Input::default()
         };
         let s = actuator.start(&start).expect("finite");
-        let demand = RodDemand {
-            f_r: 21e3,
-            motion: RodMotion {
-                x_r_dot: 0.02,
-                x_r_ddot: 0.0,
-            },
+        let motion = RodMotion {
+            x_r_dot: 0.02,
+            x_r_ddot: 0.0,
         };
+        let demand = RodDemand::within(None, 21e3, motion);
         let measured = Reading {
             i_d: s.i_d,
             i_q: s.i_q,
@@ -457,5 +500,57 @@ mod tests {
         assert_eq!(integral, 0.0);
         demand.motion.x_r_dot += 1.0;
         assert_eq!(of(&settings, &demand).0.i_qr, actuator.params().i_max);
+    }
+
+    /// With a limit of the force the current, velocity feedback included, is at most what that
+    /// force takes at rest, in both directions and at any speed; within the limit nothing changes.
+    #[test]
+    fn a_drive_with_a_current_loop_keeps_the_limit_of_the_force() {
+        let mut settings = settings(0.0);
+        settings.current_loop = true;
+        let actuator = actuator(0.0);
+        let (start, steady) = steady(&actuator);
+        let law = VoltageLaw {
+            actuator: &actuator,
+            settings: &settings,
+        };
+        let p = actuator.params();
+        let demand = |f_max, asked, x_r_dot| {
+            let motion = RodMotion {
+                x_r_dot,
+                x_r_ddot: 0.0,
+            };
+            RodDemand::within(f_max, asked, motion)
+        };
+        let speed = start.motion.x_r_dot;
+        for x_dot in [speed, -speed] {
+            let now = Reading {
+                w_m: x_dot / maps::travel_per_radian(p),
+                ..steady
+            };
+            let state = DriveState::undisturbed(p, now.w_m).settled(now.i_q);
+            let of = |demand| {
+                let command = law.command(&state, &demand, &now, 0.0);
+                (command.i_qr, command.at_force_limit)
+            };
+            // Currents that hold these forces, by the actuator's own map.
+            let torque_constant = 1.5 * f64::from(p.p) * (p.lambda_m + p.L_d * now.i_d);
+            let takes = |F| maps::required_torque(p, F, 0.0, 0.0) / torque_constant;
+            for (asked, faster) in [(21e3, 1e-3), (-29e3, -2e-3)] {
+                let free = of(demand(None, asked, x_dot + faster));
+                assert_eq!(of(demand(Some(50e3), asked, x_dot + faster)), free);
+            }
+            for (asked, faster, force) in [(21e3, 1e-1, 30e3), (21e3, -1e-1, -30e3)] {
+                let (i_q, sign) = of(demand(Some(30e3), asked, x_dot + faster));
+                let error = (i_q - takes(force)).abs();
+                assert!(error < 1e-9, "{i_q} A, {} A", takes(force));
+                assert_eq!(sign, force.signum());
+            }
+            // Less, where friction is on the rod's side.
+            let (i_q, sign) = of(demand(Some(30e3), 1e9, x_dot));
+            let (held, _) = of(demand(None, 30e3, x_dot));
+            let error = (i_q - held.min(takes(30e3))).abs();
+            assert!(error < 1e-9 && sign == 1.0, "{i_q} A, {held} A");
+        }
     }
 }

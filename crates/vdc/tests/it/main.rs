@@ -5,6 +5,7 @@
 mod actuator_level;
 mod closed_loop;
 mod coupled;
+mod force_limit;
 mod loads;
 mod moving_base;
 mod outputs;

@@ -107,6 +107,30 @@ fn a_voltage_that_no_drive_gives_is_named_by_actuator() {
     );
 }
 
+#[test]
+fn a_force_beyond_the_limit_is_named_by_actuator() {
+    let mut case = Case::new();
+    let rated = Machine::reference().ratings.lift.force_max;
+    assert_eq!(case.trouble(0.0, H), None);
+    case.settings.force_limit = 0.5;
+    let Some(Trouble::Force {
+        actuator,
+        asked,
+        f_max,
+        ..
+    }) = case.trouble(1.0, H)
+    else {
+        panic!("41 kN are more than 35");
+    };
+    assert!((asked - 41_143.0).abs() < 1.0, "{asked} N");
+    assert_eq!((actuator, f_max), (2, 0.5 * rated));
+    assert_eq!(
+        case.trouble(2.0, H),
+        None,
+        "told once; the tilt rod has 32 kN"
+    );
+}
+
 /// The voltage limit is that of the DC link, `v_dc/√3`; without one the nominal machine's.
 #[test]
 fn a_link_too_low_for_the_command_is_named() {
