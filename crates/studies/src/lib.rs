@@ -18,6 +18,7 @@ pub mod bench;
 )]
 pub mod commands;
 pub mod grid;
+pub mod identification;
 pub mod laws;
 pub mod loads;
 pub mod machine_file;

@@ -15,6 +15,7 @@ use cosim::run::{Experiment, observed};
 use cosim::signals::Signals;
 use cosim::system::System;
 use cosim::wiring::Port;
+use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
@@ -68,6 +69,19 @@ impl Trial {
     #[must_use]
     pub fn cost(&self) -> f64 {
         self.rmse.unwrap_or(f64::INFINITY)
+    }
+
+    /// Of a run that was not made because it could only be lost.
+    #[must_use]
+    pub fn lost(why: String) -> Self {
+        Self {
+            fate: Fate::Lost,
+            why,
+            rmse: None,
+            force: 0.0,
+            swing: 0.0,
+            time: 0.0,
+        }
     }
 
     /// Run `experiment`.
@@ -212,11 +226,11 @@ pub struct Store {
     system: String,
 }
 
-/// A trial with what it was made of.
+/// A trial, or something else, with what it was made of.
 #[derive(Serialize, Deserialize)]
-struct Kept {
+struct Kept<T> {
     made_of: String,
-    trial: Trial,
+    trial: T,
 }
 
 impl Store {
@@ -235,14 +249,28 @@ impl Store {
         })
     }
 
-    /// The trial called `name` of `experiment`: as it is kept, else run and kept. What its machine
-    /// file says counts, not where it lies.
+    /// The trial called `name` of `experiment`: as it is kept, else run and kept.
     ///
     /// # Errors
-    /// As [`Trial::of`]; a trial of this name was kept of something else.
+    /// As [`Trial::of`]; as [`Store::kept`].
     pub fn trial(&self, name: &str, system: &System, experiment: &Experiment) -> Result<Trial> {
+        self.kept(name, system, experiment, || Trial::of(system, experiment))
+    }
+
+    /// What is called `name` and made by `make` of `experiment`: as it is kept, else made and kept.
+    /// What its machine file says counts, not where it lies.
+    ///
+    /// # Errors
+    /// As of `make`; something of this name was made of something else.
+    pub fn kept<T: Serialize + DeserializeOwned>(
+        &self,
+        name: &str,
+        system: &System,
+        experiment: &Experiment,
+        make: impl FnOnce() -> Result<T>,
+    ) -> Result<T> {
         let Some(folder) = &self.folder else {
-            return Trial::of(system, experiment);
+            return make();
         };
         let mut made_of = format!("{} {:?}", self.system, experiment.stepping);
         for setting in &experiment.settings {
@@ -255,7 +283,7 @@ impl Store {
         let made_of = hex(made_of.as_bytes());
         let file = folder.join(format!("{}.json", name.replace([' ', '/', ','], "_")));
         if let Ok(text) = fs::read_to_string(&file) {
-            let kept: Kept = serde_json::from_str(&text)
+            let kept: Kept<T> = serde_json::from_str(&text)
                 .with_context(|| format!("`{}` is no trial", file.display()))?;
             ensure!(
                 kept.made_of == made_of,
@@ -264,7 +292,7 @@ impl Store {
             );
             return Ok(kept.trial);
         }
-        let trial = Trial::of(system, experiment)?;
+        let trial = make()?;
         let kept = Kept { made_of, trial };
         let part = file.with_extension("part");
         fs::write(&part, serde_json::to_string_pretty(&kept)?)

@@ -10,7 +10,9 @@ use cosim::cli::{bar, print};
 use cosim::verdict::Verdict;
 
 use crate::bench::MachineArgs;
-use crate::grid::ALL_TRAJECTORIES;
+use crate::grid::{ALL_TRAJECTORIES, Spread};
+use crate::identification::model::Condition;
+use crate::identification::run::{Commissioning, Identified};
 use crate::print::files::{conditions, write_json};
 use crate::studies::tournament::{self, Arena, CONTESTANTS, Row, TUNING_PATHS, Tuned};
 use crate::trial::Store;
@@ -26,7 +28,7 @@ pub struct TournamentArgs {
     #[command(flatten)]
     pub machine: MachineArgs,
     /// Laws, repeatable [default: all]
-    #[arg(long = "law", value_name = "MODE", value_parser = CONTESTANTS.map(|c| c.mode))]
+    #[arg(long = "law", value_name = "MODE", value_parser = CONTESTANTS.map(|c| c.name))]
     laws: Vec<String>,
     /// Candidates for the gains of each law
     #[arg(long, default_value_t = 40, value_parser = clap::value_parser!(u64).range(1..))]
@@ -37,6 +39,9 @@ pub struct TournamentArgs {
     /// Machines to report on, from seed 1 on
     #[arg(long, default_value_t = 50, value_parser = clap::value_parser!(u64).range(1..=100))]
     seeds: u64,
+    /// Paths to report on, repeatable [default: all]
+    #[arg(long = "path", value_name = "PATH", value_parser = ALL_TRAJECTORIES)]
+    paths: Vec<String>,
     /// Keep each run in this folder, and take those that are there: an interrupted command goes on
     #[arg(long, value_name = "DIR", default_value = "tournament")]
     store: PathBuf,
@@ -54,15 +59,20 @@ pub fn tournament(args: &TournamentArgs) -> Result<Verdict> {
     let tuning = cases(world, &system, 101..101 + args.tuning_seeds)?;
     let reporting = cases(world, &system, 1..1 + args.seeds)?;
     let store = &Store::new(Some(&args.store), &system)?;
-    let arena = Arena {
+    let mut arena = Arena {
         system: &system,
         base: &base,
         store,
+        identified: Identified::new(),
     };
-    let chosen = |mode: &str| args.laws.is_empty() || args.laws.iter().any(|law| law == mode);
-    let laws: Vec<_> = CONTESTANTS.iter().filter(|c| chosen(c.mode)).collect();
+    let chosen = |name: &str| args.laws.is_empty() || args.laws.iter().any(|law| law == name);
+    let laws: Vec<_> = CONTESTANTS.iter().filter(|c| chosen(c.name)).collect();
     let tries = laws.len() as u64 * args.budget;
-    let runs = (laws.len() * reporting.list.len() * ALL_TRAJECTORIES.len()) as u64;
+    let paths = ALL_TRAJECTORIES.into_iter();
+    let paths: Vec<_> = paths
+        .filter(|path| args.paths.is_empty() || args.paths.iter().any(|p| p == path))
+        .collect();
+    let runs = (laws.len() * reporting.list.len() * paths.len()) as u64;
     let begun = Instant::now();
     let simulated = arena.first(laws[0], &tuning.list)?;
     let each = begun.elapsed().as_secs_f64() / simulated * RUN;
@@ -72,6 +82,16 @@ pub fn tournament(args: &TournamentArgs) -> Result<Verdict> {
     eprintln!(
         "{each:.1} s a run, {all} runs on {cores} cores: at most {hours:.1} hours; lost runs end early, kept ones are not repeated"
     );
+    if laws.iter().any(|law| law.is_identified) {
+        let cases = [&tuning.list[..], &reporting.list].concat();
+        let commissioning = Commissioning::new(&system, &base, &args.store)?;
+        let progress = bar(cases.len() as u64, "machines identified", false);
+        let runs = (&system, &base);
+        arena.identified = commissioning.identify(runs, &cases, store, || progress.inc(1))?;
+        progress.finish_and_clear();
+        found["excitation"] = serde_json::to_value(commissioning.condition())?;
+        eprintln!("{}", identification(&commissioning, &arena.identified));
+    }
     let progress = bar(tries, "candidates", false);
     let mut results = Vec::new();
     for law in &laws {
@@ -82,7 +102,7 @@ pub fn tournament(args: &TournamentArgs) -> Result<Verdict> {
     let progress = bar(runs, "runs", false);
     let mut reports = Vec::new();
     for tuned in results {
-        let trials = arena.report(&tuned, &reporting.list, &ALL_TRAJECTORIES, || {
+        let trials = arena.report(&tuned, &reporting.list, &paths, || {
             progress.inc(1);
         })?;
         reports.push((tuned, trials));
@@ -98,10 +118,35 @@ pub fn tournament(args: &TournamentArgs) -> Result<Verdict> {
     Ok(verdict)
 }
 
+/// What the excitation told.
+fn identification(commissioning: &Commissioning, identified: &Identified) -> String {
+    let Condition { base, number } = commissioning.condition();
+    let found: Vec<_> = identified.values().flatten().collect();
+    let median = |k: usize, which: usize| {
+        let forces = found.iter().map(|found| found.forces[which][k]);
+        Spread::of(forces).median
+    };
+    let pair = |k: usize| format!("{:.0} -> {:.0}", median(k, 0), median(k, 1));
+    let mut text = format!(
+        "{} of {} machines identified; base regressor: {base} columns, condition {number:.0}; forces left by the nominal -> by the identified \
+         model, RMS, median: rods {} N, wrist {} N.m",
+        found.len(),
+        identified.len(),
+        [0, 1, 2].map(pair).join(", "),
+        [3, 4, 5].map(pair).join(", ")
+    );
+    for (case, why) in identified {
+        if let Err(why) = why {
+            let _ = write!(text, "\n{case}: {why}");
+        }
+    }
+    text
+}
+
 /// Failures first.
 fn text(rows: &[Row]) -> String {
     let mut text = format!(
-        "{:<22}{:>7}{:>9}{:>7}{:>12}{:>11}{:>11}  error / that of {REFERENCE} (95 %)\n",
+        "{:<28}{:>7}{:>9}{:>7}{:>12}{:>11}{:>11}  error / that of {REFERENCE} (95 %)\n",
         "law", "lost", "stopped", "kept", "median, mm", "worst, mm", "force"
     );
     for row in rows {
@@ -114,7 +159,7 @@ fn text(rows: &[Row]) -> String {
         });
         let _ = writeln!(
             text,
-            "{:<22}{:>7}{:>9}{:>7}{:>12}{:>11}{:>11}  {ratio}",
+            "{:<28}{:>7}{:>9}{:>7}{:>12}{:>11}{:>11}  {ratio}",
             row.law,
             row.counts.lost,
             row.counts.stopped,

@@ -3,8 +3,9 @@
 //!
 //! The gains of a law are tuned as factors on what is shipped, each from an eighth to eight times:
 //! first what is shipped, then evenly spread points, then points around the best so far. The cost of
-//! gains is the median plus the worst known error over the tuning machines and paths; a run that is
-//! not kept makes it infinite, and the rest of them is left out.
+//! gains is the median plus the worst known error over the tuning machines and paths. A run that is
+//! not kept makes it infinite, and the rest of them is left out; so it is of gains that are found to
+//! be behind the best so far.
 
 use anyhow::{Context, Result};
 use cosim::master::start_value;
@@ -18,6 +19,7 @@ use serde::Serialize;
 use tip_path::SIX_JOINTS;
 
 use crate::grid::{Case, Spread, following};
+use crate::identification::run::Identified;
 use crate::start_values::over;
 use crate::studies::draws::Counts;
 use crate::trial::{Fate, Store, Trial};
@@ -32,6 +34,11 @@ const SPREAD: f64 = 0.5;
 /// by what it shrinks over the rest of the budget.
 const STEP: f64 = 0.3;
 const SHRINKS: f64 = 0.2;
+/// Tuning runs that are made at once; a candidate ends after so many, from the third time on, where
+/// its cost is by this factor larger than that of the best one on the same runs.
+const CHUNK: usize = 2;
+const LEAD: usize = 3 * CHUNK;
+const BEHIND: f64 = 1.1;
 /// Resamplings of the bootstrap.
 const RESAMPLINGS: usize = 2000;
 
@@ -51,41 +58,46 @@ pub type Gain = (String, f64);
 
 /// A law and the gains that are tuned; those of a group have one factor.
 pub struct Contestant {
+    /// Name in the tables.
+    pub name: &'static str,
     /// Mode of the controller.
-    pub mode: &'static str,
+    mode: &'static str,
+    /// Whether the controller of each machine is given what was identified of it.
+    pub is_identified: bool,
     gains: &'static [&'static [&'static str]],
 }
 
+impl Contestant {
+    const fn new(mode: &'static str, gains: &'static [&'static [&'static str]]) -> Self {
+        Self {
+            name: mode,
+            mode,
+            is_identified: false,
+            gains,
+        }
+    }
+}
+
+const MODULAR: &[&[&str]] = &[TIP, TURN, KAPPA, INTEGRAL];
+const DAMPED: &[&[&str]] = &[TIP, TURN, RODS, WRIST, INTEGRAL];
+
 /// All laws.
-pub const CONTESTANTS: [Contestant; 7] = [
+pub const CONTESTANTS: [Contestant; 8] = [
+    Contestant::new(
+        "adaptive_integral",
+        &[TIP, TURN, KAPPA, INTEGRAL, &["gamma"]],
+    ),
+    Contestant::new("adaptive", &[TIP, TURN, KAPPA, &["gamma"]]),
+    Contestant::new("modular_integral", MODULAR),
     Contestant {
-        mode: "adaptive_integral",
-        gains: &[TIP, TURN, KAPPA, INTEGRAL, &["gamma"]],
+        name: "modular_integral_identified",
+        is_identified: true,
+        ..Contestant::new("modular_integral", MODULAR)
     },
-    Contestant {
-        mode: "adaptive",
-        gains: &[TIP, TURN, KAPPA, &["gamma"]],
-    },
-    Contestant {
-        mode: "modular_integral",
-        gains: &[TIP, TURN, KAPPA, INTEGRAL],
-    },
-    Contestant {
-        mode: "pd_gravity_integral",
-        gains: &[TIP, TURN, RODS, WRIST, INTEGRAL],
-    },
-    Contestant {
-        mode: "cascade",
-        gains: &[TIP, TURN, RODS, WRIST, INTEGRAL],
-    },
-    Contestant {
-        mode: "disturbance_observer",
-        gains: &[TIP, TURN, KAPPA, INTEGRAL],
-    },
-    Contestant {
-        mode: "super_twisting",
-        gains: &[TIP, TURN, KAPPA, INTEGRAL],
-    },
+    Contestant::new("pd_gravity_integral", DAMPED),
+    Contestant::new("cascade", DAMPED),
+    Contestant::new("disturbance_observer", MODULAR),
+    Contestant::new("super_twisting", MODULAR),
 ];
 
 /// What is run and where it is kept.
@@ -96,6 +108,8 @@ pub struct Arena<'a> {
     pub base: &'a Experiment,
     /// Kept runs.
     pub store: &'a Store,
+    /// Machines as identified, for the laws that take them.
+    pub identified: Identified,
 }
 
 /// Gains of a law and what they cost.
@@ -108,12 +122,21 @@ pub struct Tuned {
     /// Median plus worst known error over the tuning runs, m; none where a run was lost with every
     /// candidate.
     pub cost: Option<f64>,
-    /// Candidates with which no run was lost.
+    /// Candidates of whose runs none was lost, up to where they were found to be behind.
     pub kept: usize,
     /// Candidates that were tried.
     pub tried: usize,
     #[serde(skip)]
     law_settings: Vec<Setting>,
+    #[serde(skip)]
+    is_identified: bool,
+}
+
+/// A law with its gains: of what it was made, and start values of the controller.
+#[derive(Clone, Copy)]
+struct Player<'a> {
+    settings: &'a [Setting],
+    is_identified: bool,
 }
 
 impl Arena<'_> {
@@ -123,6 +146,24 @@ impl Arena<'_> {
         let mut experiment = over(self.system, self.base, settings)?;
         experiment.stepping.jitter = case.jitter;
         Ok(experiment)
+    }
+
+    /// A kept run. A law that needs a machine as identified is lost on one that could not be.
+    fn trial(&self, name: &str, player: Player, case: &Case, path: &str) -> Result<Trial> {
+        let mut law = player.settings.to_vec();
+        if player.is_identified {
+            let identified = self.identified.get(&case.label);
+            match identified.context("a machine that was not identified")? {
+                Ok(found) => {
+                    let file = found.file.display();
+                    law.push(self.system.setting("controller.machine_file", file)?);
+                }
+                Err(why) => return Ok(Trial::lost(format!("not identified: {why}"))),
+            }
+        }
+        let name = format!("{name} {} {path}", case.label);
+        let experiment = self.experiment(&law, case, path)?;
+        self.store.trial(&name, self.system, &experiment)
     }
 
     /// Runs `contestant` as it is shipped on the first case and tells how long, s: for an estimate.
@@ -153,27 +194,32 @@ impl Arena<'_> {
         Ok((gains, settings))
     }
 
-    /// Median plus worst known error over cases and paths, m; infinite as soon as a run is not kept.
-    fn cost(&self, name: &str, law: &[Setting], cases: &[Case]) -> Result<f64> {
+    /// Known errors over cases and paths, m, and whether all that were run were kept; without the
+    /// rest as soon as a run is not kept, or as the errors of `best` are found to be less.
+    fn errors(
+        &self,
+        name: &str,
+        player: Player,
+        cases: &[Case],
+        best: &[f64],
+    ) -> Result<(Option<Vec<f64>>, bool)> {
         let mut errors = Vec::new();
         // As many at once as there are cores, so that little is run in vain.
         let runs: Vec<(&Case, &str)> = (cases.iter())
             .flat_map(|case| TUNING_PATHS.map(|path| (case, path)))
             .collect();
-        for chunk in runs.chunks(rayon::current_num_threads().max(1)) {
-            let one = |(case, path): &(&Case, &str)| {
-                let name = format!("{name} {} {path}", case.label);
-                let experiment = self.experiment(law, case, path)?;
-                self.store.trial(&name, self.system, &experiment)
-            };
+        for chunk in runs.chunks(CHUNK) {
+            let one = |(case, path): &(&Case, &str)| self.trial(name, player, case, path);
             let trials: Vec<Trial> = chunk.par_iter().map(one).collect::<Result<_>>()?;
             if trials.iter().any(|trial| trial.fate != Fate::Kept) {
-                return Ok(f64::INFINITY);
+                return Ok((None, false));
             }
             errors.extend(trials.iter().map(Trial::cost));
+            if is_behind(&errors, best) {
+                return Ok((None, true));
+            }
         }
-        let Spread { median, worst } = Spread::of(errors);
-        Ok(median + worst)
+        Ok((Some(errors), true))
     }
 
     /// Tunes `contestant` with `budget` candidates on `cases`; `done` is called after each.
@@ -187,7 +233,7 @@ impl Arena<'_> {
         budget: u64,
         done: impl Fn(),
     ) -> Result<Tuned> {
-        let mut best: Option<(f64, Vec<f64>)> = None;
+        let mut best: Option<(Vec<f64>, Vec<f64>)> = None;
         let (mut kept, all) = (0, usize::try_from(budget)?);
         for k in 0..budget {
             let logs = candidate(
@@ -197,24 +243,32 @@ impl Arena<'_> {
                 best.as_ref().map(|b| &b.1[..]),
             );
             let (_, law) = self.gains(contestant, &logs)?;
-            let name = format!("tune {} {k}", contestant.mode);
-            let cost = self.cost(&name, &law, cases)?;
-            kept += usize::from(cost.is_finite());
-            if cost.is_finite() && best.as_ref().is_none_or(|(least, _)| cost < *least) {
-                best = Some((cost, logs));
+            let name = format!("tune {} {k}", contestant.name);
+            let player = Player {
+                settings: &law,
+                is_identified: contestant.is_identified,
+            };
+            let of_best = best.as_ref().map_or(&[][..], |(errors, _)| errors);
+            let (errors, is_kept) = self.errors(&name, player, cases, of_best)?;
+            kept += usize::from(is_kept);
+            if let Some(errors) = errors
+                && (of_best.is_empty() || cost(&errors) < cost(of_best))
+            {
+                best = Some((errors, logs));
             }
             done();
         }
-        let cost = best.as_ref().map(|(cost, _)| *cost);
+        let cost = best.as_ref().map(|(errors, _)| cost(errors));
         let logs = best.map_or(vec![0.0; contestant.gains.len()], |(_, logs)| logs);
         let (gains, law_settings) = self.gains(contestant, &logs)?;
         Ok(Tuned {
-            law: contestant.mode.into(),
+            law: contestant.name.into(),
             gains,
             cost,
             kept,
             tried: all,
             law_settings,
+            is_identified: contestant.is_identified,
         })
     }
 
@@ -232,15 +286,30 @@ impl Arena<'_> {
         let runs: Vec<(&Case, &str)> = (cases.iter())
             .flat_map(|case| paths.iter().map(move |path| (case, *path)))
             .collect();
+        let name = format!("report {}", tuned.law);
+        let player = Player {
+            settings: &tuned.law_settings,
+            is_identified: tuned.is_identified,
+        };
         let one = |(case, path): &(&Case, &str)| {
-            let name = format!("report {} {} {path}", tuned.law, case.label);
-            let experiment = self.experiment(&tuned.law_settings, case, path)?;
-            let trial = self.store.trial(&name, self.system, &experiment)?;
+            let trial = self.trial(&name, player, case, path)?;
             done();
             Ok(trial)
         };
         runs.par_iter().map(one).collect()
     }
+}
+
+/// Median plus worst of errors, m.
+fn cost(errors: &[f64]) -> f64 {
+    let Spread { median, worst } = Spread::of(errors.iter().copied());
+    median + worst
+}
+
+/// Whether errors are clearly worse than those of the best on the same runs.
+fn is_behind(errors: &[f64], best: &[f64]) -> bool {
+    let of_best = best.get(..errors.len());
+    errors.len() >= LEAD && of_best.is_some_and(|best| cost(errors) > BEHIND * cost(best))
 }
 
 /// Candidate `k` of `budget`: a logarithm between −1 and 1 for each gain. The first is what is
@@ -341,6 +410,17 @@ mod tests {
         }
     }
 
+    /// Behind is who has more than 1.1 times the cost of the best on the same runs, from the sixth
+    /// on; nobody is behind where nothing is known of a best one.
+    #[test]
+    fn a_candidate_that_is_behind_ends_early() {
+        let best = [1.0, 3.0, 2.0, 1.0, 1.0, 1.0, 9.0, 9.0];
+        assert!((cost(&best[..4]) - 4.5).abs() < 1e-12);
+        let worse = best.map(|error| 1.11 * error);
+        assert!(is_behind(&worse[..6], &best) && !is_behind(&worse[..5], &best));
+        assert!(!is_behind(&worse, &[]) && !is_behind(&best, &best));
+    }
+
     /// What is shipped comes first; a fifth of the evenly spread points, 10 of 50, lies in each fifth
     /// of every gain's range, to 4; later ones stay within the range and close in on the best.
     #[test]
@@ -393,6 +473,7 @@ mod tests {
                 kept: 0,
                 tried: 0,
                 law_settings: Vec::new(),
+                is_identified: false,
             };
             (tuned, errors.iter().map(trial).collect())
         };
