@@ -93,13 +93,12 @@ def test_the_page_opens_from_a_folder_and_moves(opened):
     assert chrome.execute_script("return document.querySelectorAll('.scope').length") == 3
 
 
-def test_the_drawn_tip_is_the_fmus(page):
-    """The page solves the closed loops itself: its tip is that of the FMU to rounding, also away from the start."""
+def test_the_machine_is_drawn_where_the_fmu_has_it(page):
+    """The page solves the closed loops itself: its tip and its strokes are those of the FMU to rounding, also away from the start."""
     restart(page, trajectory="cubic", controller__settle_time=0.1)
     advance(page, 2.0)
-    time.sleep(0.3)
-    off = page.find_element(By.ID, "stage").get_attribute("data-drawing-error")
-    assert float(off) < 1e-9
+    until(page, lambda: text(page, "clock") == "2.00 s")
+    assert float(page.find_element(By.ID, "stage").get_attribute("data-drawing-error")) < 1e-9
 
 
 def test_the_tip_follows_as_natively(page):

@@ -2,6 +2,7 @@
 import { Ensemble, WORLDS, forEngine } from "./ensemble.js";
 import { LAWS, Panel } from "./controls.js";
 import { Levers, LEVER_KEYS } from "./drive.js";
+import { rotated } from "./kinematics.js";
 import { LiveScene } from "./live_scene.js";
 import { Recorder } from "./records.js";
 import { Page, element, html, scripted, tickBox } from "./page.js";
@@ -126,7 +127,7 @@ class LivePage extends Page {
     this.latest = frame;
     if (frame.error && this.playing) this.ended(frame.error);
     if (this.pushed && frame.time >= this.pushed) this.push([0, 0, 0]);
-    this.ensemble.tend();
+    if (!frame.error) this.ensemble.tend();
   }
 
   /* Says it where nothing worse was said. */
@@ -169,7 +170,7 @@ class LivePage extends Page {
     const { now, ghosts } = this.monitor;
     const tilt = now("tilt");
     this.scene.show({
-      zeta: now("zeta"), tip: now("tip"), orientation: now("orientation"), desired: now("desired"),
+      zeta: now("zeta"), tip: now("tip"), strokes: now("stroke"), desired: now("desired"),
       loadMass: now("load")[0] ?? 0, tilt: tilt.length ? tilt : [0, 0], ghosts });
   }
 
@@ -317,7 +318,8 @@ class LivePage extends Page {
   push(force) {
     this.pushed = null;
     if (force.some((f) => f !== 0)) this.done("push");
-    const inTip = this.scene.inTipAxes(force);
+    const [w, x, y, z] = this.monitor.now("orientation");
+    const inTip = rotated(force, [-x, -y, -z, w]);
     return this.attempt(() => Promise.all(inTip.map((f, k) => this.set(`hdrm.wrench_env[${k + 1}]`, f))));
   }
 
