@@ -42,6 +42,7 @@ export class Ensemble {
 
   /* All from the start. What the main engine refuses, changes nothing. */
   async restart(settings) {
+    await this.tending;
     await this.main.restart(forEngine(settings));
     await Promise.all([...this.ghosts].map(([law, ghost]) => ghost.restart(forEngine({ ...settings, "controller.mode": law }))));
     this.saved = [];
@@ -50,6 +51,7 @@ export class Ensemble {
 
   /* The ghosts are those of the laws; all start again together. */
   async beside(laws, settings) {
+    await this.tending;
     for (const [law, ghost] of this.ghosts) {
       if (laws.includes(law)) continue;
       ghost.close();
@@ -101,17 +103,15 @@ export class Ensemble {
   }
 
   /* While all run: a state is kept each second, and who is late on a busy machine makes up for it. Called for each frame. */
-  async tend() {
-    if (this.busy) return;
-    this.busy = true;
-    try {
-      const latest = Math.max(...this.all.map((engine) => engine.time));
-      const late = this.ghosts.size ? this.all.filter((engine) => latest - engine.time > LATE) : [];
-      await Promise.all(late.map((engine) => engine.advance(latest - engine.time)));
-      if (this.time >= (this.saved.at(-1)?.time ?? -Infinity) + SAVE_EVERY) await this.keep();
-    } finally {
-      this.busy = false;
-    }
+  tend() {
+    this.tending ??= this.look().finally(() => (this.tending = null));
+  }
+
+  async look() {
+    const latest = Math.max(...this.all.map((engine) => engine.time));
+    const late = this.ghosts.size ? this.all.filter((engine) => latest - engine.time > LATE) : [];
+    await Promise.all(late.map((engine) => engine.advance(latest - engine.time)));
+    if (this.time >= (this.saved.at(-1)?.time ?? -Infinity) + SAVE_EVERY) await this.keep();
   }
 
   /* To the state of ten seconds ago, or the oldest one kept since; the time that it is of. */

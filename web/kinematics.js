@@ -44,7 +44,7 @@ export function rotated([x, y, z], q) {
   return product(product(q, [x, y, z, 0]), [-q[0], -q[1], -q[2], q[3]]).slice(0, 3);
 }
 
-/* Each body's pose in the world, by name; `T4` is the tip. */
+/* Each body's pose in the world, by name, the tip as `T4`; and the strokes of slew, lift and tilt, m. */
 export function poses(tree, zeta) {
   const { lift, tilt, e_boom: boom } = tree;
   const [slew, elevation, bend, roll, pitch, turn] = zeta;
@@ -73,5 +73,5 @@ export function poses(tree, zeta) {
     const parent = world[name === "T4" ? "D4" : PARENTS[name]];
     world[name] = parent ? { r: rotated(r, parent.q).map((v, k) => v + parent.r[k]), q: product(parent.q, q) } : { r, q };
   }
-  return world;
+  return { world, strokes: [tree.x1_mid + tree.r_B * slew, rod.length - lift.x0, bar.actuator.length - tilt.x0] };
 }

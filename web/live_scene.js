@@ -2,7 +2,7 @@
  * The live machine in three dimensions, on top of `MachineDrawing`: ghosts under other laws, the reference with its shadow on the ground, the
  * way of the tip, forces at the rods, what hangs at the tip, the push that one drags, waypoints.
  */
-import { poses, rotated } from "./kinematics.js";
+import { poses } from "./kinematics.js";
 
 const DAY = { sky: "#dfe7ef", ground: "#cfd8e1", axes: "#aab6c2", grid: "#bcc7d2" };
 const NIGHT = { sky: "#141c26", ground: "#1d2732", axes: "#3a4856", grid: "#2a3642" };
@@ -111,23 +111,21 @@ export class LiveScene {
   }
 
   pose(groups, zeta) {
-    const world = poses(this.data.tree, zeta);
+    const { world, strokes } = poses(this.data.tree, zeta);
     this.data.bodies.forEach(({ name }, k) => {
       groups[k].position.set(...world[name].r);
       groups[k].quaternion.set(...world[name].q);
     });
-    return world;
+    return [...world.T4.r, ...strokes];
   }
 
-  /* A frame's values: zeta, tip, orientation [w, x, y, z], desired, forces, loadMass, tilt, and zeta of each ghost. */
-  show({ zeta, tip, orientation, desired, loadMass, tilt, ghosts }) {
+  /* A frame's values: zeta, tip, strokes, desired, loadMass, tilt, and zeta of each ghost. */
+  show({ zeta, tip, strokes, desired, loadMass, tilt, ghosts }) {
     const { drawing } = this;
-    const world = this.pose(drawing.groups, zeta);
-    // How far the drawn tip is from the FMU's, m: another machine would show.
-    this.stage.dataset.drawingError = Math.hypot(...world.T4.r.map((v, k) => v - tip[k]));
+    const drawn = this.pose(drawing.groups, zeta);
+    // How far tip and rods are drawn from where the FMU has them, m: another machine would show.
+    this.stage.dataset.drawingError = Math.hypot(...[...tip, ...strokes].map((v, k) => v - drawn[k]));
     drawing.tip.position.set(...tip);
-    const [w, x, y, z] = orientation;
-    this.orientation = [x, y, z, w];
     const shown = tip.map((v, k) => v + this.gain * (desired[k] - v));
     this.reference.position.set(...shown);
     this.shadow.position.set(shown[0], 0.006, shown[2]);
@@ -211,12 +209,6 @@ export class LiveScene {
     this.arrowForce = force;
     this.pushed(force);
     this.dirty = true;
-  }
-
-  /* A vector of the machine's world in the axes of the tip. */
-  inTipAxes(vector) {
-    const [x, y, z, w] = this.orientation;
-    return rotated(vector, [-x, -y, -z, w]);
   }
 
   /* Draws where something has changed. */

@@ -2,6 +2,7 @@
 import { Ensemble, WORLDS, forEngine } from "./ensemble.js";
 import { LAWS, Panel } from "./controls.js";
 import { Levers, LEVER_KEYS } from "./drive.js";
+import { rotated } from "./kinematics.js";
 import { LiveScene } from "./live_scene.js";
 import { Recorder } from "./records.js";
 import { Page, element, html, scripted, tickBox } from "./page.js";
@@ -41,10 +42,15 @@ class LivePage extends Page {
   async open() {
     const [engine, system] = await Promise.all([part("engine"), part("system")]);
     this.ensemble = await Ensemble.open({ engine, system });
-    const { settings, ghosts } = settingsOf(location.hash);
-    await this.start(Object.keys(settings).length ? settings : FIRST, ghosts);
+    await this.ofAddress();
     requestAnimationFrame((now) => this.tick(now));
+    window.addEventListener("hashchange", () => this.attempt(() => this.ofAddress()));
     if (!matchMedia("(prefers-reduced-motion: reduce)").matches) this.play();
+  }
+
+  ofAddress() {
+    const { settings, ghosts } = settingsOf(location.hash);
+    return this.start(Object.keys(settings).length ? settings : FIRST, ghosts);
   }
 
   /* Laws of the ghosts. */
@@ -61,7 +67,8 @@ class LivePage extends Page {
       if (laws.join() === this.laws.join()) await this.ensemble.restart(settings);
       else await this.ensemble.beside(laws, settings);
       this.settings = settings;
-      [this.log, this.lost, this.pushed] = [[], null, null];
+      [this.log, this.lost, this.pushed, this.commanded] = [[], null, null, new Array(6).fill(0)];
+      element("moments").replaceChildren();
       element("broken").hidden = true;
       await this.know();
       await this.follow();
@@ -120,7 +127,7 @@ class LivePage extends Page {
     this.latest = frame;
     if (frame.error && this.playing) this.ended(frame.error);
     if (this.pushed && frame.time >= this.pushed) this.push([0, 0, 0]);
-    this.ensemble.tend();
+    if (!frame.error) this.ensemble.tend();
   }
 
   /* Says it where nothing worse was said. */
@@ -163,7 +170,7 @@ class LivePage extends Page {
     const { now, ghosts } = this.monitor;
     const tilt = now("tilt");
     this.scene.show({
-      zeta: now("zeta"), tip: now("tip"), orientation: now("orientation"), desired: now("desired"),
+      zeta: now("zeta"), tip: now("tip"), strokes: now("stroke"), desired: now("desired"),
       loadMass: now("load")[0] ?? 0, tilt: tilt.length ? tilt : [0, 0], ghosts });
   }
 
@@ -245,16 +252,21 @@ class LivePage extends Page {
     });
   }
 
-  command(kind, rates) {
+  /* New rates of the levers. What comes while earlier ones are on their way, or while the levers take over, follows them. */
+  async command(kind, rates) {
+    this.wanted = rates;
     this.done("levers");
-    return this.attempt(async () => {
-      if (this.settings.trajectory !== "rates") {
-        if (this.taking) return;
-        this.taking = true;
-        await this.lead("rates joint").finally(() => (this.taking = false));
+    if (this.commanding) return;
+    this.commanding = true;
+    await this.attempt(async () => {
+      if (this.settings.trajectory !== "rates") await this.lead(`rates ${kind}`);
+      while (this.commanded.join() !== this.wanted.join()) {
+        const before = this.commanded;
+        this.commanded = this.wanted;
+        for (const [k, rate] of this.commanded.entries()) if (rate !== before[k]) await this.set(`controller.rate.${kind}[${k + 1}]`, rate);
       }
-      for (const [k, rate] of rates.entries()) await this.set(`controller.rate.${kind}[${k + 1}]`, rate);
     });
+    this.commanding = false;
   }
 
   /* Settings that start where the machine stands now. */
@@ -306,7 +318,8 @@ class LivePage extends Page {
   push(force) {
     this.pushed = null;
     if (force.some((f) => f !== 0)) this.done("push");
-    const inTip = this.scene.inTipAxes(force);
+    const [w, x, y, z] = this.monitor.now("orientation");
+    const inTip = rotated(force, [-x, -y, -z, w]);
     return this.attempt(() => Promise.all(inTip.map((f, k) => this.set(`hdrm.wrench_env[${k + 1}]`, f))));
   }
 
@@ -342,8 +355,10 @@ class LivePage extends Page {
     this.recorder.cut(time);
     this.scene.clear();
     [this.lost, this.pushed] = [null, null];
+    this.commanded = await Promise.all(this.commanded.map((_, k) => this.engine.get(`controller.rate.${this.levers.kind}[${k + 1}]`)));
     element("broken").hidden = true;
     await this.follow();
+    if (this.settings.trajectory === "rates") this.command(this.levers.kind, new Array(6).fill(0));
     this.say(text);
   }
 

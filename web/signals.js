@@ -10,6 +10,7 @@ export const SIGNALS = {
   current: three("emla_#.i_q"),
   power: three("emla_#.P_in"),
   winding: three("emla_#.T_winding"),
+  stroke: three("hdrm.x[#]"),
   speed: three("hdrm.x_dot[#]"),
   load: ["hdrm.load.mass"],
   tilt: ["hdrm.base.tilt[1]", "hdrm.base.tilt[2]"],
