@@ -7,11 +7,12 @@ from ctypes import c_bool, c_char_p, c_double, c_size_t, c_void_p
 import wasmtime
 from wasmtime import component as components
 
-from fmu import DISCARD, ERROR, FATAL, OK, WARNING, Called
+from fmu import DISCARD, ERROR, FATAL, OK, WARNING, Called, Refused
 from fmu3 import TYPES, Fmu3, Instance3
 
 STATUSES = {"ok": OK, "warning": WARNING, "discard": DISCARD, "error": ERROR, "fatal": FATAL}
 ENGINE = wasmtime.Engine()
+SCRATCH = 1 << 16  # bytes for the arguments of a call
 
 
 class Lost(Exception):
@@ -52,31 +53,44 @@ class FmuWasm(Fmu3):
 class Plain(Instance3):
     """An instance of the plain module, by the C functions: arguments are ctypes as for a library, and are copied into its memory."""
 
-    def __init__(self, fmu, name=None, logging=True, event_mode=False, token=None, module=None, resources=None):
+    def __init__(self, fmu, name=None, logging=True, event_mode=False, token=None, required=()):
         self.fmu, self.messages, self.updates = fmu, [], []
         self.store = wasmtime.Store(ENGINE)
-        module = module or fmu.compiled(Plain)
+        module = fmu.compiled(Plain)
         imports = {"log-message": self._told, "intermediate-update": self._updated, "[resource-new]co-simulation-instance": lambda this: this}
         functions = [wasmtime.Func(self.store, i.type, imports[i.name]) for i in module.imports]
         self.exports = wasmtime.Instance(self.store, module, functions).exports(self.store)
         self.memory = self.exports["memory"]
+        self.functions = {}
+        self.scratch, self.used = self._run("fmu_allocate", SCRATCH), 0
         self.name = self._place((name or fmu.new_name()).encode() + b"\0")
         token = self._place((fmu.description.guid if token is None else token).encode() + b"\0")
-        resources = self._place(resources.encode() + b"\0") if resources else 0
+        references = self._place(bytes(self.references(required)))
         self.c = self._run(
             "fmi3InstantiateCoSimulation",
-            *(self.name, token, resources, 0, int(logging), int(event_mode), 0, 0, 0, self.name),
+            *(self.name, token, 0, 0, int(logging), int(event_mode), 0, references, len(required), self.name),
             *(self._run("fmu_log_message"), self._run("fmu_intermediate_update")),
         )
 
     def _run(self, function, *arguments):
+        if function not in self.functions:
+            self.functions[function] = self.exports[function]
         try:
-            return self.exports[function](self.store, *arguments)
+            return self.functions[function](self.store, *arguments)
         except wasmtime.Trap as trap:
             raise Lost(str(trap)) from trap
 
     def _place(self, content):
+        """Memory with this content, for good."""
         at = self._run("fmu_allocate", max(len(content), 1))
+        self.memory.write(self.store, content, at)
+        return at
+
+    def _lend(self, content):
+        """Memory with this content, until the next call."""
+        if self.used + len(content) > SCRATCH:
+            return self._place(content)
+        at, self.used = self.scratch + self.used, self.used + (len(content) + 7) // 8 * 8
         self.memory.write(self.store, content, at)
         return at
 
@@ -87,14 +101,14 @@ class Plain(Instance3):
         self.messages.append((status, self._text(category, category_size), self._text(message, size)))
 
     def _updated(self, *arguments):
-        self.updates.append(arguments)
+        self.updates.append((*arguments[:1], *map(bool, arguments[1:5])))
 
     def place_file(self, path, content):
         path, content = path.encode(), content.encode()
         assert self._run("fmu_place_file", self._place(path), len(path), self._place(content), len(content)) == 0
 
     def status(self, function, *arguments):
-        passed, taken, returned = [self.c], [], []
+        passed, returned, self.used = [self.c], [], 0
         for given in arguments:
             target = getattr(given, "_obj", given)  # of byref
             if isinstance(target, ctypes._SimpleCData) and target is given:
@@ -105,15 +119,14 @@ class Plain(Instance3):
                 continue
             narrow = isinstance(target, (c_size_t, c_void_p))  # of 4 bytes there
             if isinstance(target, ctypes.Array) and target._type_ is c_char_p:
-                texts = [self._place(text + b"\0") for text in target]
+                texts = [self._lend((text or b"") + b"\0") for text in target]
                 content = b"".join(at.to_bytes(4, "little") for at in texts)
             elif narrow:
                 content = int(target.value or 0).to_bytes(4, "little")
             else:
                 content = bytes(target)
-            at = self._place(content)
+            at = self._lend(content)
             passed.append(at)
-            taken.append((at, len(content)))
             if isinstance(target, ctypes.Array) and target._type_ is not c_char_p or target is not given or narrow:
                 returned.append((at, target, len(content)))
             elif isinstance(target, ctypes.Array):
@@ -128,8 +141,6 @@ class Plain(Instance3):
                 target.value = int.from_bytes(self.memory.read(self.store, at, at + 4), "little")
             else:
                 ctypes.memmove(ctypes.addressof(target), bytes(self.memory.read(self.store, at, at + size)), size)
-        for at, size in taken:
-            self._run("fmu_free", at, max(size, 1))
         return status
 
     def _c_string(self, at):
@@ -145,7 +156,7 @@ class Plain(Instance3):
 class Component(Called):
     """An instance of the resource of the component, with the methods of `fmu3.Instance3`."""
 
-    def __init__(self, fmu, name=None, logging=True, event_mode=False, token=None, component=None):
+    def __init__(self, fmu, name=None, logging=True, event_mode=False, token=None, required=()):
         self.fmu, self.messages, self.updates = fmu, [], []
         self.store, linker = wasmtime.Store(ENGINE), components.Linker(ENGINE)
         with linker.root() as root:
@@ -153,11 +164,13 @@ class Component(Called):
                 callbacks.add_func("log-message", self._told)
             with root.add_instance("fmi:fmi3/intermediate-update-callbacks@3.0.0") as callbacks:
                 callbacks.add_func("intermediate-update", lambda _store, *arguments: self.updates.append(arguments) or (False, 0.0))
-        self.instance = linker.instantiate(self.store, component or fmu.compiled(Component))
+        self.instance = linker.instantiate(self.store, fmu.compiled(Component))
         self.functions = {}
         self.name = name or fmu.new_name()
         guid = fmu.description.guid if token is None else token
-        self.this = self._run("[static]co-simulation-instance.instantiate-co-simulation", self.name, guid, "", False, logging, event_mode, False, [])
+        references = [self.reference(name) for name in required]
+        instantiate = "[static]co-simulation-instance.instantiate-co-simulation"
+        self.this = self._run(instantiate, self.name, guid, "", False, logging, event_mode, False, references)
 
     def _function(self, name):
         if name not in self.functions:
@@ -182,13 +195,10 @@ class Component(Called):
     def method(self, name, *arguments):
         """What a method gives; `Refused` where it gives a status that is not OK."""
         result = self._run(f"[method]co-simulation-instance.{name}", self.this, *arguments)
-        tagged = result if isinstance(result, components.Variant) else None
-        failed = tagged is not None and tagged.tag == "err"
-        if failed or isinstance(result, str) and result != "ok":
-            from fmu import Refused
-
-            raise Refused(name, STATUSES[tagged.payload if failed else result], self.text)
-        return tagged.payload if tagged is not None else result
+        if not isinstance(result, str):
+            return result
+        if result != "ok":
+            raise Refused(name, STATUSES[result], self.text)
 
     def reference(self, name):
         return self.fmu.variables[name].valueReference

@@ -18,7 +18,7 @@ export const WORLDS = {
 };
 
 /* Settings in the engine's words. */
-function forEngine({ world = "ideal", trajectory, ...rest }) {
+export function forEngine({ world = "ideal", trajectory, ...rest }) {
   if (!(world in WORLDS)) throw new Error(`world = ${world}: it must be one of ${Object.keys(WORLDS).join(", ")}.`);
   return { structure: WORLDS[world].structure, ...(trajectory && { "controller.trajectory": trajectory }), ...rest };
 }

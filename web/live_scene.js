@@ -52,7 +52,10 @@ export class LiveScene {
     this.way = new Way(drawing.line(TIP_COLOR, 1));
     this.desiredWay = new Way(drawing.line("#20303f", 0.5));
     this.reference = this.mark(new THREE.SphereGeometry(0.045, 24, 16), REFERENCE);
-    this.reference.material.opacity = 0.5;
+    this.reference.material.opacity = 0.35;
+    // One drags it: large enough, and over all else that is transparent.
+    drawing.tip.material.transparent = true;
+    drawing.tip.scale.setScalar(1.3);
     this.drop = drawing.line(REFERENCE, 0.5);
     this.shadow = this.mark(new THREE.CylinderGeometry(0.06, 0.06, 0.002, 24), REFERENCE);
     this.load = this.mark(new THREE.SphereGeometry(1, 24, 16), "#7a4f1d");

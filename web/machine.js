@@ -1,5 +1,5 @@
 /* The live machine: puts engines, scene, levers, panel and scopes together. */
-import { Ensemble, WORLDS } from "./ensemble.js";
+import { Ensemble, WORLDS, forEngine } from "./ensemble.js";
 import { LAWS, Panel } from "./controls.js";
 import { Levers, LEVER_KEYS } from "./drive.js";
 import { LiveScene } from "./live_scene.js";
@@ -60,20 +60,27 @@ class LivePage extends Page {
       const laws = ghosts.filter((law) => law in LAWS);
       if (laws.join() === this.laws.join()) await this.ensemble.restart(settings);
       else await this.ensemble.beside(laws, settings);
+      this.settings = settings;
+      [this.log, this.lost, this.pushed] = [[], null, null];
+      element("broken").hidden = true;
+      await this.know();
+      await this.follow();
+      await this.watch();
+      history.replaceState(null, "", addressOf(settings, this.laws));
+      this.say(why);
+      await this.judge();
     } finally {
       if (playing) this.play();
     }
-    this.settings = settings;
-    [this.log, this.lost, this.pushed] = [[], null, null];
-    element("broken").hidden = true;
-    this.variables = new Map(elements(await this.engine.variables()).map((variable) => [variable.name, variable]));
+  }
+
+  /* The variables of the running system, which are asked for once. */
+  async know() {
+    const { structure } = forEngine(this.settings);
+    this.catalogs ??= new Map();
+    if (!this.catalogs.has(structure)) this.catalogs.set(structure, new Map(elements(await this.engine.variables()).map((variable) => [variable.name, variable])));
+    this.variables = this.catalogs.get(structure);
     this.panel.build(this.variables);
-    await this.follow();
-    this.watch();
-    history.replaceState(null, "", addressOf(this.settings, this.laws));
-    this.say(why);
-    element("undo").disabled = false;
-    await this.judge();
   }
 
   /* The panel shows what the running system has. */
@@ -93,18 +100,18 @@ class LivePage extends Page {
   }
 
   /* Tells the engines what to send. */
-  watch() {
+  async watch() {
     const { main, ghosts } = this.ensemble;
     this.monitor.restart(this.variables, this.laws, this.settings);
     this.recorder.restart(this.monitor.names);
     this.scene.clear();
     this.scene.showGhosts(this.laws.map((_, k) => this.monitor.ghostColor(k)));
     main.onframe = (frame) => this.frame(frame);
-    main.watch(this.monitor.names);
-    [...ghosts.values()].forEach((ghost, k) => {
+    await main.watch(this.monitor.names);
+    await Promise.all([...ghosts.values()].map((ghost, k) => {
       ghost.onframe = (frame) => this.monitor.ghostFrame(frame, k);
-      ghost.watch(this.monitor.ghostNames);
-    });
+      return ghost.watch(this.monitor.ghostNames);
+    }));
   }
 
   frame(frame) {
@@ -180,11 +187,10 @@ class LivePage extends Page {
   }
 
   async judge() {
-    const { bad, text } = await this.engine.verdict();
+    const { bad, text, findings } = await this.engine.verdict();
     const lost = this.lost?.rank === 2;
-    element("verdict").textContent = lost ? "lost" : bad ? "bad" : "good";
-    element("verdict").className = lost || bad ? "bad" : "good";
-    element("verdict").title = text;
+    const words = lost ? "lost" : bad ? `bad: ${findings.find((finding) => finding.bad).text}` : "good";
+    Object.assign(element("verdict"), { textContent: words, className: lost || bad ? "bad" : "good", title: text });
   }
 
   say(text) {
@@ -443,7 +449,7 @@ class LivePage extends Page {
     this.tried = Object.entries(steps).map(([name, [text, act]]) => {
       const item = html`<li><button>${text}</button></li>`;
       item.firstChild.addEventListener("click", () => this.attempt(act));
-      list.append(item);
+      list.querySelector("ol").append(item);
       return [name, item];
     });
   }

@@ -23,6 +23,8 @@ export class Monitor {
     const [own, ghost] = [watched(SIGNALS, has), watched(GHOST_SIGNALS, has)];
     Object.assign(this, { laws, settings, names: own.names, places: own.places, ghostNames: ghost.names, ghostPlaces: ghost.places });
     [this.ghosts, this.ghostErrors] = [laws.map(() => [NaN]), laws.map(() => NaN)];
+    this.scopes.forEach(({ scope }) => scope.remove());
+    this.scopes.clear();
     this.makeScopes();
   }
 
@@ -30,12 +32,14 @@ export class Monitor {
     return getComputedStyle(document.documentElement).getPropertyValue(`--trace-${k + 1 + FIRST_GHOST_COLOR}`).trim();
   }
 
+  /* The scopes that are chosen; those that are there stay. */
   makeScopes() {
-    this.scopes.forEach(({ scope }) => scope.remove());
-    this.scopes.clear();
     const offered = SCOPES.filter(({ signal }) => this.places[signal]);
-    for (const description of offered.filter(({ name }) => this.chosen.has(name))) {
+    for (const description of offered) {
       const { name, title, unit, labels, ghosts, truth } = description;
+      if (this.scopes.has(name) === this.chosen.has(name)) continue;
+      this.scopes.get(name)?.scope.remove();
+      if (this.scopes.delete(name)) continue;
       const scope = new Scope(element("scopes"), { title, unit, length: SCOPE_SECONDS, scrolls: true });
       const traces = labels.map((label) => scope.add(label));
       const beside = ghosts ? this.laws.map((law, k) => scope.add(law, k + FIRST_GHOST_COLOR)) : [];

@@ -21,12 +21,13 @@ export function tickBox(text, checked, changed, value = "") {
 }
 
 export class Page {
-  /* Does it, and says what stood in the way. */
+  /* Does it, and says what stood in the way; then the page shows what is, not what was wanted. */
   async attempt(act) {
     try {
       await act();
     } catch (error) {
       this.say(error.message);
+      await this.follow?.();
     }
   }
 

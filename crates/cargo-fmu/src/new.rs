@@ -127,7 +127,8 @@ pub fn new(path: &Path, fmu_export: Option<&Path>, events: bool) -> Result<()> {
     }
     fs::rename(&content, path).with_context(|| path.display().to_string())?;
     println!(
-        "made {0}: `cd {0}`, then `cargo test` and `cargo fmu pack`",
+        "made {0}: `cd {0}`, then `cargo test` and `cargo fmu pack`; \
+         `cargo fmu pack --target wasm` and `cargo fmu web` make a page of it",
         path.display()
     );
     Ok(())

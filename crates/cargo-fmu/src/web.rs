@@ -24,8 +24,8 @@ macro_rules! sources {
 }
 
 /// The page of an FMU or a packed system, and what its parts import.
-const MODEL: [(&str, &str); 9] = sources!(
-    "model.html" "model.js" "engine.js" "parts.js" "records.js" "scopes.js" "style.css"
+const MODEL: [(&str, &str); 10] = sources!(
+    "model.html" "model.js" "engine.js" "page.js" "parts.js" "records.js" "scopes.js" "style.css"
     "variables.js" "worker.js"
 );
 

@@ -109,7 +109,10 @@ fn make(workspace: &Workspace, caller: &Path, options: Options) -> Result<Handou
     let platforms = platforms(workspace, &options.platforms, &mut listing)?;
     let dist = build(workspace, &platforms, folder, options.without_experiments)?;
     if options.without_experiments {
-        listing.not_built("all", "`hdrm-fmu`, WebAssembly, machine.html: --without-experiments");
+        listing.not_built(
+            "all",
+            "`hdrm-fmu`, WebAssembly, machine.html: --without-experiments",
+        );
     }
     listing.built(&dist)?;
     Ok(Handout {

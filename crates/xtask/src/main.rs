@@ -77,7 +77,7 @@ enum Command {
     /// Mistreat the FMUs: random calls, sanitizers, valgrind, threads, fuzzing, long runs
     #[command(disable_help_flag = true)]
     Torture(torture::Options),
-    /// Provide libclang, so that plain `cargo test -p cosim` works
+    /// Provide libclang, so that plain `cargo test -p cosim` works, and what WebAssembly needs
     Setup,
     /// Run the co-simulation program: `cargo xtask cosim -- run --help`
     Cosim {
@@ -146,7 +146,10 @@ fn develop(workspace: &Workspace, command: Command) -> Result<()> {
         Command::Test => test::run(workspace),
         Command::Bench(options) => bench::run(workspace, &options),
         Command::Torture(options) => torture::run(workspace, &options),
-        Command::Setup => libclang::provide(workspace).map(drop),
+        Command::Setup => {
+            libclang::provide(workspace)?;
+            web::prepare()
+        }
         Command::Cosim { .. } | Command::HdrmFmu { .. } => unreachable!("these are run"),
     }
 }

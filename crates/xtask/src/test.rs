@@ -4,14 +4,16 @@ use std::fs;
 use std::path::PathBuf;
 
 use anyhow::{Context, Result, bail};
+use cargo_fmu::pack::of_fmi3;
 use cargo_fmu::process::execute;
+use cargo_fmu::target::{self, Tools};
 use cargo_fmu::workspace::Source;
 
 use crate::bench;
 use crate::phases::Phases;
 use crate::python::Python;
 use crate::workspace::Workspace;
-use crate::{describe, dist, importers, libclang, pack, torture, wheel};
+use crate::{describe, dist, importers, libclang, pack, torture, web, wheel};
 
 /// Run all checks; the first that fails ends it.
 pub fn run(workspace: &Workspace) -> Result<()> {
@@ -132,6 +134,13 @@ fn compile(
     })?;
     phases.run("model descriptions", || describe::check(workspace, &fmus))?;
     phases.run("build programs", || workspace.build_programs(&PROGRAMS))?;
+    phases.run("WebAssembly", || {
+        let missing = target::WASM.missing(&Tools::default());
+        match missing.is_empty() {
+            true => web::for_tests(workspace, &of_fmi3(&fmus)?),
+            false => skipped(&missing.join("; ")),
+        }
+    })?;
     Ok(TestInputs { handed_out, fmus })
 }
 

@@ -2,10 +2,12 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::process::Command;
 
 use anyhow::{Context, Result};
 use cargo_fmu::pack::{Platforms, of_fmi3};
 use cargo_fmu::process::execute;
+use cargo_fmu::target::{self, Tools};
 use cargo_fmu::workspace::Source;
 use clap::Args;
 
@@ -57,8 +59,33 @@ pub fn make(workspace: &Workspace, fmus: &[PathBuf], profile: &str, out: &Path) 
     execute(&mut page)
 }
 
+/// Copies of these FMUs with WebAssembly, in `wasm/` of the target directory, and the page of them:
+/// built as those that are handed out, but linked fast.
+pub fn for_tests(workspace: &Workspace, fmus: &[PathBuf]) -> Result<()> {
+    let folder = workspace.target.join("wasm");
+    fs::create_dir_all(&folder).with_context(|| folder.display().to_string())?;
+    let copy = |fmu: &PathBuf| {
+        let to = folder.join(fmu.file_name().unwrap_or_default());
+        fs::copy(fmu, &to).with_context(|| fmu.display().to_string())?;
+        Ok(to)
+    };
+    let copies: Vec<_> = fmus.iter().map(copy).collect::<Result<_>>()?;
+    let page = workspace.target.join("web/machine.html");
+    make(workspace, &copies, "fmu-fast", &page)
+}
+
+/// Provide what WebAssembly needs.
+pub fn prepare() -> Result<()> {
+    for missing in target::WASM.missing(&Tools::default()) {
+        let mut rustup = Command::new("rustup");
+        rustup.args(["target", "add", target::WASM.triple]);
+        execute(&mut rustup).with_context(|| format!("WebAssembly needs {missing}"))?;
+    }
+    Ok(())
+}
+
 /// Add WebAssembly to the FMUs of FMI 3.0 of the suite, in its order.
-pub fn add_wasm(workspace: &Workspace, fmus: &[PathBuf], profile: &str) -> Result<()> {
+fn add_wasm(workspace: &Workspace, fmus: &[PathBuf], profile: &str) -> Result<()> {
     let mut command = cargo_fmu(workspace)?;
     command.args(["add-wasm", "--profile", profile]);
     for source in workspace.suite() {
@@ -69,7 +96,7 @@ pub fn add_wasm(workspace: &Workspace, fmus: &[PathBuf], profile: &str) -> Resul
     execute(command.args(fmus))
 }
 
-fn cargo_fmu(workspace: &Workspace) -> Result<std::process::Command> {
+fn cargo_fmu(workspace: &Workspace) -> Result<Command> {
     let mut command = workspace.command(workspace.build_programs(&["cargo-fmu"])?);
     command.arg("fmu");
     Ok(command)

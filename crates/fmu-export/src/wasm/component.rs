@@ -283,8 +283,9 @@ functions! { ($) export_component_types "fmi:fmi3/";
         let _ = visible;
         let [logging_on, event_mode_used, early_return_allowed] =
             [logging_on, event_mode_used, early_return_allowed].map(|flag| flag as Boolean);
+        let folder = if resources.is_empty() { null() } else { resources.as_ptr() };
         let instance = e::instantiate_co_simulation::<X>(
-            &LIBRARY, name.as_ptr(), token.as_ptr(), resources.as_ptr(), logging_on, event_mode_used,
+            &LIBRARY, name.as_ptr(), token.as_ptr(), folder, logging_on, event_mode_used,
             early_return_allowed, required, n_required, name.as_ptr().cast_mut().cast(),
             Some(fmu_log_message()), Some(fmu_intermediate_update()),
         );

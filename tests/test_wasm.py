@@ -1,0 +1,340 @@
+"""FMUs as WebAssembly: the plain module and the component of FMI-LS-WASM do what the library of Linux does, bit for bit."""
+
+import gzip
+import hashlib
+import json
+import os
+import shutil
+import struct
+import subprocess
+from ctypes import byref, c_double, c_size_t, c_void_p
+from pathlib import Path
+
+import pytest
+import wasmtime
+from wasmtime import component as components
+
+from conftest import FMU_DIR, NAMES, WORLD
+from fmu import DISCARD, ERROR, FATAL, Refused
+from native import cargo_fmu
+from wasm_host import ENGINE, Component, FmuWasm, Lost, Plain, module_of
+
+# Copies of the FMUs of FMI 3.0 with WebAssembly; `cargo xtask test` makes them.
+WASM_DIR = Path(os.environ.get("WASM_DIR", FMU_DIR.parent / "wasm")).resolve()
+ALL = (*NAMES, *WORLD)
+STEPS, H = 10_000, 1e-3
+LARGEST = 600_000  # bytes of a module, compressed
+
+
+@pytest.fixture(scope="module")
+def fmus(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("wasm")
+    if not (WASM_DIR / "Hdrm.fmu").is_file():
+        pytest.skip(f"no FMUs with WebAssembly in {WASM_DIR}; tests/README.md says how they are made")
+    return {name: FmuWasm(WASM_DIR / f"{name}.fmu", folder / name) for name in ALL}
+
+
+@pytest.fixture(params=ALL)
+def fmu(request, fmus):
+    return fmus[request.param]
+
+
+def hosts(fmu):
+    """An instance of the library, of the plain module and of the component."""
+    return [fmu.instance(), Plain(fmu), Component(fmu)]
+
+
+def reals(fmu, causality):
+    return [name for name in fmu.names(causality) if fmu.access(name) == "Float64"]
+
+
+def get_reals(instance, names):
+    if isinstance(instance, Component):
+        return instance.method("get-float64", [instance.reference(name) for name in names])
+    n = sum(map(instance.fmu.length, names))
+    data = (c_double * n)()
+    instance.call("fmi3GetFloat64", instance.references(names), c_size_t(len(names)), data, c_size_t(n))
+    return list(data)
+
+
+def set_reals(instance, names, values):
+    if isinstance(instance, Component):
+        return instance.method("set-float64", [instance.reference(name) for name in names], values)
+    data = (c_double * len(values))(*values)
+    instance.call("fmi3SetFloat64", instance.references(names), c_size_t(len(names)), data, c_size_t(len(values)))
+
+
+def derivative(instance, kind, unknowns, knowns, seed):
+    if isinstance(instance, Component):
+        return instance.derivative(kind, unknowns, knowns, seed)
+    of = knowns if kind == "adjoint" else unknowns
+    data, n = (c_double * sum(map(instance.fmu.length, of)))(), len(seed)
+    lists = [x for names in (unknowns, knowns) for x in (instance.references(names), c_size_t(len(names)))]
+    instance.call(f"fmi3Get{kind.title()}Derivative", *lists, (c_double * n)(*seed), c_size_t(n), data, c_size_t(len(data)))
+    return list(data)
+
+
+def bits(values):
+    return struct.pack(f"<{len(values)}d", *values)
+
+
+def outcome(call, *arguments):
+    """What a call gives, or its status and message."""
+    try:
+        given = call(*arguments)
+    except Refused as refused:
+        return refused.status, refused.text
+    return bits(given) if isinstance(given, list) else given
+
+
+def around(fmu, name):
+    """Start values of an input, and how far it is moved from them: little, so that it stays what the model is for, and within its bounds."""
+    variable = fmu.variables[name]
+    start = [float(v) for v in (variable.start or "0").split()]
+    is_bounded = any(bound and float(bound) in start for bound in (variable.min, variable.max))
+    return (start * fmu.length(name))[: fmu.length(name)], 0.0 if is_bounded else 1e-3 * float(variable.nominal or 1.0)
+
+
+def moved(places, k):
+    """Values of inputs at step k, of whole numbers, the same on every machine; each 97th time one is out of its bounds."""
+    values = []
+    for j, (start, scale) in enumerate(places):
+        values += [s + scale * ((k * 7919 + (j + i) * 104729) % 2001 - 1000) / 1000 for i, s in enumerate(start)]
+    if k % 97 == 96:
+        values[k % len(values)] = float("nan")
+    return values
+
+
+def trace(instance, steps):
+    """A hash of all outputs after each tenth step, before which the inputs were set, and what was not done."""
+    fmu, lost = instance.fmu, []
+    inputs, outputs = reals(fmu, "input"), reals(fmu, "output")
+    digest, places = hashlib.sha256(), [around(fmu, name) for name in inputs]
+    for k in range(steps):
+        calls = [lambda: instance.step(k * H, H)]
+        if k % 10 == 0:
+            calls.insert(0, lambda: set_reals(instance, inputs, moved(places, k // 10)))
+        for call in calls:
+            if (failed := outcome(call)) is not None:
+                lost.append((k, *failed))
+        if k % 10 == 0:
+            digest.update(bits(get_reals(instance, outputs)))
+    return digest.hexdigest(), lost
+
+
+def test_steps_outputs_and_discards_are_those_of_the_library(fmu):
+    """The network weighs fully, where there is one: its arithmetic is the same on every target."""
+    traces, states = [], []
+    for instance in hosts(fmu):
+        if "alpha" in fmu.variables and fmu.identifier == "Emla":
+            instance.set("alpha", 1.0)
+        instance.initialize()
+        traces.append(trace(instance, STEPS))
+        states.append(instance.serialize())
+    native, plain, component = traces
+    assert plain == native and component == native
+    assert states[1] == states[0] and states[2] == states[0]
+    lost = native[1]
+    assert {status for _, status, _ in lost} == {DISCARD} and STEPS // 1000 <= len(lost) <= STEPS // 100, (len(lost), lost[:3])
+
+
+def test_states_are_saved_carried_and_reset(fmu):
+    """The bytes of one open in the others, which go on from there with the same bits; reset brings back the beginning."""
+    outputs, traces = reals(fmu, "output"), []
+    native, plain, component = hosts(fmu)
+    first = []
+    for instance in (native, plain, component):
+        instance.initialize()
+        first.append(bits(get_reals(instance, outputs)))
+        trace(instance, 20)
+    data = native.serialize()
+    saved = plain.save()
+    trace_of = lambda instance: [bits(get_reals(instance, outputs)) for k in range(20, 25) if instance.step(k * H, H) is None]
+    traces.append(trace_of(native))
+    traces.append(trace_of(plain))
+    plain.call("fmi3SetFMUState", saved)
+    traces.append(trace_of(plain))
+    component.step(20 * H, H)
+    component.restore(data)
+    traces.append(trace_of(component))
+    assert all(found == traces[0] for found in traces)
+    for instance in (native, plain):
+        instance.call("fmi3Reset")
+    component.method("reset")
+    for instance in (native, plain, component):
+        assert bits(get_reals(instance.initialize(), outputs)) == first[0]
+    with pytest.raises(Refused) as refused:
+        component.restore(data[:-1])
+    assert refused.value.status == ERROR
+
+
+@pytest.mark.parametrize("kind", ["directional", "adjoint"])
+def test_derivatives_are_those_of_the_library(fmu, kind):
+    inputs, outputs = reals(fmu, "input"), reals(fmu, "output")
+    seeded = outputs if kind == "adjoint" else inputs
+    seed = [0.5 + 0.25 * k for k in range(sum(map(fmu.length, seeded)))]
+    found = []
+    for instance in hosts(fmu):
+        instance.initialize().step(0.0, H)
+        found.append(outcome(derivative, instance, kind, outputs, inputs, seed))
+    provided = f'provides{kind.title()}Derivatives="true"' in (fmu.folder / "modelDescription.xml").read_text()
+    assert isinstance(found[0], bytes) == provided, found[0]
+    assert found[1] == found[0] and found[2] == found[0]
+
+
+def test_dependencies_are_those_of_the_library(fmu):
+    native, _, component = [instance.initialize() for instance in hosts(fmu)]
+    for name in reals(fmu, "output"):
+        reference, n = native.references([name])[0], c_size_t()
+        native.call("fmi3GetNumberOfVariableDependencies", reference, byref(n))
+        assert component.method("get-number-of-variable-dependencies", reference) == n.value
+        rows = component.method("get-variable-dependencies", reference)
+        assert len(rows) == n.value
+        for row in map(vars, rows):
+            assert row["dependent-value-reference"] == reference and row["kind"] == "dependent"
+            assert row["element-index-of-dependent"] < fmu.length(name)
+
+
+def test_strings_and_messages(fmus):
+    controller = fmus["Controller"]
+    plain, component = Plain(controller), Component(controller)
+    for instance in (controller.instance(), plain, component):
+        with pytest.raises(Refused) as refused:
+            instance.set("path_file", "way.json")
+        assert refused.value.status == ERROR and "way.json" in refused.value.text
+        instance.set("path_file", "iso9283-cube:1")
+        assert [v.decode() if isinstance(v, bytes) else v for v in instance.get("path_file")] == ["iso9283-cube:1"]
+    assert "no files but those that its host places" in plain.text and plain.text == component.text
+    plain.place_file("way.json", "{")
+    with pytest.raises(Refused) as refused:
+        plain.set("path_file", "way.json")
+    assert "no files" not in refused.value.text and "way.json" in refused.value.text
+    wrong = "{00000000-0000-0000-0000-000000000000}"
+    assert Plain(controller, token=wrong).c == 0
+    refused = Component(controller, token=wrong)
+    assert refused.this is None and f"instantiationToken = {wrong} must be" in refused.text
+
+
+def test_event_mode_and_tuning(fmus):
+    """What an importer does that handles events."""
+    hdrm = fmus["Hdrm"]
+    found = []
+    for instance in (hdrm.instance(event_mode=True), Plain(hdrm, event_mode=True), Component(hdrm, event_mode=True)):
+        own = isinstance(instance, Component)
+        call = lambda name: instance.method(name) if own else instance.call("fmi3" + name.title().replace("-", ""))
+        instance.initialize()
+        call("enter-step-mode")
+        for k in range(5):
+            call("enter-event-mode")
+            instance.set("tau_wrist", 1.0, -2.0, 0.5 * k)
+            instance.update()
+            call("enter-step-mode")
+            instance.step(k * H, H)
+        found.append(bits(get_reals(instance, reals(hdrm, "output"))))
+    assert found[1] == found[0] and found[2] == found[0]
+
+
+def test_a_step_is_looked_at_from_within(fmus):
+    """Intermediate updates, of a variable that is asked for."""
+    hdrm = fmus["Hdrm"]
+    for kind in (Plain, Component):
+        instance = kind(hdrm, required=["energy.kinetic"]).initialize()
+        for k in range(3):
+            instance.step(k * H, H)
+        assert instance.updates == [(k * H + H, False, True, True, False) for k in range(3)]
+        instance = kind(hdrm).initialize()
+        instance.step(0.0, H)
+        assert instance.updates == []
+
+
+def test_a_component_imports_callbacks_alone_and_modules_are_small(fmu):
+    component = components.Component(ENGINE, fmu.bytes)
+    names = set(component.type.imports(ENGINE))
+    own = {f"fmi:fmi3/{name}@3.0.0" for name in ("types", "callbacks", "intermediate-update-callbacks")}
+    assert names == own
+    assert set(component.type.exports(ENGINE)) == {f"fmi:fmi3/{name}@3.0.0" for name in ("common", "co-simulation")}
+    module = module_of(fmu.bytes)
+    assert len(gzip.compress(module, 9)) <= LARGEST
+    for text in (b"/root/", b"/home/", b"/work/"):
+        assert text not in module.replace(b"/home/registry", b"")
+
+
+def test_the_check_has_no_complaint(fmu):
+    done = cargo_fmu("check", "--only", "FMI-LS-WASM", "--strict", fmu.path)
+    assert done.returncode == 0 and "world `co-simulation-fmu`" in done.stdout, done.stdout
+    done = cargo_fmu("check", "--only", "imports nothing but", "--strict", fmu.path)
+    assert done.returncode == 0 and " 0 failed" in done.stdout, done.stdout
+
+
+@pytest.mark.parametrize("name", ["Hdrm", "Emla"])
+def test_steps_in_node_are_those_of_the_library(fmus, name, tmp_path):
+    if shutil.which("node") is None:
+        pytest.skip("there is no node")
+    fmu = fmus[name]
+    parameters = {"alpha": [1.0]} if name == "Emla" else {}
+    inputs = {"v_d": 0.05, "v_q": 0.1} if name == "Emla" else {"tau_wrist": 0.01, "wrench_env[1]": 0.02}
+    outputs = reals(fmu, "output")
+    native, digest = fmu.instance(), hashlib.sha256()
+    for parameter, values in parameters.items():
+        native.set(parameter, *values)
+    native.initialize()
+    for k in range(STEPS):
+        for name, scale in inputs.items():
+            native.set(name, *(((k * 7919 + j * 104729) % 2001 - 1000) * scale for j in range(fmu.length(name))))
+        native.step(k * H, H)
+        for name in outputs:
+            digest.update(bits(native.get(name)))
+    vr = lambda name: fmu.variables[name].valueReference
+    plan = {
+        "token": fmu.description.guid,
+        "steps": STEPS,
+        "h": H,
+        "parameters": [[vr(name), values] for name, values in parameters.items()],
+        "inputs": [[vr(name), fmu.length(name), scale] for name, scale in inputs.items()],
+        "outputs": [[vr(name), fmu.length(name)] for name in outputs],
+    }
+    (tmp_path / "plan.json").write_text(json.dumps(plan))
+    (tmp_path / "module.wasm").write_bytes(module_of(fmu.bytes))
+    script = Path(__file__).with_name("wasm_steps.mjs")
+    done = subprocess.run(["node", script, tmp_path / "module.wasm", tmp_path / "plan.json"], capture_output=True, text=True)
+    assert done.stdout.strip() == digest.hexdigest(), done.stderr
+
+
+@pytest.fixture(scope="module")
+def lag(tmp_path_factory):
+    """A new crate whose model panics at a certain input, packed with WebAssembly."""
+    folder = tmp_path_factory.mktemp("new")
+    assert cargo_fmu("new", "lag", cwd=folder).returncode == 0
+    source = folder / "lag/src/lib.rs"
+    text = source.read_text()
+    line = "        Self { y: (u.u - self.y) / p.time_constant }\n"
+    assert line in text
+    source.write_text(text.replace(line, f'        assert!(u.u != 13.0, "thirteen is too much");\n{line}'))
+    done = cargo_fmu("pack", "--profile", "release", "--target", "wasm", "--out", folder / "fmu", cwd=folder / "lag")
+    assert done.returncode == 0, done.stderr
+    return FmuWasm(folder / "fmu/fmi3/Lag.fmu", folder / "unpacked")
+
+
+def test_a_new_model_packs_without_a_change_and_a_panic_is_a_trap(lag):
+    """The host hears what happened, the instance of WebAssembly is lost, others live."""
+    for kind in (Plain, Component):
+        lost, other = [kind(lag, logging=False).initialize() for _ in range(2)]
+        lost.set("u", 13.0)
+        with pytest.raises(Lost, match="unreachable"):
+            lost.step(0.0, H)
+        status, category, text = lost.messages[-1]
+        assert (status, category) == (FATAL, "logStatusError")
+        assert "thirteen is too much" in text and "src/lib.rs" in text
+        other.set("u", 1.0)
+        other.step(0.0, H)
+        assert 0.0 < other.get("y")[0] < 1e-2
+    native = lag.instance().initialize()
+    native.set("u", 13.0)
+    with pytest.raises(Refused, match="thirteen is too much"):
+        native.step(0.0, H)
+
+
+def test_what_has_no_webassembly_gets_no_page(fmus, tmp_path):
+    done = cargo_fmu("web", FMU_DIR / "Hdrm.fmu", "--engine", "none.wasm", "--out", tmp_path / "page.html")
+    assert done.returncode == 1 and "it has no WebAssembly (binaries/wasm32-wasip2/Hdrm.wasm)" in done.stderr
+    assert not (tmp_path / "page.html").exists()
