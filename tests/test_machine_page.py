@@ -5,6 +5,7 @@ The page is `target/web/machine.html` (`cargo xtask web`), or what MACHINE_PAGE 
 
 import json
 import os
+import re
 import time
 from pathlib import Path
 
@@ -230,9 +231,13 @@ def test_ghosts_run_beside_it(page):
     page.execute_script("document.querySelector('#ghosts [value=pd]').click()")
     until(page, lambda: "ghosts=pd" in page.execute_script("return location.hash"))
     advance(page, 1.5)
-    time.sleep(0.3)  # numbers are written eight times a second
-    own, ghost = (float(text(page, "readout").split(mark)[1].split("mm")[0].replace("−", "-")) for mark in ("tip error", "pd"))
-    assert ghost > 10 * own
+
+    def errors():
+        """Of the machine and of the ghost, mm; none while they are not written yet."""
+        found = re.search(r"tip error (\S+) mm\s+pd (\S+) mm", text(page, "readout"))
+        return [float(value) for value in found.groups()] if found and "–" not in found[0] else [1.0, 1.0]
+
+    until(page, lambda: errors()[1] > 10 * errors()[0])
     page.execute_script("document.querySelector('#ghosts [value=pd]').click()")
     until(page, lambda: "ghosts" not in page.execute_script("return location.hash"))
 

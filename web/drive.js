@@ -66,8 +66,9 @@ export class Levers {
   }
 
   ofPad(pad, { axis, sign, buttons }) {
-    this.padName = pad.id;
-    const raw = buttons ? (pad.buttons[buttons[0]]?.value ?? 0) - (pad.buttons[buttons[1]]?.value ?? 0) : sign * (pad.axes[axis] ?? 0);
+    // Axes rest where they were at first: not all pads have them at 0.
+    if (this.padName !== pad.id) [this.padName, this.rest] = [pad.id, [...pad.axes]];
+    const raw = buttons ? (pad.buttons[buttons[0]]?.value ?? 0) - (pad.buttons[buttons[1]]?.value ?? 0) : sign * ((pad.axes[axis] ?? 0) - (this.rest[axis] ?? 0));
     return Math.abs(raw) < DEAD_ZONE ? 0 : Math.sign(raw) * ((Math.abs(raw) - DEAD_ZONE) / (1 - DEAD_ZONE)) ** 1.5;
   }
 

@@ -14,6 +14,13 @@ const PUSH_MOST = 2000;
 const REFERENCE = "#00a6c8";
 const ROD_LABELS = { C2: 1, C3: 2, T1: 0 };
 
+/* Whether the browser draws without a graphics processor. */
+function drawsInSoftware() {
+  const context = document.createElement("canvas").getContext("webgl2");
+  const info = context?.getExtension("WEBGL_debug_renderer_info");
+  return info ? /swiftshader|llvmpipe|software|basic render/i.test(context.getParameter(info.UNMASKED_RENDERER_WEBGL)) : false;
+}
+
 /* A line to which points are added; the oldest go. */
 class Way {
   constructor(line) {
@@ -47,7 +54,7 @@ export class LiveScene {
   constructor(stage, data, pushed, clicked) {
     Object.assign(this, { stage, data, pushed, clicked, ghosts: [], gain: 100, aiming: false });
     this.canvas = stage.querySelector("canvas");
-    const drawing = (this.drawing = new MachineDrawing(this.canvas, data.bodies, true));
+    const drawing = (this.drawing = new MachineDrawing(this.canvas, data.bodies, { plain: drawsInSoftware() }));
     drawing.label(stage.querySelector("#labels"), data.bodies.map(() => ""));
     this.way = new Way(drawing.line(TIP_COLOR, 1));
     this.desiredWay = new Way(drawing.line("#20303f", 0.5));
@@ -57,6 +64,7 @@ export class LiveScene {
     drawing.tip.material.transparent = true;
     drawing.tip.scale.setScalar(1.3);
     this.drop = drawing.line(REFERENCE, 0.5);
+    MachineDrawing.setPoints(this.drop, [[0, 0], [0, 1], [0, 0]]);
     this.shadow = this.mark(new THREE.CylinderGeometry(0.06, 0.06, 0.002, 24), REFERENCE);
     this.load = this.mark(new THREE.SphereGeometry(1, 24, 16), "#7a4f1d");
     this.load.castShadow = true;
@@ -70,7 +78,6 @@ export class LiveScene {
     drawing.size(stage);
     drawing.view("wide");
     this.pointer();
-    this.slow = 0;
     new ResizeObserver(() => { drawing.size(stage); this.dirty = true; }).observe(stage);
     drawing.controls.addEventListener("change", () => (this.dirty = true));
   }
@@ -95,6 +102,8 @@ export class LiveScene {
 
   /* Machines beside the driven one, in these colours. */
   showGhosts(colors) {
+    if (colors.join() === this.colors?.join()) return;
+    this.colors = colors;
     this.ghosts.flat().forEach((group) => this.drawing.base.remove(group));
     this.ghosts = colors.map((color) => this.drawing.machine(() => ({ color, transparent: true, opacity: 0.3, depthWrite: false, polygonOffset: true, polygonOffsetFactor: 4 })));
     this.ghosts.flat().forEach((group) => group.children.forEach((mesh) => (mesh.castShadow = mesh.receiveShadow = false)));
@@ -122,7 +131,8 @@ export class LiveScene {
     const shown = tip.map((v, k) => v + this.gain * (desired[k] - v));
     this.reference.position.set(...shown);
     this.shadow.position.set(shown[0], 0.006, shown[2]);
-    MachineDrawing.setPoints(this.drop, shown.map((v, k) => [v, k === 1 ? 0 : v]));
+    this.drop.position.set(shown[0], 0, shown[2]);
+    this.drop.scale.y = Math.max(shown[1], 1e-3);
     this.way.add(desired.map((v, k) => v + this.gain * (tip[k] - v)));
     this.desiredWay.add(desired);
     this.load.visible = loadMass > 0;
@@ -209,7 +219,7 @@ export class LiveScene {
     return rotated(vector, [-x, -y, -z, w]);
   }
 
-  /* Draws where something has changed. On a slow machine the picture gets simpler. */
+  /* Draws where something has changed. */
   draw(showLabels) {
     if (!this.dirty) return;
     this.dirty = false;
@@ -221,26 +231,7 @@ export class LiveScene {
       this.arrow.scale.y = 0.1 + force.length() / PUSH_STIFFNESS;
       this.arrow.quaternion.setFromUnitVectors(new THREE.Vector3(0, 1, 0), force.normalize());
     }
-    const before = performance.now();
     drawing.render();
     drawing.placeLabels(showLabels);
-    const took = performance.now() - before;
-    this.slow = took > 20 ? this.slow + 1 : Math.max(this.slow - 1, 0);
-    if (this.slow > 8) this.simplify();
-  }
-
-  simplify() {
-    this.slow = 0;
-    const { renderer, sun } = this.drawing;
-    if (sun.castShadow && sun.shadow.mapSize.x > 1024) {
-      sun.shadow.mapSize.set(1024, 1024);
-      sun.shadow.map?.dispose();
-      sun.shadow.map = null;
-    } else if (renderer.getPixelRatio() > 0.75) {
-      renderer.setPixelRatio(Math.max(0.75, renderer.getPixelRatio() - 0.25));
-    } else {
-      sun.castShadow = false;
-    }
-    this.drawing.size(this.stage);
   }
 }

@@ -41,10 +41,15 @@ class LivePage extends Page {
   async open() {
     const [engine, system] = await Promise.all([part("engine"), part("system")]);
     this.ensemble = await Ensemble.open({ engine, system });
-    const { settings, ghosts } = settingsOf(location.hash);
-    await this.start(Object.keys(settings).length ? settings : FIRST, ghosts);
+    await this.ofAddress();
     requestAnimationFrame((now) => this.tick(now));
+    window.addEventListener("hashchange", () => this.attempt(() => this.ofAddress()));
     if (!matchMedia("(prefers-reduced-motion: reduce)").matches) this.play();
+  }
+
+  ofAddress() {
+    const { settings, ghosts } = settingsOf(location.hash);
+    return this.start(Object.keys(settings).length ? settings : FIRST, ghosts);
   }
 
   /* Laws of the ghosts. */
@@ -61,7 +66,8 @@ class LivePage extends Page {
       if (laws.join() === this.laws.join()) await this.ensemble.restart(settings);
       else await this.ensemble.beside(laws, settings);
       this.settings = settings;
-      [this.log, this.lost, this.pushed] = [[], null, null];
+      [this.log, this.lost, this.pushed, this.commanded] = [[], null, null, new Array(6).fill(0)];
+      element("moments").replaceChildren();
       element("broken").hidden = true;
       await this.know();
       await this.follow();
@@ -245,16 +251,21 @@ class LivePage extends Page {
     });
   }
 
-  command(kind, rates) {
+  /* New rates of the levers. What comes while earlier ones are on their way, or while the levers take over, follows them. */
+  async command(kind, rates) {
+    this.wanted = rates;
     this.done("levers");
-    return this.attempt(async () => {
-      if (this.settings.trajectory !== "rates") {
-        if (this.taking) return;
-        this.taking = true;
-        await this.lead("rates joint").finally(() => (this.taking = false));
+    if (this.commanding) return;
+    this.commanding = true;
+    await this.attempt(async () => {
+      if (this.settings.trajectory !== "rates") await this.lead(`rates ${kind}`);
+      while (this.commanded.join() !== this.wanted.join()) {
+        const before = this.commanded;
+        this.commanded = this.wanted;
+        for (const [k, rate] of this.commanded.entries()) if (rate !== before[k]) await this.set(`controller.rate.${kind}[${k + 1}]`, rate);
       }
-      for (const [k, rate] of rates.entries()) await this.set(`controller.rate.${kind}[${k + 1}]`, rate);
     });
+    this.commanding = false;
   }
 
   /* Settings that start where the machine stands now. */
@@ -342,8 +353,10 @@ class LivePage extends Page {
     this.recorder.cut(time);
     this.scene.clear();
     [this.lost, this.pushed] = [null, null];
+    this.commanded = await Promise.all(this.commanded.map((_, k) => this.engine.get(`controller.rate.${this.levers.kind}[${k + 1}]`)));
     element("broken").hidden = true;
     await this.follow();
+    if (this.settings.trajectory === "rates") this.command(this.levers.kind, new Array(6).fill(0));
     this.say(text);
   }
 

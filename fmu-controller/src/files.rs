@@ -41,8 +41,6 @@ pub(crate) fn read_path(
     p.path = match PathFile::built_in(file) {
         _ if file.is_empty() => None,
         Some(test) => Some(test.map_err(|e| format!("path `{file}`: {e}"))?),
-        // The path itself, for hosts without files.
-        _ if file.contains(['{', '\n']) => Some(PathFile::parse(file).map_err(|e| e.to_string())?),
         None => Some(
             read_parameter_file(file, resources, PathFile::parse).map_err(|e| {
                 let is_found =

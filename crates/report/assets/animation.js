@@ -1,7 +1,7 @@
 /* The manipulator in motion, drawn by `MachineDrawing`. */
 (() => {
   const bodies = data.scene.bodies;
-  const drawing = new MachineDrawing(element("machine"), bodies, true);
+  const drawing = new MachineDrawing(element("machine"), bodies, { keep: true });
   const { groups, tip } = drawing;
   const desiredLine = drawing.line("#20303f", 0.55);
   const tipLine = drawing.line(TIP_COLOR, 1);
