@@ -3,6 +3,7 @@
 import re
 from ctypes import byref, c_char_p, c_double, c_int, c_size_t, c_uint, c_void_p, create_string_buffer
 from decimal import Decimal
+from pathlib import Path
 
 import pytest
 
@@ -204,6 +205,16 @@ def test_wrong_kind_and_missing_callbacks_give_no_instance(fmu):
     instance.free()
 
 
+def refuses_file(fmu, parameter, path, content, words):
+    """The file of the parameter, of that content or, where it is None, not there, is refused; the instance starts without it."""
+    if content is not None:
+        path.write_text(content)
+    instance = fmu.instance()
+    refused(instance, lambda: instance.set({parameter: str(path)}), f"`{parameter}`", str(path), *words)
+    instance.start()
+    instance.free()
+
+
 @pytest.mark.parametrize("content, words", [
     (None, ["nowhere.json"]),
     ("", ["EOF"]),
@@ -212,23 +223,21 @@ def test_wrong_kind_and_missing_callbacks_give_no_instance(fmu):
     ('{"gravity": 9.81, "surprise": 1}', ["surprise"]),
 ])  # fmt: skip
 def test_wrong_machine_file(fmu, tmp_path, content, words):
-    path = tmp_path / "nowhere.json"
-    if content is not None:
-        path.write_text(content)
-    instance = fmu.instance()
-    refused(instance, lambda: instance.set({"machine_file": str(path)}), "`machine_file`", str(path), *words)
-    instance.start()
-    instance.free()
+    refuses_file(fmu, "machine_file", tmp_path / "nowhere.json", content, words)
+
+
+def machine_with(fmu, field, number, folder):
+    """A file of the reference machine with another number in the fields of that name."""
+    text = Path(fmu.folder, "resources/reference_machine.json").read_text()
+    path = folder / "machine.json"
+    path.write_text(re.sub(rf'"{field}": [\d.]+', f'"{field}": {number}', text))
+    return str(path)
 
 
 def test_machine_file_with_an_impossible_number(fmu, tmp_path):
-    from pathlib import Path
-
-    text = Path(fmu.folder, "resources/reference_machine.json").read_text()
-    path = tmp_path / "machine.json"
-    path.write_text(re.sub(r'"R_s": [\d.]+', '"R_s": -1', text))
+    file = machine_with(fmu, "R_s", -1, tmp_path)
     instance = fmu.instance()
-    refused(instance, lambda: instance.set({"machine_file": str(path)}), "R_s", "-1")
+    refused(instance, lambda: instance.set({"machine_file": file}), "R_s", "-1")
     instance.free()
 
 
@@ -399,23 +408,13 @@ def test_unnamed_instance(fmu):
 ])  # fmt: skip
 @pytest.mark.parametrize("fmu", ["Emla", "Controller"], indirect=True)
 def test_wrong_surrogate_file(fmu, tmp_path, content, words):
-    path = tmp_path / "nowhere.json"
-    if content is not None:
-        path.write_text(content)
-    instance = fmu.instance()
-    refused(instance, lambda: instance.set({"surrogate_file": str(path)}), "`surrogate_file`", str(path), *words)
-    instance.free()
+    refuses_file(fmu, "surrogate_file", tmp_path / "nowhere.json", content, words)
 
 
 def test_machine_that_cannot_be_assembled(hdrm, tmp_path):
     """Each number is allowed, together they are no mechanism: the message says where it does not close, and what would."""
-    from pathlib import Path
-
-    text = Path(hdrm.folder, "resources/reference_machine.json").read_text()
-    path = tmp_path / "machine.json"
-    path.write_text(re.sub(r'"d4": [\d.]+', '"d4": 0.05', text))
     instance = hdrm.instance()
-    instance.set({"machine_file": str(path)})
+    instance.set({"machine_file": machine_with(hdrm, "d4", 0.05, tmp_path)})
     instance.setup()
     instance.call("fmi2EnterInitializationMode")
     words = ["the four-bar does not close at zeta_3 = ", "|AC| must lie between"]

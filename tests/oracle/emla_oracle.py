@@ -18,6 +18,8 @@ import numpy as np
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
+from wave import Wave
+
 HERE = pathlib.Path(__file__).resolve().parent
 PARAMETERS = HERE.parent.parent / "parameters" / "reference_machine.json"
 P = json.loads(PARAMETERS.read_text())["emla"]
@@ -27,23 +29,6 @@ STEPS = 2000
 EVERY = 4  # steps between stored rows
 LEAD = P["rho"] / (2 * math.pi)
 TRAVEL = LEAD / P["N_gear"]
-
-
-class Wave:
-    """offset + sum of amplitude * sin(2 pi frequency t + phase)."""
-
-    def __init__(self, offset, *terms):
-        self.offset, self.terms = offset, terms
-
-    def __call__(self, t, order=0):
-        value = self.offset if order == 0 else 0.0
-        for amplitude, frequency, phase in self.terms:
-            w = 2 * math.pi * frequency
-            value += amplitude * w**order * math.sin(w * t + phase + order * math.pi / 2)
-        return value
-
-    def json(self):
-        return {"offset": self.offset, "terms": [list(term) for term in self.terms]}
 
 
 def compliance(x):

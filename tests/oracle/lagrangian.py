@@ -120,19 +120,23 @@ def crooked_machine(rng):
     return machine
 
 
+def moving(rng, limits):
+    """A state within the limits, with forces and torques on it."""
+    low, high = np.radians(limits["zeta_min_deg"]), np.radians(limits["zeta_max_deg"])
+    return {
+        "zeta": rng.uniform(low, high),
+        "zeta_dot": rng.uniform(-1.5, 1.5, 6),
+        "f": rng.uniform(-70e3, 70e3, 3),
+        "tau": rng.uniform(-1, 1, 3) * limits["tau_wrist_max"],
+        "W_env": rng.uniform(-1, 1, 6) * np.array([4e3] * 3 + [1e3] * 3),
+    }
+
+
 def plant(rng, machine, inertia_scale, payload_mass):
     expected = make(machine, inertia_scale, payload_mass)
-    limits = machine["limits"]
-    low, high = np.radians(limits["zeta_min_deg"]), np.radians(limits["zeta_max_deg"])
     cases = []
     for _ in range(CASES_PER_MACHINE):
-        given = {
-            "zeta": rng.uniform(low, high),
-            "zeta_dot": rng.uniform(-1.5, 1.5, 6),
-            "f": rng.uniform(-70e3, 70e3, 3),
-            "tau": rng.uniform(-1, 1, 3) * limits["tau_wrist_max"],
-            "W_env": rng.uniform(-1, 1, 6) * np.array([4e3] * 3 + [1e3] * 3),
-        }
+        given = moving(rng, machine["limits"])
         cases.append({**given, **expected(*given.values())})
     as_lists = [{k: np.asarray(v).tolist() for k, v in case.items()} for case in cases]
     return {

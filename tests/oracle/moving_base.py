@@ -14,7 +14,7 @@ import jax.numpy as jnp
 import numpy as np
 
 import golden
-from lagrangian import crooked_machine, mass_properties, vee
+from lagrangian import crooked_machine, mass_properties, moving, vee
 from mechanism import X, Z, frame, reference_machine, solve
 
 GOLDEN = Path(__file__).with_name("moving_base.json")
@@ -97,16 +97,10 @@ def make(machine, inertia_scale, payload_mass):
 
 def plant(rng, machine, inertia_scale, payload_mass):
     expected = make(machine, inertia_scale, payload_mass)
-    limits = machine["limits"]
-    low, high = np.radians(limits["zeta_min_deg"]), np.radians(limits["zeta_max_deg"])
     cases = []
     for _ in range(CASES_PER_MACHINE):
         given = {
-            "zeta": rng.uniform(low, high),
-            "zeta_dot": rng.uniform(-1.5, 1.5, 6),
-            "f": rng.uniform(-70e3, 70e3, 3),
-            "tau": rng.uniform(-1, 1, 3) * limits["tau_wrist_max"],
-            "W_env": rng.uniform(-1, 1, 6) * np.array([4e3] * 3 + [1e3] * 3),
+            **moving(rng, machine["limits"]),
             "tilt": rng.uniform(-0.4, 0.4, 2),
             "acceleration": rng.uniform(-2, 2, 3),
             "angular_velocity": rng.uniform(-1, 1, 3),

@@ -18,6 +18,8 @@ import pathlib
 import numpy as np
 from scipy.integrate import solve_ivp
 
+from wave import Wave
+
 HERE = pathlib.Path(__file__).resolve().parent
 P = json.loads((HERE.parent.parent / "parameters" / "reference_machine.json").read_text())["emla"]
 X = {
@@ -49,23 +51,6 @@ TRAVEL = LEAD / P["N_gear"]
 J = P["J_m"] + P["J_s"] / P["N_gear"] ** 2
 ROOT3 = math.sqrt(3)
 assert abs(T_SW * P["inverter"]["f_sw"] - 1) < 1e-12
-
-
-class Wave:
-    """offset + sum of amplitude * sin(2 pi frequency t + phase)."""
-
-    def __init__(self, offset, *terms):
-        self.offset, self.terms = offset, terms
-
-    def __call__(self, t, order=0):
-        value = self.offset if order == 0 else 0.0
-        for amplitude, frequency, phase in self.terms:
-            w = 2 * math.pi * frequency
-            value += amplitude * w**order * math.sin(w * t + phase + order * math.pi / 2)
-        return value
-
-    def json(self):
-        return {"offset": self.offset, "terms": [list(term) for term in self.terms]}
 
 
 def magnet_flux(theta_e, T_h):
