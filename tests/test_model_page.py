@@ -10,6 +10,7 @@ from selenium.webdriver.common.by import By
 from selenium.webdriver.support.ui import Select, WebDriverWait
 
 from browser import chromium, noise, run
+from conftest import FMU_DIR
 from fmpy_master import ROOT
 from native import cargo_fmu
 
@@ -24,7 +25,9 @@ def battery(tmp_path_factory):
     packed = cargo_fmu("pack", "--profile", "release", "--target", "wasm", "--out", folder, cwd=BATTERY)
     assert packed.returncode == 0, packed.stderr
     fmu = folder / "fmi3/Battery.fmu"
-    made = cargo_fmu("web", fmu, "--out", folder / "battery.html")
+    # The engine that `cargo xtask web --profile fmu-fast` has built, if it has; `cargo fmu web` builds its own.
+    engine = FMU_DIR.parent / "wasm32-unknown-unknown/fmu-fast/cosim_page.wasm"
+    made = cargo_fmu("web", fmu, "--out", folder / "battery.html", *(("--engine", engine) if engine.is_file() else ()))
     assert made.returncode == 0, made.stderr
     return fmu, folder / "battery.html"
 

@@ -234,6 +234,19 @@ def test_event_mode_and_tuning(fmus):
     assert found[1] == found[0] and found[2] == found[0]
 
 
+def test_a_step_is_looked_at_from_within(fmus):
+    """Intermediate updates, of a variable that is asked for."""
+    hdrm = fmus["Hdrm"]
+    for kind in (Plain, Component):
+        instance = kind(hdrm, required=["energy.kinetic"]).initialize()
+        for k in range(3):
+            instance.step(k * H, H)
+        assert instance.updates == [(k * H + H, False, True, True, False) for k in range(3)]
+        instance = kind(hdrm).initialize()
+        instance.step(0.0, H)
+        assert instance.updates == []
+
+
 def test_a_component_imports_callbacks_alone_and_modules_are_small(fmu):
     component = components.Component(ENGINE, fmu.bytes)
     names = set(component.type.imports(ENGINE))

@@ -53,10 +53,10 @@ class FmuWasm(Fmu3):
 class Plain(Instance3):
     """An instance of the plain module, by the C functions: arguments are ctypes as for a library, and are copied into its memory."""
 
-    def __init__(self, fmu, name=None, logging=True, event_mode=False, token=None, module=None, resources=None):
+    def __init__(self, fmu, name=None, logging=True, event_mode=False, token=None, required=()):
         self.fmu, self.messages, self.updates = fmu, [], []
         self.store = wasmtime.Store(ENGINE)
-        module = module or fmu.compiled(Plain)
+        module = fmu.compiled(Plain)
         imports = {"log-message": self._told, "intermediate-update": self._updated, "[resource-new]co-simulation-instance": lambda this: this}
         functions = [wasmtime.Func(self.store, i.type, imports[i.name]) for i in module.imports]
         self.exports = wasmtime.Instance(self.store, module, functions).exports(self.store)
@@ -65,10 +65,10 @@ class Plain(Instance3):
         self.scratch, self.used = self._run("fmu_allocate", SCRATCH), 0
         self.name = self._place((name or fmu.new_name()).encode() + b"\0")
         token = self._place((fmu.description.guid if token is None else token).encode() + b"\0")
-        resources = self._place(resources.encode() + b"\0") if resources else 0
+        references = self._place(bytes(self.references(required)))
         self.c = self._run(
             "fmi3InstantiateCoSimulation",
-            *(self.name, token, resources, 0, int(logging), int(event_mode), 0, 0, 0, self.name),
+            *(self.name, token, 0, 0, int(logging), int(event_mode), 0, references, len(required), self.name),
             *(self._run("fmu_log_message"), self._run("fmu_intermediate_update")),
         )
 
@@ -101,7 +101,7 @@ class Plain(Instance3):
         self.messages.append((status, self._text(category, category_size), self._text(message, size)))
 
     def _updated(self, *arguments):
-        self.updates.append(arguments)
+        self.updates.append((*arguments[:1], *map(bool, arguments[1:5])))
 
     def place_file(self, path, content):
         path, content = path.encode(), content.encode()
@@ -156,7 +156,7 @@ class Plain(Instance3):
 class Component(Called):
     """An instance of the resource of the component, with the methods of `fmu3.Instance3`."""
 
-    def __init__(self, fmu, name=None, logging=True, event_mode=False, token=None, component=None):
+    def __init__(self, fmu, name=None, logging=True, event_mode=False, token=None, required=()):
         self.fmu, self.messages, self.updates = fmu, [], []
         self.store, linker = wasmtime.Store(ENGINE), components.Linker(ENGINE)
         with linker.root() as root:
@@ -164,11 +164,13 @@ class Component(Called):
                 callbacks.add_func("log-message", self._told)
             with root.add_instance("fmi:fmi3/intermediate-update-callbacks@3.0.0") as callbacks:
                 callbacks.add_func("intermediate-update", lambda _store, *arguments: self.updates.append(arguments) or (False, 0.0))
-        self.instance = linker.instantiate(self.store, component or fmu.compiled(Component))
+        self.instance = linker.instantiate(self.store, fmu.compiled(Component))
         self.functions = {}
         self.name = name or fmu.new_name()
         guid = fmu.description.guid if token is None else token
-        self.this = self._run("[static]co-simulation-instance.instantiate-co-simulation", self.name, guid, "", False, logging, event_mode, False, [])
+        references = [self.reference(name) for name in required]
+        instantiate = "[static]co-simulation-instance.instantiate-co-simulation"
+        self.this = self._run(instantiate, self.name, guid, "", False, logging, event_mode, False, references)
 
     def _function(self, name):
         if name not in self.functions:

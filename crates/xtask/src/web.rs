@@ -59,8 +59,8 @@ pub fn make(workspace: &Workspace, fmus: &[PathBuf], profile: &str, out: &Path) 
     execute(&mut page)
 }
 
-/// Copies of these FMUs with WebAssembly, in `wasm/` of the target directory: built as those that
-/// are handed out, but linked fast.
+/// Copies of these FMUs with WebAssembly, in `wasm/` of the target directory, and the page of them:
+/// built as those that are handed out, but linked fast.
 pub fn for_tests(workspace: &Workspace, fmus: &[PathBuf]) -> Result<()> {
     let folder = workspace.target.join("wasm");
     fs::create_dir_all(&folder).with_context(|| folder.display().to_string())?;
@@ -70,7 +70,8 @@ pub fn for_tests(workspace: &Workspace, fmus: &[PathBuf]) -> Result<()> {
         Ok(to)
     };
     let copies: Vec<_> = fmus.iter().map(copy).collect::<Result<_>>()?;
-    add_wasm(workspace, &copies, "fmu-fast")
+    let page = workspace.target.join("web/machine.html");
+    make(workspace, &copies, "fmu-fast", &page)
 }
 
 /// Provide what WebAssembly needs.
@@ -84,7 +85,7 @@ pub fn prepare() -> Result<()> {
 }
 
 /// Add WebAssembly to the FMUs of FMI 3.0 of the suite, in its order.
-pub fn add_wasm(workspace: &Workspace, fmus: &[PathBuf], profile: &str) -> Result<()> {
+fn add_wasm(workspace: &Workspace, fmus: &[PathBuf], profile: &str) -> Result<()> {
     let mut command = cargo_fmu(workspace)?;
     command.args(["add-wasm", "--profile", profile]);
     for source in workspace.suite() {
