@@ -11,7 +11,6 @@ import hashlib
 import json
 import os
 import re
-import shutil
 import subprocess
 import zipfile
 from io import BytesIO
@@ -96,7 +95,8 @@ def folder(tmp_path_factory):
     unpack(folder)
     (folder / "broken.ssp").write_bytes(part("system")[:-5000])
     (folder / "text.ssp").write_bytes(b"no archive")
-    shutil.copy(FMU_DIR / "fmi3/Hdrm.fmu", folder / "native.fmu")
+    with zipfile.ZipFile(FMU_DIR / "fmi3/Hdrm.fmu") as fmu:
+        (folder / "native.fmu").write_bytes(archive({"modelDescription.xml": fmu.read("modelDescription.xml")}))
     return folder
 
 
