@@ -99,6 +99,10 @@ class ModelPage extends Page {
     // A name without its component, where there is one component.
     const lone = new Set(this.variables.map((variable) => variable.name.split(".")[0])).size === 1;
     this.variables.forEach((variable) => (variable.short = lone ? variable.name.slice(variable.name.indexOf(".") + 1) : variable.name));
+    // An input that a connection drives is refused.
+    const isFree = ({ name }) => engine.get(name).then((value) => engine.set(name, value)).then(() => true, () => false);
+    this.free = new Set();
+    for (const input of this.of("input")) if (await isFree(input)) this.free.add(input);
     element("stop").value = engine.about.stop;
     element("step").value = engine.about.step;
     this.fields();
@@ -119,7 +123,7 @@ class ModelPage extends Page {
 
   fields() {
     for (const [id, causality] of [["inputs", "input"], ["parameters", "parameter"]]) {
-      const rows = this.of(causality).map((variable) => this.field(variable));
+      const rows = this.of(causality).filter((variable) => causality !== "input" || this.free.has(variable)).map((variable) => this.field(variable));
       element(id).querySelectorAll(".row").forEach((row) => row.remove());
       element(id).append(...rows);
       element(id).hidden = rows.length === 0;

@@ -253,6 +253,7 @@ macro_rules! functions {
             ///
             /// # Safety
             /// The arguments are those that the canonical ABI gives.
+            #[allow(clippy::too_many_arguments)]
             pub unsafe fn $function<X: Exported>($($argument: $type),*) -> $result {
                 // SAFETY: forwarded.
                 unsafe { $run }
