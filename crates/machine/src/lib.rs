@@ -12,6 +12,7 @@ mod bodies;
 mod check;
 mod controller;
 mod fields;
+pub mod gain_rule;
 mod geometry;
 mod holding;
 mod input;
