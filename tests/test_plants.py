@@ -4,13 +4,15 @@ Each run is kept, stopped or lost. Lost: the tip is off by more than a millimetr
 around its mean over 0.15 s in the last 3 s; as drawn these are 0.06 mm and 0.25 kN, swinging has 1.7 to 8 mm or tens of kN.
 Stopped: the controller took the brakes."""
 
+import csv
+import json
 import os
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
 
-from native import recorded
+from native import call, recorded
 
 AXES = ("emla_1", "emla_2", "emla_3")
 DRAWN = {"hdrm": {"inertia_scale": 1.4}, "sensors": {"seed": 1007, "joint_zero": "false"}, "controller": {"trajectory": "triangular"}}
@@ -116,3 +118,29 @@ def test_a_plant_that_swings_is_lost(fmu_dir, tmp_path):
     plants = {name: merged(TWELVE[name], axes(current_loop="false")) for name in ("mounting 30 N/um", "empty hook")}
     found = outcomes(fmu_dir, tmp_path, plants, mode="adaptive_integral", **before)
     assert {kind for kind, _ in found.values()} == {"lost"}
+
+
+STRANGER = {"extends": "reference", "geometry": {"r_B_B4": [2.1, 0, 0]}, "bodies": {"PL": {"mass": 500}}}
+
+
+@pytest.mark.parametrize("name", ["reference", "hiab_xs031", "stranger"])
+def test_machines_are_kept_with_the_gains_of_the_rule(fmu_dir, tmp_path, name):
+    """In the real world, on a machine drawn by seed, also on a mounting half as stiff; a machine that asks for other gains than those that ship is
+    told which, by `machine check` and by a run."""
+    machine = name
+    if name == "stranger":
+        machine = tmp_path / "stranger.json"
+        machine.write_text(json.dumps(STRANGER))
+    gains, system = tmp_path / "gains.ssv", ["--system", fmu_dir / "Real.ssp"]
+    assert call("hdrm-fmu", "machine", "gains", machine, "--output", gains).returncode == 0
+    told = [call("hdrm-fmu", "machine", "check", machine).stdout]
+    told.append(call("hdrm-fmu", "run", *system, "--machine", machine, "--stop-time", 0.01, "--quiet").stdout)
+    assert ("lowest mode" in told[0]) == (name == "stranger") and ("machine gains" in told[1]) == (name != "reference"), told
+    for mount in (6e7, 3e7):
+        options = ["--trajectory", "triangular", "--law", "adaptive_integral", "--seed", 1, "--seeds", 1, "--csv", tmp_path / "runs.csv"]
+        soft = [word for k in (1, 2, 3) for word in ("--set", f"emla_{k}.compliance.mount={mount}")]
+        options += ["--world", "real", "--machine", machine, "--parameters", gains]
+        done = call("hdrm-fmu", "table", *system, *options, *soft)
+        assert done.returncode == 0, done.stderr
+        (row,) = csv.DictReader((tmp_path / "runs.csv").open())
+        assert float(row["known_rmse_mm"]) < 1.0, row

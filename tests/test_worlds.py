@@ -148,11 +148,12 @@ def test_margins_enclose_the_border_of_stability(fmu_dir, tmp_path):
 def test_a_tournament_goes_on_where_it_was_interrupted(fmu_dir, tmp_path):
     """Tuned and reported with few runs: the files that are there are taken, and the table is the same."""
     options = ["--budget", 2, "--tuning-seeds", 1, "--seeds", 1, "--store", tmp_path / "store"]
-    options += ["--law", "modular_integral", "--law", "cascade", "--json", tmp_path / "t.json"]
+    options += ["--law", "modular_integral_identified", "--law", "cascade", "--json", tmp_path / "t.json"]
     first = call("hdrm-fmu", "tournament", "--system", fmu_dir / "Real.ssp", *options)
     assert first.returncode == 0 and "hours" in first.stderr, first.stderr
     found = json.loads((tmp_path / "t.json").read_text())
-    assert {row["law"] for row in found["rows"]} == {"modular_integral", "cascade"}
+    assert {row["law"] for row in found["rows"]} == {"modular_integral_identified", "cascade"}
+    assert "2 of 2 machines identified" in first.stderr and found["excitation"]["base"] > 15, first.stderr
     for row, trials in zip(found["tuned"], found["runs"]):
         assert row["tried"] == 2 and len(trials) == 3 and all(t["fate"] in ("kept", "stopped", "lost") for t in trials), row
     files = sorted((tmp_path / "store").iterdir())

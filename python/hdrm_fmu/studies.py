@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import os
+import warnings
 from collections.abc import Iterable, Mapping
 from typing import Any
 
@@ -14,7 +15,7 @@ from hdrm_fmu import _native
 from hdrm_fmu.cases import grid
 from hdrm_fmu.errors import BadInput, RunFailed
 from hdrm_fmu.names import unknown, whole
-from hdrm_fmu.running import run, world_system
+from hdrm_fmu.running import read_machine, run, world_system
 from hdrm_fmu.sweeping import chosen_system, sweep
 
 #: Share of a range's logarithm within which a gain counts as being at its bound.
@@ -112,7 +113,7 @@ def tune(
 ) -> tuple[dict[str, Any], pandas.DataFrame]:
     """Find gains that make a metric small on one trajectory, and judge them on another.
 
-    A third of the tries is a coarse scan of the whole ranges (SciPy's Halton sequence on the gains' logarithms); SciPy's Nelder–Mead goes on
+    In the world `real` with a `machine`, the second try is what the rule of `hdrm-fmu machine gains` makes of it. A third of the tries is a coarse scan of the whole ranges (SciPy's Halton sequence on the gains' logarithms); SciPy's Nelder–Mead goes on
     from the best of it. Tries with a run that fails or has the verdict BAD are counted and never chosen, unless all are such.
 
     Parameters
@@ -126,7 +127,7 @@ def tune(
     Returns
     -------
     (result, history): `result` has the gains found (`gains`), those at a bound of their range, where the best may lie beyond (`at_bound`), the
-    number of tries that were bad (`bad`), the gains at the start, and the metric on both trajectories before and after; `history` is a
+    number of tries that were bad (`bad`), the gains at the start and, of a machine in the world `real`, by the rule (`rule`), and the metric on both trajectories before and after; `history` is a
     DataFrame of all tries, with the number of bad runs of each.
     """
     from scipy.optimize import minimize
@@ -177,7 +178,10 @@ def tune(
         return math.inf if last["bad"] and not tried[best(range(len(tried)))]["bad"] else last["objective"]
 
     attempt(start)
-    for point in Halton(len(gains), seed=1).random(runs // 3):
+    ruled = _ruled(options, gains)
+    if ruled and runs > 1:
+        attempt([math.log(ruled.get(name, math.exp(first))) for name, first in zip(gains, start)])
+    for point in Halton(len(gains), seed=1).random(max(0, min(runs // 3, runs - len(tried)))):
         attempt(np.array(low) + point * (np.array(high) - np.array(low)))
     left = runs - len(tried)
     if left > 0:
@@ -188,15 +192,32 @@ def tune(
     found = tried[best(range(len(tried)))]
     gained, before = ({name: of[name] for name in gains} for of in (found, tried[0]))
     near = [min(math.log(gained[n]) - lower, upper - math.log(gained[n])) / (upper - lower) for n, lower, upper in zip(gains, low, high)]
+    for name, value in ruled.items():
+        if name in ("gamma", "controller.gamma") and gained[name] < value / 2:
+            warnings.warn(
+                f"{name} = {gained[name]:.3g} adapts faster than the lowest mode of this machine allows on actuators as built; the rule of "
+                f"`hdrm-fmu machine gains` gives {value:.3g}, outside of the range or not the best on these runs",
+                stacklevel=2,
+            )
     result = {
         "gains": gained,
         "at_bound": [name for name, share in zip(gains, near) if share < AT_BOUND],
         "bad": sum(t["bad"] > 0 for t in tried),
         "start": before,
+        "rule": ruled,
         trajectory: {"before": tried[0]["objective"], "after": found["objective"]},
         held_out: {"before": measure(before, held_out)[0], "after": measure(gained, held_out)[0]},
     }
     return result, pandas.DataFrame(tried)
+
+
+def _ruled(options, gains):
+    """What the rule says of these gains; nothing without a machine on actuators as built."""
+    if options.get("world") != "real" or options.get("machine") is None:
+        return {}
+    text, _ = read_machine(options["machine"])
+    rule = _native.ruled_gains(text)
+    return {name: rule[name.removeprefix("controller.")] for name in gains if name.removeprefix("controller.") in rule}
 
 
 def _metrics(metric, system):

@@ -1,5 +1,6 @@
 //! Files that a run reads, looked at before it starts: machines and paths.
 
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use machine::Source;
@@ -18,6 +19,14 @@ pub fn whole_machine(text: &str, file: Option<PathBuf>) -> PyResult<(String, &'s
     let source = Source::read(text, file.as_deref()).map_err(|error| raised(error.into()))?;
     let whole = serde_json::to_string(&source.machine).map_err(|error| raised(error.into()))?;
     Ok((whole, parameters_of(source.shipped())))
+}
+
+/// The gains that the rule makes of a machine, whose checked text this is, for actuators as built.
+#[pyfunction]
+pub fn ruled_gains(text: &str) -> PyResult<BTreeMap<&'static str, f64>> {
+    let source = Source::read(text, None).map_err(|error| raised(error.into()))?;
+    let gains = studies::machines::gains::gains(&source.machine).map_err(raised)?;
+    Ok(gains.iter().map(|gain| (gain.name, gain.value)).collect())
 }
 
 /// The text of the machine file that the programs know by this name.

@@ -57,6 +57,7 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(kept_instances, module)?)?;
     module.add("BUILT_IN_PATHS", tip_path::BUILT_IN.to_vec())?;
     module.add_function(wrap_pyfunction!(inputs::whole_machine, module)?)?;
+    module.add_function(wrap_pyfunction!(inputs::ruled_gains, module)?)?;
     module.add_function(wrap_pyfunction!(inputs::shipped_machine, module)?)?;
     module.add_function(wrap_pyfunction!(inputs::is_built_in_path, module)?)?;
     module.add_function(wrap_pyfunction!(inputs::path_has_loads, module)?)?;

@@ -44,6 +44,17 @@ def test_sobol_finds_what_matters(two_workers, tmp_path):
     assert (tmp_path / "s.png").stat().st_size > 5_000
 
 
+def test_tuning_knows_the_rule_of_a_machine(monkeypatch):
+    """A best value far from where the scan looks is found, because the rule is tried; a range that leaves it out is named."""
+    made_up(monkeypatch, lambda gamma: abs(np.log(gamma / 990.0)))
+    stranger = {"extends": "reference", "geometry": {"r_B_B4": [2.1, 0, 0]}, "bodies": {"PL": {"mass": 500}}}
+    options = {"runs": 2, "world": "real", "machine": stranger}
+    result, _ = studies.tune({"gamma": (20.0, 5000.0)}, **options)
+    assert result["rule"] == {"gamma": 990.0} and result["gains"]["gamma"] == pytest.approx(990.0)
+    with pytest.warns(UserWarning, match="lowest mode"):
+        studies.tune({"gamma": (20.0, 60.0)}, **options)
+
+
 def test_tuning_is_judged_on_a_held_out_trajectory(tmp_path):
     gains = {"Lambda_position": (2.0, 40.0)}
     options = {"stop_time": 0.15, "settings": {"settle_time": 0.02, "mode": "pd"}}

@@ -13,6 +13,7 @@ mod check;
 mod controller;
 mod dq;
 mod fields;
+pub mod gain_rule;
 mod geometry;
 mod holding;
 mod input;

@@ -6,12 +6,14 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context as _, Result, ensure};
 use clap::Args;
 use cosim::cli::{RunArgs, SystemArgs, find};
+use cosim::master::start_value;
 use cosim::run::Experiment;
 use cosim::system::{Setting, System};
 use cosim::verdict::Verdict;
 use machine::Source;
 use tip_path::PathFile;
 
+use crate::machines::gains;
 use crate::start_values::{over, tell_delay};
 use crate::worlds::{BENDING_STEP, BENDING_SYSTEM, STRICT_SYSTEM, SYSTEM, World, parameters_of};
 use crate::{loads, machine_file, path_margins};
@@ -159,6 +161,10 @@ impl Builder<'_> {
         }
         if self.world.is_as_built() {
             system.apply_set(Path::new(self.args.parameters()?))?;
+            // What is asked for comes after what the world takes by itself.
+            for set in &arguments.parameters {
+                system.apply_set(set)?;
+            }
         }
         Ok(system)
     }
@@ -190,7 +196,10 @@ impl Builder<'_> {
                 twice.unwrap_or_default()
             );
         }
-        let verdict = forgotten(run, &system, &base)?;
+        let mut verdict = forgotten(run, &system, &base)?;
+        if let Some(text) = adapts_too_fast(&system, &base)? {
+            verdict.note(text);
+        }
         tell_delay(&system, &mut base)?;
         let mut bench = Bench {
             system,
@@ -233,6 +242,27 @@ pub(crate) fn following(system: &System, path: &str) -> Result<Vec<Setting>> {
         system.setting(&format!("{controller}.trajectory"), "path")?,
         system.setting(&format!("{controller}.path_file"), file)?,
     ])
+}
+
+/// Whether a controller of actuators as built adapts faster than its machine lets it.
+fn adapts_too_fast(system: &System, base: &Experiment) -> Result<Option<String>> {
+    let is_as_built = |model: &str| model == "Rig";
+    let (Ok(gamma), Ok(file)) = (
+        system.port("controller.gamma"),
+        system.port("controller.machine_file"),
+    ) else {
+        return Ok(None);
+    };
+    if !system
+        .fmus
+        .iter()
+        .any(|fmu| is_as_built(&fmu.description.model))
+    {
+        return Ok(None);
+    }
+    let gamma = start_value(system, &base.settings, gamma)?;
+    let file = machine_file::MachineFile::at(system, &base.settings, file)?;
+    gains::too_fast(&file.machine, gamma)
 }
 
 /// What a system may have forgotten under these arguments; not what the shipped systems leave

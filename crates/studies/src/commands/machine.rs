@@ -5,14 +5,17 @@ use std::path::{Path, PathBuf};
 
 use crate::machine_file::read;
 use crate::machines::continuous_torque::ContinuousTorque;
+use crate::machines::gains;
 use crate::machines::scaling::booms;
 use crate::print::files::create;
 use crate::worlds::perturbation::{Bounds, draw};
+use crate::worlds::{PARAMETERS, parameters_of};
 use anyhow::{Context, Result, bail, ensure};
 use capability::{Capability, Limits, Motion, Payload};
 use clap::{Args, Subcommand};
 use cosim::cli::print;
 use hdrm::HdrmError;
+use machine::gain_rule::RuledGain;
 use machine::{AXES, Machine, Source, extending, preset};
 
 use super::program::OtherArguments;
@@ -30,6 +33,9 @@ pub enum MachineCommand {
     /// Write a machine with longer or shorter booms of the same shape and material, as a file that
     /// extends the one it is made of
     Scale(ScaleArgs),
+    /// Print the gains that the rule makes of a machine for actuators as built, and of what, or write
+    /// them as a parameter set of Real.ssp
+    Gains(GainsArgs),
     /// Draw a machine: side view with named points and dimensions, workspace, greatest payload over
     /// reach and height
     #[command(disable_help_flag = true)]
@@ -44,6 +50,16 @@ pub struct CheckArgs {
     /// Machine file, or name of a shipped machine
     #[arg(value_name = "FILE|NAME")]
     machine: String,
+}
+
+#[derive(Args)]
+pub struct GainsArgs {
+    /// Machine file, or name of a shipped machine
+    #[arg(value_name = "FILE|NAME")]
+    machine: String,
+    /// Parameter set to write, for `--parameters`
+    #[arg(long, value_name = "FILE")]
+    output: Option<PathBuf>,
 }
 
 #[derive(Args)]
@@ -96,6 +112,7 @@ pub fn run(command: &MachineCommand) -> Result<()> {
         MachineCommand::Check(args) => check(args),
         MachineCommand::Schema => print(machine::SCHEMA_JSON),
         MachineCommand::Scale(args) => scale(args),
+MachineCommand::Gains(args) => print_gains(args),
         MachineCommand::Draw(_) | MachineCommand::Scene(_) => {
             unreachable!("done by another program")
         }
@@ -106,7 +123,15 @@ fn check(args: &CheckArgs) -> Result<()> {
     let name = &args.machine;
     let (found, notes) = match Source::named(name) {
         Err(error) => (error.lines(), Vec::new()),
-        Ok(Source { machine, .. }) => (of_mechanism(&machine), of_motors(&machine)),
+        Ok(source) => {
+            let machine = &source.machine;
+            let found = of_mechanism(machine);
+            let mut notes = of_motors(machine);
+            if found.is_empty() {
+                notes.extend(of_gains(machine, source.shipped())?);
+            }
+            (found, notes)
+        }
     };
     for note in &notes {
         print(format_args!("note: {note}\n"))?;
@@ -158,6 +183,38 @@ fn of_motors(machine: &Machine) -> Vec<String> {
             )
         })
         .collect()
+}
+
+/// Whether the parameter set that `--world real` takes for a machine fits it.
+fn of_gains(machine: &Machine, shipped: Option<&str>) -> Result<Option<String>> {
+    let set = parameters_of(shipped);
+    let of = shipped.filter(|_| set != PARAMETERS);
+    let made_for = read(of.unwrap_or("reference"))?;
+    let gamma = gains::gains(&made_for)?;
+    let gamma = gamma.iter().find(|gain| gain.name == "gamma");
+    let gamma = gamma.context("a rule without gamma")?.value;
+    let wrong = gains::too_fast(machine, gamma)?;
+    Ok(wrong.map(|text| format!("with {set} in the real world: {text}")))
+}
+
+fn print_gains(args: &GainsArgs) -> Result<()> {
+    let gains = gains::gains(&read(&args.machine)?)?;
+    if let Some(output) = &args.output {
+        let name = output.file_stem().unwrap_or_default().to_string_lossy();
+        let mut file = create(output)?;
+        file.write_all(gains::parameter_set(&name, &args.machine, &gains).as_bytes())?;
+        return file.flush().with_context(|| output.display().to_string());
+    }
+    for RuledGain {
+        name,
+        value,
+        unit,
+        why,
+    } in gains
+    {
+        print(format_args!("{name:<20}{value:>8} {unit:<8}{why}\n"))?;
+    }
+    Ok(())
 }
 
 fn scale(args: &ScaleArgs) -> Result<()> {

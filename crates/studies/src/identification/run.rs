@@ -91,7 +91,7 @@ impl Commissioning {
         let path = commissioning.excitation.path(&machine)?;
         let file = commissioning.path();
         fs::create_dir_all(&commissioning.folder)
-            .and_then(|()| fs::write(&file, path))
+            .and_then(|()| write(&file, &path))
             .with_context(|| file.display().to_string())?;
         Ok(commissioning)
     }
@@ -161,7 +161,7 @@ impl Commissioning {
             } => {
                 let file = format!("machine {}.json", case.label).replace(' ', "_");
                 let file = self.folder.join(file);
-                fs::write(&file, text).with_context(|| file.display().to_string())?;
+                write(&file, &text).with_context(|| file.display().to_string())?;
                 Ok(Identification {
                     file,
                     forces: [nominal, residual],
@@ -239,6 +239,14 @@ impl Commissioning {
             }
         }
         Ok(samples)
+    }
+}
+
+/// Writes a file that is not there, or says something else.
+fn write(file: &Path, text: &str) -> std::io::Result<()> {
+    match fs::read_to_string(file) {
+        Ok(there) if there == text => Ok(()),
+        _ => fs::write(file, text),
     }
 }
 
