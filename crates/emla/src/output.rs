@@ -96,6 +96,9 @@ pub struct Output {
     pub efficiency_valid: bool,
     /// Whether torque and speed lie where the network was trained.
     pub in_trained_range: bool,
+    /// Interval of the efficiency about the network's; [0, 1] where it is not asked for
+    /// ([`Emla::with_interval`]) and where the efficiency is not defined.
+    pub efficiency_interval: [f64; 2],
 }
 
 impl Emla {
@@ -171,6 +174,14 @@ impl Emla {
             efficiency_net,
             efficiency_valid: valid,
             in_trained_range,
+            efficiency_interval: match (&self.bound, &self.surrogate) {
+                (Some(bound), Some(network)) if valid => {
+                    let cut = self.held_back(network, now.tau_e, now.w_m) * now.x_n_dot;
+                    let half = bound.half((F_net * x_dot_net).abs(), cut.abs());
+                    [-half, half].map(|side| (efficiency_net + side).clamp(0.0, 1.0))
+                }
+                _ => [0.0, 1.0],
+            },
         }
     }
 

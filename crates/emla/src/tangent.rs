@@ -121,6 +121,10 @@ impl Emla {
             efficiency_net,
             efficiency_valid: false,
             in_trained_range: false,
+            efficiency_interval: match self.bound {
+                Some(_) => [efficiency_net; 2],
+                None => [0.0; 2],
+            },
         }
     }
 
