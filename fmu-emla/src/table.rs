@@ -3,7 +3,7 @@
 
 use super::model::{EmlaFmu, Parameters};
 use actuator_table::{
-    AXIS, DRIVE, RESOURCES, TERMINALS, UNITS, actuator_inputs, actuator_parameters,
+    AXIS, DRIVE, RESOURCES, TERMINALS, UNITS, actuator_inputs, actuator_parameters, energy,
     inverter_parameters,
 };
 use emla::Surrogate;
@@ -35,27 +35,11 @@ type V = Variable<EmlaFmu>;
 /// What current and torque of the start follow from.
 const START: &[&str] = &["v_dc", "enable", "x_dot", "F_hold", ALL_PARAMETERS];
 /// What the power from the DC side follows from at the start.
-const ELECTRICAL_START: &[&str] = &[
-    "v_d",
-    "v_q",
-    "v_dc",
-    "enable",
-    "x_dot",
-    "F_hold",
-    ALL_PARAMETERS,
-];
+const ELECTRICAL_START: &[&str] = joined!(&["v_d", "v_q"], START);
 /// What the stored energy follows from at the start.
-const STORED_START: &[&str] = &["v_dc", "enable", "x", "x_dot", "F_hold", ALL_PARAMETERS];
+const STORED_START: &[&str] = joined!(&["x"], START);
 /// What losses follow from at the start.
-const LOSS_START: &[&str] = &[
-    "v_dc",
-    "enable",
-    "brake",
-    "x",
-    "x_dot",
-    "F_hold",
-    ALL_PARAMETERS,
-];
+const LOSS_START: &[&str] = joined!(&["brake"], STORED_START);
 
 fn read_machine(p: &mut Parameters, file: &str, resources: Option<&Path>) -> Result<(), String> {
     p.of_machine = actuator_table::read_machine(file, p.axis, resources)?;
@@ -71,15 +55,6 @@ fn read_surrogate(p: &mut Parameters, file: &str, resources: Option<&Path>) -> R
     };
     p.surrogate_file = file.to_owned();
     Ok(())
-}
-
-/// An energy since the start.
-const fn energy(row: V) -> V {
-    row.unit("J")
-        .display_unit("kJ")
-        .nominal(1e3)
-        .depends_on(&[])
-        .initially_depends_on(&[])
 }
 
 pub(crate) const VARIABLES: &[V] = joined!(

@@ -3,7 +3,7 @@
 
 use super::model::{Parameters, RigFmu};
 use actuator_table::{
-    AXIS, DRIVE, RESOURCES, TERMINALS, UNITS, actuator_inputs, actuator_parameters,
+    AXIS, DRIVE, RESOURCES, TERMINALS, UNITS, actuator_inputs, actuator_parameters, energy,
     inverter_parameters,
 };
 use fmu_export::{ALL_PARAMETERS, File, Info, Unit, Variable, joined, row};
@@ -28,26 +28,9 @@ type V = Variable<RigFmu>;
 /// What the start state follows from.
 const START: &[&str] = &["x", "x_dot", "v_dc", "enable", "F_hold", ALL_PARAMETERS];
 /// What losses follow from at the start.
-const LOSS_START: &[&str] = &[
-    "x",
-    "x_dot",
-    "v_dc",
-    "enable",
-    "brake",
-    "F_hold",
-    ALL_PARAMETERS,
-];
+const LOSS_START: &[&str] = joined!(&["brake"], START);
 /// What voltage and power from the DC side follow from at the start.
-const ELECTRICAL_START: &[&str] = &[
-    "v_d",
-    "v_q",
-    "v_dc",
-    "enable",
-    "x",
-    "x_dot",
-    "F_hold",
-    ALL_PARAMETERS,
-];
+const ELECTRICAL_START: &[&str] = joined!(&["v_d", "v_q"], START);
 
 fn read_machine(p: &mut Parameters, file: &str, resources: Option<&Path>) -> Result<(), String> {
     let fields = actuator_table::read_machine(file, p.axis, resources)?;
@@ -60,15 +43,6 @@ fn read_machine(p: &mut Parameters, file: &str, resources: Option<&Path>) -> Res
 /// An output that follows the state alone.
 const fn state(row: V) -> V {
     row.depends_on(&[]).initially_depends_on(START)
-}
-
-/// An energy since the start.
-const fn energy(row: V) -> V {
-    row.unit("J")
-        .display_unit("kJ")
-        .nominal(1e3)
-        .depends_on(&[])
-        .initially_depends_on(&[])
 }
 
 pub(crate) const VARIABLES: &[V] = joined!(

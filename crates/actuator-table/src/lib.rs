@@ -14,3 +14,4 @@ mod rows;
 
 pub use info::{AXIS, DRIVE, RESOURCES, ROOM, TERMINALS, UNITS, X_LARGEST, X_START, read_machine};
 pub use input::{Input, rod_end};
+pub use rows::energy;

@@ -1,5 +1,13 @@
 //! Rows that all actuators have.
 
+use fmu_export::{Model, Variable};
+
+/// An energy since the start.
+pub const fn energy<M: Model>(row: Variable<M>) -> Variable<M> {
+    let row = row.unit("J").display_unit("kJ").nominal(1e3);
+    row.depends_on(&[]).initially_depends_on(&[])
+}
+
 /// The inputs, in fields of [`Input`](crate::Input): `$V` is `Variable` of the model; what the
 /// model says of the voltages and of the surrounding air is given, and how the latter is shown.
 #[macro_export]

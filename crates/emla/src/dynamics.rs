@@ -5,9 +5,9 @@ use crate::conditions::Conditions;
 use crate::instant::Instant;
 use crate::losses::Losses;
 use crate::maps;
-use crate::motor::{self, Dq};
+use crate::motor;
 use crate::state::{Balance, LossKinds, Point, Rates, State};
-use machine::{ActuatorInput as Input, Drive};
+use machine::{ActuatorInput as Input, Dq, Drive};
 
 impl Emla {
     /// Time derivative of the state.

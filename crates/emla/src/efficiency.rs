@@ -31,15 +31,10 @@ pub(crate) struct Powers {
 
 impl Powers {
     fn fraction(self, generating: bool) -> (f64, f64) {
-        let Self {
-            shaft,
-            electrical,
-            out,
-        } = self;
         if generating {
-            (-shaft - electrical, -out)
+            (-self.shaft - self.electrical, -self.out)
         } else {
-            (out, shaft + electrical)
+            (self.out, self.shaft + self.electrical)
         }
     }
 }

@@ -42,17 +42,12 @@ impl Emla {
     /// C_h Ṫ_h = P_core + P_mech + (T_w − T_h)/R_wh − (T_h − T_a)/R_ha
     /// ```
     fn warming(&self, now: &Thermal, T_ambient: f64, copper: f64, other: f64) -> Thermal {
-        let Heat {
-            C_w,
-            R_wh,
-            C_h,
-            R_ha,
-        } = self.heat();
-        let inner = (now.T_winding - now.T_housing) / R_wh;
-        let given = (now.T_housing - T_ambient) / R_ha;
+        let h = self.heat();
+        let inner = (now.T_winding - now.T_housing) / h.R_wh;
+        let given = (now.T_housing - T_ambient) / h.R_ha;
         Thermal {
-            T_winding: (copper - inner) / C_w,
-            T_housing: (other + inner - given) / C_h,
+            T_winding: (copper - inner) / h.C_w,
+            T_housing: (other + inner - given) / h.C_h,
             given,
         }
     }
@@ -92,13 +87,8 @@ impl Emla {
         let copper = end.kinds.copper - start.kinds.copper;
         let inverter = end.kinds.inverter - start.kinds.inverter;
         let other = end.energy.lost - start.energy.lost - copper - inverter;
-        let Heat {
-            C_w,
-            R_wh,
-            C_h,
-            R_ha,
-        } = self.heat();
-        let fastest = 1.0 / (C_w * R_wh) + (1.0 / R_wh + 1.0 / R_ha) / C_h;
+        let p = self.heat();
+        let fastest = 1.0 / (p.C_w * p.R_wh) + (1.0 / p.R_wh + 1.0 / p.R_ha) / p.C_h;
         let n = (h * fastest / SHARE).ceil().max(1.0);
         if n > MAX_STEPS {
             return None;

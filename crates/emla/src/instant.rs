@@ -3,9 +3,9 @@
 use crate::actuator::Emla;
 use crate::conditions::Conditions;
 use crate::maps;
-use crate::motor::{self, Dq};
+use crate::motor;
 use crate::state::Point;
-use machine::{ActuatorInput as Input, Drive, Holding};
+use machine::{ActuatorInput as Input, Dq, Drive, Holding};
 
 /// What follows from state and inputs at one instant.
 #[derive(Clone, Copy, Debug)]
@@ -79,7 +79,7 @@ impl Emla {
         let tau_e = maps::torque(p, i.d, i.q);
         let tau_friction = maps::motor_friction(p, w_m);
         let mut torque_left = tau_e - tau_friction - 1.0 / p.N_gear * (k * tau_load);
-        let mut v = motor::limited(held.largest, Dq { d: u.v_d, q: u.v_q });
+        let mut v = u.voltage().limited(held.largest);
         let mut w_m_dot = torque_left / maps::inertia(p, k);
         if !held.is_plain() {
             torque_left -= held.brake.torque();

@@ -84,21 +84,14 @@ pub(crate) fn core_loss(p: &machine::Emla, w_e: f64) -> (f64, f64) {
 /// Two-level inverter, sinusoidal current: always one device per leg conducts, and the mean of |i|
 /// over a period is `2i/π`.
 pub(crate) fn inverter_loss(p: &machine::Emla, i: f64, v_dc: f64) -> (f64, f64, f64) {
-    let Some(inverter) = p.inverter else {
+    let Some(c) = p.inverter else {
         return (0.0, 0.0, 0.0);
     };
-    let machine::InverterLosses {
-        v_dc: _,
-        f_sw,
-        k_sw,
-        v_0,
-        r_0,
-    } = inverter;
-    let linear = 3.0 * FRAC_2_PI * (v_0 + f_sw * k_sw * v_dc);
+    let linear = 3.0 * FRAC_2_PI * (c.v_0 + c.f_sw * c.k_sw * v_dc);
     (
-        i * (linear + 1.5 * r_0 * i),
-        linear + 3.0 * r_0 * i,
-        3.0 * FRAC_2_PI * f_sw * k_sw * i,
+        i * (linear + 1.5 * c.r_0 * i),
+        linear + 3.0 * c.r_0 * i,
+        3.0 * FRAC_2_PI * c.f_sw * c.k_sw * i,
     )
 }
 

@@ -5,9 +5,9 @@
 //! Quotients of parameters stand first in a product (`1/N·τ`, not `τ/N`): the compiler takes them
 //! out of the loop over the substeps, where a division costs as much as ten sums.
 
-use crate::motor::{self, Dq};
+use crate::motor;
 use crate::tanh::tanh;
-use machine::Emla;
+use machine::{Dq, Emla};
 
 /// Nut travel per radian of the screw, `ρ/2π`, m/rad. Source: `[paper]` Eq. (eq:linear_velocity).
 #[must_use]
@@ -52,15 +52,10 @@ pub fn stiffness(p: &Emla, x: f64) -> f64 {
     stiffness_and_slope(p, x).0
 }
 
-/// Derivative of [`stiffness`] with respect to x, N/m²: `K_b' = −K_b²·(1/K_b)'`.
+/// [`stiffness`] and its derivative with respect to x, N/m²: `K_b' = −K_b²·(1/K_b)'`.
 #[must_use]
-pub fn stiffness_slope(p: &Emla, x: f64) -> f64 {
-    stiffness_and_slope(p, x).1
-}
-
-/// [`stiffness`] and [`stiffness_slope`] together.
 #[inline(always)]
-pub(crate) fn stiffness_and_slope(p: &Emla, x: f64) -> (f64, f64) {
+pub fn stiffness_and_slope(p: &Emla, x: f64) -> (f64, f64) {
     // Not `clamp`, which panics for a senseless L_s: a saved state that was damaged may hold one.
     let inside = x.max(0.0).min(p.L_s);
     let l_s = inside - 1.0 / p.L_s * (inside * inside);

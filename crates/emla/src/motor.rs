@@ -1,28 +1,6 @@
 //! Permanent-magnet synchronous motor in rotor coordinates.
 
-use serde::{Deserialize, Serialize};
-
-/// A pair in rotor-flux coordinates, peak-valued.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Dq {
-    /// Direct axis.
-    pub d: f64,
-    /// Quadrature axis.
-    pub q: f64,
-}
-
-impl Dq {
-    pub(crate) fn dot(self, other: Self) -> f64 {
-        self.d * other.d + self.q * other.q
-    }
-
-    pub(crate) fn scaled(self, factor: f64) -> Self {
-        Self {
-            d: factor * self.d,
-            q: factor * self.q,
-        }
-    }
-}
+use machine::Dq;
 
 /// Flux linkages, Wb: `λ_d = L_d i_d + λ_m`, `λ_q = L_q i_q`. No saturation.
 pub(crate) fn flux(p: &machine::Emla, i: Dq) -> Dq {
@@ -47,16 +25,7 @@ pub(crate) fn di_dt(p: &machine::Emla, v: Dq, i: Dq, lambda: Dq, w_e: f64) -> Dq
     }
 }
 
-/// The voltage that the inverter can give, V: scaled back onto the circle |v| = `largest`, V.
-pub(crate) fn limited(largest: f64, v: Dq) -> Dq {
-    let square = v.dot(v);
-    if square <= largest * largest {
-        return v;
-    }
-    v.scaled(largest / square.sqrt())
-}
-
-/// Derivative of [`limited`] at `v` along `dv` and `d_largest`: outside the circle the turn
+/// Derivative of [`Dq::limited`] at `v` along `dv` and `d_largest`: outside the circle the turn
 /// remains, and the circle's growth.
 /// ```text
 /// d(v·r/|v|) = (r/|v|)·(dv − v (v·dv)/|v|²) + (v/|v|)·dr

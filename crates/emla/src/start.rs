@@ -53,14 +53,8 @@ impl Emla {
             x_dot: u.x_dot,
             residual,
             F_mean: u.F_hold,
-            P_in_mean: 0.0,
-            i_dc_mean: 0.0,
-            lead: 0.0,
-            energy: Balance::default(),
-            shift: 0.0,
-            kinds: LossKinds::default(),
             thermal,
-            tripped: false,
+            ..State::default()
         };
         state = State {
             energy: Balance::default(),

@@ -4,8 +4,7 @@ use crate::actuator::Emla;
 use crate::conditions::Conditions;
 use crate::maps;
 use crate::state::{LossKinds, Point, Rates, State};
-use crate::substep::RATE_STEP;
-use limits::{MAX_SUBSTEPS, StepError, check_step};
+use limits::{MAX_SUBSTEPS, RATE_STEP, RK4_STAGES, StepError, check_step};
 use machine::{ActuatorInput as Input, Drive, Holding, link_current};
 
 /// The electrical mode turned faster than the substep of an attempt resolves, at this motor speed
@@ -186,16 +185,9 @@ impl Emla {
         dt: f64,
         mut count: impl FnMut(f64, &LossKinds),
     ) -> Point {
-        // Share of dt at which the rates are taken, and their weight.
-        const STAGES: [(f64, f64); 4] = [
-            (0.0, 1.0 / 6.0),
-            (0.5, 1.0 / 3.0),
-            (0.5, 1.0 / 3.0),
-            (1.0, 1.0 / 6.0),
-        ];
         let mut next = *s;
         let mut rates = Rates::default();
-        for (share, weight) in STAGES {
+        for (share, weight) in RK4_STAGES {
             let at = share * dt;
             rates = self.rates(&s.advanced(at, &rates), &input(t + at), held);
             next = next.advanced(weight * dt, &rates);
@@ -209,10 +201,6 @@ impl Point {
     /// That the substep of `dt` resolves the electrical angle.
     fn check_resolved(&self, p: &machine::Emla, dt: f64) -> Result<(), TooCoarse> {
         let is_resolved = f64::from(p.p) * self.w_m.abs() * dt <= RATE_STEP;
-        if is_resolved {
-            Ok(())
-        } else {
-            Err(TooCoarse { w_m: self.w_m })
-        }
+        is_resolved.then_some(()).ok_or(TooCoarse { w_m: self.w_m })
     }
 }

@@ -1,6 +1,7 @@
 //! The longest substep for an actuator's parameters.
 
 use crate::maps;
+use limits::RATE_STEP;
 use machine::Drive;
 
 /// Largest error of the force by the integration, N, while the load keeps its sign; see
@@ -11,9 +12,6 @@ const FORCE_ERROR: f64 = 0.05;
 const VOLTAGE_SWEEP: f64 = 0.1;
 /// Longest substep with a free rod, s.
 const DT_MAX_FORCE: f64 = 0.125e-3;
-/// Largest `rate·dt` of a linear mode. RK4 is stable to 2.78 on the real and 2.83 on the imaginary
-/// axis; 1 keeps it accurate too.
-pub(crate) const RATE_STEP: f64 = 1.0;
 
 /// Rate of the faster mode of a mass `m` on spring `k` and damper `c`, 1/s.
 fn fast_rate(m: f64, c: f64, k: f64) -> f64 {

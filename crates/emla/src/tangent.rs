@@ -7,10 +7,10 @@ use crate::efficiency::{Efficiency, Powers, is_defined};
 use crate::instant::Instant;
 use crate::losses::{Losses, core_loss, inverter_loss};
 use crate::maps;
-use crate::motor::{self, Dq};
+use crate::motor;
 use crate::output::Output;
-use crate::state::{Balance, Point, Rates, State};
-use machine::{ActuatorInput as Input, Drive, Holding, link_current};
+use crate::state::{Point, Rates, State};
+use machine::{ActuatorInput as Input, Dq, Drive, Holding, link_current};
 
 /// Derivatives of the members of [`Instant`] that the outputs need.
 struct InstantTangent {
@@ -74,20 +74,12 @@ impl Emla {
         let efficiency_phys = efficiency_tangent(&now, &d, electrical, out);
         let net = (s.residual.F_net * s.residual.x_dot_net, 0.0);
         let efficiency_net = efficiency_tangent(&now, &d, electrical, net);
-        let Balance {
-            supplied,
-            delivered,
-            lost,
-        } = ds.energy;
         Output {
             F: d.F + s.lead * (now.K_b * d.stretch_dot + now.K_b_slope * d.x * now.stretch_dot),
-            F_mean: 0.0,
             F_phys,
             F_hyb: F_phys,
-            F_net: 0.0,
             x_rod: d.x,
             x_rod_dot: d.x_dot,
-            x_dot_net: 0.0,
             x_dot_hyb: self.blended(maps::travel_per_radian(p) * d.w_m, 0.0),
             i_d: d.i.d,
             i_q: d.i.q,
@@ -95,36 +87,27 @@ impl Emla {
             w_m: d.w_m,
             tau_e: d.tau_e,
             P_in,
-            P_in_mean: 0.0,
             i_dc: current_tangent(power_in(&now, &losses), held.v_dc, P_in, d.v_dc),
-            i_dc_mean: 0.0,
             P_out,
             P_loss: dl.total(),
             P_copper: dl.copper,
             P_core: dl.core,
             P_inverter: dl.inverter,
             P_mech: dl.mechanical(),
-            E_in: supplied,
-            E_out: delivered,
-            E_shift: 0.0,
-            E_loss: lost,
+            E_in: ds.energy.supplied,
+            E_out: ds.energy.delivered,
+            E_loss: ds.energy.lost,
             E_stored: self.stored_tangent(&now, &d),
             P_heat: self.heat_flow_tangent(du.T_ambient),
-            E_inverter: 0.0,
-            E_heat: 0.0,
-            E_thermal: 0.0,
-            T_winding: 0.0,
-            T_housing: 0.0,
-            tripped: false,
             efficiency: self.blended(efficiency_phys, efficiency_net),
             efficiency_phys,
             efficiency_net,
-            efficiency_valid: false,
-            in_trained_range: false,
             efficiency_interval: match self.bound {
                 Some(_) => [efficiency_net; 2],
                 None => [0.0; 2],
             },
+            // Means, temperatures and what was counted up to the last step do not move.
+            ..Output::default()
         }
     }
 
@@ -165,13 +148,7 @@ impl Emla {
         } else {
             0.0
         };
-        let (v, dv) = (
-            Dq { d: u.v_d, q: u.v_q },
-            Dq {
-                d: du.v_d,
-                q: du.v_q,
-            },
-        );
+        let [v, dv] = [u.voltage(), du.voltage()];
         InstantTangent {
             v: if held.gates {
                 motor::limited_tangent(held.largest, d_largest, v, dv)

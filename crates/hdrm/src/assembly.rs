@@ -12,7 +12,6 @@ use crate::plant::{Dynamics, Hdrm};
 use crate::state::State;
 use crate::tree::Tree;
 use machine::Machine;
-use nalgebra::Matrix3;
 use spatial::Inertia;
 
 impl Hdrm {
@@ -100,8 +99,7 @@ fn inertias(machine: &Machine, options: &Options, payload: &Payload) -> [Inertia
             return payload.inertia(&options.load);
         }
         let body = bodies[k];
-        let [x, y, z] = body.inertia_com.rows();
-        let I_com = Matrix3::new(x[0], x[1], x[2], y[0], y[1], y[2], z[0], z[1], z[2]);
+        let I_com = body.inertia_com.rows().into();
         let inertia = Inertia::from_com(body.mass, body.com.into(), I_com);
         inertia * options.inertia_scale
     })

@@ -15,42 +15,21 @@ use nalgebra::{Matrix6, Vector2, Vector3, Vector6};
 use serde::{Deserialize, Serialize};
 use spatial::{Inertia, Pose, Twist, Wrench};
 
-/// Inertial parameters as the assembly needs them: each in its body's axes about its origin.
+/// Inertias of all bodies that move on their own, each in its body's axes about its origin, in the
+/// order of [`Body`]: the payload is rigid in D4.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub(crate) struct MovingParts {
-    pub T1: Inertia,
-    pub A2: Inertia,
-    pub C2: Inertia,
-    pub D2: Inertia,
-    pub A3: Inertia,
-    pub C3: Inertia,
-    pub D3: Inertia,
-    pub RK: Inertia,
-    pub CP: Inertia,
-    pub A4: Inertia,
-    pub C4: Inertia,
-    /// Payload included.
-    pub D4: Inertia,
-}
+pub(crate) struct MovingParts([Inertia; Body::PL as usize]);
 
 impl MovingParts {
-    /// From all bodies by index; the payload is rigid in D4.
+    /// From all bodies by index.
     pub fn new(bodies: &[Inertia; Body::COUNT]) -> Self {
-        let of = |body: Body| bodies[body as usize];
-        Self {
-            T1: of(Body::T1),
-            A2: of(Body::A2),
-            C2: of(Body::C2),
-            D2: of(Body::D2),
-            A3: of(Body::A3),
-            C3: of(Body::C3),
-            D3: of(Body::D3),
-            RK: of(Body::RK),
-            CP: of(Body::CP),
-            A4: of(Body::A4),
-            C4: of(Body::C4),
-            D4: of(Body::D4) + of(Body::PL),
-        }
+        let mut parts = std::array::from_fn(|k| bodies[k]);
+        parts[Body::D4 as usize] += bodies[Body::PL as usize];
+        Self(parts)
+    }
+
+    fn of(&self, body: Body) -> &Inertia {
+        &self.0[body as usize]
     }
 }
 
@@ -110,19 +89,19 @@ impl BoomFrame {
 
         let turn = |r: Vector3<f64>, d| PlanarJoint::new(PlanarTwist::turn(r.xy()), d);
         let slide = |e, d| PlanarJoint::new(PlanarTwist::slide(e), d);
-        let body = |joint, inertia, e, r| PlanarBody { joint, inertia: PlanarInertia::placed(inertia, e, r) };
+        let body = |joint, body, e, r| PlanarBody { joint, inertia: PlanarInertia::placed(parts.of(body), e, r) };
         let [b1, b2, b3] = tilt.coupler_d;
         let (wrist, tip) = place_wrist(tree, parts, &Pose::turn_z(B, e_A3.x, e_A3.y), e);
         Self {
-            T1: PlanarInertia::from(&parts.T1),
-            A2: body(PlanarJoint::turn(O.xy()), &parts.A2, *e_A2, O),
-            C2: body(turn(foot, lift.angle_d), &parts.C2, lift.e, foot),
-            D2: body(slide(lift.e, lift.length_d), &parts.D2, lift.e, rod_2),
-            A3: body(PlanarJoint::turn(B.xy()), &parts.A3, e_A3, B),
-            C3: body(turn(E, tilt.actuator.angle_d), &parts.C3, e_3, E),
-            D3: body(slide(e_3, tilt.actuator.length_d), &parts.D3, e_3, rod_3),
-            RK: body(turn(A, tilt.rocker_d), &parts.RK, e_RK, A),
-            CP: body(turn(C, [b1 - 1.0, b2, b3]), &parts.CP, e_CP, C),
+            T1: PlanarInertia::from(parts.of(Body::T1)),
+            A2: body(PlanarJoint::turn(O.xy()), Body::A2, *e_A2, O),
+            C2: body(turn(foot, lift.angle_d), Body::C2, lift.e, foot),
+            D2: body(slide(lift.e, lift.length_d), Body::D2, lift.e, rod_2),
+            A3: body(PlanarJoint::turn(B.xy()), Body::A3, e_A3, B),
+            C3: body(turn(E, tilt.actuator.angle_d), Body::C3, e_3, E),
+            D3: body(slide(e_3, tilt.actuator.length_d), Body::D3, e_3, rod_3),
+            RK: body(turn(A, tilt.rocker_d), Body::RK, e_RK, A),
+            CP: body(turn(C, [b1 - 1.0, b2, b3]), Body::CP, e_CP, C),
             wrist,
             tip,
             slew: Pose::turn_y(Vector3::zeros(), e[0].x, e[0].y),
@@ -310,14 +289,14 @@ fn place_wrist(
     let X_A4 = *X_A3 * Pose::turn_x(tree.r_A3_A4, e[3].x, e[3].y);
     let X_C4 = X_A4 * Pose::turn_z(tree.r_A4_C4, e[4].x, e[4].y);
     let X_D4 = X_C4 * Pose::turn_x(tree.r_C4_D4, e[5].x, e[5].y);
-    let placed = |X: &Pose, body: Body, inertia: &Inertia| WristBody {
+    let placed = |X: &Pose, body: Body| WristBody {
         S: X.twist_to_A(&body.axis()),
-        inertia: X.inertia_to_A(inertia),
+        inertia: X.inertia_to_A(parts.of(body)),
     };
     let wrist = [
-        placed(&X_A4, Body::A4, &parts.A4),
-        placed(&X_C4, Body::C4, &parts.C4),
-        placed(&X_D4, Body::D4, &parts.D4),
+        placed(&X_A4, Body::A4),
+        placed(&X_C4, Body::C4),
+        placed(&X_D4, Body::D4),
     ];
     (wrist, X_D4 * Pose::translation(tree.r_D4_T4))
 }

@@ -2,8 +2,8 @@
 
 use crate::DOF;
 use crate::boom_frame::BoomFrame;
-use crate::error::HdrmError;
 use crate::factor::Factor;
+use limits::{ParamError, Range, check, demand};
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
@@ -53,35 +53,23 @@ impl Default for Contact {
 
 impl Contact {
     /// The plane, if there is one.
-    pub(crate) fn plane(&self) -> Result<Option<Plane>, HdrmError> {
-        let refuse = |name, value, rule| Err(HdrmError::Value { name, value, rule });
-        for (name, value) in [
-            ("contact.stiffness", self.stiffness),
-            ("contact.damping", self.damping),
-            ("contact.friction", self.friction),
-        ] {
-            if !(value.is_finite() && value >= 0.0) {
-                return refuse(name, value, "finite and ≥ 0");
-            }
-        }
-        if !self.offset.is_finite() {
-            return refuse("contact.offset", self.offset, "finite");
-        }
-        if !(self.slip_velocity.is_finite() && self.slip_velocity > 0.0) {
-            return refuse(
-                "contact.slip_velocity",
-                self.slip_velocity,
-                "finite and > 0",
-            );
-        }
+    pub(crate) fn plane(&self) -> Result<Option<Plane>, ParamError> {
+        check(
+            Range::NotNegative,
+            [
+                ("contact.stiffness", self.stiffness),
+                ("contact.damping", self.damping),
+                ("contact.friction", self.friction),
+            ],
+        )?;
+        check(Range::Finite, [("contact.offset", self.offset)])?;
+        check(
+            Range::Positive,
+            [("contact.slip_velocity", self.slip_velocity)],
+        )?;
         let length = Vector3::from(self.normal).norm();
-        if !(length.is_finite() && length > 0.0) {
-            return refuse(
-                "contact.normal",
-                length,
-                "a direction: its length finite and > 0",
-            );
-        }
+        let rule = "a direction: its length finite and > 0";
+        demand("contact.normal", length, rule, length > 0.0)?;
         Ok((self.stiffness > 0.0).then(|| Plane {
             n: Vector3::from(self.normal) / length,
             contact: *self,
@@ -142,29 +130,17 @@ impl Plane {
 
     /// For the tip at `p`, m, with the velocity `v`, m/s, in the world.
     pub(crate) fn contact_force(&self, p: &Vector3<f64>, v: &Vector3<f64>) -> ContactForce {
-        let Some(Penetration {
-            d,
-            d_dot,
-            pressure,
-            v_t,
-            slip,
-        }) = self.penetration(p, v)
-        else {
+        let Some(at) = self.penetration(p, v) else {
             return ContactForce::default();
         };
-        let Contact {
-            stiffness,
-            friction,
-            ..
-        } = self.contact;
-        let spring = stiffness * d;
-        let F_n = spring * pressure;
-        let drag = friction * F_n / slip;
+        let spring = self.contact.stiffness * at.d;
+        let F_n = spring * at.pressure;
+        let drag = self.contact.friction * F_n / at.slip;
         ContactForce {
-            force: self.n * F_n - v_t * drag,
-            depth: d,
-            energy: 0.5 * spring * d,
-            dissipation: (F_n - spring) * d_dot + drag * v_t.norm_squared(),
+            force: self.n * F_n - at.v_t * drag,
+            depth: at.d,
+            energy: 0.5 * spring * at.d,
+            dissipation: (F_n - spring) * at.d_dot + drag * at.v_t.norm_squared(),
         }
     }
 
@@ -175,31 +151,18 @@ impl Plane {
         v: &Vector3<f64>,
         a: &Vector3<f64>,
     ) -> Vector3<f64> {
-        let pressed = self
-            .penetration(p, v)
-            .filter(|pressed| pressed.pressure > 0.0);
-        let Some(Penetration {
-            d,
-            d_dot,
-            pressure,
-            v_t,
-            slip,
-        }) = pressed
-        else {
+        let Some(at) = self.penetration(p, v).filter(|at| at.pressure > 0.0) else {
             return Vector3::zeros();
         };
-        let Contact {
-            stiffness: k,
-            damping: c,
-            friction: mu,
-            ..
-        } = self.contact;
+        let (k, c) = (self.contact.stiffness, self.contact.damping);
+        let (slip, v_t) = (at.slip, at.v_t);
         let d_ddot = -self.n.dot(a);
         let a_t = a + self.n * d_ddot;
-        let F_n = k * d * pressure;
-        let F_n_dot = k * (d_dot * pressure + d * c * d_ddot);
+        let F_n = k * at.d * at.pressure;
+        let F_n_dot = k * (at.d_dot * at.pressure + at.d * c * d_ddot);
         let slip_dot = v_t.dot(&a_t) / slip;
-        self.n * F_n_dot - (v_t * F_n_dot + a_t * F_n - v_t * (F_n * slip_dot / slip)) * (mu / slip)
+        let drag_rate = v_t * F_n_dot + a_t * F_n - v_t * (F_n * slip_dot / slip);
+        self.n * F_n_dot - drag_rate * (self.contact.friction / slip)
     }
 
     /// Fastest rate, 1/s, at which the plane can act within the time `dt`: `√(k·m_n) + k·m_n·c·d`
@@ -213,16 +176,9 @@ impl Plane {
         dt: f64,
     ) -> f64 {
         let (p, V) = frame.tip_motion(zeta_dot);
-        let Contact {
-            offset,
-            stiffness,
-            damping,
-            friction,
-            slip_velocity,
-            ..
-        } = self.contact;
+        let c = &self.contact;
         let approach = (-self.n.dot(&V.v)).max(0.0);
-        let ahead = offset - self.n.dot(&p) + approach * dt;
+        let ahead = c.offset - self.n.dot(&p) + approach * dt;
         if ahead <= 0.0 {
             return 0.0;
         }
@@ -236,12 +192,12 @@ impl Plane {
             .map(mobility)
             .sum();
         let half_slip = 0.5 * (V.v - self.n * self.n.dot(&V.v)).norm();
-        let F_n = stiffness * ahead * (1.0 + damping * approach);
-        let k = stiffness * m_n;
+        let F_n = c.stiffness * ahead * (1.0 + c.damping * approach);
+        let k = c.stiffness * m_n;
         k.sqrt()
-            + k * damping * ahead
-            + friction * F_n * (m_all - m_n)
-                / (half_slip * half_slip + slip_velocity * slip_velocity).sqrt()
+            + k * c.damping * ahead
+            + c.friction * F_n * (m_all - m_n)
+                / (half_slip * half_slip + c.slip_velocity * c.slip_velocity).sqrt()
     }
 }
 

@@ -4,7 +4,7 @@
 //! and friction compensation*, European Journal of Control 4(3), 1998: Coulomb friction with
 //! Stribeck effect, its jump at rest rounded.
 
-use crate::error::HdrmError;
+use limits::{ParamError, Range, check_each, demand};
 use serde::{Deserialize, Serialize};
 
 /// Joints that have it.
@@ -33,16 +33,10 @@ impl Default for DryFriction {
 }
 
 impl DryFriction {
-    pub(crate) fn check(&self) -> Result<(), HdrmError> {
-        let refuse = |name, value, rule| Err(HdrmError::Value { name, value, rule });
-        let usable = |torque: &f64| torque.is_finite() && *torque >= 0.0;
-        if let Some(&value) = self.torque.iter().find(|torque| !usable(torque)) {
-            return refuse("joint_dry.torque", value, "finite and ≥ 0");
-        }
-        if !(self.breakaway.is_finite() && self.breakaway >= 1.0) {
-            return refuse("joint_dry.breakaway", self.breakaway, "finite and ≥ 1");
-        }
-        Ok(())
+    pub(crate) fn check(&self) -> Result<(), ParamError> {
+        check_each(Range::NotNegative, "joint_dry.torque", &self.torque)?;
+        let (breakaway, rule) = (self.breakaway, "finite and ≥ 1");
+        demand("joint_dry.breakaway", breakaway, rule, breakaway >= 1.0)
     }
 
     /// Torque against the rate `w`, rad/s, of joint `i`, and its derivative by the rate:

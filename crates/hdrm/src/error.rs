@@ -1,6 +1,7 @@
 //! Why a plant is refused.
 
 use crate::tree::GeometryError;
+use limits::ParamError;
 use thiserror::Error;
 
 /// Why a plant could not be built.
@@ -10,13 +11,6 @@ pub enum HdrmError {
     #[error(transparent)]
     Geometry(#[from] GeometryError),
     /// A number is out of its range.
-    #[error("`{name}` is {value}: it must be {rule}")]
-    Value {
-        /// Parameter.
-        name: &'static str,
-        /// Its value.
-        value: f64,
-        /// What is allowed.
-        rule: &'static str,
-    },
+    #[error(transparent)]
+    Value(#[from] ParamError),
 }

@@ -1,6 +1,6 @@
 //! The lift mechanism: a triangle of boom, base and actuator (the paper's three-bar).
 
-use crate::planar::{Polar, angle_between, turning, unit};
+use crate::planar::{Polar, turning};
 use machine::Geometry;
 use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
@@ -22,22 +22,6 @@ pub struct Lift {
     pub lc: f64,
 }
 
-/// The paper's lift variables at one `zeta_2` (`[paper] Eq. (Eq:3_Bar_2)`, `(Eq:3_Bar_3)`), rad
-/// and m. Angles by atan2, which equals the paper's arccos where that is defined.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct LiftAngles {
-    /// `q_2 = zeta_2 − π/2 − beta1 − beta2`.
-    pub q: f64,
-    /// `q_1_2`, turn of the actuator against the line foot → O.
-    pub q1: f64,
-    /// `q_2_2 = q_2 − q_1_2`.
-    pub q2: f64,
-    /// `dq_1_2/dzeta_2`.
-    pub q1_prime: f64,
-    /// Actuator length `c_2 = x_2 + x0_2`, m.
-    pub c: f64,
-}
-
 impl Lift {
     pub(crate) fn new(g: &Geometry) -> Self {
         let (s, c) = libm::sincos(g.beta1);
@@ -57,22 +41,5 @@ impl Lift {
     pub fn actuator(&self, e_A2: Vector2<f64>) -> Polar {
         let pin = e_A2 * self.L1;
         Polar::new(pin - self.foot, turning(pin))
-    }
-
-    /// The paper's variables at `zeta_2`.
-    #[must_use]
-    pub fn angles(&self, zeta_2: f64) -> LiftAngles {
-        let e_A2 = unit(zeta_2 - self.beta2);
-        let actuator = self.actuator(e_A2);
-        // A2's x axis is at q_2 + π from the foot's direction; atan2 keeps q_2 in (−π, π].
-        let q = angle_between(self.foot, -e_A2);
-        let q1 = angle_between(-self.foot, actuator.e);
-        LiftAngles {
-            q,
-            q1,
-            q2: q - q1,
-            q1_prime: actuator.angle_d[0],
-            c: actuator.length,
-        }
     }
 }

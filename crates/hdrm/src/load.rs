@@ -4,7 +4,7 @@
 //! The body `PL` is the sum of two parts: the payload of the machine file, whose mass and centre of
 //! mass may be changed, and a load that is picked up and set down, a point mass.
 
-use crate::error::HdrmError;
+use limits::{ParamError, Range, check, check_each};
 use machine::Machine;
 use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
@@ -34,23 +34,14 @@ impl Load {
         }
     }
 
-    pub(crate) fn check(&self) -> Result<(), HdrmError> {
-        let rule = "finite and ≥ 0";
-        for (name, value) in [
+    pub(crate) fn check(&self) -> Result<(), ParamError> {
+        let masses = [
             ("payload.mass", self.payload_mass),
             ("load.mass", self.mass),
-        ] {
-            if !(value.is_finite() && value >= 0.0) {
-                return Err(HdrmError::Value { name, value, rule });
-            }
-        }
-        let rule = "finite";
-        for (name, com) in [("payload.com", self.payload_com), ("load.com", self.com)] {
-            if let Some(&value) = com.iter().find(|x| !x.is_finite()) {
-                return Err(HdrmError::Value { name, value, rule });
-            }
-        }
-        Ok(())
+        ];
+        check(Range::NotNegative, masses)?;
+        check_each(Range::Finite, "payload.com", &self.payload_com)?;
+        check_each(Range::Finite, "load.com", &self.com)
     }
 }
 
@@ -70,10 +61,9 @@ pub(crate) struct Payload {
 impl Payload {
     pub(crate) fn of(machine: &Machine, inertia_scale: f64) -> Self {
         let PL = &machine.bodies.PL;
-        let [x, y, z] = PL.inertia_com.rows();
         Self {
             mass: PL.mass,
-            I_com: Matrix3::new(x[0], x[1], x[2], y[0], y[1], y[2], z[0], z[1], z[2]),
+            I_com: PL.inertia_com.rows().into(),
             inertia_scale,
             r_D4_T4: machine.geometry.r_D4_T4.into(),
         }

@@ -3,9 +3,9 @@
 use crate::DOF;
 use crate::contact::Contact;
 use crate::dry_friction::DryFriction;
-use crate::error::HdrmError;
 use crate::load::Load;
 use crate::wrist_drive::WristDrive;
+use limits::{ParamError, Range, check, check_each};
 use machine::Machine;
 use serde::{Deserialize, Serialize};
 
@@ -45,28 +45,12 @@ impl Options {
     }
 
     /// Checks every value but those of the contact, whose plane is made of them.
-    pub(crate) fn check(&self) -> Result<(), HdrmError> {
-        let refuse = |name, value, rule| Err(HdrmError::Value { name, value, rule });
-        let not_negative = |value: f64| value.is_finite() && value >= 0.0;
-        let &Options {
-            inertia_scale,
-            load,
-            joint_viscous,
-            gravity,
-            ..
-        } = self;
-        if !(inertia_scale.is_finite() && inertia_scale > 0.0) {
-            return refuse("inertia_scale", inertia_scale, "finite and > 0");
-        }
-        load.check()?;
+    pub(crate) fn check(&self) -> Result<(), ParamError> {
+        check(Range::Positive, [("inertia_scale", self.inertia_scale)])?;
+        self.load.check()?;
         self.joint_dry.check()?;
         self.wrist.check()?;
-        if let Some(&value) = gravity.iter().find(|g| !g.is_finite()) {
-            return refuse("gravity", value, "finite");
-        }
-        match joint_viscous.into_iter().find(|&d| !not_negative(d)) {
-            Some(d) => refuse("joint_viscous", d, "finite and ≥ 0"),
-            None => Ok(()),
-        }
+        check_each(Range::Finite, "gravity", &self.gravity)?;
+        check_each(Range::NotNegative, "joint_viscous", &self.joint_viscous)
     }
 }

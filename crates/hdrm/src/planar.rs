@@ -53,11 +53,6 @@ pub(crate) fn perp(a: Vector2<f64>) -> Vector2<f64> {
     Vector2::new(-a.y, a.x)
 }
 
-/// Angle from `a` to `b`, counter-clockwise positive, rad, in (−π, π].
-pub(crate) fn angle_between(a: Vector2<f64>, b: Vector2<f64>) -> f64 {
-    a.perp(&b).atan2(a.dot(&b))
-}
-
 /// The vector turned by the angle whose unit vector is `e`.
 pub(crate) fn turned(a: Vector2<f64>, e: Vector2<f64>) -> Vector2<f64> {
     a * e.x + perp(a) * e.y

@@ -11,6 +11,22 @@ use nalgebra::{Vector2, Vector3};
 use spatial::{Inertia, Twist, Wrench};
 use std::ops::{Add, Mul};
 
+/// The sum of two of a type, field by field.
+macro_rules! sum_by_field {
+    ($type:ident: $($field:ident)*) => {
+        impl Add for $type {
+            type Output = Self;
+            fn add(self, other: Self) -> Self {
+                Self { $($field: self.$field + other.$field),* }
+            }
+        }
+    };
+}
+
+sum_by_field!(PlanarTwist: v w);
+sum_by_field!(PlanarWrench: f m_y m_z);
+sum_by_field!(PlanarInertia: m h yy zz xy xz yz);
+
 /// Twist relative to P: velocity at P's origin and turning rate about z.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct PlanarTwist {
@@ -46,16 +62,6 @@ impl PlanarTwist {
     }
 }
 
-impl Add for PlanarTwist {
-    type Output = Self;
-    fn add(self, other: Self) -> Self {
-        Self {
-            v: self.v + other.v,
-            w: self.w + other.w,
-        }
-    }
-}
-
 impl Mul<f64> for PlanarTwist {
     type Output = Self;
     fn mul(self, s: f64) -> Self {
@@ -80,17 +86,6 @@ impl From<Wrench> for PlanarWrench {
             f: F.f.xy(),
             m_y: F.m.y,
             m_z: F.m.z,
-        }
-    }
-}
-
-impl Add for PlanarWrench {
-    type Output = Self;
-    fn add(self, other: Self) -> Self {
-        Self {
-            f: self.f + other.f,
-            m_y: self.m_y + other.m_y,
-            m_z: self.m_z + other.m_z,
         }
     }
 }
@@ -173,21 +168,6 @@ impl From<&Inertia> for PlanarInertia {
             xy: I[(0, 1)],
             xz: I[(0, 2)],
             yz: I[(1, 2)],
-        }
-    }
-}
-
-impl Add for PlanarInertia {
-    type Output = Self;
-    fn add(self, other: Self) -> Self {
-        Self {
-            m: self.m + other.m,
-            h: self.h + other.h,
-            yy: self.yy + other.yy,
-            zz: self.zz + other.zz,
-            xy: self.xy + other.xy,
-            xz: self.xz + other.xz,
-            yz: self.yz + other.yz,
         }
     }
 }

@@ -4,7 +4,7 @@ use crate::input::Input;
 use crate::plant::{Dynamics, Hdrm};
 use crate::state::State;
 use crate::{DOF, Stroke};
-use limits::substeps;
+use limits::{RATE_STEP, substeps};
 use nalgebra::Vector6;
 use thiserror::Error;
 
@@ -18,9 +18,6 @@ const TURN_MAX: f64 = 4e-3;
 
 /// Longest communication step, s: 10⁴ substeps, more in fast motion and in contact.
 const STEP_MAX: f64 = 10.0;
-
-/// Largest `h·λ` per substep in contact and under friction; RK4 is stable up to 2.78.
-const RATE_STEP: f64 = 1.0;
 
 /// Most substeps that a free substep is divided into.
 const DIVISION_MAX: u32 = 200;

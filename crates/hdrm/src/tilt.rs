@@ -1,6 +1,6 @@
 //! The tilt mechanism: the four-bar A–B–C–D and the actuator from E to D.
 
-use crate::planar::{Derivatives, Polar, angle_between, perp, turned, turning, unit};
+use crate::planar::{Derivatives, Polar, perp, turned, turning, unit};
 use machine::Geometry;
 use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
@@ -45,33 +45,6 @@ pub struct FourBar {
     pub coupler_d: Derivatives<f64>,
     /// The actuator vector E → D.
     pub actuator: Polar,
-}
-
-/// The paper's tilt variables at one `zeta_3` (`[paper] Eq. (Eq:4_Bar_1)` to `(Eq:4_Bar_6)`), rad
-/// and m. Angles by atan2; `gamma_3` by arcsin as printed would fail past 90°.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct TiltAngles {
-    /// `q_3 = −gamma_7 − gamma_6 + zeta_3`: angle of the virtual line B → D against the line from
-    /// E to B. The tilt boom itself turns with `zeta_3`, not with `q_3` as the paper has it.
-    pub q: f64,
-    /// `q_1_3`, turn of the actuator against the line E → B.
-    pub q1: f64,
-    /// `q_2_3 = q_3 − q_1_3`.
-    pub q2: f64,
-    /// `dq_3/dzeta_3`.
-    pub q_prime: f64,
-    /// `dq_1_3/dzeta_3`.
-    pub q1_prime: f64,
-    /// `L_1_3 = |BD|`, m.
-    pub L1: f64,
-    /// `L_2_3 = |BE|`, m.
-    pub L2: f64,
-    /// Actuator length `c_3 = x_3 + x0_3`, m.
-    pub c: f64,
-    /// Rate of the rocker relative to the LIFT boom A2 per `zeta_3` rate.
-    pub phi_a_prime: f64,
-    /// Rate of the coupler relative to the TILT boom A3 per `zeta_3` rate.
-    pub phi_c_prime: f64,
 }
 
 impl Tilt {
@@ -143,37 +116,6 @@ impl Tilt {
         let along = 0.5 * (1.0 + (d4 * d4 - d5 * d5) / d3_squared);
         let across = (d4 * d4 / d3_squared - along * along).sqrt();
         A + AC * along - perp(AC) * (side * across)
-    }
-
-    /// The paper's variables at `zeta_3`.
-    #[must_use]
-    pub fn angles(&self, zeta_3: f64) -> TiltAngles {
-        let loop_ = self.four_bar(unit(zeta_3));
-        let FourBar { D, actuator, .. } = loop_;
-        let q = angle_between(-self.E, D);
-        let q1 = angle_between(-self.E, actuator.e);
-        // D′ = d4 n_a a′, so the line BD turns by n_BD·D′/|BD|.
-        let D1 = perp(loop_.e_rocker) * (self.d4 * loop_.rocker_d[0]);
-        TiltAngles {
-            q,
-            q1,
-            q2: q - q1,
-            q_prime: D.perp(&D1) / D.norm_squared(),
-            q1_prime: actuator.angle_d[0],
-            L1: D.norm(),
-            L2: self.E.norm(),
-            c: actuator.length,
-            phi_a_prime: loop_.rocker_d[0],
-            phi_c_prime: loop_.coupler_d[0] - 1.0,
-        }
-    }
-
-    /// Paper constants `(gamma_1, gamma_7)`, rad: angle of B → A above, and of B → E below, the
-    /// boom's backward direction.
-    #[must_use]
-    pub fn gamma(&self) -> (f64, f64) {
-        let above_back = |p: Vector2<f64>| p.y.atan2(-p.x);
-        (above_back(self.A), -above_back(self.E))
     }
 }
 

@@ -5,8 +5,8 @@
 //! Control*, chapter on elastic joints; J. J. Moreau's time stepping for the dry friction, which
 //! sticks exactly.
 
-use crate::error::HdrmError;
 use crate::saturate::saturate;
+use limits::{ParamError, Range, check, check_each};
 use serde::{Deserialize, Serialize};
 
 /// Joints of the wrist.
@@ -58,26 +58,12 @@ impl WristDrive {
         inertia: [10.0, 10.0, 2.0],
     };
 
-    pub(crate) fn check(&self) -> Result<(), HdrmError> {
-        let refuse = |name, value, rule| Err(HdrmError::Value { name, value, rule });
-        for (name, values) in [
-            ("wrist.lag", &[self.lag][..]),
-            ("wrist.play", &[self.play]),
-            ("wrist.friction", &self.friction),
-        ] {
-            if let Some(&value) = values.iter().find(|v| !(v.is_finite() && **v >= 0.0)) {
-                return refuse(name, value, "finite and ≥ 0");
-            }
-        }
-        for (name, values) in [
-            ("wrist.stiffness", self.stiffness),
-            ("wrist.inertia", self.inertia),
-        ] {
-            if let Some(&value) = values.iter().find(|v| !(v.is_finite() && **v > 0.0)) {
-                return refuse(name, value, "finite and > 0");
-            }
-        }
-        Ok(())
+    pub(crate) fn check(&self) -> Result<(), ParamError> {
+        let sizes = [("wrist.lag", self.lag), ("wrist.play", self.play)];
+        check(Range::NotNegative, sizes)?;
+        check_each(Range::NotNegative, "wrist.friction", &self.friction)?;
+        check_each(Range::Positive, "wrist.stiffness", &self.stiffness)?;
+        check_each(Range::Positive, "wrist.inertia", &self.inertia)
     }
 
     /// Drive `i` at rest with the joint at `zeta`, rad, which it gives the torque `tau`, N·m.

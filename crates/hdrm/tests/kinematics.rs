@@ -1,5 +1,6 @@
 //! Kinematics against geometry stated another way: closed loops, the paper's printed formulas,
 //! and finite differences of the next lower derivative.
+use crate::paper_angles::{gamma, lift_angles, tilt_angles};
 use hdrm::{BODIES, Body, Configuration, DOF, GeometryError, Tip, Tree};
 use machine::Machine;
 use nalgebra::{Vector3, Vector6};
@@ -81,7 +82,7 @@ fn auxiliary_angles_equal_the_printed_formulas() {
             assert!((a - b).abs() < 1e-10, "{what}: {a} vs {b} at {zeta:?}");
         };
         let strokes = tree.configuration(&zeta).strokes;
-        let lift = tree.lift.angles(zeta[1]);
+        let lift = lift_angles(&tree.lift, zeta[1]);
         let (c, q1, q2) = three_bar(g.L1_2, g.L2_2, lift.q);
         let q = zeta[1] - std::f64::consts::FRAC_PI_2 - g.beta1 - g.beta2;
         for (what, a, b) in [
@@ -94,8 +95,8 @@ fn auxiliary_angles_equal_the_printed_formulas() {
             close(what, a, b);
         }
 
-        let tilt = tree.tilt.angles(zeta[2]);
-        let (gamma_1, gamma_7) = tree.tilt.gamma();
+        let tilt = tilt_angles(&tree.tilt, zeta[2]);
+        let (gamma_1, gamma_7) = gamma(&tree.tilt);
         let (d1, d2, d4, d5) = (tree.tilt.A.norm(), tree.tilt.C.norm(), g.d4, g.d5);
         let gamma_2 = gamma_1 + std::f64::consts::PI + zeta[2];
         let d3 = (d1 * d1 + d2 * d2 - 2.0 * d1 * d2 * gamma_2.cos()).sqrt();
@@ -159,8 +160,8 @@ fn derivatives_are_exact() {
                 "x_{i}″"
             );
         }
-        let [a, b] = [-h, h].map(|d| tree.tilt.angles(zeta[2] + d).q);
-        assert!((tree.tilt.angles(zeta[2]).q_prime - (b - a) / (2.0 * h)).abs() < 1e-8);
+        let [a, b] = [-h, h].map(|d| tilt_angles(&tree.tilt, zeta[2] + d).q);
+        assert!((tilt_angles(&tree.tilt, zeta[2]).q_prime - (b - a) / (2.0 * h)).abs() < 1e-8);
     }
 }
 

@@ -9,5 +9,6 @@ mod kinematics;
 mod moving_base;
 mod oracle;
 mod overflow;
+mod paper_angles;
 mod printed_forces;
 mod seeded;

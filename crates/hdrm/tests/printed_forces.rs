@@ -1,5 +1,6 @@
 //! The actuator forces of the paper, with the corrections, against inverse dynamics.
 
+use crate::paper_angles::{lift_angles, tilt_angles};
 use crate::seeded::{Random, plant};
 use hdrm::{BODIES, Body, DOF, Hdrm, State};
 use machine::Machine;
@@ -79,7 +80,7 @@ fn printed_forces(
 
     // Tilt, with rocker and coupler.
     let z = |F: Wrench| F.m.z;
-    let tilt = tree.tilt.angles(state.zeta[2]);
+    let tilt = tilt_angles(&tree.tilt, state.zeta[2]);
     let x_3_prime = configuration.strokes[2].prime;
     let lever_3 = tilt.c - g.lc_3;
     let chain = net(Body::A3) + wrist_on_A3 + up(Body::CP, net(Body::CP));
@@ -92,11 +93,11 @@ fn printed_forces(
 
     // [Eq:Wrist_to_Tilt_Dynamics] with the bars, about B with A2's axes, then lift as printed.
     let to_A2 = Pose::translation(X(Body::A3).r);
-    let at_B = |F: Wrench| to_A2.wrench_to_B(&F);
+    let at_B = |F: Wrench| to_A2.inverse().wrench_to_A(&F);
     let on_C3 = net(Body::C3) + up(Body::D3, net(Body::D3));
     let F_Bc3 =
         at_B(up(Body::A3, chain)) + at_B(up(Body::C3, on_C3)) + at_B(up(Body::RK, net(Body::RK)));
-    let lift = tree.lift.angles(state.zeta[1]);
+    let lift = lift_angles(&tree.lift, state.zeta[1]);
     let on_A2 = net(Body::A2) + to_A2.wrench_to_A(&F_Bc3);
     let (sin, tan) = (lift.q2.sin(), lift.q2.tan());
     let lever_2 = lift.c - g.lc_2;

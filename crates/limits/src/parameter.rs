@@ -23,6 +23,8 @@ pub enum Range {
     NotNegative,
     /// From 0 to 1.
     Share,
+    /// Finite.
+    Finite,
 }
 
 impl Range {
@@ -33,6 +35,7 @@ impl Range {
             Self::Positive => value.is_finite() && value > 0.0,
             Self::NotNegative => value.is_finite() && value >= 0.0,
             Self::Share => (0.0..=1.0).contains(&value),
+            Self::Finite => value.is_finite(),
         }
     }
 
@@ -43,6 +46,7 @@ impl Range {
             Self::Positive => "finite and > 0",
             Self::NotNegative => "finite and ≥ 0",
             Self::Share => "from 0 to 1",
+            Self::Finite => "finite",
         }
     }
 }
@@ -55,11 +59,17 @@ pub fn check<const N: usize>(
     range: Range,
     values: [(&'static str, f64); N],
 ) -> Result<(), ParamError> {
-    let outside = values.into_iter().find(|&(_, v)| !range.contains(v));
-    outside.map_or(Ok(()), |(name, value)| {
-        let rule = range.rule();
-        Err(ParamError { name, value, rule })
-    })
+    let mut values = values.into_iter();
+    values.try_for_each(|(name, value)| demand(name, value, range.rule(), range.contains(value)))
+}
+
+/// Checks that all elements of the parameter `name` lie in `range`.
+///
+/// # Errors
+/// The first that does not.
+pub fn check_each(range: Range, name: &'static str, values: &[f64]) -> Result<(), ParamError> {
+    let mut values = values.iter();
+    values.try_for_each(|value| check(range, [(name, *value)]))
 }
 
 /// Checks a parameter with a rule of its own: that it is finite and that the rule `holds`.

@@ -240,14 +240,9 @@ impl Emla {
         if let Some(heat) = self.heat {
             examine! { found, "emla.heat" of heat; positive: C_w R_wh C_h R_ha; }
         }
-        if let Some(Temperature {
-            reference,
-            copper,
-            magnet,
-        }) = self.temperature
-        {
-            found.positive("emla.temperature.reference", reference);
-            found.finite("emla.temperature", [copper, magnet]);
+        if let Some(t) = self.temperature {
+            examine! { found, "emla.temperature" of t; positive: reference; }
+            found.finite("emla.temperature", [t.copper, t.magnet]);
         }
     }
 }

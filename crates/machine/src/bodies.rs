@@ -34,15 +34,8 @@ impl InertiaTensor {
     /// Rows of the full 3×3 tensor.
     #[must_use]
     pub fn rows(&self) -> [[f64; 3]; 3] {
-        let Self {
-            xx,
-            yy,
-            zz,
-            xy,
-            xz,
-            yz,
-        } = *self;
-        [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]
+        let i = self;
+        [[i.xx, i.xy, i.xz], [i.xy, i.yy, i.yz], [i.xz, i.yz, i.zz]]
     }
 
     /// A mass distribution exists for this tensor exactly when Σ = ½tr(I)·1 − I is positive
@@ -165,12 +158,7 @@ impl Limits {
     /// Joint ranges, rad.
     #[must_use]
     pub fn zeta(&self) -> [[f64; 2]; 6] {
-        std::array::from_fn(|i| {
-            [
-                self.zeta_min_deg[i].to_radians(),
-                self.zeta_max_deg[i].to_radians(),
-            ]
-        })
+        std::array::from_fn(|i| [self.zeta_min_deg[i], self.zeta_max_deg[i]].map(f64::to_radians))
     }
 
     pub(crate) fn examine(&self, found: &mut Findings) {

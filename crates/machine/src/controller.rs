@@ -146,6 +146,12 @@ pub struct CubeAxes {
     pub third: [f64; 3],
 }
 
+impl CubeAxes {
+    fn rows(&self) -> [[f64; 3]; 3] {
+        [self.first, self.second, self.third]
+    }
+}
+
 /// Vertices relative to the start.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
@@ -163,11 +169,7 @@ impl CubicPath {
     /// Vertices in the world frame relative to the start, m.
     #[must_use]
     pub fn world_vertices(&self) -> Vec<[f64; 3]> {
-        let CubeAxes {
-            first,
-            second,
-            third,
-        } = self.axes;
+        let [first, second, third] = self.axes.rows();
         let along = |v: &[f64; 3], j: usize| {
             self.edge * (v[0] * first[j] + v[1] * second[j] + v[2] * third[j])
         };
@@ -181,29 +183,15 @@ impl CubicPath {
 impl Trajectories {
     pub(crate) fn examine(&self, found: &mut Findings) {
         found.positive("trajectories.cubic.edge", self.cubic.edge);
-        let CubeAxes {
-            first,
-            second,
-            third,
-        } = self.cubic.axes;
-        found.finite(
-            "trajectories.cubic.axes",
-            [first, second, third].as_flattened(),
-        );
-        for (name, edge_time, dwell, vertices) in [
-            (
-                "cubic",
-                self.cubic.edge_time,
-                self.cubic.dwell,
-                &self.cubic.vertices,
-            ),
-            (
-                "triangular",
-                self.triangular.edge_time,
-                self.triangular.dwell,
-                &self.triangular.vertices,
-            ),
-        ] {
+        let axes = &self.cubic.axes;
+        found.finite("trajectories.cubic.axes", axes.rows().as_flattened());
+        let (cubic, triangular) = (&self.cubic, &self.triangular);
+        let times = [
+            ("cubic", [cubic.edge_time, cubic.dwell]),
+            ("triangular", [triangular.edge_time, triangular.dwell]),
+        ];
+        let vertices = [&cubic.vertices, &triangular.vertices];
+        for ((name, [edge_time, dwell]), vertices) in times.into_iter().zip(vertices) {
             found.positive(format_args!("trajectories.{name}.edge_time"), edge_time);
             found.not_negative(format_args!("trajectories.{name}.dwell"), dwell);
             found.finite(

@@ -1,5 +1,6 @@
 //! What acts on an actuator, and who moves its rod: the same for all models of one.
 
+use crate::Dq;
 use serde::{Deserialize, Serialize};
 
 /// Who moves the rod.
@@ -63,6 +64,16 @@ impl Default for ActuatorInput {
 }
 
 impl ActuatorInput {
+    /// Commanded voltages, V.
+    #[inline]
+    #[must_use]
+    pub fn voltage(&self) -> Dq {
+        Dq {
+            d: self.v_d,
+            q: self.v_q,
+        }
+    }
+
     /// These inputs a time `s` later, s: voltages and forces held, the rod moved on at constant
     /// velocity.
     ///

@@ -11,6 +11,7 @@ mod actuator;
 mod bodies;
 mod check;
 mod controller;
+mod dq;
 mod fields;
 mod geometry;
 mod holding;
@@ -26,12 +27,14 @@ pub use actuator::{Brake, CoreLosses, Emla, Heat, InverterLosses, Ratings, Tempe
 pub use bodies::{Bodies, Body, InertiaTensor, Limits, Start};
 pub use check::{Finding, MachineError};
 pub use controller::{Controller, CubeAxes, CubicPath, Trajectories, TriangularPath};
+pub use dq::Dq;
 pub use fields::EmlaFields;
 pub use geometry::Geometry;
 pub use holding::{DEAD_LINK, Holding, is_tripped, link_current, trip_message};
 pub use input::{ActuatorInput, Drive};
 pub use machine::Machine;
 pub use per_axis::{AXES, PerAxis};
+pub use shape::nearest;
 pub use source::{PRESETS, Source, extending, preset};
 
 /// The reference machine's JSON, as shipped in `parameters/`.

@@ -2,12 +2,8 @@
 //! `{"slew": …, "lift": …, "tilt": …}`. Saved states, whose bytes name nothing, hold all three.
 
 use crate::check::{Finding, Findings};
-use serde::de::value::MapAccessDeserializer;
-use serde::de::{DeserializeSeed, Error, IntoDeserializer, MapAccess, Visitor};
 use serde::ser::SerializeStruct;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
-use std::fmt;
-use std::marker::PhantomData;
 
 /// The actuators, in the order of `x[1..3]`.
 pub const AXES: [&str; 3] = ["slew", "lift", "tilt"];
@@ -88,69 +84,19 @@ impl<'de, T: Deserialize<'de> + Copy + PartialEq> Deserialize<'de> for PerAxis<T
             let [slew, lift, tilt] = Deserialize::deserialize(from)?;
             return Ok(Self { slew, lift, tilt });
         }
-        from.deserialize_map(Either(PhantomData))
-    }
-}
-
-/// Tells the two forms by the first key, so that errors keep their place in the file.
-struct Either<T>(PhantomData<T>);
-
-impl<'de, T: Deserialize<'de> + Copy + PartialEq> Visitor<'de> for Either<T> {
-    type Value = PerAxis<T>;
-
-    fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        f.write_str("an object for all actuators, or one with slew, lift and tilt")
-    }
-
-    fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<PerAxis<T>, A::Error> {
-        let first = map.next_key::<String>()?;
-        let is_axis = |key: &String| AXES.contains(&key.as_str());
-        if !first.as_ref().is_some_and(is_axis) {
-            let all = T::deserialize(MapAccessDeserializer::new(Replayed { first, map }))?;
-            return Ok(PerAxis::all(all));
-        }
-        let mut found: [Option<T>; 3] = [None; 3];
-        let mut key = first;
-        while let Some(axis) = key {
-            let Some(place) = AXES.iter().position(|known| *known == axis) else {
-                return Err(A::Error::unknown_field(&axis, &AXES));
-            };
-            if found[place].replace(map.next_value()?).is_some() {
-                return Err(A::Error::custom(format_args!("duplicate field `{axis}`")));
-            }
-            key = map.next_key()?;
-        }
-        let value = |place: usize| found[place].ok_or_else(|| A::Error::missing_field(AXES[place]));
-        Ok(PerAxis {
-            slew: value(0)?,
-            lift: value(1)?,
-            tilt: value(2)?,
+        Ok(match Written::deserialize(from)? {
+            Written::Each { slew, lift, tilt } => Self { slew, lift, tilt },
+            Written::All(all) => Self::all(all),
         })
     }
 }
 
-/// A map whose first key was read already.
-struct Replayed<A> {
-    first: Option<String>,
-    map: A,
-}
-
-impl<'de, A: MapAccess<'de>> MapAccess<'de> for Replayed<A> {
-    type Error = A::Error;
-
-    fn next_key_seed<K: DeserializeSeed<'de>>(
-        &mut self,
-        seed: K,
-    ) -> Result<Option<K::Value>, A::Error> {
-        match self.first.take() {
-            Some(key) => seed.deserialize(key.into_deserializer()).map(Some),
-            None => self.map.next_key_seed(seed),
-        }
-    }
-
-    fn next_value_seed<V: DeserializeSeed<'de>>(&mut self, seed: V) -> Result<V::Value, A::Error> {
-        self.map.next_value_seed(seed)
-    }
+/// The two forms of a section in a file.
+#[derive(Deserialize)]
+#[serde(untagged, deny_unknown_fields)]
+enum Written<T> {
+    Each { slew: T, lift: T, tilt: T },
+    All(T),
 }
 
 #[cfg(test)]

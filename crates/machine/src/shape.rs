@@ -1,11 +1,10 @@
 //! Compares a machine file with a machine that has all fields, and reports every field that is
 //! unknown, missing or of another type.
 
-use crate::Machine;
-use crate::actuator::{Brake, CoreLosses, Heat, InverterLosses, Temperature};
 use crate::check::Findings;
 use crate::per_axis::{AXES, PerAxis};
 use crate::sections::{SECTIONS_PER_AXIS, is_split};
+use crate::{EmlaFields, Machine};
 use serde_json::Value;
 
 /// Likeness from which on a name is proposed instead of another.
@@ -13,24 +12,31 @@ const LIKE: f64 = 0.7;
 
 /// Reports what no machine file has, and takes it out.
 pub(crate) fn partial(value: &mut Value, found: &mut Findings) {
-    ShapeCheck {
-        template: template(),
-        is_complete: false,
-    }
-    .all(value, found);
+    check(value, found, false);
 }
 
 /// Reports also what is missing, and puts values of the reference machine there.
 pub(crate) fn complete(value: &mut Value, found: &mut Findings) {
-    ShapeCheck {
-        template: template(),
-        is_complete: true,
-    }
-    .all(value, found);
+    check(value, found, true);
+}
+
+fn check(value: &mut Value, found: &mut Findings, is_complete: bool) {
+    let template = template();
+    let root = FieldPath {
+        template: &template,
+        keys: &[],
+        name: "",
+    };
+    let check = ShapeCheck {
+        template: &template,
+        is_complete,
+    };
+    check.value(value, &root, found);
 }
 
 /// The name among `known` that `name` probably stands for.
-pub(crate) fn nearest<'a>(name: &str, known: impl Iterator<Item = &'a str>) -> Option<&'a str> {
+#[must_use]
+pub fn nearest<'a>(name: &str, known: impl Iterator<Item = &'a str>) -> Option<&'a str> {
     let name = name.to_lowercase();
     let likeness = |other: &str| strsim::jaro_winkler(&name, &other.to_lowercase());
     let best = known.map(|other| (likeness(other), other));
@@ -40,22 +46,10 @@ pub(crate) fn nearest<'a>(name: &str, known: impl Iterator<Item = &'a str>) -> O
 }
 
 /// The reference machine with every section that a file may leave out.
-#[must_use]
 pub(crate) fn template() -> Value {
     let mut machine = Machine::reference();
-    let mut emla = machine.emla.lift;
-    emla.core.get_or_insert(CoreLosses { k_h: 0.0, k_e: 0.0 });
-    emla.inverter.get_or_insert(InverterLosses {
-        v_dc: 0.0,
-        f_sw: 0.0,
-        k_sw: 0.0,
-        v_0: 0.0,
-        r_0: 0.0,
-    });
-    emla.brake.get_or_insert(Brake::TYPICAL);
-    emla.heat.get_or_insert(Heat::TYPICAL);
-    emla.temperature.get_or_insert(Temperature::TYPICAL);
-    machine.emla = PerAxis::all(emla);
+    let with_all = EmlaFields::new(machine.emla.lift).section();
+    machine.emla = PerAxis::all(with_all.expect("pole pairs"));
     serde_json::to_value(machine).expect("numbers and names")
 }
 
@@ -69,21 +63,12 @@ struct FieldPath<'a> {
     name: &'a str,
 }
 
-struct ShapeCheck {
-    template: Value,
+struct ShapeCheck<'a> {
+    template: &'a Value,
     is_complete: bool,
 }
 
-impl ShapeCheck {
-    fn all(&self, value: &mut Value, found: &mut Findings) {
-        let root = FieldPath {
-            template: &self.template,
-            keys: &[],
-            name: "",
-        };
-        self.value(value, &root, found);
-    }
-
+impl ShapeCheck<'_> {
     fn value(&self, value: &mut Value, at: &FieldPath, found: &mut Findings) {
         let is_section = matches!(at.keys, [section] if SECTIONS_PER_AXIS.contains(section));
         if is_section && is_split(value) {
@@ -152,15 +137,13 @@ impl ShapeCheck {
         fields.retain(|key, _| {
             if !known.contains_key(key) {
                 let near = nearest(key, known.keys().map(String::as_str));
-                let near = near.map_or_else(
-                    || {
-                        format!(
-                            "; there are {}",
-                            Vec::from_iter(known.keys().map(String::as_str)).join(", ")
-                        )
-                    },
-                    |near| format!("; did you mean `{near}`?"),
-                );
+                let near = match near {
+                    Some(near) => format!("; did you mean `{near}`?"),
+                    None => format!(
+                        "; there are {}",
+                        Vec::from_iter(known.keys().cloned()).join(", ")
+                    ),
+                };
                 found.add(inner(key), format_args!("is an unknown field{near}"));
             }
             known.contains_key(key)
@@ -205,22 +188,18 @@ impl ShapeCheck {
         }
     }
 
+    /// Whether a machine without the field at `place` can be read.
     fn may_lack(&self, place: &[&str]) -> bool {
-        may_lack(&self.template, place)
+        let Some((field, parents)) = place.split_last() else {
+            return false;
+        };
+        let mut without = self.template.clone();
+        let parent = parents
+            .iter()
+            .try_fold(&mut without, |value, key| value.get_mut(key));
+        if let Some(Value::Object(parent)) = parent {
+            parent.remove(*field);
+        }
+        serde_json::from_value::<Machine>(without).is_ok()
     }
-}
-
-/// Whether a machine without the field at `place` can be read.
-pub(crate) fn may_lack(template: &Value, place: &[&str]) -> bool {
-    let Some((field, parents)) = place.split_last() else {
-        return false;
-    };
-    let mut without = template.clone();
-    let parent = parents
-        .iter()
-        .try_fold(&mut without, |value, key| value.get_mut(key));
-    if let Some(Value::Object(parent)) = parent {
-        parent.remove(*field);
-    }
-    serde_json::from_value::<Machine>(without).is_ok()
 }

@@ -12,7 +12,7 @@ use crate::rig_run::run;
 use crate::windows::{Window, windows};
 
 /// Number of the campaign's profiles, and the length of each, s.
-pub const PROFILES: u32 = 120;
+pub const PROFILES: u32 = 480;
 /// See [`PROFILES`].
 pub const SECONDS: f64 = 3.0;
 /// Kinds of the campaign's profiles, in turn. [`Kind::Work`] is not among them: what a network

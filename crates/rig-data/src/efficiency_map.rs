@@ -8,7 +8,7 @@ use rig::{Drive, Input};
 use crate::prediction::{Model, Motion};
 use crate::profile::{LOAD_MAX, SPEED};
 use crate::rig_run;
-use crate::windows::{data_sheet, efficiency};
+use crate::windows::data_sheet;
 
 /// Efficiency by load (rows, −70 … 70 kN) and rod speed (columns).
 pub struct EfficiencyMap {
@@ -64,7 +64,7 @@ fn true_efficiency(F: f64, x_dot: f64) -> Result<f64> {
         };
         let s = rig.start(&u, [T; 2]).context("a steady point")?;
         let y = rig.output(&s, &u);
-        sum += efficiency(y.tau_e * y.w_m > 0.0, F * x_dot, y.P_loss);
+        sum += rig::efficiency(F * x_dot, y.P_loss, y.tau_e * y.w_m);
     }
     Ok(sum / f64::from(PLACES))
 }

@@ -11,7 +11,7 @@ use crate::prediction::{EFFICIENCY_SPEED, Model, Motion};
 use crate::profile::{Desired, Profile, SAMPLE};
 use crate::resampling::bootstrap;
 use crate::rig_run::run;
-use crate::windows::{SAMPLES, Window, data_sheet, efficiency, steady_torque, windows};
+use crate::windows::{SAMPLES, Window, data_sheet, steady_torque, windows};
 
 /// Samples on either side over which the desired speed is taken to change: what happens within a
 /// window is left out.
@@ -170,7 +170,7 @@ impl Errors {
             let counts = slower > EFFICIENCY_SPEED && w.row.f_ext.abs() > EFFICIENCY_FORCE;
             if let Some(truth) = w.truth.efficiency().filter(|_| counts) {
                 let (out, loss) = (mean(|s| s.P_out), mean(|s| s.P_loss));
-                add(2, efficiency(out > 0.0, out, loss) - truth);
+                add(2, rig::efficiency(out, loss, out) - truth);
             }
         }
         let energy = SAMPLE * course.iter().skip(1).map(|s| s.P_in).sum::<f64>();

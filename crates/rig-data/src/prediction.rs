@@ -8,7 +8,7 @@ use serde::Serialize;
 
 use crate::campaign::rms;
 use crate::lookup::LookUp;
-use crate::windows::{Truth, data_sheet, efficiency, magnets, resistance};
+use crate::windows::{Truth, data_sheet, magnets, resistance};
 
 /// Rod speed, m/s, below which both powers are small and their ratio says little.
 pub const EFFICIENCY_SPEED: f64 = 0.01;
@@ -163,7 +163,7 @@ impl Model {
             i_q,
             tau,
             electrical,
-            efficiency: efficiency(shaft > 0.0, out, shaft - out + electrical),
+            efficiency: rig::efficiency(out, shaft - out + electrical, shaft),
         }
     }
 

@@ -84,27 +84,14 @@ pub struct Truth {
 }
 
 impl Truth {
-    /// See [`efficiency`]; none where the motor stands or has no torque.
+    /// `P_out/(P_out + P_loss)` where the motor drives the load (quadrants I and III), `(|P_out| −
+    /// P_loss)/|P_out|` where the load drives the motor (II and IV), kept in [0, 1]; none where the
+    /// motor stands or has no torque.
     #[must_use]
     pub fn efficiency(&self) -> Option<f64> {
         let shaft = self.tau_e * self.w_m;
-        (shaft != 0.0).then(|| efficiency(shaft > 0.0, self.P_out, self.P_loss))
+        (shaft != 0.0).then(|| rig::efficiency(self.P_out, self.P_loss, shaft))
     }
-}
-
-/// `P_out/(P_out + P_loss)` where the motor drives the load (quadrants I and III), `(|P_out| −
-/// P_loss)/|P_out|` where the load drives the motor (II and IV), kept in [0, 1].
-#[must_use]
-pub fn efficiency(drives: bool, P_out: f64, P_loss: f64) -> f64 {
-    let (gained, spent) = if drives {
-        (P_out, P_out + P_loss)
-    } else {
-        (-P_out - P_loss, -P_out)
-    };
-    if gained <= 0.0 || spent <= 0.0 {
-        return 0.0;
-    }
-    (gained / spent).min(1.0)
 }
 
 /// What winding and magnets do with their temperature, by the machine's data sheet.

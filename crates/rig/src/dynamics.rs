@@ -4,9 +4,10 @@ use crate::conditions::Conditions;
 use crate::friction::Shaft;
 use crate::heat::Warming;
 use crate::link::Link;
-use crate::motor::{Dq, Magnetics};
+use crate::motor::Magnetics;
 use crate::state::{Balance, Rates};
 use crate::{Drive, Input, Rig, State};
+use machine::Dq;
 
 /// What follows from state and inputs at one instant.
 #[derive(Clone, Copy, Debug)]

@@ -3,8 +3,8 @@
 //! Source: S.-K. Sul, *Control of Electric Machine Drive Systems*, chapters on space-vector
 //! modulation and on dead time.
 
-use crate::motor::Dq;
 use crate::{HeldVoltages, Input, Rig, State};
+use machine::Dq;
 
 impl Rig {
     /// Whether the voltages are sampled and held; then the switching period, s.
@@ -16,18 +16,12 @@ impl Rig {
     /// The commanded voltage within the limit, V: `v_max`, and `v_dc/√3` of space-vector
     /// modulation; its direction is kept.
     pub(crate) fn commanded(&self, u: &Input) -> Dq {
-        self.limited(Dq { d: u.v_d, q: u.v_q }, u)
+        self.limited(u.voltage(), u)
     }
 
     /// The voltage `v` within the limit, V.
     pub(crate) fn limited(&self, v: Dq, u: &Input) -> Dq {
-        let largest = self.p.largest_voltage(self.link_voltage(u));
-        let square = v.dot(v);
-        if square <= largest * largest {
-            v
-        } else {
-            (largest / square.sqrt()) * v
-        }
+        v.limited(self.p.largest_voltage(self.link_voltage(u)))
     }
 
     /// Voltages that the drive asks of its inverter for the next switching period of `T` s: those
@@ -42,7 +36,7 @@ impl Rig {
             return self.commanded(u);
         };
         let i_max = self.p.i_max;
-        let i = self.told(Dq { d: s.i_d, q: s.i_q });
+        let i = self.told(s.current());
         let e = Dq {
             d: -i.d,
             q: u.i_q_required.max(-i_max).min(i_max) - i.q,

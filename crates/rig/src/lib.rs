@@ -38,6 +38,6 @@ pub use extras::{
 };
 pub use limits::StepError;
 pub use machine::{ActuatorInput as Input, Drive};
-pub use output::Output;
+pub use output::{Output, efficiency};
 pub use rig::{Rig, RigError};
 pub use state::{Balance, HeldVoltages, Powers, State};

@@ -5,50 +5,7 @@
 //! permanent-magnet machines.
 
 use crate::Rig;
-use std::ops::{Add, Mul};
-
-/// A pair in rotor coordinates, peak-valued.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct Dq {
-    pub d: f64,
-    pub q: f64,
-}
-
-impl Dq {
-    pub(crate) fn dot(self, other: Self) -> f64 {
-        self.d * other.d + self.q * other.q
-    }
-
-    /// The pair in coordinates that are turned back by the angle with this sine and cosine.
-    pub(crate) fn turned(self, (sin, cos): (f64, f64)) -> Self {
-        Self {
-            d: self.d * cos - self.q * sin,
-            q: self.d * sin + self.q * cos,
-        }
-    }
-}
-
-impl Add for Dq {
-    type Output = Self;
-
-    fn add(self, other: Self) -> Self {
-        Self {
-            d: self.d + other.d,
-            q: self.q + other.q,
-        }
-    }
-}
-
-impl Mul<Dq> for f64 {
-    type Output = Dq;
-
-    fn mul(self, pair: Dq) -> Dq {
-        Dq {
-            d: self * pair.d,
-            q: self * pair.q,
-        }
-    }
-}
+use machine::Dq;
 
 /// What magnets and windings are at an instant.
 #[derive(Clone, Copy, Debug)]

@@ -1,6 +1,6 @@
 //! Outputs at one instant.
 
-use crate::{Input, Powers, Rig, State};
+use crate::{Input, Rig, State};
 use serde::{Deserialize, Serialize};
 
 /// Outputs, of the state and the current inputs.
@@ -128,7 +128,7 @@ impl Rig {
             T_housing: s.T[1],
             tripped: s.tripped,
             efficiency: if is_defined {
-                efficiency(&s.mean, s.w_m)
+                efficiency(s.mean.delivered, s.mean.lost, s.w_m)
             } else {
                 0.0
             },
@@ -137,18 +137,20 @@ impl Rig {
     }
 }
 
-/// Efficiency of mean powers. Losses rather than input and output make it, so that energy on its
-/// way into and out of the stores does not disturb it; it is kept in [0, 1].
+/// Efficiency of the mean powers `delivered` to the load and `lost`, W, at the motor speed `w_m`.
+/// Losses rather than input and output make it, so that energy on its way into and out of the
+/// stores does not disturb it; it is kept in [0, 1].
 /// ```text
 /// quadrant I:   η = P_out/(P_out + P_loss)
 /// quadrant IV:  η = (|P_out| − P_loss)/|P_out|
 /// ```
-fn efficiency(mean: &Powers, w_m: f64) -> f64 {
-    let out = mean.delivered * w_m.signum();
+#[must_use]
+pub fn efficiency(delivered: f64, lost: f64, w_m: f64) -> f64 {
+    let out = delivered * w_m.signum();
     let (gained, spent) = if w_m > 0.0 {
-        (out, out + mean.lost)
+        (out, out + lost)
     } else {
-        (out - mean.lost, out)
+        (out - lost, out)
     };
     if gained <= 0.0 || spent <= 0.0 {
         return 0.0;

@@ -1,8 +1,7 @@
 //! The state at the start: in equilibrium with a load.
 
-use crate::motor::Dq;
 use crate::{Balance, Input, Powers, Rig, State, StepError};
-use machine::Holding;
+use machine::{Dq, Holding};
 
 impl Rig {
     /// The state that delivers `F_hold` at rod position `x`, in steady motion at `x_dot` (at rest
@@ -40,12 +39,7 @@ impl Rig {
             hold: self.steady_hold(v, i, u, theta_m, w_m),
             regulator: [v.d, v.q],
             F_mean: u.F_hold,
-            lead: 0.0,
-            energy: Balance::default(),
-            mean: Powers::default(),
-            i_dc_mean: 0.0,
-            shift: 0.0,
-            tripped: false,
+            ..State::default()
         };
         state = State {
             energy: Balance::default(),

@@ -1,7 +1,7 @@
 //! Everything that changes while the actuator runs.
 
-use crate::motor::Dq;
 use limits::{StepError, check_finite};
+use machine::Dq;
 use serde::{Deserialize, Serialize};
 
 /// Everything that changes while the actuator runs.

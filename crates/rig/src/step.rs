@@ -10,13 +10,11 @@
 use crate::conditions::Conditions;
 use crate::state::Rates;
 use crate::{Drive, Input, Rig, State};
-use limits::{MAX_SUBSTEPS, StepError, check_finite, check_step, substeps};
+use limits::{MAX_SUBSTEPS, RATE_STEP, RK4_STAGES, StepError, check_finite, check_step, substeps};
 
 /// Longest substep, s: half a switching period of 8 kHz, which also resolves the electrical angle
 /// to 5° at rated speed.
 const DT_MAX: f64 = 62.5e-6;
-/// Largest `rate·dt` of a linear mode; Runge–Kutta is stable to 2.78.
-const RATE_STEP: f64 = 1.0;
 /// Part of a span by which it may be missed: clocks are off by rounding.
 const SLACK: f64 = 1e-3;
 
@@ -137,16 +135,9 @@ impl Rig {
 
     /// One classical Runge–Kutta step. A loop, so that the rates are compiled once.
     fn rk4(&self, s: &State, u: &Input, held: &Conditions, t: f64, dt: f64) -> State {
-        // Share of dt at which the rates are taken, and their weight.
-        const STAGES: [(f64, f64); 4] = [
-            (0.0, 1.0 / 6.0),
-            (0.5, 1.0 / 3.0),
-            (0.5, 1.0 / 3.0),
-            (1.0, 1.0 / 6.0),
-        ];
         let mut next = *s;
         let mut rates = Rates::default();
-        for (share, weight) in STAGES {
+        for (share, weight) in RK4_STAGES {
             let at = share * dt;
             rates = self.rates(&s.plus(at, &rates), &u.moved(t + at), held);
             next = next.plus(weight * dt, &rates);

@@ -71,12 +71,6 @@ impl Inertia {
         self.apply(A) + V.crf(&self.apply(V))
     }
 
-    /// Kinetic energy ½ Vᵀ M V, J.
-    #[must_use]
-    pub fn kinetic_energy(&self, V: &Twist) -> f64 {
-        0.5 * V.power(&self.apply(V))
-    }
-
     /// The 6×6 matrix `M` with `M·V = apply(V)`, `[v; w]` order.
     #[must_use]
     pub fn to_matrix(&self) -> Matrix6<f64> {

@@ -10,6 +10,7 @@
 #![allow(non_snake_case)]
 
 mod inertia;
+mod pair;
 mod pose;
 mod pseudo_inertia;
 mod twist;
@@ -20,11 +21,3 @@ pub use pose::Pose;
 pub use pseudo_inertia::PseudoInertia;
 pub use twist::Twist;
 pub use wrench::Wrench;
-
-use nalgebra::{Matrix3, Vector3};
-
-/// The matrix `[a]×` with `[a]× b = a × b` (`[paper] Eq. (Eq:X_Operator)`).
-#[must_use]
-pub fn skew(a: &Vector3<f64>) -> Matrix3<f64> {
-    a.cross_matrix()
-}

@@ -1,7 +1,7 @@
 //! Pose of one frame in another, and how it moves twists and wrenches.
 
 use crate::{Inertia, Twist, Wrench};
-use nalgebra::{Matrix3, Matrix6, Vector3};
+use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 use std::ops::Mul;
 
@@ -106,29 +106,9 @@ impl Pose {
         }
     }
 
-    /// The same wrench seen from B, the inverse of [`Pose::wrench_to_A`].
-    #[must_use]
-    pub fn wrench_to_B(&self, F_A: &Wrench) -> Wrench {
-        Wrench {
-            f: self.R.tr_mul(&F_A.f),
-            m: self.R.tr_mul(&(F_A.m - self.r.cross(&F_A.f))),
-        }
-    }
-
     /// The inertia of a body given in B, seen from A.
     #[must_use]
     pub fn inertia_to_A(&self, I_B: &Inertia) -> Inertia {
         I_B.rotated(&self.R).shifted(&self.r)
-    }
-
-    /// `ᴬU_B` as a 6×6 matrix: `ᴬF = ᴬU_B ᴮF`, `ᴮV = ᴬU_Bᵀ ᴬV`.
-    #[must_use]
-    pub fn U(&self) -> Matrix6<f64> {
-        let mut U = Matrix6::zeros();
-        U.fixed_view_mut::<3, 3>(0, 0).copy_from(&self.R);
-        U.fixed_view_mut::<3, 3>(3, 3).copy_from(&self.R);
-        let lower = self.r.cross_matrix() * self.R;
-        U.fixed_view_mut::<3, 3>(3, 0).copy_from(&lower);
-        U
     }
 }

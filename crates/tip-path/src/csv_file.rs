@@ -67,23 +67,10 @@ pub(crate) fn parse(text: &str) -> Result<PathFile, PathError> {
         .records()
         .collect::<Result<Vec<_>, _>>()
         .map_err(format)?;
-    let row = |k: usize, row: &StringRecord, what: &str| Row {
-        place: format!("{what} {}", k + 1),
-        header: header.clone(),
-        cells: row.clone(),
-    };
     let points = if is_sampled {
-        let each = rows
-            .iter()
-            .enumerate()
-            .map(|(k, r)| row(k, r, "sample").sample());
-        Points::Samples(each.collect::<Result<_, _>>()?)
+        Points::Samples(each(&header, rows, "sample", Row::sample)?)
     } else {
-        let each = rows
-            .iter()
-            .enumerate()
-            .map(|(k, r)| row(k, r, "waypoint").waypoint());
-        Points::Waypoints(each.collect::<Result<_, _>>()?)
+        Points::Waypoints(each(&header, rows, "waypoint", Row::waypoint)?)
     };
     Ok(PathFile {
         points,
@@ -93,14 +80,29 @@ pub(crate) fn parse(text: &str) -> Result<PathFile, PathError> {
     })
 }
 
+fn each<'a, T>(
+    header: &'a StringRecord,
+    rows: Vec<StringRecord>,
+    what: &str,
+    read: impl Fn(&Row<'a>) -> Result<T, PathError>,
+) -> Result<Vec<T>, PathError> {
+    let numbered = (1..).zip(rows);
+    let row = |(k, cells): (usize, _)| Row {
+        place: format!("{what} {k}"),
+        header,
+        cells,
+    };
+    numbered.map(row).map(|row| read(&row)).collect()
+}
+
 /// One point.
-struct Row {
+struct Row<'a> {
     place: String,
-    header: StringRecord,
+    header: &'a StringRecord,
     cells: StringRecord,
 }
 
-impl Row {
+impl Row<'_> {
     /// The number in a column; None where the column is missing or the cell empty.
     fn number(&self, name: &str) -> Result<Option<f64>, PathError> {
         let column = self.header.iter().position(|column| column == name);

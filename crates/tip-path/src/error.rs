@@ -106,19 +106,13 @@ pub(crate) fn refused(
     }
 }
 
-/// Likeness from which on a name is proposed for another.
-const LIKE: f64 = 0.7;
-
 /// The error for a name that is not `known`.
 pub(crate) fn unknown(place: &str, name: &str, known: Vec<String>) -> PathError {
-    let likeness = |other: &&String| strsim::jaro_winkler(&name.to_lowercase(), other);
-    let best = known
-        .iter()
-        .max_by(|a, b| likeness(a).total_cmp(&likeness(b)));
+    let near = machine::nearest(name, known.iter().map(String::as_str));
     PathError::Unknown {
         place: place.to_owned(),
         name: name.to_owned(),
-        near: best.filter(|best| likeness(best) >= LIKE).cloned(),
+        near: near.map(str::to_owned),
         known,
     }
 }

@@ -19,12 +19,18 @@ use serde::{Deserialize, Serialize};
 /// Ways shorter than this, m and rad, are none.
 const NONE: f64 = 1e-9;
 
-/// A straight line with its turn.
+/// A way with its timing.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 struct Leg {
     /// Time at which it begins, s.
     begins: f64,
     profile: Profile,
+    way: Way,
+}
+
+/// A straight line with its turn.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+struct Way {
     from: Pose,
     /// Way, m.
     step: Vector3<f64>,
@@ -50,15 +56,6 @@ pub(crate) struct Legs {
     legs: Vec<Leg>,
 }
 
-/// A way before its timing is known.
-struct Way {
-    /// Place in the list of waypoints.
-    waypoint: usize,
-    from: Pose,
-    step: Vector3<f64>,
-    turn: Vector3<f64>,
-}
-
 impl Legs {
     /// From the pose `start` along the waypoints, with the times at which they are reached and
     /// left.
@@ -69,34 +66,29 @@ impl Legs {
     ) -> Result<(Self, Vec<Stop>), PathError> {
         let ways = ways(start, waypoints);
         let mut legs: Vec<Leg> = Vec::with_capacity(ways.len());
-        let mut stops = Vec::with_capacity(waypoints.len());
+        let mut stops: Vec<Stop> = Vec::with_capacity(waypoints.len());
         let mut leaves = 0.0;
         for (k, waypoint) in waypoints.iter().enumerate() {
-            let place = ways.iter().position(|way| way.waypoint == k);
+            let place = ways.iter().position(|(waypoint, _)| *waypoint == k);
             let arrives = if let Some(place) = place {
-                let way = &ways[place];
+                let way = ways[place].1;
                 let fastest = way.profile(waypoint, limits, &lowering(&ways, waypoints, place));
-                let corner = match place.checked_sub(1) {
+                let longest = match place.checked_sub(1) {
                     Some(before) if waypoints[k - 1].blend > 0.0 => {
-                        Corner::of(&legs[before], waypoints[k - 1].blend)
+                        longest_overlap(&legs[before], waypoints[k - 1].blend)
                     }
-                    _ => Corner::NONE,
+                    _ => 0.0, // the tip stops
                 };
-                let (begins, profile) = timed(k, waypoint, leaves, fastest, &corner)?;
-                if let (Some(stop), true) = (stops.last_mut(), corner.longest > 0.0) {
+                let (begins, profile) = timed(k, waypoint, leaves, fastest, longest)?;
+                if let (Some(stop), true) = (stops.last_mut(), longest > 0.0) {
                     // The middle of the corner.
-                    let Stop {
-                        arrives, leaves, ..
-                    } = stop;
-                    *arrives = 0.5 * (*arrives + begins);
-                    *leaves = *arrives;
+                    stop.arrives = 0.5 * (stop.arrives + begins);
+                    stop.leaves = stop.arrives;
                 }
                 legs.push(Leg {
                     begins,
                     profile,
-                    from: way.from,
-                    step: way.step,
-                    turn: way.turn,
+                    way,
                 });
                 begins + profile.duration()
             } else {
@@ -120,7 +112,7 @@ impl Legs {
         };
         // The leg before may still move in a corner.
         let first = last.saturating_sub(1);
-        let mut motion = rest(self.legs[first].from);
+        let mut motion = rest(self.legs[first].way.from);
         for leg in &self.legs[first..=last] {
             leg.add_to(&mut motion, t);
         }
@@ -144,7 +136,10 @@ impl Leg {
     /// ```
     fn add_to(&self, motion: &mut TipMotion, t: f64) {
         let [s, v, a] = self.profile.at(t - self.begins);
-        let R = turn(self.turn * s);
+        let Way {
+            step, turn: way, ..
+        } = self.way;
+        let R = turn(way * s);
         let of = |vector: &Vector6<f64>| -> (Vector3<f64>, Vector3<f64>) {
             (
                 vector.fixed_rows::<3>(0).into(),
@@ -153,17 +148,18 @@ impl Leg {
         };
         let (velocity, w) = of(&motion.velocity);
         let (acceleration, w_dot) = of(&motion.acceleration);
-        let (w, w_dot, own) = (R * w, R * w_dot, self.turn * v);
-        motion.pose.position += self.step * s;
+        let (w, w_dot, own) = (R * w, R * w_dot, way * v);
+        motion.pose.position += step * s;
         motion.pose.orientation = R * motion.pose.orientation;
-        motion.velocity = stacked(velocity + self.step * v, w + own);
-        let turning = w_dot + self.turn * a + own.cross(&w);
-        motion.acceleration = stacked(acceleration + self.step * a, turning);
+        motion.velocity = stacked(velocity + step * v, w + own);
+        let turning = w_dot + way * a + own.cross(&w);
+        motion.acceleration = stacked(acceleration + step * a, turning);
     }
 }
 
-/// From the start to each waypoint that is somewhere else than the one before.
-fn ways(start: Pose, waypoints: &[Waypoint]) -> Vec<Way> {
+/// From the start to each waypoint that is somewhere else than the one before, whose place in the
+/// list is given.
+fn ways(start: Pose, waypoints: &[Waypoint]) -> Vec<(usize, Way)> {
     let mut from = start;
     let mut ways = Vec::with_capacity(waypoints.len());
     for (k, waypoint) in waypoints.iter().enumerate() {
@@ -174,12 +170,7 @@ fn ways(start: Pose, waypoints: &[Waypoint]) -> Vec<Way> {
         let step = to.position - from.position;
         let turn = rotation_vector(&(to.orientation * from.orientation.inverse()));
         if step.norm() > NONE || turn.norm() > NONE {
-            ways.push(Way {
-                waypoint: k,
-                from,
-                step,
-                turn,
-            });
+            ways.push((k, Way { from, step, turn }));
         }
         from = to;
     }
@@ -194,18 +185,18 @@ struct Lowering {
 
 /// In a corner the leg before brakes while the next accelerates, so at most `|e_next − e_before|`
 /// times the limit acts along both unit directions; jerks have either sign.
-fn lowering(ways: &[Way], waypoints: &[Waypoint], place: usize) -> Lowering {
+fn lowering(ways: &[(usize, Way)], waypoints: &[Waypoint], place: usize) -> Lowering {
     let mut lowest = Lowering {
         acceleration: 1.0,
         jerk: 1.0,
     };
     let corners = ways.windows(2).enumerate();
     for (k, pair) in corners.filter(|(k, _)| *k == place || k + 1 == place) {
-        if waypoints[ways[k].waypoint].blend == 0.0 {
+        if waypoints[ways[k].0].blend == 0.0 {
             continue;
         }
         for of in [|way: &Way| way.step, |way: &Way| way.turn] {
-            let [a, b] = [&pair[0], &pair[1]].map(|way| of(way).try_normalize(NONE));
+            let [a, b] = [&pair[0].1, &pair[1].1].map(|way| of(way).try_normalize(NONE));
             if let (Some(a), Some(b)) = (a, b) {
                 let (difference, sum) = ((b - a).norm(), (a + b).norm());
                 lowest.acceleration = lowest.acceleration.min(1.0 / difference.max(1.0));
@@ -230,40 +221,28 @@ impl Way {
     }
 }
 
-/// How far the next leg may reach into the one before.
-struct Corner {
-    /// Longest overlap, s.
-    longest: f64,
-}
-
-impl Corner {
-    /// The tip stops.
-    const NONE: Self = Self { longest: 0.0 };
-
-    /// The last `blend` metres of a leg, but no more than its second half.
-    fn of(before: &Leg, blend: f64) -> Self {
-        let part = (blend / before.step.norm()).min(0.5);
-        Self {
-            longest: before.profile.time_to(part),
-        }
-    }
+/// Longest time by which the next leg may reach into the one before, s: its last `blend` metres, but
+/// no more than its second half.
+fn longest_overlap(before: &Leg, blend: f64) -> f64 {
+    let part = (blend / before.way.step.norm()).min(0.5);
+    before.profile.time_to(part)
 }
 
 /// When the way to waypoint `k` (from 0) begins, and its profile; the waypoint before is left at
-/// `leaves`, s.
+/// `leaves`, s, and the two overlap by `longest`, s, at most.
 fn timed(
     k: usize,
     waypoint: &Waypoint,
     leaves: f64,
     fastest: Profile,
-    corner: &Corner,
+    longest: f64,
 ) -> Result<(f64, Profile), PathError> {
     let Some(time) = waypoint.time else {
-        let overlap = corner.longest.min(0.5 * fastest.duration());
+        let overlap = longest.min(0.5 * fastest.duration());
         return Ok((leaves - overlap, fastest));
     };
     // With the overlap τ the leg has time − leaves + τ, of which τ is at most the half.
-    let overlap = corner.longest.min((time - leaves).max(0.0));
+    let overlap = longest.min((time - leaves).max(0.0));
     let begins = leaves - overlap;
     let (duration, needs) = (time - begins, fastest.duration());
     // Times in files are rounded.

@@ -5,6 +5,7 @@ use crate::error::{PathError, refused};
 use crate::file::{MotionLimits, PathFile, Points, Sample, Waypoint};
 use crate::iso9283::{Iso9283, TestKind};
 use crate::{csv_file, json_file};
+use limits::Range;
 use nalgebra::Vector3;
 
 /// Name of the built-in path that moves all six joints: up to 2 m/s², turning by more than 60°,
@@ -49,7 +50,7 @@ impl PathFile {
 
     fn check(&self) -> Result<(), PathError> {
         for (name, value) in self.limits.fields() {
-            positive("limits", name, value)?;
+            check("limits", name, value, Range::Positive)?;
         }
         match &self.points {
             Points::Waypoints(waypoints) => check_waypoints(waypoints),
@@ -85,10 +86,10 @@ fn check_waypoints(waypoints: &[Waypoint]) -> Result<(), PathError> {
     for (k, waypoint) in (1..).zip(waypoints) {
         let place = format!("waypoint {k}");
         finite(&place, "position", waypoint.position.as_slice())?;
-        not_negative(&place, "dwell", waypoint.dwell)?;
-        not_negative(&place, "blend", waypoint.blend)?;
+        check(&place, "dwell", waypoint.dwell, Range::NotNegative)?;
+        check(&place, "blend", waypoint.blend, Range::NotNegative)?;
         if let Some(speed) = waypoint.speed {
-            positive(&place, "speed", speed)?;
+            check(&place, "speed", speed, Range::Positive)?;
         }
         if let Some(time) = waypoint.time {
             if !(time.is_finite() && time >= earlier) {
@@ -98,9 +99,9 @@ fn check_waypoints(waypoints: &[Waypoint]) -> Result<(), PathError> {
             earlier = time;
         }
         if let Some(load) = waypoint.load {
-            not_negative(&place, "load.mass", load.mass)?;
+            check(&place, "load.mass", load.mass, Range::NotNegative)?;
             finite(&place, "load.com", &load.com)?;
-            not_negative(&place, "load.over", waypoint.over)?;
+            check(&place, "load.over", waypoint.over, Range::NotNegative)?;
             if waypoint.over > waypoint.dwell {
                 let rule = format!(
                     "at most the `dwell`, {} s: the tip rests meanwhile",
@@ -163,22 +164,13 @@ fn at_least_two(count: usize, what: &'static str) -> Result<(), PathError> {
 }
 
 fn finite(place: &str, name: &str, values: &[f64]) -> Result<(), PathError> {
-    match values.iter().find(|value| !value.is_finite()) {
-        Some(value) => Err(refused(place, name, value, "a finite number")),
-        None => Ok(()),
-    }
+    let mut values = values.iter();
+    values.try_for_each(|value| check(place, name, *value, Range::Finite))
 }
 
-fn not_negative(place: &str, name: &str, value: f64) -> Result<(), PathError> {
-    if value.is_finite() && value >= 0.0 {
+fn check(place: &str, name: &str, value: f64, range: Range) -> Result<(), PathError> {
+    if range.contains(value) {
         return Ok(());
     }
-    Err(refused(place, name, value, "finite and at least 0"))
-}
-
-fn positive(place: &str, name: &str, value: f64) -> Result<(), PathError> {
-    if value.is_finite() && value > 0.0 {
-        return Ok(());
-    }
-    Err(refused(place, name, value, "finite and greater than 0"))
+    Err(refused(place, name, value, range.rule()))
 }

@@ -2,8 +2,9 @@
 //! type in C.
 
 use std::ffi::CString;
+use std::ptr;
 
-use cargo_fmu::fmi::Fmu;
+use cargo_fmu::fmi::{self, Fmu};
 use fmu_description::{Access, Variable};
 
 use crate::random::Random;
@@ -32,9 +33,29 @@ pub fn real(r: &mut Random) -> f64 {
     }
 }
 
+/// Seeds of derivatives.
+pub fn seeds(r: &mut Random, n: usize, valid: bool) -> Vec<f64> {
+    let one = |_| if valid { r.unit() } else { real(r) };
+    (0..n).map(one).collect()
+}
+
 /// A C string.
 pub fn c_string(text: &str) -> CString {
     CString::new(text).expect("names have no NUL")
+}
+
+/// NULL or the array: NULL is an error unless the array is empty.
+pub fn pointer<T>(values: &[T], is_null: bool) -> *const T {
+    if is_null {
+        ptr::null()
+    } else {
+        values.as_ptr()
+    }
+}
+
+/// NULL or the place of a result.
+pub fn place<T>(of: &mut T, is_null: bool) -> *mut T {
+    if is_null { ptr::null_mut() } else { of }
 }
 
 /// Any integer.
@@ -104,23 +125,16 @@ pub fn references(
 ) -> Vec<u32> {
     let n = r.of(&[0, 1, 1, 1, 2, 3, 8]);
     let variables = &fmu.description.variables;
-    let wanted: Vec<u32> = match valid {
-        true => variables
-            .iter()
-            .filter(|v| wanted(v))
-            .map(|v| v.reference)
-            .collect(),
-        false => Vec::new(),
-    };
-    let one = |r: &mut Random| match valid {
+    let wanted = fmi::instance::references(variables, |v| valid && wanted(v));
+    if valid && wanted.is_empty() {
+        return Vec::new();
+    }
+    let one = |_| match valid {
         true => r.of(&wanted),
         false if r.one_in(16) => r.of(&[u32::MAX, 1 << 31, variables.len() as u32]),
         false => variables[r.below(variables.len())].reference,
     };
-    match valid && wanted.is_empty() {
-        true => Vec::new(),
-        false => (0..n).map(|_| one(r)).collect(),
-    }
+    (0..n).map(one).collect()
 }
 
 #[cfg(test)]

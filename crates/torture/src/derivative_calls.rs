@@ -15,20 +15,12 @@ impl Session<'_> {
         let r = &mut self.random;
         let valid = r.one_in(2);
         let vr = references(r, self.fmu, valid, is_input);
-        let order: Vec<c_int> = vr
-            .iter()
-            .map(|_| {
-                if valid {
-                    1
-                } else {
-                    r.of(&[1, 1, 2, 0, -1, 9, c_int::MAX])
-                }
-            })
-            .collect();
-        let values: Vec<f64> = vr
-            .iter()
-            .map(|_| if valid { r.unit() } else { real(r) })
-            .collect();
+        let any = [1, 1, 2, 0, -1, 9, c_int::MAX];
+        let order: Vec<c_int> = match valid {
+            true => vec![1; vr.len()],
+            false => vr.iter().map(|_| r.of(&any)).collect(),
+        };
+        let values = seeds(r, vr.len(), valid);
         let known = |vr: &u32| self.fmu.find(*vr).is_some_and(is_input);
         // FMI 2.0 declares no highest order.
         let answer = |((vr, order), value): ((&u32, &c_int), &f64)| match known(vr) && *order >= 1 {
@@ -51,19 +43,16 @@ impl Session<'_> {
         let r = &mut self.random;
         let valid = r.one_in(2);
         let vr = references(r, self.fmu, valid, is_output);
-        let order: Vec<c_int> = vr
-            .iter()
-            .map(|_| if valid { 1 } else { r.of(&[1, 1, 1, 0, 2, -5]) })
-            .collect();
+        let order: Vec<c_int> = match valid {
+            true => vec![1; vr.len()],
+            false => vr.iter().map(|_| r.of(&[1, 1, 1, 0, 2, -5])).collect(),
+        };
         let known = |vr: &u32| self.fmu.find(*vr).is_some_and(is_output);
-        let sound = vr.iter().all(known) && order.iter().all(|o| *o == 1);
-        let expect = match (
-            self.fmu.description.capabilities.output_derivative_order > 0,
-            sound,
-        ) {
-            (true, true) if vr.is_empty() => Expect::Done,
-            (true, true) => Expect::ModelDecides, // beyond the range of numbers
-            _ => Expect::Refused,
+        let has_them = self.fmu.description.capabilities.output_derivative_order > 0;
+        let expect = match has_them && vr.iter().all(known) && order.iter().all(|o| *o == 1) {
+            true if vr.is_empty() => Expect::Done,
+            true => Expect::ModelDecides, // beyond the range of numbers
+            false => Expect::Refused,
         };
         let name = self.fmu.functions.name("fmi2GetRealOutputDerivatives");
         self.trace(i, format_args!("{name}({vr:?}, {order:?})"));
@@ -71,8 +60,7 @@ impl Session<'_> {
         if values.iter().any(|v| !v.is_finite()) {
             return Err(format!("{name}({vr:?}) gave {status} and {values:?}"));
         }
-        let without = self.fmu.description.capabilities.output_derivative_order == 0;
-        Ok(self.with_variables(i, name, status, expect, &vr, without))
+        Ok(self.with_variables(i, name, status, expect, &vr, !has_them))
     }
 
     pub fn get_directional_derivative(&mut self, i: usize) -> Result<Call, String> {
@@ -82,9 +70,7 @@ impl Session<'_> {
         let valid = r.one_in(2);
         let known = references(r, self.fmu, valid, is_known);
         let unknown = references(r, self.fmu, valid, is_unknown);
-        let seed: Vec<f64> = elements(self.fmu, &known)
-            .map(|_| if valid { r.unit() } else { real(r) })
-            .collect();
+        let seed = seeds(r, elements(self.fmu, &known).count(), valid);
         let all = |vr: &[u32], wanted: &dyn Fn(&Variable) -> bool| {
             vr.iter().all(|vr| self.fmu.find(*vr).is_some_and(wanted))
         };

@@ -8,7 +8,7 @@ use anyhow::{Context, Result, anyhow, ensure};
 use crate::arguments::start;
 use crate::subject::Subject;
 use cargo_fmu::fmi::Fmu;
-use cargo_fmu::fmi::symbols::{OK, WARNING};
+use cargo_fmu::fmi::symbols::WARNING;
 use fmu_description::Access;
 
 const STEP: f64 = 1e-3;
@@ -53,22 +53,11 @@ fn one(path: &Path, steps: u64) -> Result<()> {
         let t = k as f64 * STEP;
         let set = instance.set_reals(&vr, &values);
         let stepped = instance.step_from(t, STEP);
-        ensure!(
-            set == OK,
-            "step {k}: fmi2SetReal gave {set}: {:?}",
-            instance.messages()
-        );
-        ensure!(
-            stepped == OK,
-            "step {k}: fmi2DoStep gave {stepped}: {:?}",
-            instance.messages()
-        );
         let (status, outputs) = instance.outputs();
-        ensure!(
-            status == OK,
-            "step {k}: fmi2GetReal gave {status}: {:?}",
-            instance.messages()
-        );
+        let done = (instance.must("fmi2SetReal", set))
+            .and_then(|()| instance.must("fmi2DoStep", stepped))
+            .and_then(|()| instance.must("fmi2GetReal", status));
+        done.map_err(|e| anyhow!("step {k}: {e}"))?;
         // Inputs that swing without a machine behind them may be worth a warning, but no step may
         // fail.
         let messages = instance.messages();

@@ -1,7 +1,7 @@
 //! Random calls of what FMI 3.0 has and FMI 2.0 has not: Event Mode, adjoint derivatives,
 //! dependencies, wrong numbers of values, and the functions of what these FMUs declare not to have.
 
-use crate::arguments::{elements, real, references};
+use crate::arguments::{elements, place, references, seeds};
 use crate::oracle::{Call, Expect};
 use crate::session::Session;
 use cargo_fmu::fmi::fmi3::Functions;
@@ -21,48 +21,37 @@ impl<'a> Session<'a> {
     /// Into Event Mode, in it, and out of it.
     pub fn event_call(&mut self, i: usize) -> Result<Call, String> {
         let (f, c) = (self.fmi3(), self.instances[i].c);
-        let [mut a, mut b, mut d, mut e, mut g] = [false; 5];
-        let mut next_time = f64::NAN;
+        let (mut flags, mut next_time) = ([false; 5], f64::NAN);
+        let [a, b, d, e, g] = &mut flags;
         let which = self.random.below(8);
         // SAFETY: a live instance, places for the results.
-        let (name, status, next) = unsafe {
+        let (name, status) = unsafe {
             match which {
-                0..3 => (
-                    "fmi3EnterEventMode",
-                    (f.fmi3EnterEventMode)(c),
-                    Some(Mode::Event),
-                ),
-                3..6 => (
-                    "fmi3EnterStepMode",
-                    (f.fmi3EnterStepMode)(c),
-                    Some(Mode::Stepping),
-                ),
+                0..3 => ("fmi3EnterEventMode", (f.fmi3EnterEventMode)(c)),
+                3..6 => ("fmi3EnterStepMode", (f.fmi3EnterStepMode)(c)),
                 6 => {
-                    let status = (f.fmi3UpdateDiscreteStates)(
-                        c,
-                        &mut a,
-                        &mut b,
-                        &mut d,
-                        &mut e,
-                        &mut g,
-                        &mut next_time,
-                    );
-                    ("fmi3UpdateDiscreteStates", status, None)
+                    let status = (f.fmi3UpdateDiscreteStates)(c, a, b, d, e, g, &mut next_time);
+                    ("fmi3UpdateDiscreteStates", status)
                 }
                 _ => (
                     "fmi3EvaluateDiscreteStates",
                     (f.fmi3EvaluateDiscreteStates)(c),
-                    None,
                 ),
             }
         };
         self.trace(i, format_args!("{name}()"));
         let call = self.plain(i, name, status, Expect::Done);
-        if status == OK && (a || b || g) {
+        let [needs_update, terminates, _, _, has_next_time] = flags;
+        if status == OK && (needs_update || terminates || has_next_time) {
             return Err(format!(
                 "{name} announces events, of which these FMUs have none"
             ));
         }
+        let next = match which {
+            0..3 => Some(Mode::Event),
+            3..6 => Some(Mode::Stepping),
+            _ => None,
+        };
         if let (OK, Some(mode)) = (status, next) {
             self.instances[i].known.mode = mode;
         }
@@ -86,9 +75,9 @@ impl<'a> Session<'a> {
             _ => Expect::Refused,
         };
         let mut n = usize::MAX;
-        let place = if is_null { ptr::null_mut() } else { &raw mut n };
+        let to = place(&mut n, is_null);
         // SAFETY: a live instance; NULL or a place for the result.
-        let status = unsafe { (f.fmi3GetNumberOfVariableDependencies)(c, vr, place) };
+        let status = unsafe { (f.fmi3GetNumberOfVariableDependencies)(c, vr, to) };
         let name = "fmi3GetNumberOfVariableDependencies";
         self.trace(i, format_args!("{name}({vr}, NULL: {is_null})"));
         if status != OK || n == 0 {
@@ -121,11 +110,7 @@ impl<'a> Session<'a> {
         let known = references(r, self.fmu, valid, is_known);
         let unknown = references(r, self.fmu, valid, is_unknown);
         let of = |vr: &[u32]| elements(self.fmu, vr).count();
-        let mut seed = |n: usize| -> Vec<f64> {
-            let one = |_| if valid { r.unit() } else { real(r) };
-            (0..n).map(one).collect()
-        };
-        let (v, u) = (seed(of(&unknown)), seed(of(&known)));
+        let [v, u] = [&unknown, &known].map(|vr| seeds(r, of(vr), valid));
         let short = usize::from(!valid && r.one_in(4) && !v.is_empty());
         let name = "fmi3GetAdjointDerivative";
         self.trace(

@@ -1,7 +1,7 @@
 //! Random calls about the life cycle of an instance: instantiation, modes, steps, inquiries,
 //! logging.
 
-use crate::arguments::{c_string, integer, real};
+use crate::arguments::{c_string, integer, place, pointer, real};
 use crate::oracle::{Call, Expect};
 use crate::session::Session;
 use cargo_fmu::fmi::Callbacks;
@@ -63,12 +63,11 @@ impl Session<'_> {
         let own = f.name(name);
         let expect = self.in_order(i, own, expect);
         self.trace(i, format_args!("{own}()"));
+        let experiment = Experiment::default();
         // SAFETY: a live instance.
         let status = unsafe {
             match (name, f.own()) {
-                ("fmi2EnterInitializationMode", _) => {
-                    f.enter_initialization_mode(c, Experiment::default())
-                }
+                ("fmi2EnterInitializationMode", _) => f.enter_initialization_mode(c, experiment),
                 ("fmi2ExitInitializationMode", _) => f.exit_initialization_mode(c),
                 ("fmi2Terminate", _) => f.terminate(c),
                 ("fmi2Reset", _) => f.reset(c),
@@ -148,10 +147,12 @@ impl Session<'_> {
         let which = r.below(inquiries.len());
         let right = inquiries[which] == Some(kind);
         macro_rules! ask {
-            ($function:ident, $place:expr) => {{
-                let place = if is_null { ptr::null_mut() } else { $place };
-                (stringify!($function), (f.$function)(c, kind, place))
-            }};
+            ($function:ident, $place:expr) => {
+                (
+                    stringify!($function),
+                    (f.$function)(c, kind, place($place, is_null)),
+                )
+            };
         }
         // SAFETY: a live instance; places for one result or NULL.
         let (name, status) = unsafe {
@@ -181,8 +182,8 @@ impl Session<'_> {
             .map(|_| match r.one_in(6) {
                 false => c_string(&declared[r.below(declared.len())]),
                 true => {
-                    let name =
-                        r.of::<&CStr>(&[c"", c"logall", c"logNonlinearSystems", c"\xff\xfe"]);
+                    let names = [c"", c"logall", c"logNonlinearSystems", c"\xff\xfe"];
+                    let name = r.of::<&CStr>(&names);
                     // Categories that nobody has declared are ignored in FMI 2.0, and refused in
                     // FMI 3.0.
                     sound &= name.to_str().is_ok() && self.fmu.functions.fmi3().is_none();
@@ -196,11 +197,7 @@ impl Session<'_> {
             sound = false;
         }
         let (n, is_null) = (pointers.len(), r.one_in(16));
-        let list = if is_null {
-            ptr::null()
-        } else {
-            pointers.as_ptr()
-        };
+        let list = pointer(&pointers, is_null);
         sound &= !is_null || n == 0;
         let name = self.fmu.functions.name("fmi2SetDebugLogging");
         self.trace(i, format_args!("{name}({on}, {names:?}, NULL: {is_null})"));
@@ -229,11 +226,10 @@ impl Session<'_> {
         let name = r.of::<Option<&CStr>>(&[Some(c"x"), Some(c"\xff"), Some(c""), None]);
         let uri = r.of::<Option<&CStr>>(&[None, Some(c"file:///tmp"), Some(c"%%%\xff"), Some(c"")]);
         let (no_guid, no_callbacks) = (r.one_in(8), r.one_in(8));
+        let missing = [no_guid, no_callbacks];
         self.trace(
             i,
-            format_args!(
-                "fmi2Instantiate({name:?}, {kind}, {guid:?}, {uri:?}, {no_guid}, {no_callbacks})"
-            ),
+            format_args!("fmi2Instantiate({name:?}, {kind}, {guid:?}, {uri:?}, {missing:?})"),
         );
         let callbacks = Callbacks {
             logger: None,
@@ -242,23 +238,14 @@ impl Session<'_> {
             step_finished: ptr::null_mut(),
             environment: ptr::null_mut(),
         };
-        let pointer = |s: Option<&CStr>| s.map_or(ptr::null(), CStr::as_ptr);
+        let text = |s: Option<&CStr>| s.map_or(ptr::null(), CStr::as_ptr);
+        let token = text((!no_guid).then_some(&guid));
+        let callbacks = [callbacks];
+        let callbacks = pointer(&callbacks, no_callbacks);
         let f = &self.fmu.functions;
         // SAFETY: C strings or NULL, callbacks or NULL; what is made is freed once.
         let is_made = unsafe {
-            let c = f.instantiate(
-                pointer(name),
-                kind,
-                if no_guid { ptr::null() } else { guid.as_ptr() },
-                pointer(uri),
-                if no_callbacks {
-                    ptr::null()
-                } else {
-                    &callbacks
-                },
-                0,
-                1,
-            );
+            let c = f.instantiate(text(name), kind, token, text(uri), callbacks, 0, 1);
             f.free_instance(c);
             f.free_instance(ptr::null_mut());
             !c.is_null()
@@ -288,21 +275,15 @@ impl Session<'_> {
     /// Functions with `c` = NULL.
     pub fn without_instance(&mut self, i: usize) -> Result<Call, String> {
         let (f, c) = (&self.fmu.functions, ptr::null_mut());
-        let (vr, mut number, mut state) = ([0_u32], [0.0], ptr::null_mut());
+        let (vr, mut number, mut state) = (0_u32, 0.0, ptr::null_mut());
         let which = self.random.below(8);
         self.trace(i, format_args!("a call without instance, number {which}"));
-        // SAFETY: NULL instead of an instance; arrays of one element.
+        // SAFETY: NULL instead of an instance; places of one number.
         let (name, status) = unsafe {
             match which {
                 0 => ("fmi2DoStep", f.do_step(c, 0.0, 1e-3, 1)),
-                1 => (
-                    "fmi2GetReal",
-                    f.get_real(c, vr.as_ptr(), 1, number.as_mut_ptr()),
-                ),
-                2 => (
-                    "fmi2SetReal",
-                    f.set_real(c, vr.as_ptr(), 1, number.as_ptr()),
-                ),
+                1 => ("fmi2GetReal", f.get_real(c, &vr, 1, &mut number)),
+                2 => ("fmi2SetReal", f.set_real(c, &vr, 1, &number)),
                 3 => ("fmi2Reset", f.reset(c)),
                 4 => ("fmi2Terminate", f.terminate(c)),
                 5 => ("fmi2GetFMUstate", f.get_fmu_state(c, &mut state)),

@@ -1,6 +1,7 @@
 //! Random calls about saved states: copies, handles, bytes; whole and damaged, own and foreign,
 //! live and freed.
 
+use crate::arguments::{place, pointer};
 use crate::oracle::{Call, Expect};
 use crate::session::{Bytes, Session};
 use crate::subject::KnownState;
@@ -33,6 +34,15 @@ impl Session<'_> {
         (handle, known.map(|(_, known)| *known))
     }
 
+    /// Where a state is saved to: mostly a new handle, as long as there are few; else one of
+    /// [`Session::handle`].
+    fn new_or_old(&mut self, i: usize) -> (Pointer, Option<KnownState>) {
+        match self.instances[i].saved.len() < MOST_SAVED && !self.random.one_in(4) {
+            true => (ptr::null_mut(), None),
+            false => self.handle(i),
+        }
+    }
+
     /// Remembers that `handle` of instance `i` now holds `known`.
     fn remember(&mut self, i: usize, handle: Pointer, known: KnownState) {
         let saved = &mut self.instances[i].saved;
@@ -41,23 +51,16 @@ impl Session<'_> {
     }
 
     pub fn get_state(&mut self, i: usize) -> Result<Call, String> {
-        let name = self.fmu.functions.name("fmi2GetFMUstate");
-        let (old, held) = match self.instances[i].saved.len() < MOST_SAVED && !self.random.one_in(4)
-        {
-            true => (ptr::null_mut(), None),
-            false => self.handle(i),
-        };
+        let (f, c) = (&self.fmu.functions, self.instances[i].c);
+        let name = f.name("fmi2GetFMUstate");
+        let (old, held) = self.new_or_old(i);
         let is_null = self.random.one_in(16);
         let sound = !is_null && (old.is_null() || held.is_some());
         self.trace(i, format_args!("{name}({old:?}, NULL: {is_null})"));
         let mut state = old;
-        let place = if is_null {
-            ptr::null_mut()
-        } else {
-            &raw mut state
-        };
+        let to = place(&mut state, is_null);
         // SAFETY: a live instance; NULL or a place with a handle, which is looked up.
-        let status = unsafe { self.fmu.functions.get_fmu_state(self.instances[i].c, place) };
+        let status = unsafe { f.get_fmu_state(c, to) };
         if status == OK {
             let known = self.instances[i].known;
             self.remember(i, state, known);
@@ -68,15 +71,12 @@ impl Session<'_> {
     }
 
     pub fn set_state(&mut self, i: usize) -> Result<Call, String> {
-        let name = self.fmu.functions.name("fmi2SetFMUstate");
+        let (f, c) = (&self.fmu.functions, self.instances[i].c);
+        let name = f.name("fmi2SetFMUstate");
         let (handle, held) = self.handle(i);
         self.trace(i, format_args!("{name}({handle:?}: {held:?})"));
         // SAFETY: a live instance; the handle is looked up.
-        let status = unsafe {
-            self.fmu
-                .functions
-                .set_fmu_state(self.instances[i].c, handle)
-        };
+        let status = unsafe { f.set_fmu_state(c, handle) };
         if let (OK, Some(known)) = (status, held) {
             // A state is one of the model; what was set before it was saved is in it.
             let mode = match known.mode {
@@ -89,7 +89,8 @@ impl Session<'_> {
     }
 
     pub fn free_state(&mut self, i: usize) -> Result<Call, String> {
-        let name = self.fmu.functions.name("fmi2FreeFMUstate");
+        let (f, c) = (&self.fmu.functions, self.instances[i].c);
+        let name = f.name("fmi2FreeFMUstate");
         let (handle, held) = self.handle(i);
         let is_null = self.random.one_in(16);
         let sound = is_null || handle.is_null() || held.is_some();
@@ -98,17 +99,9 @@ impl Session<'_> {
             format_args!("{name}({handle:?}: {held:?}, NULL: {is_null})"),
         );
         let mut state = handle;
-        let place = if is_null {
-            ptr::null_mut()
-        } else {
-            &raw mut state
-        };
+        let to = place(&mut state, is_null);
         // SAFETY: a live instance; NULL or a place with a handle, which is looked up.
-        let status = unsafe {
-            self.fmu
-                .functions
-                .free_fmu_state(self.instances[i].c, place)
-        };
+        let status = unsafe { f.free_fmu_state(c, to) };
         if status == OK && !is_null {
             if !state.is_null() {
                 return Err(format!("{name} left a handle behind"));
@@ -128,13 +121,9 @@ impl Session<'_> {
         let name = self.fmu.functions.name("fmi2SerializedFMUstateSize");
         self.trace(i, format_args!("{name}({handle:?}: {held:?})"));
         let is_null = self.random.one_in(16);
-        let place = if is_null {
-            ptr::null_mut()
-        } else {
-            &raw mut size
-        };
+        let to = place(&mut size, is_null);
         // SAFETY: a live instance; the handle is looked up; NULL or a place.
-        let status = unsafe { f.serialized_fmu_state_size(c, handle, place) };
+        let status = unsafe { f.serialized_fmu_state_size(c, handle, to) };
         let sound = held.is_some() && !is_null;
         if status != OK || !sound {
             return Ok(self.plain(i, name, status, Expect::done_if(sound)));
@@ -164,12 +153,9 @@ impl Session<'_> {
     }
 
     pub fn deserialize(&mut self, i: usize) -> Result<Call, String> {
-        let name = self.fmu.functions.name("fmi2DeSerializeFMUstate");
-        let (old, held) = match self.instances[i].saved.len() < MOST_SAVED && !self.random.one_in(4)
-        {
-            true => (ptr::null_mut(), None),
-            false => self.handle(i),
-        };
+        let (f, c) = (&self.fmu.functions, self.instances[i].c);
+        let name = f.name("fmi2DeSerializeFMUstate");
+        let (old, held) = self.new_or_old(i);
         let r = &mut self.random;
         let pick = r.below(self.bytes.len());
         let mut bytes = self.bytes[pick].bytes.clone();
@@ -188,23 +174,11 @@ impl Session<'_> {
             ),
         );
         let mut state = old;
-        let from = if no_bytes {
-            ptr::null()
-        } else {
-            bytes.as_ptr()
-        };
-        let place = if no_place {
-            ptr::null_mut()
-        } else {
-            &raw mut state
-        };
+        let (n, from) = (bytes.len(), pointer(&bytes, no_bytes));
+        let to = place(&mut state, no_place);
         // SAFETY: a live instance; NULL or an array; NULL or a place with a handle, which is looked
         // up.
-        let status = unsafe {
-            self.fmu
-                .functions
-                .deserialize_fmu_state(self.instances[i].c, from, bytes.len(), place)
-        };
+        let status = unsafe { f.deserialize_fmu_state(c, from, n, to) };
         if let (OK, Some(known)) = (status, known) {
             self.remember(i, state, known);
         } else if state != old {

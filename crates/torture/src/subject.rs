@@ -54,28 +54,15 @@ impl Logging {
             "logStatusError",
         ];
         let is_named = |c: &&str| named.iter().any(|n| n == c || n == "logAll");
-        let wanted: Vec<&str> = match (on, named.is_empty()) {
-            (true, true) => every.to_vec(),
-            (true, false) => {
-                let was_on = |c: &&str| adds && self.named.iter().any(|n| n == c);
-                let stays = |c: &&str| is_named(c) || was_on(c);
-                every.into_iter().filter(stays).collect()
-            }
-            (false, true) => Vec::new(),
-            (false, false) => {
-                let was_on = |c: &&str| self.named.iter().any(|n| n == c) && !is_named(c);
-                every.into_iter().filter(was_on).collect()
-            }
+        let was_on = |c: &str| self.named.iter().any(|n| n == c);
+        let stays = |c: &&str| match (on, named.is_empty()) {
+            (true, true) => true,
+            (true, false) => is_named(c) || adds && was_on(c),
+            (false, true) => false,
+            (false, false) => was_on(c) && !is_named(c),
         };
-        self.named = wanted.into_iter().map(str::to_owned).collect();
-    }
-
-    /// Whether a failure of this category must be reported.
-    pub fn expects(&self, category: &str) -> bool {
-        // Errors are never muted: that is what debug logging is not about (FMI 2.0.4, section
-        // 2.1.5).
-        let is_error = category == "logStatusError";
-        is_error || self.named.iter().any(|n| n == category)
+        let wanted = every.into_iter().filter(stays).map(str::to_owned);
+        self.named = wanted.collect();
     }
 }
 
@@ -115,13 +102,12 @@ impl<'a> Subject<'a> {
         })
     }
 
-    /// Whether a failure of this category must be reported: FMI 3.0 (section 2.3.1) lets errors be
+    /// Whether a failure of this category must be reported. In FMI 2.0 errors are never muted: that
+    /// is what debug logging is not about (2.0.4, section 2.1.5). FMI 3.0 (section 2.3.1) lets them be
     /// muted too.
     pub fn expects(&self, category: &str) -> bool {
-        match self.fmu.functions.fmi3() {
-            None => self.logging.expects(category),
-            Some(_) => self.logging.named.iter().any(|n| n == category),
-        }
+        let is_never_muted = category == "logStatusError" && self.fmu.functions.fmi3().is_none();
+        is_never_muted || self.logging.named.iter().any(|n| n == category)
     }
 
     /// What the oracle must remember after fmi2Reset.

@@ -9,15 +9,6 @@ use fmu_description::{Access, Causality, Variable};
 use std::ffi::{CStr, c_int};
 use std::ptr;
 
-/// NULL or the array: NULL is an error unless the array is empty.
-fn pointer<T>(values: &[T], is_null: bool) -> *const T {
-    if is_null {
-        ptr::null()
-    } else {
-        values.as_ptr()
-    }
-}
-
 impl Session<'_> {
     /// Names for the judge, and whether all references are known.
     fn names(&self, vr: &[u32]) -> (Vec<String>, bool) {
@@ -52,19 +43,16 @@ impl Session<'_> {
 
     /// What fmi2SetXxx may answer, by causality, variability and bounds.
     fn settable(&self, i: usize, vr: &[u32], kind: Access, values: &[f64]) -> Expect {
-        let is_running = self.is_running(i);
+        let (is_running, can_be_set) = (self.is_running(i), self.is_settable(i, kind));
         let mut expect = Expect::Done;
         for ((found, _), &value) in elements(self.fmu, vr).zip(values) {
             let Some(v) = found else {
                 return Expect::Refused;
             };
-            let settable = v.is_input()
-                || v.is_tunable()
-                || (v.causality == Causality::Parameter && !is_running);
             let [min, max] = v.bounds();
             let allowed =
                 kind == Access::Boolean || (value.is_finite() && min <= value && value <= max);
-            if v.access() != kind || !settable {
+            if !can_be_set(v) {
                 return Expect::Refused;
             }
             if !allowed {
@@ -130,23 +118,15 @@ impl Session<'_> {
             i,
             format_args!("{name}({vr:?}, {values:?}, {no_vr}, {no_values})"),
         );
-        let c = self.instances[i].c;
+        let (f, c) = (&self.fmu.functions, self.instances[i].c);
+        let (from, place) = (pointer(&vr, no_vr), pointer(&values, no_values));
         // SAFETY: a live instance; NULL or arrays of equal length.
-        let status = unsafe {
-            self.fmu.functions.set_real(
-                c,
-                pointer(&vr, no_vr),
-                vr.len(),
-                pointer(&values, no_values),
-            )
+        let status = unsafe { f.set_real(c, from, vr.len(), place) };
+        let readable = match self.instances[i].known.mode {
+            Mode::Initialization | Mode::Event => true,
+            Mode::Stepping => self.fmu.functions.fmi3().is_none(),
+            _ => false,
         };
-        let readable = matches!(
-            self.instances[i].known.mode,
-            Mode::Initialization | Mode::Event | Mode::Stepping
-        );
-        let readable = readable
-            && !(self.fmu.functions.fmi3().is_some()
-                && self.instances[i].known.mode == Mode::Stepping);
         self.note_set(i, status);
         if let ([vr], [value], OK, true) = (&*vr, &*values, status, readable) {
             let mut back = f64::NAN;
@@ -238,26 +218,19 @@ impl Session<'_> {
         if !valid && !values.is_empty() && r.one_in(8) {
             values[0] = ptr::null();
         }
-        let is_string = |vr: &u32| {
-            let found = self.fmu.find(*vr);
-            found.is_some_and(|v| v.access() == Access::String)
-        };
+        let find = |vr: &u32| self.fmu.find(*vr);
+        let is_string = |vr: &u32| find(vr).is_some_and(|v| v.access() == Access::String);
         let is_running = self.is_running(i);
-        let impossible = !vr.iter().all(is_string) || (is_running && !vr.is_empty());
-        let expect = match impossible {
-            true => Expect::Refused,
-            false if vr.is_empty() => Expect::Done,
+        let expect = match vr.is_empty() {
+            true => Expect::Done,
+            false if is_running || !vr.iter().all(is_string) => Expect::Refused,
             false => Expect::FileDecides,
         };
         let name = self.fmu.functions.name("fmi2SetString");
         self.trace(i, format_args!("{name}({vr:?}, {texts:?}, {values:?})"));
-        let c = self.instances[i].c;
+        let (f, c) = (&self.fmu.functions, self.instances[i].c);
         // SAFETY: a live instance; arrays of equal length, each element NULL or a C string.
-        let status = unsafe {
-            self.fmu
-                .functions
-                .set_string(c, vr.as_ptr(), vr.len(), values.as_ptr())
-        };
+        let status = unsafe { f.set_string(c, vr.as_ptr(), vr.len(), values.as_ptr()) };
         let call = self.plain(i, name, status, expect);
         self.note_set(i, status);
         Ok(call)
@@ -281,10 +254,8 @@ impl Session<'_> {
     /// Whether the model is asked before a wrong reference is met: then the refusal may be the
     /// model's.
     fn computes(&self, vr: &[u32], kind: Access) -> bool {
-        let found = vr.iter().filter_map(|vr| self.fmu.find(*vr));
-        found
-            .into_iter()
-            .any(|v| v.is_computed() && v.access() == kind)
+        let mut found = vr.iter().filter_map(|vr| self.fmu.find(*vr));
+        found.any(|v| v.is_computed() && v.access() == kind)
     }
 
     pub fn get_real(&mut self, i: usize) -> Result<Call, String> {
@@ -345,13 +316,10 @@ impl Session<'_> {
         let expect = self.readable(&vr, Access::String);
         let name = self.fmu.functions.name("fmi2GetString");
         self.trace(i, format_args!("{name}({vr:?})"));
-        let c = self.instances[i].c;
+        let (f, c) = (&self.fmu.functions, self.instances[i].c);
+        let place = values.as_mut_ptr();
         // SAFETY: a live instance; arrays of equal length.
-        let status = unsafe {
-            self.fmu
-                .functions
-                .get_string(c, vr.as_ptr(), vr.len(), values.as_mut_ptr())
-        };
+        let status = unsafe { f.get_string(c, vr.as_ptr(), vr.len(), place) };
         for value in values.iter().filter(|_| status == OK) {
             // SAFETY: given out by the FMU, valid until the next call.
             if value.is_null() || unsafe { CStr::from_ptr(*value) }.to_str().is_err() {

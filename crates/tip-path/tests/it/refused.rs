@@ -55,7 +55,7 @@ fn wrong_files_are_refused_with_place_name_value_and_rule() {
         ),
         (
             format!(r#"{{"limits": {{"jerk": 0}}, "waypoints": [{two}]}}"#),
-            "limits: `jerk` = 0 must be finite and greater than 0",
+            "limits: `jerk` = 0 must be finite and > 0",
         ),
         (
             waypoints(
@@ -83,7 +83,7 @@ fn wrong_files_are_refused_with_place_name_value_and_rule() {
         ),
         (
             waypoints(r#"{"position": [0, 0, 0]}, {"position": [-0.1, 0, 0], "speed": -1}"#),
-            "waypoint 2: `speed` = -1 must be finite and greater than 0",
+            "waypoint 2: `speed` = -1 must be finite and > 0",
         ),
         (
             waypoints(r#"{"position": [0, 0, 0]}, {"position": [-0.1, 0, 0], "blend": 0.1}"#),
@@ -93,7 +93,7 @@ fn wrong_files_are_refused_with_place_name_value_and_rule() {
             waypoints(
                 r#"{"position": [0, 0, 0]}, {"position": [-0.1, 0, 0], "load": {"mass": -3}}"#,
             ),
-            "waypoint 2: `load.mass` = -3 must be finite and at least 0",
+            "waypoint 2: `load.mass` = -3 must be finite and ≥ 0",
         ),
         ("[1, 2]".into(), "the file must be an object, not [1,2]"),
         (
@@ -167,7 +167,7 @@ fn wrong_files_are_refused_with_place_name_value_and_rule() {
         ),
         (
             "x,y,z\n3.1,NaN,0\n3.0,1,0\n".into(),
-            "waypoint 1: `position` = NaN must be a finite number",
+            "waypoint 1: `position` = NaN must be finite",
         ),
         (
             "x,y,z\n3.1,up,0\n3.0,1,0\n".into(),
