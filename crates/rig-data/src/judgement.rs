@@ -9,7 +9,7 @@ use machine::Emla;
 use rayon::prelude::*;
 
 use crate::campaign::{PROFILES, SECONDS, held_out_profiles, measure, rows, training_profiles};
-use crate::conformal::{Coverage, points};
+use crate::conformal::{Coverage, SHARE, points};
 use crate::free_run::{Driven, Errors, QUANTITIES, overall, ratio};
 use crate::identification::{Campaign, Identified};
 use crate::lookup::LookUp;
@@ -143,27 +143,34 @@ fn cell([value, low, high]: [f64; 3]) -> String {
     format!("{value:.digits$} [{low:.digits$}, {high:.digits$}]")
 }
 
-/// How the network's bound holds on `count` profiles that it was not calibrated on.
+/// How the bounds of networks hold on `count` profiles that they were not calibrated on.
 ///
 /// # Errors
 /// A step that the rig cannot make.
-pub fn coverage(p: &Emla, name: &str, network: &Surrogate, count: u32) -> Result<String> {
-    let Some(bound) = network.efficiency_bound() else {
-        return Ok(format!("{name}: its file has no efficiency_bound\n"));
-    };
+pub fn coverage(p: &Emla, networks: &[(&str, &Surrogate)], count: u32) -> Result<String> {
     let driven = Driven::all(p, &held_out_profiles(count, SECONDS, COVERED))?;
-    let coverage = Coverage::of(&bound, &points(*p, network, &driven)?, COVERED);
-    let [low, high] = coverage.interval().map(|share| 1e2 * share);
-    let [windows, whole] = coverage.shares.map(|share| 1e2 * share);
-    let share = 1e2 * coverage.inside as f64 / coverage.profiles as f64;
-    Ok(format!(
-        "{name}: {:.0} % interval of the efficiency, pointwise, calibrated on {} profiles; one window of each of {} others: {share:.1} % inside (95 % interval {low:.1} to {high:.1} %); \
-         of all windows {windows:.1} %; all windows of a profile {whole:.0} %; half the width {:.1} % on average, {:.1} % at 100 W, {:.1} % at 3 kW\n",
-        1e2 * bound.share,
-        bound.profiles,
-        coverage.profiles,
-        1e2 * coverage.half,
-        1e2 * bound.half(100.0, 0.0),
-        1e2 * bound.half(3e3, 0.0),
-    ))
+    let mut text = format!(
+        "{:.0} % interval of the efficiency, pointwise: one window of each of {count} profiles that it was not calibrated on\n",
+        1e2 * SHARE
+    );
+    for (name, network) in networks {
+        let Some(bound) = network.efficiency_bound() else {
+            writeln!(text, "{name}: its file has no efficiency_bound")?;
+            continue;
+        };
+        let coverage = Coverage::of(&bound, &points(*p, network, &driven)?, COVERED);
+        let [low, high] = coverage.interval().map(|share| 1e2 * share);
+        let [windows, whole] = coverage.shares.map(|share| 1e2 * share);
+        let share = 1e2 * coverage.inside as f64 / coverage.profiles as f64;
+        writeln!(
+            text,
+            "{name}: {share:.1} % of {} inside [{low:.1}, {high:.1}]; of all windows {windows:.1} %; all windows of a profile in {whole:.0} %; \
+             half the width {:.1} % on average, {:.1} % at 100 W, {:.1} % at 3 kW",
+            coverage.profiles,
+            1e2 * coverage.half,
+            1e2 * bound.half(100.0, 0.0),
+            1e2 * bound.half(3e3, 0.0),
+        )?;
+    }
+    Ok(text)
 }

@@ -90,34 +90,3 @@ fn filled(sums: [[[f64; 2]; NODES]; NODES]) -> [[f64; NODES]; NODES] {
     }
     means.map(|row| row.map(|mean| mean.expect("filled above")))
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// Oracle: a lost force that is bilinear in torque and speed, of which cell means at mean
-    /// places give back the value but for the covariance of the two within a cell.
-    #[test]
-    fn a_bilinear_loss_comes_back_in_both_directions() {
-        let travel = 4e-4;
-        let lost = |tau: f64, w: f64| 300.0 + 12.0 * tau + 3.0 * w + 0.05 * tau * w;
-        let grid = (0..200).flat_map(|a| (0..150).map(move |b| (a, b)));
-        let rows: Vec<[f64; 3]> = grid
-            .map(|(a, b)| {
-                let (tau, w) = (-30.0 + 0.3 * f64::from(a), 2.0 + f64::from(b));
-                let F = tau / travel - lost(tau, w);
-                if (a + b) % 2 == 0 {
-                    [tau, w, F]
-                } else {
-                    [-tau, -w, -F]
-                }
-            })
-            .collect();
-        let map = LookUp::new(travel, &rows);
-        for (tau, w) in [(11.0, 40.0), (-17.0, 90.0), (3.3, 120.0)] {
-            let expected = tau / travel - lost(tau, w);
-            assert!((map.force(tau, w) - expected).abs() < 1.0, "{tau} {w}");
-            assert_eq!(map.force(-tau, -w), -map.force(tau, w));
-        }
-    }
-}

@@ -67,36 +67,3 @@ fn tail(count: usize, of: usize, share: f64) -> f64 {
     }
     sum
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// 100 numbers of variance 1/12: the interval of their mean is ±1.96/√1200 = ±0.057; the
-    /// bootstrap's own error is some 5 % of it.
-    #[test]
-    fn the_interval_is_that_of_the_mean() {
-        let mean = |drawn: &[usize]| drawn.iter().map(|&k| k as f64 / 99.0).sum::<f64>() / 100.0;
-        let [value, low, high] = bootstrap(100, mean);
-        assert!((value - 0.5).abs() < 1e-12);
-        for side in [value - low, high - value] {
-            assert!((side / 0.057 - 1.0).abs() < 0.15, "{low} {high}");
-        }
-    }
-
-    /// Oracle: with none or all of n the other end is `1 − 0.025^(1/n)` or `0.025^(1/n)`; with one
-    /// of two, `(1 − √0.975, √0.975)`.
-    #[test]
-    fn the_share_has_its_closed_forms() {
-        let close = |a: [f64; 2], b: [f64; 2]| (a[0] - b[0]).abs() + (a[1] - b[1]).abs() < 1e-9;
-        let end = 0.025_f64.powf(1.0 / 30.0);
-        assert!(close(binomial(0, 30), [0.0, 1.0 - end]));
-        assert!(close(binomial(30, 30), [end, 1.0]));
-        let root = 0.975_f64.sqrt();
-        assert!(
-            close(binomial(1, 2), [1.0 - root, root]),
-            "{:?}",
-            binomial(1, 2)
-        );
-    }
-}

@@ -187,9 +187,8 @@ impl RigCompareArgs {
             "{}",
             candidates.judge(&p, self.profiles, self.seconds)?
         )?;
-        for (name, network) in [("network", &network), ("shipped network", &shipped)] {
-            write!(stdout(), "{}", coverage(&p, name, network, self.covered)?)?;
-        }
+        let networks = [("network", &network), ("shipped network", &shipped)];
+        write!(stdout(), "{}", coverage(&p, &networks, self.covered)?)?;
         if let Some(folder) = &self.out {
             std::fs::create_dir_all(folder)?;
             let work = held_out_profiles(5, self.seconds, self.seed);

@@ -5,7 +5,7 @@ use crate::studies::surrogate_loop::SurrogateRow;
 /// The rows as a table for people.
 pub fn text(rows: &[SurrogateRow]) -> String {
     let mut text = format!(
-        "{:<12}{:<12}{:>20}{:>16}{:>32}\n",
+        "{:<22}{:<12}{:>20}{:>16}{:>32}\n",
         "load cells", "controller", "tip, mm (worst)", "current, A", "tip over physics [95 %]"
     );
     for r in rows {
@@ -13,7 +13,7 @@ pub fn text(rows: &[SurrogateRow]) -> String {
         let [ratio, low, high] = r.ratio;
         let ratio = format!("{ratio:.3} [{low:.3}, {high:.3}]");
         text += &format!(
-            "{:<12}{:<12}{tip:>20}{:>16.3}{ratio:>32}\n",
+            "{:<22}{:<12}{tip:>20}{:>16.3}{ratio:>32}\n",
             r.sensors, r.model, r.current.median
         );
     }

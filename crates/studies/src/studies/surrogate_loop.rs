@@ -25,18 +25,23 @@ use crate::laws::Law;
 use crate::measures::tracking::Tracking;
 use crate::worlds::{Bounds, DrawnMachines};
 
-/// Sensors: name, and what is set for them besides the system's parameter set. Without load cells
-/// the force is that of the current without losses. Without encoders at the rods their speeds come
-/// from the encoders of the joints, 17 bits a turn at an arm of some 0.35 m: as of 16 bits a metre.
-const SENSORS: [(&str, &[(&str, &str)]); 2] = [
+/// What is read, and whether the observer of the disturbance runs on it: name, and what is set
+/// besides the system's parameter set. Without load cells the force is that of the current without
+/// losses; an observer that takes it for measured finds what friction the model compensates for
+/// unexplained, and takes it away again. Without encoders at the rods their speeds come from the
+/// encoders of the joints, 17 bits a turn at an arm of some 0.35 m: as of 16 bits a metre.
+const SENSORS: [(&str, &[(&str, &str)]); 3] = [
     ("with", &[]),
+    ("without", &WITHOUT),
     (
-        "without",
-        &[
-            ("sensors.force", "absent"),
-            ("sensors.rod_encoder.bits", "16"),
-        ],
+        "without, no observer",
+        &[WITHOUT[0], WITHOUT[1], ("controller.omega_d", "0")],
     ),
+];
+/// See [`SENSORS`].
+const WITHOUT: [(&str, &str); 2] = [
+    ("sensors.force", "absent"),
+    ("sensors.rod_encoder.bits", "16"),
 ];
 /// What the controller reckons with: name, share of the network, and whether its machine file has
 /// the refitted actuators.
@@ -125,7 +130,7 @@ impl RigNetwork {
 pub struct SurrogateRun {
     /// Trajectory.
     pub trajectory: &'static str,
-    /// Load cells and rod encoders: `with` or `without`.
+    /// Load cells and rod encoders, of [`SENSORS`].
     pub sensors: String,
     /// Model that the controller reckons with.
     pub model: String,
@@ -169,7 +174,7 @@ pub fn run(
     let mut laws = Vec::new();
     for (sensors, readings) in SENSORS {
         for (model, alpha, refitted) in CONTROLLERS {
-            let mut law = Law::plain(format!("{sensors}, {model}"));
+            let mut law = Law::plain(format!("{sensors}; {model}"));
             for (variable, value) in readings {
                 law = law.with(variable, value);
             }
@@ -196,7 +201,7 @@ pub fn run(
 /// Runs with the same sensors and controller.
 #[derive(Clone, Debug, Serialize)]
 pub struct SurrogateRow {
-    /// Load cells and rod encoders: `with` or `without`.
+    /// Load cells and rod encoders, of [`SENSORS`].
     pub sensors: &'static str,
     /// Model that the controller reckons with.
     pub model: &'static str,
@@ -267,7 +272,7 @@ fn measure(system: &System, plan: &Plan, network: &RigNetwork) -> Result<(Surrog
         current: run.currents(LIFT, start).map(<[f64]>::to_vec),
         efficiency: efficiency.collect(),
     };
-    let (sensors, model) = plan.law.split_once(", ").context("a law of this study")?;
+    let (sensors, model) = plan.law.split_once("; ").context("a law of this study")?;
     let measured = SurrogateRun {
         trajectory: plan.trajectory,
         sensors: sensors.into(),
