@@ -82,7 +82,7 @@ fn refusals_name_file_line_and_column() {
             "0,0,0,0,1.5,4,300,0.003,0,0,0",
             "0,0,0,0,1.5,4,300,0.003,0,0"
         ),
-        "rig.csv: not a table: CSV error: record 4 (line: 6, byte: 150): found record with 10 fields, \
+        "rig.csv: not a table: CSV error: record 4 (line: 6, byte: 202): found record with 10 fields, \
          but the previous record has 11 fields"
     );
 }
