@@ -41,11 +41,12 @@ fn source(file: &SurrogateFile) -> String {
     format!(
         "pub(super) static NETWORK: Network = Network {{ {layers} }};\n\
          pub(super) static RANGES: Ranges = {:?};\n\
+         pub(super) static BOUND: Option<EfficiencyBound> = {:?};\n\
          pub(super) fn training() -> TrainingRecord {{ TrainingRecord {{\n\
          data: {data:?}.into(), data_sha256: {data_sha256:?}.into(), seed: {seed}, epochs: {epochs}, best_epoch: {best_epoch}, \
          stop: {stop:?}.into(), rows: {rows:?}, mse: {mse:?}, r_f: {r_f:?}, r_x_dot: {r_x_dot:?}, curve: vec!{curve:?}\n\
          }} }}\n",
-        file.ranges
+        file.ranges, file.efficiency_bound
     )
 }
 

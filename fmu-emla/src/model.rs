@@ -44,6 +44,8 @@ pub struct Parameters {
     pub(crate) surrogate: Surrogate,
     /// File the network came from; empty: the embedded network.
     pub(crate) surrogate_file: String,
+    /// Whether the efficiency's interval is given.
+    pub(crate) interval: bool,
 }
 
 impl Parameters {
@@ -59,15 +61,20 @@ impl Parameters {
             machine_file: String::new(),
             surrogate: Surrogate::reference(),
             surrogate_file: String::new(),
+            interval: false,
         }
     }
 
     pub(crate) fn actuator(&self) -> Result<Emla, ModelError> {
         let p = self.of_machine.section()?;
-        Ok(Emla::new(p, DRIVE.item(self.drive)?)?
+        let emla = Emla::new(p, DRIVE.item(self.drive)?)?
             .with_surrogate(self.surrogate.clone(), self.alpha)
             .with_electric(self.electric)
-            .with_delay(u32::try_from(self.delay)?))
+            .with_delay(u32::try_from(self.delay)?);
+        if self.interval {
+            return Ok(emla.with_interval()?);
+        }
+        Ok(emla)
     }
 }
 

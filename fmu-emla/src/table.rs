@@ -66,7 +66,8 @@ pub(crate) const VARIABLES: &[V] = joined!(
     PARAMETERS,
     OF_MACHINE,
     INVERTER,
-    BRAKE_AND_HEAT
+    BRAKE_AND_HEAT,
+    INTERVAL
 );
 
 const INPUTS: &[V] = actuator_inputs!(
@@ -201,4 +202,11 @@ const BRAKE_AND_HEAT: &[V] = &[
     row!(V, parameter temperature.reference in of_machine, "temperature at which R_s and lambda_m hold").unit("K").range(1.0..=2e3),
     row!(V, parameter temperature.copper in of_machine, "rise of the winding's resistance").unit("1/K").range(-0.1..=0.1),
     row!(V, parameter temperature.magnet in of_machine, "rise of the magnets' flux with the housing's temperature").unit("1/K").range(-0.1..=0.1),
+];
+
+#[rustfmt::skip]
+const INTERVAL: &[V] = &[
+    row!(V, boolean_parameter interval, "whether efficiency_interval is given; the network's file must have an efficiency_bound"),
+    row!(V, outputs efficiency_interval, "lower and upper end of the interval in which the efficiency of the actuator as built lies with the probability that the network's file says (90 %), pointwise; 0 and 1 while interval is false and where efficiency_valid is false; its network part once a communication step")
+        .unit("1").display_unit("%").discrete().depends_on(&["v_dc", "enable"]).initially_depends_on(START),
 ];

@@ -2,9 +2,16 @@
 
 use crate::options::Electric;
 use crate::substep::longest_substep;
-use crate::surrogate::Surrogate;
+use crate::surrogate::{EfficiencyBound, Surrogate};
 use machine::Drive;
 use serde::{Deserialize, Serialize};
+
+/// A network without a bound on the error of its efficiency.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[error(
+    "the network's file has no `efficiency_bound`, which the interval of the efficiency needs: calibrate it with `hdrm-fmu surrogate calibrate`"
+)]
+pub struct Unbounded;
 
 /// One actuator: parameters, drive mode, and the surrogate network with its blending factor.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -20,6 +27,8 @@ pub struct Emla {
     pub(crate) alpha: f64,
     /// Steps by which `F` acts late.
     pub(crate) delay: u32,
+    /// The network's bound, where the efficiency's interval is asked for.
+    pub(crate) bound: Option<EfficiencyBound>,
 }
 
 impl Emla {
@@ -41,6 +50,7 @@ impl Emla {
             surrogate: None,
             alpha: 0.0,
             delay: 0,
+            bound: None,
         })
     }
 
@@ -68,6 +78,17 @@ impl Emla {
     #[must_use]
     pub fn with_electric(self, electric: Electric) -> Self {
         Self { electric, ..self }
+    }
+
+    /// The same actuator that also gives the interval of its efficiency.
+    ///
+    /// # Errors
+    /// No network, or one without a bound.
+    pub fn with_interval(self) -> Result<Self, Unbounded> {
+        let network = self.surrogate.as_ref();
+        let bound = network.and_then(Surrogate::efficiency_bound);
+        let bound = Some(bound.ok_or(Unbounded)?);
+        Ok(Self { bound, ..self })
     }
 
     /// Sets the blending factor, kept inside 0…1.

@@ -36,7 +36,7 @@ mod switching;
 mod tangent;
 mod tanh;
 
-pub use actuator::Emla;
+pub use actuator::{Emla, Unbounded};
 pub use limits::StepError;
 pub use losses::Losses;
 pub use machine::{ActuatorInput as Input, Dq, Drive};
@@ -45,6 +45,6 @@ pub use output::Output;
 pub use residual::Untrained;
 pub use state::{Balance, LossKinds, Residual, State, Thermal};
 pub use surrogate::{
-    LayerFile, MinMax, Ranges, Split, Surrogate, SurrogateError, SurrogateFile, SurrogateOutput,
-    TrainingRecord, WIDTHS,
+    EfficiencyBound, LayerFile, MinMax, Ranges, Split, Surrogate, SurrogateError, SurrogateFile,
+    SurrogateOutput, TrainingRecord, WIDTHS,
 };

@@ -96,6 +96,9 @@ pub struct Output {
     pub efficiency_valid: bool,
     /// Whether torque and speed lie where the network was trained.
     pub in_trained_range: bool,
+    /// Interval of the efficiency about the network's; [0, 1] where it is not asked for
+    /// ([`Emla::with_interval`]) and where the efficiency is not defined.
+    pub efficiency_interval: [f64; 2],
 }
 
 impl Emla {
@@ -108,6 +111,7 @@ impl Emla {
         let losses = self.losses(&now, &held);
         let F_phys = maps::quasi_static_force(&self.p, now.tau_e, now.w_m);
         let (P_in, P_out) = (power_in(&now, &losses), power_out(self.drive, &now, u));
+        let valid = is_defined(now.tau_e, now.w_m);
         let efficiency = |out: f64| {
             let powers = Powers {
                 shaft: now.tau_e * now.w_m,
@@ -159,8 +163,16 @@ impl Emla {
             efficiency: self.blended(efficiency_phys, efficiency_net),
             efficiency_phys,
             efficiency_net,
-            efficiency_valid: is_defined(now.tau_e, now.w_m),
+            efficiency_valid: valid,
             in_trained_range: net.in_trained_range,
+            efficiency_interval: match (&self.bound, &self.surrogate) {
+                (Some(bound), Some(network)) if valid => {
+                    let cut = self.held_back(network, now.tau_e, now.w_m) * now.x_n_dot;
+                    let half = bound.half((net.F_net * net.x_dot_net).abs(), cut.abs());
+                    [-half, half].map(|side| (efficiency_net + side).clamp(0.0, 1.0))
+                }
+                _ => [0.0, 1.0],
+            },
         }
     }
 

@@ -40,6 +40,17 @@ impl Emla {
         })
     }
 
+    /// Force that the network's guards hold back at torque `tau_e`, N·m, and motor speed `w_m`,
+    /// rad/s, as the physics has it, N: none inside the trained box.
+    #[must_use]
+    pub fn held_back(&self, surrogate: &Surrogate, tau_e: f64, w_m: f64) -> f64 {
+        let physics = |tau, w| maps::quasi_static_force(&self.p, tau, w);
+        if surrogate.in_trained_range(tau_e, w_m) {
+            return 0.0;
+        }
+        physics(tau_e, w_m) - surrogate.guard(tau_e, w_m, physics)
+    }
+
     /// The residual at torque `tau_e`, N·m, and motor speed `w_m`, rad/s. One network evaluation.
     #[must_use]
     pub fn residual(&self, tau_e: f64, w_m: f64) -> Residual {

@@ -26,7 +26,8 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 
 pub use file::{
-    LayerFile, MinMax, Ranges, Split, SurrogateError, SurrogateFile, TrainingRecord, WIDTHS,
+    EfficiencyBound, LayerFile, MinMax, Ranges, Split, SurrogateError, SurrogateFile,
+    TrainingRecord, WIDTHS,
 };
 use network::{Layer, Network};
 
@@ -62,6 +63,7 @@ struct Read {
     network: Network,
     ranges: Ranges,
     training: TrainingRecord,
+    bound: Option<EfficiencyBound>,
 }
 
 impl Surrogate {
@@ -99,12 +101,16 @@ impl Surrogate {
         fill(&mut network.l5, &file.layers[4]);
         fill(&mut network.l6, &file.layers[5]);
         let SurrogateFile {
-            training, ranges, ..
+            training,
+            ranges,
+            efficiency_bound: bound,
+            ..
         } = file;
         Ok(Self(Source::Read(Arc::new(Read {
             network,
             ranges,
             training,
+            bound,
         }))))
     }
 
@@ -123,6 +129,16 @@ impl Surrogate {
                 layer(&n.l5),
                 layer(&n.l6),
             ],
+            efficiency_bound: self.efficiency_bound(),
+        }
+    }
+
+    /// Bound on the error of its efficiency, where it was calibrated.
+    #[must_use]
+    pub fn efficiency_bound(&self) -> Option<EfficiencyBound> {
+        match &self.0 {
+            Source::Shipped => shipped::BOUND,
+            Source::Read(read) => read.bound,
         }
     }
 

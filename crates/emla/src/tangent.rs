@@ -102,6 +102,10 @@ impl Emla {
             efficiency: self.blended(efficiency_phys, efficiency_net),
             efficiency_phys,
             efficiency_net,
+            efficiency_interval: match self.bound {
+                Some(_) => [efficiency_net; 2],
+                None => [0.0; 2],
+            },
             // Means, temperatures and what was counted up to the last step do not move.
             ..Output::default()
         }

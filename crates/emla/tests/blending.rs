@@ -1,5 +1,5 @@
 //! Hybrid blending, with a network that says the same force everywhere.
-use emla::{Drive, Emla, Input, State, Surrogate, maps};
+use emla::{Drive, EfficiencyBound, Emla, Input, State, Surrogate, Unbounded, maps};
 use machine::Machine;
 
 const H: f64 = 1e-3;
@@ -146,4 +146,65 @@ fn use_beyond_the_training_is_named() {
     assert!(loaded.to_string().contains("trained for"), "{loaded}");
     let slowest = at(90.0, ranges.w_m.min);
     assert!(with(0.5).untrained(&slowest).is_some(), "trained from here");
+}
+
+/// The interval is about the network's efficiency, half as wide as the bound says, by hand: factor
+/// 0.1, 200 W, floor 0.2, and the network's power of 30 kN at 50 mm/s, 1500 W. Beyond the trained
+/// torque it widens by the physics' power that the guard holds back. Off, it says nothing, and no
+/// other output changes a bit; a network without a bound is refused.
+#[test]
+fn the_interval_widens_outside_the_trained_box() {
+    let mut file = constant_network(30e3, 0.05).file();
+    assert_eq!(file.efficiency_bound, None);
+    let unbounded = physics().with_surrogate(Surrogate::new(file.clone()).expect("valid"), 0.9);
+    assert_eq!(unbounded.clone().with_interval().err(), Some(Unbounded));
+    file.efficiency_bound = Some(EfficiencyBound {
+        share: 0.9,
+        factor: 0.1,
+        power: 200.0,
+        floor: 0.2,
+        profiles: 1000,
+    });
+    let network = Surrogate::new(file).expect("valid");
+    let off = physics().with_surrogate(network.clone(), 0.9);
+    let on = off.clone().with_interval().expect("a bound");
+    let (p, w_m) = (*on.params(), 100.0);
+    let at = |emla: &Emla, tau_e: f64| {
+        let i_q = tau_e / (1.5 * f64::from(p.p) * p.lambda_m);
+        let s = State {
+            i_q,
+            w_m,
+            residual: emla.residual(tau_e, w_m),
+            ..State::default()
+        };
+        emla.output(&s, &Input::default())
+    };
+    let inside = at(&on, 25.0);
+    let half = 0.1 * (200.0 + 0.2 * 1500.0) / (200.0 + 1500.0);
+    let [low, high] = inside.efficiency_interval;
+    assert!(inside.in_trained_range && (high - low - 2.0 * half).abs() < 1e-12);
+    assert!(
+        (low + half - inside.efficiency_net).abs() < 1e-12,
+        "{inside:?}"
+    );
+
+    let largest = network.ranges().tau_e.max;
+    let beyond = at(&on, largest + 20.0);
+    let cut = maps::quasi_static_force(&p, largest + 20.0, w_m)
+        - maps::quasi_static_force(&p, largest, w_m);
+    let more = cut * maps::travel_per_radian(&p) * w_m / 1700.0;
+    let expected = beyond.efficiency_net - half - more;
+    assert!(!beyond.in_trained_range && more > 0.1);
+    let low = beyond.efficiency_interval[0];
+    assert!((low - expected.max(0.0)).abs() < 1e-9, "{low} {expected}");
+
+    for tau_e in [25.0, -25.0, largest + 20.0] {
+        let (with, without) = (at(&on, tau_e), at(&off, tau_e));
+        assert_eq!(without.efficiency_interval, [0.0, 1.0]);
+        let same = emla::Output {
+            efficiency_interval: [0.0, 1.0],
+            ..with
+        };
+        assert_eq!(same, without);
+    }
 }

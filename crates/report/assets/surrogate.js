@@ -6,7 +6,7 @@ function surrogate() {
   const [[load, speed], [rows, columns]] = [s.reach, s.cells];
   const centre = (k, n) => (k + 0.5) / n;
   const x = Array.from({ length: columns }, (_, j) => 1000 * speed * (2 * centre(j, columns) - 1));
-  const y = Array.from({ length: rows }, (_, i) => (load / 1000) * centre(i, rows));
+  const y = Array.from({ length: rows }, (_, i) => (load / 1000) * (2 * centre(i, rows) - 1));
   for (const [k, map] of s.maps.entries()) {
     const cells = whole(decode(map.values), rows * columns);
     const z = y.map((_, i) => cells.slice(i * columns, (i + 1) * columns));
@@ -22,9 +22,9 @@ function surrogate() {
   // Null where a run is so short that no window counts.
   const number = (value, digits) => (value === null ? "–" : value.toFixed(digits));
   const cell = (e) => `${number(e.current[0], 3)} A, ${number(e.efficiency[0] === null ? null : 100 * e.efficiency[0], 2)} %`;
-  const body = s.runs.map((r) => row([r.trajectory, escape(r.law), r.model, (1000 * r.tip).toFixed(3), number(r.current, 3), ...r.predicted.map(cell)], 3));
-  element("surrogate-table").innerHTML = table(["trajectory", "law", "controller reckons with", "tip, mm", "required less true current, A", "physics predicts", "hybrid", "network"], body, 3);
-  choose("surrogate-run", s.runs, (r) => `${r.trajectory}, ${r.law} law, ${r.model}`, surrogateRun);
+  const body = s.runs.map((r) => row([r.trajectory, r.sensors, r.model, (1000 * r.tip).toFixed(3), number(r.current, 3), ...r.predicted.map(cell)], 3));
+  element("surrogate-table").innerHTML = table(["trajectory", "load cells and rod encoders", "controller reckons with", "tip, mm", "required less true current, A", "physics predicts", "hybrid", "network"], body, 3);
+  choose("surrogate-run", s.runs, (r) => `${r.trajectory}, ${r.sensors} load cells, ${r.model}`, surrogateRun);
 }
 
 /* Time and value with a gap where windows are missing: a line does not bridge them. */

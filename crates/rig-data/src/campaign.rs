@@ -11,6 +11,10 @@ use crate::profile::{Kind, Profile};
 use crate::rig_run::run;
 use crate::windows::{Window, windows};
 
+/// Number of the campaign's profiles, and the length of each, s.
+pub const PROFILES: u32 = 480;
+/// See [`PROFILES`].
+pub const SECONDS: f64 = 3.0;
 /// Kinds of the campaign's profiles, in turn. [`Kind::Work`] is not among them: what a network
 /// knows of it, it knows from the others.
 const TRAINING: [Kind; 5] = [
@@ -32,7 +36,7 @@ const HELD_OUT: [Kind; 6] = [
 /// Temperatures at which the campaign's profiles begin, K.
 const TRAINED_AT: [f64; 4] = [278.0, 298.0, 328.0, 358.0];
 /// Those of the held-out profiles, K.
-const HELD_OUT_AT: [f64; 3] = [288.0, 313.0, 343.0];
+const HELD_OUT_AT: [f64; 5] = [288.0, 313.0, 343.0, 303.0, 328.0];
 
 /// The profiles to train on.
 #[must_use]
@@ -40,10 +44,10 @@ pub fn training_profiles(count: u32, seconds: f64, seed: u64) -> Vec<Profile> {
     profiles(&TRAINING, &TRAINED_AT, count, seconds, seed)
 }
 
-/// The profiles that nothing was trained on; their seeds lie beyond those of any campaign.
+/// Profiles that nothing was trained on, of each kind in turn; their seeds lie beyond those of any
+/// campaign.
 #[must_use]
-pub fn held_out_profiles(seconds: f64, seed: u64) -> Vec<Profile> {
-    let count = HELD_OUT.len() as u32;
+pub fn held_out_profiles(count: u32, seconds: f64, seed: u64) -> Vec<Profile> {
     profiles(&HELD_OUT, &HELD_OUT_AT, count, seconds, seed ^ (1 << 40))
 }
 
@@ -85,14 +89,15 @@ pub fn compliance(p: &Emla, campaign: &[Vec<Window>]) -> f64 {
     moved / all().map(|w| w.F_dot * w.F_dot).sum::<f64>()
 }
 
-/// Rows of a campaign with the number of their profile. The rod's speed is that of the nut: what
-/// the change of the force bends on the way is added, so that rows of changing and of steady loads
-/// lie on one map.
+/// Rows of a campaign with the number of their profile. Their torque is that of the magnets of `p`.
+/// The rod's speed is that of the nut: what the change of the force bends on the way is added, so
+/// that rows of changing and of steady loads lie on one map.
 #[must_use]
 pub fn rows(p: &Emla, campaign: &[Vec<Window>]) -> Vec<(u32, Row)> {
     let compliance = compliance(p, campaign);
     let row = |w: &Window| Row {
         x_dot: w.row.x_dot + compliance * w.F_dot,
+        tau_e: w.torque(p),
         ..w.row
     };
     let numbered = (0_u32..).zip(campaign);

@@ -30,10 +30,16 @@ pub struct Row {
     pub f_ext: f64,
     /// Rod speed, m/s.
     pub x_dot: f64,
+    /// Temperature of the winding, K.
+    pub T_winding: f64,
+    /// Temperature of the housing, K.
+    pub T_housing: f64,
+    /// Rod position, m.
+    pub x: f64,
 }
 
 /// Name and unit of each column, in the order of [`Row::values`].
-const COLUMNS: [(&str, &str); 8] = [
+const COLUMNS: [(&str, &str); 11] = [
     ("v_d", "V"),
     ("v_q", "V"),
     ("i_d", "A"),
@@ -42,6 +48,9 @@ const COLUMNS: [(&str, &str); 8] = [
     ("w_m", "rad/s"),
     ("F_ext", "N"),
     ("x_dot", "m/s"),
+    ("T_winding", "K"),
+    ("T_housing", "K"),
+    ("x", "m"),
 ];
 
 /// Column that numbers the runs.
@@ -54,7 +63,7 @@ const NEEDED: [usize; 4] = [4, 5, 6, 7];
 pub const FEWEST_ROWS: usize = 50;
 
 impl Row {
-    fn values(&self) -> [f64; 8] {
+    fn values(&self) -> [f64; 11] {
         let Self {
             v_d,
             v_q,
@@ -64,8 +73,13 @@ impl Row {
             w_m,
             f_ext,
             x_dot,
+            T_winding,
+            T_housing,
+            x,
         } = *self;
-        [v_d, v_q, i_d, i_q, tau_e, w_m, f_ext, x_dot]
+        [
+            v_d, v_q, i_d, i_q, tau_e, w_m, f_ext, x_dot, T_winding, T_housing, x,
+        ]
     }
 }
 

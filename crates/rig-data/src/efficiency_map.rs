@@ -1,4 +1,4 @@
-//! Efficiency over load and rod speed in quadrants I and IV: by physics, by hybrid, and that of the
+//! Efficiency over load and rod speed in all four quadrants: by physics, by hybrid, and that of the
 //! rig.
 
 use anyhow::{Context as _, Result};
@@ -8,8 +8,9 @@ use rig::{Drive, Input};
 use crate::prediction::{Model, Motion};
 use crate::profile::{LOAD_MAX, SPEED};
 use crate::rig_run;
+use crate::windows::data_sheet;
 
-/// Efficiency by load (rows, 0 … 70 kN) and rod speed (columns).
+/// Efficiency by load (rows, −70 … 70 kN) and rod speed (columns).
 pub struct EfficiencyMap {
     /// What it shows.
     pub title: String,
@@ -18,7 +19,7 @@ pub struct EfficiencyMap {
 }
 
 /// Efficiency by physics and hybrid, and that of the rig, over loads up to [`LOAD_MAX`] (rows) and
-/// speeds up to [`SPEED`] both ways: quadrants I and IV.
+/// speeds up to [`SPEED`], each both ways: all four quadrants.
 ///
 /// # Errors
 /// A steady point that the rig cannot hold.
@@ -35,12 +36,11 @@ pub fn maps(models: &[Model; 3], cells: [usize; 2]) -> Result<[EfficiencyMap; 3]
 }
 
 fn predicted(model: &Model, F: f64, x_dot: f64) -> f64 {
-    let p = machine::Machine::reference().emla.lift;
-    let reference = rig::Extras::AS_BUILT.temperature.reference;
+    let p = model.params();
     let motion = Motion {
         F,
-        w_m: x_dot / emla::maps::travel_per_radian(&p),
-        T: [reference; 2],
+        w_m: x_dot / emla::maps::travel_per_radian(p),
+        T: [data_sheet(p).reference; 2],
         ..Motion::default()
     };
     model.demand(&motion).efficiency
@@ -63,7 +63,8 @@ fn true_efficiency(F: f64, x_dot: f64) -> Result<f64> {
             ..Input::default()
         };
         let s = rig.start(&u, [T; 2]).context("a steady point")?;
-        sum += rig.output(&s, &u).efficiency;
+        let y = rig.output(&s, &u);
+        sum += rig::efficiency(F * x_dot, y.P_loss, y.tau_e * y.w_m);
     }
     Ok(sum / f64::from(PLACES))
 }
@@ -76,7 +77,7 @@ fn map(
 ) -> Result<EfficiencyMap> {
     let middle = |k: usize, n: usize| (k as f64 + 0.5) / n as f64;
     let row = |i: usize| {
-        let F = LOAD_MAX * middle(i, cells[0]);
+        let F = LOAD_MAX * (2.0 * middle(i, cells[0]) - 1.0);
         (0..cells[1])
             .map(|j| value(F, SPEED[1] * (2.0 * middle(j, cells[1]) - 1.0)))
             .collect()

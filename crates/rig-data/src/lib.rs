@@ -8,11 +8,18 @@
 #![allow(non_snake_case)] // the paper's symbols
 
 pub mod campaign;
+pub mod conformal;
 pub mod coupled_run;
 pub mod data;
 pub mod efficiency_map;
+pub mod free_run;
+pub mod identification;
+pub mod judgement;
+pub mod least_squares;
+pub mod lookup;
 pub mod prediction;
 pub mod profile;
+pub mod resampling;
 pub mod responses;
 pub mod rig_run;
 pub mod windows;

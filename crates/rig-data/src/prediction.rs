@@ -7,20 +7,28 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::campaign::rms;
-use crate::windows::{Truth, magnets, resistance};
+use crate::lookup::LookUp;
+use crate::windows::{Truth, data_sheet, magnets, resistance};
 
 /// Rod speed, m/s, below which both powers are small and their ratio says little.
-const EFFICIENCY_SPEED: f64 = 0.01;
+pub const EFFICIENCY_SPEED: f64 = 0.01;
 /// Names of the models, and their shares of the network.
 pub const MODELS: [(&str, f64); 3] = [("physics", 0.0), ("hybrid", 0.9), ("network", 1.0)];
 
-/// A model of the actuator: its physics, with a share of the network blended in.
+/// Where a model's force at constant speed comes from.
+#[derive(Clone, Debug)]
+enum Map {
+    Physics,
+    LookUp(Box<LookUp>),
+    /// Blended into the physics with its share: 1 network alone.
+    Network(Surrogate, f64),
+}
+
+/// A model of the actuator: its electrical side, and a map of its forces.
 #[derive(Clone, Debug)]
 pub struct Model {
     p: Emla,
-    network: Surrogate,
-    /// Share of the network: 0 physics alone, 1 network alone.
-    alpha: f64,
+    map: Map,
 }
 
 /// What a motion under a load takes.
@@ -30,7 +38,9 @@ pub struct Demand {
     pub i_q: f64,
     /// Torque at constant speed, N·m.
     pub tau: f64,
-    /// Efficiency where it is defined, kept in [0, 1].
+    /// Electrical losses, W.
+    pub electrical: f64,
+    /// Efficiency, kept in [0, 1].
     pub efficiency: f64,
 }
 
@@ -62,42 +72,84 @@ impl Model {
     /// The physics of `p` with the share `alpha` of the network.
     #[must_use]
     pub fn new(p: Emla, network: Surrogate, alpha: f64) -> Self {
-        Self { p, network, alpha }
+        let map = if alpha == 0.0 {
+            Map::Physics
+        } else {
+            Map::Network(network, alpha)
+        };
+        Self { p, map }
     }
 
-    /// Force on the load at constant speed by `[paper]` Eq. (eq:residual_blending_hat), N: `F_hyb =
-    /// F_qs + α (F_net − F_qs)`, the physics of the difference inside the network's guards.
+    /// The physics of `p` alone.
+    #[must_use]
+    pub fn physics(p: Emla) -> Self {
+        let map = Map::Physics;
+        Self { p, map }
+    }
+
+    /// A look-up map on the electrical side of `p`.
+    #[must_use]
+    pub fn look_up(p: Emla, map: LookUp) -> Self {
+        let map = Map::LookUp(Box::new(map));
+        Self { p, map }
+    }
+
+    /// Parameters of its physics.
+    #[must_use]
+    pub fn params(&self) -> &Emla {
+        &self.p
+    }
+
+    /// Force on the load at constant speed, N. With a network by `[paper]` Eq.
+    /// (eq:residual_blending_hat), `F_hyb = F_qs + α (F_net − F_qs)`, the physics of the difference
+    /// inside the network's guards.
     #[must_use]
     pub fn force(&self, tau: f64, w: f64) -> f64 {
         let physics = |tau, w| maps::quasi_static_force(&self.p, tau, w);
-        let F = physics(tau, w);
-        if self.alpha == 0.0 {
-            return F;
-        }
-        F + self.alpha * (self.network.evaluate(tau, w).F - self.network.guard(tau, w, physics))
-    }
-
-    /// Torque that gives the force `F` at constant speed: force rises with torque, so halving finds
-    /// it. 60 halvings of ±200 N·m end at rounding.
-    #[must_use]
-    pub fn torque(&self, F: f64, w: f64) -> f64 {
-        let (mut low, mut high) = (-200.0, 200.0);
-        for _ in 0..60 {
-            let middle = 0.5 * (low + high);
-            if self.force(middle, w) < F {
-                low = middle
-            } else {
-                high = middle
+        match &self.map {
+            Map::Physics => physics(tau, w),
+            Map::LookUp(map) => map.force(tau, w),
+            Map::Network(network, alpha) => {
+                let residual = network.evaluate(tau, w).F - network.guard(tau, w, physics);
+                physics(tau, w) + alpha * residual
             }
         }
-        0.5 * (low + high)
+    }
+
+    /// Torque that gives the force `F` at constant speed: force rises with torque, so the Illinois
+    /// variant of false position finds it between ±200 N·m, to 1 mN.
+    #[must_use]
+    pub fn torque(&self, F: f64, w: f64) -> f64 {
+        let excess = |tau: f64| self.force(tau, w) - F;
+        let (mut low, mut high) = ([-200.0, excess(-200.0)], [200.0, excess(200.0)]);
+        let mut tau = 0.0;
+        let mut side = 0.0;
+        for _ in 0..60 {
+            tau = (low[0] * high[1] - high[0] * low[1]) / (high[1] - low[1]);
+            let e = excess(tau);
+            if e.abs() < 1e-3 {
+                break;
+            }
+            // An end that stays twice counts half, or the other would creep.
+            let (moved, other) = if e < 0.0 {
+                (&mut low, &mut high)
+            } else {
+                (&mut high, &mut low)
+            };
+            *moved = [tau, e];
+            if e.signum() == side {
+                other[1] *= 0.5;
+            }
+            side = e.signum();
+        }
+        tau
     }
 
     /// Current and efficiency of a motion.
     ///
     /// Power goes out at the nut: what bends on the way to the load stores energy, and loses none.
     /// The efficiency is that of `[paper]` Eq. (eq:dnn_prediction_efficiency) with the torque at
-    /// constant speed: `P_out/(τ w + P_el)` or, where the load drives, `(|τ w| − P_el)/|P_out|`.
+    /// constant speed: the mechanical losses are `τ w − P_out`.
     #[must_use]
     pub fn demand(&self, m: &Motion) -> Demand {
         let p = &self.p;
@@ -106,21 +158,12 @@ impl Model {
         let i_q = (tau + maps::inertia(p, 1.0) * m.w_m_dot) / per_ampere;
         let electrical = self.electrical(i_q, m);
         let out = m.F * maps::travel_per_radian(p) * m.w_m;
-        let (shaft, size) = (tau * m.w_m, out.abs());
-        let efficiency = if m.w_m > 0.0 {
-            size / (shaft + electrical)
-        } else {
-            (shaft.abs() - electrical) / size
-        };
-        let efficiency = if shaft * out > 0.0 {
-            efficiency.clamp(0.0, 1.0)
-        } else {
-            0.0
-        };
+        let shaft = tau * m.w_m;
         Demand {
             i_q,
             tau,
-            efficiency,
+            electrical,
+            efficiency: rig::efficiency(out, shaft - out + electrical, shaft),
         }
     }
 
@@ -167,8 +210,8 @@ impl Errors {
 /// Errors of a model on windows.
 #[must_use]
 pub fn errors(model: &Model, windows: &[Truth]) -> Errors {
-    let reference = rig::Extras::AS_BUILT.temperature.reference;
-    let travel = emla::maps::travel_per_radian(&machine::Machine::reference().emla.lift);
+    let reference = data_sheet(&model.p).reference;
+    let travel = maps::travel_per_radian(&model.p);
     let demands = |known: bool| -> Vec<(f64, Option<f64>)> {
         windows
             .par_iter()

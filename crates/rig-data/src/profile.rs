@@ -1,14 +1,14 @@
 //! Motions and loads that a rig is asked for: speed steps, sine sweeps, whole strokes, creeping,
 //! and work.
 //!
-//! The load pushes against extension, as the paper's 0 … 70 kN, and the rod goes both ways:
-//! quadrants I and IV.
+//! The load has both signs, up to the paper's 70 kN against extension and as much along it, and the
+//! rod goes both ways: all four quadrants.
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use std::f64::consts::TAU;
 
-/// Largest load, N.
+/// Largest load either way, N.
 pub const LOAD_MAX: f64 = 70e3;
 /// Slowest and fastest rod, m/s. At rest the force is no function of the torque: friction holds
 /// anything inside its band.
@@ -40,6 +40,15 @@ pub enum Kind {
 }
 
 impl Kind {
+    /// All of them.
+    pub const ALL: [Self; 5] = [
+        Self::Steps,
+        Self::Sweep,
+        Self::Strokes,
+        Self::Creep,
+        Self::Work,
+    ];
+
     /// Name in tables.
     #[must_use]
     pub fn name(self) -> &'static str {
@@ -92,7 +101,7 @@ impl Profile {
         let mut x = 0.5 * (STROKE[0] + STROKE[1]);
         let mut goal = Goal {
             x_dot: 0.0,
-            load: LOAD_MAX * rng.random::<f64>(),
+            load: any_load(&mut rng),
             until: 0.0,
         };
         let mut now = Desired {
@@ -152,7 +161,7 @@ impl Profile {
         };
         *goal = Goal {
             x_dot: towards * speed,
-            load: LOAD_MAX * rng.random::<f64>(),
+            load: any_load(rng),
             until: t + seconds,
         };
     }
@@ -165,18 +174,22 @@ impl Profile {
         let amplitude = (0.9 * SPEED[1]).min(0.9 * ACCELERATION / (TAU * frequency));
         Goal {
             x_dot: amplitude * (turned([0.2, 3.0])).sin(),
-            load: LOAD_MAX * (0.5 + 0.45 * (turned([0.1, 1.5]) + phase[0]).sin()),
+            load: 0.9 * LOAD_MAX * (turned([0.1, 1.5]) + phase[0]).sin(),
             until: f64::INFINITY,
         }
     }
+}
+
+/// Any load of either sign, N.
+fn any_load(rng: &mut ChaCha8Rng) -> f64 {
+    LOAD_MAX * rng.random_range(-1.0..1.0)
 }
 
 /// Two sines of each.
 fn work(t: f64, phase: [f64; 4]) -> Goal {
     Goal {
         x_dot: 0.048 * (0.9 * t + phase[0]).sin() + 0.014 * (2.3 * t + phase[1]).sin(),
-        load: 32_000.0 + 22_000.0 * (0.55 * t + phase[2]).sin()
-            - 9_000.0 * (1.7 * t + phase[3]).sin(),
+        load: 45_000.0 * (0.55 * t + phase[2]).sin() - 18_000.0 * (1.7 * t + phase[3]).sin(),
         until: f64::INFINITY,
     }
 }
@@ -189,13 +202,7 @@ mod tests {
     /// same seed gives the same.
     #[test]
     fn profiles_keep_their_bounds_and_go_both_ways() {
-        for kind in [
-            Kind::Steps,
-            Kind::Sweep,
-            Kind::Strokes,
-            Kind::Creep,
-            Kind::Work,
-        ] {
+        for kind in Kind::ALL {
             for seed in 0..20 {
                 let profile = Profile {
                     kind,
@@ -213,9 +220,7 @@ mod tests {
                         "{kind:?} {seed}: {x}"
                     );
                     assert!((now.x_dot - before).abs() <= 2.0 * ACCELERATION * SAMPLE + 1e-12);
-                    assert!(
-                        (0.0..=LOAD_MAX).contains(&now.load) && now.x_dot.abs() <= SPEED[1] + 1e-9
-                    );
+                    assert!(now.load.abs() <= LOAD_MAX && now.x_dot.abs() <= SPEED[1] + 1e-9);
                     before = now.x_dot;
                 }
                 let fastest =

@@ -59,7 +59,7 @@ fn rows_are_as_good_as_their_sensors() {
 #[test]
 fn the_network_brings_what_the_physics_lacks() {
     let p = machine::Machine::reference().emla.lift;
-    let held_out = measure(&p, &held_out_profiles(3.0, 9), seed).expect("runs");
+    let held_out = measure(&p, &held_out_profiles(6, 3.0, 9), seed).expect("runs");
     let error = |alpha: f64| {
         let model = Model::new(p, Surrogate::reference(), alpha);
         assert!((model.force(model.torque(31e3, 77.0), 77.0) - 31e3).abs() < 1e-6);

@@ -38,7 +38,15 @@ impl Law {
         }
     }
 
-    fn with(mut self, variable: &str, value: impl ToString) -> Self {
+    /// A law without values, which leaves the mode as it is.
+    pub fn plain(name: String) -> Self {
+        let values = Vec::new();
+        Self { name, values }
+    }
+
+    /// The law with one more value.
+    #[must_use]
+    pub fn with(mut self, variable: &str, value: impl ToString) -> Self {
         self.values.push((variable.into(), value.to_string()));
         self
     }

@@ -10,7 +10,7 @@ use clap::{Args, Parser};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::files::{NetworkArg, make_folder, write};
-use crate::rig_commands::{RigCompareArgs, RigDataArgs, RigLoopArgs};
+use crate::rig_commands::{CalibrateArgs, RigCompareArgs, RigDataArgs, RigLoopArgs};
 use crate::training::{EPOCHS, Progress, TrainingData};
 use rig_data::data;
 
@@ -29,10 +29,13 @@ pub enum Command {
     Train(TrainArgs),
     /// Draw predicted against true, residuals and learning curve.
     Plots(PlotsArgs),
-    /// Print what physics, hybrid and network predict on profiles of the rig that are held out, and
-    /// draw their efficiency maps.
+    /// Judge physics, refitted physics, look-up map, network and hybrid, all of the same data, on
+    /// profiles of the rig that are held out; draw their efficiency maps.
     #[command(alias = "rig-compare")]
     Compare(RigCompareArgs),
+    /// Calibrate the interval of a network's efficiency on profiles of the rig, and write it into
+    /// the network's file.
+    Calibrate(CalibrateArgs),
     /// Print tracking, required against true current, and what physics, hybrid and network predict,
     /// along a coupled run on rigs.
     #[command(alias = "rig-loop")]
@@ -112,6 +115,7 @@ impl Command {
             Self::Train(args) => args.run(),
             Self::Plots(args) => args.run(),
             Self::Compare(args) => args.run(),
+            Self::Calibrate(args) => args.run(),
             Self::Loop(args) => args.run(),
         }
     }

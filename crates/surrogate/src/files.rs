@@ -9,15 +9,25 @@ use emla::Surrogate;
 /// The network that a picture or comparison is of.
 #[derive(Args)]
 pub(crate) struct NetworkArg {
-    /// Network file; the shipped network without it.
+    /// Network file; without it the shipped network, for `compare` the one trained on the rig.
     #[arg(long)]
     network: Option<PathBuf>,
 }
 
 impl NetworkArg {
     pub(crate) fn read(&self) -> Result<Surrogate> {
+        self.read_or(Surrogate::reference)
+    }
+
+    /// Without a file, the one that was trained on the rig.
+    pub(crate) fn read_or_rigs(&self) -> Result<Surrogate> {
+        let trained = || Surrogate::from_json(rig_data::RIG_NETWORK).expect("a valid network");
+        self.read_or(trained)
+    }
+
+    fn read_or(&self, other: impl Fn() -> Surrogate) -> Result<Surrogate> {
         let Some(path) = &self.network else {
-            return Ok(Surrogate::reference());
+            return Ok(other());
         };
         let name = path.display();
         let text = std::fs::read_to_string(path).with_context(|| format!("cannot read {name}"))?;

@@ -124,12 +124,12 @@ impl Picture for EfficiencyMaps<'_> {
                 .margin(10)
                 .x_label_area_size(44)
                 .y_label_area_size(52)
-                .build_cartesian_2d(slow..fast, 0.0..load_max)?;
+                .build_cartesian_2d(slow..fast, -load_max..load_max)?;
             let [loads, speeds] = MAP_CELLS.map(|cells| cells as f64);
-            let (d_load, d_speed) = (load_max / loads, (fast - slow) / speeds);
+            let (d_load, d_speed) = (2.0 * load_max / loads, (fast - slow) / speeds);
             for (i, row) in map.cells.iter().enumerate() {
                 chart.draw_series(row.iter().enumerate().map(|(j, &eta)| {
-                    let (x, y) = (slow + j as f64 * d_speed, i as f64 * d_load);
+                    let (x, y) = (slow + j as f64 * d_speed, i as f64 * d_load - load_max);
                     Rectangle::new([(x, y), (x + d_speed, y + d_load)], heat(eta).filled())
                 }))?;
             }

@@ -3,23 +3,23 @@
 use std::io::{Write as _, stdout};
 use std::path::PathBuf;
 
-use anyhow::Result;
+use anyhow::{Context as _, Result};
 use clap::Args;
 use emla::Surrogate;
 
 use crate::files::{NetworkArg, write};
 use crate::rig_plots;
 use rig_data::campaign::{
-    Trust, compliance, held_out_profiles, measure, rms, rows, training_profiles,
+    PROFILES, SECONDS, Trust, compliance, held_out_profiles, measure, rms, rows, training_profiles,
 };
+use rig_data::conformal::{calibrate, points};
 use rig_data::coupled_run::CoupledRun;
 use rig_data::data;
-use rig_data::prediction::{Errors, MODELS, Model, errors};
-use rig_data::windows::{Truth, Window};
+use rig_data::free_run::Driven;
+use rig_data::identification::{Campaign, Identified};
+use rig_data::judgement::{CALIBRATED, Candidates, coverage};
+use rig_data::prediction::{MODELS, Model, errors};
 
-/// Number of the campaign's profiles, and the length of each, s.
-const PROFILES: u32 = 120;
-const SECONDS: f64 = 3.0;
 /// Arguments of `data`.
 #[derive(Args)]
 pub struct RigDataArgs {
@@ -55,7 +55,8 @@ impl RigDataArgs {
         let campaign = measure(&p, &profiles, |profile| profile.seed)?;
         let repeated = &profiles[..profiles.len().min(4)];
         let again = measure(&p, repeated, |profile| !profile.seed)?;
-        let rows = rows(&p, &campaign);
+        let identified = Identified::of(&p, &Campaign::new(&campaign));
+        let rows = rows(&identified.electrical, &campaign);
         let comment = format!(
             "rig: a simulation, not measurements; {} profiles of {} s at 1 kHz, means of 20 ms, seed {}",
             self.profiles, self.seconds, self.seed
@@ -85,15 +86,51 @@ impl RigDataArgs {
 pub struct RigCompareArgs {
     #[command(flatten)]
     network: NetworkArg,
+    /// Seed of the campaign that the network was trained on: physics and look-up map are fitted to
+    /// it.
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// Number of held-out profiles.
+    #[arg(long, default_value_t = 60)]
+    profiles: u32,
     /// Length of a held-out profile, s.
     #[arg(long, default_value_t = 10.0)]
     seconds: f64,
-    /// Seed of the held-out profiles.
-    #[arg(long, default_value_t = 1)]
-    seed: u64,
+    /// Number of held-out profiles on which the interval of the efficiency is tried.
+    #[arg(long, default_value_t = 600)]
+    covered: u32,
     /// Folder for efficiency maps and time responses, as PNG and SVG; none without it.
     #[arg(long)]
     out: Option<PathBuf>,
+}
+
+/// Arguments of `calibrate`.
+#[derive(Args)]
+pub struct CalibrateArgs {
+    #[command(flatten)]
+    network: NetworkArg,
+    /// Number of profiles on the rig, none of which a network was trained on.
+    #[arg(long, default_value_t = 3000)]
+    profiles: u32,
+    /// Network file to write.
+    #[arg(long, default_value = "target/surrogate/surrogate.json")]
+    out: PathBuf,
+}
+
+impl CalibrateArgs {
+    /// Calibrate and write.
+    pub(crate) fn run(self) -> Result<()> {
+        let p = machine::Machine::reference().emla.lift;
+        let network = self.network.read()?;
+        let driven = Driven::all(&p, &held_out_profiles(self.profiles, SECONDS, CALIBRATED))?;
+        let bound = calibrate(&points(p, &network, &driven)?);
+        let mut file = network.file();
+        file.efficiency_bound = Some(bound);
+        let text = serde_json::to_string_pretty(&file).context("cannot write JSON")?;
+        write(&self.out, &text)?;
+        writeln!(stdout(), "{bound:?}\nnetwork in {}", self.out.display())?;
+        Ok(())
+    }
 }
 
 /// Arguments of `loop`.
@@ -139,81 +176,27 @@ impl RigLoopArgs {
 }
 
 impl RigCompareArgs {
-    /// Predict and print.
+    /// Judge and print.
     pub(crate) fn run(self) -> Result<()> {
         let p = machine::Machine::reference().emla.lift;
-        let surrogate = self.network.read()?;
-        let profiles = held_out_profiles(self.seconds, self.seed);
-        let measured = measure(&p, &profiles, |profile| profile.seed)?;
+        let (shipped, network) = (Surrogate::reference(), self.network.read_or_rigs()?);
+        let candidates = Candidates::of(&p, &network, self.seed)?;
+        writeln!(stdout(), "{}", candidates.identified.text(&p))?;
         writeln!(
             stdout(),
-            "root mean square errors on held-out profiles of the rig (a simulation): required current A / efficiency %"
+            "{}",
+            candidates.judge(&p, self.profiles, self.seconds)?
         )?;
-        writeln!(
-            stdout(),
-            "with the temperatures of winding and magnets known; in brackets taken for 20 °C"
-        )?;
-        write!(stdout(), "{:<10}{:>8}", "profile", "windows")?;
-        for (name, alpha) in MODELS {
-            write!(stdout(), "{:>38}", format!("{name}, alpha = {alpha}"))?;
-        }
-        writeln!(stdout())?;
-        let models = MODELS.map(|(_, alpha)| Model::new(p, surrogate.clone(), alpha));
-        for (profile, windows) in profiles.iter().zip(&measured) {
-            line(profile.kind.name(), &models, &truths(windows))?;
-        }
-        let all: Vec<&Window> = measured.iter().flatten().collect();
-        let [physics, hybrid, network] = line("all", &models, &truths(all.iter().copied()))?;
-        for (name, other) in [("hybrid", hybrid), ("network", network)] {
-            writeln!(
-                stdout(),
-                "{name} against physics: current {:.1} times better, efficiency {:.1} times",
-                physics.current[0] / other.current[0],
-                physics.efficiency[0] / other.efficiency[0]
-            )?;
-        }
-        quality(&surrogate, &all)?;
+        let networks = [("network", &network), ("shipped network", &shipped)];
+        write!(stdout(), "{}", coverage(&p, &networks, self.covered)?)?;
         if let Some(folder) = &self.out {
-            for file in rig_plots::all(&models, &surrogate, &measured[4], folder)? {
+            let work = held_out_profiles(5, self.seconds, self.seed);
+            let work = measure(&p, &work[4..], |profile| profile.seed)?;
+            let models = MODELS.map(|(_, alpha)| Model::new(p, network.clone(), alpha));
+            for file in rig_plots::all(&models, &network, &work[0], folder)? {
                 writeln!(stdout(), "{}", file.display())?;
             }
         }
         Ok(())
     }
-}
-
-fn truths<'a>(windows: impl IntoIterator<Item = &'a Window>) -> Vec<Truth> {
-    windows.into_iter().map(|w| w.truth).collect()
-}
-
-fn line(name: &str, models: &[Model; 3], windows: &[Truth]) -> Result<[Errors; 3]> {
-    let errors = [0, 1, 2].map(|k: usize| errors(&models[k], windows));
-    write!(stdout(), "{name:<10}{:>8}", windows.len())?;
-    for e in &errors {
-        write!(stdout(), "{:>38}", e.cell())?;
-    }
-    writeln!(stdout())?;
-    Ok(errors)
-}
-
-/// The network itself on the rows of held-out profiles, as the sensors give them.
-fn quality(surrogate: &Surrogate, windows: &[&Window]) -> Result<()> {
-    let ranges = surrogate.file().ranges;
-    let error = |w: &&Window| {
-        let y = surrogate.evaluate(w.row.tau_e, w.row.w_m);
-        [y.F - w.row.f_ext, y.x_dot - w.row.x_dot]
-    };
-    let [F, x_dot] = [0, 1].map(|k: usize| rms(windows.iter().map(|w| error(w)[k])));
-    let scaled = [
-        F / (ranges.f_ext.max - ranges.f_ext.min),
-        x_dot / (ranges.x_dot.max - ranges.x_dot.min),
-    ]
-    .map(|e| 2.0 * e);
-    writeln!(
-        stdout(),
-        "network on the sensors' rows: force {F:.0} N, rod speed {:.3} mm/s, mse scaled {:.2e} (paper's test 2.2e-3)",
-        1e3 * x_dot,
-        0.5 * (scaled[0] * scaled[0] + scaled[1] * scaled[1])
-    )?;
-    Ok(())
 }

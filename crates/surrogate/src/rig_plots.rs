@@ -1,4 +1,4 @@
-//! Pictures of the rig: efficiency of physics, hybrid and rig in quadrants I and IV, and responses
+//! Pictures of the rig: efficiency of physics, hybrid and rig in all four quadrants, and responses
 //! over time.
 
 use std::path::{Path, PathBuf};

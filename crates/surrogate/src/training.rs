@@ -288,6 +288,7 @@ impl Progress {
             },
             ranges: prepared.ranges,
             layers: shape.to_layers(&self.best_weights),
+            efficiency_bound: None,
         }
     }
 }

@@ -64,17 +64,26 @@ fn refusals_name_file_line_and_column() {
     );
     let broken = |from: &str, to: &str| refusal(&text.replacen(from, to, 1));
     assert_eq!(
-        broken("0,0,0,0,1.5,4,300,0.003", "0,0,0,0,1.5,4,three,0.003"),
+        broken(
+            "0,0,0,0,1.5,4,300,0.003,0,0,0",
+            "0,0,0,0,1.5,4,three,0.003,0,0,0"
+        ),
         "rig.csv, line 6, column F_ext: `three` is not a finite number"
     );
     assert_eq!(
-        broken("0,0,0,0,1.5,4,300,0.003", "0,0,0,0,NaN,4,300,0.003"),
+        broken(
+            "0,0,0,0,1.5,4,300,0.003,0,0,0",
+            "0,0,0,0,NaN,4,300,0.003,0,0,0"
+        ),
         "rig.csv, line 6, column tau_e: `NaN` is not a finite number"
     );
     assert_eq!(
-        broken("0,0,0,0,1.5,4,300,0.003", "0,0,0,0,1.5,4,300"),
-        "rig.csv: not a table: CSV error: record 4 (line: 6, byte: 150): found record with 7 fields, \
-         but the previous record has 8 fields"
+        broken(
+            "0,0,0,0,1.5,4,300,0.003,0,0,0",
+            "0,0,0,0,1.5,4,300,0.003,0,0"
+        ),
+        "rig.csv: not a table: CSV error: record 4 (line: 6, byte: 202): found record with 10 fields, \
+         but the previous record has 11 fields"
     );
 }
 
@@ -97,7 +106,11 @@ fn too_few_rows_and_constant_columns_are_refused() {
 /// What a row of motion backwards says, its mirror image says of motion forwards.
 #[test]
 fn motion_backwards_is_mirrored() {
-    let text = csv().replacen("0,0,0,0,1.5,4,300,0.003", "0,0,0,0,-1.5,-4,-300,-0.003", 1);
+    let text = csv().replacen(
+        "0,0,0,0,1.5,4,300,0.003,0,0,0",
+        "0,0,0,0,-1.5,-4,-300,-0.003,0,0,0",
+        1,
+    );
     let (mirrored, plain) = (parse_csv("rig.csv", &text), parse_csv("rig.csv", &csv()));
     let (mirrored, plain) = (mirrored.expect("valid"), plain.expect("valid"));
     assert_ne!(text, csv());

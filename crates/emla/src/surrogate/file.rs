@@ -169,6 +169,43 @@ pub struct TrainingRecord {
     pub curve: Vec<Split<f64>>,
 }
 
+/// How far the efficiency of the actuator as built lies from the network's: a conformal bound by
+/// profile, pointwise. Of a profile of the kind that it was calibrated on, a window that is drawn
+/// evenly among the profile's has its true efficiency inside with the probability `share`.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct EfficiencyBound {
+    /// Probability.
+    pub share: f64,
+    /// Half the width where there is no power.
+    pub factor: f64,
+    /// Power at which it is half as wide, W: losses that do not grow with the power.
+    pub power: f64,
+    /// Part of `factor` that is left at large powers.
+    pub floor: f64,
+    /// Number of the profiles that it was calibrated on.
+    pub profiles: u32,
+}
+
+impl EfficiencyBound {
+    /// Half the width at the power `out` that the network gives, W, where its guards hold back the
+    /// power `cut`, W: that power counts in full, so the bound widens outside the trained box.
+    /// ```text
+    /// (factor (P_0 + floor·P_out) + cut)/(P_0 + P_out)
+    /// ```
+    #[must_use]
+    pub fn half(&self, out: f64, cut: f64) -> f64 {
+        (self.factor * (self.power + self.floor * out) + cut) / (self.power + out)
+    }
+
+    /// The smallest factor whose bound holds an error of the efficiency.
+    #[must_use]
+    pub fn needed(&self, error: f64, out: f64, cut: f64) -> f64 {
+        let beyond = error.abs() * (self.power + out) - cut;
+        beyond.max(0.0) / (self.power + self.floor * out)
+    }
+}
+
 /// The whole file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -179,6 +216,9 @@ pub struct SurrogateFile {
     pub ranges: Ranges,
     /// The six layers, from the inputs on.
     pub layers: Vec<LayerFile>,
+    /// Bound on the error of its efficiency; left out: nobody has calibrated one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub efficiency_bound: Option<EfficiencyBound>,
 }
 
 impl SurrogateFile {
@@ -193,6 +233,33 @@ impl SurrogateFile {
         length("layers", self.layers.len(), WIDTHS.len() - 1)?;
         for (k, (layer, widths)) in self.layers.iter().zip(WIDTHS.windows(2)).enumerate() {
             layer.check(k, widths[0], widths[1])?;
+        }
+        if let Some(bound) = self.efficiency_bound {
+            let EfficiencyBound {
+                share,
+                factor,
+                power,
+                floor,
+                ..
+            } = bound;
+            let rule = "must be positive and finite";
+            let fields = [
+                ("efficiency_bound.share", share),
+                ("efficiency_bound.factor", factor),
+                ("efficiency_bound.power", power),
+                ("efficiency_bound.floor", floor),
+            ];
+            for (field, value) in fields {
+                finite(field, value)?;
+                if value <= 0.0 {
+                    return Err(SurrogateError::Range {
+                        field,
+                        min: value,
+                        max: f64::INFINITY,
+                        rule,
+                    });
+                }
+            }
         }
         let record = &self.training;
         let named = [

@@ -12,6 +12,7 @@ use serde::Serialize;
 
 use super::request::{Request, kept_as};
 use super::samples::Samples;
+use studies::grid::Case;
 use studies::studies::surrogate_loop::{self, LiftCourse, RigNetwork, SurrogateRun};
 
 /// Cells of the maps along load and along speed.
@@ -25,7 +26,7 @@ const STRIDE: usize = 20;
 #[derive(Serialize)]
 pub struct RigComparison {
     maps: Vec<Map>,
-    /// Largest load, N, and speed, m/s, of the maps.
+    /// Largest load, N, and speed, m/s, of the maps, either way.
     reach: [f64; 2],
     cells: [usize; 2],
     responses: Vec<Panel>,
@@ -76,7 +77,7 @@ fn made(system: &System, base: &Experiment) -> Result<RigComparison> {
         title: map.title,
         values: Samples::new(map.cells.into_iter().flatten()),
     };
-    let mut work = held_out_profiles(SECONDS, 1);
+    let mut work = held_out_profiles(6, SECONDS, 1);
     work.retain(|profile| profile.kind == Kind::Work);
     let p = machine::Machine::reference().emla.lift;
     let measured = measure(&p, &work[..1], |profile| profile.seed)?;
@@ -86,7 +87,8 @@ fn made(system: &System, base: &Experiment) -> Result<RigComparison> {
         unit: panel.unit,
         lines: panel.lines.into_iter().map(line).collect(),
     });
-    let (runs, _) = surrogate_loop::run(system, base, &network, || ())?;
+    let nominal = [Case::new("nominal", Vec::new())];
+    let (runs, _) = surrogate_loop::run(system, base, &network, &nominal, || ())?;
     Ok(RigComparison {
         maps: maps(&network.models(), CELLS)?.map(map).into(),
         reach: [LOAD_MAX, SPEED[1]],

@@ -112,7 +112,7 @@ pub fn run(command: &MachineCommand) -> Result<()> {
         MachineCommand::Check(args) => check(args),
         MachineCommand::Schema => print(machine::SCHEMA_JSON),
         MachineCommand::Scale(args) => scale(args),
-MachineCommand::Gains(args) => print_gains(args),
+        MachineCommand::Gains(args) => print_gains(args),
         MachineCommand::Draw(_) | MachineCommand::Scene(_) => {
             unreachable!("done by another program")
         }

@@ -281,12 +281,17 @@ impl Tables<'_> {
     fn surrogate(&mut self) -> Result<()> {
         let Bench { system, base, .. } = &self.bench;
         let network = RigNetwork::new()?;
-        let bar = bar(surrogate_loop::RUNS as u64, "runs", false);
-        let (runs, verdict) = surrogate_loop::run(system, base, &network, || bar.inc(1))?;
+        let count = self.args.seeds.unwrap_or(surrogate_loop::MACHINES);
+        let drawn = surrogate_loop::machines(system, count)?;
+        let machines = &drawn.cases;
+        let bar = bar(surrogate_loop::runs(machines.len()) as u64, "runs", false);
+        let inc = || bar.inc(1);
+        let (runs, verdict) = surrogate_loop::run(system, base, &network, machines, inc)?;
         bar.finish_and_clear();
-        print(loop_print::text(&runs))?;
+        let rows = surrogate_loop::rows(&runs);
+        print(loop_print::text(&rows))?;
         self.bench.verdict.extend(verdict);
-        self.found["surrogate"] = serde_json::to_value(runs)?;
+        self.found["surrogate"] = serde_json::json!({ "rows": rows, "runs": runs });
         Ok(())
     }
 

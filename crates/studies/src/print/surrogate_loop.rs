@@ -1,34 +1,22 @@
 //! The surrogate in the loop as a table for people.
 
-use rig_data::prediction::Errors;
+use crate::studies::surrogate_loop::SurrogateRow;
 
-use crate::studies::surrogate_loop::SurrogateRun;
-
-/// The runs as a table for people.
-pub fn text(runs: &[SurrogateRun]) -> String {
+/// The rows as a table for people.
+pub fn text(rows: &[SurrogateRow]) -> String {
     let mut text = format!(
-        "{:<12}{:<9}{:<11}{:>9}{:>12}{:>22}{:>22}{:>22}\n",
-        "trajectory",
-        "law",
-        "controller",
-        "tip, mm",
-        "current, A",
-        "physics predicts",
-        "hybrid",
-        "network"
+        "{:<22}{:<12}{:>20}{:>16}{:>32}\n",
+        "load cells", "controller", "tip, mm (worst)", "current, A", "tip over physics [95 %]"
     );
-    for r in runs {
-        let cell = |e: &Errors| format!("{:.3} A, {:.2} %", e.current[0], 1e2 * e.efficiency[0]);
-        let [physics, hybrid, network] = r.predicted.each_ref().map(cell);
+    for r in rows {
+        let tip = format!("{:.3} ({:.3})", 1e3 * r.tip.median, 1e3 * r.tip.worst);
+        let [ratio, low, high] = r.ratio;
+        let ratio = format!("{ratio:.3} [{low:.3}, {high:.3}]");
         text += &format!(
-            "{:<12}{:<9}{:<11}{:>9.3}{:>12.3}{physics:>22}{hybrid:>22}{network:>22}\n",
-            r.trajectory,
-            r.law,
-            r.model,
-            1e3 * r.tip,
-            r.current
+            "{:<22}{:<12}{tip:>20}{:>16.3}{ratio:>32}\n",
+            r.sensors, r.model, r.current.median
         );
     }
-    text + "tip: RMSE of the known error over the motion; current: required less true, root mean square; predicted from true force and motion, temperatures known: \
-            errors of current and efficiency, root mean square\n"
+    text + "load cells: and encoders at the rods; tip: RMSE of the known error over the motion, median of machines and paths; current: required less true, root mean square; \
+            over physics: geometric mean over the same machines and paths, bootstrap\n"
 }

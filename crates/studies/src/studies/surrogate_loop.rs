@@ -1,8 +1,9 @@
-//! The surrogate in the loop: the machine on rigs with sensors, whose controller reckons with
-//! physics, hybrid or network, under the shipped law and the paper's; how it tracks, what current
-//! it requires beside what the motors take, and what each model predicts of current and efficiency
-//! along the way.
+//! The surrogate in the loop: the machine on rigs with sensors, with load cells and rod encoders and
+//! without, whose controller reckons with physics, refitted physics, hybrid or network; how it
+//! tracks, what current it requires beside what the motors take, and what each model predicts of
+//! current and efficiency along the way.
 
+use std::ops::Range;
 use std::path::PathBuf;
 
 use anyhow::{Context, Result};
@@ -10,49 +11,110 @@ use cosim::run::Experiment;
 use cosim::system::System;
 use cosim::verdict::Verdict;
 use emla::Surrogate;
-use machine::Machine;
+use machine::{Emla, Machine};
 use rig_data::campaign::rms;
 use rig_data::coupled_run::CoupledRun;
+use rig_data::identification::Identified;
 use rig_data::prediction::{Errors, MODELS, Model, Motion, errors};
+use rig_data::resampling::bootstrap;
 use serde::Serialize;
 use tempfile::TempDir;
 
-use crate::grid::{self, Case, Grid, Plan, TRAJECTORIES};
+use crate::grid::{self, Case, Grid, Plan, Spread, TRAJECTORIES};
 use crate::laws::Law;
 use crate::measures::tracking::Tracking;
+use crate::worlds::{Bounds, DrawnMachines};
 
-/// Laws: name, and what is set for them besides the system's parameter set. The paper's has neither
-/// observer nor integral.
-const LAWS: [(&str, &[(&str, f64)]); 2] = [
-    ("shipped", &[]),
+/// What is read, and whether the observer of the disturbance runs on it: name, and what is set
+/// besides the system's parameter set. Without load cells the force is that of the current without
+/// losses; an observer that takes it for measured finds what friction the model compensates for
+/// unexplained, and takes it away again. Without encoders at the rods their speeds come from the
+/// encoders of the joints, 17 bits a turn at an arm of some 0.35 m: as of 16 bits a metre.
+const SENSORS: [(&str, &[(&str, &str)]); 3] = [
+    ("with", &[]),
+    ("without", &WITHOUT),
     (
-        "paper's",
-        &[("controller.omega_i", 0.0), ("controller.omega_d", 0.0)],
+        "without, no observer",
+        &[WITHOUT[0], WITHOUT[1], ("controller.omega_d", "0")],
     ),
 ];
-/// Runs that [`run`] makes.
-pub const RUNS: usize = LAWS.len() * MODELS.len() * TRAJECTORIES.len();
+/// See [`SENSORS`].
+const WITHOUT: [(&str, &str); 2] = [
+    ("sensors.force", "absent"),
+    ("sensors.rod_encoder.bits", "16"),
+];
+/// What the controller reckons with: name, share of the network, and whether its machine file has
+/// the refitted actuators.
+const CONTROLLERS: [(&str, f64, bool); 4] = [
+    ("physics", 0.0, false),
+    ("refitted", 0.0, true),
+    ("hybrid", 0.9, false),
+    ("network", 1.0, false),
+];
+/// Seeds of the machines of this study alone.
+const FIRST_SEED: u64 = 7001;
+/// Machines where no number is asked for.
+pub const MACHINES: u64 = 5;
 
-/// The network that was trained on the rig, in a file that FMUs can read as long as this lives.
+/// Runs that [`run`] makes on `machines`.
+#[must_use]
+pub fn runs(machines: usize) -> usize {
+    SENSORS.len() * CONTROLLERS.len() * TRAJECTORIES.len() * machines
+}
+
+/// The first `count` machines of this study; their files exist as long as these.
+///
+/// # Errors
+/// No place for files.
+pub fn machines(system: &System, count: u64) -> Result<DrawnMachines> {
+    let seeds: Range<u64> = FIRST_SEED..FIRST_SEED + count;
+    DrawnMachines::draw(system, seeds, &Bounds::REAL)
+}
+
+/// The network that was trained on the rig, and the machine with the actuators that were refitted
+/// to the same data, in files that FMUs can read as long as this lives.
 pub struct RigNetwork {
     _folder: TempDir,
-    /// The file.
+    /// The network's file.
     pub path: PathBuf,
+    /// The machine's.
+    refitted: PathBuf,
     /// The network.
     pub network: Surrogate,
 }
 
 impl RigNetwork {
-    /// Write it.
+    /// Write them; the actuators are refitted to a campaign that is run for it.
     pub fn new() -> Result<Self> {
         let folder = TempDir::new().context("no folder for the rig's network")?;
-        let path = folder.path().join("surrogate_rig.json");
-        std::fs::write(&path, rig_data::RIG_NETWORK).with_context(|| path.display().to_string())?;
+        let write = |name: &str, text: &str| {
+            let path = folder.path().join(name);
+            std::fs::write(&path, text).with_context(|| path.display().to_string())?;
+            anyhow::Ok(path)
+        };
         let network = Surrogate::from_json(rig_data::RIG_NETWORK).context("the rig's network")?;
+        let mut machine = Machine::reference();
+        let found = Identified::of_campaign(&machine.emla.lift, 1)?.refitted;
+        for axis in [
+            &mut machine.emla.slew,
+            &mut machine.emla.lift,
+            &mut machine.emla.tilt,
+        ] {
+            *axis = Emla {
+                tau_C: found.tau_C,
+                C_m: found.C_m,
+                eta_gear: found.eta_gear,
+                lambda_m: found.lambda_m,
+                temperature: found.temperature,
+                ..*axis
+            };
+        }
+        let machine = serde_json::to_string_pretty(&machine)?;
         Ok(Self {
-            _folder: folder,
-            path,
+            path: write("surrogate_rig.json", rig_data::RIG_NETWORK)?,
+            refitted: write("refitted.json", &machine)?,
             network,
+            _folder: folder,
         })
     }
 
@@ -68,10 +130,12 @@ impl RigNetwork {
 pub struct SurrogateRun {
     /// Trajectory.
     pub trajectory: &'static str,
-    /// `shipped` or `paper's`.
-    pub law: String,
+    /// Load cells and rod encoders, of [`SENSORS`].
+    pub sensors: String,
     /// Model that the controller reckons with.
     pub model: String,
+    /// The machine.
+    pub machine: String,
     /// Root mean square of the tip's known error over the motion, m.
     pub tip: f64,
     /// Of the required less the true current of all axes, A.
@@ -96,7 +160,7 @@ pub struct LiftCourse {
 /// The lift axis among the actuators.
 const LIFT: usize = 1;
 
-/// All runs on the `system` of the real world, in parallel, and what spoils them.
+/// All runs on `machines` in the `system` of the real world, in parallel, and what spoils them.
 ///
 /// # Errors
 /// A run fails, or the system has no rigs.
@@ -104,35 +168,83 @@ pub fn run(
     system: &System,
     base: &Experiment,
     network: &RigNetwork,
+    machines: &[Case],
     done: impl Fn() + Sync,
 ) -> Result<(Vec<SurrogateRun>, Verdict)> {
-    let law = |(name, values): (&str, &[(&str, f64)])| Law {
-        name: name.into(),
-        values: values
-            .iter()
-            .map(|(variable, value)| ((*variable).into(), value.to_string()))
-            .collect(),
-    };
-    let case = |(model, alpha): (&str, f64)| {
-        let settings = vec![
-            system.setting("controller.alpha", alpha)?,
-            system.setting("controller.surrogate_file", network.path.display())?,
-        ];
-        Ok(Case::new(model, settings))
-    };
-    let cases = MODELS.into_iter().map(case).collect::<Result<Vec<_>>>()?;
-    let laws = LAWS.map(law);
-    let grid = Grid::new(system, base, &laws, &cases).varying_bound();
+    let mut laws = Vec::new();
+    for (sensors, readings) in SENSORS {
+        for (model, alpha, refitted) in CONTROLLERS {
+            let mut law = Law::plain(format!("{sensors}; {model}"));
+            for (variable, value) in readings {
+                law = law.with(variable, value);
+            }
+            law = law
+                .with("controller.alpha", alpha)
+                .with("controller.surrogate_file", network.path.display());
+            if refitted {
+                law = law.with("controller.machine_file", network.refitted.display());
+            }
+            laws.push(law);
+        }
+    }
+    let grid = Grid::new(system, base, &laws, machines).varying_bound();
     let measure = |plan: &Plan| {
-        let name = || format!("{}, {} law, {}", plan.trajectory, plan.law, plan.case);
+        let name = || format!("{}, {}, {}", plan.trajectory, plan.law, plan.case);
         measure(system, plan, network).with_context(name)
     };
-    let mut cells = grid.run(measure, done)?;
-    let place = |law: &str| LAWS.iter().position(|(name, _)| *name == law);
-    cells.sort_by_key(|cell| (cell.trajectory, place(&cell.law)));
+    let cells = grid.run(measure, done)?;
     let verdict = grid::verdict(&cells);
     let runs = cells.into_iter().map(|cell| cell.result);
     Ok((runs.collect::<Result<_>>()?, verdict))
+}
+
+/// Runs with the same sensors and controller.
+#[derive(Clone, Debug, Serialize)]
+pub struct SurrogateRow {
+    /// Load cells and rod encoders, of [`SENSORS`].
+    pub sensors: &'static str,
+    /// Model that the controller reckons with.
+    pub model: &'static str,
+    /// Known error of the tip, root mean square over the motion, m.
+    pub tip: Spread,
+    /// Required less true current, A.
+    pub current: Spread,
+    /// Tip's error over that with the physics on the same machine and path, geometric mean with its
+    /// 95 % interval (bootstrap over machines and paths).
+    pub ratio: [f64; 3],
+}
+
+/// The runs in rows.
+#[must_use]
+pub fn rows(runs: &[SurrogateRun]) -> Vec<SurrogateRow> {
+    let of = |sensors: &str, model: &str| -> Vec<&SurrogateRun> {
+        let wanted = runs
+            .iter()
+            .filter(|r| r.sensors == sensors && r.model == model);
+        wanted.collect()
+    };
+    let row = |sensors: &'static str, model: &'static str| {
+        // Runs come in the same order of paths and machines for each controller.
+        let (own, physics) = (of(sensors, model), of(sensors, CONTROLLERS[0].0));
+        let logs: Vec<f64> = (own.iter().zip(&physics))
+            .map(|(own, physics)| (own.tip / physics.tip).ln())
+            .collect();
+        let mean =
+            |places: &[usize]| places.iter().map(|&k| logs[k]).sum::<f64>() / places.len() as f64;
+        SurrogateRow {
+            sensors,
+            model,
+            tip: Spread::of(own.iter().map(|r| r.tip)),
+            current: Spread::of(own.iter().map(|r| r.current)),
+            ratio: bootstrap(logs.len(), mean).map(f64::exp),
+        }
+    };
+    let all = SENSORS.iter().flat_map(|(sensors, _)| {
+        CONTROLLERS
+            .iter()
+            .map(move |(model, ..)| (*sensors, *model))
+    });
+    all.map(|(sensors, model)| row(sensors, model)).collect()
 }
 
 fn measure(system: &System, plan: &Plan, network: &RigNetwork) -> Result<(SurrogateRun, Verdict)> {
@@ -160,10 +272,12 @@ fn measure(system: &System, plan: &Plan, network: &RigNetwork) -> Result<(Surrog
         current: run.currents(LIFT, start).map(<[f64]>::to_vec),
         efficiency: efficiency.collect(),
     };
+    let (sensors, model) = plan.law.split_once("; ").context("a law of this study")?;
     let measured = SurrogateRun {
         trajectory: plan.trajectory,
-        law: plan.law.into(),
-        model: plan.case.into(),
+        sensors: sensors.into(),
+        model: model.into(),
+        machine: plan.case.into(),
         tip: tracking.known.rmse,
         current: rms(run.current_errors(start)),
         predicted,
