@@ -37,7 +37,8 @@ impl Sheet {
             .axis_desc_style(FONT)
             .y_label_formatter(&|payload| format!("{payload:.0}"))
             .draw()?;
-        let lines: [(fn(&Class) -> f64, _, _); 2] = [
+        type Payload = fn(&Class) -> f64;
+        let lines: [(Payload, _, _); 2] = [
             (
                 |c| c.least,
                 RGBColor(110, 110, 110),
