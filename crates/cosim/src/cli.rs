@@ -15,7 +15,6 @@ use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::csv::Log;
 use crate::faults::Faults;
-use crate::forgotten::Forgotten;
 use crate::input_table::{InputTable, Table};
 use crate::master::{Schedule, Stepping};
 use crate::output;
@@ -197,19 +196,7 @@ impl RunArgs {
     /// With `--strict`, anything forgotten; inputs that the system does not mention are only told
     /// of.
     pub fn forgotten(&self, system: &System, experiment: &Experiment) -> Result<Verdict> {
-        self.judge_forgotten(system, experiment, &system.forgotten(&experiment.settings)?)
-    }
-
-    /// As [`RunArgs::forgotten`], of what a program has found itself.
-    ///
-    /// # Errors
-    /// As there.
-    pub fn judge_forgotten(
-        &self,
-        system: &System,
-        experiment: &Experiment,
-        forgotten: &Forgotten,
-    ) -> Result<Verdict> {
+        let forgotten = system.forgotten(&experiment.settings)?;
         forgotten.judge(system, experiment.stepping.schedule, self.strict)
     }
 }

@@ -257,5 +257,5 @@ pub fn forgotten(run: &RunArgs, system: &System, experiment: &Experiment) -> Res
         let mut names = alike.map(|(c, _)| format!("{}.{input}", c.name));
         !(is_optional && names.all(|name| all.contains(&name)))
     });
-    run.judge_forgotten(system, experiment, &forgotten)
+    forgotten.judge(system, experiment.stepping.schedule, run.strict)
 }
