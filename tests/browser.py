@@ -62,3 +62,16 @@ def run(chrome, script, *arguments):
     if len(done) == 2:
         raise RuntimeError(done[1])
     return done[0]
+
+
+def downloaded(chrome, button):
+    """The text that a click on this button would keep as a file."""
+    chrome.execute_script(
+        """
+        const made = URL.createObjectURL;
+        URL.createObjectURL = (blob) => { window.kept = blob; URL.createObjectURL = made; return "data:,"; };
+        document.getElementById(arguments[0]).click();
+        """,
+        button,
+    )
+    return run(chrome, "return kept.text()")

@@ -15,7 +15,7 @@ from selenium.webdriver.common.by import By
 from selenium.webdriver.common.keys import Keys
 from selenium.webdriver.support.ui import Select, WebDriverWait
 
-from browser import chromium, noise, run
+from browser import chromium, downloaded, noise, run
 from conftest import FMU_DIR
 
 PAGE = Path(os.environ.get("MACHINE_PAGE", FMU_DIR.parent / "web/machine.html")).resolve()
@@ -275,10 +275,8 @@ def test_recording(page):
     restart(page, trajectory="rates")
     page.execute_script("document.getElementById('record').click()")
     advance(page, 0.25)
-    kept = "URL.createObjectURL = (blob) => { window.kept = blob; return 'data:,'; }; document.getElementById('csv').click()"
     until(page, lambda: page.find_element(By.ID, "csv").is_enabled())
-    page.execute_script(kept)
-    lines = run(page, "return kept.text()").strip().split("\n")
+    lines = downloaded(page, "csv").strip().split("\n")
     assert lines[0].startswith("time,hdrm.zeta[1]")
     times = [float(line.split(",")[0]) for line in lines[1:]]
     assert times[-1] == pytest.approx(0.25) and len(times) >= 250

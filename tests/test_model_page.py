@@ -9,7 +9,7 @@ import pytest
 from selenium.webdriver.common.by import By
 from selenium.webdriver.support.ui import Select, WebDriverWait
 
-from browser import chromium, noise, run
+from browser import chromium, downloaded, noise, run
 from conftest import FMU_DIR
 from fmpy_master import ROOT
 from native import cargo_fmu
@@ -68,8 +68,7 @@ def run_to(page, stop):
     page.execute_script("document.getElementById('stop').value = arguments[0]", stop)
     page.execute_script("document.getElementById('csv').disabled = true; document.getElementById('run').click()")
     until(page, lambda: page.find_element(By.ID, "csv").is_enabled())
-    page.execute_script("URL.createObjectURL = (blob) => { window.kept = blob; return 'data:,'; }; document.getElementById('csv').click()")
-    lines = run(page, "return kept.text()").strip().split("\n")
+    lines = downloaded(page, "csv").strip().split("\n")
     rows = [[float(cell) for cell in line.split(",")] for line in lines[1:]]
     return {name.split(".")[-1]: [row[k] for row in rows] for k, name in enumerate(lines[0].split(","))}
 
@@ -134,7 +133,8 @@ def test_inputs_follow_signals_and_files(page):
     drop(page, "current.csv", b"time,i\n0,0\n20,40\n60,40\n")
     until(page, lambda: text(page, "clock") == "60 s" and Select(signal).first_selected_option.text == "file")
     found = run_to(page, 60)
-    assert found["soc"][-1] == pytest.approx(0.9 - (0.5 * 20 * 40 + 40 * 40) / (3600.0 * 50.0), abs=1e-5)
+    # Held over each step of 1 s: 2 k for k from 0 to 19, then 40.
+    assert found["soc"][-1] == pytest.approx(0.9 - (sum(range(0, 40, 2)) + 40 * 40) / (3600.0 * 50.0), abs=1e-9)
     drop(page, "other.csv", b"time,nothing\n0,1\n")
     until(page, lambda: "No column of other.csv" in text(page, "message"))
     Select(signal).select_by_visible_text("constant")
@@ -155,7 +155,7 @@ def test_files_that_cannot_run_are_refused_with_the_reason(page):
         "broken.fmu": (b"this is no archive", "no ZIP archive"),
         "empty.fmu": (archive(readme="x"), "neither an FMU nor an SSP"),
         "native.fmu": (archive(modelDescription_xml="<x/>", **{"binaries__x86_64-linux__m.so": "x"}), "has no WebAssembly"),
-        "wrong.fmu": (archive(modelDescription_xml="<x/>", **{"binaries__wasm32-wasip2__m.wasm": "x"}), "modelDescription"),
+        "wrong.fmu": (archive(modelDescription_xml="<x/>", **{"binaries__wasm32-wasip2__m.wasm": "x"}), "fmiModelDescription"),
     }
     for name, (content, reason) in refused.items():
         drop(page, name, content)

@@ -176,11 +176,16 @@ class LivePage extends Page {
 
   numbers() {
     if (!this.latest) return;
-    const { time, factor, share } = this.latest;
+    const { time, share } = this.latest;
+    const wall = performance.now() / 1000;
+    if (!(wall - this.mark?.wall < 1)) {
+      this.pace = Math.max(time - (this.mark?.time ?? time), 0) / (wall - (this.mark?.wall ?? 0));
+      this.mark = { time, wall };
+    }
     const { now, ghostErrors } = this.monitor;
     const [forces, currents, [error]] = [now("force"), now("current"), now("error")];
     element("clock").textContent = `${time.toFixed(2)} s`;
-    element("factor").textContent = this.playing ? `${readable(factor)} ×` : "paused";
+    element("factor").textContent = this.playing ? `${this.pace.toPrecision(2)} ×` : "paused";
     element("share").textContent = this.playing ? `${Math.round(100 * share)} %` : "–";
     const lines = ACTUATORS.map((name, k) => {
       const part = Math.abs(forces[k]) / this.data.rated[k];
