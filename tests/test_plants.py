@@ -4,7 +4,6 @@ Each run is kept, stopped or lost. Lost: the tip is off by more than a millimetr
 around its mean over 0.15 s in the last 3 s; as drawn these are 0.06 mm and 0.25 kN, swinging has 1.7 to 8 mm or tens of kN.
 Stopped: the controller took the brakes."""
 
-import csv
 import json
 import os
 from concurrent.futures import ThreadPoolExecutor
@@ -71,11 +70,11 @@ def joined(*parts):
     return whole
 
 
-def outcome(fmu_dir, file, settings):
+def outcome(fmu_dir, file, settings, *options):
     """kept, stopped or lost, and the tip's RMS error over the motion, mm."""
     tip, desired = ([f"{name}[{i}]" for i in (1, 2, 3)] for name in ("hdrm.tip.position", "controller.desired.position"))
     signals = [*tip, *desired, *(f"{axis}.F" for axis in AXES)]
-    rows = recorded(file, signals, "--system", fmu_dir / "Real.ssp", "--stop-time", 13.75, settings=settings)
+    rows = recorded(file, signals, "--system", fmu_dir / "Real.ssp", "--stop-time", 13.75, *options, settings=settings)
     error = 1e3 * np.linalg.norm(rows[4000:, 0:3] - rows[4000:, 3:6], axis=1)
     forces = rows[-3000:, 6:9]
     mean = np.stack([np.convolve(F, np.ones(150) / 150, "same") for F in forces.T], axis=1)
@@ -125,8 +124,8 @@ STRANGER = {"extends": "reference", "geometry": {"r_B_B4": [2.1, 0, 0]}, "bodies
 
 @pytest.mark.parametrize("name", ["reference", "hiab_xs031", "stranger"])
 def test_machines_are_kept_with_the_gains_of_the_rule(fmu_dir, tmp_path, name):
-    """In the real world, on a machine drawn by seed, also on a mounting half as stiff; a machine that asks for other gains than those that ship is
-    told which, by `machine check` and by a run."""
+    """As it is, 20 % heavier, and on a mounting half as stiff; a machine that asks for other gains than those that ship is told which, by
+    `machine check` and by a run."""
     machine = name
     if name == "stranger":
         machine = tmp_path / "stranger.json"
@@ -134,13 +133,12 @@ def test_machines_are_kept_with_the_gains_of_the_rule(fmu_dir, tmp_path, name):
     gains, system = tmp_path / "gains.ssv", ["--system", fmu_dir / "Real.ssp"]
     assert call("hdrm-fmu", "machine", "gains", machine, "--output", gains).returncode == 0
     told = [call("hdrm-fmu", "machine", "check", machine).stdout]
-    told.append(call("hdrm-fmu", "run", *system, "--machine", machine, "--stop-time", 0.01, "--quiet").stdout)
+    told.append(call("hdrm-fmu", "run", *system, "--machine", machine, "--stop-time", 0.01).stdout)
     assert ("lowest mode" in told[0]) == (name == "stranger") and ("machine gains" in told[1]) == (name != "reference"), told
-    for mount in (6e7, 3e7):
-        options = ["--trajectory", "triangular", "--law", "adaptive_integral", "--seed", 1, "--seeds", 1, "--csv", tmp_path / "runs.csv"]
-        soft = [word for k in (1, 2, 3) for word in ("--set", f"emla_{k}.compliance.mount={mount}")]
-        options += ["--world", "real", "--machine", machine, "--parameters", gains]
-        done = call("hdrm-fmu", "table", *system, *options, *soft)
-        assert done.returncode == 0, done.stderr
-        (row,) = csv.DictReader((tmp_path / "runs.csv").open())
-        assert float(row["known_rmse_mm"]) < 1.0, row
+    files = {component: {"machine_file": machine} for component in ("hdrm", "controller")}
+    files |= {axis: {"machine_file": machine, "axis": k} for k, axis in enumerate(AXES, 1)}
+    law = {"controller": {"mode": "adaptive_integral"}}
+    for k, plant in enumerate([inertia(1.0), inertia(1.2), merged(inertia(1.0), mount(3e7))]):
+        kind, rms = outcome(fmu_dir, tmp_path / f"{k}.csv", joined(plant, files, law), "--parameters", gains)
+        print(name, k, kind, f"{rms:.3f} mm")
+        assert kind == "kept", (plant, rms)
