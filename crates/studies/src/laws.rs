@@ -21,6 +21,9 @@ pub const MODES: [&str; 8] = [
 /// Rates of the tip integral that are tried, 1/s.
 const RATES: [f64; 5] = [1.25, 2.5, 5.0, 10.0, 20.0];
 
+/// Law that the studies of the real world start from.
+pub const SHIPPED: &str = "adaptive_integral";
+
 /// A control law.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Law {
@@ -31,17 +34,12 @@ pub struct Law {
 }
 
 impl Law {
-    fn new(name: impl Into<String>, mode: &str) -> Self {
+    /// The law `mode` under a name of its own.
+    pub fn new(name: impl Into<String>, mode: &str) -> Self {
         Self {
             name: name.into(),
             values: vec![("mode".into(), mode.into())],
         }
-    }
-
-    /// A law without values, which leaves the mode as it is.
-    pub fn plain(name: String) -> Self {
-        let values = Vec::new();
-        Self { name, values }
     }
 
     /// The law with one more value.

@@ -10,7 +10,7 @@ use serde_json::Value;
 
 use crate::bench::{Bench, MachineArgs};
 use crate::grid::{self, Case, Cell, failed};
-use crate::laws::{self, Law};
+use crate::laws::{self, Law, SHIPPED};
 use crate::print::files::{conditions, write, write_json};
 use crate::print::verdict::{print_counted, put as put_verdict};
 use crate::print::{comparison as compared, surrogate_loop as loop_print, tip_errors};
@@ -18,9 +18,6 @@ use crate::studies::robustness::{self, STUDIES, Study};
 use crate::studies::surrogate_loop::{self, RigNetwork};
 use crate::studies::{comparison, inertia};
 use crate::worlds::{PARAMETERS, World, cases};
-
-/// Law that the studies of the real world start from.
-const SHIPPED: &str = "adaptive_integral";
 
 #[derive(Args)]
 pub struct TableArgs {

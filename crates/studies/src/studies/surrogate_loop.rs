@@ -21,7 +21,7 @@ use serde::Serialize;
 use tempfile::TempDir;
 
 use crate::grid::{self, Case, Grid, Plan, Spread, TRAJECTORIES};
-use crate::laws::Law;
+use crate::laws::{Law, SHIPPED};
 use crate::measures::tracking::Tracking;
 use crate::worlds::{Bounds, DrawnMachines};
 
@@ -54,7 +54,7 @@ const CONTROLLERS: [(&str, f64, bool); 4] = [
 /// Seeds of the machines of this study alone.
 const FIRST_SEED: u64 = 7001;
 /// Machines where no number is asked for.
-pub const MACHINES: u64 = 5;
+pub const MACHINES: u64 = 3;
 
 /// Runs that [`run`] makes on `machines`.
 #[must_use]
@@ -174,7 +174,7 @@ pub fn run(
     let mut laws = Vec::new();
     for (sensors, readings) in SENSORS {
         for (model, alpha, refitted) in CONTROLLERS {
-            let mut law = Law::plain(format!("{sensors}; {model}"));
+            let mut law = Law::new(format!("{sensors}; {model}"), SHIPPED);
             for (variable, value) in readings {
                 law = law.with(variable, value);
             }
