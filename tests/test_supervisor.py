@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from native import call, named
-from test_plants import AXES, TWELVE, joined, payload
+from test_plants import AXES, TWELVE, joined, mount, payload
 
 WATCHING, FROZEN, LOWERED, STOPPED = 2, 3, 4, 7
 LIMIT = 1.2 * 70e3
@@ -17,10 +17,10 @@ FLAGS = [f"controller.{name}[{k}]" for name in ("enable", "brake") for k in (1, 
 OFF = {"controller": {"supervisor": "false"}}
 # Lost without the supervisor: how far it must go, and gains or plant.
 CASES = {
-    "frozen": (FROZEN, {"controller": {"gamma": 20}}),
-    "lowered": (LOWERED, {"controller": {"gamma": 10}}),
+    "frozen": (FROZEN, {"controller": {"gamma": 10}}),
+    "lowered": (LOWERED, mount(3e7) | {"controller": {"gamma": 40}}),
     "stopped": (STOPPED, {"controller": {"kappa_KA": 120, "Lambda_orientation": 30}}),
-    "too heavy": (STOPPED, payload(700)),
+    "too heavy": (STOPPED, payload(600)),
 }
 
 
