@@ -1,7 +1,7 @@
 //! Enumerations of the FMU `Controller`: names and numbers of what `vdc` distinguishes.
 
 use fmu_export::Items;
-use vdc::{Level, MODES, Mode, RateCommand};
+use vdc::{Level, MODES, Mode, RateCommand, Stage};
 
 pub(crate) static MODE: Items<(Mode, bool), { MODES.len() }> =
     Items::new("Mode", "how much of the controller is at work", MODES);
@@ -58,3 +58,35 @@ pub(crate) static RATE_COMMAND: Items<RateCommand, 2> = Items::new(
         ),
     ],
 );
+
+#[rustfmt::skip] // an item a line
+pub(crate) static SUPERVISOR: Items<Stage, 7> = Items::new("Supervisor", "what the supervisor does", [
+    (Stage::Off, "off", "nothing"),
+    (Stage::Watching, "watching", "it watches for swinging"),
+    (Stage::Frozen, "frozen", "nothing adapts any longer"),
+    (Stage::Lowered, "lowered", "the gains are lowered besides"),
+    (Stage::Stopping, "stopping", "the joints come to rest"),
+    (Stage::Braking, "braking", "the brakes are applied, the gates still on"),
+    (Stage::Stopped, "stopped", "the brakes hold the rods, the gates are off, the wrist is held where it was"),
+]);
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The output `supervisor.state` is the place among the values of `Stage`.
+    #[test]
+    fn stages_have_the_numbers_of_their_places() {
+        for stage in [
+            Stage::Off,
+            Stage::Watching,
+            Stage::Frozen,
+            Stage::Lowered,
+            Stage::Stopping,
+            Stage::Braking,
+            Stage::Stopped,
+        ] {
+            assert_eq!(SUPERVISOR.number(stage), stage as i32 + 1);
+        }
+    }
+}

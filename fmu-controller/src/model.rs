@@ -125,6 +125,8 @@ pub struct Parameters {
     pub(crate) weighing_time: f64,
     /// Largest required force of a rod over its rated one.
     pub(crate) force_limit: f64,
+    /// Whether a supervisor watches for swinging.
+    pub(crate) supervisor: bool,
     /// Whether it is told of the loads that a path picks up.
     pub(crate) load_told: bool,
 }
@@ -154,6 +156,7 @@ impl Parameters {
             current_loop: false,
             weighing_time: 0.0,
             force_limit: 0.0,
+            supervisor: false,
             load_told: true,
         }
     }
@@ -172,11 +175,19 @@ impl Parameters {
             current_loop: self.current_loop,
             weighing_time: self.weighing_time,
             force_limit: self.force_limit,
+            supervisor: self.supervisor,
             load_told: self.load_told,
         })
     }
 
     pub(crate) fn timing(&self) -> Result<Timing, ModelError> {
+        if self.current_loop && self.delay > 0 {
+            return Err(ModelError::new(format!(
+                "`delay` = {} with `current_loop` = true: the prediction over the delay reckons with the voltages, which drives with a \
+                 current loop of their own do not follow; set one of the two to its start value, and `reading_age` to the delay",
+                self.delay
+            )));
+        }
         Ok(Timing {
             sample_time: self.sample_time,
             delay: u32::try_from(self.delay)?,

@@ -3,7 +3,7 @@
 //! The fields belong to `vdc` and `machine`, which know no FMI, so a row names its field; a derive
 //! would need a copy of their structs.
 
-use super::enumerations::{LEVEL, MODE, RATE_COMMAND, TRAJECTORY};
+use super::enumerations::{LEVEL, MODE, RATE_COMMAND, SUPERVISOR, TRAJECTORY};
 use super::files::{read_machine, read_path, read_surrogate};
 use super::model::ControllerFmu;
 use fmu_export::{ALL_PARAMETERS, DisplayUnit, File, Info, Terminal, Unit, Variable, joined, row};
@@ -100,6 +100,12 @@ const fn of_start(row: V) -> V {
     row.depends_on(&[])
         .initially_depends_on(&["zeta", ALL_PARAMETERS])
         .discrete()
+}
+
+/// An output that depends on no input, initially neither.
+const fn of_supervisor(row: V) -> V {
+    row.depends_on(&[])
+        .initially_depends_on(&["supervisor", "level"])
 }
 
 /// A gain in `machine.controller`.
@@ -324,4 +330,8 @@ pub(crate) const VARIABLES: &[V] = &[
         .unit("s").range(0.0..=1e6),
     row!(V, parameter force_limit, "largest required force of a rod over force_max of the machine file, for short times; 0: only the current is limited, the paper's law")
         .unit("1").tunable().range(0.0..=100.0),
+    row!(V, boolean_parameter supervisor, "whether a supervisor watches the rods for swinging and acts on it, at the last by ramp, brakes and gates; without effect if level = actuator"),
+    of_supervisor(row!(V, integer_output supervisor.state = supervisor_state, "what the supervisor does").items(&SUPERVISOR)),
+    of_supervisor(row!(V, boolean_outputs enable, "whether the supervisor leaves the drives' gates on")),
+    of_supervisor(row!(V, boolean_outputs brake, "whether the supervisor applies the holding brakes")),
 ];

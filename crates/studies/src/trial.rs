@@ -1,5 +1,5 @@
 //! A run that may be lost: what became of it, how far the tip was off, how large the rods' forces
-//! were. It ends as soon as it is known that it is lost or was stopped.
+//! were. It ends as soon as it is known that it is lost, or that it stands still after it was stopped.
 //!
 //! Trials that are asked for once more are read from the folder that keeps them, a file each, so a
 //! study that was interrupted goes on where it was.
@@ -8,7 +8,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, ensure};
-use cosim::master::Master;
+use cosim::master::{Master, start_value};
 use cosim::observer::{Observer, Observers};
 use cosim::recording::Recording;
 use cosim::run::{Experiment, observed};
@@ -34,6 +34,10 @@ const SWINGS: f64 = 0.15;
 /// and lasts.
 const MEAN: f64 = 0.25;
 const LASTING: f64 = 1.0;
+/// Time after which a machine that was braked may no longer swing, s.
+const STANDS: f64 = 3.0;
+/// Root mean square of the force, over the rated one, of a rod that stands.
+const STILL: f64 = 0.05;
 
 /// What became of a run.
 #[derive(Clone, Copy, Debug, Eq, PartialEq, Serialize, Deserialize)]
@@ -41,7 +45,7 @@ const LASTING: f64 = 1.0;
 pub enum Fate {
     /// The tip followed to the end.
     Kept,
-    /// The controller stopped the machine by its brakes.
+    /// The controller stopped the machine by its brakes, and it no longer swings.
     Stopped,
     /// It swung, was far off, or failed.
     Lost,
@@ -56,7 +60,7 @@ pub struct Trial {
     pub why: String,
     /// Root mean square of the known tip error over the motion, m; of a run that was kept.
     pub rmse: Option<f64>,
-    /// Largest rod force over the rated one.
+    /// Largest rod force over the rated one, or over the controller's limit where that is larger.
     pub force: f64,
     /// Mean square of the swinging at the end of the run, over the rated force, its root.
     pub swing: f64,
@@ -97,10 +101,12 @@ impl Trial {
         let mut run = || -> Result<f64> {
             let master = experiment.start(system)?;
             let end = (system.port_of(controller, "motion_end")).and_then(|p| master.number(p));
-            let stop = match (experiment.stop, end) {
+            watch.end = match (experiment.stop, end) {
                 (None, Ok(end)) if end > master.time() => end,
                 _ => experiment.stop(system)?,
             };
+            // A machine that brakes at the end is seen to stand as well.
+            let stop = watch.end + if watch.has_brakes { STANDS } else { 0.0 };
             let observers = &mut Observers(vec![&mut recording, &mut watch]);
             let outcome = observed(system, master, stop, &|_, _| (), observers)?;
             Ok(outcome.simulated)
@@ -133,6 +139,8 @@ impl Trial {
 #[derive(Clone, Copy, Default)]
 struct Rod {
     rated: f64,
+    /// The controller's limit over the rated force, at least 1.
+    limit: f64,
     mean: f64,
     square: f64,
 }
@@ -147,7 +155,7 @@ impl Rod {
         self.mean += (dt / MEAN).min(1.0) * (part - self.mean);
         let rest = part - self.mean;
         self.square += (dt / LASTING).min(1.0) * (rest * rest - self.square);
-        part.abs()
+        part.abs() / self.limit
     }
 }
 
@@ -157,6 +165,11 @@ struct Watch {
     rods: Vec<Rod>,
     time: f64,
     force: f64,
+    /// When the controller braked, s.
+    braked: Option<f64>,
+    has_brakes: bool,
+    /// When the run ends that is not braked, s.
+    end: f64,
     ended: Option<(Fate, String)>,
 }
 
@@ -169,6 +182,10 @@ impl Watch {
             .into_iter()
             .collect::<Result<_>>()?;
         let rated = file.machine.ratings.in_order();
+        let limit = match system.port_of(tip.component, "force_limit") {
+            Ok(port) => start_value(system, &experiment.settings, port)?.max(1.0),
+            Err(_) => 1.0,
+        };
         ports.extend((1..=3).filter_map(|k| {
             let brake = system.port_of(tip.component, &format!("brake[{k}]"));
             brake.ok()
@@ -178,11 +195,15 @@ impl Watch {
             rods: (rated.iter())
                 .map(|ratings| Rod {
                     rated: ratings.force_max,
+                    limit,
                     ..Rod::default()
                 })
                 .collect(),
             time: experiment.stepping.start,
             force: 0.0,
+            braked: None,
+            has_brakes: ports.len() > 4,
+            end: f64::INFINITY,
             ended: None,
         })
     }
@@ -205,17 +226,35 @@ impl Observer for Watch {
         if self.force > HUGE {
             self.ended = Some((Fate::Lost, "a rod's force".into()));
         }
-        if *error > FAR {
-            self.ended = Some((Fate::Lost, "the tip is far off".into()));
-        }
         if brakes.iter().any(|brake| *brake != 0.0) {
-            self.ended = Some((Fate::Stopped, "the controller braked".into()));
+            self.braked.get_or_insert(self.time);
+        }
+        match self.braked {
+            None if *error > FAR => {
+                self.ended = Some((Fate::Lost, "the tip is far off".into()));
+            }
+            None if self.time > self.end - 0.5 * dt => {
+                self.ended = Some((Fate::Kept, String::new()));
+            }
+            Some(braked) if self.time - braked > 0.99 * STANDS => self.ended = Some(self.stopped()),
+            _ => {}
         }
         Ok(())
     }
 
     fn is_done(&self) -> bool {
         self.ended.is_some()
+    }
+}
+
+impl Watch {
+    /// What became of a run that was braked.
+    fn stopped(&self) -> (Fate, String) {
+        let standing = |rod: &Rod| rod.square < STILL * STILL;
+        match self.rods.iter().position(|rod| !standing(rod)) {
+            None => (Fate::Stopped, "the controller braked".into()),
+            Some(k) => (Fate::Lost, format!("rod {} swings under its brake", k + 1)),
+        }
     }
 }
 
@@ -319,6 +358,7 @@ mod tests {
         let after = |force: &dyn Fn(f64) -> f64| {
             let mut rod = Rod {
                 rated,
+                limit: 1.0,
                 ..Rod::default()
             };
             rod.add(force(0.0), 0.0);

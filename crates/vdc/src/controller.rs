@@ -8,19 +8,18 @@ use crate::drive::{Command, DriveState, Reading, RodDemand, VoltageLaw, residual
 use crate::error::{ControllerError, STEP_MAX};
 use crate::evaluation::{Evaluation, MachineLevel};
 use crate::law::{self, Instant, Rod, WEIGHING_JOINT};
-use crate::measured::{
-    DELAY_MAX, JointObserver, Plan, SAMPLES_MAX, SLACK, Sampling, Timing, predicted,
-};
+use crate::measured::{DELAY_MAX, JointObserver, SAMPLES_MAX, SLACK, Sampling, Timing, predicted};
 use crate::nominal::Nominal;
 use crate::proof;
-use crate::reference::{Motion, Reference, Trajectory};
+use crate::reference::{Motion, Reference, Target, Trajectory};
 use crate::settings::{Level, Settings};
 use crate::signals::Input;
 use crate::state::State;
-use crate::tracking::{Errors, RodMotion, rod_errors, track};
+use crate::supervisor::{Stage, Supervisor};
+use crate::tracking::{Errors, RodMotion, at_joints, rod_errors, track};
 use crate::trouble::{ReportedTroubles, Trouble, first_trouble};
 use emla::Surrogate;
-use hdrm::{DOF, Stroke, Tip, saturate};
+use hdrm::{DOF, Tip, saturate};
 use machine::{Controller as Gains, Machine};
 use nalgebra::Vector6;
 use serde::{Deserialize, Serialize};
@@ -65,6 +64,9 @@ impl Controller {
                 memory: [0.0; DOF],
                 bodies: Bodies::new(machine, settings.gains.inverse_bounds)?,
                 drives: [0, 1, 2].map(drive),
+                supervisor: Supervisor::new(
+                    settings.supervisor && settings.level == Level::Machine,
+                ),
             },
             reference: Reference::new(trajectory, machine, &nominal, &input.zeta)?,
             timing: Timing::default(),
@@ -110,6 +112,7 @@ impl Controller {
         input: &Input,
     ) -> Result<Evaluation, ControllerError> {
         let Self { nominal, state, .. } = self;
+        let settings = &*state.supervisor.in_force(settings);
         let held = state.sampling.held.as_ref();
         let observed = state.joints.observed(input, settings.gains.omega_speed);
         let input = held.unwrap_or(&observed);
@@ -125,6 +128,7 @@ impl Controller {
         now.fill(input);
         let t = state.motion_time(settings.gains.settle_time);
         now.output.motion_end = self.motion_end(settings);
+        now.supervised(state.supervisor.stage());
         now.output.load = self.reference.load(t).unwrap_or_default();
         proof::fill(&mut now, nominal, state, settings, input);
         match now.output.not_finite() {
@@ -153,7 +157,10 @@ impl Controller {
         } = self;
         let gains = &settings.gains;
         let t = state.motion_time(gains.settle_time);
-        let target = reference.target(nominal, &state.motion, input, t)?;
+        let mut target = reference.target(nominal, &state.motion, input, t)?;
+        if let Some(motion) = state.supervisor.motion() {
+            target = Target::of_joints(motion, nominal);
+        }
         let configuration = nominal.tree.configuration(&input.zeta);
         let tip = Tip::new(&nominal.tree, &configuration);
         let z = settings.integral.then_some(&state.integral);
@@ -210,7 +217,14 @@ impl Controller {
             memory_rate: forces.memory_rate,
             energy: errors.energy,
         });
-        Ok(forces.wrist)
+        let supervisor = &state.supervisor;
+        if supervisor.stage() < Stage::Braking {
+            return Ok(forces.wrist);
+        }
+        Ok(std::array::from_fn(|j| {
+            let own = law::own_inertia(&configuration, &bodies.nominal, 3 + j);
+            supervisor.holding(j, own, gains, input)
+        }))
     }
 
     /// Each rod by itself: the demands by its own reference. The wrist rests.
@@ -236,7 +250,7 @@ impl Controller {
 
     /// Largest force that rod `i` is asked for, N, where there is a limit.
     fn largest_force(&self, settings: &Settings, i: usize) -> Option<f64> {
-        (settings.force_limit > 0.0).then(|| settings.force_limit * self.nominal.force_max[i])
+        (settings.force_limit > 0.0).then(|| settings.force_limit * self.nominal.ratings[i][0])
     }
 
     /// The voltage laws of the three drives.
@@ -313,7 +327,15 @@ impl Controller {
     ) -> Option<Trouble> {
         let h = h.max(self.timing.sample_time);
         let rates = self.reference.rates().map(|r| (r, &self.state.motion));
-        first_trouble(now, &self.nominal, rates, settings, reported, [t, h])
+        first_trouble(
+            now,
+            &self.nominal,
+            rates,
+            &self.state.supervisor,
+            settings,
+            reported,
+            [t, h],
+        )
     }
 
     /// Time at which the reference has come to its end, s; the start time for an external one.
@@ -341,6 +363,7 @@ impl Controller {
     /// All states but the observer's and the samples over an interval of `h` s in which the
     /// measurements and commands of `now` are held.
     fn advance(&mut self, now: &Evaluation, settings: &Settings, input: &Input, h: f64) {
+        let settings = &*self.state.supervisor.in_force(settings);
         let Self {
             nominal,
             reference,
@@ -352,7 +375,7 @@ impl Controller {
                 let torque = now.output.tau_wrist[WEIGHING_JOINT - 3];
                 let rate = input.zeta_dot[WEIGHING_JOINT];
                 state.bodies.weigh(torque, rate, inertia, h);
-            } else if !now.is_at_force_limit() {
+            } else if !now.is_at_force_limit() && state.supervisor.stage() < Stage::Frozen {
                 let law = settings.mode.law();
                 law.learn(&mut state.bodies, &machine.motions, &settings.gains, h);
             }
@@ -366,8 +389,12 @@ impl Controller {
                 }
             }
         }
-        let rests = is_at_limit || (0..3).any(|i| now.leads_beyond(i, now.push[i]));
+        let is_braked = state.supervisor.stage() >= Stage::Braking;
+        let rests = is_braked || is_at_limit || (0..3).any(|i| now.leads_beyond(i, now.push[i]));
         now.errors.advance(&mut state.integral, rests, h);
+        if state.supervisor.stage() != Stage::Off {
+            supervise(nominal, reference, state, settings, now, input, h);
+        }
         if let Some(rates) = reference.rates() {
             let command = settings.rate_command;
             rates.advance(&mut state.motion, &nominal.tree, command, input, h);
@@ -435,7 +462,7 @@ impl Controller {
         let T = self.timing.sample_time;
         let delay = self.timing.delay.min(DELAY_MAX) as usize;
         let mut sampling = self.state.sampling;
-        sampling.plan(delay, plan(now));
+        sampling.plan(delay, now.plan());
         let due = self.timing.sample(self.state.t_start, sampling.count);
         if T == 0.0 || t >= due - SLACK * T {
             let (mut ahead, mut lead) = sampling.first(input, h);
@@ -455,15 +482,39 @@ impl Controller {
     }
 }
 
-/// What acts with the commands of `now`.
-fn plan(now: &Evaluation) -> Plan {
-    let machine = now.machine.as_ref();
-    Plan {
-        v_d: now.output.v_d,
-        v_q: now.output.v_q,
-        zeta_ddot: machine.map_or([0.0; DOF], |m| m.zeta_ddot_r),
-        x_ddot: now.demands.map(|d| d.motion.x_r_ddot),
-        strokes: machine.map(|m| m.strokes.map(|Stroke { x, prime, .. }| [x, prime])),
+/// Advances the supervisor by `h` s, and what its new stages ask of the rest of the state.
+fn supervise(
+    nominal: &Nominal,
+    reference: &Reference,
+    state: &mut State,
+    settings: &Settings,
+    now: &Evaluation,
+    input: &Input,
+    h: f64,
+) {
+    let (errors, is_overloaded) = (now.rod_errors(&input.F), now.is_at_force_limit());
+    let (supervisor, ratings) = (&mut state.supervisor, &nominal.ratings);
+    if supervisor.stage() < Stage::Braking {
+        supervisor.feel(&now.output.tau_wrist, h);
+    }
+    let Some(fall) = supervisor.advance(&errors, is_overloaded, ratings, state.t, h) else {
+        return;
+    };
+    // What it asks for, Λ z, stays.
+    state.integral *= fall;
+    let stage = state.supervisor.stage();
+    if stage >= Stage::Stopping && state.supervisor.stop().is_none() {
+        let gains = &settings.gains;
+        let t = state.motion_time(gains.settle_time);
+        let target = reference.target(nominal, &state.motion, input, t);
+        let [zeta_dot, integral] = target
+            .map(|target| at_joints(&target, nominal, gains, &state.integral, &input.zeta))
+            .unwrap_or_default();
+        state.integral = integral;
+        state.supervisor.stop_from(input.zeta.into(), zeta_dot);
+    }
+    if stage >= Stage::Braking {
+        state.supervisor.brake_at(&input.zeta);
     }
 }
 

@@ -4,8 +4,10 @@
 use crate::bodies::WristInertia;
 use crate::drive::{Command, RodDemand};
 use crate::law::BodyMotion;
+use crate::measured::Plan;
 use crate::reference::DesiredMotion;
 use crate::signals::{Input, Output};
+use crate::supervisor::Stage;
 use crate::tracking::Errors;
 use hdrm::{Body, DOF, Stroke};
 use nalgebra::Vector3;
@@ -107,6 +109,31 @@ impl Evaluation {
             |c: &Command| (!self.current_loop && c.voltage() >= c.v_max) || c.i_qr.abs() >= c.i_max;
         let mut wrist = self.output.tau_wrist.iter().zip(tau_wrist_max);
         self.commands.iter().any(drive) || wrist.any(|(tau, max)| tau.abs() >= *max)
+    }
+
+    /// What the stage of the supervisor asks of gates and brakes.
+    pub(crate) fn supervised(&mut self, stage: Stage) {
+        self.output.supervisor_state = stage as i32 + 1;
+        self.output.enable = [stage != Stage::Stopped; 3];
+        self.output.brake = [stage >= Stage::Braking; 3];
+    }
+
+    /// Errors of force, N, and velocity, m/s, of each rod, where the forces `F`, N, are measured.
+    pub(crate) fn rod_errors(&self, F: &[f64; 3]) -> [[f64; 2]; 3] {
+        let F = self.F.as_ref().unwrap_or(F);
+        std::array::from_fn(|i| [self.demands[i].f_r - F[i], self.rate_error[i]])
+    }
+
+    /// What acts with these commands.
+    pub(crate) fn plan(&self) -> Plan {
+        let machine = self.machine.as_ref();
+        Plan {
+            v_d: self.output.v_d,
+            v_q: self.output.v_q,
+            zeta_ddot: machine.map_or([0.0; DOF], |m| m.zeta_ddot_r),
+            x_ddot: self.demands.map(|d| d.motion.x_r_ddot),
+            strokes: machine.map(|m| m.strokes.map(|Stroke { x, prime, .. }| [x, prime])),
+        }
     }
 
     /// Whether a rod has the largest force that it may be asked for.

@@ -22,6 +22,7 @@ mod reference;
 mod settings;
 mod signals;
 mod state;
+mod supervisor;
 mod tracking;
 mod trouble;
 
@@ -35,5 +36,6 @@ pub use nominal::tip_pose;
 pub use reference::{CommandHolds, RateCommand, RateLimits, Trajectory};
 pub use settings::{Derating, Level, Settings};
 pub use signals::{Input, Output};
+pub use supervisor::Stage;
 pub use tip_path::Load;
 pub use trouble::{ReportedTroubles, Trouble};

@@ -40,6 +40,9 @@ pub struct Settings {
     /// Largest required force of a rod over its rated one, for short times; 0: it has no limit but
     /// the currents'.
     pub force_limit: f64,
+    /// Whether a supervisor watches for swinging; not to be changed while the controller runs, and
+    /// without effect at [`Level::Actuator`].
+    pub supervisor: bool,
     /// Less current for hot windings; None: `i_max` at any temperature.
     pub derating: Option<Derating>,
     /// Which rates are commanded, if the trajectory is [`crate::Trajectory::Rates`].
@@ -63,6 +66,7 @@ impl Settings {
             alpha: 0.0,
             true_inertia_scale: 1.0,
             force_limit: 0.0,
+            supervisor: false,
             derating: None,
             rate_command: RateCommand::Joint,
             load_told: true,

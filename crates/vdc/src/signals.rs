@@ -108,6 +108,12 @@ pub struct Output {
     pub vpf: [f64; 3],
     /// What the path has the end-effector carry.
     pub load: Load,
+    /// What the supervisor does: the place of [`crate::Stage`] among its values, from 1.
+    pub supervisor_state: i32,
+    /// Whether the drives' gates are to be on.
+    pub enable: [bool; 3],
+    /// Whether the holding brakes are to be applied.
+    pub brake: [bool; 3],
 }
 
 impl Output {

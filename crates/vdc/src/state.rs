@@ -4,6 +4,7 @@ use crate::bodies::Bodies;
 use crate::drive::DriveState;
 use crate::measured::{JointObserver, Sampling};
 use crate::reference::Motion;
+use crate::supervisor::Supervisor;
 use hdrm::DOF;
 use nalgebra::Vector6;
 use serde::{Deserialize, Serialize};
@@ -26,11 +27,17 @@ pub(crate) struct State {
     pub(crate) memory: [f64; DOF],
     pub(crate) bodies: Bodies,
     pub(crate) drives: [DriveState; 3],
+    pub(crate) supervisor: Supervisor,
 }
 
 impl State {
     /// Time since the reference began to move, after a rest of `settle_time`, s; negative before.
+    /// It stands still once the supervisor stops the machine.
     pub(crate) fn motion_time(&self, settle_time: f64) -> f64 {
-        self.t - self.t_start - settle_time
+        let t = self
+            .supervisor
+            .stop()
+            .map_or(self.t, |stop| stop.min(self.t));
+        t - self.t_start - settle_time
     }
 }

@@ -5,6 +5,7 @@ use crate::evaluation::Evaluation;
 use crate::nominal::Nominal;
 use crate::reference::{Motion, Rates};
 use crate::settings::{Level, Settings};
+use crate::supervisor::{Stage, Supervisor};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
@@ -99,6 +100,21 @@ pub enum Trouble {
         /// Most that the rod is given, N.
         f_max: f64,
     },
+    /// The supervisor acts.
+    #[error(
+        "t = {t} s: supervisor: {} (power that swings: up to {power} W at actuator {actuator})",
+        .stage.does()
+    )]
+    Supervisor {
+        /// Time, s.
+        t: f64,
+        /// What it does from now on.
+        stage: Stage,
+        /// Actuator, counted from 1.
+        actuator: usize,
+        /// Root mean square of its force error times that of its velocity error, W.
+        power: f64,
+    },
     /// A drive cannot give what the law asks for.
     #[error(
         "t = {t} s: the voltage law asks for {asked} V at actuator {actuator}, whose drive gives at most {v_max} V (v_max and v_dc/sqrt(3)): the reference \
@@ -116,6 +132,22 @@ pub enum Trouble {
     },
 }
 
+impl Stage {
+    /// What it does, in words.
+    fn does(self) -> &'static str {
+        match self {
+            Self::Off | Self::Watching => "it watches",
+            Self::Frozen => "it freezes the adaptation",
+            Self::Lowered => "it lowers the gains",
+            Self::Stopping => "it brings the joints to rest",
+            Self::Braking => "it applies the brakes",
+            Self::Stopped => {
+                "the gates are off, the brakes hold the rods, and the wrist is held where it was"
+            }
+        }
+    }
+}
+
 /// Which troubles last, so that each is reported once, where it begins.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ReportedTroubles {
@@ -127,6 +159,7 @@ pub struct ReportedTroubles {
     elbow: bool,
     wrist: bool,
     rate: bool,
+    supervisor: Option<Stage>,
 }
 
 /// What begins to go wrong with the commands of `now` at `t`, s, where samples are `h` apart, s;
@@ -136,11 +169,23 @@ pub(crate) fn first_trouble(
     now: &Evaluation,
     nominal: &Nominal,
     rates: Option<(&Rates, &Motion)>,
+    supervisor: &Supervisor,
     settings: &Settings,
     reported: &mut ReportedTroubles,
     [t, h]: [f64; 2],
 ) -> Option<Trouble> {
     let mut first = None;
+    let stage = supervisor.stage();
+    if stage >= Stage::Frozen && reported.supervisor != Some(stage) {
+        reported.supervisor = Some(stage);
+        let (rod, power) = supervisor.largest(&nominal.ratings);
+        first = Some(Trouble::Supervisor {
+            t,
+            stage,
+            actuator: rod + 1,
+            power,
+        });
+    }
     let mut begins = |reported: &mut bool, lasts: bool, trouble: Trouble| {
         // One at a time: what begins at the same time is reported a step later.
         if lasts && !*reported && first.is_some() {

@@ -69,8 +69,8 @@ pub fn draws(args: &DrawsArgs) -> Result<Verdict> {
     let force = Spread::of(runs.iter().map(|draw| draw.trial.force));
     let error = Spread::of(runs.iter().filter_map(|draw| draw.trial.rmse));
     print(format!(
-        "{} machines, {} x the bounds of the {} world, {}, {}: {} kept, {} stopped, {} lost\nrods with more than {FORCE} x their rated \
-         force: on {} machines; largest force over the rated one: median {:.2}, worst {:.2}\nknown error of those kept: median {:.3} mm, worst {:.3} mm\n",
+        "{} machines, {} x the bounds of the {} world, {}, {}: {} kept, {} stopped, {} lost\nrods with more than {FORCE} x the largest \
+         force asked for: on {} machines; largest force over that one: median {:.2}, worst {:.2}\nknown error of those kept: median {:.3} mm, worst {:.3} mm\n",
         args.seeds,
         args.bounds,
         args.world.name(),

@@ -12,12 +12,21 @@ use cosim::wiring::Port;
 use fmu_description::Kind;
 use machine::AXES;
 
-use self::Meaning::{RatedMean, Rating, Saturation};
+use self::Meaning::{RatedMean, Rating, Saturation, Supervision};
 use super::tip::TipError;
 use crate::machine_file::MachineFile;
 
 /// Share of the time from which on saturation spoils a run.
 const SATURATED: f64 = 0.01;
+
+/// What a supervisor has done at the stages from the third on, and from which on that spoils a run.
+const SUPERVISED: [&str; 3] = [
+    "froze the adaptation",
+    "froze the adaptation and lowered the gains",
+    "stopped the machine",
+];
+const ACTS: f64 = 3.0;
+const STOPS: f64 = 5.0;
 
 /// What reaching a limit means.
 #[derive(Clone, Copy, PartialEq)]
@@ -28,6 +37,8 @@ enum Meaning {
     Rating,
     /// It can give more, but is not built for it on average: the root mean square counts.
     RatedMean,
+    /// The stage of the controller's supervisor: from the limit on it acts.
+    Supervision,
 }
 
 /// A limit and how close the run came to it.
@@ -74,6 +85,11 @@ impl LimitWatch {
         };
         let mut drives = 0;
         for k in 0..system.fmus.len() {
+            if let Ok(stage) = system.port_of(k, "supervisor.state") {
+                let name = &system.structure.components[k].name;
+                let name = format!("supervisor of {name}");
+                watch.add_limit(vec![stage], Limit::new(name, "", Supervision, ACTS));
+            }
             let limits = ["v_max", "i_max"].map(|limit| system.port_of(k, limit));
             let [Ok(v_max), Ok(i_max)] = limits else {
                 continue;
@@ -223,6 +239,19 @@ impl Limit {
         if self.beyond == 0 {
             return;
         }
+        if self.meaning == Supervision {
+            let done = ((worst - ACTS) as usize).min(SUPERVISED.len() - 1);
+            let text = format!(
+                "{name}: it {}, first at t = {:.3} s",
+                SUPERVISED[done], self.since
+            );
+            if *worst < STOPS {
+                verdict.note(text);
+            } else {
+                verdict.object(text);
+            }
+            return;
+        }
         let share = self.beyond as f64 / samples as f64;
         let when = format!(
             "for {:.2} % of the time, first at t = {:.3} s",
@@ -306,6 +335,28 @@ mod tests {
         );
         (values[60], values[70]) = (2.5, 3.0);
         assert!(judged(Meaning::Saturation, &values).is_bad());
+    }
+
+    #[test]
+    fn a_supervisor_that_acts_is_noted_and_one_that_stops_spoils_a_run() {
+        let of = |stages: &[f64]| {
+            let mut limit = Limit::new("x".into(), "", Supervision, ACTS);
+            for (k, stage) in (0..).zip(stages) {
+                limit.add(f64::from(k), &[*stage]);
+            }
+            let mut verdict = Verdict::default();
+            limit.judge(stages.len() as u64, &mut verdict);
+            (verdict.to_string(), verdict.is_bad())
+        };
+        assert!(!of(&[1.0, 1.0]).0.contains("it "));
+        assert!(!of(&[2.0, 2.0]).0.contains("it "));
+        let (text, is_bad) = of(&[2.0, 3.0, 4.0]);
+        assert!(
+            text.contains("lowered the gains, first at t = 1.000 s") && !is_bad,
+            "{text}"
+        );
+        let (text, is_bad) = of(&[2.0, 3.0, 4.0, 5.0, 7.0]);
+        assert!(text.contains("stopped the machine") && is_bad, "{text}");
     }
 
     #[test]

@@ -13,7 +13,7 @@ use crate::laws::Law;
 use crate::start_values::over;
 use crate::trial::{Fate, Store, Trial};
 
-/// What rods may be given at most, over their rated force.
+/// What rods may have at most, over their rated force or the controller's limit of it.
 pub const FORCE: f64 = 1.2;
 
 /// A drawn machine and what became of it.
@@ -35,7 +35,7 @@ pub struct Counts {
     pub stopped: usize,
     /// The machine swung, was far off, or failed.
     pub lost: usize,
-    /// A rod had more than [`FORCE`] times its rated force.
+    /// A rod had more than [`FORCE`] times what it may be asked for.
     pub forced: usize,
 }
 
@@ -97,7 +97,7 @@ pub fn judge(draws: &[Draw], verdict: &mut Verdict) {
         }
     };
     object(counts.lost, "are lost", &|t| t.fate == Fate::Lost);
-    let text = format!("have rods with more than {FORCE} x the rated force");
+    let text = format!("have rods with more than {FORCE} x the largest force asked for");
     object(counts.forced, &text, &|t| t.force > FORCE);
 }
 

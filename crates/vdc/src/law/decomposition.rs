@@ -145,29 +145,44 @@ pub(crate) fn wrist_inertia(
     payload: &Inertia,
     gravity: f64,
 ) -> WristInertia {
+    let of_payload = inertia_about(configuration, WEIGHING_JOINT, |body| {
+        (body == Body::PL).then_some(payload)
+    });
+    WristInertia {
+        own: own_inertia(configuration, nominal, WEIGHING_JOINT),
+        payload: of_payload,
+        weight: gravity * (payload.m * of_payload).sqrt(),
+    }
+}
+
+/// Inertia of the machine's own bodies about a wrist joint, without what the end-effector carries.
+pub(crate) fn own_inertia(
+    configuration: &Configuration,
+    nominal: &[Inertia; Body::COUNT],
+    joint: usize,
+) -> f64 {
+    inertia_about(configuration, joint, |body| {
+        (body != Body::PL).then_some(&nominal[body as usize])
+    })
+}
+
+/// Inertia about a joint of the bodies that `of` names.
+fn inertia_about<'a>(
+    configuration: &Configuration,
+    joint: usize,
+    of: impl Fn(Body) -> Option<&'a Inertia>,
+) -> f64 {
     let mut required = RequiredMotion {
         zeta_dot: Vector6::zeros(),
         zeta_ddot: Vector6::zeros(),
     };
-    required.zeta_ddot[WEIGHING_JOINT] = 1.0;
+    required.zeta_ddot[joint] = 1.0;
     let ground = BodyMotion::default();
     let turning = motions(configuration, &[0.0; DOF], &required, &ground);
-    let inertia = |of_payload: bool| {
-        projected(configuration, |body, passed_on| {
-            let w = &turning[body as usize].w;
-            match (body == Body::PL, of_payload) {
-                (true, true) => payload.apply(w),
-                (false, false) => passed_on + nominal[body as usize].apply(w),
-                _ => passed_on,
-            }
-        })[WEIGHING_JOINT]
-    };
-    let [own, of_payload] = [inertia(false), inertia(true)];
-    WristInertia {
-        own,
-        payload: of_payload,
-        weight: gravity * (payload.m * of_payload).sqrt(),
-    }
+    projected(configuration, |body, passed_on| match of(body) {
+        Some(inertia) => passed_on + inertia.apply(&turning[body as usize].w),
+        None => passed_on,
+    })[joint]
 }
 
 /// Second wrist joint: on it the payload has its longest arm.

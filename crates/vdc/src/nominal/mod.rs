@@ -24,8 +24,8 @@ pub(crate) struct Nominal {
     pub(crate) tree: Tree,
     pub(crate) joint_viscous: [f64; 6],
     pub(crate) tau_wrist_max: [f64; 3],
-    /// Rated forces of the rods, N.
-    pub(crate) force_max: [f64; 3],
+    /// Rated forces, N, and speeds, m/s, of the rods.
+    pub(crate) ratings: [[f64; 2]; 3],
     pub(crate) gravity: f64,
     /// Slew, lift and tilt.
     pub(crate) actuators: [Emla; 3],
@@ -48,7 +48,7 @@ impl Nominal {
             tree,
             joint_viscous: machine.joint_viscous,
             tau_wrist_max: machine.limits.tau_wrist_max,
-            force_max: machine.ratings.in_order().map(|r| r.force_max),
+            ratings: (machine.ratings.in_order()).map(|r| [r.force_max, r.rod_speed_max]),
             gravity: machine.gravity,
             actuators: physics
                 .clone()

@@ -72,6 +72,19 @@ pub(crate) struct JointTarget<'a> {
     pub(crate) rate_max: &'a [f64; 6],
 }
 
+impl<'a> Target<'a> {
+    /// The joints' reference `motion`, whatever rates it takes.
+    pub(crate) fn of_joints(motion: &'a Motion, nominal: &Nominal) -> Self {
+        Self {
+            tip: motion.tip(&nominal.tree),
+            joints: Some(JointTarget {
+                motion,
+                rate_max: &[f64::INFINITY; 6],
+            }),
+        }
+    }
+}
+
 impl Reference {
     /// The reference that `trajectory` names, from the joint angles `zeta`, rad.
     ///

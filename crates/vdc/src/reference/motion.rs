@@ -38,6 +38,16 @@ impl Motion {
         }
     }
 
+    /// The motion `h` s later, where it comes to rest in `left` s, at the latest at that.
+    pub(crate) fn advance_to_rest(&mut self, left: f64, h: f64) {
+        let h = h.min(left);
+        self.zeta += (self.zeta_dot + self.zeta_ddot * (0.5 * h)) * h;
+        self.zeta_dot += self.zeta_ddot * h;
+        if h == left {
+            (self.zeta_dot, self.zeta_ddot) = (Vector6::zeros(), Vector6::zeros());
+        }
+    }
+
     /// The tip where the joints' reference has it.
     pub(crate) fn tip(&self, tree: &Tree) -> DesiredMotion {
         let Self {

@@ -60,10 +60,20 @@ pub(crate) fn required(
     }
 }
 
-fn stacked(linear: Vector3<f64>, angular: Vector3<f64>) -> Vector6<f64> {
+pub(crate) fn stacked(linear: Vector3<f64>, angular: Vector3<f64>) -> Vector6<f64> {
     Vector6::new(
         linear.x, linear.y, linear.z, angular.x, angular.y, angular.z,
     )
+}
+
+/// Joint rates, rad/s, that move the tip with `twist`, m/s and rad/s.
+pub(crate) fn joint_rates(
+    tip: &Tip,
+    singularities: &Singularities,
+    zeta: &[f64; DOF],
+    twist: Vector6<f64>,
+) -> Vector6<f64> {
+    Inverse::of(tip.jacobian(), singularities, zeta).apply(twist)
 }
 
 /// World-frame rotation from the present to the desired orientation, rad for small errors:

@@ -12,10 +12,10 @@ pub(crate) use required::{RequiredMotion, RodMotion};
 pub(crate) use rods::rod_errors;
 
 use crate::nominal::{Nominal, orientation};
-use crate::reference::Target;
+use crate::reference::{DesiredMotion, Target};
 use crate::signals::Input;
 use clik::TipState;
-use hdrm::Tip;
+use hdrm::{DOF, Tip};
 use machine::Controller as Gains;
 use nalgebra::{Vector3, Vector6};
 
@@ -66,4 +66,30 @@ pub(crate) fn track(
         rotation_error: errors.e.fixed_rows::<3>(3).into(),
         required: clik::required(&now, desired, &seen, &errors, Lambda),
     }
+}
+
+/// The joints' reference rates, rad/s, where `target` is followed, and the integral of their errors,
+/// rad, that asks for the same rates as the integral `z` of the target's.
+pub(crate) fn at_joints(
+    target: &Target,
+    nominal: &Nominal,
+    gains: &Gains,
+    z: &Vector6<f64>,
+    zeta: &[f64; DOF],
+) -> [Vector6<f64>; 2] {
+    if let Some(joints) = &target.joints {
+        return [joints.motion.zeta_dot, *z];
+    }
+    let tip = Tip::new(&nominal.tree, &nominal.tree.configuration(zeta));
+    let rates = |twist| clik::joint_rates(&tip, &nominal.singularities, zeta, twist);
+    let [p, o] = [gains.Lambda_position, gains.Lambda_orientation];
+    let Lambda = Vector6::new(p, p, p, o, o, o);
+    let DesiredMotion {
+        velocity,
+        angular_velocity,
+        ..
+    } = &target.tip;
+    let twist = clik::stacked(*velocity, *angular_velocity);
+    let z = rates(Lambda.component_mul(z)).component_div(&Lambda);
+    [rates(twist), z]
 }

@@ -1,0 +1,446 @@
+//! The supervisor: sees that the machine swings, and acts, least harm first.
+//!
+//! Of each rod it watches how much power swings between law and rod: the root mean square of the
+//! force error `f_r − F` times that of the velocity error `ẋ_r − ẋ`, both in the band of the boom's
+//! elastic modes and of the loops around them. What follows the reference is in neither error, so a
+//! fast motion is not taken for swinging. Of two thresholds the upper one sets off, and an action is
+//! given time to bring the power below the lower one before the next follows: adaptation freezes,
+//! gains fall, the joints come to rest along a ramp and are held by the brakes. What was done stays
+//! done: what made the machine swing once would do it again.
+//!
+//! It brakes at once where a rod has the largest force that it may be asked for, and keeps it: the
+//! load is then more than the machine holds.
+
+use crate::reference::Motion;
+use crate::settings::Settings;
+use crate::signals::Input;
+use hdrm::DOF;
+use machine::Controller as Gains;
+use nalgebra::Vector6;
+use serde::{Deserialize, Serialize};
+use std::borrow::Cow;
+use std::f64::consts::TAU;
+
+/// Band in which swinging is looked for, Hz: the boom's mode lies between 3 and 9 Hz.
+const BAND: [f64; 2] = [2.0, 20.0];
+/// Time constant of the mean squares, s: two periods of the slowest mode.
+const MEAN: f64 = 0.3;
+/// Power from which on a rod swings, over its rated force times its rated speed: 25 W on the
+/// reference machine. What keeps its reference has up to 13 W there, what swings 35 and more.
+const UPPER: f64 = 5e-3;
+/// Power below which it swings no longer.
+const LOWER: f64 = 1.6e-3;
+/// Times that freezing and lowering are given, s; a quarter where the power is four times the upper
+/// threshold.
+const PATIENCE: [f64; 2] = [1.0, 1.5];
+/// What lowered gains are over those of the parameters.
+const LOWERED: f64 = 0.5;
+/// Time in which the joints come to rest, s.
+const RAMP: f64 = 0.5;
+/// Time that a brake takes to close, for which the gates stay on, s.
+const CLOSING: f64 = 0.05;
+/// Time at the largest force after which the machine is stopped, s.
+const OVERLOADED: f64 = 0.2;
+
+/// What the supervisor does.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Serialize, Deserialize)]
+pub enum Stage {
+    /// Nothing.
+    #[default]
+    Off,
+    /// It watches.
+    Watching,
+    /// The estimates no longer adapt.
+    Frozen,
+    /// Gains are lowered besides.
+    Lowered,
+    /// The joints come to rest.
+    Stopping,
+    /// The brakes are applied, the gates still on.
+    Braking,
+    /// The brakes hold the rods, the gates are off; the wrist is held where it was.
+    Stopped,
+}
+
+impl Stage {
+    /// What gains are over those of the parameters.
+    fn gains(self) -> f64 {
+        match self {
+            Self::Off | Self::Watching | Self::Frozen => 1.0,
+            Self::Lowered | Self::Stopping | Self::Braking | Self::Stopped => LOWERED,
+        }
+    }
+}
+
+/// State of the supervisor.
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
+pub(crate) struct Supervisor {
+    stage: Stage,
+    /// When the stage began, s.
+    since: f64,
+    /// Whether a rod swings, by both thresholds.
+    swings: bool,
+    /// Time for which a rod has had its largest force, s.
+    overloaded: f64,
+    /// Errors of each rod: of the force, N, and of the velocity, m/s.
+    errors: [[Swing; 2]; 3],
+    /// Mean torques of the wrist joints, N·m; None before the first.
+    wrist: Option<[f64; 3]>,
+    /// The joints' reference from [`Stage::Stopping`] on.
+    motion: Motion,
+    /// When that began, s.
+    stop: Option<f64>,
+}
+
+/// What swings of a signal.
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
+struct Swing {
+    /// Two low-passes below the band, one above it; None before the first value.
+    passes: Option<[f64; 3]>,
+    /// Mean square.
+    square: f64,
+}
+
+impl Swing {
+    /// Adds the value `x`, which is held for `h` s.
+    fn add(&mut self, x: f64, h: f64) {
+        let share = |rate: f64| -libm::expm1(-h * rate);
+        let [low, high] = BAND.map(|f| share(TAU * f));
+        let [a, b, c] = self.passes.get_or_insert([x, 0.0, 0.0]);
+        *a += low * (x - *a);
+        let rest = x - *a;
+        *b += low * (rest - *b);
+        *c += high * (rest - *b - *c);
+        self.square += share(1.0 / MEAN) * (*c * *c - self.square);
+    }
+}
+
+impl Supervisor {
+    /// One that watches, or not.
+    pub(crate) fn new(watches: bool) -> Self {
+        Self {
+            stage: if watches { Stage::Watching } else { Stage::Off },
+            ..Self::default()
+        }
+    }
+
+    pub(crate) fn stage(&self) -> Stage {
+        self.stage
+    }
+
+    /// When it began to stop the machine, s.
+    pub(crate) fn stop(&self) -> Option<f64> {
+        self.stop
+    }
+
+    /// The joints' reference, once it stops the machine.
+    pub(crate) fn motion(&self) -> Option<&Motion> {
+        self.stop.map(|_| &self.motion)
+    }
+
+    /// The settings in force where `settings` are asked for.
+    pub(crate) fn in_force<'a>(&self, settings: &'a Settings) -> Cow<'a, Settings> {
+        let factor = self.stage.gains();
+        if factor == 1.0 {
+            return Cow::Borrowed(settings);
+        }
+        let mut lowered = *settings;
+        let gains = &mut lowered.gains;
+        for gain in [
+            &mut gains.Lambda_position,
+            &mut gains.Lambda_orientation,
+            &mut gains.kappa_KA,
+            &mut gains.omega_tip,
+            &mut gains.K_v,
+            &mut gains.omega_d,
+            &mut gains.pd_actuator_damping,
+        ]
+        .into_iter()
+        .chain(&mut gains.pd_wrist_damping)
+        {
+            *gain *= factor;
+        }
+        Cow::Owned(lowered)
+    }
+
+    /// Power that swings at each rod over its rated one, where rods are rated `[N, m/s]`.
+    fn powers(&self, ratings: &[[f64; 2]; 3]) -> [f64; 3] {
+        std::array::from_fn(|i| {
+            let [force, rate] = self.errors[i].map(|error| error.square.sqrt());
+            force * rate / (ratings[i][0] * ratings[i][1])
+        })
+    }
+
+    /// The rod that swings most, counted from 0, and its power, W.
+    pub(crate) fn largest(&self, ratings: &[[f64; 2]; 3]) -> (usize, f64) {
+        let powers = self.powers(ratings);
+        let of = |i: usize| (i, powers[i] * ratings[i][0] * ratings[i][1]);
+        (0..3)
+            .map(of)
+            .fold((0, 0.0), |a, b| if b.1 > a.1 { b } else { a })
+    }
+
+    /// Advances by `h` s from the time `t`, s, in which the rods have these errors of force, N, and
+    /// velocity, m/s, and `is_overloaded` says whether one has its largest force; where a new stage
+    /// begins, what the gains fall by.
+    pub(crate) fn advance(
+        &mut self,
+        errors: &[[f64; 2]; 3],
+        is_overloaded: bool,
+        ratings: &[[f64; 2]; 3],
+        t: f64,
+        h: f64,
+    ) -> Option<f64> {
+        if self.stop.is_some() {
+            let left = (RAMP - (t - self.since)).max(0.0);
+            self.motion.advance_to_rest(left, h);
+        } else {
+            let swings = self.errors.iter_mut().flatten();
+            for (swing, error) in swings.zip(errors.iter().flatten()) {
+                swing.add(*error, h);
+            }
+            self.overloaded = if is_overloaded {
+                self.overloaded + h
+            } else {
+                0.0
+            };
+        }
+        let power = self.powers(ratings).into_iter().fold(0.0, f64::max);
+        self.swings = power > if self.swings { LOWER } else { UPPER };
+        let hurry = if power > 4.0 * UPPER { 0.25 } else { 1.0 };
+        let elapsed = t + h - self.since;
+        let waited = |time: f64| elapsed >= time * (1.0 - 1e-9);
+        let next = match self.stage {
+            Stage::Watching | Stage::Frozen | Stage::Lowered if self.overloaded > OVERLOADED => {
+                Stage::Braking
+            }
+            Stage::Watching if self.swings => Stage::Frozen,
+            Stage::Frozen if self.swings && waited(hurry * PATIENCE[0]) => Stage::Lowered,
+            Stage::Lowered if self.swings && waited(hurry * PATIENCE[1]) => Stage::Stopping,
+            Stage::Stopping if waited(RAMP) => Stage::Braking,
+            Stage::Braking if waited(CLOSING) => Stage::Stopped,
+            _ => return None,
+        };
+        let fall = self.stage.gains() / next.gains();
+        (self.stage, self.since) = (next, t + h);
+        Some(fall)
+    }
+
+    /// Takes in the torques of the wrist, N·m, over `h` s. Where the machine swings their mean is
+    /// what holds the payload, whatever it weighs.
+    pub(crate) fn feel(&mut self, torques: &[f64; 3], h: f64) {
+        let mean = self.wrist.get_or_insert(*torques);
+        for (mean, torque) in mean.iter_mut().zip(torques) {
+            *mean -= libm::expm1(-h / MEAN) * (torque - *mean);
+        }
+    }
+
+    /// Torque that holds wrist joint `j`, counted from 0, after the stop, N·m, where its own bodies
+    /// have this inertia: by the smallest that it may meet, since the payload's is not known.
+    /// ```text
+    /// τ = τ_mean + κ I (Λ (ζ_d − ζ) − ζ̇)
+    /// ```
+    pub(crate) fn holding(&self, j: usize, inertia: f64, gains: &Gains, input: &Input) -> f64 {
+        let error = self.motion.zeta[3 + j] - input.zeta[3 + j];
+        let lacking = gains.Lambda_orientation * error - input.zeta_dot[3 + j];
+        let mean = self.wrist.map_or(0.0, |mean| mean[j]);
+        mean + gains.kappa_KA * inertia * lacking
+    }
+
+    /// Begins to stop the joints, which have the angles `zeta`, rad, and the reference's rates
+    /// `zeta_dot`, rad/s.
+    pub(crate) fn stop_from(&mut self, zeta: Vector6<f64>, zeta_dot: Vector6<f64>) {
+        self.stop = Some(self.since);
+        self.motion = Motion {
+            zeta,
+            zeta_dot,
+            zeta_ddot: zeta_dot / -RAMP,
+            ..Motion::default()
+        };
+    }
+
+    /// Takes the angles `zeta`, rad, at which the rods are braked, for their reference: only the
+    /// wrist is still moved.
+    pub(crate) fn brake_at(&mut self, zeta: &[f64; DOF]) {
+        self.motion = Motion {
+            zeta: Vector6::from_fn(|i, _| if i < 3 { zeta[i] } else { self.motion.zeta[i] }),
+            ..Motion::default()
+        };
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use machine::Machine;
+
+    const H: f64 = 1e-3;
+    const RATINGS: [[f64; 2]; 3] = [[70e3, 0.07]; 3];
+
+    /// Root mean square of what passes of a sine of amplitude 1 at `f` Hz.
+    fn passed(f: f64) -> f64 {
+        let mut swing = Swing::default();
+        for k in 0..10_000 {
+            swing.add((TAU * f * H * f64::from(k)).sin(), H);
+        }
+        swing.square.sqrt()
+    }
+
+    /// Closed form of two high-passes and a low-pass of first order; tolerance: the ripple of the
+    /// mean square, 1/(2·2π·f·0.3 s) of it, and half a sample's phase.
+    #[test]
+    fn what_swings_is_what_lies_in_the_band() {
+        for f in [3.0, 5.6, 9.0] {
+            let [low, high] = BAND;
+            let gain = f * f / (f * f + low * low) / (1.0 + (f / high).powi(2)).sqrt();
+            let expected = gain / 2.0_f64.sqrt();
+            let found = passed(f);
+            assert!(
+                (found / expected - 1.0).abs() < 0.04,
+                "{f} Hz: {found}, {expected}"
+            );
+        }
+        assert!(passed(0.3) < 0.03, "{}", passed(0.3));
+    }
+
+    /// Advances for `seconds` with errors of force and velocity whose amplitudes have the power
+    /// `share` of the rated one; what began, and when.
+    fn run(watch: &mut Supervisor, from: f64, seconds: f64, share: f64) -> Vec<(Stage, f64)> {
+        let mut begun = Vec::new();
+        // Of 5.6 Hz passes 0.855, twice; a product of amplitudes is twice that of its roots.
+        let size = (2.0 * share).sqrt() / 0.855;
+        for k in 0..(seconds / H) as u32 {
+            let t = from + H * f64::from(k);
+            let wave = size * (TAU * 5.6 * t).sin();
+            let errors = [[0.0; 2], RATINGS[1].map(|rated| wave * rated), [0.0; 2]];
+            if watch.advance(&errors, false, &RATINGS, t, H).is_some() {
+                begun.push((watch.stage(), t + H));
+            }
+        }
+        begun
+    }
+
+    /// An action after the other, each after the time that the one before was given; the stop along
+    /// the ramp and the closing of the brakes take their own times.
+    #[test]
+    fn what_goes_on_swinging_is_stopped_step_by_step() {
+        let mut watch = Supervisor::new(true);
+        let begun = run(&mut watch, 0.0, 8.0, 2.0 * UPPER);
+        let stages: Vec<Stage> = begun.iter().map(|(stage, _)| *stage).collect();
+        let expected = [
+            Stage::Frozen,
+            Stage::Lowered,
+            Stage::Stopping,
+            Stage::Braking,
+            Stage::Stopped,
+        ];
+        assert_eq!(stages, expected);
+        for (k, time) in [PATIENCE[0], PATIENCE[1], RAMP, CLOSING]
+            .into_iter()
+            .enumerate()
+        {
+            let waited = begun[k + 1].1 - begun[k].1;
+            assert!(
+                (waited - time).abs() < 1.5 * H,
+                "{stages:?} {k}: {waited} s"
+            );
+        }
+        // The more it swings, the faster.
+        let begun = run(&mut Supervisor::new(true), 0.0, 2.0, 20.0 * UPPER);
+        let waited = begun[1].1 - begun[0].1;
+        assert!((waited - 0.25 * PATIENCE[0]).abs() < 1.5 * H, "{waited} s");
+    }
+
+    #[test]
+    fn what_no_longer_swings_is_left_as_it_is() {
+        let mut watch = Supervisor::new(true);
+        assert_eq!(run(&mut watch, 0.0, 5.0, 0.8 * UPPER), []);
+        assert_eq!(watch.stage(), Stage::Watching);
+        let mut t = 0.0;
+        while watch.stage() == Stage::Watching {
+            run(&mut watch, t, 0.1, 2.0 * UPPER);
+            t += 0.1;
+        }
+        // Between both thresholds it still swings, below the lower one no longer.
+        let mut other = watch;
+        assert_eq!(run(&mut watch, t, 9.0, 0.3 * LOWER), []);
+        assert_eq!(watch.stage(), Stage::Frozen);
+        assert_eq!(run(&mut other, t, 9.0, 0.8 * UPPER).len(), 4);
+        let mut off = Supervisor::new(false);
+        assert_eq!(run(&mut off, 0.0, 5.0, 50.0 * UPPER), []);
+    }
+
+    /// A rod that keeps its largest force is braked at once, however steady it is.
+    #[test]
+    fn a_load_beyond_the_machine_is_braked() {
+        let mut watch = Supervisor::new(true);
+        let mut steps = 0;
+        while watch.stage() == Stage::Watching {
+            watch.advance(&[[7e3, 0.0]; 3], true, &RATINGS, H * f64::from(steps), H);
+            steps += 1;
+        }
+        assert_eq!(watch.stage(), Stage::Braking);
+        assert!(
+            (H * f64::from(steps) - OVERLOADED).abs() < 1.5 * H,
+            "{steps}"
+        );
+    }
+
+    #[test]
+    fn gains_are_those_asked_for_until_they_are_lowered() {
+        let settings = Settings::of(&Machine::reference().controller);
+        let at = |stage| Supervisor {
+            stage,
+            ..Supervisor::default()
+        };
+        for stage in [Stage::Off, Stage::Watching, Stage::Frozen] {
+            assert!(matches!(at(stage).in_force(&settings), Cow::Borrowed(_)));
+        }
+        let asked = &settings.gains;
+        let lowered = at(Stage::Lowered).in_force(&settings).gains;
+        assert_eq!(lowered.Lambda_position, 0.5 * asked.Lambda_position);
+        assert_eq!(lowered.kappa_KA, 0.5 * asked.kappa_KA);
+        assert_eq!(lowered.K_v, 0.5 * asked.K_v);
+        assert_eq!(lowered.K_i, asked.K_i);
+    }
+
+    /// The joints come to rest along a ramp: half the way that they would have gone.
+    #[test]
+    fn the_joints_come_to_rest_in_half_the_way() {
+        let mut watch = Supervisor {
+            stage: Stage::Stopping,
+            ..Supervisor::default()
+        };
+        let [zeta, rate] = [0.3, -0.2].map(Vector6::repeat);
+        watch.stop_from(zeta, rate);
+        run(&mut watch, 0.0, RAMP, 0.0);
+        let Motion {
+            zeta: end,
+            zeta_dot,
+            zeta_ddot,
+            ..
+        } = watch.motion;
+        assert!((end - (zeta + rate * (0.5 * RAMP))).norm() < 1e-12, "{end}");
+        assert_eq!((zeta_dot, zeta_ddot), (Vector6::zeros(), Vector6::zeros()));
+    }
+
+    /// The wrist is held by the mean of a torque that swings, and by its own inertia.
+    #[test]
+    fn the_wrist_is_held_by_what_held_it_on_average() {
+        let mut watch = Supervisor::default();
+        for k in 0..3000 {
+            let wave = 900.0 * (TAU * 7.0 * H * f64::from(k)).sin();
+            watch.feel(&[150.0 + wave, -90.0, 5.0], H);
+        }
+        watch.motion.zeta[5] = 0.2;
+        let mut gains = Machine::reference().controller;
+        (gains.kappa_KA, gains.Lambda_orientation) = (8.0, 3.0);
+        let mut input = Input::default();
+        (input.zeta[5], input.zeta_dot[5]) = (0.15, -0.4);
+        let of = |j| watch.holding(j, 0.5, &gains, &input);
+        // What is left of the wave: 1/(2π·7·0.3) of it.
+        assert!((of(0) - 150.0).abs() < 900.0 / 13.0, "{}", of(0));
+        assert!((of(1) + 90.0).abs() < 1e-9);
+        assert!((of(2) - (5.0 + 8.0 * 0.5 * (3.0 * 0.05 + 0.4))).abs() < 1e-9);
+    }
+}
