@@ -63,8 +63,8 @@ impl<const N: usize> Fit<N> {
                 }
             }
             let mut damped = A;
-            for k in 0..N {
-                damped[k][k] *= 1.0 + mu;
+            for (k, row) in damped.iter_mut().enumerate() {
+                row[k] *= 1.0 + mu;
             }
             let step = solve(damped, g);
             let trial = std::array::from_fn(|k| values[k] - sizes[k] * step[k]);

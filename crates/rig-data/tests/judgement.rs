@@ -1,4 +1,5 @@
 //! Least squares, look-up map, free run, intervals and bounds, each against what is known of it.
+#![allow(non_snake_case)] // symbols
 
 use emla::{EfficiencyBound, maps};
 use machine::{Emla, Heat};

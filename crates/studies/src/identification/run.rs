@@ -265,7 +265,7 @@ fn sum(coefficients: &DVector<f64>, t: f64) -> [f64; 3] {
 fn wave(t: f64, j: usize) -> [f64; 3] {
     let w = TAU / DURATION * j.div_ceil(2) as f64;
     let (sin, cos) = (w * t).sin_cos();
-    if j % 2 == 0 {
+    if j.is_multiple_of(2) {
         [cos, -w * sin, -w * w * cos]
     } else {
         [sin, w * cos, -w * w * sin]

@@ -40,10 +40,12 @@ impl Motion {
 
     /// The motion `h` s later, where it comes to rest in `left` s, at the latest at that.
     pub(crate) fn advance_to_rest(&mut self, left: f64, h: f64) {
+        // Also where rounding leaves a remainder.
+        let is_last = left <= h * (1.0 + 1e-9);
         let h = h.min(left);
         self.zeta += (self.zeta_dot + self.zeta_ddot * (0.5 * h)) * h;
         self.zeta_dot += self.zeta_ddot * h;
-        if h == left {
+        if is_last {
             (self.zeta_dot, self.zeta_ddot) = (Vector6::zeros(), Vector6::zeros());
         }
     }
