@@ -130,7 +130,7 @@ impl RigNetwork {
 pub struct SurrogateRun {
     /// Trajectory.
     pub trajectory: &'static str,
-    /// Load cells and rod encoders, of [`SENSORS`].
+    /// Load cells and rod encoders, of `SENSORS`.
     pub sensors: String,
     /// Model that the controller reckons with.
     pub model: String,
@@ -201,7 +201,7 @@ pub fn run(
 /// Runs with the same sensors and controller.
 #[derive(Clone, Debug, Serialize)]
 pub struct SurrogateRow {
-    /// Load cells and rod encoders, of [`SENSORS`].
+    /// Load cells and rod encoders, of `SENSORS`.
     pub sensors: &'static str,
     /// Model that the controller reckons with.
     pub model: &'static str,
