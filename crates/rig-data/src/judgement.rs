@@ -16,11 +16,11 @@ use crate::lookup::LookUp;
 use crate::prediction::Model;
 use crate::profile::Kind;
 
-/// Seeds of held-out profiles: for judging, for the bound's calibration, for its coverage.
+/// Seed of the held-out profiles on which candidates are judged.
 const JUDGED: u64 = 1;
-/// See [`JUDGED`].
+/// Seed of those that calibrate a network's bound.
 pub const CALIBRATED: u64 = 2;
-/// See [`JUDGED`].
+/// Seed of those that tell its coverage.
 const COVERED: u64 = 3;
 /// Share of the network in the hybrid.
 const HYBRID: f64 = 0.9;
