@@ -163,7 +163,9 @@ def states(fmu, hdrm):
         fed = {"v_dc": 560.0, "undervoltage": 450.0, "heat": True, "temperature": True}
         flat = fed | {"v_dc": 400.0}
         other = [{"alpha": 0.5}, {"drive": "force", "F_ext": 9e3}, {"x_dot": 0.0}, {"F_hold": -12e3}, fed, flat]
-        return [common | values for values in other]
+        # Loaded as its network knows it: elsewhere the interval is that of 0 and 1.
+        calibrated = common | {"v_q": 60.0, "F_hold": 30e3, "interval": True, "surrogate_file": str(Path(__file__).parents[1] / "parameters/surrogate_rig.json")}
+        return [common | values for values in other] + [calibrated | values for values in ({}, fed, flat)]
     if fmu.identifier == "Rig":
         common = {"v_q": 17.0, "v_d": -3.0, "x": 0.31, "x_dot": 0.02, "F_hold": 12e3}
         limited = common | {"switching": False, "v_q": 300.0, "v_d": -300.0}

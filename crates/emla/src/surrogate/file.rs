@@ -217,7 +217,10 @@ pub struct SurrogateFile {
     /// The six layers, from the inputs on.
     pub layers: Vec<LayerFile>,
     /// Bound on the error of its efficiency; left out: nobody has calibrated one.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    ///
+    /// Always written: saved states hold the file in a form without names, in which nothing may be
+    /// left out.
+    #[serde(default)]
     pub efficiency_bound: Option<EfficiencyBound>,
 }
 

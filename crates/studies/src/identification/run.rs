@@ -134,7 +134,10 @@ impl Commissioning {
     ) -> Result<Result<Identification, String>> {
         let path = bench::following(system, &self.path().display().to_string())?;
         let law = of_modes(&[LAW])[0].settings(system)?;
-        let settings: Vec<Setting> = [&case.settings[..], &law, &path].concat();
+        let mut settings: Vec<Setting> = [&case.settings[..], &law, &path].concat();
+        // Lowered gains would change what is excited.
+        let supervisor = system.port_of(tip_error_port(system)?.component, "supervisor")?;
+        settings.push(system.setting(&system.name(supervisor), false)?);
         let mut experiment = over(system, base, settings)?;
         experiment.stepping.jitter = case.jitter;
         let name = format!("identify {}", case.label);
