@@ -230,7 +230,9 @@ impl VoltageLaw<'_> {
             true => gains.K_i,
             false => gains.K_f * maps::beta_1(p, i_d),
         };
-        let asked = gains.K_v / ampere * velocity_error;
+        // Without such a feedback no current stands for the damping, and its voltage is as it is.
+        let ratio = Some(gains.K_v / ampere).filter(|ratio| ratio.is_finite());
+        let asked = ratio.map_or(0.0, |ratio| ratio * velocity_error);
         let (given, at_force_limit) = Self::within_force_limit(i_qr, asked, demand, current);
         let mut damping = gains.K_v * velocity_error;
         if self.settings.current_loop {
@@ -552,5 +554,31 @@ mod tests {
             let error = (i_q - held.min(takes(30e3))).abs();
             assert!(error < 1e-9 && sign == 1.0, "{i_q} A, {held} A");
         }
+    }
+
+    /// A feedback of the force that weighs next to nothing is no division by zero: where no
+    /// velocity error damps, the voltage is that of no feedback at all.
+    #[test]
+    fn a_vanishing_feedback_keeps_the_voltage_finite_under_a_limit() {
+        let actuator = actuator(0.0);
+        let (start, steady) = steady(&actuator);
+        let p = actuator.params();
+        let of = |K_f| {
+            let mut settings = settings(0.0);
+            settings.gains.K_f = K_f;
+            let law = VoltageLaw {
+                actuator: &actuator,
+                settings: &settings,
+            };
+            let motion = RodMotion {
+                x_r_dot: maps::travel_per_radian(p) * steady.w_m,
+                x_r_ddot: 0.0,
+            };
+            let demand = RodDemand::within(Some(50e3), start.f_r, motion);
+            let state = DriveState::undisturbed(p, steady.w_m);
+            law.command(&state, &demand, &steady, 0.0).v_q
+        };
+        assert!(of(0.0).is_finite());
+        assert_eq!(of(5e-324), of(0.0));
     }
 }
