@@ -13,8 +13,9 @@ use cosim::run::Experiment;
 use cosim::system::{Setting, System};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
-use rand_distr::{Distribution, StandardNormal, Uniform};
+use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
+use rig_data::resampling::bootstrap;
 use serde::Serialize;
 use tip_path::SIX_JOINTS;
 
@@ -39,8 +40,6 @@ const SHRINKS: f64 = 0.2;
 const CHUNK: usize = 2;
 const LEAD: usize = 3 * CHUNK;
 const BEHIND: f64 = 1.1;
-/// Resamplings of the bootstrap.
-const RESAMPLINGS: usize = 2000;
 
 const TIP: &[&str] = &["Lambda_position"];
 const TURN: &[&str] = &["Lambda_orientation"];
@@ -368,7 +367,7 @@ pub fn rows(results: &[(Tuned, Vec<Trial>)], reference: &str) -> Result<Vec<Row>
             law: tuned.law.clone(),
             counts: Counts::of(trials),
             error: Spread::of(trials.iter().filter_map(|trial| trial.rmse)),
-            ratio: (!is_first && !logs.is_empty()).then(|| bootstrap(&logs).map(f64::exp)),
+            ratio: (!is_first && !logs.is_empty()).then(|| mean_with_interval(&logs).map(f64::exp)),
         }
     };
     let mut rows: Vec<Row> = results.iter().map(row).collect();
@@ -379,19 +378,10 @@ pub fn rows(results: &[(Tuned, Vec<Trial>)], reference: &str) -> Result<Vec<Row>
     Ok(rows)
 }
 
-/// Mean, and 2.5 and 97.5 % of the means of resampled values (B. Efron, R. J. Tibshirani, *An
-/// Introduction to the Bootstrap*).
-fn bootstrap(values: &[f64]) -> [f64; 3] {
-    let n = values.len();
-    let mean = |of: &mut dyn FnMut(usize) -> f64| (0..n).map(of).sum::<f64>() / n as f64;
-    let even = Uniform::new(0, n).expect("not empty");
-    let mut random = ChaCha8Rng::seed_from_u64(0);
-    let mut means: Vec<f64> = (0..RESAMPLINGS)
-        .map(|_| mean(&mut |_| values[even.sample(&mut random)]))
-        .collect();
-    means.sort_by(f64::total_cmp);
-    let at = |part: f64| means[(part * (RESAMPLINGS - 1) as f64).round() as usize];
-    [mean(&mut |k| values[k]), at(0.025), at(0.975)]
+/// Mean of `values` and its 95 % interval.
+fn mean_with_interval(values: &[f64]) -> [f64; 3] {
+    let mean = |drawn: &[usize]| drawn.iter().map(|&k| values[k]).sum::<f64>();
+    bootstrap(values.len(), |drawn| mean(drawn) / drawn.len() as f64)
 }
 
 #[cfg(test)]
@@ -403,7 +393,7 @@ mod tests {
     #[test]
     fn the_interval_is_that_of_the_mean() {
         let values: Vec<f64> = (0..100).map(|k| f64::from(k) / 99.0).collect();
-        let [mean, low, high] = bootstrap(&values);
+        let [mean, low, high] = mean_with_interval(&values);
         assert!((mean - 0.5).abs() < 1e-12);
         for side in [mean - low, high - mean] {
             assert!((side / 0.057 - 1.0).abs() < 0.15, "{low} {high}");
