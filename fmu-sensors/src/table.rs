@@ -100,4 +100,5 @@ pub(crate) const VARIABLES: &[V] = &[
     row!(V, parameter force.per_current in p, "force = absent: force that the reading gives for an ampere of quadrature current, 3/2 p lambda_m 2 pi N/rho of the reference actuator").unit("N/A").range(-1e6..=1e6),
     row!(V, parameter force.gain in p, "force = sensor: relative gain errors are drawn by the seed, uniformly between minus and plus this").unit("1").range(0.0..=1.0).display_unit("%"),
     row!(V, parameter force.hysteresis in p, "force = sensor: width of the loop between rising and falling force").unit("N").range(0.0..=1e7).display_unit("kN"),
+    row!(V, parameter speed.bandwidth_motor in p, "speed = observer: its bandwidth at the motors, 0: speed.bandwidth").unit("rad/s").range(0.0..=1e5),
 ];

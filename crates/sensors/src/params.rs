@@ -63,6 +63,18 @@ pub struct Speed {
     pub filter_time: f64,
     /// Bandwidth of the tracking observer, rad/s.
     pub bandwidth: f64,
+    /// The same at the motors, whose encoders are read for a faster loop, rad/s; 0: `bandwidth`.
+    pub bandwidth_motor: f64,
+}
+
+impl Speed {
+    /// What makes the speeds of the motors.
+    pub(crate) fn of_motors(self) -> Self {
+        match self.bandwidth_motor {
+            0.0 => self,
+            bandwidth => Self { bandwidth, ..self },
+        }
+    }
 }
 
 /// Where speeds come from.
@@ -162,6 +174,7 @@ impl Params {
             kind: SpeedKind::Ideal,
             filter_time: 0.005,
             bandwidth: 300.0,
+            bandwidth_motor: 0.0,
         },
         current: Current {
             on: false,

@@ -123,7 +123,7 @@ impl Sensors {
         let (y, memory) = (&mut now.output, &mut now.memory);
 
         y.theta_m[k] = p.motor_encoder.read(u.theta_m[k], TAU, noise.motor[k]);
-        memory.motor[k] = p.speed.follow(&s.memory.motor[k], y.theta_m[k], s.period);
+        memory.motor[k] = (p.speed.of_motors()).follow(&s.memory.motor[k], y.theta_m[k], s.period);
         y.w_m[k] = self.speed(&memory.motor[k], u.w_m[k]);
 
         y.x[k] = p.rod_encoder.read(u.x[k], 1.0, noise.rod[k]);

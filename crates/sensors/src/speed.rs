@@ -116,6 +116,25 @@ mod tests {
             .collect()
     }
 
+    /// The observer at the motors has its own bandwidth where one is given: it forgets a wrong
+    /// speed by e^(−ω_o·t), so that four times the bandwidth needs a quarter of the time.
+    #[test]
+    fn motors_have_a_bandwidth_of_their_own() {
+        let speed = |bandwidth_motor| Speed {
+            kind: SpeedKind::Observer,
+            filter_time: 0.0,
+            bandwidth: 300.0,
+            bandwidth_motor,
+        };
+        let ramp = |speed: &Speed, n| estimates(speed, |t| 2.0 * t, n);
+        assert_eq!(ramp(&speed(0.0).of_motors(), 40), ramp(&speed(1.0), 40));
+        assert_eq!(speed(1200.0).of_motors().bandwidth, 1200.0);
+        let left = |estimates: Vec<f64>| (estimates[estimates.len() - 1] - 2.0).abs();
+        let slow = left(ramp(&speed(1200.0), 12));
+        let fast = left(ramp(&speed(1200.0).of_motors(), 12));
+        assert!(fast < 1e-2 * slow, "{fast} {slow}");
+    }
+
     /// Oracle: answer of a first-order lag to a step of speed, 1 − e^(−t/τ); exact, so only
     /// rounding of θ/T is left.
     #[test]
@@ -124,6 +143,7 @@ mod tests {
             kind: SpeedKind::Difference,
             filter_time: 0.005,
             bandwidth: 0.0,
+            bandwidth_motor: 0.0,
         };
         for (k, found) in estimates(&speed, |t| 3.7 * t, 60).iter().enumerate() {
             let expected = 3.7 * -(-(k as f64 + 1.0) * T / 0.005).exp_m1();
@@ -188,6 +208,7 @@ mod tests {
             kind,
             filter_time: 0.005,
             bandwidth: 300.0,
+            bandwidth_motor: 0.0,
         };
         let error = |kind| estimates(&of(kind), position, 150)[149] - 11.0 * 0.15;
         assert!(error(SpeedKind::Observer).abs() < 1e-9);

@@ -219,7 +219,7 @@ impl Observer for Watch {
         let (forces, brakes) = rest.split_at(self.rods.len());
         for (k, (rod, force)) in (1..).zip(self.rods.iter_mut().zip(forces)) {
             self.force = self.force.max(rod.add(*force, dt));
-            if rod.square > SWINGS * SWINGS {
+            if self.braked.is_none() && rod.square > SWINGS * SWINGS {
                 self.ended = Some((Fate::Lost, format!("rod {k} swings")));
             }
         }

@@ -492,8 +492,9 @@ fn supervise(
     input: &Input,
     h: f64,
 ) {
-    let (errors, is_overloaded) = (now.rod_errors(&input.F), now.is_at_force_limit());
     let (supervisor, ratings) = (&mut state.supervisor, &nominal.ratings);
+    let errors = now.rod_errors(&input.F);
+    let is_overloaded = now.is_overloaded(&input.F, ratings);
     if supervisor.stage() < Stage::Braking {
         supervisor.feel(&now.output.tau_wrist, h);
     }

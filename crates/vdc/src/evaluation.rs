@@ -141,6 +141,14 @@ impl Evaluation {
         self.commands.iter().any(|c| c.at_force_limit != 0.0)
     }
 
+    /// Whether a rod has the largest force that it may be asked for, and more than its rated one
+    /// is measured: `F`, N, where rods are rated `[N, m/s]`. Less is no load beyond the machine,
+    /// but a current that friction or the velocity feedback takes.
+    pub(crate) fn is_overloaded(&self, F: &[f64; 3], ratings: &[[f64; 2]; 3]) -> bool {
+        let F = self.F.as_ref().unwrap_or(F);
+        (0..3).any(|i| self.commands[i].at_force_limit != 0.0 && F[i].abs() > ratings[i][0])
+    }
+
     /// Whether `more[i]` asks rod `i` for more force where it has the largest already.
     pub(crate) fn leads_beyond(&self, i: usize, more: f64) -> bool {
         self.commands[i].at_force_limit * more > 0.0

@@ -8,8 +8,8 @@
 //! gains fall, the joints come to rest along a ramp and are held by the brakes. What was done stays
 //! done: what made the machine swing once would do it again.
 //!
-//! It brakes at once where a rod has the largest force that it may be asked for, and keeps it: the
-//! load is then more than the machine holds.
+//! It brakes at once where a rod has the largest force that it may be asked for and more than its
+//! rated one, and keeps it: the load is then more than the machine holds.
 
 use crate::reference::Motion;
 use crate::settings::Settings;
@@ -21,8 +21,9 @@ use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 use std::f64::consts::TAU;
 
-/// Band in which swinging is looked for, Hz: the boom's mode lies between 3 and 9 Hz.
-const BAND: [f64; 2] = [2.0, 20.0];
+/// Band in which swinging is looked for, Hz: the boom's mode lies between 3 and 9 Hz, that of a
+/// motor on its mounting up to 50 Hz.
+const BAND: [f64; 2] = [2.0, 60.0];
 /// Time constant of the mean squares, s: two periods of the slowest mode.
 const MEAN: f64 = 0.3;
 /// Power from which on a rod swings, over its rated force times its rated speed: 25 W on the

@@ -120,6 +120,7 @@ pub fn parameter_set(name: &str, machine: &str, gains: &[RuledGain]) -> String {
         entry(&format!("{component}.current_loop"), on);
     }
     entry("sensors.speed", "<ssv:Integer value=\"3\"/>".into());
+    entry("sensors.speed.bandwidth_motor", real(1200.0, "rad/s"));
     text + UNITS
 }
 
@@ -128,6 +129,7 @@ const UNITS: &str = "  </ssv:Parameters>
     <ssc:Unit name=\"1\"><ssc:BaseUnit/></ssc:Unit>
     <ssc:Unit name=\"1/s\"><ssc:BaseUnit s=\"-1\"/></ssc:Unit>
     <ssc:Unit name=\"s\"><ssc:BaseUnit s=\"1\"/></ssc:Unit>
+    <ssc:Unit name=\"rad/s\"><ssc:BaseUnit rad=\"1\" s=\"-1\"/></ssc:Unit>
     <ssc:Unit name=\"J\"><ssc:BaseUnit kg=\"1\" m=\"2\" s=\"-2\"/></ssc:Unit>
     <ssc:Unit name=\"V.s/m\"><ssc:BaseUnit kg=\"1\" m=\"1\" s=\"-2\" A=\"-1\"/></ssc:Unit>
   </ssv:Units>
