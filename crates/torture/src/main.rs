@@ -33,6 +33,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use anyhow::{Context, Result};
+use cargo_fmu::process::end;
 use clap::{Args, Parser, Subcommand};
 
 #[derive(Parser)]
@@ -145,13 +146,7 @@ enum Command {
 }
 
 fn main() -> ExitCode {
-    match run(Cli::parse().command) {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(error) => {
-            eprintln!("error: {error:#}");
-            ExitCode::FAILURE
-        }
-    }
+    end(run(Cli::parse().command).map(|()| ExitCode::SUCCESS))
 }
 
 fn run(command: Command) -> Result<()> {
