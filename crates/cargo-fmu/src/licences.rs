@@ -2,7 +2,7 @@
 //! with one file to begin with.
 
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
 
@@ -21,9 +21,22 @@ const NAMES: [&str; 6] = [
 ];
 
 /// Whether a file of this name holds a licence or notices.
-pub fn is_licence(name: &str) -> bool {
+fn is_licence(name: &str) -> bool {
     let name = name.to_uppercase();
     NAMES.iter().any(|n| name.starts_with(n))
+}
+
+/// The files in a folder that hold licences or notices, by name.
+pub fn in_folder(folder: &Path) -> Result<Vec<PathBuf>> {
+    let mut files = Vec::new();
+    for entry in fs::read_dir(folder).with_context(|| folder.display().to_string())? {
+        let entry = entry?;
+        if is_licence(&entry.file_name().to_string_lossy()) && entry.file_type()?.is_file() {
+            files.push(entry.path());
+        }
+    }
+    files.sort();
+    Ok(files)
 }
 
 /// The files of the first folder that has any, and `license.txt`, which names them and the licence
@@ -31,12 +44,9 @@ pub fn is_licence(name: &str) -> bool {
 pub fn files(folders: &[&Path], expression: Option<&str>) -> Result<Entries> {
     let mut found = Entries::new();
     for folder in folders {
-        for entry in fs::read_dir(folder).with_context(|| folder.display().to_string())? {
-            let entry = entry?;
-            let name = entry.file_name().to_string_lossy().into_owned();
-            if is_licence(&name) && entry.file_type()?.is_file() {
-                found.insert(format!("{FOLDER}/{name}"), fs::read(entry.path())?);
-            }
+        for file in in_folder(folder)? {
+            let name = file.file_name().unwrap_or_default().to_string_lossy();
+            found.insert(format!("{FOLDER}/{name}"), fs::read(&file)?);
         }
         if !found.is_empty() {
             break;

@@ -7,6 +7,7 @@ use std::time::Duration;
 
 use anyhow::{Context, Result};
 use cargo_fmu::check::{self, Checker, Verdict};
+use cargo_fmu::process::end;
 use cargo_fmu::workspace::{Source, Workspace};
 use cargo_fmu::{new, pack, wasm, web};
 use clap::{Args, Parser, Subcommand};
@@ -118,13 +119,7 @@ enum Command {
 
 fn main() -> ExitCode {
     let Cargo::Fmu(Fmu { command }) = Cargo::parse();
-    match run(command) {
-        Ok(code) => code,
-        Err(error) => {
-            eprintln!("error: {error:#}");
-            ExitCode::FAILURE
-        }
-    }
+    end(run(command))
 }
 
 fn run(command: Command) -> Result<ExitCode> {

@@ -23,9 +23,9 @@ use anyhow::{Context, Result};
 use serde::Deserialize;
 
 use crate::archive::Entries;
-use crate::licences::is_licence;
+use crate::licences;
 use crate::process::output;
-use crate::workspace::{Workspace, cargo};
+use crate::workspace::{Package, Workspace, cargo};
 
 const CRATES: &str = "third-party.txt";
 const STANDARD_LIBRARY: &str = "rust-standard-library.html";
@@ -35,19 +35,6 @@ const STANDARD_LIBRARY: &str = "rust-standard-library.html";
 pub struct Notices {
     packages: Vec<Package>,
     workspace_members: BTreeSet<String>,
-}
-
-#[derive(Deserialize)]
-struct Package {
-    name: String,
-    version: String,
-    id: String,
-    license: Option<String>,
-    license_file: Option<PathBuf>,
-    repository: Option<String>,
-    authors: Vec<String>,
-    manifest_path: PathBuf,
-    metadata: Option<serde_json::Value>,
 }
 
 /// Something that is compiled in.
@@ -149,10 +136,6 @@ fn standard_library() -> Result<(String, Option<Vec<u8>>)> {
 }
 
 impl Package {
-    fn folder(&self) -> &Path {
-        self.manifest_path.parent().unwrap_or(Path::new("/"))
-    }
-
     /// The crate itself.
     fn part(&self) -> Result<Part> {
         let license = self
@@ -179,15 +162,7 @@ impl Package {
             return Ok(vec![read(&self.folder().join(file))?]);
         }
         for folder in self.folder().ancestors().take(3) {
-            let mut files = Vec::new();
-            for entry in fs::read_dir(folder).with_context(|| folder.display().to_string())? {
-                let entry = entry?;
-                if is_licence(&entry.file_name().to_string_lossy()) && entry.file_type()?.is_file()
-                {
-                    files.push(entry.path());
-                }
-            }
-            files.sort();
+            let files = licences::in_folder(folder)?;
             if !files.is_empty() {
                 return files.iter().map(|file| read(file)).collect();
             }

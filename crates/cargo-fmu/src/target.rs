@@ -47,39 +47,20 @@ enum Linker {
 
 /// What becomes a component of FMI-LS-WASM: a module without an operating system, which imports
 /// nothing but the callbacks.
-pub const WASM: Target = Target {
-    platform: platform::WASM,
-    triple: "wasm32-unknown-unknown",
-    linker: Linker::Own,
-};
+pub const WASM: Target = Target::new(platform::WASM, "wasm32-unknown-unknown", Linker::Own);
+
+/// The GNU C library of an old Linux.
+const OLD_LINUX: Linker = Linker::Zig { libc: ".2.17" };
+/// The C library that macOS itself has.
+const OWN_MACOS: Linker = Linker::Zig { libc: "" };
 
 /// All that have libraries.
 pub const TARGETS: [Target; 5] = [
-    Target {
-        platform: platform::LINUX,
-        triple: "x86_64-unknown-linux-gnu",
-        linker: Linker::Zig { libc: ".2.17" },
-    },
-    Target {
-        platform: platform::WINDOWS,
-        triple: "x86_64-pc-windows-gnu",
-        linker: Linker::Mingw,
-    },
-    Target {
-        platform: platform::MACOS,
-        triple: "x86_64-apple-darwin",
-        linker: Linker::Zig { libc: "" },
-    },
-    Target {
-        platform: platform::LINUX_ARM,
-        triple: "aarch64-unknown-linux-gnu",
-        linker: Linker::Zig { libc: ".2.17" },
-    },
-    Target {
-        platform: platform::MACOS_ARM,
-        triple: "aarch64-apple-darwin",
-        linker: Linker::Zig { libc: "" },
-    },
+    Target::new(platform::LINUX, "x86_64-unknown-linux-gnu", OLD_LINUX),
+    Target::new(platform::WINDOWS, "x86_64-pc-windows-gnu", Linker::Mingw),
+    Target::new(platform::MACOS, "x86_64-apple-darwin", OWN_MACOS),
+    Target::new(platform::LINUX_ARM, "aarch64-unknown-linux-gnu", OLD_LINUX),
+    Target::new(platform::MACOS_ARM, "aarch64-apple-darwin", OWN_MACOS),
 ];
 
 /// Where tools are looked for before the search path: an environment that a program has made for
@@ -88,6 +69,14 @@ pub const TARGETS: [Target; 5] = [
 pub struct Tools(pub Vec<PathBuf>);
 
 impl Target {
+    const fn new(platform: Platform, triple: &'static str, linker: Linker) -> Self {
+        Self {
+            platform,
+            triple,
+            linker,
+        }
+    }
+
     /// By the name of its folder or of the compiler's target.
     pub fn named(name: &str) -> Result<&'static Self> {
         let is_it = |t: &&Self| [t.platform.folder, t.triple].contains(&name);

@@ -21,13 +21,19 @@ pub struct Workspace {
     pub packages: Vec<Package>,
 }
 
-/// A package of the workspace.
+/// A package of the workspace, or one that it depends on.
 #[derive(Debug, Deserialize)]
 pub struct Package {
     /// Name.
     pub name: String,
     /// SPDX licence expression.
     pub license: Option<String>,
+    pub(crate) version: String,
+    pub(crate) id: String,
+    pub(crate) license_file: Option<PathBuf>,
+    pub(crate) repository: Option<String>,
+    pub(crate) authors: Vec<String>,
+    pub(crate) metadata: Option<serde_json::Value>,
     manifest_path: PathBuf,
     targets: Vec<Target>,
     dependencies: Vec<Dependency>,

@@ -257,10 +257,11 @@ impl InputArgs {
             let scenario = scenario::add(file, system, experiment.stepping, faults)?;
             verdict.note(scenario);
         }
-        let table = experiment.inputs.as_deref();
-        let table = table
-            .map(|table| InputTable::new(system, table))
-            .transpose()?;
+        let table = experiment
+            .inputs
+            .as_deref()
+            .map(|table| InputTable::new(system, table));
+        let table = table.transpose()?;
         let fed = table.as_ref().map_or(&[][..], InputTable::ports);
         let lines = faults.described(system, &system.wiring()?, fed);
         for line in lines.context("--fault")? {

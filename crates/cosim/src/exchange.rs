@@ -227,8 +227,8 @@ impl Exchange {
         let mut stages = Vec::new();
         let mut slots = BTreeMap::new();
         let is_first = |port: &Port| order == Order::Stages && wiring.is_read_once(*port);
-        let kept = wiring.links.iter().filter(|link| chosen(link));
-        let kept = kept.filter(|link| is_initial || !link.is_initial);
+        let is_kept = |link: &Link| chosen(link) && (is_initial || !link.is_initial);
+        let kept = wiring.links.iter().filter(|link| is_kept(link));
         let outputs = kept.map(|link| link.from).filter(is_first);
         let first = reads(wiring, outputs, &mut slots);
         for level in 0..=levels.iter().copied().max().unwrap_or(0) {
@@ -236,8 +236,7 @@ impl Exchange {
                 .links
                 .iter()
                 .zip(&levels)
-                .filter(|(link, l)| **l == level && chosen(link))
-                .filter(|(link, _)| is_initial || !link.is_initial)
+                .filter(|(link, l)| **l == level && is_kept(link))
                 .map(|(link, _)| link)
                 .collect();
             let outputs = links.iter().map(|link| link.from);

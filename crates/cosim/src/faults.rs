@@ -67,24 +67,13 @@ pub fn elements(system: &System, name: &str) -> Result<Vec<Port>> {
     let found = system.port(name);
     let mut firsts = ["[1]", "[1,1]"].iter();
     let first = firsts.find_map(|index| system.port(&format!("{name}{index}")).ok());
-    let (
-        Err(_),
-        Some(Port {
-            component,
-            variable,
-        }),
-    ) = (&found, first)
-    else {
+    let (Err(_), Some(first)) = (&found, first) else {
         return Ok(vec![found?]);
     };
-    let variables = &system.fmus[component].description.variables;
+    let variables = &system.fmus[first.component].description.variables;
     let array = |k: usize| variables[k].name.rsplit_once('[').map(|(array, _)| array);
-    let own = (0..variables.len()).filter(|k| array(*k) == array(variable));
-    let port = |variable| Port {
-        component,
-        variable,
-    };
-    Ok(own.map(port).collect())
+    let own = (0..variables.len()).filter(|k| array(*k) == array(first.variable));
+    Ok(own.map(|variable| Port { variable, ..first }).collect())
 }
 
 impl Faults {

@@ -1,10 +1,12 @@
 //! Where a system's files are read from: a packed system (`.ssp`), or the folder of a `.ssd`.
 
+use std::borrow::Cow;
 use std::fs;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, anyhow, bail};
 use fmu_description::Archive;
+use percent_encoding::percent_decode_str;
 
 /// Name of the default structure in a packed system.
 const DEFAULT: &str = "SystemStructure.ssd";
@@ -99,7 +101,7 @@ impl Package {
             Some(archive) => in_archive(archive, name, &self.path.display().to_string()),
             None => {
                 let folder = self.path.parent().unwrap_or(Path::new("."));
-                let (plain, decoded) = (folder.join(name), folder.join(decoded(name)));
+                let (plain, decoded) = (folder.join(name), folder.join(&*decoded(name)));
                 read(if plain.exists() { &plain } else { &decoded })
             }
         }
@@ -151,24 +153,9 @@ fn in_archive(archive: &mut Archive, name: &str, whole: &str) -> Result<Vec<u8>>
 }
 
 /// A name as a URI writes it, with `%20` and the like replaced.
-fn decoded(name: &str) -> String {
-    let mut bytes = Vec::new();
-    let mut rest = name.as_bytes();
-    while let Some((first, after)) = rest.split_first() {
-        let digits = after.get(..2).and_then(|two| std::str::from_utf8(two).ok());
-        let code = digits.and_then(|two| u8::from_str_radix(two, 16).ok());
-        match code {
-            Some(code) if *first == b'%' => {
-                bytes.push(code);
-                rest = &after[2..];
-            }
-            _ => {
-                bytes.push(*first);
-                rest = after;
-            }
-        }
-    }
-    String::from_utf8(bytes).unwrap_or_else(|_| name.to_string())
+fn decoded(name: &str) -> Cow<'_, str> {
+    let decoded = percent_decode_str(name).decode_utf8();
+    decoded.unwrap_or(name.into())
 }
 
 /// The file at `path`; an error names the path as it was given, and where that is.

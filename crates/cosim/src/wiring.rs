@@ -355,10 +355,7 @@ impl Search<'_> {
         }
         let mut level = 0;
         for variable in (self.wiring).dependencies(output, self.initialization, self.undeclared) {
-            let input = Port {
-                component: output.component,
-                variable,
-            };
+            let input = Port { variable, ..output };
             if let Some(driver) = self.wiring.driver(input) {
                 self.path.extend([output, input]);
                 level = level.max(1 + self.level(self.wiring.links[driver].from)?);

@@ -7,7 +7,7 @@ use std::process::{Command, Stdio};
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
-use anyhow::{Context, Result, anyhow, bail, ensure};
+use anyhow::{Context, Result, bail, ensure};
 
 use cargo_fmu::fmi::Fmu;
 use cargo_fmu::process::wait;
@@ -34,8 +34,8 @@ pub fn one(fmus: &[PathBuf], calls: usize, seed: u64, is_traced: bool) -> Result
     let (path, foreign) = chosen(fmus, seed);
     let (fmu, foreign) = (Fmu::open(path)?, foreign.map(Fmu::open).transpose()?);
     let session = Session::new(&fmu, foreign.as_ref(), seed, is_traced);
-    let mut session = session.map_err(|e| anyhow!(e))?;
-    session.run(calls).map_err(|e| anyhow!(e))?;
+    let mut session = session?;
+    session.run(calls)?;
     println!("compared {}", session.compared);
     println!("digest {:016x}", session.digest);
     for (name, [done, discarded, refused]) in &session.counts {

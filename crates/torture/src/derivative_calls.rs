@@ -3,6 +3,7 @@
 use crate::arguments::*;
 use crate::oracle::{Call, Expect};
 use crate::session::Session;
+use anyhow::{Result, bail};
 use cargo_fmu::fmi::order::Mode;
 use fmu_description::{Access, Causality, Variability, Variable};
 use std::ffi::c_int;
@@ -18,7 +19,7 @@ pub fn is_unknown(v: &Variable) -> bool {
 }
 
 impl Session<'_> {
-    pub fn set_input_derivatives(&mut self, i: usize) -> Result<Call, String> {
+    pub fn set_input_derivatives(&mut self, i: usize) -> Result<Call> {
         let is_input = |v: &Variable| {
             v.is_input() && v.access() == Access::Real && v.variability == Variability::Continuous
         };
@@ -47,7 +48,7 @@ impl Session<'_> {
         Ok(self.with_variables(i, name, status, expect, &vr, false))
     }
 
-    pub fn get_output_derivatives(&mut self, i: usize) -> Result<Call, String> {
+    pub fn get_output_derivatives(&mut self, i: usize) -> Result<Call> {
         let is_output =
             |v: &Variable| v.causality == Causality::Output && v.access() == Access::Real;
         let r = &mut self.random;
@@ -68,7 +69,7 @@ impl Session<'_> {
         self.trace(i, format_args!("{name}({vr:?}, {order:?})"));
         let (status, values) = self.instances[i].output_derivatives(&vr, &order);
         if values.iter().any(|v| !v.is_finite()) {
-            return Err(format!("{name}({vr:?}) gave {status} and {values:?}"));
+            bail!("{name}({vr:?}) gave {status} and {values:?}");
         }
         Ok(self.with_variables(i, name, status, expect, &vr, !has_them))
     }
@@ -87,7 +88,7 @@ impl Session<'_> {
         vr.iter().all(|vr| find(vr).is_some_and(&wanted))
     }
 
-    pub fn get_directional_derivative(&mut self, i: usize) -> Result<Call, String> {
+    pub fn get_directional_derivative(&mut self, i: usize) -> Result<Call> {
         let (valid, known, unknown) = self.for_derivative();
         let n = elements(self.fmu, &known).count();
         let seed = seeds(&mut self.random, n, valid);
@@ -116,7 +117,7 @@ impl Session<'_> {
         self.trace(i, format_args!("{name}({unknown:?}, {known:?}, {seed:?})"));
         let (status, result) = self.instances[i].directional(&unknown, &known, &seed);
         if result.iter().any(|v| !v.is_finite()) {
-            return Err(format!("{name}({unknown:?}) gave {status} and {result:?}"));
+            bail!("{name}({unknown:?}) gave {status} and {result:?}");
         }
         let vr = [known, unknown].concat();
         let without = !self.fmu.description.capabilities.directional_derivatives;

@@ -1,9 +1,9 @@
 //! Long runs: memory must not grow, time must not drift, outputs must stay bounded.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::time::Instant;
 
-use anyhow::{Context, Result, anyhow, ensure};
+use anyhow::{Context, Result, ensure};
 
 use crate::arguments::start;
 use crate::subject::Subject;
@@ -15,18 +15,11 @@ const STEP: f64 = 1e-3;
 /// Memory may grow by this much, kB: some pages that the allocator keeps.
 const GROWTH: i64 = 256;
 
-/// `steps` steps of 1 ms of each FMU alone, all Real inputs swinging around their start values.
-pub fn run(paths: &[PathBuf], steps: u64) -> Result<()> {
-    for path in paths {
-        one(path, steps).with_context(|| path.display().to_string())?;
-    }
-    Ok(())
-}
-
-fn one(path: &Path, steps: u64) -> Result<()> {
+/// `steps` steps of 1 ms of an FMU alone, all Real inputs swinging around their start values.
+pub fn run(path: &Path, steps: u64) -> Result<()> {
     let (clock, fmu) = (Instant::now(), Fmu::open(path)?);
-    let mut instance = Subject::new(&fmu, "long").map_err(|e| anyhow!(e))?;
-    instance.initialize().map_err(|e| anyhow!(e))?;
+    let mut instance = Subject::new(&fmu, "long")?;
+    instance.initialize()?;
     let inputs: Vec<_> = fmu
         .description
         .variables
@@ -57,7 +50,7 @@ fn one(path: &Path, steps: u64) -> Result<()> {
         let done = (instance.must("fmi2SetReal", set))
             .and_then(|()| instance.must("fmi2DoStep", stepped))
             .and_then(|()| instance.must("fmi2GetReal", status));
-        done.map_err(|e| anyhow!("step {k}: {e}"))?;
+        done.with_context(|| format!("step {k}"))?;
         // Inputs that swing without a machine behind them may be worth a warning, but no step may
         // fail.
         let messages = instance.messages();

@@ -5,6 +5,7 @@ use crate::arguments::{elements, place, seeds};
 use crate::derivative_calls::{is_known, is_unknown};
 use crate::oracle::{Call, Expect};
 use crate::session::Session;
+use anyhow::{Result, bail};
 use cargo_fmu::fmi::fmi3::Functions;
 use cargo_fmu::fmi::order::Mode;
 use cargo_fmu::fmi::symbols::*;
@@ -19,7 +20,7 @@ impl<'a> Session<'a> {
     }
 
     /// Into Event Mode, in it, and out of it.
-    pub fn event_call(&mut self, i: usize) -> Result<Call, String> {
+    pub fn event_call(&mut self, i: usize) -> Result<Call> {
         let (f, c) = (self.fmi3(), self.instances[i].c);
         let (mut flags, mut next_time) = ([false; 5], f64::NAN);
         let [a, b, d, e, g] = &mut flags;
@@ -43,9 +44,7 @@ impl<'a> Session<'a> {
         let call = self.plain(i, name, status, Expect::Done);
         let [needs_update, terminates, _, _, has_next_time] = flags;
         if status == OK && (needs_update || terminates || has_next_time) {
-            return Err(format!(
-                "{name} announces events, of which these FMUs have none"
-            ));
+            bail!("{name} announces events, of which these FMUs have none");
         }
         let next = match which {
             0..3 => Some(Mode::Event),
@@ -59,7 +58,7 @@ impl<'a> Session<'a> {
     }
 
     /// fmi3GetNumberOfVariableDependencies and fmi3GetVariableDependencies.
-    pub fn dependencies(&mut self, i: usize) -> Result<Call, String> {
+    pub fn dependencies(&mut self, i: usize) -> Result<Call> {
         let (f, c) = (self.fmi3(), self.instances[i].c);
         let r = &mut self.random;
         let variables = &self.fmu.description.variables;
@@ -94,15 +93,13 @@ impl<'a> Session<'a> {
         let name = "fmi3GetVariableDependencies";
         self.trace(i, format_args!("{name}({vr}, {n}, too few: {is_short})"));
         if status == OK && on.iter().any(|vr| self.fmu.find(*vr).is_none()) {
-            return Err(format!(
-                "{name}({vr}) names {on:?}, which are not all there"
-            ));
+            bail!("{name}({vr}) names {on:?}, which are not all there");
         }
         Ok(self.plain(i, name, status, Expect::done_if(!is_short)))
     }
 
     /// fmi3GetAdjointDerivative, which must be the transpose of fmi3GetDirectionalDerivative.
-    pub fn adjoint(&mut self, i: usize) -> Result<Call, String> {
+    pub fn adjoint(&mut self, i: usize) -> Result<Call> {
         let (valid, known, unknown) = self.for_derivative();
         let r = &mut self.random;
         let of = |vr: &[u32]| elements(self.fmu, vr).count();
@@ -127,7 +124,7 @@ impl<'a> Session<'a> {
             false => Expect::RefusedOrDiscarded,
         };
         if result.iter().any(|x| !x.is_finite()) {
-            return Err(format!("{name}({unknown:?}) gave {status} and {result:?}"));
+            bail!("{name}({unknown:?}) gave {status} and {result:?}");
         }
         if status == OK && valid && u.len() <= COLUMNS {
             self.check_transpose(i, [&unknown, &known], &v, &result)?;
@@ -143,7 +140,7 @@ impl<'a> Session<'a> {
         [unknown, known]: [&[u32]; 2],
         v: &[f64],
         adjoint: &[f64],
-    ) -> Result<(), String> {
+    ) -> Result<()> {
         for (k, expected) in adjoint.iter().enumerate() {
             let mut seed = vec![0.0; adjoint.len()];
             seed[k] = 1.0;
@@ -151,9 +148,9 @@ impl<'a> Session<'a> {
             let terms = || v.iter().zip(&column).map(|(v, y)| v * y);
             let (product, scale) = (terms().sum::<f64>(), terms().map(f64::abs).sum::<f64>());
             if status == OK && (product - expected).abs() > 1e-12 * scale {
-                return Err(format!(
+                bail!(
                     "element {k} of the adjoint derivative is {expected}, but v times the derivative along it {product}"
-                ));
+                );
             }
         }
         self.instances[i].messages();
@@ -162,7 +159,7 @@ impl<'a> Session<'a> {
 
     /// Functions of types, clocks, structural parameters and interfaces that these FMUs have not,
     /// and wrong numbers of values.
-    pub fn absent(&mut self, i: usize) -> Result<Call, String> {
+    pub fn absent(&mut self, i: usize) -> Result<Call> {
         let (f, c) = (self.fmi3(), self.instances[i].c);
         let r = &mut self.random;
         let variables = &self.fmu.description.variables;

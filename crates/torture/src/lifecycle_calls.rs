@@ -4,6 +4,7 @@
 use crate::arguments::{c_string, integer, place, pointer, real};
 use crate::oracle::{Call, Expect};
 use crate::session::Session;
+use anyhow::Result;
 use cargo_fmu::fmi::Callbacks;
 use cargo_fmu::fmi::functions::{Experiment, OwnFunctions};
 use cargo_fmu::fmi::order::Mode;
@@ -12,7 +13,7 @@ use std::ffi::{CStr, CString, c_int};
 use std::ptr;
 
 impl Session<'_> {
-    pub fn setup_experiment(&mut self, i: usize) -> Result<Call, String> {
+    pub fn setup_experiment(&mut self, i: usize) -> Result<Call> {
         let r = &mut self.random;
         let (has_tolerance, has_stop) = (r.one_in(8), r.one_in(8));
         let start = if r.one_in(4) { real(r) } else { 0.0 };
@@ -47,7 +48,7 @@ impl Session<'_> {
     }
 
     /// A function without arguments, named as in FMI 2.0.
-    pub fn simple(&mut self, i: usize, name: &'static str) -> Result<Call, String> {
+    pub fn simple(&mut self, i: usize, name: &'static str) -> Result<Call> {
         let (f, c) = (&self.fmu.functions, self.instances[i].c);
         let after_initialization = match f.has_event_mode() {
             true => Mode::Event,
@@ -93,7 +94,7 @@ impl Session<'_> {
         })
     }
 
-    pub fn do_step(&mut self, i: usize) -> Result<Call, String> {
+    pub fn do_step(&mut self, i: usize) -> Result<Call> {
         let r = &mut self.random;
         let now = self.instances[i].known.time;
         let t = match r.below(16) {
@@ -134,7 +135,7 @@ impl Session<'_> {
     }
 
     /// Inquiries of FMI 2.0; in FMI 3.0 about dependencies.
-    pub fn status(&mut self, i: usize) -> Result<Call, String> {
+    pub fn status(&mut self, i: usize) -> Result<Call> {
         let OwnFunctions::Fmi2(f) = self.fmu.functions.own() else {
             return self.dependencies(i);
         };
@@ -173,7 +174,7 @@ impl Session<'_> {
         Ok(self.plain(i, name, status, expect))
     }
 
-    pub fn set_debug_logging(&mut self, i: usize) -> Result<Call, String> {
+    pub fn set_debug_logging(&mut self, i: usize) -> Result<Call> {
         let declared = &self.fmu.description.log_categories;
         let r = &mut self.random;
         let on = r.one_in(2);
@@ -273,7 +274,7 @@ impl Session<'_> {
     }
 
     /// Functions with `c` = NULL.
-    pub fn without_instance(&mut self, i: usize) -> Result<Call, String> {
+    pub fn without_instance(&mut self, i: usize) -> Result<Call> {
         let (f, c) = (&self.fmu.functions, ptr::null_mut());
         let (vr, mut number, mut state) = (0_u32, 0.0, ptr::null_mut());
         let which = self.random.below(8);

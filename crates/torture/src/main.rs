@@ -29,10 +29,11 @@ mod transfer;
 mod turns;
 mod value_calls;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use anyhow::Result;
+use anyhow::{Context, Result};
+use cargo_fmu::process::end;
 use clap::{Args, Parser, Subcommand};
 
 #[derive(Parser)]
@@ -47,6 +48,14 @@ struct Fmus {
     /// Packed FMUs, or libraries made with fmu-export
     #[arg(required = true)]
     fmus: Vec<PathBuf>,
+}
+
+impl Fmus {
+    /// One after the other; an error names the FMU.
+    fn each(&self, act: impl Fn(&Path) -> Result<()>) -> Result<()> {
+        let named = |path: &PathBuf| act(path).with_context(|| path.display().to_string());
+        self.fmus.iter().try_for_each(named)
+    }
 }
 
 #[derive(Subcommand)]
@@ -137,13 +146,7 @@ enum Command {
 }
 
 fn main() -> ExitCode {
-    match run(Cli::parse().command) {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(error) => {
-            eprintln!("error: {error:#}");
-            ExitCode::FAILURE
-        }
-    }
+    end(run(Cli::parse().command).map(|()| ExitCode::SUCCESS))
 }
 
 fn run(command: Command) -> Result<()> {
@@ -169,15 +172,15 @@ fn run(command: Command) -> Result<()> {
             fmus,
             instances,
             loads,
-        } => life::run(&fmus.fmus, instances, loads),
+        } => fmus.each(|path| life::run(path, instances, loads)),
         Command::Threads {
             fmus,
             threads,
             steps,
             warm,
         } => threads::run(&fmus.fmus, threads, steps, warm),
-        Command::Save { fmus, to } => transfer::save(&fmus.fmus, &to),
-        Command::Continue { fmus, from } => transfer::proceed(&fmus.fmus, &from),
-        Command::Long { fmus, steps } => endurance::run(&fmus.fmus, steps),
+        Command::Save { fmus, to } => fmus.each(|path| transfer::save(path, &to)),
+        Command::Continue { fmus, from } => fmus.each(|path| transfer::proceed(path, &from)),
+        Command::Long { fmus, steps } => fmus.each(|path| endurance::run(path, steps)),
     }
 }

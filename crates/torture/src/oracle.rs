@@ -1,6 +1,7 @@
 //! What a call must answer, by the standard and the model description, and the check that it did.
 
 use crate::subject::Subject;
+use anyhow::{Context, Result, anyhow, ensure};
 use cargo_fmu::fmi::Message;
 use cargo_fmu::fmi::symbols::{DISCARD, ERROR, OK, WARNING};
 use std::ffi::c_int;
@@ -62,45 +63,40 @@ pub struct Call {
 }
 
 /// Checks answer and messages of a call.
-pub fn judge(instance: &Subject, call: &Call) -> Result<(), String> {
+pub fn judge(instance: &Subject, call: &Call) -> Result<()> {
     let messages = instance.messages();
+    let Call { name, status, .. } = call;
+    let judged = judge_by(&messages, instance, call);
+    judged.map_err(|what| anyhow!("{name} gave {status}: {what}; log: {messages:?}"))
+}
+
+fn judge_by(messages: &[Message], instance: &Subject, call: &Call) -> Result<()> {
     let Call { name, status, .. } = *call;
-    let problem = |what: String| Err(format!("{name} gave {status}: {what}; log: {messages:?}"));
-    if !call.expect.allows(status) {
-        return problem(format!("must be {:?}", call.expect));
-    }
-    for message in &messages {
-        if let Some(what) = fault(instance, message, status) {
-            return problem(what);
-        }
+    ensure!(call.expect.allows(status), "must be {:?}", call.expect);
+    for message in messages {
+        check(instance, message, status)?;
     }
     let Some(category) = category(status).filter(|_| status != OK && !call.without_instance) else {
         return Ok(());
     };
     if !instance.expects(category) {
-        return match messages.iter().any(|m| m.category == category) {
-            true => problem("a message that was not asked for".into()),
-            false => Ok(()),
-        };
+        let is_told = messages.iter().any(|m| m.category == category);
+        ensure!(!is_told, "a message that was not asked for");
+        return Ok(());
     }
-    let Some(message) = messages.iter().find(|m| m.status == status) else {
-        return problem("no message tells why".into());
-    };
-    let text = message.text();
-    if !text.starts_with(&format!("{name}: ")) {
-        return problem("the message does not name the function".into());
-    }
-    if is_output(name) && text.contains(" became ") {
-        return problem("an output is no number".into());
-    }
+    let message = messages.iter().find(|m| m.status == status);
+    let text = message.context("no message tells why")?.text();
+    let is_named = text.starts_with(&format!("{name}: "));
+    ensure!(is_named, "the message does not name the function");
+    let is_number = !is_output(name) || !text.contains(" became ");
+    ensure!(is_number, "an output is no number");
     // Of an array, an element may be named.
     let named = |v: &String| text.contains(&format!("`{v}`")) || text.contains(&format!("`{v}["));
-    if !call.variables.is_empty() && !call.variables.iter().any(named) {
-        return problem(format!(
-            "the message names none of the variables {:?}",
-            call.variables
-        ));
-    }
+    ensure!(
+        call.variables.is_empty() || call.variables.iter().any(named),
+        "the message names none of the variables {:?}",
+        call.variables
+    );
     Ok(())
 }
 
@@ -119,25 +115,27 @@ fn is_output(name: &str) -> bool {
     )
 }
 
-/// What is wrong with a message.
-fn fault(instance: &Subject, message: &Message, status: c_int) -> Option<String> {
-    let declared = &instance.fmu.description.log_categories;
-    if !declared.contains(&message.category) {
-        return Some(format!("category `{}` is not declared", message.category));
-    }
+/// Whether a message is as it must be.
+fn check(instance: &Subject, message: &Message, status: c_int) -> Result<()> {
+    let (declared, category) = (&instance.fmu.description.log_categories, &message.category);
+    let is_declared = declared.contains(category);
+    ensure!(is_declared, "category `{category}` is not declared");
     // In FMI 3.0 the status of a message must be no worse than that of the call, so a warning in a
     // call that is done has the status OK.
-    let is_mild =
-        message.is_plain && message.status == OK && message.category == "logStatusWarning";
-    if !is_mild && category(message.status) != Some(message.category.as_str()) {
-        return Some("status and category of a message do not fit".into());
-    }
-    if message.status != status && message.status > WARNING {
-        return Some("status of a message is not that of the call".into());
-    }
+    let is_mild = message.is_plain && message.status == OK && category == "logStatusWarning";
+    ensure!(
+        is_mild || self::category(message.status) == Some(category),
+        "status and category of a message do not fit"
+    );
+    ensure!(
+        message.status == status || message.status <= WARNING,
+        "status of a message is not that of the call"
+    );
     let sound =
         message.instance == instance.name && (message.is_plain || is_plain(&message.format));
-    (!sound || message.format.is_empty()).then(|| "name, format or text of a message".into())
+    let is_whole = sound && !message.format.is_empty();
+    ensure!(is_whole, "name, format or text of a message");
+    Ok(())
 }
 
 /// Whether a format asks for no arguments and names no value reference: `%` and `#` only in pairs.

@@ -3,6 +3,7 @@
 use crate::oracle::{Call, Expect};
 use crate::random::Random;
 use crate::subject::{KnownState, Subject, first_steps};
+use anyhow::Result;
 use cargo_fmu::fmi::Fmu;
 use cargo_fmu::fmi::order::is_allowed;
 use cargo_fmu::fmi::symbols::*;
@@ -44,12 +45,7 @@ pub struct Session<'a> {
 
 impl<'a> Session<'a> {
     /// A batch; `foreign` is another FMU, whose states must be refused.
-    pub fn new(
-        fmu: &'a Fmu,
-        foreign: Option<&Fmu>,
-        seed: u64,
-        is_traced: bool,
-    ) -> Result<Self, String> {
+    pub fn new(fmu: &'a Fmu, foreign: Option<&Fmu>, seed: u64, is_traced: bool) -> Result<Self> {
         let own = Subject::new(fmu, "own")?;
         let mut bytes = vec![Bytes {
             bytes: own.bytes()?,

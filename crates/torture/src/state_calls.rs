@@ -5,6 +5,7 @@ use crate::arguments::{place, pointer};
 use crate::oracle::{Call, Expect};
 use crate::session::{Bytes, Session};
 use crate::subject::KnownState;
+use anyhow::{Result, bail};
 use cargo_fmu::fmi::order::Mode;
 use cargo_fmu::fmi::symbols::*;
 use std::ptr;
@@ -50,7 +51,7 @@ impl Session<'_> {
         saved.push((handle, known));
     }
 
-    pub fn get_state(&mut self, i: usize) -> Result<Call, String> {
+    pub fn get_state(&mut self, i: usize) -> Result<Call> {
         let (f, c) = (&self.fmu.functions, self.instances[i].c);
         let name = f.name("fmi2GetFMUstate");
         let (old, held) = self.new_or_old(i);
@@ -65,12 +66,12 @@ impl Session<'_> {
             let known = self.instances[i].known;
             self.remember(i, state, known);
         } else if state != old {
-            return Err(format!("{name} gave {status} and changed the handle"));
+            bail!("{name} gave {status} and changed the handle");
         }
         Ok(self.plain(i, name, status, Expect::done_if(sound)))
     }
 
-    pub fn set_state(&mut self, i: usize) -> Result<Call, String> {
+    pub fn set_state(&mut self, i: usize) -> Result<Call> {
         let (f, c) = (&self.fmu.functions, self.instances[i].c);
         let name = f.name("fmi2SetFMUstate");
         let (handle, held) = self.handle(i);
@@ -88,7 +89,7 @@ impl Session<'_> {
         Ok(self.plain(i, name, status, Expect::done_if(held.is_some())))
     }
 
-    pub fn free_state(&mut self, i: usize) -> Result<Call, String> {
+    pub fn free_state(&mut self, i: usize) -> Result<Call> {
         let (f, c) = (&self.fmu.functions, self.instances[i].c);
         let name = f.name("fmi2FreeFMUstate");
         let (handle, held) = self.handle(i);
@@ -104,7 +105,7 @@ impl Session<'_> {
         let status = unsafe { f.free_fmu_state(c, to) };
         if status == OK && !is_null {
             if !state.is_null() {
-                return Err(format!("{name} left a handle behind"));
+                bail!("{name} left a handle behind");
             }
             self.instances[i].saved.retain(|(h, _)| *h != handle);
             let at = 2 + self.random.below(8);
@@ -114,7 +115,7 @@ impl Session<'_> {
         Ok(self.plain(i, name, status, Expect::done_if(sound)))
     }
 
-    pub fn serialize(&mut self, i: usize) -> Result<Call, String> {
+    pub fn serialize(&mut self, i: usize) -> Result<Call> {
         let (f, c) = (&self.fmu.functions, self.instances[i].c);
         let (handle, held) = self.handle(i);
         let mut size = 0;
@@ -139,7 +140,7 @@ impl Session<'_> {
         // SAFETY: as above; `room` bytes.
         let status = unsafe { f.serialize_fmu_state(c, handle, bytes.as_mut_ptr(), room) };
         if bytes.iter().skip(size).any(|b| *b != 0xa5) {
-            return Err(format!("{name} wrote beyond the end of the state"));
+            bail!("{name} wrote beyond the end of the state");
         }
         if status == OK {
             let at = match self.bytes.len() < MOST_BYTES {
@@ -152,7 +153,7 @@ impl Session<'_> {
         Ok(self.plain(i, name, status, Expect::done_if(room >= size)))
     }
 
-    pub fn deserialize(&mut self, i: usize) -> Result<Call, String> {
+    pub fn deserialize(&mut self, i: usize) -> Result<Call> {
         let (f, c) = (&self.fmu.functions, self.instances[i].c);
         let name = f.name("fmi2DeSerializeFMUstate");
         let (old, held) = self.new_or_old(i);
@@ -182,7 +183,7 @@ impl Session<'_> {
         if let (OK, Some(known)) = (status, known) {
             self.remember(i, state, known);
         } else if state != old {
-            return Err(format!("{name} gave {status} and changed the handle"));
+            bail!("{name} gave {status} and changed the handle");
         }
         Ok(self.plain(i, name, status, Expect::done_if(sound)))
     }

@@ -4,6 +4,7 @@
 use std::ffi::c_int;
 use std::ops::{Deref, DerefMut};
 
+use anyhow::Result;
 use cargo_fmu::fmi::Fmu;
 use cargo_fmu::fmi::instance::{Instance, Manner, references};
 use cargo_fmu::fmi::order::Mode;
@@ -93,7 +94,7 @@ impl DerefMut for Subject<'_> {
 
 impl<'a> Subject<'a> {
     /// fmi2Instantiate as it should be done, without functions for memory.
-    pub fn new(fmu: &'a Fmu, name: &str) -> Result<Self, String> {
+    pub fn new(fmu: &'a Fmu, name: &str) -> Result<Self> {
         Ok(Self {
             instance: Instance::with(fmu, name, Manner::STRICT)?,
             known: NEW,
@@ -117,7 +118,7 @@ impl<'a> Subject<'a> {
 
     /// From Instantiated to the first communication point, in Step Mode, at 0 s and with the start
     /// values.
-    pub fn initialize(&mut self) -> Result<(), String> {
+    pub fn initialize(&mut self) -> Result<()> {
         self.instance.initialize_between(0.0, None)?;
         self.instance.enter_step_mode()?;
         self.known = KnownState {
@@ -128,7 +129,7 @@ impl<'a> Subject<'a> {
     }
 
     /// fmi2DoStep at the present time, which must succeed.
-    pub fn advance(&mut self, h: f64) -> Result<(), String> {
+    pub fn advance(&mut self, h: f64) -> Result<()> {
         self.instance.time = self.known.time;
         self.instance.step(h)?;
         self.known.time += h;
@@ -136,7 +137,7 @@ impl<'a> Subject<'a> {
     }
 
     /// fmi2Reset, which must succeed.
-    pub fn reset(&mut self) -> Result<(), String> {
+    pub fn reset(&mut self) -> Result<()> {
         self.forget();
         self.instance.enter(Mode::Instantiated)
     }
@@ -149,7 +150,7 @@ impl<'a> Subject<'a> {
     }
 
     /// A step, and all computed Real variables after it as bits.
-    pub fn observed_step(&mut self, h: f64) -> Result<Vec<u64>, String> {
+    pub fn observed_step(&mut self, h: f64) -> Result<Vec<u64>> {
         self.advance(h)?;
         let (status, values) = self.outputs();
         self.must("fmi2GetReal", status)?;
@@ -158,7 +159,7 @@ impl<'a> Subject<'a> {
 }
 
 /// What a freshly made instance does in its first steps of 1 ms, bit for bit.
-pub fn first_steps(subject: &mut Subject) -> Result<Vec<u64>, String> {
+pub fn first_steps(subject: &mut Subject) -> Result<Vec<u64>> {
     subject.initialize()?;
     let mut bits = Vec::new();
     for _ in 0..5 {

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use std::thread;
 use std::time::Instant;
 
-use anyhow::{Result, anyhow, ensure};
+use anyhow::{Context, Result, anyhow, ensure};
 
 use crate::subject::Subject;
 use cargo_fmu::fmi::Fmu;
@@ -23,10 +23,9 @@ pub fn run(paths: &[PathBuf], threads: usize, steps: usize, is_warm: bool) -> Re
         .map(|p| Fmu::open(p))
         .collect::<Result<Vec<_>>>()?;
     let first = if is_warm { &fmus[..] } else { &[] };
-    let kept: Result<Vec<_>, String> = first.iter().map(warm).collect();
-    let kept = kept.map_err(|e| anyhow!(e))?;
+    let kept = first.iter().map(warm).collect::<Result<Vec<_>>>()?;
     // Made at once, so that also the first instance of a library is made by several threads.
-    let results: Vec<Vec<Result<Vec<u64>, String>>> = thread::scope(|scope| {
+    let results: Vec<Vec<Result<Vec<u64>>>> = thread::scope(|scope| {
         let spawn = |fmu| {
             (0..threads)
                 .map(|_| scope.spawn(move || trajectory(fmu, steps)))
@@ -35,7 +34,7 @@ pub fn run(paths: &[PathBuf], threads: usize, steps: usize, is_warm: bool) -> Re
         let running: Vec<_> = fmus.iter().map(spawn).collect();
         let join = |t: thread::ScopedJoinHandle<'_, _>| {
             t.join()
-                .unwrap_or_else(|_| Err("the thread panicked".into()))
+                .unwrap_or_else(|_| Err(anyhow!("the thread panicked")))
         };
         running
             .into_iter()
@@ -44,14 +43,11 @@ pub fn run(paths: &[PathBuf], threads: usize, steps: usize, is_warm: bool) -> Re
     });
     drop(kept);
     for ((path, fmu), group) in paths.iter().zip(&fmus).zip(results) {
-        let alone = trajectory(fmu, steps).map_err(|e| anyhow!(e))?;
+        let alone = trajectory(fmu, steps)?;
         for result in group {
-            let bits = result.map_err(|e| anyhow!("{}: {e}", path.display()))?;
-            ensure!(
-                bits == alone,
-                "{}: in parallel the outputs differ",
-                path.display()
-            );
+            let path = || path.display().to_string();
+            let is_same = result.with_context(path)? == alone;
+            ensure!(is_same, "{}: in parallel the outputs differ", path());
         }
     }
     println!(
@@ -63,19 +59,19 @@ pub fn run(paths: &[PathBuf], threads: usize, steps: usize, is_warm: bool) -> Re
 }
 
 /// An instance that has done everything once.
-fn warm(fmu: &Fmu) -> Result<Subject<'_>, String> {
+fn warm(fmu: &Fmu) -> Result<Subject<'_>> {
     let mut instance = Subject::new(fmu, "first")?;
     follow(&mut instance, 1)?;
     Ok(instance)
 }
 
 /// Outputs of an instance that is made, stepped, saved and freed in this thread.
-fn trajectory(fmu: &Fmu, steps: usize) -> Result<Vec<u64>, String> {
+fn trajectory(fmu: &Fmu, steps: usize) -> Result<Vec<u64>> {
     follow(&mut Subject::new(fmu, "thread")?, steps)
 }
 
 /// Outputs over some steps. Saved states and wrong calls in between exercise memory and log.
-fn follow(instance: &mut Subject, steps: usize) -> Result<Vec<u64>, String> {
+fn follow(instance: &mut Subject, steps: usize) -> Result<Vec<u64>> {
     instance.initialize()?;
     let mut bits = Vec::new();
     for k in 0..steps {

@@ -2,9 +2,9 @@
 //! run, another continues from there and must compute the same numbers bit for bit.
 
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
-use anyhow::{Context, Result, anyhow, ensure};
+use anyhow::{Context, Result, ensure};
 use cargo_fmu::fmi::Fmu;
 use fmu_description::{Access, Variable};
 
@@ -15,76 +15,52 @@ const STEP: f64 = 1e-3;
 /// Steps before the state is saved, and after it.
 const STEPS: usize = 50;
 
-/// Run each FMU, save its state in the middle, and write the state and what followed into the
-/// folder.
-pub fn save(paths: &[PathBuf], folder: &Path) -> Result<()> {
-    for path in paths {
-        let fmu = Fmu::open(path)?;
-        let run = || -> Result<_, String> {
-            let mut instance = Subject::new(&fmu, "carry")?;
-            instance.initialize()?;
-            steps(&mut instance, 0)?;
-            let state = instance.bytes()?;
-            Ok((state, steps(&mut instance, STEPS)?))
-        };
-        let (state, lines) = run().map_err(|e| anyhow!("{}: {e}", path.display()))?;
-        let name = &fmu.description.identifier;
-        fs::write(folder.join(name).with_extension("state"), &state)?;
-        fs::write(
-            folder.join(name).with_extension("outputs"),
-            lines.join("\n"),
-        )?;
-        println!(
-            "{}: saved {} bytes after {STEPS} steps",
-            path.display(),
-            state.len()
-        );
-    }
+/// Run an FMU, save its state in the middle, and write the state and what followed into the folder.
+pub fn save(path: &Path, folder: &Path) -> Result<()> {
+    let fmu = Fmu::open(path)?;
+    let mut instance = Subject::new(&fmu, "carry")?;
+    instance.initialize()?;
+    steps(&mut instance, 0)?;
+    let state = instance.bytes()?;
+    let lines = steps(&mut instance, STEPS)?;
+    let file = folder.join(&fmu.description.identifier);
+    fs::write(file.with_extension("state"), &state)?;
+    fs::write(file.with_extension("outputs"), lines.join("\n"))?;
+    let (path, size) = (path.display(), state.len());
+    println!("{path}: saved {size} bytes after {STEPS} steps");
     Ok(())
 }
 
-/// Continue each FMU from the state in the folder; what follows must be what is written there.
-pub fn proceed(paths: &[PathBuf], folder: &Path) -> Result<()> {
-    for path in paths {
-        let fmu = Fmu::open(path)?;
-        let name = &fmu.description.identifier;
-        let read = |suffix| {
-            let file = folder.join(name).with_extension(suffix);
-            fs::read(&file).with_context(|| format!("{}; was it saved?", file.display()))
-        };
-        let (state, expected) = (read("state")?, String::from_utf8(read("outputs")?)?);
-        let run = || -> Result<_, String> {
-            let mut instance = Subject::new(&fmu, "carry")?;
-            let time = STEPS as f64 * STEP;
-            instance.restore(&state, time)?;
-            instance.known.time = time;
-            steps(&mut instance, STEPS)
-        };
-        let lines = run().map_err(|e| anyhow!("{}: {e}", path.display()))?;
-        for (line, expected) in lines.iter().zip(expected.lines()) {
-            ensure!(
-                line == expected,
-                "{}: after the state was carried over: {line}, but where it was saved: {expected}",
-                path.display()
-            );
-        }
+/// Continue an FMU from the state in the folder; what follows must be what is written there.
+pub fn proceed(path: &Path, folder: &Path) -> Result<()> {
+    let fmu = Fmu::open(path)?;
+    let file = folder.join(&fmu.description.identifier);
+    let read = |suffix| {
+        let file = file.with_extension(suffix);
+        fs::read(&file).with_context(|| format!("{}; was it saved?", file.display()))
+    };
+    let (state, expected) = (read("state")?, String::from_utf8(read("outputs")?)?);
+    let mut instance = Subject::new(&fmu, "carry")?;
+    let time = STEPS as f64 * STEP;
+    instance.restore(&state, time)?;
+    instance.known.time = time;
+    let lines = steps(&mut instance, STEPS)?;
+    for (line, expected) in lines.iter().zip(expected.lines()) {
         ensure!(
-            lines.len() == expected.lines().count(),
-            "{}: lines are missing",
-            path.display()
-        );
-        println!(
-            "{}: {} numbers as where it was saved",
-            path.display(),
-            lines.len()
+            line == expected,
+            "after the state was carried over: {line}, but where it was saved: {expected}"
         );
     }
+    let are_all = lines.len() == expected.lines().count();
+    ensure!(are_all, "lines are missing");
+    let (path, count) = (path.display(), lines.len());
+    println!("{path}: {count} numbers as where it was saved");
     Ok(())
 }
 
 /// Steps from the step with this number on, with moving inputs; every computed number after each,
 /// by name, in bits.
-fn steps(instance: &mut Subject, first: usize) -> Result<Vec<String>, String> {
+fn steps(instance: &mut Subject, first: usize) -> Result<Vec<String>> {
     let variables = &instance.fmu.description.variables;
     let real = |v: &&Variable| v.access() == Access::Real;
     let inputs: Vec<_> = variables

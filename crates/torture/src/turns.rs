@@ -2,6 +2,7 @@
 
 use std::ffi::c_int;
 
+use anyhow::{Context, Result, bail, ensure};
 use cargo_fmu::fmi::order::{Mode, is_allowed};
 use cargo_fmu::fmi::symbols::{DISCARD, OK};
 
@@ -28,21 +29,21 @@ enum Observation {
 
 impl Session<'_> {
     /// Makes `n` calls.
-    pub fn run(&mut self, n: usize) -> Result<(), String> {
+    pub fn run(&mut self, n: usize) -> Result<()> {
         for k in 0..n {
             let i = self.random.below(INSTANCES);
-            self.turn(i)
-                .map_err(|e| format!("call {k} on instance {i}: {e}"))?;
+            let place = || format!("call {k} on instance {i}");
+            self.turn(i).with_context(place)?;
             if k % CALLS_BETWEEN_RESETS == CALLS_BETWEEN_RESETS - 1 {
-                self.check_reset(i)
-                    .map_err(|e| format!("reset after call {k} on instance {i}: {e}"))?;
+                let reset = self.check_reset(i);
+                reset.with_context(|| format!("reset after {}", place()))?;
             }
         }
         (0..INSTANCES).try_for_each(|i| self.check_reset(i))
     }
 
     /// One call with all checks.
-    fn turn(&mut self, i: usize) -> Result<(), String> {
+    fn turn(&mut self, i: usize) -> Result<()> {
         let before = match self.random.below(16) {
             0..8 => Observation::Nothing,
             8..15 => self.outputs(i)?,
@@ -72,30 +73,29 @@ impl Session<'_> {
             Observation::Bytes(_) => Observation::Bytes(self.instances[i].bytes()?),
         };
         self.compared += 1;
-        if before != after {
-            return Err(format!(
-                "{} gave {} and changed the instance: {before:?} -> {after:?}",
-                call.name, call.status
-            ));
-        }
+        let Call { name, status, .. } = call;
+        ensure!(
+            before == after,
+            "{name} gave {status} and changed the instance: {before:?} -> {after:?}"
+        );
         Ok(())
     }
 
     /// Outputs and time, which must be finite, and readable at a communication point.
-    fn outputs(&self, i: usize) -> Result<Observation, String> {
+    fn outputs(&self, i: usize) -> Result<Observation> {
         let instance = &self.instances[i];
         instance.messages();
         let (status, mut values) = instance.outputs();
         let mode = instance.known.mode;
         if status == OK && values.iter().any(|v| !v.is_finite()) {
-            return Err(format!("an output is not finite: {values:?}"));
+            bail!("an output is not finite: {values:?}");
         }
         if status != OK && is_allowed(self.fmu.functions.name("fmi2GetReal"), mode) {
             // A model may refuse inputs together, such as a quaternion of length 0, but its numbers
             // must stay numbers.
             let messages = instance.messages();
             if messages.iter().any(|m| m.format.contains(" became ")) {
-                return Err(format!("outputs are no numbers: {messages:?}"));
+                bail!("outputs are no numbers: {messages:?}");
             }
         }
         if status == OK && mode != Mode::Initialization {
@@ -104,7 +104,7 @@ impl Session<'_> {
             let got = unsafe { self.fmu.functions.last_time(instance.c, &mut time) };
             instance.must("fmi2GetRealStatus", got)?;
             if time != instance.known.time {
-                return Err(format!("time is {time}, expected {}", instance.known.time));
+                bail!("time is {time}, expected {}", instance.known.time);
             }
             values.push(time);
         }
@@ -116,17 +116,18 @@ impl Session<'_> {
     }
 
     /// After whatever was done to it, a reset instance must do what a new one does, bit for bit.
-    fn check_reset(&mut self, i: usize) -> Result<(), String> {
+    fn check_reset(&mut self, i: usize) -> Result<()> {
         let instance = &mut self.instances[i];
         instance.reset()?;
-        if first_steps(instance)? != self.new_bits {
-            return Err("a reset instance does not do what a new one does".into());
-        }
+        ensure!(
+            first_steps(instance)? == self.new_bits,
+            "a reset instance does not do what a new one does"
+        );
         instance.reset()
     }
 
     /// Makes a random call.
-    fn call(&mut self, i: usize) -> Result<Call, String> {
+    fn call(&mut self, i: usize) -> Result<Call> {
         if self.random.one_in(64) {
             return self.without_instance(i);
         }

@@ -3,6 +3,7 @@
 use crate::arguments::*;
 use crate::oracle::{Call, Expect};
 use crate::session::Session;
+use anyhow::{Result, bail};
 use cargo_fmu::fmi::order::Mode;
 use cargo_fmu::fmi::symbols::*;
 use fmu_description::{Access, Causality, Variable};
@@ -98,7 +99,7 @@ impl Session<'_> {
         }
     }
 
-    pub fn set_real(&mut self, i: usize) -> Result<Call, String> {
+    pub fn set_real(&mut self, i: usize) -> Result<Call> {
         let wanted = self.is_settable(i, Access::Real);
         let r = &mut self.random;
         let valid = r.one_in(2);
@@ -133,9 +134,7 @@ impl Session<'_> {
             // SAFETY: a live instance; one element each.
             let got = unsafe { self.fmu.functions.get_real(c, vr, 1, &mut back) };
             if got != OK || back.to_bits() != value.to_bits() {
-                return Err(format!(
-                    "value reference {vr}: {value} was set, {back} came back"
-                ));
+                bail!("value reference {vr}: {value} was set, {back} came back");
             }
         }
         Ok(self.with_variables(i, name, status, expect, &vr, is_null))
@@ -166,7 +165,7 @@ impl Session<'_> {
         }
     }
 
-    pub fn set_integer(&mut self, i: usize) -> Result<Call, String> {
+    pub fn set_integer(&mut self, i: usize) -> Result<Call> {
         let is_boolean = self.random.one_in(3);
         let kind = self.integer_kind(is_boolean);
         let wanted = self.is_settable(i, kind);
@@ -198,7 +197,7 @@ impl Session<'_> {
         Ok(self.with_variables(i, name, status, expect, &vr, is_null))
     }
 
-    pub fn set_string(&mut self, i: usize) -> Result<Call, String> {
+    pub fn set_string(&mut self, i: usize) -> Result<Call> {
         let wanted = self.is_settable(i, Access::String);
         let r = &mut self.random;
         let valid = r.one_in(2);
@@ -258,7 +257,7 @@ impl Session<'_> {
         found.any(|v| v.is_computed() && v.access() == kind)
     }
 
-    pub fn get_real(&mut self, i: usize) -> Result<Call, String> {
+    pub fn get_real(&mut self, i: usize) -> Result<Call> {
         let r = &mut self.random;
         let valid = r.one_in(2);
         let vr = references(r, self.fmu, valid, |v| v.access() == Access::Real);
@@ -280,13 +279,13 @@ impl Session<'_> {
         // SAFETY: a live instance; NULL or arrays of equal length.
         let status = unsafe { self.fmu.functions.get_real(c, vr.as_ptr(), vr.len(), place) };
         if values.iter().any(|v| !v.is_finite()) {
-            return Err(format!("{name}({vr:?}) gave {status} and {values:?}"));
+            bail!("{name}({vr:?}) gave {status} and {values:?}");
         }
         let is_computing = self.computes(&vr, Access::Real);
         Ok(self.with_variables(i, name, status, expect, &vr, is_null || is_computing))
     }
 
-    pub fn get_integer(&mut self, i: usize) -> Result<Call, String> {
+    pub fn get_integer(&mut self, i: usize) -> Result<Call> {
         let r = &mut self.random;
         let (valid, is_boolean) = (r.one_in(2), r.one_in(2));
         let kind = self.integer_kind(is_boolean);
@@ -308,7 +307,7 @@ impl Session<'_> {
         Ok(self.with_variables(i, name, status, expect, &vr, is_computing))
     }
 
-    pub fn get_string(&mut self, i: usize) -> Result<Call, String> {
+    pub fn get_string(&mut self, i: usize) -> Result<Call> {
         let r = &mut self.random;
         let valid = r.one_in(2);
         let vr = references(r, self.fmu, valid, |v| v.access() == Access::String);
@@ -323,7 +322,7 @@ impl Session<'_> {
         for value in values.iter().filter(|_| status == OK) {
             // SAFETY: given out by the FMU, valid until the next call.
             if value.is_null() || unsafe { CStr::from_ptr(*value) }.to_str().is_err() {
-                return Err(format!("{name}({vr:?}) gave no text"));
+                bail!("{name}({vr:?}) gave no text");
             }
         }
         Ok(self.with_variables(i, name, status, expect, &vr, false))

@@ -23,6 +23,7 @@ use std::process::ExitCode;
 
 use anyhow::Result;
 use cargo_fmu::pack::Platforms;
+use cargo_fmu::process::end;
 use cargo_fmu::workspace::Source;
 use clap::{Parser, Subcommand};
 use programs::handed_on;
@@ -94,13 +95,7 @@ enum Command {
 }
 
 fn main() -> ExitCode {
-    match run(Cli::parse().command) {
-        Ok(code) => code,
-        Err(error) => {
-            eprintln!("error: {error:#}");
-            ExitCode::FAILURE
-        }
-    }
+    end(run(Cli::parse().command))
 }
 
 /// Do what was asked for; the exit code of a program that was run, which may say more than that it

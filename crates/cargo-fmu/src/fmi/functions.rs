@@ -48,20 +48,28 @@ pub struct Experiment {
     pub stop: f64,
 }
 
-/// Functions that take the same arguments in both versions.
-macro_rules! same {
-    ($(fn $name:ident($($argument:ident: $type:ty),*) $(-> $result:ty)? = $in_2:ident, $in_3:ident;)*) => {
-        $(pub unsafe fn $name(&self, c: Pointer $(, $argument: $type)*) $(-> $result)? {
+/// Functions of both versions, with the arguments of FMI 2.0, and how each version is called with
+/// them: `f` are its functions.
+macro_rules! both {
+    ($self:ident, $f:ident: $(
+        $(#[$about:meta])*
+        fn $name:ident($($argument:ident: $type:ty),*) $(-> $result:ty)? = $in_2:expr, $in_3:expr;
+    )*) => {
+        $($(#[$about])*
+        pub unsafe fn $name(&$self $(, $argument: $type)*) $(-> $result)? {
             // SAFETY: forwarded.
             unsafe {
-                match &self.own {
-                    Fmi2(f) => (f.$in_2)(c $(, $argument)*),
-                    Fmi3(f) => (f.$in_3)(c $(, $argument)*),
+                match &$self.own {
+                    #[allow(unused_variables)]
+                    Fmi2($f) => $in_2,
+                    #[allow(unused_variables)]
+                    Fmi3($f) => $in_3,
                 }
             }
         })*
     };
 }
+pub(super) use both;
 
 /// # Safety
 /// As for the C functions: a live instance or NULL, NULL or arrays of the length given, with room
@@ -140,44 +148,38 @@ impl Functions {
         }
     }
 
-    same! {
-        fn free_instance() = fmi2FreeInstance, fmi3FreeInstance;
-        fn exit_initialization_mode() -> c_int = fmi2ExitInitializationMode, fmi3ExitInitializationMode;
-        fn terminate() -> c_int = fmi2Terminate, fmi3Terminate;
-        fn reset() -> c_int = fmi2Reset, fmi3Reset;
-        fn get_fmu_state(state: *mut Pointer) -> c_int = fmi2GetFMUstate, fmi3GetFMUState;
-        fn set_fmu_state(state: Pointer) -> c_int = fmi2SetFMUstate, fmi3SetFMUState;
-        fn free_fmu_state(state: *mut Pointer) -> c_int = fmi2FreeFMUstate, fmi3FreeFMUState;
-        fn serialized_fmu_state_size(state: Pointer, size: *mut usize) -> c_int = fmi2SerializedFMUstateSize, fmi3SerializedFMUStateSize;
-        fn serialize_fmu_state(state: Pointer, bytes: *mut u8, size: usize) -> c_int = fmi2SerializeFMUstate, fmi3SerializeFMUState;
-        fn deserialize_fmu_state(bytes: *const u8, size: usize, state: *mut Pointer) -> c_int
-            = fmi2DeSerializeFMUstate, fmi3DeserializeFMUState;
-    }
-
-    pub unsafe fn get_version(&self) -> Text {
-        // SAFETY: no arguments.
-        unsafe {
-            match &self.own {
-                Fmi2(f) => (f.fmi2GetVersion)(),
-                Fmi3(f) => (f.fmi3GetVersion)(),
-            }
-        }
-    }
-
-    pub unsafe fn set_debug_logging(
-        &self,
-        c: Pointer,
-        on: c_int,
-        n: usize,
-        list: *const Text,
-    ) -> c_int {
-        // SAFETY: forwarded.
-        unsafe {
-            match &self.own {
-                Fmi2(f) => (f.fmi2SetDebugLogging)(c, on, n, list),
-                Fmi3(f) => (f.fmi3SetDebugLogging)(c, on != 0, n, list),
-            }
-        }
+    both! { self, f:
+        fn get_version() -> Text = (f.fmi2GetVersion)(), (f.fmi3GetVersion)();
+        fn set_debug_logging(c: Pointer, on: c_int, n: usize, list: *const Text) -> c_int
+            = (f.fmi2SetDebugLogging)(c, on, n, list), (f.fmi3SetDebugLogging)(c, on != 0, n, list);
+        fn free_instance(c: Pointer) = (f.fmi2FreeInstance)(c), (f.fmi3FreeInstance)(c);
+        /// fmi2SetupExperiment; FMI 3.0 has it in fmi3EnterInitializationMode, and nothing is called
+        /// here.
+        fn setup_experiment(c: Pointer, experiment: Experiment) -> c_int
+            = self.begin(c, experiment), OK;
+        /// In FMI 3.0 with the experiment, which FMI 2.0 is told by fmi2SetupExperiment.
+        fn enter_initialization_mode(c: Pointer, experiment: Experiment) -> c_int
+            = (f.fmi2EnterInitializationMode)(c), self.begin(c, experiment);
+        fn exit_initialization_mode(c: Pointer) -> c_int
+            = (f.fmi2ExitInitializationMode)(c), (f.fmi3ExitInitializationMode)(c);
+        fn terminate(c: Pointer) -> c_int = (f.fmi2Terminate)(c), (f.fmi3Terminate)(c);
+        fn reset(c: Pointer) -> c_int = (f.fmi2Reset)(c), (f.fmi3Reset)(c);
+        fn get_fmu_state(c: Pointer, state: *mut Pointer) -> c_int
+            = (f.fmi2GetFMUstate)(c, state), (f.fmi3GetFMUState)(c, state);
+        fn set_fmu_state(c: Pointer, state: Pointer) -> c_int
+            = (f.fmi2SetFMUstate)(c, state), (f.fmi3SetFMUState)(c, state);
+        fn free_fmu_state(c: Pointer, state: *mut Pointer) -> c_int
+            = (f.fmi2FreeFMUstate)(c, state), (f.fmi3FreeFMUState)(c, state);
+        fn serialized_fmu_state_size(c: Pointer, state: Pointer, size: *mut usize) -> c_int
+            = (f.fmi2SerializedFMUstateSize)(c, state, size),
+            (f.fmi3SerializedFMUStateSize)(c, state, size);
+        fn serialize_fmu_state(c: Pointer, state: Pointer, bytes: *mut u8, size: usize) -> c_int
+            = (f.fmi2SerializeFMUstate)(c, state, bytes, size),
+            (f.fmi3SerializeFMUState)(c, state, bytes, size);
+        fn deserialize_fmu_state(c: Pointer, bytes: *const u8, size: usize, state: *mut Pointer)
+            -> c_int
+            = (f.fmi2DeSerializeFMUstate)(c, bytes, size, state),
+            (f.fmi3DeserializeFMUState)(c, bytes, size, state);
     }
 
     /// With a `kind` other than 1 for model exchange. In FMI 3.0 with Event Mode; what is no
@@ -231,27 +233,6 @@ impl Functions {
                         ),
                     }
                 }
-            }
-        }
-    }
-
-    /// fmi2SetupExperiment; FMI 3.0 has it in fmi3EnterInitializationMode, and nothing is called
-    /// here.
-    pub unsafe fn setup_experiment(&self, c: Pointer, experiment: Experiment) -> c_int {
-        match &self.own {
-            // SAFETY: forwarded.
-            Fmi2(_) => unsafe { self.begin(c, experiment) },
-            Fmi3(_) => OK,
-        }
-    }
-
-    /// In FMI 3.0 with the experiment, which FMI 2.0 is told by fmi2SetupExperiment.
-    pub unsafe fn enter_initialization_mode(&self, c: Pointer, experiment: Experiment) -> c_int {
-        // SAFETY: forwarded.
-        unsafe {
-            match &self.own {
-                Fmi2(f) => (f.fmi2EnterInitializationMode)(c),
-                Fmi3(_) => self.begin(c, experiment),
             }
         }
     }

@@ -4,6 +4,7 @@
 use std::ffi::{CString, c_int};
 use std::ptr;
 
+use anyhow::{Result, anyhow, bail};
 use fmu_description::{Access, Variable};
 
 use super::fmi2::Callbacks;
@@ -76,12 +77,12 @@ pub struct Instance<'a> {
 
 impl<'a> Instance<'a> {
     /// fmi2Instantiate as it should be done.
-    pub fn new(fmu: &'a Fmu, name: &str) -> Result<Self, String> {
+    pub fn new(fmu: &'a Fmu, name: &str) -> Result<Self> {
         Self::with(fmu, name, Manner::USUAL)
     }
 
     /// fmi2Instantiate.
-    pub fn with(fmu: &'a Fmu, name: &str, manner: Manner) -> Result<Self, String> {
+    pub fn with(fmu: &'a Fmu, name: &str, manner: Manner) -> Result<Self> {
         let log = Log::new(name);
         let mut callbacks = Box::new(log.callbacks());
         if manner.gives_memory {
@@ -108,10 +109,7 @@ impl<'a> Instance<'a> {
             )
         };
         if c.is_null() {
-            return Err(format!(
-                "fmi2Instantiate gave NULL{}",
-                told(&log.take_own())
-            ));
+            bail!("fmi2Instantiate gave NULL{}", told(&log.take_own()));
         }
         Ok(Self {
             fmu,
@@ -127,14 +125,14 @@ impl<'a> Instance<'a> {
     }
 
     /// At the first communication point, with the start values.
-    pub fn started(fmu: &'a Fmu, name: &str) -> Result<Self, String> {
+    pub fn started(fmu: &'a Fmu, name: &str) -> Result<Self> {
         let mut instance = Self::new(fmu, name)?;
         instance.initialize()?;
         Ok(instance)
     }
 
     /// In Initialization Mode, at the default start time.
-    pub fn initializing(fmu: &'a Fmu, name: &str) -> Result<Self, String> {
+    pub fn initializing(fmu: &'a Fmu, name: &str) -> Result<Self> {
         let mut instance = Self::new(fmu, name)?;
         instance.setup(start_time(fmu), None)?;
         instance.enter(Mode::Initialization)?;
@@ -143,7 +141,7 @@ impl<'a> Instance<'a> {
 
     /// Where values may be read after others were set: at the first communication point, or where
     /// FMI 3.0 forbids that there, in Initialization Mode.
-    pub fn exchanging(fmu: &'a Fmu, name: &str) -> Result<Self, String> {
+    pub fn exchanging(fmu: &'a Fmu, name: &str) -> Result<Self> {
         match fmu.functions.reads_after_set() {
             true => Self::started(fmu, name),
             false => Self::initializing(fmu, name),
@@ -156,11 +154,11 @@ impl<'a> Instance<'a> {
     }
 
     /// A call that must be answered by fmi2OK; fmi2Warning is let through.
-    pub fn must(&self, call: &str, status: c_int) -> Result<(), String> {
+    pub fn must(&self, call: &str, status: c_int) -> Result<()> {
         match status {
             OK => Ok(()),
             WARNING if self.may_warn => Ok(()),
-            _ => Err(format!(
+            _ => Err(anyhow!(
                 "{call} gave {}{}",
                 status_name(status),
                 told(&self.messages())
@@ -169,19 +167,19 @@ impl<'a> Instance<'a> {
     }
 
     /// From Instantiated to the first communication point, at the default start time.
-    pub fn initialize(&mut self) -> Result<(), String> {
+    pub fn initialize(&mut self) -> Result<()> {
         self.initialize_between(start_time(self.fmu), None)
     }
 
     /// From Instantiated to the first communication point.
-    pub fn initialize_between(&mut self, start: f64, stop: Option<f64>) -> Result<(), String> {
+    pub fn initialize_between(&mut self, start: f64, stop: Option<f64>) -> Result<()> {
         self.setup(start, stop)?;
         self.enter(Mode::Initialization)?;
         self.enter(Mode::Stepping)
     }
 
     /// fmi2SetupExperiment.
-    pub fn setup(&mut self, start: f64, stop: Option<f64>) -> Result<(), String> {
+    pub fn setup(&mut self, start: f64, stop: Option<f64>) -> Result<()> {
         self.experiment = Experiment {
             start,
             has_stop: stop.is_some(),
@@ -196,7 +194,7 @@ impl<'a> Instance<'a> {
     }
 
     /// The call that leads into the next mode.
-    pub fn enter(&mut self, mode: Mode) -> Result<(), String> {
+    pub fn enter(&mut self, mode: Mode) -> Result<()> {
         let (f, c) = (&self.fmu.functions, self.c);
         // SAFETY: a live instance.
         let (name, status) = unsafe {
@@ -226,7 +224,7 @@ impl<'a> Instance<'a> {
     }
 
     /// Out of Event Mode, to stay in Step Mode.
-    pub fn enter_step_mode(&mut self) -> Result<(), String> {
+    pub fn enter_step_mode(&mut self) -> Result<()> {
         if !std::mem::take(&mut self.in_events) {
             return Ok(());
         }
@@ -254,7 +252,7 @@ impl<'a> Instance<'a> {
     }
 
     /// fmi2DoStep from the present time, which must succeed.
-    pub fn step(&mut self, h: f64) -> Result<(), String> {
+    pub fn step(&mut self, h: f64) -> Result<()> {
         let status = self.step_from(self.time, h);
         self.must(
             &format!("fmi2DoStep from t = {} s by {h} s", self.time),
@@ -282,7 +280,7 @@ impl<'a> Instance<'a> {
 
     /// Values of Real variables, all of which must be to be had; the error names the first that is
     /// not.
-    pub fn must_read(&self, vr: &[u32]) -> Result<Vec<f64>, String> {
+    pub fn must_read(&self, vr: &[u32]) -> Result<Vec<f64>> {
         let (status, values) = self.reals(vr);
         if status <= WARNING {
             return Ok(values);
@@ -291,14 +289,14 @@ impl<'a> Instance<'a> {
         let refused = vr.iter().find(|r| self.reals(&[**r]).0 > WARNING);
         let refused = refused.and_then(|r| self.fmu.find(*r));
         let of = refused.map_or("all variables".into(), |v| format!("`{}`", v.name));
-        Err(format!(
+        Err(anyhow!(
             "fmi2GetReal of {of} gave {}{said}",
             status_name(status)
         ))
     }
 
     /// Values of a Real variable, which must be to be had.
-    pub fn read(&self, v: &Variable) -> Result<Vec<f64>, String> {
+    pub fn read(&self, v: &Variable) -> Result<Vec<f64>> {
         let (status, values) = self.reals(&[v.reference]);
         self.must(&format!("fmi2GetReal of `{}`", v.name), status)?;
         Ok(values)
@@ -402,19 +400,19 @@ impl<'a> Instance<'a> {
     }
 
     /// A state of it, saved by fmi2GetFMUstate.
-    pub fn save(&self) -> Result<SavedState, String> {
+    pub fn save(&self) -> Result<SavedState> {
         let mut state = ptr::null_mut();
         // SAFETY: a live instance, a place for the result.
         let status = unsafe { self.fmu.functions.get_fmu_state(self.c, &mut state) };
         self.must("fmi2GetFMUstate", status)?;
         match state.is_null() {
-            true => Err("fmi2GetFMUstate gave NULL".into()),
+            true => Err(anyhow!("fmi2GetFMUstate gave NULL")),
             false => Ok(SavedState(state)),
         }
     }
 
     /// Go back to a saved state, of this time in s.
-    pub fn go_back(&mut self, state: SavedState, time: f64) -> Result<(), String> {
+    pub fn go_back(&mut self, state: SavedState, time: f64) -> Result<()> {
         // SAFETY: a live instance and a state of it.
         let status = unsafe { self.fmu.functions.set_fmu_state(self.c, state.0) };
         self.time = time;
@@ -422,14 +420,14 @@ impl<'a> Instance<'a> {
     }
 
     /// Free a saved state, or NULL.
-    pub fn free(&self, SavedState(mut state): SavedState) -> Result<(), String> {
+    pub fn free(&self, SavedState(mut state): SavedState) -> Result<()> {
         // SAFETY: a live instance and a state of it, or NULL.
         let status = unsafe { self.fmu.functions.free_fmu_state(self.c, &mut state) };
         self.must("fmi2FreeFMUstate", status)
     }
 
     /// All of it that can be saved, as bytes.
-    pub fn bytes(&self) -> Result<Vec<u8>, String> {
+    pub fn bytes(&self) -> Result<Vec<u8>> {
         let f = &self.fmu.functions;
         let (state, mut size) = (self.save()?, 0);
         // SAFETY: a live instance, a state of it, a place for the result.
@@ -437,7 +435,7 @@ impl<'a> Instance<'a> {
         self.must("fmi2SerializedFMUstateSize", status)?;
         let mut bytes = Vec::new();
         if bytes.try_reserve_exact(size).is_err() {
-            return Err(format!("fmi2SerializedFMUstateSize gave {size} bytes"));
+            bail!("fmi2SerializedFMUstateSize gave {size} bytes");
         }
         bytes.resize(size, 0);
         // SAFETY: as many bytes as asked for.
@@ -457,7 +455,7 @@ impl<'a> Instance<'a> {
     }
 
     /// Take over a state of this time, s, that was saved as bytes.
-    pub fn restore(&mut self, bytes: &[u8], time: f64) -> Result<(), String> {
+    pub fn restore(&mut self, bytes: &[u8], time: f64) -> Result<()> {
         let (status, state) = self.deserialize(bytes);
         self.must("fmi2DeSerializeFMUstate", status)?;
         self.go_back(state, time)?;
@@ -465,7 +463,7 @@ impl<'a> Instance<'a> {
     }
 
     /// Everything that can be read, as bits: numbers of all variables.
-    pub fn observe(&self) -> Result<Vec<u64>, String> {
+    pub fn observe(&self) -> Result<Vec<u64>> {
         let description = &self.fmu.description;
         let of = |access| references(&description.variables, |v| v.access() == access);
         let reals = self.must_read(&of(Access::Real))?;
@@ -479,7 +477,7 @@ impl<'a> Instance<'a> {
     }
 
     /// Step a while with inputs that move a little; everything that can be read after each step.
-    pub fn motion(&mut self, steps: usize, phase: usize) -> Result<Vec<u64>, String> {
+    pub fn motion(&mut self, steps: usize, phase: usize) -> Result<Vec<u64>> {
         let h = step_size(self.fmu);
         let mut bits = Vec::new();
         for k in 0..steps {
@@ -593,7 +591,7 @@ pub fn status_name(status: c_int) -> String {
 }
 
 /// The last message, for the end of a sentence.
-fn told(messages: &[Message]) -> String {
+pub fn told(messages: &[Message]) -> String {
     messages
         .last()
         .map_or(String::new(), |m| format!(": {}", m.format))

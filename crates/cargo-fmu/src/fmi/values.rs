@@ -3,25 +3,9 @@
 use std::ffi::c_int;
 use std::ptr;
 
-use super::functions::Functions;
 use super::functions::OwnFunctions::{Fmi2, Fmi3};
+use super::functions::{Functions, both};
 use super::symbols::{DISCARD, Pointer, Text, WARNING};
-
-/// Functions for values of a type that both versions have; FMI 3.0 is told the number of values,
-/// too.
-macro_rules! values {
-    ($(fn $name:ident($type:ty) = $in_2:ident, $in_3:ident;)*) => {
-        $(pub unsafe fn $name(&self, c: Pointer, vr: *const u32, n: usize, values: $type) -> c_int {
-            // SAFETY: forwarded.
-            unsafe {
-                match &self.own {
-                    Fmi2(f) => (f.$in_2)(c, vr, n, values),
-                    Fmi3(f) => (f.$in_3)(c, vr, n, values, self.counted(vr, n)),
-                }
-            }
-        })*
-    };
-}
 
 /// # Safety
 /// Gets `count` values through an array of another type; NULL stays NULL.
@@ -63,11 +47,39 @@ unsafe fn set_as<T>(
 /// As for [`Functions`].
 #[allow(missing_docs, clippy::missing_safety_doc, clippy::too_many_arguments)] // named and explained in the standard
 impl Functions {
-    values! {
-        fn get_real(*mut f64) = fmi2GetReal, fmi3GetFloat64;
-        fn set_real(*const f64) = fmi2SetReal, fmi3SetFloat64;
-        fn get_string(*mut Text) = fmi2GetString, fmi3GetString;
-        fn set_string(*const Text) = fmi2SetString, fmi3SetString;
+    // FMI 3.0 is told the number of values, too.
+    both! { self, f:
+        fn get_real(c: Pointer, vr: *const u32, n: usize, values: *mut f64) -> c_int
+            = (f.fmi2GetReal)(c, vr, n, values),
+            (f.fmi3GetFloat64)(c, vr, n, values, self.counted(vr, n));
+        fn set_real(c: Pointer, vr: *const u32, n: usize, values: *const f64) -> c_int
+            = (f.fmi2SetReal)(c, vr, n, values),
+            (f.fmi3SetFloat64)(c, vr, n, values, self.counted(vr, n));
+        fn get_string(c: Pointer, vr: *const u32, n: usize, values: *mut Text) -> c_int
+            = (f.fmi2GetString)(c, vr, n, values),
+            (f.fmi3GetString)(c, vr, n, values, self.counted(vr, n));
+        fn set_string(c: Pointer, vr: *const u32, n: usize, values: *const Text) -> c_int
+            = (f.fmi2SetString)(c, vr, n, values),
+            (f.fmi3SetString)(c, vr, n, values, self.counted(vr, n));
+        fn get_output_derivatives(
+            c: Pointer, vr: *const u32, n: usize, order: *const c_int, values: *mut f64
+        ) -> c_int
+            = (f.fmi2GetRealOutputDerivatives)(c, vr, n, order, values),
+            (f.fmi3GetOutputDerivatives)(c, vr, n, order, values, self.counted(vr, n));
+        /// Not in FMI 3.0, where nothing is called.
+        fn set_input_derivatives(
+            c: Pointer, vr: *const u32, n: usize, order: *const c_int, values: *const f64
+        ) -> c_int
+            = (f.fmi2SetRealInputDerivatives)(c, vr, n, order, values), DISCARD;
+        fn get_directional_derivative(
+            c: Pointer, unknown: *const u32, n: usize, known: *const u32, m: usize,
+            seed: *const f64, result: *mut f64
+        ) -> c_int
+            = (f.fmi2GetDirectionalDerivative)(c, unknown, n, known, m, seed, result),
+            (f.fmi3GetDirectionalDerivative)(
+                c, unknown, n, known, m,
+                seed, self.counted(known, m), result, self.counted(unknown, n)
+            );
     }
 
     /// Integers, or Booleans as 0 and 1. In FMI 3.0 integers by fmi3GetInt32 where the first
@@ -131,70 +143,6 @@ impl Functions {
                     set_as(values, counted, i64::from, set)
                 }
             }
-        }
-    }
-
-    pub unsafe fn get_directional_derivative(
-        &self,
-        c: Pointer,
-        unknown: *const u32,
-        n_unknown: usize,
-        known: *const u32,
-        n_known: usize,
-        seed: *const f64,
-        result: *mut f64,
-    ) -> c_int {
-        // SAFETY: forwarded.
-        unsafe {
-            match &self.own {
-                Fmi2(f) => (f.fmi2GetDirectionalDerivative)(
-                    c, unknown, n_unknown, known, n_known, seed, result,
-                ),
-                Fmi3(f) => {
-                    let (seeds, results) = (
-                        self.counted(known, n_known),
-                        self.counted(unknown, n_unknown),
-                    );
-                    (f.fmi3GetDirectionalDerivative)(
-                        c, unknown, n_unknown, known, n_known, seed, seeds, result, results,
-                    )
-                }
-            }
-        }
-    }
-
-    pub unsafe fn get_output_derivatives(
-        &self,
-        c: Pointer,
-        vr: *const u32,
-        n: usize,
-        order: *const c_int,
-        values: *mut f64,
-    ) -> c_int {
-        // SAFETY: forwarded.
-        unsafe {
-            match &self.own {
-                Fmi2(f) => (f.fmi2GetRealOutputDerivatives)(c, vr, n, order, values),
-                Fmi3(f) => {
-                    (f.fmi3GetOutputDerivatives)(c, vr, n, order, values, self.counted(vr, n))
-                }
-            }
-        }
-    }
-
-    /// Not in FMI 3.0, where nothing is called.
-    pub unsafe fn set_input_derivatives(
-        &self,
-        c: Pointer,
-        vr: *const u32,
-        n: usize,
-        order: *const c_int,
-        values: *const f64,
-    ) -> c_int {
-        match &self.own {
-            // SAFETY: forwarded.
-            Fmi2(f) => unsafe { (f.fmi2SetRealInputDerivatives)(c, vr, n, order, values) },
-            Fmi3(_) => DISCARD,
         }
     }
 }

@@ -199,15 +199,9 @@ impl Flattening<'_> {
             }
             let text = (self.files)(&file).with_context(|| format!("component `{path}`"))?;
             let read = SystemStructure::parse(&text, &file)?;
-            let base = file.rsplit_once('/').map_or("", |(folder, _)| folder);
-            let base = if base.is_empty() {
-                String::new()
-            } else {
-                format!("{base}/")
-            };
             let inner = Place {
                 file: &file,
-                base: &base,
+                base: &file[..file.rfind('/').map_or(0, |slash| slash + 1)],
                 depth: place.depth + 1,
             };
             self.system(&read.system, path, &inner, &[])?;
@@ -256,7 +250,8 @@ impl Flattening<'_> {
             ),
         };
         let name = format!("connection {} -> {}", wire.start, wire.end);
-        for (connector, end) in [(start, &wire.start), (end, &wire.end)] {
+        let mut ends = [(start, &wire.start), (end, &wire.end)];
+        for (connector, end) in ends {
             if let Some(data_type) = connector.data_type
                 && !CONNECTED.contains(&data_type)
             {
@@ -307,16 +302,10 @@ impl Flattening<'_> {
             }
         }
         let bond = PowerBond::read(&wire.annotations)?;
-        let (first, last) = if is_turned {
-            (end, start)
-        } else {
-            (start, end)
-        };
-        let (from, to) = if is_turned {
-            (&wire.end, &wire.start)
-        } else {
-            (&wire.start, &wire.end)
-        };
+        if is_turned {
+            ends.reverse();
+        }
+        let [(first, from), (last, to)] = ends;
         let [from, to] = [from, to].map(|end| self.key(path, end));
         if let Some(other) = self.flows.iter().find(|other| other.to == to) {
             bail!(

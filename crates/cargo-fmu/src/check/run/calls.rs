@@ -11,6 +11,7 @@ use crate::fmi::instance::{Instance, Manner, references, status_name, step_size}
 use crate::fmi::order::{Mode, is_allowed};
 use crate::fmi::symbols::{ERROR, WARNING};
 use crate::fmi::{Fmu, Message};
+use anyhow::Result;
 use fmu_description::{Access, Variable};
 
 trials! {
@@ -46,7 +47,7 @@ fn an_input(fmu: &Fmu) -> Option<&Variable> {
 }
 
 /// An instance in a mode.
-fn in_mode(fmu: &Fmu, mode: Mode) -> Result<Instance<'_>, String> {
+fn in_mode(fmu: &Fmu, mode: Mode) -> Result<Instance<'_>> {
     if mode == Mode::Instantiated {
         return Instance::new(fmu, "order");
     }
@@ -113,7 +114,7 @@ fn reals(fmu: &Fmu) -> Vec<u32> {
     references(&fmu.description.variables, |v| v.access() == Access::Real)
 }
 
-fn order(fmu: &Fmu, outcome: &mut Outcome) -> Result<(), String> {
+fn order(fmu: &Fmu, outcome: &mut Outcome) -> Result<()> {
     let names: Vec<&str> = match fmu.functions.fmi3() {
         None => CALLS.to_vec(),
         Some(_) => CALLS[1..].iter().chain(&CALLS_3).copied().collect(),
@@ -142,7 +143,7 @@ fn order(fmu: &Fmu, outcome: &mut Outcome) -> Result<(), String> {
     Ok(())
 }
 
-fn messages(fmu: &Fmu, outcome: &mut Outcome) -> Result<(), String> {
+fn messages(fmu: &Fmu, outcome: &mut Outcome) -> Result<()> {
     let talking = Manner {
         is_logging: true,
         ..Manner::USUAL
@@ -211,7 +212,7 @@ fn fault(fmu: &Fmu, message: &Message) -> Option<String> {
     is_odd(*status).then(|| format!("the message has status {status}"))
 }
 
-fn quiet(fmu: &Fmu, outcome: &mut Outcome) -> Result<(), String> {
+fn quiet(fmu: &Fmu, outcome: &mut Outcome) -> Result<()> {
     let mut instance = Instance::started(fmu, "quiet")?;
     (0..3).try_for_each(|_| instance.step(step_size(fmu)))?;
     for message in instance.messages().iter().filter(|m| m.status < WARNING) {

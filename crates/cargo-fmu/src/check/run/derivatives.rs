@@ -1,8 +1,9 @@
 //! Derivatives of inputs and outputs.
 
+use anyhow::{Result, bail, ensure};
 use fmu_description::{Access, Causality, Variability, Variable, Version};
 
-use super::trial::{trials, unless};
+use super::trial::trials;
 use super::values::without_reading_after_set;
 use crate::check::outcome::Outcome;
 use crate::fmi::Fmu;
@@ -15,16 +16,16 @@ const TOLERANCE: f64 = 1e-2;
 
 trials! {
     "derivatives" {
-        opened directional:
+        opened directional.if_claimed(|c| c.directional_derivatives).unless(without_reading_after_set):
             "directional derivatives are the slopes of the outputs, if providesDirectionalDerivative",
             "importers solve algebraic loops with them, and diverge with wrong ones";
-        opened outputs:
+        opened outputs.if_claimed(|c| c.output_derivative_order > 0):
             "derivatives of outputs are given, if maxOutputDerivativeOrder says so",
             "importers extrapolate with them";
-        opened adjoint.only_in(Version::Fmi3):
+        opened adjoint.only_in(Version::Fmi3).if_claimed(|c| c.directional_derivatives && c.adjoint_derivatives):
             "adjoint derivatives are the directional ones transposed: v·(J u) = (Jᵀ v)·u, if both are claimed",
             "optimizers take gradients from the one and check them with the other";
-        opened inputs.only_in(Version::Fmi2):
+        opened inputs.only_in(Version::Fmi2).if_claimed(|c| c.interpolates_inputs):
             "derivatives of inputs are taken, if canInterpolateInputs",
             "importers that extrapolate inputs send them";
     }
@@ -38,16 +39,7 @@ fn is_real_output(v: &Variable) -> bool {
     v.causality == Causality::Output && v.access() == Access::Real
 }
 
-fn directional(fmu: &Fmu, outcome: &mut Outcome) -> Result<(), String> {
-    if unless(
-        fmu.description.capabilities.directional_derivatives,
-        outcome,
-    ) {
-        return Ok(());
-    }
-    if without_reading_after_set(fmu, outcome) {
-        return Ok(());
-    }
+fn directional(fmu: &Fmu, outcome: &mut Outcome) -> Result<()> {
     let variables = &fmu.description.variables;
     let unknowns = references(variables, is_real_output);
     let mut instance = Instance::started(fmu, "directional")?;
@@ -90,12 +82,7 @@ fn directional(fmu: &Fmu, outcome: &mut Outcome) -> Result<(), String> {
 
 /// `v·(J u)` against `(Jᵀ v)·u` for all inputs and outputs at once, with directions that no
 /// symmetry favours.
-fn adjoint(fmu: &Fmu, outcome: &mut Outcome) -> Result<(), String> {
-    let claimed = fmu.description.capabilities;
-    let is_claimed = claimed.directional_derivatives && claimed.adjoint_derivatives;
-    if unless(is_claimed, outcome) {
-        return Ok(());
-    }
+fn adjoint(fmu: &Fmu, outcome: &mut Outcome) -> Result<()> {
     let variables = &fmu.description.variables;
     let knowns = references(variables, is_continuous_input);
     let unknowns = references(variables, is_real_output);
@@ -121,9 +108,10 @@ fn adjoint(fmu: &Fmu, outcome: &mut Outcome) -> Result<(), String> {
         // Both sides are sums of the same products in another order.
         let rounding = 1e-9 * size(&of_outputs).max(size(&of_inputs));
         let differs = (left - right).abs() > rounding;
-        if differs || !(left.is_finite() && right.is_finite()) {
-            return Err(format!("v·(J u) is {left}, (Jᵀ v)·u is {right}"));
-        }
+        ensure!(
+            !differs && left.is_finite() && right.is_finite(),
+            "v·(J u) is {left}, (Jᵀ v)·u is {right}"
+        );
         compared += 1;
     }
     outcome.note(format!("{compared} pairs of directions compared"));
@@ -142,11 +130,7 @@ struct OutputsAround {
 }
 
 /// None where bounds or the model forbid one of the values.
-fn around(
-    instance: &Instance,
-    input: &Variable,
-    outputs: &[u32],
-) -> Result<Option<OutputsAround>, String> {
+fn around(instance: &Instance, input: &Variable, outputs: &[u32]) -> Result<Option<OutputsAround>> {
     let vr = [input.reference];
     let old = instance.read(input)?;
     let step = 1e-4 * input.nominal.unwrap_or(old[0].abs().max(1.0)).abs();
@@ -168,13 +152,7 @@ fn around(
     Ok(Some(OutputsAround { outputs, step }))
 }
 
-fn outputs(fmu: &Fmu, outcome: &mut Outcome) -> Result<(), String> {
-    if unless(
-        fmu.description.capabilities.output_derivative_order > 0,
-        outcome,
-    ) {
-        return Ok(());
-    }
+fn outputs(fmu: &Fmu, _: &mut Outcome) -> Result<()> {
     let is_continuous =
         |v: &Variable| is_real_output(v) && v.variability == Variability::Continuous;
     let vr = references(&fmu.description.variables, is_continuous);
@@ -188,16 +166,13 @@ fn outputs(fmu: &Fmu, outcome: &mut Outcome) -> Result<(), String> {
         status
     });
     instance.must("fmi2GetRealOutputDerivatives of all outputs", status)?;
-    match values.iter().find(|value| !value.is_finite()) {
-        Some(value) => Err(format!("a derivative is {value}")),
-        None => Ok(()),
+    if let Some(value) = values.iter().find(|value| !value.is_finite()) {
+        bail!("a derivative is {value}");
     }
+    Ok(())
 }
 
-fn inputs(fmu: &Fmu, outcome: &mut Outcome) -> Result<(), String> {
-    if unless(fmu.description.capabilities.interpolates_inputs, outcome) {
-        return Ok(());
-    }
+fn inputs(fmu: &Fmu, _: &mut Outcome) -> Result<()> {
     let vr = references(&fmu.description.variables, is_continuous_input);
     let mut instance = Instance::started(fmu, "inputs")?;
     let status = instance.set_input_derivatives(&vr, &vec![1; vr.len()], &vec![0.0; vr.len()]);

@@ -1,8 +1,9 @@
 //! What only FMI 3.0 has.
 
+use anyhow::{Context, Result, bail};
 use fmu_description::{Access, Causality, Variable, Version};
 
-use super::trial::{trials, unless};
+use super::trial::trials;
 use crate::check::outcome::Outcome;
 use crate::fmi::Fmu;
 use crate::fmi::instance::{Instance, references, step_size};
@@ -20,14 +21,14 @@ trials! {
             "an importer that takes an array for a scalar reads or writes foreign memory";
     }
     "derivatives" {
-        opened variable_dependencies.only_in(Version::Fmi3):
+        opened variable_dependencies.only_in(Version::Fmi3).if_claimed(|c| c.element_dependencies):
             "dependencies of elements are those of ModelStructure, if providesPerElementDependencies",
             "importers sort by the one and differentiate by the other";
     }
 }
 
-fn step_end(fmu: &Fmu, outcome: &mut Outcome) -> Result<(), String> {
-    let f = fmu.functions.fmi3().ok_or("it is not of FMI 3.0")?;
+fn step_end(fmu: &Fmu, outcome: &mut Outcome) -> Result<()> {
+    let f = fmu.functions.fmi3().context("it is not of FMI 3.0")?;
     let h = step_size(fmu);
     let mut instance = Instance::started(fmu, "step end")?;
     instance.enter_step_mode()?;
@@ -42,9 +43,7 @@ fn step_end(fmu: &Fmu, outcome: &mut Outcome) -> Result<(), String> {
         };
         instance.must(&format!("fmi3DoStep from {t} s by {h} s"), status)?;
         if early {
-            return Err(format!(
-                "step {k} returned early, which it was not allowed to"
-            ));
+            bail!("step {k} returned early, which it was not allowed to");
         }
         if (last - (t + h)).abs().is_nan() || (last - (t + h)).abs() > 1e-6 * h {
             outcome.fail(format!(
@@ -61,8 +60,8 @@ fn step_end(fmu: &Fmu, outcome: &mut Outcome) -> Result<(), String> {
     Ok(())
 }
 
-fn counts(fmu: &Fmu, outcome: &mut Outcome) -> Result<(), String> {
-    let f = fmu.functions.fmi3().ok_or("it is not of FMI 3.0")?;
+fn counts(fmu: &Fmu, outcome: &mut Outcome) -> Result<()> {
+    let f = fmu.functions.fmi3().context("it is not of FMI 3.0")?;
     let instance = Instance::exchanging(fmu, "counts")?;
     let is_input = |v: &&Variable| v.is_input() && v.access() == Access::Real;
     let mut calls = 0;
@@ -97,11 +96,8 @@ fn counts(fmu: &Fmu, outcome: &mut Outcome) -> Result<(), String> {
     Ok(())
 }
 
-fn variable_dependencies(fmu: &Fmu, outcome: &mut Outcome) -> Result<(), String> {
-    if unless(fmu.description.capabilities.element_dependencies, outcome) {
-        return Ok(());
-    }
-    let f = fmu.functions.fmi3().ok_or("it is not of FMI 3.0")?;
+fn variable_dependencies(fmu: &Fmu, outcome: &mut Outcome) -> Result<()> {
+    let f = fmu.functions.fmi3().context("it is not of FMI 3.0")?;
     let description = &fmu.description;
     let instance = Instance::started(fmu, "dependencies")?;
     let is_output = |v: &Variable| v.causality == Causality::Output;
@@ -110,7 +106,7 @@ fn variable_dependencies(fmu: &Fmu, outcome: &mut Outcome) -> Result<(), String>
         // SAFETY: a live instance, a place for the result.
         let status =
             unsafe { (f.fmi3GetNumberOfVariableDependencies)(instance.c, reference, &mut n) };
-        let output = fmu.find(reference).ok_or("a variable has gone")?;
+        let output = fmu.find(reference).context("a variable has gone")?;
         let name = &output.name;
         instance.must(
             &format!("fmi3GetNumberOfVariableDependencies of `{name}`"),

@@ -1,5 +1,7 @@
 //! Several instances, one after another, in turns, and in threads.
 
+use anyhow::{Result, ensure};
+
 use super::trial::trials;
 use crate::check::outcome::Outcome;
 use crate::fmi::Fmu;
@@ -15,13 +17,13 @@ trials! {
         opened repeat:
             "two instances, one after the other, do the same bit for bit",
             "a result that cannot be repeated cannot be checked";
-        opened turns:
+        opened turns.unless(is_single):
             "an instance does the same while another takes turns with it",
             "coupled systems hold several instances of one FMU; here they share what they must not";
-        opened many:
+        opened many.unless(is_single):
             "a dozen instances live at a time and are freed in another order",
             "sweeps and coupled systems do that";
-        opened threads:
+        opened threads.unless(is_single):
             "instances in four threads do what one alone does",
             "importers step the parts of a system in parallel";
         opened reset:
@@ -30,35 +32,27 @@ trials! {
     }
 }
 
-fn alone(fmu: &Fmu) -> Result<Vec<u64>, String> {
+fn alone(fmu: &Fmu) -> Result<Vec<u64>> {
     Instance::started(fmu, "alone")?.motion(STEPS, 0)
 }
 
-fn same(one: &[u64], other: &[u64], what: &str) -> Result<(), String> {
-    match one == other {
-        true => Ok(()),
-        false => Err(format!("what can be read differs {what}")),
-    }
+fn same(one: &[u64], other: &[u64], what: &str) -> Result<()> {
+    ensure!(one == other, "what can be read differs {what}");
+    Ok(())
 }
 
-/// Whether the FMU says that there can be one instance only; then nothing is tried.
-fn is_single(fmu: &Fmu, outcome: &mut Outcome) -> bool {
+/// Where the FMU says that there can be one instance only, nothing is tried.
+fn is_single(fmu: &Fmu) -> Option<&'static str> {
     let only_once = fmu.description.capabilities.only_once;
-    if only_once {
-        outcome.not_checked = Some("the FMU says canBeInstantiatedOnlyOncePerProcess".into());
-    }
-    only_once
+    only_once.then_some("the FMU says canBeInstantiatedOnlyOncePerProcess")
 }
 
-fn repeat(fmu: &Fmu, _: &mut Outcome) -> Result<(), String> {
+fn repeat(fmu: &Fmu, _: &mut Outcome) -> Result<()> {
     let first = alone(fmu)?;
     same(&first, &alone(fmu)?, "from the first to the second")
 }
 
-fn turns(fmu: &Fmu, outcome: &mut Outcome) -> Result<(), String> {
-    if is_single(fmu, outcome) {
-        return Ok(());
-    }
+fn turns(fmu: &Fmu, _: &mut Outcome) -> Result<()> {
     let expected = alone(fmu)?;
     let mut watched = Instance::started(fmu, "watched")?;
     let mut other = Instance::started(fmu, "other")?;
@@ -75,10 +69,7 @@ fn turns(fmu: &Fmu, outcome: &mut Outcome) -> Result<(), String> {
     same(&expected, &bits, "from what it is without the other")
 }
 
-fn many(fmu: &Fmu, outcome: &mut Outcome) -> Result<(), String> {
-    if is_single(fmu, outcome) {
-        return Ok(());
-    }
+fn many(fmu: &Fmu, _: &mut Outcome) -> Result<()> {
     let expected = alone(fmu)?;
     let made: Result<Vec<_>, _> = (0..MANY)
         .map(|k| Instance::started(fmu, &format!("instance {k}")))
@@ -102,10 +93,7 @@ fn many(fmu: &Fmu, outcome: &mut Outcome) -> Result<(), String> {
     Ok(())
 }
 
-fn threads(fmu: &Fmu, outcome: &mut Outcome) -> Result<(), String> {
-    if is_single(fmu, outcome) {
-        return Ok(());
-    }
+fn threads(fmu: &Fmu, outcome: &mut Outcome) -> Result<()> {
     let expected = alone(fmu)?;
     let results = std::thread::scope(|scope| {
         let handles: Vec<_> = (0..4).map(|_| scope.spawn(|| alone(fmu))).collect();
@@ -118,13 +106,13 @@ fn threads(fmu: &Fmu, outcome: &mut Outcome) -> Result<(), String> {
         if let Err(reason) =
             result.and_then(|bits| same(&expected, &bits, "from that of one alone"))
         {
-            outcome.remark(reason);
+            outcome.remark(reason.to_string());
         }
     }
     Ok(())
 }
 
-fn reset(fmu: &Fmu, _: &mut Outcome) -> Result<(), String> {
+fn reset(fmu: &Fmu, _: &mut Outcome) -> Result<()> {
     let expected = alone(fmu)?;
     let mut instance = Instance::started(fmu, "reset")?;
     instance.motion(STEPS, 9)?;

@@ -4,6 +4,7 @@
 use std::ffi::c_int;
 use std::ptr;
 
+use anyhow::Result;
 use fmu_description::{Access, Causality, Variability, Variable};
 
 use super::trial::trials;
@@ -41,7 +42,7 @@ fn refused(
     fmu: &Fmu,
     outcome: &mut Outcome,
     wrong: impl Fn(&Instance) -> Vec<(String, c_int)>,
-) -> Result<(), String> {
+) -> Result<()> {
     let mut undisturbed = Instance::started(fmu, "undisturbed")?;
     undisturbed.motion(STEPS, 0)?;
     let expected = undisturbed.motion(STEPS, STEPS)?;
@@ -80,7 +81,7 @@ fn unknown(fmu: &Fmu) -> [u32; 2] {
     [last.saturating_add(1), u32::MAX]
 }
 
-fn unknown_references(fmu: &Fmu, outcome: &mut Outcome) -> Result<(), String> {
+fn unknown_references(fmu: &Fmu, outcome: &mut Outcome) -> Result<()> {
     refused(fmu, outcome, |instance| {
         let mut answers = Vec::new();
         let f = &instance.fmu.functions;
@@ -123,7 +124,7 @@ fn unknown_references(fmu: &Fmu, outcome: &mut Outcome) -> Result<(), String> {
     })
 }
 
-fn not_finite(fmu: &Fmu, outcome: &mut Outcome) -> Result<(), String> {
+fn not_finite(fmu: &Fmu, outcome: &mut Outcome) -> Result<()> {
     refused(fmu, outcome, |instance| {
         let variables = &instance.fmu.description.variables;
         let is_settable =
@@ -147,7 +148,7 @@ fn not_finite(fmu: &Fmu, outcome: &mut Outcome) -> Result<(), String> {
     })
 }
 
-fn read_only(fmu: &Fmu, outcome: &mut Outcome) -> Result<(), String> {
+fn read_only(fmu: &Fmu, outcome: &mut Outcome) -> Result<()> {
     refused(fmu, outcome, |instance| {
         let variables = &instance.fmu.description.variables;
         let is_fixed = |v: &&Variable| {
@@ -171,7 +172,7 @@ fn read_only(fmu: &Fmu, outcome: &mut Outcome) -> Result<(), String> {
     })
 }
 
-fn wrong_steps(fmu: &Fmu, outcome: &mut Outcome) -> Result<(), String> {
+fn wrong_steps(fmu: &Fmu, outcome: &mut Outcome) -> Result<()> {
     let h = step_size(fmu);
     let jumps = [
         ("by 0 s", 0.0, 0.0),
@@ -195,7 +196,7 @@ fn wrong_steps(fmu: &Fmu, outcome: &mut Outcome) -> Result<(), String> {
     Ok(())
 }
 
-fn null(fmu: &Fmu, outcome: &mut Outcome) -> Result<(), String> {
+fn null(fmu: &Fmu, outcome: &mut Outcome) -> Result<()> {
     refused(fmu, outcome, |instance| {
         let f = &instance.fmu.functions;
         let (c, nobody, mut value) = (instance.c, ptr::null_mut(), 0.0);

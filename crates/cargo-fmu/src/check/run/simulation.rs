@@ -4,9 +4,10 @@ use std::ffi::c_int;
 use std::path::Path;
 use std::ptr;
 
+use anyhow::{Result, bail, ensure};
 use fmu_description::Access;
 
-use super::trial::{open, trials};
+use super::trial::trials;
 use crate::check::outcome::Outcome;
 use crate::fmi::Fmu;
 use crate::fmi::functions::OwnFunctions;
@@ -59,7 +60,7 @@ trials! {
         opened stop_time:
             "a step to the stop time is done, one beyond it refused",
             "the standard says so, and models prepare no data for what comes after";
-        opened step_sizes:
+        opened step_sizes.if_claimed(|c| c.variable_step):
             "steps may differ in length, if canHandleVariableCommunicationStepSize",
             "importers with step size control, and every simulation whose end is no multiple of h, do that";
         opened terminate:
@@ -69,11 +70,11 @@ trials! {
 }
 
 /// It was opened.
-fn loads(_: &Fmu, _: &mut Outcome) -> Result<(), String> {
+fn loads(_: &Fmu, _: &mut Outcome) -> Result<()> {
     Ok(())
 }
 
-fn versions(fmu: &Fmu, outcome: &mut Outcome) -> Result<(), String> {
+fn versions(fmu: &Fmu, outcome: &mut Outcome) -> Result<()> {
     let f = &fmu.functions;
     // SAFETY: functions without arguments that give C strings.
     let mut texts = vec![(
@@ -102,11 +103,11 @@ fn versions(fmu: &Fmu, outcome: &mut Outcome) -> Result<(), String> {
     Ok(())
 }
 
-fn plain_run(fmu: &Fmu, _: &mut Outcome) -> Result<(), String> {
+fn plain_run(fmu: &Fmu, _: &mut Outcome) -> Result<()> {
     Instance::started(fmu, "spaced")?.motion(3, 0).map(drop)
 }
 
-fn guid(fmu: &Fmu, outcome: &mut Outcome) -> Result<(), String> {
+fn guid(fmu: &Fmu, outcome: &mut Outcome) -> Result<()> {
     Instance::new(fmu, "right")?;
     let token = "{00000000-1111-2222-3333-444444444444}";
     let wrong = Manner {
@@ -119,21 +120,21 @@ fn guid(fmu: &Fmu, outcome: &mut Outcome) -> Result<(), String> {
     Ok(())
 }
 
-fn reload(folder: &Path) -> Result<(), String> {
+fn reload(folder: &Path) -> Result<()> {
     for _ in 0..3 {
-        let fmu = open(folder)?;
+        let fmu = Fmu::unpacked(folder)?;
         Instance::started(&fmu, "reload")?.motion(1, 0)?;
     }
     Ok(())
 }
 
-fn free_nothing(fmu: &Fmu, _: &mut Outcome) -> Result<(), String> {
+fn free_nothing(fmu: &Fmu, _: &mut Outcome) -> Result<()> {
     // SAFETY: NULL is what the standard lets pass.
     unsafe { fmu.functions.free_instance(ptr::null_mut()) };
     Ok(())
 }
 
-fn run(fmu: &Fmu, outcome: &mut Outcome) -> Result<(), String> {
+fn run(fmu: &Fmu, outcome: &mut Outcome) -> Result<()> {
     let mut instance = Instance::started(fmu, "run")?;
     let description = &fmu.description;
     let variables = &description.variables;
@@ -148,10 +149,7 @@ fn run(fmu: &Fmu, outcome: &mut Outcome) -> Result<(), String> {
             let reals = variables.iter().filter(|v| v.access() == Access::Real);
             let mut names = reals.flat_map(|v| vec![&v.name; v.size()]);
             let name = names.nth(k).map_or("", |name| name);
-            return Err(format!(
-                "t = {} s: `{name}` is {}",
-                instance.time, values[k]
-            ));
+            bail!("t = {} s: `{name}` is {}", instance.time, values[k]);
         }
         instance.observe()?;
         let (status, _) = instance.texts(&texts);
@@ -161,7 +159,7 @@ fn run(fmu: &Fmu, outcome: &mut Outcome) -> Result<(), String> {
     Ok(())
 }
 
-fn grid(fmu: &Fmu, _: &mut Outcome) -> Result<(), String> {
+fn grid(fmu: &Fmu, _: &mut Outcome) -> Result<()> {
     let h = step_size(fmu);
     let mut sum = Instance::started(fmu, "sum")?;
     (0..steps(fmu)).try_for_each(|_| sum.step(h))?;
@@ -175,18 +173,18 @@ fn grid(fmu: &Fmu, _: &mut Outcome) -> Result<(), String> {
     Ok(())
 }
 
-fn later_start(fmu: &Fmu, outcome: &mut Outcome) -> Result<(), String> {
+fn later_start(fmu: &Fmu, outcome: &mut Outcome) -> Result<()> {
     let mut instance = Instance::new(fmu, "start")?;
     let h = step_size(fmu);
     let later = start_time(fmu) + 7.0 * h;
     let begun = instance.initialize_between(later, None);
     if let Err(reason) = begun.and_then(|()| instance.step(h)) {
-        outcome.remark(reason);
+        outcome.remark(reason.to_string());
     }
     Ok(())
 }
 
-fn stop_time(fmu: &Fmu, outcome: &mut Outcome) -> Result<(), String> {
+fn stop_time(fmu: &Fmu, outcome: &mut Outcome) -> Result<()> {
     let mut instance = Instance::new(fmu, "stop")?;
     let h = step_size(fmu);
     let start = start_time(fmu);
@@ -201,11 +199,7 @@ fn stop_time(fmu: &Fmu, outcome: &mut Outcome) -> Result<(), String> {
     Ok(())
 }
 
-fn step_sizes(fmu: &Fmu, outcome: &mut Outcome) -> Result<(), String> {
-    if !fmu.description.capabilities.variable_step {
-        outcome.not_checked = Some("the FMU does not claim it".into());
-        return Ok(());
-    }
+fn step_sizes(fmu: &Fmu, outcome: &mut Outcome) -> Result<()> {
     let h = step_size(fmu);
     let outputs = references(&fmu.description.variables, |v| {
         v.is_computed() && v.access() == Access::Real
@@ -215,7 +209,7 @@ fn step_sizes(fmu: &Fmu, outcome: &mut Outcome) -> Result<(), String> {
         sizes.iter().try_for_each(|h| instance.step(*h))?;
         let (status, values) = instance.reals(&outputs);
         instance.must("fmi2GetReal", status)?;
-        Ok::<_, String>(values)
+        anyhow::Ok(values)
     };
     let whole = after(&[h, h, h])?;
     let parts = after(&[0.5 * h, h, 0.25 * h, 1.25 * h])?;
@@ -228,19 +222,18 @@ fn step_sizes(fmu: &Fmu, outcome: &mut Outcome) -> Result<(), String> {
     Ok(())
 }
 
-fn terminate(fmu: &Fmu, _: &mut Outcome) -> Result<(), String> {
+fn terminate(fmu: &Fmu, _: &mut Outcome) -> Result<()> {
     let mut instance = Instance::started(fmu, "terminate")?;
     let before = instance.motion(3, 0)?;
     instance.enter(Mode::Terminated)?;
     instance.observe()?;
     instance.enter(Mode::Instantiated)?;
     instance.initialize()?;
-    match instance.motion(3, 0)? == before {
-        true => Ok(()),
-        false => {
-            Err("after fmi2Terminate and fmi2Reset it does not do what it did at first".into())
-        }
-    }
+    ensure!(
+        instance.motion(3, 0)? == before,
+        "after fmi2Terminate and fmi2Reset it does not do what it did at first"
+    );
+    Ok(())
 }
 
 /// A status that is none, or one that a co-simulation FMU that is not asynchronous has no use for.

@@ -8,11 +8,11 @@ use std::time::{Duration, Instant};
 use anyhow::{Context, Result};
 use fmu_description::Version;
 
-use super::trial::{Trial, open};
+use super::trial::Trial;
 use super::{calls, derivatives, fmi3_only, instances, misuse, simulation, states, values};
 use crate::check::checker::Checker;
 use crate::check::outcome::{Outcome, Promise, Report};
-use crate::fmi::names;
+use crate::fmi::{Fmu, names};
 use crate::process::wait;
 
 /// After this a trial counts as hanging; after less where the plain run was quick.
@@ -187,8 +187,7 @@ pub fn one(name: &str, folder: &Path, result: &Path) -> Result<()> {
     let trial = trials().find(|trial| trial.name == name);
     let trial = trial.with_context(|| format!("there is no trial `{name}`"))?;
     let mut outcome = trial.outcome(folder);
-    let is_3 = open(folder).is_ok_and(|fmu| fmu.functions.fmi3().is_some());
-    if is_3 {
+    if Fmu::unpacked(folder).is_ok_and(|fmu| fmu.functions.fmi3().is_some()) {
         let texts = [&mut outcome.fails, &mut outcome.remarks, &mut outcome.notes];
         let texts = texts.into_iter().flatten();
         texts.for_each(|text| *text = names::text_in_3(text));

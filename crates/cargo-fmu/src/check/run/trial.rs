@@ -2,7 +2,8 @@
 
 use std::path::Path;
 
-use fmu_description::Version;
+use anyhow::Result;
+use fmu_description::{Capabilities, Version};
 
 use crate::check::outcome::Outcome;
 pub use crate::check::outcome::Promise;
@@ -12,10 +13,15 @@ use crate::fmi::Fmu;
 #[derive(Clone, Copy)]
 pub enum Run {
     /// On the opened FMU.
-    Opened(fn(&Fmu, &mut Outcome) -> Result<(), String>),
+    Opened(fn(&Fmu, &mut Outcome) -> Result<()>),
     /// On the folder with its files.
-    InFolder(fn(&Path) -> Result<(), String>),
+    InFolder(fn(&Path) -> Result<()>),
 }
+
+/// Why it is not tried on an FMU; None where it is.
+type Hindrance = fn(&Fmu) -> Option<&'static str>;
+/// Whether an FMU claims to be able to do it.
+type Claim = fn(&Capabilities) -> bool;
 
 /// A promise and how it is tried.
 pub struct Trial {
@@ -31,6 +37,8 @@ pub struct Trial {
     pub is_first_step: bool,
     /// The version of FMI that has it; None for both.
     pub version: Option<Version>,
+    claim: Claim,
+    hindrance: Hindrance,
     run: Run,
 }
 
@@ -52,7 +60,7 @@ impl Trial {
     pub const fn opened(
         name: &'static str,
         area: &'static str,
-        run: fn(&Fmu, &mut Outcome) -> Result<(), String>,
+        run: fn(&Fmu, &mut Outcome) -> Result<()>,
         promise: Promise,
     ) -> Self {
         Self {
@@ -62,6 +70,8 @@ impl Trial {
             has_odd_folder: false,
             is_first_step: false,
             version: None,
+            claim: |_| true,
+            hindrance: |_| None,
             run: Run::Opened(run),
         }
     }
@@ -70,12 +80,12 @@ impl Trial {
     pub const fn in_folder(
         name: &'static str,
         area: &'static str,
-        run: fn(&Path) -> Result<(), String>,
+        run: fn(&Path) -> Result<()>,
         promise: Promise,
     ) -> Self {
         Self {
             run: Run::InFolder(run),
-            ..Self::opened(name, area, nothing, promise)
+            ..Self::opened(name, area, |_, _| Ok(()), promise)
         }
     }
 
@@ -85,6 +95,16 @@ impl Trial {
             version: Some(version),
             ..self
         }
+    }
+
+    /// Of FMUs that claim to be able to do it.
+    pub const fn if_claimed(self, claim: Claim) -> Self {
+        Self { claim, ..self }
+    }
+
+    /// Not of FMUs that something hinders.
+    pub const fn unless(self, hindrance: Hindrance) -> Self {
+        Self { hindrance, ..self }
     }
 
     /// Of what all others try, too.
@@ -108,28 +128,21 @@ impl Trial {
         let mut outcome = Outcome::default();
         let result = match self.run {
             Run::InFolder(run) => run(folder),
-            Run::Opened(run) => open(folder).and_then(|fmu| run(&fmu, &mut outcome)),
+            Run::Opened(run) => Fmu::unpacked(folder).and_then(|fmu| {
+                let hindrance = match (self.claim)(&fmu.description.capabilities) {
+                    true => (self.hindrance)(&fmu),
+                    false => Some("the FMU does not claim it"),
+                };
+                outcome.not_checked = hindrance.map(String::from);
+                match outcome.not_checked {
+                    None => run(&fmu, &mut outcome),
+                    Some(_) => Ok(()),
+                }
+            }),
         };
         if let Err(reason) = result {
-            outcome.fail(reason);
+            outcome.fail(format!("{reason:#}"));
         }
         outcome
     }
-}
-
-fn nothing(_: &Fmu, _: &mut Outcome) -> Result<(), String> {
-    Ok(())
-}
-
-/// What the FMU does not claim is not tried.
-pub fn unless(claimed: bool, outcome: &mut Outcome) -> bool {
-    if !claimed {
-        outcome.not_checked = Some("the FMU does not claim it".into());
-    }
-    !claimed
-}
-
-/// The FMU whose files lie in a folder.
-pub fn open(folder: &Path) -> Result<Fmu, String> {
-    Fmu::unpacked(folder).map_err(|e| format!("{e:#}"))
 }

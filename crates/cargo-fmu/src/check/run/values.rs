@@ -1,11 +1,12 @@
 //! Values that are set and read, and which inputs act on which outputs at once.
 
+use anyhow::Result;
 use fmu_description::{Access, Causality, Initial, Variability, Variable};
 
 use super::trial::trials;
 use crate::check::outcome::Outcome;
 use crate::fmi::Fmu;
-use crate::fmi::instance::{Instance, about, references, step_size};
+use crate::fmi::instance::{Instance, about, references, step_size, told};
 use crate::fmi::symbols::{OK, WARNING};
 
 trials! {
@@ -16,7 +17,7 @@ trials! {
         opened read_back:
             "an input that is set is read back bit for bit",
             "importers and users check what they have set";
-        opened dependencies:
+        opened dependencies.unless(without_reading_after_set):
             "an input acts at once only on outputs that list it in their dependencies",
             "importers read outputs before such inputs are set, and then compute with old values";
     }
@@ -28,7 +29,7 @@ fn is_given(v: &Variable) -> bool {
     is_set || v.initial == Some(Initial::Exact) || v.variability == Variability::Constant
 }
 
-fn starts(fmu: &Fmu, outcome: &mut Outcome) -> Result<(), String> {
+fn starts(fmu: &Fmu, outcome: &mut Outcome) -> Result<()> {
     let instance = Instance::initializing(fmu, "starts")?;
     for v in fmu.description.variables.iter().filter(|v| is_given(v)) {
         let Some(start) = v.start_of(0).filter(|_| v.size() == 1) else {
@@ -75,7 +76,7 @@ fn starts(fmu: &Fmu, outcome: &mut Outcome) -> Result<(), String> {
 }
 
 /// The start values of an array of Float64.
-fn check_array(instance: &Instance, v: &Variable, outcome: &mut Outcome) -> Result<(), String> {
+fn check_array(instance: &Instance, v: &Variable, outcome: &mut Outcome) -> Result<()> {
     if v.access() != Access::Real || v.start.is_empty() {
         return Ok(());
     }
@@ -109,7 +110,7 @@ fn is_real_input(v: &&Variable) -> bool {
     v.is_input() && v.access() == Access::Real
 }
 
-fn read_back(fmu: &Fmu, outcome: &mut Outcome) -> Result<(), String> {
+fn read_back(fmu: &Fmu, outcome: &mut Outcome) -> Result<()> {
     let instance = Instance::exchanging(fmu, "back")?;
     for v in fmu.description.variables.iter().filter(is_real_input) {
         let Some(value) = beside(v) else {
@@ -117,11 +118,8 @@ fn read_back(fmu: &Fmu, outcome: &mut Outcome) -> Result<(), String> {
         };
         let status = instance.set_reals(&[v.reference], &value);
         if status > WARNING {
-            outcome.remark(format!(
-                "`{}` = {value:?} was refused{}",
-                v.name,
-                reason(&instance)
-            ));
+            let reason = told(&instance.messages());
+            outcome.remark(format!("`{}` = {value:?} was refused{reason}", v.name));
             continue;
         }
         let back = instance.read(v)?;
@@ -136,28 +134,14 @@ fn read_back(fmu: &Fmu, outcome: &mut Outcome) -> Result<(), String> {
     Ok(())
 }
 
-fn reason(instance: &Instance) -> String {
-    instance
-        .messages()
-        .last()
-        .map_or(String::new(), |m| format!(": {}", m.format))
-}
-
 /// What acts at once is seen by reading outputs after an input was set, which not every FMU has to
 /// bear.
-pub fn without_reading_after_set(fmu: &Fmu, outcome: &mut Outcome) -> bool {
-    let is_without = !fmu.functions.reads_after_set();
-    if is_without {
-        let reason = "FMI 3.0 lets nothing be read between a set and the next step but in Event Mode, which the FMU does not have";
-        outcome.not_checked = Some(reason.into());
-    }
-    is_without
+pub fn without_reading_after_set(fmu: &Fmu) -> Option<&'static str> {
+    let reason = "FMI 3.0 lets nothing be read between a set and the next step but in Event Mode, which the FMU does not have";
+    (!fmu.functions.reads_after_set()).then_some(reason)
 }
 
-fn dependencies(fmu: &Fmu, outcome: &mut Outcome) -> Result<(), String> {
-    if without_reading_after_set(fmu, outcome) {
-        return Ok(());
-    }
+fn dependencies(fmu: &Fmu, outcome: &mut Outcome) -> Result<()> {
     let description = &fmu.description;
     let is_output = |v: &Variable| v.causality == Causality::Output && v.access() == Access::Real;
     let outputs: Vec<_> = (0..description.variables.len())
