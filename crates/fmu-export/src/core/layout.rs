@@ -1,6 +1,7 @@
 //! The elements of a table, counted over all rows: a scalar is one, a vector as many as it is long.
 //! A row may say the number of its first element, so numbers may be left out, and need not ascend.
 
+use super::copied::copied;
 use super::fault::Fault;
 use super::model::{Model, Variable};
 use std::ops::Range;
@@ -23,13 +24,7 @@ pub(crate) struct Run<M: Model> {
     pub(crate) bounds: [f64; 2],
 }
 
-impl<M: Model> Clone for Run<M> {
-    fn clone(&self) -> Self {
-        *self
-    }
-}
-
-impl<M: Model> Copy for Run<M> {}
+copied! { [M: Model] Run<M>; }
 
 impl<M: Model> Run<M> {
     /// Index within the row of the element with this number; larger than any for an element of
