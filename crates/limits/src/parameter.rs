@@ -72,8 +72,8 @@ pub fn check_each(range: Range, name: &'static str, values: &[f64]) -> Result<()
     values.try_for_each(|value| check(range, [(name, *value)]))
 }
 
-/// Checks fields of `$of`, each by the [`Range`] that it is listed under, with its path as its name;
-/// the result is that of [`check`].
+/// Checks fields of `$of`, each by the [`Range`] that it is listed under, with its path as its
+/// name; the result is that of [`check`].
 #[macro_export]
 macro_rules! check_fields {
     ($of:expr; $($range:ident: $($first:ident $(. $more:ident)*),+;)+) => {{

@@ -58,8 +58,8 @@ impl<M: Model> Run<M> {
 }
 
 /// The elements that one number means where rows are arrays: their run, the index of the first one,
-/// and how many they are. It is the number of a row's first element, and means all of the row; where
-/// the elements have different units, each is on its own.
+/// and how many they are. It is the number of a row's first element, and means all of the row;
+/// where the elements have different units, each is on its own.
 pub(crate) type Block<M> = (Run<M>, usize, usize);
 
 /// Largest number of an element that may be said.
