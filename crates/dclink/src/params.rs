@@ -1,6 +1,6 @@
 //! Parameters of battery pack, link, brake chopper and precharge, with their ranges.
 
-use limits::{ParamError, Range, check, demand};
+use limits::{ParamError, Range, check, check_fields, demand};
 use serde::{Deserialize, Serialize};
 
 /// Points of the open-circuit voltage, at equal steps of the state of charge from 0 to 1.
@@ -141,42 +141,21 @@ impl Params {
             precharge,
             ..
         } = self;
-        check(
-            Range::Positive,
-            [
-                ("battery.cells", f64::from(b.cells)),
-                ("battery.capacity", b.capacity),
-                ("battery.tau_1", b.tau[0]),
-                ("battery.tau_2", b.tau[1]),
-                ("battery.heat_capacity", b.heat_capacity),
-                ("battery.heat_resistance", b.heat_resistance),
-                ("battery.T_start", b.T_start),
-                ("link.C", link.C),
-                ("brake.R", brake.R),
-                ("brake.v_off", brake.v_off),
-            ],
-        )?;
-        check(
-            Range::NotNegative,
-            [
-                ("battery.R_0", b.R_0),
-                ("battery.R_1", b.R[0]),
-                ("battery.R_2", b.R[1]),
-                ("battery.discharge_limit", b.discharge_limit),
-                ("battery.charge_limit", b.charge_limit),
-                ("precharge.R", precharge.R),
-                ("precharge.v_start", precharge.v_start),
-                ("v_min", self.v_min),
-            ],
-        )?;
-        check(
-            Range::Share,
-            [
-                ("battery.soc_low", b.soc_low),
-                ("battery.soc_high", b.soc_high),
-                ("battery.soc_start", b.soc_start),
-            ],
-        )?;
+        check_fields! { self;
+            Positive: battery.capacity, battery.heat_capacity, battery.heat_resistance,
+                battery.T_start, link.C, brake.R, brake.v_off;
+            NotNegative: battery.R_0, battery.discharge_limit, battery.charge_limit, precharge.R,
+                precharge.v_start, v_min;
+            Share: battery.soc_low, battery.soc_high, battery.soc_start;
+        }?;
+        let positive = [
+            ("battery.cells", f64::from(b.cells)),
+            ("battery.tau_1", b.tau[0]),
+            ("battery.tau_2", b.tau[1]),
+        ];
+        check(Range::Positive, positive)?;
+        let not_negative = [("battery.R_1", b.R[0]), ("battery.R_2", b.R[1])];
+        check(Range::NotNegative, not_negative)?;
         let rule = "finite, ≥ 0, and > 0 together with battery.R_0";
         let has_resistance = link.R >= 0.0 && link.R + b.R_0 > 0.0;
         demand("link.R", link.R, rule, has_resistance)?;
@@ -188,12 +167,10 @@ impl Params {
         let rises = |pair: &[f64]| pair[0] > 0.0 && pair[1] >= pair[0] && pair[1].is_finite();
         match b.ocv.windows(2).find(|pair| !rises(pair)) {
             None => Ok(()),
-            Some(pair) => demand(
-                "battery.ocv",
-                pair[1],
-                "positive and nowhere falling",
-                false,
-            ),
+            Some(pair) => {
+                let rule = "positive and nowhere falling";
+                demand("battery.ocv", pair[1], rule, false)
+            }
         }
     }
 }

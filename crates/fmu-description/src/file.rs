@@ -4,7 +4,7 @@
 use std::collections::HashMap;
 
 use crate::description::{
-    Capabilities, DefaultExperiment, Description, DisplayUnit, Unit, Version,
+    Capabilities, DefaultExperiment, Description, DisplayUnit, Unit, Unknown, Version,
 };
 use crate::error::DescriptionError;
 use crate::remark::Remark;
@@ -158,6 +158,20 @@ pub fn items(declared: Option<&Element>) -> Result<Vec<Item>, DescriptionError> 
     items.map(item).collect()
 }
 
+/// An entry of `ModelStructure`: `index` finds the variables that it names, its own under `key`.
+pub fn unknown(
+    listed: &Element,
+    key: &str,
+    index: impl Fn(&str) -> Result<usize, DescriptionError>,
+) -> Result<Unknown, DescriptionError> {
+    let known = listed.get("dependencies").map(str::split_whitespace);
+    let known = known.map(|words| words.map(&index).collect());
+    Ok(Unknown {
+        variable: index(&listed.required(key)?)?,
+        dependencies: known.transpose()?,
+    })
+}
+
 /// Where a variable is described: its own element, the one with its type, which in FMI 3.0 is the
 /// same, and its declared type.
 #[derive(Clone, Copy)]
@@ -194,8 +208,8 @@ impl<'a> Source<'a> {
     ) -> Result<Variable, DescriptionError> {
         let v = self.variable;
         let reference = v.number("valueReference")?;
-        let causality = v.word("causality", &Causality::WORDS)?.unwrap_or_default();
-        let own = v.word("variability", &Variability::WORDS)?;
+        let causality = v.word("causality", Causality::WORDS)?.unwrap_or_default();
+        let own = v.word("variability", Variability::WORDS)?;
         let relative = self.of("relativeQuantity");
         Ok(Variable {
             name: v.required("name")?,
@@ -205,7 +219,7 @@ impl<'a> Source<'a> {
             element: None,
             causality,
             variability: own.unwrap_or_else(|| variability(causality, &kind)),
-            initial: v.word("initial", &Initial::WORDS)?,
+            initial: v.word("initial", Initial::WORDS)?,
             start: Vec::new(),
             min: self.number("min")?,
             max: self.number("max")?,

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use crate::description::{Description, Unknown};
 use crate::error::DescriptionError;
-use crate::file::{Source, items};
+use crate::file::{Source, items, unknown};
 use crate::variable::{Access, Kind, Variability, Variable};
 use crate::xml::Element;
 
@@ -75,17 +75,8 @@ fn unknowns(
             }
         })
     };
-    let unknown = |u: &Element| {
-        let known = u.get("dependencies").map(str::split_whitespace);
-        Ok(Unknown {
-            variable: position(&u.required("index")?)?,
-            dependencies: known
-                .map(|words| words.map(position).collect::<Result<_, _>>())
-                .transpose()?,
-        })
-    };
     let structure = root.child("ModelStructure");
     let listed = structure.into_iter().flat_map(|s| s.all_in(list));
     let listed = listed.filter(|element| element.tag == "Unknown");
-    listed.map(unknown).collect()
+    listed.map(|u| unknown(u, "index", position)).collect()
 }

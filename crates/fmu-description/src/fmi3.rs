@@ -2,9 +2,9 @@
 
 use std::collections::HashMap;
 
-use crate::description::{Description, Unknown};
+use crate::description::Description;
 use crate::error::DescriptionError;
-use crate::file::{Source, items};
+use crate::file::{Source, items, unknown};
 use crate::variable::{Access, Causality, ClockInterval, ClockTiming, Kind, Variability, Variable};
 use crate::xml::Element;
 
@@ -15,11 +15,12 @@ const LARGEST: usize = 1 << 24;
 pub fn read(root: &Element, into: &mut Description) -> Result<(), DescriptionError> {
     into.variables = variables(root, &into.model)?;
     let references = References::new(&into.variables, &into.model);
+    let unknown = |listed| unknown(listed, "valueReference", |word| references.index(word));
     let [mut outputs, mut initial_unknowns] = [(); 2].map(|()| Vec::new());
     for listed in root.all_in("ModelStructure") {
         match listed.tag.as_str() {
-            "Output" => outputs.push(references.unknown(listed)?),
-            "InitialUnknown" => initial_unknowns.push(references.unknown(listed)?),
+            "Output" => outputs.push(unknown(listed)?),
+            "InitialUnknown" => initial_unknowns.push(unknown(listed)?),
             _ => {}
         }
     }
@@ -183,7 +184,7 @@ fn timing(source: Source) -> Result<Option<ClockTiming>, DescriptionError> {
     let Some(element) = source.of("intervalVariability") else {
         return Ok(None);
     };
-    let interval = element.word("intervalVariability", &ClockInterval::WORDS)?;
+    let interval = element.word("intervalVariability", ClockInterval::WORDS)?;
     let resolution = number("resolution")?;
     let seconds = |decimal, counter| {
         let counted: Option<f64> = number(counter)?;
@@ -223,15 +224,6 @@ impl<'a> References<'a> {
         found.copied().ok_or_else(|| {
             let [model, reference] = [self.model, reference].map(str::to_string);
             DescriptionError::Reference { model, reference }
-        })
-    }
-
-    fn unknown(&self, listed: &Element) -> Result<Unknown, DescriptionError> {
-        let known = listed.get("dependencies").map(str::split_whitespace);
-        let known = known.map(|words| words.map(|word| self.index(word)).collect());
-        Ok(Unknown {
-            variable: self.index(&listed.required("valueReference")?)?,
-            dependencies: known.transpose()?,
         })
     }
 }

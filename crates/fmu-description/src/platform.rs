@@ -15,6 +15,14 @@ pub struct Platform {
 }
 
 impl Platform {
+    const fn new(folder: &'static str, folder_3: &'static str, suffix: &'static str) -> Self {
+        Self {
+            folder,
+            folder_3,
+            suffix,
+        }
+    }
+
     /// Whether FMI 2.0 has a folder for it.
     pub fn is_in_fmi2(&self) -> bool {
         self.folder != self.folder_3
@@ -32,42 +40,18 @@ impl Platform {
 }
 
 /// Linux on x86-64.
-pub const LINUX: Platform = Platform {
-    folder: "linux64",
-    folder_3: "x86_64-linux",
-    suffix: ".so",
-};
+pub const LINUX: Platform = Platform::new("linux64", "x86_64-linux", ".so");
 /// Windows on x86-64.
-pub const WINDOWS: Platform = Platform {
-    folder: "win64",
-    folder_3: "x86_64-windows",
-    suffix: ".dll",
-};
+pub const WINDOWS: Platform = Platform::new("win64", "x86_64-windows", ".dll");
 /// macOS on x86-64. FMI 2.0 names no processor here; it was written when Macs had no other.
-pub const MACOS: Platform = Platform {
-    folder: "darwin64",
-    folder_3: "x86_64-darwin",
-    suffix: ".dylib",
-};
+pub const MACOS: Platform = Platform::new("darwin64", "x86_64-darwin", ".dylib");
 /// Linux on 64-bit ARM.
-pub const LINUX_ARM: Platform = Platform {
-    folder: "aarch64-linux",
-    folder_3: "aarch64-linux",
-    suffix: ".so",
-};
+pub const LINUX_ARM: Platform = Platform::new("aarch64-linux", "aarch64-linux", ".so");
 /// macOS on 64-bit ARM.
-pub const MACOS_ARM: Platform = Platform {
-    folder: "aarch64-darwin",
-    folder_3: "aarch64-darwin",
-    suffix: ".dylib",
-};
+pub const MACOS_ARM: Platform = Platform::new("aarch64-darwin", "aarch64-darwin", ".dylib");
 
 /// WebAssembly, as the draft FMI-LS-WASM has it: for every machine.
-pub const WASM: Platform = Platform {
-    folder: "wasm32-wasip2",
-    folder_3: "wasm32-wasip2",
-    suffix: ".wasm",
-};
+pub const WASM: Platform = Platform::new("wasm32-wasip2", "wasm32-wasip2", ".wasm");
 
 /// The platform of this machine, if FMUs have a folder for it.
 pub fn host() -> Option<Platform> {

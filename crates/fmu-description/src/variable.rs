@@ -1,6 +1,25 @@
 //! A variable (FMI 2.0, section 2.2.7; FMI 3.0, section 2.4.7): a scalar, an array of FMI 3.0, or
 //! an element of one.
 
+/// An enumeration with the word for each of its values in a model description.
+macro_rules! words {
+    (
+        $(#[$attribute:meta])*
+        pub enum $name:ident {
+            $($(#[$of_value:meta])* $value:ident = $word:literal,)*
+        }
+    ) => {
+        $(#[$attribute])*
+        pub enum $name {
+            $($(#[$of_value])* $value,)*
+        }
+
+        impl $name {
+            pub(crate) const WORDS: &[(&str, Self)] = &[$(($word, Self::$value)),*];
+        }
+    };
+}
+
 /// A variable.
 #[derive(Clone, Debug)]
 pub struct Variable {
@@ -95,21 +114,23 @@ pub struct ClockTiming {
     pub shift: f64,
 }
 
-/// `intervalVariability` of a clock.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum ClockInterval {
-    /// Periodic, known from the description.
-    Constant,
-    /// Periodic, known in Initialization Mode.
-    Fixed,
-    /// Periodic, the period may change at events.
-    Tunable,
-    /// The time to the next tick is known at each tick.
-    Changing,
-    /// The FMU says at events when it ticks next.
-    Countdown,
-    /// It ticks without a time being known.
-    Triggered,
+words! {
+    /// `intervalVariability` of a clock.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub enum ClockInterval {
+        /// Periodic, known from the description.
+        Constant = "constant",
+        /// Periodic, known in Initialization Mode.
+        Fixed = "fixed",
+        /// Periodic, the period may change at events.
+        Tunable = "tunable",
+        /// The time to the next tick is known at each tick.
+        Changing = "changing",
+        /// The FMU says at events when it ticks next.
+        Countdown = "countdown",
+        /// It ticks without a time being known.
+        Triggered = "triggered",
+    }
 }
 
 /// A named value of an enumeration.
@@ -155,92 +176,57 @@ pub enum Access {
     Clock,
 }
 
-/// Role of a variable.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-pub enum Causality {
-    /// Set before initialization, `tunable` ones also between steps.
-    Parameter,
-    /// Decides how large arrays are (FMI 3.0).
-    StructuralParameter,
-    /// Computed from parameters.
-    CalculatedParameter,
-    /// Given from outside.
-    Input,
-    /// Computed, for others to read.
-    Output,
-    /// Computed, for looking at.
-    #[default]
-    Local,
-    /// Time.
-    Independent,
+words! {
+    /// Role of a variable.
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+    pub enum Causality {
+        /// Set before initialization, `tunable` ones also between steps.
+        Parameter = "parameter",
+        /// Decides how large arrays are (FMI 3.0).
+        StructuralParameter = "structuralParameter",
+        /// Computed from parameters.
+        CalculatedParameter = "calculatedParameter",
+        /// Given from outside.
+        Input = "input",
+        /// Computed, for others to read.
+        Output = "output",
+        /// Computed, for looking at.
+        #[default]
+        Local = "local",
+        /// Time.
+        Independent = "independent",
+    }
 }
 
-/// When the value of a variable may change.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-pub enum Variability {
-    /// Never.
-    Constant,
-    /// Not after initialization.
-    Fixed,
-    /// Between steps.
-    Tunable,
-    /// At events.
-    Discrete,
-    /// Always; only a Real can.
-    #[default]
-    Continuous,
+words! {
+    /// When the value of a variable may change.
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+    pub enum Variability {
+        /// Never.
+        Constant = "constant",
+        /// Not after initialization.
+        Fixed = "fixed",
+        /// Between steps.
+        Tunable = "tunable",
+        /// At events.
+        Discrete = "discrete",
+        /// Always; only a Real can.
+        #[default]
+        Continuous = "continuous",
+    }
 }
 
-/// How a variable gets its initial value.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Initial {
-    /// It is the start value.
-    Exact,
-    /// By an iteration that begins at the start value.
-    Approx,
-    /// From other variables.
-    Calculated,
-}
-
-impl Causality {
-    pub(crate) const WORDS: [(&str, Self); 7] = [
-        ("parameter", Self::Parameter),
-        ("structuralParameter", Self::StructuralParameter),
-        ("calculatedParameter", Self::CalculatedParameter),
-        ("input", Self::Input),
-        ("output", Self::Output),
-        ("local", Self::Local),
-        ("independent", Self::Independent),
-    ];
-}
-
-impl Variability {
-    pub(crate) const WORDS: [(&str, Self); 5] = [
-        ("constant", Self::Constant),
-        ("fixed", Self::Fixed),
-        ("tunable", Self::Tunable),
-        ("discrete", Self::Discrete),
-        ("continuous", Self::Continuous),
-    ];
-}
-
-impl Initial {
-    pub(crate) const WORDS: [(&str, Self); 3] = [
-        ("exact", Self::Exact),
-        ("approx", Self::Approx),
-        ("calculated", Self::Calculated),
-    ];
-}
-
-impl ClockInterval {
-    pub(crate) const WORDS: [(&str, Self); 6] = [
-        ("constant", Self::Constant),
-        ("fixed", Self::Fixed),
-        ("tunable", Self::Tunable),
-        ("changing", Self::Changing),
-        ("countdown", Self::Countdown),
-        ("triggered", Self::Triggered),
-    ];
+words! {
+    /// How a variable gets its initial value.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+    pub enum Initial {
+        /// It is the start value.
+        Exact = "exact",
+        /// By an iteration that begins at the start value.
+        Approx = "approx",
+        /// From other variables.
+        Calculated = "calculated",
+    }
 }
 
 impl Access {

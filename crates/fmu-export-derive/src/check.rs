@@ -1,6 +1,7 @@
 //! What must be said of a field, and what can be.
 
 use crate::field::{Field, Kind, Role};
+use crate::structs::combined;
 use proc_macro2::Span;
 use syn::{Error, Expr, ExprLit, ExprUnary, Lit, Result, UnOp};
 
@@ -19,13 +20,7 @@ pub(crate) fn check(field: &Field, role: Role) -> Result<()> {
         wrong.extend(missing(field, role).map(|text| Error::new(field.span(), text)));
         wrong.extend(bounds(field).err());
     }
-    match wrong.into_iter().reduce(|mut all, next| {
-        all.combine(next);
-        all
-    }) {
-        Some(all) => Err(all),
-        None => Ok(()),
-    }
+    combined(wrong.into_iter().map(Err))
 }
 
 /// Why a struct of this role cannot have a field of this type.

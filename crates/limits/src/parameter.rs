@@ -72,6 +72,18 @@ pub fn check_each(range: Range, name: &'static str, values: &[f64]) -> Result<()
     values.try_for_each(|value| check(range, [(name, *value)]))
 }
 
+/// Checks fields of `$of`, each by the [`Range`] that it is listed under, with its path as its
+/// name; the result is that of [`check`].
+#[macro_export]
+macro_rules! check_fields {
+    ($of:expr; $($range:ident: $($first:ident $(. $more:ident)*),+;)+) => {{
+        let of = $of;
+        Ok(())$(.and_then(|()| $crate::check($crate::Range::$range, [$(
+            (concat!(stringify!($first) $(, ".", stringify!($more))*), of.$first $(.$more)*)
+        ),+])))+
+    }};
+}
+
 /// Checks a parameter with a rule of its own: that it is finite and that the rule `holds`.
 ///
 /// # Errors

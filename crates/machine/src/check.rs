@@ -1,6 +1,6 @@
 //! Everything that is wrong with a machine, reported at once.
 
-use std::fmt::{self, Display};
+use std::fmt::Display;
 use thiserror::Error;
 
 /// Why a machine was refused.
@@ -26,18 +26,13 @@ pub enum MachineError {
 }
 
 /// One thing that is wrong.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[error("`{name}` {problem}")]
 pub struct Finding {
     /// Path of the field, with dots; elements of arrays are counted from 1.
     pub name: String,
     /// What is wrong with it.
     pub problem: String,
-}
-
-impl Display for Finding {
-    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        write!(f, "`{}` {}", self.name, self.problem)
-    }
 }
 
 fn joined(findings: &[Finding]) -> String {

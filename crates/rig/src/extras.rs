@@ -1,6 +1,6 @@
 //! What the actuator as built knows beyond its idealised model: sizes and switches.
 
-use limits::{ParamError, Range, check, demand};
+use limits::{ParamError, check_fields, demand};
 use serde::{Deserialize, Serialize};
 
 /// All extras. Each group counts only while its switch `on` is true.
@@ -299,46 +299,15 @@ impl Extras {
 
     /// Checks every value, whether its group is on or not.
     pub(crate) fn check(&self, p: &machine::Emla) -> Result<(), ParamError> {
-        let (f, t) = (&self.friction, &self.temperature);
-        check(
-            Range::Positive,
-            [
-                ("temperature.reference", t.reference),
-                ("cogging.per_turn", self.cogging.per_turn),
-                ("switching.i_0", self.switching.i_0),
-                ("friction.v_stribeck", f.v_stribeck),
-                ("friction.stiffness", f.stiffness),
-                ("friction.f_smooth", f.f_smooth),
-                ("backlash.contact", self.backlash.contact),
-                ("compliance.mount", self.compliance.mount),
-                ("compliance.torsion", self.compliance.torsion),
-                ("heat.C_w", self.heat.C_w),
-                ("heat.R_wh", self.heat.R_wh),
-                ("heat.C_h", self.heat.C_h),
-                ("heat.R_ha", self.heat.R_ha),
-            ],
-        )?;
-        check(
-            Range::NotNegative,
-            [
-                ("ripple.sixth", self.ripple.sixth),
-                ("ripple.twelfth", self.ripple.twelfth),
-                ("cogging.torque", self.cogging.torque),
-                ("switching.dead_time", self.switching.dead_time),
-                ("friction.damping", f.damping),
-                ("friction.screw_drag", f.screw_drag),
-                ("friction.screw_loss", f.screw_loss),
-                ("friction.seal", f.seal),
-                ("friction.gear_drag", f.gear_drag),
-                ("friction.gear_viscous", f.gear_viscous),
-                ("friction.gear_loss", f.gear_loss),
-                ("friction.windage", f.windage),
-                ("damping.mount", self.damping.mount),
-                ("backlash.width", self.backlash.width),
-                ("losses.core", self.losses.core),
-                ("losses.inverter", self.losses.inverter),
-            ],
-        )?;
+        check_fields! { self;
+            Positive: temperature.reference, cogging.per_turn, switching.i_0, friction.v_stribeck,
+                friction.stiffness, friction.f_smooth, backlash.contact, compliance.mount,
+                compliance.torsion, heat.C_w, heat.R_wh, heat.C_h, heat.R_ha;
+            NotNegative: ripple.sixth, ripple.twelfth, cogging.torque, switching.dead_time,
+                friction.damping, friction.screw_drag, friction.screw_loss, friction.seal,
+                friction.gear_drag, friction.gear_viscous, friction.gear_loss, friction.windage,
+                damping.mount, backlash.width, losses.core, losses.inverter;
+        }?;
         let share = self.saturation.share;
         demand(
             "saturation.share",
@@ -346,12 +315,8 @@ impl Extras {
             "in [0, 1)",
             (0.0..1.0).contains(&share),
         )?;
-        demand(
-            "friction.breakaway",
-            f.breakaway,
-            "finite and ≥ 1",
-            f.breakaway >= 1.0,
-        )?;
+        let (breakaway, rule) = (self.friction.breakaway, "finite and ≥ 1");
+        demand("friction.breakaway", breakaway, rule, breakaway >= 1.0)?;
         let offset = self.switching.offset;
         demand(
             "switching.offset",
@@ -359,6 +324,7 @@ impl Extras {
             "between -π/2 and π/2",
             offset.abs() <= std::f64::consts::FRAC_PI_2,
         )?;
+        let t = &self.temperature;
         for (name, value) in [
             ("temperature.copper", t.copper),
             ("temperature.magnet", t.magnet),

@@ -7,7 +7,7 @@ use crate::path::TipPath;
 use capability::{Capability, Kinematics, Limits, Margin, NearestPose, Payload, Quantity, Reach};
 use hdrm::HdrmError;
 use machine::{AXES, Machine};
-use std::fmt;
+use thiserror::Error;
 
 /// Time between two points that are looked at, s, on paths of up to some minutes.
 const STEP: f64 = 0.01;
@@ -26,9 +26,13 @@ pub struct PathCheck {
 }
 
 /// What the machine cannot do.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Error)]
 pub enum Finding {
     /// A waypoint or sample farther away than the stretched arm.
+    #[error(
+        "{point} is {distance:.3} m from the lift joint, out of reach: it must be within {reach:.3} m, {:.3} m nearer",
+        distance - reach
+    )]
     Reach {
         /// Waypoint or sample with its number.
         point: String,
@@ -38,6 +42,7 @@ pub enum Finding {
         reach: f64,
     },
     /// A pose for which no joint angles were found, or where the arm is singular.
+    #[error("{place}, t = {t:.2} s: {}", unreached(nearest))]
     Pose {
         /// Where.
         place: Place,
@@ -47,6 +52,7 @@ pub enum Finding {
         nearest: Option<NearestPose>,
     },
     /// A limit that is passed.
+    #[error("{place}, t = {t:.2} s: {worst}{}", later(*t, *t_worst))]
     Limit {
         /// Where it is passed first.
         place: Place,
@@ -58,6 +64,10 @@ pub enum Finding {
         t_worst: f64,
     },
     /// A motor that becomes too hot, if the path were gone again and again.
+    #[error(
+        "motor torque of {}: root mean square {rms:.2} N.m over the path must be at most the rated {rated} N.m: {:.2} N.m beyond ({:.1} %)",
+        AXES[*axis], rms - rated, 100.0 * (rms / rated - 1.0)
+    )]
     Torque {
         /// Slew, lift or tilt from 0.
         axis: usize,
@@ -68,57 +78,21 @@ pub enum Finding {
     },
 }
 
-impl fmt::Display for Finding {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Reach {
-                point,
-                distance,
-                reach,
-            } => write!(
-                f,
-                "{point} is {distance:.3} m from the lift joint, out of reach: it must be within {reach:.3} m, {:.3} m nearer",
-                distance - reach
-            ),
-            Self::Pose {
-                place,
-                t,
-                nearest:
-                    Some(NearestPose {
-                        distance, angle, ..
-                    }),
-            } => write!(
-                f,
-                "{place}, t = {t:.2} s: no joint angles reach this pose; the nearest that were found are {:.1} mm and {:.2} deg off",
-                1e3 * distance,
-                angle.to_degrees()
-            ),
-            Self::Pose { place, t, .. } => {
-                write!(
-                    f,
-                    "{place}, t = {t:.2} s: the arm is singular in this pose, its joints cannot follow the tip"
-                )
-            }
-            Self::Limit {
-                place,
-                t,
-                worst,
-                t_worst,
-            } => {
-                write!(f, "{place}, t = {t:.2} s: {worst}")?;
-                if t_worst != t {
-                    write!(f, " at t = {t_worst:.2} s")?;
-                }
-                Ok(())
-            }
-            Self::Torque { axis, rms, rated } => write!(
-                f,
-                "motor torque of {}: root mean square {rms:.2} N.m over the path must be at most the rated {rated} N.m: {:.2} N.m beyond ({:.1} %)",
-                AXES[*axis],
-                rms - rated,
-                100.0 * (rms / rated - 1.0)
-            ),
-        }
+fn unreached(nearest: &Option<NearestPose>) -> String {
+    match nearest {
+        Some(nearest) => format!(
+            "no joint angles reach this pose; the nearest that were found are {:.1} mm and {:.2} deg off",
+            1e3 * nearest.distance,
+            nearest.angle.to_degrees()
+        ),
+        None => "the arm is singular in this pose, its joints cannot follow the tip".into(),
+    }
+}
+
+fn later(t: f64, t_worst: f64) -> String {
+    match t_worst == t {
+        true => String::new(),
+        false => format!(" at t = {t_worst:.2} s"),
     }
 }
 

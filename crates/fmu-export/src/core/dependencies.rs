@@ -2,6 +2,7 @@
 
 use super::causality::{ALL_PARAMETERS, Causality, Dependencies};
 use super::layout::Layout;
+use super::model::Variable;
 use crate::Model;
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -36,15 +37,19 @@ impl Knowns {
         Self { rows, parameters }
     }
 
-    /// Positions of what an element depends on, ascending; None: not said. Without `parameters`,
-    /// only inputs may be named.
-    pub(crate) fn resolve(
+    /// Positions of what element `i` of a row depends on at communication points or initially,
+    /// ascending; None: not said. Parameters may be named only initially.
+    pub(crate) fn resolve<M: Model>(
         &self,
-        dependencies: Dependencies,
+        row: &Variable<M>,
         i: usize,
-        parameters: bool,
+        initially: bool,
     ) -> Result<Option<Vec<usize>>, String> {
-        let lists = match dependencies {
+        let declared = match initially {
+            true => row.initial_dependencies,
+            false => row.dependencies,
+        };
+        let lists = match declared {
             Dependencies::Unknown => return Ok(None),
             Dependencies::Same(lists) => lists,
             Dependencies::Each(lists) => match lists.get(i) {
@@ -60,10 +65,10 @@ impl Knowns {
         let mut elements = Vec::new();
         for name in lists.into_iter().flatten() {
             match self.find(name, i) {
-                _ if parameters && *name == ALL_PARAMETERS => elements.extend(&self.parameters),
-                Some((known, range)) if known.is_input || parameters => elements.extend(range),
+                _ if initially && *name == ALL_PARAMETERS => elements.extend(&self.parameters),
+                Some((known, range)) if known.is_input || initially => elements.extend(range),
                 _ => {
-                    let allowed = if parameters {
+                    let allowed = if initially {
                         "an input or parameter"
                     } else {
                         "an input"
@@ -103,5 +108,16 @@ impl Knowns {
         };
         let element = known.elements.start + index;
         (element < known.elements.end).then_some((known, element..element + 1))
+    }
+}
+
+impl<M: Model> Variable<M> {
+    /// Whether it is computed and may depend on something, at communication points or initially.
+    pub(crate) fn is_unknown(&self, initially: bool) -> bool {
+        match self.causality {
+            Causality::Output => true,
+            Causality::CalculatedParameter => initially,
+            _ => false,
+        }
     }
 }

@@ -3,6 +3,7 @@
 use super::causality::Causality;
 use super::fault::{Fault, discard, refuse};
 use super::instance::Instance;
+use super::layout::Element;
 use super::message::Kind;
 use super::model::Variable;
 use super::phase::Phase;
@@ -135,6 +136,17 @@ impl<M: Model> Instance<M> {
         Ok((i, row, place))
     }
 
+    /// A Real output or local variable.
+    fn unknown(&self, number: u32) -> Result<Element<M>, Fault> {
+        let (i, row) = self.layout.find(number)?;
+        if !matches!(row.place, Place::RealOut(_)) {
+            let (name, kind) = (row.element_name(i), row.kind(self.names));
+            let real = self.names.real;
+            return refuse!("unknown `{name}` is {kind}; it must be a {real} output");
+        }
+        Ok((i, row))
+    }
+
     /// ∂unknown/∂known · seed: at fixed state while stepping, through the initialization before.
     pub(crate) fn directional_derivative(
         &mut self,
@@ -159,12 +171,7 @@ impl<M: Model> Instance<M> {
             largest = largest.max(seed.abs() / row.nominal.unwrap_or(1.0));
         }
         for k in 0..unknowns {
-            let (i, row) = self.layout.find(unknown(k))?;
-            if !matches!(row.place, Place::RealOut(_)) {
-                let (name, kind) = (row.element_name(i), row.kind(self.names));
-                let real = self.names.real;
-                return refuse!("unknown `{name}` is {kind}; it must be a {real} output");
-            }
+            self.unknown(unknown(k))?;
         }
         if unknowns == 0 {
             return Ok(());
@@ -221,17 +228,12 @@ impl<M: Model> Instance<M> {
         }
         let mut weights = vec![0.0; positions.len()];
         for (&number, &seed) in unknowns.iter().zip(seed) {
-            let (i, row) = self.layout.find(number)?;
-            let name = || row.element_name(i);
-            let Some(&position) = positions.get(&number) else {
-                let (name, kind) = (name(), row.kind(self.names));
-                let real = self.names.real;
-                return refuse!("unknown `{name}` is {kind}; it must be a {real} output");
-            };
+            let (i, row) = self.unknown(number)?;
             if !seed.is_finite() {
-                return discard!("unknown `{}`: seed = {seed} must be finite", name());
+                let name = row.element_name(i);
+                return discard!("unknown `{name}`: seed = {seed} must be finite");
             }
-            weights[position] += seed;
+            weights[positions[&number]] += seed;
         }
         Ok(weights)
     }

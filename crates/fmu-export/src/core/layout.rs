@@ -1,6 +1,7 @@
 //! The elements of a table, counted over all rows: a scalar is one, a vector as many as it is long.
 //! A row may say the number of its first element, so numbers may be left out, and need not ascend.
 
+use super::copied::copied;
 use super::fault::Fault;
 use super::model::{Model, Variable};
 use std::ops::Range;
@@ -23,13 +24,7 @@ pub(crate) struct Run<M: Model> {
     pub(crate) bounds: [f64; 2],
 }
 
-impl<M: Model> Clone for Run<M> {
-    fn clone(&self) -> Self {
-        *self
-    }
-}
-
-impl<M: Model> Copy for Run<M> {}
+copied! { [M: Model] Run<M>; }
 
 impl<M: Model> Run<M> {
     /// Index within the row of the element with this number; larger than any for an element of
@@ -50,7 +45,22 @@ impl<M: Model> Run<M> {
     pub(crate) fn len(&self) -> usize {
         self.len as usize
     }
+
+    /// The block that the number of one of the elements means.
+    #[inline]
+    fn block(self, number: u32) -> Option<Block<M>> {
+        match self.index(number) {
+            i if !self.is_array => Some((self, i, 1)),
+            0 => Some((self, 0, self.len())),
+            _ => None,
+        }
+    }
 }
+
+/// The elements that one number means where rows are arrays: their run, the index of the first one,
+/// and how many they are. It is the number of a row's first element, and means all of the row;
+/// where the elements have different units, each is on its own.
+pub(crate) type Block<M> = (Run<M>, usize, usize);
 
 /// Largest number of an element that may be said.
 pub(crate) const LARGEST_NUMBER: u32 = u16::MAX as u32;
@@ -124,19 +134,11 @@ impl<M: Model> Layout<M> {
             })
     }
 
-    /// The elements that one number means where rows are arrays: their run, the index of the first
-    /// one, and how many they are. It is the number of a row's first element, and means all of the
-    /// row; where the elements have different units, each is on its own.
+    /// The block that a number means.
     #[inline]
-    pub(crate) fn block(&self, number: u32) -> Result<(Run<M>, usize, usize), Fault> {
+    pub(crate) fn block(&self, number: u32) -> Result<Block<M>, Fault> {
         let run = self.run(number)?;
-        if run.is_array() {
-            return match run.index(number) {
-                0 => Ok((run, 0, run.len())),
-                _ => Err(Fault::Unknown(number)),
-            };
-        }
-        Ok((run, run.index(number), 1))
+        run.block(number).ok_or(Fault::Unknown(number))
     }
 
     /// The row of which this number means all elements, if there are `len` of them.
@@ -147,11 +149,9 @@ impl<M: Model> Layout<M> {
         is_whole.then_some(run)
     }
 
-    /// The numbers of all blocks, in the order of the table.
-    pub(crate) fn blocks(&self) -> impl Iterator<Item = u32> {
-        (self.in_order.iter())
-            .filter(|(number, run)| !run.is_array() || *number == run.first)
-            .map(|(number, _)| *number)
+    /// All blocks in the order of the table, with their numbers.
+    pub(crate) fn blocks(&self) -> impl Iterator<Item = (u32, Block<M>)> {
+        (self.in_order.iter()).filter_map(|(number, run)| Some((*number, run.block(*number)?)))
     }
 
     /// The numbers of the elements that `number` means in [`block`](Self::block).

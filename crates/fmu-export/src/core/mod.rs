@@ -11,6 +11,7 @@ pub(crate) mod blocks;
 pub(crate) mod carried;
 pub(crate) mod causality;
 pub(crate) mod check;
+pub(crate) mod copied;
 pub(crate) mod course;
 pub(crate) mod dependencies;
 pub(crate) mod derivatives;

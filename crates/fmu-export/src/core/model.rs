@@ -1,6 +1,7 @@
 //! What a model implements, and what a row of its table of variables holds.
 
 use super::causality::{Causality, Dependencies};
+use super::copied::copied;
 use super::enumeration::Enumeration;
 use super::error::ModelError;
 use super::info::Info;
@@ -186,13 +187,7 @@ pub struct Variable<M: Model> {
     pub(crate) initial_dependencies: Dependencies,
 }
 
-impl<M: Model> Clone for Variable<M> {
-    fn clone(&self) -> Self {
-        *self
-    }
-}
-
-impl<M: Model> Copy for Variable<M> {}
+copied! { [M: Model] Variable<M>; }
 
 /// Every element of the Real outputs and local variables, in order.
 pub(crate) fn real_outputs<M: Model>(y: &M::Output) -> impl Iterator<Item = f64> {

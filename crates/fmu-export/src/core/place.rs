@@ -1,5 +1,6 @@
 //! Where the elements of a row live in a model's structs, and their type.
 
+use super::copied::copied;
 use std::path::Path;
 use std::slice;
 
@@ -63,14 +64,6 @@ pub(crate) enum Place<P, U, Y> {
     StringParameter(fn(&P) -> &str, SetText<P>),
 }
 
-impl<P, U, Y> Clone for Place<P, U, Y> {
-    fn clone(&self) -> Self {
-        *self
-    }
-}
-
-impl<P, U, Y> Copy for Place<P, U, Y> {}
-
 /// Setter of a String parameter: parameters, text, the FMU's resources folder if the importer gave
 /// one.
 pub(crate) type SetText<P> = fn(&mut P, &str, Option<&Path>) -> Result<(), String>;
@@ -87,19 +80,11 @@ pub(crate) enum Write<S, T> {
     Vector(fn(&S) -> &[T], fn(&mut S) -> &mut [T]),
 }
 
-macro_rules! copied {
-    ($($type:ident)*) => {$(
-        impl<S, T> Clone for $type<S, T> {
-            fn clone(&self) -> Self {
-                *self
-            }
-        }
-
-        impl<S, T> Copy for $type<S, T> {}
-    )*};
+copied! {
+    [P, U, Y] Place<P, U, Y>;
+    [S, T] Read<S, T>;
+    [S, T] Write<S, T>;
 }
-
-copied! { Read Write }
 
 impl<P, U, Y> Place<P, U, Y> {
     pub(crate) fn len(&self, p: &P, u: &U, y: &Y) -> usize {

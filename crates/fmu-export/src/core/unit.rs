@@ -1,5 +1,7 @@
 //! Units.
 
+use super::setters::setters;
+
 /// A unit in terms of the SI base units and `rad`, in one line:
 ///
 /// ```
@@ -49,25 +51,16 @@ impl Unit {
 
     exponents! { kg 0 m 1 s 2 A 3 K 4 mol 5 cd 6 rad 7 }
 
-    /// How many base units one is.
-    #[must_use]
-    pub const fn factor(mut self, factor: f64) -> Self {
-        self.factor = factor;
-        self
-    }
-
-    /// What its zero is in base units.
-    #[must_use]
-    pub const fn offset(mut self, offset: f64) -> Self {
-        self.offset = offset;
-        self
-    }
-
-    /// Units to show values in.
-    #[must_use]
-    pub const fn display(mut self, units: &'static [DisplayUnit]) -> Self {
-        self.display = units;
-        self
+    setters! {
+        /// How many base units one is.
+        #[must_use]
+        factor(factor: f64) factor = factor;
+        /// What its zero is in base units.
+        #[must_use]
+        offset(offset: f64) offset = offset;
+        /// Units to show values in.
+        #[must_use]
+        display(units: &'static [DisplayUnit]) display = units;
     }
 }
 
@@ -90,10 +83,9 @@ impl DisplayUnit {
         }
     }
 
-    /// What a zero of the unit is shown as (`degC` for `K`: −273.15).
-    #[must_use]
-    pub const fn offset(mut self, offset: f64) -> Self {
-        self.offset = offset;
-        self
+    setters! {
+        /// What a zero of the unit is shown as (`degC` for `K`: −273.15).
+        #[must_use]
+        offset(offset: f64) offset = offset;
     }
 }

@@ -1,6 +1,7 @@
 //! Models that are ordinary differential equations.
 
 use super::{Input, Name, Output, Parameters, Path};
+use crate::core::copied::copied;
 use crate::{Info, InputPolynomial, Model, ModelError, StepEnd, Variable};
 use serde::{Serialize, de::DeserializeOwned};
 use std::marker::PhantomData;
@@ -102,13 +103,7 @@ pub struct Seen<S: State> {
     outputs: S::Y,
 }
 
-impl<S: State> Clone for Seen<S> {
-    fn clone(&self) -> Self {
-        *self
-    }
-}
-
-impl<S: State> Copy for Seen<S> {}
+copied! { [S: State] Seen<S>; }
 
 impl<S: State> Default for Seen<S> {
     fn default() -> Self {
@@ -119,42 +114,35 @@ impl<S: State> Default for Seen<S> {
     }
 }
 
-/// The way to the state in [`Seen`].
-pub struct SeenState<S>(PhantomData<S>);
+/// Ways to the fields of [`Seen`].
+macro_rules! ways {
+    ($($(#[$doc:meta])* $way:ident to $field:ident: $type:ty;)*) => {$(
+        $(#[$doc])*
+        pub struct $way<S>(PhantomData<S>);
 
-impl<S: State> Path for SeenState<S> {
-    type From = Seen<S>;
-    type To = S;
-    const NAME: Name = Name::EMPTY;
+        impl<S: State> Path for $way<S> {
+            type From = Seen<S>;
+            type To = $type;
+            const NAME: Name = Name::EMPTY;
 
-    #[inline]
-    fn get(from: &Seen<S>) -> &S {
-        &from.state
-    }
+            #[inline]
+            fn get(from: &Seen<S>) -> &$type {
+                &from.$field
+            }
 
-    #[inline]
-    fn get_mut(from: &mut Seen<S>) -> &mut S {
-        &mut from.state
-    }
+            #[inline]
+            fn get_mut(from: &mut Seen<S>) -> &mut $type {
+                &mut from.$field
+            }
+        }
+    )*};
 }
 
-/// The way to the outputs in [`Seen`].
-pub struct SeenOutputs<S>(PhantomData<S>);
-
-impl<S: State> Path for SeenOutputs<S> {
-    type From = Seen<S>;
-    type To = S::Y;
-    const NAME: Name = Name::EMPTY;
-
-    #[inline]
-    fn get(from: &Seen<S>) -> &S::Y {
-        &from.outputs
-    }
-
-    #[inline]
-    fn get_mut(from: &mut Seen<S>) -> &mut S::Y {
-        &mut from.outputs
-    }
+ways! {
+    /// The way to the state in [`Seen`].
+    SeenState to state: S;
+    /// The way to the outputs in [`Seen`].
+    SeenOutputs to outputs: S::Y;
 }
 
 impl<S: Ode> Model for S {

@@ -3,7 +3,6 @@
 use super::ffi::{DEPENDENT, ValueReference};
 use super::instance::Body;
 use crate::Model;
-use crate::core::causality::Causality;
 use crate::core::dependencies::Knowns;
 use crate::core::fault::{Fault, refuse};
 use crate::core::phase::Phase;
@@ -27,25 +26,16 @@ impl<M: Model> Body<M> {
         let row = run.row;
         let phase = self.instance.state.phase;
         let initially = matches!(phase, Phase::Instantiated | Phase::Initialization);
-        let is_unknown = match row.causality {
-            Causality::Output => true,
-            Causality::CalculatedParameter => initially,
-            _ => false,
-        };
-        if !is_unknown {
+        if !row.is_unknown(initially) {
             let (name, kind) = (row.element_name(first), row.kind(self.instance.names));
             return refuse!(
                 "`{name}` is {kind}; it must be a variable of ModelStructure in this mode"
             );
         }
-        let declared = match initially {
-            true => row.initial_dependencies,
-            false => row.dependencies,
-        };
         let knowns = Knowns::new(layout);
         let mut found = Vec::new();
         for element in 0..n {
-            let positions = (knowns.resolve(declared, first + element, initially))
+            let positions = (knowns.resolve(row, first + element, initially))
                 .map_err(Fault::Refused)?
                 .unwrap_or_else(|| knowns.all(initially));
             for position in positions {

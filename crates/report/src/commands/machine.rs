@@ -1,16 +1,15 @@
 //! Subcommands `machine draw` and `machine scene`.
 
-use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 use crate::machines::drawing::Sheet;
 use crate::machines::load_chart::LoadChart;
 use crate::report::scene::Scene;
-use anyhow::{Context as _, Result, ensure};
+use anyhow::{Result, ensure};
 use clap::Args;
 use cosim::cli::print;
 use studies::machine_file::read;
-use studies::print::files::create;
+use studies::print::files::write;
 
 #[derive(Args)]
 pub struct DrawArgs {
@@ -43,11 +42,7 @@ pub fn draw(args: &DrawArgs) -> Result<()> {
     );
     let machine = read(&args.machine)?;
     let chart = LoadChart::new(&machine, args.dynamic_factor)?;
-    if let Some(path) = &args.csv {
-        let mut file = create(path)?;
-        chart.write_csv(&mut file)?;
-        file.flush().with_context(|| path.display().to_string())?;
-    }
+    write(args.csv.as_deref(), |file| chart.write_csv(file))?;
     let name = Path::new(&args.machine).file_stem().unwrap_or_default();
     Sheet::new(&name.to_string_lossy(), machine, chart)?.write(&args.output)?;
     print(format_args!("{} written\n", args.output.display()))
@@ -67,9 +62,8 @@ pub struct SceneArgs {
 pub fn scene(args: &SceneArgs) -> Result<()> {
     let machine = read(&args.machine)?;
     let scene = Scene::new(&machine)?;
-    let mut file = create(&args.out)?;
-    serde_json::to_writer(&mut file, &scene.live(&machine))?;
-    file.flush()
-        .with_context(|| args.out.display().to_string())?;
+    write(Some(&args.out), |file| {
+        Ok(serde_json::to_writer(file, &scene.live(&machine))?)
+    })?;
     print(format_args!("{} written\n", args.out.display()))
 }

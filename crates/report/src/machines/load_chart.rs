@@ -6,7 +6,7 @@ use capability::{Capability, Demand, Limits, Margin, Motion, Payload, Quantity};
 use hdrm::{Body, DOF};
 use machine::{AXES, Machine};
 use nalgebra::Vector3;
-use std::io::Write;
+use std::io::{self, Write};
 
 use studies::machines::continuous_torque::ContinuousTorque;
 
@@ -95,7 +95,7 @@ impl LoadChart {
     ///
     /// # Errors
     /// The file cannot be written.
-    pub fn write_csv(&self, file: &mut impl Write) -> Result<()> {
+    pub fn write_csv(&self, file: &mut impl Write) -> io::Result<()> {
         writeln!(
             file,
             "reach_m,height_m,lift_rad,tilt_rad,wrist_2_rad,payload_kg,limit,lasting_kg,lasting_limit"

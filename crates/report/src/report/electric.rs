@@ -83,6 +83,7 @@ fn one(system: &System, case: &str, experiment: &Experiment) -> Result<Electric>
     let all = [&ports[..], &energy::ports(system)?, &sizing::ports(system)?].concat();
     let recorded = RecordedRun::of(system, experiment, &all)?;
     let times = &recorded.recording.times;
+    let start = times.first().copied().unwrap_or(0.0);
     let step = experiment.stepping.step;
     let stride = stride(EVERY, step);
     let mut curves = Vec::new();
@@ -90,7 +91,7 @@ fn one(system: &System, case: &str, experiment: &Experiment) -> Result<Electric>
         let column = recorded.recording.column(port)?;
         curves.push(Signal {
             name: system.name(port),
-            samples: Samples::new(column.iter().step_by(stride).copied()),
+            samples: Samples::thinned(column, stride),
         });
     }
     let supply = energy::evaluate(system, &recorded)?.supply;
@@ -99,11 +100,7 @@ fn one(system: &System, case: &str, experiment: &Experiment) -> Result<Electric>
         trajectory: case.into(),
         open: supply.as_ref().map(Supply::open),
         supply,
-        times: SampleTimes {
-            start: times.first().copied().unwrap_or(0.0),
-            every: stride as f64 * step,
-            count: times.len().div_ceil(stride),
-        },
+        times: SampleTimes::thinned(start, step, times.len(), stride),
         curves,
         motors: sizing.axes.iter().map(motor).collect(),
         sizing,

@@ -223,12 +223,11 @@ impl Run {
             let name = system.name(port);
             let is_tip = name.starts_with("controller.tip_error");
             let stride = stride(if is_tip { TIP_EVERY } else { SIGNALS_EVERY }, step);
-            let values = recording.column(port)?.iter().step_by(stride).copied();
             let unit = system.variable(port).unit.as_deref();
             let signal = Signal {
                 unit: unit.unwrap_or("1").into(),
                 every: step * stride as f64,
-                samples: Samples::new(values),
+                samples: Samples::thinned(recording.column(port)?, stride),
             };
             signals.insert(name, signal);
         }

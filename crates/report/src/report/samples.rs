@@ -14,6 +14,11 @@ impl Samples {
         Self(values.into_iter().map(|v| v as f32).collect())
     }
 
+    /// Every `stride`-th value.
+    pub fn thinned(values: &[f64], stride: usize) -> Self {
+        Self::new(values.iter().step_by(stride).copied())
+    }
+
     /// The values.
     pub fn values(&self) -> impl Iterator<Item = f64> + Clone {
         self.0.iter().copied().map(f64::from)
@@ -32,6 +37,15 @@ pub struct SampleTimes {
 }
 
 impl SampleTimes {
+    /// Of every `stride`-th of `count` points, `step` apart, s.
+    pub fn thinned(start: f64, step: f64, count: usize, stride: usize) -> Self {
+        Self {
+            start,
+            every: stride as f64 * step,
+            count: count.div_ceil(stride),
+        }
+    }
+
     /// Times, s, and values times `factor`.
     pub fn points(&self, samples: &Samples, factor: f64) -> Vec<(f64, f64)> {
         let at = |k: usize| self.start + k as f64 * self.every;

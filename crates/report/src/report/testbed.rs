@@ -68,15 +68,9 @@ impl Axis {
         let start = course.time.first().copied().unwrap_or(0.0);
         let step = course.time.get(1).map_or(EVERY, |t| t - start);
         let stride = stride(EVERY, step);
-        let thinned = |pair: &[Vec<f64>; 2]| {
-            [0, 1].map(|k| Samples::new(pair[k].iter().step_by(stride).copied()))
-        };
+        let thinned = |pair: &[Vec<f64>; 2]| pair.each_ref().map(|c| Samples::thinned(c, stride));
         Self {
-            times: SampleTimes {
-                start,
-                every: stride as f64 * step,
-                count: course.time.len().div_ceil(stride),
-            },
+            times: SampleTimes::thinned(start, step, course.time.len(), stride),
             curves: Curves {
                 position: thinned(&course.position),
                 velocity: thinned(&course.velocity),

@@ -41,8 +41,4 @@ impl ControlLaw for Cascade {
     fn rod_force(&self, rod: &Rod) -> f64 {
         Pd { holds_weight: true }.rod_force(rod)
     }
-
-    fn knows_actuators(&self) -> bool {
-        true
-    }
 }

@@ -12,12 +12,19 @@ pub(crate) trait ControlLaw: Sync {
     /// What rods and wrist joints of the whole machine are to give.
     fn forces(&self, now: &Instant) -> Forces;
 
-    /// What one rod by itself is to give to its load, N.
-    fn rod_force(&self, rod: &Rod) -> f64;
+    /// What one rod by itself is to give to its load, N; by the model
+    /// `f_r = f_d + M_act ẍ_r + K_A (ẋ_r − ẋ)`, `K_A = kappa_KA·M_act`: [Eq:Required_Force] with
+    /// the rod as the body.
+    fn rod_force(&self, rod: &Rod) -> f64 {
+        let lacking = rod.required.x_r_dot - rod.x_dot;
+        rod.f_d + rod.M_act * (rod.required.x_r_ddot + rod.gains.kappa_KA * lacking)
+    }
 
     /// Whether the drives compute their currents by the model of the actuator, with its inertia,
     /// friction and what the disturbance observer finds; otherwise by the lossless transmission.
-    fn knows_actuators(&self) -> bool;
+    fn knows_actuators(&self) -> bool {
+        true
+    }
 
     /// Advances what the law learns of the bodies by `h` s with these motions held.
     fn learn(

@@ -2,7 +2,7 @@
 //! estimates that adapt (adaptive).
 
 use crate::bodies::{Bodies, adaptation_direction};
-use crate::law::control_law::{ControlLaw, Forces, Instant, Rod};
+use crate::law::control_law::{ControlLaw, Forces, Instant};
 use crate::law::decomposition::{self, BodyMotion};
 use hdrm::Body;
 use machine::Controller as Gains;
@@ -25,17 +25,6 @@ impl ControlLaw for ModelBased {
             *Q += now.nominal.joint_viscous[i] * now.required.zeta_dot[i];
         }
         now.of_joints(Q)
-    }
-
-    /// `f_r = f_d + M_act ẍ_r + K_A (ẋ_r − ẋ)`, `K_A = kappa_KA·M_act`: [Eq:Required_Force] with
-    /// the rod as the body.
-    fn rod_force(&self, rod: &Rod) -> f64 {
-        let lacking = rod.required.x_r_dot - rod.x_dot;
-        rod.f_d + rod.M_act * (rod.required.x_r_ddot + rod.gains.kappa_KA * lacking)
-    }
-
-    fn knows_actuators(&self) -> bool {
-        true
     }
 
     fn learn(

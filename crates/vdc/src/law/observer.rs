@@ -11,8 +11,7 @@
 //! which needs no acceleration. Its bandwidth ω is `omega_tip`, the rate at which the other laws
 //! integrate the tip's error.
 
-use crate::law::control_law::{ControlLaw, Forces, Instant, Rod};
-use crate::law::model_based::ModelBased;
+use crate::law::control_law::{ControlLaw, Forces, Instant};
 
 /// The nominal model; what it lacks is observed.
 pub(crate) struct DisturbanceObserver;
@@ -26,13 +25,5 @@ impl ControlLaw for DisturbanceObserver {
             memory_rate: momentum.map(|p| omega * kappa * p),
             ..now.of_joints(std::array::from_fn(torque))
         }
-    }
-
-    fn rod_force(&self, rod: &Rod) -> f64 {
-        ModelBased { adapts: false }.rod_force(rod)
-    }
-
-    fn knows_actuators(&self) -> bool {
-        true
     }
 }

@@ -9,8 +9,7 @@
 //! `omega_tip`. Within the boundary layer `|s| < s_1` both are linear: a law that samples at 1 ms
 //! cannot switch at once.
 
-use crate::law::control_law::{ControlLaw, Forces, Instant, Rod};
-use crate::law::model_based::ModelBased;
+use crate::law::control_law::{ControlLaw, Forces, Instant};
 
 /// Rate of a joint at which it is as strong as the linear law, rad/s: a tenth of what joints move
 /// with.
@@ -34,13 +33,5 @@ impl ControlLaw for SuperTwisting {
             memory_rate: std::array::from_fn(|i| omega * kappa * momentum[i] * share(i)),
             ..now.of_joints(std::array::from_fn(torque))
         }
-    }
-
-    fn rod_force(&self, rod: &Rod) -> f64 {
-        ModelBased { adapts: false }.rod_force(rod)
-    }
-
-    fn knows_actuators(&self) -> bool {
-        true
     }
 }

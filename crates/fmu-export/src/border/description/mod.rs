@@ -1,17 +1,18 @@
 //! Model descriptions: what is the same in every version of FMI, and how a version says what is
 //! not.
 
+mod element;
 mod hash;
 mod parts;
 pub(crate) mod table;
 
+pub(crate) use element::Element;
 pub(crate) use hash::hash;
-pub(crate) use parts::{Xml, empty, flag, text, type_attributes};
+pub(crate) use parts::{flag, listed, type_attributes, variable};
 
 use crate::Model;
 use crate::core::layout::Layout;
-use parts::{categories, experiment, root_attributes, types, units};
-use std::io;
+use parts::{categories, experiment, root, types, units};
 
 /// How a version of FMI writes a model description.
 pub(crate) struct Dialect<M: Model> {
@@ -25,10 +26,10 @@ pub(crate) struct Dialect<M: Model> {
     pub(crate) co_simulation: Vec<(&'static str, &'static str)>,
     /// Elements of an enumeration's type.
     pub(crate) enumeration: (&'static str, Option<&'static str>),
-    /// Writes the element `ModelVariables`.
-    pub(crate) variables: fn(&mut Xml, &Layout<M>) -> io::Result<()>,
-    /// Writes the element `ModelStructure`.
-    pub(crate) structure: fn(&mut Xml, &Layout<M>) -> io::Result<()>,
+    /// The element `ModelVariables`.
+    pub(crate) variables: fn(&Layout<M>) -> Element,
+    /// The element `ModelStructure`.
+    pub(crate) structure: fn(&Layout<M>) -> Result<Element, String>,
 }
 
 impl<M: Model> Dialect<M> {
@@ -41,25 +42,13 @@ impl<M: Model> Dialect<M> {
         let layout = Layout::<M>::new(&parameters, &input);
         check(&layout)?;
         let hash = hash(&layout, (&parameters, &input), self.name);
-        let text = text(|xml| self.write(xml, &layout, &format!("{{{hash}}}")))?;
-        Ok(text + "\n")
-    }
-
-    fn write(&self, xml: &mut Xml, layout: &Layout<M>, hash: &str) -> io::Result<()> {
-        let attributes = root_attributes(&M::INFO, self.version, (self.hash, hash));
-        xml.create_element("fmiModelDescription")
-            .with_attributes(attributes)
-            .write_inner_content(|xml| {
-                xml.create_element("CoSimulation")
-                    .with_attributes(self.co_simulation.iter().copied())
-                    .write_empty()?;
-                units(xml, layout)?;
-                types(xml, layout, self.enumeration)?;
-                categories::<M>(xml)?;
-                experiment::<M>(xml)?;
-                (self.variables)(xml, layout)?;
-                (self.structure)(xml, layout)
-            })?;
-        Ok(())
+        let slave = self.co_simulation.iter().copied();
+        root(&M::INFO, self.version, (self.hash, format!("{{{hash}}}")))
+            .holding([Element::new("CoSimulation").with(slave)])
+            .holding(units(&layout))
+            .holding(types(&layout, self.enumeration))
+            .holding([categories::<M>(), experiment::<M>()])
+            .holding([(self.variables)(&layout), (self.structure)(&layout)?])
+            .file()
     }
 }

@@ -1,5 +1,6 @@
 //! Parts of a model description that are the same in every version of FMI.
 
+use super::element::Element;
 use crate::border::log::CATEGORIES;
 use crate::core::causality::Causality;
 use crate::core::enumeration::Enumeration;
@@ -9,32 +10,9 @@ use crate::core::model::Variable;
 use crate::core::place::Place;
 use crate::core::unit::{DIMENSIONS, Unit};
 use crate::{KNOWN_UNITS, Model};
-use quick_xml::Writer;
-use quick_xml::events::{BytesDecl, Event};
-use std::io;
 
-/// Writes into memory.
-pub(crate) type Xml = Writer<Vec<u8>>;
-
-/// The text of a file, without the end of its last line.
-pub(crate) fn text(write: impl FnOnce(&mut Xml) -> io::Result<()>) -> Result<String, String> {
-    let mut xml = Writer::new_with_indent(Vec::new(), b' ', 2);
-    let declaration = Event::Decl(BytesDecl::new("1.0", Some("UTF-8"), None));
-    (xml.write_event(declaration))
-        .and_then(|()| write(&mut xml))
-        .map_err(|e| e.to_string())?;
-    String::from_utf8(xml.into_inner()).map_err(|e| e.to_string())
-}
-
-/// Attributes of the root: what comes before those of the model, what may be said of it, what comes
-/// after.
-pub(crate) fn root_attributes<'a>(
-    info: &'static Info,
-    version: &'static str,
-    hash: (&'static str, &'a str),
-) -> Vec<(&'static str, &'a str)> {
-    let generator = concat!("fmu-export ", env!("CARGO_PKG_VERSION"));
-    let mut attributes = vec![("fmiVersion", version), ("modelName", info.model), hash];
+/// The root, with what may be said of the model.
+pub(super) fn root(info: &Info, version: &str, hash: (&'static str, String)) -> Element {
     let optional = [
         ("description", info.description),
         ("author", info.author),
@@ -42,23 +20,15 @@ pub(crate) fn root_attributes<'a>(
         ("copyright", info.copyright),
         ("license", info.license),
     ];
-    attributes.extend(optional.into_iter().filter(|(_, text)| !text.is_empty()));
-    attributes.push(("generationTool", generator));
-    attributes.push(("variableNamingConvention", "structured"));
-    attributes
-}
-
-/// An element without content.
-pub(crate) fn empty(
-    xml: &mut Xml,
-    name: &str,
-    attributes: &[(&'static str, String)],
-) -> io::Result<()> {
-    let attributes = (attributes.iter()).map(|(name, value)| (*name, value.as_str()));
-    xml.create_element(name)
-        .with_attributes(attributes)
-        .write_empty()?;
-    Ok(())
+    let generator = concat!("fmu-export ", env!("CARGO_PKG_VERSION"));
+    Element::new("fmiModelDescription")
+        .with([("fmiVersion", version), ("modelName", info.model)])
+        .with([hash])
+        .with(optional.into_iter().filter(|(_, text)| !text.is_empty()))
+        .with([
+            ("generationTool", generator),
+            ("variableNamingConvention", "structured"),
+        ])
 }
 
 /// `true` or `false`.
@@ -89,48 +59,25 @@ pub(super) fn units_in_use<M: Model>(layout: &Layout<M>) -> Vec<&'static Unit> {
     used
 }
 
-pub(crate) fn units<M: Model>(xml: &mut Xml, layout: &Layout<M>) -> io::Result<()> {
-    let used = units_in_use(layout);
-    if used.is_empty() {
-        return Ok(());
-    }
-    xml.create_element("UnitDefinitions")
-        .write_inner_content(|xml| {
-            for unit in used {
-                write_unit(xml, unit)?;
-            }
-            Ok(())
-        })?;
-    Ok(())
-}
-
-fn write_unit(xml: &mut Xml, unit: &Unit) -> io::Result<()> {
-    let exponents = DIMENSIONS.into_iter().zip(unit.exponents);
-    let mut base: Vec<_> = exponents
-        .filter(|(_, exponent)| *exponent != 0)
-        .map(|(name, exponent)| (name, exponent.to_string()))
-        .collect();
-    base.extend(scale(unit.factor, unit.offset));
-    xml.create_element("Unit")
-        .with_attribute(("name", unit.name))
-        .write_inner_content(|xml| {
-            xml.create_element("BaseUnit")
-                .with_attributes(base.iter().map(|(name, value)| (*name, value.as_str())))
-                .write_empty()?;
-            for shown in unit.display {
-                let mut attributes = vec![("name", shown.name.to_owned())];
-                attributes.push(("factor", real(shown.factor)));
-                attributes.extend(scale(1.0, shown.offset));
-                let attributes = attributes
-                    .iter()
-                    .map(|(name, value)| (*name, value.as_str()));
-                xml.create_element("DisplayUnit")
-                    .with_attributes(attributes)
-                    .write_empty()?;
-            }
-            Ok(())
-        })?;
-    Ok(())
+pub(super) fn units<M: Model>(layout: &Layout<M>) -> Option<Element> {
+    let units = units_in_use(layout).into_iter().map(|unit| {
+        let exponents = DIMENSIONS.into_iter().zip(unit.exponents);
+        let base = exponents.filter(|(_, exponent)| *exponent != 0);
+        let base = Element::new("BaseUnit")
+            .with(base.map(|(name, exponent)| (name, exponent.to_string())))
+            .with(scale(unit.factor, unit.offset));
+        let display = unit.display.iter().map(|shown| {
+            Element::new("DisplayUnit")
+                .with([
+                    ("name", shown.name.to_owned()),
+                    ("factor", real(shown.factor)),
+                ])
+                .with(scale(1.0, shown.offset))
+        });
+        let unit = Element::new("Unit").with([("name", unit.name)]);
+        unit.holding([base]).holding(display)
+    });
+    Element::new("UnitDefinitions").holding(units).if_any()
 }
 
 /// Attributes of a factor and an offset, unless they are 1 and 0, which is what their absence
@@ -155,79 +102,71 @@ pub(crate) fn enumerations<M: Model>(layout: &Layout<M>) -> Vec<Enumeration> {
 }
 
 /// The types of the enumerations, in one element or, one in the other, in two.
-pub(crate) fn types<M: Model>(
-    xml: &mut Xml,
+pub(super) fn types<M: Model>(
     layout: &Layout<M>,
-    (outer, inner): (&str, Option<&str>),
-) -> io::Result<()> {
-    let used = enumerations(layout);
-    if used.is_empty() {
-        return Ok(());
-    }
-    xml.create_element("TypeDefinitions")
-        .write_inner_content(|xml| {
-            for enumeration in &used {
-                let attributes = [
-                    ("name", enumeration.name),
-                    ("description", enumeration.description),
-                ];
-                xml.create_element(outer)
-                    .with_attributes(attributes)
-                    .write_inner_content(|xml| match inner {
-                        None => items(xml, enumeration),
-                        Some(inner) => xml
-                            .create_element(inner)
-                            .write_inner_content(|xml| items(xml, enumeration))
-                            .map(|_| ()),
-                    })?;
-            }
-            Ok(())
-        })?;
-    Ok(())
+    (outer, inner): (&'static str, Option<&'static str>),
+) -> Option<Element> {
+    let types = enumerations(layout).into_iter().map(|enumeration| {
+        let items = (1..).zip(enumeration.items);
+        let items = items.map(|(value, (name, description))| {
+            let value = i32::to_string(&value);
+            Element::new("Item").with([
+                ("name", *name),
+                ("value", &value),
+                ("description", description),
+            ])
+        });
+        let outer = Element::new(outer).with([
+            ("name", enumeration.name),
+            ("description", enumeration.description),
+        ]);
+        match inner {
+            None => outer.holding(items),
+            Some(inner) => outer.holding([Element::new(inner).holding(items)]),
+        }
+    });
+    Element::new("TypeDefinitions").holding(types).if_any()
 }
 
-fn items(xml: &mut Xml, enumeration: &Enumeration) -> io::Result<()> {
-    for (value, (name, description)) in (1..).zip(enumeration.items) {
-        let value = i32::to_string(&value);
-        let attributes = [
-            ("name", *name),
-            ("value", &value),
-            ("description", description),
-        ];
-        xml.create_element("Item")
-            .with_attributes(attributes)
-            .write_empty()?;
-    }
-    Ok(())
-}
-
-pub(crate) fn categories<M: Model>(xml: &mut Xml) -> io::Result<()> {
+pub(super) fn categories<M: Model>() -> Element {
     let each = CATEGORIES.map(|(name, _, description)| (name, description));
-    xml.create_element("LogCategories")
-        .write_inner_content(|xml| {
-            for (name, description) in each.iter().chain(M::INFO.log_categories) {
-                let attributes = [("name", *name), ("description", *description)];
-                xml.create_element("Category")
-                    .with_attributes(attributes)
-                    .write_empty()?;
-            }
-            Ok(())
-        })?;
-    Ok(())
+    let each = each.iter().chain(M::INFO.log_categories);
+    Element::new("LogCategories").holding(each.map(|(name, description)| {
+        Element::new("Category").with([("name", *name), ("description", *description)])
+    }))
 }
 
-pub(crate) fn experiment<M: Model>(xml: &mut Xml) -> io::Result<()> {
+pub(super) fn experiment<M: Model>() -> Element {
     let e = M::INFO.experiment;
-    let (start, stop, step) = (real(e.start), real(e.stop), real(e.step));
-    let attributes = [
-        ("startTime", start.as_str()),
-        ("stopTime", &stop),
-        ("stepSize", &step),
+    let times = [
+        ("startTime", e.start),
+        ("stopTime", e.stop),
+        ("stepSize", e.step),
     ];
-    xml.create_element("DefaultExperiment")
-        .with_attributes(attributes)
-        .write_empty()?;
-    Ok(())
+    Element::new("DefaultExperiment").with(times.map(|(name, time)| (name, real(time))))
+}
+
+/// The element of a variable, named `name`, with what every version says first.
+pub(crate) fn variable<M: Model>(
+    element: &'static str,
+    name: String,
+    number: u32,
+    row: &Variable<M>,
+) -> Element {
+    let (causality, _) = row.causality_and_initial();
+    Element::new(element)
+        .with([("name", name), ("valueReference", number.to_string())])
+        .with([
+            ("description", row.description),
+            ("causality", causality),
+            ("variability", row.variability()),
+        ])
+}
+
+/// Numbers in an attribute.
+pub(crate) fn listed(numbers: impl IntoIterator<Item = impl ToString>) -> String {
+    let numbers = numbers.into_iter().map(|number| number.to_string());
+    Vec::from_iter(numbers).join(" ")
 }
 
 /// The shortest decimal that reads back as the same number.

@@ -57,8 +57,8 @@ pub(crate) fn check<M: Model>(layout: &Layout<M>) -> Result<(), String> {
         if let Some(reason) = checks.into_iter().find_map(Result::err) {
             return wrong(&reason);
         }
-        let while_stepping = knowns.resolve(row.dependencies, i, false);
-        let initially = knowns.resolve(row.initial_dependencies, i, true);
+        let while_stepping = knowns.resolve(row, i, false);
+        let initially = knowns.resolve(row, i, true);
         match (while_stepping, initially, row.causality) {
             (Err(reason), _, _) | (_, Err(reason), _) => return wrong(&reason),
             (_, _, Causality::Output) | (Ok(None), _, Causality::CalculatedParameter) => {}

@@ -24,8 +24,7 @@ impl<M: Model> Trial<M> {
                 (place.slice(owner).len(), place.slice_mut(owner).len())
             });
             if lengths.is_some_and(|(read, write)| read != write) {
-                let problem = format!("`{}`: its accessors are of different fields", self.name(k));
-                self.problems.insert(problem);
+                self.has_two_fields(k);
                 continue;
             }
             if !point.perturb(element, 0.25) {
@@ -33,13 +32,10 @@ impl<M: Model> Trial<M> {
             }
             let after = read(&mut point);
             if after[k] == before[k] {
-                let problem = format!("`{}`: its accessors are of different fields", self.name(k));
-                self.problems.insert(problem);
+                self.has_two_fields(k);
             }
             for other in (0..elements.len()).filter(|&j| j != k && after[j] != before[j]) {
-                let names = [self.name(k.min(other)), self.name(k.max(other))];
-                let problem = format!("`{}` and `{}` share a field", names[0], names[1]);
-                self.problems.insert(problem);
+                self.share_a_field(k, other);
             }
         }
     }
@@ -48,7 +44,7 @@ impl<M: Model> Trial<M> {
     pub(super) fn outputs(&mut self) {
         let y = M::Output::default();
         let mut places = BTreeMap::new();
-        for (k, (i, row)) in self.layout.iter().enumerate() {
+        for (k, (i, row)) in self.layout.iter().enumerate().collect::<Vec<_>>() {
             if row.causality == Causality::Constant {
                 continue; // in no field; the compiler may put equal ones in one place
             }
@@ -59,12 +55,7 @@ impl<M: Model> Trial<M> {
                 _ => continue,
             };
             if let Some(first) = places.insert(address, k) {
-                let problem = format!(
-                    "`{}` and `{}` share a field",
-                    self.name(first),
-                    self.name(k)
-                );
-                self.problems.insert(problem);
+                self.share_a_field(first, k);
             }
         }
     }

@@ -2,7 +2,7 @@
 
 use super::point::Point;
 use super::trial::{Trial, output, texts};
-use crate::core::causality::{Causality, Dependencies};
+use crate::core::causality::Causality;
 use crate::core::layout::Layout;
 use crate::core::model::Variable;
 use crate::core::place::Names;
@@ -125,12 +125,7 @@ impl<M: Model> Trial<M> {
                     .insert(format!("`{output}` depends on `{known}`, but is {kind}"));
                 continue;
             }
-            let declared: Dependencies = if initially {
-                row.initial_dependencies
-            } else {
-                row.dependencies
-            };
-            let resolved = self.knowns.resolve(declared, i, initially);
+            let resolved = self.knowns.resolve(row, i, initially);
             if let Ok(Some(elements)) = resolved
                 && !elements.contains(&known)
             {

@@ -7,6 +7,9 @@ use crate::core::place::Place;
 use crate::core::value::{Value, allowed};
 use crate::{Evaluation, InputPolynomial, Model, ModelError};
 
+/// What String parameters are set to.
+const WRITTEN: &str = "a text of check";
+
 impl<M: Model> Trial<M> {
     /// Writes each String parameter with a text; one that means something else (a file) refuses it.
     pub(super) fn texts(&mut self) {
@@ -18,28 +21,23 @@ impl<M: Model> Trial<M> {
             self.layout.iter().map(text).collect()
         };
         let before = texts(&self.start.0);
-        let mut problems = Vec::new();
+        let mut read = Vec::new();
         for (k, (_, row)) in self.layout.iter().enumerate() {
             let mut p = self.start.0.clone();
-            let written = "a text of check";
             if let Place::StringParameter(_, set) = &row.place
-                && set(&mut p, written, None).is_ok()
+                && set(&mut p, WRITTEN, None).is_ok()
             {
-                let after = texts(&p);
-                if after[k].as_deref() != Some(written) {
-                    problems.push(format!(
-                        "`{}`: its accessors are of different fields",
-                        row.name
-                    ));
-                }
-                let others = (0..after.len()).filter(|&j| j != k && after[j] != before[j]);
-                problems.extend(others.map(|j| {
-                    let names = [self.name(k.min(j)), self.name(k.max(j))];
-                    format!("`{}` and `{}` share a field", names[0], names[1])
-                }));
+                read.push((k, texts(&p)));
             }
         }
-        self.problems.extend(problems);
+        for (k, after) in read {
+            if after[k].as_deref() != Some(WRITTEN) {
+                self.has_two_fields(k);
+            }
+            for other in (0..after.len()).filter(|&j| j != k && after[j] != before[j]) {
+                self.share_a_field(k, other);
+            }
+        }
     }
 
     /// Does with the start values what every importer does.

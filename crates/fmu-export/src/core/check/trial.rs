@@ -32,6 +32,19 @@ impl<M: Model> Trial<M> {
         let (i, row) = self.layout.iter().nth(element).expect("counted");
         row.element_name(i)
     }
+
+    /// The accessors of two elements are of one field.
+    pub(super) fn share_a_field(&mut self, a: usize, b: usize) {
+        let [first, second] = [a.min(b), a.max(b)].map(|k| self.name(k));
+        let problem = format!("`{first}` and `{second}` share a field");
+        self.problems.insert(problem);
+    }
+
+    /// The accessors of an element are not of the same field.
+    pub(super) fn has_two_fields(&mut self, k: usize) {
+        let problem = format!("`{}`: its accessors are of different fields", self.name(k));
+        self.problems.insert(problem);
+    }
 }
 
 /// All outputs, as texts by element.

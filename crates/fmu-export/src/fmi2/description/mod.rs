@@ -36,8 +36,8 @@ pub fn model_description<M: Model>() -> Result<String, String> {
             ),
         ],
         enumeration: ("SimpleType", Some("Enumeration")),
-        variables: variables::write,
-        structure: structure::write,
+        variables: variables::of,
+        structure: structure::of,
     };
     dialect.describe(table::check::<M>)
 }

@@ -39,8 +39,8 @@ pub fn model_description3<M: Model>() -> Result<String, String> {
             ("providesEvaluateDiscreteStates", "false"),
         ],
         enumeration: ("EnumerationType", None),
-        variables: variables::write,
-        structure: structure::write,
+        variables: variables::of,
+        structure: structure::of,
     };
     dialect.describe(check::<M>)
 }
