@@ -21,9 +21,8 @@ use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 use std::f64::consts::TAU;
 
-/// Band in which swinging is looked for, Hz: the boom's mode lies between 3 and 9 Hz, that of a
-/// motor on its mounting up to 50 Hz.
-const BAND: [f64; 2] = [2.0, 60.0];
+/// Band in which swinging is looked for, Hz: the boom's mode lies between 3 and 9 Hz.
+const BAND: [f64; 2] = [2.0, 20.0];
 /// Time constant of the mean squares, s: two periods of the slowest mode.
 const MEAN: f64 = 0.3;
 /// Power from which on a rod swings, over its rated force times its rated speed: 25 W on the
