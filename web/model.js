@@ -268,10 +268,6 @@ class ModelPage extends Page {
     return this.run();
   }
 
-  engineOf() {
-    return this.engine;
-  }
-
   start(settings) {
     return this.engine.restart(settings);
   }
