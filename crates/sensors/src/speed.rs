@@ -165,6 +165,7 @@ mod tests {
                 kind,
                 filter_time: 0.0,
                 bandwidth: 300.0,
+                bandwidth_motor: 0.0,
             };
             let before = speed.follow(&Track::default(), 0.4, None);
             assert_eq!(speed.follow(&before, 0.7, Some(5e-324)), before);
@@ -185,6 +186,7 @@ mod tests {
                 kind,
                 filter_time: 0.005,
                 bandwidth: 300.0,
+                bandwidth_motor: 0.0,
             };
             let mut track = speed.follow(&Track::default(), 0.0, None);
             for k in 0..200 {
