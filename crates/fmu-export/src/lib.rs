@@ -108,8 +108,9 @@ mod fmi3;
 mod wasm;
 
 pub use core::carried::{Carried, Counted};
-pub use core::causality::ALL_PARAMETERS;
+pub use core::causality::{ALL_PARAMETERS, NO_STATES};
 pub use core::check::check;
+pub use core::continuous::{Continuous, Event, ModelExchange};
 pub use core::enumeration::{Enumeration, Items};
 pub use core::error::ModelError;
 pub use core::info::{File, Info, MadeFile, Terminal};

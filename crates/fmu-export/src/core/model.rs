@@ -1,6 +1,7 @@
 //! What a model implements, and what a row of its table of variables holds.
 
 use super::causality::{Causality, Dependencies};
+use super::continuous::ModelExchange;
 use super::copied::copied;
 use super::enumeration::Enumeration;
 use super::error::ModelError;
@@ -42,6 +43,10 @@ pub trait Model: Clone + Serialize + DeserializeOwned + Send + 'static {
 
     /// Names, default experiment, files.
     const INFO: Info;
+
+    /// The equations of a model that is exported for Model Exchange too:
+    /// [`ModelExchange::of`]`()`, which is those of [`Continuous`](super::continuous::Continuous).
+    const MODEL_EXCHANGE: Option<ModelExchange<Self>> = None;
 
     /// The table of variables: the single source of value references, get and set, and
     /// `modelDescription.xml`.
@@ -183,6 +188,8 @@ pub struct Variable<M: Model> {
     pub(crate) max: f64,
     pub(crate) nominal: Option<f64>,
     pub(crate) enumeration: Option<Enumeration>,
+    /// What the derivative depends on, where the row is a state.
+    pub(crate) rate_dependencies: Dependencies,
     pub(crate) dependencies: Dependencies,
     pub(crate) initial_dependencies: Dependencies,
 }
