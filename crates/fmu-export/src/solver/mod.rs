@@ -1,0 +1,279 @@
+//! Solvers of differential equations over one communication step, for models whose importer has
+//! none.
+//!
+//! - [`Method::Fixed`]: the classical Runge–Kutta method of order 4 in equal internal steps.
+//! - [`Method::Adaptive`]: the method of Dormand and Prince of order 5, which chooses its steps by a
+//!   tolerance.
+//! - [`Method::Stiff`]: the Rosenbrock method Rodas5P of order 5, which chooses its steps by a
+//!   tolerance and stays stable where rates differ by orders of magnitude.
+//!
+//! All of them are one-step methods: what they carry from one communication step to the next is the
+//! state and the length of the internal step to try first. Nothing is allocated in a step. Only sums,
+//! products, quotients and square roots are used, so results have the same bits on every machine if
+//! the system's have.
+
+mod adaptive;
+mod band;
+mod course;
+mod dormand_prince;
+mod pattern;
+mod rosenbrock;
+mod runge_kutta;
+mod system;
+
+pub use pattern::Pattern;
+pub use system::System;
+
+use adaptive::{Adaptive, Control};
+use course::{Course, Indicators};
+use dormand_prince::DormandPrince;
+use rosenbrock::Rosenbrock;
+use runge_kutta::RungeKutta;
+use std::fmt;
+
+/// The tolerance of an internal step, where the importer gives none.
+pub const TOLERANCE: f64 = 1e-6;
+
+/// Most internal steps within one communication step.
+const MOST_STEPS: f64 = 1e6;
+
+/// How a system is integrated.
+#[derive(Clone, Debug)]
+pub enum Method {
+    /// Runge–Kutta of order 4 in equal internal steps.
+    Fixed,
+    /// Dormand–Prince of order 5.
+    Adaptive,
+    /// Rodas5P of order 5, with a Jacobian of this pattern.
+    Stiff(Pattern),
+}
+
+/// Why a communication step could not be done.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Failure<E> {
+    /// What the system says.
+    System(E),
+    /// So many internal steps of at most `longest` s would be needed.
+    TooManySteps {
+        /// How many.
+        steps: f64,
+        /// What one may at most be, s.
+        longest: f64,
+    },
+    /// An internal step of `dt` s, `s` s after the start of the communication step, is still too long
+    /// for the tolerance.
+    TooShort {
+        /// Where, s.
+        s: f64,
+        /// How long, s.
+        dt: f64,
+    },
+    /// A state has become infinite or no number.
+    NotFinite {
+        /// Its index.
+        state: usize,
+        /// What it has become.
+        value: f64,
+    },
+}
+
+impl<E: fmt::Display> fmt::Display for Failure<E> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::System(error) => error.fmt(f),
+            Self::TooManySteps { steps, longest } => write!(
+                f,
+                "{steps} internal steps of at most {longest} s would be needed; there must be at most {MOST_STEPS}"
+            ),
+            Self::TooShort { s, dt } => write!(
+                f,
+                "the error of an internal step of {dt} s is above the tolerance, {s} s after the start of the step"
+            ),
+            Self::NotFinite { state, value } => {
+                write!(
+                    f,
+                    "state {state} became {value} at the end of the step; it must be finite"
+                )
+            }
+        }
+    }
+}
+
+/// What a solver has done since it was made.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Counts {
+    /// Internal steps that were taken.
+    pub steps: u64,
+    /// Internal steps that were tried and not taken: their error was too large.
+    pub rejected: u64,
+    /// Jacobians that were evaluated.
+    pub jacobians: u64,
+}
+
+/// A solver with all the room that it needs.
+pub struct Solver {
+    algorithm: Algorithm,
+    control: Control,
+    /// States at the start and the end of an internal step.
+    x: Vec<f64>,
+    end: Vec<f64>,
+    course: Course,
+    indicators: Indicators,
+    counts: Counts,
+}
+
+enum Algorithm {
+    Fixed(RungeKutta),
+    Adaptive(Adaptive),
+}
+
+impl Solver {
+    /// For states of these nominal values (their sizes, > 0) and so many event indicators. No internal
+    /// step is longer than `longest`, s, which may be infinite where a tolerance chooses. An indicator
+    /// that changes its sign twice within one is not seen.
+    #[must_use]
+    pub fn new(method: Method, nominal: Vec<f64>, indicators: usize, longest: f64) -> Self {
+        let n = nominal.len();
+        let algorithm = match method {
+            Method::Fixed => Algorithm::Fixed(RungeKutta::new(n)),
+            Method::Adaptive => Algorithm::Adaptive(Adaptive::Explicit(DormandPrince::new(n))),
+            Method::Stiff(pattern) => {
+                Algorithm::Adaptive(Adaptive::Implicit(Box::new(Rosenbrock::new(pattern))))
+            }
+        };
+        Self {
+            algorithm,
+            control: Control::new(nominal, longest),
+            x: vec![0.0; n],
+            end: vec![0.0; n],
+            course: Course::new(if indicators > 0 { n } else { 0 }),
+            indicators: Indicators::new(indicators),
+            counts: Counts::default(),
+        }
+    }
+
+    /// The error that an internal step may have, relative to a state or its nominal value, whichever
+    /// is larger: [`TOLERANCE`] until it is said. The fixed method has none.
+    pub fn set_tolerance(&mut self, tolerance: f64) {
+        self.control.tolerance = tolerance;
+    }
+
+    /// What has been done so far.
+    #[must_use]
+    pub fn counts(&self) -> Counts {
+        let jacobians = match &self.algorithm {
+            Algorithm::Adaptive(Adaptive::Implicit(method)) => method.jacobians,
+            _ => 0,
+        };
+        Counts {
+            jacobians,
+            ..self.counts
+        }
+    }
+
+    /// Moves the states `x` on from the time `t` by `h`, both s, or to the first event. `first` is
+    /// the internal step to try first, s (0: not known), and then that of the next communication
+    /// step. On an error both are as before.
+    ///
+    /// The answer is the time of the event after `t`, s, if there was one: the states are those just
+    /// behind it, and whoever has dealt with it calls again with what is left of `h`.
+    ///
+    /// # Errors
+    /// See [`Failure`].
+    pub fn advance<S: System>(
+        &mut self,
+        system: &mut S,
+        (t, h): (f64, f64),
+        x: &mut [f64],
+        first: &mut f64,
+    ) -> Result<Option<f64>, Failure<S::Error>> {
+        self.x.copy_from_slice(x);
+        if !self.indicators.is_empty() {
+            system
+                .indicators(0.0, x, &mut self.indicators.start)
+                .map_err(Failure::System)?;
+        }
+        let (event, next) = match self.algorithm {
+            Algorithm::Fixed(_) => (self.walk(system, (t, h))?, *first),
+            Algorithm::Adaptive(_) => self.adapt(system, (t, h), *first)?,
+        };
+        if let Some((state, value)) = self.x.iter().enumerate().find(|(_, x)| !x.is_finite()) {
+            return Err(Failure::NotFinite {
+                state,
+                value: *value,
+            });
+        }
+        x.copy_from_slice(&self.x);
+        *first = next;
+        Ok(event)
+    }
+
+    /// In equal internal steps, so that the last one ends at `t` + `h`.
+    fn walk<S: System>(
+        &mut self,
+        system: &mut S,
+        (t, h): (f64, f64),
+    ) -> Result<Option<f64>, Failure<S::Error>> {
+        let longest = self.control.longest;
+        let steps = (h / longest).ceil();
+        if steps > MOST_STEPS {
+            return Err(Failure::TooManySteps { steps, longest });
+        }
+        let dt = h / steps;
+        for k in 0..steps as u32 {
+            let s = f64::from(k) * dt;
+            let Algorithm::Fixed(method) = &mut self.algorithm else {
+                unreachable!("asked for above");
+            };
+            method
+                .step(system, s, dt, &self.x, &mut self.end)
+                .map_err(Failure::System)?;
+            self.counts.steps += 1;
+            if let Some(event) = self.arrive(system, t, (s, dt)).map_err(Failure::System)? {
+                return Ok(Some(event));
+            }
+        }
+        Ok(None)
+    }
+
+    /// At the end of an internal step: whether an event was on the way. The states are those at the
+    /// event or at the end.
+    fn arrive<S: System>(
+        &mut self,
+        system: &mut S,
+        t: f64,
+        (s, dt): (f64, f64),
+    ) -> Result<Option<f64>, S::Error> {
+        let Self {
+            algorithm,
+            control,
+            x,
+            end,
+            course,
+            indicators,
+            ..
+        } = self;
+        if !indicators.is_empty() {
+            system.indicators(s + dt, end, &mut indicators.end)?;
+            if indicators.has_event() {
+                match algorithm {
+                    Algorithm::Fixed(method) => method.course(system, s, dt, x, end, course)?,
+                    Algorithm::Adaptive(Adaptive::Explicit(method)) => {
+                        method.course(dt, x, end, course)
+                    }
+                    Algorithm::Adaptive(Adaptive::Implicit(method)) => method.course(course),
+                }
+                // As finely as times can be told apart.
+                let resolution = 4.0 * f64::EPSILON * (t.abs() + s + dt) / dt;
+                let states = |theta: f64, to: &mut [f64]| course.at(theta, x, end, to);
+                let theta =
+                    indicators.locate(system, (s, dt), resolution, states, control.room())?;
+                x.copy_from_slice(control.room());
+                return Ok(Some(s + theta * dt));
+            }
+            std::mem::swap(&mut indicators.start, &mut indicators.end);
+        }
+        std::mem::swap(x, end);
+        Ok(None)
+    }
+}
