@@ -2,74 +2,43 @@
 
 use super::system::System;
 
-/// The states over one internal step: `x(θ) = x₀ + θ (Δ + (1 − θ) (a + θ (b + θ c)))`, θ from 0 to 1.
-#[derive(Default)]
-pub(crate) struct Course {
-    pub(crate) a: Vec<f64>,
-    pub(crate) b: Vec<f64>,
-    pub(crate) c: Vec<f64>,
-}
+/// The states over one internal step: with the vectors a, b and c `x(θ) = x₀ + θ (Δ + (1 − θ) (a + θ
+/// (b + θ c)))`, θ from 0 to 1.
+pub(crate) struct Course(pub(crate) [Vec<f64>; 3]);
 
 impl Course {
-    pub(crate) fn new(n: usize) -> Self {
-        let zero = || vec![0.0; n];
-        Self {
-            a: zero(),
-            b: zero(),
-            c: zero(),
-        }
-    }
-
-    /// The states at `theta` between `start` and `end`.
-    pub(crate) fn at(&self, theta: f64, start: &[f64], end: &[f64], x: &mut [f64]) {
+    /// The states at `theta` between those at the ends.
+    fn at(&self, theta: f64, [start, end]: [&[f64]; 2], x: &mut [f64]) {
+        let [a, b, c] = &self.0;
         for (i, x) in x.iter_mut().enumerate() {
-            let inner = self.a[i] + theta * (self.b[i] + theta * self.c[i]);
+            let inner = a[i] + theta * (b[i] + theta * c[i]);
             *x = start[i] + theta * (end[i] - start[i] + (1.0 - theta) * inner);
         }
     }
 }
 
-/// Signs of indicators, and room to look for the place where one changes.
-#[derive(Default)]
-pub(crate) struct Indicators {
-    /// At the start of the internal step.
-    pub(crate) start: Vec<f64>,
-    /// At the end of the internal step.
-    pub(crate) end: Vec<f64>,
-    low: Vec<f64>,
-    high: Vec<f64>,
-    middle: Vec<f64>,
-}
+/// Event indicators at the start and the end of the internal step, then at the ends and in the middle
+/// of the part of it where an event lies.
+pub(crate) struct Indicators(pub(crate) [Vec<f64>; 5]);
 
 /// Whether the sign of an indicator changes from `a` to `b`.
-fn changes(a: f64, b: f64) -> bool {
-    (a > 0.0) != (b > 0.0)
+fn changes((a, b): (&f64, &f64)) -> bool {
+    (*a > 0.0) != (*b > 0.0)
 }
 
 impl Indicators {
-    pub(crate) fn new(n: usize) -> Self {
-        let zero = || vec![0.0; n];
-        Self {
-            start: zero(),
-            end: zero(),
-            low: zero(),
-            high: zero(),
-            middle: zero(),
-        }
-    }
-
     pub(crate) fn is_empty(&self) -> bool {
-        self.start.is_empty()
+        self.0[0].is_empty()
     }
 
     /// Whether one changes within the internal step.
     pub(crate) fn has_event(&self) -> bool {
-        (self.start.iter().zip(&self.end)).any(|(a, b)| changes(*a, *b))
+        self.0[0].iter().zip(&self.0[1]).any(changes)
     }
 
-    /// The first place θ at which the sign of an indicator has changed, to `resolution`; `x` are the
-    /// states there, and `states` computes them of θ. The place is that behind the change, so that
-    /// whoever goes on from there does not meet it again.
+    /// The first place θ in the step `(s, dt)` at which the sign of an indicator has changed, to
+    /// `resolution`, and the states `x` there. The place is that behind the change, so that whoever
+    /// goes on from there does not meet it again.
     ///
     /// Regula falsi with the weights of the Illinois method, for the indicator that it says passes
     /// zero first; each fourth time the middle is taken, for indicators that it is slow with.
@@ -78,46 +47,41 @@ impl Indicators {
         system: &mut S,
         (s, dt): (f64, f64),
         resolution: f64,
-        states: impl Fn(f64, &mut [f64]),
+        (course, ends): (&Course, [&[f64]; 2]),
         x: &mut [f64],
     ) -> Result<f64, S::Error> {
-        let (mut low, mut high) = (0.0, 1.0);
-        let mut was_low = None;
-        self.low.copy_from_slice(&self.start);
-        self.high.copy_from_slice(&self.end);
-        for count in 1.. {
-            if high - low <= resolution {
-                break;
-            }
+        let [start, end, at_low, at_high, middle] = &mut self.0;
+        at_low.copy_from_slice(start);
+        at_high.copy_from_slice(end);
+        let (mut low, mut high, mut was_low, mut count) = (0.0, 1.0, None, 0);
+        while high - low > resolution {
+            count += 1;
             let least = 0.5 * resolution / (high - low);
             let share = match count % 4 {
                 0 => 0.5,
-                _ => self.first_crossing().clamp(least, 1.0 - least),
+                _ => first_crossing(at_low, at_high).clamp(least, 1.0 - least),
             };
             let theta = low + share * (high - low);
-            states(theta, x);
-            system.indicators(s + theta * dt, x, &mut self.middle)?;
-            let is_low = !(self.start.iter().zip(&self.middle)).any(|(a, b)| changes(*a, *b));
-            let (near, far) = match is_low {
-                true => (&mut self.low, &mut self.high),
-                false => (&mut self.high, &mut self.low),
+            course.at(theta, ends, x);
+            system.indicators(s + theta * dt, x, middle)?;
+            let is_low = !start.iter().zip(&*middle).any(changes);
+            let (place, near, far) = match is_low {
+                true => (&mut low, &mut *at_low, &mut *at_high),
+                false => (&mut high, &mut *at_high, &mut *at_low),
             };
-            near.copy_from_slice(&self.middle);
-            if was_low == Some(is_low) {
+            *place = theta;
+            near.copy_from_slice(middle);
+            if was_low.replace(is_low) == Some(is_low) {
                 far.iter_mut().for_each(|z| *z *= 0.5);
             }
-            was_low = Some(is_low);
-            *if is_low { &mut low } else { &mut high } = theta;
         }
-        states(high, x);
+        course.at(high, ends, x);
         Ok(high)
     }
+}
 
-    /// Where a straight line says that an indicator first changes its sign between the two ends.
-    fn first_crossing(&self) -> f64 {
-        (self.low.iter().zip(&self.high))
-            .filter(|(a, b)| changes(**a, **b))
-            .map(|(a, b)| a / (a - b))
-            .fold(1.0, f64::min)
-    }
+/// Where straight lines from `low` to `high` first change their sign, from 0 to 1.
+fn first_crossing(low: &[f64], high: &[f64]) -> f64 {
+    let lines = low.iter().zip(high).filter(|ends| changes(*ends));
+    lines.map(|(a, b)| a / (a - b)).fold(1.0, f64::min)
 }

@@ -1,6 +1,7 @@
 //! The explicit method of Dormand and Prince (1980): order 5, with an error estimate of order 4 and
 //! states between of order 4.
 
+use super::algorithm::{Algorithm, add, vectors};
 use super::course::Course;
 use super::system::System;
 
@@ -29,86 +30,62 @@ const D: [f64; 7] = [
 ];
 
 /// Rates of the seven stages; the last is that at the end of the step.
-pub(crate) struct DormandPrince {
-    rates: [Vec<f64>; 7],
-    /// Whether the first rate is that of the point where the next step begins.
-    has_start: bool,
-}
+pub(crate) struct DormandPrince([Vec<f64>; 7]);
 
 impl DormandPrince {
     pub(crate) fn new(n: usize) -> Self {
-        Self {
-            rates: std::array::from_fn(|_| vec![0.0; n]),
-            has_start: false,
-        }
+        Self(vectors(n))
     }
+}
 
-    /// Before the first step from a new point.
-    pub(crate) fn forget(&mut self) {
-        self.has_start = false;
-    }
-
-    /// The rates at the start of a step.
-    pub(crate) fn begin<S: System>(
+impl Algorithm for DormandPrince {
+    fn begin<S: System>(
         &mut self,
         system: &mut S,
-        s: f64,
+        (_t, s, _dt): (f64, f64, f64),
         x: &[f64],
+        _nominal: &[f64],
     ) -> Result<&[f64], S::Error> {
-        if !self.has_start {
-            system.derivative(s, x, &mut self.rates[0])?;
-            self.has_start = true;
+        if s > 0.0 {
+            self.0.swap(0, 6); // the last stage of the step before
+        } else {
+            system.derivative(s, x, &mut self.0[0])?;
         }
-        Ok(&self.rates[0])
+        Ok(&self.0[0])
     }
 
-    /// A trial of one step of `dt` from `s`, after [`begin`](Self::begin): states at its end, and the
-    /// estimate of their errors.
-    pub(crate) fn step<S: System>(
+    fn step<S: System>(
         &mut self,
         system: &mut S,
         (s, dt): (f64, f64),
         x: &[f64],
         end: &mut [f64],
         error: &mut [f64],
-    ) -> Result<(), S::Error> {
+    ) -> Result<bool, S::Error> {
         for (k, (row, c)) in A.iter().zip(C).enumerate() {
-            let (known, next) = self.rates.split_at_mut(k + 1);
-            sum(end, dt, row, known);
-            end.iter_mut().zip(x).for_each(|(end, x)| *end += x);
-            system.derivative(s + c * dt, end, &mut next[0])?;
+            end.copy_from_slice(x);
+            add(end, row.iter().map(|a| dt * a), &self.0);
+            system.derivative(s + c * dt, end, &mut self.0[k + 1])?;
         }
-        sum(error, dt, &E, &self.rates);
-        Ok(())
+        error.fill(0.0);
+        add(error, E.map(|e| dt * e), &self.0);
+        Ok(true)
     }
 
-    /// The states in the step that was tried last.
-    pub(crate) fn course(&self, dt: f64, x: &[f64], end: &[f64], course: &mut Course) {
-        sum(&mut course.c, dt, &D, &self.rates);
+    fn course<S: System>(
+        &mut self,
+        _system: &mut S,
+        (_s, dt): (f64, f64),
+        [x, end]: [&[f64]; 2],
+        Course([a, b, c]): &mut Course,
+    ) -> Result<(), S::Error> {
+        c.fill(0.0);
+        add(c, D.map(|d| -dt * d), &self.0);
         for i in 0..x.len() {
             let change = end[i] - x[i];
-            course.a[i] = dt * self.rates[0][i] - change;
-            course.b[i] = change - dt * self.rates[6][i] - course.a[i] + course.c[i];
-            course.c[i] = -course.c[i];
+            a[i] = dt * self.0[0][i] - change;
+            b[i] = change - dt * self.0[6][i] - a[i] - c[i];
         }
-    }
-
-    /// The step that was tried last is taken.
-    pub(crate) fn accept(&mut self) {
-        self.rates.swap(0, 6);
-    }
-}
-
-/// `to` = `factor` · Σ `weights` · `vectors`.
-fn sum(to: &mut [f64], factor: f64, weights: &[f64], vectors: &[Vec<f64>]) {
-    to.fill(0.0);
-    for (weight, vector) in weights
-        .iter()
-        .zip(vectors)
-        .filter(|(weight, _)| **weight != 0.0)
-    {
-        for (to, value) in to.iter_mut().zip(vector) {
-            *to += factor * weight * value;
-        }
+        Ok(())
     }
 }

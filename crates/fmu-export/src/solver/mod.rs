@@ -13,6 +13,7 @@
 //! the system's have.
 
 mod adaptive;
+mod algorithm;
 mod band;
 mod course;
 mod dormand_prince;
@@ -24,7 +25,7 @@ mod system;
 pub use pattern::Pattern;
 pub use system::System;
 
-use adaptive::{Adaptive, Control};
+use algorithm::{Algorithm, vectors};
 use course::{Course, Indicators};
 use dormand_prince::DormandPrince;
 use rosenbrock::Rosenbrock;
@@ -112,19 +113,30 @@ pub struct Counts {
 
 /// A solver with all the room that it needs.
 pub struct Solver {
-    algorithm: Algorithm,
-    control: Control,
+    algorithm: Choice,
+    room: Room,
+}
+
+enum Choice {
+    Fixed(RungeKutta),
+    Adaptive(DormandPrince),
+    Stiff(Box<Rosenbrock>),
+}
+
+/// What all methods need.
+struct Room {
+    nominal: Vec<f64>,
+    tolerance: f64,
+    /// What an internal step may at most be, s.
+    longest: f64,
     /// States at the start and the end of an internal step.
     x: Vec<f64>,
     end: Vec<f64>,
+    /// The estimate of the errors of an internal step; then the states at an event within.
+    error: Vec<f64>,
     course: Course,
     indicators: Indicators,
     counts: Counts,
-}
-
-enum Algorithm {
-    Fixed(RungeKutta),
-    Adaptive(Adaptive),
 }
 
 impl Solver {
@@ -134,41 +146,37 @@ impl Solver {
     #[must_use]
     pub fn new(method: Method, nominal: Vec<f64>, indicators: usize, longest: f64) -> Self {
         let n = nominal.len();
-        let algorithm = match method {
-            Method::Fixed => Algorithm::Fixed(RungeKutta::new(n)),
-            Method::Adaptive => Algorithm::Adaptive(Adaptive::Explicit(DormandPrince::new(n))),
-            Method::Stiff(pattern) => {
-                Algorithm::Adaptive(Adaptive::Implicit(Box::new(Rosenbrock::new(pattern))))
-            }
-        };
+        let [x, end, error] = vectors(n);
         Self {
-            algorithm,
-            control: Control::new(nominal, longest),
-            x: vec![0.0; n],
-            end: vec![0.0; n],
-            course: Course::new(if indicators > 0 { n } else { 0 }),
-            indicators: Indicators::new(indicators),
-            counts: Counts::default(),
+            algorithm: match method {
+                Method::Fixed => Choice::Fixed(RungeKutta::new(n)),
+                Method::Adaptive => Choice::Adaptive(DormandPrince::new(n)),
+                Method::Stiff(pattern) => Choice::Stiff(Box::new(Rosenbrock::new(pattern))),
+            },
+            room: Room {
+                nominal,
+                tolerance: TOLERANCE,
+                longest,
+                x,
+                end,
+                error,
+                course: Course(vectors(if indicators > 0 { n } else { 0 })),
+                indicators: Indicators(vectors(indicators)),
+                counts: Counts::default(),
+            },
         }
     }
 
     /// The error that an internal step may have, relative to a state or its nominal value, whichever
     /// is larger: [`TOLERANCE`] until it is said. The fixed method has none.
     pub fn set_tolerance(&mut self, tolerance: f64) {
-        self.control.tolerance = tolerance;
+        self.room.tolerance = tolerance;
     }
 
     /// What has been done so far.
     #[must_use]
     pub fn counts(&self) -> Counts {
-        let jacobians = match &self.algorithm {
-            Algorithm::Adaptive(Adaptive::Implicit(method)) => method.jacobians,
-            _ => 0,
-        };
-        Counts {
-            jacobians,
-            ..self.counts
-        }
+        self.room.counts
     }
 
     /// Moves the states `x` on from the time `t` by `h`, both s, or to the first event. `first` is
@@ -187,34 +195,39 @@ impl Solver {
         x: &mut [f64],
         first: &mut f64,
     ) -> Result<Option<f64>, Failure<S::Error>> {
-        self.x.copy_from_slice(x);
-        if !self.indicators.is_empty() {
+        let room = &mut self.room;
+        room.x.copy_from_slice(x);
+        if !room.indicators.is_empty() {
             system
-                .indicators(0.0, x, &mut self.indicators.start)
+                .indicators(0.0, x, &mut room.indicators.0[0])
                 .map_err(Failure::System)?;
         }
-        let (event, next) = match self.algorithm {
-            Algorithm::Fixed(_) => (self.walk(system, (t, h))?, *first),
-            Algorithm::Adaptive(_) => self.adapt(system, (t, h), *first)?,
+        let (event, next) = match &mut self.algorithm {
+            Choice::Fixed(method) => (room.walk(method, system, (t, h))?, *first),
+            Choice::Adaptive(method) => room.adapt(method, system, (t, h), *first)?,
+            Choice::Stiff(method) => room.adapt(&mut **method, system, (t, h), *first)?,
         };
-        if let Some((state, value)) = self.x.iter().enumerate().find(|(_, x)| !x.is_finite()) {
+        if let Some((state, value)) = room.x.iter().enumerate().find(|(_, x)| !x.is_finite()) {
             return Err(Failure::NotFinite {
                 state,
                 value: *value,
             });
         }
-        x.copy_from_slice(&self.x);
+        x.copy_from_slice(&room.x);
         *first = next;
         Ok(event)
     }
+}
 
-    /// In equal internal steps, so that the last one ends at `t` + `h`.
-    fn walk<S: System>(
+impl Room {
+    /// In equal internal steps, so that the last one ends at `t` + `h`; or to the first event.
+    fn walk<A: Algorithm, S: System>(
         &mut self,
+        method: &mut A,
         system: &mut S,
         (t, h): (f64, f64),
     ) -> Result<Option<f64>, Failure<S::Error>> {
-        let longest = self.control.longest;
+        let longest = self.longest;
         let steps = (h / longest).ceil();
         if steps > MOST_STEPS {
             return Err(Failure::TooManySteps { steps, longest });
@@ -222,56 +235,52 @@ impl Solver {
         let dt = h / steps;
         for k in 0..steps as u32 {
             let s = f64::from(k) * dt;
-            let Algorithm::Fixed(method) = &mut self.algorithm else {
-                unreachable!("asked for above");
-            };
             method
-                .step(system, s, dt, &self.x, &mut self.end)
+                .begin(system, (t, s, dt), &self.x, &self.nominal)
                 .map_err(Failure::System)?;
-            self.counts.steps += 1;
-            if let Some(event) = self.arrive(system, t, (s, dt)).map_err(Failure::System)? {
+            let done = method.step(system, (s, dt), &self.x, &mut self.end, &mut self.error);
+            done.map_err(Failure::System)?;
+            if let Some(event) = self.arrive(method, system, t, (s, dt))? {
                 return Ok(Some(event));
             }
         }
         Ok(None)
     }
 
-    /// At the end of an internal step: whether an event was on the way. The states are those at the
-    /// event or at the end.
-    fn arrive<S: System>(
+    /// Takes the internal step that was tried last, to its end or to the first event on the way.
+    fn arrive<A: Algorithm, S: System>(
         &mut self,
+        method: &mut A,
         system: &mut S,
         t: f64,
         (s, dt): (f64, f64),
-    ) -> Result<Option<f64>, S::Error> {
+    ) -> Result<Option<f64>, Failure<S::Error>> {
+        self.counts.steps += 1;
         let Self {
-            algorithm,
-            control,
             x,
             end,
+            error,
             course,
             indicators,
             ..
         } = self;
         if !indicators.is_empty() {
-            system.indicators(s + dt, end, &mut indicators.end)?;
+            system
+                .indicators(s + dt, end, &mut indicators.0[1])
+                .map_err(Failure::System)?;
             if indicators.has_event() {
-                match algorithm {
-                    Algorithm::Fixed(method) => method.course(system, s, dt, x, end, course)?,
-                    Algorithm::Adaptive(Adaptive::Explicit(method)) => {
-                        method.course(dt, x, end, course)
-                    }
-                    Algorithm::Adaptive(Adaptive::Implicit(method)) => method.course(course),
-                }
+                let ends = [&x[..], &end[..]];
+                method
+                    .course(system, (s, dt), ends, course)
+                    .map_err(Failure::System)?;
                 // As finely as times can be told apart.
                 let resolution = 4.0 * f64::EPSILON * (t.abs() + s + dt) / dt;
-                let states = |theta: f64, to: &mut [f64]| course.at(theta, x, end, to);
-                let theta =
-                    indicators.locate(system, (s, dt), resolution, states, control.room())?;
-                x.copy_from_slice(control.room());
+                let theta = indicators.locate(system, (s, dt), resolution, (course, ends), error);
+                let theta = theta.map_err(Failure::System)?;
+                std::mem::swap(x, error);
                 return Ok(Some(s + theta * dt));
             }
-            std::mem::swap(&mut indicators.start, &mut indicators.end);
+            indicators.0.swap(0, 1);
         }
         std::mem::swap(x, end);
         Ok(None)

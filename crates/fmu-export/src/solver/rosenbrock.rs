@@ -6,6 +6,7 @@
 //! order 5 with an error estimate of order 4, L-stable, and of order 4 for parabolic equations, where
 //! others lose orders. Its states between are of order 4.
 
+use super::algorithm::{Algorithm, add, vectors};
 use super::band::Band;
 use super::course::Course;
 use super::pattern::Pattern;
@@ -41,27 +42,11 @@ const C: [&[f64]; 8] = [
     &[37.80277123390563, -3.2571969029072276, 112.26918849496327, 66.9347231244047, -40.06618937091002, -54.66780262877968, -9.48861652309627],
 ];
 /// Times of the stages, over dt.
-const TIMES: [f64; 8] = [
-    0.0,
-    0.6358126895828704,
-    0.4095798393397535,
-    0.9769306725060716,
-    0.4288403609558664,
-    1.0,
-    1.0,
-    1.0,
-];
+#[rustfmt::skip]
+const TIMES: [f64; 8] = [0.0, 0.6358126895828704, 0.4095798393397535, 0.9769306725060716, 0.4288403609558664, 1.0, 1.0, 1.0];
 /// Shares of ∂f/∂t, over dt.
-const D: [f64; 8] = [
-    GAMMA,
-    -0.42387512638858027,
-    -0.3384627126235924,
-    1.8046452872882734,
-    2.325825639765069,
-    0.0,
-    0.0,
-    0.0,
-];
+#[rustfmt::skip]
+const D: [f64; 8] = [GAMMA, -0.42387512638858027, -0.3384627126235924, 1.8046452872882734, 2.325825639765069, 0.0, 0.0, 0.0];
 /// Of the states between.
 #[rustfmt::skip]
 const H: [[f64; 8]; 3] = [
@@ -83,65 +68,28 @@ pub(crate) struct Rosenbrock {
     jacobian: Vec<f64>,
     stages: [Vec<f64>; 8],
     /// f and ∂f/∂t at the start of the step.
-    rate: Vec<f64>,
-    rate_dot: Vec<f64>,
+    rates: [Vec<f64>; 2],
     seed: Vec<f64>,
     right: Vec<f64>,
     ordered: Vec<f64>,
-    has_start: bool,
-    /// How many Jacobians were evaluated.
-    pub(crate) jacobians: u64,
 }
 
 impl Rosenbrock {
     pub(crate) fn new(pattern: Pattern) -> Self {
         let n = pattern.len();
         let (places, lower, upper) = pattern.order();
-        let zero = || vec![0.0; n];
         Self {
             groups: pattern.groups(),
             places,
             band: Band::new(n, lower, upper),
             jacobian: vec![0.0; pattern.non_zeros()],
             pattern,
-            stages: std::array::from_fn(|_| zero()),
-            rate: zero(),
-            rate_dot: zero(),
-            seed: zero(),
-            right: zero(),
-            ordered: zero(),
-            has_start: false,
-            jacobians: 0,
+            stages: vectors(n),
+            rates: vectors(n),
+            seed: vec![0.0; n],
+            right: vec![0.0; n],
+            ordered: vec![0.0; n],
         }
-    }
-
-    /// Before the first step from a new point.
-    pub(crate) fn forget(&mut self) {
-        self.has_start = false;
-    }
-
-    /// The rates at the start of a step at the time `t` + `s`, with their derivatives by time and
-    /// state. `dt` is about the length of the step, `scale` the size of the states.
-    pub(crate) fn begin<S: System>(
-        &mut self,
-        system: &mut S,
-        (t, s, dt): (f64, f64, f64),
-        x: &[f64],
-        scale: &[f64],
-    ) -> Result<&[f64], S::Error> {
-        if self.has_start {
-            return Ok(&self.rate);
-        }
-        system.derivative(s, x, &mut self.rate)?;
-        let later = (s + (LATER[0] * dt).max(LATER[1] * (t + s).abs())) - s;
-        system.derivative(s + later, x, &mut self.rate_dot)?;
-        for (dot, rate) in self.rate_dot.iter_mut().zip(&self.rate) {
-            *dot = (*dot - rate) / later;
-        }
-        self.differentiate(system, s, x, scale)?;
-        self.jacobians += 1;
-        self.has_start = true;
-        Ok(&self.rate)
     }
 
     /// The Jacobian, group by group: directional derivatives where there are some, or differences.
@@ -150,77 +98,35 @@ impl Rosenbrock {
         system: &mut S,
         s: f64,
         x: &[f64],
-        scale: &[f64],
+        nominal: &[f64],
     ) -> Result<(), S::Error> {
+        let Self {
+            seed,
+            right,
+            rates: [rate, _],
+            ..
+        } = self;
         for group in &self.groups {
-            self.seed.fill(0.0);
-            group.iter().for_each(|&j| self.seed[j] = 1.0);
-            let is_exact = system.directional(s, x, &self.seed, &mut self.right)?;
+            seed.fill(0.0);
+            group.iter().for_each(|&j| seed[j] = 1.0);
+            let is_exact = system.directional(s, x, seed, right)?;
             if !is_exact {
-                self.seed.copy_from_slice(x);
+                seed.copy_from_slice(x);
                 for &j in group {
-                    self.seed[j] += AWAY * x[j].abs().max(scale[j]);
+                    seed[j] += AWAY * x[j].abs().max(nominal[j]);
                 }
-                system.derivative(s, &self.seed, &mut self.right)?;
+                system.derivative(s, seed, right)?;
             }
             for &j in group {
                 for (place, i) in self.pattern.column(j) {
                     self.jacobian[place] = match is_exact {
-                        true => self.right[i],
-                        false => (self.right[i] - self.rate[i]) / (self.seed[j] - x[j]),
+                        true => right[i],
+                        false => (right[i] - rate[i]) / (seed[j] - x[j]),
                     };
                 }
             }
         }
         Ok(())
-    }
-
-    /// A trial of one step of `dt` from `s`, after [`begin`](Self::begin): states at its end, and the
-    /// estimate of their errors. False if the equations have no solution.
-    pub(crate) fn step<S: System>(
-        &mut self,
-        system: &mut S,
-        (s, dt): (f64, f64),
-        x: &[f64],
-        end: &mut [f64],
-        error: &mut [f64],
-    ) -> Result<bool, S::Error> {
-        if !self.factorize(dt) {
-            return Ok(false);
-        }
-        end.copy_from_slice(x);
-        for k in 0..8 {
-            if k == 0 {
-                self.right.copy_from_slice(&self.rate);
-            } else {
-                match A.get(k) {
-                    Some(row) => {
-                        end.copy_from_slice(x);
-                        add(end, row, &self.stages);
-                    }
-                    None => add(end, &[1.0], &self.stages[k - 1..]),
-                }
-                system.derivative(s + TIMES[k] * dt, end, &mut self.right)?;
-            }
-            add(
-                &mut self.right,
-                &[D[k] * dt],
-                std::slice::from_ref(&self.rate_dot),
-            );
-            for (weight, stage) in C[k].iter().zip(&self.stages) {
-                add(&mut self.right, &[weight / dt], std::slice::from_ref(stage));
-            }
-            for (place, right) in self.places.iter().zip(&self.right) {
-                self.ordered[*place] = *right;
-            }
-            self.band.solve(&mut self.ordered);
-            for (place, stage) in self.places.iter().zip(&mut self.stages[k]) {
-                *stage = self.ordered[*place];
-            }
-        }
-        error.copy_from_slice(&self.stages[7]);
-        add(end, &[1.0], &self.stages[7..]);
-        Ok(true)
     }
 
     /// Factorizes 1/(γ dt) − ∂f/∂x.
@@ -235,28 +141,78 @@ impl Rosenbrock {
         }
         self.band.factorize()
     }
+}
 
-    /// The states in the step that was tried last.
-    pub(crate) fn course(&self, course: &mut Course) {
-        for (to, row) in [&mut course.a, &mut course.b, &mut course.c]
-            .into_iter()
-            .zip(&H)
-        {
+impl Algorithm for Rosenbrock {
+    const HAS_JACOBIAN: bool = true;
+
+    fn begin<S: System>(
+        &mut self,
+        system: &mut S,
+        (t, s, dt): (f64, f64, f64),
+        x: &[f64],
+        nominal: &[f64],
+    ) -> Result<&[f64], S::Error> {
+        let [rate, dot] = &mut self.rates;
+        system.derivative(s, x, rate)?;
+        let later = (s + (LATER[0] * dt).max(LATER[1] * (t + s).abs())) - s;
+        system.derivative(s + later, x, dot)?;
+        dot.iter_mut()
+            .zip(&*rate)
+            .for_each(|(dot, rate)| *dot = (*dot - rate) / later);
+        self.differentiate(system, s, x, nominal)?;
+        Ok(&self.rates[0])
+    }
+
+    fn step<S: System>(
+        &mut self,
+        system: &mut S,
+        (s, dt): (f64, f64),
+        x: &[f64],
+        end: &mut [f64],
+        error: &mut [f64],
+    ) -> Result<bool, S::Error> {
+        if !self.factorize(dt) {
+            return Ok(false);
+        }
+        for k in 0..8 {
+            match A.get(k) {
+                Some(row) => {
+                    end.copy_from_slice(x);
+                    add(end, row.iter().copied(), &self.stages);
+                }
+                None => add(end, [1.0], &self.stages[k - 1..]),
+            }
+            match k {
+                0 => self.right.copy_from_slice(&self.rates[0]),
+                _ => system.derivative(s + TIMES[k] * dt, end, &mut self.right)?,
+            }
+            add(&mut self.right, [D[k] * dt], &self.rates[1..]);
+            add(&mut self.right, C[k].iter().map(|c| c / dt), &self.stages);
+            for (place, right) in self.places.iter().zip(&self.right) {
+                self.ordered[*place] = *right;
+            }
+            self.band.solve(&mut self.ordered);
+            for (place, stage) in self.places.iter().zip(&mut self.stages[k]) {
+                *stage = self.ordered[*place];
+            }
+        }
+        error.copy_from_slice(&self.stages[7]);
+        add(end, [1.0], &self.stages[7..]);
+        Ok(true)
+    }
+
+    fn course<S: System>(
+        &mut self,
+        _system: &mut S,
+        _step: (f64, f64),
+        _ends: [&[f64]; 2],
+        to: &mut Course,
+    ) -> Result<(), S::Error> {
+        for (to, row) in to.0.iter_mut().zip(H) {
             to.fill(0.0);
             add(to, row, &self.stages);
         }
-    }
-}
-
-/// Adds Σ `weights` · `vectors` to `to`.
-fn add(to: &mut [f64], weights: &[f64], vectors: &[Vec<f64>]) {
-    for (weight, vector) in weights
-        .iter()
-        .zip(vectors)
-        .filter(|(weight, _)| **weight != 0.0)
-    {
-        for (to, value) in to.iter_mut().zip(vector) {
-            *to += weight * value;
-        }
+        Ok(())
     }
 }
