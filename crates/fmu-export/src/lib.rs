@@ -104,6 +104,7 @@ mod core;
 pub mod derive;
 mod fmi2;
 mod fmi3;
+pub mod solver;
 #[cfg(target_arch = "wasm32")]
 mod wasm;
 
