@@ -9,7 +9,7 @@ use crate::losses::{Losses, core_loss, inverter_loss};
 use crate::maps;
 use crate::motor;
 use crate::output::Output;
-use crate::state::{Point, Rates, State};
+use crate::state::{Point, Rates, State, Thermal};
 use machine::{ActuatorInput as Input, Dq, Drive, Holding, link_current};
 
 /// Derivatives of the members of [`Instant`] that the outputs need.
@@ -33,7 +33,8 @@ struct InstantTangent {
 impl Emla {
     /// First time derivatives of the outputs. `u_dot` holds those of the inputs; the rod's position
     /// always moves with its velocity. Means belong to the last step and are constant; the
-    /// network's residual is held over a step.
+    /// network's residual, and what the temperatures make of resistance and flux, are held over a
+    /// step.
     #[must_use]
     pub fn output_dot(&self, s: &State, u: &Input, u_dot: &Input) -> Output {
         let u_dot = Input {
@@ -42,7 +43,18 @@ impl Emla {
         };
         let p = self.at_temperature(&s.thermal);
         let held = self.held(&p, s, u);
-        self.output_tangent(s, u, &self.rates(&s.point(), u, &held), &u_dot)
+        let rates = self.rates(&s.point(), u, &held);
+        let thermal = self.thermal_rates(s, u, rates.energy.lost, &rates.kinds);
+        let is_counted = self.electric.heat || !held.is_plain();
+        Output {
+            P_heat: self.heat_flow(&thermal, u_dot.T_ambient),
+            E_inverter: if is_counted { rates.kinds.inverter } else { 0.0 },
+            E_heat: thermal.given,
+            E_thermal: self.heat_rise(thermal.T_winding, thermal.T_housing),
+            T_winding: thermal.T_winding,
+            T_housing: thermal.T_housing,
+            ..self.output_tangent(s, u, &rates, &u_dot)
+        }
     }
 
     /// Derivative of the outputs along the direction `du` of the inputs, at fixed state.
@@ -80,6 +92,8 @@ impl Emla {
             F_hyb: F_phys,
             x_rod: d.x,
             x_rod_dot: d.x_dot,
+            x_free: ds.x,
+            x_free_dot: ds.x_dot,
             x_dot_hyb: self.blended(maps::travel_per_radian(p) * d.w_m, 0.0),
             i_d: d.i.d,
             i_q: d.i.q,
@@ -98,7 +112,7 @@ impl Emla {
             E_out: ds.energy.delivered,
             E_loss: ds.energy.lost,
             E_stored: self.stored_tangent(&now, &d),
-            P_heat: self.heat_flow_tangent(du.T_ambient),
+            P_heat: self.heat_flow(&Thermal::default(), du.T_ambient),
             efficiency: self.blended(efficiency_phys, efficiency_net),
             efficiency_phys,
             efficiency_net,
@@ -106,7 +120,7 @@ impl Emla {
                 Some(_) => [efficiency_net; 2],
                 None => [0.0; 2],
             },
-            // Means, temperatures and what was counted up to the last step do not move.
+            // Means and what was counted up to the last step do not move.
             ..Output::default()
         }
     }
