@@ -33,10 +33,14 @@ use super::model::{Model, Variable};
 /// }
 ///
 /// impl Continuous for Ball {
-///     const DERIVATIVES: &'static [Variable<Self>] = &[
-///         Variable::derivative_of("height").unit("m/s").depends_on(&["speed"]),
-///         Variable::derivative_of("speed").unit("m/s2").depends_on(&[]),
-///     ];
+///     fn derivative_rows() -> &'static [Variable<Self>] {
+///         const {
+///             &[
+///                 Variable::derivative_of("height").unit("m/s").depends_on(&["speed"]),
+///                 Variable::derivative_of("speed").unit("m/s2").depends_on(&[]),
+///             ]
+///         }
+///     }
 ///     const INDICATORS: &'static [Variable<Self>] =
 ///         &[Variable::indicator("impact", "Height above the ground").unit("m")];
 ///
@@ -64,7 +68,7 @@ pub trait Continuous: Model {
     /// A row for the derivative of each state, [`Variable::derivative_of`] a scalar or
     /// [`Variable::derivatives_of`] a vector of the table, in the order of the states. What they
     /// depend on are inputs and states, by name.
-    const DERIVATIVES: &'static [Variable<Self>];
+    fn derivative_rows() -> &'static [Variable<Self>];
     /// A row for each event indicator, [`Variable::indicator`].
     const INDICATORS: &'static [Variable<Self>] = &[];
     /// Whether [`directional`](Self::directional) is written; differences take its place.
@@ -166,7 +170,7 @@ impl Event {
 
 /// The equations of a model for Model Exchange: those of [`Continuous`].
 pub struct ModelExchange<M: Model> {
-    pub(crate) derivatives: &'static [Variable<M>],
+    pub(crate) derivatives: fn() -> &'static [Variable<M>],
     pub(crate) indicators: &'static [Variable<M>],
     pub(crate) states: fn(&M, &mut [f64]),
     pub(crate) set_states: fn(&mut M, &[f64]),
@@ -205,7 +209,7 @@ impl<M: Continuous> ModelExchange<M> {
     /// What `impl Continuous` says, for [`Model::MODEL_EXCHANGE`].
     pub const fn of() -> Option<Self> {
         Some(Self {
-            derivatives: M::DERIVATIVES,
+            derivatives: M::derivative_rows,
             indicators: M::INDICATORS,
             states: M::states,
             set_states: M::set_states,
@@ -221,6 +225,6 @@ impl<M: Continuous> ModelExchange<M> {
 impl<M: Model> ModelExchange<M> {
     /// The rows behind the table.
     pub(crate) fn rows() -> impl Iterator<Item = &'static Variable<M>> {
-        (M::MODEL_EXCHANGE.into_iter()).flat_map(|x| x.derivatives.iter().chain(x.indicators))
+        (M::MODEL_EXCHANGE.into_iter()).flat_map(|x| (x.derivatives)().iter().chain(x.indicators))
     }
 }

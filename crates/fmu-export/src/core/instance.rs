@@ -7,6 +7,7 @@ use super::log::Wanted;
 use super::message::{Kind, Message};
 use super::phase::Phase;
 use super::place::Names;
+use super::room::Room;
 use super::state::{Identity, Saved, State};
 use crate::{Evaluation, Model, ModelError};
 use std::path::PathBuf;
@@ -29,6 +30,8 @@ pub(crate) struct Instance<M: Model> {
     /// Outputs of `state`, valid while `fresh`.
     pub(crate) output: M::Output,
     pub(crate) fresh: bool,
+    /// Room for a solver.
+    pub(crate) room: Room<M>,
     /// What is for Model Exchange only.
     pub(crate) exchange: Exchange<M>,
     pub(crate) saved: Saved<M>,
@@ -60,6 +63,7 @@ impl<M: Model> Instance<M> {
             evaluation: None,
             output: M::Output::default(),
             fresh: false,
+            room: Room::default(),
             exchange: Exchange::default(),
             saved: Saved::default(),
             messages: Vec::new(),
@@ -116,6 +120,7 @@ impl<M: Model> Instance<M> {
 
     /// Puts another state in place of the present one.
     pub(crate) fn replace(&mut self, state: State<M>) {
+        self.room.first = state.first;
         self.state = state;
         self.forget();
         self.lost = false;

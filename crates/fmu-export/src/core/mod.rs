@@ -34,6 +34,7 @@ pub(crate) mod parameter_file;
 pub(crate) mod parameters;
 pub(crate) mod phase;
 pub(crate) mod place;
+pub(crate) mod room;
 mod row;
 pub(crate) mod saved;
 pub(crate) mod setters;

@@ -9,6 +9,7 @@ use super::info::Info;
 use super::input::InputPolynomial;
 use super::log::Log;
 use super::place::{Place, Write};
+use super::room::Room;
 use super::step_end::StepEnd;
 use super::unit::Unit;
 use serde::{Serialize, de::DeserializeOwned};
@@ -86,6 +87,21 @@ pub trait Model: Clone + Serialize + DeserializeOwned + Send + 'static {
         t: f64,
         h: f64,
     ) -> Result<StepEnd, ModelError>;
+
+    /// [`step`](Self::step) with room for a solver, which the layer keeps from step to step.
+    #[doc(hidden)]
+    #[inline(always)]
+    fn step_in(
+        &mut self,
+        _room: &mut Room<Self>,
+        p: &Self::Parameters,
+        u: &InputPolynomial<Self::Input>,
+        now: &Self::Evaluation,
+        t: f64,
+        h: f64,
+    ) -> Result<StepEnd, ModelError> {
+        self.step(p, u, now, t, h)
+    }
 
     /// First time derivative of the outputs, with inputs `u` changing at `u_dot` (per s).
     /// Only called if [`Info::with_output_derivatives`] is declared.

@@ -107,7 +107,7 @@ impl<M: Model> Variable<M> {
     }
 
     /// The derivative of the scalar output or local variable `state`, for
-    /// [`Continuous::DERIVATIVES`](crate::Continuous::DERIVATIVES); its name is `der(state)`. What
+    /// [`Continuous::derivative_rows`](crate::Continuous::derivative_rows); its name is `der(state)`. What
     /// it [depends on](Self::depends_on) are inputs and states; without it: all.
     pub const fn derivative_of(state: &'static str) -> Self {
         Self::row(state, "Time derivative", Causality::Local, Place::Derivative, true)
@@ -154,6 +154,22 @@ impl<M: Model> Variable<M> {
             dependencies: Dependencies::Unknown,
             initial_dependencies: Dependencies::Unknown,
         }
+    }
+
+    /// Whether it can be a continuous state.
+    #[cfg(feature = "derive")]
+    pub(crate) const fn is_continuous(&self) -> bool {
+        matches!(self.place, Place::RealOut(_)) && !self.discrete
+    }
+
+    /// The derivative of this row.
+    #[cfg(feature = "derive")]
+    pub(crate) const fn derivative(&self, unit: Option<&'static str>) -> Self {
+        let mut row = Self::derivative_of(self.name);
+        row.scalar = self.scalar;
+        row.unit = unit;
+        row.dependencies = self.rate_dependencies;
+        row
     }
 
     /// A row without elements, in place of which another one is put.
@@ -218,6 +234,9 @@ impl<M: Model> Variable<M> {
         /// A model for Model Exchange names the states too; an output that names none is taken to
         /// depend on all of them, unless it says [`NO_STATES`](crate::NO_STATES).
         depends_on(inputs: &'static [&'static str]) dependencies = Dependencies::Same([inputs, &[]]);
+
+        /// What the derivative depends on, where the row is a state of a model with derives.
+        rate_depends_on(knowns: &'static [&'static str]) rate_dependencies = Dependencies::Same([knowns, &[]]);
 
         /// Like [`depends_on`](Self::depends_on), with a list for each element of a vector.
         each_depends_on(inputs: &'static [&'static [&'static str]]) dependencies = Dependencies::Each(inputs);

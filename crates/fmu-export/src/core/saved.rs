@@ -28,6 +28,7 @@ impl<M: Model> Instance<M> {
     /// none).
     pub(crate) fn save(&mut self, old: usize) -> Result<usize, Fault> {
         let mut state = Box::new(self.state.clone());
+        state.first = self.room.first;
         if state.phase == Phase::Initialization {
             state.model = None; // only kept from one get to the next: made again when needed
         }

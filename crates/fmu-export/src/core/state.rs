@@ -20,6 +20,8 @@ pub(crate) struct State<M: Model> {
     pub(crate) time: f64,
     /// Time of the last event for Model Exchange, s.
     pub(crate) event: f64,
+    /// The internal step that a solver tries first, s; 0: not known.
+    pub(crate) first: f64,
     pub(crate) parameters: M::Parameters,
     /// By element: what the importer has set of the parameters.
     pub(crate) given: Vec<Given>,
@@ -61,6 +63,7 @@ impl<M: Model> State<M> {
             stop: None,
             time: 0.0,
             event: 0.0,
+            first: 0.0,
             parameters,
             given: vec![Given::Nothing; elements],
             input: InputPolynomial::held(input),
@@ -75,6 +78,7 @@ impl<M: Model> State<M> {
         self.given.len() == elements
             && self.time.is_finite()
             && self.event.is_finite()
+            && self.first.is_finite()
             && self.input.order <= MAX_INPUT_DERIVATIVE
             && (self.model.is_some() || !initialized)
     }

@@ -131,7 +131,7 @@ impl<M: Model> Instance<M> {
         }
         let u = course.as_ref().unwrap_or(&state.input);
         listen(self.wanted, model);
-        let end = model.step(&state.parameters, u, now, state.time, h);
+        let end = model.step_in(&mut self.room, &state.parameters, u, now, state.time, h);
         match end {
             Ok(_) => warn(&mut self.messages, model),
             Err(_) => hear(&mut self.messages, model),
