@@ -70,8 +70,11 @@ impl Model for DcLinkFmu {
 }
 
 impl Continuous for DcLinkFmu {
-    const DERIVATIVES: &'static [Variable<Self>] = table::DERIVATIVES;
     const INDICATORS: &'static [Variable<Self>] = table::INDICATORS;
+
+    fn derivative_rows() -> &'static [Variable<Self>] {
+        table::DERIVATIVES
+    }
 
     fn states(&self, x: &mut [f64]) {
         let (s, e) = (&self.state, &self.state.energy);
@@ -85,7 +88,12 @@ impl Continuous for DcLinkFmu {
         let s = &mut self.state;
         (s.soc, s.v, s.v_c, s.T) = (x[0], [x[1], x[2]], x[3], x[4]);
         let [battery, load, brake, loss] = [x[5], x[6], x[7], x[8]];
-        s.energy = Energies { battery, load, brake, loss };
+        s.energy = Energies {
+            battery,
+            load,
+            brake,
+            loss,
+        };
     }
 
     fn derivatives(

@@ -31,7 +31,8 @@ const CAPACITOR: &[&str] = &["v_dc"];
 
 /// An output of these states, which no input acts on at once.
 const fn of(states: &'static [&'static str], row: V) -> V {
-    row.depends_on(states).initially_depends_on(&[ALL_PARAMETERS])
+    row.depends_on(states)
+        .initially_depends_on(&[ALL_PARAMETERS])
 }
 
 /// A state, or an output of the mode.
@@ -111,10 +112,21 @@ pub(crate) const DERIVATIVES: &[V] = &[
 ];
 
 pub(crate) const INDICATORS: &[V] = &[
-    V::indicator("event.limit", "positive where the pack reaches or leaves a limit").unit("A"),
-    V::indicator("event.chopper", "positive where v_dc passes a threshold of the chopper").unit("V"),
+    V::indicator(
+        "event.limit",
+        "positive where the pack reaches or leaves a limit",
+    )
+    .unit("A"),
+    V::indicator(
+        "event.chopper",
+        "positive where v_dc passes a threshold of the chopper",
+    )
+    .unit("V"),
     V::indicator("event.ready", "positive where precharge is over").unit("V"),
-    V::indicator("event.empty", "positive where the capacitor is empty, or is charged again"),
+    V::indicator(
+        "event.empty",
+        "positive where the capacitor is empty, or is charged again",
+    ),
     V::indicator("event.undervoltage", "v_dc above v_min").unit("V"),
     V::indicator("event.overvoltage", "v_dc below v_max").unit("V"),
 ];

@@ -108,8 +108,12 @@ impl Model for EmlaFmu {
 }
 
 impl Continuous for EmlaFmu {
-    const DERIVATIVES: &'static [Variable<Self>] = DERIVATIVES;
     const INDICATORS: &'static [Variable<Self>] = INDICATORS;
+    const HAS_DIRECTIONAL: bool = true;
+
+    fn derivative_rows() -> &'static [Variable<Self>] {
+        DERIVATIVES
+    }
 
     fn states(&self, x: &mut [f64]) {
         x.copy_from_slice(&self.state.moving());
@@ -153,6 +157,22 @@ impl Continuous for EmlaFmu {
         self.become_state(state, t, |emla| trip(emla, &now, t));
         self.completed_step(p, u, t)?;
         Ok(Event::NONE)
+    }
+
+    fn directional(
+        &self,
+        _p: &Parameters,
+        u: &Input,
+        _now: &(),
+        _t: f64,
+        (seed, du): (&Self, &Input),
+        dx: &mut Self,
+        y: &mut Output,
+    ) -> Result<(), ModelError> {
+        let (u, du) = (u.now(&self.rod), du.direction());
+        *y = self.emla.output_tangent(&self.state, &u, &seed.state, &du);
+        dx.state = (self.emla).derivative_along(&self.state, &u, self.slip, (&seed.state, &du));
+        Ok(())
     }
 
     fn completed_step(&mut self, _p: &Parameters, u: &Input, t: f64) -> Result<bool, ModelError> {

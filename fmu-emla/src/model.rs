@@ -83,7 +83,12 @@ impl Parameters {
 impl EmlaFmu {
     /// Goes on with the state `after`, and says what has come with it: `trips` is told of a drive
     /// that has tripped, and once, at the time `t`, s, that the network was not trained here.
-    pub(crate) fn become_state(&mut self, after: State, t: f64, trips: impl FnOnce(&Emla) -> String) {
+    pub(crate) fn become_state(
+        &mut self,
+        after: State,
+        t: f64,
+        trips: impl FnOnce(&Emla) -> String,
+    ) {
         if after.tripped && !self.state.tripped {
             self.warning = Some(trips(&self.emla));
         }

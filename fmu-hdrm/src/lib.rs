@@ -131,8 +131,11 @@ impl Model for HdrmFmu {
 }
 
 impl Continuous for HdrmFmu {
-    const DERIVATIVES: &'static [Variable<Self>] = table::DERIVATIVES;
     const INDICATORS: &'static [Variable<Self>] = table::INDICATORS;
+
+    fn derivative_rows() -> &'static [Variable<Self>] {
+        table::DERIVATIVES
+    }
 
     fn states(&self, x: &mut [f64]) {
         let s = &self.state;

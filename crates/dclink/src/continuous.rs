@@ -40,7 +40,9 @@ impl DcLink {
     pub fn ends(&self, s: &State, u: &Input) -> [f64; ENDS] {
         let (v_min, v_max) = (self.p.v_min, self.p.v_max);
         let mut ends = [-1.0, -1.0, -1.0, -1.0, s.v_c - v_min, v_max - s.v_c];
-        self.guards(&Point::of(s), s.mode, u.load(), |k, value| ends[k] = value - BEHIND);
+        self.guards(&Point::of(s), s.mode, u.load(), |k, value| {
+            ends[k] = value - BEHIND
+        });
         ends
     }
 
@@ -48,6 +50,11 @@ impl DcLink {
     pub fn switched(&self, s: &State, u: &Input) -> State {
         let mut x = Point::of(s);
         let mode = self.mode(&mut x, s.mode, u.load());
-        State { v_c: x.v_c, v_mean: x.v_c, mode, ..*s }
+        State {
+            v_c: x.v_c,
+            v_mean: x.v_c,
+            mode,
+            ..*s
+        }
     }
 }

@@ -24,7 +24,7 @@ impl Emla {
     }
 
     /// What holds at this instant; an applied brake slips the way `slip`, 1 or −1, or holds, 0.
-    fn present<'a>(
+    pub(crate) fn present<'a>(
         &self,
         p: &'a machine::Emla,
         s: &State,
@@ -48,8 +48,12 @@ impl Emla {
     #[must_use]
     pub fn derivative(&self, s: &State, u: &Input, slip: f64) -> State {
         let p = &*self.at_temperature(&s.thermal);
-        let held = self.present(p, s, u, slip);
-        let rates = self.rates(&s.point(), u, &held);
+        self.derivative_with(s, u, &self.present(p, s, u, slip))
+    }
+
+    /// The same where it is known what holds.
+    pub(crate) fn derivative_with(&self, s: &State, u: &Input, held: &Conditions) -> State {
+        let rates = self.rates(&s.point(), u, held);
         let is_counted = self.electric.heat || !held.is_plain(); // as in a step
         State {
             i_d: rates.i.d,
@@ -59,7 +63,11 @@ impl Emla {
             x: rates.x,
             x_dot: rates.x_dot,
             energy: rates.energy,
-            kinds: if is_counted { rates.kinds } else { LossKinds::default() },
+            kinds: if is_counted {
+                rates.kinds
+            } else {
+                LossKinds::default()
+            },
             thermal: self.thermal_rates(s, u, rates.energy.lost, &rates.kinds),
             ..State::default()
         }

@@ -36,12 +36,28 @@ impl Emla {
         })
     }
 
+    /// Change of resistance and flux along a change of the temperatures.
+    pub(crate) fn warmed_tangent(&self, change: &Thermal) -> (f64, f64) {
+        if !self.electric.temperature {
+            return (0.0, 0.0);
+        }
+        let t = self.temperature();
+        let copper = self.p.R_s * t.copper * change.T_winding;
+        (copper, self.p.lambda_m * t.magnet * change.T_housing)
+    }
+
     /// Rates of the temperatures, K/s, and the heat given to the air, W:
     /// ```text
     /// C_w Ṫ_w = P_copper − (T_w − T_h)/R_wh
     /// C_h Ṫ_h = P_core + P_mech + (T_w − T_h)/R_wh − (T_h − T_a)/R_ha
     /// ```
-    pub(crate) fn warming(&self, now: &Thermal, T_ambient: f64, copper: f64, other: f64) -> Thermal {
+    pub(crate) fn warming(
+        &self,
+        now: &Thermal,
+        T_ambient: f64,
+        copper: f64,
+        other: f64,
+    ) -> Thermal {
         let h = self.heat();
         let inner = (now.T_winding - now.T_housing) / h.R_wh;
         let given = (now.T_housing - T_ambient) / h.R_ha;

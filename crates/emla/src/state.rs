@@ -142,7 +142,9 @@ impl State {
     /// What moves continuously: currents, motor, free rod, energies, heat.
     #[must_use]
     pub fn moving(&self) -> [f64; Self::MOVING] {
-        let Self { energy, thermal, .. } = self;
+        let Self {
+            energy, thermal, ..
+        } = self;
         [
             self.i_d,
             self.i_q,

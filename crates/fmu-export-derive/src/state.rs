@@ -9,7 +9,8 @@ use quote::quote;
 use syn::punctuated::Punctuated;
 use syn::{DeriveInput, Error, Expr, Ident, Result, Token, Type};
 
-const KEYS: &str = "parameters, input, output, max_step, model_exchange, experiment, info or table_only";
+const KEYS: &str =
+    "parameters, input, output, max_step, model_exchange, experiment, info or table_only";
 
 /// What is said of the struct.
 #[derive(Default)]
@@ -113,7 +114,10 @@ pub(crate) fn derive(
 }
 
 fn vector(ident: &Ident, fields: &[Field]) -> TokenStream {
-    let fields: Vec<_> = fields.iter().filter(|field| !field.said.has("discrete")).collect();
+    let fields: Vec<_> = fields
+        .iter()
+        .filter(|field| !field.said.has("discrete"))
+        .collect();
     let members: Vec<_> = fields.iter().map(|field| &field.ident).collect();
     let types: Vec<_> = fields.iter().map(|field| &field.ty).collect();
     let names = fields.iter().map(|field| &field.name);

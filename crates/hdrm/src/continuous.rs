@@ -27,7 +27,12 @@ impl Hdrm {
         };
         if let Some(drive) = &self.wrist {
             for (i, rate) in rates.wrist.iter_mut().enumerate() {
-                *rate = drive.rates(i, &now.state.wrist[i], self.wrist_command(input, i), slips[i]);
+                *rate = drive.rates(
+                    i,
+                    &now.state.wrist[i],
+                    self.wrist_command(input, i),
+                    slips[i],
+                );
             }
         }
         rates

@@ -132,7 +132,11 @@ impl WristDrive {
         let rests = slip == 0.0 && self.friction[i] > 0.0;
         let lags = self.lag > 0.0;
         WristState {
-            motor: if lags { (command - now.motor) / self.lag } else { 0.0 },
+            motor: if lags {
+                (command - now.motor) / self.lag
+            } else {
+                0.0
+            },
             angle: now.rate,
             rate: if rests { 0.0 } else { left / self.inertia[i] },
             transmitted: 0.0,
@@ -162,7 +166,11 @@ impl WristDrive {
         }
         now.rate = 0.0;
         let net = self.torque(now, command) - now.transmitted;
-        if net.abs() >= self.friction[i] { net.signum() } else { 0.0 }
+        if net.abs() >= self.friction[i] {
+            net.signum()
+        } else {
+            0.0
+        }
     }
 
     /// Drive `i` a time `dt`, s, after `from`, commanded `command`, N·m, which saturates at

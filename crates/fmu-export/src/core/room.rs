@@ -28,7 +28,10 @@ struct Scratch<M> {
 
 impl<M> Default for Room<M> {
     fn default() -> Self {
-        Self { first: 0.0, scratch: None }
+        Self {
+            first: 0.0,
+            scratch: None,
+        }
     }
 }
 
@@ -67,7 +70,9 @@ impl<M: Continuous> Moving<'_, M> {
                 return Ok(event);
             }
         }
-        Err(ModelError::new(format!("t = {t} s: {MOST_EVENTS} rounds of an event do not end it")))
+        Err(ModelError::new(format!(
+            "t = {t} s: {MOST_EVENTS} rounds of an event do not end it"
+        )))
     }
 }
 
@@ -85,7 +90,9 @@ impl<M: Continuous> System for Moving<'_, M> {
 
     fn indicators(&mut self, s: f64, x: &[f64], z: &mut [f64]) -> Result<(), ModelError> {
         let p = self.p;
-        self.look(s, x, |model, u, now, t, _| model.indicators(p, u, now, t, z))
+        self.look(s, x, |model, u, now, t, _| {
+            model.indicators(p, u, now, t, z)
+        })
     }
 }
 
@@ -102,11 +109,28 @@ pub(crate) fn solve<M: Continuous>(
 ) -> Result<StepEnd, ModelError> {
     let scratch = room.scratch.get_or_insert_with(|| {
         let (at, rate) = (model.clone(), model.clone());
-        Box::new(Scratch { solver: make(n), at, rate, states: vec![0.0; n] })
+        Box::new(Scratch {
+            solver: make(n),
+            at,
+            rate,
+            states: vec![0.0; n],
+        })
     });
-    let Scratch { solver, at, rate, states } = &mut **scratch;
+    let Scratch {
+        solver,
+        at,
+        rate,
+        states,
+    } = &mut **scratch;
     at.clone_from(model);
-    let mut moving = Moving { at, rate, p, u, t, s: 0.0 };
+    let mut moving = Moving {
+        at,
+        rate,
+        p,
+        u,
+        t,
+        s: 0.0,
+    };
     let (mut first, mut end) = (room.first, StepEnd::WHOLE);
     let mut event = moving.event()?;
     for _ in 0..MOST_EVENTS {
@@ -154,7 +178,9 @@ fn described<M>(
         Failure::System(error) => error,
         Failure::NotFinite { state, value } => {
             let name = name(rate, state, value);
-            ModelError::new(format!("`{name}` became {value} at the end of the step; it must be finite"))
+            ModelError::new(format!(
+                "`{name}` became {value} at the end of the step; it must be finite"
+            ))
         }
         failure => ModelError::new(failure.to_string()),
     }

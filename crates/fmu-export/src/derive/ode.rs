@@ -205,8 +205,11 @@ impl<S: Ode> Model for S {
     type Evaluation = ();
 
     const INFO: Info = S::INFO.with_input_derivatives();
-    const MODEL_EXCHANGE: Option<ModelExchange<S>> =
-        if S::MODEL_EXCHANGE { ModelExchange::of() } else { None };
+    const MODEL_EXCHANGE: Option<ModelExchange<S>> = if S::MODEL_EXCHANGE {
+        ModelExchange::of()
+    } else {
+        None
+    };
 
     fn variables() -> &'static [Variable<Self>] {
         S::table()
@@ -247,7 +250,14 @@ impl<S: Ode> Model for S {
         t: f64,
         h: f64,
     ) -> Result<StepEnd, ModelError> {
-        let make = |n| Solver::new(Method::Fixed, vec![1.0; n], <S as Ode>::INDICATORS.len(), S::MAX_STEP);
+        let make = |n| {
+            Solver::new(
+                Method::Fixed,
+                vec![1.0; n],
+                <S as Ode>::INDICATORS.len(),
+                S::MAX_STEP,
+            )
+        };
         solve(self, room, make, self.len(), name_of, (p, u), (t, h))
     }
 }
