@@ -25,14 +25,14 @@ pub(crate) trait Version: Sized + 'static {
     /// What it calls the types.
     const NAMES: Names;
     /// Names of the states, by their bits.
-    const STATES: &'static [(u8, &'static str)];
+    const STATES: &'static [(u16, &'static str)];
     /// What brings an instance back that was lost by a panic.
     const RECOVERY: &'static str;
     /// Value reference of time, where it is a variable.
     const TIME: Option<u32> = None;
 
     /// The bit of the state that an instance is in.
-    fn state<M: Model>(body: &Body<M, Self>) -> u8;
+    fn state<M: Model>(body: &Body<M, Self>) -> u16;
 
     /// The bits of the categories that are on after these were switched on or off.
     fn switched(log: &Log<Self::Logger>, on: bool, categories: &[&str]) -> Result<u32, Fault>;
@@ -92,8 +92,8 @@ fn check_order<M: Model, V: Version>(body: &Body<M, V>, call: Call) -> Result<()
 }
 
 #[cold]
-fn out_of_order<V: Version>(call: Call, state: u8) -> Result<(), Fault> {
-    let names = |mask: u8| -> Vec<&str> {
+fn out_of_order<V: Version>(call: Call, state: u16) -> Result<(), Fault> {
+    let names = |mask: u16| -> Vec<&str> {
         let named = V::STATES.iter().filter(|(bit, _)| mask & bit != 0);
         named.map(|(_, name)| *name).collect()
     };

@@ -6,23 +6,26 @@ use crate::core::instance::Instance;
 use crate::core::phase::Phase;
 
 /// Made or reset; nothing has been computed.
-pub(crate) const I: u8 = 1;
+pub(crate) const I: u16 = 1;
 /// Initialization Mode.
-pub(crate) const N: u8 = 2;
+pub(crate) const N: u16 = 2;
 /// At a communication point, ready for a step.
-pub(crate) const S: u8 = 4;
+pub(crate) const S: u16 = 4;
 /// Terminated.
-pub(crate) const T: u8 = 8;
+pub(crate) const T: u16 = 8;
 /// Lost by a panic, the state Error of FMI 2.0: a restored state or a reset leads out of it.
-pub(crate) const L: u8 = 16;
+pub(crate) const L: u16 = 16;
 /// At a communication point, where values are exchanged until they agree: Event Mode of FMI 3.0.
-pub(crate) const E: u8 = 32;
+pub(crate) const E: u16 = 32;
 /// Within a step, from the importer's callback: Intermediate Update Mode of FMI 3.0.
-pub(crate) const U: u8 = 64;
+pub(crate) const U: u16 = 64;
+
+/// Before initialization, where sizes are set: Configuration Mode of FMI 3.0.
+pub(crate) const C: u16 = 256;
 
 /// The bit of the state of an instance outside a step.
 #[inline]
-pub(crate) fn state<M: Model>(instance: &Instance<M>) -> u8 {
+pub(crate) fn state<M: Model>(instance: &Instance<M>) -> u16 {
     match instance.state.phase {
         _ if instance.lost => L,
         Phase::Instantiated => I,
@@ -30,6 +33,7 @@ pub(crate) fn state<M: Model>(instance: &Instance<M>) -> u8 {
         Phase::Stepping => S,
         Phase::Terminated => T,
         Phase::Exchange => E,
+        Phase::Configuration => C,
     }
 }
 
@@ -37,5 +41,5 @@ pub(crate) fn state<M: Model>(instance: &Instance<M>) -> u8 {
 #[derive(Clone, Copy)]
 pub(crate) struct Call {
     pub(crate) name: &'static str,
-    pub(crate) allowed: u8,
+    pub(crate) allowed: u16,
 }

@@ -8,6 +8,7 @@ use super::message::Kind;
 use super::model::Variable;
 use super::phase::Phase;
 use super::place::{Place, Write};
+use super::sizes::zero;
 use super::value::Value;
 use std::collections::BTreeMap;
 
@@ -157,7 +158,10 @@ impl<M: Model> Instance<M> {
         seed: impl Fn(usize) -> f64,
         put: impl FnMut(usize, f64),
     ) -> Result<(), Fault> {
-        let mut du = M::Input::default();
+        let mut du = match self.layout.has_vectors() {
+            true => zero::<M>(self.state.input()),
+            false => M::Input::default(),
+        };
         // Largest seed in units of the nominal values.
         let mut largest: f64 = 0.0;
         for k in 0..knowns {
@@ -276,7 +280,7 @@ impl<M: Model> Instance<M> {
         // At a bound the difference is one-sided: the model sees no input beyond it.
         let [less, more] = [-step, step].map(|step| match self.moved_inputs(du, step) {
             Some(u) => (step, u),
-            None => (0.0, *self.state.input()),
+            None => (0.0, self.state.input().clone()),
         });
         let y_less = self.initial_output(&less.1)?;
         let y_more = self.initial_output(&more.1)?;
@@ -296,7 +300,7 @@ impl<M: Model> Instance<M> {
 
     /// The inputs `u + step·du`, if they are in their bounds.
     fn moved_inputs(&self, du: &M::Input, step: f64) -> Option<M::Input> {
-        let mut u = *self.state.input();
+        let mut u = self.state.input().clone();
         for (i, row) in self.layout.iter() {
             if let Place::RealIn(place) = &row.place {
                 let slot = place.get_mut(&mut u, i);

@@ -35,6 +35,7 @@ pub(crate) mod place;
 mod row;
 pub(crate) mod saved;
 pub(crate) mod setters;
+pub(crate) mod sizes;
 pub(crate) mod state;
 pub(crate) mod step;
 pub(crate) mod step_end;

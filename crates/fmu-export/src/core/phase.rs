@@ -15,6 +15,8 @@ pub(crate) enum Phase {
     Terminated,
     /// At a communication point, where values are exchanged until they agree; a step comes later.
     Exchange,
+    /// Not initialized yet; sizes are set.
+    Configuration,
 }
 
 impl Phase {

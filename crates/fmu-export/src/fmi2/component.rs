@@ -26,7 +26,7 @@ impl Version for Fmi2 {
     type Logger = Logger;
     const NAME: [u8; 4] = *b"2.0\0";
     const NAMES: Names = Names::PLAIN;
-    const STATES: &'static [(u8, &'static str)] = &[
+    const STATES: &'static [(u16, &'static str)] = &[
         (I, "Instantiated"),
         (N, "Initialization Mode"),
         (S, "Step Complete"),
@@ -36,7 +36,7 @@ impl Version for Fmi2 {
     const RECOVERY: &'static str = "fmi2Reset or fmi2SetFMUstate";
 
     #[inline]
-    fn state<M: Model>(body: &Body<M>) -> u8 {
+    fn state<M: Model>(body: &Body<M>) -> u16 {
         call::state(&body.instance)
     }
 

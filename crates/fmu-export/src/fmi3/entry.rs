@@ -19,7 +19,7 @@ use super::values::VR;
 use crate::Model;
 use crate::border::arguments::{array, array_mut, place};
 use crate::border::body::enter;
-use crate::border::call::{Call, E, I, L, N, S, T, U};
+use crate::border::call::{C, Call, E, I, L, N, S, T, U};
 use crate::border::files;
 use crate::border::functions::functions;
 use crate::core::fault::{Fault, refuse};
@@ -36,6 +36,10 @@ functions! { ($) Fmi3 export_fmi3_functions;
             b.instance.enter_initialization();
             Ok(())
         };
+    fmi3EnterConfigurationMode [I | S | A] ()
+        |b| b.enter_configuration();
+    fmi3ExitConfigurationMode [ANY] ()
+        |b| b.exit_configuration();
     fmi3ExitInitializationMode [N] ()
         |b| b.exit_initialization();
     fmi3EnterEventMode [S | A] ()
@@ -67,7 +71,7 @@ functions! { ($) Fmi3 export_fmi3_functions;
     fmi3Reset [ANY] ()
         |b| b.reset();
 
-    fmi3GetFMUState [I | N | E | S | A | T] (state: *mut FmuState)
+    fmi3GetFMUState [I | C | N | E | S | A | T] (state: *mut FmuState)
         |b| b.save("FMUState", state);
     fmi3SetFMUState [ANY] (state: FmuState)
         |b| b.restore(state.addr());

@@ -11,7 +11,11 @@ use crate::core::fault::{Fault, refuse};
 use crate::core::layout::TIME;
 use crate::core::phase::Phase;
 use crate::core::place::Names;
+use crate::core::sizes;
 use crate::core::step::End;
+
+const NOT_STRUCTURAL: &str =
+    "this FMU has no structural parameters, so there is no Configuration Mode to enter or leave";
 
 /// FMI 3.0.
 pub(crate) struct Fmi3 {
@@ -20,7 +24,7 @@ pub(crate) struct Fmi3 {
     /// A step may end before its end.
     pub(crate) may_return_early: bool,
     /// In Step Mode, the bit of the state.
-    pub(crate) stepping: u8,
+    pub(crate) stepping: u16,
     pub(crate) update: Option<Update>,
 }
 
@@ -46,6 +50,7 @@ pub(crate) const NAMES: Names = Names {
     integer: "Int32",
     boolean: "Boolean",
     string: "String",
+    size: "UInt64",
     enumeration: "Enumeration",
     enumeration_access: "Int64",
 };
@@ -55,12 +60,12 @@ impl Version for Fmi3 {
     type Logger = Logger;
     const NAME: [u8; 4] = *b"3.0\0";
     const NAMES: Names = NAMES;
-    const STATES: &'static [(u8, &'static str)] = &STATES;
+    const STATES: &'static [(u16, &'static str)] = &STATES;
     const RECOVERY: &'static str = "fmi3Reset or fmi3SetFMUState";
     const TIME: Option<u32> = Some(TIME);
 
     #[inline]
-    fn state<M: Model>(body: &Body<M>) -> u8 {
+    fn state<M: Model>(body: &Body<M>) -> u16 {
         match call::state(&body.instance) {
             S => body.own.stepping,
             state => state,
@@ -157,6 +162,32 @@ impl<M: Model> Body<M> {
         if self.own.has_event_mode {
             self.instance.state.phase = Phase::Exchange;
         }
+        Ok(())
+    }
+
+    /// fmi3EnterConfigurationMode.
+    pub(crate) fn enter_configuration(&mut self) -> Result<(), Fault> {
+        if sizes::sizes::<M>().next().is_none() {
+            return refuse!("{NOT_STRUCTURAL}");
+        }
+        if self.instance.state.phase != Phase::Instantiated {
+            return refuse!(
+                "this FMU has no tunable structural parameters; sizes can only be set before initialization"
+            );
+        }
+        self.instance.state.phase = Phase::Configuration;
+        Ok(())
+    }
+
+    /// fmi3ExitConfigurationMode.
+    pub(crate) fn exit_configuration(&mut self) -> Result<(), Fault> {
+        if sizes::sizes::<M>().next().is_none() {
+            return refuse!("{NOT_STRUCTURAL}");
+        }
+        if self.instance.state.phase != Phase::Configuration {
+            return refuse!("fmi3EnterConfigurationMode must come before");
+        }
+        self.instance.state.phase = Phase::Instantiated;
         Ok(())
     }
 

@@ -56,6 +56,7 @@ pub unsafe fn instantiate_co_simulation<X: Exported>(
         messages,
         name: name.as_deref(),
         token: ("instantiationToken", token.as_deref()),
+        sizes: library.sizes,
         hash: &library.hashes[1],
         resources,
         own: Fmi3 {
