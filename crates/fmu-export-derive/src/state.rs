@@ -1,9 +1,9 @@
 //! The state of a model of ordinary differential equations.
 
 use crate::attributes::fmu;
-use crate::field::Field;
+use crate::field::{Field, Shape};
 use crate::names;
-use crate::values::{real, start_value, zero};
+use crate::values::{number, real, start_value, vector, zero};
 use proc_macro2::TokenStream;
 use quote::quote;
 use syn::punctuated::Punctuated;
@@ -93,7 +93,7 @@ pub(crate) fn derive(
     fields: &[Field],
     model: Option<&Model>,
 ) -> Result<TokenStream> {
-    let vector = vector(ident, fields);
+    let vector = numbers(ident, fields);
     match model.filter(|model| model.is_whole()) {
         Some(model) => {
             let whole = whole(ident, fields, model);
@@ -109,7 +109,7 @@ pub(crate) fn derive(
     }
 }
 
-fn vector(ident: &Ident, fields: &[Field]) -> TokenStream {
+fn numbers(ident: &Ident, fields: &[Field]) -> TokenStream {
     let members: Vec<_> = fields.iter().map(|field| &field.ident).collect();
     let types: Vec<_> = fields.iter().map(|field| &field.ty).collect();
     let names = fields.iter().map(|field| &field.name);
@@ -145,6 +145,10 @@ fn whole(ident: &Ident, fields: &[Field], model: &Model) -> TokenStream {
     let starts = fields.iter().map(|field| {
         let member = &field.ident;
         let value = match &field.said.start {
+            _ if matches!(field.shape, Shape::Vector) => {
+                let (n, vector) = (number(field), vector(field));
+                quote!({ let n = #n; #vector })
+            }
             Some(start) => start_value(field, start),
             None => zero(field),
         };

@@ -256,7 +256,9 @@ pub(crate) fn not_allowed<M: Model>(row: &Variable<M>, i: usize, value: impl Dis
 #[inline(never)]
 pub(crate) fn not_as_long<M: Model>(row: &Variable<M>, found: usize, needed: usize) -> Fault {
     let name = row.name;
-    Fault::Refused(format!("`{name}` has {found} elements; it must have {needed}"))
+    Fault::Refused(format!(
+        "`{name}` has {found} elements; it must have {needed}"
+    ))
 }
 
 #[cold]

@@ -193,7 +193,8 @@ impl<M: Model> Layout<M> {
     /// All elements in the order of the table, with their numbers.
     pub(crate) fn numbered(&self) -> impl Iterator<Item = (u32, Element<M>)> {
         (self.rows.iter()).flat_map(|&(_, run)| {
-            (run.first..run.first + run.len).map(move |number| (number, (run.index(number), run.row)))
+            (run.first..run.first + run.len)
+                .map(move |number| (number, (run.index(number), run.row)))
         })
     }
 
@@ -226,7 +227,9 @@ impl<M: Model> Layout<M> {
     #[inline(never)]
     fn long_block(&self, number: u32) -> Result<Block<M>, Fault> {
         let run = (self.long.iter()).find(|(_, run)| run.number() == number);
-        run.map_or(Err(Fault::Unknown(number)), |&(_, run)| Ok((run, 0, run.len())))
+        run.map_or(Err(Fault::Unknown(number)), |&(_, run)| {
+            Ok((run, 0, run.len()))
+        })
     }
 
     /// The row of which this number means all elements, if there are `len` of them.

@@ -150,9 +150,7 @@ pub(crate) fn fit<M: Model>(
 /// Parameters and inputs with every vector as long as the parameters say: the start values of a
 /// model.
 #[doc(hidden)]
-pub fn fitted<M: Model>(
-    (mut p, mut u): (M::Parameters, M::Input),
-) -> (M::Parameters, M::Input) {
+pub fn fitted<M: Model>((mut p, mut u): (M::Parameters, M::Input)) -> (M::Parameters, M::Input) {
     fit::<M>(&mut p, &mut u, &mut M::Output::default(), None);
     (p, u)
 }
@@ -174,14 +172,22 @@ impl<M: Model> Instance<M> {
         &mut self,
         pair: impl Fn(usize) -> Option<(u32, T)>,
     ) -> Result<(), Fault> {
-        let (mut p, mut u) = (self.state.parameters.clone(), self.state.input.value.clone());
+        let (mut p, mut u) = (
+            self.state.parameters.clone(),
+            self.state.input.value.clone(),
+        );
         for (element, value) in (0..).map_while(pair) {
             let (i, row) = self.layout.find(element)?;
             if let Some(place) = T::parameter(&row.place) {
                 *place.get_mut(&mut p, i) = value;
             }
         }
-        fit::<M>(&mut p, &mut u, &mut self.output, Some(&self.state.parameters));
+        fit::<M>(
+            &mut p,
+            &mut u,
+            &mut self.output,
+            Some(&self.state.parameters),
+        );
         let (old, before) = (&self.layout, &self.state);
         let layout = Layout::<M>::new(&p, &u);
         let mut state = State::instantiated(p, u, layout.slots());

@@ -50,11 +50,7 @@ impl<M: Model> State<M> {
         }
     }
 
-    pub(crate) fn instantiated(
-        parameters: M::Parameters,
-        input: M::Input,
-        slots: usize,
-    ) -> Self {
+    pub(crate) fn instantiated(parameters: M::Parameters, input: M::Input, slots: usize) -> Self {
         Self {
             phase: Phase::Instantiated,
             start: 0.0,
@@ -78,7 +74,9 @@ impl<M: Model> State<M> {
         let initialized = self.phase.is_running() || self.phase == Phase::Terminated;
         let reached = self.reached.iter().flat_map(|r| [&r.value, &r.slope]);
         let inputs = self.input.derivatives.iter().chain([&self.input.value]);
-        inputs.chain(reached).all(|u| layout.fits(&self.parameters, u))
+        inputs
+            .chain(reached)
+            .all(|u| layout.fits(&self.parameters, u))
             && self.given.len() == layout.slots()
             && self.time.is_finite()
             && self.input.order <= MAX_INPUT_DERIVATIVE

@@ -1,7 +1,7 @@
 //! Models that are ordinary differential equations.
 
 use super::{Input, Name, Output, Parameters, Path};
-use crate::core::copied::copied;
+use crate::core::sizes::fitted;
 use crate::{Info, InputPolynomial, Model, ModelError, StepEnd, Variable};
 use serde::{Serialize, de::DeserializeOwned};
 use std::marker::PhantomData;
@@ -15,7 +15,7 @@ const MOST_STEPS: f64 = 1e6;
     note = "write `#[derive(State)] #[fmu(parameters = …, input = …, output = …)]` on it; what the model does not have is left out, but \
             one of the three must be there"
 )]
-pub trait State: Vector + Copy + Default + Serialize + DeserializeOwned + Send + 'static {
+pub trait State: Vector + Clone + Default + Serialize + DeserializeOwned + Send + 'static {
     /// The model's parameters.
     type P: Parameters + Send + 'static;
     /// The model's inputs.
@@ -58,10 +58,23 @@ impl Vector for f64 {
     }
 }
 
-impl<const N: usize> Vector for [f64; N] {
+impl<T: Vector, const N: usize> Vector for [T; N] {
     #[inline]
     fn plus(&self, factor: f64, rate: &Self) -> Self {
-        std::array::from_fn(|i| self[i] + factor * rate[i])
+        std::array::from_fn(|i| self[i].plus(factor, &rate[i]))
+    }
+
+    fn not_finite(&self) -> Option<(&'static str, f64)> {
+        self.iter().find_map(Vector::not_finite)
+    }
+}
+
+impl Vector for Vec<f64> {
+    fn plus(&self, factor: f64, rate: &Self) -> Self {
+        self.iter()
+            .zip(rate)
+            .map(|(x, rate)| x + factor * rate)
+            .collect()
     }
 
     fn not_finite(&self) -> Option<(&'static str, f64)> {
@@ -103,7 +116,14 @@ pub struct Seen<S: State> {
     outputs: S::Y,
 }
 
-copied! { [S: State] Seen<S>; }
+impl<S: State> Clone for Seen<S> {
+    fn clone(&self) -> Self {
+        Self {
+            state: self.state.clone(),
+            outputs: self.outputs.clone(),
+        }
+    }
+}
 
 impl<S: State> Default for Seen<S> {
     fn default() -> Self {
@@ -158,7 +178,7 @@ impl<S: Ode> Model for S {
     }
 
     fn defaults() -> (S::P, S::U) {
-        (S::P::start(), S::U::start())
+        fitted::<S>((S::P::start(), S::U::start()))
     }
 
     fn initialize(p: &S::P, u: &S::U, _t: f64) -> Result<Self, ModelError> {
@@ -167,9 +187,21 @@ impl<S: Ode> Model for S {
 
     fn output(&self, p: &S::P, u: &S::U, _now: &()) -> Result<Seen<S>, ModelError> {
         Ok(Seen {
-            state: *self,
+            state: self.clone(),
             outputs: self.outputs(p, u),
         })
+    }
+
+    fn output_into(
+        &self,
+        p: &S::P,
+        u: &S::U,
+        _now: &(),
+        y: &mut Seen<S>,
+    ) -> Result<(), ModelError> {
+        y.state.clone_from(self);
+        y.outputs = self.outputs(p, u);
+        Ok(())
     }
 
     fn step(
@@ -188,7 +220,7 @@ impl<S: Ode> Model for S {
             )));
         }
         let dt = h / n; // internal steps divide h, so the last one ends at t + h
-        let mut x = *self;
+        let mut x = self.clone();
         for k in 0..n as u32 {
             x = runge_kutta(x, p, u, t, f64::from(k) * dt, dt);
         }

@@ -50,7 +50,10 @@ impl<M: Model> Dialect<M> {
             .holding(units(&layout))
             .holding(types(&layout, self.enumeration))
             .holding([categories::<M>(), experiment::<M>()])
-            .holding([(self.variables)(&layout, &start), (self.structure)(&layout)?])
+            .holding([
+                (self.variables)(&layout, &start),
+                (self.structure)(&layout)?,
+            ])
             .file()
     }
 }

@@ -12,7 +12,11 @@ pub(super) fn of<M: Model>(layout: &Layout<M>, (parameters, input): &Start<M>) -
     let output = sizes::output::<M>(parameters);
     Element::new("ModelVariables").holding(layout.numbered().map(|(number, (i, row))| {
         // A size that was said when the FMU was packed.
-        let causality = if row.structural { Causality::Constant } else { row.causality };
+        let causality = if row.structural {
+            Causality::Constant
+        } else {
+            row.causality
+        };
         let row = &Variable { causality, ..*row };
         let element = match row.enumeration {
             Some(_) => "Enumeration",

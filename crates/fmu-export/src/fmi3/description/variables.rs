@@ -70,7 +70,10 @@ fn dimensions<M: Model>(layout: &Layout<M>, run: &Run<M>) -> Vec<(&'static str, 
         Length::Fixed(n) => ("start", n.to_string()),
         Length::Parameter(name) => {
             let number = layout.blocks().find(|(_, (run, ..))| run.row.name == name);
-            ("valueReference", number.map_or(0, |(number, _)| number).to_string())
+            (
+                "valueReference",
+                number.map_or(0, |(number, _)| number).to_string(),
+            )
         }
     };
     match run.row.shape {
