@@ -105,6 +105,7 @@ pub mod derive;
 mod fmi2;
 mod fmi3;
 pub mod solver;
+pub mod tables;
 #[cfg(target_arch = "wasm32")]
 mod wasm;
 
