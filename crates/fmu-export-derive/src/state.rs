@@ -9,7 +9,7 @@ use quote::quote;
 use syn::punctuated::Punctuated;
 use syn::{DeriveInput, Error, Expr, Ident, Result, Token, Type};
 
-const KEYS: &str = "parameters, input, output, max_step, experiment, info or table_only";
+const KEYS: &str = "parameters, input, output, max_step, model_exchange, experiment, info or table_only";
 
 /// What is said of the struct.
 #[derive(Default)]
@@ -21,6 +21,8 @@ pub(crate) struct Model {
     experiment: Vec<Expr>,
     info: Option<Expr>,
     description: String,
+    /// For Model Exchange too.
+    model_exchange: bool,
     pub(crate) table_only: bool,
 }
 
@@ -39,6 +41,7 @@ impl Model {
                     Some("output") => model.output = Some(meta.value()?.parse()?),
                     Some("max_step") => model.max_step = Some(meta.value()?.parse()?),
                     Some("info") => model.info = Some(meta.value()?.parse()?),
+                    Some("model_exchange") => model.model_exchange = true,
                     Some("table_only") => model.table_only = true,
                     Some("experiment") => {
                         let content;
@@ -110,14 +113,26 @@ pub(crate) fn derive(
 }
 
 fn vector(ident: &Ident, fields: &[Field]) -> TokenStream {
+    let fields: Vec<_> = fields.iter().filter(|field| !field.said.has("discrete")).collect();
     let members: Vec<_> = fields.iter().map(|field| &field.ident).collect();
     let types: Vec<_> = fields.iter().map(|field| &field.ty).collect();
     let names = fields.iter().map(|field| &field.name);
     quote! {
         impl __fmu::Vector for #ident {
+            fn len(&self) -> usize {
+                0 #(+ __fmu::Of::<#types>::len(&self.#members))*
+            }
+
             #[inline]
-            fn plus(&self, factor: f64, rate: &Self) -> Self {
-                Self { #(#members: __fmu::Of::<#types>::plus(&self.#members, factor, &rate.#members)),* }
+            fn read<'a>(&self, to: &'a mut [f64]) -> &'a mut [f64] {
+                #(let to = __fmu::Of::<#types>::read_states(&self.#members, to);)*
+                to
+            }
+
+            #[inline]
+            fn write<'a>(&mut self, from: &'a [f64]) -> &'a [f64] {
+                #(let from = __fmu::Of::<#types>::write_states(&mut self.#members, from);)*
+                from
             }
 
             fn not_finite(&self) -> ::core::option::Option<(&'static str, f64)> {
@@ -150,6 +165,8 @@ fn whole(ident: &Ident, fields: &[Field], model: &Model) -> TokenStream {
         };
         quote!(#member: #value)
     });
+    let exchange = model.model_exchange;
+    let states = quote!(&[<#ident as __fmu::Rows<#ident, __fmu::SeenState<#ident>>>::ROWS]);
     let structs = quote! {
         &[
             <#p as __fmu::Rows<#ident, __fmu::Root<#p>>>::ROWS,
@@ -165,6 +182,7 @@ fn whole(ident: &Ident, fields: &[Field], model: &Model) -> TokenStream {
             type Y = #y;
             const INFO: ::fmu_export::Info = #info;
             const MAX_STEP: f64 = #max_step;
+            const MODEL_EXCHANGE: bool = #exchange;
 
             #[allow(unused_variables)]
             fn start(p: &#p, u: &#u) -> Self {
@@ -173,6 +191,12 @@ fn whole(ident: &Ident, fields: &[Field], model: &Model) -> TokenStream {
 
             fn table() -> &'static [::fmu_export::Variable<Self>] {
                 const { &__fmu::assemble::<#ident, { __fmu::count::<#ident>(#structs) }>(#structs) }
+            }
+
+            fn derivatives() -> &'static [::fmu_export::Variable<Self>] {
+                const STATES: &[::fmu_export::Variable<#ident>] =
+                    &__fmu::assemble::<#ident, { __fmu::count::<#ident>(#states) }>(#states);
+                const { &__fmu::derivatives::<#ident, { __fmu::count_states(STATES) }>(STATES) }
             }
         }
     }

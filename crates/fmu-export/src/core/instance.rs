@@ -1,11 +1,13 @@
 //! One instance of a model: its state, and what is computed of it.
 
+use super::exchange::Exchange;
 use super::fault::{Fault, refuse};
 use super::layout::Layout;
 use super::log::Wanted;
 use super::message::{Kind, Message};
 use super::phase::Phase;
 use super::place::Names;
+use super::room::Room;
 use super::state::{Identity, Saved, State};
 use crate::{Evaluation, Model, ModelError};
 use std::path::PathBuf;
@@ -28,6 +30,10 @@ pub(crate) struct Instance<M: Model> {
     /// Outputs of `state`, valid while `fresh`.
     pub(crate) output: M::Output,
     pub(crate) fresh: bool,
+    /// Room for a solver.
+    pub(crate) room: Room<M>,
+    /// What is for Model Exchange only.
+    pub(crate) exchange: Exchange<M>,
     pub(crate) saved: Saved<M>,
     /// Not sent yet.
     pub(crate) messages: Vec<Message>,
@@ -57,6 +63,8 @@ impl<M: Model> Instance<M> {
             evaluation: None,
             output: M::Output::default(),
             fresh: false,
+            room: Room::default(),
+            exchange: Exchange::default(),
             saved: Saved::default(),
             messages: Vec::new(),
             wanted: Wanted::default(),
@@ -82,6 +90,7 @@ impl<M: Model> Instance<M> {
         }
         self.state.start = start;
         self.state.time = start;
+        self.state.event = start;
         self.state.stop = stop;
         Ok(())
     }
@@ -111,10 +120,18 @@ impl<M: Model> Instance<M> {
 
     /// Puts another state in place of the present one.
     pub(crate) fn replace(&mut self, state: State<M>) {
+        self.room.first = state.first;
         self.state = state;
+        self.forget();
+        self.lost = false;
+    }
+
+    /// Marks all that was computed of the state as out of date.
+    #[inline(always)]
+    pub(crate) fn forget(&mut self) {
         self.evaluation = None;
         self.fresh = false;
-        self.lost = false;
+        self.exchange.forget();
     }
 
     /// Marks what was computed from parameters and inputs as out of date: the outputs, and the
@@ -122,6 +139,7 @@ impl<M: Model> Instance<M> {
     #[inline]
     pub(crate) fn touch(&mut self, is_evaluated: bool) {
         self.fresh = false;
+        self.exchange.forget();
         let is_initializing = self.state.phase == Phase::Initialization;
         if is_evaluated || is_initializing {
             self.evaluation = None;

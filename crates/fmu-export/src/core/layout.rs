@@ -1,9 +1,11 @@
 //! The elements of a table, counted over all rows: a scalar is one, a vector as many as it is long.
 //! A row may say the number of its first element, so numbers may be left out, and need not ascend.
 
+use super::continuous::ModelExchange;
 use super::copied::copied;
 use super::fault::Fault;
 use super::model::{Model, Variable};
+use super::place::Place;
 use std::ops::Range;
 use std::ptr;
 
@@ -19,6 +21,8 @@ pub(crate) struct Run<M: Model> {
     first: u32,
     len: u32,
     is_array: bool,
+    /// Of what is behind the table: where its numbers begin among all of them.
+    pub(crate) offset: u32,
     pub(crate) row: &'static Variable<M>,
     /// [`Variable::bounds`] of the row.
     pub(crate) bounds: [f64; 2],
@@ -71,6 +75,15 @@ pub(crate) struct Layout<M: Model> {
     by_number: Vec<Option<Run<M>>>,
     /// Number and run of each element, in the order of the table.
     in_order: Vec<(u32, Run<M>)>,
+    /// How many continuous states there are for Model Exchange.
+    pub(crate) states: usize,
+    /// How many event indicators.
+    pub(crate) indicators: usize,
+}
+
+/// The row of the table that is a state, by its name.
+pub(crate) fn state<M: Model>(name: &str) -> Option<&'static Variable<M>> {
+    M::variables().iter().find(|row| row.name == name)
 }
 
 impl<M: Model> Layout<M> {
@@ -79,17 +92,32 @@ impl<M: Model> Layout<M> {
         let output = M::Output::default();
         let (mut by_number, mut in_order) = (Vec::new(), Vec::new());
         let mut next = 0;
-        for row in M::variables() {
-            let len = row.place.len(parameters, input, &output) as u32;
-            let first = row.at.unwrap_or(next);
+        let (mut offset, mut states) = (0, 0);
+        for row in M::variables().iter().chain(ModelExchange::<M>::rows()) {
+            let is_behind = row.place.is_behind();
+            let owner = match row.place {
+                Place::Derivative => state(row.name).unwrap_or(row),
+                _ => row,
+            };
+            let len = owner.place.len(parameters, input, &output) as u32;
+            let first = match is_behind {
+                true => by_number.len() as u32,
+                false => row.at.unwrap_or(next),
+            };
             next = first.saturating_add(len);
             let run = Run {
                 first,
                 len,
-                is_array: !row.scalar && row.each_unit.windows(2).all(|pair| pair[0] == pair[1]),
+                is_array: !owner.scalar
+                    && owner.each_unit.windows(2).all(|pair| pair[0] == pair[1]),
+                offset,
                 row,
                 bounds: row.bounds(),
             };
+            offset += if is_behind { len } else { 0 };
+            if let Place::Derivative = row.place {
+                states = offset as usize;
+            }
             in_order.extend((first..next).map(|number| (number, run)));
             if first > LARGEST_NUMBER {
                 continue; // refused by the check of the table
@@ -104,6 +132,8 @@ impl<M: Model> Layout<M> {
         Self {
             by_number,
             in_order,
+            states,
+            indicators: offset as usize - states,
         }
     }
 
@@ -132,6 +162,13 @@ impl<M: Model> Layout<M> {
                 end += elements.len();
                 (start..end, elements[0].1.row)
             })
+    }
+
+    /// The position of the state of which element `i` of a row is the derivative.
+    pub(crate) fn state_of(&self, row: &Variable<M>, i: usize) -> Option<usize> {
+        let mut rows = self.rows();
+        let state = rows.find(|(_, state)| row.place.is_derivative() && state.name == row.name)?;
+        Some(state.0.start + i)
     }
 
     /// The block that a number means.

@@ -18,6 +18,10 @@ pub(crate) struct State<M: Model> {
     /// Time of the last communication point, s: the importer's own number plus one step, so that no
     /// rounding adds up.
     pub(crate) time: f64,
+    /// Time of the last event for Model Exchange, s.
+    pub(crate) event: f64,
+    /// The internal step that a solver tries first, s; 0: not known.
+    pub(crate) first: f64,
     pub(crate) parameters: M::Parameters,
     /// By element: what the importer has set of the parameters.
     pub(crate) given: Vec<Given>,
@@ -58,6 +62,8 @@ impl<M: Model> State<M> {
             start: 0.0,
             stop: None,
             time: 0.0,
+            event: 0.0,
+            first: 0.0,
             parameters,
             given: vec![Given::Nothing; elements],
             input: InputPolynomial::held(input),
@@ -71,6 +77,8 @@ impl<M: Model> State<M> {
         let initialized = self.phase.is_running() || self.phase == Phase::Terminated;
         self.given.len() == elements
             && self.time.is_finite()
+            && self.event.is_finite()
+            && self.first.is_finite()
             && self.input.order <= MAX_INPUT_DERIVATIVE
             && (self.model.is_some() || !initialized)
     }

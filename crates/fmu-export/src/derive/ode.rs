@@ -2,12 +2,13 @@
 
 use super::{Input, Name, Output, Parameters, Path};
 use crate::core::copied::copied;
-use crate::{Info, InputPolynomial, Model, ModelError, StepEnd, Variable};
+use crate::core::room::{Room, solve};
+use crate::solver::{Method, Solver};
+use crate::{
+    Continuous, Event, Info, InputPolynomial, Model, ModelError, ModelExchange, StepEnd, Variable,
+};
 use serde::{Serialize, de::DeserializeOwned};
 use std::marker::PhantomData;
-
-/// Most internal steps within one communication step.
-const MOST_STEPS: f64 = 1e6;
 
 /// The state of a model of ordinary differential equations; `#[derive(State)]` writes it.
 #[diagnostic::on_unimplemented(
@@ -27,6 +28,8 @@ pub trait State: Vector + Copy + Default + Serialize + DeserializeOwned + Send +
     const INFO: Info;
     /// Longest internal step, s.
     const MAX_STEP: f64;
+    /// Whether the model is for Model Exchange too.
+    const MODEL_EXCHANGE: bool;
 
     /// The state at the start.
     fn start(p: &Self::P, u: &Self::U) -> Self;
@@ -35,22 +38,43 @@ pub trait State: Vector + Copy + Default + Serialize + DeserializeOwned + Send +
     fn table() -> &'static [Variable<Self>]
     where
         Self: Model;
+
+    /// A row for the derivative of each continuous state.
+    fn derivatives() -> &'static [Variable<Self>]
+    where
+        Self: Model;
 }
 
 /// Numbers that can be integrated.
 pub trait Vector: Sized {
-    /// `self + factor · rate`.
-    #[must_use]
-    fn plus(&self, factor: f64, rate: &Self) -> Self;
+    /// How many there are.
+    fn len(&self) -> usize;
+
+    /// Reads them into the front of `to`, whose rest is the answer.
+    fn read<'a>(&self, to: &'a mut [f64]) -> &'a mut [f64];
+
+    /// Writes them from the front of `from`, whose rest is the answer.
+    fn write<'a>(&mut self, from: &'a [f64]) -> &'a [f64];
 
     /// The name of the first number that is not finite, and the number.
     fn not_finite(&self) -> Option<(&'static str, f64)>;
 }
 
 impl Vector for f64 {
+    fn len(&self) -> usize {
+        1
+    }
+
     #[inline]
-    fn plus(&self, factor: f64, rate: &f64) -> f64 {
-        self + factor * rate
+    fn read<'a>(&self, to: &'a mut [f64]) -> &'a mut [f64] {
+        to[0] = *self;
+        &mut to[1..]
+    }
+
+    #[inline]
+    fn write<'a>(&mut self, from: &'a [f64]) -> &'a [f64] {
+        *self = from[0];
+        &from[1..]
     }
 
     fn not_finite(&self) -> Option<(&'static str, f64)> {
@@ -59,9 +83,22 @@ impl Vector for f64 {
 }
 
 impl<const N: usize> Vector for [f64; N] {
+    fn len(&self) -> usize {
+        N
+    }
+
     #[inline]
-    fn plus(&self, factor: f64, rate: &Self) -> Self {
-        std::array::from_fn(|i| self[i] + factor * rate[i])
+    fn read<'a>(&self, to: &'a mut [f64]) -> &'a mut [f64] {
+        let (to, rest) = to.split_at_mut(N);
+        to.copy_from_slice(self);
+        rest
+    }
+
+    #[inline]
+    fn write<'a>(&mut self, from: &'a [f64]) -> &'a [f64] {
+        let (from, rest) = from.split_at(N);
+        self.copy_from_slice(from);
+        rest
     }
 
     fn not_finite(&self) -> Option<(&'static str, f64)> {
@@ -72,17 +109,33 @@ impl<const N: usize> Vector for [f64; N] {
 /// A model of ordinary differential equations: `x' = f(x, p, u, t)`, `y = g(x, p, u)`, x the state
 /// `Self`.
 ///
-/// It is solved by the Runge–Kutta method of order 4 in equal internal steps that end where the
-/// communication step ends, none longer than `#[fmu(max_step = …)]` says, 1 ms if it says nothing.
-/// Inputs follow their derivatives, if the importer gives them. A step that leaves a state that is
-/// not finite is discarded.
+/// In Co-Simulation it is solved by the Runge–Kutta method of order 4 in equal internal steps that
+/// end where the communication step ends, none longer than `#[fmu(max_step = …)]` says, 1 ms if it
+/// says nothing. Events are found within them. Inputs follow their derivatives, if the importer
+/// gives them. A step that leaves a state that is not finite is discarded.
+///
+/// With `#[fmu(model_exchange)]` on the state, importers can integrate it themselves: Model
+/// Exchange.
 #[diagnostic::on_unimplemented(
     message = "`{Self}` is not a model",
     note = "write `impl Ode for {Self}` with its equations, or `impl Model for {Self}`"
 )]
 pub trait Ode: State {
-    /// Time derivative of each state, per s.
-    fn derivative(&self, p: &Self::P, u: &Self::U, t: f64) -> Self;
+    /// Writes the time derivative of each state, per s, where the state is in `dx`: all of them;
+    /// what is not integrated means nothing there.
+    fn derivative(&self, p: &Self::P, u: &Self::U, t: f64, dx: &mut Self);
+
+    /// Event indicators: [`Variable::indicator`].
+    const INDICATORS: &'static [Variable<Self>] = &[];
+
+    /// As [`Continuous::indicators`].
+    fn indicators(&self, _p: &Self::P, _u: &Self::U, _t: f64, _z: &mut [f64]) {}
+
+    /// As [`Continuous::event`], also in Co-Simulation: where a step begins and at the events
+    /// within it.
+    fn event(&mut self, _p: &Self::P, _u: &Self::U, _t: f64) -> Event {
+        Event::NONE
+    }
 
     /// What the model puts out beside its state. Must be written where `#[fmu(output = …)]` names a
     /// struct.
@@ -152,6 +205,8 @@ impl<S: Ode> Model for S {
     type Evaluation = ();
 
     const INFO: Info = S::INFO.with_input_derivatives();
+    const MODEL_EXCHANGE: Option<ModelExchange<S>> =
+        if S::MODEL_EXCHANGE { ModelExchange::of() } else { None };
 
     fn variables() -> &'static [Variable<Self>] {
         S::table()
@@ -180,35 +235,76 @@ impl<S: Ode> Model for S {
         t: f64,
         h: f64,
     ) -> Result<StepEnd, ModelError> {
-        let n = (h / S::MAX_STEP).ceil();
-        if n > MOST_STEPS {
-            let longest = S::MAX_STEP;
-            return Err(ModelError::new(format!(
-                "{n} internal steps of at most {longest} s would be needed; there must be at most {MOST_STEPS}"
-            )));
-        }
-        let dt = h / n; // internal steps divide h, so the last one ends at t + h
-        let mut x = *self;
-        for k in 0..n as u32 {
-            x = runge_kutta(x, p, u, t, f64::from(k) * dt, dt);
-        }
-        *self = finite(x, "at the end of the step")?;
-        Ok(StepEnd::WHOLE)
+        self.step_in(&mut Room::default(), p, u, &(), t, h)
+    }
+
+    fn step_in(
+        &mut self,
+        room: &mut Room<S>,
+        p: &S::P,
+        u: &InputPolynomial<S::U>,
+        _now: &(),
+        t: f64,
+        h: f64,
+    ) -> Result<StepEnd, ModelError> {
+        let make = |n| Solver::new(Method::Fixed, vec![1.0; n], <S as Ode>::INDICATORS.len(), S::MAX_STEP);
+        solve(self, room, make, self.len(), name_of, (p, u), (t, h))
     }
 }
 
-/// One internal step of `dt` s from `s` s after `t`: the classical method of order 4.
-#[inline]
-fn runge_kutta<S: Ode>(x: S, p: &S::P, u: &InputPolynomial<S::U>, t: f64, s: f64, dt: f64) -> S {
-    let (half, end) = (s + 0.5 * dt, s + dt);
-    let (u_start, u_half, u_end) = (u.at::<S>(s), u.at::<S>(half), u.at::<S>(end));
-    let a = x.derivative(p, &u_start, t + s);
-    let b = x.plus(0.5 * dt, &a).derivative(p, &u_half, t + half);
-    let c = x.plus(0.5 * dt, &b).derivative(p, &u_half, t + half);
-    let d = x.plus(dt, &c).derivative(p, &u_end, t + end);
-    (x.plus(dt / 6.0, &a).plus(dt / 3.0, &b))
-        .plus(dt / 3.0, &c)
-        .plus(dt / 6.0, &d)
+/// The name of the state of this index; the value is no finite one.
+fn name_of<S: Ode>(x: &mut S, state: usize, value: f64) -> &'static str {
+    let mut states = vec![0.0; x.len()];
+    states[state] = value;
+    x.write(&states);
+    x.not_finite().map_or("", |(name, _)| name)
+}
+
+impl<S: Ode> Continuous for S {
+    fn derivative_rows() -> &'static [Variable<S>] {
+        S::derivatives()
+    }
+
+    const INDICATORS: &'static [Variable<S>] = <S as Ode>::INDICATORS;
+
+    #[inline]
+    fn states(&self, x: &mut [f64]) {
+        self.read(x);
+    }
+
+    #[inline]
+    fn set_states(&mut self, x: &[f64]) {
+        self.write(x);
+    }
+
+    #[inline]
+    fn derivatives(
+        &self,
+        p: &S::P,
+        u: &S::U,
+        _now: &(),
+        t: f64,
+        dx: &mut S,
+    ) -> Result<(), ModelError> {
+        self.derivative(p, u, t, dx);
+        Ok(())
+    }
+
+    fn indicators(
+        &self,
+        p: &S::P,
+        u: &S::U,
+        _now: &(),
+        t: f64,
+        z: &mut [f64],
+    ) -> Result<(), ModelError> {
+        Ode::indicators(self, p, u, t, z);
+        Ok(())
+    }
+
+    fn event(&mut self, p: &S::P, u: &S::U, t: f64) -> Result<Event, ModelError> {
+        Ok(Ode::event(self, p, u, t))
+    }
 }
 
 fn finite<S: State>(x: S, when: &str) -> Result<S, ModelError> {

@@ -422,7 +422,7 @@ functions! { ($) export_component_methods "fmi:fmi3/co-simulation@3.0.0#[method]
     ) -> Status {
         let _ = (requests, n, values, n_values);
         let name = "set-input-derivatives";
-        enter::<X::Model, Fmi3>(instance(this), Call { name, allowed: u8::MAX }, |_| {
+        enter::<X::Model, Fmi3>(instance(this), Call { name, allowed: u16::MAX }, |_| {
             refuse!("FMI 3.0 has no function that sets derivatives of inputs")
         })
     }

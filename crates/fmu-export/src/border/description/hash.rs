@@ -160,6 +160,7 @@ impl Bytes {
             max,
             nominal,
             enumeration,
+            rate_dependencies: _, // those of another row
             dependencies,
             initial_dependencies,
         } = row;
@@ -214,7 +215,9 @@ impl Bytes {
             Place::RealOut(_)
             | Place::IntegerOut(_)
             | Place::BooleanOut(_)
-            | Place::StringOut(_) => {}
+            | Place::StringOut(_)
+            | Place::Derivative
+            | Place::Indicator => {}
         }
     }
 

@@ -238,7 +238,7 @@ impl<M: Model> Variable<M> {
             Place::RealOut(place) => is_constant.then(|| real(place.get(y, i))),
             Place::IntegerOut(place) => is_constant.then(|| place.get(y, i).to_string()),
             Place::BooleanOut(place) => is_constant.then(|| place.get(y, i).to_string()),
-            Place::StringOut(_) => None,
+            Place::StringOut(_) | Place::Derivative | Place::Indicator => None,
         }
     }
 }

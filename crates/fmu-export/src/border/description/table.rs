@@ -61,6 +61,7 @@ pub(crate) fn check<M: Model>(layout: &Layout<M>) -> Result<(), String> {
         let initially = knowns.resolve(row, i, true);
         match (while_stepping, initially, row.causality) {
             (Err(reason), _, _) | (_, Err(reason), _) => return wrong(&reason),
+            _ if row.place.is_behind() => {}
             (_, _, Causality::Output) | (Ok(None), _, Causality::CalculatedParameter) => {}
             (Ok(None), Ok(None), _) => {}
             _ => return wrong("only outputs have dependencies"),

@@ -1,4 +1,4 @@
-//! `<ModelStructure>`: what the outputs depend on, while stepping and in Initialization Mode.
+//! `<ModelStructure>`: what outputs and derivatives depend on, while stepping and in Initialization Mode.
 
 use crate::Model;
 use crate::border::description::{Element, listed};
@@ -9,7 +9,10 @@ pub(super) fn of<M: Model>(layout: &Layout<M>) -> Result<Element, String> {
     let knowns = Knowns::new(layout);
     let unknowns = |element, initially| {
         let unknowns = (1_usize..).zip(layout.iter());
-        let unknowns = unknowns.filter(|(_, (_, row))| row.is_unknown(initially));
+        let unknowns = unknowns.filter(|(_, (_, row))| match element {
+            "Derivatives" => row.place.is_derivative(),
+            _ => row.is_unknown(initially) && (initially || !row.place.is_behind()),
+        });
         let unknowns = unknowns.map(|(index, (i, row))| {
             let knowns = knowns.resolve(row, i, initially)?;
             let knowns = knowns.map(|knowns| listed(knowns.iter().map(|k| k + 1)));
@@ -22,5 +25,6 @@ pub(super) fn of<M: Model>(layout: &Layout<M>) -> Result<Element, String> {
     };
     Ok(Element::new("ModelStructure")
         .holding(unknowns("Outputs", false)?)
+        .holding(unknowns("Derivatives", false)?)
         .holding(unknowns("InitialUnknowns", true)?))
 }

@@ -22,7 +22,9 @@ pub(super) fn of<M: Model>(layout: &Layout<M>) -> Element {
     let variables = layout.blocks().map(|(number, block)| {
         let (run, first, n) = block;
         let start = |i| run.row.start(&parameters, &input, &output, i);
-        of_block(number, block, (first..first + n).map(start).collect())
+        let state = layout.state_of(run.row, first);
+        let state = state.map(|state| ("derivative", layout.block_at(state).0.to_string()));
+        of_block(number, block, (first..first + n).map(start).collect()).with(state)
     });
     Element::new("ModelVariables")
         .holding([time])
@@ -37,7 +39,7 @@ fn of_block<M: Model>(
 ) -> Element {
     let row = run.row;
     let name = match run.is_array() {
-        true => row.name.to_owned(),
+        true => row.full_name(),
         false => row.element_name(first),
     };
     let element = match row.enumeration {
