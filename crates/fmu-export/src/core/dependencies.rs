@@ -49,9 +49,17 @@ impl Knowns {
             rows.insert(row.name, Known { elements, role });
         }
         for row in ModelExchange::<M>::rows().filter(|row| row.place.is_derivative()) {
-            states.extend(rows.get(row.name).into_iter().flat_map(|k| k.elements.clone()));
+            states.extend(
+                rows.get(row.name)
+                    .into_iter()
+                    .flat_map(|k| k.elements.clone()),
+            );
         }
-        Self { rows, parameters, states }
+        Self {
+            rows,
+            parameters,
+            states,
+        }
     }
 
     /// Positions of what element `i` of a row depends on at communication points or initially,
@@ -117,7 +125,11 @@ impl Knowns {
     /// Positions of all inputs and states, or initially of all inputs and parameters, ascending: what
     /// an element depends on that does not say.
     pub(crate) fn all(&self, initially: bool) -> Vec<usize> {
-        let other = if initially { Role::Parameter } else { Role::State };
+        let other = if initially {
+            Role::Parameter
+        } else {
+            Role::State
+        };
         let known = (self.rows.values()).filter(|k| k.role == Role::Input || k.role == other);
         let mut elements: Vec<_> = known.flat_map(|k| k.elements.clone()).collect();
         elements.sort_unstable();

@@ -78,7 +78,18 @@ impl<M: Model> Instance<M> {
     }
 
     /// Times of the simulation, s. A stop time of +infinity is none.
-    pub(crate) fn set_times(&mut self, start: f64, stop: Option<f64>) -> Result<(), Fault> {
+    /// The tolerance is for solvers that choose their steps by it; without one it is not used,
+    /// whatever it is.
+    pub(crate) fn set_experiment(
+        &mut self,
+        tolerance: Option<f64>,
+        start: f64,
+        stop: Option<f64>,
+    ) -> Result<(), Fault> {
+        let tolerance = tolerance.filter(|_| M::INFO.tolerance.is_some());
+        if let Some(tolerance) = tolerance.filter(|&t| !(t > 0.0 && t < 1.0)) {
+            return refuse!("tolerance = {tolerance} must be above 0 and below 1");
+        }
         if !start.is_finite() {
             return refuse!("start time = {start} s must be finite");
         }
@@ -92,6 +103,7 @@ impl<M: Model> Instance<M> {
         self.state.time = start;
         self.state.event = start;
         self.state.stop = stop;
+        self.state.tolerance = tolerance;
         Ok(())
     }
 

@@ -110,12 +110,24 @@ impl<M: Model> Variable<M> {
     /// [`Continuous::derivative_rows`](crate::Continuous::derivative_rows); its name is `der(state)`. What
     /// it [depends on](Self::depends_on) are inputs and states; without it: all.
     pub const fn derivative_of(state: &'static str) -> Self {
-        Self::row(state, "Time derivative", Causality::Local, Place::Derivative, true)
+        Self::row(
+            state,
+            "Time derivative",
+            Causality::Local,
+            Place::Derivative,
+            true,
+        )
     }
 
     /// The derivatives of the vector `state`.
     pub const fn derivatives_of(state: &'static str) -> Self {
-        Self::row(state, "Time derivative", Causality::Local, Place::Derivative, false)
+        Self::row(
+            state,
+            "Time derivative",
+            Causality::Local,
+            Place::Derivative,
+            false,
+        )
     }
 
     /// An event indicator, for [`Continuous::INDICATORS`](crate::Continuous::INDICATORS).

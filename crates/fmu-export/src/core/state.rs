@@ -22,6 +22,8 @@ pub(crate) struct State<M: Model> {
     pub(crate) event: f64,
     /// The internal step that a solver tries first, s; 0: not known.
     pub(crate) first: f64,
+    /// The tolerance that the importer has given.
+    pub(crate) tolerance: Option<f64>,
     pub(crate) parameters: M::Parameters,
     /// By element: what the importer has set of the parameters.
     pub(crate) given: Vec<Given>,
@@ -64,6 +66,7 @@ impl<M: Model> State<M> {
             time: 0.0,
             event: 0.0,
             first: 0.0,
+            tolerance: None,
             parameters,
             given: vec![Given::Nothing; elements],
             input: InputPolynomial::held(input),
@@ -79,6 +82,9 @@ impl<M: Model> State<M> {
             && self.time.is_finite()
             && self.event.is_finite()
             && self.first.is_finite()
+            && self
+                .tolerance
+                .is_none_or(|tolerance| tolerance > 0.0 && tolerance < 1.0)
             && self.input.order <= MAX_INPUT_DERIVATIVE
             && (self.model.is_some() || !initialized)
     }

@@ -10,6 +10,7 @@ mod name;
 mod ode;
 mod path;
 mod rows;
+mod shape;
 mod spare;
 
 pub use choice::{Choice, Enumerated, Item};
@@ -20,6 +21,7 @@ pub use rows::{
     Part, Rows, assemble, count, count_states, derivatives, is_display_unit, is_known_unit,
 };
 pub use serde;
+pub use shape::SolverName;
 pub use spare::{Of, RowsOf, Spare, SpareRows, is_output};
 
 use serde::{Serialize, de::DeserializeOwned};

@@ -1,9 +1,9 @@
 //! Models that are ordinary differential equations.
 
+use super::shape::{SolverName, solver};
 use super::{Input, Name, Output, Parameters, Path};
 use crate::core::copied::copied;
 use crate::core::room::{Room, solve};
-use crate::solver::{Method, Solver};
 use crate::{
     Continuous, Event, Info, InputPolynomial, Model, ModelError, ModelExchange, StepEnd, Variable,
 };
@@ -28,6 +28,10 @@ pub trait State: Vector + Copy + Default + Serialize + DeserializeOwned + Send +
     const INFO: Info;
     /// Longest internal step, s.
     const MAX_STEP: f64;
+    /// What integrates it in Co-Simulation.
+    const SOLVER: SolverName;
+    /// The default tolerance of a solver that has one.
+    const TOLERANCE: f64;
     /// Whether the model is for Model Exchange too.
     const MODEL_EXCHANGE: bool;
 
@@ -111,8 +115,9 @@ impl<const N: usize> Vector for [f64; N] {
 ///
 /// In Co-Simulation it is solved by the Runge–Kutta method of order 4 in equal internal steps that
 /// end where the communication step ends, none longer than `#[fmu(max_step = …)]` says, 1 ms if it
-/// says nothing. Events are found within them. Inputs follow their derivatives, if the importer
-/// gives them. A step that leaves a state that is not finite is discarded.
+/// says nothing. With `#[fmu(solver = "adaptive")]` or `"stiff"` internal steps are as long as the
+/// importer's tolerance allows ([`solver`](crate::solver)). Events are found within them. Inputs
+/// follow their derivatives, if the importer gives them. A step that cannot be done is discarded.
 ///
 /// With `#[fmu(model_exchange)]` on the state, importers can integrate it themselves: Model
 /// Exchange.
@@ -152,8 +157,8 @@ pub trait Ode: State {
 
 /// What an importer sees of a model: its state and its outputs.
 pub struct Seen<S: State> {
-    state: S,
-    outputs: S::Y,
+    pub(super) state: S,
+    pub(super) outputs: S::Y,
 }
 
 copied! { [S: State] Seen<S>; }
@@ -204,9 +209,17 @@ impl<S: Ode> Model for S {
     type Output = Seen<S>;
     type Evaluation = ();
 
-    const INFO: Info = S::INFO.with_input_derivatives();
-    const MODEL_EXCHANGE: Option<ModelExchange<S>> =
-        if S::MODEL_EXCHANGE { ModelExchange::of() } else { None };
+    const INFO: Info = match S::SOLVER {
+        SolverName::Fixed => S::INFO.with_input_derivatives(),
+        _ => S::INFO
+            .with_input_derivatives()
+            .with_tolerance(S::TOLERANCE),
+    };
+    const MODEL_EXCHANGE: Option<ModelExchange<S>> = if S::MODEL_EXCHANGE {
+        ModelExchange::of()
+    } else {
+        None
+    };
 
     fn variables() -> &'static [Variable<Self>] {
         S::table()
@@ -247,8 +260,7 @@ impl<S: Ode> Model for S {
         t: f64,
         h: f64,
     ) -> Result<StepEnd, ModelError> {
-        let make = |n| Solver::new(Method::Fixed, vec![1.0; n], <S as Ode>::INDICATORS.len(), S::MAX_STEP);
-        solve(self, room, make, self.len(), name_of, (p, u), (t, h))
+        solve(self, room, solver, self.len(), name_of, (p, u), (t, h))
     }
 }
 

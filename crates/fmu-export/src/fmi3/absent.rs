@@ -12,8 +12,7 @@ use crate::border::call::{E, I, M, N, S};
 use crate::border::functions::functions;
 use crate::core::fault::{Fault, refuse};
 
-const SCHEDULED: &str =
-    "this function is for Scheduled Execution, which this FMU does not offer";
+const SCHEDULED: &str = "this function is for Scheduled Execution, which this FMU does not offer";
 const STRUCTURAL: &str =
     "this FMU has no structural parameters, so there is no Configuration Mode to enter or leave";
 

@@ -30,10 +30,11 @@ use crate::core::fault::{Fault, refuse};
 functions! { ($) Fmi3 export_fmi3_functions;
     fmi3SetDebugLogging [ANY] (on: Boolean, n: usize, categories: *const Str)
         |b| b.set_logging(on != 0, n, categories);
-    /// The tolerance is for models that control their own error: not used, whatever it is.
+    /// The tolerance is for models that control their own error; the others do not use it.
     fmi3EnterInitializationMode [I] (tolerance_defined: Boolean, tolerance: f64, start: f64, stop_defined: Boolean, stop: f64)
         |b| {
-            b.instance.set_times(start, (stop_defined != 0).then_some(stop))?;
+            let tolerance = (tolerance_defined != 0).then_some(tolerance);
+            b.instance.set_experiment(tolerance, start, (stop_defined != 0).then_some(stop))?;
             b.instance.enter_initialization();
             Ok(())
         };

@@ -3,7 +3,6 @@
 use super::ffi::*;
 use super::log::{self, Log, Logger};
 use super::order::{A, STATES};
-use crate::{Event, Model};
 use crate::border::answer::Answer;
 use crate::border::body::{self, Version};
 use crate::border::call::{self, ME, S, U};
@@ -13,6 +12,7 @@ use crate::core::layout::TIME;
 use crate::core::phase::Phase;
 use crate::core::place::Names;
 use crate::core::step::End;
+use crate::{Event, Model};
 
 /// FMI 3.0.
 pub(crate) struct Fmi3 {
@@ -167,7 +167,10 @@ impl<M: Model> Body<M> {
     pub(crate) fn update_discrete_states(&mut self) -> Result<Happened, Fault> {
         match self.interface {
             ME => self.instance.update_discrete_states(),
-            _ => Ok(Happened { event: Event::NONE, is_moved: false }),
+            _ => Ok(Happened {
+                event: Event::NONE,
+                is_moved: false,
+            }),
         }
     }
 

@@ -93,10 +93,14 @@ impl Bytes {
             output_derivatives,
             directional_derivatives,
             early_return,
+            tolerance,
             terminals: _, // in a file of their own
         } = info;
         self.texts(&[model, description, version, author, copyright, license]);
         self.reals(&[start, stop, step]);
+        if let Some(tolerance) = tolerance {
+            self.reals(&[tolerance]);
+        }
         self.pairs(&CATEGORIES.map(|(name, _, description)| (name, description)));
         self.pairs(log_categories);
         self.flags([
