@@ -23,6 +23,7 @@ pub(crate) struct Attributes {
     pub(crate) set: Option<Path>,
     pub(crate) depends_on: Option<Vec<LitStr>>,
     pub(crate) initially_depends_on: Option<Vec<LitStr>>,
+    pub(crate) rate_depends_on: Option<Vec<LitStr>>,
     /// Words without a value.
     flags: Vec<(String, Span)>,
     /// Everything that is said, in order, and where.
@@ -31,7 +32,7 @@ pub(crate) struct Attributes {
 
 /// Every key there is.
 const KEYS: &str = "unit, display_unit, start, min, max, nominal, len, name, at, structural, tunable, constant, discrete, set, depends_on, \
-                    initially_depends_on, beside_evaluation, local, calculated or skip";
+                    initially_depends_on, rate_depends_on, beside_evaluation, local, calculated or skip";
 
 /// Keys without a value.
 const FLAGS: &[&str] = &[
@@ -78,15 +79,15 @@ impl Attributes {
                     }
                 }
                 "set" => self.set = Some(meta.value()?.parse()?),
-                "depends_on" | "initially_depends_on" => {
+                "depends_on" | "initially_depends_on" | "rate_depends_on" => {
                     let content;
                     syn::parenthesized!(content in meta.input);
                     let list = Punctuated::<Expr, Token![,]>::parse_terminated(&content)?;
                     let names = list.iter().map(variable).collect::<Result<_>>()?;
-                    if key == "depends_on" {
-                        self.depends_on = Some(names);
-                    } else {
-                        self.initially_depends_on = Some(names);
+                    match key.as_str() {
+                        "depends_on" => self.depends_on = Some(names),
+                        "rate_depends_on" => self.rate_depends_on = Some(names),
+                        _ => self.initially_depends_on = Some(names),
                     }
                 }
                 flag if FLAGS.contains(&flag) => {

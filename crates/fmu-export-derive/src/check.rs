@@ -8,7 +8,8 @@ use syn::{Error, Expr, ExprLit, ExprUnary, Lit, Result, UnOp};
 /// Everything that is wrong with a field, each at its place.
 pub(crate) fn check(field: &Field, role: Role) -> Result<()> {
     let mut wrong: Vec<Error> = Vec::new();
-    if let Some(reason) = unfit(field.kind, role) {
+    let is_discrete = role == Role::State && field.said.has("discrete");
+    if let Some(reason) = unfit(field.kind, role).filter(|_| !is_discrete) {
         wrong.push(Error::new(syn::spanned::Spanned::span(&field.ty), reason));
     }
     for (key, span) in &field.said.said {
@@ -80,14 +81,18 @@ fn misplaced(key: &str, field: &Field, role: Role) -> Option<String> {
         "tunable" | "min" | "max" if said.has("constant") => {
             Some("a constant cannot be set".to_owned())
         }
+        "discrete" if role == Role::State => None,
         "discrete" if kind != Kind::Real || !matches!(role, Role::Input | Role::Output) => {
-            of("a Real (f64) that is an input or an output")
+            of("a state, or a Real (f64) that is an input or an output")
         }
         "beside_evaluation" if role != Role::Input => of("an input"),
         "set" if kind != Kind::Text => of("a String parameter"),
         "local" if !matches!(role, Role::Output | Role::State) => of("an output or a state"),
         "calculated" if role != Role::Output => of("a field of the outputs"),
         "calculated" if said.has("local") => Some("a variable is not local, too".to_owned()),
+        "rate_depends_on" if role != Role::State || said.has("discrete") => {
+            of("a state that is integrated")
+        }
         "depends_on" if role == Role::State => Some("a state follows no input at once".to_owned()),
         "depends_on" if role != Role::Output => of("an output"),
         "depends_on" if said.has("calculated") => {

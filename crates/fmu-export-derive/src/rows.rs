@@ -247,7 +247,7 @@ fn more(field: &Field, role: Role) -> TokenStream {
     }
     calls.extend(shape(field, role));
     for flag in ["structural", "tunable", "discrete", "beside_evaluation"] {
-        if said.has(flag) {
+        if said.has(flag) && (flag != "discrete" || field.kind == Kind::Real) {
             let flag = Ident::new(flag, Span::call_site());
             calls.extend(quote!(.#flag()));
         }
@@ -262,8 +262,14 @@ fn dependencies(field: &Field, role: Role) -> TokenStream {
     let is_output = !said.has("local") && !said.has("calculated");
     match &said.depends_on {
         Some(names) => calls.extend(quote!(.depends_on(&[#(#names),*]))),
+        None if role == Role::State && is_output && said.has("discrete") => {
+            calls.extend(quote!(.depends_on(&[::fmu_export::NO_STATES])));
+        }
         None if role == Role::State && is_output => calls.extend(quote!(.depends_on(&[]))),
         None => {}
+    }
+    if let Some(names) = &said.rate_depends_on {
+        calls.extend(quote!(.rate_depends_on(&[#(#names),*])));
     }
     let knowns = match &said.initially_depends_on {
         Some(names) => Some(names.iter().map(known).collect()),

@@ -11,12 +11,12 @@ use fmu_export::prelude::*;
     /** Angular acceleration */         #[fmu(unit = "rad/s2", depends_on(torque))] acceleration: f64,
 }
 /// A pendulum with a torque on its pivot
-#[derive(State)] #[fmu(parameters = Parameters, input = Input, output = Output, experiment(0, 10, 0.01))] struct Pendulum {
+#[derive(State)] #[fmu(parameters = Parameters, input = Input, output = Output, model_exchange, experiment(0, 10, 0.01))] struct Pendulum {
     /** Angle from hanging down */ #[fmu(unit = "rad", display_unit = "deg", start = 0.01)] angle: f64,
     /** Angular velocity */        #[fmu(unit = "rad/s", display_unit = "deg/s")] speed: f64,
 }
 impl Ode for Pendulum {
-    fn derivative(&self, p: &Parameters, u: &Input, _t: f64) -> Self { Self { angle: self.speed, speed: self.outputs(p, u).acceleration } }
+    fn derivative(&self, p: &Parameters, u: &Input, _t: f64, dx: &mut Self) { *dx = Self { angle: self.speed, speed: self.outputs(p, u).acceleration }; }
     fn outputs(&self, &Parameters { length, mass, friction }: &Parameters, u: &Input) -> Output {
         let (inertia, weight) = (mass * length * length, 9.80665 * mass);
         let energy = 0.5 * inertia * self.speed * self.speed + weight * length * (1.0 - self.angle.cos());

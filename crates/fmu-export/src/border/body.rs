@@ -2,10 +2,10 @@
 //! here knows what a function does.
 
 use super::answer::Answer;
-use super::call::{Call, L};
+use super::call::{COMMON_STATES, CS, Call, EXCHANGE_STATES, L, ME};
 use super::log::{Log, Logger};
 use crate::Model;
-use crate::core::fault::Fault;
+use crate::core::fault::{self, Fault};
 use crate::core::guard::{Entered, Guarded};
 use crate::core::instance::Instance;
 use crate::core::message::{Kind, Message};
@@ -44,6 +44,8 @@ pub(crate) struct Body<M: Model, V: Version> {
     pub(crate) log: Arc<Log<V::Logger>>,
     /// Texts that the importer was given by the last get.
     pub(crate) strings: Vec<CString>,
+    /// The interface it was made for, [`CS`] or [`ME`].
+    pub(crate) interface: u16,
     pub(crate) own: V,
 }
 
@@ -84,20 +86,43 @@ pub(crate) unsafe fn enter<M: Model, V: Version>(
 #[inline]
 fn check_order<M: Model, V: Version>(body: &Body<M, V>, call: Call) -> Result<(), Fault> {
     let state = V::state(body);
+    if call.allowed & (CS | ME) != 0 && call.allowed & body.interface == 0 {
+        return other_interface::<M>(call);
+    }
     if call.allowed & state != 0 {
         Ok(())
     } else {
-        out_of_order::<V>(call, state)
+        out_of_order::<V>(call, state, body.interface)
     }
 }
 
 #[cold]
-fn out_of_order<V: Version>(call: Call, state: u16) -> Result<(), Fault> {
+fn other_interface<M: Model>(call: Call) -> Result<(), Fault> {
+    let [of, is] = match call.allowed & ME {
+        0 => ["Co-Simulation", "Model Exchange"],
+        _ => ["Model Exchange", "Co-Simulation"],
+    };
+    if M::MODEL_EXCHANGE.is_none() {
+        return fault::refuse!("this function is for {of}, and this FMU offers {is} only");
+    }
+    fault::refuse!("this function is for {of}, and the instance was made for {is}")
+}
+
+#[cold]
+fn out_of_order<V: Version>(call: Call, state: u16, interface: u16) -> Result<(), Fault> {
     let names = |mask: u16| -> Vec<&str> {
         let named = V::STATES.iter().filter(|(bit, _)| mask & bit != 0);
         named.map(|(_, name)| *name).collect()
     };
-    let (now, allowed) = (names(state).join(""), names(call.allowed & !L).join(", "));
+    let others = if interface == ME {
+        !EXCHANGE_STATES & !COMMON_STATES
+    } else {
+        EXCHANGE_STATES
+    };
+    let (now, allowed) = (
+        names(state).join(""),
+        names(call.allowed & !L & !others).join(", "),
+    );
     Err(Fault::refused(format_args!(
         "not allowed in state {now}; allowed in {allowed}"
     )))

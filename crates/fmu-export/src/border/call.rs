@@ -20,8 +20,21 @@ pub(crate) const E: u16 = 32;
 /// Within a step, from the importer's callback: Intermediate Update Mode of FMI 3.0.
 pub(crate) const U: u16 = 64;
 
+/// Event Mode of Model Exchange.
+pub(crate) const M: u16 = 256;
+/// Continuous-Time Mode of Model Exchange.
+pub(crate) const C: u16 = 512;
 /// Before initialization, where sizes are set: Configuration Mode of FMI 3.0.
-pub(crate) const C: u16 = 256;
+pub(crate) const G: u16 = 4096;
+/// The states of Model Exchange alone.
+pub(crate) const EXCHANGE_STATES: u16 = M | C;
+/// The states of both interfaces.
+pub(crate) const COMMON_STATES: u16 = I | G | N | T | L;
+
+/// Beside the states: for instances of Co-Simulation only.
+pub(crate) const CS: u16 = 1024;
+/// For instances of Model Exchange only.
+pub(crate) const ME: u16 = 2048;
 
 /// The bit of the state of an instance outside a step.
 #[inline]
@@ -33,11 +46,13 @@ pub(crate) fn state<M: Model>(instance: &Instance<M>) -> u16 {
         Phase::Stepping => S,
         Phase::Terminated => T,
         Phase::Exchange => E,
-        Phase::Configuration => C,
+        Phase::Event => M,
+        Phase::Continuous => C,
+        Phase::Configuration => G,
     }
 }
 
-/// A function and the states it is allowed in.
+/// A function, the states it is allowed in, and the interface that it is of, where not of both.
 #[derive(Clone, Copy)]
 pub(crate) struct Call {
     pub(crate) name: &'static str,

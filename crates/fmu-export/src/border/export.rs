@@ -111,10 +111,11 @@ macro_rules! export_fmi3 {
                     required, n_required, environment, log_message, update
                 );
                 fmi3InstantiateModelExchange(
-                    _name: Str, _token: Str, _resources: Str, _visible: Boolean, logging_on: Boolean,
+                    name: Str, token: Str, resources: Str, _visible: Boolean, logging_on: Boolean,
                     environment: InstanceEnvironment, log_message: Option<LogMessage>
-                ) -> Instance
-                    = refuse_instantiation("fmi3InstantiateModelExchange", logging_on, environment, log_message);
+                ) -> Instance = instantiate_model_exchange(
+                    &LIBRARY, name, token, resources, logging_on, environment, log_message
+                );
                 fmi3InstantiateScheduledExecution(
                     _name: Str, _token: Str, _resources: Str, _visible: Boolean, logging_on: Boolean,
                     environment: InstanceEnvironment, log_message: Option<LogMessage>,

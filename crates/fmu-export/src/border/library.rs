@@ -2,7 +2,7 @@
 
 use super::answer::Answer;
 use super::body::{Body, Version};
-use super::call::U;
+use super::call::{ME, U};
 use super::description::hash;
 use super::log::Log;
 use crate::Model;
@@ -58,6 +58,8 @@ pub(crate) struct Request<'a, V: Version> {
     pub(crate) hash: &'a OnceLock<Uuid>,
     pub(crate) sizes: &'static str,
     pub(crate) resources: Option<PathBuf>,
+    /// [`CS`] or [`ME`].
+    pub(crate) interface: u16,
     pub(crate) own: V,
 }
 
@@ -82,7 +84,10 @@ impl<V: Version> Request<'_, V> {
                 Err(wrong) => wrong,
             })?;
             let identity = Identity {
-                version: V::NAME,
+                version: match self.interface {
+                    ME => [V::NAME[0], V::NAME[1], V::NAME[2], b'X'],
+                    _ => V::NAME,
+                },
                 model: hash.into_bytes(),
             };
             let instance = Instance::new(
@@ -97,6 +102,7 @@ impl<V: Version> Request<'_, V> {
                 instance,
                 log: Arc::clone(&log),
                 strings: Vec::new(),
+                interface: self.interface,
                 own: self.own,
             };
             body.instance.wanted = body.log.wanted_of_model();

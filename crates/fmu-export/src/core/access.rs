@@ -225,6 +225,8 @@ impl<M: Model> Instance<M> {
                 place.slice(&self.state.input.value)
             } else if let Some(place) = T::parameter(&row.place) {
                 place.slice(&self.state.parameters)
+            } else if let Some(values) = self.behind(&run, |values| T::of_reals(values))? {
+                values
             } else {
                 return Err(self.not_gettable(row, run.index(first), T::KIND.name(self.names)));
             };

@@ -1,11 +1,13 @@
 //! One instance of a model: its state, and what is computed of it.
 
+use super::exchange::Exchange;
 use super::fault::{Fault, refuse};
 use super::layout::Layout;
 use super::log::Wanted;
 use super::message::{Kind, Message};
 use super::phase::Phase;
 use super::place::Names;
+use super::room::Room;
 use super::sizes;
 use super::state::{Identity, Saved, State};
 use crate::{Evaluation, Model, ModelError};
@@ -31,6 +33,10 @@ pub(crate) struct Instance<M: Model> {
     /// Outputs of `state`, valid while `fresh`.
     pub(crate) output: M::Output,
     pub(crate) fresh: bool,
+    /// Room for a solver.
+    pub(crate) room: Room<M>,
+    /// What is for Model Exchange only.
+    pub(crate) exchange: Exchange<M>,
     pub(crate) saved: Saved<M>,
     /// Not sent yet.
     pub(crate) messages: Vec<Message>,
@@ -62,6 +68,8 @@ impl<M: Model> Instance<M> {
             sizes,
             evaluation: None,
             fresh: false,
+            room: Room::default(),
+            exchange: Exchange::default(),
             saved: Saved::default(),
             messages: Vec::new(),
             wanted: Wanted::default(),
@@ -75,7 +83,18 @@ impl<M: Model> Instance<M> {
     }
 
     /// Times of the simulation, s. A stop time of +infinity is none.
-    pub(crate) fn set_times(&mut self, start: f64, stop: Option<f64>) -> Result<(), Fault> {
+    /// The tolerance is for solvers that choose their steps by it; without one it is not used,
+    /// whatever it is.
+    pub(crate) fn set_experiment(
+        &mut self,
+        tolerance: Option<f64>,
+        start: f64,
+        stop: Option<f64>,
+    ) -> Result<(), Fault> {
+        let tolerance = tolerance.filter(|_| M::INFO.tolerance.is_some());
+        if let Some(tolerance) = tolerance.filter(|&t| !(t > 0.0 && t < 1.0)) {
+            return refuse!("tolerance = {tolerance} must be above 0 and below 1");
+        }
         if !start.is_finite() {
             return refuse!("start time = {start} s must be finite");
         }
@@ -87,7 +106,9 @@ impl<M: Model> Instance<M> {
         }
         self.state.start = start;
         self.state.time = start;
+        self.state.event = start;
         self.state.stop = stop;
+        self.state.tolerance = tolerance;
         Ok(())
     }
 
@@ -116,13 +137,21 @@ impl<M: Model> Instance<M> {
 
     /// Puts another state in place of the present one.
     pub(crate) fn replace(&mut self, state: State<M>) {
+        self.room.first = state.first;
         self.state = state;
         if self.layout.has_vectors() {
             self.follow_sizes();
         }
+        self.forget();
+        self.lost = false;
+    }
+
+    /// Marks all that was computed of the state as out of date.
+    #[inline(always)]
+    pub(crate) fn forget(&mut self) {
         self.evaluation = None;
         self.fresh = false;
-        self.lost = false;
+        self.exchange.forget();
     }
 
     /// Marks what was computed from parameters and inputs as out of date: the outputs, and the
@@ -130,6 +159,7 @@ impl<M: Model> Instance<M> {
     #[inline]
     pub(crate) fn touch(&mut self, is_evaluated: bool) {
         self.fresh = false;
+        self.exchange.forget();
         let is_initializing = self.state.phase == Phase::Initialization;
         if is_evaluated || is_initializing {
             self.evaluation = None;

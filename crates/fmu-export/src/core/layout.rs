@@ -4,9 +4,11 @@
 //! A long row, and one in a vector, counts as one: its number is `r` whatever its length is, and its
 //! elements have numbers far above all others, `(r + 1) << 20` and on.
 
+use super::continuous::ModelExchange;
 use super::copied::copied;
 use super::fault::Fault;
 use super::model::{Model, Variable};
+use super::place::Place;
 use super::sizes::Resize;
 use std::ops::Range;
 
@@ -22,6 +24,8 @@ pub(crate) struct Run<M: Model> {
     first: u32,
     len: u32,
     is_array: bool,
+    /// Of what is behind the table: where its numbers begin among all of them.
+    pub(crate) offset: u32,
     pub(crate) row: &'static Variable<M>,
     /// [`Variable::bounds`] of the row.
     pub(crate) bounds: [f64; 2],
@@ -104,6 +108,15 @@ pub(crate) struct Layout<M: Model> {
     rows: Vec<(usize, Run<M>)>,
     /// The long rows, with the number of elements of those before.
     long: Vec<(usize, Run<M>)>,
+    /// How many continuous states there are for Model Exchange.
+    pub(crate) states: usize,
+    /// How many event indicators.
+    pub(crate) indicators: usize,
+}
+
+/// The row of the table that is a state, by its name.
+pub(crate) fn state<M: Model>(name: &str) -> Option<&'static Variable<M>> {
+    M::variables().iter().find(|row| row.name == name)
 }
 
 impl<M: Model> Layout<M> {
@@ -114,12 +127,22 @@ impl<M: Model> Layout<M> {
             by_number: Vec::new(),
             rows: Vec::new(),
             long: Vec::new(),
+            states: 0,
+            indicators: 0,
         };
-        let (mut next, mut position, mut in_long) = (0, 0, 0);
-        for row in M::variables() {
-            let len = row.len(parameters, input, &output).min(LONGEST);
-            let number = row.at.unwrap_or(next);
-            let is_long = row.resize.is_some() || len > MOST_COUNTED;
+        let (mut next, mut position, mut in_long, mut offset) = (0, 0, 0, 0);
+        for row in M::variables().iter().chain(ModelExchange::<M>::rows()) {
+            let is_behind = row.place.is_behind();
+            let owner = match row.place {
+                Place::Derivative => state(row.name).unwrap_or(row),
+                _ => row,
+            };
+            let len = owner.len(parameters, input, &output).min(LONGEST);
+            let number = match is_behind {
+                true => layout.len() as u32,
+                false => row.at.unwrap_or(next),
+            };
+            let is_long = owner.resize.is_some() || len > MOST_COUNTED;
             let counted = if is_long { 1 } else { len as u32 };
             next = number.saturating_add(counted);
             let run = Run {
@@ -128,10 +151,18 @@ impl<M: Model> Layout<M> {
                     false => number,
                 },
                 len: len as u32,
-                is_array: !row.scalar && row.each_unit.windows(2).all(|pair| pair[0] == pair[1]),
+                is_array: !owner.scalar
+                    && owner.each_unit.windows(2).all(|pair| pair[0] == pair[1]),
+                offset,
                 row,
                 bounds: row.bounds(),
             };
+            match row.place {
+                Place::Derivative => layout.states += len,
+                _ if is_behind => layout.indicators += len,
+                _ => {}
+            }
+            offset += if is_behind { len as u32 } else { 0 };
             layout.rows.push((position, run));
             position += len;
             if number > LARGEST_NUMBER {
@@ -212,6 +243,13 @@ impl<M: Model> Layout<M> {
     /// All rows in the order of the table, with the positions of their elements among all elements.
     pub(crate) fn rows(&self) -> impl Iterator<Item = (Range<usize>, &'static Variable<M>)> {
         (self.rows.iter()).map(|&(start, run)| (start..start + run.len(), run.row))
+    }
+
+    /// The position of the state of which element `i` of a row is the derivative.
+    pub(crate) fn state_of(&self, row: &Variable<M>, i: usize) -> Option<usize> {
+        let mut rows = self.rows();
+        let state = rows.find(|(_, state)| row.place.is_derivative() && state.name == row.name)?;
+        Some(state.0.start + i)
     }
 
     /// The block that a number means.

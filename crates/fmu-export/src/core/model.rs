@@ -1,6 +1,7 @@
 //! What a model implements, and what a row of its table of variables holds.
 
 use super::causality::{Causality, Dependencies};
+use super::continuous::ModelExchange;
 use super::copied::copied;
 use super::enumeration::Enumeration;
 use super::error::ModelError;
@@ -8,6 +9,7 @@ use super::info::Info;
 use super::input::InputPolynomial;
 use super::log::Log;
 use super::place::{Place, Write};
+use super::room::Room;
 use super::sizes::{Length, Resize, zero};
 use super::step_end::StepEnd;
 use super::unit::Unit;
@@ -43,6 +45,10 @@ pub trait Model: Clone + Serialize + DeserializeOwned + Send + 'static {
 
     /// Names, default experiment, files.
     const INFO: Info;
+
+    /// The equations of a model that is exported for Model Exchange too:
+    /// [`ModelExchange::of`]`()`, which is those of [`Continuous`](super::continuous::Continuous).
+    const MODEL_EXCHANGE: Option<ModelExchange<Self>> = None;
 
     /// The table of variables: the single source of value references, get and set, and
     /// `modelDescription.xml`.
@@ -96,6 +102,21 @@ pub trait Model: Clone + Serialize + DeserializeOwned + Send + 'static {
         t: f64,
         h: f64,
     ) -> Result<StepEnd, ModelError>;
+
+    /// [`step`](Self::step) with room for a solver, which the layer keeps from step to step.
+    #[doc(hidden)]
+    #[inline(always)]
+    fn step_in(
+        &mut self,
+        _room: &mut Room<Self>,
+        p: &Self::Parameters,
+        u: &InputPolynomial<Self::Input>,
+        now: &Self::Evaluation,
+        t: f64,
+        h: f64,
+    ) -> Result<StepEnd, ModelError> {
+        self.step(p, u, now, t, h)
+    }
 
     /// First time derivative of the outputs, with inputs `u` changing at `u_dot` (per s).
     /// Only called if [`Info::with_output_derivatives`] is declared.
@@ -204,6 +225,8 @@ pub struct Variable<M: Model> {
     pub(crate) max: f64,
     pub(crate) nominal: Option<f64>,
     pub(crate) enumeration: Option<Enumeration>,
+    /// What the derivative depends on, where the row is a state.
+    pub(crate) rate_dependencies: Dependencies,
     pub(crate) dependencies: Dependencies,
     pub(crate) initial_dependencies: Dependencies,
 }

@@ -65,6 +65,10 @@ pub(crate) enum Place<P, U, Y> {
     IntegerParameter(Write<P, i32>),
     BooleanParameter(Write<P, bool>),
     StringParameter(fn(&P) -> &str, SetText<P>),
+    /// The derivative of the state that the row is named after, behind the table.
+    Derivative,
+    /// An event indicator, behind the table.
+    Indicator,
 }
 
 /// Setter of a String parameter: parameters, text, the FMU's resources folder if the importer gave
@@ -101,7 +105,8 @@ impl<P, U, Y> Place<P, U, Y> {
             Place::RealParameter(place) => place.len(p),
             Place::IntegerParameter(place) => place.len(p),
             Place::BooleanParameter(place) => place.len(p),
-            Place::StringParameter(..) | Place::StringOut(_) => 1,
+            Place::StringParameter(..) | Place::StringOut(_) | Place::Indicator => 1,
+            Place::Derivative => 0, // as many as the state has
         }
     }
 
@@ -109,6 +114,7 @@ impl<P, U, Y> Place<P, U, Y> {
     pub(crate) fn kind(&self) -> Kind {
         match self {
             Place::RealIn(_) | Place::RealOut(_) | Place::RealParameter(_) => Kind::Real,
+            Place::Derivative | Place::Indicator => Kind::Real,
             Place::IntegerIn(_) | Place::IntegerOut(_) | Place::IntegerParameter(_) => {
                 Kind::Integer
             }
@@ -117,6 +123,16 @@ impl<P, U, Y> Place<P, U, Y> {
             }
             Place::StringParameter(..) | Place::StringOut(_) => Kind::String,
         }
+    }
+
+    /// Whether the row is the derivative of a state.
+    pub(crate) fn is_derivative(&self) -> bool {
+        matches!(self, Place::Derivative)
+    }
+
+    /// Whether the row is behind the table, of what is for Model Exchange.
+    pub(crate) fn is_behind(&self) -> bool {
+        matches!(self, Place::Derivative | Place::Indicator)
     }
 
     pub(crate) fn is_real(&self) -> bool {

@@ -14,7 +14,7 @@ use crate::Model;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 const MAGIC: &[u8; 8] = b"fmu-exp\0";
-const VERSION: u32 = 4;
+const VERSION: u32 = 5;
 const MODEL_AT: usize = 16;
 const LENGTH_AT: usize = 32;
 const CRC_AT: usize = 40;
@@ -28,6 +28,7 @@ impl<M: Model> Instance<M> {
     /// none).
     pub(crate) fn save(&mut self, old: usize) -> Result<usize, Fault> {
         let mut state = Box::new(self.state.clone());
+        state.first = self.room.first;
         if state.phase == Phase::Initialization {
             state.model = None; // only kept from one get to the next: made again when needed
         }
@@ -107,7 +108,12 @@ impl<M: Model> Instance<M> {
             return refuse!("serialized state has format version {version}; it must be {VERSION}");
         }
         if header[12..MODEL_AT] != self.identity.version {
-            let name = |v: &[u8]| String::from_utf8_lossy(v).replace('\0', "");
+            let name = |v: &[u8]| {
+                let version = String::from_utf8_lossy(v);
+                version
+                    .replace('\0', "")
+                    .replace('X', " for Model Exchange")
+            };
             return refuse!(
                 "serialized state is of an instance of FMI {}; it must be of FMI {}",
                 name(&header[12..MODEL_AT]),

@@ -58,7 +58,7 @@ impl<M: Model> Variable<M> {
 
     /// The number of elements in each dimension, if the row says it; 0 by what is no size.
     pub(crate) fn dimensions(&self, p: &M::Parameters) -> impl Iterator<Item = usize> {
-        self.shape.iter().map(move |length| match *length {
+        self.lengths().iter().map(move |length| match *length {
             Length::Fixed(n) => n,
             Length::Parameter(name) => size::<M>(name).map_or(0, |(_, place)| {
                 usize::try_from(place.get(p, 0)).unwrap_or(0)

@@ -20,6 +20,12 @@ pub(crate) struct State<M: Model> {
     /// Time of the last communication point, s: the importer's own number plus one step, so that no
     /// rounding adds up.
     pub(crate) time: f64,
+    /// Time of the last event for Model Exchange, s.
+    pub(crate) event: f64,
+    /// The internal step that a solver tries first, s; 0: not known.
+    pub(crate) first: f64,
+    /// The tolerance that the importer has given.
+    pub(crate) tolerance: Option<f64>,
     pub(crate) parameters: M::Parameters,
     /// By [`Layout::slot`]: what the importer has set of the parameters.
     pub(crate) given: Vec<Given>,
@@ -56,6 +62,9 @@ impl<M: Model> State<M> {
             start: 0.0,
             stop: None,
             time: 0.0,
+            event: 0.0,
+            first: 0.0,
+            tolerance: None,
             parameters,
             given: vec![Given::Nothing; slots],
             input: InputPolynomial {
@@ -79,6 +88,11 @@ impl<M: Model> State<M> {
             .all(|u| layout.fits(&self.parameters, u))
             && self.given.len() == layout.slots()
             && self.time.is_finite()
+            && self.event.is_finite()
+            && self.first.is_finite()
+            && self
+                .tolerance
+                .is_none_or(|tolerance| tolerance > 0.0 && tolerance < 1.0)
             && self.input.order <= MAX_INPUT_DERIVATIVE
             && (self.model.is_some() || !initialized)
     }

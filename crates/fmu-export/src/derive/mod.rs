@@ -11,6 +11,7 @@ mod name;
 mod ode;
 mod path;
 mod rows;
+mod shape;
 mod spare;
 
 pub use cells::{Cells, Read, Written};
@@ -18,8 +19,11 @@ pub use choice::{Choice, Enumerated, Item};
 pub use name::Name;
 pub use ode::{Ode, Seen, SeenOutputs, SeenState, State, Vector};
 pub use path::{Path, Root};
-pub use rows::{Part, Rows, assemble, count, is_display_unit, is_known_unit};
+pub use rows::{
+    Part, Rows, assemble, count, count_states, derivatives, is_display_unit, is_known_unit,
+};
 pub use serde;
+pub use shape::SolverName;
 pub use spare::{Of, RowsOf, Spare, SpareRows, is_output};
 
 use serde::{Serialize, de::DeserializeOwned};

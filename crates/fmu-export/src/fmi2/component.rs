@@ -5,7 +5,7 @@ use super::log::{self, Log, Logger};
 use crate::Model;
 use crate::border::answer::Answer;
 use crate::border::body::{self, Version};
-use crate::border::call::{self, I, L, N, S, T};
+use crate::border::call::{self, C, I, L, M, ME, N, S, T};
 use crate::core::fault::Fault;
 use crate::core::place::Names;
 use crate::core::step::End;
@@ -30,6 +30,8 @@ impl Version for Fmi2 {
         (I, "Instantiated"),
         (N, "Initialization Mode"),
         (S, "Step Complete"),
+        (M, "Event Mode"),
+        (C, "Continuous-Time Mode"),
         (T, "Terminated"),
         (L, "lost by a panic"),
     ];
@@ -91,6 +93,15 @@ impl<M: Model> Body<M> {
                 Err(fault)
             }
         }
+    }
+
+    /// fmi2ExitInitializationMode.
+    pub(crate) fn exit_initialization(&mut self) -> Result<(), Fault> {
+        self.instance.exit_initialization()?;
+        if self.interface == ME {
+            self.instance.enter_events();
+        }
+        Ok(())
     }
 
     /// fmi2Reset.

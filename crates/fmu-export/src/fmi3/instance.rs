@@ -3,16 +3,17 @@
 use super::ffi::*;
 use super::log::{self, Log, Logger};
 use super::order::{A, STATES};
-use crate::Model;
 use crate::border::answer::Answer;
 use crate::border::body::{self, Version};
-use crate::border::call::{self, S, U};
+use crate::border::call::{self, ME, S, U};
+use crate::core::exchange::Happened;
 use crate::core::fault::{Fault, refuse};
 use crate::core::layout::TIME;
 use crate::core::phase::Phase;
 use crate::core::place::Names;
 use crate::core::sizes;
 use crate::core::step::End;
+use crate::{Event, Model};
 
 const NOT_STRUCTURAL: &str =
     "this FMU has no structural parameters, so there is no Configuration Mode to enter or leave";
@@ -159,7 +160,9 @@ impl<M: Model> Body<M> {
     pub(crate) fn exit_initialization(&mut self) -> Result<(), Fault> {
         self.instance.exit_initialization()?;
         self.own.stepping = S;
-        if self.own.has_event_mode {
+        if self.interface == ME {
+            self.instance.enter_events();
+        } else if self.own.has_event_mode {
             self.instance.state.phase = Phase::Exchange;
         }
         Ok(())
@@ -191,8 +194,23 @@ impl<M: Model> Body<M> {
         Ok(())
     }
 
+    /// fmi3UpdateDiscreteStates.
+    pub(crate) fn update_discrete_states(&mut self) -> Result<Happened, Fault> {
+        match self.interface {
+            ME => self.instance.update_discrete_states(),
+            _ => Ok(Happened {
+                event: Event::NONE,
+                is_moved: false,
+            }),
+        }
+    }
+
     /// fmi3EnterEventMode.
     pub(crate) fn enter_event_mode(&mut self) -> Result<(), Fault> {
+        if self.interface == ME {
+            self.instance.enter_events();
+            return Ok(());
+        }
         if !self.own.has_event_mode {
             return refuse!(
                 "eventModeUsed was false in fmi3InstantiateCoSimulation; it must be true to enter Event Mode"

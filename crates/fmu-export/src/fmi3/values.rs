@@ -8,7 +8,7 @@ use super::instance::{Body, Fmi3};
 use super::order::{GET, SET};
 use crate::Model;
 use crate::border::arguments::{Array, ArrayMut, array, array_mut, texts};
-use crate::border::call::C as CONFIGURATION;
+use crate::border::call::{C, G};
 use crate::border::functions::functions;
 use crate::core::access::not_allowed;
 use crate::core::fault::{Fault, refuse};
@@ -18,8 +18,12 @@ use crate::core::value::Value;
 functions! { ($) Fmi3 export_fmi3_values;
     fmi3GetFloat64 [GET] (vr: *const ValueReference, n: usize, values: *mut f64, n_values: usize)
         |b| get(b, array(VR, vr, n)?, array_mut("values", values, n_values)?, None, |x: f64| x);
-    fmi3SetFloat64 [SET] (vr: *const ValueReference, n: usize, values: *const f64, n_values: usize)
-        |b| set(b, array(VR, vr, n)?, array("values", values, n_values)?, |x: f64| x);
+    fmi3SetFloat64 [SET | C] (vr: *const ValueReference, n: usize, values: *const f64, n_values: usize)
+        |b| {
+            let vr = array(VR, vr, n)?;
+            check_between_events(b, vr)?;
+            set(b, vr, array("values", values, n_values)?, |x: f64| x)
+        };
     fmi3GetBoolean [GET] (vr: *const ValueReference, n: usize, values: *mut Boolean, n_values: usize)
         |b| get(b, array(VR, vr, n)?, array_mut("values", values, n_values)?, None, |x: bool| Boolean::from(x));
     fmi3SetBoolean [SET] (vr: *const ValueReference, n: usize, values: *const Boolean, n_values: usize)
@@ -32,9 +36,9 @@ functions! { ($) Fmi3 export_fmi3_values;
         |b| get(b, array(VR, vr, n)?, array_mut("values", values, n_values)?, Some(&INT64), |x: i32| i64::from(x));
     fmi3SetInt64 [SET] (vr: *const ValueReference, n: usize, values: *const i64, n_values: usize)
         |b| set_integers(b, array(VR, vr, n)?, array("values", values, n_values)?, &INT64);
-    fmi3GetUInt64 [GET | CONFIGURATION] (vr: *const ValueReference, n: usize, values: *mut u64, n_values: usize)
+    fmi3GetUInt64 [GET | G] (vr: *const ValueReference, n: usize, values: *mut u64, n_values: usize)
         |b| get(b, array(VR, vr, n)?, array_mut("values", values, n_values)?, Some(&UINT64), |x: i32| x.unsigned_abs().into());
-    fmi3SetUInt64 [SET | CONFIGURATION] (vr: *const ValueReference, n: usize, values: *const u64, n_values: usize)
+    fmi3SetUInt64 [SET | G] (vr: *const ValueReference, n: usize, values: *const u64, n_values: usize)
         |b| set_integers(b, array(VR, vr, n)?, array("values", values, n_values)?, &UINT64);
     /// The texts stay valid until the next call of it.
     fmi3GetString [GET] (vr: *const ValueReference, n: usize, values: *mut Str, n_values: usize)
@@ -52,6 +56,15 @@ functions! { ($) Fmi3 export_fmi3_values;
             b.note_set();
             Ok(())
         };
+}
+
+/// Between events, refuses what is not a continuous input.
+#[inline(always)]
+fn check_between_events<X: Model>(b: &Body<X>, vr: Array<ValueReference>) -> Result<(), Fault> {
+    match X::MODEL_EXCHANGE {
+        Some(_) => b.instance.check_between_events(|k| vr.at(k)),
+        None => Ok(()),
+    }
 }
 
 /// What FMI calls the value references.

@@ -94,10 +94,14 @@ impl Bytes {
             output_derivatives,
             directional_derivatives,
             early_return,
+            tolerance,
             terminals: _, // in a file of their own
         } = info;
         self.texts(&[model, description, version, author, copyright, license]);
         self.reals(&[start, stop, step]);
+        if let Some(tolerance) = tolerance {
+            self.reals(&[tolerance]);
+        }
         self.pairs(&CATEGORIES.map(|(name, _, description)| (name, description)));
         self.pairs(log_categories);
         self.flags([
@@ -164,6 +168,7 @@ impl Bytes {
             max,
             nominal,
             enumeration,
+            rate_dependencies: _, // those of another row
             dependencies,
             initial_dependencies,
         } = row;
@@ -225,7 +230,9 @@ impl Bytes {
             Place::RealOut(_)
             | Place::IntegerOut(_)
             | Place::BooleanOut(_)
-            | Place::StringOut(_) => {}
+            | Place::StringOut(_)
+            | Place::Derivative
+            | Place::Indicator => {}
         }
     }
 

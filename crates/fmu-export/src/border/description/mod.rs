@@ -23,6 +23,10 @@ pub(crate) struct Dialect<M: Model> {
     pub(crate) version: &'static str,
     /// What it calls the hash.
     pub(crate) hash: &'static str,
+    /// Attributes of the element `ModelExchange`, where the model has that.
+    pub(crate) model_exchange: Vec<(&'static str, &'static str)>,
+    /// Where the root tells the number of event indicators.
+    pub(crate) indicators: Option<&'static str>,
     /// Attributes of the element `CoSimulation`.
     pub(crate) co_simulation: Vec<(&'static str, &'static str)>,
     /// Elements of an enumeration's type.
@@ -45,7 +49,11 @@ impl<M: Model> Dialect<M> {
         check(&layout, &start)?;
         let hash = hash(&layout, &start, self.name);
         let slave = self.co_simulation.iter().copied();
+        let exchange = M::MODEL_EXCHANGE.map(|_| self.model_exchange.iter().copied());
+        let indicators = self.indicators.zip(M::MODEL_EXCHANGE);
         root(&M::INFO, self.version, (self.hash, format!("{{{hash}}}")))
+            .with(indicators.map(|(name, _)| (name, layout.indicators.to_string())))
+            .holding(exchange.map(|exchange| Element::new("ModelExchange").with(exchange)))
             .holding([Element::new("CoSimulation").with(slave)])
             .holding(units(&layout))
             .holding(types(&layout, self.enumeration))

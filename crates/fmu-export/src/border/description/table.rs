@@ -64,6 +64,7 @@ pub(crate) fn check<M: Model>(layout: &Layout<M>, start: &Start<M>) -> Result<()
         let initially = knowns.resolve(row, i, true);
         match (while_stepping, initially, row.causality) {
             (Err(reason), _, _) | (_, Err(reason), _) => return wrong(&reason),
+            _ if row.place.is_behind() => {}
             (_, _, Causality::Output) | (Ok(None), _, Causality::CalculatedParameter) => {}
             (Ok(None), Ok(None), _) => {}
             _ => return wrong("only outputs have dependencies"),
@@ -94,6 +95,7 @@ fn lengths<M: Model>(layout: &Layout<M>, (p, u): &Start<M>) -> Result<(), String
         }
         match (elements.len(), row.place.len(p, u, &y)) {
             (0, _) => return wrong("has no elements"),
+            _ if row.place.is_behind() => {}
             (n, found) if n != found => {
                 return wrong(&format!("has {found} elements, but says that it has {n}"));
             }

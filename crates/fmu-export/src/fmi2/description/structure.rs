@@ -1,4 +1,4 @@
-//! `<ModelStructure>`: what the outputs depend on, while stepping and in Initialization Mode.
+//! `<ModelStructure>`: what outputs and derivatives depend on, while stepping and in Initialization Mode.
 
 use crate::Model;
 use crate::border::description::{Element, listed};
@@ -10,7 +10,10 @@ pub(super) fn of<M: Model>(layout: &Layout<M>) -> Result<Element, String> {
     let unknowns = |element, initially| {
         let all = knowns.all(initially);
         let unknowns = (1_usize..).zip(layout.iter());
-        let unknowns = unknowns.filter(|(_, (_, row))| row.is_unknown(initially));
+        let unknowns = unknowns.filter(|(_, (_, row))| match element {
+            "Derivatives" => row.place.is_derivative(),
+            _ => row.is_unknown(initially) && (initially || !row.place.is_behind()),
+        });
         let unknowns = unknowns.map(|(index, (i, row))| {
             // A long row that depends on everything does not list it for each of its elements.
             let is_all = |listed: &Vec<usize>| listed.len() > MOST_COUNTED && *listed == all;
@@ -26,5 +29,6 @@ pub(super) fn of<M: Model>(layout: &Layout<M>) -> Result<Element, String> {
     };
     Ok(Element::new("ModelStructure")
         .holding(unknowns("Outputs", false)?)
+        .holding(unknowns("Derivatives", false)?)
         .holding(unknowns("InitialUnknowns", true)?))
 }

@@ -22,6 +22,7 @@ pub(super) fn of<M: Model>(layout: &Layout<M>, (parameters, input): &Start<M>) -
             Some(_) => "Enumeration",
             None => row.place.kind().name(&Names::PLAIN),
         };
+        let state = layout.state_of(row, i);
         let start = row.start(parameters, input, &output, i);
         let (_, initial) = row.causality_and_initial();
         let dimensions: Vec<_> = row.dimensions(parameters).collect();
@@ -29,6 +30,7 @@ pub(super) fn of<M: Model>(layout: &Layout<M>, (parameters, input): &Start<M>) -
             .with(initial.map(|initial| ("initial", initial)))
             .holding([Element::new(element)
                 .with(type_attributes(row, i))
+                .with(state.map(|state| ("derivative", (state + 1).to_string())))
                 .with(start.map(|start| ("start", start)))])
     }))
 }

@@ -21,12 +21,25 @@ pub fn model_description3<M: Model>() -> Result<String, String> {
 /// The same with sizes that are said when the FMU is packed.
 pub(crate) fn described<M: Model>(sizes: &str) -> Result<String, String> {
     let info = &M::INFO;
-    let derivatives = flag(info.directional_derivatives);
+    let derivatives = flag(info.directional_derivatives || M::MODEL_EXCHANGE.is_some());
     let order = if info.output_derivatives { "1" } else { "0" };
     let dialect = Dialect {
         name: Fmi3::NAME,
         version: "3.0",
         hash: "instantiationToken",
+        indicators: None,
+        model_exchange: vec![
+            ("modelIdentifier", info.model),
+            ("needsExecutionTool", "false"),
+            ("canBeInstantiatedOnlyOncePerProcess", "false"),
+            ("canGetAndSetFMUState", "true"),
+            ("canSerializeFMUState", "true"),
+            ("providesDirectionalDerivatives", "true"),
+            ("providesAdjointDerivatives", "true"),
+            ("providesPerElementDependencies", "true"),
+            ("needsCompletedIntegratorStep", "true"),
+            ("providesEvaluateDiscreteStates", "false"),
+        ],
         co_simulation: vec![
             ("modelIdentifier", info.model),
             ("needsExecutionTool", "false"),

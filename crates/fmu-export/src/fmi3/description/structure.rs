@@ -25,11 +25,17 @@ pub(super) fn of<M: Model>(layout: &Layout<M>) -> Result<Element, String> {
     let unknowns = |element, initially| {
         let blocks = layout.blocks();
         blocks
-            .filter(|(_, (run, ..))| run.row.is_unknown(initially))
+            .filter(|(_, (run, ..))| match element {
+                "ContinuousStateDerivative" => run.row.place.is_derivative(),
+                "EventIndicator" => run.row.place.is_behind() && !run.row.place.is_derivative(),
+                _ => run.row.is_unknown(initially) && (initially || !run.row.place.is_behind()),
+            })
             .map(|block| unknown(element, initially, block))
             .collect::<Result<Vec<_>, String>>()
     };
     Ok(Element::new("ModelStructure")
         .holding(unknowns("Output", false)?)
-        .holding(unknowns("InitialUnknown", true)?))
+        .holding(unknowns("ContinuousStateDerivative", false)?)
+        .holding(unknowns("InitialUnknown", true)?)
+        .holding(unknowns("EventIndicator", false)?))
 }

@@ -22,8 +22,10 @@ pub(super) fn of<M: Model>(layout: &Layout<M>, (parameters, input): &Start<M>) -
     let variables = layout.blocks().map(|(number, block)| {
         let (run, first, n) = block;
         let start = |i| run.row.start(parameters, input, &output, i);
+        let state = layout.state_of(run.row, first);
+        let state = state.map(|state| ("derivative", layout.block_at(state).0.to_string()));
         let starts = (first..first + n).map(start).collect();
-        of_block(number, block, starts, dimensions(layout, &run))
+        of_block(number, block, starts, dimensions(layout, &run)).with(state)
     });
     Element::new("ModelVariables")
         .holding([time])
@@ -39,7 +41,7 @@ fn of_block<M: Model>(
 ) -> Element {
     let row = run.row;
     let name = match run.is_array() {
-        true => row.name.to_owned(),
+        true => row.full_name(),
         false => row.element_name(first),
     };
     let element = row.type_name(&NAMES);
@@ -76,7 +78,7 @@ fn dimensions<M: Model>(layout: &Layout<M>, run: &Run<M>) -> Vec<(&'static str, 
             )
         }
     };
-    match run.row.shape {
+    match run.row.lengths() {
         _ if !run.is_array() => Vec::new(),
         [] => vec![("start", run.len().to_string())],
         shape => shape.iter().map(length).collect(),
