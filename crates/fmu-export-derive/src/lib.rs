@@ -38,7 +38,9 @@
 //! |---|---|
 //! | `parameters = P`, `input = U`, `output = Y` | the model's other structs; makes the struct the state of a model, see `Ode` |
 //! | `model_exchange` | the FMU is for Model Exchange too; `depends_on` then names states beside inputs |
-//! | `max_step = 1e-4` | longest internal step, s; 1 ms without it |
+//! | `max_step = 1e-4` | longest internal step, s; without it 1 ms, and none with `solver` |
+//! | `solver = "adaptive"`, `"stiff"` | what integrates it in Co-Simulation: the method of Dormand and Prince, or Rodas5P for rates that differ by orders of magnitude, whose Jacobian follows `rate_depends_on`. Without it: Runge–Kutta in steps of `max_step` |
+//! | `tolerance = 1e-4` | error of an internal step of these, relative to states or their `nominal` values, if the importer gives none; 1e-6 without it |
 //! | `experiment(0.0, 5.0, 0.01)` | default experiment: start, stop, communication step, s |
 //! | `info = INFO` | names and files (a `const INFO: Info`), instead of the struct's name, doc comment and the package's version |
 //!

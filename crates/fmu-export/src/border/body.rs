@@ -117,8 +117,15 @@ fn out_of_order<V: Version>(call: Call, state: u16, interface: u16) -> Result<()
         let named = V::STATES.iter().filter(|(bit, _)| mask & bit != 0);
         named.map(|(_, name)| *name).collect()
     };
-    let others = if interface == ME { !EXCHANGE_STATES & !COMMON_STATES } else { EXCHANGE_STATES };
-    let (now, allowed) = (names(state).join(""), names(call.allowed & !L & !others).join(", "));
+    let others = if interface == ME {
+        !EXCHANGE_STATES & !COMMON_STATES
+    } else {
+        EXCHANGE_STATES
+    };
+    let (now, allowed) = (
+        names(state).join(""),
+        names(call.allowed & !L & !others).join(", "),
+    );
     Err(Fault::refused(format_args!(
         "not allowed in state {now}; allowed in {allowed}"
     )))

@@ -160,11 +160,18 @@ pub struct Event {
 
 impl Event {
     /// Nothing follows.
-    pub const NONE: Self = Self { again: false, next: None, terminate: false };
+    pub const NONE: Self = Self {
+        again: false,
+        next: None,
+        terminate: false,
+    };
 
     /// The next time event is at `t`, s.
     pub const fn at(t: f64) -> Self {
-        Self { next: Some(t), ..Self::NONE }
+        Self {
+            next: Some(t),
+            ..Self::NONE
+        }
     }
 }
 
@@ -177,7 +184,8 @@ pub struct ModelExchange<M: Model> {
     pub(crate) differentiate: Equations<M, M>,
     pub(crate) indicate: Equations<M, [f64]>,
     pub(crate) event: fn(&mut M, &M::Parameters, &M::Input, f64) -> Result<Event, ModelError>,
-    pub(crate) completed_step: fn(&mut M, &M::Parameters, &M::Input, f64) -> Result<bool, ModelError>,
+    pub(crate) completed_step:
+        fn(&mut M, &M::Parameters, &M::Input, f64) -> Result<bool, ModelError>,
     pub(crate) directional: Option<Directional<M>>,
 }
 
@@ -217,7 +225,11 @@ impl<M: Continuous> ModelExchange<M> {
             indicate: M::indicators,
             event: M::event,
             completed_step: M::completed_step,
-            directional: if M::HAS_DIRECTIONAL { Some(M::directional) } else { None },
+            directional: if M::HAS_DIRECTIONAL {
+                Some(M::directional)
+            } else {
+                None
+            },
         })
     }
 }

@@ -9,6 +9,7 @@ use super::message::Kind;
 use super::model::Variable;
 use super::phase::Phase;
 use super::place::{Place, Write};
+use super::sizes::zero;
 use super::value::Value;
 use std::collections::BTreeMap;
 
@@ -138,7 +139,13 @@ impl<M: Model> Instance<M> {
         let (p, u, u_dot) = (&state.parameters, state.input(), state.input_slope());
         let y_dot = model.output_derivative(p, u, now, &u_dot)?;
         let found = (y_dot, Vec::new());
-        self.put_values(n, element, |e| self.value(e, &found), put, "time derivative")
+        self.put_values(
+            n,
+            element,
+            |e| self.value(e, &found),
+            put,
+            "time derivative",
+        )
     }
 
     fn known(&self, number: u32) -> Result<Known<M>, Fault> {
@@ -147,8 +154,13 @@ impl<M: Model> Instance<M> {
             Place::RealIn(place) => Ok((i, row, Some(place))),
             _ if row.is_state() => Ok((i, row, None)),
             _ => {
-                let (name, kind, real) = (row.element_name(i), row.kind(self.names), self.names.real);
-                let state = if M::MODEL_EXCHANGE.is_some() { " or a continuous state" } else { "" };
+                let (name, kind, real) =
+                    (row.element_name(i), row.kind(self.names), self.names.real);
+                let state = if M::MODEL_EXCHANGE.is_some() {
+                    " or a continuous state"
+                } else {
+                    ""
+                };
                 refuse!("known `{name}` is {kind}; it must be a {real} input{state}")
             }
         }
@@ -172,7 +184,15 @@ impl<M: Model> Instance<M> {
         known: impl Fn(usize) -> u32,
         seed: impl Fn(usize) -> f64,
     ) -> Result<Direction<M>, Fault> {
-        let mut all = Direction { du: M::Input::default(), dx: None, largest: 0.0 };
+        let du = match self.layout.has_vectors() {
+            true => zero::<M>(self.state.input()),
+            false => M::Input::default(),
+        };
+        let mut all = Direction {
+            du,
+            dx: None,
+            largest: 0.0,
+        };
         for k in 0..n {
             let (i, row, place) = self.known(known(k))?;
             let seed = seed(k);
@@ -217,15 +237,28 @@ impl<M: Model> Instance<M> {
                 _ => None,
             };
             return match found {
-                Some(found) => self.put_values(unknowns, unknown, |e| self.value(e, &found), put, DIRECTIONAL),
+                Some(found) => self.put_values(
+                    unknowns,
+                    unknown,
+                    |e| self.value(e, &found),
+                    put,
+                    DIRECTIONAL,
+                ),
                 None => self.difference(&direction, unknowns, unknown, put),
             };
         }
         self.evaluate()?;
         let (state, (model, now)) = (&self.state, self.evaluated());
-        let dy = model.directional_derivative(&state.parameters, state.input(), now, &direction.du)?;
+        let dy =
+            model.directional_derivative(&state.parameters, state.input(), now, &direction.du)?;
         let found = (dy, Vec::new());
-        self.put_values(unknowns, unknown, |e| self.value(e, &found), put, DIRECTIONAL)
+        self.put_values(
+            unknowns,
+            unknown,
+            |e| self.value(e, &found),
+            put,
+            DIRECTIONAL,
+        )
     }
 
     /// The derivative that the model gives itself, if it does.
@@ -244,7 +277,16 @@ impl<M: Model> Instance<M> {
         (equations.set_states)(&mut seed, direction.dx.as_ref().unwrap_or(&dx));
         let mut dy = M::Output::default();
         let (p, u, t) = (&state.parameters, state.input(), state.time);
-        directional(model, p, u, now, t, (&seed, &direction.du), &mut rate, &mut dy)?;
+        directional(
+            model,
+            p,
+            u,
+            now,
+            t,
+            (&seed, &direction.du),
+            &mut rate,
+            &mut dy,
+        )?;
         (equations.states)(&rate, &mut dx);
         Ok(Some((dy, dx)))
     }
@@ -345,7 +387,7 @@ impl<M: Model> Instance<M> {
         // At a bound the difference is one-sided: the model sees no input beyond it.
         let [less, more] = [-step, step].map(|step| match self.moved_inputs(&direction.du, step) {
             Some(u) => (step, u),
-            None => (0.0, *self.state.input()),
+            None => (0.0, self.state.input().clone()),
         });
         let y_less = self.observed(direction, less.0, &less.1)?;
         let y_more = self.observed(direction, more.0, &more.1)?;
@@ -384,7 +426,7 @@ impl<M: Model> Instance<M> {
 
     /// The inputs `u + step·du`, if they are in their bounds.
     fn moved_inputs(&self, du: &M::Input, step: f64) -> Option<M::Input> {
-        let mut u = *self.state.input();
+        let mut u = self.state.input().clone();
         for (i, row) in self.layout.iter() {
             if let Place::RealIn(place) = &row.place {
                 let slot = place.get_mut(&mut u, i);

@@ -25,7 +25,12 @@ pub(crate) struct Exchange<M> {
 
 impl<M> Default for Exchange<M> {
     fn default() -> Self {
-        Self { rate: None, numbers: Vec::new(), fresh: [false; 2], states: Vec::new() }
+        Self {
+            rate: None,
+            numbers: Vec::new(),
+            fresh: [false; 2],
+            states: Vec::new(),
+        }
     }
 }
 
@@ -71,19 +76,31 @@ impl<M: Model> Instance<M> {
     /// Makes derivatives (`which` = 0) or indicators (1) agree with state, inputs and time.
     fn compute(&mut self, which: usize) -> Result<&[f64], Fault> {
         let equations = equations::<M>()?;
-        let (n, all) = (self.layout.states, self.layout.states + self.layout.indicators);
+        let (n, all) = (
+            self.layout.states,
+            self.layout.states + self.layout.indicators,
+        );
         let range = if which == 0 { 0..n } else { n..all };
         if self.exchange.fresh[which] {
             return Ok(&self.exchange.numbers[range]);
         }
         let t = self.state.time;
         self.evaluate().map_err(|error| failed(t, &error))?;
-        let Self { exchange, state, evaluation, .. } = self;
+        let Self {
+            exchange,
+            state,
+            evaluation,
+            ..
+        } = self;
         let (Some(model), Some(now)) = (&state.model, &*evaluation) else {
             unreachable!("`evaluate` comes first");
         };
         exchange.numbers.resize(all, 0.0);
-        let (p, u, numbers) = (&state.parameters, state.input(), &mut exchange.numbers[range.clone()]);
+        let (p, u, numbers) = (
+            &state.parameters,
+            state.input(),
+            &mut exchange.numbers[range.clone()],
+        );
         let computed = if which == 0 {
             let rate = exchange.rate.get_or_insert_with(|| model.clone());
             (equations.differentiate)(model, p, u, now, t, rate)
@@ -102,7 +119,10 @@ impl<M: Model> Instance<M> {
     #[cold]
     fn not_finite_behind<T>(&self, at: usize) -> Result<T, Fault> {
         let (name, value) = (self.name_behind(at), self.exchange.numbers[at]);
-        discard!("t = {} s: `{name}` became {value}; it must be finite", self.state.time)
+        discard!(
+            "t = {} s: `{name}` became {value}; it must be finite",
+            self.state.time
+        )
     }
 
     /// The name of a derivative or indicator.
@@ -177,16 +197,23 @@ impl<M: Model> Instance<M> {
     /// Nominal values of all states, of which there must be `n`: those of their rows, else 1.
     pub(crate) fn nominals(&self, name: &str, n: usize) -> Result<Vec<f64>, Fault> {
         check_number(name, n, self.layout.states, "continuous states")?;
-        let derivatives = self.layout.iter().filter(|(_, row)| row.place.is_derivative());
+        let derivatives = self
+            .layout
+            .iter()
+            .filter(|(_, row)| row.place.is_derivative());
         let nominal = |name| state::<M>(name).and_then(|row| row.nominal);
-        Ok(derivatives.map(|(_, row)| nominal(row.name).unwrap_or(1.0)).collect())
+        Ok(derivatives
+            .map(|(_, row)| nominal(row.name).unwrap_or(1.0))
+            .collect())
     }
 
     /// The time at which the equations are looked at, s: not before the last event.
     pub(crate) fn set_time(&mut self, t: f64) -> Result<(), Fault> {
         let earliest = self.state.event;
         if !(t.is_finite() && t >= earliest) {
-            return refuse!("time = {t} s must be finite and at least {earliest} s, the time of the last event");
+            return refuse!(
+                "time = {t} s must be finite and at least {earliest} s, the time of the last event"
+            );
         }
         self.state.time = t;
         self.exchange.forget();
@@ -213,7 +240,9 @@ impl<M: Model> Instance<M> {
             let (i, row) = self.layout.find(number)?;
             if !matches!(row.place, Place::RealIn(_)) || row.discrete {
                 let (name, kind) = (row.element_name(i), row.kind(self.names));
-                return refuse!("`{name}` is {kind}; in Continuous-Time Mode only continuous inputs can be set");
+                return refuse!(
+                    "`{name}` is {kind}; in Continuous-Time Mode only continuous inputs can be set"
+                );
             }
         }
         Ok(())
@@ -264,7 +293,9 @@ impl<M: Model> Instance<M> {
     fn check_stop(&self) -> Result<(), Fault> {
         let t = self.state.time;
         match self.state.stop {
-            Some(stop) if t > stop + slack(stop, 0.0) => refuse!("time = {t} s must be at most the stop time = {stop} s"),
+            Some(stop) if t > stop + slack(stop, 0.0) => {
+                refuse!("time = {t} s must be at most the stop time = {stop} s")
+            }
             _ => Ok(()),
         }
     }

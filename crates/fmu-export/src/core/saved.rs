@@ -110,7 +110,9 @@ impl<M: Model> Instance<M> {
         if header[12..MODEL_AT] != self.identity.version {
             let name = |v: &[u8]| {
                 let version = String::from_utf8_lossy(v);
-                version.replace('\0', "").replace('X', " for Model Exchange")
+                version
+                    .replace('\0', "")
+                    .replace('X', " for Model Exchange")
             };
             return refuse!(
                 "serialized state is of an instance of FMI {}; it must be of FMI {}",
@@ -140,9 +142,8 @@ impl<M: Model> Instance<M> {
                 "serialized state is damaged: checksum {found:08x}; it must be {crc:08x}"
             );
         }
-        let sound = |state: &State<M>| state.is_sound(self.layout.len());
         match postcard::from_bytes::<State<M>>(body) {
-            Ok(state) if sound(&state) => self.keep(Box::new(state), old),
+            Ok(state) if state.is_sound() => self.keep(Box::new(state), old),
             _ => refuse!("serialized state does not fit this version of the model"),
         }
     }

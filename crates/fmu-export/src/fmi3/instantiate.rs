@@ -55,7 +55,14 @@ pub unsafe fn instantiate_co_simulation<X: Exported>(
     };
     let log = new_log::<X>(logging_on, environment, log_message);
     let function = "fmi3InstantiateCoSimulation";
-    let arguments = Arguments { library, function, name, token, resources, log };
+    let arguments = Arguments {
+        library,
+        function,
+        name,
+        token,
+        resources,
+        log,
+    };
     // SAFETY: forwarded.
     unsafe {
         let required = array("requiredIntermediateVariables", required, n_required);
@@ -85,17 +92,38 @@ pub unsafe fn instantiate_model_exchange<X: Exported>(
     let function = "fmi3InstantiateModelExchange";
     if X::Model::MODEL_EXCHANGE.is_none() {
         // SAFETY: forwarded.
-        return unsafe { refuse_instantiation::<X>(function, logging_on, environment, log_message) };
+        return unsafe {
+            refuse_instantiation::<X>(function, logging_on, environment, log_message)
+        };
     }
-    let own = Fmi3 { has_event_mode: false, may_return_early: false, stepping: S, update: None };
+    let own = Fmi3 {
+        has_event_mode: false,
+        may_return_early: false,
+        stepping: S,
+        update: None,
+    };
     let log = new_log::<X>(logging_on, environment, log_message);
-    let arguments = Arguments { library, function, name, token, resources, log };
+    let arguments = Arguments {
+        library,
+        function,
+        name,
+        token,
+        resources,
+        log,
+    };
     // SAFETY: forwarded.
     unsafe { instantiate::<X>(arguments, ME, own, |_| Ok(())) }
 }
 
 unsafe fn instantiate<X: Exported>(
-    Arguments { library, function, name, token, resources, log }: Arguments,
+    Arguments {
+        library,
+        function,
+        name,
+        token,
+        resources,
+        log,
+    }: Arguments,
     interface: u16,
     own: Fmi3,
     prepare: impl FnOnce(&mut Body<X::Model>) -> Result<(), String>,
@@ -111,6 +139,7 @@ unsafe fn instantiate<X: Exported>(
         messages,
         name: name.as_deref(),
         token: ("instantiationToken", token.as_deref()),
+        sizes: library.sizes,
         hash: &library.hashes[1],
         resources,
         interface,
@@ -124,7 +153,12 @@ fn new_log<X: Exported>(
     environment: InstanceEnvironment,
     log_message: Option<LogMessage>,
 ) -> log::Log {
-    log::new(log_message, environment, logging_on != 0, X::Model::INFO.log_categories)
+    log::new(
+        log_message,
+        environment,
+        logging_on != 0,
+        X::Model::INFO.log_categories,
+    )
 }
 
 fn reason(fault: Fault) -> String {
@@ -176,9 +210,7 @@ fn folder(messages: &mut Vec<Message>, function: &str, path: &str) -> Option<Pat
     }
     messages.push(Message::new(
         Kind::Warning,
-        format!(
-            "{function}: resourcePath `{path}` is not an absolute path; going on without"
-        ),
+        format!("{function}: resourcePath `{path}` is not an absolute path; going on without"),
     ));
     None
 }
@@ -195,8 +227,12 @@ pub unsafe fn refuse_instantiation<X: Exported>(
 ) -> Instance {
     let log = new_log::<X>(logging_on, environment, log_message);
     let reason = match X::Model::MODEL_EXCHANGE {
-        None => "this FMU offers Co-Simulation only; it must be instantiated by fmi3InstantiateCoSimulation",
-        Some(_) => "this FMU offers Co-Simulation and Model Exchange; it must be instantiated for one of them",
+        None => {
+            "this FMU offers Co-Simulation only; it must be instantiated by fmi3InstantiateCoSimulation"
+        }
+        Some(_) => {
+            "this FMU offers Co-Simulation and Model Exchange; it must be instantiated for one of them"
+        }
     };
     log.send(&[refusal(function, reason)], Answer::Error);
     ptr::null_mut()
