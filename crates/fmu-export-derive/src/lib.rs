@@ -27,7 +27,7 @@
 //! | `discrete` | Real inputs and outputs | changes at communication points only |
 //! | | states | is not integrated: `event` changes it; may be an i32, bool or `Choice` |
 //! | `set = read_file` | String parameters | `fn(&mut Self, &str, Option<&Path>) -> Result<(), String>` sets it, and whatever the text means |
-//! | `depends_on(u, w[2], v[i])` | outputs | the inputs that act on it at once; `depends_on()` none. Without it: all |
+//! | `depends_on(u, w[2], v[i])` | outputs | the inputs that act on it at once; `depends_on()` none. Without it: all. With `model_exchange` states too; where none is named, and not `no_states`: all of them |
 //! | `initially_depends_on(u, gain)` | outputs | the inputs and parameters that act on it in Initialization Mode; `parameters` for all of them |
 //! | `rate_depends_on(u, x[i])` | states | the inputs and states that act on the derivative, for Model Exchange. Without it: all |
 //! | `local` | outputs, states | is a local variable, not meant for wiring |
@@ -38,7 +38,9 @@
 //! |---|---|
 //! | `parameters = P`, `input = U`, `output = Y` | the model's other structs; makes the struct the state of a model, see `Ode` |
 //! | `model_exchange` | the FMU is for Model Exchange too; `depends_on` then names states beside inputs |
-//! | `max_step = 1e-4` | longest internal step, s; 1 ms without it |
+//! | `max_step = 1e-4` | longest internal step, s; without it 1 ms, and none with `solver` |
+//! | `solver = "adaptive"`, `"stiff"` | what integrates it in Co-Simulation: the method of Dormand and Prince, or Rodas5P for rates that differ by orders of magnitude, whose Jacobian follows `rate_depends_on`. Without it: Runge–Kutta in steps of `max_step` |
+//! | `tolerance = 1e-4` | error of an internal step of these, relative to states or their `nominal` values, if the importer gives none; 1e-6 without it |
 //! | `experiment(0.0, 5.0, 0.01)` | default experiment: start, stop, communication step, s |
 //! | `info = INFO` | names and files (a `const INFO: Info`), instead of the struct's name, doc comment and the package's version |
 //!

@@ -3,9 +3,10 @@
 use super::continuous::{Continuous, Event};
 use super::error::ModelError;
 use super::input::InputPolynomial;
+use super::log::Log;
 use super::model::Evaluation;
 use super::step_end::StepEnd;
-use crate::solver::{Failure, Solver, System};
+use crate::solver::{Failure, Solver, System, TOLERANCE};
 
 /// Most events within one communication step, and most rounds of one event.
 const MOST_EVENTS: u32 = 10_000;
@@ -14,6 +15,10 @@ const MOST_EVENTS: u32 = 10_000;
 pub struct Room<M> {
     /// The internal step to try first, s; 0: not known. The rest has no memory of its own.
     pub(crate) first: f64,
+    /// The tolerance of an internal step.
+    pub(crate) tolerance: f64,
+    /// What solvers tell.
+    pub(crate) log: Log,
     scratch: Option<Box<Scratch<M>>>,
 }
 
@@ -30,6 +35,8 @@ impl<M> Default for Room<M> {
     fn default() -> Self {
         Self {
             first: 0.0,
+            tolerance: TOLERANCE,
+            log: Log::default(),
             scratch: None,
         }
     }
@@ -101,71 +108,106 @@ impl<M: Continuous> System for Moving<'_, M> {
 pub(crate) fn solve<M: Continuous>(
     model: &mut M,
     room: &mut Room<M>,
-    make: impl FnOnce(usize) -> Solver,
+    make: impl FnOnce(&M) -> Result<Solver, ModelError>,
     n: usize,
     name: fn(&mut M, usize, f64) -> &'static str,
     (p, u): (&M::Parameters, &InputPolynomial<M::Input>),
     (t, h): (f64, f64),
 ) -> Result<StepEnd, ModelError> {
-    let scratch = room.scratch.get_or_insert_with(|| {
-        let (at, rate) = (model.clone(), model.clone());
-        Box::new(Scratch {
-            solver: make(n),
+    // Sizes change where an instance is configured anew.
+    let mut scratch = match room
+        .scratch
+        .take()
+        .filter(|scratch| scratch.states.len() == n)
+    {
+        Some(scratch) => scratch,
+        None => {
+            let (solver, at, rate) = (make(model)?, model.clone(), model.clone());
+            Box::new(Scratch {
+                solver,
+                at,
+                rate,
+                states: vec![0.0; n],
+            })
+        }
+    };
+    scratch.solver.set_tolerance(room.tolerance);
+    let before = scratch.solver.counts();
+    let end = scratch.run(model, &mut room.first, name, (p, u), (t, h));
+    let now = scratch.solver.counts();
+    let (steps, rejected) = (now.steps - before.steps, now.rejected - before.rejected);
+    if rejected > 0 {
+        let text = "internal steps were taken, and as many were too long for the tolerance:";
+        room.log.info(
+            "",
+            format_args!("t = {t} s, h = {h} s: {steps} {text} {rejected}"),
+        );
+    }
+    room.scratch = Some(scratch);
+    end
+}
+
+impl<M: Continuous> Scratch<M> {
+    /// The step itself. On an error `model` and `first` are as before.
+    fn run(
+        &mut self,
+        model: &mut M,
+        first: &mut f64,
+        name: fn(&mut M, usize, f64) -> &'static str,
+        (p, u): (&M::Parameters, &InputPolynomial<M::Input>),
+        (t, h): (f64, f64),
+    ) -> Result<StepEnd, ModelError> {
+        let Self {
+            solver,
             at,
             rate,
-            states: vec![0.0; n],
-        })
-    });
-    let Scratch {
-        solver,
-        at,
-        rate,
-        states,
-    } = &mut **scratch;
-    at.clone_from(model);
-    let mut moving = Moving {
-        at,
-        rate,
-        p,
-        u,
-        t,
-        s: 0.0,
-    };
-    let (mut first, mut end) = (room.first, StepEnd::WHOLE);
-    let mut event = moving.event()?;
-    for _ in 0..MOST_EVENTS {
-        if event.terminate {
-            (end.reached, end.terminate) = (Some(moving.s), true);
-        }
-        if event.terminate || moving.s >= h {
-            room.first = first;
-            std::mem::swap(model, at);
-            return Ok(end);
-        }
-        let next = event.next.map_or(f64::INFINITY, |next| next - t);
-        // A time event that lies in the past is one of the present.
-        let until = next.clamp(moving.s, h);
-        let mut found = None;
-        if until > moving.s {
-            moving.at.states(states);
-            let from = (t + moving.s, until - moving.s);
-            found = (solver.advance(&mut moving, from, states, &mut first))
-                .map_err(|failure| described(failure, moving.rate, name))?;
-            moving.at.set_states(states);
-        }
-        moving.s = found.map_or(until, |s| moving.s + s);
-        event = match found {
-            None if next > h => Event::NONE, // nothing happens at the end
-            _ => {
-                end.event = true;
-                moving.event()?
-            }
+            states,
+        } = self;
+        at.clone_from(model);
+        let mut moving = Moving {
+            at,
+            rate,
+            p,
+            u,
+            t,
+            s: 0.0,
         };
+        let (mut next_first, mut end) = (*first, StepEnd::WHOLE);
+        let mut event = moving.event()?;
+        for _ in 0..MOST_EVENTS {
+            if event.terminate {
+                (end.reached, end.terminate) = (Some(moving.s), true);
+            }
+            if event.terminate || moving.s >= h {
+                *first = next_first;
+                std::mem::swap(model, at);
+                return Ok(end);
+            }
+            let next = event.next.map_or(f64::INFINITY, |next| next - t);
+            // A time event that lies in the past is one of the present.
+            let until = next.clamp(moving.s, h);
+            let mut found = None;
+            if until > moving.s {
+                moving.at.states(states);
+                let from = (t + moving.s, until - moving.s);
+                found = (solver.advance(&mut moving, from, states, &mut next_first))
+                    .map_err(|failure| described(failure, moving.rate, name))?;
+                moving.at.set_states(states);
+            }
+            moving.s = found.map_or(until, |s| moving.s + s);
+            event = match found {
+                None if next > h => Event::NONE, // nothing happens at the end
+                _ => {
+                    end.event = true;
+                    moving.event()?
+                }
+            };
+        }
+        Err(ModelError::new(format!(
+            "{MOST_EVENTS} events until {} s; a step must have fewer",
+            t + moving.s
+        )))
     }
-    Err(ModelError::new(format!(
-        "{MOST_EVENTS} events until {} s; a step must have fewer",
-        t + moving.s
-    )))
 }
 
 /// Why a solver has not done a step, in words.

@@ -131,10 +131,17 @@ impl<M: Model> Instance<M> {
         }
         let u = course.as_ref().unwrap_or(&state.input);
         listen(self.wanted, model);
+        if let Some(usual) = M::INFO.tolerance {
+            self.room.tolerance = state.tolerance.unwrap_or(usual);
+            self.room.log.prepare(self.wanted, M::INFO.log_categories);
+        }
         let end = model.step_in(&mut self.room, &state.parameters, u, now, state.time, h);
         match end {
             Ok(_) => warn(&mut self.messages, model),
             Err(_) => hear(&mut self.messages, model),
+        }
+        if M::INFO.tolerance.is_some() {
+            self.room.log.empty_into(&mut self.messages);
         }
         end
     }

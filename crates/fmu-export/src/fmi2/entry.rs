@@ -26,9 +26,12 @@ use crate::core::value::Value;
 functions! { ($) Fmi2 export_fmi2_functions;
     fmi2SetDebugLogging [ANY] (on: Boolean, n: usize, categories: *const Str)
         |b| b.set_logging(on != 0, n, categories);
-    /// The tolerance is for models that control their own error: not used, whatever it is.
+    /// The tolerance is for models that control their own error; the others do not use it.
     fmi2SetupExperiment [I] (tolerance_defined: Boolean, tolerance: Real, start: Real, stop_defined: Boolean, stop: Real)
-        |b| b.instance.set_times(start, (stop_defined != 0).then_some(stop));
+        |b| {
+            let tolerance = (tolerance_defined != 0).then_some(tolerance);
+            b.instance.set_experiment(tolerance, start, (stop_defined != 0).then_some(stop))
+        };
     fmi2EnterInitializationMode [I] ()
         |b| { b.instance.enter_initialization(); Ok(()) };
     fmi2ExitInitializationMode [N] ()

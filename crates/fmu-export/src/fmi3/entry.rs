@@ -20,7 +20,7 @@ use super::values::VR;
 use crate::Model;
 use crate::border::arguments::{array, array_mut, place};
 use crate::border::body::enter;
-use crate::border::call::{C, CS, Call, E, I, L, M, ME, N, S, T, U};
+use crate::border::call::{C, CS, Call, E, G, I, L, M, ME, N, S, T, U};
 use crate::border::files;
 use crate::border::functions::functions;
 use crate::core::exchange::Happened;
@@ -30,13 +30,18 @@ use crate::core::fault::{Fault, refuse};
 functions! { ($) Fmi3 export_fmi3_functions;
     fmi3SetDebugLogging [ANY] (on: Boolean, n: usize, categories: *const Str)
         |b| b.set_logging(on != 0, n, categories);
-    /// The tolerance is for models that control their own error: not used, whatever it is.
+    /// The tolerance is for models that control their own error; the others do not use it.
     fmi3EnterInitializationMode [I] (tolerance_defined: Boolean, tolerance: f64, start: f64, stop_defined: Boolean, stop: f64)
         |b| {
-            b.instance.set_times(start, (stop_defined != 0).then_some(stop))?;
+            let tolerance = (tolerance_defined != 0).then_some(tolerance);
+            b.instance.set_experiment(tolerance, start, (stop_defined != 0).then_some(stop))?;
             b.instance.enter_initialization();
             Ok(())
         };
+    fmi3EnterConfigurationMode [I | S | A] ()
+        |b| b.enter_configuration();
+    fmi3ExitConfigurationMode [ANY] ()
+        |b| b.exit_configuration();
     fmi3ExitInitializationMode [N] ()
         |b| b.exit_initialization();
     fmi3EnterEventMode [S | A | C] ()
@@ -102,7 +107,7 @@ functions! { ($) Fmi3 export_fmi3_functions;
     fmi3Reset [ANY] ()
         |b| b.reset();
 
-    fmi3GetFMUState [I | N | E | S | A | M | C | T] (state: *mut FmuState)
+    fmi3GetFMUState [I | G | N | E | S | A | M | C | T] (state: *mut FmuState)
         |b| b.save("FMUState", state);
     fmi3SetFMUState [ANY] (state: FmuState)
         |b| b.restore(state.addr());
