@@ -43,8 +43,8 @@ def page(opened):
     assert noise(chrome) == []
 
 
-def get(chrome, name):
-    return run(chrome, "return machine.get(given[0])", name)
+def get(chrome, name, *ghost):
+    return run(chrome, "return machine.get(...given)", name, *ghost)
 
 
 def restart(chrome, **settings):
@@ -237,6 +237,26 @@ def test_ghosts_run_beside_it(page):
         return [float(value) for value in found.groups()] if found and "–" not in found[0] else [1.0, 1.0]
 
     until(page, lambda: errors()[1] > 10 * errors()[0])
+    page.execute_script("document.querySelector('#ghosts [value=pd]').click()")
+    until(page, lambda: "ghosts" not in page.execute_script("return location.hash"))
+
+
+def test_what_is_set_reaches_the_ghosts(page):
+    """A ghost under the machine's own law answers as the machine does, in every digit."""
+    restart(page, trajectory="rates", controller__settle_time=0, controller__mode="pd")
+    page.execute_script("document.querySelector('#ghosts [value=pd]').click()")
+    until(page, lambda: "ghosts=pd" in page.execute_script("return location.hash"))
+    names = ["hdrm.payload.mass", "hdrm.wrench_env[3]", "emla_2.F", "hdrm.zeta[1]", "controller.tip_error_norm"]
+    advance(page, 0.2)
+    before = [get(page, name, "pd") for name in names]
+    assert before == [get(page, name) for name in names]
+    slide(page, "Payload", 500)
+    run(page, "await machine.set('hdrm.wrench_env[3]', 300)")
+    until(page, lambda: get(page, "hdrm.payload.mass", "pd") == 500)
+    advance(page, 0.3)
+    after = [get(page, name, "pd") for name in names]
+    assert after == [get(page, name) for name in names]
+    assert all(a != b for a, b in zip(after, before)), (before, after)
     page.execute_script("document.querySelector('#ghosts [value=pd]').click()")
     until(page, lambda: "ghosts" not in page.execute_script("return location.hash"))
 

@@ -218,6 +218,20 @@ def test_what_is_refused_says_why_and_the_run_goes_on(node):
     assert seen["variable"]["unit"] == "K" and seen["variable"]["causality"] == "input"
 
 
+def test_a_pause_before_the_first_run_is_none(node):
+    seen = node("""
+        const engine = await open(archives["system.ssp"]);
+        const frames = [];
+        engine.onframe = (frame) => frames.push(frame);
+        await engine.pause();
+        const before = { frames: frames.length, time: String(engine.time) };
+        await engine.restart();
+        await engine.advance(0.01);
+        return { before, time: engine.time };
+    """)
+    assert seen["before"] == {"frames": 0, "time": "NaN"} and seen["time"] == pytest.approx(0.01)
+
+
 def test_broken_archives_get_a_message(node):
     seen = node("""
         const of = (name) => failure(open(archives[name]));

@@ -217,6 +217,14 @@ class LivePage extends Page {
     return this.ensemble?.main;
   }
 
+  /* The machine's engine, or that of the ghost under this law. */
+  engineOf(law) {
+    if (law === undefined) return this.engine;
+    const ghost = this.ensemble.ghosts.get(law);
+    if (!ghost) throw new Error(`There is no ghost under the law ${law}.`);
+    return ghost;
+  }
+
   play() {
     this.playing = true;
     this.ensemble.play(Number(element("speed").value));

@@ -268,6 +268,10 @@ class ModelPage extends Page {
     return this.run();
   }
 
+  engineOf() {
+    return this.engine;
+  }
+
   start(settings) {
     return this.engine.restart(settings);
   }
