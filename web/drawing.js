@@ -122,7 +122,7 @@ class MachineDrawing {
     const merged = new THREE.BufferGeometry();
     for (const name of ["position", "normal"]) {
       const values = all.flatMap((geometry) => [...geometry.attributes[name].array]);
-      merged.setAttribute(name, new THREE.Float32BufferAttribute(values, 3));
+      merged.setAttribute(name, new THREE.BufferAttribute(new Float32Array(values), 3));
     }
     return merged;
   }
