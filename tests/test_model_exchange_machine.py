@@ -131,9 +131,9 @@ class Equations:
         self.model.completedIntegratorStep()
         return t, x, list(which)
 
-    def events(self, end, step, inputs=lambda t: {}):
+    def events(self, end, step, inputs=lambda t: {}, begin=0.0):
         """Runs to the end; what happened on the way: times and names of indicators."""
-        t, found = 0.0, []
+        t, found = begin, []
         while t < end:
             goal = end if self.next is None else min(end, self.next)
             t, _, which = self.run(goal, step, inputs, t)
@@ -143,7 +143,7 @@ class Equations:
         return found
 
 
-EMLA = {"v_q": 20.0, "v_d": -3.0, "x": 0.31, "x_dot": 0.02, "F_hold": 2e4}
+EMLA = {"v_q": 40.0, "v_d": -3.0, "x": 0.31, "x_dot": 0.02, "F_hold": 2e4}
 FREE = {**EMLA, "drive": 2, "F_ext": 1.5e4}
 HDRM = {f"zeta_dot_start[{i + 1}]": v for i, v in enumerate([0.1, -0.05, 0.08, 1.2, -0.9, 2.0])} | {"f[2]": 4e4, "f[3]": 3e4, "tau_wrist[2]": 50.0}
 LINK = {"i_load[1]": 30.0, "i_load[2]": -5.0}
@@ -202,7 +202,7 @@ def test_the_residual_is_held_over_a_step(opened, fmus):
     start = equations.x()
     _, expected, which = equations.run(0.02, 1e-4, moving_rod(values))
     assert which == []
-    error = lambda h: np.abs(co_simulated(fmus, "Emla", values, 0.02, h, ["w_m"]) - expected[3])[0]
+    error = lambda h: np.abs(co_simulated(fmus, "Emla", values, 0.02, h, ["w_m"]) - expected[3])
     errors = [error(h) for h in (4e-4, 2e-4, 1e-4)]
     ratios = [a / b for a, b in zip(errors, errors[1:])]
     print(errors, ratios, start[3])
@@ -216,9 +216,10 @@ OPEN, C = 200 * 3.3, 12e-3
 def test_precharge_ends_when_the_capacitor_is_charged(opened):
     link = Equations(opened, "DcLink", **FLAT, **{"precharge.on": True})
     R = 0.12 + 0.02 + 50.0
-    (t, name), *rest = link.events(2.0, 0.05)
-    assert name == "event.ready" and rest == []
-    assert t == pytest.approx(-R * C * np.log(0.05), abs=1e-9)
+    passed = lambda share: -R * C * np.log(1 - share)
+    found = link.events(passed(0.95) + 1e-6, 0.05)
+    assert [name for _, name in found] == ["event.undervoltage", "event.ready"]
+    assert [t for t, _ in found] == pytest.approx([passed(450 / OPEN), passed(0.95)], abs=1e-9)
     assert link.get("ready", "precharging") == [True, False]
 
 
@@ -327,7 +328,6 @@ def test_a_push_comes_at_its_times_and_a_load_when_it_is_set(opened, fmus):
 
 
 FRICTIONLESS = {f"joint_viscous[{i}]": 0.0 for i in range(1, 7)}
-LIMIT = 1.0
 
 
 def test_the_tip_meets_the_plane_and_energy_is_kept(opened):
@@ -343,19 +343,32 @@ def test_the_tip_meets_the_plane_and_energy_is_kept(opened):
     hdrm.event()
     later, _, which = hdrm.run(t + 0.02, 5e-5, begin=t)
     assert hdrm.get("contact.penetration" if not which else "energy.contact_loss") > 1e-6
-    assert hdrm.get("energy.kinetic") > 100.0
+    assert hdrm.get("energy.kinetic") > 10.0
     assert energy() == pytest.approx(start, abs=1e-9 * abs(start))
 
 
-@pytest.mark.parametrize("joint, name, stop", [(1, "slew", None), (4, "wrist_1", None), (6, "wrist_3", None)])
-def test_end_stops_are_met(opened, fmus, joint, name, stop):
-    """Where the distance to the nearer end is none: it is found there, and Co-Simulation bounces as the equations do."""
-    plain = Equations(opened, "Hdrm")
-    distance = plain.indicators(0.0, plain.x(), lambda t: {})[plain.names.index(f"event.stop_{name}")]
-    values = {"gravity[2]": 0.0, f"zeta_dot_start[{joint}]": 4.0}
+@pytest.mark.parametrize("joint, name", [(1, "slew"), (2, "lift"), (3, "tilt"), (4, "wrist_1"), (5, "wrist_2"), (6, "wrist_3")])
+def test_end_stops_are_met(opened, fmus, joint, name):
+    """From just before a stop, with 0.5 rad/s: found where the distance is none, left again, and as Co-Simulation has it."""
+    machine = Equations(opened, "Hdrm")
+    x = machine.x()
+    start = x[joint - 1]
+
+    def distance(zeta):
+        x[joint - 1] = zeta
+        return machine.indicators(0.0, x, lambda t: {})[machine.names.index(f"event.stop_{name}")]
+
+    way = 1.0 if distance(start + 1e-3) < distance(start) else -1.0
+    end = bisected(lambda s: -distance(start + way * s), 0.0, 7.0)
+    values = {f"zeta_start[{joint}]": start + way * (end - 5e-3), f"zeta_dot_start[{joint}]": 0.5 * way}
     hdrm = Equations(opened, "Hdrm", **values)
-    found = hdrm.events(1.2 * distance / (1.0 if joint == 1 else 4.0) + 0.02, 5e-3)
-    assert found and found[0][1] == f"event.stop_{name}", found
+    t, _, which = hdrm.run(0.05, 1e-3)
+    assert [hdrm.names[k] for k in which] == [f"event.stop_{name}"]
+    assert hdrm.get(f"zeta[{joint}]") == pytest.approx(start + way * end, abs=1e-12)
+    hdrm.event()
+    hdrm.events(0.02, 2e-4, begin=t)
+    stepped = co_simulated(fmus, "Hdrm", values, 0.02, 2e-5, hdrm.states)
+    assert stepped == pytest.approx(hdrm.x(), rel=1e-5, abs=1e-7)
 
 
 def test_undervoltage_trips_where_the_voltage_passes_it(opened):
@@ -379,27 +392,23 @@ def balanced(emla):
 
 def test_a_brake_slips_until_the_shaft_rests_and_holds_it(opened):
     """Speed and load change their signs on the way; energy is kept through all of it."""
-    values = {**FREE, "v_q": 40.0, "F_ext": 2e4}
+    values = {**FREE, "F_ext": 2e4}
     emla = Equations(opened, "Emla", **values)
     emla.stored = emla.get("energy.stored")
     t, _, which = emla.run(0.01, 1e-4)
     assert which == [] and emla.get("w_m") > 1.0
-    emla.event(brake=True)
+    emla.event(brake=True, v_d=0.0, v_q=0.0)
     names = []
-    while t < 0.2 and "event.brake" not in names:
+    while t < 0.2 and emla.get("w_m") != 0.0:
         t, _, which = emla.run(0.2, 1e-4, begin=t)
         names += [emla.names[k] for k in which]
         emla.event()
-    assert "event.brake" in names and emla.get("w_m") == 0.0
+    assert {"event.speed", "event.brake"} & set(names) and emla.get("w_m") == 0.0
     balanced(emla)
-    emla.run(t + 0.005, 1e-4, begin=t)
+    t, _, _ = emla.run(t + 0.005, 1e-4, begin=t)
     assert emla.get("w_m") == 0.0, "held"
     emla.event(brake=False, v_q=-60.0)
-    names = []
-    for _ in range(40):
-        t, _, which = emla.run(t + 0.005, 1e-4, begin=t)
-        names += [emla.names[k] for k in which]
-        emla.event()
+    names = [name for _, name in emla.events(t + 0.03, 1e-4, begin=t)]
     assert {"event.speed", "event.torque"} <= set(names), names
     balanced(emla)
 

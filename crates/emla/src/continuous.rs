@@ -14,7 +14,7 @@ use machine::{ActuatorInput as Input, Brake, Holding};
 /// Signs of speed, load and torque; undervoltage; the brake.
 pub const INDICATORS: usize = 5;
 
-/// How far behind its threshold an indicator changes sign, V and N·m: an integrator that stops
+/// How far behind its threshold an indicator changes sign, V, N·m and rad/s: an integrator that stops
 /// where it is zero is then past the threshold. Above the rounding of 1 kV.
 const BEHIND: f64 = 1e-11;
 
@@ -105,7 +105,7 @@ impl Emla {
         let brake = match held.brake {
             Holding::Released => 1.0,
             Holding::Holds => self.brake().torque - now.torque_left.abs() + BEHIND,
-            Holding::Slips(_) => slip * s.w_m,
+            Holding::Slips(_) => slip * s.w_m + BEHIND,
         };
         [s.w_m, now.tau_load, now.tau_e, above + behind, brake]
     }

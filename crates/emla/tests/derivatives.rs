@@ -185,18 +185,24 @@ fn rates_have_their_tangents() {
     for (k, drive) in (0..60).flat_map(|k| [(k, Drive::Motion), (k, Drive::Force)]) {
         let (emla, mut s, mut u) = point(&mut random, k, drive);
         let alpha = [0.0, 0.5][k % 2];
-        let emla = emla.with_surrogate(Surrogate::reference(), alpha).with_electric(Electric {
-            heat: true,
-            temperature: true,
-            ..Electric::default()
-        });
+        let emla = emla
+            .with_surrogate(Surrogate::reference(), alpha)
+            .with_electric(Electric {
+                heat: true,
+                temperature: true,
+                ..Electric::default()
+            });
         (s.thermal.T_winding, s.thermal.T_housing) = (350.0, 320.0);
         u.brake = k.is_multiple_of(4);
         let slip = if u.brake { s.w_m.signum() } else { 0.0 };
         let x = s.moving();
-        let sizes = [1.0, 1.0, 0.01, 1.0, 1e-4, 1e-2, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0];
+        let sizes = [
+            1.0, 1.0, 0.01, 1.0, 1e-4, 1e-2, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0,
+        ];
         let rates = |s: &State, u: &Input| emla.derivative(s, u, slip).moving();
-        let scales = [1e3, 1e3, 1e2, 1e3, 0.1, 10.0, 1e3, 1e3, 1e3, 1.0, 1.0, 1e2, 10.0];
+        let scales = [
+            1e3, 1e3, 1e2, 1e3, 0.1, 10.0, 1e3, 1e3, 1e3, 1.0, 1.0, 1e2, 10.0,
+        ];
         let check = |what: &str, up: &[f64], down: &[f64], along: &State| {
             for (j, found) in along.moving().into_iter().enumerate() {
                 let numeric = (up[j] - down[j]) / 2.0;

@@ -13,6 +13,8 @@ use serde::{Deserialize, Serialize};
 const JOINTS: usize = 3;
 /// Longest part of a substep, s: a twentieth of the fastest usual mode's period.
 const PART: f64 = 5e-5;
+/// Rate up to which a motor that has just been let go does not count as brought to rest, rad/s.
+const AT_REST: f64 = 1e-11;
 /// Damping ratio of motor against gear.
 const DAMPING_RATIO: f64 = 0.1;
 
@@ -154,7 +156,7 @@ impl WristDrive {
         let net = self.torque(now, command) - now.transmitted;
         (self.friction[i] > 0.0).then(|| match slip {
             0.0 => self.friction[i] - net.abs(),
-            _ => slip * now.rate,
+            _ => slip * now.rate + AT_REST,
         })
     }
 
