@@ -27,7 +27,7 @@
 //! | `discrete` | Real inputs and outputs | changes at communication points only |
 //! | | states | is not integrated: `event` changes it; may be an i32, bool or `Choice` |
 //! | `set = read_file` | String parameters | `fn(&mut Self, &str, Option<&Path>) -> Result<(), String>` sets it, and whatever the text means |
-//! | `depends_on(u, w[2], v[i])` | outputs | the inputs that act on it at once; `depends_on()` none. Without it: all |
+//! | `depends_on(u, w[2], v[i])` | outputs | the inputs that act on it at once; `depends_on()` none. Without it: all. With `model_exchange` states too; where none is named, and not `no_states`: all of them |
 //! | `initially_depends_on(u, gain)` | outputs | the inputs and parameters that act on it in Initialization Mode; `parameters` for all of them |
 //! | `rate_depends_on(u, x[i])` | states | the inputs and states that act on the derivative, for Model Exchange. Without it: all |
 //! | `local` | outputs, states | is a local variable, not meant for wiring |

@@ -196,7 +196,10 @@ fn dependencies(field: &Field, role: Role) -> TokenStream {
     let mut calls = TokenStream::new();
     let is_output = !said.has("local") && !said.has("calculated");
     match &said.depends_on {
-        Some(names) => calls.extend(quote!(.depends_on(&[#(#names),*]))),
+        Some(names) => {
+            let names = names.iter().map(known);
+            calls.extend(quote!(.depends_on(&[#(#names),*])));
+        }
         None if role == Role::State && is_output && said.has("discrete") => {
             calls.extend(quote!(.depends_on(&[::fmu_export::NO_STATES])));
         }
@@ -218,10 +221,10 @@ fn dependencies(field: &Field, role: Role) -> TokenStream {
 }
 
 fn known(name: &LitStr) -> TokenStream {
-    if name.value() == "parameters" {
-        quote!(::fmu_export::ALL_PARAMETERS)
-    } else {
-        quote!(#name)
+    match name.value().as_str() {
+        "parameters" => quote!(::fmu_export::ALL_PARAMETERS),
+        "no_states" => quote!(::fmu_export::NO_STATES),
+        _ => quote!(#name),
     }
 }
 

@@ -164,6 +164,13 @@ impl<M: Model> Layout<M> {
             })
     }
 
+    /// Where the derivatives of a state's row begin among those of all states.
+    pub(crate) fn derivative_of(&self, state: &Variable<M>) -> usize {
+        let of_it = |row: &Variable<M>| row.place.is_derivative() && row.name == state.name;
+        let run = self.in_order.iter().find(|(_, run)| of_it(run.row));
+        run.map_or(0, |(_, run)| run.offset as usize)
+    }
+
     /// The position of the state of which element `i` of a row is the derivative.
     pub(crate) fn state_of(&self, row: &Variable<M>, i: usize) -> Option<usize> {
         let mut rows = self.rows();

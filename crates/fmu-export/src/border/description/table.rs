@@ -4,11 +4,11 @@ use super::parts::unit;
 use crate::border::log::CATEGORIES;
 use crate::core::causality::Causality;
 use crate::core::dependencies::Knowns;
-use crate::core::layout::{LARGEST_NUMBER, Layout};
+use crate::core::layout::{LARGEST_NUMBER, Layout, state};
 use crate::core::model::Variable;
 use crate::core::place::{Kind, Place};
 use crate::core::value::Value;
-use crate::{Enumeration, Model, Unit};
+use crate::{Enumeration, Model, ModelExchange, Unit};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// The first thing that is wrong with the table, with the name of the row.
@@ -20,6 +20,9 @@ pub(crate) fn check<M: Model>(layout: &Layout<M>) -> Result<(), String> {
     categories::<M>()?;
     experiment::<M>()?;
     no_row_is_empty::<M>()?;
+    for row in ModelExchange::<M>::rows() {
+        state_of::<M>(row).map_err(|reason| format!("variable `{}`: {reason}", row.full_name()))?;
+    }
     let (parameters, input) = M::defaults();
     let knowns = Knowns::new(layout);
     let mut names = BTreeSet::new();
@@ -120,6 +123,26 @@ fn is_identifier(name: &str) -> bool {
 
 fn is_structured(name: &str) -> bool {
     name.split('.').all(is_identifier)
+}
+
+/// A derivative is of a continuous Real that is computed, and of as many elements.
+fn state_of<M: Model>(row: &Variable<M>) -> Result<(), String> {
+    if !row.place.is_derivative() {
+        return Ok(());
+    }
+    let is_fit = |state: &&Variable<M>| {
+        let is_shown = matches!(state.causality, Causality::Output | Causality::Local);
+        let is_real = matches!(state.place, Place::RealOut(_));
+        is_real && is_shown && !state.discrete && state.scalar == row.scalar
+    };
+    if state::<M>(row.name).filter(is_fit).is_some() {
+        return Ok(());
+    }
+    let kind = if row.scalar { "scalar" } else { "vector" };
+    Err(format!(
+        "`{}` must be a continuous Real output or local variable of the table, a {kind}",
+        row.name
+    ))
 }
 
 /// What makes sense for the row's type and causality only.

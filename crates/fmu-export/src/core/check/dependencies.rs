@@ -19,6 +19,7 @@ impl<M: Model> Trial<M> {
         let first = output(&self.layout, &model, &point);
         for k in 0..4 {
             self.compare_inputs(&model, &point);
+            self.compare_states(&model, &point);
             self.derivatives(&model, &point);
             if let (Ok(first), Ok(now)) = (&first, output(&self.layout, &model, &point)) {
                 self.compare_fixed(first, &now);
@@ -103,12 +104,12 @@ impl<M: Model> Trial<M> {
     }
 
     /// Reports the outputs that follow element `known` without saying so.
-    fn compare(&mut self, known: usize, expected: &[String], found: &[String], initially: bool) {
+    pub(super) fn compare(&mut self, known: usize, expected: &[String], found: &[String], initially: bool) {
         for (k, (i, row)) in self.layout.iter().enumerate().collect::<Vec<_>>() {
             let is_declared = matches!(
                 row.causality,
                 Causality::Output | Causality::CalculatedParameter | Causality::Constant
-            );
+            ) || row.place.is_behind();
             if !is_declared || expected[k] == found[k] {
                 continue;
             }

@@ -1,6 +1,7 @@
 //! A model that is tried: its table, the point at which it starts, and the problems that were
 //! found.
 
+use super::exchange::behind;
 use super::point::Point;
 use crate::core::dependencies::Knowns;
 use crate::core::layout::{Element, Layout};
@@ -54,7 +55,9 @@ pub(super) fn output<M: Model>(
     point: &Point<M>,
 ) -> Result<Vec<String>, ModelError> {
     let now = M::Evaluation::of(model, &point.0, &point.1)?;
-    Ok(texts(layout, &model.output(&point.0, &point.1, &now)?))
+    let mut texts = texts(layout, &model.output(&point.0, &point.1, &now)?);
+    behind(layout, model, point, &now, &mut texts)?;
+    Ok(texts)
 }
 
 pub(super) fn texts<M: Model>(layout: &Layout<M>, y: &M::Output) -> Vec<String> {
