@@ -6,7 +6,7 @@
 use fmu_export::prelude::*;
 
 /// How many cells there are.
-const N: usize = 50;
+const N: usize = 32;
 
 #[derive(Parameters)]
 struct Parameters {

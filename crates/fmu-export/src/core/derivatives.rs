@@ -138,7 +138,13 @@ impl<M: Model> Instance<M> {
         let (p, u, u_dot) = (&state.parameters, state.input(), state.input_slope());
         let y_dot = model.output_derivative(p, u, now, &u_dot)?;
         let found = (y_dot, Vec::new());
-        self.put_values(n, element, |e| self.value(e, &found), put, "time derivative")
+        self.put_values(
+            n,
+            element,
+            |e| self.value(e, &found),
+            put,
+            "time derivative",
+        )
     }
 
     fn known(&self, number: u32) -> Result<Known<M>, Fault> {
@@ -147,8 +153,13 @@ impl<M: Model> Instance<M> {
             Place::RealIn(place) => Ok((i, row, Some(place))),
             _ if row.is_state() => Ok((i, row, None)),
             _ => {
-                let (name, kind, real) = (row.element_name(i), row.kind(self.names), self.names.real);
-                let state = if M::MODEL_EXCHANGE.is_some() { " or a continuous state" } else { "" };
+                let (name, kind, real) =
+                    (row.element_name(i), row.kind(self.names), self.names.real);
+                let state = if M::MODEL_EXCHANGE.is_some() {
+                    " or a continuous state"
+                } else {
+                    ""
+                };
                 refuse!("known `{name}` is {kind}; it must be a {real} input{state}")
             }
         }
@@ -172,7 +183,11 @@ impl<M: Model> Instance<M> {
         known: impl Fn(usize) -> u32,
         seed: impl Fn(usize) -> f64,
     ) -> Result<Direction<M>, Fault> {
-        let mut all = Direction { du: M::Input::default(), dx: None, largest: 0.0 };
+        let mut all = Direction {
+            du: M::Input::default(),
+            dx: None,
+            largest: 0.0,
+        };
         for k in 0..n {
             let (i, row, place) = self.known(known(k))?;
             let seed = seed(k);
@@ -217,15 +232,28 @@ impl<M: Model> Instance<M> {
                 _ => None,
             };
             return match found {
-                Some(found) => self.put_values(unknowns, unknown, |e| self.value(e, &found), put, DIRECTIONAL),
+                Some(found) => self.put_values(
+                    unknowns,
+                    unknown,
+                    |e| self.value(e, &found),
+                    put,
+                    DIRECTIONAL,
+                ),
                 None => self.difference(&direction, unknowns, unknown, put),
             };
         }
         self.evaluate()?;
         let (state, (model, now)) = (&self.state, self.evaluated());
-        let dy = model.directional_derivative(&state.parameters, state.input(), now, &direction.du)?;
+        let dy =
+            model.directional_derivative(&state.parameters, state.input(), now, &direction.du)?;
         let found = (dy, Vec::new());
-        self.put_values(unknowns, unknown, |e| self.value(e, &found), put, DIRECTIONAL)
+        self.put_values(
+            unknowns,
+            unknown,
+            |e| self.value(e, &found),
+            put,
+            DIRECTIONAL,
+        )
     }
 
     /// The derivative that the model gives itself, if it does.
@@ -244,7 +272,16 @@ impl<M: Model> Instance<M> {
         (equations.set_states)(&mut seed, direction.dx.as_ref().unwrap_or(&dx));
         let mut dy = M::Output::default();
         let (p, u, t) = (&state.parameters, state.input(), state.time);
-        directional(model, p, u, now, t, (&seed, &direction.du), &mut rate, &mut dy)?;
+        directional(
+            model,
+            p,
+            u,
+            now,
+            t,
+            (&seed, &direction.du),
+            &mut rate,
+            &mut dy,
+        )?;
         (equations.states)(&rate, &mut dx);
         Ok(Some((dy, dx)))
     }

@@ -104,7 +104,13 @@ impl<M: Model> Trial<M> {
     }
 
     /// Reports the outputs that follow element `known` without saying so.
-    pub(super) fn compare(&mut self, known: usize, expected: &[String], found: &[String], initially: bool) {
+    pub(super) fn compare(
+        &mut self,
+        known: usize,
+        expected: &[String],
+        found: &[String],
+        initially: bool,
+    ) {
         for (k, (i, row)) in self.layout.iter().enumerate().collect::<Vec<_>>() {
             let is_declared = matches!(
                 row.causality,

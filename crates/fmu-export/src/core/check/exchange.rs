@@ -27,7 +27,10 @@ pub(super) fn behind<M: Model>(
     (equations.differentiate)(model, p, u, now, 0.0, &mut rate)?;
     (equations.states)(&rate, dx);
     (equations.indicate)(model, p, u, now, 0.0, z)?;
-    let places = layout.iter().zip(texts).filter(|((_, row), _)| row.place.is_behind());
+    let places = layout
+        .iter()
+        .zip(texts)
+        .filter(|((_, row), _)| row.place.is_behind());
     for ((_, text), number) in places.zip(&numbers) {
         *text = format!("{:x}", number.to_bits());
     }
@@ -58,7 +61,12 @@ impl<M: Model> Trial<M> {
         let now = M::Evaluation::of(&model, p, u).map_err(what)?;
         let y = model.output(p, u, &now).map_err(what)?;
         let texts = output(&self.layout, &model, &self.start).map_err(what)?;
-        let states = self.knowns.states.iter().zip(self.layout.iter().zip(&texts).filter(|((_, row), _)| row.place.is_derivative()));
+        let states = self.knowns.states.iter().zip(
+            self.layout
+                .iter()
+                .zip(&texts)
+                .filter(|((_, row), _)| row.place.is_derivative()),
+        );
         for (k, (&state, ((i, row), text))) in states.enumerate() {
             let name = self.name(state);
             let (_, shown) = self.layout.iter().nth(state).expect("counted");
@@ -67,7 +75,9 @@ impl<M: Model> Trial<M> {
             {
                 return Err(format!(
                     "state {k} was set to {}, but `states` gives {}, and `{name}` is {}",
-                    x[k], moved[k], place.get(&y, i)
+                    x[k],
+                    moved[k],
+                    place.get(&y, i)
                 ));
             }
             if *text == format!("{:x}", f64::NAN.to_bits()) {
@@ -79,7 +89,9 @@ impl<M: Model> Trial<M> {
 
     /// Outputs, derivatives and indicators against each state, at one point.
     pub(super) fn compare_states(&mut self, model: &M, point: &Point<M>) {
-        let (Some(equations), Ok(expected)) = (M::MODEL_EXCHANGE, output(&self.layout, model, point)) else {
+        let (Some(equations), Ok(expected)) =
+            (M::MODEL_EXCHANGE, output(&self.layout, model, point))
+        else {
             return;
         };
         let mut x = vec![0.0; self.layout.states];
