@@ -201,6 +201,15 @@ fn a_rod_follows_its_closed_form() {
                     7 * (counts.steps + counts.rejected)
                         + counts.jacobians * if is_exact { 2 } else { 5 }
                 );
+                if is_exact {
+                    let effort = rod.evaluations + counts.jacobians;
+                    let bdf = BDF.iter().find(|row| (row.0, row.1) == (n, tolerance));
+                    println!("{n} cells, {tolerance:e}: {effort}, error {error:.1e}; BDF {bdf:?}");
+                    assert!(
+                        bdf.is_none_or(|row| 2 * effort <= 3 * row.2),
+                        "{effort} {bdf:?}"
+                    );
+                }
                 rod.evaluations
             });
             assert!(
