@@ -86,7 +86,10 @@ pub(crate) unsafe fn enter<M: Model, V: Version>(
 #[inline]
 fn check_order<M: Model, V: Version>(body: &Body<M, V>, call: Call) -> Result<(), Fault> {
     let state = V::state(body);
-    if call.allowed & (CS | ME) != 0 && call.allowed & body.interface == 0 {
+    // Of a model for Co-Simulation alone, what is for Model Exchange is not even compiled.
+    let is_absent = M::MODEL_EXCHANGE.is_none() && call.allowed & ME != 0;
+    let is_of_one = call.allowed & (CS | ME) != 0;
+    if is_absent || is_of_one && call.allowed & body.interface == 0 {
         return other_interface::<M>(call);
     }
     if call.allowed & state != 0 {

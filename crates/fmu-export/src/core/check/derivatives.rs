@@ -21,6 +21,13 @@ fn weight(k: usize) -> f64 {
     if k.is_multiple_of(3) { -size } else { size }
 }
 
+/// Whether a derivative misses a difference, of which one with twice the step is `far`.
+pub(super) fn is_far(said: f64, found: f64, far: f64, rounding: f64) -> bool {
+    let scale = said.abs().max(found.abs());
+    let error = TOLERANCE * scale + 4.0 * (found - far).abs() + rounding;
+    (said - found).is_nan() || (said - found).abs() > error
+}
+
 /// The inputs with one of them moved, if it may be there.
 fn moved<M: Model>(u: &M::Input, (i, row): Element<M>, by: f64) -> Option<M::Input> {
     let Place::RealIn(place) = &row.place else {
@@ -99,10 +106,8 @@ impl<M: Model> Trial<M> {
             if let (Some(near), Some(far)) = (difference(step), difference(2.0 * step)) {
                 for k in 0..column.len() {
                     let (said, found) = (column[k], near[k]);
-                    let scale = said.abs().max(found.abs());
                     let rounding = 1e3 * f64::EPSILON * y[k].abs() / step;
-                    let error = TOLERANCE * scale + 4.0 * (found - far[k]).abs() + rounding;
-                    if (said - found).is_nan() || (said - found).abs() > error {
+                    if is_far(said, found, far[k], rounding) {
                         let (output, input) = (self.name(outputs[k]), self.name(known));
                         self.problems.insert(format!(
                             "the directional derivative of `{output}` by `{input}` is {said:.4e}, differences of the output give {found:.4e}"

@@ -3,8 +3,11 @@
 
 use super::point::Point;
 use super::trial::{Trial, output};
+use super::derivatives::is_far;
 use crate::core::continuous::ModelExchange;
+use crate::core::derivatives::ROOT_OF_EPSILON;
 use crate::core::layout::Layout;
+use crate::core::model::real_outputs;
 use crate::core::place::Place;
 use crate::core::value::Value;
 use crate::{Evaluation, Model, ModelError};
@@ -87,6 +90,59 @@ impl<M: Model> Trial<M> {
         Ok(())
     }
 
+    /// The model's own directional derivatives by each state against central differences.
+    fn compare_directional(&mut self, model: &M, point: &Point<M>) -> Result<(), ModelError> {
+        let (Some(equations), Point(p, u)) = (M::MODEL_EXCHANGE, point) else {
+            return Ok(());
+        };
+        let Some(directional) = equations.directional else {
+            return Ok(());
+        };
+        let n = self.layout.states;
+        let look = |x: &[f64]| {
+            let (mut at, mut dx) = (model.clone(), vec![0.0; n]);
+            (equations.set_states)(&mut at, x);
+            let (now, mut rate) = (M::Evaluation::of(&at, p, u)?, at.clone());
+            (equations.differentiate)(&at, p, u, &now, 0.0, &mut rate)?;
+            (equations.states)(&rate, &mut dx);
+            dx.extend(real_outputs::<M>(&at.output(p, u, &now)?));
+            Ok::<_, ModelError>(dx)
+        };
+        let (mut x, now) = (vec![0.0; n], M::Evaluation::of(model, p, u)?);
+        (equations.states)(model, &mut x);
+        for (k, known) in self.knowns.states.clone().into_iter().enumerate() {
+            let (_, row) = self.layout.iter().nth(known).expect("counted");
+            let step = ROOT_OF_EPSILON * row.nominal.unwrap_or(1.0).max(x[k].abs());
+            let at = |factor: f64| {
+                let mut moved = x.clone();
+                moved[k] += factor * step;
+                look(&moved)
+            };
+            let difference = |factor: f64| {
+                let (less, more) = (at(-factor)?, at(factor)?);
+                let slopes = more.iter().zip(&less).map(|(more, less)| (more - less) / (2.0 * factor * step));
+                Ok::<Vec<f64>, ModelError>(slopes.collect())
+            };
+            let (near, far, size) = (difference(1.0)?, difference(2.0)?, at(0.0)?);
+            let (mut seed, mut rate) = (model.clone(), model.clone());
+            let (mut dx, mut dy) = (vec![0.0; n], M::Output::default());
+            dx[k] = 1.0;
+            (equations.set_states)(&mut seed, &dx);
+            directional(model, p, u, &now, 0.0, (&seed, &M::Input::default()), &mut rate, &mut dy)?;
+            (equations.states)(&rate, &mut dx);
+            dx.extend(real_outputs::<M>(&dy));
+            for (i, said) in dx.into_iter().enumerate() {
+                if is_far(said, near[i], far[i], 1e3 * f64::EPSILON * size[i].abs() / step) {
+                    let (known, found) = (self.name(known), near[i]);
+                    self.problems.insert(format!(
+                        "`directional`: number {i} of derivatives and Real outputs by `{known}` is {said:.4e}, differences give {found:.4e}"
+                    ));
+                }
+            }
+        }
+        Ok(())
+    }
+
     /// Outputs, derivatives and indicators against each state, at one point.
     pub(super) fn compare_states(&mut self, model: &M, point: &Point<M>) {
         let (Some(equations), Ok(expected)) =
@@ -94,6 +150,9 @@ impl<M: Model> Trial<M> {
         else {
             return;
         };
+        if let Err(error) = self.compare_directional(model, point) {
+            self.problems.insert(format!("directional: {error}"));
+        }
         let mut x = vec![0.0; self.layout.states];
         (equations.states)(model, &mut x);
         for (k, known) in self.knowns.states.clone().into_iter().enumerate() {
