@@ -1,9 +1,9 @@
 //! The state of a model of ordinary differential equations.
 
 use crate::attributes::fmu;
-use crate::field::Field;
+use crate::field::{Field, Shape};
 use crate::names;
-use crate::values::{real, start_value, zero};
+use crate::values::{number, real, start_value, vector, zero};
 use proc_macro2::TokenStream;
 use quote::quote;
 use syn::punctuated::Punctuated;
@@ -116,7 +116,7 @@ pub(crate) fn derive(
     fields: &[Field],
     model: Option<&Model>,
 ) -> Result<TokenStream> {
-    let vector = vector(ident, fields);
+    let vector = numbers(ident, fields);
     match model.filter(|model| model.is_whole()) {
         Some(model) => {
             let whole = whole(ident, fields, model);
@@ -132,7 +132,7 @@ pub(crate) fn derive(
     }
 }
 
-fn vector(ident: &Ident, fields: &[Field]) -> TokenStream {
+fn numbers(ident: &Ident, fields: &[Field]) -> TokenStream {
     let fields: Vec<_> = fields
         .iter()
         .filter(|field| !field.said.has("discrete"))
@@ -187,6 +187,10 @@ fn whole(ident: &Ident, fields: &[Field], model: &Model) -> TokenStream {
     let starts = fields.iter().map(|field| {
         let member = &field.ident;
         let value = match &field.said.start {
+            _ if matches!(field.shape, Shape::Vector) => {
+                let (n, vector) = (number(field), vector(field));
+                quote!({ let n = #n; #vector })
+            }
             Some(start) => start_value(field, start),
             None => zero(field),
         };

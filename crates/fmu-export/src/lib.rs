@@ -126,6 +126,9 @@ pub use core::log::Log;
 pub use core::message::Level;
 pub use core::model::{Evaluation, Model, SetString, Variable};
 pub use core::parameter_file::{read_parameter_file, read_placed_file};
+#[doc(hidden)]
+pub use core::sizes::fitted;
+pub use core::sizes::{Length, Resize};
 pub use core::step_end::StepEnd;
 pub use core::unit::{DisplayUnit, Unit};
 pub use core::units::KNOWN_UNITS;

@@ -219,7 +219,10 @@ impl Continuous for Oven {
         }
     }
     const INDICATORS: &'static [Variable<Self>] =
-        &[Variable::indicator("until_switch", "Distance to the temperature that switches").unit("K")];
+        &[
+            Variable::indicator("until_switch", "Distance to the temperature that switches")
+                .unit("K"),
+        ];
 
     fn states(&self, x: &mut [f64]) {
         x[0] = self.temperature;

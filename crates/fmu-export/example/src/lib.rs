@@ -270,8 +270,16 @@ impl Continuous for Oscillator {
         let spring = [0, 1].map(|i| p.spring_force(x[i]));
         let a = [0, 1].map(|i| (du.force[i] - p.d * seed.v[i] - spring[i].1 * seed.x[i]) / p.m);
         dx.0 = State { x: seed.v, v: a };
-        let work = (0..2).map(|i| spring[i].0 * seed.x[i] + p.m * v[i] * seed.v[i]).sum();
-        *y = Output { x: seed.x, v: seed.v, a, energy: work, at_rest: false };
+        let work = (0..2)
+            .map(|i| spring[i].0 * seed.x[i] + p.m * v[i] * seed.v[i])
+            .sum();
+        *y = Output {
+            x: seed.x,
+            v: seed.v,
+            a,
+            energy: work,
+            at_rest: false,
+        };
         Ok(())
     }
 }

@@ -24,10 +24,12 @@ pub(crate) const U: u16 = 64;
 pub(crate) const M: u16 = 256;
 /// Continuous-Time Mode of Model Exchange.
 pub(crate) const C: u16 = 512;
+/// Before initialization, where sizes are set: Configuration Mode of FMI 3.0.
+pub(crate) const G: u16 = 4096;
 /// The states of Model Exchange alone.
 pub(crate) const EXCHANGE_STATES: u16 = M | C;
 /// The states of both interfaces.
-pub(crate) const COMMON_STATES: u16 = I | N | T | L;
+pub(crate) const COMMON_STATES: u16 = I | G | N | T | L;
 
 /// Beside the states: for instances of Co-Simulation only.
 pub(crate) const CS: u16 = 1024;
@@ -46,6 +48,7 @@ pub(crate) fn state<M: Model>(instance: &Instance<M>) -> u16 {
         Phase::Exchange => E,
         Phase::Event => M,
         Phase::Continuous => C,
+        Phase::Configuration => G,
     }
 }
 

@@ -57,7 +57,7 @@ macro_rules! export_fmi2 {
             use $crate::entry as e;
             use $crate::ffi::*;
 
-            static LIBRARY: e::Library = e::Library::new(cfg!(test));
+            static LIBRARY: e::Library = e::Library::new(cfg!(test), option_env!("FMU_SIZES"));
 
             #[unsafe(no_mangle)]
             extern "C-unwind" fn fmi2GetTypesPlatform() -> Str {
@@ -93,7 +93,7 @@ macro_rules! export_fmi3 {
             use $crate::entry3 as e;
             use $crate::ffi3::*;
 
-            static LIBRARY: e::Library = e::Library::new(cfg!(test));
+            static LIBRARY: e::Library = e::Library::new(cfg!(test), option_env!("FMU_SIZES"));
 
             #[unsafe(no_mangle)]
             extern "C-unwind" fn fmi3GetVersion() -> Str {

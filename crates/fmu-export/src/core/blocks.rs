@@ -1,7 +1,7 @@
 //! Setting and getting numbers by block: a row as one array. A batch is checked completely before
 //! anything is written.
 
-use super::access::{not_allowed, not_finite};
+use super::access::{not_allowed, not_as_long, not_finite};
 use super::causality::Causality;
 use super::fault::{Fault, refuse};
 use super::instance::Instance;
@@ -9,6 +9,7 @@ use super::layout::TIME;
 use super::model::Variable;
 use super::phase::Phase;
 use super::place::Write;
+use super::sizes;
 use super::value::Value;
 use crate::Model;
 
@@ -208,7 +209,7 @@ impl<M: Model> Instance<M> {
             let (name, kind) = (row.element_name(0), row.kind(self.names));
             return refuse!("`{name}` is {kind} and has no value before initialization");
         }
-        self.output = M::Output::default();
+        self.output = sizes::output::<M>(&self.state.parameters);
         self.fresh = false;
         Ok(())
     }
@@ -222,7 +223,9 @@ fn finite<'a, M: Model, T: Value>(
     first: usize,
     n: usize,
 ) -> Result<&'a [T], Fault> {
-    let values = &values[first..first + n];
+    let Some(values) = values.get(first..first + n) else {
+        return Err(not_as_long(row, values.len(), n));
+    };
     match T::are_finite(values) {
         true => Ok(values),
         false => Err(none_finite(row, values, first)),

@@ -5,7 +5,7 @@ use super::continuous::ModelExchange;
 use super::layout::Layout;
 use super::model::Variable;
 use crate::Model;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
 /// Rows that others may depend on, by name.
@@ -29,6 +29,8 @@ enum Role {
     Input,
     Parameter,
     State,
+    /// A structural parameter, a constant by the time that anything is computed.
+    Size,
 }
 
 impl Knowns {
@@ -38,10 +40,15 @@ impl Knowns {
         let mut states = Vec::new();
         for (elements, row) in layout.rows() {
             let role = match row.causality {
+                Causality::Parameter if row.structural => Role::Size,
                 Causality::Parameter => Role::Parameter,
                 Causality::Input => Role::Input,
                 _ if row.is_state() => Role::State,
                 _ => continue,
+            };
+            let elements = match role {
+                Role::Size => elements.start..elements.start,
+                _ => elements,
             };
             if role == Role::Parameter {
                 parameters.extend(elements.clone());
@@ -70,11 +77,7 @@ impl Knowns {
         i: usize,
         initially: bool,
     ) -> Result<Option<Vec<usize>>, String> {
-        let declared = match initially {
-            true => row.initial_dependencies,
-            false => row.dependencies,
-        };
-        let lists = match declared {
+        let lists = match row.declared(initially) {
             Dependencies::Unknown => return Ok(None),
             Dependencies::Same(lists) => lists,
             Dependencies::Each(lists) => match lists.get(i) {
@@ -122,6 +125,28 @@ impl Knowns {
         Ok(Some(elements))
     }
 
+    /// The numbers of the blocks that any of `n` elements of a row from `first` on depends on; None:
+    /// not said.
+    pub(crate) fn blocks<M: Model>(
+        &self,
+        layout: &Layout<M>,
+        row: &Variable<M>,
+        (first, n): (usize, usize),
+        initially: bool,
+    ) -> Result<Option<BTreeSet<u32>>, String> {
+        let mut blocks = BTreeSet::new();
+        // Rules say the same of each element but those at the ends.
+        let is_rule = !matches!(row.declared(initially), Dependencies::Each(_));
+        let tried = [0, 1, n / 2, n - 1];
+        for i in (first..first + n).filter(|i| !is_rule || n <= 8 || tried.contains(i)) {
+            let Some(positions) = self.resolve(row, i, initially)? else {
+                return Ok(None);
+            };
+            blocks.extend(positions.iter().map(|&p| layout.block_at(p).0));
+        }
+        Ok(Some(blocks))
+    }
+
     /// Positions of all inputs and states, or initially of all inputs and parameters, ascending: what
     /// an element depends on that does not say.
     pub(crate) fn all(&self, initially: bool) -> Vec<usize> {
@@ -136,7 +161,8 @@ impl Knowns {
         elements
     }
 
-    /// `x`: all of a row; `x[2]`: one element; `x[i]`: the element with index `i` (from 0).
+    /// `x`: all of a row; `x[2]`: one element; `x[i]`: the element with index `i` (from 0);
+    /// `x[i-1]`, `x[i+2]`: one beside it, nothing at the ends.
     fn find(&self, name: &str, i: usize) -> Option<(&Known, Range<usize>)> {
         let Some((row, index)) = name.strip_suffix(']').and_then(|name| name.split_once('['))
         else {
@@ -144,17 +170,28 @@ impl Knowns {
             return Some((known, known.elements.clone()));
         };
         let known = self.rows.get(row)?;
-        let index = if index == "i" {
-            i
-        } else {
-            index.parse::<usize>().ok()?.checked_sub(1)?
+        let elements = known.elements.clone();
+        let (index, is_beside) = match index.strip_prefix('i') {
+            Some("") => (Some(i), false),
+            Some(offset) => (i.checked_add_signed(offset.parse().ok()?), true),
+            None => (index.parse::<usize>().ok()?.checked_sub(1), false),
         };
-        let element = known.elements.start + index;
-        (element < known.elements.end).then_some((known, element..element + 1))
+        match index.map(|index| elements.start + index) {
+            Some(element) if element < elements.end => Some((known, element..element + 1)),
+            _ => is_beside.then_some((known, elements.start..elements.start)),
+        }
     }
 }
 
 impl<M: Model> Variable<M> {
+    /// What is said of its dependencies at communication points or initially.
+    fn declared(&self, initially: bool) -> Dependencies {
+        match initially {
+            true => self.initial_dependencies,
+            false => self.dependencies,
+        }
+    }
+
     /// Whether it is computed and may depend on something, at communication points or initially.
     pub(crate) fn is_unknown(&self, initially: bool) -> bool {
         match self.causality {

@@ -9,6 +9,7 @@ use super::message::Kind;
 use super::model::Variable;
 use super::phase::Phase;
 use super::place::{Place, Write};
+use super::sizes::zero;
 use super::value::Value;
 use std::collections::BTreeMap;
 
@@ -183,8 +184,12 @@ impl<M: Model> Instance<M> {
         known: impl Fn(usize) -> u32,
         seed: impl Fn(usize) -> f64,
     ) -> Result<Direction<M>, Fault> {
+        let du = match self.layout.has_vectors() {
+            true => zero::<M>(self.state.input()),
+            false => M::Input::default(),
+        };
         let mut all = Direction {
-            du: M::Input::default(),
+            du,
             dx: None,
             largest: 0.0,
         };
@@ -382,7 +387,7 @@ impl<M: Model> Instance<M> {
         // At a bound the difference is one-sided: the model sees no input beyond it.
         let [less, more] = [-step, step].map(|step| match self.moved_inputs(&direction.du, step) {
             Some(u) => (step, u),
-            None => (0.0, *self.state.input()),
+            None => (0.0, self.state.input().clone()),
         });
         let y_less = self.observed(direction, less.0, &less.1)?;
         let y_more = self.observed(direction, more.0, &more.1)?;
@@ -421,7 +426,7 @@ impl<M: Model> Instance<M> {
 
     /// The inputs `u + step·du`, if they are in their bounds.
     fn moved_inputs(&self, du: &M::Input, step: f64) -> Option<M::Input> {
-        let mut u = *self.state.input();
+        let mut u = self.state.input().clone();
         for (i, row) in self.layout.iter() {
             if let Place::RealIn(place) = &row.place {
                 let slot = place.get_mut(&mut u, i);

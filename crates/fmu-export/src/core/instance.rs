@@ -8,6 +8,7 @@ use super::message::{Kind, Message};
 use super::phase::Phase;
 use super::place::Names;
 use super::room::Room;
+use super::sizes;
 use super::state::{Identity, Saved, State};
 use crate::{Evaluation, Model, ModelError};
 use std::path::PathBuf;
@@ -25,6 +26,8 @@ pub(crate) struct Instance<M: Model> {
     pub(crate) state: State<M>,
     /// Start values of the parameters.
     pub(crate) start: M::Parameters,
+    /// The sizes that the FMU was packed with.
+    pub(crate) sizes: &'static str,
     /// Of `state` and the current inputs, once something has needed it.
     pub(crate) evaluation: Option<M::Evaluation>,
     /// Outputs of `state`, valid while `fresh`.
@@ -51,17 +54,19 @@ impl<M: Model> Instance<M> {
         identity: Identity,
         names: &'static Names,
         resources: Option<PathBuf>,
+        sizes: &'static str,
     ) -> Self {
         Self {
             identity,
             names,
             resources,
             lost: false,
-            state: State::instantiated(start.clone(), input, layout.len()),
+            state: State::instantiated(start.clone(), input, layout.slots()),
+            output: sizes::output::<M>(&start),
             start,
             layout,
+            sizes,
             evaluation: None,
-            output: M::Output::default(),
             fresh: false,
             room: Room::default(),
             exchange: Exchange::default(),
@@ -124,9 +129,9 @@ impl<M: Model> Instance<M> {
     }
 
     pub(crate) fn reset(&mut self) {
-        let (_, input) = M::defaults();
-        let elements = self.layout.len();
-        self.replace(State::instantiated(self.start.clone(), input, elements));
+        let (start, input) = sizes::start::<M>(self.sizes).expect("as when it was made");
+        let slots = Layout::<M>::new(&start, &input).slots();
+        self.replace(State::instantiated(start, input, slots));
         self.tell(Kind::Event, "reset to the state after instantiation");
     }
 
@@ -134,6 +139,9 @@ impl<M: Model> Instance<M> {
     pub(crate) fn replace(&mut self, state: State<M>) {
         self.room.first = state.first;
         self.state = state;
+        if self.layout.has_vectors() {
+            self.follow_sizes();
+        }
         self.forget();
         self.lost = false;
     }
@@ -199,8 +207,11 @@ impl<M: Model> Instance<M> {
     pub(crate) fn refresh(&mut self) -> Result<(), ModelError> {
         if !self.fresh {
             self.evaluate()?;
-            let (model, now) = self.evaluated();
-            self.output = model.output(&self.state.parameters, self.state.input(), now)?;
+            let (Some(model), Some(now)) = (&self.state.model, &self.evaluation) else {
+                unreachable!("`evaluate` comes first");
+            };
+            let (p, u) = (&self.state.parameters, self.state.input());
+            model.output_into(p, u, now, &mut self.output)?;
             self.fresh = true;
         }
         Ok(())

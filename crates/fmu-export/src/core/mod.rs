@@ -38,6 +38,7 @@ pub(crate) mod room;
 mod row;
 pub(crate) mod saved;
 pub(crate) mod setters;
+pub(crate) mod sizes;
 pub(crate) mod state;
 pub(crate) mod step;
 pub(crate) mod step_end;

@@ -10,6 +10,7 @@ use super::input::InputPolynomial;
 use super::log::Log;
 use super::place::{Place, Write};
 use super::room::Room;
+use super::sizes::{Length, Resize, zero};
 use super::step_end::StepEnd;
 use super::unit::Unit;
 use serde::{Serialize, de::DeserializeOwned};
@@ -35,9 +36,9 @@ pub trait Model: Clone + Serialize + DeserializeOwned + Send + 'static {
     type Parameters: Clone + Serialize + DeserializeOwned + Send + 'static;
     /// FMI inputs. The same type carries their time derivatives and the seeds of directional
     /// derivatives, so `Default` must be zero.
-    type Input: Copy + Default + Serialize + DeserializeOwned + Send + 'static;
+    type Input: Clone + Default + Serialize + DeserializeOwned + Send + 'static;
     /// FMI outputs and locals.
-    type Output: Copy + Default + Send + 'static;
+    type Output: Clone + Default + Send + 'static;
     /// What outputs, derivatives and the step have in common, computed once for a state, parameters
     /// and inputs. `()` where there is nothing to share.
     type Evaluation: Evaluation<Self>;
@@ -75,6 +76,20 @@ pub trait Model: Clone + Serialize + DeserializeOwned + Send + 'static {
         u: &Self::Input,
         now: &Self::Evaluation,
     ) -> Result<Self::Output, ModelError>;
+
+    /// Writes the outputs to where they are kept, [`output`](Self::output) if this is not written: for
+    /// outputs that hold vectors, so that these stay where they are.
+    #[inline]
+    fn output_into(
+        &self,
+        p: &Self::Parameters,
+        u: &Self::Input,
+        now: &Self::Evaluation,
+        y: &mut Self::Output,
+    ) -> Result<(), ModelError> {
+        *y = self.output(p, u, now)?;
+        Ok(())
+    }
 
     /// Advance from `t` by `h`, both s; `now` belongs to the state and `u.value()`. On `Err`,
     /// `self` must be as before: compute in locals, commit at the end; the importer may then try a
@@ -184,6 +199,12 @@ pub struct Variable<M: Model> {
     pub(crate) place: Place<M::Parameters, M::Input, M::Output>,
     /// `x`, not `x[1]`.
     pub(crate) scalar: bool,
+    /// How many elements it has in each dimension; empty: one dimension, as long as the slice.
+    pub(crate) shape: &'static [Length],
+    /// Makes the vector that it is in longer or shorter.
+    pub(crate) resize: Option<Resize<M::Parameters, M::Input, M::Output>>,
+    /// A size, which other rows have as a length.
+    pub(crate) structural: bool,
     pub(crate) tunable: bool,
     pub(crate) discrete: bool,
     /// Not read by the model's [`Evaluation`](crate::Evaluation).
@@ -246,11 +267,11 @@ fn adjoint_by_columns<M: Model>(
     now: &M::Evaluation,
     weights: &[f64],
 ) -> Result<M::Input, ModelError> {
-    let mut adjoint = M::Input::default();
+    let (mut adjoint, mut du) = (zero::<M>(u), zero::<M>(u));
     for (i, place) in real_inputs::<M>(u) {
-        let mut du = M::Input::default();
         *place.get_mut(&mut du, i) = 1.0;
         let column = model.directional_derivative(p, u, now, &du)?;
+        *place.get_mut(&mut du, i) = 0.0;
         *place.get_mut(&mut adjoint, i) = (real_outputs::<M>(&column).zip(weights))
             .map(|(dy, weight)| weight * dy)
             .sum();

@@ -19,6 +19,8 @@ pub(crate) enum Phase {
     Event,
     /// Between events, where an importer integrates the continuous states.
     Continuous,
+    /// Not initialized yet; sizes are set.
+    Configuration,
 }
 
 impl Phase {

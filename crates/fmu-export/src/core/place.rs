@@ -19,6 +19,8 @@ pub(crate) struct Names {
     pub(crate) integer: &'static str,
     pub(crate) boolean: &'static str,
     pub(crate) string: &'static str,
+    /// An Integer that is a size.
+    pub(crate) size: &'static str,
     /// An Integer with an enumeration.
     pub(crate) enumeration: &'static str,
     /// As what it is set and read.
@@ -32,6 +34,7 @@ impl Names {
         integer: "Integer",
         boolean: "Boolean",
         string: "String",
+        size: "Integer",
         enumeration: "Integer",
         enumeration_access: "Integer",
     };

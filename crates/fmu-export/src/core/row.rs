@@ -6,9 +6,11 @@
 
 use super::causality::{Causality, Dependencies};
 use super::enumeration::{Enumeration, Items};
+use super::layout::state;
 use super::model::{Model, SetString, Variable};
 use super::place::{Names, Place, Read, Write};
 use super::setters::setters;
+use super::sizes::Length;
 use super::unit::Unit;
 use std::ops::RangeInclusive;
 
@@ -148,6 +150,9 @@ impl<M: Model> Variable<M> {
             causality,
             place,
             scalar,
+            shape: &[],
+            resize: None,
+            structural: false,
             tunable: false,
             discrete: false,
             beside_evaluation: false,
@@ -219,6 +224,14 @@ impl<M: Model> Variable<M> {
         /// parameter is fixed after initialization. A calculated parameter is tunable if it is
         /// calculated of one that is.
         tunable() tunable = true;
+
+        /// An Integer parameter that is a size: a structural parameter in FMI 3.0, a constant in FMI
+        /// 2.0, which is said when the FMU is packed. It has bounds, of which `min` is at least 1.
+        structural() structural = true;
+
+        /// The dimensions of a vector in an array, row by row: `&[Length::Fixed(2),
+        /// Length::Fixed(3)]` of a matrix. A row in a `Vec` has [`vector`](Self::vector) instead.
+        shape(shape: &'static [Length]) shape = shape;
 
         /// A Real input or output that changes at communication points only; without it a Real is
         /// continuous.
@@ -300,13 +313,28 @@ impl<M: Model> Variable<M> {
 }
 
 impl<M: Model> Variable<M> {
-    /// Name of an element: `x`, or `x[1]` for the first of a vector.
+    /// Name of an element: `x`, or `x[1]` for the first of a vector; where a matrix has its length
+    /// from a parameter, the number among all.
     pub(crate) fn element_name(&self, index: usize) -> String {
+        let fixed = |length: &Length| match *length {
+            Length::Fixed(n) => Some(n),
+            Length::Parameter(_) => None,
+        };
+        let dimensions: Option<Vec<_>> = self.lengths().iter().map(fixed).collect();
+        self.name_in(&dimensions.unwrap_or_default(), index)
+    }
+
+    /// The same with as many elements in each dimension: `A[1,2]`.
+    pub(crate) fn name_in(&self, dimensions: &[usize], index: usize) -> String {
         if self.scalar {
-            self.full_name()
-        } else {
-            self.named(format!("{}[{}]", self.name, index + 1))
+            return self.full_name();
         }
+        let (mut rest, mut indices) = (index, String::new());
+        for n in dimensions.iter().skip(1).rev() {
+            indices = format!(",{}{indices}", rest % n + 1);
+            rest /= n;
+        }
+        self.named(format!("{}[{}{indices}]", self.name, rest + 1))
     }
 
     /// Name of the whole row.
@@ -321,22 +349,28 @@ impl<M: Model> Variable<M> {
         }
     }
 
+    /// Its lengths: a derivative has those of its state.
+    pub(crate) fn lengths(&self) -> &'static [Length] {
+        match self.place {
+            Place::Derivative => state::<M>(self.name).map_or(&[], |state| state.shape),
+            _ => self.shape,
+        }
+    }
+
     /// Type and causality in words, for messages: `an Integer input`.
     pub(crate) fn kind(&self, names: &Names) -> String {
         let causality = match self.causality {
             Causality::Input => "input",
             Causality::Output => "output",
             Causality::Local => "local variable",
+            Causality::Parameter if self.structural => "structural parameter",
             Causality::Parameter if self.tunable => "tunable parameter",
             Causality::Parameter => "fixed parameter",
             Causality::CalculatedParameter => "calculated parameter",
             Causality::Constant => "constant",
         };
-        let name = match self.enumeration {
-            Some(_) => names.enumeration,
-            None => self.place.kind().name(names),
-        };
-        let article = if name.starts_with(['I', 'E']) {
+        let name = self.type_name(names);
+        let article = if name.starts_with(['I', 'E', 'U']) {
             "an"
         } else {
             "a"
@@ -344,10 +378,20 @@ impl<M: Model> Variable<M> {
         format!("{article} {name} {causality}")
     }
 
+    /// Name of its type.
+    pub(crate) fn type_name(&self, names: &Names) -> &'static str {
+        match self.enumeration {
+            Some(_) => names.enumeration,
+            None if self.structural => names.size,
+            None => self.place.kind().name(names),
+        }
+    }
+
     /// Name of the type by which it is set and read.
     pub(crate) fn access(&self, names: &Names) -> &'static str {
         match self.enumeration {
             Some(_) => names.enumeration_access,
+            None if self.structural => names.size,
             None => self.place.kind().name(names),
         }
     }

@@ -142,9 +142,8 @@ impl<M: Model> Instance<M> {
                 "serialized state is damaged: checksum {found:08x}; it must be {crc:08x}"
             );
         }
-        let sound = |state: &State<M>| state.is_sound(self.layout.len());
         match postcard::from_bytes::<State<M>>(body) {
-            Ok(state) if sound(&state) => self.keep(Box::new(state), old),
+            Ok(state) if state.is_sound() => self.keep(Box::new(state), old),
             _ => refuse!("serialized state does not fit this version of the model"),
         }
     }

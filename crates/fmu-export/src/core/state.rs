@@ -1,8 +1,10 @@
 //! The state of an instance: all that is saved of it, and the states that are saved.
 
 use super::input::{InputPolynomial, MAX_INPUT_DERIVATIVE};
+use super::layout::Layout;
 use super::model::Model;
 use super::phase::Phase;
+use super::sizes::zeros;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -25,7 +27,7 @@ pub(crate) struct State<M: Model> {
     /// The tolerance that the importer has given.
     pub(crate) tolerance: Option<f64>,
     pub(crate) parameters: M::Parameters,
-    /// By element: what the importer has set of the parameters.
+    /// By [`Layout::slot`]: what the importer has set of the parameters.
     pub(crate) given: Vec<Given>,
     /// Inputs as they were set, and their derivatives for the next step.
     pub(crate) input: InputPolynomial<M::Input>,
@@ -37,7 +39,7 @@ pub(crate) struct State<M: Model> {
 }
 
 /// The inputs at the end of a step with derivatives: held there until each is set again.
-#[derive(Clone, Copy, Serialize, Deserialize)]
+#[derive(Clone, Serialize, Deserialize)]
 pub(crate) struct Reached<I> {
     pub(crate) value: I,
     /// First derivative there; zero for what is held or was set since.
@@ -54,11 +56,7 @@ impl<M: Model> State<M> {
         }
     }
 
-    pub(crate) fn instantiated(
-        parameters: M::Parameters,
-        input: M::Input,
-        elements: usize,
-    ) -> Self {
+    pub(crate) fn instantiated(parameters: M::Parameters, input: M::Input, slots: usize) -> Self {
         Self {
             phase: Phase::Instantiated,
             start: 0.0,
@@ -68,17 +66,27 @@ impl<M: Model> State<M> {
             first: 0.0,
             tolerance: None,
             parameters,
-            given: vec![Given::Nothing; elements],
-            input: InputPolynomial::held(input),
+            given: vec![Given::Nothing; slots],
+            input: InputPolynomial {
+                derivatives: zeros::<M>(&input),
+                value: input,
+                order: 0,
+            },
             reached: None,
             model: None,
         }
     }
 
     /// Whether a deserialized state could have come from this layer.
-    pub(crate) fn is_sound(&self, elements: usize) -> bool {
+    pub(crate) fn is_sound(&self) -> bool {
+        let layout = Layout::<M>::new(&self.parameters, &self.input.value);
         let initialized = self.phase.is_running() || self.phase == Phase::Terminated;
-        self.given.len() == elements
+        let reached = self.reached.iter().flat_map(|r| [&r.value, &r.slope]);
+        let inputs = self.input.derivatives.iter().chain([&self.input.value]);
+        inputs
+            .chain(reached)
+            .all(|u| layout.fits(&self.parameters, u))
+            && self.given.len() == layout.slots()
             && self.time.is_finite()
             && self.event.is_finite()
             && self.first.is_finite()

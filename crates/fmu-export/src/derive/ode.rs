@@ -2,8 +2,8 @@
 
 use super::shape::{SolverName, solver};
 use super::{Input, Name, Output, Parameters, Path};
-use crate::core::copied::copied;
 use crate::core::room::{Room, solve};
+use crate::core::sizes::fitted;
 use crate::{
     Continuous, Event, Info, InputPolynomial, Model, ModelError, ModelExchange, StepEnd, Variable,
 };
@@ -16,7 +16,7 @@ use std::marker::PhantomData;
     note = "write `#[derive(State)] #[fmu(parameters = …, input = …, output = …)]` on it; what the model does not have is left out, but \
             one of the three must be there"
 )]
-pub trait State: Vector + Copy + Default + Serialize + DeserializeOwned + Send + 'static {
+pub trait State: Vector + Clone + Default + Serialize + DeserializeOwned + Send + 'static {
     /// The model's parameters.
     type P: Parameters + Send + 'static;
     /// The model's inputs.
@@ -60,6 +60,19 @@ pub trait Vector: Sized {
     /// Writes them from the front of `from`, whose rest is the answer.
     fn write<'a>(&mut self, from: &'a [f64]) -> &'a [f64];
 
+    /// Reads those of all elements, one after the other.
+    #[inline]
+    fn read_all<'a>(all: &[Self], to: &'a mut [f64]) -> &'a mut [f64] {
+        all.iter().fold(to, |to, element| element.read(to))
+    }
+
+    /// The inverse of [`read_all`](Self::read_all).
+    #[inline]
+    fn write_all<'a>(all: &mut [Self], from: &'a [f64]) -> &'a [f64] {
+        all.iter_mut()
+            .fold(from, |from, element| element.write(from))
+    }
+
     /// The name of the first number that is not finite, and the number.
     fn not_finite(&self) -> Option<(&'static str, f64)>;
 }
@@ -81,28 +94,58 @@ impl Vector for f64 {
         &from[1..]
     }
 
+    #[inline]
+    fn read_all<'a>(all: &[f64], to: &'a mut [f64]) -> &'a mut [f64] {
+        let (to, rest) = to.split_at_mut(all.len());
+        to.copy_from_slice(all);
+        rest
+    }
+
+    #[inline]
+    fn write_all<'a>(all: &mut [f64], from: &'a [f64]) -> &'a [f64] {
+        let (from, rest) = from.split_at(all.len());
+        all.copy_from_slice(from);
+        rest
+    }
+
     fn not_finite(&self) -> Option<(&'static str, f64)> {
         (!self.is_finite()).then_some(("", *self))
     }
 }
 
-impl<const N: usize> Vector for [f64; N] {
+impl<T: Vector, const N: usize> Vector for [T; N] {
     fn len(&self) -> usize {
-        N
+        self.iter().map(Vector::len).sum()
     }
 
     #[inline]
     fn read<'a>(&self, to: &'a mut [f64]) -> &'a mut [f64] {
-        let (to, rest) = to.split_at_mut(N);
-        to.copy_from_slice(self);
-        rest
+        T::read_all(self, to)
     }
 
     #[inline]
     fn write<'a>(&mut self, from: &'a [f64]) -> &'a [f64] {
-        let (from, rest) = from.split_at(N);
-        self.copy_from_slice(from);
-        rest
+        T::write_all(self, from)
+    }
+
+    fn not_finite(&self) -> Option<(&'static str, f64)> {
+        self.iter().find_map(Vector::not_finite)
+    }
+}
+
+impl Vector for Vec<f64> {
+    fn len(&self) -> usize {
+        Vec::len(self)
+    }
+
+    #[inline]
+    fn read<'a>(&self, to: &'a mut [f64]) -> &'a mut [f64] {
+        f64::read_all(self, to)
+    }
+
+    #[inline]
+    fn write<'a>(&mut self, from: &'a [f64]) -> &'a [f64] {
+        f64::write_all(self, from)
     }
 
     fn not_finite(&self) -> Option<(&'static str, f64)> {
@@ -161,7 +204,14 @@ pub struct Seen<S: State> {
     pub(super) outputs: S::Y,
 }
 
-copied! { [S: State] Seen<S>; }
+impl<S: State> Clone for Seen<S> {
+    fn clone(&self) -> Self {
+        Self {
+            state: self.state.clone(),
+            outputs: self.outputs.clone(),
+        }
+    }
+}
 
 impl<S: State> Default for Seen<S> {
     fn default() -> Self {
@@ -226,7 +276,7 @@ impl<S: Ode> Model for S {
     }
 
     fn defaults() -> (S::P, S::U) {
-        (S::P::start(), S::U::start())
+        fitted::<S>((S::P::start(), S::U::start()))
     }
 
     fn initialize(p: &S::P, u: &S::U, _t: f64) -> Result<Self, ModelError> {
@@ -235,9 +285,21 @@ impl<S: Ode> Model for S {
 
     fn output(&self, p: &S::P, u: &S::U, _now: &()) -> Result<Seen<S>, ModelError> {
         Ok(Seen {
-            state: *self,
+            state: self.clone(),
             outputs: self.outputs(p, u),
         })
+    }
+
+    fn output_into(
+        &self,
+        p: &S::P,
+        u: &S::U,
+        _now: &(),
+        y: &mut Seen<S>,
+    ) -> Result<(), ModelError> {
+        y.state.clone_from(self);
+        y.outputs = self.outputs(p, u);
+        Ok(())
     }
 
     fn step(

@@ -33,7 +33,7 @@ struct Row<S: Ode> {
 /// The rows of the states. Each state is given its number, which then is what its row reads.
 fn rows<S: Ode>(like: &S) -> Vec<Row<S>> {
     let numbers: Vec<f64> = (0..like.len()).map(|k| k as f64).collect();
-    let mut state = *like;
+    let mut state = like.clone();
     state.write(&numbers);
     let seen = Seen {
         state,

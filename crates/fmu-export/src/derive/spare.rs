@@ -17,8 +17,14 @@ pub struct Of<T>(PhantomData<T>);
 pub struct RowsOf<T, M, At>(PhantomData<(T, M, At)>);
 
 impl<T: Clone> Of<T> {
+    #[inline]
     pub fn copied(value: &T) -> T {
         value.clone()
+    }
+
+    #[inline]
+    pub fn copied_to(from: &T, to: &mut T) {
+        to.clone_from(from);
     }
 }
 
@@ -86,6 +92,8 @@ pub trait Spare<T>: Sized {
     fn copied(_: &T) -> T {
         unreachable!()
     }
+
+    fn copied_to(_: &T, _: &mut T) {}
 
     fn zero() -> T {
         unreachable!()

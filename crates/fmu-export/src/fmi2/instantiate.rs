@@ -49,6 +49,7 @@ pub unsafe fn instantiate<X: Exported>(
         messages,
         name: name.as_deref(),
         token: ("fmuGUID", guid.as_deref()),
+        sizes: library.sizes,
         hash: &library.hashes[0],
         resources,
         interface: if kind == MODEL_EXCHANGE { ME } else { CS },

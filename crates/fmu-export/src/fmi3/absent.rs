@@ -1,20 +1,18 @@
-//! Functions of what this FMU declares not to have: variables of other types, clocks, structural
-//! parameters, Scheduled Execution. Each is refused by name, and leaves the
+//! Functions of what this FMU declares not to have: variables of other types, clocks, Scheduled
+//! Execution. Each is refused by name, and leaves the
 //! instance as it is.
 
 use super::ffi::*;
 use super::instance::{Body, Fmi3};
-use super::order::{A, ANY, GET, SET};
+use super::order::{ANY, GET, SET};
 use super::values::{VR, not_settable_as};
 use crate::Model;
 use crate::border::arguments::{Array, array};
-use crate::border::call::{E, I, M, N, S};
+use crate::border::call::{E, M, N};
 use crate::border::functions::functions;
 use crate::core::fault::{Fault, refuse};
 
 const SCHEDULED: &str = "this function is for Scheduled Execution, which this FMU does not offer";
-const STRUCTURAL: &str =
-    "this FMU has no structural parameters, so there is no Configuration Mode to enter or leave";
 
 functions! { ($) Fmi3 export_fmi3_absent;
     // Types that no variable has.
@@ -24,7 +22,6 @@ functions! { ($) Fmi3 export_fmi3_absent;
     fmi3GetInt16 [GET] (vr: *const ValueReference, n: usize, values: *mut i16, n_values: usize) |b| not_read(b, array(VR, vr, n)?, "Int16");
     fmi3GetUInt16 [GET] (vr: *const ValueReference, n: usize, values: *mut u16, n_values: usize) |b| not_read(b, array(VR, vr, n)?, "UInt16");
     fmi3GetUInt32 [GET] (vr: *const ValueReference, n: usize, values: *mut u32, n_values: usize) |b| not_read(b, array(VR, vr, n)?, "UInt32");
-    fmi3GetUInt64 [GET] (vr: *const ValueReference, n: usize, values: *mut u64, n_values: usize) |b| not_read(b, array(VR, vr, n)?, "UInt64");
     fmi3GetBinary [GET] (vr: *const ValueReference, n: usize, sizes: *mut usize, values: *mut Binary, n_values: usize)
         |b| not_read(b, array(VR, vr, n)?, "Binary");
     fmi3GetClock [E | M] (vr: *const ValueReference, n: usize, values: *mut Boolean) |b| not_read(b, array(VR, vr, n)?, "Clock");
@@ -34,7 +31,6 @@ functions! { ($) Fmi3 export_fmi3_absent;
     fmi3SetInt16 [SET] (vr: *const ValueReference, n: usize, values: *const i16, n_values: usize) |b| not_set(b, array(VR, vr, n)?, "Int16");
     fmi3SetUInt16 [SET] (vr: *const ValueReference, n: usize, values: *const u16, n_values: usize) |b| not_set(b, array(VR, vr, n)?, "UInt16");
     fmi3SetUInt32 [SET] (vr: *const ValueReference, n: usize, values: *const u32, n_values: usize) |b| not_set(b, array(VR, vr, n)?, "UInt32");
-    fmi3SetUInt64 [SET] (vr: *const ValueReference, n: usize, values: *const u64, n_values: usize) |b| not_set(b, array(VR, vr, n)?, "UInt64");
     fmi3SetBinary [SET] (vr: *const ValueReference, n: usize, sizes: *const usize, values: *const Binary, n_values: usize)
         |b| not_set(b, array(VR, vr, n)?, "Binary");
     fmi3SetClock [E | M] (vr: *const ValueReference, n: usize, values: *const Boolean) |b| not_set(b, array(VR, vr, n)?, "Clock");
@@ -55,9 +51,7 @@ functions! { ($) Fmi3 export_fmi3_absent;
     fmi3SetShiftFraction [N | E | M] (vr: *const ValueReference, n: usize, counters: *const u64, resolutions: *const u64)
         |b| no_clock(b, array(VR, vr, n)?);
 
-    // Structural parameters, Scheduled Execution.
-    fmi3EnterConfigurationMode [I | S | A] () |_| refuse!("{STRUCTURAL}");
-    fmi3ExitConfigurationMode [ANY] () |_| refuse!("{STRUCTURAL}");
+    // Scheduled Execution.
     fmi3ActivateModelPartition [ANY] (clock: ValueReference, time: f64) |_| refuse!("{SCHEDULED}");
 }
 

@@ -20,7 +20,7 @@ use super::values::VR;
 use crate::Model;
 use crate::border::arguments::{array, array_mut, place};
 use crate::border::body::enter;
-use crate::border::call::{C, CS, Call, E, I, L, M, ME, N, S, T, U};
+use crate::border::call::{C, CS, Call, E, G, I, L, M, ME, N, S, T, U};
 use crate::border::files;
 use crate::border::functions::functions;
 use crate::core::exchange::Happened;
@@ -38,6 +38,10 @@ functions! { ($) Fmi3 export_fmi3_functions;
             b.instance.enter_initialization();
             Ok(())
         };
+    fmi3EnterConfigurationMode [I | S | A] ()
+        |b| b.enter_configuration();
+    fmi3ExitConfigurationMode [ANY] ()
+        |b| b.exit_configuration();
     fmi3ExitInitializationMode [N] ()
         |b| b.exit_initialization();
     fmi3EnterEventMode [S | A | C] ()
@@ -103,7 +107,7 @@ functions! { ($) Fmi3 export_fmi3_functions;
     fmi3Reset [ANY] ()
         |b| b.reset();
 
-    fmi3GetFMUState [I | N | E | S | A | M | C | T] (state: *mut FmuState)
+    fmi3GetFMUState [I | G | N | E | S | A | M | C | T] (state: *mut FmuState)
         |b| b.save("FMUState", state);
     fmi3SetFMUState [ANY] (state: FmuState)
         |b| b.restore(state.addr());

@@ -11,8 +11,12 @@ use crate::core::fault::{Fault, refuse};
 use crate::core::layout::TIME;
 use crate::core::phase::Phase;
 use crate::core::place::Names;
+use crate::core::sizes;
 use crate::core::step::End;
 use crate::{Event, Model};
+
+const NOT_STRUCTURAL: &str =
+    "this FMU has no structural parameters, so there is no Configuration Mode to enter or leave";
 
 /// FMI 3.0.
 pub(crate) struct Fmi3 {
@@ -47,6 +51,7 @@ pub(crate) const NAMES: Names = Names {
     integer: "Int32",
     boolean: "Boolean",
     string: "String",
+    size: "UInt64",
     enumeration: "Enumeration",
     enumeration_access: "Int64",
 };
@@ -160,6 +165,32 @@ impl<M: Model> Body<M> {
         } else if self.own.has_event_mode {
             self.instance.state.phase = Phase::Exchange;
         }
+        Ok(())
+    }
+
+    /// fmi3EnterConfigurationMode.
+    pub(crate) fn enter_configuration(&mut self) -> Result<(), Fault> {
+        if sizes::sizes::<M>().next().is_none() {
+            return refuse!("{NOT_STRUCTURAL}");
+        }
+        if self.instance.state.phase != Phase::Instantiated {
+            return refuse!(
+                "this FMU has no tunable structural parameters; sizes can only be set before initialization"
+            );
+        }
+        self.instance.state.phase = Phase::Configuration;
+        Ok(())
+    }
+
+    /// fmi3ExitConfigurationMode.
+    pub(crate) fn exit_configuration(&mut self) -> Result<(), Fault> {
+        if sizes::sizes::<M>().next().is_none() {
+            return refuse!("{NOT_STRUCTURAL}");
+        }
+        if self.instance.state.phase != Phase::Configuration {
+            return refuse!("fmi3EnterConfigurationMode must come before");
+        }
+        self.instance.state.phase = Phase::Instantiated;
         Ok(())
     }
 

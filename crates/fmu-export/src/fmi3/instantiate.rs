@@ -139,6 +139,7 @@ unsafe fn instantiate<X: Exported>(
         messages,
         name: name.as_deref(),
         token: ("instantiationToken", token.as_deref()),
+        sizes: library.sizes,
         hash: &library.hashes[1],
         resources,
         interface,

@@ -184,7 +184,7 @@ pub unsafe fn get<X: Exported, T: Clone + Default + 'static>(
 /// refuses it.
 unsafe fn count<X: Exported>(this: This, (vr, n): (*const ValueReference, usize)) -> usize {
     let (mut count, name) = (n, "the number of elements");
-    let allowed = u8::MAX;
+    let allowed = u16::MAX;
     // SAFETY: forwarded.
     unsafe {
         enter::<X::Model, Fmi3>(instance(this), Call { name, allowed }, |b| {

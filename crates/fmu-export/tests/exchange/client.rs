@@ -25,7 +25,7 @@ functions! {
     fmi2EnterEventMode(); fmi2NewDiscreteStates(*mut EventInfo); fmi2EnterContinuousTimeMode();
     fmi2CompletedIntegratorStep(c_int, *mut c_int, *mut c_int); fmi2SetTime(f64); fmi2SetContinuousStates(*const f64, usize);
     fmi2GetDerivatives(*mut f64, usize); fmi2GetEventIndicators(*mut f64, usize); fmi2GetContinuousStates(*mut f64, usize);
-    fmi2GetNominalsOfContinuousStates(*mut f64, usize); fmi2GetFMUstate(*mut C); fmi2SetFMUstate(C); fmi2FreeFMUstate(*mut C);
+    fmi2GetNominalsOfContinuousStates(*mut f64, usize); fmi2GetFMUstate(*mut C); fmi2SetFMUstate(C);
     fmi2SerializedFMUstateSize(C, *mut usize); fmi2SerializeFMUstate(C, *mut u8, usize); fmi2DeSerializeFMUstate(*const u8, usize, *mut C);
     fmi2GetDirectionalDerivative(*const u32, usize, *const u32, usize, *const f64, *mut f64);
     fmi2DoStep(f64, f64, c_int); fmi2GetStatus(c_int, *mut c_int); fmi2SetRealInputDerivatives(*const u32, usize, *const c_int, *const f64);
@@ -36,7 +36,7 @@ functions! {
     fmi3EnterContinuousTimeMode(); fmi3CompletedIntegratorStep(bool, *mut bool, *mut bool); fmi3SetTime(f64);
     fmi3SetContinuousStates(*const f64, usize); fmi3GetContinuousStateDerivatives(*mut f64, usize); fmi3GetEventIndicators(*mut f64, usize);
     fmi3GetContinuousStates(*mut f64, usize); fmi3GetNominalsOfContinuousStates(*mut f64, usize); fmi3GetNumberOfEventIndicators(*mut usize);
-    fmi3GetNumberOfContinuousStates(*mut usize); fmi3GetFMUState(*mut C); fmi3SetFMUState(C); fmi3FreeFMUState(*mut C);
+    fmi3GetNumberOfContinuousStates(*mut usize); fmi3GetFMUState(*mut C); fmi3SetFMUState(C);
     fmi3SerializedFMUStateSize(C, *mut usize); fmi3SerializeFMUState(C, *mut u8, usize); fmi3DeserializeFMUState(*const u8, usize, *mut C);
     fmi3GetDirectionalDerivative(*const u32, usize, *const u32, usize, *const f64, usize, *mut f64, usize);
     fmi3GetAdjointDerivative(*const u32, usize, *const u32, usize, *const f64, usize, *mut f64, usize);
@@ -59,7 +59,10 @@ unsafe extern "C-unwind" fn told2(env: C, _: Str, _: c_int, _: Str, text: Str) {
 }
 
 unsafe extern "C-unwind" fn told3(env: C, _: c_int, _: Str, text: Str) {
-    let text = unsafe { CStr::from_ptr(text) }.to_str().unwrap().replace("%%", "%");
+    let text = unsafe { CStr::from_ptr(text) }
+        .to_str()
+        .unwrap()
+        .replace("%%", "%");
     unsafe { &*env.cast::<Log>() }.lock().unwrap().push(text);
 }
 
@@ -99,18 +102,36 @@ impl Fmu {
                 let guid = attribute(&fmu_export::model_description::<Ball>().unwrap(), "guid");
                 let functions = CallbackFunctions {
                     // A variadic call with pointers only equals a plain one on the platforms we test on.
-                    logger: Some(mem::transmute::<*const (), CallbackLogger>(told2 as *const ())),
+                    logger: Some(mem::transmute::<*const (), CallbackLogger>(
+                        told2 as *const (),
+                    )),
                     allocate_memory: None,
                     free_memory: None,
                     step_finished: None,
                     component_environment: environment,
                 };
-                fmi2Instantiate(c"ball".as_ptr(), kind, guid.as_ptr(), ptr::null(), &functions, 0, 1)
+                fmi2Instantiate(
+                    c"ball".as_ptr(),
+                    kind,
+                    guid.as_ptr(),
+                    ptr::null(),
+                    &functions,
+                    0,
+                    1,
+                )
             } else {
                 let xml = fmu_export::model_description3::<Ball>().unwrap();
                 let token = attribute(&xml, "instantiationToken");
                 let log = mem::transmute::<*const (), LogMessage>(told3 as *const ());
-                fmi3InstantiateModelExchange(c"ball".as_ptr(), token.as_ptr(), ptr::null(), false, true, environment, Some(log))
+                fmi3InstantiateModelExchange(
+                    c"ball".as_ptr(),
+                    token.as_ptr(),
+                    ptr::null(),
+                    false,
+                    true,
+                    environment,
+                    Some(log),
+                )
             }
         };
         assert!(!c.is_null(), "{:?}", log.lock().unwrap());
@@ -126,7 +147,10 @@ impl Fmu {
 
     pub fn initialize(&self) {
         self.enter_initialization();
-        assert_eq!(self.call([fmi2ExitInitializationMode, fmi3ExitInitializationMode]), 0);
+        assert_eq!(
+            self.call([fmi2ExitInitializationMode, fmi3ExitInitializationMode]),
+            0
+        );
     }
 
     pub fn enter_initialization(&self) {
@@ -141,22 +165,38 @@ impl Fmu {
     pub fn running(version: u8) -> Self {
         let fmu = Self::in_event_mode(version);
         fmu.update();
-        assert_eq!(fmu.call([fmi2EnterContinuousTimeMode, fmi3EnterContinuousTimeMode]), 0);
+        assert_eq!(
+            fmu.call([fmi2EnterContinuousTimeMode, fmi3EnterContinuousTimeMode]),
+            0
+        );
         fmu
     }
 
     /// Events at the present time, from Continuous-Time Mode and back.
     pub fn event(&self) -> Told {
-        assert_eq!(self.call([fmi2EnterEventMode, fmi3EnterEventMode]), 0, "{}", self.last());
+        assert_eq!(
+            self.call([fmi2EnterEventMode, fmi3EnterEventMode]),
+            0,
+            "{}",
+            self.last()
+        );
         let told = self.update();
-        assert_eq!(self.call([fmi2EnterContinuousTimeMode, fmi3EnterContinuousTimeMode]), 0);
+        assert_eq!(
+            self.call([fmi2EnterContinuousTimeMode, fmi3EnterContinuousTimeMode]),
+            0
+        );
         told
     }
 
     pub fn update(&self) -> Told {
         if self.version == 2 {
             let mut i = EventInfo::default();
-            assert_eq!(unsafe { fmi2NewDiscreteStates(self.c, &mut i) }, 0, "{}", self.last());
+            assert_eq!(
+                unsafe { fmi2NewDiscreteStates(self.c, &mut i) },
+                0,
+                "{}",
+                self.last()
+            );
             return Told {
                 again: i.new_discrete_states_needed != 0,
                 terminate: i.terminate_simulation != 0,
@@ -167,25 +207,55 @@ impl Fmu {
         }
         let (mut flags, mut next) = ([false; 5], f64::NAN);
         let [a, b, c, d, e] = flags.each_mut();
-        assert_eq!(unsafe { fmi3UpdateDiscreteStates(self.c, a, b, c, d, e, &mut next) }, 0, "{}", self.last());
+        assert_eq!(
+            unsafe { fmi3UpdateDiscreteStates(self.c, a, b, c, d, e, &mut next) },
+            0,
+            "{}",
+            self.last()
+        );
         let [again, terminate, nominals, moved, defined] = flags;
-        Told { again, terminate, nominals, moved, next: defined.then_some(next) }
+        Told {
+            again,
+            terminate,
+            nominals,
+            moved,
+            next: defined.then_some(next),
+        }
     }
 
     pub fn call(&self, [two, three]: [unsafe extern "C-unwind" fn(C) -> c_int; 2]) -> c_int {
-        unsafe { if self.version == 2 { two(self.c) } else { three(self.c) } }
+        unsafe {
+            if self.version == 2 {
+                two(self.c)
+            } else {
+                three(self.c)
+            }
+        }
     }
 
     pub fn set_time(&self, t: f64) -> c_int {
-        unsafe { if self.version == 2 { fmi2SetTime(self.c, t) } else { fmi3SetTime(self.c, t) } }
+        unsafe {
+            if self.version == 2 {
+                fmi2SetTime(self.c, t)
+            } else {
+                fmi3SetTime(self.c, t)
+            }
+        }
     }
 
     pub fn set_states(&self, x: &[f64]) -> c_int {
-        let f = if self.version == 2 { fmi2SetContinuousStates } else { fmi3SetContinuousStates };
+        let f = if self.version == 2 {
+            fmi2SetContinuousStates
+        } else {
+            fmi3SetContinuousStates
+        };
         unsafe { f(self.c, x.as_ptr(), x.len()) }
     }
 
-    pub fn try_read<const N: usize>(&self, [two, three]: [unsafe extern "C-unwind" fn(C, *mut f64, usize) -> c_int; 2]) -> Result<[f64; N], String> {
+    pub fn try_read<const N: usize>(
+        &self,
+        [two, three]: [unsafe extern "C-unwind" fn(C, *mut f64, usize) -> c_int; 2],
+    ) -> Result<[f64; N], String> {
         let mut x = [f64::NAN; N];
         let f = if self.version == 2 { two } else { three };
         match unsafe { f(self.c, x.as_mut_ptr(), N) } {
@@ -195,15 +265,19 @@ impl Fmu {
     }
 
     pub fn states(&self) -> [f64; 4] {
-        self.try_read([fmi2GetContinuousStates, fmi3GetContinuousStates]).unwrap()
+        self.try_read([fmi2GetContinuousStates, fmi3GetContinuousStates])
+            .unwrap()
     }
 
     pub fn derivatives(&self) -> [f64; 4] {
-        self.try_read([fmi2GetDerivatives, fmi3GetContinuousStateDerivatives]).unwrap()
+        self.try_read([fmi2GetDerivatives, fmi3GetContinuousStateDerivatives])
+            .unwrap()
     }
 
     pub fn floor(&self) -> f64 {
-        let [z] = self.try_read([fmi2GetEventIndicators, fmi3GetEventIndicators]).unwrap();
+        let [z] = self
+            .try_read([fmi2GetEventIndicators, fmi3GetEventIndicators])
+            .unwrap();
         z
     }
 
@@ -211,12 +285,22 @@ impl Fmu {
         if self.version == 2 {
             let mut told = [7; 2];
             let [a, b] = told.each_mut();
-            assert_eq!(unsafe { fmi2CompletedIntegratorStep(self.c, 1, a, b) }, 0, "{}", self.last());
+            assert_eq!(
+                unsafe { fmi2CompletedIntegratorStep(self.c, 1, a, b) },
+                0,
+                "{}",
+                self.last()
+            );
             return told.map(|x| x != 0);
         }
         let mut told = [true; 2];
         let [a, b] = told.each_mut();
-        assert_eq!(unsafe { fmi3CompletedIntegratorStep(self.c, true, a, b) }, 0, "{}", self.last());
+        assert_eq!(
+            unsafe { fmi3CompletedIntegratorStep(self.c, true, a, b) },
+            0,
+            "{}",
+            self.last()
+        );
         told
     }
 
@@ -232,7 +316,13 @@ impl Fmu {
     }
 
     pub fn set_integer(&self, vr: u32, value: c_int) -> c_int {
-        unsafe { if self.version == 2 { fmi2SetInteger(self.c, &vr, 1, &value) } else { fmi3SetInt32(self.c, &vr, 1, &value, 1) } }
+        unsafe {
+            if self.version == 2 {
+                fmi2SetInteger(self.c, &vr, 1, &value)
+            } else {
+                fmi3SetInt32(self.c, &vr, 1, &value, 1)
+            }
+        }
     }
 
     pub fn integer(&self, vr: u32) -> c_int {
@@ -262,22 +352,48 @@ impl Fmu {
 
     pub fn save(&self) -> C {
         let mut state = ptr::null_mut();
-        let f = if self.version == 2 { fmi2GetFMUstate } else { fmi3GetFMUState };
+        let f = if self.version == 2 {
+            fmi2GetFMUstate
+        } else {
+            fmi3GetFMUState
+        };
         assert_eq!(unsafe { f(self.c, &mut state) }, 0, "{}", self.last());
         state
     }
 
     pub fn restore(&self, state: C) -> c_int {
-        unsafe { if self.version == 2 { fmi2SetFMUstate(self.c, state) } else { fmi3SetFMUState(self.c, state) } }
+        unsafe {
+            if self.version == 2 {
+                fmi2SetFMUstate(self.c, state)
+            } else {
+                fmi3SetFMUState(self.c, state)
+            }
+        }
     }
 
     /// All that is saved of the present state.
     pub fn bytes(&self) -> Vec<u8> {
         let (state, mut size) = (self.save(), 0);
-        let [f, g] = if self.version == 2 { [fmi2SerializedFMUstateSize as *const (), fmi2SerializeFMUstate as *const ()] } else { [fmi3SerializedFMUStateSize as *const (), fmi3SerializeFMUState as *const ()] };
+        let [f, g] = if self.version == 2 {
+            [
+                fmi2SerializedFMUstateSize as *const (),
+                fmi2SerializeFMUstate as *const (),
+            ]
+        } else {
+            [
+                fmi3SerializedFMUStateSize as *const (),
+                fmi3SerializeFMUState as *const (),
+            ]
+        };
         unsafe {
-            let size_of = mem::transmute::<*const (), unsafe extern "C-unwind" fn(C, C, *mut usize) -> c_int>(f);
-            let write = mem::transmute::<*const (), unsafe extern "C-unwind" fn(C, C, *mut u8, usize) -> c_int>(g);
+            let size_of = mem::transmute::<
+                *const (),
+                unsafe extern "C-unwind" fn(C, C, *mut usize) -> c_int,
+            >(f);
+            let write = mem::transmute::<
+                *const (),
+                unsafe extern "C-unwind" fn(C, C, *mut u8, usize) -> c_int,
+            >(g);
             assert_eq!(size_of(self.c, state, &mut size), 0);
             let mut bytes = vec![0; size];
             assert_eq!(write(self.c, state, bytes.as_mut_ptr(), size), 0);
@@ -287,7 +403,11 @@ impl Fmu {
 
     pub fn deserialize(&self, bytes: &[u8]) -> Result<C, String> {
         let mut state = ptr::null_mut();
-        let f = if self.version == 2 { fmi2DeSerializeFMUstate } else { fmi3DeserializeFMUState };
+        let f = if self.version == 2 {
+            fmi2DeSerializeFMUstate
+        } else {
+            fmi3DeserializeFMUState
+        };
         match unsafe { f(self.c, bytes.as_ptr(), bytes.len(), &mut state) } {
             0 => Ok(state),
             _ => Err(self.last()),
@@ -302,6 +422,12 @@ impl Fmu {
 
 impl Drop for Fmu {
     fn drop(&mut self) {
-        unsafe { if self.version == 2 { fmi2FreeInstance(self.c) } else { fmi3FreeInstance(self.c) } }
+        unsafe {
+            if self.version == 2 {
+                fmi2FreeInstance(self.c)
+            } else {
+                fmi3FreeInstance(self.c)
+            }
+        }
     }
 }

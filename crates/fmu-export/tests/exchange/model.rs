@@ -68,12 +68,15 @@ impl Ode for Ball {
 
     fn outputs(&self, _p: &Parameters, _u: &Input) -> Output {
         let square = self.velocity.iter().map(|v| v * v).sum::<f64>();
-        Output { energy: 0.5 * square + GRAVITY * self.position[1] }
+        Output {
+            energy: 0.5 * square + GRAVITY * self.position[1],
+        }
     }
 
-    const INDICATORS: &'static [Variable<Self>] = &[
-        Variable::indicator("floor", "Height above the floor").unit("m").depends_on(&["position[2]"]),
-    ];
+    const INDICATORS: &'static [Variable<Self>] =
+        &[Variable::indicator("floor", "Height above the floor")
+            .unit("m")
+            .depends_on(&["position[2]"])];
 
     fn indicators(&self, _p: &Parameters, _u: &Input, _t: f64, z: &mut [f64]) {
         z[0] = self.position[1];

@@ -105,10 +105,21 @@ fn each_function_is_allowed_in_its_states_only() {
                     continue;
                 }
                 assert_eq!(status, 3, "{name} in {state}: {}", fmu.last());
-                assert!(fmu.bytes() == before, "{name} in {state} changed the instance");
+                assert!(
+                    fmu.bytes() == before,
+                    "{name} in {state} changed the instance"
+                );
                 let message = fmu.last();
                 let is_said = message.starts_with(&format!("{name}: "))
-                    && ["not allowed", "is for Co-Simulation", "can be set", "any more", "no value"].iter().any(|text| message.contains(text));
+                    && [
+                        "not allowed",
+                        "is for Co-Simulation",
+                        "can be set",
+                        "any more",
+                        "no value",
+                    ]
+                    .iter()
+                    .any(|text| message.contains(text));
                 assert!(is_said, "{message}");
             }
         }
@@ -120,9 +131,15 @@ fn each_function_is_allowed_in_its_states_only() {
 fn a_call_out_of_order_names_the_states() {
     let fmu = Fmu::in_event_mode(2);
     assert_eq!(fmu.set_states(&[0.0; 4]), 3);
-    assert_eq!(fmu.last(), "fmi2SetContinuousStates: not allowed in state Event Mode; allowed in Continuous-Time Mode");
+    assert_eq!(
+        fmu.last(),
+        "fmi2SetContinuousStates: not allowed in state Event Mode; allowed in Continuous-Time Mode"
+    );
     assert_eq!(unsafe { fmi2EnterInitializationMode(fmu.c) }, 3);
-    assert_eq!(fmu.last(), "fmi2EnterInitializationMode: not allowed in state Event Mode; allowed in Instantiated");
+    assert_eq!(
+        fmu.last(),
+        "fmi2EnterInitializationMode: not allowed in state Event Mode; allowed in Instantiated"
+    );
     let fmu = Fmu::new(2);
     assert_eq!(unsafe { fmi2GetReal(fmu.c, &vr::ENERGY, 1, &mut 0.0) }, 3);
     assert_eq!(
@@ -131,7 +148,10 @@ fn a_call_out_of_order_names_the_states() {
     );
     let fmu = Fmu::of(2, 1);
     assert_eq!(fmu.set_time(0.0), 3);
-    assert_eq!(fmu.last(), "fmi2SetTime: this function is for Model Exchange, and the instance was made for Co-Simulation");
+    assert_eq!(
+        fmu.last(),
+        "fmi2SetTime: this function is for Model Exchange, and the instance was made for Co-Simulation"
+    );
     assert_eq!(unsafe { fmi2GetReal(fmu.c, &vr::ENERGY, 1, &mut 0.0) }, 3);
     assert_eq!(
         fmu.last(),

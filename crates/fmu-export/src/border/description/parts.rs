@@ -216,6 +216,7 @@ impl<M: Model> Variable<M> {
             Causality::Input => ("input", None),
             Causality::Output => ("output", Some("calculated")),
             Causality::Local => ("local", Some("calculated")),
+            Causality::Parameter if self.structural => ("structuralParameter", Some("exact")),
             Causality::Parameter => ("parameter", Some("exact")),
             Causality::CalculatedParameter => ("calculatedParameter", Some("calculated")),
             Causality::Constant => ("local", Some("exact")),

@@ -28,8 +28,7 @@ impl<M: Model> Trial<M> {
                 return;
             }
             // Some other inputs next time, as far as the model takes them.
-            let elements: Vec<_> = self.layout.iter().collect();
-            for (n, &element) in elements.iter().enumerate() {
+            for (n, element) in self.layout.samples() {
                 let mut moved = point.clone();
                 let part = 0.01 * (1.0 + ((7 * n + 3) % 11) as f64);
                 if element.1.causality == Causality::Input
@@ -46,7 +45,7 @@ impl<M: Model> Trial<M> {
         let Ok(expected) = output(&self.layout, model, point) else {
             return;
         };
-        for (known, element) in self.layout.iter().enumerate().collect::<Vec<_>>() {
+        for (known, element) in self.layout.samples() {
             for part in [1e-3, 0.2] {
                 let mut moved = point.clone();
                 if element.1.causality != Causality::Input || !moved.perturb(element, part) {
@@ -79,7 +78,7 @@ impl<M: Model> Trial<M> {
         let Ok(expected) = initial(&self.start) else {
             return;
         };
-        for (known, element) in self.layout.iter().enumerate().collect::<Vec<_>>() {
+        for (known, element) in self.layout.samples() {
             for part in [1e-3, 0.2] {
                 let mut moved = self.start.clone();
                 if !moved.perturb(element, part) {
@@ -161,7 +160,7 @@ fn advance<M: Model>(
     h: f64,
 ) -> Result<StepEnd, ModelError> {
     let now = M::Evaluation::of(model, p, u)?;
-    model.step(p, &InputPolynomial::held(*u), &now, t, h)
+    model.step(p, &InputPolynomial::held(u.clone()), &now, t, h)
 }
 
 /// Whether an evaluation of one point serves for another one: in outputs now, and after a step.
@@ -176,7 +175,7 @@ fn keeps_evaluation<M: Model>(
         let (now, mut model) = (now?, model.clone());
         let before = texts(layout, &model.output(p, u, &now)?);
         let step = M::INFO.experiment.step;
-        model.step(p, &InputPolynomial::held(*u), &now, 0.0, step)?;
+        model.step(p, &InputPolynomial::held(u.clone()), &now, 0.0, step)?;
         Ok((before, output(layout, &model, new)?))
     };
     let kept = with(M::Evaluation::of(model, &old.0, &old.1));

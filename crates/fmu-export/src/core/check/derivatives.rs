@@ -7,6 +7,7 @@ use crate::core::derivatives::ROOT_OF_EPSILON;
 use crate::core::layout::Element;
 use crate::core::model::{real_inputs, real_outputs};
 use crate::core::place::Place;
+use crate::core::sizes::zero;
 use crate::core::value::Value;
 use crate::{Evaluation, Model, ModelError};
 
@@ -33,7 +34,7 @@ fn moved<M: Model>(u: &M::Input, (i, row): Element<M>, by: f64) -> Option<M::Inp
     let Place::RealIn(place) = &row.place else {
         return None;
     };
-    let mut u = *u;
+    let mut u = u.clone();
     let value = place.get_mut(&mut u, i);
     *value += by;
     value.is_allowed(row).then_some(u)
@@ -85,14 +86,14 @@ impl<M: Model> Trial<M> {
                 real_outputs::<M>(&model.output(&point.0, &u, &now)?).collect(),
             )
         };
-        let y = at(point.1)?;
+        let y = at(point.1.clone())?;
         let mut columns = Vec::new();
         for (known, element) in elements {
             let (i, row) = element;
             let Place::RealIn(place) = &row.place else {
                 continue;
             };
-            let mut du = M::Input::default();
+            let mut du = zero::<M>(&point.1);
             *place.get_mut(&mut du, i) = 1.0;
             let column = directional(&du)?;
             let size = row.nominal.unwrap_or(1.0).max(place.get(&point.1, i).abs());
@@ -129,7 +130,7 @@ impl<M: Model> Trial<M> {
         columns: &[Vec<f64>],
         directional: &impl Fn(&M::Input) -> Result<Vec<f64>, ModelError>,
     ) -> Result<(), ModelError> {
-        let mut v = M::Input::default();
+        let mut v = zero::<M>(&point.1);
         for (n, (i, place)) in real_inputs::<M>(&point.1).enumerate() {
             *place.get_mut(&mut v, i) = weight(n);
         }

@@ -1,13 +1,13 @@
 //! Derivatives and event indicators: that they are all written, of the states that the table shows,
 //! and follow what they declare.
 
+use super::derivatives::is_far;
 use super::point::Point;
 use super::trial::{Trial, output};
-use super::derivatives::is_far;
 use crate::core::continuous::ModelExchange;
 use crate::core::derivatives::ROOT_OF_EPSILON;
-use crate::core::layout::Layout;
-use crate::core::model::real_outputs;
+use crate::core::layout::{Element, Layout};
+use crate::core::model::{Variable, real_outputs};
 use crate::core::place::Place;
 use crate::core::value::Value;
 use crate::{Evaluation, Model, ModelError};
@@ -90,6 +90,23 @@ impl<M: Model> Trial<M> {
         Ok(())
     }
 
+    /// States to try something with: index, position and row.
+    fn sampled_states(&self) -> Vec<(usize, usize, &'static Variable<M>)> {
+        let state = |(position, (_, row)): (usize, Element<M>)| {
+            let k = self
+                .knowns
+                .states
+                .iter()
+                .position(|&state| state == position)?;
+            Some((k, position, row))
+        };
+        self.layout
+            .samples()
+            .into_iter()
+            .filter_map(state)
+            .collect()
+    }
+
     /// The model's own directional derivatives by each state against central differences.
     fn compare_directional(&mut self, model: &M, point: &Point<M>) -> Result<(), ModelError> {
         let (Some(equations), Point(p, u)) = (M::MODEL_EXCHANGE, point) else {
@@ -110,8 +127,7 @@ impl<M: Model> Trial<M> {
         };
         let (mut x, now) = (vec![0.0; n], M::Evaluation::of(model, p, u)?);
         (equations.states)(model, &mut x);
-        for (k, known) in self.knowns.states.clone().into_iter().enumerate() {
-            let (_, row) = self.layout.iter().nth(known).expect("counted");
+        for (k, known, row) in self.sampled_states() {
             let step = ROOT_OF_EPSILON * row.nominal.unwrap_or(1.0).max(x[k].abs());
             let at = |factor: f64| {
                 let mut moved = x.clone();
@@ -120,7 +136,10 @@ impl<M: Model> Trial<M> {
             };
             let difference = |factor: f64| {
                 let (less, more) = (at(-factor)?, at(factor)?);
-                let slopes = more.iter().zip(&less).map(|(more, less)| (more - less) / (2.0 * factor * step));
+                let slopes = more
+                    .iter()
+                    .zip(&less)
+                    .map(|(more, less)| (more - less) / (2.0 * factor * step));
                 Ok::<Vec<f64>, ModelError>(slopes.collect())
             };
             let (near, far, size) = (difference(1.0)?, difference(2.0)?, at(0.0)?);
@@ -128,11 +147,25 @@ impl<M: Model> Trial<M> {
             let (mut dx, mut dy) = (vec![0.0; n], M::Output::default());
             dx[k] = 1.0;
             (equations.set_states)(&mut seed, &dx);
-            directional(model, p, u, &now, 0.0, (&seed, &M::Input::default()), &mut rate, &mut dy)?;
+            directional(
+                model,
+                p,
+                u,
+                &now,
+                0.0,
+                (&seed, &M::Input::default()),
+                &mut rate,
+                &mut dy,
+            )?;
             (equations.states)(&rate, &mut dx);
             dx.extend(real_outputs::<M>(&dy));
             for (i, said) in dx.into_iter().enumerate() {
-                if is_far(said, near[i], far[i], 1e3 * f64::EPSILON * size[i].abs() / step) {
+                if is_far(
+                    said,
+                    near[i],
+                    far[i],
+                    1e3 * f64::EPSILON * size[i].abs() / step,
+                ) {
                     let (known, found) = (self.name(known), near[i]);
                     self.problems.insert(format!(
                         "`directional`: number {i} of derivatives and Real outputs by `{known}` is {said:.4e}, differences give {found:.4e}"
@@ -155,10 +188,9 @@ impl<M: Model> Trial<M> {
         }
         let mut x = vec![0.0; self.layout.states];
         (equations.states)(model, &mut x);
-        for (k, known) in self.knowns.states.clone().into_iter().enumerate() {
+        for (k, known, row) in self.sampled_states() {
             for part in [1e-3, 0.2] {
                 let (mut model, mut moved) = (model.clone(), x.clone());
-                let (_, row) = self.layout.iter().nth(known).expect("counted");
                 moved[k] += part * row.nominal.unwrap_or(1.0).max(x[k].abs());
                 (equations.set_states)(&mut model, &moved);
                 if let Ok(found) = output(&self.layout, &model, point) {

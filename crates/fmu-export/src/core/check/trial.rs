@@ -6,6 +6,7 @@ use super::point::Point;
 use crate::core::dependencies::Knowns;
 use crate::core::layout::{Element, Layout};
 use crate::core::place::Place;
+use crate::core::sizes::fitted;
 use crate::{Evaluation, Model, ModelError};
 use std::collections::BTreeSet;
 
@@ -20,6 +21,7 @@ pub(super) struct Trial<M: Model> {
 impl<M: Model> Trial<M> {
     pub(super) fn new() -> Self {
         let (p, u) = M::defaults();
+        let (p, u) = fitted::<M>((p, u));
         let layout = Layout::new(&p, &u);
         Self {
             knowns: Knowns::new(&layout),

@@ -13,6 +13,11 @@ use crate::border::description::{Dialect, flag, table};
 /// The GUID is a hash of the table and of what [`Info`](crate::Info) says of the model: it is the
 /// same on every platform and says when the interface changed.
 pub fn model_description<M: Model>() -> Result<String, String> {
+    described::<M>("")
+}
+
+/// The same with sizes that are said when the FMU is packed.
+pub(crate) fn described<M: Model>(sizes: &str) -> Result<String, String> {
     let info = &M::INFO;
     let derivatives = flag(info.directional_derivatives || M::MODEL_EXCHANGE.is_some());
     let order = if info.output_derivatives { "1" } else { "0" };
@@ -48,5 +53,5 @@ pub fn model_description<M: Model>() -> Result<String, String> {
         variables: variables::of,
         structure: structure::of,
     };
-    dialect.describe(table::check::<M>)
+    dialect.describe(sizes, table::check::<M>)
 }

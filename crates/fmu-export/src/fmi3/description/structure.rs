@@ -6,19 +6,11 @@ use crate::Model;
 use crate::border::description::{Element, listed};
 use crate::core::dependencies::Knowns;
 use crate::core::layout::{Block, Layout};
-use std::collections::BTreeSet;
 
 pub(super) fn of<M: Model>(layout: &Layout<M>) -> Result<Element, String> {
     let knowns = Knowns::new(layout);
     let unknown = |element, initially, (number, (run, first, n)): (u32, Block<M>)| {
-        let mut blocks = Some(BTreeSet::new());
-        for i in first..first + n {
-            let positions = knowns.resolve(run.row, i, initially)?;
-            blocks = blocks.zip(positions).map(|(mut blocks, positions)| {
-                blocks.extend(positions.iter().map(|&p| layout.block_at(p).0));
-                blocks
-            });
-        }
+        let blocks = knowns.blocks(layout, run.row, (first, n), initially)?;
         let dependencies = blocks.map(|blocks| {
             let kinds = vec!["dependent"; blocks.len()].join(" ");
             [
